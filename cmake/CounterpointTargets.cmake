@@ -1,0 +1,38 @@
+# Every library of the project is made here, so that flags and the Eigen ABI are set in one place.
+
+# "#include <counterpoint/model/model.h>" must read the same in the tree and after installation:
+# the build tree holds one link to the sources under that name.
+file(MAKE_DIRECTORY ${PROJECT_BINARY_DIR}/include)
+file(CREATE_LINK ${PROJECT_SOURCE_DIR} ${PROJECT_BINARY_DIR}/include/counterpoint SYMBOLIC)
+
+add_library(counterpoint_flags INTERFACE)
+target_compile_options(counterpoint_flags INTERFACE
+  -Wall -Wextra -Wpedantic -Wshadow -Wno-maybe-uninitialized
+  # Contraction would let the compiler choose between a*b+c and fma(a,b,c) per call site, and with it
+  # the bits of a result; NaN and signed zero keep their meaning.
+  -ffp-contract=off)
+if(COUNTERPOINT_WERROR)
+  target_compile_options(counterpoint_flags INTERFACE -Werror)
+endif()
+if(COUNTERPOINT_NATIVE)
+  target_compile_options(counterpoint_flags INTERFACE -march=native)
+endif()
+
+# counterpoint_library(NAME SOURCES ... [PUBLIC libs] [PRIVATE libs])
+function(counterpoint_library name)
+  cmake_parse_arguments(ARG "" "" "SOURCES;PUBLIC;PRIVATE" ${ARGN})
+  set(target counterpoint_${name})
+  add_library(${target} ${ARG_SOURCES})
+  add_library(counterpoint::${name} ALIAS ${target})
+  set_target_properties(${target} PROPERTIES EXPORT_NAME ${name} POSITION_INDEPENDENT_CODE ON)
+  target_include_directories(${target} PUBLIC
+    $<BUILD_INTERFACE:${PROJECT_BINARY_DIR}/include>
+    $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
+  # Debian's libfcl is built without AVX: its fixed-size Eigen types are aligned to 16 bytes. Whoever
+  # shares Eigen types with it, or with us, must agree, whatever -m flags are used.
+  target_compile_definitions(${target} PUBLIC EIGEN_MAX_ALIGN_BYTES=16)
+  target_compile_features(${target} PUBLIC cxx_std_20)
+  target_link_libraries(${target} PUBLIC ${ARG_PUBLIC} PRIVATE ${ARG_PRIVATE}
+                        $<BUILD_INTERFACE:counterpoint_flags>)
+  set_property(GLOBAL APPEND PROPERTY COUNTERPOINT_LIBRARIES ${target})
+endfunction()

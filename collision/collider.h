@@ -1,0 +1,42 @@
+// Poses in, contact candidates out. FCL lives behind this door and nowhere else.
+#pragma once
+
+#include <memory>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "counterpoint/collision/candidate.h"
+#include "counterpoint/model/model.h"
+
+namespace counterpoint::collision {
+
+/// Finds the contact candidates of a model. Scratch memory inside: one per thread. The result is a
+/// pure function of (model, poses, margins): nothing is remembered from call to call, and the order is
+/// by geometry pair, then by the manifold's own fixed order.
+class Collider {
+ public:
+  /// Pairs never tested: same body, both static, links of one robot joined by a joint, excluded by the
+  /// model, and pairs of one robot overlapping in its default pose (see overlapping_pairs).
+  explicit Collider(const Model& model);
+  ~Collider();
+  Collider(Collider&&) noexcept;
+  Collider& operator=(Collider&&) noexcept;
+
+  /// All candidates with gap < margin_A + margin_B. X_WB: pose of every body, the world first
+  /// (num_bodies). margin: one a body [m], the world first. `out` is cleared first; no allocation once
+  /// its capacity has been reached.
+  void compute_candidates(std::span<const Pose> X_WB, std::span<const double> margin,
+                          std::vector<Candidate>& out);
+
+  /// Geometry pairs left out because they overlap in the default pose.
+  const std::vector<std::pair<int, int>>& overlapping_pairs() const;
+  /// Number of geometry pairs that may ever touch.
+  int num_enabled_pairs() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace counterpoint::collision

@@ -1,0 +1,99 @@
+// The contact problem in generalized velocity space: everything that shapes the physics of one step.
+//
+//   minimize over w+   1/2 |w+ - w*|_M^2  +  sum_i l_i(y_i),     y_i = J_i w+ + b_i
+//
+// Velocities are partitioned in blocks (a kinematic tree each); M is block diagonal; every constraint
+// touches one block or two. Knows only Eigen: no bodies, no shapes.
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <vector>
+
+namespace counterpoint::contact {
+
+using VectorX = Eigen::VectorXd;
+using MatrixX = Eigen::MatrixXd;
+using VectorMap = Eigen::Map<Eigen::VectorXd>;
+using ConstVectorMap = Eigen::Map<const Eigen::VectorXd>;
+/// Jacobians and mass blocks are stored row by row.
+using RowMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+using MatrixMap = Eigen::Map<RowMatrix>;
+using ConstMatrixMap = Eigen::Map<const RowMatrix>;
+
+/// Largest number of rows of one constraint: normal, two sliding, torsion, two rolling.
+inline constexpr int kMaxRows = 6;
+/// Rows of one constraint, on the stack.
+using Rows = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxRows, 1>;
+using RowsSquare = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxRows, kMaxRows>;
+
+enum class LawType : unsigned char {
+  kUnilateral,    ///< f >= 0: joint limit, frictionless contact (1 row)
+  kFrictionCone,  ///< normal row first, then friction rows: 2 sliding [, 1 torsional [, 2 rolling]]
+  kEquality,      ///< f = -y / r on every row: weld, loop closure, mimic (1 ... 6 rows)
+  kDryFriction,   ///< |f| <= bound, opposing motion: dry joint friction (1 row)
+};
+
+/// The law f(y) of one constraint: impulse [N s] (torsional, rolling and angular rows: [N m s]) from
+/// contact-space velocity y [m/s]. The forward solver and the inverse call the same function of this.
+struct Law {
+  LawType type = LawType::kUnilateral;
+  int rows = 1;
+  bool coulomb = false;        ///< kFrictionCone: exact Coulomb by De Saxce's shift mu |v_T| of y_N
+  double regularizer = 0.0;    ///< r [1/kg]; friction cone: R_T = r, R_N = mu^2 r with mu the first of `friction`
+  double smoothing = 0.0;      ///< k [N m]: k -> 0 is the hard law
+  double bound = 0.0;          ///< kDryFriction: largest impulse [N s]
+  /// kFrictionCone: coefficient of friction row i + 1; sliding [-], torsional and rolling [m].
+  std::array<double, kMaxRows - 1> friction{};
+  /// b [m/s]: y = J w+ + b.
+  std::array<double, kMaxRows> bias{};
+};
+
+/// Filled anew every step; clear() keeps the capacity, so that nothing is allocated once sizes have
+/// been seen. Maps are valid until the next add_*.
+class Problem {
+ public:
+  void clear();
+  /// Adds a velocity block; its mass and free velocity are to be filled in by the caller.
+  int add_block(int size);
+  /// Adds a constraint between block_a and, if not -1, block_b; the Jacobian starts at zero.
+  int add_constraint(const Law& law, int block_a, int block_b = -1);
+
+  int num_blocks() const { return static_cast<int>(block_start_.size()) - 1; }
+  int num_velocities() const { return block_start_.back(); }
+  int num_constraints() const { return static_cast<int>(constraints_.size()); }
+  int num_rows() const { return num_rows_; }
+
+  int block_start(int block) const { return block_start_[block]; }
+  int block_size(int block) const { return block_start_[block + 1] - block_start_[block]; }
+  /// M of a block, symmetric positive definite, both triangles filled. [kg, kg m, kg m^2]
+  MatrixMap mass(int block);
+  ConstMatrixMap mass(int block) const;
+  /// w*: the velocity [m/s, rad/s] at the end of the step if there were no constraint.
+  VectorMap free_velocity();
+  ConstVectorMap free_velocity() const;
+
+  const Law& law(int constraint) const { return constraints_[constraint].law; }
+  Law& law(int constraint) { return constraints_[constraint].law; }
+  int first_row(int constraint) const { return constraints_[constraint].first_row; }
+  /// Block on `side` 0 or 1 of a constraint; -1 if there is none.
+  int block(int constraint, int side) const { return constraints_[constraint].block[side]; }
+  /// J of one side: rows x block size.
+  MatrixMap jacobian(int constraint, int side);
+  ConstMatrixMap jacobian(int constraint, int side) const;
+
+ private:
+  struct Constraint {
+    Law law;
+    int first_row = 0;
+    std::array<int, 2> block{-1, -1};
+    std::array<int, 2> jacobian_start{0, 0};
+  };
+  std::vector<int> block_start_{0};
+  std::vector<int> mass_start_;
+  std::vector<double> mass_data_, free_velocity_, jacobian_data_;
+  std::vector<Constraint> constraints_;
+  int num_rows_ = 0;
+};
+
+}  // namespace counterpoint::contact

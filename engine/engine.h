@@ -1,0 +1,6 @@
+// What a user of the engine includes.
+#pragma once
+
+#include "counterpoint/engine/simulator.h"
+#include "counterpoint/engine/step.h"
+#include "counterpoint/model/scene.h"

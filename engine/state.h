@@ -1,0 +1,29 @@
+// State and Input: all that a step depends on beside the model and its options.
+#pragma once
+
+#include <vector>
+
+#include "counterpoint/model/model.h"
+
+namespace counterpoint {
+
+/// The whole truth about a moment. Copyable; two equal states step to equal bits.
+struct State {
+  double time = 0.0;  ///< [s]
+  VectorX q;          ///< nq, joint.h says what each joint's coordinates mean
+  VectorX v;          ///< nv [m/s, rad/s]
+};
+
+/// A force and torque on a body, constant over the step, about the body's origin, in world axes.
+struct ExternalWrench {
+  int body = 0;
+  Force wrench;  ///< [N m, N]
+};
+
+/// What is applied from outside during one step.
+struct Input {
+  VectorX applied_force;                 ///< nv [N, N m]; conjugate to v
+  std::vector<ExternalWrench> wrenches;  ///< optional
+};
+
+}  // namespace counterpoint

@@ -1,0 +1,70 @@
+// One step forward, and its exact discrete inverse.
+//
+//   M (w+ - w) = h (n(q, w) + u - D w+) + J' f(J w+ + b),      q+ = q (+) h w+
+//
+// Semi-implicit Euler; joint damping D is implicit. The inverse reads u off the same equation.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "counterpoint/collision/candidate.h"
+#include "counterpoint/contact/solver.h"
+#include "counterpoint/engine/state.h"
+#include "counterpoint/model/scene.h"
+
+namespace counterpoint {
+
+/// Scratch of one thread for one model: created once, grown while sizes are new, then reused. Deleting
+/// it loses nothing.
+class Workspace {
+ public:
+  explicit Workspace(const Model& model);
+  ~Workspace();
+  Workspace(Workspace&&) noexcept;
+  Workspace& operator=(Workspace&&) noexcept;
+
+  struct Impl;
+  Impl& impl() { return *impl_; }
+
+ private:
+  std::unique_ptr<Impl> impl_;
+};
+
+struct StepReport {
+  contact::Status status = contact::Status::kConverged;
+  int contacts = 0;            ///< contact candidates given to the solver
+  int constraint_rows = 0;     ///< contact, limit and mimic rows
+  int newton_iterations = 0;
+  double residual = 0.0;       ///< relative, see contact::Settings::tolerance
+  double max_penetration = 0;  ///< at the start of the step [m], 0 if nothing overlaps
+  bool succeeded() const { return contact::succeeded(status); }
+};
+
+/// Advances `state` by options.time_step [s] under `input`. On failure (report.succeeded() is false)
+/// `next` holds the solver's best answer and must not be trusted.
+StepReport step_forward(const Model& model, const SimulationOptions& options,
+                        const contact::Settings& settings, const State& state, const Input& input,
+                        Workspace& workspace, State& next);
+
+/// One contact as the inverse (or the last forward step) saw it.
+struct ContactForce {
+  collision::Candidate contact;
+  Vector3 force = Vector3::Zero();  ///< mean over the step, on geometry B, in W [N]
+};
+
+/// What was at work between (q, v) and v_next.
+struct Inverse {
+  VectorX applied_force;     ///< nv: u [N, N m]
+  VectorX contact_force;     ///< nv: J' f / h of contacts, limits and mimic rows [N, N m]
+  double force_scale = 0.0;  ///< largest of |inertial + bias|, |applied|, |contact| over the coordinates [N or N m]
+  std::vector<ContactForce> contacts;
+};
+
+/// Recovers the applied force from (q, v) at the start and v_next at the end of a step. Needs no
+/// optimization, no mass matrix: O(bodies + contacts). All sizes as in State.
+void step_inverse(const Model& model, const SimulationOptions& options, VectorRef q, VectorRef v,
+                  VectorRef v_next, Workspace& workspace, Inverse& out);
+
+}  // namespace counterpoint

@@ -1,0 +1,64 @@
+// Collision geometry: shapes, convex meshes, surface materials.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "counterpoint/model/spatial.h"
+
+namespace counterpoint {
+
+/// A closed convex polyhedron. Made by make_convex_hull (mesh.h); shared between instances.
+struct ConvexMesh {
+  std::vector<Vector3> vertices;        ///< [m], in the geometry frame
+  std::vector<std::vector<int>> faces;  ///< polygons (coplanar triangles merged), counter-clockwise seen from outside
+  std::vector<Vector3> face_normals;    ///< unit, outward
+  std::vector<double> face_offsets;     ///< [m]: normal . x = offset on the face
+  std::vector<std::vector<int>> vertex_neighbors;  ///< vertices joined by an edge: hill climbing for support points
+  Vector3 interior_point = Vector3::Zero();  ///< strictly inside (mean of the vertices)
+  double volume = 0.0;                  ///< of the hull [m^3]
+  double source_volume = 0.0;           ///< of the mesh it was made from [m^3]; 0 if that was not closed
+  std::string source;                   ///< file it came from, empty if built in memory
+};
+
+enum class ShapeType : unsigned char { kPlane, kSphere, kBox, kCapsule, kCylinder, kConvexMesh };
+
+/// A shape in its geometry frame G. `size` [m] holds, by type:
+///   kPlane       nothing: the half-space z <= 0 of G, outward normal +z
+///   kSphere      (radius, -, -)
+///   kBox         half lengths along x, y, z
+///   kCapsule     (radius, half length of the segment along z, -)
+///   kCylinder    (radius, half length along z, -)
+///   kConvexMesh  nothing: see mesh
+struct Shape {
+  ShapeType type = ShapeType::kSphere;
+  Vector3 size = Vector3::Zero();
+  std::shared_ptr<const ConvexMesh> mesh;
+};
+
+/// Surface material. Two surfaces combine as in combine_materials.
+struct Material {
+  double friction = 0.8;             ///< Coulomb coefficient, sliding [-]
+  double restitution = 0.0;          ///< Newton's, 0 ... 1 [-]
+  double torsional_friction = 0.0;   ///< spin about the normal: torque / normal force [m]
+  double rolling_friction = 0.0;     ///< rolling: torque / normal force [m]
+};
+
+/// A shape attached to a body.
+struct Geometry {
+  std::string name;      ///< "<link>/<collision name or index>", unique in a model
+  int body = 0;          ///< index of the body it moves with; 0 is the world
+  int frame = -1;        ///< index of the link frame it came from; -1 for environment geometry such as the ground
+  int instance = -1;     ///< model instance it belongs to; -1 for environment geometry
+  Pose X_BG;             ///< pose in the body frame
+  Shape shape;
+  Material material;
+};
+
+/// Friction and restitution of a pair: geometric mean of the frictions (MuJoCo takes the maximum,
+/// Bullet the product, ODE one value a pair), larger restitution. A pair with a frictionless side
+/// is frictionless.
+Material combine_materials(const Material& a, const Material& b);
+
+}  // namespace counterpoint

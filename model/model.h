@@ -1,0 +1,117 @@
+// What a scene is made of: bodies in kinematic trees, joints, inertias, shapes. Immutable once built
+// (model_builder.h is the only way to make one); shared by const reference between any number of threads.
+#pragma once
+
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "counterpoint/model/geometry.h"
+#include "counterpoint/model/joint.h"
+#include "counterpoint/model/spatial.h"
+
+namespace counterpoint {
+
+/// What the algorithms read of a body, in one place. Body 0 is the world; every other body hangs by
+/// exactly one joint on a body of lower index (links held by fixed joints are merged). Bodies of a
+/// tree, and of every subtree, are contiguous, and so are their velocity indices.
+struct Body {
+  int parent = 0;
+  JointType joint_type = JointType::kFloating;
+  int q_index = 0;         ///< first coordinate of the joint in q
+  int v_index = 0;         ///< first coordinate of the joint in v
+  int tree = -1;           ///< kinematic tree, 0-based; -1 for the world
+  int subtree_end = 0;     ///< one past the last body of the subtree rooted here
+  Pose X_PJ;               ///< joint frame at q = 0 in the parent body's frame
+  SpatialInertia inertia;  ///< of all links merged into the body, in the body frame
+};
+
+/// A tree's range of bodies and velocities.
+struct Tree {
+  int body_begin = 0, body_end = 0;
+  int v_begin = 0, v_end = 0;
+};
+
+/// What is said about the joint of body i + 1 (joints and moving bodies are numbered alike).
+struct JointInfo {
+  std::string name;       ///< unique; "<instance>/<joint>" in scenes of several models
+  std::string link;       ///< child link as named in the URDF, with the same prefix
+  double lower = -std::numeric_limits<double>::infinity();  ///< [rad or m], joints of one coordinate only
+  double upper = std::numeric_limits<double>::infinity();
+  double effort_limit = std::numeric_limits<double>::infinity();    ///< [N m or N]; read, not enforced
+  double velocity_limit = std::numeric_limits<double>::infinity();  ///< [rad/s or m/s]; read, not enforced
+  bool actuated = true;   ///< false: a floating base, or free object; forces there count as unactuated
+};
+
+/// A frame fixed to a body: every URDF link has one, merged or not.
+struct Frame {
+  std::string name;
+  int body = 0;
+  Pose X_BF;
+};
+
+/// A joint that follows another: q[joint] = multiplier q[master] + offset (URDF <mimic>).
+struct Mimic {
+  int joint = 0;   ///< index into joints()
+  int master = 0;  ///< index into joints()
+  double multiplier = 1.0;
+  double offset = 0.0;  ///< [rad or m]
+};
+
+/// Something the reader of a model must know and that did not stop it from loading.
+struct Note {
+  std::string where;    ///< file, element
+  std::string message;  ///< what was found, what was done or was not done about it
+};
+
+class Model {
+ public:
+  int num_bodies() const { return static_cast<int>(bodies_.size()); }  ///< the world included
+  int num_joints() const { return num_bodies() - 1; }
+  int num_trees() const { return static_cast<int>(trees_.size()); }
+  int nq() const { return nq_; }
+  int nv() const { return nv_; }
+
+  const Body& body(int i) const { return bodies_[i]; }
+  const std::vector<Body>& bodies() const { return bodies_; }
+  const std::vector<Tree>& trees() const { return trees_; }
+  /// joint(i) is the joint of body i + 1.
+  const JointInfo& joint(int i) const { return joints_[i]; }
+  const std::vector<JointInfo>& joints() const { return joints_; }
+  const std::vector<Frame>& frames() const { return frames_; }
+  const std::vector<Geometry>& geometries() const { return geometries_; }
+  const std::vector<Mimic>& mimics() const { return mimics_; }
+  const std::vector<Note>& notes() const { return notes_; }
+
+  const Vector3& gravity() const { return gravity_; }                ///< [m/s^2] in W
+  const VectorX& default_q() const { return default_q_; }            ///< nq; valid quaternions, within limits not enforced
+  const VectorX& damping() const { return damping_; }                ///< nv, viscous [N m s/rad or N s/m]
+  const VectorX& armature() const { return armature_; }              ///< nv, rotor inertia seen at the joint [kg m^2 or kg]
+  const VectorX& dry_friction() const { return dry_friction_; }      ///< nv [N m or N]; read, not simulated yet
+  bool has_damping() const { return has_damping_; }
+
+  /// Index of the named joint, frame, geometry; -1 if there is none.
+  int find_joint(const std::string& name) const;
+  int find_frame(const std::string& name) const;
+  /// True if the pair was excluded from collision by the builder (scene file, SRDF).
+  const std::vector<std::pair<int, int>>& excluded_geometry_pairs() const { return excluded_pairs_; }
+
+ private:
+  friend class ModelBuilder;
+  Model() = default;
+
+  int nq_ = 0, nv_ = 0;
+  std::vector<Body> bodies_;
+  std::vector<Tree> trees_;
+  std::vector<JointInfo> joints_;
+  std::vector<Frame> frames_;
+  std::vector<Geometry> geometries_;
+  std::vector<Mimic> mimics_;
+  std::vector<Note> notes_;
+  std::vector<std::pair<int, int>> excluded_pairs_;
+  Vector3 gravity_ = Vector3(0, 0, -kStandardGravity);
+  VectorX default_q_, damping_, armature_, dry_friction_;
+  bool has_damping_ = false;
+};
+
+}  // namespace counterpoint

@@ -1,0 +1,24 @@
+#include "counterpoint/model/rotation.h"
+
+namespace counterpoint {
+
+Matrix3 rotation_from_rpy(double roll, double pitch, double yaw) {
+  return (Eigen::AngleAxisd(yaw, Vector3::UnitZ()) * Eigen::AngleAxisd(pitch, Vector3::UnitY()) *
+          Eigen::AngleAxisd(roll, Vector3::UnitX()))
+      .toRotationMatrix();
+}
+
+Vector3 quaternion_log(const Quaternion& q) {
+  const double sign = q.w() < 0.0 ? -1.0 : 1.0;
+  const double sine = q.vec().norm();
+  // angle / sin(angle/2) -> 2 / cos(angle/2) for small angles.
+  const double scale = sine < 1e-8 ? 2.0 / (sign * q.w()) : 2.0 * std::atan2(sine, sign * q.w()) / sine;
+  return sign * scale * q.vec();
+}
+
+Matrix3 rotation_z_to(const Vector3& axis) {
+  if (axis == Vector3::UnitZ()) return Matrix3::Identity();
+  return Quaternion::FromTwoVectors(Vector3::UnitZ(), axis).toRotationMatrix();
+}
+
+}  // namespace counterpoint

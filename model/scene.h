@@ -1,0 +1,62 @@
+// A scene: a model, where it starts, and how it is to be stepped. Read from YAML, or from a lone URDF.
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+
+#include "counterpoint/model/model.h"
+#include "counterpoint/model/model_builder.h"
+
+namespace counterpoint {
+
+/// How friction and normal motion are coupled: docs/concepts.md, contact/README.md.
+///   kConvex   relaxed complementarity: a sliding contact hovers at h mu |v_T|
+///   kLagged   the shift mu |v_T| is taken from the last velocity
+///   kCoulomb  exact Coulomb friction (De Saxce shift)
+enum class FrictionModel { kConvex, kLagged, kCoulomb };
+
+/// Everything that shapes the physics of contact. A change here changes the motion, and the inverse
+/// must be given the same values as the forward step.
+struct ContactOptions {
+  FrictionModel friction_model = FrictionModel::kConvex;
+  /// eps [-]: regularizer r = eps * (inverse mass at the contact). Creep on a slope is eps g h sin(theta).
+  double compliance = 1e-6;
+  /// delta [m]: smoothing as a length. A resting body hovers about delta above the ground.
+  double smoothing = 1e-6;
+  /// beta [-]: share of a penetration that is to be recovered in one step, 0 ... 1.
+  double stabilization = 0.2;
+  /// The recovery of a penetration is no faster than this [m/s].
+  double max_recovery_speed = 1.0;
+  /// Contacts exist up to this gap [m], plus what the bodies can travel within a step.
+  double margin = 0.01;
+};
+
+struct SimulationOptions {
+  double time_step = 0.002;  ///< [s]
+  double duration = 2.0;     ///< [s]
+  ContactOptions contact;
+};
+
+struct Scene {
+  std::string name;
+  Model model;
+  VectorX q, v;  ///< where it starts: nq, nv
+  SimulationOptions options;
+};
+
+/// What a command line may say about a scene that its file does not.
+struct SceneOverrides {
+  std::map<std::string, std::filesystem::path> packages;
+  std::optional<Base> base;         ///< a lone URDF only; default fixed
+  bool ground = false;              ///< a lone URDF only: a ground plane z = 0; a floating base then starts just above it
+  std::optional<double> ground_friction;
+  bool repair_inertias = false;
+};
+
+/// Reads a scene (.yaml, .yml) or a lone robot (.urdf). @throws InputError naming file, line,
+/// element, what was expected and what to do.
+Scene load_scene(const std::filesystem::path& file, const SceneOverrides& overrides = {});
+
+}  // namespace counterpoint
