@@ -42,6 +42,10 @@ constexpr int joint_nv(JointType type) {
   return 0;
 }
 
+/// Pose of the moved body in the joint frame J: q [rad, m, quaternion w x y z] as above, joint_nq long;
+/// quaternions are normalised.
+Pose joint_pose(JointType type, const double* q);
+
 /// "revolute", "prismatic", "planar", "spherical", "floating".
 const char* joint_type_name(JointType type);
 

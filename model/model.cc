@@ -12,8 +12,8 @@ int Model::find_joint(const std::string& name) const {
 }
 
 int Model::find_frame(const std::string& name) const {
-  const auto it = std::find_if(frames_.begin(), frames_.end(),
-                               [&](const Frame& f) { return f.name == name; });
+  const auto it =
+      std::find_if(frames_.begin(), frames_.end(), [&](const Frame& f) { return f.name == name; });
   return it == frames_.end() ? -1 : static_cast<int>(it - frames_.begin());
 }
 

@@ -16,14 +16,14 @@ namespace counterpoint {
 /// exactly one joint on a body of lower index (links held by fixed joints are merged). Bodies of a
 /// tree, and of every subtree, are contiguous, and so are their velocity indices.
 struct Body {
-  int parent = 0;
+  int parent = 0;          ///< -1 for the world
   JointType joint_type = JointType::kFloating;
   int q_index = 0;         ///< first coordinate of the joint in q
   int v_index = 0;         ///< first coordinate of the joint in v
   int tree = -1;           ///< kinematic tree, 0-based; -1 for the world
   int subtree_end = 0;     ///< one past the last body of the subtree rooted here
   Pose X_PJ;               ///< joint frame at q = 0 in the parent body's frame
-  SpatialInertia inertia;  ///< of all links merged into the body, in the body frame
+  SpatialInertia inertia;  ///< of all links merged into the body, in the body frame; the world's is zero
 };
 
 /// A tree's range of bodies and velocities.

@@ -1,6 +1,7 @@
 // The only way to make a Model: links and joints in, validated flat arrays out.
 #pragma once
 
+#include <map>
 #include <string>
 #include <utility>
 #include <vector>
@@ -14,13 +15,13 @@ struct LinkSpec {
   std::string name;
   SpatialInertia inertia;  ///< in the link frame
   struct Collision {
-    std::string name;      ///< empty: numbered
+    std::string name;  ///< empty: numbered
     Pose X_LG;
     Shape shape;
     Material material;
   };
   std::vector<Collision> collisions;
-  std::string where;       ///< file and line, for messages
+  std::string where;  ///< file and line, for messages
 };
 
 /// What joins two links, before merging: fixed joints exist here only.
@@ -28,15 +29,16 @@ struct JointSpec {
   std::string name;
   bool fixed = false;
   JointType type = JointType::kRevolute;
-  std::string parent, child;   ///< link names
-  Pose X_PJ;                   ///< joint frame in the parent link frame; the child link frame at q = 0
-  Vector3 axis = Vector3::UnitX();  ///< unit, in the joint frame; rotation, translation, or plane normal
+  std::string parent, child;  ///< link names
+  Pose X_PJ;  ///< joint frame in the parent link frame; the child link frame at q = 0
+  Vector3 axis =
+      Vector3::UnitX();  ///< unit, in the joint frame; rotation, translation, or plane normal
   double lower = -std::numeric_limits<double>::infinity();
   double upper = std::numeric_limits<double>::infinity();
   double effort_limit = std::numeric_limits<double>::infinity();
   double velocity_limit = std::numeric_limits<double>::infinity();
   double damping = 0.0, dry_friction = 0.0, armature = 0.0;
-  std::string mimic_master;    ///< empty: none
+  std::string mimic_master;  ///< empty: none
   double mimic_multiplier = 1.0, mimic_offset = 0.0;
   std::string where;
 };
@@ -45,38 +47,69 @@ struct JointSpec {
 struct RobotSpec {
   std::string name;
   std::vector<LinkSpec> links;
-  std::vector<JointSpec> joints;   ///< form one tree
-  std::vector<Note> notes;         ///< found while reading
+  std::vector<JointSpec> joints;  ///< form one tree
+  std::vector<Note> notes;        ///< found while reading
   std::string where;
 };
 
 enum class Base { kFixed, kFloating };
 
+/// Collects robots and environment, then makes the Model. After an exception the builder is not to
+/// be used any further.
 class ModelBuilder {
  public:
   explicit ModelBuilder(const Vector3& gravity = Vector3(0, 0, -kStandardGravity));
 
   /// Adds a robot whose root link is welded to the world at X_WL or floats, starting there.
   /// `prefix` ("arm/" say, or empty) goes before every name. Returns the instance index.
-  /// @throws InputError naming link or joint when the spec is no tree, a moving part has no inertia,
-  /// a value is not finite, a name is taken.
-  int add_robot(const RobotSpec& robot, Base base, const Pose& X_WL, const std::string& prefix = "");
+  /// The joint of a floating base is named after the root link. Links welded to the world add
+  /// nothing to the world's inertia, which is zero.
+  /// @throws InputError naming link or joint when the spec is no tree, a value is not finite or out
+  /// of range, a name is taken.
+  int add_robot(const RobotSpec& robot, Base base, const Pose& X_WL,
+                const std::string& prefix = "");
 
   /// Adds geometry fixed to the world, such as the ground. Returns the geometry index.
+  /// @throws InputError when the name is taken or shape, pose or material are invalid.
   int add_environment(const std::string& name, const Shape& shape, const Pose& X_WG,
                       const Material& material);
 
-  /// The coordinate of a joint in the default configuration (otherwise 0, moved to the nearest limit
-  /// if 0 lies outside the limits; that is noted).
+  /// The coordinate of a joint in the default configuration (otherwise 0, moved to the nearest
+  /// limit if 0 lies outside the limits; that is noted). Quaternions are normalised. Joints that
+  /// mimic another are set from it by build(). @throws InputError when the joint is unknown, the
+  /// size is not joint_nq, or a value is not finite.
   void set_default_position(const std::string& joint, const VectorX& q);
 
+  /// No contact between two geometries, or all geometries of links. @throws InputError when a name
+  /// is neither.
   void exclude_pair(const std::string& geometry_or_link_a, const std::string& geometry_or_link_b);
 
+  /// Adds to Model::notes.
+  void add_note(const Note& note) { model_.notes_.push_back(note); }
+
+  /// The model; the builder is empty afterwards. @throws InputError naming the joint when a part
+  /// that can move has no inertia in the default configuration, so that its motion would be
+  /// undefined.
   Model build();
 
  private:
+  struct Placement;  // of one robot, while it is added
+  void add_link(const LinkSpec& link, const Placement& placement, int body, const Pose& X_BL);
+  void add_collisions(const LinkSpec& link, const Placement& placement, int body, const Pose& X_BL,
+                      int frame);
+  int add_body(const JointSpec& joint, const Placement& placement, int parent, const Pose& X_PJ);
+  std::vector<int> geometries_named(const std::string& name) const;
+  void apply_mimics();
+  void check_inertias() const;
+
+  using NameIndex = std::map<std::string, int>;
   Model model_;
   int num_instances_ = 0;
+  NameIndex joint_names_, frame_names_, geometry_names_;
+  std::vector<double> default_q_, damping_, armature_, dry_friction_;
+  // By joint: where it was read, and the first link of its body whose inertia is not physical.
+  std::vector<std::string> joint_where_, defective_link_;
+  std::vector<char> position_given_;
 };
 
 }  // namespace counterpoint

@@ -37,7 +37,8 @@ inline Quaternion quaternion_exp(const Vector3& rotation_vector) {
 /// Rotation vector [rad], angle in [0, pi], of a unit quaternion: the inverse of quaternion_exp.
 Vector3 quaternion_log(const Quaternion& q);
 
-/// A rotation that takes the z axis to the unit vector `axis`; the identity when axis is z itself.
+/// A rotation that takes the z axis to the unit vector `axis`; the identity when axis is z itself,
+/// free of round-off when axis is a coordinate axis.
 Matrix3 rotation_z_to(const Vector3& axis);
 
 /// A right-handed frame (t1, t2, n), as columns, whose third axis is the unit vector n.

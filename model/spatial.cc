@@ -6,7 +6,8 @@ SpatialInertia SpatialInertia::operator+(const SpatialInertia& o) const {
   const double total = mass + o.mass;
   if (total == 0.0) return {0.0, center, rotational + o.rotational};
   const Vector3 c = (mass * center + o.mass * o.center) / total;
-  // Parallel axes, written with the distance of the two centres: no cancellation when they coincide.
+  // Parallel axes, written with the distance of the two centres: no cancellation when they
+  // coincide.
   const Matrix3 s = skew(o.center - center);
   return {total, c, rotational + o.rotational - (mass * o.mass / total) * s * s};
 }

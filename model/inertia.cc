@@ -1,0 +1,147 @@
+#include "counterpoint/model/inertia.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+namespace counterpoint {
+namespace {
+
+constexpr double kMomentTolerance = 1e-6;     // relative to the largest principal moment
+constexpr double kDiagonalTolerance = 1e-14;  // round-off of the sums in one common frame
+constexpr double kPivotTolerance = 1e-12;     // round-off of the elimination, with room
+
+// A repaired moment is at least this share of the largest: that of a rod 25 times as long as wide.
+constexpr double kLeastMomentRatio = 1e-3;
+
+using Matrix6X = Eigen::Matrix<double, 6, Eigen::Dynamic, 0, 6, 6>;
+
+/// Columns: the motion (angular, linear) of the body per unit of each velocity coordinate, in the
+/// body frame. Linear velocities of planar and floating joints are in the axes of J.
+Matrix6X motion_subspace(JointType type, const Matrix3& R_JB) {
+  Matrix6X s = Matrix6X::Zero(6, joint_nv(type));
+  switch (type) {
+    case JointType::kRevolute:
+      s(2, 0) = 1.0;
+      break;
+    case JointType::kPrismatic:
+      s(5, 0) = 1.0;
+      break;
+    case JointType::kPlanar:
+      s.block<3, 2>(3, 0) = R_JB.transpose().leftCols<2>();
+      s(2, 2) = 1.0;
+      break;
+    case JointType::kSpherical:
+      s.topRows<3>().setIdentity();
+      break;
+    case JointType::kFloating:
+      s.block<3, 3>(3, 0) = R_JB.transpose();
+      s.block<3, 3>(0, 3).setIdentity();
+      break;
+  }
+  return s;
+}
+
+}  // namespace
+
+std::string inertia_defect(const SpatialInertia& inertia) {
+  if (inertia.rotational.isZero(0.0)) return "";
+  const Vector3 m =
+      Eigen::SelfAdjointEigenSolver<Matrix3>(inertia.rotational, Eigen::EigenvaluesOnly)
+          .eigenvalues();  // increasing
+  if (inertia.mass == 0.0) {
+    return fmt::format("principal moments of inertia ({:.6g}, {:.6g}, {:.6g}) kg m^2 without mass",
+                       m[0], m[1], m[2]);
+  }
+  const double tolerance = kMomentTolerance * std::max(m[2], -m[0]);
+  if (m[0] <= 0.0) {
+    return fmt::format(
+        "principal moments of inertia ({:.6g}, {:.6g}, {:.6g}) kg m^2 are not all positive", m[0],
+        m[1], m[2]);
+  }
+  if (m[0] + m[1] < m[2] - tolerance) {
+    return fmt::format(
+        "principal moments of inertia ({:.6g}, {:.6g}, {:.6g}) kg m^2 violate the triangle "
+        "inequality",
+        m[0], m[1], m[2]);
+  }
+  return "";
+}
+
+SpatialInertia nearest_physical(const SpatialInertia& inertia) {
+  const Eigen::SelfAdjointEigenSolver<Matrix3> eigen(inertia.rotational);
+  Vector3 m = eigen.eigenvalues();
+  m = m.cwiseMax(kLeastMomentRatio * std::max(m[2], 0.0));
+  // Projection on the half-space m0 + m1 >= m2 moves all three by the same amount.
+  const double excess = m[2] - m[0] - m[1];
+  if (excess > 0.0) m += Vector3(excess, excess, -excess) / 3.0;
+  SpatialInertia repaired = inertia;
+  repaired.rotational = eigen.eigenvectors() * m.asDiagonal() * eigen.eigenvectors().transpose();
+  return repaired;
+}
+
+MatrixX reference_mass_matrix(const Model& model, int tree, const VectorX& q, VectorX* scale) {
+  const Tree& t = model.trees()[tree];
+  const int bodies = t.body_end - t.body_begin;
+  // Everything at the origin and in the axes of the tree's first body.
+  std::vector<Pose> X_RB(bodies);
+  std::vector<Matrix6> composite(bodies);
+  std::vector<Matrix6X> subspace(bodies);
+  for (int i = 0; i < bodies; ++i) {
+    const Body& body = model.body(t.body_begin + i);
+    const Pose X_JB = joint_pose(body.joint_type, q.data() + body.q_index);
+    if (i > 0) X_RB[i] = X_RB[body.parent - t.body_begin] * body.X_PJ * X_JB;
+    composite[i] = body.inertia.transformed(X_RB[i]).matrix();
+    subspace[i] = motion_subspace(body.joint_type, X_JB.rotation);
+    for (int k = 0; k < subspace[i].cols(); ++k) {
+      const Motion s = X_RB[i] * Motion{subspace[i].col(k).head<3>(), subspace[i].col(k).tail<3>()};
+      subspace[i].col(k) << s.angular, s.linear;
+    }
+  }
+  for (int i = bodies - 1; i > 0; --i) {
+    composite[model.body(t.body_begin + i).parent - t.body_begin] += composite[i];
+  }
+  const int nv = t.v_end - t.v_begin;
+  MatrixX mass = MatrixX::Zero(nv, nv);
+  if (scale != nullptr) scale->setZero(nv);
+  for (int i = 0; i < bodies; ++i) {
+    const int vi = model.body(t.body_begin + i).v_index - t.v_begin;
+    const int ni = static_cast<int>(subspace[i].cols());
+    const Matrix6X momentum = composite[i] * subspace[i];
+    if (scale != nullptr) {
+      const double rotational = composite[i].diagonal().head<3>().cwiseAbs().maxCoeff();
+      const double mass_scale = std::abs(composite[i](5, 5));
+      scale->segment(vi, ni) =
+          rotational * subspace[i].topRows<3>().colwise().squaredNorm().transpose() +
+          mass_scale * subspace[i].bottomRows<3>().colwise().squaredNorm().transpose();
+    }
+    for (int j = i; j >= 0; j = model.body(t.body_begin + j).parent - t.body_begin) {
+      const int vj = model.body(t.body_begin + j).v_index - t.v_begin;
+      const int nj = static_cast<int>(subspace[j].cols());
+      mass.block(vj, vi, nj, ni) = subspace[j].transpose() * momentum;
+      mass.block(vi, vj, ni, nj) = mass.block(vj, vi, nj, ni).transpose();
+    }
+  }
+  mass.diagonal() += model.armature().segment(t.v_begin, nv);
+  return mass;
+}
+
+int find_coordinate_without_inertia(const Model& model, int tree, const VectorX& q) {
+  VectorX scale;
+  MatrixX mass = reference_mass_matrix(model, tree, q, &scale);
+  const VectorX diagonal = mass.diagonal();
+  for (int k = static_cast<int>(diagonal.size()) - 1; k >= 0; --k) {
+    const double pivot = mass(k, k);
+    // Written as "not greater": a NaN must not pass.
+    if (!(diagonal[k] > kDiagonalTolerance * scale[k])) return k;
+    if (!(pivot > kPivotTolerance * diagonal[k])) return k;
+    const VectorX column = mass.col(k).head(k);
+    mass.topLeftCorner(k, k) -= column * column.transpose() / pivot;
+  }
+  return -1;
+}
+
+}  // namespace counterpoint

@@ -1,0 +1,144 @@
+#include "support/random_model.h"
+
+#include <cmath>
+#include <numbers>
+
+namespace counterpoint::test {
+
+std::uint64_t Random::bits() {
+  // SplitMix64 (Steele, Lea, Flood 2014).
+  state_ += 0x9e3779b97f4a7c15ULL;
+  std::uint64_t z = state_;
+  z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9ULL;
+  z = (z ^ (z >> 27)) * 0x94d049bb133111ebULL;
+  return z ^ (z >> 31);
+}
+
+double Random::uniform(double low, double high) {
+  return low + (high - low) * std::ldexp(static_cast<double>(bits() >> 11), -53);
+}
+
+int Random::integer(int low, int high) {
+  return low + static_cast<int>(bits() % static_cast<std::uint64_t>(high - low + 1));
+}
+
+Vector3 Random::vector(double size) {
+  const double x = uniform(-size, size);
+  const double y = uniform(-size, size);
+  const double z = uniform(-size, size);
+  return {x, y, z};
+}
+
+Vector3 Random::unit_vector() {
+  while (true) {
+    const Vector3 v = vector(1.0);
+    if (v.norm() > 0.1 && v.norm() < 1.0) return v.normalized();
+  }
+}
+
+Quaternion Random::quaternion() {
+  // Shoemake's method: uniform over rotations.
+  const double u = uniform(0.0, 1.0);
+  const double a = uniform(0.0, 2.0 * std::numbers::pi);
+  const double b = uniform(0.0, 2.0 * std::numbers::pi);
+  return {std::sqrt(1.0 - u) * std::sin(a), std::sqrt(1.0 - u) * std::cos(a),
+          std::sqrt(u) * std::sin(b), std::sqrt(u) * std::cos(b)};
+}
+
+SpatialInertia random_inertia(Random& random) {
+  SpatialInertia inertia;
+  inertia.mass = random.uniform(0.2, 3.0);
+  inertia.center = random.vector(0.2);
+  Vector3 s2;
+  for (int i = 0; i < 3; ++i) s2[i] = std::pow(random.uniform(0.05, 0.4), 2);
+  const Vector3 moments = inertia.mass / 12.0 * (Vector3::Constant(s2.sum()) - s2);
+  const Matrix3 r = random.quaternion().toRotationMatrix();
+  inertia.rotational = r * moments.asDiagonal() * r.transpose();
+  return inertia;
+}
+
+Pose random_pose(Random& random, double size) {
+  const Vector3 p = random.vector(size);
+  return {random.quaternion().toRotationMatrix(), p};
+}
+
+namespace {
+
+JointType random_type(Random& random, bool single_axis_only) {
+  const int n = random.integer(0, single_axis_only ? 5 : 9);
+  if (n < 4) return JointType::kRevolute;
+  if (n < 6) return JointType::kPrismatic;
+  if (n < 7) return JointType::kPlanar;
+  if (n < 9) return JointType::kSpherical;
+  return JointType::kFloating;
+}
+
+}  // namespace
+
+RobotSpec make_random_robot(std::uint64_t seed, const RandomModelOptions& options) {
+  Random random(seed);
+  RobotSpec robot;
+  robot.name = "random" + std::to_string(seed);
+  for (int i = 0; i < options.links; ++i) {
+    LinkSpec link;
+    link.name = "link" + std::to_string(i);
+    link.inertia = random_inertia(random);
+    robot.links.push_back(link);
+    if (i == 0) continue;
+    JointSpec joint;
+    joint.name = "joint" + std::to_string(i);
+    // Mostly chains, with branches.
+    const int parent = random.uniform(0.0, 1.0) < 0.6 ? i - 1 : random.integer(0, i - 1);
+    joint.parent = "link" + std::to_string(parent);
+    joint.child = link.name;
+    joint.fixed = random.uniform(0.0, 1.0) < options.fixed_share;
+    joint.type = random_type(random, options.single_axis_only);
+    joint.X_PJ = random_pose(random, 0.5);
+    joint.axis = random.unit_vector();
+    if (options.damping) joint.damping = random.uniform(0.0, 2.0);
+    if (options.armature) joint.armature = random.uniform(0.0, 0.1);
+    if (options.limits) {
+      joint.lower = -random.uniform(0.5, 2.0);
+      joint.upper = random.uniform(0.5, 2.0);
+    }
+    robot.joints.push_back(joint);
+  }
+  return robot;
+}
+
+Model make_random_model(std::uint64_t seed, const RandomModelOptions& options) {
+  ModelBuilder builder;
+  for (int i = 0; i < options.robots; ++i) {
+    const RobotSpec robot = make_random_robot(seed * 1000 + static_cast<std::uint64_t>(i), options);
+    const Pose X_WL{Matrix3::Identity(), Vector3(10.0 * i, 0, 0)};
+    builder.add_robot(robot, options.base, X_WL,
+                      options.robots == 1 ? "" : std::to_string(i) + "/");
+  }
+  return builder.build();
+}
+
+VectorX random_configuration(const Model& model, std::uint64_t seed) {
+  Random random(seed);
+  VectorX q(model.nq());
+  for (int i = 1; i < model.num_bodies(); ++i) {
+    const Body& body = model.body(i);
+    const int nq = joint_nq(body.joint_type);
+    for (int k = 0; k < nq; ++k) q[body.q_index + k] = random.uniform(-1.0, 1.0);
+    if (body.joint_type == JointType::kRevolute) q[body.q_index] *= std::numbers::pi;
+    if (body.joint_type == JointType::kPlanar) q[body.q_index + 2] *= std::numbers::pi;
+    if (body.joint_type == JointType::kSpherical || body.joint_type == JointType::kFloating) {
+      const Quaternion r = random.quaternion();
+      q.segment<4>(body.q_index + nq - 4) << r.w(), r.x(), r.y(), r.z();
+    }
+  }
+  return q;
+}
+
+VectorX random_vector(int size, std::uint64_t seed, double scale) {
+  Random random(seed);
+  VectorX v(size);
+  for (int i = 0; i < size; ++i) v[i] = random.uniform(-scale, scale);
+  return v;
+}
+
+}  // namespace counterpoint::test

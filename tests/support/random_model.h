@@ -1,0 +1,49 @@
+// Random kinematic trees, configurations and velocities, the same for the same seed everywhere.
+#pragma once
+
+#include <cstdint>
+
+#include "counterpoint/model/model_builder.h"
+
+namespace counterpoint::test {
+
+/// A small generator of its own: standard distributions differ between libraries.
+class Random {
+ public:
+  explicit Random(std::uint64_t seed) : state_(seed) {}
+  std::uint64_t bits();
+  double uniform(double low, double high);
+  int integer(int low, int high);  ///< both ends included
+  Vector3 vector(double size);     ///< every component in -size ... size
+  Vector3 unit_vector();
+  Quaternion quaternion();  ///< uniform over rotations
+
+ private:
+  std::uint64_t state_;
+};
+
+struct RandomModelOptions {
+  int links = 12;  ///< of every robot
+  int robots = 1;
+  Base base = Base::kFloating;
+  bool single_axis_only = false;  ///< revolute and prismatic joints only (a floating base stays)
+  double fixed_share = 0.15;      ///< share of fixed joints
+  bool damping = false;
+  bool armature = false;
+  bool limits = false;
+};
+
+/// Every joint type, branches, turned axes, offset and tilted inertias of real boxes.
+RobotSpec make_random_robot(std::uint64_t seed, const RandomModelOptions& options = {});
+/// Robots "0/", "1/", ... (no prefix if there is one only), apart from each other.
+Model make_random_model(std::uint64_t seed, const RandomModelOptions& options = {});
+
+/// nq coordinates, quaternions of unit length, lengths within 1 m, angles within pi.
+VectorX random_configuration(const Model& model, std::uint64_t seed);
+VectorX random_vector(int size, std::uint64_t seed, double scale = 1.0);
+
+/// The inertia of a solid box with sides drawn at random, tilted, off the origin.
+SpatialInertia random_inertia(Random& random);
+Pose random_pose(Random& random, double size);
+
+}  // namespace counterpoint::test
