@@ -1,0 +1,143 @@
+#include "counterpoint/engine/assemble.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "counterpoint/engine/crba.h"
+#include "counterpoint/engine/joint_motion.h"
+#include "counterpoint/engine/kinematics.h"
+
+namespace counterpoint {
+namespace {
+
+/// Adds sign * (rows of the contact) of one body's chain to J.
+void fill_contact_jacobian(const Model& model, const ContactConstraint& contact, int leaf,
+                           double sign, const Data& data, contact::MatrixMap J) {
+  const int linear_rows = std::min(contact.law.rows, 3);
+  const Vector3& p = contact.candidate.position;
+  const int v_begin = model.trees()[model.body(leaf).tree].v_begin;
+  for (int b = leaf; b != 0; b = model.body(b).parent) {
+    const Body& body = model.body(b);
+    const Matrix3& R_WB = data.X_WB[b].rotation;
+    const Matrix3 R_JB = joint_axes_turn(body.joint_type)
+                             ? joint_rotation(body.X_PJ, data.X_PB[b])
+                             : Matrix3();
+    const Vector3 arm = p - data.X_WB[b].translation;
+    for (int j = 0; j < joint_nv(body.joint_type); ++j) {
+      const Motion axis = joint_axis(body.joint_type, R_JB, j);
+      const Vector3 angular = R_WB * axis.angular;
+      const Vector3 linear = R_WB * axis.linear + angular.cross(arm);
+      const int column = body.v_index - v_begin + j;
+      J.col(column).head(linear_rows) +=
+          sign * (contact.frame.transpose() * linear).head(linear_rows);
+      if (contact.law.rows > 3) {
+        const int rows = contact.law.rows - 3;
+        J.col(column).tail(rows) += sign * (contact.frame.transpose() * angular).head(rows);
+      }
+    }
+  }
+}
+
+void add_contact(const Model& model, const ContactConstraint& contact, const Data& data,
+                 const std::vector<int>& block_of_tree, contact::Problem& problem) {
+  const int tree_a = model.body(contact.body_a).tree, tree_b = model.body(contact.body_b).tree;
+  const int block_a = tree_a < 0 ? -1 : block_of_tree[tree_a];
+  const int block_b = tree_b < 0 ? -1 : block_of_tree[tree_b];
+  // Both bodies in one tree share one block.
+  const int first = block_a >= 0 ? block_a : block_b;
+  const int second = block_a >= 0 && block_b != block_a ? block_b : -1;
+  const int row = problem.add_constraint(contact.law, first, second);
+  if (block_a >= 0)
+    fill_contact_jacobian(model, contact, contact.body_a, -1.0, data, problem.jacobian(row, 0));
+  if (block_b >= 0)
+    fill_contact_jacobian(model, contact, contact.body_b, 1.0, data,
+                          problem.jacobian(row, block_b == first ? 0 : 1));
+}
+
+int tree_of_velocity(const Model& model, int v_index) {
+  const auto& trees = model.trees();
+  const auto it = std::upper_bound(trees.begin(), trees.end(), v_index,
+                                   [](int v, const Tree& t) { return v < t.v_end; });
+  return static_cast<int>(it - trees.begin());
+}
+
+void add_joint_row(const Model& model, const JointConstraint& row,
+                   const std::vector<int>& block_of_tree, contact::Problem& problem) {
+  int tree[2] = {tree_of_velocity(model, row.v_index[0]), -1};
+  if (row.v_index[1] >= 0) tree[1] = tree_of_velocity(model, row.v_index[1]);
+  const int second = tree[1] >= 0 && tree[1] != tree[0] ? block_of_tree[tree[1]] : -1;
+  const int constraint = problem.add_constraint(row.law, block_of_tree[tree[0]], second);
+  for (int k = 0; k < 2 && row.v_index[k] >= 0; ++k) {
+    const int side = tree[k] == tree[0] ? 0 : 1;
+    problem.jacobian(constraint, side)(0, row.v_index[k] - model.trees()[tree[k]].v_begin) +=
+        row.coefficient[k];
+  }
+}
+
+void mark_touched_trees(const Model& model, const ConstraintSet& constraints,
+                        std::vector<int>& block_of_tree) {
+  block_of_tree.assign(model.num_trees(), -1);
+  const auto mark = [&](int tree) {
+    if (tree >= 0) block_of_tree[tree] = 0;
+  };
+  for (const ContactConstraint& c : constraints.contacts) {
+    mark(model.body(c.body_a).tree);
+    mark(model.body(c.body_b).tree);
+  }
+  for (const JointConstraint& j : constraints.joints)
+    for (const int v : j.v_index)
+      if (v >= 0) mark(tree_of_velocity(model, v));
+}
+
+}  // namespace
+
+void assemble_problem(const Model& model, const ConstraintSet& constraints, const VectorRef& w_free,
+                      const VectorRef& mass_diagonal, Data& data, std::vector<int>& block_of_tree,
+                      contact::Problem& problem) {
+  problem.clear();
+  mark_touched_trees(model, constraints, block_of_tree);
+  for (int t = 0; t < model.num_trees(); ++t) {
+    if (block_of_tree[t] < 0) continue;
+    const Tree& tree = model.trees()[t];
+    const int size = tree.v_end - tree.v_begin;
+    block_of_tree[t] = problem.add_block(size);
+    contact::MatrixMap M = problem.mass(block_of_tree[t]);
+    crba_tree(model, tree, data, M);
+    M.diagonal() += mass_diagonal.segment(tree.v_begin, size);
+    problem.free_velocity().segment(problem.block_start(block_of_tree[t]), size) =
+        w_free.segment(tree.v_begin, size);
+  }
+  for (const ContactConstraint& c : constraints.contacts)
+    add_contact(model, c, data, block_of_tree, problem);
+  for (const JointConstraint& j : constraints.joints)
+    add_joint_row(model, j, block_of_tree, problem);
+}
+
+void add_contact_impulse(const ContactConstraint& contact, const contact::Rows& impulse,
+                         const Data& data, std::vector<Force>& body_impulse) {
+  const int rows = contact.law.rows;
+  Vector3 linear = Vector3::Zero(), angular = Vector3::Zero();
+  for (int i = 0; i < std::min(rows, 3); ++i) linear += impulse[i] * contact.frame.col(i);
+  for (int i = 3; i < rows; ++i) angular += impulse[i] * contact.frame.col(i - 3);
+  const std::pair<int, double> sides[] = {{contact.body_a, -1.0}, {contact.body_b, 1.0}};
+  for (const auto& [body, sign] : sides) {
+    if (body == 0) continue;
+    const Pose& X_WB = data.X_WB[body];
+    const Vector3 arm = contact.candidate.position - X_WB.translation;
+    body_impulse[body] += Force{X_WB.rotation.transpose() * (sign * (angular + arm.cross(linear))),
+                                X_WB.rotation.transpose() * (sign * linear)};
+  }
+}
+
+void project_on_joints(const Model& model, const Data& data, std::vector<Force>& body_force,
+                       VectorOut tau) {
+  for (int i = model.num_bodies() - 1; i > 0; --i) {
+    const Body& body = model.body(i);
+    const Matrix3 R_JB =
+        joint_axes_turn(body.joint_type) ? joint_rotation(body.X_PJ, data.X_PB[i]) : Matrix3();
+    add_joint_force(body.joint_type, R_JB, body_force[i], tau.data() + body.v_index);
+    if (body.parent != 0) body_force[body.parent] += data.X_PB[i] * body_force[i];
+  }
+}
+
+}  // namespace counterpoint

@@ -1,0 +1,68 @@
+#include "counterpoint/engine/contact_law.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace counterpoint {
+namespace {
+
+/// Below this friction the regularizer of the sliding rows grows as 1/mu^2, so that the normal row's,
+/// mu^2 r, does not sink into round-off.
+constexpr double kSmallFriction = 0.1;
+
+/// Bias [m/s] of a unilateral row: the gap may be closed within the step but not crossed; a share of a
+/// penetration is recovered, no faster than the cap. Continuous at gap = 0.
+double gap_bias(const ContactOptions& options, double h, double gap) {
+  if (gap > 0.0) return gap / h;
+  return std::max(options.stabilization * gap / h, -options.max_recovery_speed);
+}
+
+double smoothing(const ContactOptions& options, double alpha) {
+  return options.smoothing * kStandardGravity / alpha;
+}
+
+}  // namespace
+
+contact::Law make_contact_law(const ContactOptions& options, double h, const Material& pair,
+                              double alpha, double gap, const Vector3& v) {
+  contact::Law law;
+  const double mu = pair.friction;
+  law.regularizer = options.compliance * alpha;
+  law.smoothing = smoothing(options, alpha);
+  law.bias[0] = gap_bias(options, h, gap);
+  // Restitution, where the contact closes within the step as judged from (q, w); never from u.
+  if (pair.restitution > 0.0 && v[0] < 0.0 && gap + h * v[0] <= 0.0)
+    law.bias[0] = std::min(pair.restitution * v[0], gap > 0.0 ? 0.0 : law.bias[0]);
+  if (mu <= 0.0) return law;
+
+  law.type = contact::LawType::kFrictionCone;
+  law.rows = pair.rolling_friction > 0.0 ? 6 : pair.torsional_friction > 0.0 ? 4 : 3;
+  law.regularizer *= std::max(1.0, std::pow(kSmallFriction / mu, 2));
+  law.friction = {mu, mu, pair.torsional_friction, pair.rolling_friction, pair.rolling_friction};
+  switch (options.friction_model) {
+    case FrictionModel::kConvex: break;
+    case FrictionModel::kLagged: law.bias[0] += mu * std::hypot(v[1], v[2]); break;
+    case FrictionModel::kCoulomb: law.coulomb = true; break;
+  }
+  return law;
+}
+
+contact::Law make_limit_law(const ContactOptions& options, double h, double alpha, double gap) {
+  contact::Law law;
+  law.regularizer = options.compliance * alpha;
+  law.smoothing = smoothing(options, alpha);
+  law.bias[0] = gap_bias(options, h, gap);
+  return law;
+}
+
+contact::Law make_equality_law(const ContactOptions& options, double h, double alpha,
+                               double error) {
+  contact::Law law;
+  law.type = contact::LawType::kEquality;
+  law.regularizer = options.compliance * alpha;
+  law.bias[0] = std::clamp(options.stabilization * error / h, -options.max_recovery_speed,
+                           options.max_recovery_speed);
+  return law;
+}
+
+}  // namespace counterpoint

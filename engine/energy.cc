@@ -1,0 +1,28 @@
+#include "counterpoint/engine/energy.h"
+
+namespace counterpoint {
+
+double kinetic_energy(const Model& model, const VectorRef& v, const Data& data) {
+  double energy = 0.5 * v.dot(model.armature().cwiseProduct(v));
+  for (int i = 1; i < model.num_bodies(); ++i)
+    energy += 0.5 * dot(data.V[i], model.body(i).inertia * data.V[i]);
+  return energy;
+}
+
+double potential_energy(const Model& model, const Data& data) {
+  double energy = 0.0;
+  for (int i = 1; i < model.num_bodies(); ++i) {
+    const SpatialInertia& inertia = model.body(i).inertia;
+    energy -= inertia.mass * model.gravity().dot(data.X_WB[i] * inertia.center);
+  }
+  return energy;
+}
+
+Force total_momentum(const Model& model, const Data& data) {
+  Force momentum;
+  for (int i = 1; i < model.num_bodies(); ++i)
+    momentum += data.X_WB[i] * (model.body(i).inertia * data.V[i]);
+  return momentum;
+}
+
+}  // namespace counterpoint

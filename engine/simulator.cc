@@ -1,0 +1,31 @@
+#include "counterpoint/engine/simulator.h"
+
+#include <utility>
+
+namespace counterpoint {
+
+Simulator::Simulator(Scene scene) : scene_(std::move(scene)), workspace_(scene_.model) {
+  input_.applied_force = VectorX::Zero(model().nv());
+  reset();
+}
+
+void Simulator::set_state(const State& state) {
+  if (state.q.size() != model().nq() || state.v.size() != model().nv())
+    throw InputError("set_state: q and v do not have the model's sizes");
+  state_ = state;
+}
+
+void Simulator::reset() { state_ = {0.0, scene_.q, scene_.v}; }
+
+StepReport Simulator::step() {
+  const StepReport report = step_forward(model(), options(), settings_, state_, input_, workspace_, next_);
+  if (report.succeeded()) std::swap(state_, next_);
+  return report;
+}
+
+const Inverse& Simulator::inverse(VectorRef q, VectorRef v, VectorRef v_next) {
+  step_inverse(model(), options(), q, v, v_next, workspace_, inverse_);
+  return inverse_;
+}
+
+}  // namespace counterpoint

@@ -1,0 +1,208 @@
+// A step against answers known in advance: the discrete scheme worked out by hand wherever possible, so
+// that tolerances are round-off.
+#include "counterpoint/engine/step.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "counterpoint/engine/simulator.h"
+#include "support/allocation_guard.h"
+#include "support/small_scenes.h"
+
+namespace counterpoint {
+namespace {
+
+using test::BoxOnPlane;
+
+constexpr double kRoundoff = 1e-12;
+/// The contact solver stops at a relative residual of 1e-10.
+constexpr double kSolver = 1e-8;
+
+void run(Simulator& sim, double duration) {
+  const int steps = static_cast<int>(std::lround(duration / sim.options().time_step));
+  for (int i = 0; i < steps; ++i) {
+    const StepReport report = sim.step();
+    ASSERT_TRUE(report.succeeded()) << "step " << i << ": " << contact::status_name(report.status);
+  }
+}
+
+TEST(FreeFlight, FollowsTheDiscreteParabolaWhileSpinning) {
+  Simulator sim(test::box_on_plane({.ground = false}));
+  State start = sim.state();
+  start.v << 1.0, -2.0, 3.0, 4.0, 5.0, -6.0;
+  sim.set_state(start);
+  const double h = sim.options().time_step;
+  const int n = 500;
+  for (int i = 0; i < n; ++i) ASSERT_TRUE(sim.step().succeeded());
+  // Semi-implicit Euler: z_n = z_0 + n h v_0 - g h^2 n (n + 1) / 2.
+  const Vector3 expected =
+      start.q.head<3>() + n * h * start.v.head<3>() - Vector3(0, 0, 9.81 * h * h * n * (n + 1) / 2);
+  EXPECT_LT((sim.state().q.head<3>() - expected).norm(), 1e-11);  // 500 roundings of metres
+}
+
+TEST(Pendulum, OneStepIsTheSchemeByHand) {
+  const double m = 1.3, l = 0.7, damping = 0.4, rotor = 0.05, h = 0.01, q0 = 0.9, w0 = -1.1, u = 0.6;
+  Scene scene = test::pendulum({.mass = m, .length = l, .damping = damping, .armature = rotor});
+  scene.options.time_step = h;
+  scene.q[0] = q0;
+  scene.v[0] = w0;
+  Simulator sim(std::move(scene));
+  sim.input().applied_force[0] = u;
+  sim.step();
+  const double inertia = m * l * l + rotor;
+  // (I + h D)(w+ - w) = h (u - m g l sin q - D w)
+  const double w1 =
+      w0 + h * (u - m * 9.81 * l * std::sin(q0) - damping * w0) / (inertia + h * damping);
+  EXPECT_NEAR(sim.state().v[0], w1, kRoundoff);
+  EXPECT_NEAR(sim.state().q[0], q0 + h * w1, kRoundoff);
+  const Inverse& inverse = sim.inverse(VectorX::Constant(1, q0), VectorX::Constant(1, w0), sim.state().v);
+  EXPECT_NEAR(inverse.applied_force[0], u, 1e-11);  // round-off of w / h
+}
+
+TEST(JointLimit, StopsThePendulumAndCarriesItsWeight) {
+  Scene scene = test::pendulum({.lower = -0.5, .upper = 2.0});
+  scene.q[0] = 1.0;
+  Simulator sim(std::move(scene));
+  run(sim, 5.0);
+  // It has fallen onto the lower limit, or swings inside: never past the limit by more than rounding
+  // and compliance explain.
+  EXPECT_GT(sim.state().q[0], -0.5 - 1e-6);
+  // Held against it by a torque, the limit force is that torque less gravity's.
+  sim.input().applied_force[0] = -20.0;
+  run(sim, 2.0);
+  EXPECT_NEAR(sim.state().q[0], -0.5, 5e-6);
+  const VectorX q = sim.state().q, v = sim.state().v;
+  ASSERT_TRUE(sim.step().succeeded());
+  const Inverse& inverse = sim.inverse(q, v, sim.state().v);
+  EXPECT_NEAR(inverse.contact_force[0], 20.0 - 9.81 * std::sin(0.5), 20.0 * 1e-4);
+}
+
+TEST(BoxAtRest, CarriesItsWeightAndHoversByTheSmoothingLength) {
+  Simulator sim(test::box_on_plane({.mass = 3.0}));
+  run(sim, 1.0);
+  const VectorX q = sim.state().q, v = sim.state().v;
+  ASSERT_TRUE(sim.step().succeeded());
+  const Inverse& inverse = sim.inverse(q, v, sim.state().v);
+  ASSERT_EQ(inverse.contacts.size(), 4u);
+  Vector3 sum = Vector3::Zero();
+  for (const ContactForce& c : inverse.contacts) {
+    EXPECT_LT(c.contact.geometry_a, c.contact.geometry_b);
+    sum += c.force;
+  }
+  // Force on geometry B; the box has the lower index, so the ground is pushed down.
+  EXPECT_NEAR(std::abs(sum.z()), 3.0 * 9.81, 3.0 * 9.81 * 1e-6);
+  EXPECT_LT(sum.head<2>().norm(), 1e-6);
+  EXPECT_LT(v.norm(), 1e-6);
+  const double hover = q[2] - 0.1;
+  EXPECT_GT(hover, 0.0);
+  // Four corners share the weight, so each stands four smoothing lengths high.
+  EXPECT_LT(hover, 10.0 * sim.options().contact.smoothing);
+}
+
+TEST(Slope, CreepIsWhatTheRegularizerExplains) {
+  // tan(theta) = 0.4 < mu = 0.5: the block holds, creeping with eps g h sin(theta) or less a contact.
+  const double tangent = 0.4, cosine = 1.0 / std::sqrt(1.0 + tangent * tangent);
+  Scene scene = test::box_on_plane(
+      {.friction = 0.5, .gravity = 9.81 * cosine * Vector3(tangent, 0, -1)});
+  const double eps = scene.options.contact.compliance, h = scene.options.time_step;
+  Simulator sim(std::move(scene));
+  run(sim, 1.0);
+  const double creep = sim.state().v.head<3>().norm();
+  EXPECT_LT(creep, 1.5 * eps * 9.81 * h * tangent * cosine);
+  EXPECT_GT(creep, 0.0);
+}
+
+TEST(Slope, SteeperThanTheConeItSlidesWithCoulombsAcceleration) {
+  const double tangent = 0.8, cosine = 1.0 / std::sqrt(1.0 + tangent * tangent);
+  Simulator sim(test::box_on_plane(
+      {.half = Vector3(0.2, 0.2, 0.05), .friction = 0.5, .gravity = 9.81 * cosine * Vector3(tangent, 0, -1)}));
+  run(sim, 0.5);
+  const double v0 = sim.state().v[0];
+  run(sim, 0.5);
+  const double a = (sim.state().v[0] - v0) / 0.5;
+  // The convex law lets a sliding contact rise while it speeds up (h mu dv/dt of normal velocity):
+  // that takes O(h) of the normal force. 1 % at 2 ms.
+  EXPECT_NEAR(a, 9.81 * cosine * (tangent - 0.5), 9.81 * 0.01);
+}
+
+TEST(Restitution, BouncesAreNewtonsUpToOneStep) {
+  for (const double e : {0.3, 0.6, 0.9}) {
+    Simulator sim(test::box_on_plane({.restitution = e, .height = 0.5}));
+    sim.options().time_step = 1e-3;
+    double speed_before = 0.0, speed_after = 0.0;
+    for (int i = 0; i < 1000 && speed_after <= 0.0; ++i) {
+      speed_before = sim.state().v[2];
+      ASSERT_TRUE(sim.step().succeeded());
+      speed_after = sim.state().v[2];
+    }
+    EXPECT_NEAR(speed_after, -e * speed_before, 1e-4);
+  }
+}
+
+TEST(ExternalWrench, EqualsTheSameGeneralizedForce) {
+  Scene scene = test::box_on_plane({.height = 1.0});
+  Simulator by_wrench(scene), by_force(scene);
+  State start = by_wrench.state();
+  start.q.segment<4>(3) << 0.5, 0.5, -0.5, 0.5;
+  start.v << 0, 0, 0, 1, 2, 3;
+  by_wrench.set_state(start);
+  by_force.set_state(start);
+  const Vector3 force(1, 2, 3), torque(0.01, -0.02, 0.03);
+  by_wrench.input().wrenches.push_back({1, {torque, force}});
+  const Matrix3 R = Quaternion(0.5, 0.5, -0.5, 0.5).toRotationMatrix();
+  by_force.input().applied_force << force, R.transpose() * torque;  // angular coordinates: body axes
+  by_wrench.step();
+  by_force.step();
+  EXPECT_LT((by_wrench.state().v - by_force.state().v).norm(), kRoundoff);
+}
+
+TEST(Step, SameInputSameBits) {
+  std::vector<double> last;
+  for (int repeat = 0; repeat < 2; ++repeat) {
+    Simulator sim(test::box_on_plane({.restitution = 0.2, .height = 0.3}));
+    State start = sim.state();
+    start.v << 1, 0.5, 0, 3, -2, 1;
+    sim.set_state(start);
+    run(sim, 1.0);
+    std::vector<double> now(sim.state().q.begin(), sim.state().q.end());
+    now.insert(now.end(), sim.state().v.begin(), sim.state().v.end());
+    if (repeat == 1) EXPECT_EQ(now, last);
+    last = now;
+  }
+}
+
+TEST(Step, DoesNotAllocateAfterWarmUp) {
+  if (!test::counts_allocations()) GTEST_SKIP() << "AddressSanitizer owns malloc";
+  Simulator sim(test::box_on_plane({.height = 0.05}));
+  State start = sim.state();
+  start.v << 0.5, 0, 0, 1, 2, 3;
+  sim.set_state(start);
+  // Warm-up: the same fall, so that every size has been seen.
+  run(sim, 1.0);
+  sim.inverse(start.q, start.v, start.v);
+  sim.set_state(start);
+  const std::size_t before = test::allocation_count();
+  run(sim, 1.0);
+  const std::size_t stepping = test::allocation_count() - before;
+  EXPECT_EQ(stepping, 0u);
+  const VectorX q = sim.state().q, v = sim.state().v;
+  ASSERT_TRUE(sim.step().succeeded());
+  sim.inverse(q, v, sim.state().v);
+  const std::size_t before_inverse = test::allocation_count();
+  sim.inverse(q, v, sim.state().v);
+  EXPECT_EQ(test::allocation_count() - before_inverse, 0u);
+}
+
+TEST(Step, NotANumberIsAStatusAndLeavesTheStateAlone) {
+  Simulator sim(test::box_on_plane({}));
+  const State before = sim.state();
+  sim.input().applied_force[0] = std::numeric_limits<double>::quiet_NaN();
+  const StepReport report = sim.step();
+  EXPECT_FALSE(report.succeeded());
+  EXPECT_EQ(report.status, contact::Status::kNotFinite);
+  EXPECT_EQ(sim.state().q, before.q);
+}
+
+}  // namespace
+}  // namespace counterpoint

@@ -1,0 +1,65 @@
+#include "support/small_scenes.h"
+
+namespace counterpoint::test {
+namespace {
+
+Scene start_at_rest(std::string name, Model model) {
+  Scene scene{std::move(name), std::move(model), {}, {}, {}};
+  scene.q = scene.model.default_q();
+  scene.v = VectorX::Zero(scene.model.nv());
+  return scene;
+}
+
+}  // namespace
+
+Scene box_on_plane(const BoxOnPlane& box) {
+  RobotSpec robot;
+  robot.name = "box";
+  const Vector3 s = 4.0 * box.half.cwiseAbs2();
+  const Vector3 moments = box.mass / 12.0 * Vector3(s.y() + s.z(), s.x() + s.z(), s.x() + s.y());
+  Material material;
+  material.friction = box.friction;
+  material.restitution = box.restitution;
+  Shape shape;
+  shape.type = ShapeType::kBox;
+  shape.size = box.half;
+  LinkSpec link;
+  link.name = "box";
+  link.inertia = {box.mass, Vector3::Zero(), moments.asDiagonal()};
+  link.collisions.push_back({"", Pose(), shape, material});
+  robot.links.push_back(link);
+
+  ModelBuilder builder(box.gravity);
+  Pose X_WL;
+  X_WL.translation.z() = box.half.z() + box.height;
+  builder.add_robot(robot, Base::kFloating, X_WL);
+  Shape plane;
+  plane.type = ShapeType::kPlane;
+  if (box.ground) builder.add_environment("ground", plane, Pose(), material);
+  return start_at_rest("box on plane", builder.build());
+}
+
+Scene pendulum(const Pendulum& parameters) {
+  RobotSpec robot;
+  robot.name = "pendulum";
+  LinkSpec base, bob;
+  base.name = "base";
+  bob.name = "bob";
+  bob.inertia = {parameters.mass, Vector3(0, 0, -parameters.length), Matrix3::Zero()};
+  robot.links = {base, bob};
+  JointSpec joint;
+  joint.name = "swing";
+  joint.parent = "base";
+  joint.child = "bob";
+  joint.axis = Vector3::UnitY();
+  joint.damping = parameters.damping;
+  joint.armature = parameters.armature;
+  joint.lower = parameters.lower;
+  joint.upper = parameters.upper;
+  robot.joints.push_back(joint);
+  ModelBuilder builder(Vector3(0, 0, -9.81));
+  builder.add_robot(robot, Base::kFixed, Pose());
+  return start_at_rest("pendulum", builder.build());
+}
+
+}  // namespace counterpoint::test

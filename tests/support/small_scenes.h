@@ -1,0 +1,28 @@
+// Scenes of a few bodies, built in memory, for tests with known answers.
+#pragma once
+
+#include "counterpoint/model/scene.h"
+
+namespace counterpoint::test {
+
+/// A free box of given half lengths [m] and mass [kg], uniform density, resting flat on the plane z = 0
+/// of friction `friction` and restitution `restitution`; gravity may lean over to make a slope.
+struct BoxOnPlane {
+  Vector3 half = Vector3::Constant(0.1);
+  double mass = 1.0;
+  double friction = 0.5;
+  double restitution = 0.0;
+  double height = 0.0;  ///< of the lower face [m]
+  Vector3 gravity = Vector3(0, 0, -9.81);
+  bool ground = true;
+};
+Scene box_on_plane(const BoxOnPlane& box);
+
+/// A pendulum about the world's y axis: point mass [kg] at `length` [m] below the joint.
+struct Pendulum {
+  double mass = 1.0, length = 1.0, damping = 0.0, armature = 0.0;
+  double lower = -1e9, upper = 1e9;
+};
+Scene pendulum(const Pendulum& parameters);
+
+}  // namespace counterpoint::test
