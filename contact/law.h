@@ -1,4 +1,18 @@
 // The law of one constraint: impulse, potential, Hessian as functions of contact-space velocity.
+//
+// Friction cone. With z = (y_N, mu_1 y_1, mu_2 y_2, ...), tau = |z_T|, t = z_T / tau and the scalar law
+// g, a of scalar_law.h at the two eigenvalues lambda+- = z_N +- tau, regularizer rho (below), smoothing k:
+//
+//   f_N = (g+ + g-) / 2            b = (g+ + g-) / (s+ + s-) = (g- - g+) / (2 tau)
+//   f_i = -mu_i b z_i              l = (p(lambda+) + p(lambda-)) / 2
+//
+// and the Hessian in z: normal-normal and radial-radial (a+ + a-)/2, normal-radial (a+ - a-)/2, transverse
+// b. This is the scalar function g applied spectrally on the second-order cone (Jordan algebra); f
+// minimizes 1/2 f'R f + f'y + k barrier(cone), R_N = rho, R_i = rho / mu_i^2. Nothing is divided by tau or by
+// mu: without friction the normal row is the unilateral law.
+//
+// Coulomb: y_N is replaced by y_N + sqrt(tau^2 + rho k) - sqrt(rho k), De Saxce's shift tau made smooth at
+// tau = 0; with k = 0 it is the exact shift, and lambda- = y_N, lambda+ = y_N + 2 tau.
 #pragma once
 
 #include "counterpoint/contact/problem.h"
@@ -8,5 +22,36 @@ namespace counterpoint::contact {
 /// f(y) [N s], `law.rows` long. y [m/s] includes the bias. Works for every law and friction model;
 /// `coulomb` applies De Saxce's shift inside. This is the whole inverse of one constraint.
 Rows impulse(const Law& law, const Rows& y);
+
+/// The same on plain arrays of `law.rows` numbers, for inner loops.
+void impulse(const Law& law, const double* y, double* f);
+
+struct Evaluation {
+  double potential = 0.0;  ///< l [J], grad l = -f; NaN for `coulomb`, which has none
+  Rows impulse;            ///< f [N s]
+  RowsSquare hessian;      ///< G = -df/dy [kg]; symmetric positive semidefinite unless `coulomb`
+};
+
+/// l, f and G at y.
+Evaluation evaluate(const Law& law, const Rows& y);
+
+/// f and G = -df/dy on plain arrays; G is rows x rows, row by row.
+void evaluate(const Law& law, const double* y, double* f, double* hessian);
+
+/// l(y) [J]; NaN for `coulomb`.
+double potential(const Law& law, const double* y);
+
+struct Slope {
+  double first = 0.0;   ///< -f . d
+  double second = 0.0;  ///< d' G d
+};
+/// First and second derivative of l along d at y (`coulomb`: of the power -f . d).
+Slope slope(const Law& law, const double* y, const double* d);
+
+/// Friction coefficients below this no longer harden the normal row.
+inline constexpr double kMinRegularizingFriction = 0.1;
+/// rho [1/kg], the normal regularizer of a cone: mu^2 r with mu = max(friction[0], 0.1), so that R_T = r
+/// sets the creep; a smaller mu would drive the normal row below what round-off can resolve.
+double normal_regularizer(const Law& law);
 
 }  // namespace counterpoint::contact

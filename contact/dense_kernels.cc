@@ -1,0 +1,67 @@
+#include "counterpoint/contact/dense_kernels.h"
+
+#include <cmath>
+
+namespace counterpoint::contact {
+namespace {
+
+// column[0..m) -= sum over k of a[:, k] * b[k]; b has a stride.
+inline void subtract_columns(double* __restrict column, const double* __restrict a, int lda,
+                             const double* __restrict b, int b_stride, int m, int k) {
+  int p = 0;
+  for (; p + 4 <= k; p += 4) {
+    const double b0 = b[p * b_stride], b1 = b[(p + 1) * b_stride];
+    const double b2 = b[(p + 2) * b_stride], b3 = b[(p + 3) * b_stride];
+    const double* a0 = a + p * lda;
+    const double* a1 = a0 + lda;
+    const double* a2 = a1 + lda;
+    const double* a3 = a2 + lda;
+    for (int i = 0; i < m; ++i) column[i] -= (a0[i] * b0 + a1[i] * b1) + (a2[i] * b2 + a3[i] * b3);
+  }
+  for (; p < k; ++p) {
+    const double b0 = b[p * b_stride];
+    const double* a0 = a + p * lda;
+    for (int i = 0; i < m; ++i) column[i] -= a0[i] * b0;
+  }
+}
+
+// The 6 x 6 x 6 case of free bodies, with bounds the compiler can unroll.
+inline void subtract_product_6(const double* __restrict a, int lda, const double* __restrict b, int ldb,
+                               double* __restrict c, int ldc) {
+  for (int j = 0; j < 6; ++j) {
+    double sum[6] = {0, 0, 0, 0, 0, 0};
+    for (int p = 0; p < 6; ++p) {
+      const double bp = b[j + p * ldb];
+      for (int i = 0; i < 6; ++i) sum[i] += a[i + p * lda] * bp;
+    }
+    for (int i = 0; i < 6; ++i) c[i + j * ldc] -= sum[i];
+  }
+}
+
+}  // namespace
+
+int factor_panel(double* panel, int rows, int cols, int leading, double min_pivot) {
+  for (int j = 0; j < cols; ++j) {
+    double* column = panel + j * leading;
+    // Left-looking: all earlier columns at once.
+    subtract_columns(column + j, panel + j, leading, panel + j, leading, rows - j, j);
+    const double pivot = column[j];
+    if (!(pivot > min_pivot)) return j;
+    const double root = std::sqrt(pivot);
+    column[j] = root;
+    const double inverse = 1.0 / root;
+    for (int i = j + 1; i < rows; ++i) column[i] *= inverse;
+  }
+  return -1;
+}
+
+void subtract_product(const double* a, int lda, const double* b, int ldb, double* c, int ldc, int m,
+                      int n, int k, bool lower) {
+  if (m == 6 && n == 6 && k == 6) return subtract_product_6(a, lda, b, ldb, c, ldc);
+  for (int j = 0; j < n; ++j) {
+    const int first = lower ? j : 0;
+    subtract_columns(c + first + j * ldc, a + first, lda, b + j, ldb, m - first, k);
+  }
+}
+
+}  // namespace counterpoint::contact

@@ -1,0 +1,36 @@
+// Islands: sets of velocity blocks that constraints tie together, found by union-find.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "counterpoint/contact/problem.h"
+
+namespace counterpoint::contact {
+
+class Islands {
+ public:
+  /// Islands are ordered by their lowest block, blocks and constraints inside by number. Blocks without
+  /// any constraint belong to none. `split` false: one island of all blocks.
+  void compute(const Problem& problem, bool split);
+
+  int count() const { return static_cast<int>(block_range_.size()) - 1; }
+  /// False for a block that no constraint touches.
+  bool constrained(int block) const { return island_of_[block] >= 0; }
+  std::span<const int> blocks(int island) const { return range(blocks_, block_range_, island); }
+  std::span<const int> constraints(int island) const {
+    return range(constraints_, constraint_range_, island);
+  }
+
+ private:
+  static std::span<const int> range(const std::vector<int>& items, const std::vector<int>& start,
+                                    int island) {
+    return {items.data() + start[island], items.data() + start[island + 1]};
+  }
+  int root(int block);
+
+  std::vector<int> parent_, island_of_;
+  std::vector<int> blocks_, block_range_{0}, constraints_, constraint_range_{0};
+};
+
+}  // namespace counterpoint::contact

@@ -1,0 +1,270 @@
+#include "counterpoint/contact/law.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "counterpoint/contact/scalar_law.h"
+
+namespace counterpoint::contact {
+namespace {
+
+// A friction cone at one velocity: everything that impulse, potential and Hessian are made of.
+struct Cone {
+  int friction_rows;
+  double z[kMaxRows];      // scaled velocity; z[0] is the normal, before any shift
+  double tau;              // |z_T|
+  double shift_slope = 0;  // d shift / d tau, divided by tau
+  double lambda_plus, lambda_minus;
+  double rho;
+  ScalarLaw plus, minus;
+
+  Cone(const Law& law, const double* y) : Cone(law, y, scale(law, y)) {}
+
+  double normal() const { return 0.5 * (plus.g + minus.g); }
+  double transverse() const {
+    const double sum = plus.s + minus.s;
+    return sum > 0.0 ? (plus.g + minus.g) / sum : 0.5 / rho;
+  }
+
+ private:
+  struct Scaled {
+    double z[kMaxRows];
+    double tau, rho, lambda_plus, lambda_minus, shift_slope;
+  };
+
+  static Scaled scale(const Law& law, const double* y) {
+    Scaled out;
+    out.rho = normal_regularizer(law);
+    out.z[0] = y[0];
+    double square = 0.0;
+    for (int i = 1; i < law.rows; ++i) {
+      out.z[i] = law.friction[i - 1] * y[i];
+      square += out.z[i] * out.z[i];
+    }
+    out.tau = std::sqrt(square);
+    out.shift_slope = 0.0;
+    out.lambda_plus = y[0] + out.tau;
+    out.lambda_minus = y[0] - out.tau;
+    if (law.coulomb && out.tau > 0.0) {
+      const double eta_square = out.rho * law.smoothing;
+      const double eta = std::sqrt(eta_square);
+      const double root = std::sqrt(square + eta_square);
+      const double shift = square / (root + eta);
+      out.shift_slope = 1.0 / root;
+      out.lambda_plus = y[0] + (shift + out.tau);
+      // shift - tau = -eta (root + tau - eta) / (root + tau), which is 0 without smoothing.
+      out.lambda_minus = y[0] - eta * (1.0 - eta / (root + out.tau));
+    }
+    return out;
+  }
+
+  Cone(const Law& law, const double*, const Scaled& in)
+      : friction_rows(law.rows - 1),
+        tau(in.tau),
+        shift_slope(in.shift_slope),
+        lambda_plus(in.lambda_plus),
+        lambda_minus(in.lambda_minus),
+        rho(in.rho),
+        plus(in.lambda_plus, in.rho, law.smoothing),
+        minus(in.lambda_minus, in.rho, law.smoothing) {
+    std::copy(in.z, in.z + law.rows, z);
+  }
+};
+
+void cone_impulse(const Law& law, const Cone& cone, double* f) {
+  f[0] = cone.normal();
+  const double b = cone.transverse();
+  for (int i = 1; i < law.rows; ++i) f[i] = -law.friction[i - 1] * b * cone.z[i];
+}
+
+// G = D Gz (I + e_N shift') D, D = diag(1, mu_1, mu_2, ...), Gz the Hessian in (shifted) z.
+void cone_hessian(const Law& law, const Cone& cone, double* hessian) {
+  const int n = law.rows;
+  const double mean = 0.5 * (cone.plus.a + cone.minus.a);
+  const double difference = 0.5 * (cone.plus.a - cone.minus.a);
+  const double b = cone.transverse();
+  double t[kMaxRows] = {};
+  if (cone.tau > 0.0) {
+    for (int i = 1; i < n; ++i) t[i] = cone.z[i] / cone.tau;
+  }
+  hessian[0] = mean;
+  for (int i = 1; i < n; ++i) {
+    const double mu_i = law.friction[i - 1];
+    const double normal_radial = mu_i * difference * t[i];
+    hessian[i] = normal_radial;
+    hessian[i * n] = normal_radial;
+    for (int j = 1; j < n; ++j) {
+      const double identity = i == j ? b : 0.0;
+      hessian[i * n + j] = mu_i * law.friction[j - 1] * (identity + (mean - b) * t[i] * t[j]);
+    }
+  }
+  if (cone.shift_slope == 0.0) return;
+  for (int j = 1; j < n; ++j) {
+    const double shift = law.friction[j - 1] * cone.shift_slope * cone.z[j];
+    for (int i = 0; i < n; ++i) hessian[i * n + j] += hessian[i * n] * shift;
+  }
+}
+
+Slope cone_slope(const Law& law, const Cone& cone, const double* d) {
+  double dot = 0.0, square = 0.0;  // z_T . dz_T and |dz_T|^2
+  for (int i = 1; i < law.rows; ++i) {
+    const double dz = law.friction[i - 1] * d[i];
+    dot += cone.z[i] * dz;
+    square += dz * dz;
+  }
+  const double b = cone.transverse();
+  const double mean = 0.5 * (cone.plus.a + cone.minus.a);
+  const double difference = 0.5 * (cone.plus.a - cone.minus.a);
+  const double radial = cone.tau > 0.0 ? dot / cone.tau : 0.0;
+  const double normal = d[0] + cone.shift_slope * dot;  // of the shifted velocity
+  Slope out;
+  out.first = b * dot - cone.normal() * d[0];
+  out.second = mean * (d[0] * normal + radial * radial) + difference * radial * (normal + d[0]) +
+               b * (square - radial * radial);
+  return out;
+}
+
+// f = -2 F y / (s1 + s2): the clamp of -y / r to [-F, F], written as a difference of two scalar laws at
+// y -+ r F and freed of its cancellation.
+struct DryFriction {
+  double bound, y, lambda1, lambda2;
+  ScalarLaw law1, law2;
+
+  DryFriction(const Law& law, double velocity)
+      : bound(law.bound),
+        y(velocity),
+        lambda1(velocity - law.regularizer * law.bound),
+        lambda2(velocity + law.regularizer * law.bound),
+        law1(lambda1, law.regularizer, law.smoothing),
+        law2(lambda2, law.regularizer, law.smoothing) {}
+
+  double impulse() const {
+    const double sum = law1.s + law2.s;
+    return sum > 0.0 ? -2.0 * bound * y / sum : 0.0;
+  }
+  double hessian(const Law& law) const {
+    if (bound <= 0.0) return 0.0;
+    const double s1 = law1.s, s2 = law2.s;
+    if (lambda1 * lambda2 > 0.0) {
+      const double c = 4.0 * law.regularizer * law.smoothing;
+      const double denominator = s1 * s2 * (lambda2 * s1 + lambda1 * s2);
+      return c * 2.0 * y * bound / denominator;
+    }
+    return law1.a - law2.a;  // one of the two is about 1 / r, the other about 0
+  }
+  double potential(const Law& law) const {
+    // With g = (s - lambda)/(2 r) the quadratic parts of the two potentials cancel to -F y.
+    const double r = law.regularizer, k = law.smoothing;
+    return scalar_potential(lambda1, law1, r, k) - scalar_potential(lambda2, law2, r, k) + bound * y;
+  }
+};
+
+}  // namespace
+
+double normal_regularizer(const Law& law) {
+  const double mu = std::max(law.friction[0], kMinRegularizingFriction);
+  return mu * mu * law.regularizer;
+}
+
+void impulse(const Law& law, const double* y, double* f) {
+  switch (law.type) {
+    case LawType::kUnilateral:
+      f[0] = ScalarLaw(y[0], law.regularizer, law.smoothing).g;
+      return;
+    case LawType::kFrictionCone:
+      cone_impulse(law, Cone(law, y), f);
+      return;
+    case LawType::kEquality:
+      for (int i = 0; i < law.rows; ++i) f[i] = -y[i] / law.regularizer;
+      return;
+    case LawType::kDryFriction:
+      f[0] = DryFriction(law, y[0]).impulse();
+      return;
+  }
+}
+
+void evaluate(const Law& law, const double* y, double* f, double* hessian) {
+  switch (law.type) {
+    case LawType::kUnilateral: {
+      const ScalarLaw scalar(y[0], law.regularizer, law.smoothing);
+      f[0] = scalar.g;
+      hessian[0] = scalar.a;
+      return;
+    }
+    case LawType::kFrictionCone: {
+      const Cone cone(law, y);
+      cone_impulse(law, cone, f);
+      cone_hessian(law, cone, hessian);
+      return;
+    }
+    case LawType::kEquality:
+      std::fill(hessian, hessian + law.rows * law.rows, 0.0);
+      for (int i = 0; i < law.rows; ++i) {
+        f[i] = -y[i] / law.regularizer;
+        hessian[i * law.rows + i] = 1.0 / law.regularizer;
+      }
+      return;
+    case LawType::kDryFriction: {
+      const DryFriction dry(law, y[0]);
+      f[0] = dry.impulse();
+      hessian[0] = dry.hessian(law);
+      return;
+    }
+  }
+}
+
+double potential(const Law& law, const double* y) {
+  const double r = law.regularizer, k = law.smoothing;
+  switch (law.type) {
+    case LawType::kUnilateral:
+      return scalar_potential(y[0], ScalarLaw(y[0], r, k), r, k);
+    case LawType::kFrictionCone: {
+      if (law.coulomb) return std::numeric_limits<double>::quiet_NaN();
+      const Cone cone(law, y);
+      return 0.5 * (scalar_potential(cone.lambda_plus, cone.plus, cone.rho, k) +
+                    scalar_potential(cone.lambda_minus, cone.minus, cone.rho, k));
+    }
+    case LawType::kEquality: {
+      double square = 0.0;
+      for (int i = 0; i < law.rows; ++i) square += y[i] * y[i];
+      return square / (2.0 * r);
+    }
+    case LawType::kDryFriction:
+      return DryFriction(law, y[0]).potential(law);
+  }
+  return 0.0;
+}
+
+Slope slope(const Law& law, const double* y, const double* d) {
+  if (law.type == LawType::kFrictionCone) return cone_slope(law, Cone(law, y), d);
+  Slope out;
+  if (law.type == LawType::kEquality) {
+    for (int i = 0; i < law.rows; ++i) {
+      out.first += y[i] * d[i] / law.regularizer;
+      out.second += d[i] * d[i] / law.regularizer;
+    }
+    return out;
+  }
+  double f = 0.0, hessian = 0.0;
+  evaluate(law, y, &f, &hessian);
+  return {-f * d[0], hessian * d[0] * d[0]};
+}
+
+Rows impulse(const Law& law, const Rows& y) {
+  Rows f(law.rows);
+  impulse(law, y.data(), f.data());
+  return f;
+}
+
+Evaluation evaluate(const Law& law, const Rows& y) {
+  Evaluation out;
+  out.impulse.resize(law.rows);
+  double hessian[kMaxRows * kMaxRows];
+  evaluate(law, y.data(), out.impulse.data(), hessian);
+  out.hessian = Eigen::Map<const RowMatrix>(hessian, law.rows, law.rows);
+  out.potential = potential(law, y.data());
+  return out;
+}
+
+}  // namespace counterpoint::contact

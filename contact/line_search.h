@@ -1,0 +1,53 @@
+// Line search on the derivative of a convex function of one variable: bracketed Newton.
+#pragma once
+
+#include <cmath>
+
+#include "counterpoint/contact/law.h"
+
+namespace counterpoint::contact {
+
+struct LineSearchResult {
+  double step = 0.0;   ///< alpha
+  bool found = false;  ///< |phi'(alpha)| is small enough
+  int evaluations = 0;
+};
+
+/// Finds alpha > 0 with |phi'(alpha)| <= accuracy * |phi'(0)|, trying alpha = 1 first. `derivative`
+/// returns phi' and phi'' of a convex phi as a Slope; phi'(0) < 0 is given.
+template <class Derivative>
+LineSearchResult search_line(const Derivative& derivative, double slope_at_zero, double accuracy) {
+  constexpr int kMaxEvaluations = 40;
+  constexpr double kLargestStep = 1e6;
+  constexpr double kGrowth = 10.0;
+  const double goal = accuracy * std::abs(slope_at_zero);
+  double low = 0.0, high = 0.0;  // high = 0: not bracketed yet
+  double alpha = 1.0;
+  LineSearchResult out;
+  while (out.evaluations < kMaxEvaluations) {
+    const Slope s = derivative(alpha);
+    ++out.evaluations;
+    out.step = alpha;
+    if (std::abs(s.first) <= goal) {
+      out.found = true;
+      return out;
+    }
+    if (!std::isfinite(s.first) || s.first > 0.0) {
+      high = alpha;
+    } else {
+      low = alpha;
+    }
+    double next = std::isfinite(s.first) && s.second > 0.0 ? alpha - s.first / s.second : alpha;
+    if (high == 0.0) {
+      if (!(next > low) || next > kGrowth * low) next = kGrowth * low;
+      if (next > kLargestStep) return out;
+    } else if (!(next > low && next < high)) {
+      next = 0.5 * (low + high);
+      if (next <= low || next >= high) return out;
+    }
+    alpha = next;
+  }
+  return out;
+}
+
+}  // namespace counterpoint::contact

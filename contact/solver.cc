@@ -1,0 +1,156 @@
+#include "counterpoint/contact/solver.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "counterpoint/contact/island_system.h"
+#include "counterpoint/contact/islands.h"
+#include "counterpoint/contact/newton.h"
+
+namespace counterpoint::contact {
+namespace {
+
+bool valid(const Law& law) {
+  if (law.rows < 1 || law.rows > kMaxRows || !(law.regularizer > 0.0)) return false;
+  if (!(law.smoothing >= 0.0)) return false;
+  switch (law.type) {
+    case LawType::kUnilateral: return law.rows == 1;
+    case LawType::kDryFriction: return law.rows == 1 && law.bound >= 0.0;
+    case LawType::kEquality: return true;
+    case LawType::kFrictionCone:
+      return law.rows >= 2 && std::all_of(law.friction.begin(), law.friction.begin() + law.rows - 1,
+                                          [](double mu) { return mu >= 0.0; });
+  }
+  return false;
+}
+
+bool finite(const Law& law) {
+  bool all = std::isfinite(law.regularizer) && std::isfinite(law.smoothing);
+  all = all && std::isfinite(law.bound);
+  for (const double mu : law.friction) all = all && std::isfinite(mu);
+  for (const double b : law.bias) all = all && std::isfinite(b);
+  return all;
+}
+
+Status check(const Problem& problem, const Eigen::Ref<VectorX>& w) {
+  bool all_finite = w.allFinite() && problem.free_velocity().allFinite();
+  bool all_valid = true;
+  for (int b = 0; b < problem.num_blocks(); ++b) {
+    all_finite = all_finite && problem.mass(b).allFinite();
+  }
+  for (int c = 0; c < problem.num_constraints(); ++c) {
+    all_finite = all_finite && finite(problem.law(c));
+    all_valid = all_valid && valid(problem.law(c));
+    for (int side = 0; side < 2; ++side) {
+      if (problem.block(c, side) < 0) continue;
+      all_finite = all_finite && problem.jacobian(c, side).allFinite();
+    }
+  }
+  if (!all_finite) return Status::kNotFinite;
+  return all_valid ? Status::kConverged : Status::kInvalidLaw;
+}
+
+// Which status tells more about the whole: the worst one.
+int severity(Status status) {
+  switch (status) {
+    case Status::kConverged: return 0;
+    case Status::kRoundoffFloor: return 1;
+    case Status::kMaxIterations: return 2;
+    case Status::kLineSearchFailed: return 3;
+    case Status::kSingular: return 4;
+    case Status::kInvalidLaw: return 5;
+    case Status::kNotFinite: return 6;
+  }
+  return 7;
+}
+
+}  // namespace
+
+const char* status_name(Status status) {
+  switch (status) {
+    case Status::kConverged: return "converged";
+    case Status::kRoundoffFloor: return "round-off floor";
+    case Status::kMaxIterations: return "iteration limit";
+    case Status::kLineSearchFailed: return "line search failed";
+    case Status::kNotFinite: return "not finite";
+    case Status::kSingular: return "singular mass matrix";
+    case Status::kInvalidLaw: return "invalid law";
+  }
+  return "unknown";
+}
+
+bool succeeded(Status status) {
+  return status == Status::kConverged || status == Status::kRoundoffFloor;
+}
+
+struct Solver::Impl {
+  Islands islands;
+  IslandSystem system;
+  Newton newton;
+  std::vector<double> w, f;
+  Report report;
+
+  void solve_island(const Problem& problem, const Settings& settings, int island,
+                    Eigen::Ref<VectorX> w_all, VectorX& impulse);
+};
+
+Solver::Solver() : impl_(std::make_unique<Impl>()) {}
+Solver::~Solver() = default;
+Solver::Solver(Solver&&) noexcept = default;
+Solver& Solver::operator=(Solver&&) noexcept = default;
+
+void Solver::Impl::solve_island(const Problem& problem, const Settings& settings, int island,
+                                Eigen::Ref<VectorX> w_all, VectorX& impulse) {
+  system.load(problem, islands.blocks(island), islands.constraints(island), settings.factorization);
+  w.resize(system.size());
+  f.resize(system.num_rows());
+  system.gather(w_all.data(), w.data());
+  Newton::Result result;
+  if (system.diagonal_positive()) {
+    result = newton.solve(system, settings, w, f);
+  } else {
+    result.status = Status::kSingular;
+    std::fill(f.begin(), f.end(), 0.0);
+  }
+  system.scatter(w.data(), w_all.data());
+  for (const auto& c : system.constraints()) {
+    std::copy(f.data() + c.row, f.data() + c.row + c.law->rows, impulse.data() + c.global_row);
+  }
+  if (severity(result.status) > severity(report.status)) report.status = result.status;
+  if (report.residual_history.empty() || result.iterations > report.iterations) {
+    report.iterations = result.iterations;
+    report.residual_history = newton.residual_history();
+    report.cost_history = newton.cost_history();
+  }
+  report.total_iterations += result.iterations;
+  report.line_search_evaluations += result.line_search_evaluations;
+  report.residual = std::max(report.residual, result.residual);
+}
+
+const Report& Solver::solve(const Problem& problem, const Settings& settings, Eigen::Ref<VectorX> w,
+                            VectorX& impulse) {
+  Impl& m = *impl_;
+  Report& report = m.report;
+  report.status = check(problem, w);
+  report.iterations = report.total_iterations = report.islands = report.line_search_evaluations = 0;
+  report.residual = 0.0;
+  report.residual_history.clear();
+  report.cost_history.clear();
+  impulse.setZero(problem.num_rows());
+  if (report.status != Status::kConverged) return report;
+
+  m.islands.compute(problem, settings.split_islands);
+  report.islands = m.islands.count();
+  for (int island = 0; island < m.islands.count(); ++island) {
+    m.solve_island(problem, settings, island, w, impulse);
+  }
+  // Blocks that no constraint touches simply fly.
+  for (int b = 0; b < problem.num_blocks(); ++b) {
+    if (m.islands.constrained(b)) continue;
+    const int start = problem.block_start(b), n = problem.block_size(b);
+    w.segment(start, n) = problem.free_velocity().segment(start, n);
+  }
+  return report;
+}
+
+}  // namespace counterpoint::contact
