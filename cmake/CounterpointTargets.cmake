@@ -29,8 +29,11 @@ function(counterpoint_library name)
     $<BUILD_INTERFACE:${PROJECT_BINARY_DIR}/include>
     $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
   # Debian's libfcl is built without AVX: its fixed-size Eigen types are aligned to 16 bytes. Whoever
-  # shares Eigen types with it, or with us, must agree, whatever -m flags are used.
-  target_compile_definitions(${target} PUBLIC EIGEN_MAX_ALIGN_BYTES=16)
+  # shares Eigen types with it, or with us, must agree, whatever -m flags are used. The second
+  # definition makes dynamic memory plain malloc and free too: without it an AVX translation unit
+  # frees another one's memory by Eigen's own aligned scheme, and crashes.
+  target_compile_definitions(${target} PUBLIC EIGEN_MAX_ALIGN_BYTES=16
+                                              EIGEN_MALLOC_ALREADY_ALIGNED=1)
   target_compile_features(${target} PUBLIC cxx_std_20)
   target_link_libraries(${target} PUBLIC ${ARG_PUBLIC} PRIVATE ${ARG_PRIVATE}
                         $<BUILD_INTERFACE:counterpoint_flags>)
