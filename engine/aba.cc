@@ -3,66 +3,65 @@
 #include <Eigen/Cholesky>
 
 #include "counterpoint/engine/joint_motion.h"
+#include "counterpoint/engine/kinematics.h"
 
 namespace counterpoint {
 namespace {
 
-Vector6 stack(const Force& f) {
+Vector6 stack(const Vector3& a, const Vector3& b) {
   Vector6 s;
-  s << f.torque, f.force;
+  s << a, b;
   return s;
 }
 
-/// Joints of one coordinate: S is a unit vector, revolute the angular z axis, prismatic the linear.
-/// Leaves the inertia and bias force seen through the joint in IA, pA.
-bool reduce_single(bool revolute, double tau, double diagonal, const Motion& c, bool has_parent,
-                   ArticulatedInertia& IA, Force& pA, Motion& U, double& D_inv, double& u) {
+/// What is passed on to the parent if a joint lets the motion IA a - U (...) through: the inertia and
+/// bias force seen through a joint of one coordinate. S is (axis, 0) if revolute, else (0, axis).
+bool reduce_single(bool revolute, const Vector3& axis, double tau, double diagonal, const Motion& c,
+                   bool has_parent, ArticulatedInertia& IA, Force& pA, Force& U, double& D_inv,
+                   double& u) {
   if (revolute) {
-    U.angular = IA.angular.col(2);
-    U.linear = IA.coupling.row(2).transpose();
+    U = {IA.angular * axis, IA.coupling.transpose() * axis};
   } else {
-    U.angular = IA.coupling.col(2);
-    U.linear = IA.linear.col(2);
+    U = {IA.coupling * axis, IA.linear * axis};
   }
-  const double D = (revolute ? U.angular.z() : U.linear.z()) + diagonal;
+  const double D = axis.dot(revolute ? U.torque : U.force) + diagonal;
   if (!(D > 0.0)) return false;
   D_inv = 1.0 / D;
-  u = tau - (revolute ? pA.torque.z() : pA.force.z());
+  u = tau - axis.dot(revolute ? pA.torque : pA.force);
   if (!has_parent) return true;
-  const Vector3 angular = U.angular * D_inv, linear = U.linear * D_inv;
-  IA.angular.noalias() -= angular * U.angular.transpose();
-  IA.coupling.noalias() -= angular * U.linear.transpose();
-  IA.linear.noalias() -= linear * U.linear.transpose();
+  const Vector3 torque = U.torque * D_inv, force = U.force * D_inv;
+  IA.angular.noalias() -= torque * U.torque.transpose();
+  IA.coupling.noalias() -= torque * U.force.transpose();
+  IA.linear.noalias() -= force * U.force.transpose();
   pA += IA * c;
-  pA += Force{angular * u, linear * u};
+  pA += U * (D_inv * u);
   return true;
 }
 
-/// Joints of several coordinates, N of them.
+/// The same for joints of N coordinates.
 template <int N>
-bool reduce_multi(JointType type, const Matrix3& R_JB, const double* tau, const double* diagonal,
-                  const Motion& c, bool has_parent, ArticulatedInertia& IA, Force& pA,
-                  MultiDofFactor& factor) {
-  Eigen::Matrix<double, 6, N> S;
+bool reduce_multi(const Motion* axis, const double* tau, const double* diagonal, const Motion& c,
+                  bool has_parent, ArticulatedInertia& IA, Force& pA, MultiDofFactor& factor) {
+  Eigen::Matrix<double, 6, N> S, U;
   for (int j = 0; j < N; ++j) {
-    const Motion axis = joint_axis(type, R_JB, j);
-    S.col(j) << axis.angular, axis.linear;
+    const Force column = IA * axis[j];
+    S.col(j) << axis[j].angular, axis[j].linear;
+    U.col(j) << column.torque, column.force;
   }
-  const Matrix6 I = IA.matrix();
-  const Eigen::Matrix<double, 6, N> U = I * S;
-  Eigen::Matrix<double, N, N> D = S.transpose() * U;
+  Eigen::Matrix<double, N, N> D;
+  D.noalias() = S.transpose() * U;
   for (int j = 0; j < N; ++j) D(j, j) += diagonal[j];
   const Eigen::LLT<Eigen::Matrix<double, N, N>> llt(D);
   if (llt.info() != Eigen::Success) return false;
   const Eigen::Matrix<double, N, N> D_inv = llt.solve(Eigen::Matrix<double, N, N>::Identity());
-  const Eigen::Matrix<double, N, 1> u =
-      Eigen::Map<const Eigen::Matrix<double, N, 1>>(tau) - S.transpose() * stack(pA);
-  factor.U.leftCols<N>() = U;
-  factor.D_inv.topLeftCorner<N, N>() = D_inv;
-  factor.u.head<N>() = u;
+  const Eigen::Matrix<double, N, 1> u = Eigen::Map<const Eigen::Matrix<double, N, 1>>(tau) -
+                                        S.transpose() * stack(pA.torque, pA.force);
+  factor.U.template leftCols<N>() = U;
+  factor.D_inv.template topLeftCorner<N, N>() = D_inv;
+  factor.u.template head<N>() = u;
   if (!has_parent) return true;
   const Eigen::Matrix<double, 6, N> UD = U * D_inv;
-  const Matrix6 Ia = I - UD * U.transpose();
+  const Matrix6 Ia = IA.matrix() - UD * U.transpose();
   IA.angular = Ia.topLeftCorner<3, 3>();
   IA.coupling = Ia.topRightCorner<3, 3>();
   IA.linear = Ia.bottomRightCorner<3, 3>();
@@ -74,15 +73,37 @@ bool reduce_multi(JointType type, const Matrix3& R_JB, const double* tau, const 
 
 template <int N>
 void accelerate_multi(const MultiDofFactor& factor, const Motion& A, double* a) {
-  Vector6 s;
-  s << A.angular, A.linear;
   Eigen::Map<Eigen::Matrix<double, N, 1>> out(a);
-  out = factor.D_inv.topLeftCorner<N, N>() *
-        (factor.u.head<N>() - factor.U.leftCols<N>().transpose() * s);
+  out.noalias() = factor.D_inv.template topLeftCorner<N, N>() *
+                  (factor.u.template head<N>() -
+                   factor.U.template leftCols<N>().transpose() * stack(A.angular, A.linear));
 }
 
-Matrix3 rotation_if_needed(const Body& body, const Pose& X_PB) {
-  return joint_axes_turn(body.joint_type) ? joint_rotation(body.X_PJ, X_PB) : Matrix3();
+bool reduce_joint(const Model& model, int i, const VectorRef& tau, const VectorRef& extra,
+                  Data& data) {
+  const Body& body = model.body(i);
+  const int k = body.v_index;
+  const bool has_parent = body.parent != 0;
+  const Motion* axis = &data.axis[k];
+  double diagonal[6];
+  for (int j = 0; j < joint_nv(body.joint_type); ++j)
+    diagonal[j] = model.armature()[k + j] + extra[k + j];
+  switch (body.joint_type) {
+    case JointType::kRevolute:
+      return reduce_single(true, axis->angular, tau[k], diagonal[0], data.c[i], has_parent,
+                           data.IA[i], data.pA[i], data.U[i], data.D_inv[i], data.u[i]);
+    case JointType::kPrismatic:
+      return reduce_single(false, axis->linear, tau[k], diagonal[0], data.c[i], has_parent,
+                           data.IA[i], data.pA[i], data.U[i], data.D_inv[i], data.u[i]);
+    case JointType::kPlanar:
+    case JointType::kSpherical:
+      return reduce_multi<3>(axis, tau.data() + k, diagonal, data.c[i], has_parent, data.IA[i],
+                             data.pA[i], data.multi[i]);
+    case JointType::kFloating:
+      return reduce_multi<6>(axis, tau.data() + k, diagonal, data.c[i], has_parent, data.IA[i],
+                             data.pA[i], data.multi[i]);
+  }
+  return false;
 }
 
 }  // namespace
@@ -90,62 +111,35 @@ Matrix3 rotation_if_needed(const Body& body, const Pose& X_PB) {
 bool aba(const Model& model, const VectorRef& tau, const VectorRef& extra, const Vector3& gravity,
          int body_begin, int body_end, Data& data, VectorOut a, int* singular_body) {
   for (int i = body_begin; i < body_end; ++i) {
-    const SpatialInertia& inertia = model.body(i).inertia;
-    data.IA[i] = ArticulatedInertia::rigid(inertia);
-    data.pA[i] = cross(data.V[i], inertia * data.V[i]);
+    data.IA[i] = ArticulatedInertia::rigid(data.inertia[i]);
+    data.pA[i] = cross(data.V[i], data.inertia[i] * data.V[i]);
     if (data.has_external) data.pA[i] -= data.external[i];
   }
   for (int i = body_end - 1; i >= body_begin; --i) {
-    const Body& body = model.body(i);
-    const int k = body.v_index;
-    const bool has_parent = body.parent != 0;
-    bool ok = false;
-    double diagonal[6];
-    for (int j = 0; j < joint_nv(body.joint_type); ++j) diagonal[j] = model.armature()[k + j] + extra[k + j];
-    switch (body.joint_type) {
-      case JointType::kRevolute:
-      case JointType::kPrismatic:
-        ok = reduce_single(body.joint_type == JointType::kRevolute, tau[k], diagonal[0], data.c[i],
-                           has_parent, data.IA[i], data.pA[i], data.U[i], data.D_inv[i], data.u[i]);
-        break;
-      case JointType::kPlanar:
-      case JointType::kSpherical:
-        ok = reduce_multi<3>(body.joint_type, rotation_if_needed(body, data.X_PB[i]),
-                             tau.data() + k, diagonal, data.c[i], has_parent, data.IA[i],
-                             data.pA[i], data.multi[i]);
-        break;
-      case JointType::kFloating:
-        ok = reduce_multi<6>(body.joint_type, rotation_if_needed(body, data.X_PB[i]),
-                             tau.data() + k, diagonal, data.c[i], has_parent, data.IA[i],
-                             data.pA[i], data.multi[i]);
-        break;
-    }
-    if (!ok) {
+    if (!reduce_joint(model, i, tau, extra, data)) {
       if (singular_body != nullptr) *singular_body = i;
       return false;
     }
-    if (has_parent) {
-      data.IA[body.parent] += data.IA[i].transformed(data.X_PB[i]);
-      data.pA[body.parent] += data.X_PB[i] * data.pA[i];
-    }
+    const int parent = model.body(i).parent;
+    if (parent == 0) continue;
+    data.IA[parent] += data.IA[i].shifted(data.arm[i]);
+    data.pA[parent] += shift(data.pA[i], data.arm[i]);
   }
   data.A[0] = {Vector3::Zero(), -gravity};
   for (int i = body_begin; i < body_end; ++i) {
     const Body& body = model.body(i);
     double* a_i = a.data() + body.v_index;
-    Motion A = data.X_PB[i].inverse_apply(data.A[body.parent]) + data.c[i];
+    const Motion A = shift(data.A[body.parent], data.arm[i]) + data.c[i];
     switch (body.joint_type) {
       case JointType::kRevolute:
-      case JointType::kPrismatic: {
-        const Motion& U = data.U[i];
-        a_i[0] = data.D_inv[i] * (data.u[i] - U.angular.dot(A.angular) - U.linear.dot(A.linear));
+      case JointType::kPrismatic:
+        a_i[0] = data.D_inv[i] * (data.u[i] - dot(A, data.U[i]));
         break;
-      }
       case JointType::kPlanar:
       case JointType::kSpherical: accelerate_multi<3>(data.multi[i], A, a_i); break;
       case JointType::kFloating: accelerate_multi<6>(data.multi[i], A, a_i); break;
     }
-    data.A[i] = A + joint_motion(body.joint_type, rotation_if_needed(body, data.X_PB[i]), a_i);
+    data.A[i] = A + joint_motion(body.joint_type, &data.axis[body.v_index], a_i);
   }
   return true;
 }

@@ -5,6 +5,13 @@
 
 namespace counterpoint {
 
+/// skew(p) * m, column by column.
+inline Matrix3 cross_columns(const Vector3& p, const Matrix3& m) {
+  Matrix3 out;
+  for (int j = 0; j < 3; ++j) out.col(j) = p.cross(m.col(j));
+  return out;
+}
+
 /// [torque; force] = [angular, coupling; coupling', linear] [angular velocity; linear velocity].
 struct ArticulatedInertia {
   Matrix3 angular, coupling, linear;
@@ -13,7 +20,7 @@ struct ArticulatedInertia {
     const Matrix3 s = skew(inertia.center);
     ArticulatedInertia I;
     I.coupling = inertia.mass * s;
-    I.angular = inertia.rotational - I.coupling * s;
+    I.angular = inertia.rotational - cross_columns(inertia.center, I.coupling);
     I.linear = inertia.mass * Matrix3::Identity();
     return I;
   }
@@ -30,16 +37,15 @@ struct ArticulatedInertia {
     return *this;
   }
 
-  /// The same inertia seen from frame P, this being expressed in B (Featherstone 2008, eq. 2.66).
-  ArticulatedInertia transformed(const Pose& X_PB) const {
-    const Matrix3& R = X_PB.rotation;
-    const Matrix3 p = skew(X_PB.translation);
+  /// The same inertia about a point from which this one's origin is seen at p, axes unchanged
+  /// (Featherstone 2008, eq. 2.66 without rotation).
+  ArticulatedInertia shifted(const Vector3& p) const {
     ArticulatedInertia out;
-    out.linear = R * linear * R.transpose();
-    const Matrix3 H = R * coupling * R.transpose();
-    out.coupling = H + p * out.linear;
-    // I + [p] H' - (H + [p] M) [p], symmetric by construction up to round-off.
-    out.angular = R * angular * R.transpose() + p * H.transpose() - out.coupling * p;
+    out.linear = linear;
+    out.coupling = coupling + cross_columns(p, linear);
+    // I + [p] H' - (H + [p] M) [p], and X [p] = -([p] X')'.
+    const Matrix3 transposed = coupling.transpose(), moved = out.coupling.transpose();
+    out.angular = angular + cross_columns(p, transposed) + cross_columns(p, moved).transpose();
     return out;
   }
 

@@ -18,21 +18,15 @@ void fill_contact_jacobian(const Model& model, const ContactConstraint& contact,
   const int v_begin = model.trees()[model.body(leaf).tree].v_begin;
   for (int b = leaf; b != 0; b = model.body(b).parent) {
     const Body& body = model.body(b);
-    const Matrix3& R_WB = data.X_WB[b].rotation;
-    const Matrix3 R_JB = joint_axes_turn(body.joint_type)
-                             ? joint_rotation(body.X_PJ, data.X_PB[b])
-                             : Matrix3();
     const Vector3 arm = p - data.X_WB[b].translation;
     for (int j = 0; j < joint_nv(body.joint_type); ++j) {
-      const Motion axis = joint_axis(body.joint_type, R_JB, j);
-      const Vector3 angular = R_WB * axis.angular;
-      const Vector3 linear = R_WB * axis.linear + angular.cross(arm);
+      const Motion& axis = data.axis[body.v_index + j];
       const int column = body.v_index - v_begin + j;
       J.col(column).head(linear_rows) +=
-          sign * (contact.frame.transpose() * linear).head(linear_rows);
+          sign * (contact.frame.transpose() * axis.at(arm)).head(linear_rows);
       if (contact.law.rows > 3) {
         const int rows = contact.law.rows - 3;
-        J.col(column).tail(rows) += sign * (contact.frame.transpose() * angular).head(rows);
+        J.col(column).tail(rows) += sign * (contact.frame.transpose() * axis.angular).head(rows);
       }
     }
   }
@@ -122,10 +116,8 @@ void add_contact_impulse(const ContactConstraint& contact, const contact::Rows& 
   const std::pair<int, double> sides[] = {{contact.body_a, -1.0}, {contact.body_b, 1.0}};
   for (const auto& [body, sign] : sides) {
     if (body == 0) continue;
-    const Pose& X_WB = data.X_WB[body];
-    const Vector3 arm = contact.candidate.position - X_WB.translation;
-    body_impulse[body] += Force{X_WB.rotation.transpose() * (sign * (angular + arm.cross(linear))),
-                                X_WB.rotation.transpose() * (sign * linear)};
+    const Vector3 arm = contact.candidate.position - data.X_WB[body].translation;
+    body_impulse[body] += Force{sign * (angular + arm.cross(linear)), sign * linear};
   }
 }
 
@@ -133,10 +125,9 @@ void project_on_joints(const Model& model, const Data& data, std::vector<Force>&
                        VectorOut tau) {
   for (int i = model.num_bodies() - 1; i > 0; --i) {
     const Body& body = model.body(i);
-    const Matrix3 R_JB =
-        joint_axes_turn(body.joint_type) ? joint_rotation(body.X_PJ, data.X_PB[i]) : Matrix3();
-    add_joint_force(body.joint_type, R_JB, body_force[i], tau.data() + body.v_index);
-    if (body.parent != 0) body_force[body.parent] += data.X_PB[i] * body_force[i];
+    add_joint_force(body.joint_type, &data.axis[body.v_index], body_force[i],
+                    tau.data() + body.v_index);
+    if (body.parent != 0) body_force[body.parent] += shift(body_force[i], data.arm[i]);
   }
 }
 

@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "counterpoint/engine/contact_law.h"
-#include "counterpoint/engine/kinematics.h"
 
 namespace counterpoint {
 namespace {
@@ -128,12 +127,12 @@ contact::Rows contact_velocity(const ContactConstraint& contact, const Data& dat
   const Vector3& p = contact.candidate.position;
   const bool turning = contact.law.rows > 3;
   if (contact.body_a != 0) {
-    linear -= point_velocity(data.X_WB[contact.body_a], V[contact.body_a], p);
-    if (turning) angular -= data.X_WB[contact.body_a].rotation * V[contact.body_a].angular;
+    linear -= V[contact.body_a].at(p - data.X_WB[contact.body_a].translation);
+    if (turning) angular -= V[contact.body_a].angular;
   }
   if (contact.body_b != 0) {
-    linear += point_velocity(data.X_WB[contact.body_b], V[contact.body_b], p);
-    if (turning) angular += data.X_WB[contact.body_b].rotation * V[contact.body_b].angular;
+    linear += V[contact.body_b].at(p - data.X_WB[contact.body_b].translation);
+    if (turning) angular += V[contact.body_b].angular;
   }
   contact::Rows rows(contact.law.rows);
   rows.head(std::min<int>(contact.law.rows, 3)) =

@@ -59,8 +59,8 @@ class ConstraintFinder {
   std::vector<collision::Candidate> candidates_;
 };
 
-/// Velocity of B relative to A at a contact, in its frame (rows as in ContactConstraint), from spatial
-/// velocities V in body axes.
+/// Velocity of B relative to A at a contact, in its frame (rows as in ContactConstraint), from the
+/// bodies' V_WB (data.h).
 contact::Rows contact_velocity(const ContactConstraint& contact, const Data& data,
                                const std::vector<Motion>& V);
 

@@ -1,37 +1,36 @@
 #include "counterpoint/engine/crba.h"
 
 #include "counterpoint/engine/joint_motion.h"
+#include "counterpoint/engine/kinematics.h"
 
 namespace counterpoint {
 
 void crba_tree(const Model& model, const Tree& tree, Data& data, InertiaOut M) {
   for (int i = tree.body_begin; i < tree.body_end; ++i)
-    data.composite[i] = ArticulatedInertia::rigid(model.body(i).inertia);
+    data.composite[i] = ArticulatedInertia::rigid(data.inertia[i]);
   M.setZero();
   for (int i = tree.body_end - 1; i >= tree.body_begin; --i) {
     const Body& body = model.body(i);
     if (body.parent != 0)
-      data.composite[body.parent] += data.composite[i].transformed(data.X_PB[i]);
-    const Matrix3 R_JB =
-        joint_axes_turn(body.joint_type) ? joint_rotation(body.X_PJ, data.X_PB[i]) : Matrix3();
+      data.composite[body.parent] += data.composite[i].shifted(data.arm[i]);
     const int row = body.v_index - tree.v_begin;
     for (int j = 0; j < joint_nv(body.joint_type); ++j) {
-      Force f = data.composite[i] * joint_axis(body.joint_type, R_JB, j);
-      add_joint_force(body.joint_type, R_JB, f, &M(row + j, row));
+      Force f = data.composite[i] * data.axis[body.v_index + j];
+      add_joint_force(body.joint_type, &data.axis[body.v_index], f, &M(row + j, row));
       M(row + j, row + j) += model.armature()[body.v_index + j];
       // The force that accelerates the subtree, carried to the root.
       for (int k = i; model.body(k).parent != 0;) {
-        f = data.X_PB[k] * f;
+        f = shift(f, data.arm[k]);
         k = model.body(k).parent;
         const Body& ancestor = model.body(k);
-        const Matrix3 R = joint_axes_turn(ancestor.joint_type)
-                              ? joint_rotation(ancestor.X_PJ, data.X_PB[k])
-                              : Matrix3();
-        add_joint_force(ancestor.joint_type, R, f, &M(row + j, ancestor.v_index - tree.v_begin));
+        add_joint_force(ancestor.joint_type, &data.axis[ancestor.v_index], f,
+                        &M(row + j, ancestor.v_index - tree.v_begin));
       }
     }
   }
-  M.triangularView<Eigen::StrictlyUpper>() = M.transpose();
+  // Off the diagonal the lower triangle is computed; joints of several coordinates computed both.
+  for (int i = 0; i < M.rows(); ++i)
+    for (int j = 0; j < i; ++j) M(j, i) = M(i, j);
 }
 
 void crba(const Model& model, Data& data, InertiaOut M) {

@@ -10,7 +10,7 @@ using InertiaOut =
     Eigen::Ref<Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>>;
 
 /// M(q) of one tree, both triangles, rotor inertia (armature) included: (v_end - v_begin) squared
-/// [kg m^2, kg m, kg]. Needs compute_poses.
+/// [kg m^2, kg m, kg]. Needs compute_poses and compute_inertias.
 void crba_tree(const Model& model, const Tree& tree, Data& data, InertiaOut M);
 
 /// M(q) of the whole model, nv x nv, block diagonal by tree.

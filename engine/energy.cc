@@ -1,11 +1,13 @@
 #include "counterpoint/engine/energy.h"
 
+#include "counterpoint/engine/kinematics.h"
+
 namespace counterpoint {
 
 double kinetic_energy(const Model& model, const VectorRef& v, const Data& data) {
   double energy = 0.5 * v.dot(model.armature().cwiseProduct(v));
   for (int i = 1; i < model.num_bodies(); ++i)
-    energy += 0.5 * dot(data.V[i], model.body(i).inertia * data.V[i]);
+    energy += 0.5 * dot(data.V[i], data.inertia[i] * data.V[i]);
   return energy;
 }
 
@@ -21,7 +23,7 @@ double potential_energy(const Model& model, const Data& data) {
 Force total_momentum(const Model& model, const Data& data) {
   Force momentum;
   for (int i = 1; i < model.num_bodies(); ++i)
-    momentum += data.X_WB[i] * (model.body(i).inertia * data.V[i]);
+    momentum += shift(data.inertia[i] * data.V[i], data.X_WB[i].translation);
   return momentum;
 }
 

@@ -29,11 +29,12 @@ InverseWeights compute_inverse_weights(const Model& model, Data& data) {
   const VectorX zero = tau;
   compute_poses(model, model.default_q(), data);
   compute_velocities(model, zero, data);
+  compute_inertias(model, data);
   data.has_external = true;
   for (Force& f : data.external) f = Force();
   for (const Tree& tree : model.trees()) {
     for (int b = tree.body_begin; b < tree.body_end; ++b) {
-      const Vector3& center = model.body(b).inertia.center;
+      const Vector3& center = data.inertia[b].center;
       for (int axis = 0; axis < 3; ++axis) {
         const Vector3 push = Vector3::Unit(axis);
         data.external[b] = {center.cross(push), push};

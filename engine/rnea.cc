@@ -1,29 +1,42 @@
 #include "counterpoint/engine/rnea.h"
 
 #include "counterpoint/engine/joint_motion.h"
+#include "counterpoint/engine/kinematics.h"
 
 namespace counterpoint {
+namespace {
+
+/// I A + V x* (I V): the force that moves a body, in world axes at its origin. The rotational inertia
+/// stays in body axes, where it is constant.
+Force rigid_body_force(const SpatialInertia& inertia, const Matrix3& R_WB, const Motion& V,
+                       const Motion& A) {
+  const Vector3 center = R_WB * inertia.center;
+  // Newton: classical acceleration of the centre of mass; Euler about it.
+  const Vector3 acceleration = A.at(center) + V.angular.cross(V.at(center));
+  const Vector3 omega_B = R_WB.transpose() * V.angular;
+  const Vector3 torque_B = inertia.rotational * (R_WB.transpose() * A.angular) +
+                           omega_B.cross(inertia.rotational * omega_B);
+  const Vector3 force = inertia.mass * acceleration;
+  return {R_WB * torque_B + center.cross(force), force};
+}
+
+}  // namespace
 
 void rnea(const Model& model, const VectorRef& a, Data& data, VectorOut tau) {
   // Gravity enters as an acceleration of the world upwards.
   data.A[0] = {Vector3::Zero(), -model.gravity()};
   for (int i = 1; i < model.num_bodies(); ++i) {
     const Body& body = model.body(i);
-    const Matrix3 R_JB =
-        joint_axes_turn(body.joint_type) ? joint_rotation(body.X_PJ, data.X_PB[i]) : Matrix3();
-    data.A[i] = data.X_PB[i].inverse_apply(data.A[body.parent]) +
-                joint_motion(body.joint_type, R_JB, a.data() + body.v_index) + data.c[i];
-    const Motion& V = data.V[i];
-    data.F[i] = body.inertia * data.A[i] + cross(V, body.inertia * V);
+    data.A[i] = shift(data.A[body.parent], data.arm[i]) + data.c[i] +
+                joint_motion(body.joint_type, &data.axis[body.v_index], a.data() + body.v_index);
+    data.F[i] = rigid_body_force(body.inertia, data.X_WB[i].rotation, data.V[i], data.A[i]);
     if (data.has_external) data.F[i] -= data.external[i];
   }
   tau = model.armature().cwiseProduct(a);
   for (int i = model.num_bodies() - 1; i > 0; --i) {
     const Body& body = model.body(i);
-    const Matrix3 R_JB =
-        joint_axes_turn(body.joint_type) ? joint_rotation(body.X_PJ, data.X_PB[i]) : Matrix3();
-    add_joint_force(body.joint_type, R_JB, data.F[i], tau.data() + body.v_index);
-    if (body.parent != 0) data.F[body.parent] += data.X_PB[i] * data.F[i];
+    add_joint_force(body.joint_type, &data.axis[body.v_index], data.F[i], tau.data() + body.v_index);
+    if (body.parent != 0) data.F[body.parent] += shift(data.F[i], data.arm[i]);
   }
 }
 

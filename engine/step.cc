@@ -44,16 +44,11 @@ Workspace& Workspace::operator=(Workspace&&) noexcept = default;
 
 namespace {
 
-/// External wrenches (world axes) to body axes.
 void set_external(const std::vector<ExternalWrench>& wrenches, Data& data) {
   data.has_external = !wrenches.empty();
   if (!data.has_external) return;
   for (Force& f : data.external) f = Force();
-  for (const ExternalWrench& w : wrenches) {
-    const Matrix3& R_WB = data.X_WB[w.body].rotation;
-    data.external[w.body] +=
-        Force{R_WB.transpose() * w.wrench.torque, R_WB.transpose() * w.wrench.force};
-  }
+  for (const ExternalWrench& w : wrenches) data.external[w.body] += w.wrench;
 }
 
 /// w* = w + h inv(M + hD) (n + u - D w): the velocity if there were no constraint.
@@ -106,6 +101,7 @@ StepReport step_forward(const Model& model, const SimulationOptions& options,
   StepReport report;
   compute_poses(model, state.q, ws.data);
   compute_velocities(model, state.v, ws.data);
+  compute_inertias(model, ws.data);
   ws.finder.find(model, options, state.q, state.v, ws.data, ws.constraints);
   if (!compute_free_velocity(model, h, state, input, ws, next.v))
     report.status = contact::Status::kSingular;

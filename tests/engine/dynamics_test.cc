@@ -43,6 +43,7 @@ class RandomTree : public ::testing::TestWithParam<int> {
         zero(VectorX::Zero(model.nv())) {
     compute_poses(model, q, data);
     compute_velocities(model, v, data);
+    compute_inertias(model, data);
   }
 
   void push_bodies() {
@@ -115,9 +116,9 @@ TEST_P(RandomTree, BodyVelocitiesAreDerivativesOfPoses) {
     const Vector3 linear =
         (after.X_WB[i].translation - before.X_WB[i].translation) / (2 * kDifferenceStep);
     const Matrix3 R_dot = (after.X_WB[i].rotation - before.X_WB[i].rotation) / (2 * kDifferenceStep);
-    const Matrix3 omega = data.X_WB[i].rotation.transpose() * R_dot;
+    const Matrix3 omega = R_dot * data.X_WB[i].rotation.transpose();
     const double scale = 1.0 + std::pow(data.V[i].angular.norm(), 3) + data.V[i].linear.norm();
-    EXPECT_LT((data.X_WB[i].rotation * data.V[i].linear - linear).norm(), kDifference * scale * 10);
+    EXPECT_LT((data.V[i].linear - linear).norm(), kDifference * scale * 10);
     EXPECT_LT((skew(data.V[i].angular) - omega).norm(), kDifference * scale * 10);
   }
 }
@@ -136,22 +137,12 @@ TEST_P(RandomTree, PowerOfAppliedForcesIsTheRateOfEnergy) {
     Data moved(model);
     compute_poses(model, q_side, moved);
     compute_velocities(model, v_side, moved);
+    compute_inertias(model, moved);
     energy[side] = kinetic_energy(model, v_side, moved) + potential_energy(model, moved);
   }
   const double power = (energy[1] - energy[0]) / (2 * kDifferenceStep);
   const double scale = 1.0 + std::abs(energy[0]) + a.norm() * a.norm() + v.norm() * v.norm();
   EXPECT_NEAR(power, tau.dot(v), kDifference * 1e2 * scale);
-}
-
-TEST_P(RandomTree, PointJacobianColumnsGiveThePointVelocity) {
-  const int body = model.num_bodies() - 1;
-  const Vector3 p(0.3, -0.2, 0.7);
-  Vector3 sum = Vector3::Zero();
-  for (int b = body; b != 0; b = model.body(b).parent)
-    for (int j = 0; j < joint_nv(model.body(b).joint_type); ++j)
-      sum += v[model.body(b).v_index + j] * point_jacobian_column(model, data, b, j, p);
-  const Vector3 direct = point_velocity(data.X_WB[body], data.V[body], p);
-  EXPECT_LT((sum - direct).norm(), kRoundoff * (1.0 + direct.norm()));
 }
 
 TEST_P(RandomTree, ConfigurationDifferenceUndoesIntegration) {
@@ -175,6 +166,7 @@ TEST(FreeTree, MomentumChangesByGravityAlone) {
     Data data(model);
     compute_poses(model, q, data);
     compute_velocities(model, v, data);
+    compute_inertias(model, data);
     const VectorX zero = VectorX::Zero(model.nv());
     ASSERT_TRUE(aba(model, tau, zero, model.gravity(), 1, model.num_bodies(), data, a));
     Force momentum[2];
@@ -184,6 +176,7 @@ TEST(FreeTree, MomentumChangesByGravityAlone) {
       integrate_configuration(model, q, v + 0.5 * h * a, h, q_side);
       compute_poses(model, q_side, data);
       compute_velocities(model, v + h * a, data);
+      compute_inertias(model, data);
       momentum[side] = total_momentum(model, data);
     }
     compute_poses(model, q, data);
