@@ -1,0 +1,31 @@
+// A shape as its support function: the convex core and the radius of the ball swept over it.
+#pragma once
+
+#include "counterpoint/model/geometry.h"
+
+namespace counterpoint::collision {
+
+/// Core of a placed shape (no plane): a sphere's is a point, a capsule's a segment; else the shape.
+struct CoreShape {
+  CoreShape(const Shape& s, const Pose& X_WS)
+      : shape(s),
+        X(X_WS),
+        radius(s.type == ShapeType::kSphere || s.type == ShapeType::kCapsule ? s.size[0] : 0.0) {}
+
+  /// A point of the core in the frame of X's parent, farthest along `direction` (any length).
+  Vector3 support(const Vector3& direction) const;
+  /// A point inside.
+  Vector3 center() const;
+  /// Largest distance of a core point from center(), or a bound of it [m].
+  double extent() const;
+
+  const Shape& shape;
+  const Pose& X;
+  double radius;
+  mutable int hint = 0;  ///< mesh vertex last found, where the next search starts
+};
+
+/// Index of the mesh vertex farthest along `direction` (mesh frame); the search climbs from `start`.
+int support_vertex(const ConvexMesh& mesh, const Vector3& direction, int start);
+
+}  // namespace counterpoint::collision

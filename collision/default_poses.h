@@ -1,0 +1,13 @@
+#pragma once
+
+#include <vector>
+
+#include "counterpoint/model/model.h"
+
+namespace counterpoint::collision {
+
+/// Pose X_WB of every body, the world first, at model.default_q(). Collision must not depend on the
+/// engine, whose kinematics do the same and more.
+std::vector<Pose> default_poses(const Model& model);
+
+}  // namespace counterpoint::collision

@@ -1,0 +1,215 @@
+#include <algorithm>
+#include <limits>
+
+#include "counterpoint/collision/feature.h"
+#include "counterpoint/collision/minkowski.h"
+#include "counterpoint/model/rotation.h"
+
+namespace counterpoint::collision {
+namespace {
+
+constexpr int kMaxVertices = 200;
+constexpr int kMaxFaces = 600;
+// Relative to the size of the shapes: error of the depth at which the expansion stops, and how far
+// above a face a point must lie to see it.
+constexpr double kDepthError = 1e-12;
+constexpr double kVisible = 1e-14;
+
+struct Face {
+  std::array<int, 3> vertex;  // counter-clockwise from outside
+  Vector3 normal;             // unit, outward; zero if the face has no area
+  double offset;              // normal . x on the face; infinite if it has no area
+};
+
+struct Edge {
+  int from, to;
+};
+
+// Grown by one vertex at a time; lives on the stack.
+class Polytope {
+ public:
+  explicit Polytope(const MinkowskiDifference& difference) : difference_(difference) {}
+
+  // False if the difference has no volume.
+  bool start(const Simplex& simplex);
+  int nearest_face() const;
+  // False if there is no room left.
+  bool expand(const DifferencePoint& p);
+  const Face& face(int i) const { return faces_[i]; }
+  // Core points whose difference is the point of the face closest to the origin.
+  void witness_points(const Face& face, Vector3& a, Vector3& b) const;
+  // A direction in which the difference is thinnest, as far as the start has found out.
+  const Vector3& flat_direction() const { return flat_direction_; }
+  const DifferencePoint& vertex(int i) const { return vertices_[i]; }
+
+ private:
+  void add_vertex(const DifferencePoint& p) { vertices_[num_vertices_++] = p; }
+  bool add_farthest(const Vector3& direction, bool (*far)(const Polytope&, const Vector3&));
+  void add_face(int i, int j, int k);
+  void toggle(int from, int to);
+
+  const MinkowskiDifference& difference_;
+  std::array<DifferencePoint, kMaxVertices> vertices_;
+  std::array<Face, kMaxFaces> faces_;
+  std::array<Edge, kMaxFaces> horizon_;
+  int num_vertices_ = 0, num_faces_ = 0, num_edges_ = 0;
+  Vector3 flat_direction_ = Vector3::UnitZ();
+};
+
+void Polytope::add_face(int i, int j, int k) {
+  Face& f = faces_[num_faces_++];
+  f.vertex = {i, j, k};
+  const Vector3& p = vertices_[i].w;
+  const Vector3 e1 = vertices_[j].w - p;
+  const Vector3 e2 = vertices_[k].w - p;
+  f.normal = e1.cross(e2);
+  const double area = f.normal.norm();
+  if (area > 1e-13 * e1.norm() * e2.norm()) {
+    f.normal /= area;
+    f.offset = f.normal.dot(p);
+  } else {
+    f.normal.setZero();
+    f.offset = std::numeric_limits<double>::infinity();
+  }
+}
+
+// Adds the support point along +-direction that is farther away in the sense of `far`.
+bool Polytope::add_farthest(const Vector3& direction,
+                            bool (*far)(const Polytope&, const Vector3&)) {
+  for (const double sign : {1.0, -1.0}) {
+    const DifferencePoint p = difference_.support(sign * direction);
+    if (far(*this, p.w)) {
+      add_vertex(p);
+      return true;
+    }
+  }
+  return false;
+}
+
+bool Polytope::start(const Simplex& simplex) {
+  for (int i = 0; i < simplex.size; ++i) add_vertex(simplex.points[i]);
+  if (num_vertices_ == 1) {
+    const auto far = [](const Polytope& t, const Vector3& p) {
+      return (p - t.vertices_[0].w).norm() > 1e-10 * t.difference_.scale;
+    };
+    for (int i = 0; i < 3 && num_vertices_ == 1; ++i) add_farthest(Vector3::Unit(i), far);
+    if (num_vertices_ == 1) return false;
+  }
+  if (num_vertices_ == 2) {
+    const Vector3 line = (vertices_[1].w - vertices_[0].w).normalized();
+    const Matrix3 frame = frame_from_normal(line);
+    flat_direction_ = frame.col(0);
+    const auto far = [](const Polytope& t, const Vector3& p) {
+      const Vector3 edge = (t.vertices_[1].w - t.vertices_[0].w).normalized();
+      return edge.cross(p - t.vertices_[0].w).norm() > 1e-10 * t.difference_.scale;
+    };
+    for (int i = 0; i < 2 && num_vertices_ == 2; ++i) add_farthest(frame.col(i), far);
+    if (num_vertices_ == 2) return false;
+  }
+  if (num_vertices_ == 3) {
+    const Vector3 normal = (vertices_[1].w - vertices_[0].w).cross(vertices_[2].w - vertices_[0].w);
+    if (normal.norm() == 0.0) return false;
+    flat_direction_ = normal.normalized();
+    const auto far = [](const Polytope& t, const Vector3& p) {
+      return std::abs(t.flat_direction_.dot(p - t.vertices_[0].w)) > 1e-13 * t.difference_.scale;
+    };
+    if (!add_farthest(flat_direction_, far)) return false;
+  }
+  const Vector3& p = vertices_[0].w;
+  const double volume =
+      (vertices_[1].w - p).cross(vertices_[2].w - p).dot(vertices_[3].w - p);
+  if (volume > 0.0) std::swap(vertices_[1], vertices_[2]);
+  add_face(0, 1, 2);
+  add_face(0, 3, 1);
+  add_face(0, 2, 3);
+  add_face(1, 3, 2);
+  return true;
+}
+
+int Polytope::nearest_face() const {
+  int best = 0;
+  for (int i = 1; i < num_faces_; ++i) {
+    if (faces_[i].offset < faces_[best].offset) best = i;
+  }
+  return best;
+}
+
+void Polytope::toggle(int from, int to) {
+  for (int i = 0; i < num_edges_; ++i) {
+    if (horizon_[i].from == to && horizon_[i].to == from) {
+      horizon_[i] = horizon_[--num_edges_];
+      return;
+    }
+  }
+  horizon_[num_edges_++] = {from, to};
+}
+
+bool Polytope::expand(const DifferencePoint& p) {
+  if (num_vertices_ == kMaxVertices) return false;
+  num_edges_ = 0;
+  int kept = 0;
+  for (int i = 0; i < num_faces_; ++i) {
+    const Face& f = faces_[i];
+    if (f.normal.dot(p.w) - f.offset <= kVisible * difference_.scale) {
+      faces_[kept++] = f;
+      continue;
+    }
+    if (num_edges_ + 3 > kMaxFaces) return false;
+    for (int k = 0; k < 3; ++k) toggle(f.vertex[k], f.vertex[k == 2 ? 0 : k + 1]);
+  }
+  num_faces_ = kept;
+  if (num_faces_ + num_edges_ > kMaxFaces) return false;
+  const int apex = num_vertices_;
+  add_vertex(p);
+  for (int i = 0; i < num_edges_; ++i) add_face(horizon_[i].from, horizon_[i].to, apex);
+  return num_faces_ > 0;
+}
+
+void Polytope::witness_points(const Face& face, Vector3& a, Vector3& b) const {
+  const DifferencePoint& p = vertices_[face.vertex[0]];
+  const DifferencePoint& q = vertices_[face.vertex[1]];
+  const DifferencePoint& r = vertices_[face.vertex[2]];
+  const Vector3 e1 = q.w - p.w;
+  const Vector3 e2 = r.w - p.w;
+  const Vector3 normal = e1.cross(e2);
+  const double area2 = normal.squaredNorm();
+  double wq = std::clamp(e2.cross(p.w).dot(normal) / area2, 0.0, 1.0);
+  double wr = std::clamp(p.w.cross(e1).dot(normal) / area2, 0.0, 1.0);
+  const double sum = std::max(1.0, wq + wr);
+  wq /= sum;
+  wr /= sum;
+  a = p.a + wq * (q.a - p.a) + wr * (r.a - p.a);
+  b = p.b + wq * (q.b - p.b) + wr * (r.b - p.b);
+}
+
+}  // namespace
+
+void expand_polytope(const MinkowskiDifference& difference, const Simplex& start, Witness& out) {
+  Polytope polytope(difference);
+  const bool solid = polytope.start(start);
+  // The nearest face bounds the depth from below, the support plane along its normal from above; the
+  // best bound from above is kept, so that whatever ends the loop the answer is a valid contact.
+  double depth = std::numeric_limits<double>::infinity();
+  while (solid) {
+    const Face nearest = polytope.face(polytope.nearest_face());
+    if (nearest.offset >= depth - kDepthError * difference.scale) break;
+    const DifferencePoint p = difference.support(nearest.normal);
+    const double bound = nearest.normal.dot(p.w);
+    if (bound < depth) {
+      depth = bound;
+      out.normal = -nearest.normal;
+      polytope.witness_points(nearest, out.point_a, out.point_b);
+    }
+    if (!polytope.expand(p)) break;
+  }
+  if (!std::isfinite(depth)) {
+    // No volume, so no depth: the normal of the flat difference parts the shapes.
+    out.normal = -polytope.flat_direction();
+    out.point_a = polytope.vertex(0).a;
+    out.point_b = polytope.vertex(0).b;
+    depth = difference.support(-out.normal).w.dot(-out.normal);
+  }
+  out.distance = -depth;
+}
+
+}  // namespace counterpoint::collision

@@ -1,0 +1,274 @@
+#include "counterpoint/collision/feature.h"
+
+#include <algorithm>
+
+#include "counterpoint/collision/segment.h"
+#include "counterpoint/model/rotation.h"
+
+namespace counterpoint::collision {
+namespace {
+
+constexpr int kMaxPatch = 2 * Feature::kCapacity;
+
+// A polygon seen along the normal: z is the height along it.
+struct Patch {
+  std::array<Vector3, kMaxPatch> points;
+  int size = 0;
+};
+
+// Height along n of the plane of a feature over points seen along n: z = offset + slope . (x, y).
+struct HeightField {
+  double offset, slope_x, slope_y;
+  double at(const Vector3& p) const { return offset + slope_x * p.x() + slope_y * p.y(); }
+};
+
+Vector3 to_frame(const Matrix3& frame, const Vector3& p) { return frame.transpose() * p; }
+
+HeightField height_field(const Matrix3& frame, const Feature& f) {
+  const Vector3 normal = to_frame(frame, f.normal);
+  const double offset = f.normal.dot(f.vertices[0]);
+  return {offset / normal.z(), -normal.x() / normal.z(), -normal.y() / normal.z()};
+}
+
+// Cuts off what lies to the right of the line from p to q (Sutherland, Hodgman 1974). Points within
+// `tolerance` of the line stay, so that edges on top of each other do not come and go with round-off.
+void clip(const Vector3& p, const Vector3& q, double tolerance, const Patch& in, Patch& out) {
+  out.size = 0;
+  const double ex = q.x() - p.x();
+  const double ey = q.y() - p.y();
+  const double length = std::sqrt(ex * ex + ey * ey);
+  if (length <= tolerance) {
+    out = in;
+    return;
+  }
+  const auto side = [&](const Vector3& v) {
+    return (ex * (v.y() - p.y()) - ey * (v.x() - p.x())) / length + tolerance;
+  };
+  const int edges = in.size == 2 ? 1 : in.size;
+  double side_i = side(in.points[0]);
+  if (in.size == 2 && side_i >= 0.0) out.points[out.size++] = in.points[0];
+  for (int i = 0; i < edges; ++i) {
+    const Vector3& current = in.points[i];
+    const Vector3& next = in.points[i + 1 == in.size ? 0 : i + 1];
+    const double side_next = side(next);
+    if ((side_i >= 0.0) != (side_next >= 0.0) && out.size < kMaxPatch) {
+      out.points[out.size++] = current + (side_i / (side_i - side_next)) * (next - current);
+    }
+    if (side_next >= 0.0 && out.size < kMaxPatch) out.points[out.size++] = next;
+    side_i = side_next;
+  }
+}
+
+// The part of `subject` (polygon or segment) seen over the polygon `window`.
+void clip_to_polygon(const Matrix3& frame, const Feature& subject, const Feature& window,
+                     double tolerance, Patch& out) {
+  std::array<Vector3, Feature::kCapacity> corners;
+  for (int i = 0; i < window.size; ++i) corners[i] = to_frame(frame, window.vertices[i]);
+  Patch buffer;
+  Patch* from = &out;
+  Patch* to = &buffer;
+  from->size = subject.size;
+  for (int i = 0; i < subject.size; ++i) from->points[i] = to_frame(frame, subject.vertices[i]);
+  const bool reversed = window.normal.dot(frame.col(2)) < 0.0;
+  for (int i = 0; i < window.size && from->size > 0; ++i) {
+    const Vector3& p = corners[i];
+    const Vector3& q = corners[i + 1 == window.size ? 0 : i + 1];
+    if (reversed) {
+      clip(q, p, tolerance, *from, *to);
+    } else {
+      clip(p, q, tolerance, *from, *to);
+    }
+    std::swap(from, to);
+  }
+  if (from != &out) {
+    out.size = from->size;
+    std::copy_n(from->points.begin(), from->size, out.points.begin());
+  }
+}
+
+// Contact points before the choice of four, in the witness's frame.
+struct PatchContacts {
+  std::array<Vector3, kMaxPatch + 1> positions;
+  std::array<double, kMaxPatch + 1> gaps;
+  int size = 0;
+
+  void add(const Vector3& position, double gap) {
+    positions[size] = position;
+    gaps[size++] = gap;
+  }
+  void remove(int i) {
+    for (int k = i + 1; k < size; ++k) {
+      positions[k - 1] = positions[k];
+      gaps[k - 1] = gaps[k];
+    }
+    --size;
+  }
+};
+
+// Corners that fall together but for round-off count once, with the smaller gap.
+void merge_neighbours(double tolerance, PatchContacts& c) {
+  for (int i = 0; c.size > 1 && i < c.size;) {
+    const int next = i + 1 == c.size ? 0 : i + 1;
+    if ((c.positions[next] - c.positions[i]).squaredNorm() < tolerance * tolerance) {
+      c.remove(c.gaps[next] < c.gaps[i] ? i : next);
+    } else {
+      ++i;
+    }
+  }
+}
+
+// Keeps four: the deepest, the one farthest from it, and the two that span most area on either side of
+// the line through these. The order of the polygon is kept.
+void keep_four(PatchContacts& c) {
+  if (c.size <= 4) return;
+  int keep[4] = {0, 0, 0, 0};
+  for (int i = 1; i < c.size; ++i) {
+    if (c.gaps[i] < c.gaps[keep[0]]) keep[0] = i;
+  }
+  const Vector3 origin = c.positions[keep[0]];
+  double far = -1.0;
+  for (int i = 0; i < c.size; ++i) {
+    const double d = (c.positions[i] - origin).head<2>().squaredNorm();
+    if (d > far) {
+      far = d;
+      keep[1] = i;
+    }
+  }
+  const Vector3 line = c.positions[keep[1]] - origin;
+  double left = 0.0;
+  double right = 0.0;
+  keep[2] = keep[3] = keep[0];
+  for (int i = 0; i < c.size; ++i) {
+    const Vector3 r = c.positions[i] - origin;
+    const double area = line.x() * r.y() - line.y() * r.x();
+    if (area > left) {
+      left = area;
+      keep[2] = i;
+    } else if (area < right) {
+      right = area;
+      keep[3] = i;
+    }
+  }
+  std::sort(keep, keep + 4);
+  const int n = static_cast<int>(std::unique(keep, keep + 4) - keep);
+  for (int i = 0; i < n; ++i) {
+    c.positions[i] = c.positions[keep[i]];
+    c.gaps[i] = c.gaps[keep[i]];
+  }
+  c.size = n;
+}
+
+// Seen edge-on, a polygon is no window to clip with.
+bool faces(const Feature& f, const Vector3& direction) {
+  constexpr double kEdgeOn = 0.02;
+  return f.size >= 3 && f.normal.dot(direction) > kEdgeOn;
+}
+
+// Two segments that run side by side meet over a stretch; its ends have normals of their own.
+void segment_contacts(const Feature& a, const Feature& b, const Witness& witness, double tolerance,
+                      double margin, Manifold& out) {
+  const Vector3 da = a.vertices[1] - a.vertices[0];
+  const Vector3 db = b.vertices[1] - b.vertices[0];
+  const double radius = a.radius + b.radius;
+  const double length2 = da.squaredNorm();
+  constexpr double kParallelSine = 0.1;
+  double least = margin;
+  if (da.cross(db).norm() < kParallelSine * da.norm() * db.norm()) {
+    const double at0 = da.dot(b.vertices[0] - a.vertices[0]) / length2;
+    const double at1 = da.dot(b.vertices[1] - a.vertices[0]) / length2;
+    const double low = std::max(0.0, std::min(at0, at1));
+    const double high = std::min(1.0, std::max(at0, at1));
+    for (const double s : {low, high}) {
+      if (low >= high) break;
+      const Vector3 p = a.vertices[0] + s * da;
+      const Vector3 q = b.vertices[0] + ((s - at0) / (at1 - at0)) * db;
+      const double distance = witness.normal.dot(q - p);
+      if (distance - radius >= margin) continue;
+      least = std::min(least, distance - radius);
+      out.add(0.5 * (p + q + witness.normal * (a.radius - b.radius)), witness.normal,
+              distance - radius);
+    }
+  }
+  if (witness.distance - radius < least - tolerance) {
+    out.add(0.5 * (witness.point_a + witness.point_b + witness.normal * (a.radius - b.radius)),
+            witness.normal, witness.distance - radius);
+  }
+}
+
+}  // namespace
+
+void box_feature(const Shape& box, const Pose& X, const Vector3& direction, Feature& out) {
+  const Vector3 local = X.rotation.transpose() * direction;
+  int axis = 0;
+  for (int i = 1; i < 3; ++i) {
+    if (std::abs(local[i]) > std::abs(local[axis])) axis = i;
+  }
+  const double sign = local[axis] < 0.0 ? -1.0 : 1.0;
+  const int u = axis == 2 ? 0 : axis + 1;
+  const int v = u == 2 ? 0 : u + 1;
+  out.normal = sign * X.rotation.col(axis);
+  const Vector3 center = X.translation + box.size[axis] * out.normal;
+  const Vector3 eu = box.size[u] * X.rotation.col(u);
+  const Vector3 ev = (sign * box.size[v]) * X.rotation.col(v);
+  out.vertices[0] = center - eu - ev;
+  out.vertices[1] = center + eu - ev;
+  out.vertices[2] = center + eu + ev;
+  out.vertices[3] = center - eu + ev;
+  out.size = 4;
+  out.radius = 0.0;
+}
+
+void feature_contacts(const Feature& a, const Feature& b, const Witness& witness, double tolerance,
+                      double margin, Manifold& out) {
+  if (a.size == 2 && b.size == 2) {
+    segment_contacts(a, b, witness, tolerance, margin, out);
+    return;
+  }
+  const Matrix3 frame = frame_from_normal(witness.normal);
+  const double radius = a.radius + b.radius;
+  const bool a_faces = faces(a, witness.normal);
+  const bool b_faces = faces(b, -witness.normal);
+  PatchContacts contacts;
+  const double center_shift = 0.5 * (a.radius - b.radius);
+  const auto add = [&](const Vector3& point, double height_a, double height_b) {
+    const double gap = height_b - height_a - radius;
+    if (gap >= margin) return;
+    contacts.add({point.x(), point.y(), 0.5 * (height_a + height_b) + center_shift}, gap);
+  };
+  Patch patch;
+  if (a_faces && b_faces) {
+    clip_to_polygon(frame, a, b, tolerance, patch);
+    const HeightField on_a = height_field(frame, a);
+    const HeightField on_b = height_field(frame, b);
+    for (int i = 0; i < patch.size; ++i) {
+      add(patch.points[i], on_a.at(patch.points[i]), on_b.at(patch.points[i]));
+    }
+  } else if (b_faces && a.size == 2) {
+    clip_to_polygon(frame, a, b, tolerance, patch);
+    const HeightField on_b = height_field(frame, b);
+    for (int i = 0; i < patch.size; ++i) {
+      add(patch.points[i], patch.points[i].z(), on_b.at(patch.points[i]));
+    }
+  } else if (a_faces && b.size == 2) {
+    clip_to_polygon(frame, b, a, tolerance, patch);
+    const HeightField on_a = height_field(frame, a);
+    for (int i = 0; i < patch.size; ++i) {
+      add(patch.points[i], on_a.at(patch.points[i]), patch.points[i].z());
+    }
+  }
+  // Ten times the clipping tolerance: a corner may be off by a little more than the tolerance.
+  merge_neighbours(10.0 * tolerance, contacts);
+  const double witness_gap = witness.distance - radius;
+  const bool reached = std::any_of(contacts.gaps.begin(), contacts.gaps.begin() + contacts.size,
+                                   [&](double gap) { return gap <= witness_gap + tolerance; });
+  if (!reached) {
+    add(to_frame(frame, 0.5 * (witness.point_a + witness.point_b)),
+        frame.col(2).dot(witness.point_a), frame.col(2).dot(witness.point_a) + witness.distance);
+  }
+  keep_four(contacts);
+  for (int i = 0; i < contacts.size; ++i) {
+    out.add(frame * contacts.positions[i], witness.normal, contacts.gaps[i]);
+  }
+}
+
+}  // namespace counterpoint::collision

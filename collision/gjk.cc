@@ -1,0 +1,179 @@
+#include "counterpoint/collision/gjk.h"
+
+#include <limits>
+
+#include "counterpoint/collision/minkowski.h"
+
+namespace counterpoint::collision {
+namespace {
+
+// Relative to the size of the shapes: cores closer than this are taken to touch; the direction between
+// them would be round-off.
+constexpr double kTouchingDistance = 1e-9;
+// Relative to the size of the shapes: error of the distance at which the iteration stops.
+constexpr double kDistanceError = 1e-13;
+constexpr int kMaxIterations = 200;
+
+// The part of a simplex closest to the origin.
+struct Closest {
+  Vector3 point;
+  double distance2 = std::numeric_limits<double>::infinity();
+  std::array<int, 3> index{};
+  std::array<double, 3> weight{};
+  int size = 0;
+
+  void take_if_closer(const Closest& other) {
+    if (other.distance2 < distance2) *this = other;
+  }
+};
+
+Closest closest_on_segment(const Simplex& s, int i, int j) {
+  const Vector3& p = s.points[i].w;
+  const Vector3 edge = s.points[j].w - p;
+  const double length2 = edge.squaredNorm();
+  const double t = length2 > 0.0 ? -p.dot(edge) / length2 : 0.0;
+  Closest c;
+  if (t <= 0.0) {
+    c = {p, p.squaredNorm(), {i, 0, 0}, {1.0, 0.0, 0.0}, 1};
+  } else if (t >= 1.0) {
+    const Vector3& q = s.points[j].w;
+    c = {q, q.squaredNorm(), {j, 0, 0}, {1.0, 0.0, 0.0}, 1};
+  } else {
+    c.point = p + t * edge;
+    c.distance2 = c.point.squaredNorm();
+    c.index = {i, j, 0};
+    c.weight = {1.0 - t, t, 0.0};
+    c.size = 2;
+  }
+  return c;
+}
+
+Closest closest_on_triangle(const Simplex& s, int i, int j, int k) {
+  const Vector3& p = s.points[i].w;
+  const Vector3 e1 = s.points[j].w - p;
+  const Vector3 e2 = s.points[k].w - p;
+  const Vector3 normal = e1.cross(e2);
+  const double area2 = normal.squaredNorm();
+  Closest c;
+  if (area2 > 1e-28 * e1.squaredNorm() * e2.squaredNorm()) {
+    const double wj = e2.cross(p).dot(normal) / area2;
+    const double wk = p.cross(e1).dot(normal) / area2;
+    if (wj >= 0.0 && wk >= 0.0 && wj + wk <= 1.0) {
+      // Along the normal, not as a sum of corners: no digits are lost when the plane passes close by.
+      c.point = normal * (normal.dot(p) / area2);
+      c.distance2 = c.point.squaredNorm();
+      c.index = {i, j, k};
+      c.weight = {1.0 - wj - wk, wj, wk};
+      c.size = 3;
+      return c;
+    }
+  }
+  c.take_if_closer(closest_on_segment(s, i, j));
+  c.take_if_closer(closest_on_segment(s, j, k));
+  c.take_if_closer(closest_on_segment(s, k, i));
+  return c;
+}
+
+// Is the origin in the tetrahedron? Flat ones hold nothing.
+bool contains_origin(const Simplex& s) {
+  const Vector3& p = s.points[3].w;
+  const Vector3 a = s.points[0].w - p;
+  const Vector3 b = s.points[1].w - p;
+  const Vector3 c = s.points[2].w - p;
+  const double volume = a.cross(b).dot(c);
+  if (std::abs(volume) <= 1e-14 * a.norm() * b.norm() * c.norm()) return false;
+  const double wa = p.cross(b).dot(c) / -volume;
+  const double wb = a.cross(p).dot(c) / -volume;
+  const double wc = a.cross(b).dot(p) / -volume;
+  return wa >= 0.0 && wb >= 0.0 && wc >= 0.0 && wa + wb + wc <= 1.0;
+}
+
+Closest closest_on_simplex(const Simplex& s) {
+  switch (s.size) {
+    case 1: return {s.points[0].w, s.points[0].w.squaredNorm(), {0, 0, 0}, {1.0, 0.0, 0.0}, 1};
+    case 2: return closest_on_segment(s, 0, 1);
+    case 3: return closest_on_triangle(s, 0, 1, 2);
+    default: break;
+  }
+  Closest c = closest_on_triangle(s, 0, 1, 3);
+  c.take_if_closer(closest_on_triangle(s, 1, 2, 3));
+  c.take_if_closer(closest_on_triangle(s, 2, 0, 3));
+  c.take_if_closer(closest_on_triangle(s, 0, 1, 2));
+  return c;
+}
+
+void reduce(const Closest& c, Simplex& s) {
+  Simplex kept;
+  kept.size = c.size;
+  for (int i = 0; i < c.size; ++i) {
+    kept.points[i] = s.points[c.index[i]];
+    kept.weights[i] = c.weight[i];
+  }
+  s = kept;
+}
+
+enum class Outcome { kSeparated, kTouching, kBeyondMargin };
+
+// v becomes the point of the difference closest to the origin, a combination of the simplex.
+Outcome iterate(const MinkowskiDifference& difference, double margin, Simplex& simplex,
+                Vector3& v) {
+  const double touching = kTouchingDistance * difference.scale;
+  simplex.size = 0;
+  v = difference.b.center() - difference.a.center();
+  if (v.squaredNorm() == 0.0) v = Vector3::UnitX();
+  double distance = std::numeric_limits<double>::infinity();
+  for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
+    const DifferencePoint next = difference.support(-v);
+    const double norm = v.norm();
+    const double lower_bound = v.dot(next.w) / norm;
+    if (lower_bound >= margin) return Outcome::kBeyondMargin;
+    if (distance - lower_bound <= kDistanceError * difference.scale) break;
+    bool known = false;
+    for (int i = 0; i < simplex.size; ++i) known = known || simplex.points[i].w == next.w;
+    if (known) break;
+    Simplex grown = simplex;
+    grown.points[grown.size++] = next;
+    if (grown.size == 4 && contains_origin(grown)) {
+      simplex = grown;
+      return Outcome::kTouching;
+    }
+    const Closest closest = closest_on_simplex(grown);
+    const double closer = std::sqrt(closest.distance2);
+    if (closer >= distance) break;  // round-off: no progress is left
+    reduce(closest, grown);
+    simplex = grown;
+    distance = closer;
+    v = closest.point;
+    if (distance <= touching) return Outcome::kTouching;
+  }
+  return Outcome::kSeparated;
+}
+
+}  // namespace
+
+bool closest_points(const Shape& a, const Pose& X_WA, const Shape& b, const Pose& X_WB,
+                    double margin, Witness& out) {
+  const CoreShape core_a(a, X_WA);
+  const CoreShape core_b(b, X_WB);
+  const double radius = core_a.radius + core_b.radius;
+  const MinkowskiDifference difference{core_a, core_b, core_a.extent() + core_b.extent() + radius};
+  Simplex simplex;
+  Vector3 v;
+  switch (iterate(difference, margin + radius, simplex, v)) {
+    case Outcome::kBeyondMargin: return false;
+    case Outcome::kTouching: expand_polytope(difference, simplex, out); break;
+    case Outcome::kSeparated:
+      out.point_a.setZero();
+      out.point_b.setZero();
+      for (int i = 0; i < simplex.size; ++i) {
+        out.point_a += simplex.weights[i] * simplex.points[i].a;
+        out.point_b += simplex.weights[i] * simplex.points[i].b;
+      }
+      out.distance = v.norm();
+      out.normal = v / out.distance;
+      break;
+  }
+  return out.distance - radius < margin;
+}
+
+}  // namespace counterpoint::collision

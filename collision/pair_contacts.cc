@@ -1,0 +1,62 @@
+#include "counterpoint/collision/pair_contacts.h"
+
+#include <algorithm>
+
+#include "counterpoint/collision/pair_functions.h"
+
+namespace counterpoint::collision {
+namespace {
+
+constexpr int kNumTypes = 6;
+
+// Rows and columns in the order of ShapeType; the lower triangle is reached by exchanging the shapes.
+constexpr PairFunction kPairFunctions[kNumTypes][kNumTypes] = {
+    {nullptr, plane_sphere, plane_box, plane_capsule, plane_cylinder, plane_convex_mesh},
+    {nullptr, sphere_sphere, sphere_box, sphere_capsule, sphere_cylinder, convex_convex},
+    {nullptr, nullptr, box_box, box_capsule, convex_convex, convex_convex},
+    {nullptr, nullptr, nullptr, capsule_capsule, convex_convex, convex_convex},
+    {nullptr, nullptr, nullptr, nullptr, convex_convex, convex_convex},
+    {nullptr, nullptr, nullptr, nullptr, nullptr, convex_convex},
+};
+
+// Orders shapes of one type by what they are and where they are, so that the answer cannot depend on
+// the order in which the caller names them. Indistinguishable shapes may come in either order.
+bool comes_first(const Shape& a, const Pose& X_WA, const Shape& b, const Pose& X_WB) {
+  if (a.type != b.type) return a.type < b.type;
+  for (int i = 0; i < 3; ++i) {
+    if (X_WA.translation[i] != X_WB.translation[i]) {
+      return X_WA.translation[i] < X_WB.translation[i];
+    }
+  }
+  for (int i = 0; i < 3; ++i) {
+    if (a.size[i] != b.size[i]) return a.size[i] < b.size[i];
+  }
+  const double* ra = X_WA.rotation.data();
+  const double* rb = X_WB.rotation.data();
+  return !std::lexicographical_compare(rb, rb + 9, ra, ra + 9);
+}
+
+}  // namespace
+
+void pair_contacts(const Shape& a, const Pose& X_WA, const Shape& b, const Pose& X_WB,
+                   double margin, Manifold& out) {
+  out.size = 0;
+  const bool in_order = comes_first(a, X_WA, b, X_WB);
+  const Shape& first = in_order ? a : b;
+  const Shape& second = in_order ? b : a;
+  const PairFunction function =
+      kPairFunctions[static_cast<int>(first.type)][static_cast<int>(second.type)];
+  if (function == nullptr) return;
+  Pose X_first = in_order ? X_WA : X_WB;
+  Pose X_second = in_order ? X_WB : X_WA;
+  const Vector3 origin = X_first.translation;
+  X_second.translation -= origin;
+  X_first.translation.setZero();
+  function(first, X_first, second, X_second, margin, out);
+  for (int i = 0; i < out.size; ++i) {
+    out.points[i].position += origin;
+    if (!in_order) out.points[i].normal = -out.points[i].normal;
+  }
+}
+
+}  // namespace counterpoint::collision

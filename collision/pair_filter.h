@@ -1,0 +1,36 @@
+// Which pairs of geometries may touch.
+#pragma once
+
+#include <utility>
+#include <vector>
+
+#include "counterpoint/model/model.h"
+
+namespace counterpoint::collision {
+
+/// Memory and construction time grow with the geometries and the pairs excluded by name, not with the
+/// pairs there are.
+class PairFilter {
+ public:
+  explicit PairFilter(const Model& model);
+
+  /// May geometries a and b touch? Not if they are on one body, both planes, on two bodies of one
+  /// instance joined by a joint, or excluded.
+  bool enabled(int a, int b) const;
+  /// The part of the test that does not look at exclusions.
+  bool enabled_by_structure(int a, int b) const;
+  /// Excludes further pairs.
+  void exclude(const std::vector<std::pair<int, int>>& pairs);
+  int num_enabled_pairs() const;
+
+ private:
+  struct Item {
+    int body, parent, instance;
+    bool plane;
+  };
+  std::vector<Item> items_;
+  std::vector<std::pair<int, int>> excluded_;  // sorted, first < second, no duplicates
+  std::vector<int> excluded_begin_;            // by first
+};
+
+}  // namespace counterpoint::collision

@@ -1,0 +1,35 @@
+// Points, segments and lines: closest points.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+
+#include "counterpoint/model/types.h"
+
+namespace counterpoint::collision {
+
+/// A segment center + t direction, |t| <= half_length; direction of unit length.
+struct Segment {
+  Vector3 center, direction;
+  double half_length;
+
+  Vector3 at(double t) const { return center + t * direction; }
+  /// Parameter of the point closest to p.
+  double closest(const Vector3& p) const {
+    return std::clamp(direction.dot(p - center), -half_length, half_length);
+  }
+};
+
+/// Parameters (s, t) of the closest points of two lines through the segments; false if they are
+/// parallel to round-off.
+inline bool closest_on_lines(const Segment& a, const Segment& b, double& s, double& t) {
+  const Vector3 cross = a.direction.cross(b.direction);
+  const double sine2 = cross.squaredNorm();
+  if (sine2 < 1e-20) return false;
+  const Vector3 r = b.center - a.center;
+  s = r.cross(b.direction).dot(cross) / sine2;
+  t = r.cross(a.direction).dot(cross) / sine2;
+  return true;
+}
+
+}  // namespace counterpoint::collision
