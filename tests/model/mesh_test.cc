@@ -1,0 +1,242 @@
+#include "counterpoint/model/mesh.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <fstream>
+#include <numbers>
+#include <sstream>
+
+#include "support/random_model.h"
+#include "support/temp_folder.h"
+
+namespace counterpoint {
+namespace {
+
+constexpr double kRoundoff = 1e-13;        // of size-one geometry in double precision
+constexpr double kSinglePrecision = 1e-6;  // assimp keeps coordinates as floats
+
+constexpr double kMerged = 2e-6;  // planes of merged faces, relative to the size (see mesh.h)
+
+std::vector<Vector3> cube_points(double half) {
+  std::vector<Vector3> points;
+  for (int i = 0; i < 8; ++i) {
+    points.emplace_back((i & 1 ? half : -half), (i & 2 ? half : -half), (i & 4 ? half : -half));
+  }
+  return points;
+}
+
+/// What holds for every convex polyhedron.
+void expect_valid(const ConvexMesh& hull, double tolerance) {
+  size_t edges = 0;
+  for (const auto& neighbors : hull.vertex_neighbors) edges += neighbors.size();
+  EXPECT_EQ(hull.vertices.size() + hull.faces.size(), edges / 2 + 2) << "Euler's formula";
+  for (size_t f = 0; f < hull.faces.size(); ++f) {
+    EXPECT_NEAR(hull.face_normals[f].norm(), 1.0, kRoundoff);
+    for (const Vector3& v : hull.vertices) {
+      EXPECT_LT(hull.face_normals[f].dot(v), hull.face_offsets[f] + tolerance);
+    }
+    const auto& face = hull.faces[f];
+    const Vector3 turn = (hull.vertices[face[1]] - hull.vertices[face[0]])
+                             .cross(hull.vertices[face[2]] - hull.vertices[face[1]]);
+    EXPECT_GT(turn.dot(hull.face_normals[f]), 0.0) << "counter-clockwise from outside";
+    EXPECT_LT(hull.face_normals[f].dot(hull.interior_point), hull.face_offsets[f]);
+  }
+}
+
+TEST(ConvexHull, CubeWithDuplicateCoplanarAndInnerPoints) {
+  std::vector<Vector3> points = cube_points(0.5);
+  for (const Vector3& p : cube_points(0.5)) points.push_back(p);
+  for (double x : {-0.25, 0.0, 0.25}) {
+    points.emplace_back(x, 0.1, 0.5);   // on a face
+    points.emplace_back(x, 0.5, 0.5);   // on an edge
+    points.emplace_back(0.1, x, -0.2);  // inside
+  }
+  const auto hull = make_convex_hull(points);
+  EXPECT_EQ(hull->vertices.size(), 8u);
+  EXPECT_EQ(hull->faces.size(), 6u);
+  EXPECT_NEAR(hull->volume, 1.0, kRoundoff);
+  for (const auto& face : hull->faces) EXPECT_EQ(face.size(), 4u);
+  for (const auto& neighbors : hull->vertex_neighbors) EXPECT_EQ(neighbors.size(), 3u);
+  expect_valid(*hull, kRoundoff);
+}
+
+TEST(ConvexHull, MergesFacesDespiteSinglePrecisionNoise) {
+  // A turned, shifted cube rounded to floats, faces subdivided 10 x 10: still eight corners.
+  test::Random random(7);
+  for (double size : {1e-3, 1.0, 1e3}) {
+    const Pose X = {random.quaternion().toRotationMatrix(), size * random.vector(1.0)};
+    std::vector<Vector3> points;
+    for (int i = 0; i <= 10; ++i) {
+      for (int j = 0; j <= 10; ++j) {
+        for (int axis = 0; axis < 3; ++axis) {
+          for (double side : {-0.5, 0.5}) {
+            Vector3 p;
+            p[axis] = side;
+            p[(axis + 1) % 3] = 0.1 * i - 0.5;
+            p[(axis + 2) % 3] = 0.1 * j - 0.5;
+            points.push_back((X * (size * p)).cast<float>().cast<double>());
+          }
+        }
+      }
+    }
+    const auto hull = make_convex_hull(points);
+    EXPECT_EQ(hull->faces.size(), 6u) << "size " << size;
+    EXPECT_NEAR(hull->volume / (size * size * size), 1.0, kSinglePrecision);
+    expect_valid(*hull, kMerged * std::sqrt(3.0) * size);
+  }
+}
+
+TEST(ConvexHull, RandomPointsOnASphere) {
+  test::Random random(11);
+  std::vector<Vector3> points;
+  for (int i = 0; i < 2000; ++i) points.push_back(random.unit_vector());
+  const auto hull = make_convex_hull(points);
+  EXPECT_EQ(hull->vertices.size(), points.size());
+  expect_valid(*hull, kMerged * 2 * std::sqrt(3.0));
+  const double sphere = 4.0 / 3.0 * std::numbers::pi;
+  EXPECT_LT(hull->volume, sphere);
+  EXPECT_GT(hull->volume, 0.99 * sphere);
+  EXPECT_EQ(make_convex_hull(points)->faces, hull->faces);
+}
+
+TEST(ConvexHull, RefusesFlatInput) {
+  const std::vector<Vector3> square = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 0}, {0.5, 0.5, 0}};
+  EXPECT_THROW(make_convex_hull(square), InputError);
+  EXPECT_THROW(make_convex_hull({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}), InputError);
+  EXPECT_THROW(make_convex_hull(std::vector<Vector3>(8, Vector3(1, 2, 3))), InputError);
+  try {
+    make_convex_hull(square, "plate.stl");
+  } catch (const InputError& error) {
+    EXPECT_NE(std::string(error.what()).find("plate.stl"), std::string::npos);
+  }
+}
+
+// A tetrahedron with the corner at the origin, legs 1, 2, 3: volume 1.
+constexpr double kLegs[3] = {1, 2, 3};
+const char* const kObj = "v 0 0 0\nv 1 0 0\nv 0 2 0\nv 0 0 3\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
+
+std::string ascii_stl() {
+  const Vector3 p[4] = {{0, 0, 0}, {1, 0, 0}, {0, 2, 0}, {0, 0, 3}};
+  const int faces[4][3] = {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}};
+  std::ostringstream out;
+  out << "solid t\n";
+  for (const auto& f : faces) {
+    out << "facet normal 0 0 0\nouter loop\n";
+    for (int v : f) out << "vertex " << p[v].transpose() << "\n";
+    out << "endloop\nendfacet\n";
+  }
+  out << "endsolid t\n";
+  return out.str();
+}
+
+std::string binary_stl() {
+  const float p[4][3] = {{0, 0, 0}, {1, 0, 0}, {0, 2, 0}, {0, 0, 3}};
+  const int faces[4][3] = {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}};
+  std::string out(80, ' ');
+  const std::uint32_t count = 4;
+  out.append(reinterpret_cast<const char*>(&count), 4);
+  for (const auto& f : faces) {
+    out.append(12, '\0');
+    for (int v : f) out.append(reinterpret_cast<const char*>(p[v]), 12);
+    out.append(2, '\0');
+  }
+  return out;
+}
+
+std::string dae(const std::string& up, const std::string& unit) {
+  return R"(<?xml version="1.0"?>
+<COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1">
+<asset><unit name="u" meter=")" +
+         unit + R"("/><up_axis>)" + up + R"(</up_axis></asset>
+<library_geometries><geometry id="g"><mesh>
+<source id="p"><float_array id="pa" count="12">0 0 0 1 0 0 0 2 0 0 0 3</float_array>
+<technique_common><accessor source="#pa" count="4" stride="3"><param name="X" type="float"/>
+<param name="Y" type="float"/><param name="Z" type="float"/></accessor></technique_common></source>
+<vertices id="v"><input semantic="POSITION" source="#p"/></vertices>
+<triangles count="4"><input semantic="VERTEX" source="#v" offset="0"/>
+<p>0 2 1 0 1 3 0 3 2 1 2 3</p></triangles></mesh></geometry></library_geometries>
+<library_visual_scenes><visual_scene id="s"><node id="n"><instance_geometry url="#g"/></node>
+</visual_scene></library_visual_scenes>
+<scene><instance_visual_scene url="#s"/></scene></COLLADA>
+)";
+}
+
+Vector3 highest(const TriangleMesh& mesh) {
+  Vector3 high = mesh.vertices[0];
+  for (const Vector3& p : mesh.vertices) high = high.cwiseMax(p);
+  return high;
+}
+
+void expect_tetrahedron(const TriangleMesh& mesh, const Vector3& legs) {
+  EXPECT_EQ(mesh.vertices.size(), 4u);
+  EXPECT_EQ(mesh.triangles.size(), 4u);
+  EXPECT_TRUE(is_closed(mesh));
+  EXPECT_NEAR(enclosed_volume(mesh), legs.prod() / 6, kSinglePrecision * legs.prod());
+  EXPECT_LT((highest(mesh) - legs).norm(), kSinglePrecision * legs.norm());
+}
+
+TEST(Mesh, ReadsEveryFormat) {
+  test::TempFolder folder;
+  const Vector3 legs(kLegs[0], kLegs[1], kLegs[2]);
+  expect_tetrahedron(load_mesh(folder.write("t.obj", kObj)), legs);
+  expect_tetrahedron(load_mesh(folder.write("a.stl", ascii_stl())), legs);
+  expect_tetrahedron(load_mesh(folder.write("b.STL", binary_stl())), legs);
+  expect_tetrahedron(load_mesh(folder.write("z.dae", dae("Z_UP", "1"))), legs);
+  expect_tetrahedron(load_mesh(folder.write("cm.dae", dae("Z_UP", "0.01"))), 0.01 * legs);
+}
+
+TEST(Mesh, ColladaUpAxisBecomesZ) {
+  test::TempFolder folder;
+  // y (leg 2) is up in the file; then z (leg 3) points along -y.
+  const TriangleMesh mesh = load_mesh(folder.write("y.dae", dae("Y_UP", "1")));
+  EXPECT_LT((highest(mesh) - Vector3(1, 0, 2)).norm(), kSinglePrecision);
+  EXPECT_NEAR(enclosed_volume(mesh), 1.0, kSinglePrecision);
+}
+
+TEST(Mesh, ScalesAndMirrors) {
+  test::TempFolder folder;
+  const auto file = folder.write("t.obj", kObj);
+  expect_tetrahedron(load_mesh(file, {2, 1, 0.5}), {2, 2, 1.5});
+  const TriangleMesh mirrored = load_mesh(file, {-1, 1, 1});
+  EXPECT_NEAR(enclosed_volume(mirrored), 1.0, kSinglePrecision) << "outside stays outside";
+  EXPECT_EQ(highest(mirrored).x(), 0.0);
+  const auto hull = load_convex_mesh(file);
+  EXPECT_NEAR(hull->volume, 1.0, kSinglePrecision);
+  EXPECT_NEAR(hull->source_volume, 1.0, kSinglePrecision);
+  EXPECT_EQ(hull->source, file.string());
+}
+
+TEST(Mesh, RefusesWhatItCannotRead) {
+  test::TempFolder folder;
+  const auto expect_refused = [](const std::filesystem::path& file, const std::string& word,
+                                 const Vector3& scale = Vector3::Ones()) {
+    try {
+      load_convex_mesh(file, scale);
+      ADD_FAILURE() << file << " was accepted";
+    } catch (const InputError& error) {
+      const std::string message = error.what();
+      EXPECT_NE(message.find(file.filename().string()), std::string::npos) << message;
+      EXPECT_NE(message.find(word), std::string::npos) << message;
+    }
+  };
+  expect_refused(folder.path() / "missing.stl", "no such");
+  expect_refused(folder.path(), "no such");
+  expect_refused(folder.write("t.ply", "ply"), "not known");
+  expect_refused(folder.write("empty.stl", ""), "");
+  expect_refused(folder.write("text.obj", "hello"), "");
+  expect_refused(folder.write("cut.stl", binary_stl().substr(0, 150)), "");
+  expect_refused(folder.write("nan.obj", "v 0 0 0\nv 1 0 0\nv 0 nan 0\nf 1 2 3\n"), "");
+  expect_refused(folder.write("flat.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"), "volume");
+  expect_refused(folder.write("t.obj", kObj), "scale", {1, 0, 1});
+}
+
+TEST(Mesh, OpenMeshHasNoSourceVolume) {
+  test::TempFolder folder;
+  const auto file =
+      folder.write("open.obj", "v 0 0 0\nv 1 0 0\nv 0 2 0\nv 0 0 3\nf 1 3 2\nf 1 2 4\n");
+  EXPECT_EQ(load_convex_mesh(file)->source_volume, 0.0);
+}
+
+}  // namespace
+}  // namespace counterpoint
