@@ -182,7 +182,9 @@ void ModelBuilder::add_link(const LinkSpec& link, const Placement& placement, in
   moved.inertia = moved.inertia + link.inertia.transformed(X_BL);
   const std::string defect = inertia_defect(link.inertia);
   if (defect.empty()) return;
-  if (defective_link_[body - 1].empty()) defective_link_[body - 1] = link.name;
+  // Without mass there is nothing to repair.
+  if (link.inertia.mass > 0.0 && defective_link_[body - 1].empty())
+    defective_link_[body - 1] = link.name;
   model_.notes_.push_back(
       {located(link.where, "link '" + name + "'"), defect + "; used as they are"});
 }

@@ -15,6 +15,8 @@ struct UrdfOptions {
   /// Opt-in: makes non-physical inertias physical (nearest one meeting the triangle inequality) and
   /// notes each. Off: they are used as they are where that can be simulated, noted, or refused.
   bool repair_inertias = false;
+  /// For what a collision's file does not say.
+  Material default_material;
 };
 
 /// Reads a URDF file. Visual elements are ignored; collision meshes become their convex hulls.
