@@ -1,6 +1,7 @@
 #include "counterpoint/contact/dense_kernels.h"
 
 #include <cmath>
+#include <utility>
 
 namespace counterpoint::contact {
 namespace {
@@ -26,8 +27,8 @@ inline void subtract_columns(double* __restrict column, const double* __restrict
 }
 
 // The 6 x 6 x 6 case of free bodies, with bounds the compiler can unroll.
-inline void subtract_product_6(const double* __restrict a, int lda, const double* __restrict b, int ldb,
-                               double* __restrict c, int ldc) {
+inline void subtract_product_6(const double* __restrict a, int lda, const double* __restrict b,
+                               int ldb, double* __restrict c, int ldc) {
   for (int j = 0; j < 6; ++j) {
     double sum[6] = {0, 0, 0, 0, 0, 0};
     for (int p = 0; p < 6; ++p) {
@@ -53,6 +54,42 @@ int factor_panel(double* panel, int rows, int cols, int leading, double min_pivo
     for (int i = j + 1; i < rows; ++i) column[i] *= inverse;
   }
   return -1;
+}
+
+bool factor_lu_panel(double* below, double* right, int rows, int cols, int leading, int* pivot) {
+  for (int j = 0; j < cols; ++j) {
+    double* column = below + j * leading;
+    // Earlier swaps, then earlier columns: L part of the top, then everything under it at once.
+    for (int k = 0; k < j; ++k) std::swap(column[k], column[pivot[k]]);
+    for (int i = 1; i < j; ++i) {
+      for (int k = 0; k < i; ++k) column[i] -= below[i + k * leading] * column[k];
+    }
+    subtract_columns(column + j, below + j, leading, column, 1, rows - j, j);
+    int best = j;
+    for (int i = j + 1; i < cols; ++i) {
+      if (std::abs(column[i]) > std::abs(column[best])) best = i;
+    }
+    pivot[j] = best;
+    if (best != j) {
+      for (int k = 0; k <= j; ++k) std::swap(below[j + k * leading], below[best + k * leading]);
+    }
+    const double value = column[j];
+    if (!(std::abs(value) > 0.0)) return false;
+    const double inverse = 1.0 / value;
+    for (int i = j + 1; i < rows; ++i) column[i] *= inverse;
+  }
+  // Rows of C' are as long as D: its columns follow the swaps.
+  const int m = rows - cols;
+  for (int j = 0; j < cols; ++j) {
+    if (pivot[j] == j) continue;
+    double* a = right + cols + j * leading;
+    double* b = right + cols + pivot[j] * leading;
+    for (int i = 0; i < m; ++i) std::swap(a[i], b[i]);
+  }
+  for (int j = 1; j < cols; ++j) {
+    subtract_columns(right + cols + j * leading, right + cols, leading, below + j, leading, m, j);
+  }
+  return true;
 }
 
 void subtract_product(const double* a, int lda, const double* b, int ldb, double* c, int ldc, int m,

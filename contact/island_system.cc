@@ -10,11 +10,11 @@ namespace {
 // Islands up to this size, or touching every block from every other, are factored densely.
 constexpr int kDenseSize = 12;
 
-// block[i, j] += J_i' G J_j for the packed columns [0, m) x [0, n); `rows_` and `cols_` say where each
-// column goes. N: number of constraint rows, known to the compiler.
+// block[i, j] += J_i' G J_j for the packed columns [0, m) x [0, n); `rows_` and `cols_` say where
+// each column goes. N: number of constraint rows, known to the compiler.
 template <int N>
 void add_product(const double* ja, const int* rows, int m, const double* jb, const int* cols, int n,
-                 const double* hessian, BlockCholesky::Block block, bool symmetric) {
+                 const double* hessian, double* block, int leading, bool symmetric) {
   for (int j = 0; j < n; ++j) {
     double w[N];
     for (int r = 0; r < N; ++r) {
@@ -26,21 +26,29 @@ void add_product(const double* ja, const int* rows, int m, const double* jb, con
       for (int r = 0; r < N; ++r) sum += ja[i * N + r] * w[r];
       int row = rows[i], col = cols[j];
       if (symmetric && row < col) std::swap(row, col);
-      block.data[row + static_cast<ptrdiff_t>(col) * block.leading] += sum;
+      block[row + static_cast<ptrdiff_t>(col) * leading] += sum;
     }
   }
 }
 
-void add_product(int n_rows, const double* ja, const int* rows, int m, const double* jb, const int* cols,
-                 int n, const double* hessian, BlockCholesky::Block block, bool symmetric) {
+void add_product(int n_rows, const double* ja, const int* rows, int m, const double* jb,
+                 const int* cols, int n, const double* hessian, double* block, int leading,
+                 bool symmetric) {
   switch (n_rows) {
-    case 1: return add_product<1>(ja, rows, m, jb, cols, n, hessian, block, symmetric);
-    case 2: return add_product<2>(ja, rows, m, jb, cols, n, hessian, block, symmetric);
-    case 3: return add_product<3>(ja, rows, m, jb, cols, n, hessian, block, symmetric);
-    case 4: return add_product<4>(ja, rows, m, jb, cols, n, hessian, block, symmetric);
-    case 5: return add_product<5>(ja, rows, m, jb, cols, n, hessian, block, symmetric);
-    case 6: return add_product<6>(ja, rows, m, jb, cols, n, hessian, block, symmetric);
-    default: return;
+    case 1:
+      return add_product<1>(ja, rows, m, jb, cols, n, hessian, block, leading, symmetric);
+    case 2:
+      return add_product<2>(ja, rows, m, jb, cols, n, hessian, block, leading, symmetric);
+    case 3:
+      return add_product<3>(ja, rows, m, jb, cols, n, hessian, block, leading, symmetric);
+    case 4:
+      return add_product<4>(ja, rows, m, jb, cols, n, hessian, block, leading, symmetric);
+    case 5:
+      return add_product<5>(ja, rows, m, jb, cols, n, hessian, block, leading, symmetric);
+    case 6:
+      return add_product<6>(ja, rows, m, jb, cols, n, hessian, block, leading, symmetric);
+    default:
+      return;
   }
 }
 
@@ -76,8 +84,8 @@ void IslandSystem::load_blocks(const Problem& problem, std::span<const int> bloc
   }
 }
 
-// Appends the columns of one side that are not zero. A constraint between a block and itself has the sum
-// of both Jacobians.
+// Appends the columns of one side that are not zero. A constraint between a block and itself has
+// the sum of both Jacobians.
 void IslandSystem::pack_side(const Problem& problem, int constraint, int side, int start) {
   const ConstMatrixMap jacobian = problem.jacobian(constraint, side);
   const bool both = problem.block(constraint, 0) == problem.block(constraint, 1);
@@ -103,7 +111,8 @@ void IslandSystem::load_constraints(const Problem& problem, std::span<const int>
   num_rows_ = hessian_size_ = 0;
   for (const int i : constraints) {
     Constraint c{};
-    c.law = &problem.law(i);
+    c.law = problem.law(i);
+    c.law.coulomb = c.law.coulomb && c.law.type == LawType::kFrictionCone;
     c.row = num_rows_;
     c.global_row = problem.first_row(i);
     c.column = static_cast<int>(columns_.size());
@@ -118,8 +127,8 @@ void IslandSystem::load_constraints(const Problem& problem, std::span<const int>
       if (side == 0) c.split = static_cast<int>(columns_.size()) - c.column;
     }
     c.num_columns = static_cast<int>(columns_.size()) - c.column;
-    num_rows_ += c.law->rows;
-    hessian_size_ += c.law->rows * c.law->rows;
+    num_rows_ += c.law.rows;
+    hessian_size_ += c.law.rows * c.law.rows;
     constraints_.push_back(c);
   }
 }
@@ -158,10 +167,24 @@ void IslandSystem::analyze(Factorization factorization) {
     c.target[0] = factorization_.block(c.group[0], c.group[0]);
     if (c.group[1] < 0) continue;
     c.target[1] = factorization_.block(c.group[1], c.group[1]);
-    c.transposed = !factorization_.is_stored(c.group[0], c.group[1]);
-    c.target[2] = c.transposed ? factorization_.block(c.group[1], c.group[0])
-                               : factorization_.block(c.group[0], c.group[1]);
+    c.swapped = !factorization_.is_lower(c.group[0], c.group[1]);
+    c.target[2] = c.swapped ? factorization_.block(c.group[1], c.group[0])
+                            : factorization_.block(c.group[0], c.group[1]);
   }
+}
+
+bool IslandSystem::unsymmetric() const {
+  return std::any_of(constraints_.begin(), constraints_.end(),
+                     [](const Constraint& c) { return c.law.coulomb; });
+}
+
+double IslandSystem::inverse_mass(const Constraint& c) const {
+  double sum = 0.0;
+  for (int k = 0; k < c.num_columns; ++k) {
+    const double j = jacobian_[c.jacobian + k * c.law.rows];
+    sum += j * j * inverse_diagonal_[columns_[c.column + k]];
+  }
+  return sum;
 }
 
 void IslandSystem::gather(const double* global, double* local) const {
@@ -190,7 +213,7 @@ void IslandSystem::multiply_mass(const double* x, double* out) const {
 
 void IslandSystem::multiply_jacobian(const double* x, double* out) const {
   for (const Constraint& c : constraints_) {
-    const int rows = c.law->rows;
+    const int rows = c.law.rows;
     double y[kMaxRows] = {};
     const double* j = jacobian_.data() + c.jacobian;
     for (int k = 0; k < c.num_columns; ++k, j += rows) {
@@ -204,14 +227,14 @@ void IslandSystem::multiply_jacobian(const double* x, double* out) const {
 void IslandSystem::constraint_velocity(const double* x, double* out) const {
   multiply_jacobian(x, out);
   for (const Constraint& c : constraints_) {
-    for (int r = 0; r < c.law->rows; ++r) out[c.row + r] += c.law->bias[r];
+    for (int r = 0; r < c.law.rows; ++r) out[c.row + r] += c.law.bias[r];
   }
 }
 
 double IslandSystem::add_impulse(const double* f, double* out) const {
   double square = 0.0;
   for (const Constraint& c : constraints_) {
-    const int rows = c.law->rows;
+    const int rows = c.law.rows;
     const double* j = jacobian_.data() + c.jacobian;
     for (int k = 0; k < c.num_columns; ++k, j += rows) {
       double sum = 0.0;
@@ -226,9 +249,9 @@ double IslandSystem::add_impulse(const double* f, double* out) const {
 
 void IslandSystem::velocity_roundoff(const double* x, double* out) const {
   for (const Constraint& c : constraints_) {
-    const int rows = c.law->rows;
+    const int rows = c.law.rows;
     double y[kMaxRows];
-    for (int r = 0; r < rows; ++r) y[r] = std::abs(c.law->bias[r]);
+    for (int r = 0; r < rows; ++r) y[r] = std::abs(c.law.bias[r]);
     const double* j = jacobian_.data() + c.jacobian;
     for (int k = 0; k < c.num_columns; ++k, j += rows) {
       const double value = std::abs(x[columns_[c.column + k]]);
@@ -242,7 +265,7 @@ void IslandSystem::velocity_roundoff(const double* x, double* out) const {
 
 void IslandSystem::add_absolute(const double* e, double* out) const {
   for (const Constraint& c : constraints_) {
-    const int rows = c.law->rows;
+    const int rows = c.law.rows;
     const double* j = jacobian_.data() + c.jacobian;
     for (int k = 0; k < c.num_columns; ++k, j += rows) {
       for (int r = 0; r < rows; ++r) out[columns_[c.column + k]] += std::abs(j[r]) * e[c.row + r];
@@ -252,36 +275,68 @@ void IslandSystem::add_absolute(const double* e, double* out) const {
 
 void IslandSystem::add_mass() {
   for (const Block& b : blocks_) {
-    const BlockCholesky::Block target = factorization_.block(b.group, b.group);
+    const BlockFactorization::Block place = factorization_.block(b.group, b.group);
+    double* target = factorization_.lower(place) + b.offset;
     for (int j = 0; j < b.size; ++j) {
       const double* row = b.mass + static_cast<ptrdiff_t>(j) * b.size;
-      double* column = target.data + b.offset + static_cast<ptrdiff_t>(b.offset + j) * target.leading;
-      for (int i = j; i < b.size; ++i) column[i] = row[i];
+      std::copy(row, row + b.size, target + static_cast<ptrdiff_t>(b.offset + j) * place.leading);
     }
   }
 }
 
-bool IslandSystem::factor(const double* hessian) {
-  factorization_.set_zero();
+void IslandSystem::add_hessian(const Constraint& c, const double* g) {
+  const int rows = c.law.rows, na = c.split, nb = c.num_columns - c.split;
+  const double* ja = jacobian_.data() + c.jacobian;
+  const double* jb = ja + na * rows;
+  const int* pa = places_.data() + c.column;
+  const int* pb = pa + na;
+  const auto lower = [this](const BlockFactorization::Block& b) { return factorization_.lower(b); };
+  add_product(rows, ja, pa, na, ja, pa, na, g, lower(c.target[0]), c.target[0].leading, true);
+  if (c.group[1] < 0) return;
+  add_product(rows, jb, pb, nb, jb, pb, nb, g, lower(c.target[1]), c.target[1].leading, true);
+  if (c.swapped) {
+    std::swap(ja, jb);
+    std::swap(pa, pb);
+  }
+  add_product(rows, ja, pa, c.swapped ? nb : na, jb, pb, c.swapped ? na : nb, g, lower(c.target[2]),
+              c.target[2].leading, false);
+}
+
+void IslandSystem::add_unsymmetric_hessian(const Constraint& c, const double* g) {
+  const int rows = c.law.rows, na = c.split, nb = c.num_columns - c.split;
+  const double* ja = jacobian_.data() + c.jacobian;
+  const double* jb = ja + na * rows;
+  const int* pa = places_.data() + c.column;
+  const int* pb = pa + na;
+  const auto lower = [this](const BlockFactorization::Block& b) { return factorization_.lower(b); };
+  add_product(rows, ja, pa, na, ja, pa, na, g, lower(c.target[0]), c.target[0].leading, false);
+  if (c.group[1] < 0) return;
+  add_product(rows, jb, pb, nb, jb, pb, nb, g, lower(c.target[1]), c.target[1].leading, false);
+  double transpose[kMaxRows * kMaxRows];
+  for (int i = 0; i < rows; ++i) {
+    for (int j = 0; j < rows; ++j) transpose[i * rows + j] = g[j * rows + i];
+  }
+  if (c.swapped) {
+    std::swap(ja, jb);
+    std::swap(pa, pb);
+  }
+  const int m = c.swapped ? nb : na, n = c.swapped ? na : nb, leading = c.target[2].leading;
+  add_product(rows, ja, pa, m, jb, pb, n, g, lower(c.target[2]), leading, false);
+  double* upper = factorization_.upper(c.target[2]);
+  add_product(rows, ja, pa, m, jb, pb, n, transpose, upper, leading, false);
+}
+
+bool IslandSystem::factor(const double* hessian, bool unsymmetric) {
+  factorization_.set_zero(unsymmetric);
   add_mass();
   for (const Constraint& c : constraints_) {
-    const double* g = hessian + c.hessian;
-    const int rows = c.law->rows;
-    const double* ja = jacobian_.data() + c.jacobian;
-    const int* pa = places_.data() + c.column;
-    add_product(rows, ja, pa, c.split, ja, pa, c.split, g, c.target[0], true);
-    if (c.group[1] < 0) continue;
-    const int nb = c.num_columns - c.split;
-    const double* jb = ja + c.split * rows;
-    const int* pb = pa + c.split;
-    add_product(rows, jb, pb, nb, jb, pb, nb, g, c.target[1], true);
-    if (c.transposed) {
-      add_product(rows, jb, pb, nb, ja, pa, c.split, g, c.target[2], false);
+    if (unsymmetric) {
+      add_unsymmetric_hessian(c, hessian + c.hessian);
     } else {
-      add_product(rows, ja, pa, c.split, jb, pb, nb, g, c.target[2], false);
+      add_hessian(c, hessian + c.hessian);
     }
   }
-  return factorization_.factor();
+  return unsymmetric ? factorization_.factor_lu() : factorization_.factor_cholesky();
 }
 
 }  // namespace counterpoint::contact

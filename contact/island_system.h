@@ -1,11 +1,11 @@
-// One island of a Problem, packed for the inner loops of the solver: local numbering, Jacobians without
-// their zero columns, the block structure of M + J'GJ and its factorization.
+// One island of a Problem, packed for the inner loops of the solver: local numbering, Jacobians
+// without their zero columns, the block structure of M + J'GJ and its factorization.
 #pragma once
 
 #include <span>
 #include <vector>
 
-#include "counterpoint/contact/block_cholesky.h"
+#include "counterpoint/contact/block_factorization.h"
 #include "counterpoint/contact/problem.h"
 #include "counterpoint/contact/solver.h"
 
@@ -14,7 +14,7 @@ namespace counterpoint::contact {
 class IslandSystem {
  public:
   struct Constraint {
-    const Law* law;
+    Law law;          ///< its own copy: the solver may change its smoothing on the way
     int row;          ///< first local row
     int global_row;   ///< first row in the Problem
     int column;       ///< first entry in columns_
@@ -23,8 +23,8 @@ class IslandSystem {
     int jacobian;     ///< start in jacobian_: rows x num_columns, column-major
     int hessian;      ///< start of its G among all G, row-major
     int group[2];     ///< factorization block of each side; -1 if none
-    BlockCholesky::Block target[3];  ///< (0, 0), (1, 1), off-diagonal
-    bool transposed;  ///< the off-diagonal block is stored with side 1 as its rows
+    BlockFactorization::Block target[3];  ///< (0, 0), (1, 1), off-diagonal
+    bool swapped;  ///< the off-diagonal block is stored with side 1 as its rows
   };
 
   /// Blocks and constraints in increasing order. The problem must outlive its use here.
@@ -36,9 +36,14 @@ class IslandSystem {
   /// Doubles needed for all G.
   int hessian_size() const { return hessian_size_; }
   const std::vector<Constraint>& constraints() const { return constraints_; }
+  std::vector<Constraint>& constraints() { return constraints_; }
   const double* free_velocity() const { return free_velocity_.data(); }
   /// 1 / M_ii.
   const double* inverse_diagonal() const { return inverse_diagonal_.data(); }
+  /// Some law is `coulomb` now.
+  bool unsymmetric() const;
+  /// Estimate of the inverse mass [1/kg] a constraint's first row feels: J_0 inv(diag M) J_0'.
+  double inverse_mass(const Constraint& c) const;
   /// All M_ii are positive.
   bool diagonal_positive() const { return diagonal_positive_; }
 
@@ -58,24 +63,27 @@ class IslandSystem {
   /// |J|' e, e >= 0 by rows.
   void add_absolute(const double* e, double* out) const;
 
-  /// Factors M + J'GJ, G symmetric. False if it is not positive definite to working precision.
-  bool factor(const double* hessian);
+  /// Factors M + J'GJ. False if it is not positive definite to working precision; with
+  /// `unsymmetric` G if it is singular.
+  bool factor(const double* hessian, bool unsymmetric);
   /// x = inv(M + J'GJ) x.
   void solve(double* x) const { factorization_.solve(x); }
 
  private:
   struct Block {
-    int start;         ///< local
+    int start;  ///< local
     int size;
     int global_start;
     const double* mass;
-    int group, offset; ///< factorization block, and place inside it
+    int group, offset;  ///< factorization block, and place inside it
   };
   void load_blocks(const Problem& problem, std::span<const int> blocks);
   void load_constraints(const Problem& problem, std::span<const int> constraints);
   void pack_side(const Problem& problem, int constraint, int side, int start);
   void analyze(Factorization factorization);
   void add_mass();
+  void add_hessian(const Constraint& c, const double* g);
+  void add_unsymmetric_hessian(const Constraint& c, const double* g);
 
   int size_ = 0, num_rows_ = 0, hessian_size_ = 0;
   bool diagonal_positive_ = true, dense_ = true;
@@ -86,7 +94,7 @@ class IslandSystem {
   std::vector<int> places_;       ///< the same inside its factorization block
   std::vector<double> jacobian_, free_velocity_, inverse_diagonal_;
   std::vector<int> group_sizes_;
-  BlockCholesky factorization_;
+  BlockFactorization factorization_;
 };
 
 }  // namespace counterpoint::contact

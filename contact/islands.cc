@@ -28,7 +28,8 @@ void Islands::compute(const Problem& problem, bool split) {
     island_of_[problem.block(c, 0)] = kConstrained;
     if (other >= 0) island_of_[other] = kConstrained;
   }
-  // Number the islands by their lowest block, then sort blocks and constraints into them by counting.
+  // Number the islands by their lowest block, then sort blocks and constraints into them by
+  // counting.
   int count = 0;
   block_range_.assign(1, 0);
   for (int b = 0; b < num_blocks; ++b) {
@@ -39,7 +40,8 @@ void Islands::compute(const Problem& problem, bool split) {
     ++block_range_[island_of_[b] + 1];
   }
   constraint_range_.assign(count + 1, 0);
-  for (int c = 0; c < num_constraints; ++c) ++constraint_range_[island_of_[problem.block(c, 0)] + 1];
+  for (int c = 0; c < num_constraints; ++c)
+    ++constraint_range_[island_of_[problem.block(c, 0)] + 1];
   for (int i = 0; i < count; ++i) {
     block_range_[i + 1] += block_range_[i];
     constraint_range_[i + 1] += constraint_range_[i];

@@ -10,8 +10,8 @@ namespace counterpoint::contact {
 
 class Islands {
  public:
-  /// Islands are ordered by their lowest block, blocks and constraints inside by number. Blocks without
-  /// any constraint belong to none. `split` false: one island of all blocks.
+  /// Islands are ordered by their lowest block, blocks and constraints inside by number. Blocks
+  /// without any constraint belong to none. `split` false: one island of all blocks.
   void compute(const Problem& problem, bool split);
 
   int count() const { return static_cast<int>(block_range_.size()) - 1; }

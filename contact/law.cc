@@ -96,7 +96,7 @@ void cone_hessian(const Law& law, const Cone& cone, double* hessian) {
     hessian[i * n] = normal_radial;
     for (int j = 1; j < n; ++j) {
       const double identity = i == j ? b : 0.0;
-      hessian[i * n + j] = mu_i * law.friction[j - 1] * (identity + (mean - b) * t[i] * t[j]);
+      hessian[i * n + j] = (mu_i * law.friction[j - 1]) * (identity + (mean - b) * (t[i] * t[j]));
     }
   }
   if (cone.shift_slope == 0.0) return;
@@ -125,8 +125,8 @@ Slope cone_slope(const Law& law, const Cone& cone, const double* d) {
   return out;
 }
 
-// f = -2 F y / (s1 + s2): the clamp of -y / r to [-F, F], written as a difference of two scalar laws at
-// y -+ r F and freed of its cancellation.
+// f = -2 F y / (s1 + s2): the clamp of -y / r to [-F, F], written as a difference of two scalar
+// laws at y -+ r F and freed of its cancellation.
 struct DryFriction {
   double bound, y, lambda1, lambda2;
   ScalarLaw law1, law2;
@@ -156,7 +156,8 @@ struct DryFriction {
   double potential(const Law& law) const {
     // With g = (s - lambda)/(2 r) the quadratic parts of the two potentials cancel to -F y.
     const double r = law.regularizer, k = law.smoothing;
-    return scalar_potential(lambda1, law1, r, k) - scalar_potential(lambda2, law2, r, k) + bound * y;
+    return scalar_potential(lambda1, law1, r, k) - scalar_potential(lambda2, law2, r, k) +
+           bound * y;
   }
 };
 
@@ -165,6 +166,17 @@ struct DryFriction {
 double normal_regularizer(const Law& law) {
   const double mu = std::max(law.friction[0], kMinRegularizingFriction);
   return mu * mu * law.regularizer;
+}
+
+double shift(const Law& law, const double* y) {
+  double square = 0.0;
+  for (int i = 1; i < law.rows; ++i) {
+    const double z = law.friction[i - 1] * y[i];
+    square += z * z;
+  }
+  if (square == 0.0) return 0.0;
+  const double eta_square = normal_regularizer(law) * law.smoothing;
+  return square / (std::sqrt(square + eta_square) + std::sqrt(eta_square));
 }
 
 void impulse(const Law& law, const double* y, double* f) {

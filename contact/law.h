@@ -1,18 +1,19 @@
 // The law of one constraint: impulse, potential, Hessian as functions of contact-space velocity.
 //
-// Friction cone. With z = (y_N, mu_1 y_1, mu_2 y_2, ...), tau = |z_T|, t = z_T / tau and the scalar law
-// g, a of scalar_law.h at the two eigenvalues lambda+- = z_N +- tau, regularizer rho (below), smoothing k:
+// Friction cone. With z = (y_N, mu_1 y_1, mu_2 y_2, ...), tau = |z_T|, t = z_T / tau and the scalar
+// law g, a of scalar_law.h at the two eigenvalues lambda+- = z_N +- tau, regularizer rho (below),
+// smoothing k:
 //
 //   f_N = (g+ + g-) / 2            b = (g+ + g-) / (s+ + s-) = (g- - g+) / (2 tau)
 //   f_i = -mu_i b z_i              l = (p(lambda+) + p(lambda-)) / 2
 //
-// and the Hessian in z: normal-normal and radial-radial (a+ + a-)/2, normal-radial (a+ - a-)/2, transverse
-// b. This is the scalar function g applied spectrally on the second-order cone (Jordan algebra); f
-// minimizes 1/2 f'R f + f'y + k barrier(cone), R_N = rho, R_i = rho / mu_i^2. Nothing is divided by tau or by
-// mu: without friction the normal row is the unilateral law.
+// and the Hessian in z: normal-normal and radial-radial (a+ + a-)/2, normal-radial (a+ - a-)/2,
+// transverse b. This is the scalar function g applied spectrally on the second-order cone (Jordan
+// algebra); f minimizes 1/2 f'R f + f'y + k barrier(cone), R_N = rho, R_i = rho / mu_i^2. Nothing
+// is divided by tau or by mu: without friction the normal row is the unilateral law.
 //
-// Coulomb: y_N is replaced by y_N + sqrt(tau^2 + rho k) - sqrt(rho k), De Saxce's shift tau made smooth at
-// tau = 0; with k = 0 it is the exact shift, and lambda- = y_N, lambda+ = y_N + 2 tau.
+// Coulomb: y_N is replaced by y_N + sqrt(tau^2 + rho k) - sqrt(rho k), De Saxce's shift tau made
+// smooth at tau = 0; with k = 0 it is the exact shift, and lambda- = y_N, lambda+ = y_N + 2 tau.
 #pragma once
 
 #include "counterpoint/contact/problem.h"
@@ -48,10 +49,15 @@ struct Slope {
 /// First and second derivative of l along d at y (`coulomb`: of the power -f . d).
 Slope slope(const Law& law, const double* y, const double* d);
 
+/// De Saxce's shift [m/s] of the normal velocity, smoothed as above; the same for `coulomb` laws or
+/// not.
+double shift(const Law& law, const double* y);
+
 /// Friction coefficients below this no longer harden the normal row.
 inline constexpr double kMinRegularizingFriction = 0.1;
-/// rho [1/kg], the normal regularizer of a cone: mu^2 r with mu = max(friction[0], 0.1), so that R_T = r
-/// sets the creep; a smaller mu would drive the normal row below what round-off can resolve.
+/// rho [1/kg], the normal regularizer of a cone: mu^2 r with mu = max(friction[0], 0.1), so that
+/// R_T = r sets the creep; a smaller mu would drive the normal row below what round-off can
+/// resolve.
 double normal_regularizer(const Law& law);
 
 }  // namespace counterpoint::contact

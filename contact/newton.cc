@@ -13,11 +13,18 @@ namespace {
 constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 // An impulse is resolved to tolerance times this share of the momentum (solver.h, Report).
 constexpr double kMomentumShare = 1e-4;
-// |phi'(alpha)| / |phi'(0)| at which the line search is content. A step costs a factorization, a line
-// search evaluation costs one pass over the rows.
+// |phi'(alpha)| / |phi'(0)| at which the line search is content. A step costs a factorization, a
+// line search evaluation costs one pass over the rows.
 constexpr double kLineSearchAccuracy = 0.1;
 // Residuals this many times the round-off estimate cannot be told from zero.
 constexpr double kFloorFactor = 4.0;
+// Steps on a residual that is no gradient: how often to halve, and the share of the predicted
+// decrease that must come.
+constexpr int kMaxHalvings = 10;
+constexpr double kSufficientDecrease = 1e-3;
+// Such steps are given up when this many in a row have not brought the residual down to this share.
+constexpr int kPatience = 8;
+constexpr double kProgress = 0.95;
 
 double dot(const std::vector<double>& a, const std::vector<double>& b) {
   double sum = 0.0;
@@ -27,13 +34,15 @@ double dot(const std::vector<double>& a, const std::vector<double>& b) {
 
 }  // namespace
 
-void Newton::resize(const IslandSystem& system) {
+void Newton::begin(IslandSystem& system) {
+  system_ = &system;
   const size_t n = system.size(), m = system.num_rows();
   for (auto* v : {&difference_, &momentum_, &gradient_, &step_, &mass_step_, &trial_}) v->resize(n);
   for (auto* v : {&y_, &y_step_, &y_trial_}) v->resize(m);
   hessian_.resize(system.hessian_size());
-  residual_history_.clear();
-  cost_history_.clear();
+  totals_.iterations = totals_.line_search_evaluations = 0;
+  totals_.residual_history.clear();
+  totals_.cost_history.clear();
 }
 
 double Newton::cost(const std::vector<double>& w, const std::vector<double>& y) {
@@ -41,28 +50,34 @@ double Newton::cost(const std::vector<double>& w, const std::vector<double>& y) 
   for (size_t i = 0; i < w.size(); ++i) difference_[i] = w[i] - free[i];
   system_->multiply_mass(difference_.data(), momentum_.data());
   double sum = 0.5 * dot(difference_, momentum_);
-  for (const auto& c : system_->constraints()) sum += potential(*c.law, y.data() + c.row);
+  for (const auto& c : system_->constraints()) sum += potential(c.law, y.data() + c.row);
   return sum;
 }
 
-// The given start or the free velocity, whichever costs less: a contact at rest starts well from the
-// last velocity, a flight from the free one.
 void Newton::choose_start(std::vector<double>& w) {
   const double* free = system_->free_velocity();
   trial_.assign(free, free + w.size());
+  if (system_->unsymmetric()) {
+    // A contact at rest starts well from the last velocity, a flight from the free one.
+    evaluate_residual(w, y_step_);
+    const double given = gradient_norm_;
+    evaluate_residual(trial_, y_step_);
+    if (gradient_norm_ < given) w = trial_;
+    return;
+  }
   system_->constraint_velocity(w.data(), y_.data());
   const double given = cost(w, y_);
   system_->constraint_velocity(trial_.data(), y_.data());
   if (cost(trial_, y_) < given) w = trial_;
 }
 
-// y, f, G, gradient, its norm and the scale of its terms, all at w.
-void Newton::evaluate(const std::vector<double>& w, std::vector<double>& f) {
+// y, f, gradient (or, with Coulomb laws, residual), its norm and the scale of its terms, all at w.
+void Newton::evaluate_residual(const std::vector<double>& w, std::vector<double>& f) {
   const double* free = system_->free_velocity();
   const double* inverse = system_->inverse_diagonal();
   system_->constraint_velocity(w.data(), y_.data());
   for (const auto& c : system_->constraints()) {
-    contact::evaluate(*c.law, y_.data() + c.row, f.data() + c.row, hessian_.data() + c.hessian);
+    impulse(c.law, y_.data() + c.row, f.data() + c.row);
   }
   for (size_t i = 0; i < w.size(); ++i) difference_[i] = w[i] - free[i];
   system_->multiply_mass(difference_.data(), momentum_.data());
@@ -85,7 +100,7 @@ void Newton::evaluate(const std::vector<double>& w, std::vector<double>& f) {
 double Newton::roundoff_floor(const std::vector<double>& w) {
   system_->velocity_roundoff(w.data(), y_trial_.data());
   for (const auto& c : system_->constraints()) {
-    const int rows = c.law->rows;
+    const int rows = c.law.rows;
     const double* g = hessian_.data() + c.hessian;
     double e[kMaxRows] = {};
     for (int r = 0; r < rows; ++r) {
@@ -106,14 +121,18 @@ double Newton::roundoff_floor(const std::vector<double>& w) {
 }
 
 bool Newton::compute_direction() {
-  if (!system_->factor(hessian_.data())) return false;
+  if (!system_->factor(hessian_.data(), unsymmetric_)) return false;
   for (size_t i = 0; i < step_.size(); ++i) step_[i] = -gradient_[i];
   system_->solve(step_.data());
   return true;
 }
 
+bool Newton::advance(std::vector<double>& w, std::vector<double>& f) {
+  return unsymmetric_ ? advance_residual(w, f) : advance_cost(w);
+}
+
 // Goes along step_ to where the cost is least. False if that is nowhere.
-bool Newton::advance(std::vector<double>& w, int* evaluations) {
+bool Newton::advance_cost(std::vector<double>& w) {
   const double at_zero = dot(gradient_, step_);
   if (!(at_zero < 0.0)) return false;
   system_->multiply_jacobian(step_.data(), y_step_.data());
@@ -123,38 +142,63 @@ bool Newton::advance(std::vector<double>& w, int* evaluations) {
     Slope sum{linear + alpha * quadratic, quadratic};
     for (size_t i = 0; i < y_.size(); ++i) y_trial_[i] = y_[i] + alpha * y_step_[i];
     for (const auto& c : system_->constraints()) {
-      const Slope s = slope(*c.law, y_trial_.data() + c.row, y_step_.data() + c.row);
+      const Slope s = slope(c.law, y_trial_.data() + c.row, y_step_.data() + c.row);
       sum.first += s.first;
       sum.second += s.second;
     }
     return sum;
   };
   const LineSearchResult found = search_line(derivative, at_zero, kLineSearchAccuracy);
-  *evaluations += found.evaluations;
+  totals_.line_search_evaluations += found.evaluations;
   for (size_t i = 0; i < w.size(); ++i) w[i] += found.step * step_[i];
   return found.found;
 }
 
-Newton::Result Newton::solve(IslandSystem& system, const Settings& settings, std::vector<double>& w,
-                             std::vector<double>& f) {
-  system_ = &system;
-  resize(system);
+// Halves the step until the residual falls; leaves w where it was if it never does.
+bool Newton::advance_residual(std::vector<double>& w, std::vector<double>& f) {
+  const double before = gradient_norm_;
+  trial_ = w;
+  double alpha = 1.0;
+  for (int i = 0; i < kMaxHalvings; ++i, alpha *= 0.5) {
+    for (size_t j = 0; j < w.size(); ++j) w[j] = trial_[j] + alpha * step_[j];
+    evaluate_residual(w, f);
+    ++totals_.line_search_evaluations;
+    if (gradient_norm_ < (1.0 - kSufficientDecrease * alpha) * before) return true;
+  }
+  w = trial_;
+  return false;
+}
+
+Newton::Result Newton::run(double tolerance, int max_iterations, std::vector<double>& w,
+                           std::vector<double>& f) {
+  unsymmetric_ = system_->unsymmetric();
   Result result;
-  choose_start(w);
   double best = std::numeric_limits<double>::infinity();
+  double milestone = best;
+  int since_milestone = 0;
   bool moved = true;
   for (;;) {
-    evaluate(w, f);
+    evaluate_residual(w, f);
     result.residual = scale_ > 0.0 ? gradient_norm_ / scale_ : 0.0;
-    residual_history_.push_back(result.residual);
-    cost_history_.push_back(cost(w, y_));
+    totals_.residual_history.push_back(result.residual);
+    if (!unsymmetric_) totals_.cost_history.push_back(cost(w, y_));
     if (!std::isfinite(gradient_norm_)) {
       result.status = Status::kNotFinite;
       return result;
     }
-    if (result.residual <= settings.tolerance) return result;
-    // A step that did not reduce the residual, or a line search lost in noise: round-off, or failure?
+    if (result.residual <= tolerance) return result;
+    for (const auto& c : system_->constraints()) {
+      evaluate(c.law, y_.data() + c.row, f.data() + c.row, hessian_.data() + c.hessian);
+    }
+    // A step that did not reduce the residual, or a line search lost in noise: round-off, or
+    // failure?
     const bool stalled = !moved || gradient_norm_ > 0.5 * best;
+    if (gradient_norm_ < kProgress * milestone) {
+      milestone = gradient_norm_;
+      since_milestone = 0;
+    } else if (unsymmetric_ && ++since_milestone >= kPatience) {
+      moved = false;  // creeping towards a local minimum of the residual's norm
+    }
     best = std::min(best, gradient_norm_);
     if (stalled && gradient_norm_ <= kFloorFactor * roundoff_floor(w)) {
       result.status = Status::kRoundoffFloor;
@@ -164,7 +208,7 @@ Newton::Result Newton::solve(IslandSystem& system, const Settings& settings, std
       result.status = Status::kLineSearchFailed;
       return result;
     }
-    if (result.iterations == settings.max_iterations) {
+    if (result.iterations == max_iterations) {
       result.status = Status::kMaxIterations;
       return result;
     }
@@ -172,8 +216,9 @@ Newton::Result Newton::solve(IslandSystem& system, const Settings& settings, std
       result.status = Status::kSingular;
       return result;
     }
-    moved = advance(w, &result.line_search_evaluations);
+    moved = advance(w, f);
     ++result.iterations;
+    ++totals_.iterations;
   }
 }
 

@@ -1,4 +1,8 @@
-// Newton's method on the next velocity of one island whose laws all have a potential.
+// Newton's method on the next velocity of one island, at the smoothing its laws have now.
+//
+// Without Coulomb laws the residual M(w - w*) - J'f(Jw + b) is the gradient of a convex cost:
+// Cholesky, and a line search for its zero along the direction, which cannot fail but to round-off.
+// With Coulomb laws it is no gradient: LU, and steps halved until the norm of the residual falls.
 #pragma once
 
 #include <vector>
@@ -13,30 +17,39 @@ class Newton {
   struct Result {
     Status status = Status::kConverged;
     int iterations = 0;
-    int line_search_evaluations = 0;
-    double residual = 0.0;
+    double residual = 0.0;  ///< relative, as Report says
   };
-  /// w: start on entry, answer on return; f: impulses at w. Both in the island's numbering.
-  Result solve(IslandSystem& system, const Settings& settings, std::vector<double>& w,
-               std::vector<double>& f);
+  struct Totals {
+    int iterations = 0;
+    int line_search_evaluations = 0;
+    std::vector<double> residual_history, cost_history;
+  };
 
-  const std::vector<double>& residual_history() const { return residual_history_; }
-  const std::vector<double>& cost_history() const { return cost_history_; }
+  /// Begins with an island: sizes memory, forgets the totals.
+  void begin(IslandSystem& system);
+  /// Replaces w by the free velocity if that costs less (Coulomb: has the smaller residual).
+  void choose_start(std::vector<double>& w);
+  /// At most `max_iterations` steps towards a relative residual of `tolerance`. w: start on entry,
+  /// answer on return; f: impulses at w.
+  Result run(double tolerance, int max_iterations, std::vector<double>& w, std::vector<double>& f);
+
+  const Totals& totals() const { return totals_; }
 
  private:
-  void resize(const IslandSystem& system);
   double cost(const std::vector<double>& w, const std::vector<double>& y);
-  void choose_start(std::vector<double>& w);
-  void evaluate(const std::vector<double>& w, std::vector<double>& f);
+  void evaluate_residual(const std::vector<double>& w, std::vector<double>& f);
   double roundoff_floor(const std::vector<double>& w);
   bool compute_direction();
-  bool advance(std::vector<double>& w, int* evaluations);
+  bool advance(std::vector<double>& w, std::vector<double>& f);
+  bool advance_cost(std::vector<double>& w);
+  bool advance_residual(std::vector<double>& w, std::vector<double>& f);
 
   IslandSystem* system_ = nullptr;
+  bool unsymmetric_ = false;
   std::vector<double> difference_, momentum_, gradient_, step_, mass_step_, trial_;
   std::vector<double> y_, y_step_, y_trial_, hessian_;
   double gradient_norm_ = 0.0, scale_ = 0.0;
-  std::vector<double> residual_history_, cost_history_;
+  Totals totals_;
 };
 
 }  // namespace counterpoint::contact

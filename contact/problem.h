@@ -1,9 +1,10 @@
-// The contact problem in generalized velocity space: everything that shapes the physics of one step.
+// The contact problem in generalized velocity space: everything that shapes the physics of one
+// step.
 //
 //   minimize over w+   1/2 |w+ - w*|_M^2  +  sum_i l_i(y_i),     y_i = J_i w+ + b_i
 //
-// Velocities are partitioned in blocks (a kinematic tree each); M is block diagonal; every constraint
-// touches one block or two. Knows only Eigen: no bodies, no shapes.
+// Velocities are partitioned in blocks (a kinematic tree each); M is block diagonal; every
+// constraint touches one block or two. Knows only Eigen: no bodies, no shapes.
 #pragma once
 
 #include <Eigen/Core>
@@ -34,15 +35,17 @@ enum class LawType : unsigned char {
   kDryFriction,   ///< |f| <= bound, opposing motion: dry joint friction (1 row)
 };
 
-/// The law f(y) of one constraint: impulse [N s] (torsional, rolling and angular rows: [N m s]) from
-/// contact-space velocity y [m/s]. The forward solver and the inverse call the same function of this.
+/// The law f(y) of one constraint: impulse [N s] (torsional, rolling and angular rows: [N m s])
+/// from contact-space velocity y [m/s]. The forward solver and the inverse call the same function
+/// of this.
 struct Law {
   LawType type = LawType::kUnilateral;
   int rows = 1;
-  bool coulomb = false;        ///< kFrictionCone: exact Coulomb by De Saxce's shift mu |v_T| of y_N
-  double regularizer = 0.0;    ///< r [1/kg]; friction cone: R_T = r, R_N = mu^2 r with mu the first of `friction`
-  double smoothing = 0.0;      ///< k [N m]: k -> 0 is the hard law
-  double bound = 0.0;          ///< kDryFriction: largest impulse [N s]
+  bool coulomb = false;  ///< kFrictionCone: exact Coulomb by De Saxce's shift mu |v_T| of y_N
+  double regularizer =
+      0.0;  ///< r [1/kg]; friction cone: R_T = r, R_N = mu^2 r with mu the first of `friction`
+  double smoothing = 0.0;  ///< k [N m]: k -> 0 is the hard law
+  double bound = 0.0;      ///< kDryFriction: largest impulse [N s]
   /// kFrictionCone: coefficient of friction row i + 1; sliding [-], torsional and rolling [m].
   std::array<double, kMaxRows - 1> friction{};
   /// b [m/s]: y = J w+ + b.

@@ -4,9 +4,11 @@
 //   g solves     r g + lambda = k / g                           g > 0 for k > 0
 //   p(lambda)    p' = -g, p'' = g / s                           the convex potential of g
 //
-// k -> 0 is the projection max(0, -lambda) / r, r -> 0 the log barrier k / lambda (lambda > 0 only).
+// k -> 0 is the projection max(0, -lambda) / r, r -> 0 the log barrier k / lambda (lambda > 0
+// only).
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -19,7 +21,8 @@ struct ScalarLaw {
   double a = 0.0;  ///< -g' = g / s >= 0
 
   ScalarLaw(double lambda, double r, double k) {
-    s = std::sqrt(lambda * lambda + 4.0 * r * k);
+    // The maximum matters only where lambda^2 underflows.
+    s = std::max(std::sqrt(lambda * lambda + 4.0 * r * k), std::abs(lambda));
     if (lambda < 0.0) {
       g = (s - lambda) / (2.0 * r);
       a = g / s;

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "counterpoint/contact/island_solver.h"
 #include "counterpoint/contact/island_system.h"
 #include "counterpoint/contact/islands.h"
-#include "counterpoint/contact/newton.h"
 
 namespace counterpoint::contact {
 namespace {
@@ -14,9 +14,12 @@ bool valid(const Law& law) {
   if (law.rows < 1 || law.rows > kMaxRows || !(law.regularizer > 0.0)) return false;
   if (!(law.smoothing >= 0.0)) return false;
   switch (law.type) {
-    case LawType::kUnilateral: return law.rows == 1;
-    case LawType::kDryFriction: return law.rows == 1 && law.bound >= 0.0;
-    case LawType::kEquality: return true;
+    case LawType::kUnilateral:
+      return law.rows == 1;
+    case LawType::kDryFriction:
+      return law.rows == 1 && law.bound >= 0.0;
+    case LawType::kEquality:
+      return true;
     case LawType::kFrictionCone:
       return law.rows >= 2 && std::all_of(law.friction.begin(), law.friction.begin() + law.rows - 1,
                                           [](double mu) { return mu >= 0.0; });
@@ -53,13 +56,20 @@ Status check(const Problem& problem, const Eigen::Ref<VectorX>& w) {
 // Which status tells more about the whole: the worst one.
 int severity(Status status) {
   switch (status) {
-    case Status::kConverged: return 0;
-    case Status::kRoundoffFloor: return 1;
-    case Status::kMaxIterations: return 2;
-    case Status::kLineSearchFailed: return 3;
-    case Status::kSingular: return 4;
-    case Status::kInvalidLaw: return 5;
-    case Status::kNotFinite: return 6;
+    case Status::kConverged:
+      return 0;
+    case Status::kRoundoffFloor:
+      return 1;
+    case Status::kMaxIterations:
+      return 2;
+    case Status::kLineSearchFailed:
+      return 3;
+    case Status::kSingular:
+      return 4;
+    case Status::kInvalidLaw:
+      return 5;
+    case Status::kNotFinite:
+      return 6;
   }
   return 7;
 }
@@ -68,13 +78,20 @@ int severity(Status status) {
 
 const char* status_name(Status status) {
   switch (status) {
-    case Status::kConverged: return "converged";
-    case Status::kRoundoffFloor: return "round-off floor";
-    case Status::kMaxIterations: return "iteration limit";
-    case Status::kLineSearchFailed: return "line search failed";
-    case Status::kNotFinite: return "not finite";
-    case Status::kSingular: return "singular mass matrix";
-    case Status::kInvalidLaw: return "invalid law";
+    case Status::kConverged:
+      return "converged";
+    case Status::kRoundoffFloor:
+      return "round-off floor";
+    case Status::kMaxIterations:
+      return "iteration limit";
+    case Status::kLineSearchFailed:
+      return "line search failed";
+    case Status::kNotFinite:
+      return "not finite";
+    case Status::kSingular:
+      return "singular mass matrix";
+    case Status::kInvalidLaw:
+      return "invalid law";
   }
   return "unknown";
 }
@@ -86,7 +103,7 @@ bool succeeded(Status status) {
 struct Solver::Impl {
   Islands islands;
   IslandSystem system;
-  Newton newton;
+  IslandSolver island_solver;
   std::vector<double> w, f;
   Report report;
 
@@ -107,23 +124,25 @@ void Solver::Impl::solve_island(const Problem& problem, const Settings& settings
   system.gather(w_all.data(), w.data());
   Newton::Result result;
   if (system.diagonal_positive()) {
-    result = newton.solve(system, settings, w, f);
+    result = island_solver.solve(system, settings, w, f);
   } else {
     result.status = Status::kSingular;
     std::fill(f.begin(), f.end(), 0.0);
   }
   system.scatter(w.data(), w_all.data());
   for (const auto& c : system.constraints()) {
-    std::copy(f.data() + c.row, f.data() + c.row + c.law->rows, impulse.data() + c.global_row);
+    std::copy(f.data() + c.row, f.data() + c.row + c.law.rows, impulse.data() + c.global_row);
   }
   if (severity(result.status) > severity(report.status)) report.status = result.status;
+  const Newton::Totals& totals = island_solver.totals();
   if (report.residual_history.empty() || result.iterations > report.iterations) {
     report.iterations = result.iterations;
-    report.residual_history = newton.residual_history();
-    report.cost_history = newton.cost_history();
+    report.residual_history = totals.residual_history;
+    report.cost_history = totals.cost_history;
   }
   report.total_iterations += result.iterations;
-  report.line_search_evaluations += result.line_search_evaluations;
+  report.continuation = report.continuation || island_solver.continued();
+  report.line_search_evaluations += totals.line_search_evaluations;
   report.residual = std::max(report.residual, result.residual);
 }
 
@@ -134,6 +153,7 @@ const Report& Solver::solve(const Problem& problem, const Settings& settings, Ei
   report.status = check(problem, w);
   report.iterations = report.total_iterations = report.islands = report.line_search_evaluations = 0;
   report.residual = 0.0;
+  report.continuation = false;
   report.residual_history.clear();
   report.cost_history.clear();
   impulse.setZero(problem.num_rows());

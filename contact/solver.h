@@ -15,7 +15,7 @@ enum class Factorization { kAutomatic, kDense, kSparse };
 struct Settings {
   /// Converged when Report::residual is at most this.
   double tolerance = 1e-10;
-  int max_iterations = 100;  ///< Newton steps, per island
+  int max_iterations = 200;  ///< Newton steps, per island
   /// For tests and measurements: all islands as one, and how M + J'GJ is stored.
   bool split_islands = true;
   Factorization factorization = Factorization::kAutomatic;
@@ -23,12 +23,13 @@ struct Settings {
 
 enum class Status {
   kConverged,
-  kRoundoffFloor,     ///< as accurate as doubles allow at this compliance, above the tolerance asked for
+  kRoundoffFloor,  ///< as accurate as doubles allow at this compliance, above the tolerance asked
+                   ///< for
   kMaxIterations,
   kLineSearchFailed,  ///< no progress along the Newton direction, above the round-off floor
   kNotFinite,         ///< NaN or infinity in the problem
   kSingular,          ///< mass matrix not positive definite
-  kInvalidLaw,        ///< regularizer not positive; negative smoothing, friction or bound; wrong rows
+  kInvalidLaw,  ///< regularizer not positive; negative smoothing, friction or bound; wrong rows
 };
 const char* status_name(Status status);
 /// True if the result may be used: converged, or at the round-off floor.
@@ -36,17 +37,19 @@ bool succeeded(Status status);
 
 /// Residuals are |M(w+ - w*) - J'f(J w+ + b)| relative to the scale of its terms,
 ///   scale^2 = |M(w+ - w*)|^2 + sum_c |J_c' f_c|^2 + (1e-4)^2 (|w+|^2 + |w*|^2)_M,
-/// impulses in the norm of inv(diag M), velocities in that of diag M, c over constraints. The last term
-/// says that no impulse is resolved better than 1e-14 of the momentum. Each island by itself.
+/// impulses in the norm of inv(diag M), velocities in that of diag M, c over constraints. The last
+/// term says that no impulse is resolved better than 1e-14 of the momentum. Each island by itself.
 struct Report {
   Status status = Status::kConverged;
-  int iterations = 0;            ///< Newton steps, the largest over the islands
-  int total_iterations = 0;      ///< Newton steps, summed over the islands
-  int islands = 0;               ///< islands with constraints
+  int iterations = 0;        ///< Newton steps, the largest over the islands
+  int total_iterations = 0;  ///< Newton steps, summed over the islands
+  int islands = 0;           ///< islands with constraints
   int line_search_evaluations = 0;
-  double residual = 0.0;         ///< relative, at the end, the largest over the islands
-  std::vector<double> residual_history;  ///< relative, before each step and at the end; island with most steps
-  std::vector<double> cost_history;      ///< [J], the same island; empty where some law is `coulomb`
+  bool continuation = false;  ///< some island needed the path of falling smoothing
+  double residual = 0.0;      ///< relative, at the end, the largest over the islands
+  std::vector<double>
+      residual_history;  ///< relative, before each step and at the end; island with most steps
+  std::vector<double> cost_history;  ///< [J], the same island; empty where some law is `coulomb`
 };
 
 /// Scratch memory inside: one per thread. The result is a pure function of the arguments.

@@ -1,4 +1,4 @@
-#include "counterpoint/contact/block_cholesky.h"
+#include "counterpoint/contact/block_factorization.h"
 
 #include <algorithm>
 #include <bit>
@@ -7,7 +7,7 @@
 
 namespace counterpoint::contact {
 
-void BlockCholesky::begin_structure(const std::vector<int>& sizes) {
+void BlockFactorization::begin_structure(const std::vector<int>& sizes) {
   num_blocks_ = static_cast<int>(sizes.size());
   words_ = (num_blocks_ + 63) / 64;
   sizes_.assign(sizes.begin(), sizes.end());
@@ -20,19 +20,19 @@ void BlockCholesky::begin_structure(const std::vector<int>& sizes) {
   adjacency_.assign(static_cast<size_t>(num_blocks_) * words_, 0);
 }
 
-void BlockCholesky::add_coupling(int i, int j) {
+void BlockFactorization::add_coupling(int i, int j) {
   adjacency(i)[j / 64] |= uint64_t{1} << (j % 64);
   adjacency(j)[i / 64] |= uint64_t{1} << (i % 64);
 }
 
-void BlockCholesky::end_structure() {
+void BlockFactorization::end_structure() {
   order();
   lay_out();
 }
 
 // Minimum degree on the explicit elimination graph, a row of bits per block. Ties go to the lower
 // number. On return adjacency(b) holds the blocks eliminated after b that b's panel touches.
-void BlockCholesky::order() {
+void BlockFactorization::order() {
   degree_.resize(num_blocks_);
   sequence_.resize(num_blocks_);
   position_.assign(num_blocks_, -1);
@@ -63,7 +63,7 @@ void BlockCholesky::order() {
   }
 }
 
-void BlockCholesky::lay_out() {
+void BlockFactorization::lay_out() {
   below_.clear();
   below_start_.resize(num_blocks_ + 1);
   panel_start_.resize(num_blocks_ + 1);
@@ -91,10 +91,10 @@ void BlockCholesky::lay_out() {
   }
   below_start_[num_blocks_] = static_cast<int>(below_.size());
   panel_start_[num_blocks_] = offset;
-  values_.resize(offset);
+  lower_.resize(offset);
 }
 
-int BlockCholesky::row_in_panel(int row_position, int column_position) const {
+int BlockFactorization::row_in_panel(int row_position, int column_position) const {
   if (row_position == column_position) return 0;
   const auto first = below_.begin() + below_start_[column_position];
   const auto last = below_.begin() + below_start_[column_position + 1];
@@ -103,22 +103,26 @@ int BlockCholesky::row_in_panel(int row_position, int column_position) const {
       ->row;
 }
 
-void BlockCholesky::set_zero() { std::fill(values_.begin(), values_.end(), 0.0); }
-
-BlockCholesky::Block BlockCholesky::block(int i, int j) {
-  const int row = position_[i], column = position_[j];
-  return {values_.data() + panel_start_[column] + row_in_panel(row, column), panel_rows_[column]};
+void BlockFactorization::set_zero(bool unsymmetric) {
+  std::fill(lower_.begin(), lower_.end(), 0.0);
+  if (unsymmetric) upper_.assign(lower_.size(), 0.0);
 }
 
-bool BlockCholesky::factor() {
+BlockFactorization::Block BlockFactorization::block(int i, int j) const {
+  const int row = position_[i], column = position_[j];
+  return {panel_start_[column] + row_in_panel(row, column), panel_rows_[column]};
+}
+
+bool BlockFactorization::factor_cholesky() {
+  lu_ = false;
   for (int p = 0; p < num_blocks_; ++p) {
     const int cols = size_at(p), rows = panel_rows_[p];
-    double* panel = values_.data() + panel_start_[p];
+    double* panel = lower_.data() + panel_start_[p];
     if (factor_panel(panel, rows, cols, rows, 0.0) >= 0) return false;
     const int first = below_start_[p], last = below_start_[p + 1];
     for (int c = first; c < last; ++c) {
       const int target = below_[c].position;
-      double* target_panel = values_.data() + panel_start_[target];
+      double* target_panel = lower_.data() + panel_start_[target];
       const int leading = panel_rows_[target], n = size_at(target);
       for (int r = c; r < last; ++r) {
         subtract_product(panel + below_[r].row, rows, panel + below_[c].row, rows,
@@ -130,11 +134,81 @@ bool BlockCholesky::factor() {
   return true;
 }
 
-void BlockCholesky::solve(double* x) const {
+bool BlockFactorization::factor_lu() {
+  lu_ = true;
+  pivot_.resize(num_blocks_ > 0 ? start_.back() + sizes_.back() : 0);
+  for (int p = 0; p < num_blocks_; ++p) {
+    const int cols = size_at(p), rows = panel_rows_[p];
+    double* below = lower_.data() + panel_start_[p];
+    double* right = upper_.data() + panel_start_[p];
+    if (!factor_lu_panel(below, right, rows, cols, rows, pivot_.data() + start_[sequence_[p]])) {
+      return false;
+    }
+    const int first = below_start_[p], last = below_start_[p + 1];
+    for (int c = first; c < last; ++c) {
+      const int target = below_[c].position, leading = panel_rows_[target], n = size_at(target);
+      for (int r = c; r < last; ++r) {
+        const ptrdiff_t place = panel_start_[target] + row_in_panel(below_[r].position, target);
+        const int m = size_at(below_[r].position);
+        subtract_product(below + below_[r].row, rows, right + below_[c].row, rows,
+                         lower_.data() + place, leading, m, n, cols, false);
+        if (r == c) continue;
+        subtract_product(right + below_[r].row, rows, below + below_[c].row, rows,
+                         upper_.data() + place, leading, m, n, cols, false);
+      }
+    }
+  }
+  return true;
+}
+
+void BlockFactorization::solve(double* x) const { lu_ ? solve_lu(x) : solve_cholesky(x); }
+
+void BlockFactorization::solve_lu(double* x) const {
+  for (int p = 0; p < num_blocks_; ++p) {
+    const int cols = size_at(p), rows = panel_rows_[p];
+    const double* panel = lower_.data() + panel_start_[p];
+    const int* pivot = pivot_.data() + start_[sequence_[p]];
+    double* own = x + start_[sequence_[p]];
+    for (int j = 0; j < cols; ++j) std::swap(own[j], own[pivot[j]]);
+    for (int j = 0; j < cols; ++j) {
+      for (int i = j + 1; i < cols; ++i) own[i] -= panel[i + j * rows] * own[j];
+    }
+    for (int k = below_start_[p]; k < below_start_[p + 1]; ++k) {
+      double* other = x + start_[sequence_[below_[k].position]];
+      const int m = size_at(below_[k].position);
+      for (int j = 0; j < cols; ++j) {
+        const double* column = panel + j * rows + below_[k].row;
+        for (int i = 0; i < m; ++i) other[i] -= column[i] * own[j];
+      }
+    }
+  }
+  for (int p = num_blocks_ - 1; p >= 0; --p) {
+    const int cols = size_at(p), rows = panel_rows_[p];
+    const double* panel = lower_.data() + panel_start_[p];
+    const double* right = upper_.data() + panel_start_[p];
+    double* own = x + start_[sequence_[p]];
+    for (int k = below_start_[p]; k < below_start_[p + 1]; ++k) {
+      const double* other = x + start_[sequence_[below_[k].position]];
+      const int m = size_at(below_[k].position);
+      for (int j = 0; j < cols; ++j) {
+        const double* column = right + j * rows + below_[k].row;
+        double sum = 0.0;
+        for (int i = 0; i < m; ++i) sum += column[i] * other[i];
+        own[j] -= sum;
+      }
+    }
+    for (int j = cols - 1; j >= 0; --j) {
+      own[j] /= panel[j + j * rows];
+      for (int i = 0; i < j; ++i) own[i] -= panel[i + j * rows] * own[j];
+    }
+  }
+}
+
+void BlockFactorization::solve_cholesky(double* x) const {
   // x is used in place: each block of it belongs to one panel.
   for (int p = 0; p < num_blocks_; ++p) {
     const int cols = size_at(p), rows = panel_rows_[p];
-    const double* panel = values_.data() + panel_start_[p];
+    const double* panel = lower_.data() + panel_start_[p];
     double* own = x + start_[sequence_[p]];
     for (int j = 0; j < cols; ++j) {
       const double* column = panel + j * rows;
@@ -152,7 +226,7 @@ void BlockCholesky::solve(double* x) const {
   }
   for (int p = num_blocks_ - 1; p >= 0; --p) {
     const int cols = size_at(p), rows = panel_rows_[p];
-    const double* panel = values_.data() + panel_start_[p];
+    const double* panel = lower_.data() + panel_start_[p];
     double* own = x + start_[sequence_[p]];
     for (int k = below_start_[p]; k < below_start_[p + 1]; ++k) {
       const double* other = x + start_[sequence_[below_[k].position]];

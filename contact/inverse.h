@@ -1,0 +1,33 @@
+// The inverse of a whole Problem, and the check of any answer against the hard laws.
+#pragma once
+
+#include "counterpoint/contact/problem.h"
+
+namespace counterpoint::contact {
+
+/// f(J w + b) [N s] of all rows at next velocity w: closed form, one constraint at a time. No mass
+/// matrix, no optimization; the solver calls the same law.
+void compute_impulse(const Problem& problem, const Eigen::Ref<const VectorX>& w, VectorX& impulse);
+
+/// J'f [N s, N m s]: what the constraints did to the generalized momentum.
+void compute_generalized_impulse(const Problem& problem, const Eigen::Ref<const VectorX>& impulse,
+                                 VectorX& out);
+
+/// How far (w, f) is from the hard laws, each the worst over constraints, with y = J w + b, De
+/// Saxce's shift added to y_N where the law is `coulomb`; in the scaled coordinates phi_i = f_i /
+/// mu_i, z_i = mu_i y_i in which every cone is |phi_T| <= phi_N. These bound the distances to the
+/// cones from above.
+struct Residuals {
+  double primal = 0.0;           ///< violation of f in the cone [N s]
+  double dual = 0.0;             ///< violation of y in the dual cone; of y = 0 for equalities [m/s]
+  double complementarity = 0.0;  ///< |f . y|; friction rows of dry joints: F |y| + f y [J]
+  double motion = 0.0;           ///< |M(w - w*) - J'f| in the norm of inv(diag M) [sqrt(J)]
+  double force_scale = 0.0;      ///< largest |f_i| [N s]
+  double velocity_scale = 0.0;   ///< largest |y_i| of w and of w* [m/s]
+  double momentum_scale =
+      0.0;  ///< (|M(w - w*)|^2 + sum_c |J_c'f_c|^2)^1/2, norm and sum as in Report
+};
+Residuals compute_residuals(const Problem& problem, const Eigen::Ref<const VectorX>& w,
+                            const VectorX& impulse);
+
+}  // namespace counterpoint::contact

@@ -1,0 +1,161 @@
+#include "counterpoint/contact/island_solver.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "counterpoint/contact/law.h"
+
+namespace counterpoint::contact {
+namespace {
+
+// Newton at the target smoothing is given this many steps before the path is taken.
+constexpr int kDirectSteps = 20;
+constexpr int kDirectStepsCoulomb = 15;
+// The path: where relative smoothing starts and what is small enough to jump to the target, how it
+// shrinks, how well and in how many steps each point must be solved.
+constexpr double kPathStart = 0.1;
+constexpr double kPathEnd = 1e-14;
+constexpr double kPathFactor = 0.1;
+constexpr double kFastestFactor = 0.02;
+constexpr double kSlowestFactor = 0.8;
+constexpr double kPathTolerance = 2e-2;
+constexpr int kPathSteps = 12;
+constexpr int kEasySteps = 3;
+constexpr int kTargetSteps = 60;
+// The fixed point on the shift gives up after this many convex problems.
+constexpr int kMaxShifts = 60;
+constexpr double kShiftProgress = 0.9;
+constexpr double kSmallestStride = 0.2;
+constexpr double kShiftTry = 0.1;
+
+}  // namespace
+
+int IslandSolver::steps_left(const Settings& settings) const {
+  return std::max(0, settings.max_iterations - newton_.totals().iterations);
+}
+
+void IslandSolver::remember_targets(IslandSystem& system) {
+  y_.resize(system.num_rows());
+  system.constraint_velocity(system.free_velocity(), y_.data());
+  double square = 0.0;  // of the fastest free constraint velocity
+  for (const auto& c : system.constraints()) square = std::max(square, y_[c.row] * y_[c.row]);
+  targets_.clear();
+  for (const auto& c : system.constraints()) {
+    const double inverse_mass = system.inverse_mass(c);
+    const double unit = inverse_mass > 0.0 ? square / inverse_mass : 0.0;
+    targets_.push_back(
+        {c.law.smoothing, c.law.regularizer, unit, inverse_mass, c.law.bias[0], c.law.coulomb});
+  }
+}
+
+// False if that is the target already.
+bool IslandSolver::set_kappa(IslandSystem& system, double kappa) const {
+  bool above = false;
+  for (size_t i = 0; i < targets_.size(); ++i) {
+    const Target& target = targets_[i];
+    const double k = kappa * target.unit_smoothing, r = kappa * target.unit_regularizer;
+    above = above || k > target.smoothing || r > target.regularizer;
+    Law& law = system.constraints()[i].law;
+    law.smoothing = std::max(target.smoothing, k);
+    law.regularizer = std::max(target.regularizer, r);
+  }
+  return above;
+}
+
+Newton::Result IslandSolver::follow_path(IslandSystem& system, const Settings& settings,
+                                         std::vector<double>& w, std::vector<double>& f) {
+  double kappa = kPathStart, factor = kPathFactor, solved = 1.0;
+  last_good_ = w;
+  bool above = set_kappa(system, kappa);
+  for (;;) {
+    const bool target = !above || kappa < kPathEnd;
+    if (target) set_kappa(system, 0.0);
+    const int left = steps_left(settings);
+    const int steps = std::min(left, target ? kTargetSteps : kPathSteps);
+    const Newton::Result result =
+        newton_.run(target ? settings.tolerance : kPathTolerance, steps, w, f);
+    if (succeeded(result.status)) {
+      if (target) return result;
+      last_good_ = w;
+      solved = kappa;
+      factor = std::max(kFastestFactor,
+                        result.iterations <= kEasySteps ? 0.5 * factor : std::sqrt(0.1 * factor));
+    } else {
+      // Back to the last point solved, and on with a shorter stride.
+      w = last_good_;
+      factor = std::sqrt(factor);
+      if (factor > kSlowestFactor || steps_left(settings) == 0) {
+        set_kappa(system, 0.0);
+        return newton_.run(settings.tolerance, 0, w, f);
+      }
+    }
+    kappa = solved * factor;
+    above = set_kappa(system, kappa);
+  }
+}
+
+// Convex problems with the shift of the one before as a bias: linear convergence, halved strides
+// where it oscillates, and Newton from wherever the residual has fallen well.
+Newton::Result IslandSolver::iterate_shift(IslandSystem& system, const Settings& settings,
+                                           std::vector<double>& w, std::vector<double>& f) {
+  shift_.assign(targets_.size(), 0.0);
+  double stride = 1.0, last = std::numeric_limits<double>::infinity(), tried = kShiftTry;
+  Newton::Result result;
+  for (int round = 0; round < kMaxShifts && steps_left(settings) > 0; ++round) {
+    system.constraint_velocity(w.data(), y_.data());
+    for (size_t i = 0; i < targets_.size(); ++i) {
+      auto& c = system.constraints()[i];
+      if (!targets_[i].coulomb) continue;
+      const double target = shift(c.law, y_.data() + c.row);
+      shift_[i] += (round == 0 ? 1.0 : stride) * (target - shift_[i]);
+      c.law.coulomb = false;
+      c.law.bias[0] = targets_[i].bias + shift_[i];
+    }
+    newton_.run(settings.tolerance, std::min(steps_left(settings), kDirectSteps), w, f);
+    for (size_t i = 0; i < targets_.size(); ++i) {
+      auto& c = system.constraints()[i];
+      c.law.coulomb = targets_[i].coulomb;
+      c.law.bias[0] = targets_[i].bias;
+    }
+    result = newton_.run(settings.tolerance, 0, w, f);
+    if (succeeded(result.status)) return result;
+    if (result.residual > last) stride = std::max(kSmallestStride, 0.5 * stride);
+    last = result.residual;
+    if (result.residual > kShiftProgress * tried) continue;
+    tried = 0.1 * result.residual;
+    last_good_ = w;
+    result = newton_.run(settings.tolerance, std::min(steps_left(settings), kPathSteps), w, f);
+    if (succeeded(result.status)) return result;
+    w = last_good_;
+  }
+  return newton_.run(settings.tolerance, 0, w, f);
+}
+
+Newton::Result IslandSolver::solve(IslandSystem& system, const Settings& settings,
+                                   std::vector<double>& w, std::vector<double>& f) {
+  newton_.begin(system);
+  newton_.choose_start(w);
+  const bool coulomb = system.unsymmetric();
+  const int direct = coulomb ? kDirectStepsCoulomb : kDirectSteps;
+  start_ = w;
+  Newton::Result result =
+      newton_.run(settings.tolerance, std::min(direct, settings.max_iterations), w, f);
+  const auto unsolved = [&] {
+    return !succeeded(result.status) && result.status != Status::kNotFinite &&
+           steps_left(settings) > 0;
+  };
+  continued_ = unsolved();
+  if (continued_) {
+    remember_targets(system);
+    w = start_;
+    result = follow_path(system, settings, w, f);
+  }
+  if (unsolved() && coulomb) result = iterate_shift(system, settings, w, f);
+  if (!succeeded(result.status) && steps_left(settings) == 0)
+    result.status = Status::kMaxIterations;
+  result.iterations = newton_.totals().iterations;
+  return result;
+}
+
+}  // namespace counterpoint::contact

@@ -1,0 +1,245 @@
+#include "counterpoint/contact/solver.h"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include "contact/random_problem.h"
+#include "counterpoint/contact/inverse.h"
+#include "counterpoint/contact/law.h"
+
+namespace counterpoint::contact {
+namespace {
+
+using testing::Random;
+using testing::random_problem;
+using testing::RandomOptions;
+
+VectorX zero_start(const Problem& problem) { return VectorX::Zero(problem.num_velocities()); }
+
+TEST(Solver, SolvesRandomConvexProblems) {
+  Random random(1);
+  Solver solver;
+  for (int trial = 0; trial < 2000; ++trial) {
+    RandomOptions options;
+    options.hard = random.coin();
+    const Problem problem = random_problem(random, options);
+    VectorX w = zero_start(problem), f;
+    const Report& report = solver.solve(problem, Settings{}, w, f);
+    EXPECT_TRUE(succeeded(report.status))
+        << trial << " " << status_name(report.status) << " " << report.residual;
+    const Residuals residuals = compute_residuals(problem, w, f);
+    // Recomputed outside the solver. A floor-limited problem has |y| eps / r ~ 1e-16 / 1e-6 per
+    // row.
+    const double tolerance = report.status == Status::kConverged ? 1e-9 : 1e-4;
+    EXPECT_LE(residuals.motion, tolerance * (residuals.momentum_scale + 1e-4)) << trial;
+  }
+}
+
+TEST(Solver, SolvesRandomCoulombProblemsOrSaysSo) {
+  Random random(1);
+  Solver solver;
+  int failed = 0;
+  for (int trial = 0; trial < 2000; ++trial) {
+    RandomOptions options;
+    options.hard = random.coin();
+    options.coulomb = true;
+    const Problem problem = random_problem(random, options);
+    VectorX w = zero_start(problem), f;
+    const Report& report = solver.solve(problem, Settings{}, w, f);
+    if (!succeeded(report.status)) {
+      ++failed;
+      continue;
+    }
+    const Residuals residuals = compute_residuals(problem, w, f);
+    const double tolerance = report.status == Status::kConverged ? 1e-9 : 1e-4;
+    EXPECT_LE(residuals.motion, tolerance * (residuals.momentum_scale + 1e-4)) << trial;
+  }
+  // Dense random constraints with conflicting biases, far worse than mechanics makes them; a
+  // solution need not even exist. 2 to 5 were seen to fail.
+  EXPECT_LE(failed, 10);
+}
+
+TEST(Solver, WithoutActiveConstraintOneStepIsEnough) {
+  Random random(3);
+  Solver solver;
+  int seen = 0;
+  for (int trial = 0; trial < 300; ++trial) {
+    RandomOptions options;
+    options.hard = true;
+    options.only_cones = true;
+    Problem problem = random_problem(random, options);
+    for (int c = 0; c < problem.num_constraints(); ++c) {
+      problem.law(c).bias.fill(0.0);
+      problem.law(c).bias[0] = 1e3;  // far away: m/s
+    }
+    VectorX w(problem.num_velocities()), f;
+    for (int i = 0; i < w.size(); ++i) w[i] = random.signed_unit();
+    const Report& report = solver.solve(problem, Settings{}, w, f);
+    EXPECT_EQ(report.status, Status::kConverged);
+    EXPECT_LE(report.iterations, 1);
+    EXPECT_EQ(f.cwiseAbs().sum(), 0.0);
+    EXPECT_LT((w - problem.free_velocity()).norm(), 1e-14 * problem.free_velocity().norm());
+    seen += problem.num_constraints();
+  }
+  EXPECT_GT(seen, 300);
+}
+
+TEST(Solver, BlocksWithoutConstraintsFlyExactly) {
+  Problem problem;
+  problem.add_block(3);
+  problem.mass(0).setIdentity();
+  problem.free_velocity() << 0.1, 0.2, 0.3;
+  VectorX w = VectorX::Ones(3), f;
+  Solver solver;
+  const Report& report = solver.solve(problem, Settings{}, w, f);
+  EXPECT_EQ(report.status, Status::kConverged);
+  EXPECT_EQ(report.iterations, 0);
+  EXPECT_EQ(w, VectorX(problem.free_velocity()));
+}
+
+// The path of falling smoothing changes the cost on the way: only direct solutions are monotone.
+TEST(Solver, CostFallsMonotonically) {
+  Random random(4);
+  Solver solver;
+  int steps = 0;
+  for (int trial = 0; trial < 500; ++trial) {
+    RandomOptions options;
+    options.hard = random.coin();
+    const Problem problem = random_problem(random, options);
+    VectorX w = zero_start(problem), f;
+    Settings settings;
+    const Report& report = solver.solve(problem, settings, w, f);
+    if (report.continuation) continue;
+    double largest = 0.0;
+    for (const double c : report.cost_history) largest = std::max(largest, std::abs(c));
+    for (size_t i = 1; i < report.cost_history.size(); ++i, ++steps) {
+      // Costs are sums of terms as large as the first ones: the rounding of y times f is all that
+      // may rise.
+      EXPECT_LE(report.cost_history[i], report.cost_history[i - 1] + 1e-12 * largest);
+    }
+  }
+  EXPECT_GT(steps, 1000);
+}
+
+TEST(Solver, DenseAndSparseAgree) {
+  Random random(5);
+  Solver solver;
+  for (const bool coulomb : {false, true}) {
+    for (int trial = 0; trial < 200; ++trial) {
+      RandomOptions options;
+      options.coulomb = coulomb;
+      options.max_blocks = 8;
+      options.max_constraints = 12;
+      options.compliance_low = 1e-3;
+      options.smoothing_low = 1e-3;
+      const Problem problem = random_problem(random, options);
+      VectorX dense = zero_start(problem), sparse = dense, f_dense, f_sparse;
+      Settings settings;
+      settings.factorization = Factorization::kDense;
+      if (!succeeded(solver.solve(problem, settings, dense, f_dense).status)) continue;
+      settings.factorization = Factorization::kSparse;
+      if (!succeeded(solver.solve(problem, settings, sparse, f_sparse).status)) continue;
+      // Both solve to 1e-10 of the impulses, softened by eps >= 1e-3.
+      EXPECT_LT((dense - sparse).norm(), 1e-7 * (1 + dense.norm())) << trial;
+    }
+  }
+}
+
+TEST(Solver, IslandsSolvedApartAreTheWholeSolution) {
+  Random random(6);
+  Solver solver;
+  for (int trial = 0; trial < 300; ++trial) {
+    RandomOptions options;
+    options.max_blocks = 8;
+    options.compliance_low = 1e-3;
+    options.smoothing_low = 1e-3;
+    const Problem problem = random_problem(random, options);
+    VectorX apart = zero_start(problem), whole = apart, f_apart, f_whole;
+    Settings settings;
+    EXPECT_TRUE(succeeded(solver.solve(problem, settings, apart, f_apart).status));
+    settings.split_islands = false;
+    EXPECT_TRUE(succeeded(solver.solve(problem, settings, whole, f_whole).status));
+    EXPECT_LT((apart - whole).norm(), 1e-7 * (1 + apart.norm())) << trial;
+  }
+}
+
+TEST(Solver, SameInputSameBits) {
+  Random random(7);
+  const Problem problem = random_problem(random, RandomOptions{});
+  Solver used, fresh;
+  VectorX w1 = zero_start(problem), w2 = w1, f1, f2;
+  const Problem other = random_problem(random, RandomOptions{});
+  VectorX w_other = zero_start(other), f_other;
+  used.solve(other, Settings{}, w_other, f_other);  // leaves traces in the scratch memory
+  used.solve(problem, Settings{}, w1, f1);
+  fresh.solve(problem, Settings{}, w2, f2);
+  EXPECT_EQ(w1, w2);
+  EXPECT_EQ(f1, f2);
+}
+
+TEST(Solver, ImpulsesAreTheInverseToTheBit) {
+  Random random(8);
+  Solver solver;
+  for (int trial = 0; trial < 500; ++trial) {
+    RandomOptions options;
+    options.coulomb = random.coin();
+    const Problem problem = random_problem(random, options);
+    VectorX w = zero_start(problem), f, inverse;
+    solver.solve(problem, Settings{}, w, f);
+    compute_impulse(problem, w, inverse);
+    EXPECT_EQ(f, inverse);
+  }
+}
+
+TEST(Solver, WarmStartAtTheSolutionTakesNoStep) {
+  Random random(9);
+  Solver solver;
+  for (int trial = 0; trial < 200; ++trial) {
+    const Problem problem = random_problem(random, RandomOptions{});
+    VectorX w = zero_start(problem), f;
+    if (solver.solve(problem, Settings{}, w, f).status != Status::kConverged) continue;
+    const Report& again = solver.solve(problem, Settings{}, w, f);
+    EXPECT_EQ(again.iterations, 0);
+  }
+}
+
+TEST(Solver, SaysHowItFailed) {
+  Random random(10);
+  Solver solver;
+  RandomOptions options;
+  options.only_cones = true;
+  Problem problem;
+  do {
+    problem = random_problem(random, options);
+  } while (problem.num_constraints() < 3);
+  VectorX w = zero_start(problem), f;
+  Settings few;
+  few.max_iterations = 1;
+  EXPECT_EQ(solver.solve(problem, few, w, f).status, Status::kMaxIterations);
+  EXPECT_GT(solver.solve(problem, few, w, f).residual, few.tolerance);
+
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  Problem broken = problem;
+  broken.free_velocity()[0] = nan;
+  EXPECT_EQ(solver.solve(broken, Settings{}, w, f).status, Status::kNotFinite);
+  EXPECT_TRUE(w.allFinite());  // left as it was
+  broken = problem;
+  broken.law(0).smoothing = nan;
+  EXPECT_EQ(solver.solve(broken, Settings{}, w, f).status, Status::kNotFinite);
+  broken = problem;
+  broken.jacobian(0, 0)(0, 0) = std::numeric_limits<double>::infinity();
+  EXPECT_EQ(solver.solve(broken, Settings{}, w, f).status, Status::kNotFinite);
+  broken = problem;
+  broken.mass(problem.block(0, 0)).setZero();
+  EXPECT_EQ(solver.solve(broken, Settings{}, w, f).status, Status::kSingular);
+  broken = problem;
+  broken.law(0).regularizer = 0.0;
+  EXPECT_EQ(solver.solve(broken, Settings{}, w, f).status, Status::kInvalidLaw);
+  broken = problem;
+  broken.law(0).friction[0] = -0.1;
+  EXPECT_EQ(solver.solve(broken, Settings{}, w, f).status, Status::kInvalidLaw);
+}
+
+}  // namespace
+}  // namespace counterpoint::contact
