@@ -61,4 +61,7 @@ struct Geometry {
 /// is frictionless.
 Material combine_materials(const Material& a, const Material& b);
 
+/// The smallest z [m] that a shape reaches when its frame G is at X_WG; -infinity for a plane.
+double lowest_point(const Shape& shape, const Pose& X_WG);
+
 }  // namespace counterpoint

@@ -83,6 +83,41 @@ SpatialInertia nearest_physical(const SpatialInertia& inertia) {
   return repaired;
 }
 
+SpatialInertia solid_inertia(const Shape& shape, double mass) {
+  const double r = shape.size[0];
+  const double half = shape.size[1];
+  Vector3 moments = Vector3::Zero();
+  switch (shape.type) {
+    case ShapeType::kSphere:
+      moments.setConstant(0.4 * r * r);
+      break;
+    case ShapeType::kBox: {
+      const Vector3 s2 = shape.size.cwiseAbs2();
+      moments = (Vector3::Constant(s2.sum()) - s2) / 3.0;
+      break;
+    }
+    case ShapeType::kCylinder: {
+      const double across = r * r / 4.0 + half * half / 3.0;
+      moments << across, across, r * r / 2.0;
+      break;
+    }
+    case ShapeType::kCapsule: {
+      // A cylinder and two half spheres, whose centres of mass lie 3/8 r beyond the cylinder's
+      // ends.
+      const double ball = 2.0 * r / (2.0 * r + 3.0 * half);  // share of the mass in the caps
+      const double far = half + 0.375 * r;
+      const double cap = 0.4 * r * r - std::pow(0.375 * r, 2) + far * far;
+      const double across = (1.0 - ball) * (r * r / 4.0 + half * half / 3.0) + ball * cap;
+      moments << across, across, (1.0 - ball) * r * r / 2.0 + ball * 0.4 * r * r;
+      break;
+    }
+    case ShapeType::kPlane:
+    case ShapeType::kConvexMesh:
+      throw std::logic_error("solid_inertia: not for this shape");
+  }
+  return {mass, Vector3::Zero(), mass * Matrix3(moments.asDiagonal())};
+}
+
 MatrixX reference_mass_matrix(const Model& model, int tree, const VectorX& q, VectorX* scale) {
   const Tree& t = model.trees()[tree];
   const int bodies = t.body_end - t.body_begin;

@@ -17,6 +17,10 @@ std::string inertia_defect(const SpatialInertia& inertia);
 /// inequality is met by the least change (Frobenius norm) of the moments.
 SpatialInertia nearest_physical(const SpatialInertia& inertia);
 
+/// Inertia of a solid of uniform density about its centre: sphere, box, cylinder or capsule of the
+/// given mass [kg].
+SpatialInertia solid_inertia(const Shape& shape, double mass);
+
 /// Joint-space inertia matrix M [kg, kg m, kg m^2] of one tree at q (nq, all trees), with armature.
 /// A plain reference: composite inertias in one common frame, dense. `scale`, if given, receives
 /// for each coordinate the size of the terms that its diagonal entry was summed from.

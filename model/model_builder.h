@@ -84,6 +84,10 @@ class ModelBuilder {
   /// is neither.
   void exclude_pair(const std::string& geometry_or_link_a, const std::string& geometry_or_link_b);
 
+  int num_joints() const { return model_.num_joints(); }  ///< added so far
+  /// Name of a joint added so far, numbered as in Model::joint.
+  const std::string& joint_name(int joint) const { return model_.joints_.at(joint).name; }
+
   /// Adds to Model::notes.
   void add_note(const Note& note) { model_.notes_.push_back(note); }
 

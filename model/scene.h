@@ -17,6 +17,11 @@ namespace counterpoint {
 ///   kCoulomb  exact Coulomb friction (De Saxce shift)
 enum class FrictionModel { kConvex, kLagged, kCoulomb };
 
+/// "convex", "lagged", "coulomb".
+const char* friction_model_name(FrictionModel model);
+/// The reverse; nothing for an unknown name.
+std::optional<FrictionModel> friction_model_from_name(const std::string& name);
+
 /// Everything that shapes the physics of contact. A change here changes the motion, and the inverse
 /// must be given the same values as the forward step.
 struct ContactOptions {

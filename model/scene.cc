@@ -1,0 +1,108 @@
+#include "counterpoint/model/scene.h"
+
+#include <fmt/format.h>
+
+#include <cctype>
+#include <limits>
+
+#include "counterpoint/model/scene_yaml.h"
+#include "counterpoint/model/urdf.h"
+
+namespace counterpoint {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kStartGap = 1e-3;  // [m] between the ground and a floating robot at the start
+/// Poses of all bodies in W at q.
+std::vector<Pose> body_poses(const Model& model, const VectorX& q) {
+  std::vector<Pose> X_WB(model.num_bodies());
+  for (int i = 1; i < model.num_bodies(); ++i) {
+    const Body& body = model.body(i);
+    X_WB[i] = X_WB[body.parent] * body.X_PJ * joint_pose(body.joint_type, q.data() + body.q_index);
+  }
+  return X_WB;
+}
+
+/// The geometry that reaches lowest in the default configuration and its height; the moving ones
+/// only.
+std::pair<std::string, double> lowest_geometry(const Model& model) {
+  const std::vector<Pose> X_WB = body_poses(model, model.default_q());
+  std::pair<std::string, double> lowest{"", kInfinity};
+  for (const Geometry& geometry : model.geometries()) {
+    if (geometry.body == 0) continue;
+    const double z = lowest_point(geometry.shape, X_WB[geometry.body] * geometry.X_BG);
+    if (z < lowest.second) lowest = {geometry.name, z};
+  }
+  return lowest;
+}
+
+Scene load_lone_urdf(const fs::path& file, const SceneOverrides& overrides) {
+  UrdfOptions urdf_options;
+  urdf_options.packages = overrides.packages;
+  urdf_options.repair_inertias = overrides.repair_inertias;
+  const RobotSpec robot = load_urdf(file, urdf_options);
+  const Base base = overrides.base.value_or(Base::kFixed);
+  Pose X_WL;
+  ModelBuilder builder;
+  if (overrides.ground) {
+    ModelBuilder trial;
+    trial.add_robot(robot, base, X_WL);
+    const auto [name, z] = lowest_geometry(trial.build());
+    if (base == Base::kFloating && z < kInfinity) X_WL.translation.z() = kStartGap - z;
+    if (base == Base::kFixed && z < 0.0) {
+      builder.add_note({"ground", fmt::format("'{}' starts {:.3g} m below the ground; set the "
+                                              "robot higher in a scene file if it should not",
+                                              name, -z)});
+    }
+    Material material;
+    if (overrides.ground_friction) material.friction = *overrides.ground_friction;
+    builder.add_environment(kGroundName, {ShapeType::kPlane, {}, nullptr}, Pose(), material);
+  }
+  builder.add_robot(robot, base, X_WL);
+  Model model = builder.build();
+  VectorX q = model.default_q();
+  VectorX v = VectorX::Zero(model.nv());
+  return {robot.name, std::move(model), std::move(q), std::move(v), SimulationOptions()};
+}
+
+}  // namespace
+
+const char* friction_model_name(FrictionModel model) {
+  switch (model) {
+    case FrictionModel::kConvex:
+      return "convex";
+    case FrictionModel::kLagged:
+      return "lagged";
+    case FrictionModel::kCoulomb:
+      return "coulomb";
+  }
+  return "?";
+}
+
+std::optional<FrictionModel> friction_model_from_name(const std::string& name) {
+  for (const FrictionModel model :
+       {FrictionModel::kConvex, FrictionModel::kLagged, FrictionModel::kCoulomb}) {
+    if (name == friction_model_name(model)) return model;
+  }
+  return std::nullopt;
+}
+
+Scene load_scene(const fs::path& file, const SceneOverrides& overrides) {
+  std::string extension = file.extension().string();
+  for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  if (extension == ".urdf") return load_lone_urdf(file, overrides);
+  if (extension != ".yaml" && extension != ".yml") {
+    throw InputError(
+        fmt::format("{}: a scene (.yaml) or a robot (.urdf) is expected", file.string()));
+  }
+  if (overrides.base || overrides.ground || overrides.ground_friction) {
+    throw InputError(fmt::format(
+        "{}: base and ground are options for a lone URDF; a scene file says them itself",
+        file.string()));
+  }
+  return load_yaml_scene(file, overrides);
+}
+
+}  // namespace counterpoint

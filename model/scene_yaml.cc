@@ -1,0 +1,380 @@
+#include "counterpoint/model/scene_yaml.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <limits>
+
+#include "counterpoint/model/inertia.h"
+#include "counterpoint/model/mesh.h"
+#include "counterpoint/model/urdf.h"
+#include "counterpoint/model/yaml_reader.h"
+
+namespace counterpoint {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr const char* kShapeKeys[] = {"sphere", "box", "capsule", "cylinder", "mesh"};
+
+fs::path resolved(const fs::path& folder, const std::string& name) {
+  const fs::path path(name);
+  return path.is_absolute() ? path : folder / path;
+}
+
+/// `position` [m] with `rpy` [rad] or `quaternion` (w x y z).
+Pose read_pose(const YamlValue& in) {
+  Pose pose;
+  if (in.has("position")) pose.translation = in.at("position").vector3();
+  if (in.has("rpy") && in.has("quaternion")) {
+    in.at("quaternion").fail("give either rpy or quaternion, not both");
+  }
+  if (in.has("rpy")) {
+    const Vector3 rpy = in.at("rpy").vector3();
+    pose.rotation = rotation_from_rpy(rpy[0], rpy[1], rpy[2]);
+  }
+  if (in.has("quaternion")) {
+    const YamlValue value = in.at("quaternion");
+    const std::vector<double> q = value.numbers();
+    if (q.size() != 4) value.fail("four numbers [w, x, y, z] are expected");
+    const Quaternion quaternion(q[0], q[1], q[2], q[3]);
+    if (quaternion.norm() < 1e-9) value.fail("a quaternion cannot be zero");
+    pose.rotation = quaternion.normalized().toRotationMatrix();
+  }
+  return pose;
+}
+
+Material read_material(const YamlValue& in, Material material) {
+  const auto read = [&](const char* key, double high, double& value) {
+    if (in.has(key)) value = in.at(key).number(0.0, high);
+  };
+  read("friction", kInfinity, material.friction);
+  read("restitution", 1.0, material.restitution);
+  read("torsional_friction", kInfinity, material.torsional_friction);
+  read("rolling_friction", kInfinity, material.rolling_friction);
+  return material;
+}
+
+/// The one shape key of a map: sphere, box, capsule, cylinder or mesh.
+Shape read_shape(const YamlValue& in, const fs::path& folder) {
+  const char* found = nullptr;
+  for (const char* key : kShapeKeys) {
+    if (!in.has(key)) continue;
+    if (found != nullptr)
+      in.fail(fmt::format("both {} and {} are given; one shape is", found, key));
+    found = key;
+  }
+  if (found == nullptr) {
+    in.fail("a shape is missing: one of sphere, box, capsule, cylinder, mesh");
+  }
+  const std::string kind = found;
+  const YamlValue value = in.at(found);
+  const auto sizes = [&](size_t count, const char* what) {
+    const std::vector<double> numbers = value.numbers();
+    if (numbers.size() != count) value.fail(fmt::format("{} is expected", what));
+    for (const double n : numbers) {
+      if (n <= 0.0) value.fail(fmt::format("{} is not positive; {} is expected", n, what));
+    }
+    return numbers;
+  };
+  if (kind == "sphere") {
+    return {ShapeType::kSphere, {sizes(1, "a radius [m]")[0], 0, 0}, nullptr};
+  }
+  if (kind == "box") {
+    const auto s = sizes(3, "three half lengths [m]");
+    return {ShapeType::kBox, {s[0], s[1], s[2]}, nullptr};
+  }
+  if (kind == "mesh") {
+    const Vector3 scale = in.has("scale") ? in.at("scale").vector3() : Vector3(1, 1, 1);
+    try {
+      return {ShapeType::kConvexMesh, {}, load_convex_mesh(resolved(folder, value.text()), scale)};
+    } catch (const InputError& error) {
+      value.fail(error.what());
+    }
+  }
+  const auto s = sizes(2, "[radius, length] in metres (without the caps of a capsule)");
+  return {kind == "capsule" ? ShapeType::kCapsule : ShapeType::kCylinder,
+          {s[0], 0.5 * s[1], 0},
+          nullptr};
+}
+
+/// A free object made of one shape of uniform density.
+RobotSpec make_object(const YamlValue& in, const fs::path& folder, const Material& material) {
+  RobotSpec robot;
+  robot.where = in.where();
+  robot.name = in.has("name") ? in.at("name").text() : "object";
+  LinkSpec link;
+  link.name = "body";
+  link.where = in.where();
+  const Shape shape = read_shape(in, folder);
+  if (shape.type == ShapeType::kConvexMesh) {
+    in.at("mesh").fail("a mesh with mass needs its inertia: describe it in a URDF");
+  }
+  link.inertia = solid_inertia(shape, in.at("mass").positive());
+  link.collisions.push_back({"shape", Pose(), shape, material});
+  robot.links.push_back(link);
+  return robot;
+}
+
+/// Reads one scene file from top to bottom: docs/scene-format.md.
+class SceneReader {
+ public:
+  SceneReader(const YamlValue& root, const fs::path& file, const SceneOverrides& overrides)
+      : root_(root), folder_(file.parent_path()), builder_(read_gravity(root)) {
+    scene_name_ = root.has("name") ? root.at("name").text() : file.stem().string();
+    if (root.has("defaults")) {
+      const YamlValue defaults = root.at("defaults");
+      defaults.expect_map({"friction", "restitution", "torsional_friction", "rolling_friction"});
+      urdf_options_.default_material = read_material(defaults, Material());
+    }
+    urdf_options_.packages = overrides.packages;
+    if (root.has("packages")) {
+      for (const auto& [name, value] : root.at("packages").entries()) {
+        urdf_options_.packages.emplace(name, resolved(folder_, value.text()));
+      }
+    }
+    urdf_options_.repair_inertias =
+        overrides.repair_inertias ||
+        (root.has("repair_inertias") && root.at("repair_inertias").boolean());
+  }
+
+  Scene read() {
+    const SimulationOptions options = read_options();
+    if (root_.has("models")) {
+      const std::vector<YamlValue> models = root_.at("models").list();
+      for (const YamlValue& model : models) read_model(model, models.size() == 1);
+    }
+    if (root_.has("ground")) read_ground(root_.at("ground"));
+    if (root_.has("environment")) {
+      for (const YamlValue& item : root_.at("environment").list()) read_environment(item);
+    }
+    if (root_.has("exclude")) {
+      for (const YamlValue& pair : root_.at("exclude").list()) read_exclusion(pair);
+    }
+    Model model = build();
+    VectorX q = model.default_q();
+    VectorX v = VectorX::Zero(model.nv());
+    for (const Velocity& velocity : velocities_) set_velocity(model, velocity, v);
+    for (size_t pass = 0; pass < model.mimics().size(); ++pass) {
+      for (const Mimic& mimic : model.mimics()) {
+        v[model.body(mimic.joint + 1).v_index] =
+            mimic.multiplier * v[model.body(mimic.master + 1).v_index];
+      }
+    }
+    return {scene_name_, std::move(model), std::move(q), std::move(v), options};
+  }
+
+ private:
+  struct Velocity {
+    YamlValue value;
+    std::string joint;
+    std::vector<double> numbers;
+  };
+
+  static Vector3 read_gravity(const YamlValue& root) {
+    root.expect_map({"name", "gravity", "time_step", "duration", "contact", "packages",
+                     "repair_inertias", "defaults", "models", "ground", "environment", "exclude"});
+    if (root.has("gravity")) return root.at("gravity").vector3();
+    return {0, 0, -kStandardGravity};
+  }
+
+  SimulationOptions read_options() const {
+    SimulationOptions options;
+    if (root_.has("time_step")) options.time_step = root_.at("time_step").positive();
+    if (root_.has("duration")) options.duration = root_.at("duration").number(0.0, kInfinity);
+    if (!root_.has("contact")) return options;
+    const YamlValue in = root_.at("contact");
+    in.expect_map({"friction_model", "compliance", "smoothing", "stabilization",
+                   "max_recovery_speed", "margin"});
+    ContactOptions& contact = options.contact;
+    if (in.has("friction_model")) {
+      const YamlValue value = in.at("friction_model");
+      const auto model = friction_model_from_name(value.text());
+      if (!model) value.fail("'" + value.text() + "' is not one of convex, lagged, coulomb");
+      contact.friction_model = *model;
+    }
+    if (in.has("compliance")) contact.compliance = in.at("compliance").positive();
+    if (in.has("smoothing")) contact.smoothing = in.at("smoothing").number(0.0, kInfinity);
+    if (in.has("stabilization")) contact.stabilization = in.at("stabilization").number(0.0, 1.0);
+    if (in.has("max_recovery_speed")) {
+      contact.max_recovery_speed = in.at("max_recovery_speed").number(0.0, kInfinity);
+    }
+    if (in.has("margin")) contact.margin = in.at("margin").number(0.0, kInfinity);
+    return options;
+  }
+
+  /// Runs `action`; an error without a place in the scene file gets that of `value`.
+  template <typename Action>
+  static auto located(const YamlValue& value, Action action) {
+    try {
+      return action();
+    } catch (const InputError& error) {
+      value.fail(error.what());
+    }
+  }
+
+  RobotSpec read_robot(const YamlValue& in) const {
+    if (!in.has("urdf")) {
+      return make_object(in, folder_, read_material(in, urdf_options_.default_material));
+    }
+    for (const char* key : {"sphere", "box", "capsule", "cylinder", "mesh", "mass", "scale"}) {
+      if (in.has(key)) in.at(key).fail("a model with a urdf takes its shapes and mass from it");
+    }
+    const YamlValue urdf = in.at("urdf");
+    RobotSpec robot =
+        located(urdf, [&] { return load_urdf(resolved(folder_, urdf.text()), urdf_options_); });
+    for (LinkSpec& link : robot.links) {
+      for (auto& collision : link.collisions) {
+        collision.material = read_material(in, collision.material);
+      }
+    }
+    return robot;
+  }
+
+  void read_model(const YamlValue& in, bool only_one) {
+    in.expect_map({"urdf",
+                   "sphere",
+                   "box",
+                   "capsule",
+                   "cylinder",
+                   "mesh",
+                   "scale",
+                   "mass",
+                   "name",
+                   "base",
+                   "position",
+                   "rpy",
+                   "quaternion",
+                   "joints",
+                   "velocity",
+                   "joint_velocities",
+                   "friction",
+                   "restitution",
+                   "torsional_friction",
+                   "rolling_friction",
+                   "count",
+                   "spacing"});
+    const RobotSpec robot = read_robot(in);
+    // What is made of one shape is there to move.
+    Base base = in.has("urdf") ? Base::kFixed : Base::kFloating;
+    if (in.has("base")) {
+      const YamlValue value = in.at("base");
+      const std::string text = value.text();
+      if (text != "fixed" && text != "floating") value.fail("fixed or floating is expected");
+      base = text == "fixed" ? Base::kFixed : Base::kFloating;
+    }
+    const int count = in.has("count") ? in.at("count").integer(1, 100000) : 1;
+    const Vector3 spacing = in.has("spacing") ? in.at("spacing").vector3() : Vector3(0, 0, 0);
+    if (count > 1 && spacing.isZero(0.0)) {
+      in.at("count").fail("several copies need a spacing: [x, y, z] in metres");
+    }
+    std::string name = in.has("name") ? in.at("name").text() : robot.name;
+    const Pose X_WL = read_pose(in);
+    for (int i = 0; i < count; ++i) {
+      const bool bare = only_one && count == 1 && !in.has("name");
+      const std::string prefix = bare ? "" : name + (count > 1 ? std::to_string(i) : "") + "/";
+      const Pose placed{X_WL.rotation, X_WL.translation + i * spacing};
+      const int first_joint = builder_.num_joints();
+      located(in, [&] { return builder_.add_robot(robot, base, placed, prefix); });
+      read_start(in, base, first_joint, prefix);
+    }
+  }
+
+  /// Joint positions and velocities of one copy.
+  void read_start(const YamlValue& in, Base base, int first_joint, const std::string& prefix) {
+    if (in.has("joints")) {
+      for (const auto& [joint, value] : in.at("joints").entries()) {
+        const std::vector<double> q = value.numbers();
+        located(value, [&, &name = joint, &at = q] {
+          builder_.set_default_position(
+              prefix + name,
+              Eigen::Map<const VectorX>(at.data(), static_cast<Eigen::Index>(at.size())));
+        });
+      }
+    }
+    if (in.has("joint_velocities")) {
+      for (const auto& [joint, value] : in.at("joint_velocities").entries()) {
+        velocities_.push_back({value, prefix + joint, value.numbers()});
+      }
+    }
+    if (!in.has("velocity")) return;
+    const YamlValue velocity = in.at("velocity");
+    if (base == Base::kFixed) velocity.fail("a fixed base cannot move; give base: floating");
+    velocity.expect_map({"linear", "angular"});
+    std::vector<double> numbers(6, 0.0);
+    const auto copy = [&](const char* key, size_t at) {
+      if (!velocity.has(key)) return;
+      const Vector3 v = velocity.at(key).vector3();
+      std::copy_n(v.data(), 3, numbers.begin() + static_cast<std::ptrdiff_t>(at));
+    };
+    copy("linear", 0);
+    copy("angular", 3);
+    velocities_.push_back({velocity, builder_.joint_name(first_joint), numbers});
+  }
+
+  static void set_velocity(const Model& model, const Velocity& velocity, VectorX& v) {
+    const int joint = model.find_joint(velocity.joint);
+    if (joint < 0) velocity.value.fail(fmt::format("there is no joint '{}'", velocity.joint));
+    const Body& body = model.body(joint + 1);
+    const int nv = joint_nv(body.joint_type);
+    if (static_cast<int>(velocity.numbers.size()) != nv) {
+      velocity.value.fail(fmt::format("joint '{}' is {} and takes {} velocities, not {}",
+                                      velocity.joint, joint_type_name(body.joint_type), nv,
+                                      velocity.numbers.size()));
+    }
+    std::copy_n(velocity.numbers.begin(), nv, v.data() + body.v_index);
+  }
+
+  void read_ground(const YamlValue& in) {
+    in.expect_map(
+        {"height", "normal", "friction", "restitution", "torsional_friction", "rolling_friction"});
+    Pose pose;
+    if (in.has("height")) pose.translation.z() = in.at("height").number();
+    if (in.has("normal")) {
+      const Vector3 normal = in.at("normal").vector3();
+      if (normal.norm() < 1e-9) in.at("normal").fail("a normal cannot be zero");
+      pose.rotation = rotation_z_to(normal.normalized());
+    }
+    const Material material = read_material(in, urdf_options_.default_material);
+    located(in, [&] {
+      return builder_.add_environment(kGroundName, {ShapeType::kPlane, {}, nullptr}, pose,
+                                      material);
+    });
+  }
+
+  void read_environment(const YamlValue& in) {
+    in.expect_map({"name", "sphere", "box", "capsule", "cylinder", "mesh", "scale", "position",
+                   "rpy", "quaternion", "friction", "restitution", "torsional_friction",
+                   "rolling_friction"});
+    const Shape shape = read_shape(in, folder_);
+    const std::string name = in.at("name").text();
+    const Material material = read_material(in, urdf_options_.default_material);
+    located(in, [&] { return builder_.add_environment(name, shape, read_pose(in), material); });
+  }
+
+  void read_exclusion(const YamlValue& in) {
+    const std::vector<YamlValue> pair = in.list();
+    if (pair.size() != 2) in.fail("two names [a, b] are expected");
+    located(in, [&] { builder_.exclude_pair(pair[0].text(), pair[1].text()); });
+  }
+
+  Model build() {
+    return located(root_, [&] { return builder_.build(); });
+  }
+
+  const YamlValue root_;
+  fs::path folder_;
+  std::string scene_name_;
+  UrdfOptions urdf_options_;
+  ModelBuilder builder_;
+  std::vector<Velocity> velocities_;
+};
+
+}  // namespace
+
+Scene load_yaml_scene(const fs::path& file, const SceneOverrides& overrides) {
+  return SceneReader(YamlValue::load(file), file, overrides).read();
+}
+
+}  // namespace counterpoint

@@ -1,0 +1,144 @@
+#include "counterpoint/model/yaml_reader.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <limits>
+#include <set>
+
+namespace counterpoint {
+namespace {
+
+constexpr std::uintmax_t kMaxFileBytes = 16u << 20;
+
+/// A whole string as a number, whatever the locale.
+bool parse_number(const std::string& text, double& value) {
+  const char* begin = text.data() + (text.size() > 1 && text[0] == '+' ? 1 : 0);
+  const char* end = text.data() + text.size();
+  const auto [stop, error] = std::from_chars(begin, end, value);
+  return error == std::errc() && stop == end && std::isfinite(value);
+}
+
+}  // namespace
+
+YamlValue YamlValue::load(const std::filesystem::path& file) {
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(file, error)) {
+    throw InputError(fmt::format("{}: there is no such file", file.string()));
+  }
+  if (std::filesystem::file_size(file, error) > kMaxFileBytes) {
+    throw InputError(fmt::format("{}: larger than 16 MB, which no scene is", file.string()));
+  }
+  try {
+    return {YAML::LoadFile(file.string()), file.string(), ""};
+  } catch (const YAML::Exception& exception) {
+    throw InputError(fmt::format("{}:{}: malformed YAML: {}", file.string(),
+                                 exception.mark.line + 1, exception.msg));
+  }
+}
+
+std::string YamlValue::where() const {
+  const YAML::Mark mark = node_.Mark();
+  const std::string at = mark.is_null() ? file_ : fmt::format("{}:{}", file_, mark.line + 1);
+  return path_.empty() ? at : at + ": " + path_;
+}
+
+void YamlValue::fail(const std::string& message) const {
+  throw InputError(where() + ": " + message);
+}
+
+YamlValue YamlValue::at(const char* key) const {
+  if (!has(key)) fail(fmt::format("'{}' is missing", key));
+  return {node_[key], file_, path_.empty() ? key : path_ + "." + key};
+}
+
+void YamlValue::expect_map(std::initializer_list<const char*> known) const {
+  const auto list = [&] { return fmt::format("{}", fmt::join(known, ", ")); };
+  if (!node_.IsMap()) fail("a map is expected, with keys out of: " + list());
+  std::set<std::string> seen;
+  for (const auto& [key, value] : entries()) {
+    const bool is_known = std::any_of(known.begin(), known.end(),
+                                      [&, &k = key](const char* name) { return k == name; });
+    if (!is_known) value.fail(fmt::format("'{}' is not known here; known: {}", key, list()));
+    if (!seen.insert(key).second) value.fail(fmt::format("'{}' is given twice", key));
+  }
+}
+
+std::vector<YamlValue> YamlValue::list() const {
+  if (!node_.IsSequence()) fail("a list is expected");
+  std::vector<YamlValue> values;
+  for (size_t i = 0; i < node_.size(); ++i) {
+    values.push_back({node_[i], file_, fmt::format("{}[{}]", path_, i)});
+  }
+  return values;
+}
+
+std::vector<std::pair<std::string, YamlValue>> YamlValue::entries() const {
+  if (!node_.IsMap()) fail("a map (key: value) is expected");
+  std::vector<std::pair<std::string, YamlValue>> result;
+  for (const auto& entry : node_) {
+    if (!entry.first.IsScalar()) fail("keys must be plain words");
+    const std::string key = entry.first.Scalar();
+    result.emplace_back(key,
+                        YamlValue(entry.second, file_, path_.empty() ? key : path_ + "." + key));
+  }
+  return result;
+}
+
+std::string YamlValue::text() const {
+  if (!node_.IsScalar() || node_.Scalar().empty()) fail("a text is expected");
+  return node_.Scalar();
+}
+
+bool YamlValue::boolean() const {
+  if (node_.IsScalar() && node_.Scalar() == "true") return true;
+  if (node_.IsScalar() && node_.Scalar() == "false") return false;
+  fail("true or false is expected");
+}
+
+double YamlValue::number() const {
+  double value = 0.0;
+  if (!node_.IsScalar() || !parse_number(node_.Scalar(), value)) {
+    fail(fmt::format("a finite number is expected{}",
+                     node_.IsScalar() ? ", not '" + node_.Scalar() + "'" : ""));
+  }
+  return value;
+}
+
+double YamlValue::number(double low, double high) const {
+  const double value = number();
+  if (value >= low && value <= high) return value;
+  if (high == std::numeric_limits<double>::infinity()) {
+    fail(fmt::format("{} is too small; {} or more is expected", value, low));
+  }
+  fail(fmt::format("{} is out of range; {} ... {} is expected", value, low, high));
+}
+
+double YamlValue::positive() const {
+  const double value = number();
+  if (!(value > 0.0)) fail(fmt::format("{} is not positive", value));
+  return value;
+}
+
+int YamlValue::integer(int low, int high) const {
+  const double value = number(low, high);
+  if (value != std::floor(value)) fail(fmt::format("{} is not a whole number", value));
+  return static_cast<int>(value);
+}
+
+std::vector<double> YamlValue::numbers() const {
+  if (!node_.IsSequence()) return {number()};
+  std::vector<double> values;
+  for (const YamlValue& value : list()) values.push_back(value.number());
+  return values;
+}
+
+Vector3 YamlValue::vector3() const {
+  if (!node_.IsSequence() || node_.size() != 3) fail("three numbers [x, y, z] are expected");
+  const std::vector<double> v = numbers();
+  return {v[0], v[1], v[2]};
+}
+
+}  // namespace counterpoint

@@ -1,0 +1,54 @@
+// YAML with line numbers: every wrong value is reported as "file:line: what, what was expected".
+#pragma once
+
+#include <yaml-cpp/yaml.h>
+
+#include <filesystem>
+#include <initializer_list>
+#include <string>
+#include <vector>
+
+#include "counterpoint/model/types.h"
+
+namespace counterpoint {
+
+/// A YAML value together with the file it stands in. All readers throw InputError with file and
+/// line.
+class YamlValue {
+ public:
+  /// Reads a file of at most 16 MB.
+  static YamlValue load(const std::filesystem::path& file);
+
+  bool has(const char* key) const { return node_[key].IsDefined(); }
+  /// The value under a key of a map; an error if it is missing.
+  YamlValue at(const char* key) const;
+  bool is_map() const { return node_.IsMap(); }
+  bool is_list() const { return node_.IsSequence(); }
+
+  /// Refuses keys that are unknown or repeated, naming those that are known.
+  void expect_map(std::initializer_list<const char*> known) const;
+  std::vector<YamlValue> list() const;
+  /// Key and value, in file order.
+  std::vector<std::pair<std::string, YamlValue>> entries() const;
+
+  std::string text() const;
+  bool boolean() const;
+  double number() const;
+  int integer(int low, int high) const;
+  double number(double low, double high) const;  ///< both ends included
+  double positive() const;
+  std::vector<double> numbers() const;  ///< a number, or a list of them
+  Vector3 vector3() const;
+
+  [[noreturn]] void fail(const std::string& message) const;
+  std::string where() const;
+
+ private:
+  YamlValue(YAML::Node node, std::string file, std::string path)
+      : node_(std::move(node)), file_(std::move(file)), path_(std::move(path)) {}
+
+  YAML::Node node_;
+  std::string file_, path_;  // path_: "models[1].position"
+};
+
+}  // namespace counterpoint
