@@ -63,13 +63,14 @@ Bounds bounds(const Shape& shape, const Enclosure& enclosure, const Pose& X, dou
 }  // namespace
 
 struct Collider::Impl {
-  explicit Impl(const Model& m) : model(m), filter(m) {}
+  explicit Impl(const Model& model) : geometries(model.geometries()), filter(model) {}
 
   void place(std::span<const Pose> X_WB, std::span<const double> margin);
   void find_pairs(std::span<const double> margin);
   void add_plane_pairs(int plane, std::span<const double> margin);
 
-  const Model& model;
+  // A copy: nothing then depends on where the model lives.
+  std::vector<Geometry> geometries;
   PairFilter filter;
   Broadphase broadphase;
   std::vector<Enclosure> enclosures;
@@ -83,7 +84,6 @@ struct Collider::Impl {
 };
 
 void Collider::Impl::place(std::span<const Pose> X_WB, std::span<const double> margin) {
-  const std::vector<Geometry>& geometries = model.geometries();
   X_WG.resize(geometries.size());
   for (std::size_t i = 0; i < geometries.size(); ++i) {
     X_WG[i] = X_WB[geometries[i].body] * geometries[i].X_BG;
@@ -96,7 +96,6 @@ void Collider::Impl::place(std::span<const Pose> X_WB, std::span<const double> m
 }
 
 void Collider::Impl::add_plane_pairs(int plane, std::span<const double> margin) {
-  const std::vector<Geometry>& geometries = model.geometries();
   const Vector3 normal = X_WG[plane].rotation.col(2);
   const double offset = normal.dot(X_WG[plane].translation);
   const double plane_margin = margin[geometries[plane].body];
@@ -123,7 +122,7 @@ void Collider::Impl::find_pairs(std::span<const double> margin) {
 
 Collider::Collider(const Model& model) : impl_(std::make_unique<Impl>(model)) {
   Impl& impl = *impl_;
-  const std::vector<Geometry>& geometries = model.geometries();
+  const std::vector<Geometry>& geometries = impl.geometries;
   for (int i = 0; i < static_cast<int>(geometries.size()); ++i) {
     const bool plane = geometries[i].shape.type == ShapeType::kPlane;
     (plane ? impl.planes : impl.solids).push_back(i);
@@ -153,7 +152,7 @@ void Collider::compute_candidates(std::span<const Pose> X_WB, std::span<const do
   Impl& impl = *impl_;
   impl.place(X_WB, margin);
   impl.find_pairs(margin);
-  const std::vector<Geometry>& geometries = impl.model.geometries();
+  const std::vector<Geometry>& geometries = impl.geometries;
   for (const auto& [a, b] : impl.pairs) {
     const Geometry& ga = geometries[a];
     const Geometry& gb = geometries[b];

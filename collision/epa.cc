@@ -1,7 +1,7 @@
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
-#include "counterpoint/collision/feature.h"
 #include "counterpoint/collision/minkowski.h"
 #include "counterpoint/model/rotation.h"
 
@@ -10,9 +10,10 @@ namespace {
 
 constexpr int kMaxVertices = 200;
 constexpr int kMaxFaces = 600;
-// Relative to the size of the shapes: error of the depth at which the expansion stops, and how far
-// above a face a point must lie to see it.
-constexpr double kDepthError = 1e-12;
+// Relative to the size of the shapes: error of the depth at which the expansion stops (finer, the faces
+// over curved shapes become so small that round-off spoils the polytope), and how far above a face a
+// point must lie to see it.
+constexpr double kDepthError = 1e-8;
 constexpr double kVisible = 1e-14;
 
 struct Face {
@@ -36,11 +37,8 @@ class Polytope {
   // False if there is no room left.
   bool expand(const DifferencePoint& p);
   const Face& face(int i) const { return faces_[i]; }
-  // Core points whose difference is the point of the face closest to the origin.
-  void witness_points(const Face& face, Vector3& a, Vector3& b) const;
   // A direction in which the difference is thinnest, as far as the start has found out.
   const Vector3& flat_direction() const { return flat_direction_; }
-  const DifferencePoint& vertex(int i) const { return vertices_[i]; }
 
  private:
   void add_vertex(const DifferencePoint& p) { vertices_[num_vertices_++] = p; }
@@ -165,31 +163,15 @@ bool Polytope::expand(const DifferencePoint& p) {
   return num_faces_ > 0;
 }
 
-void Polytope::witness_points(const Face& face, Vector3& a, Vector3& b) const {
-  const DifferencePoint& p = vertices_[face.vertex[0]];
-  const DifferencePoint& q = vertices_[face.vertex[1]];
-  const DifferencePoint& r = vertices_[face.vertex[2]];
-  const Vector3 e1 = q.w - p.w;
-  const Vector3 e2 = r.w - p.w;
-  const Vector3 normal = e1.cross(e2);
-  const double area2 = normal.squaredNorm();
-  double wq = std::clamp(e2.cross(p.w).dot(normal) / area2, 0.0, 1.0);
-  double wr = std::clamp(p.w.cross(e1).dot(normal) / area2, 0.0, 1.0);
-  const double sum = std::max(1.0, wq + wr);
-  wq /= sum;
-  wr /= sum;
-  a = p.a + wq * (q.a - p.a) + wr * (r.a - p.a);
-  b = p.b + wq * (q.b - p.b) + wr * (r.b - p.b);
-}
-
 }  // namespace
 
-void expand_polytope(const MinkowskiDifference& difference, const Simplex& start, Witness& out) {
+Vector3 expand_polytope(const MinkowskiDifference& difference, const Simplex& start) {
   Polytope polytope(difference);
   const bool solid = polytope.start(start);
   // The nearest face bounds the depth from below, the support plane along its normal from above; the
-  // best bound from above is kept, so that whatever ends the loop the answer is a valid contact.
-  double depth = std::numeric_limits<double>::infinity();
+  // best bound from above is kept, so that whatever ends the loop the answer is a valid normal.
+  Vector3 normal = polytope.flat_direction();
+  double depth = difference.support(normal).w.dot(normal);
   while (solid) {
     const Face nearest = polytope.face(polytope.nearest_face());
     if (nearest.offset >= depth - kDepthError * difference.scale) break;
@@ -197,19 +179,11 @@ void expand_polytope(const MinkowskiDifference& difference, const Simplex& start
     const double bound = nearest.normal.dot(p.w);
     if (bound < depth) {
       depth = bound;
-      out.normal = -nearest.normal;
-      polytope.witness_points(nearest, out.point_a, out.point_b);
+      normal = nearest.normal;
     }
     if (!polytope.expand(p)) break;
   }
-  if (!std::isfinite(depth)) {
-    // No volume, so no depth: the normal of the flat difference parts the shapes.
-    out.normal = -polytope.flat_direction();
-    out.point_a = polytope.vertex(0).a;
-    out.point_b = polytope.vertex(0).b;
-    depth = difference.support(-out.normal).w.dot(-out.normal);
-  }
-  out.distance = -depth;
+  return -normal;
 }
 
 }  // namespace counterpoint::collision

@@ -15,15 +15,18 @@ struct DifferencePoint {
 struct MinkowskiDifference {
   const CoreShape& a;
   const CoreShape& b;
-  double scale;  ///< size of the shapes [m], for tolerances
+  double scale;   ///< size of the shapes [m], for tolerances
+  Vector3 shift;  ///< of B [m]
 
   DifferencePoint support(const Vector3& direction) const {
     DifferencePoint p;
     p.a = a.support(-direction);
-    p.b = b.support(direction);
+    p.b = b.support(direction) + shift;
     p.w = p.b - p.a;
     return p;
   }
+  /// Distance of the cores along the unit vector n, a lower bound of their signed distance.
+  double distance_along(const Vector3& n) const { return n.dot(support(-n).w); }
 };
 
 struct Simplex {
@@ -32,10 +35,10 @@ struct Simplex {
   int size = 0;
 };
 
-struct Witness;
 /// Grows a polytope inside the difference, from a simplex that holds the origin (or comes within
-/// round-off of it), until the face nearest the origin is one of the difference. Fills the witness:
-/// core points, normal from A to B, signed distance.
-void expand_polytope(const MinkowskiDifference& difference, const Simplex& start, Witness& out);
+/// round-off of it), until the face nearest the origin is nearly one of the difference. Returns the
+/// normal from A to B along which the least translation parts the cores, to about 1e-4 rad over curved
+/// shapes.
+Vector3 expand_polytope(const MinkowskiDifference& difference, const Simplex& start);
 
 }  // namespace counterpoint::collision
