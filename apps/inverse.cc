@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "command.h"
+#include "counterpoint/engine/integrator.h"
 #include "counterpoint/engine/step.h"
 #include "counterpoint/engine/trajectory.h"
 #include "progress.h"
@@ -28,11 +29,16 @@ struct Extremes {
   double recorded = 0.0;    ///< |recorded applied force|
   double scale = 0.0;       ///< Inverse::force_scale
   double unactuated = 0.0;  ///< |recovered| where nothing is actuated
+  double mismatch = 0.0;    ///< |(q_next (-) q) / h - v_next| [m/s, rad/s]
   long contacts = 0;
 };
 
-void add_extremes(const Model& model, const Trajectory& trajectory, int step, const Inverse& inverse,
-                  Extremes& extremes) {
+void add_extremes(const Model& model, const Trajectory& trajectory, int step, double time_step,
+                  const Inverse& inverse, Extremes& extremes) {
+  VectorX velocity(model.nv());
+  configuration_difference(model, trajectory.q.col(step), trajectory.q.col(step + 1), velocity);
+  extremes.mismatch = std::max(
+      extremes.mismatch, (velocity / time_step - trajectory.v.col(step + 1)).cwiseAbs().maxCoeff());
   extremes.scale = std::max(extremes.scale, inverse.force_scale);
   extremes.contacts += static_cast<long>(inverse.contacts.size());
   if (trajectory.applied_force.size() > 0) {
@@ -116,7 +122,7 @@ int inverse(Arguments& arguments) {
     options.time_step = steps[k];
     step_inverse(model, options, trajectory.q.col(k), trajectory.v.col(k), trajectory.v.col(k + 1),
                  workspace, result);
-    add_extremes(model, trajectory, k, result, extremes);
+    add_extremes(model, trajectory, k, steps[k], result, extremes);
     output.write(trajectory.time[k], steps[k], result);
     progress.update(k + 1);
   }
@@ -130,6 +136,7 @@ int inverse(Arguments& arguments) {
       static_cast<double>(extremes.contacts) / std::max(trajectory.num_steps(), 1);
   report["force_scale_max"] = extremes.scale;
   report["unactuated_force_max"] = extremes.unactuated;
+  report["velocity_mismatch_max"] = extremes.mismatch;
   fmt::print("{} steps; largest force at work {:.6g}, largest unactuated force {:.3g} [N, N m]\n",
              trajectory.num_steps(), extremes.scale, extremes.unactuated);
   if (trajectory.applied_force.size() > 0) {

@@ -8,6 +8,8 @@
 #include <optional>
 
 #include "command.h"
+#include "counterpoint/engine/energy.h"
+#include "counterpoint/engine/kinematics.h"
 #include "counterpoint/engine/simulator.h"
 #include "counterpoint/engine/trajectory.h"
 #include "inputs.h"
@@ -51,6 +53,14 @@ void apply_overrides(const Arguments& arguments, SimulationOptions& options) {
     throw InputError(fmt::format("duration {} s: expected 0 or more, and fewer than 1e9 steps",
                                  options.duration));
   }
+}
+
+/// Kinetic and potential energy [J].
+double total_energy(const Model& model, const State& state) {
+  Data data(model);
+  compute_poses(model, state.q, data);
+  compute_velocities(model, state.v, data);
+  return kinetic_energy(model, state.v, data) + potential_energy(model, data);
 }
 
 /// Steps the simulator to the end, or to the first step that fails. Returns the message of the failure.
@@ -114,7 +124,7 @@ int simulate(Arguments& arguments) {
   if (!arguments.output.empty()) {
     writer = std::make_unique<TrajectoryWriter>(arguments.output, simulator.model());
   }
-  const double start_time = simulator.state().time;
+  const State start = simulator.state();
   Tally tally;
   const std::string failure = run(arguments, simulator, writer.get(), tally);
 
@@ -123,13 +133,15 @@ int simulate(Arguments& arguments) {
   report["status"] = failure.empty() ? "ok" : "failed";
   if (!failure.empty()) report["message"] = failure;
   report["time_step_s"] = simulator.options().time_step;
-  fill_report(tally, simulator.state().time - start_time, report);
+  fill_report(tally, simulator.state().time - start.time, report);
+  report["energy_start_J"] = total_energy(simulator.model(), start);
+  report["energy_end_J"] = total_energy(simulator.model(), simulator.state());
   report.write();
   if (!failure.empty()) {
     fmt::print(stderr, "failed: {}\n", failure);
     return kFailed;
   }
-  const double simulated = simulator.state().time - start_time;
+  const double simulated = simulator.state().time - start.time;
   fmt::print("{} steps, {:.6g} s simulated in {:.3g} s; {:.3g} contacts and {:.3g} Newton iterations a "
              "step, deepest penetration {:.3g} m\n",
              tally.steps, simulated, tally.wall_seconds,
