@@ -1,0 +1,190 @@
+// counterpoint inspect: what is in a scene.
+#include <fmt/format.h>
+
+#include <cmath>
+#include <memory>
+
+#include "command.h"
+#include "counterpoint/collision/collider.h"
+#include "counterpoint/engine/trajectory.h"
+#include "report.h"
+#include "scene_arguments.h"
+
+namespace counterpoint::apps {
+namespace {
+
+struct Arguments {
+  SceneArguments scene;
+  Report report;
+};
+
+const char* shape_name(ShapeType type) {
+  switch (type) {
+    case ShapeType::kPlane: return "plane";
+    case ShapeType::kSphere: return "sphere";
+    case ShapeType::kBox: return "box";
+    case ShapeType::kCapsule: return "capsule";
+    case ShapeType::kCylinder: return "cylinder";
+    case ShapeType::kConvexMesh: return "convex mesh";
+  }
+  return "?";
+}
+
+/// The numbers that make up a shape [m]: lengths as in a URDF (full, not half), or its vertex count.
+std::string shape_size(const Shape& shape) {
+  const Vector3& s = shape.size;
+  switch (shape.type) {
+    case ShapeType::kPlane: return "";
+    case ShapeType::kSphere: return fmt::format("radius {:.4g}", s.x());
+    case ShapeType::kBox: return fmt::format("{:.4g} x {:.4g} x {:.4g}", 2 * s.x(), 2 * s.y(), 2 * s.z());
+    case ShapeType::kCapsule:
+    case ShapeType::kCylinder: return fmt::format("radius {:.4g} length {:.4g}", s.x(), 2 * s.y());
+    case ShapeType::kConvexMesh:
+      return fmt::format("{} vertices, {:.4g} m^3", shape.mesh->vertices.size(), shape.mesh->volume);
+  }
+  return "";
+}
+
+std::string link_name(const Model& model, int body) {
+  return body == 0 ? "world" : model.joint(body - 1).link;
+}
+
+Json number_or_null(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
+
+Json vector_json(const Vector3& v) { return {v.x(), v.y(), v.z()}; }
+
+void inspect_bodies(const Model& model, Report& report) {
+  fmt::print("\n{:<28} {:<24} {:<10} {:<24} {:>10} {:>9} {:>9} {:>9} {:>9}\n", "joint", "link", "type",
+             "parent", "mass", "lower", "upper", "effort", "damping");
+  Json joints = Json::array();
+  double total = 0.0;
+  for (int i = 1; i < model.num_bodies(); ++i) {
+    const Body& body = model.body(i);
+    const JointInfo& joint = model.joint(i - 1);
+    total += body.inertia.mass;
+    const double damping = model.damping()[body.v_index];
+    fmt::print("{:<28} {:<24} {:<10} {:<24} {:>10.4g} {:>9.4g} {:>9.4g} {:>9.4g} {:>9.4g}\n", joint.name,
+               joint.link, joint_type_name(body.joint_type), link_name(model, body.parent),
+               body.inertia.mass, joint.lower, joint.upper, joint.effort_limit, damping);
+    joints.push_back({{"name", joint.name},
+                      {"link", joint.link},
+                      {"parent", link_name(model, body.parent)},
+                      {"type", joint_type_name(body.joint_type)},
+                      {"mass_kg", body.inertia.mass},
+                      {"center_of_mass_m", vector_json(body.inertia.center)},
+                      {"lower", number_or_null(joint.lower)},
+                      {"upper", number_or_null(joint.upper)},
+                      {"effort_limit", number_or_null(joint.effort_limit)},
+                      {"velocity_limit", number_or_null(joint.velocity_limit)},
+                      {"damping", damping},
+                      {"dry_friction", model.dry_friction()[body.v_index]},
+                      {"actuated", joint.actuated}});
+  }
+  fmt::print("total mass {:.6g} kg\n", total);
+  report["mass_kg"] = total;
+  report["joints"] = joints;
+}
+
+void inspect_geometries(const Model& model, Report& report) {
+  fmt::print("\n{:<32} {:<24} {:<12} {:<28} {:>8} {:>11}\n", "geometry", "link", "shape", "size [m]",
+             "friction", "restitution");
+  Json geometries = Json::array();
+  for (const Geometry& geometry : model.geometries()) {
+    const Material& material = geometry.material;
+    fmt::print("{:<32} {:<24} {:<12} {:<28} {:>8.4g} {:>11.4g}\n", geometry.name,
+               link_name(model, geometry.body), shape_name(geometry.shape.type),
+               shape_size(geometry.shape), material.friction, material.restitution);
+    Json entry = {{"name", geometry.name},
+                  {"link", link_name(model, geometry.body)},
+                  {"shape", shape_name(geometry.shape.type)},
+                  {"size_m", vector_json(geometry.shape.size)},
+                  {"friction", material.friction},
+                  {"restitution", material.restitution},
+                  {"torsional_friction_m", material.torsional_friction},
+                  {"rolling_friction_m", material.rolling_friction}};
+    if (geometry.shape.mesh) {
+      entry["vertices"] = geometry.shape.mesh->vertices.size();
+      entry["volume_m3"] = geometry.shape.mesh->volume;
+      entry["mesh_volume_m3"] = geometry.shape.mesh->source_volume;
+    }
+    geometries.push_back(std::move(entry));
+  }
+  report["geometries"] = geometries;
+}
+
+Json pairs_json(const Model& model, const std::vector<std::pair<int, int>>& pairs, const char* why) {
+  Json list = Json::array();
+  for (const auto& [a, b] : pairs) {
+    const std::string& name_a = model.geometries()[a].name;
+    const std::string& name_b = model.geometries()[b].name;
+    fmt::print("  {} - {}  ({})\n", name_a, name_b, why);
+    list.push_back({name_a, name_b});
+  }
+  return list;
+}
+
+void inspect_pairs(const Model& model, Report& report) {
+  const collision::Collider collider(model);
+  fmt::print("\n{} geometry pairs may touch; left out:\n", collider.num_enabled_pairs());
+  report["enabled_pairs"] = collider.num_enabled_pairs();
+  report["excluded_pairs"] = pairs_json(model, model.excluded_geometry_pairs(), "excluded by the scene");
+  report["overlapping_pairs"] =
+      pairs_json(model, collider.overlapping_pairs(), "overlap in the default pose");
+}
+
+void inspect_coordinates(const Model& model, Report& report) {
+  const CoordinateNames names = coordinate_names(model);
+  report["coordinates"] = {{"q", names.q}, {"v", names.v}, {"force", names.force}};
+  fmt::print("\napplied forces (columns of --inputs):\n ");
+  for (const std::string& name : names.force) fmt::print(" {}", name);
+  fmt::print("\n");
+}
+
+void inspect_notes(const Model& model, Report& report) {
+  Json notes = Json::array();
+  if (!model.notes().empty()) fmt::print("\nnotes:\n");
+  for (const Note& note : model.notes()) {
+    fmt::print("  {}: {}\n", note.where, note.message);
+    notes.push_back({{"where", note.where}, {"message", note.message}});
+  }
+  report["notes"] = notes;
+}
+
+int inspect(Arguments& arguments) {
+  const Scene scene = arguments.scene.load();
+  const Model& model = scene.model;
+  Report& report = arguments.report;
+  report.begin("inspect", arguments.scene.file);
+  report["name"] = scene.name;
+  report["trees"] = model.num_trees();
+  report["nq"] = model.nq();
+  report["nv"] = model.nv();
+  report["gravity_m_s2"] = vector_json(model.gravity());
+  report["time_step_s"] = scene.options.time_step;
+  report["duration_s"] = scene.options.duration;
+  fmt::print("{}: {} moving bodies in {} trees, {} coordinates, {} velocities; time step {:.6g} s, "
+             "duration {:.6g} s\n",
+             scene.name, model.num_joints(), model.num_trees(), model.nq(), model.nv(),
+             scene.options.time_step, scene.options.duration);
+  inspect_bodies(model, report);
+  inspect_geometries(model, report);
+  inspect_pairs(model, report);
+  inspect_coordinates(model, report);
+  inspect_notes(model, report);
+  report.write();
+  return kSuccess;
+}
+
+}  // namespace
+
+void add_inspect(CLI::App& app, Action& action) {
+  auto arguments = std::make_shared<Arguments>();
+  CLI::App& command = *app.add_subcommand(
+      "inspect", "List joints, limits, geometries, materials, pairs, and notes of a scene");
+  arguments->scene.add_to(command);
+  arguments->report.add_to(command);
+  command.footer("Example:\n  counterpoint inspect robot.urdf --base floating --ground");
+  command.callback([arguments, &action] { action = [arguments] { return inspect(*arguments); }; });
+}
+
+}  // namespace counterpoint::apps

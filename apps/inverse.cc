@@ -1,0 +1,176 @@
+// counterpoint inverse: a trajectory in, the forces behind it out.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <memory>
+#include <optional>
+
+#include "command.h"
+#include "counterpoint/engine/integrator.h"
+#include "counterpoint/engine/step.h"
+#include "counterpoint/engine/trajectory.h"
+#include "progress.h"
+#include "report.h"
+#include "scene_arguments.h"
+
+namespace counterpoint::apps {
+namespace {
+
+struct Arguments {
+  SceneArguments scene;
+  std::string trajectory, output, contacts;
+  std::optional<double> time_step;
+  Report report;
+};
+
+/// The extremes over all steps and coordinates [N or N m].
+struct Extremes {
+  double error = 0.0;       ///< |recovered - recorded|
+  double recorded = 0.0;    ///< |recorded applied force|
+  double scale = 0.0;       ///< Inverse::force_scale
+  double unactuated = 0.0;  ///< |recovered| where nothing is actuated
+  double mismatch = 0.0;    ///< |(q_next (-) q) / h - v_next| [m/s, rad/s]
+  long contacts = 0;
+};
+
+void add_extremes(const Model& model, const Trajectory& trajectory, int step, double time_step,
+                  const Inverse& inverse, Extremes& extremes) {
+  VectorX velocity(model.nv());
+  configuration_difference(model, trajectory.q.col(step), trajectory.q.col(step + 1), velocity);
+  extremes.mismatch = std::max(
+      extremes.mismatch, (velocity / time_step - trajectory.v.col(step + 1)).cwiseAbs().maxCoeff());
+  extremes.scale = std::max(extremes.scale, inverse.force_scale);
+  extremes.contacts += static_cast<long>(inverse.contacts.size());
+  if (trajectory.applied_force.size() > 0) {
+    const auto recorded = trajectory.applied_force.col(step);
+    const double error = (inverse.applied_force - recorded).cwiseAbs().maxCoeff();
+    // Written so that a NaN is kept, not lost in a comparison.
+    if (!(error <= extremes.error)) extremes.error = error;
+    extremes.recorded = std::max(extremes.recorded, recorded.cwiseAbs().maxCoeff());
+  }
+  for (int i = 1; i < model.num_bodies(); ++i) {
+    if (model.joint(i - 1).actuated) continue;
+    const Body& body = model.body(i);
+    const auto force = inverse.applied_force.segment(body.v_index, joint_nv(body.joint_type));
+    extremes.unactuated = std::max(extremes.unactuated, force.cwiseAbs().maxCoeff());
+  }
+}
+
+/// The two tables of the inverse, each only if asked for.
+class Output {
+ public:
+  Output(const Arguments& arguments, const Model& model) : model_(model) {
+    if (!arguments.output.empty()) {
+      std::vector<std::string> columns{"time", "time_step"};
+      const CoordinateNames names = coordinate_names(model);
+      columns.insert(columns.end(), names.force.begin(), names.force.end());
+      forces_ = std::make_unique<CsvWriter>(arguments.output, columns);
+    }
+    if (!arguments.contacts.empty()) {
+      contacts_ = std::make_unique<CsvWriter>(
+          arguments.contacts,
+          std::vector<std::string>{"time", "geometry_a", "geometry_b", "x", "y", "z", "nx", "ny", "nz",
+                                   "gap", "fx", "fy", "fz"});
+    }
+  }
+
+  void write(double time, double time_step, const Inverse& inverse) {
+    if (forces_) {
+      forces_->number(time);
+      forces_->number(time_step);
+      for (const double force : inverse.applied_force) forces_->number(force);
+      forces_->end_row();
+    }
+    if (!contacts_) return;
+    for (const ContactForce& contact : inverse.contacts) {
+      const collision::Candidate& where = contact.contact;
+      contacts_->number(time);
+      contacts_->text(model_.geometries()[where.geometry_a].name);
+      contacts_->text(model_.geometries()[where.geometry_b].name);
+      for (const double x : where.position) contacts_->number(x);
+      for (const double x : where.normal) contacts_->number(x);
+      contacts_->number(where.gap);
+      for (const double x : contact.force) contacts_->number(x);
+      contacts_->end_row();
+    }
+  }
+
+  void finish() {
+    if (forces_) forces_->flush();
+    if (contacts_) contacts_->flush();
+  }
+
+ private:
+  const Model& model_;
+  std::unique_ptr<CsvWriter> forces_, contacts_;
+};
+
+int inverse(Arguments& arguments) {
+  const Scene scene = arguments.scene.load();
+  const Model& model = scene.model;
+  const Trajectory trajectory = read_trajectory(arguments.trajectory, model);
+  const std::vector<double> steps =
+      step_lengths(trajectory, arguments.time_step, scene.options.time_step);
+
+  Output output(arguments, model);
+  Workspace workspace(model);
+  Inverse result;
+  Extremes extremes;
+  SimulationOptions options = scene.options;
+  Progress progress("recovering forces", trajectory.num_steps());
+  for (int k = 0; k < trajectory.num_steps(); ++k) {
+    options.time_step = steps[k];
+    step_inverse(model, options, trajectory.q.col(k), trajectory.v.col(k), trajectory.v.col(k + 1),
+                 workspace, result);
+    add_extremes(model, trajectory, k, steps[k], result, extremes);
+    output.write(trajectory.time[k], steps[k], result);
+    progress.update(k + 1);
+  }
+  output.finish();
+
+  Report& report = arguments.report;
+  report.begin("inverse", arguments.scene.file);
+  report["status"] = "ok";
+  report["steps"] = trajectory.num_steps();
+  report["contacts_mean"] =
+      static_cast<double>(extremes.contacts) / std::max(trajectory.num_steps(), 1);
+  report["force_scale_max"] = extremes.scale;
+  report["unactuated_force_max"] = extremes.unactuated;
+  report["velocity_mismatch_max"] = extremes.mismatch;
+  fmt::print("{} steps; largest force at work {:.6g}, largest unactuated force {:.3g} [N, N m]\n",
+             trajectory.num_steps(), extremes.scale, extremes.unactuated);
+  if (trajectory.applied_force.size() > 0) {
+    const auto relative = [](double error, double scale) { return scale > 0.0 ? error / scale : error; };
+    report["applied_force_max"] = extremes.recorded;
+    report["applied_force_error_max"] = extremes.error;
+    report["applied_force_relative_error_max"] = relative(extremes.error, extremes.scale);
+    report["applied_force_relative_to_applied_max"] = relative(extremes.error, extremes.recorded);
+    fmt::print("applied forces recovered to {:.3g} of the largest force at work, {:.3g} of the largest "
+               "applied\n",
+               relative(extremes.error, extremes.scale), relative(extremes.error, extremes.recorded));
+  }
+  report.write();
+  return kSuccess;
+}
+
+}  // namespace
+
+void add_inverse(CLI::App& app, Action& action) {
+  auto arguments = std::make_shared<Arguments>();
+  CLI::App& command =
+      *app.add_subcommand("inverse", "Recover the applied and contact forces behind a trajectory");
+  arguments->scene.add_to(command);
+  command.add_option("TRAJECTORY", arguments->trajectory, "CSV as `simulate --output` writes it")
+      ->required();
+  command.add_option("--timestep", arguments->time_step,
+                     "Time step [s] of a trajectory that does not say it; default: the scene's");
+  command.add_option("--output", arguments->output, "CSV to write: the applied force of every step");
+  command.add_option("--contacts", arguments->contacts,
+                     "CSV to write: every contact of every step and its force");
+  arguments->report.add_to(command);
+  command.footer("Example:\n  counterpoint inverse data/scenes/arm7.yaml arm.csv --output forces.csv "
+                 "--contacts contacts.csv");
+  command.callback([arguments, &action] { action = [arguments] { return inverse(*arguments); }; });
+}
+
+}  // namespace counterpoint::apps

@@ -1,0 +1,40 @@
+#include "progress.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <utility>
+
+namespace counterpoint::apps {
+namespace {
+
+constexpr auto kDelay = std::chrono::seconds(1);
+constexpr auto kInterval = std::chrono::milliseconds(100);
+constexpr int kWidth = 40;  // characters
+
+}  // namespace
+
+Progress::Progress(std::string label, int total)
+    : label_(std::move(label)), total_(std::max(total, 1)), terminal_(isatty(STDERR_FILENO) == 1),
+      next_draw_(Clock::now() + kDelay) {}
+
+Progress::~Progress() {
+  if (drawn_) fmt::print(stderr, "\r\033[K");
+}
+
+void Progress::update(int done) {
+  if (!terminal_) return;
+  const Clock::time_point now = Clock::now();
+  if (now < next_draw_) return;
+  next_draw_ = now + kInterval;
+  drawn_ = true;
+  const double share = std::clamp(static_cast<double>(done) / total_, 0.0, 1.0);
+  const int filled = static_cast<int>(share * kWidth);
+  fmt::print(stderr, "\r{} [{:#<{}}{:.<{}}] {:3.0f} %", label_, "", filled, "", kWidth - filled,
+             100 * share);
+  std::fflush(stderr);
+}
+
+}  // namespace counterpoint::apps

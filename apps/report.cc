@@ -1,0 +1,37 @@
+#include "report.h"
+
+#include <fmt/format.h>
+
+#include <fstream>
+
+#include "counterpoint/model/types.h"
+
+namespace counterpoint::apps {
+
+void Report::add_to(CLI::App& command) {
+  command.add_option("--json", file_, "Write the figures as JSON ('-': standard output)")
+      ->type_name("FILE");
+}
+
+void Report::begin(const std::string& command, const std::string& scene) {
+  json_["command"] = command;
+  json_["version"] = COUNTERPOINT_VERSION;
+  json_["scene"] = scene;
+}
+
+void Report::write() const {
+  if (file_.empty()) return;
+  const std::string text = json_.dump(2) + "\n";
+  if (file_ == "-") {
+    fmt::print("{}", text);
+    return;
+  }
+  std::ofstream stream(file_, std::ios::binary | std::ios::trunc);
+  stream << text << std::flush;
+  if (!stream) {
+    throw InputError(fmt::format(
+        "{}: cannot be written; expected a path in an existing, writable folder", file_));
+  }
+}
+
+}  // namespace counterpoint::apps

@@ -1,0 +1,28 @@
+// What a command found, for machines: --json FILE (docs/json-reports.md).
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+#include <string>
+
+namespace counterpoint::apps {
+
+using Json = nlohmann::ordered_json;
+
+class Report {
+ public:
+  /// Adds --json to the command.
+  void add_to(CLI::App& command);
+  /// Starts the report with what every command says: command, version, scene.
+  void begin(const std::string& command, const std::string& scene);
+  Json& operator[](const char* key) { return json_[key]; }
+  /// Writes the file if --json was given ("-": standard output). @throws InputError if it cannot be
+  /// created.
+  void write() const;
+
+ private:
+  std::string file_;
+  Json json_;
+};
+
+}  // namespace counterpoint::apps

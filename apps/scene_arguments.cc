@@ -1,0 +1,34 @@
+#include "scene_arguments.h"
+
+#include <fmt/format.h>
+
+namespace counterpoint::apps {
+
+void SceneArguments::add_to(CLI::App& command) {
+  command.add_option("SCENE", file, "Scene (.yaml), or a lone robot (.urdf)")->required();
+  command.add_option("--base", base, "Lone robot: root link held by the world or free (default fixed)")
+      ->check(CLI::IsMember({"fixed", "floating"}));
+  command.add_flag("--ground", ground, "Lone robot: add the ground plane z = 0");
+  command.add_option("--package", packages, "Folder of a package:// name, may be repeated")
+      ->type_name("NAME=DIR")
+      ->allow_extra_args(false);
+  command.add_flag("--repair-inertias", repair_inertias,
+                   "Make non-physical inertias physical; each change is listed");
+}
+
+Scene SceneArguments::load() const {
+  SceneOverrides overrides;
+  if (!base.empty()) overrides.base = base == "floating" ? Base::kFloating : Base::kFixed;
+  overrides.ground = ground;
+  overrides.repair_inertias = repair_inertias;
+  for (const std::string& package : packages) {
+    const size_t equals = package.find('=');
+    if (equals == std::string::npos || equals == 0 || equals + 1 == package.size()) {
+      throw InputError(fmt::format("--package {}: expected NAME=DIR", package));
+    }
+    overrides.packages[package.substr(0, equals)] = package.substr(equals + 1);
+  }
+  return load_scene(file, overrides);
+}
+
+}  // namespace counterpoint::apps

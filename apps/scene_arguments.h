@@ -1,0 +1,24 @@
+// SCENE and the options that go with it, the same in every subcommand.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <string>
+#include <vector>
+
+#include "counterpoint/model/scene.h"
+
+namespace counterpoint::apps {
+
+struct SceneArguments {
+  std::string file;
+  std::string base;
+  bool ground = false;
+  bool repair_inertias = false;
+  std::vector<std::string> packages;  ///< NAME=DIR
+
+  void add_to(CLI::App& command);
+  /// @throws InputError as load_scene does, and for a package that is not NAME=DIR.
+  Scene load() const;
+};
+
+}  // namespace counterpoint::apps

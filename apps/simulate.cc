@@ -1,0 +1,178 @@
+// counterpoint simulate: a scene and applied forces in, a trajectory out.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <memory>
+#include <optional>
+
+#include "command.h"
+#include "counterpoint/engine/energy.h"
+#include "counterpoint/engine/kinematics.h"
+#include "counterpoint/engine/simulator.h"
+#include "counterpoint/engine/trajectory.h"
+#include "inputs.h"
+#include "progress.h"
+#include "report.h"
+#include "scene_arguments.h"
+
+namespace counterpoint::apps {
+namespace {
+
+struct Arguments {
+  SceneArguments scene;
+  std::optional<double> duration, time_step;
+  std::string inputs, output;
+  double random_scale = 0.0, random_wrench_scale = 0.0;
+  std::uint64_t seed = 0;
+  Report report;
+};
+
+/// What is counted over the steps of a run.
+struct Tally {
+  long steps = 0, contacts = 0, newton_iterations = 0, newton_iterations_max = 0, failures = 0;
+  double max_penetration = 0.0, wall_seconds = 0.0;
+
+  void add(const StepReport& step) {
+    ++steps;
+    contacts += step.contacts;
+    newton_iterations += step.newton_iterations;
+    newton_iterations_max = std::max<long>(newton_iterations_max, step.newton_iterations);
+    max_penetration = std::max(max_penetration, step.max_penetration);
+  }
+};
+
+void apply_overrides(const Arguments& arguments, SimulationOptions& options) {
+  if (arguments.time_step) options.time_step = *arguments.time_step;
+  if (arguments.duration) options.duration = *arguments.duration;
+  if (!(options.time_step > 0.0) || !std::isfinite(options.time_step)) {
+    throw InputError(fmt::format("time step {} s: expected a positive number", options.time_step));
+  }
+  if (!(options.duration >= 0.0) || !(options.duration / options.time_step < 1e9)) {
+    throw InputError(fmt::format("duration {} s: expected 0 or more, and fewer than 1e9 steps",
+                                 options.duration));
+  }
+}
+
+/// Kinetic and potential energy [J].
+double total_energy(const Model& model, const State& state) {
+  Data data(model);
+  compute_poses(model, state.q, data);
+  compute_velocities(model, state.v, data);
+  return kinetic_energy(model, state.v, data) + potential_energy(model, data);
+}
+
+/// Steps the simulator to the end, or to the first step that fails. Returns the message of the failure.
+std::string run(const Arguments& arguments, Simulator& simulator, TrajectoryWriter* writer,
+                Tally& tally) {
+  const double h = simulator.options().time_step;
+  // A round-off in the time never decides whether a row of inputs holds.
+  const double slack = 1e-6 * h;
+  const long steps = std::lround(std::ceil(simulator.options().duration / h - 1e-6));
+  std::optional<ForceSchedule> schedule;
+  if (!arguments.inputs.empty()) schedule.emplace(arguments.inputs, simulator.model());
+  RandomForces random(simulator.model(), arguments.random_scale, arguments.random_wrench_scale,
+                      arguments.seed);
+  Progress progress("simulating", static_cast<int>(steps));
+  for (long k = 0; k < steps; ++k) {
+    const double time = simulator.state().time;
+    VectorX& force = simulator.input().applied_force;
+    force.setZero();
+    if (schedule) schedule->add_to(time, slack, force);
+    random.add_to(time, slack, force);
+    if (writer) writer->write_step(simulator.state(), force, h);
+    const auto start = std::chrono::steady_clock::now();
+    const StepReport step = simulator.step();
+    tally.wall_seconds +=
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    tally.add(step);
+    if (!step.succeeded()) {
+      ++tally.failures;
+      return fmt::format("step {} at {:.6g} s: {} (relative residual {:.2g} after {} Newton iterations)",
+                         k, time, contact::status_name(step.status), step.residual,
+                         step.newton_iterations);
+    }
+    progress.update(static_cast<int>(k + 1));
+  }
+  if (writer) writer->write_end(simulator.state());
+  return {};
+}
+
+void fill_report(const Tally& tally, double simulated_seconds, Report& report) {
+  const double steps = static_cast<double>(std::max(tally.steps, 1L));
+  report["steps"] = tally.steps;
+  report["simulated_seconds"] = simulated_seconds;
+  report["wall_seconds"] = tally.wall_seconds;
+  report["realtime_factor"] =
+      tally.wall_seconds > 0.0 ? simulated_seconds / tally.wall_seconds : 0.0;
+  report["contacts_mean"] = tally.contacts / steps;
+  report["newton_iterations_mean"] = tally.newton_iterations / steps;
+  report["newton_iterations_max"] = tally.newton_iterations_max;
+  report["solver_failures"] = tally.failures;
+  report["max_penetration_m"] = tally.max_penetration;
+}
+
+int simulate(Arguments& arguments) {
+  Scene scene = arguments.scene.load();
+  apply_overrides(arguments, scene.options);
+  for (const Note& note : scene.model.notes()) {
+    fmt::print(stderr, "note: {}: {}\n", note.where, note.message);
+  }
+  Simulator simulator(std::move(scene));
+  std::unique_ptr<TrajectoryWriter> writer;
+  if (!arguments.output.empty()) {
+    writer = std::make_unique<TrajectoryWriter>(arguments.output, simulator.model());
+  }
+  const State start = simulator.state();
+  Tally tally;
+  const std::string failure = run(arguments, simulator, writer.get(), tally);
+
+  Report& report = arguments.report;
+  report.begin("simulate", arguments.scene.file);
+  report["status"] = failure.empty() ? "ok" : "failed";
+  if (!failure.empty()) report["message"] = failure;
+  report["time_step_s"] = simulator.options().time_step;
+  fill_report(tally, simulator.state().time - start.time, report);
+  report["energy_start_J"] = total_energy(simulator.model(), start);
+  report["energy_end_J"] = total_energy(simulator.model(), simulator.state());
+  report.write();
+  if (!failure.empty()) {
+    fmt::print(stderr, "failed: {}\n", failure);
+    return kFailed;
+  }
+  const double simulated = simulator.state().time - start.time;
+  fmt::print("{} steps, {:.6g} s simulated in {:.3g} s; {:.3g} contacts and {:.3g} Newton iterations a "
+             "step, deepest penetration {:.3g} m\n",
+             tally.steps, simulated, tally.wall_seconds,
+             tally.contacts / static_cast<double>(std::max(tally.steps, 1L)),
+             tally.newton_iterations / static_cast<double>(std::max(tally.steps, 1L)),
+             tally.max_penetration);
+  return kSuccess;
+}
+
+}  // namespace
+
+void add_simulate(CLI::App& app, Action& action) {
+  auto arguments = std::make_shared<Arguments>();
+  CLI::App& command = *app.add_subcommand("simulate", "Simulate a scene; write its trajectory");
+  arguments->scene.add_to(command);
+  command.add_option("--duration", arguments->duration, "Simulated time [s]; default: the scene's");
+  command.add_option("--timestep", arguments->time_step, "Time step [s]; default: the scene's");
+  command.add_option("--inputs", arguments->inputs,
+                     "CSV of applied forces: time and '<joint>.u' ...; a row holds until the next");
+  command.add_option("--random-inputs", arguments->random_scale,
+                     "Random forces on actuated joints, new every 20 ms: uniform in +- this times the "
+                     "smaller of the effort limit and the weight carried (times 0.1 m where it turns)");
+  command.add_option("--random-wrenches", arguments->random_wrench_scale,
+                     "Random forces on free bodies: uniform in +- this times their weight (torque: "
+                     "times 0.1 m)");
+  command.add_option("--seed", arguments->seed, "Seed of the random forces; default 0");
+  command.add_option("--output", arguments->output, "Trajectory to write (docs/trajectory-format.md)");
+  arguments->report.add_to(command);
+  command.footer("Example:\n  counterpoint simulate data/scenes/arm7.yaml --duration 1 "
+                 "--random-inputs 0.5 --output arm.csv --json arm.json");
+  command.callback([arguments, &action] { action = [arguments] { return simulate(*arguments); }; });
+}
+
+}  // namespace counterpoint::apps

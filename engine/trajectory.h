@@ -1,0 +1,63 @@
+// Trajectories: states and applied forces over time, in memory and as CSV (docs/trajectory-format.md).
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "counterpoint/engine/csv.h"
+#include "counterpoint/engine/state.h"
+
+namespace counterpoint {
+
+/// Names of the coordinates of a model, in the order of q, v and applied force.
+struct CoordinateNames {
+  std::vector<std::string> q;      ///< nq: "<joint>.q", "<link>.x", "<link>.qw" ...
+  std::vector<std::string> v;      ///< nv: "<joint>.v", "<link>.vx", "<link>.wx" ...
+  std::vector<std::string> force;  ///< nv: "<joint>.u", "<link>.fx", "<link>.tx" ...
+};
+CoordinateNames coordinate_names(const Model& model);
+
+/// Writes a trajectory to a file as it is computed.
+class TrajectoryWriter {
+ public:
+  /// @throws InputError when the file cannot be created.
+  TrajectoryWriter(const std::filesystem::path& file, const Model& model);
+
+  /// A state, the force applied during the step that starts from it [N, N m], and its length [s].
+  void write_step(const State& state, const VectorX& applied_force, double time_step);
+  /// The last state: no step starts from it, its force and time_step cells are empty. Flushes.
+  void write_end(const State& state);
+
+ private:
+  void write_state(const State& state, std::optional<double> time_step);
+
+  CsvWriter csv_;
+  int num_forces_;
+};
+
+/// Column k of q, v is row k of the file; column k of applied_force acts from row k to row k + 1.
+struct Trajectory {
+  std::string file;
+  std::vector<double> time;       ///< [s], rising
+  std::vector<double> time_step;  ///< [s], one fewer than rows; empty if the file has no such column
+  MatrixX q;                      ///< nq x rows
+  MatrixX v;                      ///< nv x rows
+  MatrixX applied_force;          ///< nv x (rows - 1) [N, N m]; 0 x 0 if the file has no such columns
+
+  int num_rows() const { return static_cast<int>(time.size()); }
+  int num_steps() const { return num_rows() - 1; }
+};
+
+/// Reads a trajectory of this model, bit for bit as written. Columns may come in any order; forces and
+/// time_step may be missing. @throws InputError naming file, line and column when a coordinate is
+/// missing, a column unknown, a quaternion not of unit length (1e-6), time not rising.
+Trajectory read_trajectory(const std::filesystem::path& file, const Model& model);
+
+/// The length of every step [s]: the trajectory's own time_step column if it has one, else `given` (if
+/// set) or `scene_step`, checked against the times. @throws InputError when these disagree.
+std::vector<double> step_lengths(const Trajectory& trajectory, std::optional<double> given,
+                                 double scene_step);
+
+}  // namespace counterpoint

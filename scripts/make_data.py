@@ -1,0 +1,357 @@
+#!/usr/bin/env python3
+"""Writes data/robots/*.urdf and the box scenes of data/scenes. Standard library only.
+
+Inertias follow from the mass and the uniform density of each link's primitive shape, so the files are
+physical by construction. Usage: scripts/make_data.py [--check]   (--check: compare, write nothing)
+"""
+import math
+import pathlib
+import sys
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent / "data"
+HEADER = """<?xml version="1.0"?>
+<!-- Written by scripts/make_data.py; edit that file. Inertias: uniform density of the shape named in
+     each link, about its centre of mass. Units: m, kg, rad, N, s.
+     {about} -->
+"""
+
+
+def number(x):
+    text = f"{x:.15g}"
+    return "0" if text == "-0" else text
+
+
+def numbers(values):
+    return " ".join(number(v) for v in values)
+
+
+# ---- shapes: (kind, dimensions); inertia of the unit of mass about the centre, axes of the shape --------
+
+def box(x, y, z):
+    return ("box", (x, y, z))
+
+
+def sphere(radius):
+    return ("sphere", (radius,))
+
+
+def cylinder(radius, length):
+    return ("cylinder", (radius, length))
+
+
+def capsule(radius, length):
+    """length: of the segment between the centres of the caps."""
+    return ("capsule", (radius, length))
+
+
+def inertia(shape, mass):
+    """Diagonal (ixx, iyy, izz) about the centre of mass."""
+    kind, d = shape
+    if kind == "box":
+        x, y, z = (v * v for v in d)
+        return tuple(mass / 12 * s for s in (y + z, x + z, x + y))
+    if kind == "sphere":
+        return (0.4 * mass * d[0] ** 2,) * 3
+    r, h = d
+    if kind == "cylinder":
+        across = mass * (3 * r * r + h * h) / 12
+        return (across, across, mass * r * r / 2)
+    # Capsule: a cylinder and two half spheres, whose centres of mass lie 3/8 r outside the segment.
+    volume_cylinder, volume_caps = math.pi * r * r * h, 4 / 3 * math.pi * r ** 3
+    mass_cylinder = mass * volume_cylinder / (volume_cylinder + volume_caps)
+    mass_caps = mass - mass_cylinder
+    across = (mass_cylinder * (3 * r * r + h * h) / 12
+              + mass_caps * (0.4 * r * r + h * h / 4 + 3 / 8 * r * h))
+    return (across, across, mass_cylinder * r * r / 2 + mass_caps * 0.4 * r * r)
+
+
+def geometry(shape):
+    kind, d = shape
+    if kind == "box":
+        return f'<box size="{numbers(d)}"/>'
+    if kind == "sphere":
+        return f'<sphere radius="{number(d[0])}"/>'
+    return f'<{kind} radius="{number(d[0])}" length="{number(d[1])}"/>'
+
+
+# ---- links and joints --------------------------------------------------------------------------------
+
+ALONG_X = (0, math.pi / 2, 0)
+ALONG_Y = (math.pi / 2, 0, 0)
+
+
+class Robot:
+    def __init__(self, name, about):
+        self.name, self.about, self.lines = name, about, []
+        self.mass = 0.0
+
+    def link(self, name, shape=None, mass=0.0, center=(0, 0, 0), rpy=(0, 0, 0), collide=True,
+             collisions=None, contact=""):
+        """shape gives the inertia, and the collision geometry unless `collisions` lists others."""
+        self.mass += mass
+        out = self.lines
+        if shape is None:
+            out.append(f'  <link name="{name}"/>')
+            return
+        ixx, iyy, izz = inertia(shape, mass)
+        out.append(f'  <link name="{name}">')
+        if contact:
+            out.append(f"    {contact}")
+        out.append("    <inertial>")
+        out.append(f'      <origin xyz="{numbers(center)}" rpy="{numbers(rpy)}"/>'
+                   f' <!-- {shape[0]} {numbers(shape[1])} -->')
+        out.append(f'      <mass value="{number(mass)}"/>')
+        out.append(f'      <inertia ixx="{number(ixx)}" ixy="0" ixz="0" iyy="{number(iyy)}" iyz="0"'
+                   f' izz="{number(izz)}"/>')
+        out.append("    </inertial>")
+        if collisions is None:
+            collisions = [(shape, center, rpy)] if collide else []
+        for tag in ("visual", "collision"):
+            for part, origin, turned in collisions or [(shape, center, rpy)]:
+                if tag == "collision" and not collisions:
+                    continue
+                out.append(f'    <{tag}><origin xyz="{numbers(origin)}" rpy="{numbers(turned)}"/>'
+                           f"<geometry>{geometry(part)}</geometry></{tag}>")
+        out.append("  </link>")
+
+    def joint(self, name, kind, parent, child, origin, axis=None, limit=None, damping=None):
+        """limit: (lower, upper, effort, velocity)."""
+        out = self.lines
+        out.append(f'  <joint name="{name}" type="{kind}">')
+        out.append(f'    <parent link="{parent}"/><child link="{child}"/>'
+                   f'<origin xyz="{numbers(origin)}" rpy="0 0 0"/>')
+        if axis:
+            out.append(f'    <axis xyz="{numbers(axis)}"/>')
+        if limit:
+            lower, upper, effort, velocity = limit
+            bounds = "" if kind == "continuous" else f'lower="{number(lower)}" upper="{number(upper)}" '
+            out.append(f'    <limit {bounds}effort="{number(effort)}" velocity="{number(velocity)}"/>')
+        if damping:
+            out.append(f'    <dynamics damping="{number(damping)}"/>')
+        out.append("  </joint>")
+
+    def text(self):
+        head = HEADER.format(about=self.about)
+        return head + f'<robot name="{self.name}">\n' + "\n".join(self.lines) + "\n</robot>\n"
+
+
+X, Y, Z = (1, 0, 0), (0, 1, 0), (0, 0, 1)
+
+
+def bullet_contact(friction, restitution=0.0):
+    return (f'<contact><lateral_friction value="{number(friction)}"/>'
+            f'<restitution value="{number(restitution)}"/></contact>')
+
+
+def one_link(name, about, shape, mass, friction, restitution=0.0):
+    robot = Robot(name, about)
+    robot.link(name, shape, mass, contact=bullet_contact(friction, restitution))
+    return robot
+
+
+def pendulum():
+    robot = Robot("pendulum", "A mass of 1 kg (sphere of 1 mm, in effect a point) 1 m from the pivot.")
+    robot.link("pivot")
+    robot.link("bob", sphere(0.001), 1.0, center=(0, 0, -1), collide=False)
+    robot.joint("swing", "continuous", "pivot", "bob", (0, 0, 0), Y, (0, 0, 50, 50))
+    return robot
+
+
+def double_pendulum():
+    robot = Robot("double_pendulum", "Two uniform rods, 1 m and 1 kg each, swinging about y.")
+    robot.link("pivot")
+    for parent, child, joint, z in (("pivot", "upper", "shoulder", 0), ("upper", "lower", "elbow", -1)):
+        robot.link(child, cylinder(0.02, 1), 1.0, center=(0, 0, -0.5), collide=False)
+        robot.joint(joint, "continuous", parent, child, (0, 0, z), Y, (0, 0, 50, 50))
+    return robot
+
+
+def arm7():
+    robot = Robot("arm7", "A 7-axis arm, 1.3 m of reach, made of capsules.")
+    robot.link("base", cylinder(0.09, 0.12), 6.0, center=(0, 0, 0.06))
+    #        name   axis origin z, shape, mass, centre z, lower, upper, effort, velocity, damping
+    parts = [("shoulder_yaw", Z, 0.14, capsule(0.06, 0.12), 3.5, 0.08, -2.9, 2.9, 150, 2.0, 1.0),
+             ("shoulder_pitch", Y, 0.2, capsule(0.055, 0.18), 3.5, 0.1, -2.0, 2.0, 150, 2.0, 1.0),
+             ("arm_roll", Z, 0.2, capsule(0.055, 0.12), 2.8, 0.1, -2.9, 2.9, 100, 2.4, 0.7),
+             ("elbow", Y, 0.2, capsule(0.05, 0.16), 2.6, 0.1, -2.1, 2.1, 100, 2.4, 0.7),
+             ("forearm_roll", Z, 0.2, capsule(0.045, 0.12), 1.8, 0.1, -2.9, 2.9, 40, 3.0, 0.3),
+             ("wrist_pitch", Y, 0.2, capsule(0.04, 0.06), 1.2, 0.03, -2.0, 2.0, 30, 3.5, 0.2),
+             ("flange_roll", Z, 0.12, capsule(0.035, 0.06), 0.6, 0.05, -3.0, 3.0, 20, 3.5, 0.1)]
+    parent = "base"
+    for name, axis, z, shape, mass, center, lower, upper, effort, velocity, damping in parts:
+        link = f"{name}_link"
+        robot.link(link, shape, mass, center=(0, 0, center))
+        robot.joint(name, "revolute", parent, link, (0, 0, z), axis,
+                    (lower, upper, effort, velocity), damping)
+        parent = link
+    return robot
+
+
+def quadruped():
+    robot = Robot("quadruped", "Four legs of three joints; stands 0.33 m high with hips at 0.8, knees at"
+                  " -1.6 rad.")
+    robot.link("trunk", box(0.42, 0.2, 0.12), 7.0)
+    for front, fx in (("front", 1), ("hind", -1)):
+        for side, sy in (("left", 1), ("right", -1)):
+            leg = f"{front}_{side}"
+            robot.link(f"{leg}_hip", cylinder(0.045, 0.05), 0.6, rpy=ALONG_X, collide=False)
+            robot.link(f"{leg}_thigh", capsule(0.025, 0.16), 1.0, center=(0, 0, -0.11))
+            robot.link(f"{leg}_shank", capsule(0.015, 0.16), 0.3, center=(0, 0, -0.1))
+            robot.link(f"{leg}_foot", sphere(0.022), 0.06)
+            robot.joint(f"{leg}_abduction", "revolute", "trunk", f"{leg}_hip",
+                        (0.19 * fx, 0.07 * sy, 0), X, (-0.8, 0.8, 25, 20), 0.1)
+            robot.joint(f"{leg}_hip_pitch", "revolute", f"{leg}_hip", f"{leg}_thigh",
+                        (0, 0.075 * sy, 0), Y, (-1.6, 2.4, 25, 20), 0.1)
+            robot.joint(f"{leg}_knee", "revolute", f"{leg}_thigh", f"{leg}_shank",
+                        (0, 0, -0.22), Y, (-2.6, 0, 35, 15), 0.1)
+            robot.joint(f"{leg}_sole", "fixed", f"{leg}_shank", f"{leg}_foot", (0, 0, -0.22))
+    return robot
+
+
+def humanoid():
+    robot = Robot("humanoid", "25 joints and a floating pelvis: 31 degrees of freedom, 1.52 m, 64 kg,"
+                  " capsules and spheres only.\n     Arms hang, feet forward along x, pelvis 0.86 m up.")
+
+    def chain(parent, origin, steps, damping):
+        """Joints of one multi-axis joint; links between the axes are small spheres that do not collide.
+        steps: (joint, axis, limit, link, link arguments or None)."""
+        for name, axis, limit, link, body in steps:
+            if body is None:
+                robot.link(link, sphere(0.04), 0.4, collide=False)
+            else:
+                robot.link(link, **body)
+            robot.joint(name, "revolute", parent, link, origin, axis, limit, damping)
+            parent, origin = link, (0, 0, 0)
+
+    robot.link("pelvis", capsule(0.09, 0.14), 8.0, rpy=ALONG_Y)
+    chest = dict(shape=capsule(0.11, 0.18), mass=19.0, center=(0, 0, 0.19), rpy=ALONG_Y,
+                 collisions=[(capsule(0.11, 0.18), (0, 0, 0.24), ALONG_Y),
+                             (capsule(0.1, 0.12), (0, 0, 0.09), ALONG_Y)])
+    chain("pelvis", (0, 0, 0.11), [
+        ("waist_yaw", Z, (-0.8, 0.8, 120, 12), "waist_1", None),
+        ("waist_pitch", Y, (-0.5, 1.2, 200, 12), "waist_2", None),
+        ("waist_roll", X, (-0.5, 0.5, 120, 12), "chest", chest)], 3)
+    chain("chest", (0, 0, 0.38), [
+        ("neck_yaw", Z, (-1.2, 1.2, 20, 12), "neck", None),
+        ("neck_pitch", Y, (-0.6, 0.8, 20, 12), "head",
+         dict(shape=sphere(0.095), mass=4.0, center=(0, 0, 0.075)))], 0.5)
+
+    for side, s in (("left", 1), ("right", -1)):
+        # Limits of roll and yaw joints are mirrored, so that both sides move alike.
+        def mirrored(low, high, effort, velocity):
+            return (low, high, effort, velocity) if s > 0 else (-high, -low, effort, velocity)
+
+        chain("pelvis", (0, 0.09 * s, -0.06), [
+            (f"{side}_hip_yaw", Z, mirrored(-0.6, 0.8, 100, 12), f"{side}_hip_1", None),
+            (f"{side}_hip_roll", X, mirrored(-0.4, 0.9, 150, 12), f"{side}_hip_2", None),
+            (f"{side}_hip_pitch", Y, (-2.0, 0.6, 200, 12), f"{side}_thigh",
+             dict(shape=capsule(0.065, 0.24), mass=6.6, center=(0, 0, -0.18)))], 2)
+        chain(f"{side}_thigh", (0, 0, -0.36), [
+            (f"{side}_knee", Y, (0, 2.4, 200, 15), f"{side}_shin",
+             dict(shape=capsule(0.05, 0.24), mass=3.0, center=(0, 0, -0.17)))], 2)
+        foot = [(capsule(0.03, 0.14), (0.04, 0.025 * w, -0.05), ALONG_X) for w in (1, -1)]
+        chain(f"{side}_shin", (0, 0, -0.36), [
+            (f"{side}_ankle_pitch", Y, (-0.8, 0.6, 100, 12), f"{side}_ankle", None),
+            (f"{side}_ankle_roll", X, (-0.4, 0.4, 60, 12), f"{side}_foot",
+             dict(shape=box(0.2, 0.11, 0.06), mass=1.0, center=(0.04, 0, -0.05), collisions=foot))], 1)
+        chain("chest", (0, 0.235 * s, 0.28), [
+            (f"{side}_shoulder_pitch", Y, (-2.6, 1.0, 60, 15), f"{side}_shoulder_1", None),
+            (f"{side}_shoulder_roll", X, mirrored(-0.2, 2.2, 60, 15), f"{side}_shoulder_2", None),
+            (f"{side}_shoulder_yaw", Z, mirrored(-1.2, 1.2, 30, 15), f"{side}_upper_arm",
+             dict(shape=capsule(0.042, 0.18), mass=1.8, center=(0, 0, -0.12)))], 0.5)
+        chain(f"{side}_upper_arm", (0, 0, -0.25), [
+            (f"{side}_elbow", Y, (-2.4, 0, 40, 15), f"{side}_forearm",
+             dict(shape=capsule(0.035, 0.17), mass=1.3, center=(0, 0, -0.12),
+                  collisions=[(capsule(0.035, 0.17), (0, 0, -0.12), (0, 0, 0)),
+                              (sphere(0.042), (0, 0, -0.26), (0, 0, 0))]))], 0.5)
+    return robot
+
+
+ROBOTS = [
+    one_link("cube", "A cube of 0.2 m, 1 kg, friction 0.5.", box(0.2, 0.2, 0.2), 1.0, 0.5),
+    one_link("ball", "A ball of 0.1 m radius, 1 kg, friction 0.5, restitution 0.8.", sphere(0.1), 1.0,
+             0.5, 0.8),
+    one_link("coin", "A disk of 0.1 m diameter and 0.01 m thickness, 0.2 kg.", cylinder(0.05, 0.01),
+             0.2, 0.3),
+    pendulum(), double_pendulum(), arm7(), quadruped(), humanoid(),
+]
+
+
+def toss_cube():
+    """Mass, half width, inertia, friction and restitution as published with the cube toss recordings."""
+    robot = Robot("toss_cube", "Exception: mass, size, inertia, friction and restitution are the values"
+                  " published with the ContactNets cube toss recordings.")
+    text = HEADER.format(about=robot.about) + f"""<robot name="toss_cube">
+  <link name="cube">
+    {bullet_contact(0.18, 0.125)}
+    <inertial>
+      <mass value="0.37"/>
+      <inertia ixx="0.00081" ixy="0" ixz="0" iyy="0.00081" iyz="0" izz="0.00081"/>
+    </inertial>
+    <collision><geometry><box size="0.1048 0.1048 0.1048"/></geometry></collision>
+  </link>
+</robot>
+"""
+    return text
+
+
+# ---- box scenes: cubes of 0.2 m and 1 kg, friction 0.5, gravity 9.81, as commonly benchmarked -----------
+
+EDGE, LIFT = 0.2, 0.001
+
+
+def rows_of(kind, n):
+    """Rows of cubes (first position, count, spacing)."""
+    if kind == "stack":
+        return [((0, 0, EDGE / 2 + LIFT), n, (0, 0, EDGE + LIFT))]
+    if kind == "pyramid":
+        return [((-0.5 * (n - r - 1) * (EDGE + 0.01), 0, EDGE / 2 + LIFT + r * (EDGE + LIFT)), n - r,
+                 (EDGE + 0.01, 0, 0)) for r in range(n)]
+    if kind == "grid":
+        return [((0.4 * i, 0, EDGE / 2 + 0.1), n, (0, 0.4, 0)) for i in range(n)]
+    step = EDGE + 0.005
+    return [((i * step, 0, EDGE / 2 + LIFT + k * (EDGE + LIFT)), n, (0, step, 0))
+            for k in range(n) for i in range(n)]
+
+
+def box_scene(kind, n, about):
+    lines = [f"# {about} Written by scripts/make_data.py.",
+             f"name: {kind}_{n}", "gravity: [0, 0, -9.81]  # m/s^2", "time_step: 0.002  # s",
+             "duration: 2  # s", "ground: {friction: 0.5}", "models:"]
+    for i, (position, count, spacing) in enumerate(rows_of(kind, n)):
+        lines.append(f"  - {{urdf: ../robots/cube.urdf, name: row_{i}, base: floating,")
+        lines.append(f"     position: [{', '.join(number(p) for p in position)}], count: {count},"
+                     f" spacing: [{', '.join(number(s) for s in spacing)}]}}")
+    return "\n".join(lines) + "\n"
+
+
+SCENES = [("stack", 5, "A tower of 5 cubes, 1 mm apart."),
+          ("stack", 10, "A tower of 10 cubes, 1 mm apart."),
+          ("pyramid", 5, "A pyramid of 15 cubes in a plane, 10 mm apart sideways."),
+          ("grid", 5, "25 cubes apart from each other, dropped 0.1 m."),
+          ("pack", 4, "64 cubes in a 4 x 4 x 4 pack, 5 mm apart sideways.")]
+
+
+def main():
+    files = {f"robots/{robot.name}.urdf": robot.text() for robot in ROBOTS}
+    files["robots/toss_cube.urdf"] = toss_cube()
+    for kind, n, about in SCENES:
+        name = "box_stack" if (kind, n) == ("stack", 10) else f"{kind}_{n}"
+        files[f"scenes/{name}.yaml"] = box_scene(kind, n, about)
+    stale = 0
+    for name, text in files.items():
+        path = ROOT / name
+        if "--check" in sys.argv[1:]:
+            if not path.exists() or path.read_text() != text:
+                print(f"{path} differs from what scripts/make_data.py writes")
+                stale += 1
+        else:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_text(text)
+    for robot in ROBOTS:
+        print(f"{robot.name}: {robot.mass:.3f} kg")
+    return 1 if stale else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,70 @@
+// Runs the built command as a user would, and reads what it leaves behind.
+#pragma once
+
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <nlohmann/json.hpp>
+#include <string>
+
+namespace counterpoint::test {
+
+struct CommandResult {
+  int exit_code = -1;
+  std::string output;  ///< standard output
+  std::string errors;  ///< standard error
+};
+
+/// A folder of its own for a test, removed with it; commands run from the root of the sources.
+class CommandFolder {
+ public:
+  explicit CommandFolder(const std::string& name);
+  ~CommandFolder();
+  CommandFolder(const CommandFolder&) = delete;
+  CommandFolder& operator=(const CommandFolder&) = delete;
+
+  /// `arguments` as on a command line; "{}" stands for the folder.
+  CommandResult run(const std::string& arguments) const;
+  std::string path(const std::string& name) const { return (folder_ / name).string(); }
+  std::string read(const std::string& name) const;
+  void write(const std::string& name, const std::string& content) const;
+  nlohmann::json json(const std::string& name) const { return nlohmann::json::parse(read(name)); }
+
+ private:
+  std::filesystem::path folder_;
+};
+
+inline CommandFolder::CommandFolder(const std::string& name)
+    : folder_(std::filesystem::temp_directory_path() /
+              ("counterpoint_" + name + "_" + std::to_string(getpid()))) {
+  std::filesystem::create_directories(folder_);
+}
+
+inline CommandFolder::~CommandFolder() { std::filesystem::remove_all(folder_); }
+
+inline CommandResult CommandFolder::run(const std::string& arguments) const {
+  std::string line = arguments;
+  for (size_t at = 0; (at = line.find("{}", at)) != std::string::npos;) {
+    line.replace(at, 2, folder_.string());
+  }
+  const std::string command = "cd '" + std::string(COUNTERPOINT_SOURCE_DIR) + "' && '" +
+                              COUNTERPOINT_COMMAND + "' " + line + " >'" + path("stdout") +
+                              "' 2>'" + path("stderr") + "'";
+  const int status = std::system(command.c_str());
+  return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, read("stdout"), read("stderr")};
+}
+
+inline std::string CommandFolder::read(const std::string& name) const {
+  std::ifstream stream(folder_ / name, std::ios::binary);
+  return {std::istreambuf_iterator<char>(stream), {}};
+}
+
+inline void CommandFolder::write(const std::string& name, const std::string& content) const {
+  std::ofstream(folder_ / name, std::ios::binary) << content;
+}
+
+}  // namespace counterpoint::test

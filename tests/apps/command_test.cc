@@ -1,0 +1,158 @@
+// The command as its users meet it: exit codes, messages, the keys of reports.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include "apps/command.h"
+
+namespace counterpoint {
+namespace {
+
+using test::CommandFolder;
+using test::CommandResult;
+
+std::string test_name() {
+  std::string name = testing::UnitTest::GetInstance()->current_test_info()->name();
+  std::replace(name.begin(), name.end(), '/', '_');
+  return name;
+}
+
+class Command : public testing::Test {
+ protected:
+  void expect_bad_input(const std::string& arguments, const std::string& message) const {
+    const CommandResult result = folder_.run(arguments);
+    EXPECT_EQ(result.exit_code, 2) << arguments;
+    EXPECT_NE(result.errors.find(message), std::string::npos)
+        << arguments << "\nexpected: " << message << "\ngot: " << result.errors;
+  }
+  void expect_success(const std::string& arguments) const {
+    const CommandResult result = folder_.run(arguments);
+    EXPECT_EQ(result.exit_code, 0) << arguments << "\n" << result.errors;
+  }
+  void expect_keys(const nlohmann::json& report, const std::vector<std::string>& keys) const {
+    for (const std::string& key : keys) EXPECT_TRUE(report.contains(key)) << key;
+  }
+  /// A free cube without gravity or ground, time step 0.01 s, for 0.5 s.
+  void write_free_cube() const {
+    folder_.write("free.yaml", "name: free\ngravity: [0, 0, 0]\ntime_step: 0.01\nduration: 0.5\n"
+                               "models:\n  - urdf: " COUNTERPOINT_SOURCE_DIR
+                               "/data/robots/cube.urdf\n    base: floating\n");
+  }
+
+  CommandFolder folder_{test_name()};
+};
+
+TEST_F(Command, HelpAndVersionSucceed) {
+  expect_success("--version");
+  for (const char* name : {"simulate", "inverse", "compare", "inspect"}) {
+    const CommandResult result = folder_.run(std::string(name) + " --help");
+    EXPECT_EQ(result.exit_code, 0);
+    EXPECT_NE(result.output.find("Example:"), std::string::npos) << name;
+    EXPECT_NE(result.output.find("--json"), std::string::npos) << name;
+  }
+}
+
+TEST_F(Command, RefusesBadInput) {
+  expect_bad_input("", "subcommand");
+  expect_bad_input("fly", "fly");
+  expect_bad_input("simulate", "SCENE");
+  expect_bad_input("simulate no/such/scene.yaml", "no/such/scene.yaml");
+  expect_bad_input("simulate data/scenes/cube_drop.yaml --timestep 0", "time step");
+  expect_bad_input("simulate data/scenes/cube_drop.yaml --timestep x", "--timestep");
+  expect_bad_input("simulate data/scenes/cube_drop.yaml --duration=-1", "duration");
+  expect_bad_input("simulate data/scenes/cube_drop.yaml --output {}/no/t.csv", "cannot be created");
+  expect_bad_input("inspect data/robots/cube.urdf --base sideways", "--base");
+  expect_bad_input("inspect data/robots/cube.urdf --package robots", "NAME=DIR");
+  expect_bad_input("inverse data/scenes/cube_drop.yaml {}/none.csv", "none.csv");
+}
+
+TEST_F(Command, SaysWhichColumnOfTheInputsIsWrong) {
+  write_free_cube();
+  folder_.write("u.csv", "time,cube.fx\n0,1\n0.1,one\n");
+  expect_bad_input("simulate {}/free.yaml --inputs {}/u.csv", "u.csv:3: column 'cube.fx'");
+  folder_.write("u.csv", "time,elbow.u\n0,1\n");
+  expect_bad_input("simulate {}/free.yaml --inputs {}/u.csv", "'elbow.u' is no applied force");
+  folder_.write("u.csv", "time\n0\n");
+  expect_bad_input("simulate {}/free.yaml --inputs {}/u.csv", "no applied force among the columns");
+}
+
+TEST_F(Command, SimulateReports) {
+  expect_success("simulate data/scenes/cube_drop.yaml --duration 1 --timestep 0.002 --json {}/r.json "
+                 "--output {}/t.csv");
+  const nlohmann::json report = folder_.json("r.json");
+  expect_keys(report, {"status", "steps", "simulated_seconds", "wall_seconds", "realtime_factor",
+                       "contacts_mean", "newton_iterations_mean", "solver_failures",
+                       "max_penetration_m", "energy_start_J", "energy_end_J"});
+  EXPECT_EQ(report["status"], "ok");
+  EXPECT_EQ(report["steps"], 500);
+  EXPECT_NEAR(report["simulated_seconds"], 1.0, 1e-9);  // a sum of 500 steps
+  EXPECT_EQ(report["solver_failures"], 0);
+  EXPECT_GT(report["contacts_mean"], 0.0);
+  const std::string trajectory = folder_.read("t.csv");
+  EXPECT_EQ(std::count(trajectory.begin(), trajectory.end(), '\n'), 502);  // header, 501 states
+}
+
+TEST_F(Command, SameInputGivesTheSameBytes) {
+  const std::string run = "simulate data/scenes/quadruped_drop.yaml --duration 0.6 --random-inputs 0.5 "
+                          "--random-wrenches 0.1 --seed 7 --output {}/";
+  expect_success(run + "a.csv");
+  expect_success(run + "b.csv");
+  ASSERT_GT(folder_.read("a.csv").size(), 1000u);
+  EXPECT_EQ(folder_.read("a.csv"), folder_.read("b.csv"));
+  expect_success("simulate data/scenes/quadruped_drop.yaml --duration 0.6 --random-inputs 0.5 "
+                 "--random-wrenches 0.1 --seed 8 --output {}/c.csv");
+  EXPECT_NE(folder_.read("a.csv"), folder_.read("c.csv"));
+}
+
+/// Cell of the last row of a CSV, by its place.
+double last_cell(const std::string& csv, const std::string& column) {
+  const std::string header = csv.substr(0, csv.find('\n'));
+  const size_t begin_of_last = csv.rfind('\n', csv.size() - 2) + 1;
+  size_t h = 0, r = begin_of_last;
+  while (header.compare(h, column.size(), column) != 0 || header[h + column.size()] != ',') {
+    h = header.find(',', h) + 1;
+    r = csv.find(',', r) + 1;
+  }
+  return std::stod(csv.substr(r));
+}
+
+TEST_F(Command, AppliedForcesHoldFromTheirRowToTheNext) {
+  write_free_cube();
+  // 2 N on 1 kg from 0.1 to 0.2 s: ten steps of 0.01 s.
+  folder_.write("u.csv", "time,cube.fx\n0.1,2\n0.2,0\n");
+  expect_success("simulate {}/free.yaml --inputs {}/u.csv --output {}/t.csv");
+  EXPECT_NEAR(last_cell(folder_.read("t.csv"), "cube.vx"), 0.2, 1e-14);  // ten additions
+}
+
+TEST_F(Command, AFailedStepKeepsWhatWasComputed) {
+  write_free_cube();
+  folder_.write("u.csv", "time,cube.fx\n0.1,1e308\n");
+  const CommandResult result = folder_.run(
+      "simulate {}/free.yaml --timestep 10 --duration 100 --inputs {}/u.csv --output {}/t.csv --json "
+      "{}/r.json");
+  EXPECT_EQ(result.exit_code, 1);
+  EXPECT_NE(result.errors.find("step 1 at 10 s"), std::string::npos) << result.errors;
+  const nlohmann::json report = folder_.json("r.json");
+  EXPECT_EQ(report["status"], "failed");
+  EXPECT_EQ(report["solver_failures"], 1);
+  const std::string trajectory = folder_.read("t.csv");
+  EXPECT_EQ(std::count(trajectory.begin(), trajectory.end(), '\n'), 3);  // header, two states
+}
+
+TEST_F(Command, InspectCountsTheHumanoid) {
+  expect_success("inspect data/scenes/humanoid_drop.yaml --json {}/r.json");
+  const nlohmann::json report = folder_.json("r.json");
+  EXPECT_EQ(report["nv"], 31);
+  EXPECT_EQ(report["joints"].size(), 26u);
+  EXPECT_NEAR(report["mass_kg"], 63.6, 1e-9);  // the sum of the masses of the file
+  for (const auto& joint : report["joints"]) {
+    if (joint["type"] != "revolute") continue;
+    EXPECT_TRUE(joint["lower"].is_number() && joint["upper"].is_number()) << joint["name"];
+  }
+  EXPECT_EQ(report["coordinates"]["force"].size(), 31u);
+}
+
+}  // namespace
+}  // namespace counterpoint
