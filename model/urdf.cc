@@ -55,7 +55,8 @@ urdf::ModelInterfaceSharedPtr parse(const UrdfXml& xml, const std::string& file)
   } catch (const std::exception& error) {
     errors = fmt::format("{} {}", messages.errors(), error.what());
   }
-  if (model) return model;
+  // A model with errors lacks the elements that urdfdom could not read.
+  if (model && errors.empty()) return model;
   // urdfdom names the element; the line of the first one it names helps more.
   int line = 1;
   size_t first = std::string::npos;

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <tinyxml2.h>
 
+#include <algorithm>
 #include <cctype>
 #include <charconv>
 #include <cstring>
@@ -365,8 +366,8 @@ UrdfXml read_urdf_xml(const std::filesystem::path& file) {
   }
   tinyxml2::XMLDocument document;
   if (document.Parse(text.data(), text.size()) != tinyxml2::XML_SUCCESS) {
-    throw InputError(fmt::format("{}:{}: malformed XML: {}", file.string(), document.ErrorLineNum(),
-                                 document.ErrorStr()));
+    throw InputError(fmt::format("{}:{}: malformed XML: {}", file.string(),
+                                 std::max(1, document.ErrorLineNum()), document.ErrorStr()));
   }
   UrdfXml out;
   Pass(file, out).read(document);
