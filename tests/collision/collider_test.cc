@@ -1,0 +1,204 @@
+// The collider: filters, order, determinism, memory, against all pairs one by one.
+#include "counterpoint/collision/collider.h"
+
+#include <gtest/gtest.h>
+
+#include <cstring>
+
+#include "counterpoint/collision/pair_contacts.h"
+#include "counterpoint/model/model_builder.h"
+#include "support/allocation_guard.h"
+#include "support/random_poses.h"
+#include "support/shape_reference.h"
+
+namespace counterpoint::test {
+namespace {
+
+using collision::Candidate;
+using collision::Collider;
+
+SpatialInertia unit_inertia() { return {1.0, Vector3::Zero(), Matrix3::Identity()}; }
+
+LinkSpec link(const std::string& name, const std::vector<Shape>& shapes) {
+  LinkSpec spec;
+  spec.name = name;
+  spec.inertia = unit_inertia();
+  for (const Shape& shape : shapes) {
+    LinkSpec::Collision collision;
+    collision.shape = shape;
+    spec.collisions.push_back(collision);
+  }
+  return spec;
+}
+
+RobotSpec free_object(const Shape& shape) {
+  RobotSpec robot;
+  robot.name = "object";
+  robot.links.push_back(link("body", {shape}));
+  return robot;
+}
+
+// Links in a row, 1 m apart along x, joined by hinges about z.
+RobotSpec chain(const std::vector<Shape>& shapes, double pitch = 1.0) {
+  RobotSpec robot;
+  robot.name = "chain";
+  for (std::size_t i = 0; i < shapes.size(); ++i) {
+    robot.links.push_back(link("link" + std::to_string(i), {shapes[i]}));
+    if (i == 0) continue;
+    JointSpec joint;
+    joint.name = "joint" + std::to_string(i);
+    joint.parent = "link" + std::to_string(i - 1);
+    joint.child = "link" + std::to_string(i);
+    joint.X_PJ.translation = Vector3(pitch, 0, 0);
+    joint.axis = Vector3::UnitZ();
+    robot.joints.push_back(joint);
+  }
+  return robot;
+}
+
+std::vector<double> margins(const Model& model, double margin) {
+  return std::vector<double>(model.num_bodies(), 0.5 * margin);
+}
+
+TEST(Collider, NeighboursInAChainNeverTouchOthersDo) {
+  ModelBuilder builder;
+  const std::vector<Shape> balls(4, sphere_shape(0.1));
+  builder.add_robot(chain(balls), Base::kFixed, Pose{});
+  const Model model = builder.build();
+  Collider collider(model);
+  // 0-2, 0-3, 1-3 of the six pairs.
+  EXPECT_EQ(collider.num_enabled_pairs(), 3);
+  EXPECT_TRUE(collider.overlapping_pairs().empty());
+  // All on one spot.
+  std::vector<Candidate> out;
+  collider.compute_candidates(std::vector<Pose>(model.num_bodies()), margins(model, 0.01), out);
+  ASSERT_EQ(out.size(), 3u);
+  const std::vector<std::pair<int, int>> expected = {{0, 2}, {0, 3}, {1, 3}};
+  for (int i = 0; i < 3; ++i) {
+    EXPECT_EQ(std::pair(out[i].geometry_a, out[i].geometry_b), expected[i]);
+  }
+}
+
+TEST(Collider, PairsOverlappingByDefaultAreLeftOutAndNamed) {
+  ModelBuilder builder;
+  // Radius 1.1 m, 1 m apart: neighbours' neighbours, 2 m apart, overlap.
+  const std::vector<Shape> balls(4, sphere_shape(1.1));
+  builder.add_robot(chain(balls), Base::kFloating, Pose{});
+  const Model model = builder.build();
+  const Collider collider(model);
+  const std::vector<std::pair<int, int>> expected = {{0, 2}, {1, 3}};
+  EXPECT_EQ(collider.overlapping_pairs(), expected);
+  EXPECT_EQ(collider.num_enabled_pairs(), 1);
+}
+
+TEST(Collider, EnvironmentMeetsEveryLinkAndNotItself) {
+  ModelBuilder builder;
+  builder.add_environment("ground", plane_shape(), Pose{}, Material{});
+  builder.add_environment("table", box_shape({1, 1, 1}), Pose{}, Material{});
+  const std::vector<Shape> balls(3, sphere_shape(0.1));
+  builder.add_robot(chain(balls), Base::kFixed, Pose{});
+  const Model model = builder.build();
+  const Collider collider(model);
+  // The base is welded to the world, as ground and table are: only two links move. Each meets ground and
+  // table, the last also the base.
+  EXPECT_EQ(collider.num_enabled_pairs(), 5);
+  // Overlap with the environment is contact, not a flaw of the robot.
+  EXPECT_TRUE(collider.overlapping_pairs().empty());
+}
+
+TEST(Collider, ExcludedPairsNeverTouch) {
+  ModelBuilder builder;
+  const std::vector<Shape> balls(3, sphere_shape(0.1));
+  builder.add_robot(chain(balls), Base::kFixed, Pose{});
+  builder.exclude_pair("link0", "link2");
+  const Model model = builder.build();
+  Collider collider(model);
+  EXPECT_EQ(collider.num_enabled_pairs(), 0);
+  std::vector<Candidate> out;
+  collider.compute_candidates(std::vector<Pose>(model.num_bodies()), margins(model, 0.01), out);
+  EXPECT_TRUE(out.empty());
+}
+
+// Free objects of every shape over a plane, on random poses.
+class Heap : public ::testing::Test {
+ protected:
+  static Model make() {
+    ModelBuilder builder;
+    builder.add_environment("ground", plane_shape(), Pose{}, Material{});
+    const std::vector<Shape> shapes = {sphere_shape(0.2),        box_shape({0.1, 0.2, 0.3}),
+                                       capsule_shape(0.1, 0.2),  cylinder_shape(0.2, 0.1),
+                                       prism_shape(6, 0.2, 0.1), prism_shape(20, 0.2, 0.1, 0.5)};
+    for (int i = 0; i < 90; ++i) {
+      builder.add_robot(free_object(shapes[i % shapes.size()]), Base::kFloating, Pose{},
+                        std::to_string(i) + "/");
+    }
+    return builder.build();
+  }
+  std::vector<Pose> poses() {
+    std::vector<Pose> X_WB(model.num_bodies());
+    for (std::size_t i = 1; i < X_WB.size(); ++i) X_WB[i] = random_pose(rng, 1.0);
+    return X_WB;
+  }
+  const Model model = make();
+  std::mt19937 rng{7};
+  std::vector<Candidate> out;
+};
+
+TEST_F(Heap, FindsWhatAllPairsFindInOrder) {
+  Collider collider(model);
+  const double margin = 0.03;
+  for (int k = 0; k < 5; ++k) {
+    const std::vector<Pose> X_WB = poses();
+    collider.compute_candidates(X_WB, margins(model, margin), out);
+    std::size_t next = 0;
+    const std::vector<Geometry>& g = model.geometries();
+    for (std::size_t a = 0; a < g.size(); ++a) {
+      for (std::size_t b = a + 1; b < g.size(); ++b) {
+        if (g[a].body == g[b].body) continue;
+        Manifold m;
+        collision::pair_contacts(g[a].shape, X_WB[g[a].body] * g[a].X_BG, g[b].shape,
+                                 X_WB[g[b].body] * g[b].X_BG, margin, m);
+        for (int i = 0; i < m.size; ++i, ++next) {
+          ASSERT_LT(next, out.size());
+          EXPECT_EQ(out[next].geometry_a, static_cast<int>(a));
+          EXPECT_EQ(out[next].geometry_b, static_cast<int>(b));
+          EXPECT_EQ(out[next].gap, m.points[i].gap);
+          EXPECT_EQ(out[next].position, m.points[i].position);
+          EXPECT_EQ(out[next].normal, m.points[i].normal);
+        }
+      }
+    }
+    EXPECT_EQ(next, out.size());
+    EXPECT_GT(out.size(), 100u);
+  }
+}
+
+TEST_F(Heap, RemembersNothing) {
+  Collider used(model);
+  const std::vector<Pose> X_WB = poses();
+  for (int k = 0; k < 3; ++k) used.compute_candidates(poses(), margins(model, 0.1), out);
+  used.compute_candidates(X_WB, margins(model, 0.02), out);
+  Collider fresh(model);
+  std::vector<Candidate> again;
+  fresh.compute_candidates(X_WB, margins(model, 0.02), again);
+  ASSERT_EQ(out.size(), again.size());
+  for (std::size_t i = 0; i < out.size(); ++i) {
+    EXPECT_EQ(out[i].position, again[i].position);
+    EXPECT_EQ(out[i].normal, again[i].normal);
+    EXPECT_EQ(out[i].gap, again[i].gap);
+  }
+}
+
+TEST_F(Heap, NoAllocationAfterWarmUp) {
+  if (!counts_allocations()) GTEST_SKIP() << "allocations cannot be counted in this build";
+  Collider collider(model);
+  const std::vector<Pose> X_WB = poses();
+  const std::vector<double> margin = margins(model, 0.02);
+  collider.compute_candidates(X_WB, margin, out);
+  const std::size_t before = allocation_count();
+  collider.compute_candidates(X_WB, margin, out);
+  EXPECT_EQ(allocation_count(), before);
+}
+
+}  // namespace
+}  // namespace counterpoint::test
