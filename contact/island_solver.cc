@@ -63,20 +63,29 @@ bool IslandSolver::set_kappa(IslandSystem& system, double kappa) const {
   return above;
 }
 
+// Solves for falling kappa, each point started from the two before by extrapolation: where the
+// solution is strictly complementary, the path is smooth in kappa.
 Newton::Result IslandSolver::follow_path(IslandSystem& system, const Settings& settings,
                                          std::vector<double>& w, std::vector<double>& f) {
-  double kappa = kPathStart, factor = kPathFactor, solved = 1.0;
+  double kappa = kPathStart, factor = kPathFactor, solved = 1.0, before = 0.0;
   last_good_ = w;
   bool above = set_kappa(system, kappa);
   for (;;) {
     const bool target = !above || kappa < kPathEnd;
     if (target) set_kappa(system, 0.0);
+    if (before > 0.0) {
+      const double ratio = ((target ? 0.0 : kappa) - solved) / (solved - before);
+      for (size_t i = 0; i < w.size(); ++i) start_[i] = w[i] + ratio * (w[i] - before_good_[i]);
+      newton_.choose_better(start_, w);
+    }
     const int left = steps_left(settings);
     const int steps = std::min(left, target ? kTargetSteps : kPathSteps);
     const Newton::Result result =
         newton_.run(target ? settings.tolerance : kPathTolerance, steps, w, f);
     if (succeeded(result.status)) {
       if (target) return result;
+      before_good_ = last_good_;
+      before = solved < 1.0 ? solved : 0.0;
       last_good_ = w;
       solved = kappa;
       factor = std::max(kFastestFactor,

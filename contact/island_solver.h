@@ -37,7 +37,7 @@ class IslandSolver {
   Newton newton_;
   bool continued_ = false;
   std::vector<Target> targets_;
-  std::vector<double> start_, last_good_, y_, shift_;
+  std::vector<double> start_, last_good_, before_good_, y_, shift_;
 };
 
 }  // namespace counterpoint::contact

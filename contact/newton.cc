@@ -57,18 +57,21 @@ double Newton::cost(const std::vector<double>& w, const std::vector<double>& y) 
 void Newton::choose_start(std::vector<double>& w) {
   const double* free = system_->free_velocity();
   trial_.assign(free, free + w.size());
+  choose_better(trial_, w);
+}
+
+void Newton::choose_better(const std::vector<double>& other, std::vector<double>& w) {
   if (system_->unsymmetric()) {
-    // A contact at rest starts well from the last velocity, a flight from the free one.
     evaluate_residual(w, y_step_);
     const double given = gradient_norm_;
-    evaluate_residual(trial_, y_step_);
-    if (gradient_norm_ < given) w = trial_;
+    evaluate_residual(other, y_step_);
+    if (gradient_norm_ < given) w = other;
     return;
   }
   system_->constraint_velocity(w.data(), y_.data());
   const double given = cost(w, y_);
-  system_->constraint_velocity(trial_.data(), y_.data());
-  if (cost(trial_, y_) < given) w = trial_;
+  system_->constraint_velocity(other.data(), y_.data());
+  if (cost(other, y_) < given) w = other;
 }
 
 // y, f, gradient (or, with Coulomb laws, residual), its norm and the scale of its terms, all at w.

@@ -27,7 +27,10 @@ class Newton {
 
   /// Begins with an island: sizes memory, forgets the totals.
   void begin(IslandSystem& system);
-  /// Replaces w by the free velocity if that costs less (Coulomb: has the smaller residual).
+  /// Replaces w by `other` if that costs less (Coulomb: has the smaller residual).
+  void choose_better(const std::vector<double>& other, std::vector<double>& w);
+  /// The same with the free velocity: a contact at rest starts well from the last velocity, a
+  /// flight from the free one.
   void choose_start(std::vector<double>& w);
   /// At most `max_iterations` steps towards a relative residual of `tolerance`. w: start on entry,
   /// answer on return; f: impulses at w.

@@ -15,7 +15,7 @@ enum class Factorization { kAutomatic, kDense, kSparse };
 struct Settings {
   /// Converged when Report::residual is at most this.
   double tolerance = 1e-10;
-  int max_iterations = 200;  ///< Newton steps, per island
+  int max_iterations = 400;  ///< Newton steps, per island
   /// For tests and measurements: all islands as one, and how M + J'GJ is stored.
   bool split_islands = true;
   Factorization factorization = Factorization::kAutomatic;
