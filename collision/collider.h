@@ -1,4 +1,4 @@
-// Poses in, contact candidates out. FCL lives behind this door and nowhere else.
+// Poses in, contact candidates out.
 #pragma once
 
 #include <memory>

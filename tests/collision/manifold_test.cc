@@ -1,0 +1,238 @@
+// Known manifolds: resting, stacked, side by side; planes; scales from 1e-3 to 1e3 m.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "counterpoint/collision/pair_contacts.h"
+#include "support/random_poses.h"
+#include "support/shape_reference.h"
+
+namespace counterpoint::test {
+namespace {
+
+using collision::pair_contacts;
+
+// Round-off of coordinates of order 1.
+constexpr double kRoundOff = 1e-13;
+// Gaps closer than 1e-9 times the shapes' size count as equal; sizes here are below 5 m.
+constexpr double kSame = 1e-8;
+
+bool has_point(const Manifold& m, const Vector3& p, double tolerance) {
+  return std::any_of(m.points.begin(), m.points.begin() + m.size,
+                     [&](const ContactPoint& c) { return (c.position - p).norm() < tolerance; });
+}
+
+Pose at(double x, double y, double z) { return {Matrix3::Identity(), Vector3(x, y, z)}; }
+
+TEST(Plane, GapIsHeightOfEveryPointAndTheLowestIsThere) {
+  std::mt19937 rng(5);
+  Manifold m;
+  for (const Shape& shape :
+       {sphere_shape(0.3), box_shape({0.1, 0.2, 0.3}), capsule_shape(0.1, 0.4),
+        cylinder_shape(0.2, 0.3), cylinder_shape(0.5, 0.02), prism_shape(5, 0.3, 0.2),
+        prism_shape(60, 0.3, 0.2, 0.9)}) {
+    for (int i = 0; i < 200; ++i) {
+      const Pose X_P = random_pose(rng);
+      const Pose X = random_pose(rng);
+      const Vector3 n = X_P.rotation.col(2);
+      const double lowest = -support_height(shape, X, -n) - n.dot(X_P.translation);
+      pair_contacts(plane_shape(), X_P, shape, X, lowest + 0.1, m);
+      ASSERT_GT(m.size, 0);
+      for (int k = 0; k < m.size; ++k) {
+        const ContactPoint& c = m.points[k];
+        EXPECT_EQ(c.normal, n);
+        EXPECT_NEAR(level(plane_shape(), X_P, c.position - 0.5 * c.gap * n), 0.0, kRoundOff);
+        const Vector3 on_shape = c.position + 0.5 * c.gap * n;
+        // The cylinder's line and the box's corners lie on the surface, the upper ball of a capsule
+        // shows the plane a point inside only where it is steep.
+        EXPECT_LE(level(shape, X, on_shape), kRoundOff);
+      }
+      EXPECT_NEAR(deepest(m).gap, lowest, kRoundOff);
+      Manifold turned;
+      pair_contacts(shape, X, plane_shape(), X_P, lowest + 0.1, turned);
+      ASSERT_EQ(turned.size, m.size);
+      EXPECT_EQ(turned.points[0].normal, -n);
+    }
+  }
+}
+
+TEST(Plane, RestingShapesStandOnWellSpreadPoints) {
+  Manifold m;
+  pair_contacts(plane_shape(), Pose{}, box_shape({0.1, 0.2, 0.3}), at(0, 0, 0.3), 0.01, m);
+  ASSERT_EQ(m.size, 4);
+  for (const double x : {-0.1, 0.1}) {
+    for (const double y : {-0.2, 0.2}) EXPECT_TRUE(has_point(m, {x, y, 0}, kRoundOff));
+  }
+  pair_contacts(plane_shape(), Pose{}, cylinder_shape(0.2, 0.3), at(0, 0, 0.3), 0.01, m);
+  ASSERT_EQ(m.size, 4);
+  Vector3 sum = Vector3::Zero();
+  for (int k = 0; k < 4; ++k) {
+    EXPECT_NEAR(m.points[k].position.norm(), 0.2, kRoundOff);
+    sum += m.points[k].position;
+  }
+  EXPECT_LT(sum.norm(), kRoundOff);
+  const Matrix3 lying = Eigen::AngleAxisd(std::acos(0.0), Vector3::UnitX()).toRotationMatrix();
+  pair_contacts(plane_shape(), Pose{}, cylinder_shape(0.2, 0.3), {lying, Vector3(0, 0, 0.2)}, 0.01,
+                m);
+  ASSERT_EQ(m.size, 2);
+  EXPECT_TRUE(has_point(m, {0, 0.3, 0}, kRoundOff));
+  EXPECT_TRUE(has_point(m, {0, -0.3, 0}, kRoundOff));
+}
+
+TEST(Plane, ManyVerticesAreReducedToEightThatSpan) {
+  Manifold m;
+  pair_contacts(plane_shape(), Pose{}, prism_shape(64, 1.0, 0.5), at(0, 0, 0.5), 0.01, m);
+  ASSERT_EQ(m.size, 8);
+  // Every direction has a point beyond cos(45 degrees / 2) of the radius, less one corner's turn.
+  for (int i = 0; i < 64; ++i) {
+    const double angle = i * 0.1;
+    double reach = 0.0;
+    for (int k = 0; k < 8; ++k) {
+      reach = std::max(reach, m.points[k].position.dot(Vector3(std::cos(angle), std::sin(angle), 0)));
+    }
+    EXPECT_GT(reach, 0.85);
+  }
+}
+
+// The rectangle of overlap, for overlap, touching and separation, with any slight tilt.
+TEST(BoxBox, StackGivesTheOverlapRectangle) {
+  std::mt19937 rng(3);
+  Manifold m;
+  for (const double tilt : {0.0, 1e-15, 1e-12, 1e-9, 1e-6}) {
+    for (const double gap : {-1e-3, 0.0, 1e-3}) {
+      for (int i = 0; i < 20; ++i) {
+        const Vector3 axis = random_unit(rng);
+        const Pose X_B{Eigen::AngleAxisd(tilt, axis).toRotationMatrix(),
+                       Vector3(0.3, -0.2, 1.0 + gap)};
+        pair_contacts(box_shape({0.5, 0.5, 0.5}), Pose{}, box_shape({0.5, 0.5, 0.5}), X_B, 0.01, m);
+        ASSERT_EQ(m.size, 4) << tilt << " " << gap;
+        const double tolerance = 4 * tilt + 2 * kSame;
+        for (const double x : {-0.2, 0.5}) {
+          for (const double y : {-0.5, 0.3}) {
+            EXPECT_TRUE(has_point(m, {x, y, 0.5 + 0.5 * gap}, tolerance)) << tilt << " " << gap;
+          }
+        }
+        for (int k = 0; k < 4; ++k) {
+          EXPECT_NEAR(m.points[k].gap, gap, tolerance);
+          EXPECT_NEAR(m.points[k].normal.z(), 1.0, tolerance);
+        }
+      }
+    }
+  }
+}
+
+TEST(BoxBox, OctagonIsReducedToFourThatSpan) {
+  Manifold m;
+  const Pose X_B{Eigen::AngleAxisd(0.25 * std::acos(-1.0), Vector3::UnitZ()).toRotationMatrix(),
+                 Vector3(0, 0, 1)};
+  pair_contacts(box_shape({0.5, 0.5, 0.5}), Pose{}, box_shape({0.5, 0.5, 0.5}), X_B, 0.01, m);
+  ASSERT_EQ(m.size, 4);
+  Vector3 sum = Vector3::Zero();
+  for (int k = 0; k < 4; ++k) sum += m.points[k].position - Vector3(0, 0, 0.5);
+  // The centre of mass above is well inside: the octagon's corners lie 0.54 from the axis.
+  EXPECT_LT(sum.norm() / 4, 0.15);
+}
+
+TEST(BoxBox, CornersEdgesAndFacesGiveTheTrueDistance) {
+  Manifold m;
+  const Shape cube = box_shape({0.5, 0.5, 0.5});
+  pair_contacts(cube, Pose{}, cube, at(1.3, 1.4, 2.2), 10.0, m);
+  EXPECT_NEAR(deepest(m).gap, Vector3(0.3, 0.4, 1.2).norm(), kRoundOff);
+  pair_contacts(cube, Pose{}, cube, at(0.2, 1.3, 1.4), 10.0, m);
+  EXPECT_NEAR(deepest(m).gap, 0.5, kSame);
+  pair_contacts(cube, Pose{}, cube, at(0.2, 0.1, 1.25), 10.0, m);
+  EXPECT_NEAR(deepest(m).gap, 0.25, kSame);
+}
+
+TEST(Capsule, LyingOnABoxOrAlongsideAnotherGivesTwoPoints) {
+  Manifold m;
+  const Matrix3 lying = Eigen::AngleAxisd(std::acos(0.0), Vector3::UnitY()).toRotationMatrix();
+  const Shape capsule = capsule_shape(0.1, 0.5);
+  pair_contacts(box_shape({0.3, 0.3, 0.3}), Pose{}, capsule, {lying, Vector3(0.1, 0, 0.4)}, 0.01, m);
+  ASSERT_EQ(m.size, 2);
+  EXPECT_TRUE(has_point(m, {-0.3, 0, 0.3}, kSame));
+  EXPECT_TRUE(has_point(m, {0.3, 0, 0.3}, kSame));
+  pair_contacts(capsule, Pose{}, capsule, at(0.2, 0, 0.3), 0.01, m);
+  ASSERT_EQ(m.size, 2);
+  EXPECT_TRUE(has_point(m, {0.1, 0, -0.2}, kRoundOff));
+  EXPECT_TRUE(has_point(m, {0.1, 0, 0.5}, kRoundOff));
+  pair_contacts(cylinder_shape(0.1, 0.5), Pose{}, cylinder_shape(0.1, 0.5), at(0.201, 0, 0.3), 0.01,
+                m);
+  ASSERT_EQ(m.size, 2);
+  EXPECT_TRUE(has_point(m, {0.1005, 0, -0.2}, 1e-6));
+  EXPECT_TRUE(has_point(m, {0.1005, 0, 0.5}, 1e-6));
+}
+
+// Distances of centres and axes, by hand.
+TEST(ClosedForm, RoundShapes) {
+  std::mt19937 rng(11);
+  Manifold m;
+  for (int i = 0; i < 500; ++i) {
+    const Pose X_A = random_pose(rng);
+    const Pose X_B = random_pose(rng);
+    const Vector3 d = X_B.translation - X_A.translation;
+    pair_contacts(sphere_shape(0.2), X_A, sphere_shape(0.3), X_B, 10.0, m);
+    ASSERT_EQ(m.size, 1);
+    EXPECT_NEAR(m.points[0].gap, d.norm() - 0.5, kRoundOff);
+    pair_contacts(sphere_shape(0.2), X_A, capsule_shape(0.3, 0.4), X_B, 10.0, m);
+    const double along = std::clamp(-d.dot(X_B.rotation.col(2)), -0.4, 0.4);
+    EXPECT_NEAR(m.points[0].gap, (d + along * X_B.rotation.col(2)).norm() - 0.5, kRoundOff);
+    // Long enough for the lines to decide.
+    const Vector3 cross = X_A.rotation.col(2).cross(X_B.rotation.col(2));
+    if (cross.norm() < 0.1) continue;
+    pair_contacts(capsule_shape(0.2, 100.0), X_A, capsule_shape(0.3, 100.0), X_B, 10.0, m);
+    EXPECT_NEAR(deepest(m).gap, std::abs(cross.normalized().dot(d)) - 0.5, 1e-6);
+  }
+}
+
+// Shapes, poses and margin scaled alike: gaps scale.
+TEST(Scale, ThousandthToThousandMetres) {
+  std::mt19937 rng(17);
+  const auto shapes = [](double s) {
+    std::vector<Shape> all = {sphere_shape(0.4 * s), box_shape(s * Vector3(0.3, 0.5, 0.2)),
+                              capsule_shape(0.2 * s, 0.5 * s), cylinder_shape(0.3 * s, 0.4 * s),
+                              prism_shape(6, 0.4 * s, 0.3 * s, 0.7)};
+    return all;
+  };
+  Manifold m, n;
+  for (const double scale : {1e-3, 1e3}) {
+    const std::vector<Shape> unit = shapes(1.0);
+    const std::vector<Shape> scaled = shapes(scale);
+    for (std::size_t i = 0; i < unit.size(); ++i) {
+      for (std::size_t j = 0; j < unit.size(); ++j) {
+        for (int k = 0; k < 20; ++k) {
+          Pose X_A = random_pose(rng, 0.5);
+          Pose X_B = random_pose(rng, 0.5);
+          pair_contacts(unit[i], X_A, unit[j], X_B, 10.0, m);
+          X_A.translation *= scale;
+          X_B.translation *= scale;
+          pair_contacts(scaled[i], X_A, scaled[j], X_B, 10.0 * scale, n);
+          EXPECT_NEAR(deepest(n).gap / scale, deepest(m).gap, kSame);
+        }
+      }
+    }
+  }
+}
+
+TEST(Degenerate, ShapesWithoutSizeGiveFiniteContacts) {
+  Manifold m;
+  const std::vector<Shape> shapes = {sphere_shape(0.0), box_shape({0, 0, 0}),
+                                     box_shape({0.3, 0.3, 0.0}), capsule_shape(0.0, 0.0),
+                                     cylinder_shape(0.0, 0.0), cylinder_shape(0.3, 0.0)};
+  for (const Shape& a : shapes) {
+    for (const Shape& b : shapes) {
+      for (const Vector3& p : {Vector3(0, 0, 0), Vector3(0, 0, 0.1), Vector3(0.3, 0.3, 0.0)}) {
+        pair_contacts(a, Pose{}, b, {Matrix3::Identity(), p}, 1.0, m);
+        ASSERT_GT(m.size, 0);
+        for (int k = 0; k < m.size; ++k) {
+          EXPECT_TRUE(m.points[k].position.allFinite());
+          EXPECT_NEAR(m.points[k].normal.norm(), 1.0, kRoundOff);
+          EXPECT_TRUE(std::isfinite(m.points[k].gap));
+        }
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace counterpoint::test
