@@ -306,7 +306,7 @@ class Pass {
     for (const auto* a = e->FirstAttribute(); a != nullptr; a = a->Next()) {
       const std::string name = a->Name();
       if (standard && (name == "damping" || name == "friction")) continue;
-      if (number(e, a->Name()) == 0.0) continue;
+      if (std::strpbrk(a->Value(), "123456789") == nullptr) continue;  // zero, or no number
       unused += fmt::format("{}{}=\"{}\"", unused.empty() ? "" : ", ", name, a->Value());
     }
     if (unused.empty()) return;
@@ -331,8 +331,13 @@ class Pass {
     if (reference == nullptr) return;
     const auto link = out_.links.find(reference);
     if (link == out_.links.end()) return;  // a joint, or nothing of this file
-    if (const auto mu = text_number(e->FirstChildElement("mu1")))
-      link->second.surface.friction = mu;
+    const auto mu = text_number(e->FirstChildElement("mu1"));
+    if (mu) link->second.surface.friction = mu;
+    const XMLElement* weightless = e->FirstChildElement("turnGravityOff");
+    if (weightless == nullptr || weightless->GetText() == nullptr) return;
+    if (std::strcmp(weightless->GetText(), "true") == 0) {
+      note_unused(weightless, fmt::format(": link '{}'", reference));
+    }
   }
 
   void read_transmission(XMLElement* e) {
