@@ -120,7 +120,7 @@ def draw_figures(humanoid, rows, forces, out):
 
 
 def draw_chart(total, weight, out):
-    top, bottom, left, right = FIGURES + 20, FIGURES + CHART - 25, 60, WIDTH - 20
+    top, bottom, left, right = FIGURES + 20, FIGURES + CHART - 25, 70, WIDTH - 20
     end = max(total)
     peak = 6 * weight
 
@@ -130,7 +130,7 @@ def draw_chart(total, weight, out):
     for n in range(0, 7, 2):
         y = px(0, n * weight).split(",")[1]
         out.append(f'<line x1="{left}" y1="{y}" x2="{right}" y2="{y}" stroke="#ddd"/>'
-                   f'<text x="{left - 6}" y="{float(y) + 4:.1f}" text-anchor="end">{n * weight:.0f} N</text>')
+                   f'<text x="{left - 6}" y="{float(y) + 4:.1f}" text-anchor="end">{n} weights</text>')
     y = px(0, weight).split(",")[1]
     out.append(f'<line x1="{left}" y1="{y}" x2="{right}" y2="{y}" stroke="#33607f" stroke-dasharray="5 4"/>'
                f'<text x="{right}" y="{float(y) - 5:.1f}" text-anchor="end" fill="#33607f">weight</text>')
@@ -140,7 +140,7 @@ def draw_chart(total, weight, out):
         x = px(0.5 * n, 0).split(",")[0]
         out.append(f'<text x="{x}" y="{bottom + 16}" text-anchor="middle">{0.5 * n:.1f} s</text>')
     out.append(f'<text x="{left + 8}" y="{top - 6}" fill="#c8452f">vertical force of the ground, recovered from '
-               f"the motion (cut off at {peak:.0f} N)</text>")
+               f"the motion (cut off at 6 weights)</text>")
 
 
 def main():

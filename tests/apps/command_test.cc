@@ -56,7 +56,7 @@ TEST_F(Command, HelpAndVersionSucceed) {
 
 TEST_F(Command, RefusesBadInput) {
   expect_bad_input("", "subcommand");
-  expect_bad_input("fly", "fly");
+  expect_bad_input("fly", "subcommand");
   expect_bad_input("simulate", "SCENE");
   expect_bad_input("simulate no/such/scene.yaml", "no/such/scene.yaml");
   expect_bad_input("simulate data/scenes/cube_drop.yaml --timestep 0", "time step");
