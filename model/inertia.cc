@@ -157,7 +157,7 @@ MatrixX reference_mass_matrix(const Model& model, int tree, const VectorX& q, Ve
       const int vj = model.body(t.body_begin + j).v_index - t.v_begin;
       const int nj = static_cast<int>(subspace[j].cols());
       mass.block(vj, vi, nj, ni) = subspace[j].transpose() * momentum;
-      mass.block(vi, vj, ni, nj) = mass.block(vj, vi, nj, ni).transpose();
+      if (j != i) mass.block(vi, vj, ni, nj) = mass.block(vj, vi, nj, ni).transpose();
     }
   }
   mass.diagonal() += model.armature().segment(t.v_begin, nv);
