@@ -111,7 +111,12 @@ struct Solver::Impl {
                     Eigen::Ref<VectorX> w_all, VectorX& impulse);
 };
 
-Solver::Solver() : impl_(std::make_unique<Impl>()) {}
+Solver::Solver() : impl_(std::make_unique<Impl>()) {
+  // Longer histories than any seen so far would otherwise allocate in the middle of a run.
+  constexpr size_t kUsualHistory = 256;
+  impl_->report.residual_history.reserve(kUsualHistory);
+  impl_->report.cost_history.reserve(kUsualHistory);
+}
 Solver::~Solver() = default;
 Solver::Solver(Solver&&) noexcept = default;
 Solver& Solver::operator=(Solver&&) noexcept = default;

@@ -29,7 +29,7 @@ struct ContactOptions {
   /// eps [-]: regularizer r = eps * (inverse mass at the contact). Creep on a slope is eps g h sin(theta).
   double compliance = 1e-6;
   /// delta [m]: smoothing as a length. A resting body hovers about delta above the ground.
-  double smoothing = 1e-6;
+  double smoothing = 1e-13;
   /// beta [-]: share of a penetration that is to be recovered in one step, 0 ... 1.
   double stabilization = 0.2;
   /// The recovery of a penetration is no faster than this [m/s].
