@@ -22,7 +22,8 @@ struct TriangleMesh {
 /// finite.
 TriangleMesh load_mesh(const std::filesystem::path& file, const Vector3& scale = Vector3::Ones());
 
-/// Convex hull, triangles that are coplanar to about one millionth of the size merged into polygons.
+/// Convex hull, triangles that are coplanar to about one millionth of the size merged into
+/// polygons.
 /// @throws InputError (with `source`) when the points span no volume.
 std::shared_ptr<const ConvexMesh> make_convex_hull(const std::vector<Vector3>& points,
                                                    const std::string& source = "");
