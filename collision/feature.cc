@@ -171,7 +171,9 @@ void segment_contacts(const Feature& a, const Feature& b, const Witness& witness
   const Vector3 db = b.vertices[1] - b.vertices[0];
   const double radius = a.radius + b.radius;
   const double length2 = da.squaredNorm();
-  constexpr double kParallelSine = 0.1;
+  // Two lines at an angle lie side by side only roughly; at this one the points are off the surfaces by
+  // 1e-7 of their size.
+  constexpr double kParallelSine = 1e-3;
   double least = margin;
   if (da.cross(db).norm() < kParallelSine * da.norm() * db.norm()) {
     const double at0 = da.dot(b.vertices[0] - a.vertices[0]) / length2;
