@@ -19,12 +19,13 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kScenes[] = {"cube_drop",      "pendulum",      "arm7",    "quadruped_drop",
-                                   "humanoid_drop",  "box_stack",     "stack_5", "pyramid_5",
-                                   "grid_5",         "pack_4"};
+constexpr const char* kScenes[] = {"cube_drop",     "pendulum",  "arm7",    "quadruped_drop",
+                                   "humanoid_drop", "box_stack", "stack_5", "pyramid_5",
+                                   "grid_5",        "pack_4"};
 constexpr const char* kTrees[] = {"arm7", "quadruped_drop", "humanoid_drop"};
 
-/// A scene and its states over the scene's duration: what steps are timed on, impacts and rest alike.
+/// A scene and its states over the scene's duration: what steps are timed on, impacts and rest
+/// alike.
 struct Rollout {
   explicit Rollout(const std::string& name)
       : scene(load_scene(fs::path(COUNTERPOINT_SOURCE_DIR) / "data/scenes" / (name + ".yaml"))) {
@@ -90,7 +91,10 @@ void inverse_step(benchmark::State& run, const std::string& name) {
 /// What the algorithms read and write.
 struct Vectors {
   explicit Vectors(int nv)
-      : in(VectorX::Constant(nv, 0.1)), zero(VectorX::Zero(nv)), out(VectorX::Zero(nv)), M(nv, nv) {}
+      : in(VectorX::Constant(nv, 0.1)),
+        zero(VectorX::Zero(nv)),
+        out(VectorX::Zero(nv)),
+        M(nv, nv) {}
   VectorX in, zero, out;
   Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> M;
 };
@@ -122,7 +126,8 @@ void register_algorithms(const std::string& name) {
     compute_poses(scene.model, scene.q, data);
     compute_velocities(scene.model, scene.v, data);
   });
-  add("rnea", [](const Scene& scene, Data& data, Vectors& x) { rnea(scene.model, x.in, data, x.out); });
+  add("rnea",
+      [](const Scene& scene, Data& data, Vectors& x) { rnea(scene.model, x.in, data, x.out); });
   add("aba", [](const Scene& scene, Data& data, Vectors& x) {
     aba(scene.model, x.in, x.zero, scene.model.gravity(), 1, scene.model.num_bodies(), data, x.out);
   });
@@ -131,12 +136,12 @@ void register_algorithms(const std::string& name) {
 
 void register_all() {
   for (const std::string name : kScenes) {
-    benchmark::RegisterBenchmark(("forward_step/" + name).c_str(),
-                                 [name](benchmark::State& run) { forward_step(run, name); })
-        ->Unit(benchmark::kMicrosecond);
-    benchmark::RegisterBenchmark(("inverse_step/" + name).c_str(),
-                                 [name](benchmark::State& run) { inverse_step(run, name); })
-        ->Unit(benchmark::kMicrosecond);
+    benchmark::RegisterBenchmark(("forward_step/" + name).c_str(), [name](benchmark::State& run) {
+      forward_step(run, name);
+    })->Unit(benchmark::kMicrosecond);
+    benchmark::RegisterBenchmark(("inverse_step/" + name).c_str(), [name](benchmark::State& run) {
+      inverse_step(run, name);
+    })->Unit(benchmark::kMicrosecond);
   }
   for (const std::string name : kTrees) register_algorithms(name);
 }

@@ -1,5 +1,5 @@
-// The subcommands of `counterpoint`, one file each. To add one: write add_<name>, list it here and in
-// main.cc.
+// The subcommands of `counterpoint`, one file each. To add one: write add_<name>, list it here and
+// in main.cc.
 #pragma once
 
 #include <CLI/CLI.hpp>

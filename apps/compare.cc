@@ -1,4 +1,5 @@
-// counterpoint compare: simulates from the first row of recordings, and measures the distance to them.
+// counterpoint compare: simulates from the first row of recordings, and measures the distance to
+// them.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -49,7 +50,8 @@ Deviation deviation(const Model& model, const ColumnMap& map, const VectorX& q,
     result.position = (q.segment<3>(i) - recorded.segment<3>(i)).norm();
     const Quaternion a(q[i + 3], q[i + 4], q[i + 5], q[i + 6]);
     const Quaternion b(recorded[i + 3], recorded[i + 4], recorded[i + 5], recorded[i + 6]);
-    result.rotation = quaternion_log((a.conjugate() * b).normalized()).norm() * 180.0 / std::numbers::pi;
+    result.rotation =
+        quaternion_log((a.conjugate() * b).normalized()).norm() * 180.0 / std::numbers::pi;
     return result;
   }
   int joints = 0;
@@ -62,7 +64,8 @@ Deviation deviation(const Model& model, const ColumnMap& map, const VectorX& q,
   return result;
 }
 
-/// One row of the report: the deviation, then recorded and simulated values of the mapped positions.
+/// One row of the report: the deviation, then recorded and simulated values of the mapped
+/// positions.
 class RowWriter {
  public:
   RowWriter(const std::string& file, const ColumnMap& map) : map_(map) {
@@ -187,8 +190,8 @@ void fill_report(const std::vector<Comparison>& comparisons, bool pose, Report& 
       entry["message"] = comparison.failure;
     }
     entry["steps"] = comparison.steps;
-    entry["newton_iterations_mean"] =
-        static_cast<double>(comparison.newton_iterations) / static_cast<double>(std::max(comparison.steps, 1L));
+    entry["newton_iterations_mean"] = static_cast<double>(comparison.newton_iterations) /
+                                      static_cast<double>(std::max(comparison.steps, 1L));
   }
   report["status"] = good.size() == comparisons.size() ? "ok" : "failed";
   report["failures"] = comparisons.size() - good.size();
@@ -247,15 +250,18 @@ void add_compare(CLI::App& app, Action& action) {
       "compare", "Simulate from the first row of recordings; measure the distance to them");
   arguments->scene.add_to(command);
   command.add_option("RECORDING", arguments->recordings, "Recordings (CSV)")->required();
-  command.add_option("--columns", arguments->map,
-                     "Column map (YAML, docs/recordings.md): which column is which coordinate")
+  command
+      .add_option("--columns", arguments->map,
+                  "Column map (YAML, docs/recordings.md): which column is which coordinate")
       ->required();
-  command.add_option("--substeps", arguments->substeps,
-                     "Time steps between two rows; default: the map's, else as the scene's time step");
+  command.add_option(
+      "--substeps", arguments->substeps,
+      "Time steps between two rows; default: the map's, else as the scene's time step");
   command.add_option("--output", arguments->output, "CSV to write: the deviation at every row");
   arguments->report.add_to(command);
-  command.footer("Example:\n  counterpoint compare data/scenes/cube_toss.yaml toss_005.csv toss_016.csv "
-                 "--columns data/maps/cube_toss.yaml --output report.csv");
+  command.footer(
+      "Example:\n  counterpoint compare data/scenes/cube_toss.yaml toss_005.csv toss_016.csv "
+      "--columns data/maps/cube_toss.yaml --output report.csv");
   command.callback([arguments, &action] { action = [arguments] { return compare(*arguments); }; });
 }
 

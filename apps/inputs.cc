@@ -28,10 +28,12 @@ ForceSchedule::ForceSchedule(const std::filesystem::path& file, const Model& mod
     const std::string& name = table.columns()[column];
     const auto it = std::find(names.force.begin(), names.force.end(), name);
     if (it == names.force.end()) {
-      if (name == "time" || name == "time_step" || holds(names.q, name) || holds(names.v, name)) continue;
-      throw InputError(fmt::format("{}:1: column '{}' is no applied force of this scene; "
-                                   "`counterpoint inspect` lists them",
-                                   table.file(), name));
+      if (name == "time" || name == "time_step" || holds(names.q, name) || holds(names.v, name))
+        continue;
+      throw InputError(
+          fmt::format("{}:1: column '{}' is no applied force of this scene; "
+                      "`counterpoint inspect` lists them",
+                      table.file(), name));
     }
     ++found;
     for (int row = 0; row < table.num_rows(); ++row) {
@@ -43,9 +45,10 @@ ForceSchedule::ForceSchedule(const std::filesystem::path& file, const Model& mod
     }
   }
   if (found == 0) {
-    throw InputError(fmt::format("{}:1: no applied force among the columns; expected time and, for "
-                                 "example, {}",
-                                 table.file(), names.force.empty() ? "none" : names.force[0]));
+    throw InputError(
+        fmt::format("{}:1: no applied force among the columns; expected time and, for "
+                    "example, {}",
+                    table.file(), names.force.empty() ? "none" : names.force[0]));
   }
 }
 
@@ -54,7 +57,8 @@ void ForceSchedule::add_to(double time, double slack, VectorX& force) {
   if (row_ >= 0) force += force_.col(row_);
 }
 
-RandomForces::RandomForces(const Model& model, double scale, double wrench_scale, std::uint64_t seed)
+RandomForces::RandomForces(const Model& model, double scale, double wrench_scale,
+                           std::uint64_t seed)
     : amplitude_(VectorX::Zero(model.nv())), force_(VectorX::Zero(model.nv())), generator_(seed) {
   for (int i = 1; i < model.num_bodies(); ++i) {
     const Body& body = model.body(i);

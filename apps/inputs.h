@@ -11,14 +11,15 @@
 namespace counterpoint::apps {
 
 /// Forces from a CSV file with the columns time and any of the scene's force columns (the other
-/// columns of a trajectory may be there and are not used). A row holds from its time until the next.
+/// columns of a trajectory may be there and are not used). A row holds from its time until the
+/// next.
 class ForceSchedule {
  public:
   /// @throws InputError naming file, line and column.
   ForceSchedule(const std::filesystem::path& file, const Model& model);
 
-  /// Adds the force at a time [s] to `force` (nv); nothing before the first row. `slack` [s]: a row this
-  /// little later than `time` holds already (times are sums of steps, hence rounded).
+  /// Adds the force at a time [s] to `force` (nv); nothing before the first row. `slack` [s]: a row
+  /// this little later than `time` holds already (times are sums of steps, hence rounded).
   void add_to(double time, double slack, VectorX& force);
 
  private:
@@ -29,11 +30,12 @@ class ForceSchedule {
 
 /// Random forces, constant for kHold: the tests of the inverse are driven by them. Uniform in
 /// +- scale * min(effort limit, weight carried by the joint [* 0.1 m where it turns]) on actuated
-/// joints, and +- wrench_scale * weight [* 0.1 m] on free bodies. The same seed gives the same bits.
+/// joints, and +- wrench_scale * weight [* 0.1 m] on free bodies. The same seed gives the same
+/// bits.
 class RandomForces {
  public:
-  static constexpr double kHold = 0.02;   ///< [s]
-  static constexpr double kLever = 0.1;   ///< [m]
+  static constexpr double kHold = 0.02;  ///< [s]
+  static constexpr double kLever = 0.1;  ///< [m]
 
   RandomForces(const Model& model, double scale, double wrench_scale, std::uint64_t seed);
 

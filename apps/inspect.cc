@@ -20,27 +20,39 @@ struct Arguments {
 
 const char* shape_name(ShapeType type) {
   switch (type) {
-    case ShapeType::kPlane: return "plane";
-    case ShapeType::kSphere: return "sphere";
-    case ShapeType::kBox: return "box";
-    case ShapeType::kCapsule: return "capsule";
-    case ShapeType::kCylinder: return "cylinder";
-    case ShapeType::kConvexMesh: return "convex mesh";
+    case ShapeType::kPlane:
+      return "plane";
+    case ShapeType::kSphere:
+      return "sphere";
+    case ShapeType::kBox:
+      return "box";
+    case ShapeType::kCapsule:
+      return "capsule";
+    case ShapeType::kCylinder:
+      return "cylinder";
+    case ShapeType::kConvexMesh:
+      return "convex mesh";
   }
   return "?";
 }
 
-/// The numbers that make up a shape [m]: lengths as in a URDF (full, not half), or its vertex count.
+/// The numbers that make up a shape [m]: lengths as in a URDF (full, not half), or its vertex
+/// count.
 std::string shape_size(const Shape& shape) {
   const Vector3& s = shape.size;
   switch (shape.type) {
-    case ShapeType::kPlane: return "";
-    case ShapeType::kSphere: return fmt::format("radius {:.4g}", s.x());
-    case ShapeType::kBox: return fmt::format("{:.4g} x {:.4g} x {:.4g}", 2 * s.x(), 2 * s.y(), 2 * s.z());
+    case ShapeType::kPlane:
+      return "";
+    case ShapeType::kSphere:
+      return fmt::format("radius {:.4g}", s.x());
+    case ShapeType::kBox:
+      return fmt::format("{:.4g} x {:.4g} x {:.4g}", 2 * s.x(), 2 * s.y(), 2 * s.z());
     case ShapeType::kCapsule:
-    case ShapeType::kCylinder: return fmt::format("radius {:.4g} length {:.4g}", s.x(), 2 * s.y());
+    case ShapeType::kCylinder:
+      return fmt::format("radius {:.4g} length {:.4g}", s.x(), 2 * s.y());
     case ShapeType::kConvexMesh:
-      return fmt::format("{} vertices, {:.4g} m^3", shape.mesh->vertices.size(), shape.mesh->volume);
+      return fmt::format("{} vertices, {:.4g} m^3", shape.mesh->vertices.size(),
+                         shape.mesh->volume);
   }
   return "";
 }
@@ -54,8 +66,8 @@ Json number_or_null(double value) { return std::isfinite(value) ? Json(value) : 
 Json vector_json(const Vector3& v) { return {v.x(), v.y(), v.z()}; }
 
 void inspect_bodies(const Model& model, Report& report) {
-  fmt::print("\n{:<28} {:<24} {:<10} {:<24} {:>10} {:>9} {:>9} {:>9} {:>9}\n", "joint", "link", "type",
-             "parent", "mass", "lower", "upper", "effort", "damping");
+  fmt::print("\n{:<28} {:<24} {:<10} {:<24} {:>10} {:>9} {:>9} {:>9} {:>9}\n", "joint", "link",
+             "type", "parent", "mass", "lower", "upper", "effort", "damping");
   Json joints = Json::array();
   double total = 0.0;
   for (int i = 1; i < model.num_bodies(); ++i) {
@@ -63,9 +75,10 @@ void inspect_bodies(const Model& model, Report& report) {
     const JointInfo& joint = model.joint(i - 1);
     total += body.inertia.mass;
     const double damping = model.damping()[body.v_index];
-    fmt::print("{:<28} {:<24} {:<10} {:<24} {:>10.4g} {:>9.4g} {:>9.4g} {:>9.4g} {:>9.4g}\n", joint.name,
-               joint.link, joint_type_name(body.joint_type), link_name(model, body.parent),
-               body.inertia.mass, joint.lower, joint.upper, joint.effort_limit, damping);
+    fmt::print("{:<28} {:<24} {:<10} {:<24} {:>10.4g} {:>9.4g} {:>9.4g} {:>9.4g} {:>9.4g}\n",
+               joint.name, joint.link, joint_type_name(body.joint_type),
+               link_name(model, body.parent), body.inertia.mass, joint.lower, joint.upper,
+               joint.effort_limit, damping);
     joints.push_back({{"name", joint.name},
                       {"link", joint.link},
                       {"parent", link_name(model, body.parent)},
@@ -86,8 +99,8 @@ void inspect_bodies(const Model& model, Report& report) {
 }
 
 void inspect_geometries(const Model& model, Report& report) {
-  fmt::print("\n{:<32} {:<24} {:<12} {:<28} {:>8} {:>11}\n", "geometry", "link", "shape", "size [m]",
-             "friction", "restitution");
+  fmt::print("\n{:<32} {:<24} {:<12} {:<28} {:>8} {:>11}\n", "geometry", "link", "shape",
+             "size [m]", "friction", "restitution");
   Json geometries = Json::array();
   for (const Geometry& geometry : model.geometries()) {
     const Material& material = geometry.material;
@@ -112,7 +125,8 @@ void inspect_geometries(const Model& model, Report& report) {
   report["geometries"] = geometries;
 }
 
-Json pairs_json(const Model& model, const std::vector<std::pair<int, int>>& pairs, const char* why) {
+Json pairs_json(const Model& model, const std::vector<std::pair<int, int>>& pairs,
+                const char* why) {
   Json list = Json::array();
   for (const auto& [a, b] : pairs) {
     const std::string& name_a = model.geometries()[a].name;
@@ -127,7 +141,8 @@ void inspect_pairs(const Model& model, Report& report) {
   const collision::Collider collider(model);
   fmt::print("\n{} geometry pairs may touch; left out:\n", collider.num_enabled_pairs());
   report["enabled_pairs"] = collider.num_enabled_pairs();
-  report["excluded_pairs"] = pairs_json(model, model.excluded_geometry_pairs(), "excluded by the scene");
+  report["excluded_pairs"] =
+      pairs_json(model, model.excluded_geometry_pairs(), "excluded by the scene");
   report["overlapping_pairs"] =
       pairs_json(model, collider.overlapping_pairs(), "overlap in the default pose");
 }
@@ -162,10 +177,11 @@ int inspect(Arguments& arguments) {
   report["gravity_m_s2"] = vector_json(model.gravity());
   report["time_step_s"] = scene.options.time_step;
   report["duration_s"] = scene.options.duration;
-  fmt::print("{}: {} moving bodies in {} trees, {} coordinates, {} velocities; time step {:.6g} s, "
-             "duration {:.6g} s\n",
-             scene.name, model.num_joints(), model.num_trees(), model.nq(), model.nv(),
-             scene.options.time_step, scene.options.duration);
+  fmt::print(
+      "{}: {} moving bodies in {} trees, {} coordinates, {} velocities; time step {:.6g} s, "
+      "duration {:.6g} s\n",
+      scene.name, model.num_joints(), model.num_trees(), model.nq(), model.nv(),
+      scene.options.time_step, scene.options.duration);
   inspect_bodies(model, report);
   inspect_geometries(model, report);
   inspect_pairs(model, report);

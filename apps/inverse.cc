@@ -69,8 +69,8 @@ class Output {
     if (!arguments.contacts.empty()) {
       contacts_ = std::make_unique<CsvWriter>(
           arguments.contacts,
-          std::vector<std::string>{"time", "geometry_a", "geometry_b", "x", "y", "z", "nx", "ny", "nz",
-                                   "gap", "fx", "fy", "fz"});
+          std::vector<std::string>{"time", "geometry_a", "geometry_b", "x", "y", "z", "nx", "ny",
+                                   "nz", "gap", "fx", "fy", "fz"});
     }
   }
 
@@ -140,14 +140,17 @@ int inverse(Arguments& arguments) {
   fmt::print("{} steps; largest force at work {:.6g}, largest unactuated force {:.3g} [N, N m]\n",
              trajectory.num_steps(), extremes.scale, extremes.unactuated);
   if (trajectory.applied_force.size() > 0) {
-    const auto relative = [](double error, double scale) { return scale > 0.0 ? error / scale : error; };
+    const auto relative = [](double error, double scale) {
+      return scale > 0.0 ? error / scale : error;
+    };
     report["applied_force_max"] = extremes.recorded;
     report["applied_force_error_max"] = extremes.error;
     report["applied_force_relative_error_max"] = relative(extremes.error, extremes.scale);
     report["applied_force_relative_to_applied_max"] = relative(extremes.error, extremes.recorded);
-    fmt::print("applied forces recovered to {:.3g} of the largest force at work, {:.3g} of the largest "
-               "applied\n",
-               relative(extremes.error, extremes.scale), relative(extremes.error, extremes.recorded));
+    fmt::print(
+        "applied forces recovered to {:.3g} of the largest force at work, {:.3g} of the largest "
+        "applied\n",
+        relative(extremes.error, extremes.scale), relative(extremes.error, extremes.recorded));
   }
   report.write();
   return kSuccess;
@@ -164,12 +167,14 @@ void add_inverse(CLI::App& app, Action& action) {
       ->required();
   command.add_option("--timestep", arguments->time_step,
                      "Time step [s] of a trajectory that does not say it; default: the scene's");
-  command.add_option("--output", arguments->output, "CSV to write: the applied force of every step");
+  command.add_option("--output", arguments->output,
+                     "CSV to write: the applied force of every step");
   command.add_option("--contacts", arguments->contacts,
                      "CSV to write: every contact of every step and its force");
   arguments->report.add_to(command);
-  command.footer("Example:\n  counterpoint inverse data/scenes/arm7.yaml arm.csv --output forces.csv "
-                 "--contacts contacts.csv");
+  command.footer(
+      "Example:\n  counterpoint inverse data/scenes/arm7.yaml arm.csv --output forces.csv "
+      "--contacts contacts.csv");
   command.callback([arguments, &action] { action = [arguments] { return inverse(*arguments); }; });
 }
 

@@ -17,8 +17,9 @@ int run(int argc, char** argv) {
   app.name("counterpoint");
   app.set_version_flag("--version", COUNTERPOINT_VERSION);
   app.require_subcommand(1);
-  app.footer("Exit codes: 0 done, 1 the computation failed, 2 bad input.\n"
-             "Example:\n  counterpoint simulate data/scenes/humanoid_drop.yaml --output fall.csv");
+  app.footer(
+      "Exit codes: 0 done, 1 the computation failed, 2 bad input.\n"
+      "Example:\n  counterpoint simulate data/scenes/humanoid_drop.yaml --output fall.csv");
   Action action;
   for (const auto add : kSubcommands) add(app, action);
   try {

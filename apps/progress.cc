@@ -17,7 +17,9 @@ constexpr int kWidth = 40;  // characters
 }  // namespace
 
 Progress::Progress(std::string label, int total)
-    : label_(std::move(label)), total_(std::max(total, 1)), terminal_(isatty(STDERR_FILENO) == 1),
+    : label_(std::move(label)),
+      total_(std::max(total, 1)),
+      terminal_(isatty(STDERR_FILENO) == 1),
       next_draw_(Clock::now() + kDelay) {}
 
 Progress::~Progress() {

@@ -39,7 +39,8 @@ class MapReader {
     if (const YAML::Node node = root["velocities"]) {
       const std::string text = scalar(node, "velocities");
       if (text != "instantaneous" && text != "backward_difference") {
-        fail(node, fmt::format("velocities: '{}'; expected instantaneous or backward_difference", text));
+        fail(node,
+             fmt::format("velocities: '{}'; expected instantaneous or backward_difference", text));
       }
       map.backward_difference = text == "backward_difference";
     }
@@ -62,7 +63,8 @@ class MapReader {
     for (const auto& pair : node) {
       const std::string key = scalar(pair.first, "key");
       if (known.count(key) == 0) {
-        fail(pair.first, fmt::format("unknown key '{}'; expected one of {}", key, fmt::join(known, ", ")));
+        fail(pair.first,
+             fmt::format("unknown key '{}'; expected one of {}", key, fmt::join(known, ", ")));
       }
     }
   }
@@ -119,9 +121,9 @@ class MapReader {
   ColumnMap::Entry entry(const YAML::Node& key, const YAML::Node& value) const {
     using Kind = ColumnMap::Entry::Kind;
     const std::string name = scalar(key, "columns");
-    for (const auto& [kind, list] : {std::pair{Kind::kPosition, &names_.q},
-                                     std::pair{Kind::kVelocity, &names_.v},
-                                     std::pair{Kind::kForce, &names_.force}}) {
+    for (const auto& [kind, list] :
+         {std::pair{Kind::kPosition, &names_.q}, std::pair{Kind::kVelocity, &names_.v},
+          std::pair{Kind::kForce, &names_.force}}) {
       const auto it = std::find(list->begin(), list->end(), name);
       if (it != list->end()) {
         return {kind, static_cast<int>(it - list->begin()), name, source(value, name)};
@@ -179,12 +181,13 @@ ColumnMap load_column_map(const std::filesystem::path& file, const Model& model)
   return MapReader(file, model).read();
 }
 
-Recording read_recording(const std::filesystem::path& file, const ColumnMap& map, const Model& model,
-                         const VectorX& start_q, const VectorX& start_v) {
+Recording read_recording(const std::filesystem::path& file, const ColumnMap& map,
+                         const Model& model, const VectorX& start_q, const VectorX& start_v) {
   using Kind = ColumnMap::Entry::Kind;
   const CsvTable table(file);
   const int rows = table.num_rows();
-  if (rows < 2) throw InputError(fmt::format("{}: {} rows; expected two or more", table.file(), rows));
+  if (rows < 2)
+    throw InputError(fmt::format("{}: {} rows; expected two or more", table.file(), rows));
   Recording recording;
   recording.file = table.file();
   recording.q = start_q.replicate(1, rows);
@@ -193,7 +196,8 @@ Recording read_recording(const std::filesystem::path& file, const ColumnMap& map
   for (int row = 0; row < rows; ++row) {
     recording.time.push_back(map.rate ? row / *map.rate : evaluate(map.time, table, row));
     if (row > 0 && !(recording.time[row] > recording.time[row - 1])) {
-      throw InputError(fmt::format("{}: time {} does not rise", table.where(row), recording.time[row]));
+      throw InputError(
+          fmt::format("{}: time {} does not rise", table.where(row), recording.time[row]));
     }
     for (const ColumnMap::Entry& entry : map.entries) {
       MatrixX& block = entry.kind == Kind::kPosition   ? recording.q

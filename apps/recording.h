@@ -24,17 +24,17 @@ struct ColumnMap {
   struct Entry {
     enum class Kind { kPosition, kVelocity, kForce };
     Kind kind = Kind::kPosition;
-    int index = 0;       ///< into q, v or the applied force
-    std::string name;    ///< as in a trajectory
+    int index = 0;     ///< into q, v or the applied force
+    std::string name;  ///< as in a trajectory
     ColumnSource source;
   };
   std::vector<Entry> entries;
-  int free_body = -1;            ///< body whose pose is compared; -1: the mapped joint positions are
-  std::optional<double> rate;    ///< [1/s]; else `time` holds
+  int free_body = -1;          ///< body whose pose is compared; -1: the mapped joint positions are
+  std::optional<double> rate;  ///< [1/s]; else `time` holds
   ColumnSource time;
-  std::optional<int> substeps;   ///< time steps between two rows
-  /// Recorded velocities are backward differences of the positions: v(t) is the mean over the interval
-  /// before t. A body under gravity g is by then g interval / 2 faster.
+  std::optional<int> substeps;  ///< time steps between two rows
+  /// Recorded velocities are backward differences of the positions: v(t) is the mean over the
+  /// interval before t. A body under gravity g is by then g interval / 2 faster.
   bool backward_difference = false;
 };
 
@@ -52,7 +52,7 @@ struct Recording {
 
 /// @throws InputError naming file, line, column: as CsvTable, and for fewer than two rows, time not
 /// rising, quaternions that are not of unit length (1e-3; they are normalised).
-Recording read_recording(const std::filesystem::path& file, const ColumnMap& map, const Model& model,
-                         const VectorX& start_q, const VectorX& start_v);
+Recording read_recording(const std::filesystem::path& file, const ColumnMap& map,
+                         const Model& model, const VectorX& start_q, const VectorX& start_v);
 
 }  // namespace counterpoint::apps

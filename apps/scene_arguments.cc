@@ -6,7 +6,8 @@ namespace counterpoint::apps {
 
 void SceneArguments::add_to(CLI::App& command) {
   command.add_option("SCENE", file, "Scene (.yaml), or a lone robot (.urdf)")->required();
-  command.add_option("--base", base, "Lone robot: root link held by the world or free (default fixed)")
+  command
+      .add_option("--base", base, "Lone robot: root link held by the world or free (default fixed)")
       ->check(CLI::IsMember({"fixed", "floating"}));
   command.add_flag("--ground", ground, "Lone robot: add the ground plane z = 0");
   command.add_option("--package", packages, "Folder of a package:// name, may be repeated")

@@ -63,7 +63,8 @@ double total_energy(const Model& model, const State& state) {
   return kinetic_energy(model, state.v, data) + potential_energy(model, data);
 }
 
-/// Steps the simulator to the end, or to the first step that fails. Returns the message of the failure.
+/// Steps the simulator to the end, or to the first step that fails. Returns the message of the
+/// failure.
 std::string run(const Arguments& arguments, Simulator& simulator, TrajectoryWriter* writer,
                 Tally& tally) {
   const double h = simulator.options().time_step;
@@ -89,9 +90,9 @@ std::string run(const Arguments& arguments, Simulator& simulator, TrajectoryWrit
     tally.add(step);
     if (!step.succeeded()) {
       ++tally.failures;
-      return fmt::format("step {} at {:.6g} s: {} (relative residual {:.2g} after {} Newton iterations)",
-                         k, time, contact::status_name(step.status), step.residual,
-                         step.newton_iterations);
+      return fmt::format(
+          "step {} at {:.6g} s: {} (relative residual {:.2g} after {} Newton iterations)", k, time,
+          contact::status_name(step.status), step.residual, step.newton_iterations);
     }
     progress.update(static_cast<int>(k + 1));
   }
@@ -142,12 +143,13 @@ int simulate(Arguments& arguments) {
     return kFailed;
   }
   const double simulated = simulator.state().time - start.time;
-  fmt::print("{} steps, {:.6g} s simulated in {:.3g} s; {:.3g} contacts and {:.3g} Newton iterations a "
-             "step, deepest penetration {:.3g} m\n",
-             tally.steps, simulated, tally.wall_seconds,
-             tally.contacts / static_cast<double>(std::max(tally.steps, 1L)),
-             tally.newton_iterations / static_cast<double>(std::max(tally.steps, 1L)),
-             tally.max_penetration);
+  fmt::print(
+      "{} steps, {:.6g} s simulated in {:.3g} s; {:.3g} contacts and {:.3g} Newton iterations a "
+      "step, deepest penetration {:.3g} m\n",
+      tally.steps, simulated, tally.wall_seconds,
+      tally.contacts / static_cast<double>(std::max(tally.steps, 1L)),
+      tally.newton_iterations / static_cast<double>(std::max(tally.steps, 1L)),
+      tally.max_penetration);
   return kSuccess;
 }
 
@@ -161,17 +163,20 @@ void add_simulate(CLI::App& app, Action& action) {
   command.add_option("--timestep", arguments->time_step, "Time step [s]; default: the scene's");
   command.add_option("--inputs", arguments->inputs,
                      "CSV of applied forces: time and '<joint>.u' ...; a row holds until the next");
-  command.add_option("--random-inputs", arguments->random_scale,
-                     "Random forces on actuated joints, new every 20 ms: uniform in +- this times the "
-                     "smaller of the effort limit and the weight carried (times 0.1 m where it turns)");
+  command.add_option(
+      "--random-inputs", arguments->random_scale,
+      "Random forces on actuated joints, new every 20 ms: uniform in +- this times the "
+      "smaller of the effort limit and the weight carried (times 0.1 m where it turns)");
   command.add_option("--random-wrenches", arguments->random_wrench_scale,
                      "Random forces on free bodies: uniform in +- this times their weight (torque: "
                      "times 0.1 m)");
   command.add_option("--seed", arguments->seed, "Seed of the random forces; default 0");
-  command.add_option("--output", arguments->output, "Trajectory to write (docs/trajectory-format.md)");
+  command.add_option("--output", arguments->output,
+                     "Trajectory to write (docs/trajectory-format.md)");
   arguments->report.add_to(command);
-  command.footer("Example:\n  counterpoint simulate data/scenes/arm7.yaml --duration 1 "
-                 "--random-inputs 0.5 --output arm.csv --json arm.json");
+  command.footer(
+      "Example:\n  counterpoint simulate data/scenes/arm7.yaml --duration 1 "
+      "--random-inputs 0.5 --output arm.csv --json arm.json");
   command.callback([arguments, &action] { action = [arguments] { return simulate(*arguments); }; });
 }
 

@@ -30,7 +30,9 @@ std::string_view trimmed(std::string_view s) {
   return s;
 }
 
-bool needs_quotes(std::string_view s) { return s.find_first_of(",\"\r\n") != std::string_view::npos; }
+bool needs_quotes(std::string_view s) {
+  return s.find_first_of(",\"\r\n") != std::string_view::npos;
+}
 
 void append_text(std::string& out, std::string_view value) {
   if (!needs_quotes(value)) {
@@ -124,8 +126,8 @@ void CsvTable::read_row(std::string_view line, int line_number) {
     }
     cells_.push_back(value);
   }
-  if (begin <= line.size()) fail(fmt::format("more cells than the {} columns of the header",
-                                             columns_.size()));
+  if (begin <= line.size())
+    fail(fmt::format("more cells than the {} columns of the header", columns_.size()));
   lines_.push_back(line_number);
 }
 
@@ -137,8 +139,8 @@ int CsvTable::find_column(std::string_view name) const {
 int CsvTable::column(std::string_view name) const {
   const int index = find_column(name);
   if (index < 0) {
-    throw InputError(fmt::format("{}:1: no column '{}'; there are: {}", file_, name,
-                                 fmt::join(columns_, ", ")));
+    throw InputError(
+        fmt::format("{}:1: no column '{}'; there are: {}", file_, name, fmt::join(columns_, ", ")));
   }
   return index;
 }
@@ -146,8 +148,8 @@ int CsvTable::column(std::string_view name) const {
 double CsvTable::value(int row, int column) const {
   const double number = cell(row, column);
   if (std::isnan(number)) {
-    throw InputError(fmt::format("{}: column '{}' is empty; expected a number", where(row),
-                                 columns_[column]));
+    throw InputError(
+        fmt::format("{}: column '{}' is empty; expected a number", where(row), columns_[column]));
   }
   return number;
 }

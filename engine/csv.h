@@ -13,8 +13,8 @@ namespace counterpoint {
 /// A table as read. Empty cells are NaN; written "nan" and "inf" are refused.
 class CsvTable {
  public:
-  /// @throws InputError naming file, line and column when the file cannot be read, has no header or a
-  /// repeated column name, when a row is too short or too long, or a cell is no finite number.
+  /// @throws InputError naming file, line and column when the file cannot be read, has no header or
+  /// a repeated column name, when a row is too short or too long, or a cell is no finite number.
   explicit CsvTable(const std::filesystem::path& file);
 
   const std::string& file() const { return file_; }
@@ -42,7 +42,8 @@ class CsvTable {
   std::vector<int> lines_;     // of each row, counted from 1
 };
 
-/// Writes a table row by row. Numbers carry 17 significant digits: reading them gives the same bits.
+/// Writes a table row by row. Numbers carry 17 significant digits: reading them gives the same
+/// bits.
 class CsvWriter {
  public:
   /// Writes the header. @throws InputError when the file cannot be created.
@@ -55,7 +56,8 @@ class CsvWriter {
   void text(std::string_view value);
   void empty();
   void end_row();
-  /// Hands everything to the operating system. @throws std::runtime_error when that fails (disk full).
+  /// Hands everything to the operating system. @throws std::runtime_error when that fails (disk
+  /// full).
   void flush();
 
  private:

@@ -34,12 +34,15 @@ struct JointSuffixes {
 JointSuffixes joint_suffixes(JointType type) {
   switch (type) {
     case JointType::kRevolute:
-    case JointType::kPrismatic: return {kScalarQ, kScalarV, kScalarForce};
-    case JointType::kPlanar: return {kPlanarQ, kPlanarV, kPlanarForce};
+    case JointType::kPrismatic:
+      return {kScalarQ, kScalarV, kScalarForce};
+    case JointType::kPlanar:
+      return {kPlanarQ, kPlanarV, kPlanarForce};
     case JointType::kSpherical:
       return {Suffixes(kFloatingQ).subspan(3), Suffixes(kFloatingV).subspan(3),
               Suffixes(kFloatingForce).subspan(3)};
-    case JointType::kFloating: return {kFloatingQ, kFloatingV, kFloatingForce};
+    case JointType::kFloating:
+      return {kFloatingQ, kFloatingV, kFloatingForce};
   }
   return {};
 }
@@ -50,9 +53,10 @@ std::vector<int> find_columns(const CsvTable& table, const std::vector<std::stri
   for (const std::string& name : names) {
     const int index = table.find_column(name);
     if (index < 0) {
-      throw InputError(fmt::format("{}:1: no column '{}', which this scene's trajectories have; is it "
-                                   "the trajectory of another scene?",
-                                   table.file(), name));
+      throw InputError(
+          fmt::format("{}:1: no column '{}', which this scene's trajectories have; is it "
+                      "the trajectory of another scene?",
+                      table.file(), name));
     }
     indices.push_back(index);
   }
@@ -66,9 +70,10 @@ void refuse_unknown_columns(const CsvTable& table, const CoordinateNames& names)
   for (const std::string& column : table.columns()) {
     if (column != "time" && column != "time_step" && !holds(names.q, column) &&
         !holds(names.v, column) && !holds(names.force, column)) {
-      throw InputError(fmt::format("{}:1: column '{}' is no coordinate of this scene; remove it, or "
-                                   "give the scene the trajectory was made with",
-                                   table.file(), column));
+      throw InputError(
+          fmt::format("{}:1: column '{}' is no coordinate of this scene; remove it, or "
+                      "give the scene the trajectory was made with",
+                      table.file(), column));
     }
   }
 }
@@ -163,8 +168,8 @@ Trajectory read_trajectory(const std::filesystem::path& file, const Model& model
   for (int row = 0; row < rows; ++row) {
     trajectory.time.push_back(table.value(row, time));
     if (row > 0 && trajectory.time[row] <= trajectory.time[row - 1]) {
-      throw InputError(fmt::format("{}: time {} does not rise", table.where(row),
-                                   trajectory.time[row]));
+      throw InputError(
+          fmt::format("{}: time {} does not rise", table.where(row), trajectory.time[row]));
     }
   }
   const int time_step = table.find_column("time_step");
@@ -191,16 +196,17 @@ std::vector<double> step_lengths(const Trajectory& trajectory, std::optional<dou
                : std::vector<double>(trajectory.num_steps(), given.value_or(scene_step));
   for (int k = 0; k < trajectory.num_steps(); ++k) {
     if (recorded && given && *given != steps[k]) {
-      throw InputError(fmt::format("{}: row {} was computed with a time step of {} s, not the {} s given",
-                                   trajectory.file, k + 1, steps[k], *given));
+      throw InputError(
+          fmt::format("{}: row {} was computed with a time step of {} s, not the {} s given",
+                      trajectory.file, k + 1, steps[k], *given));
     }
     const double interval = trajectory.time[k + 1] - trajectory.time[k];
     if (!(std::abs(interval - steps[k]) <= kTimeTolerance * steps[k])) {
-      throw InputError(fmt::format(
-          "{}: rows {} and {} are {:.9g} s apart, but the time step is {:.9g} s; {}", trajectory.file,
-          k + 1, k + 2, interval, steps[k],
-          recorded ? "a row seems to be missing"
-                   : "give the step the motion was computed with (--timestep)"));
+      throw InputError(
+          fmt::format("{}: rows {} and {} are {:.9g} s apart, but the time step is {:.9g} s; {}",
+                      trajectory.file, k + 1, k + 2, interval, steps[k],
+                      recorded ? "a row seems to be missing"
+                               : "give the step the motion was computed with (--timestep)"));
     }
   }
   return steps;

@@ -1,4 +1,5 @@
-// Trajectories: states and applied forces over time, in memory and as CSV (docs/trajectory-format.md).
+// Trajectories: states and applied forces over time, in memory and as CSV
+// (docs/trajectory-format.md).
 #pragma once
 
 #include <filesystem>
@@ -40,23 +41,24 @@ class TrajectoryWriter {
 /// Column k of q, v is row k of the file; column k of applied_force acts from row k to row k + 1.
 struct Trajectory {
   std::string file;
-  std::vector<double> time;       ///< [s], rising
-  std::vector<double> time_step;  ///< [s], one fewer than rows; empty if the file has no such column
-  MatrixX q;                      ///< nq x rows
-  MatrixX v;                      ///< nv x rows
-  MatrixX applied_force;          ///< nv x (rows - 1) [N, N m]; 0 x 0 if the file has no such columns
+  std::vector<double> time;  ///< [s], rising
+  std::vector<double>
+      time_step;          ///< [s], one fewer than rows; empty if the file has no such column
+  MatrixX q;              ///< nq x rows
+  MatrixX v;              ///< nv x rows
+  MatrixX applied_force;  ///< nv x (rows - 1) [N, N m]; 0 x 0 if the file has no such columns
 
   int num_rows() const { return static_cast<int>(time.size()); }
   int num_steps() const { return num_rows() - 1; }
 };
 
-/// Reads a trajectory of this model, bit for bit as written. Columns may come in any order; forces and
-/// time_step may be missing. @throws InputError naming file, line and column when a coordinate is
-/// missing, a column unknown, a quaternion not of unit length (1e-6), time not rising.
+/// Reads a trajectory of this model, bit for bit as written. Columns may come in any order; forces
+/// and time_step may be missing. @throws InputError naming file, line and column when a coordinate
+/// is missing, a column unknown, a quaternion not of unit length (1e-6), time not rising.
 Trajectory read_trajectory(const std::filesystem::path& file, const Model& model);
 
-/// The length of every step [s]: the trajectory's own time_step column if it has one, else `given` (if
-/// set) or `scene_step`, checked against the times. @throws InputError when these disagree.
+/// The length of every step [s]: the trajectory's own time_step column if it has one, else `given`
+/// (if set) or `scene_step`, checked against the times. @throws InputError when these disagree.
 std::vector<double> step_lengths(const Trajectory& trajectory, std::optional<double> given,
                                  double scene_step);
 

@@ -1,11 +1,11 @@
 // The command as its users meet it: exit codes, messages, the keys of reports.
+#include "apps/command.h"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <string>
 #include <vector>
-
-#include "apps/command.h"
 
 namespace counterpoint {
 namespace {
@@ -36,9 +36,10 @@ class Command : public testing::Test {
   }
   /// A free cube without gravity or ground, time step 0.01 s, for 0.5 s.
   void write_free_cube() const {
-    folder_.write("free.yaml", "name: free\ngravity: [0, 0, 0]\ntime_step: 0.01\nduration: 0.5\n"
-                               "models:\n  - urdf: " COUNTERPOINT_SOURCE_DIR
-                               "/data/robots/cube.urdf\n    base: floating\n");
+    folder_.write("free.yaml",
+                  "name: free\ngravity: [0, 0, 0]\ntime_step: 0.01\nduration: 0.5\n"
+                  "models:\n  - urdf: " COUNTERPOINT_SOURCE_DIR
+                  "/data/robots/cube.urdf\n    base: floating\n");
   }
 
   CommandFolder folder_{test_name()};
@@ -79,8 +80,9 @@ TEST_F(Command, SaysWhichColumnOfTheInputsIsWrong) {
 }
 
 TEST_F(Command, SimulateReports) {
-  expect_success("simulate data/scenes/cube_drop.yaml --duration 1 --timestep 0.002 --json {}/r.json "
-                 "--output {}/t.csv");
+  expect_success(
+      "simulate data/scenes/cube_drop.yaml --duration 1 --timestep 0.002 --json {}/r.json "
+      "--output {}/t.csv");
   const nlohmann::json report = folder_.json("r.json");
   expect_keys(report, {"status", "steps", "simulated_seconds", "wall_seconds", "realtime_factor",
                        "contacts_mean", "newton_iterations_mean", "solver_failures",
@@ -95,14 +97,16 @@ TEST_F(Command, SimulateReports) {
 }
 
 TEST_F(Command, SameInputGivesTheSameBytes) {
-  const std::string run = "simulate data/scenes/quadruped_drop.yaml --duration 0.6 --random-inputs 0.5 "
-                          "--random-wrenches 0.1 --seed 7 --output {}/";
+  const std::string run =
+      "simulate data/scenes/quadruped_drop.yaml --duration 0.6 --random-inputs 0.5 "
+      "--random-wrenches 0.1 --seed 7 --output {}/";
   expect_success(run + "a.csv");
   expect_success(run + "b.csv");
   ASSERT_GT(folder_.read("a.csv").size(), 1000u);
   EXPECT_EQ(folder_.read("a.csv"), folder_.read("b.csv"));
-  expect_success("simulate data/scenes/quadruped_drop.yaml --duration 0.6 --random-inputs 0.5 "
-                 "--random-wrenches 0.1 --seed 8 --output {}/c.csv");
+  expect_success(
+      "simulate data/scenes/quadruped_drop.yaml --duration 0.6 --random-inputs 0.5 "
+      "--random-wrenches 0.1 --seed 8 --output {}/c.csv");
   EXPECT_NE(folder_.read("a.csv"), folder_.read("c.csv"));
 }
 
@@ -130,7 +134,8 @@ TEST_F(Command, AFailedStepKeepsWhatWasComputed) {
   write_free_cube();
   folder_.write("u.csv", "time,cube.fx\n0.1,1e308\n");
   const CommandResult result = folder_.run(
-      "simulate {}/free.yaml --timestep 10 --duration 100 --inputs {}/u.csv --output {}/t.csv --json "
+      "simulate {}/free.yaml --timestep 10 --duration 100 --inputs {}/u.csv --output {}/t.csv "
+      "--json "
       "{}/r.json");
   EXPECT_EQ(result.exit_code, 1);
   EXPECT_NE(result.errors.find("step 1 at 10 s"), std::string::npos) << result.errors;

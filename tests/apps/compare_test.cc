@@ -33,9 +33,9 @@ std::string ballistic_recording(int rows) {
 TEST(Compare, StartsAFlightWithTheVelocityAtTheRow) {
   const CommandFolder folder("compare_flight");
   folder.write("flight.csv", ballistic_recording(60));
-  const CommandResult result =
-      folder.run("compare data/scenes/cube_toss.yaml {}/flight.csv --columns data/maps/cube_toss.yaml "
-                 "--substeps 8 --output {}/rows.csv --json {}/r.json");
+  const CommandResult result = folder.run(
+      "compare data/scenes/cube_toss.yaml {}/flight.csv --columns data/maps/cube_toss.yaml "
+      "--substeps 8 --output {}/rows.csv --json {}/r.json");
   ASSERT_EQ(result.exit_code, 0) << result.errors;
   const nlohmann::json report = folder.json("r.json");
   ASSERT_EQ(report["recordings"].size(), 1u);

@@ -16,8 +16,8 @@ using test::CommandResult;
 /// A scene on the command line, driven at random for a time that covers falls, impacts and limits.
 struct Case {
   const char* name;
-  const char* scene;     ///< "@": in the folder of shared data
-  double duration;       ///< [s]
+  const char* scene;  ///< "@": in the folder of shared data
+  double duration;    ///< [s]
 };
 
 void PrintTo(const Case& c, std::ostream* out) { *out << c.name; }
@@ -37,12 +37,13 @@ TEST_P(Inverse, RecoversRandomAppliedForces) {
     }
   }
   const CommandFolder folder(std::string("inverse_") + scenario.name + std::to_string(time_step));
-  const CommandResult forward = folder.run(
-      "simulate " + scene + " --timestep " + std::to_string(time_step) + " --duration " +
-      std::to_string(scenario.duration) + " --random-inputs 2 --seed 3 --output {}/t.csv --json {}/f.json");
+  const CommandResult forward =
+      folder.run("simulate " + scene + " --timestep " + std::to_string(time_step) + " --duration " +
+                 std::to_string(scenario.duration) +
+                 " --random-inputs 2 --seed 3 --output {}/t.csv --json {}/f.json");
   ASSERT_EQ(forward.exit_code, 0) << forward.errors;
-  const CommandResult backward =
-      folder.run("inverse " + scene + " {}/t.csv --output {}/u.csv --contacts {}/c.csv --json {}/i.json");
+  const CommandResult backward = folder.run(
+      "inverse " + scene + " {}/t.csv --output {}/u.csv --contacts {}/c.csv --json {}/i.json");
   ASSERT_EQ(backward.exit_code, 0) << backward.errors;
   const nlohmann::json report = folder.json("i.json");
   EXPECT_EQ(report["steps"], folder.json("f.json")["steps"]);
@@ -59,7 +60,8 @@ const Case kCases[] = {
     {"quadruped", "data/scenes/quadruped_drop.yaml", 0.5},
     {"arm7", "data/scenes/arm7.yaml", 0.8},
     {"solo12", "@solo12/solo_description/robots/solo12.urdf --base floating --ground", 1.0},
-    {"panda", "@panda_primitives/panda_description/urdf/panda_collision.urdf --base fixed --ground", 1.0},
+    {"panda", "@panda_primitives/panda_description/urdf/panda_collision.urdf --base fixed --ground",
+     1.0},
     {"husky", "@husky/data/husky/husky.urdf --base floating --ground", 1.0},
 };
 
@@ -67,27 +69,37 @@ INSTANTIATE_TEST_SUITE_P(
     Robots, Inverse, testing::Combine(testing::ValuesIn(kCases), testing::Values(1e-4, 1e-3, 1e-2)),
     [](const auto& chosen) {
       const double h = std::get<1>(chosen.param);
-      return std::string(std::get<0>(chosen.param).name) +
-             (h < 5e-4 ? "_100us" : h < 5e-3 ? "_1ms" : "_10ms");
+      return std::string(std::get<0>(chosen.param).name) + (h < 5e-4   ? "_100us"
+                                                            : h < 5e-3 ? "_1ms"
+                                                                       : "_10ms");
     });
 
 TEST(InverseFiles, RecoveredForcesDriveTheSameMotion) {
   const CommandFolder folder("inverse_roundtrip");
   const std::string scene = "data/scenes/arm7.yaml";
-  ASSERT_EQ(folder.run("simulate " + scene + " --duration 0.2 --random-inputs 0.5 --output {}/a.csv "
-                       "--json {}/a.json").exit_code, 0);
+  ASSERT_EQ(folder
+                .run("simulate " + scene +
+                     " --duration 0.2 --random-inputs 0.5 --output {}/a.csv "
+                     "--json {}/a.json")
+                .exit_code,
+            0);
   ASSERT_EQ(folder.run("inverse " + scene + " {}/a.csv --output {}/u.csv").exit_code, 0);
-  ASSERT_EQ(folder.run("simulate " + scene + " --duration 0.2 --inputs {}/u.csv --output {}/b.csv "
-                       "--json {}/b.json").exit_code, 0);
+  ASSERT_EQ(folder
+                .run("simulate " + scene +
+                     " --duration 0.2 --inputs {}/u.csv --output {}/b.csv "
+                     "--json {}/b.json")
+                .exit_code,
+            0);
   // The energy at the end sums up the state; forces are recovered to round-off.
   EXPECT_NEAR(folder.json("a.json")["energy_end_J"], folder.json("b.json")["energy_end_J"], 1e-8);
 }
 
 TEST(InverseFiles, ContactsCarryTheWeightOfACubeAtRest) {
   const CommandFolder folder("inverse_contacts");
-  folder.write("rest.yaml", "name: rest\ntime_step: 0.002\nduration: 1\nground: {friction: 0.5}\n"
-                            "models:\n  - urdf: " COUNTERPOINT_SOURCE_DIR
-                            "/data/robots/cube.urdf\n    base: floating\n    position: [0, 0, 0.1]\n");
+  folder.write("rest.yaml",
+               "name: rest\ntime_step: 0.002\nduration: 1\nground: {friction: 0.5}\n"
+               "models:\n  - urdf: " COUNTERPOINT_SOURCE_DIR
+               "/data/robots/cube.urdf\n    base: floating\n    position: [0, 0, 0.1]\n");
   ASSERT_EQ(folder.run("simulate {}/rest.yaml --output {}/t.csv").exit_code, 0);
   ASSERT_EQ(folder.run("inverse {}/rest.yaml {}/t.csv --contacts {}/c.csv").exit_code, 0);
   // The last four rows are the corners in the last step; the last column is the force along z on
@@ -106,8 +118,9 @@ TEST(InverseFiles, ContactsCarryTheWeightOfACubeAtRest) {
 
 TEST(InverseFiles, RefusesATrajectoryOfAnotherScene) {
   const CommandFolder folder("inverse_other");
-  ASSERT_EQ(folder.run("simulate data/scenes/cube_drop.yaml --duration 0.01 --output {}/t.csv").exit_code,
-            0);
+  ASSERT_EQ(
+      folder.run("simulate data/scenes/cube_drop.yaml --duration 0.01 --output {}/t.csv").exit_code,
+      0);
   const CommandResult result = folder.run("inverse data/scenes/arm7.yaml {}/t.csv");
   EXPECT_EQ(result.exit_code, 2);
   EXPECT_NE(result.errors.find("cube.x"), std::string::npos) << result.errors;

@@ -20,7 +20,8 @@ class TrajectoryFile : public testing::Test {
  protected:
   void SetUp() override {
     const auto* info = testing::UnitTest::GetInstance()->current_test_info();
-    folder_ = fs::path(testing::TempDir()) / ("counterpoint_trajectory_" + std::string(info->name()));
+    folder_ =
+        fs::path(testing::TempDir()) / ("counterpoint_trajectory_" + std::string(info->name()));
     fs::create_directories(folder_);
     file_ = folder_ / "t.csv";
   }
@@ -81,15 +82,38 @@ Model every_joint_type() {
 }
 
 const std::vector<std::string> kNamesQ = {
-    "base.x",  "base.y",  "base.z",  "base.qw", "base.qx",     "base.qy", "base.qz",
-    "plate.x", "plate.y", "plate.angle", "ball.qw", "ball.qx", "ball.qy", "ball.qz",
-    "turn \"it\", now.q", "push.q"};
-const std::vector<std::string> kNamesV = {
-    "base.vx",  "base.vy",  "base.vz", "base.wx", "base.wy", "base.wz", "plate.vx", "plate.vy",
-    "plate.w",  "ball.wx",  "ball.wy", "ball.wz", "turn \"it\", now.v", "push.v"};
-const std::vector<std::string> kNamesForce = {
-    "base.fx",  "base.fy",  "base.fz", "base.tx", "base.ty", "base.tz", "plate.fx", "plate.fy",
-    "plate.tz", "ball.tx",  "ball.ty", "ball.tz", "turn \"it\", now.u", "push.u"};
+    "base.x",  "base.y",  "base.z",  "base.qw", "base.qx",
+    "base.qy", "base.qz", "plate.x", "plate.y", "plate.angle",
+    "ball.qw", "ball.qx", "ball.qy", "ball.qz", "turn \"it\", now.q",
+    "push.q"};
+const std::vector<std::string> kNamesV = {"base.vx",
+                                          "base.vy",
+                                          "base.vz",
+                                          "base.wx",
+                                          "base.wy",
+                                          "base.wz",
+                                          "plate.vx",
+                                          "plate.vy",
+                                          "plate.w",
+                                          "ball.wx",
+                                          "ball.wy",
+                                          "ball.wz",
+                                          "turn \"it\", now.v",
+                                          "push.v"};
+const std::vector<std::string> kNamesForce = {"base.fx",
+                                              "base.fy",
+                                              "base.fz",
+                                              "base.tx",
+                                              "base.ty",
+                                              "base.tz",
+                                              "plate.fx",
+                                              "plate.fy",
+                                              "plate.tz",
+                                              "ball.tx",
+                                              "ball.ty",
+                                              "ball.tz",
+                                              "turn \"it\", now.u",
+                                              "push.u"};
 
 TEST_F(TrajectoryFile, NamesEveryCoordinate) {
   const CoordinateNames names = coordinate_names(every_joint_type());
@@ -213,8 +237,9 @@ TEST_F(TrajectoryFile, SaysWhereACsvIsWrong) {
   expect_message("a,\"b\n1,1\n", "not closed");
   EXPECT_NE(message_of([&] { CsvTable table(folder_ / "none.csv"); }).find("cannot be read"),
             std::string::npos);
-  EXPECT_NE(message_of([&] { CsvWriter writer(folder_ / "no" / "t.csv", {"a"}); })
-                .find("cannot be created"),
+  EXPECT_NE(message_of([&] {
+              CsvWriter writer(folder_ / "no" / "t.csv", {"a"});
+            }).find("cannot be created"),
             std::string::npos);
 }
 

@@ -1,0 +1,118 @@
+// The house as docs/architecture.md draws it, and documents that point at what exists.
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <map>
+#include <regex>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "apps/command.h"
+
+namespace counterpoint {
+namespace {
+
+namespace fs = std::filesystem;
+
+const fs::path kRoot = COUNTERPOINT_SOURCE_DIR;
+
+std::string read(const fs::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(stream), {}};
+}
+
+std::vector<fs::path> files_in(const fs::path& folder, const std::set<std::string>& extensions) {
+  std::vector<fs::path> files;
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    if (extensions.count(entry.path().extension().string())) files.push_back(entry.path());
+  }
+  return files;
+}
+
+/// First capture of every match.
+std::vector<std::string> matches(const std::string& text, const std::string& pattern) {
+  const std::regex regex(pattern);
+  std::vector<std::string> found;
+  for (std::sregex_iterator it(text.begin(), text.end(), regex), end; it != end; ++it) {
+    found.push_back((*it)[1]);
+  }
+  return found;
+}
+
+TEST(House, FoldersIncludeOnlyWhatTheArchitectureAllows) {
+  const std::map<std::string, std::set<std::string>> allowed = {
+      {"contact", {"contact"}},
+      {"model", {"model"}},
+      {"collision", {"model", "collision"}},
+      {"engine", {"model", "collision", "contact", "engine"}},
+  };
+  int includes = 0;
+  for (const auto& [folder, may_include] : allowed) {
+    for (const fs::path& file : files_in(kRoot / folder, {".h", ".cc"})) {
+      for (const std::string& target : matches(read(file), "#include \"counterpoint/([a-z]+)/")) {
+        ++includes;
+        EXPECT_TRUE(may_include.count(target)) << file << " includes " << target;
+      }
+    }
+  }
+  EXPECT_GT(includes, 50);
+}
+
+TEST(House, LibrariesStayBehindTheirDoors) {
+  const std::map<std::string, std::string> doors = {{"fcl", "collision"}, {"assimp", "model"}};
+  for (const char* folder : {"contact", "model", "collision", "engine", "apps"}) {
+    for (const fs::path& file : files_in(kRoot / folder, {".h", ".cc"})) {
+      for (const std::string& library : matches(read(file), "#include <(fcl|assimp)/")) {
+        EXPECT_EQ(doors.at(library), folder) << file;
+        EXPECT_EQ(file.extension(), ".cc") << file << " shows " << library << " to others";
+      }
+    }
+  }
+}
+
+TEST(Documents, LinksLeadSomewhere) {
+  std::vector<fs::path> documents = files_in(kRoot / "docs", {".md"});
+  for (const char* name : {"README.md", "CHANGELOG.md", "data/README.md"})
+    documents.push_back(kRoot / name);
+  int links = 0;
+  for (const fs::path& document : documents) {
+    for (const std::string& link : matches(read(document), "\\]\\(([^)#:]+)\\)")) {
+      ++links;
+      EXPECT_TRUE(fs::exists(document.parent_path() / link)) << document << ": " << link;
+    }
+  }
+  EXPECT_GT(links, 10);
+}
+
+/// Every key of a report, at any depth, is named in docs/json-reports.md.
+void expect_documented(const nlohmann::json& report, const std::string& document) {
+  if (report.is_array() && !report.empty()) expect_documented(report[0], document);
+  if (!report.is_object()) return;
+  for (const auto& [key, value] : report.items()) {
+    EXPECT_NE(document.find('`' + key + '`'), std::string::npos) << key;
+    expect_documented(value, document);
+  }
+}
+
+TEST(Documents, EveryKeyOfEveryReportIsExplained) {
+  const std::string document = read(kRoot / "docs/json-reports.md");
+  const test::CommandFolder folder("documents");
+  const std::string scene = "data/scenes/cube_toss.yaml";
+  folder.write("toss.csv",
+               "t,x,y,z,qw,qx,qy,qz,vx,vy,vz,wx,wy,wz\n0,0,0,1,1,0,0,0,0,0,0,0,0,0\n"
+               "1,0,0,1,1,0,0,0,0,0,0,0,0,0\n");
+  for (const std::string& command :
+       {"inspect " + scene, "simulate " + scene + " --duration 0.01 --output {}/t.csv",
+        "inverse " + scene + " {}/t.csv",
+        "compare " + scene + " {}/toss.csv --columns data/maps/cube_toss.yaml"}) {
+    const test::CommandResult result = folder.run(command + " --json {}/r.json");
+    ASSERT_EQ(result.exit_code, 0) << command << "\n" << result.errors;
+    expect_documented(folder.json("r.json"), document);
+  }
+}
+
+}  // namespace
+}  // namespace counterpoint
