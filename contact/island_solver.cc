@@ -10,8 +10,11 @@ namespace counterpoint::contact {
 namespace {
 
 // Newton at the target smoothing is given this many steps before the path is taken.
-constexpr int kDirectSteps = 20;
-constexpr int kDirectStepsCoulomb = 15;
+constexpr int kDirectSteps = 4;
+constexpr int kDirectStepsCoulomb = 8;
+// Then the interior point is given this many, and Newton these from where it ends.
+constexpr int kInteriorSteps = 60;
+constexpr int kPolishSteps = 20;
 // The path: where relative smoothing starts and what is small enough to jump to the target, how it
 // shrinks, how well and in how many steps each point must be solved.
 constexpr double kPathStart = 0.1;
@@ -156,6 +159,14 @@ Newton::Result IslandSolver::solve(IslandSystem& system, const Settings& setting
   };
   continued_ = unsolved();
   if (continued_) {
+    w = start_;
+    const int steps =
+        interior_point_.run(system, std::min(steps_left(settings), kInteriorSteps), w);
+    newton_.count(steps < 0 ? -steps - 1 : steps);
+    if (steps >= 0)
+      result = newton_.run(settings.tolerance, std::min(steps_left(settings), kPolishSteps), w, f);
+  }
+  if (unsolved()) {
     remember_targets(system);
     w = start_;
     result = follow_path(system, settings, w, f);

@@ -1,9 +1,11 @@
-// Solves one island: straight by Newton where that works, else along the path of falling smoothing,
+// Solves one island: straight by Newton where that works, else by the primal-dual interior point with
+// Newton to finish, else along the path of falling smoothing,
 // else, with Coulomb laws, by the fixed point on De Saxce's shift.
 #pragma once
 
 #include <vector>
 
+#include "counterpoint/contact/interior_point.h"
 #include "counterpoint/contact/island_system.h"
 #include "counterpoint/contact/newton.h"
 #include "counterpoint/contact/solver.h"
@@ -35,6 +37,7 @@ class IslandSolver {
                                std::vector<double>& w, std::vector<double>& f);
 
   Newton newton_;
+  InteriorPoint interior_point_;
   bool continued_ = false;
   std::vector<Target> targets_;
   std::vector<double> start_, last_good_, before_good_, y_, shift_;

@@ -36,6 +36,8 @@ class Newton {
   /// answer on return; f: impulses at w.
   Result run(double tolerance, int max_iterations, std::vector<double>& w, std::vector<double>& f);
 
+  /// Adds steps taken elsewhere to the totals.
+  void count(int iterations) { totals_.iterations += iterations; }
   const Totals& totals() const { return totals_; }
 
  private:
