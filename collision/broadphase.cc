@@ -2,27 +2,87 @@
 
 #include <algorithm>
 
+#include "counterpoint/collision/bounds_tree.h"
+
 namespace counterpoint::collision {
+namespace {
+
+// No sum or difference of such coordinates overflows.
+constexpr double kFarthest = 1e100;
+
+// Below this the sweep is faster in every scene measured (docs/decisions.md).
+constexpr std::size_t kFewestForTree = 500;
+
+// What overlaps nothing, not even itself, and widens nothing it is merged with.
+const Bounds kNowhere{Vector3::Constant(kFarthest), Vector3::Constant(-kFarthest)};
+
+}  // namespace
+
+bool is_sound(const Bounds& box) {
+  return (box.low.array().abs() < kFarthest).all() && (box.high.array().abs() < kFarthest).all();
+}
+
+Broadphase::Broadphase(Method method) : method_(method), tree_(std::make_unique<BoundsTree>()) {}
+Broadphase::~Broadphase() = default;
+Broadphase::Broadphase(Broadphase&&) noexcept = default;
+Broadphase& Broadphase::operator=(Broadphase&&) noexcept = default;
 
 void Broadphase::find_pairs(const std::vector<Bounds>& boxes,
                             std::vector<std::pair<int, int>>& out) {
+  out.clear();
   if (boxes.size() < 2) return;
+  boxes_.clear();
+  for (const Bounds& box : boxes) boxes_.push_back(is_sound(box) ? box : kNowhere);
+  // Memory for either way now, lest a step allocate when the scene spreads or gathers.
+  entries_.reserve(boxes_.size());
+  if (method_ == Method::kTree || boxes_.size() >= kFewestForTree) tree_->prepare(boxes_);
+  const int axis = widest_axis();
+  const bool tree = method_ == Method::kTree || (method_ == Method::kAutomatic && crowded(axis));
+  if (tree) {
+    tree_->find_pairs(boxes_, out);
+  } else {
+    sweep(axis, out);
+  }
+  std::sort(out.begin(), out.end());
+}
+
+// The axis along which the boxes are spread most.
+int Broadphase::widest_axis() const {
   Vector3 sum = Vector3::Zero();
   Vector3 sum2 = Vector3::Zero();
-  for (const Bounds& box : boxes) {
+  for (const Bounds& box : boxes_) {
     const Vector3 center = 0.5 * (box.low + box.high);
     sum += center;
     sum2 += center.cwiseAbs2();
   }
-  const Vector3 variance = sum2 - sum.cwiseAbs2() / static_cast<double>(boxes.size());
+  const Vector3 variance = sum2 - sum.cwiseAbs2() / static_cast<double>(boxes_.size());
   int axis = 0;
   variance.maxCoeff(&axis);
+  return axis;
+}
+
+// Is the tree faster? Its work grows with the boxes, the sweep's with how many of them a box meets along
+// the axis: judged from a few. Either answer is right.
+bool Broadphase::crowded(int axis) const {
+  constexpr std::size_t kSamples = 16;
+  constexpr std::size_t kNeighbours = 32;
+  if (boxes_.size() < kFewestForTree) return false;
+  std::size_t met = 0;
+  for (std::size_t k = 0; k < kSamples; ++k) {
+    const Bounds& sample = boxes_[k * boxes_.size() / kSamples];
+    for (const Bounds& box : boxes_) {
+      met += box.low[axis] <= sample.high[axis] && sample.low[axis] <= box.high[axis];
+    }
+  }
+  return met > kSamples * kNeighbours;
+}
+
+void Broadphase::sweep(int axis, std::vector<std::pair<int, int>>& out) {
   const int axis1 = (axis + 1) % 3;
   const int axis2 = (axis + 2) % 3;
-
   entries_.clear();
-  for (std::size_t i = 0; i < boxes.size(); ++i) {
-    const Bounds& box = boxes[i];
+  for (std::size_t i = 0; i < boxes_.size(); ++i) {
+    const Bounds& box = boxes_[i];
     entries_.push_back({box.low[axis], box.high[axis], box.low[axis1], box.high[axis1],
                         box.low[axis2], box.high[axis2], static_cast<int>(i)});
   }

@@ -1,6 +1,7 @@
 #include "counterpoint/collision/collider.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include "counterpoint/collision/broadphase.h"
@@ -99,16 +100,17 @@ void Collider::Impl::add_plane_pairs(int plane, std::span<const double> margin) 
   const Vector3 normal = X_WG[plane].rotation.col(2);
   const double offset = normal.dot(X_WG[plane].translation);
   const double plane_margin = margin[geometries[plane].body];
-  for (const int i : solids) {
+  if (!std::isfinite(offset)) return;
+  for (std::size_t k = 0; k < solids.size(); ++k) {
+    const int i = solids[k];
     const double height = normal.dot(X_WG[i] * enclosures[i].center) - offset;
     if (height - enclosures[i].radius >= plane_margin + margin[geometries[i].body]) continue;
-    if (filter.enabled(plane, i)) pairs.emplace_back(std::min(plane, i), std::max(plane, i));
+    if (is_sound(boxes[k]) && filter.enabled(plane, i)) pairs.emplace_back(std::min(plane, i), std::max(plane, i));
   }
 }
 
 // Enabled pairs whose enclosures come close, in ascending order.
 void Collider::Impl::find_pairs(std::span<const double> margin) {
-  pairs.clear();
   broadphase.find_pairs(boxes, pairs);
   std::size_t kept = 0;
   for (const auto& [k, l] : pairs) {
@@ -140,6 +142,8 @@ Collider::Collider(const Model& model) : impl_(std::make_unique<Impl>(model)) {
     if (impl.manifold.size > 0) impl.overlapping.emplace_back(a, b);
   }
   impl.filter.exclude(impl.overlapping);
+  // Memory of the default pose, where everything may be in one place, is a poor start.
+  impl.broadphase = Broadphase();
 }
 
 Collider::~Collider() = default;

@@ -24,8 +24,8 @@ class Collider {
   Collider& operator=(Collider&&) noexcept;
 
   /// All candidates with gap < margin_A + margin_B. X_WB: pose of every body, the world first
-  /// (num_bodies). margin: one a body [m], the world first. `out` is cleared first; no allocation once
-  /// its capacity has been reached.
+  /// (num_bodies); a body whose pose is not finite touches nothing. margin: one a body [m], the world
+  /// first. `out` is cleared first; no allocation once its capacity has been reached.
   void compute_candidates(std::span<const Pose> X_WB, std::span<const double> margin,
                           std::vector<Candidate>& out);
 

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cstring>
+#include <limits>
 
 #include "counterpoint/collision/pair_contacts.h"
 #include "counterpoint/model/model_builder.h"
@@ -198,6 +199,36 @@ TEST_F(Heap, NoAllocationAfterWarmUp) {
   const std::size_t before = allocation_count();
   collider.compute_candidates(X_WB, margin, out);
   EXPECT_EQ(allocation_count(), before);
+}
+
+// A body that is nowhere touches nothing; the others do not notice.
+TEST_F(Heap, PosesThatAreNotFiniteTouchNothing) {
+  Collider collider(model);
+  const std::vector<double> margin = margins(model, 0.02);
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const double inf = std::numeric_limits<double>::infinity();
+  std::vector<Pose> X_WB = poses();
+  collider.compute_candidates(X_WB, margin, out);
+  const std::vector<Candidate> sound = out;
+  for (const double bad : {nan, inf, -inf, 1e300}) {
+    std::vector<Pose> X_bad = X_WB;
+    for (std::size_t i = 1; i < X_bad.size(); i += 4) {
+      X_bad[i].translation[i % 3] = bad;
+      if (i % 8 == 1) X_bad[i].rotation.setConstant(bad);
+    }
+    collider.compute_candidates(X_bad, margin, out);
+    std::size_t next = 0;
+    for (const Candidate& c : sound) {
+      const int body_a = model.geometries()[c.geometry_a].body;
+      const int body_b = model.geometries()[c.geometry_b].body;
+      if ((body_a > 0 && body_a % 4 == 1) || body_b % 4 == 1) continue;
+      ASSERT_LT(next, out.size());
+      EXPECT_EQ(out[next].position, c.position);
+      EXPECT_EQ(out[next++].gap, c.gap);
+    }
+    EXPECT_EQ(next, out.size()) << bad;
+    EXPECT_GT(next, 20u);
+  }
 }
 
 }  // namespace

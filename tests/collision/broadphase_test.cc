@@ -1,0 +1,108 @@
+// The broad phase: sweep and tree against all pairs, whatever went before, and on unsound boxes.
+#include "counterpoint/collision/broadphase.h"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include "support/allocation_guard.h"
+#include "support/random_poses.h"
+
+namespace counterpoint::test {
+namespace {
+
+using collision::Bounds;
+using collision::Broadphase;
+using Pairs = std::vector<std::pair<int, int>>;
+using Method = Broadphase::Method;
+
+Pairs all_pairs(const std::vector<Bounds>& boxes) {
+  Pairs out;
+  for (std::size_t i = 0; i < boxes.size(); ++i) {
+    for (std::size_t j = i + 1; j < boxes.size(); ++j) {
+      if ((boxes[i].low.array() <= boxes[j].high.array()).all() &&
+          (boxes[j].low.array() <= boxes[i].high.array()).all()) {
+        out.emplace_back(i, j);
+      }
+    }
+  }
+  return out;
+}
+
+// Boxes of many sizes in a volume stretched by `stretch`.
+std::vector<Bounds> scattered(int size, const Vector3& stretch, std::mt19937& rng) {
+  std::vector<Bounds> boxes;
+  for (int i = 0; i < size; ++i) {
+    const Vector3 center = random_vector(rng).cwiseProduct(stretch);
+    const Vector3 half = 0.2 * random_vector(rng).cwiseAbs();
+    boxes.push_back({center - half, center + half});
+  }
+  return boxes;
+}
+
+class EveryMethod : public ::testing::TestWithParam<Method> {
+ protected:
+  std::mt19937 rng{3};
+  Broadphase broadphase{GetParam()};
+  Pairs out;
+};
+
+INSTANTIATE_TEST_SUITE_P(Broadphase, EveryMethod,
+                         ::testing::Values(Method::kAutomatic, Method::kSweep, Method::kTree));
+
+TEST_P(EveryMethod, FindsAllPairsInOrder) {
+  std::size_t found = 0;
+  for (const int size : {0, 1, 2, 10, 300, 700, 700, 300}) {
+    for (const Vector3& stretch : {Vector3(1, 1, 1), Vector3(0.01, 0.01, 50), Vector3(3, 3, 0)}) {
+      const std::vector<Bounds> boxes = scattered(size, stretch, rng);
+      broadphase.find_pairs(boxes, out);
+      EXPECT_EQ(out, all_pairs(boxes)) << size;
+      found += out.size();
+    }
+  }
+  EXPECT_GT(found, 5000u);
+}
+
+TEST_P(EveryMethod, TouchingAndEqualBoxesAreFound) {
+  const Bounds box{Vector3::Zero(), Vector3::Ones()};
+  const Bounds beside{Vector3(1, 0, 0), Vector3(2, 1, 1)};
+  broadphase.find_pairs({box, box, beside, box}, out);
+  EXPECT_EQ(out, (Pairs{{0, 1}, {0, 2}, {0, 3}, {1, 2}, {1, 3}, {2, 3}}));
+}
+
+TEST_P(EveryMethod, UnsoundBoxesMeetNothing) {
+  std::vector<Bounds> boxes = scattered(600, Vector3::Ones(), rng);
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const double inf = std::numeric_limits<double>::infinity();
+  for (int i = 0; i < 600; i += 3) {
+    const double values[] = {nan, inf, -inf, 1e300};
+    boxes[i].low[i % 2] = values[i % 4];
+    boxes[i].high[2] = values[i / 4 % 4];
+  }
+  broadphase.find_pairs(boxes, out);
+  for (int i = 0; i < 600; i += 3) boxes[i] = {Vector3::Ones(), -Vector3::Ones() * 9.0};
+  EXPECT_EQ(out, all_pairs(boxes));
+  EXPECT_GT(out.size(), 200u);
+}
+
+TEST_P(EveryMethod, NoAllocationWhileBoxesMove) {
+  if (!counts_allocations()) GTEST_SKIP() << "allocations cannot be counted in this build";
+  std::vector<Bounds> boxes = scattered(700, Vector3::Ones(), rng);
+  out.reserve(700 * 700);
+  broadphase.find_pairs(boxes, out);
+  for (int step = 0; step < 50; ++step) {
+    // Slowly at first, at last to anywhere.
+    for (Bounds& box : boxes) {
+      const Vector3 move = random_vector(rng, step < 25 ? 0.01 : 1.0);
+      box.low += move;
+      box.high += move;
+    }
+    const std::size_t before = allocation_count();
+    broadphase.find_pairs(boxes, out);
+    EXPECT_EQ(allocation_count(), before);
+  }
+  EXPECT_EQ(out, all_pairs(boxes));
+}
+
+}  // namespace
+}  // namespace counterpoint::test
