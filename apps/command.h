@@ -17,5 +17,6 @@ void add_simulate(CLI::App& app, Action& action);
 void add_inverse(CLI::App& app, Action& action);
 void add_compare(CLI::App& app, Action& action);
 void add_inspect(CLI::App& app, Action& action);
+void add_contact_problem(CLI::App& app, Action& action);
 
 }  // namespace counterpoint::apps

@@ -10,7 +10,8 @@
 namespace counterpoint::apps {
 namespace {
 
-constexpr auto kSubcommands = {add_simulate, add_inverse, add_compare, add_inspect};
+constexpr auto kSubcommands = {add_simulate, add_inverse, add_compare, add_inspect,
+                              add_contact_problem};
 
 int run(int argc, char** argv) {
   CLI::App app{"Rigid-body physics with convex, smooth, invertible contact."};

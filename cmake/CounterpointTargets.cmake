@@ -3,7 +3,8 @@
 # "#include <counterpoint/model/model.h>" must read the same in the tree and after installation:
 # the build tree holds one link to the sources under that name.
 file(MAKE_DIRECTORY ${PROJECT_BINARY_DIR}/include)
-file(CREATE_LINK ${PROJECT_SOURCE_DIR} ${PROJECT_BINARY_DIR}/include/counterpoint SYMBOLIC)
+file(REAL_PATH ${CMAKE_CURRENT_LIST_DIR}/.. counterpoint_root)
+file(CREATE_LINK ${counterpoint_root} ${PROJECT_BINARY_DIR}/include/counterpoint SYMBOLIC)
 
 add_library(counterpoint_flags INTERFACE)
 target_compile_options(counterpoint_flags INTERFACE

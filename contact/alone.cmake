@@ -1,5 +1,6 @@
-# Makes contact/ a project of its own, with the flags of the whole and the tests in tests/contact.
-project(counterpoint_contact VERSION 0.1.0 LANGUAGES CXX)
+# Makes contact/ a project of its own, with the flags of the whole.
+project(counterpoint_contact VERSION 0.1.0 LANGUAGES CXX
+        DESCRIPTION "Convex, smooth, invertible contact: laws and solver")
 set(CMAKE_CXX_STANDARD 20)
 set(CMAKE_CXX_STANDARD_REQUIRED ON)
 set(CMAKE_CXX_EXTENSIONS OFF)
@@ -9,4 +10,5 @@ endif()
 option(COUNTERPOINT_BUILD_TESTS "Build the tests" ON)
 option(COUNTERPOINT_NATIVE "Compile for this machine's processor (-march=native)" OFF)
 option(COUNTERPOINT_WERROR "Treat warnings as errors" OFF)
-set(COUNTERPOINT_ROOT ${CMAKE_CURRENT_SOURCE_DIR}/..)
+include(GNUInstallDirs)
+include(${CMAKE_CURRENT_SOURCE_DIR}/../cmake/CounterpointTargets.cmake)

@@ -100,7 +100,7 @@ ContactSpaceSolution solve_contact_space(const ContactSpaceProblem& problem,
   VectorX w = VectorX::Zero(out.rank);
   Solver solver;
   out.report = solver.solve(bodiless, settings, w, out.f);
-  out.v = problem.c + problem.A * out.f;
+  out.v = problem.c + factor * w;
   return out;
 }
 

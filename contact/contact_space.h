@@ -30,7 +30,9 @@ struct ContactSpaceOptions {
 
 struct ContactSpaceSolution {
   VectorX f;  ///< 3n, impulses [N s]
-  VectorX v;  ///< 3n, c + A f with A as given [m/s]
+  /// 3n, the velocity [m/s] at which the law gives f to the bit: c + A f but for the solver's
+  /// residual, which 1 / r would amplify if f were computed from c + A f again.
+  VectorX v;
   Report report;
   int rank = 0;            ///< of A
   double asymmetry = 0.0;  ///< largest |A - A'| over the largest |A|: what symmetrising changed

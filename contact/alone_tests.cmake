@@ -1,0 +1,14 @@
+# The tests of contact/ when it is built alone; in the whole project tests/CMakeLists.txt makes them.
+enable_testing()
+find_package(GTest REQUIRED)
+include(GoogleTest)
+set(tests_dir ${CMAKE_CURRENT_SOURCE_DIR}/../tests)
+set(COUNTERPOINT_SHARED_DATA "${CMAKE_CURRENT_SOURCE_DIR}/../../shared/data" CACHE PATH
+    "Folder with contact_problems")
+file(GLOB sources CONFIGURE_DEPENDS ${tests_dir}/contact/*_test.cc)
+add_executable(contact_test ${sources} ${tests_dir}/support/allocation_guard.cc)
+target_link_libraries(contact_test PRIVATE counterpoint::contact GTest::gtest GTest::gtest_main
+                      counterpoint_flags)
+target_include_directories(contact_test PRIVATE ${tests_dir})
+target_compile_definitions(contact_test PRIVATE COUNTERPOINT_SHARED_DATA="${COUNTERPOINT_SHARED_DATA}")
+gtest_discover_tests(contact_test)

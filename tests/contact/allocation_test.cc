@@ -1,0 +1,47 @@
+#include <gtest/gtest.h>
+
+#include "contact/random_problem.h"
+#include "contact/scenes.h"
+#include "counterpoint/contact/inverse.h"
+#include "counterpoint/contact/solver.h"
+#include "support/allocation_guard.h"
+
+namespace counterpoint::contact {
+namespace {
+
+TEST(Allocation, NoneAfterWarmUp) {
+  if (!test::counts_allocations()) GTEST_SKIP() << "allocations cannot be counted in this build";
+  for (const bool coulomb : {false, true}) {
+    testing::SceneOptions options;
+    options.coulomb = coulomb;
+    const Problem problem = testing::make_stack(std::vector<double>(12, 1.0), 0.2, 0.5, options);
+    Solver solver;
+    VectorX w = VectorX::Zero(problem.num_velocities()), f;
+    const VectorX start = w;
+    solver.solve(problem, Settings{}, w, f);
+    VectorX inverse = f;
+    const std::size_t before = test::allocation_count();
+    for (int i = 0; i < 5; ++i) {
+      w = start;
+      solver.solve(problem, Settings{}, w, f);
+      compute_impulse(problem, w, inverse);
+    }
+    EXPECT_EQ(test::allocation_count(), before) << "coulomb " << coulomb;
+  }
+}
+
+TEST(Allocation, RefillingAProblemAllocatesNothing) {
+  if (!test::counts_allocations()) GTEST_SKIP() << "allocations cannot be counted in this build";
+  Problem problem;
+  std::size_t before = 0;
+  for (int round = 0; round < 3; ++round) {
+    if (round == 1) before = test::allocation_count();
+    problem.clear();
+    for (int b = 0; b < 4; ++b) problem.add_block(6);
+    for (int c = 0; c < 3; ++c) problem.add_constraint(Law{}, c, c + 1);
+  }
+  EXPECT_EQ(test::allocation_count(), before);
+}
+
+}  // namespace
+}  // namespace counterpoint::contact
