@@ -28,9 +28,8 @@ constexpr int kEasySteps = 3;
 constexpr int kTargetSteps = 60;
 // The fixed point on the shift gives up after this many convex problems.
 constexpr int kMaxShifts = 60;
-constexpr double kShiftProgress = 0.9;
 constexpr double kSmallestStride = 0.2;
-constexpr double kShiftTry = 0.1;
+constexpr double kShiftTry = 0.3;
 
 }  // namespace
 
@@ -94,9 +93,11 @@ Newton::Result IslandSolver::follow_path(IslandSystem& system, const Settings& s
       factor = std::max(kFastestFactor,
                         result.iterations <= kEasySteps ? 0.5 * factor : std::sqrt(0.1 * factor));
     } else {
-      // Back to the last point solved, and on with a shorter stride.
+      // Back to the last point solved, with the other line search first, then with a shorter
+      // stride.
       w = last_good_;
-      factor = std::sqrt(factor);
+      newton_.search_first = !newton_.search_first;
+      if (newton_.search_first || !system.unsymmetric()) factor = std::sqrt(factor);
       if (factor > kSlowestFactor || steps_left(settings) == 0) {
         set_kappa(system, 0.0);
         return newton_.run(settings.tolerance, 0, w, f);
@@ -108,18 +109,21 @@ Newton::Result IslandSolver::follow_path(IslandSystem& system, const Settings& s
 }
 
 // Convex problems with the shift of the one before as a bias: linear convergence, halved strides
-// where it oscillates, and Newton from wherever the residual has fallen well.
+// where it oscillates, and Newton wherever the change of the shift has fallen well.
 Newton::Result IslandSolver::iterate_shift(IslandSystem& system, const Settings& settings,
                                            std::vector<double>& w, std::vector<double>& f) {
   shift_.assign(targets_.size(), 0.0);
-  double stride = 1.0, last = std::numeric_limits<double>::infinity(), tried = kShiftTry;
+  double stride = 1.0, last = std::numeric_limits<double>::infinity(), tried = last;
+  newton_.search_first = true;
   Newton::Result result;
   for (int round = 0; round < kMaxShifts && steps_left(settings) > 0; ++round) {
     system.constraint_velocity(w.data(), y_.data());
+    double change = 0.0;
     for (size_t i = 0; i < targets_.size(); ++i) {
       auto& c = system.constraints()[i];
       if (!targets_[i].coulomb) continue;
       const double target = shift(c.law, y_.data() + c.row);
+      change = std::max(change, std::abs(target - shift_[i]));
       shift_[i] += (round == 0 ? 1.0 : stride) * (target - shift_[i]);
       c.law.coulomb = false;
       c.law.bias[0] = targets_[i].bias + shift_[i];
@@ -132,10 +136,10 @@ Newton::Result IslandSolver::iterate_shift(IslandSystem& system, const Settings&
     }
     result = newton_.run(settings.tolerance, 0, w, f);
     if (succeeded(result.status)) return result;
-    if (result.residual > last) stride = std::max(kSmallestStride, 0.5 * stride);
-    last = result.residual;
-    if (result.residual > kShiftProgress * tried) continue;
-    tried = 0.1 * result.residual;
+    if (change > last) stride = std::max(kSmallestStride, 0.5 * stride);
+    last = change;
+    if (change > kShiftTry * tried) continue;
+    tried = change;
     last_good_ = w;
     result = newton_.run(settings.tolerance, std::min(steps_left(settings), kPathSteps), w, f);
     if (succeeded(result.status)) return result;
@@ -147,6 +151,7 @@ Newton::Result IslandSolver::iterate_shift(IslandSystem& system, const Settings&
 Newton::Result IslandSolver::solve(IslandSystem& system, const Settings& settings,
                                    std::vector<double>& w, std::vector<double>& f) {
   newton_.begin(system);
+  newton_.search_first = true;
   newton_.choose_start(w);
   const bool coulomb = system.unsymmetric();
   const int direct = coulomb ? kDirectStepsCoulomb : kDirectSteps;

@@ -5,7 +5,6 @@
 #include <limits>
 
 #include "counterpoint/contact/law.h"
-#include "counterpoint/contact/line_search.h"
 
 namespace counterpoint::contact {
 namespace {
@@ -43,6 +42,13 @@ void Newton::begin(IslandSystem& system) {
   totals_.iterations = totals_.line_search_evaluations = 0;
   totals_.residual_history.clear();
   totals_.cost_history.clear();
+}
+
+// Of the point that evaluate_residual saw last.
+double Newton::cost_here() const {
+  double sum = 0.5 * dot(difference_, momentum_);
+  for (const auto& c : system_->constraints()) sum += potential(c.law, y_.data() + c.row);
+  return sum;
 }
 
 double Newton::cost(const std::vector<double>& w, const std::vector<double>& y) {
@@ -134,10 +140,11 @@ bool Newton::advance(std::vector<double>& w, std::vector<double>& f) {
   return unsymmetric_ ? advance_residual(w, f) : advance_cost(w);
 }
 
-// Goes along step_ to where the cost is least. False if that is nowhere.
-bool Newton::advance_cost(std::vector<double>& w) {
+// The zero of the residual's component along step_: with a cost, where that is least.
+LineSearchResult Newton::search_step() {
+  LineSearchResult nowhere;
   const double at_zero = dot(gradient_, step_);
-  if (!(at_zero < 0.0)) return false;
+  if (!(at_zero < 0.0)) return nowhere;
   system_->multiply_jacobian(step_.data(), y_step_.data());
   system_->multiply_mass(step_.data(), mass_step_.data());
   const double linear = dot(momentum_, step_), quadratic = dot(mass_step_, step_);
@@ -153,20 +160,33 @@ bool Newton::advance_cost(std::vector<double>& w) {
   };
   const LineSearchResult found = search_line(derivative, at_zero, kLineSearchAccuracy);
   totals_.line_search_evaluations += found.evaluations;
+  return found;
+}
+
+bool Newton::advance_cost(std::vector<double>& w) {
+  const LineSearchResult found = search_step();
   for (size_t i = 0; i < w.size(); ++i) w[i] += found.step * step_[i];
   return found.found;
 }
 
-// Halves the step until the residual falls; leaves w where it was if it never does.
+// To the zero along the step if the residual is smaller there, else halves the step until it is;
+// leaves w where it was if it never is.
 bool Newton::advance_residual(std::vector<double>& w, std::vector<double>& f) {
   const double before = gradient_norm_;
   trial_ = w;
-  double alpha = 1.0;
-  for (int i = 0; i < kMaxHalvings; ++i, alpha *= 0.5) {
+  const auto improves = [&](double alpha) {
     for (size_t j = 0; j < w.size(); ++j) w[j] = trial_[j] + alpha * step_[j];
     evaluate_residual(w, f);
     ++totals_.line_search_evaluations;
-    if (gradient_norm_ < (1.0 - kSufficientDecrease * alpha) * before) return true;
+    return gradient_norm_ < (1.0 - kSufficientDecrease * std::min(alpha, 1.0)) * before;
+  };
+  if (search_first) {
+    const LineSearchResult found = search_step();
+    if (found.found && found.step != 1.0 && improves(found.step)) return true;
+  }
+  double alpha = 1.0;
+  for (int i = 0; i < kMaxHalvings; ++i, alpha *= 0.5) {
+    if (improves(alpha)) return true;
   }
   w = trial_;
   return false;
@@ -184,7 +204,7 @@ Newton::Result Newton::run(double tolerance, int max_iterations, std::vector<dou
     evaluate_residual(w, f);
     result.residual = scale_ > 0.0 ? gradient_norm_ / scale_ : 0.0;
     totals_.residual_history.push_back(result.residual);
-    if (!unsymmetric_) totals_.cost_history.push_back(cost(w, y_));
+    if (!unsymmetric_) totals_.cost_history.push_back(cost_here());
     if (!std::isfinite(gradient_norm_)) {
       result.status = Status::kNotFinite;
       return result;
@@ -195,7 +215,7 @@ Newton::Result Newton::run(double tolerance, int max_iterations, std::vector<dou
     }
     // A step that did not reduce the residual, or a line search lost in noise: round-off, or
     // failure?
-    const bool stalled = !moved || gradient_norm_ > 0.5 * best;
+    const bool stalled = !moved || gradient_norm_ > 0.5 * best || max_iterations == 0;
     if (gradient_norm_ < kProgress * milestone) {
       milestone = gradient_norm_;
       since_milestone = 0;

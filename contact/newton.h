@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "counterpoint/contact/island_system.h"
+#include "counterpoint/contact/line_search.h"
 #include "counterpoint/contact/solver.h"
 
 namespace counterpoint::contact {
@@ -40,12 +41,18 @@ class Newton {
   void count(int iterations) { totals_.iterations += iterations; }
   const Totals& totals() const { return totals_; }
 
+  /// With Coulomb laws: try the zero of the residual along the step before the full step. Usually
+  /// far better, now and then the opposite.
+  bool search_first = true;
+
  private:
   double cost(const std::vector<double>& w, const std::vector<double>& y);
+  double cost_here() const;
   void evaluate_residual(const std::vector<double>& w, std::vector<double>& f);
   double roundoff_floor(const std::vector<double>& w);
   bool compute_direction();
   bool advance(std::vector<double>& w, std::vector<double>& f);
+  LineSearchResult search_step();
   bool advance_cost(std::vector<double>& w);
   bool advance_residual(std::vector<double>& w, std::vector<double>& f);
 
