@@ -81,7 +81,8 @@ Newton::Result IslandSolver::follow_path(IslandSystem& system, const Settings& s
       newton_.choose_better(start_, w);
     }
     const int left = steps_left(settings);
-    const int steps = std::min(left, target ? kTargetSteps : kPathSteps);
+    const int target_steps = system.unsymmetric() ? kTargetSteps : left;
+    const int steps = std::min(left, target ? target_steps : kPathSteps);
     const Newton::Result result =
         newton_.run(target ? settings.tolerance : kPathTolerance, steps, w, f);
     if (succeeded(result.status)) {
