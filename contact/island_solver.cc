@@ -10,8 +10,10 @@ namespace counterpoint::contact {
 namespace {
 
 // Newton at the target smoothing is given this many steps before the path is taken.
-constexpr int kDirectSteps = 4;
+constexpr int kDirectSteps = 8;
 constexpr int kDirectStepsCoulomb = 8;
+// More of them are due when the residual has come below this.
+constexpr double kNearly = 0.3;
 // Then the interior point is given this many, and Newton these from where it ends.
 constexpr int kInteriorSteps = 60;
 constexpr int kPolishSteps = 20;
@@ -163,6 +165,10 @@ Newton::Result IslandSolver::solve(IslandSystem& system, const Settings& setting
     return !succeeded(result.status) && result.status != Status::kNotFinite &&
            steps_left(settings) > 0;
   };
+  // Close already: quadratic convergence is at work.
+  if (unsolved() && result.residual < kNearly) {
+    result = newton_.run(settings.tolerance, std::min(steps_left(settings), kPolishSteps), w, f);
+  }
   continued_ = unsolved();
   if (continued_) {
     w = start_;

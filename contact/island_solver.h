@@ -1,6 +1,6 @@
-// Solves one island: straight by Newton where that works, else by the primal-dual interior point with
-// Newton to finish, else along the path of falling smoothing,
-// else, with Coulomb laws, by the fixed point on De Saxce's shift.
+// Solves one island: straight by Newton where that works, else by the primal-dual interior point
+// with Newton to finish, else along the path of falling smoothing, else, with Coulomb laws, by the
+// fixed point on De Saxce's shift.
 #pragma once
 
 #include <vector>
