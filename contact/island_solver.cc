@@ -10,7 +10,7 @@ namespace counterpoint::contact {
 namespace {
 
 // Newton at the target smoothing is given this many steps before the path is taken.
-constexpr int kDirectSteps = 8;
+constexpr int kDirectSteps = 4;
 constexpr int kDirectStepsCoulomb = 8;
 // More of them are due when the residual has come below this.
 constexpr double kNearly = 0.3;
