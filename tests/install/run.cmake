@@ -1,6 +1,6 @@
 # Installs the build tree into a scratch prefix, then builds and runs a project that finds it there.
 # cmake -D BUILD_DIR= -D SOURCE_DIR= -D CONSUMER_SOURCE= -D GENERATOR= -P run.cmake
-set(scratch ${BUILD_DIR}/tests/install)
+set(scratch ${BUILD_DIR}/installed)
 file(REMOVE_RECURSE ${scratch})
 function(run)
   execute_process(COMMAND ${ARGN} WORKING_DIRECTORY ${SOURCE_DIR} COMMAND_ERROR_IS_FATAL ANY)
