@@ -203,9 +203,10 @@ void fill_report(const std::vector<Comparison>& comparisons, bool pose, Report& 
   }
   report["median"] = medians;
   report["recordings"] = recordings;
-  fmt::print("{} recordings, {} failed\n", comparisons.size(), comparisons.size() - good.size());
+  fmt::print(report.text(), "{} recordings, {} failed\n", comparisons.size(),
+             comparisons.size() - good.size());
   for (const auto& [key, value] : medians.items()) {
-    fmt::print("  median {} {:.5g}\n", key, value.get<double>());
+    fmt::print(report.text(), "  median {} {:.5g}\n", key, value.get<double>());
   }
 }
 

@@ -66,8 +66,8 @@ Json number_or_null(double value) { return std::isfinite(value) ? Json(value) : 
 Json vector_json(const Vector3& v) { return {v.x(), v.y(), v.z()}; }
 
 void inspect_bodies(const Model& model, Report& report) {
-  fmt::print("\n{:<28} {:<24} {:<10} {:<24} {:>10} {:>9} {:>9} {:>9} {:>9}\n", "joint", "link",
-             "type", "parent", "mass", "lower", "upper", "effort", "damping");
+  fmt::print(report.text(), "\n{:<28} {:<24} {:<10} {:<24} {:>10} {:>9} {:>9} {:>9} {:>9}\n",
+             "joint", "link", "type", "parent", "mass", "lower", "upper", "effort", "damping");
   Json joints = Json::array();
   double total = 0.0;
   for (int i = 1; i < model.num_bodies(); ++i) {
@@ -75,7 +75,8 @@ void inspect_bodies(const Model& model, Report& report) {
     const JointInfo& joint = model.joint(i - 1);
     total += body.inertia.mass;
     const double damping = model.damping()[body.v_index];
-    fmt::print("{:<28} {:<24} {:<10} {:<24} {:>10.4g} {:>9.4g} {:>9.4g} {:>9.4g} {:>9.4g}\n",
+    fmt::print(report.text(),
+               "{:<28} {:<24} {:<10} {:<24} {:>10.4g} {:>9.4g} {:>9.4g} {:>9.4g} {:>9.4g}\n",
                joint.name, joint.link, joint_type_name(body.joint_type),
                link_name(model, body.parent), body.inertia.mass, joint.lower, joint.upper,
                joint.effort_limit, damping);
@@ -93,18 +94,18 @@ void inspect_bodies(const Model& model, Report& report) {
                       {"dry_friction", model.dry_friction()[body.v_index]},
                       {"actuated", joint.actuated}});
   }
-  fmt::print("total mass {:.6g} kg\n", total);
+  fmt::print(report.text(), "total mass {:.6g} kg\n", total);
   report["mass_kg"] = total;
   report["joints"] = joints;
 }
 
 void inspect_geometries(const Model& model, Report& report) {
-  fmt::print("\n{:<32} {:<24} {:<12} {:<28} {:>8} {:>11}\n", "geometry", "link", "shape",
-             "size [m]", "friction", "restitution");
+  fmt::print(report.text(), "\n{:<32} {:<24} {:<12} {:<28} {:>8} {:>11}\n", "geometry", "link",
+             "shape", "size [m]", "friction", "restitution");
   Json geometries = Json::array();
   for (const Geometry& geometry : model.geometries()) {
     const Material& material = geometry.material;
-    fmt::print("{:<32} {:<24} {:<12} {:<28} {:>8.4g} {:>11.4g}\n", geometry.name,
+    fmt::print(report.text(), "{:<32} {:<24} {:<12} {:<28} {:>8.4g} {:>11.4g}\n", geometry.name,
                link_name(model, geometry.body), shape_name(geometry.shape.type),
                shape_size(geometry.shape), material.friction, material.restitution);
     Json entry = {{"name", geometry.name},
@@ -126,12 +127,12 @@ void inspect_geometries(const Model& model, Report& report) {
 }
 
 Json pairs_json(const Model& model, const std::vector<std::pair<int, int>>& pairs,
-                const char* why) {
+                const Report& report, const char* why) {
   Json list = Json::array();
   for (const auto& [a, b] : pairs) {
     const std::string& name_a = model.geometries()[a].name;
     const std::string& name_b = model.geometries()[b].name;
-    fmt::print("  {} - {}  ({})\n", name_a, name_b, why);
+    fmt::print(report.text(), "  {} - {}  ({})\n", name_a, name_b, why);
     list.push_back({name_a, name_b});
   }
   return list;
@@ -139,27 +140,28 @@ Json pairs_json(const Model& model, const std::vector<std::pair<int, int>>& pair
 
 void inspect_pairs(const Model& model, Report& report) {
   const collision::Collider collider(model);
-  fmt::print("\n{} geometry pairs may touch; left out:\n", collider.num_enabled_pairs());
+  fmt::print(report.text(), "\n{} geometry pairs may touch; left out:\n",
+             collider.num_enabled_pairs());
   report["enabled_pairs"] = collider.num_enabled_pairs();
   report["excluded_pairs"] =
-      pairs_json(model, model.excluded_geometry_pairs(), "excluded by the scene");
+      pairs_json(model, model.excluded_geometry_pairs(), report, "excluded by the scene");
   report["overlapping_pairs"] =
-      pairs_json(model, collider.overlapping_pairs(), "overlap in the default pose");
+      pairs_json(model, collider.overlapping_pairs(), report, "overlap in the default pose");
 }
 
 void inspect_coordinates(const Model& model, Report& report) {
   const CoordinateNames names = coordinate_names(model);
   report["coordinates"] = {{"q", names.q}, {"v", names.v}, {"force", names.force}};
-  fmt::print("\napplied forces (columns of --inputs):\n ");
-  for (const std::string& name : names.force) fmt::print(" {}", name);
-  fmt::print("\n");
+  fmt::print(report.text(), "\napplied forces (columns of --inputs):\n ");
+  for (const std::string& name : names.force) fmt::print(report.text(), " {}", name);
+  fmt::print(report.text(), "\n");
 }
 
 void inspect_notes(const Model& model, Report& report) {
   Json notes = Json::array();
-  if (!model.notes().empty()) fmt::print("\nnotes:\n");
+  if (!model.notes().empty()) fmt::print(report.text(), "\nnotes:\n");
   for (const Note& note : model.notes()) {
-    fmt::print("  {}: {}\n", note.where, note.message);
+    fmt::print(report.text(), "  {}: {}\n", note.where, note.message);
     notes.push_back({{"where", note.where}, {"message", note.message}});
   }
   report["notes"] = notes;
@@ -177,11 +179,11 @@ int inspect(Arguments& arguments) {
   report["gravity_m_s2"] = vector_json(model.gravity());
   report["time_step_s"] = scene.options.time_step;
   report["duration_s"] = scene.options.duration;
-  fmt::print(
-      "{}: {} moving bodies in {} trees, {} coordinates, {} velocities; time step {:.6g} s, "
-      "duration {:.6g} s\n",
-      scene.name, model.num_joints(), model.num_trees(), model.nq(), model.nv(),
-      scene.options.time_step, scene.options.duration);
+  fmt::print(report.text(),
+             "{}: {} moving bodies in {} trees, {} coordinates, {} velocities; time step {:.6g} s, "
+             "duration {:.6g} s\n",
+             scene.name, model.num_joints(), model.num_trees(), model.nq(), model.nv(),
+             scene.options.time_step, scene.options.duration);
   inspect_bodies(model, report);
   inspect_geometries(model, report);
   inspect_pairs(model, report);

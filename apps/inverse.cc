@@ -137,7 +137,8 @@ int inverse(Arguments& arguments) {
   report["force_scale_max"] = extremes.scale;
   report["unactuated_force_max"] = extremes.unactuated;
   report["velocity_mismatch_max"] = extremes.mismatch;
-  fmt::print("{} steps; largest force at work {:.6g}, largest unactuated force {:.3g} [N, N m]\n",
+  fmt::print(report.text(),
+             "{} steps; largest force at work {:.6g}, largest unactuated force {:.3g} [N, N m]\n",
              trajectory.num_steps(), extremes.scale, extremes.unactuated);
   if (trajectory.applied_force.size() > 0) {
     const auto relative = [](double error, double scale) {
@@ -148,6 +149,7 @@ int inverse(Arguments& arguments) {
     report["applied_force_relative_error_max"] = relative(extremes.error, extremes.scale);
     report["applied_force_relative_to_applied_max"] = relative(extremes.error, extremes.recorded);
     fmt::print(
+        report.text(),
         "applied forces recovered to {:.3g} of the largest force at work, {:.3g} of the largest "
         "applied\n",
         relative(extremes.error, extremes.scale), relative(extremes.error, extremes.recorded));

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <cstdio>
 #include <nlohmann/json.hpp>
 #include <string>
 
@@ -16,6 +17,8 @@ class Report {
   /// Starts the report with what every command says: command, version, scene.
   void begin(const std::string& command, const std::string& scene);
   Json& operator[](const char* key) { return json_[key]; }
+  /// Where the command's text for people goes: standard output, unless the report goes there.
+  std::FILE* text() const { return file_ == "-" ? stderr : stdout; }
   /// Writes the file if --json was given ("-": standard output). @throws InputError if it cannot be
   /// created.
   void write() const;

@@ -144,6 +144,7 @@ int simulate(Arguments& arguments) {
   }
   const double simulated = simulator.state().time - start.time;
   fmt::print(
+      report.text(),
       "{} steps, {:.6g} s simulated in {:.3g} s; {:.3g} contacts and {:.3g} Newton iterations a "
       "step, deepest penetration {:.3g} m\n",
       tally.steps, simulated, tally.wall_seconds,

@@ -96,6 +96,13 @@ TEST_F(Command, SimulateReports) {
   EXPECT_EQ(std::count(trajectory.begin(), trajectory.end(), '\n'), 502);  // header, 501 states
 }
 
+TEST_F(Command, AReportOnStandardOutputStandsAlone) {
+  const CommandResult result =
+      folder_.run("simulate data/scenes/cube_drop.yaml --duration 0.01 --json -");
+  EXPECT_EQ(nlohmann::json::parse(result.output)["steps"], 5);  // throws if there is more
+  EXPECT_NE(result.errors.find("5 steps"), std::string::npos);
+}
+
 TEST_F(Command, SameInputGivesTheSameBytes) {
   const std::string run =
       "simulate data/scenes/quadruped_drop.yaml --duration 0.6 --random-inputs 0.5 "
