@@ -108,7 +108,7 @@ struct Solver::Impl {
   Report report;
 
   void solve_island(const Problem& problem, const Settings& settings, int island,
-                    Eigen::Ref<VectorX> w_all, VectorX& impulse);
+                    Eigen::Ref<VectorX> w_all, Eigen::Ref<VectorX> impulse);
 };
 
 Solver::Solver() : impl_(std::make_unique<Impl>()) {
@@ -122,7 +122,7 @@ Solver::Solver(Solver&&) noexcept = default;
 Solver& Solver::operator=(Solver&&) noexcept = default;
 
 void Solver::Impl::solve_island(const Problem& problem, const Settings& settings, int island,
-                                Eigen::Ref<VectorX> w_all, VectorX& impulse) {
+                                Eigen::Ref<VectorX> w_all, Eigen::Ref<VectorX> impulse) {
   system.load(problem, islands.blocks(island), islands.constraints(island), settings.factorization);
   w.resize(system.size());
   f.resize(system.num_rows());
@@ -153,6 +153,12 @@ void Solver::Impl::solve_island(const Problem& problem, const Settings& settings
 
 const Report& Solver::solve(const Problem& problem, const Settings& settings, Eigen::Ref<VectorX> w,
                             VectorX& impulse) {
+  impulse.resize(problem.num_rows());
+  return solve(problem, settings, w, Eigen::Ref<VectorX>(impulse));
+}
+
+const Report& Solver::solve(const Problem& problem, const Settings& settings, Eigen::Ref<VectorX> w,
+                            Eigen::Ref<VectorX> impulse) {
   Impl& m = *impl_;
   Report& report = m.report;
   report.status = check(problem, w);
@@ -161,7 +167,7 @@ const Report& Solver::solve(const Problem& problem, const Settings& settings, Ei
   report.continuation = false;
   report.residual_history.clear();
   report.cost_history.clear();
-  impulse.setZero(problem.num_rows());
+  impulse.setZero();
   if (report.status != Status::kConverged) return report;
 
   m.islands.compute(problem, settings.split_islands);

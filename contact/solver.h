@@ -61,7 +61,10 @@ class Solver {
   Solver& operator=(Solver&&) noexcept;
 
   /// w: start on entry (the last velocity, say), w+ on return, also when not converged. impulse: f,
-  /// all rows. No allocation once sizes have been seen.
+  /// num_rows long. No allocation once sizes have been seen.
+  const Report& solve(const Problem& problem, const Settings& settings, Eigen::Ref<VectorX> w,
+                      Eigen::Ref<VectorX> impulse);
+  /// The same; resizes `impulse` to all rows, which allocates when their number changes.
   const Report& solve(const Problem& problem, const Settings& settings, Eigen::Ref<VectorX> w,
                       VectorX& impulse);
 

@@ -14,8 +14,9 @@ Vector6 stack(const Vector3& a, const Vector3& b) {
   return s;
 }
 
-/// What is passed on to the parent if a joint lets the motion IA a - U (...) through: the inertia and
-/// bias force seen through a joint of one coordinate. S is (axis, 0) if revolute, else (0, axis).
+/// What is passed on to the parent if a joint lets the motion IA a - U (...) through: the inertia
+/// and bias force seen through a joint of one coordinate. S is (axis, 0) if revolute, else (0,
+/// axis).
 bool reduce_single(bool revolute, const Vector3& axis, double tau, double diagonal, const Motion& c,
                    bool has_parent, ArticulatedInertia& IA, Force& pA, Force& U, double& D_inv,
                    double& u) {
@@ -136,8 +137,12 @@ bool aba(const Model& model, const VectorRef& tau, const VectorRef& extra, const
         a_i[0] = data.D_inv[i] * (data.u[i] - dot(A, data.U[i]));
         break;
       case JointType::kPlanar:
-      case JointType::kSpherical: accelerate_multi<3>(data.multi[i], A, a_i); break;
-      case JointType::kFloating: accelerate_multi<6>(data.multi[i], A, a_i); break;
+      case JointType::kSpherical:
+        accelerate_multi<3>(data.multi[i], A, a_i);
+        break;
+      case JointType::kFloating:
+        accelerate_multi<6>(data.multi[i], A, a_i);
+        break;
     }
     data.A[i] = A + joint_motion(body.joint_type, &data.axis[body.v_index], a_i);
   }

@@ -1,4 +1,5 @@
-// A 6x6 symmetric inertia over (angular, linear), as three 3x3 blocks: rigid, composite or articulated.
+// A 6x6 symmetric inertia over (angular, linear), as three 3x3 blocks: rigid, composite or
+// articulated.
 #pragma once
 
 #include "counterpoint/model/spatial.h"

@@ -11,11 +11,16 @@ namespace {
 /// Radius [m] about the geometry frame's origin that holds the whole shape.
 double bounding_radius(const Shape& shape) {
   switch (shape.type) {
-    case ShapeType::kPlane: return 0.0;
-    case ShapeType::kSphere: return shape.size.x();
-    case ShapeType::kBox: return shape.size.norm();
-    case ShapeType::kCapsule: return shape.size.x() + shape.size.y();
-    case ShapeType::kCylinder: return std::hypot(shape.size.x(), shape.size.y());
+    case ShapeType::kPlane:
+      return 0.0;
+    case ShapeType::kSphere:
+      return shape.size.x();
+    case ShapeType::kBox:
+      return shape.size.norm();
+    case ShapeType::kCapsule:
+      return shape.size.x() + shape.size.y();
+    case ShapeType::kCylinder:
+      return std::hypot(shape.size.x(), shape.size.y());
     case ShapeType::kConvexMesh: {
       double radius = 0.0;
       for (const Vector3& v : shape.mesh->vertices) radius = std::max(radius, v.norm());
@@ -32,8 +37,22 @@ std::vector<double> body_radii(const Model& model) {
   return radius;
 }
 
-/// Distance [rad or m] within which a joint limit gets a row, at rest: wide, since a row is cheap and
-/// a limit missed for one step is overrun.
+/// Share of the rotational inverse inertia, times the square of the body's radius, that counts
+/// where the centre of mass cannot move: a wheel on its axle. Below 1 / m for every free convex
+/// body.
+constexpr double kRotationShare = 0.1;
+
+std::vector<double> contact_weights(const InverseWeights& weights,
+                                    const std::vector<double>& radius) {
+  std::vector<double> out(radius.size(), 0.0);
+  for (size_t b = 0; b < out.size(); ++b)
+    out[b] =
+        std::max(weights.body[b], kRotationShare * weights.rotational[b] * radius[b] * radius[b]);
+  return out;
+}
+
+/// Distance [rad or m] within which a joint limit gets a row, at rest: wide, since a row is cheap
+/// and a limit missed for one step is overrun.
 constexpr double kLimitMargin = 0.1;
 
 void find_limits(const Model& model, const SimulationOptions& options, const VectorRef& q,
@@ -60,8 +79,7 @@ void find_mimics(const Model& model, const SimulationOptions& options, const Vec
   for (const Mimic& mimic : model.mimics()) {
     const Body& follower = model.body(mimic.joint + 1);
     const Body& master = model.body(mimic.master + 1);
-    const double error =
-        q[follower.q_index] - mimic.multiplier * q[master.q_index] - mimic.offset;
+    const double error = q[follower.q_index] - mimic.multiplier * q[master.q_index] - mimic.offset;
     const double alpha = weights.dof[follower.v_index] +
                          mimic.multiplier * mimic.multiplier * weights.dof[master.v_index];
     JointConstraint row;
@@ -79,7 +97,9 @@ ConstraintFinder::ConstraintFinder(const Model& model, InverseWeights weights)
     : weights_(std::move(weights)),
       collider_(model),
       radius_(body_radii(model)),
-      margin_(model.num_bodies(), 0.0) {}
+      margin_(model.num_bodies(), 0.0) {
+  contact_weight_ = contact_weights(weights_, radius_);
+}
 
 void ConstraintFinder::find(const Model& model, const SimulationOptions& options,
                             const VectorRef& q, const VectorRef& v, const Data& data,
@@ -106,6 +126,8 @@ void ConstraintFinder::find_contacts(const Model& model, const SimulationOptions
   for (const collision::Candidate& candidate : candidates_) {
     const Geometry& a = model.geometries()[candidate.geometry_a];
     const Geometry& b = model.geometries()[candidate.geometry_b];
+    const double alpha = contact_weight_[a.body] + contact_weight_[b.body];
+    if (!(alpha > 0.0)) continue;  // neither side can move, in any way
     ContactConstraint contact;
     contact.candidate = candidate;
     contact.body_a = a.body;
@@ -115,7 +137,7 @@ void ConstraintFinder::find_contacts(const Model& model, const SimulationOptions
     contact.law.rows = 3;
     const Vector3 v = contact_velocity(contact, data, data.V);
     contact.law = make_contact_law(options.contact, h, combine_materials(a.material, b.material),
-                                   weights_.body[a.body] + weights_.body[b.body], candidate.gap, v);
+                                   alpha, candidate.gap, v);
     out.max_penetration = std::max(out.max_penetration, -candidate.gap);
     out.contacts.push_back(contact);
   }
@@ -137,7 +159,9 @@ contact::Rows contact_velocity(const ContactConstraint& contact, const Data& dat
   contact::Rows rows(contact.law.rows);
   rows.head(std::min<int>(contact.law.rows, 3)) =
       (contact.frame.transpose() * linear).head(std::min<int>(contact.law.rows, 3));
-  if (turning) rows.tail(contact.law.rows - 3) = (contact.frame.transpose() * angular).head(contact.law.rows - 3);
+  if (turning)
+    rows.tail(contact.law.rows - 3) =
+        (contact.frame.transpose() * angular).head(contact.law.rows - 3);
   return rows;
 }
 

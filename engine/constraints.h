@@ -20,7 +20,8 @@ struct ContactConstraint {
   contact::Law law;
 };
 
-/// One row on joint coordinates: y = coefficient[0] w[v_index[0]] + coefficient[1] w[v_index[1]] + b.
+/// One row on joint coordinates: y = coefficient[0] w[v_index[0]] + coefficient[1] w[v_index[1]] +
+/// b.
 struct JointConstraint {
   contact::Law law;
   int v_index[2] = {-1, -1};  ///< the second is -1 for a limit
@@ -40,8 +41,8 @@ class ConstraintFinder {
  public:
   ConstraintFinder(const Model& model, InverseWeights weights);
 
-  /// Everything which may push within the step, judged from (q, v) alone: the inverse must come to the
-  /// same set. Needs compute_poses and compute_velocities.
+  /// Everything which may push within the step, judged from (q, v) alone: the inverse must come to
+  /// the same set. Needs compute_poses and compute_velocities.
   void find(const Model& model, const SimulationOptions& options, const VectorRef& q,
             const VectorRef& v, const Data& data, ConstraintSet& out);
 
@@ -53,6 +54,7 @@ class ConstraintFinder {
                      ConstraintSet& out);
 
   InverseWeights weights_;
+  std::vector<double> contact_weight_;  ///< inverse mass a contact on each body feels [1/kg]
   collision::Collider collider_;
   std::vector<double> radius_;  ///< of each body's geometry about the body origin [m]
   std::vector<double> margin_;

@@ -11,12 +11,13 @@ namespace counterpoint {
 /// @param pair   combined materials of the two surfaces
 /// @param alpha  sum of the two bodies' inverse weights [1/kg]
 /// @param gap    signed distance [m]
-/// @param v      velocity of B relative to A at the contact now, in the contact frame (n, t1, t2) [m/s]
+/// @param v      velocity of B relative to A at the contact now, in the contact frame (n, t1, t2)
+/// [m/s]
 contact::Law make_contact_law(const ContactOptions& options, double h, const Material& pair,
                               double alpha, double gap, const Vector3& v);
 
-/// Law of a joint limit: gap [rad or m] to the limit, alpha the joint's inverse weight. The smoothing
-/// length counts as an angle [rad] for revolute joints.
+/// Law of a joint limit: gap [rad or m] to the limit, alpha the joint's inverse weight. The
+/// smoothing length counts as an angle [rad] for revolute joints.
 contact::Law make_limit_law(const ContactOptions& options, double h, double alpha, double gap);
 
 /// Law of one row that is to hold exactly: `error` [m or rad] is recovered like a penetration.

@@ -11,8 +11,7 @@ void crba_tree(const Model& model, const Tree& tree, Data& data, InertiaOut M) {
   M.setZero();
   for (int i = tree.body_end - 1; i >= tree.body_begin; --i) {
     const Body& body = model.body(i);
-    if (body.parent != 0)
-      data.composite[body.parent] += data.composite[i].shifted(data.arm[i]);
+    if (body.parent != 0) data.composite[body.parent] += data.composite[i].shifted(data.arm[i]);
     const int row = body.v_index - tree.v_begin;
     for (int j = 0; j < joint_nv(body.joint_type); ++j) {
       Force f = data.composite[i] * data.axis[body.v_index + j];

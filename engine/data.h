@@ -1,7 +1,7 @@
 // Per-body results of the recursive algorithms. Recomputable; fields grouped by what fills them.
 //
-// Every body's motions and forces are kept in world axes at the body's own origin: going from body to
-// parent then takes a shift and no rotation, and lengths in the arithmetic stay those of a link,
+// Every body's motions and forces are kept in world axes at the body's own origin: going from body
+// to parent then takes a shift and no rotation, and lengths in the arithmetic stay those of a link,
 // however far from the world's origin it is (docs/decisions.md).
 #pragma once
 
@@ -24,12 +24,12 @@ struct Data {
 
   // compute_poses (kinematics.h)
   std::vector<Pose> X_WB;
-  std::vector<Vector3> arm;            ///< from the parent's origin to the body's, in W [m]
-  std::vector<Motion> axis;            ///< nv: columns of the joints' motion subspaces S, in W
+  std::vector<Vector3> arm;  ///< from the parent's origin to the body's, in W [m]
+  std::vector<Motion> axis;  ///< nv: columns of the joints' motion subspaces S, in W
 
   // compute_velocities
-  std::vector<Motion> V;               ///< V_WB
-  std::vector<Motion> c;               ///< velocity product: dS/dt v + V x S v
+  std::vector<Motion> V;  ///< V_WB
+  std::vector<Motion> c;  ///< velocity product: dS/dt v + V x S v
 
   // compute_inertias
   std::vector<SpatialInertia> inertia;
@@ -39,15 +39,15 @@ struct Data {
   bool has_external = false;
 
   // rnea
-  std::vector<Motion> A;               ///< spatial acceleration less gravity
-  std::vector<Force> F;                ///< force through the joint
+  std::vector<Motion> A;  ///< spatial acceleration less gravity
+  std::vector<Force> F;   ///< force through the joint
 
   // aba
   std::vector<ArticulatedInertia> IA;
   std::vector<Force> pA;
-  std::vector<Force> U;                ///< joints of one coordinate: IA S
+  std::vector<Force> U;  ///< joints of one coordinate: IA S
   std::vector<double> D_inv, u;
-  std::vector<MultiDofFactor> multi;   ///< by body; used where joint_nv > 1
+  std::vector<MultiDofFactor> multi;  ///< by body; used where joint_nv > 1
 
   // crba
   std::vector<ArticulatedInertia> composite;

@@ -32,11 +32,15 @@ void integrate_configuration(const Model& model, const VectorRef& q, const Vecto
     double* out = q_next.data() + body.q_index;
     switch (body.joint_type) {
       case JointType::kRevolute:
-      case JointType::kPrismatic: out[0] = q_b[0] + h * v_b[0]; break;
+      case JointType::kPrismatic:
+        out[0] = q_b[0] + h * v_b[0];
+        break;
       case JointType::kPlanar:
         for (int i = 0; i < 3; ++i) out[i] = q_b[i] + h * v_b[i];
         break;
-      case JointType::kSpherical: rotate(q_b, v_b, h, out); break;
+      case JointType::kSpherical:
+        rotate(q_b, v_b, h, out);
+        break;
       case JointType::kFloating:
         for (int i = 0; i < 3; ++i) out[i] = q_b[i] + h * v_b[i];
         rotate(q_b + 3, v_b + 3, h, out + 3);
@@ -54,11 +58,15 @@ void configuration_difference(const Model& model, const VectorRef& q_from, const
     double* out = v.data() + body.v_index;
     switch (body.joint_type) {
       case JointType::kRevolute:
-      case JointType::kPrismatic: out[0] = to[0] - from[0]; break;
+      case JointType::kPrismatic:
+        out[0] = to[0] - from[0];
+        break;
       case JointType::kPlanar:
         for (int i = 0; i < 3; ++i) out[i] = to[i] - from[i];
         break;
-      case JointType::kSpherical: rotation_difference(from, to, out); break;
+      case JointType::kSpherical:
+        rotation_difference(from, to, out);
+        break;
       case JointType::kFloating:
         for (int i = 0; i < 3; ++i) out[i] = to[i] - from[i];
         rotation_difference(from + 3, to + 3, out + 3);

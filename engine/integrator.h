@@ -5,8 +5,8 @@
 
 namespace counterpoint {
 
-/// q_next = q (+) h v: translations along v, rotations by the exponential map, quaternions kept at unit
-/// length. q, q_next: nq (may be the same memory); v: nv.
+/// q_next = q (+) h v: translations along v, rotations by the exponential map, quaternions kept at
+/// unit length. q, q_next: nq (may be the same memory); v: nv.
 void integrate_configuration(const Model& model, const VectorRef& q, const VectorRef& v, double h,
                              VectorOut q_next);
 

@@ -12,7 +12,8 @@ namespace {
 void respond(const Model& model, const Tree& tree, const VectorX& tau, const VectorX& zero,
              Data& data, VectorX& a) {
   int singular = 0;
-  if (aba(model, tau, zero, Vector3::Zero(), tree.body_begin, tree.body_end, data, a, &singular)) return;
+  if (aba(model, tau, zero, Vector3::Zero(), tree.body_begin, tree.body_end, data, a, &singular))
+    return;
   throw InputError(
       fmt::format("joint '{}': the inertia it moves is not positive in the default pose; give its "
                   "link '{}' an inertial element (or the joint an armature)",
@@ -24,6 +25,7 @@ void respond(const Model& model, const Tree& tree, const VectorX& tau, const Vec
 InverseWeights compute_inverse_weights(const Model& model, Data& data) {
   InverseWeights weights;
   weights.body.assign(model.num_bodies(), 0.0);
+  weights.rotational.assign(model.num_bodies(), 0.0);
   weights.dof = VectorX::Zero(model.nv());
   VectorX tau = VectorX::Zero(model.nv()), a = tau;
   const VectorX zero = tau;
@@ -40,6 +42,9 @@ InverseWeights compute_inverse_weights(const Model& model, Data& data) {
         data.external[b] = {center.cross(push), push};
         respond(model, tree, tau, zero, data, a);
         weights.body[b] += data.A[b].at(center)[axis] / 3.0;
+        data.external[b] = {push, Vector3::Zero()};
+        respond(model, tree, tau, zero, data, a);
+        weights.rotational[b] += data.A[b].angular[axis] / 3.0;
       }
       data.external[b] = Force();
     }

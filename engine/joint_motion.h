@@ -1,5 +1,5 @@
-// What each joint type does, by switch: pose across the joint, motion subspace, and products with it.
-// Conventions of q and v: model/joint.h.
+// What each joint type does, by switch: pose across the joint, motion subspace, and products with
+// it. Conventions of q and v: model/joint.h.
 #pragma once
 
 #include <cmath>
@@ -22,8 +22,10 @@ inline Matrix3 turned_about_z(const Matrix3& R, double angle) {
 inline Pose joint_pose(const Pose& X_WJ, JointType type, const double* q) {
   const Matrix3& R = X_WJ.rotation;
   switch (type) {
-    case JointType::kRevolute: return {turned_about_z(R, q[0]), X_WJ.translation};
-    case JointType::kPrismatic: return {R, X_WJ.translation + q[0] * R.col(2)};
+    case JointType::kRevolute:
+      return {turned_about_z(R, q[0]), X_WJ.translation};
+    case JointType::kPrismatic:
+      return {R, X_WJ.translation + q[0] * R.col(2)};
     case JointType::kPlanar:
       return {turned_about_z(R, q[2]), X_WJ.translation + q[0] * R.col(0) + q[1] * R.col(1)};
     case JointType::kSpherical:
@@ -39,8 +41,12 @@ inline Pose joint_pose(const Pose& X_WJ, JointType type, const double* q) {
 inline void joint_axes(JointType type, const Matrix3& R_WJ, const Matrix3& R_WB, Motion* axis) {
   const Vector3 zero = Vector3::Zero();
   switch (type) {
-    case JointType::kRevolute: axis[0] = {R_WJ.col(2), zero}; return;
-    case JointType::kPrismatic: axis[0] = {zero, R_WJ.col(2)}; return;
+    case JointType::kRevolute:
+      axis[0] = {R_WJ.col(2), zero};
+      return;
+    case JointType::kPrismatic:
+      axis[0] = {zero, R_WJ.col(2)};
+      return;
     case JointType::kPlanar:
       axis[0] = {zero, R_WJ.col(0)};
       axis[1] = {zero, R_WJ.col(1)};
@@ -59,8 +65,10 @@ inline void joint_axes(JointType type, const Matrix3& R_WJ, const Matrix3& R_WB,
 /// S a: the motion across the joint for rates a.
 inline Motion joint_motion(JointType type, const Motion* axis, const double* a) {
   switch (type) {
-    case JointType::kRevolute: return {axis[0].angular * a[0], Vector3::Zero()};
-    case JointType::kPrismatic: return {Vector3::Zero(), axis[0].linear * a[0]};
+    case JointType::kRevolute:
+      return {axis[0].angular * a[0], Vector3::Zero()};
+    case JointType::kPrismatic:
+      return {Vector3::Zero(), axis[0].linear * a[0]};
     case JointType::kPlanar:
       return {axis[2].angular * a[2], axis[0].linear * a[0] + axis[1].linear * a[1]};
     case JointType::kSpherical:
@@ -76,8 +84,12 @@ inline Motion joint_motion(JointType type, const Motion* axis, const double* a) 
 /// tau += S' f: the force along the joint's coordinates.
 inline void add_joint_force(JointType type, const Motion* axis, const Force& f, double* tau) {
   switch (type) {
-    case JointType::kRevolute: tau[0] += axis[0].angular.dot(f.torque); return;
-    case JointType::kPrismatic: tau[0] += axis[0].linear.dot(f.force); return;
+    case JointType::kRevolute:
+      tau[0] += axis[0].angular.dot(f.torque);
+      return;
+    case JointType::kPrismatic:
+      tau[0] += axis[0].linear.dot(f.force);
+      return;
     case JointType::kPlanar:
       tau[0] += axis[0].linear.dot(f.force);
       tau[1] += axis[1].linear.dot(f.force);

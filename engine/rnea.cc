@@ -6,8 +6,8 @@
 namespace counterpoint {
 namespace {
 
-/// I A + V x* (I V): the force that moves a body, in world axes at its origin. The rotational inertia
-/// stays in body axes, where it is constant.
+/// I A + V x* (I V): the force that moves a body, in world axes at its origin. The rotational
+/// inertia stays in body axes, where it is constant.
 Force rigid_body_force(const SpatialInertia& inertia, const Matrix3& R_WB, const Motion& V,
                        const Motion& A) {
   const Vector3 center = R_WB * inertia.center;
@@ -35,7 +35,8 @@ void rnea(const Model& model, const VectorRef& a, Data& data, VectorOut tau) {
   tau = model.armature().cwiseProduct(a);
   for (int i = model.num_bodies() - 1; i > 0; --i) {
     const Body& body = model.body(i);
-    add_joint_force(body.joint_type, &data.axis[body.v_index], data.F[i], tau.data() + body.v_index);
+    add_joint_force(body.joint_type, &data.axis[body.v_index], data.F[i],
+                    tau.data() + body.v_index);
     if (body.parent != 0) data.F[body.parent] += shift(data.F[i], data.arm[i]);
   }
 }

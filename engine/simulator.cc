@@ -18,7 +18,8 @@ void Simulator::set_state(const State& state) {
 void Simulator::reset() { state_ = {0.0, scene_.q, scene_.v}; }
 
 StepReport Simulator::step() {
-  const StepReport report = step_forward(model(), options(), settings_, state_, input_, workspace_, next_);
+  const StepReport report =
+      step_forward(model(), options(), settings_, state_, input_, workspace_, next_);
   if (report.succeeded()) std::swap(state_, next_);
   return report;
 }

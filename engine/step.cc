@@ -27,11 +27,12 @@ struct Workspace::Impl {
   std::vector<int> block_of_tree;
   contact::Problem problem;
   contact::Solver solver;
-  VectorX w;        ///< velocities of the touched trees, as the problem orders them
-  VectorX impulse;  ///< of all constraints
+  // Grown only: Eigen allocates whenever a size changes.
+  VectorX w;        ///< velocities of the touched trees, as the problem orders them, then unused
+  VectorX impulse;  ///< of all constraints, then unused
 
   // inverse
-  std::vector<Motion> velocity;      ///< V at v_next
+  std::vector<Motion> velocity;  ///< V at v_next
   std::vector<Force> body_impulse;
 
   VectorX tau, extra, acceleration;
@@ -66,11 +67,16 @@ bool compute_free_velocity(const Model& model, double h, const State& state, con
   return ok;
 }
 
+void grow(VectorX& v, int size) {
+  if (v.size() < size) v.resize(size);
+}
+
 /// Replaces the velocities of the touched trees by the solution of the contact problem.
 void solve_constraints(const Model& model, const contact::Settings& settings, const State& state,
                        Workspace::Impl& ws, VectorX& w, StepReport& report) {
   assemble_problem(model, ws.constraints, w, ws.extra, ws.data, ws.block_of_tree, ws.problem);
-  ws.w.resize(ws.problem.num_velocities());
+  grow(ws.w, ws.problem.num_velocities());
+  grow(ws.impulse, ws.problem.num_rows());
   for (int t = 0; t < model.num_trees(); ++t) {
     const int block = ws.block_of_tree[t];
     if (block < 0) continue;
@@ -78,7 +84,9 @@ void solve_constraints(const Model& model, const contact::Settings& settings, co
     ws.w.segment(ws.problem.block_start(block), ws.problem.block_size(block)) =
         state.v.segment(tree.v_begin, tree.v_end - tree.v_begin);
   }
-  const contact::Report& solved = ws.solver.solve(ws.problem, settings, ws.w, ws.impulse);
+  const contact::Report& solved =
+      ws.solver.solve(ws.problem, settings, ws.w.head(ws.problem.num_velocities()),
+                      Eigen::Ref<VectorX>(ws.impulse.head(ws.problem.num_rows())));
   report.status = solved.status;
   report.newton_iterations = solved.iterations;
   report.residual = solved.residual;

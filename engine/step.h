@@ -16,8 +16,8 @@
 
 namespace counterpoint {
 
-/// Scratch of one thread for one model: created once, grown while sizes are new, then reused. Deleting
-/// it loses nothing.
+/// Scratch of one thread for one model: created once, grown while sizes are new, then reused.
+/// Deleting it loses nothing.
 class Workspace {
  public:
   explicit Workspace(const Model& model);
@@ -34,16 +34,16 @@ class Workspace {
 
 struct StepReport {
   contact::Status status = contact::Status::kConverged;
-  int contacts = 0;            ///< contact candidates given to the solver
-  int constraint_rows = 0;     ///< contact, limit and mimic rows
+  int contacts = 0;         ///< contact candidates given to the solver
+  int constraint_rows = 0;  ///< contact, limit and mimic rows
   int newton_iterations = 0;
   double residual = 0.0;       ///< relative, see contact::Settings::tolerance
   double max_penetration = 0;  ///< at the start of the step [m], 0 if nothing overlaps
   bool succeeded() const { return contact::succeeded(status); }
 };
 
-/// Advances `state` by options.time_step [s] under `input`. On failure (report.succeeded() is false)
-/// `next` holds the solver's best answer and must not be trusted.
+/// Advances `state` by options.time_step [s] under `input`. On failure (report.succeeded() is
+/// false) `next` holds the solver's best answer and must not be trusted.
 StepReport step_forward(const Model& model, const SimulationOptions& options,
                         const contact::Settings& settings, const State& state, const Input& input,
                         Workspace& workspace, State& next);
@@ -56,9 +56,10 @@ struct ContactForce {
 
 /// What was at work between (q, v) and v_next.
 struct Inverse {
-  VectorX applied_force;     ///< nv: u [N, N m]
-  VectorX contact_force;     ///< nv: J' f / h of contacts, limits and mimic rows [N, N m]
-  double force_scale = 0.0;  ///< largest of |inertial + bias|, |applied|, |contact| over the coordinates [N or N m]
+  VectorX applied_force;  ///< nv: u [N, N m]
+  VectorX contact_force;  ///< nv: J' f / h of contacts, limits and mimic rows [N, N m]
+  double force_scale =
+      0.0;  ///< largest of |inertial + bias|, |applied|, |contact| over the coordinates [N or N m]
   std::vector<ContactForce> contacts;
 };
 
