@@ -13,7 +13,7 @@ constexpr int kMaxFaces = 600;
 // Relative to the size of the shapes: error of the depth at which the expansion stops (finer, the faces
 // over curved shapes become so small that round-off spoils the polytope), and how far above a face a
 // point must lie to see it.
-constexpr double kDepthError = 1e-8;
+constexpr double kDepthError = 1e-6;
 constexpr double kVisible = 1e-14;
 
 struct Face {

@@ -1,5 +1,6 @@
 #include "counterpoint/collision/gjk.h"
 
+#include <algorithm>
 #include <limits>
 
 #include "counterpoint/collision/minkowski.h"
@@ -95,10 +96,10 @@ Closest closest_on_simplex(const Simplex& s) {
     case 3: return closest_on_triangle(s, 0, 1, 2);
     default: break;
   }
+  // Not 0, 1, 2: that was the simplex before, and the point added last brings it closer.
   Closest c = closest_on_triangle(s, 0, 1, 3);
   c.take_if_closer(closest_on_triangle(s, 1, 2, 3));
   c.take_if_closer(closest_on_triangle(s, 2, 0, 3));
-  c.take_if_closer(closest_on_triangle(s, 0, 1, 2));
   return c;
 }
 
@@ -115,19 +116,18 @@ void reduce(const Closest& c, Simplex& s) {
 enum class Outcome { kSeparated, kTouching, kBeyondMargin };
 
 // v becomes the point of the difference closest to the origin, a combination of the simplex.
-Outcome iterate(const MinkowskiDifference& difference, double margin, Simplex& simplex,
-                Vector3& v) {
+// On entry v is a guess of it, not zero.
+Outcome iterate(const MinkowskiDifference& difference, double margin, double error,
+                Simplex& simplex, Vector3& v) {
   const double touching = kTouchingDistance * difference.scale;
   simplex.size = 0;
-  v = difference.b.center() + difference.shift - difference.a.center();
-  if (v.squaredNorm() == 0.0) v = Vector3::UnitX();
   double distance = std::numeric_limits<double>::infinity();
   for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
     const DifferencePoint next = difference.support(-v);
     const double norm = v.norm();
     const double lower_bound = v.dot(next.w) / norm;
     if (lower_bound >= margin) return Outcome::kBeyondMargin;
-    if (distance - lower_bound <= kDistanceError * difference.scale) break;
+    if (distance - lower_bound <= error * difference.scale) break;
     bool known = false;
     for (int i = 0; i < simplex.size; ++i) known = known || simplex.points[i].w == next.w;
     if (known) break;
@@ -162,10 +162,15 @@ void fill_witness(const Simplex& simplex, const Vector3& v, Witness& out) {
 
 // Least translation that parts overlapping cores, from a first normal. B is moved along the normal until
 // the cores are a little apart; the direction of their closest points is the next normal. Exact after one
-// round for polytopes; over curved shapes the error shrinks by depth over radius of curvature a round.
+// round for polytopes; over a radius of curvature r the error of the normal shrinks by (depth + apart) /
+// (r + apart) a round, so they are moved no farther apart than they overlap.
 void refine_depth(const MinkowskiDifference& overlapping, const Vector3& first, Witness& out) {
   constexpr int kMaxRounds = 20;
-  const double apart = 0.05 * overlapping.scale;
+  constexpr int kCoarseRounds = 1;
+  constexpr double kCoarseError = 1e-7;
+  constexpr double kLeastApart = 1e-4;  // relative to the size; less would cost digits of the normal
+  constexpr double kMostApart = 0.05;
+  const double scale = overlapping.scale;
   const double infinity = std::numeric_limits<double>::infinity();
   Vector3 normal = first;
   double distance = overlapping.distance_along(normal);
@@ -174,16 +179,19 @@ void refine_depth(const MinkowskiDifference& overlapping, const Vector3& first, 
   Simplex simplex;
   Vector3 v;
   for (int round = 0; round < kMaxRounds; ++round) {
+    const double apart = std::clamp(-distance, kLeastApart * scale, kMostApart * scale);
     difference.shift = (apart - distance) * normal;
-    if (iterate(difference, infinity, simplex, v) != Outcome::kSeparated) return;
+    v = apart * normal;
+    const double error = round < kCoarseRounds ? kCoarseError : kDistanceError;
+    if (iterate(difference, infinity, error, simplex, v) != Outcome::kSeparated) return;
     Witness next;
     fill_witness(simplex, v, next);
     next.point_b -= difference.shift;
     next.distance = overlapping.distance_along(next.normal);
     const double gain = next.distance - distance;
-    if (round > 0 && gain < 0.0) return;
+    if (round > kCoarseRounds && gain < 0.0) return;
     out = next;
-    if (gain <= kDistanceError * overlapping.scale) return;
+    if (round >= kCoarseRounds && gain <= kDistanceError * scale) return;
     normal = next.normal;
     distance = next.distance;
   }
@@ -200,7 +208,9 @@ bool closest_points(const Shape& a, const Pose& X_WA, const Shape& b, const Pose
                                        Vector3::Zero()};
   Simplex simplex;
   Vector3 v;
-  switch (iterate(difference, margin + radius, simplex, v)) {
+  v = core_b.center() - core_a.center();
+  if (v.squaredNorm() == 0.0) v = Vector3::UnitX();
+  switch (iterate(difference, margin + radius, kDistanceError, simplex, v)) {
     case Outcome::kBeyondMargin: return false;
     case Outcome::kTouching:
       refine_depth(difference, expand_polytope(difference, simplex), out);

@@ -180,7 +180,8 @@ double largest_distance_along(const Shape& a, const Pose& X_A, const Shape& b, c
                                            std::sin(angle) * frame.col(1)))
                                   .normalized();
         const double trial_value = along(trial);
-        if (trial_value > value) {
+        // By more than round-off: on a plateau the search would wander without end.
+        if (trial_value > value + 1e-12) {
           value = trial_value;
           n = trial;
           better = true;
