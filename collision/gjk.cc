@@ -104,24 +104,31 @@ Closest closest_on_simplex(const Simplex& s) {
 }
 
 void reduce(const Closest& c, Simplex& s) {
-  Simplex kept;
-  kept.size = c.size;
+  std::array<DifferencePoint, 3> kept;
+  for (int i = 0; i < c.size; ++i) kept[i] = s.points[c.index[i]];
   for (int i = 0; i < c.size; ++i) {
-    kept.points[i] = s.points[c.index[i]];
-    kept.weights[i] = c.weight[i];
+    s.points[i] = kept[i];
+    s.weights[i] = c.weight[i];
   }
-  s = kept;
+  s.size = c.size;
 }
 
 enum class Outcome { kSeparated, kTouching, kBeyondMargin };
 
 // v becomes the point of the difference closest to the origin, a combination of the simplex.
-// On entry v is a guess of it, not zero.
+// On entry the simplex holds up to three points of the difference, maybe none; then v is a guess of the
+// direction, not zero.
 Outcome iterate(const MinkowskiDifference& difference, double margin, double error,
                 Simplex& simplex, Vector3& v) {
   const double touching = kTouchingDistance * difference.scale;
-  simplex.size = 0;
   double distance = std::numeric_limits<double>::infinity();
+  if (simplex.size > 0) {
+    const Closest closest = closest_on_simplex(simplex);
+    reduce(closest, simplex);
+    v = closest.point;
+    distance = v.norm();
+    if (distance <= touching) return Outcome::kTouching;
+  }
   for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
     const DifferencePoint next = difference.support(-v);
     const double norm = v.norm();
@@ -131,17 +138,15 @@ Outcome iterate(const MinkowskiDifference& difference, double margin, double err
     bool known = false;
     for (int i = 0; i < simplex.size; ++i) known = known || simplex.points[i].w == next.w;
     if (known) break;
-    Simplex grown = simplex;
-    grown.points[grown.size++] = next;
-    if (grown.size == 4 && contains_origin(grown)) {
-      simplex = grown;
-      return Outcome::kTouching;
-    }
-    const Closest closest = closest_on_simplex(grown);
+    simplex.points[simplex.size++] = next;
+    if (simplex.size == 4 && contains_origin(simplex)) return Outcome::kTouching;
+    const Closest closest = closest_on_simplex(simplex);
     const double closer = std::sqrt(closest.distance2);
-    if (closer >= distance) break;  // round-off: no progress is left
-    reduce(closest, grown);
-    simplex = grown;
+    if (!(closer < distance)) {  // round-off: no progress is left
+      --simplex.size;
+      break;
+    }
+    reduce(closest, simplex);
     distance = closer;
     v = closest.point;
     if (distance <= touching) return Outcome::kTouching;
@@ -180,7 +185,12 @@ void refine_depth(const MinkowskiDifference& overlapping, const Vector3& first, 
   Vector3 v;
   for (int round = 0; round < kMaxRounds; ++round) {
     const double apart = std::clamp(-distance, kLeastApart * scale, kMostApart * scale);
-    difference.shift = (apart - distance) * normal;
+    const Vector3 shift = (apart - distance) * normal;
+    for (int i = 0; i < simplex.size; ++i) {
+      simplex.points[i].b += shift - difference.shift;
+      simplex.points[i].w = simplex.points[i].b - simplex.points[i].a;
+    }
+    difference.shift = shift;
     v = apart * normal;
     const double error = round < kCoarseRounds ? kCoarseError : kDistanceError;
     if (iterate(difference, infinity, error, simplex, v) != Outcome::kSeparated) return;
