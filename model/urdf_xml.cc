@@ -43,6 +43,31 @@ std::string read_text(const std::filesystem::path& file) {
   return text.str();
 }
 
+/// xacro's $(optenv NAME default ...) becomes its default; the environment is not asked, so that a
+/// file means the same everywhere. Each is noted.
+std::string expand_optenv(const std::string& text, const std::string& file,
+                          std::vector<Note>& notes) {
+  constexpr std::string_view kOpen = "$(optenv ";
+  std::string out;
+  size_t from = 0;
+  for (;;) {
+    const size_t open = text.find(kOpen, from);
+    const size_t close = open == std::string::npos ? open : text.find(')', open);
+    if (close == std::string::npos) return out.append(text, from);
+    const size_t name = open + kOpen.size();
+    const size_t blank = std::min(text.find(' ', name), close);
+    const std::string value = blank < close ? text.substr(blank + 1, close - blank - 1) : "";
+    out.append(text, from, open - from).append(value);
+    const auto line =
+        1 + std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(open), '\n');
+    notes.push_back({fmt::format("{}:{}", file, line),
+                     fmt::format("$(optenv {} ...) is taken at its default, '{}'; expand the file "
+                                 "with xacro for another value",
+                                 text.substr(name, blank - name), value)});
+    from = close + 1;
+  }
+}
+
 /// Reads the elements of one robot, and turns the document into one that urdfdom understands.
 class Pass {
  public:
@@ -360,7 +385,8 @@ class Pass {
 }  // namespace
 
 UrdfXml read_urdf_xml(const std::filesystem::path& file) {
-  const std::string text = read_text(file);
+  UrdfXml out;
+  const std::string text = expand_optenv(read_text(file), file.string(), out.notes);
   const size_t declaration = text.find("<?xml");
   if (declaration != std::string::npos && declaration > 0 &&
       text.compare(0, 3, "\xEF\xBB\xBF") != 0 && text.find_first_not_of(" \t\r\n") == declaration) {
@@ -374,7 +400,6 @@ UrdfXml read_urdf_xml(const std::filesystem::path& file) {
     throw InputError(fmt::format("{}:{}: malformed XML: {}", file.string(),
                                  std::max(1, document.ErrorLineNum()), document.ErrorStr()));
   }
-  UrdfXml out;
   Pass(file, out).read(document);
   tinyxml2::XMLPrinter printer(nullptr, true);
   document.Print(&printer);

@@ -2,9 +2,6 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
-#include <fstream>
-#include <iterator>
-#include <regex>
 #include <string>
 #include <tuple>
 
@@ -22,7 +19,6 @@ struct Case {
   const char* file;     ///< "@": in the folder of shared data
   const char* options;  ///< that go with it
   double duration;      ///< [s]
-  bool has_optenv = false;
 };
 
 void PrintTo(const Case& c, std::ostream* out) { *out << c.name; }
@@ -31,16 +27,6 @@ class Inverse : public testing::TestWithParam<std::tuple<Case, double>> {};
 
 /// The issue's bound on |u recovered - u applied| / largest force at work.
 constexpr double kRelativeError = 1e-8;
-
-/// husky's URDF still holds xacro's $(optenv NAME default): a copy with the defaults in their
-/// place, as xacro would write it.
-std::string expand_optenv(const std::string& file, const CommandFolder& folder) {
-  std::ifstream stream(file, std::ios::binary);
-  const std::string text{std::istreambuf_iterator<char>(stream), {}};
-  const std::regex optenv("\\$\\(optenv [A-Z_0-9]+ ?([^)]*)\\)");
-  folder.write("expanded.urdf", std::regex_replace(text, optenv, "$1"));
-  return folder.path("expanded.urdf");
-}
 
 TEST_P(Inverse, RecoversRandomAppliedForces) {
   const auto& [scenario, time_step] = GetParam();
@@ -51,7 +37,6 @@ TEST_P(Inverse, RecoversRandomAppliedForces) {
     if (!std::filesystem::exists(scene)) {
       GTEST_SKIP() << "no " << scene << "; set COUNTERPOINT_SHARED_DATA";
     }
-    if (scenario.has_optenv) scene = expand_optenv(scene, folder);
   }
   scene += std::string(" ") + scenario.options;
   const CommandResult forward =
@@ -79,7 +64,7 @@ const Case kCases[] = {
     {"solo12", "@solo12/solo_description/robots/solo12.urdf", "--base floating --ground", 1.0},
     {"panda", "@panda_primitives/panda_description/urdf/panda_collision.urdf",
      "--base fixed --ground", 1.0},
-    {"husky", "@husky/data/husky/husky.urdf", "--base floating --ground", 1.0, true},
+    {"husky", "@husky/data/husky/husky.urdf", "--base floating --ground", 1.0},
 };
 
 INSTANTIATE_TEST_SUITE_P(

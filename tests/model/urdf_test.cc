@@ -243,6 +243,13 @@ TEST_F(UrdfTest, SharesHullsAndNotesConcavity) {
   EXPECT_TRUE(noted(spec, "1.17 times the volume"));
 }
 
+TEST_F(UrdfTest, TakesOptenvAtItsDefaultAndSaysSo) {
+  const RobotSpec spec =
+      load(pair_with("continuous", "<origin xyz='$(optenv NOT_ASKED 1 2 3)' rpy='0 0 0'/>"));
+  EXPECT_EQ(spec.joints[0].X_PJ.translation, Vector3(1, 2, 3));
+  EXPECT_TRUE(noted(spec, "NOT_ASKED"));
+}
+
 TEST_F(UrdfTest, RefusesBrokenFiles) {
   expect_refused("", 1, {});
   expect_refused("\n<?xml version=\"1.0\"?><robot name='r'><link name='a'/></robot>", 1,
