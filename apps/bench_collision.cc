@@ -1,15 +1,32 @@
-// Time of every pair function, near contact, and of a large scene.
+// Time of every pair function, near contact, of the broad phase, and of a large scene.
 #include <benchmark/benchmark.h>
 
+#include <cmath>
+#include <numbers>
 #include <random>
 #include <string>
 
+#include "counterpoint/collision/broadphase.h"
 #include "counterpoint/collision/collider.h"
 #include "counterpoint/collision/pair_contacts.h"
+#include "counterpoint/model/mesh.h"
 #include "counterpoint/model/model_builder.h"
 
 namespace counterpoint {
 namespace {
+
+// Of 64 points on an ellipsoid.
+std::shared_ptr<const ConvexMesh> hull() {
+  constexpr int kPoints = 64;
+  std::vector<Vector3> points;
+  for (int i = 0; i < kPoints; ++i) {
+    const double z = 1.0 - (2.0 * i + 1.0) / kPoints;
+    const double angle = i * std::numbers::pi * (3.0 - std::sqrt(5.0));
+    const double r = std::sqrt(1.0 - z * z);
+    points.emplace_back(0.4 * r * std::cos(angle), 0.3 * r * std::sin(angle), 0.35 * z);
+  }
+  return make_convex_hull(points, "benchmark");
+}
 
 Shape make_shape(ShapeType type) {
   switch (type) {
@@ -17,8 +34,8 @@ Shape make_shape(ShapeType type) {
     case ShapeType::kBox: return {type, Vector3(0.3, 0.5, 0.2), nullptr};
     case ShapeType::kCapsule:
     case ShapeType::kCylinder: return {type, Vector3(0.2, 0.4, 0), nullptr};
-    case ShapeType::kPlane:
-    case ShapeType::kConvexMesh: break;
+    case ShapeType::kConvexMesh: return {type, Vector3::Zero(), hull()};
+    case ShapeType::kPlane: break;
   }
   return {ShapeType::kPlane, Vector3::Zero(), nullptr};
 }
@@ -93,15 +110,53 @@ void heap(benchmark::State& state) {
   state.counters["candidates"] = static_cast<double>(out.size());
 }
 
+// Boxes of 0.2 m in a cubic grid, or in one column, that move a little every step.
+void broadphase(benchmark::State& state, collision::Broadphase::Method method, bool column) {
+  const int size = static_cast<int>(state.range(0));
+  const int side = column ? 1 : static_cast<int>(std::lround(std::cbrt(size)));
+  std::mt19937 rng(1);
+  std::normal_distribution<double> normal(0.0, 1e-2);
+  std::vector<Vector3> velocity(size);
+  for (Vector3& v : velocity) v = Vector3(normal(rng), normal(rng), normal(rng));
+  std::vector<collision::Bounds> boxes(size);
+  std::vector<std::pair<int, int>> pairs;
+  collision::Broadphase phase(method);
+  int step = 0;
+  for (auto _ : state) {
+    const double phase_of_motion = std::sin(0.2 * step++);
+    for (int i = 0; i < size; ++i) {
+      const Vector3 center = 0.2 * Vector3(i % side, i / side % side, i / (side * side)) +
+                             phase_of_motion * velocity[i];
+      boxes[i] = {center.array() - 0.101, center.array() + 0.101};
+    }
+    phase.find_pairs(boxes, pairs);
+  }
+  state.counters["pairs"] = static_cast<double>(pairs.size());
+}
+
+void register_broadphase() {
+  using Method = collision::Broadphase::Method;
+  for (const bool column : {false, true}) {
+    for (const Method method : {Method::kAutomatic, Method::kSweep, Method::kTree}) {
+      constexpr const char* kNames[] = {"automatic", "sweep", "tree"};
+      const std::string name = std::string("broadphase/") + (column ? "pile/" : "grid/") +
+                               kNames[static_cast<int>(method)];
+      benchmark::RegisterBenchmark(name.c_str(), broadphase, method, column)
+          ->Arg(8)->Arg(125)->Arg(1000)->Arg(10648);
+    }
+  }
+}
+
 }  // namespace
 }  // namespace counterpoint
 
 int main(int argc, char** argv) {
   using counterpoint::ShapeType;
   const ShapeType types[] = {ShapeType::kPlane, ShapeType::kSphere, ShapeType::kBox,
-                             ShapeType::kCapsule, ShapeType::kCylinder};
-  for (int i = 0; i < 5; ++i) {
-    for (int j = std::max(i, 1); j < 5; ++j) {
+                             ShapeType::kCapsule, ShapeType::kCylinder,
+                             ShapeType::kConvexMesh};
+  for (int i = 0; i < 6; ++i) {
+    for (int j = std::max(i, 1); j < 6; ++j) {
       for (const double gap : {-1e-3, 1e-3}) {
         const std::string name = std::string(counterpoint::name(types[i])) + "/" +
                                  counterpoint::name(types[j]) + (gap < 0 ? "/overlap" : "/gap");
@@ -110,6 +165,7 @@ int main(int argc, char** argv) {
     }
   }
   benchmark::RegisterBenchmark("heap", counterpoint::heap)->Arg(5)->Arg(10)->Arg(21);
+  counterpoint::register_broadphase();
   benchmark::Initialize(&argc, argv);
   benchmark::RunSpecifiedBenchmarks();
 }
