@@ -43,7 +43,6 @@ void Broadphase::find_pairs(const std::vector<Bounds>& boxes,
   } else {
     sweep(axis, out);
   }
-  std::sort(out.begin(), out.end());
 }
 
 // The axis along which the boxes are spread most.

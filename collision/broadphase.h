@@ -20,7 +20,7 @@ struct Bounds {
 bool is_sound(const Bounds& box);
 
 /// Sweep and prune for scenes that are small or stretched out, a tree for the others. Keeps its memory
-/// from call to call; the pairs found do not depend on it.
+/// from call to call; which pairs are found does not depend on it, their order does.
 class Broadphase {
  public:
   enum class Method { kAutomatic, kSweep, kTree };
@@ -30,8 +30,8 @@ class Broadphase {
   Broadphase(Broadphase&&) noexcept;
   Broadphase& operator=(Broadphase&&) noexcept;
 
-  /// Replaces `out` by the index pairs (first < second) of boxes that overlap, ascending. A box
-  /// that is not sound meets nothing.
+  /// Replaces `out` by the index pairs (first < second) of boxes that overlap, in any order. A
+  /// box that is not sound meets nothing.
   void find_pairs(const std::vector<Bounds>& boxes, std::vector<std::pair<int, int>>& out);
 
  private:
