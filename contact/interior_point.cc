@@ -103,7 +103,7 @@ void InteriorPoint::begin(IslandSystem& system, const std::vector<double>& w) {
   double energy = 0.0;
   for (const auto& c : system.constraints()) {
     if (!has_cone(c.law)) continue;
-    const double inverse_mass = system.inverse_mass(c);
+    const double inverse_mass = c.inverse_mass;
     double square = std::pow(std::min(0.0, y_[c.row]), 2);
     for (int r = 1; r < c.law.rows; ++r)
       square += std::pow(c.law.friction[r - 1] * y_[c.row + r], 2);

@@ -46,7 +46,7 @@ void IslandSolver::remember_targets(IslandSystem& system) {
   for (const auto& c : system.constraints()) square = std::max(square, y_[c.row] * y_[c.row]);
   targets_.clear();
   for (const auto& c : system.constraints()) {
-    const double inverse_mass = system.inverse_mass(c);
+    const double inverse_mass = c.inverse_mass;
     const double unit = inverse_mass > 0.0 ? square / inverse_mass : 0.0;
     targets_.push_back(
         {c.law.smoothing, c.law.regularizer, unit, inverse_mass, c.law.bias[0], c.law.coulomb});

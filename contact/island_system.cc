@@ -9,6 +9,9 @@ namespace {
 
 // Islands up to this size, or touching every block from every other, are factored densely.
 constexpr int kDenseSize = 12;
+// A normal along which nothing can move has an inverse mass of round-off: not less than this share
+// of the island's largest is taken for it.
+constexpr double kLeastInverseMass = 1e-4;
 
 // block[i, j] += J_i' G J_j for the packed columns [0, m) x [0, n); `rows_` and `cols_` say where
 // each column goes. N: number of constraint rows, known to the compiler.
@@ -58,6 +61,7 @@ void IslandSystem::load(const Problem& problem, std::span<const int> blocks,
                         std::span<const int> constraints, Factorization factorization) {
   load_blocks(problem, blocks);
   load_constraints(problem, constraints);
+  estimate_inverse_masses();
   analyze(factorization);
 }
 
@@ -178,13 +182,19 @@ bool IslandSystem::unsymmetric() const {
                      [](const Constraint& c) { return c.law.coulomb; });
 }
 
-double IslandSystem::inverse_mass(const Constraint& c) const {
-  double sum = 0.0;
-  for (int k = 0; k < c.num_columns; ++k) {
-    const double j = jacobian_[c.jacobian + k * c.law.rows];
-    sum += j * j * inverse_diagonal_[columns_[c.column + k]];
+void IslandSystem::estimate_inverse_masses() {
+  double largest = 0.0;
+  for (Constraint& c : constraints_) {
+    c.inverse_mass = 0.0;
+    for (int k = 0; k < c.num_columns; ++k) {
+      const double j = jacobian_[c.jacobian + k * c.law.rows];
+      c.inverse_mass += j * j * inverse_diagonal_[columns_[c.column + k]];
+    }
+    largest = std::max(largest, c.inverse_mass);
   }
-  return sum;
+  for (Constraint& c : constraints_) {
+    c.inverse_mass = std::max(c.inverse_mass, kLeastInverseMass * largest);
+  }
 }
 
 void IslandSystem::gather(const double* global, double* local) const {

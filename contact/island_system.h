@@ -14,15 +14,16 @@ namespace counterpoint::contact {
 class IslandSystem {
  public:
   struct Constraint {
-    Law law;          ///< its own copy: the solver may change its smoothing on the way
-    int row;          ///< first local row
-    int global_row;   ///< first row in the Problem
-    int column;       ///< first entry in columns_
-    int num_columns;  ///< of both sides; those of side 0 come first
-    int split;        ///< number of columns of side 0
-    int jacobian;     ///< start in jacobian_: rows x num_columns, column-major
-    int hessian;      ///< start of its G among all G, row-major
-    int group[2];     ///< factorization block of each side; -1 if none
+    Law law;              ///< its own copy: the solver may change its smoothing on the way
+    double inverse_mass;  ///< [1/kg] felt by the first row, an estimate: J_0 inv(diag M) J_0'
+    int row;              ///< first local row
+    int global_row;       ///< first row in the Problem
+    int column;           ///< first entry in columns_
+    int num_columns;      ///< of both sides; those of side 0 come first
+    int split;            ///< number of columns of side 0
+    int jacobian;         ///< start in jacobian_: rows x num_columns, column-major
+    int hessian;          ///< start of its G among all G, row-major
+    int group[2];         ///< factorization block of each side; -1 if none
     BlockFactorization::Block target[3];  ///< (0, 0), (1, 1), off-diagonal
     bool swapped;  ///< the off-diagonal block is stored with side 1 as its rows
   };
@@ -42,8 +43,6 @@ class IslandSystem {
   const double* inverse_diagonal() const { return inverse_diagonal_.data(); }
   /// Some law is `coulomb` now.
   bool unsymmetric() const;
-  /// Estimate of the inverse mass [1/kg] a constraint's first row feels: J_0 inv(diag M) J_0'.
-  double inverse_mass(const Constraint& c) const;
   /// All M_ii are positive.
   bool diagonal_positive() const { return diagonal_positive_; }
 
@@ -80,6 +79,7 @@ class IslandSystem {
   void load_blocks(const Problem& problem, std::span<const int> blocks);
   void load_constraints(const Problem& problem, std::span<const int> constraints);
   void pack_side(const Problem& problem, int constraint, int side, int start);
+  void estimate_inverse_masses();
   void analyze(Factorization factorization);
   void add_mass();
   void add_hessian(const Constraint& c, const double* g);

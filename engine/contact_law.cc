@@ -6,10 +6,6 @@
 namespace counterpoint {
 namespace {
 
-/// Below this friction the regularizer of the sliding rows grows as 1/mu^2, so that the normal
-/// row's, mu^2 r, does not sink into round-off.
-constexpr double kSmallFriction = 0.1;
-
 /// Bias [m/s] of a unilateral row: the gap may be closed within the step but not crossed; a share
 /// of a penetration is recovered, no faster than the cap. Continuous at gap = 0.
 double gap_bias(const ContactOptions& options, double h, double gap) {
@@ -37,7 +33,6 @@ contact::Law make_contact_law(const ContactOptions& options, double h, const Mat
 
   law.type = contact::LawType::kFrictionCone;
   law.rows = pair.rolling_friction > 0.0 ? 6 : pair.torsional_friction > 0.0 ? 4 : 3;
-  law.regularizer *= std::max(1.0, std::pow(kSmallFriction / mu, 2));
   law.friction = {mu, mu, pair.torsional_friction, pair.rolling_friction, pair.rolling_friction};
   switch (options.friction_model) {
     case FrictionModel::kConvex:
