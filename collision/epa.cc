@@ -10,9 +10,9 @@ namespace {
 
 constexpr int kMaxVertices = 200;
 constexpr int kMaxFaces = 600;
-// Relative to the size of the shapes: error of the depth at which the expansion stops (finer, the faces
-// over curved shapes become so small that round-off spoils the polytope), and how far above a face a
-// point must lie to see it.
+// Relative to the size of the shapes: error of the depth at which the expansion stops, and how far above
+// a face a point must lie to see it. The depth is refined later; of two ways out that differ by less than
+// the first, the longer may be taken.
 constexpr double kDepthError = 1e-6;
 constexpr double kVisible = 1e-14;
 

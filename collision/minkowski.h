@@ -37,7 +37,7 @@ struct Simplex {
 
 /// Grows a polytope inside the difference, from a simplex that holds the origin (or comes within
 /// round-off of it), until the face nearest the origin is nearly one of the difference. Returns the
-/// normal from A to B along which the least translation parts the cores, to about 1e-4 rad over curved
+/// normal from A to B along which the least translation parts the cores, to about 1e-3 rad over curved
 /// shapes.
 Vector3 expand_polytope(const MinkowskiDifference& difference, const Simplex& start);
 
