@@ -92,7 +92,6 @@ bool has_cone(const Law& law) {
 // Starts on the law's own curve at a large smoothing: phi o s = center e and r_p = 0 hold exactly.
 void InteriorPoint::begin(IslandSystem& system, const std::vector<double>& w) {
   system_ = &system;
-  unsymmetric_ = system.unsymmetric();
   w_ = w;
   const size_t n = system.size(), m = system.num_rows();
   for (auto* v : {&dw_, &dual_, &momentum_, &push_}) v->assign(n, 0.0);
@@ -179,16 +178,10 @@ void InteriorPoint::residuals(const std::vector<double>& w) {
     const Law& law = system_->constraints()[cone.constraint].law;
     const double* y = y_.data() + cone.row;
     double shifted = 0.0;
-    std::fill(cone.slope, cone.slope + kMaxRows, 0.0);
     if (law.coulomb) {
       Law smoothed = law;
       smoothed.smoothing = std::max(law.smoothing, center_);
       shifted = shift(smoothed, y);
-      double square = cone.rho * smoothed.smoothing;
-      for (int r = 1; r < cone.rows; ++r) square += std::pow(cone.scale[r] * y[r], 2);
-      if (square > 0.0)
-        for (int r = 1; r < cone.rows; ++r)
-          cone.slope[r] = cone.scale[r] * y[r] / std::sqrt(square);
     }
     for (int r = 0; r < cone.rows; ++r) {
       const int i = cone.row + r;
@@ -222,12 +215,11 @@ bool InteriorPoint::factor() {
     for (int j = 0; j < n; ++j) {
       double column[kMaxRows] = {}, out[kMaxRows];
       column[j] = cone.scale[j];
-      column[0] += cone.slope[j] * cone.scale[j];
       apply(cone.inverse, cone.t, column, n, out);
       for (int i = 0; i < n; ++i) G[i * n + j] = cone.scale[i] * out[i];
     }
   }
-  return system_->factor(hessian_.data(), unsymmetric_);
+  return system_->factor(hessian_.data(), false);
 }
 
 // Newton direction towards phi o s = max(center, k) e; the corrector adds the second-order term of
@@ -268,7 +260,6 @@ void InteriorPoint::direction(bool corrector, double center) {
     const int n = cone.rows;
     double dz[kMaxRows], target[kMaxRows], out[kMaxRows];
     for (int r = 0; r < n; ++r) dz[r] = cone.scale[r] * dy_[cone.row + r];
-    for (int r = 1; r < n; ++r) dz[0] += cone.slope[r] * dz[r];
     for (int r = 0; r < n; ++r) target[r] = dphi_[cone.row + r] - dz[r];
     apply(cone.inverse, cone.t, target, n, out);
     for (int r = 0; r < n; ++r) {

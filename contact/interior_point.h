@@ -61,7 +61,6 @@ class InteriorPoint {
 
   IslandSystem* system_ = nullptr;
   std::vector<Cone> cones_;
-  bool unsymmetric_ = false;
   double center_ = 0.0;  ///< smoothing for laws without a cone on the way
   double dual_norm_ = 0.0, dual_scale_ = 0.0;
   std::vector<double> w_, y_, f_, s_, phi_, lambda_, primal_, rhs_;
