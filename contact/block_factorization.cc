@@ -163,6 +163,39 @@ bool BlockFactorization::factor_lu() {
 
 void BlockFactorization::solve(double* x) const { lu_ ? solve_lu(x) : solve_cholesky(x); }
 
+// x of the blocks below p less their factor times x of p: forward substitution.
+void BlockFactorization::eliminate_below(int p, double* x) const {
+  const int cols = size_at(p), rows = panel_rows_[p];
+  const double* panel = lower_.data() + panel_start_[p];
+  const double* own = x + start_[sequence_[p]];
+  for (int k = below_start_[p]; k < below_start_[p + 1]; ++k) {
+    double* other = x + start_[sequence_[below_[k].position]];
+    const int m = size_at(below_[k].position);
+    for (int j = 0; j < cols; ++j) {
+      const double* column = panel + j * rows + below_[k].row;
+      for (int i = 0; i < m; ++i) other[i] -= column[i] * own[j];
+    }
+  }
+}
+
+// x of p less the transposed factor times x of the blocks below: backward substitution.
+void BlockFactorization::substitute_below(int p, const std::vector<double>& factor,
+                                          double* x) const {
+  const int cols = size_at(p), rows = panel_rows_[p];
+  const double* panel = factor.data() + panel_start_[p];
+  double* own = x + start_[sequence_[p]];
+  for (int k = below_start_[p]; k < below_start_[p + 1]; ++k) {
+    const double* other = x + start_[sequence_[below_[k].position]];
+    const int m = size_at(below_[k].position);
+    for (int j = 0; j < cols; ++j) {
+      const double* column = panel + j * rows + below_[k].row;
+      double sum = 0.0;
+      for (int i = 0; i < m; ++i) sum += column[i] * other[i];
+      own[j] -= sum;
+    }
+  }
+}
+
 void BlockFactorization::solve_lu(double* x) const {
   for (int p = 0; p < num_blocks_; ++p) {
     const int cols = size_at(p), rows = panel_rows_[p];
@@ -173,30 +206,13 @@ void BlockFactorization::solve_lu(double* x) const {
     for (int j = 0; j < cols; ++j) {
       for (int i = j + 1; i < cols; ++i) own[i] -= panel[i + j * rows] * own[j];
     }
-    for (int k = below_start_[p]; k < below_start_[p + 1]; ++k) {
-      double* other = x + start_[sequence_[below_[k].position]];
-      const int m = size_at(below_[k].position);
-      for (int j = 0; j < cols; ++j) {
-        const double* column = panel + j * rows + below_[k].row;
-        for (int i = 0; i < m; ++i) other[i] -= column[i] * own[j];
-      }
-    }
+    eliminate_below(p, x);
   }
   for (int p = num_blocks_ - 1; p >= 0; --p) {
     const int cols = size_at(p), rows = panel_rows_[p];
     const double* panel = lower_.data() + panel_start_[p];
-    const double* right = upper_.data() + panel_start_[p];
     double* own = x + start_[sequence_[p]];
-    for (int k = below_start_[p]; k < below_start_[p + 1]; ++k) {
-      const double* other = x + start_[sequence_[below_[k].position]];
-      const int m = size_at(below_[k].position);
-      for (int j = 0; j < cols; ++j) {
-        const double* column = right + j * rows + below_[k].row;
-        double sum = 0.0;
-        for (int i = 0; i < m; ++i) sum += column[i] * other[i];
-        own[j] -= sum;
-      }
-    }
+    substitute_below(p, upper_, x);
     for (int j = cols - 1; j >= 0; --j) {
       own[j] /= panel[j + j * rows];
       for (int i = 0; i < j; ++i) own[i] -= panel[i + j * rows] * own[j];
@@ -215,29 +231,13 @@ void BlockFactorization::solve_cholesky(double* x) const {
       const double value = own[j] /= column[j];
       for (int i = j + 1; i < cols; ++i) own[i] -= column[i] * value;
     }
-    for (int k = below_start_[p]; k < below_start_[p + 1]; ++k) {
-      double* other = x + start_[sequence_[below_[k].position]];
-      const int m = size_at(below_[k].position);
-      for (int j = 0; j < cols; ++j) {
-        const double* column = panel + j * rows + below_[k].row;
-        for (int i = 0; i < m; ++i) other[i] -= column[i] * own[j];
-      }
-    }
+    eliminate_below(p, x);
   }
   for (int p = num_blocks_ - 1; p >= 0; --p) {
     const int cols = size_at(p), rows = panel_rows_[p];
     const double* panel = lower_.data() + panel_start_[p];
     double* own = x + start_[sequence_[p]];
-    for (int k = below_start_[p]; k < below_start_[p + 1]; ++k) {
-      const double* other = x + start_[sequence_[below_[k].position]];
-      const int m = size_at(below_[k].position);
-      for (int j = 0; j < cols; ++j) {
-        const double* column = panel + j * rows + below_[k].row;
-        double sum = 0.0;
-        for (int i = 0; i < m; ++i) sum += column[i] * other[i];
-        own[j] -= sum;
-      }
-    }
+    substitute_below(p, lower_, x);
     for (int j = cols - 1; j >= 0; --j) {
       const double* column = panel + j * rows;
       double sum = own[j];

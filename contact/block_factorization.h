@@ -57,6 +57,8 @@ class BlockFactorization {
     return adjacency_.data() + static_cast<std::size_t>(block) * words_;
   }
   void solve_cholesky(double* x) const;
+  void eliminate_below(int p, double* x) const;
+  void substitute_below(int p, const std::vector<double>& factor, double* x) const;
   void solve_lu(double* x) const;
   int size_at(int position) const { return sizes_[sequence_[position]]; }
 
