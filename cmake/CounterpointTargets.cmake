@@ -17,7 +17,8 @@ if(COUNTERPOINT_WERROR)
 endif()
 if(COUNTERPOINT_NATIVE)
   # GCC 12 takes Eigen's AVX-512 loads of short vectors, which a branch guards, for reads past the end.
-  target_compile_options(counterpoint_flags INTERFACE -march=native -Wno-array-bounds)
+  target_compile_options(counterpoint_flags INTERFACE -march=native -Wno-array-bounds
+                         -Wno-stringop-overread)
 endif()
 
 # counterpoint_library(NAME SOURCES ... [PUBLIC libs] [PRIVATE libs])

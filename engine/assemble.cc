@@ -13,7 +13,6 @@ namespace {
 /// Adds sign * (rows of the contact) of one body's chain to J.
 void fill_contact_jacobian(const Model& model, const ContactConstraint& contact, int leaf,
                            double sign, const Data& data, contact::MatrixMap J) {
-  const int linear_rows = std::min(contact.law.rows, 3);
   const Vector3& p = contact.candidate.position;
   const int v_begin = model.trees()[model.body(leaf).tree].v_begin;
   for (int b = leaf; b != 0; b = model.body(b).parent) {
@@ -22,12 +21,10 @@ void fill_contact_jacobian(const Model& model, const ContactConstraint& contact,
     for (int j = 0; j < joint_nv(body.joint_type); ++j) {
       const Motion& axis = data.axis[body.v_index + j];
       const int column = body.v_index - v_begin + j;
-      J.col(column).head(linear_rows) +=
-          sign * (contact.frame.transpose() * axis.at(arm)).head(linear_rows);
-      if (contact.law.rows > 3) {
-        const int rows = contact.law.rows - 3;
-        J.col(column).tail(rows) += sign * (contact.frame.transpose() * axis.angular).head(rows);
-      }
+      const Vector3 linear = contact.frame.transpose() * axis.at(arm);
+      const Vector3 angular = contact.frame.transpose() * axis.angular;
+      for (int i = 0; i < contact.law.rows; ++i)
+        J(i, column) += sign * (i < 3 ? linear[i] : angular[i - 3]);
     }
   }
 }

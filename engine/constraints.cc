@@ -156,12 +156,10 @@ contact::Rows contact_velocity(const ContactConstraint& contact, const Data& dat
     linear += V[contact.body_b].at(p - data.X_WB[contact.body_b].translation);
     if (turning) angular += V[contact.body_b].angular;
   }
+  const Vector3 v = contact.frame.transpose() * linear;
+  const Vector3 w = contact.frame.transpose() * angular;
   contact::Rows rows(contact.law.rows);
-  rows.head(std::min<int>(contact.law.rows, 3)) =
-      (contact.frame.transpose() * linear).head(std::min<int>(contact.law.rows, 3));
-  if (turning)
-    rows.tail(contact.law.rows - 3) =
-        (contact.frame.transpose() * angular).head(contact.law.rows - 3);
+  for (int i = 0; i < contact.law.rows; ++i) rows[i] = i < 3 ? v[i] : w[i - 3];
   return rows;
 }
 
