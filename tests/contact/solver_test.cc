@@ -114,6 +114,9 @@ TEST(Solver, CostFallsMonotonically) {
     double largest = 0.0;
     for (const double c : report.cost_history) largest = std::max(largest, std::abs(c));
     for (size_t i = 1; i < report.cost_history.size(); ++i, ++steps) {
+      // The fall still to come is about the residual squared: from here on below the rounding of
+      // the potentials, which cancel (a rise of 4.5e-12 of 0.04 was seen with AVX-512).
+      if (report.residual_history[i - 1] < 1e-8) continue;
       // Costs are sums of terms as large as the first ones: the rounding of y times f is all that
       // may rise.
       EXPECT_LE(report.cost_history[i], report.cost_history[i - 1] + 1e-12 * largest);
