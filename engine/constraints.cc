@@ -37,9 +37,9 @@ std::vector<double> body_radii(const Model& model) {
   return radius;
 }
 
-/// Share of the rotational inverse inertia, times the square of the body's radius, that counts
-/// where the centre of mass cannot move: a wheel on its axle. Below 1 / m for every free convex
-/// body.
+/// Share of the rotational inverse inertia, times the square of the body's radius, that counts: it
+/// stands in where the centre of mass cannot move, as of a wheel on its axle. Compact free bodies
+/// stay at 1 / m; a slender one, which spins easily about its length, does not (docs/decisions.md).
 constexpr double kRotationShare = 0.1;
 
 std::vector<double> contact_weights(const InverseWeights& weights,
