@@ -294,44 +294,30 @@ void IslandSystem::add_mass() {
   }
 }
 
-void IslandSystem::add_hessian(const Constraint& c, const double* g) {
+// J'GJ into the lower blocks, with an unsymmetric G into whole diagonal blocks and the upper one
+// too.
+void IslandSystem::add_hessian(const Constraint& c, const double* g, bool unsymmetric) {
   const int rows = c.law.rows, na = c.split, nb = c.num_columns - c.split;
   const double* ja = jacobian_.data() + c.jacobian;
   const double* jb = ja + na * rows;
   const int* pa = places_.data() + c.column;
   const int* pb = pa + na;
   const auto lower = [this](const BlockFactorization::Block& b) { return factorization_.lower(b); };
-  add_product(rows, ja, pa, na, ja, pa, na, g, lower(c.target[0]), c.target[0].leading, true);
+  const bool half = !unsymmetric;
+  add_product(rows, ja, pa, na, ja, pa, na, g, lower(c.target[0]), c.target[0].leading, half);
   if (c.group[1] < 0) return;
-  add_product(rows, jb, pb, nb, jb, pb, nb, g, lower(c.target[1]), c.target[1].leading, true);
-  if (c.swapped) {
-    std::swap(ja, jb);
-    std::swap(pa, pb);
-  }
-  add_product(rows, ja, pa, c.swapped ? nb : na, jb, pb, c.swapped ? na : nb, g, lower(c.target[2]),
-              c.target[2].leading, false);
-}
-
-void IslandSystem::add_unsymmetric_hessian(const Constraint& c, const double* g) {
-  const int rows = c.law.rows, na = c.split, nb = c.num_columns - c.split;
-  const double* ja = jacobian_.data() + c.jacobian;
-  const double* jb = ja + na * rows;
-  const int* pa = places_.data() + c.column;
-  const int* pb = pa + na;
-  const auto lower = [this](const BlockFactorization::Block& b) { return factorization_.lower(b); };
-  add_product(rows, ja, pa, na, ja, pa, na, g, lower(c.target[0]), c.target[0].leading, false);
-  if (c.group[1] < 0) return;
-  add_product(rows, jb, pb, nb, jb, pb, nb, g, lower(c.target[1]), c.target[1].leading, false);
-  double transpose[kMaxRows * kMaxRows];
-  for (int i = 0; i < rows; ++i) {
-    for (int j = 0; j < rows; ++j) transpose[i * rows + j] = g[j * rows + i];
-  }
+  add_product(rows, jb, pb, nb, jb, pb, nb, g, lower(c.target[1]), c.target[1].leading, half);
   if (c.swapped) {
     std::swap(ja, jb);
     std::swap(pa, pb);
   }
   const int m = c.swapped ? nb : na, n = c.swapped ? na : nb, leading = c.target[2].leading;
   add_product(rows, ja, pa, m, jb, pb, n, g, lower(c.target[2]), leading, false);
+  if (!unsymmetric) return;
+  double transpose[kMaxRows * kMaxRows];
+  for (int i = 0; i < rows; ++i) {
+    for (int j = 0; j < rows; ++j) transpose[i * rows + j] = g[j * rows + i];
+  }
   double* upper = factorization_.upper(c.target[2]);
   add_product(rows, ja, pa, m, jb, pb, n, transpose, upper, leading, false);
 }
@@ -340,11 +326,7 @@ bool IslandSystem::factor(const double* hessian, bool unsymmetric) {
   factorization_.set_zero(unsymmetric);
   add_mass();
   for (const Constraint& c : constraints_) {
-    if (unsymmetric) {
-      add_unsymmetric_hessian(c, hessian + c.hessian);
-    } else {
-      add_hessian(c, hessian + c.hessian);
-    }
+    add_hessian(c, hessian + c.hessian, unsymmetric);
   }
   return unsymmetric ? factorization_.factor_lu() : factorization_.factor_cholesky();
 }

@@ -82,8 +82,7 @@ class IslandSystem {
   void estimate_inverse_masses();
   void analyze(Factorization factorization);
   void add_mass();
-  void add_hessian(const Constraint& c, const double* g);
-  void add_unsymmetric_hessian(const Constraint& c, const double* g);
+  void add_hessian(const Constraint& c, const double* g, bool unsymmetric);
 
   int size_ = 0, num_rows_ = 0, hessian_size_ = 0;
   bool diagonal_positive_ = true, dense_ = true;
