@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "counterpoint/collision/broadphase.h"
+#include "counterpoint/collision/corner_contacts.h"
 #include "counterpoint/collision/default_poses.h"
 #include "counterpoint/collision/pair_contacts.h"
 #include "counterpoint/collision/pair_filter.h"
@@ -151,7 +152,8 @@ Collider::Collider(Collider&&) noexcept = default;
 Collider& Collider::operator=(Collider&&) noexcept = default;
 
 void Collider::compute_candidates(std::span<const Pose> X_WB, std::span<const double> margin,
-                                  std::vector<Candidate>& out) {
+                                  std::vector<Candidate>& out,
+                                  std::span<const double> travel) {
   out.clear();
   Impl& impl = *impl_;
   impl.place(X_WB, margin);
@@ -162,6 +164,11 @@ void Collider::compute_candidates(std::span<const Pose> X_WB, std::span<const do
     const Geometry& gb = geometries[b];
     pair_contacts(ga.shape, impl.X_WG[a], gb.shape, impl.X_WG[b],
                   margin[ga.body] + margin[gb.body], impl.manifold);
+    if (!travel.empty()) {
+      add_corner_contacts(ga.shape, impl.X_WG[a], gb.shape, impl.X_WG[b],
+                          margin[ga.body] + margin[gb.body], travel[ga.body] + travel[gb.body],
+                          impl.manifold);
+    }
     for (int i = 0; i < impl.manifold.size; ++i) {
       const ContactPoint& p = impl.manifold.points[i];
       out.push_back({a, b, p.position, p.normal, p.gap});

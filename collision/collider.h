@@ -26,8 +26,10 @@ class Collider {
   /// All candidates with gap < margin_A + margin_B. X_WB: pose of every body, the world first
   /// (num_bodies); a body whose pose is not finite touches nothing. margin: one a body [m], the world
   /// first. `out` is cleared first; no allocation once its capacity has been reached.
+  /// travel: how far the surface of each body may go before the next call [m]; where that is a
+  /// good part of a shape's size, corners that face away now are candidates too. Empty: nowhere.
   void compute_candidates(std::span<const Pose> X_WB, std::span<const double> margin,
-                          std::vector<Candidate>& out);
+                          std::vector<Candidate>& out, std::span<const double> travel = {});
 
   /// Geometry pairs left out because they overlap in the default pose.
   const std::vector<std::pair<int, int>>& overlapping_pairs() const;

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "counterpoint/engine/contact_law.h"
+#include "counterpoint/model/rotation.h"
 
 namespace counterpoint {
 namespace {
@@ -51,6 +52,14 @@ std::vector<double> contact_weights(const InverseWeights& weights,
   return out;
 }
 
+/// A rod hit at one end: the far end may be twice as fast as any point was before. The kinetic energy
+/// bounds it, and the end of a rod carries a quarter of the mass.
+constexpr double kImpactSpeedUp = 2.0;
+/// Bodies that travel farther than this many contact margins pass their speed on to what they strike
+/// in the very step, as far as this many rounds of collision reach.
+constexpr double kFastTravel = 4.0;
+constexpr int kMaxRounds = 4;
+
 /// Distance [rad or m] within which a joint limit gets a row, at rest: wide, since a row is cheap
 /// and a limit missed for one step is overrun.
 constexpr double kLimitMargin = 0.1;
@@ -91,12 +100,34 @@ void find_mimics(const Model& model, const SimulationOptions& options, const Vec
   }
 }
 
+/// How much farther along n the point of a body at `arm` from its origin goes within the step than its
+/// velocity times h says, if the body keeps turning as it does.
+double turning_advance(const Vector3& n, const Vector3& angular, const Vector3& arm, double h) {
+  const Vector3 angle = h * angular;
+  return n.dot(quaternion_exp(angle) * arm - arm - angle.cross(arm));
+}
+
+/// The gap a contact may close by velocity times h: less than it is where turning brings the two
+/// surfaces closer than that product says, as a rod's end that comes over.
+double gap_less_turning(const ContactConstraint& contact, const Data& data, double h) {
+  const collision::Candidate& c = contact.candidate;
+  if (!(c.gap > 0.0)) return c.gap;
+  const auto advance = [&](int body) {
+    if (body == 0) return 0.0;
+    return turning_advance(c.normal, data.V[body].angular, c.position - data.X_WB[body].translation,
+                           h);
+  };
+  const double closer = advance(contact.body_a) - advance(contact.body_b);
+  return std::max(c.gap - std::max(closer, 0.0), 0.0);
+}
+
 }  // namespace
 
 ConstraintFinder::ConstraintFinder(const Model& model, InverseWeights weights)
     : weights_(std::move(weights)),
       collider_(model),
       radius_(body_radii(model)),
+      travel_(model.num_bodies(), 0.0),
       margin_(model.num_bodies(), 0.0) {
   contact_weight_ = contact_weights(weights_, radius_);
 }
@@ -112,17 +143,46 @@ void ConstraintFinder::find(const Model& model, const SimulationOptions& options
   find_mimics(model, options, q, weights_, out);
 }
 
+void ConstraintFinder::find_candidates(const Model& model, const SimulationOptions& options,
+                                       const Data& data) {
+  const double h = options.time_step;
+  const double fall = h * h * model.gravity().norm();
+  for (int b = 1; b < model.num_bodies(); ++b) {
+    const double speed = data.V[b].linear.norm() + data.V[b].angular.norm() * radius_[b];
+    travel_[b] = kImpactSpeedUp * h * speed + fall;
+  }
+  for (int round = 0; round < kMaxRounds; ++round) {
+    for (int b = 0; b < model.num_bodies(); ++b) {
+      margin_[b] = 0.5 * options.contact.margin + travel_[b];
+    }
+    collider_.compute_candidates(data.X_WB, margin_, candidates_, travel_);
+    if (!spread_travel(model, kFastTravel * options.contact.margin)) return;
+  }
+}
+
+/// Gives bodies that a fast one may strike within the step its travel: they may go as fast. False if
+/// none is that fast (threshold [m]), or nothing changed.
+bool ConstraintFinder::spread_travel(const Model& model, double threshold) {
+  bool changed = false;
+  for (bool again = true; again;) {
+    again = false;
+    for (const collision::Candidate& c : candidates_) {
+      const int a = model.geometries()[c.geometry_a].body;
+      const int b = model.geometries()[c.geometry_b].body;
+      if (a == 0 || b == 0) continue;
+      const double travel = std::max(travel_[a], travel_[b]);
+      if (travel < threshold || travel_[a] == travel_[b]) continue;
+      travel_[a] = travel_[b] = travel;
+      again = changed = true;
+    }
+  }
+  return changed;
+}
+
 void ConstraintFinder::find_contacts(const Model& model, const SimulationOptions& options,
                                      const Data& data, ConstraintSet& out) {
   const double h = options.time_step;
-  // What a body can travel within the step, on top of half the margin each.
-  const double fall = h * h * model.gravity().norm();
-  for (int b = 0; b < model.num_bodies(); ++b) {
-    const double speed =
-        b == 0 ? 0.0 : data.V[b].linear.norm() + data.V[b].angular.norm() * radius_[b];
-    margin_[b] = 0.5 * options.contact.margin + h * speed + (b == 0 ? 0.0 : fall);
-  }
-  collider_.compute_candidates(data.X_WB, margin_, candidates_);
+  find_candidates(model, options, data);
   for (const collision::Candidate& candidate : candidates_) {
     const Geometry& a = model.geometries()[candidate.geometry_a];
     const Geometry& b = model.geometries()[candidate.geometry_b];
@@ -132,12 +192,17 @@ void ConstraintFinder::find_contacts(const Model& model, const SimulationOptions
     contact.candidate = candidate;
     contact.body_a = a.body;
     contact.body_b = b.body;
+    // The bodies meet where the lighter one's surface is now, or nearly: halfway across a gap of
+    // decimetres friction would turn a small body by an arm that it does not have.
+    const double towards_b = contact_weight_[b.body] / alpha - 0.5;
+    contact.candidate.position += towards_b * std::max(candidate.gap, 0.0) * candidate.normal;
     const Matrix3 t1_t2_n = frame_from_normal(candidate.normal);
     contact.frame << t1_t2_n.col(2), t1_t2_n.col(0), t1_t2_n.col(1);
     contact.law.rows = 3;
     const Vector3 v = contact_velocity(contact, data, data.V);
+    const double gap = gap_less_turning(contact, data, h);
     contact.law = make_contact_law(options.contact, h, combine_materials(a.material, b.material),
-                                   alpha, candidate.gap, v);
+                                   alpha, gap, v);
     out.max_penetration = std::max(out.max_penetration, -candidate.gap);
     out.contacts.push_back(contact);
   }

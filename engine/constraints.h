@@ -50,6 +50,8 @@ class ConstraintFinder {
   const collision::Collider& collider() const { return collider_; }
 
  private:
+  void find_candidates(const Model& model, const SimulationOptions& options, const Data& data);
+  bool spread_travel(const Model& model, double threshold);
   void find_contacts(const Model& model, const SimulationOptions& options, const Data& data,
                      ConstraintSet& out);
 
@@ -57,6 +59,7 @@ class ConstraintFinder {
   std::vector<double> contact_weight_;  ///< inverse mass a contact on each body feels [1/kg]
   collision::Collider collider_;
   std::vector<double> radius_;  ///< of each body's geometry about the body origin [m]
+  std::vector<double> travel_;  ///< of each body's surface within the step [m]
   std::vector<double> margin_;
   std::vector<collision::Candidate> candidates_;
 };

@@ -1,0 +1,109 @@
+#include "counterpoint/collision/corner_contacts.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "counterpoint/collision/core_shape.h"
+#include "counterpoint/collision/pair_contacts.h"
+
+namespace counterpoint::collision {
+namespace {
+
+// A shape this many times larger than the travel does not turn far enough for other corners to matter.
+constexpr double kLargestRatio = 4.0;
+// Contacts closer together than this share of the shape's size are one.
+constexpr double kSamePlace = 0.05;
+
+struct Corners {
+  std::array<Vector3, 8> points;  // in W
+  int size = 0;
+  double radius = 0.0;
+  double extent = 0.0;  // distance of the farthest corner from the shape's centre [m]
+};
+
+Corners corners_of(const Shape& shape, const Pose& X) {
+  Corners out;
+  const Vector3& s = shape.size;
+  switch (shape.type) {
+    case ShapeType::kBox:
+      for (int i = 0; i < 8; ++i) {
+        const Vector3 sign(i & 1 ? 1.0 : -1.0, i & 2 ? 1.0 : -1.0, i & 4 ? 1.0 : -1.0);
+        out.points[out.size++] = X * sign.cwiseProduct(s);
+      }
+      break;
+    case ShapeType::kCapsule:
+      out.radius = s[0];
+      for (const double end : {-1.0, 1.0}) {
+        out.points[out.size++] = X * Vector3(0.0, 0.0, end * s[1]);
+      }
+      break;
+    case ShapeType::kCylinder:
+      for (const double end : {-1.0, 1.0}) {
+        for (const double side : {-1.0, 1.0}) {
+          out.points[out.size++] = X * Vector3(side * s[0], 0.0, end * s[1]);
+          out.points[out.size++] = X * Vector3(0.0, side * s[0], end * s[1]);
+        }
+      }
+      break;
+    case ShapeType::kConvexMesh:
+      for (int i = 0; i < 8; ++i) {
+        const Vector3 way(i & 1 ? 1.0 : -1.0, i & 2 ? 1.0 : -1.0, i & 4 ? 1.0 : -1.0);
+        out.points[out.size++] = X * shape.mesh->vertices[support_vertex(*shape.mesh, way, 0)];
+      }
+      break;
+    case ShapeType::kSphere:
+    case ShapeType::kPlane: break;
+  }
+  Vector3 center = Vector3::Zero();
+  for (int i = 0; i < out.size; ++i) center += out.points[i] / out.size;
+  for (int i = 0; i < out.size; ++i) {
+    out.extent = std::max(out.extent, (out.points[i] - center).norm() + out.radius);
+  }
+  return out;
+}
+
+// `sign` turns the normals: 1 where the corners belong to A.
+void add_corners(const Shape& shape, const Pose& X, const Shape& other, const Pose& X_other,
+                 double sign, double margin, double travel, const Vector3& normal,
+                 Manifold& manifold) {
+  const Corners corners = corners_of(shape, X);
+  if (corners.extent > kLargestRatio * travel) return;
+  const Shape ball{ShapeType::kSphere, Vector3(corners.radius, 0.0, 0.0), nullptr};
+  const double same = kSamePlace * corners.extent;
+  for (int i = 0; i < corners.size; ++i) {
+    Manifold contact;
+    pair_contacts(ball, {Matrix3::Identity(), corners.points[i]}, other, X_other, margin, contact);
+    if (contact.size == 0) continue;
+    ContactPoint& p = contact.points[0];
+    p.normal *= sign;
+    if (p.normal.dot(normal) <= 0.0) continue;
+    const auto on_shape = [&](const ContactPoint& c) {
+      return Vector3(c.position - sign * 0.5 * c.gap * c.normal);
+    };
+    const Vector3 place = on_shape(p);
+    const bool known =
+        std::any_of(manifold.points.begin(), manifold.points.begin() + manifold.size,
+                    [&](const ContactPoint& c) { return (on_shape(c) - place).norm() < same; });
+    if (!known) manifold.add(p.position, p.normal, p.gap);
+  }
+}
+
+}  // namespace
+
+void add_corner_contacts(const Shape& a, const Pose& X_WA, const Shape& b, const Pose& X_WB,
+                         double margin, double travel, Manifold& manifold) {
+  if (manifold.size == 0 || a.type == ShapeType::kPlane || b.type == ShapeType::kPlane) return;
+  double least = std::numeric_limits<double>::infinity();
+  Vector3 normal = Vector3::UnitZ();
+  for (int i = 0; i < manifold.size; ++i) {
+    if (manifold.points[i].gap >= least) continue;
+    least = manifold.points[i].gap;
+    normal = manifold.points[i].normal;
+  }
+  if (least <= 0.0) return;
+  add_corners(a, X_WA, b, X_WB, 1.0, margin, travel, normal, manifold);
+  add_corners(b, X_WB, a, X_WA, -1.0, margin, travel, normal, manifold);
+}
+
+}  // namespace counterpoint::collision
