@@ -11,7 +11,7 @@ namespace {
 
 // Gaps closer than this times the size of the boxes are equal; faces win over edges by as much, lest
 // the choice hang on round-off where an edge lies in a face.
-constexpr double kSame = 1e-9;
+constexpr double kSame = 1e-10;
 
 struct Axis {
   double distance = -std::numeric_limits<double>::infinity();  // of the boxes along the axis
@@ -62,7 +62,7 @@ void consider_edges(const Boxes& boxes, double margin, Axis& best) {
     const int l = (i + 2) % 3;
     for (int j = 0; j < 3; ++j) {
       const double sine2 = C(k, j) * C(k, j) + C(l, j) * C(l, j);
-      if (sine2 < 1e-14) continue;
+      if (sine2 < 1e-16) continue;
       const int m = (j + 1) % 3;
       const int n = (j + 2) % 3;
       const double along = in_a[l] * C(k, j) - in_a[k] * C(l, j);
@@ -155,14 +155,8 @@ void box_box(const Shape& a, const Pose& X_WA, const Shape& b, const Pose& X_WB,
     contacts_along({lowest - axis.distance * axis.normal, lowest, axis.normal, axis.distance});
     return;
   } else {
-    // A witness at infinity is never added: only what the faces reach counts.
-    witness = {Vector3::Zero(), Vector3::Zero(), axis.normal,
-               std::numeric_limits<double>::infinity()};
-    contacts_along(witness);
-    for (int i = 0; i < out.size; ++i) {
-      if (out.points[i].gap <= axis.distance + tolerance) return;
-    }
-    out.size = 0;
+    contacts_along({Vector3::Zero(), Vector3::Zero(), axis.normal, axis.distance, false});
+    if (out.size > 0) return;
   }
   if (closest_points(a, X_WA, b, X_WB, margin, witness)) contacts_along(witness);
 }

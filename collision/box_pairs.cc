@@ -10,7 +10,7 @@ namespace counterpoint::collision {
 namespace {
 
 // Gaps closer than this times the size of the shapes are equal.
-constexpr double kSame = 1e-9;
+constexpr double kSame = 1e-10;
 
 Vector3 clamp_to(const Vector3& p, const Vector3& half) { return p.cwiseMin(half).cwiseMax(-half); }
 

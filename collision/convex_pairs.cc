@@ -14,7 +14,7 @@ void convex_convex(const Shape& a, const Pose& X_WA, const Shape& b, const Pose&
   support_feature(a, X_WA, witness.normal, feature_a);
   support_feature(b, X_WB, -witness.normal, feature_b);
   const double size = (X_WB.translation - X_WA.translation).norm() + std::abs(witness.distance);
-  constexpr double kSame = 1e-9;
+  constexpr double kSame = 1e-10;
   feature_contacts(feature_a, feature_b, witness, kSame * size, margin, out);
 }
 

@@ -66,16 +66,7 @@ double CoreShape::extent() const {
     case ShapeType::kCapsule: return shape.size[1];
     case ShapeType::kBox: return shape.size.norm();
     case ShapeType::kCylinder: return shape.size[0] + shape.size[1];
-    case ShapeType::kConvexMesh: {
-      double extent = 0.0;
-      for (int i = 0; i < 3; ++i) {
-        for (const double sign : {-1.0, 1.0}) {
-          const int v = support_vertex(*shape.mesh, sign * Vector3::Unit(i), 0);
-          extent = std::max(extent, std::abs(shape.mesh->vertices[v][i]));
-        }
-      }
-      return 2.0 * extent;
-    }
+    case ShapeType::kConvexMesh: return shape.mesh->radius;
     case ShapeType::kSphere:
     case ShapeType::kPlane: break;
   }

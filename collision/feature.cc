@@ -1,6 +1,7 @@
 #include "counterpoint/collision/feature.h"
 
 #include <algorithm>
+#include <limits>
 
 #include "counterpoint/collision/segment.h"
 #include "counterpoint/model/rotation.h"
@@ -117,45 +118,56 @@ void merge_neighbours(double tolerance, PatchContacts& c) {
   }
 }
 
-// Keeps four: the deepest, the one farthest from it, and the two that span most area on either side of
-// the line through these. The order of the polygon is kept.
-void keep_four(PatchContacts& c) {
-  if (c.size <= 4) return;
-  int keep[4] = {0, 0, 0, 0};
-  for (int i = 1; i < c.size; ++i) {
-    if (c.gaps[i] < c.gaps[keep[0]]) keep[0] = i;
-  }
-  const Vector3 origin = c.positions[keep[0]];
-  double far = -1.0;
-  for (int i = 0; i < c.size; ++i) {
-    const double d = (c.positions[i] - origin).head<2>().squaredNorm();
-    if (d > far) {
-      far = d;
-      keep[1] = i;
+int deepest(const PatchContacts& c) {
+  return static_cast<int>(std::min_element(c.gaps.begin(), c.gaps.begin() + c.size) - c.gaps.begin());
+}
+
+// Twice the area of the triangle that corner i makes with its neighbours: what is lost without it.
+double corner_area(const PatchContacts& c, int i) {
+  const Vector3 u = c.positions[i] - c.positions[i == 0 ? c.size - 1 : i - 1];
+  const Vector3 v = c.positions[i + 1 == c.size ? 0 : i + 1] - c.positions[i];
+  return std::abs(u.x() * v.y() - u.y() * v.x());
+}
+
+// Leaves out the corners whose loss costs least area until seven remain, whatever their gaps: these are
+// noise where a body rests.
+void keep_seven(PatchContacts& c) {
+  // Areas of a regular polygon differ by round-off.
+  constexpr double kLess = 1.0 - 1e-6;
+  while (c.size >= Manifold::kCapacity) {
+    int least = 0;
+    double least_area = corner_area(c, 0);
+    for (int i = 1; i < c.size; ++i) {
+      const double area = corner_area(c, i);
+      if (area >= kLess * least_area) continue;
+      least = i;
+      least_area = area;
     }
+    c.remove(least);
   }
-  const Vector3 line = c.positions[keep[1]] - origin;
-  double left = 0.0;
-  double right = 0.0;
-  keep[2] = keep[3] = keep[0];
-  for (int i = 0; i < c.size; ++i) {
-    const Vector3 r = c.positions[i] - origin;
-    const double area = line.x() * r.y() - line.y() * r.x();
-    if (area > left) {
-      left = area;
-      keep[2] = i;
-    } else if (area < right) {
-      right = area;
-      keep[3] = i;
-    }
+}
+
+// No point of the features is closer than the witness: gaps below its own come from faces that are not
+// quite flat, or from clipping a little beyond them. The least gap, if it is the witness's but for the
+// tolerance, becomes it. Returns whether it was.
+bool settle_gaps(double witness_gap, double tolerance, PatchContacts& c) {
+  const int lowest = deepest(c);
+  const bool reached = c.size > 0 && c.gaps[lowest] <= witness_gap + tolerance;
+  if (reached) c.gaps[lowest] = witness_gap;
+  for (int i = 0; i < c.size; ++i) c.gaps[i] = std::max(c.gaps[i], witness_gap);
+  return reached;
+}
+
+// A whole circle stands on every fourth of its samples, from the deepest on: a square carries load the
+// same way however it is turned.
+void keep_square(PatchContacts& c) {
+  const PatchContacts all = c;
+  const int first = deepest(all);
+  c.size = 0;
+  for (int k = 0; k < 4; ++k) {
+    const int i = (first + k * all.size / 4) % all.size;
+    c.add(all.positions[i], all.gaps[i]);
   }
-  std::sort(keep, keep + 4);
-  const int n = static_cast<int>(std::unique(keep, keep + 4) - keep);
-  for (int i = 0; i < n; ++i) {
-    c.positions[i] = c.positions[keep[i]];
-    c.gaps[i] = c.gaps[keep[i]];
-  }
-  c.size = n;
 }
 
 // Seen edge-on, a polygon is no window to clip with.
@@ -258,16 +270,25 @@ void feature_contacts(const Feature& a, const Feature& b, const Witness& witness
       add(patch.points[i], on_a.at(patch.points[i]), patch.points[i].z());
     }
   }
+  const bool whole_circle = (a.round || b.round) && patch.size == Feature::kCapacity &&
+                            contacts.size == patch.size;
   // Ten times the clipping tolerance: a corner may be off by a little more than the tolerance.
   merge_neighbours(10.0 * tolerance, contacts);
-  const double witness_gap = witness.distance - radius;
-  const bool reached = std::any_of(contacts.gaps.begin(), contacts.gaps.begin() + contacts.size,
-                                   [&](double gap) { return gap <= witness_gap + tolerance; });
+  const bool reached = settle_gaps(witness.distance - radius, tolerance, contacts);
+  if (!reached && !witness.found) return;
+  if (whole_circle) keep_square(contacts);
   if (!reached) {
-    add(to_frame(frame, 0.5 * (witness.point_a + witness.point_b)),
-        frame.col(2).dot(witness.point_a), frame.col(2).dot(witness.point_a) + witness.distance);
+    keep_seven(contacts);
+    const double height = frame.col(2).dot(witness.point_a);
+    add(to_frame(frame, 0.5 * (witness.point_a + witness.point_b)), height,
+        height + witness.distance);
+  } else if (contacts.size > Manifold::kCapacity) {
+    const int lowest = deepest(contacts);
+    const Vector3 position = contacts.positions[lowest];
+    const double gap = contacts.gaps[lowest];
+    keep_seven(contacts);
+    if (contacts.gaps[deepest(contacts)] > gap) contacts.add(position, gap);
   }
-  keep_four(contacts);
   for (int i = 0; i < contacts.size; ++i) {
     out.add(frame * contacts.positions[i], witness.normal, contacts.gaps[i]);
   }

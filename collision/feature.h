@@ -21,6 +21,7 @@ struct Feature {
   int size = 0;
   Vector3 normal;       ///< of a polygon, unit, outward
   double radius = 0.0;  ///< of the ball around each point of the core [m]
+  bool round = false;   ///< the corners are kCapacity samples of a circle
 
   void add(const Vector3& v) { vertices[size++] = v; }
 };
@@ -30,6 +31,7 @@ struct Witness {
   Vector3 point_a, point_b;  ///< on the cores [m]
   Vector3 normal;            ///< unit, from A to B
   double distance;           ///< of the cores, along the normal [m]
+  bool found = true;         ///< false: the points are unknown, the distance is a lower bound
 };
 
 /// The face of a box that looks most along `direction`.
@@ -38,8 +40,9 @@ void box_feature(const Shape& box, const Pose& X, const Vector3& direction, Feat
 /// What `shape` (no plane) shows towards the unit vector `direction`.
 void support_feature(const Shape& shape, const Pose& X, const Vector3& direction, Feature& out);
 
-/// Adds to `out` at most four contact points with gap < margin between the features. The witness is
-/// among them unless the corners of the overlap already reach its gap to within `tolerance` [m].
+/// Adds to `out` at most eight contact points with gap < margin between the features. The least gap is
+/// the witness's: corners that come within `tolerance` [m] of it take it, else the witness is added, or,
+/// if its points are not found, nothing is.
 void feature_contacts(const Feature& a, const Feature& b, const Witness& witness, double tolerance,
                       double margin, Manifold& out);
 

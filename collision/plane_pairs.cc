@@ -1,8 +1,11 @@
 // A half-space against everything: the gap of a point is its height above the plane.
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <limits>
+#include <numbers>
 
+#include "counterpoint/collision/core_shape.h"
 #include "counterpoint/collision/pair_functions.h"
 #include "counterpoint/model/rotation.h"
 
@@ -76,46 +79,81 @@ void plane_cylinder(const Shape&, const Pose& X_WA, const Shape& b, const Pose& 
   }
 }
 
-// All vertices within the margin, or eight that span them: the lowest, then always the one farthest,
-// along the plane, from those chosen.
+namespace {
+
+// The vertices of a mesh seen from a plane.
+struct Heights {
+  const ConvexMesh& mesh;
+  Vector3 up;  // in the frame of the mesh
+  double center, margin;
+
+  double at(int i) const { return center + up.dot(mesh.vertices[i]); }
+  bool within(int i) const { return at(i) < margin; }
+};
+
+constexpr int kPatch = 32;
+
+// Lists the vertices within the margin, ascending, by walking over the edges from the lowest: those of a
+// convex mesh hang together. Returns their number, or kPatch + 1 if they are more.
+int list_within(const Heights& heights, int lowest, std::array<int, kPatch>& list) {
+  int size = 0;
+  list[size++] = lowest;
+  for (int k = 0; k < size; ++k) {
+    for (const int i : heights.mesh.vertex_neighbors[list[k]]) {
+      if (!heights.within(i) || std::find(list.begin(), list.begin() + size, i) != list.begin() + size) {
+        continue;
+      }
+      if (size == kPatch) return kPatch + 1;
+      list[size++] = i;
+    }
+  }
+  std::sort(list.begin(), list.begin() + size);
+  return size;
+}
+
+// Those of the vertices within the margin that lie farthest along seven directions in the plane, which turn
+// with the mesh. By place only: heights are noise where a body rests. Returns their number.
+int choose_spanning(const Heights& heights, std::array<int, Manifold::kCapacity>& chosen) {
+  constexpr int kDirections = Manifold::kCapacity - 1;
+  const Matrix3 frame = frame_from_normal(heights.up);
+  const std::vector<Vector3>& vertices = heights.mesh.vertices;
+  int n = 0;
+  for (int k = 0; k < kDirections; ++k) {
+    const double angle = 0.1 + 2.0 * std::numbers::pi / kDirections * k;
+    const Vector3 direction = std::cos(angle) * frame.col(0) + std::sin(angle) * frame.col(1);
+    double farthest = -std::numeric_limits<double>::infinity();
+    int best = -1;
+    for (int i = 0; i < static_cast<int>(vertices.size()); ++i) {
+      if (!heights.within(i) || direction.dot(vertices[i]) <= farthest) continue;
+      farthest = direction.dot(vertices[i]);
+      best = i;
+    }
+    if (std::find(chosen.begin(), chosen.begin() + n, best) == chosen.begin() + n) chosen[n++] = best;
+  }
+  return n;
+}
+
+}  // namespace
+
+// All vertices within the margin, or seven that span them and the lowest.
 void plane_convex_mesh(const Shape&, const Pose& X_WA, const Shape& b, const Pose& X_WB,
                        double margin, Manifold& out) {
   const Plane plane(X_WA);
-  const Vector3 up = X_WB.rotation.transpose() * plane.normal;
-  const double center = plane.height(X_WB.translation);
-  const std::vector<Vector3>& vertices = b.mesh->vertices;
-  const int size = static_cast<int>(vertices.size());
-  const auto height = [&](int i) { return center + up.dot(vertices[i]); };
-  int within = 0;
-  int next = 0;
-  for (int i = 0; i < size; ++i) {
-    const double h = height(i);
-    within += h < margin;
-    if (h < height(next)) next = i;
-  }
-  if (within <= Manifold::kCapacity) {
-    for (int i = 0; i < size && within > 0; ++i) plane.add(X_WB * vertices[i], margin, out);
+  const Heights heights{*b.mesh, X_WB.rotation.transpose() * plane.normal,
+                        plane.height(X_WB.translation), margin};
+  const int lowest = support_vertex(*b.mesh, -heights.up, 0);
+  if (!heights.within(lowest)) return;
+  const auto add = [&](int i) { plane.add(X_WB * b.mesh->vertices[i], margin, out); };
+  std::array<int, kPatch> list;
+  const int size = list_within(heights, lowest, list);
+  if (size <= Manifold::kCapacity) {
+    std::for_each(list.begin(), list.begin() + size, add);
     return;
   }
-  std::array<int, Manifold::kCapacity> chosen{};
-  for (int n = 0; n < Manifold::kCapacity; ++n) {
-    chosen[n] = next;
-    plane.add(X_WB * vertices[next], margin, out);
-    double farthest = -1.0;
-    for (int i = 0; i < size; ++i) {
-      if (height(i) >= margin) continue;
-      double distance2 = std::numeric_limits<double>::infinity();
-      for (int k = 0; k <= n; ++k) {
-        const Vector3 d = vertices[i] - vertices[chosen[k]];
-        const double along = d.dot(up);
-        distance2 = std::min(distance2, d.squaredNorm() - along * along);
-      }
-      if (distance2 > farthest) {
-        farthest = distance2;
-        next = i;
-      }
-    }
-  }
+  std::array<int, Manifold::kCapacity> chosen;
+  const int n = choose_spanning(heights, chosen);
+  std::for_each(chosen.begin(), chosen.begin() + n, add);
+  if (std::find(chosen.begin(), chosen.begin() + n, lowest) == chosen.begin() + n) add(lowest);
 }
 
 }  // namespace counterpoint::collision

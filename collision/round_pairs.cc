@@ -9,7 +9,7 @@ namespace counterpoint::collision {
 namespace {
 
 // Relative to the size of the shapes: points closer together are one, gaps closer are equal.
-constexpr double kSame = 1e-9;
+constexpr double kSame = 1e-10;
 
 Segment capsule_segment(const Shape& shape, const Pose& X) {
   return {X.translation, X.rotation.col(2), shape.size[1]};

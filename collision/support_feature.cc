@@ -11,6 +11,7 @@ namespace {
 void segment_feature(const Vector3& center, const Vector3& half, double radius, Feature& out) {
   out.size = 0;
   out.radius = radius;
+  out.round = false;
   out.add(center - half);
   out.add(center + half);
 }
@@ -36,6 +37,7 @@ void cylinder_feature(const Shape& cylinder, const Pose& X, const Vector3& direc
   const double sign = local.z() < 0.0 ? -1.0 : 1.0;
   out.size = 0;
   out.radius = 0.0;
+  out.round = true;
   out.normal = sign * X.rotation.col(2);
   for (int i = 0; i < Feature::kCapacity; ++i) {
     const double angle = sign * (2.0 * std::numbers::pi / Feature::kCapacity) * i;
@@ -46,27 +48,35 @@ void cylinder_feature(const Shape& cylinder, const Pose& X, const Vector3& direc
   }
 }
 
-// The face that looks most along the direction; of one with too many corners every k-th, the first
-// being the farthest along the direction.
+// The face that looks most along the direction. The search climbs from face to face around common corners,
+// from those around the vertex farthest along the direction.
+int support_face(const ConvexMesh& mesh, const Vector3& direction) {
+  int best = mesh.vertex_faces[support_vertex(mesh, direction, 0)][0];
+  double most = mesh.face_normals[best].dot(direction);
+  for (int from = -1; from != best;) {
+    from = best;
+    for (const int v : mesh.faces[from]) {
+      for (const int f : mesh.vertex_faces[v]) {
+        const double along = mesh.face_normals[f].dot(direction);
+        if (along <= most) continue;
+        most = along;
+        best = f;
+      }
+    }
+  }
+  return best;
+}
+
+// Of a face with too many corners every k-th.
 void mesh_feature(const ConvexMesh& mesh, const Pose& X, const Vector3& direction, Feature& out) {
-  const Vector3 local = X.rotation.transpose() * direction;
-  std::size_t best = 0;
-  for (std::size_t i = 1; i < mesh.faces.size(); ++i) {
-    if (mesh.face_normals[i].dot(local) > mesh.face_normals[best].dot(local)) best = i;
-  }
+  const int best = support_face(mesh, X.rotation.transpose() * direction);
   const std::vector<int>& face = mesh.faces[best];
-  const std::size_t size = face.size();
-  std::size_t first = 0;
-  for (std::size_t i = 1; i < size; ++i) {
-    if (mesh.vertices[face[i]].dot(local) > mesh.vertices[face[first]].dot(local)) first = i;
-  }
-  const std::size_t used = std::min<std::size_t>(size, Feature::kCapacity);
+  const std::size_t used = std::min<std::size_t>(face.size(), Feature::kCapacity);
   out.size = 0;
   out.radius = 0.0;
+  out.round = false;
   out.normal = X.rotation * mesh.face_normals[best];
-  for (std::size_t i = 0; i < used; ++i) {
-    out.add(X * mesh.vertices[face[(first + i * size / used) % size]]);
-  }
+  for (std::size_t i = 0; i < used; ++i) out.add(X * mesh.vertices[face[i * face.size() / used]]);
 }
 
 }  // namespace
@@ -82,6 +92,7 @@ void support_feature(const Shape& shape, const Pose& X, const Vector3& direction
     case ShapeType::kSphere:
     case ShapeType::kPlane:
       out.size = 1;
+      out.round = false;
       out.vertices[0] = X.translation;
       out.radius = shape.type == ShapeType::kSphere ? shape.size[0] : 0.0;
       return;

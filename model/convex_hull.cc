@@ -85,6 +85,9 @@ std::optional<ConvexMesh> assemble(const std::vector<Vector3>& points, const Fac
   if (hull.vertices.size() < 4) return std::nullopt;
   for (const Vector3& v : hull.vertices) hull.interior_point += v;
   hull.interior_point /= static_cast<double>(hull.vertices.size());
+  for (const Vector3& v : hull.vertices) {
+    hull.radius = std::max(hull.radius, (v - hull.interior_point).norm());
+  }
 
   std::vector<std::pair<int, int>> edges;
   for (const auto& polygon : facets.polygons) {
@@ -108,7 +111,11 @@ std::optional<ConvexMesh> assemble(const std::vector<Vector3>& points, const Fac
     if (!std::binary_search(edges.begin(), edges.end(), std::pair(b, a))) return std::nullopt;
     hull.vertex_neighbors[a].push_back(b);
   }
+  hull.vertex_faces.resize(hull.vertices.size());
   for (const auto& face : hull.faces) {
+    for (const int v : face) {
+      hull.vertex_faces[v].push_back(static_cast<int>(hull.face_normals.size()));
+    }
     const Vector3 area = polygon_normal(hull.vertices, face);
     if (!(area.norm() > 0.0)) return std::nullopt;
     const Vector3 normal = area.normalized();

@@ -16,7 +16,9 @@ struct ConvexMesh {
   std::vector<Vector3> face_normals;    ///< unit, outward
   std::vector<double> face_offsets;     ///< [m]: normal . x = offset on the face
   std::vector<std::vector<int>> vertex_neighbors;  ///< vertices joined by an edge: hill climbing for support points
+  std::vector<std::vector<int>> vertex_faces;      ///< faces around each vertex, ascending
   Vector3 interior_point = Vector3::Zero();  ///< strictly inside (mean of the vertices)
+  double radius = 0.0;                  ///< largest distance of a vertex from interior_point [m]
   double volume = 0.0;                  ///< of the hull [m^3]
   double source_volume = 0.0;           ///< of the mesh it was made from [m^3]; 0 if that was not closed
   std::string source;                   ///< file it came from, empty if built in memory

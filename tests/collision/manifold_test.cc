@@ -121,16 +121,44 @@ TEST(BoxBox, StackGivesTheOverlapRectangle) {
   }
 }
 
-TEST(BoxBox, OctagonIsReducedToFourThatSpan) {
+// No corner of the overlap of two boxes is left out: there is no choice that could flicker.
+TEST(BoxBox, QuarterTurnedStackStandsOnTheWholeOctagon) {
   Manifold m;
   const Pose X_B{Eigen::AngleAxisd(0.25 * std::acos(-1.0), Vector3::UnitZ()).toRotationMatrix(),
                  Vector3(0, 0, 1)};
   pair_contacts(box_shape({0.5, 0.5, 0.5}), Pose{}, box_shape({0.5, 0.5, 0.5}), X_B, 0.01, m);
+  ASSERT_EQ(m.size, 8);
+  // Corners of a regular octagon of inner radius 0.5.
+  for (int k = 0; k < 8; ++k) {
+    const Vector3 p = m.points[k].position - Vector3(0, 0, 0.5);
+    EXPECT_NEAR(p.norm(), 0.5 / std::cos(std::acos(-1.0) / 8.0), kSame);
+    EXPECT_NEAR(p.z(), 0.0, kSame);
+    for (int l = 0; l < k; ++l) EXPECT_GT((m.points[k].position - m.points[l].position).norm(), 0.4);
+  }
+}
+
+// More corners than a manifold holds: eight that span, a whole circle on a square.
+TEST(ConvexConvex, ManyCornersAreReducedToThoseThatSpan) {
+  Manifold m;
+  const Shape table = box_shape({2.0, 2.0, 0.5});
+  pair_contacts(table, Pose{}, prism_shape(14, 1.0, 0.5), at(0, 0, 1), 0.01, m);
+  ASSERT_EQ(m.size, 8);
+  for (int i = 0; i < 64; ++i) {
+    const double angle = i * 0.1;
+    double reach = 0.0;
+    for (int k = 0; k < 8; ++k) {
+      reach = std::max(reach, m.points[k].position.dot(Vector3(std::cos(angle), std::sin(angle), 0)));
+    }
+    // Two of fourteen corners may be missing side by side at most: cos(3/2 * 360 / 14 degrees) = 0.78.
+    EXPECT_GT(reach, 0.78);
+  }
+  pair_contacts(table, Pose{}, cylinder_shape(1.0, 0.5), at(0, 0, 1), 0.01, m);
   ASSERT_EQ(m.size, 4);
-  Vector3 sum = Vector3::Zero();
-  for (int k = 0; k < 4; ++k) sum += m.points[k].position - Vector3(0, 0, 0.5);
-  // The centre of mass above is well inside: the octagon's corners lie 0.54 from the axis.
-  EXPECT_LT(sum.norm() / 4, 0.15);
+  for (int k = 0; k < 4; ++k) {
+    const Vector3 p = m.points[k].position - Vector3(0, 0, 0.5);
+    EXPECT_NEAR(p.norm(), 1.0, kSame);
+    EXPECT_NEAR(p.dot(m.points[(k + 1) % 4].position), 0.0, kSame);
+  }
 }
 
 TEST(BoxBox, CornersEdgesAndFacesGiveTheTrueDistance) {

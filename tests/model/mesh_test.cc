@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <numbers>
@@ -41,7 +42,17 @@ void expect_valid(const ConvexMesh& hull, double tolerance) {
                              .cross(hull.vertices[face[2]] - hull.vertices[face[1]]);
     EXPECT_GT(turn.dot(hull.face_normals[f]), 0.0) << "counter-clockwise from outside";
     EXPECT_LT(hull.face_normals[f].dot(hull.interior_point), hull.face_offsets[f]);
+    for (const int v : face) {
+      EXPECT_EQ(std::count(hull.vertex_faces[v].begin(), hull.vertex_faces[v].end(), f), 1);
+    }
   }
+  // As many faces as edges meet in a corner.
+  double radius = 0.0;
+  for (size_t v = 0; v < hull.vertices.size(); ++v) {
+    EXPECT_EQ(hull.vertex_faces[v].size(), hull.vertex_neighbors[v].size());
+    radius = std::max(radius, (hull.vertices[v] - hull.interior_point).norm());
+  }
+  EXPECT_EQ(hull.radius, radius);
 }
 
 TEST(ConvexHull, CubeWithDuplicateCoplanarAndInnerPoints) {

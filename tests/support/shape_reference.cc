@@ -3,6 +3,7 @@
 #include <numbers>
 
 #include "support/shape_reference.h"
+#include "counterpoint/model/mesh.h"
 #include "counterpoint/model/rotation.h"
 
 namespace counterpoint::test {
@@ -20,38 +21,19 @@ Shape cylinder_shape(double radius, double half_length) {
 }
 
 Shape prism_shape(int corners, double radius, double half, double taper) {
-  auto mesh = std::make_shared<ConvexMesh>();
+  std::vector<Vector3> corner;
   for (const double end : {-1.0, 1.0}) {
     const double r = end < 0.0 ? radius : taper * radius;
     for (int i = 0; i < corners; ++i) {
       const double angle = 2.0 * std::numbers::pi * i / corners;
-      mesh->vertices.emplace_back(r * std::cos(angle), r * std::sin(angle), end * half);
+      corner.emplace_back(r * std::cos(angle), r * std::sin(angle), end * half);
     }
   }
-  std::vector<int> bottom;
-  std::vector<int> top;
-  for (int i = 0; i < corners; ++i) {
-    const int next = (i + 1) % corners;
-    bottom.push_back(corners - 1 - i);
-    top.push_back(corners + i);
-    mesh->faces.push_back({i, next, corners + next, corners + i});
-    const int previous = (i + corners - 1) % corners;
-    mesh->vertex_neighbors.push_back({previous, next, corners + i});
-  }
-  for (int i = 0; i < corners; ++i) {
-    mesh->vertex_neighbors.push_back(
-        {corners + (i + corners - 1) % corners, corners + (i + 1) % corners, i});
-  }
-  mesh->faces.push_back(bottom);
-  mesh->faces.push_back(top);
-  for (const std::vector<int>& face : mesh->faces) {
-    const Vector3& p = mesh->vertices[face[0]];
-    const Vector3 normal =
-        (mesh->vertices[face[1]] - p).cross(mesh->vertices[face[2]] - p).normalized();
-    mesh->face_normals.push_back(normal);
-    mesh->face_offsets.push_back(normal.dot(p));
-  }
-  return {ShapeType::kConvexMesh, Vector3::Zero(), mesh};
+  return hull_shape(corner);
+}
+
+Shape hull_shape(const std::vector<Vector3>& points) {
+  return {ShapeType::kConvexMesh, Vector3::Zero(), make_convex_hull(points)};
 }
 
 double level(const Shape& shape, const Pose& X, const Vector3& point) {

@@ -20,6 +20,8 @@ Shape cylinder_shape(double radius, double half_length);
 /// A prism over a regular polygon: `corners` of them at `radius`, along z from -half to half, the top
 /// polygon scaled by `taper` (a frustum).
 Shape prism_shape(int corners, double radius, double half, double taper = 1.0);
+/// The convex hull of points that span a volume.
+Shape hull_shape(const std::vector<Vector3>& points);
 
 /// Negative inside, zero on the surface, positive outside; a distance near the surface only [m].
 double level(const Shape& shape, const Pose& X, const Vector3& point);
