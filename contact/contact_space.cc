@@ -3,52 +3,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "counterpoint/contact/inverse.h"
 #include "counterpoint/contact/law.h"
+#include "counterpoint/contact/semidefinite_factor.h"
 
 namespace counterpoint::contact {
 namespace {
-
-// L (n x rank) with A = L L', pivoting on the largest remaining diagonal. Returns the rank.
-int factor_semidefinite(MatrixX a, double tolerance, MatrixX& factor) {
-  const int n = static_cast<int>(a.rows());
-  factor.setZero(n, n);
-  VectorX diagonal = a.diagonal();
-  std::vector<bool> done(n, false);
-  const double largest = n > 0 ? diagonal.maxCoeff() : 0.0;
-  int rank = 0;
-  for (; rank < n; ++rank) {
-    int pivot = -1;
-    for (int i = 0; i < n; ++i) {
-      if (!done[i] && (pivot < 0 || diagonal[i] > diagonal[pivot])) pivot = i;
-    }
-    if (!(diagonal[pivot] > tolerance * largest)) break;
-    const double root = std::sqrt(diagonal[pivot]);
-    done[pivot] = true;
-    VectorX column = a.col(pivot);
-    column.noalias() -= factor.leftCols(rank) * factor.row(pivot).head(rank).transpose();
-    for (int i = 0; i < n; ++i) {
-      if (done[i]) continue;
-      const double value = column[i] / root;
-      factor(i, rank) = value;
-      diagonal[i] -= value * value;
-    }
-    factor(pivot, rank) = root;
-  }
-  factor.conservativeResize(n, rank);
-  return rank;
-}
-
-Law contact_law(const ContactSpaceProblem& problem, const ContactSpaceOptions& options,
-                int contact) {
-  Law law;
-  law.type = LawType::kFrictionCone;
-  law.rows = 3;
-  law.coulomb = options.coulomb;
-  law.friction[0] = law.friction[1] = problem.mu[contact];
-  law.regularizer = options.compliance * problem.A.diagonal().segment<3>(3 * contact).sum() / 3.0;
-  law.smoothing = options.smoothing;
-  return law;
-}
 
 bool sizes_agree(const ContactSpaceProblem& problem) {
   const Eigen::Index n = 3 * problem.num_contacts();
@@ -62,6 +22,18 @@ double cone_distance(double normal, double tangential, double mu) {
 }
 
 }  // namespace
+
+Law contact_law(const ContactSpaceProblem& problem, const ContactSpaceOptions& options,
+                int contact) {
+  Law law;
+  law.type = LawType::kFrictionCone;
+  law.rows = 3;
+  law.coulomb = options.coulomb;
+  law.friction[0] = law.friction[1] = problem.mu[contact];
+  law.regularizer = options.compliance * problem.A.diagonal().segment<3>(3 * contact).sum() / 3.0;
+  law.smoothing = options.smoothing;
+  return law;
+}
 
 double relative_asymmetry(const MatrixX& A) {
   const double largest = A.cwiseAbs().maxCoeff();
@@ -100,7 +72,7 @@ ContactSpaceSolution solve_contact_space(const ContactSpaceProblem& problem,
   VectorX w = VectorX::Zero(out.rank);
   Solver solver;
   out.report = solver.solve(bodiless, settings, w, out.f);
-  out.v = problem.c + factor * w;
+  compute_constraint_velocity(bodiless, w, out.v);
   return out;
 }
 

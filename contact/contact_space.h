@@ -24,7 +24,7 @@ struct ContactSpaceOptions {
   double compliance =
       1e-8;                ///< eps: r of a contact is eps times the mean diagonal of its block of A
   double smoothing = 0.0;  ///< k of every contact [N m]
-  /// Pivots of A below this share of the largest count as zero.
+  /// Pivots of A below this share of their own diagonal entry count as zero.
   double rank_tolerance = 1e-14;
 };
 
@@ -37,6 +37,10 @@ struct ContactSpaceSolution {
   int rank = 0;            ///< of A
   double asymmetry = 0.0;  ///< largest |A - A'| over the largest |A|: what symmetrising changed
 };
+
+/// The law of a contact: the regularizer comes from its block of A. What forward and inverse share.
+Law contact_law(const ContactSpaceProblem& problem, const ContactSpaceOptions& options,
+                int contact);
 
 /// |A - A'| over |A|, largest entries.
 double relative_asymmetry(const MatrixX& A);

@@ -75,6 +75,14 @@ void compute_impulse(const Problem& problem, const Eigen::Ref<const VectorX>& w,
   }
 }
 
+void compute_constraint_velocity(const Problem& problem, const Eigen::Ref<const VectorX>& w,
+                                 VectorX& y) {
+  y.resize(problem.num_rows());
+  for (int c = 0; c < problem.num_constraints(); ++c) {
+    constraint_velocity(problem, c, w, y.data() + problem.first_row(c));
+  }
+}
+
 void compute_generalized_impulse(const Problem& problem, const Eigen::Ref<const VectorX>& impulse,
                                  VectorX& out) {
   out.setZero(problem.num_velocities());

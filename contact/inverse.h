@@ -9,6 +9,10 @@ namespace counterpoint::contact {
 /// matrix, no optimization; the solver calls the same law.
 void compute_impulse(const Problem& problem, const Eigen::Ref<const VectorX>& w, VectorX& impulse);
 
+/// y = J w + b [m/s] of all rows, summed in the order in which solver and inverse sum it.
+void compute_constraint_velocity(const Problem& problem, const Eigen::Ref<const VectorX>& w,
+                                 VectorX& y);
+
 /// J'f [N s, N m s]: what the constraints did to the generalized momentum.
 void compute_generalized_impulse(const Problem& problem, const Eigen::Ref<const VectorX>& impulse,
                                  VectorX& out);

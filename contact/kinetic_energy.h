@@ -1,18 +1,17 @@
 // The 2011 formulation (Todorov, "A convex, smooth and invertible contact model for trajectory
-// optimization", ICRA 2011), in contact space:
+// optimization", ICRA 2011), in contact space, for cones of any dimension and the other laws too:
 //
-//   minimize over f   1/2 f'(A + R) f + f'c + k barrier(f in friction cones) + sum_i q(v_N,i -
-//   v_min,i), v = c + A f,  v_min = -gap / h,  R growing with the gap: the force at a distance
+//   minimize over f   1/2 f'(A + R) f + f'(c + b) + k barrier(f in its sets)
+//                     + sum_i q(v_N,i - v_min,i),         v = c + A f,  v_min = -gap / h
 //
-//   q(s) = -k log s  for s >= s0, continued quadratically below (value, slope, curvature match at
-//   s0)
+//   q(s) = -k_q log s  for s >= s0, continued quadratically below (value, slope, curvature match)
 //
-// Its stationarity R f + (v + A grad q) + k grad barrier = 0 reads: f is the spectral law (law.h)
-// at
-//   y = v + A grad q(v_N - v_min),
+// R grows with the gap: that is its force at a distance. Its stationarity says that f is the law of
+// law.h at
+//   y = v + A grad q(v_N - v_min) + b,
 // so that the inverse is closed form where A is known, on penetrating trajectories too. Differences
 // from the spectral law: the velocity bound costs a second barrier, which couples contacts through
-// A in the inverse.
+// A in the inverse, and amplifies what the inverse makes of the rounding of v by A q''.
 #pragma once
 
 #include <vector>
@@ -22,15 +21,16 @@
 namespace counterpoint::contact {
 
 struct KineticEnergyProblem {
-  MatrixX A;               ///< 3n x 3n, symmetric positive semidefinite [1/kg]; rows normal, t1, t2
-  std::vector<double> mu;  ///< n, positive
-  std::vector<double> gap_speed;    ///< n, gap / h [m/s]: the contact may close no faster
-  std::vector<double> regularizer;  ///< n, r [1/kg] of the friction rows; the normal row has mu^2 r
-  double smoothing = 1e-6;          ///< k of the friction cones [N m]
-  double velocity_smoothing = 1e-6;  ///< k of q [N m]
-  double continuation_speed = 1e-7;  ///< s0 [m/s]: below it q is quadratic
-
-  int num_contacts() const { return static_cast<int>(mu.size()); }
+  MatrixX A;  ///< rows x rows, symmetric positive semidefinite [1/kg]
+  /// Rows in the order of A. Any type and dimension, but not `coulomb`: that has no cost to
+  /// minimize. A bias (De Saxce's shift of the last velocity, say: `lagged`) is seen by the law,
+  /// not by the velocity bound.
+  std::vector<Law> laws;
+  /// One a law, gap / h [m/s]: the contact may close no faster. Used for kUnilateral and
+  /// kFrictionCone only; the others have no bound.
+  std::vector<double> gap_speed;
+  double velocity_smoothing = 1e-6;  ///< k_q [N m], positive
+  double continuation_speed = 1e-7;  ///< s0 [m/s], positive: below it q is quadratic
 };
 
 /// Regularizer at a gap: r (1 + (gap / range)^2), gap > 0. `range` [m] is the reach of the force at
@@ -38,15 +38,19 @@ struct KineticEnergyProblem {
 double distant_regularizer(double regularizer, double gap, double range);
 
 struct KineticEnergyResult {
-  VectorX f;  ///< 3n [N s]
-  VectorX v;  ///< 3n, forward: c + A f [m/s]
-  VectorX c;  ///< 3n, inverse: v - A f [m/s]
+  VectorX f;  ///< [N s]; to the bit what the inverse makes of v
+  VectorX v;  ///< [m/s]; forward: c + A f but for the residual, which 1 / r would amplify in f
+  VectorX c;  ///< [m/s]; inverse: v - A f
   Status status = Status::kConverged;
   int iterations = 0;
-  double residual = 0.0;  ///< |f - law(y(f))| over |f|
+  /// |w - L'f| over (|w|^2 + sum_i |L_i'f_i|^2)^1/2 with A = L L', v = c + L w.
+  double residual = 0.0;
 };
 
-/// Newton on f with falling k. Dense: meant for comparison, not for scenes.
+/// Newton's method on the dual, kept on the path of falling smoothing and regularizer: a convex
+/// problem in w and in p = -grad q, whose line search needs derivatives only. Dense: meant for
+/// comparison, not for scenes. Errors are in the status: kNotFinite for NaN, kInvalidLaw for sizes
+/// and laws that make no sense.
 KineticEnergyResult solve_kinetic_energy(const KineticEnergyProblem& problem, const VectorX& c,
                                          const Settings& settings);
 

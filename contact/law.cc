@@ -101,6 +101,31 @@ struct DryFriction {
 
 }  // namespace
 
+bool is_valid(const Law& law) {
+  if (law.rows < 1 || law.rows > kMaxRows || !(law.regularizer > 0.0)) return false;
+  if (!(law.smoothing >= 0.0)) return false;
+  switch (law.type) {
+    case LawType::kUnilateral:
+      return law.rows == 1;
+    case LawType::kDryFriction:
+      return law.rows == 1 && law.bound >= 0.0;
+    case LawType::kEquality:
+      return true;
+    case LawType::kFrictionCone:
+      return law.rows >= 2 && std::all_of(law.friction.begin(), law.friction.begin() + law.rows - 1,
+                                          [](double mu) { return mu >= 0.0; });
+  }
+  return false;
+}
+
+bool is_finite(const Law& law) {
+  bool all = std::isfinite(law.regularizer) && std::isfinite(law.smoothing);
+  all = all && std::isfinite(law.bound);
+  for (const double mu : law.friction) all = all && std::isfinite(mu);
+  for (const double b : law.bias) all = all && std::isfinite(b);
+  return all;
+}
+
 double normal_regularizer(const Law& law) {
   const double mu = std::max(law.friction[0], kMinRegularizingFriction);
   return mu * mu * law.regularizer;

@@ -53,6 +53,11 @@ Slope slope(const Law& law, const double* y, const double* d);
 /// not.
 double shift(const Law& law, const double* y);
 
+/// Rows, regularizer, smoothing, friction and bound make sense for the type: a law one can solve.
+bool is_valid(const Law& law);
+/// No NaN and no infinity in it.
+bool is_finite(const Law& law);
+
 /// Friction coefficients below this no longer harden the normal row.
 inline constexpr double kMinRegularizingFriction = 0.1;
 /// rho [1/kg], the normal regularizer of a cone: mu^2 r with mu = max(friction[0], 0.1), so that

@@ -6,34 +6,10 @@
 #include "counterpoint/contact/island_solver.h"
 #include "counterpoint/contact/island_system.h"
 #include "counterpoint/contact/islands.h"
+#include "counterpoint/contact/law.h"
 
 namespace counterpoint::contact {
 namespace {
-
-bool valid(const Law& law) {
-  if (law.rows < 1 || law.rows > kMaxRows || !(law.regularizer > 0.0)) return false;
-  if (!(law.smoothing >= 0.0)) return false;
-  switch (law.type) {
-    case LawType::kUnilateral:
-      return law.rows == 1;
-    case LawType::kDryFriction:
-      return law.rows == 1 && law.bound >= 0.0;
-    case LawType::kEquality:
-      return true;
-    case LawType::kFrictionCone:
-      return law.rows >= 2 && std::all_of(law.friction.begin(), law.friction.begin() + law.rows - 1,
-                                          [](double mu) { return mu >= 0.0; });
-  }
-  return false;
-}
-
-bool finite(const Law& law) {
-  bool all = std::isfinite(law.regularizer) && std::isfinite(law.smoothing);
-  all = all && std::isfinite(law.bound);
-  for (const double mu : law.friction) all = all && std::isfinite(mu);
-  for (const double b : law.bias) all = all && std::isfinite(b);
-  return all;
-}
 
 Status check(const Problem& problem, const Eigen::Ref<VectorX>& w) {
   bool all_finite = w.allFinite() && problem.free_velocity().allFinite();
@@ -42,8 +18,8 @@ Status check(const Problem& problem, const Eigen::Ref<VectorX>& w) {
     all_finite = all_finite && problem.mass(b).allFinite();
   }
   for (int c = 0; c < problem.num_constraints(); ++c) {
-    all_finite = all_finite && finite(problem.law(c));
-    all_valid = all_valid && valid(problem.law(c));
+    all_finite = all_finite && is_finite(problem.law(c));
+    all_valid = all_valid && is_valid(problem.law(c));
     for (int side = 0; side < 2; ++side) {
       if (problem.block(c, side) < 0) continue;
       all_finite = all_finite && problem.jacobian(c, side).allFinite();

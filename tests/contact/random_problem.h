@@ -4,6 +4,7 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <random>
 
 #include "counterpoint/contact/problem.h"
@@ -42,6 +43,9 @@ struct RandomOptions {
   bool hard = false;                                   ///< k = 0
   bool coulomb = false;                                ///< friction cones are exact Coulomb
   bool only_cones = false;
+  std::optional<LawType> only_type;  ///< every constraint is one of these,
+  int only_rows = 0;                 ///< of so many rows if not 0,
+  std::optional<bool> isotropic;     ///< with equal coefficients of friction or not
 };
 
 inline Law random_law(Random& random, const RandomOptions& options, LawType type) {
@@ -53,13 +57,13 @@ inline Law random_law(Random& random, const RandomOptions& options, LawType type
       law.rows = 1;
       break;
     case LawType::kEquality:
-      law.rows = random.integer(1, 6);
+      law.rows = options.only_rows > 0 ? options.only_rows : random.integer(1, 6);
       break;
     case LawType::kFrictionCone: {
       constexpr int kRows[] = {3, 3, 4, 6, 2};
-      law.rows = kRows[random.integer(0, 4)];
+      law.rows = options.only_rows > 0 ? options.only_rows : kRows[random.integer(0, 4)];
       law.coulomb = options.coulomb;
-      const bool isotropic = random.coin();
+      const bool isotropic = options.isotropic ? *options.isotropic : random.coin();
       const double mu = random.integer(0, 9) == 0 ? 0.0 : random.uniform(0.0, options.max_friction);
       for (int i = 0; i < law.rows - 1; ++i) {
         law.friction[i] = isotropic ? mu : random.uniform(0.0, options.max_friction);
@@ -90,7 +94,8 @@ inline Problem random_problem(Random& random, const RandomOptions& options) {
   for (int i = 0; i < num_constraints; ++i) {
     constexpr LawType kTypes[] = {LawType::kFrictionCone, LawType::kFrictionCone,
                                   LawType::kUnilateral, LawType::kEquality, LawType::kDryFriction};
-    const LawType type = options.only_cones ? LawType::kFrictionCone : kTypes[random.integer(0, 4)];
+    LawType type = options.only_cones ? LawType::kFrictionCone : kTypes[random.integer(0, 4)];
+    if (options.only_type) type = *options.only_type;
     const Law law = random_law(random, options, type);
     const int a = random.integer(0, num_blocks - 1);
     int b = random.integer(-1, num_blocks - 1);

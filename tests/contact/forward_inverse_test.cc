@@ -1,0 +1,322 @@
+// The theorem of this library: what the forward problem did, the inverse returns, to 1e-9 relative,
+// for every law, row type, dimension and friction model; over masses from 1 to 1e6, friction from 0
+// to 10, compliance from 1e-8, smoothing from 0, dependent constraints, closing and opening
+// contacts.
+//
+// f(w+) is the same function forward and inverse, so that comparing the two would prove nothing.
+// What is compared is what the forward problem was given and the inverse is not: the impulse
+// applied from outside, which balances the momentum (problems with bodies); the free velocity c
+// (problems without). Every comparison allows, besides 1e-9, what the rounding of w+ alone explains
+// (rounding.h); how often that is the larger of the two is bounded as well.
+#include <gtest/gtest.h>
+
+#include <Eigen/QR>
+#include <string>
+#include <tuple>
+#include <vector>
+
+#include "contact/random_contact_space.h"
+#include "contact/rounding.h"
+#include "contact/trials.h"
+#include "counterpoint/contact/contact_space.h"
+#include "counterpoint/contact/inverse.h"
+#include "counterpoint/contact/kinetic_energy.h"
+#include "counterpoint/contact/solver.h"
+
+namespace counterpoint::contact {
+namespace {
+
+using testing::dense_jacobian;
+using testing::dense_mass;
+using testing::for_trials;
+using testing::KineticEnergyCase;
+using testing::kUnit;
+using testing::law_rounding;
+using testing::pushed_rounding;
+using testing::Random;
+using testing::random_contact_space;
+using testing::random_kinetic_energy;
+using testing::random_problem;
+using testing::RandomKineticEnergyOptions;
+using testing::RandomOptions;
+
+constexpr double kReturned = 1e-9;  // what is asked
+// Report::residual's tolerance refers to at least this share of the momentum (solver.h).
+constexpr double kMomentumShare = 1e-4;
+// A step that ends on the floor may be this far above it (kFloorFactor of newton.cc).
+constexpr double kFloor = 4.0;
+
+// Problems that were not solved (and said so): their numbers, for whoever mends the solver.
+class Unsolved {
+ public:
+  void add(int trial) {
+    ++count_;
+    trials_.append(" ").append(std::to_string(trial));
+  }
+  // All are to be solved. Today the solver leaves these shares of problems as hard as the ones
+  // here.
+  void expect_at_most(int allowed) const {
+    ::testing::Test::RecordProperty("unsolved", count_);
+    EXPECT_LE(count_, allowed) << "trials" << trials_;
+  }
+
+ private:
+  int count_ = 0;
+  std::string trials_;
+};
+
+// How often rounding explains more than 1e-9: were it most of the time, the theorem would say
+// little.
+void expect_mostly_asked(int floor_dominates, int trials) {
+  EXPECT_LT(floor_dominates, trials / 2);
+}
+
+enum class Friction { kConvex, kLagged, kCoulomb };
+
+struct Kind {
+  const char* name;
+  LawType type;
+  int rows;  // 0: all kinds of constraints in one problem
+  bool anisotropic = false;
+};
+
+constexpr Kind kKinds[] = {
+    {"unilateral", LawType::kUnilateral, 1},
+    {"slide", LawType::kFrictionCone, 3},
+    {"slide_anisotropic", LawType::kFrictionCone, 3, true},
+    {"planar", LawType::kFrictionCone, 2},
+    {"spin", LawType::kFrictionCone, 4},
+    {"spin_anisotropic", LawType::kFrictionCone, 4, true},
+    {"roll", LawType::kFrictionCone, 6},
+    {"roll_anisotropic", LawType::kFrictionCone, 6, true},
+    {"equality_1", LawType::kEquality, 1},
+    {"equality_2", LawType::kEquality, 2},
+    {"equality_3", LawType::kEquality, 3},
+    {"equality_4", LawType::kEquality, 4},
+    {"equality_5", LawType::kEquality, 5},
+    {"equality_6", LawType::kEquality, 6},
+    {"dry_friction", LawType::kDryFriction, 1},
+    {"mixed", LawType::kFrictionCone, 0},
+};
+
+Problem make_problem(Random& random, const Kind& kind, Friction friction) {
+  RandomOptions options;
+  options.mass_ratio = 1e6;
+  options.max_friction = 10.0;
+  options.compliance_low = 1e-8;
+  options.coulomb = friction == Friction::kCoulomb;
+  options.hard = random.coin();
+  if (kind.rows > 0) {
+    options.only_type = kind.type;
+    options.only_rows = kind.rows;
+    options.isotropic = !kind.anisotropic;
+  }
+  return random_problem(random, options);
+}
+
+// `lagged` is the convex law with De Saxce's shift of the last velocity as a bias.
+void add_lagged_shift(Problem& problem, const VectorX& before) {
+  VectorX y;
+  compute_constraint_velocity(problem, before, y);
+  for (int c = 0; c < problem.num_constraints(); ++c) {
+    Law& law = problem.law(c);
+    if (law.type == LawType::kFrictionCone)
+      law.bias[0] += shift(law, y.data() + problem.first_row(c));
+  }
+}
+
+// Where constraints are independent the momentum says what each impulse was: least squares in J'.
+void expect_impulses_balance(const Problem& problem, const VectorX& w, const VectorX& f,
+                             const VectorX& allowed) {
+  const MatrixX mass = dense_mass(problem);
+  const VectorX weight = mass.diagonal().cwiseSqrt().cwiseInverse();
+  const MatrixX push = weight.asDiagonal() * dense_jacobian(problem).transpose();
+  if (push.cols() == 0 || push.cols() > push.rows()) return;
+  const Eigen::ColPivHouseholderQR<MatrixX> qr(push);
+  const double pivot = std::abs(qr.matrixR()(push.cols() - 1, push.cols() - 1));
+  if (pivot < 1e-2 * qr.maxPivot()) return;  // impulses that J' hardly tells apart
+  const VectorX momentum = mass * (w - VectorX(problem.free_velocity()));
+  const VectorX balanced = qr.solve(weight.cwiseProduct(momentum));
+  // The pivot underestimates the condition by the dimension at most.
+  const double amplification = static_cast<double>(push.cols()) / pivot;
+  EXPECT_LE((f - balanced).norm(), amplification * weight.cwiseProduct(allowed).norm());
+}
+
+using Param = std::tuple<Kind, Friction>;
+class ForwardInverse : public ::testing::TestWithParam<Param> {};
+
+TEST_P(ForwardInverse, ReturnsTheAppliedImpulse) {
+  const auto& [kind, friction] = GetParam();
+  Solver solver;
+  constexpr int kTrials = 250;
+  int floor_dominates = 0;
+  Unsolved unsolved;
+  for_trials(1, kTrials, [&, kind = kind, friction = friction](Random& random, int trial) {
+    Problem problem = make_problem(random, kind, friction);
+    VectorX before(problem.num_velocities());
+    for (int i = 0; i < before.size(); ++i) before[i] = random.signed_unit();
+    if (friction == Friction::kLagged) add_lagged_shift(problem, before);
+    const MatrixX mass = dense_mass(problem);
+    const VectorX applied = mass * (VectorX(problem.free_velocity()) - before);
+
+    VectorX w = before, f;
+    const Report& report = solver.solve(problem, Settings{}, w, f);
+    if (!succeeded(report.status)) return unsolved.add(trial);
+    VectorX inverse, pushed;
+    compute_impulse(problem, w, inverse);
+    EXPECT_EQ(f, inverse);
+    compute_generalized_impulse(problem, inverse, pushed);
+    const VectorX momentum = mass * (w - before), returned = momentum - pushed;
+
+    const VectorX size = mass.diagonal().cwiseSqrt().cwiseInverse();
+    const Residuals residuals = compute_residuals(problem, w, inverse);
+    const double share =
+        kMomentumShare * std::hypot(w.cwiseQuotient(size).norm(),
+                                    problem.free_velocity().cwiseQuotient(size).norm());
+    const double asked = kReturned * (residuals.momentum_scale + share);
+    const double additions = static_cast<double>(w.size()) + 2.0;
+    const VectorX rounding = kFloor * pushed_rounding(problem, w) +
+                             kUnit * additions *
+                                 (mass.cwiseAbs() * (w.cwiseAbs() + 2.0 * before.cwiseAbs() +
+                                                     problem.free_velocity().cwiseAbs()));
+    const double floor = size.cwiseProduct(rounding).norm();
+    EXPECT_LE(size.cwiseProduct(returned - applied).norm(), asked + floor)
+        << status_name(report.status) << " asked " << asked << " floor " << floor;
+    if (floor > asked) ++floor_dominates;
+    const VectorX allowed = rounding + asked * size.cwiseInverse();
+    expect_impulses_balance(problem, w, inverse, allowed);
+  });
+  unsolved.expect_at_most(friction == Friction::kCoulomb ? 14 : 2);
+  expect_mostly_asked(floor_dominates, kTrials);
+}
+
+std::string name_of(const ::testing::TestParamInfo<Param>& test) {
+  constexpr const char* kNames[] = {"convex", "lagged", "coulomb"};
+  const auto& [kind, friction] = test.param;
+  return std::string(kind.name) + "_" + kNames[static_cast<int>(friction)];
+}
+
+std::vector<Param> all_cases() {
+  std::vector<Param> cases;
+  for (const Kind& kind : kKinds) {
+    for (const Friction friction : {Friction::kConvex, Friction::kLagged, Friction::kCoulomb}) {
+      if (kind.type == LawType::kFrictionCone || friction == Friction::kConvex) {
+        cases.emplace_back(kind, friction);
+      }
+    }
+  }
+  return cases;
+}
+
+INSTANTIATE_TEST_SUITE_P(EveryLaw, ForwardInverse, ::testing::ValuesIn(all_cases()), name_of);
+
+class ContactSpaceForwardInverse : public ::testing::TestWithParam<bool> {};
+
+TEST_P(ContactSpaceForwardInverse, ReturnsTheFreeVelocity) {
+  constexpr int kTrials = 2000;
+  int floor_dominates = 0;
+  Unsolved unsolved;
+  for_trials(2, kTrials, [&](Random& random, int trial) {
+    const ContactSpaceProblem problem = random_contact_space(random, 1e6, 10.0);
+    ContactSpaceOptions options;
+    options.coulomb = GetParam();
+    options.compliance = random.log_uniform(1e-8, 1e-2);
+    options.smoothing = random.coin() ? 0.0 : random.log_uniform(1e-12, 1e-2);
+    const ContactSpaceSolution forward = solve_contact_space(problem, options, Settings{});
+    if (!succeeded(forward.report.status)) return unsolved.add(trial);
+    const ContactSpaceInverse inverse = invert_contact_space(problem, forward.v, options);
+    EXPECT_EQ(inverse.f, forward.f);
+    const MatrixX size = problem.A.cwiseAbs();
+    VectorX df(forward.f.size());
+    for (int i = 0; i < problem.num_contacts(); ++i) {
+      const Rows y = forward.v.segment<3>(3 * i);
+      const Rows dy = kUnit * static_cast<double>(df.size() + 2) *
+                      (problem.c.cwiseAbs() + size * forward.f.cwiseAbs()).segment<3>(3 * i);
+      df.segment<3>(3 * i) = law_rounding(contact_law(problem, options, i), y, dy);
+    }
+    const double asked = kReturned * (problem.c.norm() + (size * forward.f.cwiseAbs()).norm());
+    const double floor = kFloor * (size * df).norm();
+    EXPECT_LE((inverse.c - problem.c).norm(), asked + floor) << asked << " " << floor;
+    if (floor > asked) ++floor_dominates;
+  });
+  unsolved.expect_at_most(GetParam() ? 44 : 0);
+  expect_mostly_asked(floor_dominates, kTrials);
+}
+
+INSTANTIATE_TEST_SUITE_P(Friction, ContactSpaceForwardInverse, ::testing::Bool(),
+                         [](const auto& test) { return test.param ? "coulomb" : "convex"; });
+
+// |df| of the 2011 inverse where v is wrong by its rounding: the bound's curvature comes on top.
+VectorX kinetic_energy_rounding(const KineticEnergyCase& at, const VectorX& v, const VectorX& f) {
+  const KineticEnergyProblem& problem = at.problem;
+  const MatrixX size = problem.A.cwiseAbs();
+  const double operations = static_cast<double>(v.size()) + 2.0;
+  const VectorX dv = operations * kUnit * (at.c.cwiseAbs() + v.cwiseAbs() + size * f.cwiseAbs());
+  VectorX y = v, dy = dv;
+  int row = 0;
+  for (size_t i = 0; i < problem.laws.size(); ++i) {
+    const Law& law = problem.laws[i];
+    if (law.type == LawType::kUnilateral || law.type == LawType::kFrictionCone) {
+      const double s0 = problem.continuation_speed, k = problem.velocity_smoothing;
+      const double s = v[row] + problem.gap_speed[i];
+      const double p = s >= s0 ? k / s : k / s0 - k / (s0 * s0) * (s - s0);
+      const double stiffness = s >= s0 ? k / (s * s) : k / (s0 * s0);
+      y -= p * problem.A.col(row);
+      dy += (stiffness * (dv[row] + kUnit * std::abs(problem.gap_speed[i])) +
+             operations * kUnit * p) *
+            size.col(row);
+    }
+    row += law.rows;
+  }
+  VectorX df(v.size());
+  row = 0;
+  for (const Law& law : problem.laws) {
+    const int n = law.rows;
+    Rows at_law = y.segment(row, n);
+    for (int r = 0; r < n; ++r) at_law[r] += law.bias[r];
+    df.segment(row, n) = law_rounding(law, at_law, dy.segment(row, n));
+    row += n;
+  }
+  return df;
+}
+
+struct Range {
+  const char* name;
+  double compliance_low, smoothing_low;
+  int unsolved;            // allowed of kTrials
+  double floor_dominates;  // at most this share: a q'' amplifies rounding where smoothing is small
+};
+
+class KineticEnergyForwardInverse : public ::testing::TestWithParam<Range> {};
+
+TEST_P(KineticEnergyForwardInverse, ReturnsTheFreeVelocity) {
+  constexpr int kTrials = 4000;
+  RandomKineticEnergyOptions options;
+  options.compliance_low = GetParam().compliance_low;
+  options.smoothing_low = GetParam().smoothing_low;
+  int floor_dominates = 0;
+  Unsolved unsolved;
+  for_trials(3, kTrials, [&](Random& random, int trial) {
+    const KineticEnergyCase at = random_kinetic_energy(random, options);
+    const KineticEnergyResult forward = solve_kinetic_energy(at.problem, at.c, Settings{});
+    if (!succeeded(forward.status)) return unsolved.add(trial);
+    const KineticEnergyResult inverse = invert_kinetic_energy(at.problem, forward.v);
+    EXPECT_EQ(inverse.f, forward.f);
+    const MatrixX size = at.problem.A.cwiseAbs();
+    const double asked = kReturned * (at.c.norm() + (size * forward.f.cwiseAbs()).norm());
+    const VectorX df = kinetic_energy_rounding(at, forward.v, forward.f);
+    const double floor = kFloor * (size * df).norm();
+    EXPECT_LE((inverse.c - at.c).norm(), asked + floor) << asked << " " << floor;
+    if (floor > asked) ++floor_dominates;
+  });
+  unsolved.expect_at_most(GetParam().unsolved);
+  EXPECT_LE(floor_dominates, GetParam().floor_dominates * kTrials);
+}
+
+INSTANTIATE_TEST_SUITE_P(Range, KineticEnergyForwardInverse,
+                         ::testing::Values(Range{"moderate", 1e-4, 1e-4, 0, 0.2},
+                                           Range{"whole", 1e-8, 1e-8, 8, 0.7}),
+                         [](const auto& test) { return test.param.name; });
+
+}  // namespace
+}  // namespace counterpoint::contact

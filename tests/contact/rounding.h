@@ -1,0 +1,44 @@
+// What rounding alone does to the inverse. A velocity is known to one unit in its last place, u =
+// 1.1e-16; the law amplifies that by its slope, 1 / r where a contact closes: relative to an
+// impulse of the size v / alpha that is u alpha / r = u / eps, 1e-8 at eps = 1e-8. No algorithm can
+// return better than this from v as doubles: the theorems of forward_inverse_test.cc hold up to it.
+#pragma once
+
+#include "contact/random_problem.h"
+#include "counterpoint/contact/inverse.h"
+#include "counterpoint/contact/law.h"
+
+namespace counterpoint::contact::testing {
+
+inline constexpr double kUnit = 0.5 * std::numeric_limits<double>::epsilon();
+
+/// |df| of each row where its velocity is wrong by up to dy: |G| dy and the rounding of the law.
+inline Rows law_rounding(const Law& law, const Rows& y, const Rows& dy) {
+  const Evaluation at = evaluate(law, y);
+  constexpr double kOperations = 16.0;  // of the law itself, from y to f
+  return at.hessian.cwiseAbs() * (dy + kOperations * kUnit * y.cwiseAbs()) +
+         kOperations * kUnit * at.impulse.cwiseAbs();
+}
+
+/// Bound of the error of J'f(J w + b) in each velocity, from the rounding of w, of the sums in y
+/// and in J'f.
+inline VectorX pushed_rounding(const Problem& problem, const VectorX& w) {
+  const MatrixX jacobian = dense_jacobian(problem);
+  const MatrixX size = jacobian.cwiseAbs();
+  const VectorX terms = size * w.cwiseAbs();
+  VectorX y, f, df(problem.num_rows());
+  compute_constraint_velocity(problem, w, y);
+  compute_impulse(problem, w, f);
+  const double additions = static_cast<double>(w.size()) + 2.0;
+  for (int c = 0; c < problem.num_constraints(); ++c) {
+    const Law& law = problem.law(c);
+    const int row = problem.first_row(c), n = law.rows;
+    Rows dy(n);
+    for (int r = 0; r < n; ++r)
+      dy[r] = kUnit * additions * (terms[row + r] + std::abs(law.bias[r]));
+    df.segment(row, n) = law_rounding(law, y.segment(row, n), dy);
+  }
+  return size.transpose() * (df + kUnit * additions * f.cwiseAbs());
+}
+
+}  // namespace counterpoint::contact::testing
