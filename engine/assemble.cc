@@ -10,39 +10,40 @@
 namespace counterpoint {
 namespace {
 
-/// Adds sign * (rows of the contact) of one body's chain to J.
-void fill_contact_jacobian(const Model& model, const ContactConstraint& contact, int leaf,
-                           double sign, const Data& data, contact::MatrixMap J) {
-  const Vector3& p = contact.candidate.position;
+/// Adds sign * (rows of the constraint) of one body's chain to J.
+void fill_pair_jacobian(const Model& model, const PairConstraint& pair, int leaf, double sign,
+                        const Data& data, contact::MatrixMap J) {
   const int v_begin = model.trees()[model.body(leaf).tree].v_begin;
   for (int b = leaf; b != 0; b = model.body(b).parent) {
     const Body& body = model.body(b);
-    const Vector3 arm = p - data.X_WB[b].translation;
+    const Vector3 arm = pair.position - data.X_WB[b].translation;
     for (int j = 0; j < joint_nv(body.joint_type); ++j) {
       const Motion& axis = data.axis[body.v_index + j];
       const int column = body.v_index - v_begin + j;
-      const Vector3 linear = contact.frame.transpose() * axis.at(arm);
-      const Vector3 angular = contact.frame.transpose() * axis.angular;
-      for (int i = 0; i < contact.law.rows; ++i)
-        J(i, column) += sign * (i < 3 ? linear[i] : angular[i - 3]);
+      const Vector3 linear = pair.frame.transpose() * axis.at(arm);
+      const Vector3 angular = pair.frame.transpose() * axis.angular;
+      for (int i = 0; i < pair.law.rows; ++i) {
+        const int row = pair.first + i;
+        J(i, column) += sign * (row < 3 ? linear[row] : angular[row - 3]);
+      }
     }
   }
 }
 
-void add_contact(const Model& model, const ContactConstraint& contact, const Data& data,
-                 const std::vector<int>& block_of_tree, contact::Problem& problem) {
-  const int tree_a = model.body(contact.body_a).tree, tree_b = model.body(contact.body_b).tree;
+void add_pair(const Model& model, const PairConstraint& pair, const Data& data,
+              const std::vector<int>& block_of_tree, contact::Problem& problem) {
+  const int tree_a = model.body(pair.body_a).tree, tree_b = model.body(pair.body_b).tree;
   const int block_a = tree_a < 0 ? -1 : block_of_tree[tree_a];
   const int block_b = tree_b < 0 ? -1 : block_of_tree[tree_b];
   // Both bodies in one tree share one block.
   const int first = block_a >= 0 ? block_a : block_b;
   const int second = block_a >= 0 && block_b != block_a ? block_b : -1;
-  const int row = problem.add_constraint(contact.law, first, second);
+  const int constraint = problem.add_constraint(pair.law, first, second);
   if (block_a >= 0)
-    fill_contact_jacobian(model, contact, contact.body_a, -1.0, data, problem.jacobian(row, 0));
+    fill_pair_jacobian(model, pair, pair.body_a, -1.0, data, problem.jacobian(constraint, 0));
   if (block_b >= 0)
-    fill_contact_jacobian(model, contact, contact.body_b, 1.0, data,
-                          problem.jacobian(row, block_b == first ? 0 : 1));
+    fill_pair_jacobian(model, pair, pair.body_b, 1.0, data,
+                       problem.jacobian(constraint, block_b == first ? 0 : 1));
 }
 
 int tree_of_velocity(const Model& model, int v_index) {
@@ -71,9 +72,9 @@ void mark_touched_trees(const Model& model, const ConstraintSet& constraints,
   const auto mark = [&](int tree) {
     if (tree >= 0) block_of_tree[tree] = 0;
   };
-  for (const ContactConstraint& c : constraints.contacts) {
-    mark(model.body(c.body_a).tree);
-    mark(model.body(c.body_b).tree);
+  for (const PairConstraint& pair : constraints.pairs) {
+    mark(model.body(pair.body_a).tree);
+    mark(model.body(pair.body_b).tree);
   }
   for (const JointConstraint& j : constraints.joints)
     for (const int v : j.v_index)
@@ -98,23 +99,33 @@ void assemble_problem(const Model& model, const ConstraintSet& constraints, cons
     problem.free_velocity().segment(problem.block_start(block_of_tree[t]), size) =
         w_free.segment(tree.v_begin, size);
   }
-  for (const ContactConstraint& c : constraints.contacts)
-    add_contact(model, c, data, block_of_tree, problem);
+  for (const PairConstraint& pair : constraints.pairs)
+    add_pair(model, pair, data, block_of_tree, problem);
   for (const JointConstraint& j : constraints.joints)
     add_joint_row(model, j, block_of_tree, problem);
 }
 
-void add_contact_impulse(const ContactConstraint& contact, const contact::Rows& impulse,
-                         const Data& data, std::vector<Force>& body_impulse) {
-  const int rows = contact.law.rows;
-  Vector3 linear = Vector3::Zero(), angular = Vector3::Zero();
-  for (int i = 0; i < std::min(rows, 3); ++i) linear += impulse[i] * contact.frame.col(i);
-  for (int i = 3; i < rows; ++i) angular += impulse[i] * contact.frame.col(i - 3);
-  const std::pair<int, double> sides[] = {{contact.body_a, -1.0}, {contact.body_b, 1.0}};
+Force pair_impulse(const PairConstraint& pair, const contact::Rows& impulse) {
+  Force out;
+  for (int i = 0; i < pair.law.rows; ++i) {
+    const int row = pair.first + i;
+    if (row < 3) {
+      out.force += impulse[i] * pair.frame.col(row);
+    } else {
+      out.torque += impulse[i] * pair.frame.col(row - 3);
+    }
+  }
+  return out;
+}
+
+void add_pair_impulse(const PairConstraint& pair, const Force& impulse, const Data& data,
+                      std::vector<Force>& body_impulse) {
+  const std::pair<int, double> sides[] = {{pair.body_a, -1.0}, {pair.body_b, 1.0}};
   for (const auto& [body, sign] : sides) {
     if (body == 0) continue;
-    const Vector3 arm = contact.candidate.position - data.X_WB[body].translation;
-    body_impulse[body] += Force{sign * (angular + arm.cross(linear)), sign * linear};
+    const Vector3 arm = pair.position - data.X_WB[body].translation;
+    body_impulse[body] +=
+        Force{sign * (impulse.torque + arm.cross(impulse.force)), sign * impulse.force};
   }
 }
 

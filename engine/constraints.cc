@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "counterpoint/engine/closures.h"
 #include "counterpoint/engine/contact_law.h"
 #include "counterpoint/model/rotation.h"
 
@@ -38,20 +39,6 @@ std::vector<double> body_radii(const Model& model) {
   return radius;
 }
 
-/// Share of the rotational inverse inertia, times the square of the body's radius, that counts: it
-/// stands in where the centre of mass cannot move, as of a wheel on its axle. Compact free bodies
-/// stay at 1 / m; a slender one, which spins easily about its length, does not (docs/decisions.md).
-constexpr double kRotationShare = 0.1;
-
-std::vector<double> contact_weights(const InverseWeights& weights,
-                                    const std::vector<double>& radius) {
-  std::vector<double> out(radius.size(), 0.0);
-  for (size_t b = 0; b < out.size(); ++b)
-    out[b] =
-        std::max(weights.body[b], kRotationShare * weights.rotational[b] * radius[b] * radius[b]);
-  return out;
-}
-
 /// A rod hit at one end: the far end may be twice as fast as any point was before. The kinetic energy
 /// bounds it, and the end of a rod carries a quarter of the mass.
 constexpr double kImpactSpeedUp = 2.0;
@@ -83,6 +70,19 @@ void find_limits(const Model& model, const SimulationOptions& options, const Vec
   }
 }
 
+/// One row a coordinate: it takes up to the bound and yields beyond.
+void find_dry_friction(const Model& model, const SimulationOptions& options,
+                       const std::vector<int>& coordinates, const InverseWeights& weights,
+                       ConstraintSet& out) {
+  for (const int i : coordinates) {
+    JointConstraint row;
+    row.law = make_dry_friction_law(options.contact, options.time_step, weights.dof[i],
+                                    model.dry_friction()[i]);
+    row.v_index[0] = i;
+    out.joints.push_back(row);
+  }
+}
+
 void find_mimics(const Model& model, const SimulationOptions& options, const VectorRef& q,
                  const InverseWeights& weights, ConstraintSet& out) {
   for (const Mimic& mimic : model.mimics()) {
@@ -109,16 +109,15 @@ double turning_advance(const Vector3& n, const Vector3& angular, const Vector3& 
 
 /// The gap a contact may close by velocity times h: less than it is where turning brings the two
 /// surfaces closer than that product says, as a rod's end that comes over.
-double gap_less_turning(const ContactConstraint& contact, const Data& data, double h) {
-  const collision::Candidate& c = contact.candidate;
-  if (!(c.gap > 0.0)) return c.gap;
+double gap_less_turning(const PairConstraint& contact, double gap, const Data& data, double h) {
+  if (!(gap > 0.0)) return gap;
   const auto advance = [&](int body) {
     if (body == 0) return 0.0;
-    return turning_advance(c.normal, data.V[body].angular, c.position - data.X_WB[body].translation,
-                           h);
+    return turning_advance(contact.frame.col(0), data.V[body].angular,
+                           contact.position - data.X_WB[body].translation, h);
   };
   const double closer = advance(contact.body_a) - advance(contact.body_b);
-  return std::max(c.gap - std::max(closer, 0.0), 0.0);
+  return std::max(gap - std::max(closer, 0.0), 0.0);
 }
 
 }  // namespace
@@ -128,18 +127,24 @@ ConstraintFinder::ConstraintFinder(const Model& model, InverseWeights weights)
       collider_(model),
       radius_(body_radii(model)),
       travel_(model.num_bodies(), 0.0),
-      margin_(model.num_bodies(), 0.0) {
-  contact_weight_ = contact_weights(weights_, radius_);
+      margin_(model.num_bodies(), 0.0),
+      acceleration_(model.closures().empty() ? 0 : model.num_bodies()) {
+  for (int i = 0; i < model.nv(); ++i)
+    if (model.dry_friction()[i] > 0.0) dry_.push_back(i);
 }
 
 void ConstraintFinder::find(const Model& model, const SimulationOptions& options,
                             const VectorRef& q, const VectorRef& v, const Data& data,
                             ConstraintSet& out) {
   out.contacts.clear();
+  out.pairs.clear();
+  out.closures.clear();
   out.joints.clear();
   out.max_penetration = 0.0;
   find_contacts(model, options, data, out);
+  if (!model.closures().empty()) find_closures(model, options, data, weights_, acceleration_, out);
   find_limits(model, options, q, v, weights_, out);
+  find_dry_friction(model, options, dry_, weights_, out);
   find_mimics(model, options, q, weights_, out);
 }
 
@@ -183,48 +188,56 @@ void ConstraintFinder::find_contacts(const Model& model, const SimulationOptions
                                      const Data& data, ConstraintSet& out) {
   const double h = options.time_step;
   find_candidates(model, options, data);
-  for (const collision::Candidate& candidate : candidates_) {
+  Material material;
+  std::pair<int, int> last{-1, -1};  // candidates come pair by pair
+  for (collision::Candidate& candidate : candidates_) {
     const Geometry& a = model.geometries()[candidate.geometry_a];
     const Geometry& b = model.geometries()[candidate.geometry_b];
-    const double alpha = contact_weight_[a.body] + contact_weight_[b.body];
+    const double alpha = weights_.contact[a.body] + weights_.contact[b.body];
     if (!(alpha > 0.0)) continue;  // neither side can move, in any way
-    ContactConstraint contact;
-    contact.candidate = candidate;
+    if (const std::pair pair(candidate.geometry_a, candidate.geometry_b); pair != last) {
+      material = combine_materials(a.material, b.material);
+      last = pair;
+    }
+    PairConstraint contact;
     contact.body_a = a.body;
     contact.body_b = b.body;
     // The bodies meet where the lighter one's surface is now, or nearly: halfway across a gap of
     // decimetres friction would turn a small body by an arm that it does not have.
-    const double towards_b = contact_weight_[b.body] / alpha - 0.5;
-    contact.candidate.position += towards_b * std::max(candidate.gap, 0.0) * candidate.normal;
+    const double towards_b = weights_.contact[b.body] / alpha - 0.5;
+    candidate.position += towards_b * std::max(candidate.gap, 0.0) * candidate.normal;
+    contact.position = candidate.position;
     const Matrix3 t1_t2_n = frame_from_normal(candidate.normal);
     contact.frame << t1_t2_n.col(2), t1_t2_n.col(0), t1_t2_n.col(1);
     contact.law.rows = 3;
-    const Vector3 v = contact_velocity(contact, data, data.V);
-    const double gap = gap_less_turning(contact, data, h);
-    contact.law = make_contact_law(options.contact, h, combine_materials(a.material, b.material),
-                                   alpha, gap, v);
+    const Vector3 v = relative_velocity(contact, data, data.V);
+    const double gap = gap_less_turning(contact, candidate.gap, data, h);
+    contact.law = make_contact_law(options.contact, h, material, alpha, gap, v);
     out.max_penetration = std::max(out.max_penetration, -candidate.gap);
-    out.contacts.push_back(contact);
+    out.contacts.push_back(candidate);
+    out.pairs.push_back(contact);
   }
 }
 
-contact::Rows contact_velocity(const ContactConstraint& contact, const Data& data,
-                               const std::vector<Motion>& V) {
+contact::Rows relative_velocity(const PairConstraint& pair, const Data& data,
+                                const std::vector<Motion>& V) {
   Vector3 linear = Vector3::Zero(), angular = Vector3::Zero();
-  const Vector3& p = contact.candidate.position;
-  const bool turning = contact.law.rows > 3;
-  if (contact.body_a != 0) {
-    linear -= V[contact.body_a].at(p - data.X_WB[contact.body_a].translation);
-    if (turning) angular -= V[contact.body_a].angular;
+  const bool turning = pair.first + pair.law.rows > 3;
+  if (pair.body_a != 0) {
+    linear -= V[pair.body_a].at(pair.position - data.X_WB[pair.body_a].translation);
+    if (turning) angular -= V[pair.body_a].angular;
   }
-  if (contact.body_b != 0) {
-    linear += V[contact.body_b].at(p - data.X_WB[contact.body_b].translation);
-    if (turning) angular += V[contact.body_b].angular;
+  if (pair.body_b != 0) {
+    linear += V[pair.body_b].at(pair.position - data.X_WB[pair.body_b].translation);
+    if (turning) angular += V[pair.body_b].angular;
   }
-  const Vector3 v = contact.frame.transpose() * linear;
-  const Vector3 w = contact.frame.transpose() * angular;
-  contact::Rows rows(contact.law.rows);
-  for (int i = 0; i < contact.law.rows; ++i) rows[i] = i < 3 ? v[i] : w[i - 3];
+  const Vector3 v = pair.frame.transpose() * linear;
+  const Vector3 w = pair.frame.transpose() * angular;
+  contact::Rows rows(pair.law.rows);
+  for (int i = 0; i < pair.law.rows; ++i) {
+    const int row = pair.first + i;
+    rows[i] = row < 3 ? v[row] : w[row - 3];
+  }
   return rows;
 }
 

@@ -1,4 +1,5 @@
-// The constraints of one step as they follow from (q, w): contacts, joint limits, mimic joints.
+// The constraints of one step as they follow from (q, w): contacts, closures, joint limits,
+// dry joint friction, mimic joints.
 #pragma once
 
 #include <vector>
@@ -11,12 +12,13 @@
 
 namespace counterpoint {
 
-/// A contact with its law. Rows: velocity of B relative to A along n, t1, t2, then relative angular
-/// velocity about n, t1, t2.
-struct ContactConstraint {
-  collision::Candidate candidate;
+/// Rows of motion of body B relative to body A: velocity at `position` along the columns of
+/// `frame`, then angular velocity about them. A contact's columns are n, t1, t2.
+struct PairConstraint {
   int body_a = 0, body_b = 0;
-  Matrix3 frame;  ///< columns n, t1, t2 in W
+  Vector3 position = Vector3::Zero();  ///< in W [m]; one for both bodies, so that momentum is kept
+  Matrix3 frame = Matrix3::Identity();
+  int first = 0;  ///< of the six rows (3 linear, 3 angular) the law has rows first, first + 1, ...
   contact::Law law;
 };
 
@@ -24,16 +26,19 @@ struct ContactConstraint {
 /// b.
 struct JointConstraint {
   contact::Law law;
-  int v_index[2] = {-1, -1};  ///< the second is -1 for a limit
+  int v_index[2] = {-1, -1};  ///< the second is -1 for limits and dry friction
   double coefficient[2] = {1.0, 0.0};
 };
 
 struct ConstraintSet {
-  std::vector<ContactConstraint> contacts;
+  std::vector<collision::Candidate> contacts;
+  /// First the contacts, one each, then those of `closures`.
+  std::vector<PairConstraint> pairs;
+  std::vector<int> closures;  ///< index into Model::closures, one for each pair behind the contacts
   std::vector<JointConstraint> joints;
   double max_penetration = 0.0;  ///< [m]
 
-  bool empty() const { return contacts.empty() && joints.empty(); }
+  bool empty() const { return pairs.empty() && joints.empty(); }
 };
 
 /// Finds the constraints of a model. Scratch memory inside: one per thread.
@@ -56,17 +61,18 @@ class ConstraintFinder {
                      ConstraintSet& out);
 
   InverseWeights weights_;
-  std::vector<double> contact_weight_;  ///< inverse mass a contact on each body feels [1/kg]
   collision::Collider collider_;
   std::vector<double> radius_;  ///< of each body's geometry about the body origin [m]
   std::vector<double> travel_;  ///< of each body's surface within the step [m]
   std::vector<double> margin_;
   std::vector<collision::Candidate> candidates_;
+  std::vector<int> dry_;              ///< velocity coordinates with dry friction
+  std::vector<Motion> acceleration_;  ///< scratch of closures
 };
 
-/// Velocity of B relative to A at a contact, in its frame (rows as in ContactConstraint), from the
-/// bodies' V_WB (data.h).
-contact::Rows contact_velocity(const ContactConstraint& contact, const Data& data,
-                               const std::vector<Motion>& V);
+/// Velocity of B relative to A in the rows of a constraint [m/s, rad/s], from the bodies' V_WB
+/// (data.h).
+contact::Rows relative_velocity(const PairConstraint& pair, const Data& data,
+                                const std::vector<Motion>& V);
 
 }  // namespace counterpoint

@@ -55,6 +55,16 @@ contact::Law make_limit_law(const ContactOptions& options, double h, double alph
   return law;
 }
 
+contact::Law make_dry_friction_law(const ContactOptions& options, double h, double alpha,
+                                   double force) {
+  contact::Law law;
+  law.type = contact::LawType::kDryFriction;
+  law.regularizer = options.compliance * alpha;
+  law.smoothing = smoothing(options, alpha);
+  law.bound = h * force;
+  return law;
+}
+
 contact::Law make_equality_law(const ContactOptions& options, double h, double alpha,
                                double error) {
   contact::Law law;
@@ -62,6 +72,19 @@ contact::Law make_equality_law(const ContactOptions& options, double h, double a
   law.regularizer = options.compliance * alpha;
   law.bias[0] = std::clamp(options.stabilization * error / h, -options.max_recovery_speed,
                            options.max_recovery_speed);
+  return law;
+}
+
+contact::Law make_closure_law(const ContactOptions& options, double h, double alpha, int rows,
+                              const Vector3& error, const Vector3& acceleration) {
+  contact::Law law;
+  law.type = contact::LawType::kEquality;
+  law.rows = rows;
+  law.regularizer = kClosureSoftness * options.compliance * alpha;
+  Vector3 recovery = options.stabilization / h * error;
+  const double speed = recovery.norm();
+  if (speed > options.max_recovery_speed) recovery *= options.max_recovery_speed / speed;
+  for (int i = 0; i < rows; ++i) law.bias[i] = recovery[i] + 0.5 * h * acceleration[i];
   return law;
 }
 

@@ -20,7 +20,22 @@ contact::Law make_contact_law(const ContactOptions& options, double h, const Mat
 /// smoothing length counts as an angle [rad] for revolute joints.
 contact::Law make_limit_law(const ContactOptions& options, double h, double alpha, double gap);
 
+/// Law of one coordinate of a joint with dry friction `force` [N or N m]: it takes impulses up to
+/// h force. alpha as for limits.
+contact::Law make_dry_friction_law(const ContactOptions& options, double h, double alpha,
+                                   double force);
+
 /// Law of one row that is to hold exactly: `error` [m or rad] is recovered like a penetration.
 contact::Law make_equality_law(const ContactOptions& options, double h, double alpha, double error);
+
+/// Closures are this much more compliant than contacts: they hold bodies that move, and rounding of
+/// the velocity, over the regularizer, is the error of the inverse (docs/decisions.md).
+inline constexpr double kClosureSoftness = 100.0;
+
+/// Law of the first `rows` (1 ... 3) rows of a closure. The bias lets the step end with the error
+/// [m or rad] less the share recovered, to second order in h: `acceleration` [m/s^2 or rad/s^2] is
+/// that of the error at constant joint velocities.
+contact::Law make_closure_law(const ContactOptions& options, double h, double alpha, int rows,
+                              const Vector3& error, const Vector3& acceleration);
 
 }  // namespace counterpoint

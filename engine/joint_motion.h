@@ -1,41 +1,9 @@
-// What each joint type does, by switch: pose across the joint, motion subspace, and products with
-// it. Conventions of q and v: model/joint.h.
+// What each joint type does, by switch: motion subspace and products with it. Conventions of q and v: model/joint.h.
 #pragma once
-
-#include <cmath>
 
 #include "counterpoint/model/joint.h"
 
 namespace counterpoint {
-
-/// Turns frame J about its z axis.
-inline Matrix3 turned_about_z(const Matrix3& R, double angle) {
-  const double s = std::sin(angle), c = std::cos(angle);
-  Matrix3 out;
-  out.col(0) = c * R.col(0) + s * R.col(1);
-  out.col(1) = c * R.col(1) - s * R.col(0);
-  out.col(2) = R.col(2);
-  return out;
-}
-
-/// Pose X_WB of a body from that of its joint frame, X_WJ, and the joint's coordinates q.
-inline Pose joint_pose(const Pose& X_WJ, JointType type, const double* q) {
-  const Matrix3& R = X_WJ.rotation;
-  switch (type) {
-    case JointType::kRevolute:
-      return {turned_about_z(R, q[0]), X_WJ.translation};
-    case JointType::kPrismatic:
-      return {R, X_WJ.translation + q[0] * R.col(2)};
-    case JointType::kPlanar:
-      return {turned_about_z(R, q[2]), X_WJ.translation + q[0] * R.col(0) + q[1] * R.col(1)};
-    case JointType::kSpherical:
-      return {R * Quaternion(q[0], q[1], q[2], q[3]).toRotationMatrix(), X_WJ.translation};
-    case JointType::kFloating:
-      return {R * Quaternion(q[3], q[4], q[5], q[6]).toRotationMatrix(),
-              X_WJ * Vector3(q[0], q[1], q[2])};
-  }
-  return X_WJ;
-}
 
 /// Columns of S in world axes at the body's origin, into axis[0 .. nv).
 inline void joint_axes(JointType type, const Matrix3& R_WJ, const Matrix3& R_WB, Motion* axis) {

@@ -57,6 +57,13 @@ void compute_body_velocities(const Model& model, const VectorRef& v, const Data&
   }
 }
 
+void compute_velocity_accelerations(const Model& model, const Data& data, std::vector<Motion>& A) {
+  for (int i = 1; i < model.num_bodies(); ++i) {
+    A[i] = data.c[i];
+    if (model.body(i).parent != 0) A[i] += shift(A[model.body(i).parent], data.arm[i]);
+  }
+}
+
 void compute_inertias(const Model& model, Data& data) {
   for (int i = 1; i < model.num_bodies(); ++i) {
     const SpatialInertia& inertia = model.body(i).inertia;

@@ -22,6 +22,10 @@ void compute_velocities(const Model& model, const VectorRef& v, Data& data);
 void compute_body_velocities(const Model& model, const VectorRef& v, const Data& data,
                              std::vector<Motion>& V);
 
+/// Spatial accelerations of all bodies if the joints' velocities were constant, gravity left out,
+/// into A (num_bodies). Needs compute_velocities.
+void compute_velocity_accelerations(const Model& model, const Data& data, std::vector<Motion>& A);
+
 /// Fills data.inertia. Needs compute_poses.
 void compute_inertias(const Model& model, Data& data);
 

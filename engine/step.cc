@@ -128,22 +128,29 @@ StepReport step_forward(const Model& model, const SimulationOptions& options,
 
 namespace {
 
-/// J' f of all constraints at the velocity v_next, into ws.tau [N s]; contacts listed in `out`.
+/// J' f of all constraints at the velocity v_next, into ws.tau [N s]; contacts and closures listed
+/// in `out`.
 void recover_impulses(const Model& model, const VectorRef& v_next, double h, Workspace::Impl& ws,
                       Inverse& out) {
   compute_body_velocities(model, v_next, ws.data, ws.velocity);
   ws.tau.setZero();
   out.contacts.clear();
+  out.closures.assign(model.closures().size(), {});
   for (Force& f : ws.body_impulse) f = Force();
-  for (const ContactConstraint& c : ws.constraints.contacts) {
-    contact::Rows y = contact_velocity(c, ws.data, ws.velocity);
-    for (int i = 0; i < c.law.rows; ++i) y[i] += c.law.bias[i];
-    const contact::Rows f = contact::impulse(c.law, y);
-    add_contact_impulse(c, f, ws.data, ws.body_impulse);
-    ContactForce force;
-    force.contact = c.candidate;
-    for (int i = 0; i < std::min(c.law.rows, 3); ++i) force.force += f[i] / h * c.frame.col(i);
-    out.contacts.push_back(force);
+  const ConstraintSet& constraints = ws.constraints;
+  for (size_t i = 0; i < constraints.pairs.size(); ++i) {
+    const PairConstraint& pair = constraints.pairs[i];
+    contact::Rows y = relative_velocity(pair, ws.data, ws.velocity);
+    for (int row = 0; row < pair.law.rows; ++row) y[row] += pair.law.bias[row];
+    const Force impulse = pair_impulse(pair, contact::impulse(pair.law, y));
+    add_pair_impulse(pair, impulse, ws.data, ws.body_impulse);
+    if (i < constraints.contacts.size()) {
+      out.contacts.push_back({constraints.contacts[i], impulse.force / h});
+    } else {
+      ClosureForce& closure = out.closures[constraints.closures[i - constraints.contacts.size()]];
+      closure.position = pair.position;
+      closure.force += impulse * (1.0 / h);
+    }
   }
   project_on_joints(model, ws.data, ws.body_impulse, ws.tau);
   for (const JointConstraint& j : ws.constraints.joints) {

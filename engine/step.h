@@ -35,7 +35,7 @@ class Workspace {
 struct StepReport {
   contact::Status status = contact::Status::kConverged;
   int contacts = 0;         ///< contact candidates given to the solver
-  int constraint_rows = 0;  ///< contact, limit and mimic rows
+  int constraint_rows = 0;  ///< of contacts, closures, limits, dry friction and mimics
   int newton_iterations = 0;
   double residual = 0.0;       ///< relative, see contact::Settings::tolerance
   double max_penetration = 0;  ///< at the start of the step [m], 0 if nothing overlaps
@@ -54,13 +54,20 @@ struct ContactForce {
   Vector3 force = Vector3::Zero();  ///< mean over the step, on geometry B, in W [N]
 };
 
+/// What a closure did, as the inverse saw it.
+struct ClosureForce {
+  Vector3 position = Vector3::Zero();  ///< halfway between the anchors, in W [m]
+  Force force;                         ///< mean over the step, on body B, in W, there [N, N m]
+};
+
 /// What was at work between (q, v) and v_next.
 struct Inverse {
   VectorX applied_force;  ///< nv: u [N, N m]
-  VectorX contact_force;  ///< nv: J' f / h of contacts, limits and mimic rows [N, N m]
+  VectorX contact_force;  ///< nv: J' f / h of all constraints [N, N m]
   double force_scale =
       0.0;  ///< largest of |inertial + bias|, |applied|, |contact| over the coordinates [N or N m]
   std::vector<ContactForce> contacts;
+  std::vector<ClosureForce> closures;  ///< of Model::closures
 };
 
 /// Recovers the applied force from (q, v) at the start and v_next at the end of a step. Needs no

@@ -127,7 +127,7 @@ MatrixX reference_mass_matrix(const Model& model, int tree, const VectorX& q, Ve
   std::vector<Matrix6X> subspace(bodies);
   for (int i = 0; i < bodies; ++i) {
     const Body& body = model.body(t.body_begin + i);
-    const Pose X_JB = joint_pose(body.joint_type, q.data() + body.q_index);
+    const Pose X_JB = joint_pose(Pose(), body.joint_type, q.data() + body.q_index);
     if (i > 0) X_RB[i] = X_RB[body.parent - t.body_begin] * body.X_PJ * X_JB;
     composite[i] = body.inertia.transformed(X_RB[i]).matrix();
     subspace[i] = motion_subspace(body.joint_type, X_JB.rotation);

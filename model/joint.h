@@ -14,6 +14,8 @@
 // flies straight in discrete time as well.
 #pragma once
 
+#include <cmath>
+
 #include "counterpoint/model/spatial.h"
 
 namespace counterpoint {
@@ -42,9 +44,35 @@ constexpr int joint_nv(JointType type) {
   return 0;
 }
 
-/// Pose of the moved body in the joint frame J: q [rad, m, quaternion w x y z] as above, joint_nq long;
-/// quaternions are normalised.
-Pose joint_pose(JointType type, const double* q);
+/// Turns frame J about its z axis.
+inline Matrix3 turned_about_z(const Matrix3& R, double angle) {
+  const double s = std::sin(angle), c = std::cos(angle);
+  Matrix3 out;
+  out.col(0) = c * R.col(0) + s * R.col(1);
+  out.col(1) = c * R.col(1) - s * R.col(0);
+  out.col(2) = R.col(2);
+  return out;
+}
+
+/// Pose X_WB of a body from that of its joint frame, X_WJ, and the joint's coordinates q [rad, m,
+/// quaternion of unit length] as above, joint_nq long.
+inline Pose joint_pose(const Pose& X_WJ, JointType type, const double* q) {
+  const Matrix3& R = X_WJ.rotation;
+  switch (type) {
+    case JointType::kRevolute:
+      return {turned_about_z(R, q[0]), X_WJ.translation};
+    case JointType::kPrismatic:
+      return {R, X_WJ.translation + q[0] * R.col(2)};
+    case JointType::kPlanar:
+      return {turned_about_z(R, q[2]), X_WJ.translation + q[0] * R.col(0) + q[1] * R.col(1)};
+    case JointType::kSpherical:
+      return {R * Quaternion(q[0], q[1], q[2], q[3]).toRotationMatrix(), X_WJ.translation};
+    case JointType::kFloating:
+      return {R * Quaternion(q[3], q[4], q[5], q[6]).toRotationMatrix(),
+              X_WJ * Vector3(q[0], q[1], q[2])};
+  }
+  return X_WJ;
+}
 
 /// "revolute", "prismatic", "planar", "spherical", "floating".
 const char* joint_type_name(JointType type);

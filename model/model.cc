@@ -4,6 +4,38 @@
 
 namespace counterpoint {
 
+const char* closure_type_name(ClosureType type) {
+  switch (type) {
+    case ClosureType::kBall:
+      return "ball";
+    case ClosureType::kWeld:
+      return "weld";
+    case ClosureType::kDistance:
+      return "distance";
+  }
+  return "?";
+}
+
+std::vector<Pose> body_poses(const Model& model, const VectorX& q) {
+  std::vector<Pose> X_WB(model.num_bodies());
+  for (int i = 1; i < model.num_bodies(); ++i) {
+    const Body& body = model.body(i);
+    X_WB[i] = joint_pose(X_WB[body.parent] * body.X_PJ, body.joint_type, q.data() + body.q_index);
+  }
+  return X_WB;
+}
+
+ClosureGap closure_gap(const Closure& closure, const std::vector<Pose>& X_WB) {
+  const Pose X_WA = X_WB[closure.body_a] * closure.X_AC;
+  const Pose X_WC = X_WB[closure.body_b] * closure.X_BC;
+  ClosureGap gap;
+  gap.distance = (X_WC.translation - X_WA.translation).norm();
+  if (closure.type == ClosureType::kDistance) gap.distance -= closure.length;
+  if (closure.type == ClosureType::kWeld)
+    gap.angle = Quaternion(X_WA.rotation).angularDistance(Quaternion(X_WC.rotation));
+  return gap;
+}
+
 int Model::find_joint(const std::string& name) const {
   const auto it = std::find_if(joints_.begin(), joints_.end(),
                                [&](const JointInfo& j) { return j.name == name; });

@@ -58,6 +58,23 @@ struct Mimic {
   double offset = 0.0;  ///< [rad or m]
 };
 
+enum class ClosureType : unsigned char {
+  kBall,      ///< the anchors coincide (3 rows)
+  kWeld,      ///< the anchor frames coincide (6 rows)
+  kDistance,  ///< the anchors keep their distance, as on a massless rod (1 row)
+};
+/// "ball", "weld", "distance".
+const char* closure_type_name(ClosureType type);
+
+/// What holds two bodies together beyond the joints of the trees, so that loops close.
+struct Closure {
+  std::string name;  ///< unique
+  ClosureType type = ClosureType::kBall;
+  int body_a = 0, body_b = 0;  ///< either may be the world
+  Pose X_AC, X_BC;             ///< anchor frame in the body's frame; orientation matters to kWeld only
+  double length = 0.0;         ///< [m], kDistance
+};
+
 /// Something the reader of a model must know and that did not stop it from loading.
 struct Note {
   std::string where;    ///< file, element
@@ -81,13 +98,14 @@ class Model {
   const std::vector<Frame>& frames() const { return frames_; }
   const std::vector<Geometry>& geometries() const { return geometries_; }
   const std::vector<Mimic>& mimics() const { return mimics_; }
+  const std::vector<Closure>& closures() const { return closures_; }
   const std::vector<Note>& notes() const { return notes_; }
 
   const Vector3& gravity() const { return gravity_; }                ///< [m/s^2] in W
   const VectorX& default_q() const { return default_q_; }            ///< nq; valid quaternions, within limits not enforced
   const VectorX& damping() const { return damping_; }                ///< nv, viscous [N m s/rad or N s/m]
   const VectorX& armature() const { return armature_; }              ///< nv, rotor inertia seen at the joint [kg m^2 or kg]
-  const VectorX& dry_friction() const { return dry_friction_; }      ///< nv [N m or N]; read, not simulated yet
+  const VectorX& dry_friction() const { return dry_friction_; }      ///< nv [N m or N]
   bool has_damping() const { return has_damping_; }
 
   /// Index of the named joint, frame, geometry; -1 if there is none.
@@ -107,11 +125,23 @@ class Model {
   std::vector<Frame> frames_;
   std::vector<Geometry> geometries_;
   std::vector<Mimic> mimics_;
+  std::vector<Closure> closures_;
   std::vector<Note> notes_;
   std::vector<std::pair<int, int>> excluded_pairs_;
   Vector3 gravity_ = Vector3(0, 0, -kStandardGravity);
   VectorX default_q_, damping_, armature_, dry_friction_;
   bool has_damping_ = false;
 };
+
+/// X_WB of every body at q (nq), the world first. For loading and for tests: it allocates; steps use
+/// engine/kinematics.h.
+std::vector<Pose> body_poses(const Model& model, const VectorX& q);
+
+/// How far a closure is from closed at these poses: distance of the anchors, for kDistance less the
+/// length [m]; and for kWeld the angle between the frames, else zero [rad].
+struct ClosureGap {
+  double distance = 0.0, angle = 0.0;
+};
+ClosureGap closure_gap(const Closure& closure, const std::vector<Pose>& X_WB);
 
 }  // namespace counterpoint

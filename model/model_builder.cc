@@ -358,6 +358,7 @@ Model ModelBuilder::build() {
       std::unique(model_.excluded_pairs_.begin(), model_.excluded_pairs_.end()),
       model_.excluded_pairs_.end());
   check_inertias();
+  place_closures();
   Model model = std::move(model_);
   *this = ModelBuilder(model.gravity_);
   return model;

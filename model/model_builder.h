@@ -2,6 +2,7 @@
 #pragma once
 
 #include <map>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -52,6 +53,21 @@ struct RobotSpec {
   std::string where;
 };
 
+/// A closure between two links, as a file describes it. What is left open follows from the start:
+/// the closure is then closed there.
+struct ClosureSpec {
+  std::string name;  ///< empty: numbered
+  ClosureType type = ClosureType::kBall;
+  std::string link_a, link_b;  ///< with prefix; "world" is the world unless a link is named so
+  std::optional<Vector3> anchor_a;  ///< in the frame of link a [m]; else its origin
+  /// In the frame of link b [m]; else where anchor_a is at the start, for a distance b's origin.
+  std::optional<Vector3> anchor_b;
+  std::optional<Matrix3> orientation;  ///< kWeld: of link b in link a
+  std::optional<double> length;        ///< kDistance [m]
+  bool collide = false;                ///< may the two bodies touch?
+  std::string where;
+};
+
 enum class Base { kFixed, kFloating };
 
 /// Collects robots and environment, then makes the Model. After an exception the builder is not to
@@ -84,6 +100,10 @@ class ModelBuilder {
   /// is neither.
   void exclude_pair(const std::string& geometry_or_link_a, const std::string& geometry_or_link_b);
 
+  /// Ties two links together. To be called after all robots with these links. @throws InputError
+  /// when a link is unknown, both are one rigid body, or a value makes no sense.
+  void add_closure(const ClosureSpec& closure);
+
   int num_joints() const { return model_.num_joints(); }  ///< added so far
   /// Name of a joint added so far, numbered as in Model::joint.
   const std::string& joint_name(int joint) const { return model_.joints_.at(joint).name; }
@@ -93,7 +113,7 @@ class ModelBuilder {
 
   /// The model; the builder is empty afterwards. @throws InputError naming the joint when a part
   /// that can move has no inertia in the default configuration, so that its motion would be
-  /// undefined.
+  /// undefined, or a closure's anchors start at one point and its length is not given.
   Model build();
 
  private:
@@ -103,6 +123,13 @@ class ModelBuilder {
                       int frame);
   int add_body(const JointSpec& joint, const Placement& placement, int parent, const Pose& X_PJ);
   std::vector<int> geometries_named(const std::string& name) const;
+  /// A link, or the world, as one side of a closure.
+  struct Anchor {
+    int frame, body;
+    Pose X_BL;
+  };
+  Anchor find_anchor(const ClosureSpec& spec, const std::string& link) const;
+  void place_closures();
   void apply_mimics();
   void check_inertias() const;
 
@@ -114,6 +141,11 @@ class ModelBuilder {
   // By joint: where it was read, and the first link of its body whose inertia is not physical.
   std::vector<std::string> joint_where_, defective_link_;
   std::vector<char> position_given_;
+  struct PlacedClosure {
+    ClosureSpec spec;
+    Anchor a, b;
+  };
+  std::vector<PlacedClosure> closure_specs_;  // of Model::closures
 };
 
 }  // namespace counterpoint

@@ -15,15 +15,6 @@ namespace fs = std::filesystem;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kStartGap = 1e-3;  // [m] between the ground and a floating robot at the start
-/// Poses of all bodies in W at q.
-std::vector<Pose> body_poses(const Model& model, const VectorX& q) {
-  std::vector<Pose> X_WB(model.num_bodies());
-  for (int i = 1; i < model.num_bodies(); ++i) {
-    const Body& body = model.body(i);
-    X_WB[i] = X_WB[body.parent] * body.X_PJ * joint_pose(body.joint_type, q.data() + body.q_index);
-  }
-  return X_WB;
-}
 
 /// The geometry that reaches lowest in the default configuration and its height; the moving ones
 /// only.

@@ -152,6 +152,9 @@ class SceneReader {
     if (root_.has("exclude")) {
       for (const YamlValue& pair : root_.at("exclude").list()) read_exclusion(pair);
     }
+    if (root_.has("closures")) {
+      for (const YamlValue& item : root_.at("closures").list()) read_closure(item);
+    }
     Model model = build();
     VectorX q = model.default_q();
     VectorX v = VectorX::Zero(model.nv());
@@ -174,7 +177,8 @@ class SceneReader {
 
   static Vector3 read_gravity(const YamlValue& root) {
     root.expect_map({"name", "gravity", "time_step", "duration", "contact", "packages",
-                     "repair_inertias", "defaults", "models", "ground", "environment", "exclude"});
+                     "repair_inertias", "defaults", "models", "ground", "environment", "exclude",
+                     "closures"});
     if (root.has("gravity")) return root.at("gravity").vector3();
     return {0, 0, -kStandardGravity};
   }
@@ -357,6 +361,32 @@ class SceneReader {
     const std::vector<YamlValue> pair = in.list();
     if (pair.size() != 2) in.fail("two names [a, b] are expected");
     located(in, [&] { builder_.exclude_pair(pair[0].text(), pair[1].text()); });
+  }
+
+  void read_closure(const YamlValue& in) {
+    in.expect_map({"type", "between", "name", "anchor_a", "anchor_b", "rpy", "quaternion", "length",
+                   "collide"});
+    ClosureSpec closure;
+    const YamlValue type = in.at("type");
+    bool known = false;
+    for (const ClosureType t : {ClosureType::kBall, ClosureType::kWeld, ClosureType::kDistance}) {
+      if (type.text() != closure_type_name(t)) continue;
+      closure.type = t;
+      known = true;
+    }
+    if (!known) type.fail("'" + type.text() + "' is not one of ball, weld, distance");
+    const std::vector<YamlValue> between = in.at("between").list();
+    if (between.size() != 2) in.at("between").fail("two links [a, b] are expected");
+    closure.link_a = between[0].text();
+    closure.link_b = between[1].text();
+    if (in.has("name")) closure.name = in.at("name").text();
+    if (in.has("anchor_a")) closure.anchor_a = in.at("anchor_a").vector3();
+    if (in.has("anchor_b")) closure.anchor_b = in.at("anchor_b").vector3();
+    if (in.has("rpy") || in.has("quaternion")) closure.orientation = read_pose(in).rotation;
+    if (in.has("length")) closure.length = in.at("length").positive();
+    if (in.has("collide")) closure.collide = in.at("collide").boolean();
+    closure.where = in.where();
+    builder_.add_closure(closure);
   }
 
   Model build() {

@@ -117,15 +117,8 @@ class Converter {
     for (const std::string& name : xml_.link_names) {
       robot.links.push_back(make_link(*model.getLink(name), xml_.links.at(name)));
     }
-    bool dry_friction = false;
     for (const std::string& name : xml_.joint_names) {
       robot.joints.push_back(make_joint(*model.getJoint(name), xml_.joints.at(name)));
-      dry_friction |= robot.joints.back().dry_friction > 0.0 && !robot.joints.back().fixed;
-    }
-    if (dry_friction) {
-      notes_.push_back({robot.where,
-                        "dry joint friction (<dynamics friction>) is read but not "
-                        "simulated"});
     }
     robot.notes = std::move(notes_);
     return robot;

@@ -162,8 +162,7 @@ TEST_F(UrdfTest, NotesWhatItDoesNotUse) {
   EXPECT_TRUE(noted(spec, "joint 'j': <loop> is not used"));
   EXPECT_TRUE(noted(spec, "<loop_joint> 'closing' is not used"));
   EXPECT_TRUE(noted(spec, "<drake:ball_constraint> is not used"));
-  EXPECT_TRUE(noted(spec, "dry joint friction"));
-  EXPECT_EQ(spec.notes.size(), 5u);
+  EXPECT_EQ(spec.notes.size(), 4u);
   EXPECT_NEAR(spec.joints[0].armature, 0.4, kRoundoff);
 }
 

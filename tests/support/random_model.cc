@@ -101,6 +101,7 @@ RobotSpec make_random_robot(std::uint64_t seed, const RandomModelOptions& option
       joint.lower = -random.uniform(0.5, 2.0);
       joint.upper = random.uniform(0.5, 2.0);
     }
+    if (options.dry_friction) joint.dry_friction = random.uniform(0.0, 1.0);
     robot.joints.push_back(joint);
   }
   return robot;

@@ -31,6 +31,7 @@ struct RandomModelOptions {
   bool damping = false;
   bool armature = false;
   bool limits = false;
+  bool dry_friction = false;
 };
 
 /// Every joint type, branches, turned axes, offset and tilted inertias of real boxes.

@@ -54,12 +54,34 @@ Scene pendulum(const Pendulum& parameters) {
   joint.axis = Vector3::UnitY();
   joint.damping = parameters.damping;
   joint.armature = parameters.armature;
+  joint.dry_friction = parameters.dry_friction;
   joint.lower = parameters.lower;
   joint.upper = parameters.upper;
   robot.joints.push_back(joint);
   ModelBuilder builder(Vector3(0, 0, -9.81));
   builder.add_robot(robot, Base::kFixed, Pose());
   return start_at_rest("pendulum", builder.build());
+}
+
+Scene slider(const Slider& parameters) {
+  RobotSpec robot;
+  robot.name = "slider";
+  LinkSpec base, block;
+  base.name = "base";
+  block.name = "block";
+  block.inertia = {parameters.mass, Vector3::Zero(), Matrix3::Identity()};
+  robot.links = {base, block};
+  JointSpec joint;
+  joint.name = "slide";
+  joint.type = JointType::kPrismatic;
+  joint.parent = "base";
+  joint.child = "block";
+  joint.axis = Vector3::UnitX();
+  joint.dry_friction = parameters.dry_friction;
+  robot.joints.push_back(joint);
+  ModelBuilder builder(Vector3(0, 0, -9.81));
+  builder.add_robot(robot, Base::kFixed, Pose());
+  return start_at_rest("slider", builder.build());
 }
 
 }  // namespace counterpoint::test

@@ -5,8 +5,8 @@
 
 namespace counterpoint::test {
 
-/// A free box of given half lengths [m] and mass [kg], uniform density, resting flat on the plane z = 0
-/// of friction `friction` and restitution `restitution`; gravity may lean over to make a slope.
+/// A free box of given half lengths [m] and mass [kg], uniform density, resting flat on the plane z
+/// = 0 of friction `friction` and restitution `restitution`; gravity may lean over to make a slope.
 struct BoxOnPlane {
   Vector3 half = Vector3::Constant(0.1);
   double mass = 1.0;
@@ -20,9 +20,16 @@ Scene box_on_plane(const BoxOnPlane& box);
 
 /// A pendulum about the world's y axis: point mass [kg] at `length` [m] below the joint.
 struct Pendulum {
-  double mass = 1.0, length = 1.0, damping = 0.0, armature = 0.0;
+  double mass = 1.0, length = 1.0, damping = 0.0, armature = 0.0, dry_friction = 0.0;
   double lower = -1e9, upper = 1e9;
 };
 Scene pendulum(const Pendulum& parameters);
+
+/// A block of `mass` [kg] on a prismatic joint along the world's x axis, dry friction [N], gravity
+/// across. Its link is named "block".
+struct Slider {
+  double mass = 1.0, dry_friction = 0.0;
+};
+Scene slider(const Slider& parameters);
 
 }  // namespace counterpoint::test

@@ -1,0 +1,72 @@
+#include "counterpoint/engine/closures.h"
+
+#include "counterpoint/engine/contact_law.h"
+#include "counterpoint/engine/kinematics.h"
+
+namespace counterpoint {
+namespace {
+
+/// Anchors closer than this [m] give a distance no direction; any will do.
+constexpr double kNoDirection = 1e-12;
+
+/// One anchor in W.
+struct Anchor {
+  Vector3 position, velocity, acceleration;
+
+  Anchor(const Data& data, const std::vector<Motion>& A, int body, const Pose& X_BC) {
+    const Vector3 arm = data.X_WB[body].rotation * X_BC.translation;
+    const Motion& V = data.V[body];
+    position = data.X_WB[body].translation + arm;
+    velocity = V.at(arm);
+    // Of the point that moves along, hence the convective term.
+    acceleration = A[body].at(arm) + V.angular.cross(velocity);
+  }
+};
+
+}  // namespace
+
+void find_closures(const Model& model, const SimulationOptions& options, const Data& data,
+                   const InverseWeights& weights, std::vector<Motion>& acceleration,
+                   ConstraintSet& out) {
+  const double h = options.time_step;
+  compute_velocity_accelerations(model, data, acceleration);
+  for (size_t i = 0; i < model.closures().size(); ++i) {
+    const Closure& closure = model.closures()[i];
+    const ClosureWeight& weight = weights.closure[i];
+    const Anchor a(data, acceleration, closure.body_a, closure.X_AC);
+    const Anchor b(data, acceleration, closure.body_b, closure.X_BC);
+    PairConstraint pair;
+    pair.body_a = closure.body_a;
+    pair.body_b = closure.body_b;
+    pair.position = 0.5 * (a.position + b.position);
+    const auto add = [&](int rows, double alpha, const Vector3& error, const Vector3& curvature) {
+      if (!(alpha > 0.0)) return;  // nothing can move that way
+      pair.law = make_closure_law(options.contact, h, alpha, rows, error, curvature);
+      out.pairs.push_back(pair);
+      out.closures.push_back(static_cast<int>(i));
+    };
+    const Vector3 apart = b.position - a.position, parting = b.velocity - a.velocity;
+    const Vector3 curvature = b.acceleration - a.acceleration;
+    if (closure.type == ClosureType::kDistance) {
+      const double d = apart.norm();
+      const Vector3 n = d > kNoDirection ? Vector3(apart / d) : Vector3::UnitZ();
+      const double along = n.dot(parting);
+      const double turning = d > kNoDirection ? (parting.squaredNorm() - along * along) / d : 0.0;
+      const Matrix3 t1_t2_n = frame_from_normal(n);
+      pair.frame << t1_t2_n.col(2), t1_t2_n.col(0), t1_t2_n.col(1);
+      add(1, weight.linear, Vector3(d - closure.length, 0, 0),
+          Vector3(n.dot(curvature) + turning, 0, 0));
+      continue;
+    }
+    add(3, weight.linear, apart, curvature);
+    if (closure.type != ClosureType::kWeld) continue;
+    const Matrix3 R_WA = data.X_WB[closure.body_a].rotation * closure.X_AC.rotation;
+    const Matrix3 R_WB = data.X_WB[closure.body_b].rotation * closure.X_BC.rotation;
+    const Vector3 turned = quaternion_log(Quaternion(Matrix3(R_WB * R_WA.transpose())));
+    pair.first = 3;
+    add(3, weight.angular, turned,
+        acceleration[closure.body_b].angular - acceleration[closure.body_a].angular);
+  }
+}
+
+}  // namespace counterpoint

@@ -1,0 +1,23 @@
+// Closures as constraints of one step: error, its acceleration, rows.
+//
+//   ball       e = p_B - p_A                        3 rows, in W
+//   weld       the same, and the rotation vector    3 + 3 rows, in W
+//              that takes A's anchor frame to B's
+//   distance   e = |p_B - p_A| - length             1 row, along p_B - p_A
+//
+// p: the anchors in W. All rows act halfway between the anchors, so that linear and angular
+// momentum are kept while the closure is open; to the rotation of both bodies the error then is one
+// seen in axes that turn with them.
+#pragma once
+
+#include "counterpoint/engine/constraints.h"
+
+namespace counterpoint {
+
+/// Adds the rows of all closures to `out`, behind the contacts. Needs compute_poses and
+/// compute_velocities; `acceleration` (num_bodies) is scratch.
+void find_closures(const Model& model, const SimulationOptions& options, const Data& data,
+                   const InverseWeights& weights, std::vector<Motion>& acceleration,
+                   ConstraintSet& out);
+
+}  // namespace counterpoint

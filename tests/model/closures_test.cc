@@ -1,0 +1,115 @@
+// Closures from the builder and from scene files: what is left open follows from the start;
+// mistakes are refused where they stand.
+#include <gtest/gtest.h>
+
+#include "counterpoint/model/scene.h"
+#include "support/temp_folder.h"
+
+namespace counterpoint {
+namespace {
+
+constexpr double kRoundoff = 1e-14;
+
+class ClosureScene : public testing::Test {
+ protected:
+  /// Two boxes 0.5 m apart, the second turned, a ground, and these closures.
+  Scene load(const std::string& closures) const {
+    return load_scene(folder_.write("scene.yaml", R"(ground: {}
+models:
+  - {name: a, box: [0.1, 0.1, 0.1], mass: 1, position: [0, 0, 1]}
+  - {name: b, box: [0.1, 0.1, 0.1], mass: 2, position: [0.5, 0, 1], rpy: [0, 0, 1.5707963267948966]}
+closures:
+)" + closures));
+  }
+  void expect_refused(const std::string& closures, const std::vector<std::string>& parts) const {
+    SCOPED_TRACE(closures);
+    try {
+      load(closures);
+      ADD_FAILURE() << "accepted";
+    } catch (const InputError& error) {
+      for (const std::string& part : parts)
+        EXPECT_NE(std::string(error.what()).find(part), std::string::npos) << error.what();
+    }
+  }
+  test::TempFolder folder_;
+};
+
+TEST_F(ClosureScene, WhatIsLeftOpenFollowsFromTheStart) {
+  const Scene scene = load(R"(
+  - {type: ball, between: [a/body, b/body], name: hinge, anchor_a: [0.2, 0, 0]}
+  - {type: weld, between: [a/body, b/body]}
+  - {type: distance, between: [world, b/body], anchor_a: [0.5, 0, 3]}
+)");
+  const auto& closures = scene.model.closures();
+  ASSERT_EQ(closures.size(), 3u);
+  EXPECT_EQ(closures[0].name, "hinge");
+  EXPECT_EQ(closures[0].type, ClosureType::kBall);
+  EXPECT_EQ(closures[0].body_a, 1);
+  EXPECT_EQ(closures[0].body_b, 2);
+  // 0.3 m before b's centre, in axes turned by a right angle.
+  EXPECT_LT((closures[0].X_BC.translation - Vector3(0, 0.3, 0)).norm(), kRoundoff);
+  EXPECT_EQ(closures[1].name, "closure1");
+  EXPECT_EQ(closures[2].body_a, 0);
+  EXPECT_NEAR(closures[2].length, 2.0, kRoundoff);
+  const std::vector<Pose> X_WB = body_poses(scene.model, scene.q);
+  for (const Closure& closure : closures) {
+    EXPECT_NEAR(closure_gap(closure, X_WB).distance, 0.0, kRoundoff);
+    EXPECT_NEAR(closure_gap(closure, X_WB).angle, 0.0, 1e-7);  // acos near one
+  }
+  EXPECT_TRUE(scene.model.notes().empty());
+}
+
+TEST_F(ClosureScene, WhatIsGivenIsTakenAndAnOpenStartIsNoted) {
+  const Scene scene = load(R"(
+  - {type: weld, between: [a/body, b/body], anchor_a: [0.1, 0, 0], anchor_b: [-0.1, 0, 0], rpy: [0, 0, 0]}
+  - {type: distance, between: [a/body, b/body], length: 0.4}
+)");
+  const auto& closures = scene.model.closures();
+  const std::vector<Pose> X_WB = body_poses(scene.model, scene.q);
+  EXPECT_NEAR(closure_gap(closures[0], X_WB).angle, 1.5707963267948966, 1e-12);
+  EXPECT_NEAR(closure_gap(closures[1], X_WB).distance, 0.1, kRoundoff);
+  ASSERT_EQ(scene.model.notes().size(), 2u);
+  EXPECT_NE(scene.model.notes()[0].where.find("scene.yaml:7"), std::string::npos)
+      << scene.model.notes()[0].where;
+  EXPECT_NE(scene.model.notes()[1].message.find("0.1 m"), std::string::npos);
+}
+
+TEST_F(ClosureScene, JoinedBodiesDoNotCollideUnlessTold) {
+  const auto excluded = [&](const std::string& closure) {
+    return load(closure).model.excluded_geometry_pairs();
+  };
+  const std::vector<std::pair<int, int>> none, both{{0, 1}};
+  EXPECT_EQ(excluded("  - {type: ball, between: [b/body, a/body]}\n"), both);
+  EXPECT_EQ(excluded("  - {type: ball, between: [a/body, b/body], collide: true}\n"), none);
+  // Tied to the world, a body still meets the ground.
+  EXPECT_EQ(excluded("  - {type: ball, between: [world, b/body]}\n"), none);
+}
+
+TEST_F(ClosureScene, MistakesAreRefusedWhereTheyStand) {
+  expect_refused("  - {type: hinge, between: [a/body, b/body]}\n",
+                 {"scene.yaml:6", "'hinge' is not one of ball, weld, distance"});
+  expect_refused("  - {type: ball, between: [a/body]}\n", {"scene.yaml:6", "two links"});
+  expect_refused("  - {type: ball, between: [a/body, c]}\n",
+                 {"scene.yaml:6", "there is no link 'c'", "'world', 'a/body', 'b/body'"});
+  expect_refused("  - {type: ball, between: [a/body, a/body]}\n",
+                 {"scene.yaml:6", "one rigid body"});
+  expect_refused("  - {type: ball, between: [a/body, b/body], length: 1}\n",
+                 {"scene.yaml:6", "length is for a distance"});
+  expect_refused("  - {type: ball, between: [a/body, b/body], rpy: [0, 0, 1]}\n",
+                 {"scene.yaml:6", "for a weld only"});
+  expect_refused("  - {type: distance, between: [a/body, b/body], length: 0}\n",
+                 {"scene.yaml:6", "not positive"});
+  expect_refused(
+      "  - {type: distance, between: [a/body, b/body], anchor_a: [0, 0, 0], anchor_b: [0, 0.5, "
+      "0]}\n",
+      {"scene.yaml:6", "start at one point"});
+  expect_refused("  - {type: ball, between: [a/body, b/body], anchor: [0, 0, 1]}\n",
+                 {"scene.yaml:6", "anchor_a"});
+  expect_refused(
+      "  - {type: ball, name: x, between: [a/body, b/body]}\n"
+      "  - {type: weld, name: x, between: [a/body, b/body]}\n",
+      {"scene.yaml:7", "already a closure"});
+}
+
+}  // namespace
+}  // namespace counterpoint
