@@ -126,6 +126,29 @@ void inspect_geometries(const Model& model, Report& report) {
   report["geometries"] = geometries;
 }
 
+void inspect_closures(const Model& model, const VectorX& q, Report& report) {
+  Json closures = Json::array();
+  const std::vector<Pose> X_WB = body_poses(model, q);
+  if (!model.closures().empty()) fmt::print(report.text(), "\nclosures:\n");
+  for (const Closure& closure : model.closures()) {
+    const ClosureGap gap = closure_gap(closure, X_WB);
+    const std::string a = link_name(model, closure.body_a), b = link_name(model, closure.body_b);
+    fmt::print(report.text(), "  {} ({}): {} - {}, open by {:.3g} m, {:.3g} rad\n", closure.name,
+               closure_type_name(closure.type), a, b, gap.distance, gap.angle);
+    Json entry = {{"name", closure.name},
+                  {"type", closure_type_name(closure.type)},
+                  {"link_a", a},
+                  {"link_b", b},
+                  {"anchor_a_m", vector_json(closure.X_AC.translation)},
+                  {"anchor_b_m", vector_json(closure.X_BC.translation)},
+                  {"open_m", gap.distance},
+                  {"open_rad", gap.angle}};
+    if (closure.type == ClosureType::kDistance) entry["length_m"] = closure.length;
+    closures.push_back(std::move(entry));
+  }
+  report["closures"] = closures;
+}
+
 Json pairs_json(const Model& model, const std::vector<std::pair<int, int>>& pairs,
                 const Report& report, const char* why) {
   Json list = Json::array();
@@ -186,6 +209,7 @@ int inspect(Arguments& arguments) {
              scene.options.time_step, scene.options.duration);
   inspect_bodies(model, report);
   inspect_geometries(model, report);
+  inspect_closures(model, scene.q, report);
   inspect_pairs(model, report);
   inspect_coordinates(model, report);
   inspect_notes(model, report);
@@ -198,7 +222,8 @@ int inspect(Arguments& arguments) {
 void add_inspect(CLI::App& app, Action& action) {
   auto arguments = std::make_shared<Arguments>();
   CLI::App& command = *app.add_subcommand(
-      "inspect", "List joints, limits, geometries, materials, pairs, and notes of a scene");
+      "inspect",
+      "List joints, limits, geometries, materials, closures, pairs, and notes of a scene");
   arguments->scene.add_to(command);
   arguments->report.add_to(command);
   command.footer("Example:\n  counterpoint inspect robot.urdf --base floating --ground");

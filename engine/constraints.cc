@@ -39,11 +39,11 @@ std::vector<double> body_radii(const Model& model) {
   return radius;
 }
 
-/// A rod hit at one end: the far end may be twice as fast as any point was before. The kinetic energy
-/// bounds it, and the end of a rod carries a quarter of the mass.
+/// A rod hit at one end: the far end may be twice as fast as any point was before. The kinetic
+/// energy bounds it, and the end of a rod carries a quarter of the mass.
 constexpr double kImpactSpeedUp = 2.0;
-/// Bodies that travel farther than this many contact margins pass their speed on to what they strike
-/// in the very step, as far as this many rounds of collision reach.
+/// Bodies that travel farther than this many contact margins pass their speed on to what they
+/// strike in the very step, as far as this many rounds of collision reach.
 constexpr double kFastTravel = 4.0;
 constexpr int kMaxRounds = 4;
 
@@ -100,8 +100,8 @@ void find_mimics(const Model& model, const SimulationOptions& options, const Vec
   }
 }
 
-/// How much farther along n the point of a body at `arm` from its origin goes within the step than its
-/// velocity times h says, if the body keeps turning as it does.
+/// How much farther along n the point of a body at `arm` from its origin goes within the step than
+/// its velocity times h says, if the body keeps turning as it does.
 double turning_advance(const Vector3& n, const Vector3& angular, const Vector3& arm, double h) {
   const Vector3 angle = h * angular;
   return n.dot(quaternion_exp(angle) * arm - arm - angle.cross(arm));
@@ -165,8 +165,8 @@ void ConstraintFinder::find_candidates(const Model& model, const SimulationOptio
   }
 }
 
-/// Gives bodies that a fast one may strike within the step its travel: they may go as fast. False if
-/// none is that fast (threshold [m]), or nothing changed.
+/// Gives bodies that a fast one may strike within the step its travel: they may go as fast. False
+/// if none is that fast (threshold [m]), or nothing changed.
 bool ConstraintFinder::spread_travel(const Model& model, double threshold) {
   bool changed = false;
   for (bool again = true; again;) {

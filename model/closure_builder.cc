@@ -8,7 +8,7 @@
 namespace counterpoint {
 namespace {
 
-/// A closure that starts more open than this [m, rad] is noted.
+/// A closure that starts more open than this [m, rad] is noted; a rod is longer.
 constexpr double kClosed = 1e-6;
 
 [[noreturn]] void fail(const ClosureSpec& spec, const std::string& what) {
@@ -97,7 +97,7 @@ void ModelBuilder::place_closures() {
     closure.X_BC = b.X_BL * X_LbC;
     if (distance) {
       closure.length = spec.length.value_or(closure_gap(closure, X_WB).distance);
-      if (!(closure.length > 0.0))
+      if (!(closure.length > kClosed))
         fail(spec, "the anchors start at one point; move one or use a ball");
     }
     const ClosureGap gap = closure_gap(closure, X_WB);

@@ -195,10 +195,11 @@ TEST(Tunnelling, TheInverseSeesTheSameContacts) {
       ASSERT_TRUE(report.succeeded()) << t.name;
       contacts += report.contacts;
       const Inverse& inverse = sim.inverse(before.q, before.v, sim.state().v);
-      // The solver's residual of 1e-10, relative to an impact of 5e4 N; afterwards the rounding of
-      // 100 m/s, 1e-14, seen through the regularizer of 1e-6 / kg: 5e-6 N over 2 ms.
+      // The solver's round-off floor, 1e-9 at most here, relative to an impact of 5e4 N: rods spin at
+      // 4e4 rad/s after it, and their contact's velocity is a difference of such speeds. Afterwards
+      // the rounding of 100 m/s, 1e-14, seen through the regularizer of 1e-6 / kg: 5e-6 N over 2 ms.
       EXPECT_LT((inverse.applied_force - sim.input().applied_force).norm(),
-                1e-8 * inverse.force_scale + 1e-5)
+                3e-8 * inverse.force_scale + 1e-5)
           << t.name;
     }
     EXPECT_GT(contacts, 0);
