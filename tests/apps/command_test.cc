@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <string>
 #include <vector>
 
@@ -164,6 +165,22 @@ TEST_F(Command, InspectCountsTheHumanoid) {
     EXPECT_TRUE(joint["lower"].is_number() && joint["upper"].is_number()) << joint["name"];
   }
   EXPECT_EQ(report["coordinates"]["force"].size(), 31u);
+}
+
+TEST_F(Command, ClosuresAreListedHeldAndInverted) {
+  expect_success("inspect data/scenes/closures.yaml --json {}/r.json");
+  const nlohmann::json listed = folder_.json("r.json")["closures"];
+  ASSERT_EQ(listed.size(), 4u);
+  EXPECT_EQ(listed[3]["type"], "weld");
+  EXPECT_EQ(listed[3]["link_b"], "right/body");
+  EXPECT_NEAR(listed[0]["length_m"], std::sqrt(1.09), 1e-12);
+  for (const auto& closure : listed) EXPECT_NEAR(closure["open_m"], 0.0, 1e-12);
+  EXPECT_EQ(folder_.json("r.json")["excluded_pairs"].size(), 2u);  // beam - load, left - right
+  expect_success("simulate data/scenes/closures.yaml --output {}/t.csv");
+  expect_success("inverse data/scenes/closures.yaml {}/t.csv --json {}/i.json");
+  const nlohmann::json inverse = folder_.json("i.json");
+  // Nothing is applied: what is found is error.
+  EXPECT_LT(inverse["unactuated_force_max"], 1e-8 * inverse["force_scale_max"].get<double>());
 }
 
 }  // namespace
