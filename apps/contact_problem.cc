@@ -4,13 +4,14 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <filesystem>
-#include <fstream>
 #include <memory>
 #include <vector>
 
 #include "command.h"
 #include "counterpoint/contact/contact_space.h"
+#include "counterpoint/engine/csv.h"
 #include "counterpoint/model/types.h"
 #include "report.h"
 
@@ -18,67 +19,76 @@ namespace counterpoint::apps {
 namespace {
 
 namespace fs = std::filesystem;
+using contact::MatrixX;
+using contact::VectorX;
 
 struct Arguments {
-  std::string folder;
+  std::string folder, friction = "both";
   contact::ContactSpaceOptions options;
   contact::Settings settings;
   Report report;
 };
 
-/// Rows of numbers under one header line. @throws InputError naming file and line.
-std::vector<std::vector<double>> read_csv(const fs::path& file, size_t columns) {
-  std::ifstream in(file);
-  if (!in) throw InputError(fmt::format("{}: cannot be read", file.string()));
-  std::vector<std::vector<double>> rows;
-  std::string line;
-  std::getline(in, line);  // header
-  for (int number = 2; std::getline(in, line); ++number) {
-    if (line.empty() || line == "\r") continue;
-    std::vector<double> row;
-    const char* p = line.c_str();
-    for (;;) {
-      char* end = nullptr;
-      row.push_back(std::strtod(p, &end));
-      if (end == p)
-        throw InputError(fmt::format("{}:{}: expected a number", file.string(), number));
-      p = end;
-      if (*p != ',') break;
-      ++p;
-    }
-    if (row.size() != columns) {
-      throw InputError(fmt::format("{}:{}: expected {} numbers, found {}", file.string(), number,
-                                   columns, row.size()));
-    }
-    rows.push_back(std::move(row));
+/// c and mu, a row per contact. @throws InputError naming file and line.
+void read_contacts(const fs::path& file, contact::ContactSpaceProblem& problem) {
+  const CsvTable table(file);
+  const int columns[] = {table.column("q_n"), table.column("q_t1"), table.column("q_t2")};
+  const int friction = table.column("mu");
+  if (table.num_rows() == 0) {
+    throw InputError(
+        fmt::format("{}: holds no contact; expected one row per contact", table.file()));
   }
-  return rows;
+  problem.c.resize(3 * table.num_rows());
+  for (int i = 0; i < table.num_rows(); ++i) {
+    for (int r = 0; r < 3; ++r) problem.c[3 * i + r] = table.value(i, columns[r]);
+    const double mu = table.value(i, friction);
+    if (mu < 0.0) {
+      throw InputError(fmt::format("{}: mu = {}; expected a coefficient of friction, 0 or more",
+                                   table.where(i), mu));
+    }
+    problem.mu.push_back(mu);
+  }
+}
+
+/// A by its entries that are not zero. @throws InputError naming file and line.
+void read_matrix(const fs::path& file, contact::ContactSpaceProblem& problem) {
+  const CsvTable table(file);
+  const int n = static_cast<int>(problem.c.size());
+  const int columns[] = {table.column("row"), table.column("col")};
+  const int value = table.column("value");
+  problem.A.setZero(n, n);
+  MatrixX given = MatrixX::Zero(n, n);
+  for (int i = 0; i < table.num_rows(); ++i) {
+    int index[2];
+    for (int k = 0; k < 2; ++k) {
+      const double number = table.value(i, columns[k]);
+      if (!(number >= 0.0 && number < n && number == std::floor(number))) {
+        throw InputError(
+            fmt::format("{}: index {}; expected a whole number from 0 to {}, the matrix being {} x "
+                        "{} for the {} contacts of q_mu.csv",
+                        table.where(i), number, n - 1, n, n, n / 3));
+      }
+      index[k] = static_cast<int>(number);
+    }
+    if (given(index[0], index[1])++ > 0.0) {
+      throw InputError(fmt::format("{}: entry ({}, {}) is given twice; expected it once",
+                                   table.where(i), index[0], index[1]));
+    }
+    problem.A(index[0], index[1]) = table.value(i, value);
+  }
+  for (int i = 0; i < n; ++i) {
+    if (problem.A(i, i) < 0.0) {
+      throw InputError(
+          fmt::format("{}: diagonal entry {} is {}; expected a positive semidefinite matrix",
+                      table.file(), i, problem.A(i, i)));
+    }
+  }
 }
 
 contact::ContactSpaceProblem read_problem(const fs::path& folder) {
   contact::ContactSpaceProblem problem;
-  const auto contacts = read_csv(folder / "q_mu.csv", 4);
-  if (contacts.empty()) {
-    throw InputError(fmt::format("{}: holds no contact", (folder / "q_mu.csv").string()));
-  }
-  const int n = 3 * static_cast<int>(contacts.size());
-  problem.A.setZero(n, n);
-  problem.c.resize(n);
-  for (size_t i = 0; i < contacts.size(); ++i) {
-    for (int r = 0; r < 3; ++r) problem.c[3 * static_cast<int>(i) + r] = contacts[i][r];
-    problem.mu.push_back(contacts[i][3]);
-  }
-  const fs::path matrix = folder / "W.csv";
-  for (const auto& entry : read_csv(matrix, 3)) {
-    const double row = entry[0], column = entry[1];
-    if (!(row >= 0 && row < n && column >= 0 && column < n)) {
-      throw InputError(
-          fmt::format("{}: entry ({}, {}) lies outside the {} x {} matrix that q_mu.csv "
-                      "asks for; indices start at 0",
-                      matrix.string(), row, column, n, n));
-    }
-    problem.A(static_cast<int>(row), static_cast<int>(column)) += entry[2];
-  }
+  read_contacts(folder / "q_mu.csv", problem);
+  read_matrix(folder / "W.csv", problem);
   return problem;
 }
 
@@ -101,12 +111,23 @@ std::vector<fs::path> find_problems(const fs::path& folder) {
   return found;
 }
 
+/// Largest difference between c and what the inverse makes of v, over what c and A f sum.
+double inverse_error(const contact::ContactSpaceProblem& problem,
+                     const contact::ContactSpaceSolution& solution,
+                     const contact::ContactSpaceOptions& options) {
+  const contact::ContactSpaceInverse inverse = invert_contact_space(problem, solution.v, options);
+  const VectorX size = problem.c.cwiseAbs() + problem.A.cwiseAbs() * inverse.f.cwiseAbs();
+  const double scale = size.maxCoeff();
+  return scale > 0.0 ? (inverse.c - problem.c).cwiseAbs().maxCoeff() / scale : 0.0;
+}
+
 Json solve(const std::string& name, const contact::ContactSpaceProblem& problem,
-           Arguments& arguments, bool coulomb, bool& all_solved) {
-  arguments.options.coulomb = coulomb;
+           const Arguments& arguments, bool coulomb, bool& all_solved) {
+  contact::ContactSpaceOptions options = arguments.options;
+  options.coulomb = coulomb;
   const auto start = std::chrono::steady_clock::now();
   const contact::ContactSpaceSolution solution =
-      solve_contact_space(problem, arguments.options, arguments.settings);
+      solve_contact_space(problem, options, arguments.settings);
   const std::chrono::duration<double, std::milli> time = std::chrono::steady_clock::now() - start;
   // Checked against the symmetric part, which is what was solved, and against A as given.
   contact::ContactSpaceProblem symmetric = problem;
@@ -116,6 +137,7 @@ Json solve(const std::string& name, const contact::ContactSpaceProblem& problem,
   const char* status = status_name(solution.report.status);
   all_solved = all_solved && succeeded(solution.report.status);
   fmt::print(
+      arguments.report.text(),
       "{:<38} {:>4} {:<8} {:<17} {:>5} {:>9.2f} {:>9.1e} {:>9.1e} {:>9.1e} {:>9.1e} {:>9.1e}\n",
       name, problem.num_contacts(), coulomb ? "coulomb" : "convex", status,
       solution.report.iterations, time.count(), residuals.primal, residuals.dual,
@@ -132,25 +154,32 @@ Json solve(const std::string& name, const contact::ContactSpaceProblem& problem,
           {"dual", residuals.dual},
           {"complementarity", residuals.complementarity},
           {"dual_as_given", given.dual},
-          {"complementarity_as_given", given.complementarity}};
+          {"complementarity_as_given", given.complementarity},
+          {"inverse_error", inverse_error(symmetric, solution, options)}};
 }
 
 int run(Arguments& arguments) {
   const std::vector<fs::path> folders = find_problems(arguments.folder);
+  std::vector<contact::ContactSpaceProblem> problems;  // all are read before any is solved
+  for (const fs::path& folder : folders) problems.push_back(read_problem(folder));
   arguments.report.begin("contact-problem", arguments.folder);
-  fmt::print("{:<38} {:>4} {:<8} {:<17} {:>5} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9}\n", "problem",
+  fmt::print(arguments.report.text(),
+             "{:<38} {:>4} {:<8} {:<17} {:>5} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9}\n", "problem",
              "n", "friction", "status", "steps", "ms", "primal", "dual", "compl.", "as given",
              "|A - A'|");
-  Json problems = Json::array();
+  Json results = Json::array();
   bool all_solved = true;
-  for (const fs::path& folder : folders) {
-    const contact::ContactSpaceProblem problem = read_problem(folder);
-    const std::string name = fs::weakly_canonical(folder).filename().string();
+  for (size_t i = 0; i < folders.size(); ++i) {
+    const std::string name = fs::weakly_canonical(folders[i]).filename().string();
     for (const bool coulomb : {false, true}) {
-      problems.push_back(solve(name, problem, arguments, coulomb, all_solved));
+      if (arguments.friction != "both" && arguments.friction != (coulomb ? "coulomb" : "convex")) {
+        continue;
+      }
+      results.push_back(solve(name, problems[i], arguments, coulomb, all_solved));
     }
   }
-  arguments.report["problems"] = std::move(problems);
+  arguments.report["status"] = all_solved ? "ok" : "failed";
+  arguments.report["problems"] = std::move(results);
   arguments.report.write();
   return all_solved ? kSuccess : kFailed;
 }
@@ -162,6 +191,9 @@ void add_contact_problem(CLI::App& app, Action& action) {
       "contact-problem", "Solve frictional contact problems given as matrices (W.csv, q_mu.csv)");
   auto arguments = std::make_shared<Arguments>();
   command.add_option("folder", arguments->folder, "A problem, or a folder of problems")->required();
+  command.add_option("--friction", arguments->friction, "convex, coulomb or both")
+      ->capture_default_str()
+      ->check(CLI::IsMember({"convex", "coulomb", "both"}));
   command
       .add_option("--compliance", arguments->options.compliance,
                   "Regularizer relative to the diagonal of W")
@@ -175,7 +207,8 @@ void add_contact_problem(CLI::App& app, Action& action) {
       "velocity\n"
       "from the dual cone, and largest power, relative to the largest impulse and free velocity, "
       "with\n"
-      "the symmetric part of W; as given: the larger of the last two with W as it stands.");
+      "the symmetric part of W; as given: the larger of the last two with W as it stands.\n"
+      "Example:\n  counterpoint contact-problem problems/Rover1039 --json rover.json");
   arguments->report.add_to(command);
   command.callback([arguments, &action] { action = [arguments] { return run(*arguments); }; });
 }

@@ -41,4 +41,50 @@ inline VectorX pushed_rounding(const Problem& problem, const VectorX& w) {
   return size.transpose() * (df + kUnit * additions * f.cwiseAbs());
 }
 
+struct Cost {
+  double value = 0.0;     ///< 1/2 |w - w*|_M^2 + sum of the potentials [J]
+  double rounding = 0.0;  ///< how wrong that may be
+};
+
+/// Rounding of w - w* and of y acts through the derivatives, momentum and impulse; that of the
+/// potentials through the terms they sum, k log g and g (r g / 2 + lambda), which cancel where a
+/// small cost is left.
+inline Cost cost_of(const Problem& problem, const VectorX& w) {
+  const VectorX free = problem.free_velocity(), difference = w - free;
+  const MatrixX mass = dense_mass(problem);
+  const VectorX momentum = mass * difference;
+  const double operations = static_cast<double>(w.size()) + 16.0;
+  Cost out;
+  out.value = 0.5 * difference.dot(momentum);
+  out.rounding = (mass.cwiseAbs() * difference.cwiseAbs())
+                     .dot(w.cwiseAbs() + free.cwiseAbs() + difference.cwiseAbs());
+  VectorX y, f;
+  compute_constraint_velocity(problem, w, y);
+  compute_impulse(problem, w, f);
+  const VectorX terms = dense_jacobian(problem).cwiseAbs() * w.cwiseAbs();
+  for (int c = 0; c < problem.num_constraints(); ++c) {
+    const Law& law = problem.law(c);
+    const int row = problem.first_row(c);
+    out.value += potential(law, y.data() + row);
+    double reach = 0.0;  // of the eigenvalues
+    for (int r = 0; r < law.rows; ++r) {
+      const double mu = r == 0 || law.type != LawType::kFrictionCone ? 1.0 : law.friction[r - 1];
+      out.rounding += std::abs(f[row + r]) * (terms[row + r] + std::abs(law.bias[r]));
+      reach += mu * std::abs(y[row + r]);
+    }
+    const double rho =
+        law.type == LawType::kFrictionCone ? normal_regularizer(law) : law.regularizer;
+    // Largest and smallest value of g where |lambda| <= reach, and what is summed there.
+    const double s = std::sqrt(reach * reach + 4.0 * rho * law.smoothing);
+    const double bound = law.type == LawType::kDryFriction ? law.bound : 0.0;
+    const double g = (s + reach) / (2.0 * rho) + bound;
+    const double logarithm =
+        law.smoothing > 0.0 ? std::abs(std::log(g)) + std::abs(std::log(law.smoothing / (rho * g)))
+                            : 0.0;
+    out.rounding += law.smoothing * logarithm + f.segment(row, law.rows).norm() * reach;
+  }
+  out.rounding *= operations * kUnit;
+  return out;
+}
+
 }  // namespace counterpoint::contact::testing

@@ -1,0 +1,163 @@
+// counterpoint contact-problem: exit codes, the keys of its report, what it says about wrong files.
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "apps/command.h"
+
+namespace counterpoint {
+namespace {
+
+using test::CommandFolder;
+using test::CommandResult;
+namespace fs = std::filesystem;
+
+class ContactProblem : public testing::Test {
+ protected:
+  // One kilogram on the ground, sliding at 1 m/s and pushed down by 2 N s; mu 0.5.
+  ContactProblem() {
+    write("q_mu.csv", "q_n,q_t1,q_t2,mu\n-2,1,0,0.5\n");
+    write("W.csv", "row,col,value\n0,0,1\n1,1,1\n2,2,1\n");
+  }
+  void write(const std::string& name, const std::string& content) const {
+    fs::create_directories(folder_.path("p"));
+    folder_.write("p/" + name, content);
+  }
+  void expect_bad_input(const std::string& arguments, const std::string& message) const {
+    const CommandResult result = folder_.run("contact-problem " + arguments);
+    EXPECT_EQ(result.exit_code, 2) << result.output;
+    EXPECT_NE(result.errors.find(message), std::string::npos)
+        << "expected: " << message << "\ngot: " << result.errors;
+  }
+
+  CommandFolder folder_{std::string("contact_problem_") +
+                        testing::UnitTest::GetInstance()->current_test_info()->name()};
+};
+
+TEST_F(ContactProblem, ReportsBothFrictionModels) {
+  const CommandResult result = folder_.run("contact-problem {}/p --json {}/r.json");
+  EXPECT_EQ(result.exit_code, 0) << result.errors;
+  EXPECT_NE(result.output.find("coulomb"), std::string::npos);
+  const nlohmann::json report = folder_.json("r.json");
+  EXPECT_EQ(report["status"], "ok");
+  ASSERT_EQ(report["problems"].size(), 2u);
+  for (const auto& problem : report["problems"]) {
+    for (const char* key : {"name", "contacts", "friction_model", "status", "iterations", "time_ms",
+                            "rank", "asymmetry", "primal", "dual", "complementarity",
+                            "dual_as_given", "complementarity_as_given", "inverse_error"}) {
+      EXPECT_TRUE(problem.contains(key)) << key;
+    }
+    EXPECT_EQ(problem["name"], "p");
+    EXPECT_EQ(problem["contacts"], 1);
+    EXPECT_EQ(problem["rank"], 3);
+    EXPECT_EQ(problem["asymmetry"], 0.0);
+    constexpr double kCompliance = 1e-8;  // the default: the residuals it allows, of impulses of 2
+    EXPECT_LE(problem["dual"], 10 * kCompliance);
+    EXPECT_LE(problem["complementarity"], 10 * kCompliance);
+    // The rounding of v over the compliance: 1e-16 / 1e-8, a few units.
+    EXPECT_LE(problem["inverse_error"], 1e-7);
+  }
+  EXPECT_EQ(report["problems"][0]["friction_model"], "convex");
+  EXPECT_EQ(report["problems"][1]["friction_model"], "coulomb");
+}
+
+TEST_F(ContactProblem, OneFrictionModelIfAsked) {
+  const CommandResult result = folder_.run("contact-problem {}/p --friction coulomb --json -");
+  EXPECT_EQ(result.exit_code, 0) << result.errors;
+  const nlohmann::json report = nlohmann::json::parse(result.output);  // throws if there is more
+  ASSERT_EQ(report["problems"].size(), 1u);
+  EXPECT_EQ(report["problems"][0]["friction_model"], "coulomb");
+  expect_bad_input("{}/p --friction none", "--friction");
+}
+
+TEST_F(ContactProblem, AFolderOfProblemsIsSolvedByName) {
+  fs::copy(folder_.path("p"), folder_.path("a"));
+  const CommandResult result = folder_.run("contact-problem {} --friction convex --json {}/r.json");
+  EXPECT_EQ(result.exit_code, 0) << result.errors;
+  const nlohmann::json report = folder_.json("r.json");
+  ASSERT_EQ(report["problems"].size(), 2u);
+  EXPECT_EQ(report["problems"][0]["name"], "a");
+  EXPECT_EQ(report["problems"][1]["name"], "p");
+}
+
+TEST_F(ContactProblem, NotesWhereTheMatrixIsNotSymmetric) {
+  write("q_mu.csv", "q_n,q_t1,q_t2,mu\n-2,0.5,0,0.5\n");  // sticks: r = (2, -0.5, 0), about
+  write("W.csv", "row,col,value\n0,0,1\n1,1,1\n2,2,1\n0,1,0.02\n1,0,0.01\n");
+  EXPECT_EQ(folder_.run("contact-problem {}/p --json {}/r.json").exit_code, 0);
+  const nlohmann::json problem = folder_.json("r.json")["problems"][0];
+  EXPECT_NEAR(problem["asymmetry"], 0.01, 1e-15);
+  EXPECT_LT(problem["dual"], 1e-6);
+  // W r + q is off by 0.005 r, 0.01 across; over |q| of 2.
+  EXPECT_GT(problem["dual_as_given"], 1e-3);
+}
+
+TEST_F(ContactProblem, FailureHasItsExitCode) {
+  const CommandResult result =
+      folder_.run("contact-problem {}/p --max-iterations 0 --friction convex --json {}/r.json");
+  EXPECT_EQ(result.exit_code, 1);
+  EXPECT_EQ(folder_.json("r.json")["status"], "failed");
+  EXPECT_EQ(folder_.json("r.json")["problems"][0]["status"], "iteration limit");
+}
+
+TEST_F(ContactProblem, SaysWhatIsWrongWithTheContacts) {
+  expect_bad_input("{}/none", "expected a folder with W.csv");
+  expect_bad_input("", "folder");
+  write("q_mu.csv", "q_n,q_t1,q_t2,mu\n-2,1,0,-0.5\n");
+  expect_bad_input("{}/p", "q_mu.csv:2: mu = -0.5");
+  write("q_mu.csv", "q_n,q_t1,q_t2,mu\n-2,1,0\n");
+  expect_bad_input("{}/p", "q_mu.csv:2");
+  write("q_mu.csv", "q_n,q_t1,q_t2,mu\n-2,1,0,0.5,7\n");
+  expect_bad_input("{}/p", "q_mu.csv:2");
+  write("q_mu.csv", "q_n,q_t1,q_t2,mu\n-2,nan,0,0.5\n");
+  expect_bad_input("{}/p", "q_mu.csv:2");
+  write("q_mu.csv", "q_n,q_t1,q_t2,mu\n-2,,0,0.5\n");
+  expect_bad_input("{}/p", "q_mu.csv:2");
+  write("q_mu.csv", "q_n,q_t1,q_t2,mu\n-2,1,0,much\n");
+  expect_bad_input("{}/p", "q_mu.csv:2");
+  write("q_mu.csv", "q_n,q_t1,q_t2\n-2,1,0\n");
+  expect_bad_input("{}/p", "'mu'");
+  write("q_mu.csv", "q_n,q_t1,q_t2,mu\n");
+  expect_bad_input("{}/p", "holds no contact");
+  fs::remove(folder_.path("p/q_mu.csv"));
+  expect_bad_input("{}/p", "expected a folder with W.csv");
+}
+
+TEST_F(ContactProblem, SaysWhatIsWrongWithTheMatrix) {
+  write("W.csv", "row,col,value\n0,0,1\n3,3,1\n");
+  expect_bad_input("{}/p", "W.csv:3: index 3; expected a whole number from 0 to 2");
+  write("W.csv", "row,col,value\n0,-1,1\n");
+  expect_bad_input("{}/p", "W.csv:2: index -1");
+  write("W.csv", "row,col,value\n0,0.5,1\n");
+  expect_bad_input("{}/p", "W.csv:2: index 0.5");
+  write("W.csv", "row,col,value\n0,0\n");
+  expect_bad_input("{}/p", "W.csv:2");
+  write("W.csv", "row,col,value\n0,0,inf\n");
+  expect_bad_input("{}/p", "W.csv:2");
+  write("W.csv", "row,col,value\n0,0,1\n0,0,1\n");
+  expect_bad_input("{}/p", "W.csv:3: entry (0, 0) is given twice");
+  write("W.csv", "row,col,value\n0,0,-1\n");
+  expect_bad_input("{}/p", "diagonal entry 0 is -1");
+  write("W.csv", "a,b,c\n0,0,1\n");
+  expect_bad_input("{}/p", "'row'");
+  fs::remove(folder_.path("p/W.csv"));
+  expect_bad_input("{}/p", "W.csv: cannot be read");
+}
+
+TEST_F(ContactProblem, SolvesTheRecordedProblems) {
+  const fs::path recorded = fs::path(COUNTERPOINT_SHARED_DATA) / "contact_problems";
+  if (!fs::exists(recorded)) GTEST_SKIP() << recorded << " is missing: not tried";
+  const CommandResult result =
+      folder_.run("contact-problem '" + recorded.string() + "' --friction convex --json {}/r.json");
+  EXPECT_EQ(result.exit_code, 0) << result.errors;
+  const nlohmann::json report = folder_.json("r.json");
+  EXPECT_GE(report["problems"].size(), 11u);
+  for (const auto& problem : report["problems"]) {
+    constexpr double kSolved = 1e-6;  // what is asked
+    EXPECT_LT(problem["primal"], kSolved) << problem["name"];
+    EXPECT_LT(problem["dual"], kSolved) << problem["name"];
+    EXPECT_LT(problem["complementarity"], kSolved) << problem["name"];
+  }
+}
+
+}  // namespace
+}  // namespace counterpoint
