@@ -72,16 +72,19 @@ inline Cost cost_of(const Problem& problem, const VectorX& w) {
       out.rounding += std::abs(f[row + r]) * (terms[row + r] + std::abs(law.bias[r]));
       reach += mu * std::abs(y[row + r]);
     }
-    const double rho =
-        law.type == LawType::kFrictionCone ? normal_regularizer(law) : law.regularizer;
-    // Largest and smallest value of g where |lambda| <= reach, and what is summed there.
+    const bool dry = law.type == LawType::kDryFriction, cone = law.type == LawType::kFrictionCone;
+    const double rho = cone ? normal_regularizer(law) : law.regularizer;
+    // The largest and the smallest g where |lambda| <= reach.
+    reach += dry ? rho * law.bound : 0.0;
     const double s = std::sqrt(reach * reach + 4.0 * rho * law.smoothing);
-    const double bound = law.type == LawType::kDryFriction ? law.bound : 0.0;
-    const double g = (s + reach) / (2.0 * rho) + bound;
-    const double logarithm =
-        law.smoothing > 0.0 ? std::abs(std::log(g)) + std::abs(std::log(law.smoothing / (rho * g)))
-                            : 0.0;
-    out.rounding += law.smoothing * logarithm + f.segment(row, law.rows).norm() * reach;
+    const double largest = (s + reach) / (2.0 * rho);
+    if (law.smoothing > 0.0) {
+      const double smallest = law.smoothing / (rho * largest);
+      out.rounding += law.smoothing * (std::abs(std::log(largest)) + std::abs(std::log(smallest)));
+    }
+    // Dry friction is a difference of two laws, each as large as this where y < 0.
+    const double g = dry && y[row] < 0.0 ? largest : f.segment(row, law.rows).norm();
+    out.rounding += 2.0 * g * reach;
   }
   out.rounding *= operations * kUnit;
   return out;

@@ -127,7 +127,8 @@ TEST(Solver, CostFallsMonotonically) {
       if (i > 0) {
         ++steps;
         if (last.value - cost.value > last.rounding + cost.rounding) ++resolved;
-        EXPECT_LE(cost.value, last.value + last.rounding + cost.rounding) << "step " << i;
+        EXPECT_LE(cost.value, last.value + last.rounding + cost.rounding)
+            << "step " << i << " rises by " << cost.value - last.value;
       }
       last = cost;
     }
