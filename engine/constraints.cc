@@ -92,7 +92,7 @@ void find_mimics(const Model& model, const SimulationOptions& options, const Vec
     const double alpha = weights.dof[follower.v_index] +
                          mimic.multiplier * mimic.multiplier * weights.dof[master.v_index];
     JointConstraint row;
-    row.law = make_equality_law(options.contact, options.time_step, alpha, error);
+    row.law = make_mimic_law(options.contact, options.time_step, alpha, error);
     row.v_index[0] = follower.v_index;
     row.v_index[1] = master.v_index;
     row.coefficient[1] = -mimic.multiplier;

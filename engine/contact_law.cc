@@ -65,11 +65,10 @@ contact::Law make_dry_friction_law(const ContactOptions& options, double h, doub
   return law;
 }
 
-contact::Law make_equality_law(const ContactOptions& options, double h, double alpha,
-                               double error) {
+contact::Law make_mimic_law(const ContactOptions& options, double h, double alpha, double error) {
   contact::Law law;
   law.type = contact::LawType::kEquality;
-  law.regularizer = options.compliance * alpha;
+  law.regularizer = kMimicSoftness * options.compliance * alpha;
   law.bias[0] = std::clamp(options.stabilization * error / h, -options.max_recovery_speed,
                            options.max_recovery_speed);
   return law;

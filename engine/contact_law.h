@@ -25,12 +25,13 @@ contact::Law make_limit_law(const ContactOptions& options, double h, double alph
 contact::Law make_dry_friction_law(const ContactOptions& options, double h, double alpha,
                                    double force);
 
-/// Law of one row that is to hold exactly: `error` [m or rad] is recovered like a penetration.
-contact::Law make_equality_law(const ContactOptions& options, double h, double alpha, double error);
-
-/// Closures are this much more compliant than contacts: they hold bodies that move, and rounding of
-/// the velocity, over the regularizer, is the error of the inverse (docs/decisions.md).
+/// Equalities are this much more compliant than contacts: they hold bodies that move, and rounding
+/// of the velocity, over the regularizer, is the error of the inverse (docs/decisions.md).
+inline constexpr double kMimicSoftness = 10.0;
 inline constexpr double kClosureSoftness = 100.0;
+
+/// Law of a mimic joint: `error` [m or rad] is recovered like a penetration.
+contact::Law make_mimic_law(const ContactOptions& options, double h, double alpha, double error);
 
 /// Law of the first `rows` (1 ... 3) rows of a closure. The bias lets the step end with the error
 /// [m or rad] less the share recovered, to second order in h: `acceleration` [m/s^2 or rad/s^2] is
