@@ -4,21 +4,32 @@
 
 namespace counterpoint::collision {
 
-int support_vertex(const ConvexMesh& mesh, const Vector3& direction, int start) {
-  constexpr int kScanAtMost = 24;
-  const int size = static_cast<int>(mesh.vertices.size());
+namespace {
+
+// With no more vertices than this looking at all is as fast as climbing.
+constexpr int kScanAtMost = 24;
+
+}  // namespace
+
+int scan_vertices(const ConvexMesh& mesh, const Vector3& direction, int start) {
   int best = start;
   double height = mesh.vertices[best].dot(direction);
-  if (size <= kScanAtMost) {
-    for (int i = 0; i < size; ++i) {
-      const double h = mesh.vertices[i].dot(direction);
-      if (h > height) {
-        height = h;
-        best = i;
-      }
+  for (int i = 0; i < static_cast<int>(mesh.vertices.size()); ++i) {
+    const double h = mesh.vertices[i].dot(direction);
+    if (h > height) {
+      height = h;
+      best = i;
     }
-    return best;
   }
+  return best;
+}
+
+int support_vertex(const ConvexMesh& mesh, const Vector3& direction, int start) {
+  if (static_cast<int>(mesh.vertices.size()) <= kScanAtMost) {
+    return scan_vertices(mesh, direction, start);
+  }
+  int best = start;
+  double height = mesh.vertices[best].dot(direction);
   for (bool climbed = true; climbed;) {
     climbed = false;
     const int from = best;
@@ -50,11 +61,20 @@ Vector3 CoreShape::support(const Vector3& direction) const {
       return X * Vector3(local.x() * scale, local.y() * scale, local.z() < 0.0 ? -size[1] : size[1]);
     }
     case ShapeType::kConvexMesh:
-      hint = support_vertex(*shape.mesh, local, hint);
+      hint = scan ? scan_vertices(*shape.mesh, local, hint) : support_vertex(*shape.mesh, local, hint);
       return X * shape.mesh->vertices[hint];
     case ShapeType::kPlane: break;
   }
   return X.translation;
+}
+
+double CoreShape::scan_support(const Vector3& direction) const {
+  if (shape.type != ShapeType::kConvexMesh ||
+      static_cast<int>(shape.mesh->vertices.size()) <= kScanAtMost) {
+    return direction.dot(support(direction));
+  }
+  const int i = scan_vertices(*shape.mesh, X.rotation.transpose() * direction, hint);
+  return direction.dot(X * shape.mesh->vertices[i]);
 }
 
 Vector3 CoreShape::center() const {

@@ -14,6 +14,8 @@ struct CoreShape {
 
   /// A point of the core in the frame of X's parent, farthest along `direction` (any length).
   Vector3 support(const Vector3& direction) const;
+  /// The largest direction . x over the core, a mesh's found by looking at every vertex [m].
+  double scan_support(const Vector3& direction) const;
   /// A point inside.
   Vector3 center() const;
   /// Largest distance of a core point from center(), or a bound of it [m].
@@ -22,10 +24,13 @@ struct CoreShape {
   const Shape& shape;
   const Pose& X;
   double radius;
+  bool scan = false;     ///< look at every vertex of a mesh instead of climbing
   mutable int hint = 0;  ///< mesh vertex last found, where the next search starts
 };
 
 /// Index of the mesh vertex farthest along `direction` (mesh frame); the search climbs from `start`.
 int support_vertex(const ConvexMesh& mesh, const Vector3& direction, int start);
+/// The same by looking at every vertex; of equals, `start` or the lowest.
+int scan_vertices(const ConvexMesh& mesh, const Vector3& direction, int start);
 
 }  // namespace counterpoint::collision

@@ -3,6 +3,7 @@
 #include <limits>
 
 #include "counterpoint/collision/minkowski.h"
+#include "counterpoint/collision/pieces.h"
 #include "counterpoint/model/rotation.h"
 
 namespace counterpoint::collision {
@@ -15,6 +16,14 @@ constexpr int kMaxFaces = 600;
 // the first, the longer may be taken.
 constexpr double kDepthError = 1e-6;
 constexpr double kVisible = 1e-14;
+// Relative to the size: a face this near the difference is one of its own.
+constexpr double kExact = 1e-13;
+// Share of a face's size by which the foot of the origin may lie beside it.
+constexpr double kWeightError = 1e-9;
+// Relative to the size: a face this near a curved surface may tell which pieces touch there. If what is
+// found is no deeper than the face by more than the second, the face is done with.
+constexpr double kCurvedError = 0.02;
+constexpr double kClosedError = 1e-3;
 
 struct Face {
   std::array<int, 3> vertex;  // counter-clockwise from outside
@@ -37,6 +46,12 @@ class Polytope {
   // False if there is no room left.
   bool expand(const DifferencePoint& p);
   const Face& face(int i) const { return faces_[i]; }
+  // Points that touch along the normal of a face of the difference; false if that is not over the origin.
+  bool witness(int face, Witness& out) const;
+  // The answer of settle_on_pieces from the corners of a face.
+  bool settle(int face, Witness& out) const;
+  // Looks no more at a face.
+  void close(int face) { faces_[face].offset = std::numeric_limits<double>::infinity(); }
   // A direction in which the difference is thinnest, as far as the start has found out.
   const Vector3& flat_direction() const { return flat_direction_; }
 
@@ -124,6 +139,31 @@ bool Polytope::start(const Simplex& simplex) {
   return true;
 }
 
+bool Polytope::witness(int face, Witness& out) const {
+  const Face& f = faces_[face];
+  const DifferencePoint& p = vertices_[f.vertex[0]];
+  const DifferencePoint& q = vertices_[f.vertex[1]];
+  const DifferencePoint& r = vertices_[f.vertex[2]];
+  const Vector3 foot = f.offset * f.normal - p.w;
+  const Vector3 e1 = q.w - p.w;
+  const Vector3 e2 = r.w - p.w;
+  const double area = e1.cross(e2).dot(f.normal);
+  const double wq = foot.cross(e2).dot(f.normal) / area;
+  const double wr = e1.cross(foot).dot(f.normal) / area;
+  const double wp = 1.0 - wq - wr;
+  if (!(std::min({wp, wq, wr}) >= -kWeightError)) return false;
+  out.point_a = wp * p.a + wq * q.a + wr * r.a;
+  out.point_b = wp * p.b + wq * q.b + wr * r.b;
+  return true;
+}
+
+bool Polytope::settle(int face, Witness& out) const {
+  const Face& f = faces_[face];
+  const DifferencePoint corners[] = {vertices_[f.vertex[0]], vertices_[f.vertex[1]],
+                                     vertices_[f.vertex[2]]};
+  return settle_on_pieces(difference_, corners, 3, -f.normal, out);
+}
+
 int Polytope::nearest_face() const {
   int best = 0;
   for (int i = 1; i < num_faces_; ++i) {
@@ -165,25 +205,43 @@ bool Polytope::expand(const DifferencePoint& p) {
 
 }  // namespace
 
-Vector3 expand_polytope(const MinkowskiDifference& difference, const Simplex& start) {
+bool expand_polytope(const MinkowskiDifference& difference, const Simplex& start, Witness& out) {
+  const double scale = difference.scale;
+  const bool curved = difference.a.shape.type == ShapeType::kCylinder ||
+                      difference.b.shape.type == ShapeType::kCylinder;
   Polytope polytope(difference);
   const bool solid = polytope.start(start);
   // The nearest face bounds the depth from below, the support plane along its normal from above; the
   // best bound from above is kept, so that whatever ends the loop the answer is a valid normal.
-  Vector3 normal = polytope.flat_direction();
-  double depth = difference.support(normal).w.dot(normal);
+  out.normal = -polytope.flat_direction();
+  out.distance = difference.distance_along(out.normal);
+  bool certain = false;
   while (solid) {
-    const Face nearest = polytope.face(polytope.nearest_face());
-    if (nearest.offset >= depth - kDepthError * difference.scale) break;
+    const int index = polytope.nearest_face();
+    const Face nearest = polytope.face(index);
+    if (nearest.offset >= -out.distance - (certain ? kDepthError : kExact) * scale) break;
     const DifferencePoint p = difference.support(nearest.normal);
     const double bound = nearest.normal.dot(p.w);
-    if (bound < depth) {
-      depth = bound;
-      normal = nearest.normal;
+    if (bound < -out.distance) {
+      out.normal = -nearest.normal;
+      out.distance = -bound;
+      certain = bound - nearest.offset <= kExact * scale && polytope.witness(index, out);
+    }
+    Witness settled;
+    if (curved && bound - nearest.offset < kCurvedError * scale && polytope.settle(index, settled)) {
+      if (settled.distance > out.distance - kExact * scale) {
+        out = settled;
+        certain = true;
+      }
+      // All the way out through this face leads there.
+      if (-settled.distance - nearest.offset < kClosedError * scale) {
+        polytope.close(index);
+        continue;
+      }
     }
     if (!polytope.expand(p)) break;
   }
-  return -normal;
+  return certain;
 }
 
 }  // namespace counterpoint::collision

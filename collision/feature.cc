@@ -170,10 +170,15 @@ void keep_square(PatchContacts& c) {
   }
 }
 
-// Seen edge-on, a polygon is no window to clip with.
-bool faces(const Feature& f, const Vector3& direction) {
+// Seen edge-on, or without width, a polygon is no window to clip with.
+bool faces(const Feature& f, const Vector3& direction, double tolerance) {
   constexpr double kEdgeOn = 0.02;
-  return f.size >= 3 && f.normal.dot(direction) > kEdgeOn;
+  if (f.size < 3 || !(f.normal.dot(direction) > kEdgeOn)) return false;
+  for (int i = 0; i < f.size; ++i) {
+    const Vector3& next = f.vertices[i + 1 == f.size ? 0 : i + 1];
+    if (!((next - f.vertices[i]).squaredNorm() > tolerance * tolerance)) return false;
+  }
+  return true;
 }
 
 // Two segments that run side by side meet over a stretch; its ends have normals of their own.
@@ -240,8 +245,8 @@ void feature_contacts(const Feature& a, const Feature& b, const Witness& witness
   }
   const Matrix3 frame = frame_from_normal(witness.normal);
   const double radius = a.radius + b.radius;
-  const bool a_faces = faces(a, witness.normal);
-  const bool b_faces = faces(b, -witness.normal);
+  const bool a_faces = faces(a, witness.normal, tolerance);
+  const bool b_faces = faces(b, -witness.normal, tolerance);
   PatchContacts contacts;
   const double center_shift = 0.5 * (a.radius - b.radius);
   const auto add = [&](const Vector3& point, double height_a, double height_b) {

@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "counterpoint/collision/minkowski.h"
+#include "counterpoint/collision/pieces.h"
 
 namespace counterpoint::collision {
 namespace {
@@ -11,9 +12,17 @@ namespace {
 // Relative to the size of the shapes: cores closer than this are taken to touch; the direction between
 // them would be round-off.
 constexpr double kTouchingDistance = 1e-9;
-// Relative to the size of the shapes: error of the distance at which the iteration stops.
-constexpr double kDistanceError = 1e-13;
+// Error of the distance at which the iteration stops: relative to the size of the shapes, or to the
+// distance.
+struct Accuracy {
+  double of_size, of_distance;
+};
+constexpr Accuracy kFinal = {1e-13, 0.0};
+// Over a curved surface the iteration only crawls on; from here on the pieces may be known that touch.
+constexpr Accuracy kCoarse[] = {{3e-3, 0.05}, {1e-5, 1e-3}};
 constexpr int kMaxIterations = 200;
+constexpr int kMaxStalls = 3;
+constexpr double kNoFarther = 1.0 + 1e-15;
 
 // The part of a simplex closest to the origin.
 struct Closest {
@@ -118,8 +127,9 @@ enum class Outcome { kSeparated, kTouching, kBeyondMargin };
 // v becomes the point of the difference closest to the origin, a combination of the simplex.
 // On entry the simplex holds up to three points of the difference, maybe none; then v is a guess of the
 // direction, not zero.
-Outcome iterate(const MinkowskiDifference& difference, double margin, double error,
+Outcome iterate(const MinkowskiDifference& difference, double margin, const Accuracy& accuracy,
                 Simplex& simplex, Vector3& v) {
+  const double error = accuracy.of_size * difference.scale;
   const double touching = kTouchingDistance * difference.scale;
   double distance = std::numeric_limits<double>::infinity();
   if (simplex.size > 0) {
@@ -129,12 +139,14 @@ Outcome iterate(const MinkowskiDifference& difference, double margin, double err
     distance = v.norm();
     if (distance <= touching) return Outcome::kTouching;
   }
+  int stalls = 0;
   for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
     const DifferencePoint next = difference.support(-v);
     const double norm = v.norm();
     const double lower_bound = v.dot(next.w) / norm;
     if (lower_bound >= margin) return Outcome::kBeyondMargin;
-    if (distance - lower_bound <= error * difference.scale) break;
+    if (distance - lower_bound <= error) break;
+    if (simplex.size > 0 && distance - lower_bound <= accuracy.of_distance * distance) break;
     bool known = false;
     for (int i = 0; i < simplex.size; ++i) known = known || simplex.points[i].w == next.w;
     if (known) break;
@@ -142,7 +154,8 @@ Outcome iterate(const MinkowskiDifference& difference, double margin, double err
     if (simplex.size == 4 && contains_origin(simplex)) return Outcome::kTouching;
     const Closest closest = closest_on_simplex(simplex);
     const double closer = std::sqrt(closest.distance2);
-    if (!(closer < distance)) {  // round-off: no progress is left
+    // The distance is right to round-off long before the normal is: its error counts squared.
+    if (!(closer < distance) && (!(closer <= distance * kNoFarther) || ++stalls > kMaxStalls)) {
       --simplex.size;
       break;
     }
@@ -172,7 +185,7 @@ void fill_witness(const Simplex& simplex, const Vector3& v, Witness& out) {
 void refine_depth(const MinkowskiDifference& overlapping, const Vector3& first, Witness& out) {
   constexpr int kMaxRounds = 20;
   constexpr int kCoarseRounds = 1;
-  constexpr double kCoarseError = 1e-7;
+  constexpr Accuracy kFirst = {1e-7, 0.0};
   constexpr double kLeastApart = 1e-4;  // relative to the size; less would cost digits of the normal
   constexpr double kMostApart = 0.05;
   const double scale = overlapping.scale;
@@ -192,8 +205,8 @@ void refine_depth(const MinkowskiDifference& overlapping, const Vector3& first, 
     }
     difference.shift = shift;
     v = apart * normal;
-    const double error = round < kCoarseRounds ? kCoarseError : kDistanceError;
-    if (iterate(difference, infinity, error, simplex, v) != Outcome::kSeparated) return;
+    const Accuracy& accuracy = round < kCoarseRounds ? kFirst : kFinal;
+    if (iterate(difference, infinity, accuracy, simplex, v) != Outcome::kSeparated) return;
     Witness next;
     fill_witness(simplex, v, next);
     next.point_b -= difference.shift;
@@ -201,31 +214,61 @@ void refine_depth(const MinkowskiDifference& overlapping, const Vector3& first, 
     const double gain = next.distance - distance;
     if (round > kCoarseRounds && gain < 0.0) return;
     out = next;
-    if (round >= kCoarseRounds && gain <= kDistanceError * scale) return;
+    if (round >= kCoarseRounds && gain <= kFinal.of_size * scale) return;
     normal = next.normal;
     distance = next.distance;
   }
+}
+
+// Closest points, or those parted by the least translation; false if the cores are `margin` apart.
+bool solve(const MinkowskiDifference& difference, double margin, Witness& out) {
+  const bool curved = difference.a.shape.type == ShapeType::kCylinder ||
+                      difference.b.shape.type == ShapeType::kCylinder;
+  Simplex simplex;
+  Vector3 v = difference.b.center() - difference.a.center();
+  if (v.squaredNorm() == 0.0) v = Vector3::UnitX();
+  Outcome outcome = Outcome::kSeparated;
+  for (int stage = curved ? 0 : 2; stage < 3 && outcome == Outcome::kSeparated; ++stage) {
+    outcome = iterate(difference, margin, stage < 2 ? kCoarse[stage] : kFinal, simplex, v);
+    if (stage < 2 && outcome == Outcome::kSeparated &&
+        settle_on_pieces(difference, simplex.points.data(), simplex.size, v.normalized(), out) &&
+        out.distance > 0.0) {
+      return true;
+    }
+  }
+  switch (outcome) {
+    case Outcome::kBeyondMargin: return false;
+    case Outcome::kSeparated: fill_witness(simplex, v, out); break;
+    case Outcome::kTouching:
+      if (!expand_polytope(difference, simplex, out)) refine_depth(difference, Vector3(out.normal), out);
+      break;
+  }
+  return true;
+}
+
+// Climbing finds the farthest vertex of a convex mesh; one whose faces were merged is convex only nearly, and
+// a thin one may stop the climb far off. True if the cores are as far apart along the normal when every
+// vertex is looked at.
+bool confirm(const MinkowskiDifference& difference, const Witness& witness) {
+  constexpr double kNormalError = 1e-7;  // relative to the size: what a normal's own error may show
+  const Vector3& n = witness.normal;
+  const double distance = -difference.b.scan_support(-n) - difference.a.scan_support(n);
+  return distance >= witness.distance - kNormalError * difference.scale;
 }
 
 }  // namespace
 
 bool closest_points(const Shape& a, const Pose& X_WA, const Shape& b, const Pose& X_WB,
                     double margin, Witness& out) {
-  const CoreShape core_a(a, X_WA);
-  const CoreShape core_b(b, X_WB);
+  CoreShape core_a(a, X_WA);
+  CoreShape core_b(b, X_WB);
   const double radius = core_a.radius + core_b.radius;
   const MinkowskiDifference difference{core_a, core_b, core_a.extent() + core_b.extent() + radius,
                                        Vector3::Zero()};
-  Simplex simplex;
-  Vector3 v;
-  v = core_b.center() - core_a.center();
-  if (v.squaredNorm() == 0.0) v = Vector3::UnitX();
-  switch (iterate(difference, margin + radius, kDistanceError, simplex, v)) {
-    case Outcome::kBeyondMargin: return false;
-    case Outcome::kTouching:
-      refine_depth(difference, expand_polytope(difference, simplex), out);
-      break;
-    case Outcome::kSeparated: fill_witness(simplex, v, out); break;
+  if (!solve(difference, margin + radius, out)) return false;
+  if (!confirm(difference, out)) {
+    core_a.scan = core_b.scan = true;
+    if (!solve(difference, margin + radius, out)) return false;
   }
   return out.distance - radius < margin;
 }

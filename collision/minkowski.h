@@ -4,6 +4,7 @@
 #include <array>
 
 #include "counterpoint/collision/core_shape.h"
+#include "counterpoint/collision/feature.h"
 
 namespace counterpoint::collision {
 
@@ -36,9 +37,9 @@ struct Simplex {
 };
 
 /// Grows a polytope inside the difference, from a simplex that holds the origin (or comes within
-/// round-off of it), until the face nearest the origin is nearly one of the difference. Returns the
-/// normal from A to B along which the least translation parts the cores, to about 1e-3 rad over curved
-/// shapes.
-Vector3 expand_polytope(const MinkowskiDifference& difference, const Simplex& start);
+/// round-off of it), until the face nearest the origin is one of the difference, or the pieces of the
+/// cores are found that touch there. True if `out` is the answer; false if it is only near, by about
+/// 1e-3 rad: its normal, from A to B, and the distance along that are set.
+bool expand_polytope(const MinkowskiDifference& difference, const Simplex& start, Witness& out);
 
 }  // namespace counterpoint::collision

@@ -137,16 +137,16 @@ TEST(BoxBox, QuarterTurnedStackStandsOnTheWholeOctagon) {
   }
 }
 
-// More corners than a manifold holds: eight that span, a whole circle on a square.
+// More corners than a manifold holds: seven that span and the deepest, a whole circle on a square.
 TEST(ConvexConvex, ManyCornersAreReducedToThoseThatSpan) {
   Manifold m;
   const Shape table = box_shape({2.0, 2.0, 0.5});
   pair_contacts(table, Pose{}, prism_shape(14, 1.0, 0.5), at(0, 0, 1), 0.01, m);
-  ASSERT_EQ(m.size, 8);
+  ASSERT_GE(m.size, 7);  // and the deepest, if it is another
   for (int i = 0; i < 64; ++i) {
     const double angle = i * 0.1;
     double reach = 0.0;
-    for (int k = 0; k < 8; ++k) {
+    for (int k = 0; k < m.size; ++k) {
       reach = std::max(reach, m.points[k].position.dot(Vector3(std::cos(angle), std::sin(angle), 0)));
     }
     // Two of fourteen corners may be missing side by side at most: cos(3/2 * 360 / 14 degrees) = 0.78.

@@ -1,0 +1,221 @@
+#include "counterpoint/collision/pieces.h"
+
+#include <cmath>
+
+#include "counterpoint/collision/segment.h"
+#include "counterpoint/model/rotation.h"
+
+namespace counterpoint::collision {
+namespace {
+
+// Where a piece reaches farthest along a direction; for a rim also how that point moves.
+struct Reach {
+  Vector3 point;
+  Vector3 tangent = Vector3::Zero();  // unit
+  double rate = 0.0;                  // how far the point goes along the tangent per radian
+};
+
+Reach reach(const Piece& piece, const Vector3& direction) {
+  Reach r{piece.center};
+  if (piece.kind != Piece::kRim) return r;
+  const Vector3 across = direction - direction.dot(piece.axis) * piece.axis;
+  const double length = across.norm();
+  if (!(length > 0.0)) return r;
+  const Vector3 radial = across / length;
+  r.point += piece.size * radial;
+  r.tangent = piece.axis.cross(radial);
+  r.rate = piece.size / length;
+  return r;
+}
+
+// The normal n at which the distance n . w(n) of two points or rims, w from A's to B's, is stationary and
+// largest: Newton's method. Its gradient is w, its Hessian -(n . w) 1 - sum rate tangent tangent', both in the
+// plane across n; `fixed` is a line that n stays perpendicular to, or null.
+bool newton(const Piece& a, const Piece& b, const Vector3* fixed, Vector3& n) {
+  constexpr int kMaxIterations = 12;
+  constexpr double kLastStep = 1e-8;  // the next would be its square
+  constexpr double kLongestStep = 0.5;
+  for (int i = 0; i < kMaxIterations; ++i) {
+    if (fixed != nullptr) n = (n - n.dot(*fixed) * *fixed).normalized();
+    const Reach ra = reach(a, n);
+    const Reach rb = reach(b, -n);
+    const Vector3 w = rb.point - ra.point;
+    const double distance = n.dot(w);
+    const auto curvature = [&](const Vector3& s, const Vector3& t) {
+      return distance * s.dot(t) + ra.rate * ra.tangent.dot(s) * ra.tangent.dot(t) +
+             rb.rate * rb.tangent.dot(s) * rb.tangent.dot(t);
+    };
+    Vector3 step;
+    if (fixed != nullptr) {
+      const Vector3 t = n.cross(*fixed);
+      const double c = curvature(t, t);
+      if (!(c > 0.0)) return false;
+      step = (t.dot(w) / c) * t;
+    } else {
+      const Matrix3 frame = frame_from_normal(n);
+      const Vector3 s = frame.col(0);
+      const Vector3 t = frame.col(1);
+      const double ss = curvature(s, s);
+      const double st = curvature(s, t);
+      const double tt = curvature(t, t);
+      const double determinant = ss * tt - st * st;
+      if (!(ss > 0.0 && determinant > 0.0)) return false;
+      const double gs = s.dot(w);
+      const double gt = t.dot(w);
+      step = ((tt * gs - st * gt) / determinant) * s + ((ss * gt - st * gs) / determinant) * t;
+    }
+    const double length = step.norm();
+    if (length > kLongestStep) step *= kLongestStep / length;
+    n = (n + step).normalized();
+    if (length < kLastStep) return true;
+  }
+  return false;
+}
+
+Segment segment(const Piece& line) { return {line.center, line.axis, line.size}; }
+
+// Point of a line nearest to p, and whether it is between the ends.
+bool on_line(const Piece& line, const Vector3& p, double slack, Vector3& out) {
+  const double t = line.axis.dot(p - line.center);
+  out = line.center + t * line.axis;
+  return std::abs(t) <= line.size + slack;
+}
+
+// Points and normal of two pieces, neither a face, from a first normal.
+bool solve(const Piece& a, const Piece& b, double slack, Witness& out) {
+  Vector3& n = out.normal;
+  const bool line_a = a.kind == Piece::kLine;
+  const bool line_b = b.kind == Piece::kLine;
+  bool inside = true;
+  if (line_a && line_b) {
+    const Vector3 cross = a.axis.cross(b.axis);
+    double s = 0.0;
+    double t = 0.0;
+    if (!closest_on_lines(segment(a), segment(b), s, t)) return false;
+    n = cross.dot(n) < 0.0 ? Vector3(-cross.normalized()) : Vector3(cross.normalized());
+    out.point_a = segment(a).at(s);
+    out.point_b = segment(b).at(t);
+    inside = std::abs(s) <= a.size + slack && std::abs(t) <= b.size + slack;
+  } else {
+    if (!newton(a, b, line_a ? &a.axis : line_b ? &b.axis : nullptr, n)) return false;
+    out.point_a = reach(a, n).point;
+    out.point_b = reach(b, -n).point;
+    if (line_a) inside = on_line(a, out.point_b, slack, out.point_a);
+    if (line_b) inside = on_line(b, out.point_a, slack, out.point_b);
+  }
+  out.point_a += a.radius * n;
+  out.point_b -= b.radius * n;
+  return inside;
+}
+
+// True if the distance of the cores along the normal is that of the points, which lie in them.
+bool certain(const MinkowskiDifference& difference, Witness& witness) {
+  constexpr double kError = 1e-13;
+  const Vector3 apart = witness.point_b - witness.point_a;
+  witness.distance = difference.distance_along(witness.normal);
+  return std::abs(witness.normal.dot(apart) - witness.distance) <= kError * difference.scale &&
+         (apart - witness.distance * witness.normal).norm() <= 1e2 * kError * difference.scale;
+}
+
+// Those of up to three points that differ.
+int distinct(const DifferencePoint* points, int num_points, bool of_a, Vector3* out) {
+  int size = 0;
+  for (int i = 0; i < num_points; ++i) {
+    const Vector3& p = of_a ? points[i].a : points[i].b;
+    bool known = false;
+    for (int k = 0; k < size; ++k) known = known || out[k] == p;
+    if (!known) out[size++] = p;
+  }
+  return size;
+}
+
+// What may touch of a core, the likeliest first. Returns how many.
+int candidates(const CoreShape& core, const Vector3* points, int size, const Vector3& towards,
+               Piece* out) {
+  if (core.shape.type != ShapeType::kCylinder) {
+    out[0].center = points[0];
+    if (size == 1) return 1;
+    const Vector3 edge = points[1] - points[0];
+    out[0].kind = Piece::kLine;
+    out[0].center = 0.5 * (points[0] + points[1]);
+    out[0].axis = edge.normalized();
+    out[0].size = 0.5 * edge.norm();
+    if (size == 2) return 1;
+    out[0].kind = Piece::kFace;
+    out[0].axis = edge.cross(points[2] - points[0]).normalized();
+    if (out[0].axis.dot(towards) < 0.0) out[0].axis = -out[0].axis;
+    return 1;
+  }
+  // Flatter than this the side may touch.
+  constexpr double kSideSine = 0.3;
+  const Vector3 axis = core.X.rotation.col(2);
+  const double half = core.shape.size[1];
+  const double sine = axis.dot(towards);
+  int ends = 0;
+  double height = 0.0;
+  for (int i = 0; i < size; ++i) {
+    const double z = axis.dot(points[i] - core.X.translation);
+    ends |= z < 0.0 ? 1 : 2;
+    height += z;
+  }
+  Piece side{Piece::kLine, core.X.translation, axis, half, core.shape.size[0]};
+  Piece rim{Piece::kRim, core.X.translation + (height < 0.0 ? -half : half) * axis, axis,
+            core.shape.size[0], 0.0};
+  int count = 0;
+  if (ends == 3 && std::abs(sine) < kSideSine) out[count++] = side;
+  out[count++] = rim;
+  if (ends == 3 && count == 2) {
+    out[count] = rim;
+    out[count++].center = core.X.translation + (height < 0.0 ? half : -half) * axis;
+  }
+  return count;
+}
+
+// A face's normal is known; the other core's farthest point must lie over the triangle.
+bool settle_on_face(const MinkowskiDifference& difference, const Vector3* triangle,
+                    const Vector3& normal, bool of_a, Witness& out) {
+  out.normal = of_a ? normal : Vector3(-normal);
+  const DifferencePoint p = difference.support(-out.normal);
+  const Vector3& tip = of_a ? p.b : p.a;
+  const double height = normal.dot(tip - triangle[0]);
+  const Vector3 foot = tip - height * normal;
+  const double turn = (triangle[1] - triangle[0]).cross(triangle[2] - triangle[0]).dot(normal);
+  for (int i = 0; i < 3; ++i) {
+    const Vector3& from = triangle[i];
+    const Vector3& to = triangle[i == 2 ? 0 : i + 1];
+    if ((to - from).cross(foot - from).dot(normal) * turn < 0.0) return false;
+  }
+  out.point_a = of_a ? foot : tip;
+  out.point_b = of_a ? tip : foot;
+  return certain(difference, out);
+}
+
+}  // namespace
+
+bool settle_on_pieces(const MinkowskiDifference& difference, const DifferencePoint* points,
+                      int num_points, const Vector3& normal, Witness& out) {
+  Vector3 points_a[3];
+  Vector3 points_b[3];
+  const int size_a = distinct(points, num_points, true, points_a);
+  const int size_b = distinct(points, num_points, false, points_b);
+  Piece pieces_a[3];
+  Piece pieces_b[3];
+  const int count_a = candidates(difference.a, points_a, size_a, normal, pieces_a);
+  const int count_b = candidates(difference.b, points_b, size_b, -normal, pieces_b);
+  if (pieces_a[0].kind == Piece::kFace) {
+    return settle_on_face(difference, points_a, pieces_a[0].axis, true, out);
+  }
+  if (pieces_b[0].kind == Piece::kFace) {
+    return settle_on_face(difference, points_b, pieces_b[0].axis, false, out);
+  }
+  const double slack = 1e-13 * difference.scale;
+  for (int i = 0; i < count_a; ++i) {
+    for (int k = 0; k < count_b; ++k) {
+      out.normal = normal;
+      if (solve(pieces_a[i], pieces_b[k], slack, out) && certain(difference, out)) return true;
+    }
+  }
+  return false;
+}
+
+}  // namespace counterpoint::collision

@@ -1,0 +1,201 @@
+// Random and degenerate hulls against one another and against all shapes: finite, certified, no crash.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "counterpoint/collision/pair_contacts.h"
+#include "counterpoint/model/rotation.h"
+#include "support/random_poses.h"
+#include "support/shape_reference.h"
+
+namespace counterpoint::test {
+namespace {
+
+using collision::pair_contacts;
+
+enum Cloud { kRound, kLattice, kPlate, kNeedle, kClustered, kFarFromOrigin, kNearlyCoplanar };
+constexpr int kClouds = 7;
+
+Vector3 lattice_point(std::mt19937& rng) {
+  std::uniform_int_distribution<int> at(-1, 1);
+  const double x = at(rng);
+  const double y = at(rng);
+  return 0.3 * Vector3(x, y, at(rng));
+}
+
+std::vector<Vector3> cloud(std::mt19937& rng, int kind) {
+  const int size = std::uniform_int_distribution<int>(4, 40)(rng);
+  std::vector<Vector3> points;
+  for (int i = 0; i < size; ++i) {
+    const Vector3 p = 0.4 * random_unit(rng);
+    switch (kind) {
+      case kRound: points.push_back(p); break;
+      case kLattice: points.push_back(lattice_point(rng)); break;
+      case kPlate: points.push_back(p.cwiseProduct(Vector3(1, 1, 1e-5))); break;
+      case kNeedle: points.push_back(p.cwiseProduct(Vector3(1, 1e-4, 1e-4))); break;
+      case kClustered: points.push_back(lattice_point(rng) + 1e-7 * p); break;
+      case kFarFromOrigin: points.push_back(p + Vector3(100, -200, 50)); break;
+      default: points.push_back(lattice_point(rng) + 1e-5 * p); break;
+    }
+  }
+  return points;
+}
+
+// Half lengths of many ratios, zero among them.
+double awkward_length(std::mt19937& rng) {
+  constexpr double kLengths[] = {0.0, 1e-9, 1e-4, 0.05, 0.3, 0.3, 0.5};
+  return kLengths[std::uniform_int_distribution<int>(0, 6)(rng)];
+}
+
+Shape awkward_shape(std::mt19937& rng) {
+  const int kind = std::uniform_int_distribution<int>(0, kClouds + 7)(rng);
+  const double x = awkward_length(rng);
+  const double y = awkward_length(rng);
+  const double z = awkward_length(rng);
+  switch (kind - kClouds) {
+    case 0: return sphere_shape(x);
+    case 1: case 2: return box_shape({x, y, z});
+    case 3: return capsule_shape(x, y);
+    case 4: case 5: case 6: return cylinder_shape(x, y);
+    case 7: return plane_shape();
+    default: break;
+  }
+  while (true) {
+    try {
+      return hull_shape(cloud(rng, kind));
+    } catch (const InputError&) {
+      // Flat by chance: refused, as it should be.
+    }
+  }
+}
+
+Vector3 center(const Shape& shape) {
+  return shape.mesh ? shape.mesh->interior_point : Vector3(Vector3::Zero());
+}
+
+Matrix3 awkward_rotation(std::mt19937& rng) {
+  const int kind = std::uniform_int_distribution<int>(0, 4)(rng);
+  if (kind == 0) return random_rotation(rng);
+  if (kind == 1) return Matrix3::Identity();
+  const int axis = std::uniform_int_distribution<int>(0, 2)(rng);
+  const double quarters = std::uniform_int_distribution<int>(0, 3)(rng);
+  const double slip = kind == 2 ? 0.0 : kind == 3 ? 1e-9 : 1e-4;
+  return Matrix3(Eigen::AngleAxisd(quarters * std::acos(0.0), Vector3::Unit(axis))) *
+         quaternion_exp(slip * random_unit(rng)).toRotationMatrix();
+}
+
+// Largest coordinate in play, for tolerances.
+double scale(const Shape& a, const Pose& X_A, const Shape& b, const Pose& X_B) {
+  const auto reach = [](const Shape& s) {
+    if (s.type == ShapeType::kPlane) return 0.0;
+    return s.mesh ? s.mesh->radius + s.mesh->interior_point.norm() : s.size.sum();
+  };
+  return reach(a) + reach(b) + (X_B.translation - X_A.translation).norm();
+}
+
+double core_radius(const Shape& shape) {
+  const bool round = shape.type == ShapeType::kSphere || shape.type == ShapeType::kCapsule;
+  return round ? shape.size[0] : 0.0;
+}
+
+// How far vertices stand out over faces [m]: hulls with merged faces are convex only to that.
+double defect(const Shape& shape) {
+  double most = 0.0;
+  if (!shape.mesh) return most;
+  for (std::size_t f = 0; f < shape.mesh->faces.size(); ++f) {
+    for (const Vector3& v : shape.mesh->vertices) {
+      most = std::max(most, shape.mesh->face_normals[f].dot(v) - shape.mesh->face_offsets[f]);
+    }
+  }
+  return most;
+}
+
+void expect_sound(const Manifold& m, const std::string& what) {
+  for (int k = 0; k < m.size; ++k) {
+    EXPECT_TRUE(m.points[k].position.allFinite()) << what;
+    EXPECT_NEAR(m.points[k].normal.norm(), 1.0, 1e-13) << what;
+    EXPECT_TRUE(std::isfinite(m.points[k].gap)) << what;
+  }
+}
+
+TEST(Fuzz, AwkwardShapesOnAwkwardPoses) {
+  // Gaps within 1e-10 of the size count as equal; hulls far from the origin of their frame lose digits
+  // in proportion (200 m to 0.4 m), which the scale accounts for. Where hulls are not quite convex, the
+  // search for the farthest vertex may stop short of it by a few of their defects.
+  constexpr double kGapError = 1e-9;
+  constexpr double kRoundOff = 1e-15;  // of the 0.1 m by which shapes, maybe of no size, are moved
+  std::mt19937 rng(2024);
+  int separated = 0;
+  int overlapping = 0;
+  for (int i = 0; i < 20000; ++i) {
+    const Shape a = awkward_shape(rng);
+    const Shape b = awkward_shape(rng);
+    if (a.type == ShapeType::kPlane && b.type == ShapeType::kPlane) continue;
+    const std::string what = "sample " + std::to_string(i);
+    Pose X_A{awkward_rotation(rng), Vector3::Zero()};
+    Pose X_B{awkward_rotation(rng), Vector3::Zero()};
+    // Centres on one spot, on a grid, or anywhere.
+    const int place = i % 3;
+    const Vector3 apart = place == 0   ? Vector3(Vector3::Zero())
+                          : place == 1 ? Vector3(lattice_point(rng) * 2.0)
+                                       : random_vector(rng, 0.8);
+    X_A.translation = -(X_A.rotation * center(a));
+    X_B.translation = apart - X_B.rotation * center(b);
+    Manifold m;
+    pair_contacts(a, X_A, b, X_B, 10.0, m);
+    if (a.type != ShapeType::kPlane && b.type != ShapeType::kPlane) {
+      ASSERT_GT(m.size, 0) << what;
+    }
+    expect_sound(m, what);
+    if (m.size == 0) continue;
+    const ContactPoint least = deepest(m);
+    const double size = scale(a, X_A, b, X_B);
+    const double error = kGapError * size + 4.0 * (defect(a) + defect(b)) + kRoundOff;
+    (least.gap < 0.0 ? overlapping : separated) += 1;
+    if (a.type == ShapeType::kPlane || b.type == ShapeType::kPlane) continue;
+    // The direction between points (of cores, within the ball of a capsule) that all but touch is no better
+    // than round-off over their distance, and shows with the size as lever.
+    const double core_gap = least.gap + core_radius(a) + core_radius(b);
+    const double turned = core_gap > 0.0 ? 1e-15 * size * size / core_gap : 0.0;
+    EXPECT_NEAR(distance_along(a, X_A, b, X_B, least.normal), least.gap, error + turned)
+        << what << " types " << int(a.type) << " " << int(b.type);
+    // Stepwise apart along the normal: the shapes do come free, and stay free.
+    Pose X_free = X_B;
+    X_free.translation += (0.1 - least.gap) * least.normal;
+    pair_contacts(a, X_A, b, X_free, 10.0, m);
+    EXPECT_GE(deepest(m).gap, 0.1 - error - turned) << what;
+  }
+  EXPECT_GT(separated, 5000);
+  EXPECT_GT(overlapping, 5000);
+}
+
+// The least translation out of one another, for hulls that share corners, edges and faces.
+TEST(Fuzz, OverlapOfDegenerateHullsIsLeastTranslation) {
+  std::mt19937 rng(5);
+  int overlapping = 0;
+  for (int i = 0; i < 400; ++i) {
+    Shape shapes[2];
+    for (Shape& shape : shapes) {
+      while (!shape.mesh) {
+        try {
+          shape = hull_shape(cloud(rng, i % 2 ? kLattice : kNearlyCoplanar));
+        } catch (const InputError&) {
+        }
+      }
+    }
+    const Pose X_A{awkward_rotation(rng), Vector3::Zero()};
+    const Pose X_B{awkward_rotation(rng), lattice_point(rng)};
+    Manifold m;
+    pair_contacts(shapes[0], X_A, shapes[1], X_B, 0.0, m);
+    if (m.size == 0) continue;
+    ++overlapping;
+    // Of two ways out that differ by less than 1e-6 of the size the longer may be taken.
+    EXPECT_GE(deepest(m).gap, largest_distance_along(shapes[0], X_A, shapes[1], X_B) - 1e-6)
+        << "sample " << i;
+  }
+  EXPECT_GT(overlapping, 100);
+}
+
+}  // namespace
+}  // namespace counterpoint::test
