@@ -1,21 +1,14 @@
 // The signed distance of every pair of convex shapes against another implementation's: the Flexible
 // Collision Library (FCL), which iterates with libccd.
-#include <fcl/geometry/shape/box.h>
-#include <fcl/geometry/shape/capsule.h>
-#include <fcl/geometry/shape/convex.h>
-#include <fcl/geometry/shape/cylinder.h>
-#include <fcl/geometry/shape/sphere.h>
-#include <fcl/narrowphase/distance.h>
 #include <gtest/gtest.h>
 
 #include "counterpoint/collision/pair_contacts.h"
+#include "support/fcl_shapes.h"
 #include "support/random_poses.h"
 #include "support/shape_reference.h"
 
 namespace counterpoint::test {
 namespace {
-
-using Geometry = std::shared_ptr<fcl::CollisionGeometryd>;
 
 struct Solid {
   std::string name;
@@ -26,34 +19,6 @@ std::vector<Solid> solids() {
   return {{"sphere", sphere_shape(0.4)},          {"box", box_shape({0.3, 0.5, 0.2})},
           {"capsule", capsule_shape(0.2, 0.5)},   {"cylinder", cylinder_shape(0.3, 0.4)},
           {"hexagon", prism_shape(6, 0.4, 0.3)},  {"frustum", prism_shape(32, 0.4, 0.3, 0.5)}};
-}
-
-Geometry fcl_geometry(const Shape& shape) {
-  const Vector3& s = shape.size;
-  switch (shape.type) {
-    case ShapeType::kSphere: return std::make_shared<fcl::Sphered>(s[0]);
-    case ShapeType::kBox: return std::make_shared<fcl::Boxd>(2.0 * s);
-    case ShapeType::kCapsule: return std::make_shared<fcl::Capsuled>(s[0], 2.0 * s[1]);
-    case ShapeType::kCylinder: return std::make_shared<fcl::Cylinderd>(s[0], 2.0 * s[1]);
-    case ShapeType::kConvexMesh: break;
-    case ShapeType::kPlane: return nullptr;
-  }
-  const ConvexMesh& mesh = *shape.mesh;
-  const auto faces = std::make_shared<std::vector<int>>();
-  for (const std::vector<int>& face : mesh.faces) {
-    faces->push_back(static_cast<int>(face.size()));
-    faces->insert(faces->end(), face.begin(), face.end());
-  }
-  return std::make_shared<fcl::Convexd>(
-      std::make_shared<const std::vector<Vector3>>(mesh.vertices),
-      static_cast<int>(mesh.faces.size()), faces, true);
-}
-
-fcl::Transform3d fcl_pose(const Pose& X) {
-  fcl::Transform3d T = fcl::Transform3d::Identity();
-  T.linear() = X.rotation;
-  T.translation() = X.translation;
-  return T;
 }
 
 double fcl_distance(const Shape& a, const Pose& X_A, const Shape& b, const Pose& X_B,
