@@ -108,8 +108,6 @@ void KineticEnergyNewton::evaluate_here() {
   f_.resize(y_.size());
   hessian_.resize(x_.size(), x_.size());
   hessian_.topLeftCorner(rank_, rank_).setIdentity();
-  hessian_.bottomLeftCorner(bounds, rank_) = normal_;
-  hessian_.bottomRightCorner(bounds, bounds) = normal_ * normal_.transpose();
   curvature_.clear();
   int row = 0;
   for (const Law& law : laws_) {
@@ -123,10 +121,19 @@ void KineticEnergyNewton::evaluate_here() {
   }
   gradient_.resize(x_.size());
   gradient_.head(rank_) = w_ - L_.transpose() * f_;
+  add_bounds();
+}
+
+// The part of gradient and Hessian that belongs to p.
+void KineticEnergyNewton::add_bounds() {
+  const auto bounds = static_cast<Eigen::Index>(bounds_.size());
   gradient_.tail(bounds) = normal_ * w_;
+  hessian_.bottomLeftCorner(bounds, rank_) = normal_;
+  hessian_.bottomRightCorner(bounds, bounds) = normal_ * normal_.transpose();
   for (Eigen::Index j = 0; j < bounds; ++j) {
-    gradient_[rank_ + j] += bounds_[j].free - bounds_[j].speed(p[j]);
-    hessian_(rank_ + j, rank_ + j) += bounds_[j].softness(p[j]);
+    const double p = x_[rank_ + j];
+    gradient_[rank_ + j] += bounds_[j].free - bounds_[j].speed(p);
+    hessian_(rank_ + j, rank_ + j) += bounds_[j].softness(p);
   }
 }
 
@@ -158,6 +165,15 @@ double KineticEnergyNewton::relative_step() const {
   return largest;
 }
 
+// How far the step may go so that p stays well above zero.
+double KineticEnergyNewton::longest_step() const {
+  double longest = std::numeric_limits<double>::infinity();
+  for (Eigen::Index j = rank_; j < x_.size(); ++j) {
+    if (step_[j] < 0.0) longest = std::min(longest, -kToBoundary * x_[j] / step_[j]);
+  }
+  return longest;
+}
+
 // Along the step to the minimum of the cost. False if round-off leaves nothing to gain.
 bool KineticEnergyNewton::advance() {
   const double at_zero = gradient_.dot(step_);
@@ -183,10 +199,7 @@ bool KineticEnergyNewton::advance() {
     }
     return sum;
   };
-  double longest = std::numeric_limits<double>::infinity();
-  for (Eigen::Index j = rank_; j < x_.size(); ++j) {
-    if (step_[j] < 0.0) longest = std::min(longest, -kToBoundary * x_[j] / step_[j]);
-  }
+  const double longest = longest_step();
   if (longest < 1.0 && derivative(longest).first <= 0.0) {
     x_ += longest * step_;
     return true;
@@ -231,7 +244,12 @@ void KineticEnergyNewton::follow_path() {
       x_ = decrement_at(start) < decrement_at(last) ? start : last;
     }
     const int steps_before = iterations_;
-    if (minimize(kPathAccuracy, solved > 0.0 ? kPathSteps : settings_.max_iterations)) {
+    bool there = minimize(kPathAccuracy, solved > 0.0 ? kPathSteps : settings_.max_iterations);
+    if (!there && solved > 0.0) {
+      x_ = last;
+      there = solve_mixed(kPathAccuracy, kPathSteps);
+    }
+    if (there) {
       earlier = last;
       before = solved;
       last = x_;
@@ -247,7 +265,11 @@ void KineticEnergyNewton::follow_path() {
     above = set_path(kappa);
   }
   set_path(0.0);
-  minimize(kRefine, kTargetSteps);
+  last = x_;
+  if (minimize(kRefine, kTargetSteps)) return;
+  last.swap(x_);
+  if (!solve_mixed(kRefine, kTargetSteps)) x_ = last;
+  evaluate_here();
 }
 
 double KineticEnergyNewton::residual(const VectorX& w, VectorX& v, VectorX& y, VectorX& f) const {

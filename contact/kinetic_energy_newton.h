@@ -34,7 +34,7 @@ std::vector<VelocityBound> velocity_bounds(const KineticEnergyProblem& problem);
 void kinetic_energy_impulse(const KineticEnergyProblem& problem, const VectorX& v, VectorX& y,
                             VectorX& f);
 
-/// For one problem and one c, which both must outlive it.
+/// The forward solution of one problem for one c; both must outlive it.
 class KineticEnergyNewton {
  public:
   KineticEnergyNewton(const KineticEnergyProblem& problem, const VectorX& c,
@@ -48,6 +48,12 @@ class KineticEnergyNewton {
   double relative_step() const;
   bool advance();
   bool minimize(double accuracy, int max_steps);
+  // The same with f as an unknown of its own (kinetic_energy_mixed.cc).
+  bool solve_mixed(double accuracy, int max_steps);
+  double evaluate_mixed();
+  double mixed_error(const VectorX& x, const VectorX& f);
+  double longest_step() const;
+  void add_bounds();
   double decrement_at(const VectorX& x);
   void follow_path();
   void refine(KineticEnergyResult& out);
@@ -69,6 +75,7 @@ class KineticEnergyNewton {
   VectorX y_, f_, gradient_, step_, y_step_, w_step_;
   MatrixX hessian_;                // of the cost
   std::vector<double> curvature_;  // of the laws, one after another
+  VectorX correction_;             // mixed: what brings f to the law at this y
   int iterations_ = 0;
 };
 
