@@ -84,4 +84,22 @@ Scene slider(const Slider& parameters) {
   return start_at_rest("slider", builder.build());
 }
 
+Scene ball_on_plane(const BallOnPlane& ball) {
+  RobotSpec robot;
+  robot.name = "ball";
+  const Shape shape{ShapeType::kSphere, {ball.radius, 0, 0}, nullptr};
+  LinkSpec link;
+  link.name = "ball";
+  link.inertia = {ball.mass, Vector3::Zero(),
+                  0.4 * ball.mass * ball.radius * ball.radius * Matrix3::Identity()};
+  link.collisions.push_back({"", Pose(), shape, ball.material});
+  robot.links.push_back(link);
+  ModelBuilder builder(Vector3(0, 0, -9.81));
+  Pose X_WL;
+  X_WL.translation.z() = ball.radius + ball.height;
+  builder.add_robot(robot, Base::kFloating, X_WL);
+  builder.add_environment("ground", {ShapeType::kPlane, {}, nullptr}, Pose(), ball.material);
+  return start_at_rest("ball on plane", builder.build());
+}
+
 }  // namespace counterpoint::test
