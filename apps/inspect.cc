@@ -66,8 +66,9 @@ Json number_or_null(double value) { return std::isfinite(value) ? Json(value) : 
 Json vector_json(const Vector3& v) { return {v.x(), v.y(), v.z()}; }
 
 void inspect_bodies(const Model& model, Report& report) {
-  fmt::print(report.text(), "\n{:<28} {:<24} {:<10} {:<24} {:>10} {:>9} {:>9} {:>9} {:>9}\n",
-             "joint", "link", "type", "parent", "mass", "lower", "upper", "effort", "damping");
+  fmt::print(report.text(), "\n{:<28} {:<24} {:<10} {:<24} {:>10} {:>9} {:>9} {:>9} {:>9} {:>9}\n",
+             "joint", "link", "type", "parent", "mass", "lower", "upper", "effort", "damping",
+             "friction");
   Json joints = Json::array();
   double total = 0.0;
   for (int i = 1; i < model.num_bodies(); ++i) {
@@ -75,11 +76,12 @@ void inspect_bodies(const Model& model, Report& report) {
     const JointInfo& joint = model.joint(i - 1);
     total += body.inertia.mass;
     const double damping = model.damping()[body.v_index];
-    fmt::print(report.text(),
-               "{:<28} {:<24} {:<10} {:<24} {:>10.4g} {:>9.4g} {:>9.4g} {:>9.4g} {:>9.4g}\n",
-               joint.name, joint.link, joint_type_name(body.joint_type),
-               link_name(model, body.parent), body.inertia.mass, joint.lower, joint.upper,
-               joint.effort_limit, damping);
+    const double dry_friction = model.dry_friction()[body.v_index];
+    fmt::print(
+        report.text(),
+        "{:<28} {:<24} {:<10} {:<24} {:>10.4g} {:>9.4g} {:>9.4g} {:>9.4g} {:>9.4g} {:>9.4g}\n",
+        joint.name, joint.link, joint_type_name(body.joint_type), link_name(model, body.parent),
+        body.inertia.mass, joint.lower, joint.upper, joint.effort_limit, damping, dry_friction);
     joints.push_back({{"name", joint.name},
                       {"link", joint.link},
                       {"parent", link_name(model, body.parent)},
@@ -91,7 +93,7 @@ void inspect_bodies(const Model& model, Report& report) {
                       {"effort_limit", number_or_null(joint.effort_limit)},
                       {"velocity_limit", number_or_null(joint.velocity_limit)},
                       {"damping", damping},
-                      {"dry_friction", model.dry_friction()[body.v_index]},
+                      {"dry_friction", dry_friction},
                       {"actuated", joint.actuated}});
   }
   fmt::print(report.text(), "total mass {:.6g} kg\n", total);

@@ -1,9 +1,9 @@
 // Closures as constraints of one step: error, its acceleration, rows.
 //
-//   ball       e = p_B - p_A                        3 rows, in W
+//   ball       d = p_B - p_A                        3 rows, in W
 //   weld       the same, and the rotation vector    3 + 3 rows, in W
 //              that takes A's anchor frame to B's
-//   distance   e = |p_B - p_A| - length             1 row, along p_B - p_A
+//   distance   d = |p_B - p_A| - length             1 row, along p_B - p_A
 //
 // p: the anchors in W. All rows act halfway between the anchors, so that linear and angular
 // momentum are kept while the closure is open; to the rotation of both bodies the error then is one
