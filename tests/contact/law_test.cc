@@ -4,12 +4,13 @@
 
 #include <Eigen/Eigenvalues>
 
-#include "contact/random_problem.h"
+#include "contact/trials.h"
 #include "counterpoint/contact/scalar_law.h"
 
 namespace counterpoint::contact {
 namespace {
 
+using testing::for_trials;
 using testing::Random;
 using testing::random_law;
 using testing::RandomOptions;
@@ -40,8 +41,7 @@ Rows random_velocity(Random& random, const Law& law, double scale = 1.0) {
 }
 
 TEST(ScalarLaw, SolvesItsEquationWithoutCancellation) {
-  Random random(1);
-  for (int trial = 0; trial < 20000; ++trial) {
+  for_trials(1, 20000, [&](Random& random, int) {
     const double r = random.log_uniform(1e-10, 1e2), k = random.log_uniform(1e-16, 1e2);
     const double lambda = random.signed_unit() * random.log_uniform(1e-12, 1e4);
     const ScalarLaw law(lambda, r, k);
@@ -50,7 +50,7 @@ TEST(ScalarLaw, SolvesItsEquationWithoutCancellation) {
     EXPECT_NEAR(r * law.g + lambda, k / law.g, 1e-15 * 4 * scale);
     // s is also the sum of the two positive terms.
     EXPECT_NEAR(law.s, r * law.g + k / law.g, 4e-15 * law.s);
-  }
+  });
 }
 
 TEST(ScalarLaw, HasItsTwoLimits) {
@@ -61,8 +61,7 @@ TEST(ScalarLaw, HasItsTwoLimits) {
 }
 
 TEST(Law, ImpulseIsMinusTheGradientOfThePotential) {
-  Random random(2);
-  for (int trial = 0; trial < 4000; ++trial) {
+  for_trials(2, 4000, [&](Random& random, int trial) {
     const Law law = smooth_law(random, kTypes[trial % 4], false);
     const Rows y = random_velocity(random, law);
     const Rows f = impulse(law, y);
@@ -74,12 +73,11 @@ TEST(Law, ImpulseIsMinusTheGradientOfThePotential) {
           (potential(law, up.data()) - potential(law, down.data())) / (2 * kDifferenceStep);
       EXPECT_NEAR(f[i], -difference, kDifferenceTolerance * (1 + f.norm()));
     }
-  }
+  });
 }
 
 TEST(Law, HessianIsMinusTheDerivativeOfTheImpulse) {
-  Random random(3);
-  for (int trial = 0; trial < 8000; ++trial) {
+  for_trials(3, 8000, [&](Random& random, int trial) {
     const Law law = smooth_law(random, kTypes[trial % 4], trial % 8 >= 4);
     const Rows y = random_velocity(random, law);
     const Evaluation at = evaluate(law, y);
@@ -92,26 +90,24 @@ TEST(Law, HessianIsMinusTheDerivativeOfTheImpulse) {
                 kDifferenceTolerance * (1 + at.hessian.norm()))
           << "type " << static_cast<int>(law.type) << " coulomb " << law.coulomb;
     }
-  }
+  });
 }
 
 TEST(Law, SlopeIsTheHessianAlongALine) {
-  Random random(4);
-  for (int trial = 0; trial < 4000; ++trial) {
+  for_trials(4, 4000, [&](Random& random, int trial) {
     const Law law = smooth_law(random, kTypes[trial % 4], trial % 8 >= 4);
     const Rows y = random_velocity(random, law), d = random_velocity(random, law);
     const Evaluation at = evaluate(law, y);
     const Slope s = slope(law, y.data(), d.data());
     EXPECT_NEAR(s.first, -at.impulse.dot(d), 1e-13 * (1 + at.impulse.norm()));
     EXPECT_NEAR(s.second, d.dot(at.hessian * d), 1e-13 * (1 + at.hessian.norm()));
-  }
+  });
 }
 
 TEST(Law, HessianIsPositiveSemidefinite) {
-  Random random(5);
   RandomOptions options;
   options.max_friction = 10.0;
-  for (int trial = 0; trial < 20000; ++trial) {
+  for_trials(5, 20000, [&](Random& random, int trial) {
     Law law = random_law(random, options, kTypes[trial % 4]);
     law.regularizer = random.log_uniform(1e-8, 1e1);
     law.smoothing = random.coin() ? 0.0 : random.log_uniform(1e-16, 1e1);
@@ -122,14 +118,13 @@ TEST(Law, HessianIsPositiveSemidefinite) {
     const Eigen::SelfAdjointEigenSolver<MatrixX> eigen(MatrixX{hessian});
     EXPECT_GE(eigen.eigenvalues()[0],
               -1e-14 * hessian.norm());  // eigenvalues are good to a few ulps
-  }
+  });
 }
 
 TEST(Law, ImpulseLiesInItsCone) {
-  Random random(6);
   RandomOptions options;
   options.max_friction = 10.0;
-  for (int trial = 0; trial < 40000; ++trial) {
+  for_trials(6, 40000, [&](Random& random, int trial) {
     options.coulomb = random.coin();
     Law law = random_law(random, options,
                          trial % 2 == 0 ? LawType::kFrictionCone : LawType::kDryFriction);
@@ -141,7 +136,7 @@ TEST(Law, ImpulseLiesInItsCone) {
     constexpr double kUlps = 1 + 1e-14;
     if (law.type == LawType::kDryFriction) {
       EXPECT_LE(std::abs(f[0]), law.bound * kUlps);
-      continue;
+      return;
     }
     double phi = 0.0;
     for (int i = 1; i < law.rows; ++i) {
@@ -152,12 +147,11 @@ TEST(Law, ImpulseLiesInItsCone) {
       }
     }
     EXPECT_LE(std::sqrt(phi), f[0] * kUlps);
-  }
+  });
 }
 
 TEST(Law, WithoutFrictionTheNormalRowIsTheUnilateralLaw) {
-  Random random(7);
-  for (int trial = 0; trial < 1000; ++trial) {
+  for_trials(7, 1000, [&](Random& random, int) {
     Law cone;
     cone.type = LawType::kFrictionCone;
     cone.rows = 3;
@@ -172,15 +166,14 @@ TEST(Law, WithoutFrictionTheNormalRowIsTheUnilateralLaw) {
     EXPECT_EQ(f[0], impulse(row, Rows(y.head(1)))[0]);
     EXPECT_EQ(f[1], 0.0);
     EXPECT_EQ(f[2], 0.0);
-  }
+  });
 }
 
 TEST(Law, HardConvexLawIsTheRegularizedProjection) {
   // k = 0: f minimizes 1/2 f'R f + f'y over the cone, so that R f + y lies in the dual cone and is
   // orthogonal to f.
-  Random random(8);
   RandomOptions options;
-  for (int trial = 0; trial < 10000; ++trial) {
+  for_trials(8, 10000, [&](Random& random, int) {
     Law law = random_law(random, options, LawType::kFrictionCone);
     law.regularizer = random.log_uniform(1e-4, 1.0);
     const Rows y = random_velocity(random, law);
@@ -197,7 +190,7 @@ TEST(Law, HardConvexLawIsTheRegularizedProjection) {
     const double scale = 1 + rho * f.norm();
     EXPECT_LE(std::sqrt(z), y[0] + rho * f[0] + 1e-13 * scale);
     EXPECT_NEAR(power, 0.0, 1e-12 * scale * (1 + f.norm()));
-  }
+  });
 }
 
 TEST(Law, CoulombSlidesAgainstTheVelocityWithoutOpeningTheContact) {

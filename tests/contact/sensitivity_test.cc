@@ -2,11 +2,12 @@
 
 #include <gtest/gtest.h>
 
-#include "contact/random_problem.h"
+#include "contact/trials.h"
 
 namespace counterpoint::contact {
 namespace {
 
+using testing::for_trials;
 using testing::Random;
 using testing::random_law;
 using testing::RandomOptions;
@@ -18,12 +19,11 @@ constexpr double kTolerance = 1e-6;
 class SensitivityTest : public ::testing::TestWithParam<bool> {};
 
 TEST_P(SensitivityTest, AgreesWithDifferences) {
-  Random random(1);
   RandomOptions options;
   options.coulomb = GetParam();
   constexpr LawType kTypes[] = {LawType::kUnilateral, LawType::kFrictionCone, LawType::kEquality,
                                 LawType::kDryFriction};
-  for (int trial = 0; trial < 4000; ++trial) {
+  for_trials(1, 4000, [&](Random& random, int trial) {
     Law law = random_law(random, options, kTypes[trial % 4]);
     law.regularizer = random.log_uniform(0.05, 2.0);
     law.smoothing = random.log_uniform(0.05, 2.0);
@@ -53,7 +53,7 @@ TEST_P(SensitivityTest, AgreesWithDifferences) {
     }
     // A gap acts through the bias of the normal row.
     EXPECT_EQ(at.velocity, RowsSquare(-evaluate(law, y).hessian));
-  }
+  });
 }
 
 INSTANTIATE_TEST_SUITE_P(Friction, SensitivityTest, ::testing::Bool(),
