@@ -11,6 +11,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/QR>
+#include <ostream>
 #include <string>
 #include <tuple>
 #include <vector>
@@ -79,6 +80,8 @@ struct Kind {
   int rows;  // 0: all kinds of constraints in one problem
   bool anisotropic = false;
 };
+
+void PrintTo(const Kind& kind, std::ostream* out) { *out << kind.name; }
 
 constexpr Kind kKinds[] = {
     {"unilateral", LawType::kUnilateral, 1},
@@ -285,6 +288,8 @@ struct Range {
   double compliance_low, smoothing_low;
   double floor_dominates;  // at most this share: a q'' amplifies rounding where smoothing is small
 };
+
+void PrintTo(const Range& range, std::ostream* out) { *out << range.name; }
 
 class KineticEnergyForwardInverse : public ::testing::TestWithParam<Range> {};
 
