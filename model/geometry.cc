@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "counterpoint/model/terrain.h"
+
 namespace counterpoint {
 
 Material combine_materials(const Material& a, const Material& b) {
@@ -33,6 +35,11 @@ double lowest_point(const Shape& shape, const Pose& X_WG) {
     case ShapeType::kConvexMesh: {
       double low = std::numeric_limits<double>::infinity();
       for (const Vector3& v : shape.mesh->vertices) low = std::min(low, up.dot(v));
+      return z + low;
+    }
+    case ShapeType::kTerrain: {
+      double low = std::numeric_limits<double>::infinity();
+      for (const Vector3& v : shape.terrain->vertices) low = std::min(low, up.dot(v));
       return z + low;
     }
   }

@@ -24,7 +24,17 @@ struct ConvexMesh {
   std::string source;                   ///< file it came from, empty if built in memory
 };
 
-enum class ShapeType : unsigned char { kPlane, kSphere, kBox, kCapsule, kCylinder, kConvexMesh };
+struct Terrain;
+
+enum class ShapeType : unsigned char {
+  kPlane,
+  kSphere,
+  kBox,
+  kCapsule,
+  kCylinder,
+  kConvexMesh,
+  kTerrain
+};
 
 /// A shape in its geometry frame G. `size` [m] holds, by type:
 ///   kPlane       nothing: the half-space z <= 0 of G, outward normal +z
@@ -33,10 +43,12 @@ enum class ShapeType : unsigned char { kPlane, kSphere, kBox, kCapsule, kCylinde
 ///   kCapsule     (radius, half length of the segment along z, -)
 ///   kCylinder    (radius, half length along z, -)
 ///   kConvexMesh  nothing: see mesh
+///   kTerrain     nothing: see terrain (terrain.h); fixed to the world only
 struct Shape {
   ShapeType type = ShapeType::kSphere;
   Vector3 size = Vector3::Zero();
   std::shared_ptr<const ConvexMesh> mesh;
+  std::shared_ptr<const Terrain> terrain = nullptr;
 };
 
 /// Surface material. Two surfaces combine as in combine_materials.

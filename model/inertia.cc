@@ -113,6 +113,7 @@ SpatialInertia solid_inertia(const Shape& shape, double mass) {
     }
     case ShapeType::kPlane:
     case ShapeType::kConvexMesh:
+    case ShapeType::kTerrain:
       throw std::logic_error("solid_inertia: not for this shape");
   }
   return {mass, Vector3::Zero(), mass * Matrix3(moments.asDiagonal())};

@@ -6,7 +6,7 @@ set -eu
 cd "$(dirname "$0")/.."
 
 packages="g++ cmake ninja-build libeigen3-dev libfcl-dev libccd-dev liburdfdom-dev
-liburdfdom-headers-dev libassimp-dev zlib1g-dev libyaml-cpp-dev libtinyxml2-dev libqhull-dev libfmt-dev
+liburdfdom-headers-dev libassimp-dev zlib1g-dev libyaml-cpp-dev libtinyxml2-dev libqhull-dev libpng-dev libfmt-dev
 libconsole-bridge-dev libcli11-dev nlohmann-json3-dev libgtest-dev libbenchmark-dev"
 
 missing=""

@@ -1,0 +1,224 @@
+#include "counterpoint/collision/terrain_contacts.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "counterpoint/collision/enclosure.h"
+#include "counterpoint/collision/pair_contacts.h"
+#include "counterpoint/model/rotation.h"
+
+namespace counterpoint::collision {
+namespace {
+
+// Relative to the shape's size: contacts closer together than this whose normals agree as well are one.
+constexpr double kSame = 1e-3;
+// Cosine of normal and in-plane direction up to which a normal counts as within the wedge of an edge.
+constexpr double kWedge = 1e-6;
+// A contact with the rim of a sheet leans at most 60 degrees: the rim has no side to push with.
+constexpr double kRimCosine = 0.5;
+
+// Distance from the shape's centre to the nearest part of its surface, or a lower bound [m].
+double half_thickness(const Shape& shape) {
+  const Vector3& s = shape.size;
+  switch (shape.type) {
+    case ShapeType::kSphere:
+    case ShapeType::kCapsule: return s[0];
+    case ShapeType::kBox: return s.minCoeff();
+    case ShapeType::kCylinder: return std::min(s[0], s[1]);
+    case ShapeType::kConvexMesh: {
+      double least = std::numeric_limits<double>::infinity();
+      for (std::size_t f = 0; f < shape.mesh->faces.size(); ++f) {
+        least = std::min(least, shape.mesh->face_offsets[f] -
+                                    shape.mesh->face_normals[f].dot(shape.mesh->interior_point));
+      }
+      return least;
+    }
+    case ShapeType::kPlane:
+    case ShapeType::kTerrain: break;
+  }
+  return 0.0;
+}
+
+
+// Height over the line of edge k, in the plane of the triangle: positive on the triangle's side.
+double inward(const Vector3& p, const Vector3& q, const Vector3& normal, const Vector3& point) {
+  return normal.cross(q - p).normalized().dot(point - p);
+}
+
+}  // namespace
+
+struct TerrainContacts::Query {
+  const Terrain& terrain;
+  const Shape& shape;
+  Pose X_TS;
+  Vector3 center;        // of the shape
+  double thickness;      // half of it
+  double size;           // of the shape
+  double margin;
+
+  const Vector3& vertex(int t, int k) const {
+    return terrain.vertices[terrain.triangles[t].vertices[k % 3]];
+  }
+};
+
+void TerrainContacts::add(const Query& query, const ContactPoint& point) {
+  for (ContactPoint& known : points_) {
+    const double same = kSame * query.size;
+    if ((known.position - point.position).squaredNorm() > same * same ||
+        known.normal.dot(point.normal) < 1.0 - 0.5 * kSame * kSame) {
+      continue;
+    }
+    if (point.gap < known.gap) known = point;
+    return;
+  }
+  points_.push_back(point);
+}
+
+// The corners of the shape (of round ones the points that are lowest) over a triangle.
+void TerrainContacts::touch_faces(const Query& query, int t) {
+  const Terrain::Triangle& triangle = query.terrain.triangles[t];
+  const Vector3& n = triangle.normal;
+  const Vector3& origin = query.vertex(t, 0);
+  const double height = n.dot(query.center - origin);
+  if (height < -0.5 * query.thickness) return;
+  const auto within = [&](const Vector3& p, double slack) {
+    for (int k = 0; k < 3; ++k) {
+      // Across an inner edge the face goes on as far as the margin: nothing falls between two faces,
+      // and a fast body meets those ahead of it.
+      const double beyond = triangle.edges[k] == Terrain::Edge::kInner
+                                ? std::max(slack, query.margin)
+                                : slack;
+      if (inward(query.vertex(t, k), query.vertex(t, k + 1), n, p) < -beyond) return false;
+    }
+    return true;
+  };
+  const double rounding = 1e-9 * query.size;
+  const auto take = [&](const ContactPoint& point) {
+    const Vector3 corner = point.position + 0.5 * point.gap * n;
+    if (!within(corner, rounding)) return;
+    // Deep below the face: only if the way there from the shape's centre leads through it, lest a
+    // body that reaches over a thin wall be held by its far side.
+    if (point.gap < -query.thickness) {
+      const double share = height / (height - point.gap);
+      if (!within(query.center + share * (corner - query.center), query.thickness)) return;
+    }
+    add(query, point);
+  };
+  if (query.shape.type == ShapeType::kConvexMesh) {
+    for (const Vector3& v : query.shape.mesh->vertices) {
+      const Vector3 p = query.X_TS * v;
+      const double gap = n.dot(p - origin);
+      if (gap < query.margin) take({p - (0.5 * gap) * n, n, gap});
+    }
+    return;
+  }
+  const Shape plane{ShapeType::kPlane, Vector3::Zero(), nullptr};
+  Manifold manifold;
+  pair_contacts(plane, {frame_from_normal(n), origin}, query.shape, query.X_TS, query.margin,
+                manifold);
+  for (int i = 0; i < manifold.size; ++i) take(manifold.points[i]);
+}
+
+// The triangle's edges that stand out, as segments, against the shape.
+void TerrainContacts::touch_edges(const Query& query, int t) {
+  const Terrain::Triangle& triangle = query.terrain.triangles[t];
+  for (int k = 0; k < 3; ++k) {
+    const int neighbor = triangle.neighbors[k];
+    if (triangle.edges[k] == Terrain::Edge::kInner) continue;
+    if (neighbor >= 0 && neighbor < t) continue;  // done from the other side
+    const Vector3& p = query.vertex(t, k);
+    const Vector3& q = query.vertex(t, k + 1);
+    const Vector3 along = (q - p).normalized();
+    const double half_length = 0.5 * (q - p).norm();
+    const Vector3 middle = 0.5 * (p + q);
+    const Shape segment{ShapeType::kCapsule, Vector3(0.0, half_length, 0.0), nullptr};
+    Manifold manifold;
+    pair_contacts(segment, {frame_from_normal(along), middle}, query.shape, query.X_TS,
+                  query.margin, manifold);
+    for (int i = 0; i < manifold.size; ++i) {
+      const ContactPoint& point = manifold.points[i];
+      const Vector3& m = point.normal;
+      // Within the wedge: pointing away from both faces, else one of them is closer.
+      if (m.dot(triangle.normal.cross(along)) > kWedge) continue;
+      if (neighbor >= 0) {
+        if (m.dot(along.cross(query.terrain.triangles[neighbor].normal)) > kWedge) continue;
+      } else if (m.dot(triangle.normal) < kRimCosine) {
+        continue;
+      }
+      // At an end: pointing away from all edges that meet there.
+      const double place = along.dot(point.position - 0.5 * point.gap * m - middle);
+      if (std::abs(place) > (1.0 - 1e-9) * half_length) {
+        const int end = triangle.vertices[place < 0.0 ? k : (k + 1) % 3];
+        const Vector3& corner = query.terrain.vertices[end];
+        const auto& others = query.terrain.vertex_neighbors[end];
+        const bool closer = std::any_of(others.begin(), others.end(), [&](int other) {
+          return m.dot((query.terrain.vertices[other] - corner).normalized()) > kWedge;
+        });
+        if (closer) continue;
+      }
+      add(query, point);
+    }
+  }
+}
+
+// The deepest, then always the one farthest, in place and direction, from those chosen.
+void TerrainContacts::choose(const Query& query, Manifold& out) const {
+  const int size = static_cast<int>(points_.size());
+  if (size <= Manifold::kCapacity) {
+    for (const ContactPoint& p : points_) out.add(p.position, p.normal, p.gap);
+    return;
+  }
+  int next = 0;
+  for (int i = 1; i < size; ++i) {
+    if (points_[i].gap < points_[next].gap) next = i;
+  }
+  std::array<int, Manifold::kCapacity> chosen{};
+  for (int n = 0; n < Manifold::kCapacity; ++n) {
+    chosen[n] = next;
+    double farthest = -1.0;
+    for (int i = 0; i < size; ++i) {
+      double distance2 = std::numeric_limits<double>::infinity();
+      for (int k = 0; k <= n; ++k) {
+        const ContactPoint& c = points_[chosen[k]];
+        distance2 = std::min(
+            distance2, (points_[i].position - c.position).squaredNorm() +
+                           query.size * query.size * (points_[i].normal - c.normal).squaredNorm());
+      }
+      if (distance2 > farthest) {
+        farthest = distance2;
+        next = i;
+      }
+    }
+  }
+  std::sort(chosen.begin(), chosen.end());
+  for (const int i : chosen) out.add(points_[i].position, points_[i].normal, points_[i].gap);
+}
+
+void TerrainContacts::find(const Terrain& terrain, const Pose& X_WT, const Shape& shape,
+                           const Pose& X_WS, double margin, Manifold& out) {
+  out.size = 0;
+  const Enclosure enclosure = enclose(shape);
+  const Pose X_TS = X_WT.inverse() * X_WS;
+  const Query query{terrain,
+                    shape,
+                    X_TS,
+                    X_TS * enclosure.center,
+                    half_thickness(shape),
+                    2.0 * enclosure.radius,
+                    margin};
+  const Vector3 reach =
+      (X_TS.rotation.cwiseAbs() * enclosure.half).cwiseMin(enclosure.radius).array() + margin;
+  triangles_.clear();
+  points_.clear();
+  terrain.find(query.center - reach, query.center + reach, triangles_);
+  for (const int t : triangles_) touch_faces(query, t);
+  for (const int t : triangles_) touch_edges(query, t);
+  choose(query, out);
+  for (int i = 0; i < out.size; ++i) {
+    out.points[i].position = X_WT * out.points[i].position;
+    out.points[i].normal = X_WT.rotation * out.points[i].normal;
+  }
+}
+
+}  // namespace counterpoint::collision
