@@ -7,6 +7,7 @@
 #include "command.h"
 #include "counterpoint/collision/collider.h"
 #include "counterpoint/engine/trajectory.h"
+#include "counterpoint/model/terrain.h"
 #include "report.h"
 #include "scene_arguments.h"
 
@@ -32,6 +33,8 @@ const char* shape_name(ShapeType type) {
       return "cylinder";
     case ShapeType::kConvexMesh:
       return "convex mesh";
+    case ShapeType::kTerrain:
+      return "terrain";
   }
   return "?";
 }
@@ -53,6 +56,11 @@ std::string shape_size(const Shape& shape) {
     case ShapeType::kConvexMesh:
       return fmt::format("{} vertices, {:.4g} m^3", shape.mesh->vertices.size(),
                          shape.mesh->volume);
+    case ShapeType::kTerrain: {
+      const Vector3 extent = shape.terrain->high - shape.terrain->low;
+      return fmt::format("{} triangles, {:.4g} x {:.4g} x {:.4g}", shape.terrain->triangles.size(),
+                         extent.x(), extent.y(), extent.z());
+    }
   }
   return "";
 }

@@ -7,81 +7,33 @@
 #include "counterpoint/collision/broadphase.h"
 #include "counterpoint/collision/corner_contacts.h"
 #include "counterpoint/collision/default_poses.h"
+#include "counterpoint/collision/enclosure.h"
 #include "counterpoint/collision/pair_contacts.h"
 #include "counterpoint/collision/pair_filter.h"
+#include "counterpoint/collision/terrain_contacts.h"
 
 namespace counterpoint::collision {
-namespace {
-
-// What encloses a shape, in its geometry frame.
-struct Enclosure {
-  Vector3 center;
-  Vector3 half;   // of the box around it
-  double radius;  // of the ball around it
-};
-
-Enclosure enclose(const Shape& shape) {
-  const Vector3& s = shape.size;
-  switch (shape.type) {
-    case ShapeType::kPlane: break;
-    case ShapeType::kSphere: return {Vector3::Zero(), Vector3::Constant(s[0]), s[0]};
-    case ShapeType::kBox: return {Vector3::Zero(), s, s.norm()};
-    case ShapeType::kCapsule:
-      return {Vector3::Zero(), Vector3(s[0], s[0], s[0] + s[1]), s[0] + s[1]};
-    case ShapeType::kCylinder:
-      return {Vector3::Zero(), Vector3(s[0], s[0], s[1]), std::hypot(s[0], s[1])};
-    case ShapeType::kConvexMesh: {
-      Vector3 low = Vector3::Constant(std::numeric_limits<double>::infinity());
-      Vector3 high = -low;
-      for (const Vector3& v : shape.mesh->vertices) {
-        low = low.cwiseMin(v);
-        high = high.cwiseMax(v);
-      }
-      const Vector3 center = 0.5 * (low + high);
-      double radius = 0.0;
-      for (const Vector3& v : shape.mesh->vertices) radius = std::max(radius, (v - center).norm());
-      return {center, 0.5 * (high - low), radius};
-    }
-  }
-  return {Vector3::Zero(), Vector3::Zero(), 0.0};
-}
-
-// The world-aligned box around a placed shape: tight for round shapes, else around its own box or ball,
-// whichever is smaller.
-Bounds bounds(const Shape& shape, const Enclosure& enclosure, const Pose& X, double margin) {
-  const Vector3 center = X * enclosure.center;
-  Vector3 half;
-  if (shape.type == ShapeType::kSphere) {
-    half = enclosure.half;
-  } else if (shape.type == ShapeType::kCapsule) {
-    half = (shape.size[1] * X.rotation.col(2)).cwiseAbs().array() + shape.size[0];
-  } else {
-    half = (X.rotation.cwiseAbs() * enclosure.half).cwiseMin(enclosure.radius);
-  }
-  half.array() += margin;
-  return {center - half, center + half};
-}
-
-}  // namespace
-
 struct Collider::Impl {
   explicit Impl(const Model& model) : geometries(model.geometries()), filter(model) {}
 
   void place(std::span<const Pose> X_WB, std::span<const double> margin);
   void find_pairs(std::span<const double> margin);
   void add_plane_pairs(int plane, std::span<const double> margin);
+  void add_terrain_pairs(int terrain, std::span<const double> margin);
+  void find_contacts(int a, int b, double margin);
 
   // A copy: nothing then depends on where the model lives.
   std::vector<Geometry> geometries;
   PairFilter filter;
   Broadphase broadphase;
   std::vector<Enclosure> enclosures;
-  std::vector<int> planes, solids;             // geometry indices
+  std::vector<int> planes, terrains, solids;   // geometry indices
   std::vector<std::pair<int, int>> overlapping;
   // Scratch.
   std::vector<Pose> X_WG;
   std::vector<Bounds> boxes;                   // of solids
   std::vector<std::pair<int, int>> pairs;
+  TerrainContacts terrain_contacts;
   Manifold manifold;
 };
 
@@ -110,6 +62,39 @@ void Collider::Impl::add_plane_pairs(int plane, std::span<const double> margin) 
   }
 }
 
+// A terrain would be a neighbour of all in the broad phase.
+void Collider::Impl::add_terrain_pairs(int terrain, std::span<const double> margin) {
+  const Geometry& g = geometries[terrain];
+  const Bounds all = bounds(g.shape, enclosures[terrain], X_WG[terrain], margin[g.body]);
+  if (!is_sound(all)) return;
+  for (std::size_t k = 0; k < solids.size(); ++k) {
+    const int i = solids[k];
+    if ((boxes[k].low.array() > all.high.array()).any() ||
+        (boxes[k].high.array() < all.low.array()).any()) {
+      continue;
+    }
+    if (is_sound(boxes[k]) && filter.enabled(terrain, i)) {
+      pairs.emplace_back(std::min(terrain, i), std::max(terrain, i));
+    }
+  }
+}
+
+// Into `manifold`.
+void Collider::Impl::find_contacts(int a, int b, double margin) {
+  const Shape& shape_a = geometries[a].shape;
+  const Shape& shape_b = geometries[b].shape;
+  if (shape_a.type == ShapeType::kTerrain) {
+    terrain_contacts.find(*shape_a.terrain, X_WG[a], shape_b, enclosures[b], X_WG[b], margin,
+                          manifold);
+  } else if (shape_b.type == ShapeType::kTerrain) {
+    terrain_contacts.find(*shape_b.terrain, X_WG[b], shape_a, enclosures[a], X_WG[a], margin,
+                          manifold);
+    for (int i = 0; i < manifold.size; ++i) manifold.points[i].normal *= -1.0;
+  } else {
+    pair_contacts(shape_a, X_WG[a], shape_b, X_WG[b], margin, manifold);
+  }
+}
+
 // Enabled pairs whose enclosures come close, in ascending order.
 void Collider::Impl::find_pairs(std::span<const double> margin) {
   broadphase.find_pairs(boxes, pairs);
@@ -120,6 +105,7 @@ void Collider::Impl::find_pairs(std::span<const double> margin) {
   }
   pairs.resize(kept);
   for (const int plane : planes) add_plane_pairs(plane, margin);
+  for (const int terrain : terrains) add_terrain_pairs(terrain, margin);
   std::sort(pairs.begin(), pairs.end());
 }
 
@@ -127,8 +113,11 @@ Collider::Collider(const Model& model) : impl_(std::make_unique<Impl>(model)) {
   Impl& impl = *impl_;
   const std::vector<Geometry>& geometries = impl.geometries;
   for (int i = 0; i < static_cast<int>(geometries.size()); ++i) {
-    const bool plane = geometries[i].shape.type == ShapeType::kPlane;
-    (plane ? impl.planes : impl.solids).push_back(i);
+    const ShapeType type = geometries[i].shape.type;
+    (type == ShapeType::kPlane     ? impl.planes
+     : type == ShapeType::kTerrain ? impl.terrains
+                                   : impl.solids)
+        .push_back(i);
     impl.enclosures.push_back(enclose(geometries[i].shape));
   }
   const std::vector<Pose> X_WB = default_poses(model);
@@ -139,7 +128,7 @@ Collider::Collider(const Model& model) : impl_(std::make_unique<Impl>(model)) {
     const Geometry& ga = geometries[a];
     const Geometry& gb = geometries[b];
     if (ga.instance < 0 || ga.instance != gb.instance) continue;
-    pair_contacts(ga.shape, impl.X_WG[a], gb.shape, impl.X_WG[b], 0.0, impl.manifold);
+    impl.find_contacts(a, b, 0.0);
     if (impl.manifold.size > 0) impl.overlapping.emplace_back(a, b);
   }
   impl.filter.exclude(impl.overlapping);
@@ -162,8 +151,7 @@ void Collider::compute_candidates(std::span<const Pose> X_WB, std::span<const do
   for (const auto& [a, b] : impl.pairs) {
     const Geometry& ga = geometries[a];
     const Geometry& gb = geometries[b];
-    pair_contacts(ga.shape, impl.X_WG[a], gb.shape, impl.X_WG[b],
-                  margin[ga.body] + margin[gb.body], impl.manifold);
+    impl.find_contacts(a, b, margin[ga.body] + margin[gb.body]);
     if (!travel.empty()) {
       add_corner_contacts(ga.shape, impl.X_WG[a], gb.shape, impl.X_WG[b],
                           margin[ga.body] + margin[gb.body], travel[ga.body] + travel[gb.body],

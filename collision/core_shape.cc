@@ -63,7 +63,8 @@ Vector3 CoreShape::support(const Vector3& direction) const {
     case ShapeType::kConvexMesh:
       hint = scan ? scan_vertices(*shape.mesh, local, hint) : support_vertex(*shape.mesh, local, hint);
       return X * shape.mesh->vertices[hint];
-    case ShapeType::kPlane: break;
+    case ShapeType::kPlane:
+    case ShapeType::kTerrain: break;
   }
   return X.translation;
 }
@@ -88,7 +89,8 @@ double CoreShape::extent() const {
     case ShapeType::kCylinder: return shape.size[0] + shape.size[1];
     case ShapeType::kConvexMesh: return shape.mesh->radius;
     case ShapeType::kSphere:
-    case ShapeType::kPlane: break;
+    case ShapeType::kPlane:
+    case ShapeType::kTerrain: break;
   }
   return 0.0;
 }

@@ -53,7 +53,8 @@ Corners corners_of(const Shape& shape, const Pose& X) {
       }
       break;
     case ShapeType::kSphere:
-    case ShapeType::kPlane: break;
+    case ShapeType::kPlane:
+    case ShapeType::kTerrain: break;
   }
   Vector3 center = Vector3::Zero();
   for (int i = 0; i < out.size; ++i) center += out.points[i] / out.size;
@@ -89,11 +90,16 @@ void add_corners(const Shape& shape, const Pose& X, const Shape& other, const Po
   }
 }
 
+// Their manifolds hold every corner within the margin.
+bool is_ground(const Shape& shape) {
+  return shape.type == ShapeType::kPlane || shape.type == ShapeType::kTerrain;
+}
+
 }  // namespace
 
 void add_corner_contacts(const Shape& a, const Pose& X_WA, const Shape& b, const Pose& X_WB,
                          double margin, double travel, Manifold& manifold) {
-  if (manifold.size == 0 || a.type == ShapeType::kPlane || b.type == ShapeType::kPlane) return;
+  if (manifold.size == 0 || is_ground(a) || is_ground(b)) return;
   double least = std::numeric_limits<double>::infinity();
   Vector3 normal = Vector3::UnitZ();
   for (int i = 0; i < manifold.size; ++i) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "counterpoint/collision/pair_functions.h"
+#include "counterpoint/collision/terrain_contacts.h"
 
 namespace counterpoint::collision {
 namespace {
@@ -36,11 +37,28 @@ bool comes_first(const Shape& a, const Pose& X_WA, const Shape& b, const Pose& X
   return !std::lexicographical_compare(rb, rb + 9, ra, ra + 9);
 }
 
+// Allocates; the collider, which must not, keeps the scratch memory.
+void with_terrain(const Shape& a, const Pose& X_WA, const Shape& b, const Pose& X_WB,
+                  double margin, Manifold& out) {
+  const bool turned = b.type == ShapeType::kTerrain;
+  const Shape& ground = turned ? b : a;
+  const Shape& shape = turned ? a : b;
+  if (shape.type == ShapeType::kTerrain || shape.type == ShapeType::kPlane) return;
+  TerrainContacts contacts;
+  contacts.find(*ground.terrain, turned ? X_WB : X_WA, shape, enclose(shape),
+                turned ? X_WA : X_WB, margin, out);
+  for (int i = 0; turned && i < out.size; ++i) out.points[i].normal *= -1.0;
+}
+
 }  // namespace
 
 void pair_contacts(const Shape& a, const Pose& X_WA, const Shape& b, const Pose& X_WB,
                    double margin, Manifold& out) {
   out.size = 0;
+  if (a.type == ShapeType::kTerrain || b.type == ShapeType::kTerrain) {
+    with_terrain(a, X_WA, b, X_WB, margin, out);
+    return;
+  }
   const bool in_order = comes_first(a, X_WA, b, X_WB);
   const Shape& first = in_order ? a : b;
   const Shape& second = in_order ? b : a;

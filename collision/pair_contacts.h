@@ -10,7 +10,7 @@ namespace counterpoint::collision {
 /// any common frame. Points of overlapping, touching and separated shapes alike; the smallest gap is
 /// the signed distance of the two shapes (penetration: least translation that separates them).
 /// Exchanging A and B gives the same points in the same order with the normals turned round.
-/// Two planes have no contact points.
+/// Two planes have no contact points, nor have a plane or a terrain and a terrain.
 void pair_contacts(const Shape& a, const Pose& X_WA, const Shape& b, const Pose& X_WB,
                    double margin, Manifold& out);
 

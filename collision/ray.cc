@@ -123,6 +123,7 @@ Stretch stretch(const Line& line, const Shape& shape) {
       }
       break;
     }
+    case ShapeType::kTerrain: return nothing();  // no convex stretch: cast_terrain_ray
   }
   return s;
 }
@@ -133,6 +134,12 @@ std::optional<RayHit> cast_unit_ray(const Shape& shape, const Pose& X_WS, const 
                                     const Vector3& direction, double max_distance) {
   const Matrix3& R = X_WS.rotation;
   const Line line{R.transpose() * (origin - X_WS.translation), R.transpose() * direction};
+  if (shape.type == ShapeType::kTerrain) {
+    std::optional<RayHit> hit =
+        cast_terrain_ray(*shape.terrain, line.origin, line.direction, max_distance);
+    if (hit) *hit = {hit->distance, X_WS * hit->position, R * hit->normal};
+    return hit;
+  }
   const Stretch s = stretch(line, shape);
   if (s.empty() || s.exit < 0.0 || !(s.enter <= max_distance)) return std::nullopt;
   if (s.enter < 0.0) return RayHit{0.0, origin, -direction};

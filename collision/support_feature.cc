@@ -91,6 +91,7 @@ void support_feature(const Shape& shape, const Pose& X, const Vector3& direction
       return;
     case ShapeType::kSphere:
     case ShapeType::kPlane:
+    case ShapeType::kTerrain:
       out.size = 1;
       out.round = false;
       out.vertices[0] = X.translation;

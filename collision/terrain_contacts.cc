@@ -4,7 +4,6 @@
 #include <cmath>
 #include <limits>
 
-#include "counterpoint/collision/enclosure.h"
 #include "counterpoint/collision/pair_contacts.h"
 #include "counterpoint/model/rotation.h"
 
@@ -13,33 +12,18 @@ namespace {
 
 // Relative to the shape's size: contacts closer together than this whose normals agree as well are one.
 constexpr double kSame = 1e-3;
+// Relative to the shape's size: twice the angle of edges that count as flat.
+constexpr double kFlatSlack = 2e-4;
+// Relative to the shape's half thickness: how far behind a face the shape's centre may be.
+constexpr double kBehind = 0.5;
+// Relative to the shape's half thickness: overlaps that need no second look.
+constexpr double kShallow = 0.05;
+// How far to the side, relative to its depth, the way to a corner may come through a face.
+constexpr double kSlant = 3.0;
 // Cosine of normal and in-plane direction up to which a normal counts as within the wedge of an edge.
 constexpr double kWedge = 1e-6;
 // A contact with the rim of a sheet leans at most 60 degrees: the rim has no side to push with.
 constexpr double kRimCosine = 0.5;
-
-// Distance from the shape's centre to the nearest part of its surface, or a lower bound [m].
-double half_thickness(const Shape& shape) {
-  const Vector3& s = shape.size;
-  switch (shape.type) {
-    case ShapeType::kSphere:
-    case ShapeType::kCapsule: return s[0];
-    case ShapeType::kBox: return s.minCoeff();
-    case ShapeType::kCylinder: return std::min(s[0], s[1]);
-    case ShapeType::kConvexMesh: {
-      double least = std::numeric_limits<double>::infinity();
-      for (std::size_t f = 0; f < shape.mesh->faces.size(); ++f) {
-        least = std::min(least, shape.mesh->face_offsets[f] -
-                                    shape.mesh->face_normals[f].dot(shape.mesh->interior_point));
-      }
-      return least;
-    }
-    case ShapeType::kPlane:
-    case ShapeType::kTerrain: break;
-  }
-  return 0.0;
-}
-
 
 // Height over the line of edge k, in the plane of the triangle: positive on the triangle's side.
 double inward(const Vector3& p, const Vector3& q, const Vector3& normal, const Vector3& point) {
@@ -81,14 +65,18 @@ void TerrainContacts::touch_faces(const Query& query, int t) {
   const Vector3& n = triangle.normal;
   const Vector3& origin = query.vertex(t, 0);
   const double height = n.dot(query.center - origin);
-  if (height < -0.5 * query.thickness) return;
-  const auto within = [&](const Vector3& p, double slack) {
+  if (height < -kBehind * query.thickness) return;
+  // Over the triangle, or beyond its edges by less than `slack`, `level_slack` across flat ones.
+  const auto within = [&](const Vector3& p, double slack, double level_slack) {
     for (int k = 0; k < 3; ++k) {
-      // Across an inner edge the face goes on as far as the margin: nothing falls between two faces,
-      // and a fast body meets those ahead of it.
-      const double beyond = triangle.edges[k] == Terrain::Edge::kInner
-                                ? std::max(slack, query.margin)
-                                : slack;
+      double beyond = slack;
+      // Nothing falls between two faces that are not quite in one plane.
+      if (triangle.edges[k] == Terrain::Edge::kFlat) beyond += level_slack;
+      // Across a concave edge the face goes on, below its neighbour: a fast body meets what stands
+      // across its way.
+      if (triangle.edges[k] == Terrain::Edge::kConcave && std::isfinite(query.margin)) {
+        beyond += query.margin;
+      }
       if (inward(query.vertex(t, k), query.vertex(t, k + 1), n, p) < -beyond) return false;
     }
     return true;
@@ -96,12 +84,13 @@ void TerrainContacts::touch_faces(const Query& query, int t) {
   const double rounding = 1e-9 * query.size;
   const auto take = [&](const ContactPoint& point) {
     const Vector3 corner = point.position + 0.5 * point.gap * n;
-    if (!within(corner, rounding)) return;
-    // Deep below the face: only if the way there from the shape's centre leads through it, lest a
-    // body that reaches over a thin wall be held by its far side.
-    if (point.gap < -query.thickness) {
+    if (!within(corner, rounding, kFlatSlack * query.size)) return;
+    // Below the face: only if the way there from the shape's centre leads through it, lest a body
+    // that reaches over a thin wall be held by its far side.
+    if (point.gap < -kShallow * query.thickness) {
       const double share = height / (height - point.gap);
-      if (!within(query.center + share * (corner - query.center), query.thickness)) return;
+      const Vector3 crossing = query.center + share * (corner - query.center);
+      if (!within(crossing, kShallow * query.thickness, -kSlant * point.gap)) return;
     }
     add(query, point);
   };
@@ -125,7 +114,9 @@ void TerrainContacts::touch_edges(const Query& query, int t) {
   const Terrain::Triangle& triangle = query.terrain.triangles[t];
   for (int k = 0; k < 3; ++k) {
     const int neighbor = triangle.neighbors[k];
-    if (triangle.edges[k] == Terrain::Edge::kInner) continue;
+    if (triangle.edges[k] == Terrain::Edge::kFlat || triangle.edges[k] == Terrain::Edge::kConcave) {
+      continue;
+    }
     if (neighbor >= 0 && neighbor < t) continue;  // done from the other side
     const Vector3& p = query.vertex(t, k);
     const Vector3& q = query.vertex(t, k + 1);
@@ -196,15 +187,15 @@ void TerrainContacts::choose(const Query& query, Manifold& out) const {
 }
 
 void TerrainContacts::find(const Terrain& terrain, const Pose& X_WT, const Shape& shape,
-                           const Pose& X_WS, double margin, Manifold& out) {
+                           const Enclosure& enclosure, const Pose& X_WS, double margin,
+                           Manifold& out) {
   out.size = 0;
-  const Enclosure enclosure = enclose(shape);
   const Pose X_TS = X_WT.inverse() * X_WS;
   const Query query{terrain,
                     shape,
                     X_TS,
                     X_TS * enclosure.center,
-                    half_thickness(shape),
+                    enclosure.thickness,
                     2.0 * enclosure.radius,
                     margin};
   const Vector3 reach =

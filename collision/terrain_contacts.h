@@ -8,6 +8,7 @@
 
 #include <vector>
 
+#include "counterpoint/collision/enclosure.h"
 #include "counterpoint/collision/manifold.h"
 #include "counterpoint/model/geometry.h"
 #include "counterpoint/model/terrain.h"
@@ -21,8 +22,8 @@ class TerrainContacts {
   /// terrain to the shape (no plane, no terrain). Where there are more the deepest is kept and those
   /// that span place and direction. A shape behind a face by more than half its thickness does not
   /// meet it.
-  void find(const Terrain& terrain, const Pose& X_WT, const Shape& shape, const Pose& X_WS,
-            double margin, Manifold& out);
+  void find(const Terrain& terrain, const Pose& X_WT, const Shape& shape,
+            const Enclosure& enclosure, const Pose& X_WS, double margin, Manifold& out);
 
  private:
   struct Query;

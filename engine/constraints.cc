@@ -14,7 +14,8 @@ namespace {
 double bounding_radius(const Shape& shape) {
   switch (shape.type) {
     case ShapeType::kPlane:
-      return 0.0;
+    case ShapeType::kTerrain:
+      return 0.0;  // fixed to the world
     case ShapeType::kSphere:
       return shape.size.x();
     case ShapeType::kBox:

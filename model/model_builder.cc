@@ -206,10 +206,12 @@ void ModelBuilder::add_collisions(const LinkSpec& link, const Placement& placeme
     geometry.X_BG = X_BL * collision.X_LG;
     geometry.shape = collision.shape;
     geometry.material = collision.material;
-    if (body != 0 && geometry.shape.type == ShapeType::kPlane) {
-      throw InputError(located(link.where, "link '" + link.name +
-                                               "': a plane cannot move; fix it "
-                                               "to the world or use a box"));
+    const ShapeType type = geometry.shape.type;
+    if (body != 0 && (type == ShapeType::kPlane || type == ShapeType::kTerrain)) {
+      throw InputError(located(
+          link.where, fmt::format("link '{}': a {} cannot move; fix it to the world or use {}",
+                                  link.name, type == ShapeType::kPlane ? "plane" : "terrain",
+                                  type == ShapeType::kPlane ? "a box" : "convex meshes")));
     }
     take_name(geometry_names_, geometry.name, static_cast<int>(model_.geometries_.size()),
               link.where, "geometry");

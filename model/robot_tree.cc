@@ -216,6 +216,9 @@ void check_shape(const Shape& shape, const std::string& where) {
         throw InputError(where + ": the mesh is missing or has fewer than four vertices");
       }
       break;
+    case ShapeType::kTerrain:
+      if (!shape.terrain) throw InputError(where + ": the terrain is missing");
+      break;
   }
 }
 

@@ -3,10 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <limits>
 
+#include "counterpoint/model/height_field.h"
 #include "counterpoint/model/inertia.h"
 #include "counterpoint/model/mesh.h"
+#include "counterpoint/model/terrain.h"
 #include "counterpoint/model/urdf.h"
 #include "counterpoint/model/yaml_reader.h"
 
@@ -16,11 +19,23 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr const char* kShapeKeys[] = {"sphere", "box", "capsule", "cylinder", "mesh"};
+constexpr const char* kShapeKeys[] = {"sphere",   "box",  "capsule",
+                                      "cylinder", "mesh", "triangle_mesh",
+                                      "height_field"};
 
 fs::path resolved(const fs::path& folder, const std::string& name) {
   const fs::path path(name);
   return path.is_absolute() ? path : folder / path;
+}
+
+/// Runs `action`; an error without a place in the scene file gets that of `value`.
+template <typename Action>
+auto located(const YamlValue& value, Action action) {
+  try {
+    return action();
+  } catch (const InputError& error) {
+    value.fail(error.what());
+  }
 }
 
 /// `position` [m] with `rpy` [rad] or `quaternion` (w x y z).
@@ -56,7 +71,47 @@ Material read_material(const YamlValue& in, Material material) {
   return material;
 }
 
-/// The one shape key of a map: sphere, box, capsule, cylinder or mesh.
+/// `height_field: {file, size, height}`: an image needs the height of white, a table none.
+TriangleMesh read_height_field(const YamlValue& in, const fs::path& folder) {
+  in.expect_map({"file", "size", "height"});
+  const YamlValue name = in.at("file");
+  const fs::path file = resolved(folder, name.text());
+  const std::vector<double> size = in.at("size").numbers();
+  if (size.size() != 2 || !(size[0] > 0.0) || !(size[1] > 0.0)) {
+    in.at("size").fail("two lengths [along x, along y] in metres are expected");
+  }
+  const auto mesh = [&](const HeightGrid& grid, double scale) {
+    return height_field_mesh(grid, size[0], size[1], scale, file.string());
+  };
+  std::string extension = file.extension().string();
+  for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  if (extension == ".png") {
+    const double height = in.at("height").number();
+    return located(name, [&] { return mesh(load_height_image(file), height); });
+  }
+  if (extension != ".csv") name.fail("a .png image or a .csv table of heights is expected");
+  if (in.has("height")) in.at("height").fail("the heights of a table are in metres; leave it out");
+  return located(name, [&] { return mesh(load_height_table(file), 1.0); });
+}
+
+/// `triangle_mesh: FILE` with `scale`, or `height_field`.
+Shape read_terrain(const YamlValue& in, const std::string& kind, const fs::path& folder) {
+  const YamlValue value = in.at(kind.c_str());
+  Shape shape{ShapeType::kTerrain, {}, nullptr};
+  if (kind == "height_field") {
+    const TriangleMesh mesh = read_height_field(value, folder);
+    const std::string file = resolved(folder, value.at("file").text()).string();
+    shape.terrain = located(value, [&] { return make_terrain(mesh, file); });
+    return shape;
+  }
+  const Vector3 scale = in.has("scale") ? in.at("scale").vector3() : Vector3(1, 1, 1);
+  const fs::path file = resolved(folder, value.text());
+  shape.terrain =
+      located(value, [&] { return make_terrain(load_mesh(file, scale), file.string()); });
+  return shape;
+}
+
+/// The one shape key of a map: sphere, box, capsule, cylinder, mesh, triangle_mesh or height_field.
 Shape read_shape(const YamlValue& in, const fs::path& folder) {
   const char* found = nullptr;
   for (const char* key : kShapeKeys) {
@@ -66,7 +121,9 @@ Shape read_shape(const YamlValue& in, const fs::path& folder) {
     found = key;
   }
   if (found == nullptr) {
-    in.fail("a shape is missing: one of sphere, box, capsule, cylinder, mesh");
+    in.fail(
+        "a shape is missing: one of sphere, box, capsule, cylinder, mesh, triangle_mesh, "
+        "height_field");
   }
   const std::string kind = found;
   const YamlValue value = in.at(found);
@@ -85,13 +142,12 @@ Shape read_shape(const YamlValue& in, const fs::path& folder) {
     const auto s = sizes(3, "three half lengths [m]");
     return {ShapeType::kBox, {s[0], s[1], s[2]}, nullptr};
   }
+  if (kind == "triangle_mesh" || kind == "height_field") return read_terrain(in, kind, folder);
   if (kind == "mesh") {
     const Vector3 scale = in.has("scale") ? in.at("scale").vector3() : Vector3(1, 1, 1);
-    try {
-      return {ShapeType::kConvexMesh, {}, load_convex_mesh(resolved(folder, value.text()), scale)};
-    } catch (const InputError& error) {
-      value.fail(error.what());
-    }
+    return located(value, [&] {
+      return Shape{ShapeType::kConvexMesh, {}, load_convex_mesh(resolved(folder, value.text()), scale)};
+    });
   }
   const auto s = sizes(2, "[radius, length] in metres (without the caps of a capsule)");
   return {kind == "capsule" ? ShapeType::kCapsule : ShapeType::kCylinder,
@@ -206,16 +262,6 @@ class SceneReader {
     }
     if (in.has("margin")) contact.margin = in.at("margin").number(0.0, kInfinity);
     return options;
-  }
-
-  /// Runs `action`; an error without a place in the scene file gets that of `value`.
-  template <typename Action>
-  static auto located(const YamlValue& value, Action action) {
-    try {
-      return action();
-    } catch (const InputError& error) {
-      value.fail(error.what());
-    }
   }
 
   RobotSpec read_robot(const YamlValue& in) const {
@@ -348,13 +394,28 @@ class SceneReader {
   }
 
   void read_environment(const YamlValue& in) {
-    in.expect_map({"name", "sphere", "box", "capsule", "cylinder", "mesh", "scale", "position",
-                   "rpy", "quaternion", "friction", "restitution", "torsional_friction",
-                   "rolling_friction"});
+    in.expect_map({"name", "sphere", "box", "capsule", "cylinder", "mesh", "triangle_mesh",
+                   "height_field", "scale", "position", "rpy", "quaternion", "friction",
+                   "restitution", "torsional_friction", "rolling_friction"});
     const Shape shape = read_shape(in, folder_);
     const std::string name = in.at("name").text();
+    if (shape.terrain) note_flaws(*shape.terrain, in.where() + ": environment '" + name + "'");
     const Material material = read_material(in, urdf_options_.default_material);
     located(in, [&] { return builder_.add_environment(name, shape, read_pose(in), material); });
+  }
+
+  void note_flaws(const Terrain& terrain, const std::string& where) {
+    if (terrain.dropped > 0) {
+      builder_.add_note({where, fmt::format("{} triangles without area, or given twice, left out",
+                                            terrain.dropped)});
+    }
+    if (terrain.misfits > 0) {
+      builder_.add_note(
+          {where, fmt::format("{} edges at which triangles of opposite orientation or more than two "
+                              "triangles meet; a triangle pushes to the side from which its corners "
+                              "run counter-clockwise only",
+                              terrain.misfits)});
+    }
   }
 
   void read_exclusion(const YamlValue& in) {

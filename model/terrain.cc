@@ -104,8 +104,9 @@ void connect(Terrain& out) {
       triangle.neighbors[e.side] = it->triangle;
     }
     if (triangle.neighbors[e.side] < 0) continue;
-    triangle.edges[e.side] =
-        flattest > kFlatAngle ? Terrain::Edge::kConvex : Terrain::Edge::kInner;
+    triangle.edges[e.side] = flattest > kFlatAngle    ? Terrain::Edge::kConvex
+                             : flattest < -kFlatAngle ? Terrain::Edge::kConcave
+                                                      : Terrain::Edge::kFlat;
   }
   out.vertex_neighbors.resize(out.vertices.size());
   for (const HalfEdge& e : edges) {

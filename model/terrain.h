@@ -17,7 +17,7 @@ namespace counterpoint {
 struct Terrain {
   /// How a triangle's edge is shared. At flat and concave edges bodies touch the faces only; contact
   /// with the edge itself is possible where the surface bends away from them, and at its rim.
-  enum class Edge : unsigned char { kInner, kConvex, kRim };
+  enum class Edge : unsigned char { kFlat, kConcave, kConvex, kRim };
 
   struct Triangle {
     std::array<int, 3> vertices;

@@ -54,7 +54,8 @@ Core make_core(const Shape& shape, const Pose& X) {
       add_edges_of_faces(core);
       break;
     case ShapeType::kCylinder:
-    case ShapeType::kPlane: break;
+    case ShapeType::kPlane:
+    case ShapeType::kTerrain: break;
   }
   return core;
 }

@@ -47,7 +47,8 @@ double level(const Shape& shape, const Pose& X, const Vector3& point) {
       return (p - Vector3(0, 0, std::clamp(p.z(), -s[1], s[1]))).norm() - s[0];
     case ShapeType::kCylinder:
       return std::max(std::hypot(p.x(), p.y()) - s[0], std::abs(p.z()) - s[1]);
-    case ShapeType::kConvexMesh: break;
+    case ShapeType::kConvexMesh:
+    case ShapeType::kTerrain: break;
   }
   double result = -1e300;
   for (std::size_t i = 0; i < shape.mesh->faces.size(); ++i) {
@@ -67,7 +68,8 @@ double support_height(const Shape& shape, const Pose& X, const Vector3& directio
     case ShapeType::kCapsule: return base + s[0] * d.norm() + s[1] * std::abs(d.z());
     case ShapeType::kCylinder:
       return base + s[0] * std::hypot(d.x(), d.y()) + s[1] * std::abs(d.z());
-    case ShapeType::kConvexMesh: break;
+    case ShapeType::kConvexMesh:
+    case ShapeType::kTerrain: break;
   }
   double height = -1e300;
   for (const Vector3& v : shape.mesh->vertices) height = std::max(height, d.dot(v));
