@@ -57,6 +57,7 @@ std::vector<Vector3> outer_points(const Shape& shape) {
   const Vector3& size = shape.size;
   switch (shape.type) {
     case ShapeType::kPlane:
+    case ShapeType::kTerrain:
       break;
     case ShapeType::kSphere:
       for (int axis = 0; axis < 3; ++axis)
