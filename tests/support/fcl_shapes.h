@@ -26,6 +26,7 @@ inline std::shared_ptr<fcl::CollisionGeometryd> fcl_geometry(const Shape& shape)
     case ShapeType::kCapsule: return std::make_shared<fcl::Capsuled>(s[0], 2.0 * s[1]);
     case ShapeType::kCylinder: return std::make_shared<fcl::Cylinderd>(s[0], 2.0 * s[1]);
     case ShapeType::kConvexMesh: break;
+    case ShapeType::kTerrain: return nullptr;
     case ShapeType::kPlane: return std::make_shared<fcl::Halfspaced>(Vector3::UnitZ(), 0.0);
   }
   const ConvexMesh& mesh = *shape.mesh;
