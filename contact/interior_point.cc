@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "counterpoint/contact/jordan.h"
 #include "counterpoint/contact/law.h"
 
 namespace counterpoint::contact {
@@ -34,54 +35,6 @@ constexpr double kNeighborhood = 1e-3;
 constexpr double kOwnNeighborhood = 0.1;  // the same below its own target
 constexpr double kShrink = 0.8;
 constexpr int kMaxShrinks = 20;
-
-double dot(const double* a, const double* b, int n) {
-  double sum = 0.0;
-  for (int i = 0; i < n; ++i) sum += a[i] * b[i];
-  return sum;
-}
-
-double friction_norm(const double* x, int n) { return std::sqrt(dot(x + 1, x + 1, n - 1)); }
-
-// lambda+ lambda-, without cancellation.
-double determinant(const double* x, int n) {
-  const double radial = friction_norm(x, n);
-  return (x[0] - radial) * (x[0] + radial);
-}
-
-// out = operator x, with the eigenvectors of t.
-template <typename Spectral>
-void apply(const Spectral& op, const double* t, const double* x, int n, double* out) {
-  double radial = 0.0;
-  for (int i = 1; i < n; ++i) radial += t[i] * x[i];
-  const double mean = 0.5 * (op.plus + op.minus), half = 0.5 * (op.plus - op.minus);
-  out[0] = mean * x[0] + half * radial;
-  const double along = half * x[0] + (mean - op.across) * radial;
-  for (int i = 1; i < n; ++i) out[i] = op.across * x[i] + along * t[i];
-}
-
-// x o y, in place of x allowed for out only if out is neither.
-void jordan_product(const double* x, const double* y, int n, double* out) {
-  out[0] = dot(x, y, n);
-  for (int i = 1; i < n; ++i) out[i] = x[0] * y[i] + y[0] * x[i];
-}
-
-// x with lambda o x = d.
-void jordan_divide(const double* lambda, double det, const double* d, int n, double* x) {
-  x[0] = (lambda[0] * d[0] - dot(lambda + 1, d + 1, n - 1)) / det;
-  for (int i = 1; i < n; ++i) x[i] = (d[i] - x[0] * lambda[i]) / lambda[0];
-}
-
-// The longest step from x along d inside the cone.
-double step_to_boundary(const double* x, const double* d, int n) {
-  const double a = d[0] * d[0] - dot(d + 1, d + 1, n - 1);
-  const double b = x[0] * d[0] - dot(x + 1, d + 1, n - 1);
-  const double c = determinant(x, n);
-  // Not negative but to round-off: the reverse Cauchy-Schwarz inequality of the cone.
-  const double discriminant = std::max(0.0, b * b - a * c);
-  const double denominator = std::sqrt(discriminant) - b;
-  return denominator > 0.0 ? c / denominator : std::numeric_limits<double>::infinity();
-}
 
 bool has_cone(const Law& law) {
   return law.type == LawType::kUnilateral || law.type == LawType::kFrictionCone;

@@ -23,6 +23,7 @@
 #include <vector>
 
 #include "counterpoint/contact/island_system.h"
+#include "counterpoint/contact/jordan.h"
 
 namespace counterpoint::contact {
 
@@ -34,11 +35,6 @@ class InteriorPoint {
   int run(IslandSystem& system, int max_iterations, std::vector<double>& w);
 
  private:
-  /// A symmetric operator on a cone's space with eigenvectors (1, t), (1, -t) and all that is
-  /// across.
-  struct Spectral {
-    double plus = 0.0, minus = 0.0, across = 0.0;
-  };
   struct Cone {
     int row = 0, rows = 1, hessian = 0;
     int constraint = 0;

@@ -11,6 +11,9 @@
 
 namespace counterpoint::contact {
 
+/// An impulse is resolved to the tolerance times this share of the momentum (solver.h, Report).
+inline constexpr double kMomentumShare = 1e-4;
+
 class IslandSystem {
  public:
   struct Constraint {
@@ -65,6 +68,8 @@ class IslandSystem {
   /// Factors M + J'GJ. False if it is not positive definite to working precision; with
   /// `unsymmetric` G if it is singular.
   bool factor(const double* hessian, bool unsymmetric);
+  /// Sign of the determinant of M + J'GJ, 1 or -1.
+  double determinant_sign() const { return factorization_.determinant_sign(); }
   /// x = inv(M + J'GJ) x.
   void solve(double* x) const { factorization_.solve(x); }
 

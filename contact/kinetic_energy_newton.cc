@@ -340,7 +340,7 @@ void KineticEnergyNewton::refine(KineticEnergyResult& out) {
     out.status = Status::kRoundoffFloor;
   } else {
     out.status =
-        iterations_ < settings_.max_iterations ? Status::kLineSearchFailed : Status::kMaxIterations;
+        iterations_ < settings_.max_iterations ? Status::kNoProgress : Status::kMaxIterations;
   }
 }
 

@@ -10,8 +10,6 @@ namespace counterpoint::contact {
 namespace {
 
 constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
-// An impulse is resolved to tolerance times this share of the momentum (solver.h, Report).
-constexpr double kMomentumShare = 1e-4;
 // |phi'(alpha)| / |phi'(0)| at which the line search is content. A step costs a factorization, a
 // line search evaluation costs one pass over the rows.
 constexpr double kLineSearchAccuracy = 0.1;
@@ -180,10 +178,9 @@ bool Newton::advance_residual(std::vector<double>& w, std::vector<double>& f) {
     ++totals_.line_search_evaluations;
     return gradient_norm_ < (1.0 - kSufficientDecrease * std::min(alpha, 1.0)) * before;
   };
-  if (search_first) {
-    const LineSearchResult found = search_step();
-    if (found.found && found.step != 1.0 && improves(found.step)) return true;
-  }
+  // The zero of the residual along the step is usually far better than the full step.
+  const LineSearchResult found = search_step();
+  if (found.found && found.step != 1.0 && improves(found.step)) return true;
   double alpha = 1.0;
   for (int i = 0; i < kMaxHalvings; ++i, alpha *= 0.5) {
     if (improves(alpha)) return true;
@@ -228,7 +225,7 @@ Newton::Result Newton::run(double tolerance, int max_iterations, std::vector<dou
       return result;
     }
     if (!moved) {
-      result.status = Status::kLineSearchFailed;
+      result.status = Status::kNoProgress;
       return result;
     }
     if (result.iterations == max_iterations) {

@@ -41,10 +41,6 @@ class Newton {
   void count(int iterations) { totals_.iterations += iterations; }
   const Totals& totals() const { return totals_; }
 
-  /// With Coulomb laws: try the zero of the residual along the step before the full step. Usually
-  /// far better, now and then the opposite.
-  bool search_first = true;
-
  private:
   double cost(const std::vector<double>& w, const std::vector<double>& y);
   double cost_here() const;

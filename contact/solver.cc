@@ -38,7 +38,7 @@ int severity(Status status) {
       return 1;
     case Status::kMaxIterations:
       return 2;
-    case Status::kLineSearchFailed:
+    case Status::kNoProgress:
       return 3;
     case Status::kSingular:
       return 4;
@@ -60,14 +60,28 @@ const char* status_name(Status status) {
       return "round-off floor";
     case Status::kMaxIterations:
       return "iteration limit";
-    case Status::kLineSearchFailed:
-      return "line search failed";
+    case Status::kNoProgress:
+      return "no progress";
     case Status::kNotFinite:
       return "not finite";
     case Status::kSingular:
       return "singular mass matrix";
     case Status::kInvalidLaw:
       return "invalid law";
+  }
+  return "unknown";
+}
+
+const char* method_name(Method method) {
+  switch (method) {
+    case Method::kNewton:
+      return "Newton";
+    case Method::kMixedNewton:
+      return "mixed Newton";
+    case Method::kInteriorPoint:
+      return "interior point";
+    case Method::kHomotopy:
+      return "homotopy";
   }
   return "unknown";
 }
@@ -122,7 +136,7 @@ void Solver::Impl::solve_island(const Problem& problem, const Settings& settings
     report.cost_history = totals.cost_history;
   }
   report.total_iterations += result.iterations;
-  report.continuation = report.continuation || island_solver.continued();
+  report.method = std::max(report.method, island_solver.method());
   report.line_search_evaluations += totals.line_search_evaluations;
   report.residual = std::max(report.residual, result.residual);
 }
@@ -140,7 +154,7 @@ const Report& Solver::solve(const Problem& problem, const Settings& settings, Ei
   report.status = check(problem, w);
   report.iterations = report.total_iterations = report.islands = report.line_search_evaluations = 0;
   report.residual = 0.0;
-  report.continuation = false;
+  report.method = Method::kNewton;
   report.residual_history.clear();
   report.cost_history.clear();
   impulse.setZero();

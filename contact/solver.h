@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "counterpoint/contact/problem.h"
@@ -11,12 +12,22 @@ namespace counterpoint::contact {
 /// How M + J'GJ is stored and factored: as one dense matrix an island, or by velocity blocks.
 enum class Factorization { kAutomatic, kDense, kSparse };
 
+/// How an island was solved; each is tried where those before it did not do.
+enum class Method {
+  kNewton,         ///< Newton's method on velocities alone
+  kMixedNewton,    ///< on velocities and impulses, smoothed on the way
+  kInteriorPoint,  ///< primal-dual interior point
+  kHomotopy,       ///< along the curve from a smooth convex problem
+};
+const char* method_name(Method method);
+
 /// Speed and accuracy only; never the physics (that is in the Problem).
 struct Settings {
   /// Converged when Report::residual is at most this.
   double tolerance = 1e-10;
-  int max_iterations = 400;  ///< Newton steps, per island
-  /// For tests and measurements: all islands as one, and how M + J'GJ is stored.
+  int max_iterations = 1000;  ///< Newton steps, per island
+  /// For tests and measurements: one method, all islands as one, how M + J'GJ is stored.
+  std::optional<Method> only;  ///< this method alone, finished by Newton's
   bool split_islands = true;
   Factorization factorization = Factorization::kAutomatic;
 };
@@ -26,9 +37,9 @@ enum class Status {
   kRoundoffFloor,  ///< as accurate as doubles allow at this compliance, above the tolerance asked
                    ///< for
   kMaxIterations,
-  kLineSearchFailed,  ///< no progress along the Newton direction, above the round-off floor
-  kNotFinite,         ///< NaN or infinity in the problem
-  kSingular,          ///< mass matrix not positive definite
+  kNoProgress,  ///< no method came further, above the round-off floor
+  kNotFinite,   ///< NaN or infinity in the problem
+  kSingular,    ///< mass matrix not positive definite
   kInvalidLaw,  ///< regularizer not positive; negative smoothing, friction or bound; wrong rows
 };
 const char* status_name(Status status);
@@ -45,10 +56,11 @@ struct Report {
   int total_iterations = 0;  ///< Newton steps, summed over the islands
   int islands = 0;           ///< islands with constraints
   int line_search_evaluations = 0;
-  bool continuation = false;  ///< some island needed the path of falling smoothing
-  double residual = 0.0;      ///< relative, at the end, the largest over the islands
+  Method method = Method::kNewton;  ///< the last one tried, the hardest over the islands
+  double residual = 0.0;            ///< relative, at the end, the largest over the islands
   std::vector<double>
-      residual_history;  ///< relative, before each step and at the end; island with most steps
+      residual_history;  ///< relative, where Newton's method on velocities was; steps of other
+                         ///< methods are counted, not listed; island with most steps
   std::vector<double> cost_history;  ///< [J], the same island; empty where some law is `coulomb`
 };
 

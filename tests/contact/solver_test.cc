@@ -41,10 +41,11 @@ TEST(Solver, SolvesRandomConvexProblems) {
   }
 }
 
-TEST(Solver, SolvesRandomCoulombProblemsOrSaysSo) {
+// Dense random constraints with conflicting biases, far worse than mechanics makes them. A solution
+// exists always (homotopy.h), so none may be missed.
+TEST(Solver, SolvesRandomCoulombProblems) {
   Random random(1);
   Solver solver;
-  int failed = 0;
   for (int trial = 0; trial < 2000; ++trial) {
     RandomOptions options;
     options.hard = random.coin();
@@ -52,17 +53,12 @@ TEST(Solver, SolvesRandomCoulombProblemsOrSaysSo) {
     const Problem problem = random_problem(random, options);
     VectorX w = zero_start(problem), f;
     const Report& report = solver.solve(problem, Settings{}, w, f);
-    if (!succeeded(report.status)) {
-      ++failed;
-      continue;
-    }
+    EXPECT_TRUE(succeeded(report.status))
+        << trial << " " << status_name(report.status) << " " << report.residual;
     const Residuals residuals = compute_residuals(problem, w, f);
     const double tolerance = report.status == Status::kConverged ? 1e-9 : 1e-4;
     EXPECT_LE(residuals.motion, tolerance * (residuals.momentum_scale + 1e-4)) << trial;
   }
-  // Dense random constraints with conflicting biases, far worse than mechanics makes them; a
-  // solution need not even exist. 2 to 5 were seen to fail.
-  EXPECT_LE(failed, 10);
 }
 
 TEST(Solver, WithoutActiveConstraintOneStepIsEnough) {
@@ -114,9 +110,9 @@ TEST(Solver, CostFallsMonotonically) {
     const Problem problem = random_problem(random, options);
     VectorX w = zero_start(problem), f;
     Settings settings;
+    settings.only = Method::kNewton;
     settings.split_islands = false;
     const Report& report = solver.solve(problem, settings, w, f);
-    if (report.continuation) return;
     const int iterations = report.iterations;
     Cost last;
     for (int i = 0; i <= iterations; ++i) {

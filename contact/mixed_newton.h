@@ -1,0 +1,37 @@
+// Newton's method on a MixedSystem: few steps where the guess of who sticks, slides and is open is
+// nearly right, and along a homotopy.
+//
+// On the way the smoothing follows the residual of the laws, center = theta * law_square a cone: a
+// smoothing Newton method (Qi, Sun and Zhou, "A new look at smoothing Newton methods", 2000). Where
+// steps become short it is raised again. Nothing makes that converge from afar for Coulomb laws; it
+// gives up early, and the homotopy takes over.
+#pragma once
+
+#include <vector>
+
+#include "counterpoint/contact/mixed_system.h"
+
+namespace counterpoint::contact {
+
+class MixedNewton {
+ public:
+  struct Result {
+    bool solved = false;
+    int iterations = 0;
+  };
+
+  /// At most `max_iterations` steps from `point` to the solution at the smoothing of the laws, to a
+  /// relative residual of 1e-9; given up where the smoothing would be raised more than `max_raises`
+  /// times. `point` is where it ended, solved or not.
+  Result run(MixedSystem& system, int max_iterations, int max_raises, MixedSystem::Point& point);
+  /// The same at the system's center and share as they are, until its residual's square is at most
+  /// `square` [J].
+  Result run_here(MixedSystem& system, int max_iterations, double square,
+                  MixedSystem::Point& point);
+
+ private:
+  double advance(MixedSystem& system, MixedSystem::Point& point, double& norm);
+  MixedSystem::Point step_, trial_;
+};
+
+}  // namespace counterpoint::contact
