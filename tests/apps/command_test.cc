@@ -48,7 +48,7 @@ class Command : public testing::Test {
 
 TEST_F(Command, HelpAndVersionSucceed) {
   expect_success("--version");
-  for (const char* name : {"simulate", "inverse", "compare", "inspect"}) {
+  for (const char* name : {"simulate", "inverse", "compare", "inspect", "contact-problem"}) {
     const CommandResult result = folder_.run(std::string(name) + " --help");
     EXPECT_EQ(result.exit_code, 0);
     EXPECT_NE(result.output.find("Example:"), std::string::npos) << name;
