@@ -155,7 +155,7 @@ void box_box(const Shape& a, const Pose& X_WA, const Shape& b, const Pose& X_WB,
     contacts_along({lowest - axis.distance * axis.normal, lowest, axis.normal, axis.distance});
     return;
   } else {
-    contacts_along({Vector3::Zero(), Vector3::Zero(), axis.normal, axis.distance, false});
+    contacts_along({Vector3::Zero(), Vector3::Zero(), axis.normal, axis.distance, 0, 0, false});
     if (out.size > 0) return;
   }
   if (closest_points(a, X_WA, b, X_WB, margin, witness)) contacts_along(witness);

@@ -11,8 +11,8 @@ void convex_convex(const Shape& a, const Pose& X_WA, const Shape& b, const Pose&
   if (!closest_points(a, X_WA, b, X_WB, margin, witness)) return;
   Feature feature_a;
   Feature feature_b;
-  support_feature(a, X_WA, witness.normal, feature_a);
-  support_feature(b, X_WB, -witness.normal, feature_b);
+  support_feature(a, X_WA, witness.normal, witness.vertex_a, feature_a);
+  support_feature(b, X_WB, -witness.normal, witness.vertex_b, feature_b);
   const double size = (X_WB.translation - X_WA.translation).norm() + std::abs(witness.distance);
   constexpr double kSame = 1e-10;
   feature_contacts(feature_a, feature_b, witness, kSame * size, margin, out);

@@ -31,14 +31,17 @@ struct Witness {
   Vector3 point_a, point_b;  ///< on the cores [m]
   Vector3 normal;            ///< unit, from A to B
   double distance;           ///< of the cores, along the normal [m]
+  int vertex_a = 0, vertex_b = 0;  ///< of meshes: near the points, where a search may start
   bool found = true;         ///< false: the points are unknown, the distance is a lower bound
 };
 
 /// The face of a box that looks most along `direction`.
 void box_feature(const Shape& box, const Pose& X, const Vector3& direction, Feature& out);
 
-/// What `shape` (no plane) shows towards the unit vector `direction`.
-void support_feature(const Shape& shape, const Pose& X, const Vector3& direction, Feature& out);
+/// What `shape` (no plane) shows towards the unit vector `direction`. `vertex`: of a mesh, where the search
+/// starts.
+void support_feature(const Shape& shape, const Pose& X, const Vector3& direction, int vertex,
+                     Feature& out);
 
 /// Adds to `out` at most eight contact points with gap < margin between the features. The least gap is
 /// the witness's: corners that come within `tolerance` [m] of it take it, else the witness is added, or,

@@ -58,58 +58,69 @@ Closest closest_on_segment(const Simplex& s, int i, int j) {
   return c;
 }
 
+// Where the foot of the origin on the plane of the triangle lies outside, it lies beyond one or two edges, and the
+// closest point is on one of these.
 Closest closest_on_triangle(const Simplex& s, int i, int j, int k) {
   const Vector3& p = s.points[i].w;
   const Vector3 e1 = s.points[j].w - p;
   const Vector3 e2 = s.points[k].w - p;
   const Vector3 normal = e1.cross(e2);
   const double area2 = normal.squaredNorm();
+  const bool flat = !(area2 > 1e-28 * e1.squaredNorm() * e2.squaredNorm());
+  const double wj = e2.cross(p).dot(normal);
+  const double wk = p.cross(e1).dot(normal);
+  const double wi = area2 - wj - wk;
   Closest c;
-  if (area2 > 1e-28 * e1.squaredNorm() * e2.squaredNorm()) {
-    const double wj = e2.cross(p).dot(normal) / area2;
-    const double wk = p.cross(e1).dot(normal) / area2;
-    if (wj >= 0.0 && wk >= 0.0 && wj + wk <= 1.0) {
-      // Along the normal, not as a sum of corners: no digits are lost when the plane passes close by.
-      c.point = normal * (normal.dot(p) / area2);
-      c.distance2 = c.point.squaredNorm();
-      c.index = {i, j, k};
-      c.weight = {1.0 - wj - wk, wj, wk};
-      c.size = 3;
-      return c;
-    }
+  if (!flat && wi >= 0.0 && wj >= 0.0 && wk >= 0.0) {
+    // Along the normal, not as a sum of corners: no digits are lost when the plane passes close by.
+    c.point = normal * (normal.dot(p) / area2);
+    c.distance2 = c.point.squaredNorm();
+    c.index = {i, j, k};
+    c.weight = {wi / area2, wj / area2, wk / area2};
+    c.size = 3;
+    return c;
   }
-  c.take_if_closer(closest_on_segment(s, i, j));
-  c.take_if_closer(closest_on_segment(s, j, k));
-  c.take_if_closer(closest_on_segment(s, k, i));
+  if (flat || wk < 0.0) c.take_if_closer(closest_on_segment(s, i, j));
+  if (flat || wi < 0.0) c.take_if_closer(closest_on_segment(s, j, k));
+  if (flat || wj < 0.0) c.take_if_closer(closest_on_segment(s, k, i));
   return c;
 }
 
-// Is the origin in the tetrahedron? Flat ones hold nothing.
-bool contains_origin(const Simplex& s) {
+// The point added last, the fourth, brings the origin closer than the triangle of the others. Of the three
+// faces around it only those count that the origin is outside of; none: `inside`.
+Closest closest_on_tetrahedron(const Simplex& s, bool& inside) {
   const Vector3& p = s.points[3].w;
   const Vector3 a = s.points[0].w - p;
   const Vector3 b = s.points[1].w - p;
   const Vector3 c = s.points[2].w - p;
-  const double volume = a.cross(b).dot(c);
-  if (std::abs(volume) <= 1e-14 * a.norm() * b.norm() * c.norm()) return false;
-  const double wa = p.cross(b).dot(c) / -volume;
-  const double wb = a.cross(p).dot(c) / -volume;
-  const double wc = a.cross(b).dot(p) / -volume;
-  return wa >= 0.0 && wb >= 0.0 && wc >= 0.0 && wa + wb + wc <= 1.0;
+  const Vector3 ab = a.cross(b);
+  const double volume = ab.dot(c);
+  // Flat ones hold nothing.
+  const bool flat = !(volume * volume > 1e-28 * a.squaredNorm() * b.squaredNorm() * c.squaredNorm());
+  const double sign = volume < 0.0 ? -1.0 : 1.0;
+  Closest best;
+  inside = false;
+  const bool beyond_ab = flat || sign * ab.dot(p) > 0.0;
+  const bool beyond_bc = flat || sign * b.cross(c).dot(p) > 0.0;
+  const bool beyond_ca = flat || sign * c.cross(a).dot(p) > 0.0;
+  if (beyond_ab) best.take_if_closer(closest_on_triangle(s, 0, 1, 3));
+  if (beyond_bc) best.take_if_closer(closest_on_triangle(s, 1, 2, 3));
+  if (beyond_ca) best.take_if_closer(closest_on_triangle(s, 2, 0, 3));
+  if (best.size > 0) return best;
+  const Vector3& q = s.points[0].w;
+  inside = sign * (s.points[1].w - q).cross(s.points[2].w - q).dot(q) >= 0.0;
+  if (!inside) best = closest_on_triangle(s, 0, 1, 2);
+  return best;
 }
 
-Closest closest_on_simplex(const Simplex& s) {
+Closest closest_on_simplex(const Simplex& s, bool& inside) {
+  inside = false;
   switch (s.size) {
     case 1: return {s.points[0].w, s.points[0].w.squaredNorm(), {0, 0, 0}, {1.0, 0.0, 0.0}, 1};
     case 2: return closest_on_segment(s, 0, 1);
     case 3: return closest_on_triangle(s, 0, 1, 2);
-    default: break;
+    default: return closest_on_tetrahedron(s, inside);
   }
-  // Not 0, 1, 2: that was the simplex before, and the point added last brings it closer.
-  Closest c = closest_on_triangle(s, 0, 1, 3);
-  c.take_if_closer(closest_on_triangle(s, 1, 2, 3));
-  c.take_if_closer(closest_on_triangle(s, 2, 0, 3));
-  return c;
 }
 
 void reduce(const Closest& c, Simplex& s) {
@@ -133,7 +144,8 @@ Outcome iterate(const MinkowskiDifference& difference, double margin, const Accu
   const double touching = kTouchingDistance * difference.scale;
   double distance = std::numeric_limits<double>::infinity();
   if (simplex.size > 0) {
-    const Closest closest = closest_on_simplex(simplex);
+    bool inside = false;
+    const Closest closest = closest_on_simplex(simplex, inside);
     reduce(closest, simplex);
     v = closest.point;
     distance = v.norm();
@@ -151,8 +163,9 @@ Outcome iterate(const MinkowskiDifference& difference, double margin, const Accu
     for (int i = 0; i < simplex.size; ++i) known = known || simplex.points[i].w == next.w;
     if (known) break;
     simplex.points[simplex.size++] = next;
-    if (simplex.size == 4 && contains_origin(simplex)) return Outcome::kTouching;
-    const Closest closest = closest_on_simplex(simplex);
+    bool inside = false;
+    const Closest closest = closest_on_simplex(simplex, inside);
+    if (inside) return Outcome::kTouching;
     const double closer = std::sqrt(closest.distance2);
     // The distance is right to round-off long before the normal is: its error counts squared.
     if (!(closer < distance) && (!(closer <= distance * kNoFarther) || ++stalls > kMaxStalls)) {
@@ -231,8 +244,7 @@ bool solve(const MinkowskiDifference& difference, double margin, Witness& out) {
   for (int stage = curved ? 0 : 2; stage < 3 && outcome == Outcome::kSeparated; ++stage) {
     outcome = iterate(difference, margin, stage < 2 ? kCoarse[stage] : kFinal, simplex, v);
     if (stage < 2 && outcome == Outcome::kSeparated &&
-        settle_on_pieces(difference, simplex.points.data(), simplex.size, v.normalized(), out) &&
-        out.distance > 0.0) {
+        settle_on_pieces(difference, simplex.points.data(), simplex.size, v.normalized(), kTouchingDistance * difference.scale, out)) {
       return true;
     }
   }
@@ -270,6 +282,8 @@ bool closest_points(const Shape& a, const Pose& X_WA, const Shape& b, const Pose
     core_a.scan = core_b.scan = true;
     if (!solve(difference, margin + radius, out)) return false;
   }
+  out.vertex_a = core_a.hint;
+  out.vertex_b = core_b.hint;
   return out.distance - radius < margin;
 }
 

@@ -108,12 +108,14 @@ bool solve(const Piece& a, const Piece& b, double slack, Witness& out) {
   return inside;
 }
 
-// True if the distance of the cores along the normal is that of the points, which lie in them.
-bool certain(const MinkowskiDifference& difference, Witness& witness) {
+// True if the distance of the cores along the normal is that of the points, which lie in them, and no less
+// than `least`.
+bool certain(const MinkowskiDifference& difference, double least, Witness& witness) {
   constexpr double kError = 1e-13;
   const Vector3 apart = witness.point_b - witness.point_a;
   witness.distance = difference.distance_along(witness.normal);
-  return std::abs(witness.normal.dot(apart) - witness.distance) <= kError * difference.scale &&
+  return witness.distance >= least &&
+         std::abs(witness.normal.dot(apart) - witness.distance) <= kError * difference.scale &&
          (apart - witness.distance * witness.normal).norm() <= 1e2 * kError * difference.scale;
 }
 
@@ -129,22 +131,29 @@ int distinct(const DifferencePoint* points, int num_points, bool of_a, Vector3* 
   return size;
 }
 
-// What may touch of a core, the likeliest first. Returns how many.
+constexpr int kMaxPieces = 4;
+
+Piece line_through(const Vector3& p, const Vector3& q) {
+  return {Piece::kLine, 0.5 * (p + q), (q - p).normalized(), 0.5 * (q - p).norm(), 0.0};
+}
+
+// What may touch of a core, the likeliest first: at most kMaxPieces. Returns how many.
 int candidates(const CoreShape& core, const Vector3* points, int size, const Vector3& towards,
                Piece* out) {
   if (core.shape.type != ShapeType::kCylinder) {
-    out[0].center = points[0];
-    if (size == 1) return 1;
-    const Vector3 edge = points[1] - points[0];
-    out[0].kind = Piece::kLine;
-    out[0].center = 0.5 * (points[0] + points[1]);
-    out[0].axis = edge.normalized();
-    out[0].size = 0.5 * edge.norm();
-    if (size == 2) return 1;
+    if (size == 1) {
+      out[0].center = points[0];
+      return 1;
+    }
+    if (size == 2) {
+      out[0] = line_through(points[0], points[1]);
+      return 1;
+    }
+    for (int i = 0; i < 3; ++i) out[i + 1] = line_through(points[i], points[i == 2 ? 0 : i + 1]);
     out[0].kind = Piece::kFace;
-    out[0].axis = edge.cross(points[2] - points[0]).normalized();
+    out[0].axis = (points[1] - points[0]).cross(points[2] - points[0]).normalized();
     if (out[0].axis.dot(towards) < 0.0) out[0].axis = -out[0].axis;
-    return 1;
+    return 4;
   }
   // Flatter than this the side may touch.
   constexpr double kSideSine = 0.3;
@@ -171,48 +180,77 @@ int candidates(const CoreShape& core, const Vector3* points, int size, const Vec
   return count;
 }
 
-// A face's normal is known; the other core's farthest point must lie over the triangle.
-bool settle_on_face(const MinkowskiDifference& difference, const Vector3* triangle,
-                    const Vector3& normal, bool of_a, Witness& out) {
-  out.normal = of_a ? normal : Vector3(-normal);
+// A face's normal is known, outward from A's or B's face through `origin`; the other core's farthest point must
+// lie over the face: `holds` its foot.
+template <typename Holds>
+bool settle_on_face(const MinkowskiDifference& difference, const Vector3& origin,
+                    const Vector3& outward, bool of_a, const Holds& holds, double least,
+                    Witness& out) {
+  out.normal = of_a ? outward : Vector3(-outward);
   const DifferencePoint p = difference.support(-out.normal);
   const Vector3& tip = of_a ? p.b : p.a;
-  const double height = normal.dot(tip - triangle[0]);
-  const Vector3 foot = tip - height * normal;
-  const double turn = (triangle[1] - triangle[0]).cross(triangle[2] - triangle[0]).dot(normal);
-  for (int i = 0; i < 3; ++i) {
-    const Vector3& from = triangle[i];
-    const Vector3& to = triangle[i == 2 ? 0 : i + 1];
-    if ((to - from).cross(foot - from).dot(normal) * turn < 0.0) return false;
-  }
+  const Vector3 foot = tip - outward.dot(tip - origin) * outward;
+  if (!holds(foot)) return false;
   out.point_a = of_a ? foot : tip;
   out.point_b = of_a ? tip : foot;
-  return certain(difference, out);
+  return certain(difference, least, out);
+}
+
+bool settle_on_triangle(const MinkowskiDifference& difference, const Vector3* triangle,
+                        const Vector3& outward, bool of_a, double least, Witness& out) {
+  const double turn = (triangle[1] - triangle[0]).cross(triangle[2] - triangle[0]).dot(outward);
+  const auto holds = [&](const Vector3& foot) {
+    for (int i = 0; i < 3; ++i) {
+      const Vector3& from = triangle[i];
+      const Vector3& to = triangle[i == 2 ? 0 : i + 1];
+      if ((to - from).cross(foot - from).dot(outward) * turn < 0.0) return false;
+    }
+    return true;
+  };
+  return settle_on_face(difference, triangle[0], outward, of_a, holds, least, out);
+}
+
+// The cap of a cylinder, where that faces along the normal.
+bool settle_on_cap(const MinkowskiDifference& difference, const CoreShape& core,
+                   const Vector3& towards, bool of_a, double least, Witness& out) {
+  constexpr double kCapCosine = 0.9;
+  if (core.shape.type != ShapeType::kCylinder) return false;
+  const Vector3 axis = core.X.rotation.col(2);
+  const double cosine = axis.dot(towards);
+  if (std::abs(cosine) < kCapCosine) return false;
+  const Vector3 outward = cosine < 0.0 ? Vector3(-axis) : axis;
+  const Vector3 center = core.X.translation + core.shape.size[1] * outward;
+  const auto holds = [&](const Vector3& foot) {
+    return (foot - center).squaredNorm() <= core.shape.size[0] * core.shape.size[0];
+  };
+  return settle_on_face(difference, center, outward, of_a, holds, least, out);
 }
 
 }  // namespace
 
 bool settle_on_pieces(const MinkowskiDifference& difference, const DifferencePoint* points,
-                      int num_points, const Vector3& normal, Witness& out) {
+                      int num_points, const Vector3& normal, double least, Witness& out) {
   Vector3 points_a[3];
   Vector3 points_b[3];
   const int size_a = distinct(points, num_points, true, points_a);
   const int size_b = distinct(points, num_points, false, points_b);
-  Piece pieces_a[3];
-  Piece pieces_b[3];
+  Piece pieces_a[kMaxPieces];
+  Piece pieces_b[kMaxPieces];
   const int count_a = candidates(difference.a, points_a, size_a, normal, pieces_a);
   const int count_b = candidates(difference.b, points_b, size_b, -normal, pieces_b);
-  if (pieces_a[0].kind == Piece::kFace) {
-    return settle_on_face(difference, points_a, pieces_a[0].axis, true, out);
+  if (settle_on_cap(difference, difference.a, normal, true, least, out) ||
+      settle_on_cap(difference, difference.b, -normal, false, least, out)) {
+    return true;
   }
-  if (pieces_b[0].kind == Piece::kFace) {
-    return settle_on_face(difference, points_b, pieces_b[0].axis, false, out);
-  }
+  const bool face_a = pieces_a[0].kind == Piece::kFace;
+  const bool face_b = pieces_b[0].kind == Piece::kFace;
+  if (face_a && settle_on_triangle(difference, points_a, pieces_a[0].axis, true, least, out)) return true;
+  if (face_b && settle_on_triangle(difference, points_b, pieces_b[0].axis, false, least, out)) return true;
   const double slack = 1e-13 * difference.scale;
-  for (int i = 0; i < count_a; ++i) {
-    for (int k = 0; k < count_b; ++k) {
+  for (int i = face_a; i < count_a; ++i) {
+    for (int k = face_b; k < count_b; ++k) {
       out.normal = normal;
-      if (solve(pieces_a[i], pieces_b[k], slack, out) && certain(difference, out)) return true;
+      if (solve(pieces_a[i], pieces_b[k], slack, out) && certain(difference, least, out)) return true;
     }
   }
   return false;

@@ -20,8 +20,9 @@ struct Piece {
 
 /// Finds the closest points of two cores, or those parted by the least translation (locally), from points
 /// of their difference that are near: at most three, and the normal they suggest (from A to B). True only
-/// if the answer is certain: to 1e-13 of the size, the distance along the normal is that of the points.
+/// if the answer is certain: to 1e-13 of the size, the distance along the normal is that of the points, and
+/// it is at least `least` [m].
 bool settle_on_pieces(const MinkowskiDifference& difference, const DifferencePoint* points,
-                      int num_points, const Vector3& normal, Witness& out);
+                      int num_points, const Vector3& normal, double least, Witness& out);
 
 }  // namespace counterpoint::collision

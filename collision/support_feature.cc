@@ -49,9 +49,9 @@ void cylinder_feature(const Shape& cylinder, const Pose& X, const Vector3& direc
 }
 
 // The face that looks most along the direction. The search climbs from face to face around common corners,
-// from those around the vertex farthest along the direction.
-int support_face(const ConvexMesh& mesh, const Vector3& direction) {
-  int best = mesh.vertex_faces[support_vertex(mesh, direction, 0)][0];
+// from those around a vertex.
+int support_face(const ConvexMesh& mesh, const Vector3& direction, int vertex) {
+  int best = mesh.vertex_faces[vertex][0];
   double most = mesh.face_normals[best].dot(direction);
   for (int from = -1; from != best;) {
     from = best;
@@ -68,8 +68,9 @@ int support_face(const ConvexMesh& mesh, const Vector3& direction) {
 }
 
 // Of a face with too many corners every k-th.
-void mesh_feature(const ConvexMesh& mesh, const Pose& X, const Vector3& direction, Feature& out) {
-  const int best = support_face(mesh, X.rotation.transpose() * direction);
+void mesh_feature(const ConvexMesh& mesh, const Pose& X, const Vector3& direction, int vertex,
+                  Feature& out) {
+  const int best = support_face(mesh, X.rotation.transpose() * direction, vertex);
   const std::vector<int>& face = mesh.faces[best];
   const std::size_t used = std::min<std::size_t>(face.size(), Feature::kCapacity);
   out.size = 0;
@@ -81,11 +82,12 @@ void mesh_feature(const ConvexMesh& mesh, const Pose& X, const Vector3& directio
 
 }  // namespace
 
-void support_feature(const Shape& shape, const Pose& X, const Vector3& direction, Feature& out) {
+void support_feature(const Shape& shape, const Pose& X, const Vector3& direction, int vertex,
+                     Feature& out) {
   switch (shape.type) {
     case ShapeType::kBox: box_feature(shape, X, direction, out); return;
     case ShapeType::kCylinder: cylinder_feature(shape, X, direction, out); return;
-    case ShapeType::kConvexMesh: mesh_feature(*shape.mesh, X, direction, out); return;
+    case ShapeType::kConvexMesh: mesh_feature(*shape.mesh, X, direction, vertex, out); return;
     case ShapeType::kCapsule:
       segment_feature(X.translation, shape.size[1] * X.rotation.col(2), shape.size[0], out);
       return;
