@@ -22,6 +22,13 @@ struct CorePair {
 
 CorePair core_pair(const Vector3& a, const Vector3& b) { return {a, b, (b - a).squaredNorm()}; }
 
+// A unit vector perpendicular to both segments.
+Vector3 across(const Segment& a, const Segment& b) {
+  const Vector3 cross = a.direction.cross(b.direction);
+  const double sine = cross.norm();
+  return sine > kSame ? Vector3(cross / sine) : Vector3(frame_from_normal(a.direction).col(0));
+}
+
 }  // namespace
 
 void sphere_sphere(const Shape& a, const Pose& X_WA, const Shape& b, const Pose& X_WB,
@@ -44,10 +51,11 @@ void capsule_capsule(const Shape& a, const Pose& X_WA, const Shape& b, const Pos
   const Segment sa = capsule_segment(a, X_WA);
   const Segment sb = capsule_segment(b, X_WB);
   const double scale = a.size[0] + b.size[0] + sa.half_length + sb.half_length;
-  const Vector3 cross = sa.direction.cross(sb.direction);
-  const double sine = cross.norm();
-  const Vector3 fallback =
-      sine > kSame ? Vector3(cross / sine) : Vector3(frame_from_normal(sa.direction).col(0));
+  const auto add = [&](const CorePair& pair) {
+    // A direction is wanted only where the segments meet.
+    const Vector3 fallback = pair.distance2 > 0.0 ? Vector3(Vector3::UnitZ()) : across(sa, sb);
+    out.add_round(pair.a, a.size[0], pair.b, b.size[0], fallback, margin);
+  };
   const double same_way = sa.direction.dot(sb.direction) < 0.0 ? -1.0 : 1.0;
 
   double least = std::numeric_limits<double>::infinity();
@@ -58,10 +66,10 @@ void capsule_capsule(const Shape& a, const Pose& X_WA, const Shape& b, const Pos
     const CorePair from_b = core_pair(sa.at(sa.closest(end_b)), end_b);
     const CorePair& best = from_b.distance2 < from_a.distance2 ? from_b : from_a;
     least = std::min(least, best.distance2);
-    out.add_round(best.a, a.size[0], best.b, b.size[0], fallback, margin);
+    add(best);
   }
-  if (out.size == 2 &&
-      (out.points[0].position - out.points[1].position).norm() < kSame * scale) {
+  const double same2 = kSame * scale * (kSame * scale);
+  if (out.size == 2 && (out.points[0].position - out.points[1].position).squaredNorm() < same2) {
     out.size = 1;
   }
   double s = 0.0;
@@ -69,8 +77,9 @@ void capsule_capsule(const Shape& a, const Pose& X_WA, const Shape& b, const Pos
   if (closest_on_lines(sa, sb, s, t) && std::abs(s) < sa.half_length &&
       std::abs(t) < sb.half_length) {
     const CorePair crossing = core_pair(sa.at(s), sb.at(t));
-    if (std::sqrt(crossing.distance2) < std::sqrt(least) - kSame * scale) {
-      out.add_round(crossing.a, a.size[0], crossing.b, b.size[0], fallback, margin);
+    if (crossing.distance2 < least &&
+        std::sqrt(crossing.distance2) < std::sqrt(least) - kSame * scale) {
+      add(crossing);
     }
   }
 }
