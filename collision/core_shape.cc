@@ -49,7 +49,8 @@ Vector3 CoreShape::support(const Vector3& direction) const {
   const Vector3 local = X.rotation.transpose() * direction;
   const Vector3& size = shape.size;
   switch (shape.type) {
-    case ShapeType::kSphere: return X.translation;
+    case ShapeType::kSphere:
+      return X.translation;
     case ShapeType::kCapsule:
       return X.translation + X.rotation.col(2) * (local.z() < 0.0 ? -size[1] : size[1]);
     case ShapeType::kBox:
@@ -58,13 +59,16 @@ Vector3 CoreShape::support(const Vector3& direction) const {
     case ShapeType::kCylinder: {
       const double radial = std::sqrt(local.x() * local.x() + local.y() * local.y());
       const double scale = radial > 0.0 ? size[0] / radial : 0.0;
-      return X * Vector3(local.x() * scale, local.y() * scale, local.z() < 0.0 ? -size[1] : size[1]);
+      return X *
+             Vector3(local.x() * scale, local.y() * scale, local.z() < 0.0 ? -size[1] : size[1]);
     }
     case ShapeType::kConvexMesh:
-      hint = scan ? scan_vertices(*shape.mesh, local, hint) : support_vertex(*shape.mesh, local, hint);
+      hint =
+          scan ? scan_vertices(*shape.mesh, local, hint) : support_vertex(*shape.mesh, local, hint);
       return X * shape.mesh->vertices[hint];
     case ShapeType::kPlane:
-    case ShapeType::kTerrain: break;
+    case ShapeType::kTerrain:
+      break;
   }
   return X.translation;
 }
@@ -84,13 +88,18 @@ Vector3 CoreShape::center() const {
 
 double CoreShape::extent() const {
   switch (shape.type) {
-    case ShapeType::kCapsule: return shape.size[1];
-    case ShapeType::kBox: return shape.size.norm();
-    case ShapeType::kCylinder: return shape.size[0] + shape.size[1];
-    case ShapeType::kConvexMesh: return shape.mesh->radius;
+    case ShapeType::kCapsule:
+      return shape.size[1];
+    case ShapeType::kBox:
+      return shape.size.norm();
+    case ShapeType::kCylinder:
+      return shape.size[0] + shape.size[1];
+    case ShapeType::kConvexMesh:
+      return shape.mesh->radius;
     case ShapeType::kSphere:
     case ShapeType::kPlane:
-    case ShapeType::kTerrain: break;
+    case ShapeType::kTerrain:
+      break;
   }
   return 0.0;
 }

@@ -11,19 +11,19 @@ namespace {
 
 constexpr int kMaxVertices = 200;
 constexpr int kMaxFaces = 600;
-// Relative to the size of the shapes: error of the depth at which the expansion stops, and how far above
-// a face a point must lie to see it. The depth is refined later; of two ways out that differ by less than
-// the first, the longer may be taken.
+// Relative to the size of the shapes: error of the depth at which the expansion stops, and how far
+// above a face a point must lie to see it. The depth is refined later; of two ways out that differ
+// by less than the first, the longer may be taken.
 constexpr double kDepthError = 1e-6;
 constexpr double kVisible = 1e-14;
 // Relative to the size: a face this near the difference is one of its own.
 constexpr double kExact = 1e-13;
 // Share of a face's size by which the foot of the origin may lie beside it.
 constexpr double kWeightError = 1e-9;
-// Relative to the size: a face this near a curved surface may tell which pieces touch there. If what is
-// found is no deeper than the face by more than the second, the face is done with: at 1e-3 one in a thousand
-// deep overlaps of thin discs took a way out longer by up to 4e-4 of the size, at 1e-4 one of 48,000, by
-// 3e-6.
+// Relative to the size: a face this near a curved surface may tell which pieces touch there. If
+// what is found is no deeper than the face by more than the second, the face is done with: at 1e-3
+// one in a thousand deep overlaps of thin discs took a way out longer by up to 4e-4 of the size, at
+// 1e-4 one of 48,000, by 3e-6.
 constexpr double kCurvedError = 0.02;
 constexpr double kClosedError = 1e-4;
 
@@ -50,7 +50,8 @@ class Polytope {
   // False if there is no room left.
   bool expand(const DifferencePoint& p);
   const Face& face(int i) const { return faces_[i]; }
-  // Points that touch along the normal of a face of the difference; false if that is not over the origin.
+  // Points that touch along the normal of a face of the difference; false if that is not over the
+  // origin.
   bool witness(int face, Witness& out) const;
   // The answer of settle_on_pieces from the corners of a face, if no deeper than `depth`.
   bool settle(int face, double depth, Witness& out) const;
@@ -133,8 +134,7 @@ bool Polytope::start(const Simplex& simplex) {
     if (!add_farthest(flat_direction_, far)) return false;
   }
   const Vector3& p = vertices_[0].w;
-  const double volume =
-      (vertices_[1].w - p).cross(vertices_[2].w - p).dot(vertices_[3].w - p);
+  const double volume = (vertices_[1].w - p).cross(vertices_[2].w - p).dot(vertices_[3].w - p);
   if (volume > 0.0) std::swap(vertices_[1], vertices_[2]);
   add_face(0, 1, 2);
   add_face(0, 3, 1);
@@ -215,8 +215,8 @@ bool expand_polytope(const MinkowskiDifference& difference, const Simplex& start
                       difference.b.shape.type == ShapeType::kCylinder;
   Polytope polytope(difference);
   const bool solid = polytope.start(start);
-  // The nearest face bounds the depth from below, the support plane along its normal from above; the
-  // best bound from above is kept, so that whatever ends the loop the answer is a valid normal.
+  // The nearest face bounds the depth from below, the support plane along its normal from above;
+  // the best bound from above is kept, so that whatever ends the loop the answer is a valid normal.
   out.normal = -polytope.flat_direction();
   out.distance = difference.distance_along(out.normal);
   bool certain = false;

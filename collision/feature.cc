@@ -32,7 +32,8 @@ HeightField height_field(const Matrix3& frame, const Feature& f) {
 }
 
 // Cuts off what lies to the right of the line from p to q (Sutherland, Hodgman 1974). Points within
-// `tolerance` of the line stay, so that edges on top of each other do not come and go with round-off.
+// `tolerance` of the line stay, so that edges on top of each other do not come and go with
+// round-off.
 void clip(const Vector3& p, const Vector3& q, double tolerance, const Patch& in, Patch& out) {
   out.size = 0;
   const double ex = q.x() - p.x();
@@ -119,7 +120,8 @@ void merge_neighbours(double tolerance, PatchContacts& c) {
 }
 
 int deepest(const PatchContacts& c) {
-  return static_cast<int>(std::min_element(c.gaps.begin(), c.gaps.begin() + c.size) - c.gaps.begin());
+  return static_cast<int>(std::min_element(c.gaps.begin(), c.gaps.begin() + c.size) -
+                          c.gaps.begin());
 }
 
 // Twice the area of the triangle that corner i makes with its neighbours: what is lost without it.
@@ -129,8 +131,8 @@ double corner_area(const PatchContacts& c, int i) {
   return std::abs(u.x() * v.y() - u.y() * v.x());
 }
 
-// Leaves out the corners whose loss costs least area until seven remain, whatever their gaps: these are
-// noise where a body rests.
+// Leaves out the corners whose loss costs least area until seven remain, whatever their gaps: these
+// are noise where a body rests.
 void keep_seven(PatchContacts& c) {
   // Areas of a regular polygon differ by round-off.
   constexpr double kLess = 1.0 - 1e-6;
@@ -147,9 +149,9 @@ void keep_seven(PatchContacts& c) {
   }
 }
 
-// No point of the features is closer than the witness: gaps below its own come from faces that are not
-// quite flat, or from clipping a little beyond them. The least gap, if it is the witness's but for the
-// tolerance, becomes it. Returns whether it was.
+// No point of the features is closer than the witness: gaps below its own come from faces that are
+// not quite flat, or from clipping a little beyond them. The least gap, if it is the witness's but
+// for the tolerance, becomes it. Returns whether it was.
 bool settle_gaps(double witness_gap, double tolerance, PatchContacts& c) {
   const int lowest = deepest(c);
   const bool reached = c.size > 0 && c.gaps[lowest] <= witness_gap + tolerance;
@@ -158,8 +160,8 @@ bool settle_gaps(double witness_gap, double tolerance, PatchContacts& c) {
   return reached;
 }
 
-// A whole circle stands on every fourth of its samples, from the deepest on: a square carries load the
-// same way however it is turned.
+// A whole circle stands on every fourth of its samples, from the deepest on: a square carries load
+// the same way however it is turned.
 void keep_square(PatchContacts& c) {
   const PatchContacts all = c;
   const int first = deepest(all);
@@ -188,8 +190,8 @@ void segment_contacts(const Feature& a, const Feature& b, const Witness& witness
   const Vector3 db = b.vertices[1] - b.vertices[0];
   const double radius = a.radius + b.radius;
   const double length2 = da.squaredNorm();
-  // Two lines at an angle lie side by side only roughly; at this one the points are off the surfaces by
-  // 1e-7 of their size.
+  // Two lines at an angle lie side by side only roughly; at this one the points are off the
+  // surfaces by 1e-7 of their size.
   constexpr double kParallelSine = 1e-3;
   double least = margin;
   if (da.cross(db).norm() < kParallelSine * da.norm() * db.norm()) {
@@ -275,8 +277,8 @@ void feature_contacts(const Feature& a, const Feature& b, const Witness& witness
       add(patch.points[i], on_a.at(patch.points[i]), patch.points[i].z());
     }
   }
-  const bool whole_circle = (a.round || b.round) && patch.size == Feature::kCapacity &&
-                            contacts.size == patch.size;
+  const bool whole_circle =
+      (a.round || b.round) && patch.size == Feature::kCapacity && contacts.size == patch.size;
   // Ten times the clipping tolerance: a corner may be off by a little more than the tolerance.
   merge_neighbours(10.0 * tolerance, contacts);
   const bool reached = settle_gaps(witness.distance - radius, tolerance, contacts);

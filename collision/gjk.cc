@@ -9,8 +9,8 @@
 namespace counterpoint::collision {
 namespace {
 
-// Relative to the size of the shapes: cores closer than this are taken to touch; the direction between
-// them would be round-off.
+// Relative to the size of the shapes: cores closer than this are taken to touch; the direction
+// between them would be round-off.
 constexpr double kTouchingDistance = 1e-9;
 // Error of the distance at which the iteration stops: relative to the size of the shapes, or to the
 // distance.
@@ -18,7 +18,8 @@ struct Accuracy {
   double of_size, of_distance;
 };
 constexpr Accuracy kFinal = {1e-13, 0.0};
-// Over a curved surface the iteration only crawls on; from here on the pieces may be known that touch.
+// Over a curved surface the iteration only crawls on; from here on the pieces may be known that
+// touch.
 constexpr Accuracy kCoarse[] = {{3e-3, 0.05}, {1e-5, 1e-3}};
 constexpr int kMaxIterations = 200;
 constexpr int kMaxStalls = 3;
@@ -58,8 +59,8 @@ Closest closest_on_segment(const Simplex& s, int i, int j) {
   return c;
 }
 
-// Where the foot of the origin on the plane of the triangle lies outside, it lies beyond one or two edges, and the
-// closest point is on one of these.
+// Where the foot of the origin on the plane of the triangle lies outside, it lies beyond one or two
+// edges, and the closest point is on one of these.
 Closest closest_on_triangle(const Simplex& s, int i, int j, int k) {
   const Vector3& p = s.points[i].w;
   const Vector3 e1 = s.points[j].w - p;
@@ -86,8 +87,8 @@ Closest closest_on_triangle(const Simplex& s, int i, int j, int k) {
   return c;
 }
 
-// The point added last, the fourth, brings the origin closer than the triangle of the others. Of the three
-// faces around it only those count that the origin is outside of; none: `inside`.
+// The point added last, the fourth, brings the origin closer than the triangle of the others. Of
+// the three faces around it only those count that the origin is outside of; none: `inside`.
 Closest closest_on_tetrahedron(const Simplex& s, bool& inside) {
   const Vector3& p = s.points[3].w;
   const Vector3 a = s.points[0].w - p;
@@ -96,7 +97,8 @@ Closest closest_on_tetrahedron(const Simplex& s, bool& inside) {
   const Vector3 ab = a.cross(b);
   const double volume = ab.dot(c);
   // Flat ones hold nothing.
-  const bool flat = !(volume * volume > 1e-28 * a.squaredNorm() * b.squaredNorm() * c.squaredNorm());
+  const bool flat =
+      !(volume * volume > 1e-28 * a.squaredNorm() * b.squaredNorm() * c.squaredNorm());
   const double sign = volume < 0.0 ? -1.0 : 1.0;
   Closest best;
   inside = false;
@@ -116,10 +118,14 @@ Closest closest_on_tetrahedron(const Simplex& s, bool& inside) {
 Closest closest_on_simplex(const Simplex& s, bool& inside) {
   inside = false;
   switch (s.size) {
-    case 1: return {s.points[0].w, s.points[0].w.squaredNorm(), {0, 0, 0}, {1.0, 0.0, 0.0}, 1};
-    case 2: return closest_on_segment(s, 0, 1);
-    case 3: return closest_on_triangle(s, 0, 1, 2);
-    default: return closest_on_tetrahedron(s, inside);
+    case 1:
+      return {s.points[0].w, s.points[0].w.squaredNorm(), {0, 0, 0}, {1.0, 0.0, 0.0}, 1};
+    case 2:
+      return closest_on_segment(s, 0, 1);
+    case 3:
+      return closest_on_triangle(s, 0, 1, 2);
+    default:
+      return closest_on_tetrahedron(s, inside);
   }
 }
 
@@ -136,8 +142,8 @@ void reduce(const Closest& c, Simplex& s) {
 enum class Outcome { kSeparated, kTouching, kBeyondMargin };
 
 // v becomes the point of the difference closest to the origin, a combination of the simplex.
-// On entry the simplex holds up to three points of the difference, maybe none; then v is a guess of the
-// direction, not zero.
+// On entry the simplex holds up to three points of the difference, maybe none; then v is a guess of
+// the direction, not zero.
 Outcome iterate(const MinkowskiDifference& difference, double margin, const Accuracy& accuracy,
                 Simplex& simplex, Vector3& v) {
   const double error = accuracy.of_size * difference.scale;
@@ -191,15 +197,16 @@ void fill_witness(const Simplex& simplex, const Vector3& v, Witness& out) {
   out.normal = v / out.distance;
 }
 
-// Least translation that parts overlapping cores, from a first normal. B is moved along the normal until
-// the cores are a little apart; the direction of their closest points is the next normal. Exact after one
-// round for polytopes; over a radius of curvature r the error of the normal shrinks by (depth + apart) /
-// (r + apart) a round, so they are moved no farther apart than they overlap.
+// Least translation that parts overlapping cores, from a first normal. B is moved along the normal
+// until the cores are a little apart; the direction of their closest points is the next normal.
+// Exact after one round for polytopes; over a radius of curvature r the error of the normal shrinks
+// by (depth + apart) / (r + apart) a round, so they are moved no farther apart than they overlap.
 void refine_depth(const MinkowskiDifference& overlapping, const Vector3& first, Witness& out) {
   constexpr int kMaxRounds = 20;
   constexpr int kCoarseRounds = 1;
   constexpr Accuracy kFirst = {1e-7, 0.0};
-  constexpr double kLeastApart = 1e-4;  // relative to the size; less would cost digits of the normal
+  constexpr double kLeastApart =
+      1e-4;  // relative to the size; less would cost digits of the normal
   constexpr double kMostApart = 0.05;
   const double scale = overlapping.scale;
   const double infinity = std::numeric_limits<double>::infinity();
@@ -244,23 +251,28 @@ bool solve(const MinkowskiDifference& difference, double margin, Witness& out) {
   for (int stage = curved ? 0 : 2; stage < 3 && outcome == Outcome::kSeparated; ++stage) {
     outcome = iterate(difference, margin, stage < 2 ? kCoarse[stage] : kFinal, simplex, v);
     if (stage < 2 && outcome == Outcome::kSeparated &&
-        settle_on_pieces(difference, simplex.points.data(), simplex.size, v.normalized(), kTouchingDistance * difference.scale, out)) {
+        settle_on_pieces(difference, simplex.points.data(), simplex.size, v.normalized(),
+                         kTouchingDistance * difference.scale, out)) {
       return true;
     }
   }
   switch (outcome) {
-    case Outcome::kBeyondMargin: return false;
-    case Outcome::kSeparated: fill_witness(simplex, v, out); break;
+    case Outcome::kBeyondMargin:
+      return false;
+    case Outcome::kSeparated:
+      fill_witness(simplex, v, out);
+      break;
     case Outcome::kTouching:
-      if (!expand_polytope(difference, simplex, out)) refine_depth(difference, Vector3(out.normal), out);
+      if (!expand_polytope(difference, simplex, out))
+        refine_depth(difference, Vector3(out.normal), out);
       break;
   }
   return true;
 }
 
-// Climbing finds the farthest vertex of a convex mesh; one whose faces were merged is convex only nearly, and
-// a thin one may stop the climb far off. True if the cores are as far apart along the normal when every
-// vertex is looked at.
+// Climbing finds the farthest vertex of a convex mesh; one whose faces were merged is convex only
+// nearly, and a thin one may stop the climb far off. True if the cores are as far apart along the
+// normal when every vertex is looked at.
 bool confirm(const MinkowskiDifference& difference, const Witness& witness) {
   constexpr double kNormalError = 1e-7;  // relative to the size: what a normal's own error may show
   const Vector3& n = witness.normal;

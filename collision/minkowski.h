@@ -37,9 +37,9 @@ struct Simplex {
 };
 
 /// Grows a polytope inside the difference, from a simplex that holds the origin (or comes within
-/// round-off of it), until the face nearest the origin is one of the difference, or the pieces of the
-/// cores are found that touch there. True if `out` is the answer; false if it is only near, by about
-/// 1e-3 rad: its normal, from A to B, and the distance along that are set.
+/// round-off of it), until the face nearest the origin is one of the difference, or the pieces of
+/// the cores are found that touch there. True if `out` is the answer; false if it is only near, by
+/// about 1e-3 rad: its normal, from A to B, and the distance along that are set.
 bool expand_polytope(const MinkowskiDifference& difference, const Simplex& start, Witness& out);
 
 }  // namespace counterpoint::collision

@@ -28,9 +28,10 @@ Reach reach(const Piece& piece, const Vector3& direction) {
   return r;
 }
 
-// The normal n at which the distance n . w(n) of two points or rims, w from A's to B's, is stationary and
-// largest: Newton's method. Its gradient is w, its Hessian -(n . w) 1 - sum rate tangent tangent', both in the
-// plane across n; `fixed` is a line that n stays perpendicular to, or null.
+// The normal n at which the distance n . w(n) of two points or rims, w from A's to B's, is
+// stationary and largest: Newton's method. Its gradient is w, its Hessian -(n . w) 1 - sum rate
+// tangent tangent', both in the plane across n; `fixed` is a line that n stays perpendicular to, or
+// null.
 bool newton(const Piece& a, const Piece& b, const Vector3* fixed, Vector3& n) {
   constexpr int kMaxIterations = 12;
   constexpr double kLastStep = 1e-8;  // the next would be its square
@@ -108,8 +109,8 @@ bool solve(const Piece& a, const Piece& b, double slack, Witness& out) {
   return inside;
 }
 
-// True if the distance of the cores along the normal is that of the points, which lie in them, and no less
-// than `least`.
+// True if the distance of the cores along the normal is that of the points, which lie in them, and
+// no less than `least`.
 bool certain(const MinkowskiDifference& difference, double least, Witness& witness) {
   constexpr double kError = 1e-13;
   const Vector3 apart = witness.point_b - witness.point_a;
@@ -180,8 +181,8 @@ int candidates(const CoreShape& core, const Vector3* points, int size, const Vec
   return count;
 }
 
-// A face's normal is known, outward from A's or B's face through `origin`; the other core's farthest point must
-// lie over the face: `holds` its foot.
+// A face's normal is known, outward from A's or B's face through `origin`; the other core's
+// farthest point must lie over the face: `holds` its foot.
 template <typename Holds>
 bool settle_on_face(const MinkowskiDifference& difference, const Vector3& origin,
                     const Vector3& outward, bool of_a, const Holds& holds, double least,
@@ -244,13 +245,16 @@ bool settle_on_pieces(const MinkowskiDifference& difference, const DifferencePoi
   }
   const bool face_a = pieces_a[0].kind == Piece::kFace;
   const bool face_b = pieces_b[0].kind == Piece::kFace;
-  if (face_a && settle_on_triangle(difference, points_a, pieces_a[0].axis, true, least, out)) return true;
-  if (face_b && settle_on_triangle(difference, points_b, pieces_b[0].axis, false, least, out)) return true;
+  if (face_a && settle_on_triangle(difference, points_a, pieces_a[0].axis, true, least, out))
+    return true;
+  if (face_b && settle_on_triangle(difference, points_b, pieces_b[0].axis, false, least, out))
+    return true;
   const double slack = 1e-13 * difference.scale;
   for (int i = face_a; i < count_a; ++i) {
     for (int k = face_b; k < count_b; ++k) {
       out.normal = normal;
-      if (solve(pieces_a[i], pieces_b[k], slack, out) && certain(difference, least, out)) return true;
+      if (solve(pieces_a[i], pieces_b[k], slack, out) && certain(difference, least, out))
+        return true;
     }
   }
   return false;

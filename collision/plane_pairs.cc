@@ -57,11 +57,11 @@ void plane_box(const Shape&, const Pose& X_WA, const Shape& b, const Pose& X_WB,
   }
 }
 
-// Four points a rim, the lowest one and every quarter turn from it. A cylinder standing upright has no
-// lowest point: there the square starts at its own x axis, and since the second moments of a square
-// are the same about every axis, the turn of the square does not change how it carries load.
-void plane_cylinder(const Shape&, const Pose& X_WA, const Shape& b, const Pose& X_WB,
-                    double margin, Manifold& out) {
+// Four points a rim, the lowest one and every quarter turn from it. A cylinder standing upright has
+// no lowest point: there the square starts at its own x axis, and since the second moments of a
+// square are the same about every axis, the turn of the square does not change how it carries load.
+void plane_cylinder(const Shape&, const Pose& X_WA, const Shape& b, const Pose& X_WB, double margin,
+                    Manifold& out) {
   const Plane plane(X_WA);
   const Vector3 axis = X_WB.rotation.col(2);
   Vector3 down = axis * axis.dot(plane.normal) - plane.normal;
@@ -93,14 +93,15 @@ struct Heights {
 
 constexpr int kPatch = 32;
 
-// Lists the vertices within the margin, ascending, by walking over the edges from the lowest: those of a
-// convex mesh hang together. Returns their number, or kPatch + 1 if they are more.
+// Lists the vertices within the margin, ascending, by walking over the edges from the lowest: those
+// of a convex mesh hang together. Returns their number, or kPatch + 1 if they are more.
 int list_within(const Heights& heights, int lowest, std::array<int, kPatch>& list) {
   int size = 0;
   list[size++] = lowest;
   for (int k = 0; k < size; ++k) {
     for (const int i : heights.mesh.vertex_neighbors[list[k]]) {
-      if (!heights.within(i) || std::find(list.begin(), list.begin() + size, i) != list.begin() + size) {
+      if (!heights.within(i) ||
+          std::find(list.begin(), list.begin() + size, i) != list.begin() + size) {
         continue;
       }
       if (size == kPatch) return kPatch + 1;
@@ -111,8 +112,9 @@ int list_within(const Heights& heights, int lowest, std::array<int, kPatch>& lis
   return size;
 }
 
-// Those of the vertices within the margin that lie farthest along seven directions in the plane, which turn
-// with the mesh. By place only: heights are noise where a body rests. Returns their number.
+// Those of the vertices within the margin that lie farthest along seven directions in the plane,
+// which turn with the mesh. By place only: heights are noise where a body rests. Returns their
+// number.
 int choose_spanning(const Heights& heights, std::array<int, Manifold::kCapacity>& chosen) {
   constexpr int kDirections = Manifold::kCapacity - 1;
   const Matrix3 frame = frame_from_normal(heights.up);
@@ -128,7 +130,8 @@ int choose_spanning(const Heights& heights, std::array<int, Manifold::kCapacity>
       farthest = direction.dot(vertices[i]);
       best = i;
     }
-    if (std::find(chosen.begin(), chosen.begin() + n, best) == chosen.begin() + n) chosen[n++] = best;
+    if (std::find(chosen.begin(), chosen.begin() + n, best) == chosen.begin() + n)
+      chosen[n++] = best;
   }
   return n;
 }

@@ -11,7 +11,8 @@ namespace counterpoint::collision {
 namespace {
 
 Vector3 unit_direction(const Vector3& origin, const Vector3& direction) {
-  if (!origin.allFinite()) throw InputError("ray: the origin is not finite; give three numbers [m]");
+  if (!origin.allFinite())
+    throw InputError("ray: the origin is not finite; give three numbers [m]");
   const double length = direction.stableNorm();
   if (!(length > 0.0) || !std::isfinite(length)) {
     throw InputError("ray: the direction is zero or not finite; give a vector of any other length");

@@ -36,7 +36,7 @@ struct Distance {
 };
 
 /// Signed distance of two shapes at any distance; nothing for two planes, or if a pose is not finite.
-/// Exact to about 1e-10 of the shapes' size.
+/// Right to 1e-9 of the shapes' size.
 std::optional<Distance> distance(const Shape& a, const Pose& X_WA, const Shape& b,
                                  const Pose& X_WB);
 

@@ -65,14 +65,16 @@ struct Stretch {
 
 Stretch nothing() { return {kInfinity, -kInfinity, Vector3::Zero()}; }
 
-// From the point of closest approach, not from the quadratic's discriminant: no digits are lost far away.
+// From the point of closest approach, not from the quadratic's discriminant: no digits are lost far
+// away.
 Stretch ball(const Line& line, const Vector3& center, double radius) {
   const double middle = line.direction.dot(center - line.origin);
   const double half2 = radius * radius - (line.at(middle) - center).squaredNorm();
   if (half2 < 0.0) return nothing();
   const double half = std::sqrt(half2);
   const Vector3 out = line.at(middle - half) - center;
-  return {middle - half, middle + half, radius > 0.0 ? Vector3(out / out.norm()) : Vector3(-line.direction)};
+  return {middle - half, middle + half,
+          radius > 0.0 ? Vector3(out / out.norm()) : Vector3(-line.direction)};
 }
 
 // The endless cylinder about the z axis.
@@ -86,7 +88,8 @@ Stretch tube(const Line& line, double radius) {
   const double half = std::sqrt(half2 / slope2);
   Vector3 out = line.at(middle - half);
   out.z() = 0.0;
-  return {middle - half, middle + half, radius > 0.0 ? Vector3(out / out.norm()) : Vector3(-line.direction)};
+  return {middle - half, middle + half,
+          radius > 0.0 ? Vector3(out / out.norm()) : Vector3(-line.direction)};
 }
 
 Stretch slab(const Line& line, int axis, double half) {
@@ -100,8 +103,12 @@ Stretch stretch(const Line& line, const Shape& shape) {
   const Vector3& size = shape.size;
   Stretch s;
   switch (shape.type) {
-    case ShapeType::kPlane: s.cut(line, Vector3::UnitZ(), 0.0); break;
-    case ShapeType::kSphere: s = ball(line, Vector3::Zero(), size[0]); break;
+    case ShapeType::kPlane:
+      s.cut(line, Vector3::UnitZ(), 0.0);
+      break;
+    case ShapeType::kSphere:
+      s = ball(line, Vector3::Zero(), size[0]);
+      break;
     case ShapeType::kBox:
       for (int i = 0; i < 3; ++i) s.cut(slab(line, i, size[i]));
       break;
@@ -123,7 +130,8 @@ Stretch stretch(const Line& line, const Shape& shape) {
       }
       break;
     }
-    case ShapeType::kTerrain: return nothing();  // no convex stretch: cast_terrain_ray
+    case ShapeType::kTerrain:
+      return nothing();  // no convex stretch: cast_terrain_ray
   }
   return s;
 }

@@ -19,8 +19,8 @@ void segment_feature(const Vector3& center, const Vector3& half, double radius, 
 // Steeper than this the cap of a cylinder is its feature, flatter its side.
 constexpr double kCapCosine = 0.7;
 
-// The cap as a polygon whose first corner is the point of the rim farthest along the direction; the side
-// as the line farthest along it.
+// The cap as a polygon whose first corner is the point of the rim farthest along the direction; the
+// side as the line farthest along it.
 void cylinder_feature(const Shape& cylinder, const Pose& X, const Vector3& direction,
                       Feature& out) {
   const Vector3 local = X.rotation.transpose() * direction;
@@ -48,8 +48,8 @@ void cylinder_feature(const Shape& cylinder, const Pose& X, const Vector3& direc
   }
 }
 
-// The face that looks most along the direction. The search climbs from face to face around common corners,
-// from those around a vertex.
+// The face that looks most along the direction. The search climbs from face to face around common
+// corners, from those around a vertex.
 int support_face(const ConvexMesh& mesh, const Vector3& direction, int vertex) {
   int best = mesh.vertex_faces[vertex][0];
   double most = mesh.face_normals[best].dot(direction);
@@ -85,9 +85,15 @@ void mesh_feature(const ConvexMesh& mesh, const Pose& X, const Vector3& directio
 void support_feature(const Shape& shape, const Pose& X, const Vector3& direction, int vertex,
                      Feature& out) {
   switch (shape.type) {
-    case ShapeType::kBox: box_feature(shape, X, direction, out); return;
-    case ShapeType::kCylinder: cylinder_feature(shape, X, direction, out); return;
-    case ShapeType::kConvexMesh: mesh_feature(*shape.mesh, X, direction, vertex, out); return;
+    case ShapeType::kBox:
+      box_feature(shape, X, direction, out);
+      return;
+    case ShapeType::kCylinder:
+      cylinder_feature(shape, X, direction, out);
+      return;
+    case ShapeType::kConvexMesh:
+      mesh_feature(*shape.mesh, X, direction, vertex, out);
+      return;
     case ShapeType::kCapsule:
       segment_feature(X.translation, shape.size[1] * X.rotation.col(2), shape.size[0], out);
       return;

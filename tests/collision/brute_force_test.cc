@@ -1,11 +1,12 @@
 // Signed distances against closed forms and brute force over all features, sizes from 1 mm to 1 km.
+#include "support/brute_force.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
 
 #include "counterpoint/collision/pair_contacts.h"
 #include "counterpoint/model/types.h"
-#include "support/brute_force.h"
 #include "support/random_poses.h"
 
 namespace counterpoint::test {
@@ -61,11 +62,16 @@ const char* const kNames[] = {"sphere", "box", "capsule", "hull6", "hull24"};
 Shape random_shape(std::mt19937& rng, int kind, double size) {
   const Vector3 half = random_half(rng, size);
   switch (kind) {
-    case kBall: return sphere_shape(half[0]);
-    case kBrick: return box_shape(half);
-    case kPill: return capsule_shape(half[0], half[1]);
-    case kFewCorners: return random_hull(rng, 6, half);
-    default: return random_hull(rng, 24, half);
+    case kBall:
+      return sphere_shape(half[0]);
+    case kBrick:
+      return box_shape(half);
+    case kPill:
+      return capsule_shape(half[0], half[1]);
+    case kFewCorners:
+      return random_hull(rng, 6, half);
+    default:
+      return random_hull(rng, 24, half);
   }
 }
 
@@ -76,7 +82,8 @@ std::string pair_name(const ::testing::TestParamInfo<std::tuple<int, int>>& info
 }
 
 INSTANTIATE_TEST_SUITE_P(All, BruteForce,
-                         ::testing::Combine(::testing::Range(0, kKinds), ::testing::Range(0, kKinds)),
+                         ::testing::Combine(::testing::Range(0, kKinds),
+                                            ::testing::Range(0, kKinds)),
                          pair_name);
 
 TEST_P(BruteForce, SignedDistanceFromMillimetreToKilometre) {
@@ -158,8 +165,9 @@ TEST(ClosedForm, PlaneAgainstEverything) {
     const Vector3 half = random_half(rng, size);
     const Pose X_P = random_pose(rng, size);
     const Vector3 n = X_P.rotation.col(2);
-    for (const Shape& shape : {sphere_shape(half[0]), box_shape(half), capsule_shape(half[0], half[1]),
-                               cylinder_shape(half[0], half[1]), random_hull(rng, 12, half)}) {
+    for (const Shape& shape :
+         {sphere_shape(half[0]), box_shape(half), capsule_shape(half[0], half[1]),
+          cylinder_shape(half[0], half[1]), random_hull(rng, 12, half)}) {
       const Pose X = random_pose(rng, size);
       const double expected = -support_height(shape, X, -n) - n.dot(X_P.translation);
       EXPECT_NEAR(signed_distance(plane_shape(), X_P, shape, X) / size, expected / size, kGapError);

@@ -22,9 +22,12 @@ struct Named {
 };
 
 std::vector<Named> solids() {
-  return {{"sphere", sphere_shape(0.4), 0.4},          {"box", box_shape({0.3, 0.5, 0.2}), 0.0},
-          {"capsule", capsule_shape(0.2, 0.5), 0.2},   {"cylinder", cylinder_shape(0.3, 0.4), 0.0},
-          {"disk", cylinder_shape(0.5, 0.05), 0.0},    {"hexagon", prism_shape(6, 0.4, 0.3), 0.0},
+  return {{"sphere", sphere_shape(0.4), 0.4},
+          {"box", box_shape({0.3, 0.5, 0.2}), 0.0},
+          {"capsule", capsule_shape(0.2, 0.5), 0.2},
+          {"cylinder", cylinder_shape(0.3, 0.4), 0.0},
+          {"disk", cylinder_shape(0.5, 0.05), 0.0},
+          {"hexagon", prism_shape(6, 0.4, 0.3), 0.0},
           {"frustum", prism_shape(40, 0.4, 0.3, 0.5), 0.0}};
 }
 
@@ -53,8 +56,9 @@ INSTANTIATE_TEST_SUITE_P(All, Paths,
                          ::testing::Combine(::testing::Range(0, 7), ::testing::Range(0, 7)),
                          pair_name);
 
-// The 1e-10 of the size within which gaps count as equal; a normal carries 1e-16 over its own distance, or
-// 1e-8 where iteration found it (the square root of the distance's round-off), times up to 2 m.
+// The 1e-10 of the size within which gaps count as equal; a normal carries 1e-16 over its own
+// distance, or 1e-8 where iteration found it (the square root of the distance's round-off), times
+// up to 2 m.
 constexpr double kVectorError = 5e-8;
 
 TEST_P(Paths, WitnessVectorMovesNoMoreThanTheBody) {
@@ -82,9 +86,10 @@ TEST_P(Paths, WitnessVectorMovesNoMoreThanTheBody) {
   EXPECT_GT(steps, 1000);
 }
 
-// Any motion that takes no point of B farther than `moved` shifts the support of the difference by no more:
-// the signed distance, overlapping or not, follows. The nearest points of two convex sets within
-// `moved` of each other are within sqrt(2 moved (d1 + d2)) (a Hoelder bound, from the parallelogram law).
+// Any motion that takes no point of B farther than `moved` shifts the support of the difference by
+// no more: the signed distance, overlapping or not, follows. The nearest points of two convex sets
+// within `moved` of each other are within sqrt(2 moved (d1 + d2)) (a Hoelder bound, from the
+// parallelogram law).
 TEST_P(Paths, GapAndVectorFollowATumblingBody) {
   constexpr double kAngle = 1e-3;
   const double reach = b.shape.mesh ? 0.6 : b.shape.size.norm();
@@ -101,7 +106,8 @@ TEST_P(Paths, GapAndVectorFollowATumblingBody) {
       const ContactPoint c = witness(X_A, X_B);
       const Vector3 vector = witness_vector(c);
       if (i > 0) {
-        EXPECT_LE(std::abs(c.gap - last_gap), moved + kVectorError) << "path " << path << " step " << i;
+        EXPECT_LE(std::abs(c.gap - last_gap), moved + kVectorError)
+            << "path " << path << " step " << i;
         if (c.gap > 0.0 && last_gap > 0.0) {
           EXPECT_LE((vector - last).squaredNorm(),
                     2.0 * moved * (vector.norm() + last.norm()) + moved * moved)
@@ -116,8 +122,8 @@ TEST_P(Paths, GapAndVectorFollowATumblingBody) {
   }
 }
 
-// A resting contact keeps its points: their number, order and places, while the body above is moved by
-// less than a micrometre at a time.
+// A resting contact keeps its points: their number, order and places, while the body above is moved
+// by less than a micrometre at a time.
 TEST(Manifold, PointsOfARestingBodyKeepTheirOrderAndPlace) {
   std::mt19937 rng(4);
   const Shape ground = box_shape({2.0, 2.0, 0.5});
@@ -129,10 +135,12 @@ TEST(Manifold, PointsOfARestingBodyKeepTheirOrderAndPlace) {
                             : Matrix3(Matrix3::Identity());
     const double height = support_height(n.shape, {R, Vector3::Zero()}, -Vector3::UnitZ());
     const auto pose = [&](const Vector3& turn, const Vector3& move) {
-      return Pose{quaternion_exp(turn).toRotationMatrix() * R, Vector3(0.1, 0.2, 0.5 + height) + move};
+      return Pose{quaternion_exp(turn).toRotationMatrix() * R,
+                  Vector3(0.1, 0.2, 0.5 + height) + move};
     };
     for (const Shape& below : {ground, plane_shape()}) {
-      const Pose X_ground{Matrix3::Identity(), Vector3(0, 0, below.type == ShapeType::kPlane ? 0.5 : 0)};
+      const Pose X_ground{Matrix3::Identity(),
+                          Vector3(0, 0, below.type == ShapeType::kPlane ? 0.5 : 0)};
       Manifold first;
       pair_contacts(below, X_ground, n.shape, pose(Vector3::Zero(), Vector3::Zero()), 0.01, first);
       ASSERT_GE(first.size, lying ? 2 : 3);

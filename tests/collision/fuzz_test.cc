@@ -1,4 +1,5 @@
-// Random and degenerate hulls against one another and against all shapes: finite, certified, no crash.
+// Random and degenerate hulls against one another and against all shapes: finite, certified, no
+// crash.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -30,13 +31,27 @@ std::vector<Vector3> cloud(std::mt19937& rng, int kind) {
   for (int i = 0; i < size; ++i) {
     const Vector3 p = 0.4 * random_unit(rng);
     switch (kind) {
-      case kRound: points.push_back(p); break;
-      case kLattice: points.push_back(lattice_point(rng)); break;
-      case kPlate: points.push_back(p.cwiseProduct(Vector3(1, 1, 1e-5))); break;
-      case kNeedle: points.push_back(p.cwiseProduct(Vector3(1, 1e-4, 1e-4))); break;
-      case kClustered: points.push_back(lattice_point(rng) + 1e-7 * p); break;
-      case kFarFromOrigin: points.push_back(p + Vector3(100, -200, 50)); break;
-      default: points.push_back(lattice_point(rng) + 1e-5 * p); break;
+      case kRound:
+        points.push_back(p);
+        break;
+      case kLattice:
+        points.push_back(lattice_point(rng));
+        break;
+      case kPlate:
+        points.push_back(p.cwiseProduct(Vector3(1, 1, 1e-5)));
+        break;
+      case kNeedle:
+        points.push_back(p.cwiseProduct(Vector3(1, 1e-4, 1e-4)));
+        break;
+      case kClustered:
+        points.push_back(lattice_point(rng) + 1e-7 * p);
+        break;
+      case kFarFromOrigin:
+        points.push_back(p + Vector3(100, -200, 50));
+        break;
+      default:
+        points.push_back(lattice_point(rng) + 1e-5 * p);
+        break;
     }
   }
   return points;
@@ -54,12 +69,21 @@ Shape awkward_shape(std::mt19937& rng) {
   const double y = awkward_length(rng);
   const double z = awkward_length(rng);
   switch (kind - kClouds) {
-    case 0: return sphere_shape(x);
-    case 1: case 2: return box_shape({x, y, z});
-    case 3: return capsule_shape(x, y);
-    case 4: case 5: case 6: return cylinder_shape(x, y);
-    case 7: return plane_shape();
-    default: break;
+    case 0:
+      return sphere_shape(x);
+    case 1:
+    case 2:
+      return box_shape({x, y, z});
+    case 3:
+      return capsule_shape(x, y);
+    case 4:
+    case 5:
+    case 6:
+      return cylinder_shape(x, y);
+    case 7:
+      return plane_shape();
+    default:
+      break;
   }
   while (true) {
     try {
@@ -120,9 +144,9 @@ void expect_sound(const Manifold& m, const std::string& what) {
 }
 
 TEST(Fuzz, AwkwardShapesOnAwkwardPoses) {
-  // Gaps within 1e-10 of the size count as equal; hulls far from the origin of their frame lose digits
-  // in proportion (200 m to 0.4 m), which the scale accounts for. Where hulls are not quite convex, the
-  // search for the farthest vertex may stop short of it by a few of their defects.
+  // Gaps within 1e-10 of the size count as equal; hulls far from the origin of their frame lose
+  // digits in proportion (200 m to 0.4 m), which the scale accounts for. Where hulls are not quite
+  // convex, the search for the farthest vertex may stop short of it by a few of their defects.
   constexpr double kGapError = 1e-9;
   constexpr double kRoundOff = 1e-15;  // of the 0.1 m by which shapes, maybe of no size, are moved
   std::mt19937 rng(2024);
@@ -154,8 +178,8 @@ TEST(Fuzz, AwkwardShapesOnAwkwardPoses) {
     const double error = kGapError * size + 4.0 * (defect(a) + defect(b)) + kRoundOff;
     (least.gap < 0.0 ? overlapping : separated) += 1;
     if (a.type == ShapeType::kPlane || b.type == ShapeType::kPlane) continue;
-    // The direction between points (of cores, within the ball of a capsule) that all but touch is no better
-    // than round-off over their distance, and shows with the size as lever.
+    // The direction between points (of cores, within the ball of a capsule) that all but touch is
+    // no better than round-off over their distance, and shows with the size as lever.
     const double core_gap = least.gap + core_radius(a) + core_radius(b);
     const double turned = core_gap > 0.0 ? 1e-15 * size * size / core_gap : 0.0;
     EXPECT_NEAR(distance_along(a, X_A, b, X_B, least.normal), least.gap, error + turned)

@@ -23,21 +23,24 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 Pose at(double x, double y, double z) { return {Matrix3::Identity(), Vector3(x, y, z)}; }
 
 TEST(Distance, KnownAnswers) {
-  const auto d = collision::distance(sphere_shape(0.5), at(0, 0, 0), box_shape({1, 1, 1}), at(3, 0, 0));
+  const auto d =
+      collision::distance(sphere_shape(0.5), at(0, 0, 0), box_shape({1, 1, 1}), at(3, 0, 0));
   ASSERT_TRUE(d);
   EXPECT_NEAR(d->gap, 1.5, kRoundOff);
   EXPECT_NEAR((d->normal - Vector3(1, 0, 0)).norm(), 0.0, kRoundOff);
   EXPECT_NEAR((d->point_a - Vector3(0.5, 0, 0)).norm(), 0.0, kRoundOff);
   EXPECT_NEAR((d->point_b - Vector3(2.0, 0, 0)).norm(), 0.0, kRoundOff);
   // Overlap: out through the nearest face.
-  const auto deep = collision::distance(sphere_shape(0.5), at(0, 0, 0.9), box_shape({1, 1, 1}), Pose{});
+  const auto deep =
+      collision::distance(sphere_shape(0.5), at(0, 0, 0.9), box_shape({1, 1, 1}), Pose{});
   ASSERT_TRUE(deep);
   EXPECT_NEAR(deep->gap, -0.6, kRoundOff);
   EXPECT_NEAR((deep->normal - Vector3(0, 0, -1)).norm(), 0.0, kRoundOff);
   EXPECT_NEAR((deep->point_a - Vector3(0, 0, 0.4)).norm(), 0.0, kRoundOff);
   EXPECT_NEAR((deep->point_b - Vector3(0, 0, 1.0)).norm(), 0.0, kRoundOff);
   // A kilometre away.
-  const auto far = collision::distance(plane_shape(), Pose{}, capsule_shape(0.1, 0.2), at(0, 0, 1000.3));
+  const auto far =
+      collision::distance(plane_shape(), Pose{}, capsule_shape(0.1, 0.2), at(0, 0, 1000.3));
   ASSERT_TRUE(far);
   EXPECT_NEAR(far->gap, 1000.0, 1e-12 * 1000.0);
 }
@@ -63,7 +66,8 @@ TEST(Ray, KnownAnswers) {
     ASSERT_TRUE(hit);
     EXPECT_NEAR(hit->distance, distance, kRoundOff);
     EXPECT_NEAR((hit->normal - normal).norm(), 0.0, kRoundOff);
-    EXPECT_NEAR((hit->position - origin - distance * direction.normalized()).norm(), 0.0, kRoundOff);
+    EXPECT_NEAR((hit->position - origin - distance * direction.normalized()).norm(), 0.0,
+                kRoundOff);
   };
   const Vector3 x = Vector3::UnitX();
   const Vector3 z = Vector3::UnitZ();
@@ -94,8 +98,9 @@ TEST(Ray, MissesBehindBesideBeyond) {
 }
 
 TEST(Ray, StartingInsideHitsAtOnce) {
-  for (const Shape& shape : {plane_shape(), sphere_shape(0.5), box_shape({1, 1, 1}),
-                             capsule_shape(0.2, 0.5), cylinder_shape(0.2, 0.5), prism_shape(5, 1, 1)}) {
+  for (const Shape& shape :
+       {plane_shape(), sphere_shape(0.5), box_shape({1, 1, 1}), capsule_shape(0.2, 0.5),
+        cylinder_shape(0.2, 0.5), prism_shape(5, 1, 1)}) {
     const Vector3 origin(0.01, 0.02, -0.03);
     const auto hit = cast_ray(shape, Pose{}, origin, {0, 1, 0});
     ASSERT_TRUE(hit);
@@ -112,8 +117,8 @@ TEST(Ray, SenselessRaysAreRefused) {
   EXPECT_THROW(cast_ray(ball, Pose{}, {0, kInfinity, 0}, {0, 0, 1}), InputError);
 }
 
-// The hit lies on the surface and everything before it outside; without a hit everything is outside. The
-// normal is the one of a ball placed at the hit (its distance), away from edges.
+// The hit lies on the surface and everything before it outside; without a hit everything is
+// outside. The normal is the one of a ball placed at the hit (its distance), away from edges.
 TEST(Ray, RandomRaysAgainstMembership) {
   std::mt19937 rng(8);
   for (const Shape& shape :
@@ -138,8 +143,10 @@ TEST(Ray, RandomRaysAgainstMembership) {
       // Off the surface along the normal it is as far from the shape as it went.
       constexpr double kOff = 0.1;
       EXPECT_NEAR(collision::distance(shape, X, sphere_shape(0.0),
-                                      {Matrix3::Identity(), hit->position + kOff * hit->normal})->gap,
-                  kOff, 1e-9) << i;
+                                      {Matrix3::Identity(), hit->position + kOff * hit->normal})
+                      ->gap,
+                  kOff, 1e-9)
+          << i;
     }
     EXPECT_GT(hits, 500);
   }

@@ -13,8 +13,8 @@
 namespace counterpoint {
 namespace {
 
-// A body of uniform density (1 kg, inertia of its bounding box or, for a coin, of the cylinder) over a
-// plane z = 0 or a fixed box whose top is z = 0.
+// A body of uniform density (1 kg, inertia of its bounding box or, for a coin, of the cylinder)
+// over a plane z = 0 or a fixed box whose top is z = 0.
 Scene body_over(const Shape& below, const Shape& shape, const Vector3& moments, const Pose& X_WB) {
   RobotSpec robot;
   robot.name = "body";
@@ -82,8 +82,8 @@ std::string rest_name(const ::testing::TestParamInfo<std::tuple<int, bool>>& inf
 INSTANTIATE_TEST_SUITE_P(All, Rest, ::testing::Combine(::testing::Range(0, 4), ::testing::Bool()),
                          rest_name);
 
-// Dropped from 1 cm, a little askew; then a minute at rest. The bounds are what is asked for: a micrometre
-// and a thousandth of a radian, over 30,000 steps.
+// Dropped from 1 cm, a little askew; then a minute at rest. The bounds are what is asked for: a
+// micrometre and a thousandth of a radian, over 30,000 steps.
 TEST_P(Rest, StaysWhereItLiesForAMinute) {
   constexpr double kPositionError = 1e-6;
   constexpr double kAngleError = 1e-3;
@@ -122,7 +122,8 @@ TEST_P(Rest, StaysWhereItLiesForAMinute) {
 
 class Coin : public ::testing::TestWithParam<bool> {
  protected:
-  // Of 10 cm across and 1 cm thick, its axis along y leaned by `lean`, rolling along x without slip.
+  // Of 10 cm across and 1 cm thick, its axis along y leaned by `lean`, rolling along x without
+  // slip.
   Simulator rolling(double speed, double lean) {
     const Matrix3 R = Eigen::AngleAxisd(lean - 0.5 * std::numbers::pi, Vector3::UnitX()).matrix();
     Pose start{R, Vector3::Zero()};
@@ -156,8 +157,8 @@ TEST_P(Coin, RollsStraightOnItsEdge) {
   EXPECT_NEAR(data.X_WB[1].rotation.col(2).y(), 1.0, 1e-6);
 }
 
-// Leaning, it runs in a wobbling circle on one point of its rim. Nothing in the contact may kick it: its energy
-// keeps to the path of the scheme, with no step that stands out.
+// Leaning, it runs in a wobbling circle on one point of its rim. Nothing in the contact may kick
+// it: its energy keeps to the path of the scheme, with no step that stands out.
 TEST_P(Coin, LeaningItRunsInACircleWithoutAKick) {
   Simulator sim = rolling(1.0, 0.3);
   const Model& model = sim.model();
@@ -179,8 +180,9 @@ TEST_P(Coin, LeaningItRunsInACircleWithoutAKick) {
     last = now;
     height = std::min(height, data.X_WB[1].translation.z());
   }
-  // Compliance and the step size cost 0.4 % over the five seconds, 2e-6 of it a step; the lean wobbles, and
-  // with it what a step costs. A jump of the contact point by a millimetre would show as 1e-2.
+  // Compliance and the step size cost 0.4 % over the five seconds, 2e-6 of it a step; the lean
+  // wobbles, and with it what a step costs. A jump of the contact point by a millimetre would show
+  // as 1e-2.
   EXPECT_LT(last, start);
   EXPECT_GT(last, 0.99 * start);
   EXPECT_LT(largest, 5e-5 * start);

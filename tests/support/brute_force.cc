@@ -42,10 +42,11 @@ Core make_core(const Shape& shape, const Pose& X) {
       break;
     case ShapeType::kBox:
       for (int i = 0; i < 8; ++i) {
-        core.corners.push_back(X * Vector3(i & 1 ? s[0] : -s[0], i & 2 ? s[1] : -s[1],
-                                           i & 4 ? s[2] : -s[2]));
+        core.corners.push_back(
+            X * Vector3(i & 1 ? s[0] : -s[0], i & 2 ? s[1] : -s[1], i & 4 ? s[2] : -s[2]));
       }
-      core.faces = {{0, 4, 6, 2}, {1, 3, 7, 5}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 2, 3, 1}, {4, 5, 7, 6}};
+      core.faces = {{0, 4, 6, 2}, {1, 3, 7, 5}, {0, 1, 5, 4},
+                    {2, 6, 7, 3}, {0, 2, 3, 1}, {4, 5, 7, 6}};
       add_edges_of_faces(core);
       break;
     case ShapeType::kConvexMesh:
@@ -55,7 +56,8 @@ Core make_core(const Shape& shape, const Pose& X) {
       break;
     case ShapeType::kCylinder:
     case ShapeType::kPlane:
-    case ShapeType::kTerrain: break;
+    case ShapeType::kTerrain:
+      break;
   }
   return core;
 }
