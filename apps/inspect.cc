@@ -39,6 +39,19 @@ const char* shape_name(ShapeType type) {
   return "?";
 }
 
+/// Vertices and volume of a hull; how much larger than its mesh it is, and how much smaller than the
+/// full hull a limit of vertices made it.
+std::string hull_size(const ConvexMesh& hull) {
+  std::string text = fmt::format("{} vertices, {:.4g} m^3", hull.vertices.size(), hull.volume);
+  if (hull.source_volume > 0.0) {
+    text += fmt::format(", {:.3g} x its mesh", hull.volume / hull.source_volume);
+  } else {
+    text += ", mesh not closed";
+  }
+  if (hull.deviation > 0.0) text += fmt::format(", {:.2g} m within the full hull", hull.deviation);
+  return text;
+}
+
 /// The numbers that make up a shape [m]: lengths as in a URDF (full, not half), or its vertex
 /// count.
 std::string shape_size(const Shape& shape) {
@@ -54,8 +67,7 @@ std::string shape_size(const Shape& shape) {
     case ShapeType::kCylinder:
       return fmt::format("radius {:.4g} length {:.4g}", s.x(), 2 * s.y());
     case ShapeType::kConvexMesh:
-      return fmt::format("{} vertices, {:.4g} m^3", shape.mesh->vertices.size(),
-                         shape.mesh->volume);
+      return hull_size(*shape.mesh);
     case ShapeType::kTerrain: {
       const Vector3 extent = shape.terrain->high - shape.terrain->low;
       return fmt::format("{} triangles, {:.4g} x {:.4g} x {:.4g}", shape.terrain->triangles.size(),
@@ -130,6 +142,7 @@ void inspect_geometries(const Model& model, Report& report) {
       entry["vertices"] = geometry.shape.mesh->vertices.size();
       entry["volume_m3"] = geometry.shape.mesh->volume;
       entry["mesh_volume_m3"] = geometry.shape.mesh->source_volume;
+      entry["hull_deviation_m"] = geometry.shape.mesh->deviation;
     }
     geometries.push_back(std::move(entry));
   }

@@ -3,7 +3,10 @@
 
 #include <array>
 #include <filesystem>
+#include <map>
 #include <memory>
+#include <string>
+#include <tuple>
 #include <vector>
 
 #include "counterpoint/model/geometry.h"
@@ -31,6 +34,32 @@ std::shared_ptr<const ConvexMesh> make_convex_hull(const std::vector<Vector3>& p
 /// The convex hull of a mesh file, with source_volume set if the mesh is closed. Errors as above.
 std::shared_ptr<const ConvexMesh> load_convex_mesh(const std::filesystem::path& file,
                                                    const Vector3& scale = Vector3::Ones());
+
+/// A hull of at most `max_vertices` of the hull's vertices, each chosen as the one farthest outside those
+/// before; it lies within the hull, `deviation` says how deep. The hull itself if it has no more.
+/// @throws InputError for fewer than 4 vertices.
+std::shared_ptr<const ConvexMesh> reduce_hull(const std::shared_ptr<const ConvexMesh>& hull,
+                                              int max_vertices);
+
+/// What a reader must know about a mesh that became its hull, "" if that is convex, nearly (5 % of
+/// volume), or was not closed.
+std::string hull_note(const ConvexMesh& hull);
+
+/// Loads each mesh file once a scale, so that all instances share one hull.
+class HullCache {
+ public:
+  /// max_vertices: of every hull; 0: no limit.
+  explicit HullCache(int max_vertices = 0) : max_vertices_(max_vertices) {}
+  /// As load_convex_mesh.
+  std::shared_ptr<const ConvexMesh> load(const std::filesystem::path& file,
+                                         const Vector3& scale = Vector3::Ones());
+
+ private:
+  int max_vertices_;
+  std::map<std::tuple<std::filesystem::path, double, double, double>,
+           std::shared_ptr<const ConvexMesh>>
+      hulls_;
+};
 
 /// True if every edge is shared by two triangles that run along it in opposite directions.
 bool is_closed(const TriangleMesh& mesh);

@@ -104,6 +104,10 @@ class ModelBuilder {
   /// when a link is unknown, both are one rigid body, or a value makes no sense.
   void add_closure(const ClosureSpec& closure);
 
+  /// Geometries added so far that have this name, or are a link's. @throws InputError if there is
+  /// neither.
+  std::vector<int> geometries_named(const std::string& name) const;
+
   int num_joints() const { return model_.num_joints(); }  ///< added so far
   /// Name of a joint added so far, numbered as in Model::joint.
   const std::string& joint_name(int joint) const { return model_.joints_.at(joint).name; }
@@ -122,7 +126,6 @@ class ModelBuilder {
   void add_collisions(const LinkSpec& link, const Placement& placement, int body, const Pose& X_BL,
                       int frame);
   int add_body(const JointSpec& joint, const Placement& placement, int parent, const Pose& X_PJ);
-  std::vector<int> geometries_named(const std::string& name) const;
   /// A link, or the world, as one side of a closure.
   struct Anchor {
     int frame, body;

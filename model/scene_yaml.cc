@@ -9,6 +9,7 @@
 #include "counterpoint/model/height_field.h"
 #include "counterpoint/model/inertia.h"
 #include "counterpoint/model/mesh.h"
+#include "counterpoint/model/srdf.h"
 #include "counterpoint/model/terrain.h"
 #include "counterpoint/model/urdf.h"
 #include "counterpoint/model/yaml_reader.h"
@@ -112,7 +113,7 @@ Shape read_terrain(const YamlValue& in, const std::string& kind, const fs::path&
 }
 
 /// The one shape key of a map: sphere, box, capsule, cylinder, mesh, triangle_mesh or height_field.
-Shape read_shape(const YamlValue& in, const fs::path& folder) {
+Shape read_shape(const YamlValue& in, const fs::path& folder, HullCache& hulls) {
   const char* found = nullptr;
   for (const char* key : kShapeKeys) {
     if (!in.has(key)) continue;
@@ -146,7 +147,7 @@ Shape read_shape(const YamlValue& in, const fs::path& folder) {
   if (kind == "mesh") {
     const Vector3 scale = in.has("scale") ? in.at("scale").vector3() : Vector3(1, 1, 1);
     return located(value, [&] {
-      return Shape{ShapeType::kConvexMesh, {}, load_convex_mesh(resolved(folder, value.text()), scale)};
+      return Shape{ShapeType::kConvexMesh, {}, hulls.load(resolved(folder, value.text()), scale)};
     });
   }
   const auto s = sizes(2, "[radius, length] in metres (without the caps of a capsule)");
@@ -156,14 +157,15 @@ Shape read_shape(const YamlValue& in, const fs::path& folder) {
 }
 
 /// A free object made of one shape of uniform density.
-RobotSpec make_object(const YamlValue& in, const fs::path& folder, const Material& material) {
+RobotSpec make_object(const YamlValue& in, const fs::path& folder, HullCache& hulls,
+                      const Material& material) {
   RobotSpec robot;
   robot.where = in.where();
   robot.name = in.has("name") ? in.at("name").text() : "object";
   LinkSpec link;
   link.name = "body";
   link.where = in.where();
-  const Shape shape = read_shape(in, folder);
+  const Shape shape = read_shape(in, folder, hulls);
   if (shape.type == ShapeType::kConvexMesh) {
     in.at("mesh").fail("a mesh with mass needs its inertia: describe it in a URDF");
   }
@@ -190,6 +192,9 @@ class SceneReader {
         urdf_options_.packages.emplace(name, resolved(folder_, value.text()));
       }
     }
+    const int hull_vertices =
+        root.has("hull_vertices") ? root.at("hull_vertices").integer(4, 1'000'000) : 0;
+    urdf_options_.hulls = std::make_shared<HullCache>(hull_vertices);
     urdf_options_.repair_inertias =
         overrides.repair_inertias ||
         (root.has("repair_inertias") && root.at("repair_inertias").boolean());
@@ -205,6 +210,7 @@ class SceneReader {
     if (root_.has("environment")) {
       for (const YamlValue& item : root_.at("environment").list()) read_environment(item);
     }
+    if (root_.has("groups")) read_groups(root_.at("groups"));
     if (root_.has("exclude")) {
       for (const YamlValue& pair : root_.at("exclude").list()) read_exclusion(pair);
     }
@@ -234,6 +240,7 @@ class SceneReader {
   static Vector3 read_gravity(const YamlValue& root) {
     root.expect_map({"name", "gravity", "time_step", "duration", "contact", "packages",
                      "repair_inertias", "defaults", "models", "ground", "environment", "exclude",
+                     "groups", "hull_vertices",
                      "closures"});
     if (root.has("gravity")) return root.at("gravity").vector3();
     return {0, 0, -kStandardGravity};
@@ -266,7 +273,8 @@ class SceneReader {
 
   RobotSpec read_robot(const YamlValue& in) const {
     if (!in.has("urdf")) {
-      return make_object(in, folder_, read_material(in, urdf_options_.default_material));
+      return make_object(in, folder_, *urdf_options_.hulls,
+                         read_material(in, urdf_options_.default_material));
     }
     for (const char* key : {"sphere", "box", "capsule", "cylinder", "mesh", "mass", "scale"}) {
       if (in.has(key)) in.at(key).fail("a model with a urdf takes its shapes and mass from it");
@@ -282,8 +290,26 @@ class SceneReader {
     return robot;
   }
 
+  Srdf read_srdf(const YamlValue& in) {
+    if (!in.has("srdf")) return {};
+    const YamlValue value = in.at("srdf");
+    if (!in.has("urdf")) value.fail("an SRDF goes with a urdf");
+    Srdf srdf = located(value, [&] { return load_srdf(resolved(folder_, value.text())); });
+    for (const Note& note : srdf.notes) builder_.add_note(note);
+    return srdf;
+  }
+
+  void exclude(const Srdf::Pair& pair, const std::string& prefix) {
+    try {
+      builder_.exclude_pair(prefix + pair.link_a, prefix + pair.link_b);
+    } catch (const InputError& error) {
+      throw InputError(pair.where + ": " + error.what());
+    }
+  }
+
   void read_model(const YamlValue& in, bool only_one) {
     in.expect_map({"urdf",
+                   "srdf",
                    "sphere",
                    "box",
                    "capsule",
@@ -306,6 +332,7 @@ class SceneReader {
                    "count",
                    "spacing"});
     const RobotSpec robot = read_robot(in);
+    const Srdf srdf = read_srdf(in);
     // What is made of one shape is there to move.
     Base base = in.has("urdf") ? Base::kFixed : Base::kFloating;
     if (in.has("base")) {
@@ -327,6 +354,7 @@ class SceneReader {
       const Pose placed{X_WL.rotation, X_WL.translation + i * spacing};
       const int first_joint = builder_.num_joints();
       located(in, [&] { return builder_.add_robot(robot, base, placed, prefix); });
+      for (const Srdf::Pair& pair : srdf.disabled) exclude(pair, prefix);
       read_start(in, base, first_joint, prefix);
     }
   }
@@ -397,8 +425,12 @@ class SceneReader {
     in.expect_map({"name", "sphere", "box", "capsule", "cylinder", "mesh", "triangle_mesh",
                    "height_field", "scale", "position", "rpy", "quaternion", "friction",
                    "restitution", "torsional_friction", "rolling_friction"});
-    const Shape shape = read_shape(in, folder_);
+    const Shape shape = read_shape(in, folder_, *urdf_options_.hulls);
     const std::string name = in.at("name").text();
+    if (shape.mesh && !hull_note(*shape.mesh).empty()) {
+      builder_.add_note({in.where() + ": environment '" + name + "'",
+                         "mesh '" + in.at("mesh").text() + "' " + hull_note(*shape.mesh)});
+    }
     if (shape.terrain) note_flaws(*shape.terrain, in.where() + ": environment '" + name + "'");
     const Material material = read_material(in, urdf_options_.default_material);
     located(in, [&] { return builder_.add_environment(name, shape, read_pose(in), material); });
@@ -418,10 +450,32 @@ class SceneReader {
     }
   }
 
+  /// `groups: {NAME: [links or geometries]}`, for exclusions.
+  void read_groups(const YamlValue& in) {
+    for (const auto& [name, value] : in.entries()) {
+      std::vector<std::string>& members = groups_[name];
+      for (const YamlValue& member : value.list()) members.push_back(member.text());
+      if (members.empty()) value.fail("a group needs at least one link or geometry");
+      for (const std::string& member : members) {
+        // Names are checked here, whether or not the group is used.
+        located(value, [&] { builder_.geometries_named(member); });
+      }
+    }
+  }
+
+  std::vector<std::string> members(const std::string& name) const {
+    const auto group = groups_.find(name);
+    return group == groups_.end() ? std::vector<std::string>{name} : group->second;
+  }
+
   void read_exclusion(const YamlValue& in) {
     const std::vector<YamlValue> pair = in.list();
     if (pair.size() != 2) in.fail("two names [a, b] are expected");
-    located(in, [&] { builder_.exclude_pair(pair[0].text(), pair[1].text()); });
+    for (const std::string& a : members(pair[0].text())) {
+      for (const std::string& b : members(pair[1].text())) {
+        located(in, [&] { builder_.exclude_pair(a, b); });
+      }
+    }
   }
 
   void read_closure(const YamlValue& in) {
@@ -460,6 +514,7 @@ class SceneReader {
   UrdfOptions urdf_options_;
   ModelBuilder builder_;
   std::vector<Velocity> velocities_;
+  std::map<std::string, std::vector<std::string>> groups_;
 };
 
 }  // namespace

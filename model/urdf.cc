@@ -203,17 +203,12 @@ class Converter {
     }
     std::shared_ptr<const ConvexMesh> mesh;
     try {
-      mesh = load_convex_mesh(path.file, scale);
+      mesh = cache_->load(path.file, scale);
     } catch (const InputError& error) {
       throw InputError(where + ": " + error.what());
     }
-    constexpr double kVisiblyConcave = 1.05;
-    if (mesh->source_volume > 0.0 && mesh->volume > kVisiblyConcave * mesh->source_volume) {
-      notes_.push_back(
-          {where, fmt::format("mesh '{}' is not convex: its convex hull, which is used, has {:.3g} "
-                              "times the volume",
-                              name, mesh->volume / mesh->source_volume)});
-    }
+    const std::string note = hull_note(*mesh);
+    if (!note.empty()) notes_.push_back({where, fmt::format("mesh '{}' {}", name, note)});
     hulls_.emplace(key, mesh);
     return mesh;
   }
@@ -253,6 +248,8 @@ class Converter {
   const std::filesystem::path& file_;
   const UrdfOptions& options_;
   const UrdfXml& xml_;
+  const std::shared_ptr<HullCache> cache_ =
+      options_.hulls ? options_.hulls : std::make_shared<HullCache>();
   std::vector<Note> notes_;
   std::map<std::tuple<std::string, double, double, double>, std::shared_ptr<const ConvexMesh>>
       hulls_;

@@ -3,8 +3,10 @@
 
 #include <filesystem>
 #include <map>
+#include <memory>
 #include <string>
 
+#include "counterpoint/model/mesh.h"
 #include "counterpoint/model/model_builder.h"
 
 namespace counterpoint {
@@ -17,6 +19,8 @@ struct UrdfOptions {
   bool repair_inertias = false;
   /// For what a collision's file does not say.
   Material default_material;
+  /// Where hulls are shared with other files; none: each file has its own.
+  std::shared_ptr<HullCache> hulls;
 };
 
 /// Reads a URDF file. Visual elements are ignored; collision meshes become their convex hulls.

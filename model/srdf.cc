@@ -1,0 +1,46 @@
+#include "counterpoint/model/srdf.h"
+
+#include <fmt/format.h>
+#include <tinyxml2.h>
+
+#include "counterpoint/model/types.h"
+
+namespace counterpoint {
+
+Srdf load_srdf(const std::filesystem::path& file) {
+  constexpr std::uintmax_t kMaxBytes = 64'000'000;
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(file, error)) {
+    throw InputError(fmt::format("{}: there is no such SRDF file", file.string()));
+  }
+  if (std::filesystem::file_size(file, error) > kMaxBytes) {
+    throw InputError(fmt::format("{}: larger than 64 MB", file.string()));
+  }
+  tinyxml2::XMLDocument document;
+  if (document.LoadFile(file.c_str()) != tinyxml2::XML_SUCCESS) {
+    throw InputError(fmt::format("{}:{}: not well-formed XML: {}", file.string(),
+                                 document.ErrorLineNum(), document.ErrorName()));
+  }
+  const tinyxml2::XMLElement* robot = document.RootElement();
+  if (robot == nullptr || std::string(robot->Name()) != "robot") {
+    throw InputError(fmt::format("{}: the root element must be <robot>", file.string()));
+  }
+  Srdf out;
+  for (const auto* e = robot->FirstChildElement(); e != nullptr; e = e->NextSiblingElement()) {
+    const std::string name = e->Name();
+    const std::string where = fmt::format("{}:{}", file.string(), e->GetLineNum());
+    if (name == "disable_default_collisions" || name == "enable_collisions") {
+      out.notes.push_back({where, "<" + name + "> is not used; only <disable_collisions> is"});
+    }
+    if (name != "disable_collisions") continue;
+    const char* a = e->Attribute("link1");
+    const char* b = e->Attribute("link2");
+    if (a == nullptr || b == nullptr || *a == '\0' || *b == '\0') {
+      throw InputError(where + ": <disable_collisions> needs link1=\"...\" and link2=\"...\"");
+    }
+    out.disabled.push_back({a, b, where});
+  }
+  return out;
+}
+
+}  // namespace counterpoint

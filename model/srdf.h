@@ -1,0 +1,26 @@
+// SRDF files: the pairs of links that MoveIt's setup assistant has found never to collide.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "counterpoint/model/model.h"
+
+namespace counterpoint {
+
+struct Srdf {
+  struct Pair {
+    std::string link_a, link_b;
+    std::string where;  ///< file and line
+  };
+  std::vector<Pair> disabled;
+  std::vector<Note> notes;  ///< what bears on collision and is not used
+};
+
+/// Reads <disable_collisions>; everything else in the file has other uses. @throws InputError with file
+/// and line when the file is missing or no XML, its root is not <robot>, or a link is not named.
+Srdf load_srdf(const std::filesystem::path& file);
+
+}  // namespace counterpoint
