@@ -122,12 +122,12 @@ void inspect_bodies(const Model& model, Report& report) {
 }
 
 void inspect_geometries(const Model& model, Report& report) {
-  fmt::print(report.text(), "\n{:<32} {:<24} {:<12} {:<28} {:>8} {:>11}\n", "geometry", "link",
+  fmt::print(report.text(), "\n{:<32} {:<24} {:<12} {:<44} {:>8} {:>11}\n", "geometry", "link",
              "shape", "size [m]", "friction", "restitution");
   Json geometries = Json::array();
   for (const Geometry& geometry : model.geometries()) {
     const Material& material = geometry.material;
-    fmt::print(report.text(), "{:<32} {:<24} {:<12} {:<28} {:>8.4g} {:>11.4g}\n", geometry.name,
+    fmt::print(report.text(), "{:<32} {:<24} {:<12} {:<44} {:>8.4g} {:>11.4g}\n", geometry.name,
                link_name(model, geometry.body), shape_name(geometry.shape.type),
                shape_size(geometry.shape), material.friction, material.restitution);
     Json entry = {{"name", geometry.name},
