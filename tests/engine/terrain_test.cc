@@ -7,6 +7,7 @@
 #include "counterpoint/engine/simulator.h"
 #include "counterpoint/model/inertia.h"
 #include "counterpoint/model/terrain.h"
+#include "support/allocation_guard.h"
 #include "support/random_model.h"
 #include "support/shape_reference.h"
 
@@ -140,6 +141,17 @@ TEST(Terrain, NothingFallsThroughHills) {
       }
     }
   }
+}
+
+TEST(Terrain, AStepDoesNotAllocate) {
+  if (!counts_allocations()) GTEST_SKIP() << "allocations cannot be counted in this build";
+  Scene scene = scene_on(ground(kFlat), box_shape({0.3, 0.2, 0.1}));
+  scene.q[2] = 0.1;
+  Simulator sim(std::move(scene));
+  for (int i = 0; i < 50; ++i) ASSERT_TRUE(sim.step().succeeded());
+  const std::size_t before = allocation_count();
+  for (int i = 0; i < 50; ++i) sim.step();
+  EXPECT_EQ(allocation_count(), before);
 }
 
 TEST(Terrain, TheInverseRecoversTheForceOnHills) {
