@@ -64,7 +64,7 @@ int Broadphase::widest_axis() const {
 // the axis: judged from a few. Either answer is right.
 bool Broadphase::crowded(int axis) const {
   constexpr std::size_t kSamples = 16;
-  constexpr std::size_t kNeighbours = 32;
+  constexpr std::size_t kNeighbours = 24;
   if (boxes_.size() < kFewestForTree) return false;
   std::size_t met = 0;
   for (std::size_t k = 0; k < kSamples; ++k) {
