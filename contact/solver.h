@@ -24,7 +24,7 @@ const char* method_name(Method method);
 /// Speed and accuracy only; never the physics (that is in the Problem).
 struct Settings {
   /// Converged when Report::residual is at most this.
-  double tolerance = 1e-10;
+  double tolerance = 1e-12;
   int max_iterations = 1000;  ///< Newton steps, per island
   /// For tests and measurements: one method, all islands as one, how M + J'GJ is stored.
   std::optional<Method> only;  ///< this method alone, finished by Newton's

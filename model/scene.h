@@ -25,7 +25,7 @@ std::optional<FrictionModel> friction_model_from_name(const std::string& name);
 /// Everything that shapes the physics of contact. A change here changes the motion, and the inverse
 /// must be given the same values as the forward step.
 struct ContactOptions {
-  FrictionModel friction_model = FrictionModel::kConvex;
+  FrictionModel friction_model = FrictionModel::kCoulomb;
   /// eps [-]: regularizer r = eps * (inverse mass at the contact). Creep on a slope is eps g h sin(theta).
   double compliance = 1e-6;
   /// delta [m]: smoothing as a length. A resting body hovers about delta above the ground.
