@@ -21,9 +21,9 @@ constexpr double kTurn = 0.5, kSharp = 1e-3;
 // A point of the curve is good when the square of the residual is below this share of the center,
 // a cone.
 constexpr double kAccuracy = 1e-4;
-constexpr double kStartAccuracy = 1e-8;
+constexpr double kStartAccuracy = 1e-16;
 constexpr int kCorrectorHalvings = 4;
-constexpr double kMove = 1e-4, kContraction = 0.9, kSmallMove = 1e-8;
+constexpr double kMove = 1e-4, kContraction = 0.9, kSettled = 0.3, kSmallMove = 1e-8;
 constexpr int kCorrectorSteps = 12, kEasySteps = 3;
 // The target is tried from here on, again after this many decades, in so many steps.
 constexpr double kFirstJump = 2.0, kBetweenJumps = 2.0;
@@ -65,6 +65,7 @@ bool Homotopy::start(MixedSystem& system, MixedNewton& newton, MixedSystem::Poin
                                         kStartAccuracy * start_center_ * cones_, here_.point);
     used_ += result.iterations;
     if (result.solved) {
+      used_ += newton.run_here(system, kEndSteps, 0.0, here_.point).iterations;
       return true;
     }
   }
@@ -78,9 +79,10 @@ bool Homotopy::correct(MixedSystem& system, int& iterations) {
   set_parameter(system, trial_.p);
   double norm = system.residual(trial_.point);
   double move = std::numeric_limits<double>::infinity();
+  bool settled = false;
   for (iterations = 0;; ++iterations) {
     if (!std::isfinite(norm)) return false;
-    if (move <= kMove * system.scale() && norm * norm <= allowed * system.center) return true;
+    if (settled && norm * norm <= allowed * system.center) return true;
     if (iterations == kCorrectorSteps || used_ >= budget_ || !system.factor()) return false;
     ++used_;
     system.direction(step_);
@@ -111,7 +113,9 @@ bool Homotopy::correct(MixedSystem& system, int& iterations) {
     }
     // Steps that grow while the residual falls: there is no solution near, only a weakly determined
     // direction in which to run away from the curve.
-    if (move > kContraction * last && move > kSmallMove * system.scale()) return false;
+    const bool small = move <= kSmallMove * system.scale();
+    if (move > kContraction * last && !small) return false;
+    settled = small || (move <= kMove * system.scale() && move <= kSettled * last && std::isfinite(last));
     norm = after;
   }
 }

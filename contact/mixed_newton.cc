@@ -7,6 +7,8 @@ namespace counterpoint::contact {
 namespace {
 
 constexpr double kTolerance = 1e-9;
+// A residual that is not worth another step, as a share of its terms.
+constexpr double kRounding = 1e-13;
 constexpr int kMaxHalvings = 6;
 constexpr double kSufficientDecrease = 1e-3;
 // The center as a share of the laws' residual, a cone.
@@ -42,7 +44,7 @@ MixedNewton::Result MixedNewton::run_here(MixedSystem& system, int max_iteration
   Result result;
   double norm = system.residual(point);
   for (;; ++result.iterations) {
-    if (norm * norm <= square) {
+    if (norm * norm <= square || norm <= kRounding * system.scale()) {
       result.solved = true;
       return result;
     }
