@@ -16,15 +16,15 @@ constexpr double kRaise = 100.0;
 constexpr double kUnit = 2.302585092994046;
 constexpr double kFirstStep = 1.0, kLongestStep = 3.0, kShortestStep = 1e-6;
 constexpr double kGrow = 2.0, kShrink = 0.3;
-// The least cosine between two tangents, unless the step is as short as this: a kink.
-constexpr double kTurn = 0.5, kSharp = 1e-3;
+// Steps as short as this may turn as they like: a kink.
+constexpr double kSharp = 1e-3;
 // A point of the curve is good when the square of the residual is below this share of the center,
 // a cone.
 constexpr double kAccuracy = 1e-4;
 constexpr double kStartAccuracy = 1e-16;
 constexpr int kCorrectorHalvings = 4;
-constexpr double kMove = 1e-4, kContraction = 0.9, kSettled = 0.3, kSmallMove = 1e-8;
-constexpr int kCorrectorSteps = 12, kEasySteps = 3;
+constexpr double kMove = 1e-4, kContraction = 0.9, kSettled = 0.3, kSmallMove = 1e-6;
+constexpr int kCorrectorSteps = 15, kEasySteps = 3;
 // The target is tried from here on, again after this many decades, in so many steps.
 constexpr double kFirstJump = 2.0, kBetweenJumps = 2.0;
 constexpr int kJumpSteps = 12, kJumpRaises = 0;
@@ -115,7 +115,8 @@ bool Homotopy::correct(MixedSystem& system, int& iterations) {
     // direction in which to run away from the curve.
     const bool small = move <= kSmallMove * system.scale();
     if (move > kContraction * last && !small) return false;
-    settled = small || (move <= kMove * system.scale() && move <= kSettled * last && std::isfinite(last));
+    settled =
+        small || (move <= kMove * system.scale() && move <= kSettled * last && std::isfinite(last));
     norm = after;
   }
 }
@@ -155,7 +156,7 @@ bool Homotopy::advance(MixedSystem& system) {
     metric_ = metric;
     if (!correct(system, iterations)) continue;
     if (!find_tangent(system, trial_, next_tangent_)) continue;
-    const bool turned = inner(system, tangent_, next_tangent_) < kTurn;
+    const bool turned = inner(system, tangent_, next_tangent_) < least_cosine_;
     if (turned && step_length_ > kSharp) continue;
     std::swap(here_, trial_);
     std::swap(tangent_, next_tangent_);
@@ -172,8 +173,9 @@ bool Homotopy::reached(MixedSystem& system, double share) {
   return system.center * cones_ < share * system.scale() * system.scale();
 }
 
-MixedNewton::Result Homotopy::run(MixedSystem& system, MixedNewton& newton, int max_iterations,
-                                  MixedSystem::Point& point) {
+MixedNewton::Result Homotopy::run(MixedSystem& system, MixedNewton& newton, double least_cosine,
+                                  int max_iterations, MixedSystem::Point& point) {
+  least_cosine_ = least_cosine;
   budget_ = max_iterations;
   used_ = 0;
   cones_ = std::max(1, system.num_cones());

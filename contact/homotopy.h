@@ -21,8 +21,9 @@ namespace counterpoint::contact {
 class Homotopy {
  public:
   /// At most `max_iterations` steps of Newton's method in all. `point` is the answer if solved.
-  MixedNewton::Result run(MixedSystem& system, MixedNewton& newton, int max_iterations,
-                          MixedSystem::Point& point);
+  /// `least_cosine`: between the tangents at both ends of a step; nearer to 1, smaller steps.
+  MixedNewton::Result run(MixedSystem& system, MixedNewton& newton, double least_cosine,
+                          int max_iterations, MixedSystem::Point& point);
 
  private:
   /// A point of the curve or a direction along it.
@@ -42,6 +43,7 @@ class Homotopy {
   double metric_ = 1.0;  ///< of p against the rest [J]
   double step_length_ = 0.0;
   double cones_ = 1.0;
+  double least_cosine_ = 0.5;
   int budget_ = 0, used_ = 0;
   Curve here_, trial_, before_, tangent_, next_tangent_;
   MixedSystem::Point step_, slope_, jump_;

@@ -28,6 +28,7 @@ class IslandSolver {
  private:
   void try_in_turn();
   void attempt(Method method, int max_iterations);
+  void follow(double sigma_share, double least_cosine);
   void finish(int max_iterations);
   int steps_left() const;
   bool unsolved() const;

@@ -7,14 +7,7 @@
 #include "counterpoint/contact/scalar_law.h"
 
 namespace counterpoint::contact {
-namespace {
-
-// sigma as a share of the inverse mass at the constraint.
-constexpr double kSigma = 0.2;
-
-}  // namespace
-
-void MixedSystem::begin(IslandSystem& system) {
+void MixedSystem::begin(IslandSystem& system, double sigma_share) {
   system_ = &system;
   center = 0.0;
   share = 1.0;
@@ -34,7 +27,7 @@ void MixedSystem::begin(IslandSystem& system) {
     cone.bound = c.law.bound;
     const bool friction = c.law.type == LawType::kFrictionCone;
     cone.rho = friction ? normal_regularizer(c.law) : c.law.regularizer;
-    cone.sigma = std::max(cone.rho, kSigma * c.inverse_mass);
+    cone.sigma = std::max(cone.rho, sigma_share * c.inverse_mass);
     cone.scale[0] = 1.0;
     for (int r = 1; r < cone.rows; ++r) cone.scale[r] = friction ? c.law.friction[r - 1] : 1.0;
     cones_.push_back(cone);

@@ -34,8 +34,11 @@ class MixedSystem {
     std::vector<double> phi;  ///< scaled impulses, by rows
   };
 
+  /// sigma as a share of the inverse mass at the constraint, unless told otherwise.
+  static constexpr double kSigma = 0.2;
+
   /// Takes the island; nothing is smoothed beyond its laws, the shift is whole.
-  void begin(IslandSystem& system);
+  void begin(IslandSystem& system, double sigma_share = kSigma);
   /// Smoothing [J] added to that of the laws, and the share of De Saxce's shift in use.
   double center = 0.0;
   double share = 1.0;
