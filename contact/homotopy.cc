@@ -41,6 +41,12 @@ void add(const MixedSystem::Point& d, double step, MixedSystem::Point& x) {
 
 }  // namespace
 
+void Homotopy::reserve(const IslandSystem& system) {
+  for (Curve* curve : {&here_, &trial_, &before_, &tangent_, &next_tangent_})
+    curve->point.reserve(system);
+  for (MixedSystem::Point* point : {&step_, &slope_, &jump_}) point->reserve(system);
+}
+
 void Homotopy::set_parameter(MixedSystem& system, double p) const {
   const double share = std::exp(-p);
   system.center = start_center_ * share;

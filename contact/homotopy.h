@@ -25,6 +25,9 @@ class Homotopy {
   MixedNewton::Result run(MixedSystem& system, MixedNewton& newton, double least_cosine,
                           int max_iterations, MixedSystem::Point& point);
 
+  /// As MixedSystem::reserve.
+  void reserve(const IslandSystem& system);
+
  private:
   /// A point of the curve or a direction along it.
   struct Curve {

@@ -42,6 +42,14 @@ bool has_cone(const Law& law) {
 
 }  // namespace
 
+void InteriorPoint::reserve(const IslandSystem& system) {
+  for (auto* v : {&w_, &dw_, &dual_, &momentum_, &push_}) v->reserve(system.size());
+  for (auto* v : {&y_, &f_, &s_, &phi_, &lambda_, &primal_, &rhs_, &ds_, &dphi_, &dy_})
+    v->reserve(system.num_rows());
+  hessian_.reserve(system.hessian_size());
+  cones_.reserve(system.constraints().size());
+}
+
 // Starts on the law's own curve at a large smoothing: phi o s = center e and r_p = 0 hold exactly.
 void InteriorPoint::begin(IslandSystem& system, const std::vector<double>& w) {
   system_ = &system;

@@ -34,6 +34,10 @@ class InteriorPoint {
   /// Returns the number of steps, negative if it failed.
   int run(IslandSystem& system, int max_iterations, std::vector<double>& w);
 
+  /// Takes the memory that an island needs, so that a method that is seldom tried does not allocate
+  /// in the middle of a run.
+  void reserve(const IslandSystem& system);
+
  private:
   struct Cone {
     int row = 0, rows = 1, hessian = 0;

@@ -23,6 +23,16 @@ constexpr Manner kManners[] = {{0.2, 0.5}, {0.05, 0.9}, {0.2, 0.9}};
 
 }  // namespace
 
+void IslandSolver::reserve() {
+  mixed_system_.reserve(*system_);
+  mixed_newton_.reserve(*system_);
+  interior_point_.reserve(*system_);
+  homotopy_.reserve(*system_);
+  point_.reserve(*system_);
+  for (auto* v : {&start_, &w_, &best_w_}) v->reserve(system_->size());
+  for (auto* v : {&f_, &best_f_}) v->reserve(system_->num_rows());
+}
+
 int IslandSolver::steps_left() const {
   return std::max(0, settings_.max_iterations - newton_.totals().iterations);
 }
@@ -94,6 +104,7 @@ void IslandSolver::try_in_turn() {
 Newton::Result IslandSolver::solve(IslandSystem& system, const Settings& settings,
                                    std::vector<double>& w, std::vector<double>& f) {
   system_ = &system;
+  reserve();
   settings_ = settings;
   method_ = Method::kNewton;
   best_w_.clear();

@@ -26,6 +26,7 @@ class IslandSolver {
   Method method() const { return method_; }
 
  private:
+  void reserve();
   void try_in_turn();
   void attempt(Method method, int max_iterations);
   void follow(double sigma_share, double least_cosine);

@@ -20,6 +20,11 @@ constexpr double kFirstFall = 0.05;
 
 }  // namespace
 
+void MixedNewton::reserve(const IslandSystem& system) {
+  step_.reserve(system);
+  trial_.reserve(system);
+}
+
 // One step, halved until the residual falls or no longer; returns its length, 0 if singular.
 double MixedNewton::advance(MixedSystem& system, MixedSystem::Point& point, double& norm) {
   if (!system.factor()) return 0.0;

@@ -29,6 +29,9 @@ class MixedNewton {
   Result run_here(MixedSystem& system, int max_iterations, double square,
                   MixedSystem::Point& point);
 
+  /// As MixedSystem::reserve.
+  void reserve(const IslandSystem& system);
+
  private:
   double advance(MixedSystem& system, MixedSystem::Point& point, double& norm);
   MixedSystem::Point step_, trial_;

@@ -7,13 +7,25 @@
 #include "counterpoint/contact/scalar_law.h"
 
 namespace counterpoint::contact {
+void MixedSystem::Point::reserve(const IslandSystem& system) {
+  w.reserve(system.size());
+  phi.reserve(system.num_rows());
+}
+
+void MixedSystem::reserve(const IslandSystem& system) {
+  for (auto* v : {&dual_, &dual_before_, &momentum_}) v->reserve(system.size());
+  for (auto* v : {&y_, &f_, &error_, &error_before_, &rhs_, &dy_}) v->reserve(system.num_rows());
+  hessian_.reserve(system.hessian_size());
+  cones_.reserve(system.constraints().size());
+}
+
 void MixedSystem::begin(IslandSystem& system, double sigma_share) {
   system_ = &system;
   center = 0.0;
   share = 1.0;
   const size_t n = system.size(), m = system.num_rows();
-  for (auto* v : {&dual_, &dual_before_, &momentum_, &point_.w}) v->resize(n);
-  for (auto* v : {&y_, &f_, &error_, &error_before_, &rhs_, &dy_, &point_.phi}) v->assign(m, 0.0);
+  for (auto* v : {&dual_, &dual_before_, &momentum_}) v->resize(n);
+  for (auto* v : {&y_, &f_, &error_, &error_before_, &rhs_, &dy_}) v->assign(m, 0.0);
   hessian_.resize(system.hessian_size());
   cones_.clear();
   for (const auto& c : system.constraints()) {

@@ -32,7 +32,12 @@ class MixedSystem {
   struct Point {
     std::vector<double> w;    ///< velocities of the island
     std::vector<double> phi;  ///< scaled impulses, by rows
+    void reserve(const IslandSystem& system);
   };
+
+  /// Takes the memory that an island needs, so that a method that is seldom tried does not allocate
+  /// in the middle of a run.
+  void reserve(const IslandSystem& system);
 
   /// sigma as a share of the inverse mass at the constraint, unless told otherwise.
   static constexpr double kSigma = 0.2;
@@ -91,7 +96,6 @@ class MixedSystem {
   // Residuals, negated: of momentum, and of the laws in phi; and the same remembered.
   std::vector<double> dual_, error_, dual_before_, error_before_;
   std::vector<double> y_, f_, momentum_, hessian_, rhs_, dy_;
-  Point point_;
 };
 
 }  // namespace counterpoint::contact
