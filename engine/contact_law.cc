@@ -41,7 +41,9 @@ contact::Law make_contact_law(const ContactOptions& options, double h, const Mat
       law.bias[0] += mu * std::hypot(v[1], v[2]);
       break;
     case FrictionModel::kCoulomb:
-      law.coulomb = true;
+      // Beyond the margin only speed brought it in: where and how the bodies will meet is known
+      // roughly, and the convex law keeps them h mu |v_T| apart for this step.
+      law.coulomb = gap <= options.margin;
       break;
   }
   return law;

@@ -62,8 +62,8 @@ const Case kCases[] = {
     {"quadruped", "data/scenes/quadruped_drop.yaml", "", 0.5},
     {"arm7", "data/scenes/arm7.yaml", "", 0.8},
     {"solo12", "@solo12/solo_description/robots/solo12.urdf", "--base floating --ground", 1.0},
-    {"panda", "@panda_primitives/panda_description/urdf/panda_collision.urdf",
-     "--base fixed --ground", 1.0},
+    {"panda", "@panda_primitives/panda_description/urdf/panda_collision.urdf", "--base fixed",
+     1.0},  // its first link would turn 9 cm deep in a ground at z = 0
     {"husky", "@husky/data/husky/husky.urdf", "--base floating --ground", 1.0},
 };
 
