@@ -100,8 +100,8 @@ TEST(Collider, EnvironmentMeetsEveryLinkAndNotItself) {
   builder.add_robot(chain(balls), Base::kFixed, Pose{});
   const Model model = builder.build();
   const Collider collider(model);
-  // The base is welded to the world, as ground and table are: only two links move. Each meets ground and
-  // table, the last also the base.
+  // The base is welded to the world, as ground and table are: only two links move. Each meets
+  // ground and table, the last also the base.
   EXPECT_EQ(collider.num_enabled_pairs(), 5);
   // Overlap with the environment is contact, not a flaw of the robot.
   EXPECT_TRUE(collider.overlapping_pairs().empty());

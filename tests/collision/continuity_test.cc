@@ -21,14 +21,16 @@ struct Named {
   double radius;  // of the ball swept over the core
 };
 
-std::vector<Named> solids() {
-  return {{"sphere", sphere_shape(0.4), 0.4},
-          {"box", box_shape({0.3, 0.5, 0.2}), 0.0},
-          {"capsule", capsule_shape(0.2, 0.5), 0.2},
-          {"cylinder", cylinder_shape(0.3, 0.4), 0.0},
-          {"disk", cylinder_shape(0.5, 0.05), 0.0},
-          {"hexagon", prism_shape(6, 0.4, 0.3), 0.0},
-          {"frustum", prism_shape(40, 0.4, 0.3, 0.5), 0.0}};
+// Made once: names of tests ask for it hundreds of times.
+const std::vector<Named>& solids() {
+  static const std::vector<Named> kSolids{{"sphere", sphere_shape(0.4), 0.4},
+                                          {"box", box_shape({0.3, 0.5, 0.2}), 0.0},
+                                          {"capsule", capsule_shape(0.2, 0.5), 0.2},
+                                          {"cylinder", cylinder_shape(0.3, 0.4), 0.0},
+                                          {"disk", cylinder_shape(0.5, 0.05), 0.0},
+                                          {"hexagon", prism_shape(6, 0.4, 0.3), 0.0},
+                                          {"frustum", prism_shape(40, 0.4, 0.3, 0.5), 0.0}};
+  return kSolids;
 }
 
 class Paths : public ::testing::TestWithParam<std::tuple<int, int>> {

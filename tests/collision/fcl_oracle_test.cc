@@ -15,10 +15,13 @@ struct Solid {
   Shape shape;
 };
 
-std::vector<Solid> solids() {
-  return {{"sphere", sphere_shape(0.4)},          {"box", box_shape({0.3, 0.5, 0.2})},
-          {"capsule", capsule_shape(0.2, 0.5)},   {"cylinder", cylinder_shape(0.3, 0.4)},
-          {"hexagon", prism_shape(6, 0.4, 0.3)},  {"frustum", prism_shape(32, 0.4, 0.3, 0.5)}};
+// Made once: names of tests ask for it hundreds of times.
+const std::vector<Solid>& solids() {
+  static const std::vector<Solid> kSolids{
+      {"sphere", sphere_shape(0.4)},         {"box", box_shape({0.3, 0.5, 0.2})},
+      {"capsule", capsule_shape(0.2, 0.5)},  {"cylinder", cylinder_shape(0.3, 0.4)},
+      {"hexagon", prism_shape(6, 0.4, 0.3)}, {"frustum", prism_shape(32, 0.4, 0.3, 0.5)}};
+  return kSolids;
 }
 
 double fcl_distance(const Shape& a, const Pose& X_A, const Shape& b, const Pose& X_B,
@@ -52,9 +55,10 @@ INSTANTIATE_TEST_SUITE_P(All, FclOracle,
                          ::testing::Combine(::testing::Range(0, 6), ::testing::Range(0, 6)),
                          pair_name);
 
-// libccd stops when a round shortens the distance by less than its tolerance; over curved shapes it then
-// still lacks the sum of all further rounds. At 1e-12 it lacks up to 1e-6 m on shapes of this size, most
-// often 1e-9 (at its default of 1e-6: up to 7e-4), and always lies above: its points are in the shapes.
+// libccd stops when a round shortens the distance by less than its tolerance; over curved shapes it
+// then still lacks the sum of all further rounds. At 1e-12 it lacks up to 1e-6 m on shapes of this
+// size, most often 1e-9 (at its default of 1e-6: up to 7e-4), and always lies above: its points are
+// in the shapes.
 TEST_P(FclOracle, GapOfSeparatedShapes) {
   constexpr double kTolerance = 1e-12;
   constexpr double kFclError = 2e-6;
@@ -74,11 +78,12 @@ TEST_P(FclOracle, GapOfSeparatedShapes) {
   EXPECT_LT(std::abs(errors[errors.size() / 2]), kOurError);
 }
 
-// The expanding polytope stops within the tolerance from the depth. The default, 1e-6, is the least at
-// which libccd does not run into its own assertions on spheres.
+// The expanding polytope stops within the tolerance from the depth. The default, 1e-6, is the least
+// at which libccd does not run into its own assertions on spheres.
 TEST_P(FclOracle, DepthOfOverlappingShapes) {
   constexpr double kTolerance = 1e-6;
-  // Rims and wide polygons: libccd's faces lie inside the difference by more than its tolerance says.
+  // Rims and wide polygons: libccd's faces lie inside the difference by more than its tolerance
+  // says.
   constexpr double kFclError = 3e-5;
   int overlapping = 0;
   for (int i = 0; overlapping < 20 && i < 200; ++i) {

@@ -27,10 +27,9 @@ Pose at(double x, double y, double z) { return {Matrix3::Identity(), Vector3(x, 
 TEST(Plane, GapIsHeightOfEveryPointAndTheLowestIsThere) {
   std::mt19937 rng(5);
   Manifold m;
-  for (const Shape& shape :
-       {sphere_shape(0.3), box_shape({0.1, 0.2, 0.3}), capsule_shape(0.1, 0.4),
-        cylinder_shape(0.2, 0.3), cylinder_shape(0.5, 0.02), prism_shape(5, 0.3, 0.2),
-        prism_shape(60, 0.3, 0.2, 0.9)}) {
+  for (const Shape& shape : {sphere_shape(0.3), box_shape({0.1, 0.2, 0.3}), capsule_shape(0.1, 0.4),
+                             cylinder_shape(0.2, 0.3), cylinder_shape(0.5, 0.02),
+                             prism_shape(5, 0.3, 0.2), prism_shape(60, 0.3, 0.2, 0.9)}) {
     for (int i = 0; i < 200; ++i) {
       const Pose X_P = random_pose(rng);
       const Pose X = random_pose(rng);
@@ -88,7 +87,8 @@ TEST(Plane, ManyVerticesAreReducedToEightThatSpan) {
     const double angle = i * 0.1;
     double reach = 0.0;
     for (int k = 0; k < 8; ++k) {
-      reach = std::max(reach, m.points[k].position.dot(Vector3(std::cos(angle), std::sin(angle), 0)));
+      reach =
+          std::max(reach, m.points[k].position.dot(Vector3(std::cos(angle), std::sin(angle), 0)));
     }
     EXPECT_GT(reach, 0.85);
   }
@@ -133,7 +133,8 @@ TEST(BoxBox, QuarterTurnedStackStandsOnTheWholeOctagon) {
     const Vector3 p = m.points[k].position - Vector3(0, 0, 0.5);
     EXPECT_NEAR(p.norm(), 0.5 / std::cos(std::acos(-1.0) / 8.0), kSame);
     EXPECT_NEAR(p.z(), 0.0, kSame);
-    for (int l = 0; l < k; ++l) EXPECT_GT((m.points[k].position - m.points[l].position).norm(), 0.4);
+    for (int l = 0; l < k; ++l)
+      EXPECT_GT((m.points[k].position - m.points[l].position).norm(), 0.4);
   }
 }
 
@@ -147,9 +148,11 @@ TEST(ConvexConvex, ManyCornersAreReducedToThoseThatSpan) {
     const double angle = i * 0.1;
     double reach = 0.0;
     for (int k = 0; k < m.size; ++k) {
-      reach = std::max(reach, m.points[k].position.dot(Vector3(std::cos(angle), std::sin(angle), 0)));
+      reach =
+          std::max(reach, m.points[k].position.dot(Vector3(std::cos(angle), std::sin(angle), 0)));
     }
-    // Two of fourteen corners may be missing side by side at most: cos(3/2 * 360 / 14 degrees) = 0.78.
+    // Two of fourteen corners may be missing side by side at most: cos(3/2 * 360 / 14 degrees) =
+    // 0.78.
     EXPECT_GT(reach, 0.78);
   }
   pair_contacts(table, Pose{}, cylinder_shape(1.0, 0.5), at(0, 0, 1), 0.01, m);
@@ -176,7 +179,8 @@ TEST(Capsule, LyingOnABoxOrAlongsideAnotherGivesTwoPoints) {
   Manifold m;
   const Matrix3 lying = Eigen::AngleAxisd(std::acos(0.0), Vector3::UnitY()).toRotationMatrix();
   const Shape capsule = capsule_shape(0.1, 0.5);
-  pair_contacts(box_shape({0.3, 0.3, 0.3}), Pose{}, capsule, {lying, Vector3(0.1, 0, 0.4)}, 0.01, m);
+  pair_contacts(box_shape({0.3, 0.3, 0.3}), Pose{}, capsule, {lying, Vector3(0.1, 0, 0.4)}, 0.01,
+                m);
   ASSERT_EQ(m.size, 2);
   EXPECT_TRUE(has_point(m, {-0.3, 0, 0.3}, kSame));
   EXPECT_TRUE(has_point(m, {0.3, 0, 0.3}, kSame));
@@ -244,9 +248,9 @@ TEST(Scale, ThousandthToThousandMetres) {
 
 TEST(Degenerate, ShapesWithoutSizeGiveFiniteContacts) {
   Manifold m;
-  const std::vector<Shape> shapes = {sphere_shape(0.0), box_shape({0, 0, 0}),
+  const std::vector<Shape> shapes = {sphere_shape(0.0),          box_shape({0, 0, 0}),
                                      box_shape({0.3, 0.3, 0.0}), capsule_shape(0.0, 0.0),
-                                     cylinder_shape(0.0, 0.0), cylinder_shape(0.3, 0.0)};
+                                     cylinder_shape(0.0, 0.0),   cylinder_shape(0.3, 0.0)};
   for (const Shape& a : shapes) {
     for (const Shape& b : shapes) {
       for (const Vector3& p : {Vector3(0, 0, 0), Vector3(0, 0, 0.1), Vector3(0.3, 0.3, 0.0)}) {

@@ -7,16 +7,16 @@
 #include <limits>
 #include <string>
 
-#include "support/shape_reference.h"
 #include "support/random_poses.h"
+#include "support/shape_reference.h"
 
 namespace counterpoint::test {
 namespace {
 
 using collision::pair_contacts;
 
-// Round-off of coordinates of order 1 through a few dozen operations, and the 1e-10 (times the size of
-// the shapes, up to 4 here) within which gaps count as equal.
+// Round-off of coordinates of order 1 through a few dozen operations, and the 1e-10 (times the size
+// of the shapes, up to 4 here) within which gaps count as equal.
 constexpr double kGapError = 1e-9;
 
 struct Named {
@@ -24,15 +24,14 @@ struct Named {
   Shape shape;
 };
 
-std::vector<Named> solids() {
-  return {{"sphere", sphere_shape(0.4)},
-          {"box", box_shape({0.3, 0.5, 0.2})},
-          {"cube", box_shape({0.4, 0.4, 0.4})},
-          {"capsule", capsule_shape(0.2, 0.5)},
-          {"cylinder", cylinder_shape(0.3, 0.4)},
-          {"disk", cylinder_shape(0.5, 0.05)},
-          {"hexagon", prism_shape(6, 0.4, 0.3)},
-          {"frustum", prism_shape(40, 0.4, 0.3, 0.5)}};
+// Made once: names of tests ask for it hundreds of times.
+const std::vector<Named>& solids() {
+  static const std::vector<Named> kSolids{
+      {"sphere", sphere_shape(0.4)},          {"box", box_shape({0.3, 0.5, 0.2})},
+      {"cube", box_shape({0.4, 0.4, 0.4})},   {"capsule", capsule_shape(0.2, 0.5)},
+      {"cylinder", cylinder_shape(0.3, 0.4)}, {"disk", cylinder_shape(0.5, 0.05)},
+      {"hexagon", prism_shape(6, 0.4, 0.3)},  {"frustum", prism_shape(40, 0.4, 0.3, 0.5)}};
+  return kSolids;
 }
 
 class Pairs : public ::testing::TestWithParam<std::tuple<int, int>> {
@@ -53,8 +52,8 @@ std::string pair_name(const ::testing::TestParamInfo<std::tuple<int, int>>& info
   return solids()[std::get<0>(info.param)].name + "_" + solids()[std::get<1>(info.param)].name;
 }
 
-INSTANTIATE_TEST_SUITE_P(All, Pairs, ::testing::Combine(::testing::Range(0, 8),
-                                                        ::testing::Range(0, 8)),
+INSTANTIATE_TEST_SUITE_P(All, Pairs,
+                         ::testing::Combine(::testing::Range(0, 8), ::testing::Range(0, 8)),
                          pair_name);
 
 // Every point lies on both surfaces, gap apart along the unit normal. The smallest gap equals the

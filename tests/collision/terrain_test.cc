@@ -1,5 +1,6 @@
-// Triangle meshes: flat ones against the plane, closed convex ones against the hull, seams, thin walls.
-#include "counterpoint/collision/terrain_contacts.h"
+// Triangle meshes: flat ones against the plane, closed convex ones against the hull, seams, thin
+// walls.
+#include "counterpoint/model/terrain.h"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +9,7 @@
 
 #include "counterpoint/collision/pair_contacts.h"
 #include "counterpoint/collision/query.h"
-#include "counterpoint/model/terrain.h"
+#include "counterpoint/collision/terrain_contacts.h"
 #include "support/random_poses.h"
 #include "support/shape_reference.h"
 
@@ -27,8 +28,8 @@ Shape terrain_shape(const TriangleMesh& mesh) {
   return shape;
 }
 
-// A square of the plane z = 0, half length 3 m, in triangles of about `pitch`, inner vertices moved about
-// in the plane.
+// A square of the plane z = 0, half length 3 m, in triangles of about `pitch`, inner vertices moved
+// about in the plane.
 TriangleMesh flat_ground(int cells, std::mt19937& rng) {
   TriangleMesh mesh;
   const double pitch = 6.0 / cells;
@@ -85,8 +86,8 @@ TEST(Terrain, FlatTrianglesAreAPlane) {
         Pose X_GB{random_rotation(rng), random_vector(rng, 1.0)};
         // Down to a little overlap, up to out of reach.
         X_GB.translation.z() = 0.0;
-        X_GB.translation.z() = std::uniform_real_distribution<double>(-0.005, 0.06)(rng) -
-                               lowest_point(body, X_GB);
+        X_GB.translation.z() =
+            std::uniform_real_distribution<double>(-0.005, 0.06)(rng) - lowest_point(body, X_GB);
         const double margin = 0.05;
         Manifold on_plane, on_ground;
         pair_contacts(plane, X_WG, body, X_WG * X_GB, margin, on_plane);
@@ -120,7 +121,8 @@ TEST(Terrain, StandingShapesHaveThePlanesPoints) {
       for (int i = 0; i < on_plane.size; ++i) {
         double nearest = 1.0;
         for (int j = 0; j < on_ground.size; ++j) {
-          nearest = std::min(nearest, (on_ground.points[j].position - on_plane.points[i].position).norm());
+          nearest = std::min(nearest,
+                             (on_ground.points[j].position - on_plane.points[i].position).norm());
         }
         EXPECT_LT(nearest, kRoundoff);
       }
@@ -208,7 +210,8 @@ TEST(Terrain, ABallOverARidgeTurnsFromSlopeToSlope) {
     if (std::abs(angle) < std::numbers::pi / 4) {
       ASSERT_EQ(m.size, 1) << angle;
       EXPECT_NEAR(m.points[0].gap, 0.0, kRoundoff);
-      EXPECT_LT((m.points[0].normal - Vector3(std::sin(bent), 0, std::cos(bent))).norm(), kIterated);
+      EXPECT_LT((m.points[0].normal - Vector3(std::sin(bent), 0, std::cos(bent))).norm(),
+                kIterated);
     }
     if (m.size > 0 && !last.isZero()) {
       EXPECT_LT((m.points[0].normal - last).norm(), 0.011);
