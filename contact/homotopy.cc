@@ -22,8 +22,10 @@ constexpr double kSharp = 1e-3;
 // a cone.
 constexpr double kAccuracy = 1e-4;
 constexpr double kStartAccuracy = 1e-16;
-constexpr int kCorrectorHalvings = 4;
+// And when its steps are shorter than kMove of the scale and contract to kSettled of the last one,
+// or are shorter than kSmallMove; steps that do not contract to kContraction end the attempt.
 constexpr double kMove = 1e-4, kContraction = 0.9, kSettled = 0.3, kSmallMove = 1e-6;
+constexpr int kCorrectorHalvings = 4;
 constexpr int kCorrectorSteps = 15, kEasySteps = 3;
 // The target is tried from here on, again after this many decades, in so many steps.
 constexpr double kFirstJump = 2.0, kBetweenJumps = 2.0;
@@ -71,6 +73,7 @@ bool Homotopy::start(MixedSystem& system, MixedNewton& newton, MixedSystem::Poin
                                         kStartAccuracy * start_center_ * cones_, here_.point);
     used_ += result.iterations;
     if (result.solved) {
+      // To rounding: a weakly determined impulse needs more than a small residual.
       used_ += newton.run_here(system, kEndSteps, 0.0, here_.point).iterations;
       return true;
     }

@@ -11,9 +11,6 @@
 
 namespace counterpoint::contact {
 
-/// An impulse is resolved to the tolerance times this share of the momentum (solver.h, Report).
-inline constexpr double kMomentumShare = 1e-2;
-
 class IslandSystem {
  public:
   struct Constraint {

@@ -32,10 +32,8 @@ constexpr double kToBoundary = 0.95;
 constexpr double kRankTolerance = 1e-14;
 // No constraint is taken for heavier than this compared to the lightest when the path is scaled.
 constexpr double kLeastInverseMass = 1e-6;
-// As in newton.cc: how far above the estimate of round-off a residual may be to count as it, and
-// the share of the momentum to which the tolerance refers at least.
+// As in newton.cc: how far above the estimate of round-off a residual may be to count as it.
 constexpr double kFloorFactor = 4.0;
-constexpr double kMomentumShare = 1e-4;
 // Refinement ends when this many steps in a row have not halved the residual, or far below the
 // tolerance.
 constexpr int kPatience = 3;

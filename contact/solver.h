@@ -46,8 +46,11 @@ const char* status_name(Status status);
 /// True if the result may be used: converged, or at the round-off floor.
 bool succeeded(Status status);
 
+/// An impulse is resolved to the tolerance times this share of the momentum, see Report.
+inline constexpr double kMomentumShare = 1e-2;
+
 /// Residuals are |M(w+ - w*) - J'f(J w+ + b)| relative to the scale of its terms,
-///   scale^2 = |M(w+ - w*)|^2 + sum_c |J_c' f_c|^2 + (1e-2)^2 (|w+|^2 + |w*|^2)_M,
+///   scale^2 = |M(w+ - w*)|^2 + sum_c |J_c' f_c|^2 + kMomentumShare^2 (|w+|^2 + |w*|^2)_M,
 /// impulses in the norm of inv(diag M), velocities in that of diag M, c over constraints. The last
 /// term says that no impulse is resolved better than 1e-14 of the momentum. Each island by itself.
 struct Report {

@@ -42,8 +42,6 @@ using testing::RandomKineticEnergyOptions;
 using testing::RandomOptions;
 
 constexpr double kReturned = 1e-9;  // what is asked
-// Report::residual's tolerance refers to at least this share of the momentum (solver.h).
-constexpr double kMomentumShare = 1e-4;
 // A step that ends on the floor may be this far above it (kFloorFactor of newton.cc).
 constexpr double kFloor = 4.0;
 
