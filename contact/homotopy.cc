@@ -36,11 +36,6 @@ constexpr double kEnd = 1e-20, kUseful = 1e-10;
 constexpr int kEndSteps = 10;
 constexpr double kDifference = 1e-4;
 
-void add(const MixedSystem::Point& d, double step, MixedSystem::Point& x) {
-  for (size_t i = 0; i < x.w.size(); ++i) x.w[i] += step * d.w[i];
-  for (size_t i = 0; i < x.phi.size(); ++i) x.phi[i] += step * d.phi[i];
-}
-
 }  // namespace
 
 void Homotopy::reserve(const IslandSystem& system) {
@@ -102,13 +97,13 @@ bool Homotopy::correct(MixedSystem& system, int& iterations) {
     const double across = system.inner(tangent_.point, step_);
     const double along = system.inner(tangent_.point, slope_) + metric_ * tangent_.p;
     const double dp = along != 0.0 ? -across / along : 0.0;
-    add(slope_, dp, step_);
+    step_.add(dp, slope_);
     before_ = trial_;
     const double center = start_center_ * std::exp(-trial_.p);
     double length = 1.0, after = 0.0;
     for (int i = 0; i <= kCorrectorHalvings; ++i, length *= 0.5) {
       trial_ = before_;
-      add(step_, length, trial_.point);
+      trial_.point.add(length, step_);
       trial_.p += length * dp;
       set_parameter(system, trial_.p);
       after = system.residual(trial_.point);
@@ -159,7 +154,7 @@ bool Homotopy::advance(MixedSystem& system) {
   const double metric = metric_;
   for (; step_length_ >= kShortestStep && used_ < budget_; step_length_ *= kShrink) {
     trial_ = here_;
-    add(tangent_.point, step_length_ * unit, trial_.point);
+    trial_.point.add(step_length_ * unit, tangent_.point);
     trial_.p += tangent_.p * step_length_ * unit;
     int iterations = 0;
     metric_ = metric;

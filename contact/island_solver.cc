@@ -19,7 +19,7 @@ constexpr int kInteriorSteps = 60;
 struct Manner {
   double sigma_share, least_cosine;
 };
-constexpr Manner kManners[] = {{0.2, 0.5}, {0.05, 0.9}, {0.2, 0.9}};
+constexpr Manner kManners[] = {{MixedSystem::kSigma, 0.5}, {0.05, 0.9}, {MixedSystem::kSigma, 0.9}};
 
 }  // namespace
 

@@ -29,13 +29,10 @@ void MixedNewton::reserve(const IslandSystem& system) {
 double MixedNewton::advance(MixedSystem& system, MixedSystem::Point& point, double& norm) {
   if (!system.factor()) return 0.0;
   system.direction(step_);
-  trial_.w.resize(point.w.size());
-  trial_.phi.resize(point.phi.size());
   double step = 1.0, after = 0.0;
   for (int i = 0;; ++i, step *= 0.5) {
-    for (size_t j = 0; j < point.w.size(); ++j) trial_.w[j] = point.w[j] + step * step_.w[j];
-    for (size_t j = 0; j < point.phi.size(); ++j)
-      trial_.phi[j] = point.phi[j] + step * step_.phi[j];
+    trial_ = point;
+    trial_.add(step, step_);
     after = system.residual(trial_);
     if (after <= (1.0 - kSufficientDecrease * step) * norm || i == kMaxHalvings) break;
   }

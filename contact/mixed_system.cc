@@ -12,6 +12,11 @@ void MixedSystem::Point::reserve(const IslandSystem& system) {
   phi.reserve(system.num_rows());
 }
 
+void MixedSystem::Point::add(double step, const Point& d) {
+  for (size_t i = 0; i < w.size(); ++i) w[i] += step * d.w[i];
+  for (size_t i = 0; i < phi.size(); ++i) phi[i] += step * d.phi[i];
+}
+
 void MixedSystem::reserve(const IslandSystem& system) {
   for (auto* v : {&dual_, &dual_before_, &momentum_}) v->reserve(system.size());
   for (auto* v : {&y_, &f_, &error_, &error_before_, &rhs_, &dy_}) v->reserve(system.num_rows());

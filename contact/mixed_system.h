@@ -33,6 +33,8 @@ class MixedSystem {
     std::vector<double> w;    ///< velocities of the island
     std::vector<double> phi;  ///< scaled impulses, by rows
     void reserve(const IslandSystem& system);
+    /// Goes `step` times d further.
+    void add(double step, const Point& d);
   };
 
   /// Takes the memory that an island needs, so that a method that is seldom tried does not allocate
