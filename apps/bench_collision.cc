@@ -3,29 +3,23 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <random>
 #include <string>
 
-#include "counterpoint/collision/broadphase.h"
 #include "counterpoint/collision/collider.h"
 #include "counterpoint/collision/pair_contacts.h"
 #include "counterpoint/model/mesh.h"
 #include "counterpoint/model/model_builder.h"
 #include "support/fcl_shapes.h"
+#include "support/sphere_points.h"
 
 namespace counterpoint {
 namespace {
 
 // Of points on an ellipsoid.
 Shape hull(int num_points) {
-  std::vector<Vector3> points;
-  for (int i = 0; i < num_points; ++i) {
-    const double z = 1.0 - (2.0 * i + 1.0) / num_points;
-    const double angle = i * std::numbers::pi * (3.0 - std::sqrt(5.0));
-    const double r = std::sqrt(1.0 - z * z);
-    points.emplace_back(0.4 * r * std::cos(angle), 0.3 * r * std::sin(angle), 0.35 * z);
-  }
+  std::vector<Vector3> points = test::sphere_points(num_points);
+  for (Vector3& p : points) p = p.cwiseProduct(Vector3(0.4, 0.3, 0.35));
   return {ShapeType::kConvexMesh, Vector3::Zero(), make_convex_hull(points, "benchmark")};
 }
 
@@ -157,50 +151,12 @@ void heap(benchmark::State& state) {
   state.counters["candidates"] = static_cast<double>(out.size());
 }
 
-// Boxes of 0.2 m in a cubic grid, or in one column, that move a little every step.
-void broadphase(benchmark::State& state, collision::Broadphase::Method method, bool column) {
-  const int size = static_cast<int>(state.range(0));
-  const int side = column ? 1 : static_cast<int>(std::lround(std::cbrt(size)));
-  std::mt19937 rng(1);
-  std::normal_distribution<double> normal(0.0, 1e-2);
-  std::vector<Vector3> velocity(size);
-  for (Vector3& v : velocity) v = Vector3(normal(rng), normal(rng), normal(rng));
-  std::vector<collision::Bounds> boxes(size);
-  std::vector<std::pair<int, int>> pairs;
-  collision::Broadphase phase(method);
-  int step = 0;
-  for (auto _ : state) {
-    const double phase_of_motion = std::sin(0.2 * step++);
-    for (int i = 0; i < size; ++i) {
-      const Vector3 center = 0.2 * Vector3(i % side, i / side % side, i / (side * side)) +
-                             phase_of_motion * velocity[i];
-      boxes[i] = {center.array() - 0.101, center.array() + 0.101};
-    }
-    phase.find_pairs(boxes, pairs);
-  }
-  state.counters["pairs"] = static_cast<double>(pairs.size());
-}
-
-void register_broadphase() {
-  using Method = collision::Broadphase::Method;
-  for (const bool column : {false, true}) {
-    for (const Method method : {Method::kAutomatic, Method::kSweep, Method::kTree}) {
-      constexpr const char* kNames[] = {"automatic", "sweep", "tree"};
-      const std::string name = std::string("broadphase/") + (column ? "pile/" : "grid/") +
-                               kNames[static_cast<int>(method)];
-      benchmark::RegisterBenchmark(name.c_str(), broadphase, method, column)
-          ->Arg(8)->Arg(125)->Arg(1000)->Arg(10648);
-    }
-  }
-}
-
 }  // namespace
 }  // namespace counterpoint
 
 int main(int argc, char** argv) {
   counterpoint::register_pairs();
   benchmark::RegisterBenchmark("heap", counterpoint::heap)->Arg(5)->Arg(10)->Arg(21);
-  counterpoint::register_broadphase();
   benchmark::Initialize(&argc, argv);
   benchmark::RunSpecifiedBenchmarks();
 }

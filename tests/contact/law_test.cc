@@ -11,17 +11,12 @@ namespace counterpoint::contact {
 namespace {
 
 using testing::for_trials;
+using testing::kDifferenceStep;
+using testing::kDifferenceTolerance;
+using testing::kEveryType;
 using testing::Random;
 using testing::random_law;
 using testing::RandomOptions;
-
-// Central differences with step h on functions whose scale of change is the velocity y itself lose
-// about (1e-16 / h) + h^2 relative; 1e-5 steps leave 1e-9 and 1e-10.
-constexpr double kDifferenceStep = 1e-5;
-constexpr double kDifferenceTolerance = 1e-6;
-
-constexpr LawType kTypes[] = {LawType::kUnilateral, LawType::kFrictionCone, LawType::kEquality,
-                              LawType::kDryFriction};
 
 // A law soft and smooth enough that differences with kDifferenceStep resolve its curvature.
 Law smooth_law(Random& random, LawType type, bool coulomb) {
@@ -62,7 +57,7 @@ TEST(ScalarLaw, HasItsTwoLimits) {
 
 TEST(Law, ImpulseIsMinusTheGradientOfThePotential) {
   for_trials(2, 4000, [&](Random& random, int trial) {
-    const Law law = smooth_law(random, kTypes[trial % 4], false);
+    const Law law = smooth_law(random, kEveryType[trial % 4], false);
     const Rows y = random_velocity(random, law);
     const Rows f = impulse(law, y);
     for (int i = 0; i < law.rows; ++i) {
@@ -78,7 +73,7 @@ TEST(Law, ImpulseIsMinusTheGradientOfThePotential) {
 
 TEST(Law, HessianIsMinusTheDerivativeOfTheImpulse) {
   for_trials(3, 8000, [&](Random& random, int trial) {
-    const Law law = smooth_law(random, kTypes[trial % 4], trial % 8 >= 4);
+    const Law law = smooth_law(random, kEveryType[trial % 4], trial % 8 >= 4);
     const Rows y = random_velocity(random, law);
     const Evaluation at = evaluate(law, y);
     for (int j = 0; j < law.rows; ++j) {
@@ -95,7 +90,7 @@ TEST(Law, HessianIsMinusTheDerivativeOfTheImpulse) {
 
 TEST(Law, SlopeIsTheHessianAlongALine) {
   for_trials(4, 4000, [&](Random& random, int trial) {
-    const Law law = smooth_law(random, kTypes[trial % 4], trial % 8 >= 4);
+    const Law law = smooth_law(random, kEveryType[trial % 4], trial % 8 >= 4);
     const Rows y = random_velocity(random, law), d = random_velocity(random, law);
     const Evaluation at = evaluate(law, y);
     const Slope s = slope(law, y.data(), d.data());
@@ -108,7 +103,7 @@ TEST(Law, HessianIsPositiveSemidefinite) {
   RandomOptions options;
   options.max_friction = 10.0;
   for_trials(5, 20000, [&](Random& random, int trial) {
-    Law law = random_law(random, options, kTypes[trial % 4]);
+    Law law = random_law(random, options, kEveryType[trial % 4]);
     law.regularizer = random.log_uniform(1e-8, 1e1);
     law.smoothing = random.coin() ? 0.0 : random.log_uniform(1e-16, 1e1);
     law.bound = random.uniform(0, 10);
@@ -239,7 +234,7 @@ TEST(Law, SmoothingVanishesAtTheExpectedRate) {
 
 TEST(Law, ExtremeVelocitiesGiveFiniteNumbers) {
   Random random(9);
-  for (const LawType type : kTypes) {
+  for (const LawType type : kEveryType) {
     for (const double size : {0.0, 1e-300, 1e-30, 1e10, 1e100}) {
       for (const double k : {0.0, 1e-300, 1e-10}) {
         for (const bool coulomb : {false, true}) {

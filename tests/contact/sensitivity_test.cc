@@ -8,48 +8,48 @@ namespace counterpoint::contact {
 namespace {
 
 using testing::for_trials;
+using testing::kDifferenceStep;
+using testing::kDifferenceTolerance;
+using testing::kEveryType;
 using testing::Random;
 using testing::random_law;
 using testing::RandomOptions;
-
-// As in law_test: central differences of this step lose 1e-9 relative at most.
-constexpr double kStep = 1e-5;
-constexpr double kTolerance = 1e-6;
 
 class SensitivityTest : public ::testing::TestWithParam<bool> {};
 
 TEST_P(SensitivityTest, AgreesWithDifferences) {
   RandomOptions options;
   options.coulomb = GetParam();
-  constexpr LawType kTypes[] = {LawType::kUnilateral, LawType::kFrictionCone, LawType::kEquality,
-                                LawType::kDryFriction};
   for_trials(1, 4000, [&](Random& random, int trial) {
-    Law law = random_law(random, options, kTypes[trial % 4]);
+    Law law = random_law(random, options, kEveryType[trial % 4]);
     law.regularizer = random.log_uniform(0.05, 2.0);
     law.smoothing = random.log_uniform(0.05, 2.0);
     law.bound = random.log_uniform(0.1, 2.0);
     for (double& mu : law.friction) {
       // Off the corner of rho(mu) at 0.1, where there is no derivative.
-      if (std::abs(mu - kMinRegularizingFriction) < 0.01 || mu < 2 * kStep) mu = 0.5;
+      if (std::abs(mu - kMinRegularizingFriction) < 0.01 || mu < 2 * kDifferenceStep) mu = 0.5;
     }
     Rows y(law.rows);
     for (int i = 0; i < law.rows; ++i) y[i] = random.signed_unit();
     const Sensitivity at = compute_sensitivity(law, y);
     const auto difference = [&](double Law::*parameter) {
       Law up = law, down = law;
-      up.*parameter += kStep;
-      down.*parameter -= kStep;
-      return Rows((impulse(up, y) - impulse(down, y)) / (2 * kStep));
+      up.*parameter += kDifferenceStep;
+      down.*parameter -= kDifferenceStep;
+      return Rows((impulse(up, y) - impulse(down, y)) / (2 * kDifferenceStep));
     };
     const Rows smoothing = difference(&Law::smoothing), regularizer = difference(&Law::regularizer);
-    EXPECT_LT((at.smoothing - smoothing).norm(), kTolerance * (1 + smoothing.norm()));
-    EXPECT_LT((at.regularizer - regularizer).norm(), kTolerance * (1 + regularizer.norm()));
+    EXPECT_LT((at.smoothing - smoothing).norm(), kDifferenceTolerance * (1 + smoothing.norm()));
+    EXPECT_LT((at.regularizer - regularizer).norm(),
+              kDifferenceTolerance * (1 + regularizer.norm()));
     for (int j = 0; j < law.rows - 1 && law.type == LawType::kFrictionCone; ++j) {
       Law up = law, down = law;
-      up.friction[j] += kStep;
-      down.friction[j] -= kStep;
-      const Rows friction = (impulse(up, y) - impulse(down, y)) / (2 * kStep);
-      EXPECT_LT((at.friction.col(j) - friction).norm(), kTolerance * (1 + friction.norm())) << j;
+      up.friction[j] += kDifferenceStep;
+      down.friction[j] -= kDifferenceStep;
+      const Rows friction = (impulse(up, y) - impulse(down, y)) / (2 * kDifferenceStep);
+      EXPECT_LT((at.friction.col(j) - friction).norm(),
+                kDifferenceTolerance * (1 + friction.norm()))
+          << j;
     }
     // A gap acts through the bias of the normal row.
     EXPECT_EQ(at.velocity, RowsSquare(-evaluate(law, y).hessian));

@@ -9,6 +9,14 @@
 
 namespace counterpoint::contact::testing {
 
+// Central differences with step h on functions whose scale of change is the velocity y itself lose
+// about (1e-16 / h) + h^2 relative; 1e-5 steps leave 1e-9 and 1e-10.
+inline constexpr double kDifferenceStep = 1e-5;
+inline constexpr double kDifferenceTolerance = 1e-6;
+
+inline constexpr LawType kEveryType[] = {LawType::kUnilateral, LawType::kFrictionCone,
+                                         LawType::kEquality, LawType::kDryFriction};
+
 /// Calls body(random, trial) for trial = 0 ... trials - 1; stops after a fatal failure.
 template <class Body>
 void for_trials(unsigned seed, int trials, const Body& body) {

@@ -68,6 +68,37 @@ double open_by(const Simulator& sim) {
   return worst;
 }
 
+/// A thin rod of 1 kg/m from its link's origin to `along`, hinged about `axis` to its parent at
+/// `at`: m l^2 / 12 across, a little along.
+void add_rod(RobotSpec& robot, const std::string& name, const std::string& parent,
+             const std::string& joint_name, const Vector3& at, const Vector3& along,
+             const Vector3& axis) {
+  const double mass = along.norm();
+  const Matrix3 square = along * along.transpose();
+  LinkSpec link;
+  link.name = name;
+  const Matrix3 across = along.squaredNorm() * Matrix3::Identity() - square;
+  link.inertia = {mass, 0.5 * along, mass / 12.0 * across + 1e-4 / mass * square};
+  robot.links.push_back(link);
+  JointSpec joint;
+  joint.name = joint_name;
+  joint.parent = parent;
+  joint.child = name;
+  joint.axis = axis;
+  joint.X_PJ.translation = at;
+  robot.joints.push_back(joint);
+}
+
+/// A robot with a base link and nothing else yet.
+RobotSpec base_only(const std::string& name, const std::string& base_name) {
+  RobotSpec robot;
+  robot.name = name;
+  LinkSpec base;
+  base.name = base_name;
+  robot.links.push_back(base);
+  return robot;
+}
+
 /// A chain of bars of 1 kg/m in the plane y = 0, hinged to the world at the origin, starting at
 /// these angles (positive: downwards); its tip is held where it then is, `count` times.
 struct FourBar {
@@ -79,24 +110,12 @@ struct FourBar {
 constexpr double kBars[3] = {0.3, 0.8, 0.6};  // [m]
 
 Model make_four_bar(const FourBar& four_bar) {
-  RobotSpec robot;
-  robot.name = "four_bar";
-  LinkSpec base;
-  base.name = "link0";
-  robot.links.push_back(base);
+  RobotSpec robot = base_only("four_bar", "link0");
   for (int i = 0; i < 3; ++i) {
-    LinkSpec link;
-    link.name = "link" + std::to_string(i + 1);
-    const double l = kBars[i], across = l * l * l / 12.0;
-    link.inertia = {l, Vector3(0.5 * l, 0, 0), Vector3(1e-4 * l, across, across).asDiagonal()};
-    robot.links.push_back(link);
-    JointSpec joint;
-    joint.name = "joint" + std::to_string(i + 1);
-    joint.parent = "link" + std::to_string(i);
-    joint.child = link.name;
-    joint.axis = Vector3::UnitY();
-    if (i > 0) joint.X_PJ.translation.x() = kBars[i - 1];
-    robot.joints.push_back(joint);
+    const double before = i > 0 ? kBars[i - 1] : 0.0;
+    add_rod(robot, "link" + std::to_string(i + 1), "link" + std::to_string(i),
+            "joint" + std::to_string(i + 1), before * Vector3::UnitX(), kBars[i] * Vector3::UnitX(),
+            Vector3::UnitY());
   }
   ModelBuilder builder(Vector3(0, 0, -9.81));
   builder.add_robot(robot, Base::kFixed, Pose());
@@ -186,26 +205,11 @@ Model make_bricard() {
                             -Vector3::UnitX(), Vector3::UnitY()};
   const Vector3 axes[5] = {Vector3::UnitY(), Vector3::UnitZ(), Vector3::UnitX(), Vector3::UnitY(),
                            Vector3::UnitZ()};
-  RobotSpec robot;
-  robot.name = "bricard";
-  LinkSpec base;
-  base.name = "link0";
-  robot.links.push_back(base);
+  RobotSpec robot = base_only("bricard", "link0");
   for (int i = 0; i < 5; ++i) {
-    LinkSpec link;
-    link.name = "link" + std::to_string(i + 1);
-    // A thin rod: m l^2 / 12 across, a little along.
-    Matrix3 rotational = (1.0 / 12.0) * (Matrix3::Identity() - edges[i] * edges[i].transpose());
-    rotational += 1e-4 * edges[i] * edges[i].transpose();
-    link.inertia = {1.0, 0.5 * edges[i], rotational};
-    robot.links.push_back(link);
-    JointSpec joint;
-    joint.name = "joint" + std::to_string(i + 1);
-    joint.parent = "link" + std::to_string(i);
-    joint.child = link.name;
-    joint.axis = axes[i];
-    if (i > 0) joint.X_PJ.translation = edges[i - 1];
-    robot.joints.push_back(joint);
+    const Vector3 before = i > 0 ? edges[i - 1] : Vector3::Zero();
+    add_rod(robot, "link" + std::to_string(i + 1), "link" + std::to_string(i),
+            "joint" + std::to_string(i + 1), before, edges[i], axes[i]);
   }
   ModelBuilder builder(Vector3(0, -9.81, 0));
   builder.add_robot(robot, Base::kFixed, Pose());
@@ -231,26 +235,10 @@ TEST(Bricard, MovesForTenSecondsThoughOverdetermined) {
 /// hinged to the ground; they start upright, their tops at 1 m/s. All rods lie in one line twice a
 /// turn: there the linkage might fold.
 Model make_windows(int windows) {
-  RobotSpec robot;
-  robot.name = "windows";
-  LinkSpec base;
-  base.name = "ground";
-  robot.links.push_back(base);
+  RobotSpec robot = base_only("windows", "ground");
   const auto add = [&](const std::string& name, const std::string& parent, const Vector3& at,
                        const Vector3& along) {
-    LinkSpec link;
-    link.name = name;
-    Matrix3 rotational = (1.0 / 12.0) * (Matrix3::Identity() - along * along.transpose());
-    rotational += 1e-4 * along * along.transpose();
-    link.inertia = {1.0, 0.5 * along, rotational};
-    robot.links.push_back(link);
-    JointSpec joint;
-    joint.name = "to_" + name;
-    joint.parent = parent;
-    joint.child = name;
-    joint.axis = Vector3::UnitZ();
-    joint.X_PJ.translation = at;
-    robot.joints.push_back(joint);
+    add_rod(robot, name, parent, "to_" + name, at, along, Vector3::UnitZ());
   };
   add("rise", "ground", Vector3::Zero(), Vector3::UnitY());
   for (int i = 0; i < windows; ++i) {

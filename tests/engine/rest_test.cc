@@ -9,6 +9,7 @@
 #include "counterpoint/engine/simulator.h"
 #include "counterpoint/model/rotation.h"
 #include "support/shape_reference.h"
+#include "support/sphere_points.h"
 
 namespace counterpoint {
 namespace {
@@ -47,13 +48,8 @@ Vector3 cylinder_moments(double radius, double half) {
 // 34 points on an ellipsoid, no four of them in a plane: 2 * 34 - 4 = 64 triangles (Euler).
 Shape hull_of_64_faces() {
   constexpr int kPoints = 34;
-  std::vector<Vector3> points;
-  for (int i = 0; i < kPoints; ++i) {
-    const double z = 1.0 - (2.0 * i + 1.0) / kPoints;
-    const double angle = i * std::numbers::pi * (3.0 - std::sqrt(5.0));
-    const double r = std::sqrt(1.0 - z * z);
-    points.emplace_back(0.12 * r * std::cos(angle), 0.1 * r * std::sin(angle), 0.08 * z);
-  }
+  std::vector<Vector3> points = test::sphere_points(kPoints);
+  for (Vector3& p : points) p = p.cwiseProduct(Vector3(0.12, 0.1, 0.08));
   return test::hull_shape(points);
 }
 

@@ -3,6 +3,7 @@
 #include <numbers>
 
 #include "support/shape_reference.h"
+#include "support/sphere_points.h"
 #include "counterpoint/model/mesh.h"
 #include "counterpoint/model/rotation.h"
 
@@ -138,13 +139,7 @@ double largest_distance_along(const Shape& a, const Pose& X_A, const Shape& b, c
   // A golden spiral of directions; pattern search from the best few.
   constexpr int kNet = 500;
   std::vector<std::pair<double, Vector3>> net;
-  for (int i = 0; i < kNet; ++i) {
-    const double z = 1.0 - (2.0 * i + 1.0) / kNet;
-    const double angle = i * std::numbers::pi * (3.0 - std::sqrt(5.0));
-    const double r = std::sqrt(1.0 - z * z);
-    const Vector3 n(r * std::cos(angle), r * std::sin(angle), z);
-    net.emplace_back(-along(n), n);
-  }
+  for (const Vector3& n : sphere_points(kNet)) net.emplace_back(-along(n), n);
   for (const double sign : {-1.0, 1.0}) {
     for (const Pose* X : {&X_A, &X_B}) {
       const Vector3 n = sign * X->rotation.col(2);

@@ -10,6 +10,12 @@ Scene start_at_rest(std::string name, Model model) {
   return scene;
 }
 
+Scene on_fixed_base(const RobotSpec& robot) {
+  ModelBuilder builder(Vector3(0, 0, -9.81));
+  builder.add_robot(robot, Base::kFixed, Pose());
+  return start_at_rest(robot.name, builder.build());
+}
+
 }  // namespace
 
 Scene box_on_plane(const BoxOnPlane& box) {
@@ -58,9 +64,7 @@ Scene pendulum(const Pendulum& parameters) {
   joint.lower = parameters.lower;
   joint.upper = parameters.upper;
   robot.joints.push_back(joint);
-  ModelBuilder builder(Vector3(0, 0, -9.81));
-  builder.add_robot(robot, Base::kFixed, Pose());
-  return start_at_rest("pendulum", builder.build());
+  return on_fixed_base(robot);
 }
 
 Scene slider(const Slider& parameters) {
@@ -79,9 +83,7 @@ Scene slider(const Slider& parameters) {
   joint.axis = Vector3::UnitX();
   joint.dry_friction = parameters.dry_friction;
   robot.joints.push_back(joint);
-  ModelBuilder builder(Vector3(0, 0, -9.81));
-  builder.add_robot(robot, Base::kFixed, Pose());
-  return start_at_rest("slider", builder.build());
+  return on_fixed_base(robot);
 }
 
 Scene ball_on_plane(const BallOnPlane& ball) {
