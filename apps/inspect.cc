@@ -39,8 +39,8 @@ const char* shape_name(ShapeType type) {
   return "?";
 }
 
-/// Vertices and volume of a hull; how much larger than its mesh it is, and how much smaller than the
-/// full hull a limit of vertices made it.
+/// Vertices and volume of a hull; how much larger than its mesh it is, and how much smaller than
+/// the full hull a limit of vertices made it.
 std::string hull_size(const ConvexMesh& hull) {
   std::string text = fmt::format("{} vertices, {:.4g} m^3", hull.vertices.size(), hull.volume);
   if (hull.source_volume > 0.0) {
@@ -85,6 +85,59 @@ Json number_or_null(double value) { return std::isfinite(value) ? Json(value) : 
 
 Json vector_json(const Vector3& v) { return {v.x(), v.y(), v.z()}; }
 
+/// Spring and servo of a joint; null where there is none.
+Json joint_forces_json(const Model& model, int joint) {
+  Json json = {{"stiffness", nullptr},       {"reference", nullptr},
+               {"servo_stiffness", nullptr}, {"servo_damping", nullptr},
+               {"servo_position", nullptr},  {"servo_velocity", nullptr}};
+  for (const JointSpring& spring : model.springs()) {
+    if (spring.joint != joint) continue;
+    json["stiffness"] = spring.stiffness;
+    json["reference"] = spring.reference;
+  }
+  if (const int found = model.find_servo(joint); found >= 0) {
+    const JointServo& servo = model.servos()[found];
+    json["servo_stiffness"] = servo.stiffness;
+    json["servo_damping"] = servo.damping;
+    json["servo_position"] = servo.position;
+    json["servo_velocity"] = servo.velocity;
+  }
+  return json;
+}
+
+/// Springs, servos and drag: each only if the scene has any.
+void inspect_forces(const Model& model, Report& report) {
+  if (!model.springs().empty()) fmt::print(report.text(), "\nsprings:\n");
+  for (const JointSpring& spring : model.springs()) {
+    fmt::print(report.text(), "  {:<28} stiffness {:.4g}, reference {:.4g}\n",
+               model.joint(spring.joint).name, spring.stiffness, spring.reference);
+  }
+  if (!model.servos().empty()) fmt::print(report.text(), "\nservos:\n");
+  for (const JointServo& servo : model.servos()) {
+    fmt::print(
+        report.text(),
+        "  {:<28} stiffness {:.4g}, damping {:.4g}; target position {:.4g}, velocity {:.4g}\n",
+        model.joint(servo.joint).name, servo.stiffness, servo.damping, servo.position,
+        servo.velocity);
+  }
+  if (!model.drags().empty()) fmt::print(report.text(), "\ndrag:\n");
+  Json drags = Json::array();
+  for (const BodyDrag& body : model.drags()) {
+    const Drag& drag = body.drag;
+    fmt::print(report.text(),
+               "  {:<28} linear {:.4g}, quadratic {:.4g}, angular {:.4g}, quadratic {:.4g}\n",
+               link_name(model, body.body), drag.linear, drag.quadratic, drag.angular,
+               drag.angular_quadratic);
+    drags.push_back({{"link", link_name(model, body.body)},
+                     {"center_m", vector_json(body.center)},
+                     {"linear", drag.linear},
+                     {"quadratic", drag.quadratic},
+                     {"angular", drag.angular},
+                     {"angular_quadratic", drag.angular_quadratic}});
+  }
+  report["drags"] = drags;
+}
+
 void inspect_bodies(const Model& model, Report& report) {
   fmt::print(report.text(), "\n{:<28} {:<24} {:<10} {:<24} {:>10} {:>9} {:>9} {:>9} {:>9} {:>9}\n",
              "joint", "link", "type", "parent", "mass", "lower", "upper", "effort", "damping",
@@ -114,7 +167,9 @@ void inspect_bodies(const Model& model, Report& report) {
                       {"velocity_limit", number_or_null(joint.velocity_limit)},
                       {"damping", damping},
                       {"dry_friction", dry_friction},
+                      {"armature", model.armature()[body.v_index]},
                       {"actuated", joint.actuated}});
+    joints.back().update(joint_forces_json(model, i - 1));
   }
   fmt::print(report.text(), "total mass {:.6g} kg\n", total);
   report["mass_kg"] = total;
@@ -231,6 +286,7 @@ int inspect(Arguments& arguments) {
              scene.name, model.num_joints(), model.num_trees(), model.nq(), model.nv(),
              scene.options.time_step, scene.options.duration);
   inspect_bodies(model, report);
+  inspect_forces(model, report);
   inspect_geometries(model, report);
   inspect_closures(model, scene.q, report);
   inspect_pairs(model, report);

@@ -36,6 +36,12 @@ ClosureGap closure_gap(const Closure& closure, const std::vector<Pose>& X_WB) {
   return gap;
 }
 
+int Model::find_servo(int joint) const {
+  const auto it = std::find_if(servos_.begin(), servos_.end(),
+                               [&](const JointServo& servo) { return servo.joint == joint; });
+  return it == servos_.end() ? -1 : static_cast<int>(it - servos_.begin());
+}
+
 int Model::find_joint(const std::string& name) const {
   const auto it = std::find_if(joints_.begin(), joints_.end(),
                                [&](const JointInfo& j) { return j.name == name; });

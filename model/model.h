@@ -38,9 +38,46 @@ struct JointInfo {
   std::string link;       ///< child link as named in the URDF, with the same prefix
   double lower = -std::numeric_limits<double>::infinity();  ///< [rad or m], joints of one coordinate only
   double upper = std::numeric_limits<double>::infinity();
-  double effort_limit = std::numeric_limits<double>::infinity();    ///< [N m or N]; read, not enforced
-  double velocity_limit = std::numeric_limits<double>::infinity();  ///< [rad/s or m/s]; read, not enforced
-  bool actuated = true;   ///< false: a floating base, or free object; forces there count as unactuated
+  double effort_limit = std::numeric_limits<double>::infinity();    ///< [N m or N] in each coordinate
+  double velocity_limit = std::numeric_limits<double>::infinity();  ///< [rad/s or m/s] in each coordinate
+  bool actuated = true;   ///< false: a floating joint, or one that holds a base; forces there count as unactuated
+};
+
+/// A spring in a joint of one coordinate: force -stiffness (q - reference).
+struct JointSpring {
+  int joint = 0;           ///< index into joints()
+  double stiffness = 0.0;  ///< [N m/rad or N/m], > 0
+  double reference = 0.0;  ///< [rad or m]
+};
+
+/// A position and velocity controlled motor in a joint of one coordinate: force
+/// stiffness (position - q) + damping (velocity - w), together with the applied force no more than
+/// the joint's effort limit.
+struct JointServo {
+  int joint = 0;           ///< index into joints()
+  double stiffness = 0.0;  ///< kp [N m/rad or N/m]
+  double damping = 0.0;    ///< kd [N m s/rad or N s/m]; one of the two is positive
+  double position = 0.0;   ///< target [rad or m]
+  double velocity = 0.0;   ///< target [rad/s or m/s]
+};
+
+/// How still air resists a link: force -(linear + quadratic |v|) v at its centre of mass, torque
+/// -(angular + angular_quadratic |omega|) omega. The same in all directions.
+struct Drag {
+  double linear = 0.0;             ///< [N s/m]
+  double quadratic = 0.0;          ///< [N s^2/m^2]
+  double angular = 0.0;            ///< [N m s]
+  double angular_quadratic = 0.0;  ///< [N m s^2]
+  bool any() const {
+    return linear > 0.0 || quadratic > 0.0 || angular > 0.0 || angular_quadratic > 0.0;
+  }
+};
+
+/// The drag of one link of a body.
+struct BodyDrag {
+  int body = 0;
+  Vector3 center = Vector3::Zero();  ///< the link's centre of mass, in the body frame [m]
+  Drag drag;
 };
 
 /// A frame fixed to a body: every URDF link has one, merged or not.
@@ -98,6 +135,11 @@ class Model {
   const std::vector<Frame>& frames() const { return frames_; }
   const std::vector<Geometry>& geometries() const { return geometries_; }
   const std::vector<Mimic>& mimics() const { return mimics_; }
+  const std::vector<JointSpring>& springs() const { return springs_; }
+  const std::vector<JointServo>& servos() const { return servos_; }
+  /// Index into servos() of a joint; -1 if it has none.
+  int find_servo(int joint) const;
+  const std::vector<BodyDrag>& drags() const { return drags_; }
   const std::vector<Closure>& closures() const { return closures_; }
   const std::vector<Note>& notes() const { return notes_; }
 
@@ -125,6 +167,9 @@ class Model {
   std::vector<Frame> frames_;
   std::vector<Geometry> geometries_;
   std::vector<Mimic> mimics_;
+  std::vector<JointSpring> springs_;
+  std::vector<JointServo> servos_;
+  std::vector<BodyDrag> drags_;
   std::vector<Closure> closures_;
   std::vector<Note> notes_;
   std::vector<std::pair<int, int>> excluded_pairs_;

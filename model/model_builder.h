@@ -15,6 +15,7 @@ namespace counterpoint {
 struct LinkSpec {
   std::string name;
   SpatialInertia inertia;  ///< in the link frame
+  Drag drag;
   struct Collision {
     std::string name;  ///< empty: numbered
     Pose X_LG;
@@ -23,6 +24,13 @@ struct LinkSpec {
   };
   std::vector<Collision> collisions;
   std::string where;  ///< file and line, for messages
+};
+
+/// A servo as a file describes it: JointServo.
+struct ServoSpec {
+  double stiffness = 0.0, damping = 0.0;  ///< both zero: no servo
+  std::optional<double> position;         ///< else where the joint starts
+  double velocity = 0.0;
 };
 
 /// What joins two links, before merging: fixed joints exist here only.
@@ -39,6 +47,8 @@ struct JointSpec {
   double effort_limit = std::numeric_limits<double>::infinity();
   double velocity_limit = std::numeric_limits<double>::infinity();
   double damping = 0.0, dry_friction = 0.0, armature = 0.0;
+  double stiffness = 0.0, reference = 0.0;  ///< of a spring, joints of one coordinate only
+  ServoSpec servo;                          ///< joints of one coordinate that mimic none
   std::string mimic_master;  ///< empty: none
   double mimic_multiplier = 1.0, mimic_offset = 0.0;
   std::string where;
@@ -68,7 +78,11 @@ struct ClosureSpec {
   std::string where;
 };
 
-enum class Base { kFixed, kFloating };
+enum class Base {
+  kFixed,
+  kFloating,
+  kSpherical,  ///< the root link hangs on a ball joint at its origin
+};
 
 /// Collects robots and environment, then makes the Model. After an exception the builder is not to
 /// be used any further.
@@ -76,9 +90,9 @@ class ModelBuilder {
  public:
   explicit ModelBuilder(const Vector3& gravity = Vector3(0, 0, -kStandardGravity));
 
-  /// Adds a robot whose root link is welded to the world at X_WL or floats, starting there.
-  /// `prefix` ("arm/" say, or empty) goes before every name. Returns the instance index.
-  /// The joint of a floating base is named after the root link. Links welded to the world add
+  /// Adds a robot whose root link is welded to the world at X_WL, or floats or turns about its
+  /// origin, starting there. `prefix` ("arm/" say, or empty) goes before every name. Returns the
+  /// instance index. The joint of a base that is not fixed is named after the root link. Links welded to the world add
   /// nothing to the world's inertia, which is zero.
   /// @throws InputError naming link or joint when the spec is no tree, a value is not finite or out
   /// of range, a name is taken.
@@ -125,6 +139,8 @@ class ModelBuilder {
   void add_link(const LinkSpec& link, const Placement& placement, int body, const Pose& X_BL);
   void add_collisions(const LinkSpec& link, const Placement& placement, int body, const Pose& X_BL,
                       int frame);
+  int add_base(const RobotSpec& robot, const LinkSpec& root, Base base, const Placement& placement,
+               const Pose& X_WL);
   int add_body(const JointSpec& joint, const Placement& placement, int parent, const Pose& X_PJ);
   /// A link, or the world, as one side of a closure.
   struct Anchor {
@@ -133,7 +149,9 @@ class ModelBuilder {
   };
   Anchor find_anchor(const ClosureSpec& spec, const std::string& link) const;
   void place_closures();
+  void add_joint_forces(const JointSpec& joint, int index);
   void apply_mimics();
+  void set_servo_targets();
   void check_inertias() const;
 
   using NameIndex = std::map<std::string, int>;
@@ -144,6 +162,7 @@ class ModelBuilder {
   // By joint: where it was read, and the first link of its body whose inertia is not physical.
   std::vector<std::string> joint_where_, defective_link_;
   std::vector<char> position_given_;
+  std::vector<std::optional<double>> servo_target_;  // of Model::servos
   struct PlacedClosure {
     ClosureSpec spec;
     Anchor a, b;

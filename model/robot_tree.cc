@@ -18,6 +18,12 @@ std::string joint_at(const JointSpec& joint) {
                              : fmt::format("{}: joint '{}'", joint.where, joint.name);
 }
 
+void check_nonnegative(double value, const char* what, const std::string& at) {
+  if (std::isfinite(value) && value >= 0.0) return;
+  throw InputError(
+      fmt::format("{}: {} is {}; it must be finite and not negative", at, what, value));
+}
+
 void check_link(const LinkSpec& link) {
   const std::string at = link_at(link);
   if (link.name.empty()) throw InputError(at + ": a link needs a name");
@@ -30,18 +36,16 @@ void check_link(const LinkSpec& link) {
     throw InputError(
         fmt::format("{}: mass is {} kg; give a mass that is zero or positive", at, inertia.mass));
   }
+  check_nonnegative(link.drag.linear, "linear drag", at);
+  check_nonnegative(link.drag.quadratic, "quadratic drag", at);
+  check_nonnegative(link.drag.angular, "angular drag", at);
+  check_nonnegative(link.drag.angular_quadratic, "quadratic angular drag", at);
   for (const auto& collision : link.collisions) {
     const std::string where = at + ", collision '" + collision.name + "'";
     check_shape(collision.shape, where);
     check_pose(collision.X_LG, where);
     check_material(collision.material, where);
   }
-}
-
-void check_nonnegative(double value, const char* what, const std::string& at) {
-  if (std::isfinite(value) && value >= 0.0) return;
-  throw InputError(
-      fmt::format("{}: {} is {}; it must be finite and not negative", at, what, value));
 }
 
 void check_limits(const JointSpec& joint, const std::string& at) {
@@ -52,6 +56,36 @@ void check_limits(const JointSpec& joint, const std::string& at) {
   if (joint.lower > joint.upper) {
     throw InputError(fmt::format("{}: lower limit {} is above upper limit {}; swap them", at,
                                  joint.lower, joint.upper));
+  }
+  if (joint.effort_limit < 0.0) {
+    throw InputError(
+        fmt::format("{}: effort limit is {}; it must not be negative", at, joint.effort_limit));
+  }
+  if (joint.velocity_limit <= 0.0) {
+    throw InputError(
+        fmt::format("{}: velocity limit is {}; it must be positive", at, joint.velocity_limit));
+  }
+}
+
+/// Springs and servos need the one coordinate they pull at.
+void check_joint_forces(const JointSpec& joint, const std::string& at) {
+  check_nonnegative(joint.stiffness, "stiffness", at);
+  check_nonnegative(joint.servo.stiffness, "stiffness of the servo", at);
+  check_nonnegative(joint.servo.damping, "damping of the servo", at);
+  if (!std::isfinite(joint.reference) || !std::isfinite(joint.servo.position.value_or(0.0)) ||
+      !std::isfinite(joint.servo.velocity)) {
+    throw InputError(at + ": reference and targets must be finite numbers");
+  }
+  const bool spring = joint.stiffness > 0.0;
+  const bool servo = joint.servo.stiffness > 0.0 || joint.servo.damping > 0.0;
+  if (!spring && !servo) return;
+  if (joint_nv(joint.type) != 1) {
+    throw InputError(fmt::format("{}: it is {}; a {} needs a revolute or prismatic joint", at,
+                                 joint_type_name(joint.type), spring ? "spring" : "servo"));
+  }
+  if (servo && !joint.mimic_master.empty()) {
+    throw InputError(
+        fmt::format("{}: it follows joint '{}'; give that one the servo", at, joint.mimic_master));
   }
 }
 
@@ -70,6 +104,7 @@ void check_joint(const JointSpec& joint) {
   check_nonnegative(joint.damping, "damping", at);
   check_nonnegative(joint.dry_friction, "friction", at);
   check_nonnegative(joint.armature, "armature", at);
+  check_joint_forces(joint, at);
 }
 
 using NameIndex = std::map<std::string, int>;

@@ -5,11 +5,9 @@
 #include <algorithm>
 #include <limits>
 
-#include "counterpoint/model/inertia.h"
+#include "counterpoint/model/scene_models.h"
 #include "counterpoint/model/scene_shapes.h"
-#include "counterpoint/model/srdf.h"
 #include "counterpoint/model/terrain.h"
-#include "counterpoint/model/urdf.h"
 
 namespace counterpoint {
 namespace {
@@ -18,30 +16,14 @@ namespace fs = std::filesystem;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-/// A free object made of one shape of uniform density.
-RobotSpec make_object(const YamlValue& in, const fs::path& folder, HullCache& hulls,
-                      const Material& material) {
-  RobotSpec robot;
-  robot.where = in.where();
-  robot.name = in.has("name") ? in.at("name").text() : "object";
-  LinkSpec link;
-  link.name = "body";
-  link.where = in.where();
-  const Shape shape = read_shape(in, folder, hulls);
-  if (shape.type == ShapeType::kConvexMesh) {
-    in.at("mesh").fail("a mesh with mass needs its inertia: describe it in a URDF");
-  }
-  link.inertia = solid_inertia(shape, in.at("mass").positive());
-  link.collisions.push_back({"shape", Pose(), shape, material});
-  robot.links.push_back(link);
-  return robot;
-}
-
 /// Reads one scene file from top to bottom: docs/scene-format.md.
 class SceneReader {
  public:
   SceneReader(const YamlValue& root, const fs::path& file, const SceneOverrides& overrides)
-      : root_(root), folder_(file.parent_path()), builder_(read_gravity(root)) {
+      : root_(root),
+        folder_(file.parent_path()),
+        builder_(read_gravity(root)),
+        models_(folder_, urdf_options_, builder_) {
     scene_name_ = root.has("name") ? root.at("name").text() : file.stem().string();
     if (root.has("defaults")) {
       const YamlValue defaults = root.at("defaults");
@@ -66,7 +48,7 @@ class SceneReader {
     const SimulationOptions options = read_options();
     if (root_.has("models")) {
       const std::vector<YamlValue> models = root_.at("models").list();
-      for (const YamlValue& model : models) read_model(model, models.size() == 1);
+      for (const YamlValue& model : models) models_.read(model, models.size() == 1);
     }
     if (root_.has("ground")) read_ground(root_.at("ground"));
     if (root_.has("environment")) {
@@ -81,29 +63,15 @@ class SceneReader {
     }
     Model model = build();
     VectorX q = model.default_q();
-    VectorX v = VectorX::Zero(model.nv());
-    for (const Velocity& velocity : velocities_) set_velocity(model, velocity, v);
-    for (size_t pass = 0; pass < model.mimics().size(); ++pass) {
-      for (const Mimic& mimic : model.mimics()) {
-        v[model.body(mimic.joint + 1).v_index] =
-            mimic.multiplier * v[model.body(mimic.master + 1).v_index];
-      }
-    }
+    VectorX v = models_.start_velocities(model);
     return {scene_name_, std::move(model), std::move(q), std::move(v), options};
   }
 
  private:
-  struct Velocity {
-    YamlValue value;
-    std::string joint;
-    std::vector<double> numbers;
-  };
-
   static Vector3 read_gravity(const YamlValue& root) {
     root.expect_map({"name", "gravity", "time_step", "duration", "contact", "packages",
                      "repair_inertias", "defaults", "models", "ground", "environment", "exclude",
-                     "groups", "hull_vertices",
-                     "closures"});
+                     "groups", "hull_vertices", "closures"});
     if (root.has("gravity")) return root.at("gravity").vector3();
     return {0, 0, -kStandardGravity};
   }
@@ -131,139 +99,6 @@ class SceneReader {
     }
     if (in.has("margin")) contact.margin = in.at("margin").number(0.0, kInfinity);
     return options;
-  }
-
-  RobotSpec read_robot(const YamlValue& in) const {
-    if (!in.has("urdf")) {
-      return make_object(in, folder_, *urdf_options_.hulls,
-                         read_material(in, urdf_options_.default_material));
-    }
-    for (const char* key : {"sphere", "box", "capsule", "cylinder", "mesh", "mass", "scale"}) {
-      if (in.has(key)) in.at(key).fail("a model with a urdf takes its shapes and mass from it");
-    }
-    const YamlValue urdf = in.at("urdf");
-    RobotSpec robot =
-        located(urdf, [&] { return load_urdf(resolved(folder_, urdf.text()), urdf_options_); });
-    for (LinkSpec& link : robot.links) {
-      for (auto& collision : link.collisions) {
-        collision.material = read_material(in, collision.material);
-      }
-    }
-    return robot;
-  }
-
-  Srdf read_srdf(const YamlValue& in) {
-    if (!in.has("srdf")) return {};
-    const YamlValue value = in.at("srdf");
-    if (!in.has("urdf")) value.fail("an SRDF goes with a urdf");
-    Srdf srdf = located(value, [&] { return load_srdf(resolved(folder_, value.text())); });
-    for (const Note& note : srdf.notes) builder_.add_note(note);
-    return srdf;
-  }
-
-  void exclude(const Srdf::Pair& pair, const std::string& prefix) {
-    try {
-      builder_.exclude_pair(prefix + pair.link_a, prefix + pair.link_b);
-    } catch (const InputError& error) {
-      throw InputError(pair.where + ": " + error.what());
-    }
-  }
-
-  void read_model(const YamlValue& in, bool only_one) {
-    in.expect_map({"urdf",
-                   "srdf",
-                   "sphere",
-                   "box",
-                   "capsule",
-                   "cylinder",
-                   "mesh",
-                   "scale",
-                   "mass",
-                   "name",
-                   "base",
-                   "position",
-                   "rpy",
-                   "quaternion",
-                   "joints",
-                   "velocity",
-                   "joint_velocities",
-                   "friction",
-                   "restitution",
-                   "torsional_friction",
-                   "rolling_friction",
-                   "count",
-                   "spacing"});
-    const RobotSpec robot = read_robot(in);
-    const Srdf srdf = read_srdf(in);
-    // What is made of one shape is there to move.
-    Base base = in.has("urdf") ? Base::kFixed : Base::kFloating;
-    if (in.has("base")) {
-      const YamlValue value = in.at("base");
-      const std::string text = value.text();
-      if (text != "fixed" && text != "floating") value.fail("fixed or floating is expected");
-      base = text == "fixed" ? Base::kFixed : Base::kFloating;
-    }
-    const int count = in.has("count") ? in.at("count").integer(1, 100000) : 1;
-    const Vector3 spacing = in.has("spacing") ? in.at("spacing").vector3() : Vector3(0, 0, 0);
-    if (count > 1 && spacing.isZero(0.0)) {
-      in.at("count").fail("several copies need a spacing: [x, y, z] in metres");
-    }
-    std::string name = in.has("name") ? in.at("name").text() : robot.name;
-    const Pose X_WL = read_pose(in);
-    for (int i = 0; i < count; ++i) {
-      const bool bare = only_one && count == 1 && !in.has("name");
-      const std::string prefix = bare ? "" : name + (count > 1 ? std::to_string(i) : "") + "/";
-      const Pose placed{X_WL.rotation, X_WL.translation + i * spacing};
-      const int first_joint = builder_.num_joints();
-      located(in, [&] { return builder_.add_robot(robot, base, placed, prefix); });
-      for (const Srdf::Pair& pair : srdf.disabled) exclude(pair, prefix);
-      read_start(in, base, first_joint, prefix);
-    }
-  }
-
-  /// Joint positions and velocities of one copy.
-  void read_start(const YamlValue& in, Base base, int first_joint, const std::string& prefix) {
-    if (in.has("joints")) {
-      for (const auto& [joint, value] : in.at("joints").entries()) {
-        const std::vector<double> q = value.numbers();
-        located(value, [&, &name = joint, &at = q] {
-          builder_.set_default_position(
-              prefix + name,
-              Eigen::Map<const VectorX>(at.data(), static_cast<Eigen::Index>(at.size())));
-        });
-      }
-    }
-    if (in.has("joint_velocities")) {
-      for (const auto& [joint, value] : in.at("joint_velocities").entries()) {
-        velocities_.push_back({value, prefix + joint, value.numbers()});
-      }
-    }
-    if (!in.has("velocity")) return;
-    const YamlValue velocity = in.at("velocity");
-    if (base == Base::kFixed) velocity.fail("a fixed base cannot move; give base: floating");
-    velocity.expect_map({"linear", "angular"});
-    std::vector<double> numbers(6, 0.0);
-    const auto copy = [&](const char* key, size_t at) {
-      if (!velocity.has(key)) return;
-      const Vector3 v = velocity.at(key).vector3();
-      std::copy_n(v.data(), 3, numbers.begin() + static_cast<std::ptrdiff_t>(at));
-    };
-    copy("linear", 0);
-    copy("angular", 3);
-    velocities_.push_back({velocity, builder_.joint_name(first_joint), numbers});
-  }
-
-  static void set_velocity(const Model& model, const Velocity& velocity, VectorX& v) {
-    const int joint = model.find_joint(velocity.joint);
-    if (joint < 0) velocity.value.fail(fmt::format("there is no joint '{}'", velocity.joint));
-    const Body& body = model.body(joint + 1);
-    const int nv = joint_nv(body.joint_type);
-    if (static_cast<int>(velocity.numbers.size()) != nv) {
-      velocity.value.fail(fmt::format("joint '{}' is {} and takes {} velocities, not {}",
-                                      velocity.joint, joint_type_name(body.joint_type), nv,
-                                      velocity.numbers.size()));
-    }
-    std::copy_n(velocity.numbers.begin(), nv, v.data() + body.v_index);
   }
 
   void read_ground(const YamlValue& in) {
@@ -305,10 +140,11 @@ class SceneReader {
     }
     if (terrain.misfits > 0) {
       builder_.add_note(
-          {where, fmt::format("{} edges at which triangles of opposite orientation or more than two "
-                              "triangles meet; a triangle pushes to the side from which its corners "
-                              "run counter-clockwise only",
-                              terrain.misfits)});
+          {where,
+           fmt::format("{} edges at which triangles of opposite orientation or more than two "
+                       "triangles meet; a triangle pushes to the side from which its corners "
+                       "run counter-clockwise only",
+                       terrain.misfits)});
     }
   }
 
@@ -375,7 +211,7 @@ class SceneReader {
   std::string scene_name_;
   UrdfOptions urdf_options_;
   ModelBuilder builder_;
-  std::vector<Velocity> velocities_;
+  ModelReader models_;
   std::map<std::string, std::vector<std::string>> groups_;
 };
 

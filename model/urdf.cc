@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <array>
+#include <limits>
 #include <mutex>
 #include <tuple>
 
@@ -120,6 +121,8 @@ class Converter {
     for (const std::string& name : xml_.joint_names) {
       robot.joints.push_back(make_joint(*model.getJoint(name), xml_.joints.at(name)));
     }
+    note_dropped("effort", no_effort_);
+    note_dropped("velocity", no_velocity_);
     robot.notes = std::move(notes_);
     return robot;
   }
@@ -213,7 +216,21 @@ class Converter {
     return mesh;
   }
 
-  JointSpec make_joint(const urdf::Joint& in, const UrdfXml::Joint& extra) const {
+  /// Many files say effort="0" for want of a figure: enforced, it would leave the robot limp.
+  static void drop_if_not_positive(double& limit, const JointSpec& joint, std::string& dropped) {
+    if (joint.fixed || !(limit <= 0.0)) return;
+    limit = std::numeric_limits<double>::infinity();
+    dropped += (dropped.empty() ? "'" : ", '") + joint.name + "'";
+  }
+
+  void note_dropped(const char* what, const std::string& joints) {
+    if (joints.empty()) return;
+    notes_.push_back({file_.string(), fmt::format("{0} limits of zero or less count as not given: "
+                                                  "joint {1}; a scene may give {0}_limit",
+                                                  what, joints)});
+  }
+
+  JointSpec make_joint(const urdf::Joint& in, const UrdfXml::Joint& extra) {
     JointSpec joint;
     joint.name = in.name;
     joint.where = at(extra.line);
@@ -232,6 +249,8 @@ class Converter {
       }
       if (extra.effort_limited) joint.effort_limit = in.limits->effort;
       if (extra.velocity_limited) joint.velocity_limit = in.limits->velocity;
+      drop_if_not_positive(joint.effort_limit, joint, no_effort_);
+      drop_if_not_positive(joint.velocity_limit, joint, no_velocity_);
     }
     if (in.dynamics) {
       joint.damping = in.dynamics->damping;
@@ -251,6 +270,7 @@ class Converter {
   const std::shared_ptr<HullCache> cache_ =
       options_.hulls ? options_.hulls : std::make_shared<HullCache>();
   std::vector<Note> notes_;
+  std::string no_effort_, no_velocity_;  // joints whose limit is not positive
   std::map<std::tuple<std::string, double, double, double>, std::shared_ptr<const ConvexMesh>>
       hulls_;
 };

@@ -338,7 +338,7 @@ class Pass {
     out_.notes.push_back({at(e) + owner, fmt::format("<{}>: not used: {}", e->Name(), unused)});
   }
 
-  /// urdfdom insists on effort and velocity, which nothing here depends on.
+  /// urdfdom insists on effort and velocity.
   void read_limit(XMLElement* e, bool bounded, const std::string& owner, UrdfXml::Joint& joint) {
     joint.effort_limited = e->Attribute("effort") != nullptr;
     joint.velocity_limited = e->Attribute("velocity") != nullptr;

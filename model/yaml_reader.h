@@ -24,6 +24,7 @@ class YamlValue {
   YamlValue at(const char* key) const;
   bool is_map() const { return node_.IsMap(); }
   bool is_list() const { return node_.IsSequence(); }
+  bool is_text(const char* text) const { return node_.IsScalar() && node_.Scalar() == text; }
 
   /// Refuses keys that are unknown or repeated, naming those that are known.
   void expect_map(std::initializer_list<const char*> known) const;

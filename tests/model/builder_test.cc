@@ -397,5 +397,27 @@ TEST(Inertia, RandomModelsHaveDefiniteMassMatrices) {
   }
 }
 
+TEST(Builder, RefusesSpringsServosAndDragThatCannotBe) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const auto refused = [](auto change, const std::vector<std::string>& parts) {
+    RobotSpec robot = make_arm();
+    change(robot.joints[1], robot.links[1]);
+    expect_refused(robot, parts);
+  };
+  refused([](JointSpec& j, LinkSpec&) { j.stiffness = -1; }, {"elbow", "stiffness", "-1"});
+  refused([&](JointSpec& j, LinkSpec&) { j.reference = nan; }, {"elbow", "finite"});
+  refused([](JointSpec& j, LinkSpec&) { j.servo.damping = -1; }, {"elbow", "servo"});
+  refused([&](JointSpec& j, LinkSpec&) { j.servo.position = nan; }, {"elbow", "finite"});
+  refused([](JointSpec& j, LinkSpec&) { j.effort_limit = -1; }, {"elbow", "effort"});
+  refused([](JointSpec& j, LinkSpec&) { j.velocity_limit = 0; }, {"elbow", "velocity"});
+  refused([](JointSpec& j, LinkSpec&) { j.type = JointType::kPlanar, j.stiffness = 1; },
+          {"elbow", "planar", "spring"});
+  refused([](JointSpec& j, LinkSpec&) { j.type = JointType::kSpherical, j.servo.stiffness = 1; },
+          {"elbow", "spherical", "servo"});
+  refused([](JointSpec& j, LinkSpec&) { j.mimic_master = "shoulder", j.servo.stiffness = 1; },
+          {"elbow", "shoulder"});
+  refused([&](JointSpec&, LinkSpec& l) { l.drag.quadratic = nan; }, {"upper", "quadratic drag"});
+}
+
 }  // namespace
 }  // namespace counterpoint

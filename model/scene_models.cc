@@ -1,0 +1,197 @@
+#include "counterpoint/model/scene_models.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "counterpoint/model/inertia.h"
+#include "counterpoint/model/scene_joints.h"
+#include "counterpoint/model/scene_shapes.h"
+
+namespace counterpoint {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// A free object made of one shape of uniform density.
+RobotSpec make_object(const YamlValue& in, const fs::path& folder, HullCache& hulls,
+                      const Material& material) {
+  RobotSpec robot;
+  robot.where = in.where();
+  robot.name = in.has("name") ? in.at("name").text() : "object";
+  LinkSpec link;
+  link.name = "body";
+  link.where = in.where();
+  const Shape shape = read_shape(in, folder, hulls);
+  if (shape.type == ShapeType::kConvexMesh) {
+    in.at("mesh").fail("a mesh with mass needs its inertia: describe it in a URDF");
+  }
+  link.inertia = solid_inertia(shape, in.at("mass").positive());
+  link.collisions.push_back({"shape", Pose(), shape, material});
+  if (in.has("drag")) link.drag = read_drag(in.at("drag"));
+  for (const char* key : {"dynamics", "joint_types"}) {
+    if (in.has(key)) in.at(key).fail("an object has no joints; this is for a model with a urdf");
+  }
+  robot.links.push_back(link);
+  return robot;
+}
+
+Base read_base(const YamlValue& in) {
+  // What is made of one shape is there to move.
+  if (!in.has("base")) return in.has("urdf") ? Base::kFixed : Base::kFloating;
+  const YamlValue value = in.at("base");
+  if (value.is_text("fixed")) return Base::kFixed;
+  if (value.is_text("floating")) return Base::kFloating;
+  if (value.is_text("spherical")) return Base::kSpherical;
+  value.fail("fixed, floating or spherical is expected");
+}
+
+}  // namespace
+
+RobotSpec ModelReader::read_robot(const YamlValue& in) const {
+  if (!in.has("urdf")) {
+    return make_object(in, folder_, *urdf_options_.hulls,
+                       read_material(in, urdf_options_.default_material));
+  }
+  for (const char* key : {"sphere", "box", "capsule", "cylinder", "mesh", "mass", "scale"}) {
+    if (in.has(key)) in.at(key).fail("a model with a urdf takes its shapes and mass from it");
+  }
+  const YamlValue urdf = in.at("urdf");
+  RobotSpec robot =
+      located(urdf, [&] { return load_urdf(resolved(folder_, urdf.text()), urdf_options_); });
+  for (LinkSpec& link : robot.links) {
+    for (auto& collision : link.collisions) {
+      collision.material = read_material(in, collision.material);
+    }
+  }
+  if (in.has("joint_types")) read_joint_types(in.at("joint_types"), robot);
+  if (in.has("dynamics")) read_dynamics(in.at("dynamics"), robot);
+  if (in.has("drag")) read_link_drags(in.at("drag"), robot);
+  return robot;
+}
+
+Srdf ModelReader::read_srdf(const YamlValue& in) {
+  if (!in.has("srdf")) return {};
+  const YamlValue value = in.at("srdf");
+  if (!in.has("urdf")) value.fail("an SRDF goes with a urdf");
+  Srdf srdf = located(value, [&] { return load_srdf(resolved(folder_, value.text())); });
+  for (const Note& note : srdf.notes) builder_.add_note(note);
+  return srdf;
+}
+
+void ModelReader::exclude(const Srdf::Pair& pair, const std::string& prefix) {
+  try {
+    builder_.exclude_pair(prefix + pair.link_a, prefix + pair.link_b);
+  } catch (const InputError& error) {
+    throw InputError(pair.where + ": " + error.what());
+  }
+}
+
+void ModelReader::read(const YamlValue& in, bool only_one) {
+  in.expect_map({"urdf",
+                 "srdf",
+                 "sphere",
+                 "box",
+                 "capsule",
+                 "cylinder",
+                 "mesh",
+                 "scale",
+                 "mass",
+                 "name",
+                 "base",
+                 "position",
+                 "rpy",
+                 "quaternion",
+                 "joints",
+                 "velocity",
+                 "joint_velocities",
+                 "joint_types",
+                 "dynamics",
+                 "drag",
+                 "friction",
+                 "restitution",
+                 "torsional_friction",
+                 "rolling_friction",
+                 "count",
+                 "spacing"});
+  const RobotSpec robot = read_robot(in);
+  const Srdf srdf = read_srdf(in);
+  const Base base = read_base(in);
+  const int count = in.has("count") ? in.at("count").integer(1, 100000) : 1;
+  const Vector3 spacing = in.has("spacing") ? in.at("spacing").vector3() : Vector3(0, 0, 0);
+  if (count > 1 && spacing.isZero(0.0)) {
+    in.at("count").fail("several copies need a spacing: [x, y, z] in metres");
+  }
+  std::string name = in.has("name") ? in.at("name").text() : robot.name;
+  const Pose X_WL = read_pose(in);
+  for (int i = 0; i < count; ++i) {
+    const bool bare = only_one && count == 1 && !in.has("name");
+    const std::string prefix = bare ? "" : name + (count > 1 ? std::to_string(i) : "") + "/";
+    const Pose placed{X_WL.rotation, X_WL.translation + i * spacing};
+    const int first_joint = builder_.num_joints();
+    located(in, [&] { return builder_.add_robot(robot, base, placed, prefix); });
+    for (const Srdf::Pair& pair : srdf.disabled) exclude(pair, prefix);
+    read_start(in, base, first_joint, prefix);
+  }
+}
+
+void ModelReader::read_start(const YamlValue& in, Base base, int first_joint,
+                             const std::string& prefix) {
+  if (in.has("joints")) {
+    for (const auto& [joint, value] : in.at("joints").entries()) {
+      const std::vector<double> q = value.numbers();
+      located(value, [&, &name = joint, &at = q] {
+        builder_.set_default_position(
+            prefix + name,
+            Eigen::Map<const VectorX>(at.data(), static_cast<Eigen::Index>(at.size())));
+      });
+    }
+  }
+  if (in.has("joint_velocities")) {
+    for (const auto& [joint, value] : in.at("joint_velocities").entries()) {
+      velocities_.push_back({value, prefix + joint, value.numbers()});
+    }
+  }
+  if (in.has("velocity"))
+    read_base_velocity(in.at("velocity"), base, builder_.joint_name(first_joint));
+}
+
+void ModelReader::read_base_velocity(const YamlValue& in, Base base, const std::string& joint) {
+  if (base == Base::kFixed) in.fail("a fixed base cannot move; give base: floating");
+  in.expect_map({"linear", "angular"});
+  const auto read = [&](const char* key) {
+    return in.has(key) ? in.at(key).vector3() : Vector3(Vector3::Zero());
+  };
+  const Vector3 linear = read("linear"), angular = read("angular");
+  std::vector<double> numbers(angular.begin(), angular.end());
+  if (base == Base::kFloating) numbers.insert(numbers.begin(), linear.begin(), linear.end());
+  if (base == Base::kSpherical && in.has("linear"))
+    in.at("linear").fail("a base on a ball joint turns about its origin; give angular only");
+  velocities_.push_back({in, joint, numbers});
+}
+
+VectorX ModelReader::start_velocities(const Model& model) const {
+  VectorX v = VectorX::Zero(model.nv());
+  for (const Velocity& velocity : velocities_) {
+    const int joint = model.find_joint(velocity.joint);
+    if (joint < 0) velocity.value.fail(fmt::format("there is no joint '{}'", velocity.joint));
+    const Body& body = model.body(joint + 1);
+    const int nv = joint_nv(body.joint_type);
+    if (static_cast<int>(velocity.numbers.size()) != nv) {
+      velocity.value.fail(fmt::format("joint '{}' is {} and takes {} velocities, not {}",
+                                      velocity.joint, joint_type_name(body.joint_type), nv,
+                                      velocity.numbers.size()));
+    }
+    std::copy_n(velocity.numbers.begin(), nv, v.data() + body.v_index);
+  }
+  // As many passes as the longest chain of mimics can have links.
+  for (size_t pass = 0; pass < model.mimics().size(); ++pass) {
+    for (const Mimic& mimic : model.mimics()) {
+      v[model.body(mimic.joint + 1).v_index] =
+          mimic.multiplier * v[model.body(mimic.master + 1).v_index];
+    }
+  }
+  return v;
+}
+
+}  // namespace counterpoint
