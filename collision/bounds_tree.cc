@@ -9,8 +9,8 @@
 namespace counterpoint::collision {
 namespace {
 
-// A box in the tree. The tree asks an object for nothing but its bounds, which FCL derives from a shape
-// and a pose; ours are tighter and hold the margin, so they are set directly.
+// A box in the tree. The tree asks an object for nothing but its bounds, which FCL derives from a
+// shape and a pose; ours are tighter and hold the margin, so they are set directly.
 class Leaf : public fcl::CollisionObject<double> {
  public:
   Leaf(const std::shared_ptr<fcl::CollisionGeometry<double>>& shape, int index)
@@ -28,8 +28,7 @@ class Leaf : public fcl::CollisionObject<double> {
 bool add_pair(fcl::CollisionObject<double>* a, fcl::CollisionObject<double>* b, void* out) {
   const int i = static_cast<const Leaf*>(a)->index();
   const int j = static_cast<const Leaf*>(b)->index();
-  static_cast<std::vector<std::pair<int, int>>*>(out)->emplace_back(std::min(i, j),
-                                                                    std::max(i, j));
+  static_cast<std::vector<std::pair<int, int>>*>(out)->emplace_back(std::min(i, j), std::max(i, j));
   return false;  // go on
 }
 
@@ -62,6 +61,8 @@ BoundsTree::BoundsTree() : impl_(std::make_unique<Impl>()) {}
 BoundsTree::~BoundsTree() = default;
 BoundsTree::BoundsTree(BoundsTree&&) noexcept = default;
 BoundsTree& BoundsTree::operator=(BoundsTree&&) noexcept = default;
+
+std::size_t BoundsTree::size() const { return impl_->leaves.size(); }
 
 void BoundsTree::prepare(const std::vector<Bounds>& boxes) {
   if (impl_->leaves.size() != boxes.size()) impl_->build(boxes);

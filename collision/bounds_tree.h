@@ -9,8 +9,8 @@
 
 namespace counterpoint::collision {
 
-/// FCL's dynamic tree of axis-aligned boxes. The shape of the tree depends on the calls before, the set
-/// of pairs does not. Allocates when the number of boxes changes, else never.
+/// FCL's dynamic tree of axis-aligned boxes. The shape of the tree depends on the calls before, the
+/// set of pairs does not. Allocates when the number of boxes changes, else never.
 class BoundsTree {
  public:
   BoundsTree();
@@ -18,10 +18,11 @@ class BoundsTree {
   BoundsTree(BoundsTree&&) noexcept;
   BoundsTree& operator=(BoundsTree&&) noexcept;
 
+  std::size_t size() const;  ///< number of boxes of the last call
   /// Makes a tree of these boxes if their number is not that of the last call.
   void prepare(const std::vector<Bounds>& boxes);
-  /// Appends the index pairs (first < second) of boxes that overlap, in any order. Bounds: finite, or
-  /// inverted for a box that meets nothing; two boxes or more.
+  /// Appends the index pairs (first < second) of boxes that overlap, in any order. Bounds: finite,
+  /// or inverted for a box that meets nothing; two boxes or more.
   void find_pairs(const std::vector<Bounds>& boxes, std::vector<std::pair<int, int>>& out);
 
  private:

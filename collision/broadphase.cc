@@ -2,15 +2,14 @@
 
 #include <algorithm>
 
+#include "counterpoint/collision/bounds_grid.h"
 #include "counterpoint/collision/bounds_tree.h"
 
 namespace counterpoint::collision {
 namespace {
 
-// No sum or difference of such coordinates overflows.
-constexpr double kFarthest = 1e100;
-
-// Below this the sweep is faster in every scene measured (docs/decisions.md).
+// Below these the sweep is faster in every scene measured (docs/decisions.md).
+constexpr std::size_t kFewestForGrid = 32;
 constexpr std::size_t kFewestForTree = 500;
 
 // What overlaps nothing, not even itself, and widens nothing it is merged with.
@@ -18,11 +17,10 @@ const Bounds kNowhere{Vector3::Constant(kFarthest), Vector3::Constant(-kFarthest
 
 }  // namespace
 
-bool is_sound(const Bounds& box) {
-  return (box.low.array().abs() < kFarthest).all() && (box.high.array().abs() < kFarthest).all();
-}
-
-Broadphase::Broadphase(Method method) : method_(method), tree_(std::make_unique<BoundsTree>()) {}
+Broadphase::Broadphase(Method method)
+    : method_(method),
+      grid_(std::make_unique<BoundsGrid>()),
+      tree_(std::make_unique<BoundsTree>()) {}
 Broadphase::~Broadphase() = default;
 Broadphase::Broadphase(Broadphase&&) noexcept = default;
 Broadphase& Broadphase::operator=(Broadphase&&) noexcept = default;
@@ -30,19 +28,62 @@ Broadphase& Broadphase::operator=(Broadphase&&) noexcept = default;
 void Broadphase::find_pairs(const std::vector<Bounds>& boxes,
                             std::vector<std::pair<int, int>>& out) {
   out.clear();
+  found_.clear();
   if (boxes.size() < 2) return;
+  // Memory for every way now, lest a step allocate when the scene spreads or gathers.
+  found_.reserve(out.capacity());
+  boxes_.reserve(boxes.size());
+  entries_.reserve(boxes.size());
+  place_.reserve(boxes.size() + 1);
+  grid_->reserve(boxes.size());
+  if (boxes.size() >= kFewestForTree && tree_->size() != boxes.size()) {
+    copy_sound(boxes);
+    tree_->prepare(boxes_);
+  }
+  const bool try_grid =
+      method_ == Method::kGrid || (method_ == Method::kAutomatic && boxes.size() >= kFewestForGrid);
+  if (try_grid && grid_->place(boxes)) {
+    grid_->find_pairs(found_);
+  } else {
+    sweep_or_tree(boxes);
+  }
+  move_sorted(boxes.size(), out);
+}
+
+void Broadphase::copy_sound(const std::vector<Bounds>& boxes) {
   boxes_.clear();
   for (const Bounds& box : boxes) boxes_.push_back(is_sound(box) ? box : kNowhere);
-  // Memory for either way now, lest a step allocate when the scene spreads or gathers.
-  entries_.reserve(boxes_.size());
-  if (method_ == Method::kTree || boxes_.size() >= kFewestForTree) tree_->prepare(boxes_);
+}
+
+void Broadphase::sweep_or_tree(const std::vector<Bounds>& boxes) {
+  copy_sound(boxes);
   const int axis = widest_axis();
-  const bool tree = method_ == Method::kTree || (method_ == Method::kAutomatic && crowded(axis));
-  if (tree) {
-    tree_->find_pairs(boxes_, out);
+  if (method_ == Method::kTree || (method_ == Method::kAutomatic && crowded(axis))) {
+    tree_->find_pairs(boxes_, found_);
   } else {
-    sweep(axis, out);
+    sweep(axis);
   }
+}
+
+// Moves the pairs found to `out`: sorted by counting, second index first.
+void Broadphase::move_sorted(std::size_t num_boxes, std::vector<std::pair<int, int>>& out) {
+  using Pairs = std::vector<std::pair<int, int>>;
+  constexpr std::size_t kFewPairs = 64;
+  if (found_.size() < std::max(kFewPairs, num_boxes / 8)) {
+    std::sort(found_.begin(), found_.end());
+    out.assign(found_.begin(), found_.end());
+    return;
+  }
+  const auto sort_by = [&](int std::pair<int, int>::*index, const Pairs& from, Pairs& to) {
+    place_.assign(num_boxes + 1, 0);
+    for (const auto& pair : from) ++place_[static_cast<std::size_t>(pair.*index) + 1];
+    for (std::size_t i = 1; i < num_boxes; ++i) place_[i] += place_[i - 1];
+    for (const auto& pair : from) to[place_[static_cast<std::size_t>(pair.*index)]++] = pair;
+  };
+  out.resize(found_.size());
+  sort_by(&std::pair<int, int>::second, found_, out);
+  sort_by(&std::pair<int, int>::first, out, found_);
+  out.swap(found_);
 }
 
 // The axis along which the boxes are spread most.
@@ -60,8 +101,8 @@ int Broadphase::widest_axis() const {
   return axis;
 }
 
-// Is the tree faster? Its work grows with the boxes, the sweep's with how many of them a box meets along
-// the axis: judged from a few. Either answer is right.
+// Is the tree faster? Its work grows with the boxes, the sweep's with how many of them a box meets
+// along the axis: judged from a few. Either answer is right.
 bool Broadphase::crowded(int axis) const {
   constexpr std::size_t kSamples = 16;
   constexpr std::size_t kNeighbours = 24;
@@ -76,7 +117,7 @@ bool Broadphase::crowded(int axis) const {
   return met > kSamples * kNeighbours;
 }
 
-void Broadphase::sweep(int axis, std::vector<std::pair<int, int>>& out) {
+void Broadphase::sweep(int axis) {
   const int axis1 = (axis + 1) % 3;
   const int axis2 = (axis + 2) % 3;
   entries_.clear();
@@ -92,7 +133,7 @@ void Broadphase::sweep(int axis, std::vector<std::pair<int, int>>& out) {
     for (auto b = a + 1; b != entries_.end() && b->low <= a->high; ++b) {
       if (a->low1 <= b->high1 && b->low1 <= a->high1 && a->low2 <= b->high2 &&
           b->low2 <= a->high2) {
-        out.emplace_back(std::min(a->index, b->index), std::max(a->index, b->index));
+        found_.emplace_back(std::min(a->index, b->index), std::max(a->index, b->index));
       }
     }
   }

@@ -9,6 +9,7 @@
 
 namespace counterpoint::collision {
 
+class BoundsGrid;
 class BoundsTree;
 
 /// An axis-aligned box in W [m].
@@ -16,22 +17,28 @@ struct Bounds {
   Vector3 low, high;
 };
 
-/// False if a coordinate is not finite, or beyond 1e100 m.
-bool is_sound(const Bounds& box);
+/// No sum or difference of coordinates up to this many metres overflows.
+constexpr double kFarthest = 1e100;
 
-/// Sweep and prune for scenes that are small or stretched out, a tree for the others. Keeps its memory
-/// from call to call; which pairs are found does not depend on it, their order does.
+/// False if a coordinate is not finite, or all together are beyond kFarthest.
+inline bool is_sound(const Bounds& box) {
+  // One comparison, which is false for what is not a number.
+  return box.low.cwiseAbs().sum() + box.high.cwiseAbs().sum() < kFarthest;
+}
+
+/// Sweep and prune for few boxes, a grid for many of like size, a tree for many of very different
+/// sizes. Keeps its memory from call to call; the result does not depend on it.
 class Broadphase {
  public:
-  enum class Method { kAutomatic, kSweep, kTree };
+  enum class Method { kAutomatic, kSweep, kGrid, kTree };
 
   explicit Broadphase(Method method = Method::kAutomatic);
   ~Broadphase();
   Broadphase(Broadphase&&) noexcept;
   Broadphase& operator=(Broadphase&&) noexcept;
 
-  /// Replaces `out` by the index pairs (first < second) of boxes that overlap, in any order. A
-  /// box that is not sound meets nothing.
+  /// Replaces `out` by the index pairs (first < second) of boxes that overlap, ascending. A box
+  /// that is not sound meets nothing.
   void find_pairs(const std::vector<Bounds>& boxes, std::vector<std::pair<int, int>>& out);
 
  private:
@@ -43,12 +50,18 @@ class Broadphase {
   };
   int widest_axis() const;
   bool crowded(int axis) const;
-  void sweep(int axis, std::vector<std::pair<int, int>>& out);
+  void sweep(int axis);
+  void copy_sound(const std::vector<Bounds>& boxes);
+  void sweep_or_tree(const std::vector<Bounds>& boxes);
+  void move_sorted(std::size_t num_boxes, std::vector<std::pair<int, int>>& out);
 
   Method method_;
+  std::unique_ptr<BoundsGrid> grid_;
   std::unique_ptr<BoundsTree> tree_;
-  std::vector<Bounds> boxes_;  // those given, sound ones
+  std::vector<std::pair<int, int>> found_;  // in any order
+  std::vector<Bounds> boxes_;               // those given, sound ones
   std::vector<Entry> entries_;
+  std::vector<std::size_t> place_;  // where the next pair of a box goes
 };
 
 }  // namespace counterpoint::collision

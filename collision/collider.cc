@@ -20,19 +20,29 @@ struct Collider::Impl {
   void find_pairs(std::span<const double> margin);
   void add_plane_pairs(int plane, std::span<const double> margin);
   void add_terrain_pairs(int terrain, std::span<const double> margin);
+  void merge_ground_pairs();
   void find_contacts(int a, int b, double margin);
+
+  // What every step reads of each geometry; all that a Geometry holds is several cache lines more.
+  struct Placement {
+    Pose X_BG;
+    int body;
+    ShapeType type;
+  };
 
   // A copy: nothing then depends on where the model lives.
   std::vector<Geometry> geometries;
+  std::vector<Placement> placements;
   PairFilter filter;
   Broadphase broadphase;
   std::vector<Enclosure> enclosures;
-  std::vector<int> planes, terrains, solids;   // geometry indices
+  std::vector<int> planes, terrains, solids;  // geometry indices
   std::vector<std::pair<int, int>> overlapping;
   // Scratch.
   std::vector<Pose> X_WG;
-  std::vector<Bounds> boxes;                   // of solids
+  std::vector<Bounds> boxes;  // of solids
   std::vector<std::pair<int, int>> pairs;
+  std::vector<std::pair<int, int>> solid_pairs, ground_pairs;  // before they join the others
   TerrainContacts terrain_contacts;
   Manifold manifold;
 };
@@ -40,12 +50,12 @@ struct Collider::Impl {
 void Collider::Impl::place(std::span<const Pose> X_WB, std::span<const double> margin) {
   X_WG.resize(geometries.size());
   for (std::size_t i = 0; i < geometries.size(); ++i) {
-    X_WG[i] = X_WB[geometries[i].body] * geometries[i].X_BG;
+    X_WG[i] = X_WB[placements[i].body] * placements[i].X_BG;
   }
   boxes.resize(solids.size());
   for (std::size_t k = 0; k < solids.size(); ++k) {
-    const Geometry& g = geometries[solids[k]];
-    boxes[k] = bounds(g.shape, enclosures[solids[k]], X_WG[solids[k]], margin[g.body]);
+    const int i = solids[k];
+    boxes[k] = bounds(placements[i].type, enclosures[i], X_WG[i], margin[placements[i].body]);
   }
 }
 
@@ -57,15 +67,17 @@ void Collider::Impl::add_plane_pairs(int plane, std::span<const double> margin) 
   for (std::size_t k = 0; k < solids.size(); ++k) {
     const int i = solids[k];
     const double height = normal.dot(X_WG[i] * enclosures[i].center) - offset;
-    if (height - enclosures[i].radius >= plane_margin + margin[geometries[i].body]) continue;
-    if (is_sound(boxes[k]) && filter.enabled(plane, i)) pairs.emplace_back(std::min(plane, i), std::max(plane, i));
+    if (height - enclosures[i].radius >= plane_margin + margin[placements[i].body]) continue;
+    if (is_sound(boxes[k]) && filter.enabled(plane, i)) {
+      ground_pairs.emplace_back(std::min(plane, i), std::max(plane, i));
+    }
   }
 }
 
 // A terrain would be a neighbour of all in the broad phase.
 void Collider::Impl::add_terrain_pairs(int terrain, std::span<const double> margin) {
   const Geometry& g = geometries[terrain];
-  const Bounds all = bounds(g.shape, enclosures[terrain], X_WG[terrain], margin[g.body]);
+  const Bounds all = bounds(g.shape.type, enclosures[terrain], X_WG[terrain], margin[g.body]);
   if (!is_sound(all)) return;
   for (std::size_t k = 0; k < solids.size(); ++k) {
     const int i = solids[k];
@@ -74,7 +86,7 @@ void Collider::Impl::add_terrain_pairs(int terrain, std::span<const double> marg
       continue;
     }
     if (is_sound(boxes[k]) && filter.enabled(terrain, i)) {
-      pairs.emplace_back(std::min(terrain, i), std::max(terrain, i));
+      ground_pairs.emplace_back(std::min(terrain, i), std::max(terrain, i));
     }
   }
 }
@@ -97,16 +109,30 @@ void Collider::Impl::find_contacts(int a, int b, double margin) {
 
 // Enabled pairs whose enclosures come close, in ascending order.
 void Collider::Impl::find_pairs(std::span<const double> margin) {
-  broadphase.find_pairs(boxes, pairs);
-  std::size_t kept = 0;
-  for (const auto& [k, l] : pairs) {
-    const std::pair<int, int> pair(solids[k], solids[l]);
-    if (filter.enabled(pair.first, pair.second)) pairs[kept++] = pair;
+  broadphase.find_pairs(boxes, solid_pairs);
+  pairs.clear();
+  for (const auto& [k, l] : solid_pairs) {
+    if (filter.enabled(solids[k], solids[l])) pairs.emplace_back(solids[k], solids[l]);
   }
-  pairs.resize(kept);
-  for (const int plane : planes) add_plane_pairs(plane, margin);
-  for (const int terrain : terrains) add_terrain_pairs(terrain, margin);
-  std::sort(pairs.begin(), pairs.end());
+  for (const int plane : planes) {
+    add_plane_pairs(plane, margin);
+    merge_ground_pairs();
+  }
+  for (const int terrain : terrains) {
+    add_terrain_pairs(terrain, margin);
+    merge_ground_pairs();
+  }
+}
+
+// Both lists are ascending. From behind, so that no pair is overwritten before it is moved.
+void Collider::Impl::merge_ground_pairs() {
+  auto from = static_cast<std::ptrdiff_t>(pairs.size());
+  pairs.resize(pairs.size() + ground_pairs.size());
+  auto to = pairs.rbegin();
+  for (auto next = ground_pairs.rbegin(); next != ground_pairs.rend(); ++to) {
+    *to = from > 0 && pairs[from - 1] > *next ? pairs[--from] : *next++;
+  }
+  ground_pairs.clear();
 }
 
 Collider::Collider(const Model& model) : impl_(std::make_unique<Impl>(model)) {
@@ -119,6 +145,7 @@ Collider::Collider(const Model& model) : impl_(std::make_unique<Impl>(model)) {
                                    : impl.solids)
         .push_back(i);
     impl.enclosures.push_back(enclose(geometries[i].shape));
+    impl.placements.push_back({geometries[i].X_BG, geometries[i].body, type});
   }
   const std::vector<Pose> X_WB = default_poses(model);
   const std::vector<double> margin(X_WB.size(), 0.0);
@@ -141,8 +168,7 @@ Collider::Collider(Collider&&) noexcept = default;
 Collider& Collider::operator=(Collider&&) noexcept = default;
 
 void Collider::compute_candidates(std::span<const Pose> X_WB, std::span<const double> margin,
-                                  std::vector<Candidate>& out,
-                                  std::span<const double> travel) {
+                                  std::vector<Candidate>& out, std::span<const double> travel) {
   out.clear();
   Impl& impl = *impl_;
   impl.place(X_WB, margin);

@@ -47,13 +47,14 @@ Enclosure enclose(const Shape& shape) {
   return {};
 }
 
-Bounds bounds(const Shape& shape, const Enclosure& enclosure, const Pose& X, double margin) {
+Bounds bounds(ShapeType type, const Enclosure& enclosure, const Pose& X, double margin) {
   const Vector3 center = X * enclosure.center;
   Vector3 half;
-  if (shape.type == ShapeType::kSphere) {
+  if (type == ShapeType::kSphere) {
     half = enclosure.half;
-  } else if (shape.type == ShapeType::kCapsule) {
-    half = (shape.size[1] * X.rotation.col(2)).cwiseAbs().array() + shape.size[0];
+  } else if (type == ShapeType::kCapsule) {
+    const double radius = enclosure.half.x();
+    half = ((enclosure.half.z() - radius) * X.rotation.col(2)).cwiseAbs().array() + radius;
   } else {
     half = (X.rotation.cwiseAbs() * enclosure.half).cwiseMin(enclosure.radius);
   }

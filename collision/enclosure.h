@@ -18,6 +18,6 @@ Enclosure enclose(const Shape& shape);
 
 /// The world-aligned box around a placed shape, `margin` [m] added: tight for round shapes, else around
 /// its own box or ball, whichever is smaller.
-Bounds bounds(const Shape& shape, const Enclosure& enclosure, const Pose& X, double margin);
+Bounds bounds(ShapeType type, const Enclosure& enclosure, const Pose& X, double margin);
 
 }  // namespace counterpoint::collision

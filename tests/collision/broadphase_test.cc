@@ -1,4 +1,5 @@
-// The broad phase: sweep and tree against all pairs, whatever went before, and on unsound boxes.
+// The broad phase: sweep, grid and tree against all pairs, whatever went before, and on unsound
+// boxes.
 #include "counterpoint/collision/broadphase.h"
 
 #include <gtest/gtest.h>
@@ -47,15 +48,12 @@ class EveryMethod : public ::testing::TestWithParam<Method> {
   Broadphase broadphase{GetParam()};
   Pairs out;
 
-  // Fills `out`, ascending.
-  void find(const std::vector<Bounds>& boxes) {
-    broadphase.find_pairs(boxes, out);
-    std::sort(out.begin(), out.end());
-  }
+  void find(const std::vector<Bounds>& boxes) { broadphase.find_pairs(boxes, out); }
 };
 
 INSTANTIATE_TEST_SUITE_P(Broadphase, EveryMethod,
-                         ::testing::Values(Method::kAutomatic, Method::kSweep, Method::kTree));
+                         ::testing::Values(Method::kAutomatic, Method::kSweep, Method::kGrid,
+                                           Method::kTree));
 
 TEST_P(EveryMethod, FindsAllPairs) {
   std::size_t found = 0;
@@ -75,6 +73,52 @@ TEST_P(EveryMethod, TouchingAndEqualBoxesAreFound) {
   const Bounds beside{Vector3(1, 0, 0), Vector3(2, 1, 1)};
   find({box, box, beside, box});
   EXPECT_EQ(out, (Pairs{{0, 1}, {0, 2}, {0, 3}, {1, 2}, {1, 3}, {2, 3}}));
+}
+
+// What a grid of cells might get wrong: boxes as large as a cell that touch exactly, cells far from
+// the others, in a row, a plane, at one place; sizes of all magnitudes; coordinates up to the
+// largest.
+TEST_P(EveryMethod, FindsAllPairsHoweverTheBoxesLie) {
+  std::size_t found = 0;
+  for (const double size : {1e-12, 0.0, 0.125, 0.1, 1e90}) {
+    for (const Vector3& pitch : {Vector3(1, 1, 1), Vector3(1, 1, 0), Vector3(0, 0, 1),
+                                 Vector3(1.5, 1, 2), Vector3(0.9, 8, 1), Vector3(1, 1e7, 1)}) {
+      std::vector<Bounds> boxes;
+      for (int i = 0; i < 216; ++i) {
+        const Vector3 low = size * pitch.cwiseProduct(Vector3(i % 6, i / 6 % 6, i / 36));
+        boxes.push_back({low, low + Vector3::Constant(size)});
+      }
+      // One that went far away, some that are larger, one that covers all.
+      boxes[17].low.x() += 1e5;
+      boxes[17].high.x() += 1e5;
+      boxes[40].high += Vector3::Constant(30.0 * size);
+      boxes[41].low -= Vector3::Constant(100.0 * size);
+      boxes[42].high.y() += 7.0 * size;
+      boxes[43] = {Vector3::Constant(-1e98), Vector3::Constant(1e98)};
+      find(boxes);
+      EXPECT_EQ(out, all_pairs(boxes)) << size << " at " << pitch.transpose();
+      found += out.size();
+    }
+  }
+  EXPECT_GT(found, 20000u);
+}
+
+// The same, in a crowd that moves through the cells at random.
+TEST_P(EveryMethod, FindsAllPairsOfLikeBoxes) {
+  std::size_t found = 0;
+  for (int round = 0; round < 20; ++round) {
+    const Vector3 half = 0.05 * random_vector(rng).cwiseAbs();
+    const Vector3 stretch = random_vector(rng).cwiseProduct(random_vector(rng));
+    std::vector<Bounds> boxes;
+    for (int i = 0; i < 500; ++i) {
+      const Vector3 center = Vector3::Constant(3.0) + random_vector(rng).cwiseProduct(stretch);
+      boxes.push_back({center - half, center + half});
+    }
+    find(boxes);
+    EXPECT_EQ(out, all_pairs(boxes)) << round;
+    found += out.size();
+  }
+  EXPECT_GT(found, 5000u);
 }
 
 TEST_P(EveryMethod, UnsoundBoxesMeetNothing) {

@@ -1,0 +1,308 @@
+#include "counterpoint/collision/bounds_grid.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+namespace counterpoint::collision {
+namespace {
+
+// Boxes so many times larger than the geometric mean lie in no cell, at most one in so many.
+constexpr double kLargeRatio = 4.0;
+constexpr std::size_t kLeastPerLarge = 32;
+// Boxes that share a cell with a box (itself included), on average, from which on the grid is of no
+// use.
+constexpr std::size_t kMostInCell = 16;
+// By so much cells are larger than boxes, lest overlapping boxes be two cells apart by round-off.
+constexpr double kSlack = 1e-5;
+constexpr double kSmallestCell = 1e-9;  // [m]
+// Cells farther from the origin are one: coordinates must fit an integer.
+constexpr double kFarthestCell = 1 << 30;
+// Entries looked at together; as many follow the last.
+constexpr std::uint32_t kMostAlways = 4;
+constexpr std::uint32_t kNoCell = ~0u;
+constexpr std::uint32_t kLarge = ~0u - 1;
+
+using Two = double __attribute__((vector_size(16)));
+
+// Upper bounds of the keys of the boxes that overlap one.
+class Limits {
+ public:
+  explicit Limits(const std::array<double, 6>& key)
+      : v_{{-key[4], -key[5]}, {-key[3], -key[2]}, {-key[0], -key[1]}} {}
+  // -1 if the box of these keys is one of them, else 0.
+  std::int64_t hold(const std::array<double, 6>& key) const {
+    const auto met = (Two{key[0], key[1]} <= v_[0]) & (Two{key[2], key[3]} <= v_[1]) &
+                     (Two{key[4], key[5]} <= v_[2]);
+    return met[0] & met[1];
+  }
+
+ private:
+  Two v_[3];
+};
+
+double extent(const Bounds& box) { return (box.high - box.low).maxCoeff(); }
+
+// A place among the boxes, whatever a few of them do.
+Vector3 median_of_few(const std::vector<Bounds>& boxes) {
+  constexpr std::size_t kSamples = 9;
+  std::array<std::array<double, kSamples>, 3> at{};
+  for (std::size_t s = 0; s < kSamples; ++s) {
+    const Bounds& box = boxes[(2 * s + 1) * boxes.size() / (2 * kSamples)];
+    const bool sound = is_sound(box);
+    for (int k = 0; k < 3; ++k) at[k][s] = sound ? box.low[k] : 0.0;
+  }
+  Vector3 median;
+  for (int k = 0; k < 3; ++k) {
+    std::nth_element(at[k].begin(), at[k].begin() + kSamples / 2, at[k].end());
+    median[k] = at[k][kSamples / 2];
+  }
+  return median;
+}
+
+}  // namespace
+
+void BoundsGrid::reserve(std::size_t size) {
+  cell_.reserve(size);
+  begin_.reserve(4 * size + 2);
+  entries_.reserve(size + kMostAlways + 1);
+  large_.reserve(size / kLeastPerLarge + 1);
+}
+
+// From the boxes' sizes and how far they are spread; says in cell_ which lie in none.
+bool BoundsGrid::choose_cells(const std::vector<Bounds>& boxes) {
+  const Vector3 middle = median_of_few(boxes);
+  Vector3 spread = Vector3::Zero();
+  Vector3 size = Vector3::Zero();
+  std::int64_t exponents = 0;
+  std::size_t num_boxes = 0;
+  cell_.resize(boxes.size());
+  for (std::size_t i = 0; i < boxes.size(); ++i) {
+    const Bounds& box = boxes[i];
+    cell_[i] = is_sound(box) ? 0 : kNoCell;
+    if (cell_[i] == kNoCell) continue;
+    const Vector3 extents = box.high - box.low;
+    ++num_boxes;
+    exponents += static_cast<std::int64_t>(
+        std::bit_cast<std::uint64_t>(std::max(extents.maxCoeff(), kSmallestCell)) >> 52);
+    spread += (box.low - middle).cwiseAbs();
+    size = size.cwiseMax(extents);
+  }
+  if (num_boxes < 2) return false;
+  const auto mean = static_cast<std::uint64_t>(exponents) / num_boxes;
+  most_ = 2.0 * kLargeRatio * std::bit_cast<double>(mean << 52);
+  if (size.maxCoeff() > most_) {
+    size.setZero();
+    for (std::size_t i = 0; i < boxes.size(); ++i) {
+      if (cell_[i] == kNoCell) continue;
+      if (extent(boxes[i]) > most_) {
+        cell_[i] = kLarge;
+      } else {
+        size = size.cwiseMax(boxes[i].high - boxes[i].low);
+      }
+    }
+  }
+  set_cells(middle, spread / static_cast<double>(num_boxes), size, num_boxes);
+  return true;
+}
+
+// spread: mean distance from the middle; size: of the largest box in a cell.
+void BoundsGrid::set_cells(const Vector3& middle, const Vector3& spread, const Vector3& size,
+                           std::size_t num_boxes) {
+  std::array<int, 3> bits;
+  for (int k = 0; k < 3; ++k) {
+    const double cell = std::max((1.0 + kSlack) * size[k], kSmallestCell);
+    // Of boxes spread evenly the mean distance is a quarter of the length.
+    const double cells = 4.0 * spread[k] / cell;
+    bits[k] = cells < 2.0 ? 0 : std::max(2, std::ilogb(cells) + 1);
+    origin_[k] = middle[k];
+    inverse_cell_[k] = 1.0 / cell;
+  }
+  const int most_bits = std::bit_width(num_boxes) + 1;
+  while (bits[0] + bits[1] + bits[2] > most_bits) {
+    int& most = *std::max_element(bits.begin(), bits.end());
+    // Never a ring of two cells: they would be neighbours twice.
+    most = most > 2 ? most - 1 : 0;
+  }
+  axis_ = {0, 1, 2};
+  std::sort(axis_.begin(), axis_.end(),
+            [&](int i, int j) { return bits[i] != bits[j] ? bits[i] > bits[j] : i < j; });
+  for (int k = 0; k < 3; ++k) bits_[k] = bits[axis_[k]];
+}
+
+// Of a cell, not folded yet.
+std::uint32_t BoundsGrid::coordinate(double x, int axis) const {
+  const double t = (x - origin_[axis]) * inverse_cell_[axis];
+  return static_cast<std::uint32_t>(std::clamp(t, -kFarthestCell, kFarthestCell) + kFarthestCell);
+}
+
+std::uint32_t BoundsGrid::fold(std::uint32_t coordinate, int k) const {
+  return coordinate & ((1u << bits_[k]) - 1u);
+}
+
+// The first cell of a row; y and z as in coordinate, along the second and third axis.
+std::uint32_t BoundsGrid::row(std::uint32_t y, std::uint32_t z) const {
+  return ((fold(z, 2) << bits_[1]) | fold(y, 1)) << bits_[0];
+}
+
+std::uint32_t BoundsGrid::cell_of(const Vector3& low) const {
+  return row(coordinate(low[axis_[1]], axis_[1]), coordinate(low[axis_[2]], axis_[2])) |
+         fold(coordinate(low[axis_[0]], axis_[0]), 0);
+}
+
+// Completes cell_, fills begin_ so that begin_[c + 1] is where cell c begins.
+bool BoundsGrid::count_boxes(const std::vector<Bounds>& boxes) {
+  const std::size_t num_cells = std::size_t{1} << (bits_[0] + bits_[1] + bits_[2]);
+  begin_.assign(num_cells + 1, 0);
+  std::size_t num_large = 0;
+  for (std::size_t i = 0; i < boxes.size(); ++i) {
+    if (cell_[i] == kNoCell) continue;
+    if (cell_[i] == kLarge) {
+      ++num_large;
+      continue;
+    }
+    cell_[i] = cell_of(boxes[i].low);
+    ++begin_[cell_[i] + 1];
+  }
+  std::size_t shared = 0;
+  std::uint32_t sum = 0;
+  for (std::size_t c = 1; c <= num_cells; ++c) {
+    const std::uint32_t count = begin_[c];
+    shared += std::size_t{count} * count;
+    begin_[c] = sum;
+    sum += count;
+  }
+  num_entries_ = sum;
+  entries_.resize(sum + kMostAlways + 1);
+  return num_large * kLeastPerLarge <= boxes.size() && shared <= kMostInCell * sum;
+}
+
+bool BoundsGrid::place(const std::vector<Bounds>& boxes) {
+  large_.clear();
+  if (!choose_cells(boxes) || !count_boxes(boxes)) return false;
+  for (std::size_t i = 0; i < boxes.size(); ++i) {
+    if (cell_[i] == kNoCell) continue;
+    const Vector3& l = boxes[i].low;
+    const Vector3& h = boxes[i].high;
+    Entry& e = cell_[i] == kLarge ? large_.emplace_back() : entries_[begin_[cell_[i] + 1]++];
+    e = {{l.x(), l.y(), l.z(), -h.z(), -h.x(), -h.y()}, static_cast<int>(i), cell_[i]};
+  }
+  return true;
+}
+
+// Writes the pairs that a makes with entries. What does not meet is written too, and then
+// overwritten: no branch on what cannot be foreseen. For the same reason some entries are always
+// looked at.
+class BoundsGrid::Meeting {
+ public:
+  Meeting(const BoundsGrid& grid, const Entry& a, Pair* out)
+      : entries_(grid.entries_.data()), limits_(a.key), index_(a.index), out_(out) {}
+
+  // begin <= end; reads kAlways entries from begin on at least.
+  template <std::uint32_t kAlways = kMostAlways>
+  void with_range(std::uint32_t begin, std::uint32_t end) {
+    for (std::uint32_t i = begin; i < begin + kAlways; ++i) {
+      with(entries_[i], -static_cast<std::int64_t>(i < end));
+    }
+    with_rest(begin + kAlways, end);
+  }
+  // Cell x of a row of cells 0 ... last, and its neighbours in the row.
+  void with_row(const std::uint32_t* begin, std::uint32_t x, std::uint32_t last) {
+    const std::uint32_t from = x > 0 ? x - 1 : 0;
+    const std::uint32_t to = x < last ? x + 1 : last;
+    with_range(begin[from], begin[to + 1]);
+    if (from < x && x < to) return;
+    // The row is a ring.
+    if (x == 0 && last > 1) with_rest(begin[last], begin[last + 1]);
+    if (x == last && last > 1) with_rest(begin[0], begin[1]);
+  }
+  void with_rest(std::uint32_t begin, std::uint32_t end) {
+    for (std::uint32_t i = begin; i < end; ++i) with(entries_[i], -1);
+  }
+  Pair* end() const { return out_; }
+
+ private:
+  void with(const Entry& b, std::int64_t counts) {
+    *out_ = {index_, b.index};
+    out_ -= counts & limits_.hold(b.key);
+  }
+
+  const Entry* entries_;
+  Limits limits_;
+  int index_;
+  Pair* out_;
+};
+
+// Pairs of an entry with those behind it in its cell and with half of the neighbouring cells.
+BoundsGrid::Pair* BoundsGrid::meet_neighbours(std::uint32_t position, Pair* out) const {
+  const Entry& a = entries_[position];
+  Meeting meeting(*this, a, out);
+  const std::uint32_t last = (1u << bits_[0]) - 1u;
+  const std::uint32_t x = fold(a.cell, 0);
+  meeting.with_range<2>(position + 1, begin_[a.cell + (x < last ? 2 : 1)]);
+  if (x == last && x > 0) meeting.with_rest(begin_[a.cell - x], begin_[a.cell - x + 1]);
+  const std::uint32_t y = fold(a.cell >> bits_[0], 1);
+  const std::uint32_t z = a.cell >> (bits_[0] + bits_[1]);
+  const std::uint32_t rows[] = {row(y + 1, z), row(y - 1, z + 1), row(y, z + 1), row(y + 1, z + 1)};
+  const int num_rows = bits_[1] == 0 ? 0 : bits_[2] == 0 ? 1 : 4;
+  for (int i = 0; i < num_rows; ++i) meeting.with_row(begin_.data() + rows[i], x, last);
+  return meeting.end();
+}
+
+// Pairs of a large box with boxes in cells.
+BoundsGrid::Pair* BoundsGrid::meet_covered(const Entry& a, Pair* out) const {
+  const double low[] = {a.key[0], a.key[1], a.key[2]};
+  const double high[] = {-a.key[4], -a.key[5], -a.key[3]};
+  std::uint32_t first[3];
+  std::uint32_t count[3];
+  for (int k = 0; k < 3; ++k) {
+    const int axis = axis_[k];
+    // What begins in the cell before may reach into the box.
+    first[k] = coordinate(low[axis], axis) - 1;
+    count[k] = std::min(coordinate(high[axis], axis) - first[k] + 1, 1u << bits_[k]);
+  }
+  Meeting meeting(*this, a, out);
+  const std::uint32_t cells = 1u << bits_[0];
+  const std::uint32_t x = fold(first[0], 0);
+  const std::uint32_t wrapped = x + count[0] > cells ? x + count[0] - cells : 0;
+  for (std::uint32_t z = 0; z < count[2]; ++z) {
+    for (std::uint32_t y = 0; y < count[1]; ++y) {
+      const std::uint32_t* begin = begin_.data() + row(first[1] + y, first[2] + z);
+      meeting.with_range(begin[x], begin[std::min(x + count[0], cells)]);
+      meeting.with_range(begin[0], begin[wrapped]);
+    }
+  }
+  return meeting.end();
+}
+
+void BoundsGrid::find_pairs(std::vector<Pair>& out) {
+  // Room for all that the next box may meet, before it is looked at.
+  const std::size_t old_size = out.size();
+  std::size_t size = old_size;
+  const auto room = [&](std::size_t needed) {
+    if (out.size() < size + needed) {
+      out.resize(std::max(size + needed, std::min(2 * size, out.capacity())));
+    }
+    return out.data() + size;
+  };
+  const std::size_t most = num_entries_ + large_.size() + 1;
+  for (std::uint32_t i = 0; i < num_entries_; ++i) {
+    size = static_cast<std::size_t>(meet_neighbours(i, room(most)) - out.data());
+  }
+  for (std::size_t i = 0; i < large_.size(); ++i) {
+    const Entry& a = large_[i];
+    size = static_cast<std::size_t>(meet_covered(a, room(most)) - out.data());
+    const Limits limits(a.key);
+    for (std::size_t k = i + 1; k < large_.size(); ++k) {
+      out[size] = {a.index, large_[k].index};
+      size += static_cast<std::size_t>(-limits.hold(large_[k].key));
+    }
+  }
+  out.resize(size);
+  for (std::size_t i = old_size; i < size; ++i) {
+    const auto [a, b] = out[i];
+    out[i] = {std::min(a, b), std::max(a, b)};
+  }
+}
+
+}  // namespace counterpoint::collision

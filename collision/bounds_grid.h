@@ -1,0 +1,58 @@
+// Pairs of boxes that overlap, by a grid of cells, for boxes of like size.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+#include "counterpoint/collision/broadphase.h"
+
+namespace counterpoint::collision {
+
+/// A box lies in the cell of its low corner, and a cell is as large as the largest box: boxes that
+/// overlap are in one cell or in neighbours. The few boxes far larger than the others lie in no
+/// cell and look up all those they cover. The grid is folded like a torus, so that there are about
+/// as many cells as boxes wherever these lie. Time grows with the boxes and the pairs.
+class BoundsGrid {
+ public:
+  /// Memory for so many boxes.
+  void reserve(std::size_t size);
+  /// Puts the boxes into cells; those that are not sound into none. False if the grid is of no use:
+  /// sizes too different, or too many boxes in a cell.
+  bool place(const std::vector<Bounds>& boxes);
+  /// Appends the index pairs (first < second) of the boxes placed last that overlap, in any order.
+  void find_pairs(std::vector<std::pair<int, int>>& out);
+
+ private:
+  struct alignas(16) Entry {
+    std::array<double, 6> key;  // low x, low y, low z, -high z, -high x, -high y
+    int index;                  // of the box
+    std::uint32_t cell;
+  };
+  bool choose_cells(const std::vector<Bounds>& boxes);
+  void set_cells(const Vector3& middle, const Vector3& spread, const Vector3& size,
+                 std::size_t num_boxes);
+  std::uint32_t coordinate(double x, int axis) const;
+  std::uint32_t fold(std::uint32_t coordinate, int k) const;
+  std::uint32_t row(std::uint32_t y, std::uint32_t z) const;
+  std::uint32_t cell_of(const Vector3& low) const;
+  bool count_boxes(const std::vector<Bounds>& boxes);
+  using Pair = std::pair<int, int>;
+  class Meeting;
+  Pair* meet_neighbours(std::uint32_t position, Pair* out) const;
+  Pair* meet_covered(const Entry& a, Pair* out) const;
+
+  // Axes in the order of the cells in memory: along the first of them neighbours lie side by side.
+  std::array<int, 3> axis_{0, 1, 2};
+  std::array<int, 3> bits_{};                        // 2^bits cells along these
+  std::array<double, 3> origin_{}, inverse_cell_{};  // along x, y, z
+  double most_ = 0.0;                                // extent of a box in a cell [m]
+  std::vector<std::uint32_t> cell_;                  // of each box
+  std::vector<std::uint32_t> begin_;                 // of each cell in entries_, and the end
+  std::vector<Entry> entries_;                       // by cell; some more behind
+  std::uint32_t num_entries_ = 0;
+  std::vector<Entry> large_;
+};
+
+}  // namespace counterpoint::collision
