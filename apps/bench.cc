@@ -127,9 +127,9 @@ void register_algorithms(const std::string& name) {
     compute_velocities(scene.model, scene.v, data);
   });
   add("rnea",
-      [](const Scene& scene, Data& data, Vectors& x) { rnea(scene.model, x.in, data, x.out); });
+      [](const Scene& scene, Data& data, Vectors& x) { rnea(scene.model, x.in, scene.model.gravity(), data, x.out); });
   add("aba", [](const Scene& scene, Data& data, Vectors& x) {
-    aba(scene.model, x.in, x.zero, scene.model.gravity(), 1, scene.model.num_bodies(), data, x.out);
+    aba(scene.model, x.in, x.zero, scene.model.gravity(), moving_bodies(scene.model), data, x.out);
   });
   add("crba", [](const Scene& scene, Data& data, Vectors& x) { crba(scene.model, data, x.M); });
 }

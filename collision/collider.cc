@@ -21,6 +21,8 @@ struct Collider::Impl {
   void add_plane_pairs(int plane, std::span<const double> margin);
   void add_terrain_pairs(int terrain, std::span<const double> margin);
   void merge_ground_pairs();
+  bool is_idle(int i) const { return !idle.empty() && idle[placements[i].body]; }
+  bool both_idle(int a, int b) const { return is_idle(a) && is_idle(b); }
   void find_contacts(int a, int b, double margin);
 
   // What every step reads of each geometry; all that a Geometry holds is several cache lines more.
@@ -39,6 +41,7 @@ struct Collider::Impl {
   std::vector<int> planes, terrains, solids;  // geometry indices
   std::vector<std::pair<int, int>> overlapping;
   // Scratch.
+  std::span<const char> idle;  // by body; empty: none
   std::vector<Pose> X_WG;
   std::vector<Bounds> boxes;  // of solids
   std::vector<std::pair<int, int>> pairs;
@@ -50,11 +53,13 @@ struct Collider::Impl {
 void Collider::Impl::place(std::span<const Pose> X_WB, std::span<const double> margin) {
   X_WG.resize(geometries.size());
   for (std::size_t i = 0; i < geometries.size(); ++i) {
+    if (is_idle(static_cast<int>(i))) continue;
     X_WG[i] = X_WB[placements[i].body] * placements[i].X_BG;
   }
   boxes.resize(solids.size());
   for (std::size_t k = 0; k < solids.size(); ++k) {
     const int i = solids[k];
+    if (is_idle(i)) continue;
     boxes[k] = bounds(placements[i].type, enclosures[i], X_WG[i], margin[placements[i].body]);
   }
 }
@@ -66,6 +71,7 @@ void Collider::Impl::add_plane_pairs(int plane, std::span<const double> margin) 
   if (!std::isfinite(offset)) return;
   for (std::size_t k = 0; k < solids.size(); ++k) {
     const int i = solids[k];
+    if (both_idle(plane, i)) continue;
     const double height = normal.dot(X_WG[i] * enclosures[i].center) - offset;
     if (height - enclosures[i].radius >= plane_margin + margin[placements[i].body]) continue;
     if (is_sound(boxes[k]) && filter.enabled(plane, i)) {
@@ -81,6 +87,7 @@ void Collider::Impl::add_terrain_pairs(int terrain, std::span<const double> marg
   if (!is_sound(all)) return;
   for (std::size_t k = 0; k < solids.size(); ++k) {
     const int i = solids[k];
+    if (both_idle(terrain, i)) continue;
     if ((boxes[k].low.array() > all.high.array()).any() ||
         (boxes[k].high.array() < all.low.array()).any()) {
       continue;
@@ -112,6 +119,7 @@ void Collider::Impl::find_pairs(std::span<const double> margin) {
   broadphase.find_pairs(boxes, solid_pairs);
   pairs.clear();
   for (const auto& [k, l] : solid_pairs) {
+    if (both_idle(solids[k], solids[l])) continue;
     if (filter.enabled(solids[k], solids[l])) pairs.emplace_back(solids[k], solids[l]);
   }
   for (const int plane : planes) {
@@ -168,9 +176,11 @@ Collider::Collider(Collider&&) noexcept = default;
 Collider& Collider::operator=(Collider&&) noexcept = default;
 
 void Collider::compute_candidates(std::span<const Pose> X_WB, std::span<const double> margin,
-                                  std::vector<Candidate>& out, std::span<const double> travel) {
+                                  std::vector<Candidate>& out, std::span<const double> travel,
+                                  std::span<const char> idle) {
   out.clear();
   Impl& impl = *impl_;
+  impl.idle = idle;
   impl.place(X_WB, margin);
   impl.find_pairs(margin);
   const std::vector<Geometry>& geometries = impl.geometries;

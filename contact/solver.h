@@ -30,6 +30,8 @@ struct Settings {
   std::optional<Method> only;  ///< this method alone, finished by Newton's
   bool split_islands = true;
   Factorization factorization = Factorization::kAutomatic;
+
+  bool operator==(const Settings&) const = default;
 };
 
 enum class Status {

@@ -80,15 +80,14 @@ void accelerate_multi(const MultiDofFactor& factor, const Motion& A, double* a) 
                    factor.U.template leftCols<N>().transpose() * stack(A.angular, A.linear));
 }
 
-bool reduce_joint(const Model& model, int i, const VectorRef& tau, const VectorRef& extra,
+bool reduce_joint(const Model& model, int i, const VectorRef& tau, const VectorRef& joint_diagonal,
                   Data& data) {
   const Body& body = model.body(i);
   const int k = body.v_index;
   const bool has_parent = body.parent != 0;
   const Motion* axis = &data.axis[k];
   double diagonal[6];
-  for (int j = 0; j < joint_nv(body.joint_type); ++j)
-    diagonal[j] = model.armature()[k + j] + extra[k + j];
+  for (int j = 0; j < joint_nv(body.joint_type); ++j) diagonal[j] = joint_diagonal[k + j];
   switch (body.joint_type) {
     case JointType::kRevolute:
       return reduce_single(true, axis->angular, tau[k], diagonal[0], data.c[i], has_parent,
@@ -109,15 +108,15 @@ bool reduce_joint(const Model& model, int i, const VectorRef& tau, const VectorR
 
 }  // namespace
 
-bool aba(const Model& model, const VectorRef& tau, const VectorRef& extra, const Vector3& gravity,
-         int body_begin, int body_end, Data& data, VectorOut a, int* singular_body) {
-  for (int i = body_begin; i < body_end; ++i) {
+bool aba(const Model& model, const VectorRef& tau, const VectorRef& diagonal,
+         const Vector3& gravity, BodyRange bodies, Data& data, VectorOut a, int* singular_body) {
+  for (int i = bodies.begin; i < bodies.end; ++i) {
     data.IA[i] = ArticulatedInertia::rigid(data.inertia[i]);
-    data.pA[i] = cross(data.V[i], data.inertia[i] * data.V[i]);
+    data.pA[i] = data.has_coriolis ? cross(data.V[i], data.inertia[i] * data.V[i]) : Force();
     if (data.has_external) data.pA[i] -= data.external[i];
   }
-  for (int i = body_end - 1; i >= body_begin; --i) {
-    if (!reduce_joint(model, i, tau, extra, data)) {
+  for (int i = bodies.end - 1; i >= bodies.begin; --i) {
+    if (!reduce_joint(model, i, tau, diagonal, data)) {
       if (singular_body != nullptr) *singular_body = i;
       return false;
     }
@@ -127,7 +126,7 @@ bool aba(const Model& model, const VectorRef& tau, const VectorRef& extra, const
     data.pA[parent] += shift(data.pA[i], data.arm[i]);
   }
   data.A[0] = {Vector3::Zero(), -gravity};
-  for (int i = body_begin; i < body_end; ++i) {
+  for (int i = bodies.begin; i < bodies.end; ++i) {
     const Body& body = model.body(i);
     double* a_i = a.data() + body.v_index;
     const Motion A = shift(data.A[body.parent], data.arm[i]) + data.c[i];

@@ -5,13 +5,14 @@
 
 namespace counterpoint {
 
-/// Solves (M(q) + diag(extra)) a = n(q, v) + tau + J' f_external for the acceleration a (nv), rotor
-/// inertia (armature) included; extra (nv) is h D for implicit damping, or zero. Needs
-/// compute_poses, compute_velocities, compute_inertias; external wrenches from data.external if
-/// data.has_external. Bodies [body_begin, body_end) must be whole trees; the other coordinates of a
-/// are left alone. Returns false, with the body in `singular_body` if given, where the inertia seen
-/// by a joint is not positive.
-bool aba(const Model& model, const VectorRef& tau, const VectorRef& extra, const Vector3& gravity,
-         int body_begin, int body_end, Data& data, VectorOut a, int* singular_body = nullptr);
+/// Solves (M(q) + diag(diagonal)) a = n(q, v) + tau + J' f_external for the acceleration a (nv);
+/// diagonal (nv) holds what acts on single coordinates: rotor inertia, h D of implicit damping.
+/// Needs compute_poses, compute_velocities, compute_inertias; external wrenches from data.external
+/// if data.has_external. `bodies` must be whole trees; the other coordinates of a are left alone.
+/// Returns false, with the body in `singular_body` if given, where the inertia seen by a joint is
+/// not positive.
+bool aba(const Model& model, const VectorRef& tau, const VectorRef& diagonal,
+         const Vector3& gravity, BodyRange bodies, Data& data, VectorOut a,
+         int* singular_body = nullptr);
 
 }  // namespace counterpoint

@@ -46,17 +46,10 @@ void add_pair(const Model& model, const PairConstraint& pair, const Data& data,
                        problem.jacobian(constraint, block_b == first ? 0 : 1));
 }
 
-int tree_of_velocity(const Model& model, int v_index) {
-  const auto& trees = model.trees();
-  const auto it = std::upper_bound(trees.begin(), trees.end(), v_index,
-                                   [](int v, const Tree& t) { return v < t.v_end; });
-  return static_cast<int>(it - trees.begin());
-}
-
 void add_joint_row(const Model& model, const JointConstraint& row,
                    const std::vector<int>& block_of_tree, contact::Problem& problem) {
-  int tree[2] = {tree_of_velocity(model, row.v_index[0]), -1};
-  if (row.v_index[1] >= 0) tree[1] = tree_of_velocity(model, row.v_index[1]);
+  int tree[2] = {model.tree_of_velocity(row.v_index[0]), -1};
+  if (row.v_index[1] >= 0) tree[1] = model.tree_of_velocity(row.v_index[1]);
   const int second = tree[1] >= 0 && tree[1] != tree[0] ? block_of_tree[tree[1]] : -1;
   const int constraint = problem.add_constraint(row.law, block_of_tree[tree[0]], second);
   for (int k = 0; k < 2 && row.v_index[k] >= 0; ++k) {
@@ -78,7 +71,7 @@ void mark_touched_trees(const Model& model, const ConstraintSet& constraints,
   }
   for (const JointConstraint& j : constraints.joints)
     for (const int v : j.v_index)
-      if (v >= 0) mark(tree_of_velocity(model, v));
+      if (v >= 0) mark(model.tree_of_velocity(v));
 }
 
 }  // namespace

@@ -48,16 +48,23 @@ constexpr double kImpactSpeedUp = 2.0;
 constexpr double kFastTravel = 4.0;
 constexpr int kMaxRounds = 4;
 
+/// Does a body sleep? For lists by body that are empty where none does.
+struct Idle {
+  std::span<const char> bodies;
+  bool operator()(int body) const { return !bodies.empty() && bodies[body]; }
+};
+
 /// Distance [rad or m] within which a joint limit gets a row, at rest: wide, since a row is cheap
 /// and a limit missed for one step is overrun.
 constexpr double kLimitMargin = 0.1;
 
-void find_limits(const Model& model, const SimulationOptions& options, const VectorRef& q,
-                 const VectorRef& v, const InverseWeights& weights, ConstraintSet& out) {
+void find_limits(const Model& model, const SimulationOptions& options,
+                 const std::vector<int>& limited, const VectorRef& q, const VectorRef& v,
+                 const InverseWeights& weights, const Idle& idle, ConstraintSet& out) {
   const double h = options.time_step;
-  for (int i = 1; i < model.num_bodies(); ++i) {
+  for (const int i : limited) {
+    if (idle(i)) continue;
     const Body& body = model.body(i);
-    if (joint_nv(body.joint_type) != 1) continue;
     const JointInfo& joint = model.joint(i - 1);
     const double gaps[2] = {q[body.q_index] - joint.lower, joint.upper - q[body.q_index]};
     for (int side = 0; side < 2; ++side) {
@@ -73,9 +80,10 @@ void find_limits(const Model& model, const SimulationOptions& options, const Vec
 
 /// One row a coordinate: it takes up to the bound and yields beyond.
 void find_dry_friction(const Model& model, const SimulationOptions& options,
-                       const std::vector<int>& coordinates, const InverseWeights& weights,
-                       ConstraintSet& out) {
-  for (const int i : coordinates) {
+                       const std::vector<DryCoordinate>& coordinates, const InverseWeights& weights,
+                       const Idle& idle, ConstraintSet& out) {
+  for (const auto& [i, body] : coordinates) {
+    if (idle(body)) continue;
     JointConstraint row;
     row.law = make_dry_friction_law(options.contact, options.time_step, weights.dof[i],
                                     model.dry_friction()[i]);
@@ -85,8 +93,9 @@ void find_dry_friction(const Model& model, const SimulationOptions& options,
 }
 
 void find_mimics(const Model& model, const SimulationOptions& options, const VectorRef& q,
-                 const InverseWeights& weights, ConstraintSet& out) {
+                 const InverseWeights& weights, const Idle& idle, ConstraintSet& out) {
   for (const Mimic& mimic : model.mimics()) {
+    if (idle(mimic.joint + 1)) continue;  // and so is the master, of the same island
     const Body& follower = model.body(mimic.joint + 1);
     const Body& master = model.body(mimic.master + 1);
     const double error = q[follower.q_index] - mimic.multiplier * q[master.q_index] - mimic.offset;
@@ -130,29 +139,40 @@ ConstraintFinder::ConstraintFinder(const Model& model, InverseWeights weights)
       travel_(model.num_bodies(), 0.0),
       margin_(model.num_bodies(), 0.0),
       acceleration_(model.closures().empty() ? 0 : model.num_bodies()) {
-  for (int i = 0; i < model.nv(); ++i)
-    if (model.dry_friction()[i] > 0.0) dry_.push_back(i);
+  for (int i = 1; i < model.num_bodies(); ++i) {
+    const Body& body = model.body(i);
+    for (int k = body.v_index; k < body.v_index + joint_nv(body.joint_type); ++k)
+      if (model.dry_friction()[k] > 0.0) dry_.push_back({k, i});
+    const JointInfo& joint = model.joint(i - 1);
+    if (std::isfinite(joint.lower) || std::isfinite(joint.upper)) limited_.push_back(i);
+  }
 }
 
-void ConstraintFinder::find(const Model& model, const SimulationOptions& options,
+void ConstraintFinder::find(const Model& model, const SimulationOptions& options, EffectSet effects,
                             const VectorRef& q, const VectorRef& v, const Data& data,
-                            ConstraintSet& out) {
-  out.contacts.clear();
-  out.pairs.clear();
-  out.closures.clear();
-  out.joints.clear();
-  out.max_penetration = 0.0;
-  find_contacts(model, options, data, out);
-  if (!model.closures().empty()) find_closures(model, options, data, weights_, acceleration_, out);
-  find_limits(model, options, q, v, weights_, out);
-  find_dry_friction(model, options, dry_, weights_, out);
-  find_mimics(model, options, q, weights_, out);
+                            ConstraintSet& out, EffectCounts& counts,
+                            std::span<const char> idle_bodies) {
+  const Idle idle{idle_bodies};
+  out.clear();
+  const auto runs = [&](Effect effect) {
+    if (!effects.has(effect)) return false;
+    counts.add(effect);
+    return true;
+  };
+  if (runs(Effect::kContacts))
+    find_contacts(model, options, effects, data, out, counts, idle_bodies);
+  if (runs(Effect::kClosures))
+    find_closures(model, options, data, weights_, idle_bodies, acceleration_, out);
+  if (runs(Effect::kLimits)) find_limits(model, options, limited_, q, v, weights_, idle, out);
+  if (runs(Effect::kDryFriction)) find_dry_friction(model, options, dry_, weights_, idle, out);
+  if (runs(Effect::kMimics)) find_mimics(model, options, q, weights_, idle, out);
 }
 
 void ConstraintFinder::find_candidates(const Model& model, const SimulationOptions& options,
-                                       const Data& data) {
+                                       EffectSet effects, const Data& data,
+                                       std::span<const char> idle) {
   const double h = options.time_step;
-  const double fall = h * h * model.gravity().norm();
+  const double fall = effects.has(Effect::kGravity) ? h * h * model.gravity().norm() : 0.0;
   for (int b = 1; b < model.num_bodies(); ++b) {
     const double speed = data.V[b].linear.norm() + data.V[b].angular.norm() * radius_[b];
     travel_[b] = kImpactSpeedUp * h * speed + fall;
@@ -161,7 +181,7 @@ void ConstraintFinder::find_candidates(const Model& model, const SimulationOptio
     for (int b = 0; b < model.num_bodies(); ++b) {
       margin_[b] = 0.5 * options.contact.margin + travel_[b];
     }
-    collider_.compute_candidates(data.X_WB, margin_, candidates_, travel_);
+    collider_.compute_candidates(data.X_WB, margin_, candidates_, travel_, idle);
     if (!spread_travel(model, kFastTravel * options.contact.margin)) return;
   }
 }
@@ -185,10 +205,33 @@ bool ConstraintFinder::spread_travel(const Model& model, double threshold) {
   return changed;
 }
 
+namespace {
+
+/// Surfaces of a pair as far as the effects are on.
+Material pair_material(const Material& a, const Material& b, EffectSet effects) {
+  Material pair = combine_materials(a, b);
+  if (!effects.has(Effect::kFriction)) pair.friction = 0.0;
+  if (!effects.has(Effect::kTorsionalFriction)) pair.torsional_friction = 0.0;
+  if (!effects.has(Effect::kRollingFriction)) pair.rolling_friction = 0.0;
+  if (!effects.has(Effect::kRestitution)) pair.restitution = 0.0;
+  return pair;
+}
+
+void count_contact(const Material& pair, EffectCounts& counts) {
+  if (pair.restitution > 0.0) counts.add(Effect::kRestitution);
+  if (!(pair.friction > 0.0)) return;
+  counts.add(Effect::kFriction);
+  if (pair.torsional_friction > 0.0) counts.add(Effect::kTorsionalFriction);
+  if (pair.rolling_friction > 0.0) counts.add(Effect::kRollingFriction);
+}
+
+}  // namespace
+
 void ConstraintFinder::find_contacts(const Model& model, const SimulationOptions& options,
-                                     const Data& data, ConstraintSet& out) {
+                                     EffectSet effects, const Data& data, ConstraintSet& out,
+                                     EffectCounts& counts, std::span<const char> idle) {
   const double h = options.time_step;
-  find_candidates(model, options, data);
+  find_candidates(model, options, effects, data, idle);
   Material material;
   std::pair<int, int> last{-1, -1};  // candidates come pair by pair
   for (collision::Candidate& candidate : candidates_) {
@@ -197,7 +240,7 @@ void ConstraintFinder::find_contacts(const Model& model, const SimulationOptions
     const double alpha = weights_.contact[a.body] + weights_.contact[b.body];
     if (!(alpha > 0.0)) continue;  // neither side can move, in any way
     if (const std::pair pair(candidate.geometry_a, candidate.geometry_b); pair != last) {
-      material = combine_materials(a.material, b.material);
+      material = pair_material(a.material, b.material, effects);
       last = pair;
     }
     PairConstraint contact;
@@ -214,6 +257,7 @@ void ConstraintFinder::find_contacts(const Model& model, const SimulationOptions
     const Vector3 v = relative_velocity(contact, data, data.V);
     const double gap = gap_less_turning(contact, candidate.gap, data, h);
     contact.law = make_contact_law(options.contact, h, material, alpha, gap, v);
+    count_contact(material, counts);
     out.max_penetration = std::max(out.max_penetration, -candidate.gap);
     out.contacts.push_back(candidate);
     out.pairs.push_back(contact);

@@ -2,6 +2,7 @@
 // dry joint friction, mimic joints.
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include "counterpoint/collision/collider.h"
@@ -39,6 +40,18 @@ struct ConstraintSet {
   double max_penetration = 0.0;  ///< [m]
 
   bool empty() const { return pairs.empty() && joints.empty(); }
+  void clear() {
+    contacts.clear();
+    pairs.clear();
+    closures.clear();
+    joints.clear();
+    max_penetration = 0.0;
+  }
+};
+
+/// A velocity coordinate with dry friction, and the body it moves.
+struct DryCoordinate {
+  int v_index = 0, body = 0;
 };
 
 /// Finds the constraints of a model. Scratch memory inside: one per thread.
@@ -48,17 +61,24 @@ class ConstraintFinder {
 
   /// Everything which may push within the step, judged from (q, v) alone: the inverse must come to
   /// the same set. Needs compute_poses and compute_velocities.
-  void find(const Model& model, const SimulationOptions& options, const VectorRef& q,
-            const VectorRef& v, const Data& data, ConstraintSet& out);
+  /// Only the effects given are looked at. `idle`: by body, constraints between none but these are
+  /// left out (Collider::compute_candidates); empty: none is idle.
+  void find(const Model& model, const SimulationOptions& options, EffectSet effects,
+            const VectorRef& q, const VectorRef& v, const Data& data, ConstraintSet& out,
+            EffectCounts& counts, std::span<const char> idle = {});
 
+  /// Radius [m] of each body's geometry about the body origin.
+  const std::vector<double>& radii() const { return radius_; }
   const InverseWeights& weights() const { return weights_; }
   const collision::Collider& collider() const { return collider_; }
 
  private:
-  void find_candidates(const Model& model, const SimulationOptions& options, const Data& data);
+  void find_candidates(const Model& model, const SimulationOptions& options, EffectSet effects,
+                       const Data& data, std::span<const char> idle);
   bool spread_travel(const Model& model, double threshold);
-  void find_contacts(const Model& model, const SimulationOptions& options, const Data& data,
-                     ConstraintSet& out);
+  void find_contacts(const Model& model, const SimulationOptions& options, EffectSet effects,
+                     const Data& data, ConstraintSet& out, EffectCounts& counts,
+                     std::span<const char> idle);
 
   InverseWeights weights_;
   collision::Collider collider_;
@@ -66,7 +86,8 @@ class ConstraintFinder {
   std::vector<double> travel_;  ///< of each body's surface within the step [m]
   std::vector<double> margin_;
   std::vector<collision::Candidate> candidates_;
-  std::vector<int> dry_;              ///< velocity coordinates with dry friction
+  std::vector<DryCoordinate> dry_;    ///< with dry friction
+  std::vector<int> limited_;          ///< bodies whose joint has a limit
   std::vector<Motion> acceleration_;  ///< scratch of closures
 };
 

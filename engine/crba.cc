@@ -16,7 +16,6 @@ void crba_tree(const Model& model, const Tree& tree, Data& data, InertiaOut M) {
     for (int j = 0; j < joint_nv(body.joint_type); ++j) {
       Force f = data.composite[i] * data.axis[body.v_index + j];
       add_joint_force(body.joint_type, &data.axis[body.v_index], f, &M(row + j, row));
-      M(row + j, row + j) += model.armature()[body.v_index + j];
       // The force that accelerates the subtree, carried to the root.
       for (int k = i; model.body(k).parent != 0;) {
         f = shift(f, data.arm[k]);

@@ -9,11 +9,11 @@ namespace counterpoint {
 using InertiaOut =
     Eigen::Ref<Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>>;
 
-/// M(q) of one tree, both triangles, rotor inertia (armature) included: (v_end - v_begin) squared
-/// [kg m^2, kg m, kg]. Needs compute_poses and compute_inertias.
+/// M(q) of the bodies of one tree, both triangles, without rotor inertia (armature): (v_end -
+/// v_begin) squared [kg m^2, kg m, kg]. Needs compute_poses and compute_inertias.
 void crba_tree(const Model& model, const Tree& tree, Data& data, InertiaOut M);
 
-/// M(q) of the whole model, nv x nv, block diagonal by tree.
+/// The same of the whole model, nv x nv, block diagonal by tree.
 void crba(const Model& model, Data& data, InertiaOut M);
 
 }  // namespace counterpoint

@@ -38,6 +38,9 @@ struct Data {
   std::vector<Force> external;
   bool has_external = false;
 
+  // rnea, aba: forces quadratic in velocity; where they are left out, c is to be zero as well
+  bool has_coriolis = true;
+
   // rnea
   std::vector<Motion> A;  ///< spatial acceleration less gravity
   std::vector<Force> F;   ///< force through the joint

@@ -24,8 +24,8 @@ void rotation_difference(const double* from, const double* to, double* w) {
 }  // namespace
 
 void integrate_configuration(const Model& model, const VectorRef& q, const VectorRef& v, double h,
-                             VectorOut q_next) {
-  for (int b = 1; b < model.num_bodies(); ++b) {
+                             BodyRange bodies, VectorOut q_next) {
+  for (int b = bodies.begin; b < bodies.end; ++b) {
     const Body& body = model.body(b);
     const double* q_b = q.data() + body.q_index;
     const double* v_b = v.data() + body.v_index;

@@ -15,9 +15,9 @@ namespace {
 class Response {
  public:
   Response(const Model& model, Data& data)
-      : tau(VectorX::Zero(model.nv())), acceleration(tau), model_(model), data_(data), zero_(tau) {
+      : tau(VectorX::Zero(model.nv())), acceleration(tau), model_(model), data_(data) {
     compute_poses(model, model.default_q(), data);
-    compute_velocities(model, zero_, data);
+    compute_velocities(model, tau, data);
     compute_inertias(model, data);
     data.has_external = true;
     for (Force& f : data.external) f = Force();
@@ -36,8 +36,8 @@ class Response {
     if (tree < 0) return;
     const Tree& t = model_.trees()[tree];
     int singular = 0;
-    if (aba(model_, tau, zero_, Vector3::Zero(), t.body_begin, t.body_end, data_, acceleration,
-            &singular))
+    if (aba(model_, tau, model_.armature(), Vector3::Zero(), {t.body_begin, t.body_end}, data_,
+            acceleration, &singular))
       return;
     throw InputError(fmt::format(
         "joint '{}': the inertia it moves is not positive in the default pose; give its "
@@ -48,7 +48,6 @@ class Response {
  private:
   const Model& model_;
   Data& data_;
-  VectorX zero_;
 };
 
 /// Points on the surface of a shape, as far out as any, in the geometry frame.

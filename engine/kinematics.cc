@@ -22,8 +22,8 @@ Data::Data(const Model& model)
       multi(model.num_bodies()),
       composite(model.num_bodies()) {}
 
-void compute_poses(const Model& model, const VectorRef& q, Data& data) {
-  for (int i = 1; i < model.num_bodies(); ++i) {
+void compute_poses(const Model& model, const VectorRef& q, BodyRange bodies, Data& data) {
+  for (int i = bodies.begin; i < bodies.end; ++i) {
     const Body& body = model.body(i);
     const Pose X_WJ = body.parent == 0 ? body.X_PJ : data.X_WB[body.parent] * body.X_PJ;
     data.X_WB[i] = joint_pose(X_WJ, body.joint_type, q.data() + body.q_index);
@@ -32,8 +32,8 @@ void compute_poses(const Model& model, const VectorRef& q, Data& data) {
   }
 }
 
-void compute_velocities(const Model& model, const VectorRef& v, Data& data) {
-  for (int i = 1; i < model.num_bodies(); ++i) {
+void compute_velocities(const Model& model, const VectorRef& v, BodyRange bodies, Data& data) {
+  for (int i = bodies.begin; i < bodies.end; ++i) {
     const Body& body = model.body(i);
     const Motion V_J =
         joint_motion(body.joint_type, &data.axis[body.v_index], v.data() + body.v_index);
@@ -64,8 +64,8 @@ void compute_velocity_accelerations(const Model& model, const Data& data, std::v
   }
 }
 
-void compute_inertias(const Model& model, Data& data) {
-  for (int i = 1; i < model.num_bodies(); ++i) {
+void compute_inertias(const Model& model, BodyRange bodies, Data& data) {
+  for (int i = bodies.begin; i < bodies.end; ++i) {
     const SpatialInertia& inertia = model.body(i).inertia;
     const Matrix3& R = data.X_WB[i].rotation;
     data.inertia[i].mass = inertia.mass;

@@ -12,11 +12,18 @@ inline Force shift(const Force& f, const Vector3& arm) {
   return {f.torque + arm.cross(f.force), f.force};
 }
 
-/// Fills data.X_WB, arm, axis from q (nq). Quaternions must be of unit length.
-void compute_poses(const Model& model, const VectorRef& q, Data& data);
+/// Fills data.X_WB, arm, axis from q (nq), of all bodies or of a range of whole trees. Quaternions
+/// must be of unit length.
+void compute_poses(const Model& model, const VectorRef& q, BodyRange bodies, Data& data);
+inline void compute_poses(const Model& model, const VectorRef& q, Data& data) {
+  compute_poses(model, q, moving_bodies(model), data);
+}
 
 /// Fills data.V and c from v (nv). Needs compute_poses.
-void compute_velocities(const Model& model, const VectorRef& v, Data& data);
+void compute_velocities(const Model& model, const VectorRef& v, BodyRange bodies, Data& data);
+inline void compute_velocities(const Model& model, const VectorRef& v, Data& data) {
+  compute_velocities(model, v, moving_bodies(model), data);
+}
 
 /// V_WB of all bodies at another v (nv) into V (num_bodies). Needs compute_poses.
 void compute_body_velocities(const Model& model, const VectorRef& v, const Data& data,
@@ -27,6 +34,9 @@ void compute_body_velocities(const Model& model, const VectorRef& v, const Data&
 void compute_velocity_accelerations(const Model& model, const Data& data, std::vector<Motion>& A);
 
 /// Fills data.inertia. Needs compute_poses.
-void compute_inertias(const Model& model, Data& data);
+void compute_inertias(const Model& model, BodyRange bodies, Data& data);
+inline void compute_inertias(const Model& model, Data& data) {
+  compute_inertias(model, moving_bodies(model), data);
+}
 
 }  // namespace counterpoint

@@ -22,17 +22,19 @@ Force rigid_body_force(const SpatialInertia& inertia, const Matrix3& R_WB, const
 
 }  // namespace
 
-void rnea(const Model& model, const VectorRef& a, Data& data, VectorOut tau) {
+void rnea(const Model& model, const VectorRef& a, const Vector3& gravity, Data& data,
+          VectorOut tau) {
   // Gravity enters as an acceleration of the world upwards.
-  data.A[0] = {Vector3::Zero(), -model.gravity()};
+  data.A[0] = {Vector3::Zero(), -gravity};
   for (int i = 1; i < model.num_bodies(); ++i) {
     const Body& body = model.body(i);
     data.A[i] = shift(data.A[body.parent], data.arm[i]) + data.c[i] +
                 joint_motion(body.joint_type, &data.axis[body.v_index], a.data() + body.v_index);
-    data.F[i] = rigid_body_force(body.inertia, data.X_WB[i].rotation, data.V[i], data.A[i]);
+    data.F[i] = rigid_body_force(body.inertia, data.X_WB[i].rotation,
+                                 data.has_coriolis ? data.V[i] : Motion(), data.A[i]);
     if (data.has_external) data.F[i] -= data.external[i];
   }
-  tau = model.armature().cwiseProduct(a);
+  tau.setZero();
   for (int i = model.num_bodies() - 1; i > 0; --i) {
     const Body& body = model.body(i);
     add_joint_force(body.joint_type, &data.axis[body.v_index], data.F[i],

@@ -22,7 +22,7 @@ struct ExternalWrench {
 
 /// What is applied from outside during one step.
 struct Input {
-  VectorX applied_force;                 ///< nv [N, N m]; conjugate to v
+  VectorX applied_force;                 ///< nv, or empty: none [N, N m]; conjugate to v
   std::vector<ExternalWrench> wrenches;  ///< optional
 };
 

@@ -1,29 +1,58 @@
 #include "counterpoint/engine/step.h"
 
+#include <limits>
+
 #include "counterpoint/contact/law.h"
 #include "counterpoint/engine/aba.h"
 #include "counterpoint/engine/assemble.h"
 #include "counterpoint/engine/integrator.h"
+#include "counterpoint/engine/joint_forces.h"
 #include "counterpoint/engine/kinematics.h"
 #include "counterpoint/engine/rnea.h"
+#include "counterpoint/engine/sleep.h"
 
 namespace counterpoint {
+
+namespace {
+
+/// Of each coordinate of v the way [m, rad] that is lost in the rounding of poses: a few times that
+/// of the body's size. Where a body rests on others, it stays for motions below: else it would
+/// creep by 1e-20 m a step for ever where a coordinate happens to be zero, and never come to rest.
+VectorX still_lengths(const Model& model, const std::vector<double>& radii) {
+  constexpr double kRoundoffs = 4.0 * std::numeric_limits<double>::epsilon();
+  VectorX lengths = VectorX::Constant(model.nv(), kRoundoffs);
+  for (int b = 1; b < model.num_bodies(); ++b) {
+    const Body& body = model.body(b);
+    const double size = kRoundoffs * radii[b];
+    if (body.joint_type == JointType::kPrismatic) lengths[body.v_index] = size;
+    if (body.joint_type == JointType::kPlanar) lengths.segment<2>(body.v_index).setConstant(size);
+    if (body.joint_type == JointType::kFloating) lengths.segment<3>(body.v_index).setConstant(size);
+  }
+  return lengths;
+}
+
+}  // namespace
 
 struct Workspace::Impl {
   explicit Impl(const Model& model)
       : data(model),
         finder(model, compute_inverse_weights(model, data)),
+        sleepers(model),
+        still(still_lengths(model, finder.radii())),
         velocity(model.num_bodies()),
         body_impulse(model.num_bodies()),
         tau(VectorX::Zero(model.nv())),
-        extra(VectorX::Zero(model.nv())),
-        acceleration(VectorX::Zero(model.nv())) {}
+        diagonal(VectorX::Zero(model.nv())),
+        acceleration(VectorX::Zero(model.nv())),
+        called(called_for(model, finder.collider())) {}
 
   Data data;
   ConstraintFinder finder;
   ConstraintSet constraints;
 
   // forward
+  Sleepers sleepers;
+  VectorX still;  ///< nv: motions within a step that are none [m, rad]
   std::vector<int> block_of_tree;
   contact::Problem problem;
   contact::Solver solver;
@@ -35,7 +64,9 @@ struct Workspace::Impl {
   std::vector<Motion> velocity;  ///< V at v_next
   std::vector<Force> body_impulse;
 
-  VectorX tau, extra, acceleration;
+  VectorX tau, diagonal, acceleration;
+  EffectSet called;  ///< what the model calls for
+  EffectCounts counts;
 };
 
 Workspace::Workspace(const Model& model) : impl_(std::make_unique<Impl>(model)) {}
@@ -43,28 +74,88 @@ Workspace::~Workspace() = default;
 Workspace::Workspace(Workspace&&) noexcept = default;
 Workspace& Workspace::operator=(Workspace&&) noexcept = default;
 
+const EffectCounts& Workspace::effect_counts() const { return impl_->counts; }
+
 namespace {
 
-void set_external(const std::vector<ExternalWrench>& wrenches, Data& data) {
-  data.has_external = !wrenches.empty();
+void set_external(const std::vector<ExternalWrench>& wrenches, EffectSet effects,
+                  Workspace::Impl& ws) {
+  Data& data = ws.data;
+  data.has_external = effects.has(Effect::kExternalWrenches) && !wrenches.empty();
   if (!data.has_external) return;
+  ws.counts.add(Effect::kExternalWrenches);
   for (Force& f : data.external) f = Force();
   for (const ExternalWrench& w : wrenches) data.external[w.body] += w.wrench;
 }
 
-/// w* = w + h inv(M + hD) (n + u - D w): the velocity if there were no constraint.
-bool compute_free_velocity(const Model& model, double h, const State& state, const Input& input,
-                           Workspace::Impl& ws, VectorX& w_free) {
-  ws.tau = input.applied_force;
-  if (model.has_damping()) {
-    ws.tau.noalias() -= model.damping().cwiseProduct(state.v);
-    ws.extra = h * model.damping();
+/// Velocity-dependent forces and gravity as far as they are on. Before any dynamics, after
+/// everything that needs the accelerations at constant joint velocities as they are.
+Vector3 set_body_forces(const Model& model, EffectSet effects, Workspace::Impl& ws) {
+  ws.data.has_coriolis = effects.has(Effect::kCoriolis);
+  if (ws.data.has_coriolis) {
+    ws.counts.add(Effect::kCoriolis);
+  } else {
+    for (Motion& c : ws.data.c) c = Motion();
   }
-  set_external(input.wrenches, ws.data);
-  const bool ok = aba(model, ws.tau, ws.extra, model.gravity(), 1, model.num_bodies(), ws.data,
-                      ws.acceleration);
-  w_free = state.v + h * ws.acceleration;
-  return ok;
+  if (!effects.has(Effect::kGravity)) return Vector3::Zero();
+  ws.counts.add(Effect::kGravity);
+  return model.gravity();
+}
+
+struct VelocityRange {
+  int begin, size;
+};
+
+VelocityRange velocities(const Model& model, BodyRange bodies) {
+  const int begin = model.body(bodies.begin).v_index;
+  const Body& last = model.body(bodies.end - 1);
+  return {begin, last.v_index + joint_nv(last.joint_type) - begin};
+}
+
+void compute_kinematics(const Model& model, const State& state,
+                        const std::vector<BodyRange>& ranges, Data& data) {
+  for (const BodyRange& bodies : ranges) {
+    compute_poses(model, state.q, bodies, data);
+    compute_velocities(model, state.v, bodies, data);
+    compute_inertias(model, bodies, data);
+  }
+}
+
+/// The constraints of all that is awake, after all are awake that these touch.
+void find_constraints(const Model& model, const SimulationOptions& options, EffectSet effects,
+                      const State& state, Workspace::Impl& ws) {
+  if (ws.sleepers.awake().empty()) return ws.constraints.clear();
+  compute_kinematics(model, state, ws.sleepers.awake(), ws.data);
+  const auto find = [&] {
+    ws.finder.find(model, options, effects, state.q, state.v, ws.data, ws.constraints, ws.counts,
+                   ws.sleepers.idle_bodies());
+  };
+  find();
+  while (ws.sleepers.wake_touched(model, ws.constraints)) {
+    compute_kinematics(model, state, ws.sleepers.woken(), ws.data);
+    find();
+  }
+}
+
+/// w* = w + h inv(M + hD) (n + u - D w): the velocity if there were no constraint.
+bool compute_free_velocity(const Model& model, EffectSet effects, double h, const State& state,
+                           const Input& input, Workspace::Impl& ws, VectorX& w_free) {
+  ws.tau.setZero();
+  ws.diagonal.setZero();
+  if (effects.has(Effect::kAppliedForces) && input.applied_force.size() > 0) {
+    ws.counts.add(Effect::kAppliedForces);
+    ws.tau = input.applied_force;
+  }
+  add_joint_forces(model, effects, h, state.v, ws.diagonal, ws.tau, ws.counts);
+  set_external(input.wrenches, effects, ws);
+  const Vector3 gravity = set_body_forces(model, effects, ws);
+  w_free = state.v;
+  for (const BodyRange& bodies : ws.sleepers.awake()) {
+    if (!aba(model, ws.tau, ws.diagonal, gravity, bodies, ws.data, ws.acceleration)) return false;
+    const VelocityRange v = velocities(model, bodies);
+    w_free.segment(v.begin, v.size) += h * ws.acceleration.segment(v.begin, v.size);
+  }
+  return true;
 }
 
 void grow(VectorX& v, int size) {
@@ -74,7 +165,7 @@ void grow(VectorX& v, int size) {
 /// Replaces the velocities of the touched trees by the solution of the contact problem.
 void solve_constraints(const Model& model, const contact::Settings& settings, const State& state,
                        Workspace::Impl& ws, VectorX& w, StepReport& report) {
-  assemble_problem(model, ws.constraints, w, ws.extra, ws.data, ws.block_of_tree, ws.problem);
+  assemble_problem(model, ws.constraints, w, ws.diagonal, ws.data, ws.block_of_tree, ws.problem);
   grow(ws.w, ws.problem.num_velocities());
   grow(ws.impulse, ws.problem.num_rows());
   for (int t = 0; t < model.num_trees(); ++t) {
@@ -99,6 +190,27 @@ void solve_constraints(const Model& model, const contact::Settings& settings, co
   }
 }
 
+/// True if a tree that rests on others moves too little to be seen in its pose.
+bool is_still(const Tree& tree, double h, const VectorX& w, const VectorX& lengths) {
+  for (int i = tree.v_begin; i < tree.v_end; ++i)
+    if (!(std::abs(h * w[i]) <= lengths[i])) return false;
+  return true;
+}
+
+void integrate(const Model& model, double h, const State& state, Workspace::Impl& ws, State& next) {
+  next.q = state.q;
+  next.time = state.time + h;
+  for (const BodyRange& bodies : ws.sleepers.awake())
+    integrate_configuration(model, state.q, next.v, h, bodies, next.q);
+  if (ws.constraints.empty()) return;
+  for (int t = 0; t < model.num_trees(); ++t) {
+    const Tree& tree = model.trees()[t];
+    if (ws.block_of_tree[t] < 0 || !is_still(tree, h, next.v, ws.still)) continue;
+    const CoordinateRange q = coordinates(model, tree);
+    next.q.segment(q.begin, q.size) = state.q.segment(q.begin, q.size);
+  }
+}
+
 }  // namespace
 
 StepReport step_forward(const Model& model, const SimulationOptions& options,
@@ -106,23 +218,31 @@ StepReport step_forward(const Model& model, const SimulationOptions& options,
                         Workspace& workspace, State& next) {
   Workspace::Impl& ws = workspace.impl();
   const double h = options.time_step;
+  const EffectSet effects = active_effects(ws.called, options.effects);
   StepReport report;
-  compute_poses(model, state.q, ws.data);
-  compute_velocities(model, state.v, ws.data);
-  compute_inertias(model, ws.data);
-  ws.finder.find(model, options, state.q, state.v, ws.data, ws.constraints);
-  if (!compute_free_velocity(model, h, state, input, ws, next.v))
+  if (effects.has(Effect::kSleeping)) {
+    ws.counts.add(Effect::kSleeping);
+    ws.sleepers.begin(model, options, settings, state, input);
+  } else {
+    ws.sleepers.wake_all(model);
+  }
+  find_constraints(model, options, effects, state, ws);
+  if (!compute_free_velocity(model, effects, h, state, input, ws, next.v))
     report.status = contact::Status::kSingular;
   if (report.succeeded() && !ws.constraints.empty())
     solve_constraints(model, settings, state, ws, next.v, report);
-  next.q.resize(model.nq());
-  integrate_configuration(model, state.q, next.v, h, next.q);
-  next.time = state.time + h;
+  integrate(model, h, state, ws, next);
   if (report.succeeded() && !(next.v.allFinite() && next.q.allFinite()))
     report.status = contact::Status::kNotFinite;
   report.contacts = static_cast<int>(ws.constraints.contacts.size());
   report.constraint_rows = ws.constraints.empty() ? 0 : ws.problem.num_rows();
-  report.max_penetration = ws.constraints.max_penetration;
+  report.sleeping_bodies = ws.sleepers.num_sleeping_bodies();
+  report.max_penetration = std::max(ws.constraints.max_penetration, ws.sleepers.max_penetration());
+  if (effects.has(Effect::kSleeping) && report.succeeded()) {
+    ws.sleepers.end(model, state, input, ws.constraints, next);
+  } else {
+    ws.sleepers.forget();
+  }
   return report;
 }
 
@@ -169,16 +289,19 @@ void step_inverse(const Model& model, const SimulationOptions& options, VectorRe
                   VectorRef v_next, Workspace& workspace, Inverse& out) {
   Workspace::Impl& ws = workspace.impl();
   const double h = options.time_step;
+  const EffectSet effects = active_effects(ws.called, options.effects);
+  ws.sleepers.forget();  // what follows overwrites what is known of them
   compute_poses(model, q, ws.data);
   compute_velocities(model, v, ws.data);
-  ws.finder.find(model, options, q, v, ws.data, ws.constraints);
+  ws.finder.find(model, options, effects, q, v, ws.data, ws.constraints, ws.counts);
   recover_impulses(model, v_next, h, ws, out);
   out.contact_force = ws.tau / h;
 
   ws.acceleration = (v_next - v) / h;
   ws.data.has_external = false;
-  rnea(model, ws.acceleration, ws.data, ws.tau);
-  if (model.has_damping()) ws.tau += model.damping().cwiseProduct(v_next);
+  const Vector3 gravity = set_body_forces(model, effects, ws);
+  rnea(model, ws.acceleration, gravity, ws.data, ws.tau);
+  add_joint_forces_inverse(model, effects, h, v, v_next, ws.tau, ws.counts);
   out.applied_force = ws.tau - out.contact_force;
   out.force_scale = 0.0;
   for (const VectorX* force : {&ws.tau, &out.contact_force, &out.applied_force})

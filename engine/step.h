@@ -2,7 +2,8 @@
 //
 //   M (w+ - w) = h (n(q, w) + u - D w+) + J' f(J w+ + b),      q+ = q (+) h w+
 //
-// Semi-implicit Euler; joint damping D is implicit. The inverse reads u off the same equation.
+// Semi-implicit Euler; joint damping D is implicit. The inverse reads u off the same equation. A step runs
+// the effects that the model calls for and options.effects leaves on (effects.h), and no others.
 #pragma once
 
 #include <memory>
@@ -11,6 +12,7 @@
 
 #include "counterpoint/collision/candidate.h"
 #include "counterpoint/contact/solver.h"
+#include "counterpoint/engine/effects.h"
 #include "counterpoint/engine/state.h"
 #include "counterpoint/model/scene.h"
 
@@ -24,6 +26,9 @@ class Workspace {
   ~Workspace();
   Workspace(Workspace&&) noexcept;
   Workspace& operator=(Workspace&&) noexcept;
+
+  /// How often the code of each effect has run, in steps and inverses with this workspace.
+  const EffectCounts& effect_counts() const;
 
   struct Impl;
   Impl& impl() { return *impl_; }
@@ -39,6 +44,7 @@ struct StepReport {
   int newton_iterations = 0;
   double residual = 0.0;       ///< relative, see contact::Settings::tolerance
   double max_penetration = 0;  ///< at the start of the step [m], 0 if nothing overlaps
+  int sleeping_bodies = 0;     ///< left out: nothing moves there (sleep.h)
   bool succeeded() const { return contact::succeeded(status); }
 };
 

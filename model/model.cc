@@ -16,6 +16,12 @@ const char* closure_type_name(ClosureType type) {
   return "?";
 }
 
+CoordinateRange coordinates(const Model& model, const Tree& tree) {
+  const int begin = model.body(tree.body_begin).q_index;
+  const Body& last = model.body(tree.body_end - 1);
+  return {begin, last.q_index + joint_nq(last.joint_type) - begin};
+}
+
 std::vector<Pose> body_poses(const Model& model, const VectorX& q) {
   std::vector<Pose> X_WB(model.num_bodies());
   for (int i = 1; i < model.num_bodies(); ++i) {
@@ -40,6 +46,12 @@ int Model::find_servo(int joint) const {
   const auto it = std::find_if(servos_.begin(), servos_.end(),
                                [&](const JointServo& servo) { return servo.joint == joint; });
   return it == servos_.end() ? -1 : static_cast<int>(it - servos_.begin());
+}
+
+int Model::tree_of_velocity(int v_index) const {
+  const auto it = std::upper_bound(trees_.begin(), trees_.end(), v_index,
+                                   [](int v, const Tree& t) { return v < t.v_end; });
+  return static_cast<int>(it - trees_.begin());
 }
 
 int Model::find_joint(const std::string& name) const {

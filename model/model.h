@@ -148,7 +148,9 @@ class Model {
   const VectorX& damping() const { return damping_; }                ///< nv, viscous [N m s/rad or N s/m]
   const VectorX& armature() const { return armature_; }              ///< nv, rotor inertia seen at the joint [kg m^2 or kg]
   const VectorX& dry_friction() const { return dry_friction_; }      ///< nv [N m or N]
-  bool has_damping() const { return has_damping_; }
+
+  /// The tree that a coordinate of v belongs to.
+  int tree_of_velocity(int v_index) const;
 
   /// Index of the named joint, frame, geometry; -1 if there is none.
   int find_joint(const std::string& name) const;
@@ -175,8 +177,22 @@ class Model {
   std::vector<std::pair<int, int>> excluded_pairs_;
   Vector3 gravity_ = Vector3(0, 0, -kStandardGravity);
   VectorX default_q_, damping_, armature_, dry_friction_;
-  bool has_damping_ = false;
 };
+
+/// Bodies begin ... end - 1.
+struct BodyRange {
+  int begin = 0, end = 0;
+};
+
+/// Coordinates begin ... begin + size - 1 of q.
+struct CoordinateRange {
+  int begin = 0, size = 0;
+};
+/// Those of a tree.
+CoordinateRange coordinates(const Model& model, const Tree& tree);
+
+/// All but the world.
+inline BodyRange moving_bodies(const Model& model) { return {1, model.num_bodies()}; }
 
 /// X_WB of every body at q (nq), the world first. For loading and for tests: it allocates; steps use
 /// engine/kinematics.h.

@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 
+#include "counterpoint/model/effect.h"
 #include "counterpoint/model/model.h"
 #include "counterpoint/model/model_builder.h"
 
@@ -36,12 +37,18 @@ struct ContactOptions {
   double max_recovery_speed = 1.0;
   /// Contacts exist up to this gap [m], plus what the bodies can travel within a step.
   double margin = 0.01;
+
+  bool operator==(const ContactOptions&) const = default;
 };
 
 struct SimulationOptions {
   double time_step = 0.002;  ///< [s]
   double duration = 2.0;     ///< [s]
   ContactOptions contact;
+  /// Effects that are on where the scene calls for them.
+  EffectSet effects = kDefaultEffects;
+
+  bool operator==(const SimulationOptions&) const = default;
 };
 
 struct Scene {

@@ -71,7 +71,7 @@ class SceneReader {
   static Vector3 read_gravity(const YamlValue& root) {
     root.expect_map({"name", "gravity", "time_step", "duration", "contact", "packages",
                      "repair_inertias", "defaults", "models", "ground", "environment", "exclude",
-                     "groups", "hull_vertices", "closures"});
+                     "groups", "hull_vertices", "closures", "effects"});
     if (root.has("gravity")) return root.at("gravity").vector3();
     return {0, 0, -kStandardGravity};
   }
@@ -80,11 +80,23 @@ class SceneReader {
     SimulationOptions options;
     if (root_.has("time_step")) options.time_step = root_.at("time_step").positive();
     if (root_.has("duration")) options.duration = root_.at("duration").number(0.0, kInfinity);
-    if (!root_.has("contact")) return options;
-    const YamlValue in = root_.at("contact");
+    if (root_.has("effects")) read_effects(root_.at("effects"), options.effects);
+    if (root_.has("contact")) read_contact(root_.at("contact"), options.contact);
+    return options;
+  }
+
+  /// `effects: {NAME: on or off}`
+  static void read_effects(const YamlValue& in, EffectSet& effects) {
+    for (const auto& [name, value] : in.entries()) {
+      const auto effect = effect_from_name(name);
+      if (!effect) value.fail("'" + name + "' is no effect; known: " + effect_names());
+      effects.set(*effect, value.boolean());
+    }
+  }
+
+  static void read_contact(const YamlValue& in, ContactOptions& contact) {
     in.expect_map({"friction_model", "compliance", "smoothing", "stabilization",
                    "max_recovery_speed", "margin"});
-    ContactOptions& contact = options.contact;
     if (in.has("friction_model")) {
       const YamlValue value = in.at("friction_model");
       const auto model = friction_model_from_name(value.text());
@@ -98,7 +110,6 @@ class SceneReader {
       contact.max_recovery_speed = in.at("max_recovery_speed").number(0.0, kInfinity);
     }
     if (in.has("margin")) contact.margin = in.at("margin").number(0.0, kInfinity);
-    return options;
   }
 
   void read_ground(const YamlValue& in) {

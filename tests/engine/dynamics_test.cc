@@ -46,6 +46,16 @@ class RandomTree : public ::testing::TestWithParam<int> {
     compute_inertias(model, data);
   }
 
+  /// Of bodies and rotors.
+  void inverse_dynamics(const VectorX& acceleration, VectorX& force) {
+    rnea(model, acceleration, model.gravity(), data, force);
+    force += model.armature().cwiseProduct(acceleration);
+  }
+  void compute_inertia(RowMatrix& M) {
+    crba(model, data, M);
+    M.diagonal() += model.armature();
+  }
+
   void push_bodies() {
     data.has_external = true;
     for (int i = 1; i < model.num_bodies(); ++i) {
@@ -62,25 +72,25 @@ class RandomTree : public ::testing::TestWithParam<int> {
 
 TEST_P(RandomTree, AbaInvertsRnea) {
   push_bodies();
-  rnea(model, a, data, tau);
+  inverse_dynamics(a, tau);
   VectorX recovered = zero;
-  ASSERT_TRUE(aba(model, tau, zero, model.gravity(), 1, model.num_bodies(), data, recovered));
+  ASSERT_TRUE(aba(model, tau, model.armature(), model.gravity(), moving_bodies(model), data, recovered));
   EXPECT_LT((recovered - a).norm(), kRoundoff * 1e2 * (1.0 + a.norm()));
   VectorX tau_again = zero;
-  rnea(model, recovered, data, tau_again);
+  inverse_dynamics(recovered, tau_again);
   EXPECT_LT((tau_again - tau).norm(), kRoundoff * (1.0 + tau.norm()));
 }
 
 TEST_P(RandomTree, RneaIsAffineWithCrbaAsItsMatrix) {
   RowMatrix M(model.nv(), model.nv());
-  crba(model, data, M);
+  compute_inertia(M);
   VectorX bias = zero;
-  rnea(model, zero, data, bias);
-  rnea(model, a, data, tau);
+  inverse_dynamics(zero, bias);
+  inverse_dynamics(a, tau);
   EXPECT_LT((M * a + bias - tau).norm(), kRoundoff * (1.0 + tau.norm()));
   for (int j = 0; j < model.nv(); ++j) {
     VectorX column = zero;
-    rnea(model, VectorX::Unit(model.nv(), j), data, column);
+    inverse_dynamics(VectorX::Unit(model.nv(), j), column);
     EXPECT_LT((column - bias - M.col(j)).norm(), kRoundoff * (1.0 + column.norm()));
   }
   EXPECT_EQ((M - M.transpose()).norm(), 0.0);
@@ -90,17 +100,17 @@ TEST_P(RandomTree, RneaIsAffineWithCrbaAsItsMatrix) {
 TEST_P(RandomTree, AbaWithImplicitDampingSolvesTheAugmentedSystem) {
   const VectorX extra = test::random_vector(model.nv(), random.bits()).cwiseAbs();
   RowMatrix M(model.nv(), model.nv());
-  crba(model, data, M);
+  compute_inertia(M);
   VectorX bias = zero;
-  rnea(model, zero, data, bias);
+  inverse_dynamics(zero, bias);
   const VectorX force = test::random_vector(model.nv(), random.bits());
-  ASSERT_TRUE(aba(model, force, extra, model.gravity(), 1, model.num_bodies(), data, a));
+  ASSERT_TRUE(aba(model, force, model.armature() + extra, model.gravity(), moving_bodies(model), data, a));
   EXPECT_LT((M * a + extra.cwiseProduct(a) + bias - force).norm(), kRoundoff * (10.0 + bias.norm()));
 }
 
 TEST_P(RandomTree, KineticEnergyIsHalfVMV) {
   RowMatrix M(model.nv(), model.nv());
-  crba(model, data, M);
+  compute_inertia(M);
   const double expected = 0.5 * v.dot(M * v);
   EXPECT_NEAR(kinetic_energy(model, v, data), expected, kRoundoff * (1.0 + expected));
 }
@@ -127,7 +137,7 @@ TEST_P(RandomTree, PowerOfAppliedForcesIsTheRateOfEnergy) {
   // dE/dt = tau . v along the motion, which ties bias forces, gravity and kinematics together.
   tau = test::random_vector(model.nv(), random.bits());
   data.has_external = false;
-  ASSERT_TRUE(aba(model, tau, zero, model.gravity(), 1, model.num_bodies(), data, a));
+  ASSERT_TRUE(aba(model, tau, model.armature(), model.gravity(), moving_bodies(model), data, a));
   double energy[2];
   for (int side = 0; side < 2; ++side) {
     const double h = side == 0 ? -kDifferenceStep : kDifferenceStep;
@@ -168,7 +178,7 @@ TEST(FreeTree, MomentumChangesByGravityAlone) {
     compute_velocities(model, v, data);
     compute_inertias(model, data);
     const VectorX zero = VectorX::Zero(model.nv());
-    ASSERT_TRUE(aba(model, tau, zero, model.gravity(), 1, model.num_bodies(), data, a));
+    ASSERT_TRUE(aba(model, tau, model.armature(), model.gravity(), moving_bodies(model), data, a));
     Force momentum[2];
     for (int side = 0; side < 2; ++side) {
       const double h = side == 0 ? -kDifferenceStep : kDifferenceStep;

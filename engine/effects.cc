@@ -1,0 +1,187 @@
+#include "counterpoint/engine/effects.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+namespace counterpoint {
+namespace {
+
+/// Things of one kind in a scene: how many, and the first by name.
+struct Found {
+  int count = 0;
+  std::string first;
+
+  void add(const std::string& name) {
+    if (count++ == 0) first = name;
+  }
+  std::string text(const char* what) const {
+    if (count == 0) return fmt::format("no {}", what);
+    return count == 1 ? fmt::format("{}: {}", what, first)
+                      : fmt::format("{}: {} and {} more", what, first, count - 1);
+  }
+};
+
+/// Joints with a coordinate whose entry in `values` (nv) is positive.
+Found joints_with(const Model& model, const VectorX& values) {
+  Found found;
+  for (int i = 1; i < model.num_bodies(); ++i) {
+    const Body& body = model.body(i);
+    const auto of_joint = values.segment(body.v_index, joint_nv(body.joint_type));
+    if ((of_joint.array() > 0.0).any()) found.add(model.joint(i - 1).name);
+  }
+  return found;
+}
+
+template <class Property>
+Found joints_that(const Model& model, Property has) {
+  Found found;
+  for (const JointInfo& joint : model.joints())
+    if (has(joint)) found.add(joint.name);
+  return found;
+}
+
+template <class Property>
+Found geometries_that(const Model& model, Property has) {
+  Found found;
+  for (const Geometry& g : model.geometries())
+    if (has(g.material)) found.add(g.name);
+  return found;
+}
+
+/// Bodies whose forces have a part quadratic in velocity.
+Found turning_bodies(const Model& model) {
+  Found found;
+  for (int i = 1; i < model.num_bodies(); ++i)
+    if (model.body(i).joint_type != JointType::kPrismatic) found.add(model.joint(i - 1).link);
+  return found;
+}
+
+/// The number of limits that a joint has.
+int num_limits(const JointInfo& joint) {
+  return static_cast<int>(std::isfinite(joint.lower)) +
+         static_cast<int>(std::isfinite(joint.upper));
+}
+
+struct Call {
+  bool called = false;
+  std::string why;
+  int rows = 0;
+};
+
+Call call(const Found& found, const char* what, int rows = 0) {
+  return {found.count > 0, found.text(what), rows};
+}
+
+int closure_rows(const Model& model) {
+  int rows = 0;
+  for (const Closure& closure : model.closures())
+    rows += closure.type == ClosureType::kBall ? 3 : closure.type == ClosureType::kWeld ? 6 : 1;
+  return rows;
+}
+
+Call call_of(Effect effect, const Model& model, const collision::Collider& collider) {
+  const auto joints = [&](const VectorX& values, int rows_each = 0) {
+    const Found found = joints_with(model, values);
+    return call(found, "joints", rows_each * found.count);
+  };
+  switch (effect) {
+    case Effect::kGravity:
+      return {!model.gravity().isZero(0.0) && model.num_bodies() > 1,
+              fmt::format("gravity {:.6g} m/s^2", model.gravity().norm()), 0};
+    case Effect::kCoriolis:
+      return call(turning_bodies(model), "links that turn");
+    case Effect::kArmature:
+      return joints(model.armature());
+    case Effect::kDamping:
+      return joints(model.damping());
+    case Effect::kDryFriction: {
+      Call found = joints(model.dry_friction());
+      found.rows = static_cast<int>((model.dry_friction().array() > 0.0).count());
+      return found;
+    }
+    case Effect::kLimits: {
+      int rows = 0;
+      for (const JointInfo& joint : model.joints()) rows += num_limits(joint);
+      return call(joints_that(model, [](const JointInfo& j) { return num_limits(j) > 0; }),
+                  "joints", rows);
+    }
+    case Effect::kMimics: {
+      Found found;
+      for (const Mimic& mimic : model.mimics()) found.add(model.joint(mimic.joint).name);
+      return call(found, "joints", found.count);
+    }
+    case Effect::kClosures: {
+      Found found;
+      for (const Closure& closure : model.closures()) found.add(closure.name);
+      return call(found, "closures", closure_rows(model));
+    }
+    case Effect::kContacts:
+      return {collider.num_enabled_pairs() > 0,
+              fmt::format("{} pairs of geometries may touch", collider.num_enabled_pairs()), 1};
+    // The friction of a pair is the geometric mean, its restitution the larger of the two.
+    case Effect::kFriction:
+      return call(geometries_that(model, [](const Material& m) { return m.friction > 0.0; }),
+                  "geometries", 2);
+    case Effect::kTorsionalFriction:
+      return call(
+          geometries_that(model, [](const Material& m) { return m.torsional_friction > 0.0; }),
+          "geometries", 1);
+    case Effect::kRollingFriction:
+      return call(
+          geometries_that(model, [](const Material& m) { return m.rolling_friction > 0.0; }),
+          "geometries", 3);
+    case Effect::kRestitution:
+      return call(geometries_that(model, [](const Material& m) { return m.restitution > 0.0; }),
+                  "geometries");
+    case Effect::kAppliedForces:
+    case Effect::kExternalWrenches:
+      return {true, "the input of a step, where it has some", 0};
+    case Effect::kSleeping:
+      return {collider.num_enabled_pairs() > 0, "bodies that may come to rest on others", 0};
+    case Effect::kDrag:
+    case Effect::kSprings:
+    case Effect::kServos:
+    case Effect::kEffortLimits:
+    case Effect::kVelocityLimits:
+      break;
+  }
+  return {false, "nothing", 0};
+}
+
+constexpr std::initializer_list<Effect> kOfContacts = {
+    Effect::kFriction, Effect::kTorsionalFriction, Effect::kRollingFriction, Effect::kRestitution,
+    Effect::kSleeping};
+
+}  // namespace
+
+EffectSet called_for(const Model& model, const collision::Collider& collider) {
+  EffectSet called;
+  for (int i = 0; i < kNumEffects; ++i) {
+    const auto effect = static_cast<Effect>(i);
+    called.set(effect, call_of(effect, model, collider).called);
+  }
+  return called;
+}
+
+EffectSet active_effects(EffectSet called, EffectSet switches) {
+  const EffectSet active = called & switches;
+  return active.has(Effect::kContacts) ? active : active.without(kOfContacts);
+}
+
+std::vector<EffectUse> list_effects(const Model& model, const SimulationOptions& options) {
+  const collision::Collider collider(model);
+  const EffectSet active = active_effects(called_for(model, collider), options.effects);
+  std::vector<EffectUse> list;
+  for (int i = 0; i < kNumEffects; ++i) {
+    const auto effect = static_cast<Effect>(i);
+    const Call call = call_of(effect, model, collider);
+    EffectUse use{effect, call.called, active.has(effect), call.why, call.called ? call.rows : 0};
+    if (call.called && !use.on)
+      use.why += options.effects.has(effect) ? " (contacts are off)" : " (switched off)";
+    list.push_back(std::move(use));
+  }
+  return list;
+}
+
+}  // namespace counterpoint

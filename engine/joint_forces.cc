@@ -1,0 +1,30 @@
+#include "counterpoint/engine/joint_forces.h"
+
+namespace counterpoint {
+
+void add_joint_forces(const Model& model, EffectSet effects, double h, const VectorRef& w,
+                      VectorOut diagonal, VectorOut tau, EffectCounts& counts) {
+  if (effects.has(Effect::kArmature)) {
+    counts.add(Effect::kArmature);
+    diagonal += model.armature();
+  }
+  if (effects.has(Effect::kDamping)) {
+    counts.add(Effect::kDamping);
+    diagonal += h * model.damping();
+    tau -= model.damping().cwiseProduct(w);
+  }
+}
+
+void add_joint_forces_inverse(const Model& model, EffectSet effects, double h, const VectorRef& w,
+                              const VectorRef& w_next, VectorOut tau, EffectCounts& counts) {
+  if (effects.has(Effect::kArmature)) {
+    counts.add(Effect::kArmature);
+    tau += model.armature().cwiseProduct(w_next - w) / h;
+  }
+  if (effects.has(Effect::kDamping)) {
+    counts.add(Effect::kDamping);
+    tau += model.damping().cwiseProduct(w_next);
+  }
+}
+
+}  // namespace counterpoint
