@@ -21,6 +21,8 @@ struct Collider::Impl {
   void add_plane_pairs(int plane, std::span<const double> margin);
   void add_terrain_pairs(int terrain, std::span<const double> margin);
   void merge_ground_pairs();
+  bool list_awake();
+  void find_awake_pairs();
   bool is_idle(int i) const { return !idle.empty() && idle[placements[i].body]; }
   bool both_idle(int a, int b) const { return is_idle(a) && is_idle(b); }
   void find_contacts(int a, int b, double margin);
@@ -45,6 +47,7 @@ struct Collider::Impl {
   std::vector<Pose> X_WG;
   std::vector<Bounds> boxes;  // of solids
   std::vector<std::pair<int, int>> pairs;
+  std::vector<int> awake;                                      // indices of solids
   std::vector<std::pair<int, int>> solid_pairs, ground_pairs;  // before they join the others
   TerrainContacts terrain_contacts;
   Manifold manifold;
@@ -114,9 +117,45 @@ void Collider::Impl::find_contacts(int a, int b, double margin) {
   }
 }
 
+// Solids that are not idle. True if they are so few that each may look at all others.
+bool Collider::Impl::list_awake() {
+  constexpr std::size_t kFew = 32;
+  if (idle.empty()) return false;
+  awake.clear();
+  for (std::size_t k = 0; k < solids.size(); ++k) {
+    if (is_idle(solids[k])) continue;
+    if (awake.size() == kFew) return false;
+    awake.push_back(static_cast<int>(k));
+  }
+  return true;
+}
+
+// What the broad phase would find, but for pairs of idle solids.
+void Collider::Impl::find_awake_pairs() {
+  solid_pairs.clear();
+  for (const int k : awake) {
+    const Bounds& box = boxes[k];
+    if (!is_sound(box)) continue;
+    for (int l = 0; l < static_cast<int>(solids.size()); ++l) {
+      if ((box.low.array() > boxes[l].high.array()).any() ||
+          (boxes[l].low.array() > box.high.array()).any() || !is_sound(boxes[l])) {
+        continue;
+      }
+      // Of two that are awake the one of the lower index has found the other.
+      if (l != k && (l > k || is_idle(solids[l])))
+        solid_pairs.emplace_back(std::min(k, l), std::max(k, l));
+    }
+  }
+  std::sort(solid_pairs.begin(), solid_pairs.end());
+}
+
 // Enabled pairs whose enclosures come close, in ascending order.
 void Collider::Impl::find_pairs(std::span<const double> margin) {
-  broadphase.find_pairs(boxes, solid_pairs);
+  if (list_awake()) {
+    find_awake_pairs();
+  } else {
+    broadphase.find_pairs(boxes, solid_pairs);
+  }
   pairs.clear();
   for (const auto& [k, l] : solid_pairs) {
     if (both_idle(solids[k], solids[l])) continue;

@@ -28,8 +28,8 @@ class Collider {
   /// first. `out` is cleared first; no allocation once its capacity has been reached.
   /// travel: how far the surface of each body may go before the next call [m]; where that is a
   /// good part of a shape's size, corners that face away now are candidates too. Empty: nowhere.
-  /// idle: by body, true where pose and margin are those of the last call; pairs of idle bodies are
-  /// left out. Empty: none.
+  /// idle: by body, true where pose and margin are those of the last call, the world too; pairs of
+  /// idle bodies are left out. Empty: none.
   void compute_candidates(std::span<const Pose> X_WB, std::span<const double> margin,
                           std::vector<Candidate>& out, std::span<const double> travel = {},
                           std::span<const char> idle = {});

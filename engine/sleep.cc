@@ -1,7 +1,9 @@
 #include "counterpoint/engine/sleep.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
+#include <limits>
 
 namespace counterpoint {
 namespace {
@@ -20,15 +22,37 @@ bool same_state(const Model& model, const Tree& tree, const State& a, const Stat
   return same(a.v, b.v, tree.v_begin, tree.v_end - tree.v_begin) && same(a.q, b.q, q.begin, q.size);
 }
 
-/// Calls visit(tree_a, tree_b) for every constraint; -1 for the world or if there is no second.
+/// Calls visit(tree_a, tree_b) for every constraint; -1 for the world, or if there is no second.
 template <class Visit>
 void for_each_constraint(const Model& model, const ConstraintSet& constraints, Visit visit) {
   for (const PairConstraint& pair : constraints.pairs)
     visit(model.body(pair.body_a).tree, model.body(pair.body_b).tree);
   for (const JointConstraint& joint : constraints.joints) {
-    if (joint.v_index[1] >= 0)
-      visit(model.tree_of_velocity(joint.v_index[0]), model.tree_of_velocity(joint.v_index[1]));
+    visit(model.tree_of_velocity(joint.v_index[0]),
+          joint.v_index[1] < 0 ? -1 : model.tree_of_velocity(joint.v_index[1]));
   }
+}
+
+}  // namespace
+
+namespace {
+
+/// True if the motion h w of a tree is lost in the rounding of its bodies' poses: a few times that
+/// of the largest coordinate, and as much about the origin of a body of that radius.
+bool is_still(const Model& model, const Tree& tree, double h, const VectorX& w,
+              const std::vector<double>& radii, const Data& data) {
+  constexpr double kRoundoffs = 2.0 * std::numeric_limits<double>::epsilon();
+  for (int b = tree.body_begin; b < tree.body_end; ++b) {
+    const Body& body = model.body(b);
+    const double length =
+        kRoundoffs * (radii[b] + data.X_WB[b].translation.lpNorm<Eigen::Infinity>());
+    const double angle = radii[b] > 0.0 ? length / radii[b] : kRoundoffs;
+    const int nv = joint_nv(body.joint_type);
+    const int num_linear = joint_num_linear(body.joint_type);
+    for (int j = 0; j < nv; ++j)
+      if (!(std::abs(h * w[body.v_index + j]) <= (j < num_linear ? length : angle))) return false;
+  }
+  return true;
 }
 
 }  // namespace
@@ -39,6 +63,7 @@ Sleepers::Sleepers(const Model& model)
       idle_(model.num_bodies(), 0),
       parent_(model.num_trees()),
       island_awake_(model.num_trees(), 0),
+      touched_(model.num_trees(), 0),
       penetration_(model.num_trees(), 0.0) {
   idle_[0] = 1;
   for (int t = 0; t < model.num_trees(); ++t) parent_[t] = t;
@@ -131,6 +156,34 @@ bool Sleepers::wake_touched(const Model& model, const ConstraintSet& constraints
   return true;
 }
 
+void Sleepers::find_islands(const Model& model, const ConstraintSet& constraints) {
+  for (int t = 0; t < model.num_trees(); ++t) {
+    if (asleep_[t]) continue;
+    parent_[t] = t;
+    touched_[t] = 0;
+  }
+  for_each_constraint(model, constraints, [&](int a, int b) {
+    if (a >= 0) touched_[a] = 1;
+    if (b >= 0) touched_[b] = 1;
+    if (a >= 0 && b >= 0) unite(a, b);
+  });
+}
+
+void Sleepers::hold_still(const Model& model, double h, const std::vector<double>& radii,
+                          const Data& data, const State& state, State& next) {
+  std::fill(island_awake_.begin(), island_awake_.end(), 0);
+  const auto& trees = model.trees();
+  for (int t = 0; t < model.num_trees(); ++t) {
+    if (!asleep_[t] && !(touched_[t] && is_still(model, trees[t], h, next.v, radii, data)))
+      island_awake_[root(t)] = 1;
+  }
+  for (int t = 0; t < model.num_trees(); ++t) {
+    if (asleep_[t] || island_awake_[root(t)]) continue;
+    const CoordinateRange q = coordinates(model, trees[t]);
+    next.q.segment(q.begin, q.size) = state.q.segment(q.begin, q.size);
+  }
+}
+
 void Sleepers::end(const Model& model, const State& state, const Input& input,
                    const ConstraintSet& constraints, const State& next) {
   last_.q.resize(model.nq());
@@ -139,7 +192,6 @@ void Sleepers::end(const Model& model, const State& state, const Input& input,
   for (int t = 0; t < model.num_trees(); ++t) {
     if (asleep_[t]) continue;
     const Tree& tree = model.trees()[t];
-    parent_[t] = t;
     penetration_[t] = 0.0;
     resting_[t] = same_state(model, tree, state, next);
     if (!resting_[t]) continue;
@@ -148,9 +200,6 @@ void Sleepers::end(const Model& model, const State& state, const Input& input,
     last_.v.segment(tree.v_begin, tree.v_end - tree.v_begin) =
         state.v.segment(tree.v_begin, tree.v_end - tree.v_begin);
   }
-  for_each_constraint(model, constraints, [&](int a, int b) {
-    if (a >= 0 && b >= 0) unite(a, b);
-  });
   for (const collision::Candidate& contact : constraints.contacts) {
     for (const int g : {contact.geometry_a, contact.geometry_b}) {
       const int tree = model.body(model.geometries()[g].body).tree;

@@ -28,6 +28,13 @@ class Sleepers {
   /// Wakes the islands that a constraint ties to a body that is awake; woken() lists their bodies.
   /// False if there are none.
   bool wake_touched(const Model& model, const ConstraintSet& constraints);
+  /// Finds the islands of what is awake. Always called, whether anything may sleep or not.
+  void find_islands(const Model& model, const ConstraintSet& constraints);
+  /// Leaves the poses of islands whose motion within the step is lost in rounding as they are in
+  /// `state`: else they would tremble for ever, or creep by 1e-20 m a step where a coordinate
+  /// happens to be zero. radii: by body [m]. Needs compute_poses and find_islands.
+  void hold_still(const Model& model, double h, const std::vector<double>& radii, const Data& data,
+                  const State& state, State& next);
   /// Remembers what this step did to the trees that were awake.
   void end(const Model& model, const State& state, const Input& input,
            const ConstraintSet& constraints, const State& next);
@@ -60,6 +67,7 @@ class Sleepers {
   std::vector<char> idle_;           ///< by body
   std::vector<int> parent_;          ///< of islands of trees, for union-find
   std::vector<char> island_awake_;   ///< by tree: of the island that has it as root
+  std::vector<char> touched_;        ///< by tree: there is a constraint on it
   std::vector<double> penetration_;  ///< by tree [m]
   std::vector<BodyRange> awake_, woken_;
   int num_sleeping_bodies_ = 0;

@@ -1,7 +1,5 @@
 #include "counterpoint/engine/step.h"
 
-#include <limits>
-
 #include "counterpoint/contact/law.h"
 #include "counterpoint/engine/aba.h"
 #include "counterpoint/engine/assemble.h"
@@ -13,32 +11,11 @@
 
 namespace counterpoint {
 
-namespace {
-
-/// Of each coordinate of v the way [m, rad] that is lost in the rounding of poses: a few times that
-/// of the body's size. Where a body rests on others, it stays for motions below: else it would
-/// creep by 1e-20 m a step for ever where a coordinate happens to be zero, and never come to rest.
-VectorX still_lengths(const Model& model, const std::vector<double>& radii) {
-  constexpr double kRoundoffs = 4.0 * std::numeric_limits<double>::epsilon();
-  VectorX lengths = VectorX::Constant(model.nv(), kRoundoffs);
-  for (int b = 1; b < model.num_bodies(); ++b) {
-    const Body& body = model.body(b);
-    const double size = kRoundoffs * radii[b];
-    if (body.joint_type == JointType::kPrismatic) lengths[body.v_index] = size;
-    if (body.joint_type == JointType::kPlanar) lengths.segment<2>(body.v_index).setConstant(size);
-    if (body.joint_type == JointType::kFloating) lengths.segment<3>(body.v_index).setConstant(size);
-  }
-  return lengths;
-}
-
-}  // namespace
-
 struct Workspace::Impl {
   explicit Impl(const Model& model)
       : data(model),
         finder(model, compute_inverse_weights(model, data)),
         sleepers(model),
-        still(still_lengths(model, finder.radii())),
         velocity(model.num_bodies()),
         body_impulse(model.num_bodies()),
         tau(VectorX::Zero(model.nv())),
@@ -52,7 +29,6 @@ struct Workspace::Impl {
 
   // forward
   Sleepers sleepers;
-  VectorX still;  ///< nv: motions within a step that are none [m, rad]
   std::vector<int> block_of_tree;
   contact::Problem problem;
   contact::Solver solver;
@@ -190,25 +166,13 @@ void solve_constraints(const Model& model, const contact::Settings& settings, co
   }
 }
 
-/// True if a tree that rests on others moves too little to be seen in its pose.
-bool is_still(const Tree& tree, double h, const VectorX& w, const VectorX& lengths) {
-  for (int i = tree.v_begin; i < tree.v_end; ++i)
-    if (!(std::abs(h * w[i]) <= lengths[i])) return false;
-  return true;
-}
-
 void integrate(const Model& model, double h, const State& state, Workspace::Impl& ws, State& next) {
   next.q = state.q;
   next.time = state.time + h;
   for (const BodyRange& bodies : ws.sleepers.awake())
     integrate_configuration(model, state.q, next.v, h, bodies, next.q);
   if (ws.constraints.empty()) return;
-  for (int t = 0; t < model.num_trees(); ++t) {
-    const Tree& tree = model.trees()[t];
-    if (ws.block_of_tree[t] < 0 || !is_still(tree, h, next.v, ws.still)) continue;
-    const CoordinateRange q = coordinates(model, tree);
-    next.q.segment(q.begin, q.size) = state.q.segment(q.begin, q.size);
-  }
+  ws.sleepers.hold_still(model, h, ws.finder.radii(), ws.data, state, next);
 }
 
 }  // namespace
@@ -231,6 +195,7 @@ StepReport step_forward(const Model& model, const SimulationOptions& options,
     report.status = contact::Status::kSingular;
   if (report.succeeded() && !ws.constraints.empty())
     solve_constraints(model, settings, state, ws, next.v, report);
+  ws.sleepers.find_islands(model, ws.constraints);
   integrate(model, h, state, ws, next);
   if (report.succeeded() && !(next.v.allFinite() && next.q.allFinite()))
     report.status = contact::Status::kNotFinite;

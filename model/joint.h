@@ -44,6 +44,18 @@ constexpr int joint_nv(JointType type) {
   return 0;
 }
 
+/// How many of a joint's velocities are along axes; they come first, then those about axes.
+constexpr int joint_num_linear(JointType type) {
+  switch (type) {
+    case JointType::kRevolute:
+    case JointType::kSpherical: return 0;
+    case JointType::kPrismatic: return 1;
+    case JointType::kPlanar: return 2;
+    case JointType::kFloating: return 3;
+  }
+  return 0;
+}
+
 /// Turns frame J about its z axis.
 inline Matrix3 turned_about_z(const Matrix3& R, double angle) {
   const double s = std::sin(angle), c = std::cos(angle);

@@ -93,9 +93,12 @@ std::string YamlValue::text() const {
 }
 
 bool YamlValue::boolean() const {
-  if (node_.IsScalar() && node_.Scalar() == "true") return true;
-  if (node_.IsScalar() && node_.Scalar() == "false") return false;
-  fail("true or false is expected");
+  if (node_.IsScalar()) {
+    const std::string& text = node_.Scalar();
+    if (text == "true" || text == "on") return true;
+    if (text == "false" || text == "off") return false;
+  }
+  fail("true or false (or on, off) is expected");
 }
 
 double YamlValue::number() const {

@@ -309,6 +309,9 @@ def rows_of(kind, n):
                  (EDGE + 0.01, 0, 0)) for r in range(n)]
     if kind == "grid":
         return [((0.4 * i, 0, EDGE / 2 + 0.1), n, (0, 0.4, 0)) for i in range(n)]
+    if kind == "columns":
+        return [((0.4 * i, 0.4 * j, EDGE / 2 + LIFT), n, (0, 0, EDGE + LIFT))
+                for i in range(n) for j in range(n)]
     step = EDGE + 0.005
     return [((i * step, 0, EDGE / 2 + LIFT + k * (EDGE + LIFT)), n, (0, step, 0))
             for k in range(n) for i in range(n)]
@@ -322,6 +325,11 @@ def box_scene(kind, n, about):
         lines.append(f"  - {{urdf: ../robots/cube.urdf, name: row_{i}, base: floating,")
         lines.append(f"     position: [{', '.join(number(p) for p in position)}], count: {count},"
                      f" spacing: [{', '.join(number(s) for s in spacing)}]}}")
+    if kind == "columns":
+        middle = number(0.4 * (n // 2) + 0.05)
+        lines.append(f"  - {{urdf: ../robots/cube.urdf, name: late, base: floating,")
+        lines.append(f"     position: [{middle}, {middle}, {number(EDGE * n + 3)}],"
+                     " velocity: {linear: [0, 0, 13]}}")
     return "\n".join(lines) + "\n"
 
 
@@ -329,6 +337,7 @@ SCENES = [("stack", 5, "A tower of 5 cubes, 1 mm apart."),
           ("stack", 10, "A tower of 10 cubes, 1 mm apart."),
           ("pyramid", 5, "A pyramid of 15 cubes in a plane, 10 mm apart sideways."),
           ("grid", 5, "25 cubes apart from each other, dropped 0.1 m."),
+          ("columns", 10, "100 columns of 10 cubes; one more falls on them after 3 s."),
           ("pack", 4, "64 cubes in a 4 x 4 x 4 pack, 5 mm apart sideways.")]
 
 

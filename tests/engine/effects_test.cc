@@ -1,0 +1,233 @@
+// A scene runs the effects it calls for, and no instruction of any other.
+#include "counterpoint/engine/effects.h"
+
+#include <gtest/gtest.h>
+
+#include <map>
+
+#include "counterpoint/engine/simulator.h"
+#include "support/temp_folder.h"
+
+namespace counterpoint {
+namespace {
+
+constexpr const char* kRobot = R"(<robot name="robot">
+  <link name="base"/>
+  <link name="upper">
+    <inertial><mass value="1"/><origin xyz="0 0 -0.3"/><inertia ixx="0.1" ixy="0" ixz="0" iyy="0.1" iyz="0" izz="0.02"/></inertial>
+  </link>
+  <link name="lower">
+    <inertial><mass value="0.5"/><origin xyz="0.1 0 -0.3"/><inertia ixx="0.05" ixy="0" ixz="0" iyy="0.05" iyz="0" izz="0.01"/></inertial>
+  </link>
+  <joint name="shoulder" type="continuous">
+    <parent link="base"/><child link="upper"/><axis xyz="0 1 0"/>SHOULDER
+  </joint>
+  <joint name="elbow" type="ELBOW_TYPE">
+    <parent link="upper"/><child link="lower"/><origin xyz="0 0 -0.6"/><axis xyz="1 0 0"/>ELBOW
+  </joint>
+</robot>)";
+
+struct Parts {
+  std::string shoulder = "", elbow = "", elbow_type = "continuous";
+  std::string scene = "";  ///< more keys of the scene file
+  std::string more = "";   ///< more models
+};
+
+std::string replaced(std::string text, const std::string& what, const std::string& with) {
+  return text.replace(text.find(what), what.size(), with);
+}
+
+Scene make(const Parts& parts) {
+  const test::TempFolder folder;
+  std::string robot = replaced(kRobot, "ELBOW_TYPE", parts.elbow_type);
+  robot = replaced(replaced(robot, "SHOULDER", parts.shoulder), "ELBOW", parts.elbow);
+  folder.write("robot.urdf", robot);
+  return load_scene(
+      folder.write("scene.yaml", "models:\n  - {urdf: robot.urdf, name: r, position: [0, 0, 5]}\n" +
+                                     parts.more + parts.scene + "\n"));
+}
+
+constexpr const char* kBall = "  - {name: ball, sphere: 0.1, mass: 1, position: [0, 0, 0.1]}\n";
+
+/// A scene that calls for the effect, besides gravity and Coriolis forces.
+std::map<Effect, Parts> scenes_with() {
+  return {
+      {Effect::kDamping, {.shoulder = "<dynamics damping=\"0.3\"/>"}},
+      {Effect::kDryFriction, {.shoulder = "<dynamics friction=\"0.3\"/>"}},
+      {Effect::kLimits,
+       {.elbow = "<limit lower=\"-1\" upper=\"1\" effort=\"10\" velocity=\"10\"/>",
+        .elbow_type = "revolute"}},
+      {Effect::kMimics, {.elbow = "<mimic joint=\"shoulder\" multiplier=\"2\"/>"}},
+      {Effect::kClosures,
+       {.scene = "closures: [{type: distance, between: [r/lower, world], length: 3}]"}},
+      {Effect::kContacts, {.scene = "ground: {friction: 0}", .more = kBall}},
+      {Effect::kFriction, {.scene = "ground: {friction: 0.5}", .more = kBall}},
+      {Effect::kTorsionalFriction,
+       {.scene = "ground: {friction: 0.5}\ndefaults: {torsional_friction: 0.01}", .more = kBall}},
+      {Effect::kRollingFriction,
+       {.scene = "ground: {friction: 0.5}\ndefaults: {rolling_friction: 0.01}", .more = kBall}},
+      {Effect::kRestitution,
+       {.scene = "ground: {friction: 0}\ndefaults: {restitution: 0.5}", .more = kBall}},
+  };
+}
+
+/// What comes with an effect because it cannot be without.
+EffectSet always() {
+  return {Effect::kGravity, Effect::kCoriolis, Effect::kAppliedForces, Effect::kExternalWrenches};
+}
+
+EffectSet with_effect(Effect effect) {
+  EffectSet set = always();
+  set.set(effect, true);
+  const auto contacts = {Effect::kContacts, Effect::kSleeping};
+  switch (effect) {
+    case Effect::kLimits:  // a URDF limit says all three
+      set.set(Effect::kEffortLimits, true);
+      set.set(Effect::kVelocityLimits, true);
+      break;
+    case Effect::kTorsionalFriction:
+    case Effect::kRollingFriction:
+      set.set(Effect::kFriction, true);
+      [[fallthrough]];
+    case Effect::kContacts:
+    case Effect::kFriction:
+    case Effect::kRestitution:
+      for (const Effect e : contacts) set.set(e, true);
+      break;
+    default:
+      break;
+  }
+  return set;
+}
+
+TEST(Effects, NamesAreReadBackAndDiffer) {
+  for (int i = 0; i < kNumEffects; ++i) {
+    const auto effect = static_cast<Effect>(i);
+    EXPECT_EQ(effect_from_name(effect_name(effect)), effect);
+  }
+  EXPECT_FALSE(effect_from_name("unknown"));
+}
+
+TEST(Effects, AStepRunsWhatTheSceneCallsForAndNothingElse) {
+  for (const auto& [effect, parts] : scenes_with()) {
+    const Scene scene = make(parts);
+    Workspace workspace(scene.model);
+    State state{0.0, scene.q, scene.v}, next;
+    state.v.setConstant(-0.5);
+    const Input input{VectorX::Ones(scene.model.nv()), {}};
+    ASSERT_TRUE(
+        step_forward(scene.model, scene.options, {}, state, input, workspace, next).succeeded());
+    Inverse inverse;
+    step_inverse(scene.model, scene.options, state.q, state.v, next.v, workspace, inverse);
+    const EffectSet allowed = with_effect(effect);
+    for (int i = 0; i < kNumEffects; ++i) {
+      const auto other = static_cast<Effect>(i);
+      const long runs = workspace.effect_counts()[other];
+      if (!allowed.has(other)) {
+        EXPECT_EQ(runs, 0) << effect_name(other) << " in a scene with " << effect_name(effect);
+      }
+      if (other == effect) {
+        EXPECT_GT(runs, 0) << effect_name(effect);
+      }
+    }
+  }
+}
+
+TEST(Effects, SwitchedOffTheSceneMovesAsOneWithoutToTheBit) {
+  const Scene bare = make({}), bare_ball = make({.more = kBall});
+  for (const auto& [effect, parts] : scenes_with()) {
+    Scene scene = make(parts);
+    scene.options.effects = EffectSet::all().without({effect});
+    if (effect == Effect::kLimits) scene.options.effects.set(Effect::kVelocityLimits, false);
+    const bool of_contact = effect == Effect::kFriction || effect == Effect::kTorsionalFriction ||
+                            effect == Effect::kRollingFriction || effect == Effect::kRestitution;
+    Scene other = parts.more.empty() ? bare : bare_ball;
+    if (of_contact) {
+      // The same surfaces without the property in question.
+      Parts without = parts;
+      without.scene = effect == Effect::kTorsionalFriction || effect == Effect::kRollingFriction
+                          ? "ground: {friction: 0.5}"
+                          : "ground: {friction: 0}\ndefaults: {friction: 0}";
+      other = make(without);
+    }
+    Simulator off(std::move(scene)), never(std::move(other));
+    for (Simulator* sim : {&off, &never}) {
+      State state = sim->state();
+      state.v.setConstant(-0.5);
+      sim->set_state(state);
+    }
+    for (int k = 0; k < 50; ++k) {
+      ASSERT_TRUE(off.step().succeeded() && never.step().succeeded());
+      ASSERT_EQ(off.state().q, never.state().q) << effect_name(effect) << ", step " << k;
+    }
+  }
+}
+
+TEST(Effects, GravityOffIsAWorldWithoutGravity) {
+  Scene off = make({.scene = "effects: {gravity: off}"});
+  Scene never = make({.scene = "gravity: [0, 0, 0]"});
+  Simulator a(std::move(off)), b(std::move(never));
+  a.input().applied_force << 0.3, 0.2;
+  b.input().applied_force << 0.3, 0.2;
+  for (int k = 0; k < 100; ++k) {
+    const State before = a.state();
+    a.step();
+    b.step();
+    ASSERT_EQ(a.state().q, b.state().q);
+    // The inverse knows the switch as well: rounding only.
+    const Inverse& inverse = a.inverse(before.q, before.v, a.state().v);
+    EXPECT_NEAR(inverse.applied_force[0], 0.3, 1e-9 * inverse.force_scale);
+  }
+}
+
+TEST(Effects, WithoutCoriolisForcesASteadilyTurningBodyNeedsNoForce) {
+  // Off: velocity stays as it is in the absence of gravity and forces, whatever the inertia; the
+  // inverse recovers zero. On: the elbow is driven by the shoulder's motion.
+  for (const bool on : {false, true}) {
+    Simulator sim(make({.scene = std::string("gravity: [0, 0, 0]\neffects: {coriolis: ") +
+                                 (on ? "on}" : "off}")}));
+    State state = sim.state();
+    state.v << 2.0, -3.0;
+    sim.set_state(state);
+    ASSERT_TRUE(sim.step().succeeded());
+    const double change = (sim.state().v - state.v).cwiseAbs().maxCoeff();
+    if (on) {
+      EXPECT_GT(change, 1e-4);
+    } else {
+      EXPECT_EQ(change, 0.0);
+    }
+    const Inverse& inverse = sim.inverse(state.q, state.v, sim.state().v);
+    EXPECT_LT(inverse.applied_force.cwiseAbs().maxCoeff(), 1e-12);
+  }
+}
+
+TEST(Effects, TableSaysWhatCallsForEachAndWhoSwitchedItOff) {
+  Scene scene = make({.shoulder = "<dynamics damping=\"0.3\" friction=\"0.1\"/>",
+                      .scene = "effects: {damping: off}"});
+  const std::vector<EffectUse> table = list_effects(scene.model, scene.options);
+  ASSERT_EQ(table.size(), static_cast<size_t>(kNumEffects));
+  const EffectUse& damping = table[static_cast<size_t>(Effect::kDamping)];
+  EXPECT_TRUE(damping.called_for);
+  EXPECT_FALSE(damping.on);
+  EXPECT_NE(damping.why.find("r/shoulder"), std::string::npos) << damping.why;
+  EXPECT_NE(damping.why.find("switched off"), std::string::npos) << damping.why;
+  const EffectUse& dry = table[static_cast<size_t>(Effect::kDryFriction)];
+  EXPECT_TRUE(dry.on);
+  EXPECT_EQ(dry.rows, 1);
+  EXPECT_FALSE(table[static_cast<size_t>(Effect::kContacts)].called_for);
+}
+
+TEST(Effects, UnknownNameIsAnErrorThatListsTheKnown) {
+  try {
+    make({.scene = "effects: {frction: off}"});
+    FAIL() << "no error";
+  } catch (const InputError& error) {
+    const std::string message = error.what();
+    EXPECT_NE(message.find("scene.yaml:"), std::string::npos) << message;
+    EXPECT_NE(message.find("frction"), std::string::npos) << message;
+    EXPECT_NE(message.find("torsional_friction"), std::string::npos) << message;
+  }
+}
+
+}  // namespace
+}  // namespace counterpoint

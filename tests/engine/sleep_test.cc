@@ -1,0 +1,146 @@
+// Islands at rest are left out of the step, and no bit of any motion tells.
+#include <gtest/gtest.h>
+
+#include <cstring>
+
+#include "counterpoint/engine/simulator.h"
+#include "support/temp_folder.h"
+
+namespace counterpoint {
+namespace {
+
+Scene read(const std::string& yaml, bool sleeping = true) {
+  const test::TempFolder folder;
+  Scene scene = load_scene(folder.write("scene.yaml", yaml));
+  scene.options.effects.set(Effect::kSleeping, sleeping);
+  return scene;
+}
+
+/// Columns of three boxes that come to rest, and a box that falls on one of them after about 0.9 s.
+const std::string kColumns = R"(
+ground: {friction: 0.6}
+models:
+  - {name: a, box: [0.1, 0.1, 0.1], mass: 1, position: [0, 0, 0.101], count: 3, spacing: [0, 0, 0.201]}
+  - {name: b, box: [0.1, 0.1, 0.1], mass: 1, position: [0.5, 0, 0.101], count: 3, spacing: [0, 0, 0.201]}
+  - {name: c, cylinder: [0.1, 0.2], mass: 1, position: [0, 0.5, 0.101], count: 3, spacing: [0, 0, 0.201]}
+)";
+const std::string kLate = R"(
+  - {name: late, box: [0.1, 0.1, 0.1], mass: 1, position: [0.05, 0.03, 2], velocity: {linear: [0, 0, 3]}}
+)";
+
+bool same_bits(const VectorX& a, const VectorX& b) {
+  return a.size() == b.size() && std::memcmp(a.data(), b.data(), sizeof(double) * a.size()) == 0;
+}
+#define EXPECT_SAME_STATE(a, b, step) \
+  EXPECT_TRUE(same_bits((a).q, (b).q) && same_bits((a).v, (b).v)) << "step " << (step)
+
+int run_until_asleep(Simulator& sim, int bodies, int most) {
+  for (int k = 0; k < most; ++k)
+    if (sim.step().sleeping_bodies == bodies) return k;
+  return most;
+}
+
+TEST(Sleep, EqualsTheRunThatNeverSleptToTheBit) {
+  Simulator sleeper(read(kColumns + kLate)), waker(read(kColumns + kLate, false));
+  int most = 0, woken = 0, last = 0;
+  for (int k = 0; k < 3000; ++k) {
+    const StepReport report = sleeper.step();
+    ASSERT_TRUE(report.succeeded() && waker.step().succeeded()) << k;
+    ASSERT_TRUE(same_bits(sleeper.state().q, waker.state().q)) << k;
+    ASSERT_TRUE(same_bits(sleeper.state().v, waker.state().v)) << k;
+    most = std::max(most, report.sleeping_bodies);
+    woken += report.sleeping_bodies < last;
+    last = report.sleeping_bodies;
+  }
+  // All three columns slept, the first was woken by what fell on it, and all sleep in the end.
+  EXPECT_EQ(most, 10);
+  EXPECT_GE(woken, 1);
+  EXPECT_EQ(last, 10);
+}
+
+TEST(Sleep, ColumnsSleepWithinASecondAndAStepThenRunsNothing) {
+  Simulator sim(read(kColumns));
+  EXPECT_LT(run_until_asleep(sim, 9, 500), 500);
+  const StepReport report = sim.step();
+  EXPECT_EQ(report.sleeping_bodies, 9);
+  EXPECT_EQ(report.contacts, 0);
+  EXPECT_EQ(report.constraint_rows, 0);
+  EXPECT_GT(report.max_penetration, 0.0);  // still known
+}
+
+TEST(Sleep, APushWakesTheIslandPushedAndNoOther) {
+  Simulator sim(read(kColumns)), never(read(kColumns, false));
+  ASSERT_LT(run_until_asleep(sim, 9, 500), 500);
+  while (never.state().time < sim.state().time) never.step();
+  for (Simulator* s : {&sim, &never}) s->input().applied_force[0] = 0.5;  // along x, on a0
+  EXPECT_EQ(sim.step().sleeping_bodies, 6);
+  never.step();
+  EXPECT_SAME_STATE(sim.state(), never.state(), 0);
+  for (Simulator* s : {&sim, &never}) {
+    s->input().applied_force[0] = 0.0;
+    s->input().wrenches.push_back({4, {Vector3::Zero(), Vector3(0, 1, 0)}});  // on b0
+  }
+  for (int k = 0; k < 500; ++k) {
+    const StepReport report = sim.step();
+    EXPECT_LE(report.sleeping_bodies, 6);  // a body with a wrench on it never sleeps
+    never.step();
+    ASSERT_TRUE(same_bits(sim.state().v, never.state().v)) << k;
+  }
+}
+
+TEST(Sleep, MovingABodyByHandWakesIt) {
+  Simulator sim(read(kColumns));
+  ASSERT_LT(run_until_asleep(sim, 9, 500), 500);
+  State moved = sim.state();
+  moved.q[2] += 0.3;  // a0, into the boxes above
+  sim.set_state(moved);
+  EXPECT_EQ(sim.step().sleeping_bodies, 6);
+}
+
+TEST(Sleep, ChangedOptionsWakeAll) {
+  Simulator sim(read(kColumns));
+  ASSERT_LT(run_until_asleep(sim, 9, 500), 500);
+  sim.options().contact.compliance *= 2.0;
+  EXPECT_EQ(sim.step().sleeping_bodies, 0);
+}
+
+TEST(Sleep, TheInverseSeesBodiesAtRestAndLeavesTheMotionAsItIs) {
+  Simulator sim(read(kColumns)), never(read(kColumns, false));
+  ASSERT_LT(run_until_asleep(sim, 9, 500), 500);
+  while (never.state().time < sim.state().time) never.step();
+  for (int k = 0; k < 5; ++k) {
+    const State before = sim.state();
+    sim.step();
+    never.step();
+    const Inverse& inverse = sim.inverse(before.q, before.v, sim.state().v);
+    // Nothing is applied, contacts carry the weight: the engine's own tolerance of 1e-9.
+    EXPECT_LT(inverse.applied_force.cwiseAbs().maxCoeff(), 1e-9 * inverse.force_scale);
+    double carried = 0.0;
+    for (const ContactForce& contact : inverse.contacts)
+      if (sim.model().geometries()[contact.contact.geometry_a].body == 0 ||
+          sim.model().geometries()[contact.contact.geometry_b].body == 0)
+        carried += std::abs(contact.force.z());
+    EXPECT_NEAR(carried, 9.0 * kStandardGravity, 1e-6 * 9.0 * kStandardGravity);
+    EXPECT_SAME_STATE(sim.state(), never.state(), k);
+  }
+}
+
+TEST(Sleep, DoesNotReachThroughOneThatIsAwake) {
+  // A slope within the cone creeps (eps g h sin) and never sleeps; the box beside it on the plane
+  // does.
+  Simulator sim(read(R"(
+gravity: [0, 0, -9.81]
+ground: {friction: 0.8}
+models:
+  - {name: flat, box: [0.1, 0.1, 0.1], mass: 1, position: [3, 0, 0.1]}
+  - {name: creeping, box: [0.1, 0.1, 0.1], mass: 1, position: [0, 0, 0.43], rpy: [0, 0.5, 0]}
+environment:
+  - {name: slope, box: [1, 1, 0.1], rpy: [0, 0.5, 0], position: [0, 0, 0.2], friction: 0.8}
+)"));
+  StepReport report;
+  for (int k = 0; k < 1500; ++k) report = sim.step();
+  EXPECT_EQ(report.sleeping_bodies, 1);
+}
+
+}  // namespace
+}  // namespace counterpoint
