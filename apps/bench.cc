@@ -10,6 +10,7 @@
 
 #include "counterpoint/engine/aba.h"
 #include "counterpoint/engine/crba.h"
+#include "counterpoint/engine/integrator.h"
 #include "counterpoint/engine/kinematics.h"
 #include "counterpoint/engine/rnea.h"
 #include "counterpoint/engine/simulator.h"
@@ -27,8 +28,10 @@ constexpr const char* kTrees[] = {"arm7", "quadruped_drop", "humanoid_drop"};
 /// A scene and its states over the scene's duration: what steps are timed on, impacts and rest
 /// alike.
 struct Rollout {
-  explicit Rollout(const std::string& name)
+  /// Effects other than these are off.
+  explicit Rollout(const std::string& name, EffectSet effects = kDefaultEffects)
       : scene(load_scene(fs::path(COUNTERPOINT_SOURCE_DIR) / "data/scenes" / (name + ".yaml"))) {
+    scene.options.effects = effects;
     Simulator simulator(scene);
     states.push_back(simulator.state());
     while (simulator.state().time < scene.options.duration) {
@@ -57,8 +60,9 @@ void label(benchmark::State& run, const Rollout& rollout) {
 }
 
 /// One iteration is one step; the states of the rollout are gone through in turn.
-void forward_step(benchmark::State& run, const std::string& name) {
-  const Rollout rollout(name);
+void forward_step(benchmark::State& run, const std::string& name,
+                  EffectSet effects = kDefaultEffects) {
+  const Rollout rollout(name, effects);
   const Model& model = rollout.scene.model;
   Workspace workspace(model);
   const contact::Settings settings;
@@ -90,12 +94,13 @@ void inverse_step(benchmark::State& run, const std::string& name) {
 
 /// What the algorithms read and write.
 struct Vectors {
-  explicit Vectors(int nv)
+  Vectors(int nq, int nv)
       : in(VectorX::Constant(nv, 0.1)),
         zero(VectorX::Zero(nv)),
         out(VectorX::Zero(nv)),
+        q(VectorX::Zero(nq)),
         M(nv, nv) {}
-  VectorX in, zero, out;
+  VectorX in, zero, out, q;
   Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> M;
 };
 
@@ -107,7 +112,7 @@ void algorithm(benchmark::State& run, const std::string& name, Algorithm compute
   Data data(scene.model);
   compute_poses(scene.model, scene.q, data);
   compute_velocities(scene.model, scene.v, data);
-  Vectors vectors(scene.model.nv());
+  Vectors vectors(scene.model.nq(), scene.model.nv());
   for (auto _ : run) {
     compute(scene, data, vectors);
     benchmark::ClobberMemory();
@@ -126,10 +131,22 @@ void register_algorithms(const std::string& name) {
     compute_poses(scene.model, scene.q, data);
     compute_velocities(scene.model, scene.v, data);
   });
-  add("rnea",
-      [](const Scene& scene, Data& data, Vectors& x) { rnea(scene.model, x.in, scene.model.gravity(), data, x.out); });
+  add("rnea", [](const Scene& scene, Data& data, Vectors& x) {
+    rnea(scene.model, x.in, scene.model.gravity(), data, x.out);
+  });
   add("aba", [](const Scene& scene, Data& data, Vectors& x) {
     aba(scene.model, x.in, x.zero, scene.model.gravity(), moving_bodies(scene.model), data, x.out);
+  });
+  // What a step without contacts, limits and friction cannot do without; forward_step/arm7_bare
+  // beside it.
+  add("aba_and_integration", [](const Scene& scene, Data& data, Vectors& x) {
+    const Model& model = scene.model;
+    compute_poses(model, scene.q, data);
+    compute_velocities(model, scene.v, data);
+    compute_inertias(model, data);
+    aba(model, x.in, x.zero, model.gravity(), moving_bodies(model), data, x.out);
+    x.in = scene.v + scene.options.time_step * x.out;
+    integrate_configuration(model, scene.q, x.in, scene.options.time_step, x.q);
   });
   add("crba", [](const Scene& scene, Data& data, Vectors& x) { crba(scene.model, data, x.M); });
 }
@@ -143,6 +160,9 @@ void register_all() {
       inverse_step(run, name);
     })->Unit(benchmark::kMicrosecond);
   }
+  benchmark::RegisterBenchmark("forward_step/arm7_bare", [](benchmark::State& run) {
+    forward_step(run, "arm7", {Effect::kGravity, Effect::kCoriolis});
+  })->Unit(benchmark::kMicrosecond);
   for (const std::string name : kTrees) register_algorithms(name);
 }
 

@@ -8,6 +8,7 @@
 #include "counterpoint/collision/collider.h"
 #include "counterpoint/engine/trajectory.h"
 #include "counterpoint/model/terrain.h"
+#include "effect_table.h"
 #include "report.h"
 #include "scene_arguments.h"
 
@@ -16,6 +17,7 @@ namespace {
 
 struct Arguments {
   SceneArguments scene;
+  bool costs = false;
   Report report;
 };
 
@@ -291,6 +293,8 @@ int inspect(Arguments& arguments) {
   inspect_closures(model, scene.q, report);
   inspect_pairs(model, report);
   inspect_coordinates(model, report);
+  report_effects(scene, report);
+  if (arguments.costs) report_costs(scene, report);
   inspect_notes(model, report);
   report.write();
   return kSuccess;
@@ -300,10 +304,13 @@ int inspect(Arguments& arguments) {
 
 void add_inspect(CLI::App& app, Action& action) {
   auto arguments = std::make_shared<Arguments>();
-  CLI::App& command = *app.add_subcommand(
-      "inspect",
-      "List joints, limits, geometries, materials, closures, pairs, and notes of a scene");
+  CLI::App& command = *app.add_subcommand("inspect",
+                                          "List joints, limits, geometries, materials, closures, "
+                                          "pairs, effects and what they cost, and "
+                                          "notes of a scene");
   arguments->scene.add_to(command);
+  command.add_flag("--costs", arguments->costs,
+                   "Also the time of a step as effects are added one by one");
   arguments->report.add_to(command);
   command.footer("Example:\n  counterpoint inspect robot.urdf --base floating --ground");
   command.callback([arguments, &action] { action = [arguments] { return inspect(*arguments); }; });

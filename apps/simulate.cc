@@ -31,12 +31,13 @@ struct Arguments {
 
 /// What is counted over the steps of a run.
 struct Tally {
-  long steps = 0, contacts = 0, newton_iterations = 0, newton_iterations_max = 0, failures = 0;
+  long steps = 0, contacts = 0, sleeping = 0, newton_iterations = 0, newton_iterations_max = 0, failures = 0;
   double max_penetration = 0.0, wall_seconds = 0.0;
 
   void add(const StepReport& step) {
     ++steps;
     contacts += step.contacts;
+    sleeping += step.sleeping_bodies;
     newton_iterations += step.newton_iterations;
     newton_iterations_max = std::max<long>(newton_iterations_max, step.newton_iterations);
     max_penetration = std::max(max_penetration, step.max_penetration);
@@ -108,6 +109,7 @@ void fill_report(const Tally& tally, double simulated_seconds, Report& report) {
   report["realtime_factor"] =
       tally.wall_seconds > 0.0 ? simulated_seconds / tally.wall_seconds : 0.0;
   report["contacts_mean"] = tally.contacts / steps;
+  report["sleeping_bodies_mean"] = tally.sleeping / steps;
   report["newton_iterations_mean"] = tally.newton_iterations / steps;
   report["newton_iterations_max"] = tally.newton_iterations_max;
   report["solver_failures"] = tally.failures;

@@ -1,0 +1,146 @@
+#include "effect_table.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <optional>
+#include <vector>
+
+#include "counterpoint/engine/simulator.h"
+
+namespace counterpoint::apps {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double seconds_since(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+/// Steps of a scene to take again.
+class ShortRun {
+ public:
+  explicit ShortRun(const Scene& scene) : scene_(scene), next_{0.0, scene.q, scene.v} {
+    constexpr double kLongest = 0.1;  // [s] of computing
+    constexpr int kMostSteps = 1000, kFewestSteps = 10;
+    Simulator simulator(scene);
+    const auto start = Clock::now();
+    const double steps = std::ceil(scene.options.duration / scene.options.time_step - 1e-6);
+    for (int k = 0; k < std::clamp<double>(steps, 1, kMostSteps); ++k) {
+      states_.push_back(simulator.state());
+      if (!simulator.step().succeeded()) break;
+      if (k >= kFewestSteps && seconds_since(start) > kLongest) break;
+    }
+  }
+
+  int num_steps() const { return static_cast<int>(states_.size()); }
+
+  /// Seconds that the steps take with these effects on; nothing if one of them fails.
+  std::optional<double> time(EffectSet effects) {
+    SimulationOptions options = scene_.options;
+    options.effects = effects;
+    Workspace workspace(scene_.model);
+    const Input input;
+    // Memory is got on the way to the first step's end.
+    step_forward(scene_.model, options, {}, states_[0], input, workspace, next_);
+    const auto start = Clock::now();
+    for (const State& state : states_) {
+      if (!step_forward(scene_.model, options, {}, state, input, workspace, next_).succeeded())
+        return {};
+    }
+    return seconds_since(start);
+  }
+
+ private:
+  const Scene& scene_;
+  std::vector<State> states_;
+  State next_;
+};
+
+/// Share of the step time that goes when the effect is switched off: median of several pairs, taken
+/// in turn. Nothing if the scene cannot be stepped without it.
+std::optional<double> measure_share(const Scene& scene, Effect effect, ShortRun& run) {
+  constexpr int kPairs = 5;
+  std::vector<double> shares;
+  for (int i = 0; i < kPairs; ++i) {
+    const auto with = run.time(scene.options.effects);
+    const auto without = run.time(scene.options.effects.without({effect}));
+    if (!with || !without || !(*with > 0.0)) return {};
+    shares.push_back(1.0 - *without / *with);
+  }
+  std::nth_element(shares.begin(), shares.begin() + kPairs / 2, shares.end());
+  return shares[kPairs / 2];
+}
+
+bool per_contact(Effect effect) {
+  return effect == Effect::kContacts || effect == Effect::kFriction ||
+         effect == Effect::kTorsionalFriction || effect == Effect::kRollingFriction;
+}
+
+}  // namespace
+
+void report_costs(const Scene& scene, Report& report) {
+  ShortRun run(scene);
+  const std::vector<EffectUse> uses = list_effects(scene.model, scene.options);
+  fmt::print(report.text(), "\n{:<24} {:>10}\n", "effects, added up", "us a step");
+  Json costs = Json::array();
+  EffectSet effects;
+  const auto measure = [&](const std::string& name) {
+    constexpr int kRuns = 5;
+    std::vector<double> times;
+    for (int i = 0; i < kRuns; ++i)
+      if (const auto time = run.time(effects)) times.push_back(*time);
+    std::optional<double> microseconds;
+    if (times.size() == kRuns) {
+      std::nth_element(times.begin(), times.begin() + kRuns / 2, times.end());
+      microseconds = 1e6 * times[kRuns / 2] / run.num_steps();
+    }
+    fmt::print(report.text(), "{:<24} {:>10}\n", name,
+               microseconds ? fmt::format("{:.3g}", *microseconds) : "fails");
+    costs.push_back(
+        {{"added", name}, {"step_us", microseconds ? Json(*microseconds) : Json(nullptr)}});
+  };
+  measure("bodies and joints alone");
+  for (const EffectUse& use : uses) {
+    if (!use.on) continue;
+    effects.set(use.effect, true);
+    measure(fmt::format("+ {}", effect_name(use.effect)));
+  }
+  report["costs"] = costs;
+}
+
+void report_effects(const Scene& scene, Report& report) {
+  ShortRun run(scene);
+  Json effects = Json::array();
+  fmt::print(report.text(), "\n{:<20} {:<4} {:>10} {:>12}  {}\n", "effect", "", "rows",
+             "share of step", "why");
+  for (const EffectUse& use : list_effects(scene.model, scene.options)) {
+    // What an input calls for costs nothing in a run without.
+    const bool of_input =
+        use.effect == Effect::kAppliedForces || use.effect == Effect::kExternalWrenches;
+    const std::optional<double> share =
+        use.on && !of_input ? measure_share(scene, use.effect, run) : std::nullopt;
+    const std::string rows = use.rows == 0             ? ""
+                             : per_contact(use.effect) ? fmt::format("{} a point", use.rows)
+                                                       : std::to_string(use.rows);
+    fmt::print(report.text(), "{:<20} {:<4} {:>10} {:>12}  {}\n", effect_name(use.effect),
+               use.on ? "on" : "off", rows,
+               share ? fmt::format("{:.0f} %", 100.0 * *share) : std::string(), use.why);
+    effects.push_back({{"name", effect_name(use.effect)},
+                       {"called_for", use.called_for},
+                       {"on", use.on},
+                       {"why", use.why},
+                       {"rows", use.rows},
+                       {"rows_at_each_contact_point", per_contact(use.effect)},
+                       {"share_of_step_time", share ? Json(*share) : Json(nullptr)}});
+  }
+  fmt::print(report.text(),
+             "share: of the time of {} steps, what goes when the effect is switched off; negative "
+             "where it saves time\n",
+             run.num_steps());
+  report["effects"] = effects;
+}
+
+}  // namespace counterpoint::apps
