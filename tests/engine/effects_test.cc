@@ -6,6 +6,7 @@
 #include <map>
 
 #include "counterpoint/engine/simulator.h"
+#include "support/recover.h"
 #include "support/temp_folder.h"
 
 namespace counterpoint {
@@ -160,6 +161,17 @@ TEST(Effects, SwitchedOffTheSceneMovesAsOneWithoutToTheBit) {
       ASSERT_TRUE(off.step().succeeded() && never.step().succeeded());
       ASSERT_EQ(off.state().q, never.state().q) << effect_name(effect) << ", step " << k;
     }
+  }
+}
+
+TEST(Effects, TheInverseRecoversWhatWasAppliedWithEachOfThem) {
+  for (const auto& [effect, parts] : scenes_with()) {
+    Simulator sim(make(parts));
+    test::Random random(11);
+    // On the ball no more than spins it up to 1 rad/s: rounding of w+ is 1e-16 |J||w| / (r h) of
+    // force.
+    const double force = parts.more.empty() ? 0.5 : 0.01;
+    EXPECT_LT(test::recover(sim, 300, force, random), test::kRecovered) << effect_name(effect);
   }
 }
 
