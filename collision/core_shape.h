@@ -14,6 +14,8 @@ struct CoreShape {
 
   /// A point of the core in the frame of X's parent, farthest along `direction` (any length).
   Vector3 support(const Vector3& direction) const;
+  /// True if support() climbs over the edges of a mesh.
+  bool climbs() const;
   /// The largest direction . x over the core, a mesh's found by looking at every vertex [m].
   double scan_support(const Vector3& direction) const;
   /// A point inside.
@@ -28,9 +30,10 @@ struct CoreShape {
   mutable int hint = 0;  ///< mesh vertex last found, where the next search starts
 };
 
-/// Index of the mesh vertex farthest along `direction` (mesh frame); the search climbs from `start`.
+/// Index of the mesh vertex farthest along `direction` (mesh frame); the search climbs from
+/// `start`.
 int support_vertex(const ConvexMesh& mesh, const Vector3& direction, int start);
-/// The same by looking at every vertex; of equals, `start` or the lowest.
-int scan_vertices(const ConvexMesh& mesh, const Vector3& direction, int start);
+/// The same by looking at every vertex; of equals the lowest.
+int scan_vertices(const ConvexMesh& mesh, const Vector3& direction);
 
 }  // namespace counterpoint::collision

@@ -290,7 +290,7 @@ bool closest_points(const Shape& a, const Pose& X_WA, const Shape& b, const Pose
   const MinkowskiDifference difference{core_a, core_b, core_a.extent() + core_b.extent() + radius,
                                        Vector3::Zero()};
   if (!solve(difference, margin + radius, out)) return false;
-  if (!confirm(difference, out)) {
+  if ((core_a.climbs() || core_b.climbs()) && !confirm(difference, out)) {
     core_a.scan = core_b.scan = true;
     if (!solve(difference, margin + radius, out)) return false;
   }

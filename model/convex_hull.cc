@@ -69,6 +69,18 @@ Vector3 polygon_normal(const std::vector<Vector3>& points, const std::vector<int
   return normal;
 }
 
+void set_coarse_vertices(ConvexMesh& hull) {
+  constexpr size_t kTogether = 4;
+  const size_t size = (hull.vertices.size() + kTogether - 1) / kTogether * kTogether;
+  for (int k = 0; k < 3; ++k) {
+    hull.coarse_vertices[k].assign(size, 0.0f);
+    for (size_t i = 0; i < hull.vertices.size(); ++i) {
+      hull.coarse_vertices[k][i] =
+          static_cast<float>((hull.vertices[i][k] - hull.interior_point[k]) / hull.radius);
+    }
+  }
+}
+
 /// The hull from qhull's facets, or nothing if they do not make a closed convex polyhedron.
 std::optional<ConvexMesh> assemble(const std::vector<Vector3>& points, const Facets& facets,
                                    double size) {
@@ -88,6 +100,8 @@ std::optional<ConvexMesh> assemble(const std::vector<Vector3>& points, const Fac
   for (const Vector3& v : hull.vertices) {
     hull.radius = std::max(hull.radius, (v - hull.interior_point).norm());
   }
+
+  set_coarse_vertices(hull);
 
   std::vector<std::pair<int, int>> edges;
   for (const auto& polygon : facets.polygons) {
