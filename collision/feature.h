@@ -43,9 +43,9 @@ void box_feature(const Shape& box, const Pose& X, const Vector3& direction, Feat
 void support_feature(const Shape& shape, const Pose& X, const Vector3& direction, int vertex,
                      Feature& out);
 
-/// Adds to `out` at most eight contact points with gap < margin between the features. The least gap is
-/// the witness's: corners that come within `tolerance` [m] of it take it, else the witness is added, or,
-/// if its points are not found, nothing is.
+/// Adds to `out` at most eight contact points with gap < margin between the features. No gap is less than
+/// the witness's, and the least exceeds it by `tolerance` [m] at most: if no corner comes so near, the
+/// witness is added, or, if its points are not found, nothing is.
 void feature_contacts(const Feature& a, const Feature& b, const Witness& witness, double tolerance,
                       double margin, Manifold& out);
 

@@ -266,5 +266,25 @@ TEST(Degenerate, ShapesWithoutSizeGiveFiniteContacts) {
   }
 }
 
+// A box that rests half on another and is turned ever so little about y stands over an edge, on two
+// corners at equal height. Each gap is the height there: none is drawn to the least height of the whole
+// box, which lies beside the other. A body at rest feels 1e-11 m.
+TEST(Manifold, BarelyTiltedBoxesHaveTheGapsOfTheirCorners) {
+  const Shape box{ShapeType::kBox, Vector3::Constant(0.1), nullptr};
+  constexpr double kSink = 3e-10;
+  constexpr double kRound = 1e-16;  // of heights of 0.2 m
+  Manifold m;
+  for (const double tilt : {-2e-9, -5e-10, -1e-11, 0.0, 1e-12, 1e-10, 5e-10, 7e-10, 2e-9}) {
+    const Pose X_B{Eigen::AngleAxisd(tilt, Vector3::UnitY()).toRotationMatrix(),
+                   Vector3(0.105, 0.0, 0.2 - kSink)};
+    pair_contacts(box, Pose{}, box, X_B, 1e-3, m);
+    ASSERT_EQ(m.size, 4);
+    for (int i = 0; i < m.size; ++i) {
+      const double height = -kSink - tilt * (m.points[i].position.x() - 0.105);
+      EXPECT_NEAR(m.points[i].gap, height, kRound) << tilt;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace counterpoint::test
