@@ -150,9 +150,9 @@ void keep_seven(PatchContacts& c) {
 }
 
 // No point of the features is closer than the witness: gaps below its own come from faces that are
-// not quite flat, or from clipping a little beyond them. Returns whether the least gap is the witness's
-// but for the tolerance. It stays as it is then: of corners equally deep one would be moved, chosen by
-// round-off, and at rest 1e-11 m are a quarter of a body's weight.
+// not quite flat, or from clipping a little beyond them. Returns whether the least gap is the
+// witness's but for the tolerance. It stays as it is then: of corners equally deep one would be
+// moved, chosen by round-off, and at rest 1e-11 m are a quarter of a body's weight.
 bool settle_gaps(double witness_gap, double tolerance, PatchContacts& c) {
   const bool reached = c.size > 0 && c.gaps[deepest(c)] <= witness_gap + tolerance;
   for (int i = 0; i < c.size; ++i) c.gaps[i] = std::max(c.gaps[i], witness_gap);

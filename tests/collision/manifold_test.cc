@@ -267,8 +267,8 @@ TEST(Degenerate, ShapesWithoutSizeGiveFiniteContacts) {
 }
 
 // A box that rests half on another and is turned ever so little about y stands over an edge, on two
-// corners at equal height. Each gap is the height there: none is drawn to the least height of the whole
-// box, which lies beside the other. A body at rest feels 1e-11 m.
+// corners at equal height. Each gap is the height there: none is drawn to the least height of the
+// whole box, which lies beside the other. A body at rest feels 1e-11 m.
 TEST(Manifold, BarelyTiltedBoxesHaveTheGapsOfTheirCorners) {
   const Shape box{ShapeType::kBox, Vector3::Constant(0.1), nullptr};
   constexpr double kSink = 3e-10;
