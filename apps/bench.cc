@@ -92,6 +92,19 @@ void inverse_step(benchmark::State& run, const std::string& name) {
   label(run, rollout);
 }
 
+/// Steps from where a scene is after a second, on and on; with sleeping or without.
+void after_a_second(benchmark::State& run, const std::string& name, bool sleeping) {
+  Scene scene = load_scene(fs::path(COUNTERPOINT_SOURCE_DIR) / "data/scenes" / (name + ".yaml"));
+  Simulator simulator(scene);
+  while (simulator.state().time < 1.0) simulator.step();
+  simulator.options().effects.set(Effect::kSleeping, sleeping);
+  StepReport report;
+  for (auto _ : run) report = simulator.step();
+  run.counters["nv"] = scene.model.nv();
+  run.counters["contacts"] = report.contacts;
+  run.counters["asleep"] = report.sleeping_bodies;
+}
+
 /// What the algorithms read and write.
 struct Vectors {
   Vectors(int nq, int nv)
@@ -159,6 +172,14 @@ void register_all() {
     benchmark::RegisterBenchmark(("inverse_step/" + name).c_str(), [name](benchmark::State& run) {
       inverse_step(run, name);
     })->Unit(benchmark::kMicrosecond);
+  }
+  // 1000 cubes at rest, one in flight.
+  for (const bool sleeping : {true, false}) {
+    benchmark::RegisterBenchmark(
+        sleeping ? "asleep/columns_10" : "awake/columns_10",
+        [sleeping](benchmark::State& run) { after_a_second(run, "columns_10", sleeping); })
+        ->Unit(benchmark::kMicrosecond)
+        ->Iterations(sleeping ? 500 : 50);
   }
   benchmark::RegisterBenchmark("forward_step/arm7_bare", [](benchmark::State& run) {
     forward_step(run, "arm7", {Effect::kGravity, Effect::kCoriolis});
