@@ -68,6 +68,15 @@ TEST(Sleep, ColumnsSleepWithinASecondAndAStepThenRunsNothing) {
   EXPECT_GT(report.max_penetration, 0.0);  // still known
 }
 
+TEST(Sleep, BundledPilesComeToRest) {
+  for (const char* name : {"cube_drop", "box_stack", "stack_5", "grid_5", "pyramid_5"}) {
+    Simulator sim(
+        load_scene(std::string(COUNTERPOINT_SOURCE_DIR) + "/data/scenes/" + name + ".yaml"));
+    const int bodies = sim.model().num_joints();
+    EXPECT_LT(run_until_asleep(sim, bodies, 3000), 3000) << name;
+  }
+}
+
 TEST(Sleep, APushWakesTheIslandPushedAndNoOther) {
   Simulator sim(read(kColumns)), never(read(kColumns, false));
   ASSERT_LT(run_until_asleep(sim, 9, 500), 500);
