@@ -9,7 +9,7 @@
 
 namespace counterpoint::apps {
 
-ForceSchedule::ForceSchedule(const std::filesystem::path& file, const Model& model) {
+InputSchedule::InputSchedule(const std::filesystem::path& file, const Model& model) {
   const CsvTable table(file);
   const CoordinateNames names = coordinate_names(model);
   const auto holds = [](const std::vector<std::string>& list, const std::string& name) {
@@ -28,11 +28,12 @@ ForceSchedule::ForceSchedule(const std::filesystem::path& file, const Model& mod
     const std::string& name = table.columns()[column];
     const auto it = std::find(names.force.begin(), names.force.end(), name);
     if (it == names.force.end()) {
-      if (name == "time" || name == "time_step" || holds(names.q, name) || holds(names.v, name))
+      if (name == "time" || name == "time_step" || holds(names.q, name) || holds(names.v, name) ||
+          is_input_column(model, name))
         continue;
       throw InputError(
-          fmt::format("{}:1: column '{}' is no applied force of this scene; "
-                      "`counterpoint inspect` lists them",
+          fmt::format("{}:1: column '{}' is no applied force, servo target or wrench of this "
+                      "scene; `counterpoint inspect` lists them",
                       table.file(), name));
     }
     ++found;
@@ -44,7 +45,9 @@ ForceSchedule::ForceSchedule(const std::filesystem::path& file, const Model& mod
       }
     }
   }
-  if (found == 0) {
+  columns_ = find_input_columns(table, model);
+  known_ = read_input_columns(columns_, table, model, table.num_rows());
+  if (found == 0 && columns_.empty()) {
     throw InputError(
         fmt::format("{}:1: no applied force among the columns; expected time and, for "
                     "example, {}",
@@ -52,9 +55,11 @@ ForceSchedule::ForceSchedule(const std::filesystem::path& file, const Model& mod
   }
 }
 
-void ForceSchedule::add_to(double time, double slack, VectorX& force) {
+void InputSchedule::apply(const Model& model, double time, double slack, Input& input) {
   while (row_ + 1 < static_cast<int>(time_.size()) && time_[row_ + 1] <= time + slack) ++row_;
-  if (row_ >= 0) force += force_.col(row_);
+  if (row_ < 0) return;
+  input.applied_force += force_.col(row_);
+  if (!columns_.empty()) columns_.set(model, known_.col(row_), input);
 }
 
 RandomForces::RandomForces(const Model& model, double scale, double wrench_scale,
@@ -66,15 +71,13 @@ RandomForces::RandomForces(const Model& model, double scale, double wrench_scale
     double mass = 0.0;
     for (int k = i; k < body.subtree_end; ++k) mass += model.body(k).inertia.mass;
     const double weight = kStandardGravity * mass;
-    // Many URDFs say effort="0" for want of a figure.
-    const double effort_limit = joint.effort_limit > 0.0 ? joint.effort_limit : weight;
     for (int k = 0; k < joint_nv(body.joint_type); ++k) {
       const bool translation = body.joint_type == JointType::kPrismatic ||
                                (body.joint_type == JointType::kFloating && k < 3) ||
                                (body.joint_type == JointType::kPlanar && k < 2);
       const double load = weight * (translation ? 1.0 : kLever);
       amplitude_[body.v_index + k] =
-          joint.actuated ? scale * std::min(effort_limit, load) : wrench_scale * load;
+          joint.actuated ? scale * std::min(joint.effort_limit, load) : wrench_scale * load;
     }
   }
 }

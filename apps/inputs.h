@@ -6,25 +6,30 @@
 #include <random>
 #include <vector>
 
-#include "counterpoint/model/model.h"
+#include "counterpoint/engine/input_columns.h"
 
 namespace counterpoint::apps {
 
-/// Forces from a CSV file with the columns time and any of the scene's force columns (the other
-/// columns of a trajectory may be there and are not used). A row holds from its time until the
-/// next.
-class ForceSchedule {
+/// Inputs from a CSV file with the columns time and any of the scene's applied forces, servo
+/// targets and wrenches on links (the other columns of a trajectory may be there and are not used).
+/// A row holds from its time until the next.
+class InputSchedule {
  public:
   /// @throws InputError naming file, line and column.
-  ForceSchedule(const std::filesystem::path& file, const Model& model);
+  InputSchedule(const std::filesystem::path& file, const Model& model);
 
-  /// Adds the force at a time [s] to `force` (nv); nothing before the first row. `slack` [s]: a row
-  /// this little later than `time` holds already (times are sums of steps, hence rounded).
-  void add_to(double time, double slack, VectorX& force);
+  /// Adds the applied force at a time [s] to that of `input` (nv) and sets targets and wrenches, if
+  /// the file has any; nothing before the first row. `slack` [s]: a row this little later than
+  /// `time` holds already (times are sums of steps, hence rounded).
+  void apply(const Model& model, double time, double slack, Input& input);
+
+  const InputColumns& columns() const { return columns_; }
 
  private:
   std::vector<double> time_;
   MatrixX force_;  // nv x rows
+  InputColumns columns_;
+  MatrixX known_;  // values of columns_ x rows
   int row_ = -1;   // the one in force at the last time asked for
 };
 

@@ -254,9 +254,12 @@ void inspect_pairs(const Model& model, Report& report) {
 
 void inspect_coordinates(const Model& model, Report& report) {
   const CoordinateNames names = coordinate_names(model);
-  report["coordinates"] = {{"q", names.q}, {"v", names.v}, {"force", names.force}};
-  fmt::print(report.text(), "\napplied forces (columns of --inputs):\n ");
+  const std::vector<std::string> targets = InputColumns{true, {}}.names(model);
+  report["coordinates"] = {
+      {"q", names.q}, {"v", names.v}, {"force", names.force}, {"target", targets}};
+  fmt::print(report.text(), "\napplied forces and servo targets (columns of --inputs):\n ");
   for (const std::string& name : names.force) fmt::print(report.text(), " {}", name);
+  for (const std::string& name : targets) fmt::print(report.text(), " {}", name);
   fmt::print(report.text(), "\n");
 }
 

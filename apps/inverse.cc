@@ -115,13 +115,15 @@ int inverse(Arguments& arguments) {
   Output output(arguments, model);
   Workspace workspace(model);
   Inverse result;
+  Input known;
   Extremes extremes;
   SimulationOptions options = scene.options;
   Progress progress("recovering forces", trajectory.num_steps());
   for (int k = 0; k < trajectory.num_steps(); ++k) {
     options.time_step = steps[k];
+    trajectory.columns.set(model, trajectory.known.col(k), known);
     step_inverse(model, options, trajectory.q.col(k), trajectory.v.col(k), trajectory.v.col(k + 1),
-                 workspace, result);
+                 known, workspace, result);
     add_extremes(model, trajectory, k, steps[k], result, extremes);
     output.write(trajectory.time[k], steps[k], result);
     progress.update(k + 1);

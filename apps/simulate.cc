@@ -11,6 +11,7 @@
 #include "counterpoint/engine/energy.h"
 #include "counterpoint/engine/kinematics.h"
 #include "counterpoint/engine/simulator.h"
+#include "counterpoint/engine/springs.h"
 #include "counterpoint/engine/trajectory.h"
 #include "inputs.h"
 #include "progress.h"
@@ -56,34 +57,33 @@ void apply_overrides(const Arguments& arguments, SimulationOptions& options) {
   }
 }
 
-/// Kinetic and potential energy [J].
+/// Kinetic and potential energy, that of springs included [J].
 double total_energy(const Model& model, const State& state) {
   Data data(model);
   compute_poses(model, state.q, data);
   compute_velocities(model, state.v, data);
-  return kinetic_energy(model, state.v, data) + potential_energy(model, data);
+  return kinetic_energy(model, state.v, data) + potential_energy(model, data) +
+         spring_energy(model, state.q);
 }
 
 /// Steps the simulator to the end, or to the first step that fails. Returns the message of the
 /// failure.
-std::string run(const Arguments& arguments, Simulator& simulator, TrajectoryWriter* writer,
-                Tally& tally) {
+std::string run(const Arguments& arguments, Simulator& simulator, InputSchedule* schedule,
+                TrajectoryWriter* writer, Tally& tally) {
   const double h = simulator.options().time_step;
   // A round-off in the time never decides whether a row of inputs holds.
   const double slack = 1e-6 * h;
   const long steps = std::lround(std::ceil(simulator.options().duration / h - 1e-6));
-  std::optional<ForceSchedule> schedule;
-  if (!arguments.inputs.empty()) schedule.emplace(arguments.inputs, simulator.model());
   RandomForces random(simulator.model(), arguments.random_scale, arguments.random_wrench_scale,
                       arguments.seed);
   Progress progress("simulating", static_cast<int>(steps));
   for (long k = 0; k < steps; ++k) {
     const double time = simulator.state().time;
-    VectorX& force = simulator.input().applied_force;
-    force.setZero();
-    if (schedule) schedule->add_to(time, slack, force);
-    random.add_to(time, slack, force);
-    if (writer) writer->write_step(simulator.state(), force, h);
+    Input& input = simulator.input();
+    input.applied_force.setZero();
+    if (schedule) schedule->apply(simulator.model(), time, slack, input);
+    random.add_to(time, slack, input.applied_force);
+    if (writer) writer->write_step(simulator.state(), input, h);
     const auto start = std::chrono::steady_clock::now();
     const StepReport step = simulator.step();
     tally.wall_seconds +=
@@ -123,13 +123,19 @@ int simulate(Arguments& arguments) {
     fmt::print(stderr, "note: {}: {}\n", note.where, note.message);
   }
   Simulator simulator(std::move(scene));
+  const Model& model = simulator.model();
+  std::optional<InputSchedule> schedule;
+  if (!arguments.inputs.empty()) schedule.emplace(arguments.inputs, model);
   std::unique_ptr<TrajectoryWriter> writer;
   if (!arguments.output.empty()) {
-    writer = std::make_unique<TrajectoryWriter>(arguments.output, simulator.model());
+    InputColumns columns = schedule ? schedule->columns() : InputColumns();
+    columns.targets = !model.servos().empty();
+    writer = std::make_unique<TrajectoryWriter>(arguments.output, model, columns);
   }
   const State start = simulator.state();
   Tally tally;
-  const std::string failure = run(arguments, simulator, writer.get(), tally);
+  const std::string failure =
+      run(arguments, simulator, schedule ? &*schedule : nullptr, writer.get(), tally);
 
   Report& report = arguments.report;
   report.begin("simulate", arguments.scene.file);
@@ -164,8 +170,10 @@ void add_simulate(CLI::App& app, Action& action) {
   arguments->scene.add_to(command);
   command.add_option("--duration", arguments->duration, "Simulated time [s]; default: the scene's");
   command.add_option("--timestep", arguments->time_step, "Time step [s]; default: the scene's");
-  command.add_option("--inputs", arguments->inputs,
-                     "CSV of applied forces: time and '<joint>.u' ...; a row holds until the next");
+  command.add_option(
+      "--inputs", arguments->inputs,
+      "CSV of what acts: time, '<joint>.u', '<joint>.target', '<link>.fx' ...; a row holds "
+      "until the next (docs/trajectory-format.md)");
   command.add_option(
       "--random-inputs", arguments->random_scale,
       "Random forces on actuated joints, new every 20 ms: uniform in +- this times the "

@@ -115,6 +115,8 @@ bool aba(const Model& model, const VectorRef& tau, const VectorRef& diagonal,
     data.pA[i] = data.has_coriolis ? cross(data.V[i], data.inertia[i] * data.V[i]) : Force();
     if (data.has_external) data.pA[i] -= data.external[i];
   }
+  for (const AddedInertia& more : data.added)
+    if (more.body >= bodies.begin && more.body < bodies.end) data.IA[more.body] += more.inertia;
   for (int i = bodies.end - 1; i >= bodies.begin; --i) {
     if (!reduce_joint(model, i, tau, diagonal, data)) {
       if (singular_body != nullptr) *singular_body = i;

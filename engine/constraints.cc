@@ -5,6 +5,7 @@
 
 #include "counterpoint/engine/closures.h"
 #include "counterpoint/engine/contact_law.h"
+#include "counterpoint/engine/velocity_limits.h"
 #include "counterpoint/model/rotation.h"
 
 namespace counterpoint {
@@ -138,6 +139,7 @@ ConstraintFinder::ConstraintFinder(const Model& model, InverseWeights weights)
       radius_(body_radii(model)),
       travel_(model.num_bodies(), 0.0),
       margin_(model.num_bodies(), 0.0),
+      speed_limits_(list_speed_limits(model)),
       acceleration_(model.closures().empty() ? 0 : model.num_bodies()) {
   for (int i = 1; i < model.num_bodies(); ++i) {
     const Body& body = model.body(i);
@@ -164,6 +166,8 @@ void ConstraintFinder::find(const Model& model, const SimulationOptions& options
   if (runs(Effect::kClosures))
     find_closures(model, options, data, weights_, idle_bodies, acceleration_, out);
   if (runs(Effect::kLimits)) find_limits(model, options, limited_, q, v, weights_, idle, out);
+  if (runs(Effect::kVelocityLimits))
+    find_velocity_limits(options, speed_limits_, v, weights_, idle_bodies, out);
   if (runs(Effect::kDryFriction)) find_dry_friction(model, options, dry_, weights_, idle, out);
   if (runs(Effect::kMimics)) find_mimics(model, options, q, weights_, idle, out);
 }

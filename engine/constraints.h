@@ -1,5 +1,5 @@
 // The constraints of one step as they follow from (q, w): contacts, closures, joint limits,
-// dry joint friction, mimic joints.
+// speed limits, dry joint friction, mimic joints.
 #pragma once
 
 #include <span>
@@ -54,6 +54,12 @@ struct DryCoordinate {
   int v_index = 0, body = 0;
 };
 
+/// A velocity coordinate with a speed limit [m/s, rad/s], and the body it moves.
+struct SpeedLimit {
+  int v_index = 0, body = 0;
+  double limit = 0.0;
+};
+
 /// Finds the constraints of a model. Scratch memory inside: one per thread.
 class ConstraintFinder {
  public:
@@ -88,6 +94,7 @@ class ConstraintFinder {
   std::vector<collision::Candidate> candidates_;
   std::vector<DryCoordinate> dry_;    ///< with dry friction
   std::vector<int> limited_;          ///< bodies whose joint has a limit
+  std::vector<SpeedLimit> speed_limits_;
   std::vector<Motion> acceleration_;  ///< scratch of closures
 };
 

@@ -57,6 +57,14 @@ contact::Law make_limit_law(const ContactOptions& options, double h, double alph
   return law;
 }
 
+contact::Law make_speed_limit_law(const ContactOptions& options, double alpha, double limit) {
+  contact::Law law;
+  law.regularizer = options.compliance * alpha;
+  law.smoothing = smoothing(options, alpha);
+  law.bias[0] = limit;
+  return law;
+}
+
 contact::Law make_dry_friction_law(const ContactOptions& options, double h, double alpha,
                                    double force) {
   contact::Law law;

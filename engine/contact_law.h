@@ -20,6 +20,9 @@ contact::Law make_contact_law(const ContactOptions& options, double h, const Mat
 /// smoothing length counts as an angle [rad] for revolute joints.
 contact::Law make_limit_law(const ContactOptions& options, double h, double alpha, double gap);
 
+/// Law of a speed limit [rad/s or m/s] of one coordinate, alpha as above. y = limit -+ w.
+contact::Law make_speed_limit_law(const ContactOptions& options, double alpha, double limit);
+
 /// Law of one coordinate of a joint with dry friction `force` [N or N m]: it takes impulses up to
 /// h force. alpha as for limits.
 contact::Law make_dry_friction_law(const ContactOptions& options, double h, double alpha,

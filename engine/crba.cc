@@ -8,6 +8,9 @@ namespace counterpoint {
 void crba_tree(const Model& model, const Tree& tree, Data& data, InertiaOut M) {
   for (int i = tree.body_begin; i < tree.body_end; ++i)
     data.composite[i] = ArticulatedInertia::rigid(data.inertia[i]);
+  for (const AddedInertia& more : data.added)
+    if (more.body >= tree.body_begin && more.body < tree.body_end)
+      data.composite[more.body] += more.inertia;
   M.setZero();
   for (int i = tree.body_end - 1; i >= tree.body_begin; --i) {
     const Body& body = model.body(i);

@@ -19,6 +19,12 @@ struct MultiDofFactor {
   Vector6 u;                          ///< tau - S' pA
 };
 
+/// Inertia that only the forward step has, about the body's origin, in W.
+struct AddedInertia {
+  int body = 0;
+  ArticulatedInertia inertia;
+};
+
 struct Data {
   explicit Data(const Model& model);
 
@@ -33,6 +39,9 @@ struct Data {
 
   // compute_inertias
   std::vector<SpatialInertia> inertia;
+
+  // aba, crba: beyond data.inertia, and not in forces quadratic in velocity; set by the caller
+  std::vector<AddedInertia> added;
 
   // rnea, aba: external wrenches, set by the caller
   std::vector<Force> external;

@@ -139,12 +139,41 @@ Call call_of(Effect effect, const Model& model, const collision::Collider& colli
       return {true, "the input of a step, where it has some", 0};
     case Effect::kSleeping:
       return {collider.num_enabled_pairs() > 0, "bodies that may come to rest on others", 0};
-    case Effect::kDrag:
-    case Effect::kSprings:
-    case Effect::kServos:
+    case Effect::kDrag: {
+      Found found;
+      for (const BodyDrag& drag : model.drags()) found.add(model.joint(drag.body - 1).link);
+      return call(found, "links");
+    }
+    case Effect::kSprings: {
+      Found found;
+      for (const JointSpring& spring : model.springs()) found.add(model.joint(spring.joint).name);
+      return call(found, "joints");
+    }
+    case Effect::kServos: {
+      Found found;
+      int rows = 0;
+      for (const JointServo& servo : model.servos()) {
+        found.add(model.joint(servo.joint).name);
+        rows += std::isfinite(model.joint(servo.joint).effort_limit);
+      }
+      return call(found, "joints", rows);
+    }
     case Effect::kEffortLimits:
-    case Effect::kVelocityLimits:
-      break;
+      return call(joints_that(model,
+                              [](const JointInfo& j) {
+                                return j.actuated && std::isfinite(j.effort_limit);
+                              }),
+                  "joints");
+    case Effect::kVelocityLimits: {
+      Found found;
+      int rows = 0;
+      for (int i = 0; i < model.num_joints(); ++i) {
+        if (!std::isfinite(model.joint(i).velocity_limit)) continue;
+        found.add(model.joint(i).name);
+        rows += joint_nv(model.body(i + 1).joint_type);
+      }
+      return call(found, "joints", rows);
+    }
   }
   return {false, "nothing", 0};
 }

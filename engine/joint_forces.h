@@ -1,4 +1,4 @@
-// Smooth forces of single joint coordinates: rotor inertia and viscous damping.
+// Smooth forces of single joint coordinates: rotor inertia, viscous damping, springs (springs.h).
 //
 //   armature I    I (w+ - w) / h
 //   damping D     D w+                 implicit: stable at any D
@@ -14,11 +14,12 @@ namespace counterpoint {
 
 /// What the joint forces add to M, into `diagonal` [kg, kg m^2], and to the force at the start of
 /// the step, onto `tau` [N, N m]; both nv. h [s].
-void add_joint_forces(const Model& model, EffectSet effects, double h, const VectorRef& w,
-                      VectorOut diagonal, VectorOut tau, EffectCounts& counts);
+void add_joint_forces(const Model& model, EffectSet effects, double h, const VectorRef& q,
+                      const VectorRef& w, VectorOut diagonal, VectorOut tau, EffectCounts& counts);
 
 /// The force that the joints took up between w and w_next, onto tau (nv) [N, N m].
-void add_joint_forces_inverse(const Model& model, EffectSet effects, double h, const VectorRef& w,
-                              const VectorRef& w_next, VectorOut tau, EffectCounts& counts);
+void add_joint_forces_inverse(const Model& model, EffectSet effects, double h, const VectorRef& q,
+                              const VectorRef& w, const VectorRef& w_next, VectorOut tau,
+                              EffectCounts& counts);
 
 }  // namespace counterpoint

@@ -25,7 +25,7 @@ StepReport Simulator::step() {
 }
 
 const Inverse& Simulator::inverse(VectorRef q, VectorRef v, VectorRef v_next) {
-  step_inverse(model(), options(), q, v, v_next, workspace_, inverse_);
+  step_inverse(model(), options(), q, v, v_next, input_, workspace_, inverse_);
   return inverse_;
 }
 

@@ -25,7 +25,11 @@ class Simulator {
   /// One step. If it fails (see the report) the state is left as it was.
   StepReport step();
 
-  /// The forces between (q, v) and v_next; valid until the next call.
+  /// How often the code of each effect has run.
+  const EffectCounts& effect_counts() const { return workspace_.effect_counts(); }
+
+  /// The forces between (q, v) and v_next, beside the wrenches and servo targets of input(); valid
+  /// until the next call.
   const Inverse& inverse(VectorRef q, VectorRef v, VectorRef v_next);
 
  private:

@@ -107,6 +107,10 @@ void Sleepers::begin(const Model& model, const SimulationOptions& options,
     std::fill(island_awake_.begin(), island_awake_.end(), 0);
     for (int t = 0; t < model.num_trees(); ++t)
       if (!stays(t)) island_awake_[root(t)] = 1;
+    const bool same_targets = same(input.servo_position, last_input_.servo_position) &&
+                              same(input.servo_velocity, last_input_.servo_velocity);
+    for (const JointServo& servo : model.servos())
+      if (!same_targets) island_awake_[root(model.body(servo.joint + 1).tree)] = 1;
     for (const ExternalWrench& w : input.wrenches)
       if (w.body != 0) island_awake_[root(model.body(w.body).tree)] = 1;
     for (int t = 0; t < model.num_trees(); ++t) asleep_[t] = island_awake_[root(t)] == 0;
@@ -189,6 +193,8 @@ void Sleepers::end(const Model& model, const State& state, const Input& input,
   last_.q.resize(model.nq());
   last_.v.resize(model.nv());
   last_input_.applied_force = input.applied_force;
+  last_input_.servo_position = input.servo_position;
+  last_input_.servo_velocity = input.servo_velocity;
   for (int t = 0; t < model.num_trees(); ++t) {
     if (asleep_[t]) continue;
     const Tree& tree = model.trees()[t];
@@ -200,6 +206,9 @@ void Sleepers::end(const Model& model, const State& state, const Input& input,
     last_.v.segment(tree.v_begin, tree.v_end - tree.v_begin) =
         state.v.segment(tree.v_begin, tree.v_end - tree.v_begin);
   }
+  // The next step may be without the wrench, which is not compared.
+  for (const ExternalWrench& w : input.wrenches)
+    if (w.body != 0) resting_[model.body(w.body).tree] = 0;
   for (const collision::Candidate& contact : constraints.contacts) {
     for (const int g : {contact.geometry_a, contact.geometry_b}) {
       const int tree = model.body(model.geometries()[g].body).tree;

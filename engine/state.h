@@ -14,16 +14,19 @@ struct State {
   VectorX v;          ///< nv [m/s, rad/s]
 };
 
-/// A force and torque on a body, constant over the step, about the body's origin, in world axes.
+/// A force and torque on a body, constant over the step, in world axes.
 struct ExternalWrench {
   int body = 0;
-  Force wrench;  ///< [N m, N]
+  Force wrench;                     ///< [N m, N]
+  Vector3 point = Vector3::Zero();  ///< where the force acts and the torque is about, in the body frame [m]
 };
 
 /// What is applied from outside during one step.
 struct Input {
   VectorX applied_force;                 ///< nv, or empty: none [N, N m]; conjugate to v
   std::vector<ExternalWrench> wrenches;  ///< optional
+  VectorX servo_position;  ///< targets, by Model::servos [rad or m]; or empty: the model's
+  VectorX servo_velocity;  ///< targets [rad/s or m/s]; or empty: the model's
 };
 
 }  // namespace counterpoint

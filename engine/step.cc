@@ -3,11 +3,15 @@
 #include "counterpoint/contact/law.h"
 #include "counterpoint/engine/aba.h"
 #include "counterpoint/engine/assemble.h"
+#include "counterpoint/engine/drag.h"
+#include "counterpoint/engine/effort_limits.h"
 #include "counterpoint/engine/integrator.h"
 #include "counterpoint/engine/joint_forces.h"
 #include "counterpoint/engine/kinematics.h"
 #include "counterpoint/engine/rnea.h"
+#include "counterpoint/engine/servos.h"
 #include "counterpoint/engine/sleep.h"
+#include "counterpoint/engine/springs.h"
 
 namespace counterpoint {
 
@@ -18,6 +22,7 @@ struct Workspace::Impl {
         sleepers(model),
         velocity(model.num_bodies()),
         body_impulse(model.num_bodies()),
+        velocity_acceleration(model.drags().empty() ? 0 : model.num_bodies()),
         tau(VectorX::Zero(model.nv())),
         diagonal(VectorX::Zero(model.nv())),
         acceleration(VectorX::Zero(model.nv())),
@@ -40,6 +45,7 @@ struct Workspace::Impl {
   std::vector<Motion> velocity;  ///< V at v_next
   std::vector<Force> body_impulse;
 
+  std::vector<Motion> velocity_acceleration;  ///< scratch of drag
   VectorX tau, diagonal, acceleration;
   EffectSet called;  ///< what the model calls for
   EffectCounts counts;
@@ -54,14 +60,32 @@ const EffectCounts& Workspace::effect_counts() const { return impl_->counts; }
 
 namespace {
 
+void clear_external(Data& data) {
+  data.has_external = true;
+  for (Force& f : data.external) f = Force();
+}
+
 void set_external(const std::vector<ExternalWrench>& wrenches, EffectSet effects,
                   Workspace::Impl& ws) {
   Data& data = ws.data;
   data.has_external = effects.has(Effect::kExternalWrenches) && !wrenches.empty();
   if (!data.has_external) return;
   ws.counts.add(Effect::kExternalWrenches);
-  for (Force& f : data.external) f = Force();
-  for (const ExternalWrench& w : wrenches) data.external[w.body] += w.wrench;
+  clear_external(data);
+  for (const ExternalWrench& w : wrenches) {
+    const Vector3 arm = data.X_WB[w.body].rotation * w.point;
+    data.external[w.body] += Force{w.wrench.torque + arm.cross(w.wrench.force), w.wrench.force};
+  }
+}
+
+/// h C of all drag (drag.h), with data.external ready for its forces. False if there is none.
+bool set_drag(const Model& model, EffectSet effects, double h, Workspace::Impl& ws) {
+  ws.data.added.clear();
+  if (!effects.has(Effect::kDrag)) return false;
+  ws.counts.add(Effect::kDrag);
+  compute_drag(model, h, ws.data);
+  if (!ws.data.has_external) clear_external(ws.data);
+  return true;
 }
 
 /// Velocity-dependent forces and gravity as far as they are on. Before any dynamics, after
@@ -113,18 +137,38 @@ void find_constraints(const Model& model, const SimulationOptions& options, Effe
   }
 }
 
-/// w* = w + h inv(M + hD) (n + u - D w): the velocity if there were no constraint.
-bool compute_free_velocity(const Model& model, EffectSet effects, double h, const State& state,
-                           const Input& input, Workspace::Impl& ws, VectorX& w_free) {
+/// Applied forces, as far as motors can give them, and servos: into tau and diagonal; servos that
+/// can be at their limit become rows.
+void set_motor_forces(const Model& model, EffectSet effects, double h, const State& state,
+                      const Input& input, Workspace::Impl& ws) {
   ws.tau.setZero();
   ws.diagonal.setZero();
   if (effects.has(Effect::kAppliedForces) && input.applied_force.size() > 0) {
     ws.counts.add(Effect::kAppliedForces);
     ws.tau = input.applied_force;
   }
-  add_joint_forces(model, effects, h, state.v, ws.diagonal, ws.tau, ws.counts);
+  if (effects.has(Effect::kServos)) {
+    ws.counts.add(Effect::kServos);
+    add_servo_rows(model, effects, h, state.q, input, ws.sleepers.idle_bodies(), ws.tau,
+                   ws.constraints.joints);
+  }
+  if (effects.has(Effect::kEffortLimits)) {
+    ws.counts.add(Effect::kEffortLimits);
+    limit_applied_forces(model, effects, ws.tau);
+  }
+  if (effects.has(Effect::kServos))
+    add_servos(model, effects, h, state.q, state.v, input, ws.diagonal, ws.tau);
+}
+
+/// w* = w + h inv(M + diagonal) (n + u - ...): the velocity if there were no constraint.
+bool compute_free_velocity(const Model& model, EffectSet effects, double h, const State& state,
+                           const Input& input, Workspace::Impl& ws, VectorX& w_free) {
+  set_motor_forces(model, effects, h, state, input, ws);
+  add_joint_forces(model, effects, h, state.q, state.v, ws.diagonal, ws.tau, ws.counts);
   set_external(input.wrenches, effects, ws);
   const Vector3 gravity = set_body_forces(model, effects, ws);
+  if (set_drag(model, effects, h, ws))
+    add_drag(model, h, gravity, ws.velocity_acceleration, ws.data);
   w_free = state.v;
   for (const BodyRange& bodies : ws.sleepers.awake()) {
     if (!aba(model, ws.tau, ws.diagonal, gravity, bodies, ws.data, ws.acceleration)) return false;
@@ -248,10 +292,22 @@ void recover_impulses(const Model& model, const VectorRef& v_next, double h, Wor
   }
 }
 
+/// What is left of the applied force when the servos' share is taken out.
+void subtract_servos(const Model& model, EffectSet effects, double h, const VectorRef& q,
+                     const VectorRef& v_next, const Input& known, Workspace::Impl& ws,
+                     Inverse& out) {
+  out.servo_force.setZero(static_cast<Eigen::Index>(model.servos().size()));
+  if (!effects.has(Effect::kServos)) return;
+  ws.counts.add(Effect::kServos);
+  compute_servo_forces(model, h, q, v_next, known, out.servo_force);
+  for (size_t i = 0; i < model.servos().size(); ++i)
+    out.applied_force[model.body(model.servos()[i].joint + 1).v_index] -= out.servo_force[i];
+}
+
 }  // namespace
 
 void step_inverse(const Model& model, const SimulationOptions& options, VectorRef q, VectorRef v,
-                  VectorRef v_next, Workspace& workspace, Inverse& out) {
+                  VectorRef v_next, const Input& known, Workspace& workspace, Inverse& out) {
   Workspace::Impl& ws = workspace.impl();
   const double h = options.time_step;
   const EffectSet effects = active_effects(ws.called, options.effects);
@@ -263,11 +319,13 @@ void step_inverse(const Model& model, const SimulationOptions& options, VectorRe
   out.contact_force = ws.tau / h;
 
   ws.acceleration = (v_next - v) / h;
-  ws.data.has_external = false;
+  set_external(known.wrenches, effects, ws);
   const Vector3 gravity = set_body_forces(model, effects, ws);
+  if (set_drag(model, effects, h, ws)) add_drag_inverse(h, ws.velocity, ws.data);
   rnea(model, ws.acceleration, gravity, ws.data, ws.tau);
-  add_joint_forces_inverse(model, effects, h, v, v_next, ws.tau, ws.counts);
+  add_joint_forces_inverse(model, effects, h, q, v, v_next, ws.tau, ws.counts);
   out.applied_force = ws.tau - out.contact_force;
+  subtract_servos(model, effects, h, q, v_next, known, ws, out);
   out.force_scale = 0.0;
   for (const VectorX* force : {&ws.tau, &out.contact_force, &out.applied_force})
     out.force_scale = std::max(out.force_scale, force->size() ? force->cwiseAbs().maxCoeff() : 0.0);

@@ -74,11 +74,21 @@ struct Inverse {
       0.0;  ///< largest of |inertial + bias|, |applied|, |contact| over the coordinates [N or N m]
   std::vector<ContactForce> contacts;
   std::vector<ClosureForce> closures;  ///< of Model::closures
+  /// By Model::servos: what the servo asked for at v_next [N, N m]. With the applied force it makes
+  /// what the motor gave, which is no more than its effort limit.
+  VectorX servo_force;
 };
 
 /// Recovers the applied force from (q, v) at the start and v_next at the end of a step. Needs no
-/// optimization, no mass matrix: O(bodies + contacts). All sizes as in State.
+/// optimization, no mass matrix: O(bodies + contacts). All sizes as in State. `known`: what is known
+/// of the input, wrenches and servo targets (its applied force is not used); without it there are
+/// no wrenches, and the targets are the model's. Where a motor was at its effort limit the force
+/// recovered is the one on the limit (servos.h, effort_limits.h).
 void step_inverse(const Model& model, const SimulationOptions& options, VectorRef q, VectorRef v,
-                  VectorRef v_next, Workspace& workspace, Inverse& out);
+                  VectorRef v_next, const Input& known, Workspace& workspace, Inverse& out);
+inline void step_inverse(const Model& model, const SimulationOptions& options, VectorRef q,
+                         VectorRef v, VectorRef v_next, Workspace& workspace, Inverse& out) {
+  step_inverse(model, options, q, v, v_next, Input(), workspace, out);
+}
 
 }  // namespace counterpoint

@@ -63,13 +63,14 @@ std::vector<int> find_columns(const CsvTable& table, const std::vector<std::stri
   return indices;
 }
 
-void refuse_unknown_columns(const CsvTable& table, const CoordinateNames& names) {
+void refuse_unknown_columns(const CsvTable& table, const Model& model,
+                            const CoordinateNames& names) {
   const auto holds = [](const std::vector<std::string>& list, const std::string& name) {
     return std::find(list.begin(), list.end(), name) != list.end();
   };
   for (const std::string& column : table.columns()) {
     if (column != "time" && column != "time_step" && !holds(names.q, column) &&
-        !holds(names.v, column) && !holds(names.force, column)) {
+        !holds(names.v, column) && !holds(names.force, column) && !is_input_column(model, column)) {
       throw InputError(
           fmt::format("{}:1: column '{}' is no coordinate of this scene; remove it, or "
                       "give the scene the trajectory was made with",
@@ -120,10 +121,11 @@ CoordinateNames coordinate_names(const Model& model) {
 
 namespace {
 
-std::vector<std::string> trajectory_columns(const Model& model) {
+std::vector<std::string> trajectory_columns(const Model& model, const InputColumns& inputs) {
   const CoordinateNames names = coordinate_names(model);
+  const std::vector<std::string> input_names = inputs.names(model);
   std::vector<std::string> columns{"time", "time_step"};
-  for (const auto* list : {&names.q, &names.v, &names.force}) {
+  for (const auto* list : {&names.q, &names.v, &names.force, &input_names}) {
     columns.insert(columns.end(), list->begin(), list->end());
   }
   return columns;
@@ -131,8 +133,12 @@ std::vector<std::string> trajectory_columns(const Model& model) {
 
 }  // namespace
 
-TrajectoryWriter::TrajectoryWriter(const std::filesystem::path& file, const Model& model)
-    : csv_(file, trajectory_columns(model)), num_forces_(model.nv()) {}
+TrajectoryWriter::TrajectoryWriter(const std::filesystem::path& file, const Model& model,
+                                   const InputColumns& columns)
+    : csv_(file, trajectory_columns(model, columns)),
+      model_(model),
+      columns_(columns),
+      num_inputs_(model.nv() + static_cast<int>(columns.names(model).size())) {}
 
 void TrajectoryWriter::write_state(const State& state, std::optional<double> time_step) {
   csv_.number(state.time);
@@ -141,16 +147,18 @@ void TrajectoryWriter::write_state(const State& state, std::optional<double> tim
   for (const double x : state.v) csv_.number(x);
 }
 
-void TrajectoryWriter::write_step(const State& state, const VectorX& applied_force,
-                                  double time_step) {
+void TrajectoryWriter::write_step(const State& state, const Input& input, double time_step) {
   write_state(state, time_step);
-  for (const double x : applied_force) csv_.number(x);
+  for (const double x : input.applied_force) csv_.number(x);
+  if (input.applied_force.size() == 0)
+    for (int i = 0; i < model_.nv(); ++i) csv_.number(0.0);
+  for (const double x : columns_.values(model_, input)) csv_.number(x);
   csv_.end_row();
 }
 
 void TrajectoryWriter::write_end(const State& state) {
   write_state(state, std::nullopt);
-  for (int i = 0; i < num_forces_; ++i) csv_.empty();
+  for (int i = 0; i < num_inputs_; ++i) csv_.empty();
   csv_.end_row();
   csv_.flush();
 }
@@ -158,7 +166,7 @@ void TrajectoryWriter::write_end(const State& state) {
 Trajectory read_trajectory(const std::filesystem::path& file, const Model& model) {
   const CsvTable table(file);
   const CoordinateNames names = coordinate_names(model);
-  refuse_unknown_columns(table, names);
+  refuse_unknown_columns(table, model, names);
   const int rows = table.num_rows();
   if (rows == 0) throw InputError(fmt::format("{}: no rows below the header", table.file()));
 
@@ -184,6 +192,8 @@ Trajectory read_trajectory(const std::filesystem::path& file, const Model& model
   if (has_forces) {
     trajectory.applied_force = read_block(table, find_columns(table, names.force), rows - 1);
   }
+  trajectory.columns = find_input_columns(table, model);
+  trajectory.known = read_input_columns(trajectory.columns, table, model, rows - 1);
   check_quaternions(table, model, trajectory.q);
   return trajectory;
 }

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "counterpoint/engine/csv.h"
+#include "counterpoint/engine/input_columns.h"
 #include "counterpoint/engine/state.h"
 
 namespace counterpoint {
@@ -23,11 +24,12 @@ CoordinateNames coordinate_names(const Model& model);
 /// Writes a trajectory to a file as it is computed.
 class TrajectoryWriter {
  public:
-  /// @throws InputError when the file cannot be created.
-  TrajectoryWriter(const std::filesystem::path& file, const Model& model);
+  /// `columns`: beside applied forces. @throws InputError when the file cannot be created.
+  TrajectoryWriter(const std::filesystem::path& file, const Model& model,
+                   const InputColumns& columns = {});
 
-  /// A state, the force applied during the step that starts from it [N, N m], and its length [s].
-  void write_step(const State& state, const VectorX& applied_force, double time_step);
+  /// A state, what is applied during the step that starts from it, and its length [s].
+  void write_step(const State& state, const Input& input, double time_step);
   /// The last state: no step starts from it, its force and time_step cells are empty. Flushes.
   void write_end(const State& state);
 
@@ -35,7 +37,9 @@ class TrajectoryWriter {
   void write_state(const State& state, std::optional<double> time_step);
 
   CsvWriter csv_;
-  int num_forces_;
+  const Model& model_;
+  InputColumns columns_;
+  int num_inputs_;
 };
 
 /// Column k of q, v is row k of the file; column k of applied_force acts from row k to row k + 1.
@@ -47,13 +51,15 @@ struct Trajectory {
   MatrixX q;              ///< nq x rows
   MatrixX v;              ///< nv x rows
   MatrixX applied_force;  ///< nv x (rows - 1) [N, N m]; 0 x 0 if the file has no such columns
+  InputColumns columns;   ///< of servo targets and wrenches
+  MatrixX known;          ///< their values x (rows - 1)
 
   int num_rows() const { return static_cast<int>(time.size()); }
   int num_steps() const { return num_rows() - 1; }
 };
 
 /// Reads a trajectory of this model, bit for bit as written. Columns may come in any order; forces
-/// and time_step may be missing. @throws InputError naming file, line and column when a coordinate
+/// of all kinds and time_step may be missing. @throws InputError naming file, line and column when a coordinate
 /// is missing, a column unknown, a quaternion not of unit length (1e-6), time not rising.
 Trajectory read_trajectory(const std::filesystem::path& file, const Model& model);
 

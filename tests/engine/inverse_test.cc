@@ -10,15 +10,15 @@
 namespace counterpoint {
 namespace {
 
-/// The contact solver's relative residual (1e-10), divided by nothing: the force scale is the step's
-/// own largest force.
+/// The contact solver's relative residual (1e-10), divided by nothing: the force scale is the
+/// step's own largest force.
 constexpr double kRecovered = 1e-8;
 /// Without constraints only round-off is left: v / h against a.
 constexpr double kRoundoff = 1e-10;
 
 struct Recovery {
-  double error = 0.0;   ///< largest difference over all steps and coordinates
-  double scale = 0.0;   ///< largest force
+  double error = 0.0;  ///< largest difference over all steps and coordinates
+  double scale = 0.0;  ///< largest force
   int contacts = 0, rows = 0;
   double relative() const { return error / scale; }
 };
@@ -53,8 +53,11 @@ TEST_P(TimeStep, RandomTreesWithoutContact) {
     test::RandomModelOptions options;
     options.damping = options.armature = seed % 2 == 0;
     Model model = test::make_random_model(seed, options);
-    Scene scene{"random", model, test::random_configuration(model, random.bits()),
-                test::random_vector(model.nv(), random.bits()), {}};
+    Scene scene{"random",
+                model,
+                test::random_configuration(model, random.bits()),
+                test::random_vector(model.nv(), random.bits()),
+                {}};
     scene.options.time_step = GetParam();
     Simulator sim(std::move(scene));
     // 0.1 s: explicit Coriolis forces at 10 ms may whip light links up without bound later on.
@@ -94,7 +97,98 @@ TEST_P(TimeStep, PendulumOnItsLimit) {
   EXPECT_LT(r.relative(), kRecovered);
 }
 
+TEST_P(TimeStep, RandomTreesWithSpringsServosAndDrag) {
+  for (int seed = 0; seed < 20; ++seed) {
+    test::Random random(seed);
+    test::RandomModelOptions options;
+    options.springs = options.servos = options.drag = true;
+    options.base = seed % 2 == 0 ? Base::kFloating : Base::kSpherical;
+    options.limits = seed % 3 == 0;  // with rows, M is made by another algorithm
+    Model model = test::make_random_model(seed, options);
+    Scene scene{"random",
+                model,
+                test::random_configuration(model, random.bits()),
+                test::random_vector(model.nv(), random.bits()),
+                {}};
+    scene.options.time_step = GetParam();
+    Simulator sim(std::move(scene));
+    sim.input().wrenches.push_back(
+        {1, {random.vector(3.0), random.vector(5.0)}, random.vector(0.3)});
+    const auto servos = static_cast<int>(model.servos().size());
+    sim.input().servo_position = test::random_vector(servos, random.bits());
+    sim.input().servo_velocity = test::random_vector(servos, random.bits());
+    const int steps = static_cast<int>(0.1 / GetParam());
+    const Recovery r = drive(sim, steps, VectorX::Ones(model.nv()), random);
+    EXPECT_GT(servos, 0);
+    // As without them; of stops the row's (1e-16 |v| / (eps g h), contact/README.md).
+    const double row = r.rows > 0 ? 1e-11 / GetParam() : 0.0;
+    EXPECT_LT(r.relative(), kRoundoff + 1e-13 / GetParam() + row) << "seed " << seed;
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(Steps, TimeStep, ::testing::Values(1e-4, 1e-3, 1e-2));
+
+TEST(Motors, AtTheirLimitTheForceRecoveredIsTheOneThatActs) {
+  int limited = 0, free = 0;
+  for (int seed = 0; seed < 20; ++seed) {
+    test::Random random(seed);
+    test::RandomModelOptions options;
+    options.servos = options.effort_limits = true;
+    Model model = test::make_random_model(seed, options);
+    Scene scene{"random",
+                model,
+                test::random_configuration(model, random.bits()),
+                test::random_vector(model.nv(), random.bits()),
+                {}};
+    Simulator sim(std::move(scene));
+    for (int i = 0; i < 20; ++i) {
+      const VectorX applied = test::random_vector(model.nv(), random.bits(), 20.0);
+      sim.input().applied_force = applied;
+      const State before = sim.state();
+      ASSERT_TRUE(sim.step().succeeded()) << seed << " step " << i;
+      const State after = sim.state();
+      const Inverse inverse = sim.inverse(before.q, before.v, after.v);
+      const double tolerance = 1e-9 * inverse.force_scale;
+      for (int j = 0; j < model.num_joints(); ++j) {
+        const Body& body = model.body(j + 1);
+        const double limit = model.joint(j).effort_limit;
+        const int servo = model.find_servo(j);
+        for (int k = body.v_index; k < body.v_index + joint_nv(body.joint_type); ++k) {
+          const double u = inverse.applied_force[k];
+          const double total = u + (servo >= 0 ? inverse.servo_force[servo] : 0.0);
+          const double bound = model.joint(j).actuated ? limit : 1e9;
+          ASSERT_LE(std::abs(total), bound + tolerance) << seed << " joint " << j;
+          if (std::abs(total) < bound - tolerance) {
+            ASSERT_NEAR(u, applied[k], tolerance) << seed << " joint " << j;
+            ++free;
+          } else {
+            ++limited;
+          }
+        }
+      }
+      // What is recovered gives the same motion.
+      sim.input().applied_force = inverse.applied_force;
+      sim.set_state(before);
+      ASSERT_TRUE(sim.step().succeeded());
+      ASSERT_LT((sim.state().v - after.v).norm(), 1e-9 * (1.0 + after.v.norm())) << seed;
+    }
+  }
+  EXPECT_GT(limited, 100);
+  EXPECT_GT(free, 100);
+}
+
+TEST(RandomTrees, HaveEveryJointTypeInTheirMiddle) {
+  // Else the tests above would not show that planar, spherical and floating joints work there.
+  int count[5] = {};
+  for (int seed = 0; seed < 20; ++seed) {
+    const Model model = test::make_random_model(seed);
+    for (int i = 1; i < model.num_bodies(); ++i) {
+      const Body& body = model.body(i);
+      if (body.parent != 0 && body.subtree_end > i + 1) ++count[static_cast<int>(body.joint_type)];
+    }
+  }
+  for (const int n : count) EXPECT_GT(n, 3);
+}
 
 }  // namespace
 }  // namespace counterpoint

@@ -140,7 +140,7 @@ TEST_F(TrajectoryFile, ReadsBackTheSameBits) {
                         test::random_vector(model.nv(), 100 + k, std::pow(10.0, k - 10))});
       forces.push_back(test::random_vector(model.nv(), 200 + k, 1e-300 * (k + 1)));
       time += step;
-      if (k < kSteps) writer.write_step(states[k], forces[k], step);
+      if (k < kSteps) writer.write_step(states[k], {forces[k], {}, {}, {}}, step);
     }
     writer.write_end(states[kSteps]);
   }
@@ -164,7 +164,7 @@ TEST_F(TrajectoryFile, ReadsBackTheSameBits) {
 TEST_F(TrajectoryFile, KeepsWhatWasWrittenBeforeAnEndWithoutLastRow) {
   const Model model = every_joint_type();
   const State state{0.0, test::random_configuration(model, 1), VectorX::Zero(model.nv())};
-  { TrajectoryWriter(file_, model).write_step(state, VectorX::Zero(model.nv()), 0.01); }
+  { TrajectoryWriter(file_, model).write_step(state, Input(), 0.01); }
   EXPECT_EQ(read_trajectory(file_, model).num_rows(), 1);
 }
 

@@ -83,6 +83,10 @@ RobotSpec make_random_robot(std::uint64_t seed, const RandomModelOptions& option
     LinkSpec link;
     link.name = "link" + std::to_string(i);
     link.inertia = random_inertia(random);
+    if (options.drag) {
+      link.drag = {random.uniform(0.0, 2.0), random.uniform(0.0, 2.0), random.uniform(0.0, 0.1),
+                   random.uniform(0.0, 0.1)};
+    }
     robot.links.push_back(link);
     if (i == 0) continue;
     JointSpec joint;
@@ -102,6 +106,18 @@ RobotSpec make_random_robot(std::uint64_t seed, const RandomModelOptions& option
       joint.upper = random.uniform(0.5, 2.0);
     }
     if (options.dry_friction) joint.dry_friction = random.uniform(0.0, 1.0);
+    const bool one_axis = !joint.fixed && joint_nv(joint.type) == 1;
+    if (options.springs && one_axis) {
+      joint.stiffness = random.uniform(0.0, 50.0);
+      joint.reference = random.uniform(-1.0, 1.0);
+    }
+    if (options.servos && one_axis) {
+      joint.servo.stiffness = random.uniform(0.0, 200.0);
+      joint.servo.damping = random.uniform(0.0, 20.0);
+      joint.servo.position = random.uniform(-1.0, 1.0);
+      joint.servo.velocity = random.uniform(-1.0, 1.0);
+    }
+    if (options.effort_limits) joint.effort_limit = random.uniform(0.5, 50.0);
     robot.joints.push_back(joint);
   }
   return robot;

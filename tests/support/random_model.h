@@ -32,6 +32,10 @@ struct RandomModelOptions {
   bool armature = false;
   bool limits = false;
   bool dry_friction = false;
+  bool springs = false;  ///< of joints of one coordinate
+  bool servos = false;   ///< of the same
+  bool effort_limits = false;
+  bool drag = false;
 };
 
 /// Every joint type, branches, turned axes, offset and tilted inertias of real boxes.

@@ -51,6 +51,7 @@ Scene pendulum(const Pendulum& parameters) {
   LinkSpec base, bob;
   base.name = "base";
   bob.name = "bob";
+  bob.drag = parameters.drag;
   bob.inertia = {parameters.mass, Vector3(0, 0, -parameters.length), Matrix3::Zero()};
   robot.links = {base, bob};
   JointSpec joint;
@@ -82,6 +83,12 @@ Scene slider(const Slider& parameters) {
   joint.child = "block";
   joint.axis = Vector3::UnitX();
   joint.dry_friction = parameters.dry_friction;
+  joint.damping = parameters.damping;
+  joint.stiffness = parameters.stiffness;
+  joint.reference = parameters.reference;
+  joint.servo = parameters.servo;
+  joint.effort_limit = parameters.effort_limit;
+  joint.velocity_limit = parameters.velocity_limit;
   robot.joints.push_back(joint);
   return on_fixed_base(robot);
 }
@@ -102,6 +109,21 @@ Scene ball_on_plane(const BallOnPlane& ball) {
   builder.add_robot(robot, Base::kFloating, X_WL);
   builder.add_environment("ground", {ShapeType::kPlane, {}, nullptr}, Pose(), ball.material);
   return start_at_rest("ball on plane", builder.build());
+}
+
+Scene free_ball(const FreeBall& ball) {
+  constexpr double kRadius = 0.1;
+  RobotSpec robot;
+  robot.name = "ball";
+  LinkSpec link;
+  link.name = "ball";
+  link.inertia = {ball.mass, Vector3::Zero(),
+                  0.4 * ball.mass * kRadius * kRadius * Matrix3::Identity()};
+  link.drag = ball.drag;
+  robot.links.push_back(link);
+  ModelBuilder builder(ball.gravity);
+  builder.add_robot(robot, Base::kFloating, Pose());
+  return start_at_rest("free ball", builder.build());
 }
 
 }  // namespace counterpoint::test

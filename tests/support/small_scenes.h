@@ -22,6 +22,7 @@ Scene box_on_plane(const BoxOnPlane& box);
 struct Pendulum {
   double mass = 1.0, length = 1.0, damping = 0.0, armature = 0.0, dry_friction = 0.0;
   double lower = -1e9, upper = 1e9;
+  Drag drag;
 };
 Scene pendulum(const Pendulum& parameters);
 
@@ -29,6 +30,10 @@ Scene pendulum(const Pendulum& parameters);
 /// across. Its link is named "block".
 struct Slider {
   double mass = 1.0, dry_friction = 0.0;
+  double stiffness = 0.0, reference = 0.0, damping = 0.0;
+  ServoSpec servo;
+  double effort_limit = std::numeric_limits<double>::infinity();
+  double velocity_limit = std::numeric_limits<double>::infinity();
 };
 Scene slider(const Slider& parameters);
 
@@ -39,5 +44,13 @@ struct BallOnPlane {
   Material material;
 };
 Scene ball_on_plane(const BallOnPlane& parameters);
+
+/// A free ball of uniform density, of 0.1 m, in still air.
+struct FreeBall {
+  double mass = 1.0;
+  Vector3 gravity = Vector3::Zero();
+  Drag drag;
+};
+Scene free_ball(const FreeBall& parameters);
 
 }  // namespace counterpoint::test
