@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "command.h"
+#include "counterpoint/engine/effort_limits.h"
 #include "counterpoint/engine/energy.h"
 #include "counterpoint/engine/kinematics.h"
 #include "counterpoint/engine/simulator.h"
@@ -83,6 +84,9 @@ std::string run(const Arguments& arguments, Simulator& simulator, InputSchedule*
     input.applied_force.setZero();
     if (schedule) schedule->apply(simulator.model(), time, slack, input);
     random.add_to(time, slack, input.applied_force);
+    // So that the trajectory says what acted.
+    if (const EffectSet on = simulator.options().effects; on.has(Effect::kEffortLimits))
+      limit_applied_forces(simulator.model(), on, input.applied_force);
     if (writer) writer->write_step(simulator.state(), input, h);
     const auto start = std::chrono::steady_clock::now();
     const StepReport step = simulator.step();

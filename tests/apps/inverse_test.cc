@@ -118,6 +118,27 @@ TEST(InverseFiles, ContactsCarryTheWeightOfACubeAtRest) {
   EXPECT_NEAR(weight, 9.80665, 1e-6);
 }
 
+TEST(InverseFiles, ServoTargetsAndWrenchesAreKnownFromTheTrajectory) {
+  const CommandFolder folder("inverse_known");
+  // Only some of the columns: the other servos keep the scene's targets. elbow_link is pushed.
+  folder.write("in.csv",
+               "time,elbow.u,elbow.target,wrist_pitch.target_velocity,elbow_link.fx,elbow_link.tz\n"
+               "0,1,0.9,0,0,0\n0.02,2,1.0,0.1,15,-2\n0.05,-1,0.8,0,0,3\n");
+  const std::string scene = "data/scenes/arm7_servo.yaml";
+  const CommandResult forward =
+      folder.run("simulate " + scene + " --duration 0.1 --inputs {}/in.csv --output {}/t.csv");
+  ASSERT_EQ(forward.exit_code, 0) << forward.errors;
+  ASSERT_EQ(
+      folder.run("inverse " + scene + " {}/t.csv --output {}/u.csv --json {}/i.json").exit_code, 0);
+  const nlohmann::json report = folder.json("i.json");
+  EXPECT_EQ(report["applied_force_max"], 2.0);
+  EXPECT_LT(report["applied_force_relative_error_max"], kRelativeError);
+  folder.write("bad.csv", "time,elbow.targt\n0,1\n");
+  const CommandResult unknown = folder.run("simulate " + scene + " --inputs {}/bad.csv");
+  EXPECT_EQ(unknown.exit_code, 2);
+  EXPECT_NE(unknown.errors.find("elbow.targt"), std::string::npos) << unknown.errors;
+}
+
 TEST(InverseFiles, RefusesATrajectoryOfAnotherScene) {
   const CommandFolder folder("inverse_other");
   ASSERT_EQ(

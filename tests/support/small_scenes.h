@@ -22,7 +22,7 @@ Scene box_on_plane(const BoxOnPlane& box);
 struct Pendulum {
   double mass = 1.0, length = 1.0, damping = 0.0, armature = 0.0, dry_friction = 0.0;
   double lower = -1e9, upper = 1e9;
-  Drag drag;
+  Drag drag = {};
 };
 Scene pendulum(const Pendulum& parameters);
 
@@ -31,7 +31,7 @@ Scene pendulum(const Pendulum& parameters);
 struct Slider {
   double mass = 1.0, dry_friction = 0.0;
   double stiffness = 0.0, reference = 0.0, damping = 0.0;
-  ServoSpec servo;
+  ServoSpec servo = {};
   double effort_limit = std::numeric_limits<double>::infinity();
   double velocity_limit = std::numeric_limits<double>::infinity();
 };
@@ -49,7 +49,7 @@ Scene ball_on_plane(const BallOnPlane& parameters);
 struct FreeBall {
   double mass = 1.0;
   Vector3 gravity = Vector3::Zero();
-  Drag drag;
+  Drag drag = {};
 };
 Scene free_ball(const FreeBall& parameters);
 
