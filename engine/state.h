@@ -18,15 +18,16 @@ struct State {
 struct ExternalWrench {
   int body = 0;
   Force wrench;                     ///< [N m, N]
-  Vector3 point = Vector3::Zero();  ///< where the force acts and the torque is about, in the body frame [m]
+  /// Where the force acts and the torque is about, in the body frame [m].
+  Vector3 point = Vector3::Zero();
 };
 
 /// What is applied from outside during one step.
 struct Input {
   VectorX applied_force;                 ///< nv, or empty: none [N, N m]; conjugate to v
   std::vector<ExternalWrench> wrenches;  ///< optional
-  VectorX servo_position;  ///< targets, by Model::servos [rad or m]; or empty: the model's
-  VectorX servo_velocity;  ///< targets [rad/s or m/s]; or empty: the model's
+  VectorX servo_position = {};  ///< targets, by Model::servos [rad or m]; or empty: the model's
+  VectorX servo_velocity = {};  ///< targets [rad/s or m/s]; or empty: the model's
 };
 
 }  // namespace counterpoint
