@@ -7,6 +7,7 @@
 #include "command.h"
 #include "counterpoint/collision/collider.h"
 #include "counterpoint/engine/trajectory.h"
+#include "counterpoint/model/mesh.h"
 #include "counterpoint/model/terrain.h"
 #include "effect_table.h"
 #include "report.h"
@@ -41,15 +42,14 @@ const char* shape_name(ShapeType type) {
   return "?";
 }
 
-/// Vertices and volume of a hull; how much larger than its mesh it is, and how much smaller than
-/// the full hull a limit of vertices made it.
+/// Vertices and volume of a hull; how much larger than its mesh it is, how far it stands off it, and
+/// how much smaller than the full hull a limit of vertices made it.
 std::string hull_size(const ConvexMesh& hull) {
   std::string text = fmt::format("{} vertices, {:.4g} m^3", hull.vertices.size(), hull.volume);
-  if (hull.source_volume > 0.0) {
-    text += fmt::format(", {:.3g} x its mesh", hull.volume / hull.source_volume);
-  } else {
-    text += ", mesh not closed";
-  }
+  text += hull.source_volume > 0.0
+              ? fmt::format(", {:.3g} x its mesh", hull.volume / hull.source_volume)
+              : ", mesh not closed";
+  if (is_visibly_concave(hull)) text += fmt::format(", concave: {:.2g} m off it", hull.standoff);
   if (hull.deviation > 0.0) text += fmt::format(", {:.2g} m within the full hull", hull.deviation);
   return text;
 }
@@ -199,6 +199,8 @@ void inspect_geometries(const Model& model, Report& report) {
       entry["vertices"] = geometry.shape.mesh->vertices.size();
       entry["volume_m3"] = geometry.shape.mesh->volume;
       entry["mesh_volume_m3"] = geometry.shape.mesh->source_volume;
+      entry["hull_standoff_m"] = geometry.shape.mesh->standoff;
+      entry["concave"] = is_visibly_concave(*geometry.shape.mesh);
       entry["hull_deviation_m"] = geometry.shape.mesh->deviation;
     }
     geometries.push_back(std::move(entry));
@@ -229,27 +231,33 @@ void inspect_closures(const Model& model, const VectorX& q, Report& report) {
   report["closures"] = closures;
 }
 
-Json pairs_json(const Model& model, const std::vector<std::pair<int, int>>& pairs,
-                const Report& report, const char* why) {
-  Json list = Json::array();
-  for (const auto& [a, b] : pairs) {
-    const std::string& name_a = model.geometries()[a].name;
-    const std::string& name_b = model.geometries()[b].name;
-    fmt::print(report.text(), "  {} - {}  ({})\n", name_a, name_b, why);
-    list.push_back({name_a, name_b});
-  }
-  return list;
+/// A pair of geometries that is never tested.
+void list_pair(const Model& model, const std::pair<int, int>& pair, const std::string& reason,
+               const Report& report, Json& list) {
+  const std::string& a = model.geometries()[pair.first].name;
+  const std::string& b = model.geometries()[pair.second].name;
+  fmt::print(report.text(), "  {} - {}  ({})\n", a, b, reason);
+  list.push_back({{"a", a}, {"b", b}, {"reason", reason}});
 }
 
 void inspect_pairs(const Model& model, Report& report) {
   const collision::Collider collider(model);
-  fmt::print(report.text(), "\n{} geometry pairs may touch; left out:\n",
-             collider.num_enabled_pairs());
+  fmt::print(report.text(),
+             "\n{} geometry pairs may touch; left out: {} of links joined by a joint, and\n",
+             collider.num_enabled_pairs(), collider.num_joined_pairs());
   report["enabled_pairs"] = collider.num_enabled_pairs();
-  report["excluded_pairs"] =
-      pairs_json(model, model.excluded_geometry_pairs(), report, "excluded by the scene");
-  report["overlapping_pairs"] =
-      pairs_json(model, collider.overlapping_pairs(), report, "overlap in the default pose");
+  report["joined_pairs"] = collider.num_joined_pairs();
+  Json excluded = Json::array(), overlapping = Json::array();
+  for (size_t i = 0; i < model.excluded_geometry_pairs().size(); ++i) {
+    const std::string& reason = model.exclusion_reasons()[i];
+    list_pair(model, model.excluded_geometry_pairs()[i], reason.empty() ? "excluded" : reason,
+              report, excluded);
+  }
+  for (const auto& pair : collider.overlapping_pairs()) {
+    list_pair(model, pair, "overlapping in the default pose", report, overlapping);
+  }
+  report["excluded_pairs"] = excluded;
+  report["overlapping_pairs"] = overlapping;
 }
 
 void inspect_coordinates(const Model& model, Report& report) {

@@ -13,6 +13,12 @@ void SceneArguments::add_to(CLI::App& command) {
   command.add_option("--package", packages, "Folder of a package:// name, may be repeated")
       ->type_name("NAME=DIR")
       ->allow_extra_args(false);
+  command.add_option("--srdf", srdf,
+                     "Lone robot: SRDF file, whose disabled pairs of links never collide");
+  command
+      .add_option("--hull-vertices", hull_vertices,
+                  "Lone robot: at most this many vertices for the hull of each mesh")
+      ->check(CLI::Range(4, 1'000'000));
   command.add_flag("--repair-inertias", repair_inertias,
                    "Make non-physical inertias physical; each change is listed");
 }
@@ -22,6 +28,8 @@ Scene SceneArguments::load() const {
   if (!base.empty()) overrides.base = base == "floating" ? Base::kFloating : Base::kFixed;
   overrides.ground = ground;
   overrides.repair_inertias = repair_inertias;
+  overrides.srdf = srdf;
+  overrides.hull_vertices = hull_vertices;
   for (const std::string& package : packages) {
     const size_t equals = package.find('=');
     if (equals == std::string::npos || equals == 0 || equals + 1 == package.size()) {

@@ -15,6 +15,8 @@ struct SceneArguments {
   bool ground = false;
   bool repair_inertias = false;
   std::vector<std::string> packages;  ///< NAME=DIR
+  std::string srdf;
+  int hull_vertices = 0;
 
   void add_to(CLI::App& command);
   /// @throws InputError as load_scene does, and for a package that is not NAME=DIR.

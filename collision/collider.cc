@@ -26,6 +26,7 @@ struct Collider::Impl {
   bool is_idle(int i) const { return !idle.empty() && idle[placements[i].body]; }
   bool both_idle(int a, int b) const { return is_idle(a) && is_idle(b); }
   void find_contacts(int a, int b, double margin);
+  void add_core_contacts(int a, int b, double margin, double travel, std::vector<Candidate>& out);
 
   // What every step reads of each geometry; all that a Geometry holds is several cache lines more.
   struct Placement {
@@ -149,6 +150,29 @@ void Collider::Impl::find_awake_pairs() {
   std::sort(solid_pairs.begin(), solid_pairs.end());
 }
 
+// What keeps the middles of fast slender bodies on their side.
+void Collider::Impl::add_core_contacts(int a, int b, double margin, double travel,
+                                       std::vector<Candidate>& out) {
+  for (const bool of_a : {true, false}) {
+    const int mine = of_a ? a : b, other = of_a ? b : a;
+    const auto ball = core_ball(geometries[mine].shape, enclosures[mine], X_WG[mine], travel);
+    if (!ball) continue;
+    const Shape& shape = geometries[other].shape;
+    double sign = of_a ? 1.0 : -1.0;
+    if (shape.type == ShapeType::kTerrain) {
+      terrain_contacts.find(*shape.terrain, X_WG[other], ball->shape, enclose(ball->shape), ball->X,
+                            margin, manifold);
+      sign = -sign;
+    } else {
+      find_core_contact(*ball, shape, X_WG[other], margin, manifold);
+    }
+    for (int i = 0; i < manifold.size; ++i) {
+      const ContactPoint& p = manifold.points[i];
+      out.push_back({a, b, p.position, sign * p.normal, p.gap});
+    }
+  }
+}
+
 // Enabled pairs whose enclosures come close, in ascending order.
 void Collider::Impl::find_pairs(std::span<const double> margin) {
   if (list_awake()) {
@@ -236,6 +260,10 @@ void Collider::compute_candidates(std::span<const Pose> X_WB, std::span<const do
       const ContactPoint& p = impl.manifold.points[i];
       out.push_back({a, b, p.position, p.normal, p.gap});
     }
+    if (!travel.empty() && impl.manifold.size > 0) {
+      impl.add_core_contacts(a, b, margin[ga.body] + margin[gb.body],
+                             travel[ga.body] + travel[gb.body], out);
+    }
   }
 }
 
@@ -244,5 +272,7 @@ const std::vector<std::pair<int, int>>& Collider::overlapping_pairs() const {
 }
 
 int Collider::num_enabled_pairs() const { return impl_->filter.num_enabled_pairs(); }
+
+int Collider::num_joined_pairs() const { return impl_->filter.num_joined_pairs(); }
 
 }  // namespace counterpoint::collision

@@ -27,7 +27,8 @@ class Collider {
   /// (num_bodies); a body whose pose is not finite touches nothing. margin: one a body [m], the world
   /// first. `out` is cleared first; no allocation once its capacity has been reached.
   /// travel: how far the surface of each body may go before the next call [m]; where that is a
-  /// good part of a shape's size, corners that face away now are candidates too. Empty: nowhere.
+  /// good part of a shape's size, corners that face away now are candidates too, and the middle of what
+  /// is slender or flat. Empty: nowhere.
   /// idle: by body, true where pose and margin are those of the last call, the world too; pairs of
   /// idle bodies are left out. Empty: none.
   void compute_candidates(std::span<const Pose> X_WB, std::span<const double> margin,
@@ -38,6 +39,8 @@ class Collider {
   const std::vector<std::pair<int, int>>& overlapping_pairs() const;
   /// Number of geometry pairs that may ever touch.
   int num_enabled_pairs() const;
+  /// Number of geometry pairs left out because a joint joins their bodies.
+  int num_joined_pairs() const;
 
  private:
   struct Impl;

@@ -112,4 +112,25 @@ void add_corner_contacts(const Shape& a, const Pose& X_WA, const Shape& b, const
   add_corners(b, X_WB, a, X_WA, -1.0, margin, travel, normal, manifold);
 }
 
+std::optional<CoreBall> core_ball(const Shape& shape, const Enclosure& enclosure, const Pose& X,
+                                  double travel) {
+  // Of a cube the ball takes 0.58 of the way to the corners.
+  constexpr double kCompact = 0.5;
+  if (enclosure.radius > kLargestRatio * travel || is_ground(shape) ||
+      enclosure.thickness > kCompact * enclosure.radius) {
+    return std::nullopt;
+  }
+  const Vector3 middle = shape.mesh ? shape.mesh->interior_point : Vector3(Vector3::Zero());
+  return CoreBall{{ShapeType::kSphere, Vector3(enclosure.thickness, 0.0, 0.0), nullptr},
+                  {Matrix3::Identity(), X * middle}};
+}
+
+void find_core_contact(const CoreBall& ball, const Shape& b, const Pose& X_WB, double margin,
+                       Manifold& out) {
+  pair_contacts(ball.shape, ball.X, b, X_WB, margin, out);
+  if (out.size > 0 && b.type != ShapeType::kPlane && out.points[0].gap <= -ball.shape.size[0]) {
+    out.size = 0;
+  }
+}
+
 }  // namespace counterpoint::collision

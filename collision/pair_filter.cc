@@ -43,37 +43,43 @@ void PairFilter::exclude(const std::vector<std::pair<int, int>>& pairs) {
   }
 }
 
-int PairFilter::num_enabled_pairs() const {
-  // Counted by groups of geometries that the structural test cannot tell apart.
+// Counted by groups of geometries that the structural test cannot tell apart.
+int PairFilter::num_joined_pairs() const {
   struct Group {
-    Item item;
-    long count = 0;
-    long planes = 0;
+    int parent = -1;
+    long count = 0, planes = 0;
   };
   std::map<std::pair<int, int>, Group> groups;  // by body and instance
+  for (const Item& item : items_) {
+    if (item.instance < 0) continue;
+    Group& group = groups[{item.body, item.instance}];
+    group.parent = item.parent;
+    ++group.count;
+    group.planes += item.plane;
+  }
+  long joined = 0;
+  for (const auto& [key, group] : groups) {
+    const auto parent = groups.find({group.parent, key.second});
+    if (parent == groups.end()) continue;
+    joined += group.count * parent->second.count - group.planes * parent->second.planes;
+  }
+  return static_cast<int>(joined);
+}
+
+int PairFilter::num_enabled_pairs() const {
   std::map<int, long> on_body;
   std::map<int, long> planes_on_body;
   long planes = 0;
   for (const Item& item : items_) {
-    Group& group = groups[{item.body, item.instance}];
-    group.item = item;
-    ++group.count;
-    group.planes += item.plane;
     ++on_body[item.body];
     planes_on_body[item.body] += item.plane;
     planes += item.plane;
   }
   const auto choose2 = [](long n) { return n * (n - 1) / 2; };
-  long enabled = choose2(static_cast<long>(items_.size()));
+  long enabled = choose2(static_cast<long>(items_.size())) - num_joined_pairs();
   for (const auto& [body, count] : on_body) enabled -= choose2(count);
   enabled -= choose2(planes);
   for (const auto& [body, count] : planes_on_body) enabled += choose2(count);
-  for (const auto& [key, group] : groups) {
-    if (group.item.instance < 0) continue;
-    const auto parent = groups.find({group.item.parent, group.item.instance});
-    if (parent == groups.end()) continue;
-    enabled -= group.count * parent->second.count - group.planes * parent->second.planes;
-  }
   for (const auto& [a, b] : excluded_) enabled -= enabled_by_structure(a, b);
   return static_cast<int>(enabled);
 }

@@ -22,6 +22,8 @@ class PairFilter {
   /// Excludes further pairs.
   void exclude(const std::vector<std::pair<int, int>>& pairs);
   int num_enabled_pairs() const;
+  /// Pairs on two bodies of one instance joined by a joint.
+  int num_joined_pairs() const;
 
  private:
   struct Item {

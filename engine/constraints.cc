@@ -190,20 +190,26 @@ void ConstraintFinder::find_candidates(const Model& model, const SimulationOptio
   }
 }
 
-/// Gives bodies that a fast one may strike within the step its travel: they may go as fast. False
-/// if none is that fast (threshold [m]), or nothing changed.
+/// Gives bodies that a fast one may strike within the step its travel, and all of their trees: they
+/// may go as fast. False if none is that fast (threshold [m]), or nothing changed.
 bool ConstraintFinder::spread_travel(const Model& model, double threshold) {
   bool changed = false;
   for (bool again = true; again;) {
     again = false;
     for (const collision::Candidate& c : candidates_) {
-      const int a = model.geometries()[c.geometry_a].body;
-      const int b = model.geometries()[c.geometry_b].body;
-      if (a == 0 || b == 0) continue;
-      const double travel = std::max(travel_[a], travel_[b]);
-      if (travel < threshold || travel_[a] == travel_[b]) continue;
-      travel_[a] = travel_[b] = travel;
-      again = changed = true;
+      const int bodies[2] = {model.geometries()[c.geometry_a].body,
+                             model.geometries()[c.geometry_b].body};
+      const double travel = std::max(travel_[bodies[0]], travel_[bodies[1]]);
+      if (travel < threshold) continue;
+      for (const int body : bodies) {
+        if (body == 0) continue;
+        const Tree& tree = model.trees()[model.body(body).tree];
+        for (int k = tree.body_begin; k < tree.body_end; ++k) {
+          if (travel_[k] >= travel) continue;
+          travel_[k] = travel;
+          again = changed = true;
+        }
+      }
     }
   }
   return changed;

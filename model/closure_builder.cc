@@ -72,7 +72,7 @@ void ModelBuilder::add_closure(const ClosureSpec& given) {
   for (int i = 0; i < static_cast<int>(geometries.size()); ++i) {
     if (!belongs(geometries[i], a)) continue;
     for (int j = 0; j < static_cast<int>(geometries.size()); ++j) {
-      if (belongs(geometries[j], b)) model_.excluded_pairs_.push_back(std::minmax(i, j));
+      if (belongs(geometries[j], b)) add_exclusion(i, j, "tied by closure '" + spec.name + "'");
     }
   }
 }

@@ -25,6 +25,7 @@ struct ConvexMesh {
   double radius = 0.0;                  ///< largest distance of a vertex from interior_point [m]
   double volume = 0.0;                  ///< of the hull [m^3]
   double source_volume = 0.0;           ///< of the mesh it was made from [m^3]; 0 if that was not closed
+  double standoff = 0.0;                ///< farthest that the surface of the full hull stands off its mesh [m] (hull_standoff.h)
   double deviation = 0.0;               ///< how far the full hull reaches out of this one [m]; 0: it is the full hull
   std::string source;                   ///< file it came from, empty if built in memory
 };

@@ -11,6 +11,8 @@
 #include <numeric>
 #include <tuple>
 
+#include "counterpoint/model/hull_standoff.h"
+
 namespace counterpoint {
 namespace {
 
@@ -176,12 +178,11 @@ double enclosed_volume(const TriangleMesh& mesh) {
 std::shared_ptr<const ConvexMesh> load_convex_mesh(const std::filesystem::path& file,
                                                    const Vector3& scale) {
   const TriangleMesh mesh = load_mesh(file, scale);
-  const auto hull = make_convex_hull(mesh.vertices, file.string());
-  if (!is_closed(mesh)) return hull;
-  ConvexMesh with_volume = *hull;
+  ConvexMesh hull = *make_convex_hull(mesh.vertices, file.string());
+  hull.standoff = hull_standoff(hull, mesh);
   // Some files have all triangles inside out.
-  with_volume.source_volume = std::abs(enclosed_volume(mesh));
-  return std::make_shared<const ConvexMesh>(std::move(with_volume));
+  if (is_closed(mesh)) hull.source_volume = std::abs(enclosed_volume(mesh));
+  return std::make_shared<const ConvexMesh>(std::move(hull));
 }
 
 }  // namespace counterpoint

@@ -31,7 +31,8 @@ TriangleMesh load_mesh(const std::filesystem::path& file, const Vector3& scale =
 std::shared_ptr<const ConvexMesh> make_convex_hull(const std::vector<Vector3>& points,
                                                    const std::string& source = "");
 
-/// The convex hull of a mesh file, with source_volume set if the mesh is closed. Errors as above.
+/// The convex hull of a mesh file, with its standoff, and with source_volume set if the mesh is closed.
+/// Errors as above.
 std::shared_ptr<const ConvexMesh> load_convex_mesh(const std::filesystem::path& file,
                                                    const Vector3& scale = Vector3::Ones());
 
@@ -41,8 +42,11 @@ std::shared_ptr<const ConvexMesh> load_convex_mesh(const std::filesystem::path& 
 std::shared_ptr<const ConvexMesh> reduce_hull(const std::shared_ptr<const ConvexMesh>& hull,
                                               int max_vertices);
 
-/// What a reader must know about a mesh that became its hull, "" if that is convex, nearly (5 % of
-/// volume), or was not closed.
+/// True if the hull has 5 % more volume than a closed mesh, or stands off any mesh by more than 5 % of
+/// its diameter (twice its radius).
+bool is_visibly_concave(const ConvexMesh& hull);
+
+/// What a reader must know about a visibly concave mesh that became its hull; "" for others.
 std::string hull_note(const ConvexMesh& hull);
 
 /// Loads each mesh file once a scale, so that all instances share one hull.

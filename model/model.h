@@ -155,8 +155,10 @@ class Model {
   /// Index of the named joint, frame, geometry; -1 if there is none.
   int find_joint(const std::string& name) const;
   int find_frame(const std::string& name) const;
-  /// True if the pair was excluded from collision by the builder (scene file, SRDF).
+  /// Pairs of geometries (first < second) excluded from collision by name: scene file, SRDF, closures.
   const std::vector<std::pair<int, int>>& excluded_geometry_pairs() const { return excluded_pairs_; }
+  /// Why, one for each of these pairs; may be empty.
+  const std::vector<std::string>& exclusion_reasons() const { return exclusion_reasons_; }
 
  private:
   friend class ModelBuilder;
@@ -175,6 +177,7 @@ class Model {
   std::vector<Closure> closures_;
   std::vector<Note> notes_;
   std::vector<std::pair<int, int>> excluded_pairs_;
+  std::vector<std::string> exclusion_reasons_;
   Vector3 gravity_ = Vector3(0, 0, -kStandardGravity);
   VectorX default_q_, damping_, armature_, dry_friction_;
 };

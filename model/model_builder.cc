@@ -154,12 +154,32 @@ std::vector<int> ModelBuilder::geometries_named(const std::string& name) const {
 }
 
 void ModelBuilder::exclude_pair(const std::string& geometry_or_link_a,
-                                const std::string& geometry_or_link_b) {
+                                const std::string& geometry_or_link_b,
+                                const std::string& reason) {
   const std::vector<int> side_b = geometries_named(geometry_or_link_b);
   for (const int a : geometries_named(geometry_or_link_a)) {
     for (const int b : side_b) {
-      if (a != b) model_.excluded_pairs_.push_back(std::minmax(a, b));
+      if (a != b) add_exclusion(a, b, reason);
     }
+  }
+}
+
+void ModelBuilder::add_exclusion(int a, int b, const std::string& reason) {
+  model_.excluded_pairs_.push_back(std::minmax(a, b));
+  model_.exclusion_reasons_.push_back(reason);
+}
+
+/// Ascending, each pair once, with the reason that was given first.
+void ModelBuilder::sort_exclusions() {
+  std::map<std::pair<int, int>, std::string> sorted;
+  for (size_t i = 0; i < model_.excluded_pairs_.size(); ++i) {
+    sorted.emplace(model_.excluded_pairs_[i], model_.exclusion_reasons_[i]);
+  }
+  model_.excluded_pairs_.clear();
+  model_.exclusion_reasons_.clear();
+  for (auto& [pair, reason] : sorted) {
+    model_.excluded_pairs_.push_back(pair);
+    model_.exclusion_reasons_.push_back(std::move(reason));
   }
 }
 
@@ -209,10 +229,7 @@ Model ModelBuilder::build() {
     Body& parent = model_.bodies_[body.parent];
     parent.subtree_end = std::max(parent.subtree_end, body.subtree_end);
   }
-  std::sort(model_.excluded_pairs_.begin(), model_.excluded_pairs_.end());
-  model_.excluded_pairs_.erase(
-      std::unique(model_.excluded_pairs_.begin(), model_.excluded_pairs_.end()),
-      model_.excluded_pairs_.end());
+  sort_exclusions();
   check_inertias();
   place_closures();
   Model model = std::move(model_);

@@ -110,9 +110,10 @@ class ModelBuilder {
   /// size is not joint_nq, or a value is not finite.
   void set_default_position(const std::string& joint, const VectorX& q);
 
-  /// No contact between two geometries, or all geometries of links. @throws InputError when a name
-  /// is neither.
-  void exclude_pair(const std::string& geometry_or_link_a, const std::string& geometry_or_link_b);
+  /// No contact between two geometries, or all geometries of links. `reason`: for the reader of the
+  /// model; of several for one pair the first is kept. @throws InputError when a name is neither.
+  void exclude_pair(const std::string& geometry_or_link_a, const std::string& geometry_or_link_b,
+                    const std::string& reason = "");
 
   /// Ties two links together. To be called after all robots with these links. @throws InputError
   /// when a link is unknown, both are one rigid body, or a value makes no sense.
@@ -150,6 +151,8 @@ class ModelBuilder {
   Anchor find_anchor(const ClosureSpec& spec, const std::string& link) const;
   void place_closures();
   void add_joint_forces(const JointSpec& joint, int index);
+  void add_exclusion(int a, int b, const std::string& reason);
+  void sort_exclusions();
   void apply_mimics();
   void set_servo_targets();
   void check_inertias() const;

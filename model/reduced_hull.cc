@@ -5,29 +5,10 @@
 #include <limits>
 
 #include "counterpoint/model/mesh.h"
+#include "counterpoint/model/triangle_distance.h"
 
 namespace counterpoint {
 namespace {
-
-double distance_to_segment(const Vector3& p, const Vector3& a, const Vector3& b) {
-  const Vector3 edge = b - a;
-  const double length2 = edge.squaredNorm();
-  const double t = length2 > 0.0 ? std::clamp((p - a).dot(edge) / length2, 0.0, 1.0) : 0.0;
-  return (p - a - t * edge).norm();
-}
-
-double distance_to_triangle(const Vector3& p, const Vector3& a, const Vector3& b,
-                            const Vector3& c) {
-  const Vector3 normal = (b - a).cross(c - a);
-  const auto inside = [&](const Vector3& u, const Vector3& v) {
-    return normal.dot((v - u).cross(p - u)) >= 0.0;
-  };
-  if (inside(a, b) && inside(b, c) && inside(c, a) && normal.squaredNorm() > 0.0) {
-    return std::abs(normal.normalized().dot(p - a));
-  }
-  return std::min({distance_to_segment(p, a, b), distance_to_segment(p, b, c),
-                   distance_to_segment(p, c, a)});
-}
 
 /// How far the point lies beyond the face it is farthest beyond: its distance or less; negative inside.
 double excess(const ConvexMesh& hull, const Vector3& p) {
@@ -91,6 +72,7 @@ std::shared_ptr<const ConvexMesh> reduce_hull(const std::shared_ptr<const Convex
   }
   ConvexMesh out = *reduced;
   out.source_volume = hull->source_volume;
+  out.standoff = hull->standoff;
   for (const Vector3& p : hull->vertices) {
     out.deviation = std::max(out.deviation, distance_outside(out, p));
   }
@@ -110,11 +92,21 @@ std::shared_ptr<const ConvexMesh> HullCache::load(const std::filesystem::path& f
   return hull;
 }
 
+bool is_visibly_concave(const ConvexMesh& hull) {
+  constexpr double kVolume = 1.05;
+  constexpr double kStandoff = 0.05;  // relative to the hull's diameter
+  return (hull.source_volume > 0.0 && hull.volume > kVolume * hull.source_volume) ||
+         hull.standoff > kStandoff * 2.0 * hull.radius;
+}
+
 std::string hull_note(const ConvexMesh& hull) {
-  constexpr double kVisiblyConcave = 1.05;
-  if (!(hull.source_volume > 0.0) || !(hull.volume > kVisiblyConcave * hull.source_volume)) return "";
-  return fmt::format("is not convex: its convex hull, which is used, has {:.3g} times the volume",
-                     hull.volume / hull.source_volume);
+  if (!is_visibly_concave(hull)) return "";
+  const std::string volume =
+      hull.source_volume > 0.0
+          ? fmt::format("has {:.3g} times the volume and ", hull.volume / hull.source_volume)
+          : "";
+  return fmt::format("is concave: its convex hull, which is used, {}stands up to {:.2g} m off it",
+                     volume, hull.standoff);
 }
 
 }  // namespace counterpoint

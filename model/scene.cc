@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "counterpoint/model/scene_yaml.h"
+#include "counterpoint/model/srdf.h"
 #include "counterpoint/model/urdf.h"
 
 namespace counterpoint {
@@ -33,7 +34,9 @@ Scene load_lone_urdf(const fs::path& file, const SceneOverrides& overrides) {
   UrdfOptions urdf_options;
   urdf_options.packages = overrides.packages;
   urdf_options.repair_inertias = overrides.repair_inertias;
+  urdf_options.hulls = std::make_shared<HullCache>(overrides.hull_vertices);
   const RobotSpec robot = load_urdf(file, urdf_options);
+  const Srdf srdf = overrides.srdf.empty() ? Srdf() : load_srdf(overrides.srdf);
   const Base base = overrides.base.value_or(Base::kFixed);
   Pose X_WL;
   ModelBuilder builder;
@@ -52,6 +55,8 @@ Scene load_lone_urdf(const fs::path& file, const SceneOverrides& overrides) {
     builder.add_environment(kGroundName, {ShapeType::kPlane, {}, nullptr}, Pose(), material);
   }
   builder.add_robot(robot, base, X_WL);
+  exclude_disabled_pairs(srdf, "", builder);
+  for (const Note& note : srdf.notes) builder.add_note(note);
   Model model = builder.build();
   VectorX q = model.default_q();
   VectorX v = VectorX::Zero(model.nv());
@@ -88,10 +93,11 @@ Scene load_scene(const fs::path& file, const SceneOverrides& overrides) {
     throw InputError(
         fmt::format("{}: a scene (.yaml) or a robot (.urdf) is expected", file.string()));
   }
-  if (overrides.base || overrides.ground || overrides.ground_friction) {
-    throw InputError(fmt::format(
-        "{}: base and ground are options for a lone URDF; a scene file says them itself",
-        file.string()));
+  if (overrides.base || overrides.ground || overrides.ground_friction || !overrides.srdf.empty() ||
+      overrides.hull_vertices > 0) {
+    throw InputError(fmt::format("{}: base, ground, SRDF and hull vertices are options for a lone "
+                                 "URDF; a scene file says them itself",
+                                 file.string()));
   }
   return load_yaml_scene(file, overrides);
 }

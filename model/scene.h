@@ -65,6 +65,8 @@ struct SceneOverrides {
   bool ground = false;              ///< a lone URDF only: a ground plane z = 0; a floating base then starts just above it
   std::optional<double> ground_friction;
   bool repair_inertias = false;
+  std::filesystem::path srdf;  ///< a lone URDF only: an SRDF file, whose disabled pairs never collide
+  int hull_vertices = 0;       ///< a lone URDF only: limit of every hull, 4 or more; 0: none
 };
 
 /// Reads a scene (.yaml, .yml) or a lone robot (.urdf). @throws InputError naming file, line,

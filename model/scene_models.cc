@@ -79,14 +79,6 @@ Srdf ModelReader::read_srdf(const YamlValue& in) {
   return srdf;
 }
 
-void ModelReader::exclude(const Srdf::Pair& pair, const std::string& prefix) {
-  try {
-    builder_.exclude_pair(prefix + pair.link_a, prefix + pair.link_b);
-  } catch (const InputError& error) {
-    throw InputError(pair.where + ": " + error.what());
-  }
-}
-
 void ModelReader::read(const YamlValue& in, bool only_one) {
   in.expect_map({"urdf",
                  "srdf",
@@ -130,7 +122,7 @@ void ModelReader::read(const YamlValue& in, bool only_one) {
     const Pose placed{X_WL.rotation, X_WL.translation + i * spacing};
     const int first_joint = builder_.num_joints();
     located(in, [&] { return builder_.add_robot(robot, base, placed, prefix); });
-    for (const Srdf::Pair& pair : srdf.disabled) exclude(pair, prefix);
+    exclude_disabled_pairs(srdf, prefix, builder_);
     read_start(in, base, first_joint, prefix);
   }
 }

@@ -33,7 +33,6 @@ class ModelReader {
 
   RobotSpec read_robot(const YamlValue& in) const;
   Srdf read_srdf(const YamlValue& in);
-  void exclude(const Srdf::Pair& pair, const std::string& prefix);
   /// Joint positions and velocities of one copy.
   void read_start(const YamlValue& in, Base base, int first_joint, const std::string& prefix);
   void read_base_velocity(const YamlValue& in, Base base, const std::string& joint);

@@ -180,9 +180,14 @@ class SceneReader {
   void read_exclusion(const YamlValue& in) {
     const std::vector<YamlValue> pair = in.list();
     if (pair.size() != 2) in.fail("two names [a, b] are expected");
-    for (const std::string& a : members(pair[0].text())) {
-      for (const std::string& b : members(pair[1].text())) {
-        located(in, [&] { builder_.exclude_pair(a, b); });
+    const std::string name_a = pair[0].text(), name_b = pair[1].text();
+    const bool by_group = groups_.count(name_a) + groups_.count(name_b) > 0;
+    const std::string reason =
+        by_group ? fmt::format("excluded by the scene: [{}, {}]", name_a, name_b)
+                 : "excluded by the scene";
+    for (const std::string& a : members(name_a)) {
+      for (const std::string& b : members(name_b)) {
+        located(in, [&] { builder_.exclude_pair(a, b, reason); });
       }
     }
   }

@@ -38,9 +38,21 @@ Srdf load_srdf(const std::filesystem::path& file) {
     if (a == nullptr || b == nullptr || *a == '\0' || *b == '\0') {
       throw InputError(where + ": <disable_collisions> needs link1=\"...\" and link2=\"...\"");
     }
-    out.disabled.push_back({a, b, where});
+    const char* reason = e->Attribute("reason");
+    out.disabled.push_back({a, b, reason == nullptr ? "" : reason, where});
   }
   return out;
+}
+
+void exclude_disabled_pairs(const Srdf& srdf, const std::string& prefix, ModelBuilder& builder) {
+  for (const Srdf::Pair& pair : srdf.disabled) {
+    try {
+      builder.exclude_pair(prefix + pair.link_a, prefix + pair.link_b,
+                           pair.reason.empty() ? "SRDF" : "SRDF: " + pair.reason);
+    } catch (const InputError& error) {
+      throw InputError(pair.where + ": " + error.what());
+    }
+  }
 }
 
 }  // namespace counterpoint

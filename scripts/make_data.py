@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Writes data/robots/*.urdf and the box scenes of data/scenes. Standard library only.
+"""Writes data/robots/*.urdf, the box scenes and the heights of data/scenes. Standard library only.
 
 Inertias follow from the mass and the uniform density of each link's primitive shape, so the files are
 physical by construction. Usage: scripts/make_data.py [--check]   (--check: compare, write nothing)
@@ -341,12 +341,28 @@ SCENES = [("stack", 5, "A tower of 5 cubes, 1 mm apart."),
           ("pack", 4, "64 cubes in a 4 x 4 x 4 pack, 5 mm apart sideways.")]
 
 
+HOLLOW_SIDE, HOLLOW_CELLS = 4.0, 40  # m, cells along a side
+
+
+def hollow():
+    """Heights of a shallow bowl with humps, one row a line, the first at the largest y."""
+    def height(x, y):
+        return 0.05 * (x * x + y * y) + 0.05 * math.sin(4 * x) * math.cos(3 * y)
+
+    lines = ["# A hollow of 4 m x 4 m with humps: heights [m]. Written by scripts/make_data.py."]
+    at = [HOLLOW_SIDE * (i / HOLLOW_CELLS - 0.5) for i in range(HOLLOW_CELLS + 1)]
+    for y in reversed(at):
+        lines.append(",".join(f"{height(x, y) + 0.0:.4f}" for x in at))
+    return "\n".join(lines) + "\n"
+
+
 def main():
     files = {f"robots/{robot.name}.urdf": robot.text() for robot in ROBOTS}
     files["robots/toss_cube.urdf"] = toss_cube()
     for kind, n, about in SCENES:
         name = "box_stack" if (kind, n) == ("stack", 10) else f"{kind}_{n}"
         files[f"scenes/{name}.yaml"] = box_scene(kind, n, about)
+    files["scenes/hollow.csv"] = hollow()
     stale = 0
     for name, text in files.items():
         path = ROOT / name

@@ -167,6 +167,50 @@ TEST_F(Command, InspectCountsTheHumanoid) {
   EXPECT_EQ(report["coordinates"]["force"].size(), 31u);
 }
 
+TEST_F(Command, InspectSaysWhyPairsAreLeftOutAndWhatIsConcave) {
+  const std::string link = R"(<inertial><mass value="1"/>
+<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>
+<collision><geometry>)";
+  const std::string ball = R"(<sphere radius="0.6"/></geometry></collision></link>)";
+  std::string text = R"(<robot name="r"><link name="a">)" + link +
+                     R"(<mesh filename="tray.obj"/></geometry></collision></link>)";
+  for (const char* name : {"b", "c", "d"}) {
+    text += std::string("<link name=\"") + name + "\">" + link + ball;
+  }
+  for (const char* joint : {"ab", "bc", "cd"}) {
+    text += std::string("<joint name=\"") + joint + "\" type=\"continuous\"><parent link=\"" +
+            joint[0] + "\"/><child link=\"" + joint[1] + "\"/><origin xyz=\"0.5 0 0\"/></joint>";
+  }
+  folder_.write("r.urdf", text + "</robot>");
+  folder_.write("r.srdf",
+                R"(<robot><disable_collisions link1="a" link2="d" reason="Never"/></robot>)");
+  folder_.write("tray.obj",
+                "v 0 0 0\nv 1 0 0\nv 1 0.5 0\nv 0 0.5 0\nv 0 0 0.3\nv 1 0 0.3\nv 1 0.5 0.3\n"
+                "v 0 0.5 0.3\nf 4 3 2 1\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n");
+  const CommandResult result = folder_.run(
+      "inspect {}/r.urdf --base floating --srdf {}/r.srdf --hull-vertices 6 --json {}/r.json");
+  ASSERT_EQ(result.exit_code, 0) << result.errors;
+  for (const char* words : {"SRDF: Never", "overlapping in the default pose", "concave",
+                            "3 of links joined by a joint"}) {
+    EXPECT_NE(result.output.find(words), std::string::npos) << words;
+  }
+  const nlohmann::json report = folder_.json("r.json");
+  EXPECT_EQ(report["joined_pairs"], 3);
+  EXPECT_EQ(report["excluded_pairs"],
+            nlohmann::json::parse(R"([{"a": "a/0", "b": "d/0", "reason": "SRDF: Never"}])"));
+  // a - c and b - d, 1 m apart; the sixth pair is the one of the SRDF.
+  EXPECT_EQ(report["overlapping_pairs"].size(), 2u);
+  EXPECT_EQ(report["enabled_pairs"], 0);
+  const nlohmann::json mesh = report["geometries"][0];
+  EXPECT_EQ(mesh["vertices"], 6);
+  EXPECT_EQ(mesh["concave"], true);
+  EXPECT_NEAR(mesh["hull_standoff_m"], 0.25, 0.03);
+  EXPECT_GT(mesh["hull_deviation_m"], 0.0);
+  expect_bad_input("inspect {}/r.urdf --hull-vertices 3", "--hull-vertices");
+  expect_bad_input("inspect {}/r.urdf --srdf {}/none.srdf", "none.srdf");
+  expect_bad_input("inspect data/scenes/cube_drop.yaml --hull-vertices 8", "scene file");
+}
+
 TEST_F(Command, ClosuresAreListedHeldAndInverted) {
   expect_success("inspect data/scenes/closures.yaml --json {}/r.json");
   const nlohmann::json listed = folder_.json("r.json")["closures"];

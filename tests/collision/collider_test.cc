@@ -69,6 +69,7 @@ TEST(Collider, NeighboursInAChainNeverTouchOthersDo) {
   Collider collider(model);
   // 0-2, 0-3, 1-3 of the six pairs.
   EXPECT_EQ(collider.num_enabled_pairs(), 3);
+  EXPECT_EQ(collider.num_joined_pairs(), 3);
   EXPECT_TRUE(collider.overlapping_pairs().empty());
   // All on one spot.
   std::vector<Candidate> out;

@@ -194,6 +194,47 @@ TEST(Fuzz, AwkwardShapesOnAwkwardPoses) {
   EXPECT_GT(overlapping, 2500);
 }
 
+// Whatever comes closer than the margin is found, and what does not is not, however thin the hulls:
+// the gap is known from a search without margin.
+TEST(Fuzz, TheMarginMissesNoContactOfThinHulls) {
+  std::mt19937 rng(31);
+  constexpr double kGapError = 1e-9;  // as above
+  int checked = 0;
+  for (int i = 0; i < 3000; ++i) {
+    Shape shapes[2];
+    for (Shape& shape : shapes) {
+      while (!shape.mesh) {
+        try {
+          const int kinds[] = {kPlate, kNeedle, kRound};
+          shape = hull_shape(cloud(rng, kinds[std::uniform_int_distribution<int>(0, 2)(rng)]));
+        } catch (const InputError&) {
+        }
+      }
+    }
+    const Pose X_A{random_rotation(rng), Vector3::Zero()};
+    const Pose X_B{random_rotation(rng), random_vector(rng, 0.5)};
+    Manifold m;
+    pair_contacts(shapes[0], X_A, shapes[1], X_B, 10.0, m);
+    ASSERT_GT(m.size, 0);
+    const double gap = deepest(m).gap;
+    if (gap <= 0.0) continue;
+    const double error =
+        kGapError * scale(shapes[0], X_A, shapes[1], X_B) + 4.0 * (defect(shapes[0]) + defect(shapes[1]));
+    for (const double more : {2.0 * error, 1e-3, 0.1}) {
+      pair_contacts(shapes[0], X_A, shapes[1], X_B, gap + more, m);
+      EXPECT_GT(m.size, 0) << "sample " << i << ", gap " << gap << ", margin " << more << " above it";
+      if (m.size == 0) continue;
+      EXPECT_NEAR(deepest(m).gap, gap, error) << "sample " << i;
+    }
+    if (gap > 2.0 * error) {
+      pair_contacts(shapes[0], X_A, shapes[1], X_B, gap - 2.0 * error, m);
+      EXPECT_EQ(m.size, 0) << "sample " << i;
+    }
+    ++checked;
+  }
+  EXPECT_GT(checked, 500);
+}
+
 // The least translation out of one another, for hulls that share corners, edges and faces.
 TEST(Fuzz, OverlapOfDegenerateHullsIsLeastTranslation) {
   std::mt19937 rng(5);

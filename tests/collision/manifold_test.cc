@@ -50,7 +50,14 @@ TEST(Plane, GapIsHeightOfEveryPointAndTheLowestIsThere) {
       Manifold turned;
       pair_contacts(shape, X, plane_shape(), X_P, lowest + 0.1, turned);
       ASSERT_EQ(turned.size, m.size);
-      EXPECT_EQ(turned.points[0].normal, -n);
+      for (int k = 0; k < m.size; ++k) {
+        EXPECT_EQ(turned.points[k].normal, -n);
+        EXPECT_EQ(turned.points[k].position, m.points[k].position);
+        EXPECT_EQ(turned.points[k].gap, m.points[k].gap);
+      }
+      const Pose moved = random_pose(rng, 3.0);
+      pair_contacts(plane_shape(), moved * X_P, shape, moved * X, 10.0, turned);
+      EXPECT_NEAR(deepest(turned).gap, lowest, 10.0 * kRoundOff);
     }
   }
 }

@@ -85,6 +85,26 @@ TEST_P(Pairs, PointsLieOnBothSurfacesAndLeastGapIsCertified) {
   EXPECT_GT(contacts, 40);
 }
 
+// Moved by its gap along its normal, from apart as from overlap, B touches A: the gap is zero, on the
+// normal that led there.
+TEST_P(Pairs, ShiftedByTheGapTheyTouch) {
+  // The direction between points that fall together is found by parting the shapes a little: over rims
+  // it is right to some 1e-7 rad, and shows with the size as lever (4e-7 m seen; asked for is 1e-6).
+  constexpr double kTouchingGapError = 2e-8;
+  constexpr double kTouchingNormalError = 1e-6;
+  for (int i = 0; i < 100; ++i) {
+    Pose X_A, X_B;
+    draw(X_A, X_B);
+    pair_contacts(a, X_A, b, X_B, 10.0, m);
+    const ContactPoint before = deepest(m);
+    X_B.translation -= before.gap * before.normal;
+    pair_contacts(a, X_A, b, X_B, 10.0, m);
+    ASSERT_GT(m.size, 0);
+    EXPECT_NEAR(deepest(m).gap, 0.0, kTouchingGapError) << "sample " << i << ", gap " << before.gap;
+    EXPECT_NEAR(distance_along(a, X_A, b, X_B, deepest(m).normal), 0.0, kTouchingNormalError) << i;
+  }
+}
+
 // Penetration is the least translation that parts the shapes: no other direction does it in less.
 TEST_P(Pairs, DepthIsLeastTranslation) {
   const int samples = a.mesh && b.mesh ? 2 : 12;

@@ -5,6 +5,7 @@
 
 #include "counterpoint/collision/query.h"
 #include "counterpoint/engine/simulator.h"
+#include "counterpoint/model/height_field.h"
 #include "counterpoint/model/inertia.h"
 #include "counterpoint/model/terrain.h"
 #include "support/allocation_guard.h"
@@ -113,6 +114,26 @@ TEST_P(Flat, TenMetresAsOnAPlane) {
   // 1e-10 a step adds over 2500 steps.
   EXPECT_LT(largest, 1e-6);
   EXPECT_LT(std::abs(on_ground.state().q[1]), 1e-6);
+}
+
+// A height field, whose cells are all alike: no kick at any seam.
+TEST(Terrain, ACapsuleRollsTenMetresOnAHeightField) {
+  HeightGrid grid{41, 121, std::vector<double>(41 * 121, 0.7)};
+  Shape field;
+  field.type = ShapeType::kTerrain;
+  field.terrain = make_terrain(height_field_mesh(grid, 28.0, 4.0, 1.0, "flat"));
+  Scene scene = scene_on(field, capsule_shape(0.1, 0.3));
+  const double half = std::sqrt(0.5);
+  scene.q << 0.0, 0.0, 0.8, half, half, 0.0, 0.0;
+  scene.v << 2.0, 0.0, 0.0, 0.0, 0.0, -20.0;
+  Simulator sim(std::move(scene));
+  for (int i = 0; i < 2500; ++i) {
+    ASSERT_TRUE(sim.step().succeeded()) << "step " << i;
+    ASSERT_NEAR(sim.state().v[0], 2.0, 1e-6) << "step " << i;  // compliance and round-off, as above
+  }
+  EXPECT_NEAR(sim.state().q[0], 10.0, 1e-5);
+  EXPECT_NEAR(sim.state().q[1], 0.0, 1e-6);
+  EXPECT_NEAR(sim.state().q[2], 0.8, 1e-6);
 }
 
 TEST(Terrain, NothingFallsThroughHills) {

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <string>
 
 #include "counterpoint/engine/simulator.h"
 #include "counterpoint/model/inertia.h"
@@ -71,40 +72,63 @@ INSTANTIATE_TEST_SUITE_P(Tunnelling, Speeds,
                                            std::pair(300.0, 300.0), std::pair(3.0, 300.0),
                                            std::pair(0.0, 300.0)));
 
+// Throws a body at what lies below z = kHalfWall; its centre must not get there, and no step may fail.
+// Returns whether it touched.
+bool expect_stopped(const Thrown& t, const Shape& below, const Pose& X_below, double friction,
+                    double speed, double tip, Random& random, const std::string& what) {
+  ModelBuilder builder;
+  builder.add_environment("below", below, X_below, with_friction(friction));
+  builder.add_robot(object(t.shape, 1.0, friction), Base::kFloating, Pose{});
+  Scene scene = start(builder.build());
+  const Quaternion turn = random.quaternion();
+  const double low = lowest_point(t.shape, {turn.toRotationMatrix(), Vector3::Zero()});
+  // Somewhere within the first two steps' way.
+  scene.q[2] = kHalfWall - low + 1e-3 + random.uniform(0.0, 1.0) * std::max(0.02, 0.004 * speed);
+  scene.q.segment<4>(3) << turn.w(), turn.x(), turn.y(), turn.z();
+  Vector3 way = random.unit_vector();
+  way.z() = -std::abs(way.z()) - 0.2;
+  scene.v << speed * way.normalized(), tip / t.reach * random.unit_vector();
+  const double fall = scene.v[2];
+  Simulator sim(std::move(scene));
+  bool touched = false;
+  for (int i = 0; i < 60; ++i) {
+    EXPECT_TRUE(sim.step().succeeded()) << what << ", step " << i;
+    const Pose X = pose_of(sim.state().q);
+    if (below.type == ShapeType::kBox && X.translation.head<2>().norm() > 4.0) break;  // past the rim
+    touched = touched || sim.state().v[2] > 0.9 * fall;
+    EXPECT_GT(X.translation.z(), 0.0) << what << ", step " << i;
+    // Contact takes energy. A slender body that turns by a radian a step and more gains it in free
+    // flight, without bound: the integrator's business (docs/decisions.md), not this test's.
+    if (sim.state().v.head<3>().norm() > 2.0 * (speed + tip) + 1.0) break;
+    if (::testing::Test::HasFailure()) break;
+  }
+  return touched;
+}
+
 TEST_P(Speeds, CentresStayOnTheirSideOfAWall) {
   const auto [speed, tip] = GetParam();
   for (const Thrown& t : thrown()) {
     Random random(1);
     int met = 0;
     for (int run = 0; run < 12; ++run) {
-      ModelBuilder builder;
-      builder.add_environment("wall", kWall, Pose{}, with_friction(0.5));
-      builder.add_robot(object(t.shape, 1.0, 0.5), Base::kFloating, Pose{});
-      Scene scene = start(builder.build());
-      const Quaternion turn = random.quaternion();
-      const double low = lowest_point(t.shape, {turn.toRotationMatrix(), Vector3::Zero()});
-      // Somewhere within the first two steps' way.
-      scene.q[2] = kHalfWall - low + 1e-3 + random.uniform(0.0, 1.0) * std::max(0.02, 0.004 * speed);
-      scene.q.segment<4>(3) << turn.w(), turn.x(), turn.y(), turn.z();
-      Vector3 way = random.unit_vector();
-      way.z() = -std::abs(way.z()) - 0.2;
-      scene.v << speed * way.normalized(), tip / t.reach * random.unit_vector();
-      const double fall = scene.v[2];
-      Simulator sim(std::move(scene));
-      bool touched = false;
-      for (int i = 0; i < 60; ++i) {
-        // A step that fails says so, and is another test's business: free flight of a slender body
-        // at a radian a step and more is beyond the integrator.
-        if (!sim.step().succeeded()) break;
-        const Pose X = pose_of(sim.state().q);
-        if (X.translation.head<2>().norm() > 4.0) break;  // past the wall's rim
-        touched = touched || sim.state().v[2] > 0.9 * fall;
-        ASSERT_GT(X.translation.z(), 0.0) << t.name << ", run " << run << ", step " << i;
-      }
-      met += touched;
+      met += expect_stopped(t, kWall, Pose{}, 0.5, speed, tip, random,
+                            std::string(t.name) + ", run " + std::to_string(run));
     }
     if (tip <= 30.0 && speed > 0.0) {
       EXPECT_GT(met, 6) << t.name;
+    }
+  }
+}
+
+// Without friction nothing slows the spin, and ends come over again and again.
+TEST_P(Speeds, CentresStayAboveAPlaneWithoutFriction) {
+  const auto [speed, tip] = GetParam();
+  const Pose X_plane{Matrix3::Identity(), Vector3(0.0, 0.0, kHalfWall)};
+  for (const Thrown& t : thrown()) {
+    Random random(1);
+    for (int run = 0; run < 12; ++run) {
+      expect_stopped(t, plane_shape(), X_plane, 0.0, speed, tip, random,
+                     std::string(t.name) + ", run " + std::to_string(run));
     }
   }
 }

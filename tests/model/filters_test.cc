@@ -58,6 +58,36 @@ TEST_F(Filters, GroupsStandForTheirMembers) {
                                           {"x/b/0", "ball/body/shape"},
                                           {"x/b/1", "ball/body/shape"},
                                           {"x/c/0", "ball/body/shape"}}));
+  EXPECT_EQ(scene.model.exclusion_reasons(),
+            (std::vector<std::string>{"excluded by the scene: [ends, ends]",
+                                      "excluded by the scene: [ends, balls]",
+                                      "excluded by the scene: [x/b, balls]",
+                                      "excluded by the scene: [x/b, balls]",
+                                      "excluded by the scene: [ends, balls]"}));
+}
+
+TEST_F(Filters, APairHasOneReasonTheFirst) {
+  folder.write("r.srdf",
+               "<robot><disable_collisions link1=\"a\" link2=\"c\" reason=\"Never\"/></robot>");
+  const Scene scene = load("models: [{urdf: r.urdf, srdf: r.srdf}]\nexclude: [[c, a], [a, b]]\n");
+  EXPECT_EQ(excluded(scene.model), (Pairs{{"a/0", "b/0"}, {"a/0", "b/1"}, {"a/0", "c/0"}}));
+  EXPECT_EQ(scene.model.exclusion_reasons(),
+            (std::vector<std::string>{"excluded by the scene", "excluded by the scene",
+                                      "SRDF: Never"}));
+}
+
+TEST_F(Filters, ALoneRobotTakesItsSrdfFromTheOptions) {
+  SceneOverrides overrides;
+  overrides.srdf = folder.write(
+      "r.srdf", "<robot><disable_collisions link1=\"a\" link2=\"c\"/></robot>");
+  EXPECT_EQ(excluded(load_scene(folder.path() / "r.urdf", overrides).model),
+            (Pairs{{"a/0", "c/0"}}));
+  // A scene file has its own.
+  const auto scene = folder.write("s.yaml", "models: [{urdf: r.urdf}]\n");
+  EXPECT_THROW(load_scene(scene, overrides), InputError);
+  overrides.srdf.clear();
+  overrides.hull_vertices = 8;
+  EXPECT_THROW(load_scene(scene, overrides), InputError);
 }
 
 TEST_F(Filters, GroupsAreChecked) {

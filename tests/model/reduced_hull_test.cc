@@ -101,5 +101,18 @@ TEST(HullCache, TheLimitOfASceneHoldsForEveryMesh) {
   EXPECT_NEAR(hull.source_volume, 0.75, 1e-6);
 }
 
+TEST(HullCache, ALoneRobotTakesTheLimitFromTheOptions) {
+  test::TempFolder folder;
+  folder.write("bracket.obj", kBracket);
+  const auto robot = folder.write(
+      "r.urdf",
+      R"(<robot name="r"><link name="a"><collision><geometry><mesh filename="bracket.obj"/></geometry>
+</collision></link></robot>)");
+  SceneOverrides overrides;
+  overrides.hull_vertices = 5;
+  EXPECT_EQ(load_scene(robot, overrides).model.geometries()[0].shape.mesh->vertices.size(), 5u);
+  EXPECT_EQ(load_scene(robot).model.geometries()[0].shape.mesh->vertices.size(), 10u);
+}
+
 }  // namespace
 }  // namespace counterpoint

@@ -74,6 +74,21 @@ Outcome try_build(const RobotSpec& robot, Base base, const IndexRow& row) {
   }
 }
 
+/// Every mesh is there as its full hull, and it is known how far that stands off. Returns how many.
+int check_hulls(const RobotSpec& robot) {
+  int meshes = 0;
+  for (const LinkSpec& link : robot.links) {
+    for (const auto& collision : link.collisions) {
+      if (collision.shape.type != ShapeType::kConvexMesh) continue;
+      ++meshes;
+      const ConvexMesh& hull = *collision.shape.mesh;
+      EXPECT_EQ(hull.deviation, 0.0) << hull.source;
+      EXPECT_TRUE(hull.standoff >= 0.0 && hull.standoff < hull.radius) << hull.source;
+    }
+  }
+  return meshes;
+}
+
 TEST(Robots, LoadOrAreRefusedWithAReason) {
   const std::filesystem::path folder = std::filesystem::path(COUNTERPOINT_SHARED_DATA) / "robots";
   if (!std::filesystem::exists(folder / "INDEX.csv")) {
@@ -83,6 +98,7 @@ TEST(Robots, LoadOrAreRefusedWithAReason) {
               "nv", "mass [kg]", "geom", "notes");
   const std::vector<IndexRow> rows = read_index(folder);
   ASSERT_GE(rows.size(), 31u);
+  int meshes = 0;
   for (const IndexRow& row : rows) {
     SCOPED_TRACE(row.name);
     RobotSpec robot;
@@ -100,6 +116,7 @@ TEST(Robots, LoadOrAreRefusedWithAReason) {
       continue;
     }
     EXPECT_EQ(kUnreadable.count(row.name), 0u);
+    meshes += check_hulls(robot);
     // A link 'world' that joints refer to and the file leaves out is added.
     const bool world_added = std::any_of(robot.notes.begin(), robot.notes.end(), [](const Note& n) {
       return n.message.find("no link 'world'") != std::string::npos;
@@ -119,6 +136,8 @@ TEST(Robots, LoadOrAreRefusedWithAReason) {
                   note.message.c_str());
     }
   }
+  // 72 collision elements of the files that can be read are meshes; none is lost.
+  EXPECT_EQ(meshes, 72);
 }
 
 }  // namespace
