@@ -11,6 +11,7 @@
 #include <numeric>
 #include <tuple>
 
+#include "counterpoint/model/collada_check.h"
 #include "counterpoint/model/hull_standoff.h"
 
 namespace counterpoint {
@@ -115,6 +116,7 @@ TriangleMesh load_mesh(const std::filesystem::path& file, const Vector3& scale) 
     throw InputError(fmt::format("{}: mesh scale ({}, {}, {}) must be finite and not zero",
                                  file.string(), scale.x(), scale.y(), scale.z()));
   }
+  if (lower_extension(file) == ".dae") check_collada(file);
   Assimp::Importer importer;
   const aiScene* scene = importer.ReadFile(file.string(), aiProcess_Triangulate);
   if (scene == nullptr || scene->mRootNode == nullptr) {

@@ -1,0 +1,186 @@
+#include "counterpoint/model/collada_check.h"
+
+#include <fmt/format.h>
+#include <tinyxml2.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "counterpoint/model/types.h"
+
+namespace counterpoint {
+namespace {
+
+using tinyxml2::XMLElement;
+
+class ColladaCheck {
+ public:
+  explicit ColladaCheck(const std::filesystem::path& file) : file_(file.string()) {}
+
+  void run() {
+    tinyxml2::XMLDocument document;
+    if (document.LoadFile(file_.c_str()) != tinyxml2::XML_SUCCESS) {
+      throw InputError(fmt::format("{}:{}: not well-formed XML: {}", file_, document.ErrorLineNum(),
+                                   document.ErrorName()));
+    }
+    if (document.RootElement() != nullptr) walk(*document.RootElement());
+  }
+
+ private:
+  [[noreturn]] void fail(const XMLElement& at, const std::string& what) const {
+    throw InputError(fmt::format("{}:{}: <{}> {}; export the mesh anew", file_, at.GetLineNum(),
+                                 at.Name(), what));
+  }
+
+  /// The text as numbers.
+  template <typename Number, typename Parse>
+  std::vector<Number> numbers(const XMLElement& in, const Parse& parse) const {
+    std::vector<Number> out;
+    const char* text = in.GetText() == nullptr ? "" : in.GetText();
+    constexpr const char* kBlank = " \t\r\n";
+    for (text += std::strspn(text, kBlank); *text != '\0'; text += std::strspn(text, kBlank)) {
+      char* end = nullptr;
+      errno = 0;
+      out.push_back(parse(text, &end));
+      if (end == text || std::strchr(kBlank, *end) == nullptr) {
+        fail(in, fmt::format("holds '{:.16}' where a number is expected", text));
+      }
+      text = end;
+    }
+    return out;
+  }
+  std::vector<double> reals(const XMLElement& in) const {
+    return numbers<double>(in, [](const char* s, char** end) { return std::strtod(s, end); });
+  }
+  std::vector<long> integers(const XMLElement& in) const {
+    return numbers<long>(in, [](const char* s, char** end) { return std::strtol(s, end, 10); });
+  }
+
+  /// An attribute that counts; `otherwise` if it is not there.
+  long count(const XMLElement& in, const char* name, long otherwise) const {
+    const char* text = in.Attribute(name);
+    if (text == nullptr) return otherwise;
+    char* end = nullptr;
+    const long value = std::strtol(text, &end, 10);
+    if (end == text || *end != '\0' || value < 0 || value > 1'000'000'000) {
+      fail(in, fmt::format("has {}=\"{:.16}\", which is no count", name, text));
+    }
+    return value;
+  }
+
+  void walk(const XMLElement& element) {
+    const std::map<std::string, size_t> kTransforms = {
+        {"matrix", 16}, {"translate", 3}, {"rotate", 4}, {"scale", 3}, {"lookat", 9}, {"skew", 7}};
+    const auto transform = kTransforms.find(element.Name());
+    if (transform != kTransforms.end() && reals(element).size() != transform->second) {
+      fail(element, fmt::format("needs {} numbers", transform->second));
+    }
+    if (std::string(element.Name()) == "mesh") check_mesh(element);
+    for (const auto* e = element.FirstChildElement(); e != nullptr; e = e->NextSiblingElement()) {
+      walk(*e);
+    }
+  }
+
+  void check_mesh(const XMLElement& mesh) {
+    lengths_.clear();
+    for (const auto* e = mesh.FirstChildElement("source"); e; e = e->NextSiblingElement("source")) {
+      read_source(*e);
+    }
+    const auto* vertices = mesh.FirstChildElement("vertices");
+    if (vertices != nullptr) {
+      long least = 1'000'000'000;
+      for (const auto* e = vertices->FirstChildElement("input"); e;
+           e = e->NextSiblingElement("input")) {
+        least = std::min(least, length(*e));
+      }
+      const char* id = vertices->Attribute("id");
+      if (id != nullptr) lengths_[id] = least;
+    }
+    for (const auto* e = mesh.FirstChildElement(); e != nullptr; e = e->NextSiblingElement()) {
+      if (e->FirstChildElement("p") != nullptr) check_primitives(*e);
+    }
+  }
+
+  void read_source(const XMLElement& source) {
+    const auto* array = source.FirstChildElement("float_array");
+    if (array == nullptr) return;  // names and the like
+    const long size = static_cast<long>(reals(*array).size());
+    if (count(*array, "count", size) != size)
+      fail(*array, "does not hold as many numbers as it says");
+    const auto* common = source.FirstChildElement("technique_common");
+    const auto* accessor = common == nullptr ? nullptr : common->FirstChildElement("accessor");
+    const char* id = source.Attribute("id");
+    if (accessor == nullptr || id == nullptr) fail(source, "has no id or no accessor");
+    const long elements = count(*accessor, "count", 0);
+    if (elements * count(*accessor, "stride", 1) + count(*accessor, "offset", 0) > size) {
+      fail(*accessor, "reaches beyond its array");
+    }
+    lengths_[id] = elements;
+  }
+
+  /// Number of elements of the source that an <input> names.
+  long length(const XMLElement& input) const {
+    const char* name = input.Attribute("source");
+    const auto found = name == nullptr || *name != '#' ? lengths_.end() : lengths_.find(name + 1);
+    if (found == lengths_.end()) {
+      fail(input,
+           fmt::format("names source '{}', which is not there", name == nullptr ? "" : name));
+    }
+    return found->second;
+  }
+
+  void check_primitives(const XMLElement& primitives) {
+    std::vector<std::pair<long, long>> inputs;  // offset, length of the source
+    long stride = 1;
+    for (const auto* e = primitives.FirstChildElement("input"); e;
+         e = e->NextSiblingElement("input")) {
+      inputs.emplace_back(count(*e, "offset", 0), length(*e));
+      stride = std::max(stride, inputs.back().first + 1);
+      if (stride > 64) fail(*e, "has an offset above 63");
+    }
+    long corners = 0;
+    for (const auto* p = primitives.FirstChildElement("p"); p; p = p->NextSiblingElement("p")) {
+      const std::vector<long> indices = integers(*p);
+      const long size = static_cast<long>(indices.size());
+      if (size % stride != 0)
+        fail(*p, fmt::format("does not hold a multiple of {} indices", stride));
+      corners += size / stride;
+      for (const auto& [offset, end] : inputs) {
+        for (long i = offset; i < size; i += stride) {
+          if (indices[i] < 0 || indices[i] >= end) {
+            fail(*p, fmt::format("holds index {}, beyond the {} there are", indices[i], end));
+          }
+        }
+      }
+    }
+    const std::string kind = primitives.Name();
+    const auto* vcount = primitives.FirstChildElement("vcount");
+    long expected = kind == "triangles" ? 3 * count(primitives, "count", corners / 3) : corners;
+    if (vcount != nullptr) {
+      expected = 0;
+      const std::vector<long> sizes = integers(*vcount);
+      for (const long size : sizes) {
+        if (size < 1 || size > corners) fail(*vcount, "holds a size that no polygon here has");
+        expected += size;
+      }
+      if (count(primitives, "count", -1) != static_cast<long>(sizes.size())) {
+        fail(primitives, "does not hold as many polygons as it says");
+      }
+    }
+    if (expected != corners) fail(primitives, "does not hold as many corners as it says");
+  }
+
+  const std::string file_;
+  std::map<std::string, long> lengths_;  // elements of sources and vertices, by id
+};
+
+}  // namespace
+
+void check_collada(const std::filesystem::path& file) { ColladaCheck(file).run(); }
+
+}  // namespace counterpoint
