@@ -10,7 +10,8 @@
 namespace counterpoint::collision {
 namespace {
 
-// A shape this many times larger than the travel does not turn far enough for other corners to matter.
+// A shape this many times larger than the travel does not turn far enough for other corners to
+// matter.
 constexpr double kLargestRatio = 4.0;
 // Contacts closer together than this share of the shape's size are one.
 constexpr double kSamePlace = 0.05;
@@ -54,7 +55,8 @@ Corners corners_of(const Shape& shape, const Pose& X) {
       break;
     case ShapeType::kSphere:
     case ShapeType::kPlane:
-    case ShapeType::kTerrain: break;
+    case ShapeType::kTerrain:
+      break;
   }
   Vector3 center = Vector3::Zero();
   for (int i = 0; i < out.size; ++i) center += out.points[i] / out.size;

@@ -240,7 +240,8 @@ void refine_depth(const MinkowskiDifference& overlapping, const Vector3& first, 
   }
 }
 
-// Closest points, or those parted by the least translation; false if the cores are `margin` apart.
+// Closest points, or those parted by the least translation; false if the cores are `margin` apart along
+// the normal that is set then.
 bool solve(const MinkowskiDifference& difference, double margin, Witness& out) {
   const bool curved = difference.a.shape.type == ShapeType::kCylinder ||
                       difference.b.shape.type == ShapeType::kCylinder;
@@ -258,6 +259,8 @@ bool solve(const MinkowskiDifference& difference, double margin, Witness& out) {
   }
   switch (outcome) {
     case Outcome::kBeyondMargin:
+      out.normal = v.normalized();
+      out.distance = margin;
       return false;
     case Outcome::kSeparated:
       fill_witness(simplex, v, out);
@@ -289,10 +292,12 @@ bool closest_points(const Shape& a, const Pose& X_WA, const Shape& b, const Pose
   const double radius = core_a.radius + core_b.radius;
   const MinkowskiDifference difference{core_a, core_b, core_a.extent() + core_b.extent() + radius,
                                        Vector3::Zero()};
-  if (!solve(difference, margin + radius, out)) return false;
+  const bool within = solve(difference, margin + radius, out);
   if ((core_a.climbs() || core_b.climbs()) && !confirm(difference, out)) {
     core_a.scan = core_b.scan = true;
     if (!solve(difference, margin + radius, out)) return false;
+  } else if (!within) {
+    return false;
   }
   out.vertex_a = core_a.hint;
   out.vertex_b = core_b.hint;

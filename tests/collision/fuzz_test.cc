@@ -194,35 +194,56 @@ TEST(Fuzz, AwkwardShapesOnAwkwardPoses) {
   EXPECT_GT(overlapping, 2500);
 }
 
+// Discs and needles thinner than the planes of merged faces are right: climbing over their vertices
+// stops short now and then. Wide and lying side by side, or anywhere.
+std::vector<Vector3> thin_cloud(std::mt19937& rng) {
+  const int size = std::uniform_int_distribution<int>(30, 300)(rng);
+  const double thin = std::pow(10.0, std::uniform_real_distribution<double>(-6.5, -3.0)(rng));
+  const double width = std::uniform_int_distribution<int>(0, 2)(rng) == 0 ? thin : 1.0;
+  const bool disc = std::uniform_int_distribution<int>(0, 1)(rng) == 0;
+  std::vector<Vector3> points;
+  for (int i = 0; i < size; ++i) {
+    Vector3 p = random_unit(rng);
+    if (disc) p = Vector3(p.x(), p.y(), 0.0).normalized() + (i % 2 ? 1.0 : -1.0) * Vector3::UnitZ();
+    points.push_back(0.4 * p.cwiseProduct(Vector3(1.0, width, thin)));
+  }
+  return points;
+}
+
 // Whatever comes closer than the margin is found, and what does not is not, however thin the hulls:
 // the gap is known from a search without margin.
 TEST(Fuzz, TheMarginMissesNoContactOfThinHulls) {
   std::mt19937 rng(31);
   constexpr double kGapError = 1e-9;  // as above
   int checked = 0;
-  for (int i = 0; i < 3000; ++i) {
+  for (int i = 0; i < 1000; ++i) {
     Shape shapes[2];
     for (Shape& shape : shapes) {
       while (!shape.mesh) {
         try {
-          const int kinds[] = {kPlate, kNeedle, kRound};
-          shape = hull_shape(cloud(rng, kinds[std::uniform_int_distribution<int>(0, 2)(rng)]));
+          shape = hull_shape(thin_cloud(rng));
         } catch (const InputError&) {
         }
       }
     }
     const Pose X_A{random_rotation(rng), Vector3::Zero()};
-    const Pose X_B{random_rotation(rng), random_vector(rng, 0.5)};
+    Pose X_B{random_rotation(rng), random_vector(rng, 0.3)};
+    if (i % 2 == 1) {
+      const double above = std::pow(10.0, std::uniform_real_distribution<double>(-5.0, -1.0)(rng));
+      X_B.rotation = X_A.rotation * quaternion_exp(1e-3 * random_unit(rng)).toRotationMatrix();
+      X_B.translation = X_A.rotation * Vector3(0.1, 0.2, above);
+    }
     Manifold m;
     pair_contacts(shapes[0], X_A, shapes[1], X_B, 10.0, m);
     ASSERT_GT(m.size, 0);
     const double gap = deepest(m).gap;
     if (gap <= 0.0) continue;
-    const double error =
-        kGapError * scale(shapes[0], X_A, shapes[1], X_B) + 4.0 * (defect(shapes[0]) + defect(shapes[1]));
+    const double error = kGapError * scale(shapes[0], X_A, shapes[1], X_B) +
+                         4.0 * (defect(shapes[0]) + defect(shapes[1]));
     for (const double more : {2.0 * error, 1e-3, 0.1}) {
       pair_contacts(shapes[0], X_A, shapes[1], X_B, gap + more, m);
-      EXPECT_GT(m.size, 0) << "sample " << i << ", gap " << gap << ", margin " << more << " above it";
+      EXPECT_GT(m.size, 0) << "sample " << i << ", gap " << gap << ", margin " << more
+                           << " above it";
       if (m.size == 0) continue;
       EXPECT_NEAR(deepest(m).gap, gap, error) << "sample " << i;
     }
@@ -232,7 +253,7 @@ TEST(Fuzz, TheMarginMissesNoContactOfThinHulls) {
     }
     ++checked;
   }
-  EXPECT_GT(checked, 500);
+  EXPECT_GT(checked, 300);
 }
 
 // The least translation out of one another, for hulls that share corners, edges and faces.
