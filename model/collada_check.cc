@@ -110,14 +110,28 @@ class ColladaCheck {
     const auto* array = source.FirstChildElement("float_array");
     if (array == nullptr) return;  // names and the like
     const long size = static_cast<long>(reals(*array).size());
-    if (count(*array, "count", size) != size)
+    if (count(*array, "count", -1) != size) {
       fail(*array, "does not hold as many numbers as it says");
+    }
     const auto* common = source.FirstChildElement("technique_common");
     const auto* accessor = common == nullptr ? nullptr : common->FirstChildElement("accessor");
     const char* id = source.Attribute("id");
     if (accessor == nullptr || id == nullptr) fail(source, "has no id or no accessor");
+    const char* array_id = array->Attribute("id");
+    const char* named = accessor->Attribute("source");
+    if (array_id == nullptr || named == nullptr || *named != '#' ||
+        std::strcmp(named + 1, array_id) != 0) {
+      fail(*accessor, "does not name the array beside it");
+    }
     const long elements = count(*accessor, "count", 0);
-    if (elements * count(*accessor, "stride", 1) + count(*accessor, "offset", 0) > size) {
+    const long stride = count(*accessor, "stride", 1);
+    long width = 0;  // numbers of one element that may be read
+    for (const auto* e = accessor->FirstChildElement("param"); e;
+         e = e->NextSiblingElement("param")) {
+      ++width;
+    }
+    if (elements > 0 &&
+        count(*accessor, "offset", 0) + (elements - 1) * stride + std::max(stride, width) > size) {
       fail(*accessor, "reaches beyond its array");
     }
     lengths_[id] = elements;
