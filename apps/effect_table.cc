@@ -19,13 +19,14 @@ double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
-/// Steps of a scene to take again.
+/// Steps of a scene with these effects on, to take again.
 class ShortRun {
  public:
-  explicit ShortRun(const Scene& scene) : scene_(scene), next_{0.0, scene.q, scene.v} {
+  ShortRun(const Scene& scene, EffectSet effects) : scene_(scene), next_{0.0, scene.q, scene.v} {
     constexpr double kLongest = 0.1;  // [s] of computing
     constexpr int kMostSteps = 1000, kFewestSteps = 10;
     Simulator simulator(scene);
+    simulator.options().effects = effects;
     const auto start = Clock::now();
     const double steps = std::ceil(scene.options.duration / scene.options.time_step - 1e-6);
     for (int k = 0; k < std::clamp<double>(steps, 1, kMostSteps); ++k) {
@@ -36,6 +37,8 @@ class ShortRun {
   }
 
   int num_steps() const { return static_cast<int>(states_.size()); }
+  /// Mean over the steps timed last.
+  double newton_iterations() const { return newton_iterations_; }
 
   /// Seconds that the steps take with these effects on; nothing if one of them fails.
   std::optional<double> time(EffectSet effects) {
@@ -46,17 +49,23 @@ class ShortRun {
     // Memory is got on the way to the first step's end.
     step_forward(scene_.model, options, {}, states_[0], input, workspace, next_);
     const auto start = Clock::now();
+    long iterations = 0;
     for (const State& state : states_) {
-      if (!step_forward(scene_.model, options, {}, state, input, workspace, next_).succeeded())
-        return {};
+      const StepReport step =
+          step_forward(scene_.model, options, {}, state, input, workspace, next_);
+      if (!step.succeeded()) return {};
+      iterations += step.newton_iterations;
     }
-    return seconds_since(start);
+    const double seconds = seconds_since(start);
+    newton_iterations_ = static_cast<double>(iterations) / num_steps();
+    return seconds;
   }
 
  private:
   const Scene& scene_;
   std::vector<State> states_;
   State next_;
+  double newton_iterations_ = 0.0;
 };
 
 /// Share of the step time that goes when the effect is switched off: median of several pairs, taken
@@ -82,13 +91,14 @@ bool per_contact(Effect effect) {
 }  // namespace
 
 void report_costs(const Scene& scene, Report& report) {
-  ShortRun run(scene);
   const std::vector<EffectUse> uses = list_effects(scene.model, scene.options);
-  fmt::print(report.text(), "\n{:<24} {:>10}\n", "effects, added up", "us a step");
+  fmt::print(report.text(), "\n{:<24} {:>10} {:>13}\n", "effects, added up", "us a step",
+             "Newton steps");
   Json costs = Json::array();
   EffectSet effects;
   const auto measure = [&](const std::string& name) {
     constexpr int kRuns = 5;
+    ShortRun run(scene, effects);
     std::vector<double> times;
     for (int i = 0; i < kRuns; ++i)
       if (const auto time = run.time(effects)) times.push_back(*time);
@@ -97,10 +107,13 @@ void report_costs(const Scene& scene, Report& report) {
       std::nth_element(times.begin(), times.begin() + kRuns / 2, times.end());
       microseconds = 1e6 * times[kRuns / 2] / run.num_steps();
     }
-    fmt::print(report.text(), "{:<24} {:>10}\n", name,
-               microseconds ? fmt::format("{:.3g}", *microseconds) : "fails");
+    fmt::print(report.text(), "{:<24} {:>10} {:>13}\n", name,
+               microseconds ? fmt::format("{:.3g}", *microseconds) : "fails",
+               microseconds ? fmt::format("{:.3g}", run.newton_iterations()) : "");
     costs.push_back(
-        {{"added", name}, {"step_us", microseconds ? Json(*microseconds) : Json(nullptr)}});
+        {{"added", name},
+         {"step_us", microseconds ? Json(*microseconds) : Json(nullptr)},
+         {"newton_iterations_mean", microseconds ? Json(run.newton_iterations()) : Json(nullptr)}});
   };
   measure("bodies and joints alone");
   for (const EffectUse& use : uses) {
@@ -112,7 +125,7 @@ void report_costs(const Scene& scene, Report& report) {
 }
 
 void report_effects(const Scene& scene, Report& report) {
-  ShortRun run(scene);
+  ShortRun run(scene, scene.options.effects);
   Json effects = Json::array();
   fmt::print(report.text(), "\n{:<20} {:<4} {:>10} {:>12}  {}\n", "effect", "", "rows",
              "share of step", "why");

@@ -10,6 +10,9 @@ constexpr int kDirectSteps = 2;
 // and more when the residual has come below this: quadratic convergence is at work.
 constexpr double kNearly = 0.3;
 constexpr int kFinishSteps = 20;
+// Such steps are taken few at a time, as long as these bring the residual to that share.
+constexpr int kStageSteps = 3;
+constexpr double kContraction = 0.1;
 constexpr int kMixedSteps = 25;
 constexpr int kMixedRaises = 2;
 constexpr int kInteriorSteps = 60;
@@ -61,6 +64,17 @@ void IslandSolver::follow(double sigma_share, double least_cosine) {
   if (result.solved) finish(kFinishSteps);
 }
 
+// Newton's method goes on while its residual falls fast. That it is small says little by itself: it is
+// relative to the island's momentum, and joints with friction have but a small share in a body's fall.
+void IslandSolver::finish_while_contracting() {
+  double before = kNearly;
+  for (int steps = 0; steps < kFinishSteps && unsolved() && result_.residual < before;
+       steps += kStageSteps) {
+    before = kContraction * result_.residual;
+    finish(kStageSteps);
+  }
+}
+
 // Another method from the start, and Newton's from where it arrives.
 void IslandSolver::attempt(Method method, int max_iterations) {
   method_ = method;
@@ -94,7 +108,7 @@ void IslandSolver::attempt(Method method, int max_iterations) {
 // From the cheapest to the surest; Newton's method again at last, whose cost cannot rise.
 void IslandSolver::try_in_turn() {
   finish(kDirectSteps);
-  if (unsolved() && result_.residual < kNearly) finish(kFinishSteps);
+  finish_while_contracting();
   if (unsolved()) attempt(Method::kMixedNewton, kMixedSteps);
   if (unsolved()) attempt(Method::kInteriorPoint, kInteriorSteps);
   if (unsolved()) attempt(Method::kHomotopy, settings_.max_iterations);

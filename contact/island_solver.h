@@ -30,6 +30,7 @@ class IslandSolver {
   void try_in_turn();
   void attempt(Method method, int max_iterations);
   void follow(double sigma_share, double least_cosine);
+  void finish_while_contracting();
   void finish(int max_iterations);
   int steps_left() const;
   bool unsolved() const;
