@@ -32,6 +32,7 @@ struct Parts {
   std::string shoulder = "", elbow = "", elbow_type = "continuous";
   std::string scene = "";  ///< more keys of the scene file
   std::string more = "";   ///< more models
+  std::string model = "";  ///< more keys of the robot
 };
 
 std::string replaced(std::string text, const std::string& what, const std::string& with) {
@@ -44,8 +45,8 @@ Scene make(const Parts& parts) {
   robot = replaced(replaced(robot, "SHOULDER", parts.shoulder), "ELBOW", parts.elbow);
   folder.write("robot.urdf", robot);
   return load_scene(
-      folder.write("scene.yaml", "models:\n  - {urdf: robot.urdf, name: r, position: [0, 0, 5]}\n" +
-                                     parts.more + parts.scene + "\n"));
+      folder.write("scene.yaml", "models:\n  - {urdf: robot.urdf, name: r, position: [0, 0, 5]" +
+                                     parts.model + "}\n" + parts.more + parts.scene + "\n"));
 }
 
 constexpr const char* kBall = "  - {name: ball, sphere: 0.1, mass: 1, position: [0, 0, 0.1]}\n";
@@ -58,6 +59,15 @@ std::map<Effect, Parts> scenes_with() {
       {Effect::kLimits,
        {.elbow = "<limit lower=\"-1\" upper=\"1\" effort=\"10\" velocity=\"10\"/>",
         .elbow_type = "revolute"}},
+      {Effect::kArmature, {.model = ", dynamics: {shoulder: {armature: 0.1}}"}},
+      {Effect::kSprings, {.model = ", dynamics: {elbow: {stiffness: 20}}"}},
+      {Effect::kServos,
+       {.model = ", dynamics: {elbow: {servo: {stiffness: 20, damping: 1, position: 0.3}}}"}},
+      {Effect::kEffortLimits, {.model = ", dynamics: {elbow: {effort_limit: 0.7}}"}},
+      {Effect::kVelocityLimits,
+       {.scene = "effects: {velocity_limits: on}",
+        .model = ", dynamics: {elbow: {velocity_limit: 0.9}}"}},
+      {Effect::kDrag, {.model = ", drag: {lower: {linear: 0.3, angular_quadratic: 0.1}}"}},
       {Effect::kMimics, {.elbow = "<mimic joint=\"shoulder\" multiplier=\"2\"/>"}},
       {Effect::kClosures,
        {.scene = "closures: [{type: distance, between: [r/lower, world], length: 3}]"}},
