@@ -72,10 +72,14 @@ class ShortRun {
 /// in turn. Nothing if the scene cannot be stepped without it.
 std::optional<double> measure_share(const Scene& scene, Effect effect, ShortRun& run) {
   constexpr int kPairs = 5;
+  // A scene asleep costs nothing, whatever it would call for.
+  const EffectSet all = effect == Effect::kSleeping
+                            ? scene.options.effects
+                            : scene.options.effects.without({Effect::kSleeping});
   std::vector<double> shares;
   for (int i = 0; i < kPairs; ++i) {
-    const auto with = run.time(scene.options.effects);
-    const auto without = run.time(scene.options.effects.without({effect}));
+    const auto with = run.time(all);
+    const auto without = run.time(all.without({effect}));
     if (!with || !without || !(*with > 0.0)) return {};
     shares.push_back(1.0 - *without / *with);
   }
