@@ -4,6 +4,7 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 
 namespace counterpoint::collision {
 
@@ -33,41 +34,69 @@ int scan_all(const ConvexMesh& mesh, const Vector3& direction) {
   return best;
 }
 
-// The same for at most kScanAtMost vertices, in single precision unless the second is close. The
-// last bits of a height hold the vertex, so that the largest brings its own along.
+// Of the listed vertices the one farthest along the direction, of equals the first.
+int highest_of(const ConvexMesh& mesh, const Vector3& direction, const int* list, int size) {
+  int best = list[0];
+  double height = mesh.vertices[best].dot(direction);
+  for (int k = 1; k < size; ++k) {
+    const double h = mesh.vertices[list[k]].dot(direction);
+    best = h > height ? list[k] : best;
+    height = h > height ? h : height;
+  }
+  return best;
+}
+
+// The same as scan_all for at most kScanAtMost vertices, in single precision, and in double among
+// those that come close. The last bits of a height hold the vertex, so that the largest brings its
+// own along.
 int scan_few(const ConvexMesh& mesh, const Vector3& direction) {
   static_assert(kScanAtMost == 128);
   constexpr std::int32_t kVertex = kScanAtMost - 1;
-  // Vertices and direction are at most 1 long. The six roundings of a product lose 4e-7, the bits
-  // that hold the vertex 1.6e-5.
+  // Vertices are at most 1 long. Relative to the direction's length the six roundings of a product
+  // lose 4e-7, the bits that hold the vertex 1.6e-5.
   constexpr float kClose = 4e-5f;
-  const double inverse_length = 1.0 / direction.cwiseAbs().sum();
-  const auto x = static_cast<float>(direction.x() * inverse_length);
-  const auto y = static_cast<float>(direction.y() * inverse_length);
-  const auto z = static_cast<float>(direction.z() * inverse_length);
+  // Of the direction; beyond, single precision may run out.
+  constexpr float kShortest = 1e-18f;
+  constexpr float kLongest = 1e18f;
+  const auto x = static_cast<float>(direction.x());
+  const auto y = static_cast<float>(direction.y());
+  const auto z = static_cast<float>(direction.z());
+  const float length = std::abs(x) + std::abs(y) + std::abs(z);
+  if (!(length > kShortest && length < kLongest)) return scan_all(mesh, direction);
   const float* const xs = mesh.coarse_vertices[0].data();
   const float* const ys = mesh.coarse_vertices[1].data();
   const float* const zs = mesh.coarse_vertices[2].data();
   const int size = static_cast<int>(mesh.vertices.size());
-  Four first = {-2.0f, -2.0f, -2.0f, -2.0f};
+  constexpr float kLowest = std::numeric_limits<float>::lowest();
+  Four heights[kScanAtMost / 4];
+  Four first = {kLowest, kLowest, kLowest, kLowest};
   Four second = first;
   FourInts vertices = {0, 1, 2, 3};
   for (int i = 0; i < size; i += 4, vertices += 4) {
     const Four height = load(xs + i) * x + load(ys + i) * y + load(zs + i) * z;
     const auto tagged =
         reinterpret_cast<Four>((reinterpret_cast<FourInts>(height) & ~kVertex) | vertices);
+    heights[i / 4] = tagged;
     second = larger(second, smaller(first, tagged));
     first = larger(first, tagged);
   }
-  const float first01 = std::max(first[0], first[1]);
-  const float first23 = std::max(first[2], first[3]);
-  const float highest = std::max(first01, first23);
-  const float next =
-      std::max({std::min(first01, first23), std::min(first[0], first[1]),
-                std::min(first[2], first[3]), second[0], second[1], second[2], second[3]});
-  // False also for a direction that is not finite or zero.
-  if (highest - next > kClose) return std::bit_cast<std::int32_t>(highest) & kVertex;
-  return scan_all(mesh, direction);
+  const auto fold = [&](const Four& other_first, const Four& other_second) {
+    second = larger(larger(second, other_second), smaller(first, other_first));
+    first = larger(first, other_first);
+  };
+  fold(__builtin_shuffle(first, FourInts{2, 3, 0, 1}),
+       __builtin_shuffle(second, FourInts{2, 3, 0, 1}));
+  fold(__builtin_shuffle(first, FourInts{1, 0, 3, 2}),
+       __builtin_shuffle(second, FourInts{1, 0, 3, 2}));
+  const float least = first[0] - kClose * length;
+  if (second[0] < least) return std::bit_cast<std::int32_t>(first[0]) & kVertex;
+  int close[kScanAtMost];
+  int num_close = 0;
+  for (int i = 0; i < size; ++i) {
+    close[num_close] = i;
+    num_close += heights[i / 4][i % 4] >= least;
+  }
+  return highest_of(mesh, direction, close, num_close);
 }
 
 }  // namespace

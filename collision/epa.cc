@@ -81,9 +81,9 @@ void Polytope::add_face(int i, int j, int k) {
   const Vector3 e1 = vertices_[j].w - p;
   const Vector3 e2 = vertices_[k].w - p;
   f.normal = e1.cross(e2);
-  const double area = f.normal.norm();
-  if (area > 1e-13 * e1.norm() * e2.norm()) {
-    f.normal /= area;
+  const double area2 = f.normal.squaredNorm();
+  if (area2 > 1e-26 * e1.squaredNorm() * e2.squaredNorm()) {
+    f.normal /= std::sqrt(area2);
     f.offset = f.normal.dot(p);
   } else {
     f.normal.setZero();

@@ -36,15 +36,17 @@ HeightField height_field(const Matrix3& frame, const Feature& f) {
 // round-off.
 void clip(const Vector3& p, const Vector3& q, double tolerance, const Patch& in, Patch& out) {
   out.size = 0;
-  const double ex = q.x() - p.x();
-  const double ey = q.y() - p.y();
+  double ex = q.x() - p.x();
+  double ey = q.y() - p.y();
   const double length = std::sqrt(ex * ex + ey * ey);
   if (length <= tolerance) {
     out = in;
     return;
   }
+  ex /= length;
+  ey /= length;
   const auto side = [&](const Vector3& v) {
-    return (ex * (v.y() - p.y()) - ey * (v.x() - p.x())) / length + tolerance;
+    return ex * (v.y() - p.y()) - ey * (v.x() - p.x()) + tolerance;
   };
   const int edges = in.size == 2 ? 1 : in.size;
   double side_i = side(in.points[0]);

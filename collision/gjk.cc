@@ -1,6 +1,7 @@
 #include "counterpoint/collision/gjk.h"
 
 #include <algorithm>
+#include <bit>
 #include <limits>
 
 #include "counterpoint/collision/minkowski.h"
@@ -25,43 +26,51 @@ constexpr int kMaxIterations = 200;
 constexpr int kMaxStalls = 3;
 constexpr double kNoFarther = 1.0 + 1e-15;
 
-// The part of a simplex closest to the origin.
+// The part of a simplex closest to the origin; its points in ascending order.
 struct Closest {
   Vector3 point;
   double distance2 = std::numeric_limits<double>::infinity();
-  std::array<int, 3> index{};
-  std::array<double, 3> weight{};
+  std::array<int, 3> index;
+  std::array<double, 3> weight;  // times weight_sum
+  double weight_sum;
   int size = 0;
 
-  void take_if_closer(const Closest& other) {
-    if (other.distance2 < distance2) *this = other;
+  void take_point(const Simplex& s, int i) {
+    const Vector3& p = s.points[i].w;
+    const double p2 = p.squaredNorm();
+    if (p2 >= distance2) return;  // what is not a number is taken
+    point = p;
+    distance2 = p2;
+    index[0] = i;
+    weight[0] = 1.0;
+    weight_sum = 1.0;
+    size = 1;
   }
 };
 
-Closest closest_on_segment(const Simplex& s, int i, int j) {
+// These keep the closest so far if what they look at is no closer.
+void take_segment(const Simplex& s, int i, int j, Closest& c) {
   const Vector3& p = s.points[i].w;
   const Vector3 edge = s.points[j].w - p;
   const double length2 = edge.squaredNorm();
-  const double t = length2 > 0.0 ? -p.dot(edge) / length2 : 0.0;
-  Closest c;
-  if (t <= 0.0) {
-    c = {p, p.squaredNorm(), {i, 0, 0}, {1.0, 0.0, 0.0}, 1};
-  } else if (t >= 1.0) {
-    const Vector3& q = s.points[j].w;
-    c = {q, q.squaredNorm(), {j, 0, 0}, {1.0, 0.0, 0.0}, 1};
-  } else {
-    c.point = p + t * edge;
-    c.distance2 = c.point.squaredNorm();
-    c.index = {i, j, 0};
-    c.weight = {1.0 - t, t, 0.0};
-    c.size = 2;
-  }
-  return c;
+  const double along = -p.dot(edge);
+  if (!(along > 0.0)) return c.take_point(s, i);
+  if (along >= length2) return c.take_point(s, j);
+  const double t = along / length2;
+  const Vector3 point = p + t * edge;
+  const double distance2 = point.squaredNorm();
+  if (!(distance2 < c.distance2)) return;
+  c.point = point;
+  c.distance2 = distance2;
+  c.index = {i, j, 0};
+  c.weight = {1.0 - t, t, 0.0};
+  c.weight_sum = 1.0;
+  c.size = 2;
 }
 
 // Where the foot of the origin on the plane of the triangle lies outside, it lies beyond one or two
 // edges, and the closest point is on one of these.
-Closest closest_on_triangle(const Simplex& s, int i, int j, int k) {
+void take_triangle(const Simplex& s, int i, int j, int k, Closest& c) {
   const Vector3& p = s.points[i].w;
   const Vector3 e1 = s.points[j].w - p;
   const Vector3 e2 = s.points[k].w - p;
@@ -71,25 +80,27 @@ Closest closest_on_triangle(const Simplex& s, int i, int j, int k) {
   const double wj = e2.cross(p).dot(normal);
   const double wk = p.cross(e1).dot(normal);
   const double wi = area2 - wj - wk;
-  Closest c;
   if (!flat && wi >= 0.0 && wj >= 0.0 && wk >= 0.0) {
     // Along the normal, not as a sum of corners: no digits are lost when the plane passes close by.
-    c.point = normal * (normal.dot(p) / area2);
-    c.distance2 = c.point.squaredNorm();
+    const Vector3 point = normal * (normal.dot(p) / area2);
+    const double distance2 = point.squaredNorm();
+    if (!(distance2 < c.distance2)) return;
+    c.point = point;
+    c.distance2 = distance2;
     c.index = {i, j, k};
-    c.weight = {wi / area2, wj / area2, wk / area2};
+    c.weight = {wi, wj, wk};
+    c.weight_sum = area2;
     c.size = 3;
-    return c;
+    return;
   }
-  if (flat || wk < 0.0) c.take_if_closer(closest_on_segment(s, i, j));
-  if (flat || wi < 0.0) c.take_if_closer(closest_on_segment(s, j, k));
-  if (flat || wj < 0.0) c.take_if_closer(closest_on_segment(s, k, i));
-  return c;
+  if (flat || wk < 0.0) take_segment(s, i, j, c);
+  if (flat || wi < 0.0) take_segment(s, j, k, c);
+  if (flat || wj < 0.0) take_segment(s, i, k, c);
 }
 
 // The point added last, the fourth, brings the origin closer than the triangle of the others. Of
 // the three faces around it only those count that the origin is outside of; none: `inside`.
-Closest closest_on_tetrahedron(const Simplex& s, bool& inside) {
+void take_tetrahedron(const Simplex& s, Closest& best, bool& inside) {
   const Vector3& p = s.points[3].w;
   const Vector3 a = s.points[0].w - p;
   const Vector3 b = s.points[1].w - p;
@@ -100,42 +111,47 @@ Closest closest_on_tetrahedron(const Simplex& s, bool& inside) {
   const bool flat =
       !(volume * volume > 1e-28 * a.squaredNorm() * b.squaredNorm() * c.squaredNorm());
   const double sign = volume < 0.0 ? -1.0 : 1.0;
-  Closest best;
-  inside = false;
-  const bool beyond_ab = flat || sign * ab.dot(p) > 0.0;
-  const bool beyond_bc = flat || sign * b.cross(c).dot(p) > 0.0;
-  const bool beyond_ca = flat || sign * c.cross(a).dot(p) > 0.0;
-  if (beyond_ab) best.take_if_closer(closest_on_triangle(s, 0, 1, 3));
-  if (beyond_bc) best.take_if_closer(closest_on_triangle(s, 1, 2, 3));
-  if (beyond_ca) best.take_if_closer(closest_on_triangle(s, 2, 0, 3));
-  if (best.size > 0) return best;
+  // One bit a face, so that which it is costs no branch.
+  constexpr int kEdges[3][2] = {{0, 1}, {1, 2}, {0, 2}};
+  unsigned beyond = static_cast<unsigned>(sign * ab.dot(p) > 0.0) |
+                    static_cast<unsigned>(sign * b.cross(c).dot(p) > 0.0) << 1 |
+                    static_cast<unsigned>(sign * c.cross(a).dot(p) > 0.0) << 2;
+  if (flat) beyond = 7;
+  for (; beyond != 0; beyond &= beyond - 1) {
+    const auto& edge = kEdges[std::countr_zero(beyond)];
+    take_triangle(s, edge[0], edge[1], 3, best);
+  }
+  if (best.size > 0) return;
   const Vector3& q = s.points[0].w;
   inside = sign * (s.points[1].w - q).cross(s.points[2].w - q).dot(q) >= 0.0;
-  if (!inside) best = closest_on_triangle(s, 0, 1, 2);
-  return best;
+  if (!inside) take_triangle(s, 0, 1, 2, best);
 }
 
-Closest closest_on_simplex(const Simplex& s, bool& inside) {
-  inside = false;
+// Returns whether the origin is inside; `c` is the closest part otherwise.
+bool closest_on_simplex(const Simplex& s, Closest& c) {
+  bool inside = false;
   switch (s.size) {
     case 1:
-      return {s.points[0].w, s.points[0].w.squaredNorm(), {0, 0, 0}, {1.0, 0.0, 0.0}, 1};
+      c.take_point(s, 0);
+      break;
     case 2:
-      return closest_on_segment(s, 0, 1);
+      take_segment(s, 0, 1, c);
+      break;
     case 3:
-      return closest_on_triangle(s, 0, 1, 2);
+      take_triangle(s, 0, 1, 2, c);
+      break;
     default:
-      return closest_on_tetrahedron(s, inside);
+      take_tetrahedron(s, c, inside);
   }
+  return inside;
 }
 
 void reduce(const Closest& c, Simplex& s) {
-  std::array<DifferencePoint, 3> kept;
-  for (int i = 0; i < c.size; ++i) kept[i] = s.points[c.index[i]];
   for (int i = 0; i < c.size; ++i) {
-    s.points[i] = kept[i];
+    if (c.index[i] != i) s.points[i] = s.points[c.index[i]];
     s.weights[i] = c.weight[i];
   }
+  s.weight_sum = c.weight_sum;
   s.size = c.size;
 }
 
@@ -150,17 +166,17 @@ Outcome iterate(const MinkowskiDifference& difference, double margin, const Accu
   const double touching = kTouchingDistance * difference.scale;
   double distance = std::numeric_limits<double>::infinity();
   if (simplex.size > 0) {
-    bool inside = false;
-    const Closest closest = closest_on_simplex(simplex, inside);
+    Closest closest;
+    closest_on_simplex(simplex, closest);
     reduce(closest, simplex);
     v = closest.point;
-    distance = v.norm();
+    distance = std::sqrt(closest.distance2);
     if (distance <= touching) return Outcome::kTouching;
   }
   int stalls = 0;
+  double norm = v.norm();
   for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
     const DifferencePoint next = difference.support(-v);
-    const double norm = v.norm();
     const double lower_bound = v.dot(next.w) / norm;
     if (lower_bound >= margin) return Outcome::kBeyondMargin;
     if (distance - lower_bound <= error) break;
@@ -169,9 +185,8 @@ Outcome iterate(const MinkowskiDifference& difference, double margin, const Accu
     for (int i = 0; i < simplex.size; ++i) known = known || simplex.points[i].w == next.w;
     if (known) break;
     simplex.points[simplex.size++] = next;
-    bool inside = false;
-    const Closest closest = closest_on_simplex(simplex, inside);
-    if (inside) return Outcome::kTouching;
+    Closest closest;
+    if (closest_on_simplex(simplex, closest)) return Outcome::kTouching;
     const double closer = std::sqrt(closest.distance2);
     // The distance is right to round-off long before the normal is: its error counts squared.
     if (!(closer < distance) && (!(closer <= distance * kNoFarther) || ++stalls > kMaxStalls)) {
@@ -179,7 +194,7 @@ Outcome iterate(const MinkowskiDifference& difference, double margin, const Accu
       break;
     }
     reduce(closest, simplex);
-    distance = closer;
+    distance = norm = closer;
     v = closest.point;
     if (distance <= touching) return Outcome::kTouching;
   }
@@ -190,8 +205,9 @@ void fill_witness(const Simplex& simplex, const Vector3& v, Witness& out) {
   out.point_a.setZero();
   out.point_b.setZero();
   for (int i = 0; i < simplex.size; ++i) {
-    out.point_a += simplex.weights[i] * simplex.points[i].a;
-    out.point_b += simplex.weights[i] * simplex.points[i].b;
+    const double weight = simplex.weights[i] / simplex.weight_sum;
+    out.point_a += weight * simplex.points[i].a;
+    out.point_b += weight * simplex.points[i].b;
   }
   out.distance = v.norm();
   out.normal = v / out.distance;

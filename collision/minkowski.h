@@ -33,6 +33,7 @@ struct MinkowskiDifference {
 struct Simplex {
   std::array<DifferencePoint, 4> points;
   std::array<double, 4> weights;  ///< barycentric coordinates of the point closest to the origin
+  double weight_sum = 1.0;        ///< what the weights add up to
   int size = 0;
 };
 
