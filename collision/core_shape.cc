@@ -4,6 +4,7 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
+#include <cstring>
 #include <limits>
 
 namespace counterpoint::collision {
@@ -13,12 +14,17 @@ namespace {
 // With no more vertices than this looking at all is faster than climbing.
 constexpr int kScanAtMost = 128;
 
-using Four = float __attribute__((vector_size(16)));
-using FourInts = std::int32_t __attribute__((vector_size(16)));
+// As many as coarse_vertices is a multiple of.
+constexpr int kTogether = 8;
+using Floats = float __attribute__((vector_size(4 * kTogether)));
+using Ints = std::int32_t __attribute__((vector_size(4 * kTogether)));
 
-Four load(const float* p) { return Four{p[0], p[1], p[2], p[3]}; }
-Four larger(const Four& a, const Four& b) { return a > b ? a : b; }
-Four smaller(const Four& a, const Four& b) { return a < b ? a : b; }
+// Compiled twice and chosen when the program starts: with wide registers where there are any.
+#if defined(__x86_64__) && defined(__gnu_linux__) && !defined(__AVX2__)
+#define COUNTERPOINT_WIDE __attribute__((target_clones("avx2", "default")))
+#else
+#define COUNTERPOINT_WIDE
+#endif
 
 // The vertex farthest along the direction, of equals the lowest.
 int scan_all(const ConvexMesh& mesh, const Vector3& direction) {
@@ -46,12 +52,53 @@ int highest_of(const ConvexMesh& mesh, const Vector3& direction, const int* list
   return best;
 }
 
-// The same as scan_all for at most kScanAtMost vertices, in single precision, and in double among
-// those that come close. The last bits of a height hold the vertex, so that the largest brings its
-// own along.
-int scan_few(const ConvexMesh& mesh, const Vector3& direction) {
+// Single-precision heights of a mesh along a direction. The last bits of each hold the vertex, so
+// that the highest brings its own along.
+struct Heights {
+  static constexpr std::int32_t kVertex = kScanAtMost - 1;
   static_assert(kScanAtMost == 128);
-  constexpr std::int32_t kVertex = kScanAtMost - 1;
+  Floats all[kScanAtMost / kTogether];
+  float highest, next;
+};
+
+COUNTERPOINT_WIDE void find_heights(const ConvexMesh& mesh, float x, float y, float z,
+                                    Heights& out) {
+  const float* const xs = mesh.coarse_vertices[0].data();
+  const float* const ys = mesh.coarse_vertices[1].data();
+  const float* const zs = mesh.coarse_vertices[2].data();
+  const int size = static_cast<int>(mesh.vertices.size());
+  Floats first = Floats{} + std::numeric_limits<float>::lowest();
+  Floats second = first;
+  Ints vertices = {0, 1, 2, 3, 4, 5, 6, 7};
+  for (int i = 0; i < size; i += kTogether, vertices += kTogether) {
+    Floats px, py, pz;
+    std::memcpy(&px, xs + i, sizeof px);
+    std::memcpy(&py, ys + i, sizeof py);
+    std::memcpy(&pz, zs + i, sizeof pz);
+    const Floats height = px * x + py * y + pz * z;
+    const auto tagged =
+        reinterpret_cast<Floats>((reinterpret_cast<Ints>(height) & ~Heights::kVertex) | vertices);
+    out.all[i / kTogether] = tagged;
+    const Floats lower = first < tagged ? first : tagged;
+    second = second > lower ? second : lower;
+    first = first > tagged ? first : tagged;
+  }
+  for (const Ints& other :
+       {Ints{4, 5, 6, 7, 0, 1, 2, 3}, Ints{2, 3, 0, 1, 6, 7, 4, 5}, Ints{1, 0, 3, 2, 5, 4, 7, 6}}) {
+    const Floats other_first = __builtin_shuffle(first, other);
+    const Floats other_second = __builtin_shuffle(second, other);
+    const Floats lower = first < other_first ? first : other_first;
+    second = second > other_second ? second : other_second;
+    second = second > lower ? second : lower;
+    first = first > other_first ? first : other_first;
+  }
+  out.highest = first[0];
+  out.next = second[0];
+}
+
+// The same as scan_all for at most kScanAtMost vertices: in single precision, and in double among
+// those that come close.
+int scan_few(const ConvexMesh& mesh, const Vector3& direction) {
   // Vertices are at most 1 long. Relative to the direction's length the six roundings of a product
   // lose 4e-7, the bits that hold the vertex 1.6e-5.
   constexpr float kClose = 4e-5f;
@@ -63,38 +110,16 @@ int scan_few(const ConvexMesh& mesh, const Vector3& direction) {
   const auto z = static_cast<float>(direction.z());
   const float length = std::abs(x) + std::abs(y) + std::abs(z);
   if (!(length > kShortest && length < kLongest)) return scan_all(mesh, direction);
-  const float* const xs = mesh.coarse_vertices[0].data();
-  const float* const ys = mesh.coarse_vertices[1].data();
-  const float* const zs = mesh.coarse_vertices[2].data();
+  Heights heights;
+  find_heights(mesh, x, y, z, heights);
+  const float least = heights.highest - kClose * length;
+  if (heights.next < least) return std::bit_cast<std::int32_t>(heights.highest) & Heights::kVertex;
   const int size = static_cast<int>(mesh.vertices.size());
-  constexpr float kLowest = std::numeric_limits<float>::lowest();
-  Four heights[kScanAtMost / 4];
-  Four first = {kLowest, kLowest, kLowest, kLowest};
-  Four second = first;
-  FourInts vertices = {0, 1, 2, 3};
-  for (int i = 0; i < size; i += 4, vertices += 4) {
-    const Four height = load(xs + i) * x + load(ys + i) * y + load(zs + i) * z;
-    const auto tagged =
-        reinterpret_cast<Four>((reinterpret_cast<FourInts>(height) & ~kVertex) | vertices);
-    heights[i / 4] = tagged;
-    second = larger(second, smaller(first, tagged));
-    first = larger(first, tagged);
-  }
-  const auto fold = [&](const Four& other_first, const Four& other_second) {
-    second = larger(larger(second, other_second), smaller(first, other_first));
-    first = larger(first, other_first);
-  };
-  fold(__builtin_shuffle(first, FourInts{2, 3, 0, 1}),
-       __builtin_shuffle(second, FourInts{2, 3, 0, 1}));
-  fold(__builtin_shuffle(first, FourInts{1, 0, 3, 2}),
-       __builtin_shuffle(second, FourInts{1, 0, 3, 2}));
-  const float least = first[0] - kClose * length;
-  if (second[0] < least) return std::bit_cast<std::int32_t>(first[0]) & kVertex;
   int close[kScanAtMost];
   int num_close = 0;
   for (int i = 0; i < size; ++i) {
     close[num_close] = i;
-    num_close += heights[i / 4][i % 4] >= least;
+    num_close += heights.all[i / kTogether][i % kTogether] >= least;
   }
   return highest_of(mesh, direction, close, num_close);
 }

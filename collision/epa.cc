@@ -211,8 +211,7 @@ bool Polytope::expand(const DifferencePoint& p) {
 
 bool expand_polytope(const MinkowskiDifference& difference, const Simplex& start, Witness& out) {
   const double scale = difference.scale;
-  const bool curved = difference.a.shape.type == ShapeType::kCylinder ||
-                      difference.b.shape.type == ShapeType::kCylinder;
+  const bool curved = difference.curved();
   Polytope polytope(difference);
   const bool solid = polytope.start(start);
   // The nearest face bounds the depth from below, the support plane along its normal from above;

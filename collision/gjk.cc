@@ -23,6 +23,10 @@ constexpr Accuracy kFinal = {1e-13, 0.0};
 // touch.
 constexpr Accuracy kCoarse[] = {{3e-3, 0.05}, {1e-5, 1e-3}};
 constexpr int kMaxIterations = 200;
+// The first steps overshoot: so many directions are averaged with the one before, which saves one
+// step in nine. Its point is taken if it lies nearer the origin along v than v by more than this.
+constexpr int kMaxAveraged = 2;
+constexpr double kProgress = 0.999;
 constexpr int kMaxStalls = 3;
 constexpr double kNoFarther = 1.0 + 1e-15;
 
@@ -173,14 +177,29 @@ Outcome iterate(const MinkowskiDifference& difference, double margin, const Accu
     distance = std::sqrt(closest.distance2);
     if (distance <= touching) return Outcome::kTouching;
   }
+  // Over curves it saves nothing.
+  const bool average = simplex.size == 0 && !difference.curved();
+  Vector3 previous;
   int stalls = 0;
   double norm = v.norm();
   for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
-    const DifferencePoint next = difference.support(-v);
-    const double lower_bound = v.dot(next.w) / norm;
+    const bool averaged = average && iteration > 0 && iteration <= kMaxAveraged;
+    Vector3 direction = v;
+    double length = norm;
+    if (averaged) {
+      direction = v / norm + previous;
+      length = direction.norm();
+    }
+    if (iteration < kMaxAveraged) previous = direction / length;
+    const DifferencePoint next = difference.support(-direction);
+    const double lower_bound = direction.dot(next.w) / length;
     if (lower_bound >= margin) return Outcome::kBeyondMargin;
     if (distance - lower_bound <= error) break;
     if (simplex.size > 0 && distance - lower_bound <= accuracy.of_distance * distance) break;
+    if (averaged && !(v.dot(next.w) < kProgress * distance * distance)) {
+      iteration = kMaxAveraged;
+      continue;
+    }
     bool known = false;
     for (int i = 0; i < simplex.size; ++i) known = known || simplex.points[i].w == next.w;
     if (known) break;
@@ -259,8 +278,7 @@ void refine_depth(const MinkowskiDifference& overlapping, const Vector3& first, 
 // Closest points, or those parted by the least translation; false if the cores are `margin` apart along
 // the normal that is set then.
 bool solve(const MinkowskiDifference& difference, double margin, Witness& out) {
-  const bool curved = difference.a.shape.type == ShapeType::kCylinder ||
-                      difference.b.shape.type == ShapeType::kCylinder;
+  const bool curved = difference.curved();
   Simplex simplex;
   Vector3 v = difference.b.center() - difference.a.center();
   if (v.squaredNorm() == 0.0) v = Vector3::UnitX();

@@ -26,6 +26,10 @@ struct MinkowskiDifference {
     p.w = p.b - p.a;
     return p;
   }
+  /// True if iteration only creeps up on a part of the surface.
+  bool curved() const {
+    return a.shape.type == ShapeType::kCylinder || b.shape.type == ShapeType::kCylinder;
+  }
   /// Distance of the cores along the unit vector n, a lower bound of their signed distance.
   double distance_along(const Vector3& n) const { return n.dot(support(-n).w); }
 };

@@ -70,7 +70,7 @@ Vector3 polygon_normal(const std::vector<Vector3>& points, const std::vector<int
 }
 
 void set_coarse_vertices(ConvexMesh& hull) {
-  constexpr size_t kTogether = 4;
+  constexpr size_t kTogether = 8;
   const size_t size = (hull.vertices.size() + kTogether - 1) / kTogether * kTogether;
   for (int k = 0; k < 3; ++k) {
     hull.coarse_vertices[k].assign(size, 0.0f);

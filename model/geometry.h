@@ -19,7 +19,7 @@ struct ConvexMesh {
   std::vector<std::vector<int>> vertex_neighbors;  ///< vertices joined by an edge: hill climbing for support points
   std::vector<std::vector<int>> vertex_faces;      ///< faces around each vertex, ascending
   /// x, y and z of the vertices, single precision, from interior_point and in units of radius; zeros
-  /// up to a multiple of four. For a first look at where the mesh reaches farthest.
+  /// up to a multiple of eight. For a first look at where the mesh reaches farthest.
   std::array<std::vector<float>, 3> coarse_vertices;
   Vector3 interior_point = Vector3::Zero();  ///< strictly inside (mean of the vertices)
   double radius = 0.0;                  ///< largest distance of a vertex from interior_point [m]
