@@ -19,8 +19,10 @@ constexpr int kTogether = 8;
 using Floats = float __attribute__((vector_size(4 * kTogether)));
 using Ints = std::int32_t __attribute__((vector_size(4 * kTogether)));
 
-// Compiled twice and chosen when the program starts: with wide registers where there are any.
-#if defined(__x86_64__) && defined(__gnu_linux__) && !defined(__AVX2__)
+// Compiled twice and chosen when the program starts: with wide registers where there are any. The
+// answer is the same to the bit. Not under the address sanitizer, which is not up yet then.
+#if defined(__x86_64__) && defined(__gnu_linux__) && !defined(__AVX2__) && \
+    !defined(__SANITIZE_ADDRESS__)
 #define COUNTERPOINT_WIDE __attribute__((target_clones("avx2", "default")))
 #else
 #define COUNTERPOINT_WIDE
