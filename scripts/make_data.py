@@ -8,6 +8,9 @@ import math
 import pathlib
 import sys
 
+sys.dont_write_bytecode = True  # the tests run this in the sources
+from hard_scenes import hard_files  # noqa: E402
+
 ROOT = pathlib.Path(__file__).resolve().parent.parent / "data"
 HEADER = """<?xml version="1.0"?>
 <!-- Written by scripts/make_data.py; edit that file. Inertias: uniform density of the shape named in
@@ -363,6 +366,7 @@ def main():
         name = "box_stack" if (kind, n) == ("stack", 10) else f"{kind}_{n}"
         files[f"scenes/{name}.yaml"] = box_scene(kind, n, about)
     files["scenes/hollow.csv"] = hollow()
+    files.update(hard_files())
     stale = 0
     for name, text in files.items():
         path = ROOT / name

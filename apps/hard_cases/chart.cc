@@ -1,0 +1,194 @@
+#include "chart.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+namespace counterpoint::apps {
+namespace {
+
+constexpr double kWidth = 720, kHeight = 360;
+constexpr double kLeft = 84, kRight = 16, kTop = 34, kBottom = 46;
+constexpr double kSmallest = 1e-18;  // on logarithmic axes
+constexpr std::array<const char*, 6> kColors = {"#1f5fa8", "#c0562a", "#3d8a4d",
+                                                "#7d4aa0", "#8a7a2a", "#3a8f94"};
+
+std::string escaped(const std::string& text) {
+  std::string out;
+  for (const char c : text) {
+    if (c == '&') {
+      out += "&amp;";
+    } else if (c == '<') {
+      out += "&lt;";
+    } else if (c == '>') {
+      out += "&gt;";
+    } else {
+      out += c;
+    }
+  }
+  return out;
+}
+
+/// One axis: data to pixels, and where its ticks are.
+class Axis {
+ public:
+  Axis(bool logarithmic, double pixel_low, double pixel_high)
+      : log_(logarithmic), pixel_low_(pixel_low), pixel_high_(pixel_high) {}
+
+  void include(double value) {
+    if (!std::isfinite(value)) return;
+    const double t = transformed(value);
+    low_ = std::min(low_, t);
+    high_ = std::max(high_, t);
+  }
+
+  void finish() {
+    if (!(low_ <= high_)) low_ = high_ = 0.0;
+    if (log_) {
+      low_ = std::floor(low_);
+      high_ = std::max(std::ceil(high_), low_ + 1.0);
+      return;
+    }
+    const double scale = std::max({std::abs(low_), std::abs(high_), 1e-300});
+    if (high_ - low_ < 1e-9 * scale) {
+      low_ -= 0.5 * (low_ == 0.0 ? 1.0 : scale);
+      high_ += 0.5 * (high_ == 0.0 ? 1.0 : scale);
+    }
+    const double room = 0.04 * (high_ - low_);
+    low_ -= room;
+    high_ += room;
+  }
+
+  double pixel(double value) const {
+    return pixel_low_ + (transformed(value) - low_) / (high_ - low_) * (pixel_high_ - pixel_low_);
+  }
+
+  std::vector<double> ticks() const {
+    std::vector<double> out;
+    if (log_) {
+      const double step = std::max(1.0, std::ceil((high_ - low_) / 7.0));
+      for (double t = low_; t <= high_ + 0.5; t += step) out.push_back(std::pow(10.0, t));
+      return out;
+    }
+    const double raw = (high_ - low_) / 6.0;
+    const double power = std::pow(10.0, std::floor(std::log10(raw)));
+    const double lead = raw / power;
+    const double step = power * (lead <= 1.0 ? 1.0 : lead <= 2.0 ? 2.0 : lead <= 5.0 ? 5.0 : 10.0);
+    for (double k = std::ceil(low_ / step); k * step <= high_; ++k) out.push_back(k * step);
+    return out;
+  }
+
+ private:
+  double transformed(double value) const {
+    return log_ ? std::log10(std::max(std::abs(value), kSmallest)) : value;
+  }
+  bool log_;
+  double pixel_low_, pixel_high_;
+  double low_ = std::numeric_limits<double>::infinity();
+  double high_ = -std::numeric_limits<double>::infinity();
+};
+
+/// Indices of the points to draw.
+std::vector<std::size_t> thinned(const Curve& curve) {
+  constexpr std::size_t kParts = 300;
+  const std::size_t n = std::min(curve.x.size(), curve.y.size());
+  const std::size_t part = n <= 2 * kParts ? 1 : (n + kParts - 1) / kParts;
+  std::vector<std::size_t> out;
+  for (std::size_t begin = 0; begin < n; begin += part) {
+    const std::size_t end = std::min(begin + part, n);
+    const auto [low, high] =
+        std::minmax_element(curve.y.begin() + static_cast<std::ptrdiff_t>(begin),
+                            curve.y.begin() + static_cast<std::ptrdiff_t>(end));
+    auto first = static_cast<std::size_t>(low - curve.y.begin());
+    auto second = static_cast<std::size_t>(high - curve.y.begin());
+    if (second < first) std::swap(first, second);
+    out.push_back(first);
+    if (second != first) out.push_back(second);
+  }
+  return out;
+}
+
+void draw_axes(const Chart& chart, const Axis& x, const Axis& y, std::string& out) {
+  const double bottom = kHeight - kBottom, right = kWidth - kRight;
+  for (const double tick : x.ticks()) {
+    out += fmt::format(
+        "<line x1='{0:.1f}' y1='{1}' x2='{0:.1f}' y2='{2}' stroke='#e4e4e4'/>\n"
+        "<text x='{0:.1f}' y='{3}' text-anchor='middle'>{4:.4g}</text>\n",
+        x.pixel(tick), kTop, bottom, bottom + 16, tick);
+  }
+  for (const double tick : y.ticks()) {
+    out += fmt::format(
+        "<line x1='{0}' y1='{1:.1f}' x2='{2}' y2='{1:.1f}' stroke='#e4e4e4'/>\n"
+        "<text x='{3}' y='{4:.1f}' text-anchor='end'>{5:.6g}</text>\n",
+        kLeft, y.pixel(tick), right, kLeft - 6, y.pixel(tick) + 4, tick);
+  }
+  out += fmt::format("<path d='M{0} {1}V{2}H{3}' fill='none' stroke='#444'/>\n", kLeft, kTop,
+                     bottom, right);
+  out += fmt::format("<text x='{}' y='{}' text-anchor='middle'>{}</text>\n", 0.5 * (kLeft + right),
+                     kHeight - 10, escaped(chart.x_label));
+  out +=
+      fmt::format("<text transform='translate(16 {}) rotate(-90)' text-anchor='middle'>{}</text>\n",
+                  0.5 * (kTop + bottom), escaped(chart.y_label));
+  out += fmt::format("<text x='{}' y='20' font-size='14'>{}</text>\n", kLeft, escaped(chart.title));
+}
+
+void draw_curve(const Curve& curve, const char* color, const Axis& x, const Axis& y,
+                std::string& out) {
+  std::string points;
+  for (const std::size_t i : thinned(curve)) {
+    if (!std::isfinite(curve.x[i]) || !std::isfinite(curve.y[i])) continue;
+    points += fmt::format("{:.1f},{:.1f} ", x.pixel(curve.x[i]), y.pixel(curve.y[i]));
+  }
+  if (points.empty()) return;
+  points.pop_back();
+  out += fmt::format(
+      "<polyline points='{}' fill='none' stroke='{}' stroke-width='1.6' "
+      "stroke-linejoin='round'/>\n",
+      points, color);
+}
+
+void draw_level(const Level& level, const Axis& y, std::string& out) {
+  const double at = y.pixel(level.y);
+  out += fmt::format(
+      "<line x1='{0}' y1='{1:.1f}' x2='{2}' y2='{1:.1f}' stroke='#b00020' stroke-dasharray='6 "
+      "4'/>\n"
+      "<text x='{3}' y='{4:.1f}' text-anchor='end' fill='#b00020'>{5}</text>\n",
+      kLeft, at, kWidth - kRight, kWidth - kRight - 4, at > kTop + 16 ? at - 4 : at + 14,
+      escaped(level.name));
+}
+
+}  // namespace
+
+bool Chart::empty() const {
+  return std::all_of(curves.begin(), curves.end(), [](const Curve& c) { return c.x.empty(); });
+}
+
+std::string svg(const Chart& chart) {
+  Axis x(chart.log_x, kLeft, kWidth - kRight);
+  Axis y(chart.log_y, kHeight - kBottom, kTop);
+  for (const Curve& curve : chart.curves) {
+    for (const double value : curve.x) x.include(value);
+    for (const double value : curve.y) y.include(value);
+  }
+  for (const Level& level : chart.levels) y.include(level.y);
+  x.finish();
+  y.finish();
+  std::string out = fmt::format(
+      "<svg xmlns='http://www.w3.org/2000/svg' width='{0}' height='{1}' viewBox='0 0 {0} {1}' "
+      "font-family='sans-serif' font-size='12'>\n<rect width='{0}' height='{1}' fill='white'/>\n",
+      kWidth, kHeight);
+  draw_axes(chart, x, y, out);
+  for (std::size_t i = 0; i < chart.curves.size(); ++i)
+    draw_curve(chart.curves[i], kColors[i % kColors.size()], x, y, out);
+  for (const Level& level : chart.levels) draw_level(level, y, out);
+  for (std::size_t i = 0; chart.curves.size() > 1 && i < chart.curves.size(); ++i) {
+    out += fmt::format("<text x='{}' y='{}' fill='{}'>{}</text>\n", kLeft + 8, kTop + 14 + 15 * i,
+                       kColors[i % kColors.size()], escaped(chart.curves[i].name));
+  }
+  return out + "</svg>\n";
+}
+
+}  // namespace counterpoint::apps

@@ -1,0 +1,183 @@
+// Chains, nets, grippers, singular poses.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "trial.h"
+
+namespace counterpoint::apps {
+namespace {
+
+constexpr double kGravity = 9.81;
+
+void chain(Trial& trial, int n) {
+  Simulator sim = trial.load(fmt::format("chain_{}", n));
+  const VectorX start = sim.state().q;
+  double most = 0.0;
+  trial.chart.y_label = "drift of a link [m]";
+  trial.chart.log_y = true;
+  trial.chart.curves.resize(1);
+  trial.run(sim, sim.options().duration, [&](const Simulator& s) {
+    const double now = drift(s.model(), s.state().q, start);
+    most = std::max(most, now);
+    trial.chart.curves[0].add(s.state().time, now);
+  });
+  const Inverse& inverse = trial.step_and_recover(sim);
+  double error = 0.0;
+  for (int k = 0; k < n; ++k) {
+    const double known = (n - k) * 0.1 * kGravity;
+    const Vector3 tension = inverse.closures[static_cast<std::size_t>(k)].force.force;
+    error = std::max(error, std::abs(std::abs(tension.z()) / known - 1.0));
+  }
+  // Each closure yields r F h^2 / beta, r = 100 eps alpha, alpha at most (2 + 2 * 12 / 4) / m with
+  // what a rod's turning adds; summed over the links above.
+  const double h = sim.options().time_step;
+  const ContactOptions& options = sim.options().contact;
+  const double yield = 100.0 * options.compliance * 8.0 / 0.1 * 0.1 * kGravity * h * h /
+                       options.stabilization * 0.5 * n * (n + 1);
+  trial.chart.levels = {{"what the closures' compliance gives", yield}};
+  trial.at_most("tension over the weight below, off by", "1", error, 1e-6, "statics");
+  trial.at_most("sag of the end", "m", most, yield, "docs/concepts.md: r F h^2 / beta a closure");
+}
+
+void whip(Trial& trial) {
+  Simulator sim = trial.load("whip_100");
+  View view(sim);
+  const double start = view.energy();
+  const double scale = 100 * 0.1 * kGravity * 5.0;  // m g L / 2
+  double gain = 0.0, off = 0.0;
+  trial.chart.y_label = "energy over m g L/2";
+  trial.chart.curves.resize(1);
+  trial.chart.levels = {{"1 % gained", 0.01}};
+  trial.run(sim, sim.options().duration, [&](const Simulator& s) {
+    view.look();
+    const double now = (view.energy() - start) / scale;
+    gain = std::max(gain, now);
+    off = std::max(off, std::abs(now));
+    trial.chart.curves[0].add(s.state().time, now);
+  });
+  trial.at_most("energy gained, over m g L/2", "1", gain, 0.01, "nothing drives it; 1 %");
+  trial.at_most("energy off, over m g L/2", "1", off, 0.05, "nothing brakes it; 5 %");
+}
+
+void net(Trial& trial) {
+  Simulator sim = trial.load("net");
+  const double h = sim.options().time_step;
+  trial.chart.y_label = "force of the corners over the weight";
+  trial.chart.curves.resize(1);
+  trial.chart.levels = {{"weight", 1.0}};
+  double held = 0.0, open = 0.0;
+  View view(sim);
+  const double weight = 400 * 0.05 * kGravity;
+  const long steps = std::lround(sim.options().duration / h);
+  for (long i = 0; i < steps; ++i) {
+    const Inverse& inverse = trial.step_and_recover(sim);
+    held = 0.0;
+    for (std::size_t k = 0; k < inverse.closures.size(); ++k) {
+      if (sim.model().closures()[k].body_a == 0)
+        held += std::abs(inverse.closures[k].force.force.z());
+    }
+    trial.chart.curves[0].add(sim.state().time, held / weight);
+  }
+  const std::vector<Pose> X_WB = body_poses(sim.model(), sim.state().q);
+  for (const Closure& closure : sim.model().closures())
+    open = std::max(open, closure_gap(closure, X_WB).distance);
+  view.look();
+  trial.equal("corners carry, over the weight", "1", held / weight, 1.0, 0.01,
+              "statics, when drag has calmed it; 1 %");
+  trial.at_most("closures open by, largest", "m", open, 1e-4, "they are closed; 0.1 mm");
+  trial.at_most("kinetic energy at the end", "J", view.kinetic(), 0.1, "it comes to rest");
+}
+
+void gripper(Trial& trial) {
+  Simulator sim = trial.load("gripper");
+  const double mu = 0.2, mass = 10.0, force = mass * kGravity / (2.0 * mu);
+  const int q = q_of(sim.model(), "load/body");
+  const auto squeeze = [&](double share) {
+    for (const char* name : {"gripper/left_slide", "gripper/right_slide"})
+      sim.input().applied_force[v_of(sim.model(), name)] = share * force;
+  };
+  squeeze(1.05);
+  trial.chart.y_label = "slip of the load [m]";
+  trial.chart.curves.resize(1);
+  trial.run(sim, 60.0, [&](const Simulator& s) {
+    trial.chart.curves[0].add(s.state().time, 1.0 - s.state().q[q + 2]);
+  });
+  const double slip = 1.0 - sim.state().q[q + 2];
+  // r f of eight contacts, alpha = 1/0.2 + 1/10; 10 % for the smoothing near the cone's edge.
+  const double creep = 1.1 * sim.options().contact.compliance * (5.0 + 0.1) * mass * kGravity /
+                       8.0 * sim.options().time_step;
+  trial.chart.levels = {{"creep of the law", 60.0 * creep}};
+  trial.at_most("slip within 60 s, squeezed by 1.05 m g / (2 mu)", "m", slip, 60.0 * creep,
+                "Coulomb: held; docs/concepts.md: creep eps alpha f h");
+  sim.reset();
+  squeeze(0.95);
+  trial.run(sim, 1.0);
+  // What friction leaves of gravity: 5 %.
+  trial.equal("fall within 1 s, squeezed by 0.95 of it", "m", 1.0 - sim.state().q[q + 2],
+              0.5 * 0.05 * kGravity * (1.0 + sim.options().time_step), 1e-4,
+              "Coulomb: a = 0.05 g until the box leaves the fingers");
+}
+
+void humanoid(Trial& trial) {
+  Simulator sim = trial.load("humanoid");
+  View view(sim);
+  const double start = view.energy();
+  double gain = 0.0;
+  trial.chart.y_label = "energy [J]";
+  trial.chart.curves.resize(1);
+  trial.chart.levels = {{"start", start}};
+  trial.run(sim, sim.options().duration, [&](const Simulator& s) {
+    view.look();
+    gain = std::max(gain, view.energy() - start);
+    trial.chart.curves[0].add(s.state().time, view.energy());
+  });
+  trial.at_most("energy gained", "J", gain, 1e-3 * std::abs(start), "nothing drives it; 0.1 %");
+  trial.at_most("penetration, largest", "m", trial.max_penetration, 1e-3, "non-penetration; 1 mm");
+  trial.at_most("kinetic energy at the end", "J", view.kinetic(), 1e-3, "damped joints: it rests");
+}
+
+void singular_poses(Trial& trial) {
+  Simulator sim = trial.load("singular_poses");
+  View view(sim);
+  const double start = view.energy();
+  const double scale = 2 * kGravity * 1.0;
+  double off = 0.0;
+  trial.chart.y_label = "energy over m g L";
+  trial.chart.curves.resize(1);
+  trial.run(sim, sim.options().duration, [&](const Simulator& s) {
+    view.look();
+    const double now = (view.energy() - start) / scale;
+    off = std::max(off, std::abs(now));
+    trial.chart.curves[0].add(s.state().time, now);
+  });
+  trial.chart.levels = {{"2 %", 0.02}};
+  trial.at_most("energy off, over m g L", "1", off, 0.02, "nothing drives or brakes it; 2 %");
+  trial.at_most("numbers that are not finite", "1", sim.state().q.allFinite() ? 0.0 : 1.0, 0.0,
+                "all poses are legal");
+}
+
+}  // namespace
+
+std::vector<HardCase> linkage_cases() {
+  return {
+      {"chain_100", "100 bodies on 100 closures: the first carries a hundred times the last.",
+       "chain_100", [](Trial& t) { chain(t, 100); }},
+      {"chain_1000", "1000 closures in series.", "chain_1000", [](Trial& t) { chain(t, 1000); },
+       true},
+      {"whip_100", "300 degrees of freedom in series whip; energy must neither grow nor vanish.",
+       "whip_100", whip, true},
+      {"net", "400 bodies in 361 loops of ball closures, folded by their own weight.", "net", net,
+       true},
+      {"gripper", "Light fingers, heavy load, 5 % above the least force; creep adds up over 60 s.",
+       "gripper", gripper},
+      {"humanoid", "Limbs touch limbs and ground at once, in a tree of 31 degrees of freedom.",
+       "humanoid", humanoid},
+      {"singular_poses",
+       "Gimbal at its pole, axes through one point, a massless link, links in line.",
+       "singular_poses", singular_poses},
+  };
+}
+
+}  // namespace counterpoint::apps

@@ -1,0 +1,83 @@
+// Cards and arches: they stand or fall by friction and geometry alone.
+#include <algorithm>
+#include <cmath>
+
+#include "trial.h"
+
+namespace counterpoint::apps {
+namespace {
+
+/// Largest drift of a scene left alone, drawn over time.
+double left_alone(Trial& trial, Simulator& sim) {
+  const VectorX start = sim.state().q;
+  double most = 0.0;
+  trial.chart.y_label = "drift of a block [m]";
+  trial.chart.log_y = true;
+  trial.chart.curves.resize(1);
+  trial.run(sim, sim.options().duration, [&](const Simulator& s) {
+    const double now = drift(s.model(), s.state().q, start);
+    most = std::max(most, now);
+    trial.chart.curves[0].add(s.state().time, now);
+  });
+  return most;
+}
+
+void stands(Trial& trial, const char* scene, double bound, const char* source) {
+  Simulator sim = trial.load(scene);
+  const double most = left_alone(trial, sim);
+  trial.chart.levels = {{"bound", bound}};
+  trial.at_most("drift, largest", "m", most, bound, source);
+}
+
+void card_pair_stands(Trial& trial) {
+  stands(trial, "card_pair_stands", 1e-6,
+         "statics: stands iff mu >= (tan(theta) - t/L)/2; here 1.02 times that");
+}
+
+void card_pair_slides(Trial& trial) {
+  Simulator sim = trial.load("card_pair_slides");
+  const double before = sim.state().q[2];
+  left_alone(trial, sim);
+  trial.chart.levels = {{"fallen", 0.05}};
+  trial.at_least("centre of a card falls by", "m", before - sim.state().q[2], 0.05,
+                 "statics: slides if mu < (tan(theta) - t/L)/2; here 0.98 times that");
+}
+
+void card_house(Trial& trial) {
+  stands(trial, "card_house", 1e-6, "statics: mu = 0.6 is over three times tan(20 deg)/2");
+}
+
+void arch_stands(Trial& trial) {
+  stands(trial, "arch_stands", 1e-6,
+         "a half circle stands from thickness/radius 0.1075 on (Milankovitch 1907; Heyman 1969)");
+}
+
+void arch_falls(Trial& trial) {
+  Simulator sim = trial.load("arch_falls");
+  const int crown = sim.model().body(10).q_index;
+  const double before = sim.state().q[crown + 2];
+  left_alone(trial, sim);
+  trial.chart.levels = {{"fallen", 0.5}};
+  trial.at_least(
+      "crown falls by", "m", before - sim.state().q[crown + 2], 0.5,
+      "a half circle falls below thickness/radius 0.1075 (Milankovitch 1907; Heyman 1969)");
+}
+
+}  // namespace
+
+std::vector<HardCase> masonry_cases() {
+  return {
+      {"card_pair_stands", "Two edges lean on each other, 2 % inside the limit of friction.",
+       "card_pair_stands", card_pair_stands},
+      {"card_pair_slides", "The same pair 2 % outside: it must not stick.", "card_pair_slides",
+       card_pair_slides},
+      {"card_house", "Fifteen thin cards on edges; nothing but friction holds any of them.",
+       "card_house", card_house},
+      {"arch_stands", "Loose wedges, thrust through all joints, 12 % inside the limit.",
+       "arch_stands", arch_stands},
+      {"arch_falls", "The same arch 16 % too thin: it must find its hinges and fall.", "arch_falls",
+       arch_falls},
+  };
+}
+
+}  // namespace counterpoint::apps

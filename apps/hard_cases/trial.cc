@@ -1,0 +1,134 @@
+#include "trial.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "counterpoint/engine/energy.h"
+#include "counterpoint/engine/kinematics.h"
+
+namespace counterpoint::apps {
+
+Simulator Trial::load(const std::string& name) const {
+  return Simulator(load_scene(scenes_ / (name + ".yaml")));
+}
+
+StepReport Trial::step(Simulator& sim) {
+  const StepReport report = sim.step();
+  ++steps;
+  newton_iterations += report.newton_iterations;
+  newton_iterations_max = std::max<long>(newton_iterations_max, report.newton_iterations);
+  max_penetration = std::max(max_penetration, report.max_penetration);
+  if (!report.succeeded()) {
+    throw StepFailure(
+        fmt::format("{}: step at {:.6g} s: {}, relative residual {:.2g} after {} "
+                    "Newton iterations",
+                    sim.scene().name, sim.state().time, contact::status_name(report.status),
+                    report.residual, report.newton_iterations));
+  }
+  return report;
+}
+
+const Inverse& Trial::step_and_recover(Simulator& sim) {
+  const State before = sim.state();
+  step(sim);
+  return sim.inverse(before.q, before.v, sim.state().v);
+}
+
+void Trial::equal(const std::string& quantity, const std::string& unit, double measured,
+                  double known, double tolerance, const std::string& source) {
+  checks.push_back({quantity, unit, measured, known - tolerance, known + tolerance,
+                    fmt::format("{:.6g} +- {:.2g}", known, tolerance), source});
+}
+
+void Trial::at_most(const std::string& quantity, const std::string& unit, double measured,
+                    double bound, const std::string& source) {
+  checks.push_back({.quantity = quantity,
+                    .unit = unit,
+                    .measured = measured,
+                    .upper = bound,
+                    .known = fmt::format("<= {:.4g}", bound),
+                    .source = source});
+}
+
+void Trial::at_least(const std::string& quantity, const std::string& unit, double measured,
+                     double bound, const std::string& source) {
+  checks.push_back({.quantity = quantity,
+                    .unit = unit,
+                    .measured = measured,
+                    .lower = bound,
+                    .known = fmt::format(">= {:.4g}", bound),
+                    .source = source});
+}
+
+View::View(const Simulator& sim) : sim_(sim), data_(sim.model()) { look(); }
+
+void View::look() {
+  compute_poses(sim_.model(), sim_.state().q, data_);
+  compute_velocities(sim_.model(), sim_.state().v, data_);
+  compute_inertias(sim_.model(), data_);
+}
+
+int View::body(const std::string& link) const {
+  const int frame = sim_.model().find_frame(link);
+  if (frame < 0) throw InputError(fmt::format("scene has no link '{}'", link));
+  return sim_.model().frames()[static_cast<std::size_t>(frame)].body;
+}
+
+Pose View::pose(const std::string& link) const {
+  const Frame& frame =
+      sim_.model().frames()[static_cast<std::size_t>(sim_.model().find_frame(link))];
+  return data_.X_WB[static_cast<std::size_t>(body(link))] * frame.X_BF;
+}
+
+Vector3 View::center(int body) const {
+  return data_.X_WB[static_cast<std::size_t>(body)] * sim_.model().body(body).inertia.center;
+}
+
+Vector3 View::velocity(int body) const {
+  const auto i = static_cast<std::size_t>(body);
+  return data_.V[i].at(data_.X_WB[i].rotation * sim_.model().body(body).inertia.center);
+}
+
+double View::kinetic() const { return kinetic_energy(sim_.model(), sim_.state().v, data_); }
+
+double View::potential() const { return potential_energy(sim_.model(), data_); }
+
+Force View::momentum() const { return total_momentum(sim_.model(), data_); }
+
+Vector3 force_between(const Model& model, const Inverse& inverse, int a, int b) {
+  Vector3 sum = Vector3::Zero();
+  for (const ContactForce& c : inverse.contacts) {
+    const int body_a = model.geometries()[static_cast<std::size_t>(c.contact.geometry_a)].body;
+    const int body_b = model.geometries()[static_cast<std::size_t>(c.contact.geometry_b)].body;
+    if (body_a == a && body_b == b) sum += c.force;
+    if (body_a == b && body_b == a) sum -= c.force;
+  }
+  return sum;
+}
+
+namespace {
+
+const Body& free_body(const Model& model, const std::string& link) {
+  const int joint = model.find_joint(link);
+  if (joint < 0) throw InputError(fmt::format("scene has no free body '{}'", link));
+  return model.body(joint + 1);
+}
+
+}  // namespace
+
+int q_of(const Model& model, const std::string& link) { return free_body(model, link).q_index; }
+
+int v_of(const Model& model, const std::string& link) { return free_body(model, link).v_index; }
+
+double drift(const Model& model, const VectorX& q, const VectorX& q_start) {
+  double most = 0.0;
+  for (int i = 1; i < model.num_bodies(); ++i) {
+    if (model.body(i).joint_type != JointType::kFloating) continue;
+    const int at = model.body(i).q_index;
+    most = std::max(most, (q.segment<3>(at) - q_start.segment<3>(at)).norm());
+  }
+  return most;
+}
+
+}  // namespace counterpoint::apps

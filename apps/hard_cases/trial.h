@@ -1,0 +1,127 @@
+// A hard case: a scene, what is known about its motion, what is measured.
+#pragma once
+
+#include <cmath>
+#include <filesystem>
+#include <limits>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "chart.h"
+#include "counterpoint/engine/data.h"
+#include "counterpoint/engine/simulator.h"
+
+namespace counterpoint::apps {
+
+/// One figure against what is known about it: lower <= measured <= upper.
+struct Check {
+  std::string quantity, unit;
+  double measured = 0.0;
+  double lower = -std::numeric_limits<double>::infinity();
+  double upper = std::numeric_limits<double>::infinity();
+  std::string known;   ///< the answer or bound, as text
+  std::string source;  ///< where it comes from
+  bool passed() const { return measured >= lower && measured <= upper; }
+};
+
+/// Which step failed, when, and the solver's status.
+class StepFailure : public std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+/// What a case does its work with, and what it leaves behind.
+class Trial {
+ public:
+  explicit Trial(std::filesystem::path scenes) : scenes_(std::move(scenes)) {}
+
+  /// A simulator of the scene NAME.yaml. @throws InputError as load_scene does.
+  Simulator load(const std::string& name) const;
+
+  /// One step. @throws StepFailure.
+  StepReport step(Simulator& sim);
+  /// One step, and the forces that its inverse finds behind it.
+  const Inverse& step_and_recover(Simulator& sim);
+  /// Steps for that long [s]; after each, `after(sim)`.
+  template <class After>
+  void run(Simulator& sim, double seconds, After after) {
+    const long count = std::lround(seconds / sim.options().time_step);
+    for (long i = 0; i < count; ++i) {
+      step(sim);
+      after(sim);
+    }
+  }
+  void run(Simulator& sim, double seconds) {
+    run(sim, seconds, [](const Simulator&) {});
+  }
+
+  void equal(const std::string& quantity, const std::string& unit, double measured, double known,
+             double tolerance, const std::string& source);
+  void at_most(const std::string& quantity, const std::string& unit, double measured, double bound,
+               const std::string& source);
+  void at_least(const std::string& quantity, const std::string& unit, double measured, double bound,
+                const std::string& source);
+
+  Chart chart;
+  std::vector<Check> checks;
+  std::string remark;  ///< said beside the figures: what the law gives and why
+  long steps = 0, newton_iterations = 0, newton_iterations_max = 0;
+  double max_penetration = 0.0;  ///< [m]
+
+ private:
+  std::filesystem::path scenes_;
+};
+
+struct HardCase {
+  const char* name;
+  const char* hard;   ///< what makes it hard, one sentence
+  const char* scene;  ///< file under data/scenes/hard, without .yaml; several: "a, b"
+  void (*run)(Trial&);
+  bool slow = false;                    ///< not among the tests
+  const char* known_failure = nullptr;  ///< why it is known to fail, as measured
+};
+
+// By theme, one file each.
+std::vector<HardCase> friction_cases();
+std::vector<HardCase> stacking_cases();
+std::vector<HardCase> masonry_cases();
+std::vector<HardCase> impact_cases();
+std::vector<HardCase> spin_cases();
+std::vector<HardCase> linkage_cases();
+std::vector<HardCase> scale_cases();
+
+/// What a case reads off the state of a simulator, by name.
+class View {
+ public:
+  explicit View(const Simulator& sim);
+  /// From the state as it is now.
+  void look();
+
+  /// Body index of a link. @throws InputError.
+  int body(const std::string& link) const;
+  Pose pose(const std::string& link) const;  ///< X_WF of a link
+  Vector3 position(const std::string& link) const { return pose(link).translation; }
+  Vector3 center(int body) const;    ///< of mass, in W
+  Vector3 velocity(int body) const;  ///< of the centre of mass, in W
+  Vector3 spin(int body) const { return data_.V[static_cast<std::size_t>(body)].angular; }
+  double kinetic() const;
+  double potential() const;
+  double energy() const { return kinetic() + potential(); }
+  Force momentum() const;  ///< about the world's origin
+
+ private:
+  const Simulator& sim_;
+  Data data_;
+};
+
+/// Sum of the contact forces on body `b` from body `a` [N], in W; body 0: the world.
+Vector3 force_between(const Model& model, const Inverse& inverse, int a, int b);
+
+/// First coordinate of the free body `link` in q and v. @throws InputError.
+int q_of(const Model& model, const std::string& link);
+int v_of(const Model& model, const std::string& link);
+
+/// Largest difference of the positions of free bodies between two configurations [m].
+double drift(const Model& model, const VectorX& q, const VectorX& q_start);
+
+}  // namespace counterpoint::apps
