@@ -124,8 +124,9 @@ void cradle(Trial& trial, const char* scene, bool apart) {
   View view(sim);
   trial.at_most("kinetic energy", "J", view.kinetic(), 0.5 + 1e-9, "restitution gains none");
   if (apart) {
-    trial.equal("last ball", "m/s", v[24], 1.0, 1e-6,
-                "impacts one after the other: each pair swaps its velocities");
+    trial.equal("last ball", "m/s", v[24], 1.0, 1e-5,
+                "impacts one after the other: each pair swaps its velocities; compliance: some eps "
+                "= 1e-6 an impact");
   }
   trial.remark = fmt::format("Velocities after: {:.4f}, {:.4f}, {:.4f}, {:.4f}, {:.4f} m/s.", v[0],
                              v[6], v[12], v[18], v[24]);
@@ -143,7 +144,8 @@ std::vector<HardCase> impact_cases() {
       {"bouncing", "Ever more impacts in a finite time (Zeno); each adds its error to the next.",
        "bouncing", bouncing},
       {"overlap", "Bodies that start inside each other are thrown apart by penalty forces.",
-       "overlap", overlap},
+       "overlap", overlap, false,
+       "once they have parted they keep the speed of recovery: 0.25 J from nothing."},
       {"fast_thin", "A body crosses six hundred times its wall in one step.", "fast_thin",
        fast_thin},
       {"rolling_box", "25 balls roll on a sliding box: stick and slip at once, coupled.",

@@ -113,11 +113,12 @@ void gripper(Trial& trial) {
                 "Coulomb: held; docs/concepts.md: creep eps alpha f h");
   sim.reset();
   squeeze(0.95);
-  trial.run(sim, 1.0);
+  const double time = 0.3;
+  trial.run(sim, time);
   // What friction leaves of gravity: 5 %.
-  trial.equal("fall within 1 s, squeezed by 0.95 of it", "m", 1.0 - sim.state().q[q + 2],
-              0.5 * 0.05 * kGravity * (1.0 + sim.options().time_step), 1e-4,
-              "Coulomb: a = 0.05 g until the box leaves the fingers");
+  trial.equal("fall within 0.3 s, squeezed by 0.95 of it", "m", 1.0 - sim.state().q[q + 2],
+              0.5 * 0.05 * kGravity * time * (time + sim.options().time_step), 1e-5,
+              "Coulomb: a = 0.05 g");
 }
 
 void humanoid(Trial& trial) {
@@ -167,7 +168,8 @@ std::vector<HardCase> linkage_cases() {
       {"chain_1000", "1000 closures in series.", "chain_1000", [](Trial& t) { chain(t, 1000); },
        true},
       {"whip_100", "300 degrees of freedom in series whip; energy must neither grow nor vanish.",
-       "whip_100", whip, true},
+       "whip_100", whip, true,
+       "not finite after some seconds: forces quadratic in velocity are explicit."},
       {"net", "400 bodies in 361 loops of ball closures, folded by their own weight.", "net", net,
        true},
       {"gripper", "Light fingers, heavy load, 5 % above the least force; creep adds up over 60 s.",

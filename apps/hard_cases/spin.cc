@@ -156,14 +156,21 @@ void tippe_top(Trial& trial) {
 std::vector<HardCase> spin_cases() {
   return {
       {"top_steady", "Gyroscopic forces a hundred times gravity must balance it exactly.",
-       "top_steady", top_steady},
+       "top_steady", top_steady, false,
+       "gyroscopic forces are taken at the start of the step: nutation grows by some (spin h)^2/2 "
+       "a "
+       "step."},
       {"top_sleeping", "Whether an upright top stays up depends on its spin alone.", "top_sleeping",
        top_sleeping},
       {"dzhanibekov", "An unstable axis: energy errors change the period at once.", "dzhanibekov",
-       dzhanibekov},
+       dzhanibekov, false,
+       "gyroscopic forces are taken at the start of the step: energy drifts, first order in h."},
       {"coin", "One moving contact point, ever faster while the coin lies down (Euler's disk).",
        "coin", coin},
-      {"fast_spin", "1e4 rad/s: three turns a step.", "fast_spin", fast_spin},
+      {"fast_spin", "1e4 rad/s: three turns a step.", "fast_spin", fast_spin, false,
+       "gyroscopic forces are taken at the start of the step: not finite after a few steps; "
+       "already "
+       "at 1e3 rad/s."},
       {"tippe_top", "Friction at one sliding point lifts the centre of mass.", "tippe_top",
        tippe_top},
   };
