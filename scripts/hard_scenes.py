@@ -426,6 +426,32 @@ def gripper_files():
     return {"robots/hard/gripper.urdf": robot, "scenes/hard/gripper.yaml": text}
 
 
+def servo_chain(n=10, mass=1.0, length=0.2):
+    """An inverted chain of n links on servos, at 1.1 and 0.9 of the stiffness that holds it upright."""
+    across = mass * (length ** 2 / 12 + 1e-4)
+    body = '  <link name="base"/>\n'
+    for i in range(n):
+        body += link(f"link{i}", mass, (across, across, mass * 2e-4), center=(0, 0, length / 2))
+        body += joint(f"j{i}", "continuous", f"link{i - 1}" if i else "base", f"link{i}", (0, 0, length if i else 0))
+    # Potential -1/2 sum_k c_k phi_k^2, phi_k = sum of the first k joints: the least stiffness is the largest
+    # eigenvalue of G_ij = sum of c_k over k >= max(i, j). By iteration: G's entries are positive.
+    c = [mass * G * length * (n - k - 0.5) for k in range(n)]
+    v = [1.0] * n
+    for _ in range(200):
+        w = [sum(v[j] * sum(c[max(i, j):]) for j in range(n)) for i in range(n)]
+        critical = max(w)
+        v = [x / critical for x in w]
+    models = []
+    for name, x, share in (("stiff", 0, 1.1), ("soft", 5, 0.9)):
+        kp = share * critical
+        models.append(f"urdf: ../../robots/hard/servo_chain.urdf, name: {name}, position: {vec(x, 0, 0)}, joints: {{j0: 0.001}},"
+                      f" dynamics: {{all: {{servo: {{stiffness: {num(kp)}, damping: {num(0.02 * kp)}, position: 0}}}}}}")
+    text = scene("servo_chain", f"{n} links balance on each other by servos of 1.1 and 0.9 times the least stiffness"
+                 f" {critical:.6f} N m/rad.", models, ground=None, duration=10)
+    return {"robots/hard/servo_chain.urdf": urdf("servo_chain", "Links of 0.2 m and 1 kg, hinged about y.", body),
+            "scenes/hard/servo_chain.yaml": text}
+
+
 def singular_poses():
     """Gimbal at its pole, no length between its axes, a massless fixed link, and a straight arm behind."""
     rod = (0.25 / 12 + 1e-4, 0.25 / 12 + 1e-4, 1e-4)
@@ -440,7 +466,7 @@ def singular_poses():
     # Upright, pitch 0: yaw and roll are one axis. A push of the elbow sets it off.
     text = scene("singular_poses", "An arm stands upright: its yaw and roll axes fall together, its links are in line.",
                  ["urdf: ../../robots/hard/singular_arm.urdf, name: arm, joint_velocities: {elbow: 0.5}"],
-                 ground=None, step=0.0005, duration=5)
+                 ground=None, step=0.0001, duration=5)
     return {"robots/hard/singular_arm.urdf": robot, "scenes/hard/singular_poses.yaml": text}
 
 
@@ -507,8 +533,8 @@ def hard_files():
         "dzhanibekov": dzhanibekov(),
         "coin": scene("coin", "A coin of 50 mm radius spins on its edge, leaning a little, until it lies.",
                       [free("coin", "cylinder", (0.05, 0.01), 0.2, (0, 0, 0.05 * math.cos(0.3) + 0.005 * math.sin(0.3) + 1e-4), (math.pi / 2 - 0.3, 0, 0), 0.3,
-                            spin=(0, 15, 0), extra="rolling_friction: 0.0002, torsional_friction: 0.0002")],
-                      ground="{friction: 0.3, rolling_friction: 0.0002, torsional_friction: 0.0002}", step=0.001, duration=8),
+                            spin=(0, 15, 0), extra="rolling_friction: 0.001, torsional_friction: 0.001")],
+                      ground="{friction: 0.3, rolling_friction: 0.001, torsional_friction: 0.001}", step=0.001, duration=8),
         "fast_spin": scene("fast_spin", "A disk lies on the ground and spins at 10000 rad/s; another one flies.",
                            [free("lying", "cylinder", (0.05, 0.02), 0.5, (0, 0, 0.01), spin=(0, 0, 1e4)),
                             free("flying", "cylinder", (0.05, 0.02), 0.5, (1, 0, 2), (0.3, 0, 0), spin=(0, 0, 1e4))],
@@ -529,6 +555,6 @@ def hard_files():
     for name, text in scenes.items():
         files[f"scenes/hard/{name}.yaml"] = text
     for more in (round_card_files(), wedge_files(), contact_points(), arch_files(0.12), arch_files(0.09), tops(), tippe_top(),
-                 whip(100), gripper_files(), singular_poses(), scales()):
+                 whip(100), gripper_files(), servo_chain(), singular_poses(), scales()):
         files.update(more)
     return files

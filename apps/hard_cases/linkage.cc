@@ -139,6 +139,26 @@ void humanoid(Trial& trial) {
   trial.at_most("kinetic energy at the end", "J", view.kinetic(), 1e-3, "damped joints: it rests");
 }
 
+void servo_chain(Trial& trial) {
+  Simulator sim = trial.load("servo_chain");
+  const auto bend = [&](int first) {
+    return sim.state().q.segment(first, 10).cwiseAbs().maxCoeff();
+  };
+  double soft = 0.0;
+  trial.chart.y_label = "largest joint angle [rad]";
+  trial.chart.log_y = true;
+  trial.chart.curves = {{"1.1 of the least stiffness", {}, {}}, {"0.9 of it", {}, {}}};
+  trial.run(sim, sim.options().duration, [&](const Simulator& s) {
+    soft = std::max(soft, bend(10));
+    trial.chart.curves[0].add(s.state().time, bend(0));
+    trial.chart.curves[1].add(s.state().time, bend(10));
+  });
+  trial.chart.levels = {{"start", 0.001}};
+  trial.at_most("stiff: joint angle after 10 s", "rad", bend(0), 1e-6,
+                "stable iff the stiffness exceeds the largest eigenvalue of gravity's");
+  trial.at_least("soft: joint angle, largest", "rad", soft, 0.3, "unstable below it: it falls");
+}
+
 void singular_poses(Trial& trial) {
   Simulator sim = trial.load("singular_poses");
   View view(sim);
@@ -176,6 +196,9 @@ std::vector<HardCase> linkage_cases() {
        "gripper", gripper},
       {"humanoid", "Limbs touch limbs and ground at once, in a tree of 31 degrees of freedom.",
        "humanoid", humanoid},
+      {"servo_chain",
+       "Ten links on their heads: 10 % of stiffness decide between upright and down.",
+       "servo_chain", servo_chain},
       {"singular_poses",
        "Gimbal at its pole, axes through one point, a massless link, links in line.",
        "singular_poses", singular_poses},
