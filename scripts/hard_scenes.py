@@ -445,9 +445,9 @@ def servo_chain(n=10, mass=1.0, length=0.2):
     for name, x, share in (("stiff", 0, 1.1), ("soft", 5, 0.9)):
         kp = share * critical
         models.append(f"urdf: ../../robots/hard/servo_chain.urdf, name: {name}, position: {vec(x, 0, 0)}, joints: {{j0: 0.001}},"
-                      f" dynamics: {{all: {{servo: {{stiffness: {num(kp)}, damping: {num(0.02 * kp)}, position: 0}}}}}}")
+                      f" dynamics: {{all: {{servo: {{stiffness: {num(kp)}, damping: {num(0.2 * kp)}, position: 0}}}}}}")
     text = scene("servo_chain", f"{n} links balance on each other by servos of 1.1 and 0.9 times the least stiffness"
-                 f" {critical:.6f} N m/rad.", models, ground=None, duration=10)
+                 f" {critical:.6f} N m/rad.", models, ground=None, duration=30)
     return {"robots/hard/servo_chain.urdf": urdf("servo_chain", "Links of 0.2 m and 1 kg, hinged about y.", body),
             "scenes/hard/servo_chain.yaml": text}
 

@@ -154,9 +154,10 @@ void servo_chain(Trial& trial) {
     trial.chart.curves[1].add(s.state().time, bend(10));
   });
   trial.chart.levels = {{"start", 0.001}};
-  trial.at_most("stiff: joint angle after 10 s", "rad", bend(0), 1e-6,
+  trial.at_most("stiff: joint angle after 30 s", "rad", bend(0), 1e-6,
                 "stable iff the stiffness exceeds the largest eigenvalue of gravity's");
-  trial.at_least("soft: joint angle, largest", "rad", soft, 0.3, "unstable below it: it falls");
+  trial.at_least("soft: joint angle, largest", "rad", soft, 0.1,
+                 "unstable below it: it buckles; a hundred times the start");
 }
 
 void singular_poses(Trial& trial) {
@@ -186,7 +187,9 @@ std::vector<HardCase> linkage_cases() {
       {"chain_100", "100 bodies on 100 closures: the first carries a hundred times the last.",
        "chain_100", [](Trial& t) { chain(t, 100); }},
       {"chain_1000", "1000 closures in series.", "chain_1000", [](Trial& t) { chain(t, 1000); },
-       true},
+       true,
+       "what the closures yield travels down the chain as heat does: after 2 s it still sinks, its "
+       "tension is off by 16 %."},
       {"whip_100", "300 degrees of freedom in series whip; energy must neither grow nor vanish.",
        "whip_100", whip, true,
        "not finite after some seconds: forces quadratic in velocity are explicit."},
