@@ -77,7 +77,8 @@ class Axis {
     const double power = std::pow(10.0, std::floor(std::log10(raw)));
     const double lead = raw / power;
     const double step = power * (lead <= 1.0 ? 1.0 : lead <= 2.0 ? 2.0 : lead <= 5.0 ? 5.0 : 10.0);
-    for (double k = std::ceil(low_ / step); k * step <= high_; ++k) out.push_back(k * step);
+    for (double k = std::ceil(low_ / step); k * step <= high_; ++k)
+      out.push_back(k * step + 0.0);  // no -0
     return out;
   }
 
