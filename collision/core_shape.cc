@@ -85,15 +85,25 @@ COUNTERPOINT_WIDE void find_heights(const ConvexMesh& mesh, float x, float y, fl
     second = second > lower ? second : lower;
     first = first > tagged ? first : tagged;
   }
-  for (const Ints& other :
-       {Ints{4, 5, 6, 7, 0, 1, 2, 3}, Ints{2, 3, 0, 1, 6, 7, 4, 5}, Ints{1, 0, 3, 2, 5, 4, 7, 6}}) {
-    const Floats other_first = __builtin_shuffle(first, other);
-    const Floats other_second = __builtin_shuffle(second, other);
-    const Floats lower = first < other_first ? first : other_first;
-    second = second > other_second ? second : other_second;
-    second = second > lower ? second : lower;
-    first = first > other_first ? first : other_first;
-  }
+  // Lanes against those four, two and one away; the masks have to be constants.
+  const Floats first4 = __builtin_shufflevector(first, first, 4, 5, 6, 7, 0, 1, 2, 3);
+  const Floats second4 = __builtin_shufflevector(second, second, 4, 5, 6, 7, 0, 1, 2, 3);
+  const Floats lower4 = first < first4 ? first : first4;
+  second = second > second4 ? second : second4;
+  second = second > lower4 ? second : lower4;
+  first = first > first4 ? first : first4;
+  const Floats first2 = __builtin_shufflevector(first, first, 2, 3, 0, 1, 6, 7, 4, 5);
+  const Floats second2 = __builtin_shufflevector(second, second, 2, 3, 0, 1, 6, 7, 4, 5);
+  const Floats lower2 = first < first2 ? first : first2;
+  second = second > second2 ? second : second2;
+  second = second > lower2 ? second : lower2;
+  first = first > first2 ? first : first2;
+  const Floats first1 = __builtin_shufflevector(first, first, 1, 0, 3, 2, 5, 4, 7, 6);
+  const Floats second1 = __builtin_shufflevector(second, second, 1, 0, 3, 2, 5, 4, 7, 6);
+  const Floats lower1 = first < first1 ? first : first1;
+  second = second > second1 ? second : second1;
+  second = second > lower1 ? second : lower1;
+  first = first > first1 ? first : first1;
   out.highest = first[0];
   out.next = second[0];
 }
