@@ -94,8 +94,7 @@ bool per_contact(Effect effect) {
 
 }  // namespace
 
-void report_costs(const Scene& scene, Report& report) {
-  const std::vector<EffectUse> uses = list_effects(scene.model, scene.options);
+void report_costs(const Scene& scene, const std::vector<EffectUse>& uses, Report& report) {
   fmt::print(report.text(), "\n{:<24} {:>10} {:>13}\n", "effects, added up", "us a step",
              "Newton steps");
   Json costs = Json::array();
@@ -128,12 +127,12 @@ void report_costs(const Scene& scene, Report& report) {
   report["costs"] = costs;
 }
 
-void report_effects(const Scene& scene, Report& report) {
+void report_effects(const Scene& scene, const std::vector<EffectUse>& uses, Report& report) {
   ShortRun run(scene, scene.options.effects);
   Json effects = Json::array();
   fmt::print(report.text(), "\n{:<20} {:<4} {:>10} {:>12}  {}\n", "effect", "", "rows",
              "share of step", "why");
-  for (const EffectUse& use : list_effects(scene.model, scene.options)) {
+  for (const EffectUse& use : uses) {
     // What an input calls for costs nothing in a run without.
     const bool of_input =
         use.effect == Effect::kAppliedForces || use.effect == Effect::kExternalWrenches;

@@ -42,8 +42,8 @@ const char* shape_name(ShapeType type) {
   return "?";
 }
 
-/// Vertices and volume of a hull; how much larger than its mesh it is, how far it stands off it, and
-/// how much smaller than the full hull a limit of vertices made it.
+/// Vertices and volume of a hull; how much larger than its mesh it is, how far it stands off it,
+/// and how much smaller than the full hull a limit of vertices made it.
 std::string hull_size(const ConvexMesh& hull) {
   std::string text = fmt::format("{} vertices, {:.4g} m^3", hull.vertices.size(), hull.volume);
   text += hull.source_volume > 0.0
@@ -240,8 +240,7 @@ void list_pair(const Model& model, const std::pair<int, int>& pair, const std::s
   list.push_back({{"a", a}, {"b", b}, {"reason", reason}});
 }
 
-void inspect_pairs(const Model& model, Report& report) {
-  const collision::Collider collider(model);
+void inspect_pairs(const Model& model, const collision::Collider& collider, Report& report) {
   fmt::print(report.text(),
              "\n{} geometry pairs may touch; left out: {} of links joined by a joint, and\n",
              collider.num_enabled_pairs(), collider.num_joined_pairs());
@@ -302,10 +301,12 @@ int inspect(Arguments& arguments) {
   inspect_forces(model, report);
   inspect_geometries(model, report);
   inspect_closures(model, scene.q, report);
-  inspect_pairs(model, report);
+  const collision::Collider collider(model);
+  inspect_pairs(model, collider, report);
   inspect_coordinates(model, report);
-  report_effects(scene, report);
-  if (arguments.costs) report_costs(scene, report);
+  const std::vector<EffectUse> uses = list_effects(model, collider, scene.options);
+  report_effects(scene, uses, report);
+  if (arguments.costs) report_costs(scene, uses, report);
   inspect_notes(model, report);
   report.write();
   return kSuccess;

@@ -63,14 +63,24 @@ struct Heights {
   float highest, next;
 };
 
+// Of two highest and two others, lane by lane, the two highest. By reference: vectors this wide
+// have no place in the calling convention of narrow machines.
+inline void keep_highest(const Floats& other_first, const Floats& other_second, Floats& first,
+                         Floats& second) {
+  const Floats lower = first < other_first ? first : other_first;
+  second = second > other_second ? second : other_second;
+  second = second > lower ? second : lower;
+  first = first > other_first ? first : other_first;
+}
+
 COUNTERPOINT_WIDE void find_heights(const ConvexMesh& mesh, float x, float y, float z,
                                     Heights& out) {
   const float* const xs = mesh.coarse_vertices[0].data();
   const float* const ys = mesh.coarse_vertices[1].data();
   const float* const zs = mesh.coarse_vertices[2].data();
   const int size = static_cast<int>(mesh.vertices.size());
-  Floats first = Floats{} + std::numeric_limits<float>::lowest();
-  Floats second = first;
+  const Floats lowest = Floats{} + std::numeric_limits<float>::lowest();
+  Floats first = lowest, second = lowest;
   Ints vertices = {0, 1, 2, 3, 4, 5, 6, 7};
   for (int i = 0; i < size; i += kTogether, vertices += kTogether) {
     Floats px, py, pz;
@@ -81,29 +91,15 @@ COUNTERPOINT_WIDE void find_heights(const ConvexMesh& mesh, float x, float y, fl
     const auto tagged =
         reinterpret_cast<Floats>((reinterpret_cast<Ints>(height) & ~Heights::kVertex) | vertices);
     out.all[i / kTogether] = tagged;
-    const Floats lower = first < tagged ? first : tagged;
-    second = second > lower ? second : lower;
-    first = first > tagged ? first : tagged;
+    keep_highest(tagged, lowest, first, second);
   }
   // Lanes against those four, two and one away; the masks have to be constants.
-  const Floats first4 = __builtin_shufflevector(first, first, 4, 5, 6, 7, 0, 1, 2, 3);
-  const Floats second4 = __builtin_shufflevector(second, second, 4, 5, 6, 7, 0, 1, 2, 3);
-  const Floats lower4 = first < first4 ? first : first4;
-  second = second > second4 ? second : second4;
-  second = second > lower4 ? second : lower4;
-  first = first > first4 ? first : first4;
-  const Floats first2 = __builtin_shufflevector(first, first, 2, 3, 0, 1, 6, 7, 4, 5);
-  const Floats second2 = __builtin_shufflevector(second, second, 2, 3, 0, 1, 6, 7, 4, 5);
-  const Floats lower2 = first < first2 ? first : first2;
-  second = second > second2 ? second : second2;
-  second = second > lower2 ? second : lower2;
-  first = first > first2 ? first : first2;
-  const Floats first1 = __builtin_shufflevector(first, first, 1, 0, 3, 2, 5, 4, 7, 6);
-  const Floats second1 = __builtin_shufflevector(second, second, 1, 0, 3, 2, 5, 4, 7, 6);
-  const Floats lower1 = first < first1 ? first : first1;
-  second = second > second1 ? second : second1;
-  second = second > lower1 ? second : lower1;
-  first = first > first1 ? first : first1;
+  keep_highest(__builtin_shufflevector(first, first, 4, 5, 6, 7, 0, 1, 2, 3),
+               __builtin_shufflevector(second, second, 4, 5, 6, 7, 0, 1, 2, 3), first, second);
+  keep_highest(__builtin_shufflevector(first, first, 2, 3, 0, 1, 6, 7, 4, 5),
+               __builtin_shufflevector(second, second, 2, 3, 0, 1, 6, 7, 4, 5), first, second);
+  keep_highest(__builtin_shufflevector(first, first, 1, 0, 3, 2, 5, 4, 7, 6),
+               __builtin_shufflevector(second, second, 1, 0, 3, 2, 5, 4, 7, 6), first, second);
   out.highest = first[0];
   out.next = second[0];
 }

@@ -14,7 +14,7 @@ namespace {
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 // Does the ray meet the box before `limit`? Comparisons with NaN (0 / 0 on a face) count as yes.
-bool meets(const Terrain::Node& box, const Vector3& origin, const Vector3& direction,
+bool meets(const TriangleTree::Node& box, const Vector3& origin, const Vector3& direction,
            double limit) {
   double enter = 0.0;
   double exit = limit;
@@ -53,15 +53,15 @@ std::optional<RayHit> cast_terrain_ray(const Terrain& terrain, const Vector3& or
                                        const Vector3& direction, double max_distance) {
   double nearest = kInfinity;
   int found = -1;
-  std::array<int, 64> stack;  // deeper than any tree (terrain.cc)
+  std::array<int, 64> stack;  // deeper than any tree (triangle_tree.h)
   int size = 0;
   stack[size++] = 0;
   while (size > 0) {
     const int index = stack[--size];
-    const Terrain::Node& node = terrain.nodes[index];
+    const TriangleTree::Node& node = terrain.tree.nodes[index];
     if (!meets(node, origin, direction, std::min(nearest, max_distance))) continue;
     for (int i = node.first; i < node.first + node.count; ++i) {
-      const int t = terrain.order[i];
+      const int t = terrain.tree.order[i];
       const double at = hit(terrain, terrain.triangles[t], origin, direction);
       if (at < 0.0 || at > max_distance) continue;
       if (at < nearest || (at == nearest && t < found)) {

@@ -62,16 +62,10 @@ void add_joint_row(const Model& model, const JointConstraint& row,
 void mark_touched_trees(const Model& model, const ConstraintSet& constraints,
                         std::vector<int>& block_of_tree) {
   block_of_tree.assign(model.num_trees(), -1);
-  const auto mark = [&](int tree) {
-    if (tree >= 0) block_of_tree[tree] = 0;
-  };
-  for (const PairConstraint& pair : constraints.pairs) {
-    mark(model.body(pair.body_a).tree);
-    mark(model.body(pair.body_b).tree);
-  }
-  for (const JointConstraint& j : constraints.joints)
-    for (const int v : j.v_index)
-      if (v >= 0) mark(model.tree_of_velocity(v));
+  for_each_constraint(model, constraints, [&](int tree_a, int tree_b) {
+    for (const int tree : {tree_a, tree_b})
+      if (tree >= 0) block_of_tree[tree] = 0;
+  });
 }
 
 }  // namespace

@@ -26,13 +26,13 @@ struct Anchor {
 }  // namespace
 
 void find_closures(const Model& model, const SimulationOptions& options, const Data& data,
-                   const InverseWeights& weights, std::span<const char> idle,
-                   std::vector<Motion>& acceleration, ConstraintSet& out) {
+                   const InverseWeights& weights, Idle idle, std::vector<Motion>& acceleration,
+                   ConstraintSet& out) {
   const double h = options.time_step;
   compute_velocity_accelerations(model, data, acceleration);
   for (size_t i = 0; i < model.closures().size(); ++i) {
     const Closure& closure = model.closures()[i];
-    if (!idle.empty() && idle[closure.body_a] && idle[closure.body_b]) continue;
+    if (idle(closure.body_a) && idle(closure.body_b)) continue;
     const ClosureWeight& weight = weights.closure[i];
     const Anchor a(data, acceleration, closure.body_a, closure.X_AC);
     const Anchor b(data, acceleration, closure.body_b, closure.X_BC);

@@ -17,7 +17,7 @@ namespace counterpoint {
 /// Adds the rows of all closures, but between idle bodies, to `out`, behind the contacts. Needs
 /// compute_poses and compute_velocities; `acceleration` (num_bodies) is scratch.
 void find_closures(const Model& model, const SimulationOptions& options, const Data& data,
-                   const InverseWeights& weights, std::span<const char> idle,
-                   std::vector<Motion>& acceleration, ConstraintSet& out);
+                   const InverseWeights& weights, Idle idle, std::vector<Motion>& acceleration,
+                   ConstraintSet& out);
 
 }  // namespace counterpoint

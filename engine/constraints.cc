@@ -49,19 +49,13 @@ constexpr double kImpactSpeedUp = 2.0;
 constexpr double kFastTravel = 4.0;
 constexpr int kMaxRounds = 4;
 
-/// Does a body sleep? For lists by body that are empty where none does.
-struct Idle {
-  std::span<const char> bodies;
-  bool operator()(int body) const { return !bodies.empty() && bodies[body]; }
-};
-
 /// Distance [rad or m] within which a joint limit gets a row, at rest: wide, since a row is cheap
 /// and a limit missed for one step is overrun.
 constexpr double kLimitMargin = 0.1;
 
 void find_limits(const Model& model, const SimulationOptions& options,
                  const std::vector<int>& limited, const VectorRef& q, const VectorRef& v,
-                 const InverseWeights& weights, const Idle& idle, ConstraintSet& out) {
+                 const InverseWeights& weights, Idle idle, ConstraintSet& out) {
   const double h = options.time_step;
   for (const int i : limited) {
     if (idle(i)) continue;
@@ -82,7 +76,7 @@ void find_limits(const Model& model, const SimulationOptions& options,
 /// One row a coordinate: it takes up to the bound and yields beyond.
 void find_dry_friction(const Model& model, const SimulationOptions& options,
                        const std::vector<DryCoordinate>& coordinates, const InverseWeights& weights,
-                       const Idle& idle, ConstraintSet& out) {
+                       Idle idle, ConstraintSet& out) {
   for (const auto& [i, body] : coordinates) {
     if (idle(body)) continue;
     JointConstraint row;
@@ -94,7 +88,7 @@ void find_dry_friction(const Model& model, const SimulationOptions& options,
 }
 
 void find_mimics(const Model& model, const SimulationOptions& options, const VectorRef& q,
-                 const InverseWeights& weights, const Idle& idle, ConstraintSet& out) {
+                 const InverseWeights& weights, Idle idle, ConstraintSet& out) {
   for (const Mimic& mimic : model.mimics()) {
     if (idle(mimic.joint + 1)) continue;  // and so is the master, of the same island
     const Body& follower = model.body(mimic.joint + 1);
@@ -152,29 +146,25 @@ ConstraintFinder::ConstraintFinder(const Model& model, InverseWeights weights)
 
 void ConstraintFinder::find(const Model& model, const SimulationOptions& options, EffectSet effects,
                             const VectorRef& q, const VectorRef& v, const Data& data,
-                            ConstraintSet& out, EffectCounts& counts,
-                            std::span<const char> idle_bodies) {
-  const Idle idle{idle_bodies};
+                            ConstraintSet& out, EffectCounts& counts, Idle idle) {
   out.clear();
   const auto runs = [&](Effect effect) {
     if (!effects.has(effect)) return false;
     counts.add(effect);
     return true;
   };
-  if (runs(Effect::kContacts))
-    find_contacts(model, options, effects, data, out, counts, idle_bodies);
+  if (runs(Effect::kContacts)) find_contacts(model, options, effects, data, out, counts, idle);
   if (runs(Effect::kClosures))
-    find_closures(model, options, data, weights_, idle_bodies, acceleration_, out);
+    find_closures(model, options, data, weights_, idle, acceleration_, out);
   if (runs(Effect::kLimits)) find_limits(model, options, limited_, q, v, weights_, idle, out);
   if (runs(Effect::kVelocityLimits))
-    find_velocity_limits(options, speed_limits_, v, weights_, idle_bodies, out);
+    find_velocity_limits(options, speed_limits_, v, weights_, idle, out);
   if (runs(Effect::kDryFriction)) find_dry_friction(model, options, dry_, weights_, idle, out);
   if (runs(Effect::kMimics)) find_mimics(model, options, q, weights_, idle, out);
 }
 
 void ConstraintFinder::find_candidates(const Model& model, const SimulationOptions& options,
-                                       EffectSet effects, const Data& data,
-                                       std::span<const char> idle) {
+                                       EffectSet effects, const Data& data, Idle idle) {
   const double h = options.time_step;
   const double fall = effects.has(Effect::kGravity) ? h * h * model.gravity().norm() : 0.0;
   for (int b = 1; b < model.num_bodies(); ++b) {
@@ -185,7 +175,7 @@ void ConstraintFinder::find_candidates(const Model& model, const SimulationOptio
     for (int b = 0; b < model.num_bodies(); ++b) {
       margin_[b] = 0.5 * options.contact.margin + travel_[b];
     }
-    collider_.compute_candidates(data.X_WB, margin_, candidates_, travel_, idle);
+    collider_.compute_candidates(data.X_WB, margin_, candidates_, travel_, idle.bodies);
     if (!spread_travel(model, kFastTravel * options.contact.margin)) return;
   }
 }
@@ -239,7 +229,7 @@ void count_contact(const Material& pair, EffectCounts& counts) {
 
 void ConstraintFinder::find_contacts(const Model& model, const SimulationOptions& options,
                                      EffectSet effects, const Data& data, ConstraintSet& out,
-                                     EffectCounts& counts, std::span<const char> idle) {
+                                     EffectCounts& counts, Idle idle) {
   const double h = options.time_step;
   find_candidates(model, options, effects, data, idle);
   Material material;

@@ -49,6 +49,17 @@ struct ConstraintSet {
   }
 };
 
+/// Calls visit(tree_a, tree_b) for every constraint; -1 for the world, or if there is no second.
+template <class Visit>
+void for_each_constraint(const Model& model, const ConstraintSet& constraints, Visit visit) {
+  for (const PairConstraint& pair : constraints.pairs)
+    visit(model.body(pair.body_a).tree, model.body(pair.body_b).tree);
+  for (const JointConstraint& joint : constraints.joints) {
+    visit(model.tree_of_velocity(joint.v_index[0]),
+          joint.v_index[1] < 0 ? -1 : model.tree_of_velocity(joint.v_index[1]));
+  }
+}
+
 /// A velocity coordinate with dry friction, and the body it moves.
 struct DryCoordinate {
   int v_index = 0, body = 0;
@@ -60,6 +71,12 @@ struct SpeedLimit {
   double limit = 0.0;
 };
 
+/// Bodies asleep, and the world (sleep.h). A list by body, empty where none sleeps.
+struct Idle {
+  std::span<const char> bodies = {};
+  bool operator()(int body) const { return !bodies.empty() && bodies[body]; }
+};
+
 /// Finds the constraints of a model. Scratch memory inside: one per thread.
 class ConstraintFinder {
  public:
@@ -67,11 +84,11 @@ class ConstraintFinder {
 
   /// Everything which may push within the step, judged from (q, v) alone: the inverse must come to
   /// the same set. Needs compute_poses and compute_velocities.
-  /// Only the effects given are looked at. `idle`: by body, constraints between none but these are
-  /// left out (Collider::compute_candidates); empty: none is idle.
+  /// Only the effects given are looked at; constraints between none but idle bodies are left out
+  /// (Collider::compute_candidates).
   void find(const Model& model, const SimulationOptions& options, EffectSet effects,
             const VectorRef& q, const VectorRef& v, const Data& data, ConstraintSet& out,
-            EffectCounts& counts, std::span<const char> idle = {});
+            EffectCounts& counts, Idle idle = {});
 
   /// Radius [m] of each body's geometry about the body origin.
   const std::vector<double>& radii() const { return radius_; }
@@ -80,11 +97,10 @@ class ConstraintFinder {
 
  private:
   void find_candidates(const Model& model, const SimulationOptions& options, EffectSet effects,
-                       const Data& data, std::span<const char> idle);
+                       const Data& data, Idle idle);
   bool spread_travel(const Model& model, double threshold);
   void find_contacts(const Model& model, const SimulationOptions& options, EffectSet effects,
-                     const Data& data, ConstraintSet& out, EffectCounts& counts,
-                     std::span<const char> idle);
+                     const Data& data, ConstraintSet& out, EffectCounts& counts, Idle idle);
 
   InverseWeights weights_;
   collision::Collider collider_;
@@ -92,8 +108,8 @@ class ConstraintFinder {
   std::vector<double> travel_;  ///< of each body's surface within the step [m]
   std::vector<double> margin_;
   std::vector<collision::Candidate> candidates_;
-  std::vector<DryCoordinate> dry_;    ///< with dry friction
-  std::vector<int> limited_;          ///< bodies whose joint has a limit
+  std::vector<DryCoordinate> dry_;  ///< with dry friction
+  std::vector<int> limited_;        ///< bodies whose joint has a limit
   std::vector<SpeedLimit> speed_limits_;
   std::vector<Motion> acceleration_;  ///< scratch of closures
 };

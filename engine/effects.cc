@@ -198,8 +198,8 @@ EffectSet active_effects(EffectSet called, EffectSet switches) {
   return active.has(Effect::kContacts) ? active : active.without(kOfContacts);
 }
 
-std::vector<EffectUse> list_effects(const Model& model, const SimulationOptions& options) {
-  const collision::Collider collider(model);
+std::vector<EffectUse> list_effects(const Model& model, const collision::Collider& collider,
+                                    const SimulationOptions& options) {
   const EffectSet active = active_effects(called_for(model, collider), options.effects);
   std::vector<EffectUse> list;
   for (int i = 0; i < kNumEffects; ++i) {

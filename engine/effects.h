@@ -27,6 +27,7 @@ struct EffectUse {
 };
 
 /// All effects, in the order of the enumeration. For reading; it allocates.
-std::vector<EffectUse> list_effects(const Model& model, const SimulationOptions& options);
+std::vector<EffectUse> list_effects(const Model& model, const collision::Collider& collider,
+                                    const SimulationOptions& options);
 
 }  // namespace counterpoint

@@ -55,13 +55,13 @@ void add_servos(const Model& model, EffectSet effects, double h, const VectorRef
 }
 
 void add_servo_rows(const Model& model, EffectSet effects, double h, const VectorRef& q,
-                    const Input& input, std::span<const char> idle_bodies, VectorOut tau,
+                    const Input& input, Idle idle, VectorOut tau,
                     std::vector<JointConstraint>& rows) {
   check_targets(model, input);
   for (int i = 0; i < num_servos(model); ++i) {
     const JointServo& servo = model.servos()[i];
     if (!is_limited(model, effects, servo)) continue;
-    if (!idle_bodies.empty() && idle_bodies[servo.joint + 1]) continue;
+    if (idle(servo.joint + 1)) continue;
     const Demand demand(model, input, i);
     const double gain = demand.kd + h * demand.kp;  // [N s/m, N m s/rad]
     double& applied = tau[demand.v_index];

@@ -32,9 +32,9 @@ void add_servos(const Model& model, EffectSet effects, double h, const VectorRef
                 const VectorRef& w, const Input& input, VectorOut diagonal, VectorOut tau);
 
 /// Servos with limit: a row each. Takes the applied forces of their joints out of `tau` (nv), which
-/// holds nothing else yet: they are in the rows. Of trees where `asleep` there is none.
+/// holds nothing else yet: they are in the rows. Of bodies that are idle there is none.
 void add_servo_rows(const Model& model, EffectSet effects, double h, const VectorRef& q,
-                    const Input& input, std::span<const char> idle_bodies, VectorOut tau,
+                    const Input& input, Idle idle, VectorOut tau,
                     std::vector<JointConstraint>& rows);
 
 /// s(w_next) of every servo, into `force` (as many as servos) [N, N m].

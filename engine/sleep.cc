@@ -22,17 +22,6 @@ bool same_state(const Model& model, const Tree& tree, const State& a, const Stat
   return same(a.v, b.v, tree.v_begin, tree.v_end - tree.v_begin) && same(a.q, b.q, q.begin, q.size);
 }
 
-/// Calls visit(tree_a, tree_b) for every constraint; -1 for the world, or if there is no second.
-template <class Visit>
-void for_each_constraint(const Model& model, const ConstraintSet& constraints, Visit visit) {
-  for (const PairConstraint& pair : constraints.pairs)
-    visit(model.body(pair.body_a).tree, model.body(pair.body_b).tree);
-  for (const JointConstraint& joint : constraints.joints) {
-    visit(model.tree_of_velocity(joint.v_index[0]),
-          joint.v_index[1] < 0 ? -1 : model.tree_of_velocity(joint.v_index[1]));
-  }
-}
-
 }  // namespace
 
 namespace {
@@ -218,9 +207,9 @@ void Sleepers::end(const Model& model, const State& state, const Input& input,
   valid_ = true;
 }
 
-std::span<const char> Sleepers::idle_bodies() const {
+Idle Sleepers::idle_bodies() const {
   if (num_sleeping_bodies_ == 0) return {};
-  return idle_;
+  return {idle_};
 }
 
 double Sleepers::max_penetration() const {

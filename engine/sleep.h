@@ -45,8 +45,7 @@ class Sleepers {
 
   bool asleep(int tree) const { return asleep_[tree] != 0; }
   int num_sleeping_bodies() const { return num_sleeping_bodies_; }
-  /// By body: asleep, or the world. Empty if nothing sleeps.
-  std::span<const char> idle_bodies() const;
+  Idle idle_bodies() const;
   const std::vector<BodyRange>& awake() const { return awake_; }
   const std::vector<BodyRange>& woken() const { return woken_; }
   /// Deepest penetration among the sleeping [m].

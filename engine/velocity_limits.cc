@@ -22,10 +22,10 @@ std::vector<SpeedLimit> list_speed_limits(const Model& model) {
 }
 
 void find_velocity_limits(const SimulationOptions& options, const std::vector<SpeedLimit>& limits,
-                          const VectorRef& v, const InverseWeights& weights,
-                          std::span<const char> idle_bodies, ConstraintSet& out) {
+                          const VectorRef& v, const InverseWeights& weights, Idle idle,
+                          ConstraintSet& out) {
   for (const SpeedLimit& limit : limits) {
-    if (!idle_bodies.empty() && idle_bodies[limit.body]) continue;
+    if (idle(limit.body)) continue;
     const double speed = v[limit.v_index];
     if (!(std::abs(speed) > kNear * limit.limit)) continue;
     JointConstraint row;

@@ -17,7 +17,7 @@ std::vector<SpeedLimit> list_speed_limits(const Model& model);
 
 /// Adds the rows to `out`; of bodies that are idle (sleep.h) none.
 void find_velocity_limits(const SimulationOptions& options, const std::vector<SpeedLimit>& limits,
-                          const VectorRef& v, const InverseWeights& weights,
-                          std::span<const char> idle_bodies, ConstraintSet& out);
+                          const VectorRef& v, const InverseWeights& weights, Idle idle,
+                          ConstraintSet& out);
 
 }  // namespace counterpoint

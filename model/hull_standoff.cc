@@ -3,10 +3,10 @@
 #include "counterpoint/model/hull_standoff.h"
 
 #include <limits>
-#include <numeric>
 #include <queue>
 
 #include "counterpoint/model/triangle_distance.h"
+#include "counterpoint/model/triangle_tree.h"
 
 namespace counterpoint {
 namespace {
@@ -17,13 +17,8 @@ constexpr int kMostMeasured = 3'000;
 /// The nearest triangle of a mesh, by a tree of boxes.
 class NearestTriangle {
  public:
-  explicit NearestTriangle(const TriangleMesh& mesh) : mesh_(mesh), order_(mesh.triangles.size()) {
-    std::iota(order_.begin(), order_.end(), 0);
-    for (const auto& t : mesh.triangles) {
-      middles_.push_back((mesh.vertices[t[0]] + mesh.vertices[t[1]] + mesh.vertices[t[2]]) / 3.0);
-    }
-    build(0, static_cast<int>(order_.size()));
-  }
+  explicit NearestTriangle(const TriangleMesh& mesh)
+      : mesh_(mesh), tree_(mesh.vertices, mesh.triangles) {}
 
   struct Answer {
     double distance = std::numeric_limits<double>::infinity();
@@ -43,51 +38,21 @@ class NearestTriangle {
   }
 
  private:
-  static constexpr int kLeaf = 8;
-  struct Node {
-    Vector3 low = Vector3::Constant(std::numeric_limits<double>::infinity());
-    Vector3 high = Vector3::Constant(-std::numeric_limits<double>::infinity());
-    int begin = 0, end = 0;
-    int right = -1;  // the left child follows its parent; -1: a leaf
-    double distance(const Vector3& p) const {
-      return (low - p).cwiseMax(p - high).cwiseMax(0.0).norm();
-    }
-  };
-
-  void build(int begin, int end) {
-    Node node;
-    node.begin = begin;
-    node.end = end;
-    for (int i = begin; i < end; ++i) {
-      for (const int v : mesh_.triangles[order_[i]]) {
-        node.low = node.low.cwiseMin(mesh_.vertices[v]);
-        node.high = node.high.cwiseMax(mesh_.vertices[v]);
-      }
-    }
-    const int index = static_cast<int>(nodes_.size());
-    nodes_.push_back(node);
-    if (end - begin <= kLeaf) return;
-    int axis = 0;
-    (node.high - node.low).maxCoeff(&axis);
-    const int half = begin + (end - begin) / 2;
-    std::nth_element(order_.begin() + begin, order_.begin() + half, order_.begin() + end,
-                     [&](int a, int b) { return middles_[a][axis] < middles_[b][axis]; });
-    build(begin, half);
-    nodes_[index].right = static_cast<int>(nodes_.size());
-    build(half, end);
+  static double distance(const Vector3& p, const TriangleTree::Node& box) {
+    return (box.low - p).cwiseMax(p - box.high).cwiseMax(0.0).norm();
   }
 
   void search(int index, const Vector3& p, Answer& best) const {
-    const Node& node = nodes_[index];
-    if (node.right < 0) {
-      for (int i = node.begin; i < node.end; ++i) {
-        const double d = distance(p, order_[i]);
-        if (d < best.distance) best = {d, order_[i]};
+    const TriangleTree::Node& node = tree_.nodes[index];
+    if (node.count > 0) {
+      for (int i = node.first; i < node.first + node.count; ++i) {
+        const double d = distance(p, tree_.order[i]);
+        if (d < best.distance) best = {d, tree_.order[i]};
       }
       return;
     }
     int first = index + 1, second = node.right;
-    double to_first = nodes_[first].distance(p), to_second = nodes_[second].distance(p);
+    double to_first = distance(p, tree_.nodes[first]), to_second = distance(p, tree_.nodes[second]);
     if (to_second < to_first) {
       std::swap(first, second);
       std::swap(to_first, to_second);
@@ -97,9 +62,7 @@ class NearestTriangle {
   }
 
   const TriangleMesh& mesh_;
-  std::vector<Vector3> middles_;  // of the triangles
-  std::vector<int> order_;
-  std::vector<Node> nodes_;
+  const TriangleTree tree_;
 };
 
 /// A triangle of the hull's surface.

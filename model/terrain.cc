@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numeric>
 
 namespace counterpoint {
 namespace {
@@ -15,7 +14,6 @@ namespace {
 constexpr double kFlatAngle = 1e-4;
 // A triangle lower than this share of its longest side has no usable normal.
 constexpr double kLeastHeight = 1e-10;
-constexpr int kLeafSize = 4;
 
 Vector3 area_vector(const TriangleMesh& mesh, const std::array<int, 3>& t) {
   const Vector3& p = mesh.vertices[t[0]];
@@ -119,65 +117,21 @@ void connect(Terrain& out) {
   }
 }
 
-Vector3 center_of(const Terrain& terrain, int t) {
-  const auto& v = terrain.triangles[t].vertices;
-  return (terrain.vertices[v[0]] + terrain.vertices[v[1]] + terrain.vertices[v[2]]) / 3.0;
-}
-
-// Splits at the middle of the widest axis, depth first.
-int build_node(Terrain& out, int first, int count) {
-  const int index = static_cast<int>(out.nodes.size());
-  out.nodes.emplace_back();
-  Vector3 low = Vector3::Constant(std::numeric_limits<double>::infinity());
-  Vector3 high = -low;
-  Vector3 center_low = low;
-  Vector3 center_high = high;
-  for (int i = first; i < first + count; ++i) {
-    for (const int v : out.triangles[out.order[i]].vertices) {
-      low = low.cwiseMin(out.vertices[v]);
-      high = high.cwiseMax(out.vertices[v]);
-    }
-    const Vector3 center = center_of(out, out.order[i]);
-    center_low = center_low.cwiseMin(center);
-    center_high = center_high.cwiseMax(center);
-  }
-  out.nodes[index].low = low;
-  out.nodes[index].high = high;
-  if (count <= kLeafSize) {
-    out.nodes[index].first = first;
-    out.nodes[index].count = count;
-    return index;
-  }
-  int axis = 0;
-  (center_high - center_low).maxCoeff(&axis);
-  const int half = count / 2;
-  const auto begin = out.order.begin() + first;
-  std::nth_element(begin, begin + half, begin + count, [&](int a, int b) {
-    const double ca = center_of(out, a)[axis];
-    const double cb = center_of(out, b)[axis];
-    return ca != cb ? ca < cb : a < b;
-  });
-  build_node(out, first, half);
-  const int right = build_node(out, first + half, count - half);
-  out.nodes[index].right = right;
-  return index;
-}
-
 }  // namespace
 
 void Terrain::find(const Vector3& box_low, const Vector3& box_high, std::vector<int>& out) const {
   const std::size_t before = out.size();
-  // Halving keeps the tree within 32 levels for any number of triangles.
   std::array<int, 64> stack;
   int size = 0;
   stack[size++] = 0;
   while (size > 0) {
     const int index = stack[--size];
-    const Node& node = nodes[index];
+    const TriangleTree::Node& node = tree.nodes[index];
     if ((node.low.array() > box_high.array()).any() || (node.high.array() < box_low.array()).any())
       continue;
     if (node.count > 0) {
-      out.insert(out.end(), order.begin() + node.first, order.begin() + node.first + node.count);
+      const auto first = tree.order.begin() + node.first;
+      out.insert(out.end(), first, first + node.count);
       continue;
     }
     stack[size++] = node.right;
@@ -217,11 +171,11 @@ std::shared_ptr<const Terrain> make_terrain(const TriangleMesh& mesh, const std:
     throw InputError(at + ": no triangle has an area; a terrain needs at least one");
   }
   connect(*out);
-  out->order.resize(out->triangles.size());
-  std::iota(out->order.begin(), out->order.end(), 0);
-  build_node(*out, 0, static_cast<int>(out->order.size()));
-  out->low = out->nodes[0].low;
-  out->high = out->nodes[0].high;
+  std::vector<std::array<int, 3>> corners;
+  for (const Terrain::Triangle& triangle : out->triangles) corners.push_back(triangle.vertices);
+  out->tree = TriangleTree(out->vertices, corners);
+  out->low = out->tree.nodes[0].low;
+  out->high = out->tree.nodes[0].high;
   return out;
 }
 

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "counterpoint/model/mesh.h"
+#include "counterpoint/model/triangle_tree.h"
 #include "counterpoint/model/types.h"
 
 namespace counterpoint {
@@ -36,15 +37,7 @@ struct Terrain {
   /// Appends the triangles whose boxes meet the box low ... high [m], in ascending order.
   void find(const Vector3& box_low, const Vector3& box_high, std::vector<int>& out) const;
 
-  /// A node of the tree of boxes: triangles order[first ... first + count), or two children, the left
-  /// one next in the array.
-  struct Node {
-    Vector3 low, high;
-    int first = 0, count = 0;  ///< count 0: an inner node
-    int right = 0;
-  };
-  std::vector<Node> nodes;
-  std::vector<int> order;
+  TriangleTree tree;
   std::vector<std::vector<int>> vertex_neighbors;  ///< vertices joined by an edge
 };
 

@@ -13,16 +13,7 @@ constexpr double kGravity = 9.81;
 
 void chain(Trial& trial, int n) {
   Simulator sim = trial.load(fmt::format("chain_{}", n));
-  const VectorX start = sim.state().q;
-  double most = 0.0;
-  trial.chart.y_label = "drift of a link [m]";
-  trial.chart.log_y = true;
-  trial.chart.curves.resize(1);
-  trial.run(sim, sim.options().duration, [&](const Simulator& s) {
-    const double now = drift(s.model(), s.state().q, start);
-    most = std::max(most, now);
-    trial.chart.curves[0].add(s.state().time, now);
-  });
+  const double most = trial.left_alone(sim, sim.options().duration, "link");
   const Inverse& inverse = trial.step_and_recover(sim);
   double error = 0.0;
   for (int k = 0; k < n; ++k) {

@@ -7,24 +7,9 @@
 namespace counterpoint::apps {
 namespace {
 
-/// Largest drift of a scene left alone, drawn over time.
-double left_alone(Trial& trial, Simulator& sim) {
-  const VectorX start = sim.state().q;
-  double most = 0.0;
-  trial.chart.y_label = "drift of a block [m]";
-  trial.chart.log_y = true;
-  trial.chart.curves.resize(1);
-  trial.run(sim, sim.options().duration, [&](const Simulator& s) {
-    const double now = drift(s.model(), s.state().q, start);
-    most = std::max(most, now);
-    trial.chart.curves[0].add(s.state().time, now);
-  });
-  return most;
-}
-
 void stands(Trial& trial, const char* scene, double bound, const char* source) {
   Simulator sim = trial.load(scene);
-  const double most = left_alone(trial, sim);
+  const double most = trial.left_alone(sim, sim.options().duration, "block");
   trial.chart.levels = {{"bound", bound}};
   trial.at_most("drift, largest", "m", most, bound, source);
 }
@@ -37,7 +22,7 @@ void card_pair_stands(Trial& trial) {
 void card_pair_slides(Trial& trial) {
   Simulator sim = trial.load("card_pair_slides");
   const double before = sim.state().q[2];
-  left_alone(trial, sim);
+  trial.left_alone(sim, sim.options().duration, "block");
   trial.chart.levels = {{"fallen", 0.05}};
   trial.at_least(
       "centre of a card falls by", "m", before - sim.state().q[2], 0.05,
@@ -62,7 +47,7 @@ void arch_falls(Trial& trial) {
   Simulator sim = trial.load("arch_falls");
   const int crown = sim.model().body(10).q_index;
   const double before = sim.state().q[crown + 2];
-  left_alone(trial, sim);
+  trial.left_alone(sim, sim.options().duration, "block");
   trial.chart.levels = {{"fallen", 0.5}};
   trial.at_least(
       "crown falls by", "m", before - sim.state().q[crown + 2], 0.5,

@@ -15,12 +15,7 @@ void mass_ratio(Trial& trial) {
   Simulator sim = trial.load("mass_ratio");
   const Model& model = sim.model();
   const VectorX start = sim.state().q;
-  trial.chart.y_label = "drift of a box [m]";
-  trial.chart.log_y = true;
-  trial.chart.curves.resize(1);
-  trial.run(sim, 9.0, [&](const Simulator& s) {
-    trial.chart.curves[0].add(s.state().time, drift(model, s.state().q, start));
-  });
+  trial.left_alone(sim, 9.0, "box");
   const VectorX settled = sim.state().q;
   trial.run(sim, 1.0);
   const double jitter = drift(model, sim.state().q, settled);
@@ -50,17 +45,8 @@ void mass_ratio(Trial& trial) {
 void tower(Trial& trial, int n) {
   Simulator sim = trial.load(fmt::format("tower_{}", n));
   const Model& model = sim.model();
-  const VectorX start = sim.state().q;
-  trial.chart.y_label = "drift of a box [m]";
-  trial.chart.log_y = true;
-  trial.chart.curves.resize(1);
   trial.chart.levels = {{"1e-6 m", 1e-6}};
-  double most = 0.0;
-  trial.run(sim, 10.0, [&](const Simulator& s) {
-    const double now = drift(model, s.state().q, start);
-    most = std::max(most, now);
-    trial.chart.curves[0].add(s.state().time, now);
-  });
+  const double most = trial.left_alone(sim, 10.0, "box");
   const Inverse& inverse = trial.step_and_recover(sim);
   double error = 0.0;
   for (int k = 0; k < n; ++k) {
@@ -75,17 +61,8 @@ void pyramid(Trial& trial) {
   constexpr int kLayers = 20;
   Simulator sim = trial.load("pyramid_20");
   const Model& model = sim.model();
-  const VectorX start = sim.state().q;
-  trial.chart.y_label = "drift of a box [m]";
-  trial.chart.log_y = true;
-  trial.chart.curves.resize(1);
   trial.chart.levels = {{"1e-6 m", 1e-6}};
-  double most = 0.0;
-  trial.run(sim, 10.0, [&](const Simulator& s) {
-    const double now = drift(model, s.state().q, start);
-    most = std::max(most, now);
-    trial.chart.curves[0].add(s.state().time, now);
-  });
+  const double most = trial.left_alone(sim, 10.0, "box");
   const Inverse& inverse = trial.step_and_recover(sim);
   double ground = 0.0;
   for (int i = 1; i < model.num_bodies(); ++i) ground += force_between(model, inverse, 0, i).z();

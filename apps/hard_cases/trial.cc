@@ -35,6 +35,20 @@ const Inverse& Trial::step_and_recover(Simulator& sim) {
   return sim.inverse(before.q, before.v, sim.state().v);
 }
 
+double Trial::left_alone(Simulator& sim, double seconds, const std::string& what) {
+  const VectorX start = sim.state().q;
+  double most = 0.0;
+  chart.y_label = "drift of a " + what + " [m]";
+  chart.log_y = true;
+  chart.curves.resize(1);
+  run(sim, seconds, [&](const Simulator& s) {
+    const double now = drift(s.model(), s.state().q, start);
+    most = std::max(most, now);
+    chart.curves[0].add(s.state().time, now);
+  });
+  return most;
+}
+
 void Trial::equal(const std::string& quantity, const std::string& unit, double measured,
                   double known, double tolerance, const std::string& source) {
   checks.push_back({quantity, unit, measured, known - tolerance, known + tolerance,

@@ -55,6 +55,10 @@ class Trial {
     run(sim, seconds, [](const Simulator&) {});
   }
 
+  /// Largest drift [m] within that long [s] of free bodies, called `what`, that are left alone;
+  /// drawn over time.
+  double left_alone(Simulator& sim, double seconds, const std::string& what);
+
   void equal(const std::string& quantity, const std::string& unit, double measured, double known,
              double tolerance, const std::string& source);
   void at_most(const std::string& quantity, const std::string& unit, double measured, double bound,

@@ -114,12 +114,7 @@ TEST(DryFriction, IsRecoveredByTheInverse) {
     options.base = seed % 2 == 0 ? Base::kFloating : Base::kFixed;
     options.damping = options.armature = seed % 3 == 0;
     options.dry_friction = true;
-    Model model = test::make_random_model(seed, options);
-    Scene scene{"random",
-                model,
-                test::random_configuration(model, random.bits()),
-                test::random_vector(model.nv(), random.bits()),
-                {}};
+    Scene scene = test::make_random_scene(seed, options, random);
     Simulator sim(std::move(scene));
     sim.settings().tolerance = 1e-12;  // so that the inverse's own error is seen, not the solver's
     double error = 0.0, scale = 0.0;

@@ -226,7 +226,8 @@ TEST(Effects, WithoutCoriolisForcesASteadilyTurningBodyNeedsNoForce) {
 TEST(Effects, TableSaysWhatCallsForEachAndWhoSwitchedItOff) {
   Scene scene = make({.shoulder = "<dynamics damping=\"0.3\" friction=\"0.1\"/>",
                       .scene = "effects: {damping: off}"});
-  const std::vector<EffectUse> table = list_effects(scene.model, scene.options);
+  const std::vector<EffectUse> table =
+      list_effects(scene.model, collision::Collider(scene.model), scene.options);
   ASSERT_EQ(table.size(), static_cast<size_t>(kNumEffects));
   const EffectUse& damping = table[static_cast<size_t>(Effect::kDamping)];
   EXPECT_TRUE(damping.called_for);

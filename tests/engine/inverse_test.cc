@@ -52,14 +52,10 @@ TEST_P(TimeStep, RandomTreesWithoutContact) {
     test::Random random(seed);
     test::RandomModelOptions options;
     options.damping = options.armature = seed % 2 == 0;
-    Model model = test::make_random_model(seed, options);
-    Scene scene{"random",
-                model,
-                test::random_configuration(model, random.bits()),
-                test::random_vector(model.nv(), random.bits()),
-                {}};
+    Scene scene = test::make_random_scene(seed, options, random);
     scene.options.time_step = GetParam();
     Simulator sim(std::move(scene));
+    const Model& model = sim.model();
     // 0.1 s: explicit Coriolis forces at 10 ms may whip light links up without bound later on.
     const int steps = static_cast<int>(0.1 / GetParam());
     const Recovery r = drive(sim, steps, VectorX::Ones(model.nv()), random);
@@ -104,14 +100,10 @@ TEST_P(TimeStep, RandomTreesWithSpringsServosAndDrag) {
     options.springs = options.servos = options.drag = true;
     options.base = seed % 2 == 0 ? Base::kFloating : Base::kSpherical;
     options.limits = seed % 3 == 0;  // with rows, M is made by another algorithm
-    Model model = test::make_random_model(seed, options);
-    Scene scene{"random",
-                model,
-                test::random_configuration(model, random.bits()),
-                test::random_vector(model.nv(), random.bits()),
-                {}};
+    Scene scene = test::make_random_scene(seed, options, random);
     scene.options.time_step = GetParam();
     Simulator sim(std::move(scene));
+    const Model& model = sim.model();
     sim.input().wrenches.push_back(
         {1, {random.vector(3.0), random.vector(5.0)}, random.vector(0.3)});
     const auto servos = static_cast<int>(model.servos().size());
@@ -134,13 +126,9 @@ TEST(Motors, AtTheirLimitTheForceRecoveredIsTheOneThatActs) {
     test::Random random(seed);
     test::RandomModelOptions options;
     options.servos = options.effort_limits = true;
-    Model model = test::make_random_model(seed, options);
-    Scene scene{"random",
-                model,
-                test::random_configuration(model, random.bits()),
-                test::random_vector(model.nv(), random.bits()),
-                {}};
+    Scene scene = test::make_random_scene(seed, options, random);
     Simulator sim(std::move(scene));
+    const Model& model = sim.model();
     for (int i = 0; i < 20; ++i) {
       const VectorX applied = test::random_vector(model.nv(), random.bits(), 20.0);
       sim.input().applied_force = applied;

@@ -134,6 +134,13 @@ Model make_random_model(std::uint64_t seed, const RandomModelOptions& options) {
   return builder.build();
 }
 
+Scene make_random_scene(std::uint64_t seed, const RandomModelOptions& options, Random& random) {
+  Model model = make_random_model(seed, options);
+  VectorX q = random_configuration(model, random.bits());
+  VectorX v = random_vector(model.nv(), random.bits());
+  return {"random", std::move(model), std::move(q), std::move(v), {}};
+}
+
 VectorX random_configuration(const Model& model, std::uint64_t seed) {
   Random random(seed);
   VectorX q(model.nq());

@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "counterpoint/model/model_builder.h"
+#include "counterpoint/model/scene.h"
 
 namespace counterpoint::test {
 
@@ -42,6 +43,9 @@ struct RandomModelOptions {
 RobotSpec make_random_robot(std::uint64_t seed, const RandomModelOptions& options = {});
 /// Robots "0/", "1/", ... (no prefix if there is one only), apart from each other.
 Model make_random_model(std::uint64_t seed, const RandomModelOptions& options = {});
+
+/// A random model at a random configuration and velocity, drawn from `random` in this order.
+Scene make_random_scene(std::uint64_t seed, const RandomModelOptions& options, Random& random);
 
 /// nq coordinates, quaternions of unit length, lengths within 1 m, angles within pi.
 VectorX random_configuration(const Model& model, std::uint64_t seed);
