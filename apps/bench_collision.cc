@@ -71,6 +71,12 @@ Poses draw_poses(const Shape& a, const Shape& b, double gap) {
   return poses;
 }
 
+// Every benchmark has the same counters: comma-separated output knows one table.
+void count(benchmark::State& state, double boxes, double points) {
+  state.counters["boxes"] = boxes;
+  state.counters["points"] = points;
+}
+
 // All contact points within 1 cm.
 void pair(benchmark::State& state, const Shape& a, const Shape& b, double gap) {
   const Poses poses = draw_poses(a, b, gap);
@@ -81,6 +87,12 @@ void pair(benchmark::State& state, const Shape& a, const Shape& b, double gap) {
     collision::pair_contacts(a, X_A, b, X_B, 1e-2, m);
     benchmark::DoNotOptimize(m);
   }
+  int points = 0;
+  for (const auto& [X_A, X_B] : poses) {
+    collision::pair_contacts(a, X_A, b, X_B, 1e-2, m);
+    points += m.size;
+  }
+  count(state, 0, static_cast<double>(points) / static_cast<double>(poses.size()));
 }
 
 // FCL at its defaults: the distance of separated shapes, up to four contacts of overlapping ones.
@@ -91,18 +103,22 @@ void fcl_pair(benchmark::State& state, const Shape& a, const Shape& b, double ga
   const auto fcl_a = test::fcl_geometry(a);
   const auto fcl_b = test::fcl_geometry(b);
   std::size_t i = 0;
+  std::size_t points = 0;
   for (auto _ : state) {
     const auto& [T_A, T_B] = placed[i++ & 255];
     if (gap > 0.0) {
       fcl::DistanceResultd result;
       fcl::distance(fcl_a.get(), T_A, fcl_b.get(), T_B, fcl::DistanceRequestd(true), result);
       benchmark::DoNotOptimize(result);
+      ++points;
     } else {
       fcl::CollisionResultd result;
       fcl::collide(fcl_a.get(), T_A, fcl_b.get(), T_B, fcl::CollisionRequestd(4, true), result);
       benchmark::DoNotOptimize(result);
+      points += result.numContacts();
     }
   }
+  count(state, 0, static_cast<double>(points) / static_cast<double>(state.iterations()));
 }
 
 void register_pairs() {
@@ -147,8 +163,7 @@ void heap(benchmark::State& state) {
   const std::vector<double> margin(X_WB.size(), 1e-3);
   std::vector<collision::Candidate> out;
   for (auto _ : state) collider.compute_candidates(X_WB, margin, out);
-  state.counters["boxes"] = side * side * side;
-  state.counters["candidates"] = static_cast<double>(out.size());
+  count(state, side * side * side, static_cast<double>(out.size()));
 }
 
 }  // namespace
