@@ -40,13 +40,17 @@ class BoundsGrid {
   bool count_boxes(const std::vector<Bounds>& boxes);
   using Pair = std::pair<int, int>;
   class Meeting;
+  template <int kRows>
   Pair* meet_neighbours(std::uint32_t position, Pair* out) const;
+  template <int kRows>
+  void find_pairs_in_rows(std::vector<Pair>& out);
   Pair* meet_covered(const Entry& a, Pair* out) const;
 
   // Axes in the order of the cells in memory: along the first of them neighbours lie side by side.
   std::array<int, 3> axis_{0, 1, 2};
   std::array<int, 3> bits_{};                        // 2^bits cells along these
   std::array<double, 3> origin_{}, inverse_cell_{};  // along x, y, z
+  std::array<std::uint32_t, 3> mask_{}, stride_{};   // of the number of a cell, along x, y, z
   double most_ = 0.0;                                // extent of a box in a cell [m]
   std::vector<std::uint32_t> cell_;                  // of each box
   std::vector<std::uint32_t> begin_;                 // of each cell in entries_, and the end

@@ -7,6 +7,10 @@
 #include <cstring>
 #include <limits>
 
+#if defined(__SSE2__)
+#include <emmintrin.h>
+#endif
+
 namespace counterpoint::collision {
 
 namespace {
@@ -104,6 +108,22 @@ COUNTERPOINT_WIDE void find_heights(const ConvexMesh& mesh, float x, float y, fl
   out.next = second[0];
 }
 
+// One bit a lane that is `least` or more.
+unsigned lanes_from(const Floats& heights, float least) {
+#if defined(__SSE2__)
+  __m128 low, high;
+  std::memcpy(&low, &heights, sizeof low);
+  std::memcpy(&high, reinterpret_cast<const char*>(&heights) + sizeof low, sizeof high);
+  const __m128 limit = _mm_set1_ps(least);
+  return static_cast<unsigned>(_mm_movemask_ps(_mm_cmpge_ps(low, limit)) |
+                               _mm_movemask_ps(_mm_cmpge_ps(high, limit)) << 4);
+#else
+  unsigned lanes = 0;
+  for (int i = 0; i < kTogether; ++i) lanes |= static_cast<unsigned>(heights[i] >= least) << i;
+  return lanes;
+#endif
+}
+
 // The same as scan_all for at most kScanAtMost vertices: in single precision, and in double among
 // those that come close.
 int scan_few(const ConvexMesh& mesh, const Vector3& direction) {
@@ -125,9 +145,10 @@ int scan_few(const ConvexMesh& mesh, const Vector3& direction) {
   const int size = static_cast<int>(mesh.vertices.size());
   int close[kScanAtMost];
   int num_close = 0;
-  for (int i = 0; i < size; ++i) {
-    close[num_close] = i;
-    num_close += heights.all[i / kTogether][i % kTogether] >= least;
+  for (int first = 0; first < size; first += kTogether) {
+    unsigned lanes = lanes_from(heights.all[first / kTogether], least);
+    if (size - first < kTogether) lanes &= (1u << (size - first)) - 1u;
+    for (; lanes != 0; lanes &= lanes - 1) close[num_close++] = first + std::countr_zero(lanes);
   }
   return highest_of(mesh, direction, close, num_close);
 }

@@ -193,7 +193,8 @@ bool Polytope::expand(const DifferencePoint& p) {
   for (int i = 0; i < num_faces_; ++i) {
     const Face& f = faces_[i];
     if (f.normal.dot(p.w) - f.offset <= kVisible * difference_.scale) {
-      faces_[kept++] = f;
+      if (kept != i) faces_[kept] = f;
+      ++kept;
       continue;
     }
     if (num_edges_ + 3 > kMaxFaces) return false;
@@ -222,7 +223,7 @@ bool expand_polytope(const MinkowskiDifference& difference, const Simplex& start
   while (solid) {
     const int index = polytope.nearest_face();
     if (index < 0) break;
-    const Face nearest = polytope.face(index);
+    const Face& nearest = polytope.face(index);
     if (nearest.offset >= -out.distance - (certain ? kDepthError : kExact) * scale) break;
     const DifferencePoint p = difference.support(nearest.normal);
     const double bound = nearest.normal.dot(p.w);
