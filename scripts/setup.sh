@@ -9,24 +9,38 @@ packages="g++ cmake ninja-build libeigen3-dev libfcl-dev libccd-dev liburdfdom-d
 liburdfdom-headers-dev libassimp-dev zlib1g-dev libyaml-cpp-dev libtinyxml2-dev libqhull-dev libpng-dev libfmt-dev
 libconsole-bridge-dev libcli11-dev nlohmann-json3-dev libgtest-dev libbenchmark-dev"
 
-missing=""
-for package in $packages; do
-  dpkg-query -W -f '${Status}' "$package" 2>/dev/null | grep -q '^install ok installed$' ||
-    missing="$missing $package"
-done
-if [ -n "$missing" ]; then
-  echo "Installing:$missing"
-  as_root=""
-  if [ "$(id -u)" -ne 0 ]; then
-    command -v sudo >/dev/null || {
-      echo "error: run this as root, or install by hand:$missing" >&2
-      exit 2
-    }
-    as_root=sudo
+# Not needed: MuJoCo, which `counterpoint hard-cases` then runs beside Counterpoint.
+optional="libmujoco-dev"
+
+not_installed() {
+  for package in "$@"; do
+    dpkg-query -W -f '${Status}' "$package" 2>/dev/null | grep -q '^install ok installed$' ||
+      printf ' %s' "$package"
+  done
+}
+
+as_root=""
+[ "$(id -u)" -eq 0 ] || as_root=sudo
+add_packages() {
+  # shellcheck disable=SC2068,SC2086  # lists of words
+  $as_root env DEBIAN_FRONTEND=noninteractive apt-get install -y --no-install-recommends $@
+}
+
+# shellcheck disable=SC2086
+missing=$(not_installed $packages)
+# shellcheck disable=SC2086
+missing_optional=$(not_installed $optional)
+if [ -n "$missing$missing_optional" ]; then
+  if [ -n "$as_root" ] && ! command -v sudo >/dev/null; then
+    echo "run this as root, or install by hand:$missing; if wanted:$missing_optional" >&2
+    [ -z "$missing" ] || exit 2
+  else
+    echo "Installing:$missing$missing_optional"
+    $as_root apt-get update || [ -z "$missing" ]
+    [ -z "$missing" ] || add_packages "$missing"
+    [ -z "$missing_optional" ] || add_packages "$missing_optional" ||
+      echo "Going on without:$missing_optional"
   fi
-  $as_root apt-get update
-  # shellcheck disable=SC2086  # a list of words
-  $as_root env DEBIAN_FRONTEND=noninteractive apt-get install -y --no-install-recommends $missing
 fi
 
 cmake --preset release

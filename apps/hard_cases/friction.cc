@@ -12,7 +12,7 @@ constexpr double kGravity = 9.81;
 
 /// tan(theta) = 0.4 < mu = 0.5.
 void slope_rest(Trial& trial) {
-  Simulator sim = trial.load("slope_rest");
+  Runner& sim = trial.load("slope_rest");
   const ContactOptions& options = sim.options().contact;
   const double h = sim.options().time_step, sine = 0.4 / std::hypot(1.0, 0.4);
   const int q = q_of(sim.model(), "block/body"), v = v_of(sim.model(), "block/body");
@@ -25,7 +25,7 @@ void slope_rest(Trial& trial) {
   trial.chart.levels = {{"eps g h sin(theta) + delta/h", bound}};
   trial.run(sim, 1.0);
   const Vector3 before = sim.state().q.segment<3>(q);
-  trial.run(sim, 9.0, [&](const Simulator& s) {
+  trial.run(sim, 9.0, [&](const Runner& s) {
     trial.chart.curves[0].add(s.state().time, s.state().v.segment<3>(v).norm());
   });
   trial.at_most("creep, mean of 9 s", "m/s", (sim.state().q.segment<3>(q) - before).norm() / 9.0,
@@ -35,7 +35,7 @@ void slope_rest(Trial& trial) {
 
 /// tan(theta) = 0.6 > mu = 0.5.
 void slope_slide(Trial& trial) {
-  Simulator sim = trial.load("slope_slide");
+  Runner& sim = trial.load("slope_slide");
   const double cosine = 1.0 / std::hypot(1.0, 0.6), sine = 0.6 * cosine;
   const double a = kGravity * (sine - 0.5 * cosine);
   const Vector3 normal(sine, 0.0, cosine);
@@ -44,7 +44,7 @@ void slope_slide(Trial& trial) {
   trial.chart.y_label = "speed [m/s]";
   trial.chart.curves.resize(1);
   trial.chart.levels = {{"g (sin - mu cos) t at 1 s", a}};
-  trial.run(sim, 1.0, [&](const Simulator& s) {
+  trial.run(sim, 1.0, [&](const Runner& s) {
     hover = std::max(hover, s.state().q.segment<3>(q).dot(normal) - 0.1);
     trial.chart.curves[0].add(s.state().time, s.state().v.segment<3>(v).norm());
   });
@@ -55,7 +55,7 @@ void slope_slide(Trial& trial) {
 }
 
 void sliding_stop(Trial& trial) {
-  Simulator sim = trial.load("sliding_stop");
+  Runner& sim = trial.load("sliding_stop");
   const double v0 = 2.0, mu = 0.5, h = sim.options().time_step;
   const double way = v0 * v0 / (2.0 * mu * kGravity);
   const int q = q_of(sim.model(), "block/body");
@@ -63,7 +63,7 @@ void sliding_stop(Trial& trial) {
   trial.chart.y_label = "x [m]";
   trial.chart.curves.resize(1);
   trial.chart.levels = {{"v0^2 / (2 mu g)", way}};
-  trial.run(sim, 1.0, [&](const Simulator& s) {
+  trial.run(sim, 1.0, [&](const Runner& s) {
     hover = std::max(hover, s.state().q[q + 2] - 0.1);
     trial.chart.curves[0].add(s.state().time, s.state().q[q]);
   });
@@ -76,7 +76,7 @@ void sliding_stop(Trial& trial) {
 }
 
 void headings(Trial& trial) {
-  Simulator sim = trial.load("headings");
+  Runner& sim = trial.load("headings");
   const VectorX start = sim.state().q;
   trial.run(sim, 0.6);
   double least = 1e9, most = 0.0, sum = 0.0, turned = 0.0;
@@ -102,7 +102,7 @@ void headings(Trial& trial) {
 }
 
 void push_ramp(Trial& trial) {
-  Simulator sim = trial.load("push_ramp");
+  Runner& sim = trial.load("push_ramp");
   const double mu = 0.4, h = sim.options().time_step, slip = mu * kGravity / 20.0;
   const int q = q_of(sim.model(), "block/body"), v = v_of(sim.model(), "block/body");
   double slipped = -1.0;
@@ -128,7 +128,7 @@ void push_ramp(Trial& trial) {
 }
 
 void sphere_rolls(Trial& trial) {
-  Simulator sim = trial.load("sphere_rolls");
+  Runner& sim = trial.load("sphere_rolls");
   const double v0 = 2.0, mu = 0.3, radius = 0.1;
   const double time = 2.0 * v0 / (7.0 * mu * kGravity), speed = 5.0 / 7.0 * v0;
   const int v = v_of(sim.model(), "ball/body");
@@ -137,7 +137,7 @@ void sphere_rolls(Trial& trial) {
   trial.chart.curves = {{"centre", {}, {}}, {"spin times radius", {}, {}}};
   trial.chart.levels = {{"5/7 v0", speed}};
   View view(sim);
-  trial.run(sim, 1.0, [&](const Simulator& s) {
+  trial.run(sim, 1.0, [&](const Runner& s) {
     view.look();
     const double centre = s.state().v[v], rim = view.spin(1).y() * radius;
     if (rolls < 0.0 && centre - rim < 1e-6) rolls = s.state().time;
@@ -150,7 +150,7 @@ void sphere_rolls(Trial& trial) {
 
 /// mu = 1.5 and 3 at 1 rad, where the bound is 1.37; towards and away from its lean.
 void painleve_rod(Trial& trial) {
-  Simulator sim = trial.load("painleve_rod");
+  Runner& sim = trial.load("painleve_rod");
   View view(sim);
   const double fastest = std::sqrt(4.0 + 2.0 * kGravity * view.center(1).z());
   double speed = 0.0;
@@ -161,7 +161,7 @@ void painleve_rod(Trial& trial) {
     trial.chart.curves[static_cast<std::size_t>(i)].name =
         std::string(i < 2 ? "mu 1.5" : "mu 3") + (i % 2 ? ", away" : ", towards the lean");
   }
-  trial.run(sim, 3.0, [&](const Simulator& s) {
+  trial.run(sim, 3.0, [&](const Runner& s) {
     view.look();
     for (int i = 0; i < 4; ++i) {
       const double now = view.velocity(i + 1).norm();
@@ -177,7 +177,7 @@ void painleve_rod(Trial& trial) {
 }
 
 void wedge(Trial& trial) {
-  Simulator sim = trial.load("wedge");
+  Runner& sim = trial.load("wedge");
   const double half_angle = 0.2, mu = 0.9;
   const double s = std::sin(half_angle), c = std::cos(half_angle);
   trial.run(sim, 0.6);
@@ -186,9 +186,9 @@ void wedge(Trial& trial) {
   trial.chart.y_label = "normal force of a wall [N]";
   trial.chart.curves.resize(1);
   for (int i = 0; i < 500; ++i) {
-    const Inverse& inverse = trial.step_and_recover(sim);
+    const Forces forces = trial.step_and_recover(sim);
     double normal = 0.0;
-    for (const ContactForce& f : inverse.contacts)
+    for (const ContactForce& f : forces.contacts)
       normal += 0.5 * std::abs(f.force.dot(f.contact.normal));
     least = std::min(least, normal);
     most = std::max(most, normal);
@@ -206,16 +206,15 @@ void wedge(Trial& trial) {
 }
 
 void friction_extremes(Trial& trial) {
-  Simulator sim = trial.load("friction_extremes");
+  Runner& sim = trial.load("friction_extremes");
   const Model& model = sim.model();
   const int ice = v_of(model, "ice/body"), wall = q_of(model, "wall/body");
   trial.run(sim, 1.0);
   const Vector3 before = sim.state().q.segment<3>(wall);
   trial.chart.y_label = "speed of the frictionless block [m/s]";
   trial.chart.curves.resize(1);
-  trial.run(sim, 4.0, [&](const Simulator& s) {
-    trial.chart.curves[0].add(s.state().time, s.state().v[ice]);
-  });
+  trial.run(sim, 4.0,
+            [&](const Runner& s) { trial.chart.curves[0].add(s.state().time, s.state().v[ice]); });
   trial.chart.levels = {{"1 m/s", 1.0}};
   trial.equal("friction 0: speed after 5 s", "m/s", sim.state().v[ice], 1.0, 1e-12,
               "Newton's first law");

@@ -12,13 +12,13 @@ namespace {
 constexpr double kGravity = 9.81;
 
 void bouncing(Trial& trial) {
-  Simulator sim = trial.load("bouncing");
+  Runner& sim = trial.load("bouncing");
   const double e = 0.8, height = 1.0, radius = 0.1;
   std::vector<double> peaks;
   double last_speed = -1.0, stopped = -1.0;
   trial.chart.y_label = "height of the ball above the ground [m]";
   trial.chart.curves.resize(1);
-  trial.run(sim, 5.0, [&](const Simulator& s) {
+  trial.run(sim, 5.0, [&](const Runner& s) {
     const double speed = s.state().v[2];
     if (last_speed > 0.0 && speed <= 0.0) peaks.push_back(s.state().q[2] - radius);
     last_speed = speed;
@@ -42,11 +42,11 @@ void bouncing(Trial& trial) {
 }
 
 void overlap(Trial& trial) {
-  Simulator sim = trial.load("overlap");
+  Runner& sim = trial.load("overlap");
   double fastest = 0.0, apart = 0.0;
   trial.chart.y_label = "gap between the boxes [m]";
   trial.chart.curves.resize(1);
-  trial.run(sim, 1.0, [&](const Simulator& s) {
+  trial.run(sim, 1.0, [&](const Runner& s) {
     fastest = std::max(fastest, s.state().v[6] - s.state().v[0]);
     apart = s.state().q[7] - s.state().q[0] - 0.2;
     trial.chart.curves[0].add(s.state().time, apart);
@@ -61,11 +61,11 @@ void overlap(Trial& trial) {
 }
 
 void fast_thin(Trial& trial) {
-  Simulator sim = trial.load("fast_thin");
+  Runner& sim = trial.load("fast_thin");
   double deepest = -1e9;
   trial.chart.y_label = "x of the farthest centre [m]";
   trial.chart.curves.resize(1);
-  trial.run(sim, 0.5, [&](const Simulator& s) {
+  trial.run(sim, 0.5, [&](const Runner& s) {
     double x = -1e9;
     for (int i = 1; i < s.model().num_bodies(); ++i)
       x = std::max(x, s.state().q[s.model().body(i).q_index]);
@@ -83,7 +83,7 @@ void fast_thin(Trial& trial) {
 }
 
 void rolling_box(Trial& trial) {
-  Simulator sim = trial.load("rolling_box");
+  Runner& sim = trial.load("rolling_box");
   const int box = v_of(sim.model(), "box/body");
   sim.input().applied_force[box] = 150.0 * std::sqrt(0.5);
   sim.input().applied_force[box + 1] = 150.0 * std::sqrt(0.5);
@@ -91,7 +91,7 @@ void rolling_box(Trial& trial) {
   const double time = 4.0;
   trial.chart.y_label = "speed [m/s]";
   trial.chart.curves = {{"box", {}, {}}, {"a ball", {}, {}}};
-  trial.run(sim, time, [&](const Simulator& s) {
+  trial.run(sim, time, [&](const Runner& s) {
     view.look();
     trial.chart.curves[0].add(s.state().time, view.velocity(1).norm());
     trial.chart.curves[1].add(s.state().time, view.velocity(2).norm());
@@ -110,11 +110,11 @@ void rolling_box(Trial& trial) {
 
 /// Speeds of the five balls after all impacts.
 void cradle(Trial& trial, const char* scene, bool apart) {
-  Simulator sim = trial.load(scene);
+  Runner& sim = trial.load(scene);
   trial.chart.y_label = "speed [m/s]";
   trial.chart.curves.resize(5);
   for (std::size_t i = 0; i < 5; ++i) trial.chart.curves[i].name = fmt::format("ball {}", i + 1);
-  trial.run(sim, 1.0, [&](const Simulator& s) {
+  trial.run(sim, 1.0, [&](const Runner& s) {
     for (std::size_t i = 0; i < 5; ++i)
       trial.chart.curves[i].add(s.state().time, s.state().v[static_cast<int>(6 * i)]);
   });

@@ -12,13 +12,13 @@ namespace {
 constexpr double kGravity = 9.81;
 
 void chain(Trial& trial, int n) {
-  Simulator sim = trial.load(fmt::format("chain_{}", n));
+  Runner& sim = trial.load(fmt::format("chain_{}", n));
   const double most = trial.left_alone(sim, sim.options().duration, "link");
-  const Inverse& inverse = trial.step_and_recover(sim);
+  const Forces forces = trial.step_and_recover(sim);
   double error = 0.0;
   for (int k = 0; k < n; ++k) {
     const double known = (n - k) * 0.1 * kGravity;
-    const Vector3 tension = inverse.closures[static_cast<std::size_t>(k)].force.force;
+    const Vector3 tension = forces.closures[static_cast<std::size_t>(k)].force.force;
     error = std::max(error, std::abs(std::abs(tension.z()) / known - 1.0));
   }
   // Each closure yields r F h^2 / beta, r = 100 eps alpha, alpha at most (2 + 2 * 12 / 4) / m with
@@ -33,7 +33,7 @@ void chain(Trial& trial, int n) {
 }
 
 void whip(Trial& trial) {
-  Simulator sim = trial.load("whip_100");
+  Runner& sim = trial.load("whip_100");
   View view(sim);
   const double start = view.energy();
   const double scale = 100 * 0.1 * kGravity * 5.0;  // m g L / 2
@@ -41,7 +41,7 @@ void whip(Trial& trial) {
   trial.chart.y_label = "energy over m g L/2";
   trial.chart.curves.resize(1);
   trial.chart.levels = {{"1 % gained", 0.01}};
-  trial.run(sim, sim.options().duration, [&](const Simulator& s) {
+  trial.run(sim, sim.options().duration, [&](const Runner& s) {
     view.look();
     const double now = (view.energy() - start) / scale;
     gain = std::max(gain, now);
@@ -53,7 +53,7 @@ void whip(Trial& trial) {
 }
 
 void net(Trial& trial) {
-  Simulator sim = trial.load("net");
+  Runner& sim = trial.load("net");
   const double h = sim.options().time_step;
   trial.chart.y_label = "force of the corners over the weight";
   trial.chart.curves.resize(1);
@@ -63,11 +63,11 @@ void net(Trial& trial) {
   const double weight = 400 * 0.05 * kGravity;
   const long steps = std::lround(sim.options().duration / h);
   for (long i = 0; i < steps; ++i) {
-    const Inverse& inverse = trial.step_and_recover(sim);
+    const Forces forces = trial.step_and_recover(sim);
     held = 0.0;
-    for (std::size_t k = 0; k < inverse.closures.size(); ++k) {
+    for (std::size_t k = 0; k < forces.closures.size(); ++k) {
       if (sim.model().closures()[k].body_a == 0)
-        held += std::abs(inverse.closures[k].force.force.z());
+        held += std::abs(forces.closures[k].force.force.z());
     }
     trial.chart.curves[0].add(sim.state().time, held / weight);
   }
@@ -82,7 +82,7 @@ void net(Trial& trial) {
 }
 
 void gripper(Trial& trial) {
-  Simulator sim = trial.load("gripper");
+  Runner& sim = trial.load("gripper");
   const double mu = 0.2, mass = 10.0, force = mass * kGravity / (2.0 * mu);
   const int q = q_of(sim.model(), "load/body");
   const auto squeeze = [&](double share) {
@@ -92,7 +92,7 @@ void gripper(Trial& trial) {
   squeeze(1.05);
   trial.chart.y_label = "slip of the load [m]";
   trial.chart.curves.resize(1);
-  trial.run(sim, 60.0, [&](const Simulator& s) {
+  trial.run(sim, 60.0, [&](const Runner& s) {
     trial.chart.curves[0].add(s.state().time, 1.0 - s.state().q[q + 2]);
   });
   const double slip = 1.0 - sim.state().q[q + 2];
@@ -113,14 +113,14 @@ void gripper(Trial& trial) {
 }
 
 void humanoid(Trial& trial) {
-  Simulator sim = trial.load("humanoid");
+  Runner& sim = trial.load("humanoid");
   View view(sim);
   const double start = view.energy();
   double gain = 0.0;
   trial.chart.y_label = "energy [J]";
   trial.chart.curves.resize(1);
   trial.chart.levels = {{"start", start}};
-  trial.run(sim, sim.options().duration, [&](const Simulator& s) {
+  trial.run(sim, sim.options().duration, [&](const Runner& s) {
     view.look();
     gain = std::max(gain, view.energy() - start);
     trial.chart.curves[0].add(s.state().time, view.energy());
@@ -131,7 +131,7 @@ void humanoid(Trial& trial) {
 }
 
 void servo_chain(Trial& trial) {
-  Simulator sim = trial.load("servo_chain");
+  Runner& sim = trial.load("servo_chain");
   const auto bend = [&](int first) {
     return sim.state().q.segment(first, 10).cwiseAbs().maxCoeff();
   };
@@ -139,7 +139,7 @@ void servo_chain(Trial& trial) {
   trial.chart.y_label = "largest joint angle [rad]";
   trial.chart.log_y = true;
   trial.chart.curves = {{"1.1 of the least stiffness", {}, {}}, {"0.9 of it", {}, {}}};
-  trial.run(sim, sim.options().duration, [&](const Simulator& s) {
+  trial.run(sim, sim.options().duration, [&](const Runner& s) {
     soft = std::max(soft, bend(10));
     trial.chart.curves[0].add(s.state().time, bend(0));
     trial.chart.curves[1].add(s.state().time, bend(10));
@@ -152,14 +152,14 @@ void servo_chain(Trial& trial) {
 }
 
 void singular_poses(Trial& trial) {
-  Simulator sim = trial.load("singular_poses");
+  Runner& sim = trial.load("singular_poses");
   View view(sim);
   const double start = view.energy();
   const double scale = 2 * kGravity * 1.0;
   double off = 0.0;
   trial.chart.y_label = "energy over m g L";
   trial.chart.curves.resize(1);
-  trial.run(sim, sim.options().duration, [&](const Simulator& s) {
+  trial.run(sim, sim.options().duration, [&](const Runner& s) {
     view.look();
     const double now = (view.energy() - start) / scale;
     off = std::max(off, std::abs(now));

@@ -8,7 +8,7 @@ namespace counterpoint::apps {
 namespace {
 
 void stands(Trial& trial, const char* scene, double bound, const char* source) {
-  Simulator sim = trial.load(scene);
+  Runner& sim = trial.load(scene);
   const double most = trial.left_alone(sim, sim.options().duration, "block");
   trial.chart.levels = {{"bound", bound}};
   trial.at_most("drift, largest", "m", most, bound, source);
@@ -20,7 +20,7 @@ void card_pair_stands(Trial& trial) {
 }
 
 void card_pair_slides(Trial& trial) {
-  Simulator sim = trial.load("card_pair_slides");
+  Runner& sim = trial.load("card_pair_slides");
   const double before = sim.state().q[2];
   trial.left_alone(sim, sim.options().duration, "block");
   trial.chart.levels = {{"fallen", 0.05}};
@@ -44,7 +44,7 @@ void arch_stands(Trial& trial) {
 }
 
 void arch_falls(Trial& trial) {
-  Simulator sim = trial.load("arch_falls");
+  Runner& sim = trial.load("arch_falls");
   const int crown = sim.model().body(10).q_index;
   const double before = sim.state().q[crown + 2];
   trial.left_alone(sim, sim.options().duration, "block");

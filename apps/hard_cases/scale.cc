@@ -13,7 +13,7 @@ constexpr double kGravity = 9.81;
 
 /// Positions over size, 3 x steps, of a drop scene.
 std::vector<Vector3> dimensionless(Trial& trial, const std::string& scene, double size) {
-  Simulator sim = trial.load(scene);
+  Runner& sim = trial.load(scene);
   std::vector<Vector3> out;
   for (int i = 0; i < 1000; ++i) {
     trial.step(sim);
@@ -82,8 +82,8 @@ void time_steps(Trial& trial) {
   trial.chart.curves = {{"measured", {}, {}}, {"scheme: h v0/2 + h^2 mu g/8", {}, {}}};
   double worst = 0.0, drifted = 0.0;
   for (const double h : {1e-6, 1e-5, 1e-4, 1e-3, 0.01, 0.05}) {
-    Simulator sim = trial.load("time_steps");
-    sim.options().time_step = h;
+    Runner& sim = trial.load("time_steps");
+    sim.set_time_step(h);
     const VectorX start = sim.state().q;
     const double time = h < 5e-6 ? 0.01 : 0.1;  // 1e-6 s: 10,000 steps, still sliding
     trial.run(sim, time);

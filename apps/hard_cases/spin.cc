@@ -14,7 +14,7 @@ constexpr double kGravity = 9.81;
 constexpr double kAcross = (3 * 0.1 * 0.1 + 0.02 * 0.02) / 12 + 0.1 * 0.1, kAxial = 0.5 * 0.1 * 0.1;
 
 void top_steady(Trial& trial) {
-  Simulator sim = trial.load("top_steady");
+  Runner& sim = trial.load("top_steady");
   const double theta = 0.5, spin = 100.0;
   const double a = kAcross * std::cos(theta), b = kAxial * spin, c = kGravity * 0.1;
   const double rate = (b - std::sqrt(b * b - 4.0 * a * c)) / (2.0 * a);
@@ -23,7 +23,7 @@ void top_steady(Trial& trial) {
   trial.chart.y_label = "lean [rad]";
   trial.chart.curves.resize(1);
   trial.chart.levels = {{"0.5 rad", theta}};
-  trial.run(sim, 5.0, [&](const Simulator& s) {
+  trial.run(sim, 5.0, [&](const Runner& s) {
     view.look();
     const Vector3 axis = view.pose("top/top").rotation.col(2);
     const double lean = std::acos(std::clamp(axis.z(), -1.0, 1.0));
@@ -39,7 +39,7 @@ void top_steady(Trial& trial) {
 }
 
 void top_sleeping(Trial& trial) {
-  Simulator sim = trial.load("top_sleeping");
+  Runner& sim = trial.load("top_sleeping");
   View view(sim);
   double fast = 0.0, slow = 0.0;
   trial.chart.y_label = "lean [rad]";
@@ -47,7 +47,7 @@ void top_sleeping(Trial& trial) {
   const auto lean = [&](const char* link) {
     return std::acos(std::clamp(view.pose(link).rotation(2, 2), -1.0, 1.0));
   };
-  trial.run(sim, 5.0, [&](const Simulator& s) {
+  trial.run(sim, 5.0, [&](const Runner& s) {
     view.look();
     fast = std::max(fast, lean("fast/top"));
     slow = std::max(slow, lean("slow/top"));
@@ -61,7 +61,7 @@ void top_sleeping(Trial& trial) {
 }
 
 void dzhanibekov(Trial& trial) {
-  Simulator sim = trial.load("dzhanibekov");
+  Runner& sim = trial.load("dzhanibekov");
   View view(sim);
   const double energy = view.kinetic();
   const Vector3 momentum = view.momentum().torque;
@@ -77,7 +77,7 @@ void dzhanibekov(Trial& trial) {
   trial.chart.y_label = "energy off, relative";
   trial.chart.log_y = true;
   trial.chart.curves.resize(1);
-  trial.run(sim, 60.0, [&](const Simulator& s) {
+  trial.run(sim, 60.0, [&](const Runner& s) {
     view.look();
     energy_off = std::max(energy_off, std::abs(view.kinetic() / energy - 1.0));
     momentum_off =
@@ -103,13 +103,13 @@ void dzhanibekov(Trial& trial) {
 /// Steps a scene and returns the largest energy reached, less that at the start, over its kinetic
 /// part.
 template <class After>
-double energy_gain(Trial& trial, Simulator& sim, View& view, After after) {
+double energy_gain(Trial& trial, Runner& sim, View& view, After after) {
   const double start = view.energy(), scale = view.kinetic();
   double gain = 0.0;
   trial.chart.y_label = "energy over that at the start, relative";
   trial.chart.curves.resize(1);
   trial.chart.levels = {{"no gain", 0.0}};
-  trial.run(sim, sim.options().duration, [&](const Simulator& s) {
+  trial.run(sim, sim.options().duration, [&](const Runner& s) {
     view.look();
     const double now = (view.energy() - start) / scale;
     gain = std::max(gain, now);
@@ -120,7 +120,7 @@ double energy_gain(Trial& trial, Simulator& sim, View& view, After after) {
 }
 
 void coin(Trial& trial) {
-  Simulator sim = trial.load("coin");
+  Runner& sim = trial.load("coin");
   View view(sim);
   const double gain = energy_gain(trial, sim, view, [] {});
   trial.at_most("energy gained, over the spin's", "1", gain, 1e-6, "friction only takes");
@@ -129,7 +129,7 @@ void coin(Trial& trial) {
 }
 
 void fast_spin(Trial& trial) {
-  Simulator sim = trial.load("fast_spin");
+  Runner& sim = trial.load("fast_spin");
   View view(sim);
   double height = 0.0;
   const double gain =
@@ -139,7 +139,7 @@ void fast_spin(Trial& trial) {
 }
 
 void tippe_top(Trial& trial) {
-  Simulator sim = trial.load("tippe_top");
+  Runner& sim = trial.load("tippe_top");
   View view(sim);
   double height = 0.0;
   const double low = view.center(1).z();

@@ -12,7 +12,7 @@ namespace {
 constexpr double kGravity = 9.81;
 
 void mass_ratio(Trial& trial) {
-  Simulator sim = trial.load("mass_ratio");
+  Runner& sim = trial.load("mass_ratio");
   const Model& model = sim.model();
   const VectorX start = sim.state().q;
   trial.left_alone(sim, 9.0, "box");
@@ -27,13 +27,13 @@ void mass_ratio(Trial& trial) {
   const double sink =
       1.01 * 2.0 * 0.25 * options.compliance * 1e6 * kGravity * h * h / 4.0 / options.stabilization;
   trial.chart.levels = {{"what the compliance gives", sink}};
-  const Inverse& inverse = trial.step_and_recover(sim);
+  const Forces forces = trial.step_and_recover(sim);
   View view(sim);
   const double masses[] = {1001.0, 1e6 + 1.0, 1001.0, 1e6 + 1.0};
   const char* names[] = {"1000 on 1", "1e6 on 1", "1 on 1000", "1 on 1e6"};
   for (int i = 0; i < 4; ++i) {
     const double force =
-        force_between(model, inverse, 0, view.body(fmt::format("below{}/body", i))).z();
+        force_between(model, forces, 0, view.body(fmt::format("below{}/body", i))).z();
     trial.equal(fmt::format("ground under {}, over its weight", names[i]), "1",
                 force / (masses[i] * kGravity), 1.0, 1e-6, "statics: (m1 + m2) g");
   }
@@ -43,15 +43,15 @@ void mass_ratio(Trial& trial) {
 }
 
 void tower(Trial& trial, int n) {
-  Simulator sim = trial.load(fmt::format("tower_{}", n));
+  Runner& sim = trial.load(fmt::format("tower_{}", n));
   const Model& model = sim.model();
   trial.chart.levels = {{"1e-6 m", 1e-6}};
   const double most = trial.left_alone(sim, 10.0, "box");
-  const Inverse& inverse = trial.step_and_recover(sim);
+  const Forces forces = trial.step_and_recover(sim);
   double error = 0.0;
   for (int k = 0; k < n; ++k) {
     const double known = (n - k) * kGravity;
-    error = std::max(error, std::abs(force_between(model, inverse, k, k + 1).z() / known - 1.0));
+    error = std::max(error, std::abs(force_between(model, forces, k, k + 1).z() / known - 1.0));
   }
   trial.at_most("drift within 10 s, largest", "m", most, 1e-6, "stands; micrometre by agreement");
   trial.at_most("force at level k over (N - k) m g, off by", "1", error, 1e-6, "statics");
@@ -59,33 +59,33 @@ void tower(Trial& trial, int n) {
 
 void pyramid(Trial& trial) {
   constexpr int kLayers = 20;
-  Simulator sim = trial.load("pyramid_20");
+  Runner& sim = trial.load("pyramid_20");
   const Model& model = sim.model();
   trial.chart.levels = {{"1e-6 m", 1e-6}};
   const double most = trial.left_alone(sim, 10.0, "box");
-  const Inverse& inverse = trial.step_and_recover(sim);
+  const Forces forces = trial.step_and_recover(sim);
   double ground = 0.0;
-  for (int i = 1; i < model.num_bodies(); ++i) ground += force_between(model, inverse, 0, i).z();
+  for (int i = 1; i < model.num_bodies(); ++i) ground += force_between(model, forces, 0, i).z();
   trial.at_most("drift within 10 s, largest", "m", most, 1e-6, "stands; micrometre by agreement");
   trial.equal("ground force over the weight", "1",
               ground / (kLayers * (kLayers + 1) / 2 * kGravity), 1.0, 1e-6, "statics");
 }
 
 void contact_points(Trial& trial) {
-  Simulator sim = trial.load("contact_points");
+  Runner& sim = trial.load("contact_points");
   const Model& model = sim.model();
   const char* names[] = {"feet_4", "feet_16", "feet_100"};
   trial.chart.y_label = "x [m]";
   trial.chart.curves.resize(3);
   for (std::size_t i = 0; i < 3; ++i) trial.chart.curves[i].name = names[i];
   View view(sim);
-  trial.run(sim, 1.0, [&](const Simulator& s) {
+  trial.run(sim, 1.0, [&](const Runner& s) {
     for (std::size_t i = 0; i < 3; ++i) {
       const int q = model.body(static_cast<int>(i) + 1).q_index;
       trial.chart.curves[i].add(s.state().time, s.state().q[q]);
     }
   });
-  const Inverse& inverse = trial.step_and_recover(sim);
+  const Forces forces = trial.step_and_recover(sim);
   Vector3 first = Vector3::Zero();
   double apart = 0.0, weight = 0.0;
   for (int i = 0; i < 3; ++i) {
@@ -94,7 +94,7 @@ void contact_points(Trial& trial) {
     if (i == 0) first = p;
     apart = std::max(apart, (p - first).norm());
     weight = std::max(
-        weight, std::abs(force_between(model, inverse, 0, i + 1).z() / (2.0 * kGravity) - 1.0));
+        weight, std::abs(force_between(model, forces, 0, i + 1).z() / (2.0 * kGravity) - 1.0));
   }
   trial.at_most("rests apart from the one on 4 feet", "m", apart, 1e-8,
                 "rigid: the motion does not depend on the number of points");

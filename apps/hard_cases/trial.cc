@@ -9,39 +9,40 @@
 
 namespace counterpoint::apps {
 
-Simulator Trial::load(const std::string& name) const {
-  return Simulator(load_scene(scenes_ / (name + ".yaml")));
+Runner& Trial::load(const std::string& name) {
+  runners_.push_back(make_runner(load_scene(scenes_ / (name + ".yaml")), engine_));
+  return *runners_.back();
 }
 
-StepReport Trial::step(Simulator& sim) {
-  const StepReport report = sim.step();
+void Trial::step(Runner& sim) {
+  const StepFigures figures = sim.step();
   ++steps;
-  newton_iterations += report.newton_iterations;
-  newton_iterations_max = std::max<long>(newton_iterations_max, report.newton_iterations);
-  max_penetration = std::max(max_penetration, report.max_penetration);
-  if (!report.succeeded()) {
-    throw StepFailure(
-        fmt::format("{}: step at {:.6g} s: {}, relative residual {:.2g} after {} "
-                    "Newton iterations",
-                    sim.scene().name, sim.state().time, contact::status_name(report.status),
-                    report.residual, report.newton_iterations));
+  iterations += figures.iterations;
+  iterations_max = std::max(iterations_max, figures.iterations);
+  max_penetration = std::max(max_penetration, figures.max_penetration);
+  if (!figures.failure.empty()) {
+    throw StepFailure(fmt::format("{}: step at {:.6g} s: {}", sim.scene().name, sim.state().time,
+                                  figures.failure));
   }
-  return report;
+  const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - start_;
+  if (spent.count() > allowed_) {
+    throw StepFailure(fmt::format("{}: stopped at {:.6g} s after {:g} s of wall time",
+                                  sim.scene().name, sim.state().time, allowed_));
+  }
 }
 
-const Inverse& Trial::step_and_recover(Simulator& sim) {
-  const State before = sim.state();
+Forces Trial::step_and_recover(Runner& sim) {
   step(sim);
-  return sim.inverse(before.q, before.v, sim.state().v);
+  return sim.forces();
 }
 
-double Trial::left_alone(Simulator& sim, double seconds, const std::string& what) {
+double Trial::left_alone(Runner& sim, double seconds, const std::string& what) {
   const VectorX start = sim.state().q;
   double most = 0.0;
   chart.y_label = "drift of a " + what + " [m]";
   chart.log_y = true;
   chart.curves.resize(1);
-  run(sim, seconds, [&](const Simulator& s) {
+  run(sim, seconds, [&](const Runner& s) {
     const double now = drift(s.model(), s.state().q, start);
     most = std::max(most, now);
     chart.curves[0].add(s.state().time, now);
@@ -75,7 +76,17 @@ void Trial::at_least(const std::string& quantity, const std::string& unit, doubl
                     .source = source});
 }
 
-View::View(const Simulator& sim) : sim_(sim), data_(sim.model()) { look(); }
+bool Run::passed() const {
+  return failure.empty() && lacking.empty() &&
+         std::all_of(trial.checks.begin(), trial.checks.end(),
+                     [](const Check& check) { return check.passed(); });
+}
+
+double Run::iterations_mean() const {
+  return static_cast<double>(trial.iterations) / static_cast<double>(std::max(trial.steps, 1L));
+}
+
+View::View(const Runner& sim) : sim_(sim), data_(sim.model()) { look(); }
 
 void View::look() {
   compute_poses(sim_.model(), sim_.state().q, data_);
@@ -110,9 +121,9 @@ double View::potential() const { return potential_energy(sim_.model(), data_); }
 
 Force View::momentum() const { return total_momentum(sim_.model(), data_); }
 
-Vector3 force_between(const Model& model, const Inverse& inverse, int a, int b) {
+Vector3 force_between(const Model& model, const Forces& forces, int a, int b) {
   Vector3 sum = Vector3::Zero();
-  for (const ContactForce& c : inverse.contacts) {
+  for (const ContactForce& c : forces.contacts) {
     const int body_a = model.geometries()[static_cast<std::size_t>(c.contact.geometry_a)].body;
     const int body_b = model.geometries()[static_cast<std::size_t>(c.contact.geometry_b)].body;
     if (body_a == a && body_b == b) sum += c.force;

@@ -1,16 +1,18 @@
 // A hard case: a scene, what is known about its motion, what is measured.
 #pragma once
 
+#include <chrono>
 #include <cmath>
 #include <filesystem>
 #include <limits>
+#include <memory>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
 #include "chart.h"
 #include "counterpoint/engine/data.h"
-#include "counterpoint/engine/simulator.h"
+#include "runner.h"
 
 namespace counterpoint::apps {
 
@@ -33,31 +35,38 @@ class StepFailure : public std::runtime_error {
 /// What a case does its work with, and what it leaves behind.
 class Trial {
  public:
-  explicit Trial(std::filesystem::path scenes) : scenes_(std::move(scenes)) {}
+  /// `allowed`: seconds of wall time, after which a step fails.
+  Trial(std::filesystem::path scenes, Engine engine,
+        double allowed = std::numeric_limits<double>::infinity())
+      : scenes_(std::move(scenes)), engine_(engine), allowed_(allowed) {}
 
-  /// A simulator of the scene NAME.yaml. @throws InputError as load_scene does.
-  Simulator load(const std::string& name) const;
+  /// The scene NAME.yaml, to be run by the engine of the trial; valid as long as the trial.
+  /// @throws InputError as load_scene does, peers::NotExpressible as make_runner does.
+  Runner& load(const std::string& name);
+
+  /// Lets go of what was loaded; figures and chart stay.
+  void unload() { runners_.clear(); }
 
   /// One step. @throws StepFailure.
-  StepReport step(Simulator& sim);
-  /// One step, and the forces that its inverse finds behind it.
-  const Inverse& step_and_recover(Simulator& sim);
+  void step(Runner& sim);
+  /// One step, and the forces within it.
+  Forces step_and_recover(Runner& sim);
   /// Steps for that long [s]; after each, `after(sim)`.
   template <class After>
-  void run(Simulator& sim, double seconds, After after) {
+  void run(Runner& sim, double seconds, After after) {
     const long count = std::lround(seconds / sim.options().time_step);
     for (long i = 0; i < count; ++i) {
       step(sim);
       after(sim);
     }
   }
-  void run(Simulator& sim, double seconds) {
-    run(sim, seconds, [](const Simulator&) {});
+  void run(Runner& sim, double seconds) {
+    run(sim, seconds, [](const Runner&) {});
   }
 
   /// Largest drift [m] within that long [s] of free bodies, called `what`, that are left alone;
   /// drawn over time.
-  double left_alone(Simulator& sim, double seconds, const std::string& what);
+  double left_alone(Runner& sim, double seconds, const std::string& what);
 
   void equal(const std::string& quantity, const std::string& unit, double measured, double known,
              double tolerance, const std::string& source);
@@ -69,11 +78,27 @@ class Trial {
   Chart chart;
   std::vector<Check> checks;
   std::string remark;  ///< said beside the figures: what the law gives and why
-  long steps = 0, newton_iterations = 0, newton_iterations_max = 0;
+  long steps = 0, iterations = 0, iterations_max = 0;
   double max_penetration = 0.0;  ///< [m]
 
  private:
   std::filesystem::path scenes_;
+  Engine engine_;
+  double allowed_;  ///< [s]
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+  std::vector<std::unique_ptr<Runner>> runners_;
+};
+
+/// A case on one engine.
+struct Run {
+  Engine engine = Engine::kCounterpoint;
+  Trial trial;
+  std::string failure;  ///< why it did not come to its end
+  std::string lacking;  ///< why the engine cannot run it at all
+  double wall_seconds = 0.0;
+
+  bool passed() const;
+  double iterations_mean() const;
 };
 
 struct HardCase {
@@ -85,6 +110,13 @@ struct HardCase {
   const char* known_failure = nullptr;  ///< why it is known to fail, as measured
 };
 
+/// A case on Counterpoint, and on the peers.
+struct Result {
+  HardCase hard_case;
+  Run ours;
+  std::vector<Run> peers;
+};
+
 // By theme, one file each.
 std::vector<HardCase> friction_cases();
 std::vector<HardCase> stacking_cases();
@@ -94,10 +126,10 @@ std::vector<HardCase> spin_cases();
 std::vector<HardCase> linkage_cases();
 std::vector<HardCase> scale_cases();
 
-/// What a case reads off the state of a simulator, by name.
+/// What a case reads off the state of a runner, by name.
 class View {
  public:
-  explicit View(const Simulator& sim);
+  explicit View(const Runner& sim);
   /// From the state as it is now.
   void look();
 
@@ -114,12 +146,12 @@ class View {
   Force momentum() const;  ///< about the world's origin
 
  private:
-  const Simulator& sim_;
+  const Runner& sim_;
   Data data_;
 };
 
 /// Sum of the contact forces on body `b` from body `a` [N], in W; body 0: the world.
-Vector3 force_between(const Model& model, const Inverse& inverse, int a, int b);
+Vector3 force_between(const Model& model, const Forces& forces, int a, int b);
 
 /// First coordinate of the free body `link` in q and v. @throws InputError.
 int q_of(const Model& model, const std::string& link);

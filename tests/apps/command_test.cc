@@ -97,6 +97,15 @@ TEST_F(Command, SimulateReports) {
   EXPECT_EQ(std::count(trajectory.begin(), trajectory.end(), '\n'), 502);  // header, 501 states
 }
 
+TEST_F(Command, SimulateReportsTheKineticEnergy) {
+  // A box of half lengths 0.1, 0.2, 0.3 m and 1 kg turns at (0.01, 5, 0.01) rad/s, nothing else.
+  const double known = 0.5 / 3 * (0.13 * 1e-4 + 0.1 * 25 + 0.05 * 1e-4);
+  expect_success(
+      "simulate data/scenes/hard/dzhanibekov.yaml --duration 0.01 --output {}/t.csv --json "
+      "{}/r.json");
+  EXPECT_NEAR(folder_.json("r.json")["energy_start_J"], known, 1e-12);  // round-off
+}
+
 TEST_F(Command, AReportOnStandardOutputStandsAlone) {
   const CommandResult result =
       folder_.run("simulate data/scenes/cube_drop.yaml --duration 0.01 --json -");

@@ -73,6 +73,19 @@ TEST(House, LibrariesStayBehindTheirDoors) {
   }
 }
 
+TEST(House, PeersStayInTheirRoom) {
+  int includes = 0;
+  for (const auto& entry : fs::recursive_directory_iterator(kRoot / "apps")) {
+    const fs::path& file = entry.path();
+    if (file.extension() != ".cc" && file.extension() != ".h") continue;
+    if (matches(read(file), "#include <(mujoco)/").empty()) continue;
+    ++includes;
+    EXPECT_EQ(file.parent_path(), kRoot / "apps/peers") << file;
+    EXPECT_EQ(file.extension(), ".cc") << file << " shows MuJoCo to others";
+  }
+  EXPECT_GT(includes, 0);
+}
+
 TEST(Documents, LinksLeadSomewhere) {
   std::vector<fs::path> documents = files_in(kRoot / "docs", {".md"});
   for (const char* name : {"README.md", "CHANGELOG.md", "data/README.md"})
@@ -107,7 +120,8 @@ TEST(Documents, EveryKeyOfEveryReportIsExplained) {
   for (const std::string& command :
        {"inspect " + scene, "simulate " + scene + " --duration 0.01 --output {}/t.csv",
         "inverse " + scene + " {}/t.csv",
-        "compare " + scene + " {}/toss.csv --columns data/maps/cube_toss.yaml"}) {
+        "compare " + scene + " {}/toss.csv --columns data/maps/cube_toss.yaml",
+        std::string("hard-cases --only tippe_top --peer-seconds 0.01")}) {
     const test::CommandResult result = folder.run(command + " --json {}/r.json");
     ASSERT_EQ(result.exit_code, 0) << command << "\n" << result.errors;
     expect_documented(folder.json("r.json"), document);

@@ -1,0 +1,99 @@
+#include "runner.h"
+
+#include <fmt/format.h>
+
+#include <utility>
+
+#include "counterpoint/engine/simulator.h"
+#include "peers/mujoco.h"
+
+namespace counterpoint::apps {
+namespace {
+
+class CounterpointRunner : public Runner {
+ public:
+  explicit CounterpointRunner(Scene scene) : sim_(std::move(scene)) {}
+  const Scene& scene() const override { return sim_.scene(); }
+  void set_time_step(double h) override { sim_.options().time_step = h; }
+  const State& state() const override { return sim_.state(); }
+  Input& input() override { return sim_.input(); }
+  void reset() override { sim_.reset(); }
+
+  StepFigures step() override {
+    before_ = sim_.state();
+    const StepReport report = sim_.step();
+    StepFigures out{report.newton_iterations, report.max_penetration, {}};
+    if (!report.succeeded()) {
+      out.failure = fmt::format("{}, relative residual {:.2g} after {} Newton iterations",
+                                contact::status_name(report.status), report.residual,
+                                report.newton_iterations);
+    }
+    return out;
+  }
+
+  Forces forces() override {
+    const Inverse& inverse = sim_.inverse(before_.q, before_.v, sim_.state().v);
+    return {inverse.contacts, inverse.closures};
+  }
+
+ private:
+  Simulator sim_;
+  State before_;
+};
+
+class MujocoRunner : public Runner {
+ public:
+  MujocoRunner(Scene scene, peers::MujocoSettings settings)
+      : scene_(std::move(scene)), mujoco_(scene_, settings) {
+    input_.applied_force = VectorX::Zero(scene_.model.nv());
+  }
+  const Scene& scene() const override { return scene_; }
+  void set_time_step(double h) override {
+    scene_.options.time_step = h;
+    mujoco_.set_time_step(h);
+  }
+  const State& state() const override { return mujoco_.state(); }
+  Input& input() override { return input_; }
+  void reset() override { mujoco_.set_state({0.0, scene_.q, scene_.v}); }
+
+  StepFigures step() override {
+    peers::MujocoStep report = mujoco_.step(input_);
+    return {report.iterations, report.max_penetration, std::move(report.failure)};
+  }
+
+  Forces forces() override { return {mujoco_.contacts(), mujoco_.closures()}; }
+
+ private:
+  Scene scene_;
+  Input input_;
+  peers::Mujoco mujoco_;
+};
+
+}  // namespace
+
+const char* engine_name(Engine engine) {
+  switch (engine) {
+    case Engine::kCounterpoint:
+      return "Counterpoint";
+    case Engine::kMujocoDefault:
+      return "MuJoCo default";
+    case Engine::kMujocoBest:
+      return "MuJoCo best";
+  }
+  return "";
+}
+
+std::unique_ptr<Runner> make_runner(Scene scene, Engine engine) {
+  using peers::MujocoSettings;
+  switch (engine) {
+    case Engine::kCounterpoint:
+      return std::make_unique<CounterpointRunner>(std::move(scene));
+    case Engine::kMujocoDefault:
+      return std::make_unique<MujocoRunner>(std::move(scene), MujocoSettings::kDefault);
+    case Engine::kMujocoBest:
+      return std::make_unique<MujocoRunner>(std::move(scene), MujocoSettings::kBest);
+  }
+  return nullptr;
+}
+
+}  // namespace counterpoint::apps

@@ -1,0 +1,50 @@
+// A scene that is stepped by one engine or another and read in Counterpoint's terms, so that a case
+// is written once.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "counterpoint/engine/state.h"
+#include "counterpoint/engine/step.h"
+#include "counterpoint/model/scene.h"
+
+namespace counterpoint::apps {
+
+enum class Engine { kCounterpoint, kMujocoDefault, kMujocoBest };
+
+/// "Counterpoint", "MuJoCo default", "MuJoCo best".
+const char* engine_name(Engine engine);
+
+/// What a step took.
+struct StepFigures {
+  long iterations = 0;           ///< of the solver
+  double max_penetration = 0.0;  ///< at the start of the step [m]
+  std::string failure;           ///< empty: it succeeded
+};
+
+/// Forces within a step, on geometry B and body B, in W [N]; valid until the next step.
+struct Forces {
+  const std::vector<ContactForce>& contacts;
+  const std::vector<ClosureForce>& closures;
+};
+
+class Runner {
+ public:
+  virtual ~Runner() = default;
+  virtual const Scene& scene() const = 0;
+  const Model& model() const { return scene().model; }
+  const SimulationOptions& options() const { return scene().options; }
+  virtual void set_time_step(double h) = 0;  ///< [s]
+  virtual const State& state() const = 0;    ///< in the coordinates of the model
+  virtual Input& input() = 0;                ///< kept until changed; zero at first
+  virtual void reset() = 0;                  ///< back to the scene's start
+  virtual StepFigures step() = 0;            ///< if it fails the state is left as it was
+  virtual Forces forces() = 0;               ///< of the last step
+};
+
+/// @throws peers::NotExpressible if the engine lacks what the scene needs, or is not there.
+std::unique_ptr<Runner> make_runner(Scene scene, Engine engine);
+
+}  // namespace counterpoint::apps

@@ -1,0 +1,411 @@
+#include "mjcf.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <map>
+#include <set>
+
+#include "counterpoint/collision/pair_filter.h"
+
+namespace counterpoint::peers {
+namespace {
+
+std::string numbers(std::initializer_list<double> values) {
+  std::string out;
+  for (const double value : values) {
+    if (!out.empty()) out += ' ';
+    out += fmt::format("{:.17g}", value);
+  }
+  return out;
+}
+
+std::string text(const Vector3& v) { return numbers({v.x(), v.y(), v.z()}); }
+
+std::string placed(const Pose& pose) {
+  const Quaternion q(pose.rotation);
+  return fmt::format("pos='{}' quat='{}'", text(pose.translation),
+                     numbers({q.w(), q.x(), q.y(), q.z()}));
+}
+
+/// friction and condim of a pair; MuJoCo's units are ours.
+std::string surface(const Material& material, EffectSet on) {
+  const double slide = on.has(Effect::kFriction) ? material.friction : 0.0;
+  const double spin = on.has(Effect::kTorsionalFriction) ? material.torsional_friction : 0.0;
+  const double roll = on.has(Effect::kRollingFriction) ? material.rolling_friction : 0.0;
+  const int dimensions = slide <= 0.0 ? 1 : roll > 0.0 ? 6 : spin > 0.0 ? 4 : 3;
+  return fmt::format("condim='{}' friction='{}'", dimensions,
+                     dimensions == 1 ? "1 0 0" : numbers({slide, spin, roll}));
+}
+
+/// The same for a <pair>, which has one number for each direction.
+std::string pair_surface(const Material& material, EffectSet on) {
+  const double slide = on.has(Effect::kFriction) ? material.friction : 0.0;
+  const double spin = on.has(Effect::kTorsionalFriction) ? material.torsional_friction : 0.0;
+  const double roll = on.has(Effect::kRollingFriction) ? material.rolling_friction : 0.0;
+  const int dimensions = slide <= 0.0 ? 1 : roll > 0.0 ? 6 : spin > 0.0 ? 4 : 3;
+  return fmt::format("condim='{}' friction='{}'", dimensions,
+                     dimensions == 1 ? "1 1 0 0 0" : numbers({slide, slide, spin, roll, roll}));
+}
+
+/// Writes a document for one scene.
+class Writer {
+ public:
+  Writer(const Scene& scene, MujocoSettings settings, const std::string& integrator)
+      : scene_(scene),
+        model_(scene.model),
+        on_(effects_of(scene)),
+        filter_(scene.model),
+        best_(settings == MujocoSettings::kBest),
+        integrator_(integrator) {
+    filter_.exclude(collision::Collider(model_).overlapping_pairs());
+  }
+
+  std::string write() {
+    refuse();
+    by_surface_ = on_.has(Effect::kContacts) && alike();
+    out_ = "<mujoco model='scene'>\n";
+    options();
+    assets();
+    bodies();
+    contacts();
+    equalities();
+    tendons();
+    actuators();
+    return out_ + "</mujoco>\n";
+  }
+
+ private:
+  template <class... Args>
+  void line(fmt::format_string<Args...> format, Args&&... args) {
+    out_ += fmt::format(format, std::forward<Args>(args)...) + "\n";
+  }
+
+  void refuse() const {
+    const EffectSet called = called_for(model_, collision::Collider(model_));
+    if (called.has(Effect::kCoriolis) && !on_.has(Effect::kCoriolis))
+      throw NotExpressible("MuJoCo always has Coriolis forces");
+    if (on_.has(Effect::kRestitution)) throw NotExpressible("MuJoCo has no restitution");
+    if (on_.has(Effect::kVelocityLimits)) throw NotExpressible("MuJoCo has no velocity limits");
+    for (const Geometry& g : model_.geometries()) {
+      if (g.shape.type == ShapeType::kTerrain)
+        throw NotExpressible("MuJoCo has no terrain of triangles");
+      if (g.shape.type == ShapeType::kPlane && g.body != 0)
+        throw NotExpressible("MuJoCo has planes on the world only");
+    }
+    if (!on_.has(Effect::kDrag)) return;
+    for (const BodyDrag& drag : model_.drags()) {
+      if (!is_free(model_.body(drag.body)) || drag.drag.quadratic > 0.0 ||
+          drag.drag.angular_quadratic > 0.0 || !drag.center.isZero())
+        throw NotExpressible(
+            "MuJoCo has no such drag; only linear drag of free bodies is the same");
+    }
+  }
+
+  void options() {
+    const Vector3 gravity = on_.has(Effect::kGravity) ? model_.gravity() : Vector3(0, 0, 0);
+    const double h = scene_.options.time_step;
+    line("<compiler angle='radian' inertiafromgeom='false' balanceinertia='false'/>");
+    const std::string common = fmt::format("timestep='{:.17g}' gravity='{}'", h, text(gravity));
+    if (!best_) {
+      line("<option {}/>", common);
+      return;
+    }
+    line(
+        "<option {} integrator='{}' cone='elliptic' impratio='100' solver='Newton' "
+        "tolerance='1e-12' iterations='1000'><flag multiccd='enable'/></option>",
+        common, integrator_);
+    const std::string impedance = "0.9999 0.9999 0.001";
+    const std::string reference = fmt::format("{:.17g} 1", 2.0 * h);
+    line("<default>");
+    for (const char* what : {"geom", "pair", "equality"})
+      line("<{} solimp='{}' solref='{}'/>", what, impedance, reference);
+    line("<joint solimplimit='{0}' solreflimit='{1}' solimpfriction='{0}' solreffriction='{1}'/>",
+         impedance, reference);
+    line("</default>");
+  }
+
+  void assets() {
+    line("<asset>");
+    for (const Geometry& g : model_.geometries()) {
+      if (g.shape.type != ShapeType::kConvexMesh || meshes_.count(g.shape.mesh.get())) continue;
+      const std::size_t id = meshes_.size();
+      meshes_[g.shape.mesh.get()] = id;
+      std::string vertices;
+      for (const Vector3& v : g.shape.mesh->vertices) vertices += text(v) + " ";
+      line("<mesh name='m{}' vertex='{}'/>", id, vertices);
+    }
+    line("</asset>");
+  }
+
+  void bodies() {
+    line("<worldbody>");
+    body_contents(0);
+    std::vector<int> open = {0};
+    for (int i = 1; i < model_.num_bodies(); ++i) {
+      const Body& body = model_.body(i);
+      for (; open.back() != body.parent; open.pop_back()) line("</body>");
+      Pose pose = body.X_PJ;
+      if (is_free(body))
+        pose = joint_pose(body.X_PJ, body.joint_type, scene_.q.data() + body.q_index);
+      line("<body name='b{}' {}>", i, placed(pose));
+      joints(i);
+      inertia(body.inertia);
+      body_contents(i);
+      open.push_back(i);
+    }
+    for (; open.size() > 1; open.pop_back()) line("</body>");
+    line("</worldbody>");
+  }
+
+  /// In principal axes: MuJoCo's own search for them stops at 1e-9.
+  void inertia(const SpatialInertia& I) {
+    Pose axes{Matrix3::Identity(), I.center};
+    Vector3 moments = I.rotational.diagonal();
+    if (!I.rotational.isDiagonal(0.0)) {
+      const Eigen::SelfAdjointEigenSolver<Matrix3> eigen(I.rotational);
+      axes.rotation = eigen.eigenvectors();
+      if (axes.rotation.determinant() < 0.0) axes.rotation.col(0) *= -1.0;
+      moments = eigen.eigenvalues();
+    }
+    line("<inertial {} mass='{:.17g}' diaginertia='{}'/>", placed(axes), I.mass, text(moments));
+  }
+
+  /// Shapes and the anchors of rods.
+  void body_contents(int body) {
+    const auto& geometries = model_.geometries();
+    for (std::size_t i = 0; i < geometries.size(); ++i) {
+      if (geometries[i].body == body) geometry(i);
+    }
+    const auto& closures = model_.closures();
+    for (std::size_t i = 0; i < closures.size(); ++i) {
+      if (closures[i].type != ClosureType::kDistance) continue;
+      if (closures[i].body_a == body)
+        line("<site name='c{}a' pos='{}'/>", i, text(closures[i].X_AC.translation));
+      if (closures[i].body_b == body)
+        line("<site name='c{}b' pos='{}'/>", i, text(closures[i].X_BC.translation));
+    }
+  }
+
+  void geometry(std::size_t i) {
+    const Geometry& g = model_.geometries()[i];
+    const Vector3& s = g.shape.size;
+    std::string shape;
+    switch (g.shape.type) {
+      case ShapeType::kPlane:
+        shape = "type='plane' size='0 0 1'";
+        break;
+      case ShapeType::kSphere:
+        shape = fmt::format("type='sphere' size='{:.17g}'", s.x());
+        break;
+      case ShapeType::kBox:
+        shape = fmt::format("type='box' size='{}'", text(s));
+        break;
+      case ShapeType::kCapsule:
+        shape = fmt::format("type='capsule' size='{}'", numbers({s.x(), s.y()}));
+        break;
+      case ShapeType::kCylinder:
+        shape = fmt::format("type='cylinder' size='{}'", numbers({s.x(), s.y()}));
+        break;
+      case ShapeType::kConvexMesh:
+        shape = fmt::format("type='mesh' mesh='m{}'", meshes_.at(g.shape.mesh.get()));
+        break;
+      case ShapeType::kTerrain:
+        return;
+    }
+    const std::string contact = by_surface_
+                                    ? "contype='1' conaffinity='1' " + surface(g.material, on_)
+                                    : "contype='0' conaffinity='0'";
+    line("<geom name='g{}' {} {} {}/>", i, shape, placed(g.X_BG), contact);
+  }
+
+  void joints(int body) {
+    switch (model_.body(body).joint_type) {
+      case JointType::kRevolute:
+        joint(body, 0, "hinge", "0 0 1");
+        break;
+      case JointType::kPrismatic:
+        joint(body, 0, "slide", "0 0 1");
+        break;
+      case JointType::kPlanar:
+        joint(body, 0, "slide", "1 0 0");
+        joint(body, 1, "slide", "0 1 0");
+        joint(body, 2, "hinge", "0 0 1");
+        break;
+      case JointType::kSpherical:
+        joint(body, 0, "ball", nullptr);
+        break;
+      case JointType::kFloating:
+        if (is_free(model_.body(body))) {
+          joint(body, 0, "free", nullptr);
+          break;
+        }
+        joint(body, 0, "slide", "1 0 0");
+        joint(body, 1, "slide", "0 1 0");
+        joint(body, 2, "slide", "0 0 1");
+        joint(body, 3, "ball", nullptr);
+        break;
+    }
+  }
+
+  void joint(int body, int coordinate, const char* type, const char* axis) {
+    const int i = body - 1, v = model_.body(body).v_index + coordinate;
+    std::string more;
+    if (axis) more += fmt::format(" axis='{}'", axis);
+    const auto add = [&](Effect effect, const char* name, double value) {
+      if (on_.has(effect) && value != 0.0) more += fmt::format(" {}='{:.17g}'", name, value);
+    };
+    add(Effect::kDamping, "damping", model_.damping()[v]);
+    add(Effect::kArmature, "armature", model_.armature()[v]);
+    add(Effect::kDryFriction, "frictionloss", model_.dry_friction()[v]);
+    for (const JointSpring& spring : model_.springs()) {
+      if (spring.joint != i) continue;
+      add(Effect::kSprings, "stiffness", spring.stiffness);
+      add(Effect::kSprings, "springref", spring.reference);
+    }
+    const JointInfo& info = model_.joint(i);
+    if (on_.has(Effect::kLimits) && (std::isfinite(info.lower) || std::isfinite(info.upper))) {
+      // One side without a limit: beyond what any joint reaches.
+      more += fmt::format(" limited='true' range='{}'",
+                          numbers({std::max(info.lower, -1e9), std::min(info.upper, 1e9)}));
+    }
+    line("<joint name='j{}_{}' type='{}'{}/>", i, coordinate, type, more);
+  }
+
+  bool enabled(std::size_t a, std::size_t b) const {
+    return filter_.enabled(static_cast<int>(a), static_cast<int>(b));
+  }
+
+  /// Would MuJoCo's own choice of pairs, with friction by surface, be ours? It joins two surfaces
+  /// by the larger friction, leaves out parent and child unless that is the world, and knows
+  /// exclusions of bodies only (excluded_bodies_).
+  bool alike() {
+    const auto& g = model_.geometries();
+    for (const Geometry& geometry : g) {
+      if (surface(geometry.material, on_) != surface(g[0].material, on_)) return false;
+    }
+    std::set<std::pair<int, int>> some, not_all;
+    for (std::size_t a = 0; a < g.size(); ++a) {
+      for (std::size_t b = a + 1; b < g.size(); ++b) {
+        const int i = std::min(g[a].body, g[b].body), j = std::max(g[a].body, g[b].body);
+        if (i == j) continue;
+        const bool joined = i > 0 && model_.body(j).parent == i;
+        const bool on = enabled(a, b);
+        if (on && joined) return false;
+        if (!joined) (on ? some : not_all).emplace(i, j);
+      }
+    }
+    for (const auto& pair : not_all) {
+      if (some.count(pair)) return false;
+      excluded_bodies_.push_back(pair);
+    }
+    return true;
+  }
+
+  void contacts() {
+    if (!on_.has(Effect::kContacts)) return;
+    line("<contact>");
+    if (by_surface_) {
+      for (const auto& [i, j] : excluded_bodies_)
+        line("<exclude body1='{}' body2='{}'/>", body_name(i), body_name(j));
+    } else {
+      const auto& g = model_.geometries();
+      for (std::size_t a = 0; a < g.size(); ++a) {
+        for (std::size_t b = a + 1; b < g.size(); ++b) {
+          if (enabled(a, b))
+            line("<pair geom1='g{}' geom2='g{}' {}/>", a, b,
+                 pair_surface(combine_materials(g[a].material, g[b].material), on_));
+        }
+      }
+    }
+    line("</contact>");
+  }
+
+  static std::string body_name(int i) { return i == 0 ? "world" : fmt::format("b{}", i); }
+
+  /// Anchors of ball closures are set in the compiled model: MJCF takes the second from the start.
+  void equalities() {
+    line("<equality>");
+    const auto& closures = model_.closures();
+    for (std::size_t i = 0; on_.has(Effect::kClosures) && i < closures.size(); ++i) {
+      const Closure& c = closures[i];
+      // MuJoCo has the world as the second body only.
+      const bool swapped = c.body_a == 0;
+      const std::string between =
+          fmt::format("name='c{}' body1='{}' body2='{}'", i,
+                      body_name(swapped ? c.body_b : c.body_a), body_name(swapped ? 0 : c.body_b));
+      if (c.type == ClosureType::kBall)
+        line("<connect {} anchor='{}'/>", between,
+             text(swapped ? c.X_BC.translation : c.X_AC.translation));
+      if (c.type == ClosureType::kWeld) {
+        const Pose X_12 = swapped ? c.X_BC * c.X_AC.inverse() : c.X_AC * c.X_BC.inverse();
+        const Quaternion q(X_12.rotation);
+        line("<weld {} relpose='{} {}'/>", between, text(X_12.translation),
+             numbers({q.w(), q.x(), q.y(), q.z()}));
+      }
+      if (c.type == ClosureType::kDistance) line("<tendon name='c{0}' tendon1='t{0}'/>", i);
+    }
+    for (const Mimic& mimic : model_.mimics()) {
+      if (!on_.has(Effect::kMimics)) break;
+      line("<joint joint1='j{}_0' joint2='j{}_0' polycoef='{} 0 0 0'/>", mimic.joint, mimic.master,
+           numbers({mimic.offset, mimic.multiplier}));
+    }
+    line("</equality>");
+  }
+
+  /// Rods: tendons whose length is held.
+  void tendons() {
+    const auto& closures = model_.closures();
+    line("<tendon>");
+    for (std::size_t i = 0; i < closures.size(); ++i) {
+      if (closures[i].type == ClosureType::kDistance)
+        line("<spatial name='t{0}'><site site='c{0}a'/><site site='c{0}b'/></spatial>", i);
+    }
+    line("</tendon>");
+  }
+
+  /// Servos: force = control - kp q - kd w, within the effort limit.
+  void actuators() {
+    line("<actuator>");
+    for (const JointServo& servo : model_.servos()) {
+      if (!on_.has(Effect::kServos)) break;
+      const double limit = model_.joint(servo.joint).effort_limit;
+      std::string range;
+      if (on_.has(Effect::kEffortLimits) && std::isfinite(limit))
+        range = fmt::format(" forcelimited='true' forcerange='{}'", numbers({-limit, limit}));
+      line("<general joint='j{}_0' gainprm='1 0 0' biastype='affine' biasprm='{}'{}/>", servo.joint,
+           numbers({0.0, -servo.stiffness, -servo.damping}), range);
+    }
+    line("</actuator>");
+  }
+
+  const Scene& scene_;
+  const Model& model_;
+  EffectSet on_;
+  collision::PairFilter filter_;
+  bool best_ = false;
+  bool by_surface_ = false;  ///< MuJoCo chooses pairs and friction itself
+  std::string integrator_, out_;
+  std::map<const ConvexMesh*, std::size_t> meshes_;
+  std::vector<std::pair<int, int>> excluded_bodies_;
+};
+
+}  // namespace
+
+bool is_free(const Body& body) {
+  return body.joint_type == JointType::kFloating && body.parent == 0;
+}
+
+EffectSet effects_of(const Scene& scene) {
+  return active_effects(called_for(scene.model, collision::Collider(scene.model)),
+                        scene.options.effects);
+}
+
+std::string mjcf(const Scene& scene, MujocoSettings settings, const std::string& integrator) {
+  return Writer(scene, settings, integrator).write();
+}
+
+}  // namespace counterpoint::peers

@@ -1,0 +1,438 @@
+#include "mujoco.h"
+
+#include <fmt/format.h>
+#include <mujoco/mujoco.h>
+
+#include <algorithm>
+#include <csetjmp>
+#include <cstdio>
+#include <cstring>
+#include <limits>
+
+#include "counterpoint/collision/collider.h"
+#include "mjcf.h"
+
+namespace counterpoint::peers {
+namespace {
+
+// MuJoCo reports errors to a function that must not return. It is written in C: nothing is skipped
+// by leaving it with a jump.
+thread_local std::jmp_buf* escape = nullptr;
+thread_local char error_message[500];
+
+void on_error(const char* message) {
+  std::snprintf(error_message, sizeof error_message, "%s", message);
+  if (escape) std::longjmp(*escape, 1);
+  std::fprintf(stderr, "MuJoCo: %s\n", message);
+  std::abort();
+}
+
+/// Warnings are read from mjData; MuJoCo would write a file.
+void on_warning(const char*) {}
+
+/// mj_step; false if MuJoCo reported an error, which is then in error_message.
+bool guarded_step(const mjModel* m, mjData* d) {
+  std::jmp_buf here;
+  escape = &here;
+  if (setjmp(here) != 0) {
+    escape = nullptr;
+    return false;
+  }
+  mj_step(m, d);
+  escape = nullptr;
+  return true;
+}
+
+/// MuJoCo's linear solver of choice for forces that depend on velocity.
+const char* implicit_integrator() {
+#if mjVERSION_HEADER >= 235
+  return "implicitfast";
+#else
+  return "implicit";
+#endif
+}
+
+mjModel* compile(const std::string& document) {
+  char error[1000] = "";
+  auto vfs = std::make_unique<mjVFS>();
+  mj_defaultVFS(vfs.get());
+  const int size = static_cast<int>(document.size());
+#if mjVERSION_HEADER >= 300
+  mj_addBufferVFS(vfs.get(), "scene.xml", document.data(), size);
+#else
+  mj_makeEmptyFileVFS(vfs.get(), "scene.xml", size);
+  std::memcpy(vfs->filedata[mj_findFileVFS(vfs.get(), "scene.xml")], document.data(),
+              document.size());
+#endif
+  mjModel* model = mj_loadXML("scene.xml", vfs.get(), error, sizeof error);
+  mj_deleteVFS(vfs.get());
+  if (!model) throw NotExpressible(fmt::format("MuJoCo does not compile it: {}", error));
+  return model;
+}
+
+Vector3 vector(const mjtNum* p) { return {p[0], p[1], p[2]}; }
+
+void copy(const Vector3& v, mjtNum* out) { std::copy(v.data(), v.data() + 3, out); }
+
+}  // namespace
+
+std::string mujoco_version() { return mj_versionString(); }
+
+struct Mujoco::Impl {
+  Impl(const Scene& scene, MujocoSettings settings) : model(scene.model), on(effects_of(scene)) {
+    mju_user_error = on_error;
+    mju_user_warning = on_warning;
+    document = mjcf(scene, settings, implicit_integrator());
+    body_of_line = document.find('\n') + 1;
+    max_contacts = 100 + static_cast<int>(model.geometries().size());
+    time_step = scene.options.time_step;
+    build();
+    set_state({0.0, scene.q, scene.v});
+  }
+  ~Impl() { clear(); }
+  Impl(const Impl&) = delete;
+  Impl& operator=(const Impl&) = delete;
+
+  void clear() {
+    mj_deleteData(d);
+    mj_deleteModel(m);
+    d = nullptr;
+    m = nullptr;
+  }
+
+  /// Compiles with room for max_contacts.
+  void build() {
+    clear();
+    std::string sized = document;
+#if mjVERSION_HEADER >= 300
+    const std::string size = fmt::format("<size memory='{}M'/>\n", 1 + max_contacts / 4);
+#else
+    const int rows = 100 + 6 * static_cast<int>(model.closures().size() + model.mimics().size()) +
+                     3 * model.nv() + 4 * max_contacts;
+    const std::string size = fmt::format("<size nconmax='{}' njmax='{}'/>\n", max_contacts, rows);
+#endif
+    sized.insert(body_of_line, size);
+    m = compile(sized);
+    number_alike();
+    set_closures();
+    set_drag();
+    m->opt.timestep = time_step;
+    d = mj_makeData(m);
+    if (!d) throw NotExpressible("MuJoCo has not enough memory for it");
+  }
+
+  void number_alike() {
+    for (int i = 1; i < model.num_bodies(); ++i) {
+      if (mj_name2id(m, mjOBJ_BODY, fmt::format("b{}", i).c_str()) != i)
+        throw NotExpressible("MuJoCo numbers its bodies otherwise");
+    }
+    if (m->nq != model.nq() || m->nv != model.nv())
+      throw NotExpressible("MuJoCo counts its coordinates otherwise");
+    geometry_of.assign(static_cast<std::size_t>(m->ngeom), -1);
+    for (std::size_t i = 0; i < model.geometries().size(); ++i) {
+      const int id = mj_name2id(m, mjOBJ_GEOM, fmt::format("g{}", i).c_str());
+      if (id >= 0) geometry_of[static_cast<std::size_t>(id)] = static_cast<int>(i);
+    }
+  }
+
+  /// What MJCF would take from the start: the second anchors, and the lengths of rods.
+  void set_closures() {
+    closure_of.assign(static_cast<std::size_t>(m->neq), -1);
+    for (std::size_t i = 0; on.has(Effect::kClosures) && i < model.closures().size(); ++i) {
+      const Closure& c = model.closures()[i];
+      const int id = mj_name2id(m, mjOBJ_EQUALITY, fmt::format("c{}", i).c_str());
+      closure_of[static_cast<std::size_t>(id)] = static_cast<int>(i);
+      mjtNum* data = m->eq_data + id * mjNEQDATA;
+      if (c.type == ClosureType::kBall) {
+        const bool swapped = c.body_a == 0;
+        copy(swapped ? c.X_BC.translation : c.X_AC.translation, data);
+        copy(swapped ? c.X_AC.translation : c.X_BC.translation, data + 3);
+      }
+      if (c.type == ClosureType::kDistance) {
+        const int tendon = mj_name2id(m, mjOBJ_TENDON, fmt::format("t{}", i).c_str());
+        data[0] = c.length - m->tendon_length0[tendon];
+      }
+    }
+  }
+
+  /// Linear drag of a free body about its origin is damping of its joint.
+  void set_drag() {
+    if (!on.has(Effect::kDrag)) return;
+    for (const BodyDrag& drag : model.drags()) {
+      mjtNum* damping = m->dof_damping + model.body(drag.body).v_index;
+      for (int i = 0; i < 3; ++i) {
+        damping[i] += drag.drag.linear;
+        damping[3 + i] += drag.drag.angular;
+      }
+    }
+  }
+
+  void set_state(const State& to) {
+    mj_resetData(m, d);
+    state = to;
+    d->time = to.time;
+    std::copy(to.q.begin(), to.q.end(), d->qpos);
+    std::copy(to.v.begin(), to.v.end(), d->qvel);
+    for (int i = 1; i < model.num_bodies(); ++i) {
+      const Body& body = model.body(i);
+      if (!is_free(body)) continue;
+      // In the world's axes; ours are those of the joint's frame.
+      const Pose X_WB = joint_pose(body.X_PJ, body.joint_type, to.q.data() + body.q_index);
+      const Quaternion turn(X_WB.rotation);
+      mjtNum* q = d->qpos + body.q_index;
+      copy(X_WB.translation, q);
+      q[3] = turn.w(), q[4] = turn.x(), q[5] = turn.y(), q[6] = turn.z();
+      copy(body.X_PJ.rotation * to.v.segment<3>(body.v_index), d->qvel + body.v_index);
+    }
+  }
+
+  void read_state() {
+    state.time = d->time;
+    std::copy(d->qpos, d->qpos + m->nq, state.q.begin());
+    std::copy(d->qvel, d->qvel + m->nv, state.v.begin());
+    for (int i = 1; i < model.num_bodies(); ++i) {
+      const Body& body = model.body(i);
+      if (!is_free(body)) continue;
+      const mjtNum* q = d->qpos + body.q_index;
+      const Quaternion turn =
+          Quaternion(body.X_PJ.rotation).conjugate() * Quaternion(q[3], q[4], q[5], q[6]);
+      state.q.segment<3>(body.q_index) = body.X_PJ.inverse() * vector(q);
+      state.q.segment<4>(body.q_index + 3) << turn.w(), turn.x(), turn.y(), turn.z();
+      state.v.segment<3>(body.v_index) =
+          body.X_PJ.rotation.transpose() * vector(d->qvel + body.v_index);
+    }
+  }
+
+  void apply(const Input& input) {
+    mju_zero(d->qfrc_applied, m->nv);
+    mju_zero(d->xfrc_applied, 6 * m->nbody);
+    for (int i = 1; i < model.num_bodies() && input.applied_force.size() > 0; ++i) {
+      const Body& body = model.body(i);
+      const double limit = model.joint(i - 1).effort_limit;
+      // With a servo the limit is that of both together: see the controls below.
+      const bool cut = on.has(Effect::kEffortLimits) && model.find_servo(i - 1) < 0;
+      for (int k = 0; k < joint_nv(body.joint_type); ++k) {
+        const double u = input.applied_force[body.v_index + k];
+        d->qfrc_applied[body.v_index + k] = cut ? std::clamp(u, -limit, limit) : u;
+      }
+      if (is_free(body)) {
+        copy(body.X_PJ.rotation * vector(d->qfrc_applied + body.v_index),
+             d->qfrc_applied + body.v_index);
+      }
+    }
+    for (int i = 0; i < m->nu; ++i) {
+      const auto k = static_cast<std::size_t>(i);
+      const JointServo& servo = model.servos()[k];
+      const int v = model.body(servo.joint + 1).v_index;
+      const double q = input.servo_position.size() ? input.servo_position[i] : servo.position;
+      const double w = input.servo_velocity.size() ? input.servo_velocity[i] : servo.velocity;
+      d->ctrl[i] = servo.stiffness * q + servo.damping * w + d->qfrc_applied[v];
+      d->qfrc_applied[v] = 0.0;
+    }
+    if (input.wrenches.empty()) return;
+    mj_kinematics(m, d);
+    mj_comPos(m, d);
+    for (const ExternalWrench& w : input.wrenches) {
+      Vector3 point = w.point;
+      mjtNum at[3];
+      mju_rotVecMat(at, point.data(), d->xmat + 9 * w.body);
+      const Vector3 arm = vector(at) + vector(d->xpos + 3 * w.body) - vector(d->xipos + 3 * w.body);
+      const Vector3 torque = w.wrench.torque + arm.cross(w.wrench.force);
+      mju_addTo3(d->xfrc_applied + 6 * w.body, w.wrench.force.data());
+      mju_addTo3(d->xfrc_applied + 6 * w.body + 3, torque.data());
+    }
+  }
+
+  /// How often MuJoCo warned of this since the last reset.
+  bool warned(std::initializer_list<mjtWarning> kinds) const {
+    return std::any_of(kinds.begin(), kinds.end(),
+                       [&](mjtWarning kind) { return d->warning[kind].number > 0; });
+  }
+
+  std::string try_step(const Input& input) {
+    apply(input);
+    if (!guarded_step(m, d)) return fmt::format("MuJoCo: {}", error_message);
+    if (warned({mjWARN_BADQPOS, mjWARN_BADQVEL, mjWARN_BADQACC}))
+      return "MuJoCo: not finite or beyond 1e10, it starts anew";
+    return {};
+  }
+
+  MujocoStep step(const Input& input) {
+    constexpr int kMostContacts = 1 << 20;
+    const std::vector<mjtNum> warm(d->qacc_warmstart, d->qacc_warmstart + m->nv);
+    MujocoStep report;
+    report.failure = try_step(input);
+    while (report.failure.empty() && warned({mjWARN_CONTACTFULL, mjWARN_CNSTRFULL})) {
+      if (max_contacts >= kMostContacts) {
+        report.failure = "MuJoCo: too many contacts";
+        break;
+      }
+      max_contacts *= 2;
+      build();
+      set_state(State(state));
+      std::copy(warm.begin(), warm.end(), d->qacc_warmstart);
+      report.failure = try_step(input);
+    }
+    if (!report.failure.empty()) {
+      set_state(State(state));
+      return report;
+    }
+    read_state();
+    report.iterations = iterations();
+    for (int i = 0; i < d->ncon; ++i)
+      report.max_penetration = std::max(report.max_penetration, -d->contact[i].dist);
+    forces_read = false;
+    return report;
+  }
+
+  int iterations() const {
+#if mjVERSION_HEADER >= 300
+    const int islands = std::clamp(d->nisland, 1, static_cast<int>(mjNISLAND));
+    return *std::max_element(d->solver_niter, d->solver_niter + islands);
+#else
+    return d->solver_iter;
+#endif
+  }
+
+  void read_forces() {
+    if (forces_read) return;
+    forces_read = true;
+    contacts.clear();
+    for (int i = 0; i < d->ncon; ++i) {
+      const mjContact& c = d->contact[i];
+      const int a = geometry_of[static_cast<std::size_t>(c.geom1)];
+      const int b = geometry_of[static_cast<std::size_t>(c.geom2)];
+      mjtNum in_frame[6];
+      mj_contactForce(m, d, i, in_frame);
+      const Eigen::Map<const Eigen::Matrix<mjtNum, 3, 3, Eigen::RowMajor>> frame(c.frame);
+      const double sign = a < b ? 1.0 : -1.0;  // MuJoCo: from the first geometry to the second
+      ContactForce out;
+      out.contact = {std::min(a, b), std::max(a, b), vector(c.pos), sign * vector(c.frame), c.dist};
+      out.force = sign * (frame.transpose() * vector(in_frame));
+      contacts.push_back(out);
+    }
+    read_closure_forces();
+  }
+
+  void read_closure_forces() {
+    closures.assign(model.closures().size(), ClosureForce());
+    for (std::size_t i = 0; i < closures.size(); ++i) {
+      if (model.closures()[i].type == ClosureType::kWeld)
+        closures[i].force.torque.setConstant(std::numeric_limits<double>::quiet_NaN());
+    }
+    std::vector<int> rows(static_cast<std::size_t>(m->neq), 0);
+    for (int row = 0; row < d->nefc; ++row) {
+      if (d->efc_type[row] != mjCNSTR_EQUALITY) continue;
+      const auto id = static_cast<std::size_t>(d->efc_id[row]);
+      if (closure_of[id] < 0) continue;
+      const auto k = static_cast<std::size_t>(closure_of[id]);
+      const Closure& c = model.closures()[k];
+      const int at = rows[id]++;
+      if (c.type == ClosureType::kDistance) {
+        const Vector3 a = anchor(c.body_a, c.X_AC), b = anchor(c.body_b, c.X_BC);
+        closures[k].force.force = d->efc_force[row] * (b - a).normalized();
+      } else if (at < 3) {
+        // On MuJoCo's first body, which is ours but for closures with the world.
+        closures[k].force.force[at] = (c.body_a == 0 ? 1.0 : -1.0) * d->efc_force[row];
+      }
+      if (at == 0)
+        closures[k].position = 0.5 * (anchor(c.body_a, c.X_AC) + anchor(c.body_b, c.X_BC));
+    }
+  }
+
+  /// In W, at the start of the step.
+  Vector3 anchor(int body, const Pose& X_BC) const {
+    const Eigen::Map<const Eigen::Matrix<mjtNum, 3, 3, Eigen::RowMajor>> R(d->xmat + 9 * body);
+    return vector(d->xpos + 3 * body) + R * X_BC.translation;
+  }
+
+  /// Everything of the state as it is now that does not touch contacts and their forces.
+  void look() {
+    mj_kinematics(m, d);
+    mj_comPos(m, d);
+    mj_comVel(m, d);
+#if mjVERSION_HEADER >= 330
+    mj_makeM(m, d);
+#else
+    mj_crb(m, d);
+#endif
+  }
+
+  Model model;
+  EffectSet on;
+  std::string document;
+  std::size_t body_of_line = 0;
+  int max_contacts = 0;
+  double time_step = 0.0;
+  mjModel* m = nullptr;
+  mjData* d = nullptr;
+  State state;
+  bool forces_read = true;
+  std::vector<ContactForce> contacts;
+  std::vector<ClosureForce> closures;
+  std::vector<int> geometry_of, closure_of;  ///< by MuJoCo's index: ours
+};
+
+Mujoco::Mujoco(const Scene& scene, MujocoSettings settings)
+    : impl_(std::make_unique<Impl>(scene, settings)) {}
+Mujoco::~Mujoco() = default;
+
+void Mujoco::set_time_step(double h) { impl_->m->opt.timestep = impl_->time_step = h; }
+void Mujoco::set_state(const State& state) { impl_->set_state(State(state)); }
+const State& Mujoco::state() const { return impl_->state; }
+MujocoStep Mujoco::step(const Input& input) { return impl_->step(input); }
+
+const std::vector<ContactForce>& Mujoco::contacts() const {
+  impl_->read_forces();
+  return impl_->contacts;
+}
+
+const std::vector<ClosureForce>& Mujoco::closures() const {
+  impl_->read_forces();
+  return impl_->closures;
+}
+
+std::vector<Pose> Mujoco::poses() const {
+  impl_->read_forces();  // they need the poses at the start of the step
+  mj_kinematics(impl_->m, impl_->d);
+  std::vector<Pose> X_WB;
+  for (int i = 0; i < impl_->m->nbody; ++i) {
+    const Eigen::Map<const Eigen::Matrix<mjtNum, 3, 3, Eigen::RowMajor>> R(impl_->d->xmat + 9 * i);
+    X_WB.push_back({R, vector(impl_->d->xpos + 3 * i)});
+  }
+  return X_WB;
+}
+
+std::vector<Motion> Mujoco::velocities() const {
+  impl_->read_forces();
+  impl_->look();
+  std::vector<Motion> V;
+  for (int i = 0; i < impl_->m->nbody; ++i) {
+    mjtNum v[6];
+    mj_objectVelocity(impl_->m, impl_->d, mjOBJ_XBODY, i, v, 0);
+    V.push_back({vector(v), vector(v + 3)});
+  }
+  return V;
+}
+
+double Mujoco::energy() const {
+  impl_->read_forces();
+  impl_->look();
+  const int flags = impl_->m->opt.enableflags;
+  impl_->m->opt.enableflags |= mjENBL_ENERGY;
+  mj_energyPos(impl_->m, impl_->d);
+  mj_energyVel(impl_->m, impl_->d);
+  impl_->m->opt.enableflags = flags;
+  return impl_->d->energy[0] + impl_->d->energy[1];
+}
+
+MatrixX Mujoco::mass_matrix() const {
+  impl_->read_forces();
+  impl_->look();
+  const int n = impl_->m->nv;
+  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> M(n, n);
+  mj_fullM(impl_->m, M.data(), impl_->d->qM);
+  return M;
+}
+
+}  // namespace counterpoint::peers

@@ -1,0 +1,71 @@
+// MuJoCo as a peer: the same scene, state and units as ours on its way in and out, so that one
+// measurement serves both. Optional: without MuJoCo at build time every constructor throws.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "counterpoint/engine/state.h"
+#include "counterpoint/engine/step.h"
+#include "counterpoint/model/scene.h"
+#include "not_expressible.h"
+
+namespace counterpoint::peers {
+
+/// How MuJoCo is set up.
+///   kDefault  as it comes: time step and gravity of the scene, nothing else
+///   kBest     for accuracy: elliptic cones, impratio 100, solimp 0.9999, shortest solref that it
+///             allows, tolerance 1e-12, up to 1000 iterations, implicit integration, several points
+///             a pair of convex shapes
+enum class MujocoSettings { kDefault, kBest };
+
+/// "2.2.2", or empty: MuJoCo was not found when this was built.
+std::string mujoco_version();
+
+/// What a step took.
+struct MujocoStep {
+  int iterations = 0;            ///< of its solver
+  double max_penetration = 0.0;  ///< at the start of the step [m], 0 if nothing overlaps
+  std::string failure;           ///< why the step must not be trusted; empty: it may
+};
+
+/// One mjModel with its mjData. Not copyable; one thread.
+class Mujoco {
+ public:
+  /// At the scene's start. @throws NotExpressible for what MuJoCo lacks or cannot compile, and if
+  /// it is not there.
+  Mujoco(const Scene& scene, MujocoSettings settings);
+  ~Mujoco();
+  Mujoco(const Mujoco&) = delete;
+  Mujoco& operator=(const Mujoco&) = delete;
+
+  void set_time_step(double h);  ///< [s]
+
+  /// In our coordinates (joint.h). Setting it forgets what MuJoCo's solver remembers.
+  void set_state(const State& state);
+  const State& state() const;
+
+  /// One step under `input`: effort limits cut the applied force as they do in ours. If it fails
+  /// the state is left as it was.
+  MujocoStep step(const Input& input);
+
+  // Of the last step.
+  /// Forces at the contact points that carry or touch: geometries are those of the scene's model,
+  /// A the lower index, force on B, in W [N].
+  const std::vector<ContactForce>& contacts() const;
+  /// By Model::closures: force on body B, in W [N]. Torques of welds are not given: NaN.
+  const std::vector<ClosureForce>& closures() const;
+
+  // Of the state as it is now, from MuJoCo's own model.
+  std::vector<Pose> poses() const;         ///< X_WB, the world first
+  std::vector<Motion> velocities() const;  ///< V_WB at each body's origin, in W
+  double energy() const;                   ///< kinetic and potential [J]; springs included
+  MatrixX mass_matrix() const;             ///< nv x nv, armature included
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace counterpoint::peers

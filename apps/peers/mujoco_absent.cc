@@ -1,0 +1,31 @@
+// Where MuJoCo was not found.
+#include "mujoco.h"
+
+namespace counterpoint::peers {
+
+std::string mujoco_version() { return {}; }
+
+struct Mujoco::Impl {
+  State state;
+  std::vector<ContactForce> contacts;
+  std::vector<ClosureForce> closures;
+};
+
+Mujoco::Mujoco(const Scene&, MujocoSettings) {
+  throw NotExpressible("MuJoCo was not found when this was built");
+}
+Mujoco::~Mujoco() = default;
+
+// Nothing gets here: there is no object.
+void Mujoco::set_time_step(double) {}
+void Mujoco::set_state(const State&) {}
+const State& Mujoco::state() const { return impl_->state; }
+MujocoStep Mujoco::step(const Input&) { return {}; }
+const std::vector<ContactForce>& Mujoco::contacts() const { return impl_->contacts; }
+const std::vector<ClosureForce>& Mujoco::closures() const { return impl_->closures; }
+std::vector<Pose> Mujoco::poses() const { return {}; }
+std::vector<Motion> Mujoco::velocities() const { return {}; }
+double Mujoco::energy() const { return 0.0; }
+MatrixX Mujoco::mass_matrix() const { return {}; }
+
+}  // namespace counterpoint::peers

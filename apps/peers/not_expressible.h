@@ -1,0 +1,13 @@
+// What a peer says to a scene that it has no words for.
+#pragma once
+
+#include <stdexcept>
+
+namespace counterpoint::peers {
+
+/// The scene holds something that the peer lacks; the message says what.
+class NotExpressible : public std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+}  // namespace counterpoint::peers
