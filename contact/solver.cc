@@ -46,6 +46,9 @@ int severity(Status status) {
       return 5;
     case Status::kNotFinite:
       return 6;
+    case Status::kInvalidState:
+    case Status::kDiverged:
+      break;
   }
   return 7;
 }
@@ -68,6 +71,10 @@ const char* status_name(Status status) {
       return "singular mass matrix";
     case Status::kInvalidLaw:
       return "invalid law";
+    case Status::kInvalidState:
+      return "invalid state";
+    case Status::kDiverged:
+      return "diverged";
   }
   return "unknown";
 }

@@ -43,6 +43,9 @@ enum class Status {
   kNotFinite,   ///< NaN or infinity in the problem
   kSingular,    ///< mass matrix not positive definite
   kInvalidLaw,  ///< regularizer not positive; negative smoothing, friction or bound; wrong rows
+  // of whole steps, never of this solver (engine/fault.h says more)
+  kInvalidState,  ///< a quaternion that is not of unit length
+  kDiverged,      ///< faster than any motion of the scene is meant to be
 };
 const char* status_name(Status status);
 /// True if the result may be used: converged, or at the round-off floor.

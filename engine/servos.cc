@@ -30,13 +30,6 @@ struct Demand {
 
 int num_servos(const Model& model) { return static_cast<int>(model.servos().size()); }
 
-void check_targets(const Model& model, const Input& input) {
-  for (const VectorX* targets : {&input.servo_position, &input.servo_velocity}) {
-    if (targets->size() == 0 || targets->size() == num_servos(model)) continue;
-    throw InputError("servo targets: one for each of Model::servos is expected, or none");
-  }
-}
-
 }  // namespace
 
 bool is_limited(const Model& model, EffectSet effects, const JointServo& servo) {
@@ -45,7 +38,6 @@ bool is_limited(const Model& model, EffectSet effects, const JointServo& servo) 
 
 void add_servos(const Model& model, EffectSet effects, double h, const VectorRef& q,
                 const VectorRef& w, const Input& input, VectorOut diagonal, VectorOut tau) {
-  check_targets(model, input);
   for (int i = 0; i < num_servos(model); ++i) {
     if (is_limited(model, effects, model.servos()[i])) continue;
     const Demand servo(model, input, i);
@@ -57,7 +49,6 @@ void add_servos(const Model& model, EffectSet effects, double h, const VectorRef
 void add_servo_rows(const Model& model, EffectSet effects, double h, const VectorRef& q,
                     const Input& input, Idle idle, VectorOut tau,
                     std::vector<JointConstraint>& rows) {
-  check_targets(model, input);
   for (int i = 0; i < num_servos(model); ++i) {
     const JointServo& servo = model.servos()[i];
     if (!is_limited(model, effects, servo)) continue;
@@ -80,7 +71,6 @@ void add_servo_rows(const Model& model, EffectSet effects, double h, const Vecto
 
 void compute_servo_forces(const Model& model, double h, const VectorRef& q, const VectorRef& w_next,
                           const Input& input, VectorOut force) {
-  check_targets(model, input);
   for (int i = 0; i < num_servos(model); ++i)
     force[i] = Demand(model, input, i).force(h, q, w_next);
 }

@@ -1,8 +1,12 @@
 #include "counterpoint/engine/step.h"
 
+#include <limits>
+#include <string>
+
 #include "counterpoint/contact/law.h"
 #include "counterpoint/engine/aba.h"
 #include "counterpoint/engine/assemble.h"
+#include "counterpoint/engine/culprit.h"
 #include "counterpoint/engine/drag.h"
 #include "counterpoint/engine/effort_limits.h"
 #include "counterpoint/engine/integrator.h"
@@ -12,12 +16,14 @@
 #include "counterpoint/engine/servos.h"
 #include "counterpoint/engine/sleep.h"
 #include "counterpoint/engine/springs.h"
+#include "counterpoint/engine/state_check.h"
 
 namespace counterpoint {
 
 struct Workspace::Impl {
   explicit Impl(const Model& model)
-      : data(model),
+      : check(model),
+        data(model),
         finder(model, compute_inverse_weights(model, data)),
         sleepers(model),
         velocity(model.num_bodies()),
@@ -28,6 +34,7 @@ struct Workspace::Impl {
         acceleration(VectorX::Zero(model.nv())),
         called(called_for(model, finder.collider())) {}
 
+  StateCheck check;
   Data data;
   ConstraintFinder finder;
   ConstraintSet constraints;
@@ -161,8 +168,9 @@ void set_motor_forces(const Model& model, EffectSet effects, double h, const Sta
 }
 
 /// w* = w + h inv(M + diagonal) (n + u - ...): the velocity if there were no constraint.
-bool compute_free_velocity(const Model& model, EffectSet effects, double h, const State& state,
-                           const Input& input, Workspace::Impl& ws, VectorX& w_free) {
+void compute_free_velocity(const Model& model, EffectSet effects, double h, const State& state,
+                           const Input& input, Workspace::Impl& ws, VectorX& w_free,
+                           StepReport& report) {
   set_motor_forces(model, effects, h, state, input, ws);
   add_joint_forces(model, effects, h, state.q, state.v, ws.diagonal, ws.tau, ws.counts);
   set_external(input.wrenches, effects, ws);
@@ -171,11 +179,15 @@ bool compute_free_velocity(const Model& model, EffectSet effects, double h, cons
     add_drag(model, h, gravity, ws.velocity_acceleration, ws.data);
   w_free = state.v;
   for (const BodyRange& bodies : ws.sleepers.awake()) {
-    if (!aba(model, ws.tau, ws.diagonal, gravity, bodies, ws.data, ws.acceleration)) return false;
+    int singular = 0;
+    if (!aba(model, ws.tau, ws.diagonal, gravity, bodies, ws.data, ws.acceleration, &singular)) {
+      report.status = contact::Status::kSingular;
+      report.fault = singular_inertia_fault(model, singular, ws.diagonal, ws.data);
+      return;
+    }
     const VelocityRange v = velocities(model, bodies);
     w_free.segment(v.begin, v.size) += h * ws.acceleration.segment(v.begin, v.size);
   }
-  return true;
 }
 
 void grow(VectorX& v, int size) {
@@ -201,6 +213,11 @@ void solve_constraints(const Model& model, const contact::Settings& settings, co
   report.status = solved.status;
   report.newton_iterations = solved.iterations;
   report.residual = solved.residual;
+  if (!report.succeeded()) {
+    report.fault = solver_fault(model, report.status, ws.constraints, ws.problem, ws.block_of_tree,
+                                ws.w.head(ws.problem.num_velocities()),
+                                ws.impulse.head(ws.problem.num_rows()));
+  }
   for (int t = 0; t < model.num_trees(); ++t) {
     const int block = ws.block_of_tree[t];
     if (block < 0) continue;
@@ -219,6 +236,38 @@ void integrate(const Model& model, double h, const State& state, Workspace::Impl
   ws.sleepers.hold_still(model, h, ws.finder.radii(), ws.data, state, next);
 }
 
+contact::Status status_of(const Fault& fault) {
+  if (fault.kind == FaultKind::kQuaternion) return contact::Status::kInvalidState;
+  if (fault.kind == FaultKind::kSpeed) return contact::Status::kDiverged;
+  return contact::Status::kNotFinite;
+}
+
+void check_time_step(double h) {
+  if (!(h > 0.0 && h < std::numeric_limits<double>::infinity()))
+    throw InputError("the time step of a step must be positive, it is " + std::to_string(h) + " s");
+}
+
+/// What a step was given goes before what came of it.
+void blame_given(const Model& model, const State& state, const Input& input, Workspace::Impl& ws,
+                 StepReport& report) {
+  const Fault given = ws.check.of_given(model, state, input);
+  if (!given.any()) return;
+  report.fault = given;
+  report.status = status_of(given);
+}
+
+/// Looks at what came out of a step.
+void check_result(const Model& model, const SimulationOptions& options, const State& state,
+                  const Input& input, const State& next, Workspace::Impl& ws, StepReport& report) {
+  if (ws.check.accepts(options.max_speed, next)) return;
+  report.fault = ws.check.of_result(model, options.max_speed, next);
+  report.status = status_of(report.fault);
+  if (report.fault.kind != FaultKind::kSpeed) return;
+  const double reach = ws.check.reach()[static_cast<size_t>(report.fault.coordinate)];
+  report.fault.cause = speed_cause(model, options.time_step, report.fault, reach, state, input,
+                                   next, ws.data, ws.velocity);
+}
+
 }  // namespace
 
 StepReport step_forward(const Model& model, const SimulationOptions& options,
@@ -228,6 +277,11 @@ StepReport step_forward(const Model& model, const SimulationOptions& options,
   const double h = options.time_step;
   const EffectSet effects = active_effects(ws.called, options.effects);
   StepReport report;
+  check_time_step(h);
+  if (!ws.check.accepts(model, state, input, effects.has(Effect::kContacts))) {
+    blame_given(model, state, input, ws, report);
+    return report;
+  }
   if (effects.has(Effect::kSleeping)) {
     ws.counts.add(Effect::kSleeping);
     ws.sleepers.begin(model, options, settings, state, input);
@@ -235,14 +289,13 @@ StepReport step_forward(const Model& model, const SimulationOptions& options,
     ws.sleepers.wake_all(model);
   }
   find_constraints(model, options, effects, state, ws);
-  if (!compute_free_velocity(model, effects, h, state, input, ws, next.v))
-    report.status = contact::Status::kSingular;
+  compute_free_velocity(model, effects, h, state, input, ws, next.v, report);
   if (report.succeeded() && !ws.constraints.empty())
     solve_constraints(model, settings, state, ws, next.v, report);
   ws.sleepers.find_islands(model, ws.constraints);
   integrate(model, h, state, ws, next);
-  if (report.succeeded() && !(next.v.allFinite() && next.q.allFinite()))
-    report.status = contact::Status::kNotFinite;
+  if (report.succeeded()) check_result(model, options, state, input, next, ws, report);
+  if (!report.succeeded()) blame_given(model, state, input, ws, report);
   report.contacts = static_cast<int>(ws.constraints.contacts.size());
   report.constraint_rows = ws.constraints.empty() ? 0 : ws.problem.num_rows();
   report.sleeping_bodies = ws.sleepers.num_sleeping_bodies();
@@ -304,6 +357,17 @@ void subtract_servos(const Model& model, EffectSet effects, double h, const Vect
     out.applied_force[model.body(model.servos()[i].joint + 1).v_index] -= out.servo_force[i];
 }
 
+/// What is not known is not a number.
+void void_inverse(const Model& model, Inverse& out) {
+  constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+  out.applied_force.setConstant(model.nv(), kNaN);
+  out.contact_force.setConstant(model.nv(), kNaN);
+  out.servo_force.setConstant(static_cast<Eigen::Index>(model.servos().size()), kNaN);
+  out.force_scale = kNaN;
+  out.contacts.clear();
+  out.closures.clear();
+}
+
 }  // namespace
 
 void step_inverse(const Model& model, const SimulationOptions& options, VectorRef q, VectorRef v,
@@ -311,6 +375,9 @@ void step_inverse(const Model& model, const SimulationOptions& options, VectorRe
   Workspace::Impl& ws = workspace.impl();
   const double h = options.time_step;
   const EffectSet effects = active_effects(ws.called, options.effects);
+  check_time_step(h);
+  out.fault = ws.check.of_given(model, q, v, v_next, known);
+  if (out.fault.any()) return void_inverse(model, out);
   ws.sleepers.forget();  // what follows overwrites what is known of them
   compute_poses(model, q, ws.data);
   compute_velocities(model, v, ws.data);
@@ -326,6 +393,7 @@ void step_inverse(const Model& model, const SimulationOptions& options, VectorRe
   add_joint_forces_inverse(model, effects, h, q, v, v_next, ws.tau, ws.counts);
   out.applied_force = ws.tau - out.contact_force;
   subtract_servos(model, effects, h, q, v_next, known, ws, out);
+  out.fault = ws.check.of_recovered(model, out.applied_force);
   out.force_scale = 0.0;
   for (const VectorX* force : {&ws.tau, &out.contact_force, &out.applied_force})
     out.force_scale = std::max(out.force_scale, force->size() ? force->cwiseAbs().maxCoeff() : 0.0);

@@ -13,6 +13,7 @@
 #include "counterpoint/collision/candidate.h"
 #include "counterpoint/contact/solver.h"
 #include "counterpoint/engine/effects.h"
+#include "counterpoint/engine/fault.h"
 #include "counterpoint/engine/state.h"
 #include "counterpoint/model/scene.h"
 
@@ -45,11 +46,13 @@ struct StepReport {
   double residual = 0.0;       ///< relative, see contact::Settings::tolerance
   double max_penetration = 0;  ///< at the start of the step [m], 0 if nothing overlaps
   int sleeping_bodies = 0;     ///< left out: nothing moves there (sleep.h)
+  Fault fault;                 ///< what is wrong, if the step did not succeed
   bool succeeded() const { return contact::succeeded(status); }
 };
 
 /// Advances `state` by options.time_step [s] under `input`. On failure (report.succeeded() is
-/// false) `next` holds the solver's best answer and must not be trusted.
+/// false) report.fault says what is wrong, and `next` must not be trusted. @throws InputError where
+/// the sizes are not the model's, or the time step is not positive.
 StepReport step_forward(const Model& model, const SimulationOptions& options,
                         const contact::Settings& settings, const State& state, const Input& input,
                         Workspace& workspace, State& next);
@@ -68,6 +71,8 @@ struct ClosureForce {
 
 /// What was at work between (q, v) and v_next.
 struct Inverse {
+  /// What is wrong with what was given: forces are NaN then; or which force came out not finite.
+  Fault fault;
   VectorX applied_force;  ///< nv: u [N, N m]
   VectorX contact_force;  ///< nv: J' f / h of all constraints [N, N m]
   double force_scale =

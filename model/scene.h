@@ -41,9 +41,15 @@ struct ContactOptions {
   bool operator==(const ContactOptions&) const = default;
 };
 
+/// No mechanism on Earth moves at 100 km/s; a flywheel of 1 m at 10 000 rad/s does 10 km/s.
+inline constexpr double kDefaultMaxSpeed = 1e5;
+
 struct SimulationOptions {
   double time_step = 0.002;  ///< [s]
   double duration = 2.0;     ///< [s]
+  /// A step fails (diverged) that leaves a coordinate faster than this [m/s]; an angle's speed counts
+  /// at the far end of what it moves (engine/state_check.h). Infinity: no bound.
+  double max_speed = kDefaultMaxSpeed;
   ContactOptions contact;
   /// Effects that are on where the scene calls for them.
   EffectSet effects = kDefaultEffects;

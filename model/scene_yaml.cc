@@ -71,7 +71,7 @@ class SceneReader {
   static Vector3 read_gravity(const YamlValue& root) {
     root.expect_map({"name", "gravity", "time_step", "duration", "contact", "packages",
                      "repair_inertias", "defaults", "models", "ground", "environment", "exclude",
-                     "groups", "hull_vertices", "closures", "effects"});
+                     "groups", "hull_vertices", "closures", "effects", "max_speed"});
     if (root.has("gravity")) return root.at("gravity").vector3();
     return {0, 0, -kStandardGravity};
   }
@@ -80,9 +80,14 @@ class SceneReader {
     SimulationOptions options;
     if (root_.has("time_step")) options.time_step = root_.at("time_step").positive();
     if (root_.has("duration")) options.duration = root_.at("duration").number(0.0, kInfinity);
+    if (root_.has("max_speed")) options.max_speed = read_max_speed(root_.at("max_speed"));
     if (root_.has("effects")) read_effects(root_.at("effects"), options.effects);
     if (root_.has("contact")) read_contact(root_.at("contact"), options.contact);
     return options;
+  }
+
+  static double read_max_speed(const YamlValue& in) {
+    return in.is_text("none") ? kInfinity : in.positive();
   }
 
   /// `effects: {NAME: on or off}`
@@ -182,9 +187,9 @@ class SceneReader {
     if (pair.size() != 2) in.fail("two names [a, b] are expected");
     const std::string name_a = pair[0].text(), name_b = pair[1].text();
     const bool by_group = groups_.count(name_a) + groups_.count(name_b) > 0;
-    const std::string reason =
-        by_group ? fmt::format("excluded by the scene: [{}, {}]", name_a, name_b)
-                 : "excluded by the scene";
+    const std::string reason = by_group
+                                   ? fmt::format("excluded by the scene: [{}, {}]", name_a, name_b)
+                                   : "excluded by the scene";
     for (const std::string& a : members(name_a)) {
       for (const std::string& b : members(name_b)) {
         located(in, [&] { builder_.exclude_pair(a, b, reason); });

@@ -1,0 +1,221 @@
+#include "counterpoint/engine/fault.h"
+
+#include <fmt/format.h>
+
+#include "counterpoint/engine/trajectory.h"
+
+namespace counterpoint {
+namespace {
+
+std::string pair_name(const std::string& a, const std::string& b) { return a + " - " + b; }
+
+const std::string& joint_name(const Model& model, int body) { return model.joint(body - 1).name; }
+
+std::string constraint_name(const Model& model, const Fault& fault) {
+  switch (fault.constraint) {
+    case ConstraintKind::kContact:
+      return pair_name(model.geometries()[fault.geometry_a].name,
+                       model.geometries()[fault.geometry_b].name);
+    case ConstraintKind::kClosure:
+      return model.closures()[fault.index].name;
+    case ConstraintKind::kMimic:
+      return pair_name(joint_name(model, fault.body), joint_name(model, fault.other_body));
+    case ConstraintKind::kLimit:
+    case ConstraintKind::kJointFriction:
+      return joint_name(model, fault.body);
+    case ConstraintKind::kNone:
+      break;
+  }
+  return fault.body > 0 ? joint_name(model, fault.body) : "";
+}
+
+const char* constraint_words(ConstraintKind kind) {
+  switch (kind) {
+    case ConstraintKind::kContact:
+      return "contact";
+    case ConstraintKind::kClosure:
+      return "closure";
+    case ConstraintKind::kLimit:
+      return "limit of joint";
+    case ConstraintKind::kMimic:
+      return "mimic joint";
+    case ConstraintKind::kJointFriction:
+      return "dry friction or motor of joint";
+    case ConstraintKind::kNone:
+      break;
+  }
+  return "mass matrix at joint";
+}
+
+std::string servo_name(const Model& model, const Fault& fault, const char* suffix) {
+  return model.joint(model.servos()[fault.index].joint).name + suffix;
+}
+
+std::string element(const Model& model, const Fault& fault) {
+  const auto at = [&](const std::vector<std::string>& names) {
+    return names[static_cast<std::size_t>(fault.coordinate)];
+  };
+  switch (fault.kind) {
+    case FaultKind::kNone:
+      return "";
+    case FaultKind::kTime:
+      return "time";
+    case FaultKind::kPosition:
+    case FaultKind::kNewPosition:
+      return at(coordinate_names(model).q);
+    case FaultKind::kVelocity:
+    case FaultKind::kNewVelocity:
+    case FaultKind::kSpeed:
+      return at(coordinate_names(model).v);
+    case FaultKind::kAppliedForce:
+    case FaultKind::kRecoveredForce:
+      return at(coordinate_names(model).force);
+    case FaultKind::kQuaternion:
+    case FaultKind::kWrench:
+      return fault.body > 0 ? model.joint(fault.body - 1).link : "world";
+    case FaultKind::kServoPosition:
+      return servo_name(model, fault, ".target");
+    case FaultKind::kServoVelocity:
+      return servo_name(model, fault, ".target_velocity");
+    case FaultKind::kSingularInertia:
+      return joint_name(model, fault.body);
+    case FaultKind::kConstraint:
+    case FaultKind::kUnsolved:
+      return constraint_name(model, fault);
+  }
+  return "";
+}
+
+std::string reason(const Fault& fault, const std::string& name) {
+  const auto is = [&](const char* what) {
+    return fmt::format("{} '{}' is {:.6g}", what, name, fault.value);
+  };
+  switch (fault.kind) {
+    case FaultKind::kNone:
+      return "";
+    case FaultKind::kTime:
+      return fmt::format("the time is {:.6g}", fault.value);
+    case FaultKind::kPosition:
+      return is("position");
+    case FaultKind::kQuaternion:
+      return fmt::format("quaternion of '{}' has length {:.9g}, not 1", name, fault.value);
+    case FaultKind::kVelocity:
+      return is("velocity");
+    case FaultKind::kAppliedForce:
+      return is("applied force");
+    case FaultKind::kWrench:
+      return fmt::format("wrench {} on '{}' holds {:.6g}", fault.index, name, fault.value);
+    case FaultKind::kServoPosition:
+    case FaultKind::kServoVelocity:
+      return is("servo target");
+    case FaultKind::kSingularInertia:
+      return fmt::format("joint '{}' moves no inertia in this pose ({:.3g})", name, fault.value);
+    case FaultKind::kConstraint:
+      return fmt::format("{} '{}' cannot be posed: a value is not finite, or out of its range",
+                         constraint_words(fault.constraint), name);
+    case FaultKind::kUnsolved:
+      return fmt::format("not solved, worst at {} '{}', where the velocity is off by {:.3g}",
+                         constraint_words(fault.constraint), name, fault.value);
+    case FaultKind::kNewVelocity:
+      return fmt::format("velocity '{}' came out as {:.6g}", name, fault.value);
+    case FaultKind::kNewPosition:
+      return fmt::format("position '{}' came out as {:.6g}", name, fault.value);
+    case FaultKind::kSpeed:
+      return fmt::format("'{}' moves mass at {:.3g} m/s, more than max_speed, {:.3g} m/s", name,
+                         fault.value, fault.bound);
+    case FaultKind::kRecoveredForce:
+      return fmt::format("recovered force '{}' came out as {:.6g}", name, fault.value);
+  }
+  return "";
+}
+
+std::string speed_advice(SpeedCause cause) {
+  switch (cause) {
+    case SpeedCause::kGiven:
+      return "it was that fast when the step began; check the velocity given, or raise max_speed";
+    case SpeedCause::kDriven:
+      return "forces given drive it (applied, wrench, servo, spring, gravity); reduce them, or "
+             "raise max_speed";
+    case SpeedCause::kStep:
+      return "no force given explains it: the time step is too long for so fast a motion; try a "
+             "tenth of it";
+  }
+  return "";
+}
+
+std::string advice(const Fault& fault) {
+  switch (fault.kind) {
+    case FaultKind::kNone:
+      return "";
+    case FaultKind::kTime:
+    case FaultKind::kPosition:
+    case FaultKind::kVelocity:
+    case FaultKind::kAppliedForce:
+    case FaultKind::kWrench:
+    case FaultKind::kServoPosition:
+    case FaultKind::kServoVelocity:
+      return "check what computes it";
+    case FaultKind::kQuaternion:
+      return fmt::format("normalize it (to {:g})", kQuaternionTolerance);
+    case FaultKind::kSingularInertia:
+      return "give a link it carries mass and inertia about it, or the joint an armature";
+    case FaultKind::kConstraint:
+      return "check the scene's contact options, its surfaces, and for values beyond all measure";
+    case FaultKind::kUnsolved:
+      return "try half the time step, or a larger compliance or smoothing (contact: in the scene)";
+    case FaultKind::kNewVelocity:
+    case FaultKind::kNewPosition:
+    case FaultKind::kRecoveredForce:
+      return "a force or speed is beyond all measure, or the time step far too long";
+    case FaultKind::kSpeed:
+      return speed_advice(fault.cause);
+  }
+  return "";
+}
+
+}  // namespace
+
+const char* fault_kind_name(FaultKind kind) {
+  switch (kind) {
+    case FaultKind::kNone:
+      return "none";
+    case FaultKind::kTime:
+      return "time";
+    case FaultKind::kPosition:
+      return "position";
+    case FaultKind::kQuaternion:
+      return "quaternion";
+    case FaultKind::kVelocity:
+      return "velocity";
+    case FaultKind::kAppliedForce:
+      return "applied_force";
+    case FaultKind::kWrench:
+      return "wrench";
+    case FaultKind::kServoPosition:
+      return "servo_position";
+    case FaultKind::kServoVelocity:
+      return "servo_velocity";
+    case FaultKind::kSingularInertia:
+      return "singular_inertia";
+    case FaultKind::kConstraint:
+      return "constraint";
+    case FaultKind::kUnsolved:
+      return "unsolved";
+    case FaultKind::kNewVelocity:
+      return "new_velocity";
+    case FaultKind::kNewPosition:
+      return "new_position";
+    case FaultKind::kSpeed:
+      return "speed";
+    case FaultKind::kRecoveredForce:
+      return "recovered_force";
+  }
+  return "unknown";
+}
+
+FaultText describe(const Model& model, const Fault& fault) {
+  const std::string name = element(model, fault);
+  return {name, reason(fault, name), advice(fault)};
+}
+
+}  // namespace counterpoint
