@@ -85,7 +85,7 @@ Vector3 median_of_few(const std::vector<Bounds>& boxes) {
 
 void BoundsGrid::reserve(std::size_t size) {
   cell_.reserve(size);
-  begin_.reserve(4 * size + 2);
+  begin_.reserve(8 * size + 2);
   entries_.reserve(size + kMostAlways + 1);
   large_.reserve(size / kLeastPerLarge + 1);
 }
@@ -139,7 +139,9 @@ void BoundsGrid::set_cells(const Vector3& middle, const Vector3& spread, const V
     origin_[k] = middle[k];
     inverse_cell_[k] = 1.0 / cell;
   }
-  const int most_bits = std::bit_width(num_boxes) + 1;
+  const int most_unfolded = std::bit_width(num_boxes) + 2;
+  const int most_bits =
+      most_unfolded - static_cast<int>(bits[0] + bits[1] + bits[2] > most_unfolded);
   while (bits[0] + bits[1] + bits[2] > most_bits) {
     int& most = *std::max_element(bits.begin(), bits.end());
     // Never a ring of two cells: they would be neighbours twice.
