@@ -16,13 +16,13 @@ constexpr double kContraction = 0.1;
 constexpr int kMixedSteps = 25;
 constexpr int kMixedRaises = 2;
 constexpr int kInteriorSteps = 60;
-// The homotopy: sigma as a share of alpha, least cosine of a turn. Where it was lost it goes again,
-// otherwise and more carefully: of the hardest problems known each of these solves some that the
-// others do not.
-struct Manner {
-  double sigma_share, least_cosine;
-};
-constexpr Manner kManners[] = {{MixedSystem::kSigma, 0.5}, {0.05, 0.9}, {MixedSystem::kSigma, 0.9}};
+// Where the homotopy was lost it goes again, otherwise and more carefully: of the hardest problems
+// known each of these solves some that the others do not.
+constexpr HomotopyManner kManners[] = {
+    {MixedSystem::kSigma, 0.5, 0}, {0.05, 0.9, 0}, {MixedSystem::kSigma, 0.9, 0}};
+constexpr HomotopyManner kDetours[] = {
+    {MixedSystem::kSigma, 0.5, 1}, {0.05, 0.9, 2}, {MixedSystem::kSigma, 0.9, 3}};
+constexpr int kLastDirectSteps = 300;
 
 }  // namespace
 
@@ -54,18 +54,27 @@ void IslandSolver::finish(int max_iterations) {
 }
 
 // The homotopy from the start, in all the steps that are left, and Newton's method from its end.
-void IslandSolver::follow(double sigma_share, double least_cosine) {
-  mixed_system_.begin(*system_, sigma_share);
+void IslandSolver::follow(const HomotopyManner& manner) {
+  mixed_system_.begin(*system_, manner.sigma_share, manner.detour);
   point_.w = start_;
   const auto result =
-      homotopy_.run(mixed_system_, mixed_newton_, least_cosine, steps_left(), point_);
+      homotopy_.run(mixed_system_, mixed_newton_, manner.least_cosine, steps_left(), point_);
   newton_.count(result.iterations);
   w_ = point_.w;
   if (result.solved) finish(kFinishSteps);
 }
 
-// Newton's method goes on while its residual falls fast. That it is small says little by itself: it is
-// relative to the island's momentum, and joints with friction have but a small share in a body's fall.
+void IslandSolver::follow_in_turn(std::span<const HomotopyManner> manners) {
+  method_ = Method::kHomotopy;
+  for (const HomotopyManner& manner : manners) {
+    follow(manner);
+    if (!unsolved()) return;
+  }
+}
+
+// Newton's method goes on while its residual falls fast. That it is small says little by itself: it
+// is relative to the island's momentum, and joints with friction have but a small share in a body's
+// fall.
 void IslandSolver::finish_while_contracting() {
   double before = kNearly;
   for (int steps = 0; steps < kFinishSteps && unsolved() && result_.residual < before;
@@ -82,13 +91,7 @@ void IslandSolver::attempt(Method method, int max_iterations) {
   bool solved = false;
   w_ = start_;
   if (method == Method::kNewton) return finish(allowed);
-  if (method == Method::kHomotopy) {
-    for (const Manner& manner : kManners) {
-      follow(manner.sigma_share, manner.least_cosine);
-      if (!unsolved()) break;
-    }
-    return;
-  }
+  if (method == Method::kHomotopy) return follow_in_turn(kManners);
   if (method == Method::kInteriorPoint) {
     const int steps = interior_point_.run(*system_, allowed, w_);
     solved = steps >= 0;
@@ -105,14 +108,16 @@ void IslandSolver::attempt(Method method, int max_iterations) {
   if (solved) finish(kFinishSteps);
 }
 
-// From the cheapest to the surest; Newton's method again at last, whose cost cannot rise.
+// From the cheapest to the surest; Newton's method again when these have failed, whose cost cannot
+// rise; other curves to the same solutions at last.
 void IslandSolver::try_in_turn() {
   finish(kDirectSteps);
   finish_while_contracting();
   if (unsolved()) attempt(Method::kMixedNewton, kMixedSteps);
   if (unsolved()) attempt(Method::kInteriorPoint, kInteriorSteps);
   if (unsolved()) attempt(Method::kHomotopy, settings_.max_iterations);
-  if (unsolved()) attempt(Method::kNewton, settings_.max_iterations);
+  if (unsolved()) attempt(Method::kNewton, kLastDirectSteps);
+  if (unsolved()) follow_in_turn(kDetours);
 }
 
 Newton::Result IslandSolver::solve(IslandSystem& system, const Settings& settings,

@@ -3,6 +3,7 @@
 // finished by Newton's method on velocities, whose residual alone decides.
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include "counterpoint/contact/homotopy.h"
@@ -14,6 +15,13 @@
 #include "counterpoint/contact/solver.h"
 
 namespace counterpoint::contact {
+
+/// How to follow the homotopy: sigma as a share of alpha, least cosine of a turn, which curve
+/// (MixedSystem::begin).
+struct HomotopyManner {
+  double sigma_share, least_cosine;
+  int detour;
+};
 
 class IslandSolver {
  public:
@@ -29,7 +37,8 @@ class IslandSolver {
   void reserve();
   void try_in_turn();
   void attempt(Method method, int max_iterations);
-  void follow(double sigma_share, double least_cosine);
+  void follow(const HomotopyManner& manner);
+  void follow_in_turn(std::span<const HomotopyManner> manners);
   void finish_while_contracting();
   void finish(int max_iterations);
   int steps_left() const;

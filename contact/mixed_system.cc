@@ -7,6 +7,18 @@
 #include "counterpoint/contact/scalar_law.h"
 
 namespace counterpoint::contact {
+namespace {
+
+/// The same number in [0, 1) for the same two, without pattern: multiples of the golden ratio and
+/// of the root of two.
+double fraction(size_t index, int detour) {
+  const double x =
+      0.6180339887498949 * static_cast<double>(index + 1) + 0.4142135623730951 * detour;
+  return x - std::floor(x);
+}
+
+}  // namespace
+
 void MixedSystem::Point::reserve(const IslandSystem& system) {
   w.reserve(system.size());
   phi.reserve(system.num_rows());
@@ -24,7 +36,7 @@ void MixedSystem::reserve(const IslandSystem& system) {
   cones_.reserve(system.constraints().size());
 }
 
-void MixedSystem::begin(IslandSystem& system, double sigma_share) {
+void MixedSystem::begin(IslandSystem& system, double sigma_share, int detour) {
   system_ = &system;
   center = 0.0;
   share = 1.0;
@@ -44,6 +56,7 @@ void MixedSystem::begin(IslandSystem& system, double sigma_share) {
     cone.bound = c.law.bound;
     const bool friction = c.law.type == LawType::kFrictionCone;
     cone.rho = friction ? normal_regularizer(c.law) : c.law.regularizer;
+    if (detour > 0) cone.weight = std::pow(4.0, 2.0 * fraction(cones_.size(), detour) - 1.0);
     cone.sigma = std::max(cone.rho, sigma_share * c.inverse_mass);
     cone.scale[0] = 1.0;
     for (int r = 1; r < cone.rows; ++r) cone.scale[r] = friction ? c.law.friction[r - 1] : 1.0;
@@ -77,7 +90,7 @@ void MixedSystem::scaled_velocity(Cone& cone, const double* y, double* z) const 
     square += z[r] * z[r];
   }
   if (!cone.coulomb) return;
-  const double eta_square = cone.rho * (cone.k + center);
+  const double eta_square = cone.rho * (cone.k + cone.weight * center);
   const double root = std::sqrt(square + eta_square);
   if (root == 0.0) return;
   z[0] += share * square / (root + std::sqrt(eta_square));
@@ -87,7 +100,7 @@ void MixedSystem::scaled_velocity(Cone& cone, const double* y, double* z) const 
 // x becomes F_sigma(x); A and t of the cone are those at x.
 void MixedSystem::evaluate(Cone& cone, double* x) const {
   const int n = cone.rows;
-  const double k = cone.k + center;
+  const double k = cone.k + cone.weight * center;
   switch (cone.type) {
     case LawType::kEquality:
       for (int i = 0; i < n; ++i) x[i] /= -cone.sigma;

@@ -44,9 +44,10 @@ class MixedSystem {
   /// sigma as a share of the inverse mass at the constraint, unless told otherwise.
   static constexpr double kSigma = 0.2;
 
-  /// Takes the island; nothing is smoothed beyond its laws, the shift is whole.
-  void begin(IslandSystem& system, double sigma_share = kSigma);
-  /// Smoothing [J] added to that of the laws, and the share of De Saxce's shift in use.
+  /// Takes the island; nothing is smoothed beyond its laws, the shift is whole. detour: see center.
+  void begin(IslandSystem& system, double sigma_share = kSigma, int detour = 0);
+  /// Smoothing [J] added to that of the laws, times a weight between 1/4 and 4 of each constraint
+  /// that depends on the detour (all 1 for detour 0); and the share of De Saxce's shift in use.
   double center = 0.0;
   double share = 1.0;
 
@@ -83,6 +84,7 @@ class MixedSystem {
     bool coulomb = false;
     int row = 0, rows = 1, hessian = 0;
     double rho = 0.0, sigma = 0.0, k = 0.0, bound = 0.0;
+    double weight = 1.0;          ///< of center
     double scale[kMaxRows] = {};  ///< D
     double t[kMaxRows] = {};      ///< unit, friction part of x; t[0] unused
     double slope[kMaxRows] = {};  ///< of the shift with respect to z

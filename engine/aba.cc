@@ -112,7 +112,13 @@ bool aba(const Model& model, const VectorRef& tau, const VectorRef& diagonal,
          const Vector3& gravity, BodyRange bodies, Data& data, VectorOut a, int* singular_body) {
   for (int i = bodies.begin; i < bodies.end; ++i) {
     data.IA[i] = ArticulatedInertia::rigid(data.inertia[i]);
-    data.pA[i] = data.has_coriolis ? cross(data.V[i], data.inertia[i] * data.V[i]) : Force();
+    if (!data.has_coriolis) {
+      data.pA[i] = Force();
+    } else if (data.has_mean_force[i]) {
+      data.pA[i] = data.mean_force[i];
+    } else {
+      data.pA[i] = cross(data.V[i], data.inertia[i] * data.V[i]);
+    }
     if (data.has_external) data.pA[i] -= data.external[i];
   }
   for (const AddedInertia& more : data.added)

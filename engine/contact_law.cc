@@ -30,6 +30,13 @@ contact::Law make_contact_law(const ContactOptions& options, double h, const Mat
   if (pair.restitution > 0.0 && v[0] < 0.0 && gap + h * v[0] <= 0.0)
     law.bias[0] = std::min(pair.restitution * v[0], gap > 0.0 ? 0.0 : law.bias[0]);
   if (mu <= 0.0) return law;
+  // Beyond the margin only speed brought it in: where and how the bodies will meet is known
+  // roughly, and exact friction there lets fast bodies through. If as judged from (q, w) they meet
+  // within the step, the convex law keeps them h mu |v_T| apart for this step; otherwise there is
+  // nothing to rub yet, and that law would push apart by as much what only passes by.
+  const bool exact = options.friction_model == FrictionModel::kCoulomb && gap <= options.margin;
+  if (options.friction_model == FrictionModel::kCoulomb && !exact && gap + h * v[0] > 0.0)
+    return law;
 
   law.type = contact::LawType::kFrictionCone;
   law.rows = pair.rolling_friction > 0.0 ? 6 : pair.torsional_friction > 0.0 ? 4 : 3;
@@ -41,9 +48,7 @@ contact::Law make_contact_law(const ContactOptions& options, double h, const Mat
       law.bias[0] += mu * std::hypot(v[1], v[2]);
       break;
     case FrictionModel::kCoulomb:
-      // Beyond the margin only speed brought it in: where and how the bodies will meet is known
-      // roughly, and the convex law keeps them h mu |v_T| apart for this step.
-      law.coulomb = gap <= options.margin;
+      law.coulomb = exact;
       break;
   }
   return law;

@@ -50,6 +50,12 @@ struct Data {
   // rnea, aba: forces quadratic in velocity; where they are left out, c is to be zero as well
   bool has_coriolis = true;
 
+  // rnea, aba: the mean over the step of V x* I V, at the body's origin in W [N m, N], for bodies
+  // where the caller knows it (free_flight.h, fast_trees.h); their c is then to be zero
+  std::vector<char> has_mean_force;
+  std::vector<Force> mean_force;
+  VectorX mean_rotor_force;  ///< nv: of their rotors, for the caller to add [N m, N]
+
   // rnea
   std::vector<Motion> A;  ///< spatial acceleration less gravity
   std::vector<Force> F;   ///< force through the joint

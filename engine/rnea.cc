@@ -4,10 +4,6 @@
 #include "counterpoint/engine/kinematics.h"
 
 namespace counterpoint {
-namespace {
-
-/// I A + V x* (I V): the force that moves a body, in world axes at its origin. The rotational
-/// inertia stays in body axes, where it is constant.
 Force rigid_body_force(const SpatialInertia& inertia, const Matrix3& R_WB, const Motion& V,
                        const Motion& A) {
   const Vector3 center = R_WB * inertia.center;
@@ -20,8 +16,6 @@ Force rigid_body_force(const SpatialInertia& inertia, const Matrix3& R_WB, const
   return {R_WB * torque_B + center.cross(force), force};
 }
 
-}  // namespace
-
 void rnea(const Model& model, const VectorRef& a, const Vector3& gravity, Data& data,
           VectorOut tau) {
   // Gravity enters as an acceleration of the world upwards.
@@ -30,8 +24,10 @@ void rnea(const Model& model, const VectorRef& a, const Vector3& gravity, Data& 
     const Body& body = model.body(i);
     data.A[i] = shift(data.A[body.parent], data.arm[i]) + data.c[i] +
                 joint_motion(body.joint_type, &data.axis[body.v_index], a.data() + body.v_index);
+    const bool flies = data.has_coriolis && data.has_mean_force[i];
     data.F[i] = rigid_body_force(body.inertia, data.X_WB[i].rotation,
-                                 data.has_coriolis ? data.V[i] : Motion(), data.A[i]);
+                                 data.has_coriolis && !flies ? data.V[i] : Motion(), data.A[i]);
+    if (flies) data.F[i] += data.mean_force[i];
     if (data.has_external) data.F[i] -= data.external[i];
   }
   tau.setZero();

@@ -2,6 +2,7 @@
 
 #include <limits>
 #include <string>
+#include <span>
 
 #include "counterpoint/contact/law.h"
 #include "counterpoint/engine/aba.h"
@@ -9,6 +10,8 @@
 #include "counterpoint/engine/culprit.h"
 #include "counterpoint/engine/drag.h"
 #include "counterpoint/engine/effort_limits.h"
+#include "counterpoint/engine/fast_trees.h"
+#include "counterpoint/engine/free_flight.h"
 #include "counterpoint/engine/integrator.h"
 #include "counterpoint/engine/joint_forces.h"
 #include "counterpoint/engine/kinematics.h"
@@ -26,12 +29,15 @@ struct Workspace::Impl {
         data(model),
         finder(model, compute_inverse_weights(model, data)),
         sleepers(model),
+        free_flight(model),
+        fast_trees(model),
         velocity(model.num_bodies()),
         body_impulse(model.num_bodies()),
         velocity_acceleration(model.drags().empty() ? 0 : model.num_bodies()),
         tau(VectorX::Zero(model.nv())),
         diagonal(VectorX::Zero(model.nv())),
         acceleration(VectorX::Zero(model.nv())),
+        no_rotors(VectorX::Zero(model.nv())),
         called(called_for(model, finder.collider())) {}
 
   StateCheck check;
@@ -41,6 +47,8 @@ struct Workspace::Impl {
 
   // forward
   Sleepers sleepers;
+  FreeFlight free_flight;
+  FastTrees fast_trees;
   std::vector<int> block_of_tree;
   contact::Problem problem;
   contact::Solver solver;
@@ -53,7 +61,7 @@ struct Workspace::Impl {
   std::vector<Force> body_impulse;
 
   std::vector<Motion> velocity_acceleration;  ///< scratch of drag
-  VectorX tau, diagonal, acceleration;
+  VectorX tau, diagonal, acceleration, no_rotors;
   EffectSet called;  ///< what the model calls for
   EffectCounts counts;
 };
@@ -97,10 +105,17 @@ bool set_drag(const Model& model, EffectSet effects, double h, Workspace::Impl& 
 
 /// Velocity-dependent forces and gravity as far as they are on. Before any dynamics, after
 /// everything that needs the accelerations at constant joint velocities as they are.
-Vector3 set_body_forces(const Model& model, EffectSet effects, Workspace::Impl& ws) {
+Vector3 set_body_forces(const Model& model, EffectSet effects, double h, const VectorRef& q,
+                        const VectorRef& v, std::span<const BodyRange> ranges,
+                        Workspace::Impl& ws) {
   ws.data.has_coriolis = effects.has(Effect::kCoriolis);
   if (ws.data.has_coriolis) {
     ws.counts.add(Effect::kCoriolis);
+    const VectorX& rotors = effects.has(Effect::kArmature) ? model.armature() : ws.no_rotors;
+    for (const BodyRange& bodies : ranges) {
+      ws.free_flight.apply(model, h, v, bodies, ws.data);
+      ws.fast_trees.apply(model, h, q, v, rotors, bodies, ws.data);
+    }
   } else {
     for (Motion& c : ws.data.c) c = Motion();
   }
@@ -174,7 +189,9 @@ void compute_free_velocity(const Model& model, EffectSet effects, double h, cons
   set_motor_forces(model, effects, h, state, input, ws);
   add_joint_forces(model, effects, h, state.q, state.v, ws.diagonal, ws.tau, ws.counts);
   set_external(input.wrenches, effects, ws);
-  const Vector3 gravity = set_body_forces(model, effects, ws);
+  const Vector3 gravity =
+      set_body_forces(model, effects, h, state.q, state.v, ws.sleepers.awake(), ws);
+  if (ws.data.has_coriolis) ws.tau += ws.data.mean_rotor_force;
   if (set_drag(model, effects, h, ws))
     add_drag(model, h, gravity, ws.velocity_acceleration, ws.data);
   w_free = state.v;
@@ -387,9 +404,11 @@ void step_inverse(const Model& model, const SimulationOptions& options, VectorRe
 
   ws.acceleration = (v_next - v) / h;
   set_external(known.wrenches, effects, ws);
-  const Vector3 gravity = set_body_forces(model, effects, ws);
+  const BodyRange all = moving_bodies(model);
+  const Vector3 gravity = set_body_forces(model, effects, h, q, v, {&all, 1}, ws);
   if (set_drag(model, effects, h, ws)) add_drag_inverse(h, ws.velocity, ws.data);
   rnea(model, ws.acceleration, gravity, ws.data, ws.tau);
+  if (ws.data.has_coriolis) ws.tau -= ws.data.mean_rotor_force;
   add_joint_forces_inverse(model, effects, h, q, v, v_next, ws.tau, ws.counts);
   out.applied_force = ws.tau - out.contact_force;
   subtract_servos(model, effects, h, q, v_next, known, ws, out);

@@ -19,6 +19,7 @@ struct Case {
   const char* file;     ///< "@": in the folder of shared data
   const char* options;  ///< that go with it
   double duration;      ///< [s]
+  double inputs = 2.0;  ///< as --random-inputs
 };
 
 void PrintTo(const Case& c, std::ostream* out) { *out << c.name; }
@@ -41,8 +42,8 @@ TEST_P(Inverse, RecoversRandomAppliedForces) {
   scene += std::string(" ") + scenario.options;
   const CommandResult forward =
       folder.run("simulate " + scene + " --timestep " + std::to_string(time_step) + " --duration " +
-                 std::to_string(scenario.duration) +
-                 " --random-inputs 2 --seed 3 --output {}/t.csv --json {}/f.json");
+                 std::to_string(scenario.duration) + " --random-inputs " +
+                 std::to_string(scenario.inputs) + " --seed 3 --output {}/t.csv --json {}/f.json");
   ASSERT_EQ(forward.exit_code, 0) << forward.errors;
   const CommandResult backward = folder.run(
       "inverse " + scene + " {}/t.csv --output {}/u.csv --contacts {}/c.csv --json {}/i.json");
@@ -61,7 +62,8 @@ const Case kCases[] = {
     {"humanoid", "data/scenes/humanoid_drop.yaml", "", 1.0},
     {"quadruped", "data/scenes/quadruped_drop.yaml", "", 0.5},
     {"arm7", "data/scenes/arm7.yaml", "", 0.8},
-    {"solo12", "@solo12/solo_description/robots/solo12.urdf", "--base floating --ground", 1.0},
+    {"solo12", "@solo12/solo_description/robots/solo12.urdf", "--base floating --ground", 1.0,
+     1.0},  // twice that turns its shins by up to 5 rad a step of 10 ms: 2e-8 then, of rounding
     {"panda", "@panda_primitives/panda_description/urdf/panda_collision.urdf", "--base fixed",
      1.0},  // its first link would turn 9 cm deep in a ground at z = 0
     {"husky", "@husky/data/husky/husky.urdf", "--base floating --ground", 1.0},
@@ -120,8 +122,8 @@ TEST(InverseFiles, ContactsCarryTheWeightOfACubeAtRest) {
 
 TEST(InverseFiles, ServoTargetsAndWrenchesAreKnownFromTheTrajectory) {
   const CommandFolder folder("inverse_known");
-  // Only some of the columns: the other servos keep the scene's targets. elbow_link is pushed. Targets
-  // move by less than brings the motor to its limit, where the motion no longer tells u.
+  // Only some of the columns: the other servos keep the scene's targets. elbow_link is pushed.
+  // Targets move by less than brings the motor to its limit, where the motion no longer tells u.
   folder.write("in.csv",
                "time,elbow.u,elbow.target,wrist_pitch.target_velocity,elbow_link.fx,elbow_link.tz\n"
                "0,1,0.9,0,0,0\n0.02,2,0.92,0.1,15,-2\n0.05,-1,0.88,0,0,3\n");

@@ -176,14 +176,14 @@ TEST_P(Coin, LeaningItRunsInACircleWithoutAKick) {
     last = now;
     height = std::min(height, data.X_WB[1].translation.z());
   }
-  // Compliance and the step size cost 0.4 % over the five seconds, 2e-6 of it a step; the lean
-  // wobbles, and with it what a step costs. A jump of the contact point by a millimetre would show
-  // as 1e-2.
+  // Compliance and the step size cost 1.3 % over the five seconds (at half the step less than 1 %),
+  // 5e-6 of it a step; the lean wobbles, and with it what a step costs. A jump of the contact point
+  // by a millimetre would show as 1e-2.
   EXPECT_LT(last, start);
-  EXPECT_GT(last, 0.99 * start);
+  EXPECT_GT(last, 0.98 * start);
   EXPECT_LT(largest, 5e-5 * start);
   // It leans and does not fall over; and it goes round, being 5 m on its way.
-  EXPECT_GT(height, 0.9 * kRadius);
+  EXPECT_GT(height, 0.88 * kRadius);
   EXPECT_LT(data.X_WB[1].translation.head<2>().norm(), 2.0);
 }
 

@@ -1,0 +1,36 @@
+// Torque-free rotation of a rigid body, exactly (Euler's top).
+#pragma once
+
+#include "counterpoint/model/types.h"
+
+namespace counterpoint {
+
+/// Principal axes of an inertia.
+class EulerTop {
+ public:
+  /// `inertia`: symmetric, positive semidefinite [kg m^2], about the centre of mass or about a
+  /// fixed point, in body axes.
+  explicit EulerTop(const Matrix3& inertia);
+
+  /// The angular velocity, in body axes [rad/s], h seconds after `omega` (in body axes) if no
+  /// torque acts. Energy and the length of the angular momentum stay as they are to rounding,
+  /// however far the body turns within h. Returned unchanged if two moments vanish (a rod).
+  ///
+  /// Source: Landau & Lifshitz, Mechanics, section 37, with the addition theorems of Jacobi's
+  /// functions (Abramowitz & Stegun 16.17): no phase is needed, and nothing is divided by what
+  /// vanishes for symmetric bodies.
+  Vector3 advance(const Vector3& omega, double h) const;
+
+ private:
+  Vector3 moments_;  ///< ascending [kg m^2]
+  Matrix3 axes_;     ///< principal axes, in columns, right-handed
+};
+
+/// Jacobi's elliptic functions at u for the parameter m = 1 - m1, 0 <= m1 <= 1. By the arithmetic-
+/// geometric mean (Abramowitz & Stegun 16.4).
+struct JacobiFunctions {
+  double sn, cn, dn;
+};
+JacobiFunctions jacobi_functions(double u, double m1);
+
+}  // namespace counterpoint

@@ -1,0 +1,140 @@
+#include "counterpoint/engine/fast_trees.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "counterpoint/engine/aba.h"
+#include "counterpoint/engine/integrator.h"
+#include "counterpoint/engine/joint_motion.h"
+#include "counterpoint/engine/kinematics.h"
+#include "counterpoint/engine/rnea.h"
+
+namespace counterpoint {
+namespace {
+
+struct TreeMotion {
+  Vector3 momentum = Vector3::Zero();  ///< linear [kg m/s]
+  double mass = 0.0;
+  double energy = 0.0;  ///< kinetic [J]
+};
+
+TreeMotion motion_of(const Model& model, const Tree& tree, const VectorX& rotors,
+                     const VectorRef& v, const Data& data) {
+  TreeMotion motion;
+  for (int i = tree.body_begin; i < tree.body_end; ++i) {
+    const Force momentum = data.inertia[i] * data.V[i];
+    motion.momentum += momentum.force;
+    motion.mass += model.body(i).inertia.mass;
+    motion.energy += 0.5 * dot(data.V[i], momentum);
+  }
+  const int begin = tree.v_begin, size = tree.v_end - tree.v_begin;
+  motion.energy += 0.5 * v.segment(begin, size).cwiseAbs2().dot(rotors.segment(begin, size));
+  return motion;
+}
+
+/// How much of the correction a tree gets; rate: h omega^2 [1/s].
+double share_of(double rate) {
+  const double x =
+      std::clamp((rate - FastTrees::kSlow) / (FastTrees::kFast - FastTrees::kSlow), 0.0, 1.0);
+  return x * x * (3.0 - 2.0 * x);
+}
+
+}  // namespace
+
+FastTrees::FastTrees(const Model& model)
+    : scratch_(model),
+      q_(VectorX::Zero(model.nq())),
+      w_(VectorX::Zero(model.nv())),
+      change_(VectorX::Zero(model.nv())),
+      zero_(VectorX::Zero(model.nv())),
+      corrected_(model.num_trees()) {
+  for (int t = 0; t < model.num_trees(); ++t)
+    corrected_[t] = model.trees()[t].body_end - model.trees()[t].body_begin > 1;
+  for (const Closure& closure : model.closures())
+    for (const int body : {closure.body_a, closure.body_b})
+      if (body > 0) corrected_[model.body(body).tree] = false;
+}
+
+void FastTrees::apply(const Model& model, double h, const VectorRef& q, const VectorRef& v,
+                      const VectorX& rotors, BodyRange bodies, Data& data) {
+  for (int i = bodies.begin; i < bodies.end;) {
+    const int t = model.body(i).tree;
+    const Tree& tree = model.trees()[t];
+    i = tree.body_end;
+    if (!corrected_[t]) continue;
+    double fastest = 0.0;
+    for (int k = tree.body_begin; k < tree.body_end; ++k)
+      fastest = std::max(fastest, data.V[k].angular.squaredNorm());
+    const double share = share_of(h * fastest);
+    if (data.has_mean_force[tree.body_begin]) {
+      for (int k = tree.body_begin; k < tree.body_end; ++k) data.has_mean_force[k] = 0;
+      data.mean_rotor_force.segment(tree.v_begin, tree.v_end - tree.v_begin).setZero();
+    }
+    if (share > 0.0 && find_change(model, h, q, v, rotors, tree, share, data))
+      set_force(model, h, rotors, tree, data);
+  }
+}
+
+bool FastTrees::find_change(const Model& model, double h, const VectorRef& q, const VectorRef& v,
+                            const VectorX& rotors, const Tree& tree, double share, Data& data) {
+  const BodyRange bodies = {tree.body_begin, tree.body_end};
+  const int begin = tree.v_begin, size = tree.v_end - tree.v_begin;
+  auto change = change_.segment(begin, size);
+  auto projected = w_.segment(begin, size);
+  const auto w = v.segment(begin, size);
+
+  compute_inertias(model, bodies, data);
+  const TreeMotion start = motion_of(model, tree, rotors, v, data);
+  const bool had_external = std::exchange(data.has_external, false);
+  added_.swap(data.added);
+  const bool regular = aba(model, zero_, rotors, Vector3::Zero(), bodies, data, change_);
+  added_.swap(data.added);
+  data.has_external = had_external;
+  if (!regular) return false;
+  change *= h;
+
+  const bool floats = model.body(bodies.begin).joint_type == JointType::kFloating;
+  const auto internal = [&](const TreeMotion& motion) {
+    return floats ? motion.energy - 0.5 * motion.momentum.squaredNorm() / motion.mass
+                  : motion.energy;
+  };
+  projected = w + change;
+  // The pose reached depends on the velocity looked for. One round takes energy, 20 % in 5 s from a
+  // whip that two leave within 3 %.
+  for (int round = 0; round < 2; ++round) {
+    integrate_configuration(model, q, w_, h, bodies, q_);
+    projected = w + change;
+    compute_poses(model, q_, bodies, scratch_);
+    compute_velocities(model, w_, bodies, scratch_);
+    compute_inertias(model, bodies, scratch_);
+    const TreeMotion reached = motion_of(model, tree, rotors, w_, scratch_);
+    const double now = internal(reached), then = internal(start);
+    if (floats) projected.head<3>() -= reached.momentum / reached.mass;
+    if (now > 0.0 && then > 0.0) projected *= std::sqrt(then / now);
+    if (floats) projected.head<3>() += start.momentum / start.mass;
+  }
+  change += share * (projected - w - change);
+  return true;
+}
+
+void FastTrees::set_force(const Model& model, double h, const VectorX& rotors, const Tree& tree,
+                          Data& data) {
+  const int begin = tree.v_begin, size = tree.v_end - tree.v_begin;
+  for (int i = tree.body_begin; i < tree.body_end; ++i) {
+    const Body& body = model.body(i);
+    Motion A =
+        joint_motion(body.joint_type, &data.axis[body.v_index], change_.data() + body.v_index) *
+        (-1.0 / h);
+    if (body.parent != 0) A += shift(scratch_.A[body.parent], data.arm[i]);
+    scratch_.A[i] = A;
+    data.has_mean_force[i] = 1;
+    data.mean_force[i] =
+        rigid_body_force(body.inertia, data.X_WB[i].rotation, Motion(), scratch_.A[i]);
+    data.c[i] = Motion();
+  }
+  data.mean_rotor_force.segment(begin, size) =
+      rotors.segment(begin, size).cwiseProduct(change_.segment(begin, size)) / h;
+}
+
+}  // namespace counterpoint

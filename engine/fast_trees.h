@@ -1,0 +1,48 @@
+// Trees that turn fast keep the kinetic energy that velocity-dependent forces cannot change.
+//
+// Coriolis, centrifugal and gyroscopic forces, taken at the start of a step, do work on a tree, in
+// proportion to h omega^2 of its energy a second: enough to drive a whip or a flailing leg to
+// infinity. So for trees that turn fast their mean over the step stands for them, M (w_free - w) /
+// h, where w_free is what they alone would lead to, moved along itself to where the kinetic energy
+// at the pose reached is that of the start (projection: Hairer, Lubich, Wanner 2006, IV.4); if the
+// tree floats, with the motion of its centre of mass held. Below kSlow nothing is done, from kFast
+// on all of it, in between a smooth share. It depends on (q, w) alone: the inverse knows it.
+//
+// Trees with closures are left as they are: what the forces add at the start of the step is about
+// what the closures take (measured: docs/decisions.md).
+#pragma once
+
+#include <vector>
+
+#include "counterpoint/engine/data.h"
+
+namespace counterpoint {
+
+class FastTrees {
+ public:
+  static constexpr double kSlow = 0.1, kFast = 0.3;  ///< of h omega^2 [1/s]
+
+  explicit FastTrees(const Model& model);
+
+  /// Fills data.has_mean_force, mean_force and mean_rotor_force, and makes c zero where there is
+  /// one, of the trees of more than one body and no closure in `bodies`, for a step of h [s] from
+  /// (q, v). rotors (nv): what is added to the diagonal of M. Needs compute_poses and
+  /// compute_velocities.
+  void apply(const Model& model, double h, const VectorRef& q, const VectorRef& v,
+             const VectorX& rotors, BodyRange bodies, Data& data);
+
+ private:
+  /// False if M is singular.
+  bool find_change(const Model& model, double h, const VectorRef& q, const VectorRef& v,
+                   const VectorX& rotors, const Tree& tree, double share, Data& data);
+  void set_force(const Model& model, double h, const VectorX& rotors, const Tree& tree, Data& data);
+
+  Data scratch_;
+  VectorX q_, w_;
+  VectorX change_;  ///< of velocity, by these forces alone
+  VectorX zero_;
+  std::vector<AddedInertia> added_;  ///< empty
+  std::vector<char> corrected_;      ///< by tree: can be
+};
+
+}  // namespace counterpoint

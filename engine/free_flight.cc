@@ -1,0 +1,59 @@
+#include "counterpoint/engine/free_flight.h"
+
+#include <algorithm>
+
+#include "counterpoint/model/rotation.h"
+
+namespace counterpoint {
+namespace {
+
+/// About the body's origin.
+Matrix3 rotational_at_origin(const SpatialInertia& inertia) {
+  const Vector3& c = inertia.center;
+  return inertia.rotational +
+         inertia.mass * (c.squaredNorm() * Matrix3::Identity() - c * c.transpose());
+}
+
+}  // namespace
+
+FreeFlight::FreeFlight(const Model& model) {
+  for (int i = 1; i < model.num_bodies(); ++i) {
+    const Body& body = model.body(i);
+    if (body.parent != 0 || body.subtree_end != i + 1) continue;
+    if (body.joint_type == JointType::kFloating) {
+      flyers_.push_back({i, EulerTop(body.inertia.rotational)});
+    } else if (body.joint_type == JointType::kSpherical) {
+      flyers_.push_back({i, EulerTop(rotational_at_origin(body.inertia))});
+    }
+  }
+}
+
+void FreeFlight::apply(const Model& model, double h, const VectorRef& v, BodyRange bodies,
+                       Data& data) const {
+  const auto before = [](const Flyer& flyer, int body) { return flyer.body < body; };
+  auto flyer = std::lower_bound(flyers_.begin(), flyers_.end(), bodies.begin, before);
+  for (; flyer != flyers_.end() && flyer->body < bodies.end; ++flyer) {
+    const int i = flyer->body;
+    const Body& body = model.body(i);
+    const bool floating = body.joint_type == JointType::kFloating;
+    const Vector3 omega = v.segment<3>(body.v_index + (floating ? 3 : 0));
+    const Vector3 turned = flyer->top.advance(omega, h);
+    const Vector3& center = body.inertia.center;
+    const Vector3 acceleration = (turned - omega) / h;
+    Vector3 of_center = acceleration.cross(center);  // if the origin does not move
+    if (floating) {
+      // As a vector in W, v + omega x center is the same before and after; the body turns by
+      // h turned.
+      const Vector3 after = quaternion_exp(h * turned) * turned.cross(center);
+      of_center += (omega.cross(center) - after) / h;
+    }
+    const Vector3 force = body.inertia.mass * of_center;
+    const Vector3 torque = body.inertia.rotational * acceleration + center.cross(force);
+    const Matrix3& R_WB = data.X_WB[i].rotation;
+    data.has_mean_force[i] = 1;
+    data.mean_force[i] = {-(R_WB * torque), -(R_WB * force)};
+    data.c[i] = Motion();
+  }
+}
+
+}  // namespace counterpoint

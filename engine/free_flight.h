@@ -1,0 +1,34 @@
+// Bodies on their own turn as Euler's top does, exactly.
+//
+// A tree of one body on a floating joint, or on a spherical joint in the world, has velocity terms
+// that depend on its angular velocity alone. Taken at the start of the step, as those of all other
+// trees are, they feed energy into every body that spins, without bound from about a radian a step.
+// So their mean over the step stands for them, n_flight = I (w_free - w) / h, where w_free is the
+// velocity at its end if nothing else acted. It depends on w alone: the inverse knows it.
+#pragma once
+
+#include <vector>
+
+#include "counterpoint/engine/data.h"
+#include "counterpoint/engine/euler_top.h"
+
+namespace counterpoint {
+
+class FreeFlight {
+ public:
+  explicit FreeFlight(const Model& model);
+
+  /// Fills data.has_mean_force and flight_force, and makes c zero, of the flying bodies in a range, for a
+  /// step of h [s] from v (nv). Their angular velocity keeps energy and angular momentum, their
+  /// centre of mass its velocity. Needs compute_poses.
+  void apply(const Model& model, double h, const VectorRef& v, BodyRange bodies, Data& data) const;
+
+ private:
+  struct Flyer {
+    int body;
+    EulerTop top;
+  };
+  std::vector<Flyer> flyers_;  ///< by body
+};
+
+}  // namespace counterpoint
