@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "counterpoint/engine/aba.h"
@@ -13,15 +14,10 @@
 namespace counterpoint {
 namespace {
 
-struct TreeMotion {
-  Vector3 momentum = Vector3::Zero();  ///< linear [kg m/s]
-  double mass = 0.0;
-  double energy = 0.0;  ///< kinetic [J]
-};
-
 TreeMotion motion_of(const Model& model, const Tree& tree, const VectorX& rotors,
                      const VectorRef& v, const Data& data) {
   TreeMotion motion;
+  motion.floats = model.body(tree.body_begin).joint_type == JointType::kFloating;
   for (int i = tree.body_begin; i < tree.body_end; ++i) {
     const Force momentum = data.inertia[i] * data.V[i];
     motion.momentum += momentum.force;
@@ -45,8 +41,8 @@ double share_of(double rate) {
 FastTrees::FastTrees(const Model& model)
     : scratch_(model),
       q_(VectorX::Zero(model.nq())),
-      w_(VectorX::Zero(model.nv())),
       change_(VectorX::Zero(model.nv())),
+      reached_(VectorX::Zero(model.nv())),
       zero_(VectorX::Zero(model.nv())),
       corrected_(model.num_trees()) {
   for (int t = 0; t < model.num_trees(); ++t)
@@ -80,10 +76,6 @@ bool FastTrees::find_change(const Model& model, double h, const VectorRef& q, co
                             const VectorX& rotors, const Tree& tree, double share, Data& data) {
   const BodyRange bodies = {tree.body_begin, tree.body_end};
   const int begin = tree.v_begin, size = tree.v_end - tree.v_begin;
-  auto change = change_.segment(begin, size);
-  auto projected = w_.segment(begin, size);
-  const auto w = v.segment(begin, size);
-
   compute_inertias(model, bodies, data);
   const TreeMotion start = motion_of(model, tree, rotors, v, data);
   const bool had_external = std::exchange(data.has_external, false);
@@ -92,30 +84,54 @@ bool FastTrees::find_change(const Model& model, double h, const VectorRef& q, co
   added_.swap(data.added);
   data.has_external = had_external;
   if (!regular) return false;
-  change *= h;
 
-  const bool floats = model.body(bodies.begin).joint_type == JointType::kFloating;
-  const auto internal = [&](const TreeMotion& motion) {
-    return floats ? motion.energy - 0.5 * motion.momentum.squaredNorm() / motion.mass
-                  : motion.energy;
-  };
-  projected = w + change;
-  // The pose reached depends on the velocity looked for. One round takes energy, 20 % in 5 s from a
-  // whip that two leave within 3 %.
-  for (int round = 0; round < 2; ++round) {
-    integrate_configuration(model, q, w_, h, bodies, q_);
-    projected = w + change;
-    compute_poses(model, q_, bodies, scratch_);
-    compute_velocities(model, w_, bodies, scratch_);
-    compute_inertias(model, bodies, scratch_);
-    const TreeMotion reached = motion_of(model, tree, rotors, w_, scratch_);
-    const double now = internal(reached), then = internal(start);
-    if (floats) projected.head<3>() -= reached.momentum / reached.mass;
-    if (now > 0.0 && then > 0.0) projected *= std::sqrt(then / now);
-    if (floats) projected.head<3>() += start.momentum / start.mass;
+  auto change = change_.segment(begin, size);
+  change *= h;
+  const auto w = v.segment(begin, size);
+  reached_.segment(begin, size) = w + change;
+  const TreeMotion end = keep_energy(model, h, q, rotors, tree, start.internal_energy());
+  auto reached = reached_.segment(begin, size);
+  if (start.floats) {  // the joint's axes are those of its frame
+    const Matrix3& R_WJ = model.body(bodies.begin).X_PJ.rotation;
+    reached.head<3>() += R_WJ.transpose() * (start.momentum - end.momentum) / start.mass;
   }
-  change += share * (projected - w - change);
+  change += share * (reached - w - change);
   return true;
+}
+
+// Scales reached_ so that the kinetic energy at the pose that it leads to from q is `energy`.
+// A root in one variable that exists, since the energy goes from 0 to infinity with the scale: by
+// secants from 1, kept in a bracket.
+TreeMotion FastTrees::keep_energy(const Model& model, double h, const VectorRef& q,
+                                  const VectorX& rotors, const Tree& tree, double energy) {
+  constexpr double kTolerance = 1e-7;  // of speeds; 1e-4 of the energy in a second of 2 ms steps
+  constexpr int kMaxTrials = 60;
+  const BodyRange bodies = {tree.body_begin, tree.body_end};
+  auto reached = reached_.segment(tree.v_begin, tree.v_end - tree.v_begin);
+  TreeMotion motion;
+  // Speed over that wanted, less one; it is about the scale over that wanted, less one.
+  const auto excess_at_scale = [&] {
+    integrate_configuration(model, q, reached_, h, bodies, q_);
+    compute_poses(model, q_, bodies, scratch_);
+    compute_velocities(model, reached_, bodies, scratch_);
+    compute_inertias(model, bodies, scratch_);
+    motion = motion_of(model, tree, rotors, reached_, scratch_);
+    return energy > 0.0 ? std::sqrt(std::max(0.0, motion.internal_energy()) / energy) - 1.0 : 0.0;
+  };
+  double low = 0.0, high = std::numeric_limits<double>::infinity();
+  double before = 0.0, excess_before = -1.0, scale = 1.0;
+  for (int trial = 0; trial < kMaxTrials; ++trial) {
+    const double excess = excess_at_scale();
+    if (!(std::abs(excess) > kTolerance)) break;
+    (excess < 0.0 ? low : high) = scale;
+    double next = scale - excess * (scale - before) / (excess - excess_before);
+    if (!(next > low && next < high)) next = std::isfinite(high) ? 0.5 * (low + high) : 2.0 * low;
+    before = scale;
+    excess_before = excess;
+    reached *= next / scale;
+    scale = next;
+  }
+  return motion;
 }
 
 void FastTrees::set_force(const Model& model, double h, const VectorX& rotors, const Tree& tree,

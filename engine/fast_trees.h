@@ -18,6 +18,19 @@
 
 namespace counterpoint {
 
+/// A tree's motion as a whole.
+struct TreeMotion {
+  Vector3 momentum = Vector3::Zero();  ///< linear [kg m/s]
+  double mass = 0.0;
+  double energy = 0.0;  ///< kinetic [J]
+  bool floats = false;
+
+  /// Less that of the centre of mass, where that is free to move.
+  double internal_energy() const {
+    return floats ? energy - 0.5 * momentum.squaredNorm() / mass : energy;
+  }
+};
+
 class FastTrees {
  public:
   static constexpr double kSlow = 0.1, kFast = 0.3;  ///< of h omega^2 [1/s]
@@ -35,11 +48,14 @@ class FastTrees {
   /// False if M is singular.
   bool find_change(const Model& model, double h, const VectorRef& q, const VectorRef& v,
                    const VectorX& rotors, const Tree& tree, double share, Data& data);
+  TreeMotion keep_energy(const Model& model, double h, const VectorRef& q, const VectorX& rotors,
+                         const Tree& tree, double energy);
   void set_force(const Model& model, double h, const VectorX& rotors, const Tree& tree, Data& data);
 
   Data scratch_;
-  VectorX q_, w_;
-  VectorX change_;  ///< of velocity, by these forces alone
+  VectorX q_;
+  VectorX change_;   ///< of velocity, by these forces alone
+  VectorX reached_;  ///< velocity
   VectorX zero_;
   std::vector<AddedInertia> added_;  ///< empty
   std::vector<char> corrected_;      ///< by tree: can be

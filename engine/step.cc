@@ -1,8 +1,8 @@
 #include "counterpoint/engine/step.h"
 
 #include <limits>
-#include <string>
 #include <span>
+#include <string>
 
 #include "counterpoint/contact/law.h"
 #include "counterpoint/engine/aba.h"
