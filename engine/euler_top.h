@@ -21,6 +21,11 @@ class EulerTop {
   /// vanishes for symmetric bodies.
   Vector3 advance(const Vector3& omega, double h) const;
 
+  /// Change of angular velocity [rad/s] by an angular impulse [N m s], both in body axes.
+  Vector3 response(const Vector3& impulse) const {
+    return axes_ * (axes_.transpose() * impulse).cwiseQuotient(moments_);
+  }
+
  private:
   Vector3 moments_;  ///< ascending [kg m^2]
   Matrix3 axes_;     ///< principal axes, in columns, right-handed

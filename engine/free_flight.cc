@@ -28,8 +28,8 @@ FreeFlight::FreeFlight(const Model& model) {
   }
 }
 
-void FreeFlight::apply(const Model& model, double h, const VectorRef& v, BodyRange bodies,
-                       Data& data) const {
+void FreeFlight::apply(const Model& model, double h, const VectorRef& v, const Vector3& gravity,
+                       BodyRange bodies, Data& data) const {
   const auto before = [](const Flyer& flyer, int body) { return flyer.body < body; };
   auto flyer = std::lower_bound(flyers_.begin(), flyers_.end(), bodies.begin, before);
   for (; flyer != flyers_.end() && flyer->body < bodies.end; ++flyer) {
@@ -37,8 +37,16 @@ void FreeFlight::apply(const Model& model, double h, const VectorRef& v, BodyRan
     const Body& body = model.body(i);
     const bool floating = body.joint_type == JointType::kFloating;
     const Vector3 omega = v.segment<3>(body.v_index + (floating ? 3 : 0));
-    const Vector3 turned = flyer->top.advance(omega, h);
+    const Matrix3& R_WB = data.X_WB[i].rotation;
     const Vector3& center = body.inertia.center;
+    Vector3 turned;
+    if (floating || center.isZero(0.0)) {
+      turned = flyer->top.advance(omega, h);
+    } else {
+      const Vector3 weight = body.inertia.mass * (R_WB.transpose() * gravity);
+      const Vector3 kick = flyer->top.response(h * center.cross(weight));
+      turned = flyer->top.advance(flyer->top.advance(omega, 0.5 * h) + kick, 0.5 * h) - kick;
+    }
     const Vector3 acceleration = (turned - omega) / h;
     Vector3 of_center = acceleration.cross(center);  // if the origin does not move
     if (floating) {
@@ -49,7 +57,6 @@ void FreeFlight::apply(const Model& model, double h, const VectorRef& v, BodyRan
     }
     const Vector3 force = body.inertia.mass * of_center;
     const Vector3 torque = body.inertia.rotational * acceleration + center.cross(force);
-    const Matrix3& R_WB = data.X_WB[i].rotation;
     data.has_mean_force[i] = 1;
     data.mean_force[i] = {-(R_WB * torque), -(R_WB * force)};
     data.c[i] = Motion();

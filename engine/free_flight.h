@@ -5,6 +5,11 @@
 // trees are, they feed energy into every body that spins, without bound from about a radian a step.
 // So their mean over the step stands for them, n_flight = I (w_free - w) / h, where w_free is the
 // velocity at its end if nothing else acted. It depends on w alone: the inverse knows it.
+//
+// A top on a ball joint is turned by its weight as well. That torque acts in the middle of the
+// step, between two halves of the free motion: with poses half a step from velocities this is the
+// leapfrog scheme, and nothing feeds a nutation. n_flight holds the difference to the weight at the
+// start, known from (q, w) as well.
 #pragma once
 
 #include <vector>
@@ -18,10 +23,12 @@ class FreeFlight {
  public:
   explicit FreeFlight(const Model& model);
 
-  /// Fills data.has_mean_force and flight_force, and makes c zero, of the flying bodies in a range, for a
-  /// step of h [s] from v (nv). Their angular velocity keeps energy and angular momentum, their
-  /// centre of mass its velocity. Needs compute_poses.
-  void apply(const Model& model, double h, const VectorRef& v, BodyRange bodies, Data& data) const;
+  /// Fills data.has_mean_force and mean_force, and makes c zero, of the flying bodies in a range,
+  /// for a step of h [s] from v (nv) under gravity [m/s^2]. Where nothing acts their angular
+  /// velocity keeps energy and angular momentum, their centre of mass its velocity. Needs
+  /// compute_poses.
+  void apply(const Model& model, double h, const VectorRef& v, const Vector3& gravity,
+             BodyRange bodies, Data& data) const;
 
  private:
   struct Flyer {

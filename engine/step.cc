@@ -108,20 +108,23 @@ bool set_drag(const Model& model, EffectSet effects, double h, Workspace::Impl& 
 Vector3 set_body_forces(const Model& model, EffectSet effects, double h, const VectorRef& q,
                         const VectorRef& v, std::span<const BodyRange> ranges,
                         Workspace::Impl& ws) {
+  Vector3 gravity = Vector3::Zero();
+  if (effects.has(Effect::kGravity)) {
+    ws.counts.add(Effect::kGravity);
+    gravity = model.gravity();
+  }
   ws.data.has_coriolis = effects.has(Effect::kCoriolis);
   if (ws.data.has_coriolis) {
     ws.counts.add(Effect::kCoriolis);
     const VectorX& rotors = effects.has(Effect::kArmature) ? model.armature() : ws.no_rotors;
     for (const BodyRange& bodies : ranges) {
-      ws.free_flight.apply(model, h, v, bodies, ws.data);
+      ws.free_flight.apply(model, h, v, gravity, bodies, ws.data);
       ws.fast_trees.apply(model, h, q, v, rotors, bodies, ws.data);
     }
   } else {
     for (Motion& c : ws.data.c) c = Motion();
   }
-  if (!effects.has(Effect::kGravity)) return Vector3::Zero();
-  ws.counts.add(Effect::kGravity);
-  return model.gravity();
+  return gravity;
 }
 
 struct VelocityRange {

@@ -157,9 +157,7 @@ void tippe_top(Trial& trial) {
 std::vector<HardCase> spin_cases() {
   return {
       {"top_steady", "Gyroscopic forces a hundred times gravity must balance it exactly.",
-       "top_steady", top_steady, false,
-       "attitude and velocity of the first-order scheme are half a step apart: gravity feeds the "
-       "nutation."},
+       "top_steady", top_steady},
       {"top_sleeping", "Whether an upright top stays up depends on its spin alone.", "top_sleeping",
        top_sleeping},
       {"dzhanibekov", "An unstable axis: energy errors change the period at once.", "dzhanibekov",
