@@ -11,6 +11,7 @@
 
 #include "command.h"
 #include "hard_cases/chart.h"
+#include "hard_cases/long_run.h"
 #include "hard_cases/tables.h"
 #include "hard_cases/trial.h"
 #include "peers/not_expressible.h"
@@ -24,7 +25,8 @@ namespace fs = std::filesystem;
 struct Arguments {
   std::vector<std::string> only;
   std::string scenes, folder;
-  bool list = false, fast = false, no_peers = false;
+  bool list = false, fast = false, no_peers = false, long_run = false;
+  double seconds = kLongRun;
   double peer_seconds = 120.0;
   Report report;
 };
@@ -38,8 +40,9 @@ std::vector<HardCase> all_cases() {
   return all;
 }
 
-std::vector<HardCase> chosen_cases(const Arguments& arguments) {
-  std::vector<HardCase> all = all_cases();
+std::vector<HardCase> chosen_cases(const Arguments& arguments, const fs::path& scenes) {
+  std::vector<HardCase> all =
+      arguments.long_run ? long_cases(scenes, arguments.seconds) : all_cases();
   if (arguments.fast) std::erase_if(all, [](const HardCase& c) { return c.slow; });
   if (arguments.only.empty()) return all;
   std::vector<HardCase> chosen;
@@ -64,7 +67,8 @@ fs::path scene_folder(const Arguments& arguments) {
     return arguments.scenes;
   }
   for (const char* folder : {COUNTERPOINT_DATA_SOURCE, COUNTERPOINT_DATA_INSTALLED}) {
-    if (fs::is_directory(fs::path(folder) / "scenes/hard")) return fs::path(folder) / "scenes/hard";
+    const fs::path scenes = fs::path(folder) / "scenes";
+    if (fs::is_directory(scenes / "hard")) return arguments.long_run ? scenes : scenes / "hard";
   }
   throw InputError("the scenes of hard cases are not where they were installed; give --scenes DIR");
 }
@@ -92,7 +96,7 @@ Result run_case(const HardCase& hard_case, const fs::path& scenes, const Argumen
       hard_case,
       run_on(Engine::kCounterpoint, hard_case, scenes, std::numeric_limits<double>::infinity()),
       {}};
-  if (arguments.no_peers) return result;
+  if (arguments.no_peers || arguments.long_run) return result;
   for (const Engine peer : {Engine::kMujocoDefault, Engine::kMujocoBest})
     result.peers.push_back(run_on(peer, hard_case, scenes, arguments.peer_seconds));
   return result;
@@ -114,9 +118,9 @@ int list_cases(const std::vector<HardCase>& cases) {
 }
 
 int hard_cases(Arguments& arguments) {
-  const std::vector<HardCase> cases = chosen_cases(arguments);
-  if (arguments.list) return list_cases(cases);
   const fs::path scenes = scene_folder(arguments);
+  const std::vector<HardCase> cases = chosen_cases(arguments, scenes);
+  if (arguments.list) return list_cases(cases);
   if (!arguments.folder.empty()) {
     std::error_code error;
     fs::create_directories(arguments.folder, error);
@@ -139,8 +143,7 @@ int hard_cases(Arguments& arguments) {
     write_file(folder / "hard-cases.md", markdown(results));
     for (const Result& result : results) {
       if (result.ours.trial.chart.empty()) continue;
-      write_file(folder / (std::string(result.hard_case.name) + ".svg"),
-                 svg(result.ours.trial.chart));
+      write_file(folder / (result.hard_case.name + ".svg"), svg(result.ours.trial.chart));
     }
   }
   report["status"] = failed == 0 ? "ok" : "failed";
@@ -167,6 +170,12 @@ void add_hard_cases(CLI::App& app, Action& action) {
       ->type_name("DIR");
   command.add_option("--scenes", arguments->scenes, "Their scenes; default: data/scenes/hard")
       ->type_name("DIR");
+  command.add_flag("--long", arguments->long_run,
+                   "Instead: every bundled scene for long, and the humanoid under random forces");
+  command
+      .add_option("--seconds", arguments->seconds,
+                  "Simulated time of --long; default: 86400, a day, and 1e7 steps of the humanoid")
+      ->check(CLI::PositiveNumber);
   command.add_flag("--no-peers", arguments->no_peers, "Leave MuJoCo out");
   command
       .add_option("--peer-seconds", arguments->peer_seconds,

@@ -145,7 +145,7 @@ std::vector<HardCase> impact_cases() {
        "bouncing", bouncing},
       {"overlap", "Bodies that start inside each other are thrown apart by penalty forces.",
        "overlap", overlap, false,
-       "once they have parted they keep the speed of recovery: 0.25 J from nothing."},
+       "they part at 1 m/s, the speed of recovery, and keep it: 0.25 J from nothing."},
       {"fast_thin", "A body crosses six hundred times its wall in one step.", "fast_thin",
        fast_thin},
       {"rolling_box", "25 balls roll on a sliding box: stick and slip at once, coupled.",

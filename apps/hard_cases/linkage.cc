@@ -177,10 +177,8 @@ std::vector<HardCase> linkage_cases() {
   return {
       {"chain_100", "100 bodies on 100 closures: the first carries a hundred times the last.",
        "chain_100", [](Trial& t) { chain(t, 100); }},
-      {"chain_1000", "1000 closures in series.", "chain_1000", [](Trial& t) { chain(t, 1000); },
-       true,
-       "what the closures yield travels down the chain as heat does: after 2 s it still sinks, its "
-       "tension is off by 16 %."},
+      {"chain_1000", "1000 closures in series; drag calms what they yield to.", "chain_1000",
+       [](Trial& t) { chain(t, 1000); }, true},
       {"whip_100", "300 degrees of freedom in series whip; energy must neither grow nor vanish.",
        "whip_100", whip, true},
       {"net", "400 bodies in 361 loops of ball closures, folded by their own weight.", "net", net,

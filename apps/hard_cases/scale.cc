@@ -38,13 +38,14 @@ void similarity_size(Trial& trial) {
   double most = 0.0;
   std::string unscaled;
   for (int exponent = -3; exponent <= 3; ++exponent) {
+    if (exponent == 0) continue;  // what the others are compared with
     const double size = std::pow(10.0, exponent);
     const double scaled_off =
         apart(dimensionless(trial, fmt::format("drop_size_1e{}", exponent), size), one);
     most = std::max(most, scaled_off);
+    trial.chart.curves[0].add(size, scaled_off);
     const double off =
         apart(dimensionless(trial, fmt::format("drop_unscaled_1e{}", exponent), size), one);
-    trial.chart.curves[0].add(size, scaled_off);
     trial.chart.curves[1].add(size, off);
     unscaled += fmt::format("{}{:.2g} at 1e{} m", unscaled.empty() ? "" : ", ", off, exponent);
   }

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cmath>
 #include <filesystem>
+#include <functional>
 #include <limits>
 #include <memory>
 #include <stdexcept>
@@ -102,10 +103,10 @@ struct Run {
 };
 
 struct HardCase {
-  const char* name;
-  const char* hard;   ///< what makes it hard, one sentence
-  const char* scene;  ///< file under data/scenes/hard, without .yaml; several: "a, b"
-  void (*run)(Trial&);
+  std::string name;
+  std::string hard;   ///< what makes it hard, one sentence
+  std::string scene;  ///< file under data/scenes/hard, without .yaml; several: "a, b"
+  std::function<void(Trial&)> run;
   bool slow = false;                    ///< not among the tests
   const char* known_failure = nullptr;  ///< why it is known to fail, as measured
 };
