@@ -393,11 +393,12 @@ def whip(n):
             f"scenes/hard/whip_{n}.yaml": text}
 
 
-def net(n=20):
-    """Nodes in a level square, ball closures halfway between neighbours, its corners held."""
-    d = 0.1
-    nodes = [free(f"n{i}_", "sphere", 0.02, 0.05, (d * i, 0, 0), extra=f"count: {n}, spacing: [0, {d}, 0],"
-                  " drag: {linear: 0.2, angular: 0.0001}") for i in range(n)]
+def net_files(n=20):
+    """Nodes in a level square, ball closures halfway between neighbours, its corners drawn
+    together by 15 %: held at its full size it could not sag. They touch nothing."""
+    d, moment = 0.1, 0.4 * 0.05 * 0.02 ** 2
+    nodes = [f"urdf: ../../robots/hard/node.urdf, name: n{i}_, base: floating, position: {vec(d * i, 0, 0)},"
+             f" count: {n}, spacing: [0, {d}, 0], drag: {{body: {{linear: 0.2, angular: 0.0001}}}}" for i in range(n)]
     ties = ["closures:"]
     for i in range(n):
         for j in range(n):
@@ -407,9 +408,14 @@ def net(n=20):
                 ties.append(f"  - {{type: ball, between: [n{i}_{j}/body, n{i}_{j + 1}/body], anchor_a: [0, {d / 2}, 0]}}")
     m = n - 1
     for i, j in ((0, 0), (0, m), (m, 0), (m, m)):
-        ties.append(f"  - {{type: ball, name: corner{i}_{j}, between: [world, n{i}_{j}/body], anchor_a: {vec(d * i, d * j, 0)}}}")
-    return scene("net", f"A net of {n} x {n} bodies held at its corners, tied by {2 * n * m} ball closures.",
+        held = [d * (0.5 * m + 0.85 * (k - 0.5 * m)) for k in (i, j)]
+        ties.append(f"  - {{type: ball, name: corner{i}_{j}, between: [world, n{i}_{j}/body],"
+                    f" anchor_a: {vec(*held, 0)}, anchor_b: [0, 0, 0]}}")
+    text = scene("net", f"A net of {n} x {n} bodies held at its corners, tied by {2 * n * m} ball closures.",
                  nodes, ground=None, duration=5, more=ties)
+    return {"scenes/hard/net.yaml": text,
+            "robots/hard/node.urdf": urdf("node", "A ball of 20 mm radius that touches nothing.",
+                                          link("body", 0.05, (moment, moment, moment)))}
 
 
 def gripper_files():
@@ -544,7 +550,6 @@ def hard_files():
                            duration=2),
         "chain_100": hanging_chain(100),
         "chain_1000": hanging_chain(1000, drag=2.5),
-        "net": net(),
         "humanoid": scene("humanoid", "A humanoid falls on its side and on its own limbs.",
                           ["urdf: ../../robots/humanoid.urdf, base: floating, position: [0, 0, 1.2],"
                            " rpy: [1.2, 0.6, 0.3], velocity: {angular: [1, 2, 3]}"], ground=0.8, duration=5),
@@ -558,6 +563,6 @@ def hard_files():
     for name, text in scenes.items():
         files[f"scenes/hard/{name}.yaml"] = text
     for more in (round_card_files(), wedge_files(), contact_points(), arch_files(0.12), arch_files(0.09), tops(), tippe_top(),
-                 whip(100), gripper_files(), servo_chain(), singular_poses(), scales()):
+                 whip(100), net_files(), gripper_files(), servo_chain(), singular_poses(), scales()):
         files.update(more)
     return files

@@ -159,13 +159,15 @@ void print_result(std::FILE* out, const Result& result) {
 std::string markdown(const std::vector<Result>& results) {
   std::string head = "| case | what is measured | figure | known | source | result |";
   std::string rule = "|---|---|---|---|---|---|";
+  std::string times = "wall [s]";
   if (!results.empty()) {
     for (const Run& peer : results.front().peers) {
-      head += fmt::format(" {} |", engine_name(peer.engine));
+      head += fmt::format(" {} {} |", engine_name(peer.engine), peers::mujoco_version());
       rule += "---|";
+      times += fmt::format(" / {}", engine_name(peer.engine));
     }
   }
-  std::string out = head + " steps | Newton mean / max | wall [s] |\n" + rule + "---|---|---|\n";
+  std::string out = head + " steps | Newton mean / max | " + times + " |\n" + rule + "---|---|---|\n";
   for (const Result& result : results) out += case_rows(result);
   out += "\n## What makes them hard\n\n";
   for (const Result& result : results) {
