@@ -31,24 +31,18 @@ std::string placed(const Pose& pose) {
                      numbers({q.w(), q.x(), q.y(), q.z()}));
 }
 
-/// friction and condim of a pair; MuJoCo's units are ours.
-std::string surface(const Material& material, EffectSet on) {
+/// friction and condim of a geometry, or of a pair, which has one number for each direction;
+/// MuJoCo's units are ours.
+std::string surface(const Material& material, EffectSet on, bool pair = false) {
   const double slide = on.has(Effect::kFriction) ? material.friction : 0.0;
   const double spin = on.has(Effect::kTorsionalFriction) ? material.torsional_friction : 0.0;
   const double roll = on.has(Effect::kRollingFriction) ? material.rolling_friction : 0.0;
-  const int dimensions = slide <= 0.0 ? 1 : roll > 0.0 ? 6 : spin > 0.0 ? 4 : 3;
-  return fmt::format("condim='{}' friction='{}'", dimensions,
-                     dimensions == 1 ? "1 0 0" : numbers({slide, spin, roll}));
-}
-
-/// The same for a <pair>, which has one number for each direction.
-std::string pair_surface(const Material& material, EffectSet on) {
-  const double slide = on.has(Effect::kFriction) ? material.friction : 0.0;
-  const double spin = on.has(Effect::kTorsionalFriction) ? material.torsional_friction : 0.0;
-  const double roll = on.has(Effect::kRollingFriction) ? material.rolling_friction : 0.0;
-  const int dimensions = slide <= 0.0 ? 1 : roll > 0.0 ? 6 : spin > 0.0 ? 4 : 3;
-  return fmt::format("condim='{}' friction='{}'", dimensions,
-                     dimensions == 1 ? "1 1 0 0 0" : numbers({slide, slide, spin, roll, roll}));
+  // Without friction the numbers mean nothing, but MuJoCo wants one that is positive.
+  if (slide <= 0.0) return fmt::format("condim='1' friction='{}'", pair ? "1 1 0 0 0" : "1 0 0");
+  const int dimensions = roll > 0.0 ? 6 : spin > 0.0 ? 4 : 3;
+  return fmt::format(
+      "condim='{}' friction='{}'", dimensions,
+      pair ? numbers({slide, slide, spin, roll, roll}) : numbers({slide, spin, roll}));
 }
 
 /// Writes a document for one scene.
@@ -317,7 +311,7 @@ class Writer {
         for (std::size_t b = a + 1; b < g.size(); ++b) {
           if (enabled(a, b))
             line("<pair geom1='g{}' geom2='g{}' {}/>", a, b,
-                 pair_surface(combine_materials(g[a].material, g[b].material), on_));
+                 surface(combine_materials(g[a].material, g[b].material), on_, true));
         }
       }
     }

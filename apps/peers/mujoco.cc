@@ -4,71 +4,14 @@
 #include <mujoco/mujoco.h>
 
 #include <algorithm>
-#include <csetjmp>
-#include <cstdio>
-#include <cstring>
 #include <limits>
 
 #include "counterpoint/collision/collider.h"
 #include "mjcf.h"
+#include "mujoco_calls.h"
 
 namespace counterpoint::peers {
 namespace {
-
-// MuJoCo reports errors to a function that must not return. It is written in C: nothing is skipped
-// by leaving it with a jump.
-thread_local std::jmp_buf* escape = nullptr;
-thread_local char error_message[500];
-
-void on_error(const char* message) {
-  std::snprintf(error_message, sizeof error_message, "%s", message);
-  if (escape) std::longjmp(*escape, 1);
-  std::fprintf(stderr, "MuJoCo: %s\n", message);
-  std::abort();
-}
-
-/// Warnings are read from mjData; MuJoCo would write a file.
-void on_warning(const char*) {}
-
-/// mj_step; false if MuJoCo reported an error, which is then in error_message.
-bool guarded_step(const mjModel* m, mjData* d) {
-  std::jmp_buf here;
-  escape = &here;
-  if (setjmp(here) != 0) {
-    escape = nullptr;
-    return false;
-  }
-  mj_step(m, d);
-  escape = nullptr;
-  return true;
-}
-
-/// MuJoCo's linear solver of choice for forces that depend on velocity.
-const char* implicit_integrator() {
-#if mjVERSION_HEADER >= 235
-  return "implicitfast";
-#else
-  return "implicit";
-#endif
-}
-
-mjModel* compile(const std::string& document) {
-  char error[1000] = "";
-  auto vfs = std::make_unique<mjVFS>();
-  mj_defaultVFS(vfs.get());
-  const int size = static_cast<int>(document.size());
-#if mjVERSION_HEADER >= 300
-  mj_addBufferVFS(vfs.get(), "scene.xml", document.data(), size);
-#else
-  mj_makeEmptyFileVFS(vfs.get(), "scene.xml", size);
-  std::memcpy(vfs->filedata[mj_findFileVFS(vfs.get(), "scene.xml")], document.data(),
-              document.size());
-#endif
-  mjModel* model = mj_loadXML("scene.xml", vfs.get(), error, sizeof error);
-  mj_deleteVFS(vfs.get());
-  if (!model) throw NotExpressible(fmt::format("MuJoCo does not compile it: {}", error));
-  return model;
-}
 
 Vector3 vector(const mjtNum* p) { return {p[0], p[1], p[2]}; }
 
@@ -80,8 +23,7 @@ std::string mujoco_version() { return mj_versionString(); }
 
 struct Mujoco::Impl {
   Impl(const Scene& scene, MujocoSettings settings) : model(scene.model), on(effects_of(scene)) {
-    mju_user_error = on_error;
-    mju_user_warning = on_warning;
+    keep_quiet();
     document = mjcf(scene, settings, implicit_integrator());
     body_of_line = document.find('\n') + 1;
     max_contacts = 100 + static_cast<int>(model.geometries().size());
@@ -233,10 +175,9 @@ struct Mujoco::Impl {
     mj_kinematics(m, d);
     mj_comPos(m, d);
     for (const ExternalWrench& w : input.wrenches) {
-      Vector3 point = w.point;
-      mjtNum at[3];
-      mju_rotVecMat(at, point.data(), d->xmat + 9 * w.body);
-      const Vector3 arm = vector(at) + vector(d->xpos + 3 * w.body) - vector(d->xipos + 3 * w.body);
+      // MuJoCo takes them at the centre of mass.
+      const Vector3 arm =
+          anchor(w.body, {Matrix3::Identity(), w.point}) - vector(d->xipos + 3 * w.body);
       const Vector3 torque = w.wrench.torque + arm.cross(w.wrench.force);
       mju_addTo3(d->xfrc_applied + 6 * w.body, w.wrench.force.data());
       mju_addTo3(d->xfrc_applied + 6 * w.body + 3, torque.data());
@@ -251,7 +192,8 @@ struct Mujoco::Impl {
 
   std::string try_step(const Input& input) {
     apply(input);
-    if (!guarded_step(m, d)) return fmt::format("MuJoCo: {}", error_message);
+    const std::string error = guarded_step(m, d);
+    if (!error.empty()) return "MuJoCo: " + error;
     if (warned({mjWARN_BADQPOS, mjWARN_BADQVEL, mjWARN_BADQACC}))
       return "MuJoCo: not finite or beyond 1e10, it starts anew";
     return {};
@@ -429,9 +371,15 @@ double Mujoco::energy() const {
 MatrixX Mujoco::mass_matrix() const {
   impl_->read_forces();
   impl_->look();
+  // Column by column: how MuJoCo stores it depends on the version.
   const int n = impl_->m->nv;
-  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> M(n, n);
-  mj_fullM(impl_->m, M.data(), impl_->d->qM);
+  MatrixX M(n, n);
+  VectorX unit = VectorX::Zero(n);
+  for (int i = 0; i < n; ++i) {
+    unit[i] = 1.0;
+    mj_mulM(impl_->m, impl_->d, M.col(i).data(), unit.data());
+    unit[i] = 0.0;
+  }
   return M;
 }
 

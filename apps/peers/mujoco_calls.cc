@@ -1,0 +1,77 @@
+#include "mujoco_calls.h"
+
+#include <fmt/format.h>
+#include <mujoco/mujoco.h>
+
+#include <csetjmp>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <memory>
+
+#include "not_expressible.h"
+
+namespace counterpoint::peers {
+namespace {
+
+// MuJoCo reports errors to a function that must not return. It is written in C: nothing is skipped
+// by leaving it with a jump.
+thread_local std::jmp_buf* escape = nullptr;
+thread_local char error_message[500];
+
+void on_error(const char* message) {
+  std::snprintf(error_message, sizeof error_message, "%s", message);
+  if (escape) std::longjmp(*escape, 1);
+  std::fprintf(stderr, "MuJoCo: %s\n", message);
+  std::abort();
+}
+
+/// MuJoCo would write a file.
+void on_warning(const char*) {}
+
+}  // namespace
+
+void keep_quiet() {
+  mju_user_error = on_error;
+  mju_user_warning = on_warning;
+}
+
+std::string guarded_step(const mjModel* m, mjData* d) {
+  std::jmp_buf here;
+  escape = &here;
+  if (setjmp(here) != 0) {
+    escape = nullptr;
+    return error_message;
+  }
+  mj_step(m, d);
+  escape = nullptr;
+  return {};
+}
+
+const char* implicit_integrator() {
+#if mjVERSION_HEADER >= 235
+  return "implicitfast";
+#else
+  return "implicit";
+#endif
+}
+
+mjModel* compile(const std::string& document) {
+  char error[1000] = "";
+  auto vfs = std::make_unique<mjVFS>();
+  mj_defaultVFS(vfs.get());
+  const int size = static_cast<int>(document.size());
+#if mjVERSION_HEADER >= 300
+  mj_addBufferVFS(vfs.get(), "scene.xml", document.data(), size);
+#else
+  mj_makeEmptyFileVFS(vfs.get(), "scene.xml", size);
+  std::memcpy(vfs->filedata[mj_findFileVFS(vfs.get(), "scene.xml")], document.data(),
+              document.size());
+#endif
+  mjModel* model = mj_loadXML("scene.xml", vfs.get(), error, sizeof error);
+  mj_deleteVFS(vfs.get());
+  if (!model) throw NotExpressible(fmt::format("MuJoCo does not compile it: {}", error));
+  return model;
+}
+
+}  // namespace counterpoint::peers
