@@ -4,6 +4,7 @@
 #include <mujoco/mujoco.h>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include "counterpoint/collision/collider.h"
@@ -45,22 +46,54 @@ struct Mujoco::Impl {
   /// Compiles with room for max_contacts.
   void build() {
     clear();
-    std::string sized = document;
-#if mjVERSION_HEADER >= 300
-    const std::string size = fmt::format("<size memory='{}M'/>\n", 1 + max_contacts / 4);
-#else
-    const int rows = 100 + 6 * static_cast<int>(model.closures().size() + model.mimics().size()) +
-                     3 * model.nv() + 4 * max_contacts;
-    const std::string size = fmt::format("<size nconmax='{}' njmax='{}'/>\n", max_contacts, rows);
-#endif
-    sized.insert(body_of_line, size);
-    m = compile(sized);
+    m = compile_with_room();
     number_alike();
     set_closures();
     set_drag();
     m->opt.timestep = time_step;
     d = mj_makeData(m);
     if (!d) throw NotExpressible("MuJoCo has not enough memory for it");
+  }
+
+  /// MuJoCo tries a step when it compiles, and that may take more stack than was guessed.
+  mjModel* compile_with_room() {
+    for (;;) {
+      std::string sized = document;
+      sized.insert(body_of_line, size_element());
+      try {
+        return compile(sized);
+      } catch (const NotExpressible& reason) {
+        if (!lacks_stack(reason.what())) throw;
+        stack_factor *= 2.0;
+      }
+    }
+  }
+
+  static bool lacks_stack(const std::string& message) {
+    return message.find("tack overflow") != std::string::npos;
+  }
+
+  /// Room for what a step needs, as MuJoCo's own guess of the stack does not fit large scenes.
+  std::string size_element() const {
+    double rows = 100.0 + 4.0 * max_contacts + 6.0 * static_cast<double>(model.mimics().size());
+    for (const Closure& c : model.closures()) rows += c.type == ClosureType::kBall ? 3 : 6;
+    for (int i = 0; i < model.num_joints(); ++i) {
+      const JointInfo& joint = model.joint(i);
+      rows += std::isfinite(joint.lower) + std::isfinite(joint.upper);
+    }
+    rows += static_cast<double>((model.dry_friction().array() > 0.0).count());
+    const double nv = model.nv();
+    // A few dense matrices of the solver, and the Jacobian twice.
+    const double stack =
+        stack_factor * (1e6 + 6.0 * nv * nv + 2.0 * rows * nv + 200.0 * (rows + nv));
+#if mjVERSION_HEADER >= 300
+    return fmt::format("<size memory='{:.0f}M'/>\n", 1.0 + 2.0 * stack * sizeof(mjtNum) / 1e6);
+#else
+    if (stack > std::numeric_limits<int>::max())
+      throw NotExpressible("MuJoCo cannot count the memory that it needs for this");
+    return fmt::format("<size nconmax='{}' njmax='{:.0f}' nstack='{:.0f}'/>\n", max_contacts, rows,
+                       stack);
+#endif
   }
 
   void number_alike() {
@@ -199,22 +232,30 @@ struct Mujoco::Impl {
     return {};
   }
 
+  /// Did the step lack room that more memory gives? Asks for twice as much then.
+  bool needs_room(const std::string& failure) {
+    if (lacks_stack(failure)) {
+      stack_factor *= 2.0;
+      return true;
+    }
+    if (!failure.empty() || !warned({mjWARN_CONTACTFULL, mjWARN_CNSTRFULL})) return false;
+    max_contacts *= 2;
+    return true;
+  }
+
   MujocoStep step(const Input& input) {
-    constexpr int kMostContacts = 1 << 20;
+    constexpr int kMostTries = 12;
     const std::vector<mjtNum> warm(d->qacc_warmstart, d->qacc_warmstart + m->nv);
     MujocoStep report;
     report.failure = try_step(input);
-    while (report.failure.empty() && warned({mjWARN_CONTACTFULL, mjWARN_CNSTRFULL})) {
-      if (max_contacts >= kMostContacts) {
-        report.failure = "MuJoCo: too many contacts";
-        break;
-      }
-      max_contacts *= 2;
+    for (int tries = 0; tries < kMostTries && needs_room(report.failure); ++tries) {
       build();
       set_state(State(state));
       std::copy(warm.begin(), warm.end(), d->qacc_warmstart);
       report.failure = try_step(input);
     }
+    if (report.failure.empty() && warned({mjWARN_CONTACTFULL, mjWARN_CNSTRFULL}))
+      report.failure = "MuJoCo: too many contacts";
     if (!report.failure.empty()) {
       set_state(State(state));
       return report;
@@ -305,6 +346,7 @@ struct Mujoco::Impl {
   std::string document;
   std::size_t body_of_line = 0;
   int max_contacts = 0;
+  double stack_factor = 1.0;
   double time_step = 0.0;
   mjModel* m = nullptr;
   mjData* d = nullptr;

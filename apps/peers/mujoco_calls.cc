@@ -1,8 +1,8 @@
 #include "mujoco_calls.h"
 
-#include <fmt/format.h>
 #include <mujoco/mujoco.h>
 
+#include <algorithm>
 #include <csetjmp>
 #include <cstdio>
 #include <cstdlib>
@@ -70,7 +70,11 @@ mjModel* compile(const std::string& document) {
 #endif
   mjModel* model = mj_loadXML("scene.xml", vfs.get(), error, sizeof error);
   mj_deleteVFS(vfs.get());
-  if (!model) throw NotExpressible(fmt::format("MuJoCo does not compile it: {}", error));
+  if (!model) {
+    std::string reason = error;
+    std::replace(reason.begin(), reason.end(), '\n', ' ');
+    throw NotExpressible("MuJoCo does not compile it: " + reason);
+  }
   return model;
 }
 
