@@ -72,6 +72,7 @@ mjModel* compile(const std::string& document) {
   mj_deleteVFS(vfs.get());
   if (!model) {
     std::string reason = error;
+    while (!reason.empty() && reason.back() == '\n') reason.pop_back();
     std::replace(reason.begin(), reason.end(), '\n', ' ');
     throw NotExpressible("MuJoCo does not compile it: " + reason);
   }
