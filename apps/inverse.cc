@@ -29,7 +29,8 @@ struct Extremes {
   double recorded = 0.0;    ///< |recorded applied force|
   double scale = 0.0;       ///< Inverse::force_scale
   double unactuated = 0.0;  ///< |recovered| where nothing is actuated
-  double mismatch = 0.0;    ///< |(q_next (-) q) / h - v_next| [m/s, rad/s]
+  /// |(q_next (-) q) / h - v_next| [m/s, rad/s], which semi_implicit_euler leaves zero.
+  double mismatch = 0.0;
   long contacts = 0;
 };
 
@@ -122,8 +123,8 @@ int inverse(Arguments& arguments) {
   for (int k = 0; k < trajectory.num_steps(); ++k) {
     options.time_step = steps[k];
     trajectory.columns.set(model, trajectory.known.col(k), known);
-    step_inverse(model, options, trajectory.q.col(k), trajectory.v.col(k), trajectory.v.col(k + 1),
-                 known, workspace, result);
+    step_inverse(model, options, trajectory.q.col(k), trajectory.v.col(k), trajectory.q.col(k + 1),
+                 trajectory.v.col(k + 1), known, workspace, result);
     add_extremes(model, trajectory, k, steps[k], result, extremes);
     output.write(trajectory.time[k], steps[k], result);
     progress.update(k + 1);

@@ -19,6 +19,8 @@ void SceneArguments::add_to(CLI::App& command) {
       .add_option("--hull-vertices", hull_vertices,
                   "Lone robot: at most this many vertices for the hull of each mesh")
       ->check(CLI::Range(4, 1'000'000));
+  command.add_option("--integrator", integrator, "Default: the scene's, or semi_implicit_euler")
+      ->check(CLI::IsMember({"semi_implicit_euler", "implicit_midpoint", "runge_kutta_4"}));
   command.add_flag("--repair-inertias", repair_inertias,
                    "Make non-physical inertias physical; each change is listed");
 }
@@ -37,7 +39,9 @@ Scene SceneArguments::load() const {
     }
     overrides.packages[package.substr(0, equals)] = package.substr(equals + 1);
   }
-  return load_scene(file, overrides);
+  Scene scene = load_scene(file, overrides);
+  if (!integrator.empty()) scene.options.integrator = *integrator_from_name(integrator);
+  return scene;
 }
 
 }  // namespace counterpoint::apps

@@ -5,8 +5,8 @@
 
 namespace counterpoint {
 
-/// I A + V x* (I V): the force that moves a body of this inertia (body frame), in W at its origin, as
-/// are V and A. The rotational inertia stays in body axes, where it is constant.
+/// I A + V x* (I V): the force that moves a body of this inertia (body frame), in W at its origin,
+/// as are V and A. The rotational inertia stays in body axes, where it is constant.
 Force rigid_body_force(const SpatialInertia& inertia, const Matrix3& R_WB, const Motion& V,
                        const Motion& A);
 

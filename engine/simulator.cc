@@ -25,7 +25,11 @@ StepReport Simulator::step() {
 }
 
 const Inverse& Simulator::inverse(VectorRef q, VectorRef v, VectorRef v_next) {
-  step_inverse(model(), options(), q, v, v_next, input_, workspace_, inverse_);
+  return inverse(q, v, VectorX(), v_next);
+}
+
+const Inverse& Simulator::inverse(VectorRef q, VectorRef v, VectorRef q_next, VectorRef v_next) {
+  step_inverse(model(), options(), q, v, q_next, v_next, input_, workspace_, inverse_);
   return inverse_;
 }
 

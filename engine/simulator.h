@@ -31,6 +31,8 @@ class Simulator {
   /// The forces between (q, v) and v_next, beside the wrenches and servo targets of input(); valid
   /// until the next call.
   const Inverse& inverse(VectorRef q, VectorRef v, VectorRef v_next);
+  /// The same with q at the end of the step, which implicit_midpoint needs (step.h).
+  const Inverse& inverse(VectorRef q, VectorRef v, VectorRef q_next, VectorRef v_next);
 
  private:
   Scene scene_;

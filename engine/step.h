@@ -2,8 +2,9 @@
 //
 //   M (w+ - w) = h (n(q, w) + u - D w+) + J' f(J w+ + b),      q+ = q (+) h w+
 //
-// Semi-implicit Euler; joint damping D is implicit. The inverse reads u off the same equation. A step runs
-// the effects that the model calls for and options.effects leaves on (effects.h), and no others.
+// Semi-implicit Euler; joint damping D is implicit. The inverse reads u off the same equation. A
+// step runs the effects that the model calls for and options.effects leaves on (effects.h), and no
+// others.
 #pragma once
 
 #include <memory>
@@ -85,12 +86,20 @@ struct Inverse {
 };
 
 /// Recovers the applied force from (q, v) at the start and v_next at the end of a step. Needs no
-/// optimization, no mass matrix: O(bodies + contacts). All sizes as in State. `known`: what is known
-/// of the input, wrenches and servo targets (its applied force is not used); without it there are
-/// no wrenches, and the targets are the model's. Where a motor was at its effort limit the force
-/// recovered is the one on the limit (servos.h, effort_limits.h).
+/// optimization, no mass matrix: O(bodies + contacts). All sizes as in State. `known`: what is
+/// known of the input, wrenches and servo targets (its applied force is not used); without it there
+/// are no wrenches, and the targets are the model's. Where a motor was at its effort limit the
+/// force recovered is the one on the limit (servos.h, effort_limits.h). q_next: coordinates at the
+/// end, needed by implicit_midpoint where there are constraints, else not looked at and may be
+/// null. @throws InputError for an integrator without inverse.
 void step_inverse(const Model& model, const SimulationOptions& options, VectorRef q, VectorRef v,
-                  VectorRef v_next, const Input& known, Workspace& workspace, Inverse& out);
+                  VectorRef q_next, VectorRef v_next, const Input& known, Workspace& workspace,
+                  Inverse& out);
+inline void step_inverse(const Model& model, const SimulationOptions& options, VectorRef q,
+                         VectorRef v, VectorRef v_next, const Input& known, Workspace& workspace,
+                         Inverse& out) {
+  step_inverse(model, options, q, v, VectorX(), v_next, known, workspace, out);
+}
 inline void step_inverse(const Model& model, const SimulationOptions& options, VectorRef q,
                          VectorRef v, VectorRef v_next, Workspace& workspace, Inverse& out) {
   step_inverse(model, options, q, v, v_next, Input(), workspace, out);

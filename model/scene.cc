@@ -85,6 +85,26 @@ std::optional<FrictionModel> friction_model_from_name(const std::string& name) {
   return std::nullopt;
 }
 
+const char* integrator_name(Integrator integrator) {
+  switch (integrator) {
+    case Integrator::kSemiImplicitEuler:
+      return "semi_implicit_euler";
+    case Integrator::kImplicitMidpoint:
+      return "implicit_midpoint";
+    case Integrator::kRungeKutta4:
+      return "runge_kutta_4";
+  }
+  return "?";
+}
+
+std::optional<Integrator> integrator_from_name(const std::string& name) {
+  for (const Integrator integrator :
+       {Integrator::kSemiImplicitEuler, Integrator::kImplicitMidpoint, Integrator::kRungeKutta4}) {
+    if (name == integrator_name(integrator)) return integrator;
+  }
+  return std::nullopt;
+}
+
 Scene load_scene(const fs::path& file, const SceneOverrides& overrides) {
   std::string extension = file.extension().string();
   for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
@@ -95,9 +115,10 @@ Scene load_scene(const fs::path& file, const SceneOverrides& overrides) {
   }
   if (overrides.base || overrides.ground || overrides.ground_friction || !overrides.srdf.empty() ||
       overrides.hull_vertices > 0) {
-    throw InputError(fmt::format("{}: base, ground, SRDF and hull vertices are options for a lone "
-                                 "URDF; a scene file says them itself",
-                                 file.string()));
+    throw InputError(
+        fmt::format("{}: base, ground, SRDF and hull vertices are options for a lone "
+                    "URDF; a scene file says them itself",
+                    file.string()));
   }
   return load_yaml_scene(file, overrides);
 }

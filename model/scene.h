@@ -23,6 +23,17 @@ const char* friction_model_name(FrictionModel model);
 /// The reverse; nothing for an unknown name.
 std::optional<FrictionModel> friction_model_from_name(const std::string& name);
 
+/// How a step goes from (q, w) to (q+, w+): docs/concepts.md.
+///   kSemiImplicitEuler  order 1, every effect, sleeping
+///   kImplicitMidpoint   order 2, no drift of energy; order 1 with constraints
+///   kRungeKutta4        order 4, smooth effects only, no inverse
+enum class Integrator { kSemiImplicitEuler, kImplicitMidpoint, kRungeKutta4 };
+
+/// "semi_implicit_euler", "implicit_midpoint", "runge_kutta_4".
+const char* integrator_name(Integrator integrator);
+/// The reverse; nothing for an unknown name.
+std::optional<Integrator> integrator_from_name(const std::string& name);
+
 /// Everything that shapes the physics of contact. A change here changes the motion, and the inverse
 /// must be given the same values as the forward step.
 struct ContactOptions {
@@ -46,6 +57,7 @@ inline constexpr double kDefaultMaxSpeed = 1e5;
 
 struct SimulationOptions {
   double time_step = 0.002;  ///< [s]
+  Integrator integrator = Integrator::kSemiImplicitEuler;
   double duration = 2.0;     ///< [s]
   /// A step fails (diverged) that leaves a coordinate faster than this [m/s]; an angle's speed counts
   /// at the far end of what it moves (engine/state_check.h). Infinity: no bound.

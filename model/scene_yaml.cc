@@ -71,7 +71,7 @@ class SceneReader {
   static Vector3 read_gravity(const YamlValue& root) {
     root.expect_map({"name", "gravity", "time_step", "duration", "contact", "packages",
                      "repair_inertias", "defaults", "models", "ground", "environment", "exclude",
-                     "groups", "hull_vertices", "closures", "effects", "max_speed"});
+                     "groups", "hull_vertices", "closures", "effects", "max_speed", "integrator"});
     if (root.has("gravity")) return root.at("gravity").vector3();
     return {0, 0, -kStandardGravity};
   }
@@ -79,11 +79,20 @@ class SceneReader {
   SimulationOptions read_options() const {
     SimulationOptions options;
     if (root_.has("time_step")) options.time_step = root_.at("time_step").positive();
+    if (root_.has("integrator")) options.integrator = read_integrator(root_.at("integrator"));
     if (root_.has("duration")) options.duration = root_.at("duration").number(0.0, kInfinity);
     if (root_.has("max_speed")) options.max_speed = read_max_speed(root_.at("max_speed"));
     if (root_.has("effects")) read_effects(root_.at("effects"), options.effects);
     if (root_.has("contact")) read_contact(root_.at("contact"), options.contact);
     return options;
+  }
+
+  static Integrator read_integrator(const YamlValue& in) {
+    const auto integrator = integrator_from_name(in.text());
+    if (!integrator)
+      in.fail("'" + in.text() +
+              "' is not one of semi_implicit_euler, implicit_midpoint, runge_kutta_4");
+    return *integrator;
   }
 
   static double read_max_speed(const YamlValue& in) {

@@ -32,7 +32,7 @@ class CounterpointRunner : public Runner {
   }
 
   Forces forces() override {
-    const Inverse& inverse = sim_.inverse(before_.q, before_.v, sim_.state().v);
+    const Inverse& inverse = sim_.inverse(before_.q, before_.v, sim_.state().q, sim_.state().v);
     return {inverse.contacts, inverse.closures};
   }
 

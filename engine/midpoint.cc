@@ -1,0 +1,112 @@
+#include "counterpoint/engine/midpoint.h"
+
+#include <algorithm>
+#include <limits>
+
+#include "counterpoint/engine/aba.h"
+#include "counterpoint/engine/drag.h"
+#include "counterpoint/engine/integrator.h"
+#include "counterpoint/engine/joint_forces.h"
+#include "counterpoint/engine/kinematics.h"
+#include "counterpoint/engine/servos.h"
+#include "counterpoint/engine/step_constraints.h"
+#include "counterpoint/engine/step_forces.h"
+
+namespace counterpoint {
+namespace {
+
+// Converges by about h omega / 2 an iteration; ends when rounding is all that is left.
+constexpr int kMaxIterations = 60;
+constexpr double kSettled = 1e-15, kArrived = 1e-11;
+
+/// A servo with an effort limit is a row whose law is that of a backward Euler step.
+void refuse_limited_servos(const Model& model, EffectSet effects) {
+  if (!effects.has(Effect::kServos)) return;
+  for (const JointServo& servo : model.servos()) {
+    if (!is_limited(model, effects, servo)) continue;
+    throw InputError("joint '" + model.joint(servo.joint).name +
+                     "': a servo with an effort limit cannot be integrated by implicit_midpoint; "
+                     "use semi_implicit_euler, or switch effort_limits off");
+  }
+}
+
+/// Iterates to w_m, from `middle` on. Joints' own forces are implicit in it as in a backward Euler
+/// step of h / 2, which is the first half of the midpoint rule.
+void solve_middle(const Model& model, EffectSet effects, double h, const State& state,
+                  const Input& input, Workspace::Impl& ws, VectorX& middle, StepReport& report) {
+  set_motor_forces(model, effects, 0.5 * h, state, input, ws);
+  add_joint_forces(model, effects, 0.5 * h, state.q, state.v, ws.diagonal, ws.tau, ws.counts);
+  double last = std::numeric_limits<double>::infinity();
+  for (int i = 0; i < kMaxIterations; ++i) {
+    const Vector3 gravity = set_middle(model, effects, h, state.q, middle, input.wrenches, ws);
+    accelerate(model, 0.5 * h, gravity, state.v, ws, ws.next_middle, report);
+    if (!report.succeeded()) return;
+    const double size = ws.next_middle.cwiseAbs().maxCoeff();
+    const double change = (ws.next_middle - middle).cwiseAbs().maxCoeff();
+    middle.swap(ws.next_middle);
+    // Rounding keeps it from falling further.
+    if (change <= kSettled * size || (change <= kArrived * size && change >= last)) return;
+    last = change;
+  }
+  report.status = contact::Status::kNoProgress;
+  report.fault.kind = FaultKind::kUnsolved;
+  report.residual = last;
+}
+
+}  // namespace
+
+Vector3 set_middle(const Model& model, EffectSet effects, double h, const VectorRef& q,
+                   const VectorRef& middle, const std::vector<ExternalWrench>& wrenches,
+                   Workspace::Impl& ws) {
+  Data& data = ws.data;
+  const BodyRange all = moving_bodies(model);
+  integrate_configuration(model, q, middle, 0.5 * h, ws.q_middle);
+  compute_kinematics(model, ws.q_middle, middle, {&all, 1}, data);
+  std::fill(data.has_mean_force.begin(), data.has_mean_force.end(), 0);
+  set_external(wrenches, effects, ws);
+  const Vector3 gravity = set_body_forces(model, effects, ws);
+  if (set_drag(model, effects, 1.0, ws)) {
+    add_drag_inverse(1.0, data.V, data);
+    data.added.clear();
+  }
+  return gravity;
+}
+
+void step_midpoint(const Model& model, const SimulationOptions& options, EffectSet effects,
+                   const contact::Settings& settings, const State& state, const Input& input,
+                   Workspace::Impl& ws, State& next, StepReport& report) {
+  refuse_limited_servos(model, effects);
+  const double h = options.time_step;
+  next.v = state.v;
+  solve_middle(model, effects, h, state, input, ws, next.v, report);
+  next.q = state.q;
+  next.time = state.time + h;
+  if (!report.succeeded()) return;
+  ws.middle = next.v;
+  if (!ws.constraints.empty()) {
+    const BodyRange all = moving_bodies(model);
+    compute_kinematics(model, state.q, state.v, {&all, 1}, ws.data);
+    ws.diagonal = effects.has(Effect::kArmature) ? model.armature() : ws.no_rotors;
+    solve_constraints(model, settings, state, ws, next.v, report);
+  }
+  integrate_configuration(model, state.q, next.v, h, next.q);
+  next.v += ws.middle - state.v;
+}
+
+void find_middle(const Model& model, EffectSet effects, const VectorRef& v, const VectorRef& v_next,
+                 const VectorRef& impulse, Workspace::Impl& ws, VectorX& middle) {
+  middle = 0.5 * (v + v_next);
+  if (ws.constraints.empty()) return;
+  Data& data = ws.data;
+  compute_inertias(model, data);
+  data.has_coriolis = data.has_external = false;
+  data.added.clear();
+  for (Motion& c : data.c) c = Motion();
+  const VectorX& rotors = effects.has(Effect::kArmature) ? model.armature() : ws.no_rotors;
+  // A singular M would have stopped the step that is inverted.
+  if (!aba(model, impulse, rotors, Vector3::Zero(), moving_bodies(model), data, ws.acceleration))
+    return;
+  middle -= 0.5 * ws.acceleration;
+}
+
+}  // namespace counterpoint

@@ -1,0 +1,37 @@
+// The implicit midpoint rule: second order, symmetric, with constraints.
+//
+//   M(q_m) a = n(q_m, w_m) + u,    w_m = w + h a / 2,    q_m = q (+) (h / 2) w_m        smooth
+//   forces M(q) (w_c - w_m) = J' f(J w_c + b) impulses q+ = q (+) h w_c,    w+ = w_c + h a / 2
+//
+// Without constraints w_c = w_m, and this is the implicit midpoint rule on the configuration
+// manifold (Hairer, Lubich, Wanner 2006, II.1 and IV.8): order 2, no drift of the energy, exact for
+// quadratic first integrals. Impulses act in the middle of the step, between two halves of the
+// smooth motion, so contacts close gaps to the poses reached, as in the semi-implicit scheme; with
+// them it is of first order. Velocities are those at the ends of steps: a body at rest on the
+// ground shows -g h/2, half a step of falling, while its pose stands.
+//
+// The inverse: w_c = (q+ (-) q) / h gives f, then M(q) gives w_c - w_m, then a, and u by one
+// recursion. It needs q+ where there are constraints.
+#pragma once
+
+#include "counterpoint/engine/step_workspace.h"
+
+namespace counterpoint {
+
+/// From ws.constraints, found at `state`, to `next`. kNoProgress if the fixed-point iteration for
+/// w_m does not arrive: bodies that turn by more than about a radian a step.
+void step_midpoint(const Model& model, const SimulationOptions& options, EffectSet effects,
+                   const contact::Settings& settings, const State& state, const Input& input,
+                   Workspace::Impl& ws, State& next, StepReport& report);
+
+/// w_m from w_c or, without constraints, from v and v_next: into `middle` (nv). impulse (nv): J' f.
+/// Needs poses at q in ws.data.
+void find_middle(const Model& model, EffectSet effects, const VectorRef& v, const VectorRef& v_next,
+                 const VectorRef& impulse, Workspace::Impl& ws, VectorX& middle);
+
+/// Puts q_m and w_m into ws.data, and what acts on bodies there; returns gravity [m/s^2].
+Vector3 set_middle(const Model& model, EffectSet effects, double h, const VectorRef& q,
+                   const VectorRef& middle, const std::vector<ExternalWrench>& wrenches,
+                   Workspace::Impl& ws);
+
+}  // namespace counterpoint

@@ -1,0 +1,92 @@
+#include "counterpoint/engine/runge_kutta.h"
+
+#include <algorithm>
+#include <string>
+
+#include "counterpoint/engine/drag.h"
+#include "counterpoint/engine/integrator.h"
+#include "counterpoint/engine/joint_forces.h"
+#include "counterpoint/engine/step_forces.h"
+
+namespace counterpoint {
+namespace {
+
+void refuse_constraints(EffectSet effects) {
+  std::string found;
+  for (const Effect effect :
+       {Effect::kDryFriction, Effect::kLimits, Effect::kEffortLimits, Effect::kVelocityLimits,
+        Effect::kMimics, Effect::kClosures, Effect::kContacts}) {
+    if (effects.has(effect))
+      found += (found.empty() ? "" : ", ") + std::string(effect_name(effect));
+  }
+  if (found.empty()) return;
+  throw InputError("runge_kutta_4 integrates smooth effects only; this scene calls for " + found +
+                   ": switch them off (`effects:` in the scene file), or use implicit_midpoint or "
+                   "semi_implicit_euler");
+}
+
+/// theta' at theta.
+void exponent_rate(const Model& model, const VectorX& theta, const VectorX& w, VectorX& rate) {
+  rate = w;
+  for (int i = 1; i < model.num_bodies(); ++i) {
+    const Body& body = model.body(i);
+    if (body.joint_type != JointType::kSpherical && body.joint_type != JointType::kFloating)
+      continue;
+    const int k = body.v_index + (body.joint_type == JointType::kFloating ? 3 : 0);
+    const Vector3 t = theta.segment<3>(k), omega = w.segment<3>(k), tw = t.cross(omega);
+    rate.segment<3>(k) += 0.5 * tw + t.cross(tw) / 12.0;
+  }
+}
+
+/// The acceleration (nv) of the smooth motion at `at`.
+void compute_acceleration(const Model& model, EffectSet effects, const State& at,
+                          const Input& input, Workspace::Impl& ws, VectorX& acceleration,
+                          StepReport& report) {
+  Data& data = ws.data;
+  const BodyRange all = moving_bodies(model);
+  compute_kinematics(model, at.q, at.v, {&all, 1}, data);
+  std::fill(data.has_mean_force.begin(), data.has_mean_force.end(), 0);
+  // Over no time: implicit terms vanish.
+  set_motor_forces(model, effects, 0.0, at, input, ws);
+  add_joint_forces(model, effects, 0.0, at.q, at.v, ws.diagonal, ws.tau, ws.counts);
+  set_external(input.wrenches, effects, ws);
+  const Vector3 gravity = set_body_forces(model, effects, ws);
+  if (set_drag(model, effects, 1.0, ws)) {
+    add_drag_inverse(1.0, data.V, data);
+    data.added.clear();
+  }
+  accelerate(model, 1.0, gravity, ws.no_rotors, ws, acceleration, report);
+}
+
+}  // namespace
+
+void step_runge_kutta(const Model& model, const SimulationOptions& options, EffectSet effects,
+                      const State& state, const Input& input, Workspace::Impl& ws, State& next,
+                      StepReport& report) {
+  refuse_constraints(effects);
+  RungeKuttaStages& stages = ws.stages;
+  const double h = options.time_step;
+  constexpr double kNode[4] = {0.0, 0.5, 0.5, 1.0}, kWeight[4] = {1.0, 2.0, 2.0, 1.0};
+  stages.theta.setZero(model.nv());
+  stages.at = state;
+  stages.theta_sum.setZero(model.nv());
+  stages.v_sum.setZero(model.nv());
+  for (int s = 0; s < 4; ++s) {
+    if (s > 0) {
+      stages.theta = kNode[s] * h * stages.theta_rate;
+      integrate_configuration(model, state.q, stages.theta, 1.0, stages.at.q);
+      stages.at.v = state.v + kNode[s] * h * stages.acceleration;
+    }
+    exponent_rate(model, stages.theta, stages.at.v, stages.theta_rate);
+    compute_acceleration(model, effects, stages.at, input, ws, stages.acceleration, report);
+    if (!report.succeeded()) break;
+    stages.theta_sum += h / 6.0 * kWeight[s] * stages.theta_rate;
+    stages.v_sum += h / 6.0 * kWeight[s] * stages.acceleration;
+  }
+  next.time = state.time + h;
+  next.v = state.v + stages.v_sum;
+  next.q = state.q;
+  integrate_configuration(model, state.q, stages.theta_sum, 1.0, next.q);
+}
+
+}  // namespace counterpoint

@@ -1,0 +1,19 @@
+// The classical Runge-Kutta method on the configuration manifold, for smooth scenes.
+//
+// Coordinates of the step are the exponents theta of q (+) theta, so that orientations, too, are of
+// order four: theta' = w + theta x w / 2 + theta x (theta x w) / 12 for rotations, with w in body
+// axes (Munthe-Kaas 1998; the series of the inverse of the exponential's derivative, cut where
+// order four allows it). No discrete inverse: the four stages' forces are not told apart by the
+// ends of a step.
+#pragma once
+
+#include "counterpoint/engine/step_workspace.h"
+
+namespace counterpoint {
+
+/// @throws InputError if the scene calls for constraints that are not switched off.
+void step_runge_kutta(const Model& model, const SimulationOptions& options, EffectSet effects,
+                      const State& state, const Input& input, Workspace::Impl& ws, State& next,
+                      StepReport& report);
+
+}  // namespace counterpoint

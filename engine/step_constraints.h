@@ -1,0 +1,18 @@
+// The constraints of a step, and the velocities that they lead to.
+#pragma once
+
+#include "counterpoint/engine/step_workspace.h"
+
+namespace counterpoint {
+
+/// The constraints of all that is awake at `state`, after all are awake that these touch; into
+/// ws.constraints. Leaves ws.data at the kinematics of `state`.
+void find_constraints(const Model& model, const SimulationOptions& options, EffectSet effects,
+                      const State& state, Workspace::Impl& ws);
+
+/// Replaces the velocities of the touched trees in w (nv) by the solution of the contact problem.
+/// Needs ws.data and ws.diagonal as they are for M.
+void solve_constraints(const Model& model, const contact::Settings& settings, const State& state,
+                       Workspace::Impl& ws, VectorX& w, StepReport& report);
+
+}  // namespace counterpoint

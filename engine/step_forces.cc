@@ -1,0 +1,135 @@
+#include "counterpoint/engine/step_forces.h"
+
+#include "counterpoint/engine/aba.h"
+#include "counterpoint/engine/culprit.h"
+#include "counterpoint/engine/drag.h"
+#include "counterpoint/engine/effort_limits.h"
+#include "counterpoint/engine/joint_forces.h"
+#include "counterpoint/engine/kinematics.h"
+#include "counterpoint/engine/servos.h"
+
+namespace counterpoint {
+namespace {
+
+void clear_external(Data& data) {
+  data.has_external = true;
+  for (Force& f : data.external) f = Force();
+}
+
+struct VelocityRange {
+  int begin, size;
+};
+
+VelocityRange velocities(const Model& model, BodyRange bodies) {
+  const int begin = model.body(bodies.begin).v_index;
+  const Body& last = model.body(bodies.end - 1);
+  return {begin, last.v_index + joint_nv(last.joint_type) - begin};
+}
+
+}  // namespace
+
+void set_external(const std::vector<ExternalWrench>& wrenches, EffectSet effects,
+                  Workspace::Impl& ws) {
+  Data& data = ws.data;
+  data.has_external = effects.has(Effect::kExternalWrenches) && !wrenches.empty();
+  if (!data.has_external) return;
+  ws.counts.add(Effect::kExternalWrenches);
+  clear_external(data);
+  for (const ExternalWrench& w : wrenches) {
+    const Vector3 arm = data.X_WB[w.body].rotation * w.point;
+    data.external[w.body] += Force{w.wrench.torque + arm.cross(w.wrench.force), w.wrench.force};
+  }
+}
+
+bool set_drag(const Model& model, EffectSet effects, double h, Workspace::Impl& ws) {
+  ws.data.added.clear();
+  if (!effects.has(Effect::kDrag)) return false;
+  ws.counts.add(Effect::kDrag);
+  compute_drag(model, h, ws.data);
+  if (!ws.data.has_external) clear_external(ws.data);
+  return true;
+}
+
+Vector3 set_body_forces(const Model& model, EffectSet effects, Workspace::Impl& ws) {
+  ws.data.has_coriolis = effects.has(Effect::kCoriolis);
+  if (ws.data.has_coriolis) {
+    ws.counts.add(Effect::kCoriolis);
+  } else {
+    for (Motion& c : ws.data.c) c = Motion();
+  }
+  if (!effects.has(Effect::kGravity)) return Vector3::Zero();
+  ws.counts.add(Effect::kGravity);
+  return model.gravity();
+}
+
+void set_mean_forces(const Model& model, EffectSet effects, double h, const VectorRef& q,
+                     const VectorRef& v, const Vector3& gravity, std::span<const BodyRange> ranges,
+                     Workspace::Impl& ws) {
+  if (!ws.data.has_coriolis) return;
+  const VectorX& rotors = effects.has(Effect::kArmature) ? model.armature() : ws.no_rotors;
+  for (const BodyRange& bodies : ranges) {
+    ws.free_flight.apply(model, h, v, gravity, bodies, ws.data);
+    ws.fast_trees.apply(model, h, q, v, rotors, bodies, ws.data);
+  }
+}
+
+void compute_kinematics(const Model& model, const VectorRef& q, const VectorRef& v,
+                        std::span<const BodyRange> ranges, Data& data) {
+  for (const BodyRange& bodies : ranges) {
+    compute_poses(model, q, bodies, data);
+    compute_velocities(model, v, bodies, data);
+    compute_inertias(model, bodies, data);
+  }
+}
+
+void set_motor_forces(const Model& model, EffectSet effects, double h, const State& state,
+                      const Input& input, Workspace::Impl& ws) {
+  ws.tau.setZero();
+  ws.diagonal.setZero();
+  if (effects.has(Effect::kAppliedForces) && input.applied_force.size() > 0) {
+    ws.counts.add(Effect::kAppliedForces);
+    ws.tau = input.applied_force;
+  }
+  if (effects.has(Effect::kServos)) {
+    ws.counts.add(Effect::kServos);
+    add_servo_rows(model, effects, h, state.q, input, ws.sleepers.idle_bodies(), ws.tau,
+                   ws.constraints.joints);
+  }
+  if (effects.has(Effect::kEffortLimits)) {
+    ws.counts.add(Effect::kEffortLimits);
+    limit_applied_forces(model, effects, ws.tau);
+  }
+  if (effects.has(Effect::kServos))
+    add_servos(model, effects, h, state.q, state.v, input, ws.diagonal, ws.tau);
+}
+
+void accelerate(const Model& model, double h, const Vector3& gravity, const VectorRef& w,
+                Workspace::Impl& ws, VectorX& w_free, StepReport& report) {
+  w_free = w;
+  for (const BodyRange& bodies : ws.sleepers.awake()) {
+    int singular = 0;
+    if (!aba(model, ws.tau, ws.diagonal, gravity, bodies, ws.data, ws.acceleration, &singular)) {
+      report.status = contact::Status::kSingular;
+      report.fault = singular_inertia_fault(model, singular, ws.diagonal, ws.data);
+      return;
+    }
+    const VelocityRange v = velocities(model, bodies);
+    w_free.segment(v.begin, v.size) += h * ws.acceleration.segment(v.begin, v.size);
+  }
+}
+
+void compute_free_velocity(const Model& model, EffectSet effects, double h, const State& state,
+                           const Input& input, Workspace::Impl& ws, VectorX& w_free,
+                           StepReport& report) {
+  set_motor_forces(model, effects, h, state, input, ws);
+  add_joint_forces(model, effects, h, state.q, state.v, ws.diagonal, ws.tau, ws.counts);
+  set_external(input.wrenches, effects, ws);
+  const Vector3 gravity = set_body_forces(model, effects, ws);
+  set_mean_forces(model, effects, h, state.q, state.v, gravity, ws.sleepers.awake(), ws);
+  if (ws.data.has_coriolis) ws.tau += ws.data.mean_rotor_force;
+  if (set_drag(model, effects, h, ws))
+    add_drag(model, h, gravity, ws.velocity_acceleration, ws.data);
+  accelerate(model, h, gravity, state.v, ws, w_free, report);
+}
+
+}  // namespace counterpoint

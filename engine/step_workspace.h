@@ -1,0 +1,70 @@
+// What a step works with, behind Workspace. Not for users.
+#pragma once
+
+#include "counterpoint/engine/assemble.h"
+#include "counterpoint/engine/constraints.h"
+#include "counterpoint/engine/fast_trees.h"
+#include "counterpoint/engine/free_flight.h"
+#include "counterpoint/engine/sleep.h"
+#include "counterpoint/engine/state_check.h"
+#include "counterpoint/engine/step.h"
+
+namespace counterpoint {
+
+/// Scratch of the Runge-Kutta method.
+struct RungeKuttaStages {
+  State at;
+  VectorX theta, theta_rate, acceleration, theta_sum, v_sum;
+};
+
+/// @throws InputError unless it is positive and finite.
+void check_time_step(double h);
+
+struct Workspace::Impl {
+  explicit Impl(const Model& model)
+      : check(model),
+        data(model),
+        finder(model, compute_inverse_weights(model, data)),
+        sleepers(model),
+        free_flight(model),
+        fast_trees(model),
+        velocity(model.num_bodies()),
+        body_impulse(model.num_bodies()),
+        velocity_acceleration(model.drags().empty() ? 0 : model.num_bodies()),
+        tau(VectorX::Zero(model.nv())),
+        diagonal(VectorX::Zero(model.nv())),
+        acceleration(VectorX::Zero(model.nv())),
+        no_rotors(VectorX::Zero(model.nv())),
+        q_middle(model.default_q()),
+        middle(VectorX::Zero(model.nv())),
+        called(called_for(model, finder.collider())) {}
+
+  StateCheck check;
+  Data data;
+  ConstraintFinder finder;
+  ConstraintSet constraints;
+
+  // forward
+  Sleepers sleepers;
+  FreeFlight free_flight;
+  FastTrees fast_trees;
+  std::vector<int> block_of_tree;
+  contact::Problem problem;
+  contact::Solver solver;
+  // Grown only: Eigen allocates whenever a size changes.
+  VectorX w;        ///< velocities of the touched trees, as the problem orders them, then unused
+  VectorX impulse;  ///< of all constraints, then unused
+
+  // inverse
+  std::vector<Motion> velocity;  ///< V at v_next
+  std::vector<Force> body_impulse;
+
+  std::vector<Motion> velocity_acceleration;  ///< scratch of drag
+  VectorX tau, diagonal, acceleration, no_rotors;
+  VectorX q_middle, middle, next_middle;  ///< scratch of the midpoint rule
+  RungeKuttaStages stages;
+  EffectSet called;  ///< what the model calls for
+  EffectCounts counts;
+};
+
+}  // namespace counterpoint
