@@ -11,6 +11,7 @@
 #include "command.h"
 #include "counterpoint/engine/simulator.h"
 #include "counterpoint/engine/trajectory.h"
+#include "failure.h"
 #include "progress.h"
 #include "recording.h"
 #include "report.h"
@@ -39,7 +40,7 @@ struct Comparison {
   int rows = 0;
   Deviation mean, end;  ///< over the rows after the first; at the last row
   long steps = 0, newton_iterations = 0;
-  std::string failure;  ///< empty: every step succeeded
+  std::optional<FailedStep> failure;
 };
 
 Deviation deviation(const Model& model, const ColumnMap& map, const VectorX& q,
@@ -139,13 +140,10 @@ Comparison compare_one(Simulator& simulator, const ColumnMap& map, const Recordi
     simulator.input().applied_force = recording.applied_force.col(row - 1);
     for (int k = 0; k < substeps; ++k) {
       const StepReport step = simulator.step();
-      ++result.steps;
       result.newton_iterations += step.newton_iterations;
-      if (!step.succeeded()) {
-        result.failure = fmt::format("step at {:.6g} s: {}", simulator.state().time,
-                                     contact::status_name(step.status));
-        return result;
-      }
+      if (!step.succeeded()) result.failure = {result.steps, simulator.state().time, step};
+      ++result.steps;
+      if (result.failure) return result;
     }
     result.end = deviation(model, map, simulator.state().q, recording.q.col(row));
     writer.write(recording, row, result.end, simulator.state().q);
@@ -175,19 +173,20 @@ std::vector<std::pair<const char*, double>> figures(const Comparison& c, bool po
           {"rotation_error_end_deg", c.end.rotation}};
 }
 
-void fill_report(const std::vector<Comparison>& comparisons, bool pose, Report& report) {
+void fill_report(const Model& model, const std::vector<Comparison>& comparisons, bool pose,
+                 Report& report) {
   Json recordings = Json::array();
   std::vector<Comparison> good;
   for (const Comparison& comparison : comparisons) {
     Json& entry = recordings.emplace_back();
     entry["file"] = comparison.file;
     entry["rows"] = comparison.rows;
-    entry["status"] = comparison.failure.empty() ? "ok" : "failed";
-    if (comparison.failure.empty()) {
+    entry["status"] = comparison.failure ? "failed" : "ok";
+    if (comparison.failure) {
+      add_failure(model, *comparison.failure, entry);
+    } else {
       for (const auto& [key, value] : figures(comparison, pose)) entry[key] = value;
       good.push_back(comparison);
-    } else {
-      entry["message"] = comparison.failure;
     }
     entry["steps"] = comparison.steps;
     entry["newton_iterations_mean"] = static_cast<double>(comparison.newton_iterations) /
@@ -232,12 +231,13 @@ int compare(Arguments& arguments) {
 
   Report& report = arguments.report;
   report.begin("compare", arguments.scene.file);
-  fill_report(comparisons, map.free_body >= 0, report);
+  fill_report(simulator.model(), comparisons, map.free_body >= 0, report);
   report.write();
   int exit_code = kSuccess;
   for (const Comparison& comparison : comparisons) {
-    if (comparison.failure.empty()) continue;
-    fmt::print(stderr, "failed: {}: {}\n", comparison.file, comparison.failure);
+    if (!comparison.failure) continue;
+    fmt::print(stderr, "failed: {}: {}\n", comparison.file,
+               failure_message(simulator.model(), *comparison.failure));
     exit_code = kFailed;
   }
   return exit_code;

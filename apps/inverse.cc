@@ -9,6 +9,7 @@
 #include "counterpoint/engine/integrator.h"
 #include "counterpoint/engine/step.h"
 #include "counterpoint/engine/trajectory.h"
+#include "failure.h"
 #include "progress.h"
 #include "report.h"
 #include "scene_arguments.h"
@@ -119,12 +120,19 @@ int inverse(Arguments& arguments) {
   Input known;
   Extremes extremes;
   SimulationOptions options = scene.options;
+  std::optional<FailedStep> failed;
   Progress progress("recovering forces", trajectory.num_steps());
   for (int k = 0; k < trajectory.num_steps(); ++k) {
     options.time_step = steps[k];
     trajectory.columns.set(model, trajectory.known.col(k), known);
     step_inverse(model, options, trajectory.q.col(k), trajectory.v.col(k), trajectory.q.col(k + 1),
                  trajectory.v.col(k + 1), known, workspace, result);
+    if (result.fault.any()) {
+      failed = {k, trajectory.time[k], {}};
+      failed->report.status = status_of(result.fault);
+      failed->report.fault = result.fault;
+      break;
+    }
     add_extremes(model, trajectory, k, steps[k], result, extremes);
     output.write(trajectory.time[k], steps[k], result);
     progress.update(k + 1);
@@ -133,8 +141,21 @@ int inverse(Arguments& arguments) {
 
   Report& report = arguments.report;
   report.begin("inverse", arguments.scene.file);
-  report["status"] = "ok";
+  report["status"] = failed ? "failed" : "ok";
+  if (failed) {
+    add_failure(model, *failed, report.json());
+    report.write();
+    fmt::print(stderr, "failed: {}\n", failure_message(model, *failed));
+    return kFailed;
+  }
   report["steps"] = trajectory.num_steps();
+  report["altered_rows"] = trajectory.altered_rows;
+  if (trajectory.altered_rows > 0) {
+    fmt::print(stderr,
+               "note: {}: {} of {} rows are not as simulate wrote them (state_hash): edited or "
+               "rounded\n",
+               trajectory.file, trajectory.altered_rows, trajectory.num_rows());
+  }
   report["contacts_mean"] =
       static_cast<double>(extremes.contacts) / std::max(trajectory.num_steps(), 1);
   report["force_scale_max"] = extremes.scale;

@@ -17,6 +17,7 @@ class Report {
   /// Starts the report with what every command says: command, version, scene.
   void begin(const std::string& command, const std::string& scene);
   Json& operator[](const char* key) { return json_[key]; }
+  Json& json() { return json_; }
   /// Where the command's text for people goes: standard output, unless the report goes there.
   std::FILE* text() const { return file_ == "-" ? stderr : stdout; }
   /// Writes the file if --json was given ("-": standard output). @throws InputError if it cannot be

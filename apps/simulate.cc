@@ -13,7 +13,9 @@
 #include "counterpoint/engine/kinematics.h"
 #include "counterpoint/engine/simulator.h"
 #include "counterpoint/engine/springs.h"
+#include "counterpoint/engine/state_file.h"
 #include "counterpoint/engine/trajectory.h"
+#include "failure.h"
 #include "inputs.h"
 #include "progress.h"
 #include "report.h"
@@ -25,7 +27,8 @@ namespace {
 struct Arguments {
   SceneArguments scene;
   std::optional<double> duration, time_step;
-  std::string inputs, output;
+  std::string inputs, output, save_state, resume;
+  bool changed_scene = false;
   double random_scale = 0.0, random_wrench_scale = 0.0;
   std::uint64_t seed = 0;
   Report report;
@@ -33,7 +36,8 @@ struct Arguments {
 
 /// What is counted over the steps of a run.
 struct Tally {
-  long steps = 0, contacts = 0, sleeping = 0, newton_iterations = 0, newton_iterations_max = 0, failures = 0;
+  long steps = 0, contacts = 0, sleeping = 0, newton_iterations = 0, newton_iterations_max = 0,
+       failures = 0;
   double max_penetration = 0.0, wall_seconds = 0.0;
 
   void add(const StepReport& step) {
@@ -68,27 +72,52 @@ double total_energy(const Model& model, const State& state) {
          spring_energy(model, state.q);
 }
 
-/// Steps the simulator to the end, or to the first step that fails. Returns the message of the
-/// failure.
-std::string run(const Arguments& arguments, Simulator& simulator, InputSchedule* schedule,
-                TrajectoryWriter* writer, Tally& tally) {
-  const double h = simulator.options().time_step;
-  // A round-off in the time never decides whether a row of inputs holds.
-  const double slack = 1e-6 * h;
-  const long steps = std::lround(std::ceil(simulator.options().duration / h - 1e-6));
-  RandomForces random(simulator.model(), arguments.random_scale, arguments.random_wrench_scale,
-                      arguments.seed);
-  Progress progress("simulating", static_cast<int>(steps));
-  for (long k = 0; k < steps; ++k) {
-    const double time = simulator.state().time;
+/// What acts in the next step.
+class Inputs {
+ public:
+  Inputs(const Arguments& arguments, const Simulator& simulator)
+      : slack_(1e-6 * simulator.options().time_step),
+        random_(simulator.model(), arguments.random_scale, arguments.random_wrench_scale,
+                arguments.seed) {
+    if (!arguments.inputs.empty()) schedule_.emplace(arguments.inputs, simulator.model());
+  }
+
+  /// The columns that a trajectory needs beside the applied forces.
+  InputColumns columns(const Model& model) const {
+    InputColumns columns = schedule_ ? schedule_->columns() : InputColumns();
+    columns.targets = !model.servos().empty();
+    return columns;
+  }
+
+  void set(Simulator& simulator) {
     Input& input = simulator.input();
+    const double time = simulator.state().time;
     input.applied_force.setZero();
-    if (schedule) schedule->apply(simulator.model(), time, slack, input);
-    random.add_to(time, slack, input.applied_force);
+    if (schedule_) schedule_->apply(simulator.model(), time, slack_, input);
+    random_.add_to(time, slack_, input.applied_force);
     // So that the trajectory says what acted.
     if (const EffectSet on = simulator.options().effects; on.has(Effect::kEffortLimits))
       limit_applied_forces(simulator.model(), on, input.applied_force);
-    if (writer) writer->write_step(simulator.state(), input, h);
+  }
+
+ private:
+  double slack_;  ///< [s]: a round-off in the time never decides whether a row of inputs holds
+  std::optional<InputSchedule> schedule_;
+  RandomForces random_;
+};
+
+/// Steps the simulator to the end, or to the first step that fails. The trajectory ends with the
+/// last good state.
+std::optional<FailedStep> run(Simulator& simulator, Inputs& inputs, TrajectoryWriter* writer,
+                              Tally& tally) {
+  const double h = simulator.options().time_step;
+  const long steps = std::lround(std::ceil(simulator.options().duration / h - 1e-6));
+  std::optional<FailedStep> failed;
+  State before;
+  Progress progress("simulating", static_cast<int>(steps));
+  for (long k = 0; k < steps && !failed; ++k) {
+    inputs.set(simulator);
+    if (writer) before = simulator.state();
     const auto start = std::chrono::steady_clock::now();
     const StepReport step = simulator.step();
     tally.wall_seconds +=
@@ -96,14 +125,14 @@ std::string run(const Arguments& arguments, Simulator& simulator, InputSchedule*
     tally.add(step);
     if (!step.succeeded()) {
       ++tally.failures;
-      return fmt::format(
-          "step {} at {:.6g} s: {} (relative residual {:.2g} after {} Newton iterations)", k, time,
-          contact::status_name(step.status), step.residual, step.newton_iterations);
+      failed = {k, simulator.state().time, step};
+    } else if (writer) {
+      writer->write_step(before, simulator.input(), h);
     }
     progress.update(static_cast<int>(k + 1));
   }
   if (writer) writer->write_end(simulator.state());
-  return {};
+  return failed;
 }
 
 void fill_report(const Tally& tally, double simulated_seconds, Report& report) {
@@ -129,41 +158,47 @@ int simulate(Arguments& arguments) {
   }
   Simulator simulator(std::move(scene));
   const Model& model = simulator.model();
-  std::optional<InputSchedule> schedule;
-  if (!arguments.inputs.empty()) schedule.emplace(arguments.inputs, model);
-  std::unique_ptr<TrajectoryWriter> writer;
-  if (!arguments.output.empty()) {
-    InputColumns columns = schedule ? schedule->columns() : InputColumns();
-    columns.targets = !model.servos().empty();
-    writer = std::make_unique<TrajectoryWriter>(arguments.output, model, columns);
+  if (!arguments.resume.empty()) {
+    simulator.set_state(read_state(arguments.resume, model, simulator.options(),
+                                   arguments.changed_scene ? SceneCheck::kAny : SceneCheck::kSame));
   }
+  Inputs inputs(arguments, simulator);
+  std::unique_ptr<TrajectoryWriter> writer;
+  if (!arguments.output.empty())
+    writer = std::make_unique<TrajectoryWriter>(arguments.output, model, inputs.columns(model));
   const State start = simulator.state();
   Tally tally;
-  const std::string failure =
-      run(arguments, simulator, schedule ? &*schedule : nullptr, writer.get(), tally);
+  const std::optional<FailedStep> failed = run(simulator, inputs, writer.get(), tally);
+  if (!arguments.save_state.empty())
+    write_state(arguments.save_state, model, simulator.options(), simulator.state());
 
   Report& report = arguments.report;
   report.begin("simulate", arguments.scene.file);
-  report["status"] = failure.empty() ? "ok" : "failed";
-  if (!failure.empty()) report["message"] = failure;
+  report["status"] = failed ? "failed" : "ok";
+  if (failed) add_failure(model, *failed, report.json());
   report["time_step_s"] = simulator.options().time_step;
   fill_report(tally, simulator.state().time - start.time, report);
-  report["energy_start_J"] = total_energy(simulator.model(), start);
-  report["energy_end_J"] = total_energy(simulator.model(), simulator.state());
+  report["energy_start_J"] = total_energy(model, start);
+  report["energy_end_J"] = total_energy(model, simulator.state());
+  report["start_time_s"] = start.time;
+  report["state_hash"] = std::to_string(state_hash(simulator.state()));
   report.write();
-  if (!failure.empty()) {
-    fmt::print(stderr, "failed: {}\n", failure);
+  if (failed) {
+    fmt::print(stderr, "failed: {}\n", failure_message(model, *failed));
+    if (!arguments.output.empty())
+      fmt::print(stderr, "{} goes up to the last good state, at {:.6g} s\n", arguments.output,
+                 simulator.state().time);
     return kFailed;
   }
   const double simulated = simulator.state().time - start.time;
   fmt::print(
       report.text(),
       "{} steps, {:.6g} s simulated in {:.3g} s; {:.3g} contacts and {:.3g} Newton iterations a "
-      "step, deepest penetration {:.3g} m\n",
+      "step, deepest penetration {:.3g} m; state hash {}\n",
       tally.steps, simulated, tally.wall_seconds,
       tally.contacts / static_cast<double>(std::max(tally.steps, 1L)),
       tally.newton_iterations / static_cast<double>(std::max(tally.steps, 1L)),
-      tally.max_penetration);
+      tally.max_penetration, state_hash(simulator.state()));
   return kSuccess;
 }
 
@@ -189,6 +224,20 @@ void add_simulate(CLI::App& app, Action& action) {
   command.add_option("--seed", arguments->seed, "Seed of the random forces; default 0");
   command.add_option("--output", arguments->output,
                      "Trajectory to write (docs/trajectory-format.md)");
+  command
+      .add_option("--save-state", arguments->save_state,
+                  "Write the last state, to go on from to the same bits")
+      ->type_name("FILE");
+  auto* resume = command
+                     .add_option("--resume", arguments->resume,
+                                 "Start from a state saved by --save-state, of the same scene; the "
+                                 "duration counts from there")
+                     ->type_name("FILE");
+  command
+      .add_flag("--changed-scene", arguments->changed_scene,
+                "With --resume: the scene may have changed, and FILE may be a trajectory (its last "
+                "row)")
+      ->needs(resume);
   arguments->report.add_to(command);
   command.footer(
       "Example:\n  counterpoint simulate data/scenes/arm7.yaml --duration 1 "

@@ -121,7 +121,7 @@ std::string reason(const Fault& fault, const std::string& name) {
     case FaultKind::kNewPosition:
       return fmt::format("position '{}' came out as {:.6g}", name, fault.value);
     case FaultKind::kSpeed:
-      return fmt::format("'{}' moves mass at {:.3g} m/s, more than max_speed, {:.3g} m/s", name,
+      return fmt::format("'{}' moves mass at {:.4g} m/s; max_speed is {:.4g} m/s", name,
                          fault.value, fault.bound);
     case FaultKind::kRecoveredForce:
       return fmt::format("recovered force '{}' came out as {:.6g}", name, fault.value);
@@ -211,6 +211,12 @@ const char* fault_kind_name(FaultKind kind) {
       return "recovered_force";
   }
   return "unknown";
+}
+
+contact::Status status_of(const Fault& fault) {
+  if (fault.kind == FaultKind::kQuaternion) return contact::Status::kInvalidState;
+  if (fault.kind == FaultKind::kSpeed) return contact::Status::kDiverged;
+  return contact::Status::kNotFinite;
 }
 
 FaultText describe(const Model& model, const Fault& fault) {

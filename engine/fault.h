@@ -4,6 +4,7 @@
 
 #include <string>
 
+#include "counterpoint/contact/solver.h"
 #include "counterpoint/model/model.h"
 
 namespace counterpoint {
@@ -64,6 +65,9 @@ struct Fault {
 
   bool any() const { return kind != FaultKind::kNone; }
 };
+
+/// The status of a step that failed by what it was given or what came out of it.
+contact::Status status_of(const Fault& fault);
 
 /// Quaternions further from unit length than this are a mistake, not round-off.
 inline constexpr double kQuaternionTolerance = 1e-6;

@@ -1,6 +1,7 @@
 // State and Input: all that a step depends on beside the model and its options.
 #pragma once
 
+#include <cstdint>
 #include <vector>
 
 #include "counterpoint/model/model.h"
@@ -13,6 +14,10 @@ struct State {
   VectorX q;          ///< nq, joint.h says what each joint's coordinates mean
   VectorX v;          ///< nv [m/s, rad/s]
 };
+
+/// Of the bits of time, q and v: 64-bit FNV-1a over the doubles in this order, each from its lowest
+/// byte. Equal for equal states; 0 and -0 differ.
+std::uint64_t state_hash(const State& state);
 
 /// A force and torque on a body, constant over the step, in world axes.
 struct ExternalWrench {

@@ -172,15 +172,14 @@ Fault StateCheck::of_coordinates(const Model& model, const VectorRef& q, const V
   return fault;
 }
 
-bool StateCheck::accepts(const Model& model, const State& state, const Input& input,
-                         bool coordinates) const {
+bool StateCheck::accepts(const Model& model, const State& state, const Input& input) const {
   check_size("q", state.q.size(), model.nq());
   check_size("v", state.v.size(), model.nv());
   if (input.applied_force.size() != 0)
     check_size("applied forces", input.applied_force.size(), model.nv());
   check_known(model, input);
-  if (coordinates && !(all_finite(state.q) && all_finite(state.v))) return false;
-  return all_finite(input.applied_force) && has_unit_quaternions(state.q.data());
+  return all_finite(state.q) && all_finite(state.v) && all_finite(input.applied_force) &&
+         has_unit_quaternions(state.q.data());
 }
 
 Fault StateCheck::of_given(const Model& model, const State& state, const Input& input) const {

@@ -1,10 +1,10 @@
 // What a step is given and what comes out of it, checked in a few nanoseconds. What is at fault is
 // looked for only after a step has failed.
 //
-// Of what is given, sizes, lengths of quaternions and applied forces are looked at before a step
-// (a normalized quaternion and a clamped force would hide what was wrong), coordinates where
-// collision would come to see them. All else that is not finite comes out as a state that is not,
-// and that is looked at after every step.
+// Of what is given, sizes, coordinates, lengths of quaternions and applied forces are looked at
+// before a step: collision must not see what is not a number, and a normalized quaternion or a
+// clamped force would hide what was wrong. All else that is not finite comes out as a state that is
+// not, and that is looked at after every step.
 #pragma once
 
 #include <vector>
@@ -18,10 +18,10 @@ class StateCheck {
  public:
   explicit StateCheck(const Model& model);
 
-  /// Before a step. False if an applied force is not finite, or a quaternion not of unit length;
-  /// with `coordinates`, if one of q or v is not finite. @throws InputError where a size is not the
-  /// model's, or a wrench acts on a body that is not there.
-  bool accepts(const Model& model, const State& state, const Input& input, bool coordinates) const;
+  /// Before a step. False if a coordinate or an applied force is not finite, or a quaternion not of
+  /// unit length. @throws InputError where a size is not the model's, or a wrench acts on a body
+  /// that is not there.
+  bool accepts(const Model& model, const State& state, const Input& input) const;
   /// The first fault of all that a step was given.
   Fault of_given(const Model& model, const State& state, const Input& input) const;
   /// The same of what an inverse is given; the applied force of `known` is not looked at. @throws

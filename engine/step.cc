@@ -44,12 +44,6 @@ void step_euler(const Model& model, const SimulationOptions& options, EffectSet 
     ws.sleepers.hold_still(model, h, ws.finder.radii(), ws.data, state, next);
 }
 
-contact::Status status_of(const Fault& fault) {
-  if (fault.kind == FaultKind::kQuaternion) return contact::Status::kInvalidState;
-  if (fault.kind == FaultKind::kSpeed) return contact::Status::kDiverged;
-  return contact::Status::kNotFinite;
-}
-
 /// What a step was given goes before what came of it.
 void blame_given(const Model& model, const State& state, const Input& input, Workspace::Impl& ws,
                  StepReport& report) {
@@ -81,7 +75,7 @@ StepReport step_forward(const Model& model, const SimulationOptions& options,
   const EffectSet effects = active_effects(ws.called, options.effects);
   StepReport report;
   check_time_step(h);
-  if (!ws.check.accepts(model, state, input, effects.has(Effect::kContacts))) {
+  if (!ws.check.accepts(model, state, input)) {
     blame_given(model, state, input, ws, report);
     return report;
   }

@@ -7,11 +7,11 @@
 #include <cmath>
 #include <span>
 
+#include "counterpoint/engine/fault.h"
+
 namespace counterpoint {
 namespace {
 
-/// Quaternions further from unit length than this are a mistake in the file, not round-off.
-constexpr double kQuaternionTolerance = 1e-6;
 /// Times may be sums of steps, or rounded to a few digits; a missing row is off by a whole step.
 constexpr double kTimeTolerance = 1e-3;  // of a step
 
@@ -69,8 +69,10 @@ void refuse_unknown_columns(const CsvTable& table, const Model& model,
     return std::find(list.begin(), list.end(), name) != list.end();
   };
   for (const std::string& column : table.columns()) {
-    if (column != "time" && column != "time_step" && !holds(names.q, column) &&
-        !holds(names.v, column) && !holds(names.force, column) && !is_input_column(model, column)) {
+    const bool other = column == "time" || column == "time_step" || column == kStateHashColumn ||
+                       column == kModelHashColumn || column == kOptionsHashColumn;
+    if (!other && !holds(names.q, column) && !holds(names.v, column) &&
+        !holds(names.force, column) && !is_input_column(model, column)) {
       throw InputError(
           fmt::format("{}:1: column '{}' is no coordinate of this scene; remove it, or "
                       "give the scene the trajectory was made with",
@@ -103,6 +105,17 @@ void check_quaternions(const CsvTable& table, const Model& model, const MatrixX&
   }
 }
 
+/// Tables hold doubles: of a hash the upper 53 bits.
+int count_altered_rows(const CsvTable& table, const Trajectory& trajectory) {
+  const int column = table.find_column(kStateHashColumn);
+  int altered = 0;
+  for (int row = 0; column >= 0 && row < trajectory.num_rows(); ++row) {
+    const State state{trajectory.time[row], trajectory.q.col(row), trajectory.v.col(row)};
+    altered += table.value(row, column) != static_cast<double>(state_hash(state));
+  }
+  return altered;
+}
+
 }  // namespace
 
 CoordinateNames coordinate_names(const Model& model) {
@@ -128,6 +141,7 @@ std::vector<std::string> trajectory_columns(const Model& model, const InputColum
   for (const auto* list : {&names.q, &names.v, &names.force, &input_names}) {
     columns.insert(columns.end(), list->begin(), list->end());
   }
+  columns.emplace_back(kStateHashColumn);
   return columns;
 }
 
@@ -153,12 +167,14 @@ void TrajectoryWriter::write_step(const State& state, const Input& input, double
   if (input.applied_force.size() == 0)
     for (int i = 0; i < model_.nv(); ++i) csv_.number(0.0);
   for (const double x : columns_.values(model_, input)) csv_.number(x);
+  csv_.text(std::to_string(state_hash(state)));
   csv_.end_row();
 }
 
 void TrajectoryWriter::write_end(const State& state) {
   write_state(state, std::nullopt);
   for (int i = 0; i < num_inputs_; ++i) csv_.empty();
+  csv_.text(std::to_string(state_hash(state)));
   csv_.end_row();
   csv_.flush();
 }
@@ -195,6 +211,7 @@ Trajectory read_trajectory(const std::filesystem::path& file, const Model& model
   trajectory.columns = find_input_columns(table, model);
   trajectory.known = read_input_columns(trajectory.columns, table, model, rows - 1);
   check_quaternions(table, model, trajectory.q);
+  trajectory.altered_rows = count_altered_rows(table, trajectory);
   return trajectory;
 }
 

@@ -13,6 +13,12 @@
 
 namespace counterpoint {
 
+/// Column of a trajectory with the state_hash (state.h) of each row, a whole number.
+inline constexpr const char* kStateHashColumn = "state_hash";
+/// Further columns of state files (state_file.h).
+inline constexpr const char* kModelHashColumn = "model_hash";
+inline constexpr const char* kOptionsHashColumn = "options_hash";
+
 /// Names of the coordinates of a model, in the order of q, v and applied force.
 struct CoordinateNames {
   std::vector<std::string> q;      ///< nq: "<joint>.q", "<link>.x", "<link>.qw" ...
@@ -53,6 +59,8 @@ struct Trajectory {
   MatrixX applied_force;  ///< nv x (rows - 1) [N, N m]; 0 x 0 if the file has no such columns
   InputColumns columns;   ///< of servo targets and wrenches
   MatrixX known;          ///< their values x (rows - 1)
+  /// Rows whose numbers are not those that were written, by their state_hash; 0 without that column.
+  int altered_rows = 0;
 
   int num_rows() const { return static_cast<int>(time.size()); }
   int num_steps() const { return num_rows() - 1; }

@@ -1,10 +1,9 @@
 #include "runner.h"
 
-#include <fmt/format.h>
-
 #include <utility>
 
 #include "counterpoint/engine/simulator.h"
+#include "failure.h"
 #include "peers/mujoco.h"
 
 namespace counterpoint::apps {
@@ -23,11 +22,7 @@ class CounterpointRunner : public Runner {
     before_ = sim_.state();
     const StepReport report = sim_.step();
     StepFigures out{report.newton_iterations, report.max_penetration, {}};
-    if (!report.succeeded()) {
-      out.failure = fmt::format("{}, relative residual {:.2g} after {} Newton iterations",
-                                contact::status_name(report.status), report.residual,
-                                report.newton_iterations);
-    }
+    if (!report.succeeded()) out.failure = why_failed(sim_.model(), report);
     return out;
   }
 

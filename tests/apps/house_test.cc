@@ -126,6 +126,10 @@ TEST(Documents, EveryKeyOfEveryReportIsExplained) {
     ASSERT_EQ(result.exit_code, 0) << command << "\n" << result.errors;
     expect_documented(folder.json("r.json"), document);
   }
+  folder.write("fast.yaml",
+               "max_speed: 1e-3\nmodels:\n  - {name: ball, sphere: 0.1, mass: 1}\n");
+  ASSERT_EQ(folder.run("simulate {}/fast.yaml --json {}/r.json").exit_code, 1);
+  expect_documented(folder.json("r.json"), document);
 }
 
 }  // namespace

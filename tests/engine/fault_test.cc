@@ -71,7 +71,6 @@ std::string element(const Simulator& sim, const Fault& fault) {
 }
 
 TEST(Fault, NotANumberIsNamedInEveryCoordinate) {
-  // The second scene has no contacts: nothing is looked at before the step there.
   for (const char* more : {"", "effects: {contacts: off}\n"}) {
     Simulator sim(arm_and_box(more));
     const CoordinateNames names = coordinate_names(sim.model());

@@ -1,0 +1,26 @@
+// What is said of a step that failed, the same in every command.
+#pragma once
+
+#include <string>
+
+#include "counterpoint/engine/step.h"
+#include "report.h"
+
+namespace counterpoint::apps {
+
+/// A step that failed; steps are counted from 0, the time [s] is that of its start.
+struct FailedStep {
+  long step = 0;
+  double time = 0.0;
+  StepReport report;
+};
+
+/// Why: "diverged: 'cube.vx' moves mass at ... m/s; max_speed is ... m/s; forces given drive it
+/// ...".
+std::string why_failed(const Model& model, const StepReport& report);
+/// "step 12 at 0.024 s: " and why.
+std::string failure_message(const Model& model, const FailedStep& failed);
+/// Under `message` and `failure` (docs/json-reports.md).
+void add_failure(const Model& model, const FailedStep& failed, Json& out);
+
+}  // namespace counterpoint::apps

@@ -1,0 +1,15 @@
+#include "counterpoint/engine/state.h"
+
+#include "counterpoint/engine/hash.h"
+
+namespace counterpoint {
+
+std::uint64_t state_hash(const State& state) {
+  Hash hash;
+  hash.add(state.time);
+  hash.add(state.q);
+  hash.add(state.v);
+  return hash.value();
+}
+
+}  // namespace counterpoint

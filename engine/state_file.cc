@@ -1,0 +1,184 @@
+#include "counterpoint/engine/state_file.h"
+
+#include <fmt/format.h>
+
+#include "counterpoint/engine/hash.h"
+#include "counterpoint/engine/trajectory.h"
+#include "counterpoint/model/terrain.h"
+
+namespace counterpoint {
+namespace {
+
+void add(const Pose& X, Hash& hash) {
+  hash.add(X.rotation);
+  hash.add(X.translation);
+}
+
+void add_bodies(const Model& model, Hash& hash) {
+  hash.add(model.num_bodies());
+  for (const Body& body : model.bodies()) {
+    hash.add(body.parent);
+    hash.add(static_cast<int>(body.joint_type));
+    add(body.X_PJ, hash);
+    hash.add(body.inertia.mass);
+    hash.add(body.inertia.center);
+    hash.add(body.inertia.rotational);
+  }
+  for (const JointInfo& joint : model.joints()) {
+    hash.add(joint.name);
+    hash.add(joint.link);
+    for (const double x : {joint.lower, joint.upper, joint.effort_limit, joint.velocity_limit})
+      hash.add(x);
+    hash.add(joint.actuated ? 1 : 0);
+  }
+}
+
+void add_shape(const Shape& shape, Hash& hash) {
+  hash.add(static_cast<int>(shape.type));
+  hash.add(shape.size);
+  if (shape.mesh)
+    for (const Vector3& vertex : shape.mesh->vertices) hash.add(vertex);
+  if (!shape.terrain) return;
+  for (const Vector3& vertex : shape.terrain->vertices) hash.add(vertex);
+  for (const Terrain::Triangle& triangle : shape.terrain->triangles)
+    for (const int vertex : triangle.vertices) hash.add(vertex);
+}
+
+void add_geometries(const Model& model, Hash& hash) {
+  hash.add(static_cast<int>(model.geometries().size()));
+  for (const Geometry& geometry : model.geometries()) {
+    hash.add(geometry.body);
+    add(geometry.X_BG, hash);
+    add_shape(geometry.shape, hash);
+    const Material& m = geometry.material;
+    for (const double x : {m.friction, m.restitution, m.torsional_friction, m.rolling_friction})
+      hash.add(x);
+  }
+  for (const auto& [a, b] : model.excluded_geometry_pairs()) {
+    hash.add(a);
+    hash.add(b);
+  }
+}
+
+void add_joint_effects(const Model& model, Hash& hash) {
+  for (const VectorX* x : {&model.damping(), &model.armature(), &model.dry_friction()})
+    hash.add(*x);
+  for (const Mimic& mimic : model.mimics()) {
+    hash.add(mimic.joint);
+    hash.add(mimic.master);
+    hash.add(mimic.multiplier);
+    hash.add(mimic.offset);
+  }
+  for (const JointSpring& spring : model.springs()) {
+    hash.add(spring.joint);
+    hash.add(spring.stiffness);
+    hash.add(spring.reference);
+  }
+  for (const JointServo& servo : model.servos()) {
+    hash.add(servo.joint);
+    for (const double x : {servo.stiffness, servo.damping, servo.position, servo.velocity})
+      hash.add(x);
+  }
+}
+
+void add_drags_and_closures(const Model& model, Hash& hash) {
+  for (const BodyDrag& drag : model.drags()) {
+    hash.add(drag.body);
+    hash.add(drag.center);
+    for (const double x :
+         {drag.drag.linear, drag.drag.quadratic, drag.drag.angular, drag.drag.angular_quadratic})
+      hash.add(x);
+  }
+  for (const Closure& closure : model.closures()) {
+    hash.add(static_cast<int>(closure.type));
+    hash.add(closure.body_a);
+    hash.add(closure.body_b);
+    add(closure.X_AC, hash);
+    add(closure.X_BC, hash);
+    hash.add(closure.length);
+  }
+}
+
+/// Tables hold doubles: of a hash the upper 53 bits.
+void check_hash(const CsvTable& table, const char* column, std::uint64_t hash, const char* what) {
+  const int index = table.find_column(column);
+  const auto advice =
+      "to start from its q and v all the same, allow a changed scene (--changed-scene)";
+  if (index < 0) {
+    throw InputError(fmt::format(
+        "{}:1: no column '{}': this is no state file, and nothing says which scene it is from; {}",
+        table.file(), column, advice));
+  }
+  if (table.value(table.num_rows() - 1, index) == static_cast<double>(hash)) return;
+  throw InputError(
+      fmt::format("{}: column '{}': saved from another scene, {} differ; resume the scene it was "
+                  "saved from, or "
+                  "{}",
+                  table.where(table.num_rows() - 1), column, what, advice));
+}
+
+}  // namespace
+
+std::uint64_t model_hash(const Model& model) {
+  Hash hash;
+  hash.add(model.gravity());
+  add_bodies(model, hash);
+  add_geometries(model, hash);
+  add_joint_effects(model, hash);
+  add_drags_and_closures(model, hash);
+  return hash.value();
+}
+
+std::uint64_t options_hash(const SimulationOptions& options) {
+  Hash hash;
+  const ContactOptions& contact = options.contact;
+  hash.add(static_cast<int>(options.integrator));
+  hash.add(static_cast<int>(contact.friction_model));
+  for (const double x : {options.time_step, contact.compliance, contact.smoothing,
+                         contact.stabilization, contact.max_recovery_speed, contact.margin})
+    hash.add(x);
+  for (int i = 0; i < kNumEffects; ++i) {
+    const auto effect = static_cast<Effect>(i);
+    hash.add(effect != Effect::kSleeping && options.effects.has(effect) ? 1 : 0);
+  }
+  return hash.value();
+}
+
+void write_state(const std::filesystem::path& file, const Model& model,
+                 const SimulationOptions& options, const State& state) {
+  const CoordinateNames names = coordinate_names(model);
+  std::vector<std::string> columns{"time"};
+  for (const auto* list : {&names.q, &names.v})
+    columns.insert(columns.end(), list->begin(), list->end());
+  columns.insert(columns.end(), {kStateHashColumn, kModelHashColumn, kOptionsHashColumn});
+  CsvWriter csv(file, columns);
+  csv.number(state.time);
+  for (const double x : state.q) csv.number(x);
+  for (const double x : state.v) csv.number(x);
+  for (const std::uint64_t hash : {state_hash(state), model_hash(model), options_hash(options)})
+    csv.text(std::to_string(hash));
+  csv.end_row();
+  csv.flush();
+}
+
+State read_state(const std::filesystem::path& file, const Model& model,
+                 const SimulationOptions& options, SceneCheck check) {
+  const Trajectory trajectory = read_trajectory(file, model);
+  const CsvTable table(file);
+  if (check == SceneCheck::kSame) {
+    check_hash(table, kModelHashColumn, model_hash(model),
+               "the model's joints, inertias, shapes, surfaces, closures or gravity");
+    check_hash(table, kOptionsHashColumn, options_hash(options),
+               "the time step, integrator, contact options or effects");
+    if (trajectory.altered_rows > 0) {
+      throw InputError(fmt::format(
+          "{}: the numbers are not those that were saved (column '{}'): edited, or rounded on the "
+          "way",
+          table.where(table.num_rows() - 1), kStateHashColumn));
+    }
+  }
+  const int last = trajectory.num_rows() - 1;
+  return {trajectory.time[last], trajectory.q.col(last), trajectory.v.col(last)};
+}
+
+}  // namespace counterpoint

@@ -1,0 +1,127 @@
+// Runs that stop and go on, and runs that fail, as users meet them.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <string>
+
+#include "apps/command.h"
+
+namespace counterpoint {
+namespace {
+
+using test::CommandFolder;
+using test::CommandResult;
+
+std::string test_name() {
+  std::string name = testing::UnitTest::GetInstance()->current_test_info()->name();
+  std::replace(name.begin(), name.end(), '/', '_');
+  return name;
+}
+
+class Resume : public testing::Test {
+ protected:
+  nlohmann::json simulate(const std::string& arguments) const {
+    const CommandResult result = folder_.run("simulate " + arguments + " --json {}/r.json");
+    EXPECT_EQ(result.exit_code, 0) << arguments << "\n" << result.errors;
+    return folder_.json("r.json");
+  }
+  void expect_bad_input(const std::string& arguments, const std::string& message) const {
+    const CommandResult result = folder_.run(arguments);
+    EXPECT_EQ(result.exit_code, 2) << arguments;
+    EXPECT_NE(result.errors.find(message), std::string::npos) << result.errors;
+  }
+  /// Two seconds at once, and in two runs, end with the same bits.
+  void expect_same(const std::string& scene_and_inputs) const {
+    const auto whole = simulate(scene_and_inputs + " --duration 2 --output {}/whole.csv");
+    simulate(scene_and_inputs + " --duration 1 --save-state {}/half.csv");
+    const auto second =
+        simulate(scene_and_inputs + " --duration 1 --resume {}/half.csv --output {}/second.csv");
+    EXPECT_EQ(second["state_hash"], whole["state_hash"]) << scene_and_inputs;
+    EXPECT_NEAR(second["start_time_s"], 1.0, 1e-9);  // a sum of steps
+    EXPECT_EQ(whole["start_time_s"], 0.0);
+    // Every row of the second half is a row of the whole, what acted included.
+    const std::string rows = folder_.read("second.csv");
+    const std::string tail = rows.substr(rows.find('\n'));
+    const std::string all = folder_.read("whole.csv");
+    ASSERT_GE(all.size(), tail.size());
+    EXPECT_EQ(all.substr(all.size() - tail.size()), tail) << scene_and_inputs;
+  }
+
+  CommandFolder folder_{"resume_" + test_name()};
+};
+
+TEST_F(Resume, TwoRunsOfASecondAreOneOfTwo) {
+  expect_same("data/scenes/box_stack.yaml");  // comes to rest and sleeps
+  expect_same("data/scenes/quadruped_drop.yaml --random-inputs 0.5 --random-wrenches 0.1 --seed 3");
+  // Servos, and inputs whose rows begin before and after the cut, and at it.
+  folder_.write(
+      "u.csv",
+      "time,shoulder_yaw.target,shoulder_yaw.target_velocity,elbow.u\n0,0.3,0,1\n0.7,0.5,0,-2\n"
+      "1,0.4,0.1,3\n1.5,0.2,0,0\n");
+  expect_same("data/scenes/arm7_servo.yaml --inputs {}/u.csv");
+}
+
+TEST_F(Resume, TwoProcessesGiveTheSameHash) {
+  const std::string run = "data/scenes/humanoid_drop.yaml --duration 0.5";
+  EXPECT_EQ(simulate(run)["state_hash"], simulate(run)["state_hash"]);
+}
+
+TEST_F(Resume, RefusesTheStateOfAnotherScene) {
+  simulate("data/scenes/cube_drop.yaml --duration 0.1 --save-state {}/s.csv --output {}/t.csv");
+  expect_bad_input("simulate data/scenes/arm7.yaml --resume {}/s.csv",
+                   "no coordinate of this scene");
+  expect_bad_input("simulate data/scenes/cube_drop.yaml --timestep 0.003 --resume {}/s.csv",
+                   "time step");
+  expect_bad_input("simulate data/scenes/cube_drop.yaml --resume {}/t.csv", "no state file");
+  expect_bad_input("simulate data/scenes/cube_drop.yaml --changed-scene", "--resume");
+  const auto on = simulate(
+      "data/scenes/cube_drop.yaml --timestep 0.003 --duration 0.03 --changed-scene "
+      "--resume {}/t.csv");
+  EXPECT_NEAR(on["start_time_s"], 0.1, 1e-9);
+  EXPECT_EQ(on["steps"], 10);
+}
+
+TEST_F(Resume, TheInverseNoticesRowsThatWereEdited) {
+  simulate("data/scenes/pendulum.yaml --duration 0.1 --output {}/t.csv");
+  const auto altered = [&] {
+    EXPECT_EQ(folder_.run("inverse data/scenes/pendulum.yaml {}/t.csv --json {}/i.json").exit_code,
+              0);
+    return folder_.json("i.json")["altered_rows"];
+  };
+  EXPECT_EQ(altered(), 0);
+  std::string text = folder_.read("t.csv");
+  const size_t second_row = text.find('\n', text.find('\n') + 1) + 1;
+  const size_t velocity = text.find(',', text.find(',', text.find(',', second_row) + 1) + 1) + 1;
+  folder_.write("t.csv", text.replace(velocity, text.find(',', velocity) - velocity, "0.25"));
+  EXPECT_EQ(altered(), 1);
+}
+
+/// A push that nothing stops: 9e6 N on 1 kg, 18 km/s a step of 2 ms, beyond 1e5 m/s in the sixth.
+TEST_F(Resume, AFailedRunNamesWhatIsAtFaultAndCanBeGoneOnFrom) {
+  folder_.write("scene.yaml",
+                "gravity: [0, 0, 0]\nmodels:\n  - {name: ball, sphere: 0.1, mass: 1}\n");
+  folder_.write("u.csv", "time,ball/body.fx\n0,0\n0.01,9e6\n");
+  const CommandResult result = folder_.run(
+      "simulate {}/scene.yaml --duration 1 --inputs {}/u.csv --output {}/t.csv --json {}/r.json "
+      "--save-state {}/s.csv");
+  EXPECT_EQ(result.exit_code, 1);
+  const nlohmann::json report = folder_.json("r.json");
+  EXPECT_EQ(report["status"], "failed");
+  EXPECT_EQ(report["failure"]["step"], 10);
+  EXPECT_NEAR(report["failure"]["time_s"], 0.02, 1e-12);
+  EXPECT_EQ(report["failure"]["step_status"], "diverged");
+  EXPECT_EQ(report["failure"]["fault"], "speed");
+  EXPECT_EQ(report["failure"]["element"], "ball/body.vx");
+  for (const char* words : {"step 10 at 0.02 s: diverged", "'ball/body.vx'", "drive it",
+                            "goes up to the last good state, at 0.02 s"}) {
+    EXPECT_NE(result.errors.find(words), std::string::npos) << words << "\n" << result.errors;
+  }
+  const std::string rows = folder_.read("t.csv");
+  EXPECT_EQ(std::count(rows.begin(), rows.end(), '\n'), 12);  // header, ten steps, the last state
+  const nlohmann::json on = simulate("{}/scene.yaml --duration 0.01 --resume {}/s.csv");
+  EXPECT_NEAR(on["start_time_s"], 0.02, 1e-12);
+  EXPECT_EQ(on["steps"], 5);
+}
+
+}  // namespace
+}  // namespace counterpoint
