@@ -114,6 +114,7 @@ std::string reason(const Fault& fault, const std::string& name) {
       return fmt::format("{} '{}' cannot be posed: a value is not finite, or out of its range",
                          constraint_words(fault.constraint), name);
     case FaultKind::kUnsolved:
+      if (name.empty()) return "the velocity in the middle of the step was not found";
       return fmt::format("not solved, worst at {} '{}', where the velocity is off by {:.3g}",
                          constraint_words(fault.constraint), name, fault.value);
     case FaultKind::kNewVelocity:
