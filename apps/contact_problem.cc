@@ -11,8 +11,8 @@
 
 #include "command.h"
 #include "counterpoint/contact/contact_space.h"
-#include "counterpoint/engine/csv.h"
 #include "counterpoint/model/types.h"
+#include "problem_file.h"
 #include "report.h"
 
 namespace counterpoint::apps {
@@ -28,69 +28,6 @@ struct Arguments {
   contact::Settings settings;
   Report report;
 };
-
-/// c and mu, a row per contact. @throws InputError naming file and line.
-void read_contacts(const fs::path& file, contact::ContactSpaceProblem& problem) {
-  const CsvTable table(file);
-  const int columns[] = {table.column("q_n"), table.column("q_t1"), table.column("q_t2")};
-  const int friction = table.column("mu");
-  if (table.num_rows() == 0) {
-    throw InputError(
-        fmt::format("{}: holds no contact; expected one row per contact", table.file()));
-  }
-  problem.c.resize(3 * table.num_rows());
-  for (int i = 0; i < table.num_rows(); ++i) {
-    for (int r = 0; r < 3; ++r) problem.c[3 * i + r] = table.value(i, columns[r]);
-    const double mu = table.value(i, friction);
-    if (mu < 0.0) {
-      throw InputError(fmt::format("{}: mu = {}; expected a coefficient of friction, 0 or more",
-                                   table.where(i), mu));
-    }
-    problem.mu.push_back(mu);
-  }
-}
-
-/// A by its entries that are not zero. @throws InputError naming file and line.
-void read_matrix(const fs::path& file, contact::ContactSpaceProblem& problem) {
-  const CsvTable table(file);
-  const int n = static_cast<int>(problem.c.size());
-  const int columns[] = {table.column("row"), table.column("col")};
-  const int value = table.column("value");
-  problem.A.setZero(n, n);
-  MatrixX given = MatrixX::Zero(n, n);
-  for (int i = 0; i < table.num_rows(); ++i) {
-    int index[2];
-    for (int k = 0; k < 2; ++k) {
-      const double number = table.value(i, columns[k]);
-      if (!(number >= 0.0 && number < n && number == std::floor(number))) {
-        throw InputError(
-            fmt::format("{}: index {}; expected a whole number from 0 to {}, the matrix being {} x "
-                        "{} for the {} contacts of q_mu.csv",
-                        table.where(i), number, n - 1, n, n, n / 3));
-      }
-      index[k] = static_cast<int>(number);
-    }
-    if (given(index[0], index[1])++ > 0.0) {
-      throw InputError(fmt::format("{}: entry ({}, {}) is given twice; expected it once",
-                                   table.where(i), index[0], index[1]));
-    }
-    problem.A(index[0], index[1]) = table.value(i, value);
-  }
-  for (int i = 0; i < n; ++i) {
-    if (problem.A(i, i) < 0.0) {
-      throw InputError(
-          fmt::format("{}: diagonal entry {} is {}; expected a positive semidefinite matrix",
-                      table.file(), i, problem.A(i, i)));
-    }
-  }
-}
-
-contact::ContactSpaceProblem read_problem(const fs::path& folder) {
-  contact::ContactSpaceProblem problem;
-  read_contacts(folder / "q_mu.csv", problem);
-  read_matrix(folder / "W.csv", problem);
-  return problem;
-}
 
 /// The folder itself if it is a problem, else its subfolders that are, by name.
 std::vector<fs::path> find_problems(const fs::path& folder) {
@@ -161,7 +98,7 @@ Json solve(const std::string& name, const contact::ContactSpaceProblem& problem,
 int run(Arguments& arguments) {
   const std::vector<fs::path> folders = find_problems(arguments.folder);
   std::vector<contact::ContactSpaceProblem> problems;  // all are read before any is solved
-  for (const fs::path& folder : folders) problems.push_back(read_problem(folder));
+  for (const fs::path& folder : folders) problems.push_back(read_contact_problem(folder));
   arguments.report.begin("contact-problem", arguments.folder);
   fmt::print(arguments.report.text(),
              "{:<38} {:>4} {:<8} {:<17} {:>5} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9}\n", "problem",

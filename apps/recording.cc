@@ -9,12 +9,14 @@
 #include <set>
 
 #include "counterpoint/engine/trajectory.h"
+#include "counterpoint/model/yaml_reader.h"
 
 namespace counterpoint::apps {
 namespace {
 
 /// Recordings carry few digits: a quaternion this far from unit length is still one.
 constexpr double kQuaternionTolerance = 1e-3;
+constexpr int kMaxSubsteps = 1'000'000;  // between two rows
 
 class MapReader {
  public:
@@ -22,19 +24,12 @@ class MapReader {
       : file_(file.string()), model_(model), names_(coordinate_names(model)) {}
 
   ColumnMap read() const {
-    YAML::Node root;
-    try {
-      root = YAML::LoadFile(file_);
-    } catch (const YAML::BadFile&) {
-      throw InputError(fmt::format("{}: cannot be read; expected a YAML column map", file_));
-    } catch (const YAML::ParserException& error) {
-      throw InputError(fmt::format("{}:{}: {}", file_, error.mark.line + 1, error.msg));
-    }
+    const YAML::Node root = load_yaml_file(file_, "cannot be read; expected a YAML column map");
     check_keys(root, {"columns", "free", "rate", "time", "substeps", "velocities"});
     ColumnMap map;
     read_time(root, map);
     if (const YAML::Node node = root["substeps"]) {
-      map.substeps = static_cast<int>(positive(node, "substeps"));
+      map.substeps = count(node, "substeps");
     }
     if (const YAML::Node node = root["velocities"]) {
       const std::string text = scalar(node, "velocities");
@@ -48,6 +43,7 @@ class MapReader {
     if (!columns || !columns.IsMap() || columns.size() == 0) {
       fail(root, "expected 'columns': a map from trajectory columns to columns of the recording");
     }
+    refuse_repeated_keys(columns);
     for (const auto& pair : columns) map.entries.push_back(entry(pair.first, pair.second));
     if (const YAML::Node node = root["free"]) map.free_body = free_body(node, map);
     return map;
@@ -60,12 +56,21 @@ class MapReader {
 
   void check_keys(const YAML::Node& node, const std::set<std::string>& known) const {
     if (!node.IsMap()) fail(node, "expected a map");
+    refuse_repeated_keys(node);
     for (const auto& pair : node) {
       const std::string key = scalar(pair.first, "key");
       if (known.count(key) == 0) {
         fail(pair.first,
              fmt::format("unknown key '{}'; expected one of {}", key, fmt::join(known, ", ")));
       }
+    }
+  }
+
+  void refuse_repeated_keys(const YAML::Node& map) const {
+    std::set<std::string> seen;
+    for (const auto& pair : map) {
+      const std::string key = scalar(pair.first, "key");
+      if (!seen.insert(key).second) fail(pair.first, fmt::format("'{}' is given twice", key));
     }
   }
 
@@ -87,6 +92,14 @@ class MapReader {
     const double value = number(node, what);
     if (!(value > 0.0)) fail(node, fmt::format("{}: {} is not positive", what, value));
     return value;
+  }
+
+  int count(const YAML::Node& node, const std::string& what) const {
+    const double value = positive(node, what);
+    if (value != std::floor(value) || value > kMaxSubsteps) {
+      fail(node, fmt::format("{}: {} is no whole number from 1 to {}", what, value, kMaxSubsteps));
+    }
+    return static_cast<int>(value);
   }
 
   /// A column name, a number (constant), or {column, scale, offset}.
@@ -157,7 +170,12 @@ class MapReader {
 
 double evaluate(const ColumnSource& source, const CsvTable& table, int row) {
   if (source.column.empty()) return source.offset;
-  return source.scale * table.value(row, table.column(source.column)) + source.offset;
+  const double value =
+      source.scale * table.value(row, table.column(source.column)) + source.offset;
+  if (std::isfinite(value)) return value;
+  throw InputError(fmt::format("{}: column '{}': scale and offset of the column map make {} of it; a "
+                               "finite number is expected",
+                               table.where(row), source.column, value));
 }
 
 void normalize_quaternions(const CsvTable& table, const Model& model, int row,

@@ -6,8 +6,9 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <sstream>
 
+#include "counterpoint/model/limits.h"
+#include "counterpoint/model/text_file.h"
 #include "counterpoint/model/types.h"
 
 namespace counterpoint {
@@ -50,13 +51,8 @@ void append_text(std::string& out, std::string_view value) {
 }  // namespace
 
 CsvTable::CsvTable(const std::filesystem::path& file) : file_(file.string()) {
-  std::ifstream stream(file, std::ios::binary);
-  std::stringstream content;
-  if (stream) content << stream.rdbuf();
-  if (!stream || std::filesystem::is_directory(file)) {
-    throw InputError(fmt::format("{}: cannot be read; expected a CSV file", file_));
-  }
-  const std::string text = std::move(content).str();
+  const std::string text = read_text_file(file, limits::kMaxTableBytes,
+                                          "cannot be read; expected a CSV file");
   size_t position = text.starts_with("\xEF\xBB\xBF") ? 3 : 0;  // byte order mark
   read_header(text, position);
   int line_number = 1 + static_cast<int>(std::count(text.begin(), text.begin() + position, '\n'));
@@ -108,6 +104,9 @@ void CsvTable::read_row(std::string_view line, int line_number) {
   const auto fail = [&](std::string_view what) {
     throw InputError(fmt::format("{}:{}: {}", file_, line_number, what));
   };
+  if (cells_.size() + columns_.size() > limits::kMaxTableCells) {
+    fail(fmt::format("more than {} cells; cut the table into several", limits::kMaxTableCells));
+  }
   size_t begin = 0;
   for (size_t column = 0; column < columns_.size(); ++column) {
     if (begin > line.size()) {

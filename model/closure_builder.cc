@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include "counterpoint/model/limits.h"
 #include "counterpoint/model/model_builder.h"
 
 namespace counterpoint {
@@ -45,6 +46,9 @@ ModelBuilder::Anchor ModelBuilder::find_anchor(const ClosureSpec& spec,
 
 void ModelBuilder::add_closure(const ClosureSpec& given) {
   ClosureSpec spec = given;
+  if (model_.closures_.size() == limits::kMaxClosures) {
+    fail(spec, fmt::format("more than {} closures; make the scene smaller", limits::kMaxClosures));
+  }
   if (spec.name.empty()) spec.name = fmt::format("closure{}", model_.closures_.size());
   for (const Closure& other : model_.closures_) {
     if (other.name == spec.name) fail(spec, "there is already a closure of this name");

@@ -8,9 +8,13 @@
 #include <cstdlib>
 #include <cstring>
 #include <map>
+#include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "counterpoint/model/limits.h"
+#include "counterpoint/model/text_file.h"
 #include "counterpoint/model/types.h"
 
 namespace counterpoint {
@@ -23,12 +27,15 @@ class ColladaCheck {
   explicit ColladaCheck(const std::filesystem::path& file) : file_(file.string()) {}
 
   void run() {
+    const std::string text = read_xml_file(file_, "there is no such mesh file");
     tinyxml2::XMLDocument document;
-    if (document.LoadFile(file_.c_str()) != tinyxml2::XML_SUCCESS) {
-      throw InputError(fmt::format("{}:{}: not well-formed XML: {}", file_, document.ErrorLineNum(),
-                                   document.ErrorName()));
+    if (document.Parse(text.data(), text.size()) != tinyxml2::XML_SUCCESS) {
+      throw InputError(fmt::format("{}:{}: not well-formed XML: {}", file_,
+                                   std::max(1, document.ErrorLineNum()), document.ErrorName()));
     }
-    if (document.RootElement() != nullptr) walk(*document.RootElement());
+    if (document.RootElement() == nullptr) return;
+    walk(*document.RootElement());
+    for (const XMLElement* node : roots_) extent(*node, 0);
   }
 
  private:
@@ -81,9 +88,54 @@ class ColladaCheck {
       fail(element, fmt::format("needs {} numbers", transform->second));
     }
     if (std::string(element.Name()) == "mesh") check_mesh(element);
+    if (std::string(element.Name()) == "node") keep_node(element);
     for (const auto* e = element.FirstChildElement(); e != nullptr; e = e->NextSiblingElement()) {
       walk(*e);
     }
+  }
+
+  void keep_node(const XMLElement& node) {
+    const XMLElement* parent = node.Parent() == nullptr ? nullptr : node.Parent()->ToElement();
+    if (parent == nullptr || std::strcmp(parent->Name(), "node") != 0) roots_.push_back(&node);
+    for (const char* key : {"id", "name"}) {
+      if (node.Attribute(key) != nullptr) nodes_[node.Attribute(key)].insert(&node);
+    }
+  }
+
+  /// Number of nodes that come of this one, those of instances counted wherever they stand. Nodes
+  /// that instance nodes that instance nodes multiply, or never end.
+  size_t extent(const XMLElement& node, int depth) {
+    if (depth > limits::kMaxMeshDepth) {
+      fail(node,
+           fmt::format("stands deeper than {} nodes, or within itself", limits::kMaxMeshDepth));
+    }
+    const auto known = extents_.find(&node);
+    // Counted before, at another depth: near the limit the walk is made again.
+    if (known != extents_.end() && depth + known->second.depth <= limits::kMaxMeshDepth) {
+      deepest_ = std::max(deepest_, depth + known->second.depth);
+      return known->second.nodes;
+    }
+    const int outer = std::exchange(deepest_, depth);
+    size_t nodes = 1;
+    for (const auto* e = node.FirstChildElement(); e != nullptr; e = e->NextSiblingElement()) {
+      if (std::strcmp(e->Name(), "node") == 0) nodes += extent(*e, depth + 1);
+      if (std::strcmp(e->Name(), "instance_node") == 0) nodes += instance_extent(*e, depth + 1);
+      if (nodes > limits::kMaxMeshNodes) {
+        fail(node, fmt::format("comes to more than {} nodes", limits::kMaxMeshNodes));
+      }
+    }
+    extents_[&node] = {nodes, deepest_ - depth};
+    deepest_ = std::max(deepest_, outer);
+    return nodes;
+  }
+
+  size_t instance_extent(const XMLElement& instance, int depth) {
+    const char* url = instance.Attribute("url");
+    const auto named = url == nullptr || *url != '#' ? nodes_.end() : nodes_.find(url + 1);
+    if (named == nodes_.end()) return 0;  // assimp leaves it out
+    size_t nodes = 0;  // which of several of one name is meant assimp knows; here the sum is safe
+    for (const XMLElement* node : named->second) nodes += extent(*node, depth);
+    return nodes;
   }
 
   void check_mesh(const XMLElement& mesh) {
@@ -191,6 +243,14 @@ class ColladaCheck {
 
   const std::string file_;
   std::map<std::string, long> lengths_;  // elements of sources and vertices, by id
+  struct Extent {
+    size_t nodes;
+    int depth;
+  };
+  std::vector<const XMLElement*> roots_;                      // nodes that stand in no node
+  std::map<std::string, std::set<const XMLElement*>> nodes_;  // by id and by name
+  std::map<const XMLElement*, Extent> extents_;
+  int deepest_ = 0;  // reached since the node that is being counted
 };
 
 }  // namespace

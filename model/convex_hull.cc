@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <optional>
 
+#include "counterpoint/model/limits.h"
 #include "counterpoint/model/mesh.h"
 
 extern "C" {
@@ -167,7 +168,7 @@ std::shared_ptr<const ConvexMesh> make_convex_hull(const std::vector<Vector3>& p
     high = high.cwiseMax(p);
   }
   const double size = (high - low).norm();
-  if (!(size > 0.0)) refuse("all its points are the same");
+  if (!(size >= limits::kMinLength)) refuse("all its points are the same, or nearly so");
   // Centred and of unit size, so that qhull's tolerances mean the same for every mesh.
   const Vector3 middle = 0.5 * (low + high);
   std::vector<double> coordinates;

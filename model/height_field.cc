@@ -5,13 +5,14 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <fstream>
+#include <sstream>
 #include <string>
+
+#include "counterpoint/model/limits.h"
+#include "counterpoint/model/text_file.h"
 
 namespace counterpoint {
 namespace {
-
-constexpr int kMostSamples = 4096;  // along a side: 16 million heights, 34 million triangles at most
 
 std::string_view trimmed(std::string_view text) {
   constexpr const char* kBlank = " \t\r";
@@ -36,8 +37,7 @@ double parse_height(std::string_view cell, const std::string& where) {
 }  // namespace
 
 HeightGrid load_height_table(const std::filesystem::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  if (!stream) throw InputError(fmt::format("{}: cannot be read", file.string()));
+  std::istringstream stream(read_text_file(file, limits::kMaxMeshBytes, "cannot be read"));
   HeightGrid grid;
   std::string line;
   for (int number = 1; std::getline(stream, line); ++number) {
@@ -48,8 +48,12 @@ HeightGrid load_height_table(const std::filesystem::path& file) {
     for (bool more = true; more; ++columns) {
       const auto comma = rest.find(',');
       more = comma != std::string_view::npos;
-      if (columns == kMostSamples) {
-        throw InputError(fmt::format("{}: more than {} columns", where, kMostSamples));
+      if (columns == limits::kMaxHeightsPerSide) {
+        throw InputError(fmt::format("{}: more than {} columns", where, limits::kMaxHeightsPerSide));
+      }
+      if (grid.heights.size() == limits::kMaxHeights) {
+        throw InputError(fmt::format("{}: more than {} heights; use a coarser grid", where,
+                                     limits::kMaxHeights));
       }
       grid.heights.push_back(parse_height(rest.substr(0, comma), where));
       if (more) rest.remove_prefix(comma + 1);
@@ -59,8 +63,8 @@ HeightGrid load_height_table(const std::filesystem::path& file) {
       throw InputError(fmt::format("{}: {} heights; the first row has {}", where, columns,
                                    grid.columns));
     }
-    if (++grid.rows > kMostSamples) {
-      throw InputError(fmt::format("{}: more than {} rows", where, kMostSamples));
+    if (++grid.rows > limits::kMaxHeightsPerSide) {
+      throw InputError(fmt::format("{}: more than {} rows", where, limits::kMaxHeightsPerSide));
     }
   }
   if (grid.rows == 0) throw InputError(fmt::format("{}: there are no heights", file.string()));

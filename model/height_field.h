@@ -16,12 +16,12 @@ struct HeightGrid {
 
 /// A grayscale PNG of 1 to 16 bits a pixel, black 0, white 1, no gamma applied. @throws InputError
 /// naming the file when it is missing, no PNG, in colour or with an alpha channel, damaged, or larger
-/// than 4096 pixels along a side.
+/// than limits::kMaxHeights.
 HeightGrid load_height_image(const std::filesystem::path& file);
 
 /// Comma-separated heights [m], one row a line, no header; blank lines and lines that begin with #
 /// are skipped. @throws InputError naming file and line when a row has another length than the first, a
-/// cell is no finite number, or there are more than 4096 rows or columns.
+/// cell is no finite number, or there are more than limits::kMaxHeights.
 HeightGrid load_height_table(const std::filesystem::path& file);
 
 /// Two triangles a cell, over size_x by size_y [m] around the origin, heights times `scale`.

@@ -6,11 +6,12 @@
 #include <memory>
 
 #include "counterpoint/model/height_field.h"
+#include "counterpoint/model/limits.h"
 
 namespace counterpoint {
 namespace {
 
-constexpr png_uint_32 kMostPixels = 4096;  // along a side
+constexpr png_uint_32 kMostPixels = limits::kMaxHeightsPerSide;
 
 struct CloseFile {
   void operator()(std::FILE* file) const { std::fclose(file); }
@@ -58,7 +59,10 @@ bool read_pixels(Reader& reader, std::vector<png_byte>& bytes, std::vector<png_b
 }  // namespace
 
 HeightGrid load_height_image(const std::filesystem::path& file) {
-  const std::unique_ptr<std::FILE, CloseFile> stream(std::fopen(file.c_str(), "rb"));
+  std::error_code error;
+  const bool regular = std::filesystem::is_regular_file(file, error);
+  const std::unique_ptr<std::FILE, CloseFile> stream(regular ? std::fopen(file.c_str(), "rb")
+                                                             : nullptr);
   if (!stream) throw InputError(fmt::format("{}: cannot be read", file.string()));
   Reader reader;
   const auto refuse = [&](const std::string& why) {
@@ -77,6 +81,10 @@ HeightGrid load_height_image(const std::filesystem::path& file) {
   HeightGrid grid;
   grid.columns = static_cast<int>(png_get_image_width(reader.png, reader.info));
   grid.rows = static_cast<int>(png_get_image_height(reader.png, reader.info));
+  if (static_cast<size_t>(grid.rows) * grid.columns > limits::kMaxHeights) {
+    refuse(fmt::format("{} x {} are more than {} pixels in all", grid.rows, grid.columns,
+                       limits::kMaxHeights));
+  }
   const size_t row_bytes = png_get_rowbytes(reader.png, reader.info);
   std::vector<png_byte> bytes(row_bytes * grid.rows);
   std::vector<png_bytep> rows;

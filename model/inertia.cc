@@ -7,6 +7,8 @@
 #include <cmath>
 #include <vector>
 
+#include "counterpoint/model/limits.h"
+
 namespace counterpoint {
 namespace {
 
@@ -174,6 +176,8 @@ int find_coordinate_without_inertia(const Model& model, int tree, const VectorX&
     // Written as "not greater": a NaN must not pass.
     if (!(diagonal[k] > kDiagonalTolerance * scale[k])) return k;
     if (!(pivot > kPivotTolerance * diagonal[k])) return k;
+    // Nothing that has an inverse: kMinMass at a lever of kMinLength.
+    if (!(pivot >= limits::kMinMass * limits::kMinLength * limits::kMinLength)) return k;
     const VectorX column = mass.col(k).head(k);
     mass.topLeftCorner(k, k) -= column * column.transpose() / pivot;
   }

@@ -1,8 +1,10 @@
 // Joints: the part of the ModelBuilder that makes bodies of them, with what acts in them and where
 // they start.
 #include <algorithm>
+#include <cmath>
 
 #include "counterpoint/model/builder_names.h"
+#include "counterpoint/model/limits.h"
 
 namespace counterpoint {
 namespace {
@@ -45,6 +47,11 @@ int ModelBuilder::add_base(const RobotSpec& robot, const LinkSpec& root, Base ba
 int ModelBuilder::add_body(const JointSpec& joint, const Placement& placement, int parent,
                            const Pose& X_PJ) {
   const int index = model_.num_bodies();
+  if (index > limits::kMaxBodies) {
+    throw InputError(located_at(joint.where, fmt::format("more than {} moving bodies; make the scene "
+                                                         "smaller (count, models)",
+                                                         limits::kMaxBodies)));
+  }
   Body body;
   body.parent = parent;
   body.joint_type = joint.type;
@@ -110,8 +117,9 @@ void ModelBuilder::set_default_position(const std::string& joint, const VectorX&
     throw InputError(fmt::format("joint '{}' is {} and takes {} numbers, not {}", joint,
                                  joint_type_name(body.joint_type), nq, q.size()));
   }
-  if (!q.allFinite()) {
-    throw InputError(fmt::format("joint '{}': its position must be finite numbers", joint));
+  if (!(q.cwiseAbs().maxCoeff() <= limits::kMaxLength)) {  // not a number is not less, either
+    throw InputError(fmt::format("joint '{}': its position must be finite numbers of at most {:g}",
+                                 joint, limits::kMaxLength));
   }
   VectorX value = q;
   if (body.joint_type == JointType::kSpherical || body.joint_type == JointType::kFloating) {
@@ -126,15 +134,27 @@ void ModelBuilder::set_default_position(const std::string& joint, const VectorX&
 }
 
 void ModelBuilder::apply_mimics() {
-  // As many passes as the longest chain of mimics can have links; check_robot excluded loops.
-  for (size_t pass = 0; pass < model_.mimics_.size(); ++pass) {
+  // As many passes as the longest chain of mimics has links; check_robot excluded loops.
+  bool changed = true;
+  for (size_t pass = 0; changed && pass < model_.mimics_.size(); ++pass) {
+    changed = false;
     for (const Mimic& mimic : model_.mimics_) {
       const double master = default_q_[model_.bodies_[mimic.master + 1].q_index];
-      default_q_[model_.bodies_[mimic.joint + 1].q_index] =
-          mimic.multiplier * master + mimic.offset;
+      double& q = default_q_[model_.bodies_[mimic.joint + 1].q_index];
+      const double follows = mimic.multiplier * master + mimic.offset;
+      changed = changed || q != follows;
+      q = follows;
     }
   }
   for (const Mimic& mimic : model_.mimics_) {
+    const double q = default_q_[model_.bodies_[mimic.joint + 1].q_index];
+    if (!(std::abs(q) <= limits::kMaxLength)) {
+      throw InputError(located_at(
+          joint_where_[mimic.joint],
+          fmt::format("joint '{}': following joint '{}' it would start at {}; at most {:g} is taken",
+                      model_.joints_[mimic.joint].name, model_.joints_[mimic.master].name, q,
+                      limits::kMaxLength)));
+    }
     if (!position_given_[mimic.joint]) continue;
     model_.notes_.push_back(
         {located_at(joint_where_[mimic.joint], "joint '" + model_.joints_[mimic.joint].name + "'"),

@@ -1,5 +1,6 @@
 #include "counterpoint/model/mesh.h"
 
+#include <assimp/DefaultIOSystem.h>
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>
 #include <fmt/format.h>
@@ -13,12 +14,25 @@
 
 #include "counterpoint/model/collada_check.h"
 #include "counterpoint/model/hull_standoff.h"
+#include "counterpoint/model/limits.h"
 
 namespace counterpoint {
 namespace {
 
-constexpr size_t kMaxVertices = 5'000'000;
-constexpr std::uintmax_t kMaxFileBytes = 1'000'000'000;
+/// Lets assimp see one file and no other: a mesh may name materials and images anywhere.
+class OneFile : public Assimp::DefaultIOSystem {
+ public:
+  explicit OneFile(std::string file) : file_(std::move(file)) {}
+  bool Exists(const char* file) const override {
+    return file_ == file && Assimp::DefaultIOSystem::Exists(file);
+  }
+  Assimp::IOStream* Open(const char* file, const char* mode) override {
+    return file_ == file ? Assimp::DefaultIOSystem::Open(file, mode) : nullptr;
+  }
+
+ private:
+  std::string file_;
+};
 
 std::string lower_extension(const std::filesystem::path& file) {
   std::string extension = file.extension().string();
@@ -36,19 +50,50 @@ void check_file(const std::filesystem::path& file) {
     throw InputError(fmt::format("{}: mesh format '{}' is not known; use .stl, .obj or .dae",
                                  file.string(), extension));
   }
-  if (std::filesystem::file_size(file, error) > kMaxFileBytes) {
-    throw InputError(fmt::format("{}: larger than 1 GB; simplify the mesh", file.string()));
+  if (std::filesystem::file_size(file, error) > limits::kMaxMeshBytes) {
+    throw InputError(fmt::format("{}: larger than {} MB; simplify the mesh", file.string(),
+                                 limits::kMaxMeshBytes / 1'000'000));
+  }
+}
+
+void check_extent(const aiScene& scene, const std::string& file) {
+  size_t vertices = 0;
+  for (unsigned m = 0; m < scene.mNumMeshes; ++m) {
+    const aiMesh& mesh = *scene.mMeshes[m];
+    vertices += mesh.mNumVertices;
+    for (unsigned i = 0; i < mesh.mNumFaces; ++i) {
+      const aiFace& face = mesh.mFaces[i];
+      if (face.mNumIndices > static_cast<unsigned>(limits::kMaxPolygonCorners)) {
+        throw InputError(fmt::format("{}: a polygon has {} corners; at most {} are taken: export "
+                                     "triangles",
+                                     file, face.mNumIndices, limits::kMaxPolygonCorners));
+      }
+      for (unsigned k = 0; k < face.mNumIndices; ++k) {
+        if (face.mIndices[k] < mesh.mNumVertices) continue;
+        throw InputError(fmt::format("{}: a triangle names vertex {} of {}", file,
+                                     face.mIndices[k], mesh.mNumVertices));
+      }
+    }
+  }
+  if (vertices > limits::kMaxMeshVertices) {
+    throw InputError(fmt::format("{}: {} vertices; at most {} are taken: simplify the mesh", file,
+                                 vertices, limits::kMaxMeshVertices));
   }
 }
 
 /// Appends the submeshes of a node and of the nodes below it, transformed.
 void append_node(const aiScene& scene, const aiNode& node, const aiMatrix4x4& above,
-                 TriangleMesh& out) {
+                 const std::string& file, TriangleMesh& out) {
   const aiMatrix4x4 transform = above * node.mTransformation;
   const bool mirrored = transform.Determinant() < 0;
   for (unsigned m = 0; m < node.mNumMeshes; ++m) {
     const aiMesh& mesh = *scene.mMeshes[node.mMeshes[m]];
     const int first = static_cast<int>(out.vertices.size());
+    if (out.vertices.size() + mesh.mNumVertices > limits::kMaxMeshVertices) {
+      throw InputError(fmt::format("{}: more than {} vertices, those of instances counted wherever "
+                                   "they stand: simplify the mesh",
+                                   file, limits::kMaxMeshVertices));
+    }
     for (unsigned i = 0; i < mesh.mNumVertices; ++i) {
       const aiVector3D p = transform * mesh.mVertices[i];
       out.vertices.emplace_back(p.x, p.y, p.z);
@@ -63,7 +108,7 @@ void append_node(const aiScene& scene, const aiNode& node, const aiMatrix4x4& ab
     }
   }
   for (unsigned c = 0; c < node.mNumChildren; ++c) {
-    append_node(scene, *node.mChildren[c], transform, out);
+    append_node(scene, *node.mChildren[c], transform, file, out);
   }
 }
 
@@ -118,16 +163,13 @@ TriangleMesh load_mesh(const std::filesystem::path& file, const Vector3& scale) 
   }
   if (lower_extension(file) == ".dae") check_collada(file);
   Assimp::Importer importer;
-  const aiScene* scene = importer.ReadFile(file.string(), aiProcess_Triangulate);
+  importer.SetIOHandler(new OneFile(file.string()));  // the importer's from here
+  const aiScene* scene = importer.ReadFile(file.string(), 0);
+  if (scene != nullptr) check_extent(*scene, file.string());
+  if (scene != nullptr) scene = importer.ApplyPostProcessing(aiProcess_Triangulate);
   if (scene == nullptr || scene->mRootNode == nullptr) {
     throw InputError(
         fmt::format("{}: the mesh cannot be read: {}", file.string(), importer.GetErrorString()));
-  }
-  size_t vertices = 0;
-  for (unsigned m = 0; m < scene->mNumMeshes; ++m) vertices += scene->mMeshes[m]->mNumVertices;
-  if (vertices > kMaxVertices) {
-    throw InputError(fmt::format("{}: {} vertices; at most {} are taken: simplify the mesh",
-                                 file.string(), vertices, kMaxVertices));
   }
   // Assimp turns Collada files so that y is up; here z is.
   aiMatrix4x4 axes;
@@ -135,11 +177,12 @@ TriangleMesh load_mesh(const std::filesystem::path& file, const Vector3& scale) 
     axes = aiMatrix4x4(1, 0, 0, 0, 0, 0, -1, 0, 0, 1, 0, 0, 0, 0, 0, 1);
   }
   TriangleMesh mesh;
-  append_node(*scene, *scene->mRootNode, axes, mesh);
+  append_node(*scene, *scene->mRootNode, axes, file.string(), mesh);
   for (Vector3& p : mesh.vertices) {
     p = p.cwiseProduct(scale);
-    if (!p.allFinite()) {
-      throw InputError(fmt::format("{}: a vertex is not a finite number", file.string()));
+    if (!(p.cwiseAbs().maxCoeff() <= limits::kMaxLength)) {  // not a number is not less, either
+      throw InputError(fmt::format("{}: a vertex is not a finite number, or farther out than {:g} m",
+                                   file.string(), limits::kMaxLength));
     }
   }
   if (scale.prod() < 0.0) {

@@ -21,8 +21,8 @@ struct TriangleMesh {
 /// Reads STL (ascii, binary), OBJ or DAE (its unit is applied, and its up axis becomes z), all
 /// submeshes welded into one, scaled per axis (a mirroring scale keeps the outside outside).
 /// Coordinates pass through single precision. @throws InputError naming the file when it is
-/// missing, unreadable, empty, has more than 5 million vertices, or coordinates that are not
-/// finite.
+/// missing, unreadable, empty, beyond the limits of model/limits.h, or has coordinates that are not
+/// finite. No other file is opened, whatever the mesh names.
 TriangleMesh load_mesh(const std::filesystem::path& file, const Vector3& scale = Vector3::Ones());
 
 /// Convex hull, triangles that are coplanar to about one millionth of the size merged into

@@ -7,6 +7,7 @@
 
 #include "counterpoint/model/builder_names.h"
 #include "counterpoint/model/inertia.h"
+#include "counterpoint/model/limits.h"
 #include "counterpoint/model/robot_tree.h"
 
 namespace counterpoint {
@@ -74,6 +75,7 @@ void ModelBuilder::add_link(const LinkSpec& link, const Placement& placement, in
   const int frame = static_cast<int>(model_.frames_.size());
   take_name(frame_names_, name, frame, link.where, "link");
   model_.frames_.push_back({name, body, X_BL});
+  frame_geometries_.push_back(static_cast<int>(model_.geometries_.size()));
   add_collisions(link, placement, body, X_BL, frame);
   if (body == 0) return;
   if (link.drag.any()) model_.drags_.push_back({body, X_BL * link.inertia.center, link.drag});
@@ -90,6 +92,11 @@ void ModelBuilder::add_link(const LinkSpec& link, const Placement& placement, in
 
 void ModelBuilder::add_collisions(const LinkSpec& link, const Placement& placement, int body,
                                   const Pose& X_BL, int frame) {
+  if (model_.geometries_.size() + link.collisions.size() > limits::kMaxGeometries) {
+    throw InputError(located_at(link.where, fmt::format("more than {} geometries; make the scene "
+                                                        "smaller (count, models)",
+                                                        limits::kMaxGeometries)));
+  }
   for (size_t i = 0; i < link.collisions.size(); ++i) {
     const LinkSpec::Collision& collision = link.collisions[i];
     const std::string stem = placement.prefix + link.name + "/";
@@ -142,8 +149,11 @@ std::vector<int> ModelBuilder::geometries_named(const std::string& name) const {
   if (geometry != geometry_names_.end()) found.push_back(geometry->second);
   const auto frame = frame_names_.find(name);
   if (frame != frame_names_.end()) {
-    for (size_t i = 0; i < model_.geometries_.size(); ++i) {
-      if (model_.geometries_[i].frame == frame->second) found.push_back(static_cast<int>(i));
+    // Those of a link were added together.
+    const auto& all = model_.geometries_;
+    for (int i = frame_geometries_[frame->second];
+         i < static_cast<int>(all.size()) && all[i].frame == frame->second; ++i) {
+      found.push_back(i);
     }
   }
   if (geometry == geometry_names_.end() && frame == frame_names_.end()) {
@@ -165,6 +175,11 @@ void ModelBuilder::exclude_pair(const std::string& geometry_or_link_a,
 }
 
 void ModelBuilder::add_exclusion(int a, int b, const std::string& reason) {
+  if (model_.excluded_pairs_.size() == limits::kMaxExclusions) {
+    throw InputError(fmt::format("more than {} pairs of geometries are excluded; use fewer geometries "
+                                 "or smaller groups",
+                                 limits::kMaxExclusions));
+  }
   model_.excluded_pairs_.push_back(std::minmax(a, b));
   model_.exclusion_reasons_.push_back(reason);
 }
@@ -185,6 +200,15 @@ void ModelBuilder::sort_exclusions() {
 
 void ModelBuilder::check_inertias() const {
   for (int t = 0; t < model_.num_trees(); ++t) {
+    const int coordinates = model_.trees_[t].v_end - model_.trees_[t].v_begin;
+    const int root = model_.trees_[t].body_begin;
+    if (coordinates > limits::kMaxTreeCoordinates) {
+      throw InputError(located_at(
+          joint_where_[root - 1],
+          fmt::format("the tree of joints from '{}' on has {} coordinates; at most {} are taken: cut "
+                      "it, and join the parts by closures",
+                      model_.joints_[root - 1].name, coordinates, limits::kMaxTreeCoordinates)));
+    }
     const int k = find_coordinate_without_inertia(model_, t, model_.default_q_);
     if (k < 0) continue;
     const Tree& tree = model_.trees_[t];

@@ -161,6 +161,7 @@ class ModelBuilder {
   Model model_;
   int num_instances_ = 0;
   NameIndex joint_names_, frame_names_, geometry_names_;
+  std::vector<int> frame_geometries_;  // where those of each frame begin
   std::vector<double> default_q_, damping_, armature_, dry_friction_;
   // By joint: where it was read, and the first link of its body whose inertia is not physical.
   std::vector<std::string> joint_where_, defective_link_;

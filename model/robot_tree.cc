@@ -5,6 +5,8 @@
 #include <cmath>
 #include <map>
 
+#include "counterpoint/model/limits.h"
+
 namespace counterpoint {
 namespace {
 
@@ -35,6 +37,16 @@ void check_link(const LinkSpec& link) {
   if (inertia.mass < 0.0) {
     throw InputError(
         fmt::format("{}: mass is {} kg; give a mass that is zero or positive", at, inertia.mass));
+  }
+  if (inertia.mass > limits::kMaxMass || (inertia.mass > 0.0 && inertia.mass < limits::kMinMass) ||
+      inertia.rotational.cwiseAbs().maxCoeff() > limits::kMaxMass ||
+      inertia.center.cwiseAbs().maxCoeff() > limits::kMaxLength) {
+    throw InputError(fmt::format("{}: mass {:g} kg, moments up to {:g} kg m^2, centre up to {:g} m "
+                                 "away; masses of {:g} ... {:g} kg are taken, moments up to {:g} and "
+                                 "{:g} m (are the units right?)",
+                                 at, inertia.mass, inertia.rotational.cwiseAbs().maxCoeff(),
+                                 inertia.center.cwiseAbs().maxCoeff(), limits::kMinMass,
+                                 limits::kMaxMass, limits::kMaxMass, limits::kMaxLength));
   }
   check_nonnegative(link.drag.linear, "linear drag", at);
   check_nonnegative(link.drag.quadratic, "quadratic drag", at);
@@ -205,6 +217,10 @@ void check_pose(const Pose& pose, const std::string& where) {
   if (!pose.rotation.allFinite() || !pose.translation.allFinite()) {
     throw InputError(where + ": position and orientation must be finite numbers");
   }
+  if (pose.translation.cwiseAbs().maxCoeff() > limits::kMaxLength) {
+    throw InputError(fmt::format("{}: it lies {:.3g} m away; at most {:g} m are taken", where,
+                                 pose.translation.cwiseAbs().maxCoeff(), limits::kMaxLength));
+  }
   constexpr double kOrthonormalTolerance = 1e-9;
   if (!(pose.rotation * pose.rotation.transpose()).isIdentity(kOrthonormalTolerance) ||
       pose.rotation.determinant() < 0.0) {
@@ -225,9 +241,13 @@ void check_material(const Material& material, const std::string& where) {
 
 void check_shape(const Shape& shape, const std::string& where) {
   const auto positive = [&](double value, const char* what) {
-    if (std::isfinite(value) && value > 0.0) return;
-    throw InputError(
-        fmt::format("{}: {} is {}; it must be finite and positive", where, what, value));
+    if (!(std::isfinite(value) && value > 0.0)) {
+      throw InputError(
+          fmt::format("{}: {} is {}; it must be finite and positive", where, what, value));
+    }
+    if (value >= limits::kMinLength && value <= limits::kMaxLength) return;
+    throw InputError(fmt::format("{}: {} is {} m; {:g} ... {:g} m are taken (are the units right?)",
+                                 where, what, value, limits::kMinLength, limits::kMaxLength));
   };
   switch (shape.type) {
     case ShapeType::kPlane:

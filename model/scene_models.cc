@@ -176,14 +176,20 @@ VectorX ModelReader::start_velocities(const Model& model) const {
     }
     std::copy_n(velocity.numbers.begin(), nv, v.data() + body.v_index);
   }
-  // As many passes as the longest chain of mimics can have links.
-  for (size_t pass = 0; pass < model.mimics().size(); ++pass) {
+  // As many passes as the longest chain of mimics has links.
+  bool changed = true;
+  for (size_t pass = 0; changed && pass < model.mimics().size(); ++pass) {
+    changed = false;
     for (const Mimic& mimic : model.mimics()) {
-      v[model.body(mimic.joint + 1).v_index] =
-          mimic.multiplier * v[model.body(mimic.master + 1).v_index];
+      double& speed = v[model.body(mimic.joint + 1).v_index];
+      const double follows = mimic.multiplier * v[model.body(mimic.master + 1).v_index];
+      changed = changed || speed != follows;
+      speed = follows;
     }
   }
-  return v;
+  if (v.allFinite()) return v;
+  throw InputError("a joint that follows another would start with a speed that is not finite; give a "
+                   "smaller multiplier or speed");
 }
 
 }  // namespace counterpoint

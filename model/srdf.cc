@@ -3,23 +3,19 @@
 #include <fmt/format.h>
 #include <tinyxml2.h>
 
+#include <algorithm>
+
+#include "counterpoint/model/text_file.h"
 #include "counterpoint/model/types.h"
 
 namespace counterpoint {
 
 Srdf load_srdf(const std::filesystem::path& file) {
-  constexpr std::uintmax_t kMaxBytes = 64'000'000;
-  std::error_code error;
-  if (!std::filesystem::is_regular_file(file, error)) {
-    throw InputError(fmt::format("{}: there is no such SRDF file", file.string()));
-  }
-  if (std::filesystem::file_size(file, error) > kMaxBytes) {
-    throw InputError(fmt::format("{}: larger than 64 MB", file.string()));
-  }
+  const std::string text = read_xml_file(file, "there is no such SRDF file");
   tinyxml2::XMLDocument document;
-  if (document.LoadFile(file.c_str()) != tinyxml2::XML_SUCCESS) {
+  if (document.Parse(text.data(), text.size()) != tinyxml2::XML_SUCCESS) {
     throw InputError(fmt::format("{}:{}: not well-formed XML: {}", file.string(),
-                                 document.ErrorLineNum(), document.ErrorName()));
+                                 std::max(1, document.ErrorLineNum()), document.ErrorName()));
   }
   const tinyxml2::XMLElement* robot = document.RootElement();
   if (robot == nullptr || std::string(robot->Name()) != "robot") {

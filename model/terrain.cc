@@ -6,6 +6,8 @@
 #include <cmath>
 #include <limits>
 
+#include "counterpoint/model/limits.h"
+
 namespace counterpoint {
 namespace {
 
@@ -154,8 +156,9 @@ std::shared_ptr<const Terrain> make_terrain(const TriangleMesh& mesh, const std:
   const std::string at = source.empty() ? "terrain" : source;
   const int size = static_cast<int>(mesh.vertices.size());
   for (int i = 0; i < size; ++i) {
-    if (mesh.vertices[i].allFinite()) continue;
-    throw InputError(fmt::format("{}: vertex {} is not a finite number", at, i));
+    if (mesh.vertices[i].cwiseAbs().maxCoeff() <= limits::kMaxLength) continue;
+    throw InputError(fmt::format("{}: vertex {} is not a finite number, or farther out than {:g} m",
+                                 at, i, limits::kMaxLength));
   }
   for (size_t i = 0; i < mesh.triangles.size(); ++i) {
     for (const int v : mesh.triangles[i]) {

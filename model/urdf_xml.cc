@@ -7,11 +7,12 @@
 #include <cctype>
 #include <charconv>
 #include <cstring>
-#include <fstream>
 #include <set>
 #include <sstream>
 #include <string_view>
 
+#include "counterpoint/model/limits.h"
+#include "counterpoint/model/text_file.h"
 #include "counterpoint/model/types.h"
 
 namespace counterpoint {
@@ -25,23 +26,6 @@ Material SurfaceValues::over(const Material& base) const {
 }
 
 namespace {
-
-constexpr std::uintmax_t kMaxFileBytes = 64u << 20;
-
-std::string read_text(const std::filesystem::path& file) {
-  std::error_code error;
-  if (!std::filesystem::is_regular_file(file, error)) {
-    throw InputError(fmt::format("{}: there is no such file", file.string()));
-  }
-  if (std::filesystem::file_size(file, error) > kMaxFileBytes) {
-    throw InputError(fmt::format("{}: larger than 64 MB, which no URDF is", file.string()));
-  }
-  std::ifstream stream(file, std::ios::binary);
-  std::ostringstream text;
-  text << stream.rdbuf();
-  if (!stream) throw InputError(fmt::format("{}: the file cannot be read", file.string()));
-  return text.str();
-}
 
 /// xacro's $(optenv NAME default ...) becomes its default; the environment is not asked, so that a
 /// file means the same everywhere. Each is noted.
@@ -176,6 +160,10 @@ class Pass {
     if (out_.links.count(name) > 0) {
       throw InputError(fmt::format("{}: link '{}' is there twice (first in line {}); rename one",
                                    at(e), name, out_.links[name].line));
+    }
+    if (out_.link_names.size() == limits::kMaxLinks) {
+      throw InputError(fmt::format("{}: more than {} links; put the robot into several files of a scene",
+                                   at(e), limits::kMaxLinks));
     }
     out_.link_names.push_back(name);
     UrdfXml::Link& link = out_.links[name];
@@ -386,7 +374,7 @@ class Pass {
 
 UrdfXml read_urdf_xml(const std::filesystem::path& file) {
   UrdfXml out;
-  const std::string text = expand_optenv(read_text(file), file.string(), out.notes);
+  const std::string text = expand_optenv(read_xml_file(file, "there is no such file"), file.string(), out.notes);
   const size_t declaration = text.find("<?xml");
   if (declaration != std::string::npos && declaration > 0 &&
       text.compare(0, 3, "\xEF\xBB\xBF") != 0 && text.find_first_not_of(" \t\r\n") == declaration) {

@@ -8,10 +8,35 @@
 #include <limits>
 #include <set>
 
+#include "counterpoint/model/limits.h"
+#include "counterpoint/model/text_file.h"
+
 namespace counterpoint {
 namespace {
 
-constexpr std::uintmax_t kMaxFileBytes = 16u << 20;
+/// Counts what a reader would walk through. @throws InputError where that is too much or too deep: an
+/// alias may stand within itself, and aliases of aliases multiply.
+void check_extent(const YAML::Node& node, const std::string& file, int depth, size_t& count) {
+  const auto refuse = [&](const std::string& why) {
+    throw InputError(fmt::format("{}:{}: {}", file, node.Mark().line + 1, why));
+  };
+  if (depth > limits::kMaxYamlDepth) {
+    refuse(fmt::format("nested deeper than {} lists and maps (or an alias within itself)",
+                       limits::kMaxYamlDepth));
+  }
+  if (++count > limits::kMaxYamlNodes) {
+    refuse(fmt::format("more than {} values, those of aliases counted wherever they are used",
+                       limits::kMaxYamlNodes));
+  }
+  if (node.IsMap()) {
+    for (const auto& entry : node) {
+      check_extent(entry.first, file, depth + 1, count);
+      check_extent(entry.second, file, depth + 1, count);
+    }
+  } else if (node.IsSequence()) {
+    for (const auto& item : node) check_extent(item, file, depth + 1, count);
+  }
+}
 
 /// A whole string as a number, whatever the locale.
 bool parse_number(const std::string& text, double& value) {
@@ -23,20 +48,28 @@ bool parse_number(const std::string& text, double& value) {
 
 }  // namespace
 
-YamlValue YamlValue::load(const std::filesystem::path& file) {
-  std::error_code error;
-  if (!std::filesystem::is_regular_file(file, error)) {
-    throw InputError(fmt::format("{}: there is no such file", file.string()));
-  }
-  if (std::filesystem::file_size(file, error) > kMaxFileBytes) {
-    throw InputError(fmt::format("{}: larger than 16 MB, which no scene is", file.string()));
-  }
+YAML::Node load_yaml_file(const std::filesystem::path& file, const char* missing) {
+  const std::string text = read_text_file(file, limits::kMaxYamlBytes, missing);
+  YAML::Node root;
   try {
-    return {YAML::LoadFile(file.string()), file.string(), ""};
+    // What follows the first document would be dropped in silence.
+    const std::vector<YAML::Node> documents = YAML::LoadAll(text);
+    if (documents.size() > 1) {
+      throw InputError(fmt::format("{}:{}: a second YAML document begins here; one is expected",
+                                   file.string(), documents[1].Mark().line + 1));
+    }
+    if (!documents.empty()) root = documents[0];
   } catch (const YAML::Exception& exception) {
     throw InputError(fmt::format("{}:{}: malformed YAML: {}", file.string(),
                                  exception.mark.line + 1, exception.msg));
   }
+  size_t count = 0;
+  check_extent(root, file.string(), 0, count);
+  return root;
+}
+
+YamlValue YamlValue::load(const std::filesystem::path& file) {
+  return {load_yaml_file(file, "there is no such file"), file.string(), ""};
 }
 
 std::string YamlValue::where() const {
@@ -57,12 +90,10 @@ YamlValue YamlValue::at(const char* key) const {
 void YamlValue::expect_map(std::initializer_list<const char*> known) const {
   const auto list = [&] { return fmt::format("{}", fmt::join(known, ", ")); };
   if (!node_.IsMap()) fail("a map is expected, with keys out of: " + list());
-  std::set<std::string> seen;
   for (const auto& [key, value] : entries()) {
     const bool is_known = std::any_of(known.begin(), known.end(),
                                       [&, &k = key](const char* name) { return k == name; });
     if (!is_known) value.fail(fmt::format("'{}' is not known here; known: {}", key, list()));
-    if (!seen.insert(key).second) value.fail(fmt::format("'{}' is given twice", key));
   }
 }
 
@@ -78,11 +109,15 @@ std::vector<YamlValue> YamlValue::list() const {
 std::vector<std::pair<std::string, YamlValue>> YamlValue::entries() const {
   if (!node_.IsMap()) fail("a map (key: value) is expected");
   std::vector<std::pair<std::string, YamlValue>> result;
+  std::set<std::string> seen;
   for (const auto& entry : node_) {
     if (!entry.first.IsScalar()) fail("keys must be plain words");
     const std::string key = entry.first.Scalar();
     result.emplace_back(key,
                         YamlValue(entry.second, file_, path_.empty() ? key : path_ + "." + key));
+    if (!seen.insert(key).second) {
+      result.back().second.fail(fmt::format("'{}' is given twice", key));
+    }
   }
   return result;
 }

@@ -12,14 +12,18 @@
 
 namespace counterpoint {
 
+/// A whole YAML file, of the extent that model/limits.h allows. @throws InputError with file and line.
+/// `missing`: what to say when there is no such file.
+YAML::Node load_yaml_file(const std::filesystem::path& file, const char* missing);
+
 /// A YAML value together with the file it stands in. All readers throw InputError with file and
 /// line.
 class YamlValue {
  public:
-  /// Reads a file of at most 16 MB.
+  /// As load_yaml_file.
   static YamlValue load(const std::filesystem::path& file);
 
-  bool has(const char* key) const { return node_[key].IsDefined(); }
+  bool has(const char* key) const { return node_.IsMap() && node_[key].IsDefined(); }
   /// The value under a key of a map; an error if it is missing.
   YamlValue at(const char* key) const;
   bool is_map() const { return node_.IsMap(); }
@@ -29,7 +33,7 @@ class YamlValue {
   /// Refuses keys that are unknown or repeated, naming those that are known.
   void expect_map(std::initializer_list<const char*> known) const;
   std::vector<YamlValue> list() const;
-  /// Key and value, in file order.
+  /// Key and value, in file order; an error if a key is given twice.
   std::vector<std::pair<std::string, YamlValue>> entries() const;
 
   std::string text() const;

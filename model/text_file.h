@@ -1,0 +1,19 @@
+// Whole text files in memory, as far as they are of a sane size.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+
+namespace counterpoint {
+
+/// The bytes of a file. Pipes are read to their end. @throws InputError: "FILE: `missing`" where it
+/// cannot be opened or is a folder, and when it is longer than `max_bytes`.
+std::string read_text_file(const std::filesystem::path& file, std::uintmax_t max_bytes,
+                           const char* missing);
+
+/// An XML file: as above, and refused when it defines entities or a document type (they could
+/// multiply it, and no format here needs them) or has more marks than limits::kMaxXmlMarks.
+std::string read_xml_file(const std::filesystem::path& file, const char* missing);
+
+}  // namespace counterpoint

@@ -1,0 +1,24 @@
+#!/bin/sh
+# Builds the fuzz targets with Clang and runs each for a while: scripts/fuzz.sh [SECONDS] [TARGET...]
+# Stops with 1 when an input crashes, hangs or leaks out of the parser; it lies in out/fuzz/.
+set -eu
+cd "$(dirname "$0")/.."
+
+seconds=${1:-60}
+[ $# -eq 0 ] || shift
+targets=${*:-$(ls tests/fuzz/corpus)}
+
+cmake -G Ninja -B build/fuzz -S . -DCMAKE_BUILD_TYPE=RelWithDebInfo \
+  "-DCMAKE_CXX_FLAGS_RELWITHDEBINFO=-O1 -g1" -DCMAKE_CXX_COMPILER=clang++ \
+  -DCOUNTERPOINT_BUILD_FUZZERS=ON
+failed=0
+for target in $targets; do
+  cmake --build build/fuzz --target "fuzz_$target"
+  mkdir -p "out/fuzz/$target"
+  ASAN_OPTIONS=detect_leaks=0 "build/fuzz/bin/fuzz_$target" "out/fuzz/$target" "tests/fuzz/corpus/$target" \
+    "-dict=tests/fuzz/dictionaries/$target.dict" "-artifact_prefix=out/fuzz/$target-" \
+    "-max_total_time=$seconds" -timeout=20 -rss_limit_mb=4096 -max_len=16384 -print_final_stats=1 \
+    >"out/fuzz/$target.log" 2>&1 || { failed=1; echo "$target: found something"; }
+  grep -E "cov: " "out/fuzz/$target.log" | tail -n 1
+done
+exit $failed

@@ -1,0 +1,45 @@
+// Tables: as such, as a trajectory of a small model, and as its inputs.
+#include "counterpoint/engine/csv.h"
+
+#include "apps/inputs.h"
+#include "counterpoint/engine/trajectory.h"
+#include "fuzz/fuzz.h"
+#include "fuzz/small_model.h"
+
+namespace counterpoint::fuzz {
+namespace {
+
+template <typename Read>
+void try_read(const Read& read) {
+  try {
+    read();
+  } catch (const InputError&) {
+  }
+}
+
+}  // namespace
+
+void read(std::string_view input) {
+  const std::filesystem::path file = write("table.csv", input);
+  const Model& model = small_model();
+  try_read([&] {
+    const Trajectory trajectory = read_trajectory(file, model);
+    if (!trajectory.q.allFinite() || !trajectory.v.allFinite()) std::abort();
+    step_lengths(trajectory, std::nullopt, 0.1);
+  });
+  try_read([&] {
+    apps::InputSchedule schedule(file, model);
+    Input applied;
+    for (const double time : {-1.0, 0.0, 0.5, 1e300}) {
+      applied.applied_force.setZero(model.nv());
+      schedule.apply(model, time, 0.0, applied);
+      if (!applied.applied_force.allFinite()) std::abort();
+    }
+  });
+  const CsvTable table(file);
+  for (int row = 0; row < table.num_rows(); ++row) {
+    for (int column = 0; column < table.num_columns(); ++column) table.cell(row, column);
+  }
+}
+
+}  // namespace counterpoint::fuzz

@@ -1,0 +1,14 @@
+// Height fields from PNG files, up to terrain.
+#include "counterpoint/model/height_field.h"
+#include "counterpoint/model/terrain.h"
+#include "fuzz/fuzz.h"
+
+namespace counterpoint::fuzz {
+
+void read(std::string_view input) {
+  const HeightGrid grid = load_height_image(write("heights.png", input));
+  if (grid.heights.size() != static_cast<size_t>(grid.rows) * grid.columns) std::abort();
+  make_terrain(height_field_mesh(grid, 2.0, 3.0, 0.5, "heights"));
+}
+
+}  // namespace counterpoint::fuzz

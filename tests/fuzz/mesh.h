@@ -1,0 +1,28 @@
+// A mesh file by both ways that a scene has: as the hull of its points, and as terrain.
+#pragma once
+
+#include "counterpoint/model/mesh.h"
+#include "counterpoint/model/terrain.h"
+#include "fuzz/fuzz.h"
+
+namespace counterpoint::fuzz {
+
+inline void read_mesh(const std::filesystem::path& file) {
+  const TriangleMesh mesh = load_mesh(file, Vector3(1, 2, -1));
+  const int size = static_cast<int>(mesh.vertices.size());
+  for (const Vector3& v : mesh.vertices) {
+    if (!v.allFinite()) std::abort();
+  }
+  for (const auto& triangle : mesh.triangles) {
+    for (const int v : triangle) {
+      if (v < 0 || v >= size) std::abort();
+    }
+  }
+  try {
+    make_terrain(mesh);
+  } catch (const InputError&) {
+  }
+  load_convex_mesh(file);
+}
+
+}  // namespace counterpoint::fuzz

@@ -1,0 +1,8 @@
+// Meshes in OBJ files, up to hull and terrain.
+#include "fuzz/mesh.h"
+
+namespace counterpoint::fuzz {
+
+void read(std::string_view input) { read_mesh(write("mesh.obj", input)); }
+
+}  // namespace counterpoint::fuzz

@@ -1,0 +1,8 @@
+// Meshes in STL files, up to hull and terrain.
+#include "fuzz/mesh.h"
+
+namespace counterpoint::fuzz {
+
+void read(std::string_view input) { read_mesh(write("mesh.stl", input)); }
+
+}  // namespace counterpoint::fuzz
