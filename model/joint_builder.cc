@@ -117,7 +117,7 @@ void ModelBuilder::set_default_position(const std::string& joint, const VectorX&
     throw InputError(fmt::format("joint '{}' is {} and takes {} numbers, not {}", joint,
                                  joint_type_name(body.joint_type), nq, q.size()));
   }
-  if (!(q.cwiseAbs().maxCoeff() <= limits::kMaxLength)) {  // not a number is not less, either
+  if (!(q.array().abs() <= limits::kMaxLength).all()) {  // not a number is not less, either
     throw InputError(fmt::format("joint '{}': its position must be finite numbers of at most {:g}",
                                  joint, limits::kMaxLength));
   }

@@ -180,7 +180,7 @@ TriangleMesh load_mesh(const std::filesystem::path& file, const Vector3& scale) 
   append_node(*scene, *scene->mRootNode, axes, file.string(), mesh);
   for (Vector3& p : mesh.vertices) {
     p = p.cwiseProduct(scale);
-    if (!(p.cwiseAbs().maxCoeff() <= limits::kMaxLength)) {  // not a number is not less, either
+    if (!(p.array().abs() <= limits::kMaxLength).all()) {  // not a number is not less, either
       throw InputError(fmt::format("{}: a vertex is not a finite number, or farther out than {:g} m",
                                    file.string(), limits::kMaxLength));
     }

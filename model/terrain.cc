@@ -156,7 +156,7 @@ std::shared_ptr<const Terrain> make_terrain(const TriangleMesh& mesh, const std:
   const std::string at = source.empty() ? "terrain" : source;
   const int size = static_cast<int>(mesh.vertices.size());
   for (int i = 0; i < size; ++i) {
-    if (mesh.vertices[i].cwiseAbs().maxCoeff() <= limits::kMaxLength) continue;
+    if ((mesh.vertices[i].array().abs() <= limits::kMaxLength).all()) continue;  // no NaN is
     throw InputError(fmt::format("{}: vertex {} is not a finite number, or farther out than {:g} m",
                                  at, i, limits::kMaxLength));
   }
