@@ -22,9 +22,9 @@ class SceneReader {
   SceneReader(const YamlValue& root, const fs::path& file, const SceneOverrides& overrides)
       : root_(root),
         folder_(file.parent_path()),
+        scene_name_(root.has("name") ? root.at("name").text() : file.stem().string()),
         builder_(read_gravity(root)),
         models_(folder_, urdf_options_, builder_) {
-    scene_name_ = root.has("name") ? root.at("name").text() : file.stem().string();
     if (root.has("defaults")) {
       const YamlValue defaults = root.at("defaults");
       defaults.expect_map({"friction", "restitution", "torsional_friction", "rolling_friction"});

@@ -1,18 +1,53 @@
 #include "counterpoint/model/yaml_reader.h"
 
 #include <fmt/format.h>
+#include <yaml-cpp/eventhandler.h>
 
 #include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <limits>
 #include <set>
+#include <sstream>
 
 #include "counterpoint/model/limits.h"
 #include "counterpoint/model/text_file.h"
 
 namespace counterpoint {
 namespace {
+
+/// Hears what the parser finds and keeps the line of the last document.
+class DocumentLine : public YAML::EventHandler {
+ public:
+  void OnDocumentStart(const YAML::Mark& mark) override { line_ = mark.line + 1; }
+  void OnDocumentEnd() override {}
+  void OnNull(const YAML::Mark&, YAML::anchor_t) override {}
+  void OnAlias(const YAML::Mark&, YAML::anchor_t) override {}
+  void OnScalar(const YAML::Mark&, const std::string&, YAML::anchor_t,
+                const std::string&) override {}
+  void OnSequenceStart(const YAML::Mark&, const std::string&, YAML::anchor_t,
+                       YAML::EmitterStyle::value) override {}
+  void OnSequenceEnd() override {}
+  void OnMapStart(const YAML::Mark&, const std::string&, YAML::anchor_t,
+                  YAML::EmitterStyle::value) override {}
+  void OnMapEnd() override {}
+  int line() const { return line_; }
+
+ private:
+  int line_ = 1;
+};
+
+/// What follows the first document would be dropped in silence. (YAML::LoadAll is no help: where text
+/// stands to the left of the first document, yaml-cpp 0.7 finds empty documents without end.)
+void expect_one_document(const std::string& text, const std::string& file) {
+  std::istringstream stream(text);
+  YAML::Parser parser(stream);
+  DocumentLine documents;
+  if (!parser.HandleNextDocument(documents) || !parser.HandleNextDocument(documents)) return;
+  throw InputError(fmt::format("{}:{}: a second YAML document begins here; one is expected (or the "
+                               "indentation of the first is off)",
+                               file, documents.line()));
+}
 
 /// Counts what a reader would walk through. @throws InputError where that is too much or too deep: an
 /// alias may stand within itself, and aliases of aliases multiply.
@@ -52,13 +87,8 @@ YAML::Node load_yaml_file(const std::filesystem::path& file, const char* missing
   const std::string text = read_text_file(file, limits::kMaxYamlBytes, missing);
   YAML::Node root;
   try {
-    // What follows the first document would be dropped in silence.
-    const std::vector<YAML::Node> documents = YAML::LoadAll(text);
-    if (documents.size() > 1) {
-      throw InputError(fmt::format("{}:{}: a second YAML document begins here; one is expected",
-                                   file.string(), documents[1].Mark().line + 1));
-    }
-    if (!documents.empty()) root = documents[0];
+    root = YAML::Load(text);
+    expect_one_document(text, file.string());
   } catch (const YAML::Exception& exception) {
     throw InputError(fmt::format("{}:{}: malformed YAML: {}", file.string(),
                                  exception.mark.line + 1, exception.msg));

@@ -73,6 +73,8 @@ TEST_F(LimitsTest, YamlThatNeverEnds) {
 
 TEST_F(LimitsTest, YamlThatSaysMoreThanIsRead) {
   expect_scene_refused("name: a\n---\nname: b\n", {"s.yaml:", "second YAML document"});
+  // Text to the left of the first line: an endless row of empty documents to yaml-cpp.
+  expect_scene_refused("  name: a\ngravity: [0, 0, 0]\n", {"s.yaml:"});
   expect_scene_refused("packages: {a: x, a: y}\n", {"s.yaml:1", "given twice"});
 }
 
