@@ -246,7 +246,7 @@ void check_shape(const Shape& shape, const std::string& where) {
           fmt::format("{}: {} is {}; it must be finite and positive", where, what, value));
     }
     if (value >= limits::kMinLength && value <= limits::kMaxLength) return;
-    throw InputError(fmt::format("{}: {} is {} m; {:g} ... {:g} m are taken (are the units right?)",
+    throw InputError(fmt::format("{}: {} is {:g} m; {:g} ... {:g} m are taken (are the units right?)",
                                  where, what, value, limits::kMinLength, limits::kMaxLength));
   };
   switch (shape.type) {
