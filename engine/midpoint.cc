@@ -1,10 +1,8 @@
 #include "counterpoint/engine/midpoint.h"
 
-#include <algorithm>
 #include <limits>
 
 #include "counterpoint/engine/aba.h"
-#include "counterpoint/engine/drag.h"
 #include "counterpoint/engine/integrator.h"
 #include "counterpoint/engine/joint_forces.h"
 #include "counterpoint/engine/kinematics.h"
@@ -58,18 +56,8 @@ void solve_middle(const Model& model, EffectSet effects, double h, const State& 
 Vector3 set_middle(const Model& model, EffectSet effects, double h, const VectorRef& q,
                    const VectorRef& middle, const std::vector<ExternalWrench>& wrenches,
                    Workspace::Impl& ws) {
-  Data& data = ws.data;
-  const BodyRange all = moving_bodies(model);
   integrate_configuration(model, q, middle, 0.5 * h, ws.q_middle);
-  compute_kinematics(model, ws.q_middle, middle, {&all, 1}, data);
-  std::fill(data.has_mean_force.begin(), data.has_mean_force.end(), 0);
-  set_external(wrenches, effects, ws);
-  const Vector3 gravity = set_body_forces(model, effects, ws);
-  if (set_drag(model, effects, 1.0, ws)) {
-    add_drag_inverse(1.0, data.V, data);
-    data.added.clear();
-  }
-  return gravity;
+  return set_forces_at(model, effects, ws.q_middle, middle, wrenches, ws);
 }
 
 void step_midpoint(const Model& model, const SimulationOptions& options, EffectSet effects,
@@ -86,7 +74,7 @@ void step_midpoint(const Model& model, const SimulationOptions& options, EffectS
   if (!ws.constraints.empty()) {
     const BodyRange all = moving_bodies(model);
     compute_kinematics(model, state.q, state.v, {&all, 1}, ws.data);
-    ws.diagonal = effects.has(Effect::kArmature) ? model.armature() : ws.no_rotors;
+    ws.diagonal = rotor_inertia(model, effects, ws);
     solve_constraints(model, settings, state, ws, next.v, report);
   }
   integrate_configuration(model, state.q, next.v, h, next.q);
@@ -102,9 +90,9 @@ void find_middle(const Model& model, EffectSet effects, const VectorRef& v, cons
   data.has_coriolis = data.has_external = false;
   data.added.clear();
   for (Motion& c : data.c) c = Motion();
-  const VectorX& rotors = effects.has(Effect::kArmature) ? model.armature() : ws.no_rotors;
   // A singular M would have stopped the step that is inverted.
-  if (!aba(model, impulse, rotors, Vector3::Zero(), moving_bodies(model), data, ws.acceleration))
+  if (!aba(model, impulse, rotor_inertia(model, effects, ws), Vector3::Zero(), moving_bodies(model),
+           data, ws.acceleration))
     return;
   middle -= 0.5 * ws.acceleration;
 }

@@ -1,9 +1,7 @@
 #include "counterpoint/engine/runge_kutta.h"
 
-#include <algorithm>
 #include <string>
 
-#include "counterpoint/engine/drag.h"
 #include "counterpoint/engine/integrator.h"
 #include "counterpoint/engine/joint_forces.h"
 #include "counterpoint/engine/step_forces.h"
@@ -32,7 +30,7 @@ void exponent_rate(const Model& model, const VectorX& theta, const VectorX& w, V
     const Body& body = model.body(i);
     if (body.joint_type != JointType::kSpherical && body.joint_type != JointType::kFloating)
       continue;
-    const int k = body.v_index + (body.joint_type == JointType::kFloating ? 3 : 0);
+    const int k = body.v_index + joint_num_linear(body.joint_type);
     const Vector3 t = theta.segment<3>(k), omega = w.segment<3>(k), tw = t.cross(omega);
     rate.segment<3>(k) += 0.5 * tw + t.cross(tw) / 12.0;
   }
@@ -42,19 +40,10 @@ void exponent_rate(const Model& model, const VectorX& theta, const VectorX& w, V
 void compute_acceleration(const Model& model, EffectSet effects, const State& at,
                           const Input& input, Workspace::Impl& ws, VectorX& acceleration,
                           StepReport& report) {
-  Data& data = ws.data;
-  const BodyRange all = moving_bodies(model);
-  compute_kinematics(model, at.q, at.v, {&all, 1}, data);
-  std::fill(data.has_mean_force.begin(), data.has_mean_force.end(), 0);
   // Over no time: implicit terms vanish.
   set_motor_forces(model, effects, 0.0, at, input, ws);
   add_joint_forces(model, effects, 0.0, at.q, at.v, ws.diagonal, ws.tau, ws.counts);
-  set_external(input.wrenches, effects, ws);
-  const Vector3 gravity = set_body_forces(model, effects, ws);
-  if (set_drag(model, effects, 1.0, ws)) {
-    add_drag_inverse(1.0, data.V, data);
-    data.added.clear();
-  }
+  const Vector3 gravity = set_forces_at(model, effects, at.q, at.v, input.wrenches, ws);
   accelerate(model, 1.0, gravity, ws.no_rotors, ws, acceleration, report);
 }
 

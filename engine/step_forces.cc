@@ -1,5 +1,7 @@
 #include "counterpoint/engine/step_forces.h"
 
+#include <algorithm>
+
 #include "counterpoint/engine/aba.h"
 #include "counterpoint/engine/culprit.h"
 #include "counterpoint/engine/drag.h"
@@ -62,11 +64,31 @@ Vector3 set_body_forces(const Model& model, EffectSet effects, Workspace::Impl& 
   return model.gravity();
 }
 
+const VectorX& rotor_inertia(const Model& model, EffectSet effects, const Workspace::Impl& ws) {
+  return effects.has(Effect::kArmature) ? model.armature() : ws.no_rotors;
+}
+
+Vector3 set_forces_at(const Model& model, EffectSet effects, const VectorRef& q, const VectorRef& w,
+                      const std::vector<ExternalWrench>& wrenches, Workspace::Impl& ws) {
+  Data& data = ws.data;
+  const BodyRange all = moving_bodies(model);
+  compute_kinematics(model, q, w, {&all, 1}, data);
+  std::fill(data.has_mean_force.begin(), data.has_mean_force.end(), 0);
+  data.mean_rotor_force.setZero();
+  set_external(wrenches, effects, ws);
+  const Vector3 gravity = set_body_forces(model, effects, ws);
+  if (set_drag(model, effects, 1.0, ws)) {
+    add_drag_inverse(1.0, data.V, data);
+    data.added.clear();
+  }
+  return gravity;
+}
+
 void set_mean_forces(const Model& model, EffectSet effects, double h, const VectorRef& q,
                      const VectorRef& v, const Vector3& gravity, std::span<const BodyRange> ranges,
                      Workspace::Impl& ws) {
   if (!ws.data.has_coriolis) return;
-  const VectorX& rotors = effects.has(Effect::kArmature) ? model.armature() : ws.no_rotors;
+  const VectorX& rotors = rotor_inertia(model, effects, ws);
   for (const BodyRange& bodies : ranges) {
     ws.free_flight.apply(model, h, v, gravity, bodies, ws.data);
     ws.fast_trees.apply(model, h, q, v, rotors, bodies, ws.data);

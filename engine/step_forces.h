@@ -26,6 +26,14 @@ void set_mean_forces(const Model& model, EffectSet effects, double h, const Vect
                      const VectorRef& v, const Vector3& gravity, std::span<const BodyRange> ranges,
                      Workspace::Impl& ws);
 
+/// What rotors add to the diagonal of M (nv), as far as they are on.
+const VectorX& rotor_inertia(const Model& model, EffectSet effects, const Workspace::Impl& ws);
+
+/// Kinematics at (q, w) of all bodies, and what acts on them there and then: wrenches, gravity,
+/// velocity-dependent forces, drag, none of it over a step. Returns gravity [m/s^2].
+Vector3 set_forces_at(const Model& model, EffectSet effects, const VectorRef& q, const VectorRef& w,
+                      const std::vector<ExternalWrench>& wrenches, Workspace::Impl& ws);
+
 /// Poses, velocities, inertias of all that is in `ranges`.
 void compute_kinematics(const Model& model, const VectorRef& q, const VectorRef& v,
                         std::span<const BodyRange> ranges, Data& data);
