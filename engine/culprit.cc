@@ -22,13 +22,6 @@ ConstraintKind joint_row_kind(const JointConstraint& row) {
   }
 }
 
-int body_of_velocity(const Model& model, int v_index) {
-  const Tree& tree = model.trees()[model.tree_of_velocity(v_index)];
-  int body = tree.body_end - 1;
-  while (body > tree.body_begin && model.body(body).v_index > v_index) --body;
-  return body;
-}
-
 /// Names constraint c of a problem: pairs come first, then joint rows (assemble.h).
 Fault constraint_fault(FaultKind kind, const Model& model, const ConstraintSet& set, int c) {
   Fault fault;
@@ -73,12 +66,8 @@ Fault unposed_fault(const Model& model, const ConstraintSet& constraints,
   const auto free_velocity = problem.free_velocity();
   for (int i = 0; i < problem.num_velocities(); ++i) {
     if (std::isfinite(free_velocity[i])) continue;
-    Fault fault;
-    fault.kind = FaultKind::kNewVelocity;
-    fault.coordinate = coordinate_of(model, problem, block_of_tree, i);
-    fault.body = body_of_velocity(model, fault.coordinate);
-    fault.value = free_velocity[i];
-    return fault;
+    return velocity_fault(FaultKind::kNewVelocity, model,
+                          coordinate_of(model, problem, block_of_tree, i), free_velocity[i]);
   }
   for (int c = 0; c < problem.num_constraints(); ++c) {
     bool good = contact::is_finite(problem.law(c)) && contact::is_valid(problem.law(c));
@@ -100,12 +89,9 @@ Fault singular_mass_fault(const Model& model, const contact::Problem& problem,
     for (int k = 0; k < L.cols(); ++k) {
       const double pivot = L(k, k) - L.row(k).head(k).squaredNorm();
       if (!(pivot > 0.0)) {
-        Fault fault;
-        fault.kind = FaultKind::kSingularInertia;
-        fault.coordinate = coordinate_of(model, problem, block_of_tree, problem.block_start(b) + k);
-        fault.body = body_of_velocity(model, fault.coordinate);
-        fault.value = pivot;
-        return fault;
+        return velocity_fault(
+            FaultKind::kSingularInertia, model,
+            coordinate_of(model, problem, block_of_tree, problem.block_start(b) + k), pivot);
       }
       L(k, k) = std::sqrt(pivot);
       for (int i = k + 1; i < L.rows(); ++i)

@@ -1,6 +1,5 @@
 #include "counterpoint/engine/euler_top.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -34,19 +33,12 @@ JacobiFunctions jacobi_functions(double u, double m1) {
   return {sn, cn, std::sqrt(m1 + (1.0 - m1) * cn * cn)};
 }
 
-EulerTop::EulerTop(const Matrix3& inertia) {
-  const Eigen::SelfAdjointEigenSolver<Matrix3> solver(inertia);
-  moments_ = solver.eigenvalues();
-  axes_ = solver.eigenvectors();
-  if (axes_.determinant() < 0.0) axes_.col(0) = -axes_.col(0);
-}
-
 Vector3 EulerTop::advance(const Vector3& omega, double h) const {
-  const Vector3& I = moments_;
+  const auto& [I, axes] = principal_;
   // A sphere keeps its angular velocity, to the bit; a rod's spin about itself is nobody's
   // business.
   if (I[0] == I[2] || !(I[0] > 0.0)) return omega;
-  const Vector3 L = I.cwiseProduct(axes_.transpose() * omega);
+  const Vector3 L = I.cwiseProduct(axes.transpose() * omega);
   // L^2 - 2 E I_i. The angular momentum goes round the axis of the largest moment if that of the
   // middle one is positive, else round that of the smallest: there L is a multiple of dn, along the
   // middle axis of sn, along the third, a, of cn.
@@ -73,7 +65,7 @@ Vector3 EulerTop::advance(const Vector3& omega, double h) const {
   next[a] = (L[a] * cn + dL[a] * sn * dn) / D;
   next[1] = (L[1] * cn * dn + dL[1] * sn) / D;
   next[c] = (L[c] * dn + dL[c] * sn * cn) / D;
-  return axes_ * next.cwiseQuotient(I);
+  return axes * next.cwiseQuotient(I);
 }
 
 }  // namespace counterpoint

@@ -1,16 +1,16 @@
 // Torque-free rotation of a rigid body, exactly (Euler's top).
 #pragma once
 
-#include "counterpoint/model/types.h"
+#include "counterpoint/model/inertia.h"
 
 namespace counterpoint {
 
-/// Principal axes of an inertia.
+/// A rigid body that turns about its centre of mass or a fixed point.
 class EulerTop {
  public:
   /// `inertia`: symmetric, positive semidefinite [kg m^2], about the centre of mass or about a
   /// fixed point, in body axes.
-  explicit EulerTop(const Matrix3& inertia);
+  explicit EulerTop(const Matrix3& inertia) : principal_(principal_axes(inertia)) {}
 
   /// The angular velocity, in body axes [rad/s], h seconds after `omega` (in body axes) if no
   /// torque acts. Energy and the length of the angular momentum stay as they are to rounding,
@@ -23,12 +23,12 @@ class EulerTop {
 
   /// Change of angular velocity [rad/s] by an angular impulse [N m s], both in body axes.
   Vector3 response(const Vector3& impulse) const {
-    return axes_ * (axes_.transpose() * impulse).cwiseQuotient(moments_);
+    const auto& [moments, axes] = principal_;
+    return axes * (axes.transpose() * impulse).cwiseQuotient(moments);
   }
 
  private:
-  Vector3 moments_;  ///< ascending [kg m^2]
-  Matrix3 axes_;     ///< principal axes, in columns, right-handed
+  PrincipalAxes principal_;
 };
 
 /// Jacobi's elliptic functions at u for the parameter m = 1 - m1, 0 <= m1 <= 1. By the arithmetic-

@@ -39,8 +39,7 @@ double share_of(double rate) {
 }  // namespace
 
 FastTrees::FastTrees(const Model& model)
-    : scratch_(model),
-      q_(VectorX::Zero(model.nq())),
+    : q_(VectorX::Zero(model.nq())),
       change_(VectorX::Zero(model.nv())),
       reached_(VectorX::Zero(model.nv())),
       zero_(VectorX::Zero(model.nv())),
@@ -50,6 +49,8 @@ FastTrees::FastTrees(const Model& model)
   for (const Closure& closure : model.closures())
     for (const int body : {closure.body_a, closure.body_b})
       if (body > 0) corrected_[model.body(body).tree] = false;
+  if (std::find(corrected_.begin(), corrected_.end(), 1) != corrected_.end())
+    scratch_.emplace(model);
 }
 
 void FastTrees::apply(const Model& model, double h, const VectorRef& q, const VectorRef& v,
@@ -112,10 +113,10 @@ TreeMotion FastTrees::keep_energy(const Model& model, double h, const VectorRef&
   // Speed over that wanted, less one; it is about the scale over that wanted, less one.
   const auto excess_at_scale = [&] {
     integrate_configuration(model, q, reached_, h, bodies, q_);
-    compute_poses(model, q_, bodies, scratch_);
-    compute_velocities(model, reached_, bodies, scratch_);
-    compute_inertias(model, bodies, scratch_);
-    motion = motion_of(model, tree, rotors, reached_, scratch_);
+    compute_poses(model, q_, bodies, *scratch_);
+    compute_velocities(model, reached_, bodies, *scratch_);
+    compute_inertias(model, bodies, *scratch_);
+    motion = motion_of(model, tree, rotors, reached_, *scratch_);
     return energy > 0.0 ? std::sqrt(std::max(0.0, motion.internal_energy()) / energy) - 1.0 : 0.0;
   };
   double low = 0.0, high = std::numeric_limits<double>::infinity();
@@ -142,11 +143,10 @@ void FastTrees::set_force(const Model& model, double h, const VectorX& rotors, c
     Motion A =
         joint_motion(body.joint_type, &data.axis[body.v_index], change_.data() + body.v_index) *
         (-1.0 / h);
-    if (body.parent != 0) A += shift(scratch_.A[body.parent], data.arm[i]);
-    scratch_.A[i] = A;
+    if (body.parent != 0) A += shift(data.A[body.parent], data.arm[i]);
+    data.A[i] = A;
     data.has_mean_force[i] = 1;
-    data.mean_force[i] =
-        rigid_body_force(body.inertia, data.X_WB[i].rotation, Motion(), scratch_.A[i]);
+    data.mean_force[i] = rigid_body_force(body.inertia, data.X_WB[i].rotation, Motion(), data.A[i]);
     data.c[i] = Motion();
   }
   data.mean_rotor_force.segment(begin, size) =

@@ -12,6 +12,7 @@
 // what the closures take (measured: docs/decisions.md).
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "counterpoint/engine/data.h"
@@ -52,7 +53,7 @@ class FastTrees {
                          const Tree& tree, double energy);
   void set_force(const Model& model, double h, const VectorX& rotors, const Tree& tree, Data& data);
 
-  Data scratch_;
+  std::optional<Data> scratch_;  ///< if a tree can be corrected
   VectorX q_;
   VectorX change_;   ///< of velocity, by these forces alone
   VectorX reached_;  ///< velocity

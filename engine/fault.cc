@@ -174,7 +174,38 @@ std::string advice(const Fault& fault) {
   return "";
 }
 
+int body_of(const Model& model, int index, int Body::*first) {
+  int body = model.num_bodies() - 1;
+  while (body > 1 && model.body(body).*first > index) --body;
+  return body;
+}
+
+Fault coordinate_fault(FaultKind kind, int body, int index, double value) {
+  Fault fault;
+  fault.kind = kind;
+  fault.body = body;
+  fault.coordinate = index;
+  fault.value = value;
+  return fault;
+}
+
 }  // namespace
+
+int body_of_position(const Model& model, int index) {
+  return body_of(model, index, &Body::q_index);
+}
+
+int body_of_velocity(const Model& model, int index) {
+  return body_of(model, index, &Body::v_index);
+}
+
+Fault position_fault(FaultKind kind, const Model& model, int index, double value) {
+  return coordinate_fault(kind, body_of_position(model, index), index, value);
+}
+
+Fault velocity_fault(FaultKind kind, const Model& model, int index, double value) {
+  return coordinate_fault(kind, body_of_velocity(model, index), index, value);
+}
 
 const char* fault_kind_name(FaultKind kind) {
   switch (kind) {

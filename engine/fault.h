@@ -72,6 +72,14 @@ contact::Status status_of(const Fault& fault);
 /// Quaternions further from unit length than this are a mistake, not round-off.
 inline constexpr double kQuaternionTolerance = 1e-6;
 
+/// The body that coordinate `index` of q moves, or of v.
+int body_of_position(const Model& model, int index);
+int body_of_velocity(const Model& model, int index);
+
+/// A fault of coordinate `index` of q, or of v, and its value.
+Fault position_fault(FaultKind kind, const Model& model, int index, double value);
+Fault velocity_fault(FaultKind kind, const Model& model, int index, double value);
+
 /// What is said of a fault.
 struct FaultText {
   std::string element;  ///< name in the model: "elbow.u", "cube/body", "ball/0 - ground"

@@ -36,7 +36,7 @@ void FreeFlight::apply(const Model& model, double h, const VectorRef& v, const V
     const int i = flyer->body;
     const Body& body = model.body(i);
     const bool floating = body.joint_type == JointType::kFloating;
-    const Vector3 omega = v.segment<3>(body.v_index + (floating ? 3 : 0));
+    const Vector3 omega = v.segment<3>(body.v_index + joint_num_linear(body.joint_type));
     const Matrix3& R_WB = data.X_WB[i].rotation;
     const Vector3& center = body.inertia.center;
     Vector3 turned;

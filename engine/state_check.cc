@@ -40,34 +40,15 @@ double squared_length(const double* r) {
 /// (1 + t)^2 = 1 + 2 t, to the first order in t.
 bool is_unit(double square) { return std::abs(square - 1.0) <= 2.0 * kQuaternionTolerance; }
 
-int body_of_q(const Model& model, int q_index) {
-  int body = model.num_bodies() - 1;
-  while (body > 1 && model.body(body).q_index > q_index) --body;
-  return body;
+/// Of the first of all coordinates of v that is not finite.
+Fault first_velocity_fault(FaultKind kind, const Model& model, const VectorRef& v) {
+  const int i = find_not_finite(v);
+  return velocity_fault(kind, model, i, v[i]);
 }
 
-int body_of_v(const Model& model, int v_index) {
-  int body = model.num_bodies() - 1;
-  while (body > 1 && model.body(body).v_index > v_index) --body;
-  return body;
-}
-
-Fault position_fault(FaultKind kind, const Model& model, const VectorRef& q) {
-  Fault fault;
-  fault.kind = kind;
-  fault.coordinate = find_not_finite(q);
-  fault.body = body_of_q(model, fault.coordinate);
-  fault.value = q[fault.coordinate];
-  return fault;
-}
-
-Fault velocity_fault(FaultKind kind, const Model& model, const VectorRef& v) {
-  Fault fault;
-  fault.kind = kind;
-  fault.coordinate = find_not_finite(v);
-  fault.body = body_of_v(model, fault.coordinate);
-  fault.value = v[fault.coordinate];
-  return fault;
+Fault first_position_fault(FaultKind kind, const Model& model, const VectorRef& q) {
+  const int i = find_not_finite(q);
+  return position_fault(kind, model, i, q[i]);
 }
 
 Fault target_fault(FaultKind kind, const Model& model, const VectorX& targets) {
@@ -157,8 +138,8 @@ bool StateCheck::has_unit_quaternions(const double* q) const {
 }
 
 Fault StateCheck::of_coordinates(const Model& model, const VectorRef& q, const VectorRef& v) const {
-  if (!all_finite(q)) return position_fault(FaultKind::kPosition, model, q);
-  if (!all_finite(v)) return velocity_fault(FaultKind::kVelocity, model, v);
+  if (!all_finite(q)) return first_position_fault(FaultKind::kPosition, model, q);
+  if (!all_finite(v)) return first_velocity_fault(FaultKind::kVelocity, model, v);
   if (has_unit_quaternions(q.data())) return {};
   Fault fault;
   fault.kind = FaultKind::kQuaternion;
@@ -191,7 +172,7 @@ Fault StateCheck::of_given(const Model& model, const State& state, const Input& 
     return fault;
   }
   if (!all_finite(input.applied_force))
-    return velocity_fault(FaultKind::kAppliedForce, model, input.applied_force);
+    return first_velocity_fault(FaultKind::kAppliedForce, model, input.applied_force);
   return of_known(model, input);
 }
 
@@ -202,13 +183,13 @@ Fault StateCheck::of_given(const Model& model, const VectorRef& q, const VectorR
   check_size("v_next", v_next.size(), model.nv());
   check_known(model, known);
   if (const Fault fault = of_coordinates(model, q, v); fault.any()) return fault;
-  if (!all_finite(v_next)) return velocity_fault(FaultKind::kNewVelocity, model, v_next);
+  if (!all_finite(v_next)) return first_velocity_fault(FaultKind::kNewVelocity, model, v_next);
   return of_known(model, known);
 }
 
 Fault StateCheck::of_recovered(const Model& model, const VectorRef& force) const {
   if (all_finite(force)) return {};
-  return velocity_fault(FaultKind::kRecoveredForce, model, force);
+  return first_velocity_fault(FaultKind::kRecoveredForce, model, force);
 }
 
 bool StateCheck::accepts(double max_speed, const State& next) const {
@@ -220,8 +201,8 @@ bool StateCheck::accepts(double max_speed, const State& next) const {
 }
 
 Fault StateCheck::of_result(const Model& model, double max_speed, const State& next) const {
-  if (!all_finite(next.v)) return velocity_fault(FaultKind::kNewVelocity, model, next.v);
-  if (!all_finite(next.q)) return position_fault(FaultKind::kNewPosition, model, next.q);
+  if (!all_finite(next.v)) return first_velocity_fault(FaultKind::kNewVelocity, model, next.v);
+  if (!all_finite(next.q)) return first_position_fault(FaultKind::kNewPosition, model, next.q);
   Fault fault;
   fault.kind = FaultKind::kSpeed;
   fault.bound = max_speed;
@@ -231,7 +212,7 @@ Fault StateCheck::of_result(const Model& model, double max_speed, const State& n
     fault.value = speed;
     fault.coordinate = static_cast<int>(k);
   }
-  fault.body = body_of_v(model, fault.coordinate);
+  fault.body = body_of_velocity(model, fault.coordinate);
   return fault;
 }
 

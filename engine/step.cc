@@ -71,10 +71,9 @@ StepReport step_forward(const Model& model, const SimulationOptions& options,
                         const contact::Settings& settings, const State& state, const Input& input,
                         Workspace& workspace, State& next) {
   Workspace::Impl& ws = workspace.impl();
-  const double h = options.time_step;
   const EffectSet effects = active_effects(ws.called, options.effects);
   StepReport report;
-  check_time_step(h);
+  check_time_step(options.time_step);
   if (!ws.check.accepts(model, state, input)) {
     blame_given(model, state, input, ws, report);
     return report;

@@ -73,15 +73,22 @@ std::string inertia_defect(const SpatialInertia& inertia) {
   return "";
 }
 
+PrincipalAxes principal_axes(const Matrix3& inertia) {
+  const Eigen::SelfAdjointEigenSolver<Matrix3> eigen(inertia);
+  PrincipalAxes principal{eigen.eigenvalues(), eigen.eigenvectors()};
+  if (principal.axes.determinant() < 0.0) principal.axes.col(0) *= -1.0;
+  return principal;
+}
+
 SpatialInertia nearest_physical(const SpatialInertia& inertia) {
-  const Eigen::SelfAdjointEigenSolver<Matrix3> eigen(inertia.rotational);
-  Vector3 m = eigen.eigenvalues();
+  const auto& [moments, axes] = principal_axes(inertia.rotational);
+  Vector3 m = moments;
   m = m.cwiseMax(kLeastMomentRatio * std::max(m[2], 0.0));
   // Projection on the half-space m0 + m1 >= m2 moves all three by the same amount.
   const double excess = m[2] - m[0] - m[1];
   if (excess > 0.0) m += Vector3(excess, excess, -excess) / 3.0;
   SpatialInertia repaired = inertia;
-  repaired.rotational = eigen.eigenvectors() * m.asDiagonal() * eigen.eigenvectors().transpose();
+  repaired.rotational = axes * m.asDiagonal() * axes.transpose();
   return repaired;
 }
 

@@ -12,6 +12,13 @@ namespace counterpoint {
 /// digits). A point mass (all moments zero) and a massless link (all zero) are let pass.
 std::string inertia_defect(const SpatialInertia& inertia);
 
+/// Principal moments of an inertia, ascending [kg m^2], and axes, in columns, right-handed.
+struct PrincipalAxes {
+  Vector3 moments;
+  Matrix3 axes;
+};
+PrincipalAxes principal_axes(const Matrix3& inertia);
+
 /// A near inertia with the same mass, centre and principal axes whose principal moments are
 /// those of a body: negative moments are raised to 1/1000 of the largest, then the triangle
 /// inequality is met by the least change (Frobenius norm) of the moments.

@@ -103,9 +103,8 @@ MeshPath find_mesh(const std::string& name, const fs::path& folder_of_urdf,
   const fs::path urdf_folder = folder_of_urdf.empty() ? fs::path(".") : folder_of_urdf;
   std::string rest = name;
   const bool package = take_scheme(rest, "package://") || take_scheme(rest, "model://");
-  if (!package && take_scheme(rest, "file://") && take_scheme(rest, "localhost")) {
-    // file://localhost/path is the long form of file:///path
-  }
+  // file://localhost/path is the long form of file:///path
+  if (!package && take_scheme(rest, "file://")) take_scheme(rest, "localhost");
   if (rest.find('\0') != std::string::npos || rest.size() > kMaxPathLength) {
     throw InputError(
         fmt::format("{}: the name of a mesh is longer than {} characters, or holds a "

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <iterator>
@@ -10,6 +9,7 @@
 #include <set>
 
 #include "counterpoint/collision/pair_filter.h"
+#include "counterpoint/model/inertia.h"
 
 namespace counterpoint::peers {
 namespace {
@@ -51,11 +51,13 @@ class Writer {
   Writer(const Scene& scene, MujocoSettings settings, const std::string& integrator)
       : scene_(scene),
         model_(scene.model),
-        on_(effects_of(scene)),
+        collider_(scene.model),
+        called_(called_for(model_, collider_)),
+        on_(active_effects(called_, scene.options.effects)),
         filter_(scene.model),
         best_(settings == MujocoSettings::kBest),
         integrator_(integrator) {
-    filter_.exclude(collision::Collider(model_).overlapping_pairs());
+    filter_.exclude(collider_.overlapping_pairs());
   }
 
   std::string write() {
@@ -79,8 +81,7 @@ class Writer {
   }
 
   void refuse() const {
-    const EffectSet called = called_for(model_, collision::Collider(model_));
-    if (called.has(Effect::kCoriolis) && !on_.has(Effect::kCoriolis))
+    if (called_.has(Effect::kCoriolis) && !on_.has(Effect::kCoriolis))
       throw NotExpressible("MuJoCo always has Coriolis forces");
     if (on_.has(Effect::kRestitution)) throw NotExpressible("MuJoCo has no restitution");
     if (on_.has(Effect::kVelocityLimits)) throw NotExpressible("MuJoCo has no velocity limits");
@@ -160,10 +161,9 @@ class Writer {
     Pose axes{Matrix3::Identity(), I.center};
     Vector3 moments = I.rotational.diagonal();
     if (!I.rotational.isDiagonal(0.0)) {
-      const Eigen::SelfAdjointEigenSolver<Matrix3> eigen(I.rotational);
-      axes.rotation = eigen.eigenvectors();
-      if (axes.rotation.determinant() < 0.0) axes.rotation.col(0) *= -1.0;
-      moments = eigen.eigenvalues();
+      const PrincipalAxes principal = principal_axes(I.rotational);
+      axes.rotation = principal.axes;
+      moments = principal.moments;
     }
     line("<inertial {} mass='{:.17g}' diaginertia='{}'/>", placed(axes), I.mass, text(moments));
   }
@@ -378,7 +378,8 @@ class Writer {
 
   const Scene& scene_;
   const Model& model_;
-  EffectSet on_;
+  collision::Collider collider_;
+  EffectSet called_, on_;
   collision::PairFilter filter_;
   bool best_ = false;
   bool by_surface_ = false;  ///< MuJoCo chooses pairs and friction itself

@@ -1,9 +1,11 @@
 // Runs the built command as a user would, and reads what it leaves behind.
 #pragma once
 
+#include <gtest/gtest.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -12,6 +14,13 @@
 #include <string>
 
 namespace counterpoint::test {
+
+/// Of the test that runs, as part of a file's name.
+inline std::string test_name() {
+  std::string name = testing::UnitTest::GetInstance()->current_test_info()->name();
+  std::replace(name.begin(), name.end(), '/', '_');
+  return name;
+}
 
 struct CommandResult {
   int exit_code = -1;

@@ -11,12 +11,7 @@ namespace {
 
 using test::CommandFolder;
 using test::CommandResult;
-
-std::string test_name() {
-  std::string name = testing::UnitTest::GetInstance()->current_test_info()->name();
-  std::replace(name.begin(), name.end(), '/', '_');
-  return name;
-}
+using test::test_name;
 
 class Resume : public testing::Test {
  protected:

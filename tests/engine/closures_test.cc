@@ -261,10 +261,7 @@ TEST(Closures, BetweenFreeBodiesKeepMomentum) {
   start.v = test::random_vector(sim.model().nv(), 11, 2.0);
   sim.set_state(start);
   const auto momentum = [&] {
-    Data data(sim.model());
-    compute_poses(sim.model(), sim.state().q, data);
-    compute_velocities(sim.model(), sim.state().v, data);
-    compute_inertias(sim.model(), data);
+    const Data data = test::kinematics_of(sim);
     return total_momentum(sim.model(), data);
   };
   const Force before = momentum();

@@ -21,10 +21,7 @@ struct Conserved {
 };
 
 Conserved conserved(const Simulator& sim) {
-  Data data(sim.model());
-  compute_poses(sim.model(), sim.state().q, data);
-  compute_velocities(sim.model(), sim.state().v, data);
-  compute_inertias(sim.model(), data);
+  const Data data = test::kinematics_of(sim);
   return {kinetic_energy(sim.model(), sim.state().v, data),
           total_momentum(sim.model(), data).force};
 }
@@ -113,10 +110,7 @@ TEST_P(FastTree, NothingIsDoneToSlowTrees) {
   // is far below, and a step is that of the plain scheme, to the bit.
   for_each_tree(GetParam(), 3.0, [&](Simulator& sim) {
     sim.options().time_step = 2e-5;
-    Data data(sim.model());
-    compute_poses(sim.model(), sim.state().q, data);
-    compute_velocities(sim.model(), sim.state().v, data);
-    compute_inertias(sim.model(), data);
+    Data data = test::kinematics_of(sim);
     const VectorX zero = VectorX::Zero(sim.model().nv());
     VectorX a(sim.model().nv());
     ASSERT_TRUE(aba(sim.model(), zero, zero, Vector3::Zero(), moving_bodies(sim.model()), data, a));

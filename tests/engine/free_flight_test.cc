@@ -128,10 +128,7 @@ struct Conserved {
 };
 
 Conserved conserved(const Simulator& sim) {
-  Data data(sim.model());
-  compute_poses(sim.model(), sim.state().q, data);
-  compute_velocities(sim.model(), sim.state().v, data);
-  compute_inertias(sim.model(), data);
+  const Data data = test::kinematics_of(sim);
   const Force momentum = total_momentum(sim.model(), data);
   const SpatialInertia& inertia = sim.model().body(1).inertia;
   const Vector3 center = data.X_WB[1] * inertia.center;

@@ -29,11 +29,17 @@ struct Energy {
   double total() const { return kinetic + potential; }
 };
 
-inline Energy energy(const Simulator& sim) {
+/// Poses, velocities and inertias at the simulator's state.
+inline Data kinematics_of(const Simulator& sim) {
   Data data(sim.model());
   compute_poses(sim.model(), sim.state().q, data);
   compute_velocities(sim.model(), sim.state().v, data);
   compute_inertias(sim.model(), data);
+  return data;
+}
+
+inline Energy energy(const Simulator& sim) {
+  const Data data = kinematics_of(sim);
   return {kinetic_energy(sim.model(), sim.state().v, data), potential_energy(sim.model(), data)};
 }
 
