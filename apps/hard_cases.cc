@@ -10,7 +10,7 @@
 #include <memory>
 
 #include "command.h"
-#include "hard_cases/chart.h"
+#include "chart.h"
 #include "hard_cases/long_run.h"
 #include "hard_cases/tables.h"
 #include "hard_cases/trial.h"

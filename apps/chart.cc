@@ -13,23 +13,21 @@ namespace {
 constexpr double kWidth = 720, kHeight = 360;
 constexpr double kLeft = 84, kRight = 16, kTop = 34, kBottom = 46;
 constexpr double kSmallest = 1e-18;  // on logarithmic axes
-constexpr std::array<const char*, 6> kColors = {"#1f5fa8", "#c0562a", "#3d8a4d",
-                                                "#7d4aa0", "#8a7a2a", "#3a8f94"};
+constexpr double kLegendWidth = 250, kLegendLine = 16;
+constexpr std::array<const char*, 10> kColors = {"#1f5fa8", "#c0562a", "#3d8a4d", "#7d4aa0",
+                                                 "#8a7a2a", "#3a8f94", "#b03a70", "#555555",
+                                                 "#6b8fd6", "#a06a3a"};
+/// Once the colours are used up they come again, dashed.
+constexpr std::array<const char*, 3> kDashes = {"", " stroke-dasharray='7 3'",
+                                                " stroke-dasharray='2 3'"};
 
-std::string escaped(const std::string& text) {
-  std::string out;
-  for (const char c : text) {
-    if (c == '&') {
-      out += "&amp;";
-    } else if (c == '<') {
-      out += "&lt;";
-    } else if (c == '>') {
-      out += "&gt;";
-    } else {
-      out += c;
-    }
-  }
-  return out;
+struct Look {
+  const char* color;
+  const char* dash;
+};
+
+Look look(std::size_t curve) {
+  return {kColors[curve % kColors.size()], kDashes[curve / kColors.size() % kDashes.size()]};
 }
 
 /// One axis: data to pixels, and where its ticks are.
@@ -96,7 +94,7 @@ class Axis {
 std::vector<std::size_t> thinned(const Curve& curve) {
   constexpr std::size_t kParts = 300;
   const std::size_t n = std::min(curve.x.size(), curve.y.size());
-  const std::size_t part = n <= 2 * kParts ? 1 : (n + kParts - 1) / kParts;
+  const std::size_t part = n <= 2 * kParts || curve.marks ? 1 : (n + kParts - 1) / kParts;
   std::vector<std::size_t> out;
   for (std::size_t begin = 0; begin < n; begin += part) {
     const std::size_t end = std::min(begin + part, n);
@@ -129,26 +127,72 @@ void draw_axes(const Chart& chart, const Axis& x, const Axis& y, std::string& ou
   out += fmt::format("<path d='M{0} {1}V{2}H{3}' fill='none' stroke='#444'/>\n", kLeft, kTop,
                      bottom, right);
   out += fmt::format("<text x='{}' y='{}' text-anchor='middle'>{}</text>\n", 0.5 * (kLeft + right),
-                     kHeight - 10, escaped(chart.x_label));
+                     kHeight - 10, escape_markup(chart.x_label));
   out +=
       fmt::format("<text transform='translate(16 {}) rotate(-90)' text-anchor='middle'>{}</text>\n",
-                  0.5 * (kTop + bottom), escaped(chart.y_label));
-  out += fmt::format("<text x='{}' y='20' font-size='14'>{}</text>\n", kLeft, escaped(chart.title));
+                  0.5 * (kTop + bottom), escape_markup(chart.y_label));
+  out += fmt::format("<text x='{}' y='20' font-size='14'>{}</text>\n", kLeft,
+                     escape_markup(chart.title));
 }
 
-void draw_curve(const Curve& curve, const char* color, const Axis& x, const Axis& y,
+void draw_marks(const Curve& curve, const char* color, const Axis& x, const Axis& y,
+                std::string& out) {
+  const std::size_t n = std::min(curve.x.size(), curve.y.size());
+  for (std::size_t i = 0; i < n; ++i) {
+    if (!std::isfinite(curve.x[i]) || !std::isfinite(curve.y[i])) continue;
+    const std::string shape =
+        fmt::format("cx='{:.1f}' cy='{:.1f}' r='{}' fill='{}'", x.pixel(curve.x[i]),
+                    y.pixel(curve.y[i]), curve.line ? "3.2" : "6.5", curve.line ? color : "none");
+    const std::string rim = curve.line ? "" : fmt::format(" stroke='{}' stroke-width='1.6'", color);
+    if (i < curve.remarks.size()) {
+      out += fmt::format("<circle {}{}><title>{}</title></circle>\n", shape, rim,
+                         escape_markup(curve.remarks[i]));
+    } else {
+      out += fmt::format("<circle {}{}/>\n", shape, rim);
+    }
+  }
+}
+
+void draw_curve(const Curve& curve, const Look& look, const Axis& x, const Axis& y,
                 std::string& out) {
   std::string points;
   for (const std::size_t i : thinned(curve)) {
     if (!std::isfinite(curve.x[i]) || !std::isfinite(curve.y[i])) continue;
     points += fmt::format("{:.1f},{:.1f} ", x.pixel(curve.x[i]), y.pixel(curve.y[i]));
   }
-  if (points.empty()) return;
-  points.pop_back();
-  out += fmt::format(
-      "<polyline points='{}' fill='none' stroke='{}' stroke-width='1.6' "
-      "stroke-linejoin='round'/>\n",
-      points, color);
+  if (!points.empty() && curve.line) {
+    points.pop_back();
+    out += fmt::format(
+        "<polyline points='{}' fill='none' stroke='{}' stroke-width='1.6'{} "
+        "stroke-linejoin='round'/>\n",
+        points, look.color, look.dash);
+  }
+  if (curve.marks) draw_marks(curve, look.color, x, y, out);
+}
+
+void draw_legend(const Chart& chart, std::string& out) {
+  const std::size_t count = chart.curves.size();
+  for (std::size_t i = 0; count > 1 && i < count; ++i) {
+    const Curve& curve = chart.curves[i];
+    const Look how = look(i);
+    const std::string name = escape_markup(curve.name);
+    if (!chart.legend_beside) {
+      out += fmt::format("<text x='{}' y='{}' fill='{}'>{}</text>\n", kLeft + 8, kTop + 14 + 15 * i,
+                         how.color, name);
+      continue;
+    }
+    const double at = kTop + 10 + kLegendLine * static_cast<double>(i);
+    if (curve.line) {
+      out += fmt::format(
+          "<line x1='{0}' y1='{1}' x2='{2}' y2='{1}' stroke='{3}' stroke-width='1.6'{4}/>\n",
+          kWidth, at - 4, kWidth + 24, how.color, how.dash);
+    } else {
+      out += fmt::format("<circle cx='{}' cy='{}' r='5' fill='none' stroke='{}'/>\n", kWidth + 12,
+                         at - 4, how.color);
+    }
+    out +=
+        fmt::format("<text x='{}' y='{}' fill='{}'>{}</text>\n", kWidth + 30, at, how.color, name);
+  }
 }
 
 void draw_level(const Level& level, const Axis& y, std::string& out) {
@@ -158,10 +202,36 @@ void draw_level(const Level& level, const Axis& y, std::string& out) {
       "4'/>\n"
       "<text x='{3}' y='{4:.1f}' text-anchor='end' fill='#b00020'>{5}</text>\n",
       kLeft, at, kWidth - kRight, kWidth - kRight - 4, at > kTop + 16 ? at - 4 : at + 14,
-      escaped(level.name));
+      escape_markup(level.name));
 }
 
 }  // namespace
+
+std::string escape_markup(const std::string& text) {
+  std::string out;
+  for (const char c : text) {
+    switch (c) {
+      case '&':
+        out += "&amp;";
+        break;
+      case '<':
+        out += "&lt;";
+        break;
+      case '>':
+        out += "&gt;";
+        break;
+      case '\'':
+        out += "&#39;";
+        break;
+      case '"':
+        out += "&quot;";
+        break;
+      default:
+        out += c;
+    }
+  }
+  return out;
+}
 
 bool Chart::empty() const {
   return std::all_of(curves.begin(), curves.end(), [](const Curve& c) { return c.x.empty(); });
@@ -180,15 +250,12 @@ std::string svg(const Chart& chart) {
   std::string out = fmt::format(
       "<svg xmlns='http://www.w3.org/2000/svg' width='{0}' height='{1}' viewBox='0 0 {0} {1}' "
       "font-family='sans-serif' font-size='12'>\n<rect width='{0}' height='{1}' fill='white'/>\n",
-      kWidth, kHeight);
+      kWidth + (chart.legend_beside ? kLegendWidth : 0.0), kHeight);
   draw_axes(chart, x, y, out);
   for (std::size_t i = 0; i < chart.curves.size(); ++i)
-    draw_curve(chart.curves[i], kColors[i % kColors.size()], x, y, out);
+    draw_curve(chart.curves[i], look(i), x, y, out);
   for (const Level& level : chart.levels) draw_level(level, y, out);
-  for (std::size_t i = 0; chart.curves.size() > 1 && i < chart.curves.size(); ++i) {
-    out += fmt::format("<text x='{}' y='{}' fill='{}'>{}</text>\n", kLeft + 8, kTop + 14 + 15 * i,
-                       kColors[i % kColors.size()], escaped(chart.curves[i].name));
-  }
+  draw_legend(chart, out);
   return out + "</svg>\n";
 }
 

@@ -1,0 +1,81 @@
+#include "html_page.h"
+
+#include <cstdlib>
+
+#include "chart.h"
+
+namespace counterpoint::apps {
+namespace {
+
+constexpr const char* kStyle =
+    "body{font-family:sans-serif;max-width:1000px;margin:2em auto;padding:0 1em;color:#222}"
+    "table{border-collapse:collapse;font-size:13px;margin:1em 0}"
+    "th,td{border:1px solid #ddd;padding:3px 8px;text-align:left}"
+    "td.number{text-align:right;font-variant-numeric:tabular-nums}"
+    "th{background:#f4f4f4}svg{max-width:100%;height:auto}";
+
+/// Numbers stand at the right of their column.
+bool is_number(const std::string& cell) {
+  if (cell.empty()) return false;
+  char* end = nullptr;
+  std::strtod(cell.c_str(), &end);
+  return *end == '\0';
+}
+
+}  // namespace
+
+std::string markdown_table(const Table& table) {
+  std::string out = "|", rule = "|";
+  for (const std::string& cell : table.header) {
+    out += " " + cell + " |";
+    rule += "---|";
+  }
+  out += "\n" + rule + "\n";
+  for (const auto& row : table.rows) {
+    out += "|";
+    for (const std::string& cell : row) out += " " + cell + " |";
+    out += "\n";
+  }
+  return out;
+}
+
+void HtmlPage::heading(const std::string& text) {
+  body_ += "<h2>" + escape_markup(text) + "</h2>\n";
+}
+
+void HtmlPage::paragraph(const std::string& text) {
+  body_ += "<p>" + escape_markup(text) + "</p>\n";
+}
+
+void HtmlPage::list(const std::vector<std::string>& items) {
+  if (items.empty()) return;
+  body_ += "<ul>\n";
+  for (const std::string& item : items) body_ += "<li>" + escape_markup(item) + "</li>\n";
+  body_ += "</ul>\n";
+}
+
+void HtmlPage::table(const Table& table) {
+  body_ += "<table>\n<tr>";
+  for (const std::string& cell : table.header) body_ += "<th>" + escape_markup(cell) + "</th>";
+  body_ += "</tr>\n";
+  for (const auto& row : table.rows) {
+    body_ += "<tr>";
+    for (const std::string& cell : row) {
+      body_ += is_number(cell) ? "<td class='number'>" : "<td>";
+      body_ += escape_markup(cell) + "</td>";
+    }
+    body_ += "</tr>\n";
+  }
+  body_ += "</table>\n";
+}
+
+void HtmlPage::picture(const std::string& svg) { body_ += "<div>" + svg + "</div>\n"; }
+
+std::string HtmlPage::text() const {
+  const std::string title = escape_markup(title_);
+  return "<!DOCTYPE html>\n<html lang='en'>\n<head><meta charset='utf-8'><title>" + title +
+         "</title><style>" + kStyle + "</style></head>\n<body>\n<h1>" + title + "</h1>\n" + body_ +
+         "</body>\n</html>\n";
+}
+
+}  // namespace counterpoint::apps

@@ -1,0 +1,36 @@
+// One HTML page that needs nothing beside it: headings, words, tables, pictures.
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace counterpoint::apps {
+
+struct Table {
+  std::vector<std::string> header;
+  std::vector<std::vector<std::string>> rows;  ///< as long as the header each
+};
+
+/// The table in Markdown; cells are taken as they are.
+std::string markdown_table(const Table& table);
+
+/// Collects what is to be shown, in the order in which it is added. All texts are escaped.
+class HtmlPage {
+ public:
+  explicit HtmlPage(std::string title) : title_(std::move(title)) {}
+
+  void heading(const std::string& text);
+  void paragraph(const std::string& text);
+  void list(const std::vector<std::string>& items);
+  void table(const Table& table);
+  /// A picture as svg (chart.h) gives it.
+  void picture(const std::string& svg);
+
+  /// The whole page.
+  std::string text() const;
+
+ private:
+  std::string title_, body_;
+};
+
+}  // namespace counterpoint::apps
