@@ -84,14 +84,19 @@ void TerrainContacts::touch_faces(const Query& query, int t) {
   const double rounding = 1e-9 * query.size;
   const auto take = [&](const ContactPoint& point) {
     const Vector3 corner = point.position + 0.5 * point.gap * n;
-    if (!within(corner, rounding, kFlatSlack * query.size)) return;
-    // Below the face: only if the way there from the shape's centre leads through it, lest a body
-    // that reaches over a thin wall be held by its far side.
-    if (point.gap < -kShallow * query.thickness) {
-      const double share = height / (height - point.gap);
-      const Vector3 crossing = query.center + share * (corner - query.center);
-      if (!within(crossing, kShallow * query.thickness, -kSlant * point.gap)) return;
+    const bool over = within(corner, rounding, kFlatSlack * query.size);
+    if (point.gap >= -kShallow * query.thickness) {
+      if (over) add(query, point);
+      return;
     }
+    if (!over && height <= 0.0) return;
+    // Well below the face: the way there from the shape's centre leads through it, or nearly if
+    // the face is over the corner, lest a body that reaches over a thin wall be held by its far
+    // side.
+    const double share = height / (height - point.gap);
+    const Vector3 crossing = query.center + share * (corner - query.center);
+    const double slack = over ? kShallow * query.thickness : rounding;
+    if (!within(crossing, slack, over ? -kSlant * point.gap : kFlatSlack * query.size)) return;
     add(query, point);
   };
   if (query.shape.type == ShapeType::kConvexMesh) {

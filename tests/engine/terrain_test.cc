@@ -141,8 +141,10 @@ TEST(Terrain, NothingFallsThroughHills) {
   Random random(9);
   for (const Shape& body : {sphere_shape(0.05), box_shape({0.1, 0.05, 0.002}), capsule_shape(0.02, 0.2),
                             cylinder_shape(0.1, 0.02)}) {
-    for (const double speed : {0.0, 10.0, 300.0}) {
-      for (int run = 0; run < 8; ++run) {
+    // Thin plates that slap down turn corners into the ground within a step.
+    const int runs = body.type == ShapeType::kBox ? 40 : 8;
+    for (const double speed : {0.0, 3.0, 10.0, 300.0}) {
+      for (int run = 0; run < runs; ++run) {
         Scene scene = scene_on(hills, body);
         const Quaternion turn = random.quaternion();
         scene.q.head<3>() = Vector3(random.uniform(4, 8), random.uniform(-1, 1), 0.5);
