@@ -61,11 +61,14 @@ void find_limits(const Model& model, const SimulationOptions& options,
     if (idle(i)) continue;
     const Body& body = model.body(i);
     const JointInfo& joint = model.joint(i - 1);
+    const double alpha = weights.dof[body.v_index];
     const double gaps[2] = {q[body.q_index] - joint.lower, joint.upper - q[body.q_index]};
     for (int side = 0; side < 2; ++side) {
       if (!(gaps[side] < kLimitMargin + 2.0 * h * std::abs(v[body.v_index]))) continue;
       JointConstraint row;
-      row.law = make_limit_law(options.contact, h, weights.dof[body.v_index], gaps[side]);
+      row.law =
+          make_limit_law(law_options(options, alpha, weights.total_mass), h, alpha, gaps[side]);
+      row.gap_bias = gap_bias(options.contact, h, gaps[side]);
       row.v_index[0] = body.v_index;
       row.coefficient[0] = side == 0 ? 1.0 : -1.0;
       out.joints.push_back(row);
@@ -256,7 +259,9 @@ void ConstraintFinder::find_contacts(const Model& model, const SimulationOptions
     contact.law.rows = 3;
     const Vector3 v = relative_velocity(contact, data, data.V);
     const double gap = gap_less_turning(contact, candidate.gap, data, h);
-    contact.law = make_contact_law(options.contact, h, material, alpha, gap, v);
+    contact.gap_bias = gap_bias(options.contact, h, gap);
+    contact.law = make_contact_law(law_options(options, alpha, weights_.total_mass), h, material,
+                                   alpha, gap, v);
     count_contact(material, counts);
     out.max_penetration = std::max(out.max_penetration, -candidate.gap);
     out.contacts.push_back(candidate);

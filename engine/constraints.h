@@ -2,6 +2,7 @@
 // speed limits, dry joint friction, mimic joints.
 #pragma once
 
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -21,6 +22,7 @@ struct PairConstraint {
   Matrix3 frame = Matrix3::Identity();
   int first = 0;  ///< of the six rows (3 linear, 3 angular) the law has rows first, first + 1, ...
   contact::Law law;
+  double gap_bias = 0.0;  ///< of a contact: the bias that recovers all that is to be [m/s]
 };
 
 /// One row on joint coordinates: y = coefficient[0] w[v_index[0]] + coefficient[1] w[v_index[1]] +
@@ -29,6 +31,8 @@ struct JointConstraint {
   contact::Law law;
   int v_index[2] = {-1, -1};  ///< the second is -1 for limits and dry friction
   double coefficient[2] = {1.0, 0.0};
+  /// Of a joint limit, as in PairConstraint; NaN where there is no gap.
+  double gap_bias = std::numeric_limits<double>::quiet_NaN();
 };
 
 struct ConstraintSet {

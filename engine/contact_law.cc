@@ -6,18 +6,27 @@
 namespace counterpoint {
 namespace {
 
-/// Bias [m/s] of a unilateral row: the gap may be closed within the step but not crossed; a share
-/// of a penetration is recovered, no faster than the cap. Continuous at gap = 0.
-double gap_bias(const ContactOptions& options, double h, double gap) {
-  if (gap > 0.0) return gap / h;
-  return std::max(options.stabilization * gap / h, -options.max_recovery_speed);
-}
-
 double smoothing(const ContactOptions& options, double alpha) {
   return options.smoothing * kStandardGravity / alpha;
 }
 
 }  // namespace
+
+double gap_bias(const ContactOptions& options, double h, double gap) {
+  if (gap > 0.0) return gap / h;
+  return std::max(options.stabilization * gap / h, -options.max_recovery_speed);
+}
+
+ContactOptions law_options(const SimulationOptions& options, double alpha, double total_mass) {
+  ContactOptions law = options.contact;
+  if (options.integrator == Integrator::kImplicitMidpoint) return law;
+  // At rest y = b = -r f: a bias that may not reach r f lets a heavy load sink.
+  const double weight = total_mass * kStandardGravity;
+  const double yields = law.compliance * alpha * options.time_step * weight;
+  law.max_recovery_speed = std::min(law.max_recovery_speed,
+                                    kKeptRecovery * law.max_recovery_speed + kKeptWeights * yields);
+  return law;
+}
 
 contact::Law make_contact_law(const ContactOptions& options, double h, const Material& pair,
                               double alpha, double gap, const Vector3& v) {

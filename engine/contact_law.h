@@ -7,6 +7,24 @@
 
 namespace counterpoint {
 
+/// Bias [m/s] of a unilateral row at a gap [m or rad]: a gap may be closed within the step but not
+/// crossed; a share of an overlap is recovered, no faster than max_recovery_speed. Continuous at
+/// gap = 0.
+double gap_bias(const ContactOptions& options, double h, double gap);
+
+/// An overlap is recovered by velocities, which bodies keep, up to this share of max_recovery_speed
+/// and by what constraints give under this many times the scene's weight. What is faster only
+/// displaces the bodies (recovery.h).
+inline constexpr double kKeptRecovery = 1e-3;
+inline constexpr double kKeptWeights = 2.0;
+
+/// The options that the law of a contact or a joint limit (lever 1 m) is made with in a step by
+/// `integrator`: max_recovery_speed is the speed that may be kept. The implicit midpoint rule,
+/// which reads velocities off positions, keeps all of it.
+/// @param alpha       inverse mass of the constraint [1/kg, 1/(kg m^2)]
+/// @param total_mass  of all that can move [kg]
+ContactOptions law_options(const SimulationOptions& options, double alpha, double total_mass);
+
 /// Law of a contact.
 /// @param pair   combined materials of the two surfaces
 /// @param alpha  sum of the two bodies' inverse weights [1/kg]

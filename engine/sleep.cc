@@ -163,11 +163,12 @@ void Sleepers::find_islands(const Model& model, const ConstraintSet& constraints
 }
 
 void Sleepers::hold_still(const Model& model, double h, const std::vector<double>& radii,
-                          const Data& data, const State& state, State& next) {
+                          const Data& data, const State& state, const VectorX& displacement,
+                          State& next) {
   std::fill(island_awake_.begin(), island_awake_.end(), 0);
   const auto& trees = model.trees();
   for (int t = 0; t < model.num_trees(); ++t) {
-    if (!asleep_[t] && !(touched_[t] && is_still(model, trees[t], h, next.v, radii, data)))
+    if (!asleep_[t] && !(touched_[t] && is_still(model, trees[t], h, displacement, radii, data)))
       island_awake_[root(t)] = 1;
   }
   for (int t = 0; t < model.num_trees(); ++t) {

@@ -32,9 +32,10 @@ class Sleepers {
   void find_islands(const Model& model, const ConstraintSet& constraints);
   /// Leaves the poses of islands whose motion within the step is lost in rounding as they are in
   /// `state`: else they would tremble for ever, or creep by 1e-20 m a step where a coordinate
-  /// happens to be zero. radii: by body [m]. Needs compute_poses and find_islands.
+  /// happens to be zero. radii: by body [m]; displacement: the velocities they were moved with.
+  /// Needs compute_poses and find_islands.
   void hold_still(const Model& model, double h, const std::vector<double>& radii, const Data& data,
-                  const State& state, State& next);
+                  const State& state, const VectorX& displacement, State& next);
   /// Remembers what this step did to the trees that were awake.
   void end(const Model& model, const State& state, const Input& input,
            const ConstraintSet& constraints, const State& next);

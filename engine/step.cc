@@ -33,15 +33,19 @@ void step_euler(const Model& model, const SimulationOptions& options, EffectSet 
                 Workspace::Impl& ws, State& next, StepReport& report) {
   const double h = options.time_step;
   compute_free_velocity(model, effects, h, state, input, ws, next.v, report);
-  if (report.succeeded() && !ws.constraints.empty())
+  const bool constrained = !ws.constraints.empty();
+  if (report.succeeded() && constrained)
     solve_constraints(model, settings, state, ws, next.v, report);
+  const VectorX& displacement = report.succeeded() && constrained
+                                    ? recover_overlaps(model, settings, next.v, ws, report)
+                                    : next.v;
   ws.sleepers.find_islands(model, ws.constraints);
   next.q = state.q;
   next.time = state.time + h;
   for (const BodyRange& bodies : ws.sleepers.awake())
-    integrate_configuration(model, state.q, next.v, h, bodies, next.q);
-  if (!ws.constraints.empty())
-    ws.sleepers.hold_still(model, h, ws.finder.radii(), ws.data, state, next);
+    integrate_configuration(model, state.q, displacement, h, bodies, next.q);
+  if (constrained)
+    ws.sleepers.hold_still(model, h, ws.finder.radii(), ws.data, state, displacement, next);
 }
 
 /// What a step was given goes before what came of it.

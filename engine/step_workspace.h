@@ -5,6 +5,7 @@
 #include "counterpoint/engine/constraints.h"
 #include "counterpoint/engine/fast_trees.h"
 #include "counterpoint/engine/free_flight.h"
+#include "counterpoint/engine/recovery.h"
 #include "counterpoint/engine/sleep.h"
 #include "counterpoint/engine/state_check.h"
 #include "counterpoint/engine/step.h"
@@ -28,6 +29,7 @@ struct Workspace::Impl {
         sleepers(model),
         free_flight(model),
         fast_trees(model),
+        displacement(VectorX::Zero(model.nv())),
         velocity(model.num_bodies()),
         body_impulse(model.num_bodies()),
         velocity_acceleration(model.drags().empty() ? 0 : model.num_bodies()),
@@ -51,9 +53,11 @@ struct Workspace::Impl {
   std::vector<int> block_of_tree;
   contact::Problem problem;
   contact::Solver solver;
+  Recovery recovery;
   // Grown only: Eigen allocates whenever a size changes.
   VectorX w;        ///< velocities of the touched trees, as the problem orders them, then unused
   VectorX impulse;  ///< of all constraints, then unused
+  VectorX displacement;  ///< velocities that positions change by, where these are not w+
 
   // inverse
   std::vector<Motion> velocity;  ///< V at v_next
