@@ -105,7 +105,8 @@ int BlockFactorization::row_in_panel(int row_position, int column_position) cons
 
 void BlockFactorization::set_zero(bool unsymmetric) {
   std::fill(lower_.begin(), lower_.end(), 0.0);
-  if (unsymmetric) upper_.assign(lower_.size(), 0.0);
+  // A single block has nothing to its right.
+  if (unsymmetric && num_blocks_ > 1) upper_.assign(lower_.size(), 0.0);
 }
 
 BlockFactorization::Block BlockFactorization::block(int i, int j) const {

@@ -1,14 +1,22 @@
 #include "counterpoint/contact/dense_kernels.h"
 
+#include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <utility>
+
+#include "counterpoint/contact/wide.h"
 
 namespace counterpoint::contact {
 namespace {
 
+// What the kernels below share becomes part of each of their two versions.
+#define COUNTERPOINT_INTO_EACH __attribute__((always_inline)) inline
+
 // column[0..m) -= sum over k of a[:, k] * b[k]; b has a stride.
-inline void subtract_columns(double* __restrict column, const double* __restrict a, int lda,
-                             const double* __restrict b, int b_stride, int m, int k) {
+COUNTERPOINT_INTO_EACH void subtract_columns(double* __restrict column, const double* __restrict a,
+                                             int lda, const double* __restrict b, int b_stride,
+                                             int m, int k) {
   int p = 0;
   for (; p + 4 <= k; p += 4) {
     const double b0 = b[p * b_stride], b1 = b[(p + 1) * b_stride];
@@ -26,9 +34,34 @@ inline void subtract_columns(double* __restrict column, const double* __restrict
   }
 }
 
+// column[0..rows) after the first `cols` columns of a unit lower triangle, four at a time: each
+// finishes four entries, then takes them from all that is below.
+COUNTERPOINT_INTO_EACH void eliminate(double* __restrict column, const double* __restrict l, int ld,
+                                      int rows, int cols) {
+  int k = 0;
+  for (; k + 4 <= cols; k += 4) {
+    const double* l0 = l + k * ld;
+    const double* l1 = l0 + ld;
+    const double* l2 = l1 + ld;
+    const double* l3 = l2 + ld;
+    const double c0 = column[k];
+    const double c1 = column[k + 1] -= l0[k + 1] * c0;
+    const double c2 = column[k + 2] -= l0[k + 2] * c0 + l1[k + 2] * c1;
+    const double c3 = column[k + 3] -= (l0[k + 3] * c0 + l1[k + 3] * c1) + l2[k + 3] * c2;
+    for (int i = k + 4; i < rows; ++i)
+      column[i] -= (l0[i] * c0 + l1[i] * c1) + (l2[i] * c2 + l3[i] * c3);
+  }
+  for (; k < cols; ++k) {
+    const double* l0 = l + k * ld;
+    const double c0 = column[k];
+    for (int i = k + 1; i < rows; ++i) column[i] -= l0[i] * c0;
+  }
+}
+
 // The 6 x 6 x 6 case of free bodies, with bounds the compiler can unroll.
-inline void subtract_product_6(const double* __restrict a, int lda, const double* __restrict b,
-                               int ldb, double* __restrict c, int ldc) {
+COUNTERPOINT_INTO_EACH void subtract_product_6(const double* __restrict a, int lda,
+                                               const double* __restrict b, int ldb,
+                                               double* __restrict c, int ldc) {
   for (int j = 0; j < 6; ++j) {
     double sum[6] = {0, 0, 0, 0, 0, 0};
     for (int p = 0; p < 6; ++p) {
@@ -41,7 +74,8 @@ inline void subtract_product_6(const double* __restrict a, int lda, const double
 
 }  // namespace
 
-int factor_panel(double* panel, int rows, int cols, int leading, double min_pivot) {
+COUNTERPOINT_WIDE int factor_panel(double* panel, int rows, int cols, int leading,
+                                   double min_pivot) {
   for (int j = 0; j < cols; ++j) {
     double* column = panel + j * leading;
     // Left-looking: all earlier columns at once.
@@ -56,15 +90,13 @@ int factor_panel(double* panel, int rows, int cols, int leading, double min_pivo
   return -1;
 }
 
-bool factor_lu_panel(double* below, double* right, int rows, int cols, int leading, int* pivot) {
+COUNTERPOINT_WIDE bool factor_lu_panel(double* below, double* right, int rows, int cols,
+                                       int leading, int* pivot) {
   for (int j = 0; j < cols; ++j) {
     double* column = below + j * leading;
-    // Earlier swaps, then earlier columns: L part of the top, then everything under it at once.
+    // Earlier swaps, then earlier columns.
     for (int k = 0; k < j; ++k) std::swap(column[k], column[pivot[k]]);
-    for (int i = 1; i < j; ++i) {
-      for (int k = 0; k < i; ++k) column[i] -= below[i + k * leading] * column[k];
-    }
-    subtract_columns(column + j, below + j, leading, column, 1, rows - j, j);
+    eliminate(column, below, leading, rows, j);
     int best = j;
     for (int i = j + 1; i < cols; ++i) {
       if (std::abs(column[i]) > std::abs(column[best])) best = i;
@@ -92,12 +124,30 @@ bool factor_lu_panel(double* below, double* right, int rows, int cols, int leadi
   return true;
 }
 
-void subtract_product(const double* a, int lda, const double* b, int ldb, double* c, int ldc, int m,
-                      int n, int k, bool lower) {
+COUNTERPOINT_WIDE void subtract_product(const double* a, int lda, const double* b, int ldb,
+                                        double* c, int ldc, int m, int n, int k, bool lower) {
   if (m == 6 && n == 6 && k == 6) return subtract_product_6(a, lda, b, ldb, c, ldc);
   for (int j = 0; j < n; ++j) {
     const int first = lower ? j : 0;
     subtract_columns(c + first + j * ldc, a + first, lda, b + j, ldb, m - first, k);
+  }
+}
+
+COUNTERPOINT_WIDE void multiply_symmetric(const double* __restrict a, int n,
+                                          const double* __restrict x, double* __restrict out) {
+  std::fill(out, out + n, 0.0);
+  int j = 0;
+  for (; j + 4 <= n; j += 4) {
+    const double* a0 = a + static_cast<std::ptrdiff_t>(j) * n;
+    const double* a1 = a0 + n;
+    const double* a2 = a1 + n;
+    const double* a3 = a2 + n;
+    const double x0 = x[j], x1 = x[j + 1], x2 = x[j + 2], x3 = x[j + 3];
+    for (int i = 0; i < n; ++i) out[i] += (a0[i] * x0 + a1[i] * x1) + (a2[i] * x2 + a3[i] * x3);
+  }
+  for (; j < n; ++j) {
+    const double* a0 = a + static_cast<std::ptrdiff_t>(j) * n;
+    for (int i = 0; i < n; ++i) out[i] += a0[i] * x[j];
   }
 }
 

@@ -19,4 +19,7 @@ bool factor_lu_panel(double* below, double* right, int rows, int cols, int leadi
 void subtract_product(const double* a, int lda, const double* b, int ldb, double* c, int ldc, int m,
                       int n, int k, bool lower);
 
+/// out = A x, A symmetric, n x n without gaps.
+void multiply_symmetric(const double* a, int n, const double* x, double* out);
+
 }  // namespace counterpoint::contact

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "counterpoint/contact/dense_kernels.h"
+
 namespace counterpoint::contact {
 namespace {
 
@@ -15,44 +17,63 @@ constexpr double kLeastInverseMass = 1e-4;
 
 // block[i, j] += J_i' G J_j for the packed columns [0, m) x [0, n); `rows_` and `cols_` say where
 // each column goes. N: number of constraint rows, known to the compiler.
-template <int N>
+template <int N, bool kSymmetric>
 void add_product(const double* ja, const int* rows, int m, const double* jb, const int* cols, int n,
-                 const double* hessian, double* block, int leading, bool symmetric) {
+                 const double* hessian, double* block, int leading) {
   for (int j = 0; j < n; ++j) {
+    const int col = cols[j];
+    double* column = block + static_cast<ptrdiff_t>(col) * leading;
     double w[N];
     for (int r = 0; r < N; ++r) {
       w[r] = 0.0;
       for (int s = 0; s < N; ++s) w[r] += hessian[r * N + s] * jb[j * N + s];
     }
-    for (int i = symmetric ? j : 0; i < m; ++i) {
+    for (int i = kSymmetric ? j : 0; i < m; ++i) {
       double sum = 0.0;
       for (int r = 0; r < N; ++r) sum += ja[i * N + r] * w[r];
-      int row = rows[i], col = cols[j];
-      if (symmetric && row < col) std::swap(row, col);
-      block[row + static_cast<ptrdiff_t>(col) * leading] += sum;
+      if (kSymmetric && rows[i] < col) {
+        block[col + static_cast<ptrdiff_t>(rows[i]) * leading] += sum;
+      } else {
+        column[rows[i]] += sum;
+      }
     }
+  }
+}
+
+template <int N>
+struct RowCount {};
+
+// Calls visit(RowCount<rows>()): the number of rows as a constant, for loops that are unrolled.
+template <class Visit>
+void with_rows(int rows, Visit visit) {
+  switch (rows) {
+    case 1:
+      return visit(RowCount<1>());
+    case 2:
+      return visit(RowCount<2>());
+    case 3:
+      return visit(RowCount<3>());
+    case 4:
+      return visit(RowCount<4>());
+    case 5:
+      return visit(RowCount<5>());
+    case 6:
+      return visit(RowCount<6>());
+    default:
+      return;
   }
 }
 
 void add_product(int n_rows, const double* ja, const int* rows, int m, const double* jb,
                  const int* cols, int n, const double* hessian, double* block, int leading,
                  bool symmetric) {
-  switch (n_rows) {
-    case 1:
-      return add_product<1>(ja, rows, m, jb, cols, n, hessian, block, leading, symmetric);
-    case 2:
-      return add_product<2>(ja, rows, m, jb, cols, n, hessian, block, leading, symmetric);
-    case 3:
-      return add_product<3>(ja, rows, m, jb, cols, n, hessian, block, leading, symmetric);
-    case 4:
-      return add_product<4>(ja, rows, m, jb, cols, n, hessian, block, leading, symmetric);
-    case 5:
-      return add_product<5>(ja, rows, m, jb, cols, n, hessian, block, leading, symmetric);
-    case 6:
-      return add_product<6>(ja, rows, m, jb, cols, n, hessian, block, leading, symmetric);
-    default:
-      return;
-  }
+  with_rows(n_rows, [&]<int N>(RowCount<N>) {
+    if (symmetric) {
+      add_product<N, true>(ja, rows, m, jb, cols, n, hessian, block, leading);
+    } else {
+      add_product<N, false>(ja, rows, m, jb, cols, n, hessian, block, leading);
+    }
+  });
 }
 
 }  // namespace
@@ -211,26 +232,22 @@ void IslandSystem::scatter(const double* local, double* global) const {
 
 void IslandSystem::multiply_mass(const double* x, double* out) const {
   for (const Block& b : blocks_) {
-    double* o = out + b.start;
-    std::fill(o, o + b.size, 0.0);
-    for (int j = 0; j < b.size; ++j) {  // M is symmetric: its rows serve as columns
-      const double* row = b.mass + static_cast<ptrdiff_t>(j) * b.size;
-      const double value = x[b.start + j];
-      for (int i = 0; i < b.size; ++i) o[i] += row[i] * value;
-    }
+    multiply_symmetric(b.mass, b.size, x + b.start, out + b.start);
   }
 }
 
 void IslandSystem::multiply_jacobian(const double* x, double* out) const {
   for (const Constraint& c : constraints_) {
-    const int rows = c.law.rows;
-    double y[kMaxRows] = {};
-    const double* j = jacobian_.data() + c.jacobian;
-    for (int k = 0; k < c.num_columns; ++k, j += rows) {
-      const double value = x[columns_[c.column + k]];
-      for (int r = 0; r < rows; ++r) y[r] += j[r] * value;
-    }
-    std::copy(y, y + rows, out + c.row);
+    with_rows(c.law.rows, [&]<int N>(RowCount<N>) {
+      double y[N] = {};
+      const double* j = jacobian_.data() + c.jacobian;
+      const int* column = columns_.data() + c.column;
+      for (int k = 0; k < c.num_columns; ++k, j += N) {
+        const double value = x[column[k]];
+        for (int r = 0; r < N; ++r) y[r] += j[r] * value;
+      }
+      std::copy(y, y + N, out + c.row);
+    });
   }
 }
 
@@ -244,15 +261,18 @@ void IslandSystem::constraint_velocity(const double* x, double* out) const {
 double IslandSystem::add_impulse(const double* f, double* out) const {
   double square = 0.0;
   for (const Constraint& c : constraints_) {
-    const int rows = c.law.rows;
-    const double* j = jacobian_.data() + c.jacobian;
-    for (int k = 0; k < c.num_columns; ++k, j += rows) {
-      double sum = 0.0;
-      for (int r = 0; r < rows; ++r) sum += j[r] * f[c.row + r];
-      const int column = columns_[c.column + k];
-      out[column] += sum;
-      square += sum * sum * inverse_diagonal_[column];
-    }
+    with_rows(c.law.rows, [&]<int N>(RowCount<N>) {
+      double own[N];
+      std::copy(f + c.row, f + c.row + N, own);
+      const double* j = jacobian_.data() + c.jacobian;
+      for (int k = 0; k < c.num_columns; ++k, j += N) {
+        double sum = 0.0;
+        for (int r = 0; r < N; ++r) sum += j[r] * own[r];
+        const int column = columns_[c.column + k];
+        out[column] += sum;
+        square += sum * sum * inverse_diagonal_[column];
+      }
+    });
   }
   return square;
 }
