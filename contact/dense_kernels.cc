@@ -58,17 +58,102 @@ COUNTERPOINT_INTO_EACH void eliminate(double* __restrict column, const double* _
   }
 }
 
-// The 6 x 6 x 6 case of free bodies, with bounds the compiler can unroll.
-COUNTERPOINT_INTO_EACH void subtract_product_6(const double* __restrict a, int lda,
-                                               const double* __restrict b, int ldb,
-                                               double* __restrict c, int ldc) {
+// Four and two doubles at a time, at any address.
+using Four = double __attribute__((vector_size(32), aligned(8)));
+using Two = double __attribute__((vector_size(16), aligned(8)));
+
+// A column of six.
+struct Six {
+  Four top;
+  Two bottom;
+};
+COUNTERPOINT_INTO_EACH void load(const double* from, Six& to) {
+  to.top = *reinterpret_cast<const Four*>(from);
+  to.bottom = *reinterpret_cast<const Two*>(from + 4);
+}
+COUNTERPOINT_INTO_EACH void store(const Six& from, double* to) {
+  *reinterpret_cast<Four*>(to) = from.top;
+  *reinterpret_cast<Two*>(to + 4) = from.bottom;
+}
+
+// The 6 x 6 x 6 case of free bodies: a stays in registers.
+COUNTERPOINT_INTO_EACH void subtract_product_6(const double* a, int lda, const double* b, int ldb,
+                                               double* c, int ldc) {
+  Six column[6];
+  for (int p = 0; p < 6; ++p) load(a + p * lda, column[p]);
   for (int j = 0; j < 6; ++j) {
-    double sum[6] = {0, 0, 0, 0, 0, 0};
+    Six sum;
+    load(c + j * ldc, sum);
     for (int p = 0; p < 6; ++p) {
       const double bp = b[j + p * ldb];
-      for (int i = 0; i < 6; ++i) sum[i] += a[i + p * lda] * bp;
+      sum.top -= column[p].top * bp;
+      sum.bottom -= column[p].bottom * bp;
     }
-    for (int i = 0; i < 6; ++i) c[i + j * ldc] -= sum[i];
+    store(sum, c + j * ldc);
+  }
+}
+
+// Column j of G B.
+template <int N>
+COUNTERPOINT_INTO_EACH void multiply_column(const double* g, const Columns& b, int j, double* out) {
+  for (int r = 0; r < N; ++r) {
+    out[r] = 0.0;
+    for (int s = 0; s < N; ++s) out[r] += g[r * N + s] * b.values[s * b.leading + j];
+  }
+}
+
+// A body's six columns, which go to six places in a row.
+COUNTERPOINT_INTO_EACH bool is_free_body(const Columns& a) {
+  return a.size == 6 && a.places[5] - a.places[0] == 5 && a.places[0] < a.places[1];
+}
+
+template <int N>
+COUNTERPOINT_INTO_EACH void add_congruence_6(const Columns& a, const Columns& b, const double* g,
+                                             double* block, int leading) {
+  Six row[N];
+  for (int r = 0; r < N; ++r) load(a.values + r * a.leading, row[r]);
+  for (int j = 0; j < b.size; ++j) {
+    double gb[N];
+    multiply_column<N>(g, b, j, gb);
+    double* column = block + static_cast<std::ptrdiff_t>(b.places[j]) * leading + a.places[0];
+    Six sum;
+    load(column, sum);
+    for (int r = 0; r < N; ++r) {
+      sum.top += row[r].top * gb[r];
+      sum.bottom += row[r].bottom * gb[r];
+    }
+    store(sum, column);
+  }
+}
+
+template <int N>
+COUNTERPOINT_INTO_EACH void add_congruence_of(const Columns& a, const Columns& b, const double* g,
+                                              double* block, int leading, bool symmetric) {
+  // What is written above the diagonal of a symmetric block does not matter.
+  if (is_free_body(a)) return add_congruence_6<N>(a, b, g, block, leading);
+  for (int j = 0; j < b.size; ++j) {
+    double gb[N];
+    multiply_column<N>(g, b, j, gb);
+    const int col = b.places[j];
+    double* column = block + static_cast<std::ptrdiff_t>(col) * leading;
+    const int first = symmetric ? j : 0;
+    constexpr int kAtOnce = 16;
+    for (int begin = first; begin < a.size; begin += kAtOnce) {
+      const int count = std::min(kAtOnce, a.size - begin);
+      double sum[kAtOnce];
+      for (int i = 0; i < count; ++i) {
+        sum[i] = a.values[begin + i] * gb[0];
+        for (int r = 1; r < N; ++r) sum[i] += a.values[r * a.leading + begin + i] * gb[r];
+      }
+      const int* place = a.places + begin;
+      for (int i = 0; i < count; ++i) {
+        if (symmetric && place[i] < col) {
+          block[col + static_cast<std::ptrdiff_t>(place[i]) * leading] += sum[i];
+        } else {
+          column[place[i]] += sum[i];
+        }
+      }
+    }
   }
 }
 
@@ -130,6 +215,26 @@ COUNTERPOINT_WIDE void subtract_product(const double* a, int lda, const double* 
   for (int j = 0; j < n; ++j) {
     const int first = lower ? j : 0;
     subtract_columns(c + first + j * ldc, a + first, lda, b + j, ldb, m - first, k);
+  }
+}
+
+COUNTERPOINT_WIDE void add_congruence(int rows, const Columns& a, const Columns& b, const double* g,
+                                      double* block, int leading, bool symmetric) {
+  switch (rows) {
+    case 1:
+      return add_congruence_of<1>(a, b, g, block, leading, symmetric);
+    case 2:
+      return add_congruence_of<2>(a, b, g, block, leading, symmetric);
+    case 3:
+      return add_congruence_of<3>(a, b, g, block, leading, symmetric);
+    case 4:
+      return add_congruence_of<4>(a, b, g, block, leading, symmetric);
+    case 5:
+      return add_congruence_of<5>(a, b, g, block, leading, symmetric);
+    case 6:
+      return add_congruence_of<6>(a, b, g, block, leading, symmetric);
+    default:
+      return;
   }
 }
 

@@ -19,6 +19,19 @@ bool factor_lu_panel(double* below, double* right, int rows, int cols, int leadi
 void subtract_product(const double* a, int lda, const double* b, int ldb, double* c, int ldc, int m,
                       int n, int k, bool lower);
 
+/// Columns of a Jacobian of few rows, row by row, and where each goes.
+struct Columns {
+  const double* values;  ///< row r starts at values + r * leading
+  int leading;
+  const int* places;
+  int size;
+};
+
+/// block[place_a i, place_b j] += (A' G B)[i, j]; G: rows x rows, row-major; block: column-major.
+/// `symmetric`: a and b are the same, and only entries on and below the block's diagonal matter.
+void add_congruence(int rows, const Columns& a, const Columns& b, const double* g, double* block,
+                    int leading, bool symmetric);
+
 /// out = A x, A symmetric, n x n without gaps.
 void multiply_symmetric(const double* a, int n, const double* x, double* out);
 

@@ -15,31 +15,6 @@ constexpr int kDenseSize = 12;
 // of the island's largest is taken for it.
 constexpr double kLeastInverseMass = 1e-4;
 
-// block[i, j] += J_i' G J_j for the packed columns [0, m) x [0, n); `rows_` and `cols_` say where
-// each column goes. N: number of constraint rows, known to the compiler.
-template <int N, bool kSymmetric>
-void add_product(const double* ja, const int* rows, int m, const double* jb, const int* cols, int n,
-                 const double* hessian, double* block, int leading) {
-  for (int j = 0; j < n; ++j) {
-    const int col = cols[j];
-    double* column = block + static_cast<ptrdiff_t>(col) * leading;
-    double w[N];
-    for (int r = 0; r < N; ++r) {
-      w[r] = 0.0;
-      for (int s = 0; s < N; ++s) w[r] += hessian[r * N + s] * jb[j * N + s];
-    }
-    for (int i = kSymmetric ? j : 0; i < m; ++i) {
-      double sum = 0.0;
-      for (int r = 0; r < N; ++r) sum += ja[i * N + r] * w[r];
-      if (kSymmetric && rows[i] < col) {
-        block[col + static_cast<ptrdiff_t>(rows[i]) * leading] += sum;
-      } else {
-        column[rows[i]] += sum;
-      }
-    }
-  }
-}
-
 template <int N>
 struct RowCount {};
 
@@ -62,18 +37,6 @@ void with_rows(int rows, Visit visit) {
     default:
       return;
   }
-}
-
-void add_product(int n_rows, const double* ja, const int* rows, int m, const double* jb,
-                 const int* cols, int n, const double* hessian, double* block, int leading,
-                 bool symmetric) {
-  with_rows(n_rows, [&]<int N>(RowCount<N>) {
-    if (symmetric) {
-      add_product<N, true>(ja, rows, m, jb, cols, n, hessian, block, leading);
-    } else {
-      add_product<N, false>(ja, rows, m, jb, cols, n, hessian, block, leading);
-    }
-  });
 }
 
 }  // namespace
@@ -133,6 +96,7 @@ void IslandSystem::load_constraints(const Problem& problem, std::span<const int>
   constraints_.clear();
   columns_.clear();
   jacobian_.clear();
+  row_jacobian_.clear();
   num_rows_ = hessian_size_ = 0;
   for (const int i : constraints) {
     Constraint c{};
@@ -152,6 +116,12 @@ void IslandSystem::load_constraints(const Problem& problem, std::span<const int>
       if (side == 0) c.split = static_cast<int>(columns_.size()) - c.column;
     }
     c.num_columns = static_cast<int>(columns_.size()) - c.column;
+    row_jacobian_.resize(jacobian_.size());
+    for (int k = 0; k < c.num_columns; ++k) {
+      for (int r = 0; r < c.law.rows; ++r)
+        row_jacobian_[c.jacobian + r * c.num_columns + k] =
+            jacobian_[c.jacobian + k * c.law.rows + r];
+    }
     num_rows_ += c.law.rows;
     hessian_size_ += c.law.rows * c.law.rows;
     constraints_.push_back(c);
@@ -317,29 +287,26 @@ void IslandSystem::add_mass() {
 // J'GJ into the lower blocks, with an unsymmetric G into whole diagonal blocks and the upper one
 // too.
 void IslandSystem::add_hessian(const Constraint& c, const double* g, bool unsymmetric) {
-  const int rows = c.law.rows, na = c.split, nb = c.num_columns - c.split;
-  const double* ja = jacobian_.data() + c.jacobian;
-  const double* jb = ja + na * rows;
-  const int* pa = places_.data() + c.column;
-  const int* pb = pa + na;
-  const auto lower = [this](const BlockFactorization::Block& b) { return factorization_.lower(b); };
-  const bool half = !unsymmetric;
-  add_product(rows, ja, pa, na, ja, pa, na, g, lower(c.target[0]), c.target[0].leading, half);
+  const int rows = c.law.rows;
+  const double* j = row_jacobian_.data() + c.jacobian;
+  const int* places = places_.data() + c.column;
+  Columns a{j, c.num_columns, places, c.split};
+  Columns b{j + c.split, c.num_columns, places + c.split, c.num_columns - c.split};
+  const auto add = [&](double* block, int target, const Columns& left, const Columns& right,
+                       const double* G, bool half) {
+    add_congruence(rows, left, right, G, block, c.target[target].leading, half);
+  };
+  add(factorization_.lower(c.target[0]), 0, a, a, g, !unsymmetric);
   if (c.group[1] < 0) return;
-  add_product(rows, jb, pb, nb, jb, pb, nb, g, lower(c.target[1]), c.target[1].leading, half);
-  if (c.swapped) {
-    std::swap(ja, jb);
-    std::swap(pa, pb);
-  }
-  const int m = c.swapped ? nb : na, n = c.swapped ? na : nb, leading = c.target[2].leading;
-  add_product(rows, ja, pa, m, jb, pb, n, g, lower(c.target[2]), leading, false);
+  add(factorization_.lower(c.target[1]), 1, b, b, g, !unsymmetric);
+  if (c.swapped) std::swap(a, b);
+  add(factorization_.lower(c.target[2]), 2, a, b, g, false);
   if (!unsymmetric) return;
   double transpose[kMaxRows * kMaxRows];
   for (int i = 0; i < rows; ++i) {
-    for (int j = 0; j < rows; ++j) transpose[i * rows + j] = g[j * rows + i];
+    for (int k = 0; k < rows; ++k) transpose[i * rows + k] = g[k * rows + i];
   }
-  double* upper = factorization_.upper(c.target[2]);
-  add_product(rows, ja, pa, m, jb, pb, n, transpose, upper, leading, false);
+  add(factorization_.upper(c.target[2]), 2, a, b, transpose, false);
 }
 
 bool IslandSystem::factor(const double* hessian, bool unsymmetric) {

@@ -90,9 +90,10 @@ class IslandSystem {
   bool diagonal_positive_ = true, dense_ = true;
   std::vector<Block> blocks_;
   std::vector<Constraint> constraints_;
-  std::vector<int> local_block_;  ///< by block of the Problem
-  std::vector<int> columns_;      ///< local velocity index of every packed column
-  std::vector<int> places_;       ///< the same inside its factorization block
+  std::vector<int> local_block_;      ///< by block of the Problem
+  std::vector<int> columns_;          ///< local velocity index of every packed column
+  std::vector<int> places_;           ///< the same inside its factorization block
+  std::vector<double> row_jacobian_;  ///< jacobian_ with each constraint's part row-major
   std::vector<double> jacobian_, free_velocity_, inverse_diagonal_;
   std::vector<int> group_sizes_;
   BlockFactorization factorization_;
