@@ -19,5 +19,6 @@ void add_compare(CLI::App& app, Action& action);
 void add_inspect(CLI::App& app, Action& action);
 void add_contact_problem(CLI::App& app, Action& action);
 void add_hard_cases(CLI::App& app, Action& action);
+void add_accuracy(CLI::App& app, Action& action);
 
 }  // namespace counterpoint::apps

@@ -9,10 +9,7 @@
 
 #include "command.h"
 #include "counterpoint/engine/effort_limits.h"
-#include "counterpoint/engine/energy.h"
-#include "counterpoint/engine/kinematics.h"
 #include "counterpoint/engine/simulator.h"
-#include "counterpoint/engine/springs.h"
 #include "counterpoint/engine/state_file.h"
 #include "counterpoint/engine/trajectory.h"
 #include "failure.h"
@@ -20,6 +17,7 @@
 #include "progress.h"
 #include "report.h"
 #include "scene_arguments.h"
+#include "total_energy.h"
 
 namespace counterpoint::apps {
 namespace {
@@ -60,16 +58,6 @@ void apply_overrides(const Arguments& arguments, SimulationOptions& options) {
     throw InputError(fmt::format("duration {} s: expected 0 or more, and fewer than 1e9 steps",
                                  options.duration));
   }
-}
-
-/// Kinetic and potential energy, that of springs included [J].
-double total_energy(const Model& model, const State& state) {
-  Data data(model);
-  compute_poses(model, state.q, data);
-  compute_velocities(model, state.v, data);
-  compute_inertias(model, data);
-  return kinetic_energy(model, state.v, data) + potential_energy(model, data) +
-         spring_energy(model, state.q);
 }
 
 /// What acts in the next step.

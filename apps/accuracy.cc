@@ -1,0 +1,138 @@
+// counterpoint accuracy: what accuracy costs in time on a scene, and which setting to take.
+#include <fmt/format.h>
+
+#include <cmath>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "accuracy/findings.h"
+#include "command.h"
+#include "scene_arguments.h"
+
+namespace counterpoint::apps {
+namespace {
+
+struct Arguments {
+  SceneArguments scene;
+  std::optional<double> duration, time_step;
+  std::vector<std::string> vary = accuracy::vary_items();
+  std::string reference = "auto", folder;
+  std::vector<double> wants = {1e-3};
+  double piece = 0.0;
+  int pieces = 10, finer = 64, repeats = 5;
+  Report report;
+};
+
+void check_options(const Arguments& arguments, SimulationOptions& options) {
+  if (arguments.time_step) options.time_step = *arguments.time_step;
+  if (arguments.duration) options.duration = *arguments.duration;
+  const double h = options.time_step;
+  if (!(h > 0.0 && std::isfinite(h)))
+    throw InputError(fmt::format("time step {} s: expected a positive number", h));
+  if (!(options.duration > 0.0 && options.duration / h * arguments.finer < 1e9)) {
+    throw InputError(fmt::format(
+        "duration {} s: expected more than 0, and fewer than 1e9 steps of the reference",
+        options.duration));
+  }
+  for (const double want : arguments.wants)
+    if (!(want > 0.0 && std::isfinite(want)))
+      throw InputError(fmt::format("--want {}: expected an error, a positive number", want));
+}
+
+accuracy::ReferenceKind reference_kind(const std::string& name) {
+  if (name == "analytic") return accuracy::ReferenceKind::kAnalytic;
+  return name == "fine" ? accuracy::ReferenceKind::kFine : accuracy::ReferenceKind::kAutomatic;
+}
+
+int run(Arguments& arguments) {
+  Scene scene = arguments.scene.load();
+  check_options(arguments, scene.options);
+  const accuracy::Plan plan =
+      accuracy::plan_pieces(scene.options, arguments.pieces, arguments.piece);
+  const accuracy::Families families = accuracy::make_families(scene, plan, arguments.vary);
+  accuracy::MeasureOptions options;
+  options.repeats = arguments.repeats;
+  options.blocks = accuracy::rows_of(scene).contacts;
+  const accuracy::Reference reference =
+      accuracy::make_reference(scene, plan, reference_kind(arguments.reference), arguments.finer);
+  accuracy::Findings findings{scene,
+                              plan,
+                              reference,
+                              accuracy::measure(scene, plan, reference, families.families, options),
+                              families.left_out,
+                              {},
+                              {},
+                              arguments.wants,
+                              arguments.repeats};
+  findings.front = accuracy::pareto_front(findings.measured);
+  for (const double want : arguments.wants)
+    findings.recommendations.push_back(
+        accuracy::recommend(findings.measured, want, reference.error));
+  for (const accuracy::Recommendation& r : findings.recommendations) {
+    if (!r.place) continue;
+    accuracy::add_physics(scene, plan, reference, options,
+                          findings.measured[r.place->family].points[r.place->point]);
+  }
+
+  Report& report = arguments.report;
+  report.begin("accuracy", arguments.scene.file);
+  const bool ok = !findings.front.empty() && reference.warning.empty();
+  report["status"] = ok ? "ok" : "failed";
+  accuracy::add_to(report, findings);
+  accuracy::print(report.text(), findings);
+  if (!arguments.folder.empty()) accuracy::write_report(arguments.folder, findings);
+  report.write();
+  return ok ? kSuccess : kFailed;
+}
+
+}  // namespace
+
+void add_accuracy(CLI::App& app, Action& action) {
+  auto arguments = std::make_shared<Arguments>();
+  CLI::App& command = *app.add_subcommand(
+      "accuracy", "What accuracy costs in time on a scene; which setting to take");
+  arguments->scene.add_to(command);
+  command
+      .add_option("--vary", arguments->vary,
+                  fmt::format("What to vary, separated by commas: {}; default: all",
+                              fmt::join(accuracy::vary_items(), ",")))
+      ->delimiter(',')
+      ->type_name("ITEM,...");
+  command
+      .add_option("--reference", arguments->reference,
+                  "analytic (closed form), fine (the engine at a small step), or auto")
+      ->check(CLI::IsMember({"auto", "analytic", "fine"}));
+  command
+      .add_option("--finer", arguments->finer,
+                  "The reference's step is the scene's over this; default 64")
+      ->check(CLI::Range(2, 1'000'000));
+  command
+      .add_option("--want", arguments->wants,
+                  "Error to recommend a setting for, several separated by commas; default 1e-3")
+      ->delimiter(',')
+      ->type_name("ERROR,...");
+  command.add_option("--pieces", arguments->pieces, "Pieces of the motion; default 10")
+      ->check(CLI::Range(1, 100'000));
+  command.add_option("--piece", arguments->piece, "Their length [s]; default: as there is room")
+      ->check(CLI::PositiveNumber);
+  command
+      .add_option("--repeats", arguments->repeats,
+                  "Runs of which the time is the median; default 5")
+      ->check(CLI::Range(1, 10'000));
+  command.add_option("--duration", arguments->duration, "Simulated time [s]; default: the scene's");
+  command.add_option("--timestep", arguments->time_step,
+                     "Time step that is varied [s]; default: the scene's");
+  command
+      .add_option("--report", arguments->folder,
+                  "Write accuracy.html with all tables and pictures, accuracy.csv, and pictures")
+      ->type_name("DIR");
+  arguments->report.add_to(command);
+  command.footer(
+      "Example:\n  counterpoint accuracy data/scenes/accuracy/double_pendulum.yaml --want 1e-6 "
+      "--report report");
+  command.callback([arguments, &action] { action = [arguments] { return run(*arguments); }; });
+}
+
+}  // namespace counterpoint::apps

@@ -1,0 +1,66 @@
+#include <fmt/format.h>
+
+#include <cmath>
+#include <ctime>
+#include <utility>
+
+#include "failure.h"
+#include "mover.h"
+
+namespace counterpoint::apps::accuracy {
+namespace {
+
+class EngineMover : public Mover {
+ public:
+  EngineMover(const Scene& scene, const EngineSetting& setting)
+      : model_(scene.model), setting_(setting), workspace_(scene.model) {}
+
+  Passage advance(const State& start, double duration) override {
+    const long steps = whole_steps(duration, setting_.options.time_step);
+    Passage out;
+    out.end = start;
+    const double from = thread_seconds();
+    for (; out.steps < steps; ++out.steps) {
+      const StepReport report = step_forward(model_, setting_.options, setting_.solver, out.end,
+                                             input_, workspace_, next_);
+      if (!report.succeeded()) {
+        out.failure = failure_message(model_, {out.steps, out.end.time, report});
+        break;
+      }
+      std::swap(out.end, next_);
+    }
+    out.seconds = thread_seconds() - from;
+    return out;
+  }
+
+ private:
+  const Model& model_;
+  EngineSetting setting_;
+  Workspace workspace_;
+  Input input_;
+  State next_;
+};
+
+}  // namespace
+
+double thread_seconds() {
+  timespec now{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+
+long whole_steps(double duration, double time_step) {
+  const double count = duration / time_step;
+  const long steps = std::lround(count);
+  if (steps < 1 || !(std::abs(count - static_cast<double>(steps)) < 1e-6)) {
+    throw InputError(fmt::format("{:.10g} s is not a whole number of time steps of {:.10g} s",
+                                 duration, time_step));
+  }
+  return steps;
+}
+
+std::unique_ptr<Mover> engine_mover(const Scene& scene, const EngineSetting& setting) {
+  return std::make_unique<EngineMover>(scene, setting);
+}
+
+}  // namespace counterpoint::apps::accuracy

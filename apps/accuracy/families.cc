@@ -1,0 +1,200 @@
+#include "families.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "counterpoint/collision/collider.h"
+#include "counterpoint/engine/effects.h"
+
+namespace counterpoint::apps::accuracy {
+namespace {
+
+constexpr int kDoublings = 4, kHalvings = 3;  // of the scene's time step
+
+/// What of a setting a curve runs over.
+using Change = std::function<void(EngineSetting&, double)>;
+
+void set_time_step(EngineSetting& setting, double h) { setting.options.time_step = h; }
+void set_compliance(EngineSetting& setting, double eps) {
+  setting.options.contact.compliance = eps;
+}
+void set_smoothing(EngineSetting& setting, double delta) {
+  setting.options.contact.smoothing = delta;
+}
+void set_tolerance(EngineSetting& setting, double tolerance) {
+  setting.solver.tolerance = tolerance;
+}
+
+class Maker {
+ public:
+  Maker(const Scene& scene, const Plan& plan) : scene_(scene), base_{scene.options, {}} {
+    for (int k = std::min(kDoublings, plan.doublings); k >= -kHalvings; --k)
+      steps_.push_back(exact_step(plan, std::ldexp(plan.time_step, k)));
+  }
+
+  const EngineSetting& base() const { return base_; }
+  const Scene& scene() const { return scene_; }
+
+  /// A curve over the time step.
+  Family over_steps(const std::string& vary, const std::string& name,
+                    const EngineSetting& setting) const {
+    return over(vary, name, "time_step_s", set_time_step, steps_, setting,
+                [](double h) { return seconds_text(h); });
+  }
+
+  Family over(const std::string& vary, const std::string& name, const std::string& parameter,
+              const Change& change, const std::vector<double>& values, const EngineSetting& setting,
+              const std::function<std::string(double)>& text) const {
+    Family family{vary, name, parameter, {}};
+    for (const double value : values) {
+      EngineSetting changed = setting;
+      change(changed, value);
+      family.settings.push_back(
+          {fmt::format("{}, {}", name, text(value)), value, key(changed),
+           [&scene = scene_, changed] { return engine_mover(scene, changed); }, changed});
+    }
+    return family;
+  }
+
+ private:
+  static std::string key(const EngineSetting& setting) {
+    const SimulationOptions& o = setting.options;
+    return fmt::format("{} {} {} {} {} {}", integrator_name(o.integrator), o.time_step,
+                       friction_model_name(o.contact.friction_model), o.contact.compliance,
+                       o.contact.smoothing, setting.solver.tolerance);
+  }
+
+  const Scene& scene_;
+  EngineSetting base_;
+  std::vector<double> steps_;
+};
+
+std::string plain(double value) { return fmt::format("{:g}", value); }
+
+void add_time_step(const Maker& make, Families& out) {
+  out.families.push_back(
+      make.over_steps("timestep", integrator_name(make.base().options.integrator), make.base()));
+}
+
+void add_integrators(const Maker& make, Families& out) {
+  for (const Integrator integrator :
+       {Integrator::kSemiImplicitEuler, Integrator::kImplicitMidpoint, Integrator::kRungeKutta4}) {
+    EngineSetting setting = make.base();
+    setting.options.integrator = integrator;
+    out.families.push_back(make.over_steps("integrator", integrator_name(integrator), setting));
+  }
+}
+
+void add_friction(const Maker& make, Families& out) {
+  for (const FrictionModel model :
+       {FrictionModel::kCoulomb, FrictionModel::kLagged, FrictionModel::kConvex}) {
+    EngineSetting setting = make.base();
+    setting.options.contact.friction_model = model;
+    out.families.push_back(make.over_steps(
+        "friction", fmt::format("friction {}", friction_model_name(model)), setting));
+  }
+}
+
+/// One parameter: swept at the scene's time step, and the time step at two values of it.
+struct Sweep {
+  const char* item;
+  const char* parameter;
+  Change change;
+  std::vector<double> values;        ///< from loose to tight
+  std::array<double, 2> with_steps;  ///< two of them
+};
+
+std::vector<Sweep> sweeps() {
+  return {{"compliance",
+           "compliance",
+           set_compliance,
+           {1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8},
+           {1e-2, 1e-4}},
+          {"smoothing",
+           "smoothing_m",
+           set_smoothing,
+           {1e-4, 1e-5, 1e-6, 1e-7, 1e-9, 1e-11, 1e-13, 1e-15},
+           {1e-5, 1e-8}},
+          {"tolerance",
+           "tolerance",
+           set_tolerance,
+           {1e-2, 1e-3, 1e-4, 1e-6, 1e-8, 1e-10, 1e-12},
+           {1e-3, 1e-6}}};
+}
+
+void add_sweep(const Maker& make, const Sweep& sweep, Families& out) {
+  out.families.push_back(make.over(
+      sweep.item, fmt::format("{} at {}", sweep.item, seconds_text(make.base().options.time_step)),
+      sweep.parameter, sweep.change, sweep.values, make.base(), plain));
+  for (const double value : sweep.with_steps) {
+    EngineSetting setting = make.base();
+    sweep.change(setting, value);
+    out.families.push_back(
+        make.over_steps(sweep.item, fmt::format("{} {:g}", sweep.item, value), setting));
+  }
+}
+
+/// Why an item says nothing about a scene; empty: it does.
+std::string idle(const std::string& item, const Rows& rows) {
+  if (item == "friction") return rows.friction ? "" : "nothing can touch with friction";
+  if (item == "smoothing") return rows.smoothed ? "" : "nothing in this scene is smoothed";
+  if (item == "compliance" || item == "tolerance")
+    return rows.any ? "" : "the scene has no constraints to solve";
+  return "";
+}
+
+}  // namespace
+
+Rows rows_of(const Scene& scene) {
+  const collision::Collider collider(scene.model);
+  Rows rows;
+  for (const EffectUse& use : list_effects(scene.model, collider, scene.options)) {
+    if (!use.on || use.rows == 0) continue;
+    rows.any = true;
+    rows.contacts |= use.effect == Effect::kContacts;
+    rows.friction |= use.effect == Effect::kFriction;
+    rows.smoothed |= use.effect != Effect::kClosures && use.effect != Effect::kMimics;
+  }
+  return rows;
+}
+
+std::string seconds_text(double seconds) {
+  if (seconds < 1e-3) return fmt::format("{:.4g} us", 1e6 * seconds);
+  if (seconds < 1.0) return fmt::format("{:.4g} ms", 1e3 * seconds);
+  return fmt::format("{:.4g} s", seconds);
+}
+
+const std::vector<std::string>& vary_items() {
+  static const std::vector<std::string> items = {"timestep",   "integrator", "friction",
+                                                 "compliance", "smoothing",  "tolerance"};
+  return items;
+}
+
+Families make_families(const Scene& scene, const Plan& plan,
+                       const std::vector<std::string>& items) {
+  const Maker make(scene, plan);
+  const Rows rows = rows_of(scene);
+  Families out;
+  for (const std::string& item : items) {
+    const auto& known = vary_items();
+    if (std::find(known.begin(), known.end(), item) == known.end()) {
+      throw InputError(
+          fmt::format("--vary {}: expected one or more of {}", item, fmt::join(known, ", ")));
+    }
+    if (const std::string why = idle(item, rows); !why.empty()) {
+      out.left_out.push_back(fmt::format("{}: {}", item, why));
+      continue;
+    }
+    if (item == "timestep") add_time_step(make, out);
+    if (item == "integrator") add_integrators(make, out);
+    if (item == "friction") add_friction(make, out);
+    for (const Sweep& sweep : sweeps())
+      if (item == sweep.item) add_sweep(make, sweep, out);
+  }
+  return out;
+}
+
+}  // namespace counterpoint::apps::accuracy

@@ -1,0 +1,143 @@
+#include "judge.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace counterpoint::apps::accuracy {
+namespace {
+
+constexpr int kMostPoints = 4, kLeastPoints = 3;
+
+std::vector<Place> places(const std::vector<MeasuredFamily>& measured) {
+  std::vector<Place> out;
+  for (size_t f = 0; f < measured.size(); ++f) {
+    if (!measured[f].same_as.empty()) continue;
+    for (size_t p = 0; p < measured[f].points.size(); ++p)
+      if (measured[f].points[p].measured()) out.push_back({f, p});
+  }
+  return out;
+}
+
+std::string cost_text(double cost) {
+  return fmt::format("{} of processor time a simulated second ({:.3g} times faster than real time)",
+                     seconds_text(cost), 1.0 / cost);
+}
+
+}  // namespace
+
+std::optional<Order> fit_order(const std::vector<double>& time_steps,
+                               const std::vector<double>& errors, double reference_error) {
+  std::vector<std::pair<double, double>> usable;  // log h, log error, from the finest
+  for (size_t i = 0; i < time_steps.size(); ++i)
+    if (std::isfinite(errors[i]) && errors[i] > kAboveReference * reference_error)
+      usable.emplace_back(std::log(time_steps[i]), std::log(errors[i]));
+  std::sort(usable.begin(), usable.end());
+  if (usable.size() > kMostPoints) usable.resize(kMostPoints);
+  if (usable.size() < kLeastPoints) return {};
+  const auto n = static_cast<double>(usable.size());
+  double x = 0.0, y = 0.0, xx = 0.0, xy = 0.0;
+  for (const auto& [h, e] : usable) {
+    x += h / n;
+    y += e / n;
+  }
+  for (const auto& [h, e] : usable) {
+    xx += (h - x) * (h - x);
+    xy += (h - x) * (e - y);
+  }
+  return Order{xy / xx, std::exp(usable.back().first), std::exp(usable.front().first),
+               static_cast<int>(usable.size())};
+}
+
+std::optional<Order> fit_order(const MeasuredFamily& measured, double reference_error) {
+  if (!measured.family.over_time_step()) return {};
+  std::vector<double> steps, errors;
+  for (const Point& point : measured.points) {
+    steps.push_back(point.setting.parameter);
+    errors.push_back(point.error.all);
+  }
+  return fit_order(steps, errors, reference_error);
+}
+
+std::vector<double> piece_orders(const MeasuredFamily& measured, double reference_error) {
+  std::vector<double> orders;
+  if (!measured.family.over_time_step() || measured.points.empty()) return orders;
+  size_t pieces = 0;
+  for (const Point& point : measured.points) pieces = std::max(pieces, point.piece_errors.size());
+  for (size_t k = 0; k < pieces; ++k) {
+    std::vector<double> steps, errors;
+    for (const Point& point : measured.points) {
+      if (!point.measured()) continue;
+      steps.push_back(point.setting.parameter);
+      errors.push_back(point.piece_errors[k]);
+    }
+    if (const auto order = fit_order(steps, errors, reference_error))
+      orders.push_back(order->slope);
+  }
+  std::sort(orders.begin(), orders.end());
+  return orders;
+}
+
+std::vector<Place> pareto_front(const std::vector<MeasuredFamily>& measured) {
+  const auto at = [&](const Place& p) -> const Point& {
+    return measured[p.family].points[p.point];
+  };
+  std::vector<Place> all = places(measured);
+  std::stable_sort(all.begin(), all.end(),
+                   [&](const Place& a, const Place& b) { return at(a).cost < at(b).cost; });
+  std::vector<Place> front;
+  double best = std::numeric_limits<double>::infinity();
+  for (const Place& place : all) {
+    if (!(at(place).error.all < best)) continue;
+    best = at(place).error.all;
+    front.push_back(place);
+  }
+  return front;
+}
+
+Recommendation recommend(const std::vector<MeasuredFamily>& measured, double want,
+                         double reference_error) {
+  const auto at = [&](const Place& p) -> const Point& {
+    return measured[p.family].points[p.point];
+  };
+  Recommendation out;
+  double cheapest = std::numeric_limits<double>::infinity();
+  double least = std::numeric_limits<double>::infinity();
+  std::optional<Place> nearest;
+  for (const Place& place : places(measured)) {
+    const Point& point = at(place);
+    if (point.error.all < least) {
+      least = point.error.all;
+      nearest = place;
+    }
+    if (point.error.all > want || !(point.cost < cheapest)) continue;
+    cheapest = point.cost;
+    out.place = place;
+  }
+  out.met = out.place.has_value();
+  if (out.met) {
+    const Point& point = at(*out.place);
+    out.words = fmt::format("for an error of {:g}: {}. Its error is {:.2g}; it takes {}.", want,
+                            point.setting.label, point.error.all, cost_text(point.cost));
+  } else if (nearest) {
+    out.place = nearest;
+    const Point& point = at(*nearest);
+    out.words = fmt::format(
+        "no setting measured has an error of {:g} or less. The most accurate is {}: error {:.2g}, "
+        "{}.",
+        want, point.setting.label, point.error.all, cost_text(point.cost));
+  } else {
+    out.words = "no setting came to its end: there is nothing to recommend.";
+  }
+  if (want < kAboveReference * reference_error) {
+    out.words += fmt::format(
+        " The reference itself may be off by {:.2g}: an error of {:g} cannot be told from it; "
+        "--finer makes it better.",
+        reference_error, want);
+  }
+  return out;
+}
+
+}  // namespace counterpoint::apps::accuracy

@@ -1,0 +1,54 @@
+// What each setting costs, and how far off it is.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "families.h"
+#include "physics.h"
+#include "reference.h"
+
+namespace counterpoint::apps::accuracy {
+
+/// A setting, measured.
+struct Point {
+  Setting setting;
+  int failed = 0;       ///< pieces that did not come to their end; then nothing below is a number
+  std::string failure;  ///< the first of them
+  Deviation error;      ///< mean over the pieces, at their ends
+  std::vector<double> piece_errors;  ///< Deviation::all of each piece
+  double worst = 0.0;                ///< the largest of them
+  double cost = 0.0;  ///< processor seconds a simulated second, median over the repeats
+  double cost_low = 0.0, cost_high = 0.0;  ///< the least and the most of them
+  long steps = 0;                          ///< of all pieces
+  std::optional<Physics> physics;          ///< this engine only, see measure()
+  bool measured() const { return failed == 0; }
+};
+
+/// A family, measured.
+struct MeasuredFamily {
+  Family family;
+  std::string refused;        ///< why it cannot be run at all; then there are no points
+  std::vector<Point> points;  ///< in the order of the settings
+  std::string same_as;        ///< an earlier family with the very same settings, or empty
+};
+
+struct MeasureOptions {
+  int repeats = 5;
+  bool physics = true;
+  bool blocks = true;  ///< with physics: creep, hover and rest of a block
+};
+
+/// Every piece by every setting: once for its error and to warm up, then `repeats` times for the
+/// time. Settings with equal keys are measured once. Physics is added to those at the scene's own
+/// time step.
+std::vector<MeasuredFamily> measure(const Scene& scene, const Plan& plan,
+                                    const Reference& reference, const std::vector<Family>& families,
+                                    const MeasureOptions& options);
+
+/// Adds the physics of a setting of this engine, if it is not there.
+void add_physics(const Scene& scene, const Plan& plan, const Reference& reference,
+                 const MeasureOptions& options, Point& point);
+
+}  // namespace counterpoint::apps::accuracy

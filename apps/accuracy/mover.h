@@ -1,0 +1,48 @@
+// What takes a scene from one state to a later one: this engine at some setting, or any other one.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "counterpoint/engine/state.h"
+#include "counterpoint/engine/step.h"
+#include "counterpoint/model/scene.h"
+
+namespace counterpoint::apps::accuracy {
+
+/// How it went from one state to another.
+struct Passage {
+  State end;             ///< in the coordinates of the scene's model, time included
+  double seconds = 0.0;  ///< processor time of this thread, of stepping alone
+  long steps = 0;
+  std::string failure;  ///< why it did not come to its end; empty: it did
+};
+
+/// One engine at one setting on one scene. To measure another engine, write one of these and give
+/// it to a Family (families.h).
+class Mover {
+ public:
+  virtual ~Mover() = default;
+  /// From `start` on for `duration` [s], under no applied forces (servos keep the model's targets),
+  /// whatever was asked before. @throws InputError, peers::NotExpressible where it cannot move this
+  /// scene at all; a step that fails is a Passage with `failure`.
+  virtual Passage advance(const State& start, double duration) = 0;
+};
+
+/// Processor time of this thread [s]: what other processes do does not count.
+double thread_seconds();
+
+/// What this engine is told: how to step, and how exactly to solve.
+struct EngineSetting {
+  SimulationOptions options;
+  contact::Settings solver;
+};
+
+/// This engine. The scene must outlive it. `duration` of advance must be a whole number of time
+/// steps, to 1e-6 of one. @throws InputError if not.
+std::unique_ptr<Mover> engine_mover(const Scene& scene, const EngineSetting& setting);
+
+/// How many time steps make `duration`. @throws InputError unless it is a whole number, 1 or more.
+long whole_steps(double duration, double time_step);
+
+}  // namespace counterpoint::apps::accuracy

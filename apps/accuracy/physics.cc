@@ -1,0 +1,153 @@
+#include "physics.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "counterpoint/engine/contact_law.h"
+#include "counterpoint/engine/integrator.h"
+#include "counterpoint/engine/kinematics.h"
+#include "total_energy.h"
+
+namespace counterpoint::apps::accuracy {
+namespace {
+
+/// The steps of a piece, looked at one by one.
+class Examiner {
+ public:
+  Examiner(const Scene& scene, const EngineSetting& setting)
+      : model_(scene.model),
+        setting_(setting),
+        data_(scene.model),
+        velocity_(static_cast<size_t>(scene.model.num_bodies())),
+        forward_(scene.model),
+        backward_(scene.model),
+        scale_(weight(scene.model)) {
+    if (has_inverse()) return;
+    physics_.inverse_error = std::numeric_limits<double>::quiet_NaN();
+  }
+
+  void examine(const Piece& piece, long steps) {
+    State now = piece.start, next;
+    for (long k = 0; k < steps; ++k) {
+      const StepReport report =
+          step_forward(model_, setting_.options, setting_.solver, now, Input(), forward_, next);
+      if (!report.succeeded()) return;
+      physics_.penetration = std::max(physics_.penetration, report.max_penetration);
+      if (has_inverse()) look_back(now, next);
+      std::swap(now, next);
+    }
+    energy_ += std::abs(total_energy(model_, now) - total_energy(model_, piece.end));
+    ++pieces_;
+  }
+
+  Physics finish() {
+    physics_.energy_error = energy_ / std::max(pieces_, 1);
+    if (has_inverse()) physics_.inverse_error = found_ / scale_;
+    return physics_;
+  }
+
+ private:
+  /// Below it forces count as rounding: those of a free swing add up to nothing.
+  static double weight(const Model& model) {
+    double mass = 0.0;
+    for (const Body& body : model.bodies()) mass += body.inertia.mass;
+    const double weight = mass * model.gravity().norm();
+    return weight > 0.0 ? weight : 1.0;
+  }
+
+  bool has_inverse() const { return setting_.options.integrator != Integrator::kRungeKutta4; }
+
+  void look_back(const State& now, const State& next) {
+    step_inverse(model_, setting_.options, now.q, now.v, next.q, next.v, Input(), backward_,
+                 inverse_);
+    if (inverse_.fault.any()) return;
+    scale_ = std::max(scale_, inverse_.force_scale);
+    leave_out_motors_at_their_limit();
+    if (inverse_.applied_force.size() > 0)
+      found_ = std::max(found_, inverse_.applied_force.cwiseAbs().maxCoeff());
+    if (!inverse_.contacts.empty()) look_at_contacts(now, next);
+  }
+
+  /// There the inverse returns the force on the limit, which is not the one applied.
+  void leave_out_motors_at_their_limit() {
+    for (size_t i = 0; i < model_.servos().size(); ++i) {
+      const int joint = model_.servos()[i].joint, v = model_.body(joint + 1).v_index;
+      const double limit = model_.joint(joint).effort_limit;
+      const double given = inverse_.servo_force[static_cast<Eigen::Index>(i)];
+      if (std::abs(given + inverse_.applied_force[v]) > (1.0 - 1e-6) * limit)
+        inverse_.applied_force[v] = 0.0;
+    }
+  }
+
+  void look_at_contacts(const State& now, const State& next) {
+    const bool midpoint = setting_.options.integrator == Integrator::kImplicitMidpoint;
+    VectorX w = next.v;
+    if (midpoint) {
+      configuration_difference(model_, now.q, next.q, w);
+      w /= setting_.options.time_step;
+    }
+    compute_poses(model_, now.q, data_);
+    compute_velocities(model_, now.v, data_);
+    compute_body_velocities(model_, w, data_, velocity_);
+    for (const ContactForce& contact : inverse_.contacts) add(contact);
+  }
+
+  Vector3 relative(const std::vector<Motion>& V, int a, int b, const Vector3& p) const {
+    const auto at = [&](int body) {
+      const auto i = static_cast<size_t>(body);
+      return Vector3(V[i].at(p - data_.X_WB[i].translation));
+    };
+    return at(b) - at(a);
+  }
+
+  void add(const ContactForce& contact) {
+    const collision::Candidate& c = contact.contact;
+    const Geometry& a = model_.geometries()[static_cast<size_t>(c.geometry_a)];
+    const Geometry& b = model_.geometries()[static_cast<size_t>(c.geometry_b)];
+    const Material pair = combine_materials(a.material, b.material);
+    if (pair.torsional_friction > 0.0 || pair.rolling_friction > 0.0) return;
+    const double mu = pair.friction;
+    // What the normal velocity is measured against: gap, recovery, restitution; no shift.
+    ContactOptions plain = setting_.options.contact;
+    plain.friction_model = FrictionModel::kConvex;
+    const Vector3 before = relative(data_.V, a.body, b.body, c.position);
+    const contact::Law law = make_contact_law(plain, setting_.options.time_step, pair, 1.0, c.gap,
+                                              Vector3(before.dot(c.normal), 0.0, 0.0));
+    const Vector3 v = relative(velocity_, a.body, b.body, c.position);
+    const double closing = v.dot(c.normal) + law.bias[0];
+    const Vector3 v_t = v - v.dot(c.normal) * c.normal;
+    const double f_n = contact.force.dot(c.normal);
+    const Vector3 f_t = contact.force - f_n * c.normal;
+    ContactResiduals& r = physics_.contact;
+    r.primal = std::max(r.primal, (f_t.norm() - mu * f_n) / std::hypot(1.0, mu));
+    r.dual = std::max(r.dual, -closing);
+    r.complementarity =
+        std::max(r.complementarity, std::abs(f_n * (closing + mu * v_t.norm()) + f_t.dot(v_t)));
+  }
+
+  const Model& model_;
+  EngineSetting setting_;
+  Data data_;
+  std::vector<Motion> velocity_;
+  Workspace forward_, backward_;
+  Inverse inverse_;
+  Physics physics_;
+  double scale_, energy_ = 0.0, found_ = 0.0;
+  int pieces_ = 0;
+};
+
+}  // namespace
+
+Physics measure_physics(const Scene& scene, const EngineSetting& setting, const Plan& plan,
+                        const std::vector<Piece>& pieces, bool blocks) {
+  Examiner examiner(scene, setting);
+  const long steps = whole_steps(plan.length, setting.options.time_step);
+  for (const Piece& piece : pieces) examiner.examine(piece, steps);
+  Physics out = examiner.finish();
+  if (blocks) out.block = measure_block(setting);
+  return out;
+}
+
+}  // namespace counterpoint::apps::accuracy
