@@ -54,7 +54,7 @@ int run(Arguments& arguments) {
   const accuracy::Families families = accuracy::make_families(scene, plan, arguments.vary);
   accuracy::MeasureOptions options;
   options.repeats = arguments.repeats;
-  options.blocks = accuracy::rows_of(scene).contacts;
+  options.contacts = accuracy::rows_of(scene).contacts;
   const accuracy::Reference reference =
       accuracy::make_reference(scene, plan, reference_kind(arguments.reference), arguments.finer);
   accuracy::Findings findings{scene,

@@ -35,8 +35,13 @@ void print_table(std::FILE* out, const Table& table) {
 }
 
 std::vector<std::string> physics_row(const std::string& name, const Physics& p) {
-  std::vector<std::string> row = {name, figure(p.contact.primal), figure(p.contact.dual),
-                                  figure(p.contact.complementarity), figure(p.penetration)};
+  std::vector<std::string> row = {name};
+  if (p.contact) {
+    row.insert(row.end(), {figure(p.contact->primal), figure(p.contact->dual),
+                           figure(p.contact->complementarity), figure(p.penetration)});
+  } else {
+    row.insert(row.end(), 4, "-");
+  }
   if (p.block) {
     row.push_back(figure(1e6 * p.block->creep));
     row.push_back(figure(p.block->hover));

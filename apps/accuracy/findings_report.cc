@@ -43,10 +43,11 @@ std::string csv_row(const Findings& findings, const MeasuredFamily& m, size_t fa
   const Physics* physics = p.physics ? &*p.physics : nullptr;
   const BlockFigures* block = physics && physics->block ? &*physics->block : nullptr;
   const auto add = [&](bool there, double value) { out += "," + (there ? cell(value) : ""); };
-  add(physics, physics ? physics->contact.primal : 0.0);
-  add(physics, physics ? physics->contact.dual : 0.0);
-  add(physics, physics ? physics->contact.complementarity : 0.0);
-  add(physics, physics ? physics->penetration : 0.0);
+  const ContactResiduals* contact = physics && physics->contact ? &*physics->contact : nullptr;
+  add(contact, contact ? contact->primal : 0.0);
+  add(contact, contact ? contact->dual : 0.0);
+  add(contact, contact ? contact->complementarity : 0.0);
+  add(contact, contact ? physics->penetration : 0.0);
   add(block, block ? block->creep : 0.0);
   add(block, block ? block->hover : 0.0);
   add(block, block ? block->rest : 0.0);
@@ -191,12 +192,14 @@ std::string page(const Findings& findings) {
 // ---- JSON ---------------------------------------------------------------------------------------
 
 Json json_physics(const Physics& p) {
-  Json out = {{"primal_N", number(p.contact.primal)},
-              {"dual_m_s", number(p.contact.dual)},
-              {"complementarity_W", number(p.contact.complementarity)},
-              {"penetration_m", number(p.penetration)},
-              {"inverse_error", number(p.inverse_error)},
+  Json out = {{"inverse_error", number(p.inverse_error)},
               {"energy_error_J", number(p.energy_error)}};
+  if (p.contact) {
+    out["primal_N"] = number(p.contact->primal);
+    out["dual_m_s"] = number(p.contact->dual);
+    out["complementarity_W"] = number(p.contact->complementarity);
+    out["penetration_m"] = number(p.penetration);
+  }
   if (p.block) {
     out["creep_m_s"] = number(p.block->creep);
     out["hover_m"] = number(p.block->hover);

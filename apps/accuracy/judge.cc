@@ -112,7 +112,7 @@ Recommendation recommend(const std::vector<MeasuredFamily>& measured, double wan
       least = point.error.all;
       nearest = place;
     }
-    if (point.error.all > want || !(point.cost < cheapest)) continue;
+    if (!(point.error.all + reference_error <= want) || !(point.cost < cheapest)) continue;
     cheapest = point.cost;
     out.place = place;
   }

@@ -42,8 +42,9 @@ struct Recommendation {
   std::string words;
 };
 
-/// The cheapest setting whose error is at most `want`. Below ten times its own error the reference
-/// decides nothing: that is said.
+/// The cheapest setting whose error is at most `want`, however the reference may be off: measured
+/// error and the reference's own add up to no more. Where `want` is below ten times the latter,
+/// that is said.
 Recommendation recommend(const std::vector<MeasuredFamily>& measured, double want,
                          double reference_error);
 

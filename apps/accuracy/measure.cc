@@ -116,7 +116,7 @@ void add_physics(const Scene& scene, const Plan& plan, const Reference& referenc
                  const MeasureOptions& options, Point& point) {
   if (!options.physics || !point.setting.engine || !point.measured() || point.physics) return;
   point.physics =
-      measure_physics(scene, *point.setting.engine, plan, reference.pieces, options.blocks);
+      measure_physics(scene, *point.setting.engine, plan, reference.pieces, options.contacts);
 }
 
 }  // namespace counterpoint::apps::accuracy

@@ -37,7 +37,7 @@ struct MeasuredFamily {
 struct MeasureOptions {
   int repeats = 5;
   bool physics = true;
-  bool blocks = true;  ///< with physics: creep, hover and rest of a block
+  bool contacts = true;  ///< the scene has some: their figures are part of its physics
 };
 
 /// Every piece by every setting: once for its error and to warm up, then `repeats` times for the

@@ -42,7 +42,8 @@ class Examiner {
     ++pieces_;
   }
 
-  Physics finish() {
+  Physics finish(bool contacts) {
+    if (contacts && has_inverse()) physics_.contact = residuals_;
     physics_.energy_error = energy_ / std::max(pieces_, 1);
     if (has_inverse()) physics_.inverse_error = found_ / scale_;
     return physics_;
@@ -120,7 +121,7 @@ class Examiner {
     const Vector3 v_t = v - v.dot(c.normal) * c.normal;
     const double f_n = contact.force.dot(c.normal);
     const Vector3 f_t = contact.force - f_n * c.normal;
-    ContactResiduals& r = physics_.contact;
+    ContactResiduals& r = residuals_;
     r.primal = std::max(r.primal, (f_t.norm() - mu * f_n) / std::hypot(1.0, mu));
     r.dual = std::max(r.dual, -closing);
     r.complementarity =
@@ -134,6 +135,7 @@ class Examiner {
   Workspace forward_, backward_;
   Inverse inverse_;
   Physics physics_;
+  ContactResiduals residuals_;
   double scale_, energy_ = 0.0, found_ = 0.0;
   int pieces_ = 0;
 };
@@ -141,12 +143,12 @@ class Examiner {
 }  // namespace
 
 Physics measure_physics(const Scene& scene, const EngineSetting& setting, const Plan& plan,
-                        const std::vector<Piece>& pieces, bool blocks) {
+                        const std::vector<Piece>& pieces, bool contacts) {
   Examiner examiner(scene, setting);
   const long steps = whole_steps(plan.length, setting.options.time_step);
   for (const Piece& piece : pieces) examiner.examine(piece, steps);
-  Physics out = examiner.finish();
-  if (blocks) out.block = measure_block(setting);
+  Physics out = examiner.finish(contacts);
+  if (contacts) out.block = measure_block(setting);
   return out;
 }
 

@@ -27,19 +27,20 @@ struct BlockFigures {
 };
 
 struct Physics {
-  ContactResiduals contact;
-  double penetration = 0.0;   ///< deepest overlap at the start of any step [m]
+  std::optional<ContactResiduals> contact;  ///< of scenes with contacts
+  double penetration = 0.0;                 ///< deepest overlap at the start of any step [m]
   double energy_error = 0.0;  ///< at the ends of pieces, to that of the reference, mean [J]
   /// Largest force that the inverse finds where none was applied, over the largest at work or, if
   /// that is more, the scene's weight (an N m counted as an N; 1 N without gravity); NaN: the
   /// integrator has no inverse.
   double inverse_error = 0.0;
-  std::optional<BlockFigures> block;  ///< of scenes with contacts; empty as well where it fails
+  std::optional<BlockFigures> block;  ///< of scenes with contacts; empty if one of its steps fails
 };
 
-/// All pieces once more, with the forces of every step. `blocks`: the figures of the block too.
+/// All pieces once more, with the forces of every step. `contacts`: the scene has some; then the
+/// figures of the block too.
 Physics measure_physics(const Scene& scene, const EngineSetting& setting, const Plan& plan,
-                        const std::vector<Piece>& pieces, bool blocks);
+                        const std::vector<Piece>& pieces, bool contacts);
 
 /// The block alone; nothing if a step fails.
 std::optional<BlockFigures> measure_block(const EngineSetting& setting);

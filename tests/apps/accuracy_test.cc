@@ -1,0 +1,384 @@
+// accuracy: errors against known answers, orders, recommendations; times come from engines made up
+// for the test, so that nothing depends on the machine.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "accuracy/closed_forms.h"
+#include "accuracy/judge.h"
+#include "accuracy/measure.h"
+#include "apps/command.h"
+#include "counterpoint/model/rotation.h"
+#include "support/small_scenes.h"
+
+namespace counterpoint::apps::accuracy {
+namespace {
+
+using test::CommandFolder;
+using test::CommandResult;
+
+constexpr double kGravity = 9.81;  // [m/s^2]
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+const nlohmann::json& family(const nlohmann::json& report, const std::string& name) {
+  for (const auto& f : report["families"])
+    if (f["name"] == name) return f;
+  throw std::runtime_error("no family " + name);
+}
+
+// ---- orders, on real scenes ---------------------------------------------------------------------
+
+TEST(Accuracy, OrdersAreThoseOfTheIntegrators) {
+  for (const char* scene : {"double_pendulum", "heavy_top"}) {
+    const CommandFolder folder(std::string("accuracy_") + scene);
+    const CommandResult result =
+        folder.run(fmt::format("accuracy data/scenes/accuracy/{}.yaml --vary integrator --duration "
+                               "1 --pieces 5 --repeats 1 --json {{}}/r.json",
+                               scene));
+    ASSERT_EQ(result.exit_code, 0) << result.errors;
+    const nlohmann::json report = folder.json("r.json");
+    // Slopes over a factor of eight in the step, the finest a thousandth of the motion's time
+    // scale: terms of the next order change them by less than this.
+    constexpr double kSlope = 0.1;
+    EXPECT_NEAR(family(report, "semi_implicit_euler")["order"], 1.0, kSlope) << scene;
+    EXPECT_NEAR(family(report, "implicit_midpoint")["order"], 2.0, kSlope) << scene;
+    EXPECT_NEAR(family(report, "runge_kutta_4")["order"], 4.0, 2 * kSlope) << scene;
+    EXPECT_EQ(report["reference"]["kind"], "fine");
+    EXPECT_LT(report["reference"]["error"], 1e-11);  // rounding of 64000 steps
+  }
+}
+
+TEST(Accuracy, FirstOrderWithFrictionAndOrientationsOfOrderFour) {
+  const CommandFolder folder("accuracy_known");
+  CommandResult result = folder.run(
+      "accuracy data/scenes/accuracy/slide_to_stop.yaml --vary integrator --repeats 1 --json "
+      "{}/r.json --report {}/report");
+  ASSERT_EQ(result.exit_code, 0) << result.errors;
+  nlohmann::json report = folder.json("r.json");
+  EXPECT_EQ(report["reference"]["kind"], "analytic");
+  EXPECT_NEAR(family(report, "semi_implicit_euler")["order"], 1.0, 0.02);
+  // It moves with the velocity at the end of each step: h/2 of the loss of speed behind, in one of
+  // six coordinates, by sqrt(1/6) in the mean square; while it slides all through the piece.
+  const auto& coarse = family(report, "semi_implicit_euler")["points"][4];
+  EXPECT_NEAR(coarse["error_worst_piece"], 0.5 * 0.002 * 0.5 * kGravity * 0.032 / std::sqrt(6.0),
+              1e-9);
+  EXPECT_EQ(family(report, "runge_kutta_4")["status"], "not run");
+  EXPECT_NE(result.output.find("runge_kutta_4 was not run"), std::string::npos);
+  EXPECT_NE(folder.read("report/accuracy.html").find("<svg"), std::string::npos);
+  EXPECT_NE(folder.read("report/accuracy.csv").find("runge"), 0u);
+
+  result = folder.run(
+      "accuracy data/scenes/accuracy/dzhanibekov.yaml --vary integrator --duration 5 --repeats 1 "
+      "--json {}/r.json");
+  ASSERT_EQ(result.exit_code, 0) << result.errors;
+  report = folder.json("r.json");
+  EXPECT_EQ(report["reference"]["kind"], "analytic");
+  EXPECT_NEAR(family(report, "semi_implicit_euler")["order"], 1.0, 0.05);
+  EXPECT_NEAR(family(report, "implicit_midpoint")["order"], 2.0, 0.05);
+  EXPECT_NEAR(family(report, "runge_kutta_4")["order"], 4.0, 0.1);
+  // The closed form against a run of 31 us by order 4, which shares no code with it but gravity.
+  EXPECT_LT(report["reference"]["fine_deviation"], 1e-11);
+}
+
+// ---- references ---------------------------------------------------------------------------------
+
+Scene sliding_box() {
+  Scene scene = test::box_on_plane({});
+  scene.v[0] = 2.0;
+  scene.options.duration = 0.6;
+  return scene;
+}
+
+TEST(Accuracy, KnowsASlidingBlock) {
+  const Scene scene = sliding_box();
+  const Recognized known = recognize(scene);
+  ASSERT_TRUE(known.motion) << known.why_not;
+  const double brake = 0.5 * kGravity, stop = 2.0 / brake;
+  EXPECT_NEAR(known.motion(0.2).q[0], 2.0 * 0.2 - 0.5 * brake * 0.04, 1e-15);
+  EXPECT_NEAR(known.motion(0.2).v[0], 2.0 - brake * 0.2, 1e-15);
+  EXPECT_NEAR(known.motion(stop + 1.0).q[0], 4.0 / (2.0 * brake), 1e-15);
+  EXPECT_EQ(known.motion(stop + 1.0).v[0], 0.0);
+}
+
+TEST(Accuracy, KnowsABlockThatSlidesBack) {
+  test::BoxOnPlane box;
+  const double slope = 0.8;  // tangent; friction 0.5 does not hold it
+  box.gravity = kGravity * Vector3(slope, 0, -1).normalized();
+  Scene scene = test::box_on_plane(box);
+  scene.v[0] = -1.0;  // uphill
+  const Recognized known = recognize(scene);
+  ASSERT_TRUE(known.motion) << known.why_not;
+  const double cosine = 1.0 / std::hypot(1.0, slope), normal = kGravity * cosine;
+  const double up = normal * (slope + 0.5), down = normal * (slope - 0.5), turn = 1.0 / up;
+  EXPECT_NEAR(known.motion(turn + 0.3).v[0], down * 0.3, 1e-14);
+  EXPECT_NEAR(known.motion(turn + 0.3).q[0], -0.5 / up + 0.5 * down * 0.09, 1e-14);
+}
+
+TEST(Accuracy, KnowsASphereThatRolls) {
+  test::BallOnPlane ball;
+  ball.material.friction = 0.3;
+  Scene scene = test::ball_on_plane(ball);
+  scene.v[1] = 2.0;
+  const Recognized known = recognize(scene);
+  ASSERT_TRUE(known.motion) << known.why_not;
+  const double g = -scene.model.gravity().z(), rolls = 2.0 * 2.0 / (7.0 * 0.3 * g);
+  const State before = known.motion(0.5 * rolls), after = known.motion(rolls + 0.1);
+  EXPECT_NEAR(before.v[1], 2.0 - 0.15 * g * rolls, 1e-14);
+  EXPECT_NEAR(after.v[1], 2.0 * 5.0 / 7.0, 1e-14);
+  EXPECT_NEAR(after.v[3], -after.v[1] / 0.1, 1e-12);  // about x, in body axes as well
+  EXPECT_NEAR(after.q[1], 2.0 * rolls - 0.15 * g * rolls * rolls + after.v[1] * 0.1, 1e-14);
+}
+
+TEST(Accuracy, KnowsNoClosedFormWhereSomethingElseActs) {
+  EXPECT_FALSE(recognize(test::pendulum({})).motion);
+  Scene spinning = sliding_box();
+  spinning.v[5] = 1.0;
+  EXPECT_NE(recognize(spinning).why_not.find("it spins"), std::string::npos);
+  test::BoxOnPlane tall;
+  tall.half = Vector3(0.1, 0.1, 0.3);  // mu 0.5: tips over its edge
+  Scene tipping = test::box_on_plane(tall);
+  tipping.v[0] = 2.0;
+  EXPECT_NE(recognize(tipping).why_not.find("friction may tip it"), std::string::npos);
+  test::BoxOnPlane above;
+  above.height = 0.01;
+  EXPECT_NE(recognize(test::box_on_plane(above)).why_not.find("off the plane"), std::string::npos);
+  test::BoxOnPlane bouncy;
+  bouncy.restitution = 0.5;
+  EXPECT_FALSE(recognize(test::box_on_plane(bouncy)).motion);
+  Scene dragged = test::free_ball({.drag = {.linear = 1.0}});
+  EXPECT_NE(recognize(dragged).why_not.find("drag"), std::string::npos);
+  EXPECT_TRUE(recognize(test::free_ball({})).motion);
+}
+
+TEST(Accuracy, NoticesAWrongReference) {
+  const Scene scene = sliding_box();
+  const Plan plan = plan_pieces(scene.options, 5, 0.0);
+  const ClosedForm right = recognize(scene).motion;
+  EXPECT_EQ(analytic_reference(scene, plan, right, "right", 16).warning, "");
+  // A friction coefficient 1 % too large: 0.5 ms of way a piece, which no run converges to.
+  Scene other = scene;
+  const ClosedForm wrong = [&](double time) {
+    State state = right(time);
+    state.q[0] -= 0.5 * 0.01 * 0.5 * kGravity * time * time;
+    return state;
+  };
+  const Reference noticed = analytic_reference(scene, plan, wrong, "wrong", 16);
+  EXPECT_NE(noticed.warning.find("not what the engine converges to"), std::string::npos);
+}
+
+TEST(Accuracy, TellsHowFarAFineReferenceIsOff) {
+  const CommandFolder folder("accuracy_coarse_reference");
+  // A reference at half the scene's step is worse than the points at an eighth of it: said.
+  const CommandResult result = folder.run(
+      "accuracy data/scenes/accuracy/humanoid_drop.yaml --vary timestep --duration 0.2 --pieces 2 "
+      "--finer 2 --repeats 1 --want 1e-9 --json {}/r.json");
+  ASSERT_EQ(result.exit_code, 0) << result.errors;
+  const nlohmann::json report = folder.json("r.json");
+  EXPECT_GT(report["reference"]["error"], 1e-6);
+  EXPECT_EQ(report["families"][0]["points"].back()["above_reference"], false);
+  EXPECT_FALSE(report["recommendations"][0]["met"]);
+  EXPECT_NE(result.output.find("cannot be told from it"), std::string::npos);
+}
+
+TEST(Accuracy, DeviationIsTheRootMeanSquareOnTheManifold) {
+  const Scene scene = test::box_on_plane({});
+  VectorX q = scene.q;
+  q[0] += 0.3;
+  const Quaternion turn = quaternion_exp(Vector3(0.0, 0.4, 0.0));
+  q.segment<4>(3) << turn.w(), turn.x(), turn.y(), turn.z();
+  const Deviation d = deviation(scene.model, scene.q, q);
+  EXPECT_NEAR(d.length, 0.3 / std::sqrt(3.0), 1e-15);
+  EXPECT_NEAR(d.angle, 0.4 / std::sqrt(3.0), 1e-15);
+  EXPECT_NEAR(d.all, 0.5 / std::sqrt(6.0), 1e-15);
+  q.segment<4>(3) *= -1.0;  // the same orientation
+  EXPECT_NEAR(deviation(scene.model, scene.q, q).all, 0.5 / std::sqrt(6.0), 1e-15);
+}
+
+// ---- judgement, on made-up figures --------------------------------------------------------------
+
+MeasuredFamily made_up(const std::vector<double>& errors, const std::vector<double>& costs) {
+  MeasuredFamily measured{{"timestep", "made up", "time_step_s", {}}, {}, {}, {}};
+  double step = 0.01;
+  for (size_t i = 0; i < errors.size(); ++i, step /= 2) {
+    Point point;
+    point.setting = {fmt::format("made up {}", i), step, "", {}};
+    point.error.all = errors[i];
+    point.cost = costs[i];
+    point.failed = std::isnan(errors[i]) ? 1 : 0;
+    measured.points.push_back(point);
+  }
+  return measured;
+}
+
+TEST(Accuracy, FitsTheOrderWhereItShows) {
+  std::vector<double> steps, errors;
+  for (int k = 0; k < 8; ++k) {
+    steps.push_back(std::ldexp(0.1, -k));
+    errors.push_back(3.0 * std::pow(steps.back(), 2));
+  }
+  errors[0] = errors[1] = 0.5;  // not asymptotic yet
+  errors[7] = 4e-7;             // at the reference's own error
+  const auto order = fit_order(steps, errors, 1e-7);
+  ASSERT_TRUE(order);
+  EXPECT_NEAR(order->slope, 2.0, 1e-12);
+  EXPECT_EQ(order->points, 4);
+  EXPECT_NEAR(order->to, steps[6], 1e-12);
+  EXPECT_FALSE(fit_order(steps, errors, 1e-2));           // all but two below ten times that
+  EXPECT_FALSE(fit_order({0.1, 0.05}, {1.0, 0.5}, 0.0));  // two points make any slope
+  errors[5] = kNaN;                                       // failed: left out
+  EXPECT_NEAR(fit_order(steps, errors, 1e-7)->slope, 2.0, 1e-12);
+}
+
+TEST(Accuracy, RecommendsTheCheapestThatIsGoodEnough) {
+  const std::vector<MeasuredFamily> measured = {made_up({1e-1, 1e-2, 1e-3, 1e-4}, {1, 2, 4, 8}),
+                                                made_up({kNaN, 5e-4, 2e-4}, {kNaN, 3, 9})};
+  EXPECT_EQ(recommend(measured, 1e-2, 0.0).place, (Place{0, 1}));
+  EXPECT_EQ(recommend(measured, 1e-3, 0.0).place, (Place{1, 1}));
+  EXPECT_EQ(recommend(measured, 1e-3, 6e-4).place, (Place{0, 3}));  // 5e-4 might be 1.1e-3
+  EXPECT_EQ(recommend(measured, 1e-4, 0.0).place, (Place{0, 3}));
+  EXPECT_TRUE(recommend(measured, 1e-4, 0.0).met);
+  const Recommendation none = recommend(measured, 1e-5, 0.0);
+  EXPECT_FALSE(none.met);
+  EXPECT_EQ(none.place, (Place{0, 3}));
+  EXPECT_NE(none.words.find("no setting measured"), std::string::npos);
+  EXPECT_NE(recommend(measured, 1e-3, 2e-4).words.find("cannot be told"), std::string::npos);
+  EXPECT_FALSE(recommend({made_up({kNaN}, {kNaN})}, 1.0, 0.0).place);
+}
+
+TEST(Accuracy, FrontHoldsWhatNothingBeats) {
+  std::vector<MeasuredFamily> measured = {made_up({1e-1, 1e-2, 1e-3, 1e-4}, {1, 2, 4, 8}),
+                                          made_up({kNaN, 5e-4, 2e-4}, {kNaN, 3, 9})};
+  const std::vector<Place> front = {{0, 0}, {0, 1}, {1, 1}, {0, 3}};
+  EXPECT_EQ(pareto_front(measured), front);
+  measured[1].same_as = "made up";
+  EXPECT_EQ(pareto_front(measured).size(), 4u);
+  EXPECT_EQ(pareto_front(measured)[2], (Place{0, 2}));
+}
+
+/// An engine that is off by so much, takes so long, or fails.
+class MadeUpMover : public Mover {
+ public:
+  MadeUpMover(double off, bool fails) : off_(off), fails_(fails) {}
+  Passage advance(const State& start, double duration) override {
+    Passage out{start, 0.0, 1, {}};
+    out.end.q[0] += start.v[0] * duration + off_;
+    // Of the runs of two pieces the first is for the error; then 1, 2, 3 s a simulated second.
+    out.seconds = duration * static_cast<double>(calls_++ / 2);
+    if (fails_ && calls_ == 2) out.failure = "made up to fail";
+    return out;
+  }
+
+ private:
+  double off_;
+  bool fails_;
+  int calls_ = 0;
+};
+
+TEST(Accuracy, MeasuresAnyEngine) {
+  Scene scene = test::box_on_plane({.ground = false});
+  const Plan plan = plan_pieces(scene.options, 2, 0.1);
+  Reference reference;
+  for (const double start : plan.starts) {
+    State from{start, scene.q, scene.v}, to = from;
+    from.v[0] = 1.0;
+    to.q[0] += 0.1;
+    reference.pieces.push_back({from, to});
+  }
+  const auto family = [](const std::string& name, auto make) {
+    return Family{"peer", name, "effort", {{name, 1.0, "", make}}};
+  };
+  const auto measured =
+      measure(scene, plan, reference,
+              {family("off", [] { return std::make_unique<MadeUpMover>(0.6, false); }),
+               family("fails", [] { return std::make_unique<MadeUpMover>(0.0, true); }),
+               family("refuses",
+                      []() -> std::unique_ptr<Mover> { throw InputError("it knows no boxes"); })},
+              {.repeats = 3, .physics = true, .contacts = false});
+  ASSERT_EQ(measured.size(), 3u);
+  EXPECT_NEAR(measured[0].points[0].error.all, 0.6 / std::sqrt(6.0), 1e-12);
+  EXPECT_NEAR(measured[0].points[0].cost, 2.0, 1e-12);  // the median of 1, 2, 3
+  EXPECT_NEAR(measured[0].points[0].cost_high, 3.0, 1e-12);
+  EXPECT_EQ(measured[1].points[0].failed, 1);
+  EXPECT_EQ(measured[1].points[0].failure, "made up to fail");
+  EXPECT_TRUE(std::isnan(measured[1].points[0].error.all));
+  EXPECT_EQ(measured[2].refused, "it knows no boxes");
+  EXPECT_TRUE(measured[2].points.empty());
+}
+
+TEST(Accuracy, PiecesFitTheMotionAndItsSteps) {
+  SimulationOptions options;  // 2 ms, 2 s
+  Plan plan = plan_pieces(options, 10, 0.0);
+  EXPECT_NEAR(plan.length, 0.192, 1e-15);  // 96 steps, the most of 16 each in 100
+  EXPECT_EQ(plan.doublings, 5);
+  EXPECT_NEAR(plan.starts[3], 0.6, 1e-15);
+  plan = plan_pieces(options, 10, 0.1);
+  EXPECT_NEAR(plan.length, 0.1, 1e-15);
+  EXPECT_EQ(plan.doublings, 1);  // 50 steps
+  EXPECT_THROW(plan_pieces(options, 10, 0.3), InputError);
+  EXPECT_THROW(plan_pieces(options, 10, 0.0013), InputError);
+  EXPECT_THROW(plan_pieces(options, 2000, 0.0), InputError);
+}
+
+TEST(Accuracy, MeasuresPhysicsOfContact) {
+  const Scene scene = sliding_box();
+  const Plan plan = plan_pieces(scene.options, 2, 0.0);
+  const Reference reference = make_reference(scene, plan, ReferenceKind::kAutomatic, 8);
+  EngineSetting setting{scene.options, {}};
+  const Physics exact = measure_physics(scene, setting, plan, reference.pieces, true);
+  ASSERT_TRUE(exact.contact && exact.block);
+  const double h = scene.options.time_step, eps = scene.options.contact.compliance;
+  // docs/concepts.md: creep is about eps g h sin(theta) on a slope of tan 0.4; delta/h is 1e3 times
+  // less. Four corners share the load, so that it is less than for one.
+  const double creep = eps * kGravity * h * 0.4 / std::hypot(1.0, 0.4);
+  EXPECT_LT(exact.block->creep, creep);
+  EXPECT_GT(exact.block->creep, 0.1 * creep);
+  EXPECT_LT(std::abs(exact.block->hover), 1e-9);
+  EXPECT_LT(exact.contact->complementarity, 1e-5);  // of 10 W of friction at 2 m/s
+  EXPECT_LT(exact.inverse_error, 1e-6);
+  setting.options.contact.friction_model = FrictionModel::kConvex;
+  const Physics convex = measure_physics(scene, setting, plan, reference.pieces, true);
+  // The convex law lifts what slides: it does work where rigid contact does none.
+  EXPECT_GT(convex.block->hover, 1e-3);
+  EXPECT_GT(convex.contact->complementarity, 1.0);
+}
+
+// ---- the command --------------------------------------------------------------------------------
+
+TEST(Accuracy, SaysWhatIsWrongWithACommandLine) {
+  const CommandFolder folder("accuracy_bad");
+  const auto expect = [&](const std::string& arguments, const std::string& part) {
+    const CommandResult result = folder.run("accuracy " + arguments);
+    EXPECT_EQ(result.exit_code, 2) << arguments;
+    EXPECT_NE((result.errors + result.output).find(part), std::string::npos)
+        << arguments << ": " << result.errors;
+  };
+  const std::string scene = "data/scenes/accuracy/double_pendulum.yaml ";
+  expect(scene + "--vary speed", "--vary speed: expected one or more of timestep");
+  expect(scene + "--reference analytic --vary timestep", "no closed form of this motion is known");
+  expect(scene + "--want 0", "--want 0: expected an error");
+  expect(scene + "--piece 0.0015", "expected a multiple of the scene's time step");
+  expect(scene + "--piece 5", "do not fit");
+  expect(scene + "--timestep -1", "time step -1 s: expected a positive number");
+  expect(scene + "--duration 0", "expected more than 0");
+  expect(scene + "--finer 1", "--finer");
+  expect(scene + "--pieces 0", "--pieces");
+  expect("nowhere.yaml", "nowhere.yaml");
+}
+
+TEST(Accuracy, LeavesOutWhatSaysNothing) {
+  const CommandFolder folder("accuracy_idle");
+  const CommandResult result = folder.run(
+      "accuracy data/scenes/accuracy/heavy_top.yaml --vary friction,timestep --duration 0.2 "
+      "--repeats 1 --json {}/r.json");
+  ASSERT_EQ(result.exit_code, 0) << result.errors;
+  const nlohmann::json report = folder.json("r.json");
+  EXPECT_EQ(report["families"].size(), 1u);
+  EXPECT_EQ(report["left_out"][0], "friction: nothing can touch with friction");
+}
+
+}  // namespace
+}  // namespace counterpoint::apps::accuracy
