@@ -162,6 +162,7 @@ class Model {
 
  private:
   friend class ModelBuilder;
+  friend class ModelEditor;
   Model() = default;
 
   int nq_ = 0, nv_ = 0;

@@ -72,6 +72,37 @@ TEST(Compare, SaysWhatIsWrongInAColumnMap) {
   expect("rate: [1\n", "map.yaml:2");
 }
 
+TEST(Compare, OneStepOfAnOwnTrajectoryIsExact) {
+  const CommandFolder folder("compare_own");
+  ASSERT_EQ(folder.run("simulate data/scenes/cube_toss.yaml --output {}/own.csv").exit_code, 0);
+  std::string map = "time: time\nfree: cube\nsubsteps: 1\ncolumns:\n";
+  for (const char* name :
+       {"x", "y", "z", "qw", "qx", "qy", "qz", "vx", "vy", "vz", "wx", "wy", "wz"})
+    map += fmt::format("  cube.{0}: cube.{0}\n", name);
+  folder.write("map.yaml", map);
+  const auto run = [&](const std::string& arguments) {
+    const CommandResult result = folder.run(
+        "compare data/scenes/cube_toss.yaml {}/own.csv --columns {}/map.yaml --json "
+        "{}/r.json " +
+        arguments);
+    EXPECT_EQ(result.exit_code, 0) << result.errors;
+    return folder.json("r.json")["median"];
+  };
+  // Differences of times are not quite the time step, nor are recorded quaternions of unit length
+  // to the last bit: 1e-16 of each, and 1e-8 rad are the root of 1e-16 in an angle from a cosine.
+  const nlohmann::json one_step = run("--mode one-step");
+  EXPECT_LT(one_step["position_error_mean_m"], 1e-13);
+  EXPECT_LT(one_step["rotation_error_mean_deg"], 1e-9);
+  // It is not the recording compared with itself: another friction is seen.
+  const nlohmann::json other = run("--mode one-step --set friction=0.3");
+  EXPECT_GT(other["position_error_mean_m"], 1e-7);
+  // Of a whole rollout the first row is the only start.
+  const nlohmann::json rollout = run("");
+  EXPECT_LT(rollout["position_error_mean_m"], 1e-9);
+  EXPECT_GT(run("--set friction=0.3")["position_error_mean_m"],
+            10 * other["position_error_mean_m"].get<double>());
+}
+
 /// The bounds on the median over the recorded tosses.
 constexpr double kTossPosition = 0.014;  // [m]
 constexpr double kTossRotation = 14.0;   // [degrees]

@@ -1,5 +1,5 @@
 // Column maps of `compare`, and a recording read through each.
-#include "apps/recording.h"
+#include "apps/recordings/recording.h"
 #include "fuzz/fuzz.h"
 #include "fuzz/small_model.h"
 

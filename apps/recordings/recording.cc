@@ -170,12 +170,12 @@ class MapReader {
 
 double evaluate(const ColumnSource& source, const CsvTable& table, int row) {
   if (source.column.empty()) return source.offset;
-  const double value =
-      source.scale * table.value(row, table.column(source.column)) + source.offset;
+  const double value = source.scale * table.value(row, table.column(source.column)) + source.offset;
   if (std::isfinite(value)) return value;
-  throw InputError(fmt::format("{}: column '{}': scale and offset of the column map make {} of it; a "
-                               "finite number is expected",
-                               table.where(row), source.column, value));
+  throw InputError(
+      fmt::format("{}: column '{}': scale and offset of the column map make {} of it; a "
+                  "finite number is expected",
+                  table.where(row), source.column, value));
 }
 
 void normalize_quaternions(const CsvTable& table, const Model& model, int row,

@@ -1,0 +1,255 @@
+// counterpoint identify: looks for figures of a scene with which it predicts recordings best, on
+// one part of them, and scores them on the other part.
+#include <fmt/format.h>
+
+#include <cmath>
+#include <memory>
+#include <numeric>
+
+#include "command.h"
+#include "progress.h"
+#include "recordings/objective.h"
+#include "report.h"
+#include "scene_arguments.h"
+
+namespace counterpoint::apps {
+namespace {
+
+struct Arguments {
+  SceneArguments scene;
+  std::vector<std::string> recordings, test;
+  std::string map, parameters, set, loss = "cauchy", objective = "score";
+  std::optional<int> substeps;
+  std::optional<double> train;
+  int horizon = 0;
+  bool swap = false;
+  FitOptions fit;
+  Report report;
+};
+
+Experiment make_experiment(const Arguments& arguments) {
+  Experiment e{with_settings(arguments.scene.load(), arguments.set), {}, {}, {}, false};
+  e.map = load_column_map(arguments.map, e.scene.model);
+  e.prediction = {arguments.substeps ? arguments.substeps : e.map.substeps,
+                  e.scene.options.time_step, arguments.horizon};
+  e.by_score = arguments.objective == "score";
+  if (arguments.objective == "one-step") e.prediction.horizon = 1;
+  for (const std::vector<std::string>* files : {&arguments.recordings, &arguments.test})
+    for (const std::string& file : *files)
+      e.recordings.push_back(read_recording(file, e.map, e.scene.model, e.scene.q, e.scene.v));
+  return e;
+}
+
+/// Which recordings are fitted and which are predicted with what was found.
+struct Split {
+  std::vector<int> train, test;
+};
+
+/// Evenly over the recordings in the order given, the same every time.
+Split split(const Arguments& arguments) {
+  Split out;
+  const int given = static_cast<int>(arguments.recordings.size());
+  if (!arguments.test.empty()) {
+    out.train.resize(arguments.recordings.size());
+    out.test.resize(arguments.test.size());
+    std::iota(out.train.begin(), out.train.end(), 0);
+    std::iota(out.test.begin(), out.test.end(), given);
+  } else {
+    const double share = arguments.train.value_or(given > 1 ? 0.5 : 1.0);
+    for (int i = 0; i < given; ++i) {
+      const bool train = std::ceil((i + 1) * share - 1e-9) > std::ceil(i * share - 1e-9);
+      (train ? out.train : out.test).push_back(i);
+    }
+  }
+  if (arguments.swap) std::swap(out.train, out.test);
+  if (out.train.empty())
+    throw InputError("no recording is left to fit: expected a larger --train, or no --swap");
+  return out;
+}
+
+FitProblem make_problem(const Experiment& e, const std::vector<Parameter>& parameters,
+                        const std::vector<int>& train) {
+  FitProblem problem;
+  const auto count = static_cast<Eigen::Index>(parameters.size());
+  problem.start = parameter_values(parameters, e.scene);
+  problem.lower.resize(count);
+  problem.upper.resize(count);
+  for (Eigen::Index i = 0; i < count; ++i) {
+    problem.lower[i] = parameters[i].lower;
+    problem.upper[i] = parameters[i].upper;
+    problem.logarithmic.push_back(parameters[i].logarithmic);
+  }
+  problem.residuals = [&e, &parameters, &train](const VectorX& values) {
+    return prediction_residuals(e, parameters, values, train);
+  };
+  return problem;
+}
+
+Json json_figures(const std::vector<Prediction>& predictions, bool pose) {
+  Json out = Json::object();
+  for (const auto& [name, value] : median_figures(predictions, pose)) out[name] = value;
+  return out;
+}
+
+/// The score of whole rollouts of some recordings, by the scene as it is and as found.
+Json score(Experiment e, const Scene& found, const std::vector<int>& which) {
+  e.prediction.horizon = 0;
+  const bool pose = e.map.free_body >= 0;
+  const std::vector<Prediction> before = predict_all(e, e.scene, which);
+  const std::vector<Prediction> after = predict_all(e, found, which);
+  int better = 0;
+  for (size_t i = 0; i < before.size(); ++i)
+    better += figures(after[i], pose)[0].second < figures(before[i], pose)[0].second;
+  return {{"recordings", which.size()},
+          {"better", better},
+          {"scene", json_figures(before, pose)},
+          {"found", json_figures(after, pose)}};
+}
+
+void print_score(std::FILE* text, const char* title, const Json& score) {
+  fmt::print(text,
+             "{}: {} recordings, {} of them predicted better; median as the scene is / as found\n",
+             title, score["recordings"].get<int>(), score["better"].get<int>());
+  for (const auto& [name, value] : score["scene"].items()) {
+    if (!score["found"].contains(name)) continue;
+    fmt::print(text, "  {:<26} {:10.5g} {:10.5g}\n", name, value.get<double>(),
+               score["found"][name].get<double>());
+  }
+}
+
+Json json_parameter(const Parameter& parameter, double scene, const FittedParameter& found) {
+  const auto number = [](const std::optional<Interval>& i, double Interval::*side) {
+    return i ? Json((*i).*side) : Json();
+  };
+  return {{"name", parameter.name},
+          {"unit", parameter.unit},
+          {"scene", scene},
+          {"value", found.value},
+          {"lower_95", number(found.interval, &Interval::lower)},
+          {"upper_95", number(found.interval, &Interval::upper)},
+          {"bootstrap_lower_95", number(found.bootstrap, &Interval::lower)},
+          {"bootstrap_upper_95", number(found.bootstrap, &Interval::upper)},
+          {"identifiable", found.interval.has_value()},
+          {"lower_bound", parameter.lower},
+          {"upper_bound", parameter.upper},
+          {"at_bound", found.at_bound}};
+}
+
+void print_parameter(std::FILE* text, const Json& p) {
+  const auto interval = [&](const char* lower, const char* upper) {
+    return p[lower].is_null()
+               ? std::string()
+               : fmt::format("{:.5g} ... {:.5g}", p[lower].get<double>(), p[upper].get<double>());
+  };
+  fmt::print(text, "  {:<22} {:>11.6g} {:<18} 95 %: {}{}{} (scene {:.6g})\n",
+             p["name"].get<std::string>(), p["value"].get<double>(), p["unit"].get<std::string>(),
+             p["identifiable"] ? interval("lower_95", "upper_95") : "not identifiable",
+             p["bootstrap_lower_95"].is_null()
+                 ? ""
+                 : ", bootstrap " + interval("bootstrap_lower_95", "bootstrap_upper_95"),
+             p["at_bound"] ? ", at its bound" : "", p["scene"].get<double>());
+}
+
+void fill_report(const std::vector<Parameter>& parameters, const FitProblem& problem,
+                 const Fit& found, Report& report) {
+  report["status"] = "ok";
+  Json list = Json::array();
+  std::string set;
+  for (size_t i = 0; i < parameters.size(); ++i) {
+    list.push_back(json_parameter(parameters[i], problem.start[static_cast<Eigen::Index>(i)],
+                                  found.parameters[i]));
+    print_parameter(report.text(), list.back());
+    set += fmt::format("{}{}={:.8g}", i == 0 ? "" : ",", parameters[i].name,
+                       found.parameters[i].value);
+  }
+  fmt::print(report.text(), "  --set {}\n", set);
+  report["parameters"] = list;
+  report["set"] = set;
+  Json correlation = Json::array();
+  for (Eigen::Index i = 0; i < found.correlation.rows(); ++i) {
+    const VectorX row = found.correlation.row(i);
+    correlation.push_back(std::vector<double>(row.begin(), row.end()));
+  }
+  report["correlation"] = correlation;
+  report["start_cost"] = found.start_cost;
+  report["cost"] = found.cost;
+  report["loss_scale"] = found.loss_scale;
+  report["evaluations"] = found.evaluations;
+}
+
+int identify(Arguments& arguments) {
+  const Experiment e = make_experiment(arguments);
+  const std::vector<Parameter> parameters = parse_parameters(arguments.parameters, e.scene);
+  const Split parts = split(arguments);
+  const FitProblem problem = make_problem(e, parameters, parts.train);
+  Progress progress("identifying", 1000);
+  arguments.fit.robust = arguments.loss == "cauchy";
+  arguments.fit.progress = [&](int done, int total) { progress.update(1000 * done / total); };
+  const Fit found = fit(problem, arguments.fit);
+
+  Report& report = arguments.report;
+  report.begin("identify", arguments.scene.file);
+  fill_report(parameters, problem, found, report);
+  const Scene after = with_parameters(e.scene, parameters, found.values());
+  for (const auto& [name, which] :
+       {std::pair{"train", &parts.train}, std::pair{"test", &parts.test}}) {
+    if (which->empty()) continue;
+    report[name] = score(e, after, *which);
+    print_score(report.text(), name, report[name]);
+  }
+  report.write();
+  return kSuccess;
+}
+
+}  // namespace
+
+void add_identify(CLI::App& app, Action& action) {
+  auto arguments = std::make_shared<Arguments>();
+  CLI::App& command = *app.add_subcommand(
+      "identify", "Find figures of a scene with which it predicts recordings best");
+  arguments->scene.add_to(command);
+  command.add_option("RECORDING", arguments->recordings, "Recordings (CSV)")->required();
+  command.add_option("--columns", arguments->map, "Column map (YAML, docs/recordings.md)")
+      ->required();
+  command
+      .add_option("--parameters", arguments->parameters,
+                  "What to find: KIND[:ELEMENT][=LOW..HIGH], comma separated")
+      ->required();
+  command.add_option("--set", arguments->set, "Figures to set first: KIND[:ELEMENT]=VALUE,...");
+  command.add_option("--substeps", arguments->substeps, "Time steps between two rows");
+  command
+      .add_option("--train", arguments->train,
+                  "Share of the recordings to fit, spread evenly; the others are scored. "
+                  "Default 0.5, of a single recording 1")
+      ->check(CLI::Range(0.0, 1.0));
+  command.add_option("--test", arguments->test, "Recordings to score; all others are fitted");
+  command
+      .add_option("--objective", arguments->objective,
+                  "What is made small: score (default; mean deviations of each recording), rows "
+                  "(deviations at every row, squared), one-step (rows, from every row to the next)")
+      ->check(CLI::IsMember({"score", "rows", "one-step"}));
+  command.add_flag("--swap", arguments->swap, "Exchange the recordings fitted and scored");
+  command
+      .add_option("--horizon", arguments->horizon,
+                  "Start anew from the recording every so many rows; 0: its first row only")
+      ->check(CLI::NonNegativeNumber);
+  command.add_option("--loss", arguments->loss, "cauchy (default) or squares")
+      ->check(CLI::IsMember({"cauchy", "squares"}));
+  command.add_option("--samples", arguments->fit.samples, "Points tried before any is refined")
+      ->check(CLI::Range(0, 1'000'000));
+  command.add_option("--refined", arguments->fit.refined, "Points refined")
+      ->check(CLI::Range(1, 1000));
+  command
+      .add_option("--difference", arguments->fit.difference,
+                  "Last step of the differences, as a share of the range (default 1e-3)")
+      ->check(CLI::Range(1e-9, 0.03));
+  command.add_option("--bootstrap", arguments->fit.bootstrap, "Refits to recordings drawn anew")
+      ->check(CLI::Range(0, 100'000));
+  arguments->report.add_to(command);
+  command.footer(
+      "Example:\n  counterpoint identify data/scenes/cube_toss.yaml toss_*.csv --columns "
+      "data/maps/cube_toss.yaml --parameters friction=0.05..0.5,restitution=0..0.5");
+  command.callback([arguments, &action] { action = [arguments] { return identify(*arguments); }; });
+}
+
+}  // namespace counterpoint::apps

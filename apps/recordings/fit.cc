@@ -1,0 +1,374 @@
+#include "fit.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numeric>
+#include <random>
+#include <unsupported/Eigen/LevenbergMarquardt>
+
+namespace counterpoint::apps {
+namespace {
+
+/// Residuals depend on a parameter if their derivative is more than this share of the largest.
+constexpr double kDependence = 1e-7;
+
+/// Parameters as shares of their ranges, 0 at the lower bound and 1 at the upper one.
+class Shares {
+ public:
+  explicit Shares(const FitProblem& problem) : problem_(problem) {}
+
+  VectorX values(const VectorX& shares) const {
+    VectorX out(shares.size());
+    for (Eigen::Index i = 0; i < out.size(); ++i) out[i] = value(i, shares[i]);
+    return out;
+  }
+  double value(Eigen::Index i, double share) const {
+    const double s = std::clamp(share, 0.0, 1.0);
+    const double low = problem_.lower[i], high = problem_.upper[i];
+    if (s == 0.0) return low;
+    if (s == 1.0) return high;
+    return problem_.logarithmic[i] ? low * std::pow(high / low, s) : low + s * (high - low);
+  }
+  double share(Eigen::Index i, double value) const {
+    const double low = problem_.lower[i], high = problem_.upper[i];
+    const double s = problem_.logarithmic[i]
+                         ? std::log(std::max(value, low) / low) / std::log(high / low)
+                         : (value - low) / (high - low);
+    return std::clamp(s, 0.0, 1.0);
+  }
+
+ private:
+  const FitProblem& problem_;
+};
+
+/// The residuals of one group as the loss has them: their square sum is the loss.
+class Loss {
+ public:
+  /// scale2: of Cauchy's loss; 0: squares.
+  explicit Loss(double scale2 = 0.0) : scale2_(scale2) {}
+  double scale2() const { return scale2_; }
+  double of(double square) const {
+    return scale2_ > 0.0 ? scale2_ * std::log1p(square / scale2_) : square;
+  }
+  double factor(double square) const {
+    return square > 0.0 && scale2_ > 0.0 ? std::sqrt(of(square) / square) : 1.0;
+  }
+
+ private:
+  double scale2_;
+};
+
+/// Weighted residuals of all groups over shares, with rows that hold the shares within 0 ... 1.
+struct System : Eigen::DenseFunctor<double> {
+  const FitProblem& problem;
+  const Shares& shares;
+  Loss loss;
+  std::vector<double> weights;  // of the groups' losses
+  double difference, bound_weight;
+  int& evaluations;
+
+  System(const FitProblem& p, const Shares& s, const FitOptions& options, int groups, int size,
+         int& count)
+      : DenseFunctor(static_cast<int>(p.start.size()), size + static_cast<int>(p.start.size())),
+        problem(p),
+        shares(s),
+        weights(groups, 1.0),
+        difference(options.difference),
+        bound_weight(1.0),
+        evaluations(count) {}
+
+  GroupedResiduals groups(const VectorX& at) const {
+    ++evaluations;
+    GroupedResiduals r = problem.residuals(shares.values(at));
+    for (size_t g = 0; g < r.size(); ++g)
+      r[g] *= loss.factor(r[g].squaredNorm()) * std::sqrt(weights[g]);
+    return r;
+  }
+
+  int operator()(const VectorX& at, VectorX& out) const {
+    const VectorX inside = at.cwiseMax(0.0).cwiseMin(1.0);
+    Eigen::Index row = 0;
+    for (const VectorX& r : groups(inside)) {
+      out.segment(row, r.size()) = r;
+      row += r.size();
+    }
+    out.tail(at.size()) = bound_weight * (at - inside);
+    return 0;
+  }
+
+  /// Derivatives of the groups' residuals by one parameter, one-sided at the bounds.
+  GroupedResiduals derivative(const VectorX& at, Eigen::Index i) const {
+    VectorX high = at, low = at;
+    high[i] = std::min(at[i] + difference, 1.0);
+    low[i] = std::max(at[i] - difference, 0.0);
+    GroupedResiduals d = groups(high);
+    const GroupedResiduals below = groups(low);
+    for (size_t g = 0; g < d.size(); ++g) d[g] = (d[g] - below[g]) / (high[i] - low[i]);
+    return d;
+  }
+
+  int df(const VectorX& at, MatrixX& jacobian) const {
+    const VectorX inside = at.cwiseMax(0.0).cwiseMin(1.0);
+    jacobian.setZero();
+    for (Eigen::Index i = 0; i < at.size(); ++i) {
+      Eigen::Index row = 0;
+      for (const VectorX& d : derivative(inside, i)) {
+        if (at[i] == inside[i]) jacobian.col(i).segment(row, d.size()) = d;
+        row += d.size();
+      }
+    }
+    // Rounding of what does not depend on a parameter must not send it off to the ends of the
+    // range.
+    const double least = kDependence * jacobian.colwise().norm().maxCoeff();
+    for (Eigen::Index i = 0; i < at.size(); ++i) {
+      if (jacobian.col(i).norm() < least) jacobian.col(i).setZero();
+      if (at[i] != inside[i]) jacobian(values() - inputs() + i, i) = bound_weight;
+    }
+    return 0;
+  }
+};
+
+double total(const GroupedResiduals& r) {
+  double sum = 0.0;
+  for (const VectorX& g : r) sum += g.squaredNorm();
+  return sum;
+}
+
+/// Point k of Halton's sequence: evenly spread in any number of dimensions, the same every time.
+VectorX halton(int k, Eigen::Index dimensions) {
+  constexpr std::array<int, 16> kBases = {2,  3,  5,  7,  11, 13, 17, 19,
+                                          23, 29, 31, 37, 41, 43, 47, 53};
+  VectorX point(dimensions);
+  for (Eigen::Index i = 0; i < dimensions; ++i) {
+    const int base = kBases[static_cast<size_t>(i) % kBases.size()];
+    double share = 1.0;
+    point[i] = 0.0;
+    for (int n = k; n > 0; n /= base) {
+      share /= base;
+      point[i] += share * (n % base);
+    }
+  }
+  return point;
+}
+
+/// Levenberg-Marquardt with differences over ever smaller steps: predictions with contacts are
+/// rough functions of their parameters, and small steps would follow the roughness.
+VectorX refine(System& system, const VectorX& from, const FitOptions& options, int rounds) {
+  VectorX best = from;
+  double cost = total(system.groups(best));
+  for (const double coarser : {30.0, 10.0, 3.0, 1.0}) {
+    system.difference = coarser * options.difference;
+    VectorX at = best;
+    Eigen::LevenbergMarquardt<System> solver(system);
+    solver.setFactor(0.3);  // first steps of a third of the ranges at most
+    solver.setFtol(coarser > 1.0 ? 1e-4 : 1e-9);
+    solver.setXtol(coarser > 1.0 ? 1e-3 : 1e-7);
+    solver.setMaxfev(rounds);
+    solver.minimize(at);
+    at = at.cwiseMax(0.0).cwiseMin(1.0);
+    const double found = total(system.groups(at));
+    if (found < cost) {
+      cost = found;
+      best = at;
+    }
+  }
+  return best;
+}
+
+/// The median of |t| with so many degrees of freedom that 95 % do not exceed: Cornish and Fisher's
+/// expansion about the normal quantile, within 1 % from 4 degrees on.
+double student_95(double degrees) {
+  constexpr double z = 1.959963984540054;
+  const double n = std::max(degrees, 1.0), z2 = z * z;
+  return z + z * (z2 + 1.0) / (4.0 * n) + z * (5.0 * z2 * z2 + 16.0 * z2 + 3.0) / (96.0 * n * n) +
+         z * (3.0 * z2 * z2 * z2 + 19.0 * z2 * z2 + 17.0 * z2 - 15.0) / (384.0 * n * n * n);
+}
+
+/// Covariance of the shares, and for which parameters it means anything.
+struct Spread {
+  MatrixX covariance;
+  std::vector<char> known;
+  double quantile = 0.0;
+};
+
+/// From derivatives at the solution. Residuals of one recording hang together, so a recording is
+/// the unit: inv(H) (sum g g') inv(H) n / (n - p), g the gradient of a recording, H = J'J. Of a
+/// single one: the variance of the residuals times inv(H), as if they were independent.
+Spread spread(const System& system, const VectorX& at) {
+  const Eigen::Index p = at.size();
+  const GroupedResiduals r = system.groups(at);
+  std::vector<MatrixX> jacobians;
+  for (const VectorX& g : r) jacobians.emplace_back(MatrixX::Zero(g.size(), p));
+  for (Eigen::Index i = 0; i < p; ++i) {
+    const GroupedResiduals d = system.derivative(at, i);
+    for (size_t g = 0; g < d.size(); ++g) jacobians[g].col(i) = d[g];
+  }
+  MatrixX H = MatrixX::Zero(p, p), G = MatrixX::Zero(p, p);
+  Eigen::Index rows = 0;
+  for (size_t g = 0; g < r.size(); ++g) {
+    const VectorX gradient = jacobians[g].transpose() * r[g];
+    H += jacobians[g].transpose() * jacobians[g];
+    G += gradient * gradient.transpose();
+    rows += r[g].size();
+  }
+  Spread out;
+  // A parameter on which nothing depends is left out of the inverse.
+  const double largest = H.diagonal().maxCoeff();
+  out.known.resize(p);
+  for (Eigen::Index i = 0; i < p; ++i) {
+    out.known[i] = H(i, i) > kDependence * kDependence * largest && H(i, i) > 0.0;
+    if (!out.known[i]) {
+      H.row(i).setZero();
+      H.col(i).setZero();
+      G.row(i).setZero();
+      G.col(i).setZero();
+    }
+  }
+  const MatrixX inverse = H.completeOrthogonalDecomposition().pseudoInverse();
+  const double n = static_cast<double>(r.size());
+  if (n > static_cast<double>(p)) {
+    out.covariance = inverse * G * inverse * (n / (n - static_cast<double>(p)));
+    out.quantile = student_95(n - static_cast<double>(p));
+  } else {
+    const double degrees = std::max<double>(static_cast<double>(rows - p), 1.0);
+    out.covariance = inverse * (total(r) / degrees);
+    out.quantile = student_95(degrees);
+  }
+  return out;
+}
+
+/// Refits to as many groups, drawn with replacement: percentiles of the values found.
+std::vector<VectorX> bootstrap(System& system, const VectorX& at, const FitOptions& options) {
+  std::mt19937_64 generator(1);
+  const std::vector<double> given = system.weights;
+  std::vector<VectorX> found;
+  for (int k = 0; k < options.bootstrap; ++k) {
+    std::fill(system.weights.begin(), system.weights.end(), 0.0);
+    for (size_t draw = 0; draw < given.size(); ++draw)
+      system.weights[(generator() >> 11) % given.size()] += 1.0;
+    found.push_back(refine(system, at, options, 8));
+    if (options.progress) options.progress(k + 1, options.bootstrap);
+  }
+  system.weights = given;
+  return found;
+}
+
+void check(const FitProblem& problem, int residuals) {
+  if (!problem.start.allFinite() || !problem.lower.allFinite() || !problem.upper.allFinite() ||
+      !(problem.lower.array() < problem.upper.array()).all())
+    throw InputError("fit: start and bounds must be finite, and each lower bound below the upper");
+  if (residuals < problem.start.size())
+    throw InputError(fmt::format("fit: {} residuals cannot give {} parameters", residuals,
+                                 problem.start.size()));
+}
+
+/// The start and the samples, best first.
+std::vector<std::pair<double, VectorX>> explore(const System& system, const VectorX& start,
+                                                const FitOptions& options) {
+  std::vector<std::pair<double, VectorX>> tried;
+  tried.emplace_back(total(system.groups(start)), start);
+  for (int k = 1; k <= options.samples; ++k) {
+    const VectorX at = halton(k, start.size());
+    tried.emplace_back(total(system.groups(at)), at);
+    if (options.progress) options.progress(k, options.samples);
+  }
+  std::stable_sort(tried.begin(), tried.end(),
+                   [](const auto& a, const auto& b) { return a.first < b.first; });
+  return tried;
+}
+
+double median_square(const GroupedResiduals& r) {
+  std::vector<double> squares;
+  for (const VectorX& g : r) squares.push_back(g.squaredNorm());
+  std::nth_element(squares.begin(),
+                   squares.begin() + static_cast<std::ptrdiff_t>(squares.size() / 2),
+                   squares.end());
+  return squares[squares.size() / 2];
+}
+
+/// The median over groups at a point says how far off is far.
+void set_loss(System& system, const VectorX& at, const FitOptions& options) {
+  system.loss = Loss();
+  const GroupedResiduals r = system.groups(at);
+  if (options.robust && r.size() > 2) system.loss = Loss(median_square(r));
+}
+
+void fill(const Shares& shares, const VectorX& at, const Spread& s,
+          const std::vector<VectorX>& refits, Fit& out) {
+  const Eigen::Index p = at.size();
+  out.correlation = MatrixX::Zero(p, p);
+  for (Eigen::Index i = 0; i < p; ++i) {
+    FittedParameter& parameter = out.parameters.emplace_back();
+    parameter.value = shares.value(i, at[i]);
+    parameter.at_bound = at[i] <= 0.0 || at[i] >= 1.0;
+    if (s.known[i]) {
+      const double half = s.quantile * std::sqrt(std::max(s.covariance(i, i), 0.0));
+      parameter.interval = {shares.value(i, at[i] - half), shares.value(i, at[i] + half)};
+    }
+    for (Eigen::Index j = 0; j < p; ++j) {
+      const double scale = std::sqrt(s.covariance(i, i) * s.covariance(j, j));
+      if (scale > 0.0) out.correlation(i, j) = s.covariance(i, j) / scale;
+    }
+    if (refits.empty()) continue;
+    std::vector<double> found;
+    for (const VectorX& refit : refits) found.push_back(refit[i]);
+    std::sort(found.begin(), found.end());
+    const double last = static_cast<double>(found.size() - 1);
+    parameter.bootstrap = {shares.value(i, found[static_cast<size_t>(std::lround(0.025 * last))]),
+                           shares.value(i, found[static_cast<size_t>(std::lround(0.975 * last))])};
+  }
+}
+
+}  // namespace
+
+VectorX Fit::values() const {
+  VectorX out(static_cast<Eigen::Index>(parameters.size()));
+  for (size_t i = 0; i < parameters.size(); ++i)
+    out[static_cast<Eigen::Index>(i)] = parameters[i].value;
+  return out;
+}
+
+Fit fit(const FitProblem& problem, const FitOptions& options) {
+  const Shares shares(problem);
+  const GroupedResiduals first = problem.residuals(problem.start);
+  int size = 0;
+  for (const VectorX& g : first) size += static_cast<int>(g.size());
+  check(problem, size);
+  Fit out;
+  System system(problem, shares, options, static_cast<int>(first.size()), size, out.evaluations);
+  VectorX start(problem.start.size());
+  for (Eigen::Index i = 0; i < start.size(); ++i) start[i] = shares.share(i, problem.start[i]);
+
+  set_loss(system, start, options);
+  std::vector<std::pair<double, VectorX>> tried = explore(system, start, options);
+  set_loss(system, tried[0].second, options);
+  out.loss_scale = std::sqrt(system.loss.scale2());
+  out.start_cost = total(system.groups(start));
+  tried.resize(std::min<size_t>(tried.size(), static_cast<size_t>(std::max(options.refined, 1))));
+  for (auto& [cost, at] : tried) {
+    system.bound_weight = 10.0 * std::sqrt(std::max(total(system.groups(at)), 1e-300));
+    const VectorX better = refine(system, at, options, options.max_rounds);
+    cost = total(system.groups(at));
+    const double found = total(system.groups(better));
+    if (found < cost) {
+      cost = found;
+      at = better;
+    }
+  }
+  std::stable_sort(tried.begin(), tried.end(),
+                   [](const auto& a, const auto& b) { return a.first < b.first; });
+  for (const auto& [cost, at] : tried) out.refined_costs.push_back(cost);
+  VectorX& best = tried[0].second;
+  out.cost = tried[0].first;
+  const Spread s = spread(system, best);
+  // What nothing depends on stays as it is in the scene.
+  for (Eigen::Index i = 0; i < best.size(); ++i)
+    if (!s.known[i]) best[i] = start[i];
+  fill(shares, best, s, bootstrap(system, best, options), out);
+  return out;
+}
+
+}  // namespace counterpoint::apps

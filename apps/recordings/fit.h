@@ -1,0 +1,61 @@
+// Least squares over groups of residuals (one a recording), within bounds, from many starts.
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "counterpoint/model/types.h"
+
+namespace counterpoint::apps {
+
+/// One vector a group, of the same sizes in every call.
+using GroupedResiduals = std::vector<VectorX>;
+
+struct FitProblem {
+  std::function<GroupedResiduals(const VectorX& values)> residuals;
+  VectorX lower, upper, start;
+  std::vector<char> logarithmic;  ///< by parameter: looked for by its logarithm
+};
+
+struct FitOptions {
+  int samples = 64;     ///< points tried beside the start before any is refined
+  int refined = 3;      ///< of these the best are refined by Levenberg-Marquardt
+  int max_rounds = 40;  ///< of Levenberg-Marquardt, each
+  /// Groups far off count less: Cauchy's loss, its scale the median of the groups at the best
+  /// point tried. Else plain squares.
+  bool robust = true;
+  int bootstrap = 0;  ///< refits to groups drawn anew; 0: intervals from derivatives only
+  /// Step of the central differences, as a share of the range between the bounds.
+  double difference = 1e-3;
+  std::function<void(int done, int total)> progress = {};
+};
+
+struct Interval {
+  double lower = 0.0, upper = 0.0;
+};
+
+struct FittedParameter {
+  double value = 0.0;
+  std::optional<Interval> interval;   ///< 95 %; none where the residuals do not depend on it
+  std::optional<Interval> bootstrap;  ///< 95 %, percentiles of the refits
+  bool at_bound = false;
+};
+
+struct Fit {
+  std::vector<FittedParameter> parameters;
+  MatrixX correlation;      ///< of the estimates, by the derivatives
+  double start_cost = 0.0;  ///< sum over groups of the loss, at the start
+  double cost = 0.0;        ///< at the values found
+  double loss_scale = 0.0;  ///< of Cauchy's loss, in the units of the residuals; 0: squares
+  int evaluations = 0;      ///< of all residuals
+  std::vector<double> refined_costs;  ///< of the points refined, best first
+  VectorX values() const;
+};
+
+/// The same input gives the same bits. @throws InputError where start or bounds are no numbers, or
+/// there are fewer residuals than parameters.
+Fit fit(const FitProblem& problem, const FitOptions& options);
+
+}  // namespace counterpoint::apps

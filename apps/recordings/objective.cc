@@ -1,0 +1,129 @@
+#include "objective.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "counterpoint/engine/integrator.h"
+
+namespace counterpoint::apps {
+namespace {
+
+/// Distance of the farthest point of a body's geometry from its origin [m], at most.
+double reach(const Model& model, int body) {
+  double farthest = 0.0;
+  for (const Geometry& g : model.geometries()) {
+    if (g.body != body) continue;
+    const Shape& shape = g.shape;
+    double radius = 0.0;
+    switch (shape.type) {
+      case ShapeType::kSphere:
+        radius = shape.size[0];
+        break;
+      case ShapeType::kBox:
+        radius = shape.size.norm();
+        break;
+      case ShapeType::kCapsule:
+        radius = shape.size[0] + shape.size[1];
+        break;
+      case ShapeType::kCylinder:
+        radius = std::hypot(shape.size[0], shape.size[1]);
+        break;
+      case ShapeType::kConvexMesh:
+        radius = shape.mesh->interior_point.norm() + shape.mesh->radius;
+        break;
+      case ShapeType::kPlane:
+      case ShapeType::kTerrain:
+        break;
+    }
+    farthest = std::max(farthest, g.X_BG.translation.norm() + radius);
+  }
+  return farthest;
+}
+
+/// The score of a recording as residuals [m] or [rad]; rows left out count one whole unit.
+/// turning: [m] a radian.
+VectorX score_residual(const Prediction& p, int rows, double turning) {
+  Deviation sum;
+  for (const Deviation& d : p.deviations) sum += d;
+  const auto left_out = static_cast<double>(rows) - static_cast<double>(p.deviations.size());
+  constexpr double kDegree = std::numbers::pi / 180.0;
+  return Eigen::Vector3d(sum.position + left_out, turning * kDegree * sum.rotation + left_out,
+                         sum.joints + left_out) /
+         rows;
+}
+
+}  // namespace
+
+std::vector<Prediction> predict_all(const Experiment& experiment, const Scene& scene,
+                                    const std::vector<int>& which) {
+  Simulator simulator(scene);
+  std::vector<Prediction> out;
+  for (const int i : which)
+    out.push_back(
+        predict(simulator, experiment.map, experiment.recordings[i], experiment.prediction));
+  return out;
+}
+
+VectorX deviation_weights(const Model& model, const ColumnMap& map) {
+  VectorX weights = VectorX::Zero(model.nv());
+  if (map.free_body >= 0) {
+    const Body& body = model.body(map.free_body);
+    const double length = reach(model, map.free_body);
+    weights.segment<3>(body.v_index).setOnes();
+    weights.segment<3>(body.v_index + 3).setConstant(length > 0.0 ? length : 1.0);
+    return weights;
+  }
+  for (const ColumnMap::Entry& entry : map.entries) {
+    if (entry.kind != ColumnMap::Entry::Kind::kPosition) continue;
+    for (int i = 1; i < model.num_bodies(); ++i) {
+      const Body& body = model.body(i);
+      const int k = entry.index - body.q_index;
+      if (k < 0 || k >= joint_nq(body.joint_type)) continue;
+      // Of a quaternion all three turns are there.
+      const int turns = joint_nv(body.joint_type);
+      weights[body.v_index + std::min(k, turns - 1)] = 1.0;
+      if (joint_nq(body.joint_type) > turns) weights.segment<3>(body.v_index + turns - 3).setOnes();
+    }
+  }
+  return weights;
+}
+
+GroupedResiduals prediction_residuals(const Experiment& experiment,
+                                      const std::vector<Parameter>& parameters,
+                                      const VectorX& values, const std::vector<int>& which) {
+  const VectorX weights = deviation_weights(experiment.scene.model, experiment.map);
+  std::vector<Eigen::Index> used;
+  for (Eigen::Index i = 0; i < weights.size(); ++i)
+    if (weights[i] > 0.0) used.push_back(i);
+  const double turning =
+      experiment.map.free_body < 0
+          ? 1.0
+          : weights[experiment.scene.model.body(experiment.map.free_body).v_index + 3];
+  Simulator simulator(with_parameters(experiment.scene, parameters, values));
+  const Model& model = simulator.model();
+  VectorX difference(model.nv());
+  GroupedResiduals out;
+  for (const int i : which) {
+    const Recording& recording = experiment.recordings[i];
+    const Prediction p = predict(simulator, experiment.map, recording, experiment.prediction);
+    const int rows = recording.num_rows() - 1;
+    VectorX& r = out.emplace_back(rows * static_cast<Eigen::Index>(used.size()));
+    const double share = 1.0 / std::sqrt(static_cast<double>(rows));
+    const auto predicted = static_cast<int>(p.deviations.size());
+    if (experiment.by_score) {
+      r = score_residual(p, rows, turning);
+      continue;
+    }
+    for (int row = 0; row < rows; ++row) {
+      if (row < predicted)
+        configuration_difference(model, recording.q.col(row + 1), p.q.col(row + 1), difference);
+      for (size_t k = 0; k < used.size(); ++k)
+        r[row * static_cast<Eigen::Index>(used.size()) + static_cast<Eigen::Index>(k)] =
+            share * (row < predicted ? weights[used[k]] * difference[used[k]] : 1.0);
+    }
+  }
+  return out;
+}
+
+}  // namespace counterpoint::apps

@@ -1,0 +1,40 @@
+// What a fit makes small: how far predictions of recordings are from them.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "fit.h"
+#include "parameters.h"
+#include "prediction.h"
+
+namespace counterpoint::apps {
+
+/// The recordings to be explained, and how they are predicted.
+struct Experiment {
+  Scene scene;
+  ColumnMap map;
+  std::vector<Recording> recordings;
+  PredictionOptions prediction;
+  /// Residuals are the mean deviations of each recording, else deviations at every row.
+  bool by_score = false;
+};
+
+/// Predictions of some of the recordings by a scene.
+std::vector<Prediction> predict_all(const Experiment& experiment, const Scene& scene,
+                                    const std::vector<int>& which);
+
+/// What turns a difference of coordinates (nv) into lengths: 1 for lengths of what is compared, for
+/// rotations of a free link the distance of its farthest point from its origin [m]; 1 for the
+/// mapped coordinates where no link is free [rad or m]; 0 for all others.
+VectorX deviation_weights(const Model& model, const ColumnMap& map);
+
+/// Residuals of each recording at given values: by score the mean deviations; else at every row
+/// predicted the difference of coordinates, over the root of the number of rows. Both weighted as
+/// above; rows that a failed step left out count 1 m (1 rad).
+GroupedResiduals prediction_residuals(const Experiment& experiment,
+                                      const std::vector<Parameter>& parameters,
+                                      const VectorX& values, const std::vector<int>& which);
+
+}  // namespace counterpoint::apps

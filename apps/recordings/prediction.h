@@ -1,0 +1,67 @@
+// A recording predicted by simulation, from its first row or anew every few rows, and how far the
+// prediction is from it (docs/recordings.md, The score).
+#pragma once
+
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "counterpoint/engine/simulator.h"
+#include "failure.h"
+#include "recording.h"
+
+namespace counterpoint::apps {
+
+/// Distance between prediction and recording at one row. Either a pose is compared, or joints are.
+struct Deviation {
+  double position = 0.0;  ///< |p - p_recorded| [m]
+  double rotation = 0.0;  ///< relative rotation angle [degrees]
+  double joints = 0.0;    ///< mean of |q - q_recorded| over the mapped joints [rad or m]
+
+  Deviation& operator+=(const Deviation& o);
+  Deviation operator*(double s) const { return {position * s, rotation * s, joints * s}; }
+};
+
+Deviation deviation(const Model& model, const ColumnMap& map, const VectorX& q,
+                    const VectorX& recorded);
+
+struct PredictionOptions {
+  std::optional<int> substeps;  ///< time steps from row to row; else as near scene_step as can be
+  double scene_step = 0.002;    ///< [s]
+  /// Every so many rows the recording is taken anew as the start; 0: its first row only.
+  int horizon = 0;
+};
+
+struct Prediction {
+  std::string file;
+  int rows = 0;
+  MatrixX q;                          ///< nq x rows; as recorded where a piece starts
+  std::vector<double> time;           ///< of the rows predicted [s]
+  std::vector<Deviation> deviations;  ///< at the rows predicted (not those where pieces start)
+  /// Over the rows predicted; over the last rows of the pieces.
+  Deviation mean, end;
+  long steps = 0, newton_iterations = 0;
+  std::optional<FailedStep> failure;  ///< rows from there on are not predicted
+};
+
+/// The recorded state at a row; with `backward_difference` velocities, floating links are g
+/// interval / 2 faster.
+State recorded_state(const Model& model, const ColumnMap& map, const Recording& recording, int row);
+
+/// From `row` to `row` + 1 [s].
+double row_interval(const ColumnMap& map, const Recording& recording, int row);
+
+Prediction predict(Simulator& simulator, const ColumnMap& map, const Recording& recording,
+                   const PredictionOptions& options);
+
+/// The figures of a prediction under their names in the report.
+std::vector<std::pair<const char*, double>> figures(const Prediction& prediction, bool pose);
+
+double median(std::vector<double> values);  ///< NaN of none
+
+/// The medians of figures() over all that did not fail.
+std::vector<std::pair<const char*, double>> median_figures(
+    const std::vector<Prediction>& predictions, bool pose);
+
+}  // namespace counterpoint::apps

@@ -1,0 +1,108 @@
+#include "counterpoint/model/model_editor.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "counterpoint/model/mesh.h"
+
+namespace counterpoint {
+namespace {
+
+void check(double value, double low, double high, const char* what, const std::string& where) {
+  if (value >= low && value <= high) return;  // false for NaN
+  throw InputError(
+      fmt::format("{}: {} {:.6g}; expected {:g} to {:g}", where, what, value, low, high));
+}
+
+constexpr double kMost = 1e12;  // finite, and beyond any figure of a machine
+constexpr double kLeast = 1e-12;
+
+Shape scaled(Shape shape, double factor) {
+  shape.size *= factor;
+  if (!shape.mesh) return shape;
+  std::vector<Vector3> vertices = shape.mesh->vertices;
+  for (Vector3& v : vertices) v *= factor;
+  shape.mesh = make_convex_hull(vertices, shape.mesh->source);
+  return shape;
+}
+
+}  // namespace
+
+void ModelEditor::set_gravity(const Vector3& gravity) {
+  check(gravity.norm(), 0.0, kMost, "gravity", "scene");
+  model_.gravity_ = gravity;
+}
+
+void ModelEditor::set_material(int geometry, const Material& material) {
+  Geometry& g = model_.geometries_[geometry];
+  check(material.friction, 0.0, kMost, "friction", g.name);
+  check(material.restitution, 0.0, 1.0, "restitution", g.name);
+  check(material.torsional_friction, 0.0, kMost, "torsional_friction", g.name);
+  check(material.rolling_friction, 0.0, kMost, "rolling_friction", g.name);
+  g.material = material;
+}
+
+void ModelEditor::set_pose(int geometry, const Pose& X_BG) {
+  Geometry& g = model_.geometries_[geometry];
+  check(X_BG.translation.norm(), 0.0, kMost, "distance from the origin", g.name);
+  g.X_BG = X_BG;
+}
+
+void ModelEditor::set_mass(int body, double mass) {
+  SpatialInertia& inertia = model_.bodies_[body].inertia;
+  check(mass, kLeast, kMost, "mass", model_.joint(body - 1).link);
+  if (inertia.mass > 0.0) inertia.rotational *= mass / inertia.mass;
+  inertia.mass = mass;
+}
+
+void ModelEditor::scale_inertia(int body, double factor) {
+  check(factor, kLeast, kMost, "factor of the inertia", model_.joint(body - 1).link);
+  model_.bodies_[body].inertia.rotational *= factor;
+}
+
+void ModelEditor::scale_size(int body, double factor) {
+  const std::string& link = model_.joint(body - 1).link;
+  check(factor, kLeast, kMost, "factor of the size", link);
+  for (const Body& other : model_.bodies_) {
+    if (other.parent == body)
+      throw InputError(fmt::format(
+          "{}: its size cannot be changed, another link hangs on it; only the last link of a "
+          "branch has a size of its own",
+          link));
+  }
+  for (const Closure& closure : model_.closures_) {
+    if (closure.body_a == body || closure.body_b == body)
+      throw InputError(
+          fmt::format("{}: its size cannot be changed, closure '{}' holds it", link, closure.name));
+  }
+  SpatialInertia& inertia = model_.bodies_[body].inertia;
+  inertia.center *= factor;
+  inertia.rotational *= factor * factor;
+  for (Geometry& g : model_.geometries_) {
+    if (g.body != body) continue;
+    g.X_BG.translation *= factor;
+    g.shape = scaled(std::move(g.shape), factor);
+  }
+  for (Frame& frame : model_.frames_)
+    if (frame.body == body) frame.X_BF.translation *= factor;
+  for (BodyDrag& drag : model_.drags_)
+    if (drag.body == body) drag.center *= factor;
+}
+
+void ModelEditor::set_damping(int v_index, double value) {
+  check(value, 0.0, kMost, "damping", fmt::format("coordinate {}", v_index));
+  model_.damping_[v_index] = value;
+}
+
+void ModelEditor::set_dry_friction(int v_index, double value) {
+  check(value, 0.0, kMost, "dry friction", fmt::format("coordinate {}", v_index));
+  model_.dry_friction_[v_index] = value;
+}
+
+void ModelEditor::set_armature(int v_index, double value) {
+  check(value, 0.0, kMost, "armature", fmt::format("coordinate {}", v_index));
+  model_.armature_[v_index] = value;
+}
+
+}  // namespace counterpoint
