@@ -10,7 +10,8 @@
 namespace counterpoint::collision {
 namespace {
 
-// Relative to the shape's size: contacts closer together than this whose normals agree as well are one.
+// Relative to the shape's size: contacts closer together than this whose normals agree as well are
+// one.
 constexpr double kSame = 1e-3;
 // Relative to the shape's size: twice the angle of edges that count as flat.
 constexpr double kFlatSlack = 2e-4;
@@ -20,7 +21,8 @@ constexpr double kBehind = 0.5;
 constexpr double kShallow = 0.05;
 // How far to the side, relative to its depth, the way to a corner may come through a face.
 constexpr double kSlant = 3.0;
-// Cosine of normal and in-plane direction up to which a normal counts as within the wedge of an edge.
+// Cosine of normal and in-plane direction up to which a normal counts as within the wedge of an
+// edge.
 constexpr double kWedge = 1e-6;
 // A contact with the rim of a sheet leans at most 60 degrees: the rim has no side to push with.
 constexpr double kRimCosine = 0.5;
@@ -36,9 +38,9 @@ struct TerrainContacts::Query {
   const Terrain& terrain;
   const Shape& shape;
   Pose X_TS;
-  Vector3 center;        // of the shape
-  double thickness;      // half of it
-  double size;           // of the shape
+  Vector3 center;    // of the shape
+  double thickness;  // half of it
+  double size;       // of the shape
   double margin;
 
   const Vector3& vertex(int t, int k) const {
@@ -65,7 +67,7 @@ void TerrainContacts::touch_faces(const Query& query, int t) {
   const Vector3& n = triangle.normal;
   const Vector3& origin = query.vertex(t, 0);
   const double height = n.dot(query.center - origin);
-  if (height < -kBehind * query.thickness) return;
+  const bool behind = height < -kBehind * query.thickness;
   // Over the triangle, or beyond its edges by less than `slack`, `level_slack` across flat ones.
   const auto within = [&](const Vector3& p, double slack, double level_slack) {
     for (int k = 0; k < 3; ++k) {
@@ -85,16 +87,18 @@ void TerrainContacts::touch_faces(const Query& query, int t) {
   const auto take = [&](const ContactPoint& point) {
     const Vector3 corner = point.position + 0.5 * point.gap * n;
     const bool over = within(corner, rounding, kFlatSlack * query.size);
+    const double share = height / (height - point.gap);
+    const Vector3 crossing = query.center + share * (corner - query.center);
     if (point.gap >= -kShallow * query.thickness) {
-      if (over) add(query, point);
+      // From behind: a corner that came through the face is none of its business, one that reaches
+      // it from beyond its edges rests on it.
+      if (over && !(behind && within(crossing, 0.0, 0.0))) add(query, point);
       return;
     }
-    if (!over && height <= 0.0) return;
+    if (behind || (!over && height <= 0.0)) return;
     // Well below the face: the way there from the shape's centre leads through it, or nearly if
     // the face is over the corner, lest a body that reaches over a thin wall be held by its far
     // side.
-    const double share = height / (height - point.gap);
-    const Vector3 crossing = query.center + share * (corner - query.center);
     const double slack = over ? kShallow * query.thickness : rounding;
     if (!within(crossing, slack, over ? -kSlant * point.gap : kFlatSlack * query.size)) return;
     add(query, point);
@@ -112,6 +116,20 @@ void TerrainContacts::touch_faces(const Query& query, int t) {
   pair_contacts(plane, {frame_from_normal(n), origin}, query.shape, query.X_TS, query.margin,
                 manifold);
   for (int i = 0; i < manifold.size; ++i) take(manifold.points[i]);
+}
+
+// An edge as the upper side of a sheet that reaches far into the ground: the way out is up.
+void TerrainContacts::touch_fin(const Query& query, const Vector3& middle, const Vector3& along,
+                                double half_length, const Vector3& up) {
+  if (up.dot(query.center - middle) < -kBehind * query.thickness) return;
+  const Shape fin{ShapeType::kBox, Vector3(0.0, query.size, half_length), nullptr};
+  Pose X_TF;
+  X_TF.rotation << up.cross(along), up, along;
+  X_TF.translation = middle - query.size * up;
+  Manifold manifold;
+  pair_contacts(fin, X_TF, query.shape, query.X_TS, 0.0, manifold);
+  for (int i = 0; i < manifold.size; ++i)
+    if (manifold.points[i].normal.dot(up) > kRimCosine) add(query, manifold.points[i]);
 }
 
 // The triangle's edges that stand out, as segments, against the shape.
@@ -132,19 +150,21 @@ void TerrainContacts::touch_edges(const Query& query, int t) {
     Manifold manifold;
     pair_contacts(segment, {frame_from_normal(along), middle}, query.shape, query.X_TS,
                   query.margin, manifold);
+    const Vector3& other_normal =
+        neighbor >= 0 ? query.terrain.triangles[neighbor].normal : triangle.normal;
+    const Vector3 up = (triangle.normal + other_normal).normalized();
     for (int i = 0; i < manifold.size; ++i) {
       const ContactPoint& point = manifold.points[i];
       const Vector3& m = point.normal;
-      // Within the wedge: pointing away from both faces, else one of them is closer.
-      if (m.dot(triangle.normal.cross(along)) > kWedge) continue;
-      if (neighbor >= 0) {
-        if (m.dot(along.cross(query.terrain.triangles[neighbor].normal)) > kWedge) continue;
-      } else if (m.dot(triangle.normal) < kRimCosine) {
-        continue;
+      if (point.gap < 0.0 && m.dot(up) < 0.0) {
+        // The edge is past the middle of a thin shape, and the least way out leads on.
+        touch_fin(query, middle, along, half_length, up);
+        break;
       }
-      // At an end: pointing away from all edges that meet there.
+      if (neighbor < 0 && m.dot(triangle.normal) < kRimCosine) continue;
       const double place = along.dot(point.position - 0.5 * point.gap * m - middle);
       if (std::abs(place) > (1.0 - 1e-9) * half_length) {
+        // At an end: pointing away from all edges that meet there, flat and hollow ones too.
         const int end = triangle.vertices[place < 0.0 ? k : (k + 1) % 3];
         const Vector3& corner = query.terrain.vertices[end];
         const auto& others = query.terrain.vertex_neighbors[end];
@@ -152,6 +172,10 @@ void TerrainContacts::touch_edges(const Query& query, int t) {
           return m.dot((query.terrain.vertices[other] - corner).normalized()) > kWedge;
         });
         if (closer) continue;
+      } else {
+        // Within the wedge: pointing away from both faces, else one of them is closer.
+        if (m.dot(triangle.normal.cross(along)) > kWedge) continue;
+        if (neighbor >= 0 && m.dot(along.cross(other_normal)) > kWedge) continue;
       }
       add(query, point);
     }
@@ -196,13 +220,9 @@ void TerrainContacts::find(const Terrain& terrain, const Pose& X_WT, const Shape
                            Manifold& out) {
   out.size = 0;
   const Pose X_TS = X_WT.inverse() * X_WS;
-  const Query query{terrain,
-                    shape,
-                    X_TS,
-                    X_TS * enclosure.center,
-                    enclosure.thickness,
-                    2.0 * enclosure.radius,
-                    margin};
+  const Query query{
+      terrain, shape, X_TS, X_TS * enclosure.center, enclosure.thickness, 2.0 * enclosure.radius,
+      margin};
   const Vector3 reach =
       (X_TS.rotation.cwiseAbs() * enclosure.half).cwiseMin(enclosure.radius).array() + margin;
   triangles_.clear();

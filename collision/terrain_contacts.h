@@ -29,6 +29,8 @@ class TerrainContacts {
   struct Query;
   void touch_faces(const Query& query, int triangle);
   void touch_edges(const Query& query, int triangle);
+  void touch_fin(const Query& query, const Vector3& middle, const Vector3& along,
+                 double half_length, const Vector3& up);
   void add(const Query& query, const ContactPoint& point);
   void choose(const Query& query, Manifold& out) const;
 
