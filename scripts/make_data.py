@@ -169,8 +169,19 @@ def double_pendulum():
     return robot
 
 
-def arm7():
-    robot = Robot("arm7", "A 7-axis arm, 1.3 m of reach, made of capsules.")
+def planar_chain():
+    robot = Robot("planar_chain", "Five uniform rods, 0.4 m and 1 kg each, in a chain, swinging about y; no limits.")
+    robot.link("pivot")
+    parent, z = "pivot", 0
+    for i in range(5):
+        robot.link(f"rod_{i}", cylinder(0.02, 0.4), 1.0, center=(0, 0, -0.2), collide=False)
+        robot.joint(f"hinge_{i}", "continuous", parent, f"rod_{i}", (0, 0, z), Y)
+        parent, z = f"rod_{i}", -0.4
+    return robot
+
+
+def add_arm7(robot):
+    """Links and joints of the 7-axis arm; returns its last link."""
     robot.link("base", cylinder(0.09, 0.12), 6.0, center=(0, 0, 0.06))
     #        name   axis origin z, shape, mass, centre z, lower, upper, effort, velocity, damping
     parts = [("shoulder_yaw", Z, 0.14, capsule(0.06, 0.12), 3.5, 0.08, -2.9, 2.9, 150, 2.0, 1.0),
@@ -187,6 +198,30 @@ def arm7():
         robot.joint(name, "revolute", parent, link, (0, 0, z), axis,
                     (lower, upper, effort, velocity), damping)
         parent = link
+    return parent
+
+
+def arm7():
+    robot = Robot("arm7", "A 7-axis arm, 1.3 m of reach, made of capsules.")
+    add_arm7(robot)
+    return robot
+
+
+def arm_hand():
+    """Fingers bend inwards for positive angles; straight they stand around a cylinder of radius 0.04 m."""
+    robot = Robot("arm_hand", "The 7-axis arm with a hand of three fingers of two joints each.")
+    flange = add_arm7(robot)
+    robot.link("palm", cylinder(0.065, 0.02), 0.3)
+    robot.joint("wrist_flange", "fixed", flange, "palm", (0, 0, 0.135))
+    for i in range(3):
+        angle = 2 * math.pi * i / 3
+        c, s = (0.0 if abs(v) < 1e-12 else v for v in (math.cos(angle), math.sin(angle)))
+        origin, parent = (0.055 * c, 0.055 * s, 0.02), "palm"
+        for part in ("knuckle", "tip"):
+            robot.link(f"finger_{i}_{part}", capsule(0.012, 0.035), 0.05, center=(0, 0, 0.03))
+            robot.joint(f"finger_{i}_{part}_bend", "revolute", parent, f"finger_{i}_{part}", origin,
+                        (s, -c, 0), (-0.5, 1.5, 5, 10), 0.02)
+            origin, parent = (0, 0, 0.06), f"finger_{i}_{part}"
     return robot
 
 
@@ -276,7 +311,7 @@ ROBOTS = [
              0.5, 0.8),
     one_link("coin", "A disk of 0.1 m diameter and 0.01 m thickness, 0.2 kg.", cylinder(0.05, 0.01),
              0.2, 0.3),
-    pendulum(), double_pendulum(), arm7(), quadruped(), humanoid(),
+    pendulum(), double_pendulum(), planar_chain(), arm7(), arm_hand(), quadruped(), humanoid(),
 ]
 
 
