@@ -98,6 +98,23 @@ void add_friction(const Maker& make, Families& out) {
   }
 }
 
+/// The law of 2011 has no exact Coulomb friction: both are convex here.
+void add_laws(const Maker& make, Families& out) {
+  EngineSetting setting = make.base();
+  setting.options.integrator = Integrator::kSemiImplicitEuler;
+  setting.options.contact.friction_model = FrictionModel::kConvex;
+  out.families.push_back(make.over_steps("law", "law spectral, convex", setting));
+  Family other = make.over_steps("law", "law kinetic_energy, convex", setting);
+  for (Setting& point : other.settings) {
+    point.key.clear();
+    point.make = [&scene = make.scene(), changed = *point.engine] {
+      return kinetic_energy_mover(scene, changed);
+    };
+    point.engine.reset();
+  }
+  out.families.push_back(other);
+}
+
 /// One parameter: swept at the scene's time step, and the time step at two values of it.
 struct Sweep {
   const char* item;
@@ -139,7 +156,8 @@ void add_sweep(const Maker& make, const Sweep& sweep, Families& out) {
 
 /// Why an item says nothing about a scene; empty: it does.
 std::string idle(const std::string& item, const Rows& rows) {
-  if (item == "friction") return rows.friction ? "" : "nothing can touch with friction";
+  if (item == "friction" || item == "law")
+    return rows.friction ? "" : "nothing can touch with friction";
   if (item == "smoothing") return rows.smoothed ? "" : "nothing in this scene is smoothed";
   if (item == "compliance" || item == "tolerance")
     return rows.any ? "" : "the scene has no constraints to solve";
@@ -168,8 +186,14 @@ std::string seconds_text(double seconds) {
 }
 
 const std::vector<std::string>& vary_items() {
-  static const std::vector<std::string> items = {"timestep",   "integrator", "friction",
-                                                 "compliance", "smoothing",  "tolerance"};
+  static const std::vector<std::string> items = {
+      "timestep", "integrator", "friction", "compliance", "smoothing", "tolerance", "law"};
+  return items;
+}
+
+std::vector<std::string> usual_items() {
+  std::vector<std::string> items = vary_items();
+  std::erase(items, "law");
   return items;
 }
 
@@ -191,6 +215,7 @@ Families make_families(const Scene& scene, const Plan& plan,
     if (item == "timestep") add_time_step(make, out);
     if (item == "integrator") add_integrators(make, out);
     if (item == "friction") add_friction(make, out);
+    if (item == "law") add_laws(make, out);
     for (const Sweep& sweep : sweeps())
       if (item == sweep.item) add_sweep(make, sweep, out);
   }

@@ -40,6 +40,8 @@ struct Families {
 
 /// Names that --vary takes, in their order.
 const std::vector<std::string>& vary_items();
+/// What is varied unless something else is asked for: all but the slow one, `law`.
+std::vector<std::string> usual_items();
 
 /// The families of the items, at the scene's options but for what is varied. Time steps run from 16
 /// times the scene's (or the longest that divides a piece) to an eighth. The scene must outlive

@@ -97,6 +97,16 @@ std::vector<Place> pareto_front(const std::vector<MeasuredFamily>& measured) {
   return front;
 }
 
+std::string block_words(const Point& point) {
+  if (!point.physics || !point.physics->block) return {};
+  const BlockFigures& block = *point.physics->block;
+  return fmt::format(
+      " With it a block held on a slope creeps at {:.2g} um/s, and one that slides at 2 m/s rises "
+      "by "
+      "{:.2g} mm at most.",
+      1e6 * block.creep, 1e3 * std::max(block.hover, 0.0));
+}
+
 Recommendation recommend(const std::vector<MeasuredFamily>& measured, double want,
                          double reference_error) {
   const auto at = [&](const Place& p) -> const Point& {

@@ -48,6 +48,10 @@ struct Recommendation {
 Recommendation recommend(const std::vector<MeasuredFamily>& measured, double want,
                          double reference_error);
 
+/// What else comes with a setting: " With it a block held on a slope creeps at ..."; empty where no
+/// block was looked at.
+std::string block_words(const Point& point);
+
 /// Errors below this many times the reference's own are not told from zero.
 inline constexpr double kAboveReference = 10.0;
 

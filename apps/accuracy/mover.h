@@ -42,6 +42,10 @@ struct EngineSetting {
 /// steps, to 1e-6 of one. @throws InputError if not.
 std::unique_ptr<Mover> engine_mover(const Scene& scene, const EngineSetting& setting);
 
+/// This engine's semi-implicit steps with the contact law of 2011 (contact/kinetic_energy.h) in
+/// place of its own; friction is convex whatever the setting says. Slow; for comparison.
+std::unique_ptr<Mover> kinetic_energy_mover(const Scene& scene, const EngineSetting& setting);
+
 /// How many time steps make `duration`. @throws InputError unless it is a whole number, 1 or more.
 long whole_steps(double duration, double time_step);
 

@@ -1,0 +1,134 @@
+// Semi-implicit steps whose contact problem is solved by the 2011 formulation instead of the
+// spectral law (contact/kinetic_energy.h): dense, in contact space, for comparison only.
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "counterpoint/contact/kinetic_energy.h"
+#include "counterpoint/engine/integrator.h"
+#include "counterpoint/engine/step_constraints.h"
+#include "counterpoint/engine/step_forces.h"
+#include "failure.h"
+#include "mover.h"
+
+namespace counterpoint::apps::accuracy {
+namespace {
+
+/// Its contacts push at a distance: the regularizer grows with the gap. At the default compliance
+/// of 1e-6 a body 0.1 mm away feels half of what it would in touch.
+constexpr double kReach = 1e-7;  // [m]
+/// Smoothing of its velocity bound [N m] and where that is continued [m/s].
+constexpr double kVelocitySmoothing = 1e-9, kContinuation = 1e-6;
+
+class KineticEnergyMover : public Mover {
+ public:
+  KineticEnergyMover(const Scene& scene, const EngineSetting& setting)
+      : model_(scene.model), setting_(setting), workspace_(scene.model) {
+    setting_.options.integrator = Integrator::kSemiImplicitEuler;
+    setting_.options.contact.friction_model = FrictionModel::kConvex;  // it has no other
+  }
+
+  Passage advance(const State& start, double duration) override {
+    const long steps = whole_steps(duration, setting_.options.time_step);
+    Passage out;
+    out.end = start;
+    const double from = thread_seconds();
+    for (; out.steps < steps; ++out.steps) {
+      const StepReport report = step(out.end);
+      if (!report.succeeded()) {
+        out.failure = failure_message(model_, {out.steps, out.end.time, report});
+        break;
+      }
+      std::swap(out.end, next_);
+    }
+    out.seconds = thread_seconds() - from;
+    return out;
+  }
+
+ private:
+  StepReport step(const State& state) {
+    Workspace::Impl& ws = workspace_.impl();
+    const double h = setting_.options.time_step;
+    const EffectSet effects = active_effects(ws.called, setting_.options.effects);
+    StepReport report;
+    ws.sleepers.wake_all(model_);
+    find_constraints(model_, setting_.options, effects, state, ws);
+    compute_free_velocity(model_, effects, h, state, Input(), ws, next_.v, report);
+    if (report.succeeded() && !ws.constraints.empty()) solve(ws, report);
+    next_.q = state.q;
+    integrate_configuration(model_, state.q, next_.v, h, next_.q);
+    next_.time = state.time + h;
+    if (!next_.q.allFinite() || !next_.v.allFinite()) report.status = contact::Status::kNotFinite;
+    return report;
+  }
+
+  void solve(Workspace::Impl& ws, StepReport& report) {
+    assemble_problem(model_, ws.constraints, next_.v, ws.diagonal, ws.data, ws.block_of_tree,
+                     ws.problem);
+    const contact::Problem& problem = ws.problem;
+    const int rows = problem.num_rows(), size = problem.num_velocities();
+    MatrixX J = MatrixX::Zero(rows, size), response = MatrixX::Zero(size, rows);
+    contact::KineticEnergyProblem dual;
+    for (int i = 0; i < problem.num_constraints(); ++i) {
+      const int first = problem.first_row(i), count = problem.law(i).rows;
+      for (int side = 0; side < 2; ++side) {
+        const int block = problem.block(i, side);
+        if (block < 0) continue;
+        J.block(first, problem.block_start(block), count, problem.block_size(block)) +=
+            problem.jacobian(i, side);
+      }
+      add_law(ws, i, dual);
+    }
+    for (int b = 0; b < problem.num_blocks(); ++b) {
+      const int at = problem.block_start(b), n = problem.block_size(b);
+      const MatrixX mass = problem.mass(b);
+      response.middleRows(at, n) = mass.llt().solve(J.middleCols(at, n).transpose());
+    }
+    dual.A = J * response;
+    dual.A = 0.5 * (dual.A + dual.A.transpose()).eval();
+    dual.velocity_smoothing = kVelocitySmoothing;
+    dual.continuation_speed = kContinuation;
+    const VectorX free = problem.free_velocity();
+    const contact::KineticEnergyResult result =
+        contact::solve_kinetic_energy(dual, J * free, setting_.solver);
+    report.status = result.status;
+    report.newton_iterations = result.iterations;
+    report.residual = result.residual;
+    const VectorX w = free + response * result.f;
+    for (int t = 0; t < model_.num_trees(); ++t) {
+      const int block = ws.block_of_tree[static_cast<size_t>(t)];
+      if (block < 0) continue;
+      const Tree& tree = model_.trees()[static_cast<size_t>(t)];
+      next_.v.segment(tree.v_begin, tree.v_end - tree.v_begin) =
+          w.segment(problem.block_start(block), problem.block_size(block));
+    }
+  }
+
+  /// A bound on the velocity stands for the bias of the normal row.
+  void add_law(const Workspace::Impl& ws, int i, contact::KineticEnergyProblem& dual) const {
+    contact::Law law = ws.problem.law(i);
+    double bound = 0.0;
+    if (law.type == contact::LawType::kFrictionCone || law.type == contact::LawType::kUnilateral) {
+      bound = law.bias[0];
+      law.bias[0] = 0.0;
+      const double gap = std::max(0.0, bound) * setting_.options.time_step;
+      law.regularizer = contact::distant_regularizer(law.regularizer, gap, kReach);
+    }
+    dual.laws.push_back(law);
+    dual.gap_speed.push_back(bound);
+  }
+
+  const Model& model_;
+  EngineSetting setting_;
+  Workspace workspace_;
+  State next_;
+};
+
+}  // namespace
+
+std::unique_ptr<Mover> kinetic_energy_mover(const Scene& scene, const EngineSetting& setting) {
+  return std::make_unique<KineticEnergyMover>(scene, setting);
+}
+
+}  // namespace counterpoint::apps::accuracy
