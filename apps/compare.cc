@@ -6,10 +6,13 @@
 #include <optional>
 
 #include "command.h"
+#include "counterpoint/engine/trajectory.h"
 #include "failure.h"
 #include "progress.h"
+#include "recordings/page.h"
 #include "recordings/parameters.h"
 #include "recordings/prediction.h"
+#include "recordings/unexplained.h"
 #include "report.h"
 #include "scene_arguments.h"
 
@@ -19,8 +22,9 @@ namespace {
 struct Arguments {
   SceneArguments scene;
   std::vector<std::string> recordings;
-  std::string map, output, set, mode = "rollout";
+  std::string map, output, set, page, mode = "rollout";
   std::optional<int> substeps;
+  std::optional<double> reach;
   int horizon = 0;
   Report report;
 };
@@ -115,7 +119,84 @@ void fill_report(const Model& model, const std::vector<Prediction>& predictions,
   }
 }
 
+/// Per recording, and the medians.
+int compare_inverse(Arguments& arguments) {
+  const Scene scene = with_settings(arguments.scene.load(), arguments.set);
+  const ColumnMap map = load_column_map(arguments.map, scene.model);
+  Explainer explainer(scene, map, arguments.reach.value_or(scene.options.contact.margin));
+  const CoordinateNames names = coordinate_names(scene.model);
+  std::unique_ptr<CsvWriter> csv;
+  if (!arguments.output.empty()) {
+    std::vector<std::string> columns{"recording", "time", "contacts"};
+    columns.insert(columns.end(), names.force.begin(), names.force.end());
+    csv = std::make_unique<CsvWriter>(arguments.output, columns);
+  }
+  Report& report = arguments.report;
+  report.begin("compare", arguments.scene.file);
+  report["mode"] = arguments.mode;
+  report["status"] = "ok";
+  Json list = Json::array();
+  std::vector<ExplainedRecording> all;
+  Progress progress("explaining", static_cast<int>(arguments.recordings.size()));
+  for (const std::string& file : arguments.recordings) {
+    const Recording recording = read_recording(file, map, scene.model, scene.q, scene.v);
+    const ExplainedRecording& explained =
+        all.emplace_back(explain_recording(explainer, map, recording));
+    Json& entry = list.emplace_back();
+    entry["file"] = explained.file;
+    entry["rows"] = explained.rows;
+    for (const auto& [name, value] : explained.figures) entry[name] = value;
+    for (size_t k = 0; csv && k < explained.steps.size(); ++k) {
+      csv->text(explained.file);
+      csv->number(explained.time[k]);
+      csv->number(explained.steps[k].contacts);
+      for (const double force : explained.steps[k].force) csv->number(force);
+      csv->end_row();
+    }
+    progress.update(static_cast<int>(all.size()));
+  }
+  if (csv) csv->flush();
+  Json medians = Json::object();
+  for (size_t i = 0; i < all[0].figures.size(); ++i) {
+    std::vector<double> values;
+    for (const ExplainedRecording& one : all) values.push_back(one.figures[i].second);
+    medians[all[0].figures[i].first] = median(values);
+  }
+  report["median"] = medians;
+  report["recordings"] = list;
+  fmt::print(report.text(), "{} recordings\n", all.size());
+  for (const auto& [key, value] : medians.items())
+    fmt::print(report.text(), "  median {} {:.5g}\n", key, value.get<double>());
+  report.write();
+  if (!arguments.page.empty()) {
+    HtmlPage page("Forces behind recordings: " + arguments.scene.file);
+    const Chart chart = unexplained_chart(all);
+    page.paragraph("What no contact within reach can have given, over the weight.");
+    page.picture(svg(chart));
+    page.table(explanation_table(all));
+    write_page(arguments.page, page, {chart});
+  }
+  return kSuccess;
+}
+
+void write_page_of(const Arguments& arguments, const std::vector<Prediction>& predictions,
+                   bool pose) {
+  HtmlPage page("Recordings predicted: " + arguments.scene.file);
+  page.paragraph(fmt::format("{} recordings, mode {}{}.", predictions.size(), arguments.mode,
+                             arguments.set.empty() ? "" : ", " + arguments.set));
+  Table medians{{"median", "value"}, {}};
+  for (const auto& [name, value] : median_figures(predictions, pose))
+    medians.rows.push_back({name, fmt::format("{:.5g}", value)});
+  page.table(medians);
+  const std::vector<Chart> charts = error_charts({{"error", &predictions}}, pose);
+  for (const Chart& chart : charts) page.picture(svg(chart));
+  page.heading("Each recording");
+  page.table(prediction_table(predictions, pose));
+  write_page(arguments.page, page, charts);
+}
+
 int compare(Arguments& arguments) {
+  if (arguments.mode == "inverse") return compare_inverse(arguments);
   Scene scene = with_settings(arguments.scene.load(), arguments.set);
   const VectorX start_q = scene.q;
   const VectorX start_v = scene.v;
@@ -143,6 +224,7 @@ int compare(Arguments& arguments) {
   report["mode"] = arguments.mode;
   fill_report(simulator.model(), predictions, map.free_body >= 0, report);
   report.write();
+  if (!arguments.page.empty()) write_page_of(arguments, predictions, map.free_body >= 0);
   int exit_code = kSuccess;
   for (const Prediction& prediction : predictions) {
     if (!prediction.failure) continue;
@@ -170,16 +252,23 @@ void add_compare(CLI::App& app, Action& action) {
       "Time steps between two rows; default: the map's, else as the scene's time step");
   command
       .add_option("--mode", arguments->mode,
-                  "rollout (default): from the first row; one-step: from every row to the next")
-      ->check(CLI::IsMember({"rollout", "one-step"}));
+                  "rollout (default): from the first row; one-step: from every row to the next; "
+                  "inverse: forces behind the recorded motion")
+      ->check(CLI::IsMember({"rollout", "one-step", "inverse"}));
   command
       .add_option("--horizon", arguments->horizon,
                   "rollout: start anew from the recording every so many rows; 0: never")
+      ->check(CLI::NonNegativeNumber);
+  command
+      .add_option("--reach", arguments->reach,
+                  "inverse: contacts up to this gap [m] may push; default: the scene's margin")
       ->check(CLI::NonNegativeNumber);
   command.add_option("--set", arguments->set,
                      "Figures of the scene to change first: KIND[:ELEMENT]=VALUE,... "
                      "(docs/recordings.md)");
   command.add_option("--output", arguments->output, "CSV to write: the deviation at every row");
+  command.add_option("--report", arguments->page, "Folder for a page with tables and pictures")
+      ->type_name("DIR");
   arguments->report.add_to(command);
   command.footer(
       "Example:\n  counterpoint compare data/scenes/cube_toss.yaml toss_005.csv toss_016.csv "

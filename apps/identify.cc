@@ -9,6 +9,7 @@
 #include "command.h"
 #include "progress.h"
 #include "recordings/objective.h"
+#include "recordings/page.h"
 #include "report.h"
 #include "scene_arguments.h"
 
@@ -18,7 +19,7 @@ namespace {
 struct Arguments {
   SceneArguments scene;
   std::vector<std::string> recordings, test;
-  std::string map, parameters, set, loss = "cauchy", objective = "score";
+  std::string map, parameters, set, page, loss = "cauchy", objective = "score";
   std::optional<int> substeps;
   std::optional<double> train;
   int horizon = 0;
@@ -177,6 +178,41 @@ void fill_report(const std::vector<Parameter>& parameters, const FitProblem& pro
   report["evaluations"] = found.evaluations;
 }
 
+/// Errors over time on the recordings that were not fitted (on all if all were).
+void write_page_of(const Arguments& arguments, Experiment e, const Scene& found,
+                   std::vector<int> which, const Json& report) {
+  if (which.empty()) {
+    which.resize(e.recordings.size());
+    std::iota(which.begin(), which.end(), 0);
+  }
+  e.prediction.horizon = 0;
+  const bool pose = e.map.free_body >= 0;
+  const std::vector<Prediction> before = predict_all(e, e.scene, which);
+  const std::vector<Prediction> after = predict_all(e, found, which);
+  HtmlPage page("Figures found: " + arguments.scene.file);
+  const auto text = [](const Json& value) {
+    return value.is_number() ? fmt::format("{:.5g}", value.get<double>()) : std::string("-");
+  };
+  Table parameters{{"parameter", "unit", "scene", "found", "95 % from", "to"}, {}};
+  for (const Json& p : report["parameters"])
+    parameters.rows.push_back({p["name"], p["unit"], text(p["scene"]), text(p["value"]),
+                               text(p["lower_95"]), text(p["upper_95"])});
+  page.table(parameters);
+  for (const char* part : {"train", "test"}) {
+    if (!report.contains(part)) continue;
+    page.heading(fmt::format("{}: {} recordings", part, report[part]["recordings"].get<int>()));
+    Table scores{{"median", "scene", "found"}, {}};
+    for (const auto& [name, value] : report[part]["scene"].items())
+      scores.rows.push_back({name, text(value), text(report[part]["found"].value(name, Json()))});
+    page.table(scores);
+  }
+  const std::vector<Chart> charts = error_charts({{"scene", &before}, {"as found", &after}}, pose);
+  for (const Chart& chart : charts) page.picture(svg(chart));
+  page.heading("Each recording not fitted, as found");
+  page.table(prediction_table(after, pose));
+  write_page(arguments.page, page, charts);
+}
+
 int identify(Arguments& arguments) {
   const Experiment e = make_experiment(arguments);
   const std::vector<Parameter> parameters = parse_parameters(arguments.parameters, e.scene);
@@ -198,6 +234,7 @@ int identify(Arguments& arguments) {
     print_score(report.text(), name, report[name]);
   }
   report.write();
+  if (!arguments.page.empty()) write_page_of(arguments, e, after, parts.test, report.json());
   return kSuccess;
 }
 
@@ -245,6 +282,8 @@ void add_identify(CLI::App& app, Action& action) {
       ->check(CLI::Range(1e-9, 0.03));
   command.add_option("--bootstrap", arguments->fit.bootstrap, "Refits to recordings drawn anew")
       ->check(CLI::Range(0, 100'000));
+  command.add_option("--report", arguments->page, "Folder for a page with tables and pictures")
+      ->type_name("DIR");
   arguments->report.add_to(command);
   command.footer(
       "Example:\n  counterpoint identify data/scenes/cube_toss.yaml toss_*.csv --columns "

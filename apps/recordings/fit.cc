@@ -159,13 +159,13 @@ VectorX halton(int k, Eigen::Index dimensions) {
 VectorX refine(System& system, const VectorX& from, const FitOptions& options, int rounds) {
   VectorX best = from;
   double cost = total(system.groups(best));
-  for (const double coarser : {30.0, 10.0, 3.0, 1.0}) {
+  for (const double coarser : {30.0, 5.0, 1.0}) {
     system.difference = coarser * options.difference;
     VectorX at = best;
     Eigen::LevenbergMarquardt<System> solver(system);
     solver.setFactor(0.3);  // first steps of a third of the ranges at most
-    solver.setFtol(coarser > 1.0 ? 1e-4 : 1e-9);
-    solver.setXtol(coarser > 1.0 ? 1e-3 : 1e-7);
+    solver.setFtol(coarser > 1.0 ? 1e-3 : 1e-9);
+    solver.setXtol(coarser > 1.0 ? 1e-2 : 1e-7);
     solver.setMaxfev(rounds);
     solver.minimize(at);
     at = at.cwiseMax(0.0).cwiseMin(1.0);

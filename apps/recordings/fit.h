@@ -22,7 +22,7 @@ struct FitProblem {
 struct FitOptions {
   int samples = 64;     ///< points tried beside the start before any is refined
   int refined = 3;      ///< of these the best are refined by Levenberg-Marquardt
-  int max_rounds = 40;  ///< of Levenberg-Marquardt, each
+  int max_rounds = 15;  ///< of Levenberg-Marquardt, each
   /// Groups far off count less: Cauchy's loss, its scale the median of the groups at the best
   /// point tried. Else plain squares.
   bool robust = true;

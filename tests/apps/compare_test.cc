@@ -72,14 +72,19 @@ TEST(Compare, SaysWhatIsWrongInAColumnMap) {
   expect("rate: [1\n", "map.yaml:2");
 }
 
-TEST(Compare, OneStepOfAnOwnTrajectoryIsExact) {
-  const CommandFolder folder("compare_own");
+/// A trajectory of the toss scene by the engine itself, and the column map that reads it.
+void record_own_toss(const CommandFolder& folder) {
   ASSERT_EQ(folder.run("simulate data/scenes/cube_toss.yaml --output {}/own.csv").exit_code, 0);
   std::string map = "time: time\nfree: cube\nsubsteps: 1\ncolumns:\n";
   for (const char* name :
        {"x", "y", "z", "qw", "qx", "qy", "qz", "vx", "vy", "vz", "wx", "wy", "wz"})
     map += fmt::format("  cube.{0}: cube.{0}\n", name);
   folder.write("map.yaml", map);
+}
+
+TEST(Compare, OneStepOfAnOwnTrajectoryIsExact) {
+  const CommandFolder folder("compare_own");
+  record_own_toss(folder);
   const auto run = [&](const std::string& arguments) {
     const CommandResult result = folder.run(
         "compare data/scenes/cube_toss.yaml {}/own.csv --columns {}/map.yaml --json "
@@ -101,6 +106,28 @@ TEST(Compare, OneStepOfAnOwnTrajectoryIsExact) {
   EXPECT_LT(rollout["position_error_mean_m"], 1e-9);
   EXPECT_GT(run("--set friction=0.3")["position_error_mean_m"],
             10 * other["position_error_mean_m"].get<double>());
+}
+
+TEST(Compare, NothingIsUnexplainedInAnOwnTrajectory) {
+  const CommandFolder folder("compare_inverse");
+  record_own_toss(folder);
+  const auto run = [&](const std::string& arguments) {
+    const CommandResult result = folder.run(
+        "compare data/scenes/cube_toss.yaml {}/own.csv --columns {}/map.yaml --mode "
+        "inverse --report {}/page --output {}/f.csv --json {}/r.json " +
+        arguments);
+    EXPECT_EQ(result.exit_code, 0) << result.errors;
+    return folder.json("r.json")["median"];
+  };
+  const nlohmann::json own = run("");
+  // Contacts give by 1e-8 of their force; impacts are up to a hundred times the weight.
+  EXPECT_LT(own["unexplained_force_max"], 1e-5);
+  EXPECT_LT(own["unexplained_torque_max"], 1e-5);
+  EXPECT_GT(own["contact_force_max"], 5.0);  // there were impacts to be explained
+  EXPECT_NE(folder.read("page/index.html").find("<svg"), std::string::npos);
+  // Without friction the ground cannot have slowed it down; without reach it gives nothing.
+  EXPECT_GT(run("--set friction=0")["unexplained_force_mean"], 0.05);
+  EXPECT_GT(run("--set height=-1")["unexplained_force_mean"], 0.5);
 }
 
 /// The bounds on the median over the recorded tosses.

@@ -1,0 +1,128 @@
+#include "page.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <fstream>
+#include <functional>
+
+#include "counterpoint/model/types.h"
+
+namespace counterpoint::apps {
+namespace {
+
+/// Values of one recording over its rows.
+struct Series {
+  std::vector<double> time, value;
+};
+
+double quantile(std::vector<double> values, double share) {
+  std::sort(values.begin(), values.end());
+  return values[static_cast<size_t>(share * static_cast<double>(values.size() - 1) + 0.5)];
+}
+
+/// A quantile over the recordings row by row, as far as half of them go.
+Curve over_recordings(const std::string& name, const std::vector<Series>& all, double share) {
+  Curve curve{.name = name, .x = {}, .y = {}};
+  for (size_t row = 0;; ++row) {
+    std::vector<double> values;
+    double time = 0.0;
+    for (const Series& one : all) {
+      if (row >= one.value.size()) continue;
+      values.push_back(one.value[row]);
+      time += one.time[row] - one.time[0];
+    }
+    if (values.empty() || 2 * values.size() < all.size()) return curve;
+    curve.add(time / static_cast<double>(values.size()), quantile(values, share));
+  }
+}
+
+void add_curves(const std::string& name, const std::vector<Series>& all, bool alone, Chart& chart) {
+  chart.curves.push_back(over_recordings(all.size() > 1 ? name + ", median" : name, all, 0.5));
+  if (!alone || all.size() < 4) return;
+  chart.curves.push_back(over_recordings("lower quartile", all, 0.25));
+  chart.curves.push_back(over_recordings("upper quartile", all, 0.75));
+}
+
+Chart error_chart(const std::vector<NamedPredictions>& sets, const std::string& title,
+                  const std::string& unit, double Deviation::*figure, double scale) {
+  Chart chart;
+  chart.title = title;
+  chart.y_label = unit;
+  for (const NamedPredictions& set : sets) {
+    std::vector<Series> all;
+    for (const Prediction& p : *set.predictions) {
+      if (p.failure) continue;
+      Series& one = all.emplace_back();
+      one.time = p.time;
+      for (const Deviation& d : p.deviations) one.value.push_back(scale * (d.*figure));
+    }
+    if (!all.empty()) add_curves(set.name, all, sets.size() == 1, chart);
+  }
+  return chart;
+}
+
+}  // namespace
+
+std::vector<Chart> error_charts(const std::vector<NamedPredictions>& sets, bool pose) {
+  if (!pose)
+    return {error_chart(sets, "Joint error", "mean error [rad or m]", &Deviation::joints, 1.0)};
+  return {error_chart(sets, "Position error", "error [mm]", &Deviation::position, 1e3),
+          error_chart(sets, "Rotation error", "error [degrees]", &Deviation::rotation, 1.0)};
+}
+
+Table prediction_table(const std::vector<Prediction>& predictions, bool pose) {
+  Table table{{"recording", "rows"}, {}};
+  for (const auto& [name, value] : figures({}, pose)) table.header.emplace_back(name);
+  for (const Prediction& p : predictions) {
+    std::vector<std::string>& row = table.rows.emplace_back();
+    row = {std::filesystem::path(p.file).filename().string(), std::to_string(p.rows)};
+    for (const auto& [name, value] : figures(p, pose))
+      row.push_back(p.failure ? "failed" : fmt::format("{:.4g}", value));
+  }
+  return table;
+}
+
+Table explanation_table(const std::vector<ExplainedRecording>& recordings) {
+  Table table{{"recording", "rows"}, {}};
+  for (const ExplainedRecording& one : recordings) {
+    if (table.rows.empty())
+      for (const auto& [name, value] : one.figures) table.header.emplace_back(name);
+    std::vector<std::string>& row = table.rows.emplace_back();
+    row = {std::filesystem::path(one.file).filename().string(), std::to_string(one.rows)};
+    for (const auto& [name, value] : one.figures) row.push_back(fmt::format("{:.4g}", value));
+  }
+  return table;
+}
+
+Chart unexplained_chart(const std::vector<ExplainedRecording>& recordings) {
+  Chart chart;
+  chart.title = "Unexplained force";
+  chart.y_label = "of the weight; joints: N or N m";
+  std::vector<Series> all;
+  for (const ExplainedRecording& recording : recordings) {
+    Series& one = all.emplace_back();
+    one.time = recording.time;
+    for (const Explanation& step : recording.steps)
+      one.value.push_back(std::max(step.unexplained_force, step.unexplained_joint));
+  }
+  add_curves("unexplained", all, true, chart);
+  return chart;
+}
+
+void write_page(const std::filesystem::path& folder, const HtmlPage& page,
+                const std::vector<Chart>& charts) {
+  std::error_code ignored;
+  std::filesystem::create_directories(folder, ignored);
+  const auto write = [&](const std::string& name, const std::string& text) {
+    std::ofstream stream(folder / name, std::ios::binary | std::ios::trunc);
+    stream << text << std::flush;
+    if (!stream)
+      throw InputError(fmt::format("{}: cannot be written; expected a folder that can be",
+                                   (folder / name).string()));
+  };
+  for (size_t i = 0; i < charts.size(); ++i) write(fmt::format("chart{}.svg", i), svg(charts[i]));
+  write("index.html", page.text());
+}
+
+}  // namespace counterpoint::apps

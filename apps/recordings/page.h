@@ -1,0 +1,36 @@
+// What compare and identify found, as a folder with one HTML page and its pictures: --report DIR.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "chart.h"
+#include "html_page.h"
+#include "prediction.h"
+#include "unexplained.h"
+
+namespace counterpoint::apps {
+
+/// Some predictions under one name: a scene as it is, or as found.
+struct NamedPredictions {
+  std::string name;
+  const std::vector<Prediction>* predictions;
+};
+
+/// Error against time from the start of each recording: the median over recordings, of a single set
+/// the quartiles beside it. Position and rotation, or joints.
+std::vector<Chart> error_charts(const std::vector<NamedPredictions>& sets, bool pose);
+
+/// A row a recording.
+Table prediction_table(const std::vector<Prediction>& predictions, bool pose);
+Table explanation_table(const std::vector<ExplainedRecording>& recordings);
+/// Unexplained force against time, median and quartiles over recordings.
+Chart unexplained_chart(const std::vector<ExplainedRecording>& recordings);
+
+/// Writes DIR/index.html, and each chart as DIR/NAME0.svg, ... beside it. @throws InputError where
+/// the folder cannot be written.
+void write_page(const std::filesystem::path& folder, const HtmlPage& page,
+                const std::vector<Chart>& charts);
+
+}  // namespace counterpoint::apps
