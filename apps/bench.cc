@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "counterpoint/engine/aba.h"
+#include "counterpoint/engine/batch.h"
 #include "counterpoint/engine/crba.h"
 #include "counterpoint/engine/integrator.h"
 #include "counterpoint/engine/kinematics.h"
@@ -164,6 +165,22 @@ void register_algorithms(const std::string& name) {
   add("crba", [](const Scene& scene, Data& data, Vectors& x) { crba(scene.model, data, x.M); });
 }
 
+/// Rollouts of 100 steps from the scene's start, 16 on so many threads; wall time.
+void batch_rollouts(benchmark::State& run, const std::string& name, int threads) {
+  constexpr int kRollouts = 16, kSteps = 100;
+  const Scene scene =
+      load_scene(fs::path(COUNTERPOINT_SOURCE_DIR) / "data/scenes" / (name + ".yaml"));
+  Batch batch(scene, threads);
+  for (auto _ : run) {
+    batch.run(kRollouts, [](int, Simulator& simulator) {
+      simulator.reset();
+      for (int k = 0; k < kSteps; ++k) simulator.step();
+    });
+  }
+  run.counters["steps/s"] = benchmark::Counter(
+      static_cast<double>(run.iterations()) * kRollouts * kSteps, benchmark::Counter::kIsRate);
+}
+
 void register_all() {
   for (const std::string name : kScenes) {
     benchmark::RegisterBenchmark(("forward_step/" + name).c_str(), [name](benchmark::State& run) {
@@ -185,6 +202,15 @@ void register_all() {
     forward_step(run, "arm7", {Effect::kGravity, Effect::kCoriolis});
   })->Unit(benchmark::kMicrosecond);
   for (const std::string name : kTrees) register_algorithms(name);
+  for (const std::string name : {"humanoid_drop", "quadruped_drop"}) {
+    for (const int threads : {1, 2}) {
+      benchmark::RegisterBenchmark(
+          fmt::format("batch_rollouts/{}/threads:{}", name, threads).c_str(),
+          [name, threads](benchmark::State& run) { batch_rollouts(run, name, threads); })
+          ->Unit(benchmark::kMillisecond)
+          ->UseRealTime();
+    }
+  }
 }
 
 }  // namespace

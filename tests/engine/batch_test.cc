@@ -1,0 +1,117 @@
+// A batch gives the bits of one simulator after the other, on any number of threads.
+#include "counterpoint/engine/batch.h"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "counterpoint/model/scene.h"
+#include "support/random_model.h"
+
+namespace counterpoint::test {
+namespace {
+
+constexpr int kRollouts = 7;  // no multiple of the threads
+constexpr int kSteps = 150;   // past the first impacts
+
+Scene scene() {
+  return load_scene(std::string(COUNTERPOINT_SOURCE_DIR) + "/data/scenes/quadruped_drop.yaml");
+}
+
+/// The force of a rollout at a step: a function of both alone.
+VectorX force(const Model& model, int rollout, int step) {
+  Random random(static_cast<unsigned>(1000 * rollout + step / 10));
+  VectorX out = random_vector(model.nv(), random.bits(), 2.0);
+  out.head<6>().setZero();
+  return out;
+}
+
+std::uint64_t roll_out(int rollout, Simulator& simulator) {
+  simulator.reset();
+  for (int k = 0; k < kSteps; ++k) {
+    simulator.input().applied_force = force(simulator.model(), rollout, k);
+    EXPECT_TRUE(simulator.step().succeeded());
+  }
+  return state_hash(simulator.state());
+}
+
+TEST(Batch, RolloutsHaveTheBitsOfOneAfterTheOther) {
+  std::vector<std::uint64_t> alone;
+  for (int i = 0; i < kRollouts; ++i) {
+    Simulator fresh(scene());
+    alone.push_back(roll_out(i, fresh));
+  }
+  for (const int threads : {1, 2, 5}) {
+    Batch batch(scene(), threads);
+    EXPECT_EQ(batch.num_threads(), threads);
+    std::vector<std::uint64_t> together(kRollouts);
+    batch.run(kRollouts,
+              [&](int i, Simulator& simulator) { together[i] = roll_out(i, simulator); });
+    EXPECT_EQ(together, alone) << threads << " threads";
+  }
+}
+
+TEST(Batch, StepsManyStates) {
+  constexpr int kStates = 40;
+  Simulator alone(scene());
+  std::vector<State> states;
+  std::vector<Input> inputs;
+  for (int i = 0; i < kStates; ++i) {
+    states.push_back(alone.state());
+    inputs.push_back({force(alone.model(), i, 0), {}});
+    alone.step();
+  }
+  std::vector<State> expected = states;
+  for (int i = 0; i < kStates; ++i) {
+    alone.set_state(states[i]);
+    alone.input() = inputs[i];
+    ASSERT_TRUE(alone.step().succeeded());
+    expected[i] = alone.state();
+  }
+  Batch batch(scene(), 3);
+  std::vector<StepReport> reports(kStates);
+  batch.step(states, inputs, reports);
+  for (int i = 0; i < kStates; ++i) {
+    EXPECT_TRUE(reports[i].succeeded());
+    EXPECT_EQ(state_hash(states[i]), state_hash(expected[i])) << i;
+  }
+}
+
+TEST(Batch, AFailedStepLeavesItsStateAndNoOther) {
+  Simulator alone(scene());
+  std::vector<State> states(3, alone.state());
+  states[1].v[0] = std::numeric_limits<double>::quiet_NaN();
+  const double q = states[1].q[2];
+  const std::vector<Input> inputs(3, Input{VectorX::Zero(alone.model().nv()), {}});
+  std::vector<StepReport> reports(3);
+  Batch batch(scene(), 2);
+  batch.step(states, inputs, reports);
+  EXPECT_TRUE(reports[0].succeeded());
+  EXPECT_FALSE(reports[1].succeeded());
+  EXPECT_TRUE(reports[2].succeeded());
+  EXPECT_EQ(states[1].q[2], q);
+  EXPECT_EQ(state_hash(states[0]), state_hash(states[2]));
+}
+
+TEST(Batch, ThrowsWhatATaskThrew) {
+  Batch batch(scene(), 2);
+  std::atomic<int> begun{0};
+  EXPECT_THROW(batch.run(1000,
+                         [&](int i, Simulator&) {
+                           ++begun;
+                           if (i == 3) throw std::runtime_error("three");
+                         }),
+               std::runtime_error);
+  EXPECT_GE(begun, 4);
+  std::vector<State> states(2);
+  std::vector<Input> inputs(1);
+  std::vector<StepReport> reports(2);
+  EXPECT_THROW(batch.step(states, inputs, reports), InputError);
+  EXPECT_THROW(Batch(scene(), -1), InputError);
+}
+
+}  // namespace
+}  // namespace counterpoint::test
