@@ -141,12 +141,13 @@ def physics(r):
 def orders(r):
     lines = []
     for f in r["families"]:
-        if f["parameter"] != "time_step_s" or "order" not in f or "same_as" in f:
+        if f["parameter"] != "time_step_s" or f["status"] != "ok" or "same_as" in f:
             continue
-        pieces = f["order_of_pieces"]
-        text = f"{f['name']} {f['order']:.2f}"
+        pieces = f.get("order_of_pieces", [])
+        text = f"{f['name']} " + (f"{f['order']:.2f}" if "order" in f else "-")
         if pieces:
-            text += f" ({len(pieces)} single pieces {pieces[0]:.2f} to {pieces[-1]:.2f})"
+            text += (f" ({len(pieces)} single pieces {pieces[0]:.2f} to {pieces[-1]:.2f},"
+                     f" median {pieces[len(pieces) // 2]:.2f})")
         lines.append(text)
     return "; ".join(lines)
 

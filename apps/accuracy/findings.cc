@@ -83,20 +83,20 @@ std::vector<std::string> order_lines(const Findings& findings) {
   std::vector<std::string> lines;
   for (const MeasuredFamily& m : findings.measured) {
     if (!m.family.over_time_step() || !m.refused.empty() || !m.same_as.empty()) continue;
+    std::string line = m.family.name;
     if (const auto order = fit_order(m, findings.reference.error)) {
-      std::string line =
-          fmt::format("{}: order {:.2f}, over {} steps from {} to {}", m.family.name, order->slope,
-                      order->points, seconds_text(order->from), seconds_text(order->to));
-      if (const auto each = piece_orders(m, findings.reference.error); !each.empty()) {
-        line += fmt::format("; of {} single pieces {:.2f} to {:.2f}, median {:.2f}", each.size(),
-                            each.front(), each.back(), each[each.size() / 2]);
-      }
-      lines.push_back(line);
+      line += fmt::format(": order {:.2f}, over {} steps from {} to {}", order->slope,
+                          order->points, seconds_text(order->from), seconds_text(order->to));
     } else {
-      lines.push_back(fmt::format(
-          "{}: no order: fewer than three errors stand above ten times the reference's, {:.2g}",
-          m.family.name, findings.reference.error));
+      line += fmt::format(
+          ": no order: fewer than three errors stand above ten times the reference's, {:.2g}",
+          findings.reference.error);
     }
+    if (const auto each = piece_orders(m, findings.reference); !each.empty()) {
+      line += fmt::format("; of {} single pieces {:.2f} to {:.2f}, median {:.2f}", each.size(),
+                          each.front(), each.back(), each[each.size() / 2]);
+    }
+    lines.push_back(line);
   }
   return lines;
 }

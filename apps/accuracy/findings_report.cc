@@ -243,8 +243,8 @@ Json json_family(const Findings& findings, size_t family) {
     out["order"] = order->slope;
     out["order_from_s"] = order->from;
     out["order_to_s"] = order->to;
-    out["order_of_pieces"] = piece_orders(m, findings.reference.error);
   }
+  if (m.family.over_time_step()) out["order_of_pieces"] = piece_orders(m, findings.reference);
   out["points"] = Json::array();
   for (size_t i = 0; i < m.points.size(); ++i)
     out["points"].push_back(json_point(findings, m.points[i], findings.on_front({family, i})));
@@ -256,7 +256,8 @@ Json json_reference(const Reference& r) {
               {"description", r.description},
               {"integrator", integrator_name(r.integrator)},
               {"time_step_s", r.time_step},
-              {"error", number(r.error)}};
+              {"error", number(r.error)},
+              {"error_of_pieces", r.piece_errors}};
   if (r.kind == "analytic") {
     out["fine_deviation"] = number(r.fine_deviation);
     out["fine_error"] = number(r.fine_error);

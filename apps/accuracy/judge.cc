@@ -61,19 +61,17 @@ std::optional<Order> fit_order(const MeasuredFamily& measured, double reference_
   return fit_order(steps, errors, reference_error);
 }
 
-std::vector<double> piece_orders(const MeasuredFamily& measured, double reference_error) {
+std::vector<double> piece_orders(const MeasuredFamily& measured, const Reference& reference) {
   std::vector<double> orders;
   if (!measured.family.over_time_step() || measured.points.empty()) return orders;
-  size_t pieces = 0;
-  for (const Point& point : measured.points) pieces = std::max(pieces, point.piece_errors.size());
-  for (size_t k = 0; k < pieces; ++k) {
+  for (size_t k = 0; k < reference.pieces.size(); ++k) {
     std::vector<double> steps, errors;
     for (const Point& point : measured.points) {
       if (!point.measured()) continue;
       steps.push_back(point.setting.parameter);
       errors.push_back(point.piece_errors[k]);
     }
-    if (const auto order = fit_order(steps, errors, reference_error))
+    if (const auto order = fit_order(steps, errors, reference.piece_errors[k]))
       orders.push_back(order->slope);
   }
   std::sort(orders.begin(), orders.end());

@@ -23,8 +23,9 @@ std::optional<Order> fit_order(const std::vector<double>& time_steps,
 std::optional<Order> fit_order(const MeasuredFamily& measured, double reference_error);
 
 /// The orders of single pieces, sorted: where bodies strike each other at several points at once
-/// they converge more slowly than where nothing happens, and their mean follows the slowest.
-std::vector<double> piece_orders(const MeasuredFamily& measured, double reference_error);
+/// they converge more slowly than where nothing happens, and their mean follows the slowest. Each
+/// above ten times the reference's error in that piece.
+std::vector<double> piece_orders(const MeasuredFamily& measured, const Reference& reference);
 
 /// A point by its place: family, setting.
 struct Place {

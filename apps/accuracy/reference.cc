@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <memory>
+#include <numeric>
 #include <optional>
 #include <utility>
 
@@ -64,11 +65,15 @@ std::vector<Piece> trajectory(const Scene& scene, const Plan& plan, Integrator i
   return pieces;
 }
 
-double mean_deviation(const Model& model, const std::vector<State>& a,
-                      const std::vector<State>& b) {
-  double sum = 0.0;
-  for (size_t i = 0; i < a.size(); ++i) sum += deviation(model, a[i].q, b[i].q).all;
-  return sum / static_cast<double>(a.size());
+std::vector<double> deviations(const Model& model, const std::vector<State>& a,
+                               const std::vector<State>& b) {
+  std::vector<double> out;
+  for (size_t i = 0; i < a.size(); ++i) out.push_back(deviation(model, a[i].q, b[i].q).all);
+  return out;
+}
+
+double mean(const std::vector<double>& values) {
+  return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
 }
 
 std::vector<State> ends_of(const std::vector<Piece>& pieces) {
@@ -81,13 +86,16 @@ std::vector<State> ends_of(const std::vector<Piece>& pieces) {
 struct FineEnds {
   Integrator integrator = Integrator::kSemiImplicitEuler;
   std::vector<State> ends;
-  double error = 0.0;  ///< to the ends at twice the step
+  std::vector<double> piece_errors;  ///< to the ends at twice the step
+  double error = 0.0;                ///< their mean
 };
 
 FineEnds fine_ends(const Scene& scene, const Plan& plan, const std::vector<Piece>& pieces,
                    Integrator integrator, double h, std::optional<std::vector<State>> known = {}) {
-  FineEnds out{integrator, known ? *known : ends(scene, plan, pieces, integrator, h), 0.0};
-  out.error = mean_deviation(scene.model, out.ends, ends(scene, plan, pieces, integrator, 2.0 * h));
+  FineEnds out{integrator, known ? *known : ends(scene, plan, pieces, integrator, h), {}, 0.0};
+  out.piece_errors =
+      deviations(scene.model, out.ends, ends(scene, plan, pieces, integrator, 2.0 * h));
+  out.error = mean(out.piece_errors);
   return out;
 }
 
@@ -104,7 +112,7 @@ FineEnds best_ends(const Scene& scene, const Plan& plan, const std::vector<Piece
       !refusal(scene, Integrator::kImplicitMidpoint).empty())
     return first;
   FineEnds second = fine_ends(scene, plan, pieces, Integrator::kImplicitMidpoint, h);
-  const double apart = mean_deviation(scene.model, first.ends, second.ends);
+  const double apart = mean(deviations(scene.model, first.ends, second.ends));
   if (apart > kDoubt * (first.error + second.error) + kRounding) {
     warning = fmt::format(
         "semi_implicit_euler and implicit_midpoint at {:.4g} s end {:.2g} apart, more than their "
@@ -131,6 +139,7 @@ Reference fine_reference(const Scene& scene, const Plan& plan, int finer) {
   for (size_t i = 0; i < out.pieces.size(); ++i) out.pieces[i].end = fine.ends[i];
   out.integrator = fine.integrator;
   out.error = fine.error;
+  out.piece_errors = fine.piece_errors;
   out.description = description(fine, h, finer);
   return out;
 }
@@ -156,10 +165,11 @@ Reference analytic_reference(const Scene& scene, const Plan& plan, const ClosedF
   out.error = kClosedFormError;
   for (const double start : plan.starts)
     out.pieces.push_back({motion(start), motion(start + plan.length)});
+  out.piece_errors.assign(out.pieces.size(), out.error);
   const FineEnds fine = best_ends(scene, plan, out.pieces, out.time_step, {}, out.warning);
   out.integrator = fine.integrator;
   out.fine_error = fine.error;
-  out.fine_deviation = mean_deviation(scene.model, ends_of(out.pieces), fine.ends);
+  out.fine_deviation = mean(deviations(scene.model, ends_of(out.pieces), fine.ends));
   out.description = what;
   if (out.fine_deviation > kDoubt * out.fine_error + kRounding) {
     out.warning = fmt::format(

@@ -24,6 +24,7 @@ struct Reference {
   /// Mean over the pieces of the deviation (pieces.h) by which it may be off. Fine: between it and
   /// the run at twice its step. Analytic: rounding.
   double error = 0.0;
+  std::vector<double> piece_errors;  ///< the same of each piece
   /// Analytic only: deviation of the engine's fine run from it, and of that run from the one at
   /// twice its step.
   double fine_deviation = 0.0, fine_error = 0.0;
