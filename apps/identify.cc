@@ -35,6 +35,7 @@ Experiment make_experiment(const Arguments& arguments) {
                   e.scene.options.time_step, arguments.horizon};
   e.by_score = arguments.objective == "score";
   if (arguments.objective == "one-step") e.prediction.horizon = 1;
+  e.reach = e.scene.options.contact.margin;
   for (const std::vector<std::string>* files : {&arguments.recordings, &arguments.test})
     for (const std::string& file : *files)
       e.recordings.push_back(read_recording(file, e.map, e.scene.model, e.scene.q, e.scene.v));
@@ -69,7 +70,7 @@ Split split(const Arguments& arguments) {
 }
 
 FitProblem make_problem(const Experiment& e, const std::vector<Parameter>& parameters,
-                        const std::vector<int>& train) {
+                        const std::vector<int>& train, bool by_force) {
   FitProblem problem;
   const auto count = static_cast<Eigen::Index>(parameters.size());
   problem.start = parameter_values(parameters, e.scene);
@@ -80,8 +81,9 @@ FitProblem make_problem(const Experiment& e, const std::vector<Parameter>& param
     problem.upper[i] = parameters[i].upper;
     problem.logarithmic.push_back(parameters[i].logarithmic);
   }
-  problem.residuals = [&e, &parameters, &train](const VectorX& values) {
-    return prediction_residuals(e, parameters, values, train);
+  problem.residuals = [&e, &parameters, &train, by_force](const VectorX& values) {
+    return by_force ? force_residuals(e, parameters, values, train)
+                    : prediction_residuals(e, parameters, values, train);
   };
   return problem;
 }
@@ -217,7 +219,8 @@ int identify(Arguments& arguments) {
   const Experiment e = make_experiment(arguments);
   const std::vector<Parameter> parameters = parse_parameters(arguments.parameters, e.scene);
   const Split parts = split(arguments);
-  const FitProblem problem = make_problem(e, parameters, parts.train);
+  const FitProblem problem =
+      make_problem(e, parameters, parts.train, arguments.objective == "force");
   Progress progress("identifying", 1000);
   arguments.fit.robust = arguments.loss == "cauchy";
   arguments.fit.progress = [&](int done, int total) { progress.update(1000 * done / total); };
@@ -261,10 +264,12 @@ void add_identify(CLI::App& app, Action& action) {
       ->check(CLI::Range(0.0, 1.0));
   command.add_option("--test", arguments->test, "Recordings to score; all others are fitted");
   command
-      .add_option("--objective", arguments->objective,
-                  "What is made small: score (default; mean deviations of each recording), rows "
-                  "(deviations at every row, squared), one-step (rows, from every row to the next)")
-      ->check(CLI::IsMember({"score", "rows", "one-step"}));
+      .add_option(
+          "--objective", arguments->objective,
+          "What is made small: score (default; mean deviations of each recording), rows "
+          "(deviations at every row, squared), one-step (rows, from every row to the next), "
+          "force (what compare --mode inverse leaves unexplained)")
+      ->check(CLI::IsMember({"score", "rows", "one-step", "force"}));
   command.add_flag("--swap", arguments->swap, "Exchange the recordings fitted and scored");
   command
       .add_option("--horizon", arguments->horizon,

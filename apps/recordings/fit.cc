@@ -363,6 +363,9 @@ Fit fit(const FitProblem& problem, const FitOptions& options) {
   for (const auto& [cost, at] : tried) out.refined_costs.push_back(cost);
   VectorX& best = tried[0].second;
   out.cost = tried[0].first;
+  // Differences over what intervals span, not over the roughness: too large an H is too narrow an
+  // interval.
+  system.difference = 10.0 * options.difference;
   const Spread s = spread(system, best);
   // What nothing depends on stays as it is in the scene.
   for (Eigen::Index i = 0; i < best.size(); ++i)

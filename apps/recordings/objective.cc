@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "counterpoint/engine/integrator.h"
+#include "unexplained.h"
 
 namespace counterpoint::apps {
 namespace {
@@ -121,6 +122,27 @@ GroupedResiduals prediction_residuals(const Experiment& experiment,
       for (size_t k = 0; k < used.size(); ++k)
         r[row * static_cast<Eigen::Index>(used.size()) + static_cast<Eigen::Index>(k)] =
             share * (row < predicted ? weights[used[k]] * difference[used[k]] : 1.0);
+    }
+  }
+  return out;
+}
+
+GroupedResiduals force_residuals(const Experiment& experiment,
+                                 const std::vector<Parameter>& parameters, const VectorX& values,
+                                 const std::vector<int>& which) {
+  Explainer explainer(with_parameters(experiment.scene, parameters, values), experiment.map,
+                      experiment.reach);
+  const VectorX scales = explainer.scales();
+  GroupedResiduals out;
+  for (const int i : which) {
+    const Recording& recording = experiment.recordings[i];
+    const int steps = recording.num_rows() - 1;
+    VectorX& r = out.emplace_back(steps * scales.size());
+    for (int row = 0; row < steps; ++row) {
+      const Explanation step =
+          explainer.explain(recording, row, row_interval(experiment.map, recording, row));
+      r.segment(row * scales.size(), scales.size()) =
+          step.force.cwiseProduct(scales) / std::sqrt(static_cast<double>(steps));
     }
   }
   return out;

@@ -19,6 +19,7 @@ struct Experiment {
   PredictionOptions prediction;
   /// Residuals are the mean deviations of each recording, else deviations at every row.
   bool by_score = false;
+  double reach = 0.01;  ///< of contacts, for forces [m]
 };
 
 /// Predictions of some of the recordings by a scene.
@@ -36,5 +37,12 @@ VectorX deviation_weights(const Model& model, const ColumnMap& map);
 GroupedResiduals prediction_residuals(const Experiment& experiment,
                                       const std::vector<Parameter>& parameters,
                                       const VectorX& values, const std::vector<int>& which);
+
+/// Residuals of each recording at given values: at every step the force that is unexplained
+/// (unexplained.h), of free links over weight (and reach), of others in N or N m, over the root of
+/// the number of steps.
+GroupedResiduals force_residuals(const Experiment& experiment,
+                                 const std::vector<Parameter>& parameters, const VectorX& values,
+                                 const std::vector<int>& which);
 
 }  // namespace counterpoint::apps

@@ -151,7 +151,21 @@ bool Explainer::Impl::pose_problem(const VectorX& impulse) {
 Explainer::Explainer(const Scene& scene, const ColumnMap& map, double reach)
     : impl_(std::make_unique<Impl>(scene, map, reach)) {}
 Explainer::~Explainer() = default;
-const std::vector<char>& Explainer::counts() const { return impl_->counts; }
+VectorX Explainer::scales() const {
+  const Impl& s = *impl_;
+  VectorX out = VectorX::Zero(s.model.nv());
+  for (int i = 1; i < s.model.num_bodies(); ++i) {
+    const Body& body = s.model.body(i);
+    for (int k = body.v_index; k < body.v_index + joint_nv(body.joint_type); ++k)
+      out[k] = s.counts[k] ? 1.0 : 0.0;
+    if (body.joint_type != JointType::kFloating) continue;
+    const double weight = s.tree_weight(i), length = s.finder.radii()[i];
+    if (!(weight > 0.0)) continue;
+    out.segment<3>(body.v_index) /= weight;
+    out.segment<3>(body.v_index + 3) /= weight * (length > 0.0 ? length : 1.0);
+  }
+  return out;
+}
 
 Explanation Explainer::explain(const Recording& recording, int row, double interval) {
   Impl& s = *impl_;

@@ -36,8 +36,9 @@ class Explainer {
   /// recorded number cannot be worked with, std::runtime_error where the solver fails.
   Explanation explain(const Recording& recording, int row, double interval);
 
-  /// By coordinate: 1 where `force` is unexplained, 0 where a motor may have given it.
-  const std::vector<char>& counts() const;
+  /// By coordinate, what makes an unexplained force a residual: of free links 1 / weight (and /
+  /// reach of the geometry), of others 1; 0 where a motor may have given it.
+  VectorX scales() const;
 
  private:
   struct Impl;

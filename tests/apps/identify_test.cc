@@ -3,7 +3,10 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdint>
 #include <filesystem>
+#include <random>
+#include <sstream>
 #include <string>
 
 #include "apps/command.h"
@@ -67,6 +70,87 @@ TEST(Identify, FindsTheFiguresOfItsOwnTosses) {
   EXPECT_NEAR(found[2]["value"], 0.37, 1e-12);  // left as it is
   EXPECT_LT(report["test"]["found"]["position_error_mean_m"], 1e-6);
   EXPECT_GT(report["test"]["scene"]["position_error_mean_m"], 1e-3);
+}
+
+TEST(Identify, FindsJointFiguresFromForces) {
+  const CommandFolder folder("identify_forces");
+  folder.write("truth.yaml",
+               fmt::format("time_step: 0.002\nduration: 0.4\nmodels:\n"
+                           "  - {{urdf: {}/data/robots/double_pendulum.urdf,\n"
+                           "     joints: {{shoulder: 1.2, elbow: 0.7}}, dynamics: "
+                           "{{shoulder: {{armature: 0.4}}, elbow: {{damping: 0.3}}}}}}\n",
+                           COUNTERPOINT_SOURCE_DIR));
+  ASSERT_EQ(folder.run("simulate {}/truth.yaml --output {}/own.csv").exit_code, 0);
+  folder.write("map.yaml",
+               "time: time\ncolumns: {shoulder.q: shoulder.q, elbow.q: elbow.q, shoulder.v: "
+               "shoulder.v, elbow.v: elbow.v, shoulder.u: 0, elbow.u: 0}\n");
+  const CommandResult result = folder.run(
+      "identify data/scenes/double_pendulum.yaml {}/own.csv --columns {}/map.yaml --parameters "
+      "armature:shoulder=0..2,damping:elbow=0..2 --objective force --samples 8 --json {}/r.json");
+  ASSERT_EQ(result.exit_code, 0) << result.errors;
+  const auto found = folder.json("r.json")["parameters"];
+  // Forces are linear in both: what is left is rounding of differences of times, 1e-16 / 0.002.
+  EXPECT_NEAR(found[0]["value"], 0.4, 1e-7);
+  EXPECT_NEAR(found[1]["value"], 0.3, 1e-7);
+}
+
+/// The file with one column off by up to +-`size`, evenly, in all rows but the first.
+void disturb(const CommandFolder& folder, const std::string& file, const std::string& column,
+             double size, std::uint64_t seed) {
+  std::istringstream in(folder.read(file));
+  std::string line, cell, out;
+  std::mt19937_64 generator(seed);
+  int wanted = -1;
+  for (int row = -1; std::getline(in, line); ++row) {
+    std::istringstream cells(line);
+    for (int i = 0; std::getline(cells, cell, ','); ++i) {
+      if (row < 0 && cell == column) wanted = i;
+      if (row > 0 && i == wanted)
+        cell = fmt::format(
+            "{:.17g}",
+            std::stod(cell) + size * (static_cast<double>(generator() >> 11) * 0x1p-52 - 1.0));
+      out += (i == 0 ? "" : ",") + cell;
+    }
+    out += line.back() == ',' ? ",\n" : "\n";
+  }
+  folder.write(file, out);
+}
+
+TEST(Identify, IntervalsCoverTheTruthUnderNoise) {
+  const CommandFolder folder("identify_noise");
+  std::string map = "time: time\nfree: box/body\nsubsteps: 1\ncolumns:\n";
+  for (const char* name :
+       {"x", "y", "z", "qw", "qx", "qy", "qz", "vx", "vy", "vz", "wx", "wy", "wz"})
+    map += fmt::format("  box/body.{0}: box/body.{0}\n", name);
+  folder.write("map.yaml", map);
+  // A box slides to a stop within 0.08 m and more: v^2 / (2 mu g).
+  constexpr int kRecordings = 8;
+  for (int i = 0; i < kRecordings; ++i) {
+    folder.write("slide.yaml",
+                 fmt::format("time_step: 0.01\nduration: 0.4\nground: {{friction: 0.25}}\nmodels:\n"
+                             "  - {{name: box, box: [0.1, 0.1, 0.05], mass: 1, friction: 0.25,\n"
+                             "     position: [0, 0, 0.05], velocity: {{linear: [{}, 0, 0]}}}}\n",
+                             0.6 + 0.1 * i));
+    ASSERT_EQ(
+        folder.run(fmt::format("simulate {{}}/slide.yaml --output {{}}/s{}.csv", i)).exit_code, 0);
+    disturb(folder, fmt::format("s{}.csv", i), "box/body.x", 0.005, 100 + i);
+  }
+  const CommandResult result = folder.run(
+      "identify {}/slide.yaml {}/s*.csv --columns {}/map.yaml --parameters friction=0.1..0.5 --set "
+      "friction=0.4 --objective rows --train 1 --bootstrap 20 --samples 10 --report {}/page --json "
+      "{}/r.json");
+  ASSERT_EQ(result.exit_code, 0) << result.errors;
+  const nlohmann::json found = folder.json("r.json")["parameters"][0];
+  // Noise of 2.9 mm (5 mm / sqrt 3) in 100 rows of 8 recordings, which end mu g t^2 / 2 = 0.3 m
+  // short: mu is known to some 0.001. Wider than rounding, no wider than ten times that.
+  for (const std::string kind : {"", "bootstrap_"}) {
+    const double lower = found[kind + "lower_95"], upper = found[kind + "upper_95"];
+    EXPECT_LE(lower, 0.25) << kind;
+    EXPECT_GE(upper, 0.25) << kind;
+    EXPECT_GT(upper - lower, 1e-5) << kind;
+    EXPECT_LT(upper - lower, 0.01) << kind;
+  }
+  EXPECT_NE(folder.read("page/index.html").find("friction"), std::string::npos);
 }
 
 TEST(Identify, SaysWhatIsWrongInItsArguments) {
