@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "counterpoint/engine/trajectory.h"
 
@@ -62,6 +63,11 @@ void InputSchedule::apply(const Model& model, double time, double slack, Input& 
   if (!columns_.empty()) columns_.set(model, known_.col(row_), input);
 }
 
+double InputSchedule::next_change(double time, double slack) const {
+  const auto next = std::upper_bound(time_.begin(), time_.end(), time + slack);
+  return next == time_.end() ? std::numeric_limits<double>::infinity() : *next;
+}
+
 RandomForces::RandomForces(const Model& model, double scale, double wrench_scale,
                            std::uint64_t seed)
     : amplitude_(VectorX::Zero(model.nv())), force_(VectorX::Zero(model.nv())), generator_(seed) {
@@ -94,6 +100,11 @@ void RandomForces::add_to(double time, double slack, VectorX& force) {
   const long period = static_cast<long>(std::floor((time + slack) / kHold));
   for (; held_ < period; ++held_) draw();
   force += force_;
+}
+
+double RandomForces::next_change(double time, double slack) const {
+  if (amplitude_.isZero(0.0)) return std::numeric_limits<double>::infinity();
+  return (std::floor((time + slack) / kHold) + 1.0) * kHold;
 }
 
 }  // namespace counterpoint::apps

@@ -23,6 +23,9 @@ class InputSchedule {
   /// `time` holds already (times are sums of steps, hence rounded).
   void apply(const Model& model, double time, double slack, Input& input);
 
+  /// The time [s] of the first row later than `time`; infinity after the last.
+  double next_change(double time, double slack) const;
+
   const InputColumns& columns() const { return columns_; }
 
  private:
@@ -46,6 +49,8 @@ class RandomForces {
 
   /// Adds the force at a time [s], asked for in rising order.
   void add_to(double time, double slack, VectorX& force);
+  /// When the next ones are drawn [s]; infinity where there are none.
+  double next_change(double time, double slack) const;
 
  private:
   void draw();

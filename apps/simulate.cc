@@ -17,6 +17,7 @@
 #include "progress.h"
 #include "report.h"
 #include "scene_arguments.h"
+#include "step_control_report.h"
 #include "total_energy.h"
 
 namespace counterpoint::apps {
@@ -25,6 +26,8 @@ namespace {
 struct Arguments {
   SceneArguments scene;
   std::optional<double> duration, time_step;
+  std::string adaptive;  ///< tolerance, "off", or empty: as the scene says
+  std::optional<double> event_tolerance;
   std::string inputs, output, save_state, resume;
   bool changed_scene = false;
   double random_scale = 0.0, random_wrench_scale = 0.0;
@@ -34,6 +37,7 @@ struct Arguments {
 
 /// What is counted over the steps of a run.
 struct Tally {
+  ControlTally control;
   long steps = 0, contacts = 0, sleeping = 0, newton_iterations = 0, newton_iterations_max = 0,
        failures = 0;
   double max_penetration = 0.0, wall_seconds = 0.0;
@@ -49,6 +53,7 @@ struct Tally {
 };
 
 void apply_overrides(const Arguments& arguments, SimulationOptions& options) {
+  override_step_control(arguments.adaptive, arguments.event_tolerance, options);
   if (arguments.time_step) options.time_step = *arguments.time_step;
   if (arguments.duration) options.duration = *arguments.duration;
   if (!(options.time_step > 0.0) || !std::isfinite(options.time_step)) {
@@ -75,6 +80,12 @@ class Inputs {
     InputColumns columns = schedule_ ? schedule_->columns() : InputColumns();
     columns.targets = !model.servos().empty();
     return columns;
+  }
+
+  /// When something else acts [s]: controlled steps end there.
+  double next_change(double time) const {
+    const double change = random_.next_change(time, slack_);
+    return schedule_ ? std::min(change, schedule_->next_change(time, slack_)) : change;
   }
 
   void set(Simulator& simulator) {
@@ -123,6 +134,41 @@ std::optional<FailedStep> run(Simulator& simulator, Inputs& inputs, TrajectoryWr
   return failed;
 }
 
+/// The same in controlled steps; every half is a step, and a row of the trajectory.
+std::optional<FailedStep> run_controlled(Simulator& simulator, Inputs& inputs,
+                                         TrajectoryWriter* writer, Tally& tally) {
+  const SimulationOptions& options = simulator.options();
+  const double start_time = simulator.state().time, end = start_time + options.duration;
+  std::optional<FailedStep> failed;
+  State before;
+  constexpr int kParts = 1000;
+  Progress progress("simulating", kParts);
+  while (simulator.state().time < end && !failed) {
+    inputs.set(simulator);
+    before = simulator.state();
+    const double landing = std::min(next_landing(*options.step_control, before.time, end),
+                                    inputs.next_change(before.time));
+    const auto start = std::chrono::steady_clock::now();
+    const ControlledReport step = simulator.step_controlled(landing);
+    tally.wall_seconds +=
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    tally.add(step.first);
+    tally.add(step.second);
+    tally.control.add(step);
+    if (!step.succeeded()) {
+      ++tally.failures;
+      failed = {tally.steps - 1, before.time, step.second};
+    } else if (writer) {
+      writer->write_step(before, simulator.input(), 0.5 * step.step);
+      writer->write_step(simulator.middle(), simulator.input(), 0.5 * step.step);
+    }
+    progress.update(static_cast<int>(kParts * (simulator.state().time - start_time) /
+                                     std::max(options.duration, before.time - start_time)));
+  }
+  if (writer) writer->write_end(simulator.state());
+  return failed;
+}
+
 void fill_report(const Tally& tally, double simulated_seconds, Report& report) {
   const double steps = static_cast<double>(std::max(tally.steps, 1L));
   report["steps"] = tally.steps;
@@ -149,6 +195,7 @@ int simulate(Arguments& arguments) {
   if (!arguments.resume.empty()) {
     simulator.set_state(read_state(arguments.resume, model, simulator.options(),
                                    arguments.changed_scene ? SceneCheck::kAny : SceneCheck::kSame));
+    if (const auto step = read_next_step(arguments.resume)) simulator.set_next_step(*step);
   }
   Inputs inputs(arguments, simulator);
   std::unique_ptr<TrajectoryWriter> writer;
@@ -156,9 +203,13 @@ int simulate(Arguments& arguments) {
     writer = std::make_unique<TrajectoryWriter>(arguments.output, model, inputs.columns(model));
   const State start = simulator.state();
   Tally tally;
-  const std::optional<FailedStep> failed = run(simulator, inputs, writer.get(), tally);
-  if (!arguments.save_state.empty())
-    write_state(arguments.save_state, model, simulator.options(), simulator.state());
+  const auto& control = simulator.options().step_control;
+  const std::optional<FailedStep> failed =
+      (control ? run_controlled : run)(simulator, inputs, writer.get(), tally);
+  if (!arguments.save_state.empty()) {
+    write_state(arguments.save_state, model, simulator.options(), simulator.state(),
+                control ? std::optional(simulator.next_step()) : std::nullopt);
+  }
 
   Report& report = arguments.report;
   report.begin("simulate", arguments.scene.file);
@@ -166,6 +217,7 @@ int simulate(Arguments& arguments) {
   if (failed) add_failure(model, *failed, report.json());
   report["time_step_s"] = simulator.options().time_step;
   fill_report(tally, simulator.state().time - start.time, report);
+  if (control) report["step_control"] = step_control_report(*control, tally.control, simulator);
   report["energy_start_J"] = total_energy(model, start);
   report["energy_end_J"] = total_energy(model, simulator.state());
   report["start_time_s"] = start.time;
@@ -187,6 +239,7 @@ int simulate(Arguments& arguments) {
       tally.contacts / static_cast<double>(std::max(tally.steps, 1L)),
       tally.newton_iterations / static_cast<double>(std::max(tally.steps, 1L)),
       tally.max_penetration, state_hash(simulator.state()));
+  if (control) fmt::print(report.text(), "{}\n", step_control_text(tally.control));
   return kSuccess;
 }
 
@@ -198,6 +251,15 @@ void add_simulate(CLI::App& app, Action& action) {
   arguments->scene.add_to(command);
   command.add_option("--duration", arguments->duration, "Simulated time [s]; default: the scene's");
   command.add_option("--timestep", arguments->time_step, "Time step [s]; default: the scene's");
+  command
+      .add_option(
+          "--adaptive", arguments->adaptive,
+          "Steps as long as the error allows: TOL is what a simulated second may add to any "
+          "coordinate [m/s, rad/s]; or off. Default: the scene's step_control")
+      ->type_name("TOL|off");
+  command.add_option("--event-tolerance", arguments->event_tolerance,
+                     "With step control: impacts fall into steps of at most this [s]; default: the "
+                     "scene's, or 1e-6");
   command.add_option(
       "--inputs", arguments->inputs,
       "CSV of what acts: time, '<joint>.u', '<joint>.target', '<link>.fx' ...; a row holds "

@@ -7,6 +7,11 @@
 
 namespace counterpoint {
 
+/// Nearer than this [m] surfaces touch, whatever smoothing and round-off leave between them.
+inline double touching_gap(const ContactOptions& options) {
+  return 100.0 * options.smoothing + 1e-12;
+}
+
 /// Bias [m/s] of a unilateral row at a gap [m or rad]: a gap may be closed within the step but not
 /// crossed; a share of an overlap is recovered, no faster than max_recovery_speed. Continuous at
 /// gap = 0.

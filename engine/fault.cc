@@ -66,6 +66,7 @@ std::string element(const Model& model, const Fault& fault) {
     case FaultKind::kVelocity:
     case FaultKind::kNewVelocity:
     case FaultKind::kSpeed:
+    case FaultKind::kTolerance:
       return at(coordinate_names(model).v);
     case FaultKind::kAppliedForce:
     case FaultKind::kRecoveredForce:
@@ -124,6 +125,10 @@ std::string reason(const Fault& fault, const std::string& name) {
     case FaultKind::kSpeed:
       return fmt::format("'{}' moves mass at {:.4g} m/s; max_speed is {:.4g} m/s", name,
                          fault.value, fault.bound);
+    case FaultKind::kTolerance:
+      return fmt::format("the error of '{}', or of what it moves, is {:.3g} times the tolerance in "
+                         "the shortest step, {:.3g} s",
+                         name, fault.value, fault.bound);
     case FaultKind::kRecoveredForce:
       return fmt::format("recovered force '{}' came out as {:.6g}", name, fault.value);
   }
@@ -170,6 +175,8 @@ std::string advice(const Fault& fault) {
       return "a force or speed is beyond all measure, or the time step far too long";
     case FaultKind::kSpeed:
       return speed_advice(fault.cause);
+    case FaultKind::kTolerance:
+      return "raise the tolerance, lower min_step, or switch strict off, and such steps are counted";
   }
   return "";
 }
@@ -239,6 +246,8 @@ const char* fault_kind_name(FaultKind kind) {
       return "new_position";
     case FaultKind::kSpeed:
       return "speed";
+    case FaultKind::kTolerance:
+      return "tolerance";
     case FaultKind::kRecoveredForce:
       return "recovered_force";
   }
@@ -248,6 +257,7 @@ const char* fault_kind_name(FaultKind kind) {
 contact::Status status_of(const Fault& fault) {
   if (fault.kind == FaultKind::kQuaternion) return contact::Status::kInvalidState;
   if (fault.kind == FaultKind::kSpeed) return contact::Status::kDiverged;
+  if (fault.kind == FaultKind::kTolerance) return contact::Status::kNoProgress;
   return contact::Status::kNotFinite;
 }
 

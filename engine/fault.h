@@ -27,6 +27,7 @@ enum class FaultKind : unsigned char {
   kNewVelocity,      ///< a coordinate of v after the step, not finite
   kNewPosition,      ///< a coordinate of q after the step, not finite
   kSpeed,            ///< faster than SimulationOptions::max_speed
+  kTolerance,        ///< error of a controlled step of min_step, at this coordinate of v (or its q)
   kRecoveredForce,   ///< of an inverse, not finite
 };
 /// As in reports: "applied_force", "singular_inertia", ...
@@ -60,8 +61,9 @@ struct Fault {
   int geometry_a = -1, geometry_b = -1;  ///< of a contact
   int index = -1;      ///< closure in Model::closures, wrench in Input, servo in Model::servos
   double value = 0.0;  ///< of what is named, SI; kUnsolved: by how much the velocity there is off
-                       ///< [m/s, rad/s]; kSpeed: of the mass moved [m/s]; kSingularInertia: inertia
-  double bound = 0.0;  ///< kSpeed: the one in force [m/s]
+                       ///< [m/s, rad/s]; kSpeed: of the mass moved [m/s]; kSingularInertia:
+                       ///< inertia; kTolerance: over what is allowed [-]
+  double bound = 0.0;  ///< in force: kSpeed: max_speed [m/s]; kTolerance: min_step [s]
 
   bool any() const { return kind != FaultKind::kNone; }
 };

@@ -13,14 +13,25 @@ void Simulator::set_state(const State& state) {
   if (state.q.size() != model().nq() || state.v.size() != model().nv())
     throw InputError("set_state: q and v do not have the model's sizes");
   state_ = state;
+  next_step_.reset();
 }
 
-void Simulator::reset() { state_ = {0.0, scene_.q, scene_.v}; }
+void Simulator::reset() { set_state({0.0, scene_.q, scene_.v}); }
 
 StepReport Simulator::step() {
   const StepReport report =
       step_forward(model(), options(), settings_, state_, input_, workspace_, next_);
   if (report.succeeded()) std::swap(state_, next_);
+  return report;
+}
+
+ControlledReport Simulator::step_controlled(double until) {
+  double proposal = next_step();
+  const ControlledReport report = counterpoint::step_controlled(
+      model(), options(), settings_, state_, input_, until, workspace_, proposal, middle_, next_);
+  if (!report.succeeded()) return report;
+  std::swap(state_, next_);
+  next_step_ = proposal;
   return report;
 }
 

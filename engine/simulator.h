@@ -1,7 +1,9 @@
 // The few lines most users need: a scene, its state, step, inverse.
 #pragma once
 
-#include "counterpoint/engine/step.h"
+#include <optional>
+
+#include "counterpoint/engine/step_control.h"
 
 namespace counterpoint {
 
@@ -25,6 +27,16 @@ class Simulator {
   /// One step. If it fails (see the report) the state is left as it was.
   StepReport step();
 
+  /// Two steps, as long as options().step_control allows, not beyond `until` [s] (step_control.h).
+  /// If it fails the state is left as it was.
+  ControlledReport step_controlled(double until);
+  /// The state between these two steps.
+  const State& middle() const { return middle_; }
+  /// The length that the next controlled step will try [s]: with the state all that a run goes on
+  /// from. time_step at first, and after set_state and reset.
+  double next_step() const { return next_step_.value_or(options().time_step); }
+  void set_next_step(double step) { next_step_ = step; }
+
   /// How often the code of each effect has run.
   const EffectCounts& effect_counts() const { return workspace_.effect_counts(); }
 
@@ -37,7 +49,8 @@ class Simulator {
  private:
   Scene scene_;
   contact::Settings settings_;
-  State state_, next_;
+  State state_, middle_, next_;
+  std::optional<double> next_step_;
   Input input_;
   Workspace workspace_;
   Inverse inverse_;

@@ -137,6 +137,13 @@ std::uint64_t options_hash(const SimulationOptions& options) {
   for (const double x : {options.time_step, contact.compliance, contact.smoothing,
                          contact.stabilization, contact.max_recovery_speed, contact.margin})
     hash.add(x);
+  if (const auto& control = options.step_control) {
+    for (const double x :
+         {control->tolerance, control->relative_tolerance, control->event_tolerance,
+          control->min_step, control->max_step, control->interval})
+      hash.add(x);
+    hash.add(control->strict ? 1 : 0);
+  }
   for (int i = 0; i < kNumEffects; ++i) {
     const auto effect = static_cast<Effect>(i);
     hash.add(effect != Effect::kSleeping && options.effects.has(effect) ? 1 : 0);
@@ -145,18 +152,21 @@ std::uint64_t options_hash(const SimulationOptions& options) {
 }
 
 void write_state(const std::filesystem::path& file, const Model& model,
-                 const SimulationOptions& options, const State& state) {
+                 const SimulationOptions& options, const State& state,
+                 std::optional<double> next_step) {
   const CoordinateNames names = coordinate_names(model);
   std::vector<std::string> columns{"time"};
   for (const auto* list : {&names.q, &names.v})
     columns.insert(columns.end(), list->begin(), list->end());
   columns.insert(columns.end(), {kStateHashColumn, kModelHashColumn, kOptionsHashColumn});
+  if (next_step) columns.emplace_back(kNextStepColumn);
   CsvWriter csv(file, columns);
   csv.number(state.time);
   for (const double x : state.q) csv.number(x);
   for (const double x : state.v) csv.number(x);
   for (const std::uint64_t hash : {state_hash(state), model_hash(model), options_hash(options)})
     csv.text(std::to_string(hash));
+  if (next_step) csv.number(*next_step);
   csv.end_row();
   csv.flush();
 }
@@ -169,7 +179,7 @@ State read_state(const std::filesystem::path& file, const Model& model,
     check_hash(table, kModelHashColumn, model_hash(model),
                "the model's joints, inertias, shapes, surfaces, closures or gravity");
     check_hash(table, kOptionsHashColumn, options_hash(options),
-               "the time step, integrator, contact options or effects");
+               "the time step, its control, integrator, contact options or effects");
     if (trajectory.altered_rows > 0) {
       throw InputError(fmt::format(
           "{}: the numbers are not those that were saved (column '{}'): edited, or rounded on the "
@@ -179,6 +189,16 @@ State read_state(const std::filesystem::path& file, const Model& model,
   }
   const int last = trajectory.num_rows() - 1;
   return {trajectory.time[last], trajectory.q.col(last), trajectory.v.col(last)};
+}
+
+std::optional<double> read_next_step(const std::filesystem::path& file) {
+  const CsvTable table(file);
+  const int column = table.find_column(kNextStepColumn);
+  if (column < 0) return std::nullopt;
+  const double step = table.value(table.num_rows() - 1, column);
+  if (step > 0.0) return step;
+  throw InputError(fmt::format("{}: column '{}' is {}; a positive time [s] is expected",
+                               table.where(table.num_rows() - 1), kNextStepColumn, step));
 }
 
 }  // namespace counterpoint

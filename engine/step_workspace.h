@@ -18,6 +18,13 @@ struct RungeKuttaStages {
   VectorX theta, theta_rate, acceleration, theta_sum, v_sum;
 };
 
+/// Scratch of step control.
+struct StepControlScratch {
+  State whole;                ///< the end of one step in place of two
+  VectorX q;                  ///< nv: how far its q is off
+  std::vector<char> touched;  ///< by tree: constraints were on it
+};
+
 /// @throws InputError unless it is positive and finite.
 void check_time_step(double h);
 
@@ -67,6 +74,7 @@ struct Workspace::Impl {
   VectorX tau, diagonal, acceleration, no_rotors;
   VectorX q_middle, middle, next_middle;  ///< scratch of the midpoint rule
   RungeKuttaStages stages;
+  StepControlScratch control;
   EffectSet called;  ///< what the model calls for
   EffectCounts counts;
 };

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <span>
 
 #include "counterpoint/engine/fault.h"
@@ -14,6 +15,8 @@ namespace {
 
 /// Times may be sums of steps, or rounded to a few digits; a missing row is off by a whole step.
 constexpr double kTimeTolerance = 1e-3;  // of a step
+/// Short steps late in a run: both times are rounded.
+constexpr double kTimeRounding = 4.0 * std::numeric_limits<double>::epsilon();  // of the time
 
 using Suffixes = std::span<const char* const>;
 constexpr std::array kScalarQ{"q"};
@@ -70,7 +73,8 @@ void refuse_unknown_columns(const CsvTable& table, const Model& model,
   };
   for (const std::string& column : table.columns()) {
     const bool other = column == "time" || column == "time_step" || column == kStateHashColumn ||
-                       column == kModelHashColumn || column == kOptionsHashColumn;
+                       column == kModelHashColumn || column == kOptionsHashColumn ||
+                       column == kNextStepColumn;
     if (!other && !holds(names.q, column) && !holds(names.v, column) &&
         !holds(names.force, column) && !is_input_column(model, column)) {
       throw InputError(
@@ -228,7 +232,8 @@ std::vector<double> step_lengths(const Trajectory& trajectory, std::optional<dou
                       trajectory.file, k + 1, steps[k], *given));
     }
     const double interval = trajectory.time[k + 1] - trajectory.time[k];
-    if (!(std::abs(interval - steps[k]) <= kTimeTolerance * steps[k])) {
+    const double rounding = kTimeRounding * std::abs(trajectory.time[k + 1]);
+    if (!(std::abs(interval - steps[k]) <= kTimeTolerance * steps[k] + rounding)) {
       throw InputError(
           fmt::format("{}: rows {} and {} are {:.9g} s apart, but the time step is {:.9g} s; {}",
                       trajectory.file, k + 1, k + 2, interval, steps[k],

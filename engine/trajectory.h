@@ -18,6 +18,7 @@ inline constexpr const char* kStateHashColumn = "state_hash";
 /// Further columns of state files (state_file.h).
 inline constexpr const char* kModelHashColumn = "model_hash";
 inline constexpr const char* kOptionsHashColumn = "options_hash";
+inline constexpr const char* kNextStepColumn = "next_step";
 
 /// Names of the coordinates of a model, in the order of q, v and applied force.
 struct CoordinateNames {

@@ -105,6 +105,20 @@ std::optional<Integrator> integrator_from_name(const std::string& name) {
   return std::nullopt;
 }
 
+std::string step_control_flaw(const StepControlOptions& o) {
+  const auto positive = [](double x) { return x > 0.0 && x < kInfinity; };
+  const auto share = [](double x) { return x >= 0.0 && x < kInfinity; };
+  if (!positive(o.tolerance)) return "tolerance: a positive number is expected";
+  if (!share(o.relative_tolerance)) return "relative_tolerance: 0 or more is expected";
+  if (!positive(o.min_step)) return "min_step: a positive number is expected";
+  if (!(o.event_tolerance >= o.min_step && o.max_step >= o.event_tolerance && positive(o.max_step)))
+    return fmt::format(
+        "min_step <= event_tolerance <= max_step is expected; they are {}, {}, {} s", o.min_step,
+        o.event_tolerance, o.max_step);
+  if (!share(o.interval)) return "interval: 0 or more is expected";
+  return "";
+}
+
 Scene load_scene(const fs::path& file, const SceneOverrides& overrides) {
   std::string extension = file.extension().string();
   for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));

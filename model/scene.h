@@ -55,6 +55,25 @@ struct ContactOptions {
 /// No mechanism on Earth moves at 100 km/s; a flywheel of 1 m at 10 000 rad/s does 10 km/s.
 inline constexpr double kDefaultMaxSpeed = 1e5;
 
+/// Steps as long as their error allows, in place of time_step (engine/step_control.h).
+struct StepControlOptions {
+  /// Error that a second of motion may add, of any coordinate [m/s, rad/s].
+  double tolerance = 1e-3;
+  /// The same as a share of the coordinate's speed [-], in addition.
+  double relative_tolerance = 0.0;
+  /// The step that an impact falls into is no longer than this [s].
+  double event_tolerance = 1e-6;
+  double min_step = 1e-8;  ///< [s], at most event_tolerance
+  double max_step = 0.1;   ///< [s]
+  double interval = 0.0;   ///< Steps end at every multiple of this time [s]; 0: wherever they do.
+  /// A step of min_step whose error is above the tolerance fails; else it is counted.
+  bool strict = false;
+
+  bool operator==(const StepControlOptions&) const = default;
+};
+/// Says what is wrong with them, or nothing.
+std::string step_control_flaw(const StepControlOptions& options);
+
 struct SimulationOptions {
   double time_step = 0.002;  ///< [s]
   Integrator integrator = Integrator::kSemiImplicitEuler;
@@ -65,6 +84,9 @@ struct SimulationOptions {
   ContactOptions contact;
   /// Effects that are on where the scene calls for them.
   EffectSet effects = kDefaultEffects;
+  /// If set, controlled steps (Simulator::step_controlled) are of the length that it asks for, the
+  /// first one tried being time_step. step_forward does not look at it.
+  std::optional<StepControlOptions> step_control = std::nullopt;
 
   bool operator==(const SimulationOptions&) const = default;
 };

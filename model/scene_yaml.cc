@@ -71,7 +71,8 @@ class SceneReader {
   static Vector3 read_gravity(const YamlValue& root) {
     root.expect_map({"name", "gravity", "time_step", "duration", "contact", "packages",
                      "repair_inertias", "defaults", "models", "ground", "environment", "exclude",
-                     "groups", "hull_vertices", "closures", "effects", "max_speed", "integrator"});
+                     "groups", "hull_vertices", "closures", "effects", "max_speed", "integrator",
+                     "step_control"});
     if (root.has("gravity")) return root.at("gravity").vector3();
     return {0, 0, -kStandardGravity};
   }
@@ -83,6 +84,8 @@ class SceneReader {
     if (root_.has("duration")) options.duration = root_.at("duration").number(0.0, kInfinity);
     if (root_.has("max_speed")) options.max_speed = read_max_speed(root_.at("max_speed"));
     if (root_.has("effects")) read_effects(root_.at("effects"), options.effects);
+    if (root_.has("step_control"))
+      options.step_control = read_step_control(root_.at("step_control"));
     if (root_.has("contact")) read_contact(root_.at("contact"), options.contact);
     return options;
   }
@@ -93,6 +96,22 @@ class SceneReader {
       in.fail("'" + in.text() +
               "' is not one of semi_implicit_euler, implicit_midpoint, runge_kutta_4");
     return *integrator;
+  }
+
+  static StepControlOptions read_step_control(const YamlValue& in) {
+    in.expect_map({"tolerance", "relative_tolerance", "event_tolerance", "min_step", "max_step",
+                   "interval", "strict"});
+    StepControlOptions out;
+    if (in.has("tolerance")) out.tolerance = in.at("tolerance").positive();
+    if (in.has("relative_tolerance"))
+      out.relative_tolerance = in.at("relative_tolerance").number(0.0, kInfinity);
+    if (in.has("event_tolerance")) out.event_tolerance = in.at("event_tolerance").positive();
+    if (in.has("min_step")) out.min_step = in.at("min_step").positive();
+    if (in.has("max_step")) out.max_step = in.at("max_step").positive();
+    if (in.has("interval")) out.interval = in.at("interval").number(0.0, kInfinity);
+    if (in.has("strict")) out.strict = in.at("strict").boolean();
+    if (const std::string flaw = step_control_flaw(out); !flaw.empty()) in.fail(flaw);
+    return out;
   }
 
   static double read_max_speed(const YamlValue& in) {
