@@ -98,8 +98,9 @@ void add_accuracy(CLI::App& app, Action& action) {
   command
       .add_option(
           "--vary", arguments->vary,
-          fmt::format("What to vary, separated by commas: {}; default: all but law, which is slow",
-                      fmt::join(accuracy::vary_items(), ",")))
+          fmt::format(
+              "What to vary, separated by commas: {}; default: all but law, adaptive and mujoco",
+              fmt::join(accuracy::vary_items(), ",")))
       ->delimiter(',')
       ->type_name("ITEM,...");
   command

@@ -179,7 +179,7 @@ State read_state(const std::filesystem::path& file, const Model& model,
     check_hash(table, kModelHashColumn, model_hash(model),
                "the model's joints, inertias, shapes, surfaces, closures or gravity");
     check_hash(table, kOptionsHashColumn, options_hash(options),
-               "the time step, its control, integrator, contact options or effects");
+               "the time step, integrator, contact options, effects or step control");
     if (trajectory.altered_rows > 0) {
       throw InputError(fmt::format(
           "{}: the numbers are not those that were saved (column '{}'): edited, or rounded on the "

@@ -4,6 +4,7 @@
 #include <ctime>
 #include <utility>
 
+#include "counterpoint/engine/step_control.h"
 #include "failure.h"
 #include "mover.h"
 
@@ -41,6 +42,41 @@ class EngineMover : public Mover {
   State next_;
 };
 
+/// The same by controlled steps (engine/step_control.h): the first one tried is of the time step.
+class ControlledMover : public Mover {
+ public:
+  ControlledMover(const Scene& scene, const EngineSetting& setting)
+      : model_(scene.model), setting_(setting), workspace_(scene.model) {}
+
+  Passage advance(const State& start, double duration) override {
+    const double end = start.time + duration;
+    double proposal = setting_.options.time_step;
+    Passage out;
+    out.end = start;
+    const double from = thread_seconds();
+    while (out.end.time < end) {
+      const ControlledReport report =
+          step_controlled(model_, setting_.options, setting_.solver, out.end, input_, end,
+                          workspace_, proposal, middle_, next_);
+      out.steps += report.evaluations;
+      if (!report.succeeded()) {
+        out.failure = failure_message(model_, {out.steps, out.end.time, report.second});
+        break;
+      }
+      std::swap(out.end, next_);
+    }
+    out.seconds = thread_seconds() - from;
+    return out;
+  }
+
+ private:
+  const Model& model_;
+  EngineSetting setting_;
+  Workspace workspace_;
+  Input input_;
+  State middle_, next_;
+};
+
 }  // namespace
 
 double thread_seconds() {
@@ -60,6 +96,7 @@ long whole_steps(double duration, double time_step) {
 }
 
 std::unique_ptr<Mover> engine_mover(const Scene& scene, const EngineSetting& setting) {
+  if (setting.options.step_control) return std::make_unique<ControlledMover>(scene, setting);
   return std::make_unique<EngineMover>(scene, setting);
 }
 

@@ -8,10 +8,12 @@
 
 #include "counterpoint/collision/collider.h"
 #include "counterpoint/engine/effects.h"
+#include "mujoco_families.h"
 
 namespace counterpoint::apps::accuracy {
 namespace {
 
+constexpr double kEventShare = 1e-2;          // [s] of event_tolerance a tolerance [m/s]
 constexpr int kDoublings = 4, kHalvings = 3;  // of the scene's time step
 
 /// What of a setting a curve runs over.
@@ -31,12 +33,14 @@ void set_tolerance(EngineSetting& setting, double tolerance) {
 class Maker {
  public:
   Maker(const Scene& scene, const Plan& plan) : scene_(scene), base_{scene.options, {}} {
+    base_.options.step_control.reset();
     for (int k = std::min(kDoublings, plan.doublings); k >= -kHalvings; --k)
       steps_.push_back(exact_step(plan, std::ldexp(plan.time_step, k)));
   }
 
   const EngineSetting& base() const { return base_; }
   const Scene& scene() const { return scene_; }
+  const std::vector<double>& steps() const { return steps_; }
 
   /// A curve over the time step.
   Family over_steps(const std::string& vary, const std::string& name,
@@ -115,6 +119,35 @@ void add_laws(const Maker& make, Families& out) {
   out.families.push_back(other);
 }
 
+/// Step control over its tolerance, by every integrator; impacts as finely as it asks for.
+void add_adaptive(const Maker& make, Families& out) {
+  struct Range {
+    Integrator integrator;
+    int from, to;  ///< powers of ten
+  };
+  for (const auto& [integrator, from, to] :
+       {Range{Integrator::kSemiImplicitEuler, 1, -3}, Range{Integrator::kImplicitMidpoint, 1, -6},
+        Range{Integrator::kRungeKutta4, 0, -9}}) {
+    EngineSetting setting = make.base();
+    setting.options.integrator = integrator;
+    std::vector<double> tolerances;
+    for (int power = from; power >= to; --power) tolerances.push_back(std::pow(10.0, power));
+    Family family = make.over(
+        "adaptive", fmt::format("adaptive {}", integrator_name(integrator)), "control_tolerance",
+        [](EngineSetting& changed, double tolerance) {
+          StepControlOptions& control = changed.options.step_control.emplace();
+          control.tolerance = tolerance;
+          control.event_tolerance = std::clamp(kEventShare * tolerance, 1e-7, 1e-3);
+        },
+        tolerances, setting, plain);
+    for (Setting& each : family.settings) {
+      each.key.clear();     // it does not know of step control
+      each.engine.reset();  // physics is measured in steps of one length
+    }
+    out.families.push_back(std::move(family));
+  }
+}
+
 /// One parameter: swept at the scene's time step, and the time step at two values of it.
 struct Sweep {
   const char* item;
@@ -186,14 +219,17 @@ std::string seconds_text(double seconds) {
 }
 
 const std::vector<std::string>& vary_items() {
-  static const std::vector<std::string> items = {
-      "timestep", "integrator", "friction", "compliance", "smoothing", "tolerance", "law"};
+  static const std::vector<std::string> items = {"timestep",   "integrator", "friction",
+                                                 "compliance", "smoothing",  "tolerance",
+                                                 "law",        "adaptive",   "mujoco"};
   return items;
 }
 
 std::vector<std::string> usual_items() {
   std::vector<std::string> items = vary_items();
-  std::erase(items, "law");
+  std::erase_if(items, [](const std::string& item) {
+    return item == "law" || item == "adaptive" || item == "mujoco";
+  });
   return items;
 }
 
@@ -216,6 +252,8 @@ Families make_families(const Scene& scene, const Plan& plan,
     if (item == "integrator") add_integrators(make, out);
     if (item == "friction") add_friction(make, out);
     if (item == "law") add_laws(make, out);
+    if (item == "adaptive") add_adaptive(make, out);
+    if (item == "mujoco") add_mujoco(scene, make.steps(), rows.any, out);
     for (const Sweep& sweep : sweeps())
       if (item == sweep.item) add_sweep(make, sweep, out);
   }

@@ -29,6 +29,10 @@ struct Family {
   std::string name;       ///< in the legend
   std::string parameter;  ///< JSON name of what it runs over: "time_step_s", "compliance", ...
   std::vector<Setting> settings;
+  bool other_engine = false;  ///< beside this one: neither on the front nor recommended
+  /// If set, errors are those to this engine's own run, at a time step given: its limit is another
+  /// one. @throws as Setting::make.
+  std::function<std::unique_ptr<Mover>(double time_step)> own = {};
   bool over_time_step() const { return parameter == "time_step_s"; }
 };
 
@@ -40,7 +44,8 @@ struct Families {
 
 /// Names that --vary takes, in their order.
 const std::vector<std::string>& vary_items();
-/// What is varied unless something else is asked for: all but the slow one, `law`.
+/// What is varied unless something else is asked for: not `law`, which is slow, nor `adaptive` and
+/// `mujoco`.
 std::vector<std::string> usual_items();
 
 /// The families of the items, at the scene's options but for what is varied. Time steps run from 16

@@ -117,6 +117,33 @@ std::vector<std::string> omission_lines(const Findings& findings) {
   return lines;
 }
 
+std::vector<std::string> comparison_lines(const Findings& findings) {
+  std::vector<std::string> lines;
+  const auto words = [&](const std::optional<Place>& place) {
+    if (!place) return std::string("none");
+    const Point& p = findings.at(*place);
+    return fmt::format("{} / s, error {:.2g} ({})", seconds_text(p.cost), p.error.all,
+                       p.setting.label);
+  };
+  for (const Comparison& c : compare_engines(findings.measured, findings.reference.error)) {
+    std::string line =
+        fmt::format("{:.0e}: ours {}; other {}", c.error, words(c.ours), words(c.theirs));
+    if (c.ours && c.theirs) {
+      line += fmt::format("; ours takes {:.3g} of its time",
+                          findings.at(*c.ours).cost / findings.at(*c.theirs).cost);
+    }
+    lines.push_back(line);
+  }
+  for (const MeasuredFamily& m : findings.measured) {
+    if (!m.own_apart) continue;
+    lines.push_back(
+        fmt::format("{} is measured against its own fine run, which is {:.2g} from the reference "
+                    "and may be off by {:.2g}",
+                    m.family.name, *m.own_apart, *m.own_error));
+  }
+  return lines;
+}
+
 Table work_precision_table(const Findings& findings, const MeasuredFamily& measured) {
   Table table{
       {measured.family.over_time_step() ? "time step" : measured.family.vary, "error",
@@ -174,6 +201,9 @@ void print(std::FILE* out, const Findings& findings) {
     fmt::print(out, "\nphysics, at the scene's time step and of what is recommended\n");
     print_table(out, physics);
   }
+  const std::vector<std::string> comparisons = comparison_lines(findings);
+  if (!comparisons.empty()) fmt::print(out, "\nthe cheapest setting for an error\n");
+  for (const std::string& line : comparisons) fmt::print(out, "  {}\n", line);
   const std::vector<std::string> omissions = omission_lines(findings);
   if (!omissions.empty()) fmt::print(out, "\nfailures and omissions\n");
   for (const std::string& line : omissions) fmt::print(out, "  {}\n", line);

@@ -35,6 +35,9 @@ std::vector<std::string> order_lines(const Findings& findings);
 /// Points that failed, families that were refused, items left out.
 std::vector<std::string> omission_lines(const Findings& findings);
 
+/// What this engine and others take for the same error, if any were measured.
+std::vector<std::string> comparison_lines(const Findings& findings);
+
 // As tables.
 Table work_precision_table(const Findings& findings, const MeasuredFamily& measured);
 /// Of all settings of the family that this engine ran; empty if there are none.

@@ -239,6 +239,11 @@ Json json_family(const Findings& findings, size_t family) {
               {"status", m.refused.empty() ? "ok" : "not run"}};
   if (!m.refused.empty()) out["message"] = m.refused;
   if (!m.same_as.empty()) out["same_as"] = m.same_as;
+  if (m.family.other_engine) out["other_engine"] = true;
+  if (m.own_apart) {
+    out["own_reference_apart"] = number(*m.own_apart);
+    out["own_reference_error"] = number(*m.own_error);
+  }
   if (const auto order = fit_order(m, findings.reference.error)) {
     out["order"] = order->slope;
     out["order_from_s"] = order->from;
@@ -263,6 +268,20 @@ Json json_reference(const Reference& r) {
     out["fine_error"] = number(r.fine_error);
   }
   if (!r.warning.empty()) out["warning"] = r.warning;
+  return out;
+}
+
+Json json_comparison(const Findings& findings, const Comparison& row) {
+  Json out = {{"error", row.error}};
+  const auto add = [&](const char* whose, const std::optional<Place>& place) {
+    if (!place) return;
+    const Point& p = findings.at(*place);
+    out[whose] = {{"setting", p.setting.label},
+                  {"error", number(p.error.all)},
+                  {"cost_s_per_s", number(p.cost)}};
+  };
+  add("ours", row.ours);
+  add("other", row.theirs);
   return out;
 }
 
@@ -295,6 +314,10 @@ void add_to(Report& report, const Findings& findings) {
     families.push_back(json_family(findings, f));
   report["families"] = families;
   report["left_out"] = findings.left_out;
+  Json comparisons = Json::array();
+  for (const Comparison& row : compare_engines(findings.measured, findings.reference.error))
+    comparisons.push_back(json_comparison(findings, row));
+  if (!comparisons.empty()) report["comparisons"] = comparisons;
   Json recommendations = Json::array();
   for (size_t i = 0; i < findings.wants.size(); ++i) {
     const Recommendation& r = findings.recommendations[i];

@@ -11,10 +11,10 @@ namespace {
 
 constexpr int kMostPoints = 4, kLeastPoints = 3;
 
-std::vector<Place> places(const std::vector<MeasuredFamily>& measured) {
+std::vector<Place> places(const std::vector<MeasuredFamily>& measured, bool other_engine = false) {
   std::vector<Place> out;
   for (size_t f = 0; f < measured.size(); ++f) {
-    if (!measured[f].same_as.empty()) continue;
+    if (!measured[f].same_as.empty() || measured[f].family.other_engine != other_engine) continue;
     for (size_t p = 0; p < measured[f].points.size(); ++p)
       if (measured[f].points[p].measured()) out.push_back({f, p});
   }
@@ -144,6 +144,30 @@ Recommendation recommend(const std::vector<MeasuredFamily>& measured, double wan
         " The reference itself may be off by {:.2g}: an error of {:g} cannot be told from it; "
         "--finer makes it better.",
         reference_error, want);
+  }
+  return out;
+}
+
+std::vector<Comparison> compare_engines(const std::vector<MeasuredFamily>& measured,
+                                        double reference_error) {
+  const auto cheapest = [&](double error, bool other) {
+    std::optional<Place> best;
+    double cost = std::numeric_limits<double>::infinity();
+    for (const Place& place : places(measured, other)) {
+      const Point& point = measured[place.family].points[place.point];
+      const double own = measured[place.family].own_error.value_or(reference_error);
+      if (!(point.error.all + own <= error) || !(point.cost < cost)) continue;
+      cost = point.cost;
+      best = place;
+    }
+    return best;
+  };
+  std::vector<Comparison> out;
+  if (places(measured, true).empty()) return out;
+  for (int power = 0; power >= -14; --power) {
+    Comparison row{std::pow(10.0, power), cheapest(std::pow(10.0, power), false),
+                   cheapest(std::pow(10.0, power), true)};
+    if (row.ours || row.theirs) out.push_back(row);
   }
   return out;
 }

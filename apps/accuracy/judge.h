@@ -27,12 +27,6 @@ std::optional<Order> fit_order(const MeasuredFamily& measured, double reference_
 /// above ten times the reference's error in that piece.
 std::vector<double> piece_orders(const MeasuredFamily& measured, const Reference& reference);
 
-/// A point by its place: family, setting.
-struct Place {
-  std::size_t family = 0, point = 0;
-  bool operator==(const Place&) const = default;
-};
-
 /// Points that no other one beats in both error and cost, by rising cost. Families that repeat an
 /// earlier one are not looked at.
 std::vector<Place> pareto_front(const std::vector<MeasuredFamily>& measured);
@@ -52,6 +46,17 @@ Recommendation recommend(const std::vector<MeasuredFamily>& measured, double wan
 /// What else comes with a setting: " With it a block held on a slope creeps at ..."; empty where no
 /// block was looked at.
 std::string block_words(const Point& point);
+
+/// The cheapest settings of this engine and of the others for an error; none where none is as good.
+struct Comparison {
+  double error = 0.0;
+  std::optional<Place> ours, theirs;
+};
+
+/// Decade by decade, each with the error of what it is measured against added. Empty where no other
+/// engine was measured.
+std::vector<Comparison> compare_engines(const std::vector<MeasuredFamily>& measured,
+                                        double reference_error);
 
 /// Errors below this many times the reference's own are not told from zero.
 inline constexpr double kAboveReference = 10.0;

@@ -36,15 +36,22 @@ bool run_for_error(Mover& mover, const Model& model, const Plan& plan, const Ref
   return point.failed == 0;
 }
 
-void run_for_time(Mover& mover, const Plan& plan, const Reference& reference, int repeats,
-                  Point& point) {
+/// A point whose time is to be taken: the pieces by its mover.
+struct Timing {
+  size_t family = 0, point = 0;
+  std::unique_ptr<Mover> mover;
   std::vector<double> costs;
-  for (int i = 0; i < repeats; ++i) {
-    double seconds = 0.0;
-    for (const Piece& piece : reference.pieces)
-      seconds += mover.advance(piece.start, plan.length).seconds;
-    costs.push_back(seconds / (plan.length * static_cast<double>(reference.pieces.size())));
-  }
+};
+
+void run_for_time(const Plan& plan, const Reference& reference, Timing& timing) {
+  double seconds = 0.0;
+  for (const Piece& piece : reference.pieces)
+    seconds += timing.mover->advance(piece.start, plan.length).seconds;
+  timing.costs.push_back(seconds / (plan.length * static_cast<double>(reference.pieces.size())));
+}
+
+void set_cost(Timing& timing, Point& point) {
+  std::vector<double>& costs = timing.costs;
   std::sort(costs.begin(), costs.end());
   const size_t n = costs.size();
   point.cost = n % 2 == 1 ? costs[n / 2] : 0.5 * (costs[n / 2 - 1] + costs[n / 2]);
@@ -52,21 +59,45 @@ void run_for_time(Mover& mover, const Plan& plan, const Reference& reference, in
   point.cost_high = costs.back();
 }
 
+/// The point without its time; the mover that it is to be taken of, unless it failed.
 Point measure_point(const Scene& scene, const Plan& plan, const Reference& reference,
-                    const Setting& setting, const MeasureOptions& options) {
+                    const Setting& setting, const MeasureOptions& options,
+                    std::unique_ptr<Mover>& mover) {
   Point point;
   point.setting = setting;
-  const std::unique_ptr<Mover> mover = setting.make();
+  mover = setting.make();
   if (!run_for_error(*mover, scene.model, plan, reference, point)) {
     point.error = {kNaN, kNaN, kNaN};
     point.worst = point.cost = point.cost_low = point.cost_high = kNaN;
+    mover.reset();
     return point;
   }
-  run_for_time(*mover, plan, reference, options.repeats, point);
   const bool at_scene_step =
       setting.engine && std::abs(setting.engine->options.time_step / plan.time_step - 1.0) < 1e-9;
   if (at_scene_step) add_physics(scene, plan, reference, options, point);
   return point;
+}
+
+/// The same pieces with the ends of the family's own fine run.
+Reference own_reference(const Scene& scene, const Plan& plan, const Reference& reference,
+                        MeasuredFamily& measured) {
+  Reference own = reference;
+  const auto fine = measured.family.own(reference.time_step);
+  const auto coarse = measured.family.own(2.0 * reference.time_step);
+  double apart = 0.0, error = 0.0;
+  for (Piece& piece : own.pieces) {
+    const Passage end = fine->advance(piece.start, plan.length);
+    const Passage twice = coarse->advance(piece.start, plan.length);
+    for (const Passage* run : {&end, &twice})
+      if (!run->failure.empty()) throw std::runtime_error("its own fine run: " + run->failure);
+    apart += deviation(scene.model, piece.end.q, end.end.q).all;
+    error += deviation(scene.model, end.end.q, twice.end.q).all;
+    piece.end = end.end;
+  }
+  const auto count = static_cast<double>(own.pieces.size());
+  measured.own_apart = apart / count;
+  measured.own_error = own.error = error / count;
+  return own;
 }
 
 bool same_settings(const Family& a, const Family& b) {
@@ -84,30 +115,54 @@ std::vector<MeasuredFamily> measure(const Scene& scene, const Plan& plan,
   size_t total = 0, done = 0;
   for (const Family& family : families) total += family.settings.size();
   Progress progress("measuring", static_cast<int>(total));
-  std::map<std::string, Point> known;
+  std::map<std::string, Place> known;
+  std::vector<Timing> timings;
   std::vector<MeasuredFamily> out;
   for (const Family& family : families) {
     MeasuredFamily measured{family, {}, {}, {}};
     for (const MeasuredFamily& earlier : out)
       if (measured.same_as.empty() && same_settings(earlier.family, family))
         measured.same_as = earlier.family.name;
+    const size_t timings_before = timings.size();
     try {
+      const Reference mine =
+          family.own ? own_reference(scene, plan, reference, measured) : reference;
       for (const Setting& setting : family.settings) {
         const auto found = setting.key.empty() ? known.end() : known.find(setting.key);
         if (found != known.end()) {
-          measured.points.push_back(found->second);
-          measured.points.back().setting = setting;
+          measured.points.push_back({});  // filled in when all is known
         } else {
-          measured.points.push_back(measure_point(scene, plan, reference, setting, options));
-          if (!setting.key.empty()) known[setting.key] = measured.points.back();
+          std::unique_ptr<Mover> mover;
+          measured.points.push_back(measure_point(scene, plan, mine, setting, options, mover));
+          const Place here{out.size(), measured.points.size() - 1};
+          if (mover) timings.push_back({here.family, here.point, std::move(mover), {}});
+          if (!setting.key.empty()) known[setting.key] = here;
         }
+        measured.points.back().setting = setting;
         progress.update(static_cast<int>(++done));
       }
     } catch (const std::runtime_error& why) {  // the engine lacks what the scene needs
       measured.points.clear();
+      timings.resize(timings_before);
+      std::erase_if(known, [&](const auto& entry) { return entry.second.family == out.size(); });
       measured.refused = why.what();
     }
     out.push_back(std::move(measured));
+  }
+  // Round after round over all of them, so that what else the machine does meets all alike.
+  for (int round = 0; round < options.repeats; ++round)
+    for (Timing& timing : timings) run_for_time(plan, reference, timing);
+  for (Timing& timing : timings) set_cost(timing, out[timing.family].points[timing.point]);
+  for (size_t f = 0; f < out.size(); ++f) {
+    for (size_t p = 0; p < out[f].points.size(); ++p) {
+      const std::string& key = out[f].points[p].setting.key;
+      if (key.empty()) continue;
+      const Place& first = known.at(key);
+      if (first == Place{f, p}) continue;
+      const Setting setting = out[f].points[p].setting;
+      out[f].points[p] = out[first.family].points[first.point];
+      out[f].points[p].setting = setting;
+    }
   }
   return out;
 }

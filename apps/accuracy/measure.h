@@ -32,6 +32,15 @@ struct MeasuredFamily {
   std::string refused;        ///< why it cannot be run at all; then there are no points
   std::vector<Point> points;  ///< in the order of the settings
   std::string same_as;        ///< an earlier family with the very same settings, or empty
+  /// Of a family with a limit of its own: how far that is from the reference, and how far off its
+  /// fine run may be.
+  std::optional<double> own_apart = {}, own_error = {};
+};
+
+/// A point by its place: family, setting.
+struct Place {
+  std::size_t family = 0, point = 0;
+  bool operator==(const Place&) const = default;
 };
 
 struct MeasureOptions {
@@ -40,8 +49,8 @@ struct MeasureOptions {
   bool contacts = true;  ///< the scene has some: their figures are part of its physics
 };
 
-/// Every piece by every setting: once for its error and to warm up, then `repeats` times for the
-/// time. Settings with equal keys are measured once. Physics is added to those at the scene's own
+/// Every piece by every setting: once for its error and to warm up, then in `repeats` rounds over
+/// all settings for the time. Settings with equal keys are measured once. Physics is added to those at the scene's own
 /// time step.
 std::vector<MeasuredFamily> measure(const Scene& scene, const Plan& plan,
                                     const Reference& reference, const std::vector<Family>& families,

@@ -24,6 +24,7 @@ constexpr double kClosedFormError = 1e-14;
 EngineSetting fine_setting(const Scene& scene, Integrator integrator, double h) {
   EngineSetting setting{scene.options, {}};
   setting.options.time_step = h;
+  setting.options.step_control.reset();
   setting.options.integrator = integrator;
   // All friction models have the same limit; this one is nearest.
   setting.options.contact.friction_model = FrictionModel::kCoulomb;

@@ -268,6 +268,16 @@ struct Mujoco::Impl {
     return report;
   }
 
+  std::string run(long count) {
+    apply({});
+    const std::string error = guarded_steps(m, d, count);
+    if (!error.empty()) return "MuJoCo: " + error;
+    if (warned({mjWARN_BADQPOS, mjWARN_BADQVEL, mjWARN_BADQACC}))
+      return "MuJoCo: not finite or beyond 1e10, it starts anew";
+    if (warned({mjWARN_CONTACTFULL, mjWARN_CNSTRFULL})) return "MuJoCo: too many contacts";
+    return {};
+  }
+
   int iterations() const {
 #if mjVERSION_HEADER >= 300
     const int islands = std::clamp(d->nisland, 1, static_cast<int>(mjNISLAND));
@@ -365,6 +375,11 @@ void Mujoco::set_time_step(double h) { impl_->m->opt.timestep = impl_->time_step
 void Mujoco::set_state(const State& state) { impl_->set_state(State(state)); }
 const State& Mujoco::state() const { return impl_->state; }
 MujocoStep Mujoco::step(const Input& input) { return impl_->step(input); }
+std::string Mujoco::run(long count) { return impl_->run(count); }
+void Mujoco::finish_run() {
+  impl_->read_state();
+  impl_->forces_read = true;
+}
 
 const std::vector<ContactForce>& Mujoco::contacts() const {
   impl_->read_forces();

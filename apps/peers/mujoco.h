@@ -18,7 +18,8 @@ namespace counterpoint::peers {
 ///   kBest     for accuracy: elliptic cones, impratio 100, solimp 0.9999, shortest solref that it
 ///             allows, tolerance 1e-12, up to 1000 iterations, implicit integration, several points
 ///             a pair of convex shapes
-enum class MujocoSettings { kDefault, kBest };
+///   kRungeKutta4  as kDefault, but for its Runge-Kutta method of order four
+enum class MujocoSettings { kDefault, kBest, kRungeKutta4 };
 
 /// "2.2.2", or empty: MuJoCo was not found when this was built.
 std::string mujoco_version();
@@ -49,6 +50,12 @@ class Mujoco {
   /// One step under `input`: effort limits cut the applied force as they do in ours. If it fails
   /// the state is left as it was.
   MujocoStep step(const Input& input);
+
+  /// `count` steps without input but for the model's servo targets, with nothing between them: for
+  /// timing. Returns why it did not come to its end, or "".
+  std::string run(long count);
+  /// Of the state that run() left, brought back into ours; step() does it by itself.
+  void finish_run();
 
   // Of the last step.
   /// Forces at the contact points that carry or touch: geometries are those of the scene's model,

@@ -21,6 +21,8 @@ void Mujoco::set_time_step(double) {}
 void Mujoco::set_state(const State&) {}
 const State& Mujoco::state() const { return impl_->state; }
 MujocoStep Mujoco::step(const Input&) { return {}; }
+std::string Mujoco::run(long) { return {}; }
+void Mujoco::finish_run() {}
 const std::vector<ContactForce>& Mujoco::contacts() const { return impl_->contacts; }
 const std::vector<ClosureForce>& Mujoco::closures() const { return impl_->closures; }
 std::vector<Pose> Mujoco::poses() const { return {}; }

@@ -36,14 +36,16 @@ void keep_quiet() {
   mju_user_warning = on_warning;
 }
 
-std::string guarded_step(const mjModel* m, mjData* d) {
+std::string guarded_step(const mjModel* m, mjData* d) { return guarded_steps(m, d, 1); }
+
+std::string guarded_steps(const mjModel* m, mjData* d, long count) {
   std::jmp_buf here;
   escape = &here;
   if (setjmp(here) != 0) {
     escape = nullptr;
     return error_message;
   }
-  mj_step(m, d);
+  for (long i = 0; i < count; ++i) mj_step(m, d);
   escape = nullptr;
   return {};
 }

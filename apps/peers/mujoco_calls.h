@@ -15,6 +15,8 @@ void keep_quiet();
 /// mj_step. Returns the error that MuJoCo reported, or "": the data must not be stepped on after
 /// one.
 std::string guarded_step(const mjModel_* m, mjData_* d);
+/// The same, `count` times.
+std::string guarded_steps(const mjModel_* m, mjData_* d, long count);
 
 /// As MJCF names the integrator that is implicit in velocity and best for accuracy here.
 const char* implicit_integrator();

@@ -30,9 +30,10 @@ class StepControlCommand : public testing::Test {
 };
 
 TEST_F(StepControlCommand, RowsAreStepsThatTheInverseReads) {
-  const std::string scene = "data/scenes/arm7.yaml --integrator implicit_midpoint";
+  const std::string scene =
+      "data/scenes/accuracy/double_pendulum.yaml --integrator implicit_midpoint";
   const nlohmann::json run =
-      simulate(scene + " --adaptive 0.1 --duration 0.3 --random-inputs 0.5 --output {}/t.csv");
+      simulate(scene + " --adaptive 0.01 --duration 0.3 --random-inputs 0.5 --output {}/t.csv");
   const nlohmann::json& control = run["step_control"];
   EXPECT_EQ(run["steps"], 2 * control["accepted"].get<long>());
   EXPECT_GE(control["evaluations"], 3 * control["accepted"].get<long>());

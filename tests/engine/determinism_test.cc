@@ -170,7 +170,8 @@ void expect_part(const std::string& message, const std::string& part) {
   EXPECT_NE(message.find(part), std::string::npos) << "got: " << message;
 }
 
-constexpr const char* kOptionsDiffer = "the time step, integrator, contact options or effects";
+constexpr const char* kOptionsDiffer =
+    "the time step, integrator, contact options, effects or step control";
 
 TEST(StateFile, IsCheckedAgainstTheScene) {
   const test::TempFolder folder;
