@@ -30,6 +30,43 @@ const nlohmann::json& family(const nlohmann::json& report, const std::string& na
   throw std::runtime_error("no family " + name);
 }
 
+// ---- step control and another engine ------------------------------------------------------------
+
+TEST(Accuracy, AnotherEngineStandsBesideAndIsNotRecommended) {
+  const CommandFolder folder("accuracy_mujoco");
+  const CommandResult result = folder.run(
+      "accuracy data/scenes/accuracy/double_pendulum.yaml --vary integrator,adaptive,mujoco "
+      "--duration 1 --pieces 2 --repeats 1 --want 1e-3 --json {}/r.json");
+  ASSERT_EQ(result.exit_code, 0) << result.errors;
+  const nlohmann::json report = folder.json("r.json");
+  // The error follows the tolerance: six decades of it, within a factor of ten.
+  const auto& adaptive = family(report, "adaptive runge_kutta_4")["points"];
+  double least = std::numeric_limits<double>::infinity(), most = 0.0;
+  for (const auto& point : adaptive) {
+    if (point["value"] > 1e-2 || point["value"] < 1e-8) continue;
+    const double share = point["error"].get<double>() / point["value"].get<double>();
+    least = std::min(least, share);
+    most = std::max(most, share);
+  }
+  EXPECT_LT(most / least, 10.0);
+  EXPECT_EQ(report["recommendations"][0]["setting"].get<std::string>().find("MuJoCo"),
+            std::string::npos);
+  if (!report["left_out"].empty()) GTEST_SKIP() << report["left_out"];
+  for (const auto& f : report["families"]) {
+    if (!f.value("other_engine", false)) continue;
+    for (const auto& point : f["points"]) EXPECT_FALSE(point["front"].get<bool>());
+    // No constraints: one limit for both.
+    EXPECT_FALSE(f.contains("own_reference_apart"));
+    if (f["name"].get<std::string>().find("RK4") == std::string::npos) continue;
+    // The classical method in joint angles is the same one in both engines.
+    const auto& ours = family(report, "runge_kutta_4")["points"];
+    for (size_t k = 0; k < 4; ++k)
+      EXPECT_NEAR(f["points"][k]["error"].get<double>() / ours[k]["error"].get<double>(), 1.0,
+                  1e-2);
+  }
+  EXPECT_FALSE(report["comparisons"].empty());
+}
+
 // ---- orders, on real scenes ---------------------------------------------------------------------
 
 TEST(Accuracy, OrdersAreThoseOfTheIntegrators) {
