@@ -144,6 +144,8 @@ def orders(r):
         if f["parameter"] != "time_step_s" or f["status"] != "ok" or "same_as" in f:
             continue
         pieces = f.get("order_of_pieces", [])
+        if "order" not in f and not pieces:
+            continue
         text = f"{f['name']} " + (f"{f['order']:.2f}" if "order" in f else "-")
         if pieces:
             text += (f" ({len(pieces)} single pieces {pieces[0]:.2f} to {pieces[-1]:.2f},"
