@@ -14,6 +14,7 @@ enum ExitCode { kSuccess = 0, kFailed = 1, kBadInput = 2 };
 using Action = std::function<int()>;
 
 void add_simulate(CLI::App& app, Action& action);
+void add_rollout(CLI::App& app, Action& action);
 void add_inverse(CLI::App& app, Action& action);
 void add_compare(CLI::App& app, Action& action);
 void add_identify(CLI::App& app, Action& action);

@@ -7,13 +7,13 @@
 #include <memory>
 #include <optional>
 
+#include "applied_inputs.h"
 #include "command.h"
 #include "counterpoint/engine/effort_limits.h"
 #include "counterpoint/engine/simulator.h"
 #include "counterpoint/engine/state_file.h"
 #include "counterpoint/engine/trajectory.h"
 #include "failure.h"
-#include "inputs.h"
 #include "progress.h"
 #include "report.h"
 #include "scene_arguments.h"
@@ -28,10 +28,9 @@ struct Arguments {
   std::optional<double> duration, time_step;
   std::string adaptive;  ///< tolerance, "off", or empty: as the scene says
   std::optional<double> event_tolerance;
-  std::string inputs, output, save_state, resume;
+  std::string output, save_state, resume;
   bool changed_scene = false;
-  double random_scale = 0.0, random_wrench_scale = 0.0;
-  std::uint64_t seed = 0;
+  InputArguments inputs;
   Report report;
 };
 
@@ -54,60 +53,12 @@ struct Tally {
 
 void apply_overrides(const Arguments& arguments, SimulationOptions& options) {
   override_step_control(arguments.adaptive, arguments.event_tolerance, options);
-  if (arguments.time_step) options.time_step = *arguments.time_step;
-  if (arguments.duration) options.duration = *arguments.duration;
-  if (!(options.time_step > 0.0) || !std::isfinite(options.time_step)) {
-    throw InputError(fmt::format("time step {} s: expected a positive number", options.time_step));
-  }
-  if (!(options.duration >= 0.0) || !(options.duration / options.time_step < 1e9)) {
-    throw InputError(fmt::format("duration {} s: expected 0 or more, and fewer than 1e9 steps",
-                                 options.duration));
-  }
+  override_times(arguments.duration, arguments.time_step, options);
 }
-
-/// What acts in the next step.
-class Inputs {
- public:
-  Inputs(const Arguments& arguments, const Simulator& simulator)
-      : slack_(1e-6 * simulator.options().time_step),
-        random_(simulator.model(), arguments.random_scale, arguments.random_wrench_scale,
-                arguments.seed) {
-    if (!arguments.inputs.empty()) schedule_.emplace(arguments.inputs, simulator.model());
-  }
-
-  /// The columns that a trajectory needs beside the applied forces.
-  InputColumns columns(const Model& model) const {
-    InputColumns columns = schedule_ ? schedule_->columns() : InputColumns();
-    columns.targets = !model.servos().empty();
-    return columns;
-  }
-
-  /// When something else acts [s]: controlled steps end there.
-  double next_change(double time) const {
-    const double change = random_.next_change(time, slack_);
-    return schedule_ ? std::min(change, schedule_->next_change(time, slack_)) : change;
-  }
-
-  void set(Simulator& simulator) {
-    Input& input = simulator.input();
-    const double time = simulator.state().time;
-    input.applied_force.setZero();
-    if (schedule_) schedule_->apply(simulator.model(), time, slack_, input);
-    random_.add_to(time, slack_, input.applied_force);
-    // So that the trajectory says what acted.
-    if (const EffectSet on = simulator.options().effects; on.has(Effect::kEffortLimits))
-      limit_applied_forces(simulator.model(), on, input.applied_force);
-  }
-
- private:
-  double slack_;  ///< [s]: a round-off in the time never decides whether a row of inputs holds
-  std::optional<InputSchedule> schedule_;
-  RandomForces random_;
-};
 
 /// Steps the simulator to the end, or to the first step that fails. The trajectory ends with the
 /// last good state.
-std::optional<FailedStep> run(Simulator& simulator, Inputs& inputs, TrajectoryWriter* writer,
+std::optional<FailedStep> run(Simulator& simulator, AppliedInputs& inputs, TrajectoryWriter* writer,
                               Tally& tally) {
   const double h = simulator.options().time_step;
   const long steps = std::lround(std::ceil(simulator.options().duration / h - 1e-6));
@@ -135,7 +86,7 @@ std::optional<FailedStep> run(Simulator& simulator, Inputs& inputs, TrajectoryWr
 }
 
 /// The same in controlled steps; every half is a step, and a row of the trajectory.
-std::optional<FailedStep> run_controlled(Simulator& simulator, Inputs& inputs,
+std::optional<FailedStep> run_controlled(Simulator& simulator, AppliedInputs& inputs,
                                          TrajectoryWriter* writer, Tally& tally) {
   const SimulationOptions& options = simulator.options();
   const double start_time = simulator.state().time, end = start_time + options.duration;
@@ -197,7 +148,7 @@ int simulate(Arguments& arguments) {
                                    arguments.changed_scene ? SceneCheck::kAny : SceneCheck::kSame));
     if (const auto step = read_next_step(arguments.resume)) simulator.set_next_step(*step);
   }
-  Inputs inputs(arguments, simulator);
+  AppliedInputs inputs(arguments.inputs, simulator);
   std::unique_ptr<TrajectoryWriter> writer;
   if (!arguments.output.empty())
     writer = std::make_unique<TrajectoryWriter>(arguments.output, model, inputs.columns(model));
@@ -261,17 +212,17 @@ void add_simulate(CLI::App& app, Action& action) {
                      "With step control: impacts fall into steps of at most this [s]; default: the "
                      "scene's, or 1e-6");
   command.add_option(
-      "--inputs", arguments->inputs,
+      "--inputs", arguments->inputs.file,
       "CSV of what acts: time, '<joint>.u', '<joint>.target', '<link>.fx' ...; a row holds "
       "until the next (docs/trajectory-format.md)");
   command.add_option(
-      "--random-inputs", arguments->random_scale,
+      "--random-inputs", arguments->inputs.random_scale,
       "Random forces on actuated joints, new every 20 ms: uniform in +- this times the "
       "smaller of the effort limit and the weight carried (times 0.1 m where it turns)");
-  command.add_option("--random-wrenches", arguments->random_wrench_scale,
+  command.add_option("--random-wrenches", arguments->inputs.random_wrench_scale,
                      "Random forces on free bodies: uniform in +- this times their weight (torque: "
                      "times 0.1 m)");
-  command.add_option("--seed", arguments->seed, "Seed of the random forces; default 0");
+  command.add_option("--seed", arguments->inputs.seed, "Seed of the random forces; default 0");
   command.add_option("--output", arguments->output,
                      "Trajectory to write (docs/trajectory-format.md)");
   command
