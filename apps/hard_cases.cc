@@ -5,12 +5,11 @@
 #include <algorithm>
 #include <chrono>
 #include <filesystem>
-#include <fstream>
 #include <limits>
 #include <memory>
 
-#include "command.h"
 #include "chart.h"
+#include "command.h"
 #include "hard_cases/long_run.h"
 #include "hard_cases/tables.h"
 #include "hard_cases/trial.h"
@@ -100,15 +99,6 @@ Result run_case(const HardCase& hard_case, const fs::path& scenes, const Argumen
   for (const Engine peer : {Engine::kMujocoDefault, Engine::kMujocoBest})
     result.peers.push_back(run_on(peer, hard_case, scenes, arguments.peer_seconds));
   return result;
-}
-
-void write_file(const fs::path& file, const std::string& text) {
-  std::ofstream stream(file, std::ios::binary | std::ios::trunc);
-  stream << text << std::flush;
-  if (!stream) {
-    throw InputError(
-        fmt::format("{}: cannot be written; expected a writable folder", file.string()));
-  }
 }
 
 int list_cases(const std::vector<HardCase>& cases) {

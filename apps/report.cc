@@ -8,6 +8,15 @@
 
 namespace counterpoint::apps {
 
+void write_file(const std::filesystem::path& file, const std::string& text) {
+  std::ofstream stream(file, std::ios::binary | std::ios::trunc);
+  stream << text << std::flush;
+  if (!stream) {
+    throw InputError(fmt::format(
+        "{}: cannot be written; expected a path in an existing, writable folder", file.string()));
+  }
+}
+
 void Report::add_to(CLI::App& command) {
   command.add_option("--json", file_, "Write the figures as JSON ('-': standard output)")
       ->type_name("FILE");
@@ -26,12 +35,7 @@ void Report::write() const {
     fmt::print("{}", text);
     return;
   }
-  std::ofstream stream(file_, std::ios::binary | std::ios::trunc);
-  stream << text << std::flush;
-  if (!stream) {
-    throw InputError(fmt::format(
-        "{}: cannot be written; expected a path in an existing, writable folder", file_));
-  }
+  write_file(file_, text);
 }
 
 }  // namespace counterpoint::apps

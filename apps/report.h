@@ -3,12 +3,16 @@
 
 #include <CLI/CLI.hpp>
 #include <cstdio>
+#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <string>
 
 namespace counterpoint::apps {
 
 using Json = nlohmann::ordered_json;
+
+/// Writes a file anew. @throws InputError if it cannot be written.
+void write_file(const std::filesystem::path& file, const std::string& text);
 
 class Report {
  public:

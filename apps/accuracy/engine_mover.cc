@@ -5,41 +5,21 @@
 #include <utility>
 
 #include "counterpoint/engine/step_control.h"
-#include "failure.h"
-#include "mover.h"
+#include "stepping_mover.h"
 
 namespace counterpoint::apps::accuracy {
 namespace {
 
-class EngineMover : public Mover {
+class EngineMover : public SteppingMover {
  public:
-  EngineMover(const Scene& scene, const EngineSetting& setting)
-      : model_(scene.model), setting_(setting), workspace_(scene.model) {}
-
-  Passage advance(const State& start, double duration) override {
-    const long steps = whole_steps(duration, setting_.options.time_step);
-    Passage out;
-    out.end = start;
-    const double from = thread_seconds();
-    for (; out.steps < steps; ++out.steps) {
-      const StepReport report = step_forward(model_, setting_.options, setting_.solver, out.end,
-                                             input_, workspace_, next_);
-      if (!report.succeeded()) {
-        out.failure = failure_message(model_, {out.steps, out.end.time, report});
-        break;
-      }
-      std::swap(out.end, next_);
-    }
-    out.seconds = thread_seconds() - from;
-    return out;
-  }
+  using SteppingMover::SteppingMover;
 
  private:
-  const Model& model_;
-  EngineSetting setting_;
-  Workspace workspace_;
+  StepReport step(const State& state, State& next) override {
+    return step_forward(model_, setting_.options, setting_.solver, state, input_, workspace_, next);
+  }
+
   Input input_;
-  State next_;
 };
 
 /// The same by controlled steps (engine/step_control.h): the first one tried is of the time step.

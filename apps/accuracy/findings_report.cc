@@ -2,7 +2,6 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <fstream>
 #include <set>
 
 #include "chart.h"
@@ -12,15 +11,6 @@ namespace counterpoint::apps::accuracy {
 namespace {
 
 namespace fs = std::filesystem;
-
-void write_file(const fs::path& file, const std::string& text) {
-  std::ofstream stream(file, std::ios::binary | std::ios::trunc);
-  stream << text << std::flush;
-  if (!stream) {
-    throw InputError(
-        fmt::format("{}: cannot be written; expected a writable folder", file.string()));
-  }
-}
 
 Json number(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
 std::string cell(double value) { return std::isfinite(value) ? fmt::format("{:.9g}", value) : ""; }

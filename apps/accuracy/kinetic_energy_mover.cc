@@ -9,8 +9,7 @@
 #include "counterpoint/engine/integrator.h"
 #include "counterpoint/engine/step_constraints.h"
 #include "counterpoint/engine/step_forces.h"
-#include "failure.h"
-#include "mover.h"
+#include "stepping_mover.h"
 
 namespace counterpoint::apps::accuracy {
 namespace {
@@ -21,50 +20,33 @@ constexpr double kReach = 1e-7;  // [m]
 /// Smoothing of its velocity bound [N m] and where that is continued [m/s].
 constexpr double kVelocitySmoothing = 1e-9, kContinuation = 1e-6;
 
-class KineticEnergyMover : public Mover {
+class KineticEnergyMover : public SteppingMover {
  public:
   KineticEnergyMover(const Scene& scene, const EngineSetting& setting)
-      : model_(scene.model), setting_(setting), workspace_(scene.model) {
+      : SteppingMover(scene, setting) {
     setting_.options.integrator = Integrator::kSemiImplicitEuler;
     setting_.options.contact.friction_model = FrictionModel::kConvex;  // it has no other
   }
 
-  Passage advance(const State& start, double duration) override {
-    const long steps = whole_steps(duration, setting_.options.time_step);
-    Passage out;
-    out.end = start;
-    const double from = thread_seconds();
-    for (; out.steps < steps; ++out.steps) {
-      const StepReport report = step(out.end);
-      if (!report.succeeded()) {
-        out.failure = failure_message(model_, {out.steps, out.end.time, report});
-        break;
-      }
-      std::swap(out.end, next_);
-    }
-    out.seconds = thread_seconds() - from;
-    return out;
-  }
-
  private:
-  StepReport step(const State& state) {
+  StepReport step(const State& state, State& next) override {
     Workspace::Impl& ws = workspace_.impl();
     const double h = setting_.options.time_step;
     const EffectSet effects = active_effects(ws.called, setting_.options.effects);
     StepReport report;
     ws.sleepers.wake_all(model_);
     find_constraints(model_, setting_.options, effects, state, ws);
-    compute_free_velocity(model_, effects, h, state, Input(), ws, next_.v, report);
-    if (report.succeeded() && !ws.constraints.empty()) solve(ws, report);
-    next_.q = state.q;
-    integrate_configuration(model_, state.q, next_.v, h, next_.q);
-    next_.time = state.time + h;
-    if (!next_.q.allFinite() || !next_.v.allFinite()) report.status = contact::Status::kNotFinite;
+    compute_free_velocity(model_, effects, h, state, Input(), ws, next.v, report);
+    if (report.succeeded() && !ws.constraints.empty()) solve(ws, next.v, report);
+    next.q = state.q;
+    integrate_configuration(model_, state.q, next.v, h, next.q);
+    next.time = state.time + h;
+    if (!next.q.allFinite() || !next.v.allFinite()) report.status = contact::Status::kNotFinite;
     return report;
   }
 
-  void solve(Workspace::Impl& ws, StepReport& report) {
-    assemble_problem(model_, ws.constraints, next_.v, ws.diagonal, ws.data, ws.block_of_tree,
+  void solve(Workspace::Impl& ws, VectorX& w_next, StepReport& report) {
+    assemble_problem(model_, ws.constraints, w_next, ws.diagonal, ws.data, ws.block_of_tree,
                      ws.problem);
     const contact::Problem& problem = ws.problem;
     const int rows = problem.num_rows(), size = problem.num_velocities();
@@ -100,7 +82,7 @@ class KineticEnergyMover : public Mover {
       const int block = ws.block_of_tree[static_cast<size_t>(t)];
       if (block < 0) continue;
       const Tree& tree = model_.trees()[static_cast<size_t>(t)];
-      next_.v.segment(tree.v_begin, tree.v_end - tree.v_begin) =
+      w_next.segment(tree.v_begin, tree.v_end - tree.v_begin) =
           w.segment(problem.block_start(block), problem.block_size(block));
     }
   }
@@ -118,11 +100,6 @@ class KineticEnergyMover : public Mover {
     dual.laws.push_back(law);
     dual.gap_speed.push_back(bound);
   }
-
-  const Model& model_;
-  EngineSetting setting_;
-  Workspace workspace_;
-  State next_;
 };
 
 }  // namespace

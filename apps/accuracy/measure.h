@@ -50,8 +50,8 @@ struct MeasureOptions {
 };
 
 /// Every piece by every setting: once for its error and to warm up, then in `repeats` rounds over
-/// all settings for the time. Settings with equal keys are measured once. Physics is added to those at the scene's own
-/// time step.
+/// all settings for the time. Settings with equal keys are measured once. Physics is added to those
+/// at the scene's own time step.
 std::vector<MeasuredFamily> measure(const Scene& scene, const Plan& plan,
                                     const Reference& reference, const std::vector<Family>& families,
                                     const MeasureOptions& options);

@@ -38,9 +38,9 @@ struct EngineSetting {
   contact::Settings solver;
 };
 
-/// This engine; by controlled steps where options.step_control is set, of which `steps` of a passage
-/// counts all that were computed. The scene must outlive it. Else `duration` of advance must be a whole number of
-/// time steps, to 1e-6 of one. @throws InputError if not.
+/// This engine; by controlled steps where options.step_control is set, of which `steps` of a
+/// passage counts all that were computed. The scene must outlive it. Else `duration` of advance
+/// must be a whole number of time steps, to 1e-6 of one. @throws InputError if not.
 std::unique_ptr<Mover> engine_mover(const Scene& scene, const EngineSetting& setting);
 
 /// This engine's semi-implicit steps with the contact law of 2011 (contact/kinetic_energy.h) in

@@ -1,0 +1,44 @@
+// A mover by steps of the setting's time step, one after the other.
+#pragma once
+
+#include <utility>
+
+#include "failure.h"
+#include "mover.h"
+
+namespace counterpoint::apps::accuracy {
+
+class SteppingMover : public Mover {
+ public:
+  SteppingMover(const Scene& scene, const EngineSetting& setting)
+      : model_(scene.model), setting_(setting), workspace_(scene.model) {}
+
+  Passage advance(const State& start, double duration) final {
+    const long steps = whole_steps(duration, setting_.options.time_step);
+    Passage out;
+    out.end = start;
+    const double from = thread_seconds();
+    for (; out.steps < steps; ++out.steps) {
+      const StepReport report = step(out.end, next_);
+      if (!report.succeeded()) {
+        out.failure = failure_message(model_, {out.steps, out.end.time, report});
+        break;
+      }
+      std::swap(out.end, next_);
+    }
+    out.seconds = thread_seconds() - from;
+    return out;
+  }
+
+ protected:
+  virtual StepReport step(const State& state, State& next) = 0;
+
+  const Model& model_;
+  EngineSetting setting_;
+  Workspace workspace_;
+
+ private:
+  State next_;
+};
+
+}  // namespace counterpoint::apps::accuracy
