@@ -1,6 +1,7 @@
 // What acts in the steps of a simulation, from a command's options: a file, random forces, or both.
 #pragma once
 
+#include <CLI/CLI.hpp>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -15,6 +16,9 @@ struct InputArguments {
   double random_scale = 0.0, random_wrench_scale = 0.0;
   std::uint64_t seed = 0;
 };
+
+/// --random-inputs, --random-wrenches, --seed.
+void add_random_inputs(CLI::App& command, InputArguments& arguments);
 
 class AppliedInputs {
  public:
@@ -33,6 +37,10 @@ class AppliedInputs {
   std::optional<InputSchedule> schedule_;
   RandomForces random_;
 };
+
+/// --duration, --timestep.
+void add_times(CLI::App& command, std::optional<double>& duration,
+               std::optional<double>& time_step);
 
 /// Time step and duration [s] given on a command line in place of the scene's.
 /// @throws InputError for steps that are not positive, durations below 0, 1e9 steps and more.

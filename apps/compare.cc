@@ -8,6 +8,7 @@
 #include "command.h"
 #include "counterpoint/engine/trajectory.h"
 #include "failure.h"
+#include "median.h"
 #include "progress.h"
 #include "recordings/page.h"
 #include "recordings/parameters.h"

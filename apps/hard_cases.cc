@@ -111,13 +111,7 @@ int hard_cases(Arguments& arguments) {
   const fs::path scenes = scene_folder(arguments);
   const std::vector<HardCase> cases = chosen_cases(arguments, scenes);
   if (arguments.list) return list_cases(cases);
-  if (!arguments.folder.empty()) {
-    std::error_code error;
-    fs::create_directories(arguments.folder, error);
-    if (error) {
-      throw InputError(fmt::format("--report {}: the folder cannot be made", arguments.folder));
-    }
-  }
+  if (!arguments.folder.empty()) make_report_folder(arguments.folder);
   Report& report = arguments.report;
   report.begin("hard-cases", scenes.string());
   std::vector<Result> results;

@@ -94,16 +94,22 @@ Json json_figures(const std::vector<Prediction>& predictions, bool pose) {
   return out;
 }
 
-/// The score of whole rollouts of some recordings, by the scene as it is and as found.
-Json score(Experiment e, const Scene& found, const std::vector<int>& which) {
+/// Whole rollouts of some recordings, by the scene as it is and as found.
+struct Rollouts {
+  std::vector<Prediction> before, after;
+};
+
+Rollouts roll_out(Experiment e, const Scene& found, const std::vector<int>& which) {
   e.prediction.horizon = 0;
-  const bool pose = e.map.free_body >= 0;
-  const std::vector<Prediction> before = predict_all(e, e.scene, which);
-  const std::vector<Prediction> after = predict_all(e, found, which);
+  return {predict_all(e, e.scene, which), predict_all(e, found, which)};
+}
+
+Json score(const Rollouts& rollouts, bool pose) {
+  const auto& [before, after] = rollouts;
   int better = 0;
   for (size_t i = 0; i < before.size(); ++i)
     better += figures(after[i], pose)[0].second < figures(before[i], pose)[0].second;
-  return {{"recordings", which.size()},
+  return {{"recordings", before.size()},
           {"better", better},
           {"scene", json_figures(before, pose)},
           {"found", json_figures(after, pose)}};
@@ -180,17 +186,10 @@ void fill_report(const std::vector<Parameter>& parameters, const FitProblem& pro
   report["evaluations"] = found.evaluations;
 }
 
-/// Errors over time on the recordings that were not fitted (on all if all were).
-void write_page_of(const Arguments& arguments, Experiment e, const Scene& found,
-                   std::vector<int> which, const Json& report) {
-  if (which.empty()) {
-    which.resize(e.recordings.size());
-    std::iota(which.begin(), which.end(), 0);
-  }
-  e.prediction.horizon = 0;
-  const bool pose = e.map.free_body >= 0;
-  const std::vector<Prediction> before = predict_all(e, e.scene, which);
-  const std::vector<Prediction> after = predict_all(e, found, which);
+/// Errors over time of these rollouts.
+void write_page_of(const Arguments& arguments, const Rollouts& rollouts, bool pose,
+                   const Json& report) {
+  const auto& [before, after] = rollouts;
   HtmlPage page("Figures found: " + arguments.scene.file);
   const auto text = [](const Json& value) {
     return value.is_number() ? fmt::format("{:.5g}", value.get<double>()) : std::string("-");
@@ -230,14 +229,17 @@ int identify(Arguments& arguments) {
   report.begin("identify", arguments.scene.file);
   fill_report(parameters, problem, found, report);
   const Scene after = with_parameters(e.scene, parameters, found.values());
+  const bool pose = e.map.free_body >= 0;
+  Rollouts shown;  // of the recordings that were not fitted; of all if all were
   for (const auto& [name, which] :
        {std::pair{"train", &parts.train}, std::pair{"test", &parts.test}}) {
     if (which->empty()) continue;
-    report[name] = score(e, after, *which);
+    shown = roll_out(e, after, *which);
+    report[name] = score(shown, pose);
     print_score(report.text(), name, report[name]);
   }
   report.write();
-  if (!arguments.page.empty()) write_page_of(arguments, e, after, parts.test, report.json());
+  if (!arguments.page.empty()) write_page_of(arguments, shown, pose, report.json());
   return kSuccess;
 }
 

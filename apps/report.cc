@@ -17,6 +17,13 @@ void write_file(const std::filesystem::path& file, const std::string& text) {
   }
 }
 
+void make_report_folder(const std::filesystem::path& folder) {
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  if (error)
+    throw InputError(fmt::format("--report {}: the folder cannot be made", folder.string()));
+}
+
 void Report::add_to(CLI::App& command) {
   command.add_option("--json", file_, "Write the figures as JSON ('-': standard output)")
       ->type_name("FILE");

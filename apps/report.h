@@ -13,6 +13,8 @@ using Json = nlohmann::ordered_json;
 
 /// Writes a file anew. @throws InputError if it cannot be written.
 void write_file(const std::filesystem::path& file, const std::string& text);
+/// Makes the folder of --report, if it is not there. @throws InputError if it cannot be made.
+void make_report_folder(const std::filesystem::path& folder);
 
 class Report {
  public:

@@ -24,8 +24,7 @@ struct Arguments {
   std::optional<double> duration, time_step;
   int count = 16, threads = 0;
   std::vector<std::string> inputs;
-  double random_scale = 0.0, random_wrench_scale = 0.0;
-  std::uint64_t seed = 0;
+  InputArguments random;  ///< its seed is that of rollout 0
   bool invert = false;
   std::string output;
   Report report;
@@ -48,12 +47,10 @@ void check(const Arguments& arguments) {
 }
 
 InputArguments inputs_of(const Arguments& arguments, int rollout) {
-  InputArguments inputs;
+  InputArguments inputs = arguments.random;
   if (!arguments.inputs.empty())
     inputs.file = arguments.inputs[arguments.inputs.size() == 1 ? 0 : static_cast<size_t>(rollout)];
-  inputs.random_scale = arguments.random_scale;
-  inputs.random_wrench_scale = arguments.random_wrench_scale;
-  inputs.seed = arguments.seed + static_cast<std::uint64_t>(rollout);
+  inputs.seed += static_cast<std::uint64_t>(rollout);
   return inputs;
 }
 
@@ -209,25 +206,19 @@ void add_rollout(CLI::App& app, Action& action) {
       .add_option("--threads", arguments->threads,
                   "Number of threads; default 0: one for every core. Results do not depend on it")
       ->check(CLI::Range(0, 4096));
-  command.add_option("--duration", arguments->duration, "Simulated time [s]; default: the scene's");
-  command.add_option("--timestep", arguments->time_step, "Time step [s]; default: the scene's");
+  add_times(command, arguments->duration, arguments->time_step);
   command
       .add_option("--inputs", arguments->inputs,
                   "CSV of what acts, as in simulate: one file for all rollouts, or one each")
       ->type_name("FILE ...");
-  command.add_option("--random-inputs", arguments->random_scale,
-                     "Random forces on actuated joints, as in simulate");
-  command.add_option("--random-wrenches", arguments->random_wrench_scale,
-                     "Random forces on free bodies, as in simulate");
-  command.add_option("--seed", arguments->seed,
-                     "Seed of the random forces of rollout 0; rollout i has i more; default 0");
+  add_random_inputs(command, arguments->random);
   command.add_flag("--invert", arguments->invert,
                    "Recover the applied forces of every step, and say how well");
   command.add_option("--output", arguments->output,
                      "CSV to write: a row for each rollout, its last state");
   arguments->report.add_to(command);
   command.footer(
-      "Rollout i gives the bits of `counterpoint simulate` with seed + i.\n"
+      "Rollout i (from 0) gives the bits of `counterpoint simulate` with seed + i.\n"
       "Example:\n  counterpoint rollout data/scenes/humanoid_drop.yaml --count 100 "
       "--random-inputs 0.5 --output ends.csv --json rollout.json");
   command.callback([arguments, &action] { action = [arguments] { return rollout(*arguments); }; });

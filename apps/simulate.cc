@@ -200,8 +200,7 @@ void add_simulate(CLI::App& app, Action& action) {
   auto arguments = std::make_shared<Arguments>();
   CLI::App& command = *app.add_subcommand("simulate", "Simulate a scene; write its trajectory");
   arguments->scene.add_to(command);
-  command.add_option("--duration", arguments->duration, "Simulated time [s]; default: the scene's");
-  command.add_option("--timestep", arguments->time_step, "Time step [s]; default: the scene's");
+  add_times(command, arguments->duration, arguments->time_step);
   command
       .add_option(
           "--adaptive", arguments->adaptive,
@@ -215,14 +214,7 @@ void add_simulate(CLI::App& app, Action& action) {
       "--inputs", arguments->inputs.file,
       "CSV of what acts: time, '<joint>.u', '<joint>.target', '<link>.fx' ...; a row holds "
       "until the next (docs/trajectory-format.md)");
-  command.add_option(
-      "--random-inputs", arguments->inputs.random_scale,
-      "Random forces on actuated joints, new every 20 ms: uniform in +- this times the "
-      "smaller of the effort limit and the weight carried (times 0.1 m where it turns)");
-  command.add_option("--random-wrenches", arguments->inputs.random_wrench_scale,
-                     "Random forces on free bodies: uniform in +- this times their weight (torque: "
-                     "times 0.1 m)");
-  command.add_option("--seed", arguments->inputs.seed, "Seed of the random forces; default 0");
+  add_random_inputs(command, arguments->inputs);
   command.add_option("--output", arguments->output,
                      "Trajectory to write (docs/trajectory-format.md)");
   command

@@ -87,12 +87,14 @@ void TerrainContacts::touch_faces(const Query& query, int t) {
   const auto take = [&](const ContactPoint& point) {
     const Vector3 corner = point.position + 0.5 * point.gap * n;
     const bool over = within(corner, rounding, kFlatSlack * query.size);
-    const double share = height / (height - point.gap);
-    const Vector3 crossing = query.center + share * (corner - query.center);
+    // Where the way from the shape's centre to the corner crosses the face's plane.
+    const auto crossing = [&]() -> Vector3 {
+      return query.center + height / (height - point.gap) * (corner - query.center);
+    };
     if (point.gap >= -kShallow * query.thickness) {
       // From behind: a corner that came through the face is none of its business, one that reaches
       // it from beyond its edges rests on it.
-      if (over && !(behind && within(crossing, 0.0, 0.0))) add(query, point);
+      if (over && !(behind && within(crossing(), 0.0, 0.0))) add(query, point);
       return;
     }
     if (behind || (!over && height <= 0.0)) return;
@@ -100,7 +102,7 @@ void TerrainContacts::touch_faces(const Query& query, int t) {
     // the face is over the corner, lest a body that reaches over a thin wall be held by its far
     // side.
     const double slack = over ? kShallow * query.thickness : rounding;
-    if (!within(crossing, slack, over ? -kSlant * point.gap : kFlatSlack * query.size)) return;
+    if (!within(crossing(), slack, over ? -kSlant * point.gap : kFlatSlack * query.size)) return;
     add(query, point);
   };
   if (query.shape.type == ShapeType::kConvexMesh) {

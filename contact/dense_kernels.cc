@@ -5,57 +5,61 @@
 #include <cstddef>
 #include <utility>
 
+#include "counterpoint/contact/row_count.h"
 #include "counterpoint/contact/wide.h"
 
 namespace counterpoint::contact {
 namespace {
 
-// What the kernels below share becomes part of each of their two versions.
-#define COUNTERPOINT_INTO_EACH __attribute__((always_inline)) inline
+enum class Sign { kPlus, kMinus };
 
-// column[0..m) -= sum over k of a[:, k] * b[k]; b has a stride.
-COUNTERPOINT_INTO_EACH void subtract_columns(double* __restrict column, const double* __restrict a,
-                                             int lda, const double* __restrict b, int b_stride,
-                                             int m, int k) {
+// column[0..m) += or -= sum over k of a[:, k] * b[k]; b has a stride.
+template <Sign kSign>
+COUNTERPOINT_INTO_EACH void add_columns(double* __restrict column, const double* __restrict a,
+                                        int lda, const double* __restrict b, int b_stride, int m,
+                                        int k) {
+  const auto add = [](double& to, double value) __attribute__((always_inline)) {
+    if (kSign == Sign::kPlus) {
+      to += value;
+    } else {
+      to -= value;
+    }
+  };
   int p = 0;
   for (; p + 4 <= k; p += 4) {
     const double b0 = b[p * b_stride], b1 = b[(p + 1) * b_stride];
     const double b2 = b[(p + 2) * b_stride], b3 = b[(p + 3) * b_stride];
-    const double* a0 = a + p * lda;
+    const double* a0 = a + static_cast<std::ptrdiff_t>(p) * lda;
     const double* a1 = a0 + lda;
     const double* a2 = a1 + lda;
     const double* a3 = a2 + lda;
-    for (int i = 0; i < m; ++i) column[i] -= (a0[i] * b0 + a1[i] * b1) + (a2[i] * b2 + a3[i] * b3);
+    for (int i = 0; i < m; ++i)
+      add(column[i], (a0[i] * b0 + a1[i] * b1) + (a2[i] * b2 + a3[i] * b3));
   }
   for (; p < k; ++p) {
     const double b0 = b[p * b_stride];
-    const double* a0 = a + p * lda;
-    for (int i = 0; i < m; ++i) column[i] -= a0[i] * b0;
+    const double* a0 = a + static_cast<std::ptrdiff_t>(p) * lda;
+    for (int i = 0; i < m; ++i) add(column[i], a0[i] * b0);
   }
 }
 
 // column[0..rows) after the first `cols` columns of a unit lower triangle, four at a time: each
 // finishes four entries, then takes them from all that is below.
-COUNTERPOINT_INTO_EACH void eliminate(double* __restrict column, const double* __restrict l, int ld,
-                                      int rows, int cols) {
+COUNTERPOINT_INTO_EACH void eliminate(double* column, const double* l, int ld, int rows, int cols) {
   int k = 0;
   for (; k + 4 <= cols; k += 4) {
     const double* l0 = l + k * ld;
     const double* l1 = l0 + ld;
     const double* l2 = l1 + ld;
-    const double* l3 = l2 + ld;
     const double c0 = column[k];
     const double c1 = column[k + 1] -= l0[k + 1] * c0;
     const double c2 = column[k + 2] -= l0[k + 2] * c0 + l1[k + 2] * c1;
-    const double c3 = column[k + 3] -= (l0[k + 3] * c0 + l1[k + 3] * c1) + l2[k + 3] * c2;
-    for (int i = k + 4; i < rows; ++i)
-      column[i] -= (l0[i] * c0 + l1[i] * c1) + (l2[i] * c2 + l3[i] * c3);
+    column[k + 3] -= (l0[k + 3] * c0 + l1[k + 3] * c1) + l2[k + 3] * c2;
+    add_columns<Sign::kMinus>(column + k + 4, l0 + k + 4, ld, column + k, 1, rows - k - 4, 4);
   }
-  for (; k < cols; ++k) {
-    const double* l0 = l + k * ld;
-    const double c0 = column[k];
-    for (int i = k + 1; i < rows; ++i) column[i] -= l0[i] * c0;
-  }
+  for (; k < cols; ++k)
+    add_columns<Sign::kMinus>(column + k + 1, l + k * ld + k + 1, ld, column + k, 1, rows - k - 1,
+                              1);
 }
 
 // Four and two doubles at a time, at any address.
@@ -164,7 +168,7 @@ COUNTERPOINT_WIDE int factor_panel(double* panel, int rows, int cols, int leadin
   for (int j = 0; j < cols; ++j) {
     double* column = panel + j * leading;
     // Left-looking: all earlier columns at once.
-    subtract_columns(column + j, panel + j, leading, panel + j, leading, rows - j, j);
+    add_columns<Sign::kMinus>(column + j, panel + j, leading, panel + j, leading, rows - j, j);
     const double pivot = column[j];
     if (!(pivot > min_pivot)) return j;
     const double root = std::sqrt(pivot);
@@ -204,7 +208,8 @@ COUNTERPOINT_WIDE bool factor_lu_panel(double* below, double* right, int rows, i
     for (int i = 0; i < m; ++i) std::swap(a[i], b[i]);
   }
   for (int j = 1; j < cols; ++j) {
-    subtract_columns(right + cols + j * leading, right + cols, leading, below + j, leading, m, j);
+    add_columns<Sign::kMinus>(right + cols + j * leading, right + cols, leading, below + j, leading,
+                              m, j);
   }
   return true;
 }
@@ -214,46 +219,22 @@ COUNTERPOINT_WIDE void subtract_product(const double* a, int lda, const double* 
   if (m == 6 && n == 6 && k == 6) return subtract_product_6(a, lda, b, ldb, c, ldc);
   for (int j = 0; j < n; ++j) {
     const int first = lower ? j : 0;
-    subtract_columns(c + first + j * ldc, a + first, lda, b + j, ldb, m - first, k);
+    add_columns<Sign::kMinus>(c + first + j * ldc, a + first, lda, b + j, ldb, m - first, k);
   }
 }
 
 COUNTERPOINT_WIDE void add_congruence(int rows, const Columns& a, const Columns& b, const double* g,
                                       double* block, int leading, bool symmetric) {
-  switch (rows) {
-    case 1:
-      return add_congruence_of<1>(a, b, g, block, leading, symmetric);
-    case 2:
-      return add_congruence_of<2>(a, b, g, block, leading, symmetric);
-    case 3:
-      return add_congruence_of<3>(a, b, g, block, leading, symmetric);
-    case 4:
-      return add_congruence_of<4>(a, b, g, block, leading, symmetric);
-    case 5:
-      return add_congruence_of<5>(a, b, g, block, leading, symmetric);
-    case 6:
-      return add_congruence_of<6>(a, b, g, block, leading, symmetric);
-    default:
-      return;
-  }
+  with_rows(
+      rows, [&]<int N>(RowCount<N>) __attribute__((always_inline)) {
+        add_congruence_of<N>(a, b, g, block, leading, symmetric);
+      });
 }
 
 COUNTERPOINT_WIDE void multiply_symmetric(const double* __restrict a, int n,
                                           const double* __restrict x, double* __restrict out) {
   std::fill(out, out + n, 0.0);
-  int j = 0;
-  for (; j + 4 <= n; j += 4) {
-    const double* a0 = a + static_cast<std::ptrdiff_t>(j) * n;
-    const double* a1 = a0 + n;
-    const double* a2 = a1 + n;
-    const double* a3 = a2 + n;
-    const double x0 = x[j], x1 = x[j + 1], x2 = x[j + 2], x3 = x[j + 3];
-    for (int i = 0; i < n; ++i) out[i] += (a0[i] * x0 + a1[i] * x1) + (a2[i] * x2 + a3[i] * x3);
-  }
-  for (; j < n; ++j) {
-    const double* a0 = a + static_cast<std::ptrdiff_t>(j) * n;
-    for (int i = 0; i < n; ++i) out[i] += a0[i] * x[j];
-  }
+  add_columns<Sign::kPlus>(out, a, n, x, 1, n, n);
 }
 
 }  // namespace counterpoint::contact

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "counterpoint/contact/dense_kernels.h"
+#include "counterpoint/contact/row_count.h"
 
 namespace counterpoint::contact {
 namespace {
@@ -14,30 +15,6 @@ constexpr int kDenseSize = 12;
 // A normal along which nothing can move has an inverse mass of round-off: not less than this share
 // of the island's largest is taken for it.
 constexpr double kLeastInverseMass = 1e-4;
-
-template <int N>
-struct RowCount {};
-
-// Calls visit(RowCount<rows>()): the number of rows as a constant, for loops that are unrolled.
-template <class Visit>
-void with_rows(int rows, Visit visit) {
-  switch (rows) {
-    case 1:
-      return visit(RowCount<1>());
-    case 2:
-      return visit(RowCount<2>());
-    case 3:
-      return visit(RowCount<3>());
-    case 4:
-      return visit(RowCount<4>());
-    case 5:
-      return visit(RowCount<5>());
-    case 6:
-      return visit(RowCount<6>());
-    default:
-      return;
-  }
-}
 
 }  // namespace
 

@@ -4,6 +4,12 @@
 
 namespace counterpoint {
 
+double total_mass(const Model& model) {
+  double mass = 0.0;
+  for (int i = 1; i < model.num_bodies(); ++i) mass += model.body(i).inertia.mass;
+  return mass;
+}
+
 double kinetic_energy(const Model& model, const VectorRef& v, const Data& data) {
   double energy = 0.5 * v.dot(model.armature().cwiseProduct(v));
   for (int i = 1; i < model.num_bodies(); ++i)

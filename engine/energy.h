@@ -1,9 +1,12 @@
-// Energy and momentum.
+// Mass, energy and momentum.
 #pragma once
 
 #include "counterpoint/engine/data.h"
 
 namespace counterpoint {
+
+/// Of all bodies that can move [kg].
+double total_mass(const Model& model);
 
 /// [J], rotor inertia (armature) included. Needs compute_poses, compute_velocities and
 /// compute_inertias.

@@ -278,10 +278,7 @@ Json json_comparison(const Findings& findings, const Comparison& row) {
 }  // namespace
 
 void write_report(const fs::path& folder, const Findings& findings) {
-  std::error_code error;
-  fs::create_directories(folder, error);
-  if (error)
-    throw InputError(fmt::format("--report {}: the folder cannot be made", folder.string()));
+  make_report_folder(folder);
   write_file(folder / "accuracy.csv", csv(findings));
   write_file(folder / "accuracy.html", page(findings));
   const auto draw = [&](const std::string& name, const Chart& chart) {

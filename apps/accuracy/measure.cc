@@ -7,6 +7,7 @@
 #include <limits>
 #include <map>
 
+#include "median.h"
 #include "progress.h"
 
 namespace counterpoint::apps::accuracy {
@@ -53,8 +54,7 @@ void run_for_time(const Plan& plan, const Reference& reference, Timing& timing) 
 void set_cost(Timing& timing, Point& point) {
   std::vector<double>& costs = timing.costs;
   std::sort(costs.begin(), costs.end());
-  const size_t n = costs.size();
-  point.cost = n % 2 == 1 ? costs[n / 2] : 0.5 * (costs[n / 2 - 1] + costs[n / 2]);
+  point.cost = median(costs);
   point.cost_low = costs.front();
   point.cost_high = costs.back();
 }

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "counterpoint/engine/contact_law.h"
+#include "counterpoint/engine/energy.h"
 #include "counterpoint/engine/integrator.h"
 #include "counterpoint/engine/kinematics.h"
 #include "total_energy.h"
@@ -52,9 +53,7 @@ class Examiner {
  private:
   /// Below it forces count as rounding: those of a free swing add up to nothing.
   static double weight(const Model& model) {
-    double mass = 0.0;
-    for (const Body& body : model.bodies()) mass += body.inertia.mass;
-    const double weight = mass * model.gravity().norm();
+    const double weight = total_mass(model) * model.gravity().norm();
     return weight > 0.0 ? weight : 1.0;
   }
 

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <fstream>
 
+#include "counterpoint/engine/energy.h"
 #include "counterpoint/engine/springs.h"
 #include "inputs.h"
 
@@ -31,9 +32,8 @@ class Watch {
   Watch(Trial& trial, Runner& sim, long steps)
       : trial_(trial), sim_(sim), view_(sim), steps_(steps) {
     start_ = energy();
-    double mass = 0.0;
-    for (const Body& body : sim.model().bodies()) mass += body.inertia.mass;
-    scale_ = view_.kinetic() + mass * std::max(sim.model().gravity().norm(), 1.0) * 1.0;
+    scale_ = view_.kinetic() +
+             total_mass(sim.model()) * std::max(sim.model().gravity().norm(), 1.0) * 1.0;
     trial.chart.y_label = "energy [J]";
     trial.chart.curves.resize(1);
     trial.chart.levels = {{"start", start_}};

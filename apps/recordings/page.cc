@@ -3,10 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <fstream>
 #include <functional>
 
-#include "counterpoint/model/types.h"
+#include "report.h"
 
 namespace counterpoint::apps {
 namespace {
@@ -112,17 +111,10 @@ Chart unexplained_chart(const std::vector<ExplainedRecording>& recordings) {
 
 void write_page(const std::filesystem::path& folder, const HtmlPage& page,
                 const std::vector<Chart>& charts) {
-  std::error_code ignored;
-  std::filesystem::create_directories(folder, ignored);
-  const auto write = [&](const std::string& name, const std::string& text) {
-    std::ofstream stream(folder / name, std::ios::binary | std::ios::trunc);
-    stream << text << std::flush;
-    if (!stream)
-      throw InputError(fmt::format("{}: cannot be written; expected a folder that can be",
-                                   (folder / name).string()));
-  };
-  for (size_t i = 0; i < charts.size(); ++i) write(fmt::format("chart{}.svg", i), svg(charts[i]));
-  write("index.html", page.text());
+  make_report_folder(folder);
+  for (size_t i = 0; i < charts.size(); ++i)
+    write_file(folder / fmt::format("chart{}.svg", i), svg(charts[i]));
+  write_file(folder / "index.html", page.text());
 }
 
 }  // namespace counterpoint::apps

@@ -2,8 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numbers>
+
+#include "median.h"
 
 namespace counterpoint::apps {
 namespace {
@@ -109,13 +110,6 @@ std::vector<std::pair<const char*, double>> figures(const Prediction& p, bool po
           {"rotation_error_mean_deg", p.mean.rotation},
           {"position_error_end_m", p.end.position},
           {"rotation_error_end_deg", p.end.rotation}};
-}
-
-double median(std::vector<double> values) {
-  if (values.empty()) return std::numeric_limits<double>::quiet_NaN();
-  std::sort(values.begin(), values.end());
-  const size_t n = values.size();
-  return n % 2 == 1 ? values[n / 2] : 0.5 * (values[n / 2 - 1] + values[n / 2]);
 }
 
 std::vector<std::pair<const char*, double>> median_figures(

@@ -58,8 +58,6 @@ Prediction predict(Simulator& simulator, const ColumnMap& map, const Recording& 
 /// The figures of a prediction under their names in the report.
 std::vector<std::pair<const char*, double>> figures(const Prediction& prediction, bool pose);
 
-double median(std::vector<double> values);  ///< NaN of none
-
 /// The medians of figures() over all that did not fail.
 std::vector<std::pair<const char*, double>> median_figures(
     const std::vector<Prediction>& predictions, bool pose);

@@ -9,8 +9,10 @@
 #include "counterpoint/engine/assemble.h"
 #include "counterpoint/engine/crba.h"
 #include "counterpoint/engine/effects.h"
+#include "counterpoint/engine/energy.h"
 #include "counterpoint/engine/kinematics.h"
 #include "counterpoint/engine/step.h"
+#include "median.h"
 #include "prediction.h"
 
 namespace counterpoint::apps {
@@ -61,8 +63,8 @@ struct Explainer::Impl {
       const Body& body = model.body(i);
       for (int k = 0; k < joint_nv(body.joint_type); ++k)
         counts[body.v_index + k] = !model.joint(i - 1).actuated;
-      weight += body.inertia.mass * model.gravity().norm();
     }
+    weight = total_mass(model) * model.gravity().norm();
     for (const ColumnMap::Entry& entry : map.entries)
       if (entry.kind == ColumnMap::Entry::Kind::kForce) counts[entry.index] = 1;
   }

@@ -76,4 +76,23 @@ inline void CommandFolder::write(const std::string& name, const std::string& con
   std::ofstream(folder_ / name, std::ios::binary) << content;
 }
 
+/// Tests of `counterpoint simulate`, in a folder of their own.
+class SimulateTest : public testing::Test {
+ protected:
+  /// The report of a run that is to succeed.
+  nlohmann::json simulate(const std::string& arguments) const {
+    const CommandResult result = folder_.run("simulate " + arguments + " --json {}/r.json");
+    EXPECT_EQ(result.exit_code, 0) << arguments << "\n" << result.errors;
+    return folder_.json("r.json");
+  }
+  /// `line`: the whole command line.
+  void expect_bad_input(const std::string& line, const std::string& message) const {
+    const CommandResult result = folder_.run(line);
+    EXPECT_EQ(result.exit_code, 2) << line;
+    EXPECT_NE(result.errors.find(message), std::string::npos) << result.errors;
+  }
+
+  CommandFolder folder_{"simulate_" + test_name()};
+};
+
 }  // namespace counterpoint::test

@@ -9,22 +9,10 @@
 namespace counterpoint {
 namespace {
 
-using test::CommandFolder;
 using test::CommandResult;
-using test::test_name;
 
-class Resume : public testing::Test {
+class Resume : public test::SimulateTest {
  protected:
-  nlohmann::json simulate(const std::string& arguments) const {
-    const CommandResult result = folder_.run("simulate " + arguments + " --json {}/r.json");
-    EXPECT_EQ(result.exit_code, 0) << arguments << "\n" << result.errors;
-    return folder_.json("r.json");
-  }
-  void expect_bad_input(const std::string& arguments, const std::string& message) const {
-    const CommandResult result = folder_.run(arguments);
-    EXPECT_EQ(result.exit_code, 2) << arguments;
-    EXPECT_NE(result.errors.find(message), std::string::npos) << result.errors;
-  }
   /// Two seconds at once, and in two runs, end with the same bits.
   void expect_same(const std::string& scene_and_inputs) const {
     const auto whole = simulate(scene_and_inputs + " --duration 2 --output {}/whole.csv");
@@ -41,8 +29,6 @@ class Resume : public testing::Test {
     ASSERT_GE(all.size(), tail.size());
     EXPECT_EQ(all.substr(all.size() - tail.size()), tail) << scene_and_inputs;
   }
-
-  CommandFolder folder_{"resume_" + test_name()};
 };
 
 TEST_F(Resume, TwoRunsOfASecondAreOneOfTwo) {

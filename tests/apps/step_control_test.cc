@@ -9,25 +9,9 @@
 namespace counterpoint {
 namespace {
 
-using test::CommandFolder;
 using test::CommandResult;
-using test::test_name;
 
-class StepControlCommand : public testing::Test {
- protected:
-  nlohmann::json simulate(const std::string& arguments) const {
-    const CommandResult result = folder_.run("simulate " + arguments + " --json {}/r.json");
-    EXPECT_EQ(result.exit_code, 0) << arguments << "\n" << result.errors;
-    return folder_.json("r.json");
-  }
-  void expect_bad_input(const std::string& arguments, const std::string& message) const {
-    const CommandResult result = folder_.run("simulate " + arguments);
-    EXPECT_EQ(result.exit_code, 2) << arguments;
-    EXPECT_NE(result.errors.find(message), std::string::npos) << result.errors;
-  }
-
-  CommandFolder folder_{"step_control_" + test_name()};
-};
+class StepControlCommand : public test::SimulateTest {};
 
 TEST_F(StepControlCommand, RowsAreStepsThatTheInverseReads) {
   const std::string scene =
@@ -57,21 +41,21 @@ TEST_F(StepControlCommand, TwoRunsThatMeetAtTheIntervalAreOne) {
   EXPECT_EQ(second["state_hash"], whole["state_hash"]);
   EXPECT_EQ(second["step_control"]["next_step_s"], whole["step_control"]["next_step_s"]);
   EXPECT_GT(whole["step_control"]["impacts"], 0);
-  expect_bad_input("{}/scene.yaml --adaptive 0.02 --resume {}/half.csv", "control");
+  expect_bad_input("simulate {}/scene.yaml --adaptive 0.02 --resume {}/half.csv", "control");
 }
 
 TEST_F(StepControlCommand, SaysWhatIsWrongWithIt) {
   const std::string scene = "data/scenes/pendulum.yaml";
   for (const char* wrong : {"0", "-1", "nan", "inf", "fine"})
-    expect_bad_input(scene + " --adaptive " + wrong, "expected a positive number");
-  expect_bad_input(scene + " --event-tolerance 1e-3", "--adaptive");
-  expect_bad_input(scene + " --adaptive 1e-3 --event-tolerance 1", "max_step");
+    expect_bad_input("simulate " + scene + " --adaptive " + wrong, "expected a positive number");
+  expect_bad_input("simulate " + scene + " --event-tolerance 1e-3", "--adaptive");
+  expect_bad_input("simulate " + scene + " --adaptive 1e-3 --event-tolerance 1", "max_step");
   for (const auto& [text, message] :
        {std::pair<std::string, std::string>{"{tolerance: 0}", "scene.yaml:1"},
         {"{min_step: 1e-3}", "min_step <= event_tolerance <= max_step"},
         {"{tolerence: 1}", "tolerence"}}) {
     folder_.write("scene.yaml", "step_control: " + text + "\n");
-    expect_bad_input("{}/scene.yaml", message);
+    expect_bad_input("simulate {}/scene.yaml", message);
   }
 }
 
