@@ -11,6 +11,7 @@
 #include "chart.h"
 #include "command.h"
 #include "hard_cases/long_run.h"
+#include "hard_cases/mechanisms.h"
 #include "hard_cases/tables.h"
 #include "hard_cases/trial.h"
 #include "peers/not_expressible.h"
@@ -36,6 +37,8 @@ std::vector<HardCase> all_cases() {
                            linkage_cases, scale_cases}) {
     for (const HardCase& hard_case : cases()) all.push_back(hard_case);
   }
+  for (const HardCase& hard_case : mechanism_cases("../", kMechanismSteps, false))
+    all.push_back(hard_case);
   return all;
 }
 
@@ -154,8 +157,10 @@ void add_hard_cases(CLI::App& app, Action& action) {
       ->type_name("DIR");
   command.add_option("--scenes", arguments->scenes, "Their scenes; default: data/scenes/hard")
       ->type_name("DIR");
-  command.add_flag("--long", arguments->long_run,
-                   "Instead: every bundled scene for long, and the humanoid under random forces");
+  command.add_flag(
+      "--long", arguments->long_run,
+      "Instead: every bundled scene for long, the humanoid under random forces, 1e6 steps "
+      "of each mechanism");
   command
       .add_option("--seconds", arguments->seconds,
                   "Simulated time of --long; default: 86400, a day, and 1e7 steps of the humanoid")

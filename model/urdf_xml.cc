@@ -207,10 +207,10 @@ class Pass {
     }
     if (const XMLElement* i = e->FirstChildElement("inertia")) {
       const auto moment = [&](const char* name) { return number(i, name).value_or(0.0); };
-      const double xy = moment("ixy");
-      const double xz = moment("ixz");
-      const double yz = moment("iyz");
-      inertia.rotational << moment("ixx"), xy, xz, xy, moment("iyy"), yz, xz, yz, moment("izz");
+      // Read before the matrix is filled: one half filled when a number is refused aborts in Eigen.
+      const double xx = moment("ixx"), yy = moment("iyy"), zz = moment("izz");
+      const double xy = moment("ixy"), xz = moment("ixz"), yz = moment("iyz");
+      inertia.rotational << xx, xy, xz, xy, yy, yz, xz, yz, zz;
     }
     link.further_inertia = link.further_inertia + inertia.transformed(pose);
     e->Parent()->DeleteChild(e);

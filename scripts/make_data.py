@@ -10,6 +10,7 @@ import sys
 
 sys.dont_write_bytecode = True  # the tests run this in the sources
 from hard_scenes import hard_files  # noqa: E402
+from mechanism_scenes import mechanism_files  # noqa: E402
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent / "data"
 HEADER = """<?xml version="1.0"?>
@@ -402,6 +403,7 @@ def main():
         files[f"scenes/{name}.yaml"] = box_scene(kind, n, about)
     files["scenes/hollow.csv"] = hollow()
     files.update(hard_files())
+    files.update(mechanism_files())
     stale = 0
     for name, text in files.items():
         path = ROOT / name

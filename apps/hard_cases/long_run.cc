@@ -10,6 +10,7 @@
 #include "counterpoint/engine/energy.h"
 #include "counterpoint/engine/springs.h"
 #include "inputs.h"
+#include "mechanisms.h"
 
 namespace counterpoint::apps {
 namespace {
@@ -121,6 +122,10 @@ std::vector<HardCase> long_cases(const fs::path& folder, double seconds) {
   cases.push_back({"humanoid_random", fmt::format("{} steps under random forces.", steps),
                    "humanoid_drop",
                    [steps](Trial& trial) { driven_for_long(trial, "humanoid_drop", steps); }});
+  const auto share =
+      static_cast<long>(static_cast<double>(kMechanismStepsADay) * seconds / kLongRun);
+  for (const HardCase& mechanism : mechanism_cases("", std::max(share, kMechanismSteps), true))
+    cases.push_back(mechanism);
   return cases;
 }
 
