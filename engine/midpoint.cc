@@ -28,6 +28,12 @@ void refuse_limited_servos(const Model& model, EffectSet effects) {
   }
 }
 
+/// I + h D from the I + (h / 2) D of the first half of the rule: rotors and joints' own forces over
+/// the whole step, in ws.diagonal.
+void widen_diagonal(const Model& model, EffectSet effects, Workspace::Impl& ws) {
+  ws.diagonal = 2.0 * ws.diagonal - rotor_inertia(model, effects, ws);
+}
+
 /// Iterates to w_m, from `middle` on. Joints' own forces are implicit in it as in a backward Euler
 /// step of h / 2, which is the first half of the midpoint rule.
 void solve_middle(const Model& model, EffectSet effects, double h, const State& state,
@@ -74,25 +80,33 @@ void step_midpoint(const Model& model, const SimulationOptions& options, EffectS
   if (!ws.constraints.empty()) {
     const BodyRange all = moving_bodies(model);
     compute_kinematics(model, state.q, state.v, {&all, 1}, ws.data);
-    ws.diagonal = rotor_inertia(model, effects, ws);
+    widen_diagonal(model, effects, ws);
     solve_constraints(model, settings, state, ws, next.v, report);
   }
   integrate_configuration(model, state.q, next.v, h, next.q);
   next.v += ws.middle - state.v;
 }
 
-void find_middle(const Model& model, EffectSet effects, const VectorRef& v, const VectorRef& v_next,
-                 const VectorRef& impulse, Workspace::Impl& ws, VectorX& middle) {
+void find_middle(const Model& model, EffectSet effects, double h, const VectorRef& q,
+                 const VectorRef& v, const VectorRef& v_next, const Input& known,
+                 Workspace::Impl& ws, VectorX& middle) {
   middle = 0.5 * (v + v_next);
   if (ws.constraints.empty()) return;
+  ws.diagonal.setZero();
+  VectorX& forces = ws.acceleration;  // not wanted
+  forces.setZero();
+  if (effects.has(Effect::kServos))
+    add_servos(model, effects, 0.5 * h, q, v, known, ws.diagonal, forces);
+  add_joint_forces(model, effects, 0.5 * h, q, v, ws.diagonal, forces, ws.counts);
+  widen_diagonal(model, effects, ws);
   Data& data = ws.data;
   compute_inertias(model, data);
   data.has_coriolis = data.has_external = false;
   data.added.clear();
   for (Motion& c : data.c) c = Motion();
   // A singular M would have stopped the step that is inverted.
-  if (!aba(model, impulse, rotor_inertia(model, effects, ws), Vector3::Zero(), moving_bodies(model),
-           data, ws.acceleration))
+  if (!aba(model, ws.tau, ws.diagonal, Vector3::Zero(), moving_bodies(model), data,
+           ws.acceleration))
     return;
   middle -= 0.5 * ws.acceleration;
 }

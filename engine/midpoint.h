@@ -1,7 +1,13 @@
 // The implicit midpoint rule: second order, symmetric, with constraints.
 //
-//   M(q_m) a = n(q_m, w_m) + u,    w_m = w + h a / 2,    q_m = q (+) (h / 2) w_m        smooth
-//   forces M(q) (w_c - w_m) = J' f(J w_c + b) impulses q+ = q (+) h w_c,    w+ = w_c + h a / 2
+//   smooth forces   M(q_m) a = n(q_m, w_m) + u - D w_m,    w_m = w + h a / 2
+//                   q_m = q (+) (h / 2) w_m
+//   impulses        (M(q) + h D) (w_c - w_m) = J' f(J w_c + b)
+//                   q+ = q (+) h w_c,    w+ = w_c + h a / 2
+//
+// D: what dampers, springs and servos take per velocity, kd + h kp / 2. In both lines together
+// these forces are those at w_c, the mean velocity of the step: a servo that a contact holds still
+// pulls with kp (q_t - q), however far it would have moved in free air.
 //
 // Without constraints w_c = w_m, and this is the implicit midpoint rule on the configuration
 // manifold (Hairer, Lubich, Wanner 2006, II.1 and IV.8): order 2, no drift of the energy, exact for
@@ -10,7 +16,7 @@
 // them it is of first order. Velocities are those at the ends of steps: a body at rest on the
 // ground shows -g h/2, half a step of falling, while its pose stands.
 //
-// The inverse: w_c = (q+ (-) q) / h gives f, then M(q) gives w_c - w_m, then a, and u by one
+// The inverse: w_c = (q+ (-) q) / h gives f, then M(q) + h D gives w_c - w_m, then a, and u by one
 // recursion. It needs q+ where there are constraints.
 #pragma once
 
@@ -24,10 +30,11 @@ void step_midpoint(const Model& model, const SimulationOptions& options, EffectS
                    const contact::Settings& settings, const State& state, const Input& input,
                    Workspace::Impl& ws, State& next, StepReport& report);
 
-/// w_m from w_c or, without constraints, from v and v_next: into `middle` (nv). impulse (nv): J' f.
-/// Needs poses at q in ws.data.
-void find_middle(const Model& model, EffectSet effects, const VectorRef& v, const VectorRef& v_next,
-                 const VectorRef& impulse, Workspace::Impl& ws, VectorX& middle);
+/// w_m from v, v_next and the impulses J' f, which are in ws.tau (nv): into `middle` (nv). `known`:
+/// servo targets. Needs poses at q in ws.data.
+void find_middle(const Model& model, EffectSet effects, double h, const VectorRef& q,
+                 const VectorRef& v, const VectorRef& v_next, const Input& known,
+                 Workspace::Impl& ws, VectorX& middle);
 
 /// Puts q_m and w_m into ws.data, and what acts on bodies there; returns gravity [m/s^2].
 Vector3 set_middle(const Model& model, EffectSet effects, double h, const VectorRef& q,

@@ -93,13 +93,16 @@ void invert_euler(const Model& model, EffectSet effects, double h, const VectorR
 void invert_midpoint(const Model& model, EffectSet effects, double h, const VectorRef& q,
                      const VectorRef& v, const VectorRef& v_next, const Input& known,
                      Workspace::Impl& ws, Inverse& out) {
-  find_middle(model, effects, v, v_next, ws.tau, ws, ws.middle);
+  find_middle(model, effects, h, q, v, v_next, known, ws, ws.middle);
   const Vector3 gravity = set_middle(model, effects, h, q, ws.middle, known.wrenches, ws);
   ws.acceleration = (ws.middle - v) / (0.5 * h);
   rnea(model, ws.acceleration, gravity, ws.data, ws.tau);
   add_joint_forces_inverse(model, effects, 0.5 * h, q, v, ws.middle, ws.tau, ws.counts);
   out.applied_force = ws.tau;
   subtract_servos(model, effects, 0.5 * h, q, ws.middle, known, ws, out);
+  // What they gave in the step is that at w_c.
+  if (effects.has(Effect::kServos) && !ws.constraints.empty())
+    compute_servo_forces(model, 0.5 * h, q, ws.next_middle, known, out.servo_force);
 }
 
 /// The velocity that the impulses of a step are functions of: w+, or w_c of the midpoint rule.

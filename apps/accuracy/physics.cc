@@ -8,6 +8,7 @@
 #include "counterpoint/engine/contact_law.h"
 #include "counterpoint/engine/energy.h"
 #include "counterpoint/engine/integrator.h"
+#include "counterpoint/engine/inverse_weights.h"
 #include "counterpoint/engine/kinematics.h"
 #include "total_energy.h"
 
@@ -22,9 +23,14 @@ class Examiner {
         setting_(setting),
         data_(scene.model),
         velocity_(static_cast<size_t>(scene.model.num_bodies())),
+        displacement_(static_cast<size_t>(scene.model.num_bodies())),
+        options_(setting.options),
+        weights_(compute_inverse_weights(scene.model, data_)),
         forward_(scene.model),
         backward_(scene.model),
         scale_(weight(scene.model)) {
+    // What the normal velocity is measured against: gap, recovery, restitution; no shift.
+    options_.contact.friction_model = FrictionModel::kConvex;
     if (has_inverse()) return;
     physics_.inverse_error = std::numeric_limits<double>::quiet_NaN();
   }
@@ -82,15 +88,14 @@ class Examiner {
   }
 
   void look_at_contacts(const State& now, const State& next) {
+    VectorX displacement(model_.nv());  // per second
+    configuration_difference(model_, now.q, next.q, displacement);
+    displacement /= setting_.options.time_step;
     const bool midpoint = setting_.options.integrator == Integrator::kImplicitMidpoint;
-    VectorX w = next.v;
-    if (midpoint) {
-      configuration_difference(model_, now.q, next.q, w);
-      w /= setting_.options.time_step;
-    }
     compute_poses(model_, now.q, data_);
     compute_velocities(model_, now.v, data_);
-    compute_body_velocities(model_, w, data_, velocity_);
+    compute_body_velocities(model_, displacement, data_, displacement_);
+    compute_body_velocities(model_, midpoint ? displacement : next.v, data_, velocity_);
     for (const ContactForce& contact : inverse_.contacts) add(contact);
   }
 
@@ -109,12 +114,15 @@ class Examiner {
     const Material pair = combine_materials(a.material, b.material);
     if (pair.torsional_friction > 0.0 || pair.rolling_friction > 0.0) return;
     const double mu = pair.friction;
-    // What the normal velocity is measured against: gap, recovery, restitution; no shift.
-    ContactOptions plain = setting_.options.contact;
-    plain.friction_model = FrictionModel::kConvex;
-    const Vector3 before = relative(data_.V, a.body, b.body, c.position);
-    const contact::Law law = make_contact_law(plain, setting_.options.time_step, pair, 1.0, c.gap,
-                                              Vector3(before.dot(c.normal), 0.0, 0.0));
+    const double h = options_.time_step,
+                 v_before = relative(data_.V, a.body, b.body, c.position).dot(c.normal);
+    const double alpha = weights_.contact[static_cast<size_t>(a.body)] +
+                         weights_.contact[static_cast<size_t>(b.body)];
+    const contact::Law law = make_contact_law(law_options(options_, alpha, weights_.total_mass), h,
+                                              pair, alpha, c.gap, Vector3(v_before, 0.0, 0.0));
+    // An overlap may be recovered by displacement alone.
+    const double parting = relative(displacement_, a.body, b.body, c.position).dot(c.normal) +
+                           gap_bias(options_.contact, h, c.gap);
     const Vector3 v = relative(velocity_, a.body, b.body, c.position);
     const double closing = v.dot(c.normal) + law.bias[0];
     const Vector3 v_t = v - v.dot(c.normal) * c.normal;
@@ -122,7 +130,7 @@ class Examiner {
     const Vector3 f_t = contact.force - f_n * c.normal;
     ContactResiduals& r = residuals_;
     r.primal = std::max(r.primal, (f_t.norm() - mu * f_n) / std::hypot(1.0, mu));
-    r.dual = std::max(r.dual, -closing);
+    r.dual = std::max({r.dual, -closing, -parting});
     r.complementarity =
         std::max(r.complementarity, std::abs(f_n * (closing + mu * v_t.norm()) + f_t.dot(v_t)));
   }
@@ -130,7 +138,9 @@ class Examiner {
   const Model& model_;
   EngineSetting setting_;
   Data data_;
-  std::vector<Motion> velocity_;
+  std::vector<Motion> velocity_, displacement_;
+  SimulationOptions options_;
+  InverseWeights weights_;
   Workspace forward_, backward_;
   Inverse inverse_;
   Physics physics_;

@@ -166,6 +166,41 @@ TEST(ImplicitMidpoint, ABlockSlidesToRestAndTheInverseFindsItsPush) {
   EXPECT_GT(sim.state().q[0], rest + 1e-3);
 }
 
+/// A light finger on a stiff servo, a spring and a damper, held by its stop: it presses with what
+/// they give there at any step, not with what they would give if it moved on.
+TEST(ImplicitMidpoint, AFingerAtItsStopPressesWithTheForceOfItsServo) {
+  const double mass = 0.02, kp = 800.0, kd = 20.0, target = 0.03, stiffness = 100.0,
+               reference = 0.02;
+  for (const double h : {1e-2, 1e-3, 1e-4}) {
+    test::Slider finger;
+    finger.mass = mass;
+    finger.upper = 0.0;
+    finger.servo = {kp, kd, target, 0.0};
+    finger.stiffness = stiffness;
+    finger.reference = reference;
+    finger.damping = 3.0;
+    Scene scene = test::slider(finger);
+    scene.options.time_step = h;
+    scene.options.integrator = Integrator::kImplicitMidpoint;
+    Simulator sim(std::move(scene));
+    State last = sim.state();
+    for (int i = 0; i < 100; ++i) {
+      last = sim.state();
+      ASSERT_TRUE(sim.step().succeeded());
+    }
+    const Inverse& inverse = sim.inverse(last.q, last.v, sim.state().q, sim.state().v);
+    // The stop gives way by what it takes to press back, r f h / beta with r = eps / m; both pull
+    // that much less. And rounding, as in the test above, of positions of 1 um.
+    const double press = kp * target + stiffness * reference;
+    const ContactOptions& contact = sim.options().contact;
+    const double overlap = contact.compliance / mass * press * h * h / contact.stabilization;
+    const double tolerance = 1.1 * (kp + stiffness) * overlap + 1e-6 * press;
+    EXPECT_NEAR(inverse.contact_force[0], -press, tolerance) << h;
+    EXPECT_NEAR(inverse.servo_force[0], kp * target, tolerance) << h;
+    EXPECT_NEAR(inverse.applied_force[0], 0.0, tolerance) << h;
+  }
+}
+
 TEST(ImplicitMidpoint, InverseWithConstraintsNeedsTheEnd) {
   Scene scene = test::box_on_plane({});
   scene.options.integrator = Integrator::kImplicitMidpoint;

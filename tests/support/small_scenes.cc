@@ -89,6 +89,7 @@ Scene slider(const Slider& parameters) {
   joint.servo = parameters.servo;
   joint.effort_limit = parameters.effort_limit;
   joint.velocity_limit = parameters.velocity_limit;
+  joint.upper = parameters.upper;
   robot.joints.push_back(joint);
   return on_fixed_base(robot);
 }

@@ -34,6 +34,7 @@ struct Slider {
   ServoSpec servo = {};
   double effort_limit = std::numeric_limits<double>::infinity();
   double velocity_limit = std::numeric_limits<double>::infinity();
+  double upper = std::numeric_limits<double>::infinity();
 };
 Scene slider(const Slider& parameters);
 
