@@ -29,7 +29,7 @@ constexpr int kCorrectorHalvings = 4;
 constexpr int kCorrectorSteps = 15, kEasySteps = 3;
 // The target is tried from here on, again after this many decades, in so many steps.
 constexpr double kFirstJump = 2.0, kBetweenJumps = 2.0;
-constexpr int kJumpSteps = 12, kJumpRaises = 0;
+constexpr int kJumpSteps = 12;
 // The end: the center as a share of the square of the scale, a cone. Given up further on than the
 // second, the point may still do as a start.
 constexpr double kEnd = 1e-20, kUseful = 1e-10;
@@ -192,8 +192,7 @@ MixedNewton::Result Homotopy::run(MixedSystem& system, MixedNewton& newton, doub
     next_jump = here_.p + kBetweenJumps * kUnit;
     jump_ = here_.point;
     system.share = 1.0;
-    const auto result =
-        newton.run(system, std::min(kJumpSteps, budget_ - used_), kJumpRaises, jump_);
+    const auto result = newton.run(system, std::min(kJumpSteps, budget_ - used_), jump_);
     used_ += result.iterations;
     out.solved = result.solved;
   }

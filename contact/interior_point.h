@@ -33,6 +33,8 @@ class InteriorPoint {
   /// Leaves in w a point from which Newton's method converges; w is left alone where that fails.
   /// Returns the number of steps, negative if it failed.
   int run(IslandSystem& system, int max_iterations, std::vector<double>& w);
+  /// Impulses of the last run that did not fail [N s].
+  const std::vector<double>& impulses() const { return f_; }
 
   /// Takes the memory that an island needs, so that a method that is seldom tried does not allocate
   /// in the middle of a run.

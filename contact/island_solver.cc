@@ -5,23 +5,27 @@
 namespace counterpoint::contact {
 namespace {
 
-// Newton's method on velocities is given this many steps before others are tried,
-constexpr int kDirectSteps = 2;
-// and more when the residual has come below this: quadratic convergence is at work.
+// Newton's method on velocities goes on where its residual is below this: quadratic convergence is
+// at work;
 constexpr double kNearly = 0.3;
 constexpr int kFinishSteps = 20;
-// Such steps are taken few at a time, as long as these bring the residual to that share.
+// in a few steps at a time, as long as these bring the residual to that share.
 constexpr int kStageSteps = 3;
 constexpr double kContraction = 0.1;
 constexpr int kMixedSteps = 25;
-constexpr int kMixedRaises = 2;
 constexpr int kInteriorSteps = 60;
+// One curve of the homotopy; those that arrive take a hundred, the longest seen 746.
+constexpr int kHomotopySteps = 1000;
 // Where the homotopy was lost it goes again, otherwise and more carefully: of the hardest problems
 // known each of these solves some that the others do not.
-constexpr HomotopyManner kManners[] = {
-    {MixedSystem::kSigma, 0.5, 0}, {0.05, 0.9, 0}, {MixedSystem::kSigma, 0.9, 0}};
+constexpr HomotopyManner kManner = {MixedSystem::kSigma, 0.5, 0};
+constexpr HomotopyManner kMoreManners[] = {{0.05, 0.9, 0}, {MixedSystem::kSigma, 0.9, 0}};
 constexpr HomotopyManner kDetours[] = {
     {MixedSystem::kSigma, 0.5, 1}, {0.05, 0.9, 2}, {MixedSystem::kSigma, 0.9, 3}};
+// The islands of regularizers so many times as large whose solutions may lead to this one's. Powers
+// of two, which leave no rounding behind.
+constexpr double kSofter[] = {8.0, 128.0};
+constexpr double kNeighbors[] = {0.5, 2.0, 8.0};
 constexpr int kLastDirectSteps = 300;
 
 }  // namespace
@@ -53,25 +57,6 @@ void IslandSolver::finish(int max_iterations) {
   best_f_ = f_;
 }
 
-// The homotopy from the start, in all the steps that are left, and Newton's method from its end.
-void IslandSolver::follow(const HomotopyManner& manner) {
-  mixed_system_.begin(*system_, manner.sigma_share, manner.detour);
-  point_.w = start_;
-  const auto result =
-      homotopy_.run(mixed_system_, mixed_newton_, manner.least_cosine, steps_left(), point_);
-  newton_.count(result.iterations);
-  w_ = point_.w;
-  if (result.solved) finish(kFinishSteps);
-}
-
-void IslandSolver::follow_in_turn(std::span<const HomotopyManner> manners) {
-  method_ = Method::kHomotopy;
-  for (const HomotopyManner& manner : manners) {
-    follow(manner);
-    if (!unsolved()) return;
-  }
-}
-
 // Newton's method goes on while its residual falls fast. That it is small says little by itself: it
 // is relative to the island's momentum, and joints with friction have but a small share in a body's
 // fall.
@@ -84,40 +69,101 @@ void IslandSolver::finish_while_contracting() {
   }
 }
 
+// From point_; true if it arrives.
+bool IslandSolver::run_mixed_newton(int max_iterations) {
+  const auto result =
+      mixed_newton_.run(mixed_system_, std::min(max_iterations, steps_left()), point_);
+  newton_.count(result.iterations);
+  if (result.solved) w_ = point_.w;
+  return result.solved;
+}
+
+// From the start. What it finds is as near as a gap of its own can be, which Newton's method on
+// velocities, with kinks as narrow as the regularizer, may miss: the mixed method takes it there.
+bool IslandSolver::run_interior_point(int max_iterations) {
+  w_ = start_;
+  const int steps = interior_point_.run(*system_, std::min(max_iterations, steps_left()), w_);
+  newton_.count(steps < 0 ? -steps - 1 : steps);
+  if (steps < 0) return false;
+  mixed_system_.begin(*system_);
+  point_.w = w_;
+  mixed_system_.scale_impulses(interior_point_.impulses(), point_.phi);
+  run_mixed_newton(kMixedSteps);
+  return true;
+}
+
+// From the start.
+bool IslandSolver::run_homotopy(const HomotopyManner& manner) {
+  mixed_system_.begin(*system_, manner.sigma_share, manner.detour);
+  point_.w = start_;
+  const auto result = homotopy_.run(mixed_system_, mixed_newton_, manner.least_cosine,
+                                    std::min(kHomotopySteps, steps_left()), point_);
+  newton_.count(result.iterations);
+  w_ = point_.w;
+  return result.solved;
+}
+
 // Another method from the start, and Newton's from where it arrives.
 void IslandSolver::attempt(Method method, int max_iterations) {
   method_ = method;
-  const int allowed = std::min(max_iterations, steps_left());
-  bool solved = false;
-  w_ = start_;
-  if (method == Method::kNewton) return finish(allowed);
-  if (method == Method::kHomotopy) return follow_in_turn(kManners);
-  if (method == Method::kInteriorPoint) {
-    const int steps = interior_point_.run(*system_, allowed, w_);
-    solved = steps >= 0;
-    newton_.count(solved ? steps : -steps - 1);
-  } else {
-    mixed_system_.begin(*system_);
-    point_.w = start_;
-    mixed_system_.guess(point_.phi);
-    const auto result = mixed_newton_.run(mixed_system_, allowed, kMixedRaises, point_);
-    solved = result.solved;
-    newton_.count(result.iterations);
-    w_ = point_.w;
+  bool arrived = false;
+  switch (method) {
+    case Method::kNewton:
+      w_ = start_;
+      return finish(max_iterations);
+    case Method::kMixedNewton:
+      mixed_system_.begin(*system_);
+      point_.w = start_;
+      mixed_system_.guess(point_.phi);
+      arrived = run_mixed_newton(max_iterations);
+      break;
+    case Method::kInteriorPoint:
+      arrived = run_interior_point(max_iterations);
+      break;
+    case Method::kHomotopy:
+      arrived = run_homotopy(kManner);
+      break;
   }
-  if (solved) finish(kFinishSteps);
+  if (arrived) finish(kFinishSteps);
 }
 
-// From the cheapest to the surest; Newton's method again when these have failed, whose cost cannot
-// rise; other curves to the same solutions at last.
+// From the solution of the island whose regularizers are so many times as large, by `method`, with
+// the mixed method to the own one.
+void IslandSolver::come_from(double regularizer_factor, Method method) {
+  const auto scale = [&](double factor) {
+    for (auto& c : system_->constraints()) c.law.regularizer *= factor;
+    mixed_system_.begin(*system_);
+  };
+  scale(regularizer_factor);
+  point_.w = start_;
+  mixed_system_.guess(point_.phi);
+  const bool there =
+      method == Method::kHomotopy ? run_homotopy(kManner) : run_mixed_newton(kMixedSteps);
+  scale(1.0 / regularizer_factor);
+  if (there && run_mixed_newton(kMixedSteps)) finish(kFinishSteps);
+}
+
+void IslandSolver::follow_in_turn(std::span<const HomotopyManner> manners) {
+  for (const HomotopyManner& manner : manners) {
+    if (!unsolved()) return;
+    if (run_homotopy(manner)) finish(kFinishSteps);
+  }
+}
+
+// From the cheapest to the surest.
 void IslandSolver::try_in_turn() {
-  finish(kDirectSteps);
+  finish(0);
   finish_while_contracting();
   if (unsolved()) attempt(Method::kMixedNewton, kMixedSteps);
   if (unsolved()) attempt(Method::kInteriorPoint, kInteriorSteps);
-  if (unsolved()) attempt(Method::kHomotopy, settings_.max_iterations);
+  for (const double factor : kSofter)
+    if (unsolved()) come_from(factor, Method::kMixedNewton);
+  if (unsolved()) attempt(Method::kHomotopy, kHomotopySteps);
+  for (const double factor : kNeighbors)
+    if (unsolved()) come_from(factor, Method::kHomotopy);
+  follow_in_turn(kMoreManners);
   if (unsolved()) attempt(Method::kNewton, kLastDirectSteps);
-  if (unsolved()) follow_in_turn(kDetours);
+  follow_in_turn(kDetours);
 }
 
 Newton::Result IslandSolver::solve(IslandSystem& system, const Settings& settings,
@@ -133,6 +179,7 @@ Newton::Result IslandSolver::solve(IslandSystem& system, const Settings& setting
   start_ = w_ = w;
   if (settings.only) {
     attempt(*settings.only, settings.max_iterations);
+    if (*settings.only == Method::kHomotopy) follow_in_turn(kMoreManners);
     if (best_w_.empty()) finish(0);
   } else {
     try_in_turn();

@@ -1,6 +1,7 @@
 // Solves one island: straight by Newton's method on velocities where that is near, else by the
-// mixed Newton method, else by the interior point, else along the homotopy; what these find is
-// finished by Newton's method on velocities, whose residual alone decides.
+// mixed Newton method, else by the interior point, else along the homotopy, else from the solution
+// of the island with other regularizers; what these find is finished by Newton's method on
+// velocities, whose residual alone decides.
 #pragma once
 
 #include <span>
@@ -37,7 +38,10 @@ class IslandSolver {
   void reserve();
   void try_in_turn();
   void attempt(Method method, int max_iterations);
-  void follow(const HomotopyManner& manner);
+  bool run_mixed_newton(int max_iterations);
+  bool run_interior_point(int max_iterations);
+  bool run_homotopy(const HomotopyManner& manner);
+  void come_from(double regularizer_factor, Method method);
   void follow_in_turn(std::span<const HomotopyManner> manners);
   void finish_while_contracting();
   void finish(int max_iterations);

@@ -9,14 +9,11 @@ namespace {
 constexpr double kTolerance = 1e-9;
 // A residual that is not worth another step, as a share of its terms.
 constexpr double kRounding = 1e-13;
-constexpr int kMaxHalvings = 6;
+// Of a step; without a center that follows it has to fall.
+constexpr int kMaxHalvings = 4, kMaxHalvingsHere = 6;
 constexpr double kSufficientDecrease = 1e-3;
 // The center as a share of the laws' residual, a cone.
-constexpr double kTheta = 0.1;
-// After steps shorter than this the center is raised by that factor, and then falls more slowly.
-constexpr double kShortStep = 0.1;
-constexpr double kRaise = 100.0;
-constexpr double kFirstFall = 0.05;
+constexpr double kTheta = 0.3;
 
 }  // namespace
 
@@ -25,20 +22,21 @@ void MixedNewton::reserve(const IslandSystem& system) {
   trial_.reserve(system);
 }
 
-// One step, halved until the residual falls or no longer; returns its length, 0 if singular.
-double MixedNewton::advance(MixedSystem& system, MixedSystem::Point& point, double& norm) {
-  if (!system.factor()) return 0.0;
+// One step, halved until the residual falls or no longer; false if singular.
+bool MixedNewton::advance(MixedSystem& system, int max_halvings, MixedSystem::Point& point,
+                          double& norm) {
+  if (!system.factor()) return false;
   system.direction(step_);
   double step = 1.0, after = 0.0;
   for (int i = 0;; ++i, step *= 0.5) {
     trial_ = point;
     trial_.add(step, step_);
     after = system.residual(trial_);
-    if (after <= (1.0 - kSufficientDecrease * step) * norm || i == kMaxHalvings) break;
+    if (after <= (1.0 - kSufficientDecrease * step) * norm || i == max_halvings) break;
   }
   std::swap(point, trial_);
   norm = after;
-  return step;
+  return true;
 }
 
 MixedNewton::Result MixedNewton::run_here(MixedSystem& system, int max_iterations, double square,
@@ -51,17 +49,15 @@ MixedNewton::Result MixedNewton::run_here(MixedSystem& system, int max_iteration
       return result;
     }
     if (!std::isfinite(norm) || result.iterations == max_iterations) return result;
-    if (advance(system, point, norm) == 0.0) return result;
+    if (!advance(system, kMaxHalvingsHere, point, norm)) return result;
   }
 }
 
-MixedNewton::Result MixedNewton::run(MixedSystem& system, int max_iterations, int max_raises,
+MixedNewton::Result MixedNewton::run(MixedSystem& system, int max_iterations,
                                      MixedSystem::Point& point) {
   Result result;
   const double theta = kTheta / std::max(1, system.num_cones());
   double norm = system.residual(point);
-  double fall = 0.0;
-  int raises = 0;
   if (system.center == 0.0) {
     system.center = theta * system.law_square();
     norm = system.residual(point);
@@ -76,16 +72,10 @@ MixedNewton::Result MixedNewton::run(MixedSystem& system, int max_iterations, in
       return result;
     }
     if (!std::isfinite(norm) || result.iterations == max_iterations) return result;
-    const double step = advance(system, point, norm);
-    if (step == 0.0) return result;
+    if (!advance(system, kMaxHalvings, point, norm)) return result;
     const double goal = theta * system.law_square();
-    if (step < kShortStep) {
-      if (++raises > max_raises) return result;
-      system.center = kRaise * std::max(system.center, goal);
-      fall = fall == 0.0 ? kFirstFall : std::sqrt(fall);
-      norm = system.residual(point);
-    } else if (goal < system.center) {
-      system.center = std::max(goal, fall * system.center);
+    if (goal < system.center) {
+      system.center = goal;
       norm = system.residual(point);
     }
   }

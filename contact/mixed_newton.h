@@ -2,9 +2,9 @@
 // nearly right, and along a homotopy.
 //
 // On the way the smoothing follows the residual of the laws, center = theta * law_square a cone: a
-// smoothing Newton method (Qi, Sun and Zhou, "A new look at smoothing Newton methods", 2000). Where
-// steps become short it is raised again. Nothing makes that converge from afar for Coulomb laws; it
-// gives up early, and the homotopy takes over.
+// smoothing Newton method (Qi, Sun and Zhou, "A new look at smoothing Newton methods", 2000). Steps
+// are halved a few times and then taken even if the residual rises: past a kink it falls again.
+// Nothing makes that converge from afar for Coulomb laws; others take over soon.
 #pragma once
 
 #include <vector>
@@ -21,9 +21,8 @@ class MixedNewton {
   };
 
   /// At most `max_iterations` steps from `point` to the solution at the smoothing of the laws, to a
-  /// relative residual of 1e-9; given up where the smoothing would be raised more than `max_raises`
-  /// times. `point` is where it ended, solved or not.
-  Result run(MixedSystem& system, int max_iterations, int max_raises, MixedSystem::Point& point);
+  /// relative residual of 1e-9. `point` is where it ended, solved or not.
+  Result run(MixedSystem& system, int max_iterations, MixedSystem::Point& point);
   /// The same at the system's center and share as they are, until its residual's square is at most
   /// `square` [J].
   Result run_here(MixedSystem& system, int max_iterations, double square,
@@ -33,7 +32,7 @@ class MixedNewton {
   void reserve(const IslandSystem& system);
 
  private:
-  double advance(MixedSystem& system, MixedSystem::Point& point, double& norm);
+  bool advance(MixedSystem& system, int max_halvings, MixedSystem::Point& point, double& norm);
   MixedSystem::Point step_, trial_;
 };
 

@@ -74,6 +74,14 @@ void MixedSystem::guess(std::vector<double>& phi) {
   }
 }
 
+void MixedSystem::scale_impulses(const std::vector<double>& f, std::vector<double>& phi) const {
+  phi.resize(f.size());
+  for (const Cone& cone : cones_) {
+    for (int r = 0; r < cone.rows; ++r)
+      phi[cone.row + r] = cone.scale[r] > 0.0 ? f[cone.row + r] / cone.scale[r] : 0.0;
+  }
+}
+
 double MixedSystem::impulse_square(const std::vector<double>& phi) const {
   double sum = 0.0;
   for (const Cone& cone : cones_)

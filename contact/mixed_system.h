@@ -53,6 +53,8 @@ class MixedSystem {
 
   /// Impulses that would stop each constraint by itself at the free velocity.
   void guess(std::vector<double>& phi);
+  /// phi = inv(D) f of impulses f [N s]; 0 in directions without friction.
+  void scale_impulses(const std::vector<double>& f, std::vector<double>& phi) const;
   /// Sum over constraints of sigma |phi|^2 [J].
   double impulse_square(const std::vector<double>& phi) const;
   /// Residuals of both equations, kept inside; returns their norm [sqrt J].

@@ -25,7 +25,7 @@ const char* method_name(Method method);
 struct Settings {
   /// Converged when Report::residual is at most this.
   double tolerance = 1e-12;
-  int max_iterations = 2000;  ///< Newton steps, per island
+  int max_iterations = 10000;  ///< Newton steps, per island
   /// For tests and measurements: one method, all islands as one, how M + J'GJ is stored.
   std::optional<Method> only;  ///< this method alone, finished by Newton's
   bool split_islands = true;
