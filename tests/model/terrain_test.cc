@@ -198,7 +198,8 @@ TEST(HeightField, LiesAsTheImageIsLookedAt) {
   EXPECT_EQ(mesh.vertices[0], Vector3(-2, 1, 0.5));
   EXPECT_EQ(mesh.vertices[5], Vector3(2, -1, 3));
   EXPECT_EQ(mesh.triangles.size(), 4u);
-  for (const Terrain::Triangle& t : make_terrain(mesh)->triangles) EXPECT_GT(t.normal.z(), 0.0);
+  const auto terrain = make_terrain(mesh);
+  for (const Terrain::Triangle& t : terrain->triangles) EXPECT_GT(t.normal.z(), 0.0);
   expect_refused([] { height_field_mesh({1, 3, {1, 2, 3}}, 1, 1, 1, "thin.csv"); }, {"thin.csv"});
 }
 
