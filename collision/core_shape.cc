@@ -48,6 +48,8 @@ int scan_all(const ConvexMesh& mesh, const Vector3& direction) {
 
 // Of the listed vertices the one farthest along the direction, of equals the first.
 int highest_of(const ConvexMesh& mesh, const Vector3& direction, const int* list, int size) {
+  // Heights are over the mean of all vertices, so that one at least is not below and in the list.
+  // cppcheck-suppress uninitvar
   int best = list[0];
   double height = mesh.vertices[best].dot(direction);
   for (int k = 1; k < size; ++k) {

@@ -13,10 +13,10 @@ constexpr double kNoDirection = 1e-12;
 struct Anchor {
   Vector3 position, velocity, acceleration;
 
-  Anchor(const Data& data, const std::vector<Motion>& A, int body, const Pose& X_BC) {
+  Anchor(const Data& data, const std::vector<Motion>& A, int body, const Pose& X_BC)
+      : position(data.X_WB[body] * X_BC.translation) {
     const Vector3 arm = data.X_WB[body].rotation * X_BC.translation;
     const Motion& V = data.V[body];
-    position = data.X_WB[body].translation + arm;
     velocity = V.at(arm);
     // Of the point that moves along, hence the convective term.
     acceleration = A[body].at(arm) + V.angular.cross(velocity);

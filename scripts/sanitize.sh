@@ -1,8 +1,9 @@
 #!/bin/sh
-# Builds with the address and undefined behaviour sanitizers and runs tests under them:
-#   scripts/sanitize.sh                      those of model/ and contact/, and the fuzz corpora
+# Builds with the address and undefined behaviour sanitizers (preset asan; Eigen's assertions are on
+# there too) and runs tests under them:
+#   scripts/sanitize.sh                      everything; most of an hour on two cores, not part of CI
+#   scripts/sanitize.sh --inputs             what reads files: tests of model/, fuzz corpora; part of CI
 #   scripts/sanitize.sh model_test 'Urdf*'   one executable, with a GoogleTest filter
-# Not part of CI: with two cores the build alone takes longer than its tests.
 set -eu
 cd "$(dirname "$0")/.."
 
@@ -10,11 +11,18 @@ cd "$(dirname "$0")/.."
 export ASAN_OPTIONS=detect_leaks=0:strict_string_checks=1
 export UBSAN_OPTIONS=print_stacktrace=1
 cmake --preset asan
-if [ $# -gt 0 ]; then
-  cmake --build --preset asan --target "$1"
-  exec "build/asan/bin/$1" "--gtest_filter=${2:-*}"
-fi
-cmake --build --preset asan --target model_test contact_test tests/fuzz/all
-build/asan/bin/model_test
-build/asan/bin/contact_test
-ctest --test-dir build/asan -R '^fuzz\.' --output-on-failure
+case "${1:-}" in
+  "")
+    cmake --build --preset asan
+    exec ctest --preset asan
+    ;;
+  --inputs)
+    cmake --build --preset asan --target model_test tests/fuzz/all
+    build/asan/bin/model_test --gtest_brief=1
+    exec ctest --preset asan -R '^fuzz\.'
+    ;;
+  *)
+    cmake --build --preset asan --target "$1"
+    exec "build/asan/bin/$1" "--gtest_filter=${2:-*}"
+    ;;
+esac

@@ -71,8 +71,11 @@ std::string not_free(const Scene& scene) {
 class TorqueFree {
  public:
   TorqueFree(const Matrix3& inertia, const Matrix3& rotation, const Vector3& spin)
-      : inertia_(inertia), rotation_(rotation), spin_(spin), top_(inertia) {
-    momentum_ = rotation * (inertia * spin);
+      : inertia_(inertia),
+        rotation_(rotation),
+        spin_(spin),
+        top_(inertia),
+        momentum_(rotation * (inertia * spin)) {
     axis_ = farthest_axis();
   }
 
