@@ -7,6 +7,8 @@
 #include <cstring>
 #include <limits>
 
+#include "counterpoint/collision/wide.h"
+
 #if defined(__SSE2__)
 #include <emmintrin.h>
 #endif
@@ -22,15 +24,6 @@ constexpr int kScanAtMost = 128;
 constexpr int kTogether = 8;
 using Floats = float __attribute__((vector_size(4 * kTogether)));
 using Ints = std::int32_t __attribute__((vector_size(4 * kTogether)));
-
-// As contact/wide.h, which this folder does not include: compiled twice, chosen when the program
-// starts, the same bits. Not under the address sanitizer, which is not up yet then.
-#if defined(__x86_64__) && defined(__gnu_linux__) && !defined(__AVX2__) && \
-    !defined(__SANITIZE_ADDRESS__)
-#define COUNTERPOINT_WIDE __attribute__((target_clones("avx2", "default")))
-#else
-#define COUNTERPOINT_WIDE
-#endif
 
 // The vertex farthest along the direction, of equals the lowest.
 int scan_all(const ConvexMesh& mesh, const Vector3& direction) {

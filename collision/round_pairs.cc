@@ -3,6 +3,7 @@
 
 #include "counterpoint/collision/pair_functions.h"
 #include "counterpoint/collision/segment.h"
+#include "counterpoint/collision/wide.h"
 #include "counterpoint/model/rotation.h"
 
 namespace counterpoint::collision {
@@ -11,139 +12,134 @@ namespace {
 // Relative to the size of the shapes: points closer together are one, gaps closer are equal.
 constexpr double kSame = 1e-10;
 
-Segment capsule_segment(const Shape& shape, const Pose& X) {
-  return {X.translation, X.rotation.col(2), shape.size[1]};
-}
-
-struct CorePair {
-  Vector3 a, b;
-  double distance2;
-};
-
-CorePair core_pair(const Vector3& a, const Vector3& b) { return {a, b, (b - a).squaredNorm()}; }
-
-// A unit vector perpendicular to both segments.
-Vector3 across(const Segment& a, const Segment& b) {
-  const Vector3 cross = a.direction.cross(b.direction);
+// A unit vector perpendicular to both, which are of unit length.
+[[gnu::noinline]] Vector3 across(const Vector3& u, const Vector3& v) {
+  const Vector3 cross = u.cross(v);
   const double sine = cross.norm();
-  return sine > kSame ? Vector3(cross / sine) : Vector3(frame_from_normal(a.direction).col(0));
+  return sine > kSame ? Vector3(cross / sine) : Vector3(frame_from_normal(u).col(0));
 }
 
 }  // namespace
 
 void sphere_sphere(const Shape& a, const Pose& X_WA, const Shape& b, const Pose& X_WB,
                    double margin, Manifold& out) {
-  out.add_round(X_WA.translation, a.size[0], X_WB.translation, b.size[0], Vector3::UnitZ(), margin);
+  out.add_round(Vector3::Zero(), a.size[0], X_WB.translation - X_WA.translation, b.size[0],
+                Vector3::UnitZ(), margin);
+  if (out.size > 0) out.points[0].position += X_WA.translation;
 }
 
 void sphere_capsule(const Shape& a, const Pose& X_WA, const Shape& b, const Pose& X_WB,
                     double margin, Manifold& out) {
-  const Segment segment = capsule_segment(b, X_WB);
-  out.add_round(X_WA.translation, a.size[0], segment.at(segment.closest(X_WA.translation)),
-                b.size[0], X_WB.rotation.col(0), margin);
+  const Segment segment{X_WB.translation - X_WA.translation, X_WB.rotation.col(2), b.size[1]};
+  out.add_round(Vector3::Zero(), a.size[0], segment.at(segment.closest(Vector3::Zero())), b.size[0],
+                X_WB.rotation.col(0), margin);
+  if (out.size > 0) out.points[0].position += X_WA.translation;
 }
 
 namespace {
 
-// Two numbers at a time.
 using Two = double __attribute__((vector_size(16)));
 
-// What two segments are like from scalar products alone: a first look, right to 1e-15 of their
-// size, that spares most of the exact one.
-class FirstLook {
- public:
-  FirstLook(const Segment& a, const Segment& b)
-      : half_a_(a.half_length), half_b_(b.half_length), cosine_(a.direction.dot(b.direction)) {
-    const Vector3 r = b.center - a.center;
-    r2_ = r.squaredNorm();
-    ra_ = r.dot(a.direction);
-    rb_ = r.dot(b.direction);
-  }
-  double cosine() const { return cosine_; }
-  // Squared distances of the ends -1 and 1 of A, or of the ends of B on the same sides.
-  Two ends_of_a() const { return end(Two{-half_a_, half_a_}, half_b_, ra_, rb_); }
-  Two ends_of_b() const {
-    const double half = cosine_ < 0.0 ? -half_b_ : half_b_;
-    return end(Two{-half, half}, half_a_, -rb_, -ra_);
-  }
-  // False if the closest points of the lines are not between the ends, by more than `slack`.
-  bool may_cross(double slack) const {
-    const double sine2 = 1.0 - cosine_ * cosine_;
-    return std::abs(ra_ - cosine_ * rb_) < half_a_ * sine2 + slack &&
-           std::abs(cosine_ * ra_ - rb_) < half_b_ * sine2 + slack;
-  }
+// The segments u s, |s| <= half_u, and r + v t, |t| <= half_v; u and v of unit length.
+struct Segments {
+  Vector3 r, u, v;
+  double half_u, half_v;
 
- private:
-  // Of the point s of one from the other of that half length.
-  Two end(Two s, double half_length, double r_mine, double r_other) const {
-    const Two foot = s * cosine_ - r_other;
-    const Two low = {-half_length, -half_length};
-    const Two above = foot < low ? low : foot;
-    const Two t = -low < above ? -low : above;
-    return r2_ + s * (s - 2.0 * r_mine) + t * (t - 2.0 * foot);
-  }
-
-  double half_a_, half_b_, cosine_, r2_, ra_, rb_;
+  Vector3 between(double s, double t) const { return (r + t * v) - s * u; }
 };
+
+// Parameters where the lines through the segments come closest; false if that is beyond an end.
+// For lines that are almost parallel, where scalar products have too few digits.
+[[gnu::noinline]] bool cross_at_grazing(const Segments& g, double& s, double& t) {
+  return closest_on_lines({Vector3::Zero(), g.u, g.half_u}, {g.r, g.v, g.half_v}, s, t) &&
+         std::abs(s) < g.half_u && std::abs(t) < g.half_v;
+}
+
+// Exactly, where scalar products cannot tell.
+[[gnu::noinline]] bool is_closer(const Segments& g, double s, double t, double s_other,
+                                 double t_other) {
+  return g.between(s, t).squaredNorm() < g.between(s_other, t_other).squaredNorm();
+}
 
 }  // namespace
 
 // Each end of the stretch where the two run side by side is an end of one of the segments; so the
 // ends' own contacts are the manifold, and they move continuously. Where the segments cross, the
-// closest point lies between and is added.
-void capsule_capsule(const Shape& a, const Pose& X_WA, const Shape& b, const Pose& X_WB,
-                     double margin, Manifold& out) {
-  // Relative to the size and the margin: beyond it by more, or beyond an end, for sure.
+// closest point lies between and is added. Which points these are is told by scalar products alone,
+// right to 1e-15 of the size; their places are found exactly.
+COUNTERPOINT_WIDE void capsule_capsule(const Shape& a, const Pose& X_WA, const Shape& b,
+                                       const Pose& X_WB, double margin, Manifold& out) {
+  // Relative to the size and the margin: beyond it by more, or closer than another, for sure.
   constexpr double kSurely = 1e-6;
-  const Segment sa = capsule_segment(a, X_WA);
-  const Segment sb = capsule_segment(b, X_WB);
-  const double scale = a.size[0] + b.size[0] + sa.half_length + sb.half_length;
-  const auto add = [&](const CorePair& pair) {
-    // A direction is wanted only where the segments meet.
-    const Vector3 fallback = pair.distance2 > 0.0 ? Vector3(Vector3::UnitZ()) : across(sa, sb);
-    out.add_round(pair.a, a.size[0], pair.b, b.size[0], fallback, margin);
+  // Of the squared sine; with less, lines graze.
+  constexpr double kGrazing = 1e-4;
+  const Segments segments{X_WB.translation - X_WA.translation, X_WA.rotation.col(2),
+                          X_WB.rotation.col(2), a.size[1], b.size[1]};
+  const auto& [r, u, v, half_u, half_v] = segments;
+  const double radius = a.size[0] + b.size[0];
+  const double scale = radius + half_u + half_v;
+  constexpr double infinity = std::numeric_limits<double>::infinity();
+  double least = infinity;
+  // If closer than `most`.
+  const auto add = [&](double s, double t, double most) __attribute__((always_inline)) {
+    const Vector3 d = segments.between(s, t);
+    const double distance = d.norm();
+    const double gap = distance - radius;
+    if (!(gap < margin && distance < most)) return;
+    least = std::min(least, distance);
+    const Vector3 normal = distance > 0.0 ? Vector3(d * (1.0 / distance)) : across(u, v);
+    ContactPoint& point = out.points[out.size++];
+    point.position =
+        X_WA.translation + (s * u + (0.5 * d + (0.5 * (a.size[0] - b.size[0])) * normal));
+    point.normal = normal;
+    point.gap = gap;
   };
-  const FirstLook look(sa, sb);
-  const double same_way = look.cosine() < 0.0 ? -1.0 : 1.0;
+  const double cosine = u.dot(v);
+  const double ru = r.dot(u);
+  const double rv = r.dot(v);
+  const double r2 = r.squaredNorm();
+  // The ends -1 and 1 of A and those of B on the same sides, with their feet on the other segment.
+  const Two end_s = {-half_u, half_u};
+  const double same_way = std::copysign(half_v, cosine);
+  const Two end_t = {-same_way, same_way};
+  const Two most_s = Two{} + half_u;
+  const Two most_t = Two{} + half_v;
+  const Two free_t = end_s * cosine - rv;
+  const Two free_s = end_t * cosine + ru;
+  Two foot_t = free_t < -most_t ? -most_t : free_t;
+  foot_t = most_t < foot_t ? most_t : foot_t;
+  Two foot_s = free_s < -most_s ? -most_s : free_s;
+  foot_s = most_s < foot_s ? most_s : foot_s;
+  const Two of_a2 = end_s * (end_s - 2.0 * ru) + foot_t * (foot_t - 2.0 * free_t);
+  const Two of_b2 = end_t * (end_t + 2.0 * rv) + foot_s * (foot_s - 2.0 * free_s);
+  const Two closer2 = (of_b2 < of_a2 ? of_b2 : of_a2) + r2;
   const double slack = kSurely * (scale + std::abs(margin));
-  const double reach = std::max(0.0, margin + a.size[0] + b.size[0]) + slack;
-  const Two ends_a2 = look.ends_of_a();
-  const Two ends_b2 = look.ends_of_b();
-
-  double least = std::numeric_limits<double>::infinity();
+  const double reach = std::max(0.0, margin + radius) + slack;
   for (int i = 0; i < 2; ++i) {
-    const double a2 = ends_a2[i];
-    const double b2 = ends_b2[i];
-    if (std::min(a2, b2) > reach * reach) continue;
-    const double end = i == 0 ? -1.0 : 1.0;
-    CorePair best;
-    best.distance2 = std::numeric_limits<double>::infinity();
-    if (!(a2 > b2 + slack * slack)) {
-      const Vector3 end_a = sa.at(end * sa.half_length);
-      best = core_pair(end_a, sb.at(sb.closest(end_a)));
+    if (!(closer2[i] <= reach * reach)) continue;
+    bool b_ends = of_b2[i] < of_a2[i];
+    if (std::abs(of_b2[i] - of_a2[i]) < slack * slack) [[unlikely]] {
+      b_ends = is_closer(segments, foot_s[i], end_t[i], end_s[i], foot_t[i]);
     }
-    if (!(b2 > a2 + slack * slack)) {
-      const Vector3 end_b = sb.at(same_way * end * sb.half_length);
-      const CorePair from_b = core_pair(sa.at(sa.closest(end_b)), end_b);
-      if (from_b.distance2 < best.distance2) best = from_b;
-    }
-    least = std::min(least, best.distance2);
-    add(best);
+    add(b_ends ? foot_s[i] : end_s[i], b_ends ? end_t[i] : foot_t[i], infinity);
   }
-  const double same2 = kSame * scale * (kSame * scale);
-  if (out.size == 2 && (out.points[0].position - out.points[1].position).squaredNorm() < same2) {
+  const double same = kSame * scale;
+  if (out.size == 2 &&
+      (out.points[0].position - out.points[1].position).squaredNorm() < same * same) {
     out.size = 1;
   }
-  double s = 0.0;
-  double t = 0.0;
-  if (look.may_cross(slack) && closest_on_lines(sa, sb, s, t) && std::abs(s) < sa.half_length &&
-      std::abs(t) < sb.half_length) {
-    const CorePair crossing = core_pair(sa.at(s), sb.at(t));
-    if (crossing.distance2 < least &&
-        std::sqrt(crossing.distance2) < std::sqrt(least) - kSame * scale) {
-      add(crossing);
-    }
+  const double sine2 = 1.0 - cosine * cosine;
+  double s = ru - cosine * rv;
+  double t = cosine * ru - rv;
+  if (sine2 < kGrazing) [[unlikely]] {
+    if (!cross_at_grazing(segments, s, t)) return;
+  } else {
+    if (!(std::abs(s) < half_u * sine2 && std::abs(t) < half_v * sine2)) return;
+    const double inverse = 1.0 / sine2;
+    s *= inverse;
+    t *= inverse;
   }
+  add(s, t, least - same);
 }
 
 }  // namespace counterpoint::collision
