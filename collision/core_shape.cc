@@ -1,6 +1,7 @@
 #include "counterpoint/collision/core_shape.h"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <cstdint>
@@ -9,24 +10,20 @@
 
 #include "counterpoint/collision/wide.h"
 
-#if defined(__SSE2__)
-#include <emmintrin.h>
-#endif
-
 namespace counterpoint::collision {
 
 namespace {
 
-// With no more vertices than this looking at all is faster than climbing.
-constexpr int kScanAtMost = 128;
+// With no more points than this looking at all is faster than climbing.
+constexpr std::size_t kScanAtMost = 128;
 
-// As many as coarse_vertices is a multiple of.
-constexpr int kTogether = 8;
-using Floats = float __attribute__((vector_size(4 * kTogether)));
-using Ints = std::int32_t __attribute__((vector_size(4 * kTogether)));
+using Four = double __attribute__((vector_size(32)));
+using FourBits = std::int64_t __attribute__((vector_size(32)));
+
+bool is_scanned(const ConvexMesh& mesh) { return mesh.vertices.size() <= kScanAtMost; }
 
 // The vertex farthest along the direction, of equals the lowest.
-int scan_all(const ConvexMesh& mesh, const Vector3& direction) {
+[[gnu::noinline]] int scan_all(const ConvexMesh& mesh, const Vector3& direction) {
   int best = 0;
   double height = mesh.vertices[0].dot(direction);
   for (int i = 1; i < static_cast<int>(mesh.vertices.size()); ++i) {
@@ -39,126 +36,122 @@ int scan_all(const ConvexMesh& mesh, const Vector3& direction) {
   return best;
 }
 
-// Of the listed vertices the one farthest along the direction, of equals the first.
-int highest_of(const ConvexMesh& mesh, const Vector3& direction, const int* list, int size) {
-  // Heights are over the mean of all vertices, so that one at least is not below and in the list.
-  // cppcheck-suppress uninitvar
-  int best = list[0];
-  double height = mesh.vertices[best].dot(direction);
-  for (int k = 1; k < size; ++k) {
-    const double h = mesh.vertices[list[k]].dot(direction);
-    best = h > height ? list[k] : best;
-    height = h > height ? h : height;
+// The bits of a height that hold an index: 6e-14 of it.
+constexpr std::int64_t kIndex = 2 * kScanAtMost - 1;
+
+// Heights of four points along (x, y, z), their last bits overwritten with the point's index.
+COUNTERPOINT_INTO_EACH void find_heights(const double* xs, const double* ys, const double* zs,
+                                         const double (&direction)[3], const FourBits& height_bits,
+                                         const FourBits& index, Four& out) {
+  Four px, py, pz;
+  std::memcpy(&px, xs, sizeof px);
+  std::memcpy(&py, ys, sizeof py);
+  std::memcpy(&pz, zs, sizeof pz);
+  const Four height = px * direction[0] + py * direction[1] + pz * direction[2];
+  out = reinterpret_cast<Four>((reinterpret_cast<FourBits>(height) & height_bits) | index);
+}
+
+// Of a multiple of eight points the one farthest along the direction: the highest brings its index
+// along and nothing branches.
+COUNTERPOINT_INTO_EACH int find_farthest(const std::array<std::vector<double>, 3>& columns,
+                                         const double (&direction)[3]) {
+  const int size = static_cast<int>(columns[0].size());
+  const double* xs = columns[0].data();
+  const double* ys = columns[1].data();
+  const double* zs = columns[2].data();
+  const FourBits height_bits = FourBits{} + ~kIndex;
+  FourBits index = {0, 1, 2, 3};
+  Four most = Four{} + std::numeric_limits<double>::lowest();
+  Four more = most;
+  for (const double* const end = xs + size; xs != end; xs += 8, ys += 8, zs += 8, index += 4) {
+    Four first, second;
+    find_heights(xs, ys, zs, direction, height_bits, index, first);
+    index += 4;
+    find_heights(xs + 4, ys + 4, zs + 4, direction, height_bits, index, second);
+    most = first > most ? first : most;
+    more = second > more ? second : more;
   }
+  most = most > more ? most : more;
+  // Lanes against those two and one away.
+  const Four two_away = __builtin_shufflevector(most, most, 2, 3, 0, 1);
+  most = most > two_away ? most : two_away;
+  const Four one_away = __builtin_shufflevector(most, most, 1, 0, 3, 2);
+  most = most > one_away ? most : one_away;
+  return static_cast<int>(std::bit_cast<std::int64_t>(most[0]) & kIndex);
+}
+
+COUNTERPOINT_WIDE int find_farthest_face(const ConvexMesh& mesh, const Vector3& n) {
+  const int last = static_cast<int>(mesh.face_normals.size()) - 1;
+  return std::min(find_farthest(mesh.normal_columns, {n.x(), n.y(), n.z()}), last);
+}
+
+// Can heights along the direction be told apart?
+COUNTERPOINT_INTO_EACH bool has_length(const double (&direction)[3]) {
+  constexpr double kShortest = 1e-100;
+  constexpr double kLongest = 1e100;
+  const double length = std::abs(direction[0]) + std::abs(direction[1]) + std::abs(direction[2]);
+  return length > kShortest && length < kLongest;
+}
+
+COUNTERPOINT_WIDE int find_farthest_vertex(const ConvexMesh& mesh, const Vector3& d) {
+  const double direction[] = {d.x(), d.y(), d.z()};
+  if (!has_length(direction)) return scan_all(mesh, d);
+  const int last = static_cast<int>(mesh.vertices.size()) - 1;
+  return std::min(find_farthest(mesh.vertex_columns, direction), last);
+}
+
+// The vertex farthest along a direction in the mesh's parent frame, and its place there.
+COUNTERPOINT_WIDE int place_farthest_vertex(const ConvexMesh& mesh, const Pose& X, const Vector3& d,
+                                            Vector3& place) {
+  const double* const R = X.rotation.data();
+  double direction[3];
+  for (int i = 0; i < 3; ++i) {
+    direction[i] = R[3 * i] * d.x() + R[3 * i + 1] * d.y() + R[3 * i + 2] * d.z();
+  }
+  int best;
+  if (has_length(direction)) [[likely]] {
+    const int last = static_cast<int>(mesh.vertices.size()) - 1;
+    best = std::min(find_farthest(mesh.vertex_columns, direction), last);
+  } else {
+    best = scan_all(mesh, {direction[0], direction[1], direction[2]});
+  }
+  place = X * Vector3(mesh.vertices[best]);
   return best;
 }
 
-// Single-precision heights of a mesh along a direction. The last bits of each hold the vertex, so
-// that the highest brings its own along.
-struct Heights {
-  static constexpr std::int32_t kVertex = kScanAtMost - 1;
-  static_assert(kScanAtMost == 128);
-  Floats all[kScanAtMost / kTogether];
-  float highest, next;
-};
-
-// Of two highest and two others, lane by lane, the two highest. By reference: vectors this wide
-// have no place in the calling convention of narrow machines.
-inline void keep_highest(const Floats& other_first, const Floats& other_second, Floats& first,
-                         Floats& second) {
-  const Floats lower = first < other_first ? first : other_first;
-  second = second > other_second ? second : other_second;
-  second = second > lower ? second : lower;
-  first = first > other_first ? first : other_first;
-}
-
-COUNTERPOINT_WIDE void find_heights(const ConvexMesh& mesh, float x, float y, float z,
-                                    Heights& out) {
-  const float* const xs = mesh.coarse_vertices[0].data();
-  const float* const ys = mesh.coarse_vertices[1].data();
-  const float* const zs = mesh.coarse_vertices[2].data();
-  const int size = static_cast<int>(mesh.vertices.size());
-  const Floats lowest = Floats{} + std::numeric_limits<float>::lowest();
-  Floats first = lowest, second = lowest;
-  Ints vertices = {0, 1, 2, 3, 4, 5, 6, 7};
-  for (int i = 0; i < size; i += kTogether, vertices += kTogether) {
-    Floats px, py, pz;
-    std::memcpy(&px, xs + i, sizeof px);
-    std::memcpy(&py, ys + i, sizeof py);
-    std::memcpy(&pz, zs + i, sizeof pz);
-    const Floats height = px * x + py * y + pz * z;
-    const auto tagged =
-        reinterpret_cast<Floats>((reinterpret_cast<Ints>(height) & ~Heights::kVertex) | vertices);
-    out.all[i / kTogether] = tagged;
-    keep_highest(tagged, lowest, first, second);
+// The face that looks most along the direction. The search climbs from face to face around common
+// corners, from those around a vertex; it remembers a few corners that it has been around.
+int climb_faces(const ConvexMesh& mesh, const Vector3& direction, int vertex) {
+  constexpr int kRemembered = 16;
+  std::array<int, kRemembered> seen;
+  int num_seen = 0;
+  int best = mesh.vertex_faces[vertex][0];
+  double most = mesh.face_normals[best].dot(direction);
+  const auto look_around = [&](int v) {
+    if (std::find(seen.begin(), seen.begin() + num_seen, v) != seen.begin() + num_seen) return;
+    if (num_seen < kRemembered) seen[num_seen++] = v;
+    for (const int f : mesh.vertex_faces[v]) {
+      const double along = mesh.face_normals[f].dot(direction);
+      best = along > most ? f : best;
+      most = along > most ? along : most;
+    }
+  };
+  look_around(vertex);
+  for (int from = -1; from != best;) {
+    from = best;
+    for (const int v : mesh.faces[from]) look_around(v);
   }
-  // Lanes against those four, two and one away; the masks have to be constants.
-  keep_highest(__builtin_shufflevector(first, first, 4, 5, 6, 7, 0, 1, 2, 3),
-               __builtin_shufflevector(second, second, 4, 5, 6, 7, 0, 1, 2, 3), first, second);
-  keep_highest(__builtin_shufflevector(first, first, 2, 3, 0, 1, 6, 7, 4, 5),
-               __builtin_shufflevector(second, second, 2, 3, 0, 1, 6, 7, 4, 5), first, second);
-  keep_highest(__builtin_shufflevector(first, first, 1, 0, 3, 2, 5, 4, 7, 6),
-               __builtin_shufflevector(second, second, 1, 0, 3, 2, 5, 4, 7, 6), first, second);
-  out.highest = first[0];
-  out.next = second[0];
-}
-
-// One bit a lane that is `least` or more.
-unsigned lanes_from(const Floats& heights, float least) {
-#if defined(__SSE2__)
-  __m128 low, high;
-  std::memcpy(&low, &heights, sizeof low);
-  std::memcpy(&high, reinterpret_cast<const char*>(&heights) + sizeof low, sizeof high);
-  const __m128 limit = _mm_set1_ps(least);
-  return static_cast<unsigned>(_mm_movemask_ps(_mm_cmpge_ps(low, limit)) |
-                               _mm_movemask_ps(_mm_cmpge_ps(high, limit)) << 4);
-#else
-  unsigned lanes = 0;
-  for (int i = 0; i < kTogether; ++i) lanes |= static_cast<unsigned>(heights[i] >= least) << i;
-  return lanes;
-#endif
-}
-
-// The same as scan_all for at most kScanAtMost vertices: in single precision, and in double among
-// those that come close.
-int scan_few(const ConvexMesh& mesh, const Vector3& direction) {
-  // Vertices are at most 1 long. Relative to the direction's length the six roundings of a product
-  // lose 4e-7, the bits that hold the vertex 1.6e-5.
-  constexpr float kClose = 4e-5f;
-  // Of the direction; beyond, single precision may run out.
-  constexpr float kShortest = 1e-18f;
-  constexpr float kLongest = 1e18f;
-  const auto x = static_cast<float>(direction.x());
-  const auto y = static_cast<float>(direction.y());
-  const auto z = static_cast<float>(direction.z());
-  const float length = std::abs(x) + std::abs(y) + std::abs(z);
-  if (!(length > kShortest && length < kLongest)) return scan_all(mesh, direction);
-  Heights heights;
-  find_heights(mesh, x, y, z, heights);
-  const float least = heights.highest - kClose * length;
-  if (heights.next < least) return std::bit_cast<std::int32_t>(heights.highest) & Heights::kVertex;
-  const int size = static_cast<int>(mesh.vertices.size());
-  int close[kScanAtMost];
-  int num_close = 0;
-  for (int first = 0; first < size; first += kTogether) {
-    unsigned lanes = lanes_from(heights.all[first / kTogether], least);
-    if (size - first < kTogether) lanes &= (1u << (size - first)) - 1u;
-    for (; lanes != 0; lanes &= lanes - 1) close[num_close++] = first + std::countr_zero(lanes);
-  }
-  return highest_of(mesh, direction, close, num_close);
+  return best;
 }
 
 }  // namespace
 
 int scan_vertices(const ConvexMesh& mesh, const Vector3& direction) {
-  return static_cast<int>(mesh.vertices.size()) <= kScanAtMost ? scan_few(mesh, direction)
-                                                               : scan_all(mesh, direction);
+  return is_scanned(mesh) ? find_farthest_vertex(mesh, direction) : scan_all(mesh, direction);
 }
 
 int support_vertex(const ConvexMesh& mesh, const Vector3& direction, int start) {
-  if (static_cast<int>(mesh.vertices.size()) <= kScanAtMost) {
-    return scan_few(mesh, direction);
-  }
+  if (is_scanned(mesh)) return find_farthest_vertex(mesh, direction);
   int best = start;
   double height = mesh.vertices[best].dot(direction);
   for (bool climbed = true; climbed;) {
@@ -176,7 +169,18 @@ int support_vertex(const ConvexMesh& mesh, const Vector3& direction, int start) 
   return best;
 }
 
+int support_face(const ConvexMesh& mesh, const Vector3& direction, int vertex) {
+  // A polyhedron has at most twice as many faces as vertices.
+  return mesh.face_normals.size() <= 2 * kScanAtMost ? find_farthest_face(mesh, direction)
+                                                     : climb_faces(mesh, direction, vertex);
+}
+
 Vector3 CoreShape::support(const Vector3& direction) const {
+  if (shape.type == ShapeType::kConvexMesh && is_scanned(*shape.mesh)) {
+    Vector3 place;
+    hint = place_farthest_vertex(*shape.mesh, X, direction, place);
+    return place;
+  }
   const Vector3 local = X.rotation.transpose() * direction;
   const Vector3& size = shape.size;
   switch (shape.type) {
@@ -204,8 +208,7 @@ Vector3 CoreShape::support(const Vector3& direction) const {
 }
 
 bool CoreShape::climbs() const {
-  return shape.type == ShapeType::kConvexMesh &&
-         static_cast<int>(shape.mesh->vertices.size()) > kScanAtMost;
+  return shape.type == ShapeType::kConvexMesh && !is_scanned(*shape.mesh);
 }
 
 double CoreShape::scan_support(const Vector3& direction) const {

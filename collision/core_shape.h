@@ -33,7 +33,12 @@ struct CoreShape {
 /// Index of the mesh vertex farthest along `direction` (mesh frame); the search climbs from
 /// `start`.
 int support_vertex(const ConvexMesh& mesh, const Vector3& direction, int start);
-/// The same by looking at every vertex; of equals the lowest.
+/// The same by looking at every vertex. Of up to 128 one that is farthest to 1e-13 of the radius,
+/// of more the lowest of equals.
 int scan_vertices(const ConvexMesh& mesh, const Vector3& direction);
+
+/// Index of the face whose normal is most along the unit vector (mesh frame), to 1e-13; a search
+/// among many begins around `vertex`.
+int support_face(const ConvexMesh& mesh, const Vector3& direction, int vertex);
 
 }  // namespace counterpoint::collision

@@ -49,31 +49,6 @@ void cylinder_feature(const Shape& cylinder, const Pose& X, const Vector3& direc
   }
 }
 
-// The face that looks most along the direction. The search climbs from face to face around common
-// corners, from those around a vertex; it remembers a few corners that it has been around.
-int support_face(const ConvexMesh& mesh, const Vector3& direction, int vertex) {
-  constexpr int kRemembered = 16;
-  std::array<int, kRemembered> seen;
-  int num_seen = 0;
-  int best = mesh.vertex_faces[vertex][0];
-  double most = mesh.face_normals[best].dot(direction);
-  const auto look_around = [&](int v) {
-    if (std::find(seen.begin(), seen.begin() + num_seen, v) != seen.begin() + num_seen) return;
-    if (num_seen < kRemembered) seen[num_seen++] = v;
-    for (const int f : mesh.vertex_faces[v]) {
-      const double along = mesh.face_normals[f].dot(direction);
-      best = along > most ? f : best;
-      most = along > most ? along : most;
-    }
-  };
-  look_around(vertex);
-  for (int from = -1; from != best;) {
-    from = best;
-    for (const int v : mesh.faces[from]) look_around(v);
-  }
-  return best;
-}
-
 // Of a face with too many corners every k-th.
 void mesh_feature(const ConvexMesh& mesh, const Pose& X, const Vector3& direction, int vertex,
                   Feature& out) {

@@ -10,3 +10,6 @@
 #else
 #define COUNTERPOINT_WIDE
 #endif
+
+// What such functions share becomes part of each of their two versions.
+#define COUNTERPOINT_INTO_EACH __attribute__((always_inline)) inline

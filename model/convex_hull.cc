@@ -70,16 +70,16 @@ Vector3 polygon_normal(const std::vector<Vector3>& points, const std::vector<int
   return normal;
 }
 
-void set_coarse_vertices(ConvexMesh& hull) {
+std::array<std::vector<double>, 3> columns(const std::vector<Vector3>& points,
+                                           const Vector3& origin) {
   constexpr size_t kTogether = 8;
-  const size_t size = (hull.vertices.size() + kTogether - 1) / kTogether * kTogether;
-  for (int k = 0; k < 3; ++k) {
-    hull.coarse_vertices[k].assign(size, 0.0f);
-    for (size_t i = 0; i < hull.vertices.size(); ++i) {
-      hull.coarse_vertices[k][i] =
-          static_cast<float>((hull.vertices[i][k] - hull.interior_point[k]) / hull.radius);
-    }
+  const size_t size = (points.size() + kTogether - 1) / kTogether * kTogether;
+  std::array<std::vector<double>, 3> out;
+  for (size_t i = 0; i < size; ++i) {
+    const Vector3 p = points[std::min(i, points.size() - 1)] - origin;
+    for (int k = 0; k < 3; ++k) out[k].push_back(p[k]);
   }
+  return out;
 }
 
 /// The hull from qhull's facets, or nothing if they do not make a closed convex polyhedron.
@@ -101,8 +101,6 @@ std::optional<ConvexMesh> assemble(const std::vector<Vector3>& points, const Fac
   for (const Vector3& v : hull.vertices) {
     hull.radius = std::max(hull.radius, (v - hull.interior_point).norm());
   }
-
-  set_coarse_vertices(hull);
 
   std::vector<std::pair<int, int>> edges;
   for (const auto& polygon : facets.polygons) {
@@ -147,6 +145,8 @@ std::optional<ConvexMesh> assemble(const std::vector<Vector3>& points, const Fac
     hull.face_normals.push_back(normal);
     hull.face_offsets.push_back(offset);
   }
+  hull.vertex_columns = columns(hull.vertices, hull.interior_point);
+  hull.normal_columns = columns(hull.face_normals, Vector3::Zero());
   return hull;
 }
 

@@ -18,9 +18,9 @@ struct ConvexMesh {
   std::vector<double> face_offsets;     ///< [m]: normal . x = offset on the face
   std::vector<std::vector<int>> vertex_neighbors;  ///< vertices joined by an edge: hill climbing for support points
   std::vector<std::vector<int>> vertex_faces;      ///< faces around each vertex, ascending
-  /// x, y and z of the vertices, single precision, from interior_point and in units of radius; zeros
-  /// up to a multiple of eight. For a first look at where the mesh reaches farthest.
-  std::array<std::vector<float>, 3> coarse_vertices;
+  /// x, y and z of the vertices, from interior_point, and of the face normals; the last one repeated
+  /// up to a multiple of eight. For a look at all of them at once.
+  std::array<std::vector<double>, 3> vertex_columns, normal_columns;
   Vector3 interior_point = Vector3::Zero();  ///< strictly inside (mean of the vertices)
   double radius = 0.0;                  ///< largest distance of a vertex from interior_point [m]
   double volume = 0.0;                  ///< of the hull [m^3]
