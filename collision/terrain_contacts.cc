@@ -17,6 +17,8 @@ constexpr double kSame = 1e-3;
 constexpr double kFlatSlack = 2e-4;
 // Relative to the shape's half thickness: how far behind a face the shape's centre may be.
 constexpr double kBehind = 0.5;
+// The same for an edge that is within the shape.
+constexpr double kPast = 1.5;
 // Relative to the shape's half thickness: overlaps that need no second look.
 constexpr double kShallow = 0.05;
 // How far to the side, relative to its depth, the way to a corner may come through a face.
@@ -123,7 +125,7 @@ void TerrainContacts::touch_faces(const Query& query, int t) {
 // An edge as the upper side of a sheet that reaches far into the ground: the way out is up.
 void TerrainContacts::touch_fin(const Query& query, const Vector3& middle, const Vector3& along,
                                 double half_length, const Vector3& up) {
-  if (up.dot(query.center - middle) < -kBehind * query.thickness) return;
+  if (up.dot(query.center - middle) < -kPast * query.thickness) return;
   const Shape fin{ShapeType::kBox, Vector3(0.0, query.size, half_length), nullptr};
   Pose X_TF;
   X_TF.rotation << up.cross(along), up, along;
@@ -155,12 +157,13 @@ void TerrainContacts::touch_edges(const Query& query, int t) {
     const Vector3& other_normal =
         neighbor >= 0 ? query.terrain.triangles[neighbor].normal : triangle.normal;
     const Vector3 up = (triangle.normal + other_normal).normalized();
+    bool fin = false;
     for (int i = 0; i < manifold.size; ++i) {
       const ContactPoint& point = manifold.points[i];
       const Vector3& m = point.normal;
       if (point.gap < 0.0 && m.dot(up) < 0.0) {
         // The edge is past the middle of a thin shape, and the least way out leads on.
-        touch_fin(query, middle, along, half_length, up);
+        fin = true;
         break;
       }
       if (neighbor < 0 && m.dot(triangle.normal) < kRimCosine) continue;
@@ -176,11 +179,15 @@ void TerrainContacts::touch_edges(const Query& query, int t) {
         if (closer) continue;
       } else {
         // Within the wedge: pointing away from both faces, else one of them is closer.
-        if (m.dot(triangle.normal.cross(along)) > kWedge) continue;
-        if (neighbor >= 0 && m.dot(along.cross(other_normal)) > kWedge) continue;
+        if (m.dot(triangle.normal.cross(along)) > kWedge ||
+            (neighbor >= 0 && m.dot(along.cross(other_normal)) > kWedge)) {
+          fin = fin || point.gap < -kShallow * query.thickness;
+          continue;
+        }
       }
       add(query, point);
     }
+    if (fin) touch_fin(query, middle, along, half_length, up);
   }
 }
 
