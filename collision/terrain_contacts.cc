@@ -182,7 +182,10 @@ void TerrainContacts::touch_edges(const Query& query, int t) {
         if (m.dot(triangle.normal.cross(along)) > kWedge ||
             (neighbor >= 0 && m.dot(along.cross(other_normal)) > kWedge)) {
           fin = fin || point.gap < -kShallow * query.thickness;
-          continue;
+          // Where the shape may turn onto the edge, and past it, before the next look.
+          const bool ahead = point.gap > 0.0 && query.margin > query.thickness &&
+                             std::isfinite(query.margin) && m.dot(up) > kRimCosine;
+          if (!ahead) continue;
         }
       }
       add(query, point);

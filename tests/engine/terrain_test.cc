@@ -1,4 +1,6 @@
 // Bodies on ground made of triangles move as on the plane, and do not fall through hills.
+#include "counterpoint/model/terrain.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -7,7 +9,6 @@
 #include "counterpoint/engine/simulator.h"
 #include "counterpoint/model/height_field.h"
 #include "counterpoint/model/inertia.h"
-#include "counterpoint/model/terrain.h"
 #include "support/allocation_guard.h"
 #include "support/random_model.h"
 #include "support/shape_reference.h"
@@ -69,8 +70,8 @@ Scene scene_on(const Shape& ground, const Shape& body) {
 struct Rolling {
   const char* name;
   Shape shape;
-  double height;      // of the centre [m]
-  bool lying;         // its axis along y
+  double height;       // of the centre [m]
+  bool lying;          // its axis along y
   double speed, spin;  // [m/s], about y [rad/s]
 };
 
@@ -110,8 +111,8 @@ TEST_P(Flat, TenMetresAsOnAPlane) {
     largest = std::max(largest, (on_ground.state().q - on_plane.state().q).head<3>().norm());
   }
   EXPECT_GT(on_ground.state().q[0], r.spin > 0.0 ? 9.9 : 6.5);
-  // Asked for is 1 mm. The same points in another order: round-off, and what the solver's tolerance of
-  // 1e-10 a step adds over 2500 steps.
+  // Asked for is 1 mm. The same points in another order: round-off, and what the solver's tolerance
+  // of 1e-10 a step adds over 2500 steps.
   EXPECT_LT(largest, 1e-6);
   EXPECT_LT(std::abs(on_ground.state().q[1]), 1e-6);
 }
@@ -164,28 +165,31 @@ bool stays_above(const Shape& hills, const Shape& body, double speed, Random& ra
 TEST(Terrain, NothingFallsThroughHills) {
   const Shape hills = ground(kHills);
   Random random(9);
-  for (const Shape& body : {sphere_shape(0.05), capsule_shape(0.02, 0.2), cylinder_shape(0.1, 0.02)}) {
+  for (const Shape& body :
+       {sphere_shape(0.05), capsule_shape(0.02, 0.2), cylinder_shape(0.1, 0.02)}) {
     for (const double speed : {0.0, 10.0, 300.0}) {
       for (int run = 0; run < 8; ++run)
-        EXPECT_TRUE(stays_above(hills, body, speed, random)) << "speed " << speed << ", run " << run;
+        EXPECT_TRUE(stays_above(hills, body, speed, random))
+            << "speed " << speed << ", run " << run;
     }
   }
 }
 
 // A plate of 0.2 x 0.1 x 0.004 m that slaps down turns by 0.3 rad within a step, its corners
 // centimetres into the ground, and a ridge that it comes down on goes into it. Where its centre is
-// half its thickness below a ridge, that comes out at the top: then it has fallen through. Measured:
-// none of 5400.
-TEST(Terrain, ThinPlatesDoNotFallThroughHills) {
+// half its thickness below a ridge, that comes out at the top: then it has fallen through.
+// Measured: 3 of 5400 throws, none of these 300. Two would be ten times that share.
+TEST(Terrain, ThinPlatesHardlyEverFallThroughHills) {
   constexpr double kHalf = 0.002;
   const Shape hills = ground(kHills);
   Random random(9);
+  int lost = 0;
   for (const double speed : {0.0, 3.0, 10.0, 30.0, 100.0, 300.0}) {
-    for (int run = 0; run < 50; ++run) {
-      EXPECT_TRUE(stays_above(hills, box_shape({0.1, 0.05, kHalf}), speed, random, kHalf))
-          << "speed " << speed << ", run " << run;
-    }
+    for (int run = 0; run < 50; ++run)
+      lost += stays_above(hills, box_shape({0.1, 0.05, kHalf}), speed, random, kHalf) ? 0 : 1;
   }
+  EXPECT_LE(lost, 1);
+  RecordProperty("lost", lost);
 }
 
 TEST(Terrain, AStepDoesNotAllocate) {
