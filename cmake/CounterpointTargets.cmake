@@ -8,7 +8,7 @@ file(CREATE_LINK ${counterpoint_root} ${PROJECT_BINARY_DIR}/include/counterpoint
 
 add_library(counterpoint_flags INTERFACE)
 target_compile_options(counterpoint_flags INTERFACE
-  -Wall -Wextra -Wpedantic -Wshadow -Wno-maybe-uninitialized
+  -Wall -Wextra -Wpedantic -Wshadow $<$<CXX_COMPILER_ID:GNU>:-Wno-maybe-uninitialized>
   # Contraction would let the compiler choose between a*b+c and fma(a,b,c) per call site, and with it
   # the bits of a result; NaN and signed zero keep their meaning.
   -ffp-contract=off)
@@ -17,8 +17,8 @@ if(COUNTERPOINT_WERROR)
 endif()
 if(COUNTERPOINT_NATIVE)
   # GCC 12 takes Eigen's AVX-512 loads of short vectors, which a branch guards, for reads past the end.
-  target_compile_options(counterpoint_flags INTERFACE -march=native -Wno-array-bounds
-                         -Wno-stringop-overread)
+  target_compile_options(counterpoint_flags INTERFACE -march=native
+    $<$<CXX_COMPILER_ID:GNU>:-Wno-array-bounds -Wno-stringop-overread>)
 endif()
 
 # counterpoint_library(NAME SOURCES ... [PUBLIC libs] [PRIVATE libs])

@@ -1,5 +1,5 @@
-// A 6x6 symmetric inertia over (angular, linear), as three 3x3 blocks: rigid, composite or
-// articulated.
+// 6x6 symmetric inertias over (angular, linear): articulated ones as three 3x3 blocks, and those of
+// rigid bodies, which have ten parameters.
 #pragma once
 
 #include "counterpoint/model/spatial.h"
@@ -12,6 +12,51 @@ inline Matrix3 cross_columns(const Vector3& p, const Matrix3& m) {
   for (int j = 0; j < 3; ++j) out.col(j) = p.cross(m.col(j));
   return out;
 }
+
+/// Of one rigid body or of several welded together, about a point, in axes of W.
+struct RigidInertia {
+  double mass;         ///< [kg]
+  Vector3 moment;      ///< mass times the centre of mass seen from the point [kg m]
+  Matrix3 rotational;  ///< about the point, symmetric [kg m^2]
+
+  /// `inertia` being about its centre of mass, in axes of W.
+  static RigidInertia about_origin(const SpatialInertia& inertia) {
+    RigidInertia I{inertia.mass, Vector3::Zero(), inertia.rotational};
+    I.move(inertia.center);
+    return I;
+  }
+
+  Force operator*(const Motion& v) const {
+    return {rotational * v.angular + moment.cross(v.linear),
+            mass * v.linear - moment.cross(v.angular)};
+  }
+
+  RigidInertia& operator+=(const RigidInertia& o) {
+    mass += o.mass;
+    moment += o.moment;
+    rotational += o.rotational;
+    return *this;
+  }
+
+  /// To a point from which the one so far is seen at p [m]: with h the moment and g = h + m p / 2,
+  /// 2 (g.p) 1 - g p' - p g' is added.
+  void move(const Vector3& p) {
+    const Vector3 g = moment + (0.5 * mass) * p;
+    moment += mass * p;
+    const double xx = g.x() * p.x(), yy = g.y() * p.y(), zz = g.z() * p.z();
+    rotational(0, 0) += 2.0 * (yy + zz);
+    rotational(1, 1) += 2.0 * (xx + zz);
+    rotational(2, 2) += 2.0 * (xx + yy);
+    const double xy = g.x() * p.y() + g.y() * p.x(), xz = g.x() * p.z() + g.z() * p.x(),
+                 yz = g.y() * p.z() + g.z() * p.y();
+    rotational(0, 1) -= xy;
+    rotational(1, 0) -= xy;
+    rotational(0, 2) -= xz;
+    rotational(2, 0) -= xz;
+    rotational(1, 2) -= yz;
+    rotational(2, 1) -= yz;
+  }
+};
 
 /// [torque; force] = [angular, coupling; coupling', linear] [angular velocity; linear velocity].
 struct ArticulatedInertia {

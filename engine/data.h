@@ -19,16 +19,17 @@ struct MultiDofFactor {
   Vector6 u;                          ///< tau - S' pA
 };
 
-/// Inertia that only the forward step has, about the body's origin, in W.
+/// Inertia that only the forward step has, seen from the body's origin, in axes of W.
 struct AddedInertia {
   int body = 0;
-  ArticulatedInertia inertia;
+  SpatialInertia inertia;
 };
 
 struct Data {
   explicit Data(const Model& model);
 
   // compute_poses (kinematics.h)
+  std::vector<double> sine, cosine;  ///< by body, of a revolute joint's angle
   std::vector<Pose> X_WB;
   std::vector<Vector3> arm;  ///< from the parent's origin to the body's, in W [m]
   std::vector<Motion> axis;  ///< nv: columns of the joints' motion subspaces S, in W
@@ -68,7 +69,7 @@ struct Data {
   std::vector<MultiDofFactor> multi;  ///< by body; used where joint_nv > 1
 
   // crba
-  std::vector<ArticulatedInertia> composite;
+  std::vector<RigidInertia> composite;  ///< of the subtrees, about their first bodies' origins
 };
 
 }  // namespace counterpoint

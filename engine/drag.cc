@@ -15,7 +15,7 @@ void compute_drag(const Model& model, double h, Data& data) {
     hC.mass = h * (drag.linear + drag.quadratic * V.at(hC.center).norm());
     const double about = h * (drag.angular + drag.angular_quadratic * V.angular.norm());
     hC.rotational = about * Matrix3::Identity();
-    data.added[i] = {link.body, ArticulatedInertia::rigid(hC)};
+    data.added[i] = {link.body, hC};
   }
 }
 

@@ -1,0 +1,28 @@
+// Several ways to do one thing, timed in turn so that all of them meet the same moods of the machine.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace counterpoint::apps {
+
+/// Processor time of this thread [s].
+double thread_seconds();
+
+/// One of them: `run(count)` does it so many times.
+struct Contender {
+  std::string name;
+  std::function<void(int)> run;
+};
+
+/// Median seconds of one time, by contender, and median ratio to the first contender's.
+struct Timing {
+  std::vector<double> seconds, ratio;
+};
+
+/// In every round each contender runs once for about `slice` seconds, after a round that is not
+/// counted; ratios are taken within a round.
+Timing take_turns(const std::vector<Contender>& contenders, int rounds, double slice);
+
+}  // namespace counterpoint::apps
