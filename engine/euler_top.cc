@@ -42,7 +42,7 @@ Vector3 EulerTop::advance(const Vector3& omega, double h) const {
   // L^2 - 2 E I_i. The angular momentum goes round the axis of the largest moment if that of the
   // middle one is positive, else round that of the smallest: there L is a multiple of dn, along the
   // middle axis of sn, along the third, a, of cn.
-  const auto excess = [&](int i) {
+  const auto excess = [&L, &I = I](int i) {
     double sum = 0.0;
     for (int k = 0; k < 3; ++k) sum += L[k] * L[k] * (1.0 - I[i] / I[k]);
     return sum;

@@ -13,10 +13,9 @@ namespace counterpoint {
 inline constexpr double kMaxReducedAngle = 524288.0;
 
 /// Of |x| <= kMaxReducedAngle, to 1.1 units in the last place: the angle less a multiple of
-/// pi / 2 in three pieces of 33 bits, whose products with that multiple are exact (Cody, Waite 1980),
-/// then the minimax polynomials of fdlibm (Sun 1993).
-__attribute__((always_inline)) inline void sin_cos_reduced(double x, double& sine,
-                                                           double& cosine) {
+/// pi / 2 in three pieces of 33 bits, whose products with that multiple are exact (Cody, Waite
+/// 1980), then the minimax polynomials of fdlibm (Sun 1993).
+__attribute__((always_inline)) inline void sin_cos_reduced(double x, double& sine, double& cosine) {
   constexpr double kTwoOverPi = 6.36619772367581382433e-01;
   constexpr double kHalfPi1 = 1.57079632673412561417e+00, kHalfPi2 = 6.07710050630396597660e-11,
                    kHalfPi3 = 2.02226624879595063154e-21;
@@ -36,8 +35,9 @@ __attribute__((always_inline)) inline void sin_cos_reduced(double x, double& sin
   const double s = y - ((z * (0.5 * tail - v * s_poly) - tail) - v * -1.66666666666666324348e-01);
   const double c_poly = z * (4.16666666666666019037e-02 +
                              z * (-1.38888888888741095749e-03 + z * 2.48015872894767294178e-05)) +
-                        w * w * (-2.75573143513906633035e-07 +
-                                 z * (2.08757232129817482790e-09 + z * -1.13596475577881948265e-11));
+                        w * w *
+                            (-2.75573143513906633035e-07 +
+                             z * (2.08757232129817482790e-09 + z * -1.13596475577881948265e-11));
   const double half = 0.5 * z, rest = 1.0 - half;
   const double c = rest + (((1.0 - rest) - half) + (z * c_poly - y * tail));
   const bool swapped = (quadrant & 1) != 0;

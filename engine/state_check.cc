@@ -194,7 +194,8 @@ Fault StateCheck::of_recovered(const Model& model, const VectorRef& force) const
 
 bool StateCheck::accepts(double max_speed, const State& next) const {
   const double* v = next.v.data();
-  bool good = all_finite(next.q) & std::isfinite(next.time);
+  bool good = all_finite(next.q);
+  good &= std::isfinite(next.time);
   // Not a number is never less; nor is infinity.
   for (size_t k = 0; k < reach_.size(); ++k) good &= std::abs(v[k]) * reach_[k] < max_speed;
   return good;

@@ -25,7 +25,8 @@ using peers::PinocchioConvention;
 using peers::PinocchioJoint;
 using peers::PinocchioRobot;
 
-constexpr int kStates = 64;  ///< gone through in turn: branches and sines differ from one to the next
+constexpr int kStates =
+    64;  ///< gone through in turn: branches and sines differ from one to the next
 
 struct Robot {
   const char* urdf;
@@ -170,7 +171,8 @@ class Ours {
   void evaluate(PinocchioAlgorithm algorithm, const States& states, std::size_t i) {
     compute_poses(model_, states.q[i], data_);
     switch (algorithm) {
-      case PinocchioAlgorithm::kKinematics: return;
+      case PinocchioAlgorithm::kKinematics:
+        return;
       case PinocchioAlgorithm::kRnea:
         compute_velocities(model_, states.v[i], data_);
         return rnea(model_, states.x[i], model_.gravity(), data_, out_);
@@ -262,16 +264,14 @@ void compare_robot(const std::filesystem::path& urdf, const Robot& robot,
         {"pinocchio", [&](int count) { world->run(what, count); }}};
     const bool two_ways =
         algorithm == PinocchioAlgorithm::kAba || algorithm == PinocchioAlgorithm::kCrba;
-    if (two_ways)
-      contenders.push_back({"pinocchio", [&](int count) { local->run(what, count); }});
+    if (two_ways) contenders.push_back({"pinocchio", [&](int count) { local->run(what, count); }});
     const Timing timing = take_turns(contenders, options.rounds, options.slice);
     const std::size_t best = two_ways && timing.seconds[2] < timing.seconds[1] ? 2 : 1;
-    const double error =
-        difference(model, algorithm, states, best == 2 ? local_pair : pair, ours,
-                   best == 2 ? *local : *world);
+    const double error = difference(model, algorithm, states, best == 2 ? local_pair : pair, ours,
+                                    best == 2 ? *local : *world);
     const std::string label = urdf.stem().string();
-    rows.push_back({"algorithms", label, name, "counterpoint", timing.seconds[0], 1.0,
-                    "difference", error, model.nv(), ""});
+    rows.push_back({"algorithms", label, name, "counterpoint", timing.seconds[0], 1.0, "difference",
+                    error, model.nv(), ""});
     rows.push_back({"algorithms", label, name, "pinocchio", timing.seconds[best],
                     1.0 / timing.ratio[best], "difference", error, model.nv(),
                     two_ways ? (best == 2 ? "local" : "world") : ""});

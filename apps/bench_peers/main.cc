@@ -3,7 +3,12 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <set>
 
+#include "chart.h"
 #include "peers/mujoco.h"
 #include "peers/pinocchio.h"
 #include "tables.h"
@@ -11,18 +16,94 @@
 namespace counterpoint::apps {
 namespace {
 
-int run(int argc, char** argv) {
-  CLI::App app("Counterpoint beside MuJoCo and Pinocchio, on the same models in turn");
+struct Arguments {
   PeerOptions options;
+  std::vector<std::string> tables = {"algorithms", "steps", "scale"};
+  std::filesystem::path csv, svg;
+};
+
+void print(const PeerRow& row) {
+  const std::string time =
+      std::isfinite(row.seconds)
+          ? fmt::format("{:10.3f} us   ours / this {:5.2f}", 1e6 * row.seconds, row.ratio)
+          : std::string(32, ' ');
+  fmt::print("{:26} nv {:4} {:10} {:17} {}   {} {:.2g} {}\n", row.scene, row.nv, row.quantity,
+             row.engine, time, row.quality, row.error, row.remark);
+}
+
+std::ofstream open(const std::filesystem::path& file) {
+  if (file.has_parent_path()) std::filesystem::create_directories(file.parent_path());
+  std::ofstream out(file);
+  if (!out) throw std::runtime_error(file.string() + ": cannot be written");
+  return out;
+}
+
+void write_csv(const std::filesystem::path& file, const std::vector<PeerRow>& rows) {
+  std::ofstream out = open(file);
+  out << "table,scene,nv,quantity,engine,microseconds,ours_over_this,quality,error,remark\n";
+  for (const PeerRow& row : rows)
+    out << fmt::format("{},{},{},{},{},{:.6g},{:.4g},{},{:.3g},{}\n", row.table, row.scene, row.nv,
+                       row.quantity, row.engine, 1e6 * row.seconds, row.ratio, row.quality,
+                       row.error, row.remark);
+}
+
+/// Time over the number of velocities, a curve an engine and quantity.
+void write_svg(const std::filesystem::path& file, const std::vector<PeerRow>& rows) {
+  Chart chart;
+  chart.title = "One thread, medians: time over velocities";
+  chart.x_label = "velocities";
+  chart.y_label = "time [us]";
+  chart.log_x = chart.log_y = chart.legend_beside = true;
+  std::set<std::string> seen;
+  for (const PeerRow& row : rows) {
+    const std::string name = row.table + ": " + row.engine + ", " + row.quantity;
+    if (!std::isfinite(row.seconds) || !seen.insert(name).second) continue;
+    Curve curve;
+    curve.name = name;
+    curve.marks = true;
+    curve.line = row.table != "steps";
+    std::vector<std::pair<int, double>> points;
+    for (const PeerRow& other : rows)
+      if (other.table == row.table && other.engine == row.engine && other.quantity == row.quantity)
+        points.emplace_back(other.nv, 1e6 * other.seconds);
+    std::sort(points.begin(), points.end());
+    for (const auto& [nv, time] : points) curve.add(nv, time);
+    chart.curves.push_back(curve);
+  }
+  open(file) << svg(chart);
+}
+
+int run(int argc, char** argv) {
+  Arguments arguments;
+  PeerOptions& options = arguments.options;
   options.scenes = COUNTERPOINT_SOURCE_DIR "/data/scenes";
+  CLI::App app("Counterpoint beside MuJoCo and Pinocchio, on the same models in turn");
   app.add_option("--robots", options.robots, "Folder below which URDFs of robots are looked for");
-  app.add_option("--rounds", options.rounds, "Medians are over so many");
+  app.add_option("--tables", arguments.tables, "algorithms, steps, scale; default all")
+      ->check(CLI::IsMember({"algorithms", "steps", "scale"}))
+      ->delimiter(',');
+  app.add_option("--rounds", options.rounds, "Rounds of algorithms (default 21)");
+  app.add_option("--step-rounds", options.step_rounds, "Rounds of trajectories (default 5)");
+  app.add_option("--duration", options.duration, "Longest trajectory [s] (default 2)");
+  app.add_option("--csv", arguments.csv, "Write every figure to this file");
+  app.add_option("--svg", arguments.svg, "Draw time over velocities into this file");
   CLI11_PARSE(app, argc, argv);
-  fmt::print("Pinocchio: {}\nMuJoCo: {}\n", peers::pinocchio_version(), peers::mujoco_version());
-  for (const PeerRow& row : compare_algorithms(options))
-    fmt::print("{:28} {:11} {:13} {:9.0f} ns  ours/this {:5.2f}  {} {:.1e} {}\n", row.scene,
-               row.quantity, row.engine, 1e9 * row.seconds, row.ratio, row.quality, row.error,
-               row.remark);
+
+  const auto named = [](const std::string& version) {
+    return version.empty() ? "not found when this was built" : version;
+  };
+  fmt::print("Counterpoint: {}\nPinocchio: {}\nMuJoCo: {}\n", COUNTERPOINT_FLAGS,
+             named(peers::pinocchio_version()), named(peers::mujoco_version()));
+  std::vector<PeerRow> rows;
+  for (const std::string& table : arguments.tables) {
+    const std::vector<PeerRow> more = table == "algorithms" ? compare_algorithms(options)
+                                      : table == "steps"    ? compare_steps(options)
+                                                            : compare_scale(options);
+    for (const PeerRow& row : more) print(row);
+    rows.insert(rows.end(), more.begin(), more.end());
+    if (!arguments.csv.empty()) write_csv(arguments.csv, rows);
+  }
+  if (!arguments.svg.empty()) write_svg(arguments.svg, rows);
   return 0;
 }
 

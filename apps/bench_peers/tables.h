@@ -24,12 +24,20 @@ struct PeerRow {
 struct PeerOptions {
   std::filesystem::path scenes;  ///< our data/scenes
   std::filesystem::path robots;  ///< folder of URDFs searched for robots by name; may be empty
-  int rounds = 21;
-  double slice = 2e-3;  ///< seconds a contender runs at a time
+  int rounds = 21;               ///< of algorithms
+  double slice = 1e-3;           ///< seconds that an algorithm runs at a time
+  int step_rounds = 5;           ///< of whole trajectories
+  double duration = 2.0;         ///< longest trajectory [s]
 };
 
 /// RNEA, ABA, CRBA and poses against Pinocchio; empty without it.
 std::vector<PeerRow> compare_algorithms(const PeerOptions& options);
+
+/// Steps forward and inverse against MuJoCo; ours alone without it.
+std::vector<PeerRow> compare_steps(const PeerOptions& options);
+
+/// The same from one robot to a hundred and from a hundred boxes to two thousand, and memory.
+std::vector<PeerRow> compare_scale(const PeerOptions& options);
 
 /// A file of this name anywhere below `folder`, or empty.
 std::filesystem::path find_below(const std::filesystem::path& folder, const std::string& name);

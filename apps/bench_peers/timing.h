@@ -1,4 +1,5 @@
-// Several ways to do one thing, timed in turn so that all of them meet the same moods of the machine.
+// Several ways to do one thing, timed in turn so that all of them meet the same moods of the
+// machine.
 #pragma once
 
 #include <functional>

@@ -57,6 +57,7 @@ class Writer {
         filter_(scene.model),
         best_(settings == MujocoSettings::kBest),
         rk4_(settings == MujocoSettings::kRungeKutta4),
+        elliptic_(settings == MujocoSettings::kElliptic),
         integrator_(integrator) {
     filter_.exclude(collider_.overlapping_pairs());
   }
@@ -107,7 +108,8 @@ class Writer {
     line("<compiler angle='radian' inertiafromgeom='false' balanceinertia='false'/>");
     const std::string common = fmt::format("timestep='{:.17g}' gravity='{}'", h, text(gravity));
     if (!best_) {
-      line("<option {}{}/>", common, rk4_ ? " integrator='RK4'" : "");
+      line("<option {}{}{}/>", common, rk4_ ? " integrator='RK4'" : "",
+           elliptic_ ? " cone='elliptic'" : "");
       return;
     }
     line(
@@ -382,7 +384,7 @@ class Writer {
   collision::Collider collider_;
   EffectSet called_, on_;
   collision::PairFilter filter_;
-  bool best_ = false, rk4_ = false;
+  bool best_ = false, rk4_ = false, elliptic_ = false;
   bool by_surface_ = false;  ///< MuJoCo chooses pairs and friction itself
   std::string integrator_, out_;
   std::map<const ConvexMesh*, std::size_t> meshes_;

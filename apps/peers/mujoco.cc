@@ -381,6 +381,47 @@ void Mujoco::finish_run() {
   impl_->forces_read = true;
 }
 
+std::string Mujoco::step_from(MujocoMoment& moment) {
+  const mjModel* m = impl_->m;
+  const mjData* d = impl_->d;
+  moment.qpos.assign(d->qpos, d->qpos + m->nq);
+  moment.qvel.assign(d->qvel, d->qvel + m->nv);
+  std::string failure = impl_->run(1);
+  moment.qacc.assign(d->qacc, d->qacc + m->nv);
+  return failure;
+}
+
+void Mujoco::run_inverse(const MujocoMoment* moments, std::size_t count) {
+  mjData* d = impl_->d;
+  for (std::size_t i = 0; i < count; ++i) {
+    std::copy(moments[i].qpos.begin(), moments[i].qpos.end(), d->qpos);
+    std::copy(moments[i].qvel.begin(), moments[i].qvel.end(), d->qvel);
+    std::copy(moments[i].qacc.begin(), moments[i].qacc.end(), d->qacc);
+    mj_inverse(impl_->m, d);
+  }
+}
+
+Mujoco::InverseForces Mujoco::inverse_forces() const {
+  const mjData* d = impl_->d;
+  InverseForces forces;
+  for (int i = 0; i < impl_->m->nv; ++i) {
+    forces.applied = std::max(forces.applied, std::abs(d->qfrc_inverse[i]));
+    forces.scale =
+        std::max({forces.scale, std::abs(d->qfrc_constraint[i]), std::abs(d->qfrc_bias[i])});
+  }
+  return forces;
+}
+
+std::size_t Mujoco::memory() const {
+#if mjVERSION_HEADER >= 300
+  return static_cast<std::size_t>(impl_->m->nbuffer + impl_->d->nbuffer) +
+         static_cast<std::size_t>(impl_->d->maxuse_arena);
+#else
+  return static_cast<std::size_t>(impl_->m->nbuffer + impl_->d->nbuffer) +
+         static_cast<std::size_t>(impl_->d->maxuse_stack) * sizeof(mjtNum);
+#endif
+}
+
 const std::vector<ContactForce>& Mujoco::contacts() const {
   impl_->read_forces();
   return impl_->contacts;

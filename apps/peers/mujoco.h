@@ -19,7 +19,8 @@ namespace counterpoint::peers {
 ///             allows, tolerance 1e-12, up to 1000 iterations, implicit integration, several points
 ///             a pair of convex shapes
 ///   kRungeKutta4  as kDefault, but for its Runge-Kutta method of order four
-enum class MujocoSettings { kDefault, kBest, kRungeKutta4 };
+///   kElliptic  as kDefault, but with elliptic cones of friction in place of pyramids
+enum class MujocoSettings { kDefault, kBest, kRungeKutta4, kElliptic };
 
 /// "2.2.2", or empty: MuJoCo was not found when this was built.
 std::string mujoco_version();
@@ -29,6 +30,11 @@ struct MujocoStep {
   int iterations = 0;            ///< of its solver
   double max_penetration = 0.0;  ///< at the start of the step [m], 0 if nothing overlaps
   std::string failure;           ///< why the step must not be trusted; empty: it may
+};
+
+/// What mj_inverse is given: a state in MuJoCo's own coordinates and its acceleration there.
+struct MujocoMoment {
+  std::vector<double> qpos, qvel, qacc;
 };
 
 /// One mjModel with its mjData. Not copyable; one thread.
@@ -56,6 +62,20 @@ class Mujoco {
   std::string run(long count);
   /// Of the state that run() left, brought back into ours; step() does it by itself.
   void finish_run();
+
+  /// One step without input that keeps where it started and the acceleration there.
+  /// Returns why it failed, or "".
+  std::string step_from(MujocoMoment& moment);
+  /// mj_inverse at each of these: for timing. What follows needs set_state.
+  void run_inverse(const MujocoMoment* moments, std::size_t count);
+  /// Largest force that the last inverse found to be applied, of the last step_from's moment there
+  /// is none; and the largest force of constraints or bias beside it [N, N m].
+  struct InverseForces {
+    double applied = 0.0, scale = 0.0;
+  };
+  InverseForces inverse_forces() const;
+  /// Bytes in use: model, data, and as much of the arena as has been used.
+  std::size_t memory() const;
 
   // Of the last step.
   /// Forces at the contact points that carry or touch: geometries are those of the scene's model,

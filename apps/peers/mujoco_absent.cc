@@ -23,6 +23,10 @@ const State& Mujoco::state() const { return impl_->state; }
 MujocoStep Mujoco::step(const Input&) { return {}; }
 std::string Mujoco::run(long) { return {}; }
 void Mujoco::finish_run() {}
+std::string Mujoco::step_from(MujocoMoment&) { return {}; }
+void Mujoco::run_inverse(const MujocoMoment*, std::size_t) {}
+Mujoco::InverseForces Mujoco::inverse_forces() const { return {}; }
+std::size_t Mujoco::memory() const { return 0; }
 const std::vector<ContactForce>& Mujoco::contacts() const { return impl_->contacts; }
 const std::vector<ClosureForce>& Mujoco::closures() const { return impl_->closures; }
 std::vector<Pose> Mujoco::poses() const { return {}; }

@@ -29,8 +29,9 @@ std::string pinocchio_version() {
 std::unique_ptr<PinocchioRobot> load_pinocchio(const std::string& urdf, bool floating,
                                                const double* gravity,
                                                PinocchioConvention convention) {
-  const auto load = symbol<PinocchioRobot*(const char*, bool, const double*, PinocchioConvention,
-                                           char*, int)>("counterpoint_pinocchio_load");
+  const auto load =
+      symbol<PinocchioRobot*(const char*, bool, const double*, PinocchioConvention, char*, int)>(
+          "counterpoint_pinocchio_load");
   if (!load) throw std::runtime_error("Pinocchio was not found when this was built");
   char error[500] = "";
   std::unique_ptr<PinocchioRobot> robot(

@@ -1,5 +1,5 @@
-// Pinocchio as a peer: a robot from the same URDF, at states given joint by joint. Optional: without
-// Pinocchio at build time, load() says so.
+// Pinocchio as a peer: a robot from the same URDF, at states given joint by joint. Optional:
+// without Pinocchio at build time, load() says so.
 //
 // It lives in a module of its own, opened at run time, that shares nothing but plain numbers with
 // this program: Pinocchio wants Eigen with the alignment that its processor flags give, the engine
@@ -15,7 +15,7 @@ enum class PinocchioAlgorithm { kKinematics, kRnea, kAba, kCrba };
 
 /// Where the module keeps the coordinates of a joint.
 struct PinocchioJoint {
-  int index = 0;               ///< among all joints, in the order of their positions
+  int index = 0;            ///< among all joints, in the order of their positions
   int q_index = 0, nq = 0;  ///< 7: free (x y z, qx qy qz qw); 2: (cos, sin) of an angle
   int v_index = 0, nv = 0;  ///< 6: linear, then angular, both in the axes of the body
 };

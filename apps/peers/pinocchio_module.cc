@@ -1,12 +1,11 @@
 // The module behind pinocchio.h: the only place that knows Pinocchio.
+#include <cstdio>
 #include <pinocchio/algorithm/aba.hpp>
 #include <pinocchio/algorithm/crba.hpp>
 #include <pinocchio/algorithm/joint-configuration.hpp>
 #include <pinocchio/algorithm/kinematics.hpp>
 #include <pinocchio/algorithm/rnea.hpp>
 #include <pinocchio/parsers/urdf.hpp>
-
-#include <cstdio>
 #include <vector>
 
 #include "pinocchio.h"
@@ -41,7 +40,8 @@ class Robot final : public PinocchioRobot {
     const std::string wanted = *name ? name : "root_joint";
     if (!model_.existJointName(wanted)) return false;
     const auto id = model_.getJointId(wanted);
-    *joint = {static_cast<int>(id) - 1, model_.idx_qs[id], model_.nqs[id], model_.idx_vs[id], model_.nvs[id]};
+    *joint = {static_cast<int>(id) - 1, model_.idx_qs[id], model_.nqs[id], model_.idx_vs[id],
+              model_.nvs[id]};
     return true;
   }
 
@@ -69,9 +69,8 @@ class Robot final : public PinocchioRobot {
           pin::aba(model_, data_, q_[i], v_[i], x_[i], convention_);
         });
       case PinocchioAlgorithm::kCrba:
-        return repeat(evaluations, [this](std::size_t i) {
-          pin::crba(model_, data_, q_[i], convention_);
-        });
+        return repeat(evaluations,
+                      [this](std::size_t i) { pin::crba(model_, data_, q_[i], convention_); });
     }
   }
 

@@ -1,0 +1,308 @@
+// Steps forward and inverse against MuJoCo's mj_step and mj_inverse: each engine along its own
+// trajectory of the same scene, a few steps of one, then of the next.
+#include <fmt/format.h>
+#include <malloc.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <limits>
+#include <memory>
+
+#include "counterpoint/engine/simulator.h"
+#include "median.h"
+#include "peers/mujoco.h"
+#include "tables.h"
+#include "timing.h"
+
+namespace counterpoint::apps {
+namespace {
+
+using peers::Mujoco;
+using peers::MujocoMoment;
+using peers::MujocoSettings;
+
+constexpr int kChunk = 25;  ///< steps at a time
+
+/// One engine on one scene.
+class Runner {
+ public:
+  virtual ~Runner() = default;
+  virtual const char* name() const = 0;
+  /// Back to the start.
+  virtual void reset() = 0;
+  /// Without anything between them. @throws std::runtime_error if a step fails.
+  virtual void steps(int count) = 0;
+  /// Goes through the whole trajectory once and keeps what the inverse needs, and the quality.
+  virtual void record(int count) = 0;
+  /// Inverse dynamics of recorded steps begin ... begin + count - 1.
+  virtual void inverses(int begin, int count) = 0;
+  virtual double inverse_error() const = 0;
+  virtual std::size_t memory() const = 0;
+  double penetration = 0.0;  ///< deepest overlap of the trajectory [m]
+};
+
+std::size_t allocated() {
+  const struct mallinfo2 info = mallinfo2();
+  return info.uordblks + info.hblkhd;
+}
+
+class OurRunner final : public Runner {
+ public:
+  explicit OurRunner(const Scene& scene)
+      : before_(allocated()),
+        scene_(scene),
+        workspace_(scene_.model),
+        input_{VectorX::Zero(scene.model.nv()), {}} {
+    // What sleeps costs nothing; here all is computed, as MuJoCo does by default.
+    scene_.options.effects.set(Effect::kSleeping, false);
+    reset();
+  }
+  const char* name() const override { return "counterpoint"; }
+  void reset() override { next_ = state_ = {0.0, scene_.q, scene_.v}; }
+  void steps(int count) override {
+    for (int i = 0; i < count; ++i) step();
+  }
+  void record(int count) override {
+    reset();
+    states_.assign(1, state_);
+    for (int i = 0; i < count; ++i) {
+      step();
+      if (memory_ == 0 && i == count / 2) memory_ = allocated() - before_ - recorded(i + 1);
+      states_.push_back(state_);
+    }
+    for (int i = 0; i < count; ++i) {
+      inverses(i, 1);
+      if (inverse_.force_scale > 0.0)
+        error_ = std::max(error_,
+                          inverse_.applied_force.lpNorm<Eigen::Infinity>() / inverse_.force_scale);
+    }
+  }
+  void inverses(int begin, int count) override {
+    for (int i = begin; i < begin + count; ++i) {
+      const auto k = static_cast<std::size_t>(i);
+      step_inverse(scene_.model, scene_.options, states_[k].q, states_[k].v, states_[k + 1].q,
+                   states_[k + 1].v, Input(), workspace_, inverse_);
+    }
+  }
+  double inverse_error() const override { return error_; }
+  std::size_t memory() const override { return memory_; }
+
+ private:
+  std::size_t recorded(int count) const {
+    return static_cast<std::size_t>(count) *
+           (static_cast<std::size_t>(scene_.model.nq() + scene_.model.nv()) * sizeof(double) +
+            sizeof(State));
+  }
+  void step() {
+    const StepReport report =
+        step_forward(scene_.model, scene_.options, settings_, state_, input_, workspace_, next_);
+    if (!report.succeeded())
+      throw std::runtime_error(fmt::format("{}: step at {} s failed", scene_.name, state_.time));
+    penetration = std::max(penetration, report.max_penetration);
+    std::swap(state_, next_);
+  }
+
+  std::size_t before_, memory_ = 0;
+  Scene scene_;
+  contact::Settings settings_;
+  Workspace workspace_;
+  Input input_;
+  State state_, next_;
+  std::vector<State> states_;
+  Inverse inverse_;
+  double error_ = 0.0;
+};
+
+class MujocoRunner final : public Runner {
+ public:
+  MujocoRunner(const Scene& scene, MujocoSettings settings)
+      : elliptic_(settings == MujocoSettings::kElliptic),
+        start_{0.0, scene.q, scene.v},
+        mujoco_(scene, settings) {}
+  const char* name() const override { return elliptic_ ? "mujoco elliptic" : "mujoco pyramidal"; }
+  void reset() override { mujoco_.set_state(start_); }
+  void steps(int count) override { check(mujoco_.run(count)); }
+  void record(int count) override {
+    reset();
+    for (int i = 0; i < count; ++i) {
+      const peers::MujocoStep step = mujoco_.step({});
+      check(step.failure);
+      penetration = std::max(penetration, step.max_penetration);
+    }
+    reset();
+    moments_.resize(static_cast<std::size_t>(count));
+    for (MujocoMoment& moment : moments_) check(mujoco_.step_from(moment));
+    for (int i = 0; i < count; ++i) {
+      inverses(i, 1);
+      const Mujoco::InverseForces forces = mujoco_.inverse_forces();
+      if (forces.scale > 0.0) error_ = std::max(error_, forces.applied / forces.scale);
+    }
+  }
+  void inverses(int begin, int count) override {
+    mujoco_.run_inverse(moments_.data() + begin, static_cast<std::size_t>(count));
+  }
+  double inverse_error() const override { return error_; }
+  std::size_t memory() const override { return mujoco_.memory(); }
+
+ private:
+  static void check(const std::string& failure) {
+    if (!failure.empty()) throw std::runtime_error(failure);
+  }
+  bool elliptic_;
+  State start_;
+  Mujoco mujoco_;
+  std::vector<MujocoMoment> moments_;
+  double error_ = 0.0;
+};
+
+/// Seconds a step, by runner, of one trajectory gone through by all in turn.
+template <class Work>
+std::vector<double> one_round(const std::vector<std::unique_ptr<Runner>>& runners, int steps,
+                              Work work) {
+  std::vector<double> seconds(runners.size(), 0.0);
+  for (int done = 0; done < steps; done += kChunk) {
+    const int count = std::min(kChunk, steps - done);
+    for (std::size_t i = 0; i < runners.size(); ++i) {
+      const double start = thread_seconds();
+      work(*runners[i], done, count);
+      seconds[i] += thread_seconds() - start;
+    }
+  }
+  for (double& s : seconds) s /= steps;
+  return seconds;
+}
+
+struct Wanted {
+  std::string table = "steps", label;
+  int steps = 0, rounds = 0;
+};
+
+template <class Work>
+void time_them(const std::vector<std::unique_ptr<Runner>>& runners, const Wanted& wanted,
+               const std::string& quantity, int nv, Work work, std::vector<PeerRow>& rows) {
+  std::vector<std::vector<double>> seconds(runners.size()), ratio(runners.size());
+  for (int round = 0; round < wanted.rounds; ++round) {
+    for (const auto& runner : runners) runner->reset();
+    const std::vector<double> once = one_round(runners, wanted.steps, work);
+    for (std::size_t i = 0; i < runners.size(); ++i) {
+      seconds[i].push_back(once[i]);
+      ratio[i].push_back(once[0] / once[i]);
+    }
+  }
+  const bool inverse = quantity == "inverse";
+  for (std::size_t i = 0; i < runners.size(); ++i)
+    rows.push_back({wanted.table, wanted.label, quantity, runners[i]->name(), median(seconds[i]),
+                    median(ratio[i]), inverse ? "unexplained force" : "overlap [m]",
+                    inverse ? runners[i]->inverse_error() : runners[i]->penetration, nv, ""});
+}
+
+void compare_scene(const Scene& scene, const Wanted& wanted, std::vector<PeerRow>& rows) {
+  std::vector<std::unique_ptr<Runner>> runners;
+  runners.push_back(std::make_unique<OurRunner>(scene));
+  if (peers::mujoco_version().empty()) {
+    fmt::print("Skipped: MuJoCo, which was not found when this was built.\n");
+  } else {
+    for (const MujocoSettings settings : {MujocoSettings::kDefault, MujocoSettings::kElliptic})
+      runners.push_back(std::make_unique<MujocoRunner>(scene, settings));
+  }
+  for (const auto& runner : runners) runner->record(wanted.steps);
+  const int nv = scene.model.nv();
+  time_them(
+      runners, wanted, "step", nv, [](Runner& runner, int, int count) { runner.steps(count); },
+      rows);
+  time_them(
+      runners, wanted, "inverse", nv,
+      [](Runner& runner, int begin, int count) { runner.inverses(begin, count); }, rows);
+  if (wanted.table != "scale") return;
+  for (const auto& runner : runners)
+    rows.push_back({wanted.table, wanted.label, "memory", runner->name(),
+                    std::numeric_limits<double>::quiet_NaN(),
+                    std::numeric_limits<double>::quiet_NaN(), "bytes a body",
+                    static_cast<double>(runner->memory()) / scene.model.num_joints(), nv, ""});
+}
+
+/// A failure of one scene is said, and the others go on.
+void try_scene(const Scene& scene, const Wanted& wanted, std::vector<PeerRow>& rows) {
+  fmt::print("{} ...\n", wanted.label);
+  std::fflush(stdout);
+  try {
+    compare_scene(scene, wanted, rows);
+  } catch (const std::exception& error) {
+    fmt::print("Skipped: {}: {}\n", wanted.label, error.what());
+  }
+}
+
+int steps_of(const Scene& scene, const PeerOptions& options) {
+  const double duration = std::min(scene.options.duration, options.duration);
+  return static_cast<int>(std::lround(duration / scene.options.time_step));
+}
+
+/// A scene file of our robots, many times over.
+Scene many(const PeerOptions& options, const std::string& model, const std::string& text) {
+  const std::filesystem::path file =
+      std::filesystem::temp_directory_path() / fmt::format("counterpoint_bench_{}.yaml", getpid());
+  {
+    std::ofstream out(file);
+    out << "time_step: 0.002\nduration: 2\nground: {friction: 0.8}\nmodels:\n"
+        << fmt::format(fmt::runtime(text),
+                       (options.scenes / ".." / "robots" / model).lexically_normal().string());
+  }
+  Scene scene = load_scene(file);
+  std::filesystem::remove(file);
+  return scene;
+}
+
+}  // namespace
+
+std::vector<PeerRow> compare_steps(const PeerOptions& options) {
+  std::vector<PeerRow> rows;
+  for (const char* name : {"humanoid_drop", "stack_5", "pyramid_5", "grid_5", "pack_4"}) {
+    const Scene scene = load_scene(options.scenes / (std::string(name) + ".yaml"));
+    try_scene(scene, {"steps", name, steps_of(scene, options), options.step_rounds}, rows);
+  }
+  for (const char* name : {"anymal.urdf", "solo12.urdf", "go2.urdf"}) {
+    const std::filesystem::path urdf = find_below(options.robots, name);
+    if (urdf.empty()) {
+      fmt::print("Skipped: {} is not below the folder of robots.\n", name);
+      continue;
+    }
+    SceneOverrides overrides;
+    overrides.base = Base::kFloating;
+    overrides.ground = true;
+    Scene scene = load_scene(urdf, overrides);
+    scene.q[2] += 0.1;
+    try_scene(scene, {"steps", urdf.stem().string(), steps_of(scene, options), options.step_rounds},
+              rows);
+  }
+  return rows;
+}
+
+std::vector<PeerRow> compare_scale(const PeerOptions& options) {
+  std::vector<PeerRow> rows;
+  for (const int count : {1, 4, 22, 100}) {
+    std::string text;
+    for (int row = 0; row * 10 < count; ++row)
+      text += fmt::format(
+          "  - {{{{urdf: {{0}}, name: row{}_, base: floating, position: [0, {}, 0.96], count: {}, "
+          "spacing: [2, 0, 0]}}}}\n",
+          row, 2 * row, std::min(10, count - 10 * row));
+    const Scene scene = many(options, "humanoid.urdf", text);
+    try_scene(scene, {"scale", fmt::format("{} humanoids", count), 250, count > 50 ? 3 : 5}, rows);
+  }
+  for (const int count : {100, 400, 1000, 2000}) {
+    std::string text;
+    for (int column = 0; column * 10 < count; ++column)
+      text += fmt::format(
+          "  - {{{{urdf: {{0}}, name: column{}_, base: floating, position: [{:.1f}, {:.1f}, "
+          "0.101], "
+          "count: 10, spacing: [0, 0, 0.201]}}}}\n",
+          column, 0.4 * (column % 16), 0.4 * (column / 16));
+    const Scene scene = many(options, "cube.urdf", text);
+    try_scene(scene, {"scale", fmt::format("{} boxes", count), 50, 3}, rows);
+  }
+  return rows;
+}
+
+}  // namespace counterpoint::apps

@@ -1,0 +1,17 @@
+#!/bin/sh
+# Counterpoint beside Pinocchio and MuJoCo (docs/performance.md): builds the benchmark with Clang for this
+# processor, runs it, writes its figures and picture.
+#   scripts/performance_doc.sh ROBOTS [PREFIX]
+# ROBOTS: folder below which the URDFs of robots are looked for. PREFIX: where peers are installed.
+set -eu
+[ $# -ge 1 ] || { echo "usage: scripts/performance_doc.sh ROBOTS [PREFIX]" >&2; exit 2; }
+robots=$(realpath "$1")
+prefix=${2:+$(realpath "$2")}
+cd "$(dirname "$0")/.."
+cmake -G Ninja -B build/peers -S . -DCMAKE_BUILD_TYPE=Release -DCMAKE_C_COMPILER=clang \
+  -DCMAKE_CXX_COMPILER=clang++ -DCOUNTERPOINT_NATIVE=ON -DCOUNTERPOINT_BUILD_BENCHMARKS=ON \
+  -DCOUNTERPOINT_BUILD_TESTS=OFF ${prefix:+-DCMAKE_PREFIX_PATH="$prefix"}
+cmake --build build/peers --target counterpoint_bench_peers
+mkdir -p out
+build/peers/bin/counterpoint_bench_peers --robots "$robots" --csv out/performance.csv \
+  --svg out/performance.svg | tee out/performance.txt
