@@ -222,7 +222,7 @@ Trajectory read_trajectory(const std::filesystem::path& file, const Model& model
 std::vector<double> step_lengths(const Trajectory& trajectory, std::optional<double> given,
                                  double scene_step) {
   const bool recorded = !trajectory.time_step.empty();
-  const std::vector<double> steps =
+  std::vector<double> steps =
       recorded ? trajectory.time_step
                : std::vector<double>(trajectory.num_steps(), given.value_or(scene_step));
   for (int k = 0; k < trajectory.num_steps(); ++k) {
