@@ -37,6 +37,17 @@ class RowWriter {
   RowWriter(const std::string& file, const ColumnMap& map) : map_(map) {
     if (file.empty()) return;
     std::vector<std::string> columns{"recording", "time"};
+    if (!map.after.empty()) {
+      columns[1] = "contacts";
+      columns.insert(columns.end(),
+                     {"velocity_error_m_s", "energy_ratio", "recorded_energy_ratio"});
+      for (const ColumnMap::Entry& entry : map.after) {
+        columns.push_back(entry.name);
+        columns.push_back(entry.name + ".recorded");
+      }
+      csv_ = std::make_unique<CsvWriter>(file, columns);
+      return;
+    }
     if (map.free_body >= 0) {
       columns.insert(columns.end(), {"position_error_m", "rotation_error_deg"});
     } else {
@@ -52,6 +63,7 @@ class RowWriter {
 
   void write(const Recording& recording, const Prediction& prediction) {
     if (!csv_) return;
+    if (prediction.impact) return write_impact(recording, prediction);
     size_t predicted = 0;
     for (int row = 0; row < recording.num_rows(); ++row) {
       const bool start =
@@ -67,6 +79,20 @@ class RowWriter {
   }
 
  private:
+  void write_impact(const Recording& recording, const Prediction& prediction) {
+    const ImpactDeviation& impact = *prediction.impact;
+    csv_->text(recording.file);
+    csv_->number(impact.contacts);
+    for (const double x : {impact.speed, impact.energy_ratio, impact.recorded_energy_ratio})
+      csv_->number(x);
+    for (const ColumnMap::Entry& entry : map_.after) {
+      const double recorded = recording.v(entry.index, 1);
+      csv_->number(recorded + prediction.velocity_error(entry.index, 0));
+      csv_->number(recorded);
+    }
+    csv_->end_row();
+  }
+
   void write_row(const Recording& recording, int row, const Deviation& deviation,
                  const VectorX& q) {
     csv_->text(recording.file);
@@ -89,7 +115,7 @@ class RowWriter {
   std::unique_ptr<CsvWriter> csv_;
 };
 
-void fill_report(const Model& model, const std::vector<Prediction>& predictions, bool pose,
+void fill_report(const Model& model, const std::vector<Prediction>& predictions, Compared by,
                  Report& report) {
   Json recordings = Json::array();
   size_t failures = 0;
@@ -102,7 +128,7 @@ void fill_report(const Model& model, const std::vector<Prediction>& predictions,
       add_failure(model, *prediction.failure, entry);
       ++failures;
     } else {
-      for (const auto& [key, value] : figures(prediction, pose)) entry[key] = value;
+      for (const auto& [key, value] : figures(prediction, by)) entry[key] = value;
     }
     entry["steps"] = prediction.steps;
     entry["newton_iterations_mean"] = static_cast<double>(prediction.newton_iterations) /
@@ -111,7 +137,7 @@ void fill_report(const Model& model, const std::vector<Prediction>& predictions,
   report["status"] = failures == 0 ? "ok" : "failed";
   report["failures"] = failures;
   Json medians;
-  for (const auto& [key, value] : median_figures(predictions, pose)) medians[key] = value;
+  for (const auto& [key, value] : median_figures(predictions, by)) medians[key] = value;
   report["median"] = medians;
   report["recordings"] = recordings;
   fmt::print(report.text(), "{} recordings, {} failed\n", predictions.size(), failures);
@@ -120,10 +146,26 @@ void fill_report(const Model& model, const std::vector<Prediction>& predictions,
   }
 }
 
+std::vector<const Recording*> pointers(const std::vector<Recording>& recordings) {
+  std::vector<const Recording*> out;
+  for (const Recording& recording : recordings) out.push_back(&recording);
+  return out;
+}
+
+/// What is left by coordinate, over all recordings.
+void report_coordinates(const std::vector<CoordinateFigures>& coordinates, Report& report) {
+  report["coordinates"] = coordinate_list(coordinates);
+  for (const CoordinateFigures& one : coordinates)
+    fmt::print(report.text(), "  {}: rms {:.5g}{}\n", one.name, one.rms,
+               one.r2 ? fmt::format(", R2 {:.4f}", *one.r2) : "");
+}
+
 /// Per recording, and the medians.
 int compare_inverse(Arguments& arguments) {
   const Scene scene = with_settings(arguments.scene.load(), arguments.set);
   const ColumnMap map = load_column_map(arguments.map, scene.model);
+  if (compared(map) == Compared::kImpacts)
+    throw InputError("--mode inverse: an impact takes no time, forces are not to be had");
   Explainer explainer(scene, map, arguments.reach.value_or(scene.options.contact.margin));
   const CoordinateNames names = coordinate_names(scene.model);
   std::unique_ptr<CsvWriter> csv;
@@ -138,9 +180,9 @@ int compare_inverse(Arguments& arguments) {
   report["status"] = "ok";
   Json list = Json::array();
   std::vector<ExplainedRecording> all;
-  Progress progress("explaining", static_cast<int>(arguments.recordings.size()));
-  for (const std::string& file : arguments.recordings) {
-    const Recording recording = read_recording(file, map, scene.model, scene.q, scene.v);
+  const std::vector<Recording> recordings = read_all(arguments.recordings, map, scene);
+  Progress progress("explaining", static_cast<int>(recordings.size()));
+  for (const Recording& recording : recordings) {
     const ExplainedRecording& explained =
         all.emplace_back(explain_recording(explainer, map, recording));
     Json& entry = list.emplace_back();
@@ -164,16 +206,20 @@ int compare_inverse(Arguments& arguments) {
     medians[all[0].figures[i].first] = median(values);
   }
   report["median"] = medians;
+  const std::vector<CoordinateFigures> coordinates =
+      force_figures(explainer, scene.model, pointers(recordings), all);
   report["recordings"] = list;
   fmt::print(report.text(), "{} recordings\n", all.size());
   for (const auto& [key, value] : medians.items())
     fmt::print(report.text(), "  median {} {:.5g}\n", key, value.get<double>());
+  report_coordinates(coordinates, report);
   report.write();
   if (!arguments.page.empty()) {
     HtmlPage page("Forces behind recordings: " + arguments.scene.file);
     const Chart chart = unexplained_chart(all);
     page.paragraph("What no contact within reach can have given, over the weight.");
     page.picture(svg(chart));
+    page.table(coordinate_table(coordinates));
     page.table(explanation_table(all));
     write_page(arguments.page, page, {chart});
   }
@@ -181,40 +227,38 @@ int compare_inverse(Arguments& arguments) {
 }
 
 void write_page_of(const Arguments& arguments, const std::vector<Prediction>& predictions,
-                   bool pose) {
+                   Compared by) {
   HtmlPage page("Recordings predicted: " + arguments.scene.file);
   page.paragraph(fmt::format("{} recordings, mode {}{}.", predictions.size(), arguments.mode,
                              arguments.set.empty() ? "" : ", " + arguments.set));
   Table medians{{"median", "value"}, {}};
-  for (const auto& [name, value] : median_figures(predictions, pose))
+  for (const auto& [name, value] : median_figures(predictions, by))
     medians.rows.push_back({name, fmt::format("{:.5g}", value)});
   page.table(medians);
-  const std::vector<Chart> charts = error_charts({{"error", &predictions}}, pose);
+  const std::vector<Chart> charts = error_charts({{"error", &predictions}}, by);
   for (const Chart& chart : charts) page.picture(svg(chart));
   page.heading("Each recording");
-  page.table(prediction_table(predictions, pose));
+  page.table(prediction_table(predictions, by));
   write_page(arguments.page, page, charts);
 }
 
 int compare(Arguments& arguments) {
   if (arguments.mode == "inverse") return compare_inverse(arguments);
-  Scene scene = with_settings(arguments.scene.load(), arguments.set);
-  const VectorX start_q = scene.q;
-  const VectorX start_v = scene.v;
+  const Scene scene = with_settings(arguments.scene.load(), arguments.set);
   PredictionOptions options;
   options.scene_step = scene.options.time_step;
   options.horizon = arguments.mode == "one-step" ? 1 : arguments.horizon;
-  Simulator simulator(std::move(scene));
-  const ColumnMap map = load_column_map(arguments.map, simulator.model());
+  const ColumnMap map = load_column_map(arguments.map, scene.model);
   options.substeps = arguments.substeps ? arguments.substeps : map.substeps;
   if (options.substeps && *options.substeps < 1) throw InputError("--substeps: expected 1 or more");
 
   RowWriter writer(arguments.output, map);
   std::vector<Prediction> predictions;
-  Progress progress("comparing", static_cast<int>(arguments.recordings.size()));
-  for (const std::string& file : arguments.recordings) {
-    const Recording recording = read_recording(file, map, simulator.model(), start_q, start_v);
-    predictions.push_back(predict(simulator, map, recording, options));
+  const std::vector<Recording> recordings = read_all(arguments.recordings, map, scene);
+  Predictor predictor(scene, map, options);
+  Progress progress("comparing", static_cast<int>(recordings.size()));
+  for (const Recording& recording : recordings) {
+    predictions.push_back(predictor.predict(recording));
     writer.write(recording, predictions.back());
     progress.update(static_cast<int>(predictions.size()));
   }
@@ -223,14 +267,15 @@ int compare(Arguments& arguments) {
   Report& report = arguments.report;
   report.begin("compare", arguments.scene.file);
   report["mode"] = arguments.mode;
-  fill_report(simulator.model(), predictions, map.free_body >= 0, report);
+  fill_report(scene.model, predictions, compared(map), report);
+  report_coordinates(velocity_figures(map, predictions), report);
   report.write();
-  if (!arguments.page.empty()) write_page_of(arguments, predictions, map.free_body >= 0);
+  if (!arguments.page.empty()) write_page_of(arguments, predictions, compared(map));
   int exit_code = kSuccess;
   for (const Prediction& prediction : predictions) {
     if (!prediction.failure) continue;
     fmt::print(stderr, "failed: {}: {}\n", prediction.file,
-               failure_message(simulator.model(), *prediction.failure));
+               failure_message(scene.model, *prediction.failure));
     exit_code = kFailed;
   }
   return exit_code;

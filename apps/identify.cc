@@ -29,16 +29,19 @@ struct Arguments {
 };
 
 Experiment make_experiment(const Arguments& arguments) {
-  Experiment e{with_settings(arguments.scene.load(), arguments.set), {}, {}, {}, false};
+  Experiment e{with_settings(arguments.scene.load(), arguments.set), {}, {}, 0, {}};
   e.map = load_column_map(arguments.map, e.scene.model);
   e.prediction = {arguments.substeps ? arguments.substeps : e.map.substeps,
                   e.scene.options.time_step, arguments.horizon};
+  if (compared(e.map) == Compared::kImpacts && arguments.objective == "force")
+    throw InputError("--objective force: an impact takes no time, forces are not to be had");
   e.by_score = arguments.objective == "score";
   if (arguments.objective == "one-step") e.prediction.horizon = 1;
   e.reach = e.scene.options.contact.margin;
-  for (const std::vector<std::string>* files : {&arguments.recordings, &arguments.test})
-    for (const std::string& file : *files)
-      e.recordings.push_back(read_recording(file, e.map, e.scene.model, e.scene.q, e.scene.v));
+  e.recordings = read_all(arguments.recordings, e.map, e.scene);
+  e.num_given = static_cast<int>(e.recordings.size());
+  for (Recording& one : read_all(arguments.test, e.map, e.scene))
+    e.recordings.push_back(std::move(one));
   return e;
 }
 
@@ -48,12 +51,12 @@ struct Split {
 };
 
 /// Evenly over the recordings in the order given, the same every time.
-Split split(const Arguments& arguments) {
+Split split(const Arguments& arguments, const Experiment& e) {
   Split out;
-  const int given = static_cast<int>(arguments.recordings.size());
+  const int given = e.num_given;
   if (!arguments.test.empty()) {
-    out.train.resize(arguments.recordings.size());
-    out.test.resize(arguments.test.size());
+    out.train.resize(given);
+    out.test.resize(e.recordings.size() - given);
     std::iota(out.train.begin(), out.train.end(), 0);
     std::iota(out.test.begin(), out.test.end(), given);
   } else {
@@ -88,9 +91,9 @@ FitProblem make_problem(const Experiment& e, const std::vector<Parameter>& param
   return problem;
 }
 
-Json json_figures(const std::vector<Prediction>& predictions, bool pose) {
+Json json_figures(const std::vector<Prediction>& predictions, Compared by) {
   Json out = Json::object();
-  for (const auto& [name, value] : median_figures(predictions, pose)) out[name] = value;
+  for (const auto& [name, value] : median_figures(predictions, by)) out[name] = value;
   return out;
 }
 
@@ -104,15 +107,15 @@ Rollouts roll_out(Experiment e, const Scene& found, const std::vector<int>& whic
   return {predict_all(e, e.scene, which), predict_all(e, found, which)};
 }
 
-Json score(const Rollouts& rollouts, bool pose) {
+Json score(const Rollouts& rollouts, Compared by) {
   const auto& [before, after] = rollouts;
   int better = 0;
   for (size_t i = 0; i < before.size(); ++i)
-    better += figures(after[i], pose)[0].second < figures(before[i], pose)[0].second;
+    better += figures(after[i], by)[0].second < figures(before[i], by)[0].second;
   return {{"recordings", before.size()},
           {"better", better},
-          {"scene", json_figures(before, pose)},
-          {"found", json_figures(after, pose)}};
+          {"scene", json_figures(before, by)},
+          {"found", json_figures(after, by)}};
 }
 
 void print_score(std::FILE* text, const char* title, const Json& score) {
@@ -123,6 +126,20 @@ void print_score(std::FILE* text, const char* title, const Json& score) {
     if (!score["found"].contains(name)) continue;
     fmt::print(text, "  {:<26} {:10.5g} {:10.5g}\n", name, value.get<double>(),
                score["found"][name].get<double>());
+  }
+}
+
+void print_coordinates(std::FILE* text, const Json& coordinates) {
+  const auto number = [](const Json& x) {
+    return x.is_null() ? std::string("-") : fmt::format("{:.4g}", x.get<double>());
+  };
+  fmt::print(text, "  rms of the difference and R2, as the scene is / as found\n");
+  const size_t count = std::min(coordinates["scene"].size(), coordinates["found"].size());
+  for (size_t i = 0; i < count; ++i) {
+    const Json &before = coordinates["scene"][i], &after = coordinates["found"][i];
+    fmt::print(text, "  {:<26} {:>10} {:>10} {:>10} {:>10}\n", before["name"].get<std::string>(),
+               number(before["rms"]), number(after["rms"]), number(before["r2"]),
+               number(after["r2"]));
   }
 }
 
@@ -187,7 +204,7 @@ void fill_report(const std::vector<Parameter>& parameters, const FitProblem& pro
 }
 
 /// Errors over time of these rollouts.
-void write_page_of(const Arguments& arguments, const Rollouts& rollouts, bool pose,
+void write_page_of(const Arguments& arguments, const Rollouts& rollouts, Compared by,
                    const Json& report) {
   const auto& [before, after] = rollouts;
   HtmlPage page("Figures found: " + arguments.scene.file);
@@ -207,17 +224,17 @@ void write_page_of(const Arguments& arguments, const Rollouts& rollouts, bool po
       scores.rows.push_back({name, text(value), text(report[part]["found"].value(name, Json()))});
     page.table(scores);
   }
-  const std::vector<Chart> charts = error_charts({{"scene", &before}, {"as found", &after}}, pose);
+  const std::vector<Chart> charts = error_charts({{"scene", &before}, {"as found", &after}}, by);
   for (const Chart& chart : charts) page.picture(svg(chart));
   page.heading("Each recording not fitted, as found");
-  page.table(prediction_table(after, pose));
+  page.table(prediction_table(after, by));
   write_page(arguments.page, page, charts);
 }
 
 int identify(Arguments& arguments) {
   const Experiment e = make_experiment(arguments);
   const std::vector<Parameter> parameters = parse_parameters(arguments.parameters, e.scene);
-  const Split parts = split(arguments);
+  const Split parts = split(arguments, e);
   const FitProblem problem =
       make_problem(e, parameters, parts.train, arguments.objective == "force");
   Progress progress("identifying", 1000);
@@ -229,17 +246,27 @@ int identify(Arguments& arguments) {
   report.begin("identify", arguments.scene.file);
   fill_report(parameters, problem, found, report);
   const Scene after = with_parameters(e.scene, parameters, found.values());
-  const bool pose = e.map.free_body >= 0;
+  const Compared by = compared(e.map);
   Rollouts shown;  // of the recordings that were not fitted; of all if all were
   for (const auto& [name, which] :
        {std::pair{"train", &parts.train}, std::pair{"test", &parts.test}}) {
     if (which->empty()) continue;
     shown = roll_out(e, after, *which);
-    report[name] = score(shown, pose);
+    report[name] = score(shown, by);
     print_score(report.text(), name, report[name]);
+    Json& coordinates = report[name]["coordinates"];
+    if (arguments.objective == "force") {
+      for (const auto& [key, scene] : {std::pair{"scene", &e.scene}, std::pair{"found", &after}})
+        coordinates[key] = coordinate_list(unexplained_figures(e, *scene, *which));
+    } else {
+      for (const auto& [key, set] :
+           {std::pair{"scene", &shown.before}, std::pair{"found", &shown.after}})
+        coordinates[key] = coordinate_list(velocity_figures(e.map, *set));
+    }
+    print_coordinates(report.text(), coordinates);
   }
   report.write();
-  if (!arguments.page.empty()) write_page_of(arguments, shown, pose, report.json());
+  if (!arguments.page.empty()) write_page_of(arguments, shown, by, report.json());
   return kSuccess;
 }
 

@@ -46,6 +46,21 @@ Base read_base(const YamlValue& in) {
   value.fail("fixed, floating or spherical is expected");
 }
 
+/// A robot's file: a path, or package://NAME/... in a folder that is listed.
+fs::path robot_file(const YamlValue& value, const fs::path& folder, const UrdfOptions& options) {
+  const std::string text = value.text(), scheme = "package://";
+  if (text.rfind(scheme, 0) != 0) return resolved(folder, text);
+  const std::string rest = text.substr(scheme.size());
+  const std::string package = rest.substr(0, rest.find('/'));
+  const auto listed = options.packages.find(package);
+  if (listed == options.packages.end() || package.size() == rest.size())
+    value.fail(
+        fmt::format("package '{0}' is not listed; expected package://NAME/FILE and where NAME "
+                    "is: --package {0}=FOLDER, or packages: {{{0}: FOLDER}}",
+                    package));
+  return listed->second / rest.substr(package.size() + 1);
+}
+
 }  // namespace
 
 RobotSpec ModelReader::read_robot(const YamlValue& in) const {
@@ -57,8 +72,8 @@ RobotSpec ModelReader::read_robot(const YamlValue& in) const {
     if (in.has(key)) in.at(key).fail("a model with a urdf takes its shapes and mass from it");
   }
   const YamlValue urdf = in.at("urdf");
-  RobotSpec robot =
-      located(urdf, [&] { return load_urdf(resolved(folder_, urdf.text()), urdf_options_); });
+  RobotSpec robot = located(
+      urdf, [&] { return load_urdf(robot_file(urdf, folder_, urdf_options_), urdf_options_); });
   for (LinkSpec& link : robot.links) {
     for (auto& collision : link.collisions) {
       collision.material = read_material(in, collision.material);
@@ -188,8 +203,9 @@ VectorX ModelReader::start_velocities(const Model& model) const {
     }
   }
   if (v.allFinite()) return v;
-  throw InputError("a joint that follows another would start with a speed that is not finite; give a "
-                   "smaller multiplier or speed");
+  throw InputError(
+      "a joint that follows another would start with a speed that is not finite; give a "
+      "smaller multiplier or speed");
 }
 
 }  // namespace counterpoint

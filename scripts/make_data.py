@@ -380,6 +380,22 @@ SCENES = [("stack", 5, "A tower of 5 cubes, 1 mm apart."),
           ("pack", 4, "64 cubes in a 4 x 4 x 4 pack, 5 mm apart sideways.")]
 
 
+ELLIPSE_HALF_AXES, ELLIPSE_CORNERS = (0.035, 0.025), 720  # m, half a degree of the parameter apart
+
+
+def ellipse():
+    """A disc with an elliptic rim in the plane y = 0, thinning to a point on either side: it touches with its rim only."""
+    lines = ["# The ellipse of 0.07 m x 0.05 m of planar impacts, as a hull. Written by scripts/make_data.py."]
+    for k in range(ELLIPSE_CORNERS):
+        angle = 2 * math.pi * k / ELLIPSE_CORNERS
+        lines.append(f"v {ELLIPSE_HALF_AXES[0] * math.cos(angle) + 0.0:.9f} 0 {ELLIPSE_HALF_AXES[1] * math.sin(angle) + 0.0:.9f}")
+    lines += ["v 0 0.01 0", "v 0 -0.01 0"]
+    for k in range(ELLIPSE_CORNERS):
+        a, b = k + 1, (k + 1) % ELLIPSE_CORNERS + 1
+        lines += [f"f {b} {a} {ELLIPSE_CORNERS + 1}", f"f {a} {b} {ELLIPSE_CORNERS + 2}"]
+    return "\n".join(lines) + "\n"
+
+
 HOLLOW_SIDE, HOLLOW_CELLS = 4.0, 40  # m, cells along a side
 
 
@@ -402,6 +418,7 @@ def main():
         name = "box_stack" if (kind, n) == ("stack", 10) else f"{kind}_{n}"
         files[f"scenes/{name}.yaml"] = box_scene(kind, n, about)
     files["scenes/hollow.csv"] = hollow()
+    files["robots/ellipse.obj"] = ellipse()
     files.update(hard_files())
     files.update(mechanism_files())
     stale = 0

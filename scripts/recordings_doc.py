@@ -3,11 +3,13 @@
 
     scripts/recordings_doc.py --data FOLDER [--command build/release/bin/counterpoint] [--check]
 
-FOLDER holds cube_toss, planar_square_drop, simple_pendulum; what is missing is said and left as it is.
+FOLDER holds cube_toss, planar_square_drop, simple_pendulum, arms, planar_ellipse_impacts, cassie_impact, robots; what is missing is
+said and left as it is.
 --check compares instead of writing; exit code 1 if the text differs.
 """
 import argparse
 import json
+import math
 import pathlib
 import subprocess
 import sys
@@ -26,6 +28,9 @@ def run(options, words):
 
 
 def expand(options, word):
+    if "=robots/" in word:  # NAME=FOLDER of --package
+        name, folder = word.split("=", 1)
+        return [f"{name}={options.data / folder}"]
     if "*" not in word and not word.endswith(".csv"):
         return [word]
     folder, pattern = word.rsplit("/", 1)
@@ -98,7 +103,99 @@ def pendulum(options):
     return text, commands
 
 
-SECTIONS = {"cube_toss": cube_toss, "planar_square_drop": square_drop, "simple_pendulum": pendulum}
+def found_row(p):
+    """One figure that was found, with its interval."""
+    interval = "-" if p["lower_95"] is None else f"{p['lower_95']:.3g} ... {p['upper_95']:.3g}"
+    return f"{p['value'] if abs(p['value']) > 1e-6 else 0:.3g} ({interval})"
+
+
+def ur10(options):
+    words = ["data/scenes/recordings/ur10.yaml", "arms/ur10_exciting.csv", "--columns", "data/maps/ur10.yaml"]
+    joints = ["shoulder_pan", "shoulder_lift", "elbow", "wrist_1", "wrist_2", "wrist_3"]
+    kinds = {"damping": "0..80", "dry_friction": "0..40", "armature": "0..8"}
+    parameters = ",".join(f"{kind}:{joint}={bounds}" for joint in joints for kind, bounds in kinds.items())
+    whole, command = run(options, ["compare", *words, "--mode", "inverse"])
+    report, second = run(options, ["identify", *words, "--objective", "force", "--samples", "0", "--refined", "1", "--loss", "squares", "--difference", "0.01",
+                                   "--parameters", parameters])
+    bare = {c["name"]: c for c in whole["coordinates"]}
+    test = {c["name"]: c for c in report["test"]["coordinates"]["found"]}
+    found = {p["name"]: p for p in report["parameters"]}
+    text = ("Torque recovered from the motion against the effort logged, rms of the difference [N m] / R2. With friction and rotor inertia: "
+            "of the thirty pieces of 0.46 s not fitted.\n\n| joint | effort, standard deviation [N m] | links alone | "
+            "**with what was found** |\n|---|---|---|---|\n")
+    for joint in joints:
+        b, t = bare[joint + ".u"], test[joint + ".u"]
+        text += (f"| {joint} | {b['recorded_deviation']:.2f} | {b['rms']:.2f} / {b['r2']:.3f} "
+                 f"| {t['rms']:.2f} / {t['r2']:.3f} |\n")
+    text += "\nFound on the other thirty (95 %):\n\n| joint | damping [N m s/rad] | dry friction [N m] | rotor inertia [kg m²] |\n|---|---|---|---|\n"
+    for joint in joints:
+        text += f"| {joint} | " + " | ".join(found_row(found[f"{kind}:{joint}"]) for kind in kinds) + " |\n"
+    return text, command + second
+
+
+def impacts(options):
+    words = ["data/scenes/recordings/ellipse_impacts.yaml", "planar_ellipse_impacts/impacts_a.csv", "--columns",
+             "data/maps/ellipse_impacts.yaml"]
+    text = ("Velocities after the impact. Error: median over impacts of sqrt(d' M d / m), d predicted less recorded; then root mean squares by "
+            "coordinate.\n\n| | error [m/s] | x [m/s] | z [m/s] | angle [rad/s] | energy after / before, median |\n|---|---|---|---|---|---|\n")
+    commands, tables, scene_done = "", "", False
+    for name, more in (("half B, fitted on A", []), ("half A, fitted on B", ["--swap"])):
+        report, command = run(options, ["identify", *words, "--objective", "rows", "--samples", "40", "--refined", "1", "--parameters",
+                                        "friction=0.01..1,restitution=0..0.9", *more])
+        commands += command
+        for which, title in (("scene", "guessed"), ("found", "**found**")):
+            f = report["test"][which]
+            c = {x["name"]: x["rms"] for x in report["test"]["coordinates"][which]}
+            text += (f"| {name}: {title} | {f['velocity_error_m_s']:.3f} | {c['x.v']:.3f} | {c['z.v']:.3f} | {c['turn.v']:.2f} "
+                     f"| {f['energy_ratio']:.3f} |\n")
+        text += f"| {name}: recorded | | | | | {report['test']['found']['recorded_energy_ratio']:.3f} |\n"
+        tables += f"\n{name[0].upper() + name[1:]}:\n\n" + parameter_rows(report)
+        if name.startswith("half B"):
+            deviations = {x["name"]: x for x in report["test"]["coordinates"]["found"]}
+            tables += ("\nShare of the variance of the velocities after that is explained (R2): x {:.3f}, z {:.3f}, angle {:.3f}.\n"
+                       .format(*(deviations[n]["r2"] for n in ("x.v", "z.v", "turn.v"))))
+    return text + tables, commands
+
+
+def cassie(options):
+    words = ["data/scenes/recordings/cassie.yaml", "cassie_impact/jump_*.csv", "--columns", "data/maps/cassie.yaml", "--package",
+             "cassie_v2=robots/cassie_v2/Cassie"]
+    text = ("Medians over six landings; velocities: root mean square over landings and, of joints, over joints of a kind, at the end of each "
+            "prediction.\n\n| predicted from | base position, mean / end [mm] | base rotation, mean / end [degrees] | base velocity, z / all "
+            "[m/s] | motor joints [rad/s] | spring and ankle joints [rad/s] |\n|---|---|---|---|---|---|\n")
+    commands, spread = "", {}
+    for name, more in (("the first row, 50 ms", []), ("every 10 rows, 5 ms", ["--horizon", "10"]), ("every row", ["--mode", "one-step"])):
+        report, command = run(options, ["compare", *words, *more])
+        commands += command
+        m, c = report["median"], {x["name"]: x for x in report["coordinates"]}
+
+        def rms(names, key="rms"):
+            return math.sqrt(sum(c[n][key] ** 2 for n in names) / len(names))
+
+        base = [f"pelvis.v{a}" for a in "xyz"]
+        motors = [f"{j}_{s}.v" for j in ("hip_roll", "hip_yaw", "hip_pitch", "knee", "toe") for s in ("left", "right")]
+        passive = [f"{j}_{s}.v" for j in ("knee_joint", "ankle_joint") for s in ("left", "right")]
+        text += (f"| {name} | {1e3 * m['position_error_mean_m']:.3g} / {1e3 * m['position_error_end_m']:.3g} "
+                 f"| {m['rotation_error_mean_deg']:.3g} / {m['rotation_error_end_deg']:.3g} "
+                 f"| {c['pelvis.vz']['rms']:.3g} / {math.sqrt(3) * rms(base):.3g} | {rms(motors):.3g} | {rms(passive):.3g} |\n")
+        if not spread:
+            spread = {"base": math.sqrt(3) * rms(base, "recorded_deviation"), "motors": rms(motors, "recorded_deviation"),
+                      "passive": rms(passive, "recorded_deviation")}
+    text += ("\nTo compare with: at the end of the landings these velocities scatter from one to the other by "
+             f"{spread['base']:.3g} m/s, {spread['motors']:.3g} rad/s and {spread['passive']:.3g} rad/s.\n")
+    inverse, command = run(options, ["compare", *words, "--mode", "inverse"])
+    m = inverse["median"]
+    c = {x["name"]: x for x in inverse["coordinates"]}
+    motors = [f"{j}_{s}.u" for j in ("hip_roll", "hip_yaw", "hip_pitch", "knee", "toe") for s in ("left", "right")]
+    text += (f"\nForces: {m['unexplained_force_median']:.2g} weights on the base are left unexplained (median over rows and landings), "
+             f"{m['unexplained_force_mean']:.2g} in the mean, {m['unexplained_force_max']:.2g} at most; of motor joints "
+             f"{math.sqrt(sum(c[n]['rms'] ** 2 for n in motors) / len(motors)):.3g} N m (root mean square); the ground carries "
+             f"{m['contact_force_mean']:.2g} weights in the mean.\n")
+    return text, commands + command
+
+
+SECTIONS = {"cube_toss": cube_toss, "planar_square_drop": square_drop, "simple_pendulum": pendulum, "arms": ur10,
+            "planar_ellipse_impacts": impacts, "cassie_impact": cassie}
 
 
 def main():

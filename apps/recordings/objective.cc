@@ -5,7 +5,6 @@
 #include <numbers>
 
 #include "counterpoint/engine/integrator.h"
-#include "unexplained.h"
 
 namespace counterpoint::apps {
 namespace {
@@ -58,11 +57,9 @@ VectorX score_residual(const Prediction& p, int rows, double turning) {
 
 std::vector<Prediction> predict_all(const Experiment& experiment, const Scene& scene,
                                     const std::vector<int>& which) {
-  Simulator simulator(scene);
+  Predictor predictor(scene, experiment.map, experiment.prediction);
   std::vector<Prediction> out;
-  for (const int i : which)
-    out.push_back(
-        predict(simulator, experiment.map, experiment.recordings[i], experiment.prediction));
+  for (const int i : which) out.push_back(predictor.predict(experiment.recordings[i]));
   return out;
 }
 
@@ -101,13 +98,19 @@ GroupedResiduals prediction_residuals(const Experiment& experiment,
       experiment.map.free_body < 0
           ? 1.0
           : weights[experiment.scene.model.body(experiment.map.free_body).v_index + 3];
-  Simulator simulator(with_parameters(experiment.scene, parameters, values));
-  const Model& model = simulator.model();
+  Predictor predictor(with_parameters(experiment.scene, parameters, values), experiment.map,
+                      experiment.prediction);
+  const Model& model = predictor.model();
   VectorX difference(model.nv());
   GroupedResiduals out;
   for (const int i : which) {
     const Recording& recording = experiment.recordings[i];
-    const Prediction p = predict(simulator, experiment.map, recording, experiment.prediction);
+    const Prediction p = predictor.predict(recording);
+    if (p.impact) {
+      out.push_back(experiment.by_score ? VectorX::Constant(1, p.impact->speed)
+                                        : p.impact->weighted);
+      continue;
+    }
     const int rows = recording.num_rows() - 1;
     VectorX& r = out.emplace_back(rows * static_cast<Eigen::Index>(used.size()));
     const double share = 1.0 / std::sqrt(static_cast<double>(rows));
@@ -146,6 +149,18 @@ GroupedResiduals force_residuals(const Experiment& experiment,
     }
   }
   return out;
+}
+
+std::vector<CoordinateFigures> unexplained_figures(const Experiment& experiment, const Scene& scene,
+                                                   const std::vector<int>& which) {
+  Explainer explainer(scene, experiment.map, experiment.reach);
+  std::vector<const Recording*> recordings;
+  std::vector<ExplainedRecording> explained;
+  for (const int i : which) {
+    recordings.push_back(&experiment.recordings[i]);
+    explained.push_back(explain_recording(explainer, experiment.map, *recordings.back()));
+  }
+  return force_figures(explainer, scene.model, recordings, explained);
 }
 
 }  // namespace counterpoint::apps

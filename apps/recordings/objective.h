@@ -8,6 +8,7 @@
 #include "fit.h"
 #include "parameters.h"
 #include "prediction.h"
+#include "unexplained.h"
 
 namespace counterpoint::apps {
 
@@ -16,6 +17,7 @@ struct Experiment {
   Scene scene;
   ColumnMap map;
   std::vector<Recording> recordings;
+  int num_given = 0;  ///< the first of these, without those given to be scored
   PredictionOptions prediction;
   /// Residuals are the mean deviations of each recording, else deviations at every row.
   bool by_score = false;
@@ -33,7 +35,8 @@ VectorX deviation_weights(const Model& model, const ColumnMap& map);
 
 /// Residuals of each recording at given values: by score the mean deviations; else at every row
 /// predicted the difference of coordinates, over the root of the number of rows. Both weighted as
-/// above; rows that a failed step left out count 1 m (1 rad).
+/// above; rows that a failed step left out count 1 m (1 rad). Of impacts the error of the
+/// velocities after in the norm of M [m/s], by score its length.
 GroupedResiduals prediction_residuals(const Experiment& experiment,
                                       const std::vector<Parameter>& parameters,
                                       const VectorX& values, const std::vector<int>& which);
@@ -44,5 +47,9 @@ GroupedResiduals prediction_residuals(const Experiment& experiment,
 GroupedResiduals force_residuals(const Experiment& experiment,
                                  const std::vector<Parameter>& parameters, const VectorX& values,
                                  const std::vector<int>& which);
+
+/// What a scene leaves unexplained by coordinate, over some of the recordings.
+std::vector<CoordinateFigures> unexplained_figures(const Experiment& experiment, const Scene& scene,
+                                                   const std::vector<int>& which);
 
 }  // namespace counterpoint::apps

@@ -63,21 +63,48 @@ Chart error_chart(const std::vector<NamedPredictions>& sets, const std::string& 
 
 }  // namespace
 
-std::vector<Chart> error_charts(const std::vector<NamedPredictions>& sets, bool pose) {
-  if (!pose)
+std::vector<Chart> error_charts(const std::vector<NamedPredictions>& sets, Compared by) {
+  if (by == Compared::kImpacts) return {};
+  if (by == Compared::kJoints)
     return {error_chart(sets, "Joint error", "mean error [rad or m]", &Deviation::joints, 1.0)};
   return {error_chart(sets, "Position error", "error [mm]", &Deviation::position, 1e3),
           error_chart(sets, "Rotation error", "error [degrees]", &Deviation::rotation, 1.0)};
 }
 
-Table prediction_table(const std::vector<Prediction>& predictions, bool pose) {
+Table prediction_table(const std::vector<Prediction>& predictions, Compared by) {
   Table table{{"recording", "rows"}, {}};
-  for (const auto& [name, value] : figures({}, pose)) table.header.emplace_back(name);
+  for (const auto& [name, value] : figures({}, by)) table.header.emplace_back(name);
   for (const Prediction& p : predictions) {
     std::vector<std::string>& row = table.rows.emplace_back();
     row = {std::filesystem::path(p.file).filename().string(), std::to_string(p.rows)};
-    for (const auto& [name, value] : figures(p, pose))
+    for (const auto& [name, value] : figures(p, by))
       row.push_back(p.failure ? "failed" : fmt::format("{:.4g}", value));
+  }
+  return table;
+}
+
+Json coordinate_list(const std::vector<CoordinateFigures>& figures) {
+  Json list = Json::array();
+  for (const CoordinateFigures& one : figures) {
+    const auto number = [](const std::optional<double>& x) { return x ? Json(*x) : Json(); };
+    list.push_back({{"name", one.name},
+                    {"rms", one.rms},
+                    {"mean", one.mean},
+                    {"recorded_deviation", number(one.recorded_deviation)},
+                    {"r2", number(one.r2)}});
+  }
+  return list;
+}
+
+Table coordinate_table(const std::vector<CoordinateFigures>& figures) {
+  Table table{{"coordinate", "unexplained, rms [N or N m]", "mean", "recorded, deviation", "R2"},
+              {}};
+  for (const CoordinateFigures& one : figures) {
+    const auto text = [](const std::optional<double>& x) {
+      return x ? fmt::format("{:.4g}", *x) : std::string("-");
+    };
+    table.rows.push_back(
+        {one.name, text(one.rms), text(one.mean), text(one.recorded_deviation), text(one.r2)});
   }
   return table;
 }

@@ -8,6 +8,7 @@
 #include "chart.h"
 #include "html_page.h"
 #include "prediction.h"
+#include "report.h"
 #include "unexplained.h"
 
 namespace counterpoint::apps {
@@ -20,10 +21,13 @@ struct NamedPredictions {
 
 /// Error against time from the start of each recording: the median over recordings, of a single set
 /// the quartiles beside it. Position and rotation, or joints.
-std::vector<Chart> error_charts(const std::vector<NamedPredictions>& sets, bool pose);
+std::vector<Chart> error_charts(const std::vector<NamedPredictions>& sets, Compared by);
 
 /// A row a recording.
-Table prediction_table(const std::vector<Prediction>& predictions, bool pose);
+Table prediction_table(const std::vector<Prediction>& predictions, Compared by);
+/// The figures of coordinates as reports have them, and as a table.
+Json coordinate_list(const std::vector<CoordinateFigures>& figures);
+Table coordinate_table(const std::vector<CoordinateFigures>& figures);
 Table explanation_table(const std::vector<ExplainedRecording>& recordings);
 /// Unexplained force against time, median and quartiles over recordings.
 Chart unexplained_chart(const std::vector<ExplainedRecording>& recordings);

@@ -75,37 +75,78 @@ State recorded_state(const Model& model, const ColumnMap& map, const Recording& 
   return state;
 }
 
-Prediction predict(Simulator& simulator, const ColumnMap& map, const Recording& recording,
-                   const PredictionOptions& options) {
-  const Model& model = simulator.model();
+Compared compared(const ColumnMap& map) {
+  if (!map.after.empty()) return Compared::kImpacts;
+  return map.free_body >= 0 ? Compared::kPose : Compared::kJoints;
+}
+
+Predictor::Predictor(const Scene& scene, const ColumnMap& map, const PredictionOptions& options)
+    : simulator_(scene), impacts_(scene), map_(map), options_(options) {}
+
+Prediction Predictor::predict(const Recording& recording) {
+  return map_.after.empty() ? roll_out(recording) : strike(recording);
+}
+
+Prediction Predictor::strike(const Recording& recording) {
+  Prediction out;
+  out.file = recording.file;
+  out.rows = recording.num_rows();
+  out.q = recording.q;
+  const Impact& impact = impacts_.solve(recording.q.col(0), recording.v.col(0));
+  const VectorX after = recording.v.col(1);
+  ImpactDeviation& deviation = out.impact.emplace();
+  out.velocity_error = impact.v - after;
+  out.recorded_velocity = after;
+  deviation.weighted = impacts_.weighted(out.velocity_error);
+  deviation.speed = deviation.weighted.norm();
+  deviation.energy_ratio = impact.energy / impact.energy_before;
+  deviation.recorded_energy_ratio =
+      impacts_.weighted(after).squaredNorm() / impacts_.weighted(recording.v.col(0)).squaredNorm();
+  deviation.contacts = impact.contacts;
+  return out;
+}
+
+Prediction Predictor::roll_out(const Recording& recording) {
+  const Model& model = simulator_.model();
   const int rows = recording.num_rows();
-  const int horizon = options.horizon > 0 ? options.horizon : rows - 1;
+  const int horizon = options_.horizon > 0 ? options_.horizon : rows - 1;
   Prediction out;
   out.file = recording.file;
   out.rows = rows;
   out.q = recording.q;
   int pieces = 0;
   for (int start = 0; start + 1 < rows; start += horizon) {
-    simulator.set_state(recorded_state(model, map, recording, start));
+    simulator_.set_state(recorded_state(model, map_, recording, start));
     const int last = std::min(start + horizon, rows - 1);
     for (int row = start; row < last; ++row) {
-      if (!predict_row(simulator, map, recording, row, options, out)) return out;
-      out.q.col(row + 1) = simulator.state().q;
+      if (!predict_row(simulator_, map_, recording, row, options_, out)) return out;
+      out.q.col(row + 1) = simulator_.state().q;
       out.time.push_back(recording.time[row + 1]);
       out.deviations.push_back(
-          deviation(model, map, simulator.state().q, recording.q.col(row + 1)));
+          deviation(model, map_, simulator_.state().q, recording.q.col(row + 1)));
       out.mean += out.deviations.back();
     }
     out.end += out.deviations.back();
-    ++pieces;
+    const VectorX recorded = recorded_state(model, map_, recording, last).v;
+    out.velocity_error.conservativeResize(model.nv(), ++pieces);
+    out.recorded_velocity.conservativeResize(model.nv(), pieces);
+    out.velocity_error.col(pieces - 1) = simulator_.state().v - recorded;
+    out.recorded_velocity.col(pieces - 1) = recorded;
   }
   out.mean = out.mean * (1.0 / (rows - 1));
   out.end = out.end * (1.0 / pieces);
   return out;
 }
 
-std::vector<std::pair<const char*, double>> figures(const Prediction& p, bool pose) {
-  if (!pose) return {{"joint_error_mean", p.mean.joints}, {"joint_error_end", p.end.joints}};
+std::vector<std::pair<const char*, double>> figures(const Prediction& p, Compared by) {
+  if (by == Compared::kImpacts) {
+    const ImpactDeviation impact = p.impact.value_or(ImpactDeviation());
+    return {{"velocity_error_m_s", impact.speed},
+            {"energy_ratio", impact.energy_ratio},
+            {"recorded_energy_ratio", impact.recorded_energy_ratio}};
+  }
+  if (by == Compared::kJoints)
+    return {{"joint_error_mean", p.mean.joints}, {"joint_error_end", p.end.joints}};
   return {{"position_error_mean_m", p.mean.position},
           {"rotation_error_mean_deg", p.mean.rotation},
           {"position_error_end_m", p.end.position},
@@ -113,16 +154,35 @@ std::vector<std::pair<const char*, double>> figures(const Prediction& p, bool po
 }
 
 std::vector<std::pair<const char*, double>> median_figures(
-    const std::vector<Prediction>& predictions, bool pose) {
+    const std::vector<Prediction>& predictions, Compared by) {
   std::vector<std::pair<const char*, double>> medians;
-  for (size_t i = 0; !predictions.empty() && i < figures(predictions[0], pose).size(); ++i) {
+  for (size_t i = 0; !predictions.empty() && i < figures(predictions[0], by).size(); ++i) {
     std::vector<double> values;
     for (const Prediction& prediction : predictions)
-      if (!prediction.failure) values.push_back(figures(prediction, pose)[i].second);
-    if (!values.empty())
-      medians.emplace_back(figures(predictions[0], pose)[i].first, median(values));
+      if (!prediction.failure) values.push_back(figures(prediction, by)[i].second);
+    if (!values.empty()) medians.emplace_back(figures(predictions[0], by)[i].first, median(values));
   }
   return medians;
+}
+
+std::vector<CoordinateFigures> velocity_figures(const ColumnMap& map,
+                                                const std::vector<Prediction>& predictions) {
+  Eigen::Index count = 0;
+  for (const Prediction& p : predictions) count += p.velocity_error.cols();
+  std::vector<CoordinateFigures> out;
+  for (const ColumnMap::Entry& entry : map.after.empty() ? map.entries : map.after) {
+    if (entry.kind != ColumnMap::Entry::Kind::kVelocity || count == 0) continue;
+    VectorX error(count), recorded(count);
+    Eigen::Index at = 0;
+    for (const Prediction& p : predictions) {
+      error.segment(at, p.velocity_error.cols()) = p.velocity_error.row(entry.index).transpose();
+      recorded.segment(at, p.velocity_error.cols()) =
+          p.recorded_velocity.row(entry.index).transpose();
+      at += p.velocity_error.cols();
+    }
+    out.push_back(coordinate_figures(entry.name, error, recorded));
+  }
+  return out;
 }
 
 }  // namespace counterpoint::apps

@@ -7,8 +7,10 @@
 #include <utility>
 #include <vector>
 
+#include "coordinate_figures.h"
 #include "counterpoint/engine/simulator.h"
 #include "failure.h"
+#include "impact.h"
 #include "recording.h"
 
 namespace counterpoint::apps {
@@ -26,11 +28,25 @@ struct Deviation {
 Deviation deviation(const Model& model, const ColumnMap& map, const VectorX& q,
                     const VectorX& recorded);
 
+/// What predictions and recordings are compared by.
+enum class Compared { kJoints, kPose, kImpacts };
+Compared compared(const ColumnMap& map);
+
 struct PredictionOptions {
   std::optional<int> substeps;  ///< time steps from row to row; else as near scene_step as can be
   double scene_step = 0.002;    ///< [s]
   /// Every so many rows the recording is taken anew as the start; 0: its first row only.
   int horizon = 0;
+};
+
+/// An impact as predicted, against the one recorded.
+struct ImpactDeviation {
+  VectorX error;              ///< nv: velocity after, predicted less recorded [m/s, rad/s]
+  VectorX weighted;           ///< nv: the same in the norm of M (impact.h) [m/s]
+  double speed = 0.0;         ///< its length [m/s]
+  double energy_ratio = 0.0;  ///< kinetic energy after over before, predicted
+  double recorded_energy_ratio = 0.0;
+  int contacts = 0;
 };
 
 struct Prediction {
@@ -41,6 +57,10 @@ struct Prediction {
   std::vector<Deviation> deviations;  ///< at the rows predicted (not those where pieces start)
   /// Over the rows predicted; over the last rows of the pieces.
   Deviation mean, end;
+  /// nv x pieces: velocities at the last row of each piece, or after the impact; predicted less
+  /// recorded, and recorded [m/s, rad/s].
+  MatrixX velocity_error, recorded_velocity;
+  std::optional<ImpactDeviation> impact;  ///< of impacts; no row is then predicted
   long steps = 0, newton_iterations = 0;
   std::optional<FailedStep> failure;  ///< rows from there on are not predicted
 };
@@ -52,14 +72,35 @@ State recorded_state(const Model& model, const ColumnMap& map, const Recording& 
 /// From `row` to `row` + 1 [s].
 double row_interval(const ColumnMap& map, const Recording& recording, int row);
 
-Prediction predict(Simulator& simulator, const ColumnMap& map, const Recording& recording,
-                   const PredictionOptions& options);
+/// Predicts by the simulator, or by the impact law where the map is of impacts.
+class Predictor {
+ public:
+  Predictor(const Scene& scene, const ColumnMap& map, const PredictionOptions& options);
+
+  /// @throws std::runtime_error where an impact is not solved.
+  Prediction predict(const Recording& recording);
+  const Model& model() const { return simulator_.model(); }
+
+ private:
+  Prediction roll_out(const Recording& recording);
+  Prediction strike(const Recording& recording);
+
+  Simulator simulator_;
+  ImpactSolver impacts_;
+  ColumnMap map_;
+  PredictionOptions options_;
+};
 
 /// The figures of a prediction under their names in the report.
-std::vector<std::pair<const char*, double>> figures(const Prediction& prediction, bool pose);
+std::vector<std::pair<const char*, double>> figures(const Prediction& prediction, Compared by);
 
 /// The medians of figures() over all that did not fail.
 std::vector<std::pair<const char*, double>> median_figures(
-    const std::vector<Prediction>& predictions, bool pose);
+    const std::vector<Prediction>& predictions, Compared by);
+
+/// The velocities that the map names, at the last rows of all pieces or after impacts, by
+/// coordinate; none where no prediction got so far.
+std::vector<CoordinateFigures> velocity_figures(const ColumnMap& map,
+                                                const std::vector<Prediction>& predictions);
 
 }  // namespace counterpoint::apps

@@ -16,6 +16,8 @@ namespace {
 
 /// Recordings carry few digits: a quaternion this far from unit length is still one.
 constexpr double kQuaternionTolerance = 1e-3;
+/// The mean of quaternions this much shorter is one of turns by some 40 degrees.
+constexpr double kAverageTolerance = 0.02;
 constexpr int kMaxSubsteps = 1'000'000;  // between two rows
 
 class MapReader {
@@ -25,12 +27,27 @@ class MapReader {
 
   ColumnMap read() const {
     const YAML::Node root = load_yaml_file(file_, "cannot be read; expected a YAML column map");
-    check_keys(root, {"columns", "free", "rate", "time", "substeps", "velocities"});
+    if (root.IsMap() && root["after"]) return read_impacts(root);
+    check_keys(root, {"columns", "free", "rate", "time", "substeps", "velocities", "average",
+                      "pieces", "angular_velocity", "after", "skip"});
+    if (root["skip"]) fail(root["skip"], "skip: is of impacts; expected 'after' beside it");
     ColumnMap map;
     read_time(root, map);
     if (const YAML::Node node = root["substeps"]) {
       map.substeps = count(node, "substeps");
     }
+    if (const YAML::Node node = root["angular_velocity"]) {
+      const std::string text = scalar(node, "angular_velocity");
+      if (text != "body" && text != "world")
+        fail(node, fmt::format("angular_velocity: '{}'; expected body or world", text));
+      map.world_angular = text == "world";
+    }
+    if (const YAML::Node node = root["average"]) {
+      map.average = count(node, "average");
+      if (map.average % 2 == 0)
+        fail(node, fmt::format("average: {} is even; expected an odd number of rows", map.average));
+    }
+    if (const YAML::Node node = root["pieces"]) map.pieces = count(node, "pieces");
     if (const YAML::Node node = root["velocities"]) {
       const std::string text = scalar(node, "velocities");
       if (text != "instantaneous" && text != "backward_difference") {
@@ -39,17 +56,47 @@ class MapReader {
       }
       map.backward_difference = text == "backward_difference";
     }
-    const YAML::Node columns = root["columns"];
-    if (!columns || !columns.IsMap() || columns.size() == 0) {
-      fail(root, "expected 'columns': a map from trajectory columns to columns of the recording");
-    }
-    refuse_repeated_keys(columns);
-    for (const auto& pair : columns) map.entries.push_back(entry(pair.first, pair.second));
+    map.entries = entries(root, "columns");
     if (const YAML::Node node = root["free"]) map.free_body = free_body(node, map);
     return map;
   }
 
  private:
+  /// Rows of states before and velocities after.
+  ColumnMap read_impacts(const YAML::Node& root) const {
+    check_keys(root, {"columns", "after", "skip"});
+    ColumnMap map;
+    map.rate = 1.0;
+    map.entries = entries(root, "columns");
+    map.after = entries(root, "after");
+    for (const std::vector<ColumnMap::Entry>* list : {&map.entries, &map.after})
+      for (const ColumnMap::Entry& e : *list)
+        if (e.kind == ColumnMap::Entry::Kind::kForce ||
+            (list == &map.after && e.kind == ColumnMap::Entry::Kind::kPosition))
+          fail(root["after"],
+               fmt::format("'{}': of impacts, 'columns' are positions and velocities "
+                           "before, 'after' velocities",
+                           e.name));
+    if (const YAML::Node node = root["skip"]) {
+      if (!node.IsSequence()) fail(node, "skip: expected a list of columns");
+      for (const auto& column : node) map.skip.push_back(scalar(column, "skip"));
+    }
+    return map;
+  }
+
+  std::vector<ColumnMap::Entry> entries(const YAML::Node& root, const char* key) const {
+    const YAML::Node columns = root[key];
+    if (!columns || !columns.IsMap() || columns.size() == 0) {
+      fail(root,
+           fmt::format("expected '{}': a map from trajectory columns to columns of the recording",
+                       key));
+    }
+    refuse_repeated_keys(columns);
+    std::vector<ColumnMap::Entry> out;
+    for (const auto& pair : columns) out.push_back(entry(pair.first, pair.second));
+    return out;
+  }
+
   [[noreturn]] void fail(const YAML::Node& node, const std::string& message) const {
     throw InputError(fmt::format("{}:{}: {}", file_, node.Mark().line + 1, message));
   }
@@ -178,34 +225,41 @@ double evaluate(const ColumnSource& source, const CsvTable& table, int row) {
                   table.where(row), source.column, value));
 }
 
-void normalize_quaternions(const CsvTable& table, const Model& model, int row,
-                           Eigen::Ref<VectorX> q) {
+/// visit(where in q its quaternion starts, where in v its angular velocity does) for every free
+/// orientation.
+template <class Visit>
+void for_each_quaternion(const Model& model, Visit visit) {
   for (const Body& body : model.bodies()) {
     const bool floating = body.joint_type == JointType::kFloating;
     if (body.tree < 0 || (!floating && body.joint_type != JointType::kSpherical)) continue;
-    auto quaternion = q.segment<4>(body.q_index + (floating ? 3 : 0));
-    const double norm = quaternion.norm();
-    if (!(std::abs(norm - 1.0) <= kQuaternionTolerance)) {
-      throw InputError(fmt::format("{}: the quaternion has length {:.6g}; expected 1 within {}",
-                                   table.where(row), norm, kQuaternionTolerance));
-    }
-    quaternion /= norm;
+    visit(body.q_index + (floating ? 3 : 0), body.v_index + (floating ? 3 : 0));
   }
 }
 
-}  // namespace
-
-ColumnMap load_column_map(const std::filesystem::path& file, const Model& model) {
-  return MapReader(file, model).read();
+void normalize_quaternions(const Model& model, double tolerance, const std::string& where,
+                           Eigen::Ref<VectorX> q) {
+  for_each_quaternion(model, [&](int at, int) {
+    auto quaternion = q.segment<4>(at);
+    const double norm = quaternion.norm();
+    if (!(std::abs(norm - 1.0) <= tolerance)) {
+      throw InputError(fmt::format("{}: the quaternion has length {:.6g}; expected 1 within {}",
+                                   where, norm, tolerance));
+    }
+    quaternion /= norm;
+  });
 }
 
-Recording read_recording(const std::filesystem::path& file, const ColumnMap& map,
-                         const Model& model, const VectorX& start_q, const VectorX& start_v) {
+void turn_into_body_axes(const Model& model, const VectorX& q, Eigen::Ref<VectorX> v) {
+  for_each_quaternion(model, [&](int at, int v_at) {
+    const Quaternion orientation(q[at], q[at + 1], q[at + 2], q[at + 3]);
+    v.segment<3>(v_at) = orientation.conjugate() * Vector3(v.segment<3>(v_at));
+  });
+}
+
+Recording read_rows(const CsvTable& table, const ColumnMap& map, const Model& model,
+                    const VectorX& start_q, const VectorX& start_v) {
   using Kind = ColumnMap::Entry::Kind;
-  const CsvTable table(file);
   const int rows = table.num_rows();
-  if (rows < 2)
-    throw InputError(fmt::format("{}: {} rows; expected two or more", table.file(), rows));
   Recording recording;
   recording.file = table.file();
   recording.q = start_q.replicate(1, rows);
@@ -223,9 +277,101 @@ Recording read_recording(const std::filesystem::path& file, const ColumnMap& map
                                                        : recording.applied_force;
       block(entry.index, row) = evaluate(entry.source, table, row);
     }
-    normalize_quaternions(table, model, row, recording.q.col(row));
+    normalize_quaternions(model, kQuaternionTolerance, table.where(row), recording.q.col(row));
+    if (map.world_angular) turn_into_body_axes(model, recording.q.col(row), recording.v.col(row));
   }
   return recording;
+}
+
+/// One for each row that is not to be skipped.
+std::vector<Recording> read_impacts(const CsvTable& table, const ColumnMap& map, const Model& model,
+                                    const VectorX& start_q, const VectorX& start_v) {
+  const Recording rows = read_rows(table, map, model, start_q, start_v);
+  std::vector<Recording> out;
+  for (int row = 0; row < rows.num_rows(); ++row) {
+    const bool skip = std::any_of(map.skip.begin(), map.skip.end(), [&](const std::string& column) {
+      return table.value(row, table.column(column)) != 0.0;
+    });
+    if (skip) continue;
+    Recording& impact = out.emplace_back();
+    impact.file = table.where(row);
+    impact.time = {0.0, 0.0};
+    impact.q = rows.q.col(row).replicate(1, 2);
+    impact.v = rows.v.col(row).replicate(1, 2);
+    for (const ColumnMap::Entry& entry : map.after)
+      impact.v(entry.index, 1) = evaluate(entry.source, table, row);
+    impact.applied_force = MatrixX::Zero(model.nv(), 2);
+  }
+  if (out.empty())
+    throw InputError(fmt::format("{}: no impact is left; all {} rows are skipped", table.file(),
+                                 table.num_rows()));
+  return out;
+}
+
+/// Rows from `first` on.
+Recording part(const Recording& whole, int first, int rows) {
+  Recording out;
+  out.file = whole.file;
+  out.time.assign(whole.time.begin() + first, whole.time.begin() + first + rows);
+  out.q = whole.q.middleCols(first, rows);
+  out.v = whole.v.middleCols(first, rows);
+  out.applied_force = whole.applied_force.middleCols(first, rows);
+  return out;
+}
+
+/// Every row the mean of `count` rows around it; rows without so many around them are left out.
+Recording averaged(const Recording& recording, int count, const Model& model) {
+  const int rows = recording.num_rows() - count + 1;
+  if (rows < 2)
+    throw InputError(fmt::format("{}: {} rows; expected {} or more, to average over {}",
+                                 recording.file, recording.num_rows(), count + 1, count));
+  Recording out = part(recording, count / 2, rows);
+  for (int row = 0; row < rows; ++row) {
+    out.q.col(row) = recording.q.middleCols(row, count).rowwise().mean();
+    out.v.col(row) = recording.v.middleCols(row, count).rowwise().mean();
+    out.applied_force.col(row) = recording.applied_force.middleCols(row, count).rowwise().mean();
+    normalize_quaternions(model, kAverageTolerance,
+                          fmt::format("{}: mean over {} rows", recording.file, count),
+                          out.q.col(row));
+  }
+  return out;
+}
+
+}  // namespace
+
+ColumnMap load_column_map(const std::filesystem::path& file, const Model& model) {
+  return MapReader(file, model).read();
+}
+
+std::vector<Recording> read_recordings(const std::filesystem::path& file, const ColumnMap& map,
+                                       const Model& model, const VectorX& start_q,
+                                       const VectorX& start_v) {
+  const CsvTable table(file);
+  if (!map.after.empty()) return read_impacts(table, map, model, start_q, start_v);
+  Recording whole = read_rows(table, map, model, start_q, start_v);
+  if (map.average > 1) whole = averaged(whole, map.average, model);
+  const int rows = whole.num_rows();
+  if (rows < 2 * map.pieces)
+    throw InputError(fmt::format("{}: {} rows; expected two or more{}", table.file(), rows,
+                                 map.pieces > 1 ? " for each piece" : ""));
+  if (map.pieces == 1) return {whole};
+  std::vector<Recording> out;
+  for (int k = 0; k < map.pieces; ++k) {
+    const int first = static_cast<int>(static_cast<long>(rows) * k / map.pieces);
+    const int last = static_cast<int>(static_cast<long>(rows) * (k + 1) / map.pieces);
+    out.push_back(part(whole, first, last - first));
+    out.back().file += fmt::format(" from {:.6g} s", out.back().time[0]);
+  }
+  return out;
+}
+
+std::vector<Recording> read_all(const std::vector<std::string>& files, const ColumnMap& map,
+                                const Scene& scene) {
+  std::vector<Recording> out;
+  for (const std::string& file : files)
+    for (Recording& one : read_recordings(file, map, scene.model, scene.q, scene.v))
+      out.push_back(std::move(one));
+  return out;
 }
 
 }  // namespace counterpoint::apps

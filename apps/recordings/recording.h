@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "counterpoint/engine/csv.h"
-#include "counterpoint/model/model.h"
+#include "counterpoint/model/scene.h"
 
 namespace counterpoint::apps {
 
@@ -29,6 +29,10 @@ struct ColumnMap {
     ColumnSource source;
   };
   std::vector<Entry> entries;
+  /// Velocities after an impact. Where there are any, a row is an impact: `entries` are before it,
+  /// and there is no time.
+  std::vector<Entry> after;
+  std::vector<std::string> skip;  ///< rows of impacts with anything but 0 there are left out
   int free_body = -1;          ///< body whose pose is compared; -1: the mapped joint positions are
   std::optional<double> rate;  ///< [1/s]; else `time` holds
   ColumnSource time;
@@ -36,6 +40,11 @@ struct ColumnMap {
   /// Recorded velocities are backward differences of the positions: v(t) is the mean over the
   /// interval before t. A body under gravity g is by then g interval / 2 faster.
   bool backward_difference = false;
+  /// Recorded angular velocities of floating and spherical joints are in world axes, not in the
+  /// body's; turned by the recorded orientation.
+  bool world_angular = false;
+  int average = 1;  ///< rows, centred and odd, of which a value is the mean
+  int pieces = 1;   ///< as many recordings of equal length one file gives
 };
 
 /// @throws InputError naming file, line, key, what was expected.
@@ -50,9 +59,16 @@ struct Recording {
   int num_rows() const { return static_cast<int>(time.size()); }
 };
 
-/// @throws InputError naming file, line, column: as CsvTable, and for fewer than two rows, time not
-/// rising, quaternions that are not of unit length (1e-3; they are normalised).
-Recording read_recording(const std::filesystem::path& file, const ColumnMap& map,
-                         const Model& model, const VectorX& start_q, const VectorX& start_v);
+/// The recordings of a file: one, as many as the map cuts it into, or one for each impact; then
+/// their names say which part it is. Of an impact both rows are at the pose and the time before.
+/// @throws InputError naming file, line, column: as CsvTable, and for fewer than two rows a
+/// recording, time not rising, quaternions that are not of unit length (1e-3; they are normalised).
+std::vector<Recording> read_recordings(const std::filesystem::path& file, const ColumnMap& map,
+                                       const Model& model, const VectorX& start_q,
+                                       const VectorX& start_v);
+
+/// Those of several files, with the scene's start where the map names nothing.
+std::vector<Recording> read_all(const std::vector<std::string>& files, const ColumnMap& map,
+                                const Scene& scene);
 
 }  // namespace counterpoint::apps

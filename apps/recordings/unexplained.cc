@@ -12,6 +12,7 @@
 #include "counterpoint/engine/energy.h"
 #include "counterpoint/engine/kinematics.h"
 #include "counterpoint/engine/step.h"
+#include "counterpoint/engine/trajectory.h"
 #include "median.h"
 #include "prediction.h"
 
@@ -119,8 +120,8 @@ void Explainer::Impl::find_contacts(const VectorX& q, const VectorX& v, double i
 /// Over the coordinates that count: w such that M w = J' f - impulse, f within the cones. False if
 /// a body that is touched has none of them: its motors may have given anything.
 bool Explainer::Impl::pose_problem(const VectorX& impulse) {
-  const VectorX zero = VectorX::Zero(model.nv());
-  assemble_problem(model, constraints, zero, zero, data, block_of_tree, assembled);
+  assemble_problem(model, constraints, VectorX::Zero(model.nv()), model.armature(), data,
+                   block_of_tree, assembled);
   problem.clear();
   std::vector<std::vector<int>> kept(assembled.num_blocks());
   for (int t = 0; t < model.num_trees(); ++t) {
@@ -247,6 +248,29 @@ ExplainedRecording explain_recording(Explainer& explainer, const ColumnMap& map,
       &Explanation::unexplained_joint);
   add("contact_force_mean", "contact_force_median", "contact_force_max",
       &Explanation::contact_force);
+  return out;
+}
+
+std::vector<CoordinateFigures> force_figures(const Explainer& explainer, const Model& model,
+                                             const std::vector<const Recording*>& recordings,
+                                             const std::vector<ExplainedRecording>& explained) {
+  const VectorX scales = explainer.scales();
+  const CoordinateNames names = coordinate_names(model);
+  size_t steps = 0;
+  for (const ExplainedRecording& one : explained) steps += one.steps.size();
+  std::vector<CoordinateFigures> out;
+  for (Eigen::Index i = 0; i < scales.size(); ++i) {
+    if (!(scales[i] > 0.0)) continue;
+    VectorX left(static_cast<Eigen::Index>(steps)), recorded(left.size());
+    Eigen::Index at = 0;
+    for (size_t r = 0; r < recordings.size(); ++r) {
+      for (size_t k = 0; k < explained[r].steps.size(); ++k, ++at) {
+        left[at] = explained[r].steps[k].force[i];
+        recorded[at] = recordings[r]->applied_force(i, static_cast<Eigen::Index>(k));
+      }
+    }
+    out.push_back(coordinate_figures(names.force[i], left, recorded));
+  }
   return out;
 }
 

@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "coordinate_figures.h"
 #include "counterpoint/model/scene.h"
 #include "recording.h"
 
@@ -55,5 +56,11 @@ struct ExplainedRecording {
 };
 ExplainedRecording explain_recording(Explainer& explainer, const ColumnMap& map,
                                      const Recording& recording);
+
+/// What is left unexplained by coordinate over all steps of some recordings, but for those that a
+/// motor may have moved with a force that was not recorded.
+std::vector<CoordinateFigures> force_figures(const Explainer& explainer, const Model& model,
+                                             const std::vector<const Recording*>& recordings,
+                                             const std::vector<ExplainedRecording>& explained);
 
 }  // namespace counterpoint::apps

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -28,6 +29,15 @@ std::string ballistic_recording(int rows) {
     csv += fmt::format("{},{:.17g},0,{:.17g},1,0,0,0,0.5,0,{:.17g},0,0,0\n", t, 0.5 * t, z, vz);
   }
   return csv;
+}
+
+/// A column map of the cube with these first lines.
+std::string cube_map(std::string lines) {
+  lines += "columns:\n";
+  for (const char* name :
+       {"x", "y", "z", "qw", "qx", "qy", "qz", "vx", "vy", "vz", "wx", "wy", "wz"})
+    lines += fmt::format("  cube.{0}: {0}\n", name);
+  return lines;
 }
 
 TEST(Compare, StartsAFlightWithTheVelocityAtTheRow) {
@@ -128,6 +138,128 @@ TEST(Compare, NothingIsUnexplainedInAnOwnTrajectory) {
   // Without friction the ground cannot have slowed it down; without reach it gives nothing.
   EXPECT_GT(run("--set friction=0")["unexplained_force_mean"], 0.05);
   EXPECT_GT(run("--set height=-1")["unexplained_force_mean"], 0.5);
+}
+
+TEST(Compare, TheMeanOfAFlightIsAFlight) {
+  const CommandFolder folder("compare_average");
+  folder.write("flight.csv", ballistic_recording(60));
+  folder.write("map.yaml",
+               cube_map("rate: 148\nfree: cube\nsubsteps: 8\nvelocities: backward_difference\n"
+                        "average: 5\npieces: 4\n"));
+  const CommandResult result = folder.run(
+      "compare data/scenes/cube_toss.yaml {}/flight.csv --columns {}/map.yaml --json {}/r.json");
+  ASSERT_EQ(result.exit_code, 0) << result.errors;
+  const nlohmann::json report = folder.json("r.json");
+  // Five rows are one: two fewer at either end. 56 rows in four pieces.
+  ASSERT_EQ(report["recordings"].size(), 4u);
+  for (const nlohmann::json& one : report["recordings"]) {
+    EXPECT_EQ(one["rows"], 14);
+    // As of a flight without mean, see above.
+    EXPECT_NEAR(one["position_error_end_m"], 0.5 * kGravity * 13 / kRate / (8 * kRate), 1e-12);
+  }
+}
+
+TEST(Compare, TurnsAngularVelocitiesOfTheWorld) {
+  const CommandFolder folder("compare_world");
+  // Turned by 90 degrees about z, and turning about the world's x.
+  std::string csv = "t,x,y,z,qw,qx,qy,qz,vx,vy,vz,wx,wy,wz\n";
+  const double s = std::sqrt(0.5);
+  for (int k = 0; k < 3; ++k) {
+    const double half = 0.5 * k / kRate, c = std::cos(half) * s, d = std::sin(half) * s;
+    csv += fmt::format("{},0,0,{:.17g},{:.17g},{:.17g},{:.17g},{:.17g},0,0,{:.17g},1,0,0\n",
+                       k / kRate, 5.0 - 0.5 * kGravity * k * k / kRate / kRate, c, d, -d, c,
+                       -kGravity * k / kRate);
+  }
+  folder.write("spin.csv", csv);
+  const auto error = [&](const std::string& axes) {
+    folder.write("map.yaml",
+                 cube_map("rate: 148\nfree: cube\nsubsteps: 1\nangular_velocity: " + axes + "\n"));
+    const CommandResult result = folder.run(
+        "compare data/scenes/cube_toss.yaml {}/spin.csv --columns {}/map.yaml --json {}/r.json");
+    EXPECT_EQ(result.exit_code, 0) << result.errors;
+    return folder.json("r.json")["median"]["rotation_error_end_deg"].get<double>();
+  };
+  // A cube turns about any axis as it did. The angle is from a cosine: the root of 1e-16.
+  EXPECT_LT(error("world"), 1e-5);
+  EXPECT_GT(error("body"), 0.5);
+}
+
+/// Impacts of a ball that slides, by closed form: m (1 + e) v_n along the normal, mu times that
+/// along the ground. Above the ground and within it, and one that is to be skipped.
+void record_impacts(const CommandFolder& folder, double mu, double e) {
+  constexpr double kRadius = 0.1;
+  std::string csv = "z,vx,vz,ux,uz,uw,bad\n";
+  for (int k = 0; k < 6; ++k) {
+    const double vx = 1.0 + 0.2 * k, vz = -1.0 - 0.1 * k, kick = mu * (1.0 + e) * -vz;
+    csv += fmt::format("{},{},{},{:.17g},{:.17g},{:.17g},0\n", kRadius + 0.004 - 0.001 * k, vx, vz,
+                       vx - kick, -e * vz, 2.5 * kick / kRadius);
+  }
+  folder.write("impacts.csv", csv + "0.1,1,-1,9,9,9,1\n");
+  folder.write("ball.yaml",
+               "gravity: [0, 0, -9.81]\nground: {friction: 0.08, restitution: 0.5}\nmodels:\n"
+               "  - {name: ball, sphere: 0.1, mass: 2, friction: 0.08, restitution: 0.5}\n");
+  folder.write("map.yaml",
+               "columns: {ball/body.z: z, ball/body.vx: vx, ball/body.vz: vz}\n"
+               "after: {ball/body.vx: ux, ball/body.vz: uz, ball/body.wy: uw}\nskip: [bad]\n");
+}
+
+TEST(Compare, ImpactsOfABallAreThoseOfTheClosedForm) {
+  const CommandFolder folder("compare_impacts");
+  record_impacts(folder, 0.08, 0.5);
+  const std::string command =
+      "compare {}/ball.yaml {}/impacts.csv --columns {}/map.yaml --output {}/rows.csv --report "
+      "{}/page --json {}/r.json ";
+  const CommandResult result = folder.run(command);
+  ASSERT_EQ(result.exit_code, 0) << result.errors;
+  const nlohmann::json report = folder.json("r.json");
+  ASSERT_EQ(report["recordings"].size(), 6u);
+  for (const nlohmann::json& one : report["recordings"]) {
+    // Contacts give by their compliance, 1e-6 of an impulse.
+    EXPECT_LT(one["velocity_error_m_s"], 2e-5);
+    EXPECT_NEAR(one["energy_ratio"], one["recorded_energy_ratio"], 2e-5);
+  }
+  ASSERT_EQ(report["coordinates"].size(), 3u);
+  for (const nlohmann::json& one : report["coordinates"]) EXPECT_GT(one["r2"], 0.999);
+  const std::string rows = folder.read("rows.csv");
+  EXPECT_EQ(std::count(rows.begin(), rows.end(), '\n'), 7);
+  // Another restitution bounces otherwise: by 0.3 of 1 ... 1.5 m/s and what friction makes of it.
+  ASSERT_EQ(folder.run(command + "--set restitution=0.2").exit_code, 0);
+  EXPECT_NEAR(folder.json("r.json")["median"]["velocity_error_m_s"], 0.3 * 1.25, 0.02);
+  // Beyond the margin nothing touches.
+  folder.write("impacts.csv", "z,vx,vz,ux,uz,uw,bad\n0.2,1,-2,1,-2,0,0\n0.2,1,-2,1,-2,0,0\n");
+  ASSERT_EQ(folder.run(command).exit_code, 0);
+  EXPECT_EQ(folder.json("r.json")["median"]["velocity_error_m_s"], 0.0);
+}
+
+TEST(Compare, SaysWhatIsWrongInAMapOfImpacts) {
+  const CommandFolder folder("compare_impact_map");
+  record_impacts(folder, 0.08, 0.5);
+  const auto expect = [&](const std::string& map, const std::string& more,
+                          const std::string& part) {
+    folder.write("map.yaml", map);
+    const CommandResult result =
+        folder.run("compare {}/ball.yaml {}/impacts.csv --columns {}/map.yaml " + more);
+    EXPECT_EQ(result.exit_code, 2) << map;
+    EXPECT_NE(result.errors.find(part), std::string::npos) << result.errors;
+  };
+  const std::string before = "columns: {ball/body.z: z}\n";
+  expect(before + "after: {ball/body.z: z}\n", "", "map.yaml:2: 'ball/body.z'");
+  expect(before + "after: {}\n", "", "expected 'after'");
+  expect(before + "rate: 5\nafter: {ball/body.vz: uz}\n", "", "map.yaml:2: unknown key 'rate'");
+  expect(before + "rate: 5\nskip: [bad]\n", "", "skip: is of impacts");
+  expect(before + "after: {ball/body.vz: uz}\nskip: [z]\n", "", "no impact is left");
+  expect(before + "after: {ball/body.vz: uz}\n", "--mode inverse", "takes no time");
+  expect(before + "rate: 5\naverage: 4\n", "", "4 is even");
+  expect(before + "rate: 5\npieces: 4\n", "", "two or more for each piece");
+}
+
+TEST(Compare, FindsRobotsInListedPackages) {
+  const CommandFolder folder("compare_package");
+  folder.write("scene.yaml", "models: [{urdf: package://ours/pendulum.urdf}]\n");
+  EXPECT_EQ(folder.run("inspect {}/scene.yaml --package ours=data/robots").exit_code, 0);
+  const CommandResult result = folder.run("inspect {}/scene.yaml");
+  EXPECT_EQ(result.exit_code, 2);
+  EXPECT_NE(result.errors.find("--package ours=FOLDER"), std::string::npos) << result.errors;
 }
 
 /// The bounds on the median over the recorded tosses.

@@ -92,6 +92,45 @@ TEST(Identify, FindsJointFiguresFromForces) {
   // Forces are linear in both: what is left is rounding of differences of times, 1e-16 / 0.002.
   EXPECT_NEAR(found[0]["value"], 0.4, 1e-7);
   EXPECT_NEAR(found[1]["value"], 0.3, 1e-7);
+  // By joint: as good as found is what was recorded, and not without.
+  const auto coordinates = folder.json("r.json")["train"]["coordinates"];
+  for (int i = 0; i < 2; ++i) {
+    EXPECT_LT(coordinates["found"][i]["rms"], 1e-6);
+    EXPECT_GT(coordinates["scene"][i]["rms"], 1e-2);
+    EXPECT_TRUE(coordinates["found"][i]["r2"].is_null());  // no force was recorded but 0
+  }
+}
+
+TEST(Identify, FindsFrictionAndRestitutionOfImpacts) {
+  const CommandFolder folder("identify_impacts");
+  // A ball that slides, by closed form (compare_test.cc).
+  constexpr double kFriction = 0.12, kRestitution = 0.35, kRadius = 0.1;
+  std::string csv = "vx,vz,ux,uz,uw\n";
+  for (int k = 0; k < 8; ++k) {
+    const double vx = 2.0 + 0.2 * k, vz = -1.0 - 0.1 * k;
+    const double kick = kFriction * (1.0 + kRestitution) * -vz;
+    csv += fmt::format("{},{},{:.17g},{:.17g},{:.17g}\n", vx, vz, vx - kick, -kRestitution * vz,
+                       2.5 * kick / kRadius);
+  }
+  folder.write("impacts.csv", csv);
+  folder.write("ball.yaml",
+               "ground: {friction: 0.3, restitution: 0.1}\nmodels:\n"
+               "  - {name: ball, sphere: 0.1, mass: 2, friction: 0.3, restitution: 0.1, position: "
+               "[0, 0, 0.1]}\n");
+  folder.write("map.yaml",
+               "columns: {ball/body.vx: vx, ball/body.vz: vz}\n"
+               "after: {ball/body.vx: ux, ball/body.vz: uz, ball/body.wy: uw}\n");
+  const CommandResult result = folder.run(
+      "identify {}/ball.yaml {}/impacts.csv --columns {}/map.yaml --parameters "
+      "friction=0.05..0.5,restitution=0..0.8 --objective rows --samples 10 --json {}/r.json");
+  ASSERT_EQ(result.exit_code, 0) << result.errors;
+  const nlohmann::json report = folder.json("r.json");
+  // Contacts give by their compliance, 1e-6 of an impulse.
+  EXPECT_NEAR(report["parameters"][0]["value"], kFriction, 1e-5);
+  EXPECT_NEAR(report["parameters"][1]["value"], kRestitution, 1e-5);
+  EXPECT_EQ(report["test"]["recordings"], 4);
+  EXPECT_LT(report["test"]["found"]["velocity_error_m_s"], 1e-4);
+  EXPECT_GT(report["test"]["scene"]["velocity_error_m_s"], 0.1);
 }
 
 /// The file with one column off by up to +-`size`, evenly, in all rows but the first.

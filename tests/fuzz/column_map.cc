@@ -10,9 +10,9 @@ void read(std::string_view input) {
   static const std::filesystem::path table =
       write("recording.csv", "t,a,b,c,d,e,f,g\n0,1,2,3,1,0,0,0\n0.1,1,2,3,1,0,0,0\n");
   const apps::ColumnMap map = apps::load_column_map(write("map.yaml", input), model);
-  const apps::Recording recording =
-      apps::read_recording(table, map, model, model.default_q(), VectorX::Zero(model.nv()));
-  if (!recording.q.allFinite() || !recording.v.allFinite()) std::abort();
+  for (const apps::Recording& recording :
+       apps::read_recordings(table, map, model, model.default_q(), VectorX::Zero(model.nv())))
+    if (!recording.q.allFinite() || !recording.v.allFinite()) std::abort();
 }
 
 }  // namespace counterpoint::fuzz

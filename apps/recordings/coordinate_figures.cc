@@ -1,0 +1,22 @@
+#include "coordinate_figures.h"
+
+#include <cmath>
+
+namespace counterpoint::apps {
+
+CoordinateFigures coordinate_figures(const std::string& name, const VectorX& difference,
+                                     const VectorX& recorded) {
+  const double count = static_cast<double>(difference.size());
+  CoordinateFigures out;
+  out.name = name;
+  out.rms = difference.norm() / std::sqrt(count);
+  out.mean = difference.mean();
+  const double deviation = (recorded.array() - recorded.mean()).matrix().norm() / std::sqrt(count);
+  // Of a constant rounding is left.
+  if (!(deviation > 1e-12 * recorded.cwiseAbs().maxCoeff())) return out;
+  out.recorded_deviation = deviation;
+  out.r2 = 1.0 - out.rms * out.rms / (deviation * deviation);
+  return out;
+}
+
+}  // namespace counterpoint::apps

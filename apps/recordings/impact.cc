@@ -1,0 +1,154 @@
+#include "impact.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <map>
+#include <stdexcept>
+#include <utility>
+
+#include "counterpoint/contact/solver.h"
+#include "counterpoint/engine/assemble.h"
+#include "counterpoint/engine/contact_law.h"
+#include "counterpoint/engine/crba.h"
+#include "counterpoint/engine/effects.h"
+#include "counterpoint/engine/energy.h"
+#include "counterpoint/engine/kinematics.h"
+
+namespace counterpoint::apps {
+namespace {
+
+/// Points this little farther than the nearest of a pair are as near [m].
+constexpr double kTie = 1e-6;
+/// Only the restitution of a law depends on it, by its sign [s].
+constexpr double kInstant = 1e-9;
+
+EffectSet of_impacts(const Model& model, const collision::Collider& collider) {
+  EffectSet wanted;
+  for (const Effect effect : {Effect::kContacts, Effect::kFriction, Effect::kTorsionalFriction,
+                              Effect::kRollingFriction, Effect::kClosures})
+    wanted.set(effect, true);
+  return active_effects(called_for(model, collider), wanted);
+}
+
+}  // namespace
+
+struct ImpactSolver::Impl {
+  explicit Impl(const Scene& s)
+      : model(s.model),
+        options(s.options),
+        data(model),
+        finder(model, compute_inverse_weights(model, data)),
+        effects(of_impacts(model, finder.collider())),
+        mass(total_mass(model)) {
+    options.time_step = kInstant;
+    options.integrator = Integrator::kSemiImplicitEuler;
+  }
+
+  void find(const VectorX& q, const VectorX& v);
+  void touch();
+
+  Model model;
+  SimulationOptions options;
+  Data data;
+  ConstraintFinder finder;
+  EffectSet effects;
+  double mass;
+  EffectCounts counts;
+  ConstraintSet constraints;
+  std::vector<int> block_of_tree;
+  contact::Problem problem;
+  contact::Solver solver;
+  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> inertia;
+  Impact impact;
+};
+
+void ImpactSolver::Impl::find(const VectorX& q, const VectorX& v) {
+  compute_poses(model, q, data);
+  compute_velocities(model, v, data);
+  compute_inertias(model, data);
+  finder.find(model, options, effects, q, v, data, constraints, counts);
+  touch();
+}
+
+/// Keeps the nearest point of each pair of geometries, on the surface of the lighter body, with the
+/// law of a contact that touches.
+void ImpactSolver::Impl::touch() {
+  std::map<std::pair<int, int>, double> nearest;
+  for (const collision::Candidate& c : constraints.contacts) {
+    auto [it, added] = nearest.try_emplace({c.geometry_a, c.geometry_b}, c.gap);
+    if (!added) it->second = std::min(it->second, c.gap);
+  }
+  std::vector<collision::Candidate> contacts;
+  std::vector<PairConstraint> pairs;
+  for (size_t i = 0; i < constraints.pairs.size(); ++i) {
+    PairConstraint pair = constraints.pairs[i];
+    if (i >= constraints.contacts.size()) {
+      pair.law.bias.fill(0.0);
+      pairs.push_back(pair);
+      continue;
+    }
+    const collision::Candidate& c = constraints.contacts[i];
+    if (c.gap > options.contact.margin || c.gap > nearest[{c.geometry_a, c.geometry_b}] + kTie)
+      continue;
+    const double alpha =
+        finder.weights().contact[pair.body_a] + finder.weights().contact[pair.body_b];
+    // Across a gap that is there already, see ConstraintFinder.
+    const double towards_b = finder.weights().contact[pair.body_b] / alpha - 0.5;
+    pair.position += towards_b * std::min(c.gap, 0.0) * c.normal;
+    pair.first = 0;
+    pair.law.rows = 3;
+    const contact::Rows v = relative_velocity(pair, data, data.V);
+    const Material surface = combine_materials(model.geometries()[c.geometry_a].material,
+                                               model.geometries()[c.geometry_b].material);
+    pair.law = make_contact_law(options.contact, kInstant, surface, alpha, 0.0, v.head<3>());
+    contacts.push_back(c);
+    pairs.push_back(pair);
+  }
+  constraints.contacts = contacts;
+  constraints.pairs = pairs;
+  constraints.joints.clear();
+}
+
+ImpactSolver::ImpactSolver(const Scene& scene) : impl_(std::make_unique<Impl>(scene)) {}
+ImpactSolver::~ImpactSolver() = default;
+
+const Impact& ImpactSolver::solve(const VectorX& q, const VectorX& v) {
+  Impl& s = *impl_;
+  s.find(q, v);
+  Impact& out = s.impact;
+  out.v = v;
+  out.contacts = static_cast<int>(s.constraints.contacts.size());
+  s.inertia.resize(s.model.nv(), s.model.nv());
+  crba(s.model, s.data, s.inertia);
+  s.inertia.diagonal() += s.model.armature();
+  out.energy_before = 0.5 * v.dot(s.inertia * v);
+  if (!s.constraints.pairs.empty()) {
+    assemble_problem(s.model, s.constraints, v, VectorX::Zero(s.model.nv()), s.data,
+                     s.block_of_tree, s.problem);
+    VectorX w = s.problem.free_velocity(), impulse(s.problem.num_rows());
+    const contact::Report& solved = s.solver.solve(s.problem, {}, w, impulse);
+    if (!contact::succeeded(solved.status))
+      throw std::runtime_error(
+          fmt::format("the impact is not solved: {}", contact::status_name(solved.status)));
+    for (int t = 0; t < s.model.num_trees(); ++t) {
+      if (s.block_of_tree[t] < 0) continue;
+      const Tree& tree = s.model.trees()[t];
+      const int size = tree.v_end - tree.v_begin;
+      out.v.segment(tree.v_begin, size) =
+          w.segment(s.problem.block_start(s.block_of_tree[t]), size);
+    }
+  }
+  out.energy = 0.5 * out.v.dot(s.inertia * out.v);
+  return out;
+}
+
+double ImpactSolver::speed(const VectorX& difference) const {
+  return std::sqrt(difference.dot(impl_->inertia * difference) / impl_->mass);
+}
+
+VectorX ImpactSolver::weighted(const VectorX& difference) const {
+  return impl_->inertia.llt().matrixU() * difference / std::sqrt(impl_->mass);
+}
+
+}  // namespace counterpoint::apps
