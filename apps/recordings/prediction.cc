@@ -175,6 +175,7 @@ std::vector<CoordinateFigures> velocity_figures(const ColumnMap& map,
     VectorX error(count), recorded(count);
     Eigen::Index at = 0;
     for (const Prediction& p : predictions) {
+      if (p.velocity_error.cols() == 0) continue;  // failed in its first piece
       error.segment(at, p.velocity_error.cols()) = p.velocity_error.row(entry.index).transpose();
       recorded.segment(at, p.velocity_error.cols()) =
           p.recorded_velocity.row(entry.index).transpose();
