@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <cstring>
 #include <utility>
 
 #include "counterpoint/contact/row_count.h"
@@ -62,22 +63,23 @@ COUNTERPOINT_INTO_EACH void eliminate(double* column, const double* l, int ld, i
                               1);
 }
 
-// Four and two doubles at a time, at any address.
-using Four = double __attribute__((vector_size(32), aligned(8)));
-using Two = double __attribute__((vector_size(16), aligned(8)));
+// Four and two doubles at a time.
+using Four = double __attribute__((vector_size(32)));
+using Two = double __attribute__((vector_size(16)));
 
 // A column of six.
 struct Six {
   Four top;
   Two bottom;
 };
+// By copies: they are at any address.
 COUNTERPOINT_INTO_EACH void load(const double* from, Six& to) {
-  to.top = *reinterpret_cast<const Four*>(from);
-  to.bottom = *reinterpret_cast<const Two*>(from + 4);
+  std::memcpy(&to.top, from, sizeof to.top);
+  std::memcpy(&to.bottom, from + 4, sizeof to.bottom);
 }
 COUNTERPOINT_INTO_EACH void store(const Six& from, double* to) {
-  *reinterpret_cast<Four*>(to) = from.top;
-  *reinterpret_cast<Two*>(to + 4) = from.bottom;
+  std::memcpy(to, &from.top, sizeof from.top);
+  std::memcpy(to + 4, &from.bottom, sizeof from.bottom);
 }
 
 // The 6 x 6 x 6 case of free bodies: a stays in registers.
