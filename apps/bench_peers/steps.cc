@@ -43,6 +43,20 @@ class Runner {
   double penetration = 0.0;  ///< deepest overlap of the trajectory [m]
 };
 
+/// The largest force that the inverse finds where none was applied, over the largest at work in all
+/// of the run: in free flight there is none at all.
+class Unexplained {
+ public:
+  void add(double found, double scale) {
+    found_ = std::max(found_, found);
+    scale_ = std::max(scale_, scale);
+  }
+  double share() const { return scale_ > 0.0 ? found_ / scale_ : 0.0; }
+
+ private:
+  double found_ = 0.0, scale_ = 0.0;
+};
+
 std::size_t allocated() {
   const struct mallinfo2 info = mallinfo2();
   return info.uordblks + info.hblkhd;
@@ -74,9 +88,7 @@ class OurRunner final : public Runner {
     }
     for (int i = 0; i < count; ++i) {
       inverses(i, 1);
-      if (inverse_.force_scale > 0.0)
-        error_ = std::max(error_,
-                          inverse_.applied_force.lpNorm<Eigen::Infinity>() / inverse_.force_scale);
+      unexplained_.add(inverse_.applied_force.lpNorm<Eigen::Infinity>(), inverse_.force_scale);
     }
   }
   void inverses(int begin, int count) override {
@@ -86,7 +98,7 @@ class OurRunner final : public Runner {
                    states_[k + 1].v, Input(), workspace_, inverse_);
     }
   }
-  double inverse_error() const override { return error_; }
+  double inverse_error() const override { return unexplained_.share(); }
   std::size_t memory() const override { return memory_; }
 
  private:
@@ -112,7 +124,7 @@ class OurRunner final : public Runner {
   State state_, next_;
   std::vector<State> states_;
   Inverse inverse_;
-  double error_ = 0.0;
+  Unexplained unexplained_;
 };
 
 class MujocoRunner final : public Runner {
@@ -137,13 +149,13 @@ class MujocoRunner final : public Runner {
     for (int i = 0; i < count; ++i) {
       inverses(i, 1);
       const Mujoco::InverseForces forces = mujoco_.inverse_forces();
-      if (forces.scale > 0.0) error_ = std::max(error_, forces.applied / forces.scale);
+      unexplained_.add(forces.applied, forces.scale);
     }
   }
   void inverses(int begin, int count) override {
     mujoco_.run_inverse(moments_.data() + begin, static_cast<std::size_t>(count));
   }
-  double inverse_error() const override { return error_; }
+  double inverse_error() const override { return unexplained_.share(); }
   std::size_t memory() const override { return mujoco_.memory(); }
 
  private:
@@ -154,7 +166,7 @@ class MujocoRunner final : public Runner {
   State start_;
   Mujoco mujoco_;
   std::vector<MujocoMoment> moments_;
-  double error_ = 0.0;
+  Unexplained unexplained_;
 };
 
 /// Seconds a step, by runner, of one trajectory gone through by all in turn.
