@@ -75,7 +75,9 @@ COUNTERPOINT_WIDE void capsule_capsule(const Shape& a, const Pose& X_WA, const S
   constexpr double kGrazing = 1e-4;
   const Segments segments{X_WB.translation - X_WA.translation, X_WA.rotation.col(2),
                           X_WB.rotation.col(2), a.size[1], b.size[1]};
-  const auto& [r, u, v, half_u, half_v] = segments;
+  // No structured binding: Clang 14 does not let a lambda see one.
+  const Vector3 &r = segments.r, &u = segments.u, &v = segments.v;
+  const double half_u = segments.half_u, half_v = segments.half_v;
   const double radius = a.size[0] + b.size[0];
   const double scale = radius + half_u + half_v;
   constexpr double infinity = std::numeric_limits<double>::infinity();

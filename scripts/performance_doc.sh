@@ -2,7 +2,7 @@
 # Counterpoint beside Pinocchio and MuJoCo (docs/performance.md): builds the benchmark with Clang for this
 # processor, runs it, writes its figures and picture.
 #   scripts/performance_doc.sh ROBOTS [PREFIX]
-# TABLES in the environment: algorithms (default), steps, scale, with commas. ROBOTS: folder below which the URDFs of robots are looked for. PREFIX: where peers are installed.
+# TABLES in the environment: algorithms, steps (default both), scale, with commas. ROBOTS: folder below which the URDFs of robots are looked for. PREFIX: where peers are installed.
 set -eu
 [ $# -ge 1 ] || { echo "usage: scripts/performance_doc.sh ROBOTS [PREFIX]" >&2; exit 2; }
 robots=$(realpath "$1")
@@ -13,5 +13,5 @@ cmake -G Ninja -B build/peers -S . -DCMAKE_BUILD_TYPE=Release -DCMAKE_C_COMPILER
   -DCOUNTERPOINT_BUILD_TESTS=OFF ${prefix:+-DCMAKE_PREFIX_PATH="$prefix"}
 cmake --build build/peers --target counterpoint_bench_peers
 mkdir -p out
-build/peers/bin/counterpoint_bench_peers --robots "$robots" --tables "${TABLES:-algorithms}" --csv out/performance.csv \
+build/peers/bin/counterpoint_bench_peers --robots "$robots" --tables "${TABLES:-algorithms,steps}" --csv out/performance.csv \
   --svg out/performance.svg | tee out/performance.txt
