@@ -69,6 +69,13 @@ void IslandSolver::finish_while_contracting() {
   }
 }
 
+// point_ becomes the start, with impulses guessed there for the laws as they are.
+void IslandSolver::guess_point() {
+  mixed_system_.begin(*system_);
+  point_.w = start_;
+  mixed_system_.guess(point_.phi);
+}
+
 // From point_; true if it arrives.
 bool IslandSolver::run_mixed_newton(int max_iterations) {
   const auto result =
@@ -112,9 +119,7 @@ void IslandSolver::attempt(Method method, int max_iterations) {
       w_ = start_;
       return finish(max_iterations);
     case Method::kMixedNewton:
-      mixed_system_.begin(*system_);
-      point_.w = start_;
-      mixed_system_.guess(point_.phi);
+      guess_point();
       arrived = run_mixed_newton(max_iterations);
       break;
     case Method::kInteriorPoint:
@@ -130,22 +135,23 @@ void IslandSolver::attempt(Method method, int max_iterations) {
 // From the solution of the island whose regularizers are so many times as large, by `method`, with
 // the mixed method to the own one.
 void IslandSolver::come_from(double regularizer_factor, Method method) {
+  method_ = method;
   const auto scale = [&](double factor) {
     for (auto& c : system_->constraints()) c.law.regularizer *= factor;
-    mixed_system_.begin(*system_);
   };
   scale(regularizer_factor);
-  point_.w = start_;
-  mixed_system_.guess(point_.phi);
+  if (method != Method::kHomotopy) guess_point();
   const bool there =
       method == Method::kHomotopy ? run_homotopy(kManner) : run_mixed_newton(kMixedSteps);
   scale(1.0 / regularizer_factor);
+  mixed_system_.begin(*system_);
   if (there && run_mixed_newton(kMixedSteps)) finish(kFinishSteps);
 }
 
 void IslandSolver::follow_in_turn(std::span<const HomotopyManner> manners) {
   for (const HomotopyManner& manner : manners) {
     if (!unsolved()) return;
+    method_ = Method::kHomotopy;
     if (run_homotopy(manner)) finish(kFinishSteps);
   }
 }

@@ -38,6 +38,7 @@ class IslandSolver {
   void reserve();
   void try_in_turn();
   void attempt(Method method, int max_iterations);
+  void guess_point();
   bool run_mixed_newton(int max_iterations);
   bool run_interior_point(int max_iterations);
   bool run_homotopy(const HomotopyManner& manner);

@@ -122,7 +122,7 @@ bool aba(const Model& model, const VectorRef& tau, const VectorRef& diagonal,
     if (data.has_external) data.pA[i] -= data.external[i];
   }
   for (const AddedInertia& more : data.added)
-    if (more.body >= bodies.begin && more.body < bodies.end) 
+    if (more.body >= bodies.begin && more.body < bodies.end)
       data.IA[more.body] += ArticulatedInertia::rigid(more.inertia);
   for (int i = bodies.end - 1; i >= bodies.begin; --i) {
     if (!reduce_joint(model, i, tau, diagonal, data)) {

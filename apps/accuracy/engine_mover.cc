@@ -1,11 +1,11 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <ctime>
 #include <utility>
 
 #include "counterpoint/engine/step_control.h"
 #include "stepping_mover.h"
+#include "thread_clock.h"
 
 namespace counterpoint::apps::accuracy {
 namespace {
@@ -58,12 +58,6 @@ class ControlledMover : public Mover {
 };
 
 }  // namespace
-
-double thread_seconds() {
-  timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
 
 long whole_steps(double duration, double time_step) {
   const double count = duration / time_step;

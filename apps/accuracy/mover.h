@@ -29,9 +29,6 @@ class Mover {
   virtual Passage advance(const State& start, double duration) = 0;
 };
 
-/// Processor time of this thread [s]: what other processes do does not count.
-double thread_seconds();
-
 /// What this engine is told: how to step, and how exactly to solve.
 struct EngineSetting {
   SimulationOptions options;

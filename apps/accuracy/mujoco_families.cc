@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "peers/mujoco.h"
+#include "thread_clock.h"
 
 namespace counterpoint::apps::accuracy {
 namespace {

@@ -5,6 +5,7 @@
 
 #include "failure.h"
 #include "mover.h"
+#include "thread_clock.h"
 
 namespace counterpoint::apps::accuracy {
 

@@ -1,17 +1,10 @@
 #include "timing.h"
 
 #include <algorithm>
-#include <ctime>
 
 #include "median.h"
 
 namespace counterpoint::apps {
-
-double thread_seconds() {
-  timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
 
 namespace {
 

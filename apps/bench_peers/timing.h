@@ -6,10 +6,9 @@
 #include <string>
 #include <vector>
 
-namespace counterpoint::apps {
+#include "thread_clock.h"
 
-/// Processor time of this thread [s].
-double thread_seconds();
+namespace counterpoint::apps {
 
 /// One of them: `run(count)` does it so many times.
 struct Contender {

@@ -7,8 +7,6 @@
 #include <cmath>
 #include <fstream>
 
-#include "counterpoint/engine/energy.h"
-#include "counterpoint/engine/springs.h"
 #include "inputs.h"
 #include "mechanisms.h"
 
@@ -32,9 +30,8 @@ class Watch {
 
   Watch(Trial& trial, Runner& sim, long steps)
       : trial_(trial), sim_(sim), view_(sim), steps_(steps) {
-    start_ = energy();
-    scale_ = view_.kinetic() +
-             total_mass(sim.model()) * std::max(sim.model().gravity().norm(), 1.0) * 1.0;
+    start_ = view_.energy_with_springs();
+    scale_ = view_.energy_scale();
     trial.chart.y_label = "energy [J]";
     trial.chart.curves.resize(1);
     trial.chart.levels = {{"start", start_}};
@@ -45,7 +42,7 @@ class Watch {
     if (count_ == steps_ / 10) memory_ = resident_megabytes();
     if (++count_ % kEvery != 0) return;
     view_.look();
-    const double now = energy();
+    const double now = view_.energy_with_springs();
     double& most = count_ <= steps_ / 10 ? early_ : late_;
     most = std::max(most, now - start_);
     fastest_ = std::max(fastest_, sim_.state().v.cwiseAbs().maxCoeff());
@@ -72,8 +69,6 @@ class Watch {
   }
 
  private:
-  double energy() const { return view_.energy() + spring_energy(sim_.model(), sim_.state().q); }
-
   Trial& trial_;
   Runner& sim_;
   View view_;

@@ -6,8 +6,6 @@
 #include <array>
 #include <cmath>
 
-#include "counterpoint/engine/energy.h"
-#include "counterpoint/engine/springs.h"
 #include "inputs.h"
 
 namespace counterpoint::apps {
@@ -81,7 +79,7 @@ struct Tenth {
       most[k] = std::max(most[k], off);
     }
     view.look();
-    energy += view.energy() + spring_energy(model, q);
+    energy += view.energy_with_springs();
     ++count;
   }
   double rms(std::size_t k) const { return std::sqrt(squares[k] / static_cast<double>(count)); }
@@ -117,8 +115,7 @@ void run_mechanism(Trial& trial, const Mechanism& mechanism, const std::string& 
   const double h = sim.options().time_step;
   RandomForces random(model, mechanism.shaken, 0.0, 1);
   View view(sim);
-  const double scale =
-      view.kinetic() + total_mass(model) * std::max(model.gravity().norm(), 1.0) * 1.0;
+  const double scale = view.energy_scale();
   trial.chart.y_label = "energy [J]";
   trial.chart.curves.resize(1);
   Tenth first, last;
@@ -130,8 +127,7 @@ void run_mechanism(Trial& trial, const Mechanism& mechanism, const std::string& 
     if (i >= steps - steps / 10) last.look(model, sim.state().q, view);
     if (i % std::max(steps / 2000, 1L) == 0) {
       view.look();
-      trial.chart.curves[0].add(sim.state().time,
-                                view.energy() + spring_energy(model, sim.state().q));
+      trial.chart.curves[0].add(sim.state().time, view.energy_with_springs());
     }
   }
   compare_errors(trial, first, last);

@@ -6,6 +6,7 @@
 
 #include "counterpoint/engine/energy.h"
 #include "counterpoint/engine/kinematics.h"
+#include "counterpoint/engine/springs.h"
 
 namespace counterpoint::apps {
 
@@ -118,6 +119,15 @@ Vector3 View::velocity(int body) const {
 double View::kinetic() const { return kinetic_energy(sim_.model(), sim_.state().v, data_); }
 
 double View::potential() const { return potential_energy(sim_.model(), data_); }
+
+double View::energy_with_springs() const {
+  return energy() + spring_energy(sim_.model(), sim_.state().q);
+}
+
+double View::energy_scale() const {
+  const Model& model = sim_.model();
+  return kinetic() + total_mass(model) * std::max(model.gravity().norm(), 1.0) * 1.0;
+}
 
 Force View::momentum() const { return total_momentum(sim_.model(), data_); }
 

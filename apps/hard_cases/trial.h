@@ -144,6 +144,10 @@ class View {
   double kinetic() const;
   double potential() const;
   double energy() const { return kinetic() + potential(); }
+  double energy_with_springs() const;
+  /// What changes of energy are measured by: the kinetic energy now, and the weight (of at least
+  /// 1 m/s^2) raised by 1 m [J].
+  double energy_scale() const;
   Force momentum() const;  ///< about the world's origin
 
  private:

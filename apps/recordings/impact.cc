@@ -7,11 +7,11 @@
 #include <stdexcept>
 #include <utility>
 
+#include "contact_effects.h"
 #include "counterpoint/contact/solver.h"
 #include "counterpoint/engine/assemble.h"
 #include "counterpoint/engine/contact_law.h"
 #include "counterpoint/engine/crba.h"
-#include "counterpoint/engine/effects.h"
 #include "counterpoint/engine/energy.h"
 #include "counterpoint/engine/kinematics.h"
 
@@ -23,14 +23,6 @@ constexpr double kTie = 1e-6;
 /// Only the restitution of a law depends on it, by its sign [s].
 constexpr double kInstant = 1e-9;
 
-EffectSet of_impacts(const Model& model, const collision::Collider& collider) {
-  EffectSet wanted;
-  for (const Effect effect : {Effect::kContacts, Effect::kFriction, Effect::kTorsionalFriction,
-                              Effect::kRollingFriction, Effect::kClosures})
-    wanted.set(effect, true);
-  return active_effects(called_for(model, collider), wanted);
-}
-
 }  // namespace
 
 struct ImpactSolver::Impl {
@@ -39,7 +31,7 @@ struct ImpactSolver::Impl {
         options(s.options),
         data(model),
         finder(model, compute_inverse_weights(model, data)),
-        effects(of_impacts(model, finder.collider())),
+        effects(contact_effects(model, finder.collider())),
         mass(total_mass(model)) {
     options.time_step = kInstant;
     options.integrator = Integrator::kSemiImplicitEuler;
@@ -141,10 +133,6 @@ const Impact& ImpactSolver::solve(const VectorX& q, const VectorX& v) {
   }
   out.energy = 0.5 * out.v.dot(s.inertia * out.v);
   return out;
-}
-
-double ImpactSolver::speed(const VectorX& difference) const {
-  return std::sqrt(difference.dot(impl_->inertia * difference) / impl_->mass);
 }
 
 VectorX ImpactSolver::weighted(const VectorX& difference) const {

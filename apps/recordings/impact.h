@@ -26,11 +26,8 @@ class ImpactSolver {
   /// Valid until the next call. @throws std::runtime_error where the solver fails.
   const Impact& solve(const VectorX& q, const VectorX& v);
 
-  /// Length of a difference of velocities at the pose solved last: sqrt(d' M d / mass) [m/s], the
-  /// speed at which all that moves has the kinetic energy of the difference.
-  double speed(const VectorX& difference) const;
-
-  /// What has that length as its own: L' d / sqrt(mass), M = L L' [m/s].
+  /// A difference of velocities at the pose solved last as L' d / sqrt(mass), M = L L' [m/s]: its
+  /// length is the speed at which all that moves has the kinetic energy of the difference.
   VectorX weighted(const VectorX& difference) const;
 
  private:

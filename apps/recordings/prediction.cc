@@ -81,10 +81,12 @@ Compared compared(const ColumnMap& map) {
 }
 
 Predictor::Predictor(const Scene& scene, const ColumnMap& map, const PredictionOptions& options)
-    : simulator_(scene), impacts_(scene), map_(map), options_(options) {}
+    : simulator_(scene), map_(map), options_(options) {
+  if (!map.after.empty()) impacts_.emplace(scene);
+}
 
 Prediction Predictor::predict(const Recording& recording) {
-  return map_.after.empty() ? roll_out(recording) : strike(recording);
+  return impacts_ ? strike(recording) : roll_out(recording);
 }
 
 Prediction Predictor::strike(const Recording& recording) {
@@ -92,16 +94,16 @@ Prediction Predictor::strike(const Recording& recording) {
   out.file = recording.file;
   out.rows = recording.num_rows();
   out.q = recording.q;
-  const Impact& impact = impacts_.solve(recording.q.col(0), recording.v.col(0));
+  const Impact& impact = impacts_->solve(recording.q.col(0), recording.v.col(0));
   const VectorX after = recording.v.col(1);
   ImpactDeviation& deviation = out.impact.emplace();
   out.velocity_error = impact.v - after;
   out.recorded_velocity = after;
-  deviation.weighted = impacts_.weighted(out.velocity_error);
+  deviation.weighted = impacts_->weighted(out.velocity_error);
   deviation.speed = deviation.weighted.norm();
   deviation.energy_ratio = impact.energy / impact.energy_before;
-  deviation.recorded_energy_ratio =
-      impacts_.weighted(after).squaredNorm() / impacts_.weighted(recording.v.col(0)).squaredNorm();
+  deviation.recorded_energy_ratio = impacts_->weighted(after).squaredNorm() /
+                                    impacts_->weighted(recording.v.col(0)).squaredNorm();
   deviation.contacts = impact.contacts;
   return out;
 }

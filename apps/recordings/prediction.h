@@ -41,8 +41,8 @@ struct PredictionOptions {
 
 /// An impact as predicted, against the one recorded.
 struct ImpactDeviation {
-  VectorX error;              ///< nv: velocity after, predicted less recorded [m/s, rad/s]
-  VectorX weighted;           ///< nv: the same in the norm of M (impact.h) [m/s]
+  /// nv: velocity after, predicted less recorded, in the norm of M (impact.h) [m/s].
+  VectorX weighted;
   double speed = 0.0;         ///< its length [m/s]
   double energy_ratio = 0.0;  ///< kinetic energy after over before, predicted
   double recorded_energy_ratio = 0.0;
@@ -86,7 +86,7 @@ class Predictor {
   Prediction strike(const Recording& recording);
 
   Simulator simulator_;
-  ImpactSolver impacts_;
+  std::optional<ImpactSolver> impacts_;  ///< where the map is of impacts
   ColumnMap map_;
   PredictionOptions options_;
 };

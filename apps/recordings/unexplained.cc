@@ -6,9 +6,9 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "contact_effects.h"
 #include "counterpoint/engine/assemble.h"
 #include "counterpoint/engine/crba.h"
-#include "counterpoint/engine/effects.h"
 #include "counterpoint/engine/energy.h"
 #include "counterpoint/engine/kinematics.h"
 #include "counterpoint/engine/step.h"
@@ -22,14 +22,6 @@ namespace {
 /// Compliance of the contacts, and with it the share of a force that is left unexplained although
 /// contacts could have given it.
 constexpr double kCompliance = 1e-8;
-
-EffectSet only_contacts(const Model& model, const collision::Collider& collider) {
-  EffectSet wanted;
-  for (const Effect effect : {Effect::kContacts, Effect::kFriction, Effect::kTorsionalFriction,
-                              Effect::kRollingFriction, Effect::kClosures})
-    wanted.set(effect, true);
-  return active_effects(called_for(model, collider), wanted);
-}
 
 SimulationOptions without_contacts(SimulationOptions options) {
   for (const Effect effect : {Effect::kContacts, Effect::kClosures, Effect::kSleeping})
@@ -58,7 +50,7 @@ struct Explainer::Impl {
         workspace(model),
         data(model),
         finder(model, compute_inverse_weights(model, data)),
-        effects(only_contacts(model, finder.collider())),
+        effects(contact_effects(model, finder.collider())),
         counts(model.nv(), 0) {
     for (int i = 1; i < model.num_bodies(); ++i) {
       const Body& body = model.body(i);

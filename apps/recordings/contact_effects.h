@@ -1,0 +1,17 @@
+// What is left of a scene where contacts and closures alone count.
+#pragma once
+
+#include "counterpoint/engine/effects.h"
+
+namespace counterpoint::apps {
+
+/// Of the effects that the model calls for: contacts with all their friction, and closures.
+inline EffectSet contact_effects(const Model& model, const collision::Collider& collider) {
+  EffectSet wanted;
+  for (const Effect effect : {Effect::kContacts, Effect::kFriction, Effect::kTorsionalFriction,
+                              Effect::kRollingFriction, Effect::kClosures})
+    wanted.set(effect, true);
+  return active_effects(called_for(model, collider), wanted);
+}
+
+}  // namespace counterpoint::apps
