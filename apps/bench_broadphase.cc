@@ -18,19 +18,23 @@ using Method = collision::Broadphase::Method;
 
 struct Layout {
   const char* name;
-  int dimensions;   // of the grid
-  double pitch;     // of boxes of 0.2 m [m]
+  int dimensions;  // of the grid
+  double pitch;    // of boxes of 0.2 m [m]
+  int group = 1;   // boxes at each place of the grid, in two rows that touch
 };
 
 // Centres that move a little every step.
 class Crowd {
  public:
   Crowd(int size, const Layout& layout) : center_(size), swing_(size) {
-    const int side = static_cast<int>(std::ceil(std::pow(size, 1.0 / layout.dimensions) - 1e-9));
+    const double places = std::ceil(static_cast<double>(size) / layout.group);
+    const int side = static_cast<int>(std::ceil(std::pow(places, 1.0 / layout.dimensions) - 1e-9));
     std::mt19937 rng(1);
     std::normal_distribution<double> normal(0.0, 1e-2);
     for (int i = 0; i < size; ++i) {
-      center_[i] = layout.pitch * Vector3(i % side, i / side % side, i / side / side + 5.0);
+      const int p = i / layout.group, k = i % layout.group;
+      center_[i] = layout.pitch * Vector3(p % side, p / side % side, p / side / side + 5.0) +
+                   0.2 * Vector3(k / 2, k % 2, 0.0);
       swing_[i] = Vector3(normal(rng), normal(rng), normal(rng));
     }
   }
@@ -71,12 +75,13 @@ void broadphase(benchmark::State& state, Method method, Layout layout) {
   count(state, found / static_cast<double>(state.iterations()));
 }
 
-// The whole collider over a plane: balls of the layout's pitch that come close to their neighbours, out
-// of the reach of the plane.
+// The whole collider over a plane: balls of the layout's pitch that come close to their neighbours,
+// out of the reach of the plane.
 void collider(benchmark::State& state, Layout layout) {
   const int size = static_cast<int>(state.range(0));
   ModelBuilder builder;
-  builder.add_environment("ground", {ShapeType::kPlane, Vector3::Zero(), nullptr}, Pose{}, Material{});
+  builder.add_environment("ground", {ShapeType::kPlane, Vector3::Zero(), nullptr}, Pose{},
+                          Material{});
   RobotSpec robot;
   robot.name = "ball";
   LinkSpec link;
@@ -113,20 +118,32 @@ void collider(benchmark::State& state, Layout layout) {
 int main(int argc, char** argv) {
   using counterpoint::Layout;
   using counterpoint::Method;
-  const Layout layouts[] = {{"floor", 2, 0.25}, {"pile", 1, 0.2}, {"heap", 3, 0.2}};
-  const std::pair<const char*, Method> methods[] = {
-      {"automatic", Method::kAutomatic}, {"grid", Method::kGrid}, {"sweep", Method::kSweep}, {"tree", Method::kTree}};
+  const Layout layouts[] = {{"floor", 2, 0.25},
+                            {"pile", 1, 0.2},
+                            {"heap", 3, 0.2},
+                            // As many neighbours a box whatever the number of boxes.
+                            {"groups", 3, 1.5, 10}};
+  const std::pair<const char*, Method> methods[] = {{"automatic", Method::kAutomatic},
+                                                    {"grid", Method::kGrid},
+                                                    {"sweep", Method::kSweep},
+                                                    {"tree", Method::kTree}};
   for (const Layout& layout : layouts) {
     for (const auto& [name, method] : methods) {
       const std::string title = std::string(layout.name) + "/" + name;
       benchmark::RegisterBenchmark(title.c_str(), counterpoint::broadphase, method, layout)
-          ->Arg(10)->Arg(100)->Arg(1000)->Arg(10000);
+          ->Arg(10)
+          ->Arg(100)
+          ->Arg(1000)
+          ->Arg(10000);
     }
   }
   for (const Layout& layout : layouts) {
     const std::string title = std::string(layout.name) + "/collider";
     benchmark::RegisterBenchmark(title.c_str(), counterpoint::collider, layout)
-        ->Arg(10)->Arg(100)->Arg(1000)->Arg(10000);
+        ->Arg(10)
+        ->Arg(100)
+        ->Arg(1000)
+        ->Arg(10000);
   }
   benchmark::Initialize(&argc, argv);
   benchmark::RunSpecifiedBenchmarks();

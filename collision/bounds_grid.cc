@@ -22,6 +22,8 @@ constexpr double kSlack = 1e-5;
 constexpr double kSmallestCell = 1e-9;  // [m]
 // Cells farther from the origin are one: coordinates must fit an integer.
 constexpr double kFarthestCell = 1 << 30;
+// The grid is folded onto 2^this cells at least.
+constexpr int kFewestFolded = 8;
 // Entries looked at together; as many follow the last.
 constexpr std::uint32_t kMostAlways = 4;
 constexpr std::uint32_t kNoCell = ~0u;
@@ -85,7 +87,7 @@ Vector3 median_of_few(const std::vector<Bounds>& boxes) {
 
 void BoundsGrid::reserve(std::size_t size) {
   cell_.reserve(size);
-  begin_.reserve(8 * size + 2);
+  begin_.reserve(std::max(8 * size, std::size_t{1} << kFewestFolded) + 2);
   entries_.reserve(size + kMostAlways + 1);
   large_.reserve(size / kLeastPerLarge + 1);
 }
@@ -139,52 +141,57 @@ void BoundsGrid::set_cells(const Vector3& middle, const Vector3& spread, const V
     origin_[k] = middle[k];
     inverse_cell_[k] = 1.0 / cell;
   }
-  const int most_unfolded = std::bit_width(num_boxes) + 2;
-  const int most_bits =
-      most_unfolded - static_cast<int>(bits[0] + bits[1] + bits[2] > most_unfolded);
-  while (bits[0] + bits[1] + bits[2] > most_bits) {
-    int& most = *std::max_element(bits.begin(), bits.end());
-    // Never a ring of two cells: they would be neighbours twice.
-    most = most > 2 ? most - 1 : 0;
-  }
   axis_ = {0, 1, 2};
   std::sort(axis_.begin(), axis_.end(),
             [&](int i, int j) { return bits[i] != bits[j] ? bits[i] > bits[j] : i < j; });
-  int before = 0;
-  for (int k = 0; k < 3; ++k) {
-    bits_[k] = bits[axis_[k]];
-    mask_[axis_[k]] = (1u << bits_[k]) - 1u;
-    stride_[axis_[k]] = 1u << before;
-    before += bits_[k];
+  const int needed = bits[0] + bits[1] + bits[2];
+  const int most = std::max(static_cast<int>(std::bit_width(num_boxes)) + 2, kFewestFolded);
+  dimensions_ =
+      static_cast<int>(std::count_if(bits.begin(), bits.end(), [](int n) { return n > 0; }));
+  const int log_cells = needed > most ? most - 1 : needed;
+  last_ = (1u << log_cells) - 1u;
+  for (int k = 0, before = 0; k < 3; before += bits[axis_[k]], ++k) {
+    const bool spreads = k < dimensions_;
+    stride_[k] = spreads ? 1u << before : 0u;
+    longest_[k] = spreads ? 1u << bits[axis_[k]] : 1u;
   }
+  if (needed > most) fold(log_cells);
 }
 
-// Of a cell, not folded yet.
+// Strides by which cells at one place of the ring lie far from each other: by the golden ratio g of
+// a plane (1/g), by that of a volume (1/r, 1/r^2 with r^3 = r + 1), which no small numbers nearly
+// solve. Two such cells are then at least kApart n^(1/dimensions) cells apart along some axis; from
+// 2^kFewestFolded cells on that is at least three, so that neighbours are at different places.
+void BoundsGrid::fold(int log_cells) {
+  constexpr double kGolden = 0.61803398874989485, kPlastic = 0.75487766624669276;
+  constexpr double kApart = 0.55;
+  const double n = std::ldexp(1.0, log_cells);
+  if (dimensions_ == 2) {
+    stride_[1] = static_cast<std::uint32_t>(std::lround(n * kGolden));
+  } else if (dimensions_ == 3) {
+    stride_[1] = static_cast<std::uint32_t>(std::lround(n * kPlastic));
+    stride_[2] = static_cast<std::uint32_t>(std::lround(n * kPlastic * kPlastic));
+  }
+  longest_.fill(1u);
+  const double apart = dimensions_ == 1 ? n : kApart * std::pow(n, 1.0 / dimensions_);
+  std::fill_n(longest_.begin(), dimensions_, static_cast<std::uint32_t>(apart));
+}
+
+// Of a cell, along an axis.
 inline std::uint32_t BoundsGrid::coordinate(double x, int axis) const {
   const double t = (x - origin_[axis]) * inverse_cell_[axis];
   return static_cast<std::uint32_t>(std::clamp(t, -kFarthestCell, kFarthestCell) + kFarthestCell);
 }
 
-std::uint32_t BoundsGrid::fold(std::uint32_t coordinate, int k) const {
-  return coordinate & ((1u << bits_[k]) - 1u);
-}
-
-// The first cell of a row; y and z as in coordinate, along the second and third axis.
-std::uint32_t BoundsGrid::row(std::uint32_t y, std::uint32_t z) const {
-  return ((fold(z, 2) << bits_[1]) | fold(y, 1)) << bits_[0];
-}
-
 inline std::uint32_t BoundsGrid::cell_of(const Vector3& low) const {
   std::uint32_t cell = 0;
-  for (int axis = 0; axis < 3; ++axis) {
-    cell += (coordinate(low[axis], axis) & mask_[axis]) * stride_[axis];
-  }
-  return cell;
+  for (int k = 0; k < 3; ++k) cell += coordinate(low[axis_[k]], axis_[k]) * stride_[k];
+  return cell & last_;
 }
 
 // Completes cell_, fills begin_ so that begin_[c + 1] is where cell c begins.
 bool BoundsGrid::count_boxes(const std::vector<Bounds>& boxes) {
-  const std::size_t num_cells = std::size_t{1} << (bits_[0] + bits_[1] + bits_[2]);
+  const std::size_t num_cells = std::size_t{last_} + 1;
   begin_.assign(num_cells + 1, 0);
   std::size_t num_large = 0;
   for (std::size_t i = 0; i < boxes.size(); ++i) {
@@ -238,12 +245,12 @@ class BoundsGrid::Meeting {
     }
     with_rest(begin + kAlways, end);
   }
-  // Cell x of a row of cells 0 ... last, and its neighbours in the row.
-  void with_row(const std::uint32_t* begin, std::uint32_t x, std::uint32_t last) {
-    if (x > 0 && x < last) {
-      with_range(begin[x - 1], begin[x + 2]);
+  // Cell c of the ring of cells 0 ... last, and its two neighbours.
+  void with_row(const std::uint32_t* begin, std::uint32_t c, std::uint32_t last) {
+    if (c > 0 && c < last) {
+      with_range(begin[c - 1], begin[c + 2]);
     } else {
-      with_end_of_row(begin, x, last);
+      with_end_of_ring(begin, c, last);
     }
   }
   void with_rest(std::uint32_t begin, std::uint32_t end) {
@@ -252,11 +259,10 @@ class BoundsGrid::Meeting {
   Pair* end() const { return out_; }
 
  private:
-  void with_end_of_row(const std::uint32_t* begin, std::uint32_t x, std::uint32_t last) {
-    with_rest(begin[x > 0 ? x - 1 : 0], begin[(x < last ? x + 1 : last) + 1]);
-    // The row is a ring.
-    if (x == 0 && last > 1) with_rest(begin[last], begin[last + 1]);
-    if (x == last && last > 1) with_rest(begin[0], begin[1]);
+  void with_end_of_ring(const std::uint32_t* begin, std::uint32_t c, std::uint32_t last) {
+    with_rest(begin[c > 0 ? c - 1 : 0], begin[(c < last ? c + 1 : last) + 1]);
+    if (c == 0 && last > 1) with_rest(begin[last], begin[last + 1]);
+    if (c == last && last > 1) with_rest(begin[0], begin[1]);
   }
   void with(const Entry& b, std::uint32_t counts) {
     *out_ = {index_, b.index};
@@ -276,19 +282,17 @@ inline BoundsGrid::Pair* BoundsGrid::meet_neighbours(std::uint32_t position, Pai
   const Entry& a = entries_[position];
   Meeting meeting(*this, a, out);
   const std::uint32_t* const begin = begin_.data();
-  const std::uint32_t last = (1u << bits_[0]) - 1u;
-  const std::uint32_t x = a.cell & last;
-  meeting.with_range<2>(position + 1, begin[a.cell + (x < last ? 2 : 1)]);
-  if (x == last && x > 0) meeting.with_rest(begin[a.cell - x], begin[a.cell - x + 1]);
-  if (kRows > 0) {
-    const std::uint32_t y = a.cell >> bits_[0];
-    const std::uint32_t z = kRows > 1 ? y >> bits_[1] : 0;
-    meeting.with_row(begin + row(y + 1, z), x, last);
-    if (kRows > 1) {
-      meeting.with_row(begin + row(y - 1, z + 1), x, last);
-      meeting.with_row(begin + row(y, z + 1), x, last);
-      meeting.with_row(begin + row(y + 1, z + 1), x, last);
-    }
+  const std::uint32_t c = a.cell;
+  meeting.with_range<2>(position + 1, begin[c + (c < last_ ? 2 : 1)]);
+  if (c == last_ && c > 0) meeting.with_rest(begin[0], begin[1]);
+  const auto with_row = [&](std::uint32_t offset) {
+    meeting.with_row(begin, (c + offset) & last_, last_);
+  };
+  if (kRows > 0) with_row(stride_[1]);
+  if (kRows > 1) {
+    with_row(stride_[2] - stride_[1]);
+    with_row(stride_[2]);
+    with_row(stride_[2] + stride_[1]);
   }
   return meeting.end();
 }
@@ -297,32 +301,36 @@ inline BoundsGrid::Pair* BoundsGrid::meet_neighbours(std::uint32_t position, Pai
 BoundsGrid::Pair* BoundsGrid::meet_covered(const Entry& a, Pair* out) const {
   const double low[] = {a.key[0], a.key[1], a.key[2]};
   const double high[] = {-a.key[4], -a.key[5], -a.key[3]};
-  std::uint32_t first[3];
+  std::uint32_t cell = 0;
   std::uint32_t count[3];
+  Meeting meeting(*this, a, out);
   for (int k = 0; k < 3; ++k) {
     const int axis = axis_[k];
     // What begins in the cell before may reach into the box.
-    first[k] = coordinate(low[axis], axis) - 1;
-    count[k] = std::min(coordinate(high[axis], axis) - first[k] + 1, 1u << bits_[k]);
+    const std::uint32_t first = coordinate(low[axis], axis) - 1;
+    count[k] = k < dimensions_ ? coordinate(high[axis], axis) - first + 1 : 1;
+    cell += first * stride_[k];
+    if (count[k] > longest_[k]) {
+      // It would meet some cell twice.
+      meeting.with_rest(0, num_entries_);
+      return meeting.end();
+    }
   }
-  Meeting meeting(*this, a, out);
-  const std::uint32_t cells = 1u << bits_[0];
-  const std::uint32_t x = fold(first[0], 0);
-  const std::uint32_t wrapped = x + count[0] > cells ? x + count[0] - cells : 0;
   for (std::uint32_t z = 0; z < count[2]; ++z) {
     for (std::uint32_t y = 0; y < count[1]; ++y) {
-      const std::uint32_t* begin = begin_.data() + row(first[1] + y, first[2] + z);
-      meeting.with_range(begin[x], begin[std::min(x + count[0], cells)]);
-      meeting.with_range(begin[0], begin[wrapped]);
+      const std::uint32_t first = (cell + y * stride_[1] + z * stride_[2]) & last_;
+      const std::uint32_t end = first + count[0];
+      meeting.with_range(begin_[first], begin_[std::min(end, last_ + 1)]);
+      if (end > last_ + 1) meeting.with_rest(begin_[0], begin_[end - last_ - 1]);
     }
   }
   return meeting.end();
 }
 
 void BoundsGrid::find_pairs(std::vector<Pair>& out) {
-  if (bits_[1] == 0) {
+  if (dimensions_ < 2) {
     find_pairs_in_rows<0>(out);
-  } else if (bits_[2] == 0) {
+  } else if (dimensions_ == 2) {
     find_pairs_in_rows<1>(out);
   } else {
     find_pairs_in_rows<4>(out);

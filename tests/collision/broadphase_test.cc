@@ -121,6 +121,28 @@ TEST_P(EveryMethod, FindsAllPairsOfLikeBoxes) {
   EXPECT_GT(found, 5000u);
 }
 
+// Groups far from each other, so that a grid folds along one, two or three axes; some boxes reach
+// over a few cells, a few over many. Every pair once.
+TEST_P(EveryMethod, FindsAllPairsOfScatteredGroups) {
+  std::size_t found = 0;
+  for (const Vector3& spread : {Vector3(400, 0, 0), Vector3(90, 60, 0), Vector3(30, 20, 40)}) {
+    for (const int size : {40, 200, 1500}) {
+      std::vector<Bounds> boxes;
+      Vector3 group = Vector3::Zero();
+      for (int i = 0; i < size; ++i) {
+        if (i % 10 == 0) group = random_vector(rng).cwiseProduct(spread);
+        const Vector3 low = group + random_vector(rng);
+        const double extent = i % 100 == 7 ? 60.0 : i % 50 == 3 ? 8.0 : 0.5;
+        boxes.push_back({low, low + Vector3::Constant(extent)});
+      }
+      find(boxes);
+      EXPECT_EQ(out, all_pairs(boxes)) << size << " over " << spread.transpose();
+      found += out.size();
+    }
+  }
+  EXPECT_GT(found, 1000u);
+}
+
 TEST_P(EveryMethod, UnsoundBoxesMeetNothing) {
   std::vector<Bounds> boxes = scattered(600, Vector3::Ones(), rng);
   const double nan = std::numeric_limits<double>::quiet_NaN();
