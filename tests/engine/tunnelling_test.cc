@@ -72,8 +72,8 @@ INSTANTIATE_TEST_SUITE_P(Tunnelling, Speeds,
                                            std::pair(300.0, 300.0), std::pair(3.0, 300.0),
                                            std::pair(0.0, 300.0)));
 
-// Throws a body at what lies below z = kHalfWall; its centre must not get there, and no step may fail.
-// Returns whether it touched.
+// Throws a body at what lies below z = kHalfWall; its centre must not get there, and no step may
+// fail. Returns whether it touched.
 bool expect_stopped(const Thrown& t, const Shape& below, const Pose& X_below, double friction,
                     double speed, double tip, Random& random, const std::string& what) {
   ModelBuilder builder;
@@ -93,15 +93,12 @@ bool expect_stopped(const Thrown& t, const Shape& below, const Pose& X_below, do
   bool touched = false;
   for (int i = 0; i < 60; ++i) {
     const StepReport report = sim.step();
-    if (report.status == contact::Status::kDiverged) break;  // see below
     EXPECT_TRUE(report.succeeded()) << what << ", step " << i;
     const Pose X = pose_of(sim.state().q);
-    if (below.type == ShapeType::kBox && X.translation.head<2>().norm() > 4.0) break;  // past the rim
+    if (below.type == ShapeType::kBox && X.translation.head<2>().norm() > 4.0)
+      break;  // past the rim
     touched = touched || sim.state().v[2] > 0.9 * fall;
     EXPECT_GT(X.translation.z(), 0.0) << what << ", step " << i;
-    // Contact takes energy. A slender body that turns by a radian a step and more gains it in free
-    // flight, without bound: the integrator's business (docs/decisions.md), not this test's.
-    if (sim.state().v.head<3>().norm() > 2.0 * (speed + tip) + 1.0) break;
     if (::testing::Test::HasFailure()) break;
   }
   return touched;
@@ -136,8 +133,8 @@ TEST_P(Speeds, CentresStayAboveAPlaneWithoutFriction) {
 }
 
 TEST(Tunnelling, BallAndFreePlateExchangeMomentum) {
-  // A ball into a free plate at rest, inelastic, without friction and through the centre: both go on
-  // with the common velocity; nothing else is in the discrete equations.
+  // A ball into a free plate at rest, inelastic, without friction and through the centre: both go
+  // on with the common velocity; nothing else is in the discrete equations.
   constexpr double kBall = 0.01, kPlate = 0.3;
   for (const double speed : {1.0, 30.0, 300.0}) {
     ModelBuilder builder(Vector3::Zero());
@@ -221,9 +218,10 @@ TEST(Tunnelling, TheInverseSeesTheSameContacts) {
       ASSERT_TRUE(report.succeeded()) << t.name;
       contacts += report.contacts;
       const Inverse& inverse = sim.inverse(before.q, before.v, sim.state().v);
-      // The solver's round-off floor, 1e-9 at most here, relative to an impact of 5e4 N: rods spin at
-      // 4e4 rad/s after it, and their contact's velocity is a difference of such speeds. Afterwards
-      // the rounding of 100 m/s, 1e-14, seen through the regularizer of 1e-6 / kg: 5e-6 N over 2 ms.
+      // The solver's round-off floor, 1e-9 at most here, relative to an impact of 5e4 N: rods spin
+      // at 4e4 rad/s after it, and their contact's velocity is a difference of such speeds.
+      // Afterwards the rounding of 100 m/s, 1e-14, seen through the regularizer of 1e-6 / kg: 5e-6
+      // N over 2 ms.
       EXPECT_LT((inverse.applied_force - sim.input().applied_force).norm(),
                 3e-8 * inverse.force_scale + 1e-5)
           << t.name;
