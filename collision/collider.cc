@@ -25,7 +25,7 @@ struct Collider::Impl {
   void find_awake_pairs();
   bool is_idle(int i) const { return !idle.empty() && idle[placements[i].body]; }
   bool both_idle(int a, int b) const { return is_idle(a) && is_idle(b); }
-  void find_contacts(int a, int b, double margin);
+  void find_contacts(int a, int b, double margin, double travel);
   void add_core_contacts(int a, int b, double margin, double travel, std::vector<Candidate>& out);
 
   // What every step reads of each geometry; all that a Geometry holds is several cache lines more.
@@ -103,7 +103,7 @@ void Collider::Impl::add_terrain_pairs(int terrain, std::span<const double> marg
 }
 
 // Into `manifold`.
-void Collider::Impl::find_contacts(int a, int b, double margin) {
+void Collider::Impl::find_contacts(int a, int b, double margin, double travel) {
   const Shape& shape_a = geometries[a].shape;
   const Shape& shape_b = geometries[b].shape;
   if (shape_a.type == ShapeType::kTerrain) {
@@ -114,7 +114,7 @@ void Collider::Impl::find_contacts(int a, int b, double margin) {
                           manifold);
     for (int i = 0; i < manifold.size; ++i) manifold.points[i].normal *= -1.0;
   } else {
-    pair_contacts(shape_a, X_WG[a], shape_b, X_WG[b], margin, manifold);
+    pair_contacts(shape_a, X_WG[a], shape_b, X_WG[b], margin, manifold, travel);
   }
 }
 
@@ -226,7 +226,7 @@ Collider::Collider(const Model& model) : impl_(std::make_unique<Impl>(model)) {
     const Geometry& ga = geometries[a];
     const Geometry& gb = geometries[b];
     if (ga.instance < 0 || ga.instance != gb.instance) continue;
-    impl.find_contacts(a, b, 0.0);
+    impl.find_contacts(a, b, 0.0, 0.0);
     if (impl.manifold.size > 0) impl.overlapping.emplace_back(a, b);
   }
   impl.filter.exclude(impl.overlapping);
@@ -250,20 +250,18 @@ void Collider::compute_candidates(std::span<const Pose> X_WB, std::span<const do
   for (const auto& [a, b] : impl.pairs) {
     const Geometry& ga = geometries[a];
     const Geometry& gb = geometries[b];
-    impl.find_contacts(a, b, margin[ga.body] + margin[gb.body]);
+    const double reach = margin[ga.body] + margin[gb.body];
+    const double way = travel.empty() ? reach : travel[ga.body] + travel[gb.body];
+    impl.find_contacts(a, b, reach, way);
     if (!travel.empty()) {
-      add_corner_contacts(ga.shape, impl.X_WG[a], gb.shape, impl.X_WG[b],
-                          margin[ga.body] + margin[gb.body], travel[ga.body] + travel[gb.body],
+      add_corner_contacts(ga.shape, impl.X_WG[a], gb.shape, impl.X_WG[b], reach, way,
                           impl.manifold);
     }
     for (int i = 0; i < impl.manifold.size; ++i) {
       const ContactPoint& p = impl.manifold.points[i];
       out.push_back({a, b, p.position, p.normal, p.gap});
     }
-    if (!travel.empty() && impl.manifold.size > 0) {
-      impl.add_core_contacts(a, b, margin[ga.body] + margin[gb.body],
-                             travel[ga.body] + travel[gb.body], out);
-    }
+    if (!travel.empty() && impl.manifold.size > 0) impl.add_core_contacts(a, b, reach, way, out);
   }
 }
 

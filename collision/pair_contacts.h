@@ -1,6 +1,8 @@
 // Contact points of two shapes: pure functions, one a pair of shape types.
 #pragma once
 
+#include <limits>
+
 #include "counterpoint/collision/manifold.h"
 #include "counterpoint/model/geometry.h"
 
@@ -11,7 +13,11 @@ namespace counterpoint::collision {
 /// the signed distance of the two shapes (penetration: least translation that separates them).
 /// Exchanging A and B gives the same points in the same order with the normals turned round.
 /// Two planes have no contact points, nor have a plane or a terrain and a terrain.
+/// travel [m]: how far the surfaces may go before contacts are looked for again. Of a hull on a plane
+/// with more vertices within the margin than a manifold holds those are taken that are hardly more
+/// than this higher than the lowest.
 void pair_contacts(const Shape& a, const Pose& X_WA, const Shape& b, const Pose& X_WB,
-                   double margin, Manifold& out);
+                   double margin, Manifold& out,
+                   double travel = std::numeric_limits<double>::infinity());
 
 }  // namespace counterpoint::collision

@@ -85,26 +85,26 @@ namespace {
 struct Heights {
   const ConvexMesh& mesh;
   Vector3 up;  // in the frame of the mesh
-  double center, margin;
+  double center;
 
   double at(int i) const { return center + up.dot(mesh.vertices[i]); }
-  bool within(int i) const { return at(i) < margin; }
 };
 
-constexpr int kPatch = 32;
+constexpr int kMost = Manifold::kCapacity;
+using VertexList = std::array<int, kMost>;
 
-// Lists the vertices within the margin, ascending, by walking over the edges from the lowest: those
-// of a convex mesh hang together. Returns their number, or kPatch + 1 if they are more.
-int list_within(const Heights& heights, int lowest, std::array<int, kPatch>& list) {
+// Lists the vertices below the limit, ascending, by walking over the edges from the lowest: those
+// of a convex mesh hang together. Returns their number, or kMost + 1 if they are more.
+int list_below(const Heights& heights, double limit, int lowest, VertexList& list) {
   int size = 0;
   list[size++] = lowest;
   for (int k = 0; k < size; ++k) {
     for (const int i : heights.mesh.vertex_neighbors[list[k]]) {
-      if (!heights.within(i) ||
+      if (!(heights.at(i) < limit) ||
           std::find(list.begin(), list.begin() + size, i) != list.begin() + size) {
         continue;
       }
-      if (size == kPatch) return kPatch + 1;
+      if (size == kMost) return kMost + 1;
       list[size++] = i;
     }
   }
@@ -112,51 +112,75 @@ int list_within(const Heights& heights, int lowest, std::array<int, kPatch>& lis
   return size;
 }
 
-// Those of the vertices within the margin that lie farthest along seven directions in the plane,
-// which turn with the mesh. By place only: heights are noise where a body rests. Returns their
-// number.
-int choose_spanning(const Heights& heights, std::array<int, Manifold::kCapacity>& chosen) {
-  constexpr int kDirections = Manifold::kCapacity - 1;
+// Directions in the plane that turn with the mesh.
+constexpr int kDirections = Manifold::kCapacity - 1;
+
+// Of the vertices below the limit those that lie farthest along seven directions. By place only:
+// heights are noise where a body rests. Returns their number.
+int choose_spanning(const Heights& heights, double limit, VertexList& chosen) {
   const Matrix3 frame = frame_from_normal(heights.up);
-  const std::vector<Vector3>& vertices = heights.mesh.vertices;
-  int n = 0;
+  std::array<Vector3, kDirections> direction;
+  std::array<double, kDirections> farthest;
+  std::array<int, kDirections> best;
   for (int k = 0; k < kDirections; ++k) {
     const double angle = 0.1 + 2.0 * std::numbers::pi / kDirections * k;
-    const Vector3 direction = std::cos(angle) * frame.col(0) + std::sin(angle) * frame.col(1);
-    double farthest = -std::numeric_limits<double>::infinity();
-    int best = -1;
-    for (int i = 0; i < static_cast<int>(vertices.size()); ++i) {
-      if (!heights.within(i) || direction.dot(vertices[i]) <= farthest) continue;
-      farthest = direction.dot(vertices[i]);
-      best = i;
-    }
-    if (std::find(chosen.begin(), chosen.begin() + n, best) == chosen.begin() + n)
-      chosen[n++] = best;
+    direction[k] = std::cos(angle) * frame.col(0) + std::sin(angle) * frame.col(1);
+    farthest[k] = -std::numeric_limits<double>::infinity();
+    best[k] = -1;
   }
+  const std::vector<Vector3>& vertices = heights.mesh.vertices;
+  for (int i = 0; i < static_cast<int>(vertices.size()); ++i) {
+    if (!(heights.at(i) < limit)) continue;
+    for (int k = 0; k < kDirections; ++k) {
+      const double along = direction[k].dot(vertices[i]);
+      if (along <= farthest[k]) continue;
+      farthest[k] = along;
+      best[k] = i;
+    }
+  }
+  int n = 0;
+  for (const int i : best) {
+    if (std::find(chosen.begin(), chosen.begin() + n, i) == chosen.begin() + n) chosen[n++] = i;
+  }
+  return n;
+}
+
+// The vertices below the margin. If these are too many the lowest of them, as many as fit: all that
+// are less than the travel above the lowest, and with them what a small share of the rest of the
+// margin adds. If even those are too many seven that span them, and the lowest.
+int choose_vertices(const Heights& heights, int lowest, double margin, double travel,
+                    VertexList& chosen) {
+  const int all = list_below(heights, margin, lowest, chosen);
+  if (all <= kMost) return all;
+  const double bottom = heights.at(lowest);
+  const double rest = std::max(0.0, margin - bottom - travel);
+  for (const double share : {1.0 / 16.0, 1.0 / 64.0, 0.0}) {
+    const int size = list_below(heights, bottom + travel + share * rest, lowest, chosen);
+    if (size <= kMost) return size;
+  }
+  int n = choose_spanning(heights, std::min(margin, bottom + travel), chosen);
+  if (std::find(chosen.begin(), chosen.begin() + n, lowest) == chosen.begin() + n)
+    chosen[n++] = lowest;
   return n;
 }
 
 }  // namespace
 
-// All vertices within the margin, or seven that span them and the lowest.
-void plane_convex_mesh(const Shape&, const Pose& X_WA, const Shape& b, const Pose& X_WB,
-                       double margin, Manifold& out) {
+void plane_convex_mesh(const Pose& X_WA, const Shape& b, const Pose& X_WB, double margin,
+                       double travel, Manifold& out) {
   const Plane plane(X_WA);
   const Heights heights{*b.mesh, X_WB.rotation.transpose() * plane.normal,
-                        plane.height(X_WB.translation), margin};
+                        plane.height(X_WB.translation)};
   const int lowest = support_vertex(*b.mesh, -heights.up, 0);
-  if (!heights.within(lowest)) return;
-  const auto add = [&](int i) { plane.add(X_WB * b.mesh->vertices[i], margin, out); };
-  std::array<int, kPatch> list;
-  const int size = list_within(heights, lowest, list);
-  if (size <= Manifold::kCapacity) {
-    std::for_each(list.begin(), list.begin() + size, add);
-    return;
-  }
-  std::array<int, Manifold::kCapacity> chosen;
-  const int n = choose_spanning(heights, chosen);
-  std::for_each(chosen.begin(), chosen.begin() + n, add);
-  if (std::find(chosen.begin(), chosen.begin() + n, lowest) == chosen.begin() + n) add(lowest);
+  if (!(heights.at(lowest) < margin)) return;
+  VertexList chosen;
+  const int n = choose_vertices(heights, lowest, margin, travel, chosen);
+  for (int i = 0; i < n; ++i) plane.add(X_WB * b.mesh->vertices[chosen[i]], margin, out);
+}
+
+void plane_convex_mesh(const Shape&, const Pose& X_WA, const Shape& b, const Pose& X_WB,
+                       double margin, Manifold& out) {
+  plane_convex_mesh(X_WA, b, X_WB, margin, margin, out);
 }
 
 }  // namespace counterpoint::collision

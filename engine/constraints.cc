@@ -44,8 +44,8 @@ std::vector<double> body_radii(const Model& model) {
 /// A rod hit at one end: the far end may be twice as fast as any point was before. The kinetic
 /// energy bounds it, and the end of a rod carries a quarter of the mass.
 constexpr double kImpactSpeedUp = 2.0;
-/// Bodies that travel farther than this many contact margins pass their speed on to what they
-/// strike in the very step, as far as this many rounds of collision reach.
+/// Bodies that travel farther than this many times the reach of what rests pass their speed on to
+/// what they strike in the very step, as far as this many rounds of collision reach.
 constexpr double kFastTravel = 4.0;
 constexpr int kMaxRounds = 4;
 
@@ -135,6 +135,7 @@ ConstraintFinder::ConstraintFinder(const Model& model, InverseWeights weights)
       collider_(model),
       radius_(body_radii(model)),
       travel_(model.num_bodies(), 0.0),
+      slack_(model.num_bodies(), 0.0),
       margin_(model.num_bodies(), 0.0),
       speed_limits_(list_speed_limits(model)),
       acceleration_(model.closures().empty() ? 0 : model.num_bodies()) {
@@ -170,16 +171,26 @@ void ConstraintFinder::find_candidates(const Model& model, const SimulationOptio
                                        EffectSet effects, const Data& data, Idle idle) {
   const double h = options.time_step;
   const double fall = effects.has(Effect::kGravity) ? h * h * model.gravity().norm() : 0.0;
-  for (int b = 1; b < model.num_bodies(); ++b) {
-    const double speed = data.V[b].linear.norm() + data.V[b].angular.norm() * radius_[b];
-    travel_[b] = kImpactSpeedUp * h * speed + fall;
+  const double reach = resting_reach(options.contact, h);
+  slack_[0] = 0.5 * reach;
+  for (const Tree& tree : model.trees()) {
+    double fastest = 0.0;
+    for (int b = tree.body_begin; b < tree.body_end; ++b) {
+      const double speed = data.V[b].linear.norm() + data.V[b].angular.norm() * radius_[b];
+      fastest = std::max(fastest, speed);
+      travel_[b] = kImpactSpeedUp * h * speed;
+    }
+    // What is at rest may be kicked by an impact elsewhere in its tree.
+    for (int b = tree.body_begin; b < tree.body_end; ++b) {
+      const double kick = std::max(0.0, h * fastest - travel_[b]);
+      slack_[b] = 0.5 * std::min(options.contact.margin, reach + 2.0 * kick);
+      travel_[b] += fall;
+    }
   }
   for (int round = 0; round < kMaxRounds; ++round) {
-    for (int b = 0; b < model.num_bodies(); ++b) {
-      margin_[b] = 0.5 * options.contact.margin + travel_[b];
-    }
+    for (int b = 0; b < model.num_bodies(); ++b) margin_[b] = slack_[b] + travel_[b];
     collider_.compute_candidates(data.X_WB, margin_, candidates_, travel_, idle.bodies);
-    if (!spread_travel(model, kFastTravel * options.contact.margin)) return;
+    if (!spread_travel(model, kFastTravel * reach)) return;
   }
 }
 

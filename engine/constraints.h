@@ -110,7 +110,8 @@ class ConstraintFinder {
   collision::Collider collider_;
   std::vector<double> radius_;  ///< of each body's geometry about the body origin [m]
   std::vector<double> travel_;  ///< of each body's surface within the step [m]
-  std::vector<double> margin_;
+  std::vector<double> slack_;   ///< what impacts and applied forces may add to that [m]
+  std::vector<double> margin_;  ///< both
   std::vector<collision::Candidate> candidates_;
   std::vector<DryCoordinate> dry_;  ///< with dry friction
   std::vector<int> limited_;        ///< bodies whose joint has a limit

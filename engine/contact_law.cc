@@ -12,6 +12,12 @@ double smoothing(const ContactOptions& options, double alpha) {
 
 }  // namespace
 
+double resting_reach(const ContactOptions& options, double h) {
+  constexpr double kWeight = 1e-6;
+  return std::min(options.margin,
+                  std::max(options.reach_acceleration * h * h, options.smoothing / kWeight));
+}
+
 double gap_bias(const ContactOptions& options, double h, double gap) {
   if (gap > 0.0) return gap / h;
   return std::max(options.stabilization * gap / h, -options.max_recovery_speed);

@@ -12,6 +12,10 @@ inline double touching_gap(const ContactOptions& options) {
   return 100.0 * options.smoothing + 1e-12;
 }
 
+/// The gap [m] up to which contacts exist between bodies at rest: what reach_acceleration closes in
+/// a step, or where smoothing still gives 1e-6 of a body's weight; no more than the margin.
+double resting_reach(const ContactOptions& options, double h);
+
 /// Bias [m/s] of a unilateral row at a gap [m or rad]: a gap may be closed within the step but not
 /// crossed; a share of an overlap is recovered, no faster than max_recovery_speed. Continuous at
 /// gap = 0.

@@ -46,8 +46,11 @@ struct ContactOptions {
   double stabilization = 0.2;
   /// The recovery of a penetration is no faster than this [m/s].
   double max_recovery_speed = 1.0;
-  /// Contacts exist up to this gap [m], plus what the bodies can travel within a step.
+  /// Contacts exist up to this gap [m] at most, plus what the bodies can travel within a step,
   double margin = 0.01;
+  /// and up to the gap that bodies close within a step h under this acceleration [m/s^2], h^2 a: what
+  /// applied forces may add to the velocities of (q, w), which say nothing of them.
+  double reach_acceleration = 500.0;
 
   bool operator==(const ContactOptions&) const = default;
 };

@@ -129,7 +129,7 @@ class SceneReader {
 
   static void read_contact(const YamlValue& in, ContactOptions& contact) {
     in.expect_map({"friction_model", "compliance", "smoothing", "stabilization",
-                   "max_recovery_speed", "margin"});
+                   "max_recovery_speed", "margin", "reach_acceleration"});
     if (in.has("friction_model")) {
       const YamlValue value = in.at("friction_model");
       const auto model = friction_model_from_name(value.text());
@@ -143,6 +143,8 @@ class SceneReader {
       contact.max_recovery_speed = in.at("max_recovery_speed").number(0.0, kInfinity);
     }
     if (in.has("margin")) contact.margin = in.at("margin").number(0.0, kInfinity);
+    if (in.has("reach_acceleration"))
+      contact.reach_acceleration = in.at("reach_acceleration").number(0.0, kInfinity);
   }
 
   void read_ground(const YamlValue& in) {

@@ -10,6 +10,7 @@
 #include <limits>
 #include <memory>
 
+#include "counterpoint/collision/collider.h"
 #include "counterpoint/engine/simulator.h"
 #include "median.h"
 #include "peers/mujoco.h"
@@ -251,6 +252,20 @@ int steps_of(const Scene& scene, const PeerOptions& options) {
   return static_cast<int>(std::lround(duration / scene.options.time_step));
 }
 
+/// A URDF dropped from 0.1 m above the ground, without restitution, which MuJoCo has not.
+Scene dropped(const std::filesystem::path& urdf) {
+  SceneOverrides overrides;
+  overrides.base = Base::kFloating;
+  overrides.ground = true;
+  Scene scene = load_scene(urdf, overrides);
+  scene.q[2] += 0.1;
+  if (called_for(scene.model, collision::Collider(scene.model)).has(Effect::kRestitution)) {
+    scene.options.effects.set(Effect::kRestitution, false);
+    fmt::print("{}: without its restitution, which MuJoCo has not.\n", urdf.stem().string());
+  }
+  return scene;
+}
+
 /// A scene file of our robots, many times over.
 Scene many(const PeerOptions& options, const std::string& model, const std::string& text) {
   const std::filesystem::path file =
@@ -280,11 +295,7 @@ std::vector<PeerRow> compare_steps(const PeerOptions& options) {
       fmt::print("Skipped: {} is not below the folder of robots.\n", name);
       continue;
     }
-    SceneOverrides overrides;
-    overrides.base = Base::kFloating;
-    overrides.ground = true;
-    Scene scene = load_scene(urdf, overrides);
-    scene.q[2] += 0.1;
+    const Scene scene = dropped(urdf);
     try_scene(scene, {"steps", urdf.stem().string(), steps_of(scene, options), options.step_rounds},
               rows);
   }

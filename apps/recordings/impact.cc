@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <limits>
 #include <map>
 #include <stdexcept>
 #include <utility>
@@ -35,6 +36,7 @@ struct ImpactSolver::Impl {
         mass(total_mass(model)) {
     options.time_step = kInstant;
     options.integrator = Integrator::kSemiImplicitEuler;
+    options.contact.reach_acceleration = std::numeric_limits<double>::infinity();
   }
 
   void find(const VectorX& q, const VectorX& v);

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 
 #include "contact_effects.h"
@@ -33,6 +34,7 @@ SimulationOptions without_contacts(SimulationOptions options) {
 /// Contacts that may push within a step, whatever the velocities say.
 SimulationOptions with_reach(SimulationOptions options, double reach) {
   options.contact.margin = reach;
+  options.contact.reach_acceleration = std::numeric_limits<double>::infinity();
   options.contact.friction_model = FrictionModel::kConvex;
   options.contact.compliance = kCompliance;
   options.contact.smoothing = 0.0;
