@@ -21,11 +21,12 @@ struct Collider::Impl {
   void add_plane_pairs(int plane, std::span<const double> margin);
   void add_terrain_pairs(int terrain, std::span<const double> margin);
   void merge_ground_pairs();
+  double turn(int a, int b, double margin) const;
   bool list_awake();
   void find_awake_pairs();
   bool is_idle(int i) const { return !idle.empty() && idle[placements[i].body]; }
   bool both_idle(int a, int b) const { return is_idle(a) && is_idle(b); }
-  void find_contacts(int a, int b, double margin, double travel);
+  void find_contacts(int a, int b, double margin, double turn);
   void add_core_contacts(int a, int b, double margin, double travel, std::vector<Candidate>& out);
 
   // What every step reads of each geometry; all that a Geometry holds is several cache lines more.
@@ -41,6 +42,7 @@ struct Collider::Impl {
   PairFilter filter;
   Broadphase broadphase;
   std::vector<Enclosure> enclosures;
+  std::vector<double> radii;  // by body, of its shapes about its origin; of planes 0
   std::vector<int> planes, terrains, solids;  // geometry indices
   std::vector<std::pair<int, int>> overlapping;
   // Scratch.
@@ -102,8 +104,16 @@ void Collider::Impl::add_terrain_pairs(int terrain, std::span<const double> marg
   }
 }
 
+// How far a body may turn while its surface goes as far as the margin [rad].
+double Collider::Impl::turn(int a, int b, double margin) const {
+  double radius = std::numeric_limits<double>::infinity();
+  for (const int body : {a, b})
+    if (body != 0) radius = std::min(radius, radii[body]);
+  return margin / radius;
+}
+
 // Into `manifold`.
-void Collider::Impl::find_contacts(int a, int b, double margin, double travel) {
+void Collider::Impl::find_contacts(int a, int b, double margin, double turn) {
   const Shape& shape_a = geometries[a].shape;
   const Shape& shape_b = geometries[b].shape;
   if (shape_a.type == ShapeType::kTerrain) {
@@ -114,7 +124,7 @@ void Collider::Impl::find_contacts(int a, int b, double margin, double travel) {
                           manifold);
     for (int i = 0; i < manifold.size; ++i) manifold.points[i].normal *= -1.0;
   } else {
-    pair_contacts(shape_a, X_WG[a], shape_b, X_WG[b], margin, manifold, travel);
+    pair_contacts(shape_a, X_WG[a], shape_b, X_WG[b], margin, manifold, turn);
   }
 }
 
@@ -209,6 +219,7 @@ void Collider::Impl::merge_ground_pairs() {
 Collider::Collider(const Model& model) : impl_(std::make_unique<Impl>(model)) {
   Impl& impl = *impl_;
   const std::vector<Geometry>& geometries = impl.geometries;
+  impl.radii.assign(static_cast<std::size_t>(model.num_bodies()), 0.0);
   for (int i = 0; i < static_cast<int>(geometries.size()); ++i) {
     const ShapeType type = geometries[i].shape.type;
     (type == ShapeType::kPlane     ? impl.planes
@@ -217,6 +228,10 @@ Collider::Collider(const Model& model) : impl_(std::make_unique<Impl>(model)) {
         .push_back(i);
     impl.enclosures.push_back(enclose(geometries[i].shape));
     impl.placements.push_back({geometries[i].X_BG, geometries[i].body, type});
+    const Enclosure& around = impl.enclosures.back();
+    double& radius = impl.radii[geometries[i].body];
+    if (type != ShapeType::kPlane)
+      radius = std::max(radius, (geometries[i].X_BG * around.center).norm() + around.radius);
   }
   const std::vector<Pose> X_WB = default_poses(model);
   const std::vector<double> margin(X_WB.size(), 0.0);
@@ -251,8 +266,11 @@ void Collider::compute_candidates(std::span<const Pose> X_WB, std::span<const do
     const Geometry& ga = geometries[a];
     const Geometry& gb = geometries[b];
     const double reach = margin[ga.body] + margin[gb.body];
-    const double way = travel.empty() ? reach : travel[ga.body] + travel[gb.body];
-    impl.find_contacts(a, b, reach, way);
+    const double way = travel.empty() ? 0.0 : travel[ga.body] + travel[gb.body];
+    // Who gives no travel asks for all there is.
+    const double turn = travel.empty() ? std::numeric_limits<double>::infinity()
+                                       : impl.turn(ga.body, gb.body, reach);
+    impl.find_contacts(a, b, reach, turn);
     if (!travel.empty()) {
       add_corner_contacts(ga.shape, impl.X_WG[a], gb.shape, impl.X_WG[b], reach, way,
                           impl.manifold);

@@ -13,11 +13,11 @@ namespace counterpoint::collision {
 /// the signed distance of the two shapes (penetration: least translation that separates them).
 /// Exchanging A and B gives the same points in the same order with the normals turned round.
 /// Two planes have no contact points, nor have a plane or a terrain and a terrain.
-/// travel [m]: how far the surfaces may go before contacts are looked for again. Of a hull on a plane
-/// with more vertices within the margin than a manifold holds those are taken that are hardly more
-/// than this higher than the lowest.
+/// turn [rad]: how far the shapes may turn before contacts are looked for again. Of a hull on a plane
+/// with more vertices within the margin than a manifold holds those are taken on which this may make it
+/// stand.
 void pair_contacts(const Shape& a, const Pose& X_WA, const Shape& b, const Pose& X_WB,
                    double margin, Manifold& out,
-                   double travel = std::numeric_limits<double>::infinity());
+                   double turn = std::numeric_limits<double>::infinity());
 
 }  // namespace counterpoint::collision

@@ -24,9 +24,9 @@ void sphere_cylinder(const Shape&, const Pose&, const Shape&, const Pose&, doubl
 void box_box(const Shape&, const Pose&, const Shape&, const Pose&, double, Manifold&);
 void box_capsule(const Shape&, const Pose&, const Shape&, const Pose&, double, Manifold&);
 void capsule_capsule(const Shape&, const Pose&, const Shape&, const Pose&, double, Manifold&);
-/// The same as the table's, with the travel of pair_contacts.
+/// The same as the table's, with the turn of pair_contacts.
 void plane_convex_mesh(const Pose& X_WA, const Shape& b, const Pose& X_WB, double margin,
-                       double travel, Manifold& out);
+                       double turn, Manifold& out);
 /// Any two shapes but planes, by iteration (GJK, EPA).
 void convex_convex(const Shape&, const Pose&, const Shape&, const Pose&, double, Manifold&);
 

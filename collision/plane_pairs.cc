@@ -112,75 +112,100 @@ int list_below(const Heights& heights, double limit, int lowest, VertexList& lis
   return size;
 }
 
-// Directions in the plane that turn with the mesh.
-constexpr int kDirections = Manifold::kCapacity - 1;
+// Seven directions in the plane that turn with the mesh.
+constexpr int kDirections = kMost - 1;
+using Directions = std::array<Vector3, kDirections>;
 
-// Of the vertices below the limit those that lie farthest along seven directions. By place only:
-// heights are noise where a body rests. Returns their number.
-int choose_spanning(const Heights& heights, double limit, VertexList& chosen) {
-  const Matrix3 frame = frame_from_normal(heights.up);
-  std::array<Vector3, kDirections> direction;
-  std::array<double, kDirections> farthest;
-  std::array<int, kDirections> best;
+Directions spread_directions(const Vector3& up) {
+  const Matrix3 frame = frame_from_normal(up);
+  Directions out;
   for (int k = 0; k < kDirections; ++k) {
     const double angle = 0.1 + 2.0 * std::numbers::pi / kDirections * k;
-    direction[k] = std::cos(angle) * frame.col(0) + std::sin(angle) * frame.col(1);
-    farthest[k] = -std::numeric_limits<double>::infinity();
-    best[k] = -1;
+    out[k] = std::cos(angle) * frame.col(0) + std::sin(angle) * frame.col(1);
   }
+  return out;
+}
+
+// The lowest vertex and others, each once.
+struct Choice {
+  VertexList vertices;
+  int size = 0;
+
+  void add(int i) {
+    if (size == kMost ||
+        std::find(vertices.begin(), vertices.begin() + size, i) != vertices.begin() + size) {
+      return;
+    }
+    vertices[size++] = i;
+  }
+};
+
+// Of the vertices below the margin those that lie farthest along the directions. By place only:
+// heights are noise where a body rests.
+void add_farthest(const Heights& heights, double margin, const Directions& directions,
+                  Choice& choice) {
+  std::array<double, kDirections> farthest;
+  std::array<int, kDirections> best;
+  farthest.fill(-std::numeric_limits<double>::infinity());
+  best.fill(choice.vertices[0]);
   const std::vector<Vector3>& vertices = heights.mesh.vertices;
   for (int i = 0; i < static_cast<int>(vertices.size()); ++i) {
-    if (!(heights.at(i) < limit)) continue;
+    if (!(heights.at(i) < margin)) continue;
     for (int k = 0; k < kDirections; ++k) {
-      const double along = direction[k].dot(vertices[i]);
+      const double along = directions[k].dot(vertices[i]);
       if (along <= farthest[k]) continue;
       farthest[k] = along;
       best[k] = i;
     }
   }
-  int n = 0;
-  for (const int i : best) {
-    if (std::find(chosen.begin(), chosen.begin() + n, i) == chosen.begin() + n) chosen[n++] = i;
-  }
-  return n;
+  for (const int i : best) choice.add(i);
 }
 
-// The vertices below the margin. If these are too many the lowest of them, as many as fit: all that
-// are less than the travel above the lowest, and with them what a small share of the rest of the
-// margin adds. If even those are too many seven that span them, and the lowest.
-int choose_vertices(const Heights& heights, int lowest, double margin, double travel,
-                    VertexList& chosen) {
-  const int all = list_below(heights, margin, lowest, chosen);
-  if (all <= kMost) return all;
-  const double bottom = heights.at(lowest);
-  const double rest = std::max(0.0, margin - bottom - travel);
-  for (const double share : {1.0 / 16.0, 1.0 / 64.0, 0.0}) {
-    const int size = list_below(heights, bottom + travel + share * rest, lowest, chosen);
-    if (size <= kMost) return size;
+// The vertices that would be the lowest if the mesh tipped by an angle along each direction.
+void add_tipped(const Heights& heights, double angle, const Directions& directions,
+                Choice& choice) {
+  const int lowest = choice.vertices[0];
+  for (const Vector3& direction : directions)
+    choice.add(support_vertex(heights.mesh, angle * direction - heights.up, lowest));
+}
+
+// The vertices below the margin. If these are too many the lowest, and those on which the mesh
+// would stand once it has turned by what it may turn, or by a small share of that: on a face the
+// corners that span it, on a dense round mesh one or two.
+Choice choose_vertices(const Heights& heights, int lowest, double margin, double turn) {
+  constexpr double kLittle = 1.0 / 16.0;
+  Choice choice;
+  choice.size = list_below(heights, margin, lowest, choice.vertices);
+  if (choice.size <= kMost) return choice;
+  choice.size = 0;
+  choice.add(lowest);
+  const Directions directions = spread_directions(heights.up);
+  if (turn < std::numeric_limits<double>::infinity()) {
+    for (const double share : {kLittle, 1.0}) add_tipped(heights, share * turn, directions, choice);
+  } else {
+    add_farthest(heights, margin, directions, choice);
   }
-  int n = choose_spanning(heights, std::min(margin, bottom + travel), chosen);
-  if (std::find(chosen.begin(), chosen.begin() + n, lowest) == chosen.begin() + n)
-    chosen[n++] = lowest;
-  return n;
+  std::sort(choice.vertices.begin(), choice.vertices.begin() + choice.size);
+  return choice;
 }
 
 }  // namespace
 
 void plane_convex_mesh(const Pose& X_WA, const Shape& b, const Pose& X_WB, double margin,
-                       double travel, Manifold& out) {
+                       double turn, Manifold& out) {
   const Plane plane(X_WA);
   const Heights heights{*b.mesh, X_WB.rotation.transpose() * plane.normal,
                         plane.height(X_WB.translation)};
   const int lowest = support_vertex(*b.mesh, -heights.up, 0);
   if (!(heights.at(lowest) < margin)) return;
-  VertexList chosen;
-  const int n = choose_vertices(heights, lowest, margin, travel, chosen);
-  for (int i = 0; i < n; ++i) plane.add(X_WB * b.mesh->vertices[chosen[i]], margin, out);
+  const Choice choice = choose_vertices(heights, lowest, margin, turn);
+  for (int i = 0; i < choice.size; ++i)
+    plane.add(X_WB * b.mesh->vertices[choice.vertices[i]], margin, out);
 }
 
 void plane_convex_mesh(const Shape&, const Pose& X_WA, const Shape& b, const Pose& X_WB,
                        double margin, Manifold& out) {
-  plane_convex_mesh(X_WA, b, X_WB, margin, margin, out);
+  plane_convex_mesh(X_WA, b, X_WB, margin, std::numeric_limits<double>::infinity(), out);
 }
 
 }  // namespace counterpoint::collision
