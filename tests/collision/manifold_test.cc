@@ -101,6 +101,69 @@ TEST(Plane, ManyVerticesAreReducedToEightThatSpan) {
   }
 }
 
+// How far the points reach in the direction in which they reach least, of 64.
+double least_reach(const Manifold& m) {
+  double least = 1e9;
+  for (int i = 0; i < 64; ++i) {
+    const Vector3 direction(std::cos(i * 0.1), std::sin(i * 0.1), 0);
+    double reach = 0.0;
+    for (int k = 0; k < m.size; ++k) reach = std::max(reach, m.points[k].position.dot(direction));
+    least = std::min(least, reach);
+  }
+  return least;
+}
+
+// A foot of radius 0.1 m whose bevel rises by 1 mm from the rim of its sole, at 0.08 m.
+TEST(Plane, AHullStandsOnItsSoleNotOnItsBevel) {
+  std::vector<Vector3> corners;
+  for (int i = 0; i < 24; ++i) {
+    const Vector3 out(std::cos(0.2618 * i), std::sin(0.2618 * i), 0.0);
+    corners.push_back(0.08 * out);
+    corners.push_back(0.1 * out + Vector3(0, 0, 1e-3));
+    corners.push_back(0.1 * out + Vector3(0, 0, 0.1));
+  }
+  const Shape foot = test::hull_shape(corners);
+  Manifold m;
+  pair_contacts(plane_shape(), Pose{}, foot, Pose{}, 0.01, m, 0.02);
+  EXPECT_GE(m.size, 7);  // the lowest may be one of seven
+  for (int k = 0; k < m.size; ++k) EXPECT_EQ(m.points[k].gap, 0.0);
+  EXPECT_GT(least_reach(m), 0.85 * 0.08);  // as above
+  // It has to tip by 1 mm / 0.02 m to stand on the bevel.
+  pair_contacts(plane_shape(), Pose{}, foot, Pose{}, 0.01, m, 0.06);
+  EXPECT_EQ(deepest(m).gap, 0.0);
+  EXPECT_GT(least_reach(m), 0.85 * 0.08);
+}
+
+// Tipped about its lowest point by no more than the turn asked for, a dense hull of radius r has no
+// vertex that is deeper than those of its manifold by more than r turn^2: along any direction between
+// two of seven it stands on a vertex that lies a quarter of r turn beside one of theirs.
+TEST(Plane, AHullTipsOntoItsManifold) {
+  std::mt19937 rng(11);
+  constexpr double kRadius = 0.1, kTurn = 0.05;
+  std::vector<Vector3> points;
+  for (int i = 0; i < 500; ++i) points.push_back(kRadius * random_pose(rng).rotation.col(0));
+  const Shape ball = test::hull_shape(points);
+  const double low = -support_height(ball, Pose{}, -Vector3::UnitZ());
+  Manifold m;
+  pair_contacts(plane_shape(), Pose{}, ball, at(0, 0, -low), 0.02, m, kTurn);
+  EXPECT_LT(m.size, 8);
+  const Vector3 pivot = deepest(m).position;
+  for (int i = 0; i < 64; ++i) {
+    const Vector3 axis(std::cos(i * 0.1), std::sin(i * 0.1), 0);
+    for (const double angle : {0.2 * kTurn, 0.5 * kTurn, kTurn}) {
+      const Matrix3 R = Eigen::AngleAxisd(angle, axis).toRotationMatrix();
+      const Pose tipped{R, pivot + R * (Vector3(0, 0, -low) - pivot)};
+      const double lowest = -support_height(ball, tipped, -Vector3::UnitZ());
+      double known = 1.0;
+      for (int k = 0; k < m.size; ++k) {
+        const Vector3 vertex = m.points[k].position + 0.5 * m.points[k].gap * Vector3::UnitZ();
+        known = std::min(known, (pivot + R * (vertex - pivot)).z());
+      }
+      EXPECT_LT(known - lowest, kRadius * kTurn * kTurn);
+    }
+  }
+}
+
 // The rectangle of overlap, for overlap, touching and separation, with any slight tilt.
 TEST(BoxBox, StackGivesTheOverlapRectangle) {
   std::mt19937 rng(3);
