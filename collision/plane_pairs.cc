@@ -126,13 +126,13 @@ Directions spread_directions(const Vector3& up) {
   return out;
 }
 
-// The lowest vertex and others, each once.
+// Vertices, each once, up to a number.
 struct Choice {
   VertexList vertices;
   int size = 0;
 
-  void add(int i) {
-    if (size == kMost ||
+  void add(int i, int most) {
+    if (size == most ||
         std::find(vertices.begin(), vertices.begin() + size, i) != vertices.begin() + size) {
       return;
     }
@@ -142,12 +142,12 @@ struct Choice {
 
 // Of the vertices below the margin those that lie farthest along the directions. By place only:
 // heights are noise where a body rests.
-void add_farthest(const Heights& heights, double margin, const Directions& directions,
+void add_farthest(const Heights& heights, int lowest, double margin, const Directions& directions,
                   Choice& choice) {
   std::array<double, kDirections> farthest;
   std::array<int, kDirections> best;
   farthest.fill(-std::numeric_limits<double>::infinity());
-  best.fill(choice.vertices[0]);
+  best.fill(lowest);
   const std::vector<Vector3>& vertices = heights.mesh.vertices;
   for (int i = 0; i < static_cast<int>(vertices.size()); ++i) {
     if (!(heights.at(i) < margin)) continue;
@@ -158,15 +158,14 @@ void add_farthest(const Heights& heights, double margin, const Directions& direc
       best[k] = i;
     }
   }
-  for (const int i : best) choice.add(i);
+  for (const int i : best) choice.add(i, kDirections);
 }
 
 // The vertices that would be the lowest if the mesh tipped by an angle along each direction.
-void add_tipped(const Heights& heights, double angle, const Directions& directions,
+void add_tipped(const Heights& heights, int lowest, double angle, const Directions& directions,
                 Choice& choice) {
-  const int lowest = choice.vertices[0];
   for (const Vector3& direction : directions)
-    choice.add(support_vertex(heights.mesh, angle * direction - heights.up, lowest));
+    choice.add(support_vertex(heights.mesh, angle * direction - heights.up, lowest), kDirections);
 }
 
 // The vertices below the margin. If these are too many the lowest, and those on which the mesh
@@ -178,14 +177,14 @@ Choice choose_vertices(const Heights& heights, int lowest, double margin, double
   choice.size = list_below(heights, margin, lowest, choice.vertices);
   if (choice.size <= kMost) return choice;
   choice.size = 0;
-  choice.add(lowest);
   const Directions directions = spread_directions(heights.up);
   if (turn < std::numeric_limits<double>::infinity()) {
-    for (const double share : {kLittle, 1.0}) add_tipped(heights, share * turn, directions, choice);
+    for (const double share : {kLittle, 1.0})
+      add_tipped(heights, lowest, share * turn, directions, choice);
   } else {
-    add_farthest(heights, margin, directions, choice);
+    add_farthest(heights, lowest, margin, directions, choice);
   }
-  std::sort(choice.vertices.begin(), choice.vertices.begin() + choice.size);
+  choice.add(lowest, kMost);  // the last, since noise decides which it is where a body rests
   return choice;
 }
 

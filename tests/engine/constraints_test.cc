@@ -17,8 +17,8 @@ TEST(RestingReach, IsWhatTheAccelerationClosesWithinMarginAndSmoothing) {
   options.smoothing = 1e-13;
   EXPECT_EQ(resting_reach(options, 2e-3), 500.0 * 2e-3 * 2e-3);
   EXPECT_EQ(resting_reach(options, 1e-2), 0.01);   // the margin
-  EXPECT_EQ(resting_reach(options, 1e-6), 5e-10);  // still more than 1e6 smoothing lengths
-  EXPECT_EQ(resting_reach(options, 1e-8), 1e-7);   // these
+  EXPECT_EQ(resting_reach(options, 1e-4), 500.0 * 1e-4 * 1e-4);
+  EXPECT_DOUBLE_EQ(resting_reach(options, 1e-6), 1e-7);  // 1e6 smoothing lengths
   options.smoothing = 1e-3;
   EXPECT_EQ(resting_reach(options, 2e-3), 0.01);
 }
