@@ -238,7 +238,7 @@ double difference(const Model& model, PinocchioAlgorithm algorithm, const States
 }
 
 void compare_robot(const std::filesystem::path& urdf, const Robot& robot,
-                   const PeerOptions& options, std::vector<PeerRow>& rows) {
+                   const PeerOptions& options, PeerTable& table) {
   SceneOverrides overrides;
   overrides.base = robot.floating ? Base::kFloating : Base::kFixed;
   const Scene scene = load_scene(urdf, overrides);
@@ -270,11 +270,11 @@ void compare_robot(const std::filesystem::path& urdf, const Robot& robot,
     const double error = difference(model, algorithm, states, best == 2 ? local_pair : pair, ours,
                                     best == 2 ? *local : *world);
     const std::string label = urdf.stem().string();
-    rows.push_back({"algorithms", label, name, "counterpoint", timing.seconds[0], 1.0, "difference",
-                    error, model.nv(), ""});
-    rows.push_back({"algorithms", label, name, "pinocchio", timing.seconds[best],
-                    1.0 / timing.ratio[best], "difference", error, model.nv(),
-                    two_ways ? (best == 2 ? "local" : "world") : ""});
+    table.add({"algorithms", label, name, "counterpoint", timing.seconds[0], 1.0, "difference",
+               error, model.nv(), ""});
+    table.add({"algorithms", label, name, "pinocchio", timing.seconds[best],
+               1.0 / timing.ratio[best], "difference", error, model.nv(),
+               two_ways ? (best == 2 ? "local" : "world") : ""});
   }
 }
 
@@ -287,11 +287,9 @@ std::filesystem::path find_below(const std::filesystem::path& folder, const std:
   return {};
 }
 
-std::vector<PeerRow> compare_algorithms(const PeerOptions& options) {
-  std::vector<PeerRow> rows;
+void compare_algorithms(const PeerOptions& options, PeerTable& table) {
   if (peers::pinocchio_version().empty()) {
     fmt::print("Skipped: algorithms. Pinocchio was not found when this was built.\n");
-    return rows;
   }
   for (const Robot& robot : kRobots) {
     const std::filesystem::path urdf = find_below(options.robots, robot.urdf);
@@ -300,9 +298,8 @@ std::vector<PeerRow> compare_algorithms(const PeerOptions& options) {
                  options.robots.empty() ? "--robots was not given" : options.robots.string());
       continue;
     }
-    compare_robot(urdf, robot, options, rows);
+    compare_robot(urdf, robot, options, table);
   }
-  return rows;
 }
 
 }  // namespace counterpoint::apps

@@ -22,31 +22,6 @@ struct Arguments {
   std::filesystem::path csv, svg;
 };
 
-void print(const PeerRow& row) {
-  const std::string time =
-      std::isfinite(row.seconds)
-          ? fmt::format("{:10.3f} us   ours / this {:5.2f}", 1e6 * row.seconds, row.ratio)
-          : std::string(32, ' ');
-  fmt::print("{:26} nv {:4} {:10} {:17} {}   {} {:.2g} {}\n", row.scene, row.nv, row.quantity,
-             row.engine, time, row.quality, row.error, row.remark);
-}
-
-std::ofstream open(const std::filesystem::path& file) {
-  if (file.has_parent_path()) std::filesystem::create_directories(file.parent_path());
-  std::ofstream out(file);
-  if (!out) throw std::runtime_error(file.string() + ": cannot be written");
-  return out;
-}
-
-void write_csv(const std::filesystem::path& file, const std::vector<PeerRow>& rows) {
-  std::ofstream out = open(file);
-  out << "table,scene,nv,quantity,engine,microseconds,ours_over_this,quality,error,remark\n";
-  for (const PeerRow& row : rows)
-    out << fmt::format("{},{},{},{},{},{:.6g},{:.4g},{},{:.3g},{}\n", row.table, row.scene, row.nv,
-                       row.quantity, row.engine, 1e6 * row.seconds, row.ratio, row.quality,
-                       row.error, row.remark);
-}
-
 /// Time over the number of velocities, a curve an engine and quantity.
 void write_svg(const std::filesystem::path& file, const std::vector<PeerRow>& rows) {
   Chart chart;
@@ -70,7 +45,9 @@ void write_svg(const std::filesystem::path& file, const std::vector<PeerRow>& ro
     for (const auto& [nv, time] : points) curve.add(nv, time);
     chart.curves.push_back(curve);
   }
-  open(file) << svg(chart);
+  std::ofstream out(file);
+  out << svg(chart);
+  if (!out.flush()) throw std::runtime_error(file.string() + ": cannot be written");
 }
 
 int run(int argc, char** argv) {
@@ -94,16 +71,17 @@ int run(int argc, char** argv) {
   };
   fmt::print("Counterpoint: {}\nPinocchio: {}\nMuJoCo: {}\n", COUNTERPOINT_FLAGS,
              named(peers::pinocchio_version()), named(peers::mujoco_version()));
-  std::vector<PeerRow> rows;
+  PeerTable figures(arguments.csv);
   for (const std::string& table : arguments.tables) {
-    const std::vector<PeerRow> more = table == "algorithms" ? compare_algorithms(options)
-                                      : table == "steps"    ? compare_steps(options)
-                                                            : compare_scale(options);
-    for (const PeerRow& row : more) print(row);
-    rows.insert(rows.end(), more.begin(), more.end());
-    if (!arguments.csv.empty()) write_csv(arguments.csv, rows);
+    if (table == "algorithms") {
+      compare_algorithms(options, figures);
+    } else if (table == "steps") {
+      compare_steps(options, figures);
+    } else {
+      compare_scale(options, figures);
+    }
   }
-  if (!arguments.svg.empty()) write_svg(arguments.svg, rows);
+  if (!arguments.svg.empty()) write_svg(arguments.svg, figures.rows());
   return 0;
 }
 

@@ -25,6 +25,8 @@ using peers::MujocoMoment;
 using peers::MujocoSettings;
 
 constexpr int kChunk = 25;  ///< steps at a time
+/// Velocities up to which MuJoCo is run: its time a body grows beyond some hundred.
+constexpr int kLargestForPeers = 6000;
 
 /// One engine on one scene.
 class Runner {
@@ -194,7 +196,7 @@ struct Wanted {
 
 template <class Work>
 void time_them(const std::vector<std::unique_ptr<Runner>>& runners, const Wanted& wanted,
-               const std::string& quantity, int nv, Work work, std::vector<PeerRow>& rows) {
+               const std::string& quantity, int nv, Work work, PeerTable& table) {
   std::vector<std::vector<double>> seconds(runners.size()), ratio(runners.size());
   for (int round = 0; round < wanted.rounds; ++round) {
     for (const auto& runner : runners) runner->reset();
@@ -206,42 +208,47 @@ void time_them(const std::vector<std::unique_ptr<Runner>>& runners, const Wanted
   }
   const bool inverse = quantity == "inverse";
   for (std::size_t i = 0; i < runners.size(); ++i)
-    rows.push_back({wanted.table, wanted.label, quantity, runners[i]->name(), median(seconds[i]),
-                    median(ratio[i]), inverse ? "unexplained force" : "overlap [m]",
-                    inverse ? runners[i]->inverse_error() : runners[i]->penetration, nv, ""});
+    table.add({wanted.table, wanted.label, quantity, runners[i]->name(), median(seconds[i]),
+               median(ratio[i]), inverse ? "unexplained force" : "overlap [m]",
+               inverse ? runners[i]->inverse_error() : runners[i]->penetration, nv, ""});
 }
 
-void compare_scene(const Scene& scene, const Wanted& wanted, std::vector<PeerRow>& rows) {
+void compare_scene(const Scene& scene, const Wanted& wanted, PeerTable& table) {
   std::vector<std::unique_ptr<Runner>> runners;
+  // Each is gone through before the next is made: memory is what was allocated meanwhile.
   runners.push_back(std::make_unique<OurRunner>(scene));
+  runners.back()->record(wanted.steps);
   if (peers::mujoco_version().empty()) {
     fmt::print("Skipped: MuJoCo, which was not found when this was built.\n");
+  } else if (scene.model.nv() > kLargestForPeers) {
+    fmt::print("Skipped: MuJoCo, beyond {} velocities.\n", kLargestForPeers);
   } else {
-    for (const MujocoSettings settings : {MujocoSettings::kDefault, MujocoSettings::kElliptic})
+    for (const MujocoSettings settings : {MujocoSettings::kDefault, MujocoSettings::kElliptic}) {
       runners.push_back(std::make_unique<MujocoRunner>(scene, settings));
+      runners.back()->record(wanted.steps);
+    }
   }
-  for (const auto& runner : runners) runner->record(wanted.steps);
   const int nv = scene.model.nv();
   time_them(
       runners, wanted, "step", nv, [](Runner& runner, int, int count) { runner.steps(count); },
-      rows);
+      table);
   time_them(
       runners, wanted, "inverse", nv,
-      [](Runner& runner, int begin, int count) { runner.inverses(begin, count); }, rows);
+      [](Runner& runner, int begin, int count) { runner.inverses(begin, count); }, table);
   if (wanted.table != "scale") return;
   for (const auto& runner : runners)
-    rows.push_back({wanted.table, wanted.label, "memory", runner->name(),
-                    std::numeric_limits<double>::quiet_NaN(),
-                    std::numeric_limits<double>::quiet_NaN(), "bytes a body",
-                    static_cast<double>(runner->memory()) / scene.model.num_joints(), nv, ""});
+    table.add({wanted.table, wanted.label, "memory", runner->name(),
+               std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::quiet_NaN(),
+               "bytes a body", static_cast<double>(runner->memory()) / scene.model.num_joints(), nv,
+               ""});
 }
 
 /// A failure of one scene is said, and the others go on.
-void try_scene(const Scene& scene, const Wanted& wanted, std::vector<PeerRow>& rows) {
+void try_scene(const Scene& scene, const Wanted& wanted, PeerTable& table) {
   fmt::print("{} ...\n", wanted.label);
   std::fflush(stdout);
   try {
-    compare_scene(scene, wanted, rows);
+    compare_scene(scene, wanted, table);
   } catch (const std::exception& error) {
     fmt::print("Skipped: {}: {}\n", wanted.label, error.what());
   }
@@ -283,11 +290,10 @@ Scene many(const PeerOptions& options, const std::string& model, const std::stri
 
 }  // namespace
 
-std::vector<PeerRow> compare_steps(const PeerOptions& options) {
-  std::vector<PeerRow> rows;
+void compare_steps(const PeerOptions& options, PeerTable& table) {
   for (const char* name : {"humanoid_drop", "stack_5", "pyramid_5", "grid_5", "pack_4"}) {
     const Scene scene = load_scene(options.scenes / (std::string(name) + ".yaml"));
-    try_scene(scene, {"steps", name, steps_of(scene, options), options.step_rounds}, rows);
+    try_scene(scene, {"steps", name, steps_of(scene, options), options.step_rounds}, table);
   }
   for (const char* name : {"anymal.urdf", "solo12.urdf", "go2.urdf"}) {
     const std::filesystem::path urdf = find_below(options.robots, name);
@@ -297,14 +303,13 @@ std::vector<PeerRow> compare_steps(const PeerOptions& options) {
     }
     const Scene scene = dropped(urdf);
     try_scene(scene, {"steps", urdf.stem().string(), steps_of(scene, options), options.step_rounds},
-              rows);
+              table);
   }
-  return rows;
 }
 
-std::vector<PeerRow> compare_scale(const PeerOptions& options) {
-  std::vector<PeerRow> rows;
-  for (const int count : {1, 4, 22, 100}) {
+void compare_scale(const PeerOptions& options, PeerTable& table) {
+  const auto rounds = [&](int count, int few) { return count < few ? options.step_rounds : 1; };
+  for (const int count : {1, 4, 22, 100, 300, 1000}) {
     std::string text;
     for (int row = 0; row * 10 < count; ++row)
       text += fmt::format(
@@ -312,9 +317,9 @@ std::vector<PeerRow> compare_scale(const PeerOptions& options) {
           "spacing: [2, 0, 0]}}}}\n",
           row, 2 * row, std::min(10, count - 10 * row));
     const Scene scene = many(options, "humanoid.urdf", text);
-    try_scene(scene, {"scale", fmt::format("{} humanoids", count), 250, count > 50 ? 3 : 5}, rows);
+    try_scene(scene, {"scale", fmt::format("{} humanoids", count), 250, rounds(count, 100)}, table);
   }
-  for (const int count : {100, 400, 1000, 2000}) {
+  for (const int count : {100, 400, 1000, 4000, 10000}) {
     std::string text;
     for (int column = 0; column * 10 < count; ++column)
       text += fmt::format(
@@ -323,9 +328,8 @@ std::vector<PeerRow> compare_scale(const PeerOptions& options) {
           "count: 10, spacing: [0, 0, 0.201]}}}}\n",
           column, 0.4 * (column % 16), 0.4 * (column / 16));
     const Scene scene = many(options, "cube.urdf", text);
-    try_scene(scene, {"scale", fmt::format("{} boxes", count), 50, 3}, rows);
+    try_scene(scene, {"scale", fmt::format("{} boxes", count), 50, rounds(count, 1000)}, table);
   }
-  return rows;
 }
 
 }  // namespace counterpoint::apps

@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace counterpoint::apps {
@@ -21,6 +22,20 @@ struct PeerRow {
   std::string remark;
 };
 
+/// The figures so far: each is printed and written as soon as it is there.
+class PeerTable {
+ public:
+  /// csv: file that holds every figure; empty: none.
+  explicit PeerTable(std::filesystem::path csv) : csv_(std::move(csv)) {}
+  /// @throws std::runtime_error if the file cannot be written.
+  void add(const PeerRow& row);
+  const std::vector<PeerRow>& rows() const { return rows_; }
+
+ private:
+  std::filesystem::path csv_;
+  std::vector<PeerRow> rows_;
+};
+
 struct PeerOptions {
   std::filesystem::path scenes;  ///< our data/scenes
   std::filesystem::path robots;  ///< folder of URDFs searched for robots by name; may be empty
@@ -30,14 +45,15 @@ struct PeerOptions {
   double duration = 2.0;         ///< longest trajectory [s]
 };
 
-/// RNEA, ABA, CRBA and poses against Pinocchio; empty without it.
-std::vector<PeerRow> compare_algorithms(const PeerOptions& options);
+/// RNEA, ABA, CRBA and poses against Pinocchio; nothing without it.
+void compare_algorithms(const PeerOptions& options, PeerTable& table);
 
 /// Steps forward and inverse against MuJoCo; ours alone without it.
-std::vector<PeerRow> compare_steps(const PeerOptions& options);
+void compare_steps(const PeerOptions& options, PeerTable& table);
 
-/// The same from one robot to a hundred and from a hundred boxes to two thousand, and memory.
-std::vector<PeerRow> compare_scale(const PeerOptions& options);
+/// The same from one robot to a thousand and from a hundred boxes to ten thousand, and memory;
+/// MuJoCo up to kLargestForPeers velocities.
+void compare_scale(const PeerOptions& options, PeerTable& table);
 
 /// A file of this name anywhere below `folder`, or empty.
 std::filesystem::path find_below(const std::filesystem::path& folder, const std::string& name);

@@ -1,0 +1,40 @@
+#include "tables.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <cstdio>
+#include <fstream>
+#include <stdexcept>
+
+namespace counterpoint::apps {
+namespace {
+
+void print(const PeerRow& row) {
+  const std::string time =
+      std::isfinite(row.seconds)
+          ? fmt::format("{:10.3f} us   ours / this {:5.2f}", 1e6 * row.seconds, row.ratio)
+          : std::string(32, ' ');
+  fmt::print("{:26} nv {:4} {:10} {:17} {}   {} {:.2g} {}\n", row.scene, row.nv, row.quantity,
+             row.engine, time, row.quality, row.error, row.remark);
+  std::fflush(stdout);
+}
+
+}  // namespace
+
+void PeerTable::add(const PeerRow& row) {
+  print(row);
+  rows_.push_back(row);
+  if (csv_.empty()) return;
+  const bool first = rows_.size() == 1;
+  if (first && csv_.has_parent_path()) std::filesystem::create_directories(csv_.parent_path());
+  std::ofstream out(csv_, first ? std::ios::trunc : std::ios::app);
+  if (first)
+    out << "table,scene,nv,quantity,engine,microseconds,ours_over_this,quality,error,remark\n";
+  out << fmt::format("{},{},{},{},{},{:.6g},{:.4g},{},{:.3g},{}\n", row.table, row.scene, row.nv,
+                     row.quantity, row.engine, 1e6 * row.seconds, row.ratio, row.quality, row.error,
+                     row.remark);
+  if (!out.flush()) throw std::runtime_error(csv_.string() + ": cannot be written");
+}
+
+}  // namespace counterpoint::apps
