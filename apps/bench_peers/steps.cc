@@ -273,13 +273,16 @@ Scene dropped(const std::filesystem::path& urdf) {
   return scene;
 }
 
-/// A scene file of our robots, many times over.
-Scene many(const PeerOptions& options, const std::string& model, const std::string& text) {
+/// A scene file of our robots, many times over. The ground has their friction: MuJoCo then chooses
+/// pairs by itself, without a list of all of them.
+Scene many(const PeerOptions& options, const std::string& model, double friction,
+           const std::string& text) {
   const std::filesystem::path file =
       std::filesystem::temp_directory_path() / fmt::format("counterpoint_bench_{}.yaml", getpid());
   {
     std::ofstream out(file);
-    out << "time_step: 0.002\nduration: 2\nground: {friction: 0.8}\nmodels:\n"
+    out << fmt::format("time_step: 0.002\nduration: 2\nground: {{friction: {}}}\nmodels:\n",
+                       friction)
         << fmt::format(fmt::runtime(text),
                        (options.scenes / ".." / "robots" / model).lexically_normal().string());
   }
@@ -316,7 +319,7 @@ void compare_scale(const PeerOptions& options, PeerTable& table) {
           "  - {{{{urdf: {{0}}, name: row{}_, base: floating, position: [0, {}, 0.96], count: {}, "
           "spacing: [2, 0, 0]}}}}\n",
           row, 2 * row, std::min(10, count - 10 * row));
-    const Scene scene = many(options, "humanoid.urdf", text);
+    const Scene scene = many(options, "humanoid.urdf", 0.8, text);
     try_scene(scene, {"scale", fmt::format("{} humanoids", count), 250, rounds(count, 100)}, table);
   }
   for (const int count : {100, 400, 1000, 4000, 10000}) {
@@ -327,7 +330,7 @@ void compare_scale(const PeerOptions& options, PeerTable& table) {
           "0.101], "
           "count: 10, spacing: [0, 0, 0.201]}}}}\n",
           column, 0.4 * (column % 16), 0.4 * (column / 16));
-    const Scene scene = many(options, "cube.urdf", text);
+    const Scene scene = many(options, "cube.urdf", 0.5, text);
     try_scene(scene, {"scale", fmt::format("{} boxes", count), 50, rounds(count, 1000)}, table);
   }
 }

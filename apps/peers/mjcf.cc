@@ -64,7 +64,7 @@ class Writer {
 
   std::string write() {
     refuse();
-    by_surface_ = on_.has(Effect::kContacts) && alike();
+    by_surface_ = on_.has(Effect::kContacts) && same_surfaces();
     out_ = "<mujoco model='scene'>\n";
     options();
     assets();
@@ -276,47 +276,44 @@ class Writer {
     return filter_.enabled(static_cast<int>(a), static_cast<int>(b));
   }
 
-  /// Would MuJoCo's own choice of pairs, with friction by surface, be ours? It joins two surfaces
-  /// by the larger friction, leaves out parent and child unless that is the world, and knows
-  /// exclusions of bodies only (excluded_bodies_).
-  bool alike() {
+  /// Would MuJoCo's own friction of pairs be ours? It joins two surfaces by the larger friction.
+  bool same_surfaces() const {
     const auto& g = model_.geometries();
-    for (const Geometry& geometry : g) {
-      if (surface(geometry.material, on_) != surface(g[0].material, on_)) return false;
-    }
-    std::set<std::pair<int, int>> some, not_all;
-    for (std::size_t a = 0; a < g.size(); ++a) {
-      for (std::size_t b = a + 1; b < g.size(); ++b) {
-        const int i = std::min(g[a].body, g[b].body), j = std::max(g[a].body, g[b].body);
-        if (i == j) continue;
-        const bool joined = i > 0 && model_.body(j).parent == i;
-        const bool on = enabled(a, b);
-        if (on && joined) return false;
-        if (!joined) (on ? some : not_all).emplace(i, j);
-      }
-    }
-    for (const auto& pair : not_all) {
-      if (some.count(pair)) return false;
-      excluded_bodies_.push_back(pair);
-    }
-    return true;
+    return std::all_of(g.begin(), g.end(), [&](const Geometry& geometry) {
+      return surface(geometry.material, on_) == surface(g[0].material, on_);
+    });
   }
 
+  /// Of surfaces that are all alike MuJoCo chooses the pairs itself; it leaves out parent and child
+  /// unless that is the world. It is told of bodies that do not meet in all of their geometries,
+  /// and which of these do; of other surfaces, of every pair.
   void contacts() {
     if (!on_.has(Effect::kContacts)) return;
     line("<contact>");
-    if (by_surface_) {
-      for (const auto& [i, j] : excluded_bodies_)
-        line("<exclude body1='{}' body2='{}'/>", body_name(i), body_name(j));
-    } else {
-      const auto& g = model_.geometries();
-      for (std::size_t a = 0; a < g.size(); ++a) {
-        for (std::size_t b = a + 1; b < g.size(); ++b) {
-          if (enabled(a, b))
-            line("<pair geom1='g{}' geom2='g{}' {}/>", a, b,
-                 surface(combine_materials(g[a].material, g[b].material), on_, true));
-        }
+    const auto& g = model_.geometries();
+    std::vector<std::pair<std::size_t, std::size_t>> told;
+    std::set<std::pair<int, int>> apart;
+    std::vector<std::vector<std::size_t>> of_body(model_.bodies().size());
+    for (std::size_t a = 0; a < g.size(); ++a) {
+      of_body[static_cast<std::size_t>(g[a].body)].push_back(a);
+      for (std::size_t b = a + 1; b < g.size(); ++b) {
+        const int i = std::min(g[a].body, g[b].body), j = std::max(g[a].body, g[b].body);
+        const bool joined = i > 0 && model_.body(j).parent == i;
+        const bool on = enabled(a, b);
+        if (on && (!by_surface_ || joined)) told.emplace_back(a, b);
+        if (by_surface_ && !on && !joined && i != j) apart.emplace(i, j);
       }
+    }
+    for (const auto& [i, j] : apart) {
+      line("<exclude body1='{}' body2='{}'/>", body_name(i), body_name(j));
+      for (const std::size_t a : of_body[static_cast<std::size_t>(i)]) {
+        for (const std::size_t b : of_body[static_cast<std::size_t>(j)])
+          if (enabled(a, b)) told.emplace_back(a, b);
+      }
+    }
+    for (const auto& [a, b] : told) {
+      line("<pair geom1='g{}' geom2='g{}' {}/>", a, b,
+           surface(combine_materials(g[a].material, g[b].material), on_, true));
     }
     line("</contact>");
   }
@@ -388,7 +385,6 @@ class Writer {
   bool by_surface_ = false;  ///< MuJoCo chooses pairs and friction itself
   std::string integrator_, out_;
   std::map<const ConvexMesh*, std::size_t> meshes_;
-  std::vector<std::pair<int, int>> excluded_bodies_;
 };
 
 }  // namespace
