@@ -42,7 +42,7 @@ class IslandSolver {
   bool run_mixed_newton(int max_iterations);
   bool run_interior_point(int max_iterations);
   bool run_homotopy(const HomotopyManner& manner);
-  void come_from(double regularizer_factor, Method method);
+  void come_from(double regularizer_factor, Method method, int max_steps);
   void follow_in_turn(std::span<const HomotopyManner> manners);
   void finish_while_contracting();
   void finish(int max_iterations);
@@ -59,7 +59,7 @@ class IslandSolver {
   Settings settings_;
   Method method_ = Method::kNewton;
   Newton::Result result_, best_;
-  std::vector<double> start_, w_, f_, best_w_, best_f_;
+  std::vector<double> start_, w_, f_, best_w_, best_f_, regularizer_;
   MixedSystem::Point point_;
 };
 
