@@ -40,6 +40,7 @@ double share_of(double rate) {
 
 FastTrees::FastTrees(const Model& model)
     : q_(VectorX::Zero(model.nq())),
+      plain_(VectorX::Zero(model.nv())),
       change_(VectorX::Zero(model.nv())),
       reached_(VectorX::Zero(model.nv())),
       zero_(VectorX::Zero(model.nv())),
@@ -53,24 +54,17 @@ FastTrees::FastTrees(const Model& model)
     scratch_.emplace(model);
 }
 
-void FastTrees::apply(const Model& model, double h, const VectorRef& q, const VectorRef& v,
-                      const VectorX& rotors, BodyRange bodies, Data& data) {
-  for (int i = bodies.begin; i < bodies.end;) {
-    const int t = model.body(i).tree;
-    const Tree& tree = model.trees()[t];
-    i = tree.body_end;
-    if (!corrected_[t]) continue;
-    double fastest = 0.0;
-    for (int k = tree.body_begin; k < tree.body_end; ++k)
-      fastest = std::max(fastest, data.V[k].angular.squaredNorm());
-    const double share = share_of(h * fastest);
-    if (data.has_mean_force[tree.body_begin]) {
-      for (int k = tree.body_begin; k < tree.body_end; ++k) data.has_mean_force[k] = 0;
-      data.mean_rotor_force.segment(tree.v_begin, tree.v_end - tree.v_begin).setZero();
-    }
-    if (share > 0.0 && find_change(model, h, q, v, rotors, tree, share, data))
-      set_force(model, h, rotors, tree, data);
-  }
+double FastTrees::apply(const Model& model, double h, const VectorRef& q, const VectorRef& v,
+                        bool foreseen, const VectorX& rotors, int t, Data& data) {
+  if (!corrected_[t]) return 0.0;
+  const Tree& tree = model.trees()[t];
+  double fastest = 0.0;
+  for (int k = tree.body_begin; k < tree.body_end; ++k)
+    fastest = std::max(fastest, data.V[k].angular.squaredNorm());
+  const double share = share_of(h * fastest / (foreseen ? kForeseen : 1.0));
+  if (!(share > 0.0) || !find_change(model, h, q, v, rotors, tree, share, data)) return 0.0;
+  set_force(model, h, rotors, tree, data);
+  return share;
 }
 
 bool FastTrees::find_change(const Model& model, double h, const VectorRef& q, const VectorRef& v,
@@ -81,22 +75,22 @@ bool FastTrees::find_change(const Model& model, double h, const VectorRef& q, co
   const TreeMotion start = motion_of(model, tree, rotors, v, data);
   const bool had_external = std::exchange(data.has_external, false);
   added_.swap(data.added);
-  const bool regular = aba(model, zero_, rotors, Vector3::Zero(), bodies, data, change_);
+  const bool regular = aba(model, zero_, rotors, Vector3::Zero(), bodies, data, plain_);
   added_.swap(data.added);
   data.has_external = had_external;
   if (!regular) return false;
 
-  auto change = change_.segment(begin, size);
-  change *= h;
+  auto plain = plain_.segment(begin, size);
+  plain *= h;
   const auto w = v.segment(begin, size);
-  reached_.segment(begin, size) = w + change;
+  reached_.segment(begin, size) = w + plain;
   const TreeMotion end = keep_energy(model, h, q, rotors, tree, start.internal_energy());
   auto reached = reached_.segment(begin, size);
   if (start.floats) {  // the joint's axes are those of its frame
     const Matrix3& R_WJ = model.body(bodies.begin).X_PJ.rotation;
     reached.head<3>() += R_WJ.transpose() * (start.momentum - end.momentum) / start.mass;
   }
-  change += share * (reached - w - change);
+  change_.segment(begin, size) = share * (reached - w);
   return true;
 }
 

@@ -1,15 +1,17 @@
 // Trees that turn fast keep the kinetic energy that velocity-dependent forces cannot change.
 //
 // Coriolis, centrifugal and gyroscopic forces, taken at the start of a step, do work on a tree, in
-// proportion to h omega^2 of its energy a second: enough to drive a whip or a flailing leg to
-// infinity. So for trees that turn fast their mean over the step stands for them, M (w_free - w) /
-// h, where w_free is what they alone would lead to, moved along itself to where the kinetic energy
-// at the pose reached is that of the start (projection: Hairer, Lubich, Wanner 2006, IV.4); if the
-// tree floats, with the motion of its centre of mass held. Below kSlow nothing is done, from kFast
-// on all of it, in between a smooth share. It depends on (q, w) alone: the inverse knows it.
+// proportion to h omega^2 of its energy a second; taken in its middle (mid_velocity.h) they do none
+// of first order, but still drive a whip or a flailing leg to infinity once a step turns it too
+// far. So for trees that turn fast the mean of what they alone would do stands for them, M (w_free
+// - w) / h, where w_free is what they alone would lead to, moved along itself to where the kinetic
+// energy at the pose reached is that of the start (projection: Hairer, Lubich, Wanner 2006, IV.4);
+// if the tree floats, with the motion of its centre of mass held. Below kSlow nothing is done, from
+// kFast on all of it, in between a smooth share; of trees with a forecast at kForeseen times these
+// rates. It depends on (q, w) alone: the inverse knows it.
 //
-// Trees with closures are left as they are: what the forces add at the start of the step is about
-// what the closures take (measured: docs/decisions.md).
+// Trees with closures are left to mid_velocity.h: the impulses of closures take most of what the
+// forces alone would do, so what these do without them is no guide (measured: docs/decisions.md).
 #pragma once
 
 #include <optional>
@@ -35,15 +37,20 @@ struct TreeMotion {
 class FastTrees {
  public:
   static constexpr double kSlow = 0.1, kFast = 0.3;  ///< of h omega^2 [1/s]
+  static constexpr double kForeseen = 3.0;
 
   explicit FastTrees(const Model& model);
 
-  /// Fills data.has_mean_force, mean_force and mean_rotor_force, and makes c zero where there is
-  /// one, of the trees of more than one body and no closure in `bodies`, for a step of h [s] from
-  /// (q, v). rotors (nv): what is added to the diagonal of M. Needs compute_poses and
-  /// compute_velocities.
-  void apply(const Model& model, double h, const VectorRef& q, const VectorRef& v,
-             const VectorX& rotors, BodyRange bodies, Data& data);
+  /// The share that this correction has of a tree's velocity-dependent forces, 0 ... 1, for a step
+  /// of h [s] from (q, v); that share of the mean forces into data.has_mean_force, mean_force and
+  /// mean_rotor_force, and c zero, where it is not 0. foreseen: the tree has a forecast. rotors
+  /// (nv): what is added to the diagonal of M. Needs compute_poses and compute_velocities.
+  double apply(const Model& model, double h, const VectorRef& q, const VectorRef& v, bool foreseen,
+               const VectorX& rotors, int t, Data& data);
+
+  /// nv: what the forces at the start of the step alone would change of the velocity [m/s, rad/s],
+  /// of the trees whose share is not 0.
+  const VectorX& plain_change() const { return plain_; }
 
  private:
   /// False if M is singular.
@@ -55,7 +62,8 @@ class FastTrees {
 
   std::optional<Data> scratch_;  ///< if a tree can be corrected
   VectorX q_;
-  VectorX change_;   ///< of velocity, by these forces alone
+  VectorX plain_;    ///< change of velocity by these forces, as they are at the start
+  VectorX change_;   ///< the share of that which keeps the energy
   VectorX reached_;  ///< velocity
   VectorX zero_;
   std::vector<AddedInertia> added_;  ///< empty

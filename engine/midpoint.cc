@@ -1,5 +1,6 @@
 #include "counterpoint/engine/midpoint.h"
 
+#include <algorithm>
 #include <limits>
 
 #include "counterpoint/engine/aba.h"
@@ -59,11 +60,23 @@ void solve_middle(const Model& model, EffectSet effects, double h, const State& 
 
 }  // namespace
 
+void forecast_ties(const Model& model, EffectSet effects, double h, const VectorRef& q,
+                   const VectorRef& v, Workspace::Impl& ws) {
+  ws.forecast.forget();
+  const Vector3 gravity = set_body_forces(model, effects, ws);
+  if (!ws.data.has_coriolis || ws.constraints.empty()) return;
+  std::fill(ws.data.has_mean_force.begin(), ws.data.has_mean_force.end(), 0);
+  const BodyRange all = moving_bodies(model);
+  ws.forecast.find(model, effects, Forecast::Of::kTied, 0.5 * h, q, v, gravity, ws.constraints,
+                   {&all, 1}, ws.data);
+}
+
 Vector3 set_middle(const Model& model, EffectSet effects, double h, const VectorRef& q,
                    const VectorRef& middle, const std::vector<ExternalWrench>& wrenches,
                    Workspace::Impl& ws) {
-  integrate_configuration(model, q, middle, 0.5 * h, ws.q_middle);
-  return set_forces_at(model, effects, ws.q_middle, middle, wrenches, ws);
+  ws.other = middle + ws.forecast.change_by_ties();
+  integrate_configuration(model, q, ws.other, 0.5 * h, ws.q_middle);
+  return set_forces_at(model, effects, ws.q_middle, ws.other, wrenches, ws);
 }
 
 void step_midpoint(const Model& model, const SimulationOptions& options, EffectSet effects,
@@ -71,6 +84,7 @@ void step_midpoint(const Model& model, const SimulationOptions& options, EffectS
                    Workspace::Impl& ws, State& next, StepReport& report) {
   refuse_limited_servos(model, effects);
   const double h = options.time_step;
+  forecast_ties(model, effects, h, state.q, state.v, ws);
   next.v = state.v;
   solve_middle(model, effects, h, state, input, ws, next.v, report);
   next.q = state.q;

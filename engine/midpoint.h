@@ -36,6 +36,11 @@ void find_middle(const Model& model, EffectSet effects, double h, const VectorRe
                  const VectorRef& v, const VectorRef& v_next, const Input& known,
                  Workspace::Impl& ws, VectorX& middle);
 
+/// What closures and mimic joints will make of w_m as far as (q, v) tells, into ws.forecast. Needs
+/// ws.data and ws.constraints as they are at (q, v).
+void forecast_ties(const Model& model, EffectSet effects, double h, const VectorRef& q,
+                   const VectorRef& v, Workspace::Impl& ws);
+
 /// Puts q_m and w_m into ws.data, and what acts on bodies there; returns gravity [m/s^2].
 Vector3 set_middle(const Model& model, EffectSet effects, double h, const VectorRef& q,
                    const VectorRef& middle, const std::vector<ExternalWrench>& wrenches,

@@ -28,6 +28,19 @@ VelocityRange velocities(const Model& model, BodyRange bodies) {
   return {begin, last.v_index + joint_nv(last.joint_type) - begin};
 }
 
+/// The share of a tree's velocity-dependent forces that fast_trees leaves, and what the rest of its
+/// acceleration makes of them, at the velocity in the middle of the step where it has a forecast.
+void add_rest(const Model& model, const VectorRef& v, int t, double share, Workspace::Impl& ws) {
+  const Tree& tree = model.trees()[t];
+  const auto part = Eigen::seqN(tree.v_begin, tree.v_end - tree.v_begin);
+  const bool covered = ws.forecast.covers(t);
+  auto other = ws.other(part);
+  other = v(part) * (1.0 - share);
+  if (covered) other += ws.forecast.velocity()(part) - v(part);
+  if (covered && share > 0.0) other -= share * ws.fast_trees.plain_change()(part);
+  ws.mid_velocity.add_force(model, v, ws.other, tree, ws.data);
+}
+
 }  // namespace
 
 void set_external(const std::vector<ExternalWrench>& wrenches, EffectSet effects,
@@ -88,10 +101,23 @@ void set_mean_forces(const Model& model, EffectSet effects, double h, const Vect
                      const VectorRef& v, const Vector3& gravity, std::span<const BodyRange> ranges,
                      Workspace::Impl& ws) {
   if (!ws.data.has_coriolis) return;
+  Data& data = ws.data;
+  data.mean_rotor_force.setZero();
+  for (const BodyRange& bodies : ranges) {
+    for (int i = bodies.begin; i < bodies.end; ++i) data.has_mean_force[i] = 0;
+    ws.free_flight.apply(model, h, v, gravity, bodies, data);
+  }
+  ws.forecast.find(model, effects, Forecast::Of::kLinkages, h, q, v, gravity, ws.constraints,
+                   ranges, data);
   const VectorX& rotors = rotor_inertia(model, effects, ws);
   for (const BodyRange& bodies : ranges) {
-    ws.free_flight.apply(model, h, v, gravity, bodies, ws.data);
-    ws.fast_trees.apply(model, h, q, v, rotors, bodies, ws.data);
+    for (int i = bodies.begin; i < bodies.end;) {
+      const int t = model.body(i).tree;
+      i = model.trees()[t].body_end;
+      const bool foreseen = ws.forecast.covers(t);
+      const double share = ws.fast_trees.apply(model, h, q, v, foreseen, rotors, t, data);
+      if (foreseen || share > 0.0) add_rest(model, v, t, share, ws);
+    }
   }
 }
 

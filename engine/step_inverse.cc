@@ -93,6 +93,7 @@ void invert_euler(const Model& model, EffectSet effects, double h, const VectorR
 void invert_midpoint(const Model& model, EffectSet effects, double h, const VectorRef& q,
                      const VectorRef& v, const VectorRef& v_next, const Input& known,
                      Workspace::Impl& ws, Inverse& out) {
+  forecast_ties(model, effects, h, q, v, ws);
   find_middle(model, effects, h, q, v, v_next, known, ws, ws.middle);
   const Vector3 gravity = set_middle(model, effects, h, q, ws.middle, known.wrenches, ws);
   ws.acceleration = (ws.middle - v) / (0.5 * h);

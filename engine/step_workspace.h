@@ -4,7 +4,9 @@
 #include "counterpoint/engine/assemble.h"
 #include "counterpoint/engine/constraints.h"
 #include "counterpoint/engine/fast_trees.h"
+#include "counterpoint/engine/forecast.h"
 #include "counterpoint/engine/free_flight.h"
+#include "counterpoint/engine/mid_velocity.h"
 #include "counterpoint/engine/recovery.h"
 #include "counterpoint/engine/sleep.h"
 #include "counterpoint/engine/state_check.h"
@@ -35,7 +37,10 @@ struct Workspace::Impl {
         finder(model, compute_inverse_weights(model, data)),
         sleepers(model),
         free_flight(model),
+        forecast(model),
+        mid_velocity(model),
         fast_trees(model),
+        other(VectorX::Zero(model.nv())),
         displacement(VectorX::Zero(model.nv())),
         velocity(model.num_bodies()),
         body_impulse(model.num_bodies()),
@@ -56,7 +61,10 @@ struct Workspace::Impl {
   // forward
   Sleepers sleepers;
   FreeFlight free_flight;
+  Forecast forecast;
+  MidVelocity mid_velocity;
   FastTrees fast_trees;
+  VectorX other;  ///< nv: what velocity-dependent forces are taken at beside w
   std::vector<int> block_of_tree;
   contact::Problem problem;
   contact::Solver solver;

@@ -126,7 +126,7 @@ def mechanism_files():
     files = {}
     for more in (four_bar(), slider_crank(), bricard(), geared(), hung_chain(), ball_chain(), crane()):
         files.update(more)
-    for name in ("bricard", "ball_chain"):
+    for name in ("bricard", "hung_chain", "ball_chain"):
         text = files[f"scenes/hard/{name}.yaml"]
         files[f"scenes/hard/{name}_midpoint.yaml"] = text.replace(
             f"name: {name}\n", f"name: {name}_midpoint\nintegrator: implicit_midpoint\n")

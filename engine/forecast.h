@@ -1,0 +1,63 @@
+// Where a step will take the velocities, as far as (q, w) tells.
+//
+// Gravity, velocity-dependent forces, the joints' own springs and dampers, closures and mimic
+// joints are functions of (q, w), and so is the velocity that they lead to. Forces that want the
+// velocity in the middle of a step (mid_velocity.h, midpoint.h) take it from here, and the inverse,
+// which knows (q, w), comes to the same one. What is applied is left out, since the inverse is to
+// find it; trees with servos, and those that contacts, limits or dry friction touch in the step,
+// get no forecast: without what holds them it would be wrong.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "counterpoint/contact/solver.h"
+#include "counterpoint/engine/constraints.h"
+#include "counterpoint/engine/data.h"
+#include "counterpoint/model/effect.h"
+
+namespace counterpoint {
+
+class Forecast {
+ public:
+  explicit Forecast(const Model& model);
+
+  /// Which trees a forecast is asked for.
+  enum class Of { kLinkages, kTied };  ///< of several bodies; under closures or mimic joints
+
+  /// For a step of h [s] from (q, v), gravity [m/s^2], constraints as found there, smooth forces
+  /// over `span` [s] of it before the impulses; for those trees in `ranges` that turn. Needs
+  /// compute_poses, compute_velocities and free_flight.h's mean forces; compute_inertias of what
+  /// is asked for is done here. aba's scratch in `data` is overwritten.
+  void find(const Model& model, EffectSet effects, Of of, double span, const VectorRef& q,
+            const VectorRef& v, const Vector3& gravity, const ConstraintSet& constraints,
+            std::span<const BodyRange> ranges, Data& data);
+
+  /// Covers nothing.
+  void forget();
+
+  bool covers(int tree) const { return covered_[tree]; }
+  /// nv: at the end of the step [m/s, rad/s]; of covered trees.
+  const VectorX& velocity() const { return velocity_; }
+  /// nv: what closures and mimic joints change of it [m/s, rad/s]; zero of trees not covered.
+  const VectorX& change_by_ties() const { return tied_; }
+
+ private:
+  void choose(const Model& model, Of of, const ConstraintSet& constraints,
+              std::span<const BodyRange> ranges, const Data& data);
+  void gather_ties(const Model& model, const ConstraintSet& constraints);
+  bool solve_ties(const Model& model, Data& data);
+
+  std::vector<char> with_servo_;     ///< by tree
+  std::vector<char> covered_;        ///< by tree
+  std::vector<char> needed_;         ///< by tree: covered, or tied to one that is
+  std::vector<AddedInertia> added_;  ///< empty
+  ConstraintSet ties_;               ///< closures and mimic joints of what is needed
+  VectorX tau_, diagonal_, acceleration_, velocity_, tied_;
+  std::vector<int> block_of_tree_;
+  contact::Problem problem_;
+  contact::Solver solver_;
+  VectorX w_, impulse_;  ///< grown only, see Workspace::Impl
+};
+
+}  // namespace counterpoint
