@@ -38,8 +38,10 @@ void Newton::begin(IslandSystem& system) {
   for (auto* v : {&y_, &y_step_, &y_trial_}) v->resize(m);
   hessian_.resize(system.hessian_size());
   totals_.iterations = totals_.line_search_evaluations = 0;
-  totals_.residual_history.clear();
-  totals_.cost_history.clear();
+  for (auto* history : {&totals_.residual_history, &totals_.cost_history}) {
+    history->reserve(kUsualHistory);
+    history->clear();
+  }
 }
 
 // Of the point that evaluate_residual saw last.

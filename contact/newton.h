@@ -13,6 +13,9 @@
 
 namespace counterpoint::contact {
 
+/// Room for the steps of a solve: histories do not allocate in the middle of a run.
+inline constexpr std::size_t kUsualHistory = 256;
+
 class Newton {
  public:
   struct Result {

@@ -110,7 +110,6 @@ struct Solver::Impl {
 
 Solver::Solver() : impl_(std::make_unique<Impl>()) {
   // Longer histories than any seen so far would otherwise allocate in the middle of a run.
-  constexpr size_t kUsualHistory = 256;
   impl_->report.residual_history.reserve(kUsualHistory);
   impl_->report.cost_history.reserve(kUsualHistory);
 }

@@ -14,26 +14,51 @@
 namespace counterpoint {
 namespace {
 
-TreeMotion motion_of(const Model& model, const Tree& tree, const VectorX& rotors,
-                     const VectorRef& v, const Data& data) {
+/// Up to this angle a step [rad] the energy kept is that of velocities at the time of the pose,
+/// from twice of it on that of (q, w) as they are, half a step apart; a smooth share between.
+constexpr double kSmallTurn = 0.03;
+
+double smooth_step(double x) {
+  x = std::clamp(x, 0.0, 1.0);
+  return x * x * (3.0 - 2.0 * x);
+}
+
+/// The energy is that which mid_velocity.h keeps: else a tree that goes to and fro between slow and
+/// fast is heated or cooled by the difference, as by an engine. h: the step, if the tree has a
+/// forecast; else 0: its forces at the start of the step keep no energy anyway.
+TreeMotion motion_of(const Model& model, const Tree& tree, const VectorX& rotors, double h,
+                     const VectorRef& v, Data& data) {
   TreeMotion motion;
   motion.floats = model.body(tree.body_begin).joint_type == JointType::kFloating;
+  double fastest = 0.0, work = 0.0;  // of velocity-dependent forces, a second
+  Vector3 force = Vector3::Zero();   // theirs on the whole
   for (int i = tree.body_begin; i < tree.body_end; ++i) {
-    const Force momentum = data.inertia[i] * data.V[i];
+    const Motion& V = data.V[i];
+    const Force momentum = data.inertia[i] * V;
     motion.momentum += momentum.force;
     motion.mass += model.body(i).inertia.mass;
-    motion.energy += 0.5 * dot(data.V[i], momentum);
+    motion.energy += 0.5 * dot(V, momentum);
+    if (h == 0.0) continue;
+    Motion A = data.c[i];
+    if (model.body(i).parent != 0) A += shift(data.A[model.body(i).parent], data.arm[i]);
+    data.A[i] = A;
+    const Force inertial = data.inertia[i] * A;
+    work -= dot(V, inertial);
+    force -= inertial.force + V.angular.cross(momentum.force);
+    fastest = std::max(fastest, V.angular.squaredNorm());
   }
   const int begin = tree.v_begin, size = tree.v_end - tree.v_begin;
   motion.energy += 0.5 * v.segment(begin, size).cwiseAbs2().dot(rotors.segment(begin, size));
+  if (motion.floats) motion.energy -= 0.5 * motion.momentum.squaredNorm() / motion.mass;
+  if (motion.floats) work -= motion.momentum.dot(force) / motion.mass;
+  const double turn = h * std::sqrt(fastest);
+  motion.energy += (1.0 - smooth_step((turn - kSmallTurn) / kSmallTurn)) * 0.5 * h * work;
   return motion;
 }
 
 /// How much of the correction a tree gets; rate: h omega^2 [1/s].
 double share_of(double rate) {
-  const double x =
-      std::clamp((rate - FastTrees::kSlow) / (FastTrees::kFast - FastTrees::kSlow), 0.0, 1.0);
-  return x * x * (3.0 - 2.0 * x);
+  return smooth_step((rate - FastTrees::kSlow) / (FastTrees::kFast - FastTrees::kSlow));
 }
 
 }  // namespace
@@ -62,17 +87,19 @@ double FastTrees::apply(const Model& model, double h, const VectorRef& q, const 
   for (int k = tree.body_begin; k < tree.body_end; ++k)
     fastest = std::max(fastest, data.V[k].angular.squaredNorm());
   const double share = share_of(h * fastest / (foreseen ? kForeseen : 1.0));
-  if (!(share > 0.0) || !find_change(model, h, q, v, rotors, tree, share, data)) return 0.0;
+  if (!(share > 0.0) || !find_change(model, h, q, v, foreseen, rotors, tree, share, data))
+    return 0.0;
   set_force(model, h, rotors, tree, data);
   return share;
 }
 
 bool FastTrees::find_change(const Model& model, double h, const VectorRef& q, const VectorRef& v,
-                            const VectorX& rotors, const Tree& tree, double share, Data& data) {
+                            bool foreseen, const VectorX& rotors, const Tree& tree, double share,
+                            Data& data) {
   const BodyRange bodies = {tree.body_begin, tree.body_end};
   const int begin = tree.v_begin, size = tree.v_end - tree.v_begin;
   compute_inertias(model, bodies, data);
-  const TreeMotion start = motion_of(model, tree, rotors, v, data);
+  const TreeMotion start = motion_of(model, tree, rotors, foreseen ? h : 0.0, v, data);
   const bool had_external = std::exchange(data.has_external, false);
   added_.swap(data.added);
   const bool regular = aba(model, zero_, rotors, Vector3::Zero(), bodies, data, plain_);
@@ -84,7 +111,7 @@ bool FastTrees::find_change(const Model& model, double h, const VectorRef& q, co
   plain *= h;
   const auto w = v.segment(begin, size);
   reached_.segment(begin, size) = w + plain;
-  const TreeMotion end = keep_energy(model, h, q, rotors, tree, start.internal_energy());
+  const TreeMotion end = keep_energy(model, h, q, foreseen, rotors, tree, start.energy);
   auto reached = reached_.segment(begin, size);
   if (start.floats) {  // the joint's axes are those of its frame
     const Matrix3& R_WJ = model.body(bodies.begin).X_PJ.rotation;
@@ -97,7 +124,7 @@ bool FastTrees::find_change(const Model& model, double h, const VectorRef& q, co
 // Scales reached_ so that the kinetic energy at the pose that it leads to from q is `energy`.
 // A root in one variable that exists, since the energy goes from 0 to infinity with the scale: by
 // secants from 1, kept in a bracket.
-TreeMotion FastTrees::keep_energy(const Model& model, double h, const VectorRef& q,
+TreeMotion FastTrees::keep_energy(const Model& model, double h, const VectorRef& q, bool foreseen,
                                   const VectorX& rotors, const Tree& tree, double energy) {
   constexpr double kTolerance = 1e-7;  // of speeds; 1e-4 of the energy in a second of 2 ms steps
   constexpr int kMaxTrials = 60;
@@ -110,8 +137,8 @@ TreeMotion FastTrees::keep_energy(const Model& model, double h, const VectorRef&
     compute_poses(model, q_, bodies, *scratch_);
     compute_velocities(model, reached_, bodies, *scratch_);
     compute_inertias(model, bodies, *scratch_);
-    motion = motion_of(model, tree, rotors, reached_, *scratch_);
-    return energy > 0.0 ? std::sqrt(std::max(0.0, motion.internal_energy()) / energy) - 1.0 : 0.0;
+    motion = motion_of(model, tree, rotors, foreseen ? h : 0.0, reached_, *scratch_);
+    return energy > 0.0 ? std::sqrt(std::max(0.0, motion.energy) / energy) - 1.0 : 0.0;
   };
   double low = 0.0, high = std::numeric_limits<double>::infinity();
   double before = 0.0, excess_before = -1.0, scale = 1.0;

@@ -25,13 +25,8 @@ namespace counterpoint {
 struct TreeMotion {
   Vector3 momentum = Vector3::Zero();  ///< linear [kg m/s]
   double mass = 0.0;
-  double energy = 0.0;  ///< kinetic [J]
+  double energy = 0.0;  ///< kinetic [J], less that of the centre of mass where that is free to move
   bool floats = false;
-
-  /// Less that of the centre of mass, where that is free to move.
-  double internal_energy() const {
-    return floats ? energy - 0.5 * momentum.squaredNorm() / mass : energy;
-  }
 };
 
 class FastTrees {
@@ -55,9 +50,10 @@ class FastTrees {
  private:
   /// False if M is singular.
   bool find_change(const Model& model, double h, const VectorRef& q, const VectorRef& v,
-                   const VectorX& rotors, const Tree& tree, double share, Data& data);
-  TreeMotion keep_energy(const Model& model, double h, const VectorRef& q, const VectorX& rotors,
-                         const Tree& tree, double energy);
+                   bool foreseen, const VectorX& rotors, const Tree& tree, double share,
+                   Data& data);
+  TreeMotion keep_energy(const Model& model, double h, const VectorRef& q, bool foreseen,
+                         const VectorX& rotors, const Tree& tree, double energy);
   void set_force(const Model& model, double h, const VectorX& rotors, const Tree& tree, Data& data);
 
   std::optional<Data> scratch_;  ///< if a tree can be corrected

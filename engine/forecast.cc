@@ -52,15 +52,17 @@ void Forecast::forget() {
 }
 
 /// The trees to cover: those asked for that turn, without servos, untouched by what is no tie.
-void Forecast::choose(const Model& model, Of of, const ConstraintSet& constraints,
-                      std::span<const BodyRange> ranges, const Data& data) {
+void Forecast::choose(const Model& model, EffectSet effects, Of of,
+                      const ConstraintSet& constraints, std::span<const BodyRange> ranges,
+                      const Data& data) {
+  const bool servos = effects.has(Effect::kServos);
   for (const BodyRange& bodies : ranges) {
     for (int i = bodies.begin; i < bodies.end;) {
       const int t = model.body(i).tree;
       const Tree& tree = model.trees()[t];
       i = tree.body_end;
       const bool asked = of == Of::kTied || tree.body_end - tree.body_begin > 1;
-      covered_[t] = asked && !with_servo_[t] && turns(tree, data);
+      covered_[t] = asked && !(servos && with_servo_[t]) && turns(tree, data);
     }
   }
   needed_.assign(needed_.size(), 0);
@@ -127,7 +129,7 @@ void Forecast::find(const Model& model, EffectSet effects, Of of, double span, c
                     const VectorRef& v, const Vector3& gravity, const ConstraintSet& constraints,
                     std::span<const BodyRange> ranges, Data& data) {
   forget();
-  choose(model, of, constraints, ranges, data);
+  choose(model, effects, of, constraints, ranges, data);
   if (std::find(covered_.begin(), covered_.end(), 1) == covered_.end()) return;
   gather_ties(model, constraints);
   tau_.setZero();

@@ -43,7 +43,7 @@ class Forecast {
   const VectorX& change_by_ties() const { return tied_; }
 
  private:
-  void choose(const Model& model, Of of, const ConstraintSet& constraints,
+  void choose(const Model& model, EffectSet effects, Of of, const ConstraintSet& constraints,
               std::span<const BodyRange> ranges, const Data& data);
   void gather_ties(const Model& model, const ConstraintSet& constraints);
   bool solve_ties(const Model& model, Data& data);
