@@ -1,9 +1,13 @@
 // The implicit midpoint rule: second order, symmetric, with constraints.
 //
-//   smooth forces   M(q_m) a = n(q_m, w_m) + u - D w_m,    w_m = w + h a / 2
-//                   q_m = q (+) (h / 2) w_m
+//   smooth forces   M(q_m) a = n(q_m, w_m + p) + u - D w_m,    w_m = w + h a / 2
+//                   q_m = q (+) (h / 2) (w_m + p)
 //   impulses        (M(q) + h D) (w_c - w_m) = J' f(J w_c + b)
 //                   q+ = q (+) h w_c,    w+ = w_c + h a / 2
+//
+// p: what closures and mimic joints will make of w_m as far as (q, w) tells (forecast.h). Forces at
+// w_m alone would be those before these impulses, off by half of them, and feed energy into or out
+// of a linkage for ever.
 //
 // D: what dampers, springs and servos take per velocity, kd + h kp / 2. In both lines together
 // these forces are those at w_c, the mean velocity of the step: a servo that a contact holds still

@@ -118,8 +118,8 @@ const Impact& ImpactSolver::solve(const VectorX& q, const VectorX& v) {
   s.inertia.diagonal() += s.model.armature();
   out.energy_before = 0.5 * v.dot(s.inertia * v);
   if (!s.constraints.pairs.empty()) {
-    assemble_problem(s.model, s.constraints, v, VectorX::Zero(s.model.nv()), s.data,
-                     s.block_of_tree, s.problem);
+    assemble_problem(s.model, s.constraints, v, s.model.armature(), s.data, s.block_of_tree,
+                     s.problem);
     VectorX w = s.problem.free_velocity(), impulse(s.problem.num_rows());
     const contact::Report& solved = s.solver.solve(s.problem, {}, w, impulse);
     if (!contact::succeeded(solved.status))

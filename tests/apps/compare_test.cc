@@ -231,6 +231,54 @@ TEST(Compare, ImpactsOfABallAreThoseOfTheClosedForm) {
   EXPECT_EQ(folder.json("r.json")["median"]["velocity_error_m_s"], 0.0);
 }
 
+/// A ball of 2 kg slides up and down on a cart of 1 kg, whose rotor is felt as 3 kg along the rail:
+/// what friction takes at the ground slows 6 kg.
+TEST(Compare, ImpactsMoveRotorsToo) {
+  const CommandFolder folder("compare_impact_rotor");
+  constexpr double kFriction = 0.2, kRestitution = 0.5;
+  const auto link = [](const std::string& name, double mass, const std::string& more) {
+    return fmt::format(
+        "<link name=\"{}\"><inertial><mass value=\"{}\"/><inertia ixx=\"0.01\" ixy=\"0\" ixz=\"0\" "
+        "iyy=\"0.01\" iyz=\"0\" izz=\"0.01\"/></inertial>{}</link>",
+        name, mass, more);
+  };
+  const auto slide = [](const std::string& name, const std::string& parent,
+                        const std::string& child, const std::string& axis) {
+    return fmt::format(
+        "<joint name=\"{}\" type=\"prismatic\"><parent link=\"{}\"/><child link=\"{}\"/>"
+        "<axis xyz=\"{}\"/><limit lower=\"-9\" upper=\"9\" effort=\"9\" velocity=\"9\"/></joint>",
+        name, parent, child, axis);
+  };
+  folder.write("cart.urdf",
+               "<robot name=\"cart\"><link name=\"rail\"/>" + link("cart", 1.0, "") +
+                   link("ball", 2.0,
+                        "<collision><geometry><sphere radius=\"0.1\"/></geometry></collision>") +
+                   slide("along", "rail", "cart", "1 0 0") + slide("up", "cart", "ball", "0 0 1") +
+                   "</robot>");
+  folder.write("cart.yaml", fmt::format("gravity: [0, 0, -9.81]\nground: {{friction: {0}, "
+                                        "restitution: {1}}}\nmodels:\n  - {{urdf: cart.urdf, "
+                                        "friction: {0}, restitution: {1}, dynamics: {{along: "
+                                        "{{armature: 3}}}}}}\n",
+                                        kFriction, kRestitution));
+  folder.write("map.yaml",
+               "columns: {up.q: z, along.v: vx, up.v: vz}\nafter: {along.v: ux, up.v: uz}\n");
+  std::string csv = "z,vx,vz,ux,uz\n";
+  for (int k = 0; k < 4; ++k) {
+    const double vx = 1.0 + 0.2 * k, vz = -1.0 - 0.1 * k;
+    const double impulse = 2.0 * (1.0 + kRestitution) * -vz;
+    csv += fmt::format("0.1,{},{},{:.17g},{:.17g}\n", vx, vz, vx - kFriction * impulse / 6.0,
+                       -kRestitution * vz);
+  }
+  folder.write("impacts.csv", csv);
+  const CommandResult result =
+      folder.run("compare {}/cart.yaml {}/impacts.csv --columns {}/map.yaml --json {}/r.json");
+  ASSERT_EQ(result.exit_code, 0) << result.errors;
+  const nlohmann::json report = folder.json("r.json");
+  ASSERT_EQ(report["recordings"].size(), 4u);
+  // Contacts give by their compliance, 1e-6 of an impulse.
+  for (const nlohmann::json& one : report["recordings"]) EXPECT_LT(one["velocity_error_m_s"], 2e-5);
+}
+
 TEST(Compare, SaysWhatIsWrongInAMapOfImpacts) {
   const CommandFolder folder("compare_impact_map");
   record_impacts(folder, 0.08, 0.5);
