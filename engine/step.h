@@ -86,11 +86,12 @@ struct Inverse {
 };
 
 /// Recovers the applied force from (q, v) at the start and v_next at the end of a step. Needs no
-/// optimization, no mass matrix: O(bodies + contacts). All sizes as in State. `known`: what is
-/// known of the input, wrenches and servo targets (its applied force is not used); without it there
-/// are no wrenches, and the targets are the model's. Where a motor was at its effort limit the
-/// force recovered is the one on the limit (servos.h, effort_limits.h). q_next: coordinates at the
-/// end, needed by implicit_midpoint where there are constraints, else not looked at and may be
+/// optimization, no mass matrix: O(bodies + contacts), but for linkages with closures, whose
+/// velocity-dependent forces take a linear solve (forecast.h). All sizes as in State. `known`: what
+/// is known of the input, wrenches and servo targets (its applied force is not used); without it
+/// there are no wrenches, and the targets are the model's. Where a motor was at its effort limit
+/// the force recovered is the one on the limit (servos.h, effort_limits.h). q_next: coordinates at
+/// the end, needed by implicit_midpoint where there are constraints, else not looked at and may be
 /// null. @throws InputError for an integrator without inverse.
 void step_inverse(const Model& model, const SimulationOptions& options, VectorRef q, VectorRef v,
                   VectorRef q_next, VectorRef v_next, const Input& known, Workspace& workspace,
