@@ -190,13 +190,14 @@ void ConstraintFinder::find_candidates(const Model& model, const SimulationOptio
   for (int round = 0; round < kMaxRounds; ++round) {
     for (int b = 0; b < model.num_bodies(); ++b) margin_[b] = slack_[b] + travel_[b];
     collider_.compute_candidates(data.X_WB, margin_, candidates_, travel_, idle.bodies);
-    if (!spread_travel(model, kFastTravel * reach)) return;
+    if (!spread_travel(model, kFastTravel * reach, kFastTravel * options.contact.margin)) return;
   }
 }
 
 /// Gives bodies that a fast one may strike within the step its travel, and all of their trees: they
-/// may go as fast. False if none is that fast (threshold [m]), or nothing changed.
-bool ConstraintFinder::spread_travel(const Model& model, double threshold) {
+/// may go as fast. False if none is that fast (threshold [m]; for the fast one's own tree, whose
+/// slack knows of impacts elsewhere in it, own_threshold), or nothing changed.
+bool ConstraintFinder::spread_travel(const Model& model, double threshold, double own_threshold) {
   bool changed = false;
   for (bool again = true; again;) {
     again = false;
@@ -205,9 +206,12 @@ bool ConstraintFinder::spread_travel(const Model& model, double threshold) {
                              model.geometries()[c.geometry_b].body};
       const double travel = std::max(travel_[bodies[0]], travel_[bodies[1]]);
       if (travel < threshold) continue;
+      const int fast = travel_[bodies[0]] >= travel_[bodies[1]] ? bodies[0] : bodies[1];
       for (const int body : bodies) {
         if (body == 0) continue;
-        const Tree& tree = model.trees()[model.body(body).tree];
+        const int index = model.body(body).tree;
+        if (index == model.body(fast).tree && travel < own_threshold) continue;
+        const Tree& tree = model.trees()[index];
         for (int k = tree.body_begin; k < tree.body_end; ++k) {
           if (travel_[k] >= travel) continue;
           travel_[k] = travel;

@@ -102,7 +102,7 @@ class ConstraintFinder {
  private:
   void find_candidates(const Model& model, const SimulationOptions& options, EffectSet effects,
                        const Data& data, Idle idle);
-  bool spread_travel(const Model& model, double threshold);
+  bool spread_travel(const Model& model, double threshold, double own_threshold);
   void find_contacts(const Model& model, const SimulationOptions& options, EffectSet effects,
                      const Data& data, ConstraintSet& out, EffectCounts& counts, Idle idle);
 
