@@ -310,29 +310,65 @@ void compare_steps(const PeerOptions& options, PeerTable& table) {
   }
 }
 
+namespace {
+
+Scene humanoids(const PeerOptions& options, int count) {
+  std::string text;
+  for (int row = 0; row * 10 < count; ++row)
+    text += fmt::format(
+        "  - {{{{urdf: {{0}}, name: row{}_, base: floating, position: [0, {}, 0.96], count: {}, "
+        "spacing: [2, 0, 0]}}}}\n",
+        row, 2 * row, std::min(10, count - 10 * row));
+  return many(options, "humanoid.urdf", 0.8, text);
+}
+
+/// Columns of ten.
+Scene boxes(const PeerOptions& options, int count) {
+  std::string text;
+  for (int column = 0; column * 10 < count; ++column)
+    text += fmt::format(
+        "  - {{{{urdf: {{0}}, name: column{}_, base: floating, position: [{:.1f}, {:.1f}, 0.101], "
+        "count: 10, spacing: [0, 0, 0.201]}}}}\n",
+        column, 0.4 * (column % 16), 0.4 * (column / 16));
+  return many(options, "cube.urdf", 0.5, text);
+}
+
+/// Ours in all sizes in turn, a few steps of each: seconds for one of `counts`, and over the first.
+void compare_sizes(const char* what, const std::vector<int>& counts, int steps,
+                   Scene make(const PeerOptions&, int), const PeerOptions& options,
+                   PeerTable& table) {
+  std::vector<std::unique_ptr<Runner>> runners;
+  for (const int count : counts)
+    runners.push_back(std::make_unique<OurRunner>(make(options, count)));
+  std::vector<std::vector<double>> seconds(runners.size()), growth(runners.size());
+  for (int round = 0; round < options.step_rounds; ++round) {
+    for (const auto& runner : runners) runner->reset();
+    const std::vector<double> once =
+        one_round(runners, steps, [](Runner& runner, int, int count) { runner.steps(count); });
+    for (std::size_t i = 0; i < runners.size(); ++i) {
+      seconds[i].push_back(once[i] / counts[i]);
+      growth[i].push_back(seconds[i].back() / seconds[0].back());
+    }
+  }
+  for (std::size_t i = 0; i < runners.size(); ++i)
+    table.add({"growth", fmt::format("{} {}", counts[i], what), "step of one", runners[i]->name(),
+               median(seconds[i]), 1.0, "over the first", median(growth[i]), 0, ""});
+}
+
+}  // namespace
+
 void compare_scale(const PeerOptions& options, PeerTable& table) {
   const auto rounds = [&](int count, int few) { return count < few ? options.step_rounds : 1; };
-  for (const int count : {1, 4, 22, 100, 300, 1000}) {
-    std::string text;
-    for (int row = 0; row * 10 < count; ++row)
-      text += fmt::format(
-          "  - {{{{urdf: {{0}}, name: row{}_, base: floating, position: [0, {}, 0.96], count: {}, "
-          "spacing: [2, 0, 0]}}}}\n",
-          row, 2 * row, std::min(10, count - 10 * row));
-    const Scene scene = many(options, "humanoid.urdf", 0.8, text);
-    try_scene(scene, {"scale", fmt::format("{} humanoids", count), 250, rounds(count, 100)}, table);
-  }
-  for (const int count : {100, 400, 1000, 4000, 10000}) {
-    std::string text;
-    for (int column = 0; column * 10 < count; ++column)
-      text += fmt::format(
-          "  - {{{{urdf: {{0}}, name: column{}_, base: floating, position: [{:.1f}, {:.1f}, "
-          "0.101], "
-          "count: 10, spacing: [0, 0, 0.201]}}}}\n",
-          column, 0.4 * (column % 16), 0.4 * (column / 16));
-    const Scene scene = many(options, "cube.urdf", 0.5, text);
-    try_scene(scene, {"scale", fmt::format("{} boxes", count), 50, rounds(count, 1000)}, table);
-  }
+  const std::vector<int> humanoid_counts = {1, 4, 22, 100, 300, 1000};
+  const std::vector<int> box_counts = {100, 400, 1000, 4000, 10000};
+  compare_sizes("humanoids", humanoid_counts, 250, humanoids, options, table);
+  compare_sizes("boxes", box_counts, 50, boxes, options, table);
+  for (const int count : humanoid_counts)
+    try_scene(humanoids(options, count),
+              {"scale", fmt::format("{} humanoids", count), 250, rounds(count, 100)}, table);
+  for (const int count : box_counts)
+    try_scene(boxes(options, count),
+              {"scale", fmt::format("{} boxes", count), 50, rounds(count, 1000)}, table);
 }
 
 }  // namespace counterpoint::apps

@@ -52,7 +52,7 @@ void compare_algorithms(const PeerOptions& options, PeerTable& table);
 void compare_steps(const PeerOptions& options, PeerTable& table);
 
 /// The same from one robot to a thousand and from a hundred boxes to ten thousand, and memory;
-/// MuJoCo up to kLargestForPeers velocities.
+/// MuJoCo up to kLargestForPeers velocities. Before them ours in all sizes in turn ("growth").
 void compare_scale(const PeerOptions& options, PeerTable& table);
 
 /// A file of this name anywhere below `folder`, or empty.
