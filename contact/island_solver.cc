@@ -104,11 +104,12 @@ bool IslandSolver::run_interior_point(int max_iterations) {
 }
 
 // From the start.
-bool IslandSolver::run_homotopy(const HomotopyManner& manner) {
+bool IslandSolver::run_homotopy(const HomotopyManner& manner, int max_iterations) {
   mixed_system_.begin(*system_, manner.sigma_share, manner.detour);
   point_.w = start_;
-  const auto result = homotopy_.run(mixed_system_, mixed_newton_, manner.least_cosine,
-                                    std::min(kHomotopySteps, steps_left()), point_);
+  const auto result =
+      homotopy_.run(mixed_system_, mixed_newton_, manner.least_cosine,
+                    std::min({kHomotopySteps, max_iterations, steps_left()}), point_);
   newton_.count(result.iterations);
   w_ = point_.w;
   return result.solved;
@@ -130,7 +131,7 @@ void IslandSolver::attempt(Method method, int max_iterations) {
       arrived = run_interior_point(max_iterations);
       break;
     case Method::kHomotopy:
-      arrived = run_homotopy(kManner);
+      arrived = run_homotopy(kManner, max_iterations);
       break;
   }
   if (arrived) finish(kFinishSteps);
@@ -147,7 +148,7 @@ void IslandSolver::come_from(double regularizer_factor, Method method, int max_s
   }
   if (method != Method::kHomotopy) guess_point();
   const bool there =
-      method == Method::kHomotopy ? run_homotopy(kManner) : run_mixed_newton(max_steps);
+      method == Method::kHomotopy ? run_homotopy(kManner, max_steps) : run_mixed_newton(max_steps);
   auto own = regularizer_.begin();
   for (auto& c : system_->constraints()) c.law.regularizer = *own++;
   mixed_system_.begin(*system_);
@@ -158,7 +159,7 @@ void IslandSolver::follow_in_turn(std::span<const HomotopyManner> manners) {
   for (const HomotopyManner& manner : manners) {
     if (!unsolved()) return;
     method_ = Method::kHomotopy;
-    if (run_homotopy(manner)) finish(kFinishSteps);
+    if (run_homotopy(manner, kHomotopySteps)) finish(kFinishSteps);
   }
 }
 

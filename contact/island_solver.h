@@ -41,7 +41,7 @@ class IslandSolver {
   void guess_point();
   bool run_mixed_newton(int max_iterations);
   bool run_interior_point(int max_iterations);
-  bool run_homotopy(const HomotopyManner& manner);
+  bool run_homotopy(const HomotopyManner& manner, int max_iterations);
   void come_from(double regularizer_factor, Method method, int max_steps);
   void follow_in_turn(std::span<const HomotopyManner> manners);
   void finish_while_contracting();

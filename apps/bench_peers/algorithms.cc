@@ -290,6 +290,7 @@ std::filesystem::path find_below(const std::filesystem::path& folder, const std:
 void compare_algorithms(const PeerOptions& options, PeerTable& table) {
   if (peers::pinocchio_version().empty()) {
     fmt::print("Skipped: algorithms. Pinocchio was not found when this was built.\n");
+    return;
   }
   for (const Robot& robot : kRobots) {
     const std::filesystem::path urdf = find_below(options.robots, robot.urdf);

@@ -5,7 +5,6 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <set>
 
 #include "chart.h"
@@ -45,9 +44,7 @@ void write_svg(const std::filesystem::path& file, const std::vector<PeerRow>& ro
     for (const auto& [nv, time] : points) curve.add(nv, time);
     chart.curves.push_back(curve);
   }
-  std::ofstream out(file);
-  out << svg(chart);
-  if (!out.flush()) throw std::runtime_error(file.string() + ": cannot be written");
+  open_figures(file, std::ios::trunc) << svg(chart);
 }
 
 int run(int argc, char** argv) {

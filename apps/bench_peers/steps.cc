@@ -273,22 +273,39 @@ Scene dropped(const std::filesystem::path& urdf) {
   return scene;
 }
 
-/// A scene file of our robots, many times over. The ground has their friction: MuJoCo then chooses
-/// pairs by itself, without a list of all of them.
-Scene many(const PeerOptions& options, const std::string& model, double friction,
-           const std::string& text) {
+/// So many of our robots, in rows of ten at most: place(row, size) says where each stands. The
+/// ground has their friction: MuJoCo then chooses pairs by itself, without a list of all of them.
+template <class Place>
+Scene many(const PeerOptions& options, const std::string& robot, double friction, int count,
+           Place place) {
+  const std::string urdf = (options.scenes / ".." / "robots" / robot).lexically_normal().string();
   const std::filesystem::path file =
       std::filesystem::temp_directory_path() / fmt::format("counterpoint_bench_{}.yaml", getpid());
   {
     std::ofstream out(file);
     out << fmt::format("time_step: 0.002\nduration: 2\nground: {{friction: {}}}\nmodels:\n",
-                       friction)
-        << fmt::format(fmt::runtime(text),
-                       (options.scenes / ".." / "robots" / model).lexically_normal().string());
+                       friction);
+    for (int row = 0; row * 10 < count; ++row)
+      out << fmt::format("  - {{urdf: {}, name: row{}_, base: floating, {}}}\n", urdf, row,
+                         place(row, std::min(10, count - 10 * row)));
   }
   Scene scene = load_scene(file);
   std::filesystem::remove(file);
   return scene;
+}
+
+Scene humanoids(const PeerOptions& options, int count) {
+  return many(options, "humanoid.urdf", 0.8, count, [](int row, int size) {
+    return fmt::format("position: [0, {}, 0.96], count: {}, spacing: [2, 0, 0]", 2 * row, size);
+  });
+}
+
+/// Columns of ten.
+Scene boxes(const PeerOptions& options, int count) {
+  return many(options, "cube.urdf", 0.5, count, [](int row, int size) {
+    return fmt::format("position: [{:.1f}, {:.1f}, 0.101], count: {}, spacing: [0, 0, 0.201]",
+                       0.4 * (row % 16), 0.4 * (row / 16), size);
+  });
 }
 
 }  // namespace
@@ -311,27 +328,6 @@ void compare_steps(const PeerOptions& options, PeerTable& table) {
 }
 
 namespace {
-
-Scene humanoids(const PeerOptions& options, int count) {
-  std::string text;
-  for (int row = 0; row * 10 < count; ++row)
-    text += fmt::format(
-        "  - {{{{urdf: {{0}}, name: row{}_, base: floating, position: [0, {}, 0.96], count: {}, "
-        "spacing: [2, 0, 0]}}}}\n",
-        row, 2 * row, std::min(10, count - 10 * row));
-  return many(options, "humanoid.urdf", 0.8, text);
-}
-
-/// Columns of ten.
-Scene boxes(const PeerOptions& options, int count) {
-  std::string text;
-  for (int column = 0; column * 10 < count; ++column)
-    text += fmt::format(
-        "  - {{{{urdf: {{0}}, name: column{}_, base: floating, position: [{:.1f}, {:.1f}, 0.101], "
-        "count: 10, spacing: [0, 0, 0.201]}}}}\n",
-        column, 0.4 * (column % 16), 0.4 * (column / 16));
-  return many(options, "cube.urdf", 0.5, text);
-}
 
 /// Ours in all sizes in turn, a few steps of each: seconds for one of `counts`, and over the first.
 void compare_sizes(const char* what, const std::vector<int>& counts, int steps,

@@ -4,7 +4,6 @@
 
 #include <cmath>
 #include <cstdio>
-#include <fstream>
 #include <stdexcept>
 
 namespace counterpoint::apps {
@@ -22,13 +21,19 @@ void print(const PeerRow& row) {
 
 }  // namespace
 
+std::ofstream open_figures(const std::filesystem::path& file, std::ios::openmode mode) {
+  if (file.has_parent_path()) std::filesystem::create_directories(file.parent_path());
+  std::ofstream out(file, mode);
+  if (!out) throw std::runtime_error(file.string() + ": cannot be written");
+  return out;
+}
+
 void PeerTable::add(const PeerRow& row) {
   print(row);
   rows_.push_back(row);
   if (csv_.empty()) return;
   const bool first = rows_.size() == 1;
-  if (first && csv_.has_parent_path()) std::filesystem::create_directories(csv_.parent_path());
-  std::ofstream out(csv_, first ? std::ios::trunc : std::ios::app);
+  std::ofstream out = open_figures(csv_, first ? std::ios::trunc : std::ios::app);
   if (first)
     out << "table,scene,nv,quantity,engine,microseconds,ours_over_this,quality,error,remark\n";
   out << fmt::format("{},{},{},{},{},{:.6g},{:.4g},{},{:.3g},{}\n", row.table, row.scene, row.nv,

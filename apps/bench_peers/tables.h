@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <fstream>
 #include <string>
 #include <utility>
 #include <vector>
@@ -21,6 +22,10 @@ struct PeerRow {
   int nv = 0;
   std::string remark;
 };
+
+/// A file of figures, in a folder that is made if need be. @throws std::runtime_error if it cannot
+/// be written.
+std::ofstream open_figures(const std::filesystem::path& file, std::ios::openmode mode);
 
 /// The figures so far: each is printed and written as soon as it is there.
 class PeerTable {

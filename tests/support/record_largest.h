@@ -21,8 +21,8 @@ class RecordLargest {
 
   /// Returns what it was shown.
   double operator()(double value) {
-    // A NaN stays.
-    if (!(std::abs(value) <= largest_)) largest_ = std::abs(value);
+    // A NaN is the largest, and stays.
+    if (!std::isnan(largest_) && !(std::abs(value) <= largest_)) largest_ = std::abs(value);
     return value;
   }
 
