@@ -23,6 +23,27 @@ struct Anchor {
   }
 };
 
+/// p_B - p_A [m].
+Vector3 anchors_apart(const Closure& closure, const Data& data) {
+  return data.X_WB[closure.body_b] * closure.X_BC.translation -
+         data.X_WB[closure.body_a] * closure.X_AC.translation;
+}
+
+/// Rotation vector from A's anchor frame to B's [rad].
+Vector3 anchors_turned(const Closure& closure, const Data& data) {
+  const Matrix3 R_WA = data.X_WB[closure.body_a].rotation * closure.X_AC.rotation;
+  const Matrix3 R_WB = data.X_WB[closure.body_b].rotation * closure.X_BC.rotation;
+  return quaternion_log(Quaternion(Matrix3(R_WB * R_WA.transpose())));
+}
+
+/// The error of a closure in the rows of `pair` [m or rad].
+Vector3 error_of(const Closure& closure, const PairConstraint& pair, const Data& data) {
+  if (pair.first == 3) return anchors_turned(closure, data);
+  const Vector3 apart = anchors_apart(closure, data);
+  if (closure.type == ClosureType::kDistance) return {apart.norm() - closure.length, 0, 0};
+  return apart;
+}
+
 }  // namespace
 
 void find_closures(const Model& model, const SimulationOptions& options, const Data& data,
@@ -61,13 +82,22 @@ void find_closures(const Model& model, const SimulationOptions& options, const D
     }
     add(3, weight.linear, apart, curvature);
     if (closure.type != ClosureType::kWeld) continue;
-    const Matrix3 R_WA = data.X_WB[closure.body_a].rotation * closure.X_AC.rotation;
-    const Matrix3 R_WB = data.X_WB[closure.body_b].rotation * closure.X_BC.rotation;
-    const Vector3 turned = quaternion_log(Quaternion(Matrix3(R_WB * R_WA.transpose())));
     pair.first = 3;
-    add(3, weight.angular, turned,
+    add(3, weight.angular, anchors_turned(closure, data),
         acceleration[closure.body_b].angular - acceleration[closure.body_a].angular);
   }
+}
+
+void aim_closure(const Closure& closure, const ContactOptions& options, double h, const Data& data,
+                 const Data& reached, const std::vector<Motion>& V, PairConstraint& pair) {
+  const Vector3 error = error_of(closure, pair, data);
+  const contact::Rows y = relative_velocity(pair, data, V);
+  Vector3 bend = error_of(closure, pair, reached) - error;  // beyond h y
+  for (int i = 0; i < pair.law.rows; ++i) bend[i] -= h * y[i];
+  const Vector3 acceleration = bend * (2.0 / (h * h));
+  const double regularizer = pair.law.regularizer;
+  pair.law = make_closure_law(options, h, 1.0, pair.law.rows, error, acceleration);
+  pair.law.regularizer = regularizer;
 }
 
 }  // namespace counterpoint

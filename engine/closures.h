@@ -20,4 +20,11 @@ void find_closures(const Model& model, const SimulationOptions& options, const D
                    const InverseWeights& weights, Idle idle, std::vector<Motion>& acceleration,
                    ConstraintSet& out);
 
+/// Aims the bias of one of these rows at closing in the step of h [s] from `data` to the poses of
+/// `reached`, which are those that the velocities V (num_bodies) lead to, rather than by the
+/// curvature at the velocities of the start: the error left is second order in how far w+ will be
+/// off, not in h.
+void aim_closure(const Closure& closure, const ContactOptions& options, double h, const Data& data,
+                 const Data& reached, const std::vector<Motion>& V, PairConstraint& pair);
+
 }  // namespace counterpoint

@@ -1,10 +1,13 @@
 #include "counterpoint/engine/forecast.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "counterpoint/engine/aba.h"
 #include "counterpoint/engine/assemble.h"
+#include "counterpoint/engine/closures.h"
+#include "counterpoint/engine/integrator.h"
 #include "counterpoint/engine/joint_forces.h"
 #include "counterpoint/engine/kinematics.h"
 
@@ -32,17 +35,38 @@ bool turns(const Tree& tree, const Data& data) {
   return false;
 }
 
+/// How much a closure is aimed if what it holds turns by this [rad] in the step. Where it cannot
+/// close, as beyond the reach of an arm, a forecast may be anything, and to aim by it diverges.
+double share_aimed(double turn) {
+  constexpr double kAll = 0.2, kNone = 0.4;
+  return std::clamp((kNone - turn) / (kNone - kAll), 0.0, 1.0);
+}
+
+/// Of a body and those that carry it [rad/s].
+double fastest_turn(const Model& model, int body, const std::vector<Motion>& V) {
+  double square = 0.0;
+  for (int i = body; i != 0; i = model.body(i).parent)
+    square = std::max(square, V[i].angular.squaredNorm());
+  return std::sqrt(square);
+}
+
 }  // namespace
 
 Forecast::Forecast(const Model& model)
     : with_servo_(model.num_trees(), 0),
+      known_(model.num_trees(), 0),
       covered_(model.num_trees(), 0),
       needed_(model.num_trees(), 0),
       tau_(VectorX::Zero(model.nv())),
       diagonal_(VectorX::Zero(model.nv())),
       acceleration_(VectorX::Zero(model.nv())),
       velocity_(VectorX::Zero(model.nv())),
-      tied_(VectorX::Zero(model.nv())) {
+      tied_(VectorX::Zero(model.nv())),
+      mid_velocity_(model),
+      first_(VectorX::Zero(model.nv())),
+      q_reached_(model.default_q()),
+      V_(model.num_bodies()) {
+  if (!model.closures().empty()) reached_.emplace(model);
   for (const JointServo& servo : model.servos()) with_servo_[model.body(servo.joint + 1).tree] = 1;
 }
 
@@ -56,22 +80,24 @@ void Forecast::choose(const Model& model, EffectSet effects, Of of,
                       const ConstraintSet& constraints, std::span<const BodyRange> ranges,
                       const Data& data) {
   const bool servos = effects.has(Effect::kServos);
+  for (size_t t = 0; t < known_.size(); ++t) known_[t] = !(servos && with_servo_[t]);
+  for_each_tie(model, constraints, [&](int a, int b, bool tie) {
+    for (const int t : {a, b})
+      if (t >= 0 && !tie) known_[t] = 0;
+  });
   for (const BodyRange& bodies : ranges) {
     for (int i = bodies.begin; i < bodies.end;) {
       const int t = model.body(i).tree;
       const Tree& tree = model.trees()[t];
       i = tree.body_end;
       const bool asked = of == Of::kTied || tree.body_end - tree.body_begin > 1;
-      covered_[t] = asked && !(servos && with_servo_[t]) && turns(tree, data);
+      covered_[t] = asked && known_[t] && turns(tree, data);
     }
   }
   needed_.assign(needed_.size(), 0);
   for_each_tie(model, constraints, [&](int a, int b, bool tie) {
-    for (const int t : {a, b}) {
-      if (t < 0) continue;
-      if (tie) needed_[t] = 1;
-      if (!tie) covered_[t] = 0;
-    }
+    for (const int t : {a, b})
+      if (t >= 0 && tie) needed_[t] = 1;
   });
   if (of == Of::kLinkages) return;
   for (size_t t = 0; t < covered_.size(); ++t) covered_[t] = covered_[t] && needed_[t];
@@ -89,29 +115,46 @@ void Forecast::gather_ties(const Model& model, const ConstraintSet& constraints)
     });
   }
   ties_.clear();
+  tie_pairs_.clear();
   size_t i = 0;
   const size_t pairs = constraints.pairs.size();
   for_each_tie(model, constraints, [&](int a, int b, bool tie) {
     if (tie && needed_[std::max(a, b)]) {
-      if (i < pairs) ties_.pairs.push_back(constraints.pairs[i]);
+      if (i < pairs) {
+        ties_.pairs.push_back(constraints.pairs[i]);
+        tie_pairs_.push_back(static_cast<int>(i));
+      }
       if (i >= pairs) ties_.joints.push_back(constraints.joints[i - pairs]);
     }
     ++i;
   });
 }
 
-/// Takes velocity_ to what ties make of it. False where they have no solution.
-bool Forecast::solve_ties(const Model& model, Data& data) {
-  if (ties_.empty()) return true;
-  assemble_problem(model, ties_, velocity_, diagonal_, data, block_of_tree_, problem_);
+/// velocity_ of a tree without its ties. False if its inertia is singular.
+bool Forecast::accelerate(const Model& model, const Tree& tree, double span, const VectorRef& v,
+                          const Vector3& gravity, Data& data) {
+  const BodyRange bodies = {tree.body_begin, tree.body_end};
+  if (!aba(model, tau_, diagonal_, gravity, bodies, data, acceleration_)) return false;
+  const auto part = Eigen::seqN(tree.v_begin, tree.v_end - tree.v_begin);
+  velocity_(part) = v(part) + span * acceleration_(part);
+  return true;
+}
+
+/// Takes velocity_ to what ties make of it: problem_, with its velocities and biases. False where
+/// they have no solution.
+bool Forecast::solve_ties(const Model& model) {
   if (w_.size() < problem_.num_velocities()) w_.resize(problem_.num_velocities());
   if (impulse_.size() < problem_.num_rows()) impulse_.resize(problem_.num_rows());
   Eigen::Ref<VectorX> w = w_.head(problem_.num_velocities());
-  w = problem_.free_velocity();
-  // Not the settings of the step: the inverse has none.
-  const contact::Report& solved = solver_.solve(
-      problem_, contact::Settings(), w, Eigen::Ref<VectorX>(impulse_.head(problem_.num_rows())));
-  if (!contact::succeeded(solved.status)) return false;
+  if (factored_) {
+    tie_solver_.solve(problem_, w);
+  } else {
+    w = problem_.free_velocity();
+    // Not the settings of the step: the inverse has none.
+    const contact::Report& solved = solver_.solve(
+        problem_, contact::Settings(), w, Eigen::Ref<VectorX>(impulse_.head(problem_.num_rows())));
+    if (!contact::succeeded(solved.status)) return false;
+  }
   for (int t = 0; t < model.num_trees(); ++t) {
     const int block = block_of_tree_[t];
     if (block < 0) continue;
@@ -143,16 +186,79 @@ void Forecast::find(const Model& model, EffectSet effects, Of of, double span, c
   for (int t = 0; t < model.num_trees() && found; ++t) {
     if (!needed_[t]) continue;
     const Tree& tree = model.trees()[t];
-    const BodyRange bodies = {tree.body_begin, tree.body_end};
-    compute_inertias(model, bodies, data);
-    found = aba(model, tau_, diagonal_, gravity, bodies, data, acceleration_);
-    const int size = tree.v_end - tree.v_begin;
-    velocity_.segment(tree.v_begin, size) += span * acceleration_.segment(tree.v_begin, size);
+    compute_inertias(model, {tree.body_begin, tree.body_end}, data);
+    found = accelerate(model, tree, span, v, gravity, data);
+  }
+  if (found && !ties_.empty()) {
+    assemble_problem(model, ties_, velocity_, diagonal_, data, block_of_tree_, problem_);
+    factored_ = tie_solver_.factor(problem_);
+    found = solve_ties(model);
   }
   // What has no forecast makes the step itself fail, which says why.
-  if (!found || !solve_ties(model, data)) forget();
+  if (!found) forget();
   added_.swap(data.added);
   data.has_external = had_external;
+}
+
+/// Closures between trees of which all is known, towards the pose that velocity_ leads to.
+void Forecast::aim(const Model& model, const ContactOptions& options, double h, const VectorRef& q,
+                   ConstraintSet& constraints, const Data& data) {
+  if (ties_.pairs.empty()) return;
+  for (int t = 0; t < model.num_trees(); ++t) {
+    if (!needed_[t] || block_of_tree_[t] < 0) continue;
+    const Tree& tree = model.trees()[t];
+    const BodyRange bodies = {tree.body_begin, tree.body_end};
+    integrate_configuration(model, q, velocity_, h, bodies, q_reached_);
+    compute_poses(model, q_reached_, bodies, *reached_);
+  }
+  compute_body_velocities(model, velocity_, data, V_);
+  for (size_t i = 0; i < ties_.pairs.size(); ++i) {
+    const size_t in_all = static_cast<size_t>(tie_pairs_[i]);
+    PairConstraint& pair = constraints.pairs[in_all];
+    bool known = true;
+    for (const int body : {pair.body_a, pair.body_b})
+      known = known && (body == 0 || known_[model.body(body).tree]);
+    if (!known) continue;
+    const double share = share_aimed(
+        h * std::max(fastest_turn(model, pair.body_a, V_), fastest_turn(model, pair.body_b, V_)));
+    const size_t closure = in_all - constraints.contacts.size();
+    aim_closure(model.closures()[constraints.closures[closure]], options, h, data, *reached_, V_,
+                pair);
+    const contact::Law& by_curvature = ties_.pairs[i].law;
+    for (size_t k = 0; k < static_cast<size_t>(pair.law.rows); ++k)
+      pair.law.bias[k] = share * pair.law.bias[k] + (1.0 - share) * by_curvature.bias[k];
+    problem_.law(static_cast<int>(i)).bias = pair.law.bias;
+  }
+}
+
+void Forecast::refine(const Model& model, const ContactOptions& options, double h,
+                      const VectorRef& q, const VectorRef& v, const Vector3& gravity,
+                      ConstraintSet& constraints, Data& data) {
+  if (std::find(covered_.begin(), covered_.end(), 1) == covered_.end() || ties_.empty()) return;
+  aim(model, options, h, q, constraints, data);
+  first_ = velocity_;
+  const bool had_external = std::exchange(data.has_external, false);
+  added_.swap(data.added);
+  bool found = true;
+  for (int t = 0; t < model.num_trees() && found; ++t) {
+    const int block = block_of_tree_[t];
+    if (block < 0) continue;
+    const Tree& tree = model.trees()[t];
+    if (covered_[t]) {
+      mid_velocity_.add_force(model, v, first_, tree, data);
+      found = accelerate(model, tree, h, v, gravity, data);
+      for (int i = tree.body_begin; i < tree.body_end; ++i) data.has_mean_force[i] = 0;
+    } else {
+      found = accelerate(model, tree, h, v, gravity, data);
+    }
+    const int size = tree.v_end - tree.v_begin;
+    problem_.free_velocity().segment(problem_.block_start(block), size) =
+        velocity_.segment(tree.v_begin, size);
+  }
+  if (!found || !solve_ties(model)) velocity_ = first_;
+  added_.swap(data.added);
+  data.has_external = had_external;
+  aim(model, options, h, q, constraints, data);
 }
 
 }  // namespace counterpoint

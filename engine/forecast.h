@@ -8,12 +8,15 @@
 // get no forecast: without what holds them it would be wrong.
 #pragma once
 
+#include <optional>
 #include <span>
 #include <vector>
 
 #include "counterpoint/contact/solver.h"
 #include "counterpoint/engine/constraints.h"
 #include "counterpoint/engine/data.h"
+#include "counterpoint/engine/mid_velocity.h"
+#include "counterpoint/engine/tie_solver.h"
 #include "counterpoint/model/effect.h"
 
 namespace counterpoint {
@@ -33,6 +36,13 @@ class Forecast {
             const VectorRef& v, const Vector3& gravity, const ConstraintSet& constraints,
             std::span<const BodyRange> ranges, Data& data);
 
+  /// A second pass, for trees with closures and mimic joints, which `find` (kLinkages) came first
+  /// for: velocity-dependent forces at the velocity in the middle of the step that the first pass
+  /// found, and closures aimed at the pose that it leads to (closures.h), in `constraints` too. Of
+  /// these trees c and mean forces are to be set again.
+  void refine(const Model& model, const ContactOptions& options, double h, const VectorRef& q,
+              const VectorRef& v, const Vector3& gravity, ConstraintSet& constraints, Data& data);
+
   /// Covers nothing.
   void forget();
 
@@ -46,18 +56,33 @@ class Forecast {
   void choose(const Model& model, EffectSet effects, Of of, const ConstraintSet& constraints,
               std::span<const BodyRange> ranges, const Data& data);
   void gather_ties(const Model& model, const ConstraintSet& constraints);
-  bool solve_ties(const Model& model, Data& data);
+  bool accelerate(const Model& model, const Tree& tree, double span, const VectorRef& v,
+                  const Vector3& gravity, Data& data);
+  bool solve_ties(const Model& model);
+  void aim(const Model& model, const ContactOptions& options, double h, const VectorRef& q,
+           ConstraintSet& constraints, const Data& data);
 
   std::vector<char> with_servo_;     ///< by tree
+  std::vector<char> known_;          ///< by tree: nothing acts on it that (q, w) does not tell
   std::vector<char> covered_;        ///< by tree
   std::vector<char> needed_;         ///< by tree: covered, or tied to one that is
   std::vector<AddedInertia> added_;  ///< empty
   ConstraintSet ties_;               ///< closures and mimic joints of what is needed
+  std::vector<int> tie_pairs_;       ///< index among the constraints' pairs, of each pair in ties_
   VectorX tau_, diagonal_, acceleration_, velocity_, tied_;
   std::vector<int> block_of_tree_;
   contact::Problem problem_;
-  contact::Solver solver_;
-  VectorX w_, impulse_;  ///< grown only, see Workspace::Impl
+  TieSolver tie_solver_;
+  bool factored_ = false;   ///< problem_, by tie_solver_
+  contact::Solver solver_;  ///< where there are too many ties
+  VectorX w_, impulse_;     ///< grown only, see Workspace::Impl
+
+  // the second pass
+  MidVelocity mid_velocity_;
+  VectorX first_;                ///< nv: the velocity that the first pass found
+  std::optional<Data> reached_;  ///< if there are closures: poses
+  VectorX q_reached_;
+  std::vector<Motion> V_;  ///< by body, of velocity_
 };
 
 }  // namespace counterpoint

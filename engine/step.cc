@@ -32,7 +32,7 @@ void step_euler(const Model& model, const SimulationOptions& options, EffectSet 
                 const contact::Settings& settings, const State& state, const Input& input,
                 Workspace::Impl& ws, State& next, StepReport& report) {
   const double h = options.time_step;
-  compute_free_velocity(model, effects, h, state, input, ws, next.v, report);
+  compute_free_velocity(model, options, effects, state, input, ws, next.v, report);
   const bool constrained = !ws.constraints.empty();
   if (report.succeeded() && constrained)
     solve_constraints(model, settings, state, ws, next.v, report);

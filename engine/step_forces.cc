@@ -97,10 +97,11 @@ Vector3 set_forces_at(const Model& model, EffectSet effects, const VectorRef& q,
   return gravity;
 }
 
-void set_mean_forces(const Model& model, EffectSet effects, double h, const VectorRef& q,
-                     const VectorRef& v, const Vector3& gravity, std::span<const BodyRange> ranges,
-                     Workspace::Impl& ws) {
+void set_mean_forces(const Model& model, const SimulationOptions& options, EffectSet effects,
+                     const VectorRef& q, const VectorRef& v, const Vector3& gravity,
+                     std::span<const BodyRange> ranges, Workspace::Impl& ws) {
   if (!ws.data.has_coriolis) return;
+  const double h = options.time_step;
   Data& data = ws.data;
   data.mean_rotor_force.setZero();
   for (const BodyRange& bodies : ranges) {
@@ -109,6 +110,7 @@ void set_mean_forces(const Model& model, EffectSet effects, double h, const Vect
   }
   ws.forecast.find(model, effects, Forecast::Of::kLinkages, h, q, v, gravity, ws.constraints,
                    ranges, data);
+  ws.forecast.refine(model, options.contact, h, q, v, gravity, ws.constraints, data);
   const VectorX& rotors = rotor_inertia(model, effects, ws);
   for (const BodyRange& bodies : ranges) {
     for (int i = bodies.begin; i < bodies.end;) {
@@ -166,14 +168,15 @@ void accelerate(const Model& model, double h, const Vector3& gravity, const Vect
   }
 }
 
-void compute_free_velocity(const Model& model, EffectSet effects, double h, const State& state,
-                           const Input& input, Workspace::Impl& ws, VectorX& w_free,
-                           StepReport& report) {
+void compute_free_velocity(const Model& model, const SimulationOptions& options, EffectSet effects,
+                           const State& state, const Input& input, Workspace::Impl& ws,
+                           VectorX& w_free, StepReport& report) {
+  const double h = options.time_step;
   set_motor_forces(model, effects, h, state, input, ws);
   add_joint_forces(model, effects, h, state.q, state.v, ws.diagonal, ws.tau, ws.counts);
   set_external(input.wrenches, effects, ws);
   const Vector3 gravity = set_body_forces(model, effects, ws);
-  set_mean_forces(model, effects, h, state.q, state.v, gravity, ws.sleepers.awake(), ws);
+  set_mean_forces(model, options, effects, state.q, state.v, gravity, ws.sleepers.awake(), ws);
   if (ws.data.has_coriolis) ws.tau += ws.data.mean_rotor_force;
   if (set_drag(model, effects, h, ws))
     add_drag(model, h, gravity, ws.velocity_acceleration, ws.data);

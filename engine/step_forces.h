@@ -22,9 +22,9 @@ Vector3 set_body_forces(const Model& model, EffectSet effects, Workspace::Impl& 
 
 /// Then, for a step of h [s] from (q, v): their mean over the step where that is known
 /// (free_flight.h, fast_trees.h), in `ranges` of whole trees.
-void set_mean_forces(const Model& model, EffectSet effects, double h, const VectorRef& q,
-                     const VectorRef& v, const Vector3& gravity, std::span<const BodyRange> ranges,
-                     Workspace::Impl& ws);
+void set_mean_forces(const Model& model, const SimulationOptions& options, EffectSet effects,
+                     const VectorRef& q, const VectorRef& v, const Vector3& gravity,
+                     std::span<const BodyRange> ranges, Workspace::Impl& ws);
 
 /// What rotors add to the diagonal of M (nv), as far as they are on.
 const VectorX& rotor_inertia(const Model& model, EffectSet effects, const Workspace::Impl& ws);
@@ -45,9 +45,9 @@ void set_motor_forces(const Model& model, EffectSet effects, double h, const Sta
 
 /// w* = w + h inv(M + diagonal) (n + u - ...): the velocity if there were no constraint. Needs
 /// compute_kinematics. Where M is singular the report says so.
-void compute_free_velocity(const Model& model, EffectSet effects, double h, const State& state,
-                           const Input& input, Workspace::Impl& ws, VectorX& w_free,
-                           StepReport& report);
+void compute_free_velocity(const Model& model, const SimulationOptions& options, EffectSet effects,
+                           const State& state, const Input& input, Workspace::Impl& ws,
+                           VectorX& w_free, StepReport& report);
 
 /// w + h inv(M + diagonal) (tau + forces on bodies), of all that is awake; the second half of the
 /// above.

@@ -74,13 +74,10 @@ void void_inverse(const Model& model, Inverse& out) {
 
 /// u of the semi-implicit step from its constraints' share.
 void invert_euler(const Model& model, EffectSet effects, double h, const VectorRef& q,
-                  const VectorRef& v, const VectorRef& v_next, const Input& known,
-                  Workspace::Impl& ws, Inverse& out) {
+                  const VectorRef& v, const VectorRef& v_next, const Vector3& gravity,
+                  const Input& known, Workspace::Impl& ws, Inverse& out) {
   ws.acceleration = (v_next - v) / h;
   set_external(known.wrenches, effects, ws);
-  const BodyRange all = moving_bodies(model);
-  const Vector3 gravity = set_body_forces(model, effects, ws);
-  set_mean_forces(model, effects, h, q, v, gravity, {&all, 1}, ws);
   if (set_drag(model, effects, h, ws)) add_drag_inverse(h, ws.velocity, ws.data);
   rnea(model, ws.acceleration, gravity, ws.data, ws.tau);
   if (ws.data.has_coriolis) ws.tau -= ws.data.mean_rotor_force;
@@ -137,10 +134,17 @@ void step_inverse(const Model& model, const SimulationOptions& options, VectorRe
   compute_velocities(model, v, ws.data);
   ws.finder.find(model, options, effects, q, v, ws.data, ws.constraints, ws.counts);
   find_contact_velocity(model, options, q, q_next, v_next, ws);
+  const bool euler = options.integrator == Integrator::kSemiImplicitEuler;
+  Vector3 gravity = Vector3::Zero();
+  if (euler) {  // before the impulses: closures are aimed by the forecast
+    const BodyRange all = moving_bodies(model);
+    gravity = set_body_forces(model, effects, ws);
+    set_mean_forces(model, options, effects, q, v, gravity, {&all, 1}, ws);
+  }
   recover_impulses(model, ws.next_middle, h, ws, out);
   out.contact_force = ws.tau / h;
-  if (options.integrator == Integrator::kSemiImplicitEuler) {
-    invert_euler(model, effects, h, q, v, v_next, known, ws, out);
+  if (euler) {
+    invert_euler(model, effects, h, q, v, v_next, gravity, known, ws, out);
   } else {
     invert_midpoint(model, effects, h, q, v, v_next, known, ws, out);
   }

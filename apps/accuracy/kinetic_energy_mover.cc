@@ -36,7 +36,7 @@ class KineticEnergyMover : public SteppingMover {
     StepReport report;
     ws.sleepers.wake_all(model_);
     find_constraints(model_, setting_.options, effects, state, ws);
-    compute_free_velocity(model_, effects, h, state, Input(), ws, next.v, report);
+    compute_free_velocity(model_, setting_.options, effects, state, Input(), ws, next.v, report);
     if (report.succeeded() && !ws.constraints.empty()) solve(ws, next.v, report);
     next.q = state.q;
     integrate_configuration(model_, state.q, next.v, h, next.q);

@@ -41,18 +41,21 @@ TEST(FourBar, StaysClosedForTenSecondsAndKeepsItsEnergy) {
   EXPECT_LT(run.drift, 0.05 * run.kinetic);
 }
 
-TEST(FourBar, ThrownAroundStaysClosedToThirdOrder) {
-  // The crank turns over; 33 rad/s. Halving the step: eight times less opening, half the drift.
+TEST(FourBar, ThrownAroundOpensByItsCompliance) {
+  // The crank turns over; 33 rad/s. Aimed at the pose that the step will reach, the closure gives
+  // to centrifugal force and nothing else (by the curvature at w alone: 17 um at 1 ms, 730 at 4
+  // ms). Halving the step: half the drift of the energy.
   Swing run[3];
+  const double length = 1.7;  // of all bars [m]
   for (int i = 0; i < 3; ++i) {
-    Simulator sim = simulate(make_four_bar({.angles = Vector3(-1.2, 0.9, 1.4)}), 0.004 / (1 << i));
+    const double h = 0.004 / (1 << i);
+    Simulator sim = simulate(make_four_bar({.angles = Vector3(-1.2, 0.9, 1.4)}), h);
     run[i] = swing(sim, 1.0);
-    EXPECT_LT(run[i].open, expected_opening(run[i], sim.options(), 1.7));
+    const ContactOptions& contact = sim.options().contact;
+    const double give = kClosureSoftness * contact.compliance * h * h / contact.stabilization;
+    EXPECT_LT(run[i].open, give * length * run[i].speed * run[i].speed);
   }
-  for (int i = 1; i < 3; ++i) {
-    EXPECT_GT(run[i - 1].open / run[i].open, 5.0);
-    EXPECT_GT(run[i - 1].drift / run[i].drift, 1.6);
-  }
+  for (int i = 1; i < 3; ++i) EXPECT_GT(run[i - 1].drift / run[i].drift, 1.6);
 }
 
 TEST(FourBar, RedundantClosuresMoveAsOne) {
