@@ -75,8 +75,10 @@ fs::path scene_folder(const Arguments& arguments) {
   throw InputError("the scenes of hard cases are not where they were installed; give --scenes DIR");
 }
 
-Run run_on(Engine engine, const HardCase& hard_case, const fs::path& scenes, double allowed) {
+Run run_on(Engine engine, const HardCase& hard_case, const fs::path& scenes, double allowed,
+           const fs::path& state_file = {}) {
   Run run{engine, Trial(scenes, engine, allowed), {}, {}, 0.0};
+  run.trial.keep_state_in(state_file);
   run.trial.chart.title = hard_case.name;
   const auto start = std::chrono::steady_clock::now();
   try {
@@ -94,10 +96,13 @@ Run run_on(Engine engine, const HardCase& hard_case, const fs::path& scenes, dou
 }
 
 Result run_case(const HardCase& hard_case, const fs::path& scenes, const Arguments& arguments) {
-  Result result{
-      hard_case,
-      run_on(Engine::kCounterpoint, hard_case, scenes, std::numeric_limits<double>::infinity()),
-      {}};
+  const fs::path state_file = arguments.folder.empty()
+                                  ? fs::path()
+                                  : fs::path(arguments.folder) / (hard_case.name + ".state.csv");
+  Result result{hard_case,
+                run_on(Engine::kCounterpoint, hard_case, scenes,
+                       std::numeric_limits<double>::infinity(), state_file),
+                {}};
   if (arguments.no_peers || arguments.long_run) return result;
   for (const Engine peer : {Engine::kMujocoDefault, Engine::kMujocoBest})
     result.peers.push_back(run_on(peer, hard_case, scenes, arguments.peer_seconds));
@@ -153,7 +158,7 @@ void add_hard_cases(CLI::App& app, Action& action) {
       ->allow_extra_args(false);
   command.add_flag("--list", arguments->list, "List the cases, run none");
   command.add_flag("--fast", arguments->fast, "Leave the slow ones out");
-  command.add_option("--report", arguments->folder, "Write hard-cases.md and one picture a case")
+  command.add_option("--report", arguments->folder, "Write hard-cases.md, one picture a case, the last good state of a run that failed")
       ->type_name("DIR");
   command.add_option("--scenes", arguments->scenes, "Their scenes; default: data/scenes/hard")
       ->type_name("DIR");

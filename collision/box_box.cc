@@ -1,4 +1,5 @@
 // Two boxes: separating axes, then the features that face each other.
+#include <algorithm>
 #include <limits>
 
 #include "counterpoint/collision/feature.h"
@@ -9,8 +10,8 @@
 namespace counterpoint::collision {
 namespace {
 
-// Gaps closer than this times the size of the boxes are equal; faces win over edges by as much, lest
-// the choice hang on round-off where an edge lies in a face.
+// Gaps closer than this times the size of the boxes are equal; faces win over edges by as much,
+// lest the choice hang on round-off where an edge lies in a face.
 constexpr double kSame = 1e-10;
 
 struct Axis {
@@ -28,6 +29,24 @@ struct Boxes {
   double scale;
 };
 
+// Calls visit(along, distance, axis) for the faces of A, of B: where B's centre lies along the
+// axis, how far apart the boxes are along it.
+template <class Visit>
+void for_faces_of_a(const Boxes& boxes, const Matrix3& absolute_cosine, const Visit& visit) {
+  const Vector3 in_a = boxes.R_a.transpose() * boxes.center;
+  const Vector3 extent_b = absolute_cosine * boxes.half_b;
+  for (int i = 0; i < 3; ++i)
+    visit(in_a[i], std::abs(in_a[i]) - boxes.half_a[i] - extent_b[i], boxes.R_a.col(i));
+}
+
+template <class Visit>
+void for_faces_of_b(const Boxes& boxes, const Matrix3& absolute_cosine, const Visit& visit) {
+  const Vector3 in_b = boxes.R_b.transpose() * boxes.center;
+  const Vector3 extent_a = absolute_cosine.transpose() * boxes.half_a;
+  for (int i = 0; i < 3; ++i)
+    visit(in_b[i], std::abs(in_b[i]) - boxes.half_b[i] - extent_a[i], boxes.R_b.col(i));
+}
+
 // The face axis of largest separation; stops as soon as one exceeds the margin.
 Axis best_face(const Boxes& boxes, double margin) {
   Axis best;
@@ -38,18 +57,31 @@ Axis best_face(const Boxes& boxes, double margin) {
     best.distance = distance;
     best.normal = along < 0.0 ? Vector3(-axis) : axis;
   };
-  const Vector3 in_a = boxes.R_a.transpose() * boxes.center;
-  const Vector3 extent_b = absolute * boxes.half_b;
-  for (int i = 0; i < 3; ++i) {
-    consider(in_a[i], std::abs(in_a[i]) - boxes.half_a[i] - extent_b[i], boxes.R_a.col(i));
-  }
+  for_faces_of_a(boxes, absolute, consider);
   if (best.distance >= margin) return best;
-  const Vector3 in_b = boxes.R_b.transpose() * boxes.center;
-  const Vector3 extent_a = absolute.transpose() * boxes.half_a;
-  for (int i = 0; i < 3; ++i) {
-    consider(in_b[i], std::abs(in_b[i]) - boxes.half_b[i] - extent_a[i], boxes.R_b.col(i));
-  }
+  for_faces_of_b(boxes, absolute, consider);
   return best;
+}
+
+// The mean of the normals of faces along which the boxes are as far apart as along the best, each
+// weighing the less the nearer it is to `rounding` less: continuous, and the middle where two edges
+// meet in one line, or two corners. False where there is but one: faces that are nearly parallel.
+bool rounded_normal(const Boxes& boxes, const Axis& best, double rounding, Vector3& normal) {
+  constexpr double kParallel = 0.99;
+  Vector3 sum = best.normal;
+  bool several = false;
+  const auto consider = [&](double along, double distance, const Vector3& axis) {
+    const double weight = 1.0 - (best.distance - distance) / rounding;
+    const Vector3 outward = along < 0.0 ? Vector3(-axis) : axis;
+    if (!(weight > 0.0) || outward.dot(best.normal) > kParallel) return;
+    sum += std::min(weight, 1.0) * outward;
+    several = true;
+  };
+  const Matrix3 absolute = boxes.cosine.cwiseAbs();
+  for_faces_of_a(boxes, absolute, consider);
+  for_faces_of_b(boxes, absolute, consider);
+  normal = sum.normalized();
+  return several;
 }
 
 // Improves on `best` by the cross products of edges. In A's frame a_i x b_j has the components 0,
@@ -74,9 +106,8 @@ void consider_edges(const Boxes& boxes, double margin, Axis& best) {
       const double distance = (std::abs(along) - extent_a - extent_b) / sine;
       if (distance <= best.distance + kSame * boxes.scale) continue;
       best.distance = distance;
-      best.normal =
-          (boxes.R_a.col(l) * C(k, j) - boxes.R_a.col(k) * C(l, j)) *
-          ((along < 0.0 ? -1.0 : 1.0) / sine);
+      best.normal = (boxes.R_a.col(l) * C(k, j) - boxes.R_a.col(k) * C(l, j)) *
+                    ((along < 0.0 ? -1.0 : 1.0) / sine);
       best.edge_a = i;
       best.edge_b = j;
       if (distance >= margin) return;
@@ -95,6 +126,33 @@ Segment support_edge(const Vector3& half, const Matrix3& R, const Vector3& cente
   return {p, R.col(axis), half[axis]};
 }
 
+// The edge of a box across the direction and farthest along it.
+Segment nearest_edge(const Vector3& half, const Matrix3& R, const Vector3& center,
+                     const Vector3& direction) {
+  int axis = 0;
+  (R.transpose() * direction).cwiseAbs().minCoeff(&axis);
+  return support_edge(half, R, center, axis, direction);
+}
+
+// Edges side by side touch at the ends of the stretch that they share; others where they cross.
+void edge_contacts(const Segment& a, const Segment& b, const Vector3& normal, double tolerance,
+                   double margin, Manifold& out) {
+  const auto feature = [](const Segment& edge) {
+    Feature line;
+    line.size = 2;
+    line.radius = 0.0;
+    line.vertices[0] = edge.at(-edge.half_length);
+    line.vertices[1] = edge.at(edge.half_length);
+    return line;
+  };
+  double s = 0.0, t = 0.0;
+  if (!closest_on_lines(a, b, s, t)) s = t = 0.0;
+  const Vector3 on_a = a.at(std::clamp(s, -a.half_length, a.half_length));
+  const Vector3 on_b = b.at(std::clamp(t, -b.half_length, b.half_length));
+  feature_contacts(feature(a), feature(b), {on_a, on_b, normal, normal.dot(on_b - on_a)}, tolerance,
+                   margin, out);
+}
+
 Vector3 support_vertex(const Vector3& half, const Matrix3& R, const Vector3& direction) {
   Vector3 p = Vector3::Zero();
   for (int i = 0; i < 3; ++i) {
@@ -108,8 +166,7 @@ Vector3 support_vertex(const Vector3& half, const Matrix3& R, const Vector3& dir
 bool edge_witness(const Boxes& boxes, const Axis& axis, Witness& witness) {
   const Segment a =
       support_edge(boxes.half_a, boxes.R_a, Vector3::Zero(), axis.edge_a, axis.normal);
-  const Segment b =
-      support_edge(boxes.half_b, boxes.R_b, boxes.center, axis.edge_b, -axis.normal);
+  const Segment b = support_edge(boxes.half_b, boxes.R_b, boxes.center, axis.edge_b, -axis.normal);
   double s = 0.0;
   double t = 0.0;
   if (!closest_on_lines(a, b, s, t)) return false;
@@ -120,10 +177,13 @@ bool edge_witness(const Boxes& boxes, const Axis& axis, Witness& witness) {
 
 }  // namespace
 
-void box_box(const Shape& a, const Pose& X_WA, const Shape& b, const Pose& X_WB, double margin,
-             Manifold& out) {
-  const Boxes boxes{a.size,         b.size,
-                    X_WA.rotation,  X_WB.rotation,
+void box_box(const Shape& a, const Pose& X_WA, const Shape& b, const Pose& X_WB,
+             const PairQuery& query, Manifold& out) {
+  const double margin = query.margin;
+  const Boxes boxes{a.size,
+                    b.size,
+                    X_WA.rotation,
+                    X_WB.rotation,
                     X_WB.translation - X_WA.translation,
                     X_WA.rotation.transpose() * X_WB.rotation,
                     a.size.sum() + b.size.sum()};
@@ -141,8 +201,15 @@ void box_box(const Shape& a, const Pose& X_WA, const Shape& b, const Pose& X_WB,
     out.size = 0;
     feature_contacts(face_a, face_b, witness, tolerance, margin, out);
   };
-  // The separation along any axis is a lower bound of the distance; where the features over each other
-  // reach it, it is the distance.
+  if (Vector3 normal; axis.edge_a < 0 && axis.distance < query.rounding &&
+                      rounded_normal(boxes, axis, query.rounding, normal)) {
+    const Segment edge_a = nearest_edge(boxes.half_a, boxes.R_a, Vector3::Zero(), normal);
+    const Segment edge_b = nearest_edge(boxes.half_b, boxes.R_b, boxes.center, -normal);
+    edge_contacts(edge_a, edge_b, normal, tolerance, margin, out);
+    return;
+  }
+  // The separation along any axis is a lower bound of the distance; where the features over each
+  // other reach it, it is the distance.
   Witness witness;
   if (axis.edge_a >= 0) {
     if (edge_witness(boxes, axis, witness) || axis.distance <= 0.0) {
@@ -150,8 +217,7 @@ void box_box(const Shape& a, const Pose& X_WA, const Shape& b, const Pose& X_WB,
       return;
     }
   } else if (axis.distance <= 0.0) {
-    const Vector3 lowest =
-        X_WB.translation + support_vertex(b.size, X_WB.rotation, -axis.normal);
+    const Vector3 lowest = X_WB.translation + support_vertex(b.size, X_WB.rotation, -axis.normal);
     contacts_along({lowest - axis.distance * axis.normal, lowest, axis.normal, axis.distance});
     return;
   } else {

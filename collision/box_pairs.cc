@@ -14,9 +14,9 @@ constexpr double kSame = 1e-10;
 
 Vector3 clamp_to(const Vector3& p, const Vector3& half) { return p.cwiseMin(half).cwiseMax(-half); }
 
-// Where along the segment its distance to the box is least (the lowest such t). The derivative of half
-// the squared distance is continuous, rising and linear between the points where a coordinate enters
-// or leaves the box, so its root is found exactly.
+// Where along the segment its distance to the box is least (the lowest such t). The derivative of
+// half the squared distance is continuous, rising and linear between the points where a coordinate
+// enters or leaves the box, so its root is found exactly.
 double closest_parameter(const Segment& segment, const Vector3& half) {
   const Vector3& c = segment.center;
   const Vector3& d = segment.direction;
@@ -90,8 +90,9 @@ Witness segment_in_box(const Segment& segment, const Vector3& half) {
 
 }  // namespace
 
-void sphere_box(const Shape& a, const Pose& X_WA, const Shape& b, const Pose& X_WB, double margin,
-                Manifold& out) {
+void sphere_box(const Shape& a, const Pose& X_WA, const Shape& b, const Pose& X_WB,
+                const PairQuery& query, Manifold& out) {
+  const double margin = query.margin;
   const Vector3 center = X_WB.rotation.transpose() * (X_WA.translation - X_WB.translation);
   const Vector3 closest = clamp_to(center, b.size);
   if (closest != center) {
@@ -107,8 +108,9 @@ void sphere_box(const Shape& a, const Pose& X_WA, const Shape& b, const Pose& X_
   out.add(X_WA.translation + (a.size[0] + 0.5 * gap) * normal, normal, gap);
 }
 
-void box_capsule(const Shape& a, const Pose& X_WA, const Shape& b, const Pose& X_WB, double margin,
-                 Manifold& out) {
+void box_capsule(const Shape& a, const Pose& X_WA, const Shape& b, const Pose& X_WB,
+                 const PairQuery& query, Manifold& out) {
+  const double margin = query.margin;
   const Matrix3& R = X_WA.rotation;
   const Segment segment{R.transpose() * (X_WB.translation - X_WA.translation),
                         R.transpose() * X_WB.rotation.col(2), b.size[1]};

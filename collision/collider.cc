@@ -10,6 +10,7 @@
 #include "counterpoint/collision/enclosure.h"
 #include "counterpoint/collision/pair_contacts.h"
 #include "counterpoint/collision/pair_filter.h"
+#include "counterpoint/collision/pair_motion.h"
 #include "counterpoint/collision/terrain_contacts.h"
 
 namespace counterpoint::collision {
@@ -26,7 +27,10 @@ struct Collider::Impl {
   void find_awake_pairs();
   bool is_idle(int i) const { return !idle.empty() && idle[placements[i].body]; }
   bool both_idle(int a, int b) const { return is_idle(a) && is_idle(b); }
-  void find_contacts(int a, int b, double margin, double turn);
+  void find_contacts(int a, int b, const PairQuery& query);
+  bool may_pass(int a, int b) const;
+  PairMotion motion_of(std::span<const Pose> X_WB, int a, int b, const BodyMotions& motions) const;
+  void find_moving_contacts(int a, int b, PairQuery query, const PairMotion& motion);
   void add_core_contacts(int a, int b, double margin, double travel, std::vector<Candidate>& out);
 
   // What every step reads of each geometry; all that a Geometry holds is several cache lines more.
@@ -113,19 +117,51 @@ double Collider::Impl::turn(int a, int b, double margin) const {
 }
 
 // Into `manifold`.
-void Collider::Impl::find_contacts(int a, int b, double margin, double turn) {
+void Collider::Impl::find_contacts(int a, int b, const PairQuery& query) {
   const Shape& shape_a = geometries[a].shape;
   const Shape& shape_b = geometries[b].shape;
   if (shape_a.type == ShapeType::kTerrain) {
-    terrain_contacts.find(*shape_a.terrain, X_WG[a], shape_b, enclosures[b], X_WG[b], margin,
+    terrain_contacts.find(*shape_a.terrain, X_WG[a], shape_b, enclosures[b], X_WG[b], query.margin,
                           manifold);
   } else if (shape_b.type == ShapeType::kTerrain) {
-    terrain_contacts.find(*shape_b.terrain, X_WG[b], shape_a, enclosures[a], X_WG[a], margin,
+    terrain_contacts.find(*shape_b.terrain, X_WG[b], shape_a, enclosures[a], X_WG[a], query.margin,
                           manifold);
     for (int i = 0; i < manifold.size; ++i) manifold.points[i].normal *= -1.0;
   } else {
-    pair_contacts(shape_a, X_WG[a], shape_b, X_WG[b], margin, manifold, turn);
+    pair_contacts(shape_a, X_WG[a], shape_b, X_WG[b], query, manifold);
   }
+}
+
+// Planes and terrains have one normal a place, whoever moves; two balls or capsules have no edges.
+bool Collider::Impl::may_pass(int a, int b) const {
+  const auto is = [&](int i, ShapeType one, ShapeType other) {
+    return placements[i].type == one || placements[i].type == other;
+  };
+  return !is(a, ShapeType::kPlane, ShapeType::kTerrain) &&
+         !is(b, ShapeType::kPlane, ShapeType::kTerrain) &&
+         !(is(a, ShapeType::kSphere, ShapeType::kCapsule) &&
+           is(b, ShapeType::kSphere, ShapeType::kCapsule));
+}
+
+PairMotion Collider::Impl::motion_of(std::span<const Pose> X_WB, int a, int b,
+                                     const BodyMotions& motions) const {
+  const int body_a = placements[a].body, body_b = placements[b].body;
+  const double sum = motions.mobility[body_a] + motions.mobility[body_b];
+  const auto moving = [&](int i, int body) {
+    return ShapeMotion{X_WG[i], X_WB[body].translation, motions.velocity[body] * motions.time_step,
+                       sum > 0.0 ? motions.mobility[body] / sum : 0.5};
+  };
+  const int smaller = enclosures[a].radius <= enclosures[b].radius ? a : b;
+  return {moving(a, body_a), moving(b, body_b), X_WG[smaller] * enclosures[smaller].center,
+          enclosures[smaller].radius};
+}
+
+// Into `manifold`.
+void Collider::Impl::find_moving_contacts(int a, int b, PairQuery query, const PairMotion& motion) {
+  query.rounding = motion.rounding();
+  find_contacts(a, b, query);
+  if (manifold.size > 0)
+    look_ahead(geometries[a].shape, geometries[b].shape, motion, query, manifold);
 }
 
 // Solids that are not idle. True if they are so few that each may look at all others.
@@ -241,7 +277,7 @@ Collider::Collider(const Model& model) : impl_(std::make_unique<Impl>(model)) {
     const Geometry& ga = geometries[a];
     const Geometry& gb = geometries[b];
     if (ga.instance < 0 || ga.instance != gb.instance) continue;
-    impl.find_contacts(a, b, 0.0, 0.0);
+    impl.find_contacts(a, b, {0.0, 0.0});
     if (impl.manifold.size > 0) impl.overlapping.emplace_back(a, b);
   }
   impl.filter.exclude(impl.overlapping);
@@ -255,7 +291,7 @@ Collider& Collider::operator=(Collider&&) noexcept = default;
 
 void Collider::compute_candidates(std::span<const Pose> X_WB, std::span<const double> margin,
                                   std::vector<Candidate>& out, std::span<const double> travel,
-                                  std::span<const char> idle) {
+                                  std::span<const char> idle, const BodyMotions& motions) {
   out.clear();
   Impl& impl = *impl_;
   impl.idle = idle;
@@ -270,7 +306,11 @@ void Collider::compute_candidates(std::span<const Pose> X_WB, std::span<const do
     // Who gives no travel asks for all there is.
     const double turn = travel.empty() ? std::numeric_limits<double>::infinity()
                                        : impl.turn(ga.body, gb.body, reach);
-    impl.find_contacts(a, b, reach, turn);
+    if (motions.velocity.empty() || !impl.may_pass(a, b)) {
+      impl.find_contacts(a, b, {reach, turn});
+    } else {
+      impl.find_moving_contacts(a, b, {reach, turn}, impl.motion_of(X_WB, a, b, motions));
+    }
     if (!travel.empty()) {
       add_corner_contacts(ga.shape, impl.X_WG[a], gb.shape, impl.X_WG[b], reach, way,
                           impl.manifold);

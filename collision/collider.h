@@ -11,29 +11,36 @@
 
 namespace counterpoint::collision {
 
+/// How the bodies move within the step; one entry a body, the world first. Empty: not at all.
+struct BodyMotions {
+  std::span<const Motion> velocity;  ///< in W, linear of the body's origin [rad/s; m/s]
+  std::span<const double> mobility;  ///< of one pair the larger moves more: inverse weights [1/kg]
+  double time_step = 0.0;            ///< [s]
+};
+
 /// Finds the contact candidates of a model. Scratch memory inside: one per thread. The result is a
-/// pure function of (model, poses, margins): nothing is remembered from call to call, and the order is
-/// by geometry pair, then by the manifold's own fixed order.
+/// pure function of (model, poses, margins): nothing is remembered from call to call, and the order
+/// is by geometry pair, then by the manifold's own fixed order.
 class Collider {
  public:
-  /// Pairs never tested: same body, both static, links of one robot joined by a joint, excluded by the
-  /// model, and pairs of one robot overlapping in its default pose (see overlapping_pairs).
+  /// Pairs never tested: same body, both static, links of one robot joined by a joint, excluded by
+  /// the model, and pairs of one robot overlapping in its default pose (see overlapping_pairs).
   explicit Collider(const Model& model);
   ~Collider();
   Collider(Collider&&) noexcept;
   Collider& operator=(Collider&&) noexcept;
 
   /// All candidates with gap < margin_A + margin_B. X_WB: pose of every body, the world first
-  /// (num_bodies); a body whose pose is not finite touches nothing. margin: one a body [m], the world
-  /// first. `out` is cleared first; no allocation once its capacity has been reached.
-  /// travel: how far the surface of each body may go before the next call [m]; where that is a
-  /// good part of a shape's size, corners that face away now are candidates too, and the middle of what
-  /// is slender or flat. Empty: nowhere.
-  /// idle: by body, true where pose and margin are those of the last call, the world too; pairs of
-  /// idle bodies are left out. Empty: none.
+  /// (num_bodies); a body whose pose is not finite touches nothing. margin: one a body [m], the
+  /// world first. `out` is cleared first; no allocation once its capacity has been reached. travel:
+  /// how far the surface of each body may go before the next call [m]; where that is a good part of
+  /// a shape's size, corners that face away now are candidates too, and the middle of what is
+  /// slender or flat. Empty: nowhere. motions: contacts that would stop them are looked at again
+  /// where they lead (look_ahead). idle: by body, true where pose and margin are those of the last
+  /// call, the world too; pairs of idle bodies are left out. Empty: none.
   void compute_candidates(std::span<const Pose> X_WB, std::span<const double> margin,
                           std::vector<Candidate>& out, std::span<const double> travel = {},
-                          std::span<const char> idle = {});
+                          std::span<const char> idle = {}, const BodyMotions& motions = {});
 
   /// Geometry pairs left out because they overlap in the default pose.
   const std::vector<std::pair<int, int>>& overlapping_pairs() const;

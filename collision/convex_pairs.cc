@@ -6,7 +6,8 @@
 namespace counterpoint::collision {
 
 void convex_convex(const Shape& a, const Pose& X_WA, const Shape& b, const Pose& X_WB,
-                   double margin, Manifold& out) {
+                   const PairQuery& query, Manifold& out) {
+  const double margin = query.margin;
   Witness witness;
   if (!closest_points(a, X_WA, b, X_WB, margin, witness)) return;
   Feature feature_a;

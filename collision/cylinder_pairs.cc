@@ -7,7 +7,8 @@
 namespace counterpoint::collision {
 
 void sphere_cylinder(const Shape& a, const Pose& X_WA, const Shape& b, const Pose& X_WB,
-                     double margin, Manifold& out) {
+                     const PairQuery& query, Manifold& out) {
+  const double margin = query.margin;
   const Vector3 center = X_WB.rotation.transpose() * (X_WA.translation - X_WB.translation);
   const double radius = b.size[0];
   const double half = b.size[1];

@@ -52,16 +52,12 @@ bool is_round(const Shape& shape) {
 
 [[gnu::noinline]] void at_origin_of_first(PairFunction function, const Shape& first,
                                           const Pose& X_first, const Shape& second,
-                                          const Pose& X_second, double margin, double turn,
+                                          const Pose& X_second, const PairQuery& query,
                                           Manifold& out) {
   const Vector3 origin = X_first.translation;
   const Pose X_1{X_first.rotation, Vector3::Zero()};
   const Pose X_2{X_second.rotation, X_second.translation - origin};
-  if (first.type == ShapeType::kPlane && second.type == ShapeType::kConvexMesh) {
-    plane_convex_mesh(X_1, second, X_2, margin, turn, out);
-  } else {
-    function(first, X_1, second, X_2, margin, out);
-  }
+  function(first, X_1, second, X_2, query, out);
   for (int i = 0; i < out.size; ++i) out.points[i].position += origin;
 }
 
@@ -81,10 +77,10 @@ bool is_round(const Shape& shape) {
 }  // namespace
 
 void pair_contacts(const Shape& a, const Pose& X_WA, const Shape& b, const Pose& X_WB,
-                   double margin, Manifold& out, double turn) {
+                   const PairQuery& query, Manifold& out) {
   out.size = 0;
   if (a.type == ShapeType::kTerrain || b.type == ShapeType::kTerrain) {
-    with_terrain(a, X_WA, b, X_WB, margin, out);
+    with_terrain(a, X_WA, b, X_WB, query.margin, out);
     return;
   }
   const bool in_order = comes_first(a, X_WA, b, X_WB);
@@ -95,9 +91,9 @@ void pair_contacts(const Shape& a, const Pose& X_WA, const Shape& b, const Pose&
   const PairFunction function =
       kPairFunctions[static_cast<int>(first.type)][static_cast<int>(second.type)];
   if (is_round(first) && is_round(second)) {
-    function(first, X_first, second, X_second, margin, out);
+    function(first, X_first, second, X_second, query, out);
   } else if (function != nullptr) {
-    at_origin_of_first(function, first, X_first, second, X_second, margin, turn, out);
+    at_origin_of_first(function, first, X_first, second, X_second, query, out);
   }
   if (in_order) return;
   for (int i = 0; i < out.size; ++i) out.points[i].normal = -out.points[i].normal;

@@ -26,14 +26,16 @@ struct Plane {
 
 }  // namespace
 
-void plane_sphere(const Shape&, const Pose& X_WA, const Shape& b, const Pose& X_WB, double margin,
-                  Manifold& out) {
+void plane_sphere(const Shape&, const Pose& X_WA, const Shape& b, const Pose& X_WB,
+                  const PairQuery& query, Manifold& out) {
+  const double margin = query.margin;
   const Plane plane(X_WA);
   plane.add(X_WB.translation - b.size[0] * plane.normal, margin, out);
 }
 
-void plane_capsule(const Shape&, const Pose& X_WA, const Shape& b, const Pose& X_WB, double margin,
-                   Manifold& out) {
+void plane_capsule(const Shape&, const Pose& X_WA, const Shape& b, const Pose& X_WB,
+                   const PairQuery& query, Manifold& out) {
+  const double margin = query.margin;
   const Plane plane(X_WA);
   const Vector3 half = b.size[1] * X_WB.rotation.col(2);
   const Vector3 low = X_WB.translation - b.size[0] * plane.normal;
@@ -42,8 +44,9 @@ void plane_capsule(const Shape&, const Pose& X_WA, const Shape& b, const Pose& X
 }
 
 // All eight corners are candidates, not only those of the lowest face: no choice, no jump.
-void plane_box(const Shape&, const Pose& X_WA, const Shape& b, const Pose& X_WB, double margin,
-               Manifold& out) {
+void plane_box(const Shape&, const Pose& X_WA, const Shape& b, const Pose& X_WB,
+               const PairQuery& query, Manifold& out) {
+  const double margin = query.margin;
   const Plane plane(X_WA);
   const double center = plane.height(X_WB.translation);
   const Vector3 rise = (X_WB.rotation.transpose() * plane.normal).cwiseProduct(b.size);
@@ -60,8 +63,9 @@ void plane_box(const Shape&, const Pose& X_WA, const Shape& b, const Pose& X_WB,
 // Four points a rim, the lowest one and every quarter turn from it. A cylinder standing upright has
 // no lowest point: there the square starts at its own x axis, and since the second moments of a
 // square are the same about every axis, the turn of the square does not change how it carries load.
-void plane_cylinder(const Shape&, const Pose& X_WA, const Shape& b, const Pose& X_WB, double margin,
-                    Manifold& out) {
+void plane_cylinder(const Shape&, const Pose& X_WA, const Shape& b, const Pose& X_WB,
+                    const PairQuery& query, Manifold& out) {
+  const double margin = query.margin;
   const Plane plane(X_WA);
   const Vector3 axis = X_WB.rotation.col(2);
   Vector3 down = axis * axis.dot(plane.normal) - plane.normal;
@@ -190,21 +194,16 @@ Choice choose_vertices(const Heights& heights, int lowest, double margin, double
 
 }  // namespace
 
-void plane_convex_mesh(const Pose& X_WA, const Shape& b, const Pose& X_WB, double margin,
-                       double turn, Manifold& out) {
+void plane_convex_mesh(const Shape&, const Pose& X_WA, const Shape& b, const Pose& X_WB,
+                       const PairQuery& query, Manifold& out) {
   const Plane plane(X_WA);
   const Heights heights{*b.mesh, X_WB.rotation.transpose() * plane.normal,
                         plane.height(X_WB.translation)};
   const int lowest = support_vertex(*b.mesh, -heights.up, 0);
-  if (!(heights.at(lowest) < margin)) return;
-  const Choice choice = choose_vertices(heights, lowest, margin, turn);
+  if (!(heights.at(lowest) < query.margin)) return;
+  const Choice choice = choose_vertices(heights, lowest, query.margin, query.turn);
   for (int i = 0; i < choice.size; ++i)
-    plane.add(X_WB * b.mesh->vertices[choice.vertices[i]], margin, out);
-}
-
-void plane_convex_mesh(const Shape&, const Pose& X_WA, const Shape& b, const Pose& X_WB,
-                       double margin, Manifold& out) {
-  plane_convex_mesh(X_WA, b, X_WB, margin, std::numeric_limits<double>::infinity(), out);
+    plane.add(X_WB * b.mesh->vertices[choice.vertices[i]], query.margin, out);
 }
 
 }  // namespace counterpoint::collision

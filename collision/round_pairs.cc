@@ -22,14 +22,16 @@ constexpr double kSame = 1e-10;
 }  // namespace
 
 void sphere_sphere(const Shape& a, const Pose& X_WA, const Shape& b, const Pose& X_WB,
-                   double margin, Manifold& out) {
+                   const PairQuery& query, Manifold& out) {
+  const double margin = query.margin;
   out.add_round(Vector3::Zero(), a.size[0], X_WB.translation - X_WA.translation, b.size[0],
                 Vector3::UnitZ(), margin);
   if (out.size > 0) out.points[0].position += X_WA.translation;
 }
 
 void sphere_capsule(const Shape& a, const Pose& X_WA, const Shape& b, const Pose& X_WB,
-                    double margin, Manifold& out) {
+                    const PairQuery& query, Manifold& out) {
+  const double margin = query.margin;
   const Segment segment{X_WB.translation - X_WA.translation, X_WB.rotation.col(2), b.size[1]};
   out.add_round(Vector3::Zero(), a.size[0], segment.at(segment.closest(Vector3::Zero())), b.size[0],
                 X_WB.rotation.col(0), margin);
@@ -68,7 +70,8 @@ struct Segments {
 // closest point lies between and is added. Which points these are is told by scalar products alone,
 // right to 1e-15 of the size; their places are found exactly.
 COUNTERPOINT_WIDE void capsule_capsule(const Shape& a, const Pose& X_WA, const Shape& b,
-                                       const Pose& X_WB, double margin, Manifold& out) {
+                                       const Pose& X_WB, const PairQuery& query, Manifold& out) {
+  const double margin = query.margin;
   // Relative to the size and the margin: beyond it by more, or closer than another, for sure.
   constexpr double kSurely = 1e-6;
   // Of the squared sine; with less, lines graze.

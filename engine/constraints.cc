@@ -189,7 +189,8 @@ void ConstraintFinder::find_candidates(const Model& model, const SimulationOptio
   }
   for (int round = 0; round < kMaxRounds; ++round) {
     for (int b = 0; b < model.num_bodies(); ++b) margin_[b] = slack_[b] + travel_[b];
-    collider_.compute_candidates(data.X_WB, margin_, candidates_, travel_, idle.bodies);
+    collider_.compute_candidates(data.X_WB, margin_, candidates_, travel_, idle.bodies,
+                                 {data.V, weights_.contact, h});
     if (!spread_travel(model, kFastTravel * reach, kFastTravel * options.contact.margin)) return;
   }
 }

@@ -7,6 +7,7 @@
 #include "counterpoint/engine/energy.h"
 #include "counterpoint/engine/kinematics.h"
 #include "counterpoint/engine/springs.h"
+#include "counterpoint/engine/state_file.h"
 
 namespace counterpoint::apps {
 
@@ -22,6 +23,7 @@ void Trial::step(Runner& sim) {
   iterations_max = std::max(iterations_max, figures.iterations);
   max_penetration = std::max(max_penetration, figures.max_penetration);
   if (!figures.failure.empty()) {
+    if (!state_file_.empty()) write_state(state_file_, sim.model(), sim.options(), sim.state());
     throw StepFailure(fmt::format("{}: step at {:.6g} s: {}", sim.scene().name, sim.state().time,
                                   figures.failure));
   }

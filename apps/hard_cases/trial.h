@@ -48,6 +48,9 @@ class Trial {
   /// Lets go of what was loaded; figures and chart stay.
   void unload() { runners_.clear(); }
 
+  /// Where the last good state goes if a step fails (docs/trajectory-format.md); empty: nowhere.
+  void keep_state_in(std::filesystem::path file) { state_file_ = std::move(file); }
+
   /// One step. @throws StepFailure.
   void step(Runner& sim);
   /// One step, and the forces within it.
@@ -86,6 +89,7 @@ class Trial {
   std::filesystem::path scenes_;
   Engine engine_;
   double allowed_;  ///< [s]
+  std::filesystem::path state_file_;
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
   std::vector<std::unique_ptr<Runner>> runners_;
 };

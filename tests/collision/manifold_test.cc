@@ -124,12 +124,12 @@ TEST(Plane, AHullStandsOnItsSoleNotOnItsBevel) {
   }
   const Shape foot = test::hull_shape(corners);
   Manifold m;
-  pair_contacts(plane_shape(), Pose{}, foot, Pose{}, 0.01, m, 0.02);
+  pair_contacts(plane_shape(), Pose{}, foot, Pose{}, {0.01, 0.02}, m);
   EXPECT_GE(m.size, 7);  // the lowest may be one of seven
   for (int k = 0; k < m.size; ++k) EXPECT_EQ(m.points[k].gap, 0.0);
   EXPECT_GT(least_reach(m), 0.85 * 0.08);  // as above
   // It has to tip by 1 mm / 0.02 m to stand on the bevel.
-  pair_contacts(plane_shape(), Pose{}, foot, Pose{}, 0.01, m, 0.06);
+  pair_contacts(plane_shape(), Pose{}, foot, Pose{}, {0.01, 0.06}, m);
   EXPECT_EQ(deepest(m).gap, 0.0);
   EXPECT_GT(least_reach(m), 0.85 * 0.08);
 }
@@ -145,7 +145,7 @@ TEST(Plane, AHullTipsOntoItsManifold) {
   const Shape ball = test::hull_shape(points);
   const double low = -support_height(ball, Pose{}, -Vector3::UnitZ());
   Manifold m;
-  pair_contacts(plane_shape(), Pose{}, ball, at(0, 0, -low), 0.02, m, kTurn);
+  pair_contacts(plane_shape(), Pose{}, ball, at(0, 0, -low), {0.02, kTurn}, m);
   EXPECT_LT(m.size, 8);
   const Vector3 pivot = deepest(m).position;
   for (int i = 0; i < 64; ++i) {
