@@ -54,6 +54,20 @@ def on_slope(name, tangent, friction, half, about, extra_models=()):
                  ground=f"{{normal: {vec(tangent, 0, 1)}, friction: {num(friction)}}}")
 
 
+def seams():
+    """Tiles of 13 cm side by side; what slides over them goes as over one plane."""
+    def thrown(name, shape, size, y, height, yaw=0):
+        return free(name, shape, size, 1, (0, y, height), (0, 0, yaw) if yaw else None, 0.2, velocity=(2, 0, 0))
+    tiles = [f"  - {{name: tile_{i}, box: [0.065, 2, 0.1], position: {vec(0.13 * (i - 1), 0, -0.1)}, friction: 0.2}}"
+             for i in range(15)]
+    return scene("seams", "Four bodies thrown at 2 m/s over a floor of tiles, all of one height.",
+                 [thrown("block", "box", (0.05, 0.05, 0.05), -1.2, 0.05),
+                  thrown("plate", "box", (0.1, 0.1, 0.005), -0.4, 0.005, 0.3),
+                  thrown("can", "cylinder", (0.05, 0.1), 0.4, 0.05),
+                  thrown("ball", "sphere", 0.05, 1.2, 0.05)],
+                 ground=None, duration=1, more=["environment:"] + tiles)
+
+
 def headings():
     blocks = []
     for k in range(12):
@@ -511,6 +525,7 @@ def hard_files():
         "slope_slide": on_slope("slope_slide", 0.6, 0.5, (0.1, 0.1, 0.1), "A block on a slope of tan 0.6, friction 0.5."),
         "sliding_stop": scene("sliding_stop", "A block slides at 2 m/s to a stop.",
                               [free("block", "box", (0.1, 0.1, 0.1), 1, (0, 0, 0.1), velocity=(2, 0, 0))], duration=1),
+        "seams": seams(),
         "headings": headings(),
         "push_ramp": scene("push_ramp", "A block of 1 kg, to be pushed by 20 N/s times t.",
                            [free("block", "box", (0.1, 0.1, 0.1), 1, (0, 0, 0.1), friction=0.4)], ground=0.4, duration=1),

@@ -75,6 +75,36 @@ void sliding_stop(Trial& trial) {
   trial.at_most("hover, largest", "m", hover, 1e-9, "exact Coulomb friction does not hop");
 }
 
+void seams(Trial& trial) {
+  Runner& sim = trial.load("seams");
+  const double v0 = 2.0, mu = 0.2, h = sim.options().time_step;
+  const double way = v0 * v0 / (2.0 * mu * kGravity);
+  const State start = sim.state();
+  const Model& model = sim.model();
+  double rise = 0.0;
+  trial.chart.y_label = "x of the block [m]";
+  trial.chart.curves.resize(1);
+  trial.chart.levels = {{"v0^2 / (2 mu g)", way}};
+  const int block = q_of(model, "block/body");
+  trial.run(sim, 1.1, [&](const Runner& s) {
+    for (const char* name : {"block", "plate", "can"}) {
+      const int z = q_of(model, std::string(name) + "/body") + 2;
+      rise = std::max(rise, s.state().q[z] - start.q[z]);
+    }
+    trial.chart.curves[0].add(s.state().time, s.state().q[block]);
+  });
+  for (const char* name : {"block", "plate", "can"}) {
+    trial.equal(std::string("stopping distance, ") + name, "m",
+                sim.state().q[q_of(model, std::string(name) + "/body")], way - 0.5 * h * v0,
+                h * h * mu * kGravity / 8.0 + 1e-8,
+                "as on one plane: v0^2/(2 mu g), less the scheme's h v0/2");
+  }
+  trial.at_most("rise, largest", "m", rise, 1e-9, "tiles of one height are one plane");
+  // The ball's edge contact ahead is off level by what a step goes over its radius.
+  trial.equal("speed of the ball", "m/s", sim.state().v[v_of(model, "ball/body")], 5.0 / 7.0 * v0,
+              0.01 * v0, "5 v0/7 when rolling; 1 % of v0 by agreement");
+}
+
 void headings(Trial& trial) {
   Runner& sim = trial.load("headings");
   const VectorX start = sim.state().q;
@@ -236,6 +266,8 @@ std::vector<HardCase> friction_cases() {
        "slope_slide", slope_slide},
       {"sliding_stop", "Convex contact laws let a sliding body hover; the stop is a kink in time.",
        "sliding_stop", sliding_stop},
+      {"seams", "The edge of the next tile is in the way of what slides on this one.", "seams",
+       seams},
       {"headings", "Pyramid cones make friction depend on the direction.", "headings", headings},
       {"push_ramp", "The force grows through the limit of friction; the slip must start on time.",
        "push_ramp", push_ramp},

@@ -63,9 +63,7 @@ std::vector<HardCase> masonry_cases() {
       {"card_pair_slides", "The same pair 2 % outside: it must not stick.", "card_pair_slides",
        card_pair_slides},
       {"card_pair_sharp", "Two sharp edges in one line: the normal between them is not defined.",
-       "card_pair_sharp", card_pair_sharp, false,
-       "the normal where the edges touch is that of a card's face, 29 degrees off level, as "
-       "measured; stands from friction 0.6 on (exact: 0.271)."},
+       "card_pair_sharp", card_pair_sharp},
       {"card_house", "Fifteen thin cards on edges; nothing but friction holds any of them.",
        "card_house", card_house},
       {"arch_stands", "Loose wedges, thrust through all joints, 12 % inside the limit.",

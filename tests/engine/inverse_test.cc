@@ -81,6 +81,18 @@ TEST_P(TimeStep, TumblingBoxWithFrictionRestitutionAndContact) {
   }
 }
 
+// Contacts that are looked at where the motion leads depend on (q, v) alone.
+TEST_P(TimeStep, OverSeamsOfTiles) {
+  Scene scene = load_scene(COUNTERPOINT_SOURCE_DIR "/data/scenes/hard/seams.yaml");
+  scene.options.time_step = GetParam();
+  Simulator sim(std::move(scene));
+  test::Random random(11);
+  const int steps = std::min(2000, static_cast<int>(0.7 / GetParam()));
+  const Recovery r = drive(sim, steps, VectorX::Constant(sim.model().nv(), 0.5), random);
+  EXPECT_GT(r.contacts, 0);
+  EXPECT_LT(r.relative(), kRecovered);
+}
+
 TEST_P(TimeStep, PendulumOnItsLimit) {
   Scene scene = test::pendulum({.damping = 0.1, .lower = -0.5, .upper = 0.5});
   scene.options.time_step = GetParam();
