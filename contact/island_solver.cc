@@ -1,6 +1,7 @@
 #include "counterpoint/contact/island_solver.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace counterpoint::contact {
 namespace {
@@ -29,6 +30,11 @@ constexpr double kNeighbors[] = {0.5, 2.0, 8.0};
 constexpr double kNear[] = {1.03, 0.97, 1.06, 0.94, 1.09, 0.91, 1.13, 0.89, 1.16, 0.86,
                             1.20, 0.83, 1.23, 0.81, 1.27, 0.79, 1.31, 0.76, 1.35, 0.74};
 constexpr int kNearSteps = 60;
+// From a solution so much softer one walks to the own regularizers: by steps of their logarithm that
+// double when the mixed method arrives and shrink when it does not, down to the shortest.
+constexpr double kWalkFrom = 128.0;
+constexpr double kWalkShrink = 0.4, kShortestWalk = 1e-3;
+constexpr int kMostWalks = 40;
 constexpr int kLastDirectSteps = 300;
 
 }  // namespace
@@ -38,7 +44,7 @@ void IslandSolver::reserve() {
   mixed_newton_.reserve(*system_);
   interior_point_.reserve(*system_);
   homotopy_.reserve(*system_);
-  point_.reserve(*system_);
+  for (auto* point : {&point_, &here_}) point->reserve(*system_);
   for (auto* v : {&start_, &w_, &best_w_}) v->reserve(system_->size());
   for (auto* v : {&f_, &best_f_}) v->reserve(system_->num_rows());
   regularizer_.reserve(system_->constraints().size());
@@ -137,22 +143,50 @@ void IslandSolver::attempt(Method method, int max_iterations) {
   if (arrived) finish(kFinishSteps);
 }
 
+// The regularizers become so many times those kept in regularizer_.
+void IslandSolver::scale_regularizers(double factor) {
+  auto own = regularizer_.begin();
+  for (auto& c : system_->constraints()) c.law.regularizer = factor * *own++;
+  mixed_system_.begin(*system_);
+}
+
+// From the solution in point_ for regularizers `factor` times as large to that for the own ones: in
+// one go, or by shorter and longer steps. True if it arrives; the regularizers are the own ones.
+bool IslandSolver::walk_from(double factor, int most_steps) {
+  double left = std::log(factor), step = left;
+  bool arrived = false;
+  for (int i = 0; i < most_steps && !arrived && steps_left() > 0; ++i) {
+    here_ = point_;
+    scale_regularizers(std::exp(left - step));
+    if (run_mixed_newton(kMixedSteps)) {
+      left -= step;
+      arrived = left == 0.0;
+      step = std::abs(2.0 * step) < std::abs(left) ? 2.0 * step : left;
+    } else {
+      point_ = here_;
+      step *= kWalkShrink;
+      if (std::abs(step) < kShortestWalk) break;
+    }
+  }
+  scale_regularizers(1.0);
+  return arrived;
+}
+
 // From the solution of the island whose regularizers are so many times as large, by `method`, with
 // the mixed method to the own one.
-void IslandSolver::come_from(double regularizer_factor, Method method, int max_steps) {
+void IslandSolver::come_from(double factor, Method method, int max_steps, int most_walks) {
   method_ = method;
   regularizer_.clear();
-  for (auto& c : system_->constraints()) {
-    regularizer_.push_back(c.law.regularizer);
-    c.law.regularizer *= regularizer_factor;
-  }
+  for (const auto& c : system_->constraints()) regularizer_.push_back(c.law.regularizer);
+  scale_regularizers(factor);
   if (method != Method::kHomotopy) guess_point();
   const bool there =
       method == Method::kHomotopy ? run_homotopy(kManner, max_steps) : run_mixed_newton(max_steps);
-  auto own = regularizer_.begin();
-  for (auto& c : system_->constraints()) c.law.regularizer = *own++;
-  mixed_system_.begin(*system_);
-  if (there && run_mixed_newton(kMixedSteps)) finish(kFinishSteps);
+  if (there && walk_from(factor, most_walks)) {
+    finish(kFinishSteps);
+  } else {
+    scale_regularizers(1.0);
+  }
 }
 
 void IslandSolver::follow_in_turn(std::span<const HomotopyManner> manners) {
@@ -172,10 +206,11 @@ void IslandSolver::try_in_turn() {
   for (const double factor : kSofter)
     if (unsolved()) come_from(factor, Method::kMixedNewton, kMixedSteps);
   if (unsolved()) attempt(Method::kHomotopy, kHomotopySteps);
+  if (unsolved()) come_from(kWalkFrom, Method::kMixedNewton, kMixedSteps, kMostWalks);
   for (const double factor : kNear)
     if (unsolved()) come_from(factor, Method::kMixedNewton, kNearSteps);
   for (const double factor : kNeighbors)
-    if (unsolved()) come_from(factor, Method::kHomotopy, kHomotopySteps);
+    if (unsolved()) come_from(factor, Method::kHomotopy, kHomotopySteps, kMostWalks);
   follow_in_turn(kMoreManners);
   if (unsolved()) attempt(Method::kNewton, kLastDirectSteps);
   follow_in_turn(kDetours);

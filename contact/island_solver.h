@@ -42,7 +42,9 @@ class IslandSolver {
   bool run_mixed_newton(int max_iterations);
   bool run_interior_point(int max_iterations);
   bool run_homotopy(const HomotopyManner& manner, int max_iterations);
-  void come_from(double regularizer_factor, Method method, int max_steps);
+  void scale_regularizers(double factor);
+  bool walk_from(double factor, int most_steps);
+  void come_from(double factor, Method method, int max_steps, int most_walks = 1);
   void follow_in_turn(std::span<const HomotopyManner> manners);
   void finish_while_contracting();
   void finish(int max_iterations);
@@ -60,7 +62,7 @@ class IslandSolver {
   Method method_ = Method::kNewton;
   Newton::Result result_, best_;
   std::vector<double> start_, w_, f_, best_w_, best_f_, regularizer_;
-  MixedSystem::Point point_;
+  MixedSystem::Point point_, here_;
 };
 
 }  // namespace counterpoint::contact
