@@ -113,7 +113,7 @@ Shape read_shape(const YamlValue& in, const fs::path& folder, HullCache& hulls) 
   const std::string kind = found;
   const YamlValue value = in.at(found);
   const auto sizes = [&](size_t count, const char* what) {
-    const std::vector<double> numbers = value.numbers();
+    std::vector<double> numbers = value.numbers();
     if (numbers.size() != count) value.fail(fmt::format("{} is expected", what));
     for (const double n : numbers) {
       if (n <= 0.0) value.fail(fmt::format("{} is not positive; {} is expected", n, what));

@@ -49,8 +49,8 @@ class YamlValue {
   std::string where() const;
 
  private:
-  YamlValue(YAML::Node node, std::string file, std::string path)
-      : node_(std::move(node)), file_(std::move(file)), path_(std::move(path)) {}
+  YamlValue(const YAML::Node& node, std::string file, std::string path)
+      : node_(node), file_(std::move(file)), path_(std::move(path)) {}
 
   YAML::Node node_;
   std::string file_, path_;  // path_: "models[1].position"
