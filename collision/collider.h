@@ -32,12 +32,16 @@ class Collider {
 
   /// All candidates with gap < margin_A + margin_B. X_WB: pose of every body, the world first
   /// (num_bodies); a body whose pose is not finite touches nothing. margin: one a body [m], the
-  /// world first. `out` is cleared first; no allocation once its capacity has been reached. travel:
-  /// how far the surface of each body may go before the next call [m]; where that is a good part of
-  /// a shape's size, corners that face away now are candidates too, and the middle of what is
-  /// slender or flat. Empty: nowhere. motions: contacts that would stop them are looked at again
-  /// where they lead (look_ahead). idle: by body, true where pose and margin are those of the last
-  /// call, the world too; pairs of idle bodies are left out. Empty: none.
+  /// world first. `out` is cleared first; no allocation once its capacity has been reached.
+  ///
+  /// travel: how far the surface of each body may go before the next call [m]; where that is a good
+  /// part of a shape's size, corners that face away now are candidates too, and the middle of what
+  /// is slender or flat. Empty: nowhere.
+  ///
+  /// idle: by body, true where pose and margin are those of the last call, the world too; pairs of
+  /// idle bodies are left out. Empty: none.
+  ///
+  /// motions: contacts that would stop these are looked at again where they lead (pair_motion.h).
   void compute_candidates(std::span<const Pose> X_WB, std::span<const double> margin,
                           std::vector<Candidate>& out, std::span<const double> travel = {},
                           std::span<const char> idle = {}, const BodyMotions& motions = {});
