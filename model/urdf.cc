@@ -116,10 +116,13 @@ class Converter {
     robot.where = file_.string();
     notes_ = xml_.notes;
     for (const std::string& name : xml_.link_names) {
-      robot.links.push_back(make_link(*model.getLink(name), xml_.links.at(name)));
+      const UrdfXml::Link& link = xml_.links.at(name);
+      robot.links.push_back(make_link(same(model.getLink(name), "link", name, link.line), link));
     }
     for (const std::string& name : xml_.joint_names) {
-      robot.joints.push_back(make_joint(*model.getJoint(name), xml_.joints.at(name)));
+      const UrdfXml::Joint& joint = xml_.joints.at(name);
+      robot.joints.push_back(
+          make_joint(same(model.getJoint(name), "joint", name, joint.line), joint));
     }
     note_dropped("effort", no_effort_);
     note_dropped("velocity", no_velocity_);
@@ -129,6 +132,18 @@ class Converter {
 
  private:
   std::string at(int line) const { return fmt::format("{}:{}", file_.string(), line); }
+
+  /// What urdfdom found under a name; it reads names that are not UTF-8 in a way of its own.
+  template <class T>
+  const T& same(const std::shared_ptr<T>& found, const char* kind, const std::string& name,
+                int line) const {
+    if (found == nullptr) {
+      throw InputError(fmt::format(
+          "{}: {} '{}': the name is not valid text; use letters, digits, '_' and '-', in UTF-8",
+          at(line), kind, name));
+    }
+    return *found;
+  }
 
   LinkSpec make_link(const urdf::Link& in, const UrdfXml::Link& extra) {
     LinkSpec link;

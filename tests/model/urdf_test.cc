@@ -90,6 +90,11 @@ TEST_F(UrdfTest, ReadsLinksAndJoints) {
   EXPECT_EQ(j.dry_friction, 0.25);
 }
 
+// urdfdom reads such a name otherwise than tinyxml2 does, and then knows no link of it.
+TEST_F(UrdfTest, RefusesNamesThatAreNotText) {
+  expect_refused(robot(link("<\xbf\xc3\xc3\xc3<<body")), 3, {"link", "not valid text", "UTF-8"});
+}
+
 TEST_F(UrdfTest, JointTypes) {
   EXPECT_EQ(load(pair_with("continuous")).joints[0].type, JointType::kRevolute);
   EXPECT_EQ(load(pair_with("continuous")).joints[0].upper, std::numeric_limits<double>::infinity());
