@@ -158,7 +158,10 @@ void add_hard_cases(CLI::App& app, Action& action) {
       ->allow_extra_args(false);
   command.add_flag("--list", arguments->list, "List the cases, run none");
   command.add_flag("--fast", arguments->fast, "Leave the slow ones out");
-  command.add_option("--report", arguments->folder, "Write hard-cases.md, one picture a case, the last good state of a run that failed")
+  command
+      .add_option(
+          "--report", arguments->folder,
+          "Write hard-cases.md, one picture a case, the last good state of a run that failed")
       ->type_name("DIR");
   command.add_option("--scenes", arguments->scenes, "Their scenes; default: data/scenes/hard")
       ->type_name("DIR");

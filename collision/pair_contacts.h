@@ -10,19 +10,19 @@ namespace counterpoint::collision {
 
 /// What is asked of two shapes.
 struct PairQuery {
-  double margin;  ///< contact points with a gap below this [m]
-  /// How far the shapes may turn before contacts are looked for again [rad]. Of a hull on a plane
-  /// with more vertices within the margin than a manifold holds those are taken on which this may
-  /// make it stand.
-  double turn = std::numeric_limits<double>::infinity();
-  /// Edges of boxes count as rounded off by this [m]: where two touch in one line, every direction
-  /// between the faces is a normal, and ways out that differ by less than this are averaged.
-  double rounding = 0.0;
-
   // Most callers give a margin only.
   PairQuery(double margin_value, double turn_value = std::numeric_limits<double>::infinity(),
             double rounding_value = 0.0)
       : margin(margin_value), turn(turn_value), rounding(rounding_value) {}
+
+  double margin;  ///< contact points with a gap below this [m]
+  /// How far the shapes may turn before contacts are looked for again [rad]. Of a hull on a plane
+  /// with more vertices within the margin than a manifold holds those are taken on which this may
+  /// make it stand.
+  double turn;
+  /// Edges of boxes count as rounded off by this [m]: where two touch in one line, every direction
+  /// between the faces is a normal, and ways out that differ by less than this are averaged.
+  double rounding;
 };
 
 /// Fills `out` with the contact points of shapes A and B whose gap is below the margin; poses in

@@ -30,8 +30,8 @@ constexpr double kNeighbors[] = {0.5, 2.0, 8.0};
 constexpr double kNear[] = {1.03, 0.97, 1.06, 0.94, 1.09, 0.91, 1.13, 0.89, 1.16, 0.86,
                             1.20, 0.83, 1.23, 0.81, 1.27, 0.79, 1.31, 0.76, 1.35, 0.74};
 constexpr int kNearSteps = 60;
-// From a solution so much softer one walks to the own regularizers: by steps of their logarithm that
-// double when the mixed method arrives and shrink when it does not, down to the shortest.
+// From a solution so much softer one walks to the own regularizers: by steps of their logarithm
+// that double when the mixed method arrives and shrink when it does not, down to the shortest.
 constexpr double kWalkFrom = 128.0;
 constexpr double kWalkShrink = 0.4, kShortestWalk = 1e-3;
 constexpr int kMostWalks = 40;
@@ -151,7 +151,7 @@ void IslandSolver::scale_regularizers(double factor) {
 }
 
 // From the solution in point_ for regularizers `factor` times as large to that for the own ones: in
-// one go, or by shorter and longer steps. True if it arrives; the regularizers are the own ones.
+// one go, or by shorter and longer steps. True if it arrives.
 bool IslandSolver::walk_from(double factor, int most_steps) {
   double left = std::log(factor), step = left;
   bool arrived = false;
@@ -168,7 +168,6 @@ bool IslandSolver::walk_from(double factor, int most_steps) {
       if (std::abs(step) < kShortestWalk) break;
     }
   }
-  scale_regularizers(1.0);
   return arrived;
 }
 
@@ -182,11 +181,9 @@ void IslandSolver::come_from(double factor, Method method, int max_steps, int mo
   if (method != Method::kHomotopy) guess_point();
   const bool there =
       method == Method::kHomotopy ? run_homotopy(kManner, max_steps) : run_mixed_newton(max_steps);
-  if (there && walk_from(factor, most_walks)) {
-    finish(kFinishSteps);
-  } else {
-    scale_regularizers(1.0);
-  }
+  const bool arrived = there && walk_from(factor, most_walks);
+  scale_regularizers(1.0);
+  if (arrived) finish(kFinishSteps);
 }
 
 void IslandSolver::follow_in_turn(std::span<const HomotopyManner> manners) {

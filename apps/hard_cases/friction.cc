@@ -1,5 +1,6 @@
 // Friction: inside the cone, outside, and where it turns from one to the other.
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -79,24 +80,23 @@ void seams(Trial& trial) {
   Runner& sim = trial.load("seams");
   const double v0 = 2.0, mu = 0.2, h = sim.options().time_step;
   const double way = v0 * v0 / (2.0 * mu * kGravity);
-  const State start = sim.state();
   const Model& model = sim.model();
+  const std::array<const char*, 3> names = {"block", "plate", "can"};
+  std::array<int, 3> q{};  // of each
+  for (std::size_t k = 0; k < names.size(); ++k)
+    q[k] = q_of(model, std::string(names[k]) + "/body");
+  const VectorX start = sim.state().q;
   double rise = 0.0;
   trial.chart.y_label = "x of the block [m]";
   trial.chart.curves.resize(1);
   trial.chart.levels = {{"v0^2 / (2 mu g)", way}};
-  const int block = q_of(model, "block/body");
   trial.run(sim, 1.1, [&](const Runner& s) {
-    for (const char* name : {"block", "plate", "can"}) {
-      const int z = q_of(model, std::string(name) + "/body") + 2;
-      rise = std::max(rise, s.state().q[z] - start.q[z]);
-    }
-    trial.chart.curves[0].add(s.state().time, s.state().q[block]);
+    for (const int i : q) rise = std::max(rise, s.state().q[i + 2] - start[i + 2]);
+    trial.chart.curves[0].add(s.state().time, s.state().q[q[0]]);
   });
-  for (const char* name : {"block", "plate", "can"}) {
-    trial.equal(std::string("stopping distance, ") + name, "m",
-                sim.state().q[q_of(model, std::string(name) + "/body")], way - 0.5 * h * v0,
-                h * h * mu * kGravity / 8.0 + 1e-8,
+  for (std::size_t k = 0; k < names.size(); ++k) {
+    trial.equal(std::string("stopping distance, ") + names[k], "m", sim.state().q[q[k]],
+                way - 0.5 * h * v0, h * h * mu * kGravity / 8.0 + 1e-8,
                 "as on one plane: v0^2/(2 mu g), less the scheme's h v0/2");
   }
   trial.at_most("rise, largest", "m", rise, 1e-9, "tiles of one height are one plane");
