@@ -5,6 +5,7 @@
 
 #include "counterpoint/engine/closures.h"
 #include "counterpoint/engine/contact_law.h"
+#include "counterpoint/engine/joint_limits.h"
 #include "counterpoint/engine/velocity_limits.h"
 #include "counterpoint/model/rotation.h"
 
@@ -48,33 +49,6 @@ constexpr double kImpactSpeedUp = 2.0;
 /// what they strike in the very step, as far as this many rounds of collision reach.
 constexpr double kFastTravel = 4.0;
 constexpr int kMaxRounds = 4;
-
-/// Distance [rad or m] within which a joint limit gets a row, at rest: wide, since a row is cheap
-/// and a limit missed for one step is overrun.
-constexpr double kLimitMargin = 0.1;
-
-void find_limits(const Model& model, const SimulationOptions& options,
-                 const std::vector<int>& limited, const VectorRef& q, const VectorRef& v,
-                 const InverseWeights& weights, Idle idle, ConstraintSet& out) {
-  const double h = options.time_step;
-  for (const int i : limited) {
-    if (idle(i)) continue;
-    const Body& body = model.body(i);
-    const JointInfo& joint = model.joint(i - 1);
-    const double alpha = weights.dof[body.v_index];
-    const double gaps[2] = {q[body.q_index] - joint.lower, joint.upper - q[body.q_index]};
-    for (int side = 0; side < 2; ++side) {
-      if (!(gaps[side] < kLimitMargin + 2.0 * h * std::abs(v[body.v_index]))) continue;
-      JointConstraint row;
-      row.law =
-          make_limit_law(law_options(options, alpha, weights.total_mass), h, alpha, gaps[side]);
-      row.gap_bias = gap_bias(options.contact, h, gaps[side]);
-      row.v_index[0] = body.v_index;
-      row.coefficient[0] = side == 0 ? 1.0 : -1.0;
-      out.joints.push_back(row);
-    }
-  }
-}
 
 /// One row a coordinate: it takes up to the bound and yields beyond.
 void find_dry_friction(const Model& model, const SimulationOptions& options,
@@ -137,14 +111,13 @@ ConstraintFinder::ConstraintFinder(const Model& model, InverseWeights weights)
       travel_(model.num_bodies(), 0.0),
       slack_(model.num_bodies(), 0.0),
       margin_(model.num_bodies(), 0.0),
+      limited_(list_limited_bodies(model)),
       speed_limits_(list_speed_limits(model)),
       acceleration_(model.closures().empty() ? 0 : model.num_bodies()) {
   for (int i = 1; i < model.num_bodies(); ++i) {
     const Body& body = model.body(i);
     for (int k = body.v_index; k < body.v_index + joint_nv(body.joint_type); ++k)
       if (model.dry_friction()[k] > 0.0) dry_.push_back({k, i});
-    const JointInfo& joint = model.joint(i - 1);
-    if (std::isfinite(joint.lower) || std::isfinite(joint.upper)) limited_.push_back(i);
   }
 }
 
@@ -160,11 +133,18 @@ void ConstraintFinder::find(const Model& model, const SimulationOptions& options
   if (runs(Effect::kContacts)) find_contacts(model, options, effects, data, out, counts, idle);
   if (runs(Effect::kClosures))
     find_closures(model, options, data, weights_, idle, acceleration_, out);
-  if (runs(Effect::kLimits)) find_limits(model, options, limited_, q, v, weights_, idle, out);
+  if (runs(Effect::kLimits)) find_joint_limits(model, options, limited_, q, v, weights_, idle, out);
   if (runs(Effect::kVelocityLimits))
     find_velocity_limits(options, speed_limits_, v, weights_, idle, out);
   if (runs(Effect::kDryFriction)) find_dry_friction(model, options, dry_, weights_, idle, out);
   if (runs(Effect::kMimics)) find_mimics(model, options, q, weights_, idle, out);
+}
+
+bool ConstraintFinder::find_overrun(const Model& model, const SimulationOptions& options,
+                                    EffectSet effects, const VectorRef& q, const VectorRef& v,
+                                    const VectorRef& w, ConstraintSet& out, Idle idle) {
+  return effects.has(Effect::kLimits) &&
+         find_overrun_limits(model, options, limited_, q, v, w, weights_, idle, out);
 }
 
 void ConstraintFinder::find_candidates(const Model& model, const SimulationOptions& options,

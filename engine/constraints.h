@@ -94,6 +94,12 @@ class ConstraintFinder {
             const VectorRef& q, const VectorRef& v, const Data& data, ConstraintSet& out,
             EffectCounts& counts, Idle idle = {});
 
+  /// Adds to what find() found what the velocity w (nv) that a step came to runs into from afar
+  /// (joint_limits.h); for w that are a solution with it, nothing. False if nothing was added.
+  bool find_overrun(const Model& model, const SimulationOptions& options, EffectSet effects,
+                    const VectorRef& q, const VectorRef& v, const VectorRef& w, ConstraintSet& out,
+                    Idle idle = {});
+
   /// Radius [m] of each body's geometry about the body origin.
   const std::vector<double>& radii() const { return radius_; }
   const InverseWeights& weights() const { return weights_; }

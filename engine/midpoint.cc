@@ -91,11 +91,12 @@ void step_midpoint(const Model& model, const SimulationOptions& options, EffectS
   next.time = state.time + h;
   if (!report.succeeded()) return;
   ws.middle = next.v;
-  if (!ws.constraints.empty()) {
+  if (!ws.constraints.empty() ||
+      ws.finder.find_overrun(model, options, effects, state.q, state.v, next.v, ws.constraints)) {
     const BodyRange all = moving_bodies(model);
     compute_kinematics(model, state.q, state.v, {&all, 1}, ws.data);
     widen_diagonal(model, effects, ws);
-    solve_constraints(model, settings, state, ws, next.v, report);
+    solve_constraints(model, options, effects, settings, state, ws, next.v, report);
   }
   integrate_configuration(model, state.q, next.v, h, next.q);
   next.v += ws.middle - state.v;

@@ -33,9 +33,9 @@ void step_euler(const Model& model, const SimulationOptions& options, EffectSet 
                 Workspace::Impl& ws, State& next, StepReport& report) {
   const double h = options.time_step;
   compute_free_velocity(model, options, effects, state, input, ws, next.v, report);
+  if (report.succeeded())
+    solve_constraints(model, options, effects, settings, state, ws, next.v, report);
   const bool constrained = !ws.constraints.empty();
-  if (report.succeeded() && constrained)
-    solve_constraints(model, settings, state, ws, next.v, report);
   const VectorX& displacement = report.succeeded() && constrained
                                     ? recover_overlaps(model, settings, next.v, ws, report)
                                     : next.v;

@@ -30,6 +30,25 @@ void report_failure(const Model& model, const contact::Problem& problem, const V
       solver_fault(model, report.status, ws.constraints, problem, ws.block_of_tree, w, impulse);
 }
 
+/// Replaces the velocities of the touched trees in w (nv), those without constraints, by the
+/// solution of the contact problem.
+void solve_found(const Model& model, const contact::Settings& settings, const State& state,
+                 Workspace::Impl& ws, VectorX& w, StepReport& report) {
+  assemble_problem(model, ws.constraints, w, ws.diagonal, ws.data, ws.block_of_tree, ws.problem);
+  grow(ws.w, ws.problem.num_velocities());
+  grow(ws.impulse, ws.problem.num_rows());
+  for_each_touched(model, ws,
+                   [&](auto in_tree, auto in_block) { ws.w(in_block) = state.v(in_tree); });
+  Eigen::Ref<VectorX> solution = ws.w.head(ws.problem.num_velocities());
+  Eigen::Ref<VectorX> impulse = ws.impulse.head(ws.problem.num_rows());
+  const contact::Report& solved = ws.solver.solve(ws.problem, settings, solution, impulse);
+  report.status = solved.status;
+  report.newton_iterations += solved.iterations;
+  report.residual = solved.residual;
+  report_failure(model, ws.problem, solution, impulse, ws, report);
+  for_each_touched(model, ws, [&](auto in_tree, auto in_block) { w(in_tree) = ws.w(in_block); });
+}
+
 }  // namespace
 
 void find_constraints(const Model& model, const SimulationOptions& options, EffectSet effects,
@@ -47,21 +66,22 @@ void find_constraints(const Model& model, const SimulationOptions& options, Effe
   }
 }
 
-void solve_constraints(const Model& model, const contact::Settings& settings, const State& state,
-                       Workspace::Impl& ws, VectorX& w, StepReport& report) {
-  assemble_problem(model, ws.constraints, w, ws.diagonal, ws.data, ws.block_of_tree, ws.problem);
-  grow(ws.w, ws.problem.num_velocities());
-  grow(ws.impulse, ws.problem.num_rows());
-  for_each_touched(model, ws,
-                   [&](auto in_tree, auto in_block) { ws.w(in_block) = state.v(in_tree); });
-  Eigen::Ref<VectorX> solution = ws.w.head(ws.problem.num_velocities());
-  Eigen::Ref<VectorX> impulse = ws.impulse.head(ws.problem.num_rows());
-  const contact::Report& solved = ws.solver.solve(ws.problem, settings, solution, impulse);
-  report.status = solved.status;
-  report.newton_iterations = solved.iterations;
-  report.residual = solved.residual;
-  report_failure(model, ws.problem, solution, impulse, ws, report);
-  for_each_touched(model, ws, [&](auto in_tree, auto in_block) { w(in_tree) = ws.w(in_block); });
+void solve_constraints(const Model& model, const SimulationOptions& options, EffectSet effects,
+                       const contact::Settings& settings, const State& state, Workspace::Impl& ws,
+                       VectorX& w, StepReport& report) {
+  bool solved = !ws.constraints.empty();
+  if (solved) solve_found(model, settings, state, ws, w, report);
+  // Each time a row more, and there are as many as limits.
+  while (report.succeeded() && ws.finder.find_overrun(model, options, effects, state.q, state.v, w,
+                                                      ws.constraints, ws.sleepers.idle_bodies())) {
+    if (solved) {
+      for_each_touched(model, ws, [&](auto in_tree, auto in_block) {
+        w(in_tree) = ws.problem.free_velocity()(in_block);
+      });
+    }
+    solve_found(model, settings, state, ws, w, report);
+    solved = true;
+  }
 }
 
 const VectorX& recover_overlaps(const Model& model, const contact::Settings& settings,

@@ -90,7 +90,6 @@ void invert_euler(const Model& model, EffectSet effects, double h, const VectorR
 void invert_midpoint(const Model& model, EffectSet effects, double h, const VectorRef& q,
                      const VectorRef& v, const VectorRef& v_next, const Input& known,
                      Workspace::Impl& ws, Inverse& out) {
-  forecast_ties(model, effects, h, q, v, ws);
   find_middle(model, effects, h, q, v, v_next, known, ws, ws.middle);
   const Vector3 gravity = set_middle(model, effects, h, q, ws.middle, known.wrenches, ws);
   ws.acceleration = (ws.middle - v) / (0.5 * h);
@@ -103,17 +102,26 @@ void invert_midpoint(const Model& model, EffectSet effects, double h, const Vect
     compute_servo_forces(model, 0.5 * h, q, ws.next_middle, known, out.servo_force);
 }
 
-/// The velocity that the impulses of a step are functions of: w+, or w_c of the midpoint rule.
-void find_contact_velocity(const Model& model, const SimulationOptions& options, const VectorRef& q,
-                           const VectorRef& q_next, const VectorRef& v_next, Workspace::Impl& ws) {
-  ws.next_middle = v_next;
-  if (options.integrator == Integrator::kSemiImplicitEuler || ws.constraints.empty()) return;
-  if (q_next.size() == 0)
+/// The velocity that the impulses of a step are functions of: w+, or w_c of the midpoint rule; into
+/// ws.next_middle. Adds the constraints that are found by it.
+void find_contact_velocity(const Model& model, const SimulationOptions& options, EffectSet effects,
+                           const VectorRef& q, const VectorRef& v, const VectorRef& q_next,
+                           const VectorRef& v_next, Workspace::Impl& ws) {
+  const bool midpoint = options.integrator == Integrator::kImplicitMidpoint;
+  const bool known = !midpoint || q_next.size() > 0;
+  if (!midpoint) {
+    ws.next_middle = v_next;
+  } else if (known) {
+    configuration_difference(model, q, q_next, ws.next_middle);
+    ws.next_middle /= options.time_step;
+  } else {
+    ws.next_middle = 0.5 * (v + v_next);  // which it is without constraints
+  }
+  ws.finder.find_overrun(model, options, effects, q, v, ws.next_middle, ws.constraints);
+  if (!known && !ws.constraints.empty())
     throw InputError(
         "the inverse of implicit_midpoint needs q at the end of the step where there are "
         "constraints");
-  configuration_difference(model, q, q_next, ws.next_middle);
-  ws.next_middle /= options.time_step;
 }
 
 }  // namespace
@@ -133,14 +141,16 @@ void step_inverse(const Model& model, const SimulationOptions& options, VectorRe
   compute_poses(model, q, ws.data);
   compute_velocities(model, v, ws.data);
   ws.finder.find(model, options, effects, q, v, ws.data, ws.constraints, ws.counts);
-  find_contact_velocity(model, options, q, q_next, v_next, ws);
   const bool euler = options.integrator == Integrator::kSemiImplicitEuler;
   Vector3 gravity = Vector3::Zero();
-  if (euler) {  // before the impulses: closures are aimed by the forecast
+  if (euler) {  // forecasts know of the constraints at (q, v), and aim closures
     const BodyRange all = moving_bodies(model);
     gravity = set_body_forces(model, effects, ws);
     set_mean_forces(model, options, effects, q, v, gravity, {&all, 1}, ws);
+  } else {
+    forecast_ties(model, effects, h, q, v, ws);
   }
+  find_contact_velocity(model, options, effects, q, v, q_next, v_next, ws);
   recover_impulses(model, ws.next_middle, h, ws, out);
   out.contact_force = ws.tau / h;
   if (euler) {
