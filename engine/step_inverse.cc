@@ -109,12 +109,11 @@ void find_contact_velocity(const Model& model, const SimulationOptions& options,
                            const VectorRef& v_next, Workspace::Impl& ws) {
   const bool midpoint = options.integrator == Integrator::kImplicitMidpoint;
   const bool known = !midpoint || q_next.size() > 0;
-  if (!midpoint) {
-    ws.next_middle = v_next;
-  } else if (known) {
+  ws.next_middle = v_next;
+  if (midpoint && known) {
     configuration_difference(model, q, q_next, ws.next_middle);
     ws.next_middle /= options.time_step;
-  } else {
+  } else if (midpoint) {
     ws.next_middle = 0.5 * (v + v_next);  // which it is without constraints
   }
   ws.finder.find_overrun(model, options, effects, q, v, ws.next_middle, ws.constraints);
