@@ -82,6 +82,7 @@ std::string element(const Model& model, const Fault& fault) {
       return joint_name(model, fault.body);
     case FaultKind::kConstraint:
     case FaultKind::kUnsolved:
+    case FaultKind::kStaysOpen:
       return constraint_name(model, fault);
   }
   return "";
@@ -126,11 +127,15 @@ std::string reason(const Fault& fault, const std::string& name) {
       return fmt::format("'{}' moves mass at {:.4g} m/s; max_speed is {:.4g} m/s", name,
                          fault.value, fault.bound);
     case FaultKind::kTolerance:
-      return fmt::format("the error of '{}', or of what it moves, is {:.3g} times the tolerance in "
-                         "the shortest step, {:.3g} s",
-                         name, fault.value, fault.bound);
+      return fmt::format(
+          "the error of '{}', or of what it moves, is {:.3g} times the tolerance in "
+          "the shortest step, {:.3g} s",
+          name, fault.value, fault.bound);
     case FaultKind::kRecoveredForce:
       return fmt::format("recovered force '{}' came out as {:.6g}", name, fault.value);
+    case FaultKind::kStaysOpen:
+      return fmt::format("{} '{}' stays open by {:.3g} (m or rad), no closer for {:.3g} s",
+                         constraint_words(fault.constraint), name, fault.value, fault.bound);
   }
   return "";
 }
@@ -176,7 +181,11 @@ std::string advice(const Fault& fault) {
     case FaultKind::kSpeed:
       return speed_advice(fault.cause);
     case FaultKind::kTolerance:
-      return "raise the tolerance, lower min_step, or switch strict off, and such steps are counted";
+      return "raise the tolerance, lower min_step, or switch strict off, and such steps are "
+             "counted";
+    case FaultKind::kStaysOpen:
+      return "what it holds may be out of reach, blocked, or held by limits: check where it acts; "
+             "closing_time: none lets it be";
   }
   return "";
 }
@@ -250,6 +259,8 @@ const char* fault_kind_name(FaultKind kind) {
       return "tolerance";
     case FaultKind::kRecoveredForce:
       return "recovered_force";
+    case FaultKind::kStaysOpen:
+      return "stays_open";
   }
   return "unknown";
 }
@@ -257,7 +268,8 @@ const char* fault_kind_name(FaultKind kind) {
 contact::Status status_of(const Fault& fault) {
   if (fault.kind == FaultKind::kQuaternion) return contact::Status::kInvalidState;
   if (fault.kind == FaultKind::kSpeed) return contact::Status::kDiverged;
-  if (fault.kind == FaultKind::kTolerance) return contact::Status::kNoProgress;
+  if (fault.kind == FaultKind::kTolerance || fault.kind == FaultKind::kStaysOpen)
+    return contact::Status::kNoProgress;
   return contact::Status::kNotFinite;
 }
 

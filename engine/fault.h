@@ -29,6 +29,7 @@ enum class FaultKind : unsigned char {
   kSpeed,            ///< faster than SimulationOptions::max_speed
   kTolerance,        ///< error of a controlled step of min_step, at this coordinate of v (or its q)
   kRecoveredForce,   ///< of an inverse, not finite
+  kStaysOpen,        ///< a closure or mimic joint that does not close (closing_watch.h)
 };
 /// As in reports: "applied_force", "singular_inertia", ...
 const char* fault_kind_name(FaultKind kind);
@@ -62,8 +63,9 @@ struct Fault {
   int index = -1;      ///< closure in Model::closures, wrench in Input, servo in Model::servos
   double value = 0.0;  ///< of what is named, SI; kUnsolved: by how much the velocity there is off
                        ///< [m/s, rad/s]; kSpeed: of the mass moved [m/s]; kSingularInertia:
-                       ///< inertia; kTolerance: over what is allowed [-]
-  double bound = 0.0;  ///< in force: kSpeed: max_speed [m/s]; kTolerance: min_step [s]
+                       ///< inertia; kTolerance: over what is allowed [-]; kStaysOpen: how far [m or rad]
+  double bound = 0.0;  ///< in force: kSpeed: max_speed [m/s]; kTolerance: min_step [s];
+                       ///< kStaysOpen: closing_time [s]
 
   bool any() const { return kind != FaultKind::kNone; }
 };

@@ -4,7 +4,8 @@
 
 namespace counterpoint {
 
-Simulator::Simulator(Scene scene) : scene_(std::move(scene)), workspace_(scene_.model) {
+Simulator::Simulator(Scene scene)
+    : scene_(std::move(scene)), workspace_(scene_.model), watch_(scene_.model) {
   input_.applied_force = VectorX::Zero(model().nv());
   reset();
 }
@@ -14,21 +15,31 @@ void Simulator::set_state(const State& state) {
     throw InputError("set_state: q and v do not have the model's sizes");
   state_ = state;
   next_step_.reset();
+  watch_.restart();
 }
 
 void Simulator::reset() { set_state({0.0, scene_.q, scene_.v}); }
 
+/// What only a run shows.
+void Simulator::watch(StepReport& report) {
+  if (!report.succeeded()) return;
+  report.fault = watch_.look(model(), options(), next_);
+  if (report.fault.any()) report.status = status_of(report.fault);
+}
+
 StepReport Simulator::step() {
-  const StepReport report =
+  StepReport report =
       step_forward(model(), options(), settings_, state_, input_, workspace_, next_);
+  watch(report);
   if (report.succeeded()) std::swap(state_, next_);
   return report;
 }
 
 ControlledReport Simulator::step_controlled(double until) {
   double proposal = next_step();
-  const ControlledReport report = counterpoint::step_controlled(
+  ControlledReport report = counterpoint::step_controlled(
       model(), options(), settings_, state_, input_, until, workspace_, proposal, middle_, next_);
+  watch(report.second);
   if (!report.succeeded()) return report;
   std::swap(state_, next_);
   next_step_ = proposal;

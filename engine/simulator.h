@@ -3,6 +3,7 @@
 
 #include <optional>
 
+#include "counterpoint/engine/closing_watch.h"
 #include "counterpoint/engine/step_control.h"
 
 namespace counterpoint {
@@ -24,7 +25,8 @@ class Simulator {
   /// Applied generalized force and wrenches, kept until changed; zero at first.
   Input& input() { return input_; }
 
-  /// One step. If it fails (see the report) the state is left as it was.
+  /// One step. If it fails (see the report) the state is left as it was. Unlike step_forward it
+  /// also fails where a closure or mimic joint stays open (closing_watch.h).
   StepReport step();
 
   /// Two steps, as long as options().step_control allows, not beyond `until` [s] (step_control.h).
@@ -47,12 +49,15 @@ class Simulator {
   const Inverse& inverse(VectorRef q, VectorRef v, VectorRef q_next, VectorRef v_next);
 
  private:
+  void watch(StepReport& report);
+
   Scene scene_;
   contact::Settings settings_;
   State state_, middle_, next_;
   std::optional<double> next_step_;
   Input input_;
   Workspace workspace_;
+  ClosingWatch watch_;
   Inverse inverse_;
 };
 

@@ -84,6 +84,9 @@ struct SimulationOptions {
   /// A step fails (diverged) that leaves a coordinate faster than this [m/s]; an angle's speed counts
   /// at the far end of what it moves (engine/state_check.h). Infinity: no bound.
   double max_speed = kDefaultMaxSpeed;
+  /// A run fails (no progress) in which a closure or mimic joint is far open and comes no closer for
+  /// this time [s] (engine/closing_watch.h). Infinity: it may.
+  double closing_time = 1.0;
   ContactOptions contact;
   /// Effects that are on where the scene calls for them.
   EffectSet effects = kDefaultEffects;

@@ -71,8 +71,8 @@ class SceneReader {
   static Vector3 read_gravity(const YamlValue& root) {
     root.expect_map({"name", "gravity", "time_step", "duration", "contact", "packages",
                      "repair_inertias", "defaults", "models", "ground", "environment", "exclude",
-                     "groups", "hull_vertices", "closures", "effects", "max_speed", "integrator",
-                     "step_control"});
+                     "groups", "hull_vertices", "closures", "effects", "max_speed", "closing_time",
+                     "integrator", "step_control"});
     if (root.has("gravity")) return root.at("gravity").vector3();
     return {0, 0, -kStandardGravity};
   }
@@ -82,7 +82,8 @@ class SceneReader {
     if (root_.has("time_step")) options.time_step = root_.at("time_step").positive();
     if (root_.has("integrator")) options.integrator = read_integrator(root_.at("integrator"));
     if (root_.has("duration")) options.duration = root_.at("duration").number(0.0, kInfinity);
-    if (root_.has("max_speed")) options.max_speed = read_max_speed(root_.at("max_speed"));
+    if (root_.has("max_speed")) options.max_speed = read_bound(root_.at("max_speed"));
+    if (root_.has("closing_time")) options.closing_time = read_bound(root_.at("closing_time"));
     if (root_.has("effects")) read_effects(root_.at("effects"), options.effects);
     if (root_.has("step_control"))
       options.step_control = read_step_control(root_.at("step_control"));
@@ -114,7 +115,7 @@ class SceneReader {
     return out;
   }
 
-  static double read_max_speed(const YamlValue& in) {
+  static double read_bound(const YamlValue& in) {
     return in.is_text("none") ? kInfinity : in.positive();
   }
 

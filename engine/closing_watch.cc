@@ -1,0 +1,80 @@
+#include "counterpoint/engine/closing_watch.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "counterpoint/engine/kinematics.h"
+
+namespace counterpoint {
+namespace {
+
+/// Looks in closing_time.
+constexpr double kLooks = 20.0;
+/// Share of the speed it is asked to close at with which a constraint makes its way.
+constexpr double kProgress = 0.1;
+
+}  // namespace
+
+ClosingWatch::ClosingWatch(const Model& model)
+    : closures_(model.closures().size()),
+      mimics_(model.mimics().size()),
+      data_(closures_.empty() ? nullptr : std::make_unique<Data>(model)) {}
+
+void ClosingWatch::restart() {
+  next_look_ = -std::numeric_limits<double>::infinity();
+  std::fill(closures_.begin(), closures_.end(), Stall());
+  std::fill(mimics_.begin(), mimics_.end(), Stall());
+}
+
+bool ClosingWatch::stalls(const SimulationOptions& options, double time, double error,
+                          Stall& stall) {
+  const double speed = options.contact.max_recovery_speed;
+  if (options.contact.stabilization * error < options.time_step * speed) {
+    stall = Stall();
+    return false;
+  }
+  if (!(error > stall.error - kProgress * speed * (time - stall.since))) stall = {time, error};
+  return time - stall.since >= options.closing_time;
+}
+
+Fault ClosingWatch::look(const Model& model, const SimulationOptions& options, const State& state) {
+  Fault fault;
+  const ContactOptions& contact = options.contact;
+  if (state.time < next_look_ || (closures_.empty() && mimics_.empty())) return fault;
+  if (!(contact.stabilization > 0.0 && contact.max_recovery_speed > 0.0)) return fault;
+  const auto find = [&](ConstraintKind kind, int body, int other_body, double error, Stall& stall) {
+    if (!stalls(options, state.time, error, stall)) return false;
+    fault.kind = FaultKind::kStaysOpen;
+    fault.constraint = kind;
+    fault.body = body;
+    fault.other_body = other_body;
+    fault.value = error;
+    fault.bound = options.closing_time;
+    return true;
+  };
+  if (options.effects.has(Effect::kClosures) && !closures_.empty()) {
+    compute_poses(model, state.q, *data_);
+    for (size_t i = 0; i < closures_.size(); ++i) {
+      const Closure& closure = model.closures()[i];
+      const ClosureGap gap = closure_gap(closure, data_->X_WB);
+      const double error = std::max(std::abs(gap.distance), gap.angle);
+      if (find(ConstraintKind::kClosure, closure.body_b, closure.body_a, error, closures_[i]))
+        fault.index = static_cast<int>(i);
+    }
+  }
+  if (options.effects.has(Effect::kMimics)) {
+    for (size_t i = 0; i < mimics_.size(); ++i) {
+      const Mimic& mimic = model.mimics()[i];
+      const Body& follower = model.body(mimic.joint + 1);
+      const Body& master = model.body(mimic.master + 1);
+      const double error =
+          state.q[follower.q_index] - mimic.offset - mimic.multiplier * state.q[master.q_index];
+      find(ConstraintKind::kMimic, mimic.joint + 1, mimic.master + 1, std::abs(error), mimics_[i]);
+    }
+  }
+  // A step that fails is looked at again if it is tried again.
+  if (!fault.any()) next_look_ = state.time + options.closing_time / kLooks;
+  return fault;
+}
+
+}  // namespace counterpoint
