@@ -9,8 +9,6 @@
 namespace counterpoint::apps {
 namespace {
 
-constexpr double kGravity = 9.81;
-
 /// tan(theta) = 0.4 < mu = 0.5.
 void slope_rest(Trial& trial) {
   Runner& sim = trial.load("slope_rest");

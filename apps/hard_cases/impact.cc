@@ -9,8 +9,6 @@
 namespace counterpoint::apps {
 namespace {
 
-constexpr double kGravity = 9.81;
-
 void bouncing(Trial& trial) {
   Runner& sim = trial.load("bouncing");
   const double e = 0.8, height = 1.0, radius = 0.1;

@@ -9,8 +9,6 @@
 namespace counterpoint::apps {
 namespace {
 
-constexpr double kGravity = 9.81;
-
 void chain(Trial& trial, int n) {
   Runner& sim = trial.load(fmt::format("chain_{}", n));
   const double most = trial.left_alone(sim, sim.options().duration, "link");

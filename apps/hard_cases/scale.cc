@@ -9,8 +9,6 @@
 namespace counterpoint::apps {
 namespace {
 
-constexpr double kGravity = 9.81;
-
 /// Positions over size, 3 x steps, of a drop scene.
 std::vector<Vector3> dimensionless(Trial& trial, const std::string& scene, double size) {
   Runner& sim = trial.load(scene);

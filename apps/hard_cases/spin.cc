@@ -8,8 +8,6 @@
 namespace counterpoint::apps {
 namespace {
 
-constexpr double kGravity = 9.81;
-
 // The heavy top of data/robots/hard/top.urdf, about its tip.
 constexpr double kAcross = (3 * 0.1 * 0.1 + 0.02 * 0.02) / 12 + 0.1 * 0.1, kAxial = 0.5 * 0.1 * 0.1;
 

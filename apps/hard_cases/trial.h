@@ -17,6 +17,9 @@
 
 namespace counterpoint::apps {
 
+/// g of the scenes of hard cases [m/s^2].
+inline constexpr double kGravity = 9.81;
+
 /// One figure against what is known about it: lower <= measured <= upper.
 struct Check {
   std::string quantity, unit;
