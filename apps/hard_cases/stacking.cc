@@ -65,8 +65,8 @@ void pyramid(Trial& trial) {
   double ground = 0.0;
   for (int i = 1; i < model.num_bodies(); ++i) ground += force_between(model, forces, 0, i).z();
   trial.at_most("drift within 10 s, largest", "m", most, 1e-6, "stands; micrometre by agreement");
-  trial.equal("ground force over the weight", "1",
-              ground / (kBoxes * kGravity), 1.0, 1e-6, "statics");
+  trial.equal("ground force over the weight", "1", ground / (kBoxes * kGravity), 1.0, 1e-6,
+              "statics");
 }
 
 void contact_points(Trial& trial) {
