@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <functional>
 
 #include "report.h"
@@ -17,7 +18,7 @@ struct Series {
 
 double quantile(std::vector<double> values, double share) {
   std::sort(values.begin(), values.end());
-  return values[static_cast<size_t>(share * static_cast<double>(values.size() - 1) + 0.5)];
+  return values[std::lround(share * static_cast<double>(values.size() - 1))];
 }
 
 /// A quantile over the recordings row by row, as far as half of them go.

@@ -110,7 +110,7 @@ std::vector<int> coordinates_named(const Model& model, const std::string& elemen
 }
 
 std::vector<int> ground_named(const Model& model, const std::string& element) {
-  const std::vector<int> found = geometries_named(model, element.empty() ? "ground" : element);
+  std::vector<int> found = geometries_named(model, element.empty() ? "ground" : element);
   for (const int i : found) {
     if (model.geometries()[i].body != 0)
       throw InputError(fmt::format("'{}' moves; 'height' is of what is fixed to the world",
