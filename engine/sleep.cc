@@ -10,6 +10,7 @@ namespace {
 
 /// Equal to the bit: 0 and -0 differ, as they may in what follows from them.
 bool same(const VectorX& a, const VectorX& b, int begin, int size) {
+  if (size == 0) return true;  // memcmp takes no null pointers
   return std::memcmp(a.data() + begin, b.data() + begin, sizeof(double) * size) == 0;
 }
 
@@ -21,10 +22,6 @@ bool same_state(const Model& model, const Tree& tree, const State& a, const Stat
   const CoordinateRange q = coordinates(model, tree);
   return same(a.v, b.v, tree.v_begin, tree.v_end - tree.v_begin) && same(a.q, b.q, q.begin, q.size);
 }
-
-}  // namespace
-
-namespace {
 
 /// True if the motion h w of a tree is lost in the rounding of its bodies' poses: a few times that
 /// of the largest coordinate, and as much about the origin of a body of that radius.
