@@ -21,7 +21,7 @@ ClosingWatch::ClosingWatch(const Model& model)
       data_(closures_.empty() ? nullptr : std::make_unique<Data>(model)) {}
 
 void ClosingWatch::restart() {
-  next_look_ = -std::numeric_limits<double>::infinity();
+  next_look_ = std::numeric_limits<double>::quiet_NaN();
   std::fill(closures_.begin(), closures_.end(), Stall());
   std::fill(mimics_.begin(), mimics_.end(), Stall());
 }
@@ -41,16 +41,24 @@ Fault ClosingWatch::look(const Model& model, const SimulationOptions& options, c
   Fault fault;
   const ContactOptions& contact = options.contact;
   if (state.time < next_look_ || (closures_.empty() && mimics_.empty())) return fault;
+  const double interval = options.closing_time / kLooks;
+  if (std::isnan(next_look_)) {
+    // Whoever sets a state before every step does not pay for looks.
+    next_look_ = state.time + interval;
+    return fault;
+  }
   if (!(contact.stabilization > 0.0 && contact.max_recovery_speed > 0.0)) return fault;
-  const auto find = [&](ConstraintKind kind, int body, int other_body, double error, Stall& stall) {
-    if (!stalls(options, state.time, error, stall)) return false;
+  // The one that is open the most.
+  const auto judge = [&](ConstraintKind kind, int index, int body, int other_body, double error,
+                         Stall& stall) {
+    if (!stalls(options, state.time, error, stall) || error < fault.value) return;
     fault.kind = FaultKind::kStaysOpen;
     fault.constraint = kind;
     fault.body = body;
     fault.other_body = other_body;
+    fault.index = index;
     fault.value = error;
     fault.bound = options.closing_time;
-    return true;
   };
   if (options.effects.has(Effect::kClosures) && !closures_.empty()) {
     compute_poses(model, state.q, *data_);
@@ -58,8 +66,8 @@ Fault ClosingWatch::look(const Model& model, const SimulationOptions& options, c
       const Closure& closure = model.closures()[i];
       const ClosureGap gap = closure_gap(closure, data_->X_WB);
       const double error = std::max(std::abs(gap.distance), gap.angle);
-      if (find(ConstraintKind::kClosure, closure.body_b, closure.body_a, error, closures_[i]))
-        fault.index = static_cast<int>(i);
+      judge(ConstraintKind::kClosure, static_cast<int>(i), closure.body_b, closure.body_a, error,
+            closures_[i]);
     }
   }
   if (options.effects.has(Effect::kMimics)) {
@@ -69,11 +77,12 @@ Fault ClosingWatch::look(const Model& model, const SimulationOptions& options, c
       const Body& master = model.body(mimic.master + 1);
       const double error =
           state.q[follower.q_index] - mimic.offset - mimic.multiplier * state.q[master.q_index];
-      find(ConstraintKind::kMimic, mimic.joint + 1, mimic.master + 1, std::abs(error), mimics_[i]);
+      judge(ConstraintKind::kMimic, -1, mimic.joint + 1, mimic.master + 1, std::abs(error),
+            mimics_[i]);
     }
   }
   // A step that fails is looked at again if it is tried again.
-  if (!fault.any()) next_look_ = state.time + options.closing_time / kLooks;
+  if (!fault.any()) next_look_ = state.time + interval;
   return fault;
 }
 

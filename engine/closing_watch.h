@@ -38,7 +38,7 @@ class ClosingWatch {
 
   std::vector<Stall> closures_, mimics_;
   std::unique_ptr<Data> data_;  ///< for poses, where there are closures
-  double next_look_ = -std::numeric_limits<double>::infinity();  ///< [s]
+  double next_look_ = std::numeric_limits<double>::quiet_NaN();  ///< [s]; NaN: not yet set
 };
 
 }  // namespace counterpoint
