@@ -87,8 +87,9 @@ class ColladaCheck {
     if (transform != kTransforms.end() && reals(element).size() != transform->second) {
       fail(element, fmt::format("needs {} numbers", transform->second));
     }
-    if (std::string(element.Name()) == "mesh") check_mesh(element);
-    if (std::string(element.Name()) == "node") keep_node(element);
+    const std::string kind = element.Name();
+    if (kind == "mesh") check_mesh(element);
+    if (kind == "node" || kind == "visual_scene") keep_node(element);
     for (const auto* e = element.FirstChildElement(); e != nullptr; e = e->NextSiblingElement()) {
       walk(*e);
     }
@@ -97,9 +98,12 @@ class ColladaCheck {
   void keep_node(const XMLElement& node) {
     const XMLElement* parent = node.Parent() == nullptr ? nullptr : node.Parent()->ToElement();
     if (parent == nullptr || std::strcmp(parent->Name(), "node") != 0) roots_.push_back(&node);
+    // A node without a name is the one that url="#" means; a scene's is "Scene".
     for (const char* key : {"id", "name"}) {
-      if (node.Attribute(key) != nullptr) nodes_[node.Attribute(key)].insert(&node);
+      const char* name = node.Attribute(key);
+      nodes_[name == nullptr ? "" : name].insert(&node);
     }
+    if (std::strcmp(node.Name(), "visual_scene") == 0) nodes_["Scene"].insert(&node);
   }
 
   /// Number of nodes that come of this one, those of instances counted wherever they stand. Nodes
@@ -200,15 +204,32 @@ class ColladaCheck {
     return found->second;
   }
 
+  /// Assimp takes inputs, sizes and indices in the order in which they stand, at any depth.
+  void check_order(const XMLElement& primitives) const {
+    bool indices = false;
+    for (const auto* e = primitives.FirstChildElement(); e; e = e->NextSiblingElement()) {
+      if (e->FirstChildElement() != nullptr) fail(*e, "holds elements, here where none may stand");
+      if (std::strcmp(e->Name(), "p") == 0) {
+        indices = true;
+      } else if (indices && std::strcmp(e->Name(), "extra") != 0) {
+        fail(*e, "stands behind the indices <p> that it is for");
+      }
+    }
+  }
+
   void check_primitives(const XMLElement& primitives) {
+    check_order(primitives);
     std::vector<std::pair<long, long>> inputs;  // offset, length of the source
     long stride = 1;
+    bool vertex = false;
     for (const auto* e = primitives.FirstChildElement("input"); e;
          e = e->NextSiblingElement("input")) {
       inputs.emplace_back(count(*e, "offset", 0), length(*e));
+      vertex |= e->Attribute("semantic", "VERTEX") != nullptr;
       stride = std::max(stride, inputs.back().first + 1);
       if (stride > 64) fail(*e, "has an offset above 63");
     }
+    if (!vertex) fail(primitives, "has no <input> of semantic VERTEX");
     long corners = 0;
     for (const auto* p = primitives.FirstChildElement("p"); p; p = p->NextSiblingElement("p")) {
       const std::vector<long> indices = integers(*p);
@@ -227,6 +248,7 @@ class ColladaCheck {
     const std::string kind = primitives.Name();
     const auto* vcount = primitives.FirstChildElement("vcount");
     long expected = kind == "triangles" ? 3 * count(primitives, "count", corners / 3) : corners;
+    if (vcount == nullptr && kind == "polylist") fail(primitives, "has no <vcount>");
     if (vcount != nullptr) {
       expected = 0;
       const std::vector<long> sizes = integers(*vcount);

@@ -154,6 +154,20 @@ TEST_F(LimitsTest, MeshesThatMultiply) {
         load_mesh(folder_.write("m.dae", dae("<node id='a'><instance_node url='#a'/></node>")));
       },
       {"m.dae:2", "itself"});
+  // "#" is a node without a name, here the very one in which it stands; "Scene" a scene without
+  // one.
+  expect_refused(
+      [&] {
+        load_mesh(folder_.write("m.dae", dae("<node id='a'><instance_node url='#'/></node>")));
+      },
+      {"m.dae:2", "itself"});
+  expect_refused(
+      [&] {
+        load_mesh(folder_.write("m.dae",
+                                "<COLLADA version='1.4.1'>\n<visual_scene id='s'><node id='a'>"
+                                "<instance_node url='#Scene'/></node></visual_scene></COLLADA>"));
+      },
+      {"m.dae:2", "itself"});
   std::string doubling = "<node id='n0'/>";
   for (int i = 1; i < 60; ++i) {
     const std::string below = "<instance_node url='#n" + std::to_string(i - 1) + "'/>";

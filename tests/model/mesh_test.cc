@@ -205,6 +205,39 @@ TEST(Mesh, ColladaUpAxisBecomesZ) {
   EXPECT_NEAR(enclosed_volume(mesh), 1.0, kSinglePrecision);
 }
 
+// Assimp reads sizes and inputs that are not there through null pointers.
+TEST(Mesh, ColladaPolygonsNeedTheirSizesAndVerticesBeforeTheirIndices) {
+  test::TempFolder folder;
+  const std::string triangles =
+      R"(<triangles count="4"><input semantic="VERTEX" source="#v" offset="0"/>
+<p>0 2 1 0 1 3 0 3 2 1 2 3</p></triangles>)";
+  const std::string input = R"(<input semantic="VERTEX" source="#v" offset="0"/>)";
+  const std::string sizes = "<vcount>3 3 3 3</vcount>", p = "<p>0 2 1 0 1 3 0 3 2 1 2 3</p>";
+  const auto with = [&](const std::string& inside) {
+    std::string text = dae("Z_UP", "1");
+    text.replace(text.find(triangles), triangles.size(),
+                 "<polylist count=\"4\">" + inside + "</polylist>");
+    return folder.write("polygons.dae", text);
+  };
+  expect_tetrahedron(load_mesh(with(input + sizes + p)), Vector3(kLegs[0], kLegs[1], kLegs[2]));
+  const std::vector<std::pair<std::string, std::string>> refused = {
+      {input + p, "has no <vcount>"},
+      {sizes + p, "VERTEX"},
+      {input + p + sizes, "<vcount> stands behind"},
+      {sizes + p + input, "<input> stands behind"},
+      {input + sizes + "<extra>" + p + "</extra>" + p, "<extra> holds elements"}};
+  for (const auto& [inside, what] : refused) {
+    const auto file = with(inside);
+    try {
+      load_mesh(file);
+      ADD_FAILURE() << "accepted; expected: " << what;
+    } catch (const InputError& error) {
+      EXPECT_NE(std::string(error.what()).find("polygons.dae:"), std::string::npos) << error.what();
+      EXPECT_NE(std::string(error.what()).find(what), std::string::npos) << error.what();
+    }
+  }
+}
+
 // Two nodes below one, the second mirrored and moved: 2x along x, a mirror along y, then 5 along x.
 TEST(Mesh, SubmeshesAreOneAndStandWhereTheirNodesSay) {
   test::TempFolder folder;
