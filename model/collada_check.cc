@@ -34,6 +34,9 @@ class ColladaCheck {
                                    std::max(1, document.ErrorLineNum()), document.ErrorName()));
     }
     if (document.RootElement() == nullptr) return;
+    // Assimp looks for <COLLADA> beyond an element that stands before it.
+    const XMLElement* second = document.RootElement()->NextSiblingElement();
+    if (second != nullptr) fail(*second, "stands behind the end of the document's one element");
     walk(*document.RootElement());
     for (const XMLElement* node : roots_) extent(*node, 0);
   }

@@ -154,6 +154,8 @@ TEST_F(LimitsTest, MeshesThatMultiply) {
         load_mesh(folder_.write("m.dae", dae("<node id='a'><instance_node url='#a'/></node>")));
       },
       {"m.dae:2", "itself"});
+  expect_refused([&] { load_mesh(folder_.write("m.dae", "<input/>\n" + dae(""))); },
+                 {"m.dae:2", "one element"});
   // "#" is a node without a name, here the very one in which it stands; "Scene" a scene without
   // one.
   expect_refused(
