@@ -101,12 +101,14 @@ class ColladaCheck {
   void keep_node(const XMLElement& node) {
     const XMLElement* parent = node.Parent() == nullptr ? nullptr : node.Parent()->ToElement();
     if (parent == nullptr || std::strcmp(parent->Name(), "node") != 0) roots_.push_back(&node);
-    // A node without a name is the one that url="#" means; a scene's is "Scene".
-    for (const char* key : {"id", "name"}) {
-      const char* name = node.Attribute(key);
-      nodes_[name == nullptr ? "" : name].insert(&node);
-    }
-    if (std::strcmp(node.Name(), "visual_scene") == 0) nodes_["Scene"].insert(&node);
+    // A node without an id or a name is the one that url="#" means; a scene's name is then "Scene".
+    const bool scene = std::strcmp(node.Name(), "visual_scene") == 0;
+    const auto keep = [&](const char* key, const char* otherwise) {
+      const char* text = node.Attribute(key);
+      nodes_[text == nullptr ? otherwise : text].insert(&node);
+    };
+    keep("id", "");
+    keep("name", scene ? "Scene" : "");
   }
 
   /// Number of nodes that come of this one, those of instances counted wherever they stand. Nodes
