@@ -12,9 +12,9 @@
 #include <numeric>
 #include <tuple>
 
-#include "counterpoint/model/collada_check.h"
 #include "counterpoint/model/hull_standoff.h"
 #include "counterpoint/model/limits.h"
+#include "counterpoint/model/plain_collada.h"
 
 namespace counterpoint {
 namespace {
@@ -56,6 +56,17 @@ void check_file(const std::filesystem::path& file) {
   }
 }
 
+const aiScene* read_file(Assimp::Importer& importer, const std::filesystem::path& file) {
+  importer.SetIOHandler(new OneFile(file.string()));  // the importer's from here
+  return importer.ReadFile(file.string(), 0);
+}
+
+const aiScene* read_collada(Assimp::Importer& importer, const std::filesystem::path& file) {
+  const std::string text = plain_collada(file);
+  importer.SetIOHandler(new OneFile(""));
+  return importer.ReadFileFromMemory(text.data(), text.size(), 0, "dae");
+}
+
 void check_extent(const aiScene& scene, const std::string& file) {
   size_t vertices = 0;
   for (unsigned m = 0; m < scene.mNumMeshes; ++m) {
@@ -64,14 +75,15 @@ void check_extent(const aiScene& scene, const std::string& file) {
     for (unsigned i = 0; i < mesh.mNumFaces; ++i) {
       const aiFace& face = mesh.mFaces[i];
       if (face.mNumIndices > static_cast<unsigned>(limits::kMaxPolygonCorners)) {
-        throw InputError(fmt::format("{}: a polygon has {} corners; at most {} are taken: export "
-                                     "triangles",
-                                     file, face.mNumIndices, limits::kMaxPolygonCorners));
+        throw InputError(
+            fmt::format("{}: a polygon has {} corners; at most {} are taken: export "
+                        "triangles",
+                        file, face.mNumIndices, limits::kMaxPolygonCorners));
       }
       for (unsigned k = 0; k < face.mNumIndices; ++k) {
         if (face.mIndices[k] < mesh.mNumVertices) continue;
-        throw InputError(fmt::format("{}: a triangle names vertex {} of {}", file,
-                                     face.mIndices[k], mesh.mNumVertices));
+        throw InputError(fmt::format("{}: a triangle names vertex {} of {}", file, face.mIndices[k],
+                                     mesh.mNumVertices));
       }
     }
   }
@@ -90,9 +102,10 @@ void append_node(const aiScene& scene, const aiNode& node, const aiMatrix4x4& ab
     const aiMesh& mesh = *scene.mMeshes[node.mMeshes[m]];
     const int first = static_cast<int>(out.vertices.size());
     if (out.vertices.size() + mesh.mNumVertices > limits::kMaxMeshVertices) {
-      throw InputError(fmt::format("{}: more than {} vertices, those of instances counted wherever "
-                                   "they stand: simplify the mesh",
-                                   file, limits::kMaxMeshVertices));
+      throw InputError(
+          fmt::format("{}: more than {} vertices, those of instances counted wherever "
+                      "they stand: simplify the mesh",
+                      file, limits::kMaxMeshVertices));
     }
     for (unsigned i = 0; i < mesh.mNumVertices; ++i) {
       const aiVector3D p = transform * mesh.mVertices[i];
@@ -161,10 +174,9 @@ TriangleMesh load_mesh(const std::filesystem::path& file, const Vector3& scale) 
     throw InputError(fmt::format("{}: mesh scale ({}, {}, {}) must be finite and not zero",
                                  file.string(), scale.x(), scale.y(), scale.z()));
   }
-  if (lower_extension(file) == ".dae") check_collada(file);
+  const bool collada = lower_extension(file) == ".dae";
   Assimp::Importer importer;
-  importer.SetIOHandler(new OneFile(file.string()));  // the importer's from here
-  const aiScene* scene = importer.ReadFile(file.string(), 0);
+  const aiScene* scene = collada ? read_collada(importer, file) : read_file(importer, file);
   if (scene != nullptr) check_extent(*scene, file.string());
   if (scene != nullptr) scene = importer.ApplyPostProcessing(aiProcess_Triangulate);
   if (scene == nullptr || scene->mRootNode == nullptr) {
@@ -173,7 +185,7 @@ TriangleMesh load_mesh(const std::filesystem::path& file, const Vector3& scale) 
   }
   // Assimp turns Collada files so that y is up; here z is.
   aiMatrix4x4 axes;
-  if (lower_extension(file) == ".dae") {
+  if (collada) {
     axes = aiMatrix4x4(1, 0, 0, 0, 0, 0, -1, 0, 0, 1, 0, 0, 0, 0, 0, 1);
   }
   TriangleMesh mesh;
@@ -181,8 +193,9 @@ TriangleMesh load_mesh(const std::filesystem::path& file, const Vector3& scale) 
   for (Vector3& p : mesh.vertices) {
     p = p.cwiseProduct(scale);
     if (!(p.array().abs() <= limits::kMaxLength).all()) {  // not a number is not less, either
-      throw InputError(fmt::format("{}: a vertex is not a finite number, or farther out than {:g} m",
-                                   file.string(), limits::kMaxLength));
+      throw InputError(
+          fmt::format("{}: a vertex is not a finite number, or farther out than {:g} m",
+                      file.string(), limits::kMaxLength));
     }
   }
   if (scale.prod() < 0.0) {

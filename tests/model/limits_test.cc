@@ -155,7 +155,9 @@ TEST_F(LimitsTest, MeshesThatMultiply) {
       },
       {"m.dae:2", "itself"});
   expect_refused([&] { load_mesh(folder_.write("m.dae", "<input/>\n" + dae(""))); },
-                 {"m.dae:2", "one element"});
+                 {"m.dae:1", "COLLADA"});
+  expect_refused([&] { load_mesh(folder_.write("m.dae", dae("") + "\n<input/>")); },
+                 {"m.dae:3", "one element"});
   // "#" is a node without a name, here the very one in which it stands; "Scene" a scene without
   // one.
   expect_refused(

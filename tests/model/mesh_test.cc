@@ -218,28 +218,112 @@ TEST(Mesh, ColladaUpAxisBecomesZ) {
   EXPECT_NEAR(enclosed_volume(mesh), 1.0, kSinglePrecision);
 }
 
-// Assimp reads sizes and inputs that are not there through null pointers.
-TEST(Mesh, ColladaPolygonsNeedTheirSizesAndVerticesBeforeTheirIndices) {
-  test::TempFolder folder;
-  const std::string triangles =
-      R"(<triangles count="4"><input semantic="VERTEX" source="#v" offset="0"/>
+const std::string kColladaTriangles =
+    R"(<triangles count="4"><input semantic="VERTEX" source="#v" offset="0"/>
 <p>0 2 1 0 1 3 0 3 2 1 2 3</p></triangles>)";
+
+std::string replaced(std::string text, const std::string& what, const std::string& by) {
+  return text.replace(text.find(what), what.size(), by);
+}
+
+// The same tetrahedron by every kind of polygons; a fan and two strips have inner edges.
+TEST(Mesh, ColladaPolygonsOfEveryKind) {
+  test::TempFolder folder;
   const std::string input = R"(<input semantic="VERTEX" source="#v" offset="0"/>)";
-  const std::string sizes = "<vcount>3 3 3 3</vcount>", p = "<p>0 2 1 0 1 3 0 3 2 1 2 3</p>";
-  const auto with = [&](const std::string& inside) {
-    std::string text = dae("Z_UP", "1");
-    text.replace(text.find(triangles), triangles.size(),
-                 "<polylist count=\"4\">" + inside + "</polylist>");
-    return folder.write("polygons.dae", text);
+  const std::string p = "<p>0 2 1 0 1 3 0 3 2 1 2 3</p>", sizes = "<vcount>3 3 3 3</vcount>";
+  const std::string kinds[] = {
+      "<polylist count='4'>" + input + sizes + p + "</polylist>",
+      "<polylist count='4'><extra>" + p + "</extra>" + p + input + sizes + "</polylist>",
+      "<polylist count='5'>" + input + "<vcount>3 3 2 3 3</vcount>" +
+          "<p>0 2 1 0 1 3 0 1 0 3 2 1 2 3</p></polylist>",
+      "<polygons count='4'>" + input +
+          "<p>0 2 1</p><p>0 1 3</p><p>0 3 2</p><p>1 2 3</p></polygons>",
+      "<trifans count='2'>" + input + "<p>0 2 1 3 2</p><p>1 2 3</p></trifans>",
+      "<tristrips count='1'>" + input + "<p>0 2 1 3 0 2</p></tristrips>",
+      // Vertices at the second of three offsets; normals that are not there, a line beside.
+      "<triangles count='4'><input semantic='NORMAL' source='#n' offset='2'/>"
+      "<input semantic='VERTEX' source='#v' offset='1'/><p>9 0 0 9 2 0 9 1 0  9 0 1 9 1 1 9 3 1 "
+      "9 0 2 9 3 2 9 2 2  9 1 3 9 2 3 9 3 3</p></triangles><lines count='1'>" +
+          input + "<p>0 99</p></lines>",
+      "<triangles>" + input + "<p>0 2 1 0 1<!-- \n --> 3 0 3 2 <![CDATA[1 2 3]]></p></triangles>",
   };
-  expect_tetrahedron(load_mesh(with(input + sizes + p)), Vector3(kLegs[0], kLegs[1], kLegs[2]));
-  const std::vector<std::pair<std::string, std::string>> refused = {
-      {input + p, "has no <vcount>"},
-      {sizes + p, "VERTEX"},
-      {input + p + sizes, "<vcount> stands behind"},
-      {sizes + p + input, "<input> stands behind"},
-      {input + sizes + "<extra>" + p + "</extra>" + p, "<extra> holds elements"}};
-  for (const auto& [inside, what] : refused) expect_refused(with(inside), what);
+  for (const std::string& kind : kinds) {
+    SCOPED_TRACE(kind);
+    const std::string text = replaced(dae("Z_UP", "1"), kColladaTriangles, kind);
+    expect_tetrahedron(load_mesh(folder.write("m.dae", text)),
+                       Vector3(kLegs[0], kLegs[1], kLegs[2]));
+  }
+}
+
+// Assimp would crash on some of these, others would be another solid than the file's.
+TEST(Mesh, ColladaThatIsNotWhatItSaysIsRefused) {
+  test::TempFolder folder;
+  const std::string input = R"(<input semantic="VERTEX" source="#v" offset="0"/>)";
+  const std::string p = "<p>0 2 1 0 1 3 0 3 2 1 2 3</p>";
+  const auto polygons = [&](const std::string& kind, const std::string& inside) {
+    return std::pair(kColladaTriangles, "<" + kind + " count='4'>" + inside + "</" + kind + ">");
+  };
+  const std::string instance = R"(<instance_geometry url="#g"/>)";
+  const std::string vertices = R"(<vertices id="v"><input semantic="POSITION" source="#p"/>)";
+  const std::string array = "<float_array id=\"pa\" count=\"12\">";
+  const std::pair<std::pair<std::string, std::string>, const char*> cases[] = {
+      {polygons("polylist", input + p), "has no <vcount>"},
+      {polygons("polylist", "<vcount>3 3 3 3</vcount>" + p), "VERTEX"},
+      {polygons("polylist", input + "<vcount>3 3 3 4</vcount>" + p), "polygon of 4"},
+      {polygons("polylist", input + "<vcount>3 3 3</vcount>" + p), "as many"},
+      {polygons("polylist", input + "<vcount>3 3 6</vcount>" + p), "as many"},
+      {polygons("polylist", input + "<vcount>3 3 3 0 3</vcount>" + p), "polygon of 0"},
+      {polygons("triangles", input + p + p), "second time"},
+      {polygons("triangles", input + input + p), "second time"},
+      {polygons("triangles", input + "<p>0 2 4 0 1 3 0 3 2 1 2 3</p>"), "index 4"},
+      {polygons("triangles", input + "<p>0 2 -1 0 1 3 0 3 2 1 2 3</p>"), "index -1"},
+      {polygons("triangles", input + "<p>0 2 1.5 0 1 3 0 3 2 1 2 3</p>"), "'1.5"},
+      {polygons("polygons", input + "<ph><p>0 1 2</p><h>0 1 3</h></ph>"), "<ph> stands in"},
+      {polygons("triangles", "<input semantic='VERTEX' source='#p' offset='0'/>" + p), "vertices"},
+      {{vertices, vertices + R"(<input semantic="POSITION" source="#p"/>)"}, "second time"},
+      {{vertices, R"(<vertices id="v"><input semantic="NORMAL" source="#p"/>)"}, "POSITION"},
+      {{vertices, R"(<vertices id="v"><input semantic="POSITION" source="#q"/>)"}, "'q'"},
+      {{array, "<float_array id=\"pa\" count=\"13\">"}, "as many numbers"},
+      {{array, "<float_array id=\"pb\" count=\"12\">"}, "array beside"},
+      {{array, array + "0 </float_array>" + array}, "second time"},
+      {{"0 0 0 1", "0 0 nan 1"}, "'nan"},
+      {{"0 0 0 1", "0 0 0x1 1"}, "'0x1"},
+      {{"stride=\"3\"", "stride=\"4\""}, "beyond its array"},
+      {{"name=\"Y\"", "name=\"Z\""}, "X, Y and Z"},
+      {{"meter=\"1\"", "meter=\"0\""}, "metres"},
+      {{"meter=\"1\"", "meter=\"one\""}, "metres"},
+      {{"Z_UP", "Z"}, "neither"},
+      {{instance, R"(<instance_geometry url="#h"/>)"}, "'h'"},
+      {{instance, R"(<instance_geometry url="other.dae#g"/>)"}, "other.dae"},
+      {{instance, R"(<instance_node url="#h"/>)"}, "'#h'"},
+      {{instance, R"(<instance_controller url="#c"/>)"}, "skin"},
+      {{instance, "<translate>0 1</translate>" + instance}, "3 numbers"},
+      {{instance, "<skew>30 1 0 0 0 1 0</skew>" + instance}, "<matrix>"},
+      {{"</geometry>", "</geometry><geometry id='g'/>"}, "second time"},
+      {{"</mesh>", "</mesh><mesh/>"}, "second time"},
+      {{"<mesh>", "<convex_mesh/><mesh>"}, "only <mesh>"},
+  };
+  for (const auto& [change, message] : cases) {
+    SCOPED_TRACE(change.second);
+    expect_refused(folder.write("m.dae", replaced(dae("Z_UP", "1"), change.first, change.second)),
+                   message);
+  }
+}
+
+// What is not of the solid does not reach assimp, whatever it holds.
+TEST(Mesh, ColladaLibrariesThatAreNotReadMayHoldAnything) {
+  test::TempFolder folder;
+  const std::string text =
+      replaced(dae("Z_UP", "1"), "<library_geometries>",
+               "<library_controllers><controller id='c'><skin source=''><joints><input/></joints>"
+               "<vertex_weights "
+               "count='9'><vcount/></vertex_weights></skin></controller></library_controllers>"
+               "<library_animations><animation><channel source='' "
+               "target='/'/></animation></library_animations>"
+               "<library_effects><effect><profile_COMMON><image/></profile_COMMON></effect></"
+               "library_effects>"
+               "<library_geometries>");
+  expect_tetrahedron(load_mesh(folder.write("m.dae", text)), Vector3(kLegs[0], kLegs[1], kLegs[2]));
 }
 
 // Two nodes below one, the second mirrored and moved: 2x along x, a mirror along y, then 5 along x.
