@@ -64,8 +64,7 @@ Fault ClosingWatch::look(const Model& model, const SimulationOptions& options, c
     compute_poses(model, state.q, *data_);
     for (size_t i = 0; i < closures_.size(); ++i) {
       const Closure& closure = model.closures()[i];
-      const ClosureGap gap = closure_gap(closure, data_->X_WB);
-      const double error = std::max(std::abs(gap.distance), gap.angle);
+      const double error = closure_gap(closure, data_->X_WB).largest();
       judge(ConstraintKind::kClosure, static_cast<int>(i), closure.body_b, closure.body_a, error,
             closures_[i]);
     }
@@ -73,12 +72,8 @@ Fault ClosingWatch::look(const Model& model, const SimulationOptions& options, c
   if (options.effects.has(Effect::kMimics)) {
     for (size_t i = 0; i < mimics_.size(); ++i) {
       const Mimic& mimic = model.mimics()[i];
-      const Body& follower = model.body(mimic.joint + 1);
-      const Body& master = model.body(mimic.master + 1);
-      const double error =
-          state.q[follower.q_index] - mimic.offset - mimic.multiplier * state.q[master.q_index];
-      judge(ConstraintKind::kMimic, -1, mimic.joint + 1, mimic.master + 1, std::abs(error),
-            mimics_[i]);
+      const double error = std::abs(mimic_error(model, mimic, state.q));
+      judge(ConstraintKind::kMimic, -1, mimic.joint + 1, mimic.master + 1, error, mimics_[i]);
     }
   }
   // A step that fails is looked at again if it is tried again.

@@ -70,7 +70,7 @@ void find_mimics(const Model& model, const SimulationOptions& options, const Vec
     if (idle(mimic.joint + 1)) continue;  // and so is the master, of the same island
     const Body& follower = model.body(mimic.joint + 1);
     const Body& master = model.body(mimic.master + 1);
-    const double error = q[follower.q_index] - mimic.multiplier * q[master.q_index] - mimic.offset;
+    const double error = mimic_error(model, mimic, q);
     const double alpha = weights.dof[follower.v_index] +
                          mimic.multiplier * mimic.multiplier * weights.dof[master.v_index];
     JointConstraint row;

@@ -105,7 +105,7 @@ void ModelBuilder::place_closures() {
         fail(spec, "the anchors start at one point; move one or use a ball");
     }
     const ClosureGap gap = closure_gap(closure, X_WB);
-    if (std::abs(gap.distance) < kClosed && gap.angle < kClosed) continue;
+    if (gap.largest() < kClosed) continue;
     model_.notes_.push_back(
         {(spec.where.empty() ? "" : spec.where + ": ") + "closure '" + spec.name + "'",
          fmt::format("starts {:.3g} m and {:.3g} rad open; the first steps pull it together",

@@ -42,6 +42,11 @@ ClosureGap closure_gap(const Closure& closure, const std::vector<Pose>& X_WB) {
   return gap;
 }
 
+double mimic_error(const Model& model, const Mimic& mimic, const VectorRef& q) {
+  return q[model.body(mimic.joint + 1).q_index] -
+         mimic.multiplier * q[model.body(mimic.master + 1).q_index] - mimic.offset;
+}
+
 int Model::find_servo(int joint) const {
   const auto it = std::find_if(servos_.begin(), servos_.end(),
                                [&](const JointServo& servo) { return servo.joint == joint; });

@@ -2,6 +2,8 @@
 // (model_builder.h is the only way to make one); shared by const reference between any number of threads.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <limits>
 #include <string>
 #include <vector>
@@ -206,7 +208,12 @@ std::vector<Pose> body_poses(const Model& model, const VectorX& q);
 /// length [m]; and for kWeld the angle between the frames, else zero [rad].
 struct ClosureGap {
   double distance = 0.0, angle = 0.0;
+  /// The larger of both, as they are [m or rad].
+  double largest() const { return std::max(std::abs(distance), angle); }
 };
 ClosureGap closure_gap(const Closure& closure, const std::vector<Pose>& X_WB);
+
+/// q[joint] - multiplier q[master] - offset, at q (nq) [m or rad].
+double mimic_error(const Model& model, const Mimic& mimic, const VectorRef& q);
 
 }  // namespace counterpoint

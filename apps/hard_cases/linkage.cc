@@ -71,7 +71,7 @@ void net(Trial& trial) {
   }
   const std::vector<Pose> X_WB = body_poses(sim.model(), sim.state().q);
   for (const Closure& closure : sim.model().closures())
-    open = std::max(open, closure_gap(closure, X_WB).distance);
+    open = std::max(open, closure_gap(closure, X_WB).largest());
   view.look();
   trial.equal("corners carry, over the weight", "1", held / weight, 1.0, 0.01,
               "statics, when drag has calmed it; 1 %");

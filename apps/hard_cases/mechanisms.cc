@@ -17,8 +17,7 @@ double closures_off(const Model& model, const VectorX& q) {
   const std::vector<Pose> X_WB = body_poses(model, q);
   double most = 0.0;
   for (const Closure& closure : model.closures()) {
-    const ClosureGap gap = closure_gap(closure, X_WB);
-    most = std::max({most, std::abs(gap.distance), gap.angle});
+    most = std::max(most, closure_gap(closure, X_WB).largest());
   }
   return most;
 }
@@ -26,9 +25,7 @@ double closures_off(const Model& model, const VectorX& q) {
 double gears_off(const Model& model, const VectorX& q) {
   double most = 0.0;
   for (const Mimic& mimic : model.mimics()) {
-    const double own = q[model.body(mimic.joint + 1).q_index];
-    const double master = q[model.body(mimic.master + 1).q_index];
-    most = std::max(most, std::abs(own - mimic.multiplier * master - mimic.offset));
+    most = std::max(most, std::abs(mimic_error(model, mimic, q)));
   }
   return most;
 }
