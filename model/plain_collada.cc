@@ -63,7 +63,14 @@ class PlainCollada : private ColladaReader {
   void open(const char* name) { out_.OpenElement(name, true); }
   void copy(const XMLElement& from, const char* attribute) {
     const char* text = from.Attribute(attribute);
-    if (text != nullptr) out_.PushAttribute(attribute, text);
+    if (text == nullptr) return;
+    // A line break would come back as a blank, and so one name as another.
+    for (const char* c = text; *c != '\0'; ++c) {
+      if (static_cast<unsigned char>(*c) < ' ') {
+        fail(from, fmt::format("has a control character in its {}", attribute));
+      }
+    }
+    out_.PushAttribute(attribute, text);
   }
 
   void collada(const XMLElement& root) {
@@ -186,7 +193,8 @@ class PlainCollada : private ColladaReader {
     const long points = count(accessor, "count", 0);
     const long stride = count(accessor, "stride", 1);
     const long offset = count(accessor, "offset", 0);
-    if (points > 0 && offset + (points - 1) * stride + std::max(stride, 3L) > size) {
+    if (points > 0 && stride < 3) fail(accessor, "of positions needs a stride of 3 or more");
+    if (points > 0 && offset + points * stride > size) {
       fail(accessor, "reaches beyond its array");
     }
     open("source");

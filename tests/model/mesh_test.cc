@@ -289,6 +289,8 @@ TEST(Mesh, ColladaThatIsNotWhatItSaysIsRefused) {
       {{"0 0 0 1", "0 0 nan 1"}, "'nan"},
       {{"0 0 0 1", "0 0 0x1 1"}, "'0x1"},
       {{"stride=\"3\"", "stride=\"4\""}, "beyond its array"},
+      {{"stride=\"3\"", ""}, "stride"},
+      {{"<node id=\"n\">", "<node id=\"n&#10;\">"}, "control character"},
       {{"name=\"Y\"", "name=\"Z\""}, "X, Y and Z"},
       {{"meter=\"1\"", "meter=\"0\""}, "metres"},
       {{"meter=\"1\"", "meter=\"one\""}, "metres"},
