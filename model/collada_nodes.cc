@@ -25,9 +25,9 @@ class Nodes {
  private:
   void keep(const XMLElement& above) {
     for (const auto* e = above.FirstChildElement(); e != nullptr; e = e->NextSiblingElement()) {
-      const bool scene = is_one_of(*e, {"visual_scene"});
-      if (scene || is_one_of(*e, {"node"})) {
-        if (!is_one_of(above, {"node"})) roots_.push_back(e);
+      const bool scene = ColladaReader::is_one_of(*e, {"visual_scene"});
+      if (scene || ColladaReader::is_one_of(*e, {"node"})) {
+        if (!ColladaReader::is_one_of(above, {"node"})) roots_.push_back(e);
         // A node without an id or a name is the one that url="#" means; a scene's name is then
         // "Scene".
         keep_as(*e, "id", "");
@@ -58,8 +58,8 @@ class Nodes {
     const int outer = std::exchange(deepest_, depth);
     size_t nodes = 1;
     for (const auto* e = node.FirstChildElement(); e != nullptr; e = e->NextSiblingElement()) {
-      if (is_one_of(*e, {"node"})) nodes += extent(*e, depth + 1);
-      if (is_one_of(*e, {"instance_node"})) nodes += instance_extent(*e, depth + 1);
+      if (ColladaReader::is_one_of(*e, {"node"})) nodes += extent(*e, depth + 1);
+      if (ColladaReader::is_one_of(*e, {"instance_node"})) nodes += instance_extent(*e, depth + 1);
       if (nodes > limits::kMaxMeshNodes) {
         reader_.fail(node, fmt::format("comes to more than {} nodes", limits::kMaxMeshNodes));
       }

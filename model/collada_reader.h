@@ -12,27 +12,26 @@
 
 namespace counterpoint {
 
-inline bool is_one_of(const tinyxml2::XMLElement& element,
-                      std::initializer_list<const char*> names) {
-  return std::any_of(names.begin(), names.end(),
-                     [&](const char* name) { return std::strcmp(element.Name(), name) == 0; });
-}
-
-/// Calls f with each element below `above` of one of the names (of any name, if none is given).
-template <typename F>
-void each(const tinyxml2::XMLElement& above, std::initializer_list<const char*> names, F&& f) {
-  for (const auto* e = above.FirstChildElement(); e != nullptr; e = e->NextSiblingElement()) {
-    if (names.size() == 0 || is_one_of(*e, names)) f(*e);
-  }
-}
-
-/// All but fail() throw as fail() does, where an element is not what they say.
+/// The members below fail() throw as it does, where an element is not what they say.
 class ColladaReader {
  public:
   using XMLElement = tinyxml2::XMLElement;
 
   explicit ColladaReader(std::string file) : file_(std::move(file)) {}
   const std::string& file() const { return file_; }
+
+  static bool is_one_of(const XMLElement& element, std::initializer_list<const char*> names) {
+    return std::any_of(names.begin(), names.end(),
+                       [&](const char* name) { return std::strcmp(element.Name(), name) == 0; });
+  }
+
+  /// Calls f with each element below `above` of one of the names (of any name, if none is given).
+  template <typename F>
+  static void each(const XMLElement& above, std::initializer_list<const char*> names, F&& f) {
+    for (const auto* e = above.FirstChildElement(); e != nullptr; e = e->NextSiblingElement()) {
+      if (names.size() == 0 || is_one_of(*e, names)) f(*e);
+    }
+  }
 
   /// Refuses a file at an element of it. @throws InputError: always, with file and line.
   [[noreturn]] void fail(const XMLElement& at, const std::string& what) const;

@@ -58,7 +58,7 @@ class PlainCollada : private ColladaReader {
   }
 
  private:
-  // From here on each function checks an element, and writes what is kept of it.
+  // Each of these checks an element, and writes what is kept of it.
 
   void open(const char* name) { out_.OpenElement(name, true); }
   void copy(const XMLElement& from, const char* attribute) {

@@ -13,7 +13,7 @@ namespace counterpoint {
 /// and the like are not looked at. @throws InputError with file and line for XML that is not
 /// well-formed, lists that are not of numbers or not of the length they should have, references to
 /// nothing, indices out of range, nodes beyond model/limits.h, and for solids that are not read:
-/// skins, convex_mesh, brep, polygons with holes.
+/// skins, convex_mesh, brep, skew, polygons with holes.
 std::string plain_collada(const std::filesystem::path& file);
 
 }  // namespace counterpoint
