@@ -70,11 +70,10 @@ class Nodes {
   }
 
   size_t instance_extent(const XMLElement& instance, int depth) {
-    const char* url = instance.Attribute("url");
-    const auto named = url == nullptr || *url != '#' ? nodes_.end() : nodes_.find(url + 1);
+    const std::string name = reader_.reference(instance, "url");
+    const auto named = nodes_.find(name);
     if (named == nodes_.end()) {
-      reader_.fail(instance,
-                   fmt::format("names node '{}', which is not in this file", url ? url : ""));
+      reader_.fail(instance, fmt::format("names node '#{}', which is not in this file", name));
     }
     size_t nodes = 0;  // which of several of one name is meant assimp knows; here the sum is safe
     for (const XMLElement* node : named->second) nodes += extent(*node, depth);

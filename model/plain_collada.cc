@@ -41,12 +41,8 @@ class PlainCollada : private ColladaReader {
   explicit PlainCollada(const std::filesystem::path& file) : ColladaReader(file.string()) {}
 
   std::string run() {
-    const std::string text = read_xml_file(file(), "there is no such mesh file");
     tinyxml2::XMLDocument document;
-    if (document.Parse(text.data(), text.size()) != tinyxml2::XML_SUCCESS) {
-      throw InputError(fmt::format("{}:{}: not well-formed XML: {}", file(),
-                                   std::max(1, document.ErrorLineNum()), document.ErrorName()));
-    }
+    parse_xml_file(file(), "there is no such mesh file", document);
     const XMLElement* root = document.RootElement();
     if (root == nullptr) throw InputError(fmt::format("{}:1: has no element <COLLADA>", file()));
     if (!is_one_of(*root, {"COLLADA"})) fail(*root, "stands where <COLLADA> is expected");

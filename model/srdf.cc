@@ -3,20 +3,14 @@
 #include <fmt/format.h>
 #include <tinyxml2.h>
 
-#include <algorithm>
-
 #include "counterpoint/model/text_file.h"
 #include "counterpoint/model/types.h"
 
 namespace counterpoint {
 
 Srdf load_srdf(const std::filesystem::path& file) {
-  const std::string text = read_xml_file(file, "there is no such SRDF file");
   tinyxml2::XMLDocument document;
-  if (document.Parse(text.data(), text.size()) != tinyxml2::XML_SUCCESS) {
-    throw InputError(fmt::format("{}:{}: not well-formed XML: {}", file.string(),
-                                 std::max(1, document.ErrorLineNum()), document.ErrorName()));
-  }
+  parse_xml_file(file, "there is no such SRDF file", document);
   const tinyxml2::XMLElement* robot = document.RootElement();
   if (robot == nullptr || std::string(robot->Name()) != "robot") {
     throw InputError(fmt::format("{}: the root element must be <robot>", file.string()));

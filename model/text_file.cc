@@ -1,6 +1,7 @@
 #include "counterpoint/model/text_file.h"
 
 #include <fmt/format.h>
+#include <tinyxml2.h>
 
 #include <algorithm>
 #include <array>
@@ -77,6 +78,15 @@ std::string read_xml_file(const std::filesystem::path& file, const char* missing
     }
   }
   return text;
+}
+
+void parse_xml_file(const std::filesystem::path& file, const char* missing,
+                    tinyxml2::XMLDocument& document) {
+  const std::string text = read_xml_file(file, missing);
+  if (document.Parse(text.data(), text.size()) != tinyxml2::XML_SUCCESS) {
+    throw InputError(fmt::format("{}:{}: not well-formed XML: {}", file.string(),
+                                 std::max(1, document.ErrorLineNum()), document.ErrorName()));
+  }
 }
 
 }  // namespace counterpoint

@@ -5,6 +5,10 @@
 #include <filesystem>
 #include <string>
 
+namespace tinyxml2 {
+class XMLDocument;
+}
+
 namespace counterpoint {
 
 /// The bytes of a file. Pipes are read to their end. @throws InputError: "FILE: `missing`" where it
@@ -15,5 +19,10 @@ std::string read_text_file(const std::filesystem::path& file, std::uintmax_t max
 /// An XML file: as above, and refused when it defines entities or a document type (they could
 /// multiply it, and no format here needs them) or has more marks than limits::kMaxXmlMarks.
 std::string read_xml_file(const std::filesystem::path& file, const char* missing);
+
+/// An XML file, read as above and parsed. @throws InputError, also with file and line where it is
+/// not well-formed.
+void parse_xml_file(const std::filesystem::path& file, const char* missing,
+                    tinyxml2::XMLDocument& document);
 
 }  // namespace counterpoint

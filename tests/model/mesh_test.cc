@@ -331,9 +331,9 @@ TEST(Mesh, ColladaLibrariesThatAreNotReadMayHoldAnything) {
 // Two nodes below one, the second mirrored and moved: 2x along x, a mirror along y, then 5 along x.
 TEST(Mesh, SubmeshesAreOneAndStandWhereTheirNodesSay) {
   test::TempFolder folder;
-  std::string text = dae("Z_UP", "1");
   const std::string node = R"(<node id="n"><instance_geometry url="#g"/></node>)";
-  text.replace(text.find(node), node.size(), R"(<node id="top"><translate>0 0 1</translate>
+  const std::string text =
+      replaced(dae("Z_UP", "1"), node, R"(<node id="top"><translate>0 0 1</translate>
 <node id="n"><instance_geometry url="#g"/></node>
 <node id="m"><matrix>2 0 0 5 0 -1 0 0 0 0 1 0 0 0 0 1</matrix><instance_geometry url="#g"/></node>
 </node>)");
