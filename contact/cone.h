@@ -1,5 +1,5 @@
-// A friction cone at one velocity: the spectral decomposition that impulse, potential, Hessian and
-// sensitivities share. Internal to the law.
+// A convex friction cone at one velocity: the spectral decomposition that impulse, potential, Hessian
+// and sensitivities share. Internal to the law.
 #pragma once
 
 #include <algorithm>
@@ -12,9 +12,8 @@ namespace counterpoint::contact {
 
 struct Cone {
   int friction_rows;
-  double z[kMaxRows];      // scaled velocity; z[0] is the normal, before any shift
-  double tau;              // |z_T|
-  double shift_slope = 0;  // d shift / d tau, divided by tau
+  double z[kMaxRows];  // scaled velocity; z[0] is the normal
+  double tau;          // |z_T|
   double lambda_plus, lambda_minus;
   double rho;
   ScalarLaw plus, minus;
@@ -30,7 +29,7 @@ struct Cone {
  private:
   struct Scaled {
     double z[kMaxRows];
-    double tau, rho, lambda_plus, lambda_minus, shift_slope;
+    double tau, rho, lambda_plus, lambda_minus;
   };
 
   static Scaled scale(const Law& law, const double* y) {
@@ -43,26 +42,14 @@ struct Cone {
       square += out.z[i] * out.z[i];
     }
     out.tau = std::sqrt(square);
-    out.shift_slope = 0.0;
     out.lambda_plus = y[0] + out.tau;
     out.lambda_minus = y[0] - out.tau;
-    if (law.coulomb && out.tau > 0.0) {
-      const double eta_square = out.rho * law.smoothing;
-      const double eta = std::sqrt(eta_square);
-      const double root = std::sqrt(square + eta_square);
-      const double shift = square / (root + eta);
-      out.shift_slope = 1.0 / root;
-      out.lambda_plus = y[0] + (shift + out.tau);
-      // shift - tau = -eta (root + tau - eta) / (root + tau), which is 0 without smoothing.
-      out.lambda_minus = y[0] - eta * (1.0 - eta / (root + out.tau));
-    }
     return out;
   }
 
   Cone(const Law& law, const double*, const Scaled& in)
       : friction_rows(law.rows - 1),
         tau(in.tau),
-        shift_slope(in.shift_slope),
         lambda_plus(in.lambda_plus),
         lambda_minus(in.lambda_minus),
         rho(in.rho),

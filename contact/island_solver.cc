@@ -2,241 +2,229 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+
+#include "counterpoint/contact/law.h"
 
 namespace counterpoint::contact {
 namespace {
 
-// Newton's method on velocities goes on where its residual is below this: quadratic convergence is
-// at work;
-constexpr double kNearly = 0.3;
-constexpr int kFinishSteps = 20;
-// in a few steps at a time, as long as these bring the residual to that share.
-constexpr int kStageSteps = 3;
-constexpr double kContraction = 0.1;
-constexpr int kMixedSteps = 25;
-constexpr int kInteriorSteps = 60;
-// One curve of the homotopy; those that arrive take a hundred, the longest seen 746.
-constexpr int kHomotopySteps = 1000;
-// Where the homotopy was lost it goes again, otherwise and more carefully: of the hardest problems
-// known each of these solves some that the others do not.
-constexpr HomotopyManner kManner = {MixedSystem::kSigma, 0.5, 0};
-constexpr HomotopyManner kMoreManners[] = {{0.05, 0.9, 0}, {MixedSystem::kSigma, 0.9, 0}};
-constexpr HomotopyManner kDetours[] = {
-    {MixedSystem::kSigma, 0.5, 1}, {0.05, 0.9, 2}, {MixedSystem::kSigma, 0.9, 3}};
-// The islands of regularizers so many times as large whose solutions may lead to this one's.
-constexpr double kSofter[] = {8.0, 128.0};
-constexpr double kNeighbors[] = {0.5, 2.0, 8.0};
-// Near ones: whether the mixed method arrives is a throw of dice, each of these another one.
-constexpr double kNear[] = {1.03, 0.97, 1.06, 0.94, 1.09, 0.91, 1.13, 0.89, 1.16, 0.86,
-                            1.20, 0.83, 1.23, 0.81, 1.27, 0.79, 1.31, 0.76, 1.35, 0.74};
-constexpr int kNearSteps = 60;
-// From a solution so much softer one walks to the own regularizers: by steps of their logarithm
-// that double when the mixed method arrives and shrink when it does not, down to the shortest.
-constexpr double kWalkFrom = 128.0;
-constexpr double kWalkShrink = 0.4, kShortestWalk = 1e-3;
-constexpr int kMostWalks = 40;
-constexpr int kLastDirectSteps = 300;
+// sigma of the mixed method as a share of the inverse mass at a constraint; that of the careful
+// path, which comes after, differs on purpose.
+constexpr double kSigma = 1.0, kPathSigmas[] = {0.2, 1.0, 3.0};
+
+// Most steps of each method.
+constexpr int kWarmSteps = 6, kSmoothingSteps = 20, kPathSteps = 60;
+constexpr int kSofterSteps = 100, kConvexSteps = 60;
+// Where softer laws are no answer, paths of several sigma may take so many.
+constexpr int kLongPathSteps = 400, kLongSofterSteps = 1000;
+// Newton's method on velocities goes on while a stage of so many steps brings the residual, small
+// enough at the start, to that share.
+constexpr double kNearly = 0.3, kContraction = 0.1;
+constexpr int kStageSteps = 3, kFinishSteps = 20;
+// It also goes on from where a mixed method ended unsolved, if the residual there is below this:
+// kinks as narrow as the regularizers see what the widened ones do not, which of several lightly
+// loaded corners slips.
+constexpr double kUseful = 3e-2;
+
+// Softer laws: the first factor, what it grows by, the last one.
+constexpr double kFirstFactor = 8.0, kFactorGrowth = 8.0, kLastFactor = 4096.0;
+constexpr double kConvexFactor = 32768.0;
+// The way back: in at most so many stages, the first one down by this share of the logarithm, shorter
+// by that factor where one fails.
+constexpr int kMostStages = 8, kMostLongStages = 40;
+constexpr double kStageShrink = 0.4, kShortestStage = 0.02;
 
 }  // namespace
 
-void IslandSolver::reserve() {
-  mixed_system_.reserve(*system_);
-  mixed_newton_.reserve(*system_);
-  interior_point_.reserve(*system_);
-  homotopy_.reserve(*system_);
-  for (auto* point : {&point_, &here_}) point->reserve(*system_);
-  for (auto* v : {&start_, &w_, &best_w_}) v->reserve(system_->size());
-  for (auto* v : {&f_, &best_f_}) v->reserve(system_->num_rows());
-  regularizer_.reserve(system_->constraints().size());
+void IslandSolver::begin(IslandSystem& system, const Settings& settings,
+                         const std::vector<double>& w, const std::vector<double>& guess) {
+  system_ = &system;
+  tolerance_ = settings.tolerance;
+  exact_ = settings.soften_after == 0;
+  budget_ = exact_ ? settings.max_iterations
+                   : std::min(settings.max_iterations, settings.soften_after);
+  softness_ = {};
+  mixed_system_.reserve(system);
+  mixed_newton_.reserve(system);
+  for (auto* point : {&point_, &here_}) point->reserve(system);
+  for (auto* v : {&start_, &w_, &best_w_}) v->reserve(system.size());
+  for (auto* v : {&guess_, &f_, &best_f_}) v->reserve(system.num_rows());
+  own_.reserve(system.constraints().size());
+  best_w_.clear();
+  guess_ = guess;
+  f_.resize(guess.size());
+  newton_.begin(system);
+  start_ = w;
+  newton_.choose_start(start_);
 }
 
-int IslandSolver::steps_left() const {
-  return std::max(0, settings_.max_iterations - newton_.totals().iterations);
+int IslandSolver::allowed(int steps) const {
+  return std::clamp(budget_ - newton_.totals().iterations, 0, steps);
 }
 
-bool IslandSolver::unsolved() const {
-  return !succeeded(result_.status) && result_.status != Status::kNotFinite && steps_left() > 0;
-}
-
-// Newton's method on velocities from w_; keeps the best point.
-void IslandSolver::finish(int max_iterations) {
-  result_ = newton_.run(settings_.tolerance, std::min(max_iterations, steps_left()), w_, f_);
-  if (!best_w_.empty() && !(succeeded(result_.status) || result_.residual < best_.residual)) return;
-  best_ = result_;
-  best_w_ = w_;
-  best_f_ = f_;
-}
-
-// Newton's method goes on while its residual falls fast. That it is small says little by itself: it
-// is relative to the island's momentum, and joints with friction have but a small share in a body's
-// fall.
-void IslandSolver::finish_while_contracting() {
-  double before = kNearly;
-  for (int steps = 0; steps < kFinishSteps && unsolved() && result_.residual < before;
-       steps += kStageSteps) {
-    before = kContraction * result_.residual;
-    finish(kStageSteps);
-  }
-}
-
-// point_ becomes the start, with impulses guessed there for the laws as they are.
-void IslandSolver::guess_point() {
-  mixed_system_.begin(*system_);
-  point_.w = start_;
-  mixed_system_.guess(point_.phi);
-}
-
-// From point_; true if it arrives.
-bool IslandSolver::run_mixed_newton(int max_iterations) {
-  const auto result =
-      mixed_newton_.run(mixed_system_, std::min(max_iterations, steps_left()), point_);
-  newton_.count(result.iterations);
-  if (result.solved) w_ = point_.w;
-  return result.solved;
-}
-
-// From the start. What it finds is as near as a gap of its own can be, which Newton's method on
-// velocities, with kinks as narrow as the regularizer, may miss: the mixed method takes it there.
-bool IslandSolver::run_interior_point(int max_iterations) {
-  w_ = start_;
-  const int steps = interior_point_.run(*system_, std::min(max_iterations, steps_left()), w_);
-  newton_.count(steps < 0 ? -steps - 1 : steps);
-  if (steps < 0) return false;
-  mixed_system_.begin(*system_);
-  point_.w = w_;
-  mixed_system_.scale_impulses(interior_point_.impulses(), point_.phi);
-  run_mixed_newton(kMixedSteps);
-  return true;
-}
-
-// From the start.
-bool IslandSolver::run_homotopy(const HomotopyManner& manner, int max_iterations) {
-  mixed_system_.begin(*system_, manner.sigma_share, manner.detour);
-  point_.w = start_;
-  const auto result =
-      homotopy_.run(mixed_system_, mixed_newton_, manner.least_cosine,
-                    std::min({kHomotopySteps, max_iterations, steps_left()}), point_);
-  newton_.count(result.iterations);
-  w_ = point_.w;
-  return result.solved;
-}
-
-// Another method from the start, and Newton's from where it arrives.
-void IslandSolver::attempt(Method method, int max_iterations) {
-  method_ = method;
-  bool arrived = false;
-  switch (method) {
-    case Method::kNewton:
-      w_ = start_;
-      return finish(max_iterations);
-    case Method::kMixedNewton:
-      guess_point();
-      arrived = run_mixed_newton(max_iterations);
-      break;
-    case Method::kInteriorPoint:
-      arrived = run_interior_point(max_iterations);
-      break;
-    case Method::kHomotopy:
-      arrived = run_homotopy(kManner, max_iterations);
-      break;
-  }
-  if (arrived) finish(kFinishSteps);
-}
-
-// The regularizers become so many times those kept in regularizer_.
-void IslandSolver::scale_regularizers(double factor) {
-  auto own = regularizer_.begin();
-  for (auto& c : system_->constraints()) c.law.regularizer = factor * *own++;
-  mixed_system_.begin(*system_);
-}
-
-// From the solution in point_ for regularizers `factor` times as large to that for the own ones: in
-// one go, or by shorter and longer steps. True if it arrives.
-bool IslandSolver::walk_from(double factor, int most_steps) {
-  double left = std::log(factor), step = left;
-  bool arrived = false;
-  for (int i = 0; i < most_steps && !arrived && steps_left() > 0; ++i) {
-    here_ = point_;
-    scale_regularizers(std::exp(left - step));
-    if (run_mixed_newton(kMixedSteps)) {
-      left -= step;
-      arrived = left == 0.0;
-      step = std::abs(2.0 * step) < std::abs(left) ? 2.0 * step : left;
-    } else {
-      point_ = here_;
-      step *= kWalkShrink;
-      if (std::abs(step) < kShortestWalk) break;
-    }
+// Newton's method on velocities from w_; keeps the best point. True if it arrives.
+bool IslandSolver::finish(int max_iterations) {
+  last_ = newton_.run(tolerance_, allowed(max_iterations), w_, f_);
+  const bool arrived = succeeded(last_.status);
+  if (arrived || best_w_.empty() || last_.residual < best_.residual) {
+    best_ = last_;
+    best_w_ = w_;
+    best_f_ = f_;
   }
   return arrived;
 }
 
-// From the solution of the island whose regularizers are so many times as large, by `method`, with
-// the mixed method to the own one.
-void IslandSolver::come_from(double factor, Method method, int max_steps, int most_walks) {
-  method_ = method;
-  regularizer_.clear();
-  for (const auto& c : system_->constraints()) regularizer_.push_back(c.law.regularizer);
-  scale_regularizers(factor);
-  if (method != Method::kHomotopy) guess_point();
-  const bool there =
-      method == Method::kHomotopy ? run_homotopy(kManner, max_steps) : run_mixed_newton(max_steps);
-  const bool arrived = there && walk_from(factor, most_walks);
-  scale_regularizers(1.0);
-  if (arrived) finish(kFinishSteps);
+// Goes on while the residual falls fast. That it is small says little by itself: it is relative to
+// the island's momentum, and joints with friction have but a small share in a body's fall.
+bool IslandSolver::run_velocity() {
+  w_ = start_;
+  bool arrived = finish(0);
+  double before = kNearly;
+  for (int steps = 0; steps < kFinishSteps && !arrived && last_.residual < before;
+       steps += kStageSteps) {
+    before = kContraction * last_.residual;
+    arrived = finish(kStageSteps);
+  }
+  return arrived;
 }
 
-void IslandSolver::follow_in_turn(std::span<const HomotopyManner> manners) {
-  for (const HomotopyManner& manner : manners) {
-    if (!unsolved()) return;
-    method_ = Method::kHomotopy;
-    if (run_homotopy(manner, kHomotopySteps)) finish(kFinishSteps);
+void IslandSolver::start_mixed(double sigma) {
+  mixed_system_.begin(*system_, sigma);
+  point_.w = start_;
+  mixed_system_.guess(guess_, point_.phi);
+}
+
+// What a mixed method found, finished by Newton's method on velocities.
+bool IslandSolver::finish_mixed(const MixedNewton::Result& result) {
+  newton_.count(result.iterations);
+  if (!result.solved && !(result.residual < kUseful)) return false;
+  w_ = point_.w;
+  return finish(kFinishSteps);
+}
+
+bool IslandSolver::run_warm() {
+  start_mixed(kSigma);
+  return finish_mixed(mixed_newton_.run_near(mixed_system_, allowed(kWarmSteps), point_));
+}
+
+// From the impulses that would stop each constraint by itself: those of the last step have failed.
+bool IslandSolver::run_smoothing(double sigma, MixedNewton::Schedule schedule,
+                                 int max_iterations) {
+  std::fill(guess_.begin(), guess_.end(), std::numeric_limits<double>::quiet_NaN());
+  start_mixed(sigma);
+  return finish_mixed(
+      mixed_newton_.run_smoothed(mixed_system_, schedule, allowed(max_iterations), point_));
+}
+
+bool IslandSolver::run_path() {
+  if (!exact_) return run_smoothing(kPathSigmas[0], MixedNewton::Schedule::kPath, kPathSteps);
+  for (const double sigma : kPathSigmas)
+    if (run_smoothing(sigma, MixedNewton::Schedule::kPath, kLongPathSteps)) return true;
+  return false;
+}
+
+void IslandSolver::set_softness(Softness softness) {
+  softness_ = softness;
+  auto own = own_.begin();
+  for (auto& c : system_->constraints()) c.law = soften(*own++, softness);
+}
+
+// Softer laws until they can be solved, then back towards the own ones; softness_ says where that
+// ended.
+bool IslandSolver::run_softer() {
+  own_.clear();
+  for (const auto& c : system_->constraints()) own_.push_back(c.law);
+  budget_ += exact_ ? kLongSofterSteps : kSofterSteps;
+  bool solved = false;
+  for (double factor = kFirstFactor; !solved && factor <= kLastFactor; factor *= kFactorGrowth) {
+    set_softness({factor, false});
+    best_w_.clear();
+    solved = run_smoothing(kSigma, MixedNewton::Schedule::kFollow, kSmoothingSteps);
+  }
+  if (solved) walk_back();
+  if (!exact_) return solved || run_convex();
+  const bool arrived = !softness_.any();
+  set_softness({});
+  return arrived;
+}
+
+// From the solution in point_ for laws softness_.factor times as soft, by shorter and longer stages.
+void IslandSolver::walk_back() {
+  double left = std::log(softness_.factor), stage = left;
+  for (int i = 0; i < (exact_ ? kMostLongStages : kMostStages) && left > 0.0 && stage > kShortestStage; ++i) {
+    here_ = point_;
+    const Softness reached = softness_;
+    const double next = left > stage ? left - stage : 0.0;
+    set_softness({next > 0.0 ? std::exp(next) : 1.0, false});
+    mixed_system_.begin(*system_, kSigma);
+    const auto result = mixed_newton_.run_smoothed(
+        mixed_system_, MixedNewton::Schedule::kFollow, allowed(kSmoothingSteps), point_);
+    newton_.count(result.iterations);
+    w_ = point_.w;
+    if (result.solved && finish(kFinishSteps)) {
+      left = next;
+      stage = std::min(2.0 * stage, left);
+    } else {
+      point_ = here_;
+      set_softness(reached);
+      stage *= kStageShrink;
+    }
   }
 }
 
-// From the cheapest to the surest.
-void IslandSolver::try_in_turn() {
-  finish(0);
-  finish_while_contracting();
-  if (unsolved()) attempt(Method::kMixedNewton, kMixedSteps);
-  if (unsolved()) attempt(Method::kInteriorPoint, kInteriorSteps);
-  for (const double factor : kSofter)
-    if (unsolved()) come_from(factor, Method::kMixedNewton, kMixedSteps);
-  if (unsolved()) attempt(Method::kHomotopy, kHomotopySteps);
-  if (unsolved()) come_from(kWalkFrom, Method::kMixedNewton, kMixedSteps, kMostWalks);
-  for (const double factor : kNear)
-    if (unsolved()) come_from(factor, Method::kMixedNewton, kNearSteps);
-  for (const double factor : kNeighbors)
-    if (unsolved()) come_from(factor, Method::kHomotopy, kHomotopySteps, kMostWalks);
-  follow_in_turn(kMoreManners);
-  if (unsolved()) attempt(Method::kNewton, kLastDirectSteps);
-  follow_in_turn(kDetours);
+// A convex cost, so soft that a line search leads to its minimum in a few steps.
+bool IslandSolver::run_convex() {
+  set_softness({kConvexFactor, true});
+  budget_ += kConvexSteps;
+  best_w_.clear();
+  w_ = start_;
+  return finish(kConvexSteps);
 }
 
-Newton::Result IslandSolver::solve(IslandSystem& system, const Settings& settings,
-                                   std::vector<double>& w, std::vector<double>& f) {
-  system_ = &system;
-  reserve();
-  settings_ = settings;
-  method_ = Method::kNewton;
-  best_w_.clear();
-  f_.resize(f.size());
-  newton_.begin(system);
-  newton_.choose_start(w);
-  start_ = w_ = w;
-  if (settings.only) {
-    attempt(*settings.only, settings.max_iterations);
-    if (*settings.only == Method::kHomotopy) follow_in_turn(kMoreManners);
-    if (best_w_.empty()) finish(0);
-  } else {
-    try_in_turn();
+bool IslandSolver::run(Method method) {
+  switch (method) {
+    case Method::kVelocity:
+      return run_velocity();
+    case Method::kWarm:
+      return run_warm();
+    case Method::kSmoothing:
+      return run_smoothing(kSigma, MixedNewton::Schedule::kFollow, kSmoothingSteps);
+    case Method::kPath:
+      return run_path();
+    case Method::kSofter:
+      return run_softer();
+  }
+  return false;
+}
+
+IslandSolver::Result IslandSolver::solve(IslandSystem& system, const Settings& settings,
+                                         std::vector<double>& w, std::vector<double>& f) {
+  constexpr Method kPlan[] = {Method::kVelocity, Method::kWarm, Method::kSmoothing, Method::kPath,
+                              Method::kSofter};
+  begin(system, settings, w, f);
+  Result result;
+  bool arrived = false;
+  for (const Method method : kPlan) {
+    if (settings.only && *settings.only != method) continue;
+    result.method = method;
+    arrived = run(method);
+    if (arrived || best_.status == Status::kNotFinite) break;
+  }
+  if (best_w_.empty()) {
+    w_ = start_;
+    finish(0);
   }
   w = best_w_;
   f = best_f_;
-  if (!succeeded(best_.status) && best_.status != Status::kNotFinite)
-    best_.status = steps_left() == 0 ? Status::kMaxIterations : Status::kNoProgress;
-  best_.iterations = newton_.totals().iterations;
-  return best_;
+  result.status = best_.status;
+  if (arrived && softness_.any()) result.status = Status::kSoftened;
+  if (!arrived && best_.status != Status::kNotFinite)
+    result.status = allowed(1) == 0 ? Status::kMaxIterations : Status::kNoProgress;
+  result.residual = best_.residual;
+  result.iterations = newton_.totals().iterations;
+  result.softness = softness_;
+  return result;
 }
 
 }  // namespace counterpoint::contact

@@ -14,7 +14,7 @@ namespace {
 constexpr int kDenseSize = 12;
 // A normal along which nothing can move has an inverse mass of round-off: not less than this share
 // of the island's largest is taken for it.
-constexpr double kLeastInverseMass = 1e-4;
+constexpr double kLeastInverseMass = 1e-9;
 
 }  // namespace
 

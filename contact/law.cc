@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "counterpoint/contact/cone.h"
+#include "counterpoint/contact/coulomb.h"
 #include "counterpoint/contact/scalar_law.h"
 
 namespace counterpoint::contact {
@@ -16,7 +17,7 @@ void cone_impulse(const Law& law, const Cone& cone, double* f) {
   for (int i = 1; i < law.rows; ++i) f[i] = -law.friction[i - 1] * b * cone.z[i];
 }
 
-// G = D Gz (I + e_N shift') D, D = diag(1, mu_1, mu_2, ...), Gz the Hessian in (shifted) z.
+// G = D Gz D, D = diag(1, mu_1, mu_2, ...), Gz the Hessian in z.
 void cone_hessian(const Law& law, const Cone& cone, double* hessian) {
   const int n = law.rows;
   const double mean = 0.5 * (cone.plus.a + cone.minus.a);
@@ -37,11 +38,6 @@ void cone_hessian(const Law& law, const Cone& cone, double* hessian) {
       hessian[i * n + j] = (mu_i * law.friction[j - 1]) * (identity + (mean - b) * (t[i] * t[j]));
     }
   }
-  if (cone.shift_slope == 0.0) return;
-  for (int j = 1; j < n; ++j) {
-    const double shift = law.friction[j - 1] * cone.shift_slope * cone.z[j];
-    for (int i = 0; i < n; ++i) hessian[i * n + j] += hessian[i * n] * shift;
-  }
 }
 
 Slope cone_slope(const Law& law, const Cone& cone, const double* d) {
@@ -55,12 +51,38 @@ Slope cone_slope(const Law& law, const Cone& cone, const double* d) {
   const double mean = 0.5 * (cone.plus.a + cone.minus.a);
   const double difference = 0.5 * (cone.plus.a - cone.minus.a);
   const double radial = cone.tau > 0.0 ? dot / cone.tau : 0.0;
-  const double normal = d[0] + cone.shift_slope * dot;  // of the shifted velocity
   Slope out;
   out.first = b * dot - cone.normal() * d[0];
-  out.second = mean * (d[0] * normal + radial * radial) + difference * radial * (normal + d[0]) +
+  out.second = mean * (d[0] * d[0] + radial * radial) + 2.0 * difference * radial * d[0] +
                b * (square - radial * radial);
   return out;
+}
+
+CoulombCone coulomb_at(const Law& law, const double* y) {
+  double z[kMaxRows];
+  z[0] = y[0];
+  for (int i = 1; i < law.rows; ++i) z[i] = law.friction[i - 1] * y[i];
+  return {z, law.rows, normal_regularizer(law), law.smoothing};
+}
+
+void coulomb_impulse(const Law& law, const CoulombCone& cone, const double* y, double* f) {
+  f[0] = cone.n;
+  for (int i = 1; i < law.rows; ++i) {
+    const double mu = law.friction[i - 1];
+    f[i] = -mu * cone.b * (mu * y[i]);
+  }
+}
+
+void coulomb_hessian(const Law& law, const CoulombCone& cone, double* hessian) {
+  const int n = law.rows;
+  for (int j = 0; j < n; ++j) {
+    const double scale = j > 0 ? law.friction[j - 1] : 1.0;
+    double column[kMaxRows] = {}, out[kMaxRows];
+    column[j] = scale;
+    cone.apply_slope(column, n, out);
+    hessian[j] = out[0];
+    for (int i = 1; i < n; ++i) hessian[i * n + j] = law.friction[i - 1] * out[i];
+  }
 }
 
 // f = -2 F y / (s1 + s2): the clamp of -y / r to [-F, F], written as a difference of two scalar
@@ -126,20 +148,25 @@ bool is_finite(const Law& law) {
   return all;
 }
 
+Law soften(const Law& law, const Softness& softness) {
+  Law out = law;
+  out.regularizer *= softness.factor;
+  out.coulomb = law.coulomb && !softness.convex;
+  return out;
+}
+
 double normal_regularizer(const Law& law) {
   const double mu = std::max(law.friction[0], kMinRegularizingFriction);
   return mu * mu * law.regularizer;
 }
 
-double shift(const Law& law, const double* y) {
+double de_saxce_shift(const Law& law, const double* y) {
   double square = 0.0;
   for (int i = 1; i < law.rows; ++i) {
     const double z = law.friction[i - 1] * y[i];
     square += z * z;
   }
-  if (square == 0.0) return 0.0;
-  const double eta_square = normal_regularizer(law) * law.smoothing;
-  return square / (std::sqrt(square + eta_square) + std::sqrt(eta_square));
+  return std::sqrt(square);
 }
 
 void impulse(const Law& law, const double* y, double* f) {
@@ -148,8 +175,8 @@ void impulse(const Law& law, const double* y, double* f) {
       f[0] = ScalarLaw(y[0], law.regularizer, law.smoothing).g;
       return;
     case LawType::kFrictionCone:
-      cone_impulse(law, Cone(law, y), f);
-      return;
+      if (law.coulomb) return coulomb_impulse(law, coulomb_at(law, y), y, f);
+      return cone_impulse(law, Cone(law, y), f);
     case LawType::kEquality:
       for (int i = 0; i < law.rows; ++i) f[i] = -y[i] / law.regularizer;
       return;
@@ -168,10 +195,14 @@ void evaluate(const Law& law, const double* y, double* f, double* hessian) {
       return;
     }
     case LawType::kFrictionCone: {
+      if (law.coulomb) {
+        const CoulombCone cone = coulomb_at(law, y);
+        coulomb_impulse(law, cone, y, f);
+        return coulomb_hessian(law, cone, hessian);
+      }
       const Cone cone(law, y);
       cone_impulse(law, cone, f);
-      cone_hessian(law, cone, hessian);
-      return;
+      return cone_hessian(law, cone, hessian);
     }
     case LawType::kEquality:
       std::fill(hessian, hessian + law.rows * law.rows, 0.0);
@@ -212,8 +243,17 @@ double potential(const Law& law, const double* y) {
 }
 
 Slope slope(const Law& law, const double* y, const double* d) {
-  if (law.type == LawType::kFrictionCone) return cone_slope(law, Cone(law, y), d);
   Slope out;
+  if (law.type == LawType::kFrictionCone && law.coulomb) {
+    double f[kMaxRows], hessian[kMaxRows * kMaxRows];
+    evaluate(law, y, f, hessian);
+    for (int i = 0; i < law.rows; ++i) {
+      out.first -= f[i] * d[i];
+      for (int j = 0; j < law.rows; ++j) out.second += d[i] * hessian[i * law.rows + j] * d[j];
+    }
+    return out;
+  }
+  if (law.type == LawType::kFrictionCone) return cone_slope(law, Cone(law, y), d);
   if (law.type == LawType::kEquality) {
     for (int i = 0; i < law.rows; ++i) {
       out.first += y[i] * d[i] / law.regularizer;

@@ -12,8 +12,9 @@
 // algebra); f minimizes 1/2 f'R f + f'y + k barrier(cone), R_N = rho, R_i = rho / mu_i^2. Nothing
 // is divided by tau or by mu: without friction the normal row is the unilateral law.
 //
-// Coulomb: y_N is replaced by y_N + sqrt(tau^2 + rho k) - sqrt(rho k), De Saxce's shift tau made
-// smooth at tau = 0; with k = 0 it is the exact shift, and lambda- = y_N, lambda+ = y_N + 2 tau.
+// Exact Coulomb friction (`coulomb`, coulomb.h): the normal impulse is that of the normal velocity
+// alone, f_N = g(y_N), and friction the clamp of -z_T / rho to it, smoothed. It has no potential:
+// G has a column of f_T by y_N and no row of f_N by y_T.
 #pragma once
 
 #include "counterpoint/contact/problem.h"
@@ -21,7 +22,7 @@
 namespace counterpoint::contact {
 
 /// f(y) [N s], `law.rows` long. y [m/s] includes the bias. Works for every law and friction model;
-/// `coulomb` applies De Saxce's shift inside. This is the whole inverse of one constraint.
+/// This is the whole inverse of one constraint.
 Rows impulse(const Law& law, const Rows& y);
 
 /// The same on plain arrays of `law.rows` numbers, for inner loops.
@@ -49,14 +50,24 @@ struct Slope {
 /// First and second derivative of l along d at y (`coulomb`: of the power -f . d).
 Slope slope(const Law& law, const double* y, const double* d);
 
-/// De Saxce's shift [m/s] of the normal velocity, smoothed as above; the same for `coulomb` laws or
-/// not.
-double shift(const Law& law, const double* y);
+/// |z_T| = |(mu_1 y_1, mu_2 y_2, ...)| [m/s]: what De Saxce's form of exact Coulomb friction adds to
+/// the normal velocity, and what a lagged bias takes from the last velocity.
+double de_saxce_shift(const Law& law, const double* y);
 
 /// Rows, regularizer, smoothing, friction and bound make sense for the type: a law one can solve.
 bool is_valid(const Law& law);
 /// No NaN and no infinity in it.
 bool is_finite(const Law& law);
+
+/// How much softer than its own a law is.
+struct Softness {
+  double factor = 1.0;  ///< of the regularizer
+  bool convex = false;  ///< friction is the convex law's
+  bool any() const { return factor != 1.0 || convex; }
+  bool operator==(const Softness&) const = default;
+};
+/// The law, softer.
+Law soften(const Law& law, const Softness& softness);
 
 /// Friction coefficients below this no longer harden the normal row.
 inline constexpr double kMinRegularizingFriction = 0.1;

@@ -41,7 +41,7 @@ enum class LawType : unsigned char {
 struct Law {
   LawType type = LawType::kUnilateral;
   int rows = 1;
-  bool coulomb = false;  ///< kFrictionCone: exact Coulomb by De Saxce's shift mu |v_T| of y_N
+  bool coulomb = false;  ///< kFrictionCone: exact Coulomb friction bounded by mu f_N
   double regularizer =
       0.0;  ///< r [1/kg]; friction cone: R_T = r, R_N = mu^2 r with mu the first of `friction`
   double smoothing = 0.0;  ///< k [N m]: k -> 0 is the hard law

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "counterpoint/contact/cone.h"
+#include "counterpoint/contact/coulomb.h"
 #include "counterpoint/contact/scalar_law.h"
 
 namespace counterpoint::contact {
@@ -12,56 +13,67 @@ namespace {
 double by_smoothing(const ScalarLaw& law) { return 1.0 / law.s; }
 double by_regularizer(const ScalarLaw& law) { return -law.g * law.g / law.s; }
 
-// Derivative of f where that of the eigenvalues' g is (plus, minus) and that of the shifted normal
-// velocity is `shift`.
-Rows spectral(const Law& law, const Cone& cone, double plus, double minus, double shift) {
-  Rows out(law.rows);
-  plus -= cone.plus.a * shift;
-  minus -= cone.minus.a * shift;
-  out[0] = 0.5 * (plus + minus);
-  for (int i = 1; i < law.rows; ++i) {
-    const double t = cone.tau > 0.0 ? cone.z[i] / cone.tau : 0.0;
-    out[i] = 0.5 * law.friction[i - 1] * (plus - minus) * t;
+// df/dmu_j of f = D phi(D y) with -dphi_i/dz_j = b d_ij + (along - b) t_i t_j and -dphi_N/dz_j =
+// normal t_j: the outer D, then the inner one by y_j = dz_j / dmu_j.
+void friction_columns(const Law& law, const Rows& y, const double* t, double b, double along,
+                      double normal, RowsSquare& out) {
+  out.resize(law.rows, law.rows - 1);
+  for (int j = 1; j < law.rows; ++j) {
+    out(0, j - 1) = -normal * t[j] * y[j];
+    for (int i = 1; i < law.rows; ++i) {
+      const double slope = (i == j ? b : 0.0) + (along - b) * t[i] * t[j];
+      out(i, j - 1) = -law.friction[i - 1] * slope * y[j];
+    }
+    out(j, j - 1) -= b * law.friction[j - 1] * y[j];
   }
+}
+
+// f along the normal and along z_T.
+Rows normal_and_radial(const Law& law, const double* t, double normal, double radial) {
+  Rows out(law.rows);
+  out[0] = normal;
+  for (int i = 1; i < law.rows; ++i) out[i] = law.friction[i - 1] * radial * t[i];
   return out;
 }
 
-void cone_sensitivity(const Law& law, const Rows& y, Sensitivity& out) {
+void convex_sensitivity(const Law& law, const Rows& y, Sensitivity& out, Rows& by_rho) {
   const Cone cone(law, y.data());
-  const double rho = cone.rho, k = law.smoothing;
-  const double mu = std::max(law.friction[0], kMinRegularizingFriction);
-  // d shift / d (rho k), the shift being sqrt(tau^2 + rho k) - sqrt(rho k).
-  double shift = 0.0;
-  if (law.coulomb && cone.tau > 0.0 && rho * k > 0.0) {
-    const double eta = std::sqrt(rho * k), root = std::hypot(cone.tau, eta);
-    shift = 0.5 / root - 0.5 / eta;
-  }
-  out.smoothing =
-      spectral(law, cone, by_smoothing(cone.plus), by_smoothing(cone.minus), rho * shift);
-  const Rows by_rho =
-      spectral(law, cone, by_regularizer(cone.plus), by_regularizer(cone.minus), k * shift);
-  out.regularizer = mu * mu * by_rho;
-
-  const double mean = 0.5 * (cone.plus.a + cone.minus.a);
-  const double difference = 0.5 * (cone.plus.a - cone.minus.a);
-  const double b = cone.transverse();
   double t[kMaxRows] = {};
   for (int i = 1; i < law.rows; ++i) t[i] = cone.tau > 0.0 ? cone.z[i] / cone.tau : 0.0;
-  out.friction.resize(law.rows, law.rows - 1);
-  for (int j = 1; j < law.rows; ++j) {
-    // f = D phi(D y): the outer D, then the inner one with y_j dz_j / dmu_j.
-    const double shift_j = cone.shift_slope * cone.z[j];
-    out.friction(0, j - 1) = -(difference * t[j] + mean * shift_j) * y[j];
-    for (int i = 1; i < law.rows; ++i) {
-      const double identity = i == j ? b : 0.0;
-      const double hessian = identity + (mean - b) * t[i] * t[j] + difference * t[i] * shift_j;
-      out.friction(i, j - 1) = -law.friction[i - 1] * hessian * y[j];
-    }
-    out.friction(j, j - 1) -= b * cone.z[j];
+  const auto spectral = [&](double plus, double minus) {
+    return normal_and_radial(law, t, 0.5 * (plus + minus), 0.5 * (plus - minus));
+  };
+  out.smoothing = spectral(by_smoothing(cone.plus), by_smoothing(cone.minus));
+  by_rho = spectral(by_regularizer(cone.plus), by_regularizer(cone.minus));
+  friction_columns(law, y, t, cone.transverse(), 0.5 * (cone.plus.a + cone.minus.a),
+                   0.5 * (cone.plus.a - cone.minus.a), out.friction);
+}
+
+// With F(p) = rho p + (k / n) p / (n - p) - t: dp/drho = -p dp/dt and dp/dk = -p / (n u) dp/dt at
+// fixed n, where dp/dt / u = 1 / s.
+void coulomb_sensitivity(const Law& law, const Rows& y, Sensitivity& out, Rows& by_rho) {
+  double z[kMaxRows] = {y[0]};
+  for (int i = 1; i < law.rows; ++i) z[i] = law.friction[i - 1] * y[i];
+  const CoulombCone cone(z, law.rows, normal_regularizer(law), law.smoothing);
+  const double n_by_k = 1.0 / cone.n_root, n_by_rho = -cone.n * cone.n / cone.n_root;
+  const double p_by_k = cone.p > 0.0 ? -cone.p / (cone.n * cone.u_root) : 0.0;
+  out.smoothing = normal_and_radial(law, cone.e, n_by_k, -(cone.p_by_n * n_by_k + p_by_k));
+  by_rho = normal_and_radial(law, cone.e, n_by_rho,
+                             -(cone.p_by_n * n_by_rho - cone.p * cone.p_slope));
+  friction_columns(law, y, cone.e, cone.b, cone.p_slope, 0.0, out.friction);
+}
+
+void cone_sensitivity(const Law& law, const Rows& y, Sensitivity& out) {
+  Rows by_rho;
+  if (law.coulomb) {
+    coulomb_sensitivity(law, y, out, by_rho);
+  } else {
+    convex_sensitivity(law, y, out, by_rho);
   }
-  if (law.friction[0] >= kMinRegularizingFriction) {
+  const double mu = std::max(law.friction[0], kMinRegularizingFriction);
+  out.regularizer = mu * mu * by_rho;
+  if (law.friction[0] >= kMinRegularizingFriction)
     out.friction.col(0) += 2.0 * mu * law.regularizer * by_rho;
-  }
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "counterpoint/contact/island_solver.h"
 #include "counterpoint/contact/island_system.h"
@@ -29,6 +30,9 @@ Status check(const Problem& problem, const Eigen::Ref<VectorX>& w) {
   return all_valid ? Status::kConverged : Status::kInvalidLaw;
 }
 
+// Room for islands that are softened in one solve.
+constexpr size_t kUsualSoftened = 16;
+
 // Which status tells more about the whole: the worst one.
 int severity(Status status) {
   switch (status) {
@@ -36,21 +40,23 @@ int severity(Status status) {
       return 0;
     case Status::kRoundoffFloor:
       return 1;
-    case Status::kMaxIterations:
+    case Status::kSoftened:
       return 2;
-    case Status::kNoProgress:
+    case Status::kMaxIterations:
       return 3;
-    case Status::kSingular:
+    case Status::kNoProgress:
       return 4;
-    case Status::kInvalidLaw:
+    case Status::kSingular:
       return 5;
-    case Status::kNotFinite:
+    case Status::kInvalidLaw:
       return 6;
+    case Status::kNotFinite:
+      return 7;
     case Status::kInvalidState:
     case Status::kDiverged:
       break;
   }
-  return 7;
+  return 8;
 }
 
 }  // namespace
@@ -61,6 +67,8 @@ const char* status_name(Status status) {
       return "converged";
     case Status::kRoundoffFloor:
       return "round-off floor";
+    case Status::kSoftened:
+      return "softened";
     case Status::kMaxIterations:
       return "iteration limit";
     case Status::kNoProgress:
@@ -81,20 +89,23 @@ const char* status_name(Status status) {
 
 const char* method_name(Method method) {
   switch (method) {
-    case Method::kNewton:
-      return "Newton";
-    case Method::kMixedNewton:
-      return "mixed Newton";
-    case Method::kInteriorPoint:
-      return "interior point";
-    case Method::kHomotopy:
-      return "homotopy";
+    case Method::kVelocity:
+      return "velocity";
+    case Method::kWarm:
+      return "warm";
+    case Method::kSmoothing:
+      return "smoothing";
+    case Method::kPath:
+      return "path";
+    case Method::kSofter:
+      return "softer";
   }
   return "unknown";
 }
 
 bool succeeded(Status status) {
-  return status == Status::kConverged || status == Status::kRoundoffFloor;
+  return status == Status::kConverged || status == Status::kRoundoffFloor ||
+         status == Status::kSoftened;
 }
 
 struct Solver::Impl {
@@ -112,6 +123,7 @@ Solver::Solver() : impl_(std::make_unique<Impl>()) {
   // Longer histories than any seen so far would otherwise allocate in the middle of a run.
   impl_->report.residual_history.reserve(kUsualHistory);
   impl_->report.cost_history.reserve(kUsualHistory);
+  impl_->report.softened.reserve(kUsualSoftened);
 }
 Solver::~Solver() = default;
 Solver::Solver(Solver&&) noexcept = default;
@@ -123,7 +135,9 @@ void Solver::Impl::solve_island(const Problem& problem, const Settings& settings
   w.resize(system.size());
   f.resize(system.num_rows());
   system.gather(w_all.data(), w.data());
-  Newton::Result result;
+  for (const auto& c : system.constraints())
+    std::copy_n(impulse.data() + c.global_row, c.law.rows, f.data() + c.row);
+  IslandSolver::Result result;
   if (system.diagonal_positive()) {
     result = island_solver.solve(system, settings, w, f);
   } else {
@@ -142,9 +156,10 @@ void Solver::Impl::solve_island(const Problem& problem, const Settings& settings
     report.cost_history = totals.cost_history;
   }
   report.total_iterations += result.iterations;
-  report.method = std::max(report.method, island_solver.method());
+  report.method = std::max(report.method, result.method);
   report.line_search_evaluations += totals.line_search_evaluations;
   report.residual = std::max(report.residual, result.residual);
+  if (result.softness.any()) report.softened.push_back({islands.blocks(island)[0], result.softness});
 }
 
 const Report& Solver::solve(const Problem& problem, const Settings& settings, Eigen::Ref<VectorX> w,
@@ -160,11 +175,15 @@ const Report& Solver::solve(const Problem& problem, const Settings& settings, Ei
   report.status = check(problem, w);
   report.iterations = report.total_iterations = report.islands = report.line_search_evaluations = 0;
   report.residual = 0.0;
-  report.method = Method::kNewton;
+  report.softened.clear();
+  report.method = Method::kVelocity;
   report.residual_history.clear();
   report.cost_history.clear();
-  impulse.setZero();
-  if (report.status != Status::kConverged) return report;
+  if (!settings.warm) impulse.setConstant(std::numeric_limits<double>::quiet_NaN());
+  if (report.status != Status::kConverged) {
+    impulse.setZero();
+    return report;
+  }
 
   m.islands.compute(problem, settings.split_islands);
   report.islands = m.islands.count();

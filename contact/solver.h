@@ -5,7 +5,7 @@
 #include <optional>
 #include <vector>
 
-#include "counterpoint/contact/problem.h"
+#include "counterpoint/contact/law.h"
 
 namespace counterpoint::contact {
 
@@ -14,10 +14,11 @@ enum class Factorization { kAutomatic, kDense, kSparse };
 
 /// How an island was solved; each is tried where those before it did not do.
 enum class Method {
-  kNewton,         ///< Newton's method on velocities alone
-  kMixedNewton,    ///< on velocities and impulses, smoothed on the way
-  kInteriorPoint,  ///< primal-dual interior point
-  kHomotopy,       ///< along the curve from a smooth convex problem
+  kVelocity,   ///< Newton's method on velocities, from the start
+  kWarm,       ///< mixed Newton from the impulses that were given
+  kSmoothing,  ///< mixed Newton, smoothed on the way
+  kPath,       ///< mixed Newton along the path of falling smoothing
+  kSofter,     ///< with softer laws
 };
 const char* method_name(Method method);
 
@@ -26,6 +27,10 @@ struct Settings {
   /// Converged when Report::residual is at most this.
   double tolerance = 1e-12;
   int max_iterations = 10000;  ///< Newton steps, per island
+  /// Newton steps after which an island is solved with softer laws (Status::kSoftened); 0: never,
+  /// what cannot be solved then fails.
+  int soften_after = 120;
+  bool warm = false;           ///< the impulses given to solve() are a guess
   /// For tests and measurements: one method, all islands as one, how M + J'GJ is stored.
   std::optional<Method> only;  ///< this method alone, finished by Newton's
   bool split_islands = true;
@@ -38,6 +43,7 @@ enum class Status {
   kConverged,
   kRoundoffFloor,  ///< as accurate as doubles allow at this compliance, above the tolerance asked
                    ///< for
+  kSoftened,       ///< solved with softer laws, see Report::softened
   kMaxIterations,
   kNoProgress,  ///< no method came further, above the round-off floor
   kNotFinite,   ///< NaN or infinity in the problem
@@ -48,7 +54,7 @@ enum class Status {
   kDiverged,      ///< faster than any motion of the scene is meant to be
 };
 const char* status_name(Status status);
-/// True if the result may be used: converged, or at the round-off floor.
+/// True if the result may be used: converged, at the round-off floor, or softened.
 bool succeeded(Status status);
 
 /// An impulse is resolved to the tolerance times this share of the momentum, see Report.
@@ -64,7 +70,13 @@ struct Report {
   int total_iterations = 0;  ///< Newton steps, summed over the islands
   int islands = 0;           ///< islands with constraints
   int line_search_evaluations = 0;
-  Method method = Method::kNewton;  ///< the last one tried, the hardest over the islands
+  Method method = Method::kVelocity;  ///< the last one tried, the hardest over the islands
+  /// Islands solved with softer laws: a block of each, and how much softer.
+  struct Softened {
+    int block;
+    Softness softness;
+  };
+  std::vector<Softened> softened;
   double residual = 0.0;            ///< relative, at the end, the largest over the islands
   std::vector<double>
       residual_history;  ///< relative, where Newton's method on velocities was; steps of other
@@ -80,8 +92,9 @@ class Solver {
   Solver(Solver&&) noexcept;
   Solver& operator=(Solver&&) noexcept;
 
-  /// w: start on entry (the last velocity, say), w+ on return, also when not converged. impulse: f,
-  /// num_rows long. No allocation once sizes have been seen.
+  /// w: start on entry (the last velocity, say), w+ on return, also when not converged. impulse:
+  /// num_rows long; a guess on entry (those of the last step, say) where Settings::warm, NaN in the
+  /// first row of constraints without one; f on return. No allocation once sizes have been seen.
   const Report& solve(const Problem& problem, const Settings& settings, Eigen::Ref<VectorX> w,
                       Eigen::Ref<VectorX> impulse);
   /// The same; resizes `impulse` to all rows, which allocates when their number changes.

@@ -4,6 +4,7 @@
 #include <limits>
 #include <string>
 
+#include "counterpoint/engine/contact_memory.h"
 #include "counterpoint/engine/culprit.h"
 #include "counterpoint/engine/integrator.h"
 #include "counterpoint/engine/midpoint.h"
@@ -48,6 +49,17 @@ void step_euler(const Model& model, const SimulationOptions& options, EffectSet 
     ws.sleepers.hold_still(model, h, ws.finder.radii(), ws.data, state, displacement, next);
 }
 
+/// The forces of the constraints of a step go with the state that it led to.
+void remember(const Model& model, const SimulationOptions& options, const State& state,
+              Workspace::Impl& ws, State& next) {
+  if (ws.constraints.empty() && ws.sleepers.num_sleeping_bodies() == 0) {
+    next.memory.clear();
+    return;
+  }
+  remember_impulses(model, ws.constraints, ws.data, options.time_step, ws.problem, ws.impulse,
+                    ws.sleepers.idle_bodies(), state.memory, next.memory);
+}
+
 /// What a step was given goes before what came of it.
 void blame_given(const Model& model, const State& state, const Input& input, Workspace::Impl& ws,
                  StepReport& report) {
@@ -77,6 +89,7 @@ StepReport step_forward(const Model& model, const SimulationOptions& options,
   Workspace::Impl& ws = workspace.impl();
   const EffectSet effects = active_effects(ws.called, options.effects);
   StepReport report;
+  report.softening = input.softening;
   check_time_step(options.time_step);
   if (!ws.check.accepts(model, state, input)) {
     blame_given(model, state, input, ws, report);
@@ -110,6 +123,7 @@ StepReport step_forward(const Model& model, const SimulationOptions& options,
   report.constraint_rows = ws.constraints.empty() ? 0 : ws.problem.num_rows();
   report.sleeping_bodies = ws.sleepers.num_sleeping_bodies();
   report.max_penetration = std::max(ws.constraints.max_penetration, ws.sleepers.max_penetration());
+  if (report.succeeded()) remember(model, options, state, ws, next);
   if (sleeping && report.succeeded()) {
     ws.sleepers.end(model, state, input, ws.constraints, next);
   } else {

@@ -47,6 +47,8 @@ struct StepReport {
   double residual = 0.0;       ///< relative, see contact::Settings::tolerance
   double max_penetration = 0;  ///< at the start of the step [m], 0 if nothing overlaps
   int sleeping_bodies = 0;     ///< left out: nothing moves there (sleep.h)
+  /// Laws softer than their own, where the step could not be solved otherwise (softening.h).
+  Softening softening;
   Fault fault;                 ///< what is wrong, if the step did not succeed
   bool succeeded() const { return contact::succeeded(status); }
 };

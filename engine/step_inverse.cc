@@ -49,6 +49,24 @@ void recover_impulses(const Model& model, const VectorRef& v_next, double h, Wor
   }
 }
 
+/// The laws of a step that was softened, as they were solved.
+void soften_constraints(const Model& model, const Softening& softening, const VectorRef& v,
+                        const VectorRef& v_next, Workspace::Impl& ws) {
+  if (!softening.any()) return;
+  if (softening.tree >= 0) {
+    ws.softened_trees.find(model, ws.constraints, softening);
+  } else {
+    ws.softened_trees.find_moved(model, ws.constraints, v, v_next);
+  }
+  const contact::Softness softness = softness_of(softening);
+  for (PairConstraint& pair : ws.constraints.pairs)
+    if (ws.softened_trees.holds(model.body(pair.body_a).tree, model.body(pair.body_b).tree))
+      pair.law = contact::soften(pair.law, softness);
+  for (JointConstraint& row : ws.constraints.joints)
+    if (ws.softened_trees.holds(model.tree_of_velocity(row.v_index[0]), -1))
+      row.law = contact::soften(row.law, softness);
+}
+
 /// What is left of the applied force when the servos' share is taken out.
 void subtract_servos(const Model& model, EffectSet effects, double h, const VectorRef& q,
                      const VectorRef& v_next, const Input& known, Workspace::Impl& ws,
@@ -150,6 +168,7 @@ void step_inverse(const Model& model, const SimulationOptions& options, VectorRe
     forecast_ties(model, effects, h, q, v, ws);
   }
   find_contact_velocity(model, options, effects, q, v, q_next, v_next, ws);
+  soften_constraints(model, known.softening, v, v_next, ws);
   recover_impulses(model, ws.next_middle, h, ws, out);
   out.contact_force = ws.tau / h;
   if (euler) {

@@ -9,6 +9,7 @@
 #include "counterpoint/engine/mid_velocity.h"
 #include "counterpoint/engine/recovery.h"
 #include "counterpoint/engine/sleep.h"
+#include "counterpoint/engine/softening.h"
 #include "counterpoint/engine/state_check.h"
 #include "counterpoint/engine/step.h"
 
@@ -69,6 +70,7 @@ struct Workspace::Impl {
   contact::Problem problem;
   contact::Solver solver;
   Recovery recovery;
+  SoftenedTrees softened_trees;
   // Grown only: Eigen allocates whenever a size changes.
   VectorX w;        ///< velocities of the touched trees, as the problem orders them, then unused
   VectorX impulse;  ///< of all constraints, then unused

@@ -121,7 +121,7 @@ void add_lagged_shift(Problem& problem, const VectorX& before) {
   for (int c = 0; c < problem.num_constraints(); ++c) {
     Law& law = problem.law(c);
     if (law.type == LawType::kFrictionCone)
-      law.bias[0] += shift(law, y.data() + problem.first_row(c));
+      law.bias[0] += de_saxce_shift(law, y.data() + problem.first_row(c));
   }
 }
 
