@@ -30,9 +30,9 @@ struct CoulombCone {
   double u_root = 0.0;       ///< s of the slack's scalar law
   double e[kMaxRows] = {};   ///< direction of z_T; e[0] unused
 
-  /// z: scaled velocity, `rows` numbers; share: of the bound that is in force (1: all).
-  CoulombCone(const double* z, int rows, double rho, double k, double share = 1.0) {
-    const ScalarLaw normal(z[0], rho, k);
+  /// z: scaled velocity, `rows` numbers; rho_N, rho: regularizers of normal and friction.
+  CoulombCone(const double* z, int rows, double rho_N, double rho, double k) {
+    const ScalarLaw normal(z[0], rho_N, k);
     n = normal.g;
     n_slope = normal.a;
     n_root = normal.s;
@@ -41,7 +41,7 @@ struct CoulombCone {
     t = std::sqrt(square);
     const double inverse = t > 0.0 ? 1.0 / t : 0.0;
     for (int i = 1; i < rows; ++i) e[i] = z[i] * inverse;
-    const double bound = share * n;
+    const double bound = n;
     const double push = k > 0.0 ? k / bound : 0.0;
     if (!(bound > 0.0) || !(push < 1e100)) return;  // no load, no friction
     const double lambda = (t - rho * bound) + push;
@@ -53,8 +53,8 @@ struct CoulombCone {
     p = b * t;
     p_slope = slack.a;
     u_root = slack.s;
-    p_by_n = slack.s > 0.0 ? share * (m / slack.s) * (p / bound) * (1.0 + slack.g / bound)
-                           : 0.5 * share;
+    p_by_n = slack.s > 0.0 ? (m / slack.s) * (p / bound) * (1.0 + slack.g / bound)
+                           : 0.5;
   }
 
   /// out = -dphi/dz x.

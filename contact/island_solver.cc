@@ -27,13 +27,12 @@ constexpr int kStageSteps = 3, kFinishSteps = 20;
 // loaded corners slips.
 constexpr double kUseful = 3e-2;
 
-// Softer laws: the first factor, what it grows by, the last one.
-constexpr double kFirstFactor = 8.0, kFactorGrowth = 8.0, kLastFactor = 4096.0;
-constexpr double kConvexFactor = 32768.0;
-// The way back: in at most so many stages, the first one down by this share of the logarithm, shorter
-// by that factor where one fails.
-constexpr int kMostStages = 8, kMostLongStages = 40;
-constexpr double kStageShrink = 0.4, kShortestStage = 0.02;
+// The softest laws, which are convex too: a cost whose minimum a line search finds in a few steps.
+constexpr double kSoftest = 32768.0;
+// The way back from there: in at most so many stages, at first all of it at once; shorter by this
+// share of the logarithm where a stage fails.
+constexpr int kMostStages = 6, kMostLongStages = 40;
+constexpr double kStageShrink = 0.4;
 
 }  // namespace
 
@@ -130,29 +129,32 @@ void IslandSolver::set_softness(Softness softness) {
   for (auto& c : system_->constraints()) c.law = soften(*own++, softness);
 }
 
-// Softer laws until they can be solved, then back towards the own ones; softness_ says where that
-// ended.
+// The softest laws, which can be solved, then back towards the own ones as far as that goes;
+// softness_ says where it ended.
 bool IslandSolver::run_softer() {
   own_.clear();
   for (const auto& c : system_->constraints()) own_.push_back(c.law);
-  budget_ += exact_ ? kLongSofterSteps : kSofterSteps;
-  bool solved = false;
-  for (double factor = kFirstFactor; !solved && factor <= kLastFactor; factor *= kFactorGrowth) {
-    set_softness({factor, false});
-    best_w_.clear();
-    solved = run_smoothing(kSigma, MixedNewton::Schedule::kFollow, kSmoothingSteps);
+  budget_ += kConvexSteps + (exact_ ? kLongSofterSteps : kSofterSteps);
+  best_w_.clear();
+  set_softness({kSoftest, true});
+  w_ = start_;
+  bool arrived = finish(kConvexSteps);
+  if (arrived) {
+    point_.w = best_w_;
+    mixed_system_.begin(*system_, kSigma);
+    mixed_system_.guess(best_f_, point_.phi);
+    walk_back();
   }
-  if (solved) walk_back();
-  if (!exact_) return solved || run_convex();
-  const bool arrived = !softness_.any();
+  if (!exact_) return arrived;
+  arrived = arrived && !softness_.any();
   set_softness({});
   return arrived;
 }
 
-// From the solution in point_ for laws softness_.factor times as soft, by shorter and longer stages.
+// From the solution in point_ to that of laws less soft, by shorter and longer stages.
 void IslandSolver::walk_back() {
   double left = std::log(softness_.factor), stage = left;
-  for (int i = 0; i < (exact_ ? kMostLongStages : kMostStages) && left > 0.0 && stage > kShortestStage; ++i) {
+  for (int i = 0; i < (exact_ ? kMostLongStages : kMostStages) && softness_.any(); ++i) {
     here_ = point_;
     const Softness reached = softness_;
     const double next = left > stage ? left - stage : 0.0;
@@ -171,15 +173,6 @@ void IslandSolver::walk_back() {
       stage *= kStageShrink;
     }
   }
-}
-
-// A convex cost, so soft that a line search leads to its minimum in a few steps.
-bool IslandSolver::run_convex() {
-  set_softness({kConvexFactor, true});
-  budget_ += kConvexSteps;
-  best_w_.clear();
-  w_ = start_;
-  return finish(kConvexSteps);
 }
 
 bool IslandSolver::run(Method method) {

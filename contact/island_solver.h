@@ -38,7 +38,6 @@ class IslandSolver {
   bool run_smoothing(double sigma, MixedNewton::Schedule schedule, int max_iterations);
   bool run_path();
   bool run_softer();
-  bool run_convex();
   void walk_back();
   bool finish(int max_iterations);
   bool finish_mixed(const MixedNewton::Result& result);

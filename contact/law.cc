@@ -62,7 +62,8 @@ CoulombCone coulomb_at(const Law& law, const double* y) {
   double z[kMaxRows];
   z[0] = y[0];
   for (int i = 1; i < law.rows; ++i) z[i] = law.friction[i - 1] * y[i];
-  return {z, law.rows, normal_regularizer(law), law.smoothing};
+  const double rho = normal_regularizer(law);
+  return {z, law.rows, rho, rho, law.smoothing};
 }
 
 void coulomb_impulse(const Law& law, const CoulombCone& cone, const double* y, double* f) {

@@ -46,6 +46,9 @@ void MixedSystem::begin(IslandSystem& system, double sigma_share) {
     const bool friction = c.law.type == LawType::kFrictionCone;
     law.rho = friction ? normal_regularizer(c.law) : c.law.regularizer;
     law.sigma = std::max(law.rho, sigma_share * c.inverse_mass);
+    // Friction knows nothing of the normal velocity in exact Coulomb laws: it may be widened by
+    // itself. z_T = mu y_T moves with mu^2 of what the normal does; half of that way serves best.
+    law.sigma_T = law.coulomb ? std::max(law.rho, law.sigma * c.law.friction[0]) : law.sigma;
     law.scale[0] = 1.0;
     for (int r = 1; r < law.rows; ++r) law.scale[r] = friction ? c.law.friction[r - 1] : 1.0;
     laws_.push_back(law);
@@ -99,7 +102,7 @@ void MixedSystem::evaluate(WideLaw& law, double* x) const {
       break;
   }
   if (law.coulomb) {
-    const CoulombCone cone(x, n, law.sigma, k);
+    const CoulombCone cone(x, n, law.sigma, law.sigma_T, k);
     std::copy(cone.e + 1, cone.e + n, law.t + 1);
     x[0] = cone.n;
     for (int i = 1; i < n; ++i) x[i] *= -cone.b;
@@ -127,13 +130,12 @@ double MixedSystem::residual(const Point& point) {
   for (WideLaw& law : laws_) {
     const double* phi = point.phi.data() + law.row;
     double* e = error_.data() + law.row;
-    const double widened = law.sigma - law.rho;
     for (int r = 0; r < law.rows; ++r)
-      e[r] = law.scale[r] * y_[law.row + r] - widened * phi[r];
+      e[r] = law.scale[r] * y_[law.row + r] - (law.wide(r) - law.rho) * phi[r];
     evaluate(law, e);
     for (int r = 0; r < law.rows; ++r) {
       e[r] -= phi[r];
-      law_square_ += law.sigma * e[r] * e[r];
+      law_square_ += law.wide(r) * e[r] * e[r];
       f_[law.row + r] = law.scale[r] * phi[r];
     }
   }
@@ -164,11 +166,11 @@ void MixedSystem::WideLaw::apply(const Operator& op, const double* x, double* ou
 
 // inv(1 - (sigma - rho) A).
 MixedSystem::Operator MixedSystem::WideLaw::widening() const {
-  const double d = sigma - rho;
-  const double nn = 1.0 - d * A.normal, rr = 1.0 - d * A.radial;
-  const double nr = -d * A.normal_radial, rn = -d * A.radial_normal;
+  const double d = sigma - rho, d_T = sigma_T - rho;
+  const double nn = 1.0 - d * A.normal, rr = 1.0 - d_T * A.radial;
+  const double nr = -d_T * A.normal_radial, rn = -d * A.radial_normal;
   const double determinant = nn * rr - nr * rn;
-  return {rr / determinant, nn / determinant, 1.0 / (1.0 - d * A.across), -rn / determinant,
+  return {rr / determinant, nn / determinant, 1.0 / (1.0 - d_T * A.across), -rn / determinant,
           -nr / determinant};
 }
 

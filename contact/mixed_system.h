@@ -73,11 +73,12 @@ class MixedSystem {
     LawType type = LawType::kUnilateral;
     bool coulomb = false;
     int row = 0, rows = 1, hessian = 0;
-    double rho = 0.0, sigma = 0.0, k = 0.0, bound = 0.0;
+    double rho = 0.0, sigma = 0.0, sigma_T = 0.0, k = 0.0, bound = 0.0;
     double scale[kMaxRows] = {};  ///< D
     double t[kMaxRows] = {};      ///< unit, friction part of x; t[0] unused
     Operator A, B;
 
+    double wide(int r) const { return r > 0 ? sigma_T : sigma; }
     void apply(const Operator& op, const double* x, double* out) const;
     Operator widening() const;
   };

@@ -54,7 +54,8 @@ void convex_sensitivity(const Law& law, const Rows& y, Sensitivity& out, Rows& b
 void coulomb_sensitivity(const Law& law, const Rows& y, Sensitivity& out, Rows& by_rho) {
   double z[kMaxRows] = {y[0]};
   for (int i = 1; i < law.rows; ++i) z[i] = law.friction[i - 1] * y[i];
-  const CoulombCone cone(z, law.rows, normal_regularizer(law), law.smoothing);
+  const double rho = normal_regularizer(law);
+  const CoulombCone cone(z, law.rows, rho, rho, law.smoothing);
   const double n_by_k = 1.0 / cone.n_root, n_by_rho = -cone.n * cone.n / cone.n_root;
   const double p_by_k = cone.p > 0.0 ? -cone.p / (cone.n * cone.u_root) : 0.0;
   out.smoothing = normal_and_radial(law, cone.e, n_by_k, -(cone.p_by_n * n_by_k + p_by_k));
