@@ -18,6 +18,8 @@
 #include "report.h"
 #include "scene_arguments.h"
 #include "step_control_report.h"
+#include "step_statistics.h"
+#include "thread_clock.h"
 #include "total_energy.h"
 
 namespace counterpoint::apps {
@@ -37,11 +39,14 @@ struct Arguments {
 /// What is counted over the steps of a run.
 struct Tally {
   ControlTally control;
+  StepStatistics statistics;
   long steps = 0, contacts = 0, sleeping = 0, newton_iterations = 0, newton_iterations_max = 0,
        failures = 0;
   double max_penetration = 0.0, wall_seconds = 0.0;
 
-  void add(const StepReport& step) {
+  /// `seconds`: processor time of the step.
+  void add(const StepReport& step, double seconds) {
+    statistics.add(step.newton_iterations, seconds);
     ++steps;
     contacts += step.contacts;
     sleeping += step.sleeping_bodies;
@@ -69,10 +74,12 @@ std::optional<FailedStep> run(Simulator& simulator, AppliedInputs& inputs, Traje
     inputs.set(simulator);
     if (writer) before = simulator.state();
     const auto start = std::chrono::steady_clock::now();
+    const double busy = thread_seconds();
     const StepReport step = simulator.step();
+    const double seconds = thread_seconds() - busy;
     tally.wall_seconds +=
         std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-    tally.add(step);
+    tally.add(step, seconds);
     if (!step.succeeded()) {
       ++tally.failures;
       failed = {k, simulator.state().time, step};
@@ -100,11 +107,13 @@ std::optional<FailedStep> run_controlled(Simulator& simulator, AppliedInputs& in
     const double landing = std::min(next_landing(*options.step_control, before.time, end),
                                     inputs.next_change(before.time));
     const auto start = std::chrono::steady_clock::now();
+    const double busy = thread_seconds();
     const ControlledReport step = simulator.step_controlled(landing);
+    const double seconds = thread_seconds() - busy;
     tally.wall_seconds +=
         std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-    tally.add(step.first);
-    tally.add(step.second);
+    tally.add(step.first, 0.5 * seconds);
+    tally.add(step.second, 0.5 * seconds);
     tally.control.add(step);
     if (!step.succeeded()) {
       ++tally.failures;
@@ -131,6 +140,7 @@ void fill_report(const Tally& tally, double simulated_seconds, Report& report) {
   report["sleeping_bodies_mean"] = tally.sleeping / steps;
   report["newton_iterations_mean"] = tally.newton_iterations / steps;
   report["newton_iterations_max"] = tally.newton_iterations_max;
+  tally.statistics.fill(report.json());
   report["solver_failures"] = tally.failures;
   report["max_penetration_m"] = tally.max_penetration;
 }
