@@ -145,10 +145,9 @@ def body(index, kind, size, mass, position, rpy, friction, files):
             f" friction: {num(friction)}")
 
 
-def positions(rng, reaches, overlap):
-    """One body after the other at the lowest of some places in a disc, such that the balls around them touch at most.
-    `overlap`: share of their size by which bodies, and the lowest and the ground, may be inside each other."""
-    disc = 0.12 * len(reaches) ** (1 / 3)
+def positions(rng, reaches, overlap, disc):
+    """One body after the other at the lowest of some places in a disc of radius `disc`, such that the balls around
+    them touch at most. `overlap`: share of their size by which bodies, and the lowest and the ground, may be inside each other."""
     placed = []
     for reach in (1.02 * (1 - overlap) * r for r in reaches):
         best = None
@@ -165,9 +164,8 @@ def positions(rng, reaches, overlap):
         yield tuple(round(c, 6) for c in best[:3])
 
 
-def bin_walls(count):
-    """Four walls about a square that holds the bodies some layers deep."""
-    half = round(0.14 * count ** (1 / 3), 3)
+def bin_walls(half):
+    """Four walls about a square of that half width."""
     walls = ["environment:"]
     for name, x, y in (("west", -1, 0), ("east", 1, 0), ("south", 0, -1), ("north", 0, 1)):
         size = (0.1 if x else half + 0.2, 0.1 if y else half + 0.2, 2)
@@ -204,7 +202,10 @@ def pile(name, count, friction=0.5, mass_range=1.0, overlap=0.0, seed=0, step=0.
         kind = KINDS[i % len(KINDS)]
         shapes.append((kind, rng.randrange(HULLS) if kind == "hull" else size_of(rng, kind)))
     reaches = {shape: reach_of(*shape) for shape in set(shapes)}
-    places = positions(rng, [reaches[shape] for shape in shapes], overlap)
+    largest = max(reaches.values())
+    bin_half = round(max(0.14 * count ** (1 / 3), 1.1 * largest), 3)  # bodies lie some layers deep in it
+    disc = bin_half - largest if in_bin else 0.12 * count ** (1 / 3)
+    places = positions(rng, [reaches[shape] for shape in shapes], overlap, disc)
     models, files = [], {}
     for i, (shape, position) in enumerate(zip(shapes, list(places))):
         rpy = tuple(round(a, 6) for a in turn(rng))
@@ -218,7 +219,7 @@ def pile(name, count, friction=0.5, mass_range=1.0, overlap=0.0, seed=0, step=0.
         models.append(model)
         about += "; a chain is thrown at them"
     text = scene(name, f"{about}. Seed {seed}.", models, ground=friction, step=step, duration=duration,
-                 more=bin_walls(count) if in_bin else ())
+                 more=bin_walls(bin_half) if in_bin else ())
     files[f"{name}.yaml"] = text.replace("make_data.py (hard_scenes.py)", "pile_scenes.py")
     return files
 
