@@ -73,7 +73,8 @@ int run(int argc, char** argv) {
   app.add_option("--rounds", options.rounds, "Rounds of algorithms (default 21)");
   app.add_option("--step-rounds", options.step_rounds, "Rounds of trajectories (default 5)");
   app.add_option("--duration", options.duration, "Longest trajectory [s] (default 2)");
-  app.add_option("--robot-count", options.robot_count, "Robots in a table at most (default 20)");
+  app.add_option("--robot-count", options.robot_count,
+                 "Robots in a table at most (default 25; MuJoCo refuses some)");
   app.add_option(
       "--limit", options.limit,
       "Seconds an engine may take for the trajectory of a pile or robot before it is cut "

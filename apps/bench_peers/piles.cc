@@ -23,8 +23,9 @@ struct Named {
   Scene scene;
 };
 
-/// Of every folder right below `folder` (robots/X: of X) the URDF of the shortest name.
-std::vector<fs::path> one_urdf_a_robot(const fs::path& folder) {
+/// Of every folder right below `folder` (robots/X: of X) the URDF of the shortest name, by that of
+/// the folder.
+std::map<std::string, fs::path> one_urdf_a_robot(const fs::path& folder) {
   std::map<std::string, fs::path> chosen;
   for (const auto& entry : fs::recursive_directory_iterator(folder)) {
     if (entry.path().extension() != ".urdf") continue;
@@ -37,9 +38,7 @@ std::vector<fs::path> one_urdf_a_robot(const fs::path& folder) {
     };
     if (best.empty() || rank(entry.path()) < rank(best)) best = entry.path();
   }
-  std::vector<fs::path> urdfs;
-  for (const auto& [name, urdf] : chosen) urdfs.push_back(urdf);
-  return urdfs;
+  return chosen;
 }
 
 bool touches_ground(const Scene& scene) {
@@ -54,9 +53,9 @@ std::vector<Named> robots(const PeerOptions& options) {
     fmt::print("Skipped: robots; --robots: expected a folder with URDFs below it.\n");
     return found;
   }
-  for (const fs::path& urdf : one_urdf_a_robot(options.robots)) {
+  for (const auto& [folder, urdf] : one_urdf_a_robot(options.robots)) {
     if (static_cast<int>(found.size()) == options.robot_count) break;
-    const std::string name = urdf.stem().string();
+    const std::string name = folder.substr(0, folder.find("_description"));
     try {
       Named robot{name, dropped(urdf)};
       if (touches_ground(robot.scene)) {

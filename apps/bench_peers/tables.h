@@ -51,7 +51,7 @@ struct PeerOptions {
   double slice = 1e-3;           ///< seconds that an algorithm runs at a time
   int step_rounds = 5;           ///< of whole trajectories
   double duration = 2.0;         ///< longest trajectory [s]
-  int robot_count = 20;          ///< of the table of robots, at most
+  int robot_count = 25;          ///< of the table of robots, at most; MuJoCo refuses some
   double limit = 60.0;           ///< seconds an engine may take for a pile's or robot's trajectory
 };
 
