@@ -72,6 +72,7 @@ std::vector<Named> robots(const PeerOptions& options) {
 
 std::vector<Named> bundled(const PeerOptions& options, const std::vector<std::string>& names) {
   std::vector<Named> found;
+  found.reserve(names.size());
   for (const std::string& name : names)
     found.push_back(
         {fs::path(name).filename().string(), load_scene(options.scenes / (name + ".yaml"))});
