@@ -24,6 +24,7 @@ class Report {
   void begin(const std::string& command, const std::string& scene);
   Json& operator[](const char* key) { return json_[key]; }
   Json& json() { return json_; }
+  bool wanted() const { return !file_.empty(); }  ///< was --json given?
   /// Where the command's text for people goes: standard output, unless the report goes there.
   std::FILE* text() const { return file_ == "-" ? stderr : stdout; }
   /// Writes the file if --json was given ("-": standard output). @throws InputError if it cannot be

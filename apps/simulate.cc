@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <limits>
 #include <memory>
 #include <optional>
 
@@ -16,8 +17,11 @@
 #include "failure.h"
 #include "progress.h"
 #include "report.h"
+#include "run_watch.h"
 #include "scene_arguments.h"
 #include "step_control_report.h"
+#include "step_statistics.h"
+#include "thread_clock.h"
 #include "total_energy.h"
 
 namespace counterpoint::apps {
@@ -27,7 +31,7 @@ struct Arguments {
   SceneArguments scene;
   std::optional<double> duration, time_step;
   std::string adaptive;  ///< tolerance, "off", or empty: as the scene says
-  std::optional<double> event_tolerance;
+  std::optional<double> event_tolerance, wall_limit;
   std::string output, save_state, resume;
   bool changed_scene = false;
   InputArguments inputs;
@@ -37,16 +41,23 @@ struct Arguments {
 /// What is counted over the steps of a run.
 struct Tally {
   ControlTally control;
+  StepStatistics statistics;
   long steps = 0, contacts = 0, sleeping = 0, newton_iterations = 0, newton_iterations_max = 0,
        failures = 0;
-  double max_penetration = 0.0, wall_seconds = 0.0;
+  double max_penetration = 0.0, end_penetration = 0.0, wall_seconds = 0.0;
+  double wall_limit = std::numeric_limits<double>::infinity();
+  std::unique_ptr<RunWatch> watch;  ///< only where a report is wanted: it costs some time a step
 
-  void add(const StepReport& step) {
+  bool out_of_time() const { return wall_seconds > wall_limit; }
+  /// `seconds`: processor time of the step.
+  void add(const StepReport& step, double seconds) {
+    statistics.add(step.newton_iterations, seconds);
     ++steps;
     contacts += step.contacts;
     sleeping += step.sleeping_bodies;
     newton_iterations += step.newton_iterations;
     newton_iterations_max = std::max<long>(newton_iterations_max, step.newton_iterations);
+    end_penetration = step.max_penetration;
     max_penetration = std::max(max_penetration, step.max_penetration);
   }
 };
@@ -65,19 +76,22 @@ std::optional<FailedStep> run(Simulator& simulator, AppliedInputs& inputs, Traje
   std::optional<FailedStep> failed;
   State before;
   Progress progress("simulating", static_cast<int>(steps));
-  for (long k = 0; k < steps && !failed; ++k) {
+  for (long k = 0; k < steps && !failed && !tally.out_of_time(); ++k) {
     inputs.set(simulator);
     if (writer) before = simulator.state();
     const auto start = std::chrono::steady_clock::now();
+    const double busy = thread_seconds();
     const StepReport step = simulator.step();
+    const double seconds = thread_seconds() - busy;
     tally.wall_seconds +=
         std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-    tally.add(step);
+    tally.add(step, seconds);
     if (!step.succeeded()) {
       ++tally.failures;
       failed = {k, simulator.state().time, step};
-    } else if (writer) {
-      writer->write_step(before, simulator.input(), h);
+    } else {
+      if (writer) writer->write_step(before, simulator.input(), h);
+      if (tally.watch) tally.watch->after_step(h);
     }
     progress.update(static_cast<int>(k + 1));
   }
@@ -94,24 +108,29 @@ std::optional<FailedStep> run_controlled(Simulator& simulator, AppliedInputs& in
   State before;
   constexpr int kParts = 1000;
   Progress progress("simulating", kParts);
-  while (simulator.state().time < end && !failed) {
+  while (simulator.state().time < end && !failed && !tally.out_of_time()) {
     inputs.set(simulator);
     before = simulator.state();
     const double landing = std::min(next_landing(*options.step_control, before.time, end),
                                     inputs.next_change(before.time));
     const auto start = std::chrono::steady_clock::now();
+    const double busy = thread_seconds();
     const ControlledReport step = simulator.step_controlled(landing);
+    const double seconds = thread_seconds() - busy;
     tally.wall_seconds +=
         std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-    tally.add(step.first);
-    tally.add(step.second);
+    tally.add(step.first, 0.5 * seconds);
+    tally.add(step.second, 0.5 * seconds);
     tally.control.add(step);
     if (!step.succeeded()) {
       ++tally.failures;
       failed = {tally.steps - 1, before.time, step.second};
-    } else if (writer) {
-      writer->write_step(before, simulator.input(), 0.5 * step.step);
-      writer->write_step(simulator.middle(), simulator.input(), 0.5 * step.step);
+    } else {
+      if (writer) {
+        writer->write_step(before, simulator.input(), 0.5 * step.step);
+        writer->write_step(simulator.middle(), simulator.input(), 0.5 * step.step);
+      }
+      if (tally.watch) tally.watch->after_step(step.step);
     }
     progress.update(static_cast<int>(kParts * (simulator.state().time - start_time) /
                                      std::max(options.duration, before.time - start_time)));
@@ -131,8 +150,51 @@ void fill_report(const Tally& tally, double simulated_seconds, Report& report) {
   report["sleeping_bodies_mean"] = tally.sleeping / steps;
   report["newton_iterations_mean"] = tally.newton_iterations / steps;
   report["newton_iterations_max"] = tally.newton_iterations_max;
+  tally.statistics.fill(report.json());
   report["solver_failures"] = tally.failures;
   report["max_penetration_m"] = tally.max_penetration;
+  report["end_penetration_m"] = tally.end_penetration;
+  if (tally.watch) tally.watch->fill(report.json());
+}
+
+/// Why the run ended before its time without a step that failed; empty: it did not.
+std::string stopped(const Tally& tally, const Simulator& simulator) {
+  if (!tally.out_of_time()) return {};
+  return fmt::format("stopped at {:.6g} s after {:g} s of wall time, as --wall-limit asks",
+                     simulator.state().time, tally.wall_limit);
+}
+
+void write_report(Arguments& arguments, const Simulator& simulator, const State& start,
+                  const std::optional<FailedStep>& failed, const std::string& message,
+                  const Tally& tally) {
+  const Model& model = simulator.model();
+  const auto& control = simulator.options().step_control;
+  Report& report = arguments.report;
+  report.begin("simulate", arguments.scene.file);
+  report["status"] = failed ? "failed" : message.empty() ? "ok" : "stopped";
+  if (!message.empty()) report["message"] = message;
+  if (failed) add_failure(model, *failed, report.json());
+  report["time_step_s"] = simulator.options().time_step;
+  fill_report(tally, simulator.state().time - start.time, report);
+  if (control) report["step_control"] = step_control_report(*control, tally.control, simulator);
+  report["energy_start_J"] = total_energy(model, start);
+  report["energy_end_J"] = total_energy(model, simulator.state());
+  report["start_time_s"] = start.time;
+  report["state_hash"] = std::to_string(state_hash(simulator.state()));
+  report.write();
+}
+
+void print_figures(const Report& report, const Simulator& simulator, double simulated,
+                   const Tally& tally) {
+  const double steps = static_cast<double>(std::max(tally.steps, 1L));
+  fmt::print(
+      report.text(),
+      "{} steps, {:.6g} s simulated in {:.3g} s; {:.3g} contacts and {:.3g} Newton iterations a "
+      "step, deepest penetration {:.3g} m; state hash {}\n",
+      tally.steps, simulated, tally.wall_seconds, tally.contacts / steps,
+      tally.newton_iterations / steps, tally.max_penetration, state_hash(simulator.state()));
+  if (simulator.options().step_control)
+    fmt::print(report.text(), "{}\n", step_control_text(tally.control));
 }
 
 int simulate(Arguments& arguments) {
@@ -154,6 +216,8 @@ int simulate(Arguments& arguments) {
     writer = std::make_unique<TrajectoryWriter>(arguments.output, model, inputs.columns(model));
   const State start = simulator.state();
   Tally tally;
+  tally.wall_limit = arguments.wall_limit.value_or(tally.wall_limit);
+  if (arguments.report.wanted()) tally.watch = std::make_unique<RunWatch>(simulator);
   const auto& control = simulator.options().step_control;
   const std::optional<FailedStep> failed =
       (control ? run_controlled : run)(simulator, inputs, writer.get(), tally);
@@ -161,37 +225,17 @@ int simulate(Arguments& arguments) {
     write_state(arguments.save_state, model, simulator.options(), simulator.state(),
                 control ? std::optional(simulator.next_step()) : std::nullopt);
   }
-
-  Report& report = arguments.report;
-  report.begin("simulate", arguments.scene.file);
-  report["status"] = failed ? "failed" : "ok";
-  if (failed) add_failure(model, *failed, report.json());
-  report["time_step_s"] = simulator.options().time_step;
-  fill_report(tally, simulator.state().time - start.time, report);
-  if (control) report["step_control"] = step_control_report(*control, tally.control, simulator);
-  report["energy_start_J"] = total_energy(model, start);
-  report["energy_end_J"] = total_energy(model, simulator.state());
-  report["start_time_s"] = start.time;
-  report["state_hash"] = std::to_string(state_hash(simulator.state()));
-  report.write();
-  if (failed) {
-    fmt::print(stderr, "failed: {}\n", failure_message(model, *failed));
-    if (!arguments.output.empty())
-      fmt::print(stderr, "{} goes up to the last good state, at {:.6g} s\n", arguments.output,
-                 simulator.state().time);
-    return kFailed;
+  const std::string message = failed ? failure_message(model, *failed) : stopped(tally, simulator);
+  write_report(arguments, simulator, start, failed, message, tally);
+  if (message.empty()) {
+    print_figures(arguments.report, simulator, simulator.state().time - start.time, tally);
+    return kSuccess;
   }
-  const double simulated = simulator.state().time - start.time;
-  fmt::print(
-      report.text(),
-      "{} steps, {:.6g} s simulated in {:.3g} s; {:.3g} contacts and {:.3g} Newton iterations a "
-      "step, deepest penetration {:.3g} m; state hash {}\n",
-      tally.steps, simulated, tally.wall_seconds,
-      tally.contacts / static_cast<double>(std::max(tally.steps, 1L)),
-      tally.newton_iterations / static_cast<double>(std::max(tally.steps, 1L)),
-      tally.max_penetration, state_hash(simulator.state()));
-  if (control) fmt::print(report.text(), "{}\n", step_control_text(tally.control));
-  return kSuccess;
+  fmt::print(stderr, "failed: {}\n", message);
+  if (!arguments.output.empty())
+    fmt::print(stderr, "{} goes up to the last good state, at {:.6g} s\n", arguments.output,
+               simulator.state().time);
+  return kFailed;
 }
 
 }  // namespace
@@ -231,6 +275,10 @@ void add_simulate(CLI::App& app, Action& action) {
                 "With --resume: the scene may have changed, and FILE may be a trajectory (its last "
                 "row)")
       ->needs(resume);
+  command
+      .add_option("--wall-limit", arguments->wall_limit,
+                  "Stop (exit code 1) once the steps have taken this long [s]; default: never")
+      ->check(CLI::PositiveNumber);
   arguments->report.add_to(command);
   command.footer(
       "Example:\n  counterpoint simulate data/scenes/arm7.yaml --duration 1 "

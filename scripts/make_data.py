@@ -11,6 +11,7 @@ import sys
 sys.dont_write_bytecode = True  # the tests run this in the sources
 from hard_scenes import hard_files  # noqa: E402
 from mechanism_scenes import mechanism_files  # noqa: E402
+from pile_scenes import bundled_pile_files  # noqa: E402
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent / "data"
 HEADER = """<?xml version="1.0"?>
@@ -421,6 +422,7 @@ def main():
     files["robots/ellipse.obj"] = ellipse()
     files.update(hard_files())
     files.update(mechanism_files())
+    files.update(bundled_pile_files())
     stale = 0
     for name, text in files.items():
         path = ROOT / name

@@ -5,6 +5,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <set>
 
 #include "chart.h"
@@ -20,6 +21,17 @@ struct Arguments {
   std::vector<std::string> tables = {"algorithms", "steps", "scale"};
   std::filesystem::path csv, svg;
 };
+
+using Compare = void (*)(const PeerOptions&, PeerTable&);
+const std::map<std::string, Compare> kTables = {
+    {"algorithms", compare_algorithms}, {"steps", compare_steps},   {"scale", compare_scale},
+    {"piles", compare_piles},           {"robots", compare_robots}, {"softness", compare_softness}};
+
+std::vector<std::string> table_names() {
+  std::vector<std::string> names;
+  for (const auto& [name, compare] : kTables) names.push_back(name);
+  return names;
+}
 
 /// Time over the number of velocities, a curve an engine and quantity.
 void write_svg(const std::filesystem::path& file, const std::vector<PeerRow>& rows) {
@@ -53,14 +65,25 @@ int run(int argc, char** argv) {
   options.scenes = COUNTERPOINT_SOURCE_DIR "/data/scenes";
   CLI::App app("Counterpoint beside MuJoCo and Pinocchio, on the same models in turn");
   app.add_option("--robots", options.robots, "Folder below which URDFs of robots are looked for");
-  app.add_option("--tables", arguments.tables, "algorithms, steps, scale; default all")
-      ->check(CLI::IsMember({"algorithms", "steps", "scale"}))
+  app.add_option("--tables", arguments.tables,
+                 "algorithms, steps, scale (these by default), piles, robots, softness (piles, "
+                 "robots and known scenes, ours as soft as MuJoCo)")
+      ->check(CLI::IsMember(table_names()))
       ->delimiter(',');
   app.add_option("--rounds", options.rounds, "Rounds of algorithms (default 21)");
   app.add_option("--step-rounds", options.step_rounds, "Rounds of trajectories (default 5)");
   app.add_option("--duration", options.duration, "Longest trajectory [s] (default 2)");
+  app.add_option("--robot-count", options.robot_count,
+                 "Robots in a table at most (default 25; MuJoCo refuses some)");
+  app.add_option(
+      "--limit", options.limit,
+      "Seconds an engine may take for the trajectory of a pile or robot before it is cut "
+      "short (default 60)");
   app.add_option("--csv", arguments.csv, "Write every figure to this file");
   app.add_option("--svg", arguments.svg, "Draw time over velocities into this file");
+  app.footer(
+      "Example:\n  counterpoint_bench_peers --tables piles,robots --robots ~/robots --csv "
+      "out/piles.csv");
   CLI11_PARSE(app, argc, argv);
 
   const auto named = [](const std::string& version) {
@@ -69,15 +92,7 @@ int run(int argc, char** argv) {
   fmt::print("Counterpoint: {}\nPinocchio: {}\nMuJoCo: {}\n", COUNTERPOINT_FLAGS,
              named(peers::pinocchio_version()), named(peers::mujoco_version()));
   PeerTable figures(arguments.csv);
-  for (const std::string& table : arguments.tables) {
-    if (table == "algorithms") {
-      compare_algorithms(options, figures);
-    } else if (table == "steps") {
-      compare_steps(options, figures);
-    } else {
-      compare_scale(options, figures);
-    }
-  }
+  for (const std::string& table : arguments.tables) kTables.at(table)(options, figures);
   if (!arguments.svg.empty()) write_svg(arguments.svg, figures.rows());
   return 0;
 }

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <stdexcept>
@@ -14,8 +15,10 @@ void print(const PeerRow& row) {
       std::isfinite(row.seconds)
           ? fmt::format("{:10.3f} us   ours / this {:5.2f}", 1e6 * row.seconds, row.ratio)
           : std::string(32, ' ');
-  fmt::print("{:26} nv {:4} {:10} {:17} {}   {} {:.2g} {}\n", row.scene, row.nv, row.quantity,
-             row.engine, time, row.quality, row.error, row.remark);
+  const std::string iterations =
+      std::isfinite(row.iterations) ? fmt::format("{:6.2f} iterations   ", row.iterations) : "";
+  fmt::print("{:26} nv {:4} {:10} {:17} {}   {}{} {:.2g} {}\n", row.scene, row.nv, row.quantity,
+             row.engine, time, iterations, row.quality, row.error, row.remark);
   std::fflush(stdout);
 }
 
@@ -33,12 +36,15 @@ void PeerTable::add(const PeerRow& row) {
   rows_.push_back(row);
   if (csv_.empty()) return;
   const bool first = rows_.size() == 1;
+  std::string remark = row.remark;
+  std::replace(remark.begin(), remark.end(), ',', ';');
   std::ofstream out = open_figures(csv_, first ? std::ios::trunc : std::ios::app);
   if (first)
-    out << "table,scene,nv,quantity,engine,microseconds,ours_over_this,quality,error,remark\n";
-  out << fmt::format("{},{},{},{},{},{:.6g},{:.4g},{},{:.3g},{}\n", row.table, row.scene, row.nv,
-                     row.quantity, row.engine, 1e6 * row.seconds, row.ratio, row.quality, row.error,
-                     row.remark);
+    out << "table,scene,nv,quantity,engine,microseconds,ours_over_this,quality,error,iterations,"
+           "remark\n";
+  out << fmt::format("{},{},{},{},{},{:.6g},{:.4g},{},{:.3g},{:.4g},{}\n", row.table, row.scene,
+                     row.nv, row.quantity, row.engine, 1e6 * row.seconds, row.ratio, row.quality,
+                     row.error, row.iterations, remark);
   if (!out.flush()) throw std::runtime_error(csv_.string() + ": cannot be written");
 }
 

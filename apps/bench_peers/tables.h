@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <fstream>
+#include <limits>
 #include <string>
 #include <utility>
 #include <vector>
@@ -21,6 +22,8 @@ struct PeerRow {
   double error = 0.0;    ///< its value; NaN: none
   int nv = 0;
   std::string remark;
+  /// Of the solver, mean of a step; NaN: there is none.
+  double iterations = std::numeric_limits<double>::quiet_NaN();
 };
 
 /// A file of figures, in a folder that is made if need be. @throws std::runtime_error if it cannot
@@ -48,6 +51,8 @@ struct PeerOptions {
   double slice = 1e-3;           ///< seconds that an algorithm runs at a time
   int step_rounds = 5;           ///< of whole trajectories
   double duration = 2.0;         ///< longest trajectory [s]
+  int robot_count = 25;          ///< of the table of robots, at most; MuJoCo refuses some
+  double limit = 60.0;           ///< seconds an engine may take for a pile's or robot's trajectory
 };
 
 /// RNEA, ABA, CRBA and poses against Pinocchio; nothing without it.
@@ -59,6 +64,14 @@ void compare_steps(const PeerOptions& options, PeerTable& table);
 /// The same from one robot to a thousand and from a hundred boxes to ten thousand, and memory;
 /// MuJoCo up to kLargestForPeers velocities. Before them ours in all sizes in turn ("growth").
 void compare_scale(const PeerOptions& options, PeerTable& table);
+
+/// Steps alone: random piles, and robots found below options.robots.
+void compare_piles(const PeerOptions& options, PeerTable& table);
+void compare_robots(const PeerOptions& options, PeerTable& table);
+
+/// Steps of all these scenes with ours as soft and smooth as MuJoCo is by default: compliance 0.1,
+/// convex friction.
+void compare_softness(const PeerOptions& options, PeerTable& table);
 
 /// A file of this name anywhere below `folder`, or empty.
 std::filesystem::path find_below(const std::filesystem::path& folder, const std::string& name);

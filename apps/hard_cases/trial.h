@@ -133,6 +133,7 @@ std::vector<HardCase> impact_cases();
 std::vector<HardCase> spin_cases();
 std::vector<HardCase> linkage_cases();
 std::vector<HardCase> scale_cases();
+std::vector<HardCase> pile_cases();
 
 /// What a case reads off the state of a runner, by name.
 class View {
@@ -144,6 +145,7 @@ class View {
   /// Body index of a link. @throws InputError.
   int body(const std::string& link) const;
   Pose pose(const std::string& link) const;  ///< X_WF of a link
+  const Pose& body_pose(int body) const { return data_.X_WB[static_cast<std::size_t>(body)]; }
   Vector3 position(const std::string& link) const { return pose(link).translation; }
   Vector3 center(int body) const;    ///< of mass, in W
   Vector3 velocity(int body) const;  ///< of the centre of mass, in W

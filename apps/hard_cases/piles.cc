@@ -1,0 +1,121 @@
+// Random piles: bodies of mixed shapes fall into a heap. Their motion is nobody's to know; that it
+// goes on, gains no energy, stays above the ground and ends is.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "trial.h"
+
+namespace counterpoint::apps {
+namespace {
+
+constexpr double kDuration = 10.0;  ///< [s]
+
+struct Bounds {
+  double energy = 0.0;  ///< that parting overlaps may add, over the energy at the start
+  double depth = 1e-3;  ///< below the ground at the end [m]
+  bool rests = true;    ///< are boxes and hulls at rest in the last second?
+};
+
+/// How far the lowest point of any body is below z = 0 [m].
+double depth_below_ground(const Runner& sim, const View& view) {
+  double lowest = 0.0;
+  for (const Geometry& g : sim.model().geometries()) {
+    if (g.body != 0)
+      lowest = std::min(lowest, lowest_point(g.shape, view.body_pose(g.body) * g.X_BG));
+  }
+  return -lowest;
+}
+
+/// The farthest that a body with edges has moved [m]: without rolling friction nothing else need
+/// come to rest.
+double edges_moved(const Model& model, const VectorX& q, const VectorX& q_start) {
+  double most = 0.0;
+  for (const Geometry& g : model.geometries()) {
+    if (g.body == 0 || (g.shape.type != ShapeType::kBox && g.shape.type != ShapeType::kConvexMesh))
+      continue;
+    const int at = model.body(g.body).q_index;
+    most = std::max(most, (q.segment<3>(at) - q_start.segment<3>(at)).norm());
+  }
+  return most;
+}
+
+/// What is looked at after every step.
+class Watch {
+ public:
+  Watch(Trial& trial, Runner& sim) : trial_(trial), sim_(sim), view_(sim), start_(view_.energy()) {
+    trial.chart.y_label = "energy [J]";
+    trial.chart.curves.resize(1);
+    trial.chart.levels = {{"start", start_}};
+  }
+
+  void after_step() {
+    view_.look();
+    const double now = view_.energy();
+    gain_ = std::max(gain_, now - start_);
+    finite_ = finite_ && std::isfinite(now) && sim_.state().q.allFinite();
+    for (int i = 1; i < sim_.model().num_bodies(); ++i)
+      lowest_ = std::min(lowest_, view_.center(i).z());
+    if (++count_ % 10 == 0) trial_.chart.curves[0].add(sim_.state().time, now);
+  }
+
+  void report(const Bounds& bounds) {
+    trial_.at_most("values that are not finite", "1", finite_ ? 0.0 : 1.0, 0.0, "physics");
+    trial_.at_most("highest energy over that of the start, less 1", "1", gain_ / start_,
+                   bounds.energy + 1e-6,
+                   bounds.energy > 0.0 ? "half overlapped, a heap is twice as high apart"
+                                       : "nothing drives it");
+    trial_.at_least("lowest centre of mass", "m", lowest_, 0.0, "the ground is solid");
+    trial_.at_most("lowest point below the ground at the end", "m", depth_below_ground(sim_, view_),
+                   bounds.depth, "a hundredth of the smallest body, by agreement");
+  }
+
+ private:
+  Trial& trial_;
+  Runner& sim_;
+  View view_;
+  double start_ = 0.0, gain_ = 0.0, lowest_ = std::numeric_limits<double>::infinity();  // J, J, m
+  long count_ = 0;
+  bool finite_ = true;
+};
+
+void pile(Trial& trial, const std::string& scene, const Bounds& bounds) {
+  Runner& sim = trial.load(scene);
+  Watch watch(trial, sim);
+  trial.run(sim, kDuration - 1.0, [&](const Runner&) { watch.after_step(); });
+  const VectorX settled = sim.state().q;
+  trial.run(sim, 1.0, [&](const Runner&) { watch.after_step(); });
+  watch.report(bounds);
+  if (!bounds.rests) return;
+  trial.at_most("boxes and hulls move from 9 to 10 s", "m",
+                edges_moved(sim.model(), sim.state().q, settled), 1e-4,
+                "friction holds what has edges; by agreement");
+}
+
+HardCase pile_case(const std::string& name, const std::string& hard, const Bounds& bounds,
+                   const char* known_failure = nullptr) {
+  const std::string scene = "../piles/" + name;
+  return {name,  hard,         scene, [=](Trial& trial) { pile(trial, scene, bounds); },
+          false, known_failure};
+}
+
+}  // namespace
+
+std::vector<HardCase> pile_cases() {
+  return {
+      pile_case("pile_16", "Boxes, balls, capsules, cylinders and hulls fall into a heap.", {}),
+      pile_case("pile_64", "The same with 64 bodies: long ways for forces, and many solutions.",
+                {}),
+      pile_case("pile_16_masses", "A heap of a gram to a tonne, friction 2.",
+                {.depth = 1e-2, .rests = false}),
+      pile_case("pile_64_masses", "A heap of 0.1 g to 10 t, friction 2.",
+                {.depth = 1e-2, .rests = false},
+                "The solver gives up on a step within the first second, after 10000 Newton steps."),
+      pile_case("pile_64_overlap", "64 bodies start up to half inside each other, friction 2.",
+                {.energy = 1.0},
+                "The solver gives up on the second step, after 10000 Newton steps."),
+  };
+}
+
+}  // namespace counterpoint::apps

@@ -1,0 +1,69 @@
+// What `simulate` says of its steps beside their number: quantiles, energy, depth; and how it
+// stops.
+#include <gtest/gtest.h>
+
+#include "apps/command.h"
+#include "step_statistics.h"
+
+namespace counterpoint {
+namespace {
+
+using test::CommandFolder;
+using test::test_name;
+
+TEST(StepStatistics, QuantilesAreThoseOfTheSteps) {
+  apps::Counts counts;
+  EXPECT_EQ(counts.quantile(0.99), 0);
+  for (int i = 1; i <= 200; ++i) counts.add(i);
+  EXPECT_EQ(counts.quantile(0.5), 100);
+  EXPECT_EQ(counts.quantile(0.99), 198);
+  EXPECT_EQ(counts.quantile(1.0), 200);
+  apps::StepStatistics statistics;
+  for (int i = 0; i < 99; ++i) statistics.add(3, 5e-6);
+  statistics.add(700, 2e-3);
+  apps::Json out;
+  statistics.fill(out);
+  EXPECT_EQ(out["newton_iterations_p99"], 3);
+  EXPECT_NEAR(out["step_time_median_us"], 5.0, 0.05);
+  EXPECT_NEAR(out["step_time_p99_us"], 5.0, 0.05);
+  EXPECT_NEAR(out["step_time_max_us"], 2000.0, 1e-9);
+}
+
+TEST(RunFigures, EnergyThatTheInputGaveIsNoGain) {
+  const CommandFolder folder(test_name());
+  // A ball thrown about by random forces, without contact: all its energy is their work, to the
+  // first order of the scheme.
+  folder.write("ball.yaml",
+               "gravity: [0, 0, 0]\ntime_step: 0.001\nduration: 1\n"
+               "models:\n  - {name: ball, sphere: 0.1, mass: 1}\n");
+  ASSERT_EQ(folder.run("simulate {}/ball.yaml --random-wrenches 1 --json {}/r.json").exit_code, 0);
+  const nlohmann::json report = folder.json("r.json");
+  const double work = report["input_work_J"], end = report["energy_end_J"];
+  EXPECT_NEAR(work, end, 1e-9);
+  EXPECT_LT(report["energy_gain_max_J"], 1e-9);
+  EXPECT_EQ(report["end_below_ground_m"], 0.0);
+}
+
+TEST(RunFigures, DepthBelowTheGround) {
+  const CommandFolder folder(test_name());
+  folder.write("sunk.yaml",
+               "gravity: [0, 0, 0]\nground: {}\nduration: 0\n"
+               "models:\n  - {name: box, box: [0.1, 0.1, 0.1], mass: 1, position: [0, 0, 0.03]}\n");
+  ASSERT_EQ(folder.run("simulate {}/sunk.yaml --json {}/r.json").exit_code, 0);
+  EXPECT_NEAR(folder.json("r.json")["end_below_ground_m"], 0.07, 1e-12);
+}
+
+TEST(RunFigures, StopsAtTheWallLimit) {
+  const CommandFolder folder(test_name());
+  const auto result = folder.run(
+      "simulate data/scenes/humanoid_drop.yaml --duration 1000 --wall-limit 0.05 --json {}/r.json");
+  EXPECT_EQ(result.exit_code, 1);
+  EXPECT_NE(result.errors.find("--wall-limit"), std::string::npos) << result.errors;
+  const nlohmann::json report = folder.json("r.json");
+  EXPECT_EQ(report["status"], "stopped");
+  EXPECT_GT(report["steps"], 0);
+  EXPECT_EQ(folder.run("simulate data/scenes/cube_drop.yaml --wall-limit 0").exit_code, 2);
+}
+
+}  // namespace
+}  // namespace counterpoint
