@@ -124,7 +124,7 @@ int inverse(Arguments& arguments) {
   Progress progress("recovering forces", trajectory.num_steps());
   for (int k = 0; k < trajectory.num_steps(); ++k) {
     options.time_step = steps[k];
-    trajectory.columns.set(model, trajectory.known.col(k), known);
+    trajectory.set_known(model, k, known);
     step_inverse(model, options, trajectory.q.col(k), trajectory.v.col(k), trajectory.q.col(k + 1),
                  trajectory.v.col(k + 1), known, workspace, result);
     if (result.fault.any()) {

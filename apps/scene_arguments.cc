@@ -21,6 +21,11 @@ void SceneArguments::add_to(CLI::App& command) {
       ->check(CLI::Range(4, 1'000'000));
   command.add_option("--integrator", integrator, "Default: the scene's, or semi_implicit_euler")
       ->check(CLI::IsMember({"semi_implicit_euler", "implicit_midpoint", "runge_kutta_4"}));
+  command
+      .add_option("--contact", contact,
+                  "Contacts as soft as MuJoCo's (fast), stiff (default) or stiffer (hard); default: "
+                  "the scene's")
+      ->check(CLI::IsMember({"fast", "default", "hard"}));
   command.add_flag("--repair-inertias", repair_inertias,
                    "Make non-physical inertias physical; each change is listed");
 }
@@ -41,6 +46,8 @@ Scene SceneArguments::load() const {
   }
   Scene scene = load_scene(file, overrides);
   if (!integrator.empty()) scene.options.integrator = *integrator_from_name(integrator);
+  if (!contact.empty())
+    apply_contact_preset(*contact_preset_from_name(contact), scene.options.contact);
   return scene;
 }
 

@@ -17,7 +17,7 @@ struct SceneArguments {
   std::vector<std::string> packages;  ///< NAME=DIR
   std::string srdf;
   int hull_vertices = 0;
-  std::string integrator;
+  std::string integrator, contact;
 
   void add_to(CLI::App& command);
   /// @throws InputError as load_scene does, and for a package that is not NAME=DIR.

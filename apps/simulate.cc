@@ -33,7 +33,7 @@ struct Arguments {
   std::string adaptive;  ///< tolerance, "off", or empty: as the scene says
   std::optional<double> event_tolerance, wall_limit;
   std::string output, save_state, resume;
-  bool changed_scene = false;
+  bool changed_scene = false, strict = false;
   InputArguments inputs;
   Report report;
 };
@@ -42,6 +42,8 @@ struct Arguments {
 struct Tally {
   ControlTally control;
   StepStatistics statistics;
+  long softened_steps = 0;
+  double softening_max = 1.0, softened_first = 0.0;
   long steps = 0, contacts = 0, sleeping = 0, newton_iterations = 0, newton_iterations_max = 0,
        failures = 0;
   double max_penetration = 0.0, end_penetration = 0.0, wall_seconds = 0.0;
@@ -50,7 +52,11 @@ struct Tally {
 
   bool out_of_time() const { return wall_seconds > wall_limit; }
   /// `seconds`: processor time of the step.
-  void add(const StepReport& step, double seconds) {
+  void add(const StepReport& step, double start_time, double seconds) {
+    if (step.softening.any()) {
+      if (softened_steps++ == 0) softened_first = start_time;
+      softening_max = std::max(softening_max, std::abs(step.softening.factor));
+    }
     statistics.add(step.newton_iterations, seconds);
     ++steps;
     contacts += step.contacts;
@@ -79,18 +85,19 @@ std::optional<FailedStep> run(Simulator& simulator, AppliedInputs& inputs, Traje
   for (long k = 0; k < steps && !failed && !tally.out_of_time(); ++k) {
     inputs.set(simulator);
     if (writer) before = simulator.state();
+    const double start_time = simulator.state().time;
     const auto start = std::chrono::steady_clock::now();
     const double busy = thread_seconds();
     const StepReport step = simulator.step();
     const double seconds = thread_seconds() - busy;
     tally.wall_seconds +=
         std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-    tally.add(step, seconds);
+    tally.add(step, start_time, seconds);
     if (!step.succeeded()) {
       ++tally.failures;
       failed = {k, simulator.state().time, step};
     } else {
-      if (writer) writer->write_step(before, simulator.input(), h);
+      if (writer) writer->write_step(before, simulator.input(), h, step.softening);
       if (tally.watch) tally.watch->after_step(h);
     }
     progress.update(static_cast<int>(k + 1));
@@ -119,16 +126,17 @@ std::optional<FailedStep> run_controlled(Simulator& simulator, AppliedInputs& in
     const double seconds = thread_seconds() - busy;
     tally.wall_seconds +=
         std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-    tally.add(step.first, 0.5 * seconds);
-    tally.add(step.second, 0.5 * seconds);
+    tally.add(step.first, before.time, 0.5 * seconds);
+    tally.add(step.second, before.time + 0.5 * step.step, 0.5 * seconds);
     tally.control.add(step);
     if (!step.succeeded()) {
       ++tally.failures;
       failed = {tally.steps - 1, before.time, step.second};
     } else {
       if (writer) {
-        writer->write_step(before, simulator.input(), 0.5 * step.step);
-        writer->write_step(simulator.middle(), simulator.input(), 0.5 * step.step);
+        writer->write_step(before, simulator.input(), 0.5 * step.step, step.first.softening);
+        writer->write_step(simulator.middle(), simulator.input(), 0.5 * step.step,
+                           step.second.softening);
       }
       if (tally.watch) tally.watch->after_step(step.step);
     }
@@ -152,6 +160,9 @@ void fill_report(const Tally& tally, double simulated_seconds, Report& report) {
   report["newton_iterations_max"] = tally.newton_iterations_max;
   tally.statistics.fill(report.json());
   report["solver_failures"] = tally.failures;
+  report["softened_steps"] = tally.softened_steps;
+  report["softening_max"] = tally.softening_max;
+  if (tally.softened_steps > 0) report["softened_first_time_s"] = tally.softened_first;
   report["max_penetration_m"] = tally.max_penetration;
   report["end_penetration_m"] = tally.end_penetration;
   if (tally.watch) tally.watch->fill(report.json());
@@ -193,6 +204,11 @@ void print_figures(const Report& report, const Simulator& simulator, double simu
       "step, deepest penetration {:.3g} m; state hash {}\n",
       tally.steps, simulated, tally.wall_seconds, tally.contacts / steps,
       tally.newton_iterations / steps, tally.max_penetration, state_hash(simulator.state()));
+  if (tally.softened_steps > 0)
+    fmt::print(report.text(),
+               "{} steps were solved with softer contacts, at most {:.3g} times, the first at {:.6g} "
+               "s\n",
+               tally.softened_steps, tally.softening_max, tally.softened_first);
   if (simulator.options().step_control)
     fmt::print(report.text(), "{}\n", step_control_text(tally.control));
 }
@@ -210,6 +226,7 @@ int simulate(Arguments& arguments) {
                                    arguments.changed_scene ? SceneCheck::kAny : SceneCheck::kSame));
     if (const auto step = read_next_step(arguments.resume)) simulator.set_next_step(*step);
   }
+  if (arguments.strict) simulator.settings().soften_after = 0;
   AppliedInputs inputs(arguments.inputs, simulator);
   std::unique_ptr<TrajectoryWriter> writer;
   if (!arguments.output.empty())
@@ -259,6 +276,9 @@ void add_simulate(CLI::App& app, Action& action) {
       "CSV of what acts: time, '<joint>.u', '<joint>.target', '<link>.fx' ...; a row holds "
       "until the next (docs/trajectory-format.md)");
   add_random_inputs(command, arguments->inputs);
+  command.add_flag("--strict", arguments->strict,
+                   "End at a step that cannot be solved; else it is solved with softer contacts, "
+                   "counted and recorded");
   command.add_option("--output", arguments->output,
                      "Trajectory to write (docs/trajectory-format.md)");
   command

@@ -2,6 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <array>
+#include <cmath>
+
 #include "counterpoint/engine/hash.h"
 #include "counterpoint/engine/trajectory.h"
 #include "counterpoint/model/terrain.h"
@@ -117,6 +120,59 @@ void check_hash(const CsvTable& table, const char* column, std::uint64_t hash, c
                   table.where(table.num_rows() - 1), column, what, advice));
 }
 
+constexpr std::array kMemoryFields{"kind", "a",  "b",  "x",  "y",  "z",
+                                   "fx",   "fy", "fz", "tx", "ty", "tz"};
+
+std::string memory_column(size_t index, const char* field) {
+  return fmt::format("{}{}.{}", kMemoryPrefix, index, field);
+}
+
+/// Who is meant by the first three fields must be there in the model.
+void check_memory(const Model& model, const RememberedForce& r, const std::string& where) {
+  const auto inside = [](int i, size_t size) { return i >= 0 && static_cast<size_t>(i) < size; };
+  bool valid = false;
+  switch (r.kind) {
+    case RememberedForce::Kind::kContact:
+      valid = inside(r.a, model.geometries().size()) && inside(r.b, model.geometries().size());
+      break;
+    case RememberedForce::Kind::kClosure:
+      valid = inside(r.a, model.closures().size());
+      break;
+    case RememberedForce::Kind::kJoint:
+      valid = inside(r.a, static_cast<size_t>(model.nv()));
+      break;
+  }
+  if (!valid)
+    throw InputError(fmt::format("{}: a remembered force is of no contact, closure or joint of this "
+                                 "scene; remove the columns '{}...'",
+                                 where, kMemoryPrefix));
+}
+
+/// The memory in the last row.
+std::vector<RememberedForce> read_memory(const CsvTable& table, const Model& model) {
+  std::vector<RememberedForce> memory;
+  const int row = table.num_rows() - 1;
+  while (table.find_column(memory_column(memory.size(), kMemoryFields[0])) >= 0) {
+    std::array<double, kMemoryFields.size()> x{};
+    for (size_t i = 0; i < x.size(); ++i)
+      x[i] = table.value(row, table.column(memory_column(memory.size(), kMemoryFields[i])));
+    RememberedForce r;
+    if (!(x[0] == 0.0 || x[0] == 1.0 || x[0] == 2.0) || std::abs(x[1]) > 1e9 ||
+        std::abs(x[2]) > 1e9)
+      throw InputError(fmt::format("{}: columns '{}{}...' name no constraint", table.where(row),
+                                   kMemoryPrefix, memory.size()));
+    r.kind = static_cast<RememberedForce::Kind>(static_cast<int>(x[0]));
+    r.a = static_cast<int>(x[1]);
+    r.b = static_cast<int>(x[2]);
+    r.at = {x[3], x[4], x[5]};
+    r.force = {x[6], x[7], x[8]};
+    r.torque = {x[9], x[10], x[11]};
+    check_memory(model, r, table.where(row));
+    memory.push_back(r);
+  }
+  return memory;
+}
+
 }  // namespace
 
 std::uint64_t model_hash(const Model& model) {
@@ -161,6 +217,8 @@ void write_state(const std::filesystem::path& file, const Model& model,
     columns.insert(columns.end(), list->begin(), list->end());
   columns.insert(columns.end(), {kStateHashColumn, kModelHashColumn, kOptionsHashColumn});
   if (next_step) columns.emplace_back(kNextStepColumn);
+  for (size_t i = 0; i < state.memory.size(); ++i)
+    for (const char* field : kMemoryFields) columns.push_back(memory_column(i, field));
   CsvWriter csv(file, columns);
   csv.number(state.time);
   for (const double x : state.q) csv.number(x);
@@ -168,6 +226,11 @@ void write_state(const std::filesystem::path& file, const Model& model,
   for (const std::uint64_t hash : {state_hash(state), model_hash(model), options_hash(options)})
     csv.text(std::to_string(hash));
   if (next_step) csv.number(*next_step);
+  for (const RememberedForce& r : state.memory) {
+    for (const int x : {static_cast<int>(r.kind), r.a, r.b}) csv.number(x);
+    for (const Vector3& v : {r.at, r.force, r.torque})
+      for (const double x : v) csv.number(x);
+  }
   csv.end_row();
   csv.flush();
 }
@@ -189,7 +252,8 @@ State read_state(const std::filesystem::path& file, const Model& model,
     }
   }
   const int last = trajectory.num_rows() - 1;
-  return {trajectory.time[last], trajectory.q.col(last), trajectory.v.col(last)};
+  return {trajectory.time[last], trajectory.q.col(last), trajectory.v.col(last),
+          read_memory(table, model)};
 }
 
 std::optional<double> read_next_step(const std::filesystem::path& file) {

@@ -18,6 +18,8 @@ constexpr double kTimeTolerance = 1e-3;  // of a step
 /// Short steps late in a run: both times are rounded.
 constexpr double kTimeRounding = 4.0 * std::numeric_limits<double>::epsilon();  // of the time
 
+constexpr int kSofteningColumns = 2;
+
 using Suffixes = std::span<const char* const>;
 constexpr std::array kScalarQ{"q"};
 constexpr std::array kScalarV{"v"};
@@ -74,7 +76,8 @@ void refuse_unknown_columns(const CsvTable& table, const Model& model,
   for (const std::string& column : table.columns()) {
     const bool other = column == "time" || column == "time_step" || column == kStateHashColumn ||
                        column == kModelHashColumn || column == kOptionsHashColumn ||
-                       column == kNextStepColumn;
+                       column == kNextStepColumn || column == kSofteningColumn ||
+                       column == kSoftenedTreeColumn || column.starts_with(kMemoryPrefix);
     if (!other && !holds(names.q, column) && !holds(names.v, column) &&
         !holds(names.force, column) && !is_input_column(model, column)) {
       throw InputError(
@@ -145,7 +148,7 @@ std::vector<std::string> trajectory_columns(const Model& model, const InputColum
   for (const auto* list : {&names.q, &names.v, &names.force, &input_names}) {
     columns.insert(columns.end(), list->begin(), list->end());
   }
-  columns.emplace_back(kStateHashColumn);
+  columns.insert(columns.end(), {kSofteningColumn, kSoftenedTreeColumn, kStateHashColumn});
   return columns;
 }
 
@@ -165,22 +168,56 @@ void TrajectoryWriter::write_state(const State& state, std::optional<double> tim
   for (const double x : state.v) csv_.number(x);
 }
 
-void TrajectoryWriter::write_step(const State& state, const Input& input, double time_step) {
+void TrajectoryWriter::write_step(const State& state, const Input& input, double time_step,
+                                  const Softening& softening) {
   write_state(state, time_step);
   for (const double x : input.applied_force) csv_.number(x);
   if (input.applied_force.size() == 0)
     for (int i = 0; i < model_.nv(); ++i) csv_.number(0.0);
   for (const double x : columns_.values(model_, input)) csv_.number(x);
+  csv_.number(softening.factor);
+  csv_.number(softening.tree);
   csv_.text(std::to_string(state_hash(state)));
   csv_.end_row();
 }
 
 void TrajectoryWriter::write_end(const State& state) {
   write_state(state, std::nullopt);
-  for (int i = 0; i < num_inputs_; ++i) csv_.empty();
+  for (int i = 0; i < num_inputs_ + kSofteningColumns; ++i) csv_.empty();
   csv_.text(std::to_string(state_hash(state)));
   csv_.end_row();
   csv_.flush();
+}
+
+namespace {
+
+/// The softening of each step, where the table says it.
+std::vector<Softening> read_softening(const CsvTable& table, const Model& model, int steps) {
+  std::vector<Softening> out;
+  const int factor = table.find_column(kSofteningColumn);
+  if (factor < 0) return out;
+  const int tree = table.column(kSoftenedTreeColumn);
+  for (int row = 0; row < steps; ++row) {
+    const double f = table.value(row, factor), t = table.value(row, tree);
+    if (std::abs(f) < 1.0)
+      throw InputError(fmt::format("{}: column '{}' is {}; 1 (none), or a factor above 1 or below -1 "
+                                   "is expected",
+                                   table.where(row), kSofteningColumn, f));
+    if (t != std::floor(t) || t < -1.0 || t >= model.num_trees())
+      throw InputError(fmt::format("{}: column '{}' is {}; a tree of the scene, 0 ... {}, or -1 is "
+                                   "expected",
+                                   table.where(row), kSoftenedTreeColumn, t,
+                                   model.num_trees() - 1));
+    out.push_back({f, static_cast<int>(t)});
+  }
+  return out;
+}
+
+}  // namespace
+
+void Trajectory::set_known(const Model& model, int step, Input& input) const {
+  columns.set(model, known.col(step), input);
+  input.softening = softening.empty() ? Softening() : softening[static_cast<size_t>(step)];
 }
 
 Trajectory read_trajectory(const std::filesystem::path& file, const Model& model) {
@@ -212,6 +249,7 @@ Trajectory read_trajectory(const std::filesystem::path& file, const Model& model
   if (has_forces) {
     trajectory.applied_force = read_block(table, find_columns(table, names.force), rows - 1);
   }
+  trajectory.softening = read_softening(table, model, rows - 1);
   trajectory.columns = find_input_columns(table, model);
   trajectory.known = read_input_columns(trajectory.columns, table, model, rows - 1);
   check_quaternions(table, model, trajectory.q);

@@ -19,6 +19,11 @@ inline constexpr const char* kStateHashColumn = "state_hash";
 inline constexpr const char* kModelHashColumn = "model_hash";
 inline constexpr const char* kOptionsHashColumn = "options_hash";
 inline constexpr const char* kNextStepColumn = "next_step";
+/// What each of these begins with: the memory of a state (state.h).
+inline constexpr const char* kMemoryPrefix = "memory.";
+/// Columns of a trajectory with the Softening (state.h) of the step that starts from each row.
+inline constexpr const char* kSofteningColumn = "softening";
+inline constexpr const char* kSoftenedTreeColumn = "softened_tree";
 
 /// Names of the coordinates of a model, in the order of q, v and applied force.
 struct CoordinateNames {
@@ -35,8 +40,10 @@ class TrajectoryWriter {
   TrajectoryWriter(const std::filesystem::path& file, const Model& model,
                    const InputColumns& columns = {});
 
-  /// A state, what is applied during the step that starts from it, and its length [s].
-  void write_step(const State& state, const Input& input, double time_step);
+  /// A state, what is applied during the step that starts from it, its length [s], and the softening
+  /// that it reported.
+  void write_step(const State& state, const Input& input, double time_step,
+                  const Softening& softening = {});
   /// The last state: no step starts from it, its force and time_step cells are empty. Flushes.
   void write_end(const State& state);
 
@@ -58,10 +65,14 @@ struct Trajectory {
   MatrixX q;              ///< nq x rows
   MatrixX v;              ///< nv x rows
   MatrixX applied_force;  ///< nv x (rows - 1) [N, N m]; 0 x 0 if the file has no such columns
+  std::vector<Softening> softening;  ///< by step; empty if the file has no such columns
   InputColumns columns;   ///< of servo targets and wrenches
   MatrixX known;          ///< their values x (rows - 1)
   /// Rows whose numbers are not those that were written, by their state_hash; 0 without that column.
   int altered_rows = 0;
+
+  /// What is known of what acted in a step, for its inverse; into `input`, all of it.
+  void set_known(const Model& model, int step, Input& input) const;
 
   int num_rows() const { return static_cast<int>(time.size()); }
   int num_steps() const { return num_rows() - 1; }

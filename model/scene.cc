@@ -85,6 +85,35 @@ std::optional<FrictionModel> friction_model_from_name(const std::string& name) {
   return std::nullopt;
 }
 
+const char* contact_preset_name(ContactPreset preset) {
+  switch (preset) {
+    case ContactPreset::kFast:
+      return "fast";
+    case ContactPreset::kDefault:
+      return "default";
+    case ContactPreset::kHard:
+      return "hard";
+  }
+  return "?";
+}
+
+std::optional<ContactPreset> contact_preset_from_name(const std::string& name) {
+  for (const ContactPreset preset :
+       {ContactPreset::kFast, ContactPreset::kDefault, ContactPreset::kHard}) {
+    if (name == contact_preset_name(preset)) return preset;
+  }
+  return std::nullopt;
+}
+
+void apply_contact_preset(ContactPreset preset, ContactOptions& options) {
+  const ContactOptions usual;
+  options.friction_model =
+      preset == ContactPreset::kFast ? FrictionModel::kConvex : usual.friction_model;
+  options.compliance = preset == ContactPreset::kFast   ? 0.1
+                       : preset == ContactPreset::kHard ? 1e-8
+                                                        : usual.compliance;
+}
+
 const char* integrator_name(Integrator integrator) {
   switch (integrator) {
     case Integrator::kSemiImplicitEuler:

@@ -55,6 +55,17 @@ struct ContactOptions {
   bool operator==(const ContactOptions&) const = default;
 };
 
+/// How contacts behave in one word; only friction_model and compliance differ.
+///   kFast     as soft as MuJoCo's defaults (compliance 0.1), convex friction: cheap motion
+///   kDefault  stiff (1e-6), exact Coulomb friction
+///   kHard     stiffer (1e-8): for mass ratios of a million; the inverse resolves a hundred times less
+enum class ContactPreset { kFast, kDefault, kHard };
+/// "fast", "default", "hard".
+const char* contact_preset_name(ContactPreset preset);
+/// The reverse; nothing for an unknown name.
+std::optional<ContactPreset> contact_preset_from_name(const std::string& name);
+void apply_contact_preset(ContactPreset preset, ContactOptions& options);
+
 /// No mechanism on Earth moves at 100 km/s; a flywheel of 1 m at 10 000 rad/s does 10 km/s.
 inline constexpr double kDefaultMaxSpeed = 1e5;
 

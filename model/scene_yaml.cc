@@ -128,9 +128,18 @@ class SceneReader {
     }
   }
 
+  static void read_preset(const YamlValue& value, ContactOptions& contact) {
+    const auto preset = contact_preset_from_name(value.text());
+    if (!preset) value.fail("'" + value.text() + "' is not one of fast, default, hard");
+    apply_contact_preset(*preset, contact);
+  }
+
+  /// `contact: fast`, or `contact: {preset: fast, ...}`; what else is given goes before the preset.
   static void read_contact(const YamlValue& in, ContactOptions& contact) {
-    in.expect_map({"friction_model", "compliance", "smoothing", "stabilization",
+    if (!in.is_map()) return read_preset(in, contact);
+    in.expect_map({"preset", "friction_model", "compliance", "smoothing", "stabilization",
                    "max_recovery_speed", "margin", "reach_acceleration"});
+    if (in.has("preset")) read_preset(in.at("preset"), contact);
     if (in.has("friction_model")) {
       const YamlValue value = in.at("friction_model");
       const auto model = friction_model_from_name(value.text());
