@@ -134,19 +134,16 @@ COUNTERPOINT_INTO_EACH void subtract_products(const double* a, int lda, const do
   for (int j = 0; j < count; ++j) own[j] -= sum[j];
 }
 
-// A block of six rows: block += A' H, A and H of N rows.
-template <int N>
-COUNTERPOINT_INTO_EACH void add_outer_6(const double* a, const double* h, int leading,
-                                        int num_columns, double* block, int block_leading) {
-  Six row[N];
+// As many rows of a block as there are Lanes: block += A' H, A and H of N rows.
+template <int N, class Lanes>
+COUNTERPOINT_INTO_EACH void add_outer_lanes(const double* a, const double* h, int leading,
+                                            int num_columns, double* block, int block_leading) {
+  Lanes row[N];
   for (int r = 0; r < N; ++r) load(a + r * leading, row[r]);
   for (int j = 0; j < num_columns; ++j, block += block_leading) {
-    Six sum;
+    Lanes sum;
     load(block, sum);
-    for (int r = 0; r < N; ++r) {
-      sum.top += row[r].top * h[r * leading + j];
-      sum.bottom += row[r].bottom * h[r * leading + j];
-    }
+    for (int r = 0; r < N; ++r) add_product(row[r], h[r * leading + j], sum);
     store(sum, block);
   }
 }
@@ -155,47 +152,47 @@ template <int N>
 COUNTERPOINT_INTO_EACH void add_outer(const CongruencePlace& place, const double* jacobian,
                                       const double* h, int leading, double* block) {
   const double* a = jacobian + place.row;
+  const int n = place.num_rows, columns = place.num_columns, ld = place.leading;
   h += place.column;
   block += place.offset;
-  if (place.num_rows == 6)
-    return add_outer_6<N>(a, h, leading, place.num_columns, block, place.leading);
-  for (int j = 0; j < place.num_columns; ++j, block += place.leading) {
-    double* __restrict to = block;
-    for (int i = 0; i < place.num_rows; ++i) {
-      double sum = to[i];
-      for (int r = 0; r < N; ++r) sum += a[r * leading + i] * h[r * leading + j];
-      to[i] = sum;
-    }
+  if (n == 6) return add_outer_lanes<N, Six>(a, h, leading, columns, block, ld);
+  int i = 0;
+  for (; i + 4 <= n; i += 4) add_outer_lanes<N, Four>(a + i, h, leading, columns, block + i, ld);
+  if (i + 2 <= n) {
+    add_outer_lanes<N, Two>(a + i, h, leading, columns, block + i, ld);
+    i += 2;
   }
+  if (i < n) add_outer_lanes<N, double>(a + i, h, leading, columns, block + i, ld);
 }
 
 // out = G J, or G' J.
 template <int N, bool kTransposed>
-COUNTERPOINT_INTO_EACH void multiply_rows(const double* g, const double* __restrict jacobian,
-                                          int num_columns, double* __restrict out) {
-  for (int r = 0; r < N; ++r) {
-    for (int k = 0; k < num_columns; ++k) {
-      double sum = 0.0;
-      for (int s = 0; s < N; ++s)
-        sum += (kTransposed ? g[s * N + r] : g[r * N + s]) * jacobian[s * num_columns + k];
-      out[r * num_columns + k] = sum;
+COUNTERPOINT_INTO_EACH void multiply_rows(const double* g, const double* jacobian, int leading,
+                                          double* out) {
+  for (int k = 0; k < leading; k += 4) {
+    Four row[N];
+    for (int s = 0; s < N; ++s) load(jacobian + s * leading + k, row[s]);
+    for (int r = 0; r < N; ++r) {
+      Four sum = row[0] * (kTransposed ? g[r] : g[r * N]);
+      for (int s = 1; s < N; ++s) sum += row[s] * (kTransposed ? g[s * N + r] : g[r * N + s]);
+      store(sum, out + r * leading + k);
     }
   }
 }
 
 template <int N>
-COUNTERPOINT_INTO_EACH void add_congruence_of(int num_columns, const double* jacobian,
-                                              const double* g,
+COUNTERPOINT_INTO_EACH void add_congruence_of(int leading, const double* jacobian, const double* g,
                                               std::span<const CongruencePlace> places,
                                               double* scratch, double* lower, double* upper) {
-  multiply_rows<N, false>(g, jacobian, num_columns, scratch);
+  multiply_rows<N, false>(g, jacobian, leading, scratch);
   for (const CongruencePlace& place : places)
-    add_outer<N>(place, jacobian, scratch, num_columns, lower);
-  if (upper == nullptr) return;
-  double* transposed = scratch + N * num_columns;
-  multiply_rows<N, true>(g, jacobian, num_columns, transposed);
-  for (const CongruencePlace& place : places)
-    add_outer<N>(place, jacobian, transposed, num_columns, upper);
+    add_outer<N>(place, jacobian, scratch, leading, lower);
+  if (upper == nullptr || places.size() == 1) return;
+  double* transposed = scratch + N * leading;
+  multiply_rows<N, true>(g, jacobian, leading, transposed);
+  for (const CongruencePlace& place : places) {
+    if (!place.diagonal) add_outer<N>(place, jacobian, transposed, leading, upper);
+  }
 }
 
 }  // namespace
@@ -328,13 +325,38 @@ COUNTERPOINT_WIDE bool factor_pivoted(double* a, int n, int* pivot) {
   return true;
 }
 
-COUNTERPOINT_WIDE void add_congruence(int rows, int num_columns, const double* jacobian,
+COUNTERPOINT_WIDE void add_congruence(int rows, int leading, const double* jacobian,
                                       const double* g, std::span<const CongruencePlace> places,
                                       double* scratch, double* lower, double* upper) {
   with_rows(
       rows, [&]<int N>(RowCount<N>) __attribute__((always_inline)) {
-        add_congruence_of<N>(num_columns, jacobian, g, places, scratch, lower, upper);
+        add_congruence_of<N>(leading, jacobian, g, places, scratch, lower, upper);
       });
+}
+
+void copy_block(const DenseBlock& from, double* lower, double* upper, int leading) {
+  const double* column = from.values;
+  for (int j = 0; j < from.cols; ++j, column += from.leading) {
+    double* to_lower = lower + static_cast<std::ptrdiff_t>(j) * leading;
+    double* to_upper = upper != nullptr ? upper + (to_lower - lower) : to_lower;
+    int i = 0;
+    // Blocks are small: calls of memcpy would take longer.
+    for (; i + 2 <= from.rows; i += 2) {
+      Two pair;
+      load(column + i, pair);
+      store(pair, to_lower + i);
+      store(pair, to_upper + i);
+    }
+    if (i < from.rows) to_lower[i] = to_upper[i] = column[i];
+  }
+}
+
+void transpose_diagonal(const double* lower, double* upper, int size, int leading) {
+  for (int j = 0; j < size; ++j) {
+    for (int i = j + 1; i < size; ++i)
+      upper[i + static_cast<std::ptrdiff_t>(j) * leading] =
+          lower[j + static_cast<std::ptrdiff_t>(i) * leading];
+  }
 }
 
 COUNTERPOINT_WIDE void multiply_symmetric(const double* __restrict a, int n,

@@ -49,14 +49,25 @@ struct CongruencePlace {
   int leading;
   int row, num_rows;
   int column, num_columns;
+  bool diagonal;  ///< both ranges are the same
 };
 
-/// For every place, block[i, j] += (J' G J)[i, j]; J: rows x num_columns, G: rows x rows, both
-/// row-major. `upper`: also the block of J' G' J at the same places there. scratch: 2 rows
-/// num_columns.
-void add_congruence(int rows, int num_columns, const double* jacobian, const double* g,
+/// For every place, block[i, j] += (J' G J)[i, j]. J: rows x columns, row-major, and G: rows x
+/// rows. `upper`: also J' G' J into the blocks there, but the diagonal ones, where lower has it
+/// all. leading: of J, in whole fours, zero after the last column. scratch: 2 rows leading.
+void add_congruence(int rows, int leading, const double* jacobian, const double* g,
                     std::span<const CongruencePlace> places, double* scratch, double* lower,
                     double* upper);
+
+/// A block of numbers, column-major.
+struct DenseBlock {
+  const double* values;
+  int leading, rows, cols;
+};
+/// Copies the block to `lower` and, if not null, `upper`.
+void copy_block(const DenseBlock& from, double* lower, double* upper, int leading);
+/// upper = lower' under the diagonal of a square.
+void transpose_diagonal(const double* lower, double* upper, int size, int leading);
 
 /// out = A x, A symmetric, n x n without gaps.
 void multiply_symmetric(const double* a, int n, const double* x, double* out);

@@ -5,14 +5,16 @@
 namespace counterpoint::contact {
 namespace {
 
-// A front joins its parent where that makes no more zeros than this, or than this share of the
-// entries: fewer and larger fronts are worth some work on zeros.
-constexpr int kFewZeros = 12;
-constexpr double kShareOfZeros = 0.12;
+// A front joins its parent where the zeros that this makes cost fewer operations than a front of
+// its own, and than each entry of its rest that is moved.
+constexpr double kFrontCost = 600.0;
+constexpr double kMoveCost = 6.0;
 
-// Entries of the lower triangle's columns that a front holds.
-int entries(int weight, int below_weight) {
-  return weight * (weight + 1) / 2 + weight * below_weight;
+// Multiplications and additions of a front's elimination.
+double operations(double weight, double below_weight) {
+  const double rows = weight + below_weight;
+  const auto squares = [](double n) { return n * (n + 1.0) * (2.0 * n + 1.0) / 6.0; };
+  return squares(rows) - squares(below_weight);
 }
 
 }  // namespace
@@ -265,13 +267,13 @@ void EliminationOrder::merge_fronts() {
     Front& child = raw_[f];
     if (child.parent < 0) continue;
     Front& parent = raw_[child.parent];
-    const int more = child.weight * (parent.weight + parent.below_weight - child.below_weight);
-    const int zeros = child.zeros + parent.zeros + more;
     const int weight = child.weight + parent.weight;
-    if (zeros > kFewZeros && zeros > kShareOfZeros * entries(weight, parent.below_weight)) continue;
+    const double below = child.below_weight;
+    const double more = operations(weight, parent.below_weight) - operations(child.weight, below) -
+                        operations(parent.weight, parent.below_weight);
+    if (more > kFrontCost + kMoveCost * 0.5 * below * below) continue;
     merged_into_[f] = child.parent;
     parent.weight = weight;
-    parent.zeros = zeros;
   }
 }
 

@@ -19,7 +19,6 @@ class EliminationOrder {
     int weight = 0;              ///< of its own nodes
     int below_weight;            ///< of those that it touches
     int below_begin, below_end;  ///< in below()
-    int zeros = 0;               ///< entries of its columns that are zero for having been merged
   };
 
   /// Couples may repeat, in either order.

@@ -135,10 +135,11 @@ void IslandSystem::place_mass() {
       if (!factorization_.is_lower(row_group, column_group)) std::swap(row_group, column_group);
       const auto& row = groups_[row_group];
       const auto& column = groups_[column_group];
-      mass_parts_.push_back({b.mass + static_cast<ptrdiff_t>(column.velocity - b.start) * b.size +
-                                 (row.velocity - b.start),
-                             b.size, row.size, column.size,
-                             factorization_.block(row_group, column_group)});
+      const double* values = b.mass + static_cast<ptrdiff_t>(column.velocity - b.start) * b.size +
+                             (row.velocity - b.start);
+      mass_parts_.push_back({{values, b.size, row.size, column.size},
+                             factorization_.block(row_group, column_group),
+                             row_group == column_group});
     };
     const int end = b.first_group + b.num_groups;
     for (int g = b.first_group; g < end; ++g) add(g, g);
@@ -167,13 +168,13 @@ void IslandSystem::place_constraints() {
         const ptrdiff_t column_offset = column.velocity - groups_[column.group].velocity;
         places_.push_back({block.offset + row_offset + column_offset * block.leading, block.leading,
                            lower ? column_s : column_t, row.size, lower ? column_t : column_s,
-                           column.size});
+                           column.size, s == t});
         column_t += strip_t.size;
       }
       column_s += strip_s.size;
     }
     constraints_[i].end_place = static_cast<int>(places_.size());
-    most = std::max(most, 2 * static_cast<size_t>(c.rows) * c.num_columns);
+    most = std::max(most, 2 * static_cast<size_t>(c.rows) * c.leading);
   }
   scratch_.resize(std::max(most, scratch_.size()));
 }
@@ -244,27 +245,27 @@ void IslandSystem::add_absolute(const double* e, double* out) const {
 // M + J'GJ, with an unsymmetric G both triangles of it.
 void IslandSystem::assemble(const double* hessian, bool unsymmetric) {
   factorization_.set_zero(unsymmetric);
-  for (const MassPart& part : mass_parts_) {
-    double* lower = factorization_.lower(part.place);
-    double* upper = unsymmetric ? factorization_.upper(part.place) : nullptr;
-    for (int j = 0; j < part.cols; ++j) {
-      const double* from = part.mass + static_cast<ptrdiff_t>(j) * part.mass_leading;
-      const ptrdiff_t to = static_cast<ptrdiff_t>(j) * part.place.leading;
-      std::copy(from, from + part.rows, lower + to);
-      if (unsymmetric) std::copy(from, from + part.rows, upper + to);
-    }
-  }
   double* lower = factorization_.lower({0, 0});
   double* upper = unsymmetric ? factorization_.upper({0, 0}) : nullptr;
+  for (const MassPart& part : mass_parts_) {
+    copy_block(part.mass, lower + part.place.offset,
+               unsymmetric ? upper + part.place.offset : nullptr, part.place.leading);
+  }
   for (size_t i = 0; i < constraints_.size(); ++i) {
     const Constraint& c = constraints_[i];
     const PackedJacobian::Constraint& packed = jacobian_.constraints()[i];
     const double* g = hessian + c.hessian;
     // Open contacts far away.
     if (std::all_of(g, g + packed.rows * packed.rows, [](double x) { return x == 0.0; })) continue;
-    add_congruence(packed.rows, packed.num_columns, jacobian_.by_row(packed), g,
+    add_congruence(packed.rows, packed.leading, jacobian_.by_row(packed), g,
                    std::span(places_).subspan(c.first_place, c.end_place - c.first_place),
                    scratch_.data(), lower, upper);
+  }
+  if (!unsymmetric) return;
+  for (const MassPart& part : mass_parts_) {
+    if (!part.diagonal) continue;
+    transpose_diagonal(lower + part.place.offset, upper + part.place.offset, part.mass.cols,
+                       part.place.leading);
   }
 }
 

@@ -77,9 +77,9 @@ class IslandSystem {
   };
   /// A part of M that is not zero, and where it goes.
   struct MassPart {
-    const double* mass;
-    int mass_leading, rows, cols;
+    DenseBlock mass;
     BlockFactorization::Block place;
+    bool diagonal;
   };
   void load_blocks(const Problem& problem, std::span<const int> blocks);
   void load_constraints(const Problem& problem, std::span<const int> constraints);

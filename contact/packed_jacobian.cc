@@ -93,7 +93,7 @@ COUNTERPOINT_INTO_EACH void add_transposed_one(const Constraint& c, const Strip*
                                                const double* rows, const double* f,
                                                const double* weight, double* out,
                                                Squares& squares) {
-  const int leading = c.num_columns;
+  const int leading = c.leading;
   for (const Strip* s = strips + c.first_strip; s != strips + c.end_strip; rows += s->size, ++s) {
     double* to = out + s->velocity;
     const double* w = weight + s->velocity;
@@ -187,10 +187,11 @@ void PackedJacobian::add_side(const double* jacobian, const double* other, int w
 void PackedJacobian::end_constraint() {
   Constraint& c = constraints_.back();
   c.end_strip = static_cast<int>(strips_.size());
-  by_row_.resize(by_row_.size() + static_cast<size_t>(c.rows) * c.num_columns);
+  c.leading = (c.num_columns + 3) & ~3;
+  by_row_.resize(by_row_.size() + static_cast<size_t>(c.rows) * c.leading, 0.0);
   const double* from = by_column_.data() + c.by_column;
   for (int r = 0; r < c.rows; ++r) {
-    double* row = by_row_.data() + c.by_row + r * c.num_columns;
+    double* row = by_row_.data() + c.by_row + r * c.leading;
     for (int k = 0; k < c.num_columns; ++k) row[k] = from[k * lanes(c.rows) + r];
   }
 }

@@ -18,8 +18,9 @@ class PackedJacobian {
     int rows, row;  ///< number of rows, first row
     int first_strip, end_strip;
     int num_columns;
+    int leading;    ///< num_columns in whole fours
     int by_column;  ///< start in the values column by column, each with room for lanes(rows)
-    int by_row;     ///< start in the values row by row
+    int by_row;     ///< start in the values row by row, each `leading` long
   };
   /// Part of a velocity block.
   struct Group {
@@ -38,7 +39,7 @@ class PackedJacobian {
   int num_rows() const { return num_rows_; }
   const std::vector<Constraint>& constraints() const { return constraints_; }
   const std::vector<Strip>& strips() const { return strips_; }
-  /// J of a constraint row by row, num_columns wide.
+  /// J of a constraint row by row.
   const double* by_row(const Constraint& c) const { return by_row_.data() + c.by_row; }
   /// Sum of squares of the first row, weighted by velocity.
   double first_row_square(const Constraint& c, const double* weight) const;

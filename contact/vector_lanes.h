@@ -22,6 +22,8 @@ COUNTERPOINT_INTO_EACH void store(const Four& from, double* to) {
 COUNTERPOINT_INTO_EACH void store(const Two& from, double* to) {
   std::memcpy(to, &from, sizeof from);
 }
+COUNTERPOINT_INTO_EACH void load(const double* from, double& to) { to = *from; }
+COUNTERPOINT_INTO_EACH void store(const double& from, double* to) { *to = from; }
 
 /// A column of six.
 struct Six {
@@ -35,6 +37,16 @@ COUNTERPOINT_INTO_EACH void load(const double* from, Six& to) {
 COUNTERPOINT_INTO_EACH void store(const Six& from, double* to) {
   store(from.top, to);
   store(from.bottom, to + 4);
+}
+
+/// sum += a b.
+template <class Lanes>
+COUNTERPOINT_INTO_EACH void add_product(const Lanes& a, double b, Lanes& sum) {
+  sum += a * b;
+}
+COUNTERPOINT_INTO_EACH void add_product(const Six& a, double b, Six& sum) {
+  sum.top += a.top * b;
+  sum.bottom += a.bottom * b;
 }
 
 }  // namespace counterpoint::contact
