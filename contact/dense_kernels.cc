@@ -139,10 +139,12 @@ template <int N, class Lanes>
 COUNTERPOINT_INTO_EACH void add_outer_lanes(const double* a, const double* h, int leading,
                                             int num_columns, double* block, int block_leading) {
   Lanes row[N];
+  COUNTERPOINT_UNROLL
   for (int r = 0; r < N; ++r) load(a + r * leading, row[r]);
   for (int j = 0; j < num_columns; ++j, block += block_leading) {
     Lanes sum;
     load(block, sum);
+    COUNTERPOINT_UNROLL
     for (int r = 0; r < N; ++r) add_product(row[r], h[r * leading + j], sum);
     store(sum, block);
   }
@@ -171,9 +173,12 @@ COUNTERPOINT_INTO_EACH void multiply_rows(const double* g, const double* jacobia
                                           double* out) {
   for (int k = 0; k < leading; k += 4) {
     Four row[N];
+    COUNTERPOINT_UNROLL
     for (int s = 0; s < N; ++s) load(jacobian + s * leading + k, row[s]);
+    COUNTERPOINT_UNROLL
     for (int r = 0; r < N; ++r) {
       Four sum = row[0] * (kTransposed ? g[r] : g[r * N]);
+      COUNTERPOINT_UNROLL
       for (int s = 1; s < N; ++s) sum += row[s] * (kTransposed ? g[s * N + r] : g[r * N + s]);
       store(sum, out + r * leading + k);
     }

@@ -71,6 +71,7 @@ COUNTERPOINT_INTO_EACH void add_lanes(const double* rows, int leading, const dou
   Lanes row, sum, w, o;
   load(rows, row);
   sum = row * f[0];
+  COUNTERPOINT_UNROLL
   for (int r = 1; r < N; ++r) {
     load(rows + static_cast<std::ptrdiff_t>(r) * leading, row);
     sum += row * f[r];
@@ -106,6 +107,7 @@ COUNTERPOINT_INTO_EACH void add_transposed_one(const Constraint& c, const Strip*
     }
     if (k == s->size) continue;
     double sum = rows[k] * f[0];
+    COUNTERPOINT_UNROLL
     for (int r = 1; r < N; ++r) sum += rows[r * leading + k] * f[r];
     to[k] += sum;
     squares.one += sum * sum * w[k];
