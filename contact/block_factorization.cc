@@ -265,8 +265,12 @@ double BlockFactorization::determinant_sign() const {
 }
 
 void BlockFactorization::solve(double* x) const {
-  for (size_t b = 0; b < sizes_.size(); ++b)
-    std::copy(x + start_[b], x + start_[b] + sizes_[b], x_.data() + first_[b]);
+  // Blocks are small: copies by loops, not by calls.
+  for (size_t b = 0; b < sizes_.size(); ++b) {
+    double* to = x_.data() + first_[b];
+    const double* from = x + start_[b];
+    for (int i = 0; i < sizes_[b]; ++i) to[i] = from[i];
+  }
   switch (kind_) {
     case Kind::kCholesky:
       solve_fronts(true, lower_);
@@ -280,7 +284,8 @@ void BlockFactorization::solve(double* x) const {
   }
   for (size_t b = 0; b < sizes_.size(); ++b) {
     const double* from = x_.data() + first_[b];
-    std::copy(from, from + sizes_[b], x + start_[b]);
+    double* to = x + start_[b];
+    for (int i = 0; i < sizes_[b]; ++i) to[i] = from[i];
   }
 }
 

@@ -12,13 +12,14 @@ constexpr int kBase = 6;
 }  // namespace
 
 void Limbs::find(const double* mass, int n) {
-  sizes_.clear();
-  couples_.clear();
   if (n <= kBase) {
-    if (n > 0) sizes_.push_back(n);
+    sizes_.assign(n > 0 ? 1 : 0, n);
+    couples_.clear();
+    entries_.clear();
     return;
   }
   words_ = (n + 63) / 64;
+  known_.swap(entries_);
   entries_.assign(static_cast<size_t>(n) * words_, 0);
   for (int i = 0; i < n; ++i) {
     const double* row = mass + static_cast<std::ptrdiff_t>(i) * n;
@@ -29,6 +30,9 @@ void Limbs::find(const double* mass, int n) {
       entries_[static_cast<size_t>(i) * words_ + w] = bits;
     }
   }
+  if (entries_ == known_) return;  // as it was the last time
+  sizes_.clear();
+  couples_.clear();
   filled_ = entries_;
   find_branchings(n);
   find_couples();

@@ -26,6 +26,7 @@ class Limbs {
 
   int words_ = 0;
   std::vector<uint64_t> entries_;  ///< by row: where M is not zero left of the diagonal
+  std::vector<uint64_t> known_;    ///< entries_ of the call before
   std::vector<uint64_t> filled_;   ///< the same with fill
   std::vector<int> parent_, num_children_, sizes_, start_;
   std::vector<std::pair<int, int>> couples_;
