@@ -11,9 +11,11 @@
 namespace counterpoint::contact {
 namespace {
 
-// Columns finished at a time; a multiple of four, so that the rows that a tile takes too many stay
-// in the padding.
+// Columns finished at a time; a multiple of four: rows that a tile takes too many are padding.
 constexpr int kColumns = 4;
+// Large fronts are taken in parts that stay in the cache: so many columns together, so many
+// products at once. No order of summation changes.
+constexpr int kPart = 32, kProducts = 64;
 
 // A tile of kLanes times four rows and kCount columns: c -= a b', b' by rows of b; or c = -a b'.
 template <int kLanes, int kCount>
@@ -65,12 +67,16 @@ COUNTERPOINT_INTO_EACH void subtract_some(int count, const double* a, int lda, c
   }
 }
 
-// The lower triangle of c -= a b', m x m.
+// The lower trapezoid of c -= a b', `columns` of m rows from the diagonal down.
 COUNTERPOINT_INTO_EACH void subtract_lower(const double* a, const double* b, int ld, double* c,
-                                           int ldc, int m, int k, bool fresh) {
-  for (int j = 0; j < m; j += kColumns) {
-    subtract_some(std::min(kColumns, m - j), a + j, ld, b + j, ld,
-                  c + j + static_cast<std::ptrdiff_t>(j) * ldc, ldc, m - j, k, fresh);
+                                           int ldc, int m, int columns, int k, bool fresh) {
+  for (int p = 0; p < k; p += kProducts) {
+    const std::ptrdiff_t place = static_cast<std::ptrdiff_t>(p) * ld;
+    for (int j = 0; j < columns; j += kColumns) {
+      subtract_some(std::min(kColumns, columns - j), a + j + place, ld, b + j + place, ld,
+                    c + j + static_cast<std::ptrdiff_t>(j) * ldc, ldc, m - j,
+                    std::min(kProducts, k - p), fresh && p == 0);
+    }
   }
 }
 
@@ -204,16 +210,22 @@ COUNTERPOINT_INTO_EACH void add_congruence_of(int leading, const double* jacobia
 
 COUNTERPOINT_WIDE bool factor_front_cholesky(const FrontShape& shape, double* panel,
                                              double* inverse, double* rest, bool fresh) {
-  const int cols = shape.cols, rows = cols + shape.below, ld = shape.leading;
+  const int cols = shape.cols, rows = cols + shape.below;
+  const std::ptrdiff_t ld = shape.leading;
   for (int first = 0; first < cols; first += kColumns) {
-    const int last = std::min(first + kColumns, cols);
-    subtract_some(last - first, panel + first, ld, panel + first, ld,
-                  panel + first + static_cast<std::ptrdiff_t>(first) * ld, ld, rows - first, first,
-                  false);
+    const int part = first / kPart * kPart, last = std::min(first + kColumns, cols);
+    double* here = panel + first * (ld + 1);
+    if (first == part) {
+      subtract_lower(panel + first, panel + first, shape.leading, here, shape.leading, rows - first,
+                     std::min(kPart, cols - first), first, false);
+    }
+    const double* before = panel + first + part * ld;
+    subtract_some(last - first, before, shape.leading, before, shape.leading, here, shape.leading,
+                  rows - first, first - part, false);
     for (int j = first; j < last; ++j) {
-      double* __restrict column = panel + static_cast<std::ptrdiff_t>(j) * ld;
+      double* __restrict column = panel + j * ld;
       for (int p = first; p < j; ++p) {
-        const double* __restrict other = panel + static_cast<std::ptrdiff_t>(p) * ld;
+        const double* __restrict other = panel + p * ld;
         const double factor = other[j];
         for (int i = j; i < rows; ++i) column[i] -= other[i] * factor;
       }
@@ -223,8 +235,8 @@ COUNTERPOINT_WIDE bool factor_front_cholesky(const FrontShape& shape, double* pa
       for (int i = j + 1; i < rows; ++i) column[i] *= scale;
     }
   }
-  subtract_lower(panel + cols, panel + cols, ld, rest, shape.leading_rest, shape.below, cols,
-                 fresh);
+  subtract_lower(panel + cols, panel + cols, shape.leading, rest, shape.leading_rest, shape.below,
+                 shape.below, cols, fresh);
   return true;
 }
 
@@ -259,19 +271,33 @@ COUNTERPOINT_INTO_EACH bool finish_lu_column(const FrontShape& shape, int first,
 COUNTERPOINT_WIDE bool factor_front_lu(const FrontShape& shape, double* l, double* u,
                                        double* inverse, double* rest_l, double* rest_u, bool fresh,
                                        double* growth) {
-  const int cols = shape.cols, rows = cols + shape.below, ld = shape.leading;
+  const int cols = shape.cols, rows = cols + shape.below, leading = shape.leading;
+  const std::ptrdiff_t ld = leading;
   std::fill(growth, growth + rows, 0.0);
   for (int first = 0; first < cols; first += kColumns) {
-    const int last = std::min(first + kColumns, cols), count = last - first;
-    const std::ptrdiff_t place = first + static_cast<std::ptrdiff_t>(first) * ld;
-    subtract_some(count, l + first, ld, u + first, ld, l + place, ld, rows - first, first, false);
-    subtract_some(count, u + first, ld, l + first, ld, u + place, ld, rows - first, first, false);
+    const int part = first / kPart * kPart, last = std::min(first + kColumns, cols);
+    const int height = rows - first, count = last - first, width = std::min(kPart, cols - first);
+    double* l_here = l + first * (ld + 1);
+    double* u_here = u + first * (ld + 1);
+    if (first == part) {
+      subtract_lower(l + first, u + first, leading, l_here, leading, height, width, first, false);
+      subtract_lower(u + first, l + first, leading, u_here, leading, height, width, first, false);
+    }
+    const double* l_before = l + first + part * ld;
+    const double* u_before = u + first + part * ld;
+    subtract_some(count, l_before, leading, u_before, leading, l_here, leading, height,
+                  first - part, false);
+    subtract_some(count, u_before, leading, l_before, leading, u_here, leading, height,
+                  first - part, false);
     for (int j = first; j < last; ++j) {
       if (!finish_lu_column(shape, first, j, l, u, inverse, growth)) return false;
     }
   }
-  subtract_lower(l + cols, u + cols, ld, rest_l, shape.leading_rest, shape.below, cols, fresh);
-  subtract_lower(u + cols, l + cols, ld, rest_u, shape.leading_rest, shape.below, cols, fresh);
+  const int below = shape.below;
+  subtract_lower(l + cols, u + cols, leading, rest_l, shape.leading_rest, below, below, cols,
+                 fresh);
+  subtract_lower(u + cols, l + cols, leading, rest_u, shape.leading_rest, below, below, cols,
+                 fresh);
   return true;
 }
 
