@@ -1,264 +1,323 @@
 #include "counterpoint/contact/block_factorization.h"
 
 #include <algorithm>
-#include <bit>
-
-#include "counterpoint/contact/dense_kernels.h"
+#include <cmath>
 
 namespace counterpoint::contact {
+namespace {
+
+int in_fours(int count) { return (count + 3) & ~3; }
+
+}  // namespace
 
 void BlockFactorization::begin_structure(const std::vector<int>& sizes) {
-  num_blocks_ = static_cast<int>(sizes.size());
-  words_ = (num_blocks_ + 63) / 64;
   sizes_.assign(sizes.begin(), sizes.end());
-  start_.resize(num_blocks_);
-  int offset = 0;
-  for (int b = 0; b < num_blocks_; ++b) {
-    start_[b] = offset;
-    offset += sizes_[b];
-  }
-  adjacency_.assign(static_cast<size_t>(num_blocks_) * words_, 0);
-}
-
-void BlockFactorization::add_coupling(int i, int j) {
-  adjacency(i)[j / 64] |= uint64_t{1} << (j % 64);
-  adjacency(j)[i / 64] |= uint64_t{1} << (i % 64);
+  couples_.clear();
 }
 
 void BlockFactorization::end_structure() {
-  order();
+  if (known_ && sizes_ == known_sizes_ && couples_ == known_couples_) return;
+  known_ = true;
+  known_sizes_ = sizes_;
+  known_couples_ = couples_;
+  order_.compute(sizes_, couples_);
   lay_out();
 }
 
-// Minimum degree on the explicit elimination graph, a row of bits per block. Ties go to the lower
-// number. On return adjacency(b) holds the blocks eliminated after b that b's panel touches.
-void BlockFactorization::order() {
-  degree_.resize(num_blocks_);
-  sequence_.resize(num_blocks_);
-  position_.assign(num_blocks_, -1);
-  const auto count = [this](int b) {
-    int n = 0;
-    for (int w = 0; w < words_; ++w) n += std::popcount(adjacency(b)[w]);
-    return n;
-  };
-  for (int b = 0; b < num_blocks_; ++b) degree_[b] = count(b);
-  for (int step = 0; step < num_blocks_; ++step) {
-    int best = -1;
-    for (int b = 0; b < num_blocks_; ++b) {
-      if (position_[b] < 0 && (best < 0 || degree_[b] < degree_[best])) best = b;
-    }
-    sequence_[step] = best;
-    position_[best] = step;
-    const uint64_t* row = adjacency(best);
-    for (int w = 0; w < words_; ++w) {
-      for (uint64_t bits = row[w]; bits != 0; bits &= bits - 1) {
-        const int neighbour = 64 * w + std::countr_zero(bits);
-        uint64_t* other = adjacency(neighbour);
-        for (int v = 0; v < words_; ++v) other[v] |= row[v];
-        other[neighbour / 64] &= ~(uint64_t{1} << (neighbour % 64));
-        other[best / 64] &= ~(uint64_t{1} << (best % 64));
-        degree_[neighbour] = count(neighbour);
-      }
-    }
-  }
-}
-
 void BlockFactorization::lay_out() {
-  below_.clear();
-  below_start_.resize(num_blocks_ + 1);
-  panel_start_.resize(num_blocks_ + 1);
-  panel_rows_.resize(num_blocks_);
-  int offset = 0;
-  for (int p = 0; p < num_blocks_; ++p) {
-    const int b = sequence_[p];
-    below_start_[p] = static_cast<int>(below_.size());
-    const uint64_t* row = adjacency(b);
-    for (int w = 0; w < words_; ++w) {
-      for (uint64_t bits = row[w]; bits != 0; bits &= bits - 1) {
-        below_.push_back({position_[64 * w + std::countr_zero(bits)], 0});
-      }
-    }
-    std::sort(below_.begin() + below_start_[p], below_.end(),
-              [](const Below& x, const Below& y) { return x.position < y.position; });
-    int rows = sizes_[b];
-    for (size_t i = below_start_[p]; i < below_.size(); ++i) {
-      below_[i].row = rows;
-      rows += size_at(below_[i].position);
-    }
-    panel_start_[p] = offset;
-    panel_rows_[p] = rows;
-    offset += rows * sizes_[b];
+  const size_t n = sizes_.size();
+  start_.resize(n);
+  first_.resize(n);
+  front_of_.resize(n);
+  size_ = 0;
+  for (size_t b = 0; b < n; ++b) {
+    start_[b] = size_;
+    size_ += sizes_[b];
   }
-  below_start_[num_blocks_] = static_cast<int>(below_.size());
-  panel_start_[num_blocks_] = offset;
-  lower_.resize(offset);
+  int position = 0;
+  for (const int b : order_.sequence()) {
+    first_[b] = position;
+    position += sizes_[b];
+  }
+  lay_out_rows();
+  lay_out_rests();
+  runs_.clear();
+  for (Front& front : fronts_) lay_out_runs(front);
+  for (auto* v : {&inverse_, &diagonal_, &growth_of_, &front_growth_, &x_, &below_})
+    v->resize(size_);
+  pivot_.reserve(size_);
+  if (can_pivot()) dense_.reserve(static_cast<size_t>(size_) * size_);
 }
 
-int BlockFactorization::row_in_panel(int row_position, int column_position) const {
-  if (row_position == column_position) return 0;
-  const auto first = below_.begin() + below_start_[column_position];
-  const auto last = below_.begin() + below_start_[column_position + 1];
-  return std::lower_bound(first, last, row_position,
-                          [](const Below& x, int value) { return x.position < value; })
-      ->row;
+// The fronts, their panels and the rows below each.
+void BlockFactorization::lay_out_rows() {
+  fronts_.clear();
+  rows_.clear();
+  std::ptrdiff_t panel = 0;
+  int first = 0;
+  const auto& begin = order_.front_begin();
+  for (size_t f = 0; f < order_.fronts().size(); ++f) {
+    const EliminationOrder::Front& from = order_.fronts()[f];
+    Front front{};
+    front.first = first;
+    front.parent = from.parent;
+    front.panel = panel;
+    front.rows_begin = static_cast<int>(rows_.size());
+    front.leaf = true;
+    for (int k = begin[f]; k < begin[f + 1]; ++k) {
+      const int b = order_.sequence()[k];
+      front_of_[b] = static_cast<int>(f);
+      front.shape.cols += sizes_[b];
+    }
+    for (int k = from.below_begin; k < from.below_end; ++k) {
+      const int b = order_.below()[k];
+      for (int i = 0; i < sizes_[b]; ++i) rows_.push_back(first_[b] + i);
+    }
+    std::sort(rows_.begin() + front.rows_begin, rows_.end());
+    const int cols = front.shape.cols;
+    const int below = front.shape.below = static_cast<int>(rows_.size()) - front.rows_begin;
+    front.shape.leading = std::max(in_fours(cols + below), cols + in_fours(below));
+    front.shape.leading_rest = in_fours(below);
+    first += cols;
+    panel += static_cast<std::ptrdiff_t>(front.shape.leading) * cols;
+    fronts_.push_back(front);
+  }
+  lower_.resize(panel);
+}
+
+// A front's rest goes to its parent at once, so that only those of its ancestors, which gather, are
+// there beside it.
+void BlockFactorization::lay_out_rests() {
+  std::ptrdiff_t most = 0;
+  for (int f = static_cast<int>(fronts_.size()) - 1; f >= 0; --f) {
+    Front& front = fronts_[f];
+    if (front.parent >= 0) {
+      const Front& parent = fronts_[front.parent];
+      front.rest =
+          parent.rest + static_cast<std::ptrdiff_t>(parent.shape.leading_rest) * parent.shape.below;
+    }
+    most = std::max(most, front.rest + static_cast<std::ptrdiff_t>(front.shape.leading_rest) *
+                                           front.shape.below);
+  }
+  for (Front& front : fronts_) {
+    if (front.parent < 0) continue;
+    front.first_child = fronts_[front.parent].leaf;
+    fronts_[front.parent].leaf = false;
+  }
+  rests_.resize(most);
+}
+
+// Where the front's rows are among its parent's.
+void BlockFactorization::lay_out_runs(Front& front) {
+  front.runs_begin = static_cast<int>(runs_.size());
+  if (front.parent >= 0) {
+    const Front& parent = fronts_[front.parent];
+    const int* above = rows_.data() + parent.rows_begin;
+    int place = 0;  // in the parent's rows below
+    for (int i = 0; i < front.shape.below; ++i) {
+      const int position = rows_[front.rows_begin + i];
+      int to = position - parent.first;
+      if (to >= parent.shape.cols) {
+        while (above[place] < position) ++place;
+        to = parent.shape.cols + place;
+      }
+      const bool goes_on =
+          i > 0 && runs_.back().to + runs_.back().count == to && to != parent.shape.cols;
+      if (goes_on) {
+        ++runs_.back().count;
+      } else {
+        runs_.push_back({i, to, 1});
+      }
+    }
+  }
+  front.runs_end = static_cast<int>(runs_.size());
+}
+
+int BlockFactorization::row_in_front(int position, const Front& front) const {
+  if (position < front.first + front.shape.cols) return position - front.first;
+  const auto first = rows_.begin() + front.rows_begin;
+  const auto last = first + front.shape.below;
+  return front.shape.cols + static_cast<int>(std::lower_bound(first, last, position) - first);
 }
 
 void BlockFactorization::set_zero(bool unsymmetric) {
   std::fill(lower_.begin(), lower_.end(), 0.0);
-  // A single block has nothing to its right.
-  if (unsymmetric && num_blocks_ > 1) upper_.assign(lower_.size(), 0.0);
+  if (unsymmetric) upper_.assign(lower_.size(), 0.0);
 }
 
 BlockFactorization::Block BlockFactorization::block(int i, int j) const {
-  const int row = position_[i], column = position_[j];
-  return {panel_start_[column] + row_in_panel(row, column), panel_rows_[column]};
+  const Front& front = fronts_[front_of_[j]];
+  return {front.panel + row_in_front(first_[i], front) +
+              static_cast<std::ptrdiff_t>(first_[j] - front.first) * front.shape.leading,
+          front.shape.leading};
+}
+
+// The rest of a front goes to its parent: into the columns there, and into the rest there.
+void BlockFactorization::add_rest(const Front& front, std::vector<double>& panels,
+                                  std::vector<double>& rests) const {
+  if (front.parent < 0) return;
+  const Front& parent = fronts_[front.parent];
+  const int cols = parent.shape.cols;
+  double* parent_rest = rests.data() + parent.rest;
+  const std::ptrdiff_t leading = parent.shape.leading_rest;
+  if (front.first_child) std::fill(parent_rest, parent_rest + leading * parent.shape.below, 0.0);
+  const double* from = rests.data() + front.rest;
+  for (int a = front.runs_begin; a < front.runs_end; ++a) {
+    for (int j = 0; j < runs_[a].count; ++j, from += front.shape.leading_rest) {
+      const int column = runs_[a].to + j;
+      double* to = column < cols ? panels.data() + parent.panel +
+                                       static_cast<std::ptrdiff_t>(column) * parent.shape.leading
+                                 : parent_rest - cols + leading * (column - cols);
+      for (int b = a; b < front.runs_end; ++b) {
+        const Run& run = runs_[b];
+        const double* __restrict source = from + run.from;
+        double* __restrict target = to + run.to;
+        for (int i = b == a ? j : 0; i < run.count; ++i) target[i] += source[i];
+      }
+    }
+  }
 }
 
 bool BlockFactorization::factor_cholesky() {
-  lu_ = false;
-  for (int p = 0; p < num_blocks_; ++p) {
-    const int cols = size_at(p), rows = panel_rows_[p];
-    double* panel = lower_.data() + panel_start_[p];
-    if (factor_panel(panel, rows, cols, rows, 0.0) >= 0) return false;
-    const int first = below_start_[p], last = below_start_[p + 1];
-    for (int c = first; c < last; ++c) {
-      const int target = below_[c].position;
-      double* target_panel = lower_.data() + panel_start_[target];
-      const int leading = panel_rows_[target], n = size_at(target);
-      for (int r = c; r < last; ++r) {
-        subtract_product(panel + below_[r].row, rows, panel + below_[c].row, rows,
-                         target_panel + row_in_panel(below_[r].position, target), leading,
-                         size_at(below_[r].position), n, cols, r == c);
-      }
+  kind_ = Kind::kCholesky;
+  for (const Front& front : fronts_) {
+    if (!factor_front_cholesky(front.shape, lower_.data() + front.panel,
+                               inverse_.data() + front.first, rests_.data() + front.rest,
+                               front.leaf)) {
+      return false;
     }
+    add_rest(front, lower_, rests_);
   }
   return true;
 }
 
 bool BlockFactorization::factor_lu() {
-  lu_ = true;
-  pivot_.resize(num_blocks_ > 0 ? start_.back() + sizes_.back() : 0);
-  for (int p = 0; p < num_blocks_; ++p) {
-    const int cols = size_at(p), rows = panel_rows_[p];
-    double* below = lower_.data() + panel_start_[p];
-    double* right = upper_.data() + panel_start_[p];
-    if (!factor_lu_panel(below, right, rows, cols, rows, pivot_.data() + start_[sequence_[p]])) {
+  kind_ = Kind::kLu;
+  upper_rests_.resize(rests_.size());
+  keep_diagonal();
+  for (const Front& front : fronts_) {
+    double* growth = front_growth_.data();
+    if (!factor_front_lu(front.shape, lower_.data() + front.panel, upper_.data() + front.panel,
+                         inverse_.data() + front.first, rests_.data() + front.rest,
+                         upper_rests_.data() + front.rest, front.leaf, growth)) {
       return false;
     }
-    const int first = below_start_[p], last = below_start_[p + 1];
-    for (int c = first; c < last; ++c) {
-      const int target = below_[c].position, leading = panel_rows_[target], n = size_at(target);
-      for (int r = c; r < last; ++r) {
-        const ptrdiff_t place = panel_start_[target] + row_in_panel(below_[r].position, target);
-        const int m = size_at(below_[r].position);
-        subtract_product(below + below_[r].row, rows, right + below_[c].row, rows,
-                         lower_.data() + place, leading, m, n, cols, false);
-        if (r == c) continue;
-        subtract_product(right + below_[r].row, rows, below + below_[c].row, rows,
-                         upper_.data() + place, leading, m, n, cols, false);
-      }
-    }
+    add_rest(front, lower_, rests_);
+    add_rest(front, upper_, upper_rests_);
+    const int cols = front.shape.cols;
+    for (int i = 0; i < cols; ++i) growth_of_[front.first + i] += growth[i];
+    const int* rows = rows_.data() + front.rows_begin;
+    for (int i = 0; i < front.shape.below; ++i) growth_of_[rows[i]] += growth[cols + i];
+  }
+  growth_ = 0.0;
+  for (int i = 0; i < size_; ++i) {
+    // Not a number counts as large, too.
+    const double growth = growth_of_[i] / std::abs(diagonal_[i]);
+    if (!(growth <= growth_)) growth_ = growth;
   }
   return true;
 }
 
+void BlockFactorization::keep_diagonal() {
+  std::fill(growth_of_.begin(), growth_of_.end(), 0.0);
+  for (const Front& front : fronts_) {
+    const double* panel = lower_.data() + front.panel;
+    for (int j = 0; j < front.shape.cols; ++j)
+      diagonal_[front.first + j] =
+          panel[static_cast<std::ptrdiff_t>(j) * (front.shape.leading + 1)];
+  }
+}
+
+// In the order of elimination, as the panels have it.
+bool BlockFactorization::factor_pivoted() {
+  kind_ = Kind::kPivoted;
+  const std::ptrdiff_t n = size_;
+  dense_.assign(n * n, 0.0);
+  pivot_.resize(n);
+  for (const Front& front : fronts_) {
+    const int rows = front.shape.cols + front.shape.below;
+    for (int j = 0; j < front.shape.cols; ++j) {
+      const std::ptrdiff_t column = front.first + j;
+      const std::ptrdiff_t place =
+          front.panel + static_cast<std::ptrdiff_t>(j) * front.shape.leading;
+      for (int i = j; i < rows; ++i) {
+        const std::ptrdiff_t row =
+            i < front.shape.cols ? front.first + i : rows_[front.rows_begin + i - front.shape.cols];
+        dense_[row + n * column] = lower_[place + i];
+        if (row != column) dense_[column + n * row] = upper_[place + i];
+      }
+    }
+  }
+  return contact::factor_pivoted(dense_.data(), size_, pivot_.data());
+}
+
 double BlockFactorization::determinant_sign() const {
-  if (!lu_) return 1.0;
   double sign = 1.0;
-  for (int p = 0; p < num_blocks_; ++p) {
-    const double* diagonal = lower_.data() + panel_start_[p];
-    const int* pivot = pivot_.data() + start_[sequence_[p]];
-    for (int j = 0; j < size_at(p); ++j) {
-      if (diagonal[j + static_cast<ptrdiff_t>(j) * panel_rows_[p]] < 0.0) sign = -sign;
-      if (pivot[j] != j) sign = -sign;
+  if (kind_ == Kind::kLu) {
+    for (const double inverse : inverse_) sign = inverse < 0.0 ? -sign : sign;
+  } else if (kind_ == Kind::kPivoted) {
+    for (int j = 0; j < size_; ++j) {
+      if ((dense_[j + static_cast<std::ptrdiff_t>(j) * size_] < 0.0) != (pivot_[j] != j))
+        sign = -sign;
     }
   }
   return sign;
 }
 
-void BlockFactorization::solve(double* x) const { lu_ ? solve_lu(x) : solve_cholesky(x); }
-
-// x of the blocks below p less their factor times x of p: forward substitution.
-void BlockFactorization::eliminate_below(int p, double* x) const {
-  const int cols = size_at(p), rows = panel_rows_[p];
-  const double* panel = lower_.data() + panel_start_[p];
-  const double* own = x + start_[sequence_[p]];
-  for (int k = below_start_[p]; k < below_start_[p + 1]; ++k) {
-    double* other = x + start_[sequence_[below_[k].position]];
-    const int m = size_at(below_[k].position);
-    for (int j = 0; j < cols; ++j) {
-      const double* column = panel + j * rows + below_[k].row;
-      for (int i = 0; i < m; ++i) other[i] -= column[i] * own[j];
-    }
+void BlockFactorization::solve(double* x) const {
+  // Blocks are small: copies by loops, not by calls.
+  for (size_t b = 0; b < sizes_.size(); ++b) {
+    double* to = x_.data() + first_[b];
+    const double* from = x + start_[b];
+    for (int i = 0; i < sizes_[b]; ++i) to[i] = from[i];
+  }
+  switch (kind_) {
+    case Kind::kCholesky:
+      solve_fronts(true, lower_);
+      break;
+    case Kind::kLu:
+      solve_fronts(false, upper_);
+      break;
+    case Kind::kPivoted:
+      solve_pivoted();
+      break;
+  }
+  for (size_t b = 0; b < sizes_.size(); ++b) {
+    const double* from = x_.data() + first_[b];
+    double* to = x + start_[b];
+    for (int i = 0; i < sizes_[b]; ++i) to[i] = from[i];
   }
 }
 
-// x of p less the transposed factor times x of the blocks below: backward substitution.
-void BlockFactorization::substitute_below(int p, const std::vector<double>& factor,
-                                          double* x) const {
-  const int cols = size_at(p), rows = panel_rows_[p];
-  const double* panel = factor.data() + panel_start_[p];
-  double* own = x + start_[sequence_[p]];
-  for (int k = below_start_[p]; k < below_start_[p + 1]; ++k) {
-    const double* other = x + start_[sequence_[below_[k].position]];
-    const int m = size_at(below_[k].position);
-    for (int j = 0; j < cols; ++j) {
-      const double* column = panel + j * rows + below_[k].row;
-      double sum = 0.0;
-      for (int i = 0; i < m; ++i) sum += column[i] * other[i];
-      own[j] -= sum;
-    }
+// x_ becomes the solution; `right` holds what stands right of the diagonal, transposed.
+void BlockFactorization::solve_fronts(bool scaled, const std::vector<double>& right) const {
+  double* below = below_.data();
+  for (const Front& front : fronts_) {
+    solve_front_forward(front.shape, lower_.data() + front.panel, inverse_.data() + front.first,
+                        scaled, x_.data() + front.first, below);
+    const int* rows = rows_.data() + front.rows_begin;
+    for (int i = 0; i < front.shape.below; ++i) x_[rows[i]] -= below[i];
+  }
+  for (auto front = fronts_.rbegin(); front != fronts_.rend(); ++front) {
+    const int* rows = rows_.data() + front->rows_begin;
+    for (int i = 0; i < front->shape.below; ++i) below[i] = x_[rows[i]];
+    solve_front_backward(front->shape, right.data() + front->panel, inverse_.data() + front->first,
+                         below, x_.data() + front->first);
   }
 }
 
-void BlockFactorization::solve_lu(double* x) const {
-  for (int p = 0; p < num_blocks_; ++p) {
-    const int cols = size_at(p), rows = panel_rows_[p];
-    const double* panel = lower_.data() + panel_start_[p];
-    const int* pivot = pivot_.data() + start_[sequence_[p]];
-    double* own = x + start_[sequence_[p]];
-    for (int j = 0; j < cols; ++j) std::swap(own[j], own[pivot[j]]);
-    for (int j = 0; j < cols; ++j) {
-      for (int i = j + 1; i < cols; ++i) own[i] -= panel[i + j * rows] * own[j];
-    }
-    eliminate_below(p, x);
+void BlockFactorization::solve_pivoted() const {
+  const std::ptrdiff_t n = size_;
+  double* x = x_.data();
+  for (int j = 0; j < n; ++j) std::swap(x[j], x[pivot_[j]]);
+  for (int j = 0; j < n; ++j) {
+    const double* column = dense_.data() + j * n;
+    for (int i = j + 1; i < n; ++i) x[i] -= column[i] * x[j];
   }
-  for (int p = num_blocks_ - 1; p >= 0; --p) {
-    const int cols = size_at(p), rows = panel_rows_[p];
-    const double* panel = lower_.data() + panel_start_[p];
-    double* own = x + start_[sequence_[p]];
-    substitute_below(p, upper_, x);
-    for (int j = cols - 1; j >= 0; --j) {
-      own[j] /= panel[j + j * rows];
-      for (int i = 0; i < j; ++i) own[i] -= panel[i + j * rows] * own[j];
-    }
-  }
-}
-
-void BlockFactorization::solve_cholesky(double* x) const {
-  // x is used in place: each block of it belongs to one panel.
-  for (int p = 0; p < num_blocks_; ++p) {
-    const int cols = size_at(p), rows = panel_rows_[p];
-    const double* panel = lower_.data() + panel_start_[p];
-    double* own = x + start_[sequence_[p]];
-    for (int j = 0; j < cols; ++j) {
-      const double* column = panel + j * rows;
-      const double value = own[j] /= column[j];
-      for (int i = j + 1; i < cols; ++i) own[i] -= column[i] * value;
-    }
-    eliminate_below(p, x);
-  }
-  for (int p = num_blocks_ - 1; p >= 0; --p) {
-    const int cols = size_at(p), rows = panel_rows_[p];
-    const double* panel = lower_.data() + panel_start_[p];
-    double* own = x + start_[sequence_[p]];
-    substitute_below(p, lower_, x);
-    for (int j = cols - 1; j >= 0; --j) {
-      const double* column = panel + j * rows;
-      double sum = own[j];
-      for (int i = j + 1; i < cols; ++i) sum -= column[i] * own[i];
-      own[j] = sum / column[j];
-    }
+  for (int j = size_ - 1; j >= 0; --j) {
+    const double* column = dense_.data() + j * n;
+    x[j] /= column[j];
+    for (int i = 0; i < j; ++i) x[i] -= column[i] * x[j];
   }
 }
 

@@ -1,36 +1,73 @@
 // Small dense kernels of the factorization, on column-major storage with a leading dimension. They
-// never allocate, and their inner loops run down columns so that compilers vectorize them.
+// never allocate; what they sum they sum in one order, whatever the width of the registers.
 #pragma once
+
+#include <cstddef>
+#include <span>
 
 namespace counterpoint::contact {
 
-/// Cholesky of a panel in place: the top `cols` rows hold a symmetric matrix (lower triangle),
-/// which becomes L; the `rows` - `cols` rows below become B inv(L)'. Returns the index of the first
-/// pivot that is not above `min_pivot`, or -1. A NaN counts as not above.
-int factor_panel(double* panel, int rows, int cols, int leading, double min_pivot);
-
-/// LU of a panel in place. The top of `below` holds a square matrix D, its lower rows B; the rows
-/// of `right` under the top hold C', C being what stands right of D. With row swaps P (pivot[j]:
-/// row swapped with j), P D = L U; B becomes B inv(U), C' becomes (P C)' inv(L)'. False if a pivot
-/// is zero or NaN.
-bool factor_lu_panel(double* below, double* right, int rows, int cols, int leading, int* pivot);
-
-/// c -= a b', a: m x k, b: n x k, c: m x n. `lower`: only entries on and below c's diagonal matter.
-void subtract_product(const double* a, int lda, const double* b, int ldb, double* c, int ldc, int m,
-                      int n, int k, bool lower);
-
-/// Columns of a Jacobian of few rows, row by row, and where each goes.
-struct Columns {
-  const double* values;  ///< row r starts at values + r * leading
-  int leading;
-  const int* places;
-  int size;
+/// A front: columns to be eliminated, as many rows square, and rows below that get what comes of
+/// it. Rows are taken four at a time. What stands in the columns after the last row is zero in what
+/// is factored and of no matter in the result.
+struct FrontShape {
+  int cols, below;
+  int leading;  ///< of the columns: room for the rows of the square and below, and for rows below
+                ///< in whole fours
+  int leading_rest;  ///< of the square of the rows below, for whole fours
 };
 
-/// block[place_a i, place_b j] += (A' G B)[i, j]; G: rows x rows, row-major; block: column-major.
-/// `symmetric`: a and b are the same, and only entries on and below the block's diagonal matter.
-void add_congruence(int rows, const Columns& a, const Columns& b, const double* g, double* block,
-                    int leading, bool symmetric);
+/// Cholesky of a front. `panel`: columns of the symmetric matrix from the diagonal down become
+/// those of L; `rest` -= B B' for the rows B below, lower triangle; with `fresh` rest starts at
+/// zero. inverse: 1 / L_jj. False if a pivot is not positive (or not a number).
+bool factor_front_cholesky(const FrontShape& shape, double* panel, double* inverse, double* rest,
+                           bool fresh);
+
+/// LU of a front without pivoting, A = L U, L of unit diagonal. `l`: columns of A from the diagonal
+/// down become those of L under the diagonal, which holds the pivots; `u`: the columns of A' under
+/// the diagonal become those of U'. The rest likewise, in two lower triangles. inverse: 1 / U_jj.
+/// growth, by rows of the panel: sum over its columns of |L_ij U_ji|. False if a pivot is zero (or
+/// not a number).
+bool factor_front_lu(const FrontShape& shape, double* l, double* u, double* inverse, double* rest_l,
+                     double* rest_u, bool fresh, double* growth);
+
+/// own -> inv(L) own, where the front's diagonal block L has ones or, `scaled`, 1 / inverse on its
+/// diagonal; out = B own for the rows below.
+void solve_front_forward(const FrontShape& shape, const double* panel, const double* inverse,
+                         bool scaled, double* own, double* out);
+/// own -> inv(U) (own - C x), with U' and C' in the panel under the diagonal and x by rows below.
+void solve_front_backward(const FrontShape& shape, const double* panel, const double* inverse,
+                          const double* x, double* own);
+
+/// LU of a square matrix with partial pivoting, n x n without gaps. pivot[j]: row swapped with j.
+/// False if a pivot is zero (or not a number).
+bool factor_pivoted(double* a, int n, int* pivot);
+
+/// Where a part of J'GJ goes: two ranges of columns of J, and a column-major block.
+struct CongruencePlace {
+  std::ptrdiff_t offset;
+  int leading;
+  int row, num_rows;
+  int column, num_columns;
+  bool diagonal;  ///< both ranges are the same
+};
+
+/// For every place, block[i, j] += (J' G J)[i, j]. J: rows x columns, row-major, and G: rows x
+/// rows. `upper`: also J' G' J into the blocks there, but the diagonal ones, where lower has it
+/// all. leading: of J, in whole fours, zero after the last column. scratch: 2 rows leading.
+void add_congruence(int rows, int leading, const double* jacobian, const double* g,
+                    std::span<const CongruencePlace> places, double* scratch, double* lower,
+                    double* upper);
+
+/// A block of numbers, column-major.
+struct DenseBlock {
+  const double* values;
+  int leading, rows, cols;
+};
+/// Copies the block to `lower` and, if not null, `upper`.
+void copy_block(const DenseBlock& from, double* lower, double* upper, int leading);
+/// upper = lower' under the diagonal of a square.
+void transpose_diagonal(const double* lower, double* upper, int size, int leading);
 
 /// out = A x, A symmetric, n x n without gaps.
 void multiply_symmetric(const double* a, int n, const double* x, double* out);

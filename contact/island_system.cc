@@ -5,13 +5,13 @@
 #include <limits>
 
 #include "counterpoint/contact/dense_kernels.h"
-#include "counterpoint/contact/row_count.h"
 
 namespace counterpoint::contact {
 namespace {
 
-// Islands up to this size, or touching every block from every other, are factored densely.
-constexpr int kDenseSize = 12;
+// LU without pivoting is good enough where rounding is amplified by less than this: Newton's
+// direction then has ten correct digits of its step.
+constexpr double kMostGrowth = 1e5;
 // A normal along which nothing can move has an inverse mass of round-off: not less than this share
 // of the island's largest is taken for it.
 constexpr double kLeastInverseMass = 1e-9;
@@ -21,9 +21,10 @@ constexpr double kLeastInverseMass = 1e-9;
 void IslandSystem::load(const Problem& problem, std::span<const int> blocks,
                         std::span<const int> constraints, Factorization factorization) {
   load_blocks(problem, blocks);
+  find_groups(factorization == Factorization::kDense);
   load_constraints(problem, constraints);
   estimate_inverse_masses();
-  analyze(factorization);
+  analyze();
 }
 
 void IslandSystem::load_blocks(const Problem& problem, std::span<const int> blocks) {
@@ -49,100 +50,133 @@ void IslandSystem::load_blocks(const Problem& problem, std::span<const int> bloc
   }
 }
 
-// Appends the columns of one side that are not zero. A constraint between a block and itself has
-// the sum of both Jacobians.
-void IslandSystem::pack_side(const Problem& problem, int constraint, int side, int start) {
-  const ConstMatrixMap jacobian = problem.jacobian(constraint, side);
-  const bool both = problem.block(constraint, 0) == problem.block(constraint, 1);
-  const ConstMatrixMap other = problem.jacobian(constraint, both ? 1 - side : side);
-  const int rows = static_cast<int>(jacobian.rows());
-  for (int j = 0; j < jacobian.cols(); ++j) {
-    double column[kMaxRows];
-    bool zero = true;
-    for (int r = 0; r < rows; ++r) {
-      column[r] = both ? jacobian(r, j) + other(r, j) : jacobian(r, j);
-      zero = zero && column[r] == 0.0;
+void IslandSystem::find_groups(bool dense) {
+  dense_ = dense;
+  groups_.clear();
+  group_sizes_.clear();
+  mass_couples_.clear();
+  for (Block& b : blocks_) {
+    b.first_group = static_cast<int>(groups_.size());
+    int velocity = b.start;
+    if (dense) {
+      if (b.size > 0) groups_.push_back({b.start, b.size});
+    } else {
+      limbs_.find(b.mass, b.size);
+      for (const int size : limbs_.sizes()) {
+        groups_.push_back({velocity, size});
+        velocity += size;
+      }
+      for (const auto& [i, j] : limbs_.couples())
+        mass_couples_.emplace_back(b.first_group + i, b.first_group + j);
     }
-    if (zero) continue;
-    columns_.push_back(start + j);
-    jacobian_.insert(jacobian_.end(), column, column + rows);
+    b.num_groups = static_cast<int>(groups_.size()) - b.first_group;
   }
+  for (const auto& group : groups_) group_sizes_.push_back(group.size);
+}
+
+// A constraint between a block and itself has the sum of both Jacobians.
+void IslandSystem::pack_side(const Problem& problem, int constraint, int side) {
+  const int block = problem.block(constraint, side);
+  const bool same = problem.block(constraint, 0) == problem.block(constraint, 1);
+  if (block < 0 || (side == 1 && same)) return;
+  const Block& b = blocks_[local_block_[block]];
+  if (b.size == 0) return;
+  jacobian_.add_side(problem.jacobian(constraint, side).data(),
+                     same ? problem.jacobian(constraint, 1 - side).data() : nullptr, b.size,
+                     groups_.data() + b.first_group, b.num_groups, b.first_group);
 }
 
 void IslandSystem::load_constraints(const Problem& problem, std::span<const int> constraints) {
   constraints_.clear();
-  columns_.clear();
   jacobian_.clear();
-  row_jacobian_.clear();
-  num_rows_ = hessian_size_ = 0;
+  hessian_size_ = 0;
   for (const int i : constraints) {
     Constraint c{};
     c.law = problem.law(i);
     c.law.coulomb = c.law.coulomb && c.law.type == LawType::kFrictionCone;
-    c.row = num_rows_;
+    c.row = jacobian_.num_rows();
     c.global_row = problem.first_row(i);
-    c.column = static_cast<int>(columns_.size());
-    c.jacobian = static_cast<int>(jacobian_.size());
     c.hessian = hessian_size_;
-    c.group[1] = -1;
-    for (int side = 0; side < 2; ++side) {
-      const int block = problem.block(i, side);
-      if (block < 0 || (side == 1 && block == problem.block(i, 0))) continue;
-      c.group[side] = local_block_[block];
-      pack_side(problem, i, side, blocks_[local_block_[block]].start);
-      if (side == 0) c.split = static_cast<int>(columns_.size()) - c.column;
-    }
-    c.num_columns = static_cast<int>(columns_.size()) - c.column;
-    row_jacobian_.resize(jacobian_.size());
-    for (int k = 0; k < c.num_columns; ++k) {
-      for (int r = 0; r < c.law.rows; ++r)
-        row_jacobian_[c.jacobian + r * c.num_columns + k] =
-            jacobian_[c.jacobian + k * c.law.rows + r];
-    }
-    num_rows_ += c.law.rows;
     hessian_size_ += c.law.rows * c.law.rows;
     constraints_.push_back(c);
+    jacobian_.begin_constraint(c.law.rows);
+    for (const int side : {0, 1}) pack_side(problem, i, side);
+    jacobian_.end_constraint();
   }
 }
 
-void IslandSystem::analyze(Factorization factorization) {
-  dense_ = factorization == Factorization::kDense || blocks_.size() == 1 ||
-           (factorization == Factorization::kAutomatic && size_ <= kDenseSize);
-  group_sizes_.clear();
-  if (dense_) group_sizes_.push_back(size_);
-  for (size_t i = 0; i < blocks_.size(); ++i) {
-    blocks_[i].group = dense_ ? 0 : static_cast<int>(i);
-    blocks_[i].offset = dense_ ? blocks_[i].start : 0;
-    if (!dense_) group_sizes_.push_back(blocks_[i].size);
-  }
+// The pattern of M + J'GJ by groups, its order and places.
+void IslandSystem::analyze() {
   factorization_.begin_structure(group_sizes_);
-  places_.resize(columns_.size());
-  for (Constraint& c : constraints_) {
-    for (int side = 0; side < 2; ++side) {
-      if (c.group[side] < 0) continue;
-      const Block& b = blocks_[c.group[side]];
-      const int first = side == 0 ? 0 : c.split;
-      const int last = side == 0 ? c.split : c.num_columns;
-      for (int j = first; j < last; ++j) {
-        places_[c.column + j] = columns_[c.column + j] - b.start + b.offset;
+  const int num_groups = static_cast<int>(groups_.size());
+  if (dense_) {
+    for (int g = 1; g < num_groups; ++g) {
+      for (int h = 0; h < g; ++h) factorization_.add_coupling(g, h);
+    }
+  } else {
+    for (const auto& [g, h] : mass_couples_) factorization_.add_coupling(g, h);
+    for (const auto& c : jacobian_.constraints()) {
+      for (int s = c.first_strip; s < c.end_strip; ++s) {
+        for (int t = c.first_strip; t < s; ++t)
+          factorization_.add_coupling(jacobian_.strips()[s].group, jacobian_.strips()[t].group);
       }
-      c.group[side] = b.group;
     }
-    if (c.group[1] == c.group[0]) {
-      c.group[1] = -1;  // one factorization block: both sides are one range of columns
-      c.split = c.num_columns;
-    }
-    if (c.group[1] >= 0) factorization_.add_coupling(c.group[0], c.group[1]);
   }
   factorization_.end_structure();
-  for (Constraint& c : constraints_) {
-    c.target[0] = factorization_.block(c.group[0], c.group[0]);
-    if (c.group[1] < 0) continue;
-    c.target[1] = factorization_.block(c.group[1], c.group[1]);
-    c.swapped = !factorization_.is_lower(c.group[0], c.group[1]);
-    c.target[2] = c.swapped ? factorization_.block(c.group[1], c.group[0])
-                            : factorization_.block(c.group[0], c.group[1]);
+  place_mass();
+  place_constraints();
+}
+
+void IslandSystem::place_mass() {
+  mass_parts_.clear();
+  auto couple = mass_couples_.begin();
+  for (const Block& b : blocks_) {
+    const auto add = [&](int row_group, int column_group) {
+      if (!factorization_.is_lower(row_group, column_group)) std::swap(row_group, column_group);
+      const auto& row = groups_[row_group];
+      const auto& column = groups_[column_group];
+      const double* values = b.mass + static_cast<ptrdiff_t>(column.velocity - b.start) * b.size +
+                             (row.velocity - b.start);
+      mass_parts_.push_back({{values, b.size, row.size, column.size},
+                             factorization_.block(row_group, column_group),
+                             row_group == column_group});
+    };
+    const int end = b.first_group + b.num_groups;
+    for (int g = b.first_group; g < end; ++g) add(g, g);
+    for (; couple != mass_couples_.end() && couple->first < end; ++couple)
+      add(couple->first, couple->second);
   }
+}
+
+void IslandSystem::place_constraints() {
+  places_.clear();
+  size_t most = 0;
+  for (size_t i = 0; i < constraints_.size(); ++i) {
+    const PackedJacobian::Constraint& c = jacobian_.constraints()[i];
+    constraints_[i].first_place = static_cast<int>(places_.size());
+    int column_s = 0;
+    for (int s = c.first_strip; s < c.end_strip; ++s) {
+      const auto& strip_s = jacobian_.strips()[s];
+      int column_t = 0;
+      for (int t = c.first_strip; t <= s; ++t) {
+        const auto& strip_t = jacobian_.strips()[t];
+        const bool lower = factorization_.is_lower(strip_s.group, strip_t.group);
+        const auto& row = lower ? strip_s : strip_t;
+        const auto& column = lower ? strip_t : strip_s;
+        const auto block = factorization_.block(row.group, column.group);
+        const ptrdiff_t row_offset = row.velocity - groups_[row.group].velocity;
+        const ptrdiff_t column_offset = column.velocity - groups_[column.group].velocity;
+        places_.push_back({block.offset + row_offset + column_offset * block.leading, block.leading,
+                           lower ? column_s : column_t, row.size, lower ? column_t : column_s,
+                           column.size, s == t});
+        column_t += strip_t.size;
+      }
+      column_s += strip_s.size;
+    }
+    constraints_[i].end_place = static_cast<int>(places_.size());
+    most = std::max(most, 2 * static_cast<size_t>(c.rows) * c.leading);
+  }
+  scratch_.resize(std::max(most, scratch_.size()));
 }
 
 bool IslandSystem::unsymmetric() const {
@@ -152,12 +186,10 @@ bool IslandSystem::unsymmetric() const {
 
 void IslandSystem::estimate_inverse_masses() {
   double largest = 0.0;
-  for (Constraint& c : constraints_) {
-    c.inverse_mass = 0.0;
-    for (int k = 0; k < c.num_columns; ++k) {
-      const double j = jacobian_[c.jacobian + k * c.law.rows];
-      c.inverse_mass += j * j * inverse_diagonal_[columns_[c.column + k]];
-    }
+  for (size_t i = 0; i < constraints_.size(); ++i) {
+    Constraint& c = constraints_[i];
+    c.inverse_mass =
+        jacobian_.first_row_square(jacobian_.constraints()[i], inverse_diagonal_.data());
     largest = std::max(largest, c.inverse_mass);
   }
   for (Constraint& c : constraints_) {
@@ -184,18 +216,7 @@ void IslandSystem::multiply_mass(const double* x, double* out) const {
 }
 
 void IslandSystem::multiply_jacobian(const double* x, double* out) const {
-  for (const Constraint& c : constraints_) {
-    with_rows(c.law.rows, [&]<int N>(RowCount<N>) {
-      double y[N] = {};
-      const double* j = jacobian_.data() + c.jacobian;
-      const int* column = columns_.data() + c.column;
-      for (int k = 0; k < c.num_columns; ++k, j += N) {
-        const double value = x[column[k]];
-        for (int r = 0; r < N; ++r) y[r] += j[r] * value;
-      }
-      std::copy(y, y + N, out + c.row);
-    });
-  }
+  jacobian_.multiply(x, out);
 }
 
 void IslandSystem::constraint_velocity(const double* x, double* out) const {
@@ -206,93 +227,56 @@ void IslandSystem::constraint_velocity(const double* x, double* out) const {
 }
 
 double IslandSystem::add_impulse(const double* f, double* out) const {
-  double square = 0.0;
-  for (const Constraint& c : constraints_) {
-    with_rows(c.law.rows, [&]<int N>(RowCount<N>) {
-      double own[N];
-      std::copy(f + c.row, f + c.row + N, own);
-      const double* j = jacobian_.data() + c.jacobian;
-      for (int k = 0; k < c.num_columns; ++k, j += N) {
-        double sum = 0.0;
-        for (int r = 0; r < N; ++r) sum += j[r] * own[r];
-        const int column = columns_[c.column + k];
-        out[column] += sum;
-        square += sum * sum * inverse_diagonal_[column];
-      }
-    });
-  }
-  return square;
+  return jacobian_.add_transposed(f, inverse_diagonal_.data(), out);
 }
 
 void IslandSystem::velocity_roundoff(const double* x, double* out) const {
   for (const Constraint& c : constraints_) {
-    const int rows = c.law.rows;
-    double y[kMaxRows];
-    for (int r = 0; r < rows; ++r) y[r] = std::abs(c.law.bias[r]);
-    const double* j = jacobian_.data() + c.jacobian;
-    for (int k = 0; k < c.num_columns; ++k, j += rows) {
-      const double value = std::abs(x[columns_[c.column + k]]);
-      for (int r = 0; r < rows; ++r) y[r] += std::abs(j[r]) * value;
-    }
-    for (int r = 0; r < rows; ++r) {
-      out[c.row + r] = std::numeric_limits<double>::epsilon() * y[r];
-    }
+    for (int r = 0; r < c.law.rows; ++r) out[c.row + r] = std::abs(c.law.bias[r]);
   }
+  jacobian_.add_absolute(x, out);
+  for (int i = 0; i < num_rows(); ++i) out[i] *= std::numeric_limits<double>::epsilon();
 }
 
 void IslandSystem::add_absolute(const double* e, double* out) const {
-  for (const Constraint& c : constraints_) {
-    const int rows = c.law.rows;
-    const double* j = jacobian_.data() + c.jacobian;
-    for (int k = 0; k < c.num_columns; ++k, j += rows) {
-      for (int r = 0; r < rows; ++r) out[columns_[c.column + k]] += std::abs(j[r]) * e[c.row + r];
-    }
-  }
+  jacobian_.add_absolute_transposed(e, out);
 }
 
-void IslandSystem::add_mass() {
-  for (const Block& b : blocks_) {
-    const BlockFactorization::Block place = factorization_.block(b.group, b.group);
-    double* target = factorization_.lower(place) + b.offset;
-    for (int j = 0; j < b.size; ++j) {
-      const double* row = b.mass + static_cast<ptrdiff_t>(j) * b.size;
-      std::copy(row, row + b.size, target + static_cast<ptrdiff_t>(b.offset + j) * place.leading);
-    }
+// M + J'GJ, with an unsymmetric G both triangles of it.
+void IslandSystem::assemble(const double* hessian, bool unsymmetric) {
+  factorization_.set_zero(unsymmetric);
+  double* lower = factorization_.lower({0, 0});
+  double* upper = unsymmetric ? factorization_.upper({0, 0}) : nullptr;
+  for (const MassPart& part : mass_parts_) {
+    copy_block(part.mass, lower + part.place.offset,
+               unsymmetric ? upper + part.place.offset : nullptr, part.place.leading);
   }
-}
-
-// J'GJ into the lower blocks, with an unsymmetric G into whole diagonal blocks and the upper one
-// too.
-void IslandSystem::add_hessian(const Constraint& c, const double* g, bool unsymmetric) {
-  const int rows = c.law.rows;
-  const double* j = row_jacobian_.data() + c.jacobian;
-  const int* places = places_.data() + c.column;
-  Columns a{j, c.num_columns, places, c.split};
-  Columns b{j + c.split, c.num_columns, places + c.split, c.num_columns - c.split};
-  const auto add = [&](double* block, int target, const Columns& left, const Columns& right,
-                       const double* G, bool half) {
-    add_congruence(rows, left, right, G, block, c.target[target].leading, half);
-  };
-  add(factorization_.lower(c.target[0]), 0, a, a, g, !unsymmetric);
-  if (c.group[1] < 0) return;
-  add(factorization_.lower(c.target[1]), 1, b, b, g, !unsymmetric);
-  if (c.swapped) std::swap(a, b);
-  add(factorization_.lower(c.target[2]), 2, a, b, g, false);
+  for (size_t i = 0; i < constraints_.size(); ++i) {
+    const Constraint& c = constraints_[i];
+    const PackedJacobian::Constraint& packed = jacobian_.constraints()[i];
+    const double* g = hessian + c.hessian;
+    // Open contacts far away.
+    if (std::all_of(g, g + packed.rows * packed.rows, [](double x) { return x == 0.0; })) continue;
+    add_congruence(packed.rows, packed.leading, jacobian_.by_row(packed), g,
+                   std::span(places_).subspan(c.first_place, c.end_place - c.first_place),
+                   scratch_.data(), lower, upper);
+  }
   if (!unsymmetric) return;
-  double transpose[kMaxRows * kMaxRows];
-  for (int i = 0; i < rows; ++i) {
-    for (int k = 0; k < rows; ++k) transpose[i * rows + k] = g[k * rows + i];
+  for (const MassPart& part : mass_parts_) {
+    if (!part.diagonal) continue;
+    transpose_diagonal(lower + part.place.offset, upper + part.place.offset, part.mass.cols,
+                       part.place.leading);
   }
-  add(factorization_.upper(c.target[2]), 2, a, b, transpose, false);
 }
 
 bool IslandSystem::factor(const double* hessian, bool unsymmetric) {
-  factorization_.set_zero(unsymmetric);
-  add_mass();
-  for (const Constraint& c : constraints_) {
-    add_hessian(c, hessian + c.hessian, unsymmetric);
-  }
-  return unsymmetric ? factorization_.factor_lu() : factorization_.factor_cholesky();
+  assemble(hessian, unsymmetric);
+  if (!unsymmetric) return factorization_.factor_cholesky();
+  const bool factored = factorization_.factor_lu();
+  if ((factored && factorization_.growth() <= kMostGrowth) || !factorization_.can_pivot())
+    return factored;
+  assemble(hessian, unsymmetric);
+  return factorization_.factor_pivoted();
 }
 
 }  // namespace counterpoint::contact

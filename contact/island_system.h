@@ -6,6 +6,8 @@
 #include <vector>
 
 #include "counterpoint/contact/block_factorization.h"
+#include "counterpoint/contact/limbs.h"
+#include "counterpoint/contact/packed_jacobian.h"
 #include "counterpoint/contact/problem.h"
 #include "counterpoint/contact/solver.h"
 
@@ -18,14 +20,8 @@ class IslandSystem {
     double inverse_mass;  ///< [1/kg] felt by the first row, an estimate: J_0 inv(diag M) J_0'
     int row;              ///< first local row
     int global_row;       ///< first row in the Problem
-    int column;           ///< first entry in columns_
-    int num_columns;      ///< of both sides; those of side 0 come first
-    int split;            ///< number of columns of side 0
-    int jacobian;         ///< start in jacobian_: rows x num_columns, column-major
     int hessian;          ///< start of its G among all G, row-major
-    int group[2];         ///< factorization block of each side; -1 if none
-    BlockFactorization::Block target[3];  ///< (0, 0), (1, 1), off-diagonal
-    bool swapped;  ///< the off-diagonal block is stored with side 1 as its rows
+    int first_place, end_place;  ///< where its part of J'GJ goes: in places_
   };
 
   /// Blocks and constraints in increasing order. The problem must outlive its use here.
@@ -33,7 +29,7 @@ class IslandSystem {
             Factorization factorization);
 
   int size() const { return size_; }
-  int num_rows() const { return num_rows_; }
+  int num_rows() const { return jacobian_.num_rows(); }
   /// Doubles needed for all G.
   int hessian_size() const { return hessian_size_; }
   const std::vector<Constraint>& constraints() const { return constraints_; }
@@ -63,7 +59,8 @@ class IslandSystem {
   void add_absolute(const double* e, double* out) const;
 
   /// Factors M + J'GJ. False if it is not positive definite to working precision; with
-  /// `unsymmetric` G if it is singular.
+  /// `unsymmetric` G if it is singular. LU pivots only where without it rounding would be amplified
+  /// too much.
   bool factor(const double* hessian, bool unsymmetric);
   /// Sign of the determinant of M + J'GJ, 1 or -1.
   double determinant_sign() const { return factorization_.determinant_sign(); }
@@ -76,26 +73,39 @@ class IslandSystem {
     int size;
     int global_start;
     const double* mass;
-    int group, offset;  ///< factorization block, and place inside it
+    int first_group, num_groups;
+  };
+  /// A part of M that is not zero, and where it goes.
+  struct MassPart {
+    DenseBlock mass;
+    BlockFactorization::Block place;
+    bool diagonal;
   };
   void load_blocks(const Problem& problem, std::span<const int> blocks);
   void load_constraints(const Problem& problem, std::span<const int> constraints);
-  void pack_side(const Problem& problem, int constraint, int side, int start);
+  void pack_side(const Problem& problem, int constraint, int side);
+  void find_groups(bool dense);
   void estimate_inverse_masses();
-  void analyze(Factorization factorization);
-  void add_mass();
-  void add_hessian(const Constraint& c, const double* g, bool unsymmetric);
+  void analyze();
+  void place_mass();
+  void place_constraints();
+  void assemble(const double* hessian, bool unsymmetric);
 
-  int size_ = 0, num_rows_ = 0, hessian_size_ = 0;
-  bool diagonal_positive_ = true, dense_ = true;
+  int size_ = 0, hessian_size_ = 0;
+  bool diagonal_positive_ = true, dense_ = false;
   std::vector<Block> blocks_;
   std::vector<Constraint> constraints_;
-  std::vector<int> local_block_;      ///< by block of the Problem
-  std::vector<int> columns_;          ///< local velocity index of every packed column
-  std::vector<int> places_;           ///< the same inside its factorization block
-  std::vector<double> row_jacobian_;  ///< jacobian_ with each constraint's part row-major
-  std::vector<double> jacobian_, free_velocity_, inverse_diagonal_;
+  std::vector<int> local_block_;  ///< by block of the Problem
+  PackedJacobian jacobian_;
+  std::vector<double> free_velocity_, inverse_diagonal_;
+  // Groups: what the factorization has as blocks. Limbs of trees, or all in one.
+  Limbs limbs_;
+  std::vector<PackedJacobian::Group> groups_;
   std::vector<int> group_sizes_;
+  std::vector<std::pair<int, int>> mass_couples_;
+  std::vector<MassPart> mass_parts_;
+  std::vector<CongruencePlace> places_;
+  std::vector<double> scratch_;
   BlockFactorization factorization_;
 };
 

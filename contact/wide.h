@@ -12,3 +12,10 @@
 
 // What such functions share becomes part of each of their two versions.
 #define COUNTERPOINT_INTO_EACH __attribute__((always_inline)) inline
+
+// Before short loops over arrays of registers: left as loops they would keep the arrays in memory.
+#if defined(__clang__)
+#define COUNTERPOINT_UNROLL _Pragma("unroll")
+#else
+#define COUNTERPOINT_UNROLL _Pragma("GCC unroll 8")
+#endif

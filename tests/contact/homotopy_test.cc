@@ -10,7 +10,6 @@
 #include <numeric>
 
 #include "contact/random_problem.h"
-#include "counterpoint/contact/block_factorization.h"
 #include "counterpoint/contact/contact_space.h"
 #include "counterpoint/contact/inverse.h"
 #include "counterpoint/contact/mixed_system.h"
@@ -57,39 +56,6 @@ TEST(MixedSystem, DirectionZeroesTheLinearizedResidual) {
     const double after = system.residual(point);
     // Second order in t, and the rounding of both norms over t.
     EXPECT_NEAR((before - after) / (t * before), 1.0, 1e-2) << trial;
-  }
-}
-
-TEST(BlockFactorization, DeterminantSignIsThatOfTheMatrix) {
-  Random random(32);
-  for (int trial = 0; trial < 200; ++trial) {
-    const std::vector<int> sizes{random.integer(1, 4), random.integer(1, 4), random.integer(1, 4)};
-    const std::vector<int> start{0, sizes[0], sizes[0] + sizes[1]};
-    const int n = start[2] + sizes[2];
-    BlockFactorization factorization;
-    factorization.begin_structure(sizes);
-    for (int i = 0; i < 3; ++i)
-      for (int j = 0; j < i; ++j) factorization.add_coupling(i, j);
-    factorization.end_structure();
-    factorization.set_zero(true);
-    MatrixX matrix(n, n);
-    for (int i = 0; i < n * n; ++i) matrix.data()[i] = random.signed_unit();
-    for (int i = 0; i < 3; ++i) {
-      for (int j = 0; j < 3; ++j) {
-        const bool lower = i == j || factorization.is_lower(i, j);
-        const auto place = lower ? factorization.block(i, j) : factorization.block(j, i);
-        double* target = lower ? factorization.lower(place) : factorization.upper(place);
-        for (int r = 0; r < sizes[i]; ++r) {
-          for (int c = 0; c < sizes[j]; ++c) {
-            const int row = lower ? r : c, column = lower ? c : r;
-            target[row + static_cast<ptrdiff_t>(column) * place.leading] =
-                matrix(start[i] + r, start[j] + c);
-          }
-        }
-      }
-    }
-    ASSERT_TRUE(factorization.factor_lu());
-    EXPECT_EQ(factorization.determinant_sign(), matrix.determinant() > 0.0 ? 1.0 : -1.0) << trial;
   }
 }
 

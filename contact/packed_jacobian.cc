@@ -1,0 +1,256 @@
+#include "counterpoint/contact/packed_jacobian.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+
+#include "counterpoint/contact/row_count.h"
+#include "counterpoint/contact/vector_lanes.h"
+
+namespace counterpoint::contact {
+namespace {
+
+using Constraint = PackedJacobian::Constraint;
+using Strip = PackedJacobian::Strip;
+
+// A column's room: three rows are four lanes of which one is zero.
+constexpr int lanes(int rows) { return rows == 3 ? 4 : rows; }
+// A contact takes all six columns of a free body if it has so many.
+constexpr int kFreeBody = 6, kMostOfSix = 4;
+
+// y = J x of a constraint. Sums run over the columns one after the other, row by row apart.
+template <int N>
+COUNTERPOINT_INTO_EACH void multiply_one(const Constraint& c, const Strip* strips,
+                                         const double* columns, const double* x, double* out) {
+  constexpr int kLanes = lanes(N);
+  double y[kLanes] = {};
+  for (const Strip* s = strips + c.first_strip; s != strips + c.end_strip; ++s) {
+    const double* value = x + s->velocity;
+    for (int k = 0; k < s->size; ++k, columns += kLanes) {
+      for (int r = 0; r < N; ++r) y[r] += columns[r] * value[k];
+    }
+  }
+  std::copy(y, y + N, out);
+}
+
+template <int N>
+COUNTERPOINT_INTO_EACH void multiply_four(const Constraint& c, const Strip* strips,
+                                          const double* columns, const double* x, double* out) {
+  Four y{};
+  for (const Strip* s = strips + c.first_strip; s != strips + c.end_strip; ++s) {
+    const double* value = x + s->velocity;
+    for (int k = 0; k < s->size; ++k, columns += 4) {
+      Four column;
+      load(columns, column);
+      y += column * value[k];
+    }
+  }
+  for (int r = 0; r < N; ++r) out[r] = y[r];
+}
+
+COUNTERPOINT_WIDE void multiply_all(const Constraint* first, const Constraint* last,
+                                    const Strip* strips, const double* by_column, const double* x,
+                                    double* out) {
+  for (const Constraint* c = first; c != last; ++c) {
+    const double* columns = by_column + c->by_column;
+    with_rows(
+        c->rows, [&]<int N>(RowCount<N>) __attribute__((always_inline)) {
+          if constexpr (lanes(N) == 4) {
+            multiply_four<N>(*c, strips, columns, x, out + c->row);
+          } else {
+            multiply_one<N>(*c, strips, columns, x, out + c->row);
+          }
+        });
+  }
+}
+
+// out += J' f for a few columns: as many as there are in Lanes. square += its weighted square.
+template <int N, class Lanes>
+COUNTERPOINT_INTO_EACH void add_lanes(const double* rows, int leading, const double* f,
+                                      const double* weight, double* out, Lanes& square) {
+  Lanes row, sum, w, o;
+  load(rows, row);
+  sum = row * f[0];
+  COUNTERPOINT_UNROLL
+  for (int r = 1; r < N; ++r) {
+    load(rows + static_cast<std::ptrdiff_t>(r) * leading, row);
+    sum += row * f[r];
+  }
+  load(out, o);
+  o += sum;
+  store(o, out);
+  load(weight, w);
+  square += sum * sum * w;
+}
+
+struct Squares {
+  Four four{};
+  Two two{};
+  double one = 0.0;
+};
+
+template <int N>
+COUNTERPOINT_INTO_EACH void add_transposed_one(const Constraint& c, const Strip* strips,
+                                               const double* rows, const double* f,
+                                               const double* weight, double* out,
+                                               Squares& squares) {
+  const int leading = c.leading;
+  for (const Strip* s = strips + c.first_strip; s != strips + c.end_strip; rows += s->size, ++s) {
+    double* to = out + s->velocity;
+    const double* w = weight + s->velocity;
+    int k = 0;
+    for (; k + 4 <= s->size; k += 4)
+      add_lanes<N>(rows + k, leading, f, w + k, to + k, squares.four);
+    if (k + 2 <= s->size) {
+      add_lanes<N>(rows + k, leading, f, w + k, to + k, squares.two);
+      k += 2;
+    }
+    if (k == s->size) continue;
+    double sum = rows[k] * f[0];
+    COUNTERPOINT_UNROLL
+    for (int r = 1; r < N; ++r) sum += rows[r * leading + k] * f[r];
+    to[k] += sum;
+    squares.one += sum * sum * w[k];
+  }
+}
+
+COUNTERPOINT_WIDE double add_transposed_all(const Constraint* first, const Constraint* last,
+                                            const Strip* strips, const double* by_row,
+                                            const double* f, const double* weight, double* out) {
+  Squares squares;
+  for (const Constraint* c = first; c != last; ++c) {
+    with_rows(
+        c->rows, [&]<int N>(RowCount<N>) __attribute__((always_inline)) {
+          add_transposed_one<N>(*c, strips, by_row + c->by_row, f + c->row, weight, out, squares);
+        });
+  }
+  const Four& four = squares.four;
+  return ((four[0] + four[1]) + (four[2] + four[3])) +
+         ((squares.two[0] + squares.two[1]) + squares.one);
+}
+
+// Sums of |J| by columns: zero where the column is.
+COUNTERPOINT_WIDE void add_sizes(int rows, int width, const double* __restrict jacobian,
+                                 double* __restrict out) {
+  for (int j = 0; j < width; ++j) out[j] = std::abs(jacobian[j]) + std::abs(jacobian[width + j]);
+  for (int r = 2; r < rows; ++r) {
+    const double* __restrict row = jacobian + static_cast<std::ptrdiff_t>(r) * width;
+    for (int j = 0; j < width; ++j) out[j] += std::abs(row[j]);
+  }
+}
+
+}  // namespace
+
+void PackedJacobian::clear() {
+  num_rows_ = 0;
+  constraints_.clear();
+  strips_.clear();
+  by_column_.clear();
+  by_row_.clear();
+}
+
+void PackedJacobian::begin_constraint(int rows) {
+  Constraint c{};
+  c.rows = rows;
+  c.row = num_rows_;
+  c.first_strip = static_cast<int>(strips_.size());
+  c.by_column = static_cast<int>(by_column_.size());
+  c.by_row = static_cast<int>(by_row_.size());
+  constraints_.push_back(c);
+  num_rows_ += rows;
+}
+
+void PackedJacobian::add_side(const double* jacobian, const double* other, int width,
+                              const Group* groups, int num_groups, int first_group) {
+  Constraint& c = constraints_.back();
+  const size_t count = static_cast<size_t>(c.rows) * width;
+  if (other != nullptr) {
+    side_.resize(count);
+    for (size_t i = 0; i < count; ++i) side_[i] = jacobian[i] + other[i];
+    jacobian = side_.data();
+  }
+  const double* size = jacobian;  // of one row: itself
+  if (c.rows > 1) {
+    size_.resize(width);
+    add_sizes(c.rows, width, jacobian, size_.data());
+    size = size_.data();
+  }
+  for (int g = 0; g < num_groups; ++g) {
+    int first = groups[g].velocity - groups[0].velocity, last = first + groups[g].size;
+    while (first < last && size[first] == 0.0) ++first;
+    while (first < last && size[last - 1] == 0.0) --last;
+    if (first == last) continue;
+    if (groups[g].size == kFreeBody && c.rows >= 3 && last - first >= kMostOfSix) {
+      first = groups[g].velocity - groups[0].velocity;
+      last = first + kFreeBody;
+    }
+    strips_.push_back({groups[0].velocity + first, last - first, first_group + g});
+    c.num_columns += last - first;
+    const int room = lanes(c.rows);
+    size_t place = by_column_.size();
+    by_column_.resize(place + static_cast<size_t>(room) * (last - first));
+    for (int j = first; j < last; ++j, place += room) {
+      for (int r = 0; r < c.rows; ++r)
+        by_column_[place + r] = jacobian[static_cast<std::ptrdiff_t>(r) * width + j];
+      if (room > c.rows) by_column_[place + c.rows] = 0.0;
+    }
+  }
+}
+
+void PackedJacobian::end_constraint() {
+  Constraint& c = constraints_.back();
+  c.end_strip = static_cast<int>(strips_.size());
+  c.leading = (c.num_columns + 3) & ~3;
+  by_row_.resize(by_row_.size() + static_cast<size_t>(c.rows) * c.leading, 0.0);
+  const double* from = by_column_.data() + c.by_column;
+  for (int r = 0; r < c.rows; ++r) {
+    double* row = by_row_.data() + c.by_row + r * c.leading;
+    for (int k = 0; k < c.num_columns; ++k) row[k] = from[k * lanes(c.rows) + r];
+  }
+}
+
+double PackedJacobian::first_row_square(const Constraint& c, const double* weight) const {
+  double sum = 0.0;
+  const double* row = by_row(c);
+  for (int s = c.first_strip; s < c.end_strip; ++s) {
+    const double* w = weight + strips_[s].velocity;
+    for (int k = 0; k < strips_[s].size; ++k, ++row) sum += *row * *row * w[k];
+  }
+  return sum;
+}
+
+void PackedJacobian::multiply(const double* x, double* out) const {
+  multiply_all(constraints_.data(), constraints_.data() + constraints_.size(), strips_.data(),
+               by_column_.data(), x, out);
+}
+
+double PackedJacobian::add_transposed(const double* f, const double* weight, double* out) const {
+  return add_transposed_all(constraints_.data(), constraints_.data() + constraints_.size(),
+                            strips_.data(), by_row_.data(), f, weight, out);
+}
+
+void PackedJacobian::add_absolute(const double* x, double* out) const {
+  for (const Constraint& c : constraints_) {
+    const double* column = by_column_.data() + c.by_column;
+    for (int s = c.first_strip; s < c.end_strip; ++s) {
+      for (int k = 0; k < strips_[s].size; ++k, column += lanes(c.rows)) {
+        const double value = std::abs(x[strips_[s].velocity + k]);
+        for (int r = 0; r < c.rows; ++r) out[c.row + r] += std::abs(column[r]) * value;
+      }
+    }
+  }
+}
+
+void PackedJacobian::add_absolute_transposed(const double* e, double* out) const {
+  for (const Constraint& c : constraints_) {
+    const double* column = by_column_.data() + c.by_column;
+    for (int s = c.first_strip; s < c.end_strip; ++s) {
+      double* to = out + strips_[s].velocity;
+      for (int k = 0; k < strips_[s].size; ++k, column += lanes(c.rows)) {
+        for (int r = 0; r < c.rows; ++r) to[k] += std::abs(column[r]) * e[c.row + r];
+      }
+    }
+  }
+}
+
+}  // namespace counterpoint::contact

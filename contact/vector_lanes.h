@@ -1,0 +1,52 @@
+// Four doubles at once, for functions marked COUNTERPOINT_WIDE: without AVX the compiler makes two
+// halves of each operation, with the same bits.
+#pragma once
+
+#include <cstring>
+
+#include "counterpoint/contact/wide.h"
+
+namespace counterpoint::contact {
+
+using Four = double __attribute__((vector_size(32)));
+using Two = double __attribute__((vector_size(16)));
+
+// By copies: they are at any address.
+COUNTERPOINT_INTO_EACH void load(const double* from, Four& to) {
+  std::memcpy(&to, from, sizeof to);
+}
+COUNTERPOINT_INTO_EACH void load(const double* from, Two& to) { std::memcpy(&to, from, sizeof to); }
+COUNTERPOINT_INTO_EACH void store(const Four& from, double* to) {
+  std::memcpy(to, &from, sizeof from);
+}
+COUNTERPOINT_INTO_EACH void store(const Two& from, double* to) {
+  std::memcpy(to, &from, sizeof from);
+}
+COUNTERPOINT_INTO_EACH void load(const double* from, double& to) { to = *from; }
+COUNTERPOINT_INTO_EACH void store(const double& from, double* to) { *to = from; }
+
+/// A column of six.
+struct Six {
+  Four top;
+  Two bottom;
+};
+COUNTERPOINT_INTO_EACH void load(const double* from, Six& to) {
+  load(from, to.top);
+  load(from + 4, to.bottom);
+}
+COUNTERPOINT_INTO_EACH void store(const Six& from, double* to) {
+  store(from.top, to);
+  store(from.bottom, to + 4);
+}
+
+/// sum += a b.
+template <class Lanes>
+COUNTERPOINT_INTO_EACH void add_product(const Lanes& a, double b, Lanes& sum) {
+  sum += a * b;
+}
+COUNTERPOINT_INTO_EACH void add_product(const Six& a, double b, Six& sum) {
+  sum.top += a.top * b;
+  sum.bottom += a.bottom * b;
+}
+
+}  // namespace counterpoint::contact
