@@ -1,0 +1,178 @@
+// What is drawn beside the bodies: contact forces, centre of mass, frames, joints at limits,
+// closures.
+import * as THREE from 'three';
+
+const kForce = '#e4402c', kCut = '#f2a07e', kPoint = '#7a1d12', kLimit = '#c2289d', kClosure = '#7d4fd1';
+const kUp = new THREE.Vector3(0, 0, 1);
+
+function instanced(geometry, material, capacity, scene) {
+  const mesh = new THREE.InstancedMesh(geometry, material, Math.max(1, capacity));
+  mesh.frustumCulled = false;
+  mesh.count = 0;
+  scene.add(mesh);
+  return mesh;
+}
+
+export class Forces {
+  constructor(replay, scene) {
+    this.contacts = replay.contacts;
+    this.size = replay.radius;
+    this.enlarge = 1;
+    if (!this.contacts) return;
+    let most = 0;
+    const {first} = this.contacts;
+    for (let k = 0; k + 1 < first.length; ++k) most = Math.max(most, first[k + 1] - first[k]);
+    const material = () => new THREE.MeshStandardMaterial({roughness: 0.5, emissive: '#7a1206',
+                                                           emissiveIntensity: 0.35});
+    const shaft = new THREE.CylinderGeometry(1, 1, 1, 12).rotateX(Math.PI / 2).translate(0, 0, 0.5);
+    const head = new THREE.ConeGeometry(1, 1, 16).rotateX(Math.PI / 2).translate(0, 0, 0.5);
+    this.shafts = instanced(shaft, material(), most, scene);
+    this.heads = instanced(head, material(), most, scene);
+    this.points = instanced(new THREE.SphereGeometry(1, 12, 8),
+                            new THREE.MeshBasicMaterial({color: kPoint}), most, scene);
+    for (const mesh of [this.shafts, this.heads]) mesh.castShadow = true;
+    this.colors = [new THREE.Color(kForce), new THREE.Color(kCut)];
+  }
+
+  /// Metres a newton: a typical force is a third of the scene's size.
+  get scale() { return this.enlarge * 0.33 * this.size / this.contacts.typical; }
+  /// Arrows are cut here [m], and paler.
+  get longest() { return 1.2 * this.size; }
+
+  update(frame, show) {
+    this.shown = [];
+    if (!this.contacts) return;
+    const {first, values} = this.contacts;
+    const begin = first[frame], count = show.forces || show.points ? first[frame + 1] - begin : 0;
+    const matrix = new THREE.Matrix4(), place = new THREE.Vector3(), force = new THREE.Vector3();
+    const turn = new THREE.Quaternion(), stretch = new THREE.Vector3();
+    const thick = 0.009 * this.size;
+    for (let i = 0; i < count; ++i) {
+      const at = 6 * (begin + i);
+      place.fromArray(values, at);
+      force.fromArray(values, at + 3);
+      const size = force.length(), wanted = size * this.scale;
+      const length = Math.min(wanted, this.longest), tip = Math.min(0.4 * length, 4.5 * thick);
+      const width = Math.min(thick, 0.12 * length);
+      turn.setFromUnitVectors(kUp, force.divideScalar(size || 1));
+      this.shafts.setMatrixAt(i, matrix.compose(place, turn, stretch.set(width, width, length - tip)));
+      this.points.setMatrixAt(i, matrix.compose(place, turn, stretch.setScalar(1.3 * thick)));
+      place.addScaledVector(force, length - tip);
+      this.heads.setMatrixAt(i, matrix.compose(place, turn, stretch.set(2.4 * width, 2.4 * width, tip)));
+      const color = this.colors[wanted > length ? 1 : 0];
+      this.shafts.setColorAt(i, color);
+      this.heads.setColorAt(i, color);
+      this.shown.push({pair: this.contacts.pair[begin + i], size, position: [...values.subarray(at, at + 3)]});
+    }
+    for (const mesh of [this.shafts, this.heads, this.points]) {
+      mesh.count = count;
+      mesh.instanceMatrix.needsUpdate = true;
+      if (mesh.instanceColor) mesh.instanceColor.needsUpdate = true;
+      mesh.visible = mesh === this.points ? show.points : show.forces;
+    }
+  }
+}
+
+export class CentreOfMass {
+  constructor(replay, scene) {
+    this.bodies = replay.bodies;
+    this.mass = replay.bodies.reduce((sum, body) => sum + body.mass, 0);
+    this.mark = new THREE.Mesh(new THREE.SphereGeometry(0.03 * replay.radius, 16, 12),
+                               new THREE.MeshBasicMaterial({color: '#ffb000', depthTest: false,
+                                                            transparent: true, opacity: 0.9}));
+    this.mark.renderOrder = 5;
+    scene.add(this.mark);
+  }
+  update(matrices, visible) {
+    this.mark.visible = visible && this.mass > 0;
+    const point = new THREE.Vector3();
+    this.mark.position.set(0, 0, 0);
+    this.bodies.forEach((body, i) => {
+      if (body.mass > 0)
+        this.mark.position.addScaledVector(point.fromArray(body.com).applyMatrix4(matrices[i]),
+                                           body.mass / this.mass);
+    });
+  }
+}
+
+/// Axes of every body frame: x red, y green, z blue.
+export class Frames {
+  constructor(replay, scene) {
+    const length = 0.09 * replay.radius;
+    this.lines = ['#e0442f', '#2fa84f', '#2f6fe0'].map((color, axis) => {
+      const end = [0, 0, 0];
+      end[axis] = length;
+      const geometry = new THREE.CylinderGeometry(0.05 * length, 0.05 * length, length, 6);
+      if (axis === 0) geometry.rotateZ(-Math.PI / 2);
+      if (axis === 2) geometry.rotateX(Math.PI / 2);
+      geometry.translate(...end.map((x) => x / 2));
+      const material = new THREE.MeshBasicMaterial({color, depthTest: false, transparent: true});
+      const mesh = instanced(geometry, material, replay.bodies.length, scene);
+      mesh.renderOrder = 4;
+      return mesh;
+    });
+  }
+  update(matrices, visible) {
+    for (const mesh of this.lines) {
+      mesh.visible = visible;
+      mesh.count = matrices.length;
+      if (!visible) continue;
+      matrices.forEach((matrix, i) => mesh.setMatrixAt(i, matrix));
+      mesh.instanceMatrix.needsUpdate = true;
+    }
+  }
+}
+
+/// Rings around joints that are at a limit.
+export class Limits {
+  constructor(replay, motion, scene) {
+    this.motion = motion;
+    const size = 0.06 * replay.radius;
+    this.rings = instanced(new THREE.TorusGeometry(size, 0.14 * size, 8, 24),
+                           new THREE.MeshBasicMaterial({color: kLimit, depthTest: false, transparent: true}),
+                           motion.bodies, scene);
+    this.rings.renderOrder = 3;
+  }
+  update(frame, matrices, camera, visible) {
+    let count = 0;
+    const matrix = new THREE.Matrix4();
+    for (let body = 1; visible && body < this.motion.bodies; ++body) {
+      if (!this.motion.atLimit[frame * this.motion.bodies + body]) continue;
+      matrix.makeRotationFromQuaternion(camera.quaternion).copyPosition(matrices[body]);
+      this.rings.setMatrixAt(count++, matrix);
+    }
+    this.rings.count = count;
+    this.rings.instanceMatrix.needsUpdate = true;
+  }
+}
+
+/// A rod between the anchors, a ball at each.
+export class Closures {
+  constructor(replay, scene) {
+    this.closures = replay.closures;
+    const material = new THREE.MeshBasicMaterial({color: kClosure});
+    this.thick = 0.008 * replay.radius;
+    this.rods = instanced(new THREE.CylinderGeometry(1, 1, 1, 8).rotateX(Math.PI / 2).translate(0, 0, 0.5),
+                          material, this.closures.length, scene);
+    this.balls = instanced(new THREE.SphereGeometry(2 * this.thick, 12, 8), material,
+                           2 * this.closures.length, scene);
+  }
+  update(matrices, visible) {
+    const a = new THREE.Vector3(), b = new THREE.Vector3(), matrix = new THREE.Matrix4();
+    const turn = new THREE.Quaternion(), along = new THREE.Vector3();
+    this.closures.forEach((closure, i) => {
+      a.fromArray(closure.anchor_a).applyMatrix4(matrices[closure.body_a]);
+      b.fromArray(closure.anchor_b).applyMatrix4(matrices[closure.body_b]);
+      this.balls.setMatrixAt(2 * i, matrix.makeTranslation(a));
+      this.balls.setMatrixAt(2 * i + 1, matrix.makeTranslation(b));
+      along.subVectors(b, a);
+      const length = Math.max(along.length(), 1e-9);
+      turn.setFromUnitVectors(kUp, along.divideScalar(length));
+      this.rods.setMatrixAt(i, matrix.compose(a, turn, new THREE.Vector3(this.thick, this.thick, length)));
+    });
+    const count = visible ? this.closures.length : 0;
+    this.rods.count = count;
+    this.balls.count = 2 * count;
+    this.rods.instanceMatrix.needsUpdate = this.balls.instanceMatrix.needsUpdate = true;
+  }
+}
