@@ -16,6 +16,7 @@
 #include "recordings/unexplained.h"
 #include "report.h"
 #include "scene_arguments.h"
+#include "view/view_option.h"
 
 namespace counterpoint::apps {
 namespace {
@@ -27,6 +28,7 @@ struct Arguments {
   std::optional<int> substeps;
   std::optional<double> reach;
   int horizon = 0;
+  view::ViewOption view;
   Report report;
 };
 
@@ -242,7 +244,39 @@ void write_page_of(const Arguments& arguments, const std::vector<Prediction>& pr
   write_page(arguments.page, page, charts);
 }
 
+/// The rows of a recording as predicted, or as recorded, for a replay.
+view::Clip clip_of(const Recording& recording, const Prediction& prediction, bool recorded) {
+  view::Clip clip;
+  clip.name = recorded ? "recorded" : "simulated";
+  const double end = prediction.time.empty() ? recording.time[0] : prediction.time.back();
+  for (int row = 0; row < recording.num_rows() && recording.time[row] <= end; ++row) {
+    const VectorX q = recorded ? VectorX(recording.q.col(row)) : VectorX(prediction.q.col(row));
+    clip.states.push_back({recording.time[row], q, VectorX()});
+  }
+  clip.rows = recording.num_rows();
+  return clip;
+}
+
+/// The replay of the recording that is predicted worst, with what was recorded as its ghost.
+void write_view(const Arguments& arguments, const Scene& scene,
+                const std::vector<Recording>& recordings,
+                const std::vector<Prediction>& predictions, Compared by) {
+  if (!arguments.view.wanted()) return;
+  if (by == Compared::kImpacts)
+    throw InputError("--view: an impact takes no time, there is no motion to show");
+  const auto error = [&](const Prediction& prediction) {
+    return by == Compared::kPose ? prediction.mean.position : prediction.mean.joints;
+  };
+  size_t worst = 0;
+  for (size_t i = 0; i < predictions.size(); ++i)
+    if (error(predictions[i]) > error(predictions[worst])) worst = i;
+  const Recording& recording = recordings[worst];
+  arguments.view.write(scene, arguments.scene.file, clip_of(recording, predictions[worst], false),
+                       clip_of(recording, predictions[worst], true), {arguments.map});
+}
+
 int compare(Arguments& arguments) {
+  arguments.view.check();
   if (arguments.mode == "inverse") return compare_inverse(arguments);
   const Scene scene = with_settings(arguments.scene.load(), arguments.set);
   PredictionOptions options;
@@ -270,6 +304,7 @@ int compare(Arguments& arguments) {
   fill_report(scene.model, predictions, compared(map), report);
   report_coordinates(velocity_figures(map, predictions), report);
   report.write();
+  write_view(arguments, scene, recordings, predictions, compared(map));
   if (!arguments.page.empty()) write_page_of(arguments, predictions, compared(map));
   int exit_code = kSuccess;
   for (const Prediction& prediction : predictions) {
@@ -315,6 +350,7 @@ void add_compare(CLI::App& app, Action& action) {
   command.add_option("--output", arguments->output, "CSV to write: the deviation at every row");
   command.add_option("--report", arguments->page, "Folder for a page with tables and pictures")
       ->type_name("DIR");
+  arguments->view.add_to(command);
   arguments->report.add_to(command);
   command.footer(
       "Example:\n  counterpoint compare data/scenes/cube_toss.yaml toss_005.csv toss_016.csv "

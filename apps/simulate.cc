@@ -19,6 +19,7 @@
 #include "scene_arguments.h"
 #include "step_control_report.h"
 #include "total_energy.h"
+#include "view/view_option.h"
 
 namespace counterpoint::apps {
 namespace {
@@ -31,6 +32,7 @@ struct Arguments {
   std::string output, save_state, resume;
   bool changed_scene = false;
   InputArguments inputs;
+  view::ViewOption view;
   Report report;
 };
 
@@ -56,9 +58,21 @@ void apply_overrides(const Arguments& arguments, SimulationOptions& options) {
   override_times(arguments.duration, arguments.time_step, options);
 }
 
+/// Where the steps go, each only if asked for.
+struct Outputs {
+  std::unique_ptr<TrajectoryWriter> writer;
+  std::unique_ptr<view::ClipRecorder> recorder;
+  bool any() const { return writer || recorder; }
+
+  void step(const State& before, const Input& input, double h, const State& after) {
+    if (writer) writer->write_step(before, input, h);
+    if (recorder) recorder->add_step(before, input, h, after);
+  }
+};
+
 /// Steps the simulator to the end, or to the first step that fails. The trajectory ends with the
 /// last good state.
-std::optional<FailedStep> run(Simulator& simulator, AppliedInputs& inputs, TrajectoryWriter* writer,
+std::optional<FailedStep> run(Simulator& simulator, AppliedInputs& inputs, Outputs& outputs,
                               Tally& tally) {
   const double h = simulator.options().time_step;
   const long steps = std::lround(std::ceil(simulator.options().duration / h - 1e-6));
@@ -67,7 +81,7 @@ std::optional<FailedStep> run(Simulator& simulator, AppliedInputs& inputs, Traje
   Progress progress("simulating", static_cast<int>(steps));
   for (long k = 0; k < steps && !failed; ++k) {
     inputs.set(simulator);
-    if (writer) before = simulator.state();
+    if (outputs.any()) before = simulator.state();
     const auto start = std::chrono::steady_clock::now();
     const StepReport step = simulator.step();
     tally.wall_seconds +=
@@ -76,18 +90,18 @@ std::optional<FailedStep> run(Simulator& simulator, AppliedInputs& inputs, Traje
     if (!step.succeeded()) {
       ++tally.failures;
       failed = {k, simulator.state().time, step};
-    } else if (writer) {
-      writer->write_step(before, simulator.input(), h);
+    } else if (outputs.any()) {
+      outputs.step(before, simulator.input(), h, simulator.state());
     }
     progress.update(static_cast<int>(k + 1));
   }
-  if (writer) writer->write_end(simulator.state());
+  if (outputs.writer) outputs.writer->write_end(simulator.state());
   return failed;
 }
 
 /// The same in controlled steps; every half is a step, and a row of the trajectory.
 std::optional<FailedStep> run_controlled(Simulator& simulator, AppliedInputs& inputs,
-                                         TrajectoryWriter* writer, Tally& tally) {
+                                         Outputs& outputs, Tally& tally) {
   const SimulationOptions& options = simulator.options();
   const double start_time = simulator.state().time, end = start_time + options.duration;
   std::optional<FailedStep> failed;
@@ -109,14 +123,14 @@ std::optional<FailedStep> run_controlled(Simulator& simulator, AppliedInputs& in
     if (!step.succeeded()) {
       ++tally.failures;
       failed = {tally.steps - 1, before.time, step.second};
-    } else if (writer) {
-      writer->write_step(before, simulator.input(), 0.5 * step.step);
-      writer->write_step(simulator.middle(), simulator.input(), 0.5 * step.step);
+    } else {
+      outputs.step(before, simulator.input(), 0.5 * step.step, simulator.middle());
+      outputs.step(simulator.middle(), simulator.input(), 0.5 * step.step, simulator.state());
     }
     progress.update(static_cast<int>(kParts * (simulator.state().time - start_time) /
                                      std::max(options.duration, before.time - start_time)));
   }
-  if (writer) writer->write_end(simulator.state());
+  if (outputs.writer) outputs.writer->write_end(simulator.state());
   return failed;
 }
 
@@ -136,6 +150,7 @@ void fill_report(const Tally& tally, double simulated_seconds, Report& report) {
 }
 
 int simulate(Arguments& arguments) {
+  arguments.view.check();
   Scene scene = arguments.scene.load();
   apply_overrides(arguments, scene.options);
   for (const Note& note : scene.model.notes()) {
@@ -149,18 +164,27 @@ int simulate(Arguments& arguments) {
     if (const auto step = read_next_step(arguments.resume)) simulator.set_next_step(*step);
   }
   AppliedInputs inputs(arguments.inputs, simulator);
-  std::unique_ptr<TrajectoryWriter> writer;
+  Outputs outputs;
   if (!arguments.output.empty())
-    writer = std::make_unique<TrajectoryWriter>(arguments.output, model, inputs.columns(model));
+    outputs.writer =
+        std::make_unique<TrajectoryWriter>(arguments.output, model, inputs.columns(model));
+  if (arguments.view.wanted())
+    outputs.recorder =
+        std::make_unique<view::ClipRecorder>(simulator.scene(), arguments.view.rate(), true);
   const State start = simulator.state();
   Tally tally;
   const auto& control = simulator.options().step_control;
   const std::optional<FailedStep> failed =
-      (control ? run_controlled : run)(simulator, inputs, writer.get(), tally);
+      (control ? run_controlled : run)(simulator, inputs, outputs, tally);
   if (!arguments.save_state.empty()) {
     write_state(arguments.save_state, model, simulator.options(), simulator.state(),
                 control ? std::optional(simulator.next_step()) : std::nullopt);
   }
+
+  if (outputs.recorder)
+    arguments.view.write(simulator.scene(), arguments.scene.file,
+                         outputs.recorder->finish(simulator.state()), std::nullopt,
+                         {arguments.inputs.file, arguments.resume});
 
   Report& report = arguments.report;
   report.begin("simulate", arguments.scene.file);
@@ -231,6 +255,7 @@ void add_simulate(CLI::App& app, Action& action) {
                 "With --resume: the scene may have changed, and FILE may be a trajectory (its last "
                 "row)")
       ->needs(resume);
+  arguments->view.add_to(command);
   arguments->report.add_to(command);
   command.footer(
       "Example:\n  counterpoint simulate data/scenes/arm7.yaml --duration 1 "

@@ -148,7 +148,7 @@ export class Bodies {
       const color = this.colorOf(item.shape);
       const tree = this.replay.bodies[body].tree;
       if (options.sleep && tree >= 0 && this.motion.asleep[frame * trees + tree])
-        color.lerp(options.background, 0.55);
+        color.lerp(options.background, 0.45);
       if (body > 0 && body === options.selected) color.lerp(new THREE.Color('#ffd84d'), 0.5);
       if (body > 0 && body === options.hovered) color.lerp(new THREE.Color('#ffffff'), 0.3);
       item.mesh.setColorAt(item.slot, color);

@@ -4,6 +4,9 @@ import {element, text} from './dom.js';
 
 const kColors = ['#2f7fe6', '#e4703c', '#2fa06a', '#a05bd0', '#c09a1c', '#c2476f'];
 
+/// A ghost's curve has the colour of the one that it is `like`, and is dashed.
+function colorOf(curve, i) { return kColors[(curve.like ?? i) % kColors.length]; }
+
 /// Curves that are seen together under one name: the same group, or one by itself.
 function groups(curves) {
   const out = new Map();
@@ -28,7 +31,7 @@ class Chart {
     this.labels = group.curves.map((curve, i) => {
       const value = element('i');
       const mark = element('span', {class: 'mark'});
-      mark.style.background = kColors[i % kColors.length];
+      mark.style.background = colorOf(curve, i);
       this.legend.append(element('span', {}, mark,
                                  group.curves.length > 1 ? `${curve.label || curve.name} ` : '', value));
       return value;
@@ -80,15 +83,22 @@ class Chart {
     context.fillStyle = context.strokeStyle = style.getPropertyValue('--faint');
     context.font = '10px system-ui, sans-serif';
     if (low < 0 && high > 0) context.fillRect(0, y(0), width, 1);
-    context.fillText(text(high), 3, 10);
-    context.fillText(text(low), 3, height - 3);
     context.lineWidth = 1.4;
-    this.group.curves.forEach(({values}, i) => {
-      context.strokeStyle = kColors[i % kColors.length];
+    this.group.curves.forEach((curve, i) => {
+      const {values} = curve;
+      context.strokeStyle = colorOf(curve, i);
+      context.setLineDash(curve.like === undefined ? [] : [4, 3]);
       context.beginPath();
       for (let k = 0; k < values.length; ++k) context.lineTo(x(time[k]), y(values[k]));
       context.stroke();
     });
+    context.setLineDash([]);
+    context.strokeStyle = style.getPropertyValue('--back');  // a halo: numbers stay readable on curves
+    context.lineWidth = 3;
+    for (const [number, at] of [[high, 10], [low, height - 3]]) {
+      context.strokeText(text(number), 3, at);
+      context.fillText(text(number), 3, at);
+    }
   }
 
   draw(at) {
@@ -164,11 +174,10 @@ export class Curves {
       const values = (axis) => Float64Array.from(
         {length: motion.frames}, (_, k) => motion.poses[(k * motion.bodies + body) * 7 + axis]);
       const curves = ['x', 'y', 'z'].map((label, axis) => ({label, values: values(axis)}));
-      if (ghost) {
-        const pose = new Float64Array(7);
-        curves.push({label: 'z of the ghost',
-                     values: this.time.map((t) => ghost.pose(body, ghost.at(t), pose)[2])});
-      }
+      const pose = new Float64Array(7);
+      for (let axis = 0; ghost && axis < 3; ++axis)
+        curves.push({label: `${'xyz'[axis]} ${ghost.name}`, like: axis,
+                     values: this.time.map((t) => ghost.pose(body, ghost.at(t), pose)[axis])});
       this.groups.set(group, {name: group, unit: 'm', curves});
       this.list.append(element('option', {value: group}));
     }

@@ -323,6 +323,7 @@ class View {
     this.rendered = 0;
     this.standard = this.replay.shown_curves;
     for (const name of this.standard) this.curves.add(name);
+    if (this.ghost && this.replay.bodies.length === 2) this.curves.addBody(1);  // one against the other
     this.listenToPointer();
     listen(this);
     this.stage.controls.addEventListener('change', () => this.redraw());

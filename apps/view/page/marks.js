@@ -127,7 +127,7 @@ export class Frames {
 export class Limits {
   constructor(replay, motion, scene) {
     this.motion = motion;
-    const size = 0.06 * replay.radius;
+    const size = 0.032 * replay.radius;
     this.rings = instanced(new THREE.TorusGeometry(size, 0.14 * size, 8, 24),
                            new THREE.MeshBasicMaterial({color: kLimit, depthTest: false, transparent: true}),
                            motion.bodies, scene);

@@ -23,7 +23,7 @@ function groundTexture(theme) {
   context.fillStyle = theme.ground;
   context.fillRect(0, 0, 512, 512);
   context.strokeStyle = theme.line;
-  context.lineWidth = 2;  // of five cells a side, the outer lines are thicker
+  context.lineWidth = 1.5;  // of five cells a side, the outer lines are thicker
   for (let i = 1; i < 5; ++i) {
     const at = 512 * i / 5;
     context.beginPath();
@@ -33,7 +33,7 @@ function groundTexture(theme) {
     context.lineTo(512, at);
     context.stroke();
   }
-  context.lineWidth = 10;
+  context.lineWidth = 5;
   context.strokeRect(0, 0, 512, 512);
   const texture = new THREE.CanvasTexture(canvas);
   texture.wrapS = texture.wrapT = THREE.RepeatWrapping;
@@ -70,7 +70,7 @@ export class Stage {
   get radius() { return this.replay.radius; }
 
   ground(shape) {
-    this.cell = roundStep(this.radius / 2);
+    this.cell = roundStep(this.radius / 4);
     const side = 400 * this.cell;
     const material = new THREE.MeshStandardMaterial({roughness: 0.95});
     const mesh = new THREE.Mesh(new THREE.PlaneGeometry(side, side), material);
