@@ -20,8 +20,13 @@ function draw(view, time, canvas) {
   context.font = `${size}px system-ui, sans-serif`;
   context.fillStyle = document.documentElement.dataset.theme === 'dark' ? '#dfe5ec' : '#333';
   context.fillText(`t = ${text(time)} s`, size, canvas.height - size);
-  const words = view.forceWords();
-  if (words) context.fillText(words, canvas.width - size - context.measureText(words).width, canvas.height - size);
+  const ruler = view.forceRuler();
+  if (ruler) {
+    const right = canvas.width - size, left = right - context.measureText(ruler.words).width;
+    context.fillText(ruler.words, left, canvas.height - size);
+    context.fillStyle = '#e4402c';
+    context.fillRect(left - size / 2 - ruler.pixels, canvas.height - 1.5 * size, ruler.pixels, size / 3);
+  }
   return context;
 }
 

@@ -256,22 +256,24 @@ class View {
     this.stage.render();
   }
 
-  forceWords() {
-    if (!this.forces.contacts || !this.state.show.forces) return '';
-    const newtons = roundStep(this.forces.contacts.typical);
-    return `typical force ${text(newtons)} N`;
+  /// A round force [N], and how long its arrow is in the middle of the picture.
+  forceRuler() {
+    const {contacts} = this.forces;
+    if (!contacts || !this.state.show.forces) return null;
+    const {target} = this.stage.controls, newtons = roundStep(contacts.typical);
+    const right = new THREE.Vector3(1, 0, 0).applyQuaternion(this.stage.camera.quaternion);
+    const end = target.clone().addScaledVector(right, newtons * this.forces.scale);
+    const pixels = Math.abs(this.stage.project(end.toArray()).x - this.stage.project(target.toArray()).x);
+    return {words: `${text(newtons)} N`, pixels};
   }
 
   showScale() {
-    const {contacts} = this.forces;
-    if (!contacts || !this.state.show.forces) return this.panel.forceScale.replaceChildren();
-    const target = this.stage.controls.target, right = new THREE.Vector3(1, 0, 0).applyQuaternion(this.stage.camera.quaternion);
-    const newtons = roundStep(contacts.typical);
-    const a = this.stage.project(target.toArray());
-    const b = this.stage.project(target.clone().addScaledVector(right, newtons * this.forces.scale).toArray());
+    const ruler = this.forceRuler();
+    if (!ruler) return this.panel.forceScale.replaceChildren();
     const bar = element('span', {class: 'ruler'});
-    bar.style.width = `${Math.min(220, Math.abs(b.x - a.x)).toFixed(0)}px`;
-    this.panel.forceScale.replaceChildren(bar, ` ${text(newtons)} N, paler: cut at ${text(this.forces.longest / this.forces.scale)} N`);
+    bar.style.width = `${Math.min(220, ruler.pixels).toFixed(0)}px`;
+    const longest = text(this.forces.longest / this.forces.scale);
+    this.panel.forceScale.replaceChildren(bar, ` ${ruler.words}; paler arrows are cut at ${longest} N`);
   }
 
   showNames() {

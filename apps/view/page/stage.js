@@ -106,7 +106,7 @@ export class Stage {
   /// Looks at all that moves, from the front and the right.
   reset(azimuth = -55, elevation = 20) {
     const aspect = Math.min(1, this.camera.aspect || 1);
-    this.look(azimuth, elevation, 1.12 * this.radius / (Math.sin(THREE.MathUtils.degToRad(19)) * aspect),
+    this.look(azimuth, elevation, 0.92 * this.radius / (Math.sin(THREE.MathUtils.degToRad(19)) * aspect),
               new THREE.Vector3(...this.replay.center));
   }
 
