@@ -36,7 +36,7 @@ void add_energies(const Model& model, const Clip& clip, std::vector<Curve>& out)
 
 /// Against the world alone, as what moves feels it: between bodies forces cancel.
 void add_contact_forces(const Model& model, const Clip& clip, std::vector<Curve>& out) {
-  if (!clip.has_contacts) return;
+  if (clip.contacts.empty()) return;
   const double g = model.gravity().norm();
   const Vector3 up = g > 0.0 ? Vector3(-model.gravity() / g) : Vector3::UnitZ();
   Curve carried{kContactForce, "carried by the world", "N", {}};

@@ -1,8 +1,8 @@
 #include "view/packed_scene.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <limits>
 #include <map>
 #include <set>
 
@@ -170,6 +170,7 @@ void pack_model(const Model& model, Json& out) {
     const double mass = i == 0 ? 0.0 : inertia.mass;
     bodies.push_back({{"name", i == 0 ? "world" : model.joint(i - 1).link},
                       {"tree", model.body(i).tree},
+                      {"parent", model.body(i).parent},
                       {"mass", mass},
                       {"com", array(mass > 0.0 ? inertia.center : Vector3(Vector3::Zero()))}});
   }
@@ -202,26 +203,45 @@ std::vector<double> body_radii(const Model& model) {
     double& radius = radii[geometry.body];
     radius = std::max(radius, geometry.X_BG.translation.norm() + reach(geometry.shape));
   }
+  // Of a body without shapes the page draws the centre of mass.
+  for (int i = 1; i < model.num_bodies(); ++i)
+    if (radii[i] == 0.0) radii[i] = model.body(i).inertia.center.norm();
   return radii;
 }
 
 namespace {
 
-/// The ball around the boxes of all bodies in some states.
+/// What lies between the lowest and the highest of the values but for a share at both ends.
+std::pair<double, double> range(std::vector<double>& low, std::vector<double>& high, double share) {
+  const auto skip = static_cast<std::ptrdiff_t>(share * static_cast<double>(low.size()));
+  std::nth_element(low.begin(), low.begin() + skip, low.end());
+  std::nth_element(high.begin(), high.end() - 1 - skip, high.end());
+  return {low[skip], high[high.size() - 1 - skip]};
+}
+
+/// The ball around the boxes of all bodies in some states; of many bodies a few may stray.
 Ball ball_of(const Model& model, const std::vector<double>& radii,
              const std::vector<const State*>& states) {
-  Vector3 low = Vector3::Constant(std::numeric_limits<double>::infinity()), high = -low;
+  if (model.num_bodies() < 2) return {};
+  std::array<std::vector<double>, 3> low, high;
   for (const State* state : states) {
     const std::vector<Pose> poses = body_poses(model, state->q);
     for (int i = 1; i < model.num_bodies(); ++i) {
-      const Vector3 r = Vector3::Constant(radii[i]);
-      low = low.cwiseMin(poses[i].translation - r);
-      high = high.cwiseMax(poses[i].translation + r);
+      for (int axis = 0; axis < 3; ++axis) {
+        low[axis].push_back(poses[i].translation[axis] - radii[i]);
+        high[axis].push_back(poses[i].translation[axis] + radii[i]);
+      }
     }
   }
-  if (!(low.x() <= high.x())) return {};
-  const double radius = 0.5 * (high - low).norm();
-  return {0.5 * (low + high), radius > 0.0 ? radius : 1.0};
+  Ball ball;
+  Vector3 half;
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto [from, to] = range(low[axis], high[axis], model.num_bodies() > 50 ? 0.01 : 0.0);
+    ball.center[axis] = 0.5 * (from + to);
+    half[axis] = 0.5 * (to - from);
+  }
+  if (half.norm() > 0.0) ball.radius = half.norm();
+  return ball;
 }
 
 }  // namespace

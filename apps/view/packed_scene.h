@@ -13,7 +13,8 @@ using Json = nlohmann::ordered_json;
 /// Bodies, frames, shapes, meshes, closures into `out`.
 void pack_model(const Model& model, Json& out);
 
-/// How far a body's shapes reach from its origin [m], by body; the world's stays 0.
+/// How far a body's shapes, or without any its centre of mass, reach from its origin [m], by body;
+/// the world's stays 0.
 std::vector<double> body_radii(const Model& model);
 
 /// A ball around all that moves, at any time of the clip: what the camera looks at.

@@ -38,6 +38,16 @@ double smallest_radius(const Model& model) {
   return smallest;
 }
 
+/// Half of the bodies are larger. [m]
+double typical_radius(const Model& model, double without_bodies) {
+  std::vector<double> radii = body_radii(model);
+  radii.erase(radii.begin());  // the world
+  std::erase(radii, 0.0);
+  if (radii.empty()) return without_bodies;
+  std::nth_element(radii.begin(), radii.begin() + radii.size() / 2, radii.end());
+  return radii[radii.size() / 2];
+}
+
 double farthest(const Model& model, const Clip& clip) {
   double most = 0.0;
   for (const State& state : clip.states)
@@ -80,10 +90,12 @@ std::string replay_data(const Replay& replay) {
   out["made"] = replay.made;
   out["center"] = {ball.center.x(), ball.center.y(), ball.center.z()};
   out["radius"] = ball.radius;
+  out["body_radius"] = typical_radius(model, ball.radius);
   pack_model(model, out);
   out["motions"] = {pack_clip(model, replay.clip, resolution)};
   if (replay.ghost) out["motions"].push_back(pack_clip(model, *replay.ghost, resolution));
-  if (replay.clip.has_contacts) out["contacts"] = pack_contacts(model, replay.clip, resolution);
+  if (!replay.clip.contacts.empty())
+    out["contacts"] = pack_contacts(model, replay.clip, resolution);
   const std::vector<Curve> curves =
       curves_of(model, replay.clip, replay.ghost ? &*replay.ghost : nullptr);
   out["curves"] = pack_curves(curves);

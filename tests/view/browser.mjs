@@ -111,7 +111,7 @@ class Page {
   }
 
   async mouse(type, x, y, more = {}) {
-    await this.send('Input.dispatchMouseEvent', {type, x, y, button: 'left', clickCount: 1, ...more});
+    await this.send('Input.dispatchMouseEvent', {type, x, y, clickCount: 1, button: type === 'mouseMoved' && !more.buttons ? 'none' : 'left', ...more});
   }
 
   async close() { await this.browser.send('Target.closeTarget', {targetId: this.target}); }

@@ -21,6 +21,8 @@ models:
   - {name: thrown, sphere: 0.1, mass: 1, position: [0, -1, 1.5], velocity: {linear: [0, 2, 1], angular: [0, 0, 0]}}
   - {name: lying, sphere: 0.1, mass: 2, position: [0.6, 0, 0.1]}
 `);
+run('simulate', at('balls.yaml'), '--duration', '0.6', '--output', at('balls.csv'));
+run('view', at('balls.yaml'), at('balls.csv'), '--forces', '--output', at('balls.html'));
 // In these names everything that could end a string, a tag or a script.
 const evil = '</script><script>window.injected=1</script><img src=x onerror="window.injected=1">&\'`';
 writeFileSync(at('evil.yaml'), `name: ${JSON.stringify(evil)}
@@ -120,8 +122,6 @@ for (const name of readdirSync(scenes).filter((file) => file.endsWith('.yaml')))
 }
 
 test('a body is where the trajectory says, and moves when scrubbed', async () => {
-  run('simulate', at('balls.yaml'), '--duration', '0.6', '--output', at('balls.csv'));
-  run('view', at('balls.yaml'), at('balls.csv'), '--forces', '--output', at('balls.html'));
   const rows = table(at('balls.csv'));
   const cam = [20, 10, 6, 0, 0, 0.8];
   const view = await open(at('balls.html'), `#t=0&hide=forces,points,legend,curves&cam=${cam}`);

@@ -8,7 +8,7 @@ import {decode} from './data.js';
 import {element, text} from './dom.js';
 import {listen} from './keys.js';
 import * as links from './link.js';
-import {CentreOfMass, Closures, Forces, Frames, Limits} from './marks.js';
+import {CentreOfMass, Closures, Forces, Frames, Limits, Sticks} from './marks.js';
 import {Panel, kSpeeds} from './panel.js';
 import {Stage, roundStep} from './stage.js';
 
@@ -30,6 +30,7 @@ class View {
     this.bodies = new Bodies(replay, this.motion, scene, false);
     this.ghost = replay.motions[1] ? new Bodies(replay, replay.motions[1], scene, true) : null;
     this.forces = new Forces(replay, scene);
+    this.sticks = new Sticks(replay, this.bodies.group);
     this.com = new CentreOfMass(replay, scene);
     this.frames = new Frames(replay, scene);
     this.limits = new Limits(replay, this.motion, scene);
@@ -224,6 +225,7 @@ class View {
     this.keepUp();
     const {matrices} = this.bodies, {show} = state;
     this.forces.update(frame, show);
+    this.sticks.update(matrices);
     this.com.update(matrices, show.com);
     this.frames.update(matrices, show.frames);
     this.limits.update(frame, matrices, this.stage.camera, show.limits);
