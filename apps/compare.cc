@@ -13,6 +13,7 @@
 #include "recordings/page.h"
 #include "recordings/parameters.h"
 #include "recordings/prediction.h"
+#include "recordings/replays.h"
 #include "recordings/unexplained.h"
 #include "report.h"
 #include "scene_arguments.h"
@@ -229,7 +230,7 @@ int compare_inverse(Arguments& arguments) {
 }
 
 void write_page_of(const Arguments& arguments, const std::vector<Prediction>& predictions,
-                   Compared by) {
+                   Compared by, const Replays& replays) {
   HtmlPage page("Recordings predicted: " + arguments.scene.file);
   page.paragraph(fmt::format("{} recordings, mode {}{}.", predictions.size(), arguments.mode,
                              arguments.set.empty() ? "" : ", " + arguments.set));
@@ -239,45 +240,24 @@ void write_page_of(const Arguments& arguments, const std::vector<Prediction>& pr
   page.table(medians);
   const std::vector<Chart> charts = error_charts({{"error", &predictions}}, by);
   for (const Chart& chart : charts) page.picture(svg(chart));
+  const auto links = replays.write_worst_of(arguments.page, arguments.view.rate());
+  if (!links.empty()) {
+    page.heading("Replays, worst first");
+    page.paragraph("Simulated, with what was recorded as a ghost; curves of both.");
+    page.links(links);
+  }
   page.heading("Each recording");
   page.table(prediction_table(predictions, by));
   write_page(arguments.page, page, charts);
 }
 
-/// The rows of a recording as predicted, or as recorded, for a replay.
-view::Clip clip_of(const Recording& recording, const Prediction& prediction, bool recorded) {
-  view::Clip clip;
-  clip.name = recorded ? "recorded" : "simulated";
-  const double end = prediction.time.empty() ? recording.time[0] : prediction.time.back();
-  for (int row = 0; row < recording.num_rows() && recording.time[row] <= end; ++row) {
-    const VectorX q = recorded ? VectorX(recording.q.col(row)) : VectorX(prediction.q.col(row));
-    clip.states.push_back({recording.time[row], q, VectorX()});
-  }
-  clip.rows = recording.num_rows();
-  return clip;
-}
-
-/// The replay of the recording that is predicted worst, with what was recorded as its ghost.
-void write_view(const Arguments& arguments, const Scene& scene,
-                const std::vector<Recording>& recordings,
-                const std::vector<Prediction>& predictions, Compared by) {
-  if (!arguments.view.wanted()) return;
-  if (by == Compared::kImpacts)
-    throw InputError("--view: an impact takes no time, there is no motion to show");
-  const auto error = [&](const Prediction& prediction) {
-    return by == Compared::kPose ? prediction.mean.position : prediction.mean.joints;
-  };
-  size_t worst = 0;
-  for (size_t i = 0; i < predictions.size(); ++i)
-    if (error(predictions[i]) > error(predictions[worst])) worst = i;
-  const Recording& recording = recordings[worst];
-  arguments.view.write(scene, arguments.scene.file, clip_of(recording, predictions[worst], false),
-                       clip_of(recording, predictions[worst], true), {arguments.map});
-}
-
 int compare(Arguments& arguments) {
   arguments.view.check();
-  if (arguments.mode == "inverse") return compare_inverse(arguments);
+  if (arguments.mode == "inverse") {
+    if (arguments.view.wanted())
+      throw InputError("--view shows predictions; with --mode inverse there are none");
+    return compare_inverse(arguments);
+  }
   const Scene scene = with_settings(arguments.scene.load(), arguments.set);
   PredictionOptions options;
   options.scene_step = scene.options.time_step;
@@ -304,8 +284,10 @@ int compare(Arguments& arguments) {
   fill_report(scene.model, predictions, compared(map), report);
   report_coordinates(velocity_figures(map, predictions), report);
   report.write();
-  write_view(arguments, scene, recordings, predictions, compared(map));
-  if (!arguments.page.empty()) write_page_of(arguments, predictions, compared(map));
+  const Replays replays(scene, arguments.scene.file, arguments.map, recordings, predictions,
+                        compared(map));
+  if (arguments.view.wanted()) replays.write_worst(arguments.view.file(), arguments.view.rate());
+  if (!arguments.page.empty()) write_page_of(arguments, predictions, compared(map), replays);
   int exit_code = kSuccess;
   for (const Prediction& prediction : predictions) {
     if (!prediction.failure) continue;

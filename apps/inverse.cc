@@ -142,9 +142,8 @@ int inverse(Arguments& arguments) {
   }
   output.finish();
   if (arguments.view.wanted() && !failed)
-    arguments.view.write(scene, arguments.scene.file,
-                         view::clip_of(scene, trajectory, steps, arguments.view.rate(), true),
-                         std::nullopt, {arguments.trajectory});
+    view::write_replay(arguments.view.file(), scene, {arguments.scene.file, {arguments.trajectory}},
+                       view::clip_of(scene, trajectory, steps, arguments.view.rate(), true));
 
   Report& report = arguments.report;
   report.begin("inverse", arguments.scene.file);

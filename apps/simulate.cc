@@ -182,9 +182,9 @@ int simulate(Arguments& arguments) {
   }
 
   if (outputs.recorder)
-    arguments.view.write(simulator.scene(), arguments.scene.file,
-                         outputs.recorder->finish(simulator.state()), std::nullopt,
-                         {arguments.inputs.file, arguments.resume});
+    view::write_replay(arguments.view.file(), simulator.scene(),
+                       {arguments.scene.file, {arguments.inputs.file, arguments.resume}},
+                       outputs.recorder->finish(simulator.state()));
 
   Report& report = arguments.report;
   report.begin("simulate", arguments.scene.file);

@@ -75,7 +75,7 @@ view::Replay make_replay(const Arguments& arguments, const Scene& scene) {
     replay.ghost = view::clip_of(scene, other, {}, arguments.rate, false);
     replay.ghost->name = arguments.ghost_name;
   }
-  replay.made = view::origin(arguments.scene.file, scene, replay.clip);
+  replay.made = view::made_by(arguments.scene.file, scene, replay.clip);
   replay.made.emplace_back("motion", arguments.motion);
   if (trajectory.altered_rows > 0)
     replay.made.emplace_back("rows that are not as simulate wrote them",

@@ -108,8 +108,8 @@ std::string command_line() {
   return out;
 }
 
-std::vector<std::pair<std::string, std::string>> origin(const std::string& scene_file,
-                                                        const Scene& scene, const Clip& clip) {
+std::vector<std::pair<std::string, std::string>> made_by(const std::string& scene_file,
+                                                         const Scene& scene, const Clip& clip) {
   const auto hash = [](const State& state) {
     return state.v.size() > 0 ? std::to_string(state_hash(state)) : std::string("-");
   };

@@ -32,7 +32,7 @@ class InputFiles {
 std::string command_line();
 
 /// Key and value of what every replay says of its origin: command, version, scene, hashes.
-std::vector<std::pair<std::string, std::string>> origin(const std::string& scene_file,
-                                                        const Scene& scene, const Clip& clip);
+std::vector<std::pair<std::string, std::string>> made_by(const std::string& scene_file,
+                                                         const Scene& scene, const Clip& clip);
 
 }  // namespace counterpoint::view

@@ -21,23 +21,22 @@ void ViewOption::check() const {
   if (wanted() && !can_make_pages()) throw InputError("--view: " + why_no_pages());
 }
 
-void ViewOption::write(const Scene& scene, const std::string& scene_file, Clip clip,
-                       std::optional<Clip> ghost, const std::vector<std::string>& inputs) const {
-  if (!wanted()) return;
+void write_replay(const std::filesystem::path& file, const Scene& scene, const Origin& origin,
+                  Clip clip, std::optional<Clip> ghost) {
   Replay replay;
   replay.scene = &scene;
   replay.title = scene.name;
   replay.clip = std::move(clip);
   replay.ghost = std::move(ghost);
-  replay.made = origin(scene_file, scene, replay.clip);
+  replay.made = made_by(origin.scene_file, scene, replay.clip);
   InputFiles files;
-  files.add_scene(scene_file, scene.model);
-  for (const std::string& input : inputs)
+  files.add_scene(origin.scene_file, scene.model);
+  for (const std::string& input : origin.inputs)
     if (!input.empty()) files.add(input);
   for (const std::string& name : files.left_out)
     replay.made.emplace_back("too large to keep", name);
   replay.inputs = std::move(files.files);
-  write_whole(file_, replay_page(replay));
+  write_whole(file, replay_page(replay));
 }
 
 }  // namespace counterpoint::view

@@ -148,15 +148,41 @@ TEST_F(View, IsAnOptionOfOtherCommands) {
   folder_.write("toss.csv",
                 "t,x,y,z,qw,qx,qy,qz,vx,vy,vz,wx,wy,wz\n0,0,0,1,1,0,0,0,0,0,0,0,0,0\n"
                 "1,0,0,1,1,0,0,0,0,0,0,0,0,0\n2,0,0,1,1,0,0,0,0,0,0,0,0,0\n");
-  ASSERT_EQ(
-      folder_
-          .run("compare data/scenes/cube_toss.yaml {}/toss.csv --columns data/maps/cube_toss.yaml "
-               "--view {}/c.html")
-          .exit_code,
-      0);
+  const std::string compare =
+      "compare data/scenes/cube_toss.yaml {}/toss.csv --columns data/maps/cube_toss.yaml ";
+  ASSERT_EQ(folder_.run(compare + "--view {}/c.html").exit_code, 0);
   for (const char* page : {"s.html", "i.html", "c.html"})
     EXPECT_TRUE(folder_.read(page).starts_with("<!DOCTYPE html>")) << page;
   EXPECT_NE(folder_.read("c.html").find("\"recorded\""), std::string::npos);
+  const CommandResult inverse = folder_.run(compare + "--mode inverse --view {}/none.html");
+  EXPECT_EQ(inverse.exit_code, 2);
+  EXPECT_NE(inverse.errors.find("--mode inverse"), std::string::npos) << inverse.errors;
+}
+
+TEST_F(View, ReportsOfCompareLinkTheWorst) {
+  std::string recordings;
+  for (int i = 0; i < 7; ++i) {
+    const std::string end = std::to_string(2.0 + 0.1 * ((3 * i) % 7));  // in the air for ever
+    folder_.write("toss" + std::to_string(i) + ".csv",
+                  "t,x,y,z,qw,qx,qy,qz,vx,vy,vz,wx,wy,wz\n0,0,0,1,1,0,0,0,0,0,0,0,0,0\n"
+                  "1,0,0," +
+                      end + ",1,0,0,0,0,0,0,0,0,0\n");
+    recordings += "{}/toss" + std::to_string(i) + ".csv ";
+  }
+  const CommandResult result = folder_.run("compare data/scenes/cube_toss.yaml " + recordings +
+                                           "--columns data/maps/cube_toss.yaml --report {}/report");
+  ASSERT_EQ(result.exit_code, 0) << result.errors;
+  const std::string index = folder_.read("report/index.html");
+  // 3 i mod 7 is largest for i = 2 (6), then 4 (5), 6 (4), 1 (3), 3 (2).
+  size_t last = 0;
+  for (const int i : {2, 4, 6, 1, 3}) {
+    const size_t at = index.find("toss" + std::to_string(i) + ".csv</a>");
+    ASSERT_NE(at, std::string::npos) << i;
+    EXPECT_GT(at, last);
+    last = at;
+  }
+  EXPECT_NE(folder_.read("report/replay4.html").find("toss3.csv"), std::string::npos);
+  EXPECT_EQ(folder_.read("report/replay5.html"), "");
 }
 
 }  // namespace
