@@ -20,13 +20,30 @@ std::vector<char> trees_at_rest(const Model& model, const State& before, const S
 
 }  // namespace
 
-ClipRecorder::ClipRecorder(const Scene& scene, double rate, bool forces)
+ClipRecorder::ClipRecorder(const Scene& scene, double rate, bool forces, int most)
     : scene_(scene),
       options_(scene.options),
       rate_(rate),
       forces_(forces && scene.options.integrator != Integrator::kRungeKutta4),
+      most_(most),
       workspace_(scene.model) {
   clip_.has_contacts = forces_;
+}
+
+void ClipRecorder::thin_out() {
+  std::erase_if(clip_.contacts, [](const Contact& contact) { return contact.frame % 2 == 1; });
+  for (Contact& contact : clip_.contacts) contact.frame /= 2;
+  const int kept = (clip_.num_frames() + 1) / 2;
+  for (int k = 1; k < kept; ++k) {
+    clip_.states[k] = std::move(clip_.states[2 * k]);
+    clip_.applied_force[k] = std::move(clip_.applied_force[2 * k]);
+    clip_.asleep[k] = std::move(clip_.asleep[2 * k]);
+  }
+  clip_.states.resize(kept);
+  clip_.applied_force.resize(kept);
+  clip_.asleep.resize(kept);
+  rate_ *= 0.5;
+  next_ = static_cast<long>(std::floor((clip_.states.back().time - start_) * rate_ + 1e-6)) + 1;
 }
 
 void ClipRecorder::add_frame(const State& state, const VectorX& force) {
@@ -56,6 +73,11 @@ void ClipRecorder::add_step(const State& before, const Input& input, double h, c
   const double frame = (before.time - start_) * rate_ + 1e-6;
   if (rate_ > 0.0 && frame < static_cast<double>(next_)) return;
   next_ = static_cast<long>(std::floor(frame)) + 1;
+  if (most_ > 0 && rate_ > 0.0 && clip_.num_frames() >= most_) {
+    thin_out();
+    if ((before.time - start_) * rate_ + 1e-6 < static_cast<double>(next_)) return;
+    ++next_;
+  }
   add_frame(before, input.applied_force);
   clip_.asleep.push_back(trees_at_rest(scene_.model, before, after));
   add_contacts(before, input, h, after);

@@ -37,8 +37,9 @@ inline constexpr double kDefaultRate = 100.0;  ///< [frames/s]
 class ClipRecorder {
  public:
   /// forces: contact forces are recovered from the motion, as `counterpoint inverse` does, where
-  /// the integrator has an inverse.
-  ClipRecorder(const Scene& scene, double rate, bool forces);
+  /// the integrator has an inverse. most: of frames; where there are more every other one goes, and
+  /// the rate is halved; 0: no limit.
+  ClipRecorder(const Scene& scene, double rate, bool forces, int most = 0);
 
   /// A step of length h [s] from `before` to `after` under `input`.
   void add_step(const State& before, const Input& input, double h, const State& after);
@@ -46,6 +47,7 @@ class ClipRecorder {
   Clip finish(const State& last);
 
  private:
+  void thin_out();
   void add_frame(const State& state, const VectorX& force);
   void add_contacts(const State& before, const Input& input, double h, const State& after);
 
@@ -53,6 +55,7 @@ class ClipRecorder {
   SimulationOptions options_;
   double rate_;
   bool forces_;
+  int most_;
   Workspace workspace_;
   Inverse inverse_;
   Clip clip_;

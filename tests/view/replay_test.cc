@@ -125,6 +125,30 @@ TEST(Replay, FramesAreThoseAskedFor) {
   }
 }
 
+TEST(Replay, LongMotionsAreThinnedOut) {
+  const Scene scene = load_scene(kScenes + "cube_drop.yaml");
+  const double h = scene.options.time_step;
+  Simulator simulator(scene);
+  ClipRecorder recorder(scene, 1.0 / h, true, 50);
+  for (int k = 0; k < 1000; ++k) {
+    const State before = simulator.state();
+    ASSERT_TRUE(simulator.step().succeeded());
+    recorder.add_step(before, simulator.input(), h, simulator.state());
+  }
+  const Clip clip = recorder.finish(simulator.state());
+  EXPECT_LE(clip.num_frames(), 51);
+  EXPECT_GT(clip.num_frames(), 25);
+  const double step = clip.states[1].time;
+  EXPECT_NEAR(step, 32 * h, 1e-9);  // 50 frames of 1000 steps: halved five times
+  for (int k = 0; k + 1 < clip.num_frames(); ++k) EXPECT_NEAR(clip.states[k].time, k * step, 1e-9);
+  // Contacts stay with their frames: they lie at the cube's height.
+  ASSERT_FALSE(clip.contacts.empty());
+  for (const Contact& contact : clip.contacts)
+    EXPECT_NEAR(contact.position.x(), clip.states[contact.frame].q[0], 0.2);
+  EXPECT_EQ(clip.contacts.back().frame, clip.num_frames() - 1);
+  EXPECT_EQ(clip.asleep.size(), clip.states.size());
+}
+
 TEST(Replay, WhatRestsIsMarked) {
   const Scene scene = load_scene(kScenes + "box_stack.yaml");
   const Clip clip = simulated(scene, 2.0).clip;
