@@ -25,11 +25,13 @@ const kChecks = () => marks((c) => {
   for (let i = 0; i < 8; ++i)
     for (let j = 0; j < 4; ++j) if ((i + j) % 2) c.fillRect(32 * i, 64 * j, 32, 64);
 });
-const kFrame = () => marks((c) => {
-  c.strokeStyle = '#b4bac2';
-  c.lineWidth = 10;
-  c.strokeRect(2, 2, 252, 252);
-});
+
+/// Darkens the edges of a box by lines as thin on a wall as on a die: measured in pixels, not in the face.
+function drawEdges(shader) {
+  shader.fragmentShader = shader.fragmentShader.replace('#include <map_fragment>', `#include <map_fragment>
+    vec2 fromEdge = min(vMapUv, 1.0 - vMapUv) / fwidth(vMapUv);
+    diffuseColor.rgb *= mix(0.55, 1.0, smoothstep(0.7, 1.8, min(fromEdge.x, fromEdge.y)));`);
+}
 
 /// Along z, as the engine has it; three.js turns them around y.
 function alongZ(geometry) { return geometry.rotateX(Math.PI / 2); }
@@ -50,7 +52,7 @@ function kindOf(shape, replay, given) {
       return {key: 'sphere', make: () => alongZ(new THREE.SphereGeometry(1, 32, 20)),
               scale: [x, x, x], map: kChecks};
     case 'box':
-      return {key: 'box', make: () => new THREE.BoxGeometry(2, 2, 2), scale: [x, y, z], map: kFrame};
+      return {key: 'box', make: () => new THREE.BoxGeometry(2, 2, 2), scale: [x, y, z], map: () => marks(() => {}), edges: true};
     case 'capsule':
       return {key: `capsule ${x} ${y}`, scale: [1, 1, 1], map: kChecks,
               make: () => alongZ(new THREE.CapsuleGeometry(x, 2 * y, 10, 24))};
@@ -110,7 +112,9 @@ export class Bodies {
     if (this.ghost)
       return new THREE.MeshStandardMaterial({...look, color: '#2f7fe6', transparent: true,
                                              opacity: 0.32, depthWrite: false, roughness: 0.9});
-    return new THREE.MeshStandardMaterial({...look, roughness: 0.62, metalness: 0.05});
+    const material = new THREE.MeshStandardMaterial({...look, roughness: 0.62, metalness: 0.05});
+    if (kind.edges) material.onBeforeCompile = drawEdges;
+    return material;
   }
 
   finishKind(kind) {
@@ -171,6 +175,18 @@ export class Bodies {
       kind.mesh.instanceMatrix.needsUpdate = true;
       kind.mesh.boundingSphere = null;
     }
+  }
+
+  /// The share of the bodies that something fixed to the world hides from a point.
+  hiddenFrom(eye) {
+    const list = this.replay.bodies.map((_, i) => i).slice(1, 60), ray = new THREE.Raycaster();
+    const hidden = list.filter((body) => {
+      const to = new THREE.Vector3().setFromMatrixPosition(this.matrices[body]).sub(eye);
+      ray.far = 0.99 * to.length();
+      ray.set(eye, to.normalize());
+      return this.pick(ray)?.body === 0;
+    });
+    return hidden.length / Math.max(1, list.length);
   }
 
   /// The shape that a ray meets first.

@@ -148,10 +148,9 @@ class View {
 
   resetView() {
     this.anchor = null;
-    this.stage.reset();
+    this.stage.reset((eye) => this.bodies.hiddenFrom(eye));
     this.redraw();
   }
-  reset() { this.stage.reset(); }
   lookFrom(azimuth, elevation) {
     this.stage.look(azimuth, elevation, this.stage.view[2], this.stage.controls.target.clone());
     this.redraw();
@@ -333,7 +332,8 @@ class View {
     this.stage.controls.addEventListener('change', () => this.redraw());
     window.addEventListener('resize', () => this.fit());
     window.addEventListener('hashchange', () => this.applyLink(links.read(location.hash)));
-    this.stage.reset();
+    this.update();
+    this.resetView();
     const link = links.read(location.hash);
     this.applyLink(link);
     capture(this, link);

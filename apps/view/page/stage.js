@@ -103,8 +103,19 @@ export class Stage {
     }
   }
 
-  /// Looks at all that moves, from the front and the right.
-  reset(azimuth = -55, elevation = 20) {
+  /// Looks at all that moves, from the front and the right, or whence the least of it is hidden.
+  reset(hidden = () => 0) {
+    let best = null;
+    for (const [azimuth, elevation] of [[-55, 20], [-125, 20], [55, 20], [125, 20], [-55, 60], [125, 60]]) {
+      this.lookAtAll(azimuth, elevation);
+      const share = hidden(this.camera.position);
+      if (!best || share < best.share - 0.05) best = {share, azimuth, elevation};
+      if (share === 0) break;
+    }
+    this.lookAtAll(best.azimuth, best.elevation);
+  }
+
+  lookAtAll(azimuth, elevation) {
     const aspect = Math.min(1, this.camera.aspect || 1);
     this.look(azimuth, elevation, 0.92 * this.radius / (Math.sin(THREE.MathUtils.degToRad(19)) * aspect),
               new THREE.Vector3(...this.replay.center));
