@@ -83,6 +83,7 @@ const kDifference = `(hide, show) => {
   return box;
 }`;
 const difference = (view, hide, show) => view.evaluate(`(${kDifference})(${hide}, ${show})`);
+const kSize = '({width: counterpointReplay.canvas.clientWidth, height: counterpointReplay.canvas.clientHeight})';
 /// The shapes of one body alone, without shadows: shrunk to nothing and back.
 const scaleBody = (body, factor) => `(view) => view.bodies.items.filter((item) => item.shape.body === ${body})
   .forEach((item) => item.local.scale({x: ${factor}, y: ${factor}, z: ${factor}}))`;
@@ -90,6 +91,9 @@ async function bodyPixels(view, body) {
   await view.evaluate('counterpointReplay.bodies.items.forEach((item) => { item.mesh.castShadow = false; })');
   return difference(view, scaleBody(body, 2 ** -20), scaleBody(body, 2 ** 20));
 }
+
+const arrowPixels = (view) => difference(view, '(view) => { view.state.show.forces = false; }',
+                                         '(view) => { view.state.show.forces = true; }');
 
 /// A pinhole camera by itself: where a point is on the picture, from what the fragment asked for.
 function pinhole([azimuth, elevation, distance, ...target], width, height, point) {
@@ -128,7 +132,7 @@ test('a body is where the trajectory says, and moves when scrubbed', async () =>
   const seen = [];
   for (const time of [0, 0.2, 0.5]) {
     await view.evaluate(`counterpointReplay.seek(${time})`);
-    const {width, height} = await view.evaluate('({width: counterpointReplay.canvas.clientWidth, height: counterpointReplay.canvas.clientHeight})');
+    const {width, height} = await view.evaluate(kSize);
     const row = rows.find((one) => Math.abs(one.time - time) < 1e-9);
     const centre = [row['thrown/body.x'], row['thrown/body.y'], row['thrown/body.z']];
     const wanted = pinhole(cam, width, height, centre);
@@ -151,13 +155,14 @@ test('arrows stand where contacts are', async () => {
   assert.equal(shown.length, 1);
   assert.ok(Math.abs(shown[0].size - 2 * 9.80665) < 0.05, `${shown[0].size} N`);
   shown[0].position.forEach((x, i) => assert.ok(Math.abs(x - [0.6, 0, 0][i]) < 1e-3, shown[0].position.join()));
-  const box = await difference(view, '(view) => { view.state.show.forces = false; }', '(view) => { view.state.show.forces = true; }');
-  const {width, height} = await view.evaluate('({width: counterpointReplay.canvas.clientWidth, height: counterpointReplay.canvas.clientHeight})');
+  await view.evaluate('counterpointReplay.enlargeForces(2)');  // out of the ball that it carries
+  const box = await arrowPixels(view);
+  const {width, height} = await view.evaluate(kSize);
   const foot = pinhole(cam, width, height, [0.6, 0, 0]);
   assert.ok(box.pixels > 30 && box.color[0] > box.color[2] + 40, `red pixels: ${JSON.stringify(box)}`);
   assert.ok(box.x0 - 2 < foot.x && foot.x < box.x1 + 60 && box.y0 < foot.y, JSON.stringify({box, foot}));
-  await view.evaluate('counterpointReplay.enlargeForces(2)');
-  const longer = await difference(view, '(view) => { view.state.show.forces = false; }', '(view) => { view.state.show.forces = true; }');
+  await view.evaluate('counterpointReplay.enlargeForces(1.5)');
+  const longer = await arrowPixels(view);
   assert.ok(longer.y1 - longer.y0 > 1.3 * (box.y1 - box.y0), 'arrows grow with their scale');
   await view.close();
 });

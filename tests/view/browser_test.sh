@@ -10,6 +10,6 @@ chromium=${COUNTERPOINT_CHROMIUM:-$(command -v chromium || command -v chromium-b
 [ -n "$chromium" ] || skip "no Chromium; install chromium (Debian)"
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
-"$1" simulate "$here/../../data/scenes/pendulum.yaml" --duration 0 --view "$folder/probe.html" 2>"$folder/why" ||
+"$1" simulate "$here/../../data/scenes/pendulum.yaml" --duration 0 --view "$folder/probe.html" >/dev/null 2>"$folder/why" ||
   { grep -q 'no replay page' "$folder/why" && skip "$(cat "$folder/why")"; cat "$folder/why"; exit 1; }
 "$node" "$here/browser_test.mjs" "$1" "$chromium" "$folder"
