@@ -64,9 +64,10 @@ struct Outputs {
   std::unique_ptr<view::ClipRecorder> recorder;
   bool any() const { return writer || recorder; }
 
-  void step(const State& before, const Input& input, double h, const State& after) {
+  void step(const State& before, const Input& input, double h, const State& after,
+            const StepReport& report) {
     if (writer) writer->write_step(before, input, h);
-    if (recorder) recorder->add_step(before, input, h, after);
+    if (recorder) recorder->add_step(before, input, h, after, report.newton_iterations);
   }
 };
 
@@ -91,7 +92,7 @@ std::optional<FailedStep> run(Simulator& simulator, AppliedInputs& inputs, Outpu
       ++tally.failures;
       failed = {k, simulator.state().time, step};
     } else if (outputs.any()) {
-      outputs.step(before, simulator.input(), h, simulator.state());
+      outputs.step(before, simulator.input(), h, simulator.state(), step);
     }
     progress.update(static_cast<int>(k + 1));
   }
@@ -124,8 +125,9 @@ std::optional<FailedStep> run_controlled(Simulator& simulator, AppliedInputs& in
       ++tally.failures;
       failed = {tally.steps - 1, before.time, step.second};
     } else {
-      outputs.step(before, simulator.input(), 0.5 * step.step, simulator.middle());
-      outputs.step(simulator.middle(), simulator.input(), 0.5 * step.step, simulator.state());
+      outputs.step(before, simulator.input(), 0.5 * step.step, simulator.middle(), step.first);
+      outputs.step(simulator.middle(), simulator.input(), 0.5 * step.step, simulator.state(),
+                   step.second);
     }
     progress.update(static_cast<int>(kParts * (simulator.state().time - start_time) /
                                      std::max(options.duration, before.time - start_time)));

@@ -38,10 +38,13 @@ void ClipRecorder::thin_out() {
     clip_.states[k] = std::move(clip_.states[2 * k]);
     clip_.applied_force[k] = std::move(clip_.applied_force[2 * k]);
     clip_.asleep[k] = std::move(clip_.asleep[2 * k]);
+    if (!clip_.newton_iterations.empty())
+      clip_.newton_iterations[k] = clip_.newton_iterations[2 * k];
   }
   clip_.states.resize(kept);
   clip_.applied_force.resize(kept);
   clip_.asleep.resize(kept);
+  if (!clip_.newton_iterations.empty()) clip_.newton_iterations.resize(kept);
   rate_ *= 0.5;
   next_ = static_cast<long>(std::floor((clip_.states.back().time - start_) * rate_ + 1e-6)) + 1;
 }
@@ -63,7 +66,8 @@ void ClipRecorder::add_contacts(const State& before, const Input& input, double 
                               contact.contact.geometry_b, contact.contact.position, contact.force});
 }
 
-void ClipRecorder::add_step(const State& before, const Input& input, double h, const State& after) {
+void ClipRecorder::add_step(const State& before, const Input& input, double h, const State& after,
+                            int newton_iterations) {
   if (clip_.rows++ == 0) start_ = before.time;
   before_ = before;
   after_ = after;
@@ -79,6 +83,7 @@ void ClipRecorder::add_step(const State& before, const Input& input, double h, c
     ++next_;
   }
   add_frame(before, input.applied_force);
+  if (newton_iterations >= 0) clip_.newton_iterations.push_back(newton_iterations);
   clip_.asleep.push_back(trees_at_rest(scene_.model, before, after));
   add_contacts(before, input, h, after);
 }
@@ -86,6 +91,8 @@ void ClipRecorder::add_step(const State& before, const Input& input, double h, c
 Clip ClipRecorder::finish(const State& last) {
   const bool stepped = clip_.rows++ > 0;
   add_frame(last, VectorX());
+  if (!clip_.newton_iterations.empty())
+    clip_.newton_iterations.push_back(clip_.newton_iterations.back());
   clip_.asleep.push_back(stepped ? trees_at_rest(scene_.model, before_, after_)
                                  : std::vector<char>(scene_.model.num_trees(), 0));
   if (stepped) add_contacts(before_, input_, h_, after_);

@@ -26,6 +26,7 @@ struct Clip {
   std::vector<VectorX> applied_force;     ///< nv, of the step from each; empty where unknown
   std::vector<std::vector<char>> asleep;  ///< by frame and tree; empty where unknown
   std::vector<Contact> contacts;          ///< by rising frame
+  std::vector<int> newton_iterations;     ///< of the step from each frame; empty where unknown
   bool has_contacts = false;              ///< contacts were looked for
   long rows = 0;                          ///< of the motion that the frames were taken from
   int num_frames() const { return static_cast<int>(states.size()); }
@@ -42,7 +43,9 @@ class ClipRecorder {
   ClipRecorder(const Scene& scene, double rate, bool forces, int most = 0);
 
   /// A step of length h [s] from `before` to `after` under `input`.
-  void add_step(const State& before, const Input& input, double h, const State& after);
+  /// newton_iterations: that it took; below 0: unknown.
+  void add_step(const State& before, const Input& input, double h, const State& after,
+                int newton_iterations = -1);
   /// The last state. The contacts of the last step are shown with it too.
   Clip finish(const State& last);
 

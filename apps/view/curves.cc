@@ -54,6 +54,12 @@ void add_contact_forces(const Model& model, const Clip& clip, std::vector<Curve>
   out.insert(out.end(), {carried, largest});
 }
 
+void add_iterations(const Clip& clip, std::vector<Curve>& out) {
+  const std::vector<int>& iterations = clip.newton_iterations;
+  if (iterations.size() == clip.states.size())
+    out.push_back({"Newton iterations", "", "1", {iterations.begin(), iterations.end()}});
+}
+
 /// A coordinate of a clip at a time: straight between frames, its end where it is shorter.
 double at_time(const Clip& clip, int index, double time) {
   const auto later = std::upper_bound(clip.states.begin(), clip.states.end(), time,
@@ -120,6 +126,7 @@ std::vector<Curve> curves_of(const Model& model, const Clip& clip, const Clip* g
   std::vector<Curve> out;
   add_energies(model, clip, out);
   add_contact_forces(model, clip, out);
+  add_iterations(clip, out);
   if (model.nq() + model.nv() > kMaxCoordinates) return out;
   for (int joint = 0; joint < model.num_joints(); ++joint) {
     if (joint_nv(model.body(joint + 1).joint_type) == 1)

@@ -14,8 +14,9 @@ struct Curve {
   std::vector<double> values;  ///< one a frame
 };
 
-/// Energies, contact forces, and of models of up to kMaxCoordinates every coordinate, velocity and
-/// applied force; of a ghost the coordinates of joints that have one, at the clip's times.
+/// Energies, contact forces, Newton iterations where they are known, and of models of up to
+/// kMaxCoordinates every coordinate, velocity and applied force; of a ghost the coordinates of
+/// joints that have one, at the clip's times.
 std::vector<Curve> curves_of(const Model& model, const Clip& clip, const Clip* ghost);
 
 /// nq + nv, beyond which coordinates are left to what the page reads off the poses.

@@ -210,7 +210,7 @@ test('the keyboard does all of it', async () => {
 
 test('the fragment says time, body and view', async () => {
   run('simulate', join(scenes, 'humanoid_drop.yaml'), '--duration', '0.5', '--view', at('humanoid.html'));
-  const view = await open(at('humanoid.html'), '#t=0.25&follow=pelvis&show=com,names&hide=curves&theme=dark');
+  const view = await open(at('humanoid.html'), '#t=0.25&follow=pelvis&show=com,names&hide=curves,legend&theme=dark');
   const state = () => view.evaluate('({...counterpointReplay.state, theme: counterpointReplay.themeName})');
   let now = await state();
   assert.equal(now.time, 0.25);
@@ -220,7 +220,7 @@ test('the fragment says time, body and view', async () => {
   const aside = () => view.evaluate(`(() => { const p = counterpointReplay.project('pelvis'), c = counterpointReplay.canvas;
     return Math.hypot(p.x - c.clientWidth / 2, p.y - c.clientHeight / 2); })()`);
   assert.ok(await aside() < 1, 'the pelvis is in the middle');
-  await view.evaluate('location.hash = "#t=0.45&follow=pelvis"');
+  await view.evaluate('location.hash = "#t=0.45&follow=pelvis&hide=legend"');
   await until(view, 'counterpointReplay.time === 0.45');
   await view.evaluate('counterpointReplay.renderNow()');
   assert.ok(await aside() < 1, 'and stays there');

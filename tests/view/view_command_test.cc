@@ -47,6 +47,10 @@ TEST_F(View, WritesAPageThatHoldsItsInputs) {
   EXPECT_EQ(report["rows"], 151);
   EXPECT_EQ(report["bodies"], 1);
   EXPECT_GT(report["contact_forces"], 0);
+  std::ifstream stream(std::string(COUNTERPOINT_SOURCE_DIR) + "/docs/json-reports.md");
+  const std::string document{std::istreambuf_iterator<char>(stream), {}};
+  for (const auto& [key, value] : report.items())
+    EXPECT_NE(document.find('`' + key + '`'), std::string::npos) << key;
   for (const char* input : {"cube_drop.yaml", "cube.urdf", "cube.csv", "counterpoint view"})
     EXPECT_NE(page.find(input), std::string::npos) << input;
 }

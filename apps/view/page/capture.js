@@ -47,6 +47,7 @@ export function capture(view, link) {
   if (!link.png && !link.gif) return;
   const [width, height] = link.size ?? [960, 540];
   view.resize(width, height, 1);
+  view.stage.aside(0);
   if (!link.cam && !link.follow) view.resetView();
   const canvas = element('canvas', {width, height});
   const leave = (kind, words) => document.body.append(element('pre', {class: 'capture', 'data-kind': kind, hidden: true}, words));

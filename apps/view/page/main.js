@@ -103,7 +103,7 @@ class View {
 
   toggle(name) {
     this.state.show[name] = !this.state.show[name];
-    if (name === 'curves') this.fit();
+    if (name === 'curves' || name === 'legend') this.fit();
     this.redraw();
   }
   toggleTheme() { this.setTheme(this.themeName === 'dark' ? 'light' : 'dark'); }
@@ -208,6 +208,8 @@ class View {
     this.panel.update(this.state);
     const {clientWidth, clientHeight} = this.panel.picture;
     this.resize(clientWidth || 1, clientHeight || 1, Math.min(2, window.devicePixelRatio || 1));
+    const beside = this.state.ui && this.state.show.legend && clientWidth > 600;
+    this.stage.aside(beside ? Math.min(this.panel.legend.offsetWidth, clientWidth / 3) / 2 : 0);
     this.redraw();
   }
   redraw() { this.dirty = true; }

@@ -145,6 +145,13 @@ export class Stage {
     this.controls.update();
   }
 
+  /// Puts what is looked at `pixels` to the right of the middle: the legend has the left.
+  aside(pixels) {
+    const {width, height} = this.renderer.getSize(new THREE.Vector2());  // Vector2 has width, height
+    if (pixels) this.camera.setViewOffset(width, height, -pixels, 0, width, height);
+    else this.camera.clearViewOffset();
+  }
+
   resize(width, height, ratio) {
     this.renderer.setPixelRatio(ratio);
     this.renderer.setSize(width, height);
