@@ -13,9 +13,11 @@
 #include "recordings/page.h"
 #include "recordings/parameters.h"
 #include "recordings/prediction.h"
+#include "recordings/replays.h"
 #include "recordings/unexplained.h"
 #include "report.h"
 #include "scene_arguments.h"
+#include "view/view_option.h"
 
 namespace counterpoint::apps {
 namespace {
@@ -27,6 +29,7 @@ struct Arguments {
   std::optional<int> substeps;
   std::optional<double> reach;
   int horizon = 0;
+  view::ViewOption view;
   Report report;
 };
 
@@ -227,7 +230,7 @@ int compare_inverse(Arguments& arguments) {
 }
 
 void write_page_of(const Arguments& arguments, const std::vector<Prediction>& predictions,
-                   Compared by) {
+                   Compared by, const Replays& replays) {
   HtmlPage page("Recordings predicted: " + arguments.scene.file);
   page.paragraph(fmt::format("{} recordings, mode {}{}.", predictions.size(), arguments.mode,
                              arguments.set.empty() ? "" : ", " + arguments.set));
@@ -237,13 +240,24 @@ void write_page_of(const Arguments& arguments, const std::vector<Prediction>& pr
   page.table(medians);
   const std::vector<Chart> charts = error_charts({{"error", &predictions}}, by);
   for (const Chart& chart : charts) page.picture(svg(chart));
+  const auto links = replays.write_worst_of(arguments.page, arguments.view.rate());
+  if (!links.empty()) {
+    page.heading("Replays, worst first");
+    page.paragraph("Simulated, with what was recorded as a ghost; curves of both.");
+    page.links(links);
+  }
   page.heading("Each recording");
   page.table(prediction_table(predictions, by));
   write_page(arguments.page, page, charts);
 }
 
 int compare(Arguments& arguments) {
-  if (arguments.mode == "inverse") return compare_inverse(arguments);
+  arguments.view.check();
+  if (arguments.mode == "inverse") {
+    if (arguments.view.wanted())
+      throw InputError("--view shows predictions; with --mode inverse there are none");
+    return compare_inverse(arguments);
+  }
   const Scene scene = with_settings(arguments.scene.load(), arguments.set);
   PredictionOptions options;
   options.scene_step = scene.options.time_step;
@@ -270,7 +284,10 @@ int compare(Arguments& arguments) {
   fill_report(scene.model, predictions, compared(map), report);
   report_coordinates(velocity_figures(map, predictions), report);
   report.write();
-  if (!arguments.page.empty()) write_page_of(arguments, predictions, compared(map));
+  const Replays replays(scene, arguments.scene.file, arguments.map, recordings, predictions,
+                        compared(map));
+  if (arguments.view.wanted()) replays.write_worst(arguments.view.file(), arguments.view.rate());
+  if (!arguments.page.empty()) write_page_of(arguments, predictions, compared(map), replays);
   int exit_code = kSuccess;
   for (const Prediction& prediction : predictions) {
     if (!prediction.failure) continue;
@@ -315,6 +332,7 @@ void add_compare(CLI::App& app, Action& action) {
   command.add_option("--output", arguments->output, "CSV to write: the deviation at every row");
   command.add_option("--report", arguments->page, "Folder for a page with tables and pictures")
       ->type_name("DIR");
+  arguments->view.add_to(command);
   arguments->report.add_to(command);
   command.footer(
       "Example:\n  counterpoint compare data/scenes/cube_toss.yaml toss_005.csv toss_016.csv "

@@ -14,8 +14,10 @@
 #include "hard_cases/mechanisms.h"
 #include "hard_cases/tables.h"
 #include "hard_cases/trial.h"
+#include "html_page.h"
 #include "peers/not_expressible.h"
 #include "report.h"
+#include "view/replay.h"
 
 namespace counterpoint::apps {
 namespace {
@@ -25,7 +27,7 @@ namespace fs = std::filesystem;
 struct Arguments {
   std::vector<std::string> only;
   std::string scenes, folder;
-  bool list = false, fast = false, no_peers = false, long_run = false;
+  bool views = false, list = false, fast = false, no_peers = false, long_run = false;
   double seconds = kLongRun;
   double peer_seconds = 120.0;
   Report report;
@@ -76,9 +78,10 @@ fs::path scene_folder(const Arguments& arguments) {
 }
 
 Run run_on(Engine engine, const HardCase& hard_case, const fs::path& scenes, double allowed,
-           const fs::path& state_file = {}) {
+           const fs::path& state_file = {}, const fs::path& replay_file = {}) {
   Run run{engine, Trial(scenes, engine, allowed), {}, {}, 0.0};
   run.trial.keep_state_in(state_file);
+  run.trial.keep_replay_in(replay_file);
   run.trial.chart.title = hard_case.name;
   const auto start = std::chrono::steady_clock::now();
   try {
@@ -91,6 +94,11 @@ Run run_on(Engine engine, const HardCase& hard_case, const fs::path& scenes, dou
   }
   run.wall_seconds =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  try {
+    run.replay = run.trial.write_replay();
+  } catch (const InputError& error) {  // no reason to fail a case
+    fmt::print(stderr, "note: {}: no replay: {}\n", hard_case.name, error.what());
+  }
   run.trial.unload();
   return run;
 }
@@ -99,14 +107,29 @@ Result run_case(const HardCase& hard_case, const fs::path& scenes, const Argumen
   const fs::path state_file = arguments.folder.empty()
                                   ? fs::path()
                                   : fs::path(arguments.folder) / (hard_case.name + ".state.csv");
+  const fs::path replay_file =
+      arguments.views ? fs::path(arguments.folder) / (hard_case.name + ".html") : fs::path();
   Result result{hard_case,
                 run_on(Engine::kCounterpoint, hard_case, scenes,
-                       std::numeric_limits<double>::infinity(), state_file),
+                       std::numeric_limits<double>::infinity(), state_file, replay_file),
                 {}};
   if (arguments.no_peers || arguments.long_run) return result;
   for (const Engine peer : {Engine::kMujocoDefault, Engine::kMujocoBest})
     result.peers.push_back(run_on(peer, hard_case, scenes, arguments.peer_seconds));
   return result;
+}
+
+/// DIR/replays.html, which leads to all of them.
+void write_replay_list(const fs::path& folder, const std::vector<Result>& results) {
+  HtmlPage page("Hard cases: replays");
+  page.paragraph("The first run of each case on Counterpoint, at most 1000 frames of it.");
+  std::vector<std::pair<std::string, std::string>> links;
+  for (const Result& result : results)
+    if (result.ours.replay)
+      links.emplace_back(result.hard_case.name + ": " + result.hard_case.hard,
+                         result.hard_case.name + ".html");
+  page.links(links);
+  view::write_whole(folder / "replays.html", page.text());
 }
 
 int list_cases(const std::vector<HardCase>& cases) {
@@ -116,6 +139,9 @@ int list_cases(const std::vector<HardCase>& cases) {
 }
 
 int hard_cases(Arguments& arguments) {
+  if (arguments.views && arguments.folder.empty()) throw InputError("--views: give --report DIR");
+  if (arguments.views && !view::can_make_pages())
+    throw InputError("--views: " + view::why_no_pages());
   const fs::path scenes = scene_folder(arguments);
   const std::vector<HardCase> cases = chosen_cases(arguments, scenes);
   if (arguments.list) return list_cases(cases);
@@ -137,6 +163,7 @@ int hard_cases(Arguments& arguments) {
       if (result.ours.trial.chart.empty()) continue;
       write_file(folder / (result.hard_case.name + ".svg"), svg(result.ours.trial.chart));
     }
+    if (arguments.views) write_replay_list(folder, results);
   }
   report["status"] = failed == 0 ? "ok" : "failed";
   report["failed"] = failed;
@@ -163,6 +190,8 @@ void add_hard_cases(CLI::App& app, Action& action) {
           "--report", arguments->folder,
           "Write hard-cases.md, one picture a case, the last good state of a run that failed")
       ->type_name("DIR");
+  command.add_flag("--views", arguments->views,
+                   "With --report: a replay of each case, DIR/CASE.html, and DIR/replays.html");
   command.add_option("--scenes", arguments->scenes, "Their scenes; default: data/scenes/hard")
       ->type_name("DIR");
   command.add_flag(

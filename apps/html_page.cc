@@ -54,6 +54,13 @@ void HtmlPage::list(const std::vector<std::string>& items) {
   body_ += "</ul>\n";
 }
 
+void HtmlPage::links(const std::vector<std::pair<std::string, std::string>>& words_and_files) {
+  body_ += "<ul>\n";
+  for (const auto& [words, file] : words_and_files)
+    body_ += "<li><a href='" + escape_markup(file) + "'>" + escape_markup(words) + "</a></li>\n";
+  body_ += "</ul>\n";
+}
+
 void HtmlPage::table(const Table& table) {
   body_ += "<table>\n<tr>";
   for (const std::string& cell : table.header) body_ += "<th>" + escape_markup(cell) + "</th>";

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace counterpoint::apps {
@@ -23,6 +24,8 @@ class HtmlPage {
   void paragraph(const std::string& text);
   void list(const std::vector<std::string>& items);
   void table(const Table& table);
+  /// A list of words that lead to files beside the page.
+  void links(const std::vector<std::pair<std::string, std::string>>& words_and_files);
   /// A picture as svg (chart.h) gives it.
   void picture(const std::string& svg);
 

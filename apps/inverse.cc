@@ -13,6 +13,7 @@
 #include "progress.h"
 #include "report.h"
 #include "scene_arguments.h"
+#include "view/view_option.h"
 
 namespace counterpoint::apps {
 namespace {
@@ -21,6 +22,7 @@ struct Arguments {
   SceneArguments scene;
   std::string trajectory, output, contacts;
   std::optional<double> time_step;
+  view::ViewOption view;
   Report report;
 };
 
@@ -108,6 +110,7 @@ class Output {
 };
 
 int inverse(Arguments& arguments) {
+  arguments.view.check();
   const Scene scene = arguments.scene.load();
   const Model& model = scene.model;
   const Trajectory trajectory = read_trajectory(arguments.trajectory, model);
@@ -138,6 +141,9 @@ int inverse(Arguments& arguments) {
     progress.update(k + 1);
   }
   output.finish();
+  if (arguments.view.wanted() && !failed)
+    view::write_replay(arguments.view.file(), scene, {arguments.scene.file, {arguments.trajectory}},
+                       view::clip_of(scene, trajectory, steps, arguments.view.rate(), true));
 
   Report& report = arguments.report;
   report.begin("inverse", arguments.scene.file);
@@ -197,6 +203,7 @@ void add_inverse(CLI::App& app, Action& action) {
                      "CSV to write: the applied force of every step");
   command.add_option("--contacts", arguments->contacts,
                      "CSV to write: every contact of every step and its force");
+  arguments->view.add_to(command);
   arguments->report.add_to(command);
   command.footer(
       "Example:\n  counterpoint inverse data/scenes/arm7.yaml arm.csv --output forces.csv "

@@ -23,6 +23,7 @@
 #include "step_statistics.h"
 #include "thread_clock.h"
 #include "total_energy.h"
+#include "view/view_option.h"
 
 namespace counterpoint::apps {
 namespace {
@@ -35,6 +36,7 @@ struct Arguments {
   std::string output, save_state, resume;
   bool changed_scene = false, strict = false;
   InputArguments inputs;
+  view::ViewOption view;
   Report report;
 };
 
@@ -73,9 +75,25 @@ void apply_overrides(const Arguments& arguments, SimulationOptions& options) {
   override_times(arguments.duration, arguments.time_step, options);
 }
 
+/// Where the steps go, each only if asked for.
+struct Outputs {
+  std::unique_ptr<TrajectoryWriter> writer;
+  std::unique_ptr<view::ClipRecorder> recorder;
+  bool any() const { return writer || recorder; }
+
+  void step(const State& before, const Input& input, double h, const State& after,
+            const StepReport& report) {
+    if (writer) writer->write_step(before, input, h, report.softening);
+    if (!recorder) return;
+    Input known = input;
+    known.softening = report.softening;
+    recorder->add_step(before, known, h, after, report.newton_iterations);
+  }
+};
+
 /// Steps the simulator to the end, or to the first step that fails. The trajectory ends with the
 /// last good state.
-std::optional<FailedStep> run(Simulator& simulator, AppliedInputs& inputs, TrajectoryWriter* writer,
+std::optional<FailedStep> run(Simulator& simulator, AppliedInputs& inputs, Outputs& outputs,
                               Tally& tally) {
   const double h = simulator.options().time_step;
   const long steps = std::lround(std::ceil(simulator.options().duration / h - 1e-6));
@@ -84,7 +102,7 @@ std::optional<FailedStep> run(Simulator& simulator, AppliedInputs& inputs, Traje
   Progress progress("simulating", static_cast<int>(steps));
   for (long k = 0; k < steps && !failed && !tally.out_of_time(); ++k) {
     inputs.set(simulator);
-    if (writer) before = simulator.state();
+    if (outputs.any()) before = simulator.state();
     const double start_time = simulator.state().time;
     const auto start = std::chrono::steady_clock::now();
     const double busy = thread_seconds();
@@ -97,18 +115,18 @@ std::optional<FailedStep> run(Simulator& simulator, AppliedInputs& inputs, Traje
       ++tally.failures;
       failed = {k, simulator.state().time, step};
     } else {
-      if (writer) writer->write_step(before, simulator.input(), h, step.softening);
+      if (outputs.any()) outputs.step(before, simulator.input(), h, simulator.state(), step);
       if (tally.watch) tally.watch->after_step(h);
     }
     progress.update(static_cast<int>(k + 1));
   }
-  if (writer) writer->write_end(simulator.state());
+  if (outputs.writer) outputs.writer->write_end(simulator.state());
   return failed;
 }
 
 /// The same in controlled steps; every half is a step, and a row of the trajectory.
 std::optional<FailedStep> run_controlled(Simulator& simulator, AppliedInputs& inputs,
-                                         TrajectoryWriter* writer, Tally& tally) {
+                                         Outputs& outputs, Tally& tally) {
   const SimulationOptions& options = simulator.options();
   const double start_time = simulator.state().time, end = start_time + options.duration;
   std::optional<FailedStep> failed;
@@ -133,17 +151,15 @@ std::optional<FailedStep> run_controlled(Simulator& simulator, AppliedInputs& in
       ++tally.failures;
       failed = {tally.steps - 1, before.time, step.second};
     } else {
-      if (writer) {
-        writer->write_step(before, simulator.input(), 0.5 * step.step, step.first.softening);
-        writer->write_step(simulator.middle(), simulator.input(), 0.5 * step.step,
-                           step.second.softening);
-      }
+      outputs.step(before, simulator.input(), 0.5 * step.step, simulator.middle(), step.first);
+      outputs.step(simulator.middle(), simulator.input(), 0.5 * step.step, simulator.state(),
+                   step.second);
       if (tally.watch) tally.watch->after_step(step.step);
     }
     progress.update(static_cast<int>(kParts * (simulator.state().time - start_time) /
                                      std::max(options.duration, before.time - start_time)));
   }
-  if (writer) writer->write_end(simulator.state());
+  if (outputs.writer) outputs.writer->write_end(simulator.state());
   return failed;
 }
 
@@ -214,6 +230,7 @@ void print_figures(const Report& report, const Simulator& simulator, double simu
 }
 
 int simulate(Arguments& arguments) {
+  arguments.view.check();
   Scene scene = arguments.scene.load();
   apply_overrides(arguments, scene.options);
   for (const Note& note : scene.model.notes()) {
@@ -228,20 +245,29 @@ int simulate(Arguments& arguments) {
   }
   if (arguments.strict) simulator.settings().soften_after = 0;
   AppliedInputs inputs(arguments.inputs, simulator);
-  std::unique_ptr<TrajectoryWriter> writer;
+  Outputs outputs;
   if (!arguments.output.empty())
-    writer = std::make_unique<TrajectoryWriter>(arguments.output, model, inputs.columns(model));
+    outputs.writer =
+        std::make_unique<TrajectoryWriter>(arguments.output, model, inputs.columns(model));
+  if (arguments.view.wanted())
+    outputs.recorder =
+        std::make_unique<view::ClipRecorder>(simulator.scene(), arguments.view.rate(), true);
   const State start = simulator.state();
   Tally tally;
   tally.wall_limit = arguments.wall_limit.value_or(tally.wall_limit);
   if (arguments.report.wanted()) tally.watch = std::make_unique<RunWatch>(simulator);
   const auto& control = simulator.options().step_control;
   const std::optional<FailedStep> failed =
-      (control ? run_controlled : run)(simulator, inputs, writer.get(), tally);
+      (control ? run_controlled : run)(simulator, inputs, outputs, tally);
   if (!arguments.save_state.empty()) {
     write_state(arguments.save_state, model, simulator.options(), simulator.state(),
                 control ? std::optional(simulator.next_step()) : std::nullopt);
   }
+  if (outputs.recorder)
+    view::write_replay(arguments.view.file(), simulator.scene(),
+                       {arguments.scene.file, {arguments.inputs.file, arguments.resume}},
+                       outputs.recorder->finish(simulator.state()));
+
   const std::string message = failed ? failure_message(model, *failed) : stopped(tally, simulator);
   write_report(arguments, simulator, start, failed, message, tally);
   if (message.empty()) {
@@ -299,6 +325,7 @@ void add_simulate(CLI::App& app, Action& action) {
       .add_option("--wall-limit", arguments->wall_limit,
                   "Stop (exit code 1) once the steps have taken this long [s]; default: never")
       ->check(CLI::PositiveNumber);
+  arguments->view.add_to(command);
   arguments->report.add_to(command);
   command.footer(
       "Example:\n  counterpoint simulate data/scenes/arm7.yaml --duration 1 "

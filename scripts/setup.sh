@@ -2,6 +2,7 @@
 # Installs what Counterpoint needs on Debian 12, builds it, and runs it once. Safe to repeat.
 #   scripts/setup.sh               packages, release build, main job
 #   scripts/setup.sh --build-only  packages and release build
+#   scripts/setup.sh --for-tests   the same, and Chromium, in which the tests look at replays
 set -eu
 cd "$(dirname "$0")/.."
 
@@ -9,8 +10,11 @@ packages="g++ cmake ninja-build libeigen3-dev libfcl-dev libccd-dev liburdfdom-d
 liburdfdom-headers-dev libassimp-dev zlib1g-dev libyaml-cpp-dev libtinyxml2-dev libqhull-dev libpng-dev libfmt-dev
 libconsole-bridge-dev libcli11-dev nlohmann-json3-dev libgtest-dev libbenchmark-dev"
 
-# Not needed: MuJoCo, which `counterpoint hard-cases` then runs beside Counterpoint.
+# Not needed: MuJoCo, which `counterpoint hard-cases` then runs beside Counterpoint; node and npm, which pack the
+# page of `counterpoint view`; Chromium, for its tests and pictures. What is there from elsewhere will do.
 optional="libmujoco-dev"
+{ command -v node && command -v npm; } >/dev/null || optional="$optional nodejs npm"
+[ "${1:-}" != --for-tests ] || command -v chromium >/dev/null || optional="$optional chromium"
 
 not_installed() {
   for package in "$@"; do
@@ -38,14 +42,15 @@ if [ -n "$missing$missing_optional" ]; then
     echo "Installing:$missing$missing_optional"
     $as_root apt-get update || [ -z "$missing" ]
     [ -z "$missing" ] || add_packages "$missing"
-    [ -z "$missing_optional" ] || add_packages "$missing_optional" ||
-      echo "Going on without:$missing_optional"
+    for package in $missing_optional; do
+      add_packages "$package" || echo "Going on without: $package"
+    done
   fi
 fi
 
 cmake --preset release
 cmake --build --preset release
-[ "${1:-}" = --build-only ] && exit 0
+case "${1:-}" in --build-only | --for-tests) exit 0 ;; esac
 
 # The main job: a humanoid falls; the forces behind the fall are recovered from its motion.
 mkdir -p out
@@ -53,4 +58,6 @@ build/release/bin/counterpoint simulate data/scenes/humanoid_drop.yaml --output 
   --json out/fall.json
 build/release/bin/counterpoint inverse data/scenes/humanoid_drop.yaml out/fall.csv \
   --output out/forces.csv --contacts out/contacts.csv --json out/inverse.json
+build/release/bin/counterpoint view data/scenes/humanoid_drop.yaml out/fall.csv --contacts out/contacts.csv \
+  --output out/fall.html || echo "No replay of it: see above"
 echo "Written: out/fall.csv (motion), out/forces.csv and out/contacts.csv (what moved it)"

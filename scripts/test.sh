@@ -2,5 +2,5 @@
 # Builds, installing what is missing, and runs every test.
 set -eu
 cd "$(dirname "$0")/.."
-scripts/setup.sh --build-only
+scripts/setup.sh --for-tests
 ctest --preset release

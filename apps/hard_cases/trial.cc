@@ -8,16 +8,39 @@
 #include "counterpoint/engine/kinematics.h"
 #include "counterpoint/engine/springs.h"
 #include "counterpoint/engine/state_file.h"
+#include "view/view_option.h"
 
 namespace counterpoint::apps {
 
 Runner& Trial::load(const std::string& name) {
-  runners_.push_back(make_runner(load_scene(scenes_ / (name + ".yaml")), engine_));
+  constexpr int kMostFrames = 1000;
+  const std::filesystem::path file = scenes_ / (name + ".yaml");
+  runners_.push_back(make_runner(load_scene(file), engine_));
+  if (!replay_file_.empty() && runners_.size() == 1) {
+    replay_scene_ = file.string();
+    recorder_ = std::make_unique<view::ClipRecorder>(runners_[0]->scene(), view::kDefaultRate, true,
+                                                     kMostFrames);
+  }
   return *runners_.back();
 }
 
+bool Trial::write_replay() {
+  if (!recorder_ || recorded_.q.size() == 0) return false;
+  view::write_replay(replay_file_, runners_[0]->scene(), {replay_scene_, {}},
+                     recorder_->finish(recorded_));
+  recorder_.reset();
+  return true;
+}
+
 void Trial::step(Runner& sim) {
+  const bool first = recorder_ && &sim == runners_[0].get() &&
+                     (recorded_.q.size() == 0 || sim.state().time >= recorded_.time);
+  const State before = first ? sim.state() : State();
   const StepFigures figures = sim.step();
+  if (first && figures.failure.empty()) {
+    recorder_->add_step(before, sim.input(), sim.options().time_step, sim.state());
+    recorded_ = sim.state();
+  }
   ++steps;
   iterations += figures.iterations;
   iterations_max = std::max(iterations_max, figures.iterations);

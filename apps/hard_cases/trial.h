@@ -14,6 +14,7 @@
 #include "chart.h"
 #include "counterpoint/engine/data.h"
 #include "runner.h"
+#include "view/clip.h"
 
 namespace counterpoint::apps {
 
@@ -53,6 +54,11 @@ class Trial {
 
   /// Where the last good state goes if a step fails (docs/trajectory-format.md); empty: nowhere.
   void keep_state_in(std::filesystem::path file) { state_file_ = std::move(file); }
+
+  /// Where a replay of what is loaded first goes, up to a reset; empty: nowhere.
+  void keep_replay_in(std::filesystem::path file) { replay_file_ = std::move(file); }
+  /// Writes it; before unload. False if there is none. @throws InputError.
+  bool write_replay();
 
   /// One step. @throws StepFailure.
   void step(Runner& sim);
@@ -95,6 +101,10 @@ class Trial {
   std::filesystem::path state_file_;
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
   std::vector<std::unique_ptr<Runner>> runners_;
+  std::filesystem::path replay_file_;
+  std::string replay_scene_;
+  std::unique_ptr<view::ClipRecorder> recorder_;  ///< of the first of runners_
+  State recorded_;                                ///< the last state that it has
 };
 
 /// A case on one engine.
@@ -104,6 +114,7 @@ struct Run {
   std::string failure;  ///< why it did not come to its end
   std::string lacking;  ///< why the engine cannot run it at all
   double wall_seconds = 0.0;
+  bool replay = false;  ///< one was written
 
   bool passed() const;
   double iterations_mean() const;

@@ -1,0 +1,33 @@
+// Pictures of a replay for documents, drawn by Chromium without a window.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace counterpoint::view {
+
+struct Pictures {
+  std::vector<double> times;               ///< [s], one PNG each
+  std::optional<std::vector<double>> gif;  ///< start [s], end [s], frames a second
+  int width = 960, height = 540;           ///< [pixels]
+  std::string link;                        ///< further settings, as in a page's fragment
+  bool any() const { return !times.empty() || gif.has_value(); }
+};
+
+/// The files of images, in the order of `times`, then the GIF.
+struct Drawn {
+  std::vector<std::string> png;
+  std::string gif;
+};
+
+/// chromium, chromium-browser or google-chrome on the path; or COUNTERPOINT_CHROMIUM of the
+/// environment. Empty where there is none.
+std::string find_chromium();
+
+/// Opens a page and reads what it drew (page/capture.js). @throws InputError where there is no
+/// Chromium, std::runtime_error where it drew nothing.
+Drawn draw(const std::filesystem::path& page, const Pictures& pictures);
+
+}  // namespace counterpoint::view

@@ -1,0 +1,120 @@
+#include "view/clip.h"
+
+#include <cmath>
+
+namespace counterpoint::view {
+namespace {
+
+/// Which trees a step leaves as they are, to the bit.
+std::vector<char> trees_at_rest(const Model& model, const State& before, const State& after) {
+  std::vector<char> rest;
+  for (const Tree& tree : model.trees()) {
+    const CoordinateRange range = coordinates(model, tree);
+    const int nv = tree.v_end - tree.v_begin;
+    rest.push_back(before.q.segment(range.begin, range.size) ==
+                       after.q.segment(range.begin, range.size) &&
+                   before.v.segment(tree.v_begin, nv) == after.v.segment(tree.v_begin, nv));
+  }
+  return rest;
+}
+
+}  // namespace
+
+ClipRecorder::ClipRecorder(const Scene& scene, double rate, bool forces, int most)
+    : scene_(scene),
+      options_(scene.options),
+      rate_(rate),
+      forces_(forces && scene.options.integrator != Integrator::kRungeKutta4),
+      most_(most),
+      workspace_(scene.model) {
+  clip_.has_contacts = forces_;
+}
+
+void ClipRecorder::thin_out() {
+  std::erase_if(clip_.contacts, [](const Contact& contact) { return contact.frame % 2 == 1; });
+  for (Contact& contact : clip_.contacts) contact.frame /= 2;
+  const int kept = (clip_.num_frames() + 1) / 2;
+  for (int k = 1; k < kept; ++k) {
+    clip_.states[k] = std::move(clip_.states[2 * k]);
+    clip_.applied_force[k] = std::move(clip_.applied_force[2 * k]);
+    clip_.asleep[k] = std::move(clip_.asleep[2 * k]);
+    if (!clip_.newton_iterations.empty())
+      clip_.newton_iterations[k] = clip_.newton_iterations[2 * k];
+  }
+  clip_.states.resize(kept);
+  clip_.applied_force.resize(kept);
+  clip_.asleep.resize(kept);
+  if (!clip_.newton_iterations.empty()) clip_.newton_iterations.resize(kept);
+  rate_ *= 0.5;
+  next_ = static_cast<long>(std::floor((clip_.states.back().time - start_) * rate_ + 1e-6)) + 1;
+}
+
+void ClipRecorder::add_frame(const State& state, const VectorX& force) {
+  clip_.states.push_back(state);
+  clip_.applied_force.push_back(force);
+}
+
+void ClipRecorder::add_contacts(const State& before, const Input& input, double h,
+                                const State& after) {
+  if (!forces_) return;
+  options_.time_step = h;
+  step_inverse(scene_.model, options_, before.q, before.v, after.q, after.v, input, workspace_,
+               inverse_);
+  if (inverse_.fault.any()) return;
+  for (const ContactForce& contact : inverse_.contacts)
+    clip_.contacts.push_back({clip_.num_frames() - 1, contact.contact.geometry_a,
+                              contact.contact.geometry_b, contact.contact.position, contact.force});
+}
+
+void ClipRecorder::add_step(const State& before, const Input& input, double h, const State& after,
+                            int newton_iterations) {
+  if (clip_.rows++ == 0) start_ = before.time;
+  before_ = before;
+  after_ = after;
+  input_ = input;
+  h_ = h;
+  // Times are sums of steps: a millionth of a frame early counts as in time.
+  const double frame = (before.time - start_) * rate_ + 1e-6;
+  if (rate_ > 0.0 && frame < static_cast<double>(next_)) return;
+  next_ = static_cast<long>(std::floor(frame)) + 1;
+  if (most_ > 0 && rate_ > 0.0 && clip_.num_frames() >= most_) {
+    thin_out();
+    if ((before.time - start_) * rate_ + 1e-6 < static_cast<double>(next_)) return;
+    ++next_;
+  }
+  add_frame(before, input.applied_force);
+  if (newton_iterations >= 0) clip_.newton_iterations.push_back(newton_iterations);
+  clip_.asleep.push_back(trees_at_rest(scene_.model, before, after));
+  add_contacts(before, input, h, after);
+}
+
+Clip ClipRecorder::finish(const State& last) {
+  const bool stepped = clip_.rows++ > 0;
+  add_frame(last, VectorX());
+  if (!clip_.newton_iterations.empty())
+    clip_.newton_iterations.push_back(clip_.newton_iterations.back());
+  clip_.asleep.push_back(stepped ? trees_at_rest(scene_.model, before_, after_)
+                                 : std::vector<char>(scene_.model.num_trees(), 0));
+  if (stepped) add_contacts(before_, input_, h_, after_);
+  return std::move(clip_);
+}
+
+Clip clip_of(const Scene& scene, const Trajectory& trajectory,
+             const std::vector<double>& step_lengths, double rate, bool forces) {
+  const auto state = [&](int row) {
+    return State{trajectory.time[row], trajectory.q.col(row), trajectory.v.col(row)};
+  };
+  ClipRecorder recorder(scene, rate, forces);
+  Input input;
+  for (int k = 0; k < trajectory.num_steps(); ++k) {
+    trajectory.columns.set(scene.model, trajectory.known.col(k), input);
+    input.applied_force.resize(0);
+    if (trajectory.applied_force.size() > 0) input.applied_force = trajectory.applied_force.col(k);
+    const double h =
+        step_lengths.empty() ? trajectory.time[k + 1] - trajectory.time[k] : step_lengths[k];
+    recorder.add_step(state(k), input, h, state(k + 1));
+  }
+  return recorder.finish(state(trajectory.num_rows() - 1));
+}
+
+}  // namespace counterpoint::view

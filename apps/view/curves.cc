@@ -1,0 +1,151 @@
+#include "view/curves.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "counterpoint/engine/energy.h"
+#include "counterpoint/engine/kinematics.h"
+#include "counterpoint/engine/springs.h"
+
+namespace counterpoint::view {
+namespace {
+
+constexpr const char* kEnergy = "energy";
+constexpr const char* kContactForce = "contact force";
+
+bool has_velocities(const Clip& clip) {
+  return std::all_of(clip.states.begin(), clip.states.end(),
+                     [](const State& state) { return state.v.size() > 0; });
+}
+
+void add_energies(const Model& model, const Clip& clip, std::vector<Curve>& out) {
+  if (!has_velocities(clip)) return;
+  Curve total{kEnergy, "total", "J", {}}, kinetic{kEnergy, "kinetic", "J", {}};
+  Curve potential{kEnergy, "potential, springs", "J", {}};
+  Data data(model);
+  for (const State& state : clip.states) {
+    compute_poses(model, state.q, data);
+    compute_velocities(model, state.v, data);
+    compute_inertias(model, data);
+    kinetic.values.push_back(kinetic_energy(model, state.v, data));
+    potential.values.push_back(potential_energy(model, data) + spring_energy(model, state.q));
+    total.values.push_back(kinetic.values.back() + potential.values.back());
+  }
+  out.insert(out.end(), {total, kinetic, potential});
+}
+
+/// Against the world alone, as what moves feels it: between bodies forces cancel.
+void add_contact_forces(const Model& model, const Clip& clip, std::vector<Curve>& out) {
+  if (clip.contacts.empty()) return;
+  const double g = model.gravity().norm();
+  const Vector3 up = g > 0.0 ? Vector3(-model.gravity() / g) : Vector3::UnitZ();
+  Curve carried{kContactForce, "carried by the world", "N", {}};
+  Curve largest{kContactForce, "largest", "N", {}};
+  carried.values.assign(clip.num_frames(), 0.0);
+  largest.values.assign(clip.num_frames(), 0.0);
+  for (const Contact& contact : clip.contacts) {
+    const auto& geometries = model.geometries();
+    double& sum = carried.values[contact.frame];
+    if (geometries[contact.geometry_a].body == 0) sum += contact.force.dot(up);
+    if (geometries[contact.geometry_b].body == 0) sum -= contact.force.dot(up);
+    double& most = largest.values[contact.frame];
+    most = std::max(most, contact.force.norm());
+  }
+  out.insert(out.end(), {carried, largest});
+}
+
+void add_iterations(const Clip& clip, std::vector<Curve>& out) {
+  const std::vector<int>& iterations = clip.newton_iterations;
+  if (iterations.size() == clip.states.size())
+    out.push_back({"Newton iterations", "", "1", {iterations.begin(), iterations.end()}});
+}
+
+/// A coordinate of a clip at a time: straight between frames, its end where it is shorter.
+double at_time(const Clip& clip, int index, double time) {
+  const auto later = std::upper_bound(clip.states.begin(), clip.states.end(), time,
+                                      [](double t, const State& state) { return t < state.time; });
+  if (later == clip.states.begin()) return clip.states.front().q[index];
+  if (later == clip.states.end()) return clip.states.back().q[index];
+  const State& a = *(later - 1);
+  const State& b = *later;
+  return a.q[index] + (time - a.time) / (b.time - a.time) * (b.q[index] - a.q[index]);
+}
+
+struct JointUnits {
+  const char *q, *v, *force;
+};
+JointUnits units(JointType type) {
+  if (type == JointType::kPrismatic) return {"m", "m/s", "N"};
+  return {"rad", "rad/s", "N m"};
+}
+
+void add_single(const Model& model, const Clip& clip, const Clip* ghost, int joint,
+                std::vector<Curve>& out) {
+  const Body& body = model.body(joint + 1);
+  const std::string& name = model.joint(joint).name;
+  const JointUnits unit = units(body.joint_type);
+  Curve position{name + ": position", ghost ? clip.name : "", unit.q, {}};
+  Curve velocity{name + ": velocity", "", unit.v, {}}, force{name + ": force", "", unit.force, {}};
+  Curve other{position.group, ghost ? ghost->name : "", unit.q, {}};
+  for (const State& state : clip.states) {
+    position.values.push_back(state.q[body.q_index]);
+    if (state.v.size() > 0) velocity.values.push_back(state.v[body.v_index]);
+    if (ghost) other.values.push_back(at_time(*ghost, body.q_index, state.time));
+  }
+  for (const VectorX& applied : clip.applied_force)
+    force.values.push_back(applied.size() > 0      ? applied[body.v_index]
+                           : !force.values.empty() ? force.values.back()
+                                                   : 0.0);
+  out.push_back(std::move(position));
+  if (ghost) out.push_back(std::move(other));
+  if (velocity.values.size() == clip.states.size()) out.push_back(std::move(velocity));
+  const auto acts = [](double x) { return x != 0.0; };
+  if (std::any_of(force.values.begin(), force.values.end(), acts)) out.push_back(std::move(force));
+}
+
+/// Velocities of a joint of several coordinates; where its body is, the page knows from the poses.
+void add_several(const Model& model, const Clip& clip, int joint, std::vector<Curve>& out) {
+  const Body& body = model.body(joint + 1);
+  const std::string& link = model.joint(joint).link;
+  const std::vector<std::string> names = coordinate_names(model).v;
+  const int nv = joint_nv(body.joint_type);
+  for (int i = 0; i < nv; ++i) {
+    const std::string& name = names[body.v_index + i];
+    const std::string label = name.substr(name.rfind('.') + 1);
+    const bool turns = label.starts_with("w");
+    Curve curve{
+        link + (turns ? ": angular velocity" : ": velocity"), label, turns ? "rad/s" : "m/s", {}};
+    for (const State& state : clip.states) curve.values.push_back(state.v[body.v_index + i]);
+    out.push_back(std::move(curve));
+  }
+}
+
+}  // namespace
+
+std::vector<Curve> curves_of(const Model& model, const Clip& clip, const Clip* ghost) {
+  std::vector<Curve> out;
+  add_energies(model, clip, out);
+  add_contact_forces(model, clip, out);
+  add_iterations(clip, out);
+  if (model.nq() + model.nv() > kMaxCoordinates) return out;
+  for (int joint = 0; joint < model.num_joints(); ++joint) {
+    if (joint_nv(model.body(joint + 1).joint_type) == 1)
+      add_single(model, clip, ghost, joint, out);
+    else if (has_velocities(clip))
+      add_several(model, clip, joint, out);
+  }
+  return out;
+}
+
+std::vector<std::string> first_groups(const std::vector<Curve>& curves) {
+  std::vector<std::string> groups;
+  const auto add = [&](const std::string& name) {
+    if (std::find(groups.begin(), groups.end(), name) == groups.end()) groups.push_back(name);
+  };
+  for (const Curve& curve : curves)
+    if (curve.group == kEnergy || curve.group == kContactForce || groups.size() < 3)
+      add(curve.group);
+  return groups;
+}
+
+}  // namespace counterpoint::view

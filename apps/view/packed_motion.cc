@@ -1,0 +1,184 @@
+// Clips, contacts and curves as streams of whole numbers.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <tuple>
+
+#include "counterpoint/model/limits.h"
+#include "view/packed_scene.h"
+#include "view/packing.h"
+
+namespace counterpoint::view {
+namespace {
+
+std::int64_t whole(double value, double unit) {
+  return static_cast<std::int64_t>(std::llround(value / unit));
+}
+
+void check_pose(const Model& model, int body, const Pose& X, double time) {
+  if (X.translation.allFinite() && X.rotation.allFinite() &&
+      X.translation.cwiseAbs().maxCoeff() <= limits::kMaxLength)
+    return;
+  throw InputError(fmt::format(
+      "'{}' is at [{:.6g}, {:.6g}, {:.6g}] m at {:.6g} s; a replay shows up to {:.0e} m",
+      model.joint(body - 1).link, X.translation.x(), X.translation.y(), X.translation.z(), time,
+      limits::kMaxLength));
+}
+
+/// By body, coordinate (x y z qw qx qy qz) and frame.
+std::string pack_poses(const Model& model, const Clip& clip, const Resolution& resolution) {
+  const int bodies = model.num_bodies(), frames = clip.num_frames();
+  std::vector<std::vector<std::int64_t>> values(7 * bodies, std::vector<std::int64_t>(frames));
+  std::vector<Quaternion> last(bodies, Quaternion::Identity());
+  for (int k = 0; k < frames; ++k) {
+    const std::vector<Pose> poses = body_poses(model, clip.states[k].q);
+    for (int b = 1; b < bodies; ++b) {
+      check_pose(model, b, poses[b], clip.states[k].time);
+      for (int i = 0; i < 3; ++i)
+        values[7 * b + i][k] = whole(poses[b].translation[i], resolution.position);
+      // Of q and -q, which turn alike, the one nearer to the last: the page goes straight between.
+      Quaternion q(poses[b].rotation);
+      if (q.dot(last[b]) < 0.0) q.coeffs() = -q.coeffs();
+      last[b] = q;
+      const double components[] = {q.w(), q.x(), q.y(), q.z()};
+      for (int i = 0; i < 4; ++i)
+        values[7 * b + 3 + i][k] = whole(components[i], resolution.quaternion);
+    }
+  }
+  IntegerStream stream;
+  for (int i = 7; i < 7 * bodies; ++i) stream.add_smooth(values[i]);
+  return stream.packed();
+}
+
+std::string pack_asleep(const Clip& clip, int trees) {
+  IntegerStream stream;
+  std::vector<std::int64_t> flags(clip.num_frames());
+  for (int tree = 0; tree < trees; ++tree) {
+    for (int k = 0; k < clip.num_frames(); ++k) flags[k] = clip.asleep[k][tree];
+    stream.add_steps(flags);
+  }
+  return stream.packed();
+}
+
+/// Within a thousandth of its range a joint counts as at its limit.
+bool at_limit(const JointInfo& joint, double q) {
+  const double range = joint.upper - joint.lower;
+  const double slack = std::isfinite(range) ? 1e-3 * range : 1e-3;
+  return q <= joint.lower + slack || q >= joint.upper - slack;
+}
+
+/// By body, as the joint that it hangs by.
+std::string pack_limits(const Model& model, const Clip& clip) {
+  IntegerStream stream;
+  std::vector<std::int64_t> flags(clip.num_frames(), 0);
+  stream.add_steps(flags);  // the world
+  for (int b = 1; b < model.num_bodies(); ++b) {
+    const JointInfo& joint = model.joint(b - 1);
+    const bool single = joint_nq(model.body(b).joint_type) == 1 && joint.upper > joint.lower;
+    for (int k = 0; k < clip.num_frames(); ++k)
+      flags[k] = single && at_limit(joint, clip.states[k].q[model.body(b).q_index]);
+    stream.add_steps(flags);
+  }
+  return stream.packed();
+}
+
+/// A contact that lasts: frames one after the other, of the same shapes.
+struct Track {
+  int a = 0, b = 0, start = 0;
+  std::vector<const Contact*> contacts;
+};
+
+/// The contacts of a pair in a frame are told apart by their number; the engine lists them alike.
+std::vector<Track> tracks_of(const Clip& clip, double least) {
+  std::vector<Track> tracks;
+  std::map<std::tuple<int, int, int>, size_t> open;
+  std::map<std::tuple<int, int>, int> count;
+  int frame = -1;
+  for (const Contact& contact : clip.contacts) {
+    if (!(contact.force.norm() > least)) continue;
+    if (contact.frame != frame) count.clear();
+    frame = contact.frame;
+    const int number = count[{contact.geometry_a, contact.geometry_b}]++;
+    const std::tuple key{contact.geometry_a, contact.geometry_b, number};
+    const auto found = open.find(key);
+    if (found == open.end() ||
+        tracks[found->second].start + static_cast<int>(tracks[found->second].contacts.size()) !=
+            frame) {
+      open[key] = tracks.size();
+      tracks.push_back({contact.geometry_a, contact.geometry_b, frame, {}});
+    }
+    tracks[open[key]].contacts.push_back(&contact);
+  }
+  return tracks;
+}
+
+}  // namespace
+
+Json pack_clip(const Model& model, const Clip& clip, const Resolution& resolution) {
+  std::vector<double> time;
+  for (const State& state : clip.states) time.push_back(state.time);
+  Json out = {{"name", clip.name},
+              {"frames", clip.num_frames()},
+              {"time", pack_doubles(time)},
+              {"position_resolution_m", resolution.position},
+              {"quaternion_resolution", resolution.quaternion},
+              {"poses", pack_poses(model, clip, resolution)},
+              {"at_limit", pack_limits(model, clip)}};
+  if (!clip.asleep.empty()) out["asleep"] = pack_asleep(clip, model.num_trees());
+  return out;
+}
+
+Json pack_contacts(const Model& model, const Clip& clip, const Resolution& resolution) {
+  // Arrows point from the moving body's contact along the force on it: on the world they are
+  // turned round.
+  const auto& geometries = model.geometries();
+  const std::vector<Track> tracks = tracks_of(clip, resolution.force);
+  std::map<std::pair<int, int>, int> pairs;
+  Json pair_names = Json::array();
+  IntegerStream stream;
+  for (const Track& track : tracks) {
+    const auto [pair, is_new] =
+        pairs.try_emplace({track.a, track.b}, static_cast<int>(pair_names.size()));
+    if (is_new) pair_names.push_back({geometries[track.a].name, geometries[track.b].name});
+    const double sign = geometries[track.b].body == 0 ? -1.0 : 1.0;
+    stream.add(pair->second);
+    stream.add(track.start);
+    stream.add(static_cast<std::int64_t>(track.contacts.size()));
+    std::vector<std::int64_t> values(track.contacts.size());
+    for (int c = 0; c < 6; ++c) {
+      for (size_t k = 0; k < values.size(); ++k) {
+        const Contact& contact = *track.contacts[k];
+        values[k] = c < 3 ? whole(contact.position[c], resolution.position)
+                          : whole(sign * contact.force[c - 3], resolution.force);
+      }
+      stream.add_steps(values);
+    }
+  }
+  return {{"pairs", pair_names},
+          {"tracks", tracks.size()},
+          {"position_resolution_m", resolution.position},
+          {"force_resolution_N", resolution.force},
+          {"data", stream.packed()}};
+}
+
+Json pack_curves(const std::vector<Curve>& curves) {
+  Json list = Json::array();
+  IntegerStream stream;
+  for (const Curve& curve : curves) {
+    const auto [low, high] = std::minmax_element(curve.values.begin(), curve.values.end());
+    const double unit = (*high - *low) / 65535.0;
+    std::vector<std::int64_t> values;
+    for (const double x : curve.values) values.push_back(unit > 0.0 ? whole(x - *low, unit) : 0);
+    stream.add_smooth(values);
+    list.push_back({{"group", curve.group},
+                    {"label", curve.label},
+                    {"unit", curve.unit},
+                    {"offset", *low},
+                    {"resolution", unit}});
+  }
+  return {{"list", list}, {"data", stream.packed()}};
+}
+
+}  // namespace counterpoint::view

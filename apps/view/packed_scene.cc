@@ -1,0 +1,264 @@
+#include "view/packed_scene.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <set>
+
+#include "counterpoint/model/mesh.h"
+#include "counterpoint/model/terrain.h"
+#include "view/packing.h"
+
+namespace counterpoint::view {
+namespace {
+
+Json array(const Vector3& v) { return {v.x(), v.y(), v.z()}; }
+
+Json pose_array(const Pose& X) {
+  const Quaternion q(X.rotation);
+  return {X.translation.x(), X.translation.y(), X.translation.z(), q.w(), q.x(), q.y(), q.z()};
+}
+
+const char* type_name(ShapeType type) {
+  switch (type) {
+    case ShapeType::kPlane:
+      return "plane";
+    case ShapeType::kSphere:
+      return "sphere";
+    case ShapeType::kBox:
+      return "box";
+    case ShapeType::kCapsule:
+      return "capsule";
+    case ShapeType::kCylinder:
+      return "cylinder";
+    case ShapeType::kConvexMesh:
+      return "mesh";
+    case ShapeType::kTerrain:
+      return "terrain";
+  }
+  return "";
+}
+
+/// Meshes, each once.
+class MeshList {
+ public:
+  int add(const void* key, const std::vector<Vector3>& vertices,
+          const std::vector<std::uint32_t>& corners) {
+    const auto [entry, is_new] = index_.try_emplace(key, static_cast<int>(json_.size()));
+    if (is_new) {
+      std::vector<float> numbers;
+      for (const Vector3& v : vertices)
+        for (const double x : v) numbers.push_back(static_cast<float>(x));
+      json_.push_back({{"vertices", pack_floats(numbers)}, {"triangles", pack_indices(corners)}});
+    }
+    return entry->second;
+  }
+
+  int hull(const ConvexMesh& mesh) {
+    std::vector<std::uint32_t> corners;
+    for (const std::vector<int>& face : mesh.faces)
+      for (size_t i = 2; i < face.size(); ++i)
+        for (const int v : {face[0], face[i - 1], face[i]})
+          corners.push_back(static_cast<std::uint32_t>(v));
+    return add(&mesh, mesh.vertices, corners);
+  }
+
+  int terrain(const Terrain& terrain) {
+    std::vector<std::uint32_t> corners;
+    for (const Terrain::Triangle& triangle : terrain.triangles)
+      for (const int v : triangle.vertices) corners.push_back(static_cast<std::uint32_t>(v));
+    return add(&terrain, terrain.vertices, corners);
+  }
+
+  /// The mesh that a hull was made from; -1 where it is not to be had.
+  int given(const ConvexMesh& hull);
+
+  Json take() { return std::move(json_); }
+
+ private:
+  Json json_ = Json::array();
+  std::map<const void*, int> index_;
+  std::map<const ConvexMesh*, int> given_;
+};
+
+/// The scale of each axis by which the box around `mesh` becomes that around the hull: the hull
+/// does not keep it. Mirroring turns the ends round.
+Vector3 scale_between(const std::vector<Vector3>& mesh, const std::vector<Vector3>& hull) {
+  const auto box = [](const std::vector<Vector3>& points) {
+    std::pair<Vector3, Vector3> ends{points[0], points[0]};
+    for (const Vector3& p : points) {
+      ends.first = ends.first.cwiseMin(p);
+      ends.second = ends.second.cwiseMax(p);
+    }
+    return ends;
+  };
+  const auto [mesh_low, mesh_high] = box(mesh);
+  const auto [hull_low, hull_high] = box(hull);
+  Vector3 scale = Vector3::Ones();
+  for (int i = 0; i < 3; ++i) {
+    const double extent = mesh_high[i] - mesh_low[i];
+    if (!(extent > 0.0)) continue;
+    const double s = (hull_high[i] - hull_low[i]) / extent;
+    const bool mirrored =
+        std::abs(-s * mesh_high[i] - hull_low[i]) < 0.9 * std::abs(s * mesh_low[i] - hull_low[i]);
+    scale[i] = mirrored ? -s : s;
+  }
+  return scale;
+}
+
+int MeshList::given(const ConvexMesh& hull) {
+  if (hull.source.empty()) return -1;
+  const auto [entry, is_new] = given_.try_emplace(&hull, -1);
+  if (!is_new) return entry->second;
+  TriangleMesh mesh = load_mesh(hull.source);
+  const Vector3 scale = scale_between(mesh.vertices, hull.vertices);
+  const bool mirrored = scale.prod() < 0.0;
+  for (Vector3& v : mesh.vertices) v = v.cwiseProduct(scale);
+  std::vector<std::uint32_t> corners;
+  for (const auto& [a, b, c] : mesh.triangles)
+    for (const int v : {a, mirrored ? c : b, mirrored ? b : c})
+      corners.push_back(static_cast<std::uint32_t>(v));
+  entry->second = add(&entry->second, mesh.vertices, corners);
+  return entry->second;
+}
+
+Json pack_shapes(const Model& model, MeshList& meshes) {
+  Json shapes = Json::array();
+  for (const Geometry& geometry : model.geometries()) {
+    Json& out = shapes.emplace_back();
+    out["name"] = geometry.name;
+    out["body"] = geometry.body;
+    out["instance"] = geometry.instance;
+    out["type"] = type_name(geometry.shape.type);
+    out["size"] = array(geometry.shape.size);
+    out["pose"] = pose_array(geometry.X_BG);
+    out["given"] = -1;
+    if (geometry.shape.mesh) {
+      out["mesh"] = meshes.hull(*geometry.shape.mesh);
+      out["given"] = meshes.given(*geometry.shape.mesh);
+    }
+    if (geometry.shape.terrain) out["mesh"] = meshes.terrain(*geometry.shape.terrain);
+  }
+  return shapes;
+}
+
+double reach(const Shape& shape) {
+  switch (shape.type) {
+    case ShapeType::kSphere:
+      return shape.size.x();
+    case ShapeType::kBox:
+      return shape.size.norm();
+    case ShapeType::kCapsule:
+      return shape.size.x() + shape.size.y();
+    case ShapeType::kCylinder:
+      return std::hypot(shape.size.x(), shape.size.y());
+    case ShapeType::kConvexMesh:
+      return shape.mesh->interior_point.norm() + shape.mesh->radius;
+    default:
+      return 0.0;
+  }
+}
+
+}  // namespace
+
+void pack_model(const Model& model, Json& out) {
+  out["trees"] = model.num_trees();
+  Json bodies = Json::array();
+  for (int i = 0; i < model.num_bodies(); ++i) {
+    const SpatialInertia& inertia = model.body(i).inertia;
+    const double mass = i == 0 ? 0.0 : inertia.mass;
+    bodies.push_back({{"name", i == 0 ? "world" : model.joint(i - 1).link},
+                      {"tree", model.body(i).tree},
+                      {"parent", model.body(i).parent},
+                      {"mass", mass},
+                      {"com", array(mass > 0.0 ? inertia.center : Vector3(Vector3::Zero()))}});
+  }
+  out["bodies"] = bodies;
+  Json frames = Json::array();
+  for (const Frame& frame : model.frames())
+    frames.push_back({{"name", frame.name}, {"body", frame.body}});
+  out["frames"] = frames;
+  MeshList meshes;
+  out["shapes"] = pack_shapes(model, meshes);
+  out["meshes"] = meshes.take();
+  std::set<int> instances;
+  for (const Geometry& geometry : model.geometries())
+    if (geometry.instance >= 0) instances.insert(geometry.instance);
+  out["instances"] = instances.size();
+  Json closures = Json::array();
+  for (const Closure& closure : model.closures())
+    closures.push_back({{"name", closure.name},
+                        {"body_a", closure.body_a},
+                        {"body_b", closure.body_b},
+                        {"anchor_a", array(closure.X_AC.translation)},
+                        {"anchor_b", array(closure.X_BC.translation)}});
+  out["closures"] = closures;
+}
+
+std::vector<double> body_radii(const Model& model) {
+  std::vector<double> radii(model.num_bodies(), 0.0);
+  for (const Geometry& geometry : model.geometries()) {
+    if (geometry.body == 0) continue;
+    double& radius = radii[geometry.body];
+    radius = std::max(radius, geometry.X_BG.translation.norm() + reach(geometry.shape));
+  }
+  // Of a body without shapes the page draws the centre of mass.
+  for (int i = 1; i < model.num_bodies(); ++i)
+    if (radii[i] == 0.0) radii[i] = model.body(i).inertia.center.norm();
+  return radii;
+}
+
+namespace {
+
+/// What lies between the lowest and the highest of the values but for a share at both ends.
+std::pair<double, double> range(std::vector<double>& low, std::vector<double>& high, double share) {
+  const auto skip = static_cast<std::ptrdiff_t>(share * static_cast<double>(low.size()));
+  std::nth_element(low.begin(), low.begin() + skip, low.end());
+  std::nth_element(high.begin(), high.end() - 1 - skip, high.end());
+  return {low[skip], high[high.size() - 1 - skip]};
+}
+
+/// The ball around the boxes of all bodies in some states; of many bodies a few may stray.
+Ball ball_of(const Model& model, const std::vector<double>& radii,
+             const std::vector<const State*>& states) {
+  if (model.num_bodies() < 2) return {};
+  std::array<std::vector<double>, 3> low, high;
+  for (const State* state : states) {
+    const std::vector<Pose> poses = body_poses(model, state->q);
+    for (int i = 1; i < model.num_bodies(); ++i) {
+      for (int axis = 0; axis < 3; ++axis) {
+        low[axis].push_back(poses[i].translation[axis] - radii[i]);
+        high[axis].push_back(poses[i].translation[axis] + radii[i]);
+      }
+    }
+  }
+  Ball ball;
+  Vector3 half;
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto [from, to] = range(low[axis], high[axis], model.num_bodies() > 50 ? 0.01 : 0.0);
+    ball.center[axis] = 0.5 * (from + to);
+    half[axis] = 0.5 * (to - from);
+  }
+  if (half.norm() > 0.0) ball.radius = half.norm();
+  return ball;
+}
+
+}  // namespace
+
+Ball bounds(const Model& model, const Clip& clip) {
+  // A few hundred moments say where a motion goes.
+  std::vector<const State*> states;
+  const size_t stride = std::max<size_t>(1, clip.states.size() / 200);
+  for (size_t k = 0; k < clip.states.size(); k += stride) states.push_back(&clip.states[k]);
+  states.push_back(&clip.states.back());
+  const std::vector<double> radii = body_radii(model);
+  const Ball all = ball_of(model, radii, states);
+  const Ball start = ball_of(model, radii, {&clip.states[0]});
+  // What flies away would leave nothing to see: then the start, and some room around it.
+  constexpr double kFar = 15.0, kRoom = 4.0;
+  if (all.radius > kFar * start.radius) return {start.center, kRoom * start.radius};
+  return all;
+}
+
+}  // namespace counterpoint::view

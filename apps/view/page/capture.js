@@ -1,0 +1,59 @@
+// Pictures for documents: #png=0.5,1&size=960,540 or #gif=START,END,FRAMES_PER_S. The page draws them and
+// leaves them as text in <pre class="capture">, which `counterpoint view --png` reads (capture.cc).
+import {GIFEncoder, applyPalette, quantize} from 'gifenc';
+import {element, text} from './dom.js';
+
+function base64(bytes) {
+  let raw = '';
+  for (let i = 0; i < bytes.length; i += 0x8000)
+    raw += String.fromCharCode(...bytes.subarray(i, i + 0x8000));
+  return btoa(raw);
+}
+
+/// The picture at a time, with the time and the scale of forces written in.
+function draw(view, time, canvas) {
+  view.setTime(time);
+  view.renderNow();
+  const context = canvas.getContext('2d', {willReadFrequently: true});
+  context.drawImage(view.canvas, 0, 0, canvas.width, canvas.height);
+  const size = Math.round(canvas.height / 26);
+  context.font = `${size}px system-ui, sans-serif`;
+  context.fillStyle = document.documentElement.dataset.theme === 'dark' ? '#dfe5ec' : '#333';
+  context.fillText(`t = ${text(time)} s`, size, canvas.height - size);
+  const ruler = view.forceRuler();
+  if (ruler) {
+    const right = canvas.width - size, left = right - context.measureText(ruler.words).width;
+    context.fillText(ruler.words, left, canvas.height - size);
+    context.fillStyle = '#e4402c';
+    context.fillRect(left - size / 2 - ruler.pixels, canvas.height - 1.5 * size, ruler.pixels, size / 3);
+  }
+  return context;
+}
+
+function gif(view, [from, to, rate], canvas) {
+  const encoder = GIFEncoder();
+  const frames = Math.max(1, Math.floor((to - from) * rate + 1e-6) + 1);
+  for (let k = 0; k < frames; ++k) {
+    const {data} = draw(view, from + k / rate, canvas).getImageData(0, 0, canvas.width, canvas.height);
+    const palette = quantize(data, 128);
+    encoder.writeFrame(applyPalette(data, palette), canvas.width, canvas.height, {palette, delay: 1000 / rate});
+  }
+  encoder.finish();
+  return encoder.bytes();
+}
+
+/// Does what the fragment asks for, if it asks.
+export function capture(view, link) {
+  if (!link.png && !link.gif) return;
+  const [width, height] = link.size ?? [960, 540];
+  view.resize(width, height, 1);
+  view.stage.aside(0);
+  if (!link.cam && !link.follow) view.resetView();
+  const canvas = element('canvas', {width, height});
+  const leave = (kind, words) => document.body.append(element('pre', {class: 'capture', 'data-kind': kind, hidden: true}, words));
+  for (const time of link.png ?? []) {
+    draw(view, time, canvas);
+    leave('png', canvas.toDataURL('image/png').split(',')[1]);
+  }
+  if (link.gif?.length === 3) leave('gif', base64(gif(view, link.gif, canvas)));
+}

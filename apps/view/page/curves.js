@@ -1,0 +1,197 @@
+// Curves beside the picture, with a cursor that moves with time. Drag over one: time follows; wheel:
+// zoom along time; double click: all of it again.
+import {element, text} from './dom.js';
+
+const kColors = ['#2f7fe6', '#e4703c', '#2fa06a', '#a05bd0', '#c09a1c', '#c2476f'];
+
+/// A ghost's curve has the colour of the one that it is `like`, and is dashed.
+function colorOf(curve, i) { return kColors[(curve.like ?? i) % kColors.length]; }
+
+/// Curves that are seen together under one name: the same group, or one by itself.
+function groups(curves) {
+  const out = new Map();
+  for (const curve of curves) {
+    const name = curve.group || curve.name;
+    if (!out.has(name)) out.set(name, {name, unit: curve.unit, curves: []});
+    out.get(name).curves.push(curve);
+  }
+  return out;
+}
+
+class Chart {
+  constructor(group, owner) {
+    this.group = group;
+    this.owner = owner;
+    this.canvas = element('canvas', {'aria-label': `${group.name} over time`});
+    this.legend = element('div', {class: 'values'});
+    this.root = element('section', {class: 'chart'},
+      element('header', {}, element('b', {}, group.name), element('span', {}, group.unit ? ` [${group.unit}]` : ''),
+              element('button', {title: 'Remove this curve', onclick: () => owner.remove(group.name)}, '×')),
+      this.canvas, this.legend);
+    this.labels = group.curves.map((curve, i) => {
+      const value = element('i');
+      const mark = element('span', {class: 'mark'});
+      mark.style.background = colorOf(curve, i);
+      this.legend.append(element('span', {}, mark,
+                                 group.curves.length > 1 ? `${curve.label || curve.name} ` : '', value));
+      return value;
+    });
+    this.listen();
+  }
+
+  listen() {
+    const seek = (event) => this.owner.seek(this.timeAt(event));
+    this.canvas.onpointerdown = (event) => {
+      this.canvas.setPointerCapture(event.pointerId);
+      seek(event);
+    };
+    this.canvas.onpointermove = (event) => { if (event.buttons) seek(event); };
+    this.canvas.ondblclick = () => this.owner.zoom(null);
+    this.canvas.addEventListener('wheel', (event) => {
+      event.preventDefault();
+      const at = this.timeAt(event), factor = Math.exp(0.0015 * event.deltaY);
+      const [a, b] = this.owner.range;
+      this.owner.zoom([at - (at - a) * factor, at + (b - at) * factor]);
+    }, {passive: false});
+  }
+
+  timeAt(event) {
+    const box = this.canvas.getBoundingClientRect(), [a, b] = this.owner.range;
+    return a + (b - a) * Math.min(1, Math.max(0, (event.clientX - box.left) / box.width));
+  }
+
+  /// The least and the largest value in view.
+  bounds() {
+    const [from, to] = this.owner.range, {time} = this.owner;
+    let low = Infinity, high = -Infinity;
+    for (const {values} of this.group.curves) {
+      for (let k = 0; k < values.length; ++k) {
+        if (time[k] < from || time[k] > to) continue;
+        low = Math.min(low, values[k]);
+        high = Math.max(high, values[k]);
+      }
+    }
+    if (!(low <= high)) [low, high] = [0, 1];
+    const slack = (high - low) * 0.06 || Math.abs(high) * 0.1 || 1;
+    return [low - slack, high + slack];
+  }
+
+  /// The curves, without the cursor: drawn anew only when the range or the size changes.
+  drawCurves(context, width, height, style) {
+    const [from, to] = this.owner.range, {time} = this.owner, [low, high] = this.bounds();
+    const x = (t) => (t - from) / (to - from) * width, y = (v) => (high - v) / (high - low) * height;
+    context.fillStyle = context.strokeStyle = style.getPropertyValue('--faint');
+    context.font = '10px system-ui, sans-serif';
+    if (low < 0 && high > 0) context.fillRect(0, y(0), width, 1);
+    context.lineWidth = 1.4;
+    this.group.curves.forEach((curve, i) => {
+      const {values} = curve;
+      context.strokeStyle = colorOf(curve, i);
+      context.setLineDash(curve.like === undefined ? [] : [4, 3]);
+      context.beginPath();
+      for (let k = 0; k < values.length; ++k) context.lineTo(x(time[k]), y(values[k]));
+      context.stroke();
+    });
+    context.setLineDash([]);
+    context.strokeStyle = style.getPropertyValue('--back');  // a halo: numbers stay readable on curves
+    context.lineWidth = 3;
+    for (const [number, at] of [[high, 10], [low, height - 3]]) {
+      context.strokeText(text(number), 3, at);
+      context.fillText(text(number), 3, at);
+    }
+  }
+
+  draw(at) {
+    const ratio = window.devicePixelRatio || 1;
+    const width = this.canvas.clientWidth, height = this.canvas.clientHeight;
+    if (!width) return;
+    const key = [width, height, ratio, ...this.owner.range, document.documentElement.dataset.theme].join();
+    const style = getComputedStyle(document.documentElement);
+    if (key !== this.key) {
+      this.key = key;
+      this.back = element('canvas', {width: Math.round(width * ratio), height: Math.round(height * ratio)});
+      const context = this.back.getContext('2d');
+      context.scale(ratio, ratio);
+      this.drawCurves(context, width, height, style);
+      this.canvas.width = this.back.width;
+      this.canvas.height = this.back.height;
+    }
+    const context = this.canvas.getContext('2d');
+    context.setTransform(1, 0, 0, 1, 0, 0);
+    context.clearRect(0, 0, this.canvas.width, this.canvas.height);
+    context.drawImage(this.back, 0, 0);
+    const [from, to] = this.owner.range;
+    const t = this.owner.time[at.frame] +
+              at.share * ((this.owner.time[at.frame + 1] ?? 0) - this.owner.time[at.frame] || 0);
+    context.fillStyle = style.getPropertyValue('--ink');
+    context.fillRect((t - from) / (to - from) * this.canvas.width, 0, Math.max(1, ratio), this.canvas.height);
+    this.group.curves.forEach(({values}, i) => {
+      const a = values[at.frame], b = values[at.frame + 1] ?? a;
+      this.labels[i].textContent = text(a + at.share * (b - a));
+    });
+  }
+}
+
+export class Curves {
+  constructor(replay, panel, seek) {
+    this.replay = replay;
+    this.time = replay.motions[0].time;
+    this.all = [this.time[0], Math.max(this.time[this.time.length - 1], this.time[0] + 1e-9)];
+    this.range = this.all;
+    this.seek = seek;
+    this.groups = groups(replay.curves);
+    this.charts = new Map();
+    this.list = element('datalist', {id: 'curve-names'});
+    this.list.append(...[...this.groups.keys()].map((name) => element('option', {value: name})));
+    this.input = element('input', {list: 'curve-names', placeholder: 'add a curve …', 'aria-label': 'Add a curve',
+                                   onchange: () => { this.add(this.input.value); this.input.value = ''; }});
+    this.holder = element('div');
+    panel.append(this.holder, this.input, this.list);
+  }
+
+  get names() { return [...this.charts.keys()]; }
+
+  add(name) {
+    const group = this.groups.get(name);
+    if (!group || this.charts.has(name)) return;
+    const chart = new Chart(group, this);
+    this.charts.set(name, chart);
+    this.holder.append(chart.root);
+    this.changed?.();
+  }
+
+  remove(name) {
+    this.charts.get(name)?.root.remove();
+    this.charts.delete(name);
+    this.changed?.();
+  }
+
+  /// Where a body is: read off the motion, so that it need not be in the page twice.
+  addBody(body) {
+    const {name} = this.replay.bodies[body], [motion, ghost] = this.replay.motions;
+    const group = `${name}: position`;
+    if (!this.groups.has(group)) {
+      const values = (axis) => Float64Array.from(
+        {length: motion.frames}, (_, k) => motion.poses[(k * motion.bodies + body) * 7 + axis]);
+      const curves = ['x', 'y', 'z'].map((label, axis) => ({label, values: values(axis)}));
+      const pose = new Float64Array(7);
+      for (let axis = 0; ghost && axis < 3; ++axis)
+        curves.push({label: `${'xyz'[axis]} ${ghost.name}`, like: axis,
+                     values: this.time.map((t) => ghost.pose(body, ghost.at(t), pose)[axis])});
+      this.groups.set(group, {name: group, unit: 'm', curves});
+      this.list.append(element('option', {value: group}));
+    }
+    this.add(group);
+  }
+
+  zoom(range) {
+    const [a, b] = range ?? this.all;
+    if (!(b - a > 1e-6 * (this.all[1] - this.all[0]))) return;
+    this.range = [Math.max(a, this.all[0]), Math.min(b, this.all[1])];
+    this.changed?.();
+  }
+
+  draw(at) {
+    for (const chart of this.charts.values()) chart.draw(at);
+  }
+}

@@ -1,0 +1,182 @@
+// What apps/view/replay_page.cc wrote into the page, as arrays of numbers (docs/replay.md, Format).
+import {unzlibSync} from 'fflate';
+
+const kPose = 7;  // x y z [m], qw qx qy qz
+
+function bytesOfBase64(text) {
+  const raw = atob(text);
+  const bytes = new Uint8Array(raw.length);
+  for (let i = 0; i < raw.length; ++i) bytes[i] = raw.charCodeAt(i);
+  return bytes;
+}
+
+/// The bytes of a packed block.
+export function unpack(text) {
+  return unzlibSync(bytesOfBase64(text));
+}
+
+/// Signed whole numbers of a packed block, seven bits a byte, the sign in the lowest bit.
+export class IntegerReader {
+  constructor(text) {
+    this.bytes = unpack(text);
+    this.at = 0;
+  }
+  next() {
+    // Products instead of shifts: values may need more than 32 bits.
+    let value = 0, scale = 1, byte;
+    do {
+      byte = this.bytes[this.at++];
+      value += (byte & 127) * scale;
+      scale *= 128;
+    } while (byte & 128);
+    return value % 2 === 0 ? value / 2 : -(value + 1) / 2;
+  }
+  /// `count` values from their second differences, each handed to `put(index, value)`.
+  smooth(count, put) {
+    let last = 0, slope = 0;
+    for (let k = 0; k < count; ++k) {
+      const step = k === 0 ? this.next() : (slope += this.next());
+      last += step;
+      if (k === 0) slope = 0;
+      put(k, last);
+    }
+  }
+  /// The same from first differences.
+  steps(count, put) {
+    let last = 0;
+    for (let k = 0; k < count; ++k) put(k, last += this.next());
+  }
+}
+
+function floats(text, Type) {
+  const bytes = unpack(text);
+  return new Type(bytes.buffer, bytes.byteOffset, bytes.byteLength / Type.BYTES_PER_ELEMENT);
+}
+
+function decodePoses(motion, bodies) {
+  const {frames, position_resolution_m: position, quaternion_resolution: turn} = motion;
+  const reader = new IntegerReader(motion.poses);
+  const stride = bodies * kPose;
+  const poses = new Float32Array(frames * stride);
+  for (let b = 1; b < bodies; ++b) {
+    for (let c = 0; c < kPose; ++c) {
+      const unit = c < 3 ? position : turn;
+      const start = b * kPose + c;
+      reader.smooth(frames, (k, value) => poses[k * stride + start] = value * unit);
+    }
+  }
+  for (let k = 0; k < frames; ++k) poses[k * stride + 3] = 1;  // the world
+  return poses;
+}
+
+/// Flags that seldom change, by frame and item.
+function decodeFlags(text, frames, items) {
+  const flags = new Uint8Array(frames * items);
+  if (!text) return flags;
+  const reader = new IntegerReader(text);
+  for (let i = 0; i < items; ++i) reader.steps(frames, (k, value) => flags[k * items + i] = value);
+  return flags;
+}
+
+export class Motion {
+  constructor(packed, bodies, trees) {
+    this.name = packed.name;
+    this.frames = packed.frames;
+    this.bodies = bodies;
+    this.trees = trees;
+    this.time = floats(packed.time, Float64Array);
+    this.poses = decodePoses(packed, bodies);
+    this.asleep = decodeFlags(packed.asleep, this.frames, trees);
+    this.atLimit = decodeFlags(packed.at_limit, this.frames, bodies);
+  }
+  get start() { return this.time[0]; }
+  get end() { return this.time[this.frames - 1]; }
+  /// The last frame at or before a time, and how far it is to the next (0 ... 1).
+  at(time) {
+    let low = 0, high = this.frames - 1;
+    if (time <= this.time[0]) return {frame: 0, share: 0};
+    if (time >= this.time[high]) return {frame: high, share: 0};
+    while (high - low > 1) {
+      const middle = (low + high) >> 1;
+      if (this.time[middle] <= time) low = middle; else high = middle;
+    }
+    return {frame: low, share: (time - this.time[low]) / (this.time[high] - this.time[low])};
+  }
+  /// x y z qw qx qy qz of a body into `out`; between frames straight, quaternions normalised.
+  pose(body, {frame, share}, out) {
+    const stride = this.bodies * kPose;
+    const a = frame * stride + body * kPose;
+    const b = share > 0 ? a + stride : a;
+    for (let c = 0; c < kPose; ++c)
+      out[c] = this.poses[a + c] + share * (this.poses[b + c] - this.poses[a + c]);
+    const length = Math.hypot(out[3], out[4], out[5], out[6]) || 1;
+    for (let c = 3; c < kPose; ++c) out[c] /= length;
+    return out;
+  }
+}
+
+/// Contact forces, by frame: position [m] and force [N] of each, and the pair of shapes.
+export class Contacts {
+  constructor(packed, frames) {
+    this.pairs = packed.pairs;
+    this.first = new Uint32Array(frames + 1);
+    const tracks = [], reader = new IntegerReader(packed.data);
+    for (let i = 0; i < packed.tracks; ++i) {
+      const track = {pair: reader.next(), start: reader.next(), count: reader.next(), values: null};
+      track.values = new Float32Array(6 * track.count);
+      for (let c = 0; c < 6; ++c) {
+        const unit = c < 3 ? packed.position_resolution_m : packed.force_resolution_N;
+        reader.steps(track.count, (k, value) => track.values[6 * k + c] = value * unit);
+      }
+      for (let k = 0; k < track.count; ++k) ++this.first[track.start + k + 1];
+      tracks.push(track);
+    }
+    for (let k = 0; k < frames; ++k) this.first[k + 1] += this.first[k];
+    this.values = new Float32Array(6 * this.first[frames]);
+    this.pair = new Uint32Array(this.first[frames]);
+    const fill = this.first.slice();
+    for (const track of tracks) {
+      for (let k = 0; k < track.count; ++k) {
+        const slot = fill[track.start + k]++;
+        this.pair[slot] = track.pair;
+        this.values.set(track.values.subarray(6 * k, 6 * k + 6), 6 * slot);
+      }
+    }
+    this.typical = typicalForce(this.values);
+  }
+}
+
+/// The force [N] that nine tenths of all stay below: what arrows are scaled by.
+function typicalForce(values) {
+  const sizes = [];
+  const stride = 6 * Math.max(1, Math.floor(values.length / 6 / 20000));
+  for (let i = 0; i < values.length; i += stride)
+    sizes.push(Math.hypot(values[i + 3], values[i + 4], values[i + 5]));
+  sizes.sort((a, b) => a - b);
+  return sizes[Math.floor(0.9 * sizes.length)] || 1;
+}
+
+/// ghost: the name that its curves bear as label.
+function decodeCurves(packed, frames, ghost) {
+  if (!packed) return [];
+  const reader = new IntegerReader(packed.data);
+  return packed.list.map((entry) => {
+    const values = new Float64Array(frames);
+    reader.smooth(frames, (k, value) => values[k] = entry.offset + value * entry.resolution);
+    return {...entry, values, like: ghost && entry.label === ghost ? 0 : undefined};
+  });
+}
+
+export function decode(packed) {
+  const trees = packed.trees, bodies = packed.bodies.length;
+  const motions = packed.motions.map((motion) => new Motion(motion, bodies, trees));
+  const frames = motions[0].frames;
+  return {
+    ...packed, motions,
+    meshes: packed.meshes.map((mesh) => ({
+      vertices: floats(mesh.vertices, Float32Array), triangles: floats(mesh.triangles, Uint32Array),
+    })),
+    contacts: packed.contacts ? new Contacts(packed.contacts, frames) : null,
+    curves: decodeCurves(packed.curves, frames, motions[1]?.name),
+  };
+}

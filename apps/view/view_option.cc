@@ -1,0 +1,42 @@
+#include "view/view_option.h"
+
+#include <fmt/format.h>
+
+#include <fstream>
+
+#include "view/input_files.h"
+
+namespace counterpoint::view {
+
+void ViewOption::add_to(CLI::App& command) {
+  command
+      .add_option("--view", file_, "HTML page to write: a replay of the motion (docs/replay.md)")
+      ->type_name("FILE");
+  command.add_option("--view-rate", rate_, "Frames a second of the replay [1/s]; 0: every row")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
+}
+
+void ViewOption::check() const {
+  if (wanted() && !can_make_pages()) throw InputError("--view: " + why_no_pages());
+}
+
+void write_replay(const std::filesystem::path& file, const Scene& scene, const Origin& origin,
+                  Clip clip, std::optional<Clip> ghost) {
+  Replay replay;
+  replay.scene = &scene;
+  replay.title = scene.name;
+  replay.clip = std::move(clip);
+  replay.ghost = std::move(ghost);
+  replay.made = made_by(origin.scene_file, scene, replay.clip);
+  InputFiles files;
+  files.add_scene(origin.scene_file, scene.model);
+  for (const std::string& input : origin.inputs)
+    if (!input.empty()) files.add(input);
+  for (const std::string& name : files.left_out)
+    replay.made.emplace_back("too large to keep", name);
+  replay.inputs = std::move(files.files);
+  write_whole(file, replay_page(replay));
+}
+
+}  // namespace counterpoint::view
