@@ -65,6 +65,16 @@ int IslandSolver::allowed(int steps) const {
 // Newton's method on velocities from w_; keeps the best point. True if it arrives.
 bool IslandSolver::finish(int max_iterations) {
   last_ = newton_.run(tolerance_, allowed(max_iterations), w_, f_);
+  return keep_best();
+}
+
+// Goes on where the last finish() or resume() ended.
+bool IslandSolver::resume(int max_iterations) {
+  last_ = newton_.resume(tolerance_, allowed(max_iterations), w_, f_);
+  return keep_best();
+}
+
+bool IslandSolver::keep_best() {
   const bool arrived = succeeded(last_.status);
   if (arrived || best_w_.empty() || last_.residual < best_.residual) {
     best_ = last_;
@@ -83,7 +93,7 @@ bool IslandSolver::run_velocity() {
   for (int steps = 0; steps < kFinishSteps && !arrived && last_.residual < before;
        steps += kStageSteps) {
     before = kContraction * last_.residual;
-    arrived = finish(kStageSteps);
+    arrived = resume(kStageSteps);
   }
   return arrived;
 }

@@ -40,6 +40,8 @@ class IslandSolver {
   bool run_softer();
   void walk_back();
   bool finish(int max_iterations);
+  bool resume(int max_iterations);
+  bool keep_best();
   bool finish_mixed(const MixedNewton::Result& result);
   void start_mixed(double sigma);
   int allowed(int steps) const;

@@ -15,6 +15,8 @@ constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 constexpr double kLineSearchAccuracy = 0.1;
 // Residuals this many times the round-off estimate cannot be told from zero.
 constexpr double kFloorFactor = 4.0;
+// Round-off is not looked for in relative residuals above this where nothing has been tried yet.
+constexpr double kLargestFloor = 1e-3;
 // Steps on a residual that is no gradient: how often to halve, and the share of the predicted
 // decrease that must come.
 constexpr int kMaxHalvings = 10;
@@ -63,21 +65,17 @@ double Newton::cost(const std::vector<double>& w, const std::vector<double>& y) 
 void Newton::choose_start(std::vector<double>& w) {
   const double* free = system_->free_velocity();
   trial_.assign(free, free + w.size());
-  choose_better(trial_, w);
-}
-
-void Newton::choose_better(const std::vector<double>& other, std::vector<double>& w) {
   if (system_->unsymmetric()) {
     evaluate_residual(w, y_step_);
     const double given = gradient_norm_;
-    evaluate_residual(other, y_step_);
-    if (gradient_norm_ < given) w = other;
+    evaluate_residual(trial_, y_step_);
+    if (gradient_norm_ < given) w = trial_;
     return;
   }
   system_->constraint_velocity(w.data(), y_.data());
   const double given = cost(w, y_);
-  system_->constraint_velocity(other.data(), y_.data());
-  if (cost(other, y_) < given) w = other;
+  system_->constraint_velocity(free, y_.data());
+  if (cost(trial_, y_) < given) w = trial_;
 }
 
 // y, f, gradient (or, with Coulomb laws, residual), its norm and the scale of its terms, all at w.
@@ -102,11 +100,14 @@ void Newton::evaluate_residual(const std::vector<double>& w, std::vector<double>
   }
   gradient_norm_ = std::sqrt(norm);
   scale_ = std::sqrt(square + kMomentumShare * kMomentumShare * share);
+  evaluated_ = true;
+  linearized_ = false;
 }
 
 // Norm of the residual that rounding alone explains: y is known to eps |J||w|, hence f to |G| times
 // that, and M(w - w*) to eps |M||w|.
 double Newton::roundoff_floor(const std::vector<double>& w) {
+  linearize();
   system_->velocity_roundoff(w.data(), y_trial_.data());
   for (const auto& c : system_->constraints()) {
     const int rows = c.law.rows;
@@ -129,7 +130,17 @@ double Newton::roundoff_floor(const std::vector<double>& w) {
   return std::sqrt(square);
 }
 
+// G of all laws at the point of the residual.
+void Newton::linearize() {
+  if (linearized_) return;
+  linearized_ = true;
+  double f[kMaxRows];
+  for (const auto& c : system_->constraints())
+    evaluate(c.law, y_.data() + c.row, f, hessian_.data() + c.hessian);
+}
+
 bool Newton::compute_direction() {
+  linearize();
   if (!system_->factor(hessian_.data(), unsymmetric_)) return false;
   for (size_t i = 0; i < step_.size(); ++i) step_[i] = -gradient_[i];
   system_->solve(step_.data());
@@ -188,56 +199,61 @@ bool Newton::advance_residual(std::vector<double>& w, std::vector<double>& f) {
     if (improves(alpha)) return true;
   }
   w = trial_;
+  evaluated_ = false;
   return false;
+}
+
+void Newton::record() {
+  residual_ = scale_ > 0.0 ? gradient_norm_ / scale_ : 0.0;
+  totals_.residual_history.push_back(residual_);
+  if (!unsymmetric_) totals_.cost_history.push_back(cost_here());
+}
+
+// A step that did not reduce the residual, or a line search lost in noise: round-off, or failure?
+// A start that no step may follow is asked only where the answer may be yes.
+bool Newton::at_floor(bool moved, int max_iterations, double best, const std::vector<double>& w) {
+  const bool only = max_iterations == 0 && residual_ < kLargestFloor;
+  if (moved && !(gradient_norm_ > 0.5 * best) && !only) return false;
+  return gradient_norm_ <= kFloorFactor * roundoff_floor(w);
 }
 
 Newton::Result Newton::run(double tolerance, int max_iterations, std::vector<double>& w,
                            std::vector<double>& f) {
   unsymmetric_ = system_->unsymmetric();
+  evaluated_ = false;
+  return resume(tolerance, max_iterations, w, f);
+}
+
+Newton::Result Newton::resume(double tolerance, int max_iterations, std::vector<double>& w,
+                              std::vector<double>& f) {
   Result result;
+  const auto stop = [&](Status status) {
+    result.status = status;
+    return result;
+  };
   double best = std::numeric_limits<double>::infinity();
   double milestone = best;
   int since_milestone = 0;
-  bool moved = true;
+  bool moved = true, recorded = evaluated_;
   for (;;) {
-    evaluate_residual(w, f);
-    result.residual = scale_ > 0.0 ? gradient_norm_ / scale_ : 0.0;
-    totals_.residual_history.push_back(result.residual);
-    if (!unsymmetric_) totals_.cost_history.push_back(cost_here());
-    if (!std::isfinite(gradient_norm_)) {
-      result.status = Status::kNotFinite;
-      return result;
-    }
-    if (result.residual <= tolerance) return result;
-    for (const auto& c : system_->constraints()) {
-      evaluate(c.law, y_.data() + c.row, f.data() + c.row, hessian_.data() + c.hessian);
-    }
-    // A step that did not reduce the residual, or a line search lost in noise: round-off, or
-    // failure?
-    const bool stalled = !moved || gradient_norm_ > 0.5 * best || max_iterations == 0;
+    if (!evaluated_) evaluate_residual(w, f);
+    if (!recorded) record();
+    recorded = false;
+    result.residual = residual_;
+    if (!std::isfinite(gradient_norm_)) return stop(Status::kNotFinite);
+    if (residual_ <= tolerance) return result;
     if (gradient_norm_ < kProgress * milestone) {
       milestone = gradient_norm_;
       since_milestone = 0;
     } else if (unsymmetric_ && ++since_milestone >= kPatience) {
       moved = false;  // creeping towards a local minimum of the residual's norm
     }
+    if (at_floor(moved, max_iterations, best, w)) return stop(Status::kRoundoffFloor);
     best = std::min(best, gradient_norm_);
-    if (stalled && gradient_norm_ <= kFloorFactor * roundoff_floor(w)) {
-      result.status = Status::kRoundoffFloor;
-      return result;
-    }
-    if (!moved) {
-      result.status = Status::kNoProgress;
-      return result;
-    }
-    if (result.iterations == max_iterations) {
-      result.status = Status::kMaxIterations;
-      return result;
-    }
-    if (!compute_direction()) {
-      result.status = Status::kSingular;
-      return result;
-    }
+    if (!moved) return stop(Status::kNoProgress);
+    if (result.iterations == max_iterations) return stop(Status::kMaxIterations);
+    if (!compute_direction()) return stop(Status::kSingular);
+    evaluated_ = false;
     moved = advance(w, f);
     ++result.iterations;
     ++totals_.iterations;

@@ -31,14 +31,15 @@ class Newton {
 
   /// Begins with an island: sizes memory, forgets the totals.
   void begin(IslandSystem& system);
-  /// Replaces w by `other` if that costs less (Coulomb: has the smaller residual).
-  void choose_better(const std::vector<double>& other, std::vector<double>& w);
-  /// The same with the free velocity: a contact at rest starts well from the last velocity, a
-  /// flight from the free one.
+  /// Replaces w by the free velocity if that costs less (Coulomb: has the smaller residual): a
+  /// contact at rest starts well from the last velocity, a flight from the free one.
   void choose_start(std::vector<double>& w);
   /// At most `max_iterations` steps towards a relative residual of `tolerance`. w: start on entry,
   /// answer on return; f: impulses at w.
   Result run(double tolerance, int max_iterations, std::vector<double>& w, std::vector<double>& f);
+  /// Goes on where the last run ended, with its w, f and laws: nothing is computed anew.
+  Result resume(double tolerance, int max_iterations, std::vector<double>& w,
+                std::vector<double>& f);
 
   /// Adds steps taken elsewhere to the totals.
   void count(int iterations) { totals_.iterations += iterations; }
@@ -50,6 +51,9 @@ class Newton {
   void evaluate_residual(const std::vector<double>& w, std::vector<double>& f);
   double roundoff_floor(const std::vector<double>& w);
   bool compute_direction();
+  void record();
+  void linearize();
+  bool at_floor(bool moved, int max_iterations, double best, const std::vector<double>& w);
   bool advance(std::vector<double>& w, std::vector<double>& f);
   LineSearchResult search_step();
   bool advance_cost(std::vector<double>& w);
@@ -57,9 +61,11 @@ class Newton {
 
   IslandSystem* system_ = nullptr;
   bool unsymmetric_ = false;
+  bool evaluated_ = false;  ///< the residual kept inside is that of the point at hand
+  bool linearized_ = false;  ///< and so is the Hessian
   std::vector<double> difference_, momentum_, gradient_, step_, mass_step_, trial_;
   std::vector<double> y_, y_step_, y_trial_, hessian_;
-  double gradient_norm_ = 0.0, scale_ = 0.0;
+  double gradient_norm_ = 0.0, scale_ = 0.0, residual_ = 0.0;
   Totals totals_;
 };
 
