@@ -19,43 +19,49 @@
 
 namespace counterpoint::contact {
 
-struct CoulombCone {
-  double n = 0.0;            ///< normal impulse
-  double n_slope = 0.0;      ///< -dn/dz_N
-  double n_root = 0.0;       ///< s of the normal's scalar law
-  double b = 0.0;            ///< phi_T = -b z_T
-  double p_slope = 0.0;      ///< dp/dt at fixed n
-  double p_by_n = 0.0;       ///< dp/dn at fixed t
-  double p = 0.0, t = 0.0;   ///< |phi_T|, |z_T|
-  double u_root = 0.0;       ///< s of the slack's scalar law
-  double e[kMaxRows] = {};   ///< direction of z_T; e[0] unused
+/// At one velocity, or at four. Real: double or Four, with the same bits.
+template <class Real>
+struct CoulombAt {
+  Real n{};        ///< normal impulse
+  Real n_slope{};  ///< -dn/dz_N
+  Real n_root{};   ///< s of the normal's scalar law
+  Real b{};        ///< phi_T = -b z_T
+  Real p_slope{};  ///< dp/dt at fixed n
+  Real p_by_n{};   ///< dp/dn at fixed t
+  Real p{};        ///< |phi_T|
+  Real u_root{};   ///< s of the slack's scalar law
 
-  /// z: scaled velocity, `rows` numbers; rho_N, rho: regularizers of normal and friction.
-  CoulombCone(const double* z, int rows, double rho_N, double rho, double k) {
-    const ScalarLaw normal(z[0], rho_N, k);
+  COUNTERPOINT_INTO_EACH CoulombAt(const Real& z_N, const Real& t, const Real& rho_N,
+                                   const Real& rho, const Real& k) {
+    const ScalarLawOf<Real> normal(z_N, rho_N, k);
     n = normal.g;
     n_slope = normal.a;
     n_root = normal.s;
-    double square = 0.0;
-    for (int i = 1; i < rows; ++i) square += z[i] * z[i];
-    t = std::sqrt(square);
-    const double inverse = t > 0.0 ? 1.0 / t : 0.0;
-    for (int i = 1; i < rows; ++i) e[i] = z[i] * inverse;
-    const double bound = n;
-    const double push = k > 0.0 ? k / bound : 0.0;
-    if (!(bound > 0.0) || !(push < 1e100)) return;  // no load, no friction
-    const double lambda = (t - rho * bound) + push;
-    const ScalarLaw slack(lambda, rho, k);
-    // k / u, by the branch that does not cancel.
-    const double m =
-        lambda >= 0.0 ? 0.5 * (slack.s + lambda) : 2.0 * rho * k / (slack.s - lambda);
-    b = bound / (rho * bound + m);
+    const Real push = k > 0.0 ? k / n : Real{};
+    const Real lambda = (t - rho * n) + push;
+    const ScalarLawOf<Real> slack(lambda, rho, k);
+    // k / u, on the side that does not cancel.
+    const Real sum = 0.5 * (slack.s + lambda), ratio = 2.0 * rho * k / (slack.s - lambda);
+    const Real m = lambda >= 0.0 ? sum : ratio;
+    const Real half = Real{} + 0.5, none{};
+    const auto loaded = (n > 0.0) & (push < 1e100);  // no load, no friction
+    b = loaded ? n / (rho * n + m) : none;
     p = b * t;
-    p_slope = slack.a;
-    u_root = slack.s;
-    p_by_n = slack.s > 0.0 ? (m / slack.s) * (p / bound) * (1.0 + slack.g / bound)
-                           : 0.5;
+    p_slope = loaded ? slack.a : none;
+    u_root = loaded ? slack.s : none;
+    const Real by_n = (m / slack.s) * (p / n) * (1.0 + slack.g / n);
+    p_by_n = loaded ? (slack.s > 0.0 ? by_n : half) : none;
   }
+};
+
+/// With any number of friction rows.
+struct CoulombCone : CoulombAt<double> {
+  double t = 0.0;           ///< |z_T|
+  double e[kMaxRows] = {};  ///< direction of z_T; e[0] unused
+
+  /// z: scaled velocity, `rows` numbers; rho_N, rho: regularizers of normal and friction.
+  CoulombCone(const double* z, int rows, double rho_N, double rho, double k)
+      : CoulombCone(z, rows, length(z, rows), rho_N, rho, k) {}
 
   /// out = -dphi/dz x.
   void apply_slope(const double* x, int rows, double* out) const {
@@ -64,6 +70,18 @@ struct CoulombCone {
     const double along = (p_slope - b) * radial - p_by_n * n_slope * x[0];
     for (int i = 1; i < rows; ++i) out[i] = b * x[i] + along * e[i];
     out[0] = n_slope * x[0];
+  }
+
+ private:
+  CoulombCone(const double* z, int rows, double length_T, double rho_N, double rho, double k)
+      : CoulombAt(z[0], length_T, rho_N, rho, k), t(length_T) {
+    const double inverse = t > 0.0 ? 1.0 / t : 0.0;
+    for (int i = 1; i < rows; ++i) e[i] = z[i] * inverse;
+  }
+  static double length(const double* z, int rows) {
+    double square = 0.0;
+    for (int i = 1; i < rows; ++i) square += z[i] * z[i];
+    return std::sqrt(square);
   }
 };
 

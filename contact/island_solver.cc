@@ -137,6 +137,7 @@ void IslandSolver::set_softness(Softness softness) {
   softness_ = softness;
   auto own = own_.begin();
   for (auto& c : system_->constraints()) c.law = soften(*own++, softness);
+  system_->laws_changed();
 }
 
 // The softest laws, which can be solved, then back towards the own ones as far as that goes;

@@ -24,7 +24,22 @@ void IslandSystem::load(const Problem& problem, std::span<const int> blocks,
   find_groups(factorization == Factorization::kDense);
   load_constraints(problem, constraints);
   estimate_inverse_masses();
+  laws_changed();
   analyze();
+}
+
+void IslandSystem::laws_changed() {
+  lanes_.clear();
+  others_.clear();
+  others_.reserve(constraints_.size());
+  for (size_t i = 0; i < constraints_.size(); ++i) {
+    const Constraint& c = constraints_[i];
+    if (CoulombLanes::takes(c.law)) {
+      lanes_.add(c.law, c.inverse_mass, c.row, c.hessian);
+    } else {
+      others_.push_back(static_cast<int>(i));
+    }
+  }
 }
 
 void IslandSystem::load_blocks(const Problem& problem, std::span<const int> blocks) {
@@ -89,6 +104,7 @@ void IslandSystem::pack_side(const Problem& problem, int constraint, int side) {
 void IslandSystem::load_constraints(const Problem& problem, std::span<const int> constraints) {
   constraints_.clear();
   jacobian_.clear();
+  bias_.clear();
   hessian_size_ = 0;
   for (const int i : constraints) {
     Constraint c{};
@@ -99,6 +115,7 @@ void IslandSystem::load_constraints(const Problem& problem, std::span<const int>
     c.hessian = hessian_size_;
     hessian_size_ += c.law.rows * c.law.rows;
     constraints_.push_back(c);
+    for (int r = 0; r < c.law.rows; ++r) bias_.push_back(c.law.bias[r]);
     jacobian_.begin_constraint(c.law.rows);
     for (const int side : {0, 1}) pack_side(problem, i, side);
     jacobian_.end_constraint();
@@ -180,8 +197,9 @@ void IslandSystem::place_constraints() {
 }
 
 bool IslandSystem::unsymmetric() const {
-  return std::any_of(constraints_.begin(), constraints_.end(),
-                     [](const Constraint& c) { return c.law.coulomb; });
+  return lanes_.count() > 0 || std::any_of(others_.begin(), others_.end(), [this](int i) {
+           return constraints_[i].law.coulomb;
+         });
 }
 
 void IslandSystem::estimate_inverse_masses() {
@@ -221,9 +239,7 @@ void IslandSystem::multiply_jacobian(const double* x, double* out) const {
 
 void IslandSystem::constraint_velocity(const double* x, double* out) const {
   multiply_jacobian(x, out);
-  for (const Constraint& c : constraints_) {
-    for (int r = 0; r < c.law.rows; ++r) out[c.row + r] += c.law.bias[r];
-  }
+  for (size_t i = 0; i < bias_.size(); ++i) out[i] += bias_[i];
 }
 
 double IslandSystem::add_impulse(const double* f, double* out) const {
@@ -231,9 +247,7 @@ double IslandSystem::add_impulse(const double* f, double* out) const {
 }
 
 void IslandSystem::velocity_roundoff(const double* x, double* out) const {
-  for (const Constraint& c : constraints_) {
-    for (int r = 0; r < c.law.rows; ++r) out[c.row + r] = std::abs(c.law.bias[r]);
-  }
+  for (size_t i = 0; i < bias_.size(); ++i) out[i] = std::abs(bias_[i]);
   jacobian_.add_absolute(x, out);
   for (int i = 0; i < num_rows(); ++i) out[i] *= std::numeric_limits<double>::epsilon();
 }

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "counterpoint/contact/block_factorization.h"
+#include "counterpoint/contact/coulomb_lanes.h"
 #include "counterpoint/contact/limbs.h"
 #include "counterpoint/contact/packed_jacobian.h"
 #include "counterpoint/contact/problem.h"
@@ -28,6 +29,9 @@ class IslandSystem {
   void load(const Problem& problem, std::span<const int> blocks, std::span<const int> constraints,
             Factorization factorization);
 
+  /// To be called when the laws of constraints() have been changed.
+  void laws_changed();
+
   int size() const { return size_; }
   int num_rows() const { return jacobian_.num_rows(); }
   /// Doubles needed for all G.
@@ -35,6 +39,9 @@ class IslandSystem {
   const std::vector<Constraint>& constraints() const { return constraints_; }
   std::vector<Constraint>& constraints() { return constraints_; }
   const double* free_velocity() const { return free_velocity_.data(); }
+  /// The constraints that are Coulomb contacts of three rows, four by four, and the others.
+  const CoulombLanes& lanes() const { return lanes_; }
+  const std::vector<int>& others() const { return others_; }
   /// 1 / M_ii.
   const double* inverse_diagonal() const { return inverse_diagonal_.data(); }
   /// Some law is `coulomb` now.
@@ -96,8 +103,10 @@ class IslandSystem {
   std::vector<Block> blocks_;
   std::vector<Constraint> constraints_;
   std::vector<int> local_block_;  ///< by block of the Problem
+  CoulombLanes lanes_;
+  std::vector<int> others_;
   PackedJacobian jacobian_;
-  std::vector<double> free_velocity_, inverse_diagonal_;
+  std::vector<double> free_velocity_, inverse_diagonal_, bias_;
   // Groups: what the factorization has as blocks. Limbs of trees, or all in one.
   Limbs limbs_;
   std::vector<PackedJacobian::Group> groups_;

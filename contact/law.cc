@@ -76,13 +76,16 @@ void coulomb_impulse(const Law& law, const CoulombCone& cone, const double* y, d
 
 void coulomb_hessian(const Law& law, const CoulombCone& cone, double* hessian) {
   const int n = law.rows;
-  for (int j = 0; j < n; ++j) {
-    const double scale = j > 0 ? law.friction[j - 1] : 1.0;
-    double column[kMaxRows] = {}, out[kMaxRows];
-    column[j] = scale;
-    cone.apply_slope(column, n, out);
-    hessian[j] = out[0];
-    for (int i = 1; i < n; ++i) hessian[i * n + j] = law.friction[i - 1] * out[i];
+  hessian[0] = cone.n_slope;
+  std::fill(hessian + 1, hessian + n, 0.0);
+  for (int i = 1; i < n; ++i) {
+    const double mu = law.friction[i - 1];
+    hessian[i * n] = mu * (-cone.p_by_n * cone.n_slope * cone.e[i]);
+    for (int j = 1; j < n; ++j) {
+      double g = (cone.p_slope - cone.b) * (cone.e[i] * cone.e[j]);
+      if (i == j) g += cone.b;
+      hessian[i * n + j] = (mu * law.friction[j - 1]) * g;
+    }
   }
 }
 

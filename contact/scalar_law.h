@@ -8,33 +8,35 @@
 // only).
 #pragma once
 
-#include <algorithm>
 #include <cmath>
 #include <limits>
 
+#include "counterpoint/contact/vector_lanes.h"
+
 namespace counterpoint::contact {
 
-/// g, its slope and s = sqrt(lambda^2 + 4 r k) at one lambda. No cancellation in either branch.
-struct ScalarLaw {
-  double g = 0.0;  ///< impulse
-  double s = 0.0;  ///< [m/s]
-  double a = 0.0;  ///< -g' = g / s >= 0
+/// g, its slope and s = sqrt(lambda^2 + 4 r k) at one lambda, or at four. No cancellation on either
+/// side of zero. Real: double or Four, with the same bits.
+template <class Real>
+struct ScalarLawOf {
+  Real g{};  ///< impulse
+  Real s{};  ///< [m/s]
+  Real a{};  ///< -g' = g / s >= 0
 
-  ScalarLaw(double lambda, double r, double k) {
+  COUNTERPOINT_INTO_EACH ScalarLawOf(const Real& lambda, const Real& r, const Real& k) {
     // The maximum matters only where lambda^2 underflows.
-    s = std::max(std::sqrt(lambda * lambda + 4.0 * r * k), std::abs(lambda));
-    if (lambda < 0.0) {
-      g = (s - lambda) / (2.0 * r);
-      a = g / s;
-    } else if (s + lambda > 0.0) {
-      g = 2.0 * k / (s + lambda);
-      a = g / s;
-    } else {  // lambda = 0 and r k = 0: the corner, with the mean of the slopes on its sides
-      g = k > 0.0 ? std::numeric_limits<double>::infinity() : 0.0;
-      a = 0.5 / r;
-    }
+    square_root(lambda * lambda + 4.0 * r * k, s);
+    const Real size = lambda < 0.0 ? -lambda : lambda;
+    s = s < size ? size : s;
+    const Real above = lambda < 0.0 ? s - lambda : 2.0 * k;
+    const Real below = lambda < 0.0 ? 2.0 * r : s + lambda;
+    // lambda = 0 and r k = 0: the corner, with the mean of the slopes on its sides.
+    const Real infinite = Real{} + std::numeric_limits<double>::infinity();
+    g = below > 0.0 ? above / below : (k > 0.0 ? infinite : Real{});
+    a = below > 0.0 ? g / s : 0.5 / r;
   }
 };
+using ScalarLaw = ScalarLawOf<double>;
 
 /// p(lambda) [J], up to a constant that depends on k only.
 inline double scalar_potential(double lambda, const ScalarLaw& law, double r, double k) {

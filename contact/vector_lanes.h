@@ -2,7 +2,11 @@
 // halves of each operation, with the same bits.
 #pragma once
 
+#include <cmath>
 #include <cstring>
+#if defined(__SSE2__)
+#include <emmintrin.h>
+#endif
 
 #include "counterpoint/contact/wide.h"
 
@@ -37,6 +41,21 @@ COUNTERPOINT_INTO_EACH void load(const double* from, Six& to) {
 COUNTERPOINT_INTO_EACH void store(const Six& from, double* to) {
   store(from.top, to);
   store(from.bottom, to + 4);
+}
+
+/// Square roots. In halves, which take no longer together than a whole, because the wide
+/// instruction cannot be named in a function that is compiled twice.
+COUNTERPOINT_INTO_EACH void square_root(double x, double& out) { out = std::sqrt(x); }
+COUNTERPOINT_INTO_EACH void square_root(const Four& x, Four& out) {
+  double values[4];
+  store(x, values);
+#if defined(__SSE2__)
+  for (int i = 0; i < 4; i += 2)
+    _mm_storeu_pd(values + i, _mm_sqrt_pd(_mm_loadu_pd(values + i)));
+#else
+  for (double& value : values) value = std::sqrt(value);
+#endif
+  load(values, out);
 }
 
 /// sum += a b.
