@@ -31,7 +31,6 @@ constexpr double kRaise = 100.0, kRaiseFromNone = 1e-2;
 
 void MixedNewton::reserve(const IslandSystem& system) {
   step_.reserve(system);
-  trial_.reserve(system);
 }
 
 // One step, halved until the residual falls or no longer; false if singular.
@@ -39,23 +38,19 @@ bool MixedNewton::advance(MixedSystem& system, int max_halvings, MixedSystem::Po
                           double& norm) {
   if (!system.factor()) return false;
   system.direction(step_);
-  double step = 1.0, after = 0.0;
+  double step = 1.0;
   for (int i = 0;; ++i, step *= 0.5) {
-    trial_ = point;
-    trial_.add(step, step_);
-    after = system.residual(trial_);
+    const double after = system.trial(point, step_, step);
     if (after <= (1.0 - kSufficientDecrease * step) * norm || i == max_halvings) break;
   }
-  std::swap(point, trial_);
-  norm = after;
+  norm = system.accept(step_, point);
   return true;
 }
 
 MixedNewton::Result MixedNewton::run_near(MixedSystem& system, int max_iterations,
                                           MixedSystem::Point& point) {
   Result result;
-  system.center = 0.0;
-  double norm = system.residual(point);
+  double norm = system.residual(point, 0.0);
   for (;; ++result.iterations) {
     result.residual = norm / system.scale();
     result.solved = result.residual <= kTolerance;
@@ -76,24 +71,17 @@ MixedNewton::Result MixedNewton::run_following(MixedSystem& system, int max_iter
                                                MixedSystem::Point& point) {
   Result result;
   const double share = kFollow / std::max(1, system.num_laws());
-  system.center = 0.0;
-  system.residual(point);
-  system.center = share * system.law_square();
-  double norm = system.residual(point);
+  system.residual(point, 0.0);
+  double norm = system.recenter(point, share * system.law_square());
   for (;; ++result.iterations) {
-    if (norm <= kTolerance * system.scale() && system.center > 0.0) {
-      system.center = 0.0;
-      norm = system.residual(point);
-    }
+    if (norm <= kTolerance * system.scale() && system.center() > 0.0)
+      norm = system.recenter(point, 0.0);
     result.residual = norm / system.scale();
     result.solved = result.residual <= kTolerance;
     if (result.solved || !std::isfinite(norm) || result.iterations == max_iterations) return result;
     if (!advance(system, kFollowHalvings, point, norm)) return result;
     const double goal = share * system.law_square();
-    if (goal < system.center) {
-      system.center = goal;
-      norm = system.residual(point);
-    }
+    if (goal < system.center()) norm = system.recenter(point, goal);
   }
 }
 
@@ -101,32 +89,29 @@ MixedNewton::Result MixedNewton::run_path(MixedSystem& system, int max_iteration
                                           MixedSystem::Point& point) {
   Result result;
   const double laws = std::max(1, system.num_laws());
-  system.center = 0.0;
-  double norm = system.residual(point);
-  system.center = kPathStart * norm * norm / laws;
-  norm = system.residual(point);
+  double norm = system.residual(point, 0.0);
+  norm = system.recenter(point, kPathStart * norm * norm / laws);
   double factor = kFirstFactor;
   int since = 0, raises = 0;
   for (;; ++result.iterations, ++since) {
-    while (system.center > 0.0 && norm * norm <= kNear * laws * system.center) {
+    while (system.center() > 0.0 && norm * norm <= kNear * laws * system.center()) {
       if (since <= 1) factor = std::max(kLeastFactor, factor * kFirstFactor);
       if (since > 3) factor = std::min(kMostFactor, std::sqrt(factor));
       since = 0;
-      system.center *= factor;
-      if (system.center * laws < kNoSmoothing * system.scale() * system.scale())
-        system.center = 0.0;
-      norm = system.residual(point);
+      const double center = factor * system.center();
+      const bool none = center * laws < kNoSmoothing * system.scale() * system.scale();
+      norm = system.recenter(point, none ? 0.0 : center);
     }
     result.residual = norm / system.scale();
-    result.solved = system.center == 0.0 && result.residual <= kTolerance;
+    result.solved = system.center() == 0.0 && result.residual <= kTolerance;
     if (result.solved || !std::isfinite(norm) || result.iterations == max_iterations) return result;
     if (since > kPatience) {
       if (++raises > kMaxRaises) return result;
-      system.center = system.center > 0.0 ? kRaise * system.center
-                                          : kRaiseFromNone * norm * norm / laws;
+      const double center = system.center() > 0.0 ? kRaise * system.center()
+                                                  : kRaiseFromNone * norm * norm / laws;
       factor = kFirstFactor;
       since = 0;
-      norm = system.residual(point);
+      norm = system.recenter(point, center);
     }
     if (!advance(system, kPathHalvings, point, norm)) return result;
   }

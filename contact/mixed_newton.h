@@ -33,7 +33,7 @@ class MixedNewton {
   Result run_path(MixedSystem& system, int max_iterations, MixedSystem::Point& point);
   bool advance(MixedSystem& system, int max_halvings, MixedSystem::Point& point, double& norm);
 
-  MixedSystem::Point step_, trial_;
+  MixedSystem::Point step_;
 };
 
 }  // namespace counterpoint::contact

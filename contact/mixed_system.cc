@@ -14,78 +14,84 @@ void MixedSystem::Point::reserve(const IslandSystem& system) {
   phi.reserve(system.num_rows());
 }
 
-void MixedSystem::Point::add(double step, const Point& d) {
-  for (size_t i = 0; i < w.size(); ++i) w[i] += step * d.w[i];
-  for (size_t i = 0; i < phi.size(); ++i) phi[i] += step * d.phi[i];
-}
-
 void MixedSystem::reserve(const IslandSystem& system) {
   for (auto* v : {&dual_, &momentum_}) v->reserve(system.size());
-  for (auto* v : {&y_, &f_, &error_, &rhs_, &dy_}) v->reserve(system.num_rows());
+  for (auto* v : {&y_, &f_, &error_, &rhs_, &dy_, &y_trial_, &phi_trial_, &scales_})
+    v->reserve(system.num_rows());
   hessian_.reserve(system.hessian_size());
   laws_.reserve(system.constraints().size());
+  lanes_.reserve(static_cast<int>(system.constraints().size()));
 }
 
 void MixedSystem::begin(IslandSystem& system, double sigma_share) {
   system_ = &system;
-  center = 0.0;
+  center_ = 0.0;
   const size_t n = system.size(), m = system.num_rows();
   for (auto* v : {&dual_, &momentum_}) v->resize(n);
-  for (auto* v : {&y_, &f_, &error_, &rhs_, &dy_}) v->resize(m);
+  for (auto* v : {&y_, &f_, &error_, &rhs_, &dy_, &y_trial_, &phi_trial_}) v->resize(m);
   hessian_.resize(system.hessian_size());
-  laws_.clear();
+  scales_.assign(m, 1.0);
   for (const auto& c : system.constraints()) {
+    if (c.law.type != LawType::kFrictionCone) continue;
+    for (int r = 1; r < c.law.rows; ++r) scales_[c.row + r] = c.law.friction[r - 1];
+  }
+  lanes_.begin(system.lanes(), sigma_share);
+  laws_.clear();
+  for (const int i : system.others()) {
+    const auto& c = system.constraints()[i];
     WideLaw law;
-    law.type = c.law.type;
-    law.coulomb = c.law.coulomb;
+    law.law = &c.law;
     law.row = c.row;
     law.rows = c.law.rows;
     law.hessian = c.hessian;
-    law.k = c.law.smoothing;
-    law.bound = c.law.bound;
     const bool friction = c.law.type == LawType::kFrictionCone;
     law.rho = friction ? normal_regularizer(c.law) : c.law.regularizer;
     law.sigma = std::max(law.rho, sigma_share * c.inverse_mass);
     // Friction knows nothing of the normal velocity in exact Coulomb laws: it may be widened by
     // itself. z_T = mu y_T moves with mu^2 of what the normal does; half of that way serves best.
-    law.sigma_T = law.coulomb ? std::max(law.rho, law.sigma * c.law.friction[0]) : law.sigma;
-    law.scale[0] = 1.0;
-    for (int r = 1; r < law.rows; ++r) law.scale[r] = friction ? c.law.friction[r - 1] : 1.0;
+    law.sigma_T = c.law.coulomb ? std::max(law.rho, law.sigma * c.law.friction[0]) : law.sigma;
+    std::copy_n(scales_.data() + c.row, law.rows, law.scale);
     laws_.push_back(law);
   }
 }
 
 void MixedSystem::guess(const std::vector<double>& f, std::vector<double>& phi) {
+  const auto& constraints = system_->constraints();
   phi.resize(system_->num_rows());
-  system_->constraint_velocity(system_->free_velocity(), y_.data());
-  for (WideLaw& law : laws_) {
-    double* x = phi.data() + law.row;
-    const double* given = f.data() + law.row;
-    if (std::isnan(given[0])) {
+  const bool all_given = std::none_of(constraints.begin(), constraints.end(), [&](const auto& c) {
+    return std::isnan(f[c.row]);
+  });
+  if (!all_given) {
+    system_->constraint_velocity(system_->free_velocity(), y_.data());
+    lanes_.impulses(y_.data(), center_, phi.data());
+    for (WideLaw& law : laws_) {
+      double* x = phi.data() + law.row;
       for (int r = 0; r < law.rows; ++r) x[r] = law.scale[r] * y_[law.row + r];
       evaluate(law, x);
-    } else {
-      for (int r = 0; r < law.rows; ++r)
-        x[r] = law.scale[r] > 0.0 ? given[r] / law.scale[r] : 0.0;
     }
+  }
+  for (const auto& c : constraints) {
+    if (std::isnan(f[c.row])) continue;
+    for (int r = c.row; r < c.row + c.law.rows; ++r)
+      phi[r] = scales_[r] > 0.0 ? f[r] / scales_[r] : 0.0;
   }
 }
 
 // x becomes F_sigma(x); A and t of the law are those at x.
 void MixedSystem::evaluate(WideLaw& law, double* x) const {
   const int n = law.rows;
-  const double k = law.k + center;
-  switch (law.type) {
+  const double k = law.law->smoothing + center_;
+  switch (law.law->type) {
     case LawType::kEquality:
       for (int i = 0; i < n; ++i) x[i] /= -law.sigma;
       law.A = {1.0 / law.sigma, 1.0 / law.sigma, 1.0 / law.sigma};
       return;
     case LawType::kDryFriction: {
       Law wide;
-      wide.type = law.type;
+      wide.type = law.law->type;
       wide.regularizer = law.sigma;
       wide.smoothing = k;
-      wide.bound = law.bound;
+      wide.bound = law.law->bound;
       double f, a;
       contact::evaluate(wide, x, &f, &a);
       x[0] = f;
@@ -99,9 +105,13 @@ void MixedSystem::evaluate(WideLaw& law, double* x) const {
       return;
     }
     case LawType::kFrictionCone:
-      break;
+      return evaluate_cone(law, k, x);
   }
-  if (law.coulomb) {
+}
+
+void MixedSystem::evaluate_cone(WideLaw& law, double k, double* x) const {
+  const int n = law.rows;
+  if (law.law->coulomb) {
     const CoulombCone cone(x, n, law.sigma, law.sigma_T, k);
     std::copy(cone.e + 1, cone.e + n, law.t + 1);
     x[0] = cone.n;
@@ -124,36 +134,72 @@ void MixedSystem::evaluate(WideLaw& law, double* x) const {
   law.A = {mean, mean, across, half, half};
 }
 
-double MixedSystem::residual(const Point& point) {
-  system_->constraint_velocity(point.w.data(), y_.data());
-  law_square_ = 0.0;
+// Errors of all laws, their A and the sum of their squares; returns that sum.
+double MixedSystem::evaluate_laws(const double* y, const double* phi_all) {
+  law_square_ = lanes_.evaluate(y, phi_all, center_);
   for (WideLaw& law : laws_) {
-    const double* phi = point.phi.data() + law.row;
+    const double* phi = phi_all + law.row;
     double* e = error_.data() + law.row;
     for (int r = 0; r < law.rows; ++r)
-      e[r] = law.scale[r] * y_[law.row + r] - (law.wide(r) - law.rho) * phi[r];
+      e[r] = law.scale[r] * y[law.row + r] - (law.wide(r) - law.rho) * phi[r];
     evaluate(law, e);
     for (int r = 0; r < law.rows; ++r) {
       e[r] -= phi[r];
       law_square_ += law.wide(r) * e[r] * e[r];
-      f_[law.row + r] = law.scale[r] * phi[r];
     }
   }
+  return law_square_;
+}
+
+// The other residual, and the scale; returns the norm of both.
+double MixedSystem::momentum_residual(const Point& point) {
+  for (size_t i = 0; i < f_.size(); ++i) f_[i] = scales_[i] * point.phi[i];
   const double* free = system_->free_velocity();
   const double* inverse = system_->inverse_diagonal();
   for (size_t i = 0; i < dual_.size(); ++i) dual_[i] = point.w[i] - free[i];
   system_->multiply_mass(dual_.data(), momentum_.data());
   std::fill(dual_.begin(), dual_.end(), 0.0);
   double scale = system_->add_impulse(f_.data(), dual_.data());
-  double norm = law_square_, energy = 0.0;
+  double square = 0.0, energy = 0.0;
   for (size_t i = 0; i < dual_.size(); ++i) {
     dual_[i] -= momentum_[i];
-    norm += dual_[i] * dual_[i] * inverse[i];
+    square += dual_[i] * dual_[i] * inverse[i];
     scale += momentum_[i] * momentum_[i] * inverse[i];
     energy += (point.w[i] * point.w[i] + free[i] * free[i]) / inverse[i];
   }
+  dual_square_ = square;
   scale_ = std::sqrt(scale + kMomentumShare * kMomentumShare * energy);
-  return std::sqrt(norm);
+  return std::sqrt(law_square_ + dual_square_);
+}
+
+double MixedSystem::residual(const Point& point, double center) {
+  center_ = center;
+  system_->constraint_velocity(point.w.data(), y_.data());
+  evaluate_laws(y_.data(), point.phi.data());
+  return momentum_residual(point);
+}
+
+double MixedSystem::recenter(const Point& point, double center) {
+  center_ = center;
+  return std::sqrt(evaluate_laws(y_.data(), point.phi.data()) + dual_square_);
+}
+
+double MixedSystem::trial(const Point& point, const Point& d, double step) {
+  step_ = step;
+  for (size_t i = 0; i < y_.size(); ++i) {
+    y_trial_[i] = y_[i] + step * dy_[i];
+    phi_trial_[i] = point.phi[i] + step * d.phi[i];
+  }
+  const double left = 1.0 - step;
+  return std::sqrt(evaluate_laws(y_trial_.data(), phi_trial_.data()) +
+                   left * left * dual_square_);
+}
+
+double MixedSystem::accept(const Point& d, Point& point) {
+  std::swap(y_, y_trial_);
+  std::swap(point.phi, phi_trial_);
+  for (size_t i = 0; i < point.w.size(); ++i) point.w[i] += step_ * d.w[i];
+  return momentum_residual(point);
 }
 
 void MixedSystem::WideLaw::apply(const Operator& op, const double* x, double* out) const {
@@ -175,6 +221,7 @@ MixedSystem::Operator MixedSystem::WideLaw::widening() const {
 }
 
 bool MixedSystem::factor() {
+  lanes_.hessians(hessian_.data());
   for (WideLaw& law : laws_) {
     const int n = law.rows;
     law.B = law.widening();
@@ -192,6 +239,7 @@ bool MixedSystem::factor() {
 
 // M dw - J'D dphi = dual,  dphi + A (D J dw - (sigma - rho) dphi) = error.
 void MixedSystem::direction(Point& out) {
+  lanes_.right_side(rhs_.data());
   for (const WideLaw& law : laws_) {
     double x[kMaxRows];
     law.apply(law.B, error_.data() + law.row, x);
@@ -202,6 +250,7 @@ void MixedSystem::direction(Point& out) {
   system_->solve(out.w.data());
   system_->multiply_jacobian(out.w.data(), dy_.data());
   out.phi.resize(error_.size());
+  lanes_.step(dy_.data(), out.phi.data());
   for (const WideLaw& law : laws_) {
     const int n = law.rows;
     double dz[kMaxRows], x[kMaxRows];

@@ -22,6 +22,7 @@
 #include <vector>
 
 #include "counterpoint/contact/island_system.h"
+#include "counterpoint/contact/mixed_lanes.h"
 
 namespace counterpoint::contact {
 
@@ -31,8 +32,6 @@ class MixedSystem {
     std::vector<double> w;    ///< velocities of the island
     std::vector<double> phi;  ///< scaled impulses, by rows
     void reserve(const IslandSystem& system);
-    /// Goes `step` times d further.
-    void add(double step, const Point& d);
   };
 
   /// Takes the memory that an island needs, so that a method that is seldom tried does not allocate
@@ -43,24 +42,31 @@ class MixedSystem {
   /// mass at the constraint.
   void begin(IslandSystem& system, double sigma_share);
   /// Smoothing [J] added to that of every law.
-  double center = 0.0;
+  double center() const { return center_; }
 
   /// phi of the impulses f [N s]; where the first row of a constraint is NaN those that would stop
   /// the constraint by itself at the free velocity.
   void guess(const std::vector<double>& f, std::vector<double>& phi);
-  /// Residuals of both equations, kept inside; returns their norm [sqrt J].
-  double residual(const Point& point);
+  /// Residuals of both equations with that smoothing, kept inside; returns their norm [sqrt J].
+  double residual(const Point& point, double center);
+  /// The same at the point of the last residual() or accept(): only the laws are evaluated.
+  double recenter(const Point& point, double center);
   /// Sum over constraints of sigma |F_sigma - phi|^2 [J], of the last residual.
   double law_square() const { return law_square_; }
   /// Scale of the terms of the last residual [sqrt J], as Report has it.
   double scale() const { return scale_; }
   /// Number of constraints.
-  int num_laws() const { return static_cast<int>(laws_.size()); }
+  int num_laws() const { return lanes_.count() + static_cast<int>(laws_.size()); }
 
   /// Factors the derivative at the last residual's point. False if singular.
   bool factor();
   /// Newton's direction for the last residual, with the last factors.
   void direction(Point& out);
+  /// Norm of the residual `step` along the last direction d, from the laws alone: that of momentum
+  /// is linear. Then accept() goes where the last trial was and computes what it left out; y goes
+  /// on as y + step J d.
+  double trial(const Point& point, const Point& d, double step);
+  double accept(const Point& d, Point& point);
 
  private:
   /// -F' or inv(1 - (sigma - rho) A) in the directions of normal and friction: lower triangular in
@@ -69,11 +75,11 @@ class MixedSystem {
     double normal = 0.0, radial = 0.0, across = 0.0;
     double radial_normal = 0.0, normal_radial = 0.0;
   };
+  /// Every law but those that MixedLanes has.
   struct WideLaw {
-    LawType type = LawType::kUnilateral;
-    bool coulomb = false;
+    const Law* law = nullptr;
     int row = 0, rows = 1, hessian = 0;
-    double rho = 0.0, sigma = 0.0, sigma_T = 0.0, k = 0.0, bound = 0.0;
+    double rho = 0.0, sigma = 0.0, sigma_T = 0.0;
     double scale[kMaxRows] = {};  ///< D
     double t[kMaxRows] = {};      ///< unit, friction part of x; t[0] unused
     Operator A, B;
@@ -83,13 +89,19 @@ class MixedSystem {
     Operator widening() const;
   };
   void evaluate(WideLaw& law, double* x) const;
+  void evaluate_cone(WideLaw& law, double k, double* x) const;
+  double evaluate_laws(const double* y, const double* phi);
+  double momentum_residual(const Point& point);
 
   IslandSystem* system_ = nullptr;
+  MixedLanes lanes_;
   std::vector<WideLaw> laws_;
-  double law_square_ = 0.0, scale_ = 0.0;
+  double center_ = 0.0;
+  double law_square_ = 0.0, dual_square_ = 0.0, scale_ = 0.0, step_ = 0.0;
   // Residuals, negated: of momentum, and of the laws in phi.
   std::vector<double> dual_, error_;
-  std::vector<double> y_, f_, momentum_, hessian_, rhs_, dy_;
+  std::vector<double> scales_;  ///< D, by rows
+  std::vector<double> y_, f_, momentum_, hessian_, rhs_, dy_, y_trial_, phi_trial_;
 };
 
 }  // namespace counterpoint::contact
