@@ -50,7 +50,8 @@ bool MixedNewton::advance(MixedSystem& system, int max_halvings, MixedSystem::Po
 MixedNewton::Result MixedNewton::run_near(MixedSystem& system, int max_iterations,
                                           MixedSystem::Point& point) {
   Result result;
-  double norm = system.residual(point, 0.0);
+  system.center = 0.0;
+  double norm = system.residual(point);
   for (;; ++result.iterations) {
     result.residual = norm / system.scale();
     result.solved = result.residual <= kTolerance;
@@ -71,17 +72,18 @@ MixedNewton::Result MixedNewton::run_following(MixedSystem& system, int max_iter
                                                MixedSystem::Point& point) {
   Result result;
   const double share = kFollow / std::max(1, system.num_laws());
-  system.residual(point, 0.0);
+  system.center = 0.0;
+  system.residual(point);
   double norm = system.recenter(point, share * system.law_square());
   for (;; ++result.iterations) {
-    if (norm <= kTolerance * system.scale() && system.center() > 0.0)
+    if (norm <= kTolerance * system.scale() && system.center > 0.0)
       norm = system.recenter(point, 0.0);
     result.residual = norm / system.scale();
     result.solved = result.residual <= kTolerance;
     if (result.solved || !std::isfinite(norm) || result.iterations == max_iterations) return result;
     if (!advance(system, kFollowHalvings, point, norm)) return result;
     const double goal = share * system.law_square();
-    if (goal < system.center()) norm = system.recenter(point, goal);
+    if (goal < system.center) norm = system.recenter(point, goal);
   }
 }
 
@@ -89,25 +91,26 @@ MixedNewton::Result MixedNewton::run_path(MixedSystem& system, int max_iteration
                                           MixedSystem::Point& point) {
   Result result;
   const double laws = std::max(1, system.num_laws());
-  double norm = system.residual(point, 0.0);
+  system.center = 0.0;
+  double norm = system.residual(point);
   norm = system.recenter(point, kPathStart * norm * norm / laws);
   double factor = kFirstFactor;
   int since = 0, raises = 0;
   for (;; ++result.iterations, ++since) {
-    while (system.center() > 0.0 && norm * norm <= kNear * laws * system.center()) {
+    while (system.center > 0.0 && norm * norm <= kNear * laws * system.center) {
       if (since <= 1) factor = std::max(kLeastFactor, factor * kFirstFactor);
       if (since > 3) factor = std::min(kMostFactor, std::sqrt(factor));
       since = 0;
-      const double center = factor * system.center();
+      const double center = factor * system.center;
       const bool none = center * laws < kNoSmoothing * system.scale() * system.scale();
       norm = system.recenter(point, none ? 0.0 : center);
     }
     result.residual = norm / system.scale();
-    result.solved = system.center() == 0.0 && result.residual <= kTolerance;
+    result.solved = system.center == 0.0 && result.residual <= kTolerance;
     if (result.solved || !std::isfinite(norm) || result.iterations == max_iterations) return result;
     if (since > kPatience) {
       if (++raises > kMaxRaises) return result;
-      const double center = system.center() > 0.0 ? kRaise * system.center()
+      const double center = system.center > 0.0 ? kRaise * system.center
                                                   : kRaiseFromNone * norm * norm / laws;
       factor = kFirstFactor;
       since = 0;

@@ -14,6 +14,11 @@ void MixedSystem::Point::reserve(const IslandSystem& system) {
   phi.reserve(system.num_rows());
 }
 
+void MixedSystem::Point::add(double step, const Point& d) {
+  for (size_t i = 0; i < w.size(); ++i) w[i] += step * d.w[i];
+  for (size_t i = 0; i < phi.size(); ++i) phi[i] += step * d.phi[i];
+}
+
 void MixedSystem::reserve(const IslandSystem& system) {
   for (auto* v : {&dual_, &momentum_}) v->reserve(system.size());
   for (auto* v : {&y_, &f_, &error_, &rhs_, &dy_, &y_trial_, &phi_trial_, &scales_})
@@ -25,7 +30,7 @@ void MixedSystem::reserve(const IslandSystem& system) {
 
 void MixedSystem::begin(IslandSystem& system, double sigma_share) {
   system_ = &system;
-  center_ = 0.0;
+  center = 0.0;
   const size_t n = system.size(), m = system.num_rows();
   for (auto* v : {&dual_, &momentum_}) v->resize(n);
   for (auto* v : {&y_, &f_, &error_, &rhs_, &dy_, &y_trial_, &phi_trial_}) v->resize(m);
@@ -63,7 +68,7 @@ void MixedSystem::guess(const std::vector<double>& f, std::vector<double>& phi) 
   });
   if (!all_given) {
     system_->constraint_velocity(system_->free_velocity(), y_.data());
-    lanes_.impulses(y_.data(), center_, phi.data());
+    lanes_.impulses(y_.data(), center, phi.data());
     for (WideLaw& law : laws_) {
       double* x = phi.data() + law.row;
       for (int r = 0; r < law.rows; ++r) x[r] = law.scale[r] * y_[law.row + r];
@@ -80,7 +85,7 @@ void MixedSystem::guess(const std::vector<double>& f, std::vector<double>& phi) 
 // x becomes F_sigma(x); A and t of the law are those at x.
 void MixedSystem::evaluate(WideLaw& law, double* x) const {
   const int n = law.rows;
-  const double k = law.law->smoothing + center_;
+  const double k = law.law->smoothing + center;
   switch (law.law->type) {
     case LawType::kEquality:
       for (int i = 0; i < n; ++i) x[i] /= -law.sigma;
@@ -136,7 +141,7 @@ void MixedSystem::evaluate_cone(WideLaw& law, double k, double* x) const {
 
 // Errors of all laws, their A and the sum of their squares; returns that sum.
 double MixedSystem::evaluate_laws(const double* y, const double* phi_all) {
-  law_square_ = lanes_.evaluate(y, phi_all, center_);
+  law_square_ = lanes_.evaluate(y, phi_all, center);
   for (WideLaw& law : laws_) {
     const double* phi = phi_all + law.row;
     double* e = error_.data() + law.row;
@@ -172,15 +177,14 @@ double MixedSystem::momentum_residual(const Point& point) {
   return std::sqrt(law_square_ + dual_square_);
 }
 
-double MixedSystem::residual(const Point& point, double center) {
-  center_ = center;
+double MixedSystem::residual(const Point& point) {
   system_->constraint_velocity(point.w.data(), y_.data());
   evaluate_laws(y_.data(), point.phi.data());
   return momentum_residual(point);
 }
 
-double MixedSystem::recenter(const Point& point, double center) {
-  center_ = center;
+double MixedSystem::recenter(const Point& point, double other_center) {
+  center = other_center;
   return std::sqrt(evaluate_laws(y_.data(), point.phi.data()) + dual_square_);
 }
 

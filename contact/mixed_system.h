@@ -32,6 +32,8 @@ class MixedSystem {
     std::vector<double> w;    ///< velocities of the island
     std::vector<double> phi;  ///< scaled impulses, by rows
     void reserve(const IslandSystem& system);
+    /// Goes `step` times d further.
+    void add(double step, const Point& d);
   };
 
   /// Takes the memory that an island needs, so that a method that is seldom tried does not allocate
@@ -42,15 +44,16 @@ class MixedSystem {
   /// mass at the constraint.
   void begin(IslandSystem& system, double sigma_share);
   /// Smoothing [J] added to that of every law.
-  double center() const { return center_; }
+  double center = 0.0;
 
   /// phi of the impulses f [N s]; where the first row of a constraint is NaN those that would stop
   /// the constraint by itself at the free velocity.
   void guess(const std::vector<double>& f, std::vector<double>& phi);
-  /// Residuals of both equations with that smoothing, kept inside; returns their norm [sqrt J].
-  double residual(const Point& point, double center);
-  /// The same at the point of the last residual() or accept(): only the laws are evaluated.
-  double recenter(const Point& point, double center);
+  /// Residuals of both equations, kept inside; returns their norm [sqrt J].
+  double residual(const Point& point);
+  /// The same at the point of the last residual() or accept() with another center: only the laws
+  /// are evaluated.
+  double recenter(const Point& point, double other_center);
   /// Sum over constraints of sigma |F_sigma - phi|^2 [J], of the last residual.
   double law_square() const { return law_square_; }
   /// Scale of the terms of the last residual [sqrt J], as Report has it.
@@ -96,7 +99,6 @@ class MixedSystem {
   IslandSystem* system_ = nullptr;
   MixedLanes lanes_;
   std::vector<WideLaw> laws_;
-  double center_ = 0.0;
   double law_square_ = 0.0, dual_square_ = 0.0, scale_ = 0.0, step_ = 0.0;
   // Residuals, negated: of momentum, and of the laws in phi.
   std::vector<double> dual_, error_;
