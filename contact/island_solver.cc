@@ -55,7 +55,7 @@ void IslandSolver::begin(IslandSystem& system, const Settings& settings,
   f_.resize(guess.size());
   newton_.begin(system);
   start_ = w;
-  newton_.choose_start(start_);
+  newton_.choose_start(start_, f_);
 }
 
 int IslandSolver::allowed(int steps) const {
@@ -88,7 +88,7 @@ bool IslandSolver::keep_best() {
 // the island's momentum, and joints with friction have but a small share in a body's fall.
 bool IslandSolver::run_velocity() {
   w_ = start_;
-  bool arrived = finish(0);
+  bool arrived = resume(0);
   double before = kNearly;
   for (int steps = 0; steps < kFinishSteps && !arrived && last_.residual < before;
        steps += kStageSteps) {

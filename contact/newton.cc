@@ -40,6 +40,7 @@ void Newton::begin(IslandSystem& system) {
   for (auto* v : {&y_, &y_step_, &y_trial_}) v->resize(m);
   hessian_.resize(system.hessian_size());
   totals_.iterations = totals_.line_search_evaluations = 0;
+  evaluated_ = false;
   for (auto* history : {&totals_.residual_history, &totals_.cost_history}) {
     history->reserve(kUsualHistory);
     history->clear();
@@ -62,14 +63,17 @@ double Newton::cost(const std::vector<double>& w, const std::vector<double>& y) 
   return sum;
 }
 
-void Newton::choose_start(std::vector<double>& w) {
+void Newton::choose_start(std::vector<double>& w, std::vector<double>& f) {
+  unsymmetric_ = system_->unsymmetric();
   const double* free = system_->free_velocity();
   trial_.assign(free, free + w.size());
-  if (system_->unsymmetric()) {
-    evaluate_residual(w, y_step_);
-    const double given = gradient_norm_;
-    evaluate_residual(trial_, y_step_);
-    if (gradient_norm_ < given) w = trial_;
+  if (unsymmetric_) {
+    evaluate_residual(trial_, f);
+    const double at_free = gradient_norm_;
+    evaluate_residual(w, f);
+    if (!(at_free < gradient_norm_)) return;
+    w = trial_;
+    evaluated_ = false;
     return;
   }
   system_->constraint_velocity(w.data(), y_.data());
@@ -103,7 +107,7 @@ void Newton::evaluate_residual(const std::vector<double>& w, std::vector<double>
   gradient_norm_ = std::sqrt(norm);
   scale_ = std::sqrt(square + kMomentumShare * kMomentumShare * share);
   evaluated_ = true;
-  linearized_ = false;
+  linearized_ = recorded_ = false;
 }
 
 // Norm of the residual that rounding alone explains: y is known to eps |J||w|, hence f to |G| times
@@ -213,6 +217,7 @@ bool Newton::advance_residual(std::vector<double>& w, std::vector<double>& f) {
 }
 
 void Newton::record() {
+  recorded_ = true;
   residual_ = scale_ > 0.0 ? gradient_norm_ / scale_ : 0.0;
   totals_.residual_history.push_back(residual_);
   if (!unsymmetric_) totals_.cost_history.push_back(cost_here());
@@ -243,11 +248,10 @@ Newton::Result Newton::resume(double tolerance, int max_iterations, std::vector<
   double best = std::numeric_limits<double>::infinity();
   double milestone = best;
   int since_milestone = 0;
-  bool moved = true, recorded = evaluated_;
+  bool moved = true;
   for (;;) {
     if (!evaluated_) evaluate_residual(w, f);
-    if (!recorded) record();
-    recorded = false;
+    if (!recorded_) record();
     result.residual = residual_;
     if (!std::isfinite(gradient_norm_)) return stop(Status::kNotFinite);
     if (residual_ <= tolerance) return result;

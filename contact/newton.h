@@ -33,11 +33,13 @@ class Newton {
   void begin(IslandSystem& system);
   /// Replaces w by the free velocity if that costs less (Coulomb: has the smaller residual): a
   /// contact at rest starts well from the last velocity, a flight from the free one.
-  void choose_start(std::vector<double>& w);
+  /// f: room for impulses. resume() then starts there.
+  void choose_start(std::vector<double>& w, std::vector<double>& f);
   /// At most `max_iterations` steps towards a relative residual of `tolerance`. w: start on entry,
   /// answer on return; f: impulses at w.
   Result run(double tolerance, int max_iterations, std::vector<double>& w, std::vector<double>& f);
-  /// Goes on where the last run ended, with its w, f and laws: nothing is computed anew.
+  /// Goes on where the last run or choose_start() ended, with its w, f and laws: nothing is
+  /// computed anew.
   Result resume(double tolerance, int max_iterations, std::vector<double>& w,
                 std::vector<double>& f);
 
@@ -63,6 +65,7 @@ class Newton {
   bool unsymmetric_ = false;
   bool evaluated_ = false;  ///< the residual kept inside is that of the point at hand
   bool linearized_ = false;  ///< and so is the Hessian
+  bool recorded_ = false;    ///< it is in the histories
   std::vector<double> difference_, momentum_, gradient_, step_, mass_step_, trial_;
   std::vector<double> y_, y_step_, y_trial_, hessian_;
   double gradient_norm_ = 0.0, scale_ = 0.0, residual_ = 0.0;

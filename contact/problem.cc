@@ -1,6 +1,41 @@
 #include "counterpoint/contact/problem.h"
 
+#include <algorithm>
+#include <cstddef>
+
+#include "counterpoint/contact/law.h"
+#include "counterpoint/contact/vector_lanes.h"
+
 namespace counterpoint::contact {
+namespace {
+
+// x - x is zero, or NaN where x is not finite.
+COUNTERPOINT_WIDE bool all_finite(const double* x, std::ptrdiff_t count) {
+  Four sums[2] = {};
+  std::ptrdiff_t i = 0;
+  for (; i + 8 <= count; i += 8) {
+    for (int j = 0; j < 2; ++j) {
+      Four value;
+      load(x + i + 4 * j, value);
+      sums[j] += value - value;
+    }
+  }
+  const Four four = sums[0] + sums[1];
+  double sum = (four[0] + four[1]) + (four[2] + four[3]);
+  for (; i < count; ++i) sum += x[i] - x[i];
+  return sum == 0.0;
+}
+bool all_finite(const std::vector<double>& x) {
+  return all_finite(x.data(), static_cast<std::ptrdiff_t>(x.size()));
+}
+
+}  // namespace
+
+bool Problem::is_finite() const {
+  return all_finite(mass_data_) && all_finite(free_velocity_) && all_finite(jacobian_data_) &&
+         std::all_of(constraints_.begin(), constraints_.end(),
+                     [](const Constraint& c) { return contact::is_finite(c.law); });
+}
 
 void Problem::clear() {
   block_start_.assign(1, 0);

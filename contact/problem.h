@@ -81,6 +81,8 @@ class Problem {
   int first_row(int constraint) const { return constraints_[constraint].first_row; }
   /// Block on `side` 0 or 1 of a constraint; -1 if there is none.
   int block(int constraint, int side) const { return constraints_[constraint].block[side]; }
+  /// Every number of masses, free velocities, Jacobians and laws is finite.
+  bool is_finite() const;
   /// J of one side: rows x block size.
   MatrixMap jacobian(int constraint, int side);
   ConstMatrixMap jacobian(int constraint, int side) const;
