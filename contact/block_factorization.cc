@@ -83,6 +83,7 @@ void BlockFactorization::lay_out_rows() {
     fronts_.push_back(front);
   }
   lower_.resize(panel);
+  common_.reserve(panel);
 }
 
 // A front's rest goes to its parent at once, so that only those of its ancestors, which gather, are
@@ -143,6 +144,11 @@ int BlockFactorization::row_in_front(int position, const Front& front) const {
 void BlockFactorization::set_zero(bool unsymmetric) {
   std::fill(lower_.begin(), lower_.end(), 0.0);
   if (unsymmetric) upper_.assign(lower_.size(), 0.0);
+}
+
+void BlockFactorization::set_common(bool unsymmetric) {
+  std::copy(common_.begin(), common_.end(), lower_.begin());
+  if (unsymmetric) upper_ = common_;
 }
 
 BlockFactorization::Block BlockFactorization::block(int i, int j) const {

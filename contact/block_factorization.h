@@ -35,6 +35,10 @@ class BlockFactorization {
 
   /// Sets all blocks to zero; `unsymmetric` also those of upper().
   void set_zero(bool unsymmetric);
+  /// Keeps what lower() holds now: a symmetric part that several matrices have in common.
+  void keep_common() { common_ = lower_; }
+  /// Sets all blocks to that part; `unsymmetric` also those of upper().
+  void set_common(bool unsymmetric);
   /// A_ij, column-major. On the diagonal only the lower triangle is read.
   double* lower(const Block& block) { return lower_.data() + block.offset; }
   /// For LU: the transpose of A_ji, column-major; of the diagonal what is right of it, transposed.
@@ -100,6 +104,7 @@ class BlockFactorization {
   std::vector<int> rows_, front_of_;  // front_of_: by block
   std::vector<Run> runs_;
   std::vector<double> lower_, upper_;  // panels; upper_ transposed, laid out as lower_
+  std::vector<double> common_;
   std::vector<double> rests_, upper_rests_;
   std::vector<double> inverse_, diagonal_, growth_of_, front_growth_;
   std::vector<double> dense_;

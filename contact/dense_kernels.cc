@@ -365,20 +365,18 @@ COUNTERPOINT_WIDE void add_congruence(int rows, int leading, const double* jacob
       });
 }
 
-void copy_block(const DenseBlock& from, double* lower, double* upper, int leading) {
+void copy_block(const DenseBlock& from, double* out, int leading) {
   const double* column = from.values;
   for (int j = 0; j < from.cols; ++j, column += from.leading) {
-    double* to_lower = lower + static_cast<std::ptrdiff_t>(j) * leading;
-    double* to_upper = upper != nullptr ? upper + (to_lower - lower) : to_lower;
+    double* to = out + static_cast<std::ptrdiff_t>(j) * leading;
     int i = 0;
     // Blocks are small: calls of memcpy would take longer.
     for (; i + 2 <= from.rows; i += 2) {
       Two pair;
       load(column + i, pair);
-      store(pair, to_lower + i);
-      store(pair, to_upper + i);
+      store(pair, to + i);
     }
-    if (i < from.rows) to_lower[i] = to_upper[i] = column[i];
+    if (i < from.rows) to[i] = column[i];
   }
 }
 

@@ -64,8 +64,8 @@ struct DenseBlock {
   const double* values;
   int leading, rows, cols;
 };
-/// Copies the block to `lower` and, if not null, `upper`.
-void copy_block(const DenseBlock& from, double* lower, double* upper, int leading);
+/// Copies the block.
+void copy_block(const DenseBlock& from, double* out, int leading);
 /// upper = lower' under the diagonal of a square.
 void transpose_diagonal(const double* lower, double* upper, int size, int leading);
 

@@ -146,6 +146,7 @@ void IslandSystem::analyze() {
 
 void IslandSystem::place_mass() {
   mass_parts_.clear();
+  mass_ready_ = false;
   auto couple = mass_couples_.begin();
   for (const Block& b : blocks_) {
     const auto add = [&](int row_group, int column_group) {
@@ -256,15 +257,22 @@ void IslandSystem::add_absolute(const double* e, double* out) const {
   jacobian_.add_absolute_transposed(e, out);
 }
 
+// Once an island, and not where none of its steps factors.
+void IslandSystem::assemble_mass() {
+  factorization_.set_zero(false);
+  double* lower = factorization_.lower({0, 0});
+  for (const MassPart& part : mass_parts_)
+    copy_block(part.mass, lower + part.place.offset, part.place.leading);
+  factorization_.keep_common();
+  mass_ready_ = true;
+}
+
 // M + J'GJ, with an unsymmetric G both triangles of it.
 void IslandSystem::assemble(const double* hessian, bool unsymmetric) {
-  factorization_.set_zero(unsymmetric);
+  if (!mass_ready_) assemble_mass();
+  factorization_.set_common(unsymmetric);
   double* lower = factorization_.lower({0, 0});
   double* upper = unsymmetric ? factorization_.upper({0, 0}) : nullptr;
-  for (const MassPart& part : mass_parts_) {
-    copy_block(part.mass, lower + part.place.offset,
-               unsymmetric ? upper + part.place.offset : nullptr, part.place.leading);
-  }
   for (size_t i = 0; i < constraints_.size(); ++i) {
     const Constraint& c = constraints_[i];
     const PackedJacobian::Constraint& packed = jacobian_.constraints()[i];

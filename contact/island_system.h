@@ -96,10 +96,12 @@ class IslandSystem {
   void analyze();
   void place_mass();
   void place_constraints();
+  void assemble_mass();
   void assemble(const double* hessian, bool unsymmetric);
 
   int size_ = 0, hessian_size_ = 0;
   bool diagonal_positive_ = true, dense_ = false;
+  bool mass_ready_ = false;  ///< the factorization has M as the common part
   std::vector<Block> blocks_;
   std::vector<Constraint> constraints_;
   std::vector<int> local_block_;  ///< by block of the Problem
