@@ -7,9 +7,9 @@
 //   phi_T = -b z_T,   p = b t        solves   rho p + (k / n) p / (n - p) = t
 //
 // that is, with the slack u = n - p, the scalar law again: u = g(t - rho n + k / n),
-// b = n / (rho n + k / u). k -> 0: b = min(1 / rho, n / t), the clamp of -z_T / rho to |phi_T| <= n.
-// rho phi + z is a function of phi alone, so the law of rho at z is the law of any sigma at
-// z - (sigma - rho) phi (mixed_system.h).
+// b = n / (rho n + k / u). k -> 0: b = min(1 / rho, n / t), the clamp of -z_T / rho to |phi_T| <=
+// n. rho phi + z is a function of phi alone, so the law of rho at z is the law of any sigma at z -
+// (sigma - rho) phi (mixed_system.h).
 #pragma once
 
 #include <cmath>

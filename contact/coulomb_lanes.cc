@@ -33,8 +33,7 @@ COUNTERPOINT_WIDE void impulses_of(const CoulombFour* first, const CoulombFour* 
     scale(law, y, z, t);
     const CoulombAt<Four> cone(z.row[0], t, law.rho, law.rho, law.k);
     scatter(cone.n, c->row, f);
-    for (int i = 0; i < 2; ++i)
-      scatter(-law.mu[i] * cone.b * z.row[i + 1], c->row, f + i + 1);
+    for (int i = 0; i < 2; ++i) scatter(-law.mu[i] * cone.b * z.row[i + 1], c->row, f + i + 1);
   }
 }
 
@@ -74,11 +73,9 @@ COUNTERPOINT_WIDE void slope_of(const CoulombFour* first, const CoulombFour* las
     const Four dot = z.row[1] * d.row[1] + z.row[2] * d.row[2];
     const Four radial = t > 0.0 ? dot / t : Four{};
     const Four square = d.row[1] * d.row[1] + d.row[2] * d.row[2];
-    const Four along =
-        (cone.p_slope - cone.b) * radial - cone.p_by_n * cone.n_slope * d.row[0];
+    const Four along = (cone.p_slope - cone.b) * radial - cone.p_by_n * cone.n_slope * d.row[0];
     sum_first += live * (cone.b * dot - cone.n * d.row[0]);
-    sum_second +=
-        live * (cone.n_slope * d.row[0] * d.row[0] + cone.b * square + along * radial);
+    sum_second += live * (cone.n_slope * d.row[0] * d.row[0] + cone.b * square + along * radial);
   }
   out_first = sum_first;
   out_second = sum_second;

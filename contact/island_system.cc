@@ -198,9 +198,8 @@ void IslandSystem::place_constraints() {
 }
 
 bool IslandSystem::unsymmetric() const {
-  return lanes_.count() > 0 || std::any_of(others_.begin(), others_.end(), [this](int i) {
-           return constraints_[i].law.coulomb;
-         });
+  return lanes_.count() > 0 || std::any_of(others_.begin(), others_.end(),
+                                           [this](int i) { return constraints_[i].law.coulomb; });
 }
 
 void IslandSystem::estimate_inverse_masses() {

@@ -1,4 +1,5 @@
-// What the mixed method computes of Coulomb contacts of three rows (mixed_system.h), four at a time.
+// What the mixed method computes of Coulomb contacts of three rows (mixed_system.h), four at a
+// time.
 #pragma once
 
 #include <vector>

@@ -29,9 +29,7 @@ constexpr double kRaise = 100.0, kRaiseFromNone = 1e-2;
 
 }  // namespace
 
-void MixedNewton::reserve(const IslandSystem& system) {
-  step_.reserve(system);
-}
+void MixedNewton::reserve(const IslandSystem& system) { step_.reserve(system); }
 
 // One step, halved until the residual falls or no longer; false if singular.
 bool MixedNewton::advance(MixedSystem& system, int max_halvings, MixedSystem::Point& point,
@@ -110,8 +108,8 @@ MixedNewton::Result MixedNewton::run_path(MixedSystem& system, int max_iteration
     if (result.solved || !std::isfinite(norm) || result.iterations == max_iterations) return result;
     if (since > kPatience) {
       if (++raises > kMaxRaises) return result;
-      const double center = system.center > 0.0 ? kRaise * system.center
-                                                  : kRaiseFromNone * norm * norm / laws;
+      const double center =
+          system.center > 0.0 ? kRaise * system.center : kRaiseFromNone * norm * norm / laws;
       factor = kFirstFactor;
       since = 0;
       norm = system.recenter(point, center);

@@ -63,9 +63,8 @@ void MixedSystem::begin(IslandSystem& system, double sigma_share) {
 void MixedSystem::guess(const std::vector<double>& f, std::vector<double>& phi) {
   const auto& constraints = system_->constraints();
   phi.resize(system_->num_rows());
-  const bool all_given = std::none_of(constraints.begin(), constraints.end(), [&](const auto& c) {
-    return std::isnan(f[c.row]);
-  });
+  const bool all_given = std::none_of(constraints.begin(), constraints.end(),
+                                      [&](const auto& c) { return std::isnan(f[c.row]); });
   if (!all_given) {
     system_->constraint_velocity(system_->free_velocity(), y_.data());
     lanes_.impulses(y_.data(), center, phi.data());
@@ -195,8 +194,7 @@ double MixedSystem::trial(const Point& point, const Point& d, double step) {
     phi_trial_[i] = point.phi[i] + step * d.phi[i];
   }
   const double left = 1.0 - step;
-  return std::sqrt(evaluate_laws(y_trial_.data(), phi_trial_.data()) +
-                   left * left * dual_square_);
+  return std::sqrt(evaluate_laws(y_trial_.data(), phi_trial_.data()) + left * left * dual_square_);
 }
 
 double MixedSystem::accept(const Point& d, Point& point) {

@@ -8,7 +8,8 @@
 //
 // (z = D y, phi = inv(D) f, D = diag(1, mu_1, ...), as in law.h), because rho phi + z is a function
 // of phi alone in every law. With sigma near the inverse mass of the contact the kinks of F_sigma
-// are as wide as the velocities are, while those of F_rho are narrower by eps, so Newton's method on
+// are as wide as the velocities are, while those of F_rho are narrower by eps, so Newton's method
+// on
 //
 //     M (w - w*) = J'D phi,     phi = F_sigma(z(w) - (sigma - rho) phi)
 //

@@ -63,7 +63,7 @@ class Newton {
 
   IslandSystem* system_ = nullptr;
   bool unsymmetric_ = false;
-  bool evaluated_ = false;  ///< the residual kept inside is that of the point at hand
+  bool evaluated_ = false;   ///< the residual kept inside is that of the point at hand
   bool linearized_ = false;  ///< and so is the Hessian
   bool recorded_ = false;    ///< it is in the histories
   std::vector<double> difference_, momentum_, gradient_, step_, mass_step_, trial_;

@@ -148,7 +148,8 @@ void Solver::Impl::solve_island(const Problem& problem, const Settings& settings
   report.method = std::max(report.method, result.method);
   report.line_search_evaluations += totals.line_search_evaluations;
   report.residual = std::max(report.residual, result.residual);
-  if (result.softness.any()) report.softened.push_back({islands.blocks(island)[0], result.softness});
+  if (result.softness.any())
+    report.softened.push_back({islands.blocks(island)[0], result.softness});
 }
 
 const Report& Solver::solve(const Problem& problem, const Settings& settings, Eigen::Ref<VectorX> w,

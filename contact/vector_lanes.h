@@ -50,12 +50,26 @@ COUNTERPOINT_INTO_EACH void square_root(const Four& x, Four& out) {
   double values[4];
   store(x, values);
 #if defined(__SSE2__)
-  for (int i = 0; i < 4; i += 2)
-    _mm_storeu_pd(values + i, _mm_sqrt_pd(_mm_loadu_pd(values + i)));
+  for (int i = 0; i < 4; i += 2) _mm_storeu_pd(values + i, _mm_sqrt_pd(_mm_loadu_pd(values + i)));
 #else
   for (double& value : values) value = std::sqrt(value);
 #endif
   load(values, out);
+}
+
+/// out = A x, six by six, column by column without gaps.
+COUNTERPOINT_INTO_EACH void multiply_six(const double* a, const double* x, double* out) {
+  Six column[6], sum;
+  for (int j = 0; j < 6; ++j) load(a + 6 * j, column[j]);
+  sum.top =
+      (column[0].top * x[0] + column[1].top * x[1]) + (column[2].top * x[2] + column[3].top * x[3]);
+  sum.bottom = (column[0].bottom * x[0] + column[1].bottom * x[1]) +
+               (column[2].bottom * x[2] + column[3].bottom * x[3]);
+  for (int j = 4; j < 6; ++j) {
+    sum.top += column[j].top * x[j];
+    sum.bottom += column[j].bottom * x[j];
+  }
+  store(sum, out);
 }
 
 /// sum += a b.
