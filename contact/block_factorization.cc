@@ -84,6 +84,8 @@ void BlockFactorization::lay_out_rows() {
   }
   lower_.resize(panel);
   common_.reserve(panel);
+  // For LU, which may come late: it shall not allocate in the middle of a run.
+  upper_.reserve(panel);
 }
 
 // A front's rest goes to its parent at once, so that only those of its ancestors, which gather, are
@@ -106,6 +108,7 @@ void BlockFactorization::lay_out_rests() {
     fronts_[front.parent].leaf = false;
   }
   rests_.resize(most);
+  upper_rests_.reserve(most);
 }
 
 // Where the front's rows are among its parent's.

@@ -198,9 +198,10 @@ double MixedSystem::trial(const Point& point, const Point& d, double step) {
 }
 
 double MixedSystem::accept(const Point& d, Point& point) {
-  std::swap(y_, y_trial_);
   std::swap(point.phi, phi_trial_);
   for (size_t i = 0; i < point.w.size(); ++i) point.w[i] += step_ * d.w[i];
+  // Not y + step J d, whose rounding would add up over the steps.
+  system_->constraint_velocity(point.w.data(), y_.data());
   return momentum_residual(point);
 }
 

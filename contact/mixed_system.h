@@ -67,8 +67,7 @@ class MixedSystem {
   /// Newton's direction for the last residual, with the last factors.
   void direction(Point& out);
   /// Norm of the residual `step` along the last direction d, from the laws alone: that of momentum
-  /// is linear. Then accept() goes where the last trial was and computes what it left out; y goes
-  /// on as y + step J d.
+  /// is linear. Then accept() goes where the last trial was and computes what it left out.
   double trial(const Point& point, const Point& d, double step);
   double accept(const Point& d, Point& point);
 
