@@ -21,6 +21,7 @@ void Limbs::find(const double* mass, int n) {
   words_ = (n + 63) / 64;
   known_.swap(entries_);
   entries_.assign(static_cast<size_t>(n) * words_, 0);
+  known_.reserve(entries_.size());  // the next one will need it
   for (int i = 0; i < n; ++i) {
     const double* row = mass + static_cast<std::ptrdiff_t>(i) * n;
     for (int w = 0; 64 * w < i; ++w) {
