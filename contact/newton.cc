@@ -13,6 +13,8 @@ constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 // |phi'(alpha)| / |phi'(0)| at which the line search is content. A step costs a factorization, a
 // line search evaluation costs one pass over the rows.
 constexpr double kLineSearchAccuracy = 0.1;
+// Scales [sqrt J] whose squares underflow: what moves so slowly is at rest.
+constexpr double kNothing = 1e-140;
 // Residuals this many times the round-off estimate cannot be told from zero.
 constexpr double kFloorFactor = 4.0;
 // Steps on a residual that is no gradient: how often to halve, and the share of the predicted
@@ -201,7 +203,7 @@ Newton::Result Newton::run(double tolerance, int max_iterations, std::vector<dou
   bool moved = true;
   for (;;) {
     evaluate_residual(w, f);
-    result.residual = scale_ > 0.0 ? gradient_norm_ / scale_ : 0.0;
+    result.residual = scale_ > kNothing ? gradient_norm_ / scale_ : 0.0;
     totals_.residual_history.push_back(result.residual);
     if (!unsymmetric_) totals_.cost_history.push_back(cost_here());
     if (!std::isfinite(gradient_norm_)) {
