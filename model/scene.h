@@ -15,7 +15,7 @@ namespace counterpoint {
 /// How friction and normal motion are coupled: docs/concepts.md, contact/README.md.
 ///   kConvex   relaxed complementarity: a sliding contact hovers at h mu |v_T|
 ///   kLagged   the shift mu |v_T| is taken from the last velocity
-///   kCoulomb  exact Coulomb friction (De Saxce shift)
+///   kCoulomb  exact Coulomb friction
 enum class FrictionModel { kConvex, kLagged, kCoulomb };
 
 /// "convex", "lagged", "coulomb".
