@@ -34,16 +34,16 @@ Scene two_heaps() {
   return load_scene(folder.write("heaps.yaml", text));
 }
 
-struct Run {
+struct Outcome {
   int softened = 0, of_one_island = 0, of_all = 0;
   double error = 0.0;          ///< of the inverse, over the largest force of the step
   double error_unknown = 0.0;  ///< the same where the inverse is not told of the softening
 };
 
-Run run(int soften_after, int steps) {
+Outcome throw_heaps(int soften_after, int steps) {
   Simulator sim(two_heaps());
   sim.settings().soften_after = soften_after;
-  Run out;
+  Outcome out;
   for (int k = 0; k < steps; ++k) {
     const State before = sim.state();
     const StepReport report = sim.step();
@@ -66,14 +66,14 @@ Run run(int soften_after, int steps) {
 }
 
 TEST(Softening, IsNotNeededHere) {
-  const Run out = run(120, 300);
+  const Outcome out = throw_heaps(120, 300);
   EXPECT_EQ(out.softened, 0);
   EXPECT_LT(out.error, kRecovered);
 }
 
 TEST(Softening, NeverStopsAndTheInverseStaysExact) {
   // One Newton step is never enough for an impact: all are solved softer.
-  const Run out = run(1, 300);
+  const Outcome out = throw_heaps(1, 300);
   EXPECT_GT(out.of_one_island, 10);
   EXPECT_GT(out.of_all, 10);
   EXPECT_LT(out.error, kRecovered);
