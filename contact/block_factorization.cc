@@ -162,20 +162,6 @@ bool BlockFactorization::factor_lu() {
   return true;
 }
 
-double BlockFactorization::determinant_sign() const {
-  if (!lu_) return 1.0;
-  double sign = 1.0;
-  for (int p = 0; p < num_blocks_; ++p) {
-    const double* diagonal = lower_.data() + panel_start_[p];
-    const int* pivot = pivot_.data() + start_[sequence_[p]];
-    for (int j = 0; j < size_at(p); ++j) {
-      if (diagonal[j + static_cast<ptrdiff_t>(j) * panel_rows_[p]] < 0.0) sign = -sign;
-      if (pivot[j] != j) sign = -sign;
-    }
-  }
-  return sign;
-}
-
 void BlockFactorization::solve(double* x) const { lu_ ? solve_lu(x) : solve_cholesky(x); }
 
 // x of the blocks below p less their factor times x of p: forward substitution.

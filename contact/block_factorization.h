@@ -39,8 +39,6 @@ class BlockFactorization {
   bool factor_cholesky();
   /// Factors in place, pivoting inside diagonal blocks. False if a pivot is zero (or not a number).
   bool factor_lu();
-  /// Of the last factorization: 1 or -1.
-  double determinant_sign() const;
   /// x = inv(A) x for the last factorization; x in the caller's block order.
   void solve(double* x) const;
 

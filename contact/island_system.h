@@ -65,8 +65,6 @@ class IslandSystem {
   /// Factors M + J'GJ. False if it is not positive definite to working precision; with
   /// `unsymmetric` G if it is singular.
   bool factor(const double* hessian, bool unsymmetric);
-  /// Sign of the determinant of M + J'GJ, 1 or -1.
-  double determinant_sign() const { return factorization_.determinant_sign(); }
   /// x = inv(M + J'GJ) x.
   void solve(double* x) const { factorization_.solve(x); }
 

@@ -99,40 +99,6 @@ TEST(Solver, BlocksWithoutConstraintsFlyExactly) {
   EXPECT_EQ(w, VectorX(problem.free_velocity()));
 }
 
-// The path of falling smoothing changes the cost on the way: only direct solutions are monotone.
-// The cost is recomputed at every iterate, which is what the solver returns with that many steps.
-TEST(Solver, CostFallsMonotonically) {
-  Solver solver;
-  int steps = 0, resolved = 0;
-  for_trials(4, 500, [&](Random& random, int) {
-    RandomOptions options;
-    options.hard = random.coin();
-    const Problem problem = random_problem(random, options);
-    VectorX w = zero_start(problem), f;
-    Settings settings;
-    settings.only = Method::kNewton;
-    settings.split_islands = false;
-    const Report& report = solver.solve(problem, settings, w, f);
-    const int iterations = report.iterations;
-    Cost last;
-    for (int i = 0; i <= iterations; ++i) {
-      settings.max_iterations = i;
-      w = zero_start(problem);
-      solver.solve(problem, settings, w, f);
-      const Cost cost = cost_of(problem, w);
-      if (i > 0) {
-        ++steps;
-        if (last.value - cost.value > last.rounding + cost.rounding) ++resolved;
-        EXPECT_LE(cost.value, last.value + last.rounding + cost.rounding)
-            << "step " << i << " rises by " << cost.value - last.value;
-      }
-      last = cost;
-    }
-  });
-  EXPECT_GT(steps, 1000);
-  EXPECT_GT(resolved, steps / 2);  // else the bound would hide what is tested
-}
-
 TEST(Solver, DenseAndSparseAgree) {
   Random random(5);
   Solver solver;
