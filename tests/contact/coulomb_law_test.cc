@@ -1,10 +1,9 @@
 // Exact Coulomb friction of one contact: the decoupled law of coulomb.h.
-#include "counterpoint/contact/coulomb.h"
-
 #include <gtest/gtest.h>
 
 #include "contact/rounding.h"
 #include "contact/trials.h"
+#include "counterpoint/contact/coulomb.h"
 #include "counterpoint/contact/law.h"
 
 namespace counterpoint::contact {
