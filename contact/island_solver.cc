@@ -11,7 +11,7 @@ namespace {
 
 // sigma of the mixed method as a share of the inverse mass at a constraint; that of the careful
 // path, which comes after, differs on purpose.
-constexpr double kSigma = 1.0, kPathSigmas[] = {0.2, 1.0, 3.0};
+constexpr double kSigma = 1.0, kPathSigmas[] = {0.2, 1.0, 3.0, 0.05, 10.0};
 
 // Most steps of each method.
 constexpr int kWarmSteps = 6, kSmoothingSteps = 20, kPathSteps = 60;
@@ -110,8 +110,7 @@ bool IslandSolver::run_warm() {
 }
 
 // From the impulses that would stop each constraint by itself: those of the last step have failed.
-bool IslandSolver::run_smoothing(double sigma, MixedNewton::Schedule schedule,
-                                 int max_iterations) {
+bool IslandSolver::run_smoothing(double sigma, MixedNewton::Schedule schedule, int max_iterations) {
   std::fill(guess_.begin(), guess_.end(), std::numeric_limits<double>::quiet_NaN());
   start_mixed(sigma);
   return finish_mixed(
@@ -167,8 +166,8 @@ void IslandSolver::walk_back() {
     const double next = left > stage ? left - stage : 0.0;
     set_softness({next > 0.0 ? std::exp(next) : 1.0, false});
     mixed_system_.begin(*system_, kSigma);
-    const auto result = mixed_newton_.run_smoothed(
-        mixed_system_, MixedNewton::Schedule::kFollow, allowed(kSmoothingSteps), point_);
+    const auto result = mixed_newton_.run_smoothed(mixed_system_, MixedNewton::Schedule::kFollow,
+                                                   allowed(kSmoothingSteps), point_);
     newton_.count(result.iterations);
     w_ = point_.w;
     if (result.solved && finish(kFinishSteps)) {

@@ -24,7 +24,7 @@ struct Family {
   const char* name;
   bool coulomb;
   bool wild;     ///< dense constraints in conflict, masses 1 : 1e6, mu to 10, eps from 1e-8
-  int unsolved;  ///< known to be left, see README.md
+  int unsolved;  ///< known to be left: the branch followed from softer laws turns back
 };
 
 void PrintTo(const Family& family, std::ostream* out) { *out << family.name; }
@@ -75,7 +75,7 @@ INSTANTIATE_TEST_SUITE_P(Family, Plan,
                          ::testing::Values(Family{"convex", false, false, 0},
                                            Family{"coulomb", true, false, 0},
                                            Family{"wild_convex", false, true, 0},
-                                           Family{"wild_coulomb", true, true, 0}),
+                                           Family{"wild_coulomb", true, true, 1}),
                          [](const auto& test) { return std::string(test.param.name); });
 
 // A rod sliding on its tip, steep enough: pressing harder lifts it less than friction pulls it down
