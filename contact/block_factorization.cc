@@ -92,6 +92,9 @@ void BlockFactorization::lay_out() {
   below_start_[num_blocks_] = static_cast<int>(below_.size());
   panel_start_[num_blocks_] = offset;
   lower_.resize(offset);
+  // For LU, which may come late: it shall not allocate in the middle of a run.
+  if (num_blocks_ > 1) upper_.reserve(offset);
+  pivot_.resize(num_blocks_ > 0 ? start_.back() + sizes_.back() : 0);
 }
 
 int BlockFactorization::row_in_panel(int row_position, int column_position) const {
@@ -137,7 +140,6 @@ bool BlockFactorization::factor_cholesky() {
 
 bool BlockFactorization::factor_lu() {
   lu_ = true;
-  pivot_.resize(num_blocks_ > 0 ? start_.back() + sizes_.back() : 0);
   for (int p = 0; p < num_blocks_; ++p) {
     const int cols = size_at(p), rows = panel_rows_[p];
     double* below = lower_.data() + panel_start_[p];
