@@ -61,8 +61,8 @@ void coulomb_sensitivity(const Law& law, const Rows& y, Sensitivity& out, Rows& 
   const double p_by_k = cone.b > 0.0 ? cone.p_by_n * n_by_k - cone.p / (cone.n * cone.u_root)
                                      : cone.t / (z[0] * (cone.t + z[0]));
   out.smoothing = normal_and_radial(law, cone.e, n_by_k, -p_by_k);
-  by_rho = normal_and_radial(law, cone.e, n_by_rho,
-                             -(cone.p_by_n * n_by_rho - cone.p * cone.p_slope));
+  by_rho =
+      normal_and_radial(law, cone.e, n_by_rho, -(cone.p_by_n * n_by_rho - cone.p * cone.p_slope));
   friction_columns(law, y, cone.e, cone.b, cone.p_slope, 0.0, out.friction);
 }
 

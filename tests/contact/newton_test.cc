@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "contact/rounding.h"
 #include "contact/trials.h"
 
@@ -43,6 +45,33 @@ TEST(Newton, CostOfConvexProblemsFallsMonotonically) {
   });
   EXPECT_GT(steps, 1000);
   EXPECT_GT(resolved, steps / 2);  // else the bound would hide what is tested
+}
+
+// Sums of smoothed steps, some of them as narrow as the softest and the hardest laws together make
+// them: Newton's steps alone creep up to such a step from one side.
+TEST(LineSearch, FindsTheZeroOfEverySumOfSmoothedSteps) {
+  for_trials(5, 5000, [&](Random& random, int) {
+    constexpr int kSteps = 6;
+    double place[kSteps], height[kSteps], width[kSteps];
+    for (int i = 0; i < kSteps; ++i) {
+      place[i] = random.uniform(0.0, 1.0);
+      height[i] = random.log_uniform(1e-3, 1e3);
+      width[i] = random.log_uniform(1e-9, 1.0);
+    }
+    const auto derivative = [&](double alpha) {
+      Slope out{-1.0 + 1e-2 * alpha, 1e-2};
+      for (int i = 0; i < kSteps; ++i) {
+        const double x = alpha - place[i], root = std::hypot(x, width[i]);
+        out.first += height[i] * (x / root + place[i] / std::hypot(place[i], width[i]));
+        out.second += height[i] * width[i] * width[i] / (root * root * root);
+      }
+      return out;
+    };
+    constexpr double kAccuracy = 0.1;  // that of Newton's method
+    const LineSearchResult result = search_line(derivative, -1.0, kAccuracy);
+    EXPECT_TRUE(result.found);
+    EXPECT_LE(std::abs(derivative(result.step).first), kAccuracy);
+  });
 }
 
 }  // namespace
