@@ -83,6 +83,7 @@ void BlockFactorization::lay_out_rows() {
     fronts_.push_back(front);
   }
   lower_.resize(panel);
+  upper_.reserve(panel);  // which the first LU would else allocate in the middle of a run
 }
 
 // A front's rest goes to its parent at once, so that only those of its ancestors, which gather, are
@@ -105,6 +106,7 @@ void BlockFactorization::lay_out_rests() {
     fronts_[front.parent].leaf = false;
   }
   rests_.resize(most);
+  upper_rests_.reserve(most);
 }
 
 // Where the front's rows are among its parent's.

@@ -3,12 +3,10 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/LU>
 #include <cmath>
 #include <limits>
 
 #include "contact/trials.h"
-#include "counterpoint/contact/block_factorization.h"
 
 namespace counterpoint::contact {
 namespace {
@@ -77,47 +75,6 @@ TEST(MixedSystem, GuessesAreTheImpulsesGiven) {
     for (double& x : f) x = std::numeric_limits<double>::quiet_NaN();
     system.guess(f, phi);
     for (const double x : phi) EXPECT_TRUE(std::isfinite(x));
-  });
-}
-
-TEST(BlockFactorization, LuSolvesUnsymmetricMatrices) {
-  for_trials(33, 200, [&](Random& random, int) {
-    const std::vector<int> sizes{random.integer(1, 4), random.integer(1, 4), random.integer(1, 4)};
-    const std::vector<int> start{0, sizes[0], sizes[0] + sizes[1]};
-    const int n = start[2] + sizes[2];
-    BlockFactorization factorization;
-    factorization.begin_structure(sizes);
-    for (int i = 0; i < 3; ++i)
-      for (int j = 0; j < i; ++j) factorization.add_coupling(i, j);
-    factorization.end_structure();
-    factorization.set_zero(true);
-    MatrixX matrix(n, n);
-    for (int i = 0; i < n * n; ++i) matrix.data()[i] = random.signed_unit();
-    // Pivots are sought inside diagonal blocks only, so that these have to be regular.
-    matrix.diagonal().array() += 4.0;
-    for (int i = 0; i < 3; ++i) {
-      for (int j = 0; j < 3; ++j) {
-        const bool lower = i == j || factorization.is_lower(i, j);
-        const auto place = lower ? factorization.block(i, j) : factorization.block(j, i);
-        double* target = lower ? factorization.lower(place) : factorization.upper(place);
-        for (int r = 0; r < sizes[i]; ++r) {
-          for (int c = 0; c < sizes[j]; ++c) {
-            const int row = lower ? r : c, column = lower ? c : r;
-            target[row + static_cast<ptrdiff_t>(column) * place.leading] =
-                matrix(start[i] + r, start[j] + c);
-          }
-        }
-      }
-    }
-    VectorX expected(n);
-    for (int i = 0; i < n; ++i) expected[i] = random.signed_unit();
-    VectorX x = matrix * expected;
-    ASSERT_TRUE(factorization.factor_lu());
-    factorization.solve(x.data());
-    // A backward stable solution: the condition, times the size, times a rounding.
-    const double condition = matrix.norm() * matrix.inverse().norm();
-    const double tolerance = n * condition * std::numeric_limits<double>::epsilon();
-    EXPECT_LE((x - expected).norm(), tolerance * (1.0 + expected.norm()));
   });
 }
 

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <string>
+#include <sstream>
 
 #include "counterpoint/engine/simulator.h"
 #include "support/random_model.h"
@@ -20,18 +20,15 @@ constexpr double kRecovered = 2e-8;
 /// Boxes and a ball thrown into each other, twice, ten metres apart: two islands.
 Scene two_heaps() {
   const test::TempFolder folder;
-  std::string text = "time_step: 0.002\nground: {friction: 0.5}\nmodels:\n";
-  for (const double x : {0.0, 10.0}) {
-    const std::string at = std::to_string(x);
-    for (const double z : {0.12, 0.36, 0.6}) {
-      const std::string name = "b" + at.substr(0, 2) + std::to_string(z).substr(0, 4);
-      text += "  - {name: '" + name +
-              "', box: [0.2, 0.2, 0.2], mass: 1, friction: 0.5, position: [" + at + ", 0, " +
-              std::to_string(z) +
-              "], rpy: [0.3, 0.4, 0.1], velocity: {linear: [0, 0.5, -3], angular: [3, 1, 2]}}\n";
-    }
-  }
-  return load_scene(folder.write("heaps.yaml", text));
+  std::ostringstream text;
+  text << "time_step: 0.002\nground: {friction: 0.5}\nmodels:\n";
+  for (const int x : {0, 10})
+    for (const int layer : {0, 1, 2})
+      text << "  - {name: b" << x << "_" << layer
+           << ", box: [0.2, 0.2, 0.2], mass: 1, friction: 0.5, "
+           << "position: [" << x << ", 0, " << 0.2 + 0.36 * layer << "], rpy: [0.3, 0.4, 0.1], "
+           << "velocity: {linear: [0, 0.5, -3], angular: [3, 1, 2]}}\n";
+  return load_scene(folder.write("heaps.yaml", text.str()));
 }
 
 struct Outcome {
