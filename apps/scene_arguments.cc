@@ -22,9 +22,10 @@ void SceneArguments::add_to(CLI::App& command) {
   command.add_option("--integrator", integrator, "Default: the scene's, or semi_implicit_euler")
       ->check(CLI::IsMember({"semi_implicit_euler", "implicit_midpoint", "runge_kutta_4"}));
   command
-      .add_option("--contact", contact,
-                  "Contacts as soft as MuJoCo's (fast), stiff (default) or stiffer (hard); default: "
-                  "the scene's")
+      .add_option(
+          "--contact", contact,
+          "Contacts as soft as MuJoCo's (fast), stiff (default) or stiffer (hard); default: "
+          "the scene's")
       ->check(CLI::IsMember({"fast", "default", "hard"}));
   command.add_flag("--repair-inertias", repair_inertias,
                    "Make non-physical inertias physical; each change is listed");

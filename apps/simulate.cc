@@ -221,10 +221,11 @@ void print_figures(const Report& report, const Simulator& simulator, double simu
       tally.steps, simulated, tally.wall_seconds, tally.contacts / steps,
       tally.newton_iterations / steps, tally.max_penetration, state_hash(simulator.state()));
   if (tally.softened_steps > 0)
-    fmt::print(report.text(),
-               "{} steps were solved with softer contacts, at most {:.3g} times, the first at {:.6g} "
-               "s\n",
-               tally.softened_steps, tally.softening_max, tally.softened_first);
+    fmt::print(
+        report.text(),
+        "{} steps were solved with softer contacts, at most {:.3g} times, the first at {:.6g} "
+        "s\n",
+        tally.softened_steps, tally.softening_max, tally.softened_first);
   if (simulator.options().step_control)
     fmt::print(report.text(), "{}\n", step_control_text(tally.control));
 }

@@ -84,8 +84,7 @@ void BlockFactorization::lay_out_rows() {
   }
   lower_.resize(panel);
   common_.reserve(panel);
-  // For LU, which may come late: it shall not allocate in the middle of a run.
-  upper_.reserve(panel);
+  upper_.reserve(panel);  // which the first LU would else allocate in the middle of a run
 }
 
 // A front's rest goes to its parent at once, so that only those of its ancestors, which gather, are

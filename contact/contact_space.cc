@@ -70,8 +70,10 @@ ContactSpaceSolution solve_contact_space(const ContactSpaceProblem& problem,
     bodiless.jacobian(i, 0) = factor.middleRows<3>(3 * i);
   }
   VectorX w = VectorX::Zero(out.rank);
+  Settings exact = settings;
+  exact.soften_after = 0;  // the inverse knows the laws of `options` alone
   Solver solver;
-  out.report = solver.solve(bodiless, settings, w, out.f);
+  out.report = solver.solve(bodiless, exact, w, out.f);
   compute_constraint_velocity(bodiless, w, out.v);
   return out;
 }

@@ -11,13 +11,13 @@ namespace {
 
 // sigma of the mixed method as a share of the inverse mass at a constraint; that of the careful
 // path, which comes after, differs on purpose.
-constexpr double kSigma = 1.0, kPathSigmas[] = {0.2, 1.0, 3.0};
+constexpr double kSigma = 1.0, kPathSigmas[] = {0.2, 1.0, 3.0, 0.05, 10.0};
 
 // Most steps of each method.
 constexpr int kWarmSteps = 6, kSmoothingSteps = 20, kPathSteps = 60;
 constexpr int kSofterSteps = 100, kConvexSteps = 60;
 // Where softer laws are no answer, paths of several sigma may take so many.
-constexpr int kLongPathSteps = 400, kLongSofterSteps = 1000;
+constexpr int kLongPathSteps = 400;
 // Newton's method on velocities goes on while a stage of so many steps brings the residual, small
 // enough at the start, to that share.
 constexpr double kNearly = 0.3, kContraction = 0.1;
@@ -41,8 +41,8 @@ void IslandSolver::begin(IslandSystem& system, const Settings& settings,
   system_ = &system;
   tolerance_ = settings.tolerance;
   exact_ = settings.soften_after == 0;
-  budget_ = exact_ ? settings.max_iterations
-                   : std::min(settings.max_iterations, settings.soften_after);
+  max_iterations_ = settings.max_iterations;
+  budget_ = exact_ ? max_iterations_ : std::min(max_iterations_, settings.soften_after);
   softness_ = {};
   mixed_system_.reserve(system);
   mixed_newton_.reserve(system);
@@ -76,7 +76,9 @@ bool IslandSolver::resume(int max_iterations) {
 
 bool IslandSolver::keep_best() {
   const bool arrived = succeeded(last_.status);
-  if (arrived || best_w_.empty() || last_.residual < best_.residual) {
+  // A solution gives way to another one only: residuals of different laws say nothing together.
+  const bool better = !succeeded(best_.status) && last_.residual < best_.residual;
+  if (arrived || best_w_.empty() || better) {
     best_ = last_;
     best_w_ = w_;
     best_f_ = f_;
@@ -118,8 +120,7 @@ bool IslandSolver::run_warm() {
 }
 
 // From the impulses that would stop each constraint by itself: those of the last step have failed.
-bool IslandSolver::run_smoothing(double sigma, MixedNewton::Schedule schedule,
-                                 int max_iterations) {
+bool IslandSolver::run_smoothing(double sigma, MixedNewton::Schedule schedule, int max_iterations) {
   std::fill(guess_.begin(), guess_.end(), std::numeric_limits<double>::quiet_NaN());
   start_mixed(sigma);
   return finish_mixed(
@@ -145,10 +146,11 @@ void IslandSolver::set_softness(Softness softness) {
 bool IslandSolver::run_softer() {
   own_.clear();
   for (const auto& c : system_->constraints()) own_.push_back(c.law);
-  budget_ += kConvexSteps + (exact_ ? kLongSofterSteps : kSofterSteps);
-  best_w_.clear();
+  budget_ = std::min(max_iterations_, budget_ + kConvexSteps + kSofterSteps);
   set_softness({kSoftest, true});
   w_ = start_;
+  start_ = best_w_;
+  best_w_.clear();
   bool arrived = finish(kConvexSteps);
   if (arrived) {
     point_.w = best_w_;
@@ -156,10 +158,14 @@ bool IslandSolver::run_softer() {
     mixed_system_.guess(best_f_, point_.phi);
     walk_back();
   }
-  if (!exact_) return arrived;
-  arrived = arrived && !softness_.any();
+  if (!exact_ || (arrived && !softness_.any())) return arrived;
+  // The best point of all, judged by the own laws.
   set_softness({});
-  return arrived;
+  w_ = best_w_;
+  best_w_.clear();
+  finish(0);
+  w_ = start_;
+  return (!w_.empty() && finish(0)) || succeeded(best_.status);
 }
 
 // From the solution in point_ to that of laws less soft, by shorter and longer stages.
@@ -171,8 +177,8 @@ void IslandSolver::walk_back() {
     const double next = left > stage ? left - stage : 0.0;
     set_softness({next > 0.0 ? std::exp(next) : 1.0, false});
     mixed_system_.begin(*system_, kSigma);
-    const auto result = mixed_newton_.run_smoothed(
-        mixed_system_, MixedNewton::Schedule::kFollow, allowed(kSmoothingSteps), point_);
+    const auto result = mixed_newton_.run_smoothed(mixed_system_, MixedNewton::Schedule::kFollow,
+                                                   allowed(kSmoothingSteps), point_);
     newton_.count(result.iterations);
     w_ = point_.w;
     if (result.solved && finish(kFinishSteps)) {

@@ -53,8 +53,9 @@ class IslandSolver {
 
   IslandSystem* system_ = nullptr;
   double tolerance_ = 0.0;
-  bool exact_ = false;  ///< softer laws are no answer
-  int budget_ = 0;  ///< Newton steps in all, so far granted
+  bool exact_ = false;      ///< softer laws are no answer
+  int budget_ = 0;          ///< Newton steps in all, so far granted
+  int max_iterations_ = 0;  ///< and at most
   Softness softness_;
   Newton::Result last_, best_;
   std::vector<double> start_, guess_, w_, f_, best_w_, best_f_;

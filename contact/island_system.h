@@ -69,8 +69,6 @@ class IslandSystem {
   /// `unsymmetric` G if it is singular. LU pivots only where without it rounding would be amplified
   /// too much.
   bool factor(const double* hessian, bool unsymmetric);
-  /// Sign of the determinant of M + J'GJ, 1 or -1.
-  double determinant_sign() const { return factorization_.determinant_sign(); }
   /// x = inv(M + J'GJ) x.
   void solve(double* x) const { factorization_.solve(x); }
 

@@ -17,11 +17,16 @@ struct LineSearchResult {
 /// returns phi' and phi'' of a convex phi as a Slope; phi'(0) < 0 is given.
 template <class Derivative>
 LineSearchResult search_line(const Derivative& derivative, double slope_at_zero, double accuracy) {
-  constexpr int kMaxEvaluations = 40;
+  constexpr int kMaxEvaluations = 100;
   constexpr double kLargestStep = 1e6;
   constexpr double kGrowth = 10.0;
+  // Newton's steps may creep up to a kink from one side: a bracket that so many of them do not
+  // halve is halved.
+  constexpr int kPatience = 3;
   const double goal = accuracy * std::abs(slope_at_zero);
   double low = 0.0, high = 0.0;  // high = 0: not bracketed yet
+  double width = 0.0;            // of the bracket when it was last seen to be half as wide
+  int since = 0;
   double alpha = 1.0;
   LineSearchResult out;
   while (out.evaluations < kMaxEvaluations) {
@@ -41,7 +46,14 @@ LineSearchResult search_line(const Derivative& derivative, double slope_at_zero,
     if (high == 0.0) {
       if (!(next > low) || next > kGrowth * low) next = kGrowth * low;
       if (next > kLargestStep) return out;
-    } else if (!(next > low && next < high)) {
+      alpha = next;
+      continue;
+    }
+    if (width == 0.0 || high - low <= 0.5 * width) {
+      width = high - low;
+      since = 0;
+    }
+    if (!(next > low && next < high) || ++since > kPatience) {
       next = 0.5 * (low + high);
       if (next <= low || next >= high) return out;
     }

@@ -13,6 +13,8 @@ constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 // |phi'(alpha)| / |phi'(0)| at which the line search is content. A step costs a factorization, a
 // line search evaluation costs one pass over the rows.
 constexpr double kLineSearchAccuracy = 0.1;
+// Scales [sqrt J] whose squares underflow: what moves so slowly is at rest.
+constexpr double kNothing = 1e-140;
 // Residuals this many times the round-off estimate cannot be told from zero.
 constexpr double kFloorFactor = 4.0;
 // Round-off is not looked for in relative residuals above this where nothing has been tried yet.
@@ -218,7 +220,7 @@ bool Newton::advance_residual(std::vector<double>& w, std::vector<double>& f) {
 
 void Newton::record() {
   recorded_ = true;
-  residual_ = scale_ > 0.0 ? gradient_norm_ / scale_ : 0.0;
+  residual_ = scale_ > kNothing ? gradient_norm_ / scale_ : 0.0;
   totals_.residual_history.push_back(residual_);
   if (!unsymmetric_) totals_.cost_history.push_back(cost_here());
 }

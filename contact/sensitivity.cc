@@ -50,17 +50,19 @@ void convex_sensitivity(const Law& law, const Rows& y, Sensitivity& out, Rows& b
 }
 
 // With F(p) = rho p + (k / n) p / (n - p) - t: dp/drho = -p dp/dt and dp/dk = -p / (n u) dp/dt at
-// fixed n, where dp/dt / u = 1 / s.
+// fixed n, where dp/dt / u = 1 / s of the slack.
 void coulomb_sensitivity(const Law& law, const Rows& y, Sensitivity& out, Rows& by_rho) {
   double z[kMaxRows] = {y[0]};
   for (int i = 1; i < law.rows; ++i) z[i] = law.friction[i - 1] * y[i];
   const double rho = normal_regularizer(law);
   const CoulombCone cone(z, law.rows, rho, rho, law.smoothing);
   const double n_by_k = 1.0 / cone.n_root, n_by_rho = -cone.n * cone.n / cone.n_root;
-  const double p_by_k = cone.p > 0.0 ? -cone.p / (cone.n * cone.u_root) : 0.0;
-  out.smoothing = normal_and_radial(law, cone.e, n_by_k, -(cone.p_by_n * n_by_k + p_by_k));
-  by_rho = normal_and_radial(law, cone.e, n_by_rho,
-                             -(cone.p_by_n * n_by_rho - cone.p * cone.p_slope));
+  // Open and without load, n = k / z_N and u = k / (t + z_N) to first order.
+  const double p_by_k = cone.b > 0.0 ? cone.p_by_n * n_by_k - cone.p / (cone.n * cone.u_root)
+                                     : cone.t / (z[0] * (cone.t + z[0]));
+  out.smoothing = normal_and_radial(law, cone.e, n_by_k, -p_by_k);
+  by_rho =
+      normal_and_radial(law, cone.e, n_by_rho, -(cone.p_by_n * n_by_rho - cone.p * cone.p_slope));
   friction_columns(law, y, cone.e, cone.b, cone.p_slope, 0.0, out.friction);
 }
 

@@ -26,7 +26,7 @@ const char* method_name(Method method);
 struct Settings {
   /// Converged when Report::residual is at most this.
   double tolerance = 1e-12;
-  int max_iterations = 10000;  ///< Newton steps, per island
+  int max_iterations = 10000;  ///< Newton steps, per island, softer laws included
   /// Newton steps after which an island is solved with softer laws (Status::kSoftened); 0: never,
   /// what cannot be solved then fails.
   int soften_after = 120;

@@ -37,14 +37,16 @@ RememberedForce identify_closure(const ConstraintSet& constraints, size_t i) {
   return out;
 }
 
-/// Which of the rows that a coordinate may have: limits of position and of speed on either side, dry
-/// friction, a servo, a mimic joint.
+/// Which of the rows that a coordinate may have: limits of position and of speed on either side,
+/// dry friction, a servo, a mimic joint.
 RememberedForce identify_joint(const JointConstraint& row) {
   RememberedForce out;
   out.kind = RememberedForce::Kind::kJoint;
   out.a = row.v_index[0];
-  out.b = 8 * (row.v_index[1] + 1) + 4 * static_cast<int>(row.law.type == contact::LawType::kUnilateral) +
-          2 * static_cast<int>(std::isnan(row.gap_bias)) + static_cast<int>(row.coefficient[0] > 0.0);
+  out.b = 8 * (row.v_index[1] + 1) +
+          4 * static_cast<int>(row.law.type == contact::LawType::kUnilateral) +
+          2 * static_cast<int>(std::isnan(row.gap_bias)) +
+          static_cast<int>(row.coefficient[0] > 0.0);
   return out;
 }
 

@@ -16,8 +16,8 @@ namespace counterpoint {
 /// same where its geometries are and its point, as seen from the body that moves, is the nearest.
 /// Needs compute_poses.
 void recall_impulses(const ConstraintSet& constraints, const Data& data, double h,
-                     const std::vector<RememberedForce>& memory,
-                     const contact::Problem& problem, Eigen::Ref<VectorX> impulse);
+                     const std::vector<RememberedForce>& memory, const contact::Problem& problem,
+                     Eigen::Ref<VectorX> impulse);
 
 /// The forces of a step of h [s], of constraints with impulses `impulse`; of idle bodies (sleep.h)
 /// those of `before`. Ordered by constraint.

@@ -1,9 +1,9 @@
-// Steps whose contact problem cannot be solved with its own laws, within a bounded effort, are solved
-// with softer ones: a physical contact, more compliant for one step.
+// Steps whose contact problem cannot be solved with its own laws, within a bounded effort, are
+// solved with softer ones: a physical contact, more compliant for one step.
 //
-// The solver softens an island (contact/solver.h). A step reports one Softening: that of the island,
-// or where several islands needed it, the same factor for all. It is recorded with a trajectory, so
-// that the inverse evaluates the laws that were solved.
+// The solver softens an island (contact/solver.h). A step reports one Softening: that of the
+// island, or where several islands needed it, the same factor for all. It is recorded with a
+// trajectory, so that the inverse evaluates the laws that were solved.
 #pragma once
 
 #include <vector>

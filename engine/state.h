@@ -36,7 +36,7 @@ std::uint64_t state_hash(const State& state);
 /// A force and torque on a body, constant over the step, in world axes.
 struct ExternalWrench {
   int body = 0;
-  Force wrench;                     ///< [N m, N]
+  Force wrench;  ///< [N m, N]
   /// Where the force acts and the torque is about, in the body frame [m].
   Vector3 point = Vector3::Zero();
 };

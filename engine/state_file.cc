@@ -143,9 +143,10 @@ void check_memory(const Model& model, const RememberedForce& r, const std::strin
       break;
   }
   if (!valid)
-    throw InputError(fmt::format("{}: a remembered force is of no contact, closure or joint of this "
-                                 "scene; remove the columns '{}...'",
-                                 where, kMemoryPrefix));
+    throw InputError(
+        fmt::format("{}: a remembered force is of no contact, closure or joint of this "
+                    "scene; remove the columns '{}...'",
+                    where, kMemoryPrefix));
 }
 
 /// The memory in the last row.
@@ -190,9 +191,9 @@ std::uint64_t options_hash(const SimulationOptions& options) {
   const ContactOptions& contact = options.contact;
   hash.add(static_cast<int>(options.integrator));
   hash.add(static_cast<int>(contact.friction_model));
-  for (const double x : {options.time_step, contact.compliance, contact.smoothing,
-                         contact.stabilization, contact.max_recovery_speed, contact.margin,
-                         contact.reach_acceleration})
+  for (const double x :
+       {options.time_step, contact.compliance, contact.smoothing, contact.stabilization,
+        contact.max_recovery_speed, contact.margin, contact.reach_acceleration})
     hash.add(x);
   if (const auto& control = options.step_control) {
     for (const double x :

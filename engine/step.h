@@ -49,7 +49,7 @@ struct StepReport {
   int sleeping_bodies = 0;     ///< left out: nothing moves there (sleep.h)
   /// Laws softer than their own, where the step could not be solved otherwise (softening.h).
   Softening softening;
-  Fault fault;                 ///< what is wrong, if the step did not succeed
+  Fault fault;  ///< what is wrong, if the step did not succeed
   bool succeeded() const { return contact::succeeded(status); }
 };
 

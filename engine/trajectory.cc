@@ -200,14 +200,15 @@ std::vector<Softening> read_softening(const CsvTable& table, const Model& model,
   for (int row = 0; row < steps; ++row) {
     const double f = table.value(row, factor), t = table.value(row, tree);
     if (std::abs(f) < 1.0)
-      throw InputError(fmt::format("{}: column '{}' is {}; 1 (none), or a factor above 1 or below -1 "
-                                   "is expected",
-                                   table.where(row), kSofteningColumn, f));
+      throw InputError(
+          fmt::format("{}: column '{}' is {}; 1 (none), or a factor above 1 or below -1 "
+                      "is expected",
+                      table.where(row), kSofteningColumn, f));
     if (t != std::floor(t) || t < -1.0 || t >= model.num_trees())
-      throw InputError(fmt::format("{}: column '{}' is {}; a tree of the scene, 0 ... {}, or -1 is "
-                                   "expected",
-                                   table.where(row), kSoftenedTreeColumn, t,
-                                   model.num_trees() - 1));
+      throw InputError(
+          fmt::format("{}: column '{}' is {}; a tree of the scene, 0 ... {}, or -1 is "
+                      "expected",
+                      table.where(row), kSoftenedTreeColumn, t, model.num_trees() - 1));
     out.push_back({f, static_cast<int>(t)});
   }
   return out;

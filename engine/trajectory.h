@@ -40,8 +40,8 @@ class TrajectoryWriter {
   TrajectoryWriter(const std::filesystem::path& file, const Model& model,
                    const InputColumns& columns = {});
 
-  /// A state, what is applied during the step that starts from it, its length [s], and the softening
-  /// that it reported.
+  /// A state, what is applied during the step that starts from it, its length [s], and the
+  /// softening that it reported.
   void write_step(const State& state, const Input& input, double time_step,
                   const Softening& softening = {});
   /// The last state: no step starts from it, its force and time_step cells are empty. Flushes.
@@ -66,9 +66,10 @@ struct Trajectory {
   MatrixX v;              ///< nv x rows
   MatrixX applied_force;  ///< nv x (rows - 1) [N, N m]; 0 x 0 if the file has no such columns
   std::vector<Softening> softening;  ///< by step; empty if the file has no such columns
-  InputColumns columns;   ///< of servo targets and wrenches
-  MatrixX known;          ///< their values x (rows - 1)
-  /// Rows whose numbers are not those that were written, by their state_hash; 0 without that column.
+  InputColumns columns;              ///< of servo targets and wrenches
+  MatrixX known;                     ///< their values x (rows - 1)
+  /// Rows whose numbers are not those that were written, by their state_hash; 0 without that
+  /// column.
   int altered_rows = 0;
 
   /// What is known of what acted in a step, for its inverse; into `input`, all of it.
@@ -79,8 +80,9 @@ struct Trajectory {
 };
 
 /// Reads a trajectory of this model, bit for bit as written. Columns may come in any order; forces
-/// of all kinds and time_step may be missing. @throws InputError naming file, line and column when a coordinate
-/// is missing, a column unknown, a quaternion not of unit length (1e-6), time not rising.
+/// of all kinds and time_step may be missing. @throws InputError naming file, line and column when
+/// a coordinate is missing, a column unknown, a quaternion not of unit length (1e-6), time not
+/// rising.
 Trajectory read_trajectory(const std::filesystem::path& file, const Model& model);
 
 /// The length of every step [s]: the trajectory's own time_step column if it has one, else `given`

@@ -141,9 +141,8 @@ std::string step_control_flaw(const StepControlOptions& o) {
   if (!share(o.relative_tolerance)) return "relative_tolerance: 0 or more is expected";
   if (!positive(o.min_step)) return "min_step: a positive number is expected";
   if (!(o.event_tolerance >= o.min_step && o.max_step >= o.event_tolerance && positive(o.max_step)))
-    return fmt::format(
-        "min_step <= event_tolerance <= max_step is expected; they are {}, {}, {} s", o.min_step,
-        o.event_tolerance, o.max_step);
+    return fmt::format("min_step <= event_tolerance <= max_step is expected; they are {}, {}, {} s",
+                       o.min_step, o.event_tolerance, o.max_step);
   if (!share(o.interval)) return "interval: 0 or more is expected";
   return "";
 }

@@ -1,4 +1,5 @@
-// A scene: a model, where it starts, and how it is to be stepped. Read from YAML, or from a lone URDF.
+// A scene: a model, where it starts, and how it is to be stepped. Read from YAML, or from a lone
+// URDF.
 #pragma once
 
 #include <filesystem>
@@ -15,7 +16,7 @@ namespace counterpoint {
 /// How friction and normal motion are coupled: docs/concepts.md, contact/README.md.
 ///   kConvex   relaxed complementarity: a sliding contact hovers at h mu |v_T|
 ///   kLagged   the shift mu |v_T| is taken from the last velocity
-///   kCoulomb  exact Coulomb friction (De Saxce shift)
+///   kCoulomb  exact Coulomb friction
 enum class FrictionModel { kConvex, kLagged, kCoulomb };
 
 /// "convex", "lagged", "coulomb".
@@ -38,7 +39,8 @@ std::optional<Integrator> integrator_from_name(const std::string& name);
 /// must be given the same values as the forward step.
 struct ContactOptions {
   FrictionModel friction_model = FrictionModel::kCoulomb;
-  /// eps [-]: regularizer r = eps * (inverse mass at the contact). Creep on a slope is eps g h sin(theta).
+  /// eps [-]: regularizer r = eps * (inverse mass at the contact). Creep on a slope is eps g h
+  /// sin(theta).
   double compliance = 1e-6;
   /// delta [m]: smoothing as a length. A resting body hovers about delta above the ground.
   double smoothing = 1e-13;
@@ -48,8 +50,8 @@ struct ContactOptions {
   double max_recovery_speed = 1.0;
   /// Contacts exist up to this gap [m] at most, plus what the bodies can travel within a step,
   double margin = 0.01;
-  /// and up to the gap that bodies close within a step h under this acceleration [m/s^2], h^2 a: what
-  /// applied forces may add to the velocities of (q, w), which say nothing of them.
+  /// and up to the gap that bodies close within a step h under this acceleration [m/s^2], h^2 a:
+  /// what applied forces may add to the velocities of (q, w), which say nothing of them.
   double reach_acceleration = 500.0;
 
   bool operator==(const ContactOptions&) const = default;
@@ -58,7 +60,8 @@ struct ContactOptions {
 /// How contacts behave in one word; only friction_model and compliance differ.
 ///   kFast     as soft as MuJoCo's defaults (compliance 0.1), convex friction: cheap motion
 ///   kDefault  stiff (1e-6), exact Coulomb friction
-///   kHard     stiffer (1e-8): for mass ratios of a million; the inverse resolves a hundred times less
+///   kHard     stiffer (1e-8): for mass ratios of a million; the inverse resolves a hundred times
+///   less
 enum class ContactPreset { kFast, kDefault, kHard };
 /// "fast", "default", "hard".
 const char* contact_preset_name(ContactPreset preset);
@@ -91,12 +94,12 @@ std::string step_control_flaw(const StepControlOptions& options);
 struct SimulationOptions {
   double time_step = 0.002;  ///< [s]
   Integrator integrator = Integrator::kSemiImplicitEuler;
-  double duration = 2.0;     ///< [s]
-  /// A step fails (diverged) that leaves a coordinate faster than this [m/s]; an angle's speed counts
-  /// at the far end of what it moves (engine/state_check.h). Infinity: no bound.
+  double duration = 2.0;  ///< [s]
+  /// A step fails (diverged) that leaves a coordinate faster than this [m/s]; an angle's speed
+  /// counts at the far end of what it moves (engine/state_check.h). Infinity: no bound.
   double max_speed = kDefaultMaxSpeed;
-  /// A run fails (no progress) in which a closure or mimic joint is far open and comes no closer for
-  /// this time [s] (engine/closing_watch.h). Infinity: it may.
+  /// A run fails (no progress) in which a closure or mimic joint is far open and comes no closer
+  /// for this time [s] (engine/closing_watch.h). Infinity: it may.
   double closing_time = 1.0;
   ContactOptions contact;
   /// Effects that are on where the scene calls for them.
@@ -118,12 +121,14 @@ struct Scene {
 /// What a command line may say about a scene that its file does not.
 struct SceneOverrides {
   std::map<std::string, std::filesystem::path> packages;
-  std::optional<Base> base;         ///< a lone URDF only; default fixed
-  bool ground = false;              ///< a lone URDF only: a ground plane z = 0; a floating base then starts just above it
+  std::optional<Base> base;  ///< a lone URDF only; default fixed
+  bool ground =
+      false;  ///< a lone URDF only: a ground plane z = 0; a floating base then starts just above it
   std::optional<double> ground_friction;
   bool repair_inertias = false;
-  std::filesystem::path srdf;  ///< a lone URDF only: an SRDF file, whose disabled pairs never collide
-  int hull_vertices = 0;       ///< a lone URDF only: limit of every hull, 4 or more; 0: none
+  std::filesystem::path
+      srdf;               ///< a lone URDF only: an SRDF file, whose disabled pairs never collide
+  int hull_vertices = 0;  ///< a lone URDF only: limit of every hull, 4 or more; 0: none
 };
 
 /// Reads a scene (.yaml, .yml) or a lone robot (.urdf). @throws InputError naming file, line,

@@ -1,7 +1,7 @@
 #include <gtest/gtest.h>
 
-#include "contact/random_problem.h"
 #include "contact/scenes.h"
+#include "contact/trials.h"
 #include "counterpoint/contact/inverse.h"
 #include "counterpoint/contact/solver.h"
 #include "support/allocation_guard.h"
@@ -28,6 +28,41 @@ TEST(Allocation, NoneAfterWarmUp) {
     }
     EXPECT_EQ(test::allocation_count(), before) << "coulomb " << coulomb;
   }
+}
+
+// Every method has its memory as soon as an island's size has been seen, although most islands
+// never need more than the first two.
+TEST(Allocation, NoneForMethodsThatAreSeldomTried) {
+  if (!test::counts_allocations()) GTEST_SKIP() << "allocations cannot be counted in this build";
+  int beyond_warm = 0, softened = 0;
+  testing::for_trials(1, 200, [&](testing::Random& random, int) {
+    testing::RandomOptions options;
+    options.mass_ratio = 1e8;
+    options.coulomb = true;
+    const Problem problem = testing::random_problem(random, options);
+    VectorX w = VectorX::Zero(problem.num_velocities()), f;
+    Solver solver;
+    Settings settings;
+    settings.only = Method::kVelocity;
+    solver.solve(problem, settings, w, f);
+    const std::size_t before = test::allocation_count();
+    for (const int soften_after : {1, 20, Settings{}.soften_after}) {
+      settings = {};
+      settings.soften_after = soften_after;
+      w.setZero();
+      const Report& report = solver.solve(problem, settings, w, f);
+      beyond_warm += report.method > Method::kWarm;
+      softened += report.status == Status::kSoftened;
+    }
+    for (const Method method : {Method::kSmoothing, Method::kPath, Method::kSofter}) {
+      settings.only = method;
+      w.setZero();
+      solver.solve(problem, settings, w, f);
+    }
+    EXPECT_EQ(test::allocation_count(), before);
+  });
+  EXPECT_GT(beyond_warm, 100);
+  EXPECT_GT(softened, 0);
 }
 
 TEST(Allocation, RefillingAProblemAllocatesNothing) {

@@ -29,6 +29,7 @@ namespace {
 
 using testing::dense_jacobian;
 using testing::dense_mass;
+using testing::exact_settings;
 using testing::for_trials;
 using testing::KineticEnergyCase;
 using testing::kUnit;
@@ -160,7 +161,7 @@ TEST_P(ForwardInverse, ReturnsTheAppliedImpulse) {
     const VectorX applied = mass * (VectorX(problem.free_velocity()) - before);
 
     VectorX w = before, f;
-    const Report& report = solver.solve(problem, Settings{}, w, f);
+    const Report& report = solver.solve(problem, exact_settings(), w, f);
     if (!succeeded(report.status)) return unsolved.add(trial);
     VectorX inverse, pushed;
     compute_impulse(problem, w, inverse);

@@ -188,22 +188,6 @@ TEST(Law, HardConvexLawIsTheRegularizedProjection) {
   });
 }
 
-TEST(Law, CoulombSlidesAgainstTheVelocityWithoutOpeningTheContact) {
-  Law law;
-  law.type = LawType::kFrictionCone;
-  law.rows = 3;
-  law.coulomb = true;
-  law.friction = {0.5, 0.5};
-  law.regularizer = 1e-6;
-  Rows y(3);
-  y << -1e-6, 2.0, 0.0;  // sliding at 2 m/s; a force without any normal velocity of note
-  const Rows f = impulse(law, y);
-  EXPECT_NEAR(f[0], 0.5 * 1e-6 / (0.25 * 1e-6), 1e-9);
-  EXPECT_NEAR(f[1], -0.5 * f[0], 1e-15);
-  law.coulomb = false;
-  EXPECT_GT(impulse(law, y)[0], 1e5);  // the convex law would throw it off at mu |v_T|
-}
-
 TEST(Law, DryFrictionIsTheClampInTheHardLimit) {
   Law law;
   law.type = LawType::kDryFriction;

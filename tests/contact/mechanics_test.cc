@@ -65,6 +65,25 @@ TEST(Mechanics, HeldOnASlopeCreepsByTheCompliance) {
   }
 }
 
+TEST(Mechanics, SmoothingMakesABlockOnASlopeCreepAsItsLawSays) {
+  // At a share q of the cone: t = mu v = (k / n) q / (1 - q) for exact Coulomb friction, and
+  // (k / n) q / (1 - q^2) for the convex law, n = m g h cos(theta).
+  Solver solver;
+  const double theta = std::atan(0.4), mu = 0.5, q = 0.4 / mu;
+  for (const bool coulomb : {false, true}) {
+    SceneOptions options;
+    options.coulomb = coulomb;
+    options.smoothing = 1e-6;
+    Motion m;
+    const Vector3 force(kGravity * std::sin(theta), 0, kGravity * (1 - std::cos(theta)));
+    for (int i = 0; i < 400; ++i) step_point(m, force, mu, options, solver);
+    const double n = kGravity * options.time_step * std::cos(theta);
+    const double k = options.smoothing * 9.80665;
+    const double expected = k / (n * mu) * q / (coulomb ? 1 - q : 1 - q * q);
+    EXPECT_NEAR(m.velocity.x(), expected, 1e-3 * expected);  // the compliance adds 2e-6 of it
+  }
+}
+
 TEST(Mechanics, SlopeSteeperThanTheConeSlides) {
   Solver solver;
   const double theta = std::atan(0.7), mu = 0.5;

@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+
 #include "contact/trials.h"
 
 namespace counterpoint::contact {
@@ -14,6 +17,16 @@ using testing::kEveryType;
 using testing::Random;
 using testing::random_law;
 using testing::RandomOptions;
+
+// How far z is from where one of the laws changes its branch.
+double distance_to_corners(const Law& law, const Rows& y) {
+  double square = 0.0;
+  for (int i = 1; i < law.rows; ++i) square += std::pow(law.friction[i - 1] * y[i], 2);
+  const double t = std::sqrt(square);
+  if (!law.coulomb) return std::min({std::abs(y[0] + t), std::abs(y[0] - t), t});
+  const double rho_n = std::max(0.0, -y[0]);  // rho times the normal impulse
+  return std::min({std::abs(y[0]), std::abs(t - rho_n), t});
+}
 
 class SensitivityTest : public ::testing::TestWithParam<bool> {};
 
@@ -54,6 +67,49 @@ TEST_P(SensitivityTest, AgreesWithDifferences) {
     // A gap acts through the bias of the normal row.
     EXPECT_EQ(at.velocity, RowsSquare(-evaluate(law, y).hessian));
   });
+}
+
+// Off the corners the law without smoothing has derivatives as well; the one by the smoothing is
+// one-sided, and says how an open contact begins to feel what it comes near to.
+TEST_P(SensitivityTest, WithoutSmoothingAgreesWithDifferencesOffTheCorners) {
+  RandomOptions options;
+  options.coulomb = GetParam();
+  int tried = 0;
+  for_trials(2, 8000, [&](Random& random, int) {
+    Law law = random_law(random, options, LawType::kFrictionCone);
+    law.regularizer = random.log_uniform(0.05, 2.0);
+    for (int i = 0; i < law.rows - 1; ++i) law.friction[i] = random.uniform(0.2, 2.0);
+    Rows y(law.rows);
+    for (int i = 0; i < law.rows; ++i) y[i] = random.signed_unit();
+    if (distance_to_corners(law, y) < 0.1) return;
+    ++tried;
+    const Sensitivity at = compute_sensitivity(law, y);
+    for (int j = 0; j < law.rows; ++j) {
+      Rows up = y, down = y;
+      up[j] += kDifferenceStep;
+      down[j] -= kDifferenceStep;
+      const Rows velocity = (impulse(law, up) - impulse(law, down)) / (2 * kDifferenceStep);
+      EXPECT_LT((at.velocity.col(j) - velocity).norm(),
+                kDifferenceTolerance * (1 + at.velocity.norm()));
+    }
+    Law up = law, far = law;
+    up.smoothing = kDifferenceStep;
+    far.smoothing = 2 * kDifferenceStep;
+    const Rows smoothing =
+        (4 * impulse(up, y) - 3 * impulse(law, y) - impulse(far, y)) / (2 * kDifferenceStep);
+    // Third derivatives by k go with r^2 over the fifth power of the distance to the corners.
+    constexpr double kThirdOrder = 1e3;
+    EXPECT_LT((at.smoothing - smoothing).norm(),
+              kThirdOrder * kDifferenceTolerance * (1 + smoothing.norm()));
+    up = law;
+    Law down = law;
+    up.regularizer += kDifferenceStep;
+    down.regularizer -= kDifferenceStep;
+    const Rows regularizer = (impulse(up, y) - impulse(down, y)) / (2 * kDifferenceStep);
+    EXPECT_LT((at.regularizer - regularizer).norm(),
+              kDifferenceTolerance * (1 + regularizer.norm()));
+  });
+  EXPECT_GT(tried, 3000);
 }
 
 INSTANTIATE_TEST_SUITE_P(Friction, SensitivityTest, ::testing::Bool(),

@@ -5,7 +5,6 @@
 #include <limits>
 
 #include "contact/random_problem.h"
-#include "contact/rounding.h"
 #include "contact/trials.h"
 #include "counterpoint/contact/inverse.h"
 #include "counterpoint/contact/law.h"
@@ -13,53 +12,12 @@
 namespace counterpoint::contact {
 namespace {
 
-using testing::Cost;
-using testing::cost_of;
-using testing::for_trials;
+using testing::exact_settings;
 using testing::Random;
 using testing::random_problem;
 using testing::RandomOptions;
 
 VectorX zero_start(const Problem& problem) { return VectorX::Zero(problem.num_velocities()); }
-
-TEST(Solver, SolvesRandomConvexProblems) {
-  Random random(1);
-  Solver solver;
-  for (int trial = 0; trial < 2000; ++trial) {
-    RandomOptions options;
-    options.hard = random.coin();
-    const Problem problem = random_problem(random, options);
-    VectorX w = zero_start(problem), f;
-    const Report& report = solver.solve(problem, Settings{}, w, f);
-    EXPECT_TRUE(succeeded(report.status))
-        << trial << " " << status_name(report.status) << " " << report.residual;
-    const Residuals residuals = compute_residuals(problem, w, f);
-    // Recomputed outside the solver. A floor-limited problem has |y| eps / r ~ 1e-16 / 1e-6 per
-    // row.
-    const double tolerance = report.status == Status::kConverged ? 1e-9 : 1e-4;
-    EXPECT_LE(residuals.motion, tolerance * (residuals.momentum_scale + 1e-4)) << trial;
-  }
-}
-
-// Dense random constraints with conflicting biases, far worse than mechanics makes them. A solution
-// exists always (homotopy.h), so none may be missed.
-TEST(Solver, SolvesRandomCoulombProblems) {
-  Random random(1);
-  Solver solver;
-  for (int trial = 0; trial < 2000; ++trial) {
-    RandomOptions options;
-    options.hard = random.coin();
-    options.coulomb = true;
-    const Problem problem = random_problem(random, options);
-    VectorX w = zero_start(problem), f;
-    const Report& report = solver.solve(problem, Settings{}, w, f);
-    EXPECT_TRUE(succeeded(report.status))
-        << trial << " " << status_name(report.status) << " " << report.residual;
-    const Residuals residuals = compute_residuals(problem, w, f);
-    const double tolerance = report.status == Status::kConverged ? 1e-9 : 1e-4;
-    EXPECT_LE(residuals.motion, tolerance * (residuals.momentum_scale + 1e-4)) << trial;
-  }
-}
 
 TEST(Solver, WithoutActiveConstraintOneStepIsEnough) {
   Random random(3);
@@ -97,40 +55,6 @@ TEST(Solver, BlocksWithoutConstraintsFlyExactly) {
   EXPECT_EQ(report.status, Status::kConverged);
   EXPECT_EQ(report.iterations, 0);
   EXPECT_EQ(w, VectorX(problem.free_velocity()));
-}
-
-// The path of falling smoothing changes the cost on the way: only direct solutions are monotone.
-// The cost is recomputed at every iterate, which is what the solver returns with that many steps.
-TEST(Solver, CostFallsMonotonically) {
-  Solver solver;
-  int steps = 0, resolved = 0;
-  for_trials(4, 500, [&](Random& random, int) {
-    RandomOptions options;
-    options.hard = random.coin();
-    const Problem problem = random_problem(random, options);
-    VectorX w = zero_start(problem), f;
-    Settings settings;
-    settings.only = Method::kNewton;
-    settings.split_islands = false;
-    const Report& report = solver.solve(problem, settings, w, f);
-    const int iterations = report.iterations;
-    Cost last;
-    for (int i = 0; i <= iterations; ++i) {
-      settings.max_iterations = i;
-      w = zero_start(problem);
-      solver.solve(problem, settings, w, f);
-      const Cost cost = cost_of(problem, w);
-      if (i > 0) {
-        ++steps;
-        if (last.value - cost.value > last.rounding + cost.rounding) ++resolved;
-        EXPECT_LE(cost.value, last.value + last.rounding + cost.rounding)
-            << "step " << i << " rises by " << cost.value - last.value;
-      }
-      last = cost;
-    }
-  });
-  EXPECT_GT(steps, 1000);
-  EXPECT_GT(resolved, steps / 2);  // else the bound would hide what is tested
 }
 
 TEST(Solver, DenseAndSparseAgree) {
@@ -197,7 +121,7 @@ TEST(Solver, ImpulsesAreTheInverseToTheBit) {
     options.coulomb = random.coin();
     const Problem problem = random_problem(random, options);
     VectorX w = zero_start(problem), f, inverse;
-    solver.solve(problem, Settings{}, w, f);
+    solver.solve(problem, exact_settings(), w, f);
     compute_impulse(problem, w, inverse);
     EXPECT_EQ(f, inverse);
   }
@@ -218,7 +142,7 @@ TEST(Solver, InverseReturnsWhatTheForwardStepUsed) {
     options.coulomb = random.coin();
     const Problem problem = random_problem(random, options);
     VectorX w = zero_start(problem), f, inverse, pushed;
-    const Report& report = solver.solve(problem, Settings{}, w, f);
+    const Report& report = solver.solve(problem, exact_settings(), w, f);
     ++trials;
     if (!succeeded(report.status)) {
       ++failed[options.coulomb];
@@ -244,22 +168,10 @@ TEST(Solver, InverseReturnsWhatTheForwardStepUsed) {
         << trial;
   }
   EXPECT_EQ(failed[0], 0);
-  EXPECT_LE(failed[1], trials / 50);  // conflicting random constraints need not have a solution
+  EXPECT_EQ(failed[1], 0);
   EXPECT_LE(at_floor, trials / 20);
   RecordProperty("failed_coulomb", failed[1]);
   RecordProperty("at_floor", at_floor);
-}
-
-TEST(Solver, WarmStartAtTheSolutionTakesNoStep) {
-  Random random(9);
-  Solver solver;
-  for (int trial = 0; trial < 200; ++trial) {
-    const Problem problem = random_problem(random, RandomOptions{});
-    VectorX w = zero_start(problem), f;
-    if (solver.solve(problem, Settings{}, w, f).status != Status::kConverged) continue;
-    const Report& again = solver.solve(problem, Settings{}, w, f);
-    EXPECT_EQ(again.iterations, 0);
-  }
 }
 
 TEST(Solver, SaysHowItFailed) {
@@ -273,7 +185,7 @@ TEST(Solver, SaysHowItFailed) {
   } while (problem.num_constraints() < 3);
   VectorX w = zero_start(problem), f;
   Settings few;
-  few.max_iterations = 1;
+  few.max_iterations = 1;  // binds softer laws as well
   EXPECT_EQ(solver.solve(problem, few, w, f).status, Status::kMaxIterations);
   EXPECT_GT(solver.solve(problem, few, w, f).residual, few.tolerance);
 

@@ -3,9 +3,12 @@
 
 #include <gtest/gtest.h>
 
+#include <numeric>
 #include <string>
 
 #include "contact/random_problem.h"
+#include "counterpoint/contact/island_system.h"
+#include "counterpoint/contact/solver.h"
 
 namespace counterpoint::contact::testing {
 
@@ -16,6 +19,21 @@ inline constexpr double kDifferenceTolerance = 1e-6;
 
 inline constexpr LawType kEveryType[] = {LawType::kUnilateral, LawType::kFrictionCone,
                                          LawType::kEquality, LawType::kDryFriction};
+
+/// The laws as they are given, never softer ones: for statements about their solution.
+inline Settings exact_settings() {
+  Settings settings;
+  settings.soften_after = 0;
+  return settings;
+}
+
+/// All of a problem as one island, in the problem's numbering.
+inline void load_whole(const Problem& problem, IslandSystem& island) {
+  std::vector<int> blocks(problem.num_blocks()), constraints(problem.num_constraints());
+  std::iota(blocks.begin(), blocks.end(), 0);
+  std::iota(constraints.begin(), constraints.end(), 0);
+  island.load(problem, blocks, constraints, Factorization::kAutomatic);
+}
 
 /// Calls body(random, trial) for trial = 0 ... trials - 1; stops after a fatal failure.
 template <class Body>

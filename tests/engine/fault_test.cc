@@ -251,6 +251,7 @@ TEST(Fault, TheContactThatWasNotSolvedIsNamed) {
       "     velocity: {linear: [3, 1, -20], angular: [4, 5, 6]}}\n");
   Simulator sim(scene);
   sim.settings().max_iterations = 1;
+  sim.settings().soften_after = 0;
   StepReport report = sim.step();
   for (int k = 0; k < 20 && report.succeeded(); ++k) report = sim.step();
   ASSERT_EQ(report.status, Status::kMaxIterations);
@@ -271,6 +272,7 @@ TEST(Fault, EveryKindOfConstraintIsNamed) {
     Simulator sim(load_scene(folder.write(
         "scene.yaml", "models:\n  - {urdf: arm.urdf, name: arm" + model + "}\n" + rest)));
     sim.settings().max_iterations = 0;
+    sim.settings().soften_after = 0;
     const StepReport report = sim.step();
     EXPECT_EQ(report.status, Status::kMaxIterations) << rest;
     const FaultText text = describe(sim.model(), report.fault);

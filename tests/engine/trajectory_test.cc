@@ -161,6 +161,41 @@ TEST_F(TrajectoryFile, ReadsBackTheSameBits) {
   EXPECT_NE(message_of([&] { step_lengths(read, 0.2, 999.0); }).find("0.2"), std::string::npos);
 }
 
+TEST_F(TrajectoryFile, KeepsTheSofteningOfEachStep) {
+  const Model model = every_joint_type();
+  const Softening given[] = {{}, {8.0, 0}, {-32768.0, -1}};
+  {
+    TrajectoryWriter writer(file_, model);
+    State state{0.0, test::random_configuration(model, 1), VectorX::Zero(model.nv())};
+    for (const Softening& softening : given) {
+      writer.write_step(state, Input(), 0.1, softening);
+      state.time += 0.1;
+    }
+    writer.write_end(state);
+  }
+  const Trajectory read = read_trajectory(file_, model);
+  ASSERT_EQ(read.softening.size(), 3u);
+  Input known;
+  for (int k = 0; k < 3; ++k) {
+    read.set_known(model, k, known);
+    EXPECT_EQ(known.softening, given[k]) << k;
+  }
+}
+
+TEST_F(TrajectoryFile, RefusesASofteningThatIsNone) {
+  const Model model = every_joint_type();
+  const State state{0.0, test::random_configuration(model, 1), VectorX::Zero(model.nv())};
+  for (const Softening& wrong : {Softening{0.5, 0}, Softening{2.0, 1000}, Softening{2.0, -2}}) {
+    {
+      TrajectoryWriter writer(file_, model);
+      writer.write_step(state, Input(), 0.1, wrong);
+      writer.write_end({0.1, state.q, state.v});
+    }
+    EXPECT_NE(message_of([&] { read_trajectory(file_, model); }).find("soften"), std::string::npos)
+        << wrong.factor;
+  }
+}
+
 TEST_F(TrajectoryFile, KeepsWhatWasWrittenBeforeAnEndWithoutLastRow) {
   const Model model = every_joint_type();
   const State state{0.0, test::random_configuration(model, 1), VectorX::Zero(model.nv())};

@@ -47,6 +47,24 @@ class SceneTest : public testing::Test {
   test::TempFolder folder_;
 };
 
+TEST_F(SceneTest, ContactInOneWord) {
+  const auto contact = [&](const std::string& text) {
+    return load("models: [{name: ball, sphere: 0.1, mass: 1}]\n" + text).options.contact;
+  };
+  const ContactOptions usual, fast = contact("contact: fast\n"), hard = contact("contact: hard\n");
+  EXPECT_EQ(contact("contact: default\n"), usual);
+  EXPECT_EQ(fast.friction_model, FrictionModel::kConvex);
+  EXPECT_EQ(fast.compliance, 0.1);
+  EXPECT_EQ(hard.friction_model, FrictionModel::kCoulomb);
+  EXPECT_LT(hard.compliance, usual.compliance);
+  // Other keys go before the preset, wherever they stand.
+  const ContactOptions mixed =
+      contact("contact: {margin: 0.5, friction_model: lagged, preset: fast}\n");
+  EXPECT_EQ(mixed.margin, 0.5);
+  EXPECT_EQ(mixed.friction_model, FrictionModel::kLagged);
+  EXPECT_EQ(mixed.compliance, 0.1);
+}
+
 TEST_F(SceneTest, ReadsEverything) {
   const Scene scene = load(R"(
 name: all of it
@@ -134,6 +152,7 @@ TEST_F(SceneTest, ErrorsNameLineAndElement) {
   expect_refused("time_step: 0\n", 1, {"time_step", "positive"});
   expect_refused("time_step: .inf\n", 1, {"time_step"});
   expect_refused("\ngravity: [0, 1]\n", 2, {"gravity", "[x, y, z]"});
+  expect_refused("contact: soft\n", 1, {"soft", "fast"});
   expect_refused("contact:\n  friction_model: dry\n", 2, {"dry", "coulomb"});
   expect_refused("contact:\n  stabilization: 2\n", 2, {"contact.stabilization", "0 ... 1"});
   expect_refused("models:\n  - {urdf: none.urdf}\n", 2, {"none.urdf", "no such file"});

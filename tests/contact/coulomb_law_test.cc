@@ -1,0 +1,174 @@
+// Exact Coulomb friction of one contact: the decoupled law of coulomb.h.
+#include <gtest/gtest.h>
+
+#include "contact/rounding.h"
+#include "contact/trials.h"
+#include "counterpoint/contact/coulomb.h"
+#include "counterpoint/contact/law.h"
+
+namespace counterpoint::contact {
+namespace {
+
+using testing::for_trials;
+using testing::kUnit;
+using testing::Random;
+using testing::random_law;
+using testing::RandomOptions;
+
+// The law's operations, each good to a unit in the last place of its largest term.
+constexpr double kRounding = 32.0 * kUnit;
+
+struct Sample {
+  int rows;
+  double z[kMaxRows];
+};
+
+Sample random_velocity(Random& random) {
+  Sample out{random.integer(2, kMaxRows), {}};
+  const double size = random.log_uniform(1e-9, 1e2);
+  for (int i = 0; i < out.rows; ++i) out.z[i] = size * random.signed_unit();
+  return out;
+}
+
+// phi of the law of regularizers rho_N and rho at z; returns |phi_T|.
+double scaled_impulse(const Sample& at, double rho_N, double rho, double k, double* phi) {
+  const CoulombCone cone(at.z, at.rows, rho_N, rho, k);
+  phi[0] = cone.n;
+  for (int i = 1; i < at.rows; ++i) phi[i] = -cone.b * at.z[i];
+  return cone.p;
+}
+
+Law random_coulomb(Random& random) {
+  RandomOptions options;
+  options.coulomb = true;
+  Law law = random_law(random, options, LawType::kFrictionCone);
+  law.regularizer = random.log_uniform(1e-8, 1e1);
+  law.smoothing = random.coin() ? 0.0 : random.log_uniform(1e-16, 1e1);
+  return law;
+}
+
+// phi = F_rho(z) is phi = F_sigma(z - (sigma - rho) phi), with smoothing and without, whatever the
+// regularizers of normal and friction: what the mixed method rests on.
+TEST(CoulombLaw, IsTheSameLawWhenItIsWidened) {
+  double worst = 0.0;
+  for_trials(1, 40000, [&](Random& random, int) {
+    const Sample at = random_velocity(random);
+    const double rho_N = random.log_uniform(1e-9, 1.0), rho = random.log_uniform(1e-9, 1.0);
+    const double sigma_N = rho_N * random.log_uniform(1.0, 1e6);
+    const double sigma = rho * random.log_uniform(1.0, 1e6);
+    const double k = random.coin() ? 0.0 : random.log_uniform(1e-16, 1e2);
+    double phi[kMaxRows], wide_phi[kMaxRows], size = 0.0;
+    scaled_impulse(at, rho_N, rho, k, phi);
+    Sample wide = at;
+    for (int i = 0; i < at.rows; ++i) {
+      const double sigma_i = i > 0 ? sigma : sigma_N, rho_i = i > 0 ? rho : rho_N;
+      wide.z[i] -= (sigma_i - rho_i) * phi[i];
+      // x is known to its own rounding and that of its terms; F_sigma has slopes below 1 / sigma,
+      // and friction follows the normal impulse with a slope below one.
+      size = std::max(size, (std::abs(at.z[i]) + sigma_i * std::abs(phi[i])) / sigma_i);
+    }
+    scaled_impulse(wide, sigma_N, sigma, k, wide_phi);
+    for (int i = 0; i < at.rows; ++i) {
+      EXPECT_NEAR(phi[i], wide_phi[i], kRounding * size) << i;
+      worst = std::max(worst, std::abs(phi[i] - wide_phi[i]) / (kUnit * size));
+    }
+  });
+  ::testing::Test::RecordProperty("worst_in_units", std::to_string(worst));
+}
+
+TEST(CoulombLaw, NormalImpulseIsThatOfTheUnilateralLawToTheBit) {
+  for_trials(2, 10000, [&](Random& random, int) {
+    const Law law = random_coulomb(random);
+    Law normal;
+    normal.regularizer = normal_regularizer(law);
+    normal.smoothing = law.smoothing;
+    Rows y(law.rows);
+    for (int i = 0; i < law.rows; ++i) y[i] = random.signed_unit();
+    const Evaluation at = evaluate(law, y);
+    EXPECT_EQ(at.impulse[0], impulse(normal, Rows(y.head(1)))[0]);
+    for (int j = 1; j < law.rows; ++j) EXPECT_EQ(at.hessian(0, j), 0.0);
+    for (int j = 1; j < law.rows; ++j) y[j] *= 1e3;
+    EXPECT_EQ(impulse(law, y)[0], at.impulse[0]);
+  });
+}
+
+// Friction opposes the sliding velocity and does not exceed the normal impulse.
+TEST(CoulombLaw, FrictionIsBoundedByTheNormalImpulseAndOpposesMotion) {
+  for_trials(3, 40000, [&](Random& random, int) {
+    const Sample at = random_velocity(random);
+    const double rho = random.log_uniform(1e-9, 1.0);
+    const double k = random.coin() ? 0.0 : random.log_uniform(1e-16, 1e2);
+    double phi[kMaxRows];
+    const double p = scaled_impulse(at, rho * random.log_uniform(1e-3, 1e3), rho, k, phi);
+    EXPECT_LE(p, phi[0] * (1.0 + kRounding));
+    for (int i = 1; i < at.rows; ++i) EXPECT_LE(phi[i] * at.z[i], 0.0);
+  });
+}
+
+// Without smoothing, at v = z + rho phi, which is z but for the compliance: Signorini's conditions,
+// the cone, and maximum dissipation -phi_T . v_T = phi_N |v_T|.
+TEST(CoulombLaw, WithoutSmoothingItIsTheHardLawUpToTheCompliance) {
+  for_trials(4, 40000, [&](Random& random, int) {
+    const Sample at = random_velocity(random);
+    const double rho_N = random.log_uniform(1e-9, 1.0), rho = random.log_uniform(1e-9, 1.0);
+    double phi[kMaxRows];
+    const double p = scaled_impulse(at, rho_N, rho, 0.0, phi);
+    const double v_N = at.z[0] + rho_N * phi[0];
+    EXPECT_GE(phi[0], 0.0);
+    EXPECT_GE(v_N, -kRounding * std::abs(at.z[0]));
+    EXPECT_LE(std::abs(phi[0] * v_N), kRounding * phi[0] * std::abs(at.z[0]));
+    double square = 0.0, power = 0.0, size = 0.0;
+    for (int i = 1; i < at.rows; ++i) {
+      const double v = at.z[i] + rho * phi[i];
+      square += v * v;
+      power -= phi[i] * v;
+      size += std::abs(at.z[i]) + rho * std::abs(phi[i]);
+    }
+    EXPECT_LE(p, phi[0] * (1.0 + kRounding));
+    EXPECT_NEAR(power, phi[0] * std::sqrt(square), kRounding * phi[0] * size);
+  });
+}
+
+// |phi_T| differs from the clamp of |z_T| / rho to [0, phi_N] by sqrt(k / rho) at most: from
+// rho p + (k / n) p / (n - p) = t the distance d to the bound has rho d^2 <= k, and n grows by no
+// more. phi_N differs from the projection by as much, or by k / |z_N| where that is less.
+TEST(CoulombLaw, SmoothingVanishesAtTheExpectedRate) {
+  for_trials(5, 20000, [&](Random& random, int) {
+    const Sample at = random_velocity(random);
+    const double rho = random.log_uniform(1e-6, 1.0);
+    double hard[kMaxRows], smooth[kMaxRows];
+    const double hard_p = scaled_impulse(at, rho, rho, 0.0, hard);
+    double square = 0.0;
+    for (int i = 1; i < at.rows; ++i) square += at.z[i] * at.z[i];
+    const double clamp = std::min(std::sqrt(square) / rho, hard[0]);
+    EXPECT_NEAR(hard_p, clamp, kRounding * clamp);
+    for (double k = 1e-2; k > 1e-16; k *= 1e-2) {
+      const double p = scaled_impulse(at, rho, rho, k, smooth);
+      const double most = std::sqrt(k / rho), rounding = kRounding * (smooth[0] + most);
+      EXPECT_LE(std::abs(p - hard_p), most + rounding) << k;
+      EXPECT_LE(std::abs(smooth[0] - hard[0]), std::min(most, k / std::abs(at.z[0])) + rounding)
+          << k;
+    }
+  });
+}
+
+TEST(CoulombLaw, SlidesAgainstTheVelocityWithoutOpeningTheContact) {
+  Law law;
+  law.type = LawType::kFrictionCone;
+  law.rows = 3;
+  law.coulomb = true;
+  law.friction = {0.5, 0.5};
+  law.regularizer = 1e-6;
+  Rows y(3);
+  y << -1e-6, 2.0, 0.0;  // sliding at 2 m/s; a force without any normal velocity of note
+  const Rows f = impulse(law, y);
+  EXPECT_NEAR(f[0], 1e-6 / (0.25 * 1e-6), 1e-14);  // -y_N / (mu^2 r)
+  EXPECT_NEAR(f[1], -0.5 * f[0], 1e-15);
+  y[0] = 1e-6;
+  EXPECT_EQ(impulse(law, y)[0], 0.0);  // the least gap opens it
+  law.coulomb = false;
+  EXPECT_GT(impulse(law, y)[0], 1e5);  // the convex law would throw it off at mu |v_T|
+}
+
+}  // namespace
+}  // namespace counterpoint::contact

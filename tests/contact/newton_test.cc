@@ -1,0 +1,78 @@
+// Newton's method on velocities, by itself.
+#include "counterpoint/contact/newton.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "contact/rounding.h"
+#include "contact/trials.h"
+
+namespace counterpoint::contact {
+namespace {
+
+using testing::Cost;
+using testing::cost_of;
+using testing::for_trials;
+using testing::load_whole;
+using testing::Random;
+using testing::random_problem;
+using testing::RandomOptions;
+
+// The cost is recomputed at every iterate, from the problem.
+TEST(Newton, CostOfConvexProblemsFallsMonotonically) {
+  Newton newton;
+  int steps = 0, resolved = 0;
+  for_trials(4, 500, [&](Random& random, int) {
+    RandomOptions options;
+    options.hard = random.coin();
+    const Problem problem = random_problem(random, options);
+    IslandSystem island;
+    load_whole(problem, island);
+    std::vector<double> w(island.size(), 0.0), f(island.num_rows());
+    newton.begin(island);
+    Cost last = cost_of(problem, VectorX::Zero(island.size()));
+    constexpr int kMostSteps = 30;
+    for (int i = 1; i <= kMostSteps; ++i) {
+      if (newton.run(Settings{}.tolerance, 1, w, f).iterations == 0) break;
+      const Cost cost = cost_of(problem, Eigen::Map<const VectorX>(w.data(), island.size()));
+      ++steps;
+      if (last.value - cost.value > last.rounding + cost.rounding) ++resolved;
+      EXPECT_LE(cost.value, last.value + last.rounding + cost.rounding)
+          << "step " << i << " rises by " << cost.value - last.value;
+      last = cost;
+    }
+  });
+  EXPECT_GT(steps, 1000);
+  EXPECT_GT(resolved, steps / 2);  // else the bound would hide what is tested
+}
+
+// Sums of smoothed steps, some of them as narrow as the softest and the hardest laws together make
+// them: Newton's steps alone creep up to such a step from one side.
+TEST(LineSearch, FindsTheZeroOfEverySumOfSmoothedSteps) {
+  for_trials(5, 5000, [&](Random& random, int) {
+    constexpr int kSteps = 6;
+    double place[kSteps], height[kSteps], width[kSteps];
+    for (int i = 0; i < kSteps; ++i) {
+      place[i] = random.uniform(0.0, 1.0);
+      height[i] = random.log_uniform(1e-3, 1e3);
+      width[i] = random.log_uniform(1e-9, 1.0);
+    }
+    const auto derivative = [&](double alpha) {
+      Slope out{-1.0 + 1e-2 * alpha, 1e-2};
+      for (int i = 0; i < kSteps; ++i) {
+        const double x = alpha - place[i], root = std::hypot(x, width[i]);
+        out.first += height[i] * (x / root + place[i] / std::hypot(place[i], width[i]));
+        out.second += height[i] * width[i] * width[i] / (root * root * root);
+      }
+      return out;
+    };
+    constexpr double kAccuracy = 0.1;  // that of Newton's method
+    const LineSearchResult result = search_line(derivative, -1.0, kAccuracy);
+    EXPECT_TRUE(result.found);
+    EXPECT_LE(std::abs(derivative(result.step).first), kAccuracy);
+  });
+}
+
+}  // namespace
+}  // namespace counterpoint::contact

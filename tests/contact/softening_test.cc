@@ -1,0 +1,135 @@
+// Softer laws where the own ones cannot be solved: the solver always comes back with the exact
+// solution of laws that it names.
+#include <gtest/gtest.h>
+
+#include "contact/trials.h"
+#include "counterpoint/contact/inverse.h"
+#include "counterpoint/contact/islands.h"
+#include "counterpoint/contact/law.h"
+#include "counterpoint/contact/solver.h"
+
+namespace counterpoint::contact {
+namespace {
+
+using testing::exact_settings;
+using testing::for_trials;
+using testing::Random;
+using testing::random_problem;
+using testing::RandomOptions;
+
+// Masses 1e-4 ... 1e4, friction up to 2.
+Problem wild_problem(Random& random) {
+  RandomOptions options;
+  options.mass_ratio = 1e8;
+  options.max_friction = 2.0;
+  options.max_constraints = 12;
+  options.hard = random.coin();
+  options.coulomb = true;
+  return random_problem(random, options);
+}
+
+// The problem with its laws as softened as the report says.
+Problem softened(const Problem& problem, const Report& report) {
+  Problem out = problem;
+  Islands islands;
+  islands.compute(problem, true);
+  for (const auto& entry : report.softened) {
+    int found = 0;
+    for (int i = 0; i < islands.count(); ++i) {
+      const auto blocks = islands.blocks(i);
+      if (std::find(blocks.begin(), blocks.end(), entry.block) == blocks.end()) continue;
+      ++found;
+      for (const int c : islands.constraints(i))
+        out.law(c) = soften(problem.law(c), entry.softness);
+    }
+    EXPECT_EQ(found, 1);
+  }
+  return out;
+}
+
+// The impulses are those of the softened laws to the bit, and balance the momentum.
+void expect_solution_of_softened_laws(const Problem& problem, const VectorX& w, const VectorX& f,
+                                      const Report& report) {
+  const Problem soft = softened(problem, report);
+  VectorX inverse;
+  compute_impulse(soft, w, inverse);
+  EXPECT_EQ(f, inverse);
+  const Residuals residuals = compute_residuals(soft, w, inverse);
+  const VectorX root = testing::dense_mass(soft).diagonal().cwiseSqrt();
+  const VectorX free = soft.free_velocity();
+  const double share =
+      kMomentumShare * std::hypot(root.cwiseProduct(w).norm(), root.cwiseProduct(free).norm());
+  // The report's residual recomputed; each island has a scale of its own, below that of all.
+  const double islands = std::max(1, report.islands);
+  const double allowed = islands * (report.residual + 1e-14);
+  EXPECT_LE(residuals.motion, allowed * (residuals.momentum_scale + share));
+}
+
+class Softening : public ::testing::TestWithParam<int> {};
+
+TEST_P(Softening, NeverFailsAndSolvesTheLawsItNames) {
+  Solver solver;
+  Settings settings;
+  settings.soften_after = GetParam();
+  int softened_count = 0, worst = 0;
+  for_trials(21, 2000, [&](Random& random, int) {
+    const Problem problem = wild_problem(random);
+    VectorX w = VectorX::Zero(problem.num_velocities()), f;
+    const Report& report = solver.solve(problem, settings, w, f);
+    EXPECT_TRUE(succeeded(report.status)) << status_name(report.status);
+    EXPECT_EQ(report.status == Status::kSoftened, !report.softened.empty());
+    for (const auto& entry : report.softened) {
+      EXPECT_TRUE(entry.softness.any());
+      EXPECT_GE(entry.softness.factor, 1.0);
+    }
+    softened_count += report.status == Status::kSoftened;
+    worst = std::max(worst, report.iterations);
+    expect_solution_of_softened_laws(problem, w, f, report);
+  });
+  ::testing::Test::RecordProperty("softened", softened_count);
+  ::testing::Test::RecordProperty("most_steps", worst);
+  const bool tiny_budget = GetParam() == 1;
+  EXPECT_TRUE(!tiny_budget || softened_count > 0);  // else nothing was tested
+}
+
+INSTANTIATE_TEST_SUITE_P(After, Softening, ::testing::Values(1, 20, Settings{}.soften_after),
+                         ::testing::PrintToStringParamName());
+
+TEST(NoSoftening, NeverSoftens) {
+  Solver solver;
+  for_trials(22, 500, [&](Random& random, int) {
+    const Problem problem = wild_problem(random);
+    Settings settings = exact_settings();
+    for (const int most : {1, 10, Settings{}.max_iterations}) {
+      settings.max_iterations = most;
+      VectorX w = VectorX::Zero(problem.num_velocities()), f, inverse;
+      const Report& report = solver.solve(problem, settings, w, f);
+      EXPECT_NE(report.status, Status::kSoftened);
+      EXPECT_TRUE(report.softened.empty());
+      EXPECT_LE(report.iterations, most);
+      compute_impulse(problem, w, inverse);  // of its own laws, solved or not
+      EXPECT_EQ(f, inverse);
+    }
+  });
+}
+
+TEST(Soften, ChangesRegularizerAndFrictionModelOnly) {
+  for_trials(23, 200, [&](Random& random, int trial) {
+    RandomOptions options;
+    options.coulomb = true;
+    Law law = random_law(random, options, testing::kEveryType[trial % 4]);
+    law.regularizer = random.log_uniform(1e-6, 1.0);
+    law.smoothing = random.uniform(0.0, 1.0);
+    const Law soft = soften(law, {8.0, true});
+    EXPECT_EQ(soft.regularizer, 8.0 * law.regularizer);
+    EXPECT_FALSE(soft.coulomb);
+    EXPECT_EQ(soft.smoothing, law.smoothing);
+    EXPECT_EQ(soft.friction, law.friction);
+    EXPECT_EQ(soft.bias, law.bias);
+    EXPECT_EQ(soften(law, {}).regularizer, law.regularizer);
+    EXPECT_EQ(soften(law, {}).coulomb, law.coulomb);
+  });
+}
+
+}  // namespace
+}  // namespace counterpoint::contact

@@ -1,0 +1,115 @@
+// Steps that cannot be solved with their own laws: done with softer ones, said, and inverted
+// exactly.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+
+#include "counterpoint/engine/simulator.h"
+#include "support/random_model.h"
+#include "support/temp_folder.h"
+
+namespace counterpoint {
+namespace {
+
+/// The inverse's own rounding, over the compliance (tests/support/recover.h): bodies thrown at
+/// 5 m/s and 20 rad/s, 2 ms, mu^2 eps = 2.5e-7.
+constexpr double kRecovered = 2e-8;
+
+/// Boxes and a ball thrown into each other, twice, ten metres apart: two islands.
+Scene two_heaps() {
+  const test::TempFolder folder;
+  std::ostringstream text;
+  text << "time_step: 0.002\nground: {friction: 0.5}\nmodels:\n";
+  for (const int x : {0, 10})
+    for (const int layer : {0, 1, 2})
+      text << "  - {name: b" << x << "_" << layer
+           << ", box: [0.2, 0.2, 0.2], mass: 1, friction: 0.5, "
+           << "position: [" << x << ", 0, " << 0.2 + 0.36 * layer << "], rpy: [0.3, 0.4, 0.1], "
+           << "velocity: {linear: [0, 0.5, -3], angular: [3, 1, 2]}}\n";
+  return load_scene(folder.write("heaps.yaml", text.str()));
+}
+
+struct Outcome {
+  int softened = 0, of_one_island = 0, of_all = 0;
+  double error = 0.0;          ///< of the inverse, over the largest force of the step
+  double error_unknown = 0.0;  ///< the same where the inverse is not told of the softening
+};
+
+Outcome throw_heaps(int soften_after, int steps) {
+  Simulator sim(two_heaps());
+  sim.settings().soften_after = soften_after;
+  Outcome out;
+  for (int k = 0; k < steps; ++k) {
+    const State before = sim.state();
+    const StepReport report = sim.step();
+    EXPECT_TRUE(report.succeeded()) << k << " " << contact::status_name(report.status);
+    const auto error = [&](const Softening& softening) {
+      sim.input().softening = softening;
+      const Inverse& inverse = sim.inverse(before.q, before.v, sim.state().v);
+      sim.input().softening = {};
+      return inverse.applied_force.cwiseAbs().maxCoeff() / inverse.force_scale;
+    };
+    out.error = std::max(out.error, error(report.softening));
+    if (!report.softening.any()) continue;
+    EXPECT_EQ(report.status, contact::Status::kSoftened);
+    EXPECT_GT(std::abs(report.softening.factor), 1.0);
+    ++out.softened;
+    ++(report.softening.tree < 0 ? out.of_all : out.of_one_island);
+    out.error_unknown = std::max(out.error_unknown, error({}));
+  }
+  return out;
+}
+
+TEST(Softening, IsNotNeededHere) {
+  const Outcome out = throw_heaps(120, 300);
+  EXPECT_EQ(out.softened, 0);
+  EXPECT_LT(out.error, kRecovered);
+}
+
+TEST(Softening, NeverStopsAndTheInverseStaysExact) {
+  // One Newton step is never enough for an impact: all are solved softer.
+  const Outcome out = throw_heaps(1, 300);
+  EXPECT_GT(out.of_one_island, 10);
+  EXPECT_GT(out.of_all, 10);
+  EXPECT_LT(out.error, kRecovered);
+  // The record is what makes it so.
+  EXPECT_GT(out.error_unknown, 1e-3);
+}
+
+TEST(Softening, IsAnErrorWhereItIsNotAllowed) {
+  Simulator sim(two_heaps());
+  sim.settings().soften_after = 0;
+  sim.settings().max_iterations = 1;
+  StepReport report;
+  for (int k = 0; k < 300 && report.succeeded(); ++k) report = sim.step();
+  EXPECT_EQ(report.status, contact::Status::kMaxIterations);
+  EXPECT_FALSE(report.softening.any());
+}
+
+TEST(Softening, AStepGivenASofteningIsTheOneThatReportedIt) {
+  Simulator sim(two_heaps());
+  sim.settings().soften_after = 1;
+  Workspace workspace(sim.model());
+  contact::Settings patient;
+  int repeated = 0;
+  for (int k = 0; k < 200; ++k) {
+    const State before = sim.state();
+    const StepReport report = sim.step();
+    if (!report.softening.any()) continue;
+    Input input = sim.input();
+    input.softening = report.softening;
+    State next;
+    const StepReport again =
+        step_forward(sim.model(), sim.options(), patient, before, input, workspace, next);
+    EXPECT_EQ(again.softening, report.softening);
+    // Both are within the solver's tolerance of the one solution of laws this soft.
+    EXPECT_LT((next.v - sim.state().v).cwiseAbs().maxCoeff(), 1e-9) << k;
+    ++repeated;
+  }
+  EXPECT_GT(repeated, 10);
+}
+
+}  // namespace
+}  // namespace counterpoint
