@@ -6,6 +6,8 @@
 #include "counterpoint/engine/closures.h"
 #include "counterpoint/engine/contact_law.h"
 #include "counterpoint/engine/joint_limits.h"
+#include "counterpoint/engine/kinematics.h"
+#include "counterpoint/engine/parked_contacts.h"
 #include "counterpoint/engine/velocity_limits.h"
 #include "counterpoint/model/rotation.h"
 
@@ -82,6 +84,14 @@ void find_mimics(const Model& model, const SimulationOptions& options, const Vec
   }
 }
 
+/// Whether something overlaps by more than velocities alone may recover (recovery.h).
+bool needs_recovery(const ConstraintSet& constraints) {
+  const auto deep = [](const auto& row) { return row.gap_bias < row.law.bias[0]; };
+  const auto contacts = static_cast<std::ptrdiff_t>(constraints.contacts.size());
+  return std::any_of(constraints.pairs.begin(), constraints.pairs.begin() + contacts, deep) ||
+         std::any_of(constraints.joints.begin(), constraints.joints.end(), deep);
+}
+
 /// How much farther along n the point of a body at `arm` from its origin goes within the step than
 /// its velocity times h says, if the body keeps turning as it does.
 double turning_advance(const Vector3& n, const Vector3& angular, const Vector3& arm, double h) {
@@ -113,7 +123,8 @@ ConstraintFinder::ConstraintFinder(const Model& model, InverseWeights weights)
       margin_(model.num_bodies(), 0.0),
       limited_(list_limited_bodies(model)),
       speed_limits_(list_speed_limits(model)),
-      acceleration_(model.closures().empty() ? 0 : model.num_bodies()) {
+      acceleration_(model.closures().empty() ? 0 : model.num_bodies()),
+      V_(model.num_bodies()) {
   for (int i = 1; i < model.num_bodies(); ++i) {
     const Body& body = model.body(i);
     for (int k = body.v_index; k < body.v_index + joint_nv(body.joint_type); ++k)
@@ -138,13 +149,20 @@ void ConstraintFinder::find(const Model& model, const SimulationOptions& options
     find_velocity_limits(options, speed_limits_, v, weights_, idle, out);
   if (runs(Effect::kDryFriction)) find_dry_friction(model, options, dry_, weights_, idle, out);
   if (runs(Effect::kMimics)) find_mimics(model, options, q, weights_, idle, out);
+  // Displacements that recover overlaps must not run into what has no rows.
+  if (!out.parked.empty() && needs_recovery(out)) unpark_all(out);
 }
 
 bool ConstraintFinder::find_overrun(const Model& model, const SimulationOptions& options,
                                     EffectSet effects, const VectorRef& q, const VectorRef& v,
-                                    const VectorRef& w, ConstraintSet& out, Idle idle) {
-  return effects.has(Effect::kLimits) &&
-         find_overrun_limits(model, options, limited_, q, v, w, weights_, idle, out);
+                                    const VectorRef& w, const Data& data, ConstraintSet& out,
+                                    Idle idle) {
+  bool found = effects.has(Effect::kLimits) &&
+               find_overrun_limits(model, options, limited_, q, v, w, weights_, idle, out);
+  if (out.parked.empty()) return found;
+  compute_body_velocities(model, w, data, V_);
+  if (find_overrun_contacts(options.contact, options.time_step, data, V_, out)) found = true;
+  return found;
 }
 
 void ConstraintFinder::find_candidates(const Model& model, const SimulationOptions& options,
@@ -231,6 +249,9 @@ void ConstraintFinder::find_contacts(const Model& model, const SimulationOptions
                                      EffectCounts& counts, Idle idle) {
   const double h = options.time_step;
   find_candidates(model, options, effects, data, idle);
+  // The midpoint rule takes contacts at a velocity that is found elsewhere than at q.
+  const bool parks = options.integrator == Integrator::kSemiImplicitEuler;
+  const double parking_gap = counterpoint::parking_gap(options.contact, h);
   Material material;
   std::pair<int, int> last{-1, -1};  // candidates come pair by pair
   for (collision::Candidate& candidate : candidates_) {
@@ -253,7 +274,7 @@ void ConstraintFinder::find_contacts(const Model& model, const SimulationOptions
     const Matrix3 t1_t2_n = frame_from_normal(candidate.normal);
     contact.frame << t1_t2_n.col(2), t1_t2_n.col(0), t1_t2_n.col(1);
     contact.law.rows = 3;
-    const Vector3 v = relative_velocity(contact, data, data.V);
+    const contact::Rows v = relative_velocity(contact, data, data.V);
     const double gap = gap_less_turning(contact, candidate.gap, data, h);
     contact.gap_bias = gap_bias(options.contact, h, gap);
     // What rests shows half a step of falling in the midpoint rule; that is no approach.
@@ -261,8 +282,12 @@ void ConstraintFinder::find_contacts(const Model& model, const SimulationOptions
     if (options.integrator == Integrator::kImplicitMidpoint && gap <= touching_gap(options.contact))
       surface.restitution = 0.0;
     contact.law = make_contact_law(law_options(options, alpha, weights_.total_mass), h, surface,
-                                   alpha, gap, v);
+                                   alpha, gap, Vector3(v));
     count_contact(material, counts);
+    if (parks && !is_near(contact, v, parking_gap, h) && !idle(a.body) && !idle(b.body)) {
+      out.parked.push_back({candidate, contact});
+      continue;
+    }
     out.max_penetration = std::max(out.max_penetration, -candidate.gap);
     out.contacts.push_back(candidate);
     out.pairs.push_back(contact);

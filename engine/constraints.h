@@ -35,12 +35,19 @@ struct JointConstraint {
   double gap_bias = std::numeric_limits<double>::quiet_NaN();
 };
 
+/// A contact candidate without rows (parked_contacts.h).
+struct ParkedContact {
+  collision::Candidate candidate;
+  PairConstraint pair;
+};
+
 struct ConstraintSet {
   std::vector<collision::Candidate> contacts;
   /// First the contacts, one each, then those of `closures`.
   std::vector<PairConstraint> pairs;
   std::vector<int> closures;  ///< index into Model::closures, one for each pair behind the contacts
   std::vector<JointConstraint> joints;
+  std::vector<ParkedContact> parked;
   double max_penetration = 0.0;  ///< [m]
 
   bool empty() const { return pairs.empty() && joints.empty(); }
@@ -49,6 +56,7 @@ struct ConstraintSet {
     pairs.clear();
     closures.clear();
     joints.clear();
+    parked.clear();
     max_penetration = 0.0;
   }
 };
@@ -95,10 +103,11 @@ class ConstraintFinder {
             EffectCounts& counts, Idle idle = {});
 
   /// Adds to what find() found what the velocity w (nv) that a step came to runs into from afar
-  /// (joint_limits.h); for w that are a solution with it, nothing. False if nothing was added.
+  /// (joint_limits.h, parked_contacts.h); for w that are a solution with it, nothing. False if
+  /// nothing was added. Where contacts are parked it needs the poses of find().
   bool find_overrun(const Model& model, const SimulationOptions& options, EffectSet effects,
-                    const VectorRef& q, const VectorRef& v, const VectorRef& w, ConstraintSet& out,
-                    Idle idle = {});
+                    const VectorRef& q, const VectorRef& v, const VectorRef& w, const Data& data,
+                    ConstraintSet& out, Idle idle = {});
 
   /// Radius [m] of each body's geometry about the body origin.
   const std::vector<double>& radii() const { return radius_; }
@@ -123,6 +132,7 @@ class ConstraintFinder {
   std::vector<int> limited_;        ///< bodies whose joint has a limit
   std::vector<SpeedLimit> speed_limits_;
   std::vector<Motion> acceleration_;  ///< scratch of closures
+  std::vector<Motion> V_;             ///< bodies' velocities at the end of a step
 };
 
 /// Velocity of B relative to A in the rows of a constraint [m/s, rad/s], from the bodies' V_WB

@@ -4,6 +4,7 @@
 
 #include "counterpoint/engine/contact_memory.h"
 #include "counterpoint/engine/culprit.h"
+#include "counterpoint/engine/parked_contacts.h"
 #include "counterpoint/engine/step_forces.h"
 
 namespace counterpoint {
@@ -66,6 +67,9 @@ const contact::Report& pose_and_solve(const Model& model, contact::Settings sett
 /// Several islands that need softer laws get them together, and then may need still softer ones.
 constexpr int kMostSoftenings = 4;
 
+/// So many times only the contacts run into get rows, then all that are parked.
+constexpr int kMostOverruns = 2;
+
 /// Replaces the velocities of the touched trees in w (nv), those without constraints, by the
 /// solution of the contact problem.
 void solve_found(const Model& model, const contact::Settings& settings, double h,
@@ -116,9 +120,13 @@ void solve_constraints(const Model& model, const SimulationOptions& options, Eff
                        VectorX& w, StepReport& report) {
   bool solved = !ws.constraints.empty();
   if (solved) solve_found(model, settings, options.time_step, state, ws, w, report);
-  // Each time a row more, and there are as many as limits.
-  while (report.succeeded() && ws.finder.find_overrun(model, options, effects, state.q, state.v, w,
-                                                      ws.constraints, ws.sleepers.idle_bodies())) {
+  // Each time a row more, and there are as many as limits. An impact that is passed on from body to
+  // body is not followed through their contacts one by one.
+  for (int round = 0;
+       report.succeeded() && ws.finder.find_overrun(model, options, effects, state.q, state.v, w,
+                                                      ws.data, ws.constraints, ws.sleepers.idle_bodies());
+       ++round) {
+    if (round >= kMostOverruns) unpark_all(ws.constraints);
     if (solved) {
       for_each_touched(model, ws, [&](auto in_tree, auto in_block) {
         w(in_tree) = ws.problem.free_velocity()(in_block);
