@@ -84,14 +84,6 @@ void find_mimics(const Model& model, const SimulationOptions& options, const Vec
   }
 }
 
-/// Whether something overlaps by more than velocities alone may recover (recovery.h).
-bool needs_recovery(const ConstraintSet& constraints) {
-  const auto deep = [](const auto& row) { return row.gap_bias < row.law.bias[0]; };
-  const auto contacts = static_cast<std::ptrdiff_t>(constraints.contacts.size());
-  return std::any_of(constraints.pairs.begin(), constraints.pairs.begin() + contacts, deep) ||
-         std::any_of(constraints.joints.begin(), constraints.joints.end(), deep);
-}
-
 /// How much farther along n the point of a body at `arm` from its origin goes within the step than
 /// its velocity times h says, if the body keeps turning as it does.
 double turning_advance(const Vector3& n, const Vector3& angular, const Vector3& arm, double h) {
@@ -149,20 +141,23 @@ void ConstraintFinder::find(const Model& model, const SimulationOptions& options
     find_velocity_limits(options, speed_limits_, v, weights_, idle, out);
   if (runs(Effect::kDryFriction)) find_dry_friction(model, options, dry_, weights_, idle, out);
   if (runs(Effect::kMimics)) find_mimics(model, options, q, weights_, idle, out);
-  // Displacements that recover overlaps must not run into what has no rows.
-  if (!out.parked.empty() && needs_recovery(out)) unpark_all(out);
 }
 
 bool ConstraintFinder::find_overrun(const Model& model, const SimulationOptions& options,
                                     EffectSet effects, const VectorRef& q, const VectorRef& v,
                                     const VectorRef& w, const Data& data, ConstraintSet& out,
                                     Idle idle) {
-  bool found = effects.has(Effect::kLimits) &&
-               find_overrun_limits(model, options, limited_, q, v, w, weights_, idle, out);
-  if (out.parked.empty()) return found;
+  const bool limits = effects.has(Effect::kLimits) &&
+                      find_overrun_limits(model, options, limited_, q, v, w, weights_, idle, out);
+  return find_reached_contacts(model, options, w, data, out) || limits;
+}
+
+bool ConstraintFinder::find_reached_contacts(const Model& model, const SimulationOptions& options,
+                                             const VectorRef& w, const Data& data,
+                                             ConstraintSet& out) {
+  if (out.parked.empty()) return false;
   compute_body_velocities(model, w, data, V_);
-  if (find_overrun_contacts(options.contact, options.time_step, data, V_, out)) found = true;
-  return found;
+  return find_overrun_contacts(options.contact, options.time_step, data, V_, out);
 }
 
 void ConstraintFinder::find_candidates(const Model& model, const SimulationOptions& options,

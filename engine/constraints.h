@@ -109,6 +109,10 @@ class ConstraintFinder {
                     const VectorRef& q, const VectorRef& v, const VectorRef& w, const Data& data,
                     ConstraintSet& out, Idle idle = {});
 
+  /// The part of find_overrun that is about contacts.
+  bool find_reached_contacts(const Model& model, const SimulationOptions& options,
+                             const VectorRef& w, const Data& data, ConstraintSet& out);
+
   /// Radius [m] of each body's geometry about the body origin.
   const std::vector<double>& radii() const { return radius_; }
   const InverseWeights& weights() const { return weights_; }

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 
 #include "counterpoint/engine/contact_law.h"
 
@@ -11,22 +10,23 @@ namespace {
 
 /// The least end gap E [m], and the share of its weight that a contact gives there at most.
 constexpr double kLeastEndGap = 1e-4, kNoWeight = 1e-9;
-double env(const char* n, double d) { const char* s = getenv(n); return s ? atof(s) : d; }
-const double kReachShare = env("PARK_SHARE", 0.5), kSpeedUp = env("PARK_SPEED", 2.0);
-const double kShift = env("PARK_SHIFT", 1.0);
+/// The share of what rests may reach (contact_law.h) within which contacts have rows, and how much
+/// faster than now a contact may close: few enough rows, and a step in ten solved again.
+constexpr double kReachShare = 0.25, kSpeedUp = 2.0;
 
 double end_gap(const ContactOptions& options) {
   return std::max(kLeastEndGap, options.smoothing / kNoWeight);
 }
 
-/// How fast a contact comes closer to giving force [m/s]. y has at least the rows that slide.
+/// How fast a contact comes closer to giving force [m/s]: as in the convex law, which is that of
+/// exact friction too where it is softened. Of y the first rows are enough.
 double closing_speed(const PairConstraint& contact, const contact::Rows& y) {
   double square = 0.0;
   for (int i = 1; i < std::min(contact.law.rows, static_cast<int>(y.size())); ++i) {
     const double z = contact.law.friction[i - 1] * y[i];
     square += z * z;
   }
-  return kShift * std::sqrt(square) - y[0];
+  return std::sqrt(square) - y[0];
 }
 
 /// Before the closures, which come behind the contacts.

@@ -19,7 +19,8 @@ void solve_constraints(const Model& model, const SimulationOptions& options, Eff
 
 /// The velocities that the bodies are displaced with: w, or where they overlap too far w + p
 /// (recovery.h). After solve_constraints.
-const VectorX& recover_overlaps(const Model& model, const contact::Settings& settings,
-                                const VectorX& w, Workspace::Impl& ws, StepReport& report);
+const VectorX& recover_overlaps(const Model& model, const SimulationOptions& options,
+                                const contact::Settings& settings, const State& state,
+                                Workspace::Impl& ws, VectorX& w, StepReport& report);
 
 }  // namespace counterpoint
