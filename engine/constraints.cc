@@ -287,6 +287,9 @@ void ConstraintFinder::find_contacts(const Model& model, const SimulationOptions
     out.contacts.push_back(candidate);
     out.pairs.push_back(contact);
   }
+  // Room for those that will get rows, so that it is the candidates' number that has to be seen.
+  out.contacts.reserve(out.contacts.size() + out.parked.size());
+  out.pairs.reserve(out.pairs.size() + out.parked.size() + model.closures().size());
 }
 
 contact::Rows relative_velocity(const PairConstraint& pair, const Data& data,
