@@ -1,7 +1,9 @@
 #include "counterpoint/contact/solver.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 
 #include "counterpoint/contact/island_solver.h"
@@ -12,18 +14,33 @@
 namespace counterpoint::contact {
 namespace {
 
+// In integers, which unlike sums of doubles the compiler takes several at a time: the largest
+// exponent, that of infinities and of what is not a number, carries into the sign.
+bool are_finite(const double* values, Eigen::Index size) {
+  constexpr std::uint64_t kExponent = 0x7ff0000000000000u, kOne = 0x0010000000000000u;
+  std::uint64_t carry = 0;
+  for (Eigen::Index i = 0; i < size; ++i)
+    carry |= (std::bit_cast<std::uint64_t>(values[i]) & kExponent) + kOne;
+  return (carry >> 63) == 0;
+}
+
+template <class Dense>
+bool are_finite(const Dense& dense) {
+  return are_finite(dense.data(), dense.size());
+}
+
 Status check(const Problem& problem, const Eigen::Ref<VectorX>& w) {
-  bool all_finite = w.allFinite() && problem.free_velocity().allFinite();
+  bool all_finite = are_finite(w) && are_finite(problem.free_velocity());
   bool all_valid = true;
   for (int b = 0; b < problem.num_blocks(); ++b) {
-    all_finite = all_finite && problem.mass(b).allFinite();
+    all_finite = all_finite && are_finite(problem.mass(b));
   }
   for (int c = 0; c < problem.num_constraints(); ++c) {
     all_finite = all_finite && is_finite(problem.law(c));
     all_valid = all_valid && is_valid(problem.law(c));
     for (int side = 0; side < 2; ++side) {
       if (problem.block(c, side) < 0) continue;
-      all_finite = all_finite && problem.jacobian(c, side).allFinite();
+      all_finite = all_finite && are_finite(problem.jacobian(c, side));
     }
   }
   if (!all_finite) return Status::kNotFinite;
@@ -159,7 +176,8 @@ void Solver::Impl::solve_island(const Problem& problem, const Settings& settings
   report.method = std::max(report.method, result.method);
   report.line_search_evaluations += totals.line_search_evaluations;
   report.residual = std::max(report.residual, result.residual);
-  if (result.softness.any()) report.softened.push_back({islands.blocks(island)[0], result.softness});
+  if (result.softness.any())
+    report.softened.push_back({islands.blocks(island)[0], result.softness});
 }
 
 const Report& Solver::solve(const Problem& problem, const Settings& settings, Eigen::Ref<VectorX> w,

@@ -84,26 +84,6 @@ void find_mimics(const Model& model, const SimulationOptions& options, const Vec
   }
 }
 
-/// How much farther along n the point of a body at `arm` from its origin goes within the step than
-/// its velocity times h says, if the body keeps turning as it does.
-double turning_advance(const Vector3& n, const Vector3& angular, const Vector3& arm, double h) {
-  const Vector3 angle = h * angular;
-  return n.dot(quaternion_exp(angle) * arm - arm - angle.cross(arm));
-}
-
-/// The gap a contact may close by velocity times h: less than it is where turning brings the two
-/// surfaces closer than that product says, as a rod's end that comes over.
-double gap_less_turning(const PairConstraint& contact, double gap, const Data& data, double h) {
-  if (!(gap > 0.0)) return gap;
-  const auto advance = [&](int body) {
-    if (body == 0) return 0.0;
-    return turning_advance(contact.frame.col(0), data.V[body].angular,
-                           contact.position - data.X_WB[body].translation, h);
-  };
-  const double closer = advance(contact.body_a) - advance(contact.body_b);
-  return std::max(gap - std::max(closer, 0.0), 0.0);
-}
-
 }  // namespace
 
 ConstraintFinder::ConstraintFinder(const Model& model, InverseWeights weights)
@@ -116,7 +96,9 @@ ConstraintFinder::ConstraintFinder(const Model& model, InverseWeights weights)
       limited_(list_limited_bodies(model)),
       speed_limits_(list_speed_limits(model)),
       acceleration_(model.closures().empty() ? 0 : model.num_bodies()),
-      V_(model.num_bodies()) {
+      V_(model.num_bodies()),
+      turn_(model.num_bodies()),
+      turn_known_(model.num_bodies(), 0) {
   for (int i = 1; i < model.num_bodies(); ++i) {
     const Body& body = model.body(i);
     for (int k = body.v_index; k < body.v_index + joint_nv(body.joint_type); ++k)
@@ -192,6 +174,8 @@ void ConstraintFinder::find_candidates(const Model& model, const SimulationOptio
 /// may go as fast. False if none is that fast (threshold [m]; for the fast one's own tree, whose
 /// slack knows of impacts elsewhere in it, own_threshold), or nothing changed.
 bool ConstraintFinder::spread_travel(const Model& model, double threshold, double own_threshold) {
+  const auto fast_enough = [&](double travel) { return !(travel < threshold); };
+  if (std::none_of(travel_.begin(), travel_.end(), fast_enough)) return false;
   bool changed = false;
   for (bool again = true; again;) {
     again = false;
@@ -239,6 +223,32 @@ void count_contact(const Material& pair, EffectCounts& counts) {
 
 }  // namespace
 
+/// How much farther along n the point of a body at `arm` from its origin goes within the step than
+/// its velocity times h says, if the body keeps turning as it does.
+double ConstraintFinder::turning_advance(const Vector3& n, const Vector3& arm, double h, int body,
+                                         const Data& data) {
+  if (body == 0) return 0.0;
+  const Vector3 angle = h * data.V[body].angular;
+  if (!turn_known_[body]) {
+    turn_known_[body] = 1;
+    turn_[body] = quaternion_exp(angle);
+  }
+  return n.dot(turn_[body] * arm - arm - angle.cross(arm));
+}
+
+/// The gap a contact may close by velocity times h: less than it is where turning brings the two
+/// surfaces closer than that product says, as a rod's end that comes over.
+double ConstraintFinder::gap_less_turning(const PairConstraint& contact, double gap, double h,
+                                          const Data& data) {
+  if (!(gap > 0.0)) return gap;
+  const auto advance = [&](int body) {
+    return turning_advance(contact.frame.col(0), contact.position - data.X_WB[body].translation, h,
+                           body, data);
+  };
+  const double closer = advance(contact.body_a) - advance(contact.body_b);
+  return std::max(gap - std::max(closer, 0.0), 0.0);
+}
+
 void ConstraintFinder::find_contacts(const Model& model, const SimulationOptions& options,
                                      EffectSet effects, const Data& data, ConstraintSet& out,
                                      EffectCounts& counts, Idle idle) {
@@ -246,6 +256,7 @@ void ConstraintFinder::find_contacts(const Model& model, const SimulationOptions
   find_candidates(model, options, effects, data, idle);
   // The midpoint rule takes contacts at a velocity that is found elsewhere than at q.
   const bool parks = options.integrator == Integrator::kSemiImplicitEuler;
+  std::fill(turn_known_.begin(), turn_known_.end(), 0);
   const double parking_gap = counterpoint::parking_gap(options.contact, h);
   Material material;
   std::pair<int, int> last{-1, -1};  // candidates come pair by pair
@@ -270,7 +281,7 @@ void ConstraintFinder::find_contacts(const Model& model, const SimulationOptions
     contact.frame << t1_t2_n.col(2), t1_t2_n.col(0), t1_t2_n.col(1);
     contact.law.rows = 3;
     const contact::Rows v = relative_velocity(contact, data, data.V);
-    const double gap = gap_less_turning(contact, candidate.gap, data, h);
+    const double gap = gap_less_turning(contact, candidate.gap, h, data);
     contact.gap_bias = gap_bias(options.contact, h, gap);
     // What rests shows half a step of falling in the midpoint rule; that is no approach.
     Material surface = material;

@@ -124,6 +124,9 @@ class ConstraintFinder {
   bool spread_travel(const Model& model, double threshold, double own_threshold);
   void find_contacts(const Model& model, const SimulationOptions& options, EffectSet effects,
                      const Data& data, ConstraintSet& out, EffectCounts& counts, Idle idle);
+  double turning_advance(const Vector3& n, const Vector3& arm, double h, int body,
+                         const Data& data);
+  double gap_less_turning(const PairConstraint& contact, double gap, double h, const Data& data);
 
   InverseWeights weights_;
   collision::Collider collider_;
@@ -137,6 +140,8 @@ class ConstraintFinder {
   std::vector<SpeedLimit> speed_limits_;
   std::vector<Motion> acceleration_;  ///< scratch of closures
   std::vector<Motion> V_;             ///< bodies' velocities at the end of a step
+  std::vector<Quaternion> turn_;      ///< of each body within the step at its velocity, where known
+  std::vector<char> turn_known_;
 };
 
 /// Velocity of B relative to A in the rows of a constraint [m/s, rad/s], from the bodies' V_WB
