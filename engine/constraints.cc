@@ -179,16 +179,21 @@ bool ConstraintFinder::spread_travel(const Model& model, double threshold, doubl
   bool changed = false;
   for (bool again = true; again;) {
     again = false;
+    std::pair<int, int> last{-1, -1};
     for (const collision::Candidate& c : candidates_) {
+      const std::pair pair(c.geometry_a, c.geometry_b);
+      if (pair == last) continue;  // done with the one before
+      last = pair;
       const int bodies[2] = {model.geometries()[c.geometry_a].body,
                              model.geometries()[c.geometry_b].body};
       const double travel = std::max(travel_[bodies[0]], travel_[bodies[1]]);
       if (travel < threshold) continue;
       const int fast = travel_[bodies[0]] >= travel_[bodies[1]] ? bodies[0] : bodies[1];
+      const int fast_tree = model.body(fast).tree;
       for (const int body : bodies) {
         if (body == 0) continue;
         const int index = model.body(body).tree;
-        if (index == model.body(fast).tree && travel < own_threshold) continue;
+        if (index == fast_tree && travel < own_threshold) continue;
         const Tree& tree = model.trees()[index];
         for (int k = tree.body_begin; k < tree.body_end; ++k) {
           if (travel_[k] >= travel) continue;
