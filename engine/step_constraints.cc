@@ -204,7 +204,8 @@ const VectorX& recover_overlaps(const Model& model, const SimulationOptions& opt
                                 Workspace::Impl& ws, VectorX& w, StepReport& report) {
   while (find_displacement(model, settings, w, ws, report)) {
     // What the displacement runs into gets rows as well. The velocity does not lead there, so that
-    // they are without force: w stays, and the inverse need not know.
+    // they are without force: w stays as it is but for that (parked_contacts.h), and the inverse
+    // need not know.
     if (!ws.finder.find_reached_contacts(model, options, ws.displacement, ws.data, ws.constraints))
       return ws.displacement;
     solve_again(model, settings, options.time_step, state, ws, w, report);
