@@ -6,6 +6,8 @@
 #include "counterpoint/engine/closures.h"
 #include "counterpoint/engine/contact_law.h"
 #include "counterpoint/engine/joint_limits.h"
+#include "counterpoint/engine/kinematics.h"
+#include "counterpoint/engine/parked_contacts.h"
 #include "counterpoint/engine/velocity_limits.h"
 #include "counterpoint/model/rotation.h"
 
@@ -82,26 +84,6 @@ void find_mimics(const Model& model, const SimulationOptions& options, const Vec
   }
 }
 
-/// How much farther along n the point of a body at `arm` from its origin goes within the step than
-/// its velocity times h says, if the body keeps turning as it does.
-double turning_advance(const Vector3& n, const Vector3& angular, const Vector3& arm, double h) {
-  const Vector3 angle = h * angular;
-  return n.dot(quaternion_exp(angle) * arm - arm - angle.cross(arm));
-}
-
-/// The gap a contact may close by velocity times h: less than it is where turning brings the two
-/// surfaces closer than that product says, as a rod's end that comes over.
-double gap_less_turning(const PairConstraint& contact, double gap, const Data& data, double h) {
-  if (!(gap > 0.0)) return gap;
-  const auto advance = [&](int body) {
-    if (body == 0) return 0.0;
-    return turning_advance(contact.frame.col(0), data.V[body].angular,
-                           contact.position - data.X_WB[body].translation, h);
-  };
-  const double closer = advance(contact.body_a) - advance(contact.body_b);
-  return std::max(gap - std::max(closer, 0.0), 0.0);
-}
-
 }  // namespace
 
 ConstraintFinder::ConstraintFinder(const Model& model, InverseWeights weights)
@@ -113,7 +95,10 @@ ConstraintFinder::ConstraintFinder(const Model& model, InverseWeights weights)
       margin_(model.num_bodies(), 0.0),
       limited_(list_limited_bodies(model)),
       speed_limits_(list_speed_limits(model)),
-      acceleration_(model.closures().empty() ? 0 : model.num_bodies()) {
+      acceleration_(model.closures().empty() ? 0 : model.num_bodies()),
+      V_(model.num_bodies()),
+      turn_(model.num_bodies()),
+      turn_known_(model.num_bodies(), 0) {
   for (int i = 1; i < model.num_bodies(); ++i) {
     const Body& body = model.body(i);
     for (int k = body.v_index; k < body.v_index + joint_nv(body.joint_type); ++k)
@@ -142,9 +127,19 @@ void ConstraintFinder::find(const Model& model, const SimulationOptions& options
 
 bool ConstraintFinder::find_overrun(const Model& model, const SimulationOptions& options,
                                     EffectSet effects, const VectorRef& q, const VectorRef& v,
-                                    const VectorRef& w, ConstraintSet& out, Idle idle) {
-  return effects.has(Effect::kLimits) &&
-         find_overrun_limits(model, options, limited_, q, v, w, weights_, idle, out);
+                                    const VectorRef& w, const Data& data, ConstraintSet& out,
+                                    Idle idle) {
+  const bool limits = effects.has(Effect::kLimits) &&
+                      find_overrun_limits(model, options, limited_, q, v, w, weights_, idle, out);
+  return find_reached_contacts(model, options, w, data, out) || limits;
+}
+
+bool ConstraintFinder::find_reached_contacts(const Model& model, const SimulationOptions& options,
+                                             const VectorRef& w, const Data& data,
+                                             ConstraintSet& out) {
+  if (out.parked.empty()) return false;
+  compute_body_velocities(model, w, data, V_);
+  return find_overrun_contacts(options.contact, options.time_step, data, V_, out);
 }
 
 void ConstraintFinder::find_candidates(const Model& model, const SimulationOptions& options,
@@ -179,19 +174,26 @@ void ConstraintFinder::find_candidates(const Model& model, const SimulationOptio
 /// may go as fast. False if none is that fast (threshold [m]; for the fast one's own tree, whose
 /// slack knows of impacts elsewhere in it, own_threshold), or nothing changed.
 bool ConstraintFinder::spread_travel(const Model& model, double threshold, double own_threshold) {
+  const auto fast_enough = [&](double travel) { return !(travel < threshold); };
+  if (std::none_of(travel_.begin(), travel_.end(), fast_enough)) return false;
   bool changed = false;
   for (bool again = true; again;) {
     again = false;
+    std::pair<int, int> last{-1, -1};
     for (const collision::Candidate& c : candidates_) {
+      const std::pair pair(c.geometry_a, c.geometry_b);
+      if (pair == last) continue;  // done with the one before
+      last = pair;
       const int bodies[2] = {model.geometries()[c.geometry_a].body,
                              model.geometries()[c.geometry_b].body};
       const double travel = std::max(travel_[bodies[0]], travel_[bodies[1]]);
       if (travel < threshold) continue;
       const int fast = travel_[bodies[0]] >= travel_[bodies[1]] ? bodies[0] : bodies[1];
+      const int fast_tree = model.body(fast).tree;
       for (const int body : bodies) {
         if (body == 0) continue;
         const int index = model.body(body).tree;
-        if (index == model.body(fast).tree && travel < own_threshold) continue;
+        if (index == fast_tree && travel < own_threshold) continue;
         const Tree& tree = model.trees()[index];
         for (int k = tree.body_begin; k < tree.body_end; ++k) {
           if (travel_[k] >= travel) continue;
@@ -226,11 +228,41 @@ void count_contact(const Material& pair, EffectCounts& counts) {
 
 }  // namespace
 
+/// How much farther along n the point of a body at `arm` from its origin goes within the step than
+/// its velocity times h says, if the body keeps turning as it does.
+double ConstraintFinder::turning_advance(const Vector3& n, const Vector3& arm, double h, int body,
+                                         const Data& data) {
+  if (body == 0) return 0.0;
+  const Vector3 angle = h * data.V[body].angular;
+  if (!turn_known_[body]) {
+    turn_known_[body] = 1;
+    turn_[body] = quaternion_exp(angle);
+  }
+  return n.dot(turn_[body] * arm - arm - angle.cross(arm));
+}
+
+/// The gap a contact may close by velocity times h: less than it is where turning brings the two
+/// surfaces closer than that product says, as a rod's end that comes over.
+double ConstraintFinder::gap_less_turning(const PairConstraint& contact, double gap, double h,
+                                          const Data& data) {
+  if (!(gap > 0.0)) return gap;
+  const auto advance = [&](int body) {
+    return turning_advance(contact.frame.col(0), contact.position - data.X_WB[body].translation, h,
+                           body, data);
+  };
+  const double closer = advance(contact.body_a) - advance(contact.body_b);
+  return std::max(gap - std::max(closer, 0.0), 0.0);
+}
+
 void ConstraintFinder::find_contacts(const Model& model, const SimulationOptions& options,
                                      EffectSet effects, const Data& data, ConstraintSet& out,
                                      EffectCounts& counts, Idle idle) {
   const double h = options.time_step;
   find_candidates(model, options, effects, data, idle);
+  // The midpoint rule takes contacts at a velocity that is found elsewhere than at q.
+  const bool parks = options.integrator == Integrator::kSemiImplicitEuler;
+  std::fill(turn_known_.begin(), turn_known_.end(), 0);
+  const double parking_gap = counterpoint::parking_gap(options.contact, h);
   Material material;
   std::pair<int, int> last{-1, -1};  // candidates come pair by pair
   for (collision::Candidate& candidate : candidates_) {
@@ -253,20 +285,27 @@ void ConstraintFinder::find_contacts(const Model& model, const SimulationOptions
     const Matrix3 t1_t2_n = frame_from_normal(candidate.normal);
     contact.frame << t1_t2_n.col(2), t1_t2_n.col(0), t1_t2_n.col(1);
     contact.law.rows = 3;
-    const Vector3 v = relative_velocity(contact, data, data.V);
-    const double gap = gap_less_turning(contact, candidate.gap, data, h);
+    const contact::Rows v = relative_velocity(contact, data, data.V);
+    const double gap = gap_less_turning(contact, candidate.gap, h, data);
     contact.gap_bias = gap_bias(options.contact, h, gap);
     // What rests shows half a step of falling in the midpoint rule; that is no approach.
     Material surface = material;
     if (options.integrator == Integrator::kImplicitMidpoint && gap <= touching_gap(options.contact))
       surface.restitution = 0.0;
     contact.law = make_contact_law(law_options(options, alpha, weights_.total_mass), h, surface,
-                                   alpha, gap, v);
+                                   alpha, gap, Vector3(v));
     count_contact(material, counts);
+    if (parks && !is_near(contact, v, parking_gap, h) && !idle(a.body) && !idle(b.body)) {
+      out.parked.push_back({candidate, contact});
+      continue;
+    }
     out.max_penetration = std::max(out.max_penetration, -candidate.gap);
     out.contacts.push_back(candidate);
     out.pairs.push_back(contact);
   }
+  // Room for those that will get rows, so that it is the candidates' number that has to be seen.
+  out.contacts.reserve(out.contacts.size() + out.parked.size());
+  out.pairs.reserve(out.pairs.size() + out.parked.size() + model.closures().size());
 }
 
 contact::Rows relative_velocity(const PairConstraint& pair, const Data& data,

@@ -35,12 +35,19 @@ struct JointConstraint {
   double gap_bias = std::numeric_limits<double>::quiet_NaN();
 };
 
+/// A contact candidate without rows (parked_contacts.h).
+struct ParkedContact {
+  collision::Candidate candidate;
+  PairConstraint pair;
+};
+
 struct ConstraintSet {
   std::vector<collision::Candidate> contacts;
   /// First the contacts, one each, then those of `closures`.
   std::vector<PairConstraint> pairs;
   std::vector<int> closures;  ///< index into Model::closures, one for each pair behind the contacts
   std::vector<JointConstraint> joints;
+  std::vector<ParkedContact> parked;
   double max_penetration = 0.0;  ///< [m]
 
   bool empty() const { return pairs.empty() && joints.empty(); }
@@ -49,6 +56,7 @@ struct ConstraintSet {
     pairs.clear();
     closures.clear();
     joints.clear();
+    parked.clear();
     max_penetration = 0.0;
   }
 };
@@ -95,10 +103,15 @@ class ConstraintFinder {
             EffectCounts& counts, Idle idle = {});
 
   /// Adds to what find() found what the velocity w (nv) that a step came to runs into from afar
-  /// (joint_limits.h); for w that are a solution with it, nothing. False if nothing was added.
+  /// (joint_limits.h, parked_contacts.h); for w that are a solution with it, nothing. False if
+  /// nothing was added. Where contacts are parked it needs the poses of find().
   bool find_overrun(const Model& model, const SimulationOptions& options, EffectSet effects,
-                    const VectorRef& q, const VectorRef& v, const VectorRef& w, ConstraintSet& out,
-                    Idle idle = {});
+                    const VectorRef& q, const VectorRef& v, const VectorRef& w, const Data& data,
+                    ConstraintSet& out, Idle idle = {});
+
+  /// The part of find_overrun that is about contacts.
+  bool find_reached_contacts(const Model& model, const SimulationOptions& options,
+                             const VectorRef& w, const Data& data, ConstraintSet& out);
 
   /// Radius [m] of each body's geometry about the body origin.
   const std::vector<double>& radii() const { return radius_; }
@@ -111,6 +124,9 @@ class ConstraintFinder {
   bool spread_travel(const Model& model, double threshold, double own_threshold);
   void find_contacts(const Model& model, const SimulationOptions& options, EffectSet effects,
                      const Data& data, ConstraintSet& out, EffectCounts& counts, Idle idle);
+  double turning_advance(const Vector3& n, const Vector3& arm, double h, int body,
+                         const Data& data);
+  double gap_less_turning(const PairConstraint& contact, double gap, double h, const Data& data);
 
   InverseWeights weights_;
   collision::Collider collider_;
@@ -123,6 +139,9 @@ class ConstraintFinder {
   std::vector<int> limited_;        ///< bodies whose joint has a limit
   std::vector<SpeedLimit> speed_limits_;
   std::vector<Motion> acceleration_;  ///< scratch of closures
+  std::vector<Motion> V_;             ///< bodies' velocities at the end of a step
+  std::vector<Quaternion> turn_;      ///< of each body within the step at its velocity, where known
+  std::vector<char> turn_known_;
 };
 
 /// Velocity of B relative to A in the rows of a constraint [m/s, rad/s], from the bodies' V_WB

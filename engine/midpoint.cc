@@ -91,8 +91,8 @@ void step_midpoint(const Model& model, const SimulationOptions& options, EffectS
   next.time = state.time + h;
   if (!report.succeeded()) return;
   ws.middle = next.v;
-  if (!ws.constraints.empty() ||
-      ws.finder.find_overrun(model, options, effects, state.q, state.v, next.v, ws.constraints)) {
+  if (!ws.constraints.empty() || ws.finder.find_overrun(model, options, effects, state.q, state.v,
+                                                        next.v, ws.data, ws.constraints)) {
     const BodyRange all = moving_bodies(model);
     compute_kinematics(model, state.q, state.v, {&all, 1}, ws.data);
     widen_diagonal(model, effects, ws);

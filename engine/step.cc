@@ -37,9 +37,10 @@ void step_euler(const Model& model, const SimulationOptions& options, EffectSet 
   if (report.succeeded())
     solve_constraints(model, options, effects, settings, state, ws, next.v, report);
   const bool constrained = !ws.constraints.empty();
-  const VectorX& displacement = report.succeeded() && constrained
-                                    ? recover_overlaps(model, settings, next.v, ws, report)
-                                    : next.v;
+  const VectorX& displacement =
+      report.succeeded() && constrained
+          ? recover_overlaps(model, options, settings, state, ws, next.v, report)
+          : next.v;
   ws.sleepers.find_islands(model, ws.constraints);
   next.q = state.q;
   next.time = state.time + h;

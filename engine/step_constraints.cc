@@ -1,9 +1,12 @@
 #include "counterpoint/engine/step_constraints.h"
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "counterpoint/engine/contact_memory.h"
 #include "counterpoint/engine/culprit.h"
+#include "counterpoint/engine/parked_contacts.h"
 #include "counterpoint/engine/step_forces.h"
 
 namespace counterpoint {
@@ -11,6 +14,10 @@ namespace {
 
 void grow(VectorX& v, int size) {
   if (v.size() < size) v.resize(size);
+}
+
+void grow_keeping(VectorX& v, int size) {
+  if (v.size() < size) v.conservativeResize(size);
 }
 
 /// Calls visit(of_tree, of_block) for the velocities of every tree that constraints touch: where
@@ -45,20 +52,49 @@ void soften_problem(const Model& model, const Softening& softening, Workspace::I
   });
 }
 
-/// Poses the problem of the constraints found, of free velocities w (nv), and solves it: into ws.w,
-/// ws.impulse.
+/// Where the rows of the contacts end in a problem, and all rows.
+struct RowRange {
+  int contacts_end = 0, end = 0;
+};
+
+RowRange row_range(const Workspace::Impl& ws) {
+  const int contacts = static_cast<int>(ws.posed_contacts), end = ws.problem.num_rows();
+  return {contacts < ws.problem.num_constraints() ? ws.problem.first_row(contacts) : end, end};
+}
+
+/// Moves the impulses found to the rows of a problem that has more of them: contacts behind the
+/// contacts, limits at the end. Nothing is known of those.
+void move_impulses(const RowRange& before, const RowRange& now, VectorX& impulse) {
+  double* f = impulse.data();
+  const int others = before.end - before.contacts_end;
+  std::copy_backward(f + before.contacts_end, f + before.end, f + now.contacts_end + others);
+  constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+  std::fill(f + before.contacts_end, f + now.contacts_end, kUnknown);
+  std::fill(f + now.contacts_end + others, f + now.end, kUnknown);
+}
+
+/// Poses the problem of the constraints found, of free velocities (nv), and solves it: into ws.w,
+/// ws.impulse. The guess is what was found with fewer constraints, velocities `found` (nv) and
+/// ws.impulse, or if that is null what the last step knows.
 const contact::Report& pose_and_solve(const Model& model, contact::Settings settings, double h,
-                                      const State& state, const VectorX& w,
+                                      const State& state, const VectorX& free, const VectorX* found,
                                       const Softening& softening, Workspace::Impl& ws) {
-  assemble_problem(model, ws.constraints, w, ws.diagonal, ws.data, ws.block_of_tree, ws.problem);
+  const RowRange before = row_range(ws);
+  assemble_problem(model, ws.constraints, free, ws.diagonal, ws.data, ws.block_of_tree, ws.problem);
+  ws.posed_contacts = ws.constraints.contacts.size();
   soften_problem(model, softening, ws);
   grow(ws.w, ws.problem.num_velocities());
-  grow(ws.impulse, ws.problem.num_rows());
+  grow_keeping(ws.impulse, ws.problem.num_rows());
+  const VectorX& guess = found != nullptr ? *found : state.v;
   for_each_touched(model, ws,
-                   [&](auto in_tree, auto in_block) { ws.w(in_block) = state.v(in_tree); });
+                   [&](auto in_tree, auto in_block) { ws.w(in_block) = guess(in_tree); });
   Eigen::Ref<VectorX> solution = ws.w.head(ws.problem.num_velocities());
   Eigen::Ref<VectorX> impulse = ws.impulse.head(ws.problem.num_rows());
-  recall_impulses(ws.constraints, ws.data, h, state.memory, ws.problem, impulse);
+  if (found != nullptr) {
+    move_impulses(before, row_range(ws), ws.impulse);
+  } else {
+    recall_impulses(ws.constraints, ws.data, h, state.memory, ws.problem, impulse);
+  }
   settings.warm = true;
   return ws.solver.solve(ws.problem, settings, solution, impulse);
 }
@@ -66,13 +102,17 @@ const contact::Report& pose_and_solve(const Model& model, contact::Settings sett
 /// Several islands that need softer laws get them together, and then may need still softer ones.
 constexpr int kMostSoftenings = 4;
 
-/// Replaces the velocities of the touched trees in w (nv), those without constraints, by the
-/// solution of the contact problem.
+/// So many times only the contacts run into get rows, then all that are parked.
+constexpr int kMostOverruns = 2;
+
+/// Replaces the velocities of the touched trees in w (nv) by the solution of the contact problem of
+/// free velocities `free` (nv), which may be w. found: as in pose_and_solve.
 void solve_found(const Model& model, const contact::Settings& settings, double h,
-                 const State& state, Workspace::Impl& ws, VectorX& w, StepReport& report) {
+                 const State& state, const VectorX& free, const VectorX* found, Workspace::Impl& ws,
+                 VectorX& w, StepReport& report) {
   for (int i = 0;; ++i) {
-    const contact::Report& solved =
-        pose_and_solve(model, settings, h, state, w, report.softening, ws);
+    const contact::Report& solved = pose_and_solve(model, settings, h, state, free,
+                                                   i == 0 ? found : nullptr, report.softening, ws);
     report.status = solved.status;
     report.newton_iterations += solved.iterations;
     report.residual = solved.residual;
@@ -92,6 +132,32 @@ void solve_found(const Model& model, const contact::Settings& settings, double h
   report_failure(model, ws.problem, ws.w.head(ws.problem.num_velocities()),
                  ws.impulse.head(ws.problem.num_rows()), ws, report);
   for_each_touched(model, ws, [&](auto in_tree, auto in_block) { w(in_tree) = ws.w(in_block); });
+}
+
+/// The same once a problem is solved and more constraints were found.
+void solve_again(const Model& model, const contact::Settings& settings, double h,
+                 const State& state, Workspace::Impl& ws, VectorX& w, StepReport& report) {
+  ws.displacement = w;
+  for_each_touched(model, ws, [&](auto in_tree, auto in_block) {
+    ws.displacement(in_tree) = ws.problem.free_velocity()(in_block);
+  });
+  solve_found(model, settings, h, state, ws.displacement, &w, ws, w, report);
+}
+
+/// Velocities that positions change by, into ws.displacement. False if they are w (nv).
+bool find_displacement(const Model& model, const contact::Settings& settings, const VectorX& w,
+                       Workspace::Impl& ws, StepReport& report) {
+  const Recovery::Found found = ws.recovery.find(ws.constraints, ws.problem, settings,
+                                                 ws.w.head(ws.problem.num_velocities()));
+  if (!found.needed) return false;
+  report.newton_iterations += found.iterations;
+  // Overlaps that cannot be corrected in this step are left to the next one.
+  if (!contact::succeeded(found.status)) return false;
+  ws.displacement = w;
+  for_each_touched(model, ws, [&](auto in_tree, auto in_block) {
+    ws.displacement(in_tree) += ws.recovery.velocity()(in_block);
+  });
+  return true;
 }
 
 }  // namespace
@@ -114,34 +180,38 @@ void find_constraints(const Model& model, const SimulationOptions& options, Effe
 void solve_constraints(const Model& model, const SimulationOptions& options, EffectSet effects,
                        const contact::Settings& settings, const State& state, Workspace::Impl& ws,
                        VectorX& w, StepReport& report) {
+  const double h = options.time_step;
   bool solved = !ws.constraints.empty();
-  if (solved) solve_found(model, settings, options.time_step, state, ws, w, report);
-  // Each time a row more, and there are as many as limits.
-  while (report.succeeded() && ws.finder.find_overrun(model, options, effects, state.q, state.v, w,
-                                                      ws.constraints, ws.sleepers.idle_bodies())) {
+  if (solved) solve_found(model, settings, h, state, w, nullptr, ws, w, report);
+  // Each time a row more, and there are as many as limits and parked contacts. An impact that is
+  // passed on from body to body is not followed through their contacts one by one.
+  for (int round = 0; report.succeeded() &&
+                      ws.finder.find_overrun(model, options, effects, state.q, state.v, w, ws.data,
+                                             ws.constraints, ws.sleepers.idle_bodies());
+       ++round) {
+    if (round >= kMostOverruns) unpark_all(ws.constraints);
     if (solved) {
-      for_each_touched(model, ws, [&](auto in_tree, auto in_block) {
-        w(in_tree) = ws.problem.free_velocity()(in_block);
-      });
+      solve_again(model, settings, h, state, ws, w, report);
+    } else {
+      solve_found(model, settings, h, state, w, nullptr, ws, w, report);
     }
-    solve_found(model, settings, options.time_step, state, ws, w, report);
     solved = true;
   }
 }
 
-const VectorX& recover_overlaps(const Model& model, const contact::Settings& settings,
-                                const VectorX& w, Workspace::Impl& ws, StepReport& report) {
-  const Recovery::Found found = ws.recovery.find(ws.constraints, ws.problem, settings,
-                                                 ws.w.head(ws.problem.num_velocities()));
-  if (!found.needed) return w;
-  report.newton_iterations += found.iterations;
-  // Overlaps that cannot be corrected in this step are left to the next one.
-  if (!contact::succeeded(found.status)) return w;
-  ws.displacement = w;
-  for_each_touched(model, ws, [&](auto in_tree, auto in_block) {
-    ws.displacement(in_tree) += ws.recovery.velocity()(in_block);
-  });
-  return ws.displacement;
+const VectorX& recover_overlaps(const Model& model, const SimulationOptions& options,
+                                const contact::Settings& settings, const State& state,
+                                Workspace::Impl& ws, VectorX& w, StepReport& report) {
+  while (find_displacement(model, settings, w, ws, report)) {
+    // What the displacement runs into gets rows as well. The velocity does not lead there, so that
+    // they are without force: w stays as it is but for that (parked_contacts.h), and the inverse
+    // need not know.
+    if (!ws.finder.find_reached_contacts(model, options, ws.displacement, ws.data, ws.constraints))
+      return ws.displacement;
+    solve_again(model, settings, options.time_step, state, ws, w, report);
+    if (!report.succeeded()) break;
+  }
+  return w;
 }
 
 }  // namespace counterpoint

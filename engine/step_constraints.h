@@ -11,15 +11,17 @@ void find_constraints(const Model& model, const SimulationOptions& options, Effe
                       const State& state, Workspace::Impl& ws);
 
 /// Replaces the velocities of the touched trees in w (nv) by the solution of the contact problem,
-/// and adds to ws.constraints what that solution shows to be missing (joint_limits.h). Without
-/// constraints w stays. Needs ws.data and ws.diagonal as they are for M.
+/// and adds to ws.constraints what that solution shows to be missing (joint_limits.h,
+/// parked_contacts.h). Without constraints w stays. Needs ws.data and ws.diagonal as they are for
+/// M.
 void solve_constraints(const Model& model, const SimulationOptions& options, EffectSet effects,
                        const contact::Settings& settings, const State& state, Workspace::Impl& ws,
                        VectorX& w, StepReport& report);
 
 /// The velocities that the bodies are displaced with: w, or where they overlap too far w + p
-/// (recovery.h). After solve_constraints.
-const VectorX& recover_overlaps(const Model& model, const contact::Settings& settings,
-                                const VectorX& w, Workspace::Impl& ws, StepReport& report);
+/// (recovery.h). After solve_constraints; what w + p runs into is added, and w found again with it.
+const VectorX& recover_overlaps(const Model& model, const SimulationOptions& options,
+                                const contact::Settings& settings, const State& state,
+                                Workspace::Impl& ws, VectorX& w, StepReport& report);
 
 }  // namespace counterpoint

@@ -134,7 +134,7 @@ void find_contact_velocity(const Model& model, const SimulationOptions& options,
   } else if (midpoint) {
     ws.next_middle = 0.5 * (v + v_next);  // which it is without constraints
   }
-  ws.finder.find_overrun(model, options, effects, q, v, ws.next_middle, ws.constraints);
+  ws.finder.find_overrun(model, options, effects, q, v, ws.next_middle, ws.data, ws.constraints);
   if (!known && !ws.constraints.empty())
     throw InputError(
         "the inverse of implicit_midpoint needs q at the end of the step where there are "

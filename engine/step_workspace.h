@@ -68,6 +68,7 @@ struct Workspace::Impl {
   VectorX other;  ///< nv: what velocity-dependent forces are taken at beside w
   std::vector<int> block_of_tree;
   contact::Problem problem;
+  size_t posed_contacts = 0;  ///< the first of the problem's constraints are contacts
   contact::Solver solver;
   Recovery recovery;
   SoftenedTrees softened_trees;

@@ -15,6 +15,7 @@
 #include "counterpoint/engine/crba.h"
 #include "counterpoint/engine/energy.h"
 #include "counterpoint/engine/kinematics.h"
+#include "counterpoint/engine/parked_contacts.h"
 
 namespace counterpoint::apps {
 namespace {
@@ -62,6 +63,7 @@ void ImpactSolver::Impl::find(const VectorX& q, const VectorX& v) {
   compute_velocities(model, v, data);
   compute_inertias(model, data);
   finder.find(model, options, effects, q, v, data, constraints, counts);
+  unpark_all(constraints);
   touch();
 }
 

@@ -12,6 +12,7 @@
 #include "counterpoint/engine/crba.h"
 #include "counterpoint/engine/energy.h"
 #include "counterpoint/engine/kinematics.h"
+#include "counterpoint/engine/parked_contacts.h"
 #include "counterpoint/engine/step.h"
 #include "counterpoint/engine/trajectory.h"
 #include "median.h"
@@ -97,6 +98,7 @@ void Explainer::Impl::find_contacts(const VectorX& q, const VectorX& v, double i
   compute_velocities(model, v, data);
   compute_inertias(model, data);
   finder.find(model, contact, effects, q, v, data, constraints, effect_counts);
+  unpark_all(constraints);
   const size_t contacts = constraints.contacts.size();
   std::vector<PairConstraint> pairs;
   std::vector<collision::Candidate> candidates;

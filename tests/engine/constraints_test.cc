@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 
 #include "counterpoint/engine/contact_law.h"
+#include "counterpoint/engine/effects.h"
+#include "counterpoint/engine/kinematics.h"
 #include "counterpoint/engine/simulator.h"
 #include "support/small_scenes.h"
 
@@ -16,19 +18,30 @@ TEST(RestingReach, IsWhatTheAccelerationClosesWithinMarginAndSmoothing) {
   options.margin = 0.01;
   options.smoothing = 1e-13;
   EXPECT_EQ(resting_reach(options, 2e-3), 500.0 * 2e-3 * 2e-3);
-  EXPECT_EQ(resting_reach(options, 1e-2), 0.01);   // the margin
+  EXPECT_EQ(resting_reach(options, 1e-2), 0.01);  // the margin
   EXPECT_EQ(resting_reach(options, 1e-4), 500.0 * 1e-4 * 1e-4);
   EXPECT_DOUBLE_EQ(resting_reach(options, 1e-6), 1e-7);  // 1e6 smoothing lengths
   options.smoothing = 1e-3;
   EXPECT_EQ(resting_reach(options, 2e-3), 0.01);
 }
 
-int contacts_at(double height, double v_z, double acceleration) {
+/// Candidates, with rows or parked (parked_contacts.h).
+size_t contacts_at(double height, double v_z, double acceleration) {
   Scene scene = test::box_on_plane({.height = height});
   scene.options.time_step = 2e-3;
   scene.options.contact.reach_acceleration = acceleration;
   scene.v[2] = v_z;
-  return Simulator(std::move(scene)).step().contacts;
+  Data data(scene.model);
+  ConstraintFinder finder(scene.model, compute_inverse_weights(scene.model, data));
+  compute_poses(scene.model, scene.q, data);
+  compute_velocities(scene.model, scene.v, data);
+  ConstraintSet found;
+  EffectCounts counts;
+  const EffectSet effects =
+      active_effects(called_for(scene.model, finder.collider()), scene.options.effects);
+  finder.find(scene.model, scene.options, effects, scene.q, scene.v, data, found, counts);
+  EXPECT_EQ(found.contacts.size(), found.pairs.size());
+  return found.contacts.size() + found.parked.size();
 }
 
 // h^2 a = 2 mm at 2 ms, and h^2 g = 0.04 mm; a speed v adds 2 h |v|.
