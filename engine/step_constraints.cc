@@ -106,11 +106,14 @@ constexpr int kMostSoftenings = 4;
 constexpr int kMostOverruns = 2;
 
 /// Replaces the velocities of the touched trees in w (nv) by the solution of the contact problem of
-/// free velocities `free` (nv), which may be w. found: as in pose_and_solve.
+/// free velocities `free` (nv), which may be w. found: as in pose_and_solve. extended: there are
+/// constraints that the inverse, which knows but the last velocity, may not find: they are without
+/// force, but tie islands together, so that softer laws are then those of all that moves.
 void solve_found(const Model& model, const contact::Settings& settings, double h,
-                 const State& state, const VectorX& free, const VectorX* found, Workspace::Impl& ws,
-                 VectorX& w, StepReport& report) {
+                 const State& state, const VectorX& free, const VectorX* found, bool extended,
+                 Workspace::Impl& ws, VectorX& w, StepReport& report) {
   for (int i = 0;; ++i) {
+    if (extended) report.softening.tree = -1;
     const contact::Report& solved = pose_and_solve(model, settings, h, state, free,
                                                    i == 0 ? found : nullptr, report.softening, ws);
     report.status = solved.status;
@@ -122,13 +125,14 @@ void solve_found(const Model& model, const contact::Settings& settings, double h
     if (i + 1 == kMostSoftenings) report.softening.factor = -std::abs(report.softening.factor);
     // One island was solved with what the report says; several are solved once more together.
     if (i == kMostSoftenings) break;
-    if (first && solved.softened.size() == 1) {
+    if (first && !extended && solved.softened.size() == 1) {
       soften_problem(model, report.softening, ws);
       break;
     }
   }
   if (report.softening.any() && report.status == contact::Status::kConverged)
     report.status = contact::Status::kSoftened;
+  if (extended) report.softening.tree = -1;
   report_failure(model, ws.problem, ws.w.head(ws.problem.num_velocities()),
                  ws.impulse.head(ws.problem.num_rows()), ws, report);
   for_each_touched(model, ws, [&](auto in_tree, auto in_block) { w(in_tree) = ws.w(in_block); });
@@ -141,7 +145,7 @@ void solve_again(const Model& model, const contact::Settings& settings, double h
   for_each_touched(model, ws, [&](auto in_tree, auto in_block) {
     ws.displacement(in_tree) = ws.problem.free_velocity()(in_block);
   });
-  solve_found(model, settings, h, state, ws.displacement, &w, ws, w, report);
+  solve_found(model, settings, h, state, ws.displacement, &w, true, ws, w, report);
 }
 
 /// Velocities that positions change by, into ws.displacement. False if they are w (nv).
@@ -182,7 +186,7 @@ void solve_constraints(const Model& model, const SimulationOptions& options, Eff
                        VectorX& w, StepReport& report) {
   const double h = options.time_step;
   bool solved = !ws.constraints.empty();
-  if (solved) solve_found(model, settings, h, state, w, nullptr, ws, w, report);
+  if (solved) solve_found(model, settings, h, state, w, nullptr, false, ws, w, report);
   // Each time a row more, and there are as many as limits and parked contacts. An impact that is
   // passed on from body to body is not followed through their contacts one by one.
   for (int round = 0; report.succeeded() &&
@@ -193,7 +197,7 @@ void solve_constraints(const Model& model, const SimulationOptions& options, Eff
     if (solved) {
       solve_again(model, settings, h, state, ws, w, report);
     } else {
-      solve_found(model, settings, h, state, w, nullptr, ws, w, report);
+      solve_found(model, settings, h, state, w, nullptr, true, ws, w, report);
     }
     solved = true;
   }
