@@ -1,5 +1,5 @@
-// A convex friction cone at one velocity: the spectral decomposition that impulse, potential, Hessian
-// and sensitivities share. Internal to the law.
+// A convex friction cone at one velocity: the spectral decomposition that impulse, potential,
+// Hessian and sensitivities share. Internal to the law.
 #pragma once
 
 #include <algorithm>

@@ -46,8 +46,8 @@ Law contact_law(const ContactSpaceProblem& problem, const ContactSpaceOptions& o
 double relative_asymmetry(const MatrixX& A);
 
 /// Solves for f and v. Errors are in the report: kNotFinite for NaN, kInvalidLaw for sizes or mu
-/// that make no sense. Laws are never softened, whatever the settings say: the inverse knows those of
-/// `options` alone.
+/// that make no sense. Laws are never softened, whatever the settings say: the inverse knows those
+/// of `options` alone.
 ContactSpaceSolution solve_contact_space(const ContactSpaceProblem& problem,
                                          const ContactSpaceOptions& options,
                                          const Settings& settings);

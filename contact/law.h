@@ -50,8 +50,8 @@ struct Slope {
 /// First and second derivative of l along d at y (`coulomb`: of the power -f . d).
 Slope slope(const Law& law, const double* y, const double* d);
 
-/// |z_T| = |(mu_1 y_1, mu_2 y_2, ...)| [m/s]: what De Saxce's form of exact Coulomb friction adds to
-/// the normal velocity, and what a lagged bias takes from the last velocity.
+/// |z_T| = |(mu_1 y_1, mu_2 y_2, ...)| [m/s]: what De Saxce's form of exact Coulomb friction adds
+/// to the normal velocity, and what a lagged bias takes from the last velocity.
 double de_saxce_shift(const Law& law, const double* y);
 
 /// Rows, regularizer, smoothing, friction and bound make sense for the type: a law one can solve.

@@ -30,7 +30,7 @@ struct Settings {
   /// Newton steps after which an island is solved with softer laws (Status::kSoftened); 0: never,
   /// what cannot be solved then fails.
   int soften_after = 120;
-  bool warm = false;           ///< the impulses given to solve() are a guess
+  bool warm = false;  ///< the impulses given to solve() are a guess
   /// For tests and measurements: one method, all islands as one, how M + J'GJ is stored.
   std::optional<Method> only;  ///< this method alone, finished by Newton's
   bool split_islands = true;
@@ -77,7 +77,7 @@ struct Report {
     Softness softness;
   };
   std::vector<Softened> softened;
-  double residual = 0.0;            ///< relative, at the end, the largest over the islands
+  double residual = 0.0;  ///< relative, at the end, the largest over the islands
   std::vector<double>
       residual_history;  ///< relative, where Newton's method on velocities was; steps of other
                          ///< methods are counted, not listed; island with most steps
