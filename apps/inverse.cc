@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "command.h"
+#include "contact_table.h"
 #include "counterpoint/engine/integrator.h"
 #include "counterpoint/engine/step.h"
 #include "counterpoint/engine/trajectory.h"
@@ -63,50 +64,34 @@ void add_extremes(const Model& model, const Trajectory& trajectory, int step, do
 /// The two tables of the inverse, each only if asked for.
 class Output {
  public:
-  Output(const Arguments& arguments, const Model& model) : model_(model) {
+  Output(const Arguments& arguments, const Model& model) {
     if (!arguments.output.empty()) {
       std::vector<std::string> columns{"time", "time_step"};
       const CoordinateNames names = coordinate_names(model);
       columns.insert(columns.end(), names.force.begin(), names.force.end());
       forces_ = std::make_unique<CsvWriter>(arguments.output, columns);
     }
-    if (!arguments.contacts.empty()) {
-      contacts_ = std::make_unique<CsvWriter>(
-          arguments.contacts,
-          std::vector<std::string>{"time", "geometry_a", "geometry_b", "x", "y", "z", "nx", "ny",
-                                   "nz", "gap", "fx", "fy", "fz"});
-    }
+    if (!arguments.contacts.empty())
+      contacts_ = std::make_unique<ContactTable>(arguments.contacts, model);
   }
 
   void write(double time, double time_step, const Inverse& inverse) {
-    if (forces_) {
-      forces_->number(time);
-      forces_->number(time_step);
-      for (const double force : inverse.applied_force) forces_->number(force);
-      forces_->end_row();
-    }
-    if (!contacts_) return;
-    for (const ContactForce& contact : inverse.contacts) {
-      const collision::Candidate& where = contact.contact;
-      contacts_->number(time);
-      contacts_->text(model_.geometries()[where.geometry_a].name);
-      contacts_->text(model_.geometries()[where.geometry_b].name);
-      for (const double x : where.position) contacts_->number(x);
-      for (const double x : where.normal) contacts_->number(x);
-      contacts_->number(where.gap);
-      for (const double x : contact.force) contacts_->number(x);
-      contacts_->end_row();
-    }
+    if (contacts_) contacts_->add_step(time, inverse);
+    if (!forces_) return;
+    forces_->number(time);
+    forces_->number(time_step);
+    for (const double force : inverse.applied_force) forces_->number(force);
+    forces_->end_row();
   }
 
   void finish() {
     if (forces_) forces_->flush();
-    if (contacts_) contacts_->flush();
+    if (contacts_) contacts_->finish();
   }
 
  private:
-  const Model& model_;
-  std::unique_ptr<CsvWriter> forces_, contacts_;
+  std::unique_ptr<CsvWriter> forces_;
+  std::unique_ptr<ContactTable> contacts_;
 };
 
 int inverse(Arguments& arguments) {

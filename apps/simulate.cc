@@ -10,11 +10,13 @@
 
 #include "applied_inputs.h"
 #include "command.h"
+#include "contact_table.h"
 #include "counterpoint/engine/effort_limits.h"
 #include "counterpoint/engine/simulator.h"
 #include "counterpoint/engine/state_file.h"
 #include "counterpoint/engine/trajectory.h"
 #include "failure.h"
+#include "interrupt.h"
 #include "progress.h"
 #include "report.h"
 #include "run_watch.h"
@@ -33,7 +35,7 @@ struct Arguments {
   std::optional<double> duration, time_step;
   std::string adaptive;  ///< tolerance, "off", or empty: as the scene says
   std::optional<double> event_tolerance, wall_limit;
-  std::string output, save_state, resume;
+  std::string output, contacts, save_state, resume;
   bool changed_scene = false, strict = false;
   InputArguments inputs;
   view::ViewOption view;
@@ -52,7 +54,13 @@ struct Tally {
   double wall_limit = std::numeric_limits<double>::infinity();
   std::unique_ptr<RunWatch> watch;  ///< only where a report is wanted: it costs some time a step
 
-  bool out_of_time() const { return wall_seconds > wall_limit; }
+  bool interrupted = false;  ///< by Ctrl-C
+
+  /// The run is to end here.
+  bool stops() {
+    interrupted = Interrupt::wanted();
+    return interrupted || wall_seconds > wall_limit;
+  }
   /// `seconds`: processor time of the step.
   void add(const StepReport& step, double start_time, double seconds) {
     if (step.softening.any()) {
@@ -79,6 +87,7 @@ void apply_overrides(const Arguments& arguments, SimulationOptions& options) {
 struct Outputs {
   std::unique_ptr<TrajectoryWriter> writer;
   std::unique_ptr<view::ClipRecorder> recorder;
+  std::unique_ptr<ContactTable> contacts;
   bool any() const { return writer || recorder; }
 
   void step(const State& before, const Input& input, double h, const State& after,
@@ -100,7 +109,7 @@ std::optional<FailedStep> run(Simulator& simulator, AppliedInputs& inputs, Outpu
   std::optional<FailedStep> failed;
   State before;
   Progress progress("simulating", static_cast<int>(steps));
-  for (long k = 0; k < steps && !failed && !tally.out_of_time(); ++k) {
+  for (long k = 0; k < steps && !failed && !tally.stops(); ++k) {
     inputs.set(simulator);
     if (outputs.any()) before = simulator.state();
     const double start_time = simulator.state().time;
@@ -116,6 +125,7 @@ std::optional<FailedStep> run(Simulator& simulator, AppliedInputs& inputs, Outpu
       failed = {k, simulator.state().time, step};
     } else {
       if (outputs.any()) outputs.step(before, simulator.input(), h, simulator.state(), step);
+      if (outputs.contacts) outputs.contacts->add_step(start_time, simulator.last_forces());
       if (tally.watch) tally.watch->after_step(h);
     }
     progress.update(static_cast<int>(k + 1));
@@ -133,7 +143,7 @@ std::optional<FailedStep> run_controlled(Simulator& simulator, AppliedInputs& in
   State before;
   constexpr int kParts = 1000;
   Progress progress("simulating", kParts);
-  while (simulator.state().time < end && !failed && !tally.out_of_time()) {
+  while (simulator.state().time < end && !failed && !tally.stops()) {
     inputs.set(simulator);
     before = simulator.state();
     const double landing = std::min(next_landing(*options.step_control, before.time, end),
@@ -154,6 +164,8 @@ std::optional<FailedStep> run_controlled(Simulator& simulator, AppliedInputs& in
       outputs.step(before, simulator.input(), 0.5 * step.step, simulator.middle(), step.first);
       outputs.step(simulator.middle(), simulator.input(), 0.5 * step.step, simulator.state(),
                    step.second);
+      if (outputs.contacts)
+        outputs.contacts->add_step(simulator.middle().time, simulator.last_forces());
       if (tally.watch) tally.watch->after_step(step.step);
     }
     progress.update(static_cast<int>(kParts * (simulator.state().time - start_time) /
@@ -186,7 +198,9 @@ void fill_report(const Tally& tally, double simulated_seconds, Report& report) {
 
 /// Why the run ended before its time without a step that failed; empty: it did not.
 std::string stopped(const Tally& tally, const Simulator& simulator) {
-  if (!tally.out_of_time()) return {};
+  if (tally.interrupted)
+    return fmt::format("stopped at {:.6g} s by Ctrl-C or SIGTERM", simulator.state().time);
+  if (!(tally.wall_seconds > tally.wall_limit)) return {};
   return fmt::format("stopped at {:.6g} s after {:g} s of wall time, as --wall-limit asks",
                      simulator.state().time, tally.wall_limit);
 }
@@ -253,7 +267,13 @@ int simulate(Arguments& arguments) {
   if (arguments.view.wanted())
     outputs.recorder =
         std::make_unique<view::ClipRecorder>(simulator.scene(), arguments.view.rate(), true);
+  if (!arguments.contacts.empty() && simulator.options().integrator == Integrator::kRungeKutta4)
+    throw InputError(
+        "--contacts: forces are read off the motion, and runge_kutta_4 has no inverse");
+  if (!arguments.contacts.empty())
+    outputs.contacts = std::make_unique<ContactTable>(arguments.contacts, model);
   const State start = simulator.state();
+  const Interrupt interrupt;
   Tally tally;
   tally.wall_limit = arguments.wall_limit.value_or(tally.wall_limit);
   if (arguments.report.wanted()) tally.watch = std::make_unique<RunWatch>(simulator);
@@ -308,6 +328,9 @@ void add_simulate(CLI::App& app, Action& action) {
                    "counted and recorded");
   command.add_option("--output", arguments->output,
                      "Trajectory to write (docs/trajectory-format.md)");
+  command.add_option("--contacts", arguments->contacts,
+                     "CSV to write: the contacts of every step and their forces, as `inverse "
+                     "--contacts` does; of a controlled step those of its second half");
   command
       .add_option("--save-state", arguments->save_state,
                   "Write the last state, to go on from to the same bits")

@@ -40,5 +40,17 @@ function(counterpoint_library name)
   target_compile_features(${target} PUBLIC cxx_std_20)
   target_link_libraries(${target} PUBLIC ${ARG_PUBLIC} PRIVATE ${ARG_PRIVATE}
                         $<BUILD_INTERFACE:counterpoint_flags>)
+  counterpoint_precompile(${target})
   set_property(GLOBAL APPEND PROPERTY COUNTERPOINT_LIBRARIES ${target})
+endfunction()
+
+# What nearly every file of a target reads is parsed once. GCC's option lets ccache see through it.
+option(COUNTERPOINT_PRECOMPILED_HEADERS "Precompile Eigen, the standard library, CLI11, JSON" ON)
+function(counterpoint_precompile target)
+  if(NOT COUNTERPOINT_PRECOMPILED_HEADERS)
+    return()
+  endif()
+  target_precompile_headers(${target} PRIVATE ${ARGN}
+    <algorithm> <array> <cmath> <filesystem> <map> <optional> <span> <string> <vector> <Eigen/Core> <Eigen/Geometry>)
+  target_compile_options(${target} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-fpch-preprocess>)
 endfunction()

@@ -14,6 +14,7 @@ void Simulator::set_state(const State& state) {
   if (state.q.size() != model().nq() || state.v.size() != model().nv())
     throw InputError("set_state: q and v do not have the model's sizes");
   state_ = state;
+  last_length_ = 0.0;
   next_step_.reset();
   watch_.restart();
 }
@@ -31,7 +32,10 @@ StepReport Simulator::step() {
   StepReport report =
       step_forward(model(), options(), settings_, state_, input_, workspace_, next_);
   watch(report);
-  if (report.succeeded()) std::swap(state_, next_);
+  if (!report.succeeded()) return report;
+  keep_last(options().time_step, report);
+  std::swap(middle_, state_);
+  std::swap(state_, next_);
   return report;
 }
 
@@ -41,9 +45,25 @@ ControlledReport Simulator::step_controlled(double until) {
       model(), options(), settings_, state_, input_, until, workspace_, proposal, middle_, next_);
   watch(report.second);
   if (!report.succeeded()) return report;
+  keep_last(0.5 * report.step, report.second);
   std::swap(state_, next_);
   next_step_ = proposal;
   return report;
+}
+
+void Simulator::keep_last(double length, const StepReport& report) {
+  last_length_ = length;
+  last_input_ = input_;
+  last_input_.softening = report.softening;
+}
+
+const Inverse& Simulator::last_forces() {
+  if (!(last_length_ > 0.0)) throw InputError("last_forces: no step has been done");
+  SimulationOptions options = scene_.options;
+  options.time_step = last_length_;
+  step_inverse(model(), options, middle_.q, middle_.v, state_.q, state_.v, last_input_, workspace_,
+               inverse_);
+  return inverse_;
 }
 
 const Inverse& Simulator::inverse(VectorRef q, VectorRef v, VectorRef v_next) {

@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "counterpoint/engine/closing_watch.h"
+#include "counterpoint/engine/frame_motion.h"
 #include "counterpoint/engine/step_control.h"
 
 namespace counterpoint {
@@ -22,6 +23,12 @@ class Simulator {
   void set_state(const State& state);
   void reset();  ///< back to the scene's start
 
+  /// Where the named link is now, and how it moves (frame_motion.h). @throws InputError if there is
+  /// none.
+  FrameMotion frame(const std::string& name) const {
+    return frame_motion(scene_.model, state_, name);
+  }
+
   /// Applied generalized force and wrenches, kept until changed; zero at first.
   Input& input() { return input_; }
 
@@ -32,12 +39,17 @@ class Simulator {
   /// Two steps, as long as options().step_control allows, not beyond `until` [s] (step_control.h).
   /// If it fails the state is left as it was.
   ControlledReport step_controlled(double until);
-  /// The state between these two steps.
+  /// The state between these two steps; after step() the state before it.
   const State& middle() const { return middle_; }
   /// The length that the next controlled step will try [s]: with the state all that a run goes on
   /// from. time_step at first, and after set_state and reset.
   double next_step() const { return next_step_.value_or(options().time_step); }
   void set_next_step(double step) { next_step_ = step; }
+
+  /// The forces of the last step (of a controlled one: of its second half): contacts with point,
+  /// normal and force, closures, servos, applied forces. Valid until the next call of this or of
+  /// inverse(). @throws InputError where there was no step since construction, set_state or reset.
+  const Inverse& last_forces();
 
   /// How often the code of each effect has run.
   const EffectCounts& effect_counts() const { return workspace_.effect_counts(); }
@@ -50,12 +62,16 @@ class Simulator {
 
  private:
   void watch(StepReport& report);
+  void keep_last(double length, const StepReport& report);
 
   Scene scene_;
   contact::Settings settings_;
   State state_, middle_, next_;
   std::optional<double> next_step_;
   Input input_;
+  /// What last_forces() needs of the last step: how long it was (0: there was none), what acted.
+  double last_length_ = 0.0;
+  Input last_input_;
   Workspace workspace_;
   ClosingWatch watch_;
   Inverse inverse_;

@@ -1,7 +1,7 @@
 #!/bin/sh
 # Installs what Counterpoint needs on Debian 12, builds it, and runs it once. Safe to repeat.
-#   scripts/setup.sh               packages, release build, main job
-#   scripts/setup.sh --build-only  packages and release build
+#   scripts/setup.sh               packages, the command, main job
+#   scripts/setup.sh --build-only  packages, and all that can be built: tests, benchmarks
 #   scripts/setup.sh --for-tests   the same, and Chromium, in which the tests look at replays
 set -eu
 cd "$(dirname "$0")/.."
@@ -49,8 +49,14 @@ if [ -n "$missing$missing_optional" ]; then
 fi
 
 cmake --preset release
-cmake --build --preset release
-case "${1:-}" in --build-only | --for-tests) exit 0 ;; esac
+case "${1:-}" in
+  --build-only | --for-tests)
+    echo "Building the command, its tests and benchmarks ([done/all] files; all of it takes some 20 minutes of one core)"
+    exec cmake --build --preset release
+    ;;
+esac
+echo "Building the command ([done/all] files; some 8 minutes of one core)"
+cmake --build --preset release --target counterpoint
 
 # The main job: a humanoid falls; the forces behind the fall are recovered from its motion.
 mkdir -p out
@@ -61,3 +67,5 @@ build/release/bin/counterpoint inverse data/scenes/humanoid_drop.yaml out/fall.c
 build/release/bin/counterpoint view data/scenes/humanoid_drop.yaml out/fall.csv --contacts out/contacts.csv \
   --output out/fall.html || echo "No replay of it: see above"
 echo "Written: out/fall.csv (motion), out/forces.csv and out/contacts.csv (what moved it)"
+[ ! -f out/fall.html ] || echo "See it: open out/fall.html in a browser"
+echo "Next: build/release/bin/counterpoint --help, docs/start.md; scripts/test.sh runs the tests"

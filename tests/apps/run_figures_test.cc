@@ -65,5 +65,37 @@ TEST(RunFigures, StopsAtTheWallLimit) {
   EXPECT_EQ(folder.run("simulate data/scenes/cube_drop.yaml --wall-limit 0").exit_code, 2);
 }
 
+TEST(RunFigures, CtrlCKeepsWhatWasComputed) {
+  const CommandFolder folder(test_name());
+  const auto result = folder.run(
+      "simulate data/scenes/pendulum.yaml --duration 1e5 --output {}/motion.csv --json {}/r.json "
+      "2>{}/errors & run=$!; sleep 0.3; kill -INT $run; wait $run");
+  EXPECT_EQ(result.exit_code, 1);
+  EXPECT_NE(folder.read("errors").find("Ctrl-C"), std::string::npos) << folder.read("errors");
+  const nlohmann::json report = folder.json("r.json");
+  EXPECT_EQ(report["status"], "stopped");
+  // The trajectory ends with a whole row, and can be read.
+  EXPECT_EQ(
+      folder.run("inverse data/scenes/pendulum.yaml {}/motion.csv --json {}/i.json").exit_code, 0);
+  EXPECT_EQ(folder.json("i.json")["steps"], report["steps"]);
+}
+
+TEST(RunFigures, ContactsAreThoseThatTheInverseFinds) {
+  const CommandFolder folder(test_name());
+  const std::string scene = "data/scenes/cube_drop.yaml";
+  ASSERT_EQ(
+      folder.run("simulate " + scene + " --output {}/m.csv --contacts {}/forward.csv").exit_code,
+      0);
+  ASSERT_EQ(folder.run("inverse " + scene + " {}/m.csv --contacts {}/inverse.csv").exit_code, 0);
+  const std::string forward = folder.read("forward.csv");
+  EXPECT_GT(std::count(forward.begin(), forward.end(), '\n'), 100);
+  EXPECT_EQ(forward, folder.read("inverse.csv"));
+  // A method without inverse says so before it starts.
+  const auto refused = folder.run(
+      "simulate data/scenes/pendulum.yaml --integrator runge_kutta_4 --contacts {}/c.csv");
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_NE(refused.errors.find("runge_kutta_4"), std::string::npos) << refused.errors;
+}
+
 }  // namespace
 }  // namespace counterpoint
