@@ -316,6 +316,29 @@ void TreeSweep::write_columns(const Model& model, int i, const SweepInput& in, S
   }
 }
 
+void TreeSweep::add_coupling(const Model& model, int body, int by, const BodyResponse& response,
+                             SweepOutput out) const {
+  for (int b = by; b != 0; b = model.body(b).parent) {
+    const int first = model.body(b).v_index;
+    for (int k = first; k < first + joint_nv(model.body(b).joint_type); ++k) {
+      const Column& column = columns_[k];
+      const Vector6 S = stacked(column.S);
+      const Vector6 next = response.next * S, v = response.v * S;
+      const Vector6 q = response.q * S + response.next * stacked(column.P_next) +
+                        response.v * stacked(column.P_start);
+      for (int a = body; a != 0; a = model.body(a).parent) {
+        const int row = model.body(a).v_index;
+        for (int j = row; j < row + joint_nv(model.body(a).joint_type); ++j) {
+          const Vector6 along = stacked(columns_[j].S);
+          out.dq(j, k) += along.dot(q);
+          out.dnext(j, k) += along.dot(next);
+          out.dv(j, k) += along.dot(v);
+        }
+      }
+    }
+  }
+}
+
 void TreeSweep::run(const Model& model, const Tree& tree, const Data& data, const SweepInput& in,
                     SweepOutput out) {
   go_out(model, tree, data, in);

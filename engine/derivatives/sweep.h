@@ -77,6 +77,11 @@ class TreeSweep {
   void run(const Model& model, const Tree& tree, const Data& data, const SweepInput& in,
            SweepOutput out);
 
+  /// Adds what a force on `body` changes by as `by` moves, both moved by the last runs with
+  /// responses: rows at the reference of body's tree, columns at that of by's.
+  void add_coupling(const Model& model, int body, int by, const BodyResponse& response,
+                    SweepOutput out) const;
+
   /// The point of reference of a tree, in W [m].
   static const Vector3& reference(const Tree& tree, const Data& data) {
     return data.X_WB[tree.body_begin].translation;
