@@ -70,6 +70,7 @@ void InverseDerivator::begin(const Model& model) {
     responds_[i] = 0;
   }
   couplings_.clear();
+  motions_.begin();
   by_v_ = false;
 }
 
@@ -120,7 +121,7 @@ bool InverseDerivator::contact_response(const Model& model, const SimulationOpti
   const double alpha = weights.contact[pair.body_a] + weights.contact[pair.body_b];
   const double towards_b = weights.contact[pair.body_b] / alpha - 0.5;
   ContactMotion motion;
-  if (!find_contact_motion(model, ws.data, candidate, towards_b, motion)) {
+  if (!motions_.find(model, ws.data, candidate, towards_b, motion)) {
     find_velocity_response(pair, bodies, out);
     return false;
   }

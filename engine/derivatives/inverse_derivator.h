@@ -58,6 +58,7 @@ class InverseDerivator {
 
   TreeSweep sweep_;
   VelocityTerms velocity_terms_;
+  ContactMotionFinder motions_;
   std::vector<Force> load_;  ///< by body
   std::vector<BodyResponse> response_;
   std::vector<char> responds_;
