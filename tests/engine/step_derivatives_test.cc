@@ -32,8 +32,9 @@ struct Moment {
   Input known;
 };
 
-void expect_exact(const Scene& scene, const Moment& at, const std::string& what,
-                  bool by_differences = false, double difference_step = 0.0) {
+/// may_differ: what acts may have no closed form. Returns whether it has.
+bool expect_exact(const Scene& scene, const Moment& at, const std::string& what,
+                  bool may_differ = false, double difference_step = 0.0) {
   const Model& model = scene.model;
   Workspace ws(model);
   sharpen(ws);
@@ -42,18 +43,17 @@ void expect_exact(const Scene& scene, const Moment& at, const std::string& what,
   step_inverse_derivatives(model, scene.options, at.q, at.v, at.v_next, at.known, ws, out,
                            reference, DerivativeMethod::kExtrapolated, difference_step);
   step_inverse_derivatives(model, scene.options, at.q, at.v, at.v_next, at.known, ws, out, exact);
-  EXPECT_EQ(exact.by_differences, by_differences) << what;
+  EXPECT_TRUE(may_differ || !exact.by_differences) << what;
   // An entry may vanish altogether: of a body without forces, say. M / h is there always.
-  const double scale = largest(reference.dv_next) * 1e-3;
-  EXPECT_LE(largest(exact.dq - reference.dq), kTolerance * (scale + largest(reference.dq)))
-      << what << "\n"
-      << exact.dq - reference.dq;
+  const double scale = largest(reference.dv_next) * 0.05;
+  EXPECT_LE(largest(exact.dq - reference.dq), kTolerance * (scale + largest(reference.dq))) << what;
   EXPECT_LE(largest(exact.dv - reference.dv), kTolerance * (scale + largest(reference.dv))) << what;
   EXPECT_LE(largest(exact.dv_next - reference.dv_next), kTolerance * largest(reference.dv_next))
       << what;
   const std::size_t before = test::allocation_count();
   step_inverse_derivatives(model, scene.options, at.q, at.v, at.v_next, at.known, ws, out, exact);
   EXPECT_EQ(test::allocation_count(), before) << what;
+  return !exact.by_differences;
 }
 
 /// Wide enough that no kink lies within a difference.
@@ -167,11 +167,19 @@ const Law kLaws[] = {
     {"lagged, rolling", FrictionModel::kLagged, surface(0.6, 0.5, 0.02, 0.01)},
 };
 
+/// Pairs whose contacts may be those of the poses that their motion leads to (pair_motion.h).
+bool may_look_ahead(ShapeType a, ShapeType b) {
+  const auto round = [](ShapeType t) {
+    return t == ShapeType::kSphere || t == ShapeType::kCapsule;
+  };
+  return a != ShapeType::kPlane && b != ShapeType::kPlane && !(round(a) && round(b));
+}
+
 class ShapePair : public ::testing::TestWithParam<std::pair<ShapeType, ShapeType>> {};
 
 TEST_P(ShapePair, OfEveryLaw) {
   const auto [a, b] = GetParam();
-  int contacts = 0;
+  int contacts = 0, closed = 0;
   for (const Law& law : kLaws) {
     for (int seed = 0; seed < 6; ++seed) {
       test::Random random(900 + seed);
@@ -182,11 +190,13 @@ TEST_P(ShapePair, OfEveryLaw) {
       Inverse out;
       step_inverse(scene.model, scene.options, at.q, at.v, at.v_next, ws, out);
       contacts += static_cast<int>(out.contacts.size());
-      // A hundredth of the speed over which laws bend, sqrt(4 r k), times the time step.
-      expect_exact(scene, at, std::string(law.name) + " " + std::to_string(seed), false, 1e-7);
+      // Some thousandth of the speed over which laws bend, sqrt(4 r k), times the time step.
+      closed += expect_exact(scene, at, std::string(law.name) + " " + std::to_string(seed),
+                             may_look_ahead(a, b), 2e-8);
     }
   }
   EXPECT_GT(contacts, 9);
+  EXPECT_GT(closed, 9);
 }
 
 using enum ShapeType;
