@@ -1,0 +1,197 @@
+#include "counterpoint/engine/optimize/continuation.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include "counterpoint/engine/integrator.h"
+#include "counterpoint/engine/optimize/settle.h"
+
+namespace counterpoint::optimization {
+namespace {
+
+/// Below this smoothing [m] nothing is found any more, only made more exact: penalties stay, and
+/// stages go by Continuation::hard_factor.
+constexpr double kHard = 1e-6;
+/// A stage is refused whose mean unactuated force is above both: this, and so many times that of
+/// the stage before.
+constexpr double kWorse = 0.02, kWorseRatio = 1.2;
+constexpr int kMostRefused = 12;
+constexpr double kLeastFactor = 1.2;
+/// Rounds of multipliers at the last smoothing.
+constexpr int kPolishRounds = 8;
+
+double seconds() {
+  using Clock = std::chrono::steady_clock;
+  return std::chrono::duration<double>(Clock::now().time_since_epoch()).count();
+}
+
+double end_of(const Problem& problem, const Settings& settings) {
+  return settings.continuation.end.value_or(problem.options.contact.smoothing);
+}
+
+}  // namespace
+
+Stage stage_at(const Problem& problem, const Settings& settings, double smoothing) {
+  const Continuation& c = settings.continuation;
+  Stage stage;
+  stage.derivatives = settings.derivatives;
+  stage.options = problem.options;
+  ContactOptions& contact = stage.options.contact;
+  contact.smoothing = smoothing;
+  contact.compliance =
+      std::max(contact.compliance, std::min(1.0, c.compliance_per_metre * smoothing));
+  if (smoothing > c.quick_recovery_above) {
+    contact.stabilization = 1.0;
+    contact.max_recovery_speed = 1e4;
+  }
+  if (smoothing > c.limits_below) stage.options.effects.set(Effect::kLimits, false);
+  const double way = c.start > kHard ? std::log(c.start / std::max(smoothing, kHard)) /
+                                           std::log(c.start / kHard)
+                                     : 1.0;
+  stage.penalty =
+      c.penalty_start * std::pow(c.penalty_end / c.penalty_start, std::clamp(way, 0.0, 1.0));
+  return stage;
+}
+
+Continuing::Continuing(const Problem& problem, const std::vector<VectorX>& start,
+                       const Settings& settings)
+    : problem_(&problem),
+      settings_(&settings),
+      newton_(problem, start, settings.threads),
+      workspace_(*problem.model),
+      start_seconds_(seconds()),
+      smoothing_(std::max(settings.continuation.start, end_of(problem, settings))),
+      last_good_(smoothing_),
+      factor_(settings.continuation.factor) {}
+
+void Continuing::settle_ends() {
+  if (!problem_->settle || problem_->periodic) return;
+  newton_.frames().set_start(
+      settled(*problem_->model, stage_.options, problem_->start_q, workspace_));
+  if (problem_->goal_q)
+    newton_.frames().set_goal(
+        settled(*problem_->model, stage_.options, *problem_->goal_q, workspace_));
+}
+
+void Continuing::begin_stage() {
+  stage_ = stage_at(*problem_, *settings_, smoothing_);
+  settle_ends();
+  newton_.begin(stage_);
+  stage_iterations_ = 0;
+}
+
+Continuing::Next Continuing::minimize() {
+  for (int i = 0; i < settings_->stage_iterations; ++i) {
+    if (static_cast<int>(history_.size()) >= settings_->max_iterations) return Next::kStop;
+    const double before = newton_.cost();
+    const Iteration step = newton_.iterate();
+    Progress progress;
+    progress.iteration = static_cast<int>(history_.size()) + 1;
+    progress.stage = stages_;
+    progress.smoothing = smoothing_;
+    progress.penalty = stage_.penalty;
+    progress.cost = newton_.cost();
+    progress.unactuated = newton_.unactuated();
+    progress.violation = newton_.violation();
+    progress.seconds = seconds() - start_seconds_;
+    progress.step = step;
+    history_.push_back(progress);
+    ++stage_iterations_;
+    if (settings_->progress && !settings_->progress(progress)) {
+      stopped_ = true;
+      return Next::kStop;
+    }
+    if (!step.accepted || step.decrease < settings_->tolerance * before) break;
+  }
+  return Next::kGoOn;
+}
+
+Continuing::Next Continuing::run_stage(bool last) {
+  for (int round = 0; round < settings_->continuation.rounds; ++round) {
+    if (minimize() == Next::kStop) return Next::kStop;
+    newton_.update_multipliers(settings_->continuation.multiplier_limit);
+  }
+  return last ? polish() : Next::kGoOn;
+}
+
+Continuing::Next Continuing::polish() {
+  for (int round = 0; round < kPolishRounds; ++round) {
+    if (newton_.violation().max <= settings_->violation_tolerance) break;
+    if (minimize() == Next::kStop) return Next::kStop;
+    newton_.update_multipliers(settings_->continuation.multiplier_limit);
+  }
+  return Next::kGoOn;
+}
+
+bool Continuing::has_got_worse(const Spread& found) const {
+  return stages_ > 0 && refused_ < kMostRefused && factor_ > kLeastFactor &&
+         found.mean > std::max(kWorse, kWorseRatio * last_mean_);
+}
+
+Result Continuing::run() {
+  const double end = end_of(*problem_, *settings_);
+  const Continuation& c = settings_->continuation;
+  for (;;) {
+    const std::vector<VectorX> kept = newton_.frames().variables();
+    const std::vector<VectorX> kept_multipliers = newton_.multipliers();
+    const Stage kept_stage = stage_;
+    begin_stage();
+    const bool last = smoothing_ <= end;
+    const Next next = run_stage(last);
+    if (next == Next::kStop) return result(stopped_ ? Outcome::kStopped : Outcome::kIterations);
+    const Spread found = newton_.violation();
+    if (has_got_worse(found)) {
+      ++refused_;
+      newton_.frames().set_variables(kept);
+      newton_.set_multipliers(kept_multipliers);
+      stage_ = kept_stage;
+      newton_.restore_penalty(kept_stage.penalty);
+      newton_.set_damping(1.0);
+      factor_ = std::sqrt(factor_);
+      smoothing_ = last_good_ / factor_;
+      continue;
+    }
+    ++stages_;
+    if (settings_->stage_done) settings_->stage_done(newton_.frames().all(), smoothing_);
+    last_mean_ = found.mean;
+    last_good_ = smoothing_;
+    if (last) break;
+    if (stage_iterations_ <= settings_->stage_iterations / 2)
+      factor_ = std::min(c.max_factor, 1.3 * factor_);
+    const double by = smoothing_ <= 1.01 * kHard ? c.hard_factor : factor_;
+    smoothing_ = smoothing_ / by < 1.01 * end ? end : smoothing_ / by;
+    if (smoothing_ < kHard && last_good_ > 1.01 * kHard) smoothing_ = std::max(kHard, end);
+  }
+  const bool feasible = newton_.violation().max <= settings_->violation_tolerance;
+  return result(feasible ? Outcome::kConverged : Outcome::kInfeasible);
+}
+
+Result Continuing::result(Outcome outcome) {
+  Result out;
+  out.outcome = outcome;
+  out.q = newton_.frames().all();
+  const Model& model = *problem_->model;
+  for (int t = 0; t <= problem_->steps; ++t) {
+    VectorX v(model.nv());
+    configuration_difference(model, newton_.frames().at(t - 1), newton_.frames().at(t), v);
+    out.v.push_back(v / problem_->h());
+  }
+  for (int t = 0; t < problem_->steps; ++t)
+    out.applied_force.push_back(newton_.values()[static_cast<std::size_t>(t)].applied_force);
+  out.cost_by_term = newton_.cost_by_term();
+  for (std::size_t i = 0; i < problem_->terms.size(); ++i)
+    if (!problem_->terms[i].condition) out.cost += out.cost_by_term[static_cast<Eigen::Index>(i)];
+  out.unactuated = newton_.unactuated();
+  out.violation = newton_.violation();
+  out.smoothing = smoothing_;
+  out.options = stage_.options;
+  out.iterations = static_cast<int>(history_.size());
+  out.stages = stages_;
+  out.refused_stages = refused_;
+  out.history = std::move(history_);
+  out.seconds = seconds() - start_seconds_;
+  return out;
+}
+
+}  // namespace counterpoint::optimization
