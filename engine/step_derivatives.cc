@@ -1,0 +1,94 @@
+#include "counterpoint/engine/step_derivatives.h"
+
+#include <Eigen/LU>
+#include <limits>
+
+#include "counterpoint/engine/step_differences.h"
+#include "counterpoint/engine/step_workspace.h"
+#include "counterpoint/model/rotation.h"
+
+namespace counterpoint {
+namespace {
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+/// The right Jacobian of the exponential map: exp(r + dr) = exp(r) exp(J dr) to first order.
+Matrix3 right_jacobian(const Vector3& r) {
+  const double angle2 = r.squaredNorm();
+  // (1 - cos a) / a^2 and (a - sin a) / a^3, by series where the next terms are below rounding.
+  double b = 0.5 - angle2 / 24.0, c = 1.0 / 6.0 - angle2 / 120.0;
+  if (angle2 > 1e-6) {
+    const double angle = std::sqrt(angle2), half = std::sin(0.5 * angle);
+    b = 2.0 * half * half / angle2;
+    c = (angle - std::sin(angle)) / (angle2 * angle);
+  } else {
+    b += angle2 * angle2 / 720.0;
+    c += angle2 * angle2 / 5040.0;
+  }
+  const Matrix3 s = skew(r);
+  return Matrix3::Identity() - b * s + c * s * s;
+}
+
+/// dq_next = P dq + h Q dv_next at q_next = q (+) h v_next, P and Q being the identity but for
+/// quaternions: P = exp(-h w), Q = J(h w).
+void chain_configuration(const Model& model, double h, const VectorRef& v_next,
+                         ForwardDerivatives& d) {
+  d.dq_dq = h * d.dv_dq;
+  d.dq_dv = h * d.dv_dv;
+  d.dq_du = h * d.dv_du;
+  d.dq_dq.diagonal().array() += 1.0;
+  for (int i = 1; i < model.num_bodies(); ++i) {
+    const Body& body = model.body(i);
+    if (body.joint_type != JointType::kSpherical && body.joint_type != JointType::kFloating)
+      continue;
+    const int k = body.v_index + joint_num_linear(body.joint_type);
+    const Vector3 turn = h * v_next.segment<3>(k);
+    const Matrix3 Q = h * right_jacobian(turn);
+    d.dq_dq.middleRows<3>(k).noalias() = Q.lazyProduct(d.dv_dq.middleRows<3>(k));
+    d.dq_dq.block<3, 3>(k, k) += quaternion_exp(-turn).toRotationMatrix();
+    d.dq_dv.middleRows<3>(k).noalias() = Q.lazyProduct(d.dv_dv.middleRows<3>(k));
+    d.dq_du.middleRows<3>(k).noalias() = Q.lazyProduct(d.dv_du.middleRows<3>(k));
+  }
+}
+
+}  // namespace
+
+void step_inverse_derivatives(const Model& model, const SimulationOptions& options, VectorRef q,
+                              VectorRef v, VectorRef v_next, const Input& known,
+                              Workspace& workspace, Inverse& out, InverseDerivatives& d,
+                              DerivativeMethod method, double difference_step) {
+  step_inverse(model, options, q, v, v_next, known, workspace, out);
+  if (out.fault.any()) {
+    for (MatrixX* m : {&d.dq, &d.dv, &d.dv_next}) m->setConstant(model.nv(), model.nv(), kNaN);
+    return;
+  }
+  const double step = difference_step > 0.0 ? difference_step
+                                            : suitable_difference_step(
+                                                  options, !workspace.impl().constraints.empty());
+  DifferenceScratch scratch;
+  difference_step_inverse(model, options, q, v, v_next, known, workspace, step,
+                          method == DerivativeMethod::kExtrapolated, scratch, d);
+}
+
+bool step_forward_derivatives(const Model& model, const SimulationOptions& options, VectorRef q,
+                              VectorRef v, VectorRef v_next, const Input& known,
+                              Workspace& workspace, Inverse& inverse, InverseDerivatives& d_inverse,
+                              ForwardDerivatives& d, DerivativeMethod method) {
+  step_inverse_derivatives(model, options, q, v, v_next, known, workspace, inverse, d_inverse,
+                           method);
+  const int nv = model.nv();
+  const Eigen::PartialPivLU<MatrixX> lu(d_inverse.dv_next);
+  const bool regular = !inverse.fault.any() && lu.rcond() > 0.0;
+  if (!regular) {
+    for (MatrixX* m : {&d.dv_dq, &d.dv_dv, &d.dv_du, &d.dq_dq, &d.dq_dv, &d.dq_du})
+      m->setConstant(nv, nv, kNaN);
+    return false;
+  }
+  d.dv_du = lu.inverse();
+  d.dv_dq = -lu.solve(d_inverse.dq);
+  d.dv_dv = -lu.solve(d_inverse.dv);
+  chain_configuration(model, options.time_step, v_next, d);
+  return true;
+}
+
+}  // namespace counterpoint
