@@ -46,9 +46,9 @@ Stage stage_at(const Problem& problem, const Settings& settings, double smoothin
     contact.max_recovery_speed = 1e4;
   }
   if (smoothing > c.limits_below) stage.options.effects.set(Effect::kLimits, false);
-  const double way = c.start > kHard ? std::log(c.start / std::max(smoothing, kHard)) /
-                                           std::log(c.start / kHard)
-                                     : 1.0;
+  const double way =
+      c.start > kHard ? std::log(c.start / std::max(smoothing, kHard)) / std::log(c.start / kHard)
+                      : 1.0;
   stage.penalty =
       c.penalty_start * std::pow(c.penalty_end / c.penalty_start, std::clamp(way, 0.0, 1.0));
   return stage;

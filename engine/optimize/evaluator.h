@@ -61,10 +61,9 @@ class Evaluator {
  private:
   void gather(const Frames& frames, int instant, bool step);
   void evaluate_coordinates(const Term& term, const Span& span, double factor,
-                            const VectorX& multiplier, InstantValues& out,
-                            NormalEquations* normal);
-  void evaluate_forces(const Term& term, const Span& span, double factor,
-                       const VectorX& multiplier, InstantValues& out, bool derivatives);
+                            const VectorX& multiplier, InstantValues& out, NormalEquations* normal);
+  void evaluate_forces(const Term& term, const Span& span, double factor, const VectorX& multiplier,
+                       InstantValues& out, bool derivatives);
   void evaluate_dense(const Term& term, const Span& span, const Stage& stage, double factor,
                       const VectorX& multiplier, InstantValues& out, bool derivatives);
   void differentiate_contact_force(const Term& term, const Stage& stage);
@@ -87,12 +86,12 @@ class Evaluator {
   KinematicScratch scratch_;
   VectorX q_before_, q_, q_next_, v_, w_, difference_;
   TangentMap v_by_before_, v_by_at_, w_by_at_, w_by_next_, by_target_, by_q_, sum_;
-  VectorX value_;                ///< of the term at hand
-  MatrixX by_before_, by_at_;    ///< rows x nv
-  MatrixX by_q_v_w_[3];          ///< rows x nv: derivatives by q, v, v_next
+  VectorX value_;                           ///< of the term at hand
+  MatrixX by_before_, by_at_;               ///< rows x nv
+  MatrixX by_q_v_w_[3];                     ///< rows x nv: derivatives by q, v, v_next
   VectorX force_weight2_, force_gradient_;  ///< nv: of all terms of applied forces
-  MatrixX force_rows_;           ///< nv x 3 nv: derivatives of the applied force
-  MatrixX dense_;                ///< rows x 3 nv, weighted; as many as are used
+  MatrixX force_rows_;                      ///< nv x 3 nv: derivatives of the applied force
+  MatrixX dense_;                           ///< rows x 3 nv, weighted; as many as are used
   VectorX dense_residual_;
   Eigen::Index num_dense_ = 0;
 };

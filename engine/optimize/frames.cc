@@ -10,8 +10,8 @@ Frames::Frames(const Problem& problem, const std::vector<VectorX>& frames) : pro
   check_problem(problem);
   const auto n = static_cast<std::size_t>(problem.steps);
   if (frames.size() != n + 1 && !(problem.periodic && frames.size() == n))
-    throw InputError(
-        fmt::format("optimization: {} frames to start from, {} are expected", frames.size(), n + 1));
+    throw InputError(fmt::format("optimization: {} frames to start from, {} are expected",
+                                 frames.size(), n + 1));
   for (const VectorX& q : frames)
     if (q.size() != problem.model->nq())
       throw InputError(fmt::format("optimization: a frame of {} coordinates, the model has {}",

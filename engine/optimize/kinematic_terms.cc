@@ -52,8 +52,7 @@ void center_jacobian(const Model& model, BodyRange bodies, const Data& data, dou
     const Body& body = model.body(i);
     const Vector3 arm = scratch.moment[i] - scratch.mass[i] * data.X_WB[i].translation;
     for (int k = body.v_index; k < body.v_index + joint_nv(body.joint_type); ++k)
-      out.col(k) =
-          (scratch.mass[i] * data.axis[k].linear + data.axis[k].angular.cross(arm)) / mass;
+      out.col(k) = (scratch.mass[i] * data.axis[k].linear + data.axis[k].angular.cross(arm)) / mass;
     if (body.parent < bodies.begin) continue;
     scratch.mass[body.parent] += scratch.mass[i];
     scratch.moment[body.parent] += scratch.moment[i];

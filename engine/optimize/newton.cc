@@ -103,9 +103,7 @@ void Newton::add_to_system(int instant) {
   FrameSource sources[3];
   for (int a = 0; a < 3; ++a) sources[a] = frames_.source(instant - 1 + a);
   if (!problem_->periodic && instant == problem_->steps) sources[2].slot = -1;
-  const auto mirror = [&](int a) {
-    return sources[a].mirrored ? &*problem_->mirror : nullptr;
-  };
+  const auto mirror = [&](int a) { return sources[a].mirrored ? &*problem_->mirror : nullptr; };
   for (int a = 0; a < 3; ++a) {
     if (sources[a].slot < 0) continue;
     for (int j = 0; j < nv; ++j) {
@@ -207,8 +205,8 @@ Spread spread_of(const Problem& problem, const Layout& layout,
     for (const Span& span : layout.spans(static_cast<int>(t))) {
       if (!wanted(problem.terms[static_cast<std::size_t>(span.term)])) continue;
       any = true;
-      largest = std::max(
-          largest, values[t].violation.segment(span.first, span.rows).cwiseAbs().maxCoeff());
+      largest = std::max(largest,
+                         values[t].violation.segment(span.first, span.rows).cwiseAbs().maxCoeff());
     }
     if (!any) continue;
     ++instants;

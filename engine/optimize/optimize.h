@@ -17,19 +17,19 @@ namespace counterpoint::optimization {
 /// How smoothing falls: from far-reaching soft contacts, through which forces are found, to those
 /// of the problem's own options.
 struct Continuation {
-  double start = 0.1;            ///< smoothing [m] of the first stage
-  std::optional<double> end;     ///< of the last; none: that of the problem's options
-  double factor = 2.0;           ///< from stage to stage, at first
-  double max_factor = 4.0;       ///< while stages need few iterations
-  double hard_factor = 10.0;     ///< below 1e-6 m
+  double start = 0.1;         ///< smoothing [m] of the first stage
+  std::optional<double> end;  ///< of the last; none: that of the problem's options
+  double factor = 2.0;        ///< from stage to stage, at first
+  double max_factor = 4.0;    ///< while stages need few iterations
+  double hard_factor = 10.0;  ///< below 1e-6 m
   /// Compliance falls with smoothing [1/m], no lower than the problem's own: with stiff laws that
   /// reach far Newton's method overshoots into a wall.
   double compliance_per_metre = 10.0;
   /// Down to this smoothing [m] an overlap is recovered in one step, at any speed.
   double quick_recovery_above = 3e-5;
-  double limits_below = 1e-4;  ///< joint limits act from this smoothing [m] on
+  double limits_below = 1e-4;                      ///< joint limits act from this smoothing [m] on
   double penalty_start = 10.0, penalty_end = 1e4;  ///< of conditions, the latter from 1e-6 m on
-  int rounds = 2;              ///< of minimization and multipliers a stage
+  int rounds = 2;                                  ///< of minimization and multipliers a stage
   double multiplier_limit = 0.03;  ///< multipliers move only where conditions are this near
 };
 
@@ -40,15 +40,15 @@ struct Progress {
   double smoothing = 0.0;  ///< [m]
   double penalty = 0.0;
   double cost = 0.0;
-  Spread unactuated;  ///< scene weights
-  Spread violation;   ///< of all conditions
+  Spread unactuated;     ///< scene weights
+  Spread violation;      ///< of all conditions
   double seconds = 0.0;  ///< since the start
   Iteration step;
 };
 
 struct Settings {
-  int threads = 0;           ///< 0: one a core
-  int max_iterations = 600;  ///< Newton steps of all stages
+  int threads = 0;            ///< 0: one a core
+  int max_iterations = 600;   ///< Newton steps of all stages
   int stage_iterations = 40;  ///< of one minimization
   double tolerance = 1e-3;    ///< of the cost: a minimization ends where a step lowers it by less
   double violation_tolerance = 1e-5;  ///< of conditions, at the end
@@ -76,9 +76,9 @@ struct Result {
   double cost = 0.0;                   ///< conditions left out
   VectorX cost_by_term;
   Spread unactuated, violation;
-  double smoothing = 0.0;        ///< of the last stage [m]
-  SimulationOptions options;     ///< of the last stage
-  int iterations = 0;            ///< Newton steps
+  double smoothing = 0.0;     ///< of the last stage [m]
+  SimulationOptions options;  ///< of the last stage
+  int iterations = 0;         ///< Newton steps
   int stages = 0, refused_stages = 0;
   std::vector<Progress> history;
   double seconds = 0.0;

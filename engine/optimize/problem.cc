@@ -88,16 +88,15 @@ int rows_of(const Model& model, Quantity quantity) {
   return of_coordinates(quantity) ? model.nv() : rows_of_point(quantity);
 }
 
-std::vector<char> actuated_coordinates(const Model& model) {
-  std::vector<char> actuated(static_cast<std::size_t>(model.nv()), 0);
+std::vector<char> motors_of(const Model& model) {
+  std::vector<char> motors(static_cast<std::size_t>(model.nv()), 0);
   for (int i = 1; i < model.num_bodies(); ++i) {
     const Body& body = model.body(i);
     const JointInfo& joint = model.joint(i - 1);
     for (int k = 0; k < joint_nv(body.joint_type); ++k)
-      actuated[static_cast<std::size_t>(body.v_index + k)] =
-          joint.actuated && joint.effort_limit > 0.0;
+      motors[static_cast<std::size_t>(body.v_index + k)] = joint.actuated;
   }
-  return actuated;
+  return motors;
 }
 
 double scene_weight(const Model& model) {
@@ -106,25 +105,24 @@ double scene_weight(const Model& model) {
   return mass * kStandardGravity;
 }
 
-VectorX unactuated_weights(const Model& model, double lever) {
-  const std::vector<char> actuated = actuated_coordinates(model);
+VectorX unactuated_weights(const Model& model, const std::vector<char>& motors, double lever) {
   const double weight = scene_weight(model);
   VectorX out = VectorX::Zero(model.nv());
   for (int i = 1; i < model.num_bodies(); ++i) {
     const Body& body = model.body(i);
     for (int k = 0; k < joint_nv(body.joint_type); ++k)
-      if (!actuated[static_cast<std::size_t>(body.v_index + k)])
+      if (!motors[static_cast<std::size_t>(body.v_index + k)])
         out[body.v_index + k] =
             1.0 / (weight * (k < joint_num_linear(body.joint_type) ? 1.0 : lever));
   }
   return out;
 }
 
-Term unactuated_condition(const Model& model, double lever) {
+Term unactuated_condition(const Model& model, const std::vector<char>& motors, double lever) {
   Term term;
   term.quantity = Quantity::kUnactuatedForce;
   term.name = quantity_name(term.quantity);
-  term.weight = unactuated_weights(model, lever);
+  term.weight = unactuated_weights(model, motors, lever);
   term.condition = true;
   return term;
 }
@@ -136,8 +134,7 @@ void check_problem(const Problem& problem) {
     throw InputError("optimization: the integrator must be semi_implicit_euler");
   if (!(problem.h() > 0.0)) throw InputError("optimization: the time step must be positive");
   if (problem.steps < 4)
-    throw InputError(
-        fmt::format("optimization: {} steps; 4 or more are expected", problem.steps));
+    throw InputError(fmt::format("optimization: {} steps; 4 or more are expected", problem.steps));
   if (!problem.periodic) {
     check_size("start_q", problem.start_q.size(), model.nq());
     check_size("start_v", problem.start_v.size(), model.nv());
@@ -149,6 +146,7 @@ void check_problem(const Problem& problem) {
   }
   if (problem.mirror && problem.displacement.y() != 0.0)
     throw InputError("optimization: a mirrored motion cannot be displaced along y");
+  check_size("motors", static_cast<Eigen::Index>(problem.motors.size()), model.nv());
   for (const Term& term : problem.terms) check_term(model, term);
 }
 

@@ -61,17 +61,17 @@ struct FrameRange {
 
 struct Term {
   Quantity quantity = Quantity::kConfiguration;
-  std::string name;         ///< in reports
-  VectorX weight;           ///< by row, inverse units of the value
-  VectorX target;           ///< by row, or nq for kConfiguration; empty: zero
-  bool condition = false;   ///< driven to zero (newton.h) instead of weighed against the others
+  std::string name;        ///< in reports
+  VectorX weight;          ///< by row, inverse units of the value
+  VectorX target;          ///< by row, or nq for kConfiguration; empty: zero
+  bool condition = false;  ///< driven to zero (newton.h) instead of weighed against the others
   FrameRange frames;
-  int body = 0;                                ///< index into Model::bodies
-  Vector3 point = Vector3::Zero();             ///< in the body frame [m]
-  Vector3 axis = Vector3::UnitZ();             ///< kTilt: in the body frame, unit length
-  Matrix3 orientation = Matrix3::Identity();   ///< kOrientation: the target
-  double radius = 0.0;                         ///< heights are of the point less this [m]
-  double length = 0.05;                        ///< [m, rad], see Quantity
+  int body = 0;                               ///< index into Model::bodies
+  Vector3 point = Vector3::Zero();            ///< in the body frame [m]
+  Vector3 axis = Vector3::UnitZ();            ///< kTilt: in the body frame, unit length
+  Matrix3 orientation = Matrix3::Identity();  ///< kOrientation: the target
+  double radius = 0.0;                        ///< heights are of the point less this [m]
+  double length = 0.05;                       ///< [m, rad], see Quantity
 };
 
 /// A reflection of configurations in the plane y = 0: coordinates change places and signs.
@@ -94,26 +94,28 @@ struct Problem {
   bool periodic = false;
   Vector3 displacement = Vector3::Zero();
   std::optional<Mirror> mirror;
-  VectorX start_q, start_v;               ///< frame 0 and the velocity there; not periodic
-  std::optional<VectorX> goal_q;          ///< frame N; none: free
-  VectorX goal_v;                         ///< nv: velocity at frame N, with goal_q
+  VectorX start_q, start_v;       ///< frame 0 and the velocity there; not periodic
+  std::optional<VectorX> goal_q;  ///< frame N; none: free
+  VectorX goal_v;                 ///< nv: velocity at frame N, with goal_q
   /// Start and goal stand: their floating trees are raised or lowered, at each smoothing, until
   /// contacts carry their weight.
   bool settle = false;
   std::vector<Term> terms;
+  /// nv: is a motor there? As motors_of gives it, less those that are to do nothing.
+  std::vector<char> motors;
 
   double h() const { return options.time_step; }
 };
 
+/// nv: has the joint a motor? All but free bases do.
+std::vector<char> motors_of(const Model& model);
 /// Weights for kUnactuatedForce (nv): zero where there is a motor, else one over the scene's weight
 /// [N], or that times `lever` [m] for torques.
-VectorX unactuated_weights(const Model& model, double lever);
+VectorX unactuated_weights(const Model& model, const std::vector<char>& motors, double lever = 0.5);
 /// The term that nothing pushes where no motor is, as a condition. Units: scene weights.
-Term unactuated_condition(const Model& model, double lever = 0.5);
+Term unactuated_condition(const Model& model, const std::vector<char>& motors, double lever = 0.5);
 /// g0 times the mass of all bodies [N].
 double scene_weight(const Model& model);
-/// nv: is a motor there?
-std::vector<char> actuated_coordinates(const Model& model);
 
 /// @throws InputError where sizes or indices do not fit the model.
 void check_problem(const Problem& problem);

@@ -30,11 +30,12 @@ std::vector<RememberedForce> memory_of(const Model& model, const VectorX& q,
   return memory;
 }
 
-Verifier::Verifier(const Model& model, const SimulationOptions& options)
+Verifier::Verifier(const Model& model, const SimulationOptions& options,
+                   const std::vector<char>& motors)
     : model_(&model),
       options_(options),
       workspace_(model),
-      unactuated_(unactuated_weights(model, 0.5)),
+      unactuated_(unactuated_weights(model, motors)),
       weight_(scene_weight(model)) {}
 
 const Inverse& Verifier::add_step(const VectorX& q, const VectorX& v, const VectorX& q_next,
@@ -93,8 +94,8 @@ void Verifier::check_forward(const VectorX& q, const VectorX& v, const VectorX& 
   State state{0.0, q, v, memory_of(*model_, q, inverse_)}, next;
   Input input;
   input.applied_force = inverse_.applied_force;
-  const StepReport report = step_forward(*model_, options_, contact::Settings(), state, input,
-                                         workspace_, next);
+  const StepReport report =
+      step_forward(*model_, options_, contact::Settings(), state, input, workspace_, next);
   if (!report.succeeded() || report.softening.any()) {
     ++out.forward_failures;
     return;
@@ -105,9 +106,10 @@ void Verifier::check_forward(const VectorX& q, const VectorX& v, const VectorX& 
 }
 
 Verification verify(const Model& model, const SimulationOptions& options,
-                    const std::vector<VectorX>& q, const VectorX& v_0) {
+                    const std::vector<char>& motors, const std::vector<VectorX>& q,
+                    const VectorX& v_0) {
   Verification out;
-  Verifier verifier(model, options);
+  Verifier verifier(model, options, motors);
   VectorX v = v_0, v_next(model.nv());
   for (std::size_t t = 0; t + 1 < q.size(); ++t) {
     configuration_difference(model, q[t], q[t + 1], v_next);
