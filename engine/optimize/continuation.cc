@@ -16,6 +16,9 @@ constexpr double kHard = 1e-6;
 /// A stage is refused whose mean unactuated force is above both: this, and so many times that of
 /// the stage before.
 constexpr double kWorse = 0.02, kWorseRatio = 1.2;
+/// So is one below the first of these smoothings [m] that ran out of iterations and costs as much
+/// more: contacts are formed by then, and it has lost them.
+constexpr double kFormed = 1e-3, kDearer = 1.1;
 constexpr int kMostRefused = 12;
 constexpr double kLeastFactor = 1.2;
 /// Rounds of multipliers at the last smoothing.
@@ -124,9 +127,20 @@ Continuing::Next Continuing::polish() {
   return Next::kGoOn;
 }
 
-bool Continuing::has_got_worse(const Spread& found) const {
-  return stages_ > 0 && refused_ < kMostRefused && factor_ > kLeastFactor &&
-         found.mean > std::max(kWorse, kWorseRatio * last_mean_);
+/// The cost without conditions.
+double Continuing::objective() const {
+  const VectorX costs = newton_.cost_by_term();
+  double sum = 0.0;
+  for (std::size_t i = 0; i < problem_->terms.size(); ++i)
+    if (!problem_->terms[i].condition) sum += costs[static_cast<Eigen::Index>(i)];
+  return sum;
+}
+
+bool Continuing::has_got_worse(const Spread& found, double objective) const {
+  if (stages_ == 0 || refused_ >= kMostRefused || factor_ <= kLeastFactor) return false;
+  if (found.mean > std::max(kWorse, kWorseRatio * last_mean_)) return true;
+  return smoothing_ < kFormed && stage_iterations_ >= settings_->stage_iterations &&
+         objective > kDearer * last_objective_;
 }
 
 Result Continuing::run() {
@@ -141,7 +155,8 @@ Result Continuing::run() {
     const Next next = run_stage(last);
     if (next == Next::kStop) return result(stopped_ ? Outcome::kStopped : Outcome::kIterations);
     const Spread found = newton_.violation();
-    if (has_got_worse(found)) {
+    const double costs = objective();
+    if (has_got_worse(found, costs)) {
       ++refused_;
       newton_.frames().set_variables(kept);
       newton_.set_multipliers(kept_multipliers);
@@ -155,6 +170,7 @@ Result Continuing::run() {
     ++stages_;
     if (settings_->stage_done) settings_->stage_done(newton_.frames().all(), smoothing_);
     last_mean_ = found.mean;
+    last_objective_ = costs;
     last_good_ = smoothing_;
     if (last) break;
     if (stage_iterations_ <= settings_->stage_iterations / 2)
@@ -180,8 +196,7 @@ Result Continuing::result(Outcome outcome) {
   for (int t = 0; t < problem_->steps; ++t)
     out.applied_force.push_back(newton_.values()[static_cast<std::size_t>(t)].applied_force);
   out.cost_by_term = newton_.cost_by_term();
-  for (std::size_t i = 0; i < problem_->terms.size(); ++i)
-    if (!problem_->terms[i].condition) out.cost += out.cost_by_term[static_cast<Eigen::Index>(i)];
+  out.cost = objective();
   out.unactuated = newton_.unactuated();
   out.violation = newton_.violation();
   out.smoothing = smoothing_;

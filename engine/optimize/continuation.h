@@ -16,8 +16,9 @@ class Continuing {
   Next run_stage(bool last);
   Next polish();
   void begin_stage();
-  bool has_got_worse(const Spread& found) const;
+  bool has_got_worse(const Spread& found, double objective) const;
   void settle_ends();
+  double objective() const;
   Result result(Outcome outcome);
 
   const Problem* problem_;
@@ -26,7 +27,7 @@ class Continuing {
   Stage stage_;
   Workspace workspace_;
   double start_seconds_;
-  double smoothing_ = 0.0, last_good_ = 0.0, last_mean_ = 0.0, factor_;
+  double smoothing_ = 0.0, last_good_ = 0.0, last_mean_ = 0.0, last_objective_ = 0.0, factor_;
   int stages_ = 0, refused_ = 0, stage_iterations_ = 0;
   bool stopped_ = false;
   std::vector<Progress> history_;

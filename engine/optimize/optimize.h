@@ -20,7 +20,7 @@ struct Continuation {
   double start = 0.1;         ///< smoothing [m] of the first stage
   std::optional<double> end;  ///< of the last; none: that of the problem's options
   double factor = 2.0;        ///< from stage to stage, at first
-  double max_factor = 4.0;    ///< while stages need few iterations
+  double max_factor = 2.0;    ///< while stages need few iterations
   double hard_factor = 10.0;  ///< below 1e-6 m
   /// Compliance falls with smoothing [1/m], no lower than the problem's own: with stiff laws that
   /// reach far Newton's method overshoots into a wall.

@@ -42,7 +42,7 @@ class ProblemReader {
     if (root_.has("periodic")) read_periodic(root_.at("periodic"));
     for (const YamlValue& entry : root_.at("terms").list())
       for (Term& term :
-           read_terms(entry, problem, start_, problem.goal_q ? *problem.goal_q : VectorX()))
+           read_terms(entry, problem, start_, goal_))
         problem.terms.push_back(std::move(term));
     bool pushed = false;
     for (const Term& term : problem.terms)
