@@ -3,12 +3,25 @@
 #include <Eigen/LU>
 #include <limits>
 
+#include "counterpoint/engine/derivatives/inverse_derivator.h"
 #include "counterpoint/engine/step_differences.h"
 #include "counterpoint/engine/step_workspace.h"
 #include "counterpoint/model/rotation.h"
 
 namespace counterpoint {
+
+struct DerivativeScratch {
+  explicit DerivativeScratch(const Model& model) : inverse(model) {}
+  InverseDerivator inverse;
+  DifferenceScratch differences;
+};
+
 namespace {
+
+DerivativeScratch& scratch_of(const Model& model, Workspace::Impl& ws) {
+  if (!ws.derivatives) ws.derivatives = std::make_shared<DerivativeScratch>(model);
+  return *ws.derivatives;
+}
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
@@ -62,12 +75,21 @@ void step_inverse_derivatives(const Model& model, const SimulationOptions& optio
     for (MatrixX* m : {&d.dq, &d.dv, &d.dv_next}) m->setConstant(model.nv(), model.nv(), kNaN);
     return;
   }
-  const double step = difference_step > 0.0 ? difference_step
-                                            : suitable_difference_step(
-                                                  options, !workspace.impl().constraints.empty());
-  DifferenceScratch scratch;
+  Workspace::Impl& ws = workspace.impl();
+  DerivativeScratch& scratch = scratch_of(model, ws);
+  const bool analytic =
+      method == DerivativeMethod::kAnalytic && options.integrator == Integrator::kSemiImplicitEuler;
+  const EffectSet effects = active_effects(ws.called, options.effects);
+  const bool closed =
+      analytic && scratch.inverse.compute(model, options, effects, q, v, v_next, known, ws, d);
+  d.by_differences = method == DerivativeMethod::kAnalytic && !closed;
+  if (closed) return;
+  const double step = difference_step > 0.0
+                          ? difference_step
+                          : suitable_difference_step(options, !ws.constraints.empty());
   difference_step_inverse(model, options, q, v, v_next, known, workspace, step,
-                          method == DerivativeMethod::kExtrapolated, scratch, d);
+                          method != DerivativeMethod::kCentralDifferences, !analytic,
+                          scratch.differences, d);
 }
 
 bool step_forward_derivatives(const Model& model, const SimulationOptions& options, VectorRef q,

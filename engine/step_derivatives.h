@@ -24,6 +24,9 @@ struct InverseDerivatives {
   MatrixX dq;       ///< du/dq [N/m, N/rad, N m/m, N m/rad], dq a displacement at q
   MatrixX dv;       ///< du/dv [N s/m, ...]
   MatrixX dv_next;  ///< du/dv+ [N s/m, ...]; symmetric where all laws are convex
+  /// dq and dv are (dv_next too, of implicit_midpoint) by extrapolated differences of the whole
+  /// step, though closed forms were asked for: something acts that has none (docs/derivatives.md).
+  bool by_differences = false;
 };
 
 /// What a step at (q, v) that led to v_next under `known` recovers, into `out` as step_inverse

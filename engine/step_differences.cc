@@ -41,7 +41,7 @@ double suitable_difference_step(const SimulationOptions& options, bool constrain
 
 void difference_step_inverse(const Model& model, const SimulationOptions& options, VectorRef q,
                              VectorRef v, VectorRef v_next, const Input& known,
-                             Workspace& workspace, double step, bool extrapolated,
+                             Workspace& workspace, double step, bool extrapolated, bool by_v_next,
                              DifferenceScratch& scratch, InverseDerivatives& d) {
   const int nv = model.nv();
   const double v_step = std::min(step / options.time_step, kMaxVelocityStep);
@@ -65,6 +65,7 @@ void difference_step_inverse(const Model& model, const SimulationOptions& option
     invert(out);
     scratch.v[k] = v[k];
   });
+  if (!by_v_next) return;
   difference(nv, v_step, extrapolated, scratch, d.dv_next, [&](int k, double s, Inverse& out) {
     scratch.v_next[k] = v_next[k] + s;
     invert(out);

@@ -14,9 +14,10 @@ struct DifferenceScratch {
 };
 
 /// As step_inverse_derivatives by differences, without `out`. Extrapolated: from steps s and 2 s.
+/// by_v_next: du/dv+ too, else it stays.
 void difference_step_inverse(const Model& model, const SimulationOptions& options, VectorRef q,
                              VectorRef v, VectorRef v_next, const Input& known,
-                             Workspace& workspace, double step, bool extrapolated,
+                             Workspace& workspace, double step, bool extrapolated, bool by_v_next,
                              DifferenceScratch& scratch, InverseDerivatives& d);
 
 /// The step [m, rad] that suits the smoothing of a scene's constraints, if it has any.
