@@ -10,9 +10,10 @@
 namespace counterpoint::optimization {
 namespace {
 
-/// Below this smoothing [m] nothing is found any more, only made more exact: penalties stay, and
-/// stages go by Continuation::hard_factor.
+/// Below this smoothing [m] nothing is found any more, only made more exact: penalties stay.
 constexpr double kHard = 1e-6;
+/// Below this one [m] the laws hardly change any more.
+constexpr double kUnseen = 2e-9;
 /// A stage is refused whose mean unactuated force is above both: this, and so many times that of
 /// the stage before.
 constexpr double kWorse = 0.02, kWorseRatio = 1.2;
@@ -175,7 +176,7 @@ Result Continuing::run() {
     if (last) break;
     if (stage_iterations_ <= settings_->stage_iterations / 2)
       factor_ = std::min(c.max_factor, 1.3 * factor_);
-    const double by = smoothing_ <= 1.01 * kHard ? c.hard_factor : factor_;
+    const double by = smoothing_ <= kUnseen ? c.hard_factor : factor_;
     smoothing_ = smoothing_ / by < 1.01 * end ? end : smoothing_ / by;
     if (smoothing_ < kHard && last_good_ > 1.01 * kHard) smoothing_ = std::max(kHard, end);
   }

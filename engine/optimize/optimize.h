@@ -21,7 +21,7 @@ struct Continuation {
   std::optional<double> end;  ///< of the last; none: that of the problem's options
   double factor = 2.0;        ///< from stage to stage, at first
   double max_factor = 2.0;    ///< while stages need few iterations
-  double hard_factor = 10.0;  ///< below 1e-6 m
+  double hard_factor = 10.0;  ///< below 2e-9 m
   /// Compliance falls with smoothing [1/m], no lower than the problem's own: with stiff laws that
   /// reach far Newton's method overshoots into a wall.
   double compliance_per_metre = 10.0;
