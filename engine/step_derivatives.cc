@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "counterpoint/engine/derivatives/inverse_derivator.h"
+#include "counterpoint/engine/derivatives/right_jacobian.h"
 #include "counterpoint/engine/step_differences.h"
 #include "counterpoint/engine/step_workspace.h"
 #include "counterpoint/model/rotation.h"
@@ -24,23 +25,6 @@ DerivativeScratch& scratch_of(const Model& model, Workspace::Impl& ws) {
 }
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-
-/// The right Jacobian of the exponential map: exp(r + dr) = exp(r) exp(J dr) to first order.
-Matrix3 right_jacobian(const Vector3& r) {
-  const double angle2 = r.squaredNorm();
-  // (1 - cos a) / a^2 and (a - sin a) / a^3, by series where the next terms are below rounding.
-  double b = 0.5 - angle2 / 24.0, c = 1.0 / 6.0 - angle2 / 120.0;
-  if (angle2 > 1e-6) {
-    const double angle = std::sqrt(angle2), half = std::sin(0.5 * angle);
-    b = 2.0 * half * half / angle2;
-    c = (angle - std::sin(angle)) / (angle2 * angle);
-  } else {
-    b += angle2 * angle2 / 720.0;
-    c += angle2 * angle2 / 5040.0;
-  }
-  const Matrix3 s = skew(r);
-  return Matrix3::Identity() - b * s + c * s * s;
-}
 
 /// dq_next = P dq + h Q dv_next at q_next = q (+) h v_next, P and Q being the identity but for
 /// quaternions: P = exp(-h w), Q = J(h w).

@@ -57,6 +57,7 @@ void scale(BodyResponse& response, double by) {
 
 InverseDerivator::InverseDerivator(const Model& model)
     : sweep_(model),
+      velocity_terms_(model),
       load_(model.num_bodies()),
       response_(model.num_bodies()),
       responds_(model.num_bodies(), 0),
@@ -195,28 +196,45 @@ bool InverseDerivator::add_contacts(const Model& model, const SimulationOptions&
   return known;
 }
 
-void InverseDerivator::add_couplings(const Model& model, const SweepOutput& out) {
-  for (const Coupling& c : couplings_) sweep_.add_coupling(model, c.body, c.by, c.response, out);
-}
-
-/// The motion that inertial and velocity-dependent forces are taken at. False where it is not known
-/// in closed form.
-bool InverseDerivator::set_velocities(const Model& model, const VectorRef& v,
+/// The motion that inertial and velocity-dependent forces are taken at, but for what
+/// velocity_terms.h says; of bodies that fly these forces are a load.
+void InverseDerivator::set_velocities(const Model& model, const VectorRef& v,
                                       const VectorRef& v_next, double h,
                                       const Workspace::Impl& ws) {
   acceleration_ = (v_next - v) / h;
-  if (!ws.data.has_coriolis) {
-    v_.setZero();
-    return true;
-  }
   v_ = v;
-  bool known = true;
-  for (const Tree& tree : model.trees()) {
-    if (!ws.data.has_mean_force[tree.body_begin]) continue;
-    v_.segment(tree.v_begin, tree.v_end - tree.v_begin).setZero();
-    for (int i = tree.body_begin; i < tree.body_end; ++i) load_[i] -= ws.data.mean_force[i];
-    known = known && tree.body_end == tree.body_begin + 1;
+  if (!ws.data.has_coriolis) v_.setZero();
+  for (int n = 0; ws.data.has_coriolis && n < ws.free_flight.num_flyers(); ++n) {
+    const int i = ws.free_flight.body(n);
+    v_.segment(model.body(i).v_index, joint_nv(model.body(i).joint_type)).setZero();
+    load_[i] -= ws.data.mean_force[i];
   }
+}
+
+bool InverseDerivator::sweep_trees(const Model& model, EffectSet effects, double h,
+                                   const VectorRef& q, const VectorRef& v, const VectorRef& v_next,
+                                   Workspace::Impl& ws, InverseDerivatives& d) {
+  SweepInput in;
+  in.v = v_.data();
+  in.a = acceleration_.data();
+  in.gravity = effects.has(Effect::kGravity) ? model.gravity() : Vector3(Vector3::Zero());
+  in.load = load_.data();
+  in.response = response_.data();
+  in.responds = responds_.data();
+  in.responds_to_v = by_v_;
+  in.v_start = v.data();
+  in.v_next = v_next.data();
+  in.mass_in_next = 1.0 / h;
+  in.mass_in_v = -1.0 / h;
+  const SweepOutput out{d.dq, d.dv, d.dv_next};
+  bool known = true;
+  for (int t = 0; t < model.num_trees(); ++t) {
+    known = velocity_terms_.prepare(model, t, effects, h, q, v, ws, v_, acceleration_, in) && known;
+    sweep_.run(model, model.trees()[t], ws.data, in, out);
+    velocity_terms_.add(model, t, effects, h, q, v, ws, d);
+  }
+  for (const Coupling& c : couplings_) sweep_.add_coupling(model, c.body, c.by, c.response, out);
+  if (ws.data.has_coriolis) add_flyers(model, h, v, in.gravity, ws, d);
   return known;
 }
 
@@ -268,26 +286,11 @@ bool InverseDerivator::compute(const Model& model, const SimulationOptions& opti
   }
   compute_inertias(model, ws.data);
   begin(model);
-  bool closed = set_velocities(model, v, v_next, h, ws);
+  set_velocities(model, v, v_next, h, ws);
   if (effects.has(Effect::kExternalWrenches)) add_wrenches(model, known, ws.data);
   if (effects.has(Effect::kDrag)) add_drag(model, ws.velocity, ws.data);
-  closed = add_contacts(model, options, effects, ws) && closed;
-  SweepInput in;
-  in.v = v_.data();
-  in.a = acceleration_.data();
-  in.gravity = effects.has(Effect::kGravity) ? model.gravity() : Vector3(Vector3::Zero());
-  in.load = load_.data();
-  in.response = response_.data();
-  in.responds = responds_.data();
-  in.responds_to_v = by_v_;
-  in.v_start = v.data();
-  in.v_next = v_next.data();
-  in.mass_in_next = 1.0 / h;
-  in.mass_in_v = -1.0 / h;
-  const SweepOutput out{d.dq, d.dv, d.dv_next};
-  for (const Tree& tree : model.trees()) sweep_.run(model, tree, ws.data, in, out);
-  add_couplings(model, out);
-  if (ws.data.has_coriolis) add_flyers(model, h, v, in.gravity, ws, d);
+  bool closed = add_contacts(model, options, effects, ws);
+  closed = sweep_trees(model, effects, h, q, v, v_next, ws, d) && closed;
   add_joint_force_derivatives(model, effects, h, d);
   add_joint_row_derivatives(model, options, ws.constraints.joints, q, v_next, ws.finder.weights(),
                             d);

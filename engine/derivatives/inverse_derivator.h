@@ -11,6 +11,7 @@
 
 #include "counterpoint/engine/derivatives/pair_response.h"
 #include "counterpoint/engine/derivatives/sweep.h"
+#include "counterpoint/engine/derivatives/velocity_terms.h"
 #include "counterpoint/engine/step_derivatives.h"
 #include "counterpoint/engine/step_workspace.h"
 
@@ -47,13 +48,16 @@ class InverseDerivator {
                 const PairResponse& response, double h, const Data& data);
   void couple(const Model& model, const PairConstraint& pair, int body, int by,
               BodyResponse response, const Data& data);
-  void add_couplings(const Model& model, const SweepOutput& out);
-  bool set_velocities(const Model& model, const VectorRef& v, const VectorRef& v_next, double h,
+  void set_velocities(const Model& model, const VectorRef& v, const VectorRef& v_next, double h,
                       const Workspace::Impl& ws);
+  bool sweep_trees(const Model& model, EffectSet effects, double h, const VectorRef& q,
+                   const VectorRef& v, const VectorRef& v_next, Workspace::Impl& ws,
+                   InverseDerivatives& d);
   void add_flyers(const Model& model, double h, const VectorRef& v, const Vector3& gravity,
                   const Workspace::Impl& ws, InverseDerivatives& d) const;
 
   TreeSweep sweep_;
+  VelocityTerms velocity_terms_;
   std::vector<Force> load_;  ///< by body
   std::vector<BodyResponse> response_;
   std::vector<char> responds_;

@@ -1,6 +1,7 @@
 #include "counterpoint/engine/derivatives/pair_response.h"
 
 #include "counterpoint/contact/law.h"
+#include "counterpoint/engine/derivatives/right_jacobian.h"
 #include "counterpoint/engine/kinematics.h"
 #include "counterpoint/model/rotation.h"
 
@@ -40,16 +41,6 @@ void find_slopes(const PairConstraint& pair, const PairBodies& bodies, PairRespo
   by_bias = -RG.col(0);
 }
 
-/// The left Jacobian of the exponential map: exp(r + dr) = exp(J dr) exp(r) to first order.
-Matrix3 left_jacobian(const Vector3& r) {
-  const double angle2 = r.squaredNorm();
-  const Matrix3 s = skew(r);
-  if (angle2 < 1e-6) return Matrix3::Identity() + 0.5 * s + s * s / 6.0;
-  const double angle = std::sqrt(angle2), half = std::sin(0.5 * angle);
-  return Matrix3::Identity() + 2.0 * half * half / angle2 * s +
-         (angle - std::sin(angle)) / (angle2 * angle) * s * s;
-}
-
 /// How far a point at `arm` from its body's origin goes beyond omega x arm h within the step, if
 /// the body keeps turning: u = (exp(h omega) - 1 - [h omega]) arm.
 struct Turning {
@@ -61,7 +52,7 @@ struct Turning {
     const Matrix3 turn = quaternion_exp(angle).toRotationMatrix();
     by_arm = turn - Matrix3::Identity() - skew(angle);
     u = by_arm * arm;
-    by_omega = h * (skew(arm) - skew(turn * arm) * left_jacobian(angle));
+    by_omega = h * (skew(arm) - skew(turn * arm) * right_jacobian(angle).transpose());
   }
 };
 

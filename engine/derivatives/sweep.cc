@@ -32,6 +32,7 @@ struct ColumnForces {
   double v[6];     ///< what S_j' is taken of for dtau_j/dv
   double q[6];     ///< for dtau_j/dq
   double b[3];     ///< S' 2 B, its angular part
+  double b_v[3];   ///< the share of it for dtau/dv
 };
 
 COUNTERPOINT_WIDE void multiply_path(const double* path, int stride, int count,
@@ -43,7 +44,7 @@ COUNTERPOINT_WIDE void multiply_path(const double* path, int stride, int count,
     add_dot<6>(at + kS * stride, stride, x.v, up_v);
     add_dot<6>(at + kS * stride, stride, x.q, up);
     add_dot<6>(at + kD * stride, stride, x.mass, down_v);
-    add_dot<3>(at + kS * stride, stride, x.b, down_v);
+    add_dot<3>(at + kS * stride, stride, x.b_v, down_v);
     add_dot<6>(at + kPP * stride, stride, x.mass, down);
     add_dot<3>(at + kP * stride, stride, x.b, down);
     contact::store(mass, out + kMass * stride + s);
@@ -231,7 +232,7 @@ void TreeSweep::find_response_columns(const Model& model, const Tree& tree, cons
 }
 
 /// Puts the columns of a body, and of those that carry it, into the path.
-void TreeSweep::enter(const Model& model, int i, bool respond) {
+void TreeSweep::enter(const Model& model, int i, const SweepInput& in, bool respond) {
   for (; i != 0; i = model.body(i).parent) {
     const int first = first_slot_[i], nv = joint_nv(model.body(i).joint_type);
     if (path_body_[first] == i) return;
@@ -242,7 +243,7 @@ void TreeSweep::enter(const Model& model, int i, bool respond) {
       double* at = path_.data() + first + j;
       path_column_[first + j] = k;
       put(column.S, stride_, at + kS * stride_);
-      put(column.D, stride_, at + kD * stride_);
+      put(column.D * in.velocity_factor, stride_, at + kD * stride_);
       for (int c = 0; c < 3; ++c) at[(kP + c) * stride_] = column.P.angular[c];
       put(column.PP, stride_, at + kPP * stride_);
       if (!respond) continue;
@@ -264,9 +265,12 @@ void TreeSweep::write_column(int k, int group_begin, int group_end, const Compos
   by_q += cross(S, whole.f);
   const Vector3 b = 2.0 * (whole.N.transpose() * S.angular + whole.p.cross(S.linear));
   put(IS, x.mass);
-  put(by_v, x.v);
+  put(by_v * in.velocity_factor, x.v);
   put(by_q, x.q);
-  for (int i = 0; i < 3; ++i) x.b[i] = b[i];
+  for (int i = 0; i < 3; ++i) {
+    x.b[i] = b[i];
+    x.b_v[i] = in.velocity_factor * b[i];
+  }
   const int count = (group_end + 3) / 4 * 4;
   double* products = products_.data();
   if (response != nullptr) {
@@ -357,7 +361,7 @@ void TreeSweep::run(const Model& model, const Tree& tree, const Data& data, cons
     m->block(tree.v_begin, tree.v_begin, size, size).setZero();
   std::fill(path_body_.begin(), path_body_.end(), 0);
   for (int i = tree.body_end - 1; i >= tree.body_begin; --i) {
-    enter(model, i, respond);
+    enter(model, i, in, respond);
     write_columns(model, i, in, out);
     const int parent = model.body(i).parent;
     if (parent == 0) continue;

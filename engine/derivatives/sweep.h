@@ -59,6 +59,8 @@ struct SweepInput {
   bool responds_to_v = false;       ///< any of them by the velocity at the start
   const double* v_start = nullptr;  ///< nv, where responds_to_v
   const double* v_next = nullptr;   ///< nv, where there are responses
+  /// Of velocity-dependent forces this share is taken of dtau/dv, as when v is scaled by it.
+  double velocity_factor = 1.0;
   /// M is added to d_next times this and to dv times that.
   double mass_in_next = 1.0, mass_in_v = 0.0;
 };
@@ -111,7 +113,7 @@ class TreeSweep {
   void set_composite(int i, const Vector3& origin, const Data& data, const SweepInput& in);
   void find_response_columns(const Model& model, const Tree& tree, const double* velocity,
                              Motion Column::*out);
-  void enter(const Model& model, int i, bool respond);
+  void enter(const Model& model, int i, const SweepInput& in, bool respond);
   void write_columns(const Model& model, int i, const SweepInput& in, SweepOutput& out);
   void write_column(int k, int group_begin, int group_end, const Composite& whole,
                     const BodyResponse* response, const SweepInput& in, SweepOutput& out);
