@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <fstream>
 
 #include "counterpoint/engine/csv.h"
 #include "counterpoint/engine/integrator.h"
@@ -20,21 +21,42 @@ bool is_better(const OptimizedStart& a, const OptimizedStart& b) {
   return a.result.cost < b.result.cost;
 }
 
-void write_motion(const std::string& file, const opt::ProblemFile& problem,
-                  const opt::Result& result) {
-  const Model& model = *problem.problem.model;
-  TrajectoryWriter writer(file, model);
+namespace {
+
+void write_frames(const std::string& file, const opt::ProblemFile& problem,
+                  const std::vector<VectorX>& q, const std::vector<VectorX>& v,
+                  const std::vector<VectorX>& applied_force) {
+  TrajectoryWriter writer(file, *problem.problem.model);
   const double h = problem.problem.h();
   Input input;
-  for (std::size_t t = 0; t < result.q.size(); ++t) {
-    const State state{static_cast<double>(t) * h, result.q[t], result.v[t]};
-    if (t + 1 == result.q.size()) {
+  for (std::size_t t = 0; t < q.size(); ++t) {
+    const State state{static_cast<double>(t) * h, q[t], v[t]};
+    if (t + 1 == q.size()) {
       writer.write_end(state);
     } else {
-      input.applied_force = result.applied_force[t];
+      input.applied_force = applied_force[t];
       writer.write_step(state, input, h);
     }
   }
+}
+
+}  // namespace
+
+void write_motion(const std::string& file, const opt::ProblemFile& problem,
+                  const opt::Result& result) {
+  write_frames(file, problem, result.q, result.v, result.applied_force);
+}
+
+void write_motion(const std::string& file, const opt::ProblemFile& problem,
+                  const opt::RepeatedMotion& motion) {
+  write_frames(file, problem, motion.q, motion.v, motion.applied_force);
+}
+
+Json read_json(const std::string& file) {
+  std::ifstream stream(file);
+  Json json = Json::parse(stream, nullptr, false);
+  if (json.is_discarded()) throw InputError(file + ": is no JSON");
+  return json;
 }
 
 std::vector<VectorX> frames_from(const std::string& file, const opt::Problem& problem) {

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "counterpoint/engine/optimize/feedback.h"
 #include "counterpoint/engine/optimize/problem_file.h"
 #include "report.h"
 
@@ -21,9 +22,14 @@ struct OptimizedStart {
 /// Feasible ones before others, then the cheaper one.
 bool is_better(const OptimizedStart& a, const OptimizedStart& b);
 
-/// Writes the frames as a trajectory (docs/trajectory-format.md).
+/// Writes frames as a trajectory (docs/trajectory-format.md).
 void write_motion(const std::string& file, const optimization::ProblemFile& problem,
                   const optimization::Result& result);
+void write_motion(const std::string& file, const optimization::ProblemFile& problem,
+                  const optimization::RepeatedMotion& motion);
+
+/// @throws InputError where the file is no JSON.
+Json read_json(const std::string& file);
 
 /// Frames of a trajectory as a start: taken as they are where their number fits, else by
 /// interpolation along the motion. @throws InputError as read_trajectory.

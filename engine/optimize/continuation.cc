@@ -65,17 +65,18 @@ Continuing::Continuing(const Problem& problem, const std::vector<VectorX>& start
       newton_(problem, start, settings.threads),
       workspace_(*problem.model),
       start_seconds_(seconds()),
-      smoothing_(std::max(settings.continuation.start, end_of(problem, settings))),
+      smoothing_(std::max(settings.continuation.resume_at.value_or(settings.continuation.start),
+                          end_of(problem, settings))),
       last_good_(smoothing_),
       factor_(settings.continuation.factor) {}
 
 void Continuing::settle_ends() {
   if (!problem_->settle || problem_->periodic) return;
   newton_.frames().set_start(
-      settled(*problem_->model, stage_.options, problem_->start_q, workspace_));
+      settled(*problem_->model, stage_.options, problem_->motors, problem_->start_q, workspace_));
   if (problem_->goal_q)
     newton_.frames().set_goal(
-        settled(*problem_->model, stage_.options, *problem_->goal_q, workspace_));
+        settled(*problem_->model, stage_.options, problem_->motors, *problem_->goal_q, workspace_));
 }
 
 void Continuing::begin_stage() {
@@ -145,6 +146,13 @@ bool Continuing::has_got_worse(const Spread& found, double objective) const {
 }
 
 Result Continuing::run() {
+  const Outcome outcome = go();
+  Result out = result(outcome);
+  out.history = std::move(history_);
+  return out;
+}
+
+Outcome Continuing::go() {
   const double end = end_of(*problem_, *settings_);
   const Continuation& c = settings_->continuation;
   for (;;) {
@@ -154,7 +162,7 @@ Result Continuing::run() {
     begin_stage();
     const bool last = smoothing_ <= end;
     const Next next = run_stage(last);
-    if (next == Next::kStop) return result(stopped_ ? Outcome::kStopped : Outcome::kIterations);
+    if (next == Next::kStop) return stopped_ ? Outcome::kStopped : Outcome::kIterations;
     const Spread found = newton_.violation();
     const double costs = objective();
     if (has_got_worse(found, costs)) {
@@ -169,7 +177,7 @@ Result Continuing::run() {
       continue;
     }
     ++stages_;
-    if (settings_->stage_done) settings_->stage_done(newton_.frames().all(), smoothing_);
+    if (settings_->stage_done) settings_->stage_done(result(Outcome::kStopped));
     last_mean_ = found.mean;
     last_objective_ = costs;
     last_good_ = smoothing_;
@@ -181,10 +189,10 @@ Result Continuing::run() {
     if (smoothing_ < kHard && last_good_ > 1.01 * kHard) smoothing_ = std::max(kHard, end);
   }
   const bool feasible = newton_.violation().max <= settings_->violation_tolerance;
-  return result(feasible ? Outcome::kConverged : Outcome::kInfeasible);
+  return feasible ? Outcome::kConverged : Outcome::kInfeasible;
 }
 
-Result Continuing::result(Outcome outcome) {
+Result Continuing::result(Outcome outcome) const {
   Result out;
   out.outcome = outcome;
   out.q = newton_.frames().all();
@@ -205,7 +213,6 @@ Result Continuing::result(Outcome outcome) {
   out.iterations = static_cast<int>(history_.size());
   out.stages = stages_;
   out.refused_stages = refused_;
-  out.history = std::move(history_);
   out.seconds = seconds() - start_seconds_;
   return out;
 }

@@ -12,6 +12,7 @@ class Continuing {
 
  private:
   enum class Next { kGoOn, kStop };
+  Outcome go();
   Next minimize();
   Next run_stage(bool last);
   Next polish();
@@ -19,7 +20,7 @@ class Continuing {
   bool has_got_worse(const Spread& found, double objective) const;
   void settle_ends();
   double objective() const;
-  Result result(Outcome outcome);
+  Result result(Outcome outcome) const;
 
   const Problem* problem_;
   const Settings* settings_;

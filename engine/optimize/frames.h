@@ -39,10 +39,10 @@ class Frames {
   void move(const MatrixX& step);
   const std::vector<VectorX>& variables() const { return slots_; }
   void set_variables(std::vector<VectorX> q) { slots_ = std::move(q); }
-
- private:
+  /// Of a periodic motion: q a period later (sign 1) or earlier (-1).
   VectorX image(const VectorX& q, double sign) const;
 
+ private:
   const Problem* problem_;
   std::vector<VectorX> slots_;
   VectorX start_, before_start_;  ///< frames 0 and -1

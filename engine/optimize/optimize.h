@@ -19,6 +19,8 @@ namespace counterpoint::optimization {
 struct Continuation {
   double start = 0.1;         ///< smoothing [m] of the first stage
   std::optional<double> end;  ///< of the last; none: that of the problem's options
+  /// The smoothing [m] to go on from, where a run was stopped.
+  std::optional<double> resume_at;
   double factor = 2.0;        ///< from stage to stage, at first
   double max_factor = 2.0;    ///< while stages need few iterations
   double hard_factor = 10.0;  ///< below 2e-9 m
@@ -46,20 +48,6 @@ struct Progress {
   Iteration step;
 };
 
-struct Settings {
-  int threads = 0;            ///< 0: one a core
-  int max_iterations = 600;   ///< Newton steps of all stages
-  int stage_iterations = 40;  ///< of one minimization
-  double tolerance = 1e-3;    ///< of the cost: a minimization ends where a step lowers it by less
-  double violation_tolerance = 1e-5;  ///< of conditions, at the end
-  Continuation continuation;
-  DerivativeMethod derivatives = DerivativeMethod::kAnalytic;
-  /// Called after every Newton step; false: stop, and return the motion as it is.
-  std::function<bool(const Progress&)> progress;
-  /// Called at the end of every stage with frames q_0 ... q_N.
-  std::function<void(const std::vector<VectorX>&, double smoothing)> stage_done;
-};
-
 enum class Outcome {
   kConverged,   ///< conditions hold to violation_tolerance at the last smoothing
   kInfeasible,  ///< the last stage ended with conditions farther off
@@ -82,6 +70,20 @@ struct Result {
   int stages = 0, refused_stages = 0;
   std::vector<Progress> history;
   double seconds = 0.0;
+};
+
+struct Settings {
+  int threads = 0;            ///< 0: one a core
+  int max_iterations = 600;   ///< Newton steps of all stages
+  int stage_iterations = 40;  ///< of one minimization
+  double tolerance = 1e-3;    ///< of the cost: a minimization ends where a step lowers it by less
+  double violation_tolerance = 1e-5;  ///< of conditions, at the end
+  Continuation continuation;
+  DerivativeMethod derivatives = DerivativeMethod::kAnalytic;
+  /// Called after every Newton step; false: stop, and return the motion as it is.
+  std::function<bool(const Progress&)> progress;
+  /// Called at the end of every stage with the motion so far, its history left out.
+  std::function<void(const Result&)> stage_done;
 };
 
 /// Finds a motion. start: frames q_0 ... q_N to begin with (straight_line, an earlier result).

@@ -17,7 +17,8 @@ namespace {
 /// Reads one problem file from top to bottom.
 class ProblemReader {
  public:
-  explicit ProblemReader(const std::filesystem::path& file) : root_(YamlValue::load(file)) {
+  ProblemReader(const std::filesystem::path& file, std::optional<int> steps)
+      : root_(YamlValue::load(file)), steps_(steps) {
     root_.expect_map({"name", "scene", "time_step", "steps", "start", "goal", "periodic", "guess",
                       "passive", "terms", "continuation", "max_iterations", "stage_iterations",
                       "tolerance", "violation_tolerance"});
@@ -34,15 +35,14 @@ class ProblemReader {
     problem.model = &model;
     problem.options = out_.scene->options;
     if (root_.has("time_step")) problem.options.time_step = root_.at("time_step").positive();
-    problem.steps = root_.at("steps").integer(4, 100'000);
+    problem.steps = steps_ ? *steps_ : root_.at("steps").integer(4, 100'000);
     problem.motors = motors_of(model);
     if (root_.has("passive")) read_passive(root_.at("passive"));
     read_continuation();
     read_ends();
     if (root_.has("periodic")) read_periodic(root_.at("periodic"));
     for (const YamlValue& entry : root_.at("terms").list())
-      for (Term& term :
-           read_terms(entry, problem, start_, goal_))
+      for (Term& term : read_terms(entry, problem, start_, goal_))
         problem.terms.push_back(std::move(term));
     bool pushed = false;
     for (const Term& term : problem.terms)
@@ -96,7 +96,7 @@ class ProblemReader {
   VectorX standing(const VectorX& q) const {
     SimulationOptions options = stage_at(out_.problem, out_.settings, kStandingSmoothing).options;
     Workspace workspace(out_.scene->model);
-    return settled(out_.scene->model, options, q, workspace);
+    return settled(out_.scene->model, options, out_.problem.motors, q, workspace);
   }
 
   void read_periodic(const YamlValue& in) {
@@ -196,13 +196,16 @@ class ProblemReader {
   static constexpr double kStandingSmoothing = 1e-4;
 
   const YamlValue root_;
+  const std::optional<int> steps_;
   ProblemFile out_;
   VectorX start_, end_, goal_;
 };
 
 }  // namespace
 
-ProblemFile load_problem(const std::filesystem::path& file) { return ProblemReader(file).read(); }
+ProblemFile load_problem(const std::filesystem::path& file, std::optional<int> steps) {
+  return ProblemReader(file, steps).read();
+}
 
 std::vector<VectorX> seeded_guess(const ProblemFile& file, std::uint64_t seed) {
   std::vector<VectorX> frames = file.guess;

@@ -21,8 +21,9 @@ struct ProblemFile {
   double noise = 0.0;  ///< standard deviation of what seeds add to joint coordinates [rad, m]
 };
 
-/// @throws InputError naming file, line, element, what was expected and what to do.
-ProblemFile load_problem(const std::filesystem::path& file);
+/// steps: in place of the file's. @throws InputError naming file, line, element, what was expected
+/// and what to do.
+ProblemFile load_problem(const std::filesystem::path& file, std::optional<int> steps = {});
 
 /// The guess with the noise of a seed, on all coordinates of joints that are no free bases; seed 0:
 /// as it is. The same seed gives the same bits.

@@ -6,9 +6,10 @@
 
 namespace counterpoint::optimization {
 
-/// q (nq) with every floating tree raised or lowered along z, one after the other, until contacts
-/// carry it at rest; trees that nothing below would carry stay.
-VectorX settled(const Model& model, const SimulationOptions& options, const VectorX& q,
-                Workspace& workspace);
+/// q (nq) with every tree on a floating joint, or on a vertical slide without a motor, raised or
+/// lowered along z, one after the other, until contacts carry it at rest; trees that nothing below
+/// would carry stay. motors: nv.
+VectorX settled(const Model& model, const SimulationOptions& options,
+                const std::vector<char>& motors, const VectorX& q, Workspace& workspace);
 
 }  // namespace counterpoint::optimization
