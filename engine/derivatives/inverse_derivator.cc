@@ -1,6 +1,7 @@
 #include "counterpoint/engine/derivatives/inverse_derivator.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "counterpoint/engine/assemble.h"
 #include "counterpoint/engine/contact_law.h"
@@ -47,6 +48,26 @@ PairResponse drag_response(const Drag& drag, const Motion& V, const Motion& V_ne
   return out;
 }
 
+/// A contact so far off that neither its force nor what it changes by matters: 1e-9 of the weight
+/// of what it moves, 1e-9 of that a metre.
+bool is_nothing(const PairConstraint& pair, const PairBodies& bodies, double h,
+                const InverseWeights& weights) {
+  constexpr double kNothing = 1e-9 * kStandardGravity;  // [m/s^2, 1/s^2]
+  const double alpha = weights.contact[pair.body_a] + weights.contact[pair.body_b];
+  const double y =
+      pair.law.bias[0] + pair.frame.col(0).dot(bodies.next_b.linear - bodies.next_a.linear);
+  double closing = y;
+  if (pair.law.rows > 1 && !pair.law.coulomb) {  // the convex cone's smaller eigenvalue
+    Vector3 slip = pair.frame.transpose() * (bodies.next_b.linear - bodies.next_a.linear);
+    closing -= pair.law.friction[0] * std::hypot(slip[1], slip[2]);
+    if (pair.law.rows > 3) return false;
+  }
+  if (!(closing > 0.0)) return false;
+  // f < k / y and G < k / y^2.
+  const double f = pair.law.smoothing / closing;
+  return alpha * f / h < kNothing && alpha * f / (closing * h * h) < kNothing;
+}
+
 void scale(BodyResponse& response, double by) {
   response.q *= by;
   response.next *= by;
@@ -70,6 +91,8 @@ void InverseDerivator::begin(const Model& model) {
     responds_[i] = 0;
   }
   couplings_.clear();
+  inner_.clear();
+  motions_.begin();
   by_v_ = false;
 }
 
@@ -120,7 +143,7 @@ bool InverseDerivator::contact_response(const Model& model, const SimulationOpti
   const double alpha = weights.contact[pair.body_a] + weights.contact[pair.body_b];
   const double towards_b = weights.contact[pair.body_b] / alpha - 0.5;
   ContactMotion motion;
-  if (!find_contact_motion(model, ws.data, candidate, towards_b, motion)) {
+  if (!motions_.find(model, ws.data, candidate, towards_b, motion)) {
     find_velocity_response(pair, bodies, out);
     return false;
   }
@@ -155,13 +178,49 @@ void InverseDerivator::couple(const Model& model, const PairConstraint& pair, in
     K->leftCols<3>() -= K->rightCols<3>() * columns;
     K->topRows<3>() += rows * K->bottomRows<3>();
   }
+  // Contacts of two bodies come one after the other.
+  for (size_t i = couplings_.size(); i-- > 0 && i + 2 >= couplings_.size();) {
+    if (couplings_[i].body != body || couplings_[i].by != by) continue;
+    couplings_[i].response += response;
+    return;
+  }
   couplings_.push_back({body, by, response});
+}
+
+/// Between two bodies of one tree.
+void InverseDerivator::add_inner(const Model& model, const PairConstraint& pair,
+                                 const PairBodies& bodies, const PairResponse& response, double h,
+                                 const Data& data) {
+  const Tree& tree = model.trees()[model.body(pair.body_a).tree];
+  const Matrix3 arm = skew(pair.position - TreeSweep::reference(tree, data));
+  InnerPair inner{pair.body_a,
+                  pair.body_b,
+                  response.by_v,
+                  response.displaced(bodies.next_b, bodies.start_b),
+                  carried(response.wrench),
+                  response.next,
+                  response.v_a,
+                  response.v_b};
+  for (Matrix6* K : {&inner.displaced, &inner.carried, &inner.next, &inner.v_a, &inner.v_b}) {
+    K->leftCols<3>() -= K->rightCols<3>() * arm;
+    K->topRows<3>() += arm * K->bottomRows<3>();
+    *K *= 1.0 / h;
+  }
+  if (!inner_.empty() && inner_.back().body_a == inner.body_a &&
+      inner_.back().body_b == inner.body_b) {
+    inner_.back() += inner;
+  } else {
+    inner_.push_back(inner);
+  }
 }
 
 void InverseDerivator::add_pair(const Model& model, const PairConstraint& pair,
                                 const PairBodies& bodies, const PairResponse& response, double h,
                                 const Data& data) {
   by_v_ = by_v_ || response.by_v;
+  if (pair.body_a != 0 && pair.body_b != 0 &&
+      model.body(pair.body_a).tree == model.body(pair.body_b).tree)
+    return add_inner(model, pair, bodies, response, h, data);
   const Motion &next = bodies.next_b, &start = bodies.start_b;
   const auto scaled = [&](BodyResponse r) {
     scale(r, -1.0 / h);
@@ -186,6 +245,7 @@ bool InverseDerivator::add_contacts(const Model& model, const SimulationOptions&
     const PairConstraint& pair = ws.constraints.pairs[i];
     const PairBodies bodies = pair_bodies(pair, ws.data, ws.velocity);
     if (i < ws.constraints.contacts.size()) {
+      if (is_nothing(pair, bodies, options.time_step, ws.finder.weights())) continue;
       known = contact_response(model, options, effects, i, bodies, ws, response) && known;
     } else {
       find_velocity_response(pair, bodies, response);
@@ -233,6 +293,9 @@ bool InverseDerivator::sweep_trees(const Model& model, EffectSet effects, double
     sweep_.run(model, model.trees()[t], ws.data, in, out);
     velocity_terms_.add(model, t, effects, h, q, v, ws, d);
   }
+  if (!couplings_.empty() || !inner_.empty())
+    for (const Tree& tree : model.trees()) sweep_.find_response_columns(model, tree, in);
+  for (const InnerPair& pair : inner_) sweep_.add_inner_pair(model, pair, out);
   for (const Coupling& c : couplings_) sweep_.add_coupling(model, c.body, c.by, c.response, out);
   if (ws.data.has_coriolis) add_flyers(model, h, v, in.gravity, ws, d);
   return known;

@@ -46,6 +46,8 @@ class InverseDerivator {
                         PairResponse& out);
   void add_pair(const Model& model, const PairConstraint& pair, const PairBodies& bodies,
                 const PairResponse& response, double h, const Data& data);
+  void add_inner(const Model& model, const PairConstraint& pair, const PairBodies& bodies,
+                 const PairResponse& response, double h, const Data& data);
   void couple(const Model& model, const PairConstraint& pair, int body, int by,
               BodyResponse response, const Data& data);
   void set_velocities(const Model& model, const VectorRef& v, const VectorRef& v_next, double h,
@@ -58,10 +60,12 @@ class InverseDerivator {
 
   TreeSweep sweep_;
   VelocityTerms velocity_terms_;
+  ContactMotionFinder motions_;
   std::vector<Force> load_;  ///< by body
   std::vector<BodyResponse> response_;
   std::vector<char> responds_;
   std::vector<Coupling> couplings_;
+  std::vector<InnerPair> inner_;
   bool by_v_ = false;
   VectorX v_;             ///< nv: what velocity-dependent forces are taken at
   VectorX acceleration_;  ///< nv

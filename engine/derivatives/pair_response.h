@@ -32,7 +32,7 @@ struct PairResponse {
   BodyResponse of_b_by_a(const Motion& V_next, const Motion& V_start) const;
   BodyResponse of_a_by_b(const Motion& V_next, const Motion& V_start) const;
 
- private:
+  /// `still` less what the columns P of the velocities bring (sweep.h): by a displacement of B.
   Matrix6 displaced(const Motion& V_next, const Motion& V_start) const;
 };
 

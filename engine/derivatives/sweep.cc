@@ -132,6 +132,7 @@ TreeSweep::TreeSweep(const Model& model)
   path_.assign(static_cast<size_t>(kFields * stride_), 0.0);
   path_column_.assign(static_cast<size_t>(stride_), 0);
   path_body_.assign(static_cast<size_t>(stride_), 0);
+  own_.assign(static_cast<size_t>(2 * stride_), 0);
   products_.assign(static_cast<size_t>(kProducts * stride_), 0.0);
 }
 
@@ -143,6 +144,7 @@ void TreeSweep::add_translations(const Body& body, int first, int count, const D
     const int k = body.v_index + first + j;
     const Vector3& e = data.axis[k].linear;
     Column& column = columns_[k];
+    column.group = body.v_index + first;
     const Vector3 turned = omega.cross(e);
     column.S = {Vector3::Zero(), e};
     column.P = {Vector3::Zero(), turned};
@@ -159,10 +161,12 @@ void TreeSweep::add_rotations(const Body& body, int first, int count, const Vect
                               const Data& data, const SweepInput& in, Moving& moving) {
   const Motion V = moving.V, A = moving.A;
   Motion across, rate;
+  const int group = body.v_index + first;
   for (int j = 0; j < count; ++j) {
     const int k = body.v_index + first + j;
     Column& column = columns_[k];
     const Vector3& e = data.axis[k].angular;
+    column.group = group;
     column.S = {e, origin.cross(e)};
     column.P = cross(V, column.S);
     column.PP = cross(A, column.S) + cross(V, column.P);
@@ -213,8 +217,8 @@ void TreeSweep::go_out(const Model& model, const Tree& tree, const Data& data,
 }
 
 /// P of all columns with other velocities (nv).
-void TreeSweep::find_response_columns(const Model& model, const Tree& tree, const double* velocity,
-                                      Motion Column::*out) {
+void TreeSweep::find_columns(const Model& model, const Tree& tree, const double* velocity,
+                             Motion Column::*out) {
   for (int i = tree.body_begin; i < tree.body_end; ++i) {
     const Body& body = model.body(i);
     Motion V = body.parent != 0 ? moving_[body.parent].V : Motion();
@@ -343,6 +347,72 @@ void TreeSweep::add_coupling(const Model& model, int body, int by, const BodyRes
   }
 }
 
+void TreeSweep::find_response_columns(const Model& model, const Tree& tree, const SweepInput& in) {
+  find_columns(model, tree, in.v_next, &Column::P_next);
+  if (in.responds_to_v) find_columns(model, tree, in.v_start, &Column::P_start);
+}
+
+/// The coordinates that carry a body but not `common`, from the body inwards. Returns how many.
+int TreeSweep::list_columns(const Model& model, int body, int common, int* list) const {
+  int size = 0;
+  for (int b = body; b != common; b = model.body(b).parent)
+    for (int k = joint_nv(model.body(b).joint_type); k-- > 0;)
+      list[size++] = model.body(b).v_index + k;
+  return size;
+}
+
+// With D what a displacement of B makes of the wrench W on it, C what carrying it along makes:
+// of rows and columns of B, D, less C where the row's axis is carried along as well (of a joint
+// farther out, or the same one); of A, D, less C where it is not; of a row of B and a column of A
+// C - D, the reverse -D. What carries both counts by the velocities at the start alone, which
+// impulses know of each body apart.
+void TreeSweep::add_inner_pair(const Model& model, const InnerPair& pair, SweepOutput out) {
+  int a = pair.body_a, b = pair.body_b;
+  while (a != b) (a > b ? a : b) = model.body(a > b ? a : b).parent;
+  const int of_a = list_columns(model, pair.body_a, a, own_.data());
+  const int count = of_a + list_columns(model, pair.body_b, a, own_.data() + of_a);
+  for (int c = 0; c < count; ++c) {
+    const int k = own_[c];
+    const bool by_a = c < of_a;
+    const Column& column = columns_[k];
+    const Vector6 S = stacked(column.S), CS = pair.carried * S;
+    const Vector6 next = pair.next * S;
+    Vector6 q = pair.displaced * S + pair.next * stacked(column.P_next);
+    Vector6 v = Vector6::Zero();
+    if (pair.by_v) {
+      v = by_a ? Vector6(-(pair.v_a * S)) : Vector6(pair.v_b * S);
+      const Vector6 P = stacked(column.P_start);
+      q += by_a ? Vector6(-(pair.v_a * P)) : Vector6(pair.v_b * P);
+    }
+    const int group = column.group;
+    for (int r = 0; r < count; ++r) {
+      const int j = own_[r];
+      const bool of_row_a = r < of_a, same_side = of_row_a == by_a;
+      const Vector6 along = stacked(columns_[j].S);
+      const double sign = same_side ? -1.0 : 1.0;  // of -J'W
+      double dq = sign * along.dot(q);
+      const bool carried_along = j >= group;
+      if (same_side ? carried_along != by_a : by_a) dq += (same_side ? 1.0 : -1.0) * along.dot(CS);
+      out.dq(j, k) += dq;
+      out.dnext(j, k) += sign * along.dot(next);
+      if (pair.by_v) out.dv(j, k) += sign * along.dot(v);
+    }
+  }
+  if (!pair.by_v) return;
+  const Matrix6 both = pair.v_a + pair.v_b;
+  for (; a != 0; a = model.body(a).parent) {
+    const int first = model.body(a).v_index;
+    for (int k = first; k < first + joint_nv(model.body(a).joint_type); ++k) {
+      const Vector6 q = both * stacked(columns_[k].P_start), v = both * stacked(columns_[k].S);
+      for (int r = 0; r < count; ++r) {
+        const Vector6 along = stacked(columns_[own_[r]].S) * (r < of_a ? 1.0 : -1.0);
+        out.dq(own_[r], k) += along.dot(q);
+        out.dv(own_[r], k) += along.dot(v);
+      }
+    }
+  }
+}
+
 void TreeSweep::run(const Model& model, const Tree& tree, const Data& data, const SweepInput& in,
                     SweepOutput out) {
   go_out(model, tree, data, in);
@@ -352,10 +422,7 @@ void TreeSweep::run(const Model& model, const Tree& tree, const Data& data, cons
     if (responds_[i]) responses_[i] = in.response[i];
     respond = respond || responds_[i];
   }
-  if (respond) {
-    find_response_columns(model, tree, in.v_next, &Column::P_next);
-    if (in.responds_to_v) find_response_columns(model, tree, in.v_start, &Column::P_start);
-  }
+  if (respond) find_response_columns(model, tree, in);
   const int size = tree.v_end - tree.v_begin;
   for (MatrixX* m : {&out.dq, &out.dv, &out.dnext})
     m->block(tree.v_begin, tree.v_begin, size, size).setZero();

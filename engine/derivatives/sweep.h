@@ -46,6 +46,25 @@ struct BodyResponse {
   void move(const Vector3& p);
 };
 
+/// Impulses between two bodies of one tree, in world axes at its reference: what the joints that
+/// carry both do not feel.
+struct InnerPair {
+  int body_a = 0, body_b = 0;
+  bool by_v = false;
+  /// As in PairResponse (pair_response.h), and carried(wrench).
+  Matrix6 displaced, carried, next, v_a, v_b;
+
+  InnerPair& operator+=(const InnerPair& o) {
+    by_v = by_v || o.by_v;
+    displaced += o.displaced;
+    carried += o.carried;
+    next += o.next;
+    v_a += o.v_a;
+    v_b += o.v_b;
+    return *this;
+  }
+};
+
 /// What a sweep differentiates: tau = M a + n(q, v) - loads.
 struct SweepInput {
   const double* v = nullptr;  ///< nv
@@ -84,6 +103,12 @@ class TreeSweep {
   void add_coupling(const Model& model, int body, int by, const BodyResponse& response,
                     SweepOutput out) const;
 
+  /// Fills the columns P of velocities at the end and the start of the step (nv) of a tree, which
+  /// add_coupling and add_inner_pair need; `run` does for trees with responses.
+  void find_response_columns(const Model& model, const Tree& tree, const SweepInput& in);
+  /// Adds what an inner pair's impulse contributes to -J'W.
+  void add_inner_pair(const Model& model, const InnerPair& pair, SweepOutput out);
+
   /// The point of reference of a tree, in W [m].
   static const Vector3& reference(const Tree& tree, const Data& data) {
     return data.X_WB[tree.body_begin].translation;
@@ -93,6 +118,7 @@ class TreeSweep {
   struct Column {
     Motion S, D, P, PP;      ///< D = P + S'
     Motion P_next, P_start;  ///< P with the velocities that responses are by
+    int group = 0;           ///< first coordinate of those carried along together
   };
   /// Of a body, then of all that it carries.
   struct Composite {
@@ -111,8 +137,9 @@ class TreeSweep {
   void add_rotations(const Body& body, int first, int count, const Vector3& origin,
                      const Data& data, const SweepInput& in, Moving& moving);
   void set_composite(int i, const Vector3& origin, const Data& data, const SweepInput& in);
-  void find_response_columns(const Model& model, const Tree& tree, const double* velocity,
-                             Motion Column::*out);
+  void find_columns(const Model& model, const Tree& tree, const double* velocity,
+                    Motion Column::*out);
+  int list_columns(const Model& model, int body, int common, int* list) const;
   void enter(const Model& model, int i, const SweepInput& in, bool respond);
   void write_columns(const Model& model, int i, const SweepInput& in, SweepOutput& out);
   void write_column(int k, int group_begin, int group_end, const Composite& whole,
@@ -130,6 +157,7 @@ class TreeSweep {
   std::vector<int> path_column_;  ///< coordinate in v
   std::vector<int> path_body_;    ///< whose column is in the slot
   std::vector<double> products_;
+  std::vector<int> own_;  ///< coordinates of two paths
 };
 
 }  // namespace counterpoint
