@@ -96,6 +96,14 @@ void fill_report(const OptimizedStart& start, Json& out) {
   out["refused_stages"] = result.refused_stages;
   out["wall_seconds"] = result.seconds;
   out["newton_step_ms"] = times.empty() ? 0.0 : median(times);
+  for (const auto& [key, part] :
+       {std::pair("newton_linearize_ms", &opt::Iteration::linearize_seconds),
+        std::pair("newton_factor_ms", &opt::Iteration::factor_seconds),
+        std::pair("newton_trial_ms", &opt::Iteration::trial_seconds)}) {
+    times.clear();
+    for (const opt::Progress& p : result.history) times.push_back(1e3 * p.step.*part);
+    out[key] = times.empty() ? 0.0 : median(times);
+  }
   out["smoothing_end_m"] = result.smoothing;
   out["unactuated_force_relative_max"] = found.unactuated_max;
   out["unactuated_force_relative_mean"] = found.unactuated_mean;

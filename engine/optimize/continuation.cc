@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <limits>
 
 #include "counterpoint/engine/integrator.h"
 #include "counterpoint/engine/optimize/settle.h"
@@ -23,7 +24,11 @@ constexpr double kFormed = 1e-3, kDearer = 1.1;
 constexpr int kMostRefused = 12;
 constexpr double kLeastFactor = 1.2;
 /// Rounds of multipliers at the last smoothing.
-constexpr int kPolishRounds = 8;
+constexpr int kPolishRounds = 12;
+/// Where a round leaves more than this share of a violation, conditions weigh so much more.
+/// Minimizations there go on for this share of the usual decrease.
+constexpr double kExact = 1e-4;
+constexpr double kSlow = 0.25, kSteeper = 10.0;
 
 double seconds() {
   using Clock = std::chrono::steady_clock;
@@ -45,6 +50,7 @@ Stage stage_at(const Problem& problem, const Settings& settings, double smoothin
   contact.smoothing = smoothing;
   contact.compliance =
       std::max(contact.compliance, std::min(1.0, c.compliance_per_metre * smoothing));
+  contact.margin = std::max(contact.margin, c.margin_per_smoothing * smoothing);
   if (smoothing > c.quick_recovery_above) {
     contact.stabilization = 1.0;
     contact.max_recovery_speed = 1e4;
@@ -86,7 +92,7 @@ void Continuing::begin_stage() {
   stage_iterations_ = 0;
 }
 
-Continuing::Next Continuing::minimize() {
+Continuing::Next Continuing::minimize(double tolerance) {
   for (int i = 0; i < settings_->stage_iterations; ++i) {
     if (static_cast<int>(history_.size()) >= settings_->max_iterations) return Next::kStop;
     const double before = newton_.cost();
@@ -107,23 +113,30 @@ Continuing::Next Continuing::minimize() {
       stopped_ = true;
       return Next::kStop;
     }
-    if (!step.accepted || step.decrease < settings_->tolerance * before) break;
+    if (!step.accepted || step.decrease < tolerance * before) break;
   }
   return Next::kGoOn;
 }
 
 Continuing::Next Continuing::run_stage(bool last) {
   for (int round = 0; round < settings_->continuation.rounds; ++round) {
-    if (minimize() == Next::kStop) return Next::kStop;
+    if (minimize(settings_->tolerance) == Next::kStop) return Next::kStop;
     newton_.update_multipliers(settings_->continuation.multiplier_limit);
   }
   return last ? polish() : Next::kGoOn;
 }
 
 Continuing::Next Continuing::polish() {
+  double before = std::numeric_limits<double>::infinity();
   for (int round = 0; round < kPolishRounds; ++round) {
-    if (newton_.violation().max <= settings_->violation_tolerance) break;
-    if (minimize() == Next::kStop) return Next::kStop;
+    const double violation = newton_.violation().max;
+    if (violation <= settings_->violation_tolerance) break;
+    if (violation > kSlow * before) {
+      stage_.penalty *= kSteeper;
+      newton_.begin(stage_);
+    }
+    before = violation;
+    if (minimize(kExact * settings_->tolerance) == Next::kStop) return Next::kStop;
     newton_.update_multipliers(settings_->continuation.multiplier_limit);
   }
   return Next::kGoOn;

@@ -13,7 +13,7 @@ class Continuing {
  private:
   enum class Next { kGoOn, kStop };
   Outcome go();
-  Next minimize();
+  Next minimize(double tolerance);
   Next run_stage(bool last);
   Next polish();
   void begin_stage();

@@ -27,6 +27,9 @@ struct Continuation {
   /// Compliance falls with smoothing [1/m], no lower than the problem's own: with stiff laws that
   /// reach far Newton's method overshoots into a wall.
   double compliance_per_metre = 10.0;
+  /// Contacts exist up to so many times the smoothing, if that is more than the margin of the
+  /// problem's options: what is to be pushed from afar has to be within it.
+  double margin_per_smoothing = 0.0;
   /// Down to this smoothing [m] an overlap is recovered in one step, at any speed.
   double quick_recovery_above = 3e-5;
   double limits_below = 1e-4;                      ///< joint limits act from this smoothing [m] on

@@ -141,8 +141,8 @@ class ProblemReader {
     if (!root_.has("continuation")) return;
     const YamlValue in = root_.at("continuation");
     in.expect_map({"start", "end", "factor", "max_factor", "hard_factor", "compliance_per_metre",
-                   "quick_recovery_above", "limits_below", "penalty_start", "penalty_end", "rounds",
-                   "multiplier_limit"});
+                   "margin_per_smoothing", "quick_recovery_above", "limits_below", "penalty_start",
+                   "penalty_end", "rounds", "multiplier_limit"});
     Continuation& c = settings.continuation;
     const auto read = [&](const char* key, double& value) {
       if (in.has(key)) value = in.at(key).positive();
@@ -153,6 +153,7 @@ class ProblemReader {
     read("max_factor", c.max_factor);
     read("hard_factor", c.hard_factor);
     read("compliance_per_metre", c.compliance_per_metre);
+    read("margin_per_smoothing", c.margin_per_smoothing);
     read("quick_recovery_above", c.quick_recovery_above);
     read("limits_below", c.limits_below);
     read("penalty_start", c.penalty_start);
