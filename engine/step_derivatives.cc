@@ -1,10 +1,10 @@
 #include "counterpoint/engine/step_derivatives.h"
 
-#include <Eigen/LU>
 #include <limits>
 
 #include "counterpoint/engine/derivatives/inverse_derivator.h"
 #include "counterpoint/engine/derivatives/right_jacobian.h"
+#include "counterpoint/engine/derivatives/sparse_solve.h"
 #include "counterpoint/engine/step_differences.h"
 #include "counterpoint/engine/step_workspace.h"
 #include "counterpoint/model/rotation.h"
@@ -15,6 +15,7 @@ struct DerivativeScratch {
   explicit DerivativeScratch(const Model& model) : inverse(model) {}
   InverseDerivator inverse;
   DifferenceScratch differences;
+  SparseSolver solver;
 };
 
 namespace {
@@ -83,16 +84,25 @@ bool step_forward_derivatives(const Model& model, const SimulationOptions& optio
   step_inverse_derivatives(model, options, q, v, v_next, known, workspace, inverse, d_inverse,
                            method);
   const int nv = model.nv();
-  const Eigen::PartialPivLU<MatrixX> lu(d_inverse.dv_next);
-  const bool regular = !inverse.fault.any() && lu.rcond() > 0.0;
+  MatrixX* const all[] = {&d.dv_dq, &d.dv_dv, &d.dv_du, &d.dq_dq, &d.dq_dv, &d.dq_du};
+  for (MatrixX* m : all)
+    if (m->rows() != nv || m->cols() != nv) m->resize(nv, nv);
+  SparseSolver& solver = scratch_of(model, workspace.impl()).solver;
+  bool regular = !inverse.fault.any();
+  if (regular) {
+    solver.begin(d_inverse.dv_next, 3 * nv);
+    solver.add(d_inverse.dq, 0, -1.0);
+    solver.add(d_inverse.dv, nv, -1.0);
+    solver.add_identity(2 * nv);
+    regular = solver.solve();
+  }
   if (!regular) {
-    for (MatrixX* m : {&d.dv_dq, &d.dv_dv, &d.dv_du, &d.dq_dq, &d.dq_dv, &d.dq_du})
-      m->setConstant(nv, nv, kNaN);
+    for (MatrixX* m : all) m->setConstant(kNaN);
     return false;
   }
-  d.dv_du = lu.inverse();
-  d.dv_dq = -lu.solve(d_inverse.dq);
-  d.dv_dv = -lu.solve(d_inverse.dv);
+  solver.get(0, d.dv_dq);
+  solver.get(nv, d.dv_dv);
+  solver.get(2 * nv, d.dv_du);
   chain_configuration(model, options.time_step, v_next, d);
   return true;
 }

@@ -4,7 +4,8 @@
 
 #include <gtest/gtest.h>
 
-#include "counterpoint/engine/crba.h"
+#include "counterpoint/engine/aba.h"
+#include "counterpoint/engine/derivatives/aba_derivatives.h"
 #include "counterpoint/engine/integrator.h"
 #include "counterpoint/engine/kinematics.h"
 #include "counterpoint/engine/rnea.h"
@@ -96,6 +97,38 @@ TEST_P(RneaDerivativesOfRandomTree, AreThoseOfRnea) {
   EXPECT_LE(largest(d.da - by_a), kTolerance * (1.0 + largest(by_a)));
   const std::size_t before = test::allocation_count();
   derivator.compute(model, v, a, model.gravity(), data, d);
+  EXPECT_EQ(test::allocation_count(), before);
+}
+
+TEST_P(RneaDerivativesOfRandomTree, OnesOfAbaAreThoseOfAba) {
+  const VectorX diagonal = VectorX::Constant(nv, 0.1), tau = a;
+  const auto acceleration = [&](const VectorX& at, const VectorX& velocity, const VectorX& f) {
+    place(at, velocity);
+    VectorX out(nv);
+    EXPECT_TRUE(aba(model, f, diagonal, model.gravity(), moving_bodies(model), data, out));
+    return out;
+  };
+  const MatrixX by_q = extrapolated(nv, kStep, [&](int k, double s) {
+    VectorX moved(model.nq());
+    integrate_configuration(model, q, VectorX::Unit(nv, k), s, moved);
+    return acceleration(moved, v, tau);
+  });
+  const MatrixX by_v = extrapolated(nv, kStep, [&](int k, double s) {
+    return acceleration(q, v + s * VectorX::Unit(nv, k), tau);
+  });
+  const MatrixX by_tau = extrapolated(nv, kStep, [&](int k, double s) {
+    return acceleration(q, v, tau + s * VectorX::Unit(nv, k));
+  });
+  const VectorX at = acceleration(q, v, tau);
+  AbaDerivator derivator(model);
+  AbaDerivatives d;
+  ASSERT_TRUE(derivator.compute(model, v, at, diagonal, model.gravity(), data, d));
+  // Short joints make inverse inertias, and with them fourth derivatives, large.
+  EXPECT_LE(largest(d.dq - by_q), 10.0 * kTolerance * (1.0 + largest(by_q)));
+  EXPECT_LE(largest(d.dv - by_v), 10.0 * kTolerance * (1.0 + largest(by_v)));
+  EXPECT_LE(largest(d.dtau - by_tau), kTolerance * (1.0 + largest(by_tau)));
+  const std::size_t before = test::allocation_count();
+  ASSERT_TRUE(derivator.compute(model, v, at, diagonal, model.gravity(), data, d));
   EXPECT_EQ(test::allocation_count(), before);
 }
 
