@@ -21,8 +21,8 @@ constexpr double kWorse = 0.02, kWorseRatio = 1.2;
 /// So is one below the first of these smoothings [m] that ran out of iterations and costs as much
 /// more: contacts are formed by then, and it has lost them.
 constexpr double kFormed = 1e-3, kDearer = 1.1;
-constexpr int kMostRefused = 12;
-constexpr double kLeastFactor = 1.2;
+constexpr int kMostRefused = 8;       ///< one after the other
+constexpr double kLeastFactor = 1.1;  ///< no stage is closer to the one before
 /// Rounds of multipliers at the last smoothing.
 constexpr int kPolishRounds = 12;
 /// Where a round leaves more than this share of a violation, conditions weigh so much more.
@@ -152,7 +152,7 @@ double Continuing::objective() const {
 }
 
 bool Continuing::has_got_worse(const Spread& found, double objective) const {
-  if (stages_ == 0 || refused_ >= kMostRefused || factor_ <= kLeastFactor) return false;
+  if (stages_ == 0) return false;
   if (found.mean > std::max(kWorse, kWorseRatio * last_mean_)) return true;
   return smoothing_ < kFormed && stage_iterations_ >= settings_->stage_iterations &&
          objective > kDearer * last_objective_;
@@ -180,15 +180,22 @@ Outcome Continuing::go() {
     const double costs = objective();
     if (has_got_worse(found, costs)) {
       ++refused_;
+      const bool hopeless = ++refused_in_row_ >= kMostRefused || factor_ <= kLeastFactor;
       newton_.frames().set_variables(kept);
       newton_.set_multipliers(kept_multipliers);
       stage_ = kept_stage;
       newton_.restore_penalty(kept_stage.penalty);
       newton_.set_damping(1.0);
       factor_ = std::sqrt(factor_);
+      if (hopeless) {
+        smoothing_ = last_good_;
+        newton_.begin(stage_);
+        return Outcome::kInfeasible;
+      }
       smoothing_ = last_good_ / factor_;
       continue;
     }
+    refused_in_row_ = 0;
     ++stages_;
     if (settings_->stage_done) settings_->stage_done(result(Outcome::kStopped));
     last_mean_ = found.mean;

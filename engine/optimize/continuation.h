@@ -29,7 +29,7 @@ class Continuing {
   Workspace workspace_;
   double start_seconds_;
   double smoothing_ = 0.0, last_good_ = 0.0, last_mean_ = 0.0, last_objective_ = 0.0, factor_;
-  int stages_ = 0, refused_ = 0, stage_iterations_ = 0;
+  int stages_ = 0, refused_ = 0, refused_in_row_ = 0, stage_iterations_ = 0;
   bool stopped_ = false;
   std::vector<Progress> history_;
 };

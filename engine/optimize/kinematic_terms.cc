@@ -12,9 +12,11 @@ namespace {
 struct Fading {
   double value = 1.0, slope = 0.0;
 };
+constexpr double kRounding = 0.25;
 Fading fading(double height, double length) {
-  if (height <= 0.0) return {};
-  return {std::exp(-height / length), -1.0 / length};
+  // What is below counts as if it were at zero, smoothly: at a kink Newton's method would stay.
+  const double root = std::hypot(height, kRounding * length);
+  return {std::exp(-0.5 * (height + root) / length), -0.5 * (1.0 + height / root) / length};
 }
 
 BodyRange bodies_of(const Model& model, int body) {
