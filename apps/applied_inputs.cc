@@ -31,6 +31,7 @@ AppliedInputs::AppliedInputs(const InputArguments& arguments, const Simulator& s
       random_(simulator.model(), arguments.random_scale, arguments.random_wrench_scale,
               arguments.seed) {
   if (!arguments.file.empty()) schedule_.emplace(arguments.file, simulator.model());
+  if (!arguments.follow.motion.empty()) follower_.emplace(arguments.follow, simulator.model());
 }
 
 InputColumns AppliedInputs::columns(const Model& model) const {
@@ -48,6 +49,7 @@ void AppliedInputs::set(Simulator& simulator) {
   Input& input = simulator.input();
   const double time = simulator.state().time;
   input.applied_force.setZero();
+  if (follower_) follower_->set(simulator);
   if (schedule_) schedule_->apply(simulator.model(), time, slack_, input);
   random_.add_to(time, slack_, input.applied_force);
   // So that the trajectory says what acted.

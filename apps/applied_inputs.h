@@ -7,6 +7,7 @@
 #include <string>
 
 #include "counterpoint/engine/simulator.h"
+#include "follow.h"
 #include "inputs.h"
 
 namespace counterpoint::apps {
@@ -15,6 +16,7 @@ struct InputArguments {
   std::string file;  ///< CSV of what acts; empty: none
   double random_scale = 0.0, random_wrench_scale = 0.0;
   std::uint64_t seed = 0;
+  FollowArguments follow;
 };
 
 /// --random-inputs, --random-wrenches, --seed.
@@ -27,6 +29,8 @@ class AppliedInputs {
 
   /// The columns that a trajectory needs beside the applied forces.
   InputColumns columns(const Model& model) const;
+  /// The motion that is followed; null: none.
+  const Follower* follower() const { return follower_ ? &*follower_ : nullptr; }
   /// When something else acts [s]: controlled steps end there.
   double next_change(double time) const;
   /// Sets the simulator's input for the step from its state; asked for in rising time.
@@ -35,6 +39,7 @@ class AppliedInputs {
  private:
   double slack_;  ///< [s]: a round-off in the time never decides whether a row of inputs holds
   std::optional<InputSchedule> schedule_;
+  std::optional<Follower> follower_;
   RandomForces random_;
 };
 

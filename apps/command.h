@@ -23,5 +23,6 @@ void add_contact_problem(CLI::App& app, Action& action);
 void add_hard_cases(CLI::App& app, Action& action);
 void add_accuracy(CLI::App& app, Action& action);
 void add_view(CLI::App& app, Action& action);
+void add_optimize(CLI::App& app, Action& action);
 
 }  // namespace counterpoint::apps

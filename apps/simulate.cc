@@ -244,6 +244,16 @@ void print_figures(const Report& report, const Simulator& simulator, double simu
     fmt::print(report.text(), "{}\n", step_control_text(tally.control));
 }
 
+/// From the start of a motion, by its steps, as long as it takes.
+void follow(const Arguments& arguments, const Follower& motion, Simulator& simulator) {
+  if (simulator.options().step_control || arguments.time_step)
+    throw InputError("--follow steps as the motion does: leave --adaptive and --timestep out");
+  simulator.options().time_step = motion.time_step();
+  if (!arguments.duration) simulator.options().duration = motion.duration();
+  if (arguments.resume.empty())
+    simulator.set_state(motion.start(simulator.model(), arguments.inputs.seed));
+}
+
 int simulate(Arguments& arguments) {
   arguments.view.check();
   Scene scene = arguments.scene.load();
@@ -260,6 +270,7 @@ int simulate(Arguments& arguments) {
   }
   if (arguments.strict) simulator.settings().soften_after = 0;
   AppliedInputs inputs(arguments.inputs, simulator);
+  if (inputs.follower() != nullptr) follow(arguments, *inputs.follower(), simulator);
   Outputs outputs;
   if (!arguments.output.empty())
     outputs.writer =
@@ -289,6 +300,8 @@ int simulate(Arguments& arguments) {
                        {arguments.scene.file, {arguments.inputs.file, arguments.resume}},
                        outputs.recorder->finish(simulator.state()));
 
+  if (inputs.follower() != nullptr)
+    arguments.report["follow_error_max"] = inputs.follower()->error_max();
   const std::string message = failed ? failure_message(model, *failed) : stopped(tally, simulator);
   write_report(arguments, simulator, start, failed, message, tally);
   if (message.empty()) {
@@ -322,6 +335,7 @@ void add_simulate(CLI::App& app, Action& action) {
       "--inputs", arguments->inputs.file,
       "CSV of what acts: time, '<joint>.u', '<joint>.target', '<link>.fx' ...; a row holds "
       "until the next (docs/trajectory-format.md)");
+  add_follow(command, arguments->inputs.follow);
   add_random_inputs(command, arguments->inputs);
   command.add_flag("--strict", arguments->strict,
                    "End at a step that cannot be solved; else it is solved with softer contacts, "

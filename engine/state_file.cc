@@ -206,6 +206,7 @@ std::uint64_t options_hash(const SimulationOptions& options) {
     const auto effect = static_cast<Effect>(i);
     hash.add(effect != Effect::kSleeping && options.effects.has(effect) ? 1 : 0);
   }
+  if (!options.mean_velocity_forces) hash.add(0);  // as before there was a choice, where it is on
   return hash.value();
 }
 

@@ -108,6 +108,7 @@ void set_mean_forces(const Model& model, const SimulationOptions& options, Effec
     for (int i = bodies.begin; i < bodies.end; ++i) data.has_mean_force[i] = 0;
     ws.free_flight.apply(model, h, v, gravity, bodies, data);
   }
+  if (!options.mean_velocity_forces) return ws.forecast.forget();
   ws.forecast.find(model, effects, Forecast::Of::kLinkages, h, q, v, gravity, ws.constraints,
                    ranges, data);
   ws.forecast.refine(model, options.contact, h, q, v, gravity, ws.constraints, data);

@@ -104,6 +104,10 @@ struct SimulationOptions {
   ContactOptions contact;
   /// Effects that are on where the scene calls for them.
   EffectSet effects = kDefaultEffects;
+  /// Velocity-dependent forces of trees of several bodies are those in the middle of the step, and
+  /// keep its energy (engine/mid_velocity.h, fast_trees.h). False: those at its start; cheaper, and
+  /// with derivatives in closed form. Of semi_implicit_euler.
+  bool mean_velocity_forces = true;
   /// If set, controlled steps (Simulator::step_controlled) are of the length that it asks for, the
   /// first one tried being time_step. step_forward does not look at it.
   std::optional<StepControlOptions> step_control = std::nullopt;

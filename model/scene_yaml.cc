@@ -73,7 +73,8 @@ class SceneReader {
                      "contact",   "packages",      "repair_inertias", "defaults",
                      "models",    "ground",        "environment",     "exclude",
                      "groups",    "hull_vertices", "closures",        "effects",
-                     "max_speed", "closing_time",  "integrator",      "step_control"});
+                     "max_speed", "closing_time",  "integrator",      "step_control",
+                     "velocity_forces"});
     if (root.has("gravity")) return root.at("gravity").vector3();
     return {0, 0, -kStandardGravity};
   }
@@ -85,6 +86,8 @@ class SceneReader {
     if (root_.has("duration")) options.duration = root_.at("duration").number(0.0, kInfinity);
     if (root_.has("max_speed")) options.max_speed = read_bound(root_.at("max_speed"));
     if (root_.has("closing_time")) options.closing_time = read_bound(root_.at("closing_time"));
+    if (root_.has("velocity_forces"))
+      options.mean_velocity_forces = read_velocity_forces(root_.at("velocity_forces"));
     if (root_.has("effects")) read_effects(root_.at("effects"), options.effects);
     if (root_.has("step_control"))
       options.step_control = read_step_control(root_.at("step_control"));
@@ -114,6 +117,11 @@ class SceneReader {
     if (in.has("strict")) out.strict = in.at("strict").boolean();
     if (const std::string flaw = step_control_flaw(out); !flaw.empty()) in.fail(flaw);
     return out;
+  }
+
+  static bool read_velocity_forces(const YamlValue& in) {
+    if (!in.is_text("mean") && !in.is_text("start")) in.fail("mean or start is expected");
+    return in.is_text("mean");
   }
 
   static double read_bound(const YamlValue& in) {

@@ -148,6 +148,56 @@ def bullet_contact(friction, restitution=0.0):
             f'<restitution value="{number(restitution)}"/></contact>')
 
 
+def hopper():
+    robot = Robot("hopper", "A trunk on one leg of two joints, kept in the plane y = 0 by sliders; 5 degrees of freedom.")
+    slider = sphere(0.02)
+    robot.link("rail")
+    robot.link("carriage", slider, 0.1, collide=False)
+    robot.joint("slide_x", "prismatic", "rail", "carriage", (0, 0, 0), X, (-100, 100, 0, 100))
+    robot.link("lift", slider, 0.1, collide=False)
+    robot.joint("slide_z", "prismatic", "carriage", "lift", (0, 0, 0), Z, (-100, 100, 0, 100))
+    robot.link("trunk", capsule(0.08, 0.2), 8.0, rpy=(0, 0, 0))
+    robot.joint("pitch", "continuous", "lift", "trunk", (0, 0, 0), Y)
+    robot.link("thigh", capsule(0.04, 0.25), 1.5, center=(0, 0, -0.16), collide=False)
+    robot.joint("hip", "revolute", "trunk", "thigh", (0, 0, -0.1), Y, (-2.0, 2.0, 120, 20), damping=0.1)
+    robot.link("shank", capsule(0.03, 0.25), 0.8, center=(0, 0, -0.16), collide=False)
+    robot.joint("knee", "revolute", "thigh", "shank", (0, 0, -0.32), Y, (-2.6, 2.6, 120, 20), damping=0.1)
+    robot.link("foot", sphere(0.04), 0.2)
+    robot.joint("sole", "fixed", "shank", "foot", (0, 0, -0.32))
+    return robot
+
+
+def spinner():
+    robot = Robot("spinner", "A finger of two joints beside a wheel of three arms on a pivot, all turning about z.")
+    robot.link("board")
+    robot.link("upper", capsule(0.02, 0.2), 0.5, center=(0.12, 0, 0), rpy=ALONG_X, collide=False)
+    robot.joint("base_joint", "revolute", "board", "upper", (0, 0, 0), Z, (-2.5, 2.5, 10, 30), damping=0.02)
+    robot.link("lower", capsule(0.02, 0.14), 0.3, center=(0.1, 0, 0), rpy=ALONG_X,
+               collisions=[(sphere(0.03), (0.2, 0, 0), (0, 0, 0))])
+    robot.joint("tip_joint", "revolute", "upper", "lower", (0.24, 0, 0), Z, (-2.5, 2.5, 10, 30), damping=0.02)
+    arms = []
+    for k in range(3):
+        angle = 2 * math.pi * k / 3
+        arms.append((capsule(0.02, 0.1), (0.07 * math.cos(angle), 0.07 * math.sin(angle), 0),
+                     (0, math.pi / 2, angle)))
+    robot.link("wheel", cylinder(0.12, 0.04), 0.6, collisions=arms)
+    robot.joint("pivot", "continuous", "board", "wheel", (0.45, 0.15, 0), Z, damping=0.005)
+    return robot
+
+
+def pusher():
+    robot = Robot("pusher", "A ball of 0.04 m radius on three crossed slides: a finger with motors along x, y and z.")
+    slider = sphere(0.02)
+    robot.link("frame")
+    robot.link("bridge", slider, 0.2, collide=False)
+    robot.joint("move_x", "prismatic", "frame", "bridge", (0, 0, 0), X, (-2, 2, 60, 4), damping=1)
+    robot.link("trolley", slider, 0.2, collide=False)
+    robot.joint("move_y", "prismatic", "bridge", "trolley", (0, 0, 0), Y, (-2, 2, 60, 4), damping=1)
+    robot.link("finger", sphere(0.04), 0.4)
+    robot.joint("move_z", "prismatic", "trolley", "finger", (0, 0, 0), Z, (-0.5, 1, 60, 4), damping=1)
+    return robot
+
+
 def one_link(name, about, shape, mass, friction, restitution=0.0):
     robot = Robot(name, about)
     robot.link(name, shape, mass, contact=bullet_contact(friction, restitution))
@@ -314,6 +364,7 @@ ROBOTS = [
     one_link("coin", "A disk of 0.1 m diameter and 0.01 m thickness, 0.2 kg.", cylinder(0.05, 0.01),
              0.2, 0.3),
     pendulum(), double_pendulum(), planar_chain(), arm7(), arm_hand(), quadruped(), humanoid(),
+    hopper(), spinner(), pusher(),
 ]
 
 

@@ -1,0 +1,175 @@
+#include "optimize/page.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "html_page.h"
+#include "recordings/page.h"
+
+namespace counterpoint::apps {
+
+namespace opt = optimization;
+
+MotionFigures motion_figures(const opt::ProblemFile& problem, const opt::Result& result) {
+  const Model& model = *problem.problem.model;
+  const double h = problem.problem.h();
+  Workspace workspace(model);
+  Inverse inverse;
+  MotionFigures figures;
+  std::map<int, std::vector<double>> by_body;
+  const std::size_t steps = result.applied_force.size();
+  for (std::size_t t = 0; t < steps; ++t) {
+    step_inverse(model, result.options, result.q[t], result.v[t], result.v[t + 1], workspace,
+                 inverse);
+    figures.time.push_back(static_cast<double>(t) * h);
+    for (const ContactForce& c : inverse.contacts) {
+      for (const int geometry : {c.contact.geometry_a, c.contact.geometry_b}) {
+        const int body = model.geometries()[static_cast<std::size_t>(geometry)].body;
+        if (body == 0) continue;
+        auto& forces = by_body[body];
+        forces.resize(steps, 0.0);
+        forces[t] += c.force.dot(c.contact.normal);
+      }
+    }
+    double effort = 0.0;
+    for (int i = 1; i < model.num_bodies(); ++i) {
+      const double limit = model.joint(i - 1).effort_limit;
+      if (!std::isfinite(limit) || !(limit > 0.0)) continue;
+      const Body& body = model.body(i);
+      effort =
+          std::max(effort, inverse.applied_force.segment(body.v_index, joint_nv(body.joint_type))
+                                   .cwiseAbs()
+                                   .maxCoeff() /
+                               limit);
+    }
+    figures.effort.push_back(effort);
+  }
+  const double least = 1e-3 * opt::scene_weight(model);
+  for (auto& [body, forces] : by_body) {
+    if (*std::max_element(forces.begin(), forces.end()) < least) continue;
+    figures.links.push_back(model.joint(body - 1).link);
+    figures.force.push_back(std::move(forces));
+  }
+  return figures;
+}
+
+namespace {
+
+std::vector<Chart> course_charts(const opt::Result& result) {
+  Chart cost{.title = "Cost, conditions included", .x_label = "iteration", .y_label = "cost"};
+  cost.log_y = true;
+  Chart forces{
+      .title = "Force where no motor is", .x_label = "iteration", .y_label = "over the weight"};
+  forces.log_y = true;
+  Chart smoothing{.title = "Smoothing", .x_label = "iteration", .y_label = "m"};
+  smoothing.log_y = true;
+  Curve costs{.name = "cost", .x = {}, .y = {}}, largest{.name = "largest", .x = {}, .y = {}},
+      mean{.name = "mean", .x = {}, .y = {}}, delta{.name = "smoothing", .x = {}, .y = {}};
+  for (const opt::Progress& p : result.history) {
+    costs.add(p.iteration, p.cost);
+    largest.add(p.iteration, p.unactuated.max);
+    mean.add(p.iteration, p.unactuated.mean);
+    delta.add(p.iteration, p.smoothing);
+  }
+  cost.curves = {costs};
+  forces.curves = {largest, mean};
+  smoothing.curves = {delta};
+  return {cost, forces, smoothing};
+}
+
+std::vector<Chart> motion_charts(const MotionFigures& figures) {
+  Chart contact{.title = "Normal contact force, as it came out", .y_label = "N"};
+  contact.legend_beside = true;
+  for (std::size_t i = 0; i < figures.links.size(); ++i)
+    contact.curves.push_back(
+        {.name = figures.links[i], .x = figures.time, .y = figures.force[i], .marks = true});
+  Chart effort{.title = "Largest share of an effort limit", .y_label = "1"};
+  effort.curves = {{.name = "effort", .x = figures.time, .y = figures.effort, .marks = true}};
+  return {contact, effort};
+}
+
+/// Which links bear how much in which step: '#' more than 5 % of the weight, '-' less.
+Table schedule(const MotionFigures& figures, double weight) {
+  Table table{{"link", "steps in contact"}, {}};
+  for (std::size_t i = 0; i < figures.links.size(); ++i) {
+    std::string marks;
+    for (const double f : figures.force[i])
+      marks += f > opt::kLoaded * weight ? '#' : f > 1e-3 * weight ? '-' : '.';
+    table.rows.push_back({figures.links[i], marks});
+  }
+  return table;
+}
+
+Table figure_table(const OptimizedStart& start) {
+  Json figures;
+  fill_report(start, figures);
+  Table table{{"figure", "value"}, {}};
+  for (const auto& [key, value] : figures.items())
+    table.rows.push_back({key, value.is_number_float() ? fmt::format("{:.6g}", value.get<double>())
+                               : value.is_string()     ? value.get<std::string>()
+                                                       : value.dump()});
+  return table;
+}
+
+Table term_table(const opt::Problem& problem, const opt::Result& result) {
+  Table table{{"term", "cost", "condition"}, {}};
+  for (std::size_t i = 0; i < problem.terms.size(); ++i)
+    table.rows.push_back({problem.terms[i].name,
+                          fmt::format("{:.4g}", result.cost_by_term[static_cast<Eigen::Index>(i)]),
+                          problem.terms[i].condition ? "yes" : ""});
+  return table;
+}
+
+Table start_table(const std::vector<OptimizedStart>& starts) {
+  Table table{{"seed", "outcome", "cost", "iterations", "unactuated", "seconds"}, {}};
+  for (const OptimizedStart& s : starts)
+    table.rows.push_back({std::to_string(s.seed), opt::outcome_name(s.result.outcome),
+                          fmt::format("{:.5g}", s.result.cost), std::to_string(s.result.iterations),
+                          fmt::format("{:.2e}", s.verification.unactuated_max),
+                          fmt::format("{:.2f}", s.result.seconds)});
+  return table;
+}
+
+}  // namespace
+
+void write_optimization_page(const std::filesystem::path& folder, const opt::ProblemFile& problem,
+                             const std::vector<OptimizedStart>& starts, std::size_t best,
+                             const std::string& replay) {
+  const opt::Result& result = starts[best].result;
+  const MotionFigures figures = motion_figures(problem, result);
+  make_report_folder(folder);
+  write_iterations((folder / "iterations.csv").string(), result);
+  write_motion((folder / "motion.csv").string(), problem, result);
+  HtmlPage page("Motion found: " + problem.name);
+  page.paragraph(fmt::format("{} steps of {} s; {} after {} Newton steps in {:.2f} s.",
+                             problem.problem.steps, problem.problem.h(),
+                             opt::outcome_name(result.outcome), result.iterations, result.seconds));
+  std::vector<std::pair<std::string, std::string>> links = {{"iterations.csv", "iterations.csv"},
+                                                            {"motion.csv", "motion.csv"}};
+  if (!replay.empty()) links.emplace_back("the motion, to play", replay);
+  page.links(links);
+  page.table(figure_table(starts[best]));
+  if (starts.size() > 1) {
+    page.heading("Starts");
+    page.table(start_table(starts));
+  }
+  page.heading("Course");
+  std::vector<Chart> charts = course_charts(result);
+  for (const Chart& chart : charts) page.picture(svg(chart));
+  page.heading("Forces");
+  for (const Chart& chart : motion_charts(figures)) {
+    if (chart.empty()) continue;
+    page.picture(svg(chart));
+    charts.push_back(chart);
+  }
+  page.paragraph("Contact schedule: # bears more than 5 % of the weight, - less, . nothing.");
+  page.table(schedule(figures, opt::scene_weight(*problem.problem.model)));
+  page.heading("Terms");
+  page.table(term_table(problem.problem, result));
+  write_page(folder, page, charts);
+}
+
+}  // namespace counterpoint::apps

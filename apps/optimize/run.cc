@@ -1,0 +1,137 @@
+#include "optimize/run.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+
+#include "counterpoint/engine/csv.h"
+#include "counterpoint/engine/integrator.h"
+#include "counterpoint/engine/trajectory.h"
+#include "median.h"
+
+namespace counterpoint::apps {
+
+namespace opt = optimization;
+
+bool is_better(const OptimizedStart& a, const OptimizedStart& b) {
+  if (a.feasible() != b.feasible()) return a.feasible();
+  if (!a.feasible()) return a.result.violation.max < b.result.violation.max;
+  return a.result.cost < b.result.cost;
+}
+
+namespace {
+
+void write_frames(const std::string& file, const opt::ProblemFile& problem,
+                  const std::vector<VectorX>& q, const std::vector<VectorX>& v,
+                  const std::vector<VectorX>& applied_force) {
+  TrajectoryWriter writer(file, *problem.problem.model);
+  const double h = problem.problem.h();
+  Input input;
+  for (std::size_t t = 0; t < q.size(); ++t) {
+    const State state{static_cast<double>(t) * h, q[t], v[t]};
+    if (t + 1 == q.size()) {
+      writer.write_end(state);
+    } else {
+      input.applied_force = applied_force[t];
+      writer.write_step(state, input, h);
+    }
+  }
+}
+
+}  // namespace
+
+void write_motion(const std::string& file, const opt::ProblemFile& problem,
+                  const opt::Result& result) {
+  write_frames(file, problem, result.q, result.v, result.applied_force);
+}
+
+void write_motion(const std::string& file, const opt::ProblemFile& problem,
+                  const opt::RepeatedMotion& motion) {
+  write_frames(file, problem, motion.q, motion.v, motion.applied_force);
+}
+
+Json read_json(const std::string& file) {
+  std::ifstream stream(file);
+  Json json = Json::parse(stream, nullptr, false);
+  if (json.is_discarded()) throw InputError(file + ": is no JSON");
+  return json;
+}
+
+std::vector<VectorX> frames_from(const std::string& file, const opt::Problem& problem) {
+  const Model& model = *problem.model;
+  const Trajectory trajectory = read_trajectory(file, model);
+  const int rows = trajectory.num_rows(), steps = problem.steps;
+  std::vector<VectorX> frames;
+  VectorX difference(model.nv());
+  for (int t = 0; t <= steps; ++t) {
+    const double at = static_cast<double>(t) * (rows - 1) / steps;
+    const int row = std::min(static_cast<int>(at), std::max(rows - 2, 0));
+    VectorX q = trajectory.q.col(row);
+    if (at > row && rows > 1) {
+      configuration_difference(model, trajectory.q.col(row), trajectory.q.col(row + 1), difference);
+      integrate_configuration(model, trajectory.q.col(row), difference, at - row, q);
+    }
+    frames.push_back(q);
+  }
+  return frames;
+}
+
+void fill_report(const OptimizedStart& start, Json& out) {
+  const opt::Result& result = start.result;
+  const opt::Verification& found = start.verification;
+  std::vector<double> times;
+  for (const opt::Progress& p : result.history)
+    times.push_back(1e3 *
+                    (p.step.linearize_seconds + p.step.factor_seconds + p.step.trial_seconds));
+  out["status"] = result.outcome == opt::Outcome::kStopped ? "stopped"
+                  : start.feasible()                       ? "ok"
+                                                           : "infeasible";
+  out["outcome"] = opt::outcome_name(result.outcome);
+  out["seed"] = start.seed;
+  out["cost"] = result.cost;
+  out["iterations"] = result.iterations;
+  out["stages"] = result.stages;
+  out["refused_stages"] = result.refused_stages;
+  out["wall_seconds"] = result.seconds;
+  out["newton_step_ms"] = times.empty() ? 0.0 : median(times);
+  for (const auto& [key, part] :
+       {std::pair("newton_linearize_ms", &opt::Iteration::linearize_seconds),
+        std::pair("newton_factor_ms", &opt::Iteration::factor_seconds),
+        std::pair("newton_trial_ms", &opt::Iteration::trial_seconds)}) {
+    times.clear();
+    for (const opt::Progress& p : result.history) times.push_back(1e3 * p.step.*part);
+    out[key] = times.empty() ? 0.0 : median(times);
+  }
+  out["smoothing_end_m"] = result.smoothing;
+  out["unactuated_force_relative_max"] = found.unactuated_max;
+  out["unactuated_force_relative_mean"] = found.unactuated_mean;
+  out["violation_max"] = result.violation.max;
+  out["forward_check_max"] = found.forward_check_max;
+  out["forward_failures"] = found.forward_failures;
+  out["overlap_max_m"] = found.overlap_max;
+  out["cone_violation_max"] = found.cone_violation_max;
+  out["stance_slip_max_m"] = found.stance_slip_max;
+  out["effort_share_max"] = found.effort_max;
+  out["contact_force_relative_max"] = found.contact_force_max;
+}
+
+void write_iterations(const std::string& file, const opt::Result& result) {
+  CsvWriter csv(file, {"iteration", "stage", "smoothing_m", "penalty", "cost",
+                       "unactuated_force_relative_max", "unactuated_force_relative_mean",
+                       "violation_max", "accepted", "trials", "step_max", "damping", "seconds",
+                       "linearize_ms", "factor_ms", "trial_ms"});
+  for (const opt::Progress& p : result.history) {
+    for (const double x :
+         {static_cast<double>(p.iteration), static_cast<double>(p.stage), p.smoothing, p.penalty,
+          p.cost, p.unactuated.max, p.unactuated.mean, p.violation.max, p.step.accepted ? 1.0 : 0.0,
+          static_cast<double>(p.step.trials), p.step.step, p.step.damping, p.seconds,
+          1e3 * p.step.linearize_seconds, 1e3 * p.step.factor_seconds, 1e3 * p.step.trial_seconds})
+      csv.number(x);
+    csv.end_row();
+  }
+  csv.flush();
+}
+
+}  // namespace counterpoint::apps

@@ -1,0 +1,15 @@
+// A pose that stands: with smoothing, contacts carry a weight from a distance, so that where a
+// robot stands depends on it.
+#pragma once
+
+#include "counterpoint/engine/step.h"
+
+namespace counterpoint::optimization {
+
+/// q (nq) with every tree on a floating joint, or on a vertical slide without a motor, raised or
+/// lowered along z, one after the other, until contacts carry it at rest; trees that nothing below
+/// would carry stay. motors: nv.
+VectorX settled(const Model& model, const SimulationOptions& options,
+                const std::vector<char>& motors, const VectorX& q, Workspace& workspace);
+
+}  // namespace counterpoint::optimization

@@ -1,0 +1,115 @@
+// Problems with known answers, and the bundled ones, from their plain starts.
+#include "counterpoint/engine/optimize/optimize.h"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+
+#include "counterpoint/engine/integrator.h"
+#include "counterpoint/engine/optimize/problem_file.h"
+#include "support/small_scenes.h"
+
+namespace counterpoint::optimization {
+namespace {
+
+const std::filesystem::path kProblems =
+    std::filesystem::path(COUNTERPOINT_SOURCE_DIR) / "data/scenes/optimize";
+
+/// What a plan must be (issue: done when): as step_forward does it, to 1e-8.
+constexpr double kForward = 1e-8;
+
+// A block on a slide from rest to rest in time T with the least sum of squared forces: the discrete
+// minimum-energy motion, whose force falls linearly from +F to -F.
+TEST(Optimize, BlockFromRestToRestWithLeastEffort) {
+  const Scene scene = test::slider({});
+  Problem problem;
+  problem.model = &scene.model;
+  problem.options = scene.options;
+  problem.options.time_step = 0.05;
+  problem.steps = 20;
+  problem.motors = motors_of(scene.model);
+  problem.start_q = VectorX::Zero(1);
+  problem.start_v = VectorX::Zero(1);
+  problem.goal_q = VectorX::Ones(1);
+  problem.goal_v = VectorX::Zero(1);
+  Term effort;
+  effort.quantity = Quantity::kAppliedForce;
+  effort.name = "effort";
+  effort.weight = VectorX::Ones(1);
+  problem.terms = {effort, unactuated_condition(scene.model, problem.motors)};
+  Settings settings;
+  settings.continuation.start = settings.continuation.end.emplace(1e-6);
+  settings.tolerance = 1e-12;
+  const Result result =
+      optimize(problem, straight_line(scene.model, problem.start_q, *problem.goal_q, 20), settings);
+  EXPECT_EQ(result.outcome, Outcome::kConverged);
+  // u_t = a - b t: the stationarity of a sum of squares under sum u = 0 and sum (N - t) u = const.
+  for (std::size_t t = 1; t + 1 < result.applied_force.size(); ++t) {
+    const double second = result.applied_force[t + 1][0] - 2.0 * result.applied_force[t][0] +
+                          result.applied_force[t - 1][0];
+    EXPECT_NEAR(second, 0.0, 1e-7) << t;  // of forces of 6 N
+  }
+  EXPECT_NEAR(result.applied_force.front()[0], -result.applied_force.back()[0], 1e-7);
+}
+
+Result solve(const char* file, int threads, double smoothing, ProblemFile& problem) {
+  problem = load_problem(kProblems / file);
+  Settings settings = problem.settings;
+  settings.threads = threads;
+  if (smoothing > 0.0) settings.continuation.end = smoothing;
+  return optimize(problem.problem, problem.guess, settings);
+}
+
+void expect_plan(const char* file) {
+  ProblemFile problem;
+  const Result result = solve(file, 2, 0.0, problem);
+  EXPECT_EQ(result.outcome, Outcome::kConverged) << file;
+  EXPECT_EQ(result.options.contact, problem.problem.options.contact) << file;
+  const Verification found = verify(*problem.problem.model, problem.problem.options,
+                                    problem.problem.motors, result.q, result.v.front());
+  EXPECT_LE(found.unactuated_max, 1e-3) << file;
+  EXPECT_LE(found.overlap_max, 1e-4) << file;
+  EXPECT_LE(found.cone_violation_max, 1e-9) << file;  // round-off of forces over the weight
+  EXPECT_LE(found.forward_check_max, kForward) << file;
+  EXPECT_EQ(found.forward_failures, 0) << file;
+}
+
+TEST(Optimize, AcrobotSwingsUp) { expect_plan("acrobot.yaml"); }
+TEST(Optimize, HopperHops) { expect_plan("hopper.yaml"); }
+
+TEST(Optimize, SameBitsWhateverTheThreads) {
+  ProblemFile problem;
+  const Result one = solve("acrobot.yaml", 1, 1e-2, problem);
+  const Result three = solve("acrobot.yaml", 3, 1e-2, problem);
+  ASSERT_EQ(one.q.size(), three.q.size());
+  EXPECT_EQ(one.iterations, three.iterations);
+  for (std::size_t t = 0; t < one.q.size(); ++t) EXPECT_EQ(one.q[t], three.q[t]) << t;
+}
+
+TEST(Optimize, AStepOfEveryBundledProblemLowersItsCost) {
+  int problems = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(kProblems)) {
+    if (entry.path().extension() != ".yaml") continue;
+    ++problems;
+    const ProblemFile file = load_problem(entry.path());
+    Newton newton(file.problem, file.guess, 2);
+    newton.begin(stage_at(file.problem, file.settings, file.settings.continuation.start));
+    const double before = newton.cost();
+    const Iteration step = newton.iterate();
+    EXPECT_TRUE(step.accepted) << entry.path();
+    EXPECT_LT(newton.cost(), before) << entry.path();
+  }
+  EXPECT_GE(problems, 6);
+}
+
+TEST(Optimize, StopsWhenToldTo) {
+  ProblemFile problem = load_problem(kProblems / "acrobot.yaml");
+  Settings settings = problem.settings;
+  settings.progress = [](const Progress& p) { return p.iteration < 3; };
+  const Result result = optimize(problem.problem, problem.guess, settings);
+  EXPECT_EQ(result.outcome, Outcome::kStopped);
+  EXPECT_EQ(result.iterations, 3);
+}
+
+}  // namespace
+}  // namespace counterpoint::optimization

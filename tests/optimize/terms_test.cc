@@ -1,0 +1,162 @@
+// Every term's derivatives: the gradient of the cost against its central differences.
+#include <gtest/gtest.h>
+
+#include <filesystem>
+
+#include "counterpoint/engine/integrator.h"
+#include "counterpoint/engine/optimize/newton.h"
+#include "counterpoint/engine/optimize/optimize.h"
+#include "support/random_model.h"
+
+namespace counterpoint::optimization {
+namespace {
+
+/// Differences of a cost of order one over 2e-6: 1e-10 of round-off, times the stiffness of what is
+/// differentiated. Relative to the largest entry of the gradient.
+constexpr double kStep = 1e-6, kTolerance = 1e-6;
+
+struct Start {
+  Problem problem;
+  std::vector<VectorX> frames;
+};
+
+/// Frames near each other on a model.
+Start start_of(const Model& model, const SimulationOptions& options, int steps, bool periodic) {
+  Start start;
+  start.problem.model = &model;
+  start.problem.options = options;
+  start.problem.options.time_step = 0.05;
+  start.problem.steps = steps;
+  start.problem.periodic = periodic;
+  start.problem.motors = motors_of(model);
+  VectorX q = model.default_q();
+  for (int t = 0; t <= steps; ++t) {
+    integrate_configuration(
+        model, q, test::random_vector(model.nv(), static_cast<std::uint64_t>(t + 1)), 0.05, q);
+    start.frames.push_back(q);
+  }
+  start.problem.start_q = start.frames[0];
+  start.problem.start_v = VectorX::Zero(model.nv());
+  return start;
+}
+
+Term term_of(const Model& model, Quantity quantity, std::uint64_t seed) {
+  Term term;
+  term.quantity = quantity;
+  term.name = quantity_name(quantity);
+  const int rows = rows_of(model, quantity);
+  term.weight = test::random_vector(rows, seed).cwiseAbs();
+  if (quantity == Quantity::kAppliedForce || quantity == Quantity::kUnactuatedForce ||
+      quantity == Quantity::kContactForce)
+    term.weight *= 0.01;
+  term.target = test::random_vector(rows, seed + 1);
+  if (quantity == Quantity::kConfiguration) term.target = model.default_q();
+  if (quantity == Quantity::kClearance) term.target.setConstant(100.0);
+  term.body = model.num_bodies() - 1;
+  term.point = Vector3(0.1, -0.2, 0.05);
+  term.axis = Vector3(0.6, 0.0, 0.8);
+  term.radius = -2.0;  // heights are positive: sliding and tilt fade
+  term.length = quantity == Quantity::kJointLimits ? 10.0 : 2.0;
+  return term;
+}
+
+double cost_of(const Start& start, const Stage& stage, const MatrixX& step) {
+  Newton newton(start.problem, start.frames, 1);
+  newton.frames().move(step);
+  newton.begin(stage);
+  return newton.cost();
+}
+
+void expect_gradient(const Start& start, const Stage& stage, const std::string& what) {
+  Newton newton(start.problem, start.frames, 1);
+  newton.begin(stage);
+  newton.linearize();
+  const MatrixX& found = newton.gradient();
+  MatrixX expected(found.rows(), found.cols()), step = MatrixX::Zero(found.rows(), found.cols());
+  for (Eigen::Index k = 0; k < step.size(); ++k) {
+    step(k) = kStep;
+    const double high = cost_of(start, stage, step);
+    step(k) = -kStep;
+    const double low = cost_of(start, stage, step);
+    step(k) = 0.0;
+    expected(k) = (high - low) / (2.0 * kStep);
+  }
+  const double scale = expected.cwiseAbs().maxCoeff();
+  EXPECT_GT(scale, 0.0) << what;
+  EXPECT_LT((found - expected).cwiseAbs().maxCoeff(), kTolerance * std::max(scale, 1.0)) << what;
+}
+
+TEST(Terms, GradientsOfEveryQuantityOnARandomTree) {
+  test::RandomModelOptions shape;
+  shape.links = 5;
+  shape.fixed_share = 0.0;
+  const Model model = test::make_random_model(4, shape);
+  SimulationOptions options;
+  options.mean_velocity_forces = false;
+  for (const bool periodic : {false, true}) {
+    for (int q = 0; q <= static_cast<int>(Quantity::kContactForce); ++q) {
+      const auto quantity = static_cast<Quantity>(q);
+      if (quantity == Quantity::kContactForce || quantity == Quantity::kJointLimits) continue;
+      Start start = start_of(model, options, 5, periodic);
+      start.problem.terms = {term_of(model, quantity, 11)};
+      start.problem.terms[0].condition = q % 2 == 0;
+      Stage stage;
+      stage.options = start.problem.options;
+      stage.penalty = 3.0;
+      expect_gradient(start, stage, quantity_name(quantity));
+    }
+  }
+}
+
+TEST(Terms, GradientsThroughContactAndItsMirror) {
+  const std::filesystem::path scenes =
+      std::filesystem::path(COUNTERPOINT_SOURCE_DIR) / "data/scenes/optimize/scenes";
+  const Scene scene = load_scene(scenes / "humanoid.yaml");
+  const Model& model = scene.model;
+  Start start;
+  start.problem.model = &model;
+  start.problem.options = scene.options;
+  start.problem.options.time_step = 0.03;
+  start.problem.options.contact.smoothing = 1e-2;
+  start.problem.options.contact.compliance = 0.1;
+  start.problem.steps = 4;
+  start.problem.periodic = true;
+  start.problem.displacement = Vector3(0.1, 0, 0);
+  start.problem.mirror = make_mirror(model, "left_", "right_");
+  start.problem.motors = motors_of(model);
+  VectorX q = scene.q;
+  q[2] = 0.83;
+  for (int t = 0; t <= 4; ++t) {
+    VectorX frame = q;
+    frame[0] = 0.025 * t;
+    integrate_configuration(
+        model, frame, test::random_vector(model.nv(), static_cast<std::uint64_t>(t)), 0.02, frame);
+    start.frames.push_back(frame);
+  }
+  start.problem.terms = {unactuated_condition(model, start.problem.motors),
+                         term_of(model, Quantity::kAppliedForce, 3)};
+  Stage stage;
+  stage.options = start.problem.options;
+  stage.options.effects.set(Effect::kLimits, false);
+  expect_gradient(start, stage, "humanoid");
+}
+
+TEST(Terms, ContactForceOfABallOnTheGround) {
+  const std::filesystem::path scenes =
+      std::filesystem::path(COUNTERPOINT_SOURCE_DIR) / "data/scenes/optimize/scenes";
+  const Scene scene = load_scene(scenes / "push_box.yaml");
+  Start start = start_of(scene.model, scene.options, 4, false);
+  start.problem.options.contact.smoothing = 1e-2;
+  start.problem.options.contact.compliance = 0.1;
+  Term term = term_of(scene.model, Quantity::kContactForce, 5);
+  term.body = 1;
+  for (int b = 1; b < scene.model.num_bodies(); ++b)
+    if (scene.model.joint(b - 1).link == "box/body") term.body = b;
+  start.problem.terms = {term};
+  Stage stage;
+  stage.options = start.problem.options;
+  expect_gradient(start, stage, "contact force");
+}
+
+}  // namespace
+}  // namespace counterpoint::optimization
