@@ -80,6 +80,8 @@ def members(node, thing):
     for item in node.body:
         if isinstance(item, ast.AnnAssign):
             name = item.target.id
+            if not hasattr(thing, name):
+                continue  # of instances only: the class's docstring says it
             out.append(f"* `{name}: {ast.unparse(item.annotation)}` – {first(getattr(thing, name, None))}")
         elif isinstance(item, ast.FunctionDef) and item.name not in seen:
             seen.add(item.name)
@@ -99,8 +101,7 @@ def members(node, thing):
 
 
 def first(attribute):
-    lines = documentation(attribute).splitlines() if attribute is not None else []
-    return lines[0] if lines else "what it is called."
+    return documentation(attribute).splitlines()[0]
 
 
 def page():

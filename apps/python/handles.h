@@ -130,7 +130,10 @@ int index_from(py::handle key, int count, const char* what, Find find, Names nam
     if (index < 0) throw_unknown(what, name, names());
     return index;
   }
-  const auto index = py::cast<py::ssize_t>(key);
+  if (PyIndex_Check(key.ptr()) == 0)
+    throw py::type_error(std::string(what) + ": expected a name or a number");
+  const py::ssize_t index = PyNumber_AsSsize_t(key.ptr(), PyExc_IndexError);
+  if (PyErr_Occurred() != nullptr) throw py::error_already_set();
   const auto from_start = index < 0 ? index + count : index;
   if (from_start < 0 || from_start >= count)
     throw py::index_error(std::string(what) + " " + std::to_string(index) + ": there are " +

@@ -245,8 +245,8 @@ def test_contact_problems_there_and_back():
         s = cp.contact.solve_contact_space(A, c, mu, coulomb=coulomb)
         f, back = cp.contact.invert_contact_space(A, s.v, mu, coulomb=coulomb)
         assert s.succeeded and np.array_equal(f, s.f)
-        # The solver's tolerance over what c and A f sum.
-        assert np.abs(back - c).max() < 1e-9 * (np.abs(c) + np.abs(A) @ np.abs(f)).max()
+        # f is the law's of v, whose rounding, 1e-16, it divides by the compliance, 1e-8; ten times that.
+        assert np.abs(back - c).max() < 1e-7 * (np.abs(c) + np.abs(A) @ np.abs(f)).max()
 
 
 def test_trajectories_are_read_as_written(load, tmp_path):
