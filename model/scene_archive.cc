@@ -56,7 +56,8 @@ class Reader {
   /// Of a list whose elements take a byte or more: so no damaged size takes all memory.
   void size(std::uint64_t& n) {
     plain(n);
-    if (n > bytes.size()) throw InputError("scene archive: damaged, a list is longer than the rest");
+    if (n > bytes.size())
+      throw InputError("scene archive: damaged, a list is longer than the rest");
   }
   template <class T>
   void shared(std::shared_ptr<const T>& pointer, Shared<T>& known);
@@ -267,7 +268,8 @@ void Reader::shared(std::shared_ptr<const T>& pointer, Shared<T>& known) {
   int index = 0;
   plain(index);
   if (index < 0) return;
-  if (index > static_cast<int>(known.size())) throw InputError("scene archive: damaged, no such mesh");
+  if (index > static_cast<int>(known.size()))
+    throw InputError("scene archive: damaged, no such mesh");
   if (index == static_cast<int>(known.size())) {
     auto made = std::make_shared<T>();
     visit(*this, *made);
@@ -307,8 +309,9 @@ std::string archive_scene(const Scene& scene) {
 
 Scene restore_scene(std::string_view bytes) {
   if (bytes.substr(0, kMark.size()) != kMark)
-    throw InputError("scene archive: not of this version of Counterpoint; load the scene's file, or "
-                     "archive it anew");
+    throw InputError(
+        "scene archive: not of this version of Counterpoint; load the scene's file, or "
+        "archive it anew");
   std::uint64_t sum = 0;
   if (bytes.size() < kMark.size() + sizeof sum) throw InputError("scene archive: cut short");
   Reader(bytes.substr(bytes.size() - sizeof sum)).plain(sum);

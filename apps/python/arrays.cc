@@ -13,9 +13,7 @@ std::string text_of(const Shape1& shape) {
   return text + (shape.size() == 1 ? ",)" : ")");
 }
 
-Shape1 shape_of(const py::array& array) {
-  return {array.shape(), array.shape() + array.ndim()};
-}
+Shape1 shape_of(const py::array& array) { return {array.shape(), array.shape() + array.ndim()}; }
 
 /// @throws py::value_error unless it turns and does nothing else, to 1e-6 (numbers printed to few
 /// digits).
@@ -65,9 +63,7 @@ py::array view(const VectorX& x, py::handle owner, bool writable) {
   return view(x.data(), {x.size()}, {1}, owner, writable);
 }
 
-py::array copy(const VectorX& x) {
-  return py::array_t<double>(x.size(), x.data());
-}
+py::array copy(const VectorX& x) { return py::array_t<double>(x.size(), x.data()); }
 
 py::array copy(const Matrix3& m) {
   py::array_t<double> out({3, 3});

@@ -11,7 +11,8 @@
 
 namespace counterpoint::python {
 
-/// An argument: anything that NumPy makes an array of doubles of, row by row; not copied if it is one.
+/// An argument: anything that NumPy makes an array of doubles of, row by row; not copied if it is
+/// one.
 using Array = py::array_t<double, py::array::c_style | py::array::forcecast>;
 using Shape1 = std::vector<py::ssize_t>;
 
@@ -35,7 +36,8 @@ py::array view(const double* data, const Shape1& shape, const Shape1& strides, p
                bool writable = false);
 /// The same of all of a vector.
 py::array view(const VectorX& x, py::handle owner, bool writable = false);
-/// A capsule that holds a shared pointer: the owner of arrays whose memory is not a Python object's.
+/// A capsule that holds a shared pointer: the owner of arrays whose memory is not a Python
+/// object's.
 template <class T>
 py::capsule keep(std::shared_ptr<T> pointer) {
   using Kept = std::shared_ptr<T>;
@@ -48,8 +50,8 @@ py::array copy(const Matrix3& m);
 /// Of a matrix of Eigen (column by column), as its transpose where `columns_are_rows`.
 py::array copy_matrix(const MatrixX& m, bool columns_are_rows = false);
 
-/// Makes an array the caller's only on the way back: a new one of this shape, or the one given, which must
-/// be writable, of doubles, row by row. @throws py::value_error.
+/// Makes an array the caller's only on the way back: a new one of this shape, or the one given,
+/// which must be writable, of doubles, row by row. @throws py::value_error.
 py::array_t<double> output(const py::object& given, const Shape1& shape, const char* name);
 
 /// Pose | None | (3,) | (3, 3) | (4, 4).

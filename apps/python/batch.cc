@@ -134,28 +134,43 @@ py::object part(const RolloutHandle& r, int begin, int size) {
 void bind_rollout(py::module_& m) {
   using R = RolloutHandle;
   py::class_<R, std::shared_ptr<R>>(m, "Rollout", "What the motions of a rollout came to.")
-      .def_property_readonly("states", [](const R& r) { return r.states; },
-                             "q, then v, after every step, shape (motions, steps, nq + nv); NaN from "
-                             "where a step failed.")
-      .def_property_readonly("q", [](const R& r) { return part(r, 0, r.model->model.nq()); },
-                             "Shape (motions, steps, nq), a view of states.")
-      .def_property_readonly("v", [](const R& r) {
-        return part(r, r.model->model.nq(), r.model->model.nv());
-      }, "[m/s, rad/s], shape (motions, steps, nv), a view of states.")
-      .def_property_readonly("steps", [](const R& r) {
-        return py::array_t<long>(static_cast<py::ssize_t>(r.steps.size()), r.steps.data());
-      }, "Steps that succeeded, by motion.")
-      .def_property_readonly("succeeded", [](const R& r) {
-        py::array_t<bool> out(static_cast<py::ssize_t>(r.reports.size()));
-        for (size_t i = 0; i < r.reports.size(); ++i)
-          out.mutable_at(static_cast<py::ssize_t>(i)) = r.reports[i].succeeded();
-        return out;
-      }, "By motion: did all steps succeed?")
-      .def("report", [](const R& r, size_t i) { return ReportHandle{r.model, r.reports.at(i)}; },
-           py::arg("motion"), "StepReport of the last step of a motion, or of the one that failed.")
-      .def("end", [](const R& r, size_t i) {
-        return std::make_shared<StateHandle>(r.model->coordinates, r.ends.at(i), false);
-      }, py::arg("motion"), "The last good State of a motion, with its memory, to go on from.")
+      .def_property_readonly(
+          "states", [](const R& r) { return r.states; },
+          "q, then v, after every step, shape (motions, steps, nq + nv); NaN from "
+          "where a step failed.")
+      .def_property_readonly(
+          "q", [](const R& r) { return part(r, 0, r.model->model.nq()); },
+          "Shape (motions, steps, nq), a view of states.")
+      .def_property_readonly(
+          "v", [](const R& r) { return part(r, r.model->model.nq(), r.model->model.nv()); },
+          "[m/s, rad/s], shape (motions, steps, nv), a view of states.")
+      .def_property_readonly(
+          "steps",
+          [](const R& r) {
+            return py::array_t<long>(static_cast<py::ssize_t>(r.steps.size()), r.steps.data());
+          },
+          "Steps that succeeded, by motion.")
+      .def_property_readonly(
+          "succeeded",
+          [](const R& r) {
+            py::array_t<bool> out(static_cast<py::ssize_t>(r.reports.size()));
+            for (size_t i = 0; i < r.reports.size(); ++i)
+              out.mutable_at(static_cast<py::ssize_t>(i)) = r.reports[i].succeeded();
+            return out;
+          },
+          "By motion: did all steps succeed?")
+      .def(
+          "report",
+          [](const R& r, size_t i) {
+            return ReportHandle{r.model, r.reports.at(i)};
+          },
+          py::arg("motion"), "StepReport of the last step of a motion, or of the one that failed.")
+      .def(
+          "end",
+          [](const R& r, size_t i) {
+            return std::make_shared<StateHandle>(r.model->coordinates, r.ends.at(i), false);
+          },
+          py::arg("motion"), "The last good State of a motion, with its memory, to go on from.")
       .def("__len__", [](const R& r) { return r.ends.size(); })
       .def("__repr__", [](const R& r) {
         const auto failed = std::count_if(r.reports.begin(), r.reports.end(),
@@ -190,10 +205,7 @@ Rollout
 
 }  // namespace
 
-void bind_batch(py::module_& m) {
-  bind_rollout(m);
-  using B = BatchHandle;
-  py::class_<B, std::shared_ptr<B>>(m, "Batch", R"(
+constexpr const char* kBatchDoc = R"(
 Threads that share a scene's definition. Results do not depend on their number.
 
 Parameters
@@ -202,27 +214,9 @@ scene : Scene
     Copied.
 num_threads : int
     0: one for every core.
-)")
-      .def(py::init([](const SceneHandle& s, int n) { return std::make_shared<B>(s, n); }),
-           py::arg("scene"), py::arg("num_threads") = 0)
-      .def_property_readonly("num_threads", [](const B& b) { return b.batch.num_threads(); },
-                             "How many there are.")
-      .def_property_readonly("model", [](const B& b) { return b.model; }, "Model.")
-      .def_property("options", [](const B& b) { return SimulationOptions(b.scene.options); },
-                    [](B& b, const SimulationOptions& options) {
-                      const Guard::Lock lock(b.guard, kWhat);
-                      b.scene.options = options;
-                      b.batch.set_options(options);
-                    },
-                    "A copy of the SimulationOptions of all; assign to change them.")
-      .def("set_settings", [](B& b, const contact::Settings& settings) {
-        const Guard::Lock lock(b.guard, kWhat);
-        b.batch.set_settings(settings);
-      }, py::arg("settings"), "contact.Settings of all steps that follow.")
-      .def("rollout", &rollout, py::arg("states"), py::arg("inputs") = py::none(), py::kw_only(),
-           py::arg("steps") = py::none(), py::arg("columns") = std::vector<std::string>(),
-           py::arg("out") = py::none(), kRolloutDoc)
-      .def("step", &step, py::arg("states"), py::arg("inputs") = std::vector<InputPtr>(), R"(
+)";
+
+constexpr const char* kStepDoc = R"(
 One step of every state, in place. A state whose step fails stays as it was.
 
 Parameters
@@ -234,18 +228,52 @@ inputs : sequence of Input
 Returns
 -------
 list of StepReport
-)")
+)";
+
+void bind_batch(py::module_& m) {
+  bind_rollout(m);
+  using B = BatchHandle;
+  py::class_<B, std::shared_ptr<B>>(m, "Batch", kBatchDoc)
+      .def(py::init([](const SceneHandle& s, int n) { return std::make_shared<B>(s, n); }),
+           py::arg("scene"), py::arg("num_threads") = 0)
+      .def_property_readonly(
+          "num_threads", [](const B& b) { return b.batch.num_threads(); }, "How many there are.")
+      .def_property_readonly(
+          "model", [](const B& b) { return b.model; }, "Model.")
+      .def_property(
+          "options", [](const B& b) { return SimulationOptions(b.scene.options); },
+          [](B& b, const SimulationOptions& options) {
+            const Guard::Lock lock(b.guard, kWhat);
+            b.scene.options = options;
+            b.batch.set_options(options);
+          },
+          "A copy of the SimulationOptions of all; assign to change them.")
+      .def(
+          "set_settings",
+          [](B& b, const contact::Settings& settings) {
+            const Guard::Lock lock(b.guard, kWhat);
+            b.batch.set_settings(settings);
+          },
+          py::arg("settings"), "contact.Settings of all steps that follow.")
+      .def("rollout", &rollout, py::arg("states"), py::arg("inputs") = py::none(), py::kw_only(),
+           py::arg("steps") = py::none(), py::arg("columns") = std::vector<std::string>(),
+           py::arg("out") = py::none(), kRolloutDoc)
+      .def("step", &step, py::arg("states"), py::arg("inputs") = std::vector<InputPtr>(), kStepDoc)
       .def("__repr__", [](const B& b) {
-        return py::str("<Batch of '{}' over {} threads>").format(b.scene.name, b.batch.num_threads());
+        return py::str("<Batch of '{}' over {} threads>")
+            .format(b.scene.name, b.batch.num_threads());
       });
-  m.def("rollout", [](const SceneHandle& scene, const py::object& states, const py::object& inputs,
-                      std::optional<py::ssize_t> steps, const std::vector<std::string>& columns,
-                      const py::object& out, int num_threads) {
-    BatchHandle batch(scene, num_threads);
-    return rollout(batch, states, inputs, steps, columns, out);
-  }, py::arg("scene"), py::arg("states"), py::arg("inputs") = py::none(), py::kw_only(),
-        py::arg("steps") = py::none(), py::arg("columns") = std::vector<std::string>(),
-        py::arg("out") = py::none(), py::arg("num_threads") = 0, kRolloutDoc);
+  m.def(
+      "rollout",
+      [](const SceneHandle& scene, const py::object& states, const py::object& inputs,
+         std::optional<py::ssize_t> steps, const std::vector<std::string>& columns,
+         const py::object& out, int num_threads) {
+        BatchHandle batch(scene, num_threads);
+        return rollout(batch, states, inputs, steps, columns, out);
+      },
+      py::arg("scene"), py::arg("states"), py::arg("inputs") = py::none(), py::kw_only(),
+      py::arg("steps") = py::none(), py::arg("columns") = std::vector<std::string>(),
+      py::arg("out") = py::none(), py::arg("num_threads") = 0, kRolloutDoc);
 }
 
 }  // namespace counterpoint::python

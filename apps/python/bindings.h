@@ -3,11 +3,12 @@
 // Rules of all of them:
 //   * names and semantics are those of C++; getters are properties, enumerations the words of scene
 //     files; frames and units are said in the docstrings.
-//   * an array that shows memory of C++ keeps its owner alive, and is writable only where C++ would let
+//   * an array that shows memory of C++ keeps its owner alive, and is writable only where C++ would
+//   let
 //     one write. No memory that an array may show is ever resized.
 //   * whatever computes releases the GIL. What it reads of Python objects is copied before, so that
-//     another thread can do what it wants with them; what cannot be shared (Simulator, Workspace) is
-//     guarded by a Guard.
+//     another thread can do what it wants with them; what cannot be shared (Simulator, Workspace)
+//     is guarded by a Guard.
 //   * types are in the stubs (counterpoint/*.pyi), docstrings say the rest in NumPy's style.
 #pragma once
 

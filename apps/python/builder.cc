@@ -1,9 +1,8 @@
 // Scenes without a file: links and joints in, a Model out.
-#include "counterpoint/model/model_builder.h"
-
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
+#include "counterpoint/model/model_builder.h"
 #include "counterpoint/model/urdf.h"
 #include "exceptions.h"
 #include "handles.h"
@@ -90,8 +89,7 @@ ClosureSpec make_closure(const std::string& link_a, const std::string& link_b,
   return spec;
 }
 
-void bind_link(py::module_& m) {
-  py::class_<Drag>(m, "Drag", R"(
+constexpr const char* kDragDoc = R"(
 How still air resists a link, the same in all directions.
 
 Parameters
@@ -100,16 +98,9 @@ linear, quadratic : float
     Force over speed [N s/m], over its square [N s^2/m^2].
 angular, angular_quadratic : float
     Torque over angular speed [N m s], over its square [N m s^2].
-)")
-      .def(py::init([](double a, double b, double c, double d) { return Drag{a, b, c, d}; }),
-           py::arg("linear") = 0.0, py::arg("quadratic") = 0.0, py::arg("angular") = 0.0,
-           py::arg("angular_quadratic") = 0.0)
-      .def_readwrite("linear", &Drag::linear, "[N s/m]")
-      .def_readwrite("quadratic", &Drag::quadratic, "[N s^2/m^2]")
-      .def_readwrite("angular", &Drag::angular, "[N m s]")
-      .def_readwrite("angular_quadratic", &Drag::angular_quadratic, "[N m s^2]");
-  using C = LinkSpec::Collision;
-  py::class_<C>(m, "CollisionSpec", R"(
+)";
+
+constexpr const char* kCollisionSpecDoc = R"(
 A shape of a link.
 
 Parameters
@@ -120,20 +111,9 @@ pose : Pose, optional
 material : Material
 name : str
     Empty: numbered.
-)")
-      .def(py::init([](const Shape& shape, const py::object& pose, const Material& material,
-                       const std::string& name) {
-             return C{name, pose_from(pose, "pose"), shape, material};
-           }),
-           py::arg("shape"), py::arg("pose") = py::none(), py::arg("material") = Material(),
-           py::arg("name") = "")
-      .def_readwrite("name", &C::name, "Empty: numbered.")
-      .def_readwrite("shape", &C::shape, "Shape.")
-      .def_readwrite("material", &C::material, "Material.")
-      .def_property("pose", [](const C& c) { return c.X_LG; },
-                    [](C& c, const py::object& X) { c.X_LG = pose_from(X, "pose"); },
-                    "X_LG in the link frame.");
-  py::class_<LinkSpec>(m, "LinkSpec", R"(
+)";
+
+constexpr const char* kLinkSpecDoc = R"(
 One link of a robot, or one free object.
 
 Parameters
@@ -143,7 +123,35 @@ inertia : SpatialInertia
     In the link frame.
 collisions : sequence of CollisionSpec
 drag : Drag
-)")
+)";
+
+void bind_link(py::module_& m) {
+  py::class_<Drag>(m, "Drag", kDragDoc)
+      .def(py::init([](double a, double b, double c, double d) {
+             return Drag{a, b, c, d};
+           }),
+           py::arg("linear") = 0.0, py::arg("quadratic") = 0.0, py::arg("angular") = 0.0,
+           py::arg("angular_quadratic") = 0.0)
+      .def_readwrite("linear", &Drag::linear, "[N s/m]")
+      .def_readwrite("quadratic", &Drag::quadratic, "[N s^2/m^2]")
+      .def_readwrite("angular", &Drag::angular, "[N m s]")
+      .def_readwrite("angular_quadratic", &Drag::angular_quadratic, "[N m s^2]");
+  using C = LinkSpec::Collision;
+  py::class_<C>(m, "CollisionSpec", kCollisionSpecDoc)
+      .def(py::init([](const Shape& shape, const py::object& pose, const Material& material,
+                       const std::string& name) {
+             return C{name, pose_from(pose, "pose"), shape, material};
+           }),
+           py::arg("shape"), py::arg("pose") = py::none(), py::arg("material") = Material(),
+           py::arg("name") = "")
+      .def_readwrite("name", &C::name, "Empty: numbered.")
+      .def_readwrite("shape", &C::shape, "Shape.")
+      .def_readwrite("material", &C::material, "Material.")
+      .def_property(
+          "pose", [](const C& c) { return c.X_LG; },
+          [](C& c, const py::object& X) { c.X_LG = pose_from(X, "pose"); },
+          "X_LG in the link frame.");
+  py::class_<LinkSpec>(m, "LinkSpec", kLinkSpecDoc)
       .def(py::init(&make_link), py::arg("name"), py::arg("inertia") = SpatialInertia(),
            py::arg("collisions") = std::vector<C>(), py::arg("drag") = Drag())
       .def_readwrite("name", &LinkSpec::name, "Unique in the robot.")
@@ -153,9 +161,7 @@ drag : Drag
       .def("__repr__", [](const LinkSpec& l) { return "<LinkSpec '" + l.name + "'>"; });
 }
 
-void bind_joint_spec(py::module_& m) {
-  using J = JointSpec;
-  py::class_<ServoSpec>(m, "ServoSpec", R"(
+constexpr const char* kServoSpecDoc = R"(
 A position and velocity controlled motor in a joint of one coordinate.
 
 Parameters
@@ -168,17 +174,9 @@ position : float, optional
     Target [rad or m]; default: where the joint starts.
 velocity : float
     Target [rad/s or m/s].
-)")
-      .def(py::init([](double kp, double kd, std::optional<double> p, double v) {
-             return ServoSpec{kp, kd, p, v};
-           }),
-           py::arg("stiffness") = 0.0, py::arg("damping") = 0.0, py::arg("position") = py::none(),
-           py::arg("velocity") = 0.0)
-      .def_readwrite("stiffness", &ServoSpec::stiffness, "kp [N m/rad or N/m].")
-      .def_readwrite("damping", &ServoSpec::damping, "kd [N m s/rad or N s/m].")
-      .def_readwrite("position", &ServoSpec::position, "Target [rad or m], or None.")
-      .def_readwrite("velocity", &ServoSpec::velocity, "Target [rad/s or m/s].");
-  py::class_<J>(m, "JointSpec", R"(
+)";
+
+constexpr const char* kJointSpecDoc = R"(
 What joins two links.
 
 Parameters
@@ -193,9 +191,24 @@ axis : array_like, shape (3,)
     In the joint frame: of rotation or translation, normal of a plane.
 **values
     Any of the other attributes.
-)")
+)";
+
+void bind_joint_spec(py::module_& m) {
+  using J = JointSpec;
+  py::class_<ServoSpec>(m, "ServoSpec", kServoSpecDoc)
+      .def(py::init([](double kp, double kd, std::optional<double> p, double v) {
+             return ServoSpec{kp, kd, p, v};
+           }),
+           py::arg("stiffness") = 0.0, py::arg("damping") = 0.0, py::arg("position") = py::none(),
+           py::arg("velocity") = 0.0)
+      .def_readwrite("stiffness", &ServoSpec::stiffness, "kp [N m/rad or N/m].")
+      .def_readwrite("damping", &ServoSpec::damping, "kd [N m s/rad or N s/m].")
+      .def_readwrite("position", &ServoSpec::position, "Target [rad or m], or None.")
+      .def_readwrite("velocity", &ServoSpec::velocity, "Target [rad/s or m/s].");
+  py::class_<J>(m, "JointSpec", kJointSpecDoc)
       .def(py::init(&make_joint), py::arg("name"), py::arg("type"), py::arg("parent"),
-           py::arg("child"), py::arg("pose") = py::none(), py::arg("axis") = py::make_tuple(1, 0, 0))
+           py::arg("child"), py::arg("pose") = py::none(),
+           py::arg("axis") = py::make_tuple(1, 0, 0))
       .def_readwrite("name", &J::name, "Unique in the robot.")
       .def_readwrite("parent", &J::parent, "Name of a link.")
       .def_readwrite("child", &J::child, "Name of a link.")
@@ -217,8 +230,7 @@ axis : array_like, shape (3,)
       });
 }
 
-void bind_robot(py::module_& m) {
-  py::class_<RobotSpec>(m, "RobotSpec", R"(
+constexpr const char* kRobotSpecDoc = R"(
 A robot or object before it is placed in a scene.
 
 Parameters
@@ -227,19 +239,9 @@ name : str
 links : sequence of LinkSpec
 joints : sequence of JointSpec
     They form one tree.
-)")
-      .def(py::init([](const std::string& name, const std::vector<LinkSpec>& links,
-                       const std::vector<JointSpec>& joints) {
-             return RobotSpec{name, links, joints, {}, "robot '" + name + "'"};
-           }),
-           py::arg("name"), py::arg("links"), py::arg("joints") = std::vector<JointSpec>())
-      .def_readwrite("name", &RobotSpec::name, "Of the robot.")
-      .def_readwrite("links", &RobotSpec::links, "List of LinkSpec, a copy.")
-      .def_readwrite("joints", &RobotSpec::joints, "List of JointSpec, a copy.")
-      .def("__repr__", [](const RobotSpec& r) {
-        return py::str("<RobotSpec '{}': {} links>").format(r.name, r.links.size());
-      });
-  py::class_<ClosureSpec>(m, "ClosureSpec", R"(
+)";
+
+constexpr const char* kClosureSpecDoc = R"(
 What holds two links together beyond the joints of a tree, so that loops close.
 
 Parameters
@@ -255,20 +257,9 @@ name : str
     Empty: numbered.
 collide : bool
     May the two bodies touch?
-)")
-      .def(py::init(&make_closure), py::arg("link_a"), py::arg("link_b"), py::arg("type") = "ball",
-           py::arg("anchor_a") = py::none(), py::arg("anchor_b") = py::none(),
-           py::arg("length") = py::none(), py::arg("name") = "", py::arg("collide") = false);
-  m.def("load_urdf", [](const std::filesystem::path& file,
-                        const std::map<std::string, std::filesystem::path>& packages,
-                        bool repair_inertias) {
-    UrdfOptions options;
-    options.packages = packages;
-    options.repair_inertias = repair_inertias;
-    return reading(file, [&] { return load_urdf(file, options); });
-  }, py::arg("file"), py::kw_only(),
-        py::arg("packages") = std::map<std::string, std::filesystem::path>(),
-        py::arg("repair_inertias") = false, R"(
+)";
+
+constexpr const char* kLoadUrdfDoc = R"(
 Reads a URDF file, for ModelBuilder.add_robot.
 
 Parameters
@@ -282,31 +273,51 @@ repair_inertias : bool
 Returns
 -------
 RobotSpec
-)");
+)";
+
+void bind_robot(py::module_& m) {
+  py::class_<RobotSpec>(m, "RobotSpec", kRobotSpecDoc)
+      .def(py::init([](const std::string& name, const std::vector<LinkSpec>& links,
+                       const std::vector<JointSpec>& joints) {
+             return RobotSpec{name, links, joints, {}, "robot '" + name + "'"};
+           }),
+           py::arg("name"), py::arg("links"), py::arg("joints") = std::vector<JointSpec>())
+      .def_readwrite("name", &RobotSpec::name, "Of the robot.")
+      .def_readwrite("links", &RobotSpec::links, "List of LinkSpec, a copy.")
+      .def_readwrite("joints", &RobotSpec::joints, "List of JointSpec, a copy.")
+      .def("__repr__", [](const RobotSpec& r) {
+        return py::str("<RobotSpec '{}': {} links>").format(r.name, r.links.size());
+      });
+  py::class_<ClosureSpec>(m, "ClosureSpec", kClosureSpecDoc)
+      .def(py::init(&make_closure), py::arg("link_a"), py::arg("link_b"), py::arg("type") = "ball",
+           py::arg("anchor_a") = py::none(), py::arg("anchor_b") = py::none(),
+           py::arg("length") = py::none(), py::arg("name") = "", py::arg("collide") = false);
+  m.def(
+      "load_urdf",
+      [](const std::filesystem::path& file,
+         const std::map<std::string, std::filesystem::path>& packages, bool repair_inertias) {
+        UrdfOptions options;
+        options.packages = packages;
+        options.repair_inertias = repair_inertias;
+        return reading(file, [&] { return load_urdf(file, options); });
+      },
+      py::arg("file"), py::kw_only(),
+      py::arg("packages") = std::map<std::string, std::filesystem::path>(),
+      py::arg("repair_inertias") = false, kLoadUrdfDoc);
 }
 
 }  // namespace
 
-void bind_builder(py::module_& m) {
-  bind_link(m);
-  bind_joint_spec(m);
-  bind_robot(m);
-  using B = ModelBuilder;
-  py::class_<B>(m, "ModelBuilder", R"(
+constexpr const char* kModelBuilderDoc = R"(
 Collects robots and environment, then makes the Model. After an exception not to be used any further.
 
 Parameters
 ----------
 gravity : array_like, shape (3,)
     [m/s^2] in the world frame.
-)")
-      .def(py::init([](const Array& g) { return B(vector3(g, "gravity")); }),
-           py::arg("gravity") = py::make_tuple(0.0, 0.0, -kStandardGravity))
-      .def("add_robot", [](B& b, const RobotSpec& robot, const std::string& base,
-                           const py::object& pose, const std::string& prefix) {
-        return b.add_robot(robot, base_from(base), pose_from(pose, "pose"), prefix);
-      }, py::arg("robot"), py::arg("base") = "fixed", py::arg("pose") = py::none(),
-           py::arg("prefix") = "", R"(
+)";
+
+constexpr const char* kAddRobotDoc = R"(
 Adds a robot whose root link is welded to the world, floats, or turns about its origin.
 
 Parameters
@@ -323,22 +334,46 @@ Returns
 -------
 int
     Index of the instance.
-)")
-      .def("add_environment", [](B& b, const std::string& name, const Shape& shape,
-                                 const py::object& pose, const Material& material) {
-        return b.add_environment(name, shape, pose_from(pose, "pose"), material);
-      }, py::arg("name"), py::arg("shape"), py::arg("pose") = py::none(),
-           py::arg("material") = Material(), "Adds geometry fixed to the world; returns its index.")
-      .def("set_default_position", [](B& b, const std::string& joint, const Array& q) {
-        const Array flat = py::reinterpret_borrow<Array>(q.attr("reshape")(-1));
-        b.set_default_position(joint, vector(flat, flat.size(), "q"));
-      }, py::arg("joint"), py::arg("q"), "Coordinates of a joint in the default configuration.")
+)";
+
+void bind_builder(py::module_& m) {
+  bind_link(m);
+  bind_joint_spec(m);
+  bind_robot(m);
+  using B = ModelBuilder;
+  py::class_<B>(m, "ModelBuilder", kModelBuilderDoc)
+      .def(py::init([](const Array& g) { return B(vector3(g, "gravity")); }),
+           py::arg("gravity") = py::make_tuple(0.0, 0.0, -kStandardGravity))
+      .def(
+          "add_robot",
+          [](B& b, const RobotSpec& robot, const std::string& base, const py::object& pose,
+             const std::string& prefix) {
+            return b.add_robot(robot, base_from(base), pose_from(pose, "pose"), prefix);
+          },
+          py::arg("robot"), py::arg("base") = "fixed", py::arg("pose") = py::none(),
+          py::arg("prefix") = "", kAddRobotDoc)
+      .def(
+          "add_environment",
+          [](B& b, const std::string& name, const Shape& shape, const py::object& pose,
+             const Material& material) {
+            return b.add_environment(name, shape, pose_from(pose, "pose"), material);
+          },
+          py::arg("name"), py::arg("shape"), py::arg("pose") = py::none(),
+          py::arg("material") = Material(), "Adds geometry fixed to the world; returns its index.")
+      .def(
+          "set_default_position",
+          [](B& b, const std::string& joint, const Array& q) {
+            const Array flat = py::reinterpret_borrow<Array>(q.attr("reshape")(-1));
+            b.set_default_position(joint, vector(flat, flat.size(), "q"));
+          },
+          py::arg("joint"), py::arg("q"), "Coordinates of a joint in the default configuration.")
       .def("exclude_pair", &B::exclude_pair, py::arg("geometry_or_link_a"),
            py::arg("geometry_or_link_b"), py::arg("reason") = "",
            "No contact between two geometries, or all geometries of links.")
       .def("add_closure", &B::add_closure, py::arg("closure"), "Ties two links together.")
-      .def("build", [](B& b) { return std::make_shared<ModelHandle>(b.build()); },
-           "The Model; the builder is empty afterwards.");
+      .def(
+          "build", [](B& b) { return std::make_shared<ModelHandle>(b.build()); },
+          "The Model; the builder is empty afterwards.");
 }
 
 }  // namespace counterpoint::python

@@ -1,8 +1,7 @@
 // counterpoint.collision: questions about shapes and scenes.
-#include "counterpoint/collision/query.h"
-
 #include <pybind11/stl.h>
 
+#include "counterpoint/collision/query.h"
 #include "counterpoint/engine/kinematics.h"
 #include "handles.h"
 
@@ -56,36 +55,45 @@ py::array vec(const Vector3& x) { return copy(VectorX(x)); }
 
 void bind_results(py::module_& c) {
   py::class_<Distance>(c, "Distance", "Signed distance of shapes A and B.")
-      .def_readonly("gap", &Distance::gap, "[m]; negative: minus the least translation that parts them.")
-      .def_property_readonly("normal", [](const Distance& d) { return vec(d.normal); },
-                             "Unit, from A to B, shape (3,).")
-      .def_property_readonly("point_a", [](const Distance& d) { return vec(d.point_a); },
-                             "On the surface of A, nearest to B [m], shape (3,).")
-      .def_property_readonly("point_b", [](const Distance& d) { return vec(d.point_b); },
-                             "On the surface of B [m], shape (3,).")
-      .def("__repr__", [](const Distance& d) {
-        return py::str("<Distance: gap {:.9g} m>").format(d.gap);
-      });
+      .def_readonly("gap", &Distance::gap,
+                    "[m]; negative: minus the least translation that parts them.")
+      .def_property_readonly(
+          "normal", [](const Distance& d) { return vec(d.normal); },
+          "Unit, from A to B, shape (3,).")
+      .def_property_readonly(
+          "point_a", [](const Distance& d) { return vec(d.point_a); },
+          "On the surface of A, nearest to B [m], shape (3,).")
+      .def_property_readonly(
+          "point_b", [](const Distance& d) { return vec(d.point_b); },
+          "On the surface of B [m], shape (3,).")
+      .def("__repr__",
+           [](const Distance& d) { return py::str("<Distance: gap {:.9g} m>").format(d.gap); });
   py::class_<NamedHit>(c, "RayHit", "Where a ray first meets a surface.")
-      .def_property_readonly("distance", [](const NamedHit& h) { return h.hit.distance; },
-                             "From the ray's origin [m].")
-      .def_property_readonly("position", [](const NamedHit& h) { return vec(h.hit.position); },
-                             "[m], shape (3,).")
-      .def_property_readonly("normal", [](const NamedHit& h) { return vec(h.hit.normal); },
-                             "Unit, out of the surface, shape (3,).")
-      .def_readonly("geometry", &NamedHit::geometry, "Name of what was hit; empty for a lone shape.")
+      .def_property_readonly(
+          "distance", [](const NamedHit& h) { return h.hit.distance; },
+          "From the ray's origin [m].")
+      .def_property_readonly(
+          "position", [](const NamedHit& h) { return vec(h.hit.position); }, "[m], shape (3,).")
+      .def_property_readonly(
+          "normal", [](const NamedHit& h) { return vec(h.hit.normal); },
+          "Unit, out of the surface, shape (3,).")
+      .def_readonly("geometry", &NamedHit::geometry,
+                    "Name of what was hit; empty for a lone shape.")
       .def("__repr__", [](const NamedHit& h) {
         return py::str("<RayHit '{}' at {:.9g} m>").format(h.geometry, h.hit.distance);
       });
   py::class_<NamedContact>(c, "Contact", "Where two geometries touch, overlap, or come close.")
       .def_readonly("geometry_a", &NamedContact::geometry_a, "Name of the one of lower index.")
       .def_readonly("geometry_b", &NamedContact::geometry_b, "Name of the other one.")
-      .def_property_readonly("position", [](const NamedContact& n) { return vec(n.contact.position); },
-                             "Halfway between the surfaces, in the world [m], shape (3,).")
-      .def_property_readonly("normal", [](const NamedContact& n) { return vec(n.contact.normal); },
-                             "Unit, from A to B, shape (3,).")
-      .def_property_readonly("gap", [](const NamedContact& n) { return n.contact.gap; },
-                             "Along the normal [m]; negative: overlap.")
+      .def_property_readonly(
+          "position", [](const NamedContact& n) { return vec(n.contact.position); },
+          "Halfway between the surfaces, in the world [m], shape (3,).")
+      .def_property_readonly(
+          "normal", [](const NamedContact& n) { return vec(n.contact.normal); },
+          "Unit, from A to B, shape (3,).")
+      .def_property_readonly(
+          "gap", [](const NamedContact& n) { return n.contact.gap; },
+          "Along the normal [m]; negative: overlap.")
       .def("__repr__", [](const NamedContact& n) {
         return py::str("<Contact {} - {}: gap {:.6g} m>")
             .format(n.geometry_a, n.geometry_b, n.contact.gap);
@@ -98,11 +106,14 @@ py::object hit_of(const std::optional<RayHit>& hit) {
 }
 
 void bind_shape_queries(py::module_& c) {
-  c.def("distance", [](const Shape& a, const py::object& X_WA, const Shape& b, const py::object& X_WB) {
-    const Pose A = pose_from(X_WA, "pose_a"), B = pose_from(X_WB, "pose_b");
-    const py::gil_scoped_release release;
-    return collision::distance(a, A, b, B);
-  }, py::arg("shape_a"), py::arg("pose_a"), py::arg("shape_b"), py::arg("pose_b"), R"(
+  c.def(
+      "distance",
+      [](const Shape& a, const py::object& X_WA, const Shape& b, const py::object& X_WB) {
+        const Pose A = pose_from(X_WA, "pose_a"), B = pose_from(X_WB, "pose_b");
+        const py::gil_scoped_release release;
+        return collision::distance(a, A, b, B);
+      },
+      py::arg("shape_a"), py::arg("pose_a"), py::arg("shape_b"), py::arg("pose_b"), R"(
 Signed distance of two shapes, right to 1e-9 of their size.
 
 Parameters
@@ -115,18 +126,24 @@ Returns
 Distance or None
     None for two planes, or if a pose is not finite.
 )");
-  c.def("overlap", [](const Shape& a, const py::object& X_WA, const Shape& b, const py::object& X_WB) {
-    const Pose A = pose_from(X_WA, "pose_a"), B = pose_from(X_WB, "pose_b");
-    const py::gil_scoped_release release;
-    return collision::overlap(a, A, b, B);
-  }, py::arg("shape_a"), py::arg("pose_a"), py::arg("shape_b"), py::arg("pose_b"),
-        "True if the shapes share more than their surfaces.");
-  c.def("cast_ray", [](const Shape& shape, const py::object& pose, const Array& origin,
-                       const Array& direction, double max_distance) {
-    return hit_of(collision::cast_ray(shape, pose_from(pose, "pose"), vector3(origin, "origin"),
-                                      vector3(direction, "direction"), max_distance));
-  }, py::arg("shape"), py::arg("pose"), py::arg("origin"), py::arg("direction"),
-        py::arg("max_distance") = std::numeric_limits<double>::infinity(), R"(
+  c.def(
+      "overlap",
+      [](const Shape& a, const py::object& X_WA, const Shape& b, const py::object& X_WB) {
+        const Pose A = pose_from(X_WA, "pose_a"), B = pose_from(X_WB, "pose_b");
+        const py::gil_scoped_release release;
+        return collision::overlap(a, A, b, B);
+      },
+      py::arg("shape_a"), py::arg("pose_a"), py::arg("shape_b"), py::arg("pose_b"),
+      "True if the shapes share more than their surfaces.");
+  c.def(
+      "cast_ray",
+      [](const Shape& shape, const py::object& pose, const Array& origin, const Array& direction,
+         double max_distance) {
+        return hit_of(collision::cast_ray(shape, pose_from(pose, "pose"), vector3(origin, "origin"),
+                                          vector3(direction, "direction"), max_distance));
+      },
+      py::arg("shape"), py::arg("pose"), py::arg("origin"), py::arg("direction"),
+      py::arg("max_distance") = std::numeric_limits<double>::infinity(), R"(
 First point of a shape on a ray.
 
 Parameters
@@ -195,41 +212,16 @@ py::list overlapping_pairs(QueryHandle& q) {
   return out;
 }
 
-void bind_scene_query(py::module_& c) {
-  py::class_<QueryHandle, QueryPtr>(c, "SceneQuery", R"(
+constexpr const char* kSceneQueryDoc = R"(
 Questions about all geometries of a model in a configuration; one thread at a time.
 
 Parameters
 ----------
 model : Model
     Bodies start at its default configuration.
-)")
-      .def(py::init<ModelPtr>(), py::arg("model"))
-      .def("set_configuration", [](QueryHandle& q, const Array& given) {
-        const Guard::Lock lock(q.guard, kWhat);
-        const auto coordinates = vector(given, q.model->model.nq(), "q");
-        const py::gil_scoped_release release;
-        compute_poses(q.model->model, coordinates, q.data);
-        q.query.set_poses(q.data.X_WB);
-      }, py::arg("q"), "Places the bodies at coordinates, shape (nq,).")
-      .def("pose", [](const QueryHandle& q, const py::object& key) {
-        return q.query.pose(q.geometry(key));
-      }, py::arg("geometry"), "X_WG of a geometry, by name or index.")
-      .def("cast_ray", [](QueryHandle& q, const Array& origin, const Array& direction,
-                          double max_distance) -> py::object {
-        const Guard::Lock lock(q.guard, kWhat);
-        const auto hit = q.query.cast_ray(vector3(origin, "origin"), vector3(direction, "direction"),
-                                          max_distance);
-        if (!hit) return py::none();
-        return py::cast(NamedHit{*hit, q.name(hit->geometry)});
-      }, py::arg("origin"), py::arg("direction"),
-           py::arg("max_distance") = std::numeric_limits<double>::infinity(),
-           "The nearest RayHit over all geometries, or None.")
-      .def("cast_rays", [](QueryHandle& q, const Array& origins, const Array& directions, double most) {
-        const Guard::Lock lock(q.guard, kWhat);
-        return cast_rays(q, origins, directions, most);
-      }, py::arg("origins"), py::arg("directions"),
-           py::arg("max_distance") = std::numeric_limits<double>::infinity(), R"(
+)";
+
+constexpr const char* kCastRaysDoc = R"(
 Many rays at once.
 
 Parameters
@@ -246,19 +238,29 @@ distances : ndarray, shape (n,)
     [m], inf where nothing is hit.
 geometries : ndarray of int, shape (n,)
     Indices into model.geometries, -1 where nothing is hit.
-)")
-      .def("distance", [](QueryHandle& q, const py::object& a, const py::object& b) {
-        const Guard::Lock lock(q.guard, kWhat);
-        return q.query.distance(q.geometry(a), q.geometry(b));
-      }, py::arg("geometry_a"), py::arg("geometry_b"),
-           "Signed Distance of two geometries, by name or index; None for two planes.")
-      .def("overlaps", [](QueryHandle& q, const Shape& shape, const py::object& pose) {
-        const Guard::Lock lock(q.guard, kWhat);
-        py::list names;
-        for (const int i : q.query.overlaps(shape, pose_from(pose, "pose"))) names.append(q.name(i));
-        return names;
-      }, py::arg("shape"), py::arg("pose"),
-           "Names of the geometries that a shape at this pose would overlap.")
+)";
+
+void bind_pair_questions(py::class_<QueryHandle, QueryPtr>& query) {
+  query
+      .def(
+          "distance",
+          [](QueryHandle& q, const py::object& a, const py::object& b) {
+            const Guard::Lock lock(q.guard, kWhat);
+            return q.query.distance(q.geometry(a), q.geometry(b));
+          },
+          py::arg("geometry_a"), py::arg("geometry_b"),
+          "Signed Distance of two geometries, by name or index; None for two planes.")
+      .def(
+          "overlaps",
+          [](QueryHandle& q, const Shape& shape, const py::object& pose) {
+            const Guard::Lock lock(q.guard, kWhat);
+            py::list names;
+            for (const int i : q.query.overlaps(shape, pose_from(pose, "pose")))
+              names.append(q.name(i));
+            return names;
+          },
+          py::arg("shape"), py::arg("pose"),
+          "Names of the geometries that a shape at this pose would overlap.")
       .def("overlapping_pairs", &overlapping_pairs,
            "Names of pairs of geometries that overlap, of those that may touch at all.")
       .def("contacts", &contacts, py::arg("margin") = 0.0,
@@ -266,6 +268,47 @@ geometries : ndarray of int, shape (n,)
       .def("__repr__", [](const QueryHandle& q) {
         return py::str("<SceneQuery of {} geometries>").format(q.model->model.geometries().size());
       });
+}
+
+void bind_scene_query(py::module_& c) {
+  py::class_<QueryHandle, QueryPtr> query(c, "SceneQuery", kSceneQueryDoc);
+  query.def(py::init<ModelPtr>(), py::arg("model"))
+      .def(
+          "set_configuration",
+          [](QueryHandle& q, const Array& given) {
+            const Guard::Lock lock(q.guard, kWhat);
+            const auto coordinates = vector(given, q.model->model.nq(), "q");
+            const py::gil_scoped_release release;
+            compute_poses(q.model->model, coordinates, q.data);
+            q.query.set_poses(q.data.X_WB);
+          },
+          py::arg("q"), "Places the bodies at coordinates, shape (nq,).")
+      .def(
+          "pose",
+          [](const QueryHandle& q, const py::object& key) { return q.query.pose(q.geometry(key)); },
+          py::arg("geometry"), "X_WG of a geometry, by name or index.")
+      .def(
+          "cast_ray",
+          [](QueryHandle& q, const Array& origin, const Array& direction,
+             double max_distance) -> py::object {
+            const Guard::Lock lock(q.guard, kWhat);
+            const auto hit = q.query.cast_ray(vector3(origin, "origin"),
+                                              vector3(direction, "direction"), max_distance);
+            if (!hit) return py::none();
+            return py::cast(NamedHit{*hit, q.name(hit->geometry)});
+          },
+          py::arg("origin"), py::arg("direction"),
+          py::arg("max_distance") = std::numeric_limits<double>::infinity(),
+          "The nearest RayHit over all geometries, or None.")
+      .def(
+          "cast_rays",
+          [](QueryHandle& q, const Array& origins, const Array& directions, double most) {
+            const Guard::Lock lock(q.guard, kWhat);
+            return cast_rays(q, origins, directions, most);
+          },
+          py::arg("origins"), py::arg("directions"),
+          py::arg("max_distance") = std::numeric_limits<double>::infinity(), kCastRaysDoc);
+  bind_pair_questions(query);
 }
 
 }  // namespace

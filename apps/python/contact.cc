@@ -1,9 +1,8 @@
 // counterpoint.contact: contact problems without bodies, and how they are solved.
-#include "counterpoint/contact/contact_space.h"
-
 #include <pybind11/stl.h>
 
 #include "arrays.h"
+#include "counterpoint/contact/contact_space.h"
 
 namespace counterpoint::python {
 namespace {
@@ -54,7 +53,8 @@ soften_after : int
            }),
            py::arg("tolerance") = S().tolerance, py::arg("max_iterations") = S().max_iterations,
            py::arg("soften_after") = S().soften_after)
-      .def_readwrite("tolerance", &S::tolerance, "Converged when the relative residual is at most this.")
+      .def_readwrite("tolerance", &S::tolerance,
+                     "Converged when the relative residual is at most this.")
       .def_readwrite("max_iterations", &S::max_iterations, "Newton steps, an island.")
       .def_readwrite("soften_after", &S::soften_after,
                      "Newton steps after which an island is solved with softer laws; 0: never.")
@@ -69,17 +69,22 @@ void bind_solution(py::module_& c) {
   using S = ct::ContactSpaceSolution;
   using Self = std::shared_ptr<S>;
   py::class_<S, Self>(c, "ContactSpaceSolution", "Impulses and velocities of a contact problem.")
-      .def_property_readonly("f", [](const Self& s) { return view(s->f, py::cast(s), true); },
-                             "Impulses [N s], shape (3 n,), rows (normal, t1, t2) a contact.")
-      .def_property_readonly("v", [](const Self& s) { return view(s->v, py::cast(s), true); },
-                             "Velocities at which the law gives f to the bit [m/s], shape (3 n,).")
-      .def_property_readonly("status", [](const S& s) { return status_name(s.report.status); },
-                             "converged, roundoff_floor, or why it failed.")
-      .def_property_readonly("succeeded", [](const S& s) { return succeeded(s.report.status); },
-                             "May the result be used?")
-      .def_property_readonly("iterations", [](const S& s) { return s.report.iterations; },
-                             "Newton steps.")
-      .def_property_readonly("residual", [](const S& s) { return s.report.residual; }, "Relative.")
+      .def_property_readonly(
+          "f", [](const Self& s) { return view(s->f, py::cast(s), true); },
+          "Impulses [N s], shape (3 n,), rows (normal, t1, t2) a contact.")
+      .def_property_readonly(
+          "v", [](const Self& s) { return view(s->v, py::cast(s), true); },
+          "Velocities at which the law gives f to the bit [m/s], shape (3 n,).")
+      .def_property_readonly(
+          "status", [](const S& s) { return status_name(s.report.status); },
+          "converged, roundoff_floor, or why it failed.")
+      .def_property_readonly(
+          "succeeded", [](const S& s) { return succeeded(s.report.status); },
+          "May the result be used?")
+      .def_property_readonly(
+          "iterations", [](const S& s) { return s.report.iterations; }, "Newton steps.")
+      .def_property_readonly(
+          "residual", [](const S& s) { return s.report.residual; }, "Relative.")
       .def_readonly("rank", &S::rank, "Of A.")
       .def_readonly("asymmetry", &S::asymmetry,
                     "Largest |A - A'| over the largest |A|: what symmetrising changed.")
@@ -91,22 +96,7 @@ void bind_solution(py::module_& c) {
 
 }  // namespace
 
-void bind_contact(py::module_& m) {
-  py::module_ c = m.def_submodule("contact", "Contact problems without bodies, and their solver.");
-  bind_settings(c);
-  bind_solution(c);
-  const ct::ContactSpaceOptions defaults;
-  c.def("solve_contact_space", [](const Array& A, const Array& c0, const Array& mu, bool coulomb,
-                                  double compliance, double smoothing, double rank_tolerance,
-                                  const ct::Settings& settings) {
-    const ct::ContactSpaceProblem problem = problem_from(A, c0, mu);
-    const auto options = options_from(coulomb, compliance, smoothing, rank_tolerance);
-    const ct::Settings own = settings;
-    const py::gil_scoped_release release;
-    return std::make_shared<ct::ContactSpaceSolution>(solve_contact_space(problem, options, own));
-  }, py::arg("A"), py::arg("c"), py::arg("mu"), py::kw_only(), py::arg("coulomb") = defaults.coulomb,
-        py::arg("compliance") = defaults.compliance, py::arg("smoothing") = defaults.smoothing,
-        py::arg("rank_tolerance") = defaults.rank_tolerance, py::arg("settings") = ct::Settings(), R"(
+constexpr const char* kSolveContactSpaceDoc = R"(
 Solves (A, c, mu) for impulses f and velocities v = c + A f.
 
 Parameters
@@ -132,20 +122,9 @@ Returns
 -------
 ContactSpaceSolution
     Nothing is raised for what cannot be solved: see succeeded.
-)");
-  c.def("invert_contact_space", [](const Array& A, const Array& v, const Array& mu, bool coulomb,
-                                   double compliance, double smoothing, double rank_tolerance) {
-    const ct::ContactSpaceProblem problem = problem_from(A, v, mu);
-    const auto options = options_from(coulomb, compliance, smoothing, rank_tolerance);
-    ct::ContactSpaceInverse inverse;
-    {
-      const py::gil_scoped_release release;
-      inverse = invert_contact_space(problem, problem.c, options);
-    }
-    return py::make_tuple(copy(inverse.f), copy(inverse.c));
-  }, py::arg("A"), py::arg("v"), py::arg("mu"), py::kw_only(), py::arg("coulomb") = defaults.coulomb,
-        py::arg("compliance") = defaults.compliance, py::arg("smoothing") = defaults.smoothing,
-        py::arg("rank_tolerance") = defaults.rank_tolerance, R"(
+)";
+
+constexpr const char* kInvertContactSpaceDoc = R"(
 The inverse, in closed form: impulses that make contact velocity v, and the c that they explain.
 
 Parameters
@@ -161,18 +140,9 @@ f : ndarray, shape (3 n,)
     [N s]
 c : ndarray, shape (3 n,)
     v - A f [m/s].
-)");
-  c.def("contact_space_residuals", [](const Array& A, const Array& c0, const Array& mu, const Array& f,
-                                      bool coulomb) {
-    const ct::ContactSpaceProblem problem = problem_from(A, c0, mu);
-    const VectorX impulse = vector(f, problem.c.size(), "f");
-    ct::ContactSpaceResiduals r;
-    {
-      const py::gil_scoped_release release;
-      r = contact_space_residuals(problem, impulse, coulomb);
-    }
-    return py::make_tuple(r.primal, r.dual, r.complementarity);
-  }, py::arg("A"), py::arg("c"), py::arg("mu"), py::arg("f"), py::arg("coulomb") = false, R"(
+)";
+
+constexpr const char* kContactSpaceResidualsDoc = R"(
 Distances of f from the hard laws, computed from A, c, f alone.
 
 Returns
@@ -183,7 +153,60 @@ dual : float
     Of v from the dual cone, over the largest |c|.
 complementarity : float
     Largest power |f . v|, over the product of both scales.
-)");
+)";
+
+void bind_contact(py::module_& m) {
+  py::module_ c = m.def_submodule("contact", "Contact problems without bodies, and their solver.");
+  bind_settings(c);
+  bind_solution(c);
+  const ct::ContactSpaceOptions defaults;
+  c.def(
+      "solve_contact_space",
+      [](const Array& A, const Array& c0, const Array& mu, bool coulomb, double compliance,
+         double smoothing, double rank_tolerance, const ct::Settings& settings) {
+        const ct::ContactSpaceProblem problem = problem_from(A, c0, mu);
+        const auto options = options_from(coulomb, compliance, smoothing, rank_tolerance);
+        const ct::Settings own = settings;
+        const py::gil_scoped_release release;
+        return std::make_shared<ct::ContactSpaceSolution>(
+            solve_contact_space(problem, options, own));
+      },
+      py::arg("A"), py::arg("c"), py::arg("mu"), py::kw_only(),
+      py::arg("coulomb") = defaults.coulomb, py::arg("compliance") = defaults.compliance,
+      py::arg("smoothing") = defaults.smoothing,
+      py::arg("rank_tolerance") = defaults.rank_tolerance, py::arg("settings") = ct::Settings(),
+      kSolveContactSpaceDoc);
+  c.def(
+      "invert_contact_space",
+      [](const Array& A, const Array& v, const Array& mu, bool coulomb, double compliance,
+         double smoothing, double rank_tolerance) {
+        const ct::ContactSpaceProblem problem = problem_from(A, v, mu);
+        const auto options = options_from(coulomb, compliance, smoothing, rank_tolerance);
+        ct::ContactSpaceInverse inverse;
+        {
+          const py::gil_scoped_release release;
+          inverse = invert_contact_space(problem, problem.c, options);
+        }
+        return py::make_tuple(copy(inverse.f), copy(inverse.c));
+      },
+      py::arg("A"), py::arg("v"), py::arg("mu"), py::kw_only(),
+      py::arg("coulomb") = defaults.coulomb, py::arg("compliance") = defaults.compliance,
+      py::arg("smoothing") = defaults.smoothing,
+      py::arg("rank_tolerance") = defaults.rank_tolerance, kInvertContactSpaceDoc);
+  c.def(
+      "contact_space_residuals",
+      [](const Array& A, const Array& c0, const Array& mu, const Array& f, bool coulomb) {
+        const ct::ContactSpaceProblem problem = problem_from(A, c0, mu);
+        const VectorX impulse = vector(f, problem.c.size(), "f");
+        ct::ContactSpaceResiduals r;
+        {
+          const py::gil_scoped_release release;
+          r = contact_space_residuals(problem, impulse, coulomb);
+        }
+        return py::make_tuple(r.primal, r.dual, r.complementarity);
+      },
+      py::arg("A"), py::arg("c"), py::arg("mu"), py::arg("f"), py::arg("coulomb") = false,
+      kContactSpaceResidualsDoc);
 }
 
 }  // namespace counterpoint::python

@@ -77,12 +77,14 @@ py::array aba_of(const ModelPtr& model, const Array& q, const Array& v, const Ar
     solved = aba(mm, taus, added, mm.gravity(), moving_bodies(mm), d, result, &singular);
   });
   if (!solved)
-    throw py::value_error("what joint '" + m.joint(singular - 1).name +
-                          "' moves has no inertia along it: give it mass, or armature in `diagonal`");
+    throw py::value_error(
+        "what joint '" + m.joint(singular - 1).name +
+        "' moves has no inertia along it: give it mass, or armature in `diagonal`");
   return a;
 }
 
-py::array crba_of(const ModelPtr& model, const Array& q, const DataPtr& data, const py::object& out) {
+py::array crba_of(const ModelPtr& model, const Array& q, const DataPtr& data,
+                  const py::object& out) {
   const Model& m = model->model;
   const auto qs = vector(q, m.nq(), "q");
   auto M = output(out, {m.nv(), m.nv()}, "out");
@@ -160,39 +162,55 @@ Parameters
 model : Model
 )")
       .def(py::init<ModelPtr>(), py::arg("model"))
-      .def_property_readonly("rotation", [bodies](const DataPtr& d) {
-        return view(d->data.X_WB.front().rotation.data(), {bodies(d), 3, 3}, {12, 1, 3}, py::cast(d));
-      }, "R_WB of every body, shape (num_bodies, 3, 3).")
-      .def_property_readonly("translation", [bodies](const DataPtr& d) {
-        return view(d->data.X_WB.front().translation.data(), {bodies(d), 3}, {12, 1}, py::cast(d));
-      }, "Origin of every body in the world [m], shape (num_bodies, 3).")
-      .def_property_readonly("velocity", [bodies](const DataPtr& d) {
-        return view(d->data.V.front().angular.data(), {bodies(d), 6}, {6, 1}, py::cast(d));
-      }, "V_WB: angular [rad/s], then linear of the origin [m/s], in world axes, shape (num_bodies, 6).")
-      .def_property_readonly("axis", [](const DataPtr& d) {
-        return view(d->data.axis.empty() ? nullptr : d->data.axis.front().angular.data(),
-                    {static_cast<py::ssize_t>(d->data.axis.size()), 6}, {6, 1}, py::cast(d));
-      }, "Columns of the joints' motion subspaces at their bodies' origins in world axes, shape (nv, 6).")
-      .def("pose", [](const DataPtr& d, const std::string& frame) {
-        const Model& model = d->model->model;
-        const int index = model.find_frame(frame);
-        if (index < 0) {
-          std::vector<std::string> names;
-          for (const Frame& f : model.frames()) names.push_back(f.name);
-          throw_unknown("frame", frame, names);
-        }
-        const Frame& f = model.frames()[static_cast<size_t>(index)];
-        return d->data.X_WB[static_cast<size_t>(f.body)] * f.X_BF;
-      }, py::arg("frame"), "X_WF of the frame of a link, after compute_kinematics.")
+      .def_property_readonly(
+          "rotation",
+          [bodies](const DataPtr& d) {
+            return view(d->data.X_WB.front().rotation.data(), {bodies(d), 3, 3}, {12, 1, 3},
+                        py::cast(d));
+          },
+          "R_WB of every body, shape (num_bodies, 3, 3).")
+      .def_property_readonly(
+          "translation",
+          [bodies](const DataPtr& d) {
+            return view(d->data.X_WB.front().translation.data(), {bodies(d), 3}, {12, 1},
+                        py::cast(d));
+          },
+          "Origin of every body in the world [m], shape (num_bodies, 3).")
+      .def_property_readonly(
+          "velocity",
+          [bodies](const DataPtr& d) {
+            return view(d->data.V.front().angular.data(), {bodies(d), 6}, {6, 1}, py::cast(d));
+          },
+          "V_WB: angular [rad/s], then linear of the origin [m/s], in world axes, shape "
+          "(num_bodies, 6).")
+      .def_property_readonly(
+          "axis",
+          [](const DataPtr& d) {
+            return view(d->data.axis.empty() ? nullptr : d->data.axis.front().angular.data(),
+                        {static_cast<py::ssize_t>(d->data.axis.size()), 6}, {6, 1}, py::cast(d));
+          },
+          "Columns of the joints' motion subspaces at their bodies' origins in world axes, shape "
+          "(nv, 6).")
+      .def(
+          "pose",
+          [](const DataPtr& d, const std::string& frame) {
+            const Model& model = d->model->model;
+            const int index = model.find_frame(frame);
+            if (index < 0) {
+              std::vector<std::string> names;
+              for (const Frame& f : model.frames()) names.push_back(f.name);
+              throw_unknown("frame", frame, names);
+            }
+            const Frame& f = model.frames()[static_cast<size_t>(index)];
+            return d->data.X_WB[static_cast<size_t>(f.body)] * f.X_BF;
+          },
+          py::arg("frame"), "X_WF of the frame of a link, after compute_kinematics.")
       .def("__repr__", [](const DataHandle&) { return "<Data>"; });
 }
 
 }  // namespace
 
-void bind_dynamics(py::module_& m) {
-  bind_data(m);
-  m.def("compute_kinematics", &kinematics, py::arg("model"), py::arg("data"), py::arg("q"),
-        py::arg("v") = py::none(), R"(
+constexpr const char* kComputeKinematicsDoc = R"(
 Fills data with poses and, with v, velocities of all bodies.
 
 Parameters
@@ -203,9 +221,9 @@ q : array_like, shape (nq,)
     Quaternions must be of unit length.
 v : array_like, shape (nv,), optional
     [m/s, rad/s]
-)");
-  m.def("rnea", &rnea_of, py::arg("model"), py::arg("q"), py::arg("v"), py::arg("a"),
-        py::arg("data").none(true) = py::none(), py::kw_only(), py::arg("out") = py::none(), R"(
+)";
+
+constexpr const char* kRneaDoc = R"(
 Joint forces that give an acceleration: tau = M(q) a - n(q, v) (Featherstone 2008, table 5.1).
 
 What acts on single coordinates (rotor inertia, damping, dry friction) is not part of it.
@@ -226,10 +244,9 @@ Returns
 -------
 ndarray, shape (nv,)
     [N, N m]
-)");
-  m.def("aba", &aba_of, py::arg("model"), py::arg("q"), py::arg("v"), py::arg("tau"), py::kw_only(),
-        py::arg("diagonal") = py::none(), py::arg("data").none(true) = py::none(),
-        py::arg("out") = py::none(), R"(
+)";
+
+constexpr const char* kAbaDoc = R"(
 Acceleration under joint forces: (M(q) + diag(diagonal)) a = n(q, v) + tau (Featherstone 2008, table 7.1).
 
 Parameters
@@ -250,9 +267,9 @@ Returns
 -------
 ndarray, shape (nv,)
     [m/s^2, rad/s^2]
-)");
-  m.def("crba", &crba_of, py::arg("model"), py::arg("q"), py::arg("data").none(true) = py::none(),
-        py::kw_only(), py::arg("out") = py::none(), R"(
+)";
+
+constexpr const char* kCrbaDoc = R"(
 Joint-space inertia M(q), without rotor inertia (Featherstone 2008, table 6.2).
 
 Parameters
@@ -267,17 +284,33 @@ Returns
 -------
 ndarray, shape (nv, nv)
     [kg, kg m, kg m^2], block diagonal by tree.
-)");
-  m.def("total_mass", [](const ModelHandle& model) { return total_mass(model.model); },
-        py::arg("model"), "Of all bodies that can move [kg].");
+)";
+
+void bind_dynamics(py::module_& m) {
+  bind_data(m);
+  m.def("compute_kinematics", &kinematics, py::arg("model"), py::arg("data"), py::arg("q"),
+        py::arg("v") = py::none(), kComputeKinematicsDoc);
+  m.def("rnea", &rnea_of, py::arg("model"), py::arg("q"), py::arg("v"), py::arg("a"),
+        py::arg("data").none(true) = py::none(), py::kw_only(), py::arg("out") = py::none(),
+        kRneaDoc);
+  m.def("aba", &aba_of, py::arg("model"), py::arg("q"), py::arg("v"), py::arg("tau"), py::kw_only(),
+        py::arg("diagonal") = py::none(), py::arg("data").none(true) = py::none(),
+        py::arg("out") = py::none(), kAbaDoc);
+  m.def("crba", &crba_of, py::arg("model"), py::arg("q"), py::arg("data").none(true) = py::none(),
+        py::kw_only(), py::arg("out") = py::none(), kCrbaDoc);
+  m.def(
+      "total_mass", [](const ModelHandle& model) { return total_mass(model.model); },
+      py::arg("model"), "Of all bodies that can move [kg].");
   m.def("kinetic_energy", &kinetic, py::arg("model"), py::arg("q"), py::arg("v"),
         py::arg("data").none(true) = py::none(), "[J], rotor inertia (armature) included.");
   m.def("potential_energy", &potential, py::arg("model"), py::arg("q"),
         py::arg("data").none(true) = py::none(),
-        "[J], zero where a centre of mass is in the plane through the world's origin across gravity.");
+        "[J], zero where a centre of mass is in the plane through the world's origin across "
+        "gravity.");
   m.def("total_momentum", &momentum, py::arg("model"), py::arg("q"), py::arg("v"),
         py::arg("data").none(true) = py::none(),
-        "Angular about the world's origin [kg m^2/s], then linear [kg m/s], in the world, shape (6,).");
+        "Angular about the world's origin [kg m^2/s], then linear [kg m/s], in the world, shape "
+        "(6,).");
   m.def("integrate_configuration", &integrate, py::arg("model"), py::arg("q"), py::arg("v"),
         py::arg("h"), "q (+) h v, shape (nq,): rotations by the exponential map.");
   m.def("configuration_difference", &difference, py::arg("model"), py::arg("q_from"),

@@ -31,16 +31,32 @@ void throw_step_error(const std::string& message, const py::object& report) {
 }
 
 void throw_file_not_found(const std::filesystem::path& file, const std::string& message) {
-  const py::object error =
-      py::handle(PyExc_FileNotFoundError)(ENOENT, message, file.string());
+  const py::object error = py::handle(PyExc_FileNotFoundError)(ENOENT, message, file.string());
   PyErr_SetObject(PyExc_FileNotFoundError, error.ptr());
   throw py::error_already_set();
 }
 
+void set_python_error() {
+  try {
+    throw;
+  } catch (py::error_already_set& e) {
+    e.restore();
+  } catch (const py::builtin_exception& e) {
+    e.set_error();
+  } catch (const InputError& e) {
+    PyErr_SetString(input_error, e.what());
+  } catch (const std::exception& e) {
+    PyErr_SetString(PyExc_RuntimeError, e.what());
+  }
+}
+
 void bind_exceptions(py::module_& m) {
-  input_error = new_exception(m, "InputError", PyExc_ValueError,
-                              "Input a user can correct: the message says where, what was expected, "
-                              "and what to do.").release().ptr();
+  input_error =
+      new_exception(m, "InputError", PyExc_ValueError,
+                    "Input a user can correct: the message says where, what was expected, "
+                    "and what to do.")
+          .release()
+          .ptr();
   step_error = new_exception(m, "StepError", PyExc_RuntimeError, R"(
 A step that could not be done: the message names the body, joint, contact or number at fault.
 
@@ -48,7 +64,9 @@ Attributes
 ----------
 report : StepReport
     What the step said.
-)").release().ptr();
+)")
+                   .release()
+                   .ptr();
   py::register_exception_translator([](std::exception_ptr p) {
     try {
       if (p) std::rethrow_exception(p);

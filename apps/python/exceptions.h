@@ -14,6 +14,9 @@ namespace counterpoint::python {
 [[noreturn]] void throw_file_not_found(const std::filesystem::path& file,
                                        const std::string& message);
 
+/// The exception that is being handled as Python's: for what pybind11 does not call.
+void set_python_error();
+
 /// Calls read() without the GIL; an InputError about a file that is not there becomes a
 /// FileNotFoundError of the same message.
 template <class Read>

@@ -59,8 +59,7 @@ Coordinates::Place Coordinates::find(const std::string& name) const {
 }
 
 ModelHandle::ModelHandle(Model m)
-    : model(std::move(m)),
-      coordinates(std::make_shared<Coordinates>(coordinate_names(model))) {}
+    : model(std::move(m)), coordinates(std::make_shared<Coordinates>(coordinate_names(model))) {}
 
 StateHandle::StateHandle(CoordinatesPtr names, State state, bool only)
     : coordinates(std::move(names)),
@@ -113,8 +112,7 @@ InputHandle::InputHandle(ModelPtr m) : model(std::move(m)), input_(std::make_sha
 double& InputHandle::at(const std::string& name) const {
   const Model& m = model->model;
   const auto found = model->coordinates->places.find(name);
-  if (found != model->coordinates->places.end() &&
-      found->second.kind == Coordinates::Kind::kForce)
+  if (found != model->coordinates->places.end() && found->second.kind == Coordinates::Kind::kForce)
     return input_->applied_force[found->second.index];
   std::vector<std::string> names = model->coordinates->names.force;
   for (size_t i = 0; i < m.servos().size(); ++i) {

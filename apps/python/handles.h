@@ -121,7 +121,8 @@ class Guard {
   std::atomic<bool> taken_ = false;
 };
 
-/// Indices of a name or a number among `count`. @throws py::index_error, py::key_error, py::type_error.
+/// Indices of a name or a number among `count`. @throws py::index_error, py::key_error,
+/// py::type_error.
 template <class Find, class Names>
 int index_from(py::handle key, int count, const char* what, Find find, Names names) {
   if (py::isinstance<py::str>(key)) {

@@ -42,8 +42,7 @@ void InputHandle::assign(const Input& other) {
   input_->softening = other.softening;
 }
 
-void bind_inputs(py::module_& m) {
-  py::class_<InputHandle, InputPtr>(m, "Input", R"(
+constexpr const char* kInputDoc = R"(
 What is applied from outside during a step: nothing at first, servo targets the model's.
 
 Parameters
@@ -51,29 +50,9 @@ Parameters
 model : Model
 applied_force : array_like, shape (nv,), optional
     [N, N m], conjugate to v.
-)")
-      .def(py::init([](const ModelPtr& model, const py::object& force) {
-             auto input = std::make_shared<InputHandle>(model);
-             if (!force.is_none()) set(input->applied_force, Array(force), "applied_force");
-             return input;
-           }),
-           py::arg("model"), py::arg("applied_force") = py::none())
-      .def_property("applied_force", [](const InputHandle& i) { return i.applied_force; },
-                    [](InputHandle& i, const Array& x) { set(i.applied_force, x, "applied_force"); },
-                    "[N, N m], conjugate to v, shape (nv,), a view.")
-      .def_property("servo_position", [](const InputHandle& i) { return i.servo_position; },
-                    [](InputHandle& i, const Array& x) { set(i.servo_position, x, "servo_position"); },
-                    "Targets [rad or m], in the order of model.servos, a view.")
-      .def_property("servo_velocity", [](const InputHandle& i) { return i.servo_velocity; },
-                    [](InputHandle& i, const Array& x) { set(i.servo_velocity, x, "servo_velocity"); },
-                    "Targets [rad/s or m/s], in the order of model.servos, a view.")
-      .def("__getitem__", [](const InputHandle& i, const std::string& name) { return i.at(name); },
-           py::arg("name"), "input['elbow.u'], input['cube.fx'], input['elbow.target'].")
-      .def("__setitem__", [](InputHandle& i, const std::string& name, double x) { i.at(name) = x; },
-           py::arg("name"), py::arg("value"))
-      .def("add_wrench", &add_wrench, py::arg("link"), py::arg("force") = py::make_tuple(0, 0, 0),
-           py::arg("torque") = py::make_tuple(0, 0, 0), py::arg("point") = py::make_tuple(0, 0, 0),
-           R"(
+)";
+
+constexpr const char* kAddWrenchDoc = R"(
 Adds a force and torque on a link, constant over the step.
 
 Parameters
@@ -86,16 +65,50 @@ torque : array_like, shape (3,)
     In world axes, about the point [N m].
 point : array_like, shape (3,)
     In the frame of the link [m].
-)")
-      .def("clear_wrenches", [](InputHandle& i) { i.value().wrenches.clear(); },
-           "Takes all wrenches away.")
-      .def_property_readonly("num_wrenches",
-                             [](const InputHandle& i) { return i.value().wrenches.size(); },
-                             "How many there are.")
-      .def("clear", [](const InputPtr& i) {
-        InputHandle fresh(i->model);
-        i->assign(fresh.value());
-      }, "Back to nothing, targets to the model's.")
+)";
+
+void bind_inputs(py::module_& m) {
+  py::class_<InputHandle, InputPtr>(m, "Input", kInputDoc)
+      .def(py::init([](const ModelPtr& model, const py::object& force) {
+             auto input = std::make_shared<InputHandle>(model);
+             if (!force.is_none()) set(input->applied_force, Array(force), "applied_force");
+             return input;
+           }),
+           py::arg("model"), py::arg("applied_force") = py::none())
+      .def_property(
+          "applied_force", [](const InputHandle& i) { return i.applied_force; },
+          [](InputHandle& i, const Array& x) { set(i.applied_force, x, "applied_force"); },
+          "[N, N m], conjugate to v, shape (nv,), a view.")
+      .def_property(
+          "servo_position", [](const InputHandle& i) { return i.servo_position; },
+          [](InputHandle& i, const Array& x) { set(i.servo_position, x, "servo_position"); },
+          "Targets [rad or m], in the order of model.servos, a view.")
+      .def_property(
+          "servo_velocity", [](const InputHandle& i) { return i.servo_velocity; },
+          [](InputHandle& i, const Array& x) { set(i.servo_velocity, x, "servo_velocity"); },
+          "Targets [rad/s or m/s], in the order of model.servos, a view.")
+      .def(
+          "__getitem__", [](const InputHandle& i, const std::string& name) { return i.at(name); },
+          py::arg("name"), "input['elbow.u'], input['cube.fx'], input['elbow.target'].")
+      .def(
+          "__setitem__", [](InputHandle& i, const std::string& name, double x) { i.at(name) = x; },
+          py::arg("name"), py::arg("value"))
+      .def("add_wrench", &add_wrench, py::arg("link"), py::arg("force") = py::make_tuple(0, 0, 0),
+           py::arg("torque") = py::make_tuple(0, 0, 0), py::arg("point") = py::make_tuple(0, 0, 0),
+           kAddWrenchDoc)
+      .def(
+          "clear_wrenches", [](InputHandle& i) { i.value().wrenches.clear(); },
+          "Takes all wrenches away.")
+      .def_property_readonly(
+          "num_wrenches", [](const InputHandle& i) { return i.value().wrenches.size(); },
+          "How many there are.")
+      .def(
+          "clear",
+          [](const InputPtr& i) {
+            InputHandle fresh(i->model);
+            i->assign(fresh.value());
+          },
+          "Back to nothing, targets to the model's.")
       .def_property(
           "softening",
           [](const InputHandle& i) {

@@ -41,7 +41,8 @@ class InputMap {
 /// What acts in the steps of some motions: inputs[motion, step, column].
 class InputTable {
  public:
-  /// inputs: None, (steps, nu) for all, or (motions, steps, nu). steps: as many, or -1: as the inputs say.
+  /// inputs: None, (steps, nu) for all, or (motions, steps, nu). steps: as many, or -1: as the
+  /// inputs say.
   InputTable(const py::object& inputs, int motions, py::ssize_t steps, const InputMap& map);
   py::ssize_t steps() const { return steps_; }
   /// nullptr: nothing is given.

@@ -10,7 +10,8 @@ namespace {
 std::vector<std::string> effect_list(const EffectSet& effects) {
   std::vector<std::string> names;
   for (int i = 0; i < kNumEffects; ++i)
-    if (effects.has(static_cast<Effect>(i))) names.emplace_back(effect_name(static_cast<Effect>(i)));
+    if (effects.has(static_cast<Effect>(i)))
+      names.emplace_back(effect_name(static_cast<Effect>(i)));
   return names;
 }
 
@@ -36,7 +37,8 @@ auto from_keywords(const char* type) {
     const py::object object = py::cast(&made, py::return_value_policy::reference);
     for (const std::pair<py::handle, py::handle> item : values) {
       if (!py::hasattr(object, item.first))
-        throw py::type_error(std::string(type) + ": no attribute '" + item.first.cast<std::string>() + "'");
+        throw py::type_error(std::string(type) + ": no attribute '" +
+                             item.first.cast<std::string>() + "'");
       object.attr(item.first) = item.second;
     }
     return made;
@@ -57,8 +59,8 @@ Parameters
       .def_property(
           "friction_model", [](const C& c) { return friction_model_name(c.friction_model); },
           [](C& c, const std::string& word) {
-            c.friction_model = from_word<FrictionModel>(word, "friction_model",
-                                                        friction_model_from_name, friction_model_name, 3);
+            c.friction_model = from_word<FrictionModel>(
+                word, "friction_model", friction_model_from_name, friction_model_name, 3);
           },
           "convex, lagged or coulomb.")
       .def_readwrite("compliance", &C::compliance,
@@ -75,7 +77,8 @@ Parameters
           "apply_preset",
           [](C& c, const std::string& word) {
             apply_contact_preset(from_word<ContactPreset>(word, "preset", contact_preset_from_name,
-                                                          contact_preset_name, 3), c);
+                                                          contact_preset_name, 3),
+                                 c);
           },
           py::arg("preset"), "fast, default or hard: sets friction_model and compliance.")
       .def("__eq__", [](const C& a, const C& b) { return a == b; })
@@ -121,14 +124,14 @@ void bind_effects(py::class_<SimulationOptions>& options) {
   using O = SimulationOptions;
   options
       .def_property(
-          "effects",
-          [](const O& o) { return py::frozenset(py::cast(effect_list(o.effects))); },
+          "effects", [](const O& o) { return py::frozenset(py::cast(effect_list(o.effects))); },
           [](O& o, const std::vector<std::string>& names) {
             EffectSet set;
             for (const std::string& name : names) set.set(effect_from(name), true);
             o.effects = set;
           },
-          "Effects that are on where the scene calls for them: a frozenset of names (docs/effects.md).")
+          "Effects that are on where the scene calls for them: a frozenset of names "
+          "(docs/effects.md).")
       .def(
           "switch_effect",
           [](O& o, const std::string& name, bool on) { o.effects.set(effect_from(name), on); },
@@ -154,15 +157,16 @@ Parameters
       .def_property(
           "integrator", [](const O& o) { return integrator_name(o.integrator); },
           [](O& o, const std::string& word) {
-            o.integrator = from_word<Integrator>(word, "integrator", integrator_from_name,
-                                                 integrator_name, 3);
+            o.integrator =
+                from_word<Integrator>(word, "integrator", integrator_from_name, integrator_name, 3);
           },
           "semi_implicit_euler, implicit_midpoint or runge_kutta_4.")
       .def_readwrite("duration", &O::duration, "What the scene asks for [s]; no step looks at it.")
       .def_readwrite("max_speed", &O::max_speed,
                      "A step fails that leaves a coordinate faster than this [m/s].")
-      .def_readwrite("closing_time", &O::closing_time,
-                     "A run fails in which a closure stays open, and comes no closer, this long [s].")
+      .def_readwrite(
+          "closing_time", &O::closing_time,
+          "A run fails in which a closure stays open, and comes no closer, this long [s].")
       .def_readwrite("contact", &O::contact, "ContactOptions.")
       .def_property(
           "step_control", [](O& o) { return o.step_control ? &*o.step_control : nullptr; },
@@ -171,7 +175,8 @@ Parameters
   bind_effects(options);
   options.def("__eq__", [](const O& a, const O& b) { return a == b; })
       .def("__copy__", [](const O& o) { return O(o); })
-      .def("copy", [](const O& o) { return O(o); }, "A copy of its own.")
+      .def(
+          "copy", [](const O& o) { return O(o); }, "A copy of its own.")
       .def("__repr__", [](const py::object& self) {
         return repr("SimulationOptions", self,
                     {"time_step", "integrator", "duration", "max_speed", "closing_time", "contact",

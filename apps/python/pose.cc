@@ -11,17 +11,16 @@ py::array matrix_of(const Pose& X) {
   auto m = out.mutable_unchecked<2>();
   for (int i = 0; i < 4; ++i)
     for (int j = 0; j < 4; ++j)
-      m(i, j) = i == 3   ? (j == 3 ? 1.0 : 0.0)
-                : j == 3 ? X.translation[i]
-                         : X.rotation(i, j);
+      m(i, j) = i == 3 ? (j == 3 ? 1.0 : 0.0) : j == 3 ? X.translation[i] : X.rotation(i, j);
   return out;
 }
 
 std::string repr(const Pose& X) {
   const Vector3& p = X.translation;
   const Quaternion q(X.rotation);
-  return py::str("Pose(translation=[{:.6g}, {:.6g}, {:.6g}], quaternion=[{:.6g}, {:.6g}, {:.6g}, "
-                 "{:.6g}])")
+  return py::str(
+             "Pose(translation=[{:.6g}, {:.6g}, {:.6g}], quaternion=[{:.6g}, {:.6g}, {:.6g}, "
+             "{:.6g}])")
       .format(p.x(), p.y(), p.z(), q.w(), q.x(), q.y(), q.z())
       .cast<std::string>();
 }
@@ -62,7 +61,8 @@ center : array_like, shape (3,)
 rotational : array_like, shape (3, 3) or (3,)
     About the centre of mass [kg m^2]; three numbers are its diagonal.
 )")
-      .def(py::init(&make_inertia), py::arg("mass") = 0.0, py::arg("center") = py::make_tuple(0, 0, 0),
+      .def(py::init(&make_inertia), py::arg("mass") = 0.0,
+           py::arg("center") = py::make_tuple(0, 0, 0),
            py::arg("rotational") = py::make_tuple(0, 0, 0))
       .def_readwrite("mass", &SpatialInertia::mass, "[kg]")
       .def_property(
@@ -84,8 +84,7 @@ rotational : array_like, shape (3, 3) or (3,)
 
 }  // namespace
 
-void bind_pose(py::module_& m) {
-  py::class_<Pose>(m, "Pose", R"(
+constexpr const char* kPoseDoc = R"(
 Rigid transform X_AB: where frame B is in frame A.
 
 Wherever a pose is asked for, (3,) numbers are a translation, (3, 3) a rotation, (4, 4) a
@@ -97,7 +96,10 @@ rotation : array_like, shape (3, 3), optional
     R_AB, orthonormal.
 translation : array_like, shape (3,)
     Origin of B in A [m].
-)")
+)";
+
+void bind_pose(py::module_& m) {
+  py::class_<Pose>(m, "Pose", kPoseDoc)
       .def(py::init(&make_pose), py::arg("rotation") = py::none(),
            py::arg("translation") = py::make_tuple(0, 0, 0))
       .def_static(
@@ -116,8 +118,8 @@ translation : array_like, shape (3,)
           py::arg("translation") = py::make_tuple(0, 0, 0),
           "From URDF's fixed-axis roll, pitch, yaw [rad] and a translation [m].")
       .def_static(
-          "from_matrix", [](const Array& given) { return pose_from(given, "matrix"); }, py::arg("matrix"),
-          "From a homogeneous matrix, shape (4, 4).")
+          "from_matrix", [](const Array& given) { return pose_from(given, "matrix"); },
+          py::arg("matrix"), "From a homogeneous matrix, shape (4, 4).")
       .def_property_readonly(
           "rotation", [](const Pose& X) { return copy(X.rotation); }, "R_AB, shape (3, 3).")
       .def_property_readonly(
@@ -144,7 +146,8 @@ translation : array_like, shape (3,)
                 (given * X.rotation.transpose()).rowwise() + X.translation.transpose();
             return copy_matrix(moved);
           },
-          py::arg("other"), "X_AB @ X_BC is X_AC; X_AB @ points, shape (3,) or (n, 3), are those points in A.")
+          py::arg("other"),
+          "X_AB @ X_BC is X_AC; X_AB @ points, shape (3,) or (n, 3), are those points in A.")
       .def("__repr__", &repr)
       .def(py::pickle([](const Pose& X) { return py::make_tuple(matrix_of(X)); },
                       [](const py::tuple& t) {

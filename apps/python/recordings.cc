@@ -1,6 +1,4 @@
 // counterpoint.recordings: real motions compared with, and figures of a scene found from them.
-#include "recordings/recording.h"
-
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
@@ -8,6 +6,7 @@
 #include "handles.h"
 #include "recordings/parameters.h"
 #include "recordings/prediction.h"
+#include "recordings/recording.h"
 #include "recordings/unexplained.h"
 
 namespace counterpoint::python {
@@ -33,8 +32,8 @@ py::dict dict_of(const std::vector<std::pair<const char*, double>>& figures) {
   return out;
 }
 
-std::vector<RecordingPtr> read(const std::vector<std::filesystem::path>& files, const ColumnMap& map,
-                               const SceneHandle& scene) {
+std::vector<RecordingPtr> read(const std::vector<std::filesystem::path>& files,
+                               const ColumnMap& map, const SceneHandle& scene) {
   std::vector<RecordingPtr> out;
   for (const std::filesystem::path& file : files)
     for (Recording& one : reading(file, [&] {
@@ -89,29 +88,42 @@ py::list explain(const SceneHandle& handle, const ColumnMap& map,
 
 void bind_map_and_recording(py::module_& r) {
   py::class_<ColumnMap, MapPtr>(r, "ColumnMap", "Which column of a recording is which coordinate.")
-      .def_property_readonly("names", [](const ColumnMap& map) {
-        std::vector<std::string> names;
-        for (const ColumnMap::Entry& entry : map.entries) names.push_back(entry.name);
-        return names;
-      }, "Coordinates that the recording feeds, as in a trajectory.")
-      .def_property_readonly("compared", [](const ColumnMap& map) {
-        const apps::Compared by = compared(map);
-        return by == apps::Compared::kJoints ? "joints" : by == apps::Compared::kPose ? "pose" : "impacts";
-      }, "What predictions and recordings are compared by: joints, pose or impacts.")
+      .def_property_readonly(
+          "names",
+          [](const ColumnMap& map) {
+            std::vector<std::string> names;
+            for (const ColumnMap::Entry& entry : map.entries) names.push_back(entry.name);
+            return names;
+          },
+          "Coordinates that the recording feeds, as in a trajectory.")
+      .def_property_readonly(
+          "compared",
+          [](const ColumnMap& map) {
+            const apps::Compared by = compared(map);
+            return by == apps::Compared::kJoints ? "joints"
+                   : by == apps::Compared::kPose ? "pose"
+                                                 : "impacts";
+          },
+          "What predictions and recordings are compared by: joints, pose or impacts.")
       .def("__repr__", [](const ColumnMap& map) {
         return py::str("<ColumnMap: {} columns>").format(map.entries.size());
       });
-  py::class_<Recording, RecordingPtr>(r, "Recording", "A recorded motion as coordinates of a scene; arrays are views, read-only.")
+  py::class_<Recording, RecordingPtr>(
+      r, "Recording", "A recorded motion as coordinates of a scene; arrays are views, read-only.")
       .def_readonly("file", &Recording::file, "File it came from, and which part of it.")
-      .def_property_readonly("time", [](const RecordingPtr& x) { return numbers(x->time, py::cast(x)); },
-                             "[s], shape (rows,).")
-      .def_property_readonly("q", [](const RecordingPtr& x) { return rows(x->q, py::cast(x)); },
-                             "Shape (rows, nq); what the map does not name is the scene's start.")
-      .def_property_readonly("v", [](const RecordingPtr& x) { return rows(x->v, py::cast(x)); },
-                             "[m/s, rad/s], shape (rows, nv).")
-      .def_property_readonly("applied_force", [](const RecordingPtr& x) {
-        return rows(x->applied_force, py::cast(x));
-      }, "[N, N m], shape (rows, nv).")
+      .def_property_readonly(
+          "time", [](const RecordingPtr& x) { return numbers(x->time, py::cast(x)); },
+          "[s], shape (rows,).")
+      .def_property_readonly(
+          "q", [](const RecordingPtr& x) { return rows(x->q, py::cast(x)); },
+          "Shape (rows, nq); what the map does not name is the scene's start.")
+      .def_property_readonly(
+          "v", [](const RecordingPtr& x) { return rows(x->v, py::cast(x)); },
+          "[m/s, rad/s], shape (rows, nv).")
+      .def_property_readonly(
+          "applied_force",
+          [](const RecordingPtr& x) { return rows(x->applied_force, py::cast(x)); },
+          "[N, N m], shape (rows, nv).")
       .def("__len__", [](const Recording& x) { return x.num_rows(); })
       .def("__repr__", [](const Recording& x) {
         return py::str("<Recording '{}': {} rows>").format(x.file, x.num_rows());
@@ -119,25 +131,37 @@ void bind_map_and_recording(py::module_& r) {
 }
 
 void bind_prediction(py::module_& r) {
-  py::class_<Prediction, PredictionPtr>(r, "Prediction", "A recording predicted by simulation, and how far off; arrays are views, read-only.")
+  py::class_<Prediction, PredictionPtr>(
+      r, "Prediction",
+      "A recording predicted by simulation, and how far off; arrays are views, read-only.")
       .def_readonly("file", &Prediction::file, "Of the recording.")
-      .def_property_readonly("q", [](const PredictionPtr& p) { return rows(p->q, py::cast(p)); },
-                             "Shape (rows, nq); as recorded where a piece starts.")
-      .def_property_readonly("time", [](const PredictionPtr& p) { return numbers(p->time, py::cast(p)); },
-                             "Of the rows predicted [s].")
-      .def_property_readonly("deviations", [](const Prediction& p) {
-        py::array_t<double> out({static_cast<py::ssize_t>(p.deviations.size()), py::ssize_t{3}});
-        double* row = out.mutable_data();
-        for (const apps::Deviation& d : p.deviations)
-          for (const double x : {d.position, d.rotation, d.joints}) *row++ = x;
-        return out;
-      }, "At the rows predicted, shape (n, 3): position [m], rotation [degrees], joints [rad or m].")
+      .def_property_readonly(
+          "q", [](const PredictionPtr& p) { return rows(p->q, py::cast(p)); },
+          "Shape (rows, nq); as recorded where a piece starts.")
+      .def_property_readonly(
+          "time", [](const PredictionPtr& p) { return numbers(p->time, py::cast(p)); },
+          "Of the rows predicted [s].")
+      .def_property_readonly(
+          "deviations",
+          [](const Prediction& p) {
+            py::array_t<double> out(
+                {static_cast<py::ssize_t>(p.deviations.size()), py::ssize_t{3}});
+            double* row = out.mutable_data();
+            for (const apps::Deviation& d : p.deviations)
+              for (const double x : {d.position, d.rotation, d.joints}) *row++ = x;
+            return out;
+          },
+          "At the rows predicted, shape (n, 3): position [m], rotation [degrees], joints [rad or "
+          "m].")
       .def_readonly("steps", &Prediction::steps, "Of the simulation.")
-      .def_property_readonly("succeeded", [](const Prediction& p) { return !p.failure; },
-                             "Did all steps?")
-      .def("figures", [](const PredictionPtr& p, const ColumnMap& map) {
-        return dict_of(figures(*p, compared(map)));
-      }, py::arg("columns"), "The figures of `counterpoint compare` by name.")
+      .def_property_readonly(
+          "succeeded", [](const Prediction& p) { return !p.failure; }, "Did all steps?")
+      .def(
+          "figures",
+          [](const PredictionPtr& p, const ColumnMap& map) {
+            return dict_of(figures(*p, compared(map)));
+          },
+          py::arg("columns"), "The figures of `counterpoint compare` by name.")
       .def("__repr__", [](const Prediction& p) {
         return py::str("<Prediction of '{}', {} rows>").format(p.file, p.rows);
       });
@@ -147,14 +171,7 @@ void bind_prediction(py::module_& r) {
 
 void bind_identification(py::module_& r);  // identification.cc
 
-void bind_recordings(py::module_& m) {
-  py::module_ r = m.def_submodule("recordings", "Real motions: prediction, comparison, identification.");
-  bind_map_and_recording(r);
-  bind_prediction(r);
-  r.def("load_column_map", [](const std::filesystem::path& file, const ModelHandle& model) {
-    return std::make_shared<ColumnMap>(
-        reading(file, [&] { return apps::load_column_map(file, model.model); }));
-  }, py::arg("file"), py::arg("model"), R"(
+constexpr const char* kLoadColumnMapDoc = R"(
 Reads a column map (YAML, docs/recordings.md).
 
 Parameters
@@ -165,8 +182,9 @@ model : Model
 Returns
 -------
 ColumnMap
-)");
-  r.def("read_recordings", &read, py::arg("files"), py::arg("columns"), py::arg("scene"), R"(
+)";
+
+constexpr const char* kReadRecordingsDoc = R"(
 Reads recordings through a map; a file may give several.
 
 Parameters
@@ -179,9 +197,9 @@ scene : Scene
 Returns
 -------
 list of Recording
-)");
-  r.def("predict", &predict, py::arg("scene"), py::arg("columns"), py::arg("recordings"),
-        py::kw_only(), py::arg("substeps") = py::none(), py::arg("horizon") = 0, R"(
+)";
+
+constexpr const char* kPredictDoc = R"(
 Predicts recordings by simulation, from their first rows or anew every few rows.
 
 Parameters
@@ -197,9 +215,9 @@ horizon : int
 Returns
 -------
 list of Prediction
-)");
-  r.def("explain", &explain, py::arg("scene"), py::arg("columns"), py::arg("recordings"),
-        py::kw_only(), py::arg("reach") = py::none(), R"(
+)";
+
+constexpr const char* kExplainDoc = R"(
 Forces behind recorded motions, and how much of them no contact can have given.
 
 Parameters
@@ -214,7 +232,26 @@ Returns
 -------
 list of dict
     'file', 'time' (steps,), 'force' (steps, nv) [N, N m], 'figures' by name.
-)");
+)";
+
+void bind_recordings(py::module_& m) {
+  py::module_ r =
+      m.def_submodule("recordings", "Real motions: prediction, comparison, identification.");
+  bind_map_and_recording(r);
+  bind_prediction(r);
+  r.def(
+      "load_column_map",
+      [](const std::filesystem::path& file, const ModelHandle& model) {
+        return std::make_shared<ColumnMap>(
+            reading(file, [&] { return apps::load_column_map(file, model.model); }));
+      },
+      py::arg("file"), py::arg("model"), kLoadColumnMapDoc);
+  r.def("read_recordings", &read, py::arg("files"), py::arg("columns"), py::arg("scene"),
+        kReadRecordingsDoc);
+  r.def("predict", &predict, py::arg("scene"), py::arg("columns"), py::arg("recordings"),
+        py::kw_only(), py::arg("substeps") = py::none(), py::arg("horizon") = 0, kPredictDoc);
+  r.def("explain", &explain, py::arg("scene"), py::arg("columns"), py::arg("recordings"),
+        py::kw_only(), py::arg("reach") = py::none(), kExplainDoc);
   bind_identification(r);
 }
 

@@ -56,8 +56,7 @@ void set(VectorX& x, const Array& values, const char* name) {
 
 }  // namespace
 
-void bind_scene(py::module_& m) {
-  py::class_<SceneHandle, ScenePtr>(m, "Scene", R"(
+constexpr const char* kSceneDoc = R"(
 A model, where it starts, and how it is to be stepped.
 
 Parameters
@@ -69,41 +68,9 @@ v : array_like, shape (nv,), optional
     Velocities at the start; default: zero.
 options : SimulationOptions
 name : str
-)")
-      .def(py::init(&from_model), py::arg("model"), py::arg("q") = py::none(),
-           py::arg("v") = py::none(), py::arg("options") = SimulationOptions(),
-           py::arg("name") = "")
-      .def_readwrite("name", &SceneHandle::name, "For titles.")
-      .def_property_readonly("model", [](const SceneHandle& s) { return s.model; }, "Model.")
-      .def_property(
-          "q", [](const ScenePtr& s) { return view(s->q, py::cast(s), true); },
-          [](SceneHandle& s, const Array& q) { set(s.q, q, "q"); },
-          "Coordinates at the start, shape (nq,), a view.")
-      .def_property(
-          "v", [](const ScenePtr& s) { return view(s->v, py::cast(s), true); },
-          [](SceneHandle& s, const Array& v) { set(s.v, v, "v"); },
-          "Velocities at the start, shape (nv,), a view.")
-      .def_readwrite("options", &SceneHandle::options, "SimulationOptions, live.")
-      .def("state", [](const SceneHandle& s) {
-        return std::make_shared<StateHandle>(s.model->coordinates, State{0.0, s.q, s.v}, false);
-      }, "A State of its own at the start of the scene.")
-      .def("copy", [](const SceneHandle& s) { return std::make_shared<SceneHandle>(s); },
-           "A copy with options, q and v of its own; the model is shared.")
-      .def("__repr__", [](const SceneHandle& s) {
-        return py::str("<Scene '{}': {} bodies, nq {}, nv {}, {} {:g} s>")
-            .format(s.name, s.model->model.num_bodies() - 1, s.model->model.nq(),
-                    s.model->model.nv(), integrator_name(s.options.integrator), s.options.time_step);
-      })
-      .def(py::pickle(
-          [](const SceneHandle& s) { return py::make_tuple(py::bytes(archive_scene(s.scene()))); },
-          [](const py::tuple& t) {
-            return make_scene(restore_scene(t[0].cast<std::string>()));
-          }));
-  m.def("load_scene", &load, py::arg("file"), py::kw_only(),
-        py::arg("packages") = std::map<std::string, std::filesystem::path>(),
-        py::arg("base") = py::none(), py::arg("ground") = false,
-        py::arg("ground_friction") = py::none(), py::arg("repair_inertias") = false,
-        py::arg("srdf") = py::none(), py::arg("hull_vertices") = 0, R"(
+)";
+
+constexpr const char* kLoadSceneDoc = R"(
 Reads a scene (.yaml, .yml) or a lone robot (.urdf).
 
 Parameters
@@ -132,7 +99,49 @@ Raises
 InputError
     Naming file, line, element, what was expected and what to do.
 FileNotFoundError
-)");
+)";
+
+void bind_scene(py::module_& m) {
+  py::class_<SceneHandle, ScenePtr>(m, "Scene", kSceneDoc)
+      .def(py::init(&from_model), py::arg("model"), py::arg("q") = py::none(),
+           py::arg("v") = py::none(), py::arg("options") = SimulationOptions(),
+           py::arg("name") = "")
+      .def_readwrite("name", &SceneHandle::name, "For titles.")
+      .def_property_readonly(
+          "model", [](const SceneHandle& s) { return s.model; }, "Model.")
+      .def_property(
+          "q", [](const ScenePtr& s) { return view(s->q, py::cast(s), true); },
+          [](SceneHandle& s, const Array& q) { set(s.q, q, "q"); },
+          "Coordinates at the start, shape (nq,), a view.")
+      .def_property(
+          "v", [](const ScenePtr& s) { return view(s->v, py::cast(s), true); },
+          [](SceneHandle& s, const Array& v) { set(s.v, v, "v"); },
+          "Velocities at the start, shape (nv,), a view.")
+      .def_readwrite("options", &SceneHandle::options, "SimulationOptions, live.")
+      .def(
+          "state",
+          [](const SceneHandle& s) {
+            return std::make_shared<StateHandle>(s.model->coordinates, State{0.0, s.q, s.v}, false);
+          },
+          "A State of its own at the start of the scene.")
+      .def(
+          "copy", [](const SceneHandle& s) { return std::make_shared<SceneHandle>(s); },
+          "A copy with options, q and v of its own; the model is shared.")
+      .def("__repr__",
+           [](const SceneHandle& s) {
+             return py::str("<Scene '{}': {} bodies, nq {}, nv {}, {} {:g} s>")
+                 .format(s.name, s.model->model.num_bodies() - 1, s.model->model.nq(),
+                         s.model->model.nv(), integrator_name(s.options.integrator),
+                         s.options.time_step);
+           })
+      .def(py::pickle(
+          [](const SceneHandle& s) { return py::make_tuple(py::bytes(archive_scene(s.scene()))); },
+          [](const py::tuple& t) { return make_scene(restore_scene(t[0].cast<std::string>())); }));
+  m.def("load_scene", &load, py::arg("file"), py::kw_only(),
+        py::arg("packages") = std::map<std::string, std::filesystem::path>(),
+        py::arg("base") = py::none(), py::arg("ground") = false,
+        py::arg("ground_friction") = py::none(), py::arg("repair_inertias") = false,
+        py::arg("srdf") = py::none(), py::arg("hull_vertices") = 0, kLoadSceneDoc);
 }
 
 }  // namespace counterpoint::python

@@ -49,9 +49,8 @@ py::array vertices(const Shape& shape) {
                                                      : nullptr;
   if (list == nullptr) return py::array_t<double>(Shape1{0, 3});
   const auto count = static_cast<py::ssize_t>(list->size());
-  const py::capsule owner =
-      shape.mesh ? keep(std::shared_ptr<const void>(shape.mesh))
-                 : keep(std::shared_ptr<const void>(shape.terrain));
+  const py::capsule owner = shape.mesh ? keep(std::shared_ptr<const void>(shape.mesh))
+                                       : keep(std::shared_ptr<const void>(shape.terrain));
   return view(list->front().data(), {count, 3}, {3, 1}, owner);
 }
 
@@ -79,17 +78,53 @@ torsional_friction, rolling_friction : float
       .def_readwrite("torsional_friction", &Material::torsional_friction, "[m]")
       .def_readwrite("rolling_friction", &Material::rolling_friction, "[m]")
       .def("__repr__", [](const Material& x) {
-        return py::str("Material(friction={:g}, restitution={:g}, torsional_friction={:g}, "
-                       "rolling_friction={:g})")
+        return py::str(
+                   "Material(friction={:g}, restitution={:g}, torsional_friction={:g}, "
+                   "rolling_friction={:g})")
             .format(x.friction, x.restitution, x.torsional_friction, x.rolling_friction);
       });
 }
 
 }  // namespace
 
+constexpr const char* kShapeDoc = R"(
+A collision shape in its own frame. Made by the functions below, one a type.)";
+
+constexpr const char* kTerrainDoc = R"(
+Static triangles that push bodies off the side from which they run counter-clockwise.
+
+Parameters
+----------
+vertices : array_like, shape (n, 3)
+    [m]
+triangles : array_like of int, shape (m, 3)
+    Indices into vertices.
+)";
+
+void bind_shape_properties(py::class_<Shape>& shape) {
+  shape
+      .def_property_readonly(
+          "type", [](const Shape& s) { return shape_type_name(s.type); },
+          "plane, sphere, box, capsule, cylinder, convex_mesh or terrain.")
+      .def_property_readonly(
+          "size", [](const Shape& s) { return copy(VectorX(s.size)); },
+          "By type [m], shape (3,): half lengths of a box, (radius, half length) of the round "
+          "ones.")
+      .def_property_readonly("vertices", &vertices,
+                             "Of a hull or terrain [m], shape (n, 3), read-only; else empty.")
+      .def(
+          "inertia", [](const Shape& s, double mass) { return solid_inertia(s, mass); },
+          py::arg("mass"),
+          "SpatialInertia of a solid of uniform density and this mass [kg]: sphere, box, cylinder, "
+          "capsule.")
+      .def("__repr__", [](const Shape& s) {
+        return py::str("<Shape {} {}>").format(shape_type_name(s.type), copy(VectorX(s.size)));
+      });
+}
+
 void bind_shapes(py::module_& m) {
-  py::class_<Shape>(m, "Shape", R"(
-A collision shape in its own frame. Made by the functions below, one a type.)")
+  py::class_<Shape> shape(m, "Shape", kShapeDoc);
+  shape
       .def_static(
           "plane", [] { return plain(ShapeType::kPlane, Vector3::Zero()); },
           "The half-space z <= 0, outward normal +z.")
@@ -119,8 +154,9 @@ A collision shape in its own frame. Made by the functions below, one a type.)")
                          Vector3(positive(r, "radius"), 0.5 * positive(length, "length"), 0));
           },
           py::arg("radius"), py::arg("length"), "Along z about the origin [m].")
-      .def_static("convex_hull", &hull, py::arg("points"),
-                  "The hull of points [m], shape (n, 3). Raises InputError where they span no volume.")
+      .def_static(
+          "convex_hull", &hull, py::arg("points"),
+          "The hull of points [m], shape (n, 3). Raises InputError where they span no volume.")
       .def_static(
           "convex_mesh",
           [](const std::filesystem::path& file, const Array& scale) {
@@ -129,31 +165,8 @@ A collision shape in its own frame. Made by the functions below, one a type.)")
           },
           py::arg("file"), py::arg("scale") = py::make_tuple(1, 1, 1),
           "The hull of a mesh file: STL, OBJ or DAE.")
-      .def_static("terrain", &terrain, py::arg("vertices"), py::arg("triangles"), R"(
-Static triangles that push bodies off the side from which they run counter-clockwise.
-
-Parameters
-----------
-vertices : array_like, shape (n, 3)
-    [m]
-triangles : array_like of int, shape (m, 3)
-    Indices into vertices.
-)")
-      .def_property_readonly(
-          "type", [](const Shape& s) { return shape_type_name(s.type); },
-          "plane, sphere, box, capsule, cylinder, convex_mesh or terrain.")
-      .def_property_readonly(
-          "size", [](const Shape& s) { return copy(VectorX(s.size)); },
-          "By type [m], shape (3,): half lengths of a box, (radius, half length) of the round ones.")
-      .def_property_readonly("vertices", &vertices,
-                             "Of a hull or terrain [m], shape (n, 3), read-only; else empty.")
-      .def(
-          "inertia", [](const Shape& s, double mass) { return solid_inertia(s, mass); },
-          py::arg("mass"),
-          "SpatialInertia of a solid of uniform density and this mass [kg]: sphere, box, cylinder, capsule.")
-      .def("__repr__", [](const Shape& s) {
-        return py::str("<Shape {} {}>").format(shape_type_name(s.type), copy(VectorX(s.size)));
-      });
+      .def_static("terrain", &terrain, py::arg("vertices"), py::arg("triangles"), kTerrainDoc);
+  bind_shape_properties(shape);
   bind_material(m);
 }
 

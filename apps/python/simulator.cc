@@ -3,6 +3,7 @@
 
 #include <pybind11/stl.h>
 
+#include "fast.h"
 #include "input_map.h"
 #include "reports.h"
 #include "trajectories.h"
@@ -24,13 +25,18 @@ struct SimulatorHandle {
   StatePtr state;  ///< what Python sees of simulator.state(): copied after every step
   InputPtr input;  ///< copied into simulator.input() before
   py::object state_object, input_object;
+  /// What the last step() gave; taken again once nobody else holds it.
+  py::object report_object;
   Guard guard;
 };
 using SimulatorPtr = std::shared_ptr<SimulatorHandle>;
 constexpr const char* kWhat = "Simulator";
 
-ReportHandle step(SimulatorHandle& s, bool must_succeed) {
-  ReportHandle report{s.model, {}};
+py::object step(SimulatorHandle& s, bool must_succeed) {
+  if (!s.report_object || Py_REFCNT(s.report_object.ptr()) > 1)
+    s.report_object = py::cast(ReportHandle{s.model, {}});
+  const py::object object = s.report_object;
+  ReportHandle& report = object_of<ReportHandle>(object.ptr());
   {
     const Guard::Lock lock(s.guard, kWhat);
     s.simulator.input() = s.input->value();
@@ -41,7 +47,30 @@ ReportHandle step(SimulatorHandle& s, bool must_succeed) {
     s.state->assign(s.simulator.state());
   }
   if (must_succeed) check(report);
-  return report;
+  return object;
+}
+
+/// step(check=True) as CPython calls it fastest.
+PyObject* fast_step(PyObject* self, PyObject* const* values, Py_ssize_t count, PyObject* names) {
+  return translated([&]() -> PyObject* {
+    const Py_ssize_t named = names == nullptr ? 0 : PyTuple_GET_SIZE(names);
+    if (count + named > 1 ||
+        (named == 1 && PyUnicode_CompareWithASCIIString(PyTuple_GET_ITEM(names, 0), "check") != 0))
+      throw py::type_error("step: expected no argument but `check`");
+    const int must_succeed = count + named == 1 ? PyObject_IsTrue(values[0]) : 1;
+    if (must_succeed < 0) throw py::error_already_set();
+    return step(object_of<SimulatorHandle>(self), must_succeed == 1).release().ptr();
+  });
+}
+
+/// Puts it in place of what pybind11 made of step().
+void make_step_fast(const py::handle& type) {
+  auto* text = new std::string(py::str(type.attr("step").attr("__doc__")).cast<std::string>());
+  auto* definition = new PyMethodDef{
+      "step", reinterpret_cast<PyCFunction>(reinterpret_cast<void (*)()>(&fast_step)),
+      METH_FASTCALL | METH_KEYWORDS, text->c_str()};
+  type.attr("step") = py::reinterpret_steal<py::object>(
+      PyDescr_NewMethod(reinterpret_cast<PyTypeObject*>(type.ptr()), definition));
 }
 
 ControlledReportHandle step_controlled(SimulatorHandle& s, double until, bool must_succeed) {
@@ -139,7 +168,8 @@ TrajectoryPtr run(SimulatorHandle& s, std::optional<double> duration, std::optio
     throw py::value_error("inputs are by step: with step_control give none, or `steps`");
   if (!s.input->value().wrenches.empty())
     throw py::value_error(
-        "wrenches of simulator.input cannot be recorded: give them as columns ('hand.fx') of inputs");
+        "wrenches of simulator.input cannot be recorded: give them as columns ('hand.fx') of "
+        "inputs");
   const double length = duration.value_or(s.simulator.options().duration);
   if (!steps && !controlled && (duration || inputs.is_none()))
     steps = steps_in(length, s.simulator.options().time_step);
@@ -177,9 +207,7 @@ std::shared_ptr<InverseHandle> inverse(SimulatorHandle& s, const Array& q, const
   return out;
 }
 
-void bind_steps(py::class_<SimulatorHandle, SimulatorPtr>& simulator) {
-  simulator
-      .def("step", &step, py::arg("check") = true, R"(
+constexpr const char* kStepDoc = R"(
 One step.
 
 Parameters
@@ -190,8 +218,9 @@ check : bool
 Returns
 -------
 StepReport
-)")
-      .def("step_controlled", &step_controlled, py::arg("until"), py::arg("check") = true, R"(
+)";
+
+constexpr const char* kStepControlledDoc = R"(
 Two steps, as long as options.step_control allows.
 
 Parameters
@@ -204,8 +233,9 @@ check : bool
 Returns
 -------
 ControlledReport
-)")
-      .def("advance", &advance, py::arg("steps"), py::arg("check") = true, R"(
+)";
+
+constexpr const char* kAdvanceDoc = R"(
 Many steps under simulator.input, in one call: faster than a loop in Python where steps are short.
 
 Parameters
@@ -218,10 +248,9 @@ Returns
 -------
 StepReport
     Of the last step, or of the one that failed.
-)")
-      .def("run", &run, py::arg("duration") = py::none(), py::kw_only(),
-           py::arg("steps") = py::none(), py::arg("inputs") = py::none(),
-           py::arg("columns") = std::vector<std::string>(), R"(
+)";
+
+constexpr const char* kRunDoc = R"(
 Many steps, recorded; with options.step_control in controlled steps, unless `steps` is given.
 
 Parameters
@@ -244,52 +273,30 @@ Raises
 ------
 StepError
     If a step fails; simulator.state is then the last good one.
-)");
+)";
+
+void bind_steps(py::class_<SimulatorHandle, SimulatorPtr>& simulator) {
+  simulator.def("step", &step, py::arg("check") = true, kStepDoc)
+      .def("step_controlled", &step_controlled, py::arg("until"), py::arg("check") = true,
+           kStepControlledDoc)
+      .def("advance", &advance, py::arg("steps"), py::arg("check") = true, kAdvanceDoc)
+      .def("run", &run, py::arg("duration") = py::none(), py::kw_only(),
+           py::arg("steps") = py::none(), py::arg("inputs") = py::none(),
+           py::arg("columns") = std::vector<std::string>(), kRunDoc);
 }
 
 }  // namespace
 
-void bind_simulator(py::module_& m) {
-  using S = SimulatorHandle;
-  py::class_<S, SimulatorPtr> simulator(m, "Simulator", R"(
+constexpr const char* kSimulatorDoc = R"(
 A scene, its state, step, inverse. One thread at a time; several side by side.
 
 Parameters
 ----------
 scene : Scene
     Copied: what changes later in it has no effect here.
-)");
-  simulator
-      .def(py::init([](const SceneHandle& scene) { return std::make_shared<S>(scene); }),
-           py::arg("scene"))
-      .def_property_readonly("model", [](const S& s) { return s.model; }, "Model.")
-      .def_property_readonly("options", [](S& s) -> SimulationOptions& { return s.simulator.options(); },
-                             py::return_value_policy::reference_internal, "SimulationOptions, live.")
-      .def_property_readonly("settings", [](S& s) -> contact::Settings& { return s.simulator.settings(); },
-                             py::return_value_policy::reference_internal, "contact.Settings, live.")
-      .def_property("state", [](const S& s) { return s.state_object; }, &set_state,
-                    "The State: its arrays show every step, read-only. Assign a State to set it.")
-      .def_property("input", [](const S& s) { return s.input_object; },
-                    [](S& s, const InputHandle& input) {
-                      if (input.model != s.model) throw py::value_error("input: it is of another model");
-                      s.input->assign(input.value());
-                    },
-                    "The Input of all steps to come, kept until changed.")
-      .def_property_readonly("time", [](const S& s) { return s.state->value().time; }, "[s]")
-      .def_property_readonly("q", [](const S& s) { return s.state->q; },
-                             "state.q, shape (nq,), a view that shows every step, read-only.")
-      .def_property_readonly("v", [](const S& s) { return s.state->v; },
-                             "state.v, shape (nv,), a view that shows every step, read-only.")
-      .def_property("next_step", [](const S& s) { return s.simulator.next_step(); },
-                    [](S& s, double h) { s.simulator.set_next_step(h); },
-                    "The length that the next controlled step will try [s].")
-      .def("reset", [](S& s) {
-        const Guard::Lock lock(s.guard, kWhat);
-        s.simulator.reset();
-        s.state->assign(s.simulator.state());
-      }, "Back to the scene's start; the input stays.")
-      .def("inverse", &inverse, py::arg("q"), py::arg("v"), py::arg("v_next"),
-           py::arg("q_next") = py::none(), R"(
+)";
+
+constexpr const char* kInverseDoc = R"(
 The forces between (q, v) and v_next, beside wrenches and servo targets of simulator.input.
 
 Parameters
@@ -303,18 +310,81 @@ q_next : array_like, shape (nq,), optional
 Returns
 -------
 Inverse
-)")
-      .def("effect_counts", [](const S& s) {
-        py::dict out;
-        for (int i = 0; i < kNumEffects; ++i)
-          out[effect_name(static_cast<Effect>(i))] = s.simulator.effect_counts()[static_cast<Effect>(i)];
-        return out;
-      }, "How often the code of each effect has run, by name.")
+)";
+
+void bind_calls(py::class_<SimulatorHandle, SimulatorPtr>& simulator) {
+  using S = SimulatorHandle;
+  simulator
+      .def(
+          "reset",
+          [](S& s) {
+            const Guard::Lock lock(s.guard, kWhat);
+            s.simulator.reset();
+            s.state->assign(s.simulator.state());
+          },
+          "Back to the scene's start; the input stays.")
+      .def("inverse", &inverse, py::arg("q"), py::arg("v"), py::arg("v_next"),
+           py::arg("q_next") = py::none(), kInverseDoc)
+      .def(
+          "effect_counts",
+          [](const S& s) {
+            py::dict out;
+            for (int i = 0; i < kNumEffects; ++i)
+              out[effect_name(static_cast<Effect>(i))] =
+                  s.simulator.effect_counts()[static_cast<Effect>(i)];
+            return out;
+          },
+          "How often the code of each effect has run, by name.")
       .def("__repr__", [](const S& s) {
         return py::str("<Simulator of '{}' at {:.6g} s>")
             .format(s.simulator.scene().name, s.state->value().time);
       });
+}
+
+void bind_simulator(py::module_& m) {
+  using S = SimulatorHandle;
+  py::class_<S, SimulatorPtr> simulator(m, "Simulator", kSimulatorDoc);
+  simulator
+      .def(py::init([](const SceneHandle& scene) { return std::make_shared<S>(scene); }),
+           py::arg("scene"))
+      .def_property_readonly(
+          "model", [](const S& s) { return s.model; }, "Model.")
+      .def_property_readonly(
+          "options", [](S& s) -> SimulationOptions& { return s.simulator.options(); },
+          py::return_value_policy::reference_internal, "SimulationOptions, live.")
+      .def_property_readonly(
+          "settings", [](S& s) -> contact::Settings& { return s.simulator.settings(); },
+          py::return_value_policy::reference_internal, "contact.Settings, live.")
+      .def_property(
+          "state", [](const S& s) { return s.state_object; }, &set_state,
+          "The State: its arrays show every step, read-only. Assign a State to set it.")
+      .def_property(
+          "input", [](const S& s) { return s.input_object; },
+          [](S& s, const InputHandle& input) {
+            if (input.model != s.model) throw py::value_error("input: it is of another model");
+            s.input->assign(input.value());
+          },
+          "The Input of all steps to come, kept until changed.")
+      .def_property_readonly(
+          "time", [](const S& s) { return s.state->value().time; }, "[s]")
+      .def_property_readonly(
+          "q", [](const S& s) { return s.state->q; },
+          "state.q, shape (nq,), a view that shows every step, read-only.")
+      .def_property_readonly(
+          "v", [](const S& s) { return s.state->v; },
+          "state.v, shape (nv,), a view that shows every step, read-only.")
+      .def_property(
+          "next_step", [](const S& s) { return s.simulator.next_step(); },
+          [](S& s, double h) { s.simulator.set_next_step(h); },
+          "The length that the next controlled step will try [s].");
+  bind_calls(simulator);
   bind_steps(simulator);
+  make_step_fast(simulator);
+  make_fast<S>(simulator, "q", [](S& s) { return new_reference(s.state->q); });
+  make_fast<S>(simulator, "v", [](S& s) { return new_reference(s.state->v); });
+  make_fast<S>(simulator, "state", [](S& s) { return new_reference(s.state_object); });
+  make_fast<S>(simulator, "input", [](S& s) { return new_reference(s.input_object); });
+  make_fast<S>(simulator, "time", [](S& s) { return PyFloat_FromDouble(s.state->value().time); });
 }
 
 }  // namespace counterpoint::python

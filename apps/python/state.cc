@@ -3,6 +3,7 @@
 
 #include <pybind11/stl.h>
 
+#include "fast.h"
 #include "handles.h"
 
 namespace counterpoint::python {
@@ -72,7 +73,8 @@ StatePtr copy_of(const StateHandle& s) {
 /// To the last bit, memory included.
 bool equal(const StateHandle& a, const StateHandle& b) {
   const auto same = [](const VectorX& x, const VectorX& y) {
-    return x.size() == y.size() && (x.size() == 0 ||
+    return x.size() == y.size() &&
+           (x.size() == 0 ||
             std::memcmp(x.data(), y.data(), sizeof(double) * static_cast<size_t>(x.size())) == 0);
   };
   return std::memcmp(&a.value().time, &b.value().time, sizeof(double)) == 0 &&
@@ -100,29 +102,41 @@ std::string repr(const StateHandle& s) {
 template <class Class>
 void bind_state_access(Class& state) {
   state
-      .def("__getitem__", [](const StateHandle& s, const std::string& name) { return s.at(name); },
-           py::arg("name"), "Value of a coordinate: state['cube.z'], state['elbow.v'].")
-      .def("__setitem__", [](StateHandle& s, const std::string& name, double x) {
-        s.check_writable();
-        s.at(name) = x;
-      }, py::arg("name"), py::arg("value"))
-      .def("keys", [](const StateHandle& s) {
-        std::vector<std::string> all = s.coordinates->names.q;
-        all.insert(all.end(), s.coordinates->names.v.begin(), s.coordinates->names.v.end());
-        return all;
-      }, "Names of all coordinates, q first.")
+      .def(
+          "__getitem__", [](const StateHandle& s, const std::string& name) { return s.at(name); },
+          py::arg("name"), "Value of a coordinate: state['cube.z'], state['elbow.v'].")
+      .def(
+          "__setitem__",
+          [](StateHandle& s, const std::string& name, double x) {
+            s.check_writable();
+            s.at(name) = x;
+          },
+          py::arg("name"), py::arg("value"))
+      .def(
+          "keys",
+          [](const StateHandle& s) {
+            std::vector<std::string> all = s.coordinates->names.q;
+            all.insert(all.end(), s.coordinates->names.v.begin(), s.coordinates->names.v.end());
+            return all;
+          },
+          "Names of all coordinates, q first.")
       .def("_ipython_key_completions_", [](const py::object& s) { return s.attr("keys")(); })
       .def("copy", &copy_of, "A copy of its own, writable.")
       .def("__copy__", &copy_of)
-      .def("__deepcopy__", [](const StateHandle& s, const py::dict&) { return copy_of(s); },
-           py::arg("memo"))
-      .def("assign", [](StateHandle& s, const StateHandle& other) {
-        s.check_writable();
-        s.assign(other.value());
-      }, py::arg("other"), "Takes all values of another state of the same model.")
+      .def(
+          "__deepcopy__", [](const StateHandle& s, const py::dict&) { return copy_of(s); },
+          py::arg("memo"))
+      .def(
+          "assign",
+          [](StateHandle& s, const StateHandle& other) {
+            s.check_writable();
+            s.assign(other.value());
+          },
+          py::arg("other"), "Takes all values of another state of the same model.")
       .def("__eq__", &equal, "Equal to the last bit, memory included.")
-      .def_property_readonly("hash", [](const StateHandle& s) { return state_hash(s.value()); },
-                             "64-bit hash of the bits of time, q and v, as in trajectories.")
+      .def_property_readonly(
+          "hash", [](const StateHandle& s) { return state_hash(s.value()); },
+          "64-bit hash of the bits of time, q and v, as in trajectories.")
       .def("__repr__", &repr)
       .def("__reduce__", [](const py::object& self) {
         const auto& s = self.cast<const StateHandle&>();
@@ -135,21 +149,26 @@ void bind_state_access(Class& state) {
 void bind_coordinates(py::module_& m) {
   py::class_<Coordinates, CoordinatesPtr>(m, "Coordinates", R"(
 Names of the coordinates of a model, in the order of q, v and applied forces.)")
-      .def_property_readonly("q", [](const Coordinates& c) { return c.names.q; },
-                             "'elbow.q', 'cube.x', 'cube.qw' ..., nq of them.")
-      .def_property_readonly("v", [](const Coordinates& c) { return c.names.v; },
-                             "'elbow.v', 'cube.vx', 'cube.wx' ..., nv of them.")
-      .def_property_readonly("force", [](const Coordinates& c) { return c.names.force; },
-                             "'elbow.u', 'cube.fx', 'cube.tx' ..., nv of them.")
-      .def("__repr__", [](const Coordinates& c) {
-        return py::str("<Coordinates: nq {}, nv {}>").format(c.names.q.size(), c.names.v.size());
-      })
+      .def_property_readonly(
+          "q", [](const Coordinates& c) { return c.names.q; },
+          "'elbow.q', 'cube.x', 'cube.qw' ..., nq of them.")
+      .def_property_readonly(
+          "v", [](const Coordinates& c) { return c.names.v; },
+          "'elbow.v', 'cube.vx', 'cube.wx' ..., nv of them.")
+      .def_property_readonly(
+          "force", [](const Coordinates& c) { return c.names.force; },
+          "'elbow.u', 'cube.fx', 'cube.tx' ..., nv of them.")
+      .def("__repr__",
+           [](const Coordinates& c) {
+             return py::str("<Coordinates: nq {}, nv {}>")
+                 .format(c.names.q.size(), c.names.v.size());
+           })
       .def(py::pickle(
           [](const Coordinates& c) { return py::make_tuple(c.names.q, c.names.v, c.names.force); },
           [](const py::tuple& t) {
             using Names = std::vector<std::string>;
-            return std::make_shared<Coordinates>(CoordinateNames{
-                t[0].cast<Names>(), t[1].cast<Names>(), t[2].cast<Names>()});
+            return std::make_shared<Coordinates>(
+                CoordinateNames{t[0].cast<Names>(), t[1].cast<Names>(), t[2].cast<Names>()});
           }));
 }
 
@@ -157,9 +176,7 @@ Names of the coordinates of a model, in the order of q, v and applied forces.)")
 
 void bind_inputs(py::module_& m);  // input.cc
 
-void bind_state(py::module_& m) {
-  bind_coordinates(m);
-  py::class_<StateHandle, StatePtr> state(m, "State", R"(
+constexpr const char* kStateDoc = R"(
 The whole truth about a moment: equal states step to equal bits.
 
 Parameters
@@ -173,37 +190,54 @@ time : float
     [s]
 memory : array_like, shape (n, 12), optional
     Forces of the last step, which the next one starts from.
-)");
+)";
+
+void bind_state(py::module_& m) {
+  bind_coordinates(m);
+  py::class_<StateHandle, StatePtr> state(m, "State", kStateDoc);
   state
       .def(py::init(&make_state), py::arg("model"), py::arg("q") = py::none(),
            py::arg("v") = py::none(), py::arg("time") = 0.0, py::arg("memory") = py::none())
-      .def_property("time", [](const StateHandle& s) { return s.value().time; },
-                    [](StateHandle& s, double t) { s.check_writable(); s.set_time(t); }, "[s]")
-      .def_property("q", [](const StateHandle& s) { return s.q; },
-                    [](StateHandle& s, const Array& q) {
-                      s.check_writable();
-                      State next = s.value();
-                      next.q = vector(q, next.q.size(), "q");
-                      s.assign(next);
-                    },
-                    "Coordinates [m, rad, quaternions], shape (nq,), a view; of a simulator read-only.")
-      .def_property("v", [](const StateHandle& s) { return s.v; },
-                    [](StateHandle& s, const Array& v) {
-                      s.check_writable();
-                      State next = s.value();
-                      next.v = vector(v, next.v.size(), "v");
-                      s.assign(next);
-                    },
-                    "Velocities [m/s, rad/s], shape (nv,), a view; of a simulator read-only.")
-      .def_property("memory", [](const StateHandle& s) { return memory_array(s.value().memory); },
-                    [](StateHandle& s, const Array& a) {
-                      s.check_writable();
-                      s.set_memory(memory_from(a));
-                    },
-                    "Forces of the last step, shape (n, 12), a copy: kind, a, b, place, force, torque.")
-      .def_property_readonly("coordinates", [](const StateHandle& s) { return s.coordinates; },
-                             "Names of the coordinates.");
+      .def_property(
+          "time", [](const StateHandle& s) { return s.value().time; },
+          [](StateHandle& s, double t) {
+            s.check_writable();
+            s.set_time(t);
+          },
+          "[s]")
+      .def_property(
+          "q", [](const StateHandle& s) { return s.q; },
+          [](StateHandle& s, const Array& q) {
+            s.check_writable();
+            State next = s.value();
+            next.q = vector(q, next.q.size(), "q");
+            s.assign(next);
+          },
+          "Coordinates [m, rad, quaternions], shape (nq,), a view; of a simulator read-only.")
+      .def_property(
+          "v", [](const StateHandle& s) { return s.v; },
+          [](StateHandle& s, const Array& v) {
+            s.check_writable();
+            State next = s.value();
+            next.v = vector(v, next.v.size(), "v");
+            s.assign(next);
+          },
+          "Velocities [m/s, rad/s], shape (nv,), a view; of a simulator read-only.")
+      .def_property(
+          "memory", [](const StateHandle& s) { return memory_array(s.value().memory); },
+          [](StateHandle& s, const Array& a) {
+            s.check_writable();
+            s.set_memory(memory_from(a));
+          },
+          "Forces of the last step, shape (n, 12), a copy: kind, a, b, place, force, torque.")
+      .def_property_readonly(
+          "coordinates", [](const StateHandle& s) { return s.coordinates; },
+          "Names of the coordinates.");
   bind_state_access(state);
+  using S = StateHandle;
+  make_fast<S>(state, "q", [](S& s) { return new_reference(s.q); });
+  make_fast<S>(state, "v", [](S& s) { return new_reference(s.v); });
+  make_fast<S>(state, "time", [](S& s) { return PyFloat_FromDouble(s.value().time); });
   bind_inputs(m);
 }
 

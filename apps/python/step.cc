@@ -2,27 +2,10 @@
 #include "counterpoint/engine/step.h"
 
 #include "reports.h"
+#include "workspace.h"
 
 namespace counterpoint::python {
 namespace {
-
-/// Workspace, and copies of what a step reads, so that it can run without the GIL.
-struct WorkspaceHandle {
-  explicit WorkspaceHandle(ModelPtr m) : model(std::move(m)), workspace(model->model) {}
-  ModelPtr model;
-  Workspace workspace;
-  Guard guard;
-  State state, next;
-  Input input;
-  VectorX q, v, q_next, v_next;
-};
-using WorkspacePtr = std::shared_ptr<WorkspaceHandle>;
-
-WorkspacePtr workspace_for(const ModelPtr& model, const WorkspacePtr& given) {
-  if (!given) return std::make_shared<WorkspaceHandle>(model);
-  if (given->model != model) throw py::value_error("workspace: it is of another model");
-  return given;
-}
 
 /// @throws py::value_error where the state is of another model.
 void check_state(const ModelPtr& model, const StateHandle& state, const char* name) {
@@ -34,7 +17,6 @@ py::tuple forward(const ModelPtr& model, const SimulationOptions& options, const
                   const InputPtr& input, const contact::Settings& settings,
                   const WorkspacePtr& given, const StatePtr& next) {
   check_state(model, state, "state");
-  if (input && input->model != model) throw py::value_error("input: it is of another model");
   const WorkspacePtr w = workspace_for(model, given);
   const Guard::Lock lock(w->guard, "Workspace");
   StatePtr out = next;
@@ -45,17 +27,14 @@ py::tuple forward(const ModelPtr& model, const SimulationOptions& options, const
     out = std::make_shared<StateHandle>(model->coordinates, state.value(), false);
   }
   w->state = state.value();
-  if (input)
-    w->input = input->value();
-  else
-    w->input = Input();
+  w->set_input(input);
   ReportHandle report{model, {}};
   {
     const SimulationOptions own = options;
     const contact::Settings own_settings = settings;
     const py::gil_scoped_release release;
-    report.report = step_forward(model->model, own, own_settings, w->state, w->input, w->workspace,
-                                 w->next);
+    report.report =
+        step_forward(model->model, own, own_settings, w->state, w->input, w->workspace, w->next);
   }
   if (report.report.succeeded()) out->assign(w->next);
   return py::make_tuple(out, std::move(report));
@@ -68,17 +47,12 @@ std::shared_ptr<InverseHandle> inverse(const ModelPtr& model, const SimulationOp
   const Model& m = model->model;
   const WorkspacePtr w = workspace_for(model, given);
   const Guard::Lock lock(w->guard, "Workspace");
-  w->q = vector(q, m.nq(), "q");
-  w->v = vector(v, m.nv(), "v");
-  w->v_next = vector(v_next, m.nv(), "v_next");
+  w->set_motion(q, v, v_next);
   if (q_next.is_none())
     w->q_next.resize(0);
   else
     w->q_next = vector(Array(q_next), m.nq(), "q_next");
-  if (known)
-    w->input = known->value();
-  else
-    w->input = Input();
+  w->set_input(known);
   auto out = std::make_shared<InverseHandle>();
   out->model = model;
   const SimulationOptions own = options;
@@ -89,20 +63,15 @@ std::shared_ptr<InverseHandle> inverse(const ModelPtr& model, const SimulationOp
 
 }  // namespace
 
-void bind_step(py::module_& m) {
-  py::class_<WorkspaceHandle, WorkspacePtr>(m, "Workspace", R"(
+constexpr const char* kWorkspaceDoc = R"(
 Scratch of one thread for one model: pass it to many steps, so that none allocates.
 
 Parameters
 ----------
 model : Model
-)")
-      .def(py::init<ModelPtr>(), py::arg("model"))
-      .def("__repr__", [](const WorkspaceHandle&) { return "<Workspace>"; });
-  m.def("step_forward", &forward, py::arg("model"), py::arg("options"), py::arg("state"),
-        py::arg("input").none(true) = py::none(), py::kw_only(),
-        py::arg("settings") = contact::Settings(), py::arg("workspace").none(true) = py::none(),
-        py::arg("next").none(true) = py::none(), R"(
+)";
+
+constexpr const char* kStepForwardDoc = R"(
 Advances a state by options.time_step. A pure function: equal arguments give equal bits.
 
 Parameters
@@ -129,10 +98,9 @@ Raises
 ------
 InputError
     Where the time step is not positive.
-)");
-  m.def("step_inverse", &inverse, py::arg("model"), py::arg("options"), py::arg("q"), py::arg("v"),
-        py::arg("v_next"), py::kw_only(), py::arg("q_next") = py::none(),
-        py::arg("known").none(true) = py::none(), py::arg("workspace").none(true) = py::none(), R"(
+)";
+
+constexpr const char* kStepInverseDoc = R"(
 Recovers what was applied between (q, v) and v_next: the exact inverse of step_forward.
 
 Parameters
@@ -160,7 +128,20 @@ Raises
 ------
 InputError
     For an integrator without inverse.
-)");
+)";
+
+void bind_step(py::module_& m) {
+  py::class_<WorkspaceHandle, WorkspacePtr>(m, "Workspace", kWorkspaceDoc)
+      .def(py::init<ModelPtr>(), py::arg("model"))
+      .def("__repr__", [](const WorkspaceHandle&) { return "<Workspace>"; });
+  m.def("step_forward", &forward, py::arg("model"), py::arg("options"), py::arg("state"),
+        py::arg("input").none(true) = py::none(), py::kw_only(),
+        py::arg("settings") = contact::Settings(), py::arg("workspace").none(true) = py::none(),
+        py::arg("next").none(true) = py::none(), kStepForwardDoc);
+  m.def("step_inverse", &inverse, py::arg("model"), py::arg("options"), py::arg("q"), py::arg("v"),
+        py::arg("v_next"), py::kw_only(), py::arg("q_next") = py::none(),
+        py::arg("known").none(true) = py::none(), py::arg("workspace").none(true) = py::none(),
+        kStepInverseDoc);
 }
 
 }  // namespace counterpoint::python

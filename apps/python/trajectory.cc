@@ -52,7 +52,9 @@ void write(const TrajectoryHandle& t, const std::filesystem::path& file) {
     throw py::value_error("the lengths of the steps are not known: nothing to write in time_step");
   const py::gil_scoped_release release;
   TrajectoryWriter writer(file, t.model->model, x.columns);
-  const auto state = [&](int k) { return State{x.time[static_cast<size_t>(k)], x.q.col(k), x.v.col(k)}; };
+  const auto state = [&](int k) {
+    return State{x.time[static_cast<size_t>(k)], x.q.col(k), x.v.col(k)};
+  };
   for (int k = 0; k < x.num_steps(); ++k)
     writer.write_step(state(k), input_of_step(t, k), x.time_step[static_cast<size_t>(k)],
                       x.softening.empty() ? Softening() : x.softening[static_cast<size_t>(k)]);
@@ -112,24 +114,34 @@ links : sequence of str
              return Writer{model, std::make_unique<TrajectoryWriter>(file, model->model, columns)};
            }),
            py::arg("file"), py::arg("model"), py::arg("links") = std::vector<std::string>())
-      .def("write_step", [](const Writer& w, const StateHandle& state, const InputHandle& input,
-                            double time_step, std::pair<double, int> softening) {
-        w.open().write_step(state.value(), input.value(), time_step,
-                            {softening.first, softening.second});
-      }, py::arg("state"), py::arg("input"), py::arg("time_step"),
-           py::arg("softening") = std::pair<double, int>(1.0, -1),
-           "A state, what is applied during the step from it, its length [s], and its report's softening.")
-      .def("write_end", [](Writer& w, const StateHandle& state) {
-        w.open().write_end(state.value());
-        w.writer.reset();
-      }, py::arg("state"), "The last state; closes the file.");
+      .def(
+          "write_step",
+          [](const Writer& w, const StateHandle& state, const InputHandle& input, double time_step,
+             std::pair<double, int> softening) {
+            w.open().write_step(state.value(), input.value(), time_step,
+                                {softening.first, softening.second});
+          },
+          py::arg("state"), py::arg("input"), py::arg("time_step"),
+          py::arg("softening") = std::pair<double, int>(1.0, -1),
+          "A state, what is applied during the step from it, its length [s], and its report's "
+          "softening.")
+      .def(
+          "write_end",
+          [](Writer& w, const StateHandle& state) {
+            w.open().write_end(state.value());
+            w.writer.reset();
+          },
+          py::arg("state"), "The last state; closes the file.");
 }
 
 void bind_state_files(py::module_& m) {
-  m.def("write_state", [](const std::filesystem::path& file, const SceneHandle& scene,
-                          const StateHandle& state, std::optional<double> next_step) {
-    write_state(file, scene.model->model, scene.options, state.value(), next_step);
-  }, py::arg("file"), py::arg("scene"), py::arg("state"), py::arg("next_step") = py::none(), R"(
+  m.def(
+      "write_state",
+      [](const std::filesystem::path& file, const SceneHandle& scene, const StateHandle& state,
+         std::optional<double> next_step) {
+        write_state(file, scene.model->model, scene.options, state.value(), next_step);
+      },
+      py::arg("file"), py::arg("scene"), py::arg("state"), py::arg("next_step") = py::none(), R"(
 Writes a state, to go on from to the same bits.
 
 Parameters
@@ -140,14 +152,16 @@ state : State
 next_step : float, optional
     Length that the next controlled step will try [s].
 )");
-  m.def("read_state", [](const std::filesystem::path& file, const SceneHandle& scene,
-                         bool changed_scene) {
-    State state = reading(file, [&] {
-      return read_state(file, scene.model->model, scene.options,
-                        changed_scene ? SceneCheck::kAny : SceneCheck::kSame);
-    });
-    return std::make_shared<StateHandle>(scene.model->coordinates, std::move(state), false);
-  }, py::arg("file"), py::arg("scene"), py::kw_only(), py::arg("changed_scene") = false, R"(
+  m.def(
+      "read_state",
+      [](const std::filesystem::path& file, const SceneHandle& scene, bool changed_scene) {
+        State state = reading(file, [&] {
+          return read_state(file, scene.model->model, scene.options,
+                            changed_scene ? SceneCheck::kAny : SceneCheck::kSame);
+        });
+        return std::make_shared<StateHandle>(scene.model->coordinates, std::move(state), false);
+      },
+      py::arg("file"), py::arg("scene"), py::kw_only(), py::arg("changed_scene") = false, R"(
 Reads a state of this scene, bit for bit as written; of a trajectory, its last row.
 
 Parameters
@@ -211,60 +225,20 @@ Trajectory MotionRecorder::finish(const State& last) {
   out.v = Eigen::Map<const MatrixX>(v_.data(), model_.nv(), count);
   out.applied_force = Eigen::Map<const MatrixX>(force_.data(), model_.nv(), steps);
   if (!columns_.empty() && steps > 0)
-    out.known = Eigen::Map<const MatrixX>(
-        known_.data(), static_cast<Eigen::Index>(known_.size()) / steps, steps);
+    out.known = Eigen::Map<const MatrixX>(known_.data(),
+                                          static_cast<Eigen::Index>(known_.size()) / steps, steps);
   out.columns = columns_;
   out.softening = std::move(softening_);
   return out;
 }
 
-void bind_trajectory(py::module_& m) {
-  using Self = TrajectoryPtr;
-  py::class_<TrajectoryHandle, Self>(m, "Trajectory", R"(
+constexpr const char* kTrajectoryDoc = R"(
 States and applied forces over time, in memory: row k is where step k starts.
 
 Made by Simulator.run and read_trajectory. Arrays are views, read-only.
-)")
-      .def_property_readonly("model", [](const TrajectoryHandle& t) { return t.model; }, "Model.")
-      .def_property_readonly("scene", [](const TrajectoryHandle& t) { return t.scene; },
-                             "Scene it was made from, or None.")
-      .def_property_readonly("time", [](const Self& t) { return times(t->trajectory.time, py::cast(t)); },
-                             "[s], shape (rows,).")
-      .def_property_readonly("time_step", [](const Self& t) {
-        return times(t->trajectory.time_step, py::cast(t));
-      }, "Lengths of the steps [s], shape (rows - 1,); empty where unknown.")
-      .def_property_readonly("q", [](const Self& t) { return rows(t->trajectory.q, py::cast(t)); },
-                             "Shape (rows, nq).")
-      .def_property_readonly("v", [](const Self& t) { return rows(t->trajectory.v, py::cast(t)); },
-                             "[m/s, rad/s], shape (rows, nv).")
-      .def_property_readonly("applied_force", [](const Self& t) {
-        return rows(t->trajectory.applied_force, py::cast(t));
-      }, "[N, N m], shape (rows - 1, nv); (0, 0) where unknown.")
-      .def_property_readonly("altered_rows", [](const TrajectoryHandle& t) { return t.trajectory.altered_rows; },
-                             "Rows whose numbers are not those that were written.")
-      .def_property_readonly("num_steps", [](const TrajectoryHandle& t) { return t.trajectory.num_steps(); },
-                             "One fewer than rows.")
-      .def("__len__", [](const TrajectoryHandle& t) { return t.trajectory.num_rows(); })
-      .def("state", [](const TrajectoryHandle& t, py::ssize_t row) {
-        const int k = checked_row(t, row, t.trajectory.num_rows());
-        return std::make_shared<StateHandle>(
-            t.model->coordinates,
-            State{t.trajectory.time[static_cast<size_t>(k)], t.trajectory.q.col(k), t.trajectory.v.col(k)},
-            false);
-      }, py::arg("row"), "The State of a row, without memory.")
-      .def("input", [](const TrajectoryHandle& t, py::ssize_t step) {
-        auto input = std::make_shared<InputHandle>(t.model);
-        input->assign(input_of_step(t, checked_row(t, step, t.trajectory.num_steps())));
-        return input;
-      }, py::arg("step"), "The Input of a step, as far as it is known.")
-      .def("write", &write, py::arg("file"), "Writes the trajectory (docs/trajectory-format.md).")
-      .def("to_dict", &to_dict, "Columns by name, for pandas.DataFrame.")
-      .def("__repr__", [](const TrajectoryHandle& t) {
-        const auto& time = t.trajectory.time;
-        return py::str("<Trajectory: {} rows, {:.6g} to {:.6g} s>")
-            .format(time.size(), time.empty() ? 0.0 : time.front(), time.empty() ? 0.0 : time.back());
-      });
-  m.def("read_trajectory", &read, py::arg("file"), py::arg("of"), R"(
+)";
+
+constexpr const char* kReadTrajectoryDoc = R"(
 Reads a trajectory, bit for bit as written.
 
 Parameters
@@ -282,7 +256,72 @@ Raises
 InputError
     Naming file, line and column.
 FileNotFoundError
-)");
+)";
+
+void bind_rows(py::class_<TrajectoryHandle, TrajectoryPtr>& trajectory) {
+  trajectory.def("__len__", [](const TrajectoryHandle& t) { return t.trajectory.num_rows(); })
+      .def(
+          "state",
+          [](const TrajectoryHandle& t, py::ssize_t row) {
+            const int k = checked_row(t, row, t.trajectory.num_rows());
+            return std::make_shared<StateHandle>(
+                t.model->coordinates,
+                State{t.trajectory.time[static_cast<size_t>(k)], t.trajectory.q.col(k),
+                      t.trajectory.v.col(k)},
+                false);
+          },
+          py::arg("row"), "The State of a row, without memory.")
+      .def(
+          "input",
+          [](const TrajectoryHandle& t, py::ssize_t step) {
+            auto input = std::make_shared<InputHandle>(t.model);
+            input->assign(input_of_step(t, checked_row(t, step, t.trajectory.num_steps())));
+            return input;
+          },
+          py::arg("step"), "The Input of a step, as far as it is known.")
+      .def("write", &write, py::arg("file"), "Writes the trajectory (docs/trajectory-format.md).")
+      .def("to_dict", &to_dict, "Columns by name, for pandas.DataFrame.")
+      .def("__repr__", [](const TrajectoryHandle& t) {
+        const auto& time = t.trajectory.time;
+        return py::str("<Trajectory: {} rows, {:.6g} to {:.6g} s>")
+            .format(time.size(), time.empty() ? 0.0 : time.front(),
+                    time.empty() ? 0.0 : time.back());
+      });
+}
+
+void bind_trajectory(py::module_& m) {
+  using Self = TrajectoryPtr;
+  py::class_<TrajectoryHandle, Self> trajectory(m, "Trajectory", kTrajectoryDoc);
+  trajectory
+      .def_property_readonly(
+          "model", [](const TrajectoryHandle& t) { return t.model; }, "Model.")
+      .def_property_readonly(
+          "scene", [](const TrajectoryHandle& t) { return t.scene; },
+          "Scene it was made from, or None.")
+      .def_property_readonly(
+          "time", [](const Self& t) { return times(t->trajectory.time, py::cast(t)); },
+          "[s], shape (rows,).")
+      .def_property_readonly(
+          "time_step", [](const Self& t) { return times(t->trajectory.time_step, py::cast(t)); },
+          "Lengths of the steps [s], shape (rows - 1,); empty where unknown.")
+      .def_property_readonly(
+          "q", [](const Self& t) { return rows(t->trajectory.q, py::cast(t)); },
+          "Shape (rows, nq).")
+      .def_property_readonly(
+          "v", [](const Self& t) { return rows(t->trajectory.v, py::cast(t)); },
+          "[m/s, rad/s], shape (rows, nv).")
+      .def_property_readonly(
+          "applied_force",
+          [](const Self& t) { return rows(t->trajectory.applied_force, py::cast(t)); },
+          "[N, N m], shape (rows - 1, nv); (0, 0) where unknown.")
+      .def_property_readonly(
+          "altered_rows", [](const TrajectoryHandle& t) { return t.trajectory.altered_rows; },
+          "Rows whose numbers are not those that were written.")
+      .def_property_readonly(
+          "num_steps", [](const TrajectoryHandle& t) { return t.trajectory.num_steps(); },
+          "One fewer than rows.");
+  bind_rows(trajectory);
+  m.def("read_trajectory", &read, py::arg("file"), py::arg("of"), kReadTrajectoryDoc);
   bind_writer(m);
   bind_state_files(m);
 }

@@ -94,23 +94,30 @@ height : int
 )")
       .def(py::init(&make_replay), py::arg("trajectory"), py::arg("scene").none(true) = py::none(),
            py::kw_only(), py::arg("ghost").none(true) = py::none(), py::arg("title") = "",
-           py::arg("rate") = view::kDefaultRate, py::arg("contacts") = true, py::arg("height") = 640)
-      .def("html", &ReplayHandle::html, "The whole page. Raises InputError where can_make_pages() is false.")
-      .def("save", [](const ReplayHandle& r, const std::filesystem::path& file) {
-        const std::string page = r.html();
-        const py::gil_scoped_release release;
-        view::write_whole(file, page);
-      }, py::arg("file"), "Writes the page.")
+           py::arg("rate") = view::kDefaultRate, py::arg("contacts") = true,
+           py::arg("height") = 640)
+      .def("html", &ReplayHandle::html,
+           "The whole page. Raises InputError where can_make_pages() is false.")
+      .def(
+          "save",
+          [](const ReplayHandle& r, const std::filesystem::path& file) {
+            const std::string page = r.html();
+            const py::gil_scoped_release release;
+            view::write_whole(file, page);
+          },
+          py::arg("file"), "Writes the page.")
       .def("_repr_html_", &ReplayHandle::notebook)
       .def("__repr__", [](const ReplayHandle& r) {
-        return py::str("<Replay of '{}', {} rows>").format(r.scene->name, r.trajectory->trajectory.num_rows());
+        return py::str("<Replay of '{}', {} rows>")
+            .format(r.scene->name, r.trajectory->trajectory.num_rows());
       });
   // A trajectory at the end of a notebook's cell shows itself.
   const py::object trajectory = m.attr("Trajectory");
   trajectory.attr("_repr_html_") = py::cpp_function(
       [](const TrajectoryPtr& t) -> py::object {
         if (!t->scene) return py::none();
-        return py::cast(make_replay(t, nullptr, nullptr, "", view::kDefaultRate, true, 640).notebook());
+        return py::cast(
+            make_replay(t, nullptr, nullptr, "", view::kDefaultRate, true, 640).notebook());
       },
       py::is_method(trajectory), py::name("_repr_html_"));
 }

@@ -15,7 +15,9 @@ Enum from_word(const std::string& word, const char* what, FromName from_name, To
   if (const std::optional<Enum> found = from_name(word)) return *found;
   std::string message = std::string(what) + " '" + word + "': expected ";
   for (int i = 0; i < count; ++i)
-    message += (i == 0 ? "'" : i + 1 == count ? " or '" : ", '") +
+    message += (i == 0           ? "'"
+                : i + 1 == count ? " or '"
+                                 : ", '") +
                std::string(to_name(static_cast<Enum>(i))) + "'";
   throw py::value_error(message);
 }

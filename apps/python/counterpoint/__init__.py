@@ -17,11 +17,16 @@ __all__ = sorted(
     [name for name in vars(_core) if not name.startswith("_")] + ["__version__"]
 )
 
-for _name, _object in vars(_core).items():
-    # Where users find it: for repr, help and pickle.
-    if not _name.startswith("_") and getattr(_object, "__module__", "") == _core.__name__:
-        try:
-            _object.__module__ = __name__
-        except (AttributeError, TypeError):
-            pass  # a function: pickled and shown by name all the same
-del _name, _object
+
+
+def _move(source: object, name: str) -> None:
+    """Classes say that they are where users find them: for repr, help and pickle."""
+    for thing in vars(source).values():
+        if isinstance(thing, type) and thing.__module__ == getattr(source, "__name__"):
+            thing.__module__ = name
+
+
+_move(_core, __name__)
+for _module in (_core.collision, _core.contact, _core.recordings, _core.view):
+    _move(_module, _module.__name__.replace("._core", ""))
+del _module
