@@ -127,6 +127,15 @@ std::optional<CoreBall> core_ball(const Shape& shape, const Enclosure& enclosure
                   {Matrix3::Identity(), X * middle}};
 }
 
+void for_each_ball(const Shape& shape, const Pose& X,
+                   const std::function<void(const Shape& ball, const Pose& X_ball)>& visit) {
+  const Corners corners = corners_of(shape, X);
+  const Shape ball{ShapeType::kSphere, Vector3(corners.radius, 0.0, 0.0), nullptr};
+  for (int i = 0; i < corners.size; ++i) visit(ball, {Matrix3::Identity(), corners.points[i]});
+  const auto core = core_ball(shape, enclose(shape), X, std::numeric_limits<double>::infinity());
+  if (core) visit(core->shape, core->X);
+}
+
 void find_core_contact(const CoreBall& ball, const Shape& b, const Pose& X_WB, double margin,
                        Manifold& out) {
   pair_contacts(ball.shape, ball.X, b, X_WB, margin, out);

@@ -1,6 +1,7 @@
 // Contacts of the far corners of two shapes that may turn into each other within a step.
 #pragma once
 
+#include <functional>
 #include <optional>
 
 #include "counterpoint/collision/enclosure.h"
@@ -27,6 +28,11 @@ struct CoreBall {
 };
 std::optional<CoreBall> core_ball(const Shape& shape, const Enclosure& enclosure, const Pose& X,
                                   double travel);
+
+/// Calls visit(ball, pose) for every ball that stands for a shape in these contacts: its corners
+/// (radius 0; of a capsule its ends), then the one about its middle, at any size and travel.
+void for_each_ball(const Shape& shape, const Pose& X,
+                   const std::function<void(const Shape& ball, const Pose& X_ball)>& visit);
 
 /// The contact of a core ball of A with B (its normal from A to B), if the gap is below the margin [m]
 /// and the ball's middle has not passed the surface of B. No terrain.

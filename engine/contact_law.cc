@@ -69,6 +69,30 @@ contact::Law make_contact_law(const ContactOptions& options, double h, const Mat
   return law;
 }
 
+double gap_bias_slope(const ContactOptions& options, double h, double gap) {
+  if (gap > 0.0) return 1.0 / h;
+  const bool capped = options.stabilization * gap / h < -options.max_recovery_speed;
+  return capped ? 0.0 : options.stabilization / h;
+}
+
+BiasSlopes contact_bias_slopes(const ContactOptions& options, double h, const Material& pair,
+                               double gap, const Vector3& v) {
+  BiasSlopes slopes;
+  slopes.gap = gap_bias_slope(options, h, gap);
+  if (pair.restitution > 0.0 && v[0] < 0.0 && gap + h * v[0] <= 0.0) {
+    const double other = gap > 0.0 ? 0.0 : gap_bias(options, h, gap);
+    if (pair.restitution * v[0] < other) slopes = {0.0, Vector3(pair.restitution, 0.0, 0.0)};
+  }
+  if (options.friction_model == FrictionModel::kLagged && pair.friction > 0.0) {
+    const double speed = std::hypot(v[1], v[2]);
+    if (speed > 0.0) {
+      slopes.v[1] = pair.friction * v[1] / speed;
+      slopes.v[2] = pair.friction * v[2] / speed;
+    }
+  }
+  return slopes;
+}
+
 contact::Law make_limit_law(const ContactOptions& options, double h, double alpha, double gap) {
   contact::Law law;
   law.regularizer = options.compliance * alpha;

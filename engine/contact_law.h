@@ -43,6 +43,18 @@ ContactOptions law_options(const SimulationOptions& options, double alpha, doubl
 contact::Law make_contact_law(const ContactOptions& options, double h, const Material& pair,
                               double alpha, double gap, const Vector3& v);
 
+/// How the bias of a contact law's normal row changes with what it was made from, one-sided at its
+/// kinks.
+struct BiasSlopes {
+  double gap = 0.0;             ///< [1/s]
+  Vector3 v = Vector3::Zero();  ///< by v [-]
+};
+/// Of gap_bias [1/s].
+double gap_bias_slope(const ContactOptions& options, double h, double gap);
+/// Of make_contact_law with these arguments.
+BiasSlopes contact_bias_slopes(const ContactOptions& options, double h, const Material& pair,
+                               double gap, const Vector3& v);
+
 /// Law of a joint limit: gap [rad or m] to the limit, alpha the joint's inverse weight. The
 /// smoothing length counts as an angle [rad] for revolute joints.
 contact::Law make_limit_law(const ContactOptions& options, double h, double alpha, double gap);

@@ -56,12 +56,14 @@ TreeMotion motion_of(const Model& model, const Tree& tree, const VectorX& rotors
   return motion;
 }
 
-/// How much of the correction a tree gets; rate: h omega^2 [1/s].
-double share_of(double rate) {
-  return smooth_step((rate - FastTrees::kSlow) / (FastTrees::kFast - FastTrees::kSlow));
-}
-
 }  // namespace
+
+double FastTrees::share_of(double rate) { return smooth_step((rate - kSlow) / (kFast - kSlow)); }
+
+double FastTrees::share_slope(double rate) {
+  const double x = std::clamp((rate - kSlow) / (kFast - kSlow), 0.0, 1.0);
+  return 6.0 * x * (1.0 - x) / (kFast - kSlow);
+}
 
 FastTrees::FastTrees(const Model& model)
     : q_(VectorX::Zero(model.nq())),
@@ -69,7 +71,9 @@ FastTrees::FastTrees(const Model& model)
       change_(VectorX::Zero(model.nv())),
       reached_(VectorX::Zero(model.nv())),
       zero_(VectorX::Zero(model.nv())),
-      corrected_(model.num_trees()) {
+      corrected_(model.num_trees()),
+      scale_(model.num_trees(), 1.0),
+      share_(model.num_trees(), 0.0) {
   for (int t = 0; t < model.num_trees(); ++t)
     corrected_[t] = model.trees()[t].body_end - model.trees()[t].body_begin > 1;
   for (const Closure& closure : model.closures())
@@ -81,21 +85,22 @@ FastTrees::FastTrees(const Model& model)
 
 double FastTrees::apply(const Model& model, double h, const VectorRef& q, const VectorRef& v,
                         bool foreseen, const VectorX& rotors, int t, Data& data) {
+  share_[t] = 0.0;
   if (!corrected_[t]) return 0.0;
   const Tree& tree = model.trees()[t];
   double fastest = 0.0;
   for (int k = tree.body_begin; k < tree.body_end; ++k)
     fastest = std::max(fastest, data.V[k].angular.squaredNorm());
   const double share = share_of(h * fastest / (foreseen ? kForeseen : 1.0));
-  if (!(share > 0.0) || !find_change(model, h, q, v, foreseen, rotors, tree, share, data))
-    return 0.0;
+  if (!(share > 0.0) || !find_change(model, h, q, v, foreseen, rotors, t, share, data)) return 0.0;
+  share_[t] = share;
   set_force(model, h, rotors, tree, data);
   return share;
 }
 
 bool FastTrees::find_change(const Model& model, double h, const VectorRef& q, const VectorRef& v,
-                            bool foreseen, const VectorX& rotors, const Tree& tree, double share,
-                            Data& data) {
+                            bool foreseen, const VectorX& rotors, int t, double share, Data& data) {
+  const Tree& tree = model.trees()[t];
   const BodyRange bodies = {tree.body_begin, tree.body_end};
   const int begin = tree.v_begin, size = tree.v_end - tree.v_begin;
   compute_inertias(model, bodies, data);
@@ -111,7 +116,7 @@ bool FastTrees::find_change(const Model& model, double h, const VectorRef& q, co
   plain *= h;
   const auto w = v.segment(begin, size);
   reached_.segment(begin, size) = w + plain;
-  const TreeMotion end = keep_energy(model, h, q, foreseen, rotors, tree, start.energy);
+  const TreeMotion end = keep_energy(model, t, h, q, foreseen, rotors, start.energy);
   auto reached = reached_.segment(begin, size);
   if (start.floats) {  // the joint's axes are those of its frame
     const Matrix3& R_WJ = model.body(bodies.begin).X_PJ.rotation;
@@ -124,9 +129,9 @@ bool FastTrees::find_change(const Model& model, double h, const VectorRef& q, co
 // Scales reached_ so that the kinetic energy at the pose that it leads to from q is `energy`.
 // A root in one variable that exists, since the energy goes from 0 to infinity with the scale: by
 // secants from 1, kept in a bracket.
-TreeMotion FastTrees::keep_energy(const Model& model, double h, const VectorRef& q, bool foreseen,
-                                  const VectorX& rotors, const Tree& tree, double energy) {
-  constexpr double kTolerance = 1e-7;  // of speeds; 1e-4 of the energy in a second of 2 ms steps
+TreeMotion FastTrees::keep_energy(const Model& model, int t, double h, const VectorRef& q,
+                                  bool foreseen, const VectorX& rotors, double energy) {
+  const Tree& tree = model.trees()[t];
   constexpr int kMaxTrials = 60;
   const BodyRange bodies = {tree.body_begin, tree.body_end};
   auto reached = reached_.segment(tree.v_begin, tree.v_end - tree.v_begin);
@@ -144,7 +149,7 @@ TreeMotion FastTrees::keep_energy(const Model& model, double h, const VectorRef&
   double before = 0.0, excess_before = -1.0, scale = 1.0;
   for (int trial = 0; trial < kMaxTrials; ++trial) {
     const double excess = excess_at_scale();
-    if (!(std::abs(excess) > kTolerance)) break;
+    if (!(std::abs(excess) > tolerance_)) break;
     (excess < 0.0 ? low : high) = scale;
     double next = scale - excess * (scale - before) / (excess - excess_before);
     if (!(next > low && next < high)) next = std::isfinite(high) ? 0.5 * (low + high) : 2.0 * low;
@@ -153,6 +158,7 @@ TreeMotion FastTrees::keep_energy(const Model& model, double h, const VectorRef&
     reached *= next / scale;
     scale = next;
   }
+  scale_[t] = scale;
   return motion;
 }
 

@@ -46,14 +46,25 @@ class FastTrees {
   /// nv: what the forces at the start of the step alone would change of the velocity [m/s, rad/s],
   /// of the trees whose share is not 0.
   const VectorX& plain_change() const { return plain_; }
+  /// nv: the share of the change that keeps the energy, of the same trees.
+  const VectorX& change() const { return change_; }
+  /// By what w + plain change was multiplied, and the share, of a tree; both as of the last time it
+  /// was looked at.
+  double scale(int t) const { return scale_[t]; }
+  double share(int t) const { return share_[t]; }
+  /// The share of a tree whose h omega^2 [1/s] is `rate`, and its slope [s].
+  static double share_of(double rate);
+  static double share_slope(double rate);
+
+  /// To which speeds are scaled right [-]. Steps leave it as it is.
+  void set_tolerance(double tolerance) { tolerance_ = tolerance; }
 
  private:
   /// False if M is singular.
   bool find_change(const Model& model, double h, const VectorRef& q, const VectorRef& v,
-                   bool foreseen, const VectorX& rotors, const Tree& tree, double share,
-                   Data& data);
-  TreeMotion keep_energy(const Model& model, double h, const VectorRef& q, bool foreseen,
-                         const VectorX& rotors, const Tree& tree, double energy);
+                   bool foreseen, const VectorX& rotors, int t, double share, Data& data);
+  TreeMotion keep_energy(const Model& model, int t, double h, const VectorRef& q, bool foreseen,
+                         const VectorX& rotors, double energy);
   void set_force(const Model& model, double h, const VectorX& rotors, const Tree& tree, Data& data);
 
   std::optional<Data> scratch_;  ///< if a tree can be corrected
@@ -62,8 +73,10 @@ class FastTrees {
   VectorX change_;   ///< the share of that which keeps the energy
   VectorX reached_;  ///< velocity
   VectorX zero_;
-  std::vector<AddedInertia> added_;  ///< empty
-  std::vector<char> corrected_;      ///< by tree: can be
+  std::vector<AddedInertia> added_;    ///< empty
+  std::vector<char> corrected_;        ///< by tree: can be
+  std::vector<double> scale_, share_;  ///< by tree
+  double tolerance_ = 1e-7;            ///< 1e-4 of the energy in a second of 2 ms steps
 };
 
 }  // namespace counterpoint

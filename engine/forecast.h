@@ -47,6 +47,8 @@ class Forecast {
   void forget();
 
   bool covers(int tree) const { return covered_[tree]; }
+  /// Nothing acts on the tree that (q, w) does not tell: it would be covered if it turned.
+  bool knows(int tree) const { return known_[tree]; }
   /// nv: at the end of the step [m/s, rad/s]; of covered trees.
   const VectorX& velocity() const { return velocity_; }
   /// nv: what closures and mimic joints change of it [m/s, rad/s]; zero of trees not covered.

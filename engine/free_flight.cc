@@ -28,6 +28,33 @@ FreeFlight::FreeFlight(const Model& model) {
   }
 }
 
+Force FreeFlight::mean_force(const Model& model, int index, double h, const Vector3& omega,
+                             const Vector3& gravity) const {
+  const Flyer& flyer = flyers_[static_cast<size_t>(index)];
+  const Body& body = model.body(flyer.body);
+  const bool floating = body.joint_type == JointType::kFloating;
+  const Vector3& center = body.inertia.center;
+  Vector3 turned;
+  if (floating || center.isZero(0.0)) {
+    turned = flyer.top.advance(omega, h);
+  } else {
+    const Vector3 weight = body.inertia.mass * gravity;
+    const Vector3 kick = flyer.top.response(h * center.cross(weight));
+    turned = flyer.top.advance(flyer.top.advance(omega, 0.5 * h) + kick, 0.5 * h) - kick;
+  }
+  const Vector3 acceleration = (turned - omega) / h;
+  Vector3 of_center = acceleration.cross(center);  // if the origin does not move
+  if (floating) {
+    // As a vector in W, v + omega x center is the same before and after; the body turns by
+    // h turned.
+    const Vector3 after = quaternion_exp(h * turned) * turned.cross(center);
+    of_center += (omega.cross(center) - after) / h;
+  }
+  const Vector3 force = body.inertia.mass * of_center;
+  const Vector3 torque = body.inertia.rotational * acceleration + center.cross(force);
+  return {-torque, -force};
+}
+
 void FreeFlight::apply(const Model& model, double h, const VectorRef& v, const Vector3& gravity,
                        BodyRange bodies, Data& data) const {
   const auto before = [](const Flyer& flyer, int body) { return flyer.body < body; };
@@ -35,30 +62,12 @@ void FreeFlight::apply(const Model& model, double h, const VectorRef& v, const V
   for (; flyer != flyers_.end() && flyer->body < bodies.end; ++flyer) {
     const int i = flyer->body;
     const Body& body = model.body(i);
-    const bool floating = body.joint_type == JointType::kFloating;
     const Vector3 omega = v.segment<3>(body.v_index + joint_num_linear(body.joint_type));
     const Matrix3& R_WB = data.X_WB[i].rotation;
-    const Vector3& center = body.inertia.center;
-    Vector3 turned;
-    if (floating || center.isZero(0.0)) {
-      turned = flyer->top.advance(omega, h);
-    } else {
-      const Vector3 weight = body.inertia.mass * (R_WB.transpose() * gravity);
-      const Vector3 kick = flyer->top.response(h * center.cross(weight));
-      turned = flyer->top.advance(flyer->top.advance(omega, 0.5 * h) + kick, 0.5 * h) - kick;
-    }
-    const Vector3 acceleration = (turned - omega) / h;
-    Vector3 of_center = acceleration.cross(center);  // if the origin does not move
-    if (floating) {
-      // As a vector in W, v + omega x center is the same before and after; the body turns by
-      // h turned.
-      const Vector3 after = quaternion_exp(h * turned) * turned.cross(center);
-      of_center += (omega.cross(center) - after) / h;
-    }
-    const Vector3 force = body.inertia.mass * of_center;
-    const Vector3 torque = body.inertia.rotational * acceleration + center.cross(force);
+    const Force force = mean_force(model, static_cast<int>(flyer - flyers_.begin()), h, omega,
+                                   R_WB.transpose() * gravity);
     data.has_mean_force[i] = 1;
-    data.mean_force[i] = {-(R_WB * torque), -(R_WB * force)};
+    data.mean_force[i] = {R_WB * force.torque, R_WB * force.force};
     data.c[i] = Motion();
   }
 }

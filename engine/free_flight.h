@@ -30,6 +30,13 @@ class FreeFlight {
   void apply(const Model& model, double h, const VectorRef& v, const Vector3& gravity,
              BodyRange bodies, Data& data) const;
 
+  /// -n_flight of the flying body `index` in its own axes, at its origin [N m, N], as a function of
+  /// angular velocity [rad/s] and gravity [m/s^2] in these axes; gravity matters to tops alone.
+  Force mean_force(const Model& model, int index, double h, const Vector3& omega,
+                   const Vector3& gravity) const;
+  int num_flyers() const { return static_cast<int>(flyers_.size()); }
+  int body(int index) const { return flyers_[static_cast<size_t>(index)].body; }
+
  private:
   struct Flyer {
     int body;

@@ -31,6 +31,8 @@ struct StepControlScratch {
 /// @throws InputError unless it is positive and finite.
 void check_time_step(double h);
 
+struct DerivativeScratch;  // step_derivatives.cc
+
 struct Workspace::Impl {
   explicit Impl(const Model& model)
       : check(model),
@@ -86,6 +88,7 @@ struct Workspace::Impl {
   VectorX q_middle, middle, next_middle;  ///< scratch of the midpoint rule
   RungeKuttaStages stages;
   StepControlScratch control;
+  std::shared_ptr<DerivativeScratch> derivatives;  ///< from the first time they are asked for
   EffectSet called;  ///< what the model calls for
   EffectCounts counts;
 };

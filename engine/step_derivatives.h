@@ -1,0 +1,64 @@
+// Derivatives of a step, of its inverse and forward, in the tangent space at q.
+//
+//   inverse   u  = u(q, v, v+)            what step_inverse recovers
+//   forward   v+ = v+(q, v, u)            what step_forward leads to: u(q, v, v+) = u solved for v+
+//
+// A displacement dq (nv) of a configuration means q (+) dq, as integrate_configuration with h = 1
+// moves it: along the joint's axes, rotations of quaternions in the axes of the body, as the
+// velocities of the state are. docs/derivatives.md has formulas and says where they jump.
+#pragma once
+
+#include "counterpoint/engine/step.h"
+
+namespace counterpoint {
+
+/// How derivatives are found.
+enum class DerivativeMethod {
+  kAnalytic,            ///< in closed form
+  kCentralDifferences,  ///< of the whole step, O(difference step^2): the reference
+  kExtrapolated,        ///< of two step sizes, extrapolated (Richardson): O(difference step^4)
+};
+
+/// Of step_inverse: applied force (rows, nv) by what it was recovered from (columns, nv).
+struct InverseDerivatives {
+  MatrixX dq;       ///< du/dq [N/m, N/rad, N m/m, N m/rad], dq a displacement at q
+  MatrixX dv;       ///< du/dv [N s/m, ...]
+  MatrixX dv_next;  ///< du/dv+ [N s/m, ...]; symmetric where all laws are convex
+  /// dq and dv are (dv_next too, of implicit_midpoint) by extrapolated differences of the whole
+  /// step, though closed forms were asked for: something acts that has none (docs/derivatives.md).
+  bool by_differences = false;
+};
+
+/// What a step at (q, v) that led to v_next under `known` recovers, into `out` as step_inverse
+/// does, and its derivatives into `d`, which is sized here; nothing is allocated once sizes have
+/// been seen. `known` stays as it is: wrenches (in world axes), servo targets and positions are
+/// held. Semi-implicit Euler, or implicit_midpoint without constraints. Where out.fault says that
+/// forces are not known, derivatives are NaN.
+/// @param difference_step  of configurations [m, rad]; of velocities it is this over the time step,
+/// at most 1e-4 m/s. 0: 1e-6, with constraints 1e-3 of their smoothing length, at least 1e-10.
+/// Looked at by differences only.
+/// @throws InputError where step_inverse does.
+void step_inverse_derivatives(const Model& model, const SimulationOptions& options, VectorRef q,
+                              VectorRef v, VectorRef v_next, const Input& known,
+                              Workspace& workspace, Inverse& out, InverseDerivatives& d,
+                              DerivativeMethod method = DerivativeMethod::kAnalytic,
+                              double difference_step = 0.0);
+
+/// Of step_forward: the state at the end by that at the start and the applied force, nv x nv each.
+/// dq_next are displacements at q_next = q (+) h v_next (overlaps that are recovered by a
+/// displacement alone are left out, recovery.h).
+struct ForwardDerivatives {
+  MatrixX dv_dq, dv_dv, dv_du;
+  MatrixX dq_dq, dq_dv, dq_du;
+};
+
+/// Derivatives of the step from (q, v) under `known`, which led to v_next: by one linear solve from
+/// those of the inverse, which are left in `inverse` and `d_inverse`. known.applied_force is not
+/// looked at. False if du/dv+ is singular: `d` is NaN then.
+bool step_forward_derivatives(const Model& model, const SimulationOptions& options, VectorRef q,
+                              VectorRef v, VectorRef v_next, const Input& known,
+                              Workspace& workspace, Inverse& inverse, InverseDerivatives& d_inverse,
+                              ForwardDerivatives& d,
+                              DerivativeMethod method = DerivativeMethod::kAnalytic);
+
+}  // namespace counterpoint

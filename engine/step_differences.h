@@ -1,0 +1,26 @@
+// Derivatives of the inverse step by differences of the whole of it: the reference that those in
+// closed form are held against.
+#pragma once
+
+#include "counterpoint/engine/step_derivatives.h"
+
+namespace counterpoint {
+
+/// Scratch of these differences: grown, then reused.
+struct DifferenceScratch {
+  VectorX q, v, v_next, direction;
+  Inverse plus, minus;
+  MatrixX wide;  ///< of the larger step
+};
+
+/// As step_inverse_derivatives by differences, without `out`. Extrapolated: from steps s and 2 s.
+/// by_v_next: du/dv+ too, else it stays.
+void difference_step_inverse(const Model& model, const SimulationOptions& options, VectorRef q,
+                             VectorRef v, VectorRef v_next, const Input& known,
+                             Workspace& workspace, double step, bool extrapolated, bool by_v_next,
+                             DifferenceScratch& scratch, InverseDerivatives& d);
+
+/// The step [m, rad] that suits the smoothing of a scene's constraints, if it has any.
+double suitable_difference_step(const SimulationOptions& options, bool constrained);
+
+}  // namespace counterpoint
