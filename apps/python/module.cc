@@ -26,5 +26,4 @@ PYBIND11_MODULE(_core, m) {
   bind_collision(m);
   bind_recordings(m);
   bind_view(m);
-  // Derivatives of steps (engine/step_derivatives.h) go here: bind_derivatives(m), derivatives.cc.
 }

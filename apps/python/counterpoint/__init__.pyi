@@ -617,6 +617,58 @@ def step_inverse(
     workspace: Workspace | None = None,
 ) -> Inverse: ...
 
+_Method: TypeAlias = Literal["analytic", "central_differences", "extrapolated"]
+
+@final
+class InverseDerivatives:
+    @property
+    def dq(self) -> _Floats: ...
+    @property
+    def dv(self) -> _Floats: ...
+    @property
+    def dv_next(self) -> _Floats: ...
+    @property
+    def by_differences(self) -> bool: ...
+
+@final
+class ForwardDerivatives:
+    @property
+    def dv_dq(self) -> _Floats: ...
+    @property
+    def dv_dv(self) -> _Floats: ...
+    @property
+    def dv_du(self) -> _Floats: ...
+    @property
+    def dq_dq(self) -> _Floats: ...
+    @property
+    def dq_dv(self) -> _Floats: ...
+    @property
+    def dq_du(self) -> _Floats: ...
+
+def step_inverse_derivatives(
+    model: Model,
+    options: SimulationOptions,
+    q: ArrayLike,
+    v: ArrayLike,
+    v_next: ArrayLike,
+    *,
+    known: Input | None = None,
+    workspace: Workspace | None = None,
+    method: _Method = "analytic",
+    difference_step: float = 0.0,
+) -> tuple[Inverse, InverseDerivatives]: ...
+def step_forward_derivatives(
+    model: Model,
+    options: SimulationOptions,
+    q: ArrayLike,
+    v: ArrayLike,
+    v_next: ArrayLike,
+    *,
+    known: Input | None = None,
+    workspace: Workspace | None = None,
+    method: _Method = "analytic",
+) -> ForwardDerivatives: ...
+
 @final
 class Trajectory:
     @property
