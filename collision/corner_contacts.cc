@@ -127,13 +127,16 @@ std::optional<CoreBall> core_ball(const Shape& shape, const Enclosure& enclosure
                   {Matrix3::Identity(), X * middle}};
 }
 
-void for_each_ball(const Shape& shape, const Pose& X,
-                   const std::function<void(const Shape& ball, const Pose& X_ball)>& visit) {
+StandIns stand_ins(const Shape& shape, const Pose& X) {
+  StandIns out;
   const Corners corners = corners_of(shape, X);
   const Shape ball{ShapeType::kSphere, Vector3(corners.radius, 0.0, 0.0), nullptr};
-  for (int i = 0; i < corners.size; ++i) visit(ball, {Matrix3::Identity(), corners.points[i]});
-  const auto core = core_ball(shape, enclose(shape), X, std::numeric_limits<double>::infinity());
-  if (core) visit(core->shape, core->X);
+  for (int i = 0; i < corners.size; ++i)
+    out.balls[out.size++] = {ball, {Matrix3::Identity(), corners.points[i]}};
+  if (const auto core =
+          core_ball(shape, enclose(shape), X, std::numeric_limits<double>::infinity()))
+    out.balls[out.size++] = *core;
+  return out;
 }
 
 void find_core_contact(const CoreBall& ball, const Shape& b, const Pose& X_WB, double margin,

@@ -1,7 +1,7 @@
 // Contacts of the far corners of two shapes that may turn into each other within a step.
 #pragma once
 
-#include <functional>
+#include <array>
 #include <optional>
 
 #include "counterpoint/collision/enclosure.h"
@@ -29,10 +29,13 @@ struct CoreBall {
 std::optional<CoreBall> core_ball(const Shape& shape, const Enclosure& enclosure, const Pose& X,
                                   double travel);
 
-/// Calls visit(ball, pose) for every ball that stands for a shape in these contacts: its corners
-/// (radius 0; of a capsule its ends), then the one about its middle, at any size and travel.
-void for_each_ball(const Shape& shape, const Pose& X,
-                   const std::function<void(const Shape& ball, const Pose& X_ball)>& visit);
+/// Every ball that stands for a shape in these contacts, at any size and travel: its corners (radius
+/// 0; of a capsule its ends), then the one about its middle.
+struct StandIns {
+  std::array<CoreBall, 9> balls;
+  int size = 0;
+};
+StandIns stand_ins(const Shape& shape, const Pose& X);
 
 /// The contact of a core ball of A with B (its normal from A to B), if the gap is below the margin [m]
 /// and the ball's middle has not passed the surface of B. No terrain.

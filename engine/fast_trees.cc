@@ -16,7 +16,7 @@ namespace {
 
 /// Up to this angle a step [rad] the energy kept is that of velocities at the time of the pose,
 /// from twice of it on that of (q, w) as they are, half a step apart; a smooth share between.
-constexpr double kSmallTurn = 0.03;
+constexpr double kSmallTurn = 0.5 * FastTrees::kFarTurn;
 
 double smooth_step(double x) {
   x = std::clamp(x, 0.0, 1.0);

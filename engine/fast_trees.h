@@ -56,6 +56,10 @@ class FastTrees {
   static double share_of(double rate);
   static double share_slope(double rate);
 
+  /// Of a tree with a forecast: the energy kept is that of (q, w) as they are, from this angle a
+  /// step [rad] on.
+  static constexpr double kFarTurn = 0.06;
+
   /// To which speeds are scaled right [-]. Steps leave it as it is.
   void set_tolerance(double tolerance) { tolerance_ = tolerance; }
 

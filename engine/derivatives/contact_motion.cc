@@ -12,8 +12,10 @@ namespace {
 
 /// Relative to the shapes' size: what lies closer together is one.
 constexpr double kSame = 1e-9;
-/// The difference step, relative to the smallest length of the two shapes; as an angle [rad].
-constexpr double kStep = 1e-5;
+/// The difference step [m], relative to the gap, which is the radius that normals of corners turn
+/// about; at most this share of the smallest length of the two shapes, at least so much. As an
+/// angle over that length.
+constexpr double kGapShare = 1e-4, kSizeShare = 1e-5, kLeastStep = 1e-8;
 /// A neighbouring contact is at most so many difference steps away (rims of cylinders slide fast).
 constexpr double kFarthest = 1e3;
 
@@ -143,8 +145,14 @@ bool rounds_touch(const Round& a, const Round& b, const collision::Candidate& co
   return true;
 }
 
-const collision::ContactPoint* closest(const collision::Manifold& manifold, const Vector3& expected,
-                                       double most) {
+/// `index` where the manifold is like the one that this counts in, else the closest; null if that
+/// is too far off.
+const collision::ContactPoint* like(const collision::Manifold& here, int index,
+                                    const collision::Manifold& manifold, const Vector3& expected,
+                                    double most) {
+  if (manifold.size == here.size &&
+      (manifold.points[index].position - expected).squaredNorm() < most * most)
+    return &manifold.points[index];
   const collision::ContactPoint* best = nullptr;
   double least = most * most;
   for (int i = 0; i < manifold.size; ++i) {
@@ -165,11 +173,22 @@ Pose turned_about(const Vector3& at, const Pose& X, int column, double by) {
 
 }  // namespace
 
-bool ContactMotionFinder::is_in_manifold(const Pair& pair, const collision::Candidate& contact,
-                                         const Vector3& middle) const {
-  const collision::ContactPoint* same = closest(here_, middle, kSame * pair.size);
-  return same != nullptr && same->normal.dot(contact.normal) > 1.0 - kSame &&
-         std::abs(same->gap - contact.gap) < kSame * pair.size;
+/// Its index among the contacts of the pair's pose; -1 if it is not among them.
+int ContactMotionFinder::index_here(const Pair& pair, const collision::Candidate& contact,
+                                    const Vector3& middle) const {
+  const double near = kSame * pair.size;
+  int best = -1;
+  double least = 3.0 * near;
+  for (int i = 0; i < here_.size; ++i) {
+    const collision::ContactPoint& p = here_.points[i];
+    if (!(p.normal.dot(contact.normal) > 1.0 - kSame)) continue;
+    // Of contacts in one place the one of the same gap.
+    const double off = (p.position - middle).norm() + std::abs(p.gap - contact.gap);
+    if (off >= least) continue;
+    least = off;
+    best = i;
+  }
+  return best;
 }
 
 /// The contacts of the pair, and with B in neighbouring poses.
@@ -177,8 +196,9 @@ void ContactMotionFinder::move_pair(const Pair& pair, const collision::Candidate
   // Some more room, so that a contact does not vanish at the margin.
   const collision::PairQuery query(std::abs(contact.gap) + pair.size);
   about_ = contact.position;
+  step_ = std::clamp(kGapShare * std::abs(contact.gap), kLeastStep, kSizeShare * pair.size);
   for (int column = 0; column < 6; ++column) {
-    const double step = column < 3 ? kStep : kStep * pair.size;
+    const double step = column < 3 ? step_ / pair.size : step_;
     for (const int side : {0, 1})
       collision::pair_contacts(*pair.a, pair.X_WA, *pair.b,
                                turned_about(about_, pair.X_WB, column, side == 0 ? -step : step),
@@ -187,14 +207,14 @@ void ContactMotionFinder::move_pair(const Pair& pair, const collision::Candidate
 }
 
 bool ContactMotionFinder::difference(const Pair& pair, const collision::Candidate& contact,
-                                     double towards_b, ContactMotion& out) {
+                                     int index, double towards_b, ContactMotion& out) {
   const Vector3 middle = contact.position - towards_b * std::max(contact.gap, 0.0) * contact.normal;
   for (int column = 0; column < 6; ++column) {
-    const double step = column < 3 ? kStep : kStep * pair.size;
+    const double step = column < 3 ? step_ / pair.size : step_;
     collision::ContactPoint ends[2];
     for (const int side : {0, 1}) {
       const collision::ContactPoint* found =
-          closest(moved_[column][side], middle, kFarthest * kStep * pair.size);
+          like(here_, index, moved_[column][side], middle, kFarthest * step_);
       if (found == nullptr) return false;
       ends[side] = *found;
       ends[side].position += towards_b * std::max(found->gap, 0.0) * found->normal;
@@ -219,20 +239,19 @@ bool ContactMotionFinder::difference_balls(const Pair& pair, const collision::Ca
   const Vector3 middle = contact.position - towards_b * std::max(contact.gap, 0.0) * contact.normal;
   const collision::PairQuery query(std::abs(contact.gap) + pair.size);
   for (const bool of_a : {true, false}) {
-    bool found = false;
-    collision::for_each_ball(of_a ? *pair.a : *pair.b, of_a ? pair.X_WA : pair.X_WB,
-                             [&](const Shape& ball, const Pose& X) {
-                               if (found) return;
-                               Pair with_ball = pair;
-                               (of_a ? with_ball.a : with_ball.b) = &ball;
-                               (of_a ? with_ball.X_WA : with_ball.X_WB) = X;
-                               collision::pair_contacts(*with_ball.a, with_ball.X_WA, *with_ball.b,
-                                                        with_ball.X_WB, query, here_);
-                               if (!is_in_manifold(with_ball, contact, middle)) return;
-                               move_pair(with_ball, contact);
-                               found = difference(with_ball, contact, towards_b, out);
-                             });
-    if (found) return true;
+    const collision::StandIns balls =
+        collision::stand_ins(of_a ? *pair.a : *pair.b, of_a ? pair.X_WA : pair.X_WB);
+    for (int i = 0; i < balls.size; ++i) {
+      Pair with_ball = pair;
+      (of_a ? with_ball.a : with_ball.b) = &balls.balls[i].shape;
+      (of_a ? with_ball.X_WA : with_ball.X_WB) = balls.balls[i].X;
+      collision::pair_contacts(*with_ball.a, with_ball.X_WA, *with_ball.b, with_ball.X_WB, query,
+                               here_);
+      const int index = index_here(with_ball, contact, middle);
+      if (index < 0) continue;
+      move_pair(with_ball, contact);
+      return difference(with_ball, contact, index, towards_b, out);
+    }
   }
   return false;
 }
@@ -256,18 +275,18 @@ bool ContactMotionFinder::find(const Model& model, const Data& data,
                    out))
     return true;
   if (a.shape.type == ShapeType::kTerrain || b.shape.type == ShapeType::kTerrain) return false;
-  const bool known = contact.geometry_a == geometry_a_ && contact.geometry_b == geometry_b_ &&
-                     is_in_manifold(pair, contact, middle);
-  if (!known) {
+  const bool known = contact.geometry_a == geometry_a_ && contact.geometry_b == geometry_b_;
+  int index = known ? index_here(pair, contact, middle) : -1;
+  if (index < 0) {
     const collision::PairQuery query(std::abs(contact.gap) + pair.size);
     collision::pair_contacts(*pair.a, pair.X_WA, *pair.b, pair.X_WB, query, here_);
-    if (!is_in_manifold(pair, contact, middle))
-      return difference_balls(pair, contact, towards_b, out);
+    index = index_here(pair, contact, middle);
+    if (index < 0) return difference_balls(pair, contact, towards_b, out);
     move_pair(pair, contact);
     geometry_a_ = contact.geometry_a;
     geometry_b_ = contact.geometry_b;
   }
-  return difference(pair, contact, towards_b, out);
+  return difference(pair, contact, index, towards_b, out);
 }
 
 }  // namespace counterpoint

@@ -38,16 +38,17 @@ class ContactMotionFinder {
     Pose X_WA, X_WB;
     double size = 0.0;  ///< [m]
   };
-  bool is_in_manifold(const Pair& pair, const collision::Candidate& contact,
-                      const Vector3& middle) const;
+  int index_here(const Pair& pair, const collision::Candidate& contact,
+                 const Vector3& middle) const;
   void move_pair(const Pair& pair, const collision::Candidate& contact);
-  bool difference(const Pair& pair, const collision::Candidate& contact, double towards_b,
-                  ContactMotion& out);
+  bool difference(const Pair& pair, const collision::Candidate& contact, int index,
+                  double towards_b, ContactMotion& out);
   bool difference_balls(const Pair& pair, const collision::Candidate& contact, double towards_b,
                         ContactMotion& out);
 
   int geometry_a_ = -1, geometry_b_ = -1;  ///< of what is below
   Vector3 about_ = Vector3::Zero();        ///< what B was turned about
+  double step_ = 0.0;                      ///< [m]
   collision::Manifold here_;
   std::array<std::array<collision::Manifold, 2>, 6> moved_;
 };

@@ -52,7 +52,7 @@ COUNTERPOINT_WIDE void substitute(double* rows, int stride, int n, int width) {
 
 }  // namespace
 
-void SparseSolver::begin(const MatrixX& A, int columns) {
+void SparseSolver::begin(const Eigen::Ref<const MatrixX>& A, int columns) {
   n_ = static_cast<int>(A.rows());
   columns_ = columns;
   stride_ = n_ + columns;
@@ -61,7 +61,7 @@ void SparseSolver::begin(const MatrixX& A, int columns) {
     for (int i = 0; i < n_; ++i) rows_[static_cast<size_t>(i * stride_ + j)] = A(i, j);
 }
 
-void SparseSolver::add(const MatrixX& B, int column, double scale) {
+void SparseSolver::add(const Eigen::Ref<const MatrixX>& B, int column, double scale) {
   for (int j = 0; j < B.cols(); ++j)
     for (int i = 0; i < n_; ++i)
       rows_[static_cast<size_t>(i * stride_ + n_ + column + j)] += scale * B(i, j);
@@ -80,7 +80,7 @@ bool SparseSolver::solve() {
   return true;
 }
 
-void SparseSolver::get(int column, MatrixX& out) const {
+void SparseSolver::get(int column, Eigen::Ref<MatrixX> out) const {
   for (int j = 0; j < out.cols(); ++j)
     for (int i = 0; i < n_; ++i)
       out(i, j) = rows_[static_cast<size_t>(i * stride_ + n_ + column + j)];

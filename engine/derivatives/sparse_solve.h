@@ -13,15 +13,15 @@ namespace counterpoint {
 class SparseSolver {
  public:
   /// Takes A (n x n) and room for `columns` right-hand sides, zero at first.
-  void begin(const MatrixX& A, int columns);
+  void begin(const Eigen::Ref<const MatrixX>& A, int columns);
   /// Adds `scale` times a matrix (n rows) to the right-hand sides from `column` on; or the
   /// identity.
-  void add(const MatrixX& B, int column, double scale);
+  void add(const Eigen::Ref<const MatrixX>& B, int column, double scale);
   void add_identity(int column);
   /// False if A is singular.
   bool solve();
   /// The solution's columns from `column` on, as many as `out` has (n rows).
-  void get(int column, MatrixX& out) const;
+  void get(int column, Eigen::Ref<MatrixX> out) const;
 
  private:
   int n_ = 0, columns_ = 0, stride_ = 0;

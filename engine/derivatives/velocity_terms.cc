@@ -1,7 +1,5 @@
 #include "counterpoint/engine/derivatives/velocity_terms.h"
 
-#include <Eigen/Cholesky>
-
 #include "counterpoint/engine/aba.h"
 #include "counterpoint/engine/derivatives/right_jacobian.h"
 #include "counterpoint/engine/integrator.h"
@@ -13,17 +11,6 @@ namespace counterpoint {
 namespace {
 
 bool is_linkage(const Tree& tree) { return tree.body_end - tree.body_begin > 1; }
-
-/// Cholesky's factor in place, of both triangles' lower one. False if it is not positive.
-bool factor(Eigen::Ref<MatrixX> M) {
-  return Eigen::LLT<Eigen::Ref<MatrixX>>(M).info() == Eigen::Success;
-}
-
-template <class Columns>
-void solve(const Eigen::Ref<const MatrixX>& L, Columns&& x) {
-  L.triangularView<Eigen::Lower>().solveInPlace(x);
-  L.triangularView<Eigen::Lower>().transpose().solveInPlace(x);
-}
 
 /// x' Q and x' P of configuration_difference's chain at q (+) turn: the identity but for
 /// quaternions, where Q is the right Jacobian, P = exp(-turn). Row vectors, as columns.
@@ -46,6 +33,7 @@ VelocityTerms::VelocityTerms(const Model& model)
     : sweep_(model),
       kind_(model.num_trees(), Kind::kPlain),
       zero_(VectorX::Zero(model.nv())),
+      other_(zero_),
       f_(zero_),
       a_f_(zero_),
       half_(zero_),
@@ -74,24 +62,47 @@ bool VelocityTerms::prepare(const Model& model, int t, EffectSet effects, double
   const auto part = Eigen::seqN(tree.v_begin, tree.v_end - tree.v_begin);
   const bool covered = ws.forecast.covers(t);
   const double share = ws.fast_trees.share(t);
+  if (covered) f_(part) = ws.forecast.velocity()(part);
   if (share > 0.0) {
-    if (covered) return false;
-    kind_[t] = Kind::kProjected;
-    const double left = std::sqrt(1.0 - share);
-    v_at(part) *= left;
-    in.velocity_factor = left;
     a_at(part) -= ws.fast_trees.change()(part) / h;
+    if (covered) {
+      // Else the energy has a part by the work of these forces.
+      if (!turns_far(model, tree, h, ws.fast_trees.scale(t), q, v, ws)) return false;
+      kind_[t] = Kind::kBoth;
+      other_(part) = f_(part) - share * (v(part) + ws.fast_trees.plain_change()(part));
+      v_at(part) = 0.5 * (v(part) + other_(part));
+      return true;
+    }
+    kind_[t] = Kind::kProjected;
+    in.velocity_factor = std::sqrt(1.0 - share);
+    v_at(part) *= in.velocity_factor;
     return true;
   }
-  if (!covered && !(ws.forecast.knows(t) && v(part).isZero(0.0))) return true;
-  if (covered) {
-    f_(part) = ws.forecast.velocity()(part);
-  } else if (!forecast_at_rest(model, tree, effects, h, q, v, ws)) {
+  if (!covered && !(ws.forecast.knows(t) && v(part).isZero(0.0) &&
+                    forecast_at_rest(model, tree, effects, h, q, v, ws)))
     return true;
-  }
   kind_[t] = Kind::kForecast;
+  other_(part) = f_(part);
   v_at(part) = 0.5 * (v(part) + f_(part));
   return true;
+}
+
+/// Whether the tree's fastest body turns by more than FastTrees::kFarTurn within the step, at its
+/// start and with the velocity that keeps the energy at its end.
+bool VelocityTerms::turns_far(const Model& model, const Tree& tree, double h, double scale,
+                              const VectorRef& q, const VectorRef& v, const Workspace::Impl& ws) {
+  const BodyRange bodies = {tree.body_begin, tree.body_end};
+  const auto part = Eigen::seqN(tree.v_begin, tree.v_end - tree.v_begin);
+  moved_(part) = scale * (v(part) + ws.fast_trees.plain_change()(part));
+  integrate_configuration(model, q, moved_, h, bodies, q_reached_);
+  compute_poses(model, q_reached_, bodies, *reached_);
+  compute_velocities(model, moved_, bodies, *reached_);
+  double start = 0.0, end = 0.0;
+  for (int i = bodies.begin; i < bodies.end; ++i) {
+    start = std::max(start, ws.data.V[i].angular.norm());
+    end = std::max(end, reached_->V[i].angular.norm());
+  }
+  return h * std::min(start, end) > FastTrees::kFarTurn;
 }
 
 /// f_ of a tree at rest, for which the engine makes no forecast: velocity-dependent forces vanish
@@ -119,8 +130,11 @@ bool VelocityTerms::forecast_at_rest(const Model& model, const Tree& tree, Effec
 void VelocityTerms::add(const Model& model, int t, EffectSet effects, double h, const VectorRef& q,
                         const VectorRef& v, Workspace::Impl& ws, InverseDerivatives& d) {
   const Tree& tree = model.trees()[t];
-  if (kind_[t] == Kind::kForecast) add_forecast(model, tree, effects, h, v, ws, d);
-  if (kind_[t] == Kind::kProjected) add_projected(model, t, effects, h, q, v, ws, d);
+  const Kind kind = kind_[t];
+  if (kind == Kind::kForecast || kind == Kind::kBoth)
+    add_forecast(model, tree, effects, h, v, ws, d);
+  if (kind == Kind::kProjected || kind == Kind::kBoth)
+    add_projected(model, t, effects, h, q, v, ws, d);
 }
 
 void VelocityTerms::add_forecast(const Model& model, const Tree& tree, EffectSet effects, double h,
@@ -128,7 +142,7 @@ void VelocityTerms::add_forecast(const Model& model, const Tree& tree, EffectSet
   const int begin = tree.v_begin, n = tree.v_end - tree.v_begin;
   const auto part = Eigen::seqN(begin, n);
   SweepInput in;
-  half_(part) = 0.5 * (v(part) - f_(part));
+  half_(part) = 0.5 * (v(part) - other_(part));
   in.v = half_.data();
   in.a = zero_.data();
   sweep_.run(model, tree, ws.data, in, {dq_, dv_, da_});
@@ -157,15 +171,17 @@ void VelocityTerms::add_forecast(const Model& model, const Tree& tree, EffectSet
       dv_(k, k) += h * spring.stiffness;
     }
   }
-  if (!factor(D)) return;
-  solve(D, X);
-  d.dq.block(begin, begin, n, n).noalias() -= X.transpose() * dq_.block(begin, begin, n, n);
-  d.dv.block(begin, begin, n, n).noalias() -= X.transpose() * dv_.block(begin, begin, n, n);
+  solver_.begin(D, n);
+  solver_.add(X, 0, 1.0);
+  if (!solver_.solve()) return;
+  solver_.get(0, X);
+  d.dq.block(begin, begin, n, n) -= X.transpose().lazyProduct(dq_.block(begin, begin, n, n));
+  d.dv.block(begin, begin, n, n) -= X.transpose().lazyProduct(dv_.block(begin, begin, n, n));
 }
 
 /// share_q_, share_v_: of the share, by the angular velocity of the body that turns fastest.
 void VelocityTerms::find_share_gradient(const Model& model, const Tree& tree, double h,
-                                        const Data& data) {
+                                        bool foreseen, const Data& data) {
   const int n = tree.v_end - tree.v_begin;
   share_q_.head(n).setZero();
   share_v_.head(n).setZero();
@@ -173,7 +189,8 @@ void VelocityTerms::find_share_gradient(const Model& model, const Tree& tree, do
   for (int i = tree.body_begin; i < tree.body_end; ++i)
     if (data.V[i].angular.squaredNorm() > data.V[fastest].angular.squaredNorm()) fastest = i;
   const Vector3 omega = data.V[fastest].angular;
-  const double slope = FastTrees::share_slope(h * omega.squaredNorm()) * 2.0 * h;
+  const double part = h / (foreseen ? FastTrees::kForeseen : 1.0);
+  const double slope = FastTrees::share_slope(part * omega.squaredNorm()) * 2.0 * part;
   for (int i = fastest; i != 0; i = model.body(i).parent) {
     const Body& body = model.body(i);
     const Vector3 carrier = body.parent != 0 ? data.V[body.parent].angular : Vector3::Zero();
@@ -243,50 +260,91 @@ void VelocityTerms::add_projected(const Model& model, int t, EffectSet effects, 
   auto out_q = d.dq.block(begin, begin, n, n), out_v = d.dv.block(begin, begin, n, n);
   M.diagonal() += rotors(part);
 
-  // half_ = (M + R) (v + plain), a_f_ = (M + R) (r - v) / h + n: what scale and share multiply.
+  // w = (M + R) (v + plain), changed = (M + R) (r - v) / h and the velocity-dependent force that
+  // the share takes away: what scale and share multiply.
   moved_(part) = v(part) + plain(part);
   auto w = half_.segment(begin, n);
   w.noalias() = M * moved_.segment(begin, n);
   auto changed = f_.segment(begin, n);
-  changed.noalias() = M * (ws.fast_trees.change()(part) / share - plain(part)) / h;
+  if (kind_[t] == Kind::kBoth) {
+    changed.noalias() = 0.5 * (dyn_v * moved_.segment(begin, n));
+    other_(part) = ws.fast_trees.change()(part) / share;
+  } else {
+    changed.setZero();
+    other_(part) = ws.fast_trees.change()(part) / share - plain(part);
+  }
+  changed.noalias() += (1.0 / h) * M * other_.segment(begin, n);
+  other_(part) = moved_(part);
   moved_(part) *= scale;
   find_scale_gradient(model, tree, h, scale, q, v, rotors, ws.data);
-  find_share_gradient(model, tree, h, ws.data);
+  find_share_gradient(model, tree, h, kind_[t] == Kind::kBoth, ws.data);
 
   const int columns = end_.floats ? 4 : 1;
-  auto rows = rows_.topLeftCorner(n, columns);
-  auto by_q = by_q_.topLeftCorner(n, columns), by_v = by_v_.topLeftCorner(n, columns);
   // How fast each grows with the scale: rows (v + plain).
   Eigen::Matrix<double, 4, 1> grows = Eigen::Matrix<double, 4, 1>::Zero();
-  grows.head(columns).noalias() = rows.transpose() * (v(part) + plain(part));
-  auto L = factor_.topLeftCorner(n, n);
-  L = M;
-  if (!factor(L)) return;
-  solve(L, rows);
-  by_q.noalias() += (h * scale) * (dyn_q.transpose() * rows);
-  by_v.noalias() += (h * scale) * (dyn_v.transpose() * rows);
-  const bool scales = std::abs(grows[0]) > 0.0;
-  by_q.col(0) *= scales ? 1.0 / grows[0] : 0.0;
-  by_v.col(0) *= scales ? 1.0 / grows[0] : 0.0;
-  for (int c = 1; c < columns; ++c) {
-    by_q.col(c) -= grows[c] * by_q.col(0);
-    by_v.col(c) -= grows[c] * by_v.col(0);
+  for (int c = 0; c < columns; ++c) grows[c] = rows_.col(c).head(n).dot(other_.segment(begin, n));
+  if (!solve_rows(M, dyn_v, columns, kind_[t] == Kind::kBoth)) return;
+  if (kind_[t] == Kind::kBoth) {
+    const auto Y = solved_.topLeftCorner(n, n);
+    out_q += (share * h) * Y.transpose().lazyProduct(dyn_q);
+    out_v += (share * h) * Y.transpose().lazyProduct(dyn_v) - (0.5 * share) * dyn_v;
   }
+  close_gradients(dyn_q, dyn_v, columns, h * scale, grows);
   const double by_scale = -share / h;
   out_q += (share * scale) * dyn_q;
   out_v += (share * scale) * dyn_v + (share * (1.0 - scale) / h) * M;
-  out_q.noalias() += by_scale * (w * by_q.col(0).transpose());
-  out_v.noalias() += by_scale * (w * by_v.col(0).transpose());
-  out_q.noalias() -= changed * share_q_.head(n).transpose();
-  out_v.noalias() -= changed * share_v_.head(n).transpose();
-  if (columns == 1) return;
+  const auto add = [n](auto& out, double by, const auto& column, const auto& row) {
+    out += by * column.lazyProduct(row.head(n).transpose());
+  };
+  add(out_q, by_scale, w, by_q_.col(0));
+  add(out_v, by_scale, w, by_v_.col(0));
+  add(out_q, -1.0, changed, share_q_);
+  add(out_v, -1.0, changed, share_v_);
   // The base's axes are those of its frame.
-  const Matrix3 to_axes =
-      model.body(tree.body_begin).X_PJ.rotation.transpose() * (by_scale / end_.mass);
-  auto turned = solved_.topLeftCorner(n, 3);
-  turned.noalias() = M.leftCols(3) * to_axes;
-  out_q.noalias() += turned * by_q.rightCols(3).transpose();
-  out_v.noalias() += turned * by_v.rightCols(3).transpose();
+  const Matrix3 to_axes = model.body(tree.body_begin).X_PJ.rotation.transpose();
+  for (int c = 1; c < columns; ++c) {
+    other_.segment(begin, n).noalias() = M.leftCols(3) * to_axes.col(c - 1);
+    add(out_q, by_scale / end_.mass, other_.segment(begin, n), by_q_.col(c));
+    add(out_v, by_scale / end_.mass, other_.segment(begin, n), by_v_.col(c));
+  }
+}
+
+/// inv(M) of the rows' transposes, in their place, and with `both` of half of dn/dv', into solved_.
+bool VelocityTerms::solve_rows(const Eigen::Ref<const MatrixX>& M,
+                               const Eigen::Ref<const MatrixX>& dyn_v, int columns, bool both) {
+  const auto n = M.rows();
+  auto Y = solved_.topLeftCorner(n, n);
+  solver_.begin(M, columns + (both ? static_cast<int>(n) : 0));
+  solver_.add(rows_.topLeftCorner(n, columns), 0, 1.0);
+  if (both) {
+    Y = dyn_v.transpose();
+    solver_.add(Y, columns, 0.5);
+  }
+  if (!solver_.solve()) return false;
+  solver_.get(0, rows_.topLeftCorner(n, columns));
+  if (both) solver_.get(columns, Y);
+  return true;
+}
+
+/// Adds to by_q_ and by_v_ what goes through the change by the forces, `by` times; then the scale's
+/// part of the momentum's.
+void VelocityTerms::close_gradients(const Eigen::Ref<const MatrixX>& dyn_q,
+                                    const Eigen::Ref<const MatrixX>& dyn_v, int columns, double by,
+                                    const Eigen::Matrix<double, 4, 1>& grows) {
+  const auto n = dyn_q.rows();
+  const double inverse = std::abs(grows[0]) > 0.0 ? 1.0 / grows[0] : 0.0;
+  for (int c = 0; c < columns; ++c) {
+    auto q = by_q_.col(c).head(n), v = by_v_.col(c).head(n);
+    q += by * dyn_q.transpose().lazyProduct(rows_.col(c).head(n));
+    v += by * dyn_v.transpose().lazyProduct(rows_.col(c).head(n));
+    if (c == 0) {
+      q *= inverse;
+      v *= inverse;
+    } else {
+      q -= grows[c] * by_q_.col(0).head(n);
+      v -= grows[c] * by_v_.col(0).head(n);
+    }
+  }
 }
 
 }  // namespace counterpoint

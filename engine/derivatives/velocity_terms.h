@@ -9,12 +9,13 @@
 // Where energy is kept, of a share s: (1 - s) n - (M + R) s (r - v) / h with r = scale (v + p) and
 // p = -h inv(M + R) n, so that (M + R) dp / h is minus the derivative of the dynamics at the
 // acceleration p / h, by one more sweep; the scale solves an equation in one variable, whose
-// gradient kinetic_gradient.h has.
+// gradient kinetic_gradient.h has. With both, B(v, f - s (v + p)) stands for (1 - s) n.
 #pragma once
 
 #include <optional>
 
 #include "counterpoint/engine/derivatives/kinetic_gradient.h"
+#include "counterpoint/engine/derivatives/sparse_solve.h"
 #include "counterpoint/engine/derivatives/sweep.h"
 #include "counterpoint/engine/step_derivatives.h"
 #include "counterpoint/engine/step_workspace.h"
@@ -36,7 +37,10 @@ class VelocityTerms {
            const VectorRef& v, Workspace::Impl& ws, InverseDerivatives& d);
 
  private:
-  enum class Kind : unsigned char { kPlain, kForecast, kProjected };
+  enum class Kind : unsigned char { kPlain, kForecast, kProjected, kBoth };
+
+  bool turns_far(const Model& model, const Tree& tree, double h, double scale, const VectorRef& q,
+                 const VectorRef& v, const Workspace::Impl& ws);
 
   bool forecast_at_rest(const Model& model, const Tree& tree, EffectSet effects, double h,
                         const VectorRef& q, const VectorRef& v, Workspace::Impl& ws);
@@ -47,11 +51,19 @@ class VelocityTerms {
   void find_scale_gradient(const Model& model, const Tree& tree, double h, double scale,
                            const VectorRef& q, const VectorRef& v, const VectorX& rotors,
                            const Data& data);
-  void find_share_gradient(const Model& model, const Tree& tree, double h, const Data& data);
+  void find_share_gradient(const Model& model, const Tree& tree, double h, bool foreseen,
+                           const Data& data);
+  bool solve_rows(const Eigen::Ref<const MatrixX>& M, const Eigen::Ref<const MatrixX>& dyn_v,
+                  int columns, bool both);
+  void close_gradients(const Eigen::Ref<const MatrixX>& dyn_q,
+                       const Eigen::Ref<const MatrixX>& dyn_v, int columns, double by,
+                       const Eigen::Matrix<double, 4, 1>& grows);
 
   TreeSweep sweep_;
+  SparseSolver solver_;
   std::vector<Kind> kind_;   ///< by tree
   VectorX zero_, ones_;      ///< nv
+  VectorX other_;            ///< nv: what B(v, .) is taken with
   VectorX f_, a_f_, half_;   ///< nv: forecast, its acceleration, scratch
   MatrixX dq_, dv_, da_;     ///< nv x nv: of one sweep
   MatrixX factor_, solved_;  ///< nv x nv
