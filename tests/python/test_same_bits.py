@@ -123,7 +123,7 @@ def test_contact_problems_are_those_of_the_command(command, tmp_path):
 
 
 def test_predictions_are_those_of_compare(command, load, scenes, tmp_path):
-    shared = scenes.parents[2] / ".." / "shared" / "data" / "cube_toss"
+    shared = scenes.parents[1] / ".." / "shared" / "data" / "cube_toss"
     files = sorted(shared.resolve().glob("*.csv"))[:2] if shared.exists() else []
     if not files:
         pytest.skip("no recordings: ../shared/data/cube_toss is missing")
