@@ -72,25 +72,6 @@ Split split(const Arguments& arguments, const Experiment& e) {
   return out;
 }
 
-FitProblem make_problem(const Experiment& e, const std::vector<Parameter>& parameters,
-                        const std::vector<int>& train, bool by_force) {
-  FitProblem problem;
-  const auto count = static_cast<Eigen::Index>(parameters.size());
-  problem.start = parameter_values(parameters, e.scene);
-  problem.lower.resize(count);
-  problem.upper.resize(count);
-  for (Eigen::Index i = 0; i < count; ++i) {
-    problem.lower[i] = parameters[i].lower;
-    problem.upper[i] = parameters[i].upper;
-    problem.logarithmic.push_back(parameters[i].logarithmic);
-  }
-  problem.residuals = [&e, &parameters, &train, by_force](const VectorX& values) {
-    return by_force ? force_residuals(e, parameters, values, train)
-                    : prediction_residuals(e, parameters, values, train);
-  };
-  return problem;
-}
-
 Json json_figures(const std::vector<Prediction>& predictions, Compared by) {
   Json out = Json::object();
   for (const auto& [name, value] : median_figures(predictions, by)) out[name] = value;
@@ -236,7 +217,7 @@ int identify(Arguments& arguments) {
   const std::vector<Parameter> parameters = parse_parameters(arguments.parameters, e.scene);
   const Split parts = split(arguments, e);
   const FitProblem problem =
-      make_problem(e, parameters, parts.train, arguments.objective == "force");
+      fit_problem(e, parameters, parts.train, arguments.objective == "force");
   Progress progress("identifying", 1000);
   arguments.fit.robust = arguments.loss == "cauchy";
   arguments.fit.progress = [&](int done, int total) { progress.update(1000 * done / total); };

@@ -2,6 +2,8 @@
 // is a state of the other. For those who look for the figures (identification, sensitivities).
 #pragma once
 
+#include <tuple>
+
 #include "counterpoint/model/model.h"
 
 namespace counterpoint {
@@ -32,6 +34,15 @@ class ModelEditor {
   Model take() { return std::move(model_); }
 
  private:
+  friend class ModelArchive;  // scene_archive.cc
+  /// All that a model is.
+  static auto parts(Model& m) {
+    return std::tie(m.nq_, m.nv_, m.bodies_, m.trees_, m.joints_, m.frames_, m.geometries_,
+                    m.mimics_, m.springs_, m.servos_, m.drags_, m.closures_, m.notes_,
+                    m.excluded_pairs_, m.exclusion_reasons_, m.gravity_, m.default_q_, m.damping_,
+                    m.armature_, m.dry_friction_);
+  }
+
   Model model_;
 };
 

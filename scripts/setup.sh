@@ -11,10 +11,14 @@ liburdfdom-headers-dev libassimp-dev zlib1g-dev libyaml-cpp-dev libtinyxml2-dev 
 libconsole-bridge-dev libcli11-dev nlohmann-json3-dev libgtest-dev libbenchmark-dev"
 
 # Not needed: MuJoCo, which `counterpoint hard-cases` then runs beside Counterpoint; node and npm, which pack the
-# page of `counterpoint view`; Chromium, for its tests and pictures. What is there from elsewhere will do.
-optional="libmujoco-dev"
+# page of `counterpoint view`; Chromium, for its tests and pictures; what the Python module is made of, and pytest for its
+# tests. What is there from elsewhere will do.
+optional="libmujoco-dev pybind11-dev python3-dev python3-numpy"
 { command -v node && command -v npm; } >/dev/null || optional="$optional nodejs npm"
-[ "${1:-}" != --for-tests ] || command -v chromium >/dev/null || optional="$optional chromium"
+if [ "${1:-}" = --for-tests ]; then
+  optional="$optional python3-pytest"
+  command -v chromium >/dev/null || optional="$optional chromium"
+fi
 
 not_installed() {
   for package in "$@"; do

@@ -151,6 +151,25 @@ GroupedResiduals force_residuals(const Experiment& experiment,
   return out;
 }
 
+FitProblem fit_problem(const Experiment& experiment, const std::vector<Parameter>& parameters,
+                       const std::vector<int>& which, bool by_force) {
+  FitProblem problem;
+  const auto count = static_cast<Eigen::Index>(parameters.size());
+  problem.start = parameter_values(parameters, experiment.scene);
+  problem.lower.resize(count);
+  problem.upper.resize(count);
+  for (Eigen::Index i = 0; i < count; ++i) {
+    problem.lower[i] = parameters[i].lower;
+    problem.upper[i] = parameters[i].upper;
+    problem.logarithmic.push_back(parameters[i].logarithmic);
+  }
+  problem.residuals = [&experiment, &parameters, &which, by_force](const VectorX& values) {
+    return by_force ? force_residuals(experiment, parameters, values, which)
+                    : prediction_residuals(experiment, parameters, values, which);
+  };
+  return problem;
+}
+
 std::vector<CoordinateFigures> unexplained_figures(const Experiment& experiment, const Scene& scene,
                                                    const std::vector<int>& which) {
   Explainer explainer(scene, experiment.map, experiment.reach);

@@ -48,6 +48,12 @@ GroupedResiduals force_residuals(const Experiment& experiment,
                                  const std::vector<Parameter>& parameters, const VectorX& values,
                                  const std::vector<int>& which);
 
+/// What identification solves: residuals of some of the recordings as a function of the parameters,
+/// which start where the scene has them. by_force: force_residuals, else prediction_residuals. All
+/// arguments must outlive it.
+FitProblem fit_problem(const Experiment& experiment, const std::vector<Parameter>& parameters,
+                       const std::vector<int>& which, bool by_force);
+
 /// What a scene leaves unexplained by coordinate, over some of the recordings.
 std::vector<CoordinateFigures> unexplained_figures(const Experiment& experiment, const Scene& scene,
                                                    const std::vector<int>& which);

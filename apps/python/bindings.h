@@ -1,0 +1,40 @@
+// The Python module `counterpoint`: who binds what. One file a room of the C++ library.
+//
+// Rules of all of them:
+//   * names and semantics are those of C++; getters are properties, enumerations the words of scene
+//     files; frames and units are said in the docstrings.
+//   * an array that shows memory of C++ keeps its owner alive, and is writable only where C++ would
+//   let
+//     one write. No memory that an array may show is ever resized.
+//   * whatever computes releases the GIL. What it reads of Python objects is copied before, so that
+//     another thread can do what it wants with them; what cannot be shared (Simulator, Workspace)
+//     is guarded by a Guard.
+//   * types are in the stubs (counterpoint/*.pyi), docstrings say the rest in NumPy's style.
+#pragma once
+
+#include <pybind11/pybind11.h>
+
+namespace counterpoint::python {
+
+namespace py = pybind11;
+
+void bind_exceptions(py::module_& m);
+void bind_pose(py::module_& m);        ///< Pose, SpatialInertia
+void bind_shapes(py::module_& m);      ///< Shape, Material
+void bind_model(py::module_& m);       ///< Model, Joint, Body, Frame, Geometry
+void bind_builder(py::module_& m);     ///< ModelBuilder and its specs, load_urdf
+void bind_options(py::module_& m);     ///< SimulationOptions, ContactOptions, StepControlOptions
+void bind_scene(py::module_& m);       ///< Scene, load_scene
+void bind_state(py::module_& m);       ///< Coordinates, State, Input
+void bind_reports(py::module_& m);     ///< StepReport, Fault, Inverse
+void bind_step(py::module_& m);        ///< Workspace, step_forward, step_inverse
+void bind_simulator(py::module_& m);   ///< Simulator
+void bind_batch(py::module_& m);       ///< Batch, Rollout, rollout
+void bind_dynamics(py::module_& m);    ///< Data, rnea, aba, crba, energies
+void bind_collision(py::module_& m);   ///< counterpoint.collision
+void bind_contact(py::module_& m);     ///< counterpoint.contact
+void bind_trajectory(py::module_& m);  ///< Trajectory, TrajectoryWriter, state files
+void bind_recordings(py::module_& m);  ///< counterpoint.recordings
+void bind_view(py::module_& m);        ///< counterpoint.view
+
+}  // namespace counterpoint::python

@@ -1,0 +1,29 @@
+// counterpoint._core: what the Python package `counterpoint` re-exports.
+#include "bindings.h"
+
+PYBIND11_MODULE(_core, m) {
+  using namespace counterpoint::python;
+  py::options options;
+  options.disable_function_signatures();  // the stubs have them
+  m.doc() = "Rigid-body physics with convex, smooth, invertible contact.";
+  m.attr("__version__") = COUNTERPOINT_VERSION;
+  // A default argument is made when its function is bound: its type comes before.
+  bind_exceptions(m);
+  bind_pose(m);
+  bind_shapes(m);
+  bind_options(m);
+  bind_contact(m);
+  bind_state(m);
+  bind_model(m);
+  bind_builder(m);
+  bind_scene(m);
+  bind_reports(m);
+  bind_step(m);
+  bind_trajectory(m);
+  bind_simulator(m);
+  bind_batch(m);
+  bind_dynamics(m);
+  bind_collision(m);
+  bind_recordings(m);
+  bind_view(m);
+}

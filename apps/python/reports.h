@@ -1,0 +1,31 @@
+// What steps and inverses say, with the model that their indices are of.
+#pragma once
+
+#include "counterpoint/engine/step.h"
+#include "counterpoint/engine/step_control.h"
+#include "handles.h"
+
+namespace counterpoint::python {
+
+struct ReportHandle {
+  ModelPtr model;
+  StepReport report;
+};
+
+struct ControlledReportHandle {
+  ModelPtr model;
+  ControlledReport report;
+};
+
+/// Never moved once it is a Python object's: its arrays are views.
+struct InverseHandle {
+  ModelPtr model;
+  Inverse inverse;
+};
+
+/// "diverged: 'cube.vx' moves ...", as the commands say it.
+std::string message_of(const ReportHandle& report);
+/// Throws StepError if it failed.
+void check(const ReportHandle& report);
+
+}  // namespace counterpoint::python

@@ -1,0 +1,33 @@
+// Enumerations as the words that scene files use.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "bindings.h"
+
+namespace counterpoint::python {
+
+/// "'blunt': expected 'convex', 'lagged' or 'coulomb'" as a ValueError.
+template <class Enum, class FromName, class ToName>
+Enum from_word(const std::string& word, const char* what, FromName from_name, ToName to_name,
+               int count) {
+  if (const std::optional<Enum> found = from_name(word)) return *found;
+  std::string message = std::string(what) + " '" + word + "': expected ";
+  for (int i = 0; i < count; ++i)
+    message += (i == 0           ? "'"
+                : i + 1 == count ? " or '"
+                                 : ", '") +
+               std::string(to_name(static_cast<Enum>(i))) + "'";
+  throw py::value_error(message);
+}
+
+/// The reverse of a naming function by search.
+template <class Enum, class ToName>
+std::optional<Enum> find_word(const std::string& word, ToName to_name, int count) {
+  for (int i = 0; i < count; ++i)
+    if (word == to_name(static_cast<Enum>(i))) return static_cast<Enum>(i);
+  return std::nullopt;
+}
+
+}  // namespace counterpoint::python

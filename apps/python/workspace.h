@@ -1,0 +1,42 @@
+// What a step without a simulator works with.
+#pragma once
+
+#include "counterpoint/engine/step.h"
+#include "handles.h"
+
+namespace counterpoint::python {
+
+/// Workspace, and copies of what a step reads, so that it can run without the GIL.
+struct WorkspaceHandle {
+  explicit WorkspaceHandle(ModelPtr m) : model(std::move(m)), workspace(model->model) {}
+  ModelPtr model;
+  Workspace workspace;
+  Guard guard;
+  State state, next;
+  Input input;
+  VectorX q, v, q_next, v_next;
+
+  void set_input(const InputPtr& given) {
+    if (given && given->model != model) throw py::value_error("input: it is of another model");
+    if (given)
+      input = given->value();
+    else
+      input = Input();
+  }
+  void set_motion(const Array& q_given, const Array& v_given, const Array& v_next_given) {
+    const Model& m = model->model;
+    q = vector(q_given, m.nq(), "q");
+    v = vector(v_given, m.nv(), "v");
+    v_next = vector(v_next_given, m.nv(), "v_next");
+  }
+};
+using WorkspacePtr = std::shared_ptr<WorkspaceHandle>;
+
+/// The one given, or a new one.
+inline WorkspacePtr workspace_for(const ModelPtr& model, const WorkspacePtr& given) {
+  if (!given) return std::make_shared<WorkspaceHandle>(model);
+  if (given->model != model) throw py::value_error("workspace: it is of another model");
+  return given;
+}
+
+}  // namespace counterpoint::python

@@ -1,0 +1,30 @@
+"""Every example runs; what it needs beyond NumPy and is not there skips aloud."""
+
+import pathlib
+import subprocess
+import sys
+
+import pytest
+
+EXAMPLES = pathlib.Path(__file__).resolve().parents[2] / "apps" / "python" / "examples"
+NOT_THERE = 77
+
+
+@pytest.mark.parametrize("example", sorted(p.name for p in EXAMPLES.glob("*.py")))
+def test_an_example_runs(example, tmp_path):
+    done = subprocess.run([sys.executable, EXAMPLES / example], cwd=tmp_path, capture_output=True, text=True)
+    if done.returncode == NOT_THERE:
+        pytest.skip(done.stdout.strip())
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.strip()
+
+
+def test_the_pages_first_lines_run(tmp_path):
+    """docs/python.md starts with what this runs."""
+    root = EXAMPLES.parents[2]
+    text = (root / "docs" / "python.md").read_text()
+    code = text.split("```python\n", 1)[1].split("```", 1)[0]
+    done = subprocess.run([sys.executable, "-c", code], cwd=root, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    said = text.split("```text\n", 1)[1].split("```", 1)[0]
+    assert done.stdout == said

@@ -1,0 +1,47 @@
+"""A million calls leave nothing behind."""
+
+import resource
+
+import pytest
+
+import counterpoint as cp
+
+CALLS = 1_000_000
+# Arenas of malloc and of Python's allocator settle within this; a leak of 16 bytes a call would be 16 MB.
+BOUND = 8 * 1024  # [KiB]
+
+
+def resident():
+    """[KiB], as it is now."""
+    with open("/proc/self/statm") as file:
+        return int(file.read().split()[1]) * resource.getpagesize() // 1024
+
+
+@pytest.mark.parametrize("what", ["step", "array", "name", "state", "report", "error"])
+def test_nothing_leaks(load, what):
+    scene = load("pendulum")
+    sim, model, state = cp.Simulator(scene), scene.model, scene.state()
+    name = state.coordinates.q[0]
+    sim.input.applied_force[0] = 0.1
+
+    def missing():
+        try:
+            state["nothing"]
+        except KeyError:
+            pass
+
+    call, count = {
+        "step": (lambda: sim.step(), CALLS),
+        "array": (lambda: sim.state.q, CALLS),
+        "name": (lambda: model.joint(0).name, CALLS),
+        "state": (lambda: state.copy().q, CALLS // 4),
+        "report": (lambda: cp.step_forward(model, scene.options, state, next=state, workspace=workspace), CALLS // 4),
+        "error": (missing, CALLS // 10),
+    }[what]
+    workspace = cp.Workspace(model)
+    for _ in range(count // 10):
+        call()
+    before = resident()
+    for _ in range(count):
+        call()
+    assert resident() - before < BOUND, name
