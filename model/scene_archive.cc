@@ -238,8 +238,9 @@ void visit(A& a, StepControlOptions& x) {
 }
 template <class A>
 void visit(A& a, SimulationOptions& x) {
-  auto& [h, integrator, duration, max_speed, closing_time, contact, effects, control] = x;
-  a(h, integrator, duration, max_speed, closing_time, contact, effects, control);
+  auto& [h, integrator, duration, max_speed, closing_time, contact, effects, mean_forces, control] =
+      x;
+  a(h, integrator, duration, max_speed, closing_time, contact, effects, mean_forces, control);
 }
 
 template <class... T>

@@ -168,6 +168,9 @@ Parameters
           "closing_time", &O::closing_time,
           "A run fails in which a closure stays open, and comes no closer, this long [s].")
       .def_readwrite("contact", &O::contact, "ContactOptions.")
+      .def_readwrite("mean_velocity_forces", &O::mean_velocity_forces,
+                     "Velocity-dependent forces are those in the middle of the step; False: those "
+                     "at its start.")
       .def_property(
           "step_control", [](O& o) { return o.step_control ? &*o.step_control : nullptr; },
           [](O& o, const std::optional<StepControlOptions>& c) { o.step_control = c; },
@@ -180,7 +183,7 @@ Parameters
       .def("__repr__", [](const py::object& self) {
         return repr("SimulationOptions", self,
                     {"time_step", "integrator", "duration", "max_speed", "closing_time", "contact",
-                     "step_control"});
+                     "mean_velocity_forces", "step_control"});
       });
 }
 

@@ -148,6 +148,7 @@ class SimulationOptions:
     max_speed: float
     closing_time: float
     contact: ContactOptions
+    mean_velocity_forces: bool
     step_control: StepControlOptions | None
     integrator: _Integrator
     def __init__(
@@ -159,6 +160,7 @@ class SimulationOptions:
         max_speed: float = ...,
         closing_time: float = ...,
         contact: ContactOptions = ...,
+        mean_velocity_forces: bool = ...,
         step_control: StepControlOptions | None = ...,
         effects: Iterable[str] = ...,
     ) -> None: ...
