@@ -16,6 +16,7 @@ using Action = std::function<int()>;
 void add_simulate(CLI::App& app, Action& action);
 void add_rollout(CLI::App& app, Action& action);
 void add_inverse(CLI::App& app, Action& action);
+void add_derivatives(CLI::App& app, Action& action);
 void add_compare(CLI::App& app, Action& action);
 void add_identify(CLI::App& app, Action& action);
 void add_inspect(CLI::App& app, Action& action);

@@ -10,9 +10,9 @@
 namespace counterpoint::apps {
 namespace {
 
-constexpr auto kSubcommands = {add_simulate, add_rollout, add_inverse,         add_compare,
-                               add_identify, add_inspect, add_contact_problem, add_hard_cases,
-                               add_accuracy, add_view,    add_optimize};
+constexpr auto kSubcommands = {add_simulate,        add_rollout,    add_inverse,  add_derivatives,
+                               add_optimize,        add_compare,    add_identify, add_inspect,
+                               add_contact_problem, add_hard_cases, add_accuracy, add_view};
 
 int run(int argc, char** argv) {
   CLI::App app{"Rigid-body physics with convex, smooth, invertible contact."};

@@ -4,4 +4,5 @@
 #include "counterpoint/engine/batch.h"
 #include "counterpoint/engine/simulator.h"
 #include "counterpoint/engine/step.h"
+#include "counterpoint/engine/step_derivatives.h"
 #include "counterpoint/model/scene.h"

@@ -119,15 +119,14 @@ TEST(Documents, EveryKeyOfEveryReportIsExplained) {
                "1,0,0,1,1,0,0,0,0,0,0,0,0,0\n");
   for (const std::string& command :
        {"inspect " + scene, "simulate " + scene + " --duration 0.01 --output {}/t.csv",
-        "inverse " + scene + " {}/t.csv",
+        "inverse " + scene + " {}/t.csv", "derivatives " + scene + " {}/t.csv --forward --check",
         "compare " + scene + " {}/toss.csv --columns data/maps/cube_toss.yaml",
         std::string("hard-cases --only tippe_top --peer-seconds 0.01")}) {
     const test::CommandResult result = folder.run(command + " --json {}/r.json");
     ASSERT_EQ(result.exit_code, 0) << command << "\n" << result.errors;
     expect_documented(folder.json("r.json"), document);
   }
-  folder.write("fast.yaml",
-               "max_speed: 1e-3\nmodels:\n  - {name: ball, sphere: 0.1, mass: 1}\n");
+  folder.write("fast.yaml", "max_speed: 1e-3\nmodels:\n  - {name: ball, sphere: 0.1, mass: 1}\n");
   ASSERT_EQ(folder.run("simulate {}/fast.yaml --json {}/r.json").exit_code, 1);
   expect_documented(folder.json("r.json"), document);
 }
