@@ -59,13 +59,17 @@ MotionFigures motion_figures(const opt::ProblemFile& problem, const opt::Result&
 namespace {
 
 std::vector<Chart> course_charts(const opt::Result& result) {
-  Chart cost{.title = "Cost, conditions included", .x_label = "iteration", .y_label = "cost"};
-  cost.log_y = true;
-  Chart forces{
-      .title = "Force where no motor is", .x_label = "iteration", .y_label = "over the weight"};
-  forces.log_y = true;
-  Chart smoothing{.title = "Smoothing", .x_label = "iteration", .y_label = "m"};
-  smoothing.log_y = true;
+  const auto chart = [](const char* title, const char* label) {
+    Chart out;
+    out.title = title;
+    out.x_label = "iteration";
+    out.y_label = label;
+    out.log_y = true;
+    return out;
+  };
+  Chart cost = chart("Cost, conditions included", "cost");
+  Chart forces = chart("Force where no motor is", "over the weight");
+  Chart smoothing = chart("Smoothing", "m");
   Curve costs{.name = "cost", .x = {}, .y = {}}, largest{.name = "largest", .x = {}, .y = {}},
       mean{.name = "mean", .x = {}, .y = {}}, delta{.name = "smoothing", .x = {}, .y = {}};
   for (const opt::Progress& p : result.history) {
@@ -81,12 +85,15 @@ std::vector<Chart> course_charts(const opt::Result& result) {
 }
 
 std::vector<Chart> motion_charts(const MotionFigures& figures) {
-  Chart contact{.title = "Normal contact force, as it came out", .y_label = "N"};
+  Chart contact, effort;
+  contact.title = "Normal contact force, as it came out";
+  contact.y_label = "N";
+  effort.title = "Largest share of an effort limit";
+  effort.y_label = "1";
   contact.legend_beside = true;
   for (std::size_t i = 0; i < figures.links.size(); ++i)
     contact.curves.push_back(
         {.name = figures.links[i], .x = figures.time, .y = figures.force[i], .marks = true});
-  Chart effort{.title = "Largest share of an effort limit", .y_label = "1"};
   effort.curves = {{.name = "effort", .x = figures.time, .y = figures.effort, .marks = true}};
   return {contact, effort};
 }

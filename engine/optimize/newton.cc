@@ -11,7 +11,7 @@ namespace {
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 /// No coordinate goes farther in a step [m, rad]: beyond, the linearization says nothing.
 constexpr double kMaxStep = 0.5;
-constexpr double kLeastDamping = 1e-9, kMostDamping = 1e8;
+constexpr double kLeastDamping = 1e-15, kMostDamping = 1e8;
 constexpr int kMaxTrials = 12;
 /// Coordinates that nothing weighs are held by this.
 constexpr double kLeastDiagonal = 1e-4;
@@ -178,7 +178,7 @@ Iteration Newton::iterate() {
     }
     lap(iteration.factor_seconds);
     if (!factored || !step_.allFinite()) {
-      damping_ = std::max(10.0 * damping_, 1e-12);
+      damping_ = std::max(10.0 * damping_, kLeastDamping);
       continue;
     }
     iteration.decrease = try_step(kMaxStep, iteration);

@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <utility>
 
 namespace counterpoint::optimization {
@@ -57,6 +59,17 @@ void check_term(const Model& model, const Term& term) {
   if (!(term.length > 0.0)) throw InputError(term.name + ": length must be positive");
 }
 
+double tree_weight(const Model& model, const Tree& tree) {
+  double mass = 0.0;
+  for (int i = tree.body_begin; i < tree.body_end; ++i) mass += model.body(i).inertia.mass;
+  return mass * kStandardGravity;
+}
+
+/// Twice the radius of gyration [m].
+double reach(const Body& body) {
+  return 2.0 * std::sqrt(body.inertia.rotational.trace() / (3.0 * body.inertia.mass));
+}
+
 }  // namespace
 
 const char* quantity_name(Quantity quantity) {
@@ -106,14 +119,16 @@ double scene_weight(const Model& model) {
 }
 
 VectorX unactuated_weights(const Model& model, const std::vector<char>& motors, double lever) {
-  const double weight = scene_weight(model);
   VectorX out = VectorX::Zero(model.nv());
   for (int i = 1; i < model.num_bodies(); ++i) {
     const Body& body = model.body(i);
+    const Tree& tree = model.trees()[static_cast<std::size_t>(body.tree)];
+    const double weight = tree_weight(model, tree);
+    const double arm = tree.body_end - tree.body_begin > 1 ? lever : std::min(lever, reach(body));
     for (int k = 0; k < joint_nv(body.joint_type); ++k)
       if (!motors[static_cast<std::size_t>(body.v_index + k)])
         out[body.v_index + k] =
-            1.0 / (weight * (k < joint_num_linear(body.joint_type) ? 1.0 : lever));
+            1.0 / (weight * (k < joint_num_linear(body.joint_type) ? 1.0 : arm));
   }
   return out;
 }

@@ -109,10 +109,11 @@ struct Problem {
 
 /// nv: has the joint a motor? All but free bases do.
 std::vector<char> motors_of(const Model& model);
-/// Weights for kUnactuatedForce (nv): zero where there is a motor, else one over the scene's weight
-/// [N], or that times `lever` [m] for torques.
+/// Weights for kUnactuatedForce (nv): zero where there is a motor, else one over the weight of the
+/// coordinate's tree [N], or that times `lever` [m] for torques; of a body on its own twice its
+/// radius of gyration, if that is shorter.
 VectorX unactuated_weights(const Model& model, const std::vector<char>& motors, double lever = 0.5);
-/// The term that nothing pushes where no motor is, as a condition. Units: scene weights.
+/// The term that nothing pushes where no motor is, as a condition. Units: weights of trees.
 Term unactuated_condition(const Model& model, const std::vector<char>& motors, double lever = 0.5);
 /// g0 times the mass of all bodies [N].
 double scene_weight(const Model& model);
