@@ -99,7 +99,7 @@ def test_rollouts_go_into_the_callers_array_to_the_bits_of_one_by_one(load):
             sim.step()
             assert np.array_equal(out[i, k], np.concatenate([sim.q, sim.v]))
         assert result.end(i) == sim.state
-    for bad in (np.empty((5, 40, 3)), np.empty((5, 40, scene.model.nq + nv), dtype=np.float32), out[::-1][::-1].T.T[:, ::2]):
+    for bad in (out[:, :, :3], out.astype(np.float32), np.asfortranarray(out)):
         with pytest.raises(ValueError, match="out"):
             cp.rollout(scene, starts, inputs, out=bad)
     frozen = out.copy()
@@ -195,8 +195,8 @@ def test_dynamics_are_each_others_oracles(load):
     assert np.allclose(M @ a + still, tau, rtol=1e-10, atol=1e-10 * np.abs(tau).max())
     armature = 0.5 * v @ (model.armature * v)
     assert np.isclose(cp.kinetic_energy(model, q, v), 0.5 * v @ M @ v + armature, rtol=1e-12)
-    assert np.allclose(cp.configuration_difference(model, scene.q, q), 0.3 * cp.configuration_difference(
-        model, scene.q, cp.integrate_configuration(model, scene.q, rng.standard_normal(model.nv) * 0, 1.0)) + cp.configuration_difference(model, scene.q, q))
+    back = cp.integrate_configuration(model, scene.q, cp.configuration_difference(model, scene.q, q), 1.0)
+    assert np.allclose(back, q, rtol=0, atol=1e-13)  # rounding of exponential and logarithm
     out = np.empty((model.nv, model.nv))
     assert cp.crba(model, q, out=out) is out and np.array_equal(out, M)
     cp.compute_kinematics(model, data, q, v)
