@@ -297,3 +297,26 @@ def test_identification_finds_what_made_a_motion(load, tmp_path):
     assert calls and found.cost <= found.start_cost
     assert found.parameters[0].value == pytest.approx(0.3, rel=0.05)  # one bounce, a kinked objective
     assert cp.recordings.parameter_values(found.scene, "friction")["friction"] == pytest.approx(found.parameters[0].value)
+
+
+def test_the_fast_calls_are_methods_and_properties_like_others(load):
+    class Mine(cp.Simulator):
+        def __init__(self, scene):
+            super().__init__(scene)
+            self.extra = 1
+
+    sim = Mine(load("pendulum"))
+    kept, other = sim.step(), sim.step(check=False)
+    assert kept is not other and kept and sim.step(True) and sim.extra == 1
+    assert "StepReport" in cp.Simulator.step.__doc__ and sim.state is sim.state
+    for wrong in (lambda: sim.step(1, 2), lambda: sim.step(chek=True), lambda: cp.Simulator.step(3)):
+        with pytest.raises(TypeError):
+            wrong()
+    with pytest.raises(AttributeError):
+        sim.q = [1.0]
+    with pytest.raises(AttributeError):
+        del sim.state
+    with pytest.raises(TypeError, match="__init__"):
+        cp.Simulator.__new__(cp.Simulator).step()
+    with pytest.raises(TypeError, match="__init__"):
+        cp.State.__new__(cp.State).q
