@@ -7,13 +7,14 @@
 
 namespace counterpoint::python {
 
-/// The C++ object of an instance of a class of pybind11. @throws py::cast_error where it has none.
+/// The C++ object of an instance of a class of pybind11. @throws py::type_error where it has none.
 template <class T>
 T& object_of(PyObject* self) {
   auto* instance = reinterpret_cast<py::detail::instance*>(self);
-  if (instance->simple_layout && instance->simple_value_holder[0] != nullptr)
-    return *static_cast<T*>(instance->simple_value_holder[0]);
-  return py::handle(self).cast<T&>();
+  if (!instance->simple_layout) return py::handle(self).cast<T&>();
+  void* const object = instance->simple_value_holder[0];
+  if (object == nullptr) throw py::type_error("__init__() was not called");
+  return *static_cast<T*>(object);
 }
 
 /// Runs call(), which returns a new reference; exceptions become Python's.

@@ -65,12 +65,12 @@ PyObject* fast_step(PyObject* self, PyObject* const* values, Py_ssize_t count, P
 
 /// Puts it in place of what pybind11 made of step().
 void make_step_fast(const py::handle& type) {
-  auto* text = new std::string(py::str(type.attr("step").attr("__doc__")).cast<std::string>());
-  auto* definition = new PyMethodDef{
+  static const std::string text = py::str(type.attr("step").attr("__doc__")).cast<std::string>();
+  static PyMethodDef definition{
       "step", reinterpret_cast<PyCFunction>(reinterpret_cast<void (*)()>(&fast_step)),
-      METH_FASTCALL | METH_KEYWORDS, text->c_str()};
+      METH_FASTCALL | METH_KEYWORDS, text.c_str()};
   type.attr("step") = py::reinterpret_steal<py::object>(
-      PyDescr_NewMethod(reinterpret_cast<PyTypeObject*>(type.ptr()), definition));
+      PyDescr_NewMethod(reinterpret_cast<PyTypeObject*>(type.ptr()), &definition));
 }
 
 ControlledReportHandle step_controlled(SimulatorHandle& s, double until, bool must_succeed) {

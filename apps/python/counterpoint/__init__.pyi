@@ -28,11 +28,20 @@ class StepError(RuntimeError):
 
 @final
 class Pose:
-    def __init__(self, rotation: ArrayLike | None = None, translation: ArrayLike = (0, 0, 0)) -> None: ...
+    def __init__(
+        self,
+        rotation: ArrayLike | None = None,
+        translation: ArrayLike = (0, 0, 0),
+    ) -> None: ...
     @staticmethod
     def from_quaternion(quaternion: ArrayLike, translation: ArrayLike = (0, 0, 0)) -> Pose: ...
     @staticmethod
-    def from_rpy(roll: float, pitch: float, yaw: float, translation: ArrayLike = (0, 0, 0)) -> Pose: ...
+    def from_rpy(
+        roll: float,
+        pitch: float,
+        yaw: float,
+        translation: ArrayLike = (0, 0, 0),
+    ) -> Pose: ...
     @staticmethod
     def from_matrix(matrix: ArrayLike) -> Pose: ...
     @property
@@ -52,7 +61,12 @@ class Pose:
 @final
 class SpatialInertia:
     mass: float
-    def __init__(self, mass: float = 0.0, center: ArrayLike = (0, 0, 0), rotational: ArrayLike = (0, 0, 0)) -> None: ...
+    def __init__(
+        self,
+        mass: float = 0.0,
+        center: ArrayLike = (0, 0, 0),
+        rotational: ArrayLike = (0, 0, 0),
+    ) -> None: ...
     @property
     def center(self) -> _Floats: ...
     @center.setter
@@ -70,7 +84,13 @@ class Material:
     restitution: float
     torsional_friction: float
     rolling_friction: float
-    def __init__(self, friction: float = 0.8, restitution: float = 0.0, torsional_friction: float = 0.0, rolling_friction: float = 0.0) -> None: ...
+    def __init__(
+        self,
+        friction: float = 0.8,
+        restitution: float = 0.0,
+        torsional_friction: float = 0.0,
+        rolling_friction: float = 0.0,
+    ) -> None: ...
 
 @final
 class Shape:
@@ -91,7 +111,9 @@ class Shape:
     @staticmethod
     def terrain(vertices: ArrayLike, triangles: ArrayLike) -> Shape: ...
     @property
-    def type(self) -> Literal["plane", "sphere", "box", "capsule", "cylinder", "convex_mesh", "terrain"]: ...
+    def type(
+        self,
+    ) -> Literal["plane", "sphere", "box", "capsule", "cylinder", "convex_mesh", "terrain"]: ...
     @property
     def size(self) -> _Floats: ...
     @property
@@ -184,7 +206,14 @@ class Coordinates:
 @final
 class State:
     time: float
-    def __init__(self, model: Model | Coordinates, q: ArrayLike | None = None, v: ArrayLike | None = None, time: float = 0.0, memory: ArrayLike | None = None) -> None: ...
+    def __init__(
+        self,
+        model: Model | Coordinates,
+        q: ArrayLike | None = None,
+        v: ArrayLike | None = None,
+        time: float = 0.0,
+        memory: ArrayLike | None = None,
+    ) -> None: ...
     @property
     def q(self) -> _Floats: ...
     @q.setter
@@ -229,7 +258,13 @@ class Input:
     def num_wrenches(self) -> int: ...
     def __getitem__(self, name: str) -> float: ...
     def __setitem__(self, name: str, value: float) -> None: ...
-    def add_wrench(self, link: str | int, force: ArrayLike = (0, 0, 0), torque: ArrayLike = (0, 0, 0), point: ArrayLike = (0, 0, 0)) -> None: ...
+    def add_wrench(
+        self,
+        link: str | int,
+        force: ArrayLike = (0, 0, 0),
+        torque: ArrayLike = (0, 0, 0),
+        point: ArrayLike = (0, 0, 0),
+    ) -> None: ...
     def clear_wrenches(self) -> None: ...
     def clear(self) -> None: ...
 
@@ -360,14 +395,26 @@ class Drag:
     quadratic: float
     angular: float
     angular_quadratic: float
-    def __init__(self, linear: float = 0.0, quadratic: float = 0.0, angular: float = 0.0, angular_quadratic: float = 0.0) -> None: ...
+    def __init__(
+        self,
+        linear: float = 0.0,
+        quadratic: float = 0.0,
+        angular: float = 0.0,
+        angular_quadratic: float = 0.0,
+    ) -> None: ...
 
 @final
 class CollisionSpec:
     name: str
     shape: Shape
     material: Material
-    def __init__(self, shape: Shape, pose: _PoseLike = None, material: Material = ..., name: str = "") -> None: ...
+    def __init__(
+        self,
+        shape: Shape,
+        pose: _PoseLike = None,
+        material: Material = ...,
+        name: str = "",
+    ) -> None: ...
     @property
     def pose(self) -> Pose: ...
     @pose.setter
@@ -379,7 +426,13 @@ class LinkSpec:
     inertia: SpatialInertia
     collisions: list[CollisionSpec]
     drag: Drag
-    def __init__(self, name: str, inertia: SpatialInertia = ..., collisions: Sequence[CollisionSpec] = (), drag: Drag = ...) -> None: ...
+    def __init__(
+        self,
+        name: str,
+        inertia: SpatialInertia = ...,
+        collisions: Sequence[CollisionSpec] = (),
+        drag: Drag = ...,
+    ) -> None: ...
 
 @final
 class ServoSpec:
@@ -387,7 +440,13 @@ class ServoSpec:
     damping: float
     position: float | None
     velocity: float
-    def __init__(self, stiffness: float = 0.0, damping: float = 0.0, position: float | None = None, velocity: float = 0.0) -> None: ...
+    def __init__(
+        self,
+        stiffness: float = 0.0,
+        damping: float = 0.0,
+        position: float | None = None,
+        velocity: float = 0.0,
+    ) -> None: ...
 
 @final
 class JointSpec:
@@ -436,7 +495,12 @@ class RobotSpec:
     name: str
     links: list[LinkSpec]
     joints: list[JointSpec]
-    def __init__(self, name: str, links: Sequence[LinkSpec], joints: Sequence[JointSpec] = ()) -> None: ...
+    def __init__(
+        self,
+        name: str,
+        links: Sequence[LinkSpec],
+        joints: Sequence[JointSpec] = (),
+    ) -> None: ...
 
 @final
 class ClosureSpec:
@@ -455,20 +519,49 @@ class ClosureSpec:
 @final
 class ModelBuilder:
     def __init__(self, gravity: ArrayLike = (0.0, 0.0, -9.80665)) -> None: ...
-    def add_robot(self, robot: RobotSpec, base: _Base = "fixed", pose: _PoseLike = None, prefix: str = "") -> int: ...
-    def add_environment(self, name: str, shape: Shape, pose: _PoseLike = None, material: Material = ...) -> int: ...
+    def add_robot(
+        self,
+        robot: RobotSpec,
+        base: _Base = "fixed",
+        pose: _PoseLike = None,
+        prefix: str = "",
+    ) -> int: ...
+    def add_environment(
+        self,
+        name: str,
+        shape: Shape,
+        pose: _PoseLike = None,
+        material: Material = ...,
+    ) -> int: ...
     def set_default_position(self, joint: str, q: ArrayLike) -> None: ...
-    def exclude_pair(self, geometry_or_link_a: str, geometry_or_link_b: str, reason: str = "") -> None: ...
+    def exclude_pair(
+        self,
+        geometry_or_link_a: str,
+        geometry_or_link_b: str,
+        reason: str = "",
+    ) -> None: ...
     def add_closure(self, closure: ClosureSpec) -> None: ...
     def build(self) -> Model: ...
 
-def load_urdf(file: _Path, *, packages: Mapping[str, _Path] = ..., repair_inertias: bool = False) -> RobotSpec: ...
+def load_urdf(
+    file: _Path,
+    *,
+    packages: Mapping[str, _Path] = ...,
+    repair_inertias: bool = False,
+) -> RobotSpec: ...
 
 @final
 class Scene:
     name: str
     options: SimulationOptions
-    def __init__(self, model: Model, q: ArrayLike | None = None, v: ArrayLike | None = None, options: SimulationOptions = ..., name: str = "") -> None: ...
+    def __init__(
+        self,
+        model: Model,
+        q: ArrayLike | None = None,
+        v: ArrayLike | None = None,
+        options: SimulationOptions = ...,
+        name: str = "",
+    ) -> None: ...
     @property
     def model(self) -> Model: ...
     @property
@@ -702,10 +795,21 @@ def read_trajectory(file: _Path, of: Scene | Model) -> Trajectory: ...
 @final
 class TrajectoryWriter:
     def __init__(self, file: _Path, model: Model, links: Sequence[str] = ()) -> None: ...
-    def write_step(self, state: State, input: Input, time_step: float, softening: tuple[float, int] = (1.0, -1)) -> None: ...
+    def write_step(
+        self,
+        state: State,
+        input: Input,
+        time_step: float,
+        softening: tuple[float, int] = (1.0, -1),
+    ) -> None: ...
     def write_end(self, state: State) -> None: ...
 
-def write_state(file: _Path, scene: Scene, state: State, next_step: float | None = None) -> None: ...
+def write_state(
+    file: _Path,
+    scene: Scene,
+    state: State,
+    next_step: float | None = None,
+) -> None: ...
 def read_state(file: _Path, scene: Scene, *, changed_scene: bool = False) -> State: ...
 
 @final
@@ -738,7 +842,13 @@ class Simulator:
         inputs: ArrayLike | None = None,
         columns: Sequence[str] = (),
     ) -> Trajectory: ...
-    def inverse(self, q: ArrayLike, v: ArrayLike, v_next: ArrayLike, q_next: ArrayLike | None = None) -> Inverse: ...
+    def inverse(
+        self,
+        q: ArrayLike,
+        v: ArrayLike,
+        v_next: ArrayLike,
+        q_next: ArrayLike | None = None,
+    ) -> Inverse: ...
     def effect_counts(self) -> dict[str, int]: ...
 
 @final
@@ -801,8 +911,21 @@ class Data:
     def axis(self) -> _Floats: ...
     def pose(self, frame: str) -> Pose: ...
 
-def compute_kinematics(model: Model, data: Data, q: ArrayLike, v: ArrayLike | None = None) -> None: ...
-def rnea(model: Model, q: ArrayLike, v: ArrayLike, a: ArrayLike, data: Data | None = None, *, out: _Floats | None = None) -> _Floats: ...
+def compute_kinematics(
+    model: Model,
+    data: Data,
+    q: ArrayLike,
+    v: ArrayLike | None = None,
+) -> None: ...
+def rnea(
+    model: Model,
+    q: ArrayLike,
+    v: ArrayLike,
+    a: ArrayLike,
+    data: Data | None = None,
+    *,
+    out: _Floats | None = None,
+) -> _Floats: ...
 def aba(
     model: Model,
     q: ArrayLike,
@@ -813,10 +936,21 @@ def aba(
     data: Data | None = None,
     out: _Floats | None = None,
 ) -> _Floats: ...
-def crba(model: Model, q: ArrayLike, data: Data | None = None, *, out: _Floats | None = None) -> _Floats: ...
+def crba(
+    model: Model,
+    q: ArrayLike,
+    data: Data | None = None,
+    *,
+    out: _Floats | None = None,
+) -> _Floats: ...
 def total_mass(model: Model) -> float: ...
 def kinetic_energy(model: Model, q: ArrayLike, v: ArrayLike, data: Data | None = None) -> float: ...
 def potential_energy(model: Model, q: ArrayLike, data: Data | None = None) -> float: ...
-def total_momentum(model: Model, q: ArrayLike, v: ArrayLike, data: Data | None = None) -> _Floats: ...
+def total_momentum(
+    model: Model,
+    q: ArrayLike,
+    v: ArrayLike,
+    data: Data | None = None,
+) -> _Floats: ...
 def integrate_configuration(model: Model, q: ArrayLike, v: ArrayLike, h: float) -> _Floats: ...
 def configuration_difference(model: Model, q_from: ArrayLike, q_to: ArrayLike) -> _Floats: ...

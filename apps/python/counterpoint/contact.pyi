@@ -8,7 +8,12 @@ class Settings:
     tolerance: float
     max_iterations: int
     soften_after: int
-    def __init__(self, tolerance: float = 1e-12, max_iterations: int = 10000, soften_after: int = 120) -> None: ...
+    def __init__(
+        self,
+        tolerance: float = 1e-12,
+        max_iterations: int = 10000,
+        soften_after: int = 120,
+    ) -> None: ...
 
 @final
 class ContactSpaceSolution:
@@ -50,4 +55,10 @@ def invert_contact_space(
     smoothing: float = 0.0,
     rank_tolerance: float = 1e-14,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]: ...
-def contact_space_residuals(A: ArrayLike, c: ArrayLike, mu: ArrayLike, f: ArrayLike, coulomb: bool = False) -> tuple[float, float, float]: ...
+def contact_space_residuals(
+    A: ArrayLike,
+    c: ArrayLike,
+    mu: ArrayLike,
+    f: ArrayLike,
+    coulomb: bool = False,
+) -> tuple[float, float, float]: ...

@@ -25,7 +25,9 @@ class Pendulum:
         self.limit, self.frame_skip, self.max_steps = limit, frame_skip, max_steps
         self.steps = 0
 
-    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Observation, dict[str, Any]]:
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Observation, dict[str, Any]]:
         rng = np.random.default_rng(seed)
         self.sim.state = cp.State(self.sim.model, q=rng.uniform(-0.1, 0.1, 1))
         self.steps = 0
