@@ -99,8 +99,7 @@ py::array_t<double> output(const py::object& given, const Shape1& shape, const c
 Pose pose_from(py::handle object, const char* name) {
   if (object.is_none()) return {};
   if (py::isinstance<Pose>(object)) return object.cast<Pose>();
-  const auto array = Array::ensure(object);
-  if (!array) throw py::error_already_set();
+  const Array array(py::reinterpret_borrow<py::object>(object));
   if (array.ndim() == 1) return {Matrix3::Identity(), vector3(array, name)};
   if (array.shape(0) == 3 && array.ndim() == 2 && array.shape(1) == 3)
     return {checked_rotation(matrix(array, 3, 3, name), name), Vector3::Zero()};

@@ -33,7 +33,7 @@ std::vector<State> starts_from(const ModelHandle& handle, const py::object& stat
   std::vector<State> out;
   if (py::isinstance<py::list>(states) || py::isinstance<py::tuple>(states)) {
     const py::sequence list = states;
-    if (list.size() > 0 && py::isinstance<StateHandle>(list[0])) {
+    if (list.size() == 0 || py::isinstance<StateHandle>(list[0])) {
       for (const py::handle item : list) {
         const State& state = item.cast<StateHandle&>().value();
         if (state.q.size() != m.nq() || state.v.size() != m.nv())
@@ -43,8 +43,7 @@ std::vector<State> starts_from(const ModelHandle& handle, const py::object& stat
       return out;
     }
   }
-  const auto array = Array::ensure(states);
-  if (!array) throw py::error_already_set();
+  const Array array(states);
   const auto rows = matrix(array, -1, m.nq() + m.nv(), "states");
   for (Eigen::Index i = 0; i < rows.rows(); ++i)
     out.push_back({0.0, rows.row(i).head(m.nq()), rows.row(i).tail(m.nv())});
@@ -126,6 +125,13 @@ std::vector<ReportHandle> step(BatchHandle& b, const std::vector<StatePtr>& stat
   return out;
 }
 
+/// @throws py::index_error.
+size_t checked(const RolloutHandle& r, size_t motion) {
+  if (motion < r.ends.size()) return motion;
+  throw py::index_error("motion " + std::to_string(motion) + ": there are " +
+                        std::to_string(r.ends.size()));
+}
+
 /// Columns begin ... begin + size - 1 of the states, as a view.
 py::object part(const RolloutHandle& r, int begin, int size) {
   return r.states[py::make_tuple(py::ellipsis(), py::slice(begin, begin + size, 1))];
@@ -162,13 +168,14 @@ void bind_rollout(py::module_& m) {
       .def(
           "report",
           [](const R& r, size_t i) {
-            return ReportHandle{r.model, r.reports.at(i)};
+            return ReportHandle{r.model, r.reports[checked(r, i)]};
           },
           py::arg("motion"), "StepReport of the last step of a motion, or of the one that failed.")
       .def(
           "end",
           [](const R& r, size_t i) {
-            return std::make_shared<StateHandle>(r.model->coordinates, r.ends.at(i), false);
+            return std::make_shared<StateHandle>(r.model->coordinates, r.ends[checked(r, i)],
+                                                 false);
           },
           py::arg("motion"), "The last good State of a motion, with its memory, to go on from.")
       .def("__len__", [](const R& r) { return r.ends.size(); })

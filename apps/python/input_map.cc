@@ -78,8 +78,7 @@ InputTable::InputTable(const py::object& inputs, int motions, py::ssize_t steps,
     if (steps < 0) throw py::type_error("without inputs the number of steps must be given");
     return;
   }
-  array_ = Array::ensure(inputs);
-  if (!array_) throw py::error_already_set();
+  array_ = Array(inputs);
   const bool shared = array_.ndim() == 2;
   if (shared)
     check_shape(array_, {steps, size_}, "inputs");

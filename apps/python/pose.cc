@@ -138,8 +138,7 @@ void bind_pose(py::module_& m) {
           "__matmul__",
           [](const Pose& X, const py::object& other) -> py::object {
             if (py::isinstance<Pose>(other)) return py::cast(X * other.cast<Pose>());
-            const auto points = Array::ensure(other);
-            if (!points) throw py::error_already_set();
+            const Array points(other);
             if (points.ndim() == 1) return copy(VectorX(X * vector3(points, "point")));
             const auto given = matrix(points, -1, 3, "points");
             const MatrixX moved =

@@ -24,8 +24,7 @@ Shape plain(ShapeType type, const Vector3& size) {
 }
 
 Shape hull(const py::object& points) {
-  const auto array = Array::ensure(points);
-  if (!array) throw py::error_already_set();
+  const Array array(points);
   const auto rows = matrix(array, -1, 3, "points");
   std::vector<Vector3> list;
   for (Eigen::Index i = 0; i < rows.rows(); ++i) list.emplace_back(rows.row(i));

@@ -320,3 +320,14 @@ def test_the_fast_calls_are_methods_and_properties_like_others(load):
         cp.Simulator.__new__(cp.Simulator).step()
     with pytest.raises(TypeError, match="__init__"):
         cp.State.__new__(cp.State).q
+
+
+def test_what_is_no_array_says_so_and_nothing_is_a_batch(load):
+    scene = load("pendulum")
+    for wrong in (lambda: cp.rollout(scene, "x", steps=1), lambda: cp.rollout(scene, [scene.state()], "x"),
+                  lambda: cp.State(scene.model, "x"), lambda: cp.collision.overlap(cp.Shape.sphere(1), "x", cp.Shape.plane(), None)):
+        with pytest.raises(ValueError, match="could not convert string"):
+            wrong()
+    assert len(cp.rollout(scene, [], steps=3)) == 0
+    with pytest.raises(IndexError, match="there are 1"):
+        cp.rollout(scene, [scene.state()], steps=1).end(4)
