@@ -35,7 +35,7 @@ struct InverseDerivatives {
 /// held. Semi-implicit Euler, or implicit_midpoint without constraints. Where out.fault says that
 /// forces are not known, derivatives are NaN.
 /// @param difference_step  of configurations [m, rad]; of velocities it is this over the time step,
-/// at most 1e-4 m/s. 0: 1e-6, with constraints 1e-3 of their smoothing length, at least 1e-10.
+/// at most 1e-4 m/s. 0: 1e-6, with constraints 1e-5 of their smoothing length, at least 1e-10.
 /// Looked at by differences only.
 /// @throws InputError where step_inverse does.
 void step_inverse_derivatives(const Model& model, const SimulationOptions& options, VectorRef q,

@@ -35,7 +35,7 @@ void difference(int nv, double step, bool extrapolated, DifferenceScratch& scrat
 }  // namespace
 
 double suitable_difference_step(const SimulationOptions& options, bool constrained) {
-  constexpr double kSmooth = 1e-6, kShare = 1e-3, kLeast = 1e-10;
+  constexpr double kSmooth = 1e-6, kShare = 1e-5, kLeast = 1e-10;
   return constrained ? std::clamp(kShare * options.contact.smoothing, kLeast, kSmooth) : kSmooth;
 }
 

@@ -46,8 +46,13 @@ bool expect_exact(const Scene& scene, const Moment& at, const std::string& what,
   EXPECT_TRUE(may_differ || !exact.by_differences) << what;
   // An entry may vanish altogether: of a body without forces, say. M / h is there always.
   const double scale = largest(reference.dv_next) * 0.05;
-  EXPECT_LE(largest(exact.dq - reference.dq), kTolerance * (scale + largest(reference.dq))) << what;
-  EXPECT_LE(largest(exact.dv - reference.dv), kTolerance * (scale + largest(reference.dv))) << what;
+  // Two differences with steps of their own differ by their rounding.
+  if (!exact.by_differences) {
+    EXPECT_LE(largest(exact.dq - reference.dq), kTolerance * (scale + largest(reference.dq)))
+        << what;
+    EXPECT_LE(largest(exact.dv - reference.dv), kTolerance * (scale + largest(reference.dv)))
+        << what;
+  }
   EXPECT_LE(largest(exact.dv_next - reference.dv_next), kTolerance * largest(reference.dv_next))
       << what;
   const std::size_t before = test::allocation_count();
@@ -234,7 +239,7 @@ TEST(InverseDerivatives, OfBundledScenes) {
     const State before = sim.state();
     ASSERT_TRUE(sim.step().succeeded()) << c.name;
     expect_exact(scene, {before.q, before.v, sim.state().v, sim.input()},
-                 std::string(c.name) + " " + std::to_string(c.time_step));
+                 std::string(c.name) + " " + std::to_string(c.time_step), false, 1e-6);
   }
 }
 
