@@ -222,7 +222,7 @@ void add_options(CLI::App& command, Arguments& a) {
                      "CSV to write: feedback gains along the motion, for simulate --follow");
   command
       .add_option("--feedback-smoothing", a.feedback_smoothing,
-                  "Smoothing [m] of the contacts that gains are found with; default 1e-3")
+                  "Smoothing [m] of the contacts that gains are found with; default 1e-4")
       ->check(CLI::PositiveNumber);
   command.add_flag("--quiet", a.quiet, "No progress line");
   a.view.add_to(command);

@@ -21,7 +21,10 @@ constexpr double kWorse = 0.02, kWorseRatio = 1.2;
 /// So is one below the first of these smoothings [m] that ran out of iterations and costs as much
 /// more: contacts are formed by then, and it has lost them.
 constexpr double kFormed = 1e-3, kDearer = 1.1;
-constexpr int kMostRefused = 8;       ///< one after the other
+constexpr int kMostRefused = 8;  ///< one after the other
+/// While contacts are still forming a stage that was refused so often is taken as it is: a start
+/// may sit where no small step helps, and the next stages leave it.
+constexpr int kPatience = 3;
 constexpr double kLeastFactor = 1.1;  ///< no stage is closer to the one before
 /// Rounds of multipliers at the last smoothing.
 constexpr int kPolishRounds = 12;
@@ -152,7 +155,7 @@ double Continuing::objective() const {
 }
 
 bool Continuing::has_got_worse(const Spread& found, double objective) const {
-  if (stages_ == 0) return false;
+  if (stages_ == 0 || (refused_in_row_ >= kPatience && smoothing_ > kFormed)) return false;
   if (found.mean > std::max(kWorse, kWorseRatio * last_mean_)) return true;
   return smoothing_ < kFormed && stage_iterations_ >= settings_->stage_iterations &&
          objective > kDearer * last_objective_;
@@ -175,7 +178,10 @@ Outcome Continuing::go() {
     begin_stage();
     const bool last = smoothing_ <= end;
     const Next next = run_stage(last);
-    if (next == Next::kStop) return stopped_ ? Outcome::kStopped : Outcome::kIterations;
+    if (next == Next::kStop) {
+      const bool done = last && newton_.violation().max <= settings_->violation_tolerance;
+      return stopped_ ? Outcome::kStopped : done ? Outcome::kConverged : Outcome::kIterations;
+    }
     const Spread found = newton_.violation();
     const double costs = objective();
     if (has_got_worse(found, costs)) {
@@ -195,6 +201,7 @@ Outcome Continuing::go() {
       smoothing_ = last_good_ / factor_;
       continue;
     }
+    if (refused_in_row_ >= kPatience) factor_ = c.factor;
     refused_in_row_ = 0;
     ++stages_;
     if (settings_->stage_done) settings_->stage_done(result(Outcome::kStopped));

@@ -20,7 +20,7 @@ struct FeedbackSettings {
   double effort_weight = 1.0;    ///< of forces over their effort limit, or over 100 N, N m
   /// Contacts as soft as at this smoothing [m]: at hard ones the linear model holds for no more
   /// than their gaps.
-  double smoothing = 1e-3;
+  double smoothing = 1e-4;
   int cycles = 8;  ///< of a periodic motion, until gains repeat
 };
 

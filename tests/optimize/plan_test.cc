@@ -1,0 +1,113 @@
+// What plans stand on: mirrors, standing poses, velocity-dependent forces at the start of a step,
+// feedback.
+#include <gtest/gtest.h>
+
+#include <filesystem>
+
+#include "counterpoint/engine/integrator.h"
+#include "counterpoint/engine/optimize/feedback.h"
+#include "counterpoint/engine/optimize/problem_file.h"
+#include "counterpoint/engine/optimize/settle.h"
+#include "counterpoint/engine/simulator.h"
+#include "support/random_model.h"
+
+namespace counterpoint::optimization {
+namespace {
+
+const std::filesystem::path kProblems =
+    std::filesystem::path(COUNTERPOINT_SOURCE_DIR) / "data/scenes/optimize";
+
+TEST(Mirror, TwiceIsTheSame) {
+  const Scene scene = load_scene(kProblems / "scenes/humanoid.yaml");
+  const Mirror mirror = make_mirror(scene.model, "left_", "right_");
+  for (int i = 0; i < scene.model.nv(); ++i) {
+    const int j = mirror.v_index[static_cast<std::size_t>(i)];
+    EXPECT_EQ(mirror.v_index[static_cast<std::size_t>(j)], i);
+    EXPECT_EQ(mirror.v_sign[i], mirror.v_sign[j]);
+  }
+  EXPECT_THROW(make_mirror(scene.model, "left_", "wrong_"), InputError);
+}
+
+// The inverse knows no left and right: forces of a mirrored motion are the mirrored forces.
+TEST(Mirror, ForcesOfTheMirrorImage) {
+  const Scene scene = load_scene(kProblems / "scenes/humanoid.yaml");
+  const Model& model = scene.model;
+  const Mirror mirror = make_mirror(model, "left_", "right_");
+  const auto image = [](const VectorX& x, const std::vector<int>& index, const VectorX& sign) {
+    VectorX out(x.size());
+    for (Eigen::Index i = 0; i < x.size(); ++i)
+      out[i] = sign[i] * x[index[static_cast<std::size_t>(i)]];
+    return out;
+  };
+  VectorX q = scene.q;
+  q[2] = 0.8;
+  integrate_configuration(model, q, test::random_vector(model.nv(), 1), 0.1, q);
+  const VectorX v = test::random_vector(model.nv(), 2), w = test::random_vector(model.nv(), 3);
+  Workspace workspace(model);
+  Inverse inverse, of_image;
+  step_inverse(model, scene.options, q, v, w, workspace, inverse);
+  step_inverse(model, scene.options, image(q, mirror.q_index, mirror.q_sign),
+               image(v, mirror.v_index, mirror.v_sign), image(w, mirror.v_index, mirror.v_sign),
+               workspace, of_image);
+  const VectorX expected = image(inverse.applied_force, mirror.v_index, mirror.v_sign);
+  // Round-off of gaps, 1e-16 m, over compliance and step: 1e-9 of the largest force.
+  EXPECT_LT((of_image.applied_force - expected).cwiseAbs().maxCoeff(), 1e-8 * inverse.force_scale);
+}
+
+TEST(Settle, ContactsCarryTheWeight) {
+  const ProblemFile file = load_problem(kProblems / "quadruped.yaml");
+  const Model& model = *file.problem.model;
+  Workspace workspace(model);
+  Inverse inverse;
+  const VectorX rest = VectorX::Zero(model.nv());
+  for (const double smoothing : {0.1, 1e-3, 1e-6}) {
+    const SimulationOptions options = stage_at(file.problem, file.settings, smoothing).options;
+    const VectorX q = settled(model, options, file.problem.motors, file.problem.start_q, workspace);
+    step_inverse(model, options, q, rest, rest, workspace, inverse);
+    EXPECT_LT(std::abs(inverse.applied_force[2]), 1e-6 * scene_weight(model)) << smoothing;
+  }
+}
+
+TEST(VelocityForces, AtTheStartAreInvertedToo) {
+  for (int seed = 0; seed < 5; ++seed) {
+    test::Random random(static_cast<std::uint64_t>(seed));
+    Scene scene = test::make_random_scene(static_cast<std::uint64_t>(seed), {}, random);
+    scene.options.time_step = 0.02;
+    scene.options.mean_velocity_forces = false;
+    Simulator simulator(scene);
+    const VectorX force = test::random_vector(scene.model.nv(), 9);
+    simulator.input().applied_force = force;
+    const State before = simulator.state();
+    ASSERT_TRUE(simulator.step().succeeded());
+    const Inverse& inverse = simulator.inverse(before.q, before.v, simulator.state().v);
+    // Without constraints only round-off is left (inverse_test.cc).
+    EXPECT_LT((inverse.applied_force - force).cwiseAbs().maxCoeff(),
+              1e-10 * std::max(1.0, inverse.force_scale));
+  }
+}
+
+TEST(Feedback, BringsTheAcrobotBackToItsMotion) {
+  const ProblemFile file = load_problem(kProblems / "acrobot.yaml");
+  const Model& model = *file.problem.model;
+  const Result plan = optimize(file.problem, file.guess, file.settings);
+  ASSERT_EQ(plan.outcome, Outcome::kConverged);
+  const Feedback feedback = compute_feedback(file.problem, file.settings, plan, {});
+  EXPECT_EQ(feedback.missing, 0);
+  const auto end_error = [&](bool with) {
+    State state{0.0, plan.q[0], plan.v[0]}, next;
+    state.q[0] += 1e-4;
+    Workspace workspace(model);
+    for (std::size_t t = 0; t < plan.applied_force.size(); ++t) {
+      Input input;
+      input.applied_force = following_force(model, plan.q[t], plan.v[t], plan.applied_force[t],
+                                            with ? feedback.gains[t] : MatrixX(), state.q, state.v);
+      step_forward(model, plan.options, {}, state, input, workspace, next);
+      state = next;
+    }
+    return (state.q - plan.q.back()).cwiseAbs().maxCoeff();
+  };
+  EXPECT_LT(end_error(true), 0.1 * end_error(false));
+}
+
+}  // namespace
+}  // namespace counterpoint::optimization
