@@ -8,11 +8,13 @@
 namespace counterpoint::optimization {
 namespace {
 
+/// Heights are rounded off near zero over this share of the length.
+constexpr double kRounding = 0.25;
+
 /// A factor that falls with a point's height, and its derivative over itself by the height.
 struct Fading {
   double value = 1.0, slope = 0.0;
 };
-constexpr double kRounding = 0.25;
 Fading fading(double height, double length) {
   // What is below counts as if it were at zero, smoothly: at a kink Newton's method would stay.
   const double root = std::hypot(height, kRounding * length);
