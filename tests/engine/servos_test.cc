@@ -142,7 +142,7 @@ Scene stiff_arm(double h) {
 /// The same scene with other gains, as its file would say them.
 Scene arm_with_gains(double stiffness, double damping, double h) {
   ModelBuilder builder;
-  RobotSpec arm = load_urdf(std::string(COUNTERPOINT_SOURCE_DIR) + "/data/robots/arm7.urdf");
+  RobotSpec arm = load_urdf(COUNTERPOINT_SOURCE_DIR "/data/robots/arm7.urdf");
   for (JointSpec& joint : arm.joints) joint.servo = {stiffness, damping, {}, 0.0};
   builder.add_robot(arm, Base::kFixed, Pose());
   builder.set_default_position("shoulder_pitch", VectorX::Constant(1, 0.7));
