@@ -34,7 +34,9 @@ StepReport Simulator::step() {
   watch(report);
   if (!report.succeeded()) return report;
   keep_last(options().time_step, report);
-  std::swap(middle_, state_);
+  middle_.time = state_.time;
+  middle_.q = state_.q;
+  middle_.v = state_.v;
   std::swap(state_, next_);
   return report;
 }
