@@ -55,11 +55,11 @@ fi
 cmake --preset release
 case "${1:-}" in
   --build-only | --for-tests)
-    echo "Building the command, its tests and benchmarks ([done/all] files; all of it takes some 20 minutes of one core)"
+    echo "Building the command, its tests and benchmarks ([done/all] files); the first time takes a while"
     exec cmake --build --preset release
     ;;
 esac
-echo "Building the command ([done/all] files; some 8 minutes of one core)"
+echo "Building the command ([done/all] files); the first time takes some ten minutes on two cores"
 cmake --build --preset release --target counterpoint
 
 # The main job: a humanoid falls; the forces behind the fall are recovered from its motion.
