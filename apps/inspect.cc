@@ -8,6 +8,7 @@
 #include "counterpoint/collision/collider.h"
 #include "counterpoint/engine/trajectory.h"
 #include "counterpoint/model/mesh.h"
+#include "counterpoint/model/shape_name.h"
 #include "counterpoint/model/terrain.h"
 #include "effect_table.h"
 #include "report.h"
@@ -21,26 +22,6 @@ struct Arguments {
   bool costs = false;
   Report report;
 };
-
-const char* shape_name(ShapeType type) {
-  switch (type) {
-    case ShapeType::kPlane:
-      return "plane";
-    case ShapeType::kSphere:
-      return "sphere";
-    case ShapeType::kBox:
-      return "box";
-    case ShapeType::kCapsule:
-      return "capsule";
-    case ShapeType::kCylinder:
-      return "cylinder";
-    case ShapeType::kConvexMesh:
-      return "convex mesh";
-    case ShapeType::kTerrain:
-      return "terrain";
-  }
-  return "?";
-}
 
 /// Vertices and volume of a hull; how much larger than its mesh it is, how far it stands off it,
 /// and how much smaller than the full hull a limit of vertices made it.
@@ -185,11 +166,11 @@ void inspect_geometries(const Model& model, Report& report) {
   for (const Geometry& geometry : model.geometries()) {
     const Material& material = geometry.material;
     fmt::print(report.text(), "{:<32} {:<24} {:<12} {:<44} {:>8.4g} {:>11.4g}\n", geometry.name,
-               link_name(model, geometry.body), shape_name(geometry.shape.type),
+               link_name(model, geometry.body), shape_type_name(geometry.shape.type, "convex mesh"),
                shape_size(geometry.shape), material.friction, material.restitution);
     Json entry = {{"name", geometry.name},
                   {"link", link_name(model, geometry.body)},
-                  {"shape", shape_name(geometry.shape.type)},
+                  {"shape", shape_type_name(geometry.shape.type, "convex mesh")},
                   {"size_m", vector_json(geometry.shape.size)},
                   {"friction", material.friction},
                   {"restitution", material.restitution},

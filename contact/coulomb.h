@@ -1,15 +1,16 @@
 // Exact Coulomb friction at one velocity. Internal to the law.
 //
-// In scaled coordinates z_i = mu_i y_i, f_i = mu_i phi_i, with t = |z_T|, one regularizer rho and
-// smoothing k, the normal impulse n does not know of friction, and friction is bounded by n:
+// In scaled coordinates z_i = mu_i y_i, f_i = mu_i phi_i, with t = |z_T|, one regularizer rho, a
+// slip speed v and smoothing k, the normal impulse n does not know of friction, and friction is
+// bounded by n:
 //
 //   n = g(z_N)                       the scalar law (scalar_law.h)
-//   phi_T = -b z_T,   p = b t        solves   rho p + (k / n) p / (n - p) = t
+//   phi_T = -b z_T,   p = b t        solves   r p + (k / n) p / (n - p) = t,   r = rho + v / n
 //
-// that is, with the slack u = n - p, the scalar law again: u = g(t - rho n + k / n),
-// b = n / (rho n + k / u). k -> 0: b = min(1 / rho, n / t), the clamp of -z_T / rho to |phi_T| <=
-// n. rho phi + z is a function of phi alone, so the law of rho at z is the law of any sigma at z -
-// (sigma - rho) phi (mixed_system.h).
+// that is, with the slack u = n - p, the scalar law again: u = g(t - r n + k / n; r, k),
+// b = n / (r n + k / u). k -> 0: b = min(1 / r, n / t), the clamp of -z_T / r to |phi_T| <= n: it
+// sticks up to t = rho n + v. rho phi + z is a function of phi alone, so the law of rho at z is the
+// law of any sigma at z - (sigma - rho) phi (mixed_system.h).
 #pragma once
 
 #include <cmath>
@@ -32,24 +33,27 @@ struct CoulombAt {
   Real u_root{};   ///< s of the slack's scalar law
 
   COUNTERPOINT_INTO_EACH CoulombAt(const Real& z_N, const Real& t, const Real& rho_N,
-                                   const Real& rho, const Real& k) {
+                                   const Real& rho, const Real& v, const Real& k) {
     const ScalarLawOf<Real> normal(z_N, rho_N, k);
     n = normal.g;
     n_slope = normal.a;
     n_root = normal.s;
     const Real push = k > 0.0 ? k / n : Real{};
-    const Real lambda = (t - rho * n) + push;
-    const ScalarLawOf<Real> slack(lambda, rho, k);
+    const Real held = rho * n + v;  // r n
+    const Real r = n > 0.0 ? rho + v / n : rho;
+    const Real lambda = (t - held) + push;
+    const ScalarLawOf<Real> slack(lambda, r, k);
     // k / u, on the side that does not cancel.
-    const Real sum = 0.5 * (slack.s + lambda), ratio = 2.0 * rho * k / (slack.s - lambda);
+    const Real sum = 0.5 * (slack.s + lambda), ratio = 2.0 * r * k / (slack.s - lambda);
     const Real m = lambda >= 0.0 ? sum : ratio;
     const Real half = Real{} + 0.5, none{};
     const auto loaded = (n > 0.0) & (push < 1e100);  // no load, no friction
-    b = loaded ? n / (rho * n + m) : none;
+    b = loaded ? n / (held + m) : none;
     p = b * t;
     p_slope = loaded ? slack.a : none;
     u_root = loaded ? slack.s : none;
-    const Real by_n = (m / slack.s) * (p / n) * (1.0 + slack.g / n);
+    const Real share = slack.g / n;
+    const Real by_n = (m / slack.s) * (p / n) * (1.0 + share) + (v / slack.s) * (p / n) * share;
     p_by_n = loaded ? (slack.s > 0.0 ? by_n : half) : none;
   }
 };
@@ -60,8 +64,8 @@ struct CoulombCone : CoulombAt<double> {
   double e[kMaxRows] = {};  ///< direction of z_T; e[0] unused
 
   /// z: scaled velocity, `rows` numbers; rho_N, rho: regularizers of normal and friction.
-  CoulombCone(const double* z, int rows, double rho_N, double rho, double k)
-      : CoulombCone(z, rows, length(z, rows), rho_N, rho, k) {}
+  CoulombCone(const double* z, int rows, double rho_N, double rho, double v, double k)
+      : CoulombCone(z, rows, length(z, rows), rho_N, rho, v, k) {}
 
   /// out = -dphi/dz x.
   void apply_slope(const double* x, int rows, double* out) const {
@@ -73,8 +77,9 @@ struct CoulombCone : CoulombAt<double> {
   }
 
  private:
-  CoulombCone(const double* z, int rows, double length_T, double rho_N, double rho, double k)
-      : CoulombAt(z[0], length_T, rho_N, rho, k), t(length_T) {
+  CoulombCone(const double* z, int rows, double length_T, double rho_N, double rho, double v,
+              double k)
+      : CoulombAt(z[0], length_T, rho_N, rho, v, k), t(length_T) {
     const double inverse = t > 0.0 ? 1.0 / t : 0.0;
     for (int i = 1; i < rows; ++i) e[i] = z[i] * inverse;
   }

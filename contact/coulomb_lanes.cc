@@ -6,11 +6,12 @@ namespace counterpoint::contact {
 namespace {
 
 struct Parameters {
-  Four rho, k, mu[2];
+  Four rho, slip, k, mu[2];
 };
 COUNTERPOINT_INTO_EACH void load_law(const CoulombFour& c, Parameters& to) {
   load(c.rho, to.rho);
   load(c.k, to.k);
+  load(c.slip, to.slip);
   for (int i = 0; i < 2; ++i) load(c.mu[i], to.mu[i]);
 }
 
@@ -31,7 +32,7 @@ COUNTERPOINT_WIDE void impulses_of(const CoulombFour* first, const CoulombFour* 
     load_law(*c, law);
     gather(y_all, c->row, y);
     scale(law, y, z, t);
-    const CoulombAt<Four> cone(z.row[0], t, law.rho, law.rho, law.k);
+    const CoulombAt<Four> cone(z.row[0], t, law.rho, law.rho, law.slip, law.k);
     scatter(cone.n, c->row, f);
     for (int i = 0; i < 2; ++i) scatter(-law.mu[i] * cone.b * z.row[i + 1], c->row, f + i + 1);
   }
@@ -46,7 +47,7 @@ COUNTERPOINT_WIDE void hessians_of(const CoulombFour* first, const CoulombFour* 
     load_law(*c, law);
     gather(y_all, c->row, y);
     scale(law, y, z, t);
-    const CoulombAt<Four> cone(z.row[0], t, law.rho, law.rho, law.k);
+    const CoulombAt<Four> cone(z.row[0], t, law.rho, law.rho, law.slip, law.k);
     const Four inverse = t > 0.0 ? 1.0 / t : Four{};
     const Four e[2] = {z.row[1] * inverse, z.row[2] * inverse};
     scatter_hessian(*c, {cone.n_slope, cone.p_slope, cone.b, -cone.p_by_n * cone.n_slope}, e,
@@ -69,7 +70,7 @@ COUNTERPOINT_WIDE void slope_of(const CoulombFour* first, const CoulombFour* las
     scale(law, y, z, t);
     d.row[0] = dy.row[0];
     for (int i = 0; i < 2; ++i) d.row[i + 1] = law.mu[i] * dy.row[i + 1];
-    const CoulombAt<Four> cone(z.row[0], t, law.rho, law.rho, law.k);
+    const CoulombAt<Four> cone(z.row[0], t, law.rho, law.rho, law.slip, law.k);
     const Four dot = z.row[1] * d.row[1] + z.row[2] * d.row[2];
     const Four radial = t > 0.0 ? dot / t : Four{};
     const Four square = d.row[1] * d.row[1] + d.row[2] * d.row[2];
@@ -98,6 +99,7 @@ void CoulombLanes::add(const Law& law, double inverse_mass, int row, int hessian
     c.hessian[i] = hessian;
     c.rho[i] = normal_regularizer(law);
     c.k[i] = law.smoothing;
+    c.slip[i] = scaled_slip_speed(law);
     for (int j = 0; j < 2; ++j) c.mu[j][i] = law.friction[j];
     c.inverse_mass[i] = inverse_mass;
   }

@@ -15,7 +15,7 @@ struct CoulombFour {
   int row[4] = {};      ///< first local row
   int hessian[4] = {};  ///< start of G
   double live[4] = {};  ///< 1, or 0 for a copy
-  double rho[4] = {}, k[4] = {};
+  double rho[4] = {}, slip[4] = {}, k[4] = {};
   double mu[2][4] = {};
   double inverse_mass[4] = {};
 };

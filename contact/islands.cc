@@ -4,29 +4,18 @@
 
 namespace counterpoint::contact {
 
-int Islands::root(int block) {
-  while (parent_[block] != block) {
-    parent_[block] = parent_[parent_[block]];
-    block = parent_[block];
-  }
-  return block;
-}
-
 void Islands::compute(const Problem& problem, bool split) {
   const int num_blocks = problem.num_blocks(), num_constraints = problem.num_constraints();
   constexpr int kFree = -1, kConstrained = -2;
-  parent_.resize(num_blocks);
-  for (int b = 0; b < num_blocks; ++b) parent_[b] = split ? b : 0;
+  sets_.reset(num_blocks);
+  for (int b = 1; b < num_blocks && !split; ++b) sets_.join(0, b);
   island_of_.assign(num_blocks, split ? kFree : kConstrained);
   for (int c = 0; c < num_constraints; ++c) {
-    const int a = root(problem.block(c, 0));
-    const int other = problem.block(c, 1);
-    const int b = other < 0 ? a : root(other);
-    // The lower root wins, so that a root is the lowest block of its island.
-    const int low = std::min(a, b), high = std::max(a, b);
-    parent_[high] = low;
-    island_of_[problem.block(c, 0)] = kConstrained;
-    if (other >= 0) island_of_[other] = kConstrained;
+    const int block = problem.block(c, 0), other = problem.block(c, 1);
+    island_of_[block] = kConstrained;
+    if (other < 0) continue;
+    sets_.join(block, other);
+    island_of_[other] = kConstrained;
   }
   // Number the islands by their lowest block, then sort blocks and constraints into them by
   // counting.
@@ -34,7 +23,7 @@ void Islands::compute(const Problem& problem, bool split) {
   block_range_.assign(1, 0);
   for (int b = 0; b < num_blocks; ++b) {
     if (island_of_[b] == kFree) continue;
-    const int r = root(b);
+    const int r = sets_.root(b);
     island_of_[b] = r == b ? count++ : island_of_[r];
     block_range_.resize(count + 1, 0);
     ++block_range_[island_of_[b] + 1];

@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "counterpoint/contact/disjoint_sets.h"
 #include "counterpoint/contact/problem.h"
 
 namespace counterpoint::contact {
@@ -27,9 +28,9 @@ class Islands {
                                     int island) {
     return {items.data() + start[island], items.data() + start[island + 1]};
   }
-  int root(int block);
 
-  std::vector<int> parent_, island_of_;
+  DisjointSets sets_;
+  std::vector<int> island_of_;
   std::vector<int> blocks_, block_range_{0}, constraints_, constraint_range_{0};
 };
 

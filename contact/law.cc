@@ -63,7 +63,7 @@ CoulombCone coulomb_at(const Law& law, const double* y) {
   z[0] = y[0];
   for (int i = 1; i < law.rows; ++i) z[i] = law.friction[i - 1] * y[i];
   const double rho = normal_regularizer(law);
-  return {z, law.rows, rho, rho, law.smoothing};
+  return {z, law.rows, rho, rho, scaled_slip_speed(law), law.smoothing};
 }
 
 void coulomb_impulse(const Law& law, const CoulombCone& cone, const double* y, double* f) {
@@ -164,6 +164,8 @@ double normal_regularizer(const Law& law) {
   const double mu = std::max(law.friction[0], kMinRegularizingFriction);
   return mu * mu * law.regularizer;
 }
+
+double scaled_slip_speed(const Law& law) { return law.friction[0] * law.slip_speed; }
 
 double de_saxce_shift(const Law& law, const double* y) {
   double square = 0.0;

@@ -75,5 +75,7 @@ inline constexpr double kMinRegularizingFriction = 0.1;
 /// R_T = r sets the creep; a smaller mu would drive the normal row below what round-off can
 /// resolve.
 double normal_regularizer(const Law& law);
+/// v of a Coulomb cone in the coordinates of coulomb.h: mu slip_speed, mu the first of `friction`.
+double scaled_slip_speed(const Law& law);
 
 }  // namespace counterpoint::contact

@@ -41,14 +41,15 @@ COUNTERPOINT_WIDE void impulses_of(const CoulombFour* first, const CoulombFour* 
                                    double* phi) {
   for (const CoulombFour* c = first; c != last; ++c, ++mixed) {
     ThreeRows z;
-    Four t, k, sigma, sigma_T;
+    Four t, k, slip, sigma, sigma_T;
     load(c->k, k);
+    load(c->slip, slip);
     load(mixed->sigma, sigma);
     load(mixed->sigma_T, sigma_T);
     gather(y, c->row, z);
     scale_friction(*c, z);
     square_root(z.row[1] * z.row[1] + z.row[2] * z.row[2], t);
-    const CoulombAt<Four> cone(z.row[0], t, sigma, sigma_T, k + center);
+    const CoulombAt<Four> cone(z.row[0], t, sigma, sigma_T, slip, k + center);
     scatter(cone.n, c->row, phi);
     for (int i = 1; i < 3; ++i) scatter(-cone.b * z.row[i], c->row, phi + i);
   }
@@ -60,8 +61,9 @@ COUNTERPOINT_WIDE void evaluate_all(const CoulombFour* first, const CoulombFour*
   Four square{};
   for (const CoulombFour* c = first; c != last; ++c, ++mixed) {
     ThreeRows x, phi, e;
-    Four t, k, rho, sigma, sigma_T, live;
+    Four t, k, slip, rho, sigma, sigma_T, live;
     load(c->k, k);
+    load(c->slip, slip);
     load(c->rho, rho);
     load(c->live, live);
     load(mixed->sigma, sigma);
@@ -72,7 +74,7 @@ COUNTERPOINT_WIDE void evaluate_all(const CoulombFour* first, const CoulombFour*
     x.row[0] -= (sigma - rho) * phi.row[0];
     for (int i = 1; i < 3; ++i) x.row[i] -= (sigma_T - rho) * phi.row[i];
     square_root(x.row[1] * x.row[1] + x.row[2] * x.row[2], t);
-    const CoulombAt<Four> cone(x.row[0], t, sigma, sigma_T, k + center);
+    const CoulombAt<Four> cone(x.row[0], t, sigma, sigma_T, slip, k + center);
     const Four inverse = t > 0.0 ? 1.0 / t : Four{};
     e.row[0] = cone.n - phi.row[0];
     for (int i = 1; i < 3; ++i) {

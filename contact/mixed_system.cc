@@ -116,7 +116,7 @@ void MixedSystem::evaluate(WideLaw& law, double* x) const {
 void MixedSystem::evaluate_cone(WideLaw& law, double k, double* x) const {
   const int n = law.rows;
   if (law.law->coulomb) {
-    const CoulombCone cone(x, n, law.sigma, law.sigma_T, k);
+    const CoulombCone cone(x, n, law.sigma, law.sigma_T, scaled_slip_speed(*law.law), k);
     std::copy(cone.e + 1, cone.e + n, law.t + 1);
     x[0] = cone.n;
     for (int i = 1; i < n; ++i) x[i] *= -cone.b;

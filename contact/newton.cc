@@ -17,8 +17,12 @@ constexpr double kLineSearchAccuracy = 0.1;
 constexpr double kNothing = 1e-140;
 // Residuals this many times the round-off estimate cannot be told from zero.
 constexpr double kFloorFactor = 4.0;
-// Round-off is not looked for in relative residuals above this where nothing has been tried yet.
-constexpr double kLargestFloor = 1e-3;
+// Those below this share of it are round-off for sure: no step is spent to see that they fall no
+// more. The estimate is a bound; what rounding leaves is about a tenth of it.
+constexpr double kSureFloor = 0.25;
+// Round-off is not looked for in relative residuals above these: where nothing has been tried yet,
+// and where the last step went well.
+constexpr double kLargestFloor = 1e-3, kLargestSureFloor = 1e-7;
 // Steps on a residual that is no gradient: how often to halve, and the share of the predicted
 // decrease that must come.
 constexpr int kMaxHalvings = 10;
@@ -229,8 +233,9 @@ void Newton::record() {
 // A start that no step may follow is asked only where the answer may be yes.
 bool Newton::at_floor(bool moved, int max_iterations, double best, const std::vector<double>& w) {
   const bool only = max_iterations == 0 && residual_ < kLargestFloor;
-  if (moved && !(gradient_norm_ > 0.5 * best) && !only) return false;
-  return gradient_norm_ <= kFloorFactor * roundoff_floor(w);
+  const bool in_doubt = !moved || gradient_norm_ > 0.5 * best || only;
+  if (!in_doubt && residual_ > kLargestSureFloor) return false;
+  return gradient_norm_ <= (in_doubt ? kFloorFactor : kSureFloor) * roundoff_floor(w);
 }
 
 Newton::Result Newton::run(double tolerance, int max_iterations, std::vector<double>& w,

@@ -45,7 +45,9 @@ struct Law {
   double regularizer =
       0.0;  ///< r [1/kg]; friction cone: R_T = r, R_N = mu^2 r with mu the first of `friction`
   double smoothing = 0.0;  ///< k [N m]: k -> 0 is the hard law
-  double bound = 0.0;      ///< kDryFriction: largest impulse [N s]
+  /// coulomb: friction reaches its bound at so much more slip [m/s], whatever the load.
+  double slip_speed = 0.0;
+  double bound = 0.0;  ///< kDryFriction: largest impulse [N s]
   /// kFrictionCone: coefficient of friction row i + 1; sliding [-], torsional and rolling [m].
   std::array<double, kMaxRows - 1> friction{};
   /// b [m/s]: y = J w+ + b.

@@ -49,21 +49,35 @@ void convex_sensitivity(const Law& law, const Rows& y, Sensitivity& out, Rows& b
                    0.5 * (cone.plus.a - cone.minus.a), out.friction);
 }
 
-// With F(p) = rho p + (k / n) p / (n - p) - t: dp/drho = -p dp/dt and dp/dk = -p / (n u) dp/dt at
-// fixed n, where dp/dt / u = 1 / s of the slack.
-void coulomb_sensitivity(const Law& law, const Rows& y, Sensitivity& out, Rows& by_rho) {
+Rows scaled_slip_speed_derivative(const Law& law, const CoulombCone& cone) {
+  const double p_by_v = cone.n > 0.0 ? -cone.p / cone.n * cone.p_slope : 0.0;
+  return normal_and_radial(law, cone.e, 0.0, -p_by_v);
+}
+
+CoulombCone coulomb_cone(const Law& law, const Rows& y) {
   double z[kMaxRows] = {y[0]};
   for (int i = 1; i < law.rows; ++i) z[i] = law.friction[i - 1] * y[i];
   const double rho = normal_regularizer(law);
-  const CoulombCone cone(z, law.rows, rho, rho, law.smoothing);
+  return {z, law.rows, rho, rho, scaled_slip_speed(law), law.smoothing};
+}
+
+// With F(p) = (rho + v / n) p + (k / n) p / (n - p) - t: dp/drho = -p dp/dt, dp/dv = -p / n dp/dt
+// and dp/dk = -p / (n u) dp/dt at fixed n, where dp/dt / u = 1 / s of the slack.
+void coulomb_sensitivity(const Law& law, const Rows& y, Sensitivity& out, Rows& by_rho) {
+  const CoulombCone cone = coulomb_cone(law, y);
   const double n_by_k = 1.0 / cone.n_root, n_by_rho = -cone.n * cone.n / cone.n_root;
-  // Open and without load, n = k / z_N and u = k / (t + z_N) to first order.
+  // Open and without load, n = k / z_N to first order, and the share u / n is g(t - v + z_N; v,
+  // z_N).
+  const double v = scaled_slip_speed(law);
   const double p_by_k = cone.b > 0.0 ? cone.p_by_n * n_by_k - cone.p / (cone.n * cone.u_root)
-                                     : cone.t / (z[0] * (cone.t + z[0]));
+                                     : (1.0 - ScalarLaw(cone.t - v + y[0], v, y[0]).g) / y[0];
   out.smoothing = normal_and_radial(law, cone.e, n_by_k, -p_by_k);
   by_rho =
       normal_and_radial(law, cone.e, n_by_rho, -(cone.p_by_n * n_by_rho - cone.p * cone.p_slope));
   friction_columns(law, y, cone.e, cone.b, cone.p_slope, 0.0, out.friction);
+  const Rows by_v = scaled_slip_speed_derivative(law, cone);
+  out.slip_speed = law.friction[0] * by_v;
+  out.friction.col(0) += law.slip_speed * by_v;
 }
 
 void cone_sensitivity(const Law& law, const Rows& y, Sensitivity& out) {
@@ -81,12 +95,18 @@ void cone_sensitivity(const Law& law, const Rows& y, Sensitivity& out) {
 
 }  // namespace
 
+Rows slip_speed_derivative(const Law& law, const Rows& y) {
+  if (law.type != LawType::kFrictionCone || !law.coulomb) return Rows::Zero(law.rows);
+  return law.friction[0] * scaled_slip_speed_derivative(law, coulomb_cone(law, y));
+}
+
 Sensitivity compute_sensitivity(const Law& law, const Rows& y) {
   Sensitivity out;
   out.velocity = -evaluate(law, y).hessian;
   out.friction.setZero(law.rows, law.rows - 1);
   out.smoothing.setZero(law.rows);
   out.regularizer.setZero(law.rows);
+  out.slip_speed.setZero(law.rows);
   const double r = law.regularizer, k = law.smoothing;
   switch (law.type) {
     case LawType::kFrictionCone:

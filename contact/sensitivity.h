@@ -13,9 +13,13 @@ struct Sensitivity {
                         ///< kMinRegularizingFriction with rho fixed
   Rows smoothing;       ///< df/dk
   Rows regularizer;     ///< df/dr
+  Rows slip_speed;      ///< df/dv of a Coulomb cone, zero of others [kg]
 };
 
 /// Needs k > 0 for `smoothing` and `regularizer` to be finite at the corners of the hard law.
 Sensitivity compute_sensitivity(const Law& law, const Rows& y);
+
+/// df/d slip_speed alone.
+Rows slip_speed_derivative(const Law& law, const Rows& y);
 
 }  // namespace counterpoint::contact

@@ -93,6 +93,7 @@ ConstraintFinder::ConstraintFinder(const Model& model, InverseWeights weights)
       travel_(model.num_bodies(), 0.0),
       slack_(model.num_bodies(), 0.0),
       margin_(model.num_bodies(), 0.0),
+      friction_slip_(model),
       limited_(list_limited_bodies(model)),
       speed_limits_(list_speed_limits(model)),
       acceleration_(model.closures().empty() ? 0 : model.num_bodies()),
@@ -110,6 +111,7 @@ void ConstraintFinder::find(const Model& model, const SimulationOptions& options
                             const VectorRef& q, const VectorRef& v, const Data& data,
                             ConstraintSet& out, EffectCounts& counts, Idle idle) {
   out.clear();
+  speed_.clear();
   const auto runs = [&](Effect effect) {
     if (!effects.has(effect)) return false;
     counts.add(effect);
@@ -123,6 +125,7 @@ void ConstraintFinder::find(const Model& model, const SimulationOptions& options
     find_velocity_limits(options, speed_limits_, v, weights_, idle, out);
   if (runs(Effect::kDryFriction)) find_dry_friction(model, options, dry_, weights_, idle, out);
   if (runs(Effect::kMimics)) find_mimics(model, options, q, weights_, idle, out);
+  friction_slip_.set(model, options, speed_, out);
 }
 
 bool ConstraintFinder::find_overrun(const Model& model, const SimulationOptions& options,
@@ -302,6 +305,7 @@ void ConstraintFinder::find_contacts(const Model& model, const SimulationOptions
     out.max_penetration = std::max(out.max_penetration, -candidate.gap);
     out.contacts.push_back(candidate);
     out.pairs.push_back(contact);
+    speed_.push_back(Vector3(v).norm());
   }
   // Room for those that will get rows, so that it is the candidates' number that has to be seen.
   out.contacts.reserve(out.contacts.size() + out.parked.size());

@@ -7,8 +7,10 @@
 #include <vector>
 
 #include "counterpoint/collision/collider.h"
+#include "counterpoint/contact/disjoint_sets.h"
 #include "counterpoint/contact/problem.h"
 #include "counterpoint/engine/data.h"
+#include "counterpoint/engine/friction_slip.h"
 #include "counterpoint/engine/inverse_weights.h"
 #include "counterpoint/model/scene.h"
 
@@ -23,6 +25,7 @@ struct PairConstraint {
   int first = 0;  ///< of the six rows (3 linear, 3 angular) the law has rows first, first + 1, ...
   contact::Law law;
   double gap_bias = 0.0;  ///< of a contact: the bias that recovers all that is to be [m/s]
+  int fastest = -1;  ///< the contact whose speed law.slip_speed is a share of (friction_slip.h)
 };
 
 /// One row on joint coordinates: y = coefficient[0] w[v_index[0]] + coefficient[1] w[v_index[1]] +
@@ -70,6 +73,15 @@ void for_each_constraint(const Model& model, const ConstraintSet& constraints, V
     visit(model.tree_of_velocity(joint.v_index[0]),
           joint.v_index[1] < 0 ? -1 : model.tree_of_velocity(joint.v_index[1]));
   }
+}
+
+/// Makes sets of the trees that constraints tie together.
+inline void join_constrained_trees(const Model& model, const ConstraintSet& constraints,
+                                   contact::DisjointSets& trees) {
+  trees.reset(model.num_trees());
+  for_each_constraint(model, constraints, [&](int a, int b) {
+    if (a >= 0 && b >= 0) trees.join(a, b);
+  });
 }
 
 /// A velocity coordinate with dry friction, and the body it moves.
@@ -135,6 +147,8 @@ class ConstraintFinder {
   std::vector<double> slack_;   ///< what impacts and applied forces may add to that [m]
   std::vector<double> margin_;  ///< both
   std::vector<collision::Candidate> candidates_;
+  std::vector<double> speed_;  ///< of the contacts with rows, at the start [m/s]
+  FrictionSlip friction_slip_;
   std::vector<DryCoordinate> dry_;  ///< with dry friction
   std::vector<int> limited_;        ///< bodies whose joint has a limit
   std::vector<SpeedLimit> speed_limits_;

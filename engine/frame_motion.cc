@@ -2,28 +2,11 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <numeric>
-
 #include "counterpoint/engine/kinematics.h"
+#include "counterpoint/model/edit_distance.h"
 
 namespace counterpoint {
 namespace {
-
-/// Letters to be put in, taken out or changed to make one word of the other (Levenshtein).
-int edit_distance(const std::string& a, const std::string& b) {
-  std::vector<int> row(b.size() + 1);
-  std::iota(row.begin(), row.end(), 0);
-  for (size_t i = 0; i < a.size(); ++i) {
-    int diagonal = row[0]++;
-    for (size_t j = 0; j < b.size(); ++j) {
-      const int changed = diagonal + (a[i] == b[j] ? 0 : 1);
-      diagonal = row[j + 1];
-      row[j + 1] = std::min({changed, row[j] + 1, diagonal + 1});
-    }
-  }
-  return row.back();
-}
 
 [[noreturn]] void throw_unknown(const Model& model, const std::string& name) {
   const Frame* best = nullptr;

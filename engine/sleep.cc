@@ -47,24 +47,13 @@ Sleepers::Sleepers(const Model& model)
     : resting_(model.num_trees(), 0),
       asleep_(model.num_trees(), 0),
       idle_(model.num_bodies(), 0),
-      parent_(model.num_trees()),
       island_awake_(model.num_trees(), 0),
       touched_(model.num_trees(), 0),
       penetration_(model.num_trees(), 0.0) {
   idle_[0] = 1;
-  for (int t = 0; t < model.num_trees(); ++t) parent_[t] = t;
+  islands_.reset(model.num_trees());
   awake_.reserve(model.num_trees());
   woken_.reserve(model.num_trees());
-}
-
-int Sleepers::root(int tree) {
-  while (parent_[tree] != tree) tree = parent_[tree] = parent_[parent_[tree]];
-  return tree;
-}
-
-void Sleepers::unite(int tree_a, int tree_b) {
-  const int a = root(tree_a), b = root(tree_b);
-  if (a != b) parent_[std::max(a, b)] = std::min(a, b);
 }
 
 void Sleepers::forget() {
@@ -92,14 +81,14 @@ void Sleepers::begin(const Model& model, const SimulationOptions& options,
     };
     std::fill(island_awake_.begin(), island_awake_.end(), 0);
     for (int t = 0; t < model.num_trees(); ++t)
-      if (!stays(t)) island_awake_[root(t)] = 1;
+      if (!stays(t)) island_awake_[islands_.root(t)] = 1;
     const bool same_targets = same(input.servo_position, last_input_.servo_position) &&
                               same(input.servo_velocity, last_input_.servo_velocity);
     for (const JointServo& servo : model.servos())
-      if (!same_targets) island_awake_[root(model.body(servo.joint + 1).tree)] = 1;
+      if (!same_targets) island_awake_[islands_.root(model.body(servo.joint + 1).tree)] = 1;
     for (const ExternalWrench& w : input.wrenches)
-      if (w.body != 0) island_awake_[root(model.body(w.body).tree)] = 1;
-    for (int t = 0; t < model.num_trees(); ++t) asleep_[t] = island_awake_[root(t)] == 0;
+      if (w.body != 0) island_awake_[islands_.root(model.body(w.body).tree)] = 1;
+    for (int t = 0; t < model.num_trees(); ++t) asleep_[t] = island_awake_[islands_.root(t)] == 0;
   }
   list_awake(model);
 }
@@ -133,12 +122,12 @@ bool Sleepers::wake_touched(const Model& model, const ConstraintSet& constraints
   bool any = false;
   for_each_constraint(model, constraints, [&](int a, int b) {
     if (a < 0 || b < 0 || asleep_[a] == asleep_[b]) return;
-    island_awake_[root(asleep_[a] ? a : b)] = 1;
+    island_awake_[islands_.root(asleep_[a] ? a : b)] = 1;
     any = true;
   });
   if (!any) return false;
   for (int t = 0; t < model.num_trees(); ++t) {
-    if (!asleep_[t] || !island_awake_[root(t)]) continue;
+    if (!asleep_[t] || !island_awake_[islands_.root(t)]) continue;
     asleep_[t] = 0;
     woken_.push_back({model.trees()[t].body_begin, model.trees()[t].body_end});
   }
@@ -149,13 +138,13 @@ bool Sleepers::wake_touched(const Model& model, const ConstraintSet& constraints
 void Sleepers::find_islands(const Model& model, const ConstraintSet& constraints) {
   for (int t = 0; t < model.num_trees(); ++t) {
     if (asleep_[t]) continue;
-    parent_[t] = t;
+    islands_.isolate(t);
     touched_[t] = 0;
   }
   for_each_constraint(model, constraints, [&](int a, int b) {
     if (a >= 0) touched_[a] = 1;
     if (b >= 0) touched_[b] = 1;
-    if (a >= 0 && b >= 0) unite(a, b);
+    if (a >= 0 && b >= 0) islands_.join(a, b);
   });
 }
 
@@ -166,10 +155,10 @@ void Sleepers::hold_still(const Model& model, double h, const std::vector<double
   const auto& trees = model.trees();
   for (int t = 0; t < model.num_trees(); ++t) {
     if (!asleep_[t] && !(touched_[t] && is_still(model, trees[t], h, displacement, radii, data)))
-      island_awake_[root(t)] = 1;
+      island_awake_[islands_.root(t)] = 1;
   }
   for (int t = 0; t < model.num_trees(); ++t) {
-    if (asleep_[t] || island_awake_[root(t)]) continue;
+    if (asleep_[t] || island_awake_[islands_.root(t)]) continue;
     const CoordinateRange q = coordinates(model, trees[t]);
     next.q.segment(q.begin, q.size) = state.q.segment(q.begin, q.size);
   }

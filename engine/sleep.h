@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "counterpoint/contact/disjoint_sets.h"
 #include "counterpoint/contact/solver.h"
 #include "counterpoint/engine/constraints.h"
 #include "counterpoint/engine/state.h"
@@ -53,8 +54,6 @@ class Sleepers {
   double max_penetration() const;
 
  private:
-  int root(int tree);
-  void unite(int tree_a, int tree_b);
   void list_awake(const Model& model);
 
   bool valid_ = false;
@@ -65,7 +64,7 @@ class Sleepers {
   std::vector<char> resting_;        ///< by tree: the last step changed nothing
   std::vector<char> asleep_;         ///< by tree
   std::vector<char> idle_;           ///< by body
-  std::vector<int> parent_;          ///< of islands of trees, for union-find
+  contact::DisjointSets islands_;    ///< of trees
   std::vector<char> island_awake_;   ///< by tree: of the island that has it as root
   std::vector<char> touched_;        ///< by tree: there is a constraint on it
   std::vector<double> penetration_;  ///< by tree [m]

@@ -9,33 +9,18 @@ contact::Softness softness_of(const Softening& softening) {
   return {std::abs(softening.factor), softening.factor < 0.0};
 }
 
-int SoftenedTrees::root(int tree) {
-  while (parent_[tree] != tree) {
-    parent_[tree] = parent_[parent_[tree]];
-    tree = parent_[tree];
-  }
-  return tree;
-}
-
 void SoftenedTrees::find_islands(const Model& model, const ConstraintSet& constraints) {
-  parent_.resize(model.num_trees());
   softened_.resize(model.num_trees());
-  for (int t = 0; t < model.num_trees(); ++t) parent_[t] = t;
-  for_each_constraint(model, constraints, [&](int a, int b) {
-    if (a < 0 || b < 0) return;
-    a = root(a);
-    b = root(b);
-    parent_[std::max(a, b)] = std::min(a, b);
-  });
+  join_constrained_trees(model, constraints, islands_);
 }
 
 void SoftenedTrees::find(const Model& model, const ConstraintSet& constraints,
                          const Softening& softening) {
   find_islands(model, constraints);
   const bool known = softening.tree >= 0 && softening.tree < model.num_trees();
-  const int island = known ? root(softening.tree) : -1;
+  const int island = known ? islands_.root(softening.tree) : -1;
   for (int t = 0; t < model.num_trees(); ++t)
-    softened_[t] = softening.any() && (!known || root(t) == island);
+    softened_[t] = softening.any() && (!known || islands_.root(t) == island);
 }
 
 void SoftenedTrees::find_moved(const Model& model, const ConstraintSet& constraints,
@@ -45,9 +30,9 @@ void SoftenedTrees::find_moved(const Model& model, const ConstraintSet& constrai
   for (int t = 0; t < model.num_trees(); ++t) {
     const Tree& tree = model.trees()[t];
     const auto part = Eigen::seq(tree.v_begin, tree.v_end - 1);
-    if (v(part) != v_next(part)) softened_[root(t)] = 1;
+    if (v(part) != v_next(part)) softened_[islands_.root(t)] = 1;
   }
-  for (int t = 0; t < model.num_trees(); ++t) softened_[t] = softened_[root(t)];
+  for (int t = 0; t < model.num_trees(); ++t) softened_[t] = softened_[islands_.root(t)];
 }
 
 Softening combine(const Softening& before, const std::vector<contact::Report::Softened>& softened,

@@ -193,7 +193,7 @@ std::uint64_t options_hash(const SimulationOptions& options) {
   hash.add(static_cast<int>(contact.friction_model));
   for (const double x :
        {options.time_step, contact.compliance, contact.smoothing, contact.stabilization,
-        contact.max_recovery_speed, contact.margin, contact.reach_acceleration})
+        contact.max_recovery_speed, contact.margin, contact.reach_acceleration, contact.slip_time})
     hash.add(x);
   if (const auto& control = options.step_control) {
     for (const double x :

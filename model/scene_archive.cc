@@ -228,8 +228,8 @@ void visit(A& a, Geometry& x) {
 }
 template <class A>
 void visit(A& a, ContactOptions& x) {
-  auto& [model, compliance, smoothing, stabilization, speed, margin, reach] = x;
-  a(model, compliance, smoothing, stabilization, speed, margin, reach);
+  auto& [model, compliance, smoothing, stabilization, speed, margin, reach, slip_time] = x;
+  a(model, compliance, smoothing, stabilization, speed, margin, reach, slip_time);
 }
 template <class A>
 void visit(A& a, StepControlOptions& x) {

@@ -147,7 +147,7 @@ class SceneReader {
   static void read_contact(const YamlValue& in, ContactOptions& contact) {
     if (!in.is_map()) return read_preset(in, contact);
     in.expect_map({"preset", "friction_model", "compliance", "smoothing", "stabilization",
-                   "max_recovery_speed", "margin", "reach_acceleration"});
+                   "max_recovery_speed", "margin", "reach_acceleration", "slip_time"});
     if (in.has("preset")) read_preset(in.at("preset"), contact);
     if (in.has("friction_model")) {
       const YamlValue value = in.at("friction_model");
@@ -164,6 +164,7 @@ class SceneReader {
     if (in.has("margin")) contact.margin = in.at("margin").number(0.0, kInfinity);
     if (in.has("reach_acceleration"))
       contact.reach_acceleration = in.at("reach_acceleration").number(0.0, kInfinity);
+    if (in.has("slip_time")) contact.slip_time = in.at("slip_time").positive();
   }
 
   void read_ground(const YamlValue& in) {

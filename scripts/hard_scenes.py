@@ -494,9 +494,9 @@ def singular_poses():
 # ---- scales --------------------------------------------------------------------------------------------
 
 def drop(name, size, mass, time_step, scaled):
-    """A box of half lengths (1, 0.7, 0.5) size falls on a corner; scaled: also what is a length or a speed."""
+    """A box of half lengths (1, 0.7, 0.5) size falls on a corner; scaled: also what is a length, a speed or a time."""
     contact = (f"contact: {{margin: {num(0.01 * size)}, smoothing: {num(1e-13 * size)},"
-               f" max_recovery_speed: {num(math.sqrt(size))}}}")
+               f" max_recovery_speed: {num(math.sqrt(size))}, slip_time: {num(2 * math.sqrt(size))}}}")
     return scene(name, f"A box of {num(2 * size)} m and {num(mass)} kg falls on a corner; time in sqrt(size).",
                  [free("box", "box", (size, 0.7 * size, 0.5 * size), mass, (0, 0, 2 * size), (0.5, 0.3, 0.2),
                        velocity=(math.sqrt(size), 0, 0))],

@@ -51,8 +51,8 @@ void similarity_size(Trial& trial) {
   trial.at_most("off the motion at 1 m, over the size", "1", most, 1e-6,
                 "Froude: lengths L, times sqrt(L), speeds sqrt(L) give the same motion");
   trial.remark =
-      "With margin (0.01 m), smoothing (1e-13 m) and max_recovery_speed (1 m/s) left at their "
-      "defaults, which have dimensions, the motion is off by " +
+      "With margin (0.01 m), smoothing (1e-13 m), max_recovery_speed (1 m/s) and slip_time (2 s) "
+      "left at their defaults, which have dimensions, the motion is off by " +
       unscaled + ".";
 }
 

@@ -1,28 +1,12 @@
-// Names of shape types, which C++ has no use for.
+// What the words of geometry are in Python.
 #pragma once
 
-#include "counterpoint/model/geometry.h"
+#include "counterpoint/model/shape_name.h"
 
 namespace counterpoint::python {
 
 inline const char* shape_type_name(ShapeType type) {
-  switch (type) {
-    case ShapeType::kPlane:
-      return "plane";
-    case ShapeType::kSphere:
-      return "sphere";
-    case ShapeType::kBox:
-      return "box";
-    case ShapeType::kCapsule:
-      return "capsule";
-    case ShapeType::kCylinder:
-      return "cylinder";
-    case ShapeType::kConvexMesh:
-      return "convex_mesh";
-    case ShapeType::kTerrain:
-      return "terrain";
-  }
-  return "";
+  return counterpoint::shape_type_name(type, "convex_mesh");
 }
 
 }  // namespace counterpoint::python

@@ -2,31 +2,15 @@
 
 #include <algorithm>
 
+#include "counterpoint/model/edit_distance.h"
+
 namespace counterpoint::python {
-namespace {
-
-/// Levenshtein's distance of two short words.
-size_t distance(const std::string& a, const std::string& b) {
-  std::vector<size_t> row(b.size() + 1);
-  for (size_t j = 0; j <= b.size(); ++j) row[j] = j;
-  for (size_t i = 1; i <= a.size(); ++i) {
-    size_t diagonal = row[0]++;
-    for (size_t j = 1; j <= b.size(); ++j) {
-      const size_t above = row[j];
-      row[j] = std::min({row[j] + 1, row[j - 1] + 1, diagonal + (a[i - 1] == b[j - 1] ? 0 : 1)});
-      diagonal = above;
-    }
-  }
-  return row[b.size()];
-}
-
-}  // namespace
 
 std::string suggestion(const std::string& name, const std::vector<std::string>& names) {
   const auto near = std::min_element(names.begin(), names.end(), [&](const auto& a, const auto& b) {
-    return distance(a, name) < distance(b, name);
+    return edit_distance(a, name) < edit_distance(b, name);
   });
-  if (near != names.end() && 3 * distance(*near, name) <= near->size())
+  if (near != names.end() && 3 * static_cast<size_t>(edit_distance(*near, name)) <= near->size())
     return "did you mean '" + *near + "'?";
   std::string text = names.empty() ? "there are none" : "there are";
   constexpr size_t kMost = 8;

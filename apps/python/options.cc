@@ -73,6 +73,8 @@ Parameters
       .def_readwrite("margin", &C::margin, "Contacts exist up to this gap [m] at most.")
       .def_readwrite("reach_acceleration", &C::reach_acceleration,
                      "What applied forces may add to velocities within a step [m/s^2].")
+      .def_readwrite("slip_time", &C::slip_time,
+                     "Coulomb friction slips by time_step / slip_time of what moves [s].")
       .def(
           "apply_preset",
           [](C& c, const std::string& word) {
@@ -85,7 +87,7 @@ Parameters
       .def("__repr__", [](const py::object& self) {
         return repr("ContactOptions", self,
                     {"friction_model", "compliance", "smoothing", "stabilization",
-                     "max_recovery_speed", "margin", "reach_acceleration"});
+                     "max_recovery_speed", "margin", "reach_acceleration", "slip_time"});
       });
 }
 

@@ -7,6 +7,7 @@
 #include <set>
 
 #include "counterpoint/model/mesh.h"
+#include "counterpoint/model/shape_name.h"
 #include "counterpoint/model/terrain.h"
 #include "view/packing.h"
 
@@ -18,26 +19,6 @@ Json array(const Vector3& v) { return {v.x(), v.y(), v.z()}; }
 Json pose_array(const Pose& X) {
   const Quaternion q(X.rotation);
   return {X.translation.x(), X.translation.y(), X.translation.z(), q.w(), q.x(), q.y(), q.z()};
-}
-
-const char* type_name(ShapeType type) {
-  switch (type) {
-    case ShapeType::kPlane:
-      return "plane";
-    case ShapeType::kSphere:
-      return "sphere";
-    case ShapeType::kBox:
-      return "box";
-    case ShapeType::kCapsule:
-      return "capsule";
-    case ShapeType::kCylinder:
-      return "cylinder";
-    case ShapeType::kConvexMesh:
-      return "mesh";
-    case ShapeType::kTerrain:
-      return "terrain";
-  }
-  return "";
 }
 
 /// Meshes, each once.
@@ -130,7 +111,7 @@ Json pack_shapes(const Model& model, MeshList& meshes) {
     out["name"] = geometry.name;
     out["body"] = geometry.body;
     out["instance"] = geometry.instance;
-    out["type"] = type_name(geometry.shape.type);
+    out["type"] = shape_type_name(geometry.shape.type, "mesh");
     out["size"] = array(geometry.shape.size);
     out["pose"] = pose_array(geometry.X_BG);
     out["given"] = -1;

@@ -79,6 +79,7 @@ void scale(BodyResponse& response, double by) {
 InverseDerivator::InverseDerivator(const Model& model)
     : sweep_(model),
       velocity_terms_(model),
+      slips_(model),
       load_(model.num_bodies()),
       response_(model.num_bodies()),
       responds_(model.num_bodies(), 0),
@@ -93,6 +94,7 @@ void InverseDerivator::begin(const Model& model) {
   couplings_.clear();
   inner_.clear();
   motions_.begin();
+  slips_.begin();
   by_v_ = false;
 }
 
@@ -247,11 +249,50 @@ bool InverseDerivator::add_contacts(const Model& model, const SimulationOptions&
     if (i < ws.constraints.contacts.size()) {
       if (is_nothing(pair, bodies, options.time_step, ws.finder.weights())) continue;
       known = contact_response(model, options, effects, i, bodies, ws, response) && known;
+      slips_.add(model, pair, bodies, options.time_step, ws.data);
     } else {
       find_velocity_response(pair, bodies, response);
       known = false;
     }
     add_pair(model, pair, bodies, response, options.time_step, ws.data);
+  }
+  return add_slip(model, ws, options.time_step / options.contact.slip_time) && known;
+}
+
+/// What friction changes by as the fastest contact of its island moves otherwise.
+bool InverseDerivator::add_slip(const Model& model, Workspace::Impl& ws, double share) {
+  bool known = true;
+  int source = -1;
+  PairBodies bodies;
+  SpeedSlope slope;
+  for (const SlipResponse::Entry& entry : slips_.entries()) {
+    const PairConstraint& pair = ws.constraints.pairs[entry.source];
+    if (entry.source != source) {
+      source = entry.source;
+      bodies = pair_bodies(pair, ws.data, ws.velocity);
+      const InverseWeights& weights = ws.finder.weights();
+      const double alpha = weights.contact[pair.body_a] + weights.contact[pair.body_b];
+      ContactMotion motion;
+      if (!motions_.find(model, ws.data, ws.constraints.contacts[source],
+                         weights.contact[pair.body_b] / alpha - 0.5, motion))
+        known = false;
+      else
+        slope = speed_slope(bodies, motion);
+    }
+    if (!known) return false;
+    by_v_ = true;
+    for (const bool of_b : {false, true}) {
+      const int by = of_b ? pair.body_b : pair.body_a;
+      if (by == 0) continue;
+      const double factor = of_b ? share : -share;
+      BodyResponse response;
+      response.q = factor * entry.by_speed * slope.q;
+      response.v = factor * entry.by_speed * slope.v;
+      const Matrix3 columns =
+          skew(pair.position - TreeSweep::reference(model.trees()[model.body(by).tree], ws.data));
+      for (Matrix6* K : {&response.q, &response.v}) K->leftCols<3>() -= K->rightCols<3>() * columns;
+      couplings_.push_back({entry.body, by, response});
+    }
   }
   return known;
 }

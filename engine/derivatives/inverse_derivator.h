@@ -10,6 +10,7 @@
 #pragma once
 
 #include "counterpoint/engine/derivatives/pair_response.h"
+#include "counterpoint/engine/derivatives/slip_response.h"
 #include "counterpoint/engine/derivatives/sweep.h"
 #include "counterpoint/engine/derivatives/velocity_terms.h"
 #include "counterpoint/engine/step_derivatives.h"
@@ -48,6 +49,7 @@ class InverseDerivator {
                 const PairResponse& response, double h, const Data& data);
   void add_inner(const Model& model, const PairConstraint& pair, const PairBodies& bodies,
                  const PairResponse& response, double h, const Data& data);
+  bool add_slip(const Model& model, Workspace::Impl& ws, double share);
   void couple(const Model& model, const PairConstraint& pair, int body, int by,
               BodyResponse response, const Data& data);
   void set_velocities(const Model& model, const VectorRef& v, const VectorRef& v_next, double h,
@@ -61,6 +63,7 @@ class InverseDerivator {
   TreeSweep sweep_;
   VelocityTerms velocity_terms_;
   ContactMotionFinder motions_;
+  SlipResponse slips_;
   std::vector<Force> load_;  ///< by body
   std::vector<BodyResponse> response_;
   std::vector<char> responds_;

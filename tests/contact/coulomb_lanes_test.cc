@@ -29,6 +29,7 @@ TEST(CoulombLanes, AreTheLawsOfEachContact) {
       law.coulomb = true;
       law.regularizer = std::pow(10.0, 4.0 * unit(random) - 4.0);
       law.smoothing = random() % 2 == 0 ? 0.0 : std::pow(10.0, 6.0 * unit(random) - 8.0);
+      law.slip_speed = random() % 2 == 0 ? 0.0 : std::pow(10.0, 4.0 * unit(random) - 4.0);
       law.friction = {random() % 5 == 0 ? 0.0 : 1.0 + unit(random), 1.0 + unit(random)};
       laws.push_back(law);
       lanes.add(law, 1.0, 3 * i, 9 * i);

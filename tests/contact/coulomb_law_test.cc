@@ -30,9 +30,9 @@ Sample random_velocity(Random& random) {
   return out;
 }
 
-// phi of the law of regularizers rho_N and rho at z; returns |phi_T|.
-double scaled_impulse(const Sample& at, double rho_N, double rho, double k, double* phi) {
-  const CoulombCone cone(at.z, at.rows, rho_N, rho, k);
+// phi of the law of regularizers rho_N and rho, slip speed v, at z; returns |phi_T|.
+double scaled_impulse(const Sample& at, double rho_N, double rho, double v, double k, double* phi) {
+  const CoulombCone cone(at.z, at.rows, rho_N, rho, v, k);
   phi[0] = cone.n;
   for (int i = 1; i < at.rows; ++i) phi[i] = -cone.b * at.z[i];
   return cone.p;
@@ -56,9 +56,10 @@ TEST(CoulombLaw, IsTheSameLawWhenItIsWidened) {
     const double rho_N = random.log_uniform(1e-9, 1.0), rho = random.log_uniform(1e-9, 1.0);
     const double sigma_N = rho_N * random.log_uniform(1.0, 1e6);
     const double sigma = rho * random.log_uniform(1.0, 1e6);
+    const double v = random.coin() ? 0.0 : random.log_uniform(1e-9, 1e2);
     const double k = random.coin() ? 0.0 : random.log_uniform(1e-16, 1e2);
     double phi[kMaxRows], wide_phi[kMaxRows], size = 0.0;
-    scaled_impulse(at, rho_N, rho, k, phi);
+    scaled_impulse(at, rho_N, rho, v, k, phi);
     Sample wide = at;
     for (int i = 0; i < at.rows; ++i) {
       const double sigma_i = i > 0 ? sigma : sigma_N, rho_i = i > 0 ? rho : rho_N;
@@ -67,7 +68,7 @@ TEST(CoulombLaw, IsTheSameLawWhenItIsWidened) {
       // and friction follows the normal impulse with a slope below one.
       size = std::max(size, (std::abs(at.z[i]) + sigma_i * std::abs(phi[i])) / sigma_i);
     }
-    scaled_impulse(wide, sigma_N, sigma, k, wide_phi);
+    scaled_impulse(wide, sigma_N, sigma, v, k, wide_phi);
     for (int i = 0; i < at.rows; ++i) {
       EXPECT_NEAR(phi[i], wide_phi[i], kRounding * size) << i;
       worst = std::max(worst, std::abs(phi[i] - wide_phi[i]) / (kUnit * size));
@@ -97,9 +98,10 @@ TEST(CoulombLaw, FrictionIsBoundedByTheNormalImpulseAndOpposesMotion) {
   for_trials(3, 40000, [&](Random& random, int) {
     const Sample at = random_velocity(random);
     const double rho = random.log_uniform(1e-9, 1.0);
+    const double v = random.coin() ? 0.0 : random.log_uniform(1e-9, 1e2);
     const double k = random.coin() ? 0.0 : random.log_uniform(1e-16, 1e2);
     double phi[kMaxRows];
-    const double p = scaled_impulse(at, rho * random.log_uniform(1e-3, 1e3), rho, k, phi);
+    const double p = scaled_impulse(at, rho * random.log_uniform(1e-3, 1e3), rho, v, k, phi);
     EXPECT_LE(p, phi[0] * (1.0 + kRounding));
     for (int i = 1; i < at.rows; ++i) EXPECT_LE(phi[i] * at.z[i], 0.0);
   });
@@ -112,7 +114,7 @@ TEST(CoulombLaw, WithoutSmoothingItIsTheHardLawUpToTheCompliance) {
     const Sample at = random_velocity(random);
     const double rho_N = random.log_uniform(1e-9, 1.0), rho = random.log_uniform(1e-9, 1.0);
     double phi[kMaxRows];
-    const double p = scaled_impulse(at, rho_N, rho, 0.0, phi);
+    const double p = scaled_impulse(at, rho_N, rho, 0.0, 0.0, phi);
     const double v_N = at.z[0] + rho_N * phi[0];
     EXPECT_GE(phi[0], 0.0);
     EXPECT_GE(v_N, -kRounding * std::abs(at.z[0]));
@@ -137,19 +139,48 @@ TEST(CoulombLaw, SmoothingVanishesAtTheExpectedRate) {
     const Sample at = random_velocity(random);
     const double rho = random.log_uniform(1e-6, 1.0);
     double hard[kMaxRows], smooth[kMaxRows];
-    const double hard_p = scaled_impulse(at, rho, rho, 0.0, hard);
+    const double hard_p = scaled_impulse(at, rho, rho, 0.0, 0.0, hard);
     double square = 0.0;
     for (int i = 1; i < at.rows; ++i) square += at.z[i] * at.z[i];
     const double clamp = std::min(std::sqrt(square) / rho, hard[0]);
     EXPECT_NEAR(hard_p, clamp, kRounding * clamp);
     for (double k = 1e-2; k > 1e-16; k *= 1e-2) {
-      const double p = scaled_impulse(at, rho, rho, k, smooth);
+      const double p = scaled_impulse(at, rho, rho, 0.0, k, smooth);
       const double most = std::sqrt(k / rho), rounding = kRounding * (smooth[0] + most);
       EXPECT_LE(std::abs(p - hard_p), most + rounding) << k;
       EXPECT_LE(std::abs(smooth[0] - hard[0]), std::min(most, k / std::abs(at.z[0])) + rounding)
           << k;
     }
   });
+}
+
+// A share sigma of the cone slips at sigma v more than the compliance lets it, whatever the load.
+TEST(CoulombLaw, SlipSpeedIsReachedAtTheBoundWhateverTheLoad) {
+  Law law;
+  law.type = LawType::kFrictionCone;
+  law.rows = 3;
+  law.coulomb = true;
+  law.friction = {0.5, 0.5};
+  law.regularizer = 1e-12;
+  law.slip_speed = 1e-3;
+  for (const double load : {1e-3, 1.0, 1e6}) {
+    Rows y(3);
+    y[0] = -normal_regularizer(law) * load;
+    y[2] = 0.0;
+    for (const double share : {0.1, 0.5, 0.99}) {
+      y[1] = share * (law.slip_speed + law.regularizer * 0.5 * load);
+      const Rows f = impulse(law, y);
+      EXPECT_NEAR(f[0], load, kRounding * load);
+      EXPECT_NEAR(-f[1], share * 0.5 * load, kRounding * load) << load << " " << share;
+    }
+    y[1] = 2.0 * (law.slip_speed + law.regularizer * load);
+    EXPECT_NEAR(-impulse(law, y)[1], 0.5 * load, kRounding * load);
+  }
+  // Without load there is no friction, and no division by it.
+  Rows open(3);
+  open << 1.0, 2.0, 0.0;
+  EXPECT_EQ(impulse(law, open), Rows(Rows::Zero(3)));
+  EXPECT_TRUE(evaluate(law, open).hessian.allFinite());
 }
 
 TEST(CoulombLaw, SlidesAgainstTheVelocityWithoutOpeningTheContact) {

@@ -25,7 +25,8 @@ double distance_to_corners(const Law& law, const Rows& y) {
   const double t = std::sqrt(square);
   if (!law.coulomb) return std::min({std::abs(y[0] + t), std::abs(y[0] - t), t});
   const double rho_n = std::max(0.0, -y[0]);  // rho times the normal impulse
-  return std::min({std::abs(y[0]), std::abs(t - rho_n), t});
+  const double held = rho_n + scaled_slip_speed(law);
+  return std::min({std::abs(y[0]), std::abs(t - held), t});
 }
 
 class SensitivityTest : public ::testing::TestWithParam<bool> {};
@@ -38,6 +39,7 @@ TEST_P(SensitivityTest, AgreesWithDifferences) {
     law.regularizer = random.log_uniform(0.05, 2.0);
     law.smoothing = random.log_uniform(0.05, 2.0);
     law.bound = random.log_uniform(0.1, 2.0);
+    if (law.coulomb && random.coin()) law.slip_speed = random.log_uniform(0.05, 2.0);
     for (double& mu : law.friction) {
       // Off the corner of rho(mu) at 0.1, where there is no derivative.
       if (std::abs(mu - kMinRegularizingFriction) < 0.01 || mu < 2 * kDifferenceStep) mu = 0.5;
@@ -52,6 +54,8 @@ TEST_P(SensitivityTest, AgreesWithDifferences) {
       return Rows((impulse(up, y) - impulse(down, y)) / (2 * kDifferenceStep));
     };
     const Rows smoothing = difference(&Law::smoothing), regularizer = difference(&Law::regularizer);
+    const Rows slip_speed = difference(&Law::slip_speed);
+    EXPECT_LT((at.slip_speed - slip_speed).norm(), kDifferenceTolerance * (1 + slip_speed.norm()));
     EXPECT_LT((at.smoothing - smoothing).norm(), kDifferenceTolerance * (1 + smoothing.norm()));
     EXPECT_LT((at.regularizer - regularizer).norm(),
               kDifferenceTolerance * (1 + regularizer.norm()));
@@ -79,6 +83,7 @@ TEST_P(SensitivityTest, WithoutSmoothingAgreesWithDifferencesOffTheCorners) {
     Law law = random_law(random, options, LawType::kFrictionCone);
     law.regularizer = random.log_uniform(0.05, 2.0);
     for (int i = 0; i < law.rows - 1; ++i) law.friction[i] = random.uniform(0.2, 2.0);
+    if (law.coulomb && random.coin()) law.slip_speed = random.log_uniform(0.05, 2.0);
     Rows y(law.rows);
     for (int i = 0; i < law.rows; ++i) y[i] = random.signed_unit();
     if (distance_to_corners(law, y) < 0.1) return;

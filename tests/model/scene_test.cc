@@ -73,7 +73,8 @@ time_step: 0.001
 duration: 3
 ground: {friction: 0.9, restitution: 0.1, height: -0.5, normal: [0, 1, 1]}
 contact: {friction_model: coulomb, compliance: 1e-7, smoothing: 2e-6, stabilization: 0.1,
-          max_recovery_speed: 2, margin: 0.02, reach_acceleration: 300}
+          max_recovery_speed: 2, margin: 0.02, reach_acceleration: 300,
+          slip_time: 4}
 defaults: {friction: 0.4}
 models:
   - {urdf: cube.urdf, name: cube, base: floating, position: [0, 0, 0.5], rpy: [0, 0, 0.1],
@@ -101,6 +102,7 @@ exclude: [[wall, arm/upper], [ball0/body, ball1/body/shape]]
   EXPECT_EQ(contact.max_recovery_speed, 2.0);
   EXPECT_EQ(contact.margin, 0.02);
   EXPECT_EQ(contact.reach_acceleration, 300.0);
+  EXPECT_EQ(contact.slip_time, 4.0);
 
   ASSERT_EQ(model.num_joints(), 5);
   EXPECT_EQ(model.joint(0).name, "cube/body");

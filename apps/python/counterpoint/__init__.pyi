@@ -128,6 +128,7 @@ class ContactOptions:
     max_recovery_speed: float
     margin: float
     reach_acceleration: float
+    slip_time: float
     friction_model: _FrictionModel
     def __init__(
         self,
@@ -139,6 +140,7 @@ class ContactOptions:
         max_recovery_speed: float = ...,
         margin: float = ...,
         reach_acceleration: float = ...,
+        slip_time: float = ...,
     ) -> None: ...
     def apply_preset(self, preset: Literal["fast", "default", "hard"]) -> None: ...
 

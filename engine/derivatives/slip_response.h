@@ -1,0 +1,43 @@
+// How friction changes with the slip speed that its island's motion allows (friction_slip.h).
+//
+//   v_slip = (h / slip_time) |u|,   u = V_B - V_A at the place of the island's fastest contact
+//
+// so that all friction of an island depends on how two bodies moved at the start of the step.
+#pragma once
+
+#include "counterpoint/engine/derivatives/pair_response.h"
+
+namespace counterpoint {
+
+class SlipResponse {
+ public:
+  explicit SlipResponse(const Model& model) : entry_of_(model.num_bodies(), -1) {}
+
+  void begin();
+  /// The friction of a contact of a step of h [s], velocities at the end as in `bodies`.
+  void add(const Model& model, const PairConstraint& pair, const PairBodies& bodies, double h,
+           const Data& data);
+
+  /// What a wrench on `body` changes by as the bodies of contact `source` move: -dW / d|u|, over
+  /// (angular, linear) at the reference of the body's tree.
+  struct Entry {
+    int body, source;
+    Vector6 by_speed;
+  };
+  const std::vector<Entry>& entries() const { return entries_; }
+
+ private:
+  void add(const Model& model, int body, int source, const Vector3& place, const Vector3& force,
+           const Vector3& torque, const Data& data);
+
+  std::vector<Entry> entries_;
+  std::vector<int> entry_of_;  ///< by body: its last entry, or -1
+};
+
+/// |u| of a contact by the motion of its two bodies, rows over (angular, linear) at its place.
+struct SpeedSlope {
+  Eigen::Matrix<double, 1, 6> q, v;  ///< by B's displacement and velocity; by A's: the opposite
+};
+SpeedSlope speed_slope(const PairBodies& bodies, const ContactMotion& motion);
+
+}  // namespace counterpoint
