@@ -305,7 +305,7 @@ void ConstraintFinder::find_contacts(const Model& model, const SimulationOptions
     out.max_penetration = std::max(out.max_penetration, -candidate.gap);
     out.contacts.push_back(candidate);
     out.pairs.push_back(contact);
-    speed_.push_back(Vector3(v).norm());
+    speed_.push_back(std::hypot(v[1], v[2]));
   }
   // Room for those that will get rows, so that it is the candidates' number that has to be seen.
   out.contacts.reserve(out.contacts.size() + out.parked.size());

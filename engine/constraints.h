@@ -25,7 +25,8 @@ struct PairConstraint {
   int first = 0;  ///< of the six rows (3 linear, 3 angular) the law has rows first, first + 1, ...
   contact::Law law;
   double gap_bias = 0.0;  ///< of a contact: the bias that recovers all that is to be [m/s]
-  int fastest = -1;  ///< the contact whose speed law.slip_speed is a share of (friction_slip.h)
+  /// The contact whose sliding speed law.slip_speed is a share of (friction_slip.h), or -1.
+  int fastest = -1;
 };
 
 /// One row on joint coordinates: y = coefficient[0] w[v_index[0]] + coefficient[1] w[v_index[1]] +
@@ -147,7 +148,7 @@ class ConstraintFinder {
   std::vector<double> slack_;   ///< what impacts and applied forces may add to that [m]
   std::vector<double> margin_;  ///< both
   std::vector<collision::Candidate> candidates_;
-  std::vector<double> speed_;  ///< of the contacts with rows, at the start [m/s]
+  std::vector<double> speed_;  ///< at which each contact with rows slides at the start [m/s]
   FrictionSlip friction_slip_;
   std::vector<DryCoordinate> dry_;  ///< with dry friction
   std::vector<int> limited_;        ///< bodies whose joint has a limit

@@ -1,6 +1,7 @@
 // Slip that exact Coulomb friction allows while its island moves.
 //
-//   v_slip = (h / slip_time) max |V_B - V_A| at the contacts of the island, at (q, w)
+//   v_slip = (h / slip_time) max |V_T|,   V_T the sliding velocity of a contact of the island at
+//   (q, w)
 //
 // Friction reaches its bound at a slip of v_slip more (contact/coulomb.h), whatever the load. How
 // loads are shared among many contacts that stick is redrawn with every micrometre that an island
@@ -22,8 +23,8 @@ class FrictionSlip {
  public:
   explicit FrictionSlip(const Model& model) : fastest_(model.num_trees(), -1) {}
 
-  /// Sets law.slip_speed and `fastest` of all contacts, parked ones included. speed: of the
-  /// contacts in out.contacts [m/s].
+  /// Sets law.slip_speed and `fastest` of all contacts, parked ones included. speed: how fast each
+  /// of out.contacts slides [m/s].
   void set(const Model& model, const SimulationOptions& options, const std::vector<double>& speed,
            ConstraintSet& out);
 

@@ -277,7 +277,7 @@ bool InverseDerivator::add_slip(const Model& model, Workspace::Impl& ws, double 
                          weights.contact[pair.body_b] / alpha - 0.5, motion))
         known = false;
       else
-        slope = speed_slope(bodies, motion);
+        slope = speed_slope(pair, bodies, motion);
     }
     if (!known) return false;
     by_v_ = true;

@@ -42,14 +42,18 @@ void SlipResponse::add(const Model& model, const PairConstraint& pair, const Pai
   if (pair.body_a != 0) add(model, pair.body_a, pair.fastest, pair.position, -force, -torque, data);
 }
 
-SpeedSlope speed_slope(const PairBodies& bodies, const ContactMotion& motion) {
+SpeedSlope speed_slope(const PairConstraint& pair, const PairBodies& bodies,
+                       const ContactMotion& motion) {
   const Motion start = bodies.start_b - bodies.start_a;
-  const double speed = start.linear.norm();
+  const Vector3 n = pair.frame.col(0);
+  const Vector3 sliding = start.linear - n.dot(start.linear) * n;
+  const double speed = sliding.norm();
   SpeedSlope out{Eigen::Matrix<double, 1, 6>::Zero(), Eigen::Matrix<double, 1, 6>::Zero()};
   if (!(speed > 0.0)) return out;  // at rest it bends; one side of it
-  const Eigen::RowVector3d along = start.linear.transpose() / speed;
+  const Eigen::RowVector3d along = sliding.transpose() / speed;
   out.v.tail<3>() = along;
-  out.q = along * skew(start.angular) * motion.point;
+  out.q =
+      along * (skew(start.angular) * motion.point + skew(start.linear) * (skew(n) * motion.normal));
   out.q -= out.v * motion_cross(bodies.start_b);
   return out;
 }

@@ -1,6 +1,6 @@
 // How friction changes with the slip speed that its island's motion allows (friction_slip.h).
 //
-//   v_slip = (h / slip_time) |u|,   u = V_B - V_A at the place of the island's fastest contact
+//   v_slip = (h / slip_time) |u|,   u the sliding velocity of the island's fastest contact
 //
 // so that all friction of an island depends on how two bodies moved at the start of the step.
 #pragma once
@@ -34,10 +34,12 @@ class SlipResponse {
   std::vector<int> entry_of_;  ///< by body: its last entry, or -1
 };
 
-/// |u| of a contact by the motion of its two bodies, rows over (angular, linear) at its place.
+/// |u|, how fast a contact slides at the start of the step, by the motion of its two bodies, rows
+/// over (angular, linear) at its place.
 struct SpeedSlope {
   Eigen::Matrix<double, 1, 6> q, v;  ///< by B's displacement and velocity; by A's: the opposite
 };
-SpeedSlope speed_slope(const PairBodies& bodies, const ContactMotion& motion);
+SpeedSlope speed_slope(const PairConstraint& pair, const PairBodies& bodies,
+                       const ContactMotion& motion);
 
 }  // namespace counterpoint

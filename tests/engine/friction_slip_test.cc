@@ -20,9 +20,9 @@ Scene two_planks(double slip_time) {
 time_step: 0.002
 ground: {friction: 0.5}
 models:
-  - {name: plank, box: [2, 0.4, 0.1], mass: 2, friction: 0.5, position: [0, 0, 0.05]}
-  - {name: alone, box: [2, 0.4, 0.1], mass: 2, friction: 0.5, position: [0, 5, 0.05]}
-  - {name: slider, box: [0.1, 0.1, 0.1], mass: 1, friction: 0, position: [-0.2, 0, 0.15],
+  - {name: plank, box: [1, 0.2, 0.05], mass: 2, friction: 0.5, position: [0, 0, 0.05]}
+  - {name: alone, box: [1, 0.2, 0.05], mass: 2, friction: 0.5, position: [0, 5, 0.05]}
+  - {name: slider, box: [0.05, 0.05, 0.05], mass: 1, friction: 0, position: [-0.2, 0, 0.15],
      velocity: {linear: [1, 0, 0]}}
 )"));
   scene.options.contact.slip_time = slip_time;

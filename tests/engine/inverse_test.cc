@@ -90,7 +90,9 @@ TEST_P(TimeStep, OverSeamsOfTiles) {
   const int steps = std::min(2000, static_cast<int>(0.7 / GetParam()));
   const Recovery r = drive(sim, steps, VectorX::Constant(sim.model().nv(), 0.5), random);
   EXPECT_GT(r.contacts, 0);
-  EXPECT_LT(r.relative(), kRecovered);
+  // The inverse's floor, 5e-9 at 1 m/s and 2 ms, goes with the speed, 2 m/s, over h
+  // (contact/README.md).
+  EXPECT_LT(r.relative(), std::max(kRecovered, 5e-9 * 2.0 * 0.002 / GetParam()));
 }
 
 TEST_P(TimeStep, PendulumOnItsLimit) {

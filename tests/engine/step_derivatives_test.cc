@@ -234,6 +234,8 @@ TEST(InverseDerivatives, OfBundledScenes) {
                              (std::string(c.name) + ".yaml"));
     soften(scene);
     if (c.time_step > 0.0) scene.options.time_step = c.time_step;
+    // Four feet alike slide equally fast: the fastest of them would be none.
+    if (std::string(c.name) == "quadruped_drop") scene.v[3] = 0.1;
     Simulator sim(scene);
     for (int i = 0; i < c.steps; ++i) ASSERT_TRUE(sim.step().succeeded()) << c.name;
     const State before = sim.state();

@@ -171,11 +171,14 @@ TEST(Tunnelling, FastBallsSkidIntoRolling) {
     scene.v[0] = speed;
     scene.v[2] = -speed;
     scene.options.contact.friction_model = FrictionModel::kCoulomb;
+    const double scene_slip_time = scene.options.contact.slip_time;
     Simulator sim(std::move(scene));
     ASSERT_TRUE(sim.step().succeeded());
-    // Compliance, as above.
-    EXPECT_NEAR(sim.state().v[0], 5.0 / 7.0 * speed, 1e-4 * speed);
-    EXPECT_NEAR(sim.state().v[4] * kRadius, 5.0 / 7.0 * speed, 1e-4 * speed);
+    // Compliance, as above; and in this one step friction lets slip a share of h / slip_time of the
+    // speed at which the surfaces slid before.
+    const double allowed = (1e-4 + h / scene_slip_time) * speed;
+    EXPECT_NEAR(sim.state().v[0], 5.0 / 7.0 * speed, allowed);
+    EXPECT_NEAR(sim.state().v[4] * kRadius, 5.0 / 7.0 * speed, allowed);
   }
 }
 
