@@ -16,7 +16,7 @@ namespace {
 /// The difference step [m], relative to the gap, which is the radius that normals of corners turn
 /// about; at most this share of the smallest length of the two shapes, at least so much. As an
 /// angle over that length.
-constexpr double kGapShare = 1e-4, kSizeShare = 1e-5, kLeastStep = 1e-8;
+constexpr double kGapShare = 1e-4, kSizeShare = 4e-6, kLeastStep = 1e-8;
 /// A neighbouring contact is at most so many difference steps away (rims of cylinders slide fast).
 constexpr double kFarthest = 1e3;
 

@@ -36,7 +36,7 @@ class ShapePair : public ::testing::TestWithParam<std::pair<ShapeType, ShapeType
 
 TEST_P(ShapePair, OfEveryLaw) {
   const auto [a, b] = GetParam();
-  int contacts = 0;
+  int contacts = 0, doubtful = 0;
   for (const Law& law : kLaws) {
     for (int seed = 0; seed < 6; ++seed) {
       test::Random random(900 + seed);
@@ -47,11 +47,18 @@ TEST_P(ShapePair, OfEveryLaw) {
       Inverse out;
       step_inverse(scene.model, scene.options, at.q, at.v, at.v_next, ws, out);
       contacts += static_cast<int>(out.contacts.size());
-      // Some thousandth of the speed over which laws bend, sqrt(4 r k), times the time step.
-      expect_exact(scene, at, std::string(law.name) + " " + std::to_string(seed), false, 2e-8);
+      // Some thousandth of the speed over which laws bend, sqrt(4 r k), times the time step. In
+      // terrain's own frame rounding is more, and may leave no step that is right.
+      const double step = a == kTerrain ? 1e-7 : 2e-8;
+      if (a == kTerrain && !test::is_smooth(scene, at, step)) {
+        ++doubtful;
+        continue;
+      }
+      expect_exact(scene, at, std::string(law.name) + " " + std::to_string(seed), false, step);
     }
   }
   EXPECT_GT(contacts, 9);
+  EXPECT_LT(doubtful, 10);  // of 54
 }
 
 INSTANTIATE_TEST_SUITE_P(
@@ -72,7 +79,7 @@ class FastPair : public ShapePair {};
 
 TEST_P(FastPair, AtThePosesThatTheMotionLeadsTo) {
   const auto [a, b] = GetParam();
-  int ahead = 0;
+  int ahead = 0, kinks = 0;
   for (const double restitution : {0.0, 0.5}) {
     for (int seed = 0; seed < 30; ++seed) {
       test::Random random(1700 + seed);
@@ -97,10 +104,16 @@ TEST_P(FastPair, AtThePosesThatTheMotionLeadsTo) {
           known = known || (here.points[i].normal - contact.contact.normal).norm() < 1e-6;
         ahead += !known;
       }
+      // Whether contacts are taken there, and which, jumps.
+      if (!test::is_smooth(scene, at, 2e-8)) {
+        ++kinks;
+        continue;
+      }
       expect_exact(scene, at, std::to_string(seed), false, 2e-8);
     }
   }
   EXPECT_GT(ahead, 9);
+  EXPECT_LT(kinks, 6);
 }
 
 INSTANTIATE_TEST_SUITE_P(Shapes, FastPair,

@@ -98,8 +98,9 @@ void add_closures(Random& random, int count, const std::vector<std::string>& lin
     ClosureSpec closure;
     closure.type = static_cast<ClosureType>(random.integer(0, 2));
     closure.link_b = pick();
-    closure.link_a = random.uniform(0.0, 1.0) < 0.2 ? "world" : pick();
-    while (closure.link_a == closure.link_b) closure.link_a = pick();
+    closure.link_a = pick();
+    if (closure.link_a == closure.link_b || random.uniform(0.0, 1.0) < 0.2)
+      closure.link_a = "world";
     closure.anchor_a = random.vector(0.3);
     if (closure.type == ClosureType::kDistance) closure.anchor_b = random.vector(0.3);
     builder.add_closure(closure);
@@ -165,7 +166,8 @@ Model make_random_model(std::uint64_t seed, const RandomModelOptions& options) {
     const Pose X_WL{Matrix3::Identity(), Vector3(10.0 * i, 0, 0)};
     const std::string prefix = options.robots == 1 ? "" : std::to_string(i) + "/";
     builder.add_robot(robot, options.base, X_WL, prefix);
-    for (const LinkSpec& link : robot.links) links.push_back(prefix + link.name);
+    // The root may be fixed to the world.
+    for (size_t k = 1; k < robot.links.size(); ++k) links.push_back(prefix + robot.links[k].name);
   }
   if (options.closures > 0) {
     Random random(seed + 77);

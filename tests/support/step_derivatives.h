@@ -61,6 +61,19 @@ inline bool expect_exact(const Scene& scene, const Moment& at, const std::string
   return !exact.by_differences;
 }
 
+/// Differences of two lengths agree, so that no kink lies within them.
+inline bool is_smooth(const Scene& scene, const Moment& at, double difference_step) {
+  Workspace ws(scene.model);
+  sharpen(ws);
+  Inverse out;
+  InverseDerivatives d[2];
+  for (const int i : {0, 1})
+    step_inverse_derivatives(scene.model, scene.options, at.q, at.v, at.v_next, at.known, ws, out,
+                             d[i], DerivativeMethod::kExtrapolated, (1 + 2 * i) * difference_step);
+  return largest(d[0].dq - d[1].dq) <= kDerivativeTolerance * largest(d[0].dq) &&
+         largest(d[0].dv - d[1].dv) <= kDerivativeTolerance * largest(d[0].dv);
+}
+
 /// Wide enough that no kink lies within a difference.
 inline void soften(Scene& scene) {
   scene.options.contact.smoothing = 1e-3;
