@@ -323,6 +323,12 @@ void Collider::compute_candidates(std::span<const Pose> X_WB, std::span<const do
   }
 }
 
+std::optional<PairMotion> Collider::pair_motion(std::span<const Pose> X_WB, int geometry_a,
+                                                int geometry_b, const BodyMotions& motions) const {
+  if (!impl_->may_pass(geometry_a, geometry_b)) return std::nullopt;
+  return impl_->motion_of(X_WB, geometry_a, geometry_b, motions);
+}
+
 const std::vector<std::pair<int, int>>& Collider::overlapping_pairs() const {
   return impl_->overlapping;
 }

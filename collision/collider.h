@@ -2,11 +2,13 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <span>
 #include <utility>
 #include <vector>
 
 #include "counterpoint/collision/candidate.h"
+#include "counterpoint/collision/pair_motion.h"
 #include "counterpoint/model/model.h"
 
 namespace counterpoint::collision {
@@ -45,6 +47,11 @@ class Collider {
   void compute_candidates(std::span<const Pose> X_WB, std::span<const double> margin,
                           std::vector<Candidate>& out, std::span<const double> travel = {},
                           std::span<const char> idle = {}, const BodyMotions& motions = {});
+
+  /// The motion of two geometries as the last compute_candidates, with these poses and motions,
+  /// looked at it; none of pairs whose contacts are those of their poses whatever the motion.
+  std::optional<PairMotion> pair_motion(std::span<const Pose> X_WB, int geometry_a, int geometry_b,
+                                        const BodyMotions& motions) const;
 
   /// Geometry pairs left out because they overlap in the default pose.
   const std::vector<std::pair<int, int>>& overlapping_pairs() const;

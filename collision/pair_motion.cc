@@ -34,19 +34,30 @@ PairMotion::PairMotion(const ShapeMotion& motion_a, const ShapeMotion& motion_b,
 
 double PairMotion::rounding() const { return std::max(0.0, kFlush * size - way); }
 
+double PairMotion::closing(const Vector3& n, const Vector3& p) const {
+  return n.dot(a.way_of(p) - b.way_of(p));
+}
+
+ContactPoint PairMotion::taken_back(const ContactPoint& after) const {
+  const Vector3 way_a = a.way_of(after.position), way_b = b.way_of(after.position);
+  // Halfway between the surfaces along the normal; along them with the body that moves.
+  const Vector3 mean = 0.5 * (way_a + way_b);
+  const Vector3 carried = a.share * way_a + b.share * way_b;
+  ContactPoint p = after;
+  p.position -= carried + p.normal.dot(mean - carried) * p.normal;
+  p.gap += closing(p.normal, p.position);
+  return p;
+}
+
 void look_ahead(const Shape& a, const Shape& b, const PairMotion& motion, const PairQuery& query,
                 Manifold& manifold) {
   if (!(motion.way > kStill * motion.size && motion.way < kFar * motion.size)) return;
-  // By how much a gap at p along n shrinks.
-  const auto closing = [&](const Vector3& n, const Vector3& p) {
-    return n.dot(motion.a.way_of(p) - motion.b.way_of(p));
-  };
   double least = std::numeric_limits<double>::infinity();
   Vector3 normal = Vector3::UnitZ();
   bool stops = false;
   for (int i = 0; i < manifold.size; ++i) {
     const ContactPoint& p = manifold.points[i];
-    stops = stops || p.gap < closing(p.normal, p.position);
+    stops = stops || p.gap < motion.closing(p.normal, p.position);
     if (p.gap >= least) continue;
     least = p.gap;
     normal = p.normal;
@@ -60,13 +71,7 @@ void look_ahead(const Shape& a, const Shape& b, const PairMotion& motion, const 
   for (int i = 0; i < ahead.size; ++i) {
     ContactPoint& p = ahead.points[i];
     same = same && p.normal.dot(normal) > kSameNormal;
-    const Vector3 way_a = motion.a.way_of(p.position);
-    const Vector3 way_b = motion.b.way_of(p.position);
-    // Halfway between the surfaces along the normal; along them with the body that moves.
-    const Vector3 mean = 0.5 * (way_a + way_b);
-    const Vector3 carried = motion.a.share * way_a + motion.b.share * way_b;
-    p.position -= carried + p.normal.dot(mean - carried) * p.normal;
-    p.gap += closing(p.normal, p.position);
+    p = motion.taken_back(p);
     if (p.gap < -most_overlap) return;
   }
   if (ahead.size > 0 && !same) manifold = ahead;

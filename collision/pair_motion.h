@@ -30,6 +30,11 @@ struct PairMotion {
   /// How far the edges of shapes that rest against each other count as rounded off [m]; less if
   /// they move, until there is none left.
   double rounding() const;
+
+  /// By how much a gap at p along n shrinks [m].
+  double closing(const Vector3& n, const Vector3& p) const;
+  /// A contact that the shapes have after the motion, with gap and place taken back to the start.
+  ContactPoint taken_back(const ContactPoint& after) const;
 };
 
 /// Replaces the contacts of two convex shapes, if they would stop the motion, by those that the

@@ -1,13 +1,15 @@
 #include "counterpoint/engine/closures.h"
 
+#include <algorithm>
+
 #include "counterpoint/engine/contact_law.h"
 #include "counterpoint/engine/kinematics.h"
 
 namespace counterpoint {
 namespace {
 
-/// Anchors closer than this [m] give a distance no direction; any will do.
-constexpr double kNoDirection = 1e-12;
+/// Turns [rad] up to which a closure is aimed whole, and from which not at all.
+constexpr double kAimedWhole = 0.2, kNotAimed = 0.4;
 
 /// One anchor in W.
 struct Anchor {
@@ -98,6 +100,14 @@ void aim_closure(const Closure& closure, const ContactOptions& options, double h
   const double regularizer = pair.law.regularizer;
   pair.law = make_closure_law(options, h, 1.0, pair.law.rows, error, acceleration);
   pair.law.regularizer = regularizer;
+}
+
+double share_aimed(double turn) {
+  return std::clamp((kNotAimed - turn) / (kNotAimed - kAimedWhole), 0.0, 1.0);
+}
+
+double share_aimed_slope(double turn) {
+  return turn > kAimedWhole && turn < kNotAimed ? -1.0 / (kNotAimed - kAimedWhole) : 0.0;
 }
 
 }  // namespace counterpoint

@@ -27,4 +27,13 @@ void find_closures(const Model& model, const SimulationOptions& options, const D
 void aim_closure(const Closure& closure, const ContactOptions& options, double h, const Data& data,
                  const Data& reached, const std::vector<Motion>& V, PairConstraint& pair);
 
+/// How much a closure is aimed if what it holds turns by this [rad] in the step. Where it cannot
+/// close, as beyond the reach of an arm, a forecast may be anything, and to aim by it diverges.
+double share_aimed(double turn);
+/// Its slope [1/rad].
+double share_aimed_slope(double turn);
+
+/// Anchors closer than this [m] give a distance no direction; any will do.
+inline constexpr double kNoDirection = 1e-12;
+
 }  // namespace counterpoint

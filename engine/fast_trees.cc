@@ -14,8 +14,7 @@
 namespace counterpoint {
 namespace {
 
-/// Up to this angle a step [rad] the energy kept is that of velocities at the time of the pose,
-/// from twice of it on that of (q, w) as they are, half a step apart; a smooth share between.
+/// From this angle a step [rad] to twice of it the work fades.
 constexpr double kSmallTurn = 0.5 * FastTrees::kFarTurn;
 
 double smooth_step(double x) {
@@ -52,11 +51,20 @@ TreeMotion motion_of(const Model& model, const Tree& tree, const VectorX& rotors
   if (motion.floats) motion.energy -= 0.5 * motion.momentum.squaredNorm() / motion.mass;
   if (motion.floats) work -= motion.momentum.dot(force) / motion.mass;
   const double turn = h * std::sqrt(fastest);
-  motion.energy += (1.0 - smooth_step((turn - kSmallTurn) / kSmallTurn)) * 0.5 * h * work;
+  motion.energy += FastTrees::share_of_work(turn) * 0.5 * h * work;
   return motion;
 }
 
 }  // namespace
+
+double FastTrees::share_of_work(double turn) {
+  return 1.0 - smooth_step((turn - kSmallTurn) / kSmallTurn);
+}
+
+double FastTrees::share_of_work_slope(double turn) {
+  const double x = std::clamp((turn - kSmallTurn) / kSmallTurn, 0.0, 1.0);
+  return -6.0 * x * (1.0 - x) / kSmallTurn;
+}
 
 double FastTrees::share_of(double rate) { return smooth_step((rate - kSlow) / (kFast - kSlow)); }
 

@@ -59,6 +59,11 @@ class FastTrees {
   /// Of a tree with a forecast: the energy kept is that of (q, w) as they are, from this angle a
   /// step [rad] on.
   static constexpr double kFarTurn = 0.06;
+  /// Up to half of it the energy is that of velocities at the time of the pose, half a step apart:
+  /// this share of the work of the velocity-dependent forces in that half step is added. Its slope
+  /// [1/rad].
+  static double share_of_work(double turn);
+  static double share_of_work_slope(double turn);
 
   /// To which speeds are scaled right [-]. Steps leave it as it is.
   void set_tolerance(double tolerance) { tolerance_ = tolerance; }

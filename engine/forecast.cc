@@ -35,13 +35,6 @@ bool turns(const Tree& tree, const Data& data) {
   return false;
 }
 
-/// How much a closure is aimed if what it holds turns by this [rad] in the step. Where it cannot
-/// close, as beyond the reach of an arm, a forecast may be anything, and to aim by it diverges.
-double share_aimed(double turn) {
-  constexpr double kAll = 0.2, kNone = 0.4;
-  return std::clamp((kNone - turn) / (kNone - kAll), 0.0, 1.0);
-}
-
 /// Of a body and those that carry it [rad/s].
 double fastest_turn(const Model& model, int body, const std::vector<Motion>& V) {
   double square = 0.0;
@@ -73,6 +66,15 @@ Forecast::Forecast(const Model& model)
 void Forecast::forget() {
   std::fill(covered_.begin(), covered_.end(), 0);
   tied_.setZero();
+  any_ = refined_ = false;
+}
+
+bool Forecast::aims(const Model& model, const PairConstraint& pair) const {
+  if (!any_) return false;
+  for (const int body : {pair.body_a, pair.body_b})
+    if (body != 0 && !(known_[model.body(body).tree] && needed_[model.body(body).tree]))
+      return false;
+  return true;
 }
 
 /// The trees to cover: those asked for that turn, without servos, untouched by what is no tie.
@@ -91,7 +93,7 @@ void Forecast::choose(const Model& model, EffectSet effects, Of of,
       const Tree& tree = model.trees()[t];
       i = tree.body_end;
       const bool asked = of == Of::kTied || tree.body_end - tree.body_begin > 1;
-      covered_[t] = asked && known_[t] && turns(tree, data);
+      covered_[t] = asked && known_[t] && (of == Of::kAllLinkages || turns(tree, data));
     }
   }
   needed_.assign(needed_.size(), 0);
@@ -99,7 +101,7 @@ void Forecast::choose(const Model& model, EffectSet effects, Of of,
     for (const int t : {a, b})
       if (t >= 0 && tie) needed_[t] = 1;
   });
-  if (of == Of::kLinkages) return;
+  if (of != Of::kTied) return;
   for (size_t t = 0; t < covered_.size(); ++t) covered_[t] = covered_[t] && needed_[t];
 }
 
@@ -115,14 +117,14 @@ void Forecast::gather_ties(const Model& model, const ConstraintSet& constraints)
     });
   }
   ties_.clear();
-  tie_pairs_.clear();
+  tie_closures_.clear();
   size_t i = 0;
   const size_t pairs = constraints.pairs.size();
   for_each_tie(model, constraints, [&](int a, int b, bool tie) {
     if (tie && needed_[std::max(a, b)]) {
       if (i < pairs) {
         ties_.pairs.push_back(constraints.pairs[i]);
-        tie_pairs_.push_back(static_cast<int>(i));
+        tie_closures_.push_back(static_cast<int>(i - constraints.contacts.size()));
       }
       if (i >= pairs) ties_.joints.push_back(constraints.joints[i - pairs]);
     }
@@ -173,7 +175,8 @@ void Forecast::find(const Model& model, EffectSet effects, Of of, double span, c
                     std::span<const BodyRange> ranges, Data& data) {
   forget();
   choose(model, effects, of, constraints, ranges, data);
-  if (std::find(covered_.begin(), covered_.end(), 1) == covered_.end()) return;
+  any_ = std::find(covered_.begin(), covered_.end(), 1) != covered_.end();
+  if (!any_) return;
   gather_ties(model, constraints);
   tau_.setZero();
   diagonal_.setZero();
@@ -213,16 +216,12 @@ void Forecast::aim(const Model& model, const ContactOptions& options, double h, 
   }
   compute_body_velocities(model, velocity_, data, V_);
   for (size_t i = 0; i < ties_.pairs.size(); ++i) {
-    const size_t in_all = static_cast<size_t>(tie_pairs_[i]);
-    PairConstraint& pair = constraints.pairs[in_all];
-    bool known = true;
-    for (const int body : {pair.body_a, pair.body_b})
-      known = known && (body == 0 || known_[model.body(body).tree]);
-    if (!known) continue;
+    const size_t index = static_cast<size_t>(tie_closures_[i]);
+    PairConstraint& pair = constraints.pairs[constraints.contacts.size() + index];
+    if (!aims(model, pair)) continue;
     const double share = share_aimed(
         h * std::max(fastest_turn(model, pair.body_a, V_), fastest_turn(model, pair.body_b, V_)));
-    const size_t closure = in_all - constraints.contacts.size();
-    aim_closure(model.closures()[constraints.closures[closure]], options, h, data, *reached_, V_,
+    aim_closure(model.closures()[constraints.closures[index]], options, h, data, *reached_, V_,
                 pair);
     const contact::Law& by_curvature = ties_.pairs[i].law;
     for (size_t k = 0; k < static_cast<size_t>(pair.law.rows); ++k)
@@ -234,7 +233,7 @@ void Forecast::aim(const Model& model, const ContactOptions& options, double h, 
 void Forecast::refine(const Model& model, const ContactOptions& options, double h,
                       const VectorRef& q, const VectorRef& v, const Vector3& gravity,
                       ConstraintSet& constraints, Data& data) {
-  if (std::find(covered_.begin(), covered_.end(), 1) == covered_.end() || ties_.empty()) return;
+  if (!any_ || ties_.empty()) return;
   aim(model, options, h, q, constraints, data);
   first_ = velocity_;
   const bool had_external = std::exchange(data.has_external, false);
@@ -248,6 +247,8 @@ void Forecast::refine(const Model& model, const ContactOptions& options, double 
       mid_velocity_.add_force(model, v, first_, tree, data);
       found = accelerate(model, tree, h, v, gravity, data);
       for (int i = tree.body_begin; i < tree.body_end; ++i) data.has_mean_force[i] = 0;
+      // Velocity products, which fast_trees.h looks at, as they were.
+      compute_velocities(model, v, {tree.body_begin, tree.body_end}, data);
     } else {
       found = accelerate(model, tree, h, v, gravity, data);
     }
@@ -255,7 +256,8 @@ void Forecast::refine(const Model& model, const ContactOptions& options, double 
     problem_.free_velocity().segment(problem_.block_start(block), size) =
         velocity_.segment(tree.v_begin, size);
   }
-  if (!found || !solve_ties(model)) velocity_ = first_;
+  refined_ = found && solve_ties(model);
+  if (!refined_) velocity_ = first_;
   added_.swap(data.added);
   data.has_external = had_external;
   aim(model, options, h, q, constraints, data);

@@ -26,7 +26,11 @@ class Forecast {
   explicit Forecast(const Model& model);
 
   /// Which trees a forecast is asked for.
-  enum class Of { kLinkages, kTied };  ///< of several bodies; under closures or mimic joints
+  enum class Of {
+    kLinkages,     ///< of several bodies
+    kTied,         ///< under closures or mimic joints
+    kAllLinkages,  ///< turning or not: what a forecast tends to where a tree comes to rest
+  };
 
   /// For a step of h [s] from (q, v), gravity [m/s^2], constraints as found there, smooth forces
   /// over `span` [s] of it before the impulses; for those trees in `ranges` that turn. Needs
@@ -39,7 +43,7 @@ class Forecast {
   /// A second pass, for trees with closures and mimic joints, which `find` (kLinkages) came first
   /// for: velocity-dependent forces at the velocity in the middle of the step that the first pass
   /// found, and closures aimed at the pose that it leads to (closures.h), in `constraints` too. Of
-  /// these trees c and mean forces are to be set again.
+  /// these trees mean forces are to be set again.
   void refine(const Model& model, const ContactOptions& options, double h, const VectorRef& q,
               const VectorRef& v, const Vector3& gravity, ConstraintSet& constraints, Data& data);
 
@@ -53,6 +57,23 @@ class Forecast {
   const VectorX& velocity() const { return velocity_; }
   /// nv: what closures and mimic joints change of it [m/s, rad/s]; zero of trees not covered.
   const VectorX& change_by_ties() const { return tied_; }
+
+  // How it came to that, for its derivatives.
+
+  /// A tree is covered.
+  bool any() const { return any_; }
+  /// The tree has a velocity here: it is covered, or tied to one that is.
+  bool has(int tree) const { return any_ && needed_[tree]; }
+  /// Closures and mimic joints of these trees, with the biases that the first pass went by, and of
+  /// each pair which of the constraints' closures it is.
+  const ConstraintSet& ties() const { return ties_; }
+  const std::vector<int>& tie_closures() const { return tie_closures_; }
+  /// The bias of a closure's rows is aimed.
+  bool aims(const Model& model, const PairConstraint& pair) const;
+  /// nv: at the end of the first pass.
+  const VectorX& first_velocity() const { return first_; }
+  /// There was a second pass.
+  bool refined() const { return refined_; }
 
  private:
   void choose(const Model& model, EffectSet effects, Of of, const ConstraintSet& constraints,
@@ -70,11 +91,13 @@ class Forecast {
   std::vector<char> needed_;         ///< by tree: covered, or tied to one that is
   std::vector<AddedInertia> added_;  ///< empty
   ConstraintSet ties_;               ///< closures and mimic joints of what is needed
-  std::vector<int> tie_pairs_;       ///< index among the constraints' pairs, of each pair in ties_
+  std::vector<int>
+      tie_closures_;  ///< of each pair in ties_ its index among the constraints' closures
   VectorX tau_, diagonal_, acceleration_, velocity_, tied_;
   std::vector<int> block_of_tree_;
   contact::Problem problem_;
   TieSolver tie_solver_;
+  bool any_ = false, refined_ = false;
   bool factored_ = false;   ///< problem_, by tie_solver_
   contact::Solver solver_;  ///< where there are too many ties
   VectorX w_, impulse_;     ///< grown only, see Workspace::Impl

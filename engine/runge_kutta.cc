@@ -7,7 +7,6 @@
 #include "counterpoint/engine/step_forces.h"
 
 namespace counterpoint {
-namespace {
 
 void refuse_constraints(EffectSet effects) {
   std::string found;
@@ -23,7 +22,6 @@ void refuse_constraints(EffectSet effects) {
                    "semi_implicit_euler");
 }
 
-/// theta' at theta.
 void exponent_rate(const Model& model, const VectorX& theta, const VectorX& w, VectorX& rate) {
   rate = w;
   for (int i = 1; i < model.num_bodies(); ++i) {
@@ -36,7 +34,6 @@ void exponent_rate(const Model& model, const VectorX& theta, const VectorX& w, V
   }
 }
 
-/// The acceleration (nv) of the smooth motion at `at`.
 void compute_acceleration(const Model& model, EffectSet effects, const State& at,
                           const Input& input, Workspace::Impl& ws, VectorX& acceleration,
                           StepReport& report) {
@@ -47,30 +44,28 @@ void compute_acceleration(const Model& model, EffectSet effects, const State& at
   accelerate(model, 1.0, gravity, ws.no_rotors, ws, acceleration, report);
 }
 
-}  // namespace
-
 void step_runge_kutta(const Model& model, const SimulationOptions& options, EffectSet effects,
                       const State& state, const Input& input, Workspace::Impl& ws, State& next,
                       StepReport& report) {
   refuse_constraints(effects);
   RungeKuttaStages& stages = ws.stages;
   const double h = options.time_step;
-  constexpr double kNode[4] = {0.0, 0.5, 0.5, 1.0}, kWeight[4] = {1.0, 2.0, 2.0, 1.0};
   stages.theta.setZero(model.nv());
   stages.at = state;
   stages.theta_sum.setZero(model.nv());
   stages.v_sum.setZero(model.nv());
   for (int s = 0; s < 4; ++s) {
+    const auto [node, weight] = kRungeKuttaStages[s];
     if (s > 0) {
-      stages.theta = kNode[s] * h * stages.theta_rate;
+      stages.theta = node * h * stages.theta_rate;
       integrate_configuration(model, state.q, stages.theta, 1.0, stages.at.q);
-      stages.at.v = state.v + kNode[s] * h * stages.acceleration;
+      stages.at.v = state.v + node * h * stages.acceleration;
     }
     exponent_rate(model, stages.theta, stages.at.v, stages.theta_rate);
     compute_acceleration(model, effects, stages.at, input, ws, stages.acceleration, report);
     if (!report.succeeded()) break;
-    stages.theta_sum += h / 6.0 * kWeight[s] * stages.theta_rate;
-    stages.v_sum += h / 6.0 * kWeight[s] * stages.acceleration;
+    stages.theta_sum += h / 6.0 * weight * stages.theta_rate;
+    stages.v_sum += h / 6.0 * weight * stages.acceleration;
   }
   next.time = state.time + h;
   next.v = state.v + stages.v_sum;

@@ -12,6 +12,25 @@
 namespace counterpoint {
 
 /// @throws InputError if the scene calls for constraints that are not switched off.
+void refuse_constraints(EffectSet effects);
+
+/// Where a stage is taken, of the step, and what it counts, of six.
+struct RungeKuttaStage {
+  double node, weight;
+};
+inline constexpr RungeKuttaStage kRungeKuttaStages[4] = {
+    {0.0, 1.0}, {0.5, 2.0}, {0.5, 2.0}, {1.0, 1.0}};
+
+/// theta' (nv) at theta, for velocities w.
+void exponent_rate(const Model& model, const VectorX& theta, const VectorX& w, VectorX& rate);
+
+/// The acceleration (nv) of the smooth motion at a state; leaves ws.data at its kinematics. All
+/// bodies must be awake.
+void compute_acceleration(const Model& model, EffectSet effects, const State& at,
+                          const Input& input, Workspace::Impl& ws, VectorX& acceleration,
+                          StepReport& report);
+
+/// @throws InputError as refuse_constraints.
 void step_runge_kutta(const Model& model, const SimulationOptions& options, EffectSet effects,
                       const State& state, const Input& input, Workspace::Impl& ws, State& next,
                       StepReport& report);

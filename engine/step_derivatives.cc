@@ -1,13 +1,15 @@
 #include "counterpoint/engine/step_derivatives.h"
 
 #include <limits>
+#include <optional>
 
 #include "counterpoint/engine/derivatives/inverse_derivator.h"
-#include "counterpoint/engine/derivatives/right_jacobian.h"
+#include "counterpoint/engine/derivatives/midpoint_derivator.h"
+#include "counterpoint/engine/derivatives/rotation_maps.h"
+#include "counterpoint/engine/derivatives/runge_kutta_derivator.h"
 #include "counterpoint/engine/derivatives/sparse_solve.h"
 #include "counterpoint/engine/step_differences.h"
 #include "counterpoint/engine/step_workspace.h"
-#include "counterpoint/model/rotation.h"
 
 namespace counterpoint {
 
@@ -16,6 +18,11 @@ struct DerivativeScratch {
   InverseDerivator inverse;
   DifferenceScratch differences;
   SparseSolver solver;
+  // Of other integrators than semi-implicit Euler.
+  std::optional<SmoothDerivator> smooth;
+  std::optional<RungeKuttaDerivator> runge_kutta;
+  State start;
+  VectorX r;  ///< nv
 };
 
 namespace {
@@ -27,26 +34,47 @@ DerivativeScratch& scratch_of(const Model& model, Workspace::Impl& ws) {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
-/// dq_next = P dq + h Q dv_next at q_next = q (+) h v_next, P and Q being the identity but for
-/// quaternions: P = exp(-h w), Q = J(h w).
-void chain_configuration(const Model& model, double h, const VectorRef& v_next,
-                         ForwardDerivatives& d) {
-  d.dq_dq = h * d.dv_dq;
-  d.dq_dv = h * d.dv_dv;
-  d.dq_du = h * d.dv_du;
-  d.dq_dq.diagonal().array() += 1.0;
-  for (int i = 1; i < model.num_bodies(); ++i) {
-    const Body& body = model.body(i);
-    if (body.joint_type != JointType::kSpherical && body.joint_type != JointType::kFloating)
-      continue;
-    const int k = body.v_index + joint_num_linear(body.joint_type);
-    const Vector3 turn = h * v_next.segment<3>(k);
-    const Matrix3 Q = h * right_jacobian(turn);
-    d.dq_dq.middleRows<3>(k).noalias() = Q.lazyProduct(d.dv_dq.middleRows<3>(k));
-    d.dq_dq.block<3, 3>(k, k) += quaternion_exp(-turn).toRotationMatrix();
-    d.dq_dv.middleRows<3>(k).noalias() = Q.lazyProduct(d.dv_dv.middleRows<3>(k));
-    d.dq_du.middleRows<3>(k).noalias() = Q.lazyProduct(d.dv_du.middleRows<3>(k));
-  }
+/// q_next = q (+) h w moves by P dq + h Q dw: w is v_next, of the midpoint rule the mean of both.
+void chain_configuration(const Model& model, const SimulationOptions& options, const VectorRef& v,
+                         const VectorRef& v_next, VectorX& r, ForwardDerivatives& d) {
+  const bool midpoint = options.integrator == Integrator::kImplicitMidpoint;
+  const double h = options.time_step, share = midpoint ? 0.5 : 1.0;
+  r = h * share * v_next;
+  if (midpoint) r += h * share * v;
+  d.dq_dq = h * share * d.dv_dq;
+  d.dq_dv = h * share * d.dv_dv;
+  d.dq_du = h * share * d.dv_du;
+  if (midpoint) d.dq_dv.diagonal().array() += h * share;
+  for (MatrixX* m : {&d.dq_dq, &d.dq_dv, &d.dq_du}) multiply_rows(model, RotationMap::kQ, r, *m);
+  add_map(model, RotationMap::kP, r, d.dq_dq);
+}
+
+bool differentiate_runge_kutta(const Model& model, const SimulationOptions& options,
+                               const VectorRef& q, const VectorRef& v, const Input& input,
+                               Workspace::Impl& ws, DerivativeScratch& scratch,
+                               ForwardDerivatives& d) {
+  check_time_step(options.time_step);
+  scratch.start.q = q;
+  scratch.start.v = v;
+  if (!ws.check.accepts(model, scratch.start, input)) return false;
+  if (!scratch.smooth) scratch.smooth.emplace(model);
+  if (!scratch.runge_kutta) scratch.runge_kutta.emplace(model);
+  return scratch.runge_kutta->compute(model, options.time_step,
+                                      active_effects(ws.called, options.effects), q, v, input, ws,
+                                      *scratch.smooth, d);
+}
+
+/// In closed form. False if something acts that has none.
+bool differentiate(const Model& model, const SimulationOptions& options, const VectorRef& q,
+                   const VectorRef& v, const VectorRef& v_next, const Input& known,
+                   Workspace::Impl& ws, DerivativeScratch& scratch, InverseDerivatives& d) {
+  const EffectSet effects = active_effects(ws.called, options.effects);
+  if (options.integrator == Integrator::kSemiImplicitEuler)
+    return scratch.inverse.compute(model, options, effects, q, v, v_next, known, ws, d);
+  if (!scratch.smooth) scratch.smooth.emplace(model);
+  compute_midpoint_derivatives(model, options.time_step, effects, v, v_next, known, ws,
+                               *scratch.smooth, scratch.r, d);
+  return true;
 }
 
 }  // namespace
@@ -62,12 +90,10 @@ void step_inverse_derivatives(const Model& model, const SimulationOptions& optio
   }
   Workspace::Impl& ws = workspace.impl();
   DerivativeScratch& scratch = scratch_of(model, ws);
-  const bool analytic =
-      method == DerivativeMethod::kAnalytic && options.integrator == Integrator::kSemiImplicitEuler;
-  const EffectSet effects = active_effects(ws.called, options.effects);
+  const bool analytic = method == DerivativeMethod::kAnalytic;
   const bool closed =
-      analytic && scratch.inverse.compute(model, options, effects, q, v, v_next, known, ws, d);
-  d.by_differences = method == DerivativeMethod::kAnalytic && !closed;
+      analytic && differentiate(model, options, q, v, v_next, known, ws, scratch, d);
+  d.by_differences = analytic && !closed;
   if (closed) return;
   const double step = difference_step > 0.0
                           ? difference_step
@@ -81,13 +107,21 @@ bool step_forward_derivatives(const Model& model, const SimulationOptions& optio
                               VectorRef v, VectorRef v_next, const Input& known,
                               Workspace& workspace, Inverse& inverse, InverseDerivatives& d_inverse,
                               ForwardDerivatives& d, DerivativeMethod method) {
-  step_inverse_derivatives(model, options, q, v, v_next, known, workspace, inverse, d_inverse,
-                           method);
   const int nv = model.nv();
   MatrixX* const all[] = {&d.dv_dq, &d.dv_dv, &d.dv_du, &d.dq_dq, &d.dq_dv, &d.dq_du};
   for (MatrixX* m : all)
     if (m->rows() != nv || m->cols() != nv) m->resize(nv, nv);
-  SparseSolver& solver = scratch_of(model, workspace.impl()).solver;
+  DerivativeScratch& scratch = scratch_of(model, workspace.impl());
+  if (options.integrator == Integrator::kRungeKutta4) {
+    const bool found =
+        differentiate_runge_kutta(model, options, q, v, known, workspace.impl(), scratch, d);
+    for (MatrixX* m : all)
+      if (!found) m->setConstant(kNaN);
+    return found;
+  }
+  step_inverse_derivatives(model, options, q, v, v_next, known, workspace, inverse, d_inverse,
+                           method);
+  SparseSolver& solver = scratch.solver;
   bool regular = !inverse.fault.any();
   if (regular) {
     solver.begin(d_inverse.dv_next, 3 * nv);
@@ -103,7 +137,7 @@ bool step_forward_derivatives(const Model& model, const SimulationOptions& optio
   solver.get(0, d.dv_dq);
   solver.get(nv, d.dv_dv);
   solver.get(2 * nv, d.dv_du);
-  chain_configuration(model, options.time_step, v_next, d);
+  chain_configuration(model, options, v, v_next, scratch.r, d);
   return true;
 }
 

@@ -24,8 +24,8 @@ struct InverseDerivatives {
   MatrixX dq;       ///< du/dq [N/m, N/rad, N m/m, N m/rad], dq a displacement at q
   MatrixX dv;       ///< du/dv [N s/m, ...]
   MatrixX dv_next;  ///< du/dv+ [N s/m, ...]; symmetric where all laws are convex
-  /// dq and dv are (dv_next too, of implicit_midpoint) by extrapolated differences of the whole
-  /// step, though closed forms were asked for: something acts that has none (docs/derivatives.md).
+  /// dq and dv are by extrapolated differences of the whole step, though closed forms were asked
+  /// for: something acts that has none (docs/derivatives.md).
   bool by_differences = false;
 };
 
@@ -54,7 +54,10 @@ struct ForwardDerivatives {
 
 /// Derivatives of the step from (q, v) under `known`, which led to v_next: by one linear solve from
 /// those of the inverse, which are left in `inverse` and `d_inverse`. known.applied_force is not
-/// looked at. False if du/dv+ is singular: `d` is NaN then.
+/// looked at. Of runge_kutta_4, which has no inverse, by the chain rule of its stages: v_next and
+/// `method` are not looked at then, `inverse` and `d_inverse` left as they are, and
+/// known.applied_force is what acted. False if du/dv+, or M, is singular: `d` is NaN then.
+/// @throws InputError where step_inverse, or the Runge-Kutta step, does.
 bool step_forward_derivatives(const Model& model, const SimulationOptions& options, VectorRef q,
                               VectorRef v, VectorRef v_next, const Input& known,
                               Workspace& workspace, Inverse& inverse, InverseDerivatives& d_inverse,

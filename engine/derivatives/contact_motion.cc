@@ -5,66 +5,20 @@
 #include <limits>
 
 #include "counterpoint/collision/corner_contacts.h"
+#include "counterpoint/engine/derivatives/closed_forms.h"
+#include "counterpoint/engine/derivatives/pair_response.h"
+#include "counterpoint/engine/derivatives/right_jacobian.h"
 #include "counterpoint/model/rotation.h"
 
 namespace counterpoint {
 namespace {
 
-/// Relative to the shapes' size: what lies closer together is one.
-constexpr double kSame = 1e-9;
 /// The difference step [m], relative to the gap, which is the radius that normals of corners turn
 /// about; at most this share of the smallest length of the two shapes, at least so much. As an
 /// angle over that length.
-constexpr double kGapShare = 1e-4, kSizeShare = 1e-5, kLeastStep = 1e-8;
+constexpr double kGapShare = 1e-4, kSizeShare = 4e-6, kLeastStep = 1e-8;
 /// A neighbouring contact is at most so many difference steps away (rims of cylinders slide fast).
 constexpr double kFarthest = 1e3;
-
-/// A point of a shape which keeps its place in it and, as the centre of a ball, touches a plane.
-bool is_core(const Shape& shape, const Vector3& p) {
-  const Vector3& size = shape.size;
-  switch (shape.type) {
-    case ShapeType::kSphere:
-      return p.norm() < kSame * size.x();
-    case ShapeType::kCapsule:
-      return (p.cwiseAbs() - Vector3(0, 0, size.y())).norm() < kSame * (size.x() + size.y());
-    case ShapeType::kBox:
-      return (p.cwiseAbs() - size).norm() < kSame * size.norm();
-    case ShapeType::kConvexMesh: {
-      const double near = kSame * shape.mesh->radius;
-      return std::any_of(shape.mesh->vertices.begin(), shape.mesh->vertices.end(),
-                         [&](const Vector3& v) { return (v - p).squaredNorm() < near * near; });
-    }
-    default:
-      return false;
-  }
-}
-
-double core_radius(const Shape& shape) {
-  return shape.type == ShapeType::kSphere || shape.type == ShapeType::kCapsule ? shape.size.x()
-                                                                               : 0.0;
-}
-
-/// A solid's core point against a plane. side: -1 if the plane is A's, 1 if it is B's.
-bool touches_plane(const Shape& solid, const Pose& X_WG, const collision::Candidate& contact,
-                   double towards_b, double side, ContactMotion& out) {
-  const Vector3& n = contact.normal;
-  const double open = contact.gap > 0.0 ? 1.0 : 0.0;
-  // The place is `offset` away from the core, on the side of the plane.
-  const double by_gap = 0.5 + side * towards_b * open;
-  const double offset = core_radius(solid) + by_gap * contact.gap;
-  if (!is_core(solid, X_WG.inverse() * (contact.position - side * offset * n))) return false;
-  const Matrix3 turned = -offset * skew(n), along = n * n.transpose();
-  out.gap << Vector3::Zero().transpose(), n.transpose();
-  out.point.leftCols<3>() = turned;
-  if (side < 0.0) {  // the plane and its normal stay, the core moves
-    out.point.rightCols<3>() = Matrix3::Identity() - by_gap * along;
-    out.normal.setZero();
-  } else {
-    out.point.rightCols<3>() = by_gap * along;
-    out.normal << -skew(n), Matrix3::Zero();
-  }
-  return true;
-}
 
 double smallest_length(const Shape& shape) {
   switch (shape.type) {
@@ -82,67 +36,6 @@ double smallest_length(const Shape& shape) {
       return shape.size.minCoeff();
   }
   return 1.0;
-}
-
-/// A ball about a point, or about every point of a segment along `axis`.
-struct Round {
-  Vector3 center, axis;
-  double half, radius;
-
-  Round(const Shape& shape, const Pose& X)
-      : center(X.translation),
-        axis(X.rotation.col(2)),
-        half(shape.type == ShapeType::kCapsule ? shape.size.y() : 0.0),
-        radius(shape.size.x()) {}
-
-  bool holds(const Vector3& p) const {
-    const double along = axis.dot(p - center), size = half + radius;
-    return (p - center - along * axis).norm() < kSame * size &&
-           std::abs(along) < half + kSame * size;
-  }
-  /// The point is the one closest to what lies along n, and slides along the segment; else it is an
-  /// end, or held otherwise.
-  bool slides(const Vector3& p, const Vector3& n) const {
-    return std::abs(axis.dot(p - center)) < half - kSame * (half + radius) &&
-           std::abs(axis.dot(n)) < 1e-7;
-  }
-};
-
-bool is_round(const Shape& shape) {
-  return shape.type == ShapeType::kSphere || shape.type == ShapeType::kCapsule;
-}
-
-/// Of two balls about points c_A, c_B of segments, that slide as long as c_B - c_A is across them.
-bool rounds_touch(const Round& a, const Round& b, const collision::Candidate& contact,
-                  const Vector3& middle, double towards_b, ContactMotion& out) {
-  const Vector3& n = contact.normal;
-  const double distance = contact.gap + a.radius + b.radius;
-  const double to_a = a.radius + 0.5 * contact.gap;
-  const Vector3 at_a = middle - to_a * n, at_b = middle + (b.radius + 0.5 * contact.gap) * n;
-  if (!(distance > kSame * (a.radius + b.radius)) || !a.holds(at_a) || !b.holds(at_b)) return false;
-  using Row6 = Eigen::Matrix<double, 1, 6>;
-  Eigen::Matrix<double, 3, 6> apart;  // of c_B - c_A
-  apart << -skew(at_b - contact.position), Matrix3::Identity();
-  out.gap = n.transpose() * apart;
-  Row6 s = Row6::Zero(), t = Row6::Zero();  // along the segments
-  const bool a_slides = a.slides(at_a, n), b_slides = b.slides(at_b, n);
-  if (a_slides) s = a.axis.transpose() * apart;
-  if (b_slides) {
-    t = -b.axis.transpose() * apart;
-    t.head<3>() -= distance * b.axis.cross(n).transpose();
-  }
-  if (a_slides && b_slides) {
-    const double cosine = a.axis.dot(b.axis), sine2 = 1.0 - cosine * cosine;
-    if (!(sine2 > kSame)) return false;
-    const Row6 both = (s + cosine * t) / sine2;
-    t = (t + cosine * s) / sine2;
-    s = both;
-  }
-  apart += b.axis * t - a.axis * s;
-  out.normal = (apart - n * (n.transpose() * apart)) / distance;
-  const double open = contact.gap > 0.0 ? towards_b : 0.0;
-  out.point = a.axis * s + (to_a + open * contact.gap) * out.normal + (0.5 + open) * n * out.gap;
-  return true;
 }
 
 /// `index` where the manifold is like the one that this counts in, else the closest; null if that
@@ -171,19 +64,36 @@ Pose turned_about(const Vector3& at, const Pose& X, int column, double by) {
   return {turn * X.rotation, at + turn * (X.translation - at)};
 }
 
+/// From a contact halfway between the surfaces to one moved towards B, and from turns about one
+/// point to turns about the contact, which is `arm` away.
+void finish(const collision::Candidate& contact, double towards_b, const Vector3& arm,
+            PlaceMotion& m) {
+  if (contact.gap > 0.0) m.point += towards_b * (contact.normal * m.gap + contact.gap * m.normal);
+  const Matrix3 lever = skew(arm);
+  m.point.leftCols<3>() += m.point.rightCols<3>() * lever;
+  m.normal.leftCols<3>() += m.normal.rightCols<3>() * lever;
+  m.gap.head<3>() += m.gap.tail<3>() * lever;
+}
+
 }  // namespace
 
-/// Its index among the contacts of the pair's pose; -1 if it is not among them.
-int ContactMotionFinder::index_here(const Pair& pair, const collision::Candidate& contact,
-                                    const Vector3& middle) const {
+void PlaceMotion::set_zero() {
+  point.setZero();
+  normal.setZero();
+  gap.setZero();
+}
+
+/// Its index among the contacts here_; -1 if it is not among them.
+int ContactMotionFinder::index_here(const Pair& pair, const Contact& contact) const {
   const double near = kSame * pair.size;
   int best = -1;
   double least = 3.0 * near;
   for (int i = 0; i < here_.size; ++i) {
     const collision::ContactPoint& p = here_.points[i];
-    if (!(p.normal.dot(contact.normal) > 1.0 - kSame)) continue;
+    if (!(p.normal.dot(contact.candidate.normal) > 1.0 - kSame)) continue;
     // Of contacts in one place the one of the same gap.
-    const double off = (p.position - middle).norm() + std::abs(p.gap - contact.gap);
+    const double off =
+        (p.position - contact.middle).norm() + std::abs(p.gap - contact.candidate.gap);
     if (off >= least) continue;
     least = off;
     best = i;
@@ -191,12 +101,12 @@ int ContactMotionFinder::index_here(const Pair& pair, const collision::Candidate
   return best;
 }
 
-/// The contacts of the pair, and with B in neighbouring poses.
-void ContactMotionFinder::move_pair(const Pair& pair, const collision::Candidate& contact) {
+/// The contacts of the pair with B in neighbouring poses, turned about a point.
+void ContactMotionFinder::move_pair(const Pair& pair, const Vector3& about, double gap) {
   // Some more room, so that a contact does not vanish at the margin.
-  const collision::PairQuery query(std::abs(contact.gap) + pair.size);
-  about_ = contact.position;
-  step_ = std::clamp(kGapShare * std::abs(contact.gap), kLeastStep, kSizeShare * pair.size);
+  const collision::PairQuery query(std::abs(gap) + pair.size);
+  about_ = about;
+  step_ = std::clamp(kGapShare * std::abs(gap), kLeastStep, kSizeShare * pair.size);
   for (int column = 0; column < 6; ++column) {
     const double step = column < 3 ? step_ / pair.size : step_;
     for (const int side : {0, 1})
@@ -206,87 +116,203 @@ void ContactMotionFinder::move_pair(const Pair& pair, const collision::Candidate
   }
 }
 
-bool ContactMotionFinder::difference(const Pair& pair, const collision::Candidate& contact,
-                                     int index, double towards_b, ContactMotion& out) {
-  const Vector3 middle = contact.position - towards_b * std::max(contact.gap, 0.0) * contact.normal;
+/// Of a contact of here_, by turns about about_.
+bool ContactMotionFinder::difference(const Pair& pair, int index, PlaceMotion& out) const {
+  const Vector3& here = here_.points[index].position;
   for (int column = 0; column < 6; ++column) {
     const double step = column < 3 ? step_ / pair.size : step_;
-    collision::ContactPoint ends[2];
+    const collision::ContactPoint* ends[2];
     for (const int side : {0, 1}) {
-      const collision::ContactPoint* found =
-          like(here_, index, moved_[column][side], middle, kFarthest * step_);
-      if (found == nullptr) return false;
-      ends[side] = *found;
-      ends[side].position += towards_b * std::max(found->gap, 0.0) * found->normal;
+      ends[side] = like(here_, index, moved_[column][side], here, kFarthest * step_);
+      if (ends[side] == nullptr) return false;
     }
     const double inverse = 0.5 / step;
-    out.point.col(column) = (ends[1].position - ends[0].position) * inverse;
-    out.normal.col(column) = (ends[1].normal - ends[0].normal) * inverse;
-    out.gap[column] = (ends[1].gap - ends[0].gap) * inverse;
+    out.point.col(column) = (ends[1]->position - ends[0]->position) * inverse;
+    out.normal.col(column) = (ends[1]->normal - ends[0]->normal) * inverse;
+    out.gap[column] = (ends[1]->gap - ends[0]->gap) * inverse;
   }
-  // From turns about about_ to turns about the contact.
-  const Matrix3 arm = skew(contact.position - about_);
-  out.point.leftCols<3>() += out.point.rightCols<3>() * arm;
-  out.normal.leftCols<3>() += out.normal.rightCols<3>() * arm;
-  out.gap.head<3>() += out.gap.tail<3>() * arm;
+  return true;
+}
+
+/// Of a contact that the poses alone tell. keep: here_ and moved_ hold the pair's contacts already
+/// if geometry_a_ says so.
+bool ContactMotionFinder::touch(const Pair& pair, const Contact& contact, bool keep,
+                                ContactMotion& out) {
+  const collision::Candidate& c = contact.candidate;
+  if (pair.a->type == ShapeType::kPlane &&
+      touches_plane(*pair.b, pair.X_WB, c, contact.towards_b, -1.0, out))
+    return true;
+  if (pair.b->type == ShapeType::kPlane &&
+      touches_plane(*pair.a, pair.X_WA, c, contact.towards_b, 1.0, out))
+    return true;
+  if (rounds_touch(*pair.a, pair.X_WA, *pair.b, pair.X_WB, c, contact.towards_b, out)) return true;
+  const bool known = keep && !ahead_ && c.geometry_a == geometry_a_ && c.geometry_b == geometry_b_;
+  int index = known ? index_here(pair, contact) : -1;
+  if (index < 0) {
+    geometry_a_ = geometry_b_ = -1;
+    const collision::PairQuery query(std::abs(c.gap) + pair.size);
+    collision::pair_contacts(*pair.a, pair.X_WA, *pair.b, pair.X_WB, query, here_);
+    index = index_here(pair, contact);
+    if (index < 0) return false;
+    move_pair(pair, c.position, c.gap);
+    if (keep) {
+      geometry_a_ = c.geometry_a;
+      geometry_b_ = c.geometry_b;
+      ahead_ = false;
+    }
+  }
+  if (!difference(pair, index, out)) return false;
+  finish(c, contact.towards_b, c.position - about_, out);
   return true;
 }
 
 /// Of corners taken as points and of balls inside shapes (corner_contacts.h).
-bool ContactMotionFinder::difference_balls(const Pair& pair, const collision::Candidate& contact,
-                                           double towards_b, ContactMotion& out) {
-  geometry_a_ = geometry_b_ = -1;
-  const Vector3 middle = contact.position - towards_b * std::max(contact.gap, 0.0) * contact.normal;
-  const collision::PairQuery query(std::abs(contact.gap) + pair.size);
+bool ContactMotionFinder::touch_stand_ins(const Pair& pair, const Contact& contact,
+                                          ContactMotion& out) {
   for (const bool of_a : {true, false}) {
-    const collision::StandIns balls =
-        collision::stand_ins(of_a ? *pair.a : *pair.b, of_a ? pair.X_WA : pair.X_WB);
+    const Shape& shape = of_a ? *pair.a : *pair.b;
+    if (shape.type == ShapeType::kTerrain || shape.type == ShapeType::kPlane) continue;
+    const collision::StandIns balls = collision::stand_ins(shape, of_a ? pair.X_WA : pair.X_WB);
     for (int i = 0; i < balls.size; ++i) {
       Pair with_ball = pair;
       (of_a ? with_ball.a : with_ball.b) = &balls.balls[i].shape;
       (of_a ? with_ball.X_WA : with_ball.X_WB) = balls.balls[i].X;
-      collision::pair_contacts(*with_ball.a, with_ball.X_WA, *with_ball.b, with_ball.X_WB, query,
-                               here_);
-      const int index = index_here(with_ball, contact, middle);
-      if (index < 0) continue;
-      move_pair(with_ball, contact);
-      return difference(with_ball, contact, index, towards_b, out);
+      const bool on_terrain =
+          pair.a->type == ShapeType::kTerrain || pair.b->type == ShapeType::kTerrain;
+      if (on_terrain ? touch_terrain(with_ball, contact, out)
+                     : touch(with_ball, contact, false, out))
+        return true;
     }
   }
   return false;
 }
 
+// With D_A, D_B displacements of the shapes after the motion, by one of B against A (m) and by
+// velocities dV_A, dV_B seen from A:
+//
+//   D_A = G_A dV_A,    D_B = m + G_B (dV_B - m x V_B)
+//
+// where G dV turns by h J_l(h omega) d omega, J_l the left Jacobian of the exponential map, about
+// where the body's origin arrives, which moves by h dv. The contact after it follows these; taking
+// it back is linear in the ways, but for its own place.
+bool ContactMotionFinder::touch_ahead(const Pair& pair, const Contact& contact,
+                                      const collision::PairMotion& motion, const Motion& V_a,
+                                      const Motion& V_b, double h, ContactMotion& out) {
+  using Rows18 = Eigen::Matrix<double, 3, 18>;
+  using Row18 = Eigen::Matrix<double, 1, 18>;
+  using Rows6x18 = Eigen::Matrix<double, 6, 18>;
+  const collision::Candidate& c = contact.candidate;
+  const Pair after{pair.a, pair.b, motion.a.moved(), motion.b.moved(), pair.size};
+  collision::Manifold taken_back;
+  const auto find_index = [&] {
+    taken_back = here_;
+    for (int i = 0; i < here_.size; ++i) taken_back.points[i] = motion.taken_back(here_.points[i]);
+    std::swap(taken_back, here_);
+    const int index = index_here(pair, contact);
+    std::swap(taken_back, here_);
+    return index;
+  };
+  const bool known = ahead_ && c.geometry_a == geometry_a_ && c.geometry_b == geometry_b_;
+  int index = known ? find_index() : -1;
+  if (index < 0) {
+    geometry_a_ = geometry_b_ = -1;
+    const collision::PairQuery query(std::abs(c.gap) + pair.size);
+    collision::pair_contacts(*after.a, after.X_WA, *after.b, after.X_WB, query, here_);
+    index = find_index();
+    if (index < 0) return false;
+    move_pair(after, here_.points[index].position, here_.points[index].gap);
+    geometry_a_ = c.geometry_a;
+    geometry_b_ = c.geometry_b;
+    ahead_ = true;
+  }
+  PlaceMotion raw;
+  if (!difference(after, index, raw)) return false;
+  const collision::ContactPoint& p = here_.points[index];
+  // Displacements D_A, D_B at about_, by (m, dV_A, dV_B) at the contact.
+  Rows6x18 D_a = Rows6x18::Zero(), D_b = Rows6x18::Zero();
+  const auto at = [&](const Vector3& point) {  // from motions at the contact to those at a point
+    Matrix6 X = Matrix6::Identity();
+    X.bottomLeftCorner<3, 3>() = -skew(point - c.position);
+    return X;
+  };
+  const auto follow = [&](const collision::ShapeMotion& shape) {
+    const Matrix3 turn = h * right_jacobian(shape.displacement.angular).transpose();
+    const Vector3 arrived = shape.origin + shape.displacement.linear;
+    Matrix6 G = h * at(shape.origin);
+    G.topLeftCorner<3, 3>() = turn;
+    G.bottomLeftCorner<3, 3>() -= skew(about_ - arrived) * turn;
+    return G;
+  };
+  const Matrix6 G_b = follow(motion.b);
+  D_a.middleCols<6>(6) = follow(motion.a);
+  D_b.leftCols<6>() = at(about_) + G_b * motion_cross(V_b);
+  D_b.rightCols<6>() = G_b;
+  const Rows6x18 apart = D_b - D_a;
+  Rows18 point = raw.point * apart, normal = raw.normal * apart;
+  const Row18 gap = raw.gap * apart;
+  point += D_a.bottomRows<3>() - skew(p.position - about_) * D_a.topRows<3>();
+  normal -= skew(p.normal) * D_a.topRows<3>();
+  // Back to the start. Ways h V at a place that moves itself.
+  const auto way = [&](const Motion& V, int columns, const Vector3& place, const Rows18& moves) {
+    Rows18 by = h * skew(V.angular) * moves;
+    by.middleCols<6>(columns) += h * at(place).bottomRows<3>();
+    return by;
+  };
+  const Vector3 n = p.normal;
+  const Vector3 k = (0.5 - motion.a.share) * motion.a.way_of(p.position) +
+                    (0.5 - motion.b.share) * motion.b.way_of(p.position);
+  const Rows18 way_a = way(V_a, 6, p.position, point), way_b = way(V_b, 12, p.position, point);
+  const Rows18 carried = motion.a.share * way_a + motion.b.share * way_b;
+  const Rows18 by_k = 0.5 * (way_a + way_b) - carried;
+  Rows18 place = point - carried - n.dot(k) * normal;
+  place -= n * (k.transpose() * normal + n.transpose() * by_k);
+  const Vector3 back = contact.middle;
+  const Vector3 closing = motion.a.way_of(back) - motion.b.way_of(back);
+  const Row18 by_gap = gap + closing.transpose() * normal +
+                       n.transpose() * (way(V_a, 6, back, place) - way(V_b, 12, back, place));
+  if (c.gap > 0.0) place += contact.towards_b * (n * by_gap + c.gap * normal);
+  const auto put = [&](int column, PlaceMotion& to) {
+    to.point = place.middleCols<6>(column);
+    to.normal = normal.middleCols<6>(column);
+    to.gap = by_gap.middleCols<6>(column);
+  };
+  put(0, out);
+  put(6, out.v_a);
+  put(12, out.v_b);
+  out.by_v = true;
+  return true;
+}
+
 bool ContactMotionFinder::find(const Model& model, const Data& data,
+                               const collision::Collider& collider,
+                               const collision::BodyMotions& motions,
                                const collision::Candidate& contact, double towards_b,
                                ContactMotion& out) {
   const Geometry& a = model.geometries()[contact.geometry_a];
   const Geometry& b = model.geometries()[contact.geometry_b];
-  Pair pair{&a.shape, &b.shape, data.X_WB[a.body] * a.X_BG, data.X_WB[b.body] * b.X_BG,
-            std::min(smallest_length(a.shape), smallest_length(b.shape))};
-  if (a.shape.type == ShapeType::kPlane &&
-      touches_plane(b.shape, pair.X_WB, contact, towards_b, -1.0, out))
-    return true;
-  if (b.shape.type == ShapeType::kPlane &&
-      touches_plane(a.shape, pair.X_WA, contact, towards_b, 1.0, out))
-    return true;
-  const Vector3 middle = contact.position - towards_b * std::max(contact.gap, 0.0) * contact.normal;
-  if (is_round(a.shape) && is_round(b.shape) &&
-      rounds_touch(Round(a.shape, pair.X_WA), Round(b.shape, pair.X_WB), contact, middle, towards_b,
-                   out))
-    return true;
-  if (a.shape.type == ShapeType::kTerrain || b.shape.type == ShapeType::kTerrain) return false;
-  const bool known = contact.geometry_a == geometry_a_ && contact.geometry_b == geometry_b_;
-  int index = known ? index_here(pair, contact, middle) : -1;
-  if (index < 0) {
-    const collision::PairQuery query(std::abs(contact.gap) + pair.size);
-    collision::pair_contacts(*pair.a, pair.X_WA, *pair.b, pair.X_WB, query, here_);
-    index = index_here(pair, contact, middle);
-    if (index < 0) return difference_balls(pair, contact, towards_b, out);
-    move_pair(pair, contact);
-    geometry_a_ = contact.geometry_a;
-    geometry_b_ = contact.geometry_b;
-  }
-  return difference(pair, contact, index, towards_b, out);
+  const Pair pair{&a.shape, &b.shape, data.X_WB[a.body] * a.X_BG, data.X_WB[b.body] * b.X_BG,
+                  std::min(smallest_length(a.shape), smallest_length(b.shape))};
+  const Contact at{contact,
+                   contact.position - towards_b * std::max(contact.gap, 0.0) * contact.normal,
+                   towards_b};
+  out.by_v = false;
+  if (a.shape.type == ShapeType::kTerrain || b.shape.type == ShapeType::kTerrain)
+    return touch_terrain(pair, at, out) || touch_stand_ins(pair, at, out);
+  // Shapes that touch where the motion leads do so with all of their contacts.
+  const auto motion =
+      collider.pair_motion(data.X_WB, contact.geometry_a, contact.geometry_b, motions);
+  const auto ahead = [&] {
+    const auto at_contact = [&](int body) {
+      return Motion{data.V[body].angular,
+                    data.V[body].at(contact.position - data.X_WB[body].translation)};
+    };
+    return motion && touch_ahead(pair, at, *motion, at_contact(a.body), at_contact(b.body),
+                                 motions.time_step, out);
+  };
+  const bool first =
+      ahead_ && contact.geometry_a == geometry_a_ && contact.geometry_b == geometry_b_;
+  if (first && ahead()) return true;
+  return touch(pair, at, true, out) || (!first && ahead()) || touch_stand_ins(pair, at, out);
 }
 
 }  // namespace counterpoint

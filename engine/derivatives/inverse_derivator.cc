@@ -5,48 +5,14 @@
 
 #include "counterpoint/engine/assemble.h"
 #include "counterpoint/engine/contact_law.h"
+#include "counterpoint/engine/derivatives/body_forces.h"
+#include "counterpoint/engine/derivatives/flight_terms.h"
 #include "counterpoint/engine/derivatives/joint_derivatives.h"
 #include "counterpoint/engine/kinematics.h"
 #include "counterpoint/model/rotation.h"
 
 namespace counterpoint {
 namespace {
-
-/// Of a force that a body carries at a point: `next` and the rest as PairResponse of B against a
-/// world that stays.
-PairResponse body_force(const Force& force) {
-  PairResponse out;
-  out.wrench = force;
-  out.next.setZero();
-  out.v_a.setZero();
-  out.v_b.setZero();
-  out.still.setZero();
-  // The point goes with the body, the force keeps its axes.
-  out.still.topRightCorner<3, 3>() = -skew(force.force);
-  return out;
-}
-
-Vector3 direction(const Vector3& v) {
-  const double size = v.norm();
-  return size > 0.0 ? Vector3(v / size) : Vector3(Vector3::Zero());
-}
-
-/// -(c1 + c2 |v|) v+ at the centre of a link, and the torque alike; v, v+ there (drag.h).
-PairResponse drag_response(const Drag& drag, const Motion& V, const Motion& V_next) {
-  const double mass = drag.linear + drag.quadratic * V.linear.norm();
-  const double about = drag.angular + drag.angular_quadratic * V.angular.norm();
-  PairResponse out = body_force({-about * V_next.angular, -mass * V_next.linear});
-  out.next.topLeftCorner<3, 3>() = -about * Matrix3::Identity();
-  out.next.bottomRightCorner<3, 3>() = -mass * Matrix3::Identity();
-  const Matrix3 by_v = -drag.quadratic * V_next.linear * direction(V.linear).transpose();
-  out.v_b.bottomRightCorner<3, 3>() = by_v;
-  out.v_b.topLeftCorner<3, 3>() =
-      -drag.angular_quadratic * V_next.angular * direction(V.angular).transpose();
-  // At the point displaced velocities are others.
-  out.still.bottomRightCorner<3, 3>() = -mass * skew(V_next.angular) + by_v * skew(V.angular);
-  out.by_v = drag.quadratic > 0.0 || drag.angular_quadratic > 0.0;
-  return out;
-}
 
 /// A contact so far off that neither its force nor what it changes by matters: 1e-9 of the weight
 /// of what it moves, 1e-9 of that a metre.
@@ -68,71 +34,26 @@ bool is_nothing(const PairConstraint& pair, const PairBodies& bodies, double h,
   return alpha * f / h < kNothing && alpha * f / (closing * h * h) < kNothing;
 }
 
-void scale(BodyResponse& response, double by) {
-  response.q *= by;
-  response.next *= by;
-  response.v *= by;
-}
-
 }  // namespace
 
 InverseDerivator::InverseDerivator(const Model& model)
     : sweep_(model),
       velocity_terms_(model),
+      closures_(model),
       slips_(model),
-      load_(model.num_bodies()),
-      response_(model.num_bodies()),
-      responds_(model.num_bodies(), 0),
+      forces_(model),
       v_(VectorX::Zero(model.nv())),
       acceleration_(VectorX::Zero(model.nv())) {}
 
-void InverseDerivator::begin(const Model& model) {
-  for (int i = 0; i < model.num_bodies(); ++i) {
-    load_[i] = Force();
-    responds_[i] = 0;
-  }
-  couplings_.clear();
-  inner_.clear();
-  motions_.begin();
-  slips_.begin();
-  by_v_ = false;
-}
-
-/// `force` on a body at a place in W, with the response of minus it, both there.
-void InverseDerivator::add_force(const Model& model, int body, const Vector3& place,
-                                 const Force& force, BodyResponse response, const Data& data) {
-  const Tree& tree = model.trees()[model.body(body).tree];
-  load_[body] += shift(force, place - data.X_WB[body].translation);
-  response.move(place - TreeSweep::reference(tree, data));
-  if (responds_[body]) {
-    response_[body] += response;
-  } else {
-    response_[body] = response;
-    responds_[body] = 1;
-  }
-}
-
-void InverseDerivator::add_wrenches(const Model& model, const Input& known, const Data& data) {
-  for (const ExternalWrench& w : known.wrenches) {
-    if (w.body == 0) continue;
-    BodyResponse response = body_force(w.wrench).of_b(Motion(), Motion());
-    scale(response, -1.0);
-    add_force(model, w.body, data.X_WB[w.body] * w.point, w.wrench, response, data);
-  }
-}
-
-void InverseDerivator::add_drag(const Model& model, const std::vector<Motion>& V_next,
-                                const Data& data) {
-  for (const BodyDrag& link : model.drags()) {
-    const Vector3 arm = data.X_WB[link.body].rotation * link.center;
-    const Motion V = shift(data.V[link.body], arm), next = shift(V_next[link.body], arm);
-    const PairResponse drag = drag_response(link.drag, V, next);
-    by_v_ = by_v_ || drag.by_v;
-    BodyResponse response = drag.of_b(next, V);
-    scale(response, -1.0);
-    add_force(model, link.body, data.X_WB[link.body].translation + arm, drag.wrench, response,
-              data);
-  }
+bool InverseDerivator::find_motion(const Model& model, double h, size_t contact,
+                                   Workspace::Impl& ws, ContactMotion& out) {
+  const PairConstraint& pair = ws.constraints.pairs[contact];
+  const InverseWeights& weights = ws.finder.weights();
+  const double alpha = weights.contact[pair.body_a] + weights.contact[pair.body_b];
+  const double towards_b = weights.contact[pair.body_b] / alpha - 0.5;
+  const collision::BodyMotions motions{ws.data.V, weights.contact, h};
+  return motions_.find(model, ws.data, ws.finder.collider(), motions,
+                       ws.constraints.contacts[contact], towards_b, out);
 }
 
 bool InverseDerivator::contact_response(const Model& model, const SimulationOptions& options,
@@ -143,9 +64,8 @@ bool InverseDerivator::contact_response(const Model& model, const SimulationOpti
   const collision::Candidate& candidate = ws.constraints.contacts[contact];
   const InverseWeights& weights = ws.finder.weights();
   const double alpha = weights.contact[pair.body_a] + weights.contact[pair.body_b];
-  const double towards_b = weights.contact[pair.body_b] / alpha - 0.5;
   ContactMotion motion;
-  if (!motions_.find(model, ws.data, candidate, towards_b, motion)) {
+  if (!find_motion(model, h, contact, ws, motion)) {
     find_velocity_response(pair, bodies, out);
     return false;
   }
@@ -170,75 +90,6 @@ bool InverseDerivator::contact_response(const Model& model, const SimulationOpti
   return true;
 }
 
-void InverseDerivator::couple(const Model& model, const PairConstraint& pair, int body, int by,
-                              BodyResponse response, const Data& data) {
-  const auto arm = [&](int b) -> Vector3 {
-    return pair.position - TreeSweep::reference(model.trees()[model.body(b).tree], data);
-  };
-  const Matrix3 rows = skew(arm(body)), columns = skew(arm(by));
-  for (Matrix6* K : {&response.q, &response.next, &response.v}) {
-    K->leftCols<3>() -= K->rightCols<3>() * columns;
-    K->topRows<3>() += rows * K->bottomRows<3>();
-  }
-  // Contacts of two bodies come one after the other.
-  for (size_t i = couplings_.size(); i-- > 0 && i + 2 >= couplings_.size();) {
-    if (couplings_[i].body != body || couplings_[i].by != by) continue;
-    couplings_[i].response += response;
-    return;
-  }
-  couplings_.push_back({body, by, response});
-}
-
-/// Between two bodies of one tree.
-void InverseDerivator::add_inner(const Model& model, const PairConstraint& pair,
-                                 const PairBodies& bodies, const PairResponse& response, double h,
-                                 const Data& data) {
-  const Tree& tree = model.trees()[model.body(pair.body_a).tree];
-  const Matrix3 arm = skew(pair.position - TreeSweep::reference(tree, data));
-  InnerPair inner{pair.body_a,
-                  pair.body_b,
-                  response.by_v,
-                  response.displaced(bodies.next_b, bodies.start_b),
-                  carried(response.wrench),
-                  response.next,
-                  response.v_a,
-                  response.v_b};
-  for (Matrix6* K : {&inner.displaced, &inner.carried, &inner.next, &inner.v_a, &inner.v_b}) {
-    K->leftCols<3>() -= K->rightCols<3>() * arm;
-    K->topRows<3>() += arm * K->bottomRows<3>();
-    *K *= 1.0 / h;
-  }
-  if (!inner_.empty() && inner_.back().body_a == inner.body_a &&
-      inner_.back().body_b == inner.body_b) {
-    inner_.back() += inner;
-  } else {
-    inner_.push_back(inner);
-  }
-}
-
-void InverseDerivator::add_pair(const Model& model, const PairConstraint& pair,
-                                const PairBodies& bodies, const PairResponse& response, double h,
-                                const Data& data) {
-  by_v_ = by_v_ || response.by_v;
-  if (pair.body_a != 0 && pair.body_b != 0 &&
-      model.body(pair.body_a).tree == model.body(pair.body_b).tree)
-    return add_inner(model, pair, bodies, response, h, data);
-  const Motion &next = bodies.next_b, &start = bodies.start_b;
-  const auto scaled = [&](BodyResponse r) {
-    scale(r, -1.0 / h);
-    return r;
-  };
-  if (pair.body_b != 0)
-    add_force(model, pair.body_b, pair.position, response.wrench * (1.0 / h),
-              scaled(response.of_b(next, start)), data);
-  if (pair.body_a == 0) return;
-  add_force(model, pair.body_a, pair.position, response.wrench * (-1.0 / h),
-            scaled(response.of_a(next, start)), data);
-  if (pair.body_b == 0) return;
-  couple(model, pair, pair.body_b, pair.body_a, scaled(response.of_b_by_a(next, start)), data);
-  couple(model, pair, pair.body_a, pair.body_b, scaled(response.of_a_by_b(next, start)), data);
-}
-
 bool InverseDerivator::add_contacts(const Model& model, const SimulationOptions& options,
                                     EffectSet effects, Workspace::Impl& ws) {
   bool known = true;
@@ -251,50 +102,43 @@ bool InverseDerivator::add_contacts(const Model& model, const SimulationOptions&
       known = contact_response(model, options, effects, i, bodies, ws, response) && known;
       slips_.add(model, pair, bodies, options.time_step, ws.data);
     } else {
-      find_velocity_response(pair, bodies, response);
-      known = false;
+      const size_t index = i - ws.constraints.contacts.size();
+      const Closure& closure = model.closures()[ws.constraints.closures[index]];
+      find_contact_response(pair, bodies, closure_motion(closure, pair, ws.data), BiasSlopes(),
+                            false, options.time_step, response);
     }
-    add_pair(model, pair, bodies, response, options.time_step, ws.data);
+    forces_.add_pair(model, pair, bodies, response, options.time_step, ws.data);
   }
-  return add_slip(model, ws, options.time_step / options.contact.slip_time) && known;
+  return add_slip(model, options, ws) && known;
 }
 
-/// What friction changes by as the fastest contact of its island moves otherwise.
-bool InverseDerivator::add_slip(const Model& model, Workspace::Impl& ws, double share) {
-  bool known = true;
+/// What friction changes by as the fastest contact of its island slides otherwise.
+bool InverseDerivator::add_slip(const Model& model, const SimulationOptions& options,
+                                Workspace::Impl& ws) {
+  const double h = options.time_step, share = h / options.contact.slip_time;
   int source = -1;
-  PairBodies bodies;
   SpeedSlope slope;
   for (const SlipResponse::Entry& entry : slips_.entries()) {
     const PairConstraint& pair = ws.constraints.pairs[entry.source];
     if (entry.source != source) {
       source = entry.source;
-      bodies = pair_bodies(pair, ws.data, ws.velocity);
-      const InverseWeights& weights = ws.finder.weights();
-      const double alpha = weights.contact[pair.body_a] + weights.contact[pair.body_b];
       ContactMotion motion;
-      if (!motions_.find(model, ws.data, ws.constraints.contacts[source],
-                         weights.contact[pair.body_b] / alpha - 0.5, motion))
-        known = false;
-      else
-        slope = speed_slope(pair, bodies, motion);
+      if (!find_motion(model, h, source, ws, motion)) return false;
+      slope = speed_slope(pair, pair_bodies(pair, ws.data, ws.velocity), motion);
     }
-    if (!known) return false;
-    by_v_ = true;
     for (const bool of_b : {false, true}) {
       const int by = of_b ? pair.body_b : pair.body_a;
       if (by == 0) continue;
-      const double factor = of_b ? share : -share;
       BodyResponse response;
-      response.q = factor * entry.by_speed * slope.q;
-      response.v = factor * entry.by_speed * slope.v;
+      response.q = (of_b ? share : -share) * entry.by_speed * slope.q;
+      response.v = share * entry.by_speed * (of_b ? slope.v_b : slope.v_a);
       const Matrix3 columns =
           skew(pair.position - TreeSweep::reference(model.trees()[model.body(by).tree], ws.data));
       for (Matrix6* K : {&response.q, &response.v}) K->leftCols<3>() -= K->rightCols<3>() * columns;
-      couplings_.push_back({entry.body, by, response});
+      forces_.add_coupling(entry.body, by, response);
     }
   }
-  return known;
+  return true;
 }
 
 /// The motion that inertial and velocity-dependent forces are taken at, but for what
@@ -308,73 +152,53 @@ void InverseDerivator::set_velocities(const Model& model, const VectorRef& v,
   for (int n = 0; ws.data.has_coriolis && n < ws.free_flight.num_flyers(); ++n) {
     const int i = ws.free_flight.body(n);
     v_.segment(model.body(i).v_index, joint_nv(model.body(i).joint_type)).setZero();
-    load_[i] -= ws.data.mean_force[i];
+    forces_.add_load(i, ws.data.mean_force[i] * -1.0);
   }
 }
 
-bool InverseDerivator::sweep_trees(const Model& model, EffectSet effects, double h,
-                                   const VectorRef& q, const VectorRef& v, const VectorRef& v_next,
-                                   Workspace::Impl& ws, InverseDerivatives& d) {
+bool InverseDerivator::sweep_trees(const Model& model, const SimulationOptions& options,
+                                   EffectSet effects, const VectorRef& q, const VectorRef& v,
+                                   const VectorRef& v_next, Workspace::Impl& ws,
+                                   InverseDerivatives& d) {
+  const double h = options.time_step;
   SweepInput in;
   in.v = v_.data();
   in.a = acceleration_.data();
   in.gravity = effects.has(Effect::kGravity) ? model.gravity() : Vector3(Vector3::Zero());
-  in.load = load_.data();
-  in.response = response_.data();
-  in.responds = responds_.data();
-  in.responds_to_v = by_v_;
+  forces_.put_into(in);
   in.v_start = v.data();
   in.v_next = v_next.data();
   in.mass_in_next = 1.0 / h;
   in.mass_in_v = -1.0 / h;
   const SweepOutput out{d.dq, d.dv, d.dv_next};
-  bool known = true;
+  velocity_terms_.begin(model, options, effects, q, v, ws);
   for (int t = 0; t < model.num_trees(); ++t) {
-    known = velocity_terms_.prepare(model, t, effects, h, q, v, ws, v_, acceleration_, in) && known;
+    velocity_terms_.prepare(model, t, h, v, ws, v_, acceleration_, in);
     sweep_.run(model, model.trees()[t], ws.data, in, out);
     velocity_terms_.add(model, t, effects, h, q, v, ws, d);
   }
-  if (!couplings_.empty() || !inner_.empty())
-    for (const Tree& tree : model.trees()) sweep_.find_response_columns(model, tree, in);
-  for (const InnerPair& pair : inner_) sweep_.add_inner_pair(model, pair, out);
-  for (const Coupling& c : couplings_) sweep_.add_coupling(model, c.body, c.by, c.response, out);
-  if (ws.data.has_coriolis) add_flyers(model, h, v, in.gravity, ws, d);
+  forces_.add_couplings(model, in, sweep_, out);
+  if (ws.data.has_coriolis)
+    add_flight_derivatives(model, h, v, in.gravity, ws.free_flight, ws.data, d);
+  if (!ws.constraints.closures.empty()) closures_.begin(model, ws.data, v);
+  const bool known = velocity_terms_.add_ties(model, options, effects, q, v, ws, closures_, d);
+  add_closure_rows(model, options, ws, d);
   return known;
 }
 
-/// What the mean forces of bodies that fly change by beyond being carried along: with their angular
-/// velocity, and with gravity as a top sees it. By differences of these alone, extrapolated.
-void InverseDerivator::add_flyers(const Model& model, double h, const VectorRef& v,
-                                  const Vector3& gravity, const Workspace::Impl& ws,
-                                  InverseDerivatives& d) const {
-  for (int n = 0; n < ws.free_flight.num_flyers(); ++n) {
-    const int i = ws.free_flight.body(n);
-    const Body& body = model.body(i);
-    const int linear = joint_num_linear(body.joint_type), k = body.v_index + linear;
-    const Matrix3& R = ws.data.X_WB[i].rotation;
-    const Vector3 omega = v.segment<3>(k), g = R.transpose() * gravity;
-    // Rows of the joint: linear along its frame's axes, angular about the body's.
-    const auto force = [&](const Vector3& w, const Vector3& down) {
-      const Force f = ws.free_flight.mean_force(model, n, h, w, down);
-      Vector6 out;
-      out << (linear > 0 ? Vector3(body.X_PJ.rotation.transpose() * (R * f.force))
-                         : Vector3(Vector3::Zero())),
-          f.torque;
-      return out;
-    };
-    const auto slope = [&](const Vector3& dw, const Vector3& dg, double s) -> Vector6 {
-      return (force(omega + s * dw, g + s * dg) - force(omega - s * dw, g - s * dg)) / (2.0 * s);
-    };
-    const double step = 1e-3 * std::min(1.0 / h, 1.0 + omega.norm());
-    for (int j = 0; j < 3; ++j) {
-      const Vector3 unit = Vector3::Unit(j), none = Vector3::Zero();
-      const Vector6 by_v = (4.0 * slope(unit, none, step) - slope(unit, none, 2.0 * step)) / 3.0;
-      d.dv.block(body.v_index, k + j, linear + 3, 1) += by_v.tail(linear + 3);
-      if (linear > 0 || gravity.isZero(0.0)) continue;
-      const Vector3 turned = g.cross(unit);
-      const Vector6 by_q = (4.0 * slope(none, turned, 1e-2) - slope(none, turned, 2e-2)) / 3.0;
-      d.dq.block<3, 1>(k, k + j) += by_q.tail<3>();
-    }
+/// What the biases of closures that are not aimed change by.
+void InverseDerivator::add_closure_rows(const Model& model, const SimulationOptions& options,
+                                        const Workspace::Impl& ws, InverseDerivatives& d) {
+  const ConstraintSet& all = ws.constraints;
+  const double h = options.time_step;
+  for (size_t i = 0; i < all.closures.size(); ++i) {
+    const PairConstraint& pair = all.pairs[all.contacts.size() + i];
+    if (velocity_terms_.aims(model, pair, ws)) continue;
+    closures_.compute(model, options.contact, h, model.closures()[all.closures[i]], pair, ws.data,
+                      false);
+    const double scale = 1.0 / (pair.law.regularizer * h);
+    closures_.add_to(d.dq, scale, closures_.by_q);
+    if (!velocity_terms_.aims_at_rest(model, pair)) closures_.add_to(d.dv, scale, closures_.by_v);
   }
 }
 
@@ -389,17 +213,18 @@ bool InverseDerivator::compute(const Model& model, const SimulationOptions& opti
     if (model.num_trees() != 1) m->setZero();
   }
   compute_inertias(model, ws.data);
-  begin(model);
+  slips_.begin();
+  forces_.begin();
+  motions_.begin();
   set_velocities(model, v, v_next, h, ws);
-  if (effects.has(Effect::kExternalWrenches)) add_wrenches(model, known, ws.data);
-  if (effects.has(Effect::kDrag)) add_drag(model, ws.velocity, ws.data);
+  if (effects.has(Effect::kExternalWrenches))
+    add_wrench_responses(model, known.wrenches, ws.data, forces_);
+  if (effects.has(Effect::kDrag)) add_drag_responses(model, ws.velocity, ws.data, forces_);
   bool closed = add_contacts(model, options, effects, ws);
-  closed = sweep_trees(model, effects, h, q, v, v_next, ws, d) && closed;
+  closed = sweep_trees(model, options, effects, q, v, v_next, ws, d) && closed;
   add_joint_force_derivatives(model, effects, h, d);
   add_joint_row_derivatives(model, options, ws.constraints.joints, q, v_next, ws.finder.weights(),
                             d);
-  for (const JointConstraint& row : ws.constraints.joints)
-    closed = closed && row.law.type != contact::LawType::kEquality;
   return closed;
 }
 

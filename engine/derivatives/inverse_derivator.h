@@ -9,7 +9,7 @@
 // own coordinates.
 #pragma once
 
-#include "counterpoint/engine/derivatives/pair_response.h"
+#include "counterpoint/engine/derivatives/force_responses.h"
 #include "counterpoint/engine/derivatives/slip_response.h"
 #include "counterpoint/engine/derivatives/sweep.h"
 #include "counterpoint/engine/derivatives/velocity_terms.h"
@@ -29,47 +29,28 @@ class InverseDerivator {
                Workspace::Impl& ws, InverseDerivatives& d);
 
  private:
-  /// A force of one body that changes with another's motion.
-  struct Coupling {
-    int body, by;
-    BodyResponse response;  ///< rows at the reference of `body`'s tree, columns at that of `by`'s
-  };
-
-  void begin(const Model& model);
-  void add_force(const Model& model, int body, const Vector3& place, const Force& force,
-                 BodyResponse response, const Data& data);
-  void add_wrenches(const Model& model, const Input& known, const Data& data);
-  void add_drag(const Model& model, const std::vector<Motion>& V_next, const Data& data);
   bool add_contacts(const Model& model, const SimulationOptions& options, EffectSet effects,
                     Workspace::Impl& ws);
   bool contact_response(const Model& model, const SimulationOptions& options, EffectSet effects,
                         size_t contact, const PairBodies& bodies, Workspace::Impl& ws,
                         PairResponse& out);
-  void add_pair(const Model& model, const PairConstraint& pair, const PairBodies& bodies,
-                const PairResponse& response, double h, const Data& data);
-  void add_inner(const Model& model, const PairConstraint& pair, const PairBodies& bodies,
-                 const PairResponse& response, double h, const Data& data);
-  bool add_slip(const Model& model, Workspace::Impl& ws, double share);
-  void couple(const Model& model, const PairConstraint& pair, int body, int by,
-              BodyResponse response, const Data& data);
+  bool find_motion(const Model& model, double h, size_t contact, Workspace::Impl& ws,
+                   ContactMotion& out);
+  bool add_slip(const Model& model, const SimulationOptions& options, Workspace::Impl& ws);
   void set_velocities(const Model& model, const VectorRef& v, const VectorRef& v_next, double h,
                       const Workspace::Impl& ws);
-  bool sweep_trees(const Model& model, EffectSet effects, double h, const VectorRef& q,
-                   const VectorRef& v, const VectorRef& v_next, Workspace::Impl& ws,
-                   InverseDerivatives& d);
-  void add_flyers(const Model& model, double h, const VectorRef& v, const Vector3& gravity,
-                  const Workspace::Impl& ws, InverseDerivatives& d) const;
+  bool sweep_trees(const Model& model, const SimulationOptions& options, EffectSet effects,
+                   const VectorRef& q, const VectorRef& v, const VectorRef& v_next,
+                   Workspace::Impl& ws, InverseDerivatives& d);
+  void add_closure_rows(const Model& model, const SimulationOptions& options,
+                        const Workspace::Impl& ws, InverseDerivatives& d);
 
   TreeSweep sweep_;
   VelocityTerms velocity_terms_;
+  ClosureDerivator closures_;
   ContactMotionFinder motions_;
   SlipResponse slips_;
-  std::vector<Force> load_;  ///< by body
-  std::vector<BodyResponse> response_;
-  std::vector<char> responds_;
-  std::vector<Coupling> couplings_;
-  std::vector<InnerPair> inner_;
-  bool by_v_ = false;
+  ForceResponses forces_;
   VectorX v_;             ///< nv: what velocity-dependent forces are taken at
   VectorX acceleration_;  ///< nv
 };

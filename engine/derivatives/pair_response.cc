@@ -126,44 +126,52 @@ double turning_advance(const PairConstraint& pair, const PairBodies& bodies, dou
 void find_contact_response(const PairConstraint& pair, const PairBodies& bodies,
                            const ContactMotion& motion, const BiasSlopes& bias, bool turning,
                            double h, PairResponse& out) {
+  using Rows36 = Eigen::Matrix<double, 3, 6>;
+  using Row6 = Eigen::Matrix<double, 1, 6>;
   Vector6 by_bias;
   find_slopes(pair, bodies, out, by_bias);
   const Motion next = bodies.next_b - bodies.next_a, start = bodies.start_b - bodies.start_a;
-  using Rows36 = Eigen::Matrix<double, 3, 6>;
-  using Row6 = Eigen::Matrix<double, 1, 6>;
   const Vector3 n = pair.frame.col(0);
-  // The frame turns with the normal; about the normal it may turn as it likes.
-  const Rows36 turned = skew(n) * motion.normal;
   const Matrix3 f = skew(out.wrench.force);
-  Matrix6 y;
-  y.topRows<3>() = skew(next.angular) * turned;
-  y.bottomRows<3>() = skew(next.angular) * motion.point + skew(next.linear) * turned;
-  Row6 b = bias.gap * motion.gap;
+  const Eigen::RowVector3d by_speed = (pair.frame * bias.v).transpose();
+  const bool rebounds = !bias.v.isZero(0.0);
+  const Turning a(bodies.start_a.angular, bodies.arm_a, turning ? h : 0.0);
+  const Turning o(bodies.start_b.angular, bodies.arm_b, turning ? h : 0.0);
+  const Eigen::RowVector3d along = -bias.gap * n.transpose();  // the gap is less by n (u_A - u_B)
+  // As the place, the normal and the gap move; arm_b: the place seen from B's origin.
+  const auto respond = [&](const PlaceMotion& m, const Rows36& arm_b) {
+    // The frame turns with the normal; about the normal it may turn as it likes.
+    const Rows36 turned = skew(n) * m.normal;
+    Matrix6 y;
+    y.topRows<3>() = skew(next.angular) * turned;
+    y.bottomRows<3>() = skew(next.angular) * m.point + skew(next.linear) * turned;
+    Row6 b = bias.gap * m.gap;
+    if (rebounds) b += by_speed * (skew(start.angular) * m.point + skew(start.linear) * turned);
+    if (turning)
+      b += -bias.gap * (a.u - o.u).transpose() * m.normal +
+           along * (a.by_arm * m.point - o.by_arm * arm_b);
+    Matrix6 w = out.next * y + by_bias * b;
+    w.topRows<3>() -= skew(out.wrench.torque) * turned + f * m.point;
+    w.bottomRows<3>() -= f * turned;
+    return w;
+  };
+  Rows36 arm_b = motion.point;  // less the way of B's origin
+  arm_b.leftCols<3>() -= skew(bodies.arm_b);
+  arm_b.rightCols<3>() -= Matrix3::Identity();
+  out.still = respond(motion, arm_b);
+  out.by_v = turning || rebounds || motion.by_v;
   Row6 b_v_a = Row6::Zero(), b_v_b = Row6::Zero();
-  out.by_v = turning || !bias.v.isZero(0.0);
-  if (!bias.v.isZero(0.0)) {
-    const Eigen::RowVector3d v = (pair.frame * bias.v).transpose();
-    b += v * (skew(start.angular) * motion.point + skew(start.linear) * turned);
-    b_v_b.tail<3>() += v;
-    b_v_a.tail<3>() -= v;
-  }
+  b_v_b.tail<3>() += by_speed;
+  b_v_a.tail<3>() -= by_speed;
   if (turning) {
-    const Turning a(bodies.start_a.angular, bodies.arm_a, h);
-    const Turning o(bodies.start_b.angular, bodies.arm_b, h);
-    const Eigen::RowVector3d along = -bias.gap * n.transpose();  // the gap is less by n (u_A - u_B)
-    Rows36 arm_b = motion.point;                                 // less the way of B's origin
-    arm_b.leftCols<3>() -= skew(bodies.arm_b);
-    arm_b.rightCols<3>() -= Matrix3::Identity();
-    b += -bias.gap * (a.u - o.u).transpose() * motion.normal +
-         along * (a.by_arm * motion.point - o.by_arm * arm_b);
     b_v_a.head<3>() += along * a.by_omega;
     b_v_b.head<3>() -= along * o.by_omega;
   }
-  out.still = out.next * y + by_bias * b;
-  out.still.topRows<3>() -= skew(out.wrench.torque) * turned + f * motion.point;
-  out.still.bottomRows<3>() -= f * turned;
   out.v_a = by_bias * b_v_a;
   out.v_b = by_bias * b_v_b;
+  if (!motion.by_v) return;
+  out.v_a += respond(motion.v_a, motion.v_a.point);
+  out.v_b += respond(motion.v_b, motion.v_b.point);
 }
 
 }  // namespace counterpoint

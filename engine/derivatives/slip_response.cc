@@ -44,17 +44,25 @@ void SlipResponse::add(const Model& model, const PairConstraint& pair, const Pai
 
 SpeedSlope speed_slope(const PairConstraint& pair, const PairBodies& bodies,
                        const ContactMotion& motion) {
+  using Row = SpeedSlope::Row;
   const Motion start = bodies.start_b - bodies.start_a;
   const Vector3 n = pair.frame.col(0);
   const Vector3 sliding = start.linear - n.dot(start.linear) * n;
   const double speed = sliding.norm();
-  SpeedSlope out{Eigen::Matrix<double, 1, 6>::Zero(), Eigen::Matrix<double, 1, 6>::Zero()};
-  if (!(speed > 0.0)) return out;  // at rest it bends; one side of it
+  if (!(speed > 0.0)) return {Row::Zero(), Row::Zero(), Row::Zero()};  // one side of a kink
   const Eigen::RowVector3d along = sliding.transpose() / speed;
-  out.v.tail<3>() = along;
-  out.q =
-      along * (skew(start.angular) * motion.point + skew(start.linear) * (skew(n) * motion.normal));
-  out.q -= out.v * motion_cross(bodies.start_b);
+  const auto by_place = [&](const PlaceMotion& place) -> Row {
+    return along *
+           (skew(start.angular) * place.point + skew(start.linear) * (skew(n) * place.normal));
+  };
+  SpeedSlope out{by_place(motion), Row::Zero(), Row::Zero()};
+  out.v_b.tail<3>() = along;
+  out.v_a.tail<3>() = -along;
+  if (motion.by_v) {
+    out.v_b += by_place(motion.v_b);
+    out.v_a += by_place(motion.v_a);
+  }
+  out.q -= out.v_b * motion_cross(bodies.start_b);
   return out;
 }
 

@@ -34,10 +34,12 @@ class SlipResponse {
   std::vector<int> entry_of_;  ///< by body: its last entry, or -1
 };
 
-/// |u|, how fast a contact slides at the start of the step, by the motion of its two bodies, rows
+/// |u|, how fast a contact slides at the start of the step, by the motion of its two bodies: rows
 /// over (angular, linear) at its place.
 struct SpeedSlope {
-  Eigen::Matrix<double, 1, 6> q, v;  ///< by B's displacement and velocity; by A's: the opposite
+  using Row = Eigen::Matrix<double, 1, 6>;
+  Row q;         ///< by B's displacement; by A's: the opposite
+  Row v_a, v_b;  ///< by the velocities
 };
 SpeedSlope speed_slope(const PairConstraint& pair, const PairBodies& bodies,
                        const ContactMotion& motion);

@@ -6,17 +6,17 @@
 //   B(v, f) = n((v + f) / 2) - n((v - f) / 2),     (M + D) da_f = -d(inverse dynamics at a_f)
 //
 // A sweep each gives n at (v + f) / 2 and (v - f) / 2 and the dynamics at a_f; one solve the rest.
-// Where energy is kept, of a share s: (1 - s) n - (M + R) s (r - v) / h with r = scale (v + p) and
-// p = -h inv(M + R) n, so that (M + R) dp / h is minus the derivative of the dynamics at the
-// acceleration p / h, by one more sweep; the scale solves an equation in one variable, whose
-// gradient kinetic_gradient.h has. With both, B(v, f - s (v + p)) stands for (1 - s) n.
+// Where energy is kept: projection_terms.h. Trees under closures and mimic joints: tied_forecast.h.
+// Of trees that do not turn, which the engine makes no forecast for, since their forces vanish, the
+// one that they tend to is taken: what these forces change by does not vanish.
 #pragma once
 
-#include <optional>
+#include <vector>
 
-#include "counterpoint/engine/derivatives/kinetic_gradient.h"
+#include "counterpoint/engine/derivatives/projection_terms.h"
 #include "counterpoint/engine/derivatives/sparse_solve.h"
 #include "counterpoint/engine/derivatives/sweep.h"
+#include "counterpoint/engine/derivatives/tied_forecast.h"
 #include "counterpoint/engine/step_derivatives.h"
 #include "counterpoint/engine/step_workspace.h"
 
@@ -26,54 +26,56 @@ class VelocityTerms {
  public:
   explicit VelocityTerms(const Model& model);
 
+  /// Of an inverse step as it left `ws`.
+  void begin(const Model& model, const SimulationOptions& options, EffectSet effects,
+             const VectorRef& q, const VectorRef& v, Workspace::Impl& ws);
+
   /// What the sweep over tree t is to take v and a at: v, a (nv), changed in place, and in.
-  /// False if the tree's forces are not known here.
-  bool prepare(const Model& model, int t, EffectSet effects, double h, const VectorRef& q,
-               const VectorRef& v, Workspace::Impl& ws, VectorX& v_at, VectorX& a_at,
-               SweepInput& in);
+  void prepare(const Model& model, int t, double h, const VectorRef& v, const Workspace::Impl& ws,
+               VectorX& v_at, VectorX& a_at, SweepInput& in);
 
   /// Adds what is left, after that sweep.
   void add(const Model& model, int t, EffectSet effects, double h, const VectorRef& q,
            const VectorRef& v, Workspace::Impl& ws, InverseDerivatives& d);
 
+  /// Adds what is left of tied trees, after all sweeps; of closures' rows where their bias is
+  /// aimed. False if it is not known.
+  bool add_ties(const Model& model, const SimulationOptions& options, EffectSet effects,
+                const VectorRef& q, const VectorRef& v, Workspace::Impl& ws,
+                ClosureDerivator& closures, InverseDerivatives& d);
+  /// The bias of a closure's rows is aimed; or would be, were it not at rest.
+  bool aims(const Model& model, const PairConstraint& pair, const Workspace::Impl& ws) const {
+    return mean_ && ws.forecast.aims(model, pair);
+  }
+  bool aims_at_rest(const Model& model, const PairConstraint& pair) const {
+    return resting_.aims(model, pair);
+  }
+
  private:
   enum class Kind : unsigned char { kPlain, kForecast, kProjected, kBoth };
 
-  bool turns_far(const Model& model, const Tree& tree, double h, double scale, const VectorRef& q,
-                 const VectorRef& v, const Workspace::Impl& ws);
-
-  bool forecast_at_rest(const Model& model, const Tree& tree, EffectSet effects, double h,
+  void forecast_resting(const Model& model, const SimulationOptions& options, EffectSet effects,
                         const VectorRef& q, const VectorRef& v, Workspace::Impl& ws);
   void add_forecast(const Model& model, const Tree& tree, EffectSet effects, double h,
                     const VectorRef& v, Workspace::Impl& ws, InverseDerivatives& d);
-  void add_projected(const Model& model, int t, EffectSet effects, double h, const VectorRef& q,
-                     const VectorRef& v, Workspace::Impl& ws, InverseDerivatives& d);
-  void find_scale_gradient(const Model& model, const Tree& tree, double h, double scale,
-                           const VectorRef& q, const VectorRef& v, const VectorX& rotors,
-                           const Data& data);
-  void find_share_gradient(const Model& model, const Tree& tree, double h, bool foreseen,
-                           const Data& data);
-  bool solve_rows(const Eigen::Ref<const MatrixX>& M, const Eigen::Ref<const MatrixX>& dyn_v,
-                  int columns, bool both);
-  void close_gradients(const Eigen::Ref<const MatrixX>& dyn_q,
-                       const Eigen::Ref<const MatrixX>& dyn_v, int columns, double by,
-                       const Eigen::Matrix<double, 4, 1>& grows);
 
   TreeSweep sweep_;
   SparseSolver solver_;
-  std::vector<Kind> kind_;   ///< by tree
-  VectorX zero_, ones_;      ///< nv
+  TiedForecast tied_;
+  std::vector<Kind> kind_;                 ///< by tree
+  bool mean_ = false;                      ///< forces are taken at more than v
+  std::vector<const Forecast*> forecast_;  ///< by tree; null: none
+  std::vector<char> has_ties_;             ///< by tree: in that forecast
+  std::vector<char> foreseen_;             ///< by tree, scratch
+  Forecast resting_;                       ///< of trees that do not turn
+  std::vector<BodyRange> ranges_;          ///< theirs
+  ConstraintSet constraints_;              ///< and what holds them
+  ProjectionTerms projection_;
+  VectorX zero_;             ///< nv
   VectorX other_;            ///< nv: what B(v, .) is taken with
   VectorX f_, a_f_, half_;   ///< nv: forecast, its acceleration, scratch
   MatrixX dq_, dv_, da_;     ///< nv x nv: of one sweep
   MatrixX factor_, solved_;  ///< nv x nv
-  KineticGradient start_, end_;
-  std::vector<AddedInertia> added_;  ///< empty
-  std::optional<Data> reached_;
-  VectorX q_reached_, moved_;
-  MatrixX rows_;         ///< nv x 4: gradients by velocity at the end, then inv(M + R) of them
-  MatrixX by_q_, by_v_;  ///< nv x 4: transposed, of the scale and of the momentum left
-  VectorX share_q_, share_v_;
 };
 
 }  // namespace counterpoint

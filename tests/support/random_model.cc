@@ -73,6 +73,40 @@ JointType random_type(Random& random, bool single_axis_only) {
   return JointType::kFloating;
 }
 
+/// Some joints of one coordinate follow one before them.
+void add_mimics(Random& random, RobotSpec& robot) {
+  std::vector<std::string> masters;
+  for (JointSpec& joint : robot.joints) {
+    if (joint.fixed || joint_nv(joint.type) != 1) continue;
+    if (!masters.empty() && random.uniform(0.0, 1.0) < 0.5) {
+      joint.mimic_master =
+          masters[static_cast<size_t>(random.integer(0, static_cast<int>(masters.size()) - 1))];
+      joint.mimic_multiplier = random.uniform(-2.0, 2.0);
+      joint.mimic_offset = random.uniform(-0.3, 0.3);
+      joint.servo = {};
+    }
+    masters.push_back(joint.name);
+  }
+}
+
+void add_closures(Random& random, int count, const std::vector<std::string>& links,
+                  ModelBuilder& builder) {
+  const auto pick = [&] {
+    return links[static_cast<size_t>(random.integer(0, static_cast<int>(links.size()) - 1))];
+  };
+  for (int i = 0; i < count; ++i) {
+    ClosureSpec closure;
+    closure.type = static_cast<ClosureType>(random.integer(0, 2));
+    closure.link_b = pick();
+    closure.link_a = pick();
+    if (closure.link_a == closure.link_b || random.uniform(0.0, 1.0) < 0.2)
+      closure.link_a = "world";
+    closure.anchor_a = random.vector(0.3);
+    if (closure.type == ClosureType::kDistance) closure.anchor_b = random.vector(0.3);
+    builder.add_closure(closure);
+  }
+}
+
 }  // namespace
 
 RobotSpec make_random_robot(std::uint64_t seed, const RandomModelOptions& options) {
@@ -120,16 +154,24 @@ RobotSpec make_random_robot(std::uint64_t seed, const RandomModelOptions& option
     if (options.effort_limits) joint.effort_limit = random.uniform(0.5, 50.0);
     robot.joints.push_back(joint);
   }
+  if (options.mimics) add_mimics(random, robot);
   return robot;
 }
 
 Model make_random_model(std::uint64_t seed, const RandomModelOptions& options) {
   ModelBuilder builder;
+  std::vector<std::string> links;
   for (int i = 0; i < options.robots; ++i) {
     const RobotSpec robot = make_random_robot(seed * 1000 + static_cast<std::uint64_t>(i), options);
     const Pose X_WL{Matrix3::Identity(), Vector3(10.0 * i, 0, 0)};
-    builder.add_robot(robot, options.base, X_WL,
-                      options.robots == 1 ? "" : std::to_string(i) + "/");
+    const std::string prefix = options.robots == 1 ? "" : std::to_string(i) + "/";
+    builder.add_robot(robot, options.base, X_WL, prefix);
+    // The root may be fixed to the world.
+    for (size_t k = 1; k < robot.links.size(); ++k) links.push_back(prefix + robot.links[k].name);
+  }
+  if (options.closures > 0) {
+    Random random(seed + 77);
+    add_closures(random, options.closures, links, builder);
   }
   return builder.build();
 }

@@ -1,0 +1,126 @@
+// Derivatives of the inverse step of two shapes that touch: every pair, every law, against
+// differences.
+#include <gtest/gtest.h>
+
+#include "support/two_shapes.h"
+
+namespace counterpoint {
+namespace {
+
+using test::expect_exact;
+using test::Moment;
+using test::random_moment;
+using test::surface;
+using test::two_shapes;
+
+struct Law {
+  const char* name;
+  FrictionModel model;
+  Material material;
+};
+const Law kLaws[] = {
+    {"frictionless", FrictionModel::kCoulomb, surface(0.0, 0.0, 0.0, 0.0)},
+    {"coulomb", FrictionModel::kCoulomb, surface(0.6, 0.0, 0.0, 0.0)},
+    {"coulomb, restitution", FrictionModel::kCoulomb, surface(0.6, 0.5, 0.0, 0.0)},
+    {"coulomb, torsion", FrictionModel::kCoulomb, surface(0.6, 0.0, 0.02, 0.0)},
+    {"coulomb, rolling", FrictionModel::kCoulomb, surface(0.6, 0.2, 0.02, 0.01)},
+    {"convex", FrictionModel::kConvex, surface(0.6, 0.3, 0.0, 0.0)},
+    {"convex, rolling", FrictionModel::kConvex, surface(0.6, 0.0, 0.02, 0.01)},
+    {"lagged", FrictionModel::kLagged, surface(0.6, 0.0, 0.0, 0.0)},
+    {"lagged, rolling", FrictionModel::kLagged, surface(0.6, 0.5, 0.02, 0.01)},
+};
+
+using enum ShapeType;
+
+class ShapePair : public ::testing::TestWithParam<std::pair<ShapeType, ShapeType>> {};
+
+TEST_P(ShapePair, OfEveryLaw) {
+  const auto [a, b] = GetParam();
+  int contacts = 0, doubtful = 0;
+  for (const Law& law : kLaws) {
+    for (int seed = 0; seed < 6; ++seed) {
+      test::Random random(900 + seed);
+      Scene scene = two_shapes(a, b, law.material, random, seed % 2 == 0);
+      scene.options.contact.friction_model = law.model;
+      Moment at = random_moment(scene, random, 0.05);
+      Workspace ws(scene.model);
+      Inverse out;
+      step_inverse(scene.model, scene.options, at.q, at.v, at.v_next, ws, out);
+      contacts += static_cast<int>(out.contacts.size());
+      // Some thousandth of the speed over which laws bend, sqrt(4 r k), times the time step. In
+      // terrain's own frame rounding is more, and may leave no step that is right.
+      const double step = a == kTerrain ? 1e-7 : 2e-8;
+      if (a == kTerrain && !test::is_smooth(scene, at, step)) {
+        ++doubtful;
+        continue;
+      }
+      expect_exact(scene, at, std::string(law.name) + " " + std::to_string(seed), false, step);
+    }
+  }
+  EXPECT_GT(contacts, 9);
+  EXPECT_LT(doubtful, 10);  // of 54
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Shapes, ShapePair,
+    ::testing::Values(
+        std::pair(kPlane, kSphere), std::pair(kPlane, kBox), std::pair(kPlane, kCapsule),
+        std::pair(kPlane, kCylinder), std::pair(kPlane, kConvexMesh), std::pair(kSphere, kPlane),
+        std::pair(kCapsule, kPlane), std::pair(kSphere, kSphere), std::pair(kSphere, kBox),
+        std::pair(kSphere, kCapsule), std::pair(kSphere, kCylinder),
+        std::pair(kSphere, kConvexMesh), std::pair(kCapsule, kCapsule), std::pair(kBox, kCapsule),
+        std::pair(kBox, kBox), std::pair(kBox, kConvexMesh), std::pair(kCapsule, kConvexMesh),
+        std::pair(kConvexMesh, kConvexMesh), std::pair(kTerrain, kSphere),
+        std::pair(kTerrain, kBox), std::pair(kTerrain, kCapsule), std::pair(kTerrain, kCylinder),
+        std::pair(kTerrain, kConvexMesh)));
+
+/// Contacts of bodies that move so fast that these are taken where the motion leads.
+class FastPair : public ShapePair {};
+
+TEST_P(FastPair, AtThePosesThatTheMotionLeadsTo) {
+  const auto [a, b] = GetParam();
+  int ahead = 0, kinks = 0;
+  for (const double restitution : {0.0, 0.5}) {
+    for (int seed = 0; seed < 30; ++seed) {
+      test::Random random(1700 + seed);
+      Scene scene = two_shapes(a, b, surface(0.6, restitution, 0.02, 0.01), random, false);
+      scene.options.time_step = 5e-3;
+      scene.v *= 3.0;
+      const Moment at = random_moment(scene, random, 0.05);
+      Workspace ws(scene.model);
+      Inverse out;
+      step_inverse(scene.model, scene.options, at.q, at.v, at.v_next, ws, out);
+      const std::vector<Pose> X_WB = body_poses(scene.model, at.q);
+      const auto pose_of = [&](int geometry) {
+        const Geometry& g = scene.model.geometries()[static_cast<size_t>(geometry)];
+        return X_WB[static_cast<size_t>(g.body)] * g.X_BG;
+      };
+      for (const ContactForce& contact : out.contacts) {
+        collision::Manifold here;
+        collision::pair_contacts(test::make_shape(a), pose_of(0), test::make_shape(b), pose_of(1),
+                                 1.0, here);
+        bool known = false;
+        for (int i = 0; i < here.size; ++i)
+          known = known || (here.points[i].normal - contact.contact.normal).norm() < 1e-6;
+        ahead += !known;
+      }
+      // Whether contacts are taken there, and which, jumps.
+      if (!test::is_smooth(scene, at, 2e-8)) {
+        ++kinks;
+        continue;
+      }
+      expect_exact(scene, at, std::to_string(seed), false, 2e-8);
+    }
+  }
+  EXPECT_GT(ahead, 9);
+  EXPECT_LT(kinks, 6);
+}
+
+INSTANTIATE_TEST_SUITE_P(Shapes, FastPair,
+                         ::testing::Values(std::pair(kBox, kBox), std::pair(kBox, kCapsule),
+                                           std::pair(kSphere, kBox), std::pair(kSphere, kCylinder),
+                                           std::pair(kBox, kConvexMesh),
+                                           std::pair(kConvexMesh, kConvexMesh)));
+
+}  // namespace
+}  // namespace counterpoint

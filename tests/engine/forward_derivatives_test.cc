@@ -1,0 +1,149 @@
+// Derivatives of the forward step: against differences of it, and as the inverse's inverse.
+#include <gtest/gtest.h>
+
+#include <filesystem>
+
+#include "counterpoint/engine/integrator.h"
+#include "support/step_derivatives.h"
+#include "support/two_shapes.h"
+
+namespace counterpoint {
+namespace {
+
+using test::largest;
+using test::sharpen;
+using test::soften;
+using test::surface;
+using test::two_shapes;
+using enum ShapeType;
+
+/// u(q, v, v+) and v+(q, v, u) are inverses of one another, and so are their derivatives.
+TEST(ForwardDerivatives, TimesThoseOfTheInverseAreTheIdentity) {
+  Scene scene =
+      load_scene(std::filesystem::path(COUNTERPOINT_SOURCE_DIR) / "data/scenes/humanoid_drop.yaml");
+  // Of hard contacts, 1e6 times stiffer than the bodies are heavy, rounding leaves 5e-9.
+  soften(scene);
+  Simulator sim(scene);
+  for (int i = 0; i < 400; ++i) ASSERT_TRUE(sim.step().succeeded());
+  const State before = sim.state();
+  ASSERT_TRUE(sim.step().succeeded());
+  const Model& model = scene.model;
+  Workspace ws(model);
+  Inverse out;
+  InverseDerivatives inverse;
+  ForwardDerivatives forward;
+  ASSERT_TRUE(step_forward_derivatives(model, scene.options, before.q, before.v, sim.state().v,
+                                       Input(), ws, out, inverse, forward));
+  ASSERT_FALSE(out.contacts.empty());
+  const int nv = model.nv();
+  const MatrixX identity = MatrixX::Identity(nv, nv);
+  EXPECT_LE(largest(inverse.dv_next * forward.dv_du - identity), 1e-9);
+  EXPECT_LE(largest(inverse.dv_next * forward.dv_dq + inverse.dq), 1e-9 * largest(inverse.dq));
+  EXPECT_LE(largest(inverse.dv_next * forward.dv_dv + inverse.dv), 1e-9 * largest(inverse.dv));
+  const std::size_t allocations = test::allocation_count();
+  ASSERT_TRUE(step_forward_derivatives(model, scene.options, before.q, before.v, sim.state().v,
+                                       Input(), ws, out, inverse, forward));
+  EXPECT_EQ(test::allocation_count(), allocations);
+}
+
+/// Differences of the forward step itself: error about the square of the step, and the solver's
+/// tolerance over it.
+constexpr double kForwardStep = 1e-5, kForwardDifference = 1e-6;
+
+class ForwardStep {
+ public:
+  ForwardStep(const Scene& scene, const Input& input)
+      : scene_(scene), input_(input), ws_(scene.model), start_{0.0, scene.q, scene.v} {
+    sharpen(ws_);
+    next_ = step(start_, input_);
+  }
+
+  void compare() {
+    const Model& model = scene_.model;
+    const int nv = model.nv();
+    Inverse inverse;
+    InverseDerivatives d_inverse;
+    ForwardDerivatives d;
+    ASSERT_TRUE(step_forward_derivatives(model, scene_.options, start_.q, start_.v, next_.v, input_,
+                                         ws_, inverse, d_inverse, d));
+    for (int k = 0; k < nv; ++k) {
+      State plus = start_, minus = start_;
+      const VectorX unit = VectorX::Unit(nv, k);
+      integrate_configuration(model, start_.q, unit, kForwardStep, plus.q);
+      integrate_configuration(model, start_.q, unit, -kForwardStep, minus.q);
+      compare_column(k, step(plus, input_), step(minus, input_), d.dv_dq, d.dq_dq);
+      plus = minus = start_;
+      plus.v[k] += kForwardStep;
+      minus.v[k] -= kForwardStep;
+      compare_column(k, step(plus, input_), step(minus, input_), d.dv_dv, d.dq_dv);
+      Input more = input_, less = input_;
+      more.applied_force[k] += kForwardStep;
+      less.applied_force[k] -= kForwardStep;
+      compare_column(k, step(start_, more), step(start_, less), d.dv_du, d.dq_du);
+    }
+  }
+
+ private:
+  State step(const State& from, const Input& input) {
+    State next = from;
+    EXPECT_TRUE(
+        step_forward(scene_.model, scene_.options, settings_, from, input, ws_, next).succeeded());
+    return next;
+  }
+  void compare_column(int k, const State& plus, const State& minus, const MatrixX& dv,
+                      const MatrixX& dq) {
+    const VectorX dv_k = (plus.v - minus.v) / (2.0 * kForwardStep);
+    VectorX to_plus(dv_k.size()), to_minus(dv_k.size());
+    configuration_difference(scene_.model, next_.q, plus.q, to_plus);
+    configuration_difference(scene_.model, next_.q, minus.q, to_minus);
+    const VectorX dq_k = (to_plus - to_minus) / (2.0 * kForwardStep);
+    EXPECT_LE(largest(dv.col(k) - dv_k), kForwardDifference * (1.0 + largest(dv))) << k;
+    EXPECT_LE(largest(dq.col(k) - dq_k), kForwardDifference * (1.0 + largest(dq))) << k;
+  }
+
+  const Scene& scene_;
+  Input input_;
+  Workspace ws_;
+  contact::Settings settings_;
+  State start_, next_;
+};
+
+class Integrated : public ::testing::TestWithParam<Integrator> {};
+
+TEST_P(Integrated, AreThoseOfTheForwardStep) {
+  for (int seed = 0; seed < 8; ++seed) {
+    test::RandomModelOptions o;
+    o.links = 1 + seed;
+    o.base = seed % 2 == 0 ? Base::kFloating : Base::kFixed;
+    o.damping = o.armature = o.springs = true;
+    o.servos = seed % 4 == 1;
+    o.drag = seed % 3 == 2;
+    test::Random random(40 + seed);
+    Scene scene = test::make_random_scene(seed, o, random);
+    scene.options.integrator = GetParam();
+    Input input;
+    input.applied_force = test::random_vector(scene.model.nv(), 7 + seed);
+    input.wrenches.push_back({scene.model.num_bodies() - 1,
+                              {random.vector(2.0), random.vector(5.0)},
+                              random.vector(0.3)});
+    ForwardStep(scene, input).compare();
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Integrators, Integrated,
+                         ::testing::Values(Integrator::kSemiImplicitEuler,
+                                           Integrator::kImplicitMidpoint,
+                                           Integrator::kRungeKutta4));
+
+TEST(ForwardDerivatives, WithContactAreThoseOfTheForwardStep) {
+  test::Random random(11);
+  Scene scene = two_shapes(kPlane, kCapsule, surface(0.5, 0.0, 0.0, 0.0), random, true);
+  // Recovery that displaces bodies beyond their velocity is left out of the derivatives.
+  scene.options.contact.max_recovery_speed = 0.0;
+  Input input;
+  input.applied_force = VectorX::Zero(scene.model.nv());
+  ForwardStep(scene, input).compare();
+}
+
+}  // namespace
+}  // namespace counterpoint
