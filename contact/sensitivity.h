@@ -13,6 +13,7 @@ struct Sensitivity {
                         ///< kMinRegularizingFriction with rho fixed
   Rows smoothing;       ///< df/dk
   Rows regularizer;     ///< df/dr
+  Rows bound;           ///< df/dF of dry friction, else zero
 };
 
 /// Needs k > 0 for `smoothing` and `regularizer` to be finite at the corners of the hard law.
