@@ -182,6 +182,7 @@ void fill_report(const std::vector<Parameter>& parameters, const FitProblem& pro
   report["cost"] = found.cost;
   report["loss_scale"] = found.loss_scale;
   report["evaluations"] = found.evaluations;
+  report["linearizations"] = found.linearizations;
 }
 
 /// Errors over time of these rollouts.
@@ -295,6 +296,12 @@ void add_identify(CLI::App& app, Action& action) {
       .add_option("--difference", arguments->fit.difference,
                   "Last step of the differences, as a share of the range (default 1e-3)")
       ->check(CLI::Range(1e-9, 0.03));
+  command
+      .add_option_function<std::string>(
+          "--derivatives",
+          [arguments](const std::string& word) { arguments->fit.exact = word == "exact"; },
+          "exact (default: where steps have closed forms) or differences")
+      ->check(CLI::IsMember({"exact", "differences"}));
   command.add_option("--bootstrap", arguments->fit.bootstrap, "Refits to recordings drawn anew")
       ->check(CLI::Range(0, 100'000));
   command.add_option("--report", arguments->page, "Folder for a page with tables and pictures")

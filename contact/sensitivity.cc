@@ -107,6 +107,7 @@ Sensitivity compute_sensitivity(const Law& law, const Rows& y) {
   out.smoothing.setZero(law.rows);
   out.regularizer.setZero(law.rows);
   out.slip_speed.setZero(law.rows);
+  out.bound.setZero(law.rows);
   const double r = law.regularizer, k = law.smoothing;
   switch (law.type) {
     case LawType::kFrictionCone:
@@ -130,6 +131,7 @@ Sensitivity compute_sensitivity(const Law& law, const Rows& y) {
       const double ds1 = (-F * (y[0] - r * F) + 2.0 * k) / s1;
       const double ds2 = (F * (y[0] + r * F) + 2.0 * k) / s2;
       out.regularizer[0] = by_sum * (ds1 + ds2);
+      out.bound[0] = -2.0 * y[0] / sum + by_sum * r * ((y[0] + r * F) / s2 - (y[0] - r * F) / s1);
       break;
     }
   }

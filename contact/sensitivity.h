@@ -14,6 +14,7 @@ struct Sensitivity {
   Rows smoothing;       ///< df/dk
   Rows regularizer;     ///< df/dr
   Rows slip_speed;      ///< df/dv of a Coulomb cone, zero of others [kg]
+  Rows bound;           ///< df/dF of dry friction, else zero
 };
 
 /// Needs k > 0 for `smoothing` and `regularizer` to be finite at the corners of the hard law.

@@ -56,6 +56,14 @@ void ModelEditor::set_mass(int body, double mass) {
   inertia.mass = mass;
 }
 
+void ModelEditor::set_inertia(int body, const SpatialInertia& inertia) {
+  const std::string& link = model_.joint(body - 1).link;
+  check(inertia.mass, kLeast, kMost, "mass", link);
+  check(inertia.center.norm(), 0.0, kMost, "distance of the centre of mass from the origin", link);
+  check(inertia.rotational.norm(), 0.0, kMost, "rotational inertia", link);
+  model_.bodies_[body].inertia = inertia;
+}
+
 void ModelEditor::scale_inertia(int body, double factor) {
   check(factor, kLeast, kMost, "factor of the inertia", model_.joint(body - 1).link);
   model_.bodies_[body].inertia.rotational *= factor;

@@ -20,6 +20,8 @@ class ModelEditor {
   void set_pose(int geometry, const Pose& X_BG);
   /// Mass [kg] of a body; the centre stays, the rotational inertia keeps its ratio to the mass.
   void set_mass(int body, double mass);
+  /// All of it; the mass must be positive, whether a real body has the rest is the caller's.
+  void set_inertia(int body, const SpatialInertia& inertia);
   /// Rotational inertia about the centre of mass, times `factor`.
   void scale_inertia(int body, double factor);
   /// All lengths of a body from its origin, times `factor`: shapes and where they are, centre of

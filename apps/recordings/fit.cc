@@ -32,6 +32,11 @@ class Shares {
     if (s == 1.0) return high;
     return problem_.logarithmic[i] ? low * std::pow(high / low, s) : low + s * (high - low);
   }
+  /// d value / d share.
+  double slope(Eigen::Index i, double share) const {
+    const double low = problem_.lower[i], high = problem_.upper[i];
+    return problem_.logarithmic[i] ? value(i, share) * std::log(high / low) : high - low;
+  }
   double share(Eigen::Index i, double value) const {
     const double low = problem_.lower[i], high = problem_.upper[i];
     const double s = problem_.logarithmic[i]
@@ -56,6 +61,12 @@ class Loss {
   double factor(double square) const {
     return square > 0.0 && scale2_ > 0.0 ? std::sqrt(of(square) / square) : 1.0;
   }
+  /// Of the factor by the square.
+  double factor_slope(double square) const {
+    if (!(square > 0.0 && scale2_ > 0.0)) return 0.0;
+    const double f = factor(square), slope = 1.0 / (1.0 + square / scale2_);
+    return (slope - f * f) / (2.0 * square * f);
+  }
 
  private:
   double scale2_;
@@ -68,20 +79,22 @@ struct System : Eigen::DenseFunctor<double> {
   Loss loss;
   std::vector<double> weights;  // of the groups' losses
   double difference, bound_weight;
-  int& evaluations;
+  bool exact;
+  Fit& counts;
 
   System(const FitProblem& p, const Shares& s, const FitOptions& options, int groups, int size,
-         int& count)
+         Fit& out)
       : DenseFunctor(static_cast<int>(p.start.size()), size + static_cast<int>(p.start.size())),
         problem(p),
         shares(s),
         weights(groups, 1.0),
         difference(options.difference),
         bound_weight(1.0),
-        evaluations(count) {}
+        exact(options.exact && p.linearize),
+        counts(out) {}
 
   GroupedResiduals groups(const VectorX& at) const {
-    ++evaluations;
+    ++counts.evaluations;
     GroupedResiduals r = problem.residuals(shares.values(at));
     for (size_t g = 0; g < r.size(); ++g)
       r[g] *= loss.factor(r[g].squaredNorm()) * std::sqrt(weights[g]);
@@ -110,15 +123,47 @@ struct System : Eigen::DenseFunctor<double> {
     return d;
   }
 
+  /// Those of all groups by all parameters: exact where the problem knows them.
+  std::vector<MatrixX> derivatives(const VectorX& at) const {
+    std::optional<LinearizedResiduals> known;
+    if (exact) {
+      ++counts.linearizations;
+      known = problem.linearize(shares.values(at));
+    }
+    std::vector<MatrixX> out;
+    if (known) {
+      for (size_t g = 0; g < known->residuals.size(); ++g)
+        out.push_back(chained(known->residuals[g], known->jacobians[g], at, weights[g]));
+    }
+    for (Eigen::Index i = 0; i < at.size(); ++i) {
+      if (known && problem.exact[static_cast<size_t>(i)]) continue;
+      const GroupedResiduals d = derivative(at, i);
+      for (size_t g = 0; g < d.size(); ++g) {
+        if (out.size() == g) out.emplace_back(MatrixX::Zero(d[g].size(), at.size()));
+        out[g].col(i) = d[g];
+      }
+    }
+    return out;
+  }
+
+  /// By shares, of the residuals as `groups` has them.
+  MatrixX chained(const VectorX& r, const MatrixX& by_values, const VectorX& at,
+                  double weight) const {
+    MatrixX J = by_values;
+    for (Eigen::Index i = 0; i < at.size(); ++i) J.col(i) *= shares.slope(i, at[i]);
+    const double square = r.squaredNorm();
+    const Eigen::RowVectorXd along = (2.0 * loss.factor_slope(square)) * (r.transpose() * J);
+    return std::sqrt(weight) * (loss.factor(square) * J + r * along);
+  }
+
   int df(const VectorX& at, MatrixX& jacobian) const {
     const VectorX inside = at.cwiseMax(0.0).cwiseMin(1.0);
     jacobian.setZero();
-    for (Eigen::Index i = 0; i < at.size(); ++i) {
-      Eigen::Index row = 0;
-      for (const VectorX& d : derivative(inside, i)) {
-        if (at[i] == inside[i]) jacobian.col(i).segment(row, d.size()) = d;
-        row += d.size();
-      }
+    Eigen::Index row = 0;
+    for (const MatrixX& J : derivatives(inside)) {
+      for (Eigen::Index i = 0; i < at.size(); ++i)
+        if (at[i] == inside[i]) jacobian.col(i).segment(row, J.rows()) = J.col(i);
+      row += J.rows();
     }
     // Rounding of what does not depend on a parameter must not send it off to the ends of the
     // range.
@@ -200,12 +245,7 @@ struct Spread {
 Spread spread(const System& system, const VectorX& at) {
   const Eigen::Index p = at.size();
   const GroupedResiduals r = system.groups(at);
-  std::vector<MatrixX> jacobians;
-  for (const VectorX& g : r) jacobians.emplace_back(MatrixX::Zero(g.size(), p));
-  for (Eigen::Index i = 0; i < p; ++i) {
-    const GroupedResiduals d = system.derivative(at, i);
-    for (size_t g = 0; g < d.size(); ++g) jacobians[g].col(i) = d[g];
-  }
+  const std::vector<MatrixX> jacobians = system.derivatives(at);
   MatrixX H = MatrixX::Zero(p, p), G = MatrixX::Zero(p, p);
   Eigen::Index rows = 0;
   for (size_t g = 0; g < r.size(); ++g) {
@@ -338,7 +378,7 @@ Fit fit(const FitProblem& problem, const FitOptions& options) {
   for (const VectorX& g : first) size += static_cast<int>(g.size());
   check(problem, size);
   Fit out;
-  System system(problem, shares, options, static_cast<int>(first.size()), size, out.evaluations);
+  System system(problem, shares, options, static_cast<int>(first.size()), size, out);
   VectorX start(problem.start.size());
   for (Eigen::Index i = 0; i < start.size(); ++i) start[i] = shares.share(i, problem.start[i]);
 

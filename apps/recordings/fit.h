@@ -13,8 +13,18 @@ namespace counterpoint::apps {
 /// One vector a group, of the same sizes in every call.
 using GroupedResiduals = std::vector<VectorX>;
 
+/// Residuals and their derivatives: a matrix a group, a column a parameter.
+struct LinearizedResiduals {
+  GroupedResiduals residuals;
+  std::vector<MatrixX> jacobians;
+};
+
 struct FitProblem {
   std::function<GroupedResiduals(const VectorX& values)> residuals;
+  /// Exact derivatives by the parameters that `exact` marks, the columns of the others not looked
+  /// at; none where they are not known. May be empty.
+  std::function<std::optional<LinearizedResiduals>(const VectorX& values)> linearize;
+  std::vector<char> exact;
   VectorX lower, upper, start;
   std::vector<char> logarithmic;  ///< by parameter: looked for by its logarithm
 };
@@ -27,6 +37,8 @@ struct FitOptions {
   /// point tried. Else plain squares.
   bool robust = true;
   int bootstrap = 0;  ///< refits to groups drawn anew; 0: intervals from derivatives only
+  /// Exact derivatives where the problem has them; else differences of all.
+  bool exact = true;
   /// Step of the central differences, as a share of the range between the bounds.
   double difference = 1e-3;
   std::function<void(int done, int total)> progress = {};
@@ -50,6 +62,7 @@ struct Fit {
   double cost = 0.0;        ///< at the values found
   double loss_scale = 0.0;  ///< of Cauchy's loss, in the units of the residuals; 0: squares
   int evaluations = 0;      ///< of all residuals
+  int linearizations = 0;   ///< of all residuals with their exact derivatives
   std::vector<double> refined_costs;  ///< of the points refined, best first
   VectorX values() const;
 };

@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "counterpoint/engine/integrator.h"
+#include "gradient.h"
 
 namespace counterpoint::apps {
 namespace {
@@ -87,45 +88,51 @@ VectorX deviation_weights(const Model& model, const ColumnMap& map) {
   return weights;
 }
 
+RowWeights row_weights(const Experiment& experiment) {
+  RowWeights out;
+  const Model& model = experiment.scene.model;
+  out.by_coordinate = deviation_weights(model, experiment.map);
+  for (Eigen::Index i = 0; i < out.by_coordinate.size(); ++i)
+    if (out.by_coordinate[i] > 0.0) out.used.push_back(i);
+  if (experiment.map.free_body >= 0)
+    out.turning = out.by_coordinate[model.body(experiment.map.free_body).v_index + 3];
+  return out;
+}
+
+VectorX prediction_residual(const Experiment& experiment, const Model& model,
+                            const Recording& recording, const Prediction& p,
+                            const RowWeights& by_row) {
+  if (p.impact)
+    return experiment.by_score ? VectorX(VectorX::Constant(1, p.impact->speed))
+                               : p.impact->weighted;
+  const int rows = recording.num_rows() - 1;
+  if (experiment.by_score) return score_residual(p, rows, by_row.turning);
+  const auto used = static_cast<Eigen::Index>(by_row.used.size());
+  const double share = 1.0 / std::sqrt(static_cast<double>(rows));
+  const auto predicted = static_cast<int>(p.deviations.size());
+  VectorX difference(model.nv()), r(rows * used);
+  for (int row = 0; row < rows; ++row) {
+    if (row < predicted)
+      configuration_difference(model, recording.q.col(row + 1), p.q.col(row + 1), difference);
+    for (Eigen::Index i = 0; i < used; ++i) {
+      const Eigen::Index k = by_row.used[static_cast<size_t>(i)];
+      r[row * used + i] = share * (row < predicted ? by_row.by_coordinate[k] * difference[k] : 1.0);
+    }
+  }
+  return r;
+}
+
 GroupedResiduals prediction_residuals(const Experiment& experiment,
                                       const std::vector<Parameter>& parameters,
                                       const VectorX& values, const std::vector<int>& which) {
-  const VectorX weights = deviation_weights(experiment.scene.model, experiment.map);
-  std::vector<Eigen::Index> used;
-  for (Eigen::Index i = 0; i < weights.size(); ++i)
-    if (weights[i] > 0.0) used.push_back(i);
-  const double turning =
-      experiment.map.free_body < 0
-          ? 1.0
-          : weights[experiment.scene.model.body(experiment.map.free_body).v_index + 3];
+  const RowWeights by_row = row_weights(experiment);
   Predictor predictor(with_parameters(experiment.scene, parameters, values), experiment.map,
                       experiment.prediction);
-  const Model& model = predictor.model();
-  VectorX difference(model.nv());
   GroupedResiduals out;
   for (const int i : which) {
     const Recording& recording = experiment.recordings[i];
-    const Prediction p = predictor.predict(recording);
-    if (p.impact) {
-      out.push_back(experiment.by_score ? VectorX::Constant(1, p.impact->speed)
-                                        : p.impact->weighted);
-      continue;
-    }
-    const int rows = recording.num_rows() - 1;
-    VectorX& r = out.emplace_back(rows * static_cast<Eigen::Index>(used.size()));
-    const double share = 1.0 / std::sqrt(static_cast<double>(rows));
-    const auto predicted = static_cast<int>(p.deviations.size());
-    if (experiment.by_score) {
-      r = score_residual(p, rows, turning);
-      continue;
-    }
-    for (int row = 0; row < rows; ++row) {
-      if (row < predicted)
-        configuration_difference(model, recording.q.col(row + 1), p.q.col(row + 1), difference);
-      for (size_t k = 0; k < used.size(); ++k)
-        r[row * static_cast<Eigen::Index>(used.size()) + static_cast<Eigen::Index>(k)] =
-            share * (row < predicted ? weights[used[k]] * difference[used[k]] : 1.0);
-    }
+    out.push_back(prediction_residual(experiment, predictor.model(), recording,
+                                      predictor.predict(recording), by_row));
   }
   return out;
 }
@@ -167,6 +174,12 @@ FitProblem fit_problem(const Experiment& experiment, const std::vector<Parameter
     return by_force ? force_residuals(experiment, parameters, values, which)
                     : prediction_residuals(experiment, parameters, values, which);
   };
+  problem.exact = exact_parameters(experiment, parameters, by_force);
+  if (std::find(problem.exact.begin(), problem.exact.end(), 1) != problem.exact.end()) {
+    problem.linearize = [&experiment, &parameters, &which, by_force](const VectorX& values) {
+      return linearize(experiment, parameters, values, which, by_force);
+    };
+  }
   return problem;
 }
 

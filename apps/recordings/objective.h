@@ -48,6 +48,20 @@ GroupedResiduals force_residuals(const Experiment& experiment,
                                  const std::vector<Parameter>& parameters, const VectorX& values,
                                  const std::vector<int>& which);
 
+/// Row by row: the residual of a prediction at a row that `state` stands for is
+/// share * weights * (state - recorded).
+struct RowWeights {
+  VectorX by_coordinate;  ///< nv (deviation_weights)
+  std::vector<Eigen::Index> used;
+  double turning = 1.0;  ///< [m] a radian of a free link
+};
+RowWeights row_weights(const Experiment& experiment);
+
+/// The residual of one recording's prediction (prediction_residuals).
+VectorX prediction_residual(const Experiment& experiment, const Model& model,
+                            const Recording& recording, const Prediction& prediction,
+                            const RowWeights& by_row);
+
 /// What identification solves: residuals of some of the recordings as a function of the parameters,
 /// which start where the scene has them. by_force: force_residuals, else prediction_residuals. All
 /// arguments must outlive it.

@@ -11,14 +11,21 @@ namespace {
 
 /// From one row to the next. False if a step failed.
 bool predict_row(Simulator& simulator, const ColumnMap& map, const Recording& recording, int row,
-                 const PredictionOptions& options, Prediction& out) {
+                 const PredictionOptions& options, PredictionWatch* watch, Prediction& out) {
   const double interval = row_interval(map, recording, row);
   const int substeps = options.substeps.value_or(
       std::max(1, static_cast<int>(std::lround(interval / options.scene_step))));
   simulator.options().time_step = interval / substeps;
   simulator.input().applied_force = recording.applied_force.col(row);
   for (int k = 0; k < substeps; ++k) {
+    State before;
+    if (watch) before = simulator.state();
     const StepReport step = simulator.step();
+    if (watch && step.succeeded()) {
+      Input input = simulator.input();
+      input.softening = step.softening;
+      watch->step(simulator.options(), before, input, simulator.state());
+    }
     out.newton_iterations += step.newton_iterations;
     if (!step.succeeded()) out.failure = {out.steps, simulator.state().time, step};
     ++out.steps;
@@ -85,8 +92,8 @@ Predictor::Predictor(const Scene& scene, const ColumnMap& map, const PredictionO
   if (!map.after.empty()) impacts_.emplace(scene);
 }
 
-Prediction Predictor::predict(const Recording& recording) {
-  return impacts_ ? strike(recording) : roll_out(recording);
+Prediction Predictor::predict(const Recording& recording, PredictionWatch* watch) {
+  return impacts_ ? strike(recording) : roll_out(recording, watch);
 }
 
 Prediction Predictor::strike(const Recording& recording) {
@@ -108,7 +115,7 @@ Prediction Predictor::strike(const Recording& recording) {
   return out;
 }
 
-Prediction Predictor::roll_out(const Recording& recording) {
+Prediction Predictor::roll_out(const Recording& recording, PredictionWatch* watch) {
   const Model& model = simulator_.model();
   const int rows = recording.num_rows();
   const int horizon = options_.horizon > 0 ? options_.horizon : rows - 1;
@@ -119,9 +126,11 @@ Prediction Predictor::roll_out(const Recording& recording) {
   int pieces = 0;
   for (int start = 0; start + 1 < rows; start += horizon) {
     simulator_.set_state(recorded_state(model, map_, recording, start));
+    if (watch) watch->start(recording, start);
     const int last = std::min(start + horizon, rows - 1);
     for (int row = start; row < last; ++row) {
-      if (!predict_row(simulator_, map_, recording, row, options_, out)) return out;
+      if (!predict_row(simulator_, map_, recording, row, options_, watch, out)) return out;
+      if (watch) watch->row(recording, row + 1, simulator_.state());
       out.q.col(row + 1) = simulator_.state().q;
       out.time.push_back(recording.time[row + 1]);
       out.deviations.push_back(

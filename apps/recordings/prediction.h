@@ -72,17 +72,30 @@ State recorded_state(const Model& model, const ColumnMap& map, const Recording& 
 /// From `row` to `row` + 1 [s].
 double row_interval(const ColumnMap& map, const Recording& recording, int row);
 
+/// Is told of a prediction by the simulator as it goes on.
+class PredictionWatch {
+ public:
+  virtual ~PredictionWatch() = default;
+  /// The recorded state at `row` is the start of a piece.
+  virtual void start(const Recording& recording, int row) = 0;
+  /// A step of these options that led from `before` to `after` under `input`.
+  virtual void step(const SimulationOptions& options, const State& before, const Input& input,
+                    const State& after) = 0;
+  /// The prediction of `row` is `state`.
+  virtual void row(const Recording& recording, int row, const State& state) = 0;
+};
+
 /// Predicts by the simulator, or by the impact law where the map is of impacts.
 class Predictor {
  public:
   Predictor(const Scene& scene, const ColumnMap& map, const PredictionOptions& options);
 
   /// @throws std::runtime_error where an impact is not solved.
-  Prediction predict(const Recording& recording);
+  Prediction predict(const Recording& recording, PredictionWatch* watch = nullptr);
   const Model& model() const { return simulator_.model(); }
 
  private:
-  Prediction roll_out(const Recording& recording);
+  Prediction roll_out(const Recording& recording, PredictionWatch* watch);
   Prediction strike(const Recording& recording);
 
   Simulator simulator_;

@@ -82,6 +82,9 @@ struct Explainer::Impl {
   std::vector<char> counts;
   double weight = 0.0;
   Inverse inverse;
+  struct {
+    VectorX q, v, v_next;
+  } last;  ///< the step explained last
   ConstraintSet constraints;
   EffectCounts effect_counts;
   std::vector<int> block_of_tree;
@@ -168,16 +171,17 @@ VectorX Explainer::scales() const {
 
 Explanation Explainer::explain(const Recording& recording, int row, double interval) {
   Impl& s = *impl_;
-  const VectorX q = recording.q.col(row), v = recording.v.col(row),
-                v_next = recording.v.col(row + 1);
+  s.last.q = recording.q.col(row);
+  s.last.v = recording.v.col(row);
+  s.last.v_next = recording.v.col(row + 1);
   s.free.time_step = interval;
-  step_inverse(s.model, s.free, q, v, v_next, s.workspace, s.inverse);
+  step_inverse(s.model, s.free, s.last.q, s.last.v, s.last.v_next, s.workspace, s.inverse);
   if (s.inverse.fault.any())
     throw InputError(fmt::format("{}: row {}: {}", recording.file, row,
                                  describe(s.model, s.inverse.fault).reason));
   Explanation out;
   out.force = s.inverse.applied_force - recording.applied_force.col(row);
-  s.find_contacts(q, v, interval);
+  s.find_contacts(s.last.q, s.last.v, interval);
   out.contacts = static_cast<int>(s.constraints.contacts.size());
   if (!s.constraints.pairs.empty() && s.pose_problem(interval * out.force)) {
     VectorX w = s.problem.free_velocity(), impulse(s.problem.num_rows());
@@ -213,6 +217,13 @@ Explanation Explainer::explain(const Recording& recording, int row, double inter
     }
   }
   return out;
+}
+
+bool Explainer::derive(ParameterDerivator& derivator, InverseParameterDerivatives& out) {
+  Impl& s = *impl_;
+  if (!s.constraints.pairs.empty()) return false;
+  derivator.inverse(s.model, s.free, s.last.q, s.last.v, s.last.v_next, Input(), s.workspace, s.inverse, out);
+  return true;
 }
 
 ExplainedRecording explain_recording(Explainer& explainer, const ColumnMap& map,

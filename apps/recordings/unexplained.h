@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "coordinate_figures.h"
+#include "counterpoint/engine/parameter_derivatives.h"
 #include "counterpoint/model/scene.h"
 #include "recording.h"
 
@@ -36,6 +37,10 @@ class Explainer {
   /// From `row` to `row` + 1 of the recording, `interval` [s] apart. @throws InputError where a
   /// recorded number cannot be worked with, std::runtime_error where the solver fails.
   Explanation explain(const Recording& recording, int row, double interval);
+
+  /// nv x parameters: how `force` of the step explained last goes with them. False where contacts
+  /// gave a part of it: which then depends on the cones.
+  bool derive(ParameterDerivator& derivator, InverseParameterDerivatives& out);
 
   /// By coordinate, what makes an unexplained force a residual: of free links 1 / weight (and /
   /// reach of the geometry), of others 1; 0 where a motor may have given it.

@@ -7,15 +7,21 @@
 
 namespace counterpoint {
 
+/// A row that another is to be freed of, times a factor.
+struct EliminationTerm {
+  int row;
+  double factor;
+};
+
 /// Solves A X = B by elimination from the last unknown to the first: of matrices with the pattern
 /// of a tree's M no zero is lost (Featherstone 2008, section 6.5), and zeros cost nothing. Rows are
 /// exchanged where a pivot is small against what is below it. Scratch inside, grown only.
 class SparseSolver {
  public:
-  /// Takes A (n x n) and room for `columns` right-hand sides, zero at first.
+  /// Takes A (n x n) and makes room for `columns` right-hand sides.
   void begin(const Eigen::Ref<const MatrixX>& A, int columns);
-  /// Adds `scale` times a matrix (n rows) to the right-hand sides from `column` on; or the
-  /// identity.
+  /// `scale` times a matrix (n rows) are the right-hand sides from `column` on; or the identity is.
+  /// All have to be given.
   void add(const Eigen::Ref<const MatrixX>& B, int column, double scale);
   void add_identity(int column);
   /// False if A is singular.
@@ -24,8 +30,18 @@ class SparseSolver {
   void get(int column, Eigen::Ref<MatrixX> out) const;
 
  private:
-  int n_ = 0, columns_ = 0, stride_ = 0;
-  std::vector<double> rows_;  ///< row by row, A and B side by side
+  bool factor();
+  void list_terms();
+
+  int n_ = 0, columns_ = 0;
+  int stride_ = 0, width_ = 0;  ///< of the rows of A and B: multiples of four, and of a chunk
+  std::vector<double> A_;       ///< row by row, then its factors
+  std::vector<double> B_;
+  std::vector<int> order_;  ///< which row of A and B is in the place
+  bool exchanged_ = false;
+  std::vector<EliminationTerm> terms_;         ///< of all rows: below the diagonal's place first, then above
+  std::vector<int> above_, below_;  ///< by row: where its terms begin, and one more
+  std::vector<double> moved_;       ///< scratch of exchanges
 };
 
 }  // namespace counterpoint

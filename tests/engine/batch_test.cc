@@ -113,5 +113,58 @@ TEST(Batch, ThrowsWhatATaskThrew) {
   EXPECT_THROW(Batch(scene(), -1), InputError);
 }
 
+TEST(Batch, DerivativesHaveTheBitsOfOneAfterTheOther) {
+  constexpr int kCount = 30;  // no multiple of what a thread takes at once
+  Simulator alone(scene());
+  const Model& model = alone.model();
+  std::vector<State> starts, ends;
+  for (int i = 0; i < 20 * kCount; ++i) {
+    const State start = alone.state();
+    ASSERT_TRUE(alone.step().succeeded());
+    if (i % 20 != 0) continue;
+    starts.push_back(start);
+    ends.push_back(alone.state());
+  }
+  const auto n = static_cast<std::size_t>(model.nv()), block = n * n;
+  Workspace workspace(model);
+  Inverse inverse;
+  InverseDerivatives by_motion;
+  ForwardDerivatives forward;
+  std::vector<double> force, dq, dv_next, dv_du, dq_dv;
+  std::vector<char> by_differences;
+  const auto append = [](std::vector<double>& to, const auto& from) {
+    to.insert(to.end(), from.data(), from.data() + from.size());
+  };
+  for (int i = 0; i < kCount; ++i) {
+    ASSERT_TRUE(step_forward_derivatives(model, alone.options(), starts[i].q, starts[i].v,
+                                         ends[i].v, Input(), workspace, inverse, by_motion,
+                                         forward));
+    append(force, inverse.applied_force);
+    append(dq, by_motion.dq);
+    append(dv_next, by_motion.dv_next);
+    append(dv_du, forward.dv_du);
+    append(dq_dv, forward.dq_dv);
+    by_differences.push_back(by_motion.by_differences);
+  }
+  for (const int threads : {1, 2, 5}) {
+    Batch batch(scene(), threads);
+    std::vector<double> u(kCount * n), by_q(kCount * block), by_next(by_q), by_u(by_q), q_v(by_q);
+    std::vector<char> flags(kCount);
+    InverseDerivativeBlocks to{u.data(), by_q.data(), nullptr, by_next.data(), flags.data()};
+    batch.inverse_derivatives(starts, ends, {}, to);
+    EXPECT_EQ(u, force) << threads;
+    EXPECT_EQ(by_q, dq) << threads;
+    EXPECT_EQ(by_next, dv_next) << threads;
+    EXPECT_EQ(flags, by_differences) << threads;
+    ForwardDerivativeBlocks all;
+    all.dv_du = by_u.data();
+    all.dq_dv = q_v.data();
+    batch.forward_derivatives(starts, ends, {}, {}, all);
+    EXPECT_EQ(by_u, dv_du) << threads;
+    EXPECT_EQ(q_v, dq_dv) << threads;
+    EXPECT_THROW(batch.inverse_derivatives(starts, {}, {}, to), InputError);
+  }
+}
+
 }  // namespace
 }  // namespace counterpoint::test

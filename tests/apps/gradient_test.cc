@@ -1,0 +1,119 @@
+// Exact derivatives of what identification makes small, against differences of the residuals.
+#include "recordings/gradient.h"
+
+#include <gtest/gtest.h>
+
+#include "counterpoint/engine/simulator.h"
+
+namespace counterpoint::apps {
+namespace {
+
+/// Extrapolated differences of a whole motion: some hundred steps.
+constexpr double kTolerance = 1e-6;
+
+Scene scene_of(const std::string& name) {
+  Scene scene = load_scene(std::string(COUNTERPOINT_SOURCE_DIR) + "/data/scenes/" + name);
+  // No kink within a difference.
+  scene.options.contact.smoothing = 1e-3;
+  scene.options.contact.compliance = 1e-2;
+  scene.options.effects.set(Effect::kSleeping, false);
+  return scene;
+}
+
+/// A motion of the scene, every few steps, as a recording of all its coordinates.
+Experiment experiment_of(const Scene& scene, int rows, int substeps) {
+  Experiment e{scene, {}, {}, 1, {}, false, 0.01};
+  Simulator simulator(scene);
+  Recording recording;
+  recording.q.resize(scene.model.nq(), rows);
+  recording.v.resize(scene.model.nv(), rows);
+  recording.applied_force = MatrixX::Zero(scene.model.nv(), rows);
+  for (int row = 0; row < rows; ++row) {
+    recording.time.push_back(simulator.state().time);
+    recording.q.col(row) = simulator.state().q;
+    recording.v.col(row) = simulator.state().v;
+    for (int k = 0; k < substeps; ++k) EXPECT_TRUE(simulator.step().succeeded());
+  }
+  e.recordings.push_back(recording);
+  e.prediction.substeps = substeps;
+  e.prediction.scene_step = scene.options.time_step;
+  return e;
+}
+
+/// By all joints' positions, forces known.
+void map_joints(Experiment& e) {
+  for (int i = 0; i < e.scene.model.nv(); ++i) {
+    e.map.entries.push_back({ColumnMap::Entry::Kind::kPosition, i, "q", {}});
+    e.map.entries.push_back({ColumnMap::Entry::Kind::kForce, i, "u", {}});
+  }
+}
+
+void expect_exact(const Experiment& e, const std::string& names, double change, bool by_force) {
+  const std::vector<Parameter> parameters = parse_parameters(names, e.scene);
+  const std::vector<int> which{0};
+  // Off the recorded motion, where lengths of deviations have no derivative.
+  const VectorX at = parameter_values(parameters, e.scene).cwiseMax(0.1) * (1.0 + change);
+  const std::optional<LinearizedResiduals> exact = linearize(e, parameters, at, which, by_force);
+  ASSERT_TRUE(exact);
+  const auto residuals = [&](const VectorX& values) {
+    return by_force ? force_residuals(e, parameters, values, which)[0]
+                    : prediction_residuals(e, parameters, values, which)[0];
+  };
+  EXPECT_EQ(exact->residuals[0], residuals(at));
+  const std::vector<char> known = exact_parameters(e, parameters, by_force);
+  for (Eigen::Index i = 0; i < at.size(); ++i) {
+    ASSERT_TRUE(known[static_cast<std::size_t>(i)]) << parameters[static_cast<std::size_t>(i)].name;
+    const auto moved = [&](double by) {
+      VectorX values = at;
+      values[i] += by;
+      return residuals(values);
+    };
+    const double step = 1e-4 * std::max(std::abs(at[i]), 1e-2);
+    const VectorX near = (moved(step) - moved(-step)) / (2.0 * step);
+    const VectorX far = (moved(2.0 * step) - moved(-2.0 * step)) / (4.0 * step);
+    const VectorX reference = (4.0 * near - far) / 3.0;
+    const VectorX column = exact->jacobians[0].col(i);
+    EXPECT_GT(reference.lpNorm<Eigen::Infinity>(), 0.0);
+    EXPECT_LE((column - reference).lpNorm<Eigen::Infinity>(),
+              kTolerance * reference.lpNorm<Eigen::Infinity>())
+        << parameters[static_cast<std::size_t>(i)].name;
+  }
+}
+
+TEST(Gradient, OfForcesOfAnArm) {
+  Experiment e = experiment_of(scene_of("double_pendulum.yaml"), 60, 2);
+  map_joints(e);
+  expect_exact(e, "armature:shoulder,damping:elbow,mass:lower,inertia:upper,gravity", 0.1, true);
+}
+
+TEST(Gradient, OfPredictionsOfAnArm) {
+  for (const bool by_score : {false, true}) {
+    Experiment e = experiment_of(scene_of("double_pendulum.yaml"), 40, 2);
+    map_joints(e);
+    e.by_score = by_score;
+    e.prediction.horizon = 10;
+    expect_exact(e, "damping:elbow,mass:lower,inertia:upper,gravity", 0.1, false);
+  }
+}
+
+TEST(Gradient, OfPredictionsOfACubeThatIsTossed) {
+  for (const bool by_score : {false, true}) {
+    Scene scene = scene_of("cube_toss.yaml");
+    scene.q[2] = 0.11;  // near the ground, and down
+    scene.v[2] = -0.6;
+    Experiment e = experiment_of(scene, 50, 1);
+    e.map.free_body = 1;
+    e.by_score = by_score;
+    e.prediction.horizon = 10;
+    expect_exact(e, "friction,restitution,inertia,gravity", 0.05, false);
+  }
+}
+
+TEST(Gradient, IsNotKnownOfSizes) {
+  const Experiment e = experiment_of(scene_of("cube_toss.yaml"), 3, 1);
+  const std::vector<Parameter> parameters = parse_parameters("friction,size", e.scene);
+  EXPECT_EQ(exact_parameters(e, parameters, false), (std::vector<char>{1, 0}));
+}
+
+}  // namespace
+}  // namespace counterpoint::apps
