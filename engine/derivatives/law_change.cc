@@ -51,6 +51,7 @@ LawChange contact_law_change(const SimulationOptions& options, const Material& p
   const bool bounces = pair.restitution > 0.0 && v[0] < 0.0 && gap + h * v[0] <= 0.0;
   if (bounces && pair.restitution * v[0] < (gap > 0.0 ? 0.0 : gap_bias(law, h, gap)))
     out.bias = source.material.restitution * v[0];
+  out.slip_speed = source.slip_speed;
   const Material& m = source.material;
   if (pair.friction > 0.0 && law.friction_model == FrictionModel::kLagged)
     out.bias += m.friction * std::hypot(v[1], v[2]);
@@ -91,6 +92,7 @@ contact::Rows impulse_change(const contact::Law& law, const contact::Rows& y,
   if (change.regularizer != 0.0) df += change.regularizer * by.regularizer;
   if (change.smoothing != 0.0) df += change.smoothing * by.smoothing;
   if (change.bound != 0.0) df += change.bound * by.bound;
+  if (change.slip_speed != 0.0) df += change.slip_speed * by.slip_speed;
   for (int j = 0; j + 1 < law.rows; ++j)
     if (law.type == contact::LawType::kFrictionCone && change.friction[j] != 0.0)
       df += change.friction[j] * by.friction.col(j);

@@ -11,13 +11,14 @@ struct LawSource {
   double compliance = 0.0, smoothing = 0.0, stabilization = 0.0, max_recovery_speed = 0.0;
   double alpha = 0.0;                     ///< of the constraint's inverse weight
   double total_mass = 0.0;                ///< of all that can move
+  double slip_speed = 0.0;                ///< of exact friction (friction_slip.h)
   Material material{0.0, 0.0, 0.0, 0.0};  ///< of the pair
 };
 
 /// And what they make of the law. `bias` is of the first row, without what comes with a gap or a
 /// velocity that changes.
 struct LawChange {
-  double regularizer = 0.0, smoothing = 0.0, bound = 0.0, bias = 0.0;
+  double regularizer = 0.0, smoothing = 0.0, bound = 0.0, slip_speed = 0.0, bias = 0.0;
   std::array<double, contact::kMaxRows - 1> friction{};
 };
 

@@ -90,9 +90,10 @@ void project(const Model& model, int body, const Vector3& arm, const Force& at, 
 
 /// False where the contact's motion is not known.
 bool ParameterConstraints::find_place(const PreparedParameter& p, const Model& model,
-                                      const collision::Candidate& contact,
-                                      const InverseWeights& weights, const Data& data,
-                                      PlaceChange& out) {
+                                      const collision::Candidate& contact, double h,
+                                      const Workspace::Impl& ws, PlaceChange& out) {
+  const InverseWeights& weights = ws.finder.weights();
+  const Data& data = ws.data;
   out = PlaceChange();
   const Geometry& a = model.geometries()[static_cast<size_t>(contact.geometry_a)];
   const Geometry& b = model.geometries()[static_cast<size_t>(contact.geometry_b)];
@@ -108,7 +109,9 @@ bool ParameterConstraints::find_place(const PreparedParameter& p, const Model& m
   if (!of_a && !of_b) return true;
   ContactMotion motion;
   motions_.begin();
-  if (!motions_.find(model, data, contact, share_b - 0.5, motion)) return false;
+  const collision::BodyMotions motions{data.V, weights.contact, h};
+  if (!motions_.find(model, data, ws.finder.collider(), motions, contact, share_b - 0.5, motion))
+    return false;
   const auto up = [&](const Geometry& g) -> Vector3 {
     return data.X_WB[g.body].rotation * g.X_BG.rotation.col(2);
   };
@@ -122,6 +125,29 @@ bool ParameterConstraints::find_place(const PreparedParameter& p, const Model& m
   const Vector3 turned = motion.normal * relative;
   out.turn = contact.normal.cross(turned);
   out.gap = motion.gap * relative;
+  return true;
+}
+
+/// Of the slip speed that friction is allowed: the fastest contact of the island slides otherwise
+/// where its place is another.
+bool ParameterConstraints::find_slip(const PreparedParameter& p, const Model& model,
+                                     const SimulationOptions& options, const PairConstraint& pair,
+                                     const Workspace::Impl& ws, double& out) {
+  out = 0.0;
+  if (pair.fastest < 0) return true;
+  const auto fastest = static_cast<size_t>(pair.fastest);
+  const PairConstraint& source = ws.constraints.pairs[fastest];
+  PlaceChange place;
+  if (!find_place(p, model, ws.constraints.contacts[fastest], options.time_step, ws, place))
+    return false;
+  const PairBodies bodies = pair_bodies(source, ws.data, ws.velocity);
+  const Motion start = bodies.start_b - bodies.start_a;
+  const Vector3 n = source.frame.col(0);
+  const Vector3 sliding = start.linear - n.dot(start.linear) * n;
+  const double speed = sliding.norm();
+  if (!(speed > 0.0)) return true;
+  const Vector3 change = start.angular.cross(place.place) + start.linear.cross(place.turn);
+  out = options.time_step / options.contact.slip_time * sliding.dot(change) / speed;
   return true;
 }
 
@@ -140,7 +166,8 @@ bool ParameterConstraints::add_contacts(const PreparedParameter& p, const Model&
         only(effects, material_change(p, a, contact.geometry_a, b, contact.geometry_b));
     if (p.weights) change.alpha = p.weights->contact[pair.body_a] + p.weights->contact[pair.body_b];
     PlaceChange place;
-    if (!find_place(p, model, contact, weights, ws.data, place)) return false;
+    if (!find_place(p, model, contact, options.time_step, ws, place)) return false;
+    if (!find_slip(p, model, options, pair, ws, change.slip_speed)) return false;
     const Source source{only(effects, combine_materials(a.material, b.material)),
                         weights.contact[pair.body_a] + weights.contact[pair.body_b],
                         weights.total_mass, contact.gap};
