@@ -1,6 +1,6 @@
 #include "counterpoint/engine/derivatives/pair_response.h"
 
-#include "counterpoint/contact/law.h"
+#include "counterpoint/contact/sensitivity.h"
 #include "counterpoint/engine/derivatives/right_jacobian.h"
 #include "counterpoint/engine/kinematics.h"
 #include "counterpoint/model/rotation.h"
@@ -20,16 +20,22 @@ RowColumns row_columns(const PairConstraint& pair) {
   return columns;
 }
 
-/// -R G R' and -R G e_0, and the wrench.
-void find_slopes(const PairConstraint& pair, const PairBodies& bodies, PairResponse& out,
-                 Vector6& by_bias) {
-  const RowColumns R = row_columns(pair);
+/// What the law is taken at.
+contact::Rows law_velocity(const PairConstraint& pair, const PairBodies& bodies,
+                           const RowColumns& R) {
   Vector6 relative;
   relative << bodies.next_b.angular - bodies.next_a.angular,
       bodies.next_b.linear - bodies.next_a.linear;
-  const int rows = pair.law.rows;
   contact::Rows y = R.transpose() * relative;
-  for (int i = 0; i < rows; ++i) y[i] += pair.law.bias[static_cast<size_t>(i)];
+  for (int i = 0; i < pair.law.rows; ++i) y[i] += pair.law.bias[static_cast<size_t>(i)];
+  return y;
+}
+
+/// -R G R' and -R G e_0, and the wrench.
+void find_slopes(const PairConstraint& pair, const PairBodies& bodies, PairResponse& out) {
+  const RowColumns R = row_columns(pair);
+  const int rows = pair.law.rows;
+  const contact::Rows y = law_velocity(pair, bodies, R);
   double f[contact::kMaxRows], hessian[contact::kMaxRows * contact::kMaxRows];
   contact::evaluate(pair.law, y.data(), f, hessian);
   const Eigen::Map<const Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>> G(
@@ -38,7 +44,13 @@ void find_slopes(const PairConstraint& pair, const PairBodies& bodies, PairRespo
   out.wrench = {w.head<3>(), w.tail<3>()};
   const RowColumns RG = R.lazyProduct(G);
   out.next = -RG.lazyProduct(R.transpose());
-  by_bias = -RG.col(0);
+  out.by_bias = -RG.col(0);
+}
+
+/// R df/dk.
+Vector6 by_smoothing(const PairConstraint& pair, const PairBodies& bodies) {
+  const RowColumns R = row_columns(pair);
+  return R * contact::compute_sensitivity(pair.law, law_velocity(pair, bodies, R)).smoothing;
 }
 
 /// How far a point at `arm` from its body's origin goes beyond omega x arm h within the step, if
@@ -109,8 +121,7 @@ BodyResponse PairResponse::of_a_by_b(const Motion& V_next, const Motion& V_start
 
 void find_velocity_response(const PairConstraint& pair, const PairBodies& bodies,
                             PairResponse& out) {
-  Vector6 by_bias;
-  find_slopes(pair, bodies, out, by_bias);
+  find_slopes(pair, bodies, out);
   out.still.setZero();
   out.v_a.setZero();
   out.v_b.setZero();
@@ -124,10 +135,11 @@ double turning_advance(const PairConstraint& pair, const PairBodies& bodies, dou
 }
 
 void find_contact_response(const PairConstraint& pair, const PairBodies& bodies,
-                           const ContactMotion& motion, const BiasSlopes& bias, bool turning,
+                           const ContactMotion& motion, const LawSlopes& law, bool turning,
                            double h, PairResponse& out) {
-  Vector6 by_bias;
-  find_slopes(pair, bodies, out, by_bias);
+  find_slopes(pair, bodies, out);
+  Vector6 by_gap = law.gap * out.by_bias;
+  if (law.smoothing != 0.0) by_gap += law.smoothing * by_smoothing(pair, bodies);
   const Motion next = bodies.next_b - bodies.next_a, start = bodies.start_b - bodies.start_a;
   using Rows36 = Eigen::Matrix<double, 3, 6>;
   using Row6 = Eigen::Matrix<double, 1, 6>;
@@ -138,32 +150,31 @@ void find_contact_response(const PairConstraint& pair, const PairBodies& bodies,
   Matrix6 y;
   y.topRows<3>() = skew(next.angular) * turned;
   y.bottomRows<3>() = skew(next.angular) * motion.point + skew(next.linear) * turned;
-  Row6 b = bias.gap * motion.gap;
-  Row6 b_v_a = Row6::Zero(), b_v_b = Row6::Zero();
-  out.by_v = turning || !bias.v.isZero(0.0);
-  if (!bias.v.isZero(0.0)) {
-    const Eigen::RowVector3d v = (pair.frame * bias.v).transpose();
-    b += v * (skew(start.angular) * motion.point + skew(start.linear) * turned);
-    b_v_b.tail<3>() += v;
-    b_v_a.tail<3>() -= v;
+  Row6 gap = motion.gap, gap_v_a = Row6::Zero(), gap_v_b = Row6::Zero();
+  Row6 b = Row6::Zero(), b_v = Row6::Zero();  // of the bias, beyond what the gap makes of it
+  out.by_v = turning || !law.v.isZero(0.0);
+  if (!law.v.isZero(0.0)) {
+    const Eigen::RowVector3d v = (pair.frame * law.v).transpose();
+    b = v * (skew(start.angular) * motion.point + skew(start.linear) * turned);
+    b_v.tail<3>() = v;
   }
   if (turning) {
     const Turning a(bodies.start_a.angular, bodies.arm_a, h);
     const Turning o(bodies.start_b.angular, bodies.arm_b, h);
-    const Eigen::RowVector3d along = -bias.gap * n.transpose();  // the gap is less by n (u_A - u_B)
-    Rows36 arm_b = motion.point;                                 // less the way of B's origin
+    const Eigen::RowVector3d along = -n.transpose();  // the gap is less by n (u_A - u_B)
+    Rows36 arm_b = motion.point;                      // less the way of B's origin
     arm_b.leftCols<3>() -= skew(bodies.arm_b);
     arm_b.rightCols<3>() -= Matrix3::Identity();
-    b += -bias.gap * (a.u - o.u).transpose() * motion.normal +
-         along * (a.by_arm * motion.point - o.by_arm * arm_b);
-    b_v_a.head<3>() += along * a.by_omega;
-    b_v_b.head<3>() -= along * o.by_omega;
+    gap += -(a.u - o.u).transpose() * motion.normal +
+           along * (a.by_arm * motion.point - o.by_arm * arm_b);
+    gap_v_a.head<3>() = along * a.by_omega;
+    gap_v_b.head<3>() = -along * o.by_omega;
   }
-  out.still = out.next * y + by_bias * b;
+  out.still = out.next * y + out.by_bias * b + by_gap * gap;
   out.still.topRows<3>() -= skew(out.wrench.torque) * turned + f * motion.point;
   out.still.bottomRows<3>() -= f * turned;
-  out.v_a = by_bias * b_v_a;
-  out.v_b = by_bias * b_v_b;
+  out.v_a = by_gap * gap_v_a - out.by_bias * b_v;
+  out.v_b = by_gap * gap_v_b + out.by_bias * b_v;
 }
 
 }  // namespace counterpoint
