@@ -60,11 +60,10 @@ struct Fault {
   int other_body = -1;  ///< the other one of a contact, closure or mimic; 0: the world
   int coordinate = -1;  ///< of q for the positions, else of v
   int geometry_a = -1, geometry_b = -1;  ///< of a contact
-  int index = -1;  ///< closure in Model::closures, wrench in Input, servo in Model::servos
-  double value =
-      0.0;  ///< of what is named, SI; kUnsolved: by how much the velocity there is off
-            ///< [m/s, rad/s]; kSpeed: of the mass moved [m/s]; kSingularInertia:
-            ///< inertia; kTolerance: over what is allowed [-]; kStaysOpen: how far [m or rad]
+  int index = -1;      ///< closure in Model::closures, wrench in Input, servo in Model::servos
+  double value = 0.0;  ///< of what is named, SI; kUnsolved: by how much the velocity there is off
+                       ///< [m/s, rad/s]; kSpeed: of the mass moved [m/s]; kSingularInertia:
+                       ///< inertia; kTolerance: over what is allowed [-]; kStaysOpen: how far [m or rad]
   double bound = 0.0;  ///< in force: kSpeed: max_speed [m/s]; kTolerance: min_step [s];
                        ///< kStaysOpen: closing_time [s]
 

@@ -1,5 +1,4 @@
-// What each joint type does, by switch: motion subspace and products with it. Conventions of q and
-// v: model/joint.h.
+// What each joint type does, by switch: motion subspace and products with it. Conventions of q and v: model/joint.h.
 #pragma once
 
 #include "counterpoint/model/joint.h"

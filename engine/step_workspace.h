@@ -89,7 +89,7 @@ struct Workspace::Impl {
   RungeKuttaStages stages;
   StepControlScratch control;
   std::shared_ptr<DerivativeScratch> derivatives;  ///< from the first time they are asked for
-  EffectSet called;                                ///< what the model calls for
+  EffectSet called;  ///< what the model calls for
   EffectCounts counts;
 };
 
