@@ -6,11 +6,29 @@
 namespace counterpoint {
 namespace {
 
-double smoothing(const ContactOptions& options, double alpha) {
-  return options.smoothing * kStandardGravity / alpha;
-}
+/// A smoothing length [m] as what the law takes [J].
+double smoothing(double length, double alpha) { return length * kStandardGravity / alpha; }
 
 }  // namespace
+
+double faded_smoothing(double smoothing, double gap, double reach) {
+  if (!(gap > 0.0)) return smoothing;
+  const double least = std::min(smoothing, kHardSmoothing), share = gap / reach;
+  const double left = share < 1.0 ? 1.0 - share * share : 0.0;
+  return least + (smoothing - least) * left * left;
+}
+
+double faded_smoothing_slope(double smoothing, double gap, double reach) {
+  if (!(gap > 0.0 && gap < reach)) return 0.0;
+  const double least = std::min(smoothing, kHardSmoothing), share = gap / reach;
+  return -4.0 * (smoothing - least) * (1.0 - share * share) * share / reach;
+}
+
+double faded_smoothing_share(double smoothing, double gap, double reach) {
+  if (!(gap > 0.0) || smoothing <= kHardSmoothing) return 1.0;
+  const double share = gap / reach, left = share < 1.0 ? 1.0 - share * share : 0.0;
+  return left * left;
+}
 
 double resting_reach(const ContactOptions& options, double h) {
   constexpr double kWeight = 1e-6;
@@ -39,7 +57,7 @@ contact::Law make_contact_law(const ContactOptions& options, double h, const Mat
   contact::Law law;
   const double mu = pair.friction;
   law.regularizer = options.compliance * alpha;
-  law.smoothing = smoothing(options, alpha);
+  law.smoothing = smoothing(faded_smoothing(options.smoothing, gap, options.margin), alpha);
   law.bias[0] = gap_bias(options, h, gap);
   // Restitution, where the contact closes within the step as judged from (q, w); never from u.
   if (pair.restitution > 0.0 && v[0] < 0.0 && gap + h * v[0] <= 0.0)
@@ -75,13 +93,18 @@ double gap_bias_slope(const ContactOptions& options, double h, double gap) {
   return capped ? 0.0 : options.stabilization / h;
 }
 
-BiasSlopes contact_bias_slopes(const ContactOptions& options, double h, const Material& pair,
-                               double gap, const Vector3& v) {
-  BiasSlopes slopes;
+LawSlopes contact_law_slopes(const ContactOptions& options, double h, const Material& pair,
+                             double alpha, double gap, const Vector3& v) {
+  LawSlopes slopes;
   slopes.gap = gap_bias_slope(options, h, gap);
+  slopes.smoothing =
+      smoothing(faded_smoothing_slope(options.smoothing, gap, options.margin), alpha);
   if (pair.restitution > 0.0 && v[0] < 0.0 && gap + h * v[0] <= 0.0) {
     const double other = gap > 0.0 ? 0.0 : gap_bias(options, h, gap);
-    if (pair.restitution * v[0] < other) slopes = {0.0, Vector3(pair.restitution, 0.0, 0.0)};
+    if (pair.restitution * v[0] < other) {
+      slopes.gap = 0.0;
+      slopes.v[0] = pair.restitution;
+    }
   }
   if (options.friction_model == FrictionModel::kLagged && pair.friction > 0.0) {
     const double speed = std::hypot(v[1], v[2]);
@@ -96,15 +119,19 @@ BiasSlopes contact_bias_slopes(const ContactOptions& options, double h, const Ma
 contact::Law make_limit_law(const ContactOptions& options, double h, double alpha, double gap) {
   contact::Law law;
   law.regularizer = options.compliance * alpha;
-  law.smoothing = smoothing(options, alpha);
+  law.smoothing = smoothing(faded_smoothing(options.smoothing, gap, kLimitReach), alpha);
   law.bias[0] = gap_bias(options, h, gap);
   return law;
+}
+
+double limit_smoothing_slope(const ContactOptions& options, double alpha, double gap) {
+  return smoothing(faded_smoothing_slope(options.smoothing, gap, kLimitReach), alpha);
 }
 
 contact::Law make_speed_limit_law(const ContactOptions& options, double alpha, double limit) {
   contact::Law law;
   law.regularizer = options.compliance * alpha;
-  law.smoothing = smoothing(options, alpha);
+  law.smoothing = smoothing(options.smoothing, alpha);
   law.bias[0] = limit;
   return law;
 }
@@ -114,7 +141,7 @@ contact::Law make_dry_friction_law(const ContactOptions& options, double h, doub
   contact::Law law;
   law.type = contact::LawType::kDryFriction;
   law.regularizer = options.compliance * alpha;
-  law.smoothing = smoothing(options, alpha);
+  law.smoothing = smoothing(options.smoothing, alpha);
   law.bound = h * force;
   return law;
 }

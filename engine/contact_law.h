@@ -16,6 +16,20 @@ inline double touching_gap(const ContactOptions& options) {
 /// a step, or where smoothing still gives 1e-6 of a body's weight; no more than the margin.
 double resting_reach(const ContactOptions& options, double h);
 
+/// The smoothing length of a constraint at a gap [m or rad]. The force at a distance that it makes
+/// fades with the gap, (1 - gap^2 / reach^2)^2, and is that of kHardSmoothing from the reach on:
+/// constraints appear and vanish there, and friction is another law, without a jump.
+double faded_smoothing(double smoothing, double gap, double reach);
+/// Its derivative by the gap [-].
+double faded_smoothing_slope(double smoothing, double gap, double reach);
+/// Its derivative by the smoothing length, 0 ... 1.
+double faded_smoothing_share(double smoothing, double gap, double reach);
+/// What is no longer felt at any distance [m].
+inline constexpr double kHardSmoothing = 1e-13;
+/// Joint limits have rows from here on, at rest [rad or m]: wide, since a row is cheap and a second
+/// solution is not.
+inline constexpr double kLimitReach = 0.1;
+
 /// Bias [m/s] of a unilateral row at a gap [m or rad]: a gap may be closed within the step but not
 /// crossed; a share of an overlap is recovered, no faster than max_recovery_speed. Continuous at
 /// gap = 0.
@@ -43,21 +57,24 @@ ContactOptions law_options(const SimulationOptions& options, double alpha, doubl
 contact::Law make_contact_law(const ContactOptions& options, double h, const Material& pair,
                               double alpha, double gap, const Vector3& v);
 
-/// How the bias of a contact law's normal row changes with what it was made from, one-sided at its
-/// kinks.
-struct BiasSlopes {
-  double gap = 0.0;             ///< [1/s]
-  Vector3 v = Vector3::Zero();  ///< by v [-]
+/// How the bias of a contact law's normal row, and its smoothing, change with what they were made
+/// from, one-sided at their kinks.
+struct LawSlopes {
+  double gap = 0.0;             ///< of the bias [1/s]
+  Vector3 v = Vector3::Zero();  ///< of the bias by v [-]
+  double smoothing = 0.0;       ///< of Law::smoothing by the gap [N]
 };
 /// Of gap_bias [1/s].
 double gap_bias_slope(const ContactOptions& options, double h, double gap);
 /// Of make_contact_law with these arguments.
-BiasSlopes contact_bias_slopes(const ContactOptions& options, double h, const Material& pair,
-                               double gap, const Vector3& v);
+LawSlopes contact_law_slopes(const ContactOptions& options, double h, const Material& pair,
+                             double alpha, double gap, const Vector3& v);
 
 /// Law of a joint limit: gap [rad or m] to the limit, alpha the joint's inverse weight. The
 /// smoothing length counts as an angle [rad] for revolute joints.
 contact::Law make_limit_law(const ContactOptions& options, double h, double alpha, double gap);
+/// Of its Law::smoothing by the gap [N or N m].
+double limit_smoothing_slope(const ContactOptions& options, double alpha, double gap);
 
 /// Law of a speed limit [rad/s or m/s] of one coordinate, alpha as above. y = limit -+ w.
 contact::Law make_speed_limit_law(const ContactOptions& options, double alpha, double limit);

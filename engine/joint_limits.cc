@@ -8,9 +8,8 @@
 namespace counterpoint {
 namespace {
 
-/// Distance [rad or m] within which a limit gets a row, at rest: wide, since a row is cheap and a
-/// second solution is not.
-constexpr double kMargin = 0.1;
+/// Distance [rad or m] within which a limit gets a row, at rest.
+constexpr double kMargin = kLimitReach;
 /// The same at the end of the step, for a limit without a row. Positive, so that forward and
 /// inverse cannot differ by rounding: a limit so far off gives no force (its smoothing is 1e-13).
 constexpr double kEndMargin = 0.5 * kMargin;

@@ -82,10 +82,10 @@ bool InverseDerivator::contact_response(const Model& model, const SimulationOpti
     closed = !(gap > 0.0);
   }
   const Vector3 v = pair.frame.transpose() * (bodies.start_b.linear - bodies.start_a.linear);
-  BiasSlopes slopes =
-      contact_bias_slopes(law_options(options, alpha, weights.total_mass), h, surface, gap, v);
+  LawSlopes slopes = contact_law_slopes(law_options(options, alpha, weights.total_mass), h, surface,
+                                        alpha, gap, v);
   if (pair.law.type != contact::LawType::kFrictionCone) slopes.v[1] = slopes.v[2] = 0.0;
-  if (closed) slopes.gap = 0.0;
+  if (closed) slopes.gap = slopes.smoothing = 0.0;
   find_contact_response(pair, bodies, motion, slopes, turning && !closed, h, out);
   return true;
 }
@@ -104,7 +104,7 @@ bool InverseDerivator::add_contacts(const Model& model, const SimulationOptions&
     } else {
       const size_t index = i - ws.constraints.contacts.size();
       const Closure& closure = model.closures()[ws.constraints.closures[index]];
-      find_contact_response(pair, bodies, closure_motion(closure, pair, ws.data), BiasSlopes(),
+      find_contact_response(pair, bodies, closure_motion(closure, pair, ws.data), LawSlopes(),
                             false, options.time_step, response);
     }
     forces_.add_pair(model, pair, bodies, response, options.time_step, ws.data);

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "counterpoint/contact/law.h"
+#include "counterpoint/contact/sensitivity.h"
 #include "counterpoint/engine/contact_law.h"
 
 namespace counterpoint {
@@ -22,21 +22,28 @@ int joint_of(const Model& model, int v_index) {
   return low - 1;
 }
 
-/// d bias / d q[coordinate of the row's first or second entry] [1/s].
-double bias_slope(const Model& model, const SimulationOptions& options, const JointConstraint& row,
-                  int side, const VectorRef& q, const InverseWeights& weights) {
+/// How a row's law changes with q[coordinate of its first or second entry].
+struct RowSlopes {
+  double bias = 0.0;       ///< [1/s]
+  double smoothing = 0.0;  ///< of joint limits [N or N m]
+};
+
+RowSlopes row_slopes(const Model& model, const SimulationOptions& options,
+                     const JointConstraint& row, int side, const VectorRef& q,
+                     const InverseWeights& weights) {
   const double h = options.time_step;
   if (row.law.type == contact::LawType::kEquality) {
     const ContactOptions& contact = options.contact;
     const bool capped = std::abs(row.law.bias[0]) >= contact.max_recovery_speed;
-    return capped ? 0.0 : row.coefficient[side] * contact.stabilization / h;
+    return {capped ? 0.0 : row.coefficient[side] * contact.stabilization / h, 0.0};
   }
-  if (std::isnan(row.gap_bias) || row.law.type != contact::LawType::kUnilateral) return 0.0;
+  if (std::isnan(row.gap_bias) || row.law.type != contact::LawType::kUnilateral) return {};
   const int joint = joint_of(model, row.v_index[0]);
   const double at = q[model.body(joint + 1).q_index], sign = row.coefficient[0];
   const double gap = sign > 0.0 ? at - model.joint(joint).lower : model.joint(joint).upper - at;
-  const ContactOptions law = law_options(options, weights.dof[row.v_index[0]], weights.total_mass);
-  return sign * gap_bias_slope(law, h, gap);
+  const double alpha = weights.dof[row.v_index[0]];
+  const ContactOptions law = law_options(options, alpha, weights.total_mass);
+  return {sign * gap_bias_slope(law, h, gap), sign * limit_smoothing_slope(law, alpha, gap)};
 }
 
 }  // namespace
@@ -74,11 +81,14 @@ void add_joint_row_derivatives(const Model& model, const SimulationOptions& opti
     contact::evaluate(row.law, &y, &f, &G);
     G /= options.time_step;
     for (int j = 0; j < sides; ++j) {
-      const double slope = bias_slope(model, options, row, j, q, weights);
+      const RowSlopes slopes = row_slopes(model, options, row, j, q, weights);
+      double by_q = G * slopes.bias;
+      if (slopes.smoothing != 0.0)
+        by_q -= contact::compute_sensitivity(row.law, contact::Rows::Constant(1, y)).smoothing[0] *
+                slopes.smoothing / options.time_step;
       for (int i = 0; i < sides; ++i) {
-        const double by_y = row.coefficient[i] * G;
-        d.dv_next(row.v_index[i], row.v_index[j]) += by_y * row.coefficient[j];
-        d.dq(row.v_index[i], row.v_index[j]) += by_y * slope;
+        d.dv_next(row.v_index[i], row.v_index[j]) += row.coefficient[i] * G * row.coefficient[j];
+        d.dq(row.v_index[i], row.v_index[j]) += row.coefficient[i] * by_q;
       }
     }
   }

@@ -1,5 +1,6 @@
 #include "counterpoint/engine/derivatives/law_change.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "counterpoint/contact/sensitivity.h"
@@ -30,11 +31,15 @@ double gap_bias_change(const ContactOptions& law, double h, double gap, double r
   return recovery < -law.max_recovery_speed ? -recovery_speed : source.stabilization * gap / h;
 }
 
-LawChange strength_change(const ContactOptions& contact, double alpha, const LawSource& source) {
+/// Of a constraint at a gap, whose smoothing fades up to `reach`.
+LawChange strength_change(const ContactOptions& contact, double alpha, double gap, double reach,
+                          const LawSource& source) {
   LawChange out;
   out.regularizer = source.compliance * alpha + contact.compliance * source.alpha;
+  const double length = faded_smoothing(contact.smoothing, gap, reach);
+  const double share = faded_smoothing_share(contact.smoothing, gap, reach);
   out.smoothing =
-      kStandardGravity / alpha * (source.smoothing - contact.smoothing * source.alpha / alpha);
+      kStandardGravity / alpha * (share * source.smoothing - length * source.alpha / alpha);
   return out;
 }
 
@@ -45,7 +50,7 @@ LawChange contact_law_change(const SimulationOptions& options, const Material& p
                              const LawSource& source) {
   const double h = options.time_step;
   const ContactOptions law = law_options(options, alpha, total_mass);
-  LawChange out = strength_change(options.contact, alpha, source);
+  LawChange out = strength_change(options.contact, alpha, gap, options.contact.margin, source);
   const double speed = recovery_speed_change(options, alpha, total_mass, source);
   out.bias = gap_bias_change(law, h, gap, speed, source);
   const bool bounces = pair.restitution > 0.0 && v[0] < 0.0 && gap + h * v[0] <= 0.0;
@@ -64,7 +69,8 @@ LawChange limit_law_change(const SimulationOptions& options, double alpha, doubl
                            double bias, const LawSource& source) {
   const double h = options.time_step;
   const ContactOptions law = law_options(options, alpha, total_mass);
-  LawChange out = strength_change(options.contact, alpha, source);
+  LawChange out =
+      strength_change(options.contact, alpha, std::max(bias, 0.0) * h, kLimitReach, source);
   if (!(bias < 0.0)) return out;
   // The gap that this bias stands for.
   const double gap = -bias < law.max_recovery_speed ? bias * h / law.stabilization : -HUGE_VAL;
@@ -75,7 +81,7 @@ LawChange limit_law_change(const SimulationOptions& options, double alpha, doubl
 
 LawChange plain_law_change(const SimulationOptions& options, const contact::Law& law, double alpha,
                            const LawSource& source) {
-  LawChange out = strength_change(options.contact, alpha, source);
+  LawChange out = strength_change(options.contact, alpha, 0.0, 1.0, source);
   // Equalities are softer by a factor, and have no smoothing.
   out.regularizer *= law.regularizer / (options.contact.compliance * alpha);
   if (law.type == contact::LawType::kEquality) out.smoothing = 0.0;

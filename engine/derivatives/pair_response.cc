@@ -1,6 +1,6 @@
 #include "counterpoint/engine/derivatives/pair_response.h"
 
-#include "counterpoint/contact/law.h"
+#include "counterpoint/contact/sensitivity.h"
 #include "counterpoint/engine/derivatives/right_jacobian.h"
 #include "counterpoint/engine/kinematics.h"
 #include "counterpoint/model/rotation.h"
@@ -20,16 +20,22 @@ RowColumns row_columns(const PairConstraint& pair) {
   return columns;
 }
 
-/// -R G R' and -R G e_0, and the wrench.
-void find_slopes(const PairConstraint& pair, const PairBodies& bodies, PairResponse& out,
-                 Vector6& by_bias) {
-  const RowColumns R = row_columns(pair);
+/// What the law is taken at.
+contact::Rows law_velocity(const PairConstraint& pair, const PairBodies& bodies,
+                           const RowColumns& R) {
   Vector6 relative;
   relative << bodies.next_b.angular - bodies.next_a.angular,
       bodies.next_b.linear - bodies.next_a.linear;
-  const int rows = pair.law.rows;
   contact::Rows y = R.transpose() * relative;
-  for (int i = 0; i < rows; ++i) y[i] += pair.law.bias[static_cast<size_t>(i)];
+  for (int i = 0; i < pair.law.rows; ++i) y[i] += pair.law.bias[static_cast<size_t>(i)];
+  return y;
+}
+
+/// -R G R' and -R G e_0, and the wrench.
+void find_slopes(const PairConstraint& pair, const PairBodies& bodies, PairResponse& out) {
+  const RowColumns R = row_columns(pair);
+  const int rows = pair.law.rows;
+  const contact::Rows y = law_velocity(pair, bodies, R);
   double f[contact::kMaxRows], hessian[contact::kMaxRows * contact::kMaxRows];
   contact::evaluate(pair.law, y.data(), f, hessian);
   const Eigen::Map<const Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>> G(
@@ -38,7 +44,13 @@ void find_slopes(const PairConstraint& pair, const PairBodies& bodies, PairRespo
   out.wrench = {w.head<3>(), w.tail<3>()};
   const RowColumns RG = R.lazyProduct(G);
   out.next = -RG.lazyProduct(R.transpose());
-  by_bias = -RG.col(0);
+  out.by_bias = -RG.col(0);
+}
+
+/// R df/dk.
+Vector6 by_smoothing(const PairConstraint& pair, const PairBodies& bodies) {
+  const RowColumns R = row_columns(pair);
+  return R * contact::compute_sensitivity(pair.law, law_velocity(pair, bodies, R)).smoothing;
 }
 
 /// How far a point at `arm` from its body's origin goes beyond omega x arm h within the step, if
@@ -109,8 +121,7 @@ BodyResponse PairResponse::of_a_by_b(const Motion& V_next, const Motion& V_start
 
 void find_velocity_response(const PairConstraint& pair, const PairBodies& bodies,
                             PairResponse& out) {
-  Vector6 by_bias;
-  find_slopes(pair, bodies, out, by_bias);
+  find_slopes(pair, bodies, out);
   out.still.setZero();
   out.v_a.setZero();
   out.v_b.setZero();
@@ -124,20 +135,21 @@ double turning_advance(const PairConstraint& pair, const PairBodies& bodies, dou
 }
 
 void find_contact_response(const PairConstraint& pair, const PairBodies& bodies,
-                           const ContactMotion& motion, const BiasSlopes& bias, bool turning,
+                           const ContactMotion& motion, const LawSlopes& law, bool turning,
                            double h, PairResponse& out) {
   using Rows36 = Eigen::Matrix<double, 3, 6>;
   using Row6 = Eigen::Matrix<double, 1, 6>;
-  Vector6 by_bias;
-  find_slopes(pair, bodies, out, by_bias);
+  find_slopes(pair, bodies, out);
+  Vector6 by_gap = law.gap * out.by_bias;
+  if (law.smoothing != 0.0) by_gap += law.smoothing * by_smoothing(pair, bodies);
   const Motion next = bodies.next_b - bodies.next_a, start = bodies.start_b - bodies.start_a;
   const Vector3 n = pair.frame.col(0);
   const Matrix3 f = skew(out.wrench.force);
-  const Eigen::RowVector3d by_speed = (pair.frame * bias.v).transpose();
-  const bool rebounds = !bias.v.isZero(0.0);
+  const Eigen::RowVector3d by_speed = (pair.frame * law.v).transpose();
+  const bool rebounds = !law.v.isZero(0.0);
   const Turning a(bodies.start_a.angular, bodies.arm_a, turning ? h : 0.0);
   const Turning o(bodies.start_b.angular, bodies.arm_b, turning ? h : 0.0);
-  const Eigen::RowVector3d along = -bias.gap * n.transpose();  // the gap is less by n (u_A - u_B)
+  const Eigen::RowVector3d along = -n.transpose();  // the gap is less by n (u_A - u_B)
   // As the place, the normal and the gap move; arm_b: the place seen from B's origin.
   const auto respond = [&](const PlaceMotion& m, const Rows36& arm_b) {
     // The frame turns with the normal; about the normal it may turn as it likes.
@@ -145,12 +157,11 @@ void find_contact_response(const PairConstraint& pair, const PairBodies& bodies,
     Matrix6 y;
     y.topRows<3>() = skew(next.angular) * turned;
     y.bottomRows<3>() = skew(next.angular) * m.point + skew(next.linear) * turned;
-    Row6 b = bias.gap * m.gap;
-    if (rebounds) b += by_speed * (skew(start.angular) * m.point + skew(start.linear) * turned);
+    Row6 gap = m.gap, b = Row6::Zero();  // b: of the bias, beyond what the gap makes of it
+    if (rebounds) b = by_speed * (skew(start.angular) * m.point + skew(start.linear) * turned);
     if (turning)
-      b += -bias.gap * (a.u - o.u).transpose() * m.normal +
-           along * (a.by_arm * m.point - o.by_arm * arm_b);
-    Matrix6 w = out.next * y + by_bias * b;
+      gap += -(a.u - o.u).transpose() * m.normal + along * (a.by_arm * m.point - o.by_arm * arm_b);
+    Matrix6 w = out.next * y + out.by_bias * b + by_gap * gap;
     w.topRows<3>() -= skew(out.wrench.torque) * turned + f * m.point;
     w.bottomRows<3>() -= f * turned;
     return w;
@@ -160,15 +171,14 @@ void find_contact_response(const PairConstraint& pair, const PairBodies& bodies,
   arm_b.rightCols<3>() -= Matrix3::Identity();
   out.still = respond(motion, arm_b);
   out.by_v = turning || rebounds || motion.by_v;
-  Row6 b_v_a = Row6::Zero(), b_v_b = Row6::Zero();
-  b_v_b.tail<3>() += by_speed;
-  b_v_a.tail<3>() -= by_speed;
+  Row6 b_v = Row6::Zero(), gap_v_a = Row6::Zero(), gap_v_b = Row6::Zero();
+  b_v.tail<3>() = by_speed;
   if (turning) {
-    b_v_a.head<3>() += along * a.by_omega;
-    b_v_b.head<3>() -= along * o.by_omega;
+    gap_v_a.head<3>() = along * a.by_omega;
+    gap_v_b.head<3>() = -along * o.by_omega;
   }
-  out.v_a = by_bias * b_v_a;
-  out.v_b = by_bias * b_v_b;
+  out.v_a = by_gap * gap_v_a - out.by_bias * b_v;
+  out.v_b = by_gap * gap_v_b + out.by_bias * b_v;
   if (!motion.by_v) return;
   out.v_a += respond(motion.v_a, motion.v_a.point);
   out.v_b += respond(motion.v_b, motion.v_b.point);

@@ -23,6 +23,7 @@ Matrix6 carried(const Force& f);
 struct PairResponse {
   Force wrench;
   Matrix6 still, next, v_a, v_b;
+  Vector6 by_bias;  ///< dW by the bias of the normal row
   bool by_v = false;
 
   /// The part of body B on itself; that of A's on itself; of B by A's motion; of A by B's. Of the
@@ -48,7 +49,7 @@ PairBodies pair_bodies(const PairConstraint& pair, const Data& data,
 /// Of a contact in a step of h [s], the law as it is. turning: the gap is less by what the bodies'
 /// turning takes from it (ConstraintFinder).
 void find_contact_response(const PairConstraint& pair, const PairBodies& bodies,
-                           const ContactMotion& motion, const BiasSlopes& bias, bool turning,
+                           const ContactMotion& motion, const LawSlopes& law, bool turning,
                            double h, PairResponse& out);
 /// n (u_A - u_B): what that is, before it is bounded [m].
 double turning_advance(const PairConstraint& pair, const PairBodies& bodies, double h);

@@ -212,13 +212,14 @@ void ParameterConstraints::add_contact(const Model& model, const SimulationOptio
     closed = !(gap > 0.0);
   }
   const Vector3 v = pair.frame.transpose() * start.linear;
-  BiasSlopes slopes = contact_bias_slopes(law_options(options, source.alpha, source.total_mass), h,
-                                          source.surface, gap, v);
+  LawSlopes slopes = contact_law_slopes(law_options(options, source.alpha, source.total_mass), h,
+                                        source.surface, source.alpha, gap, v);
   if (pair.law.type != contact::LawType::kFrictionCone) slopes.v[1] = slopes.v[2] = 0.0;
   if (!closed) dy[0] += slopes.gap * by_gap;
   dy[0] += slopes.v.dot(moved(start).head<3>());
-  const LawChange law =
+  LawChange law =
       contact_law_change(options, source.surface, source.alpha, source.total_mass, gap, v, change);
+  if (!closed) law.smoothing += slopes.smoothing * by_gap;
   const contact::Rows f = contact::impulse(pair.law, y);
   const Force W = pair_impulse(pair, f);
   Force dW = pair_impulse(pair, impulse_change(pair.law, y, dy, law));

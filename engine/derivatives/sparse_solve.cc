@@ -77,8 +77,8 @@ COUNTERPOINT_WIDE void eliminate_column(double* rows, int stride, int k) {
 }
 
 /// target = scale (target - sum of factor rows).
-COUNTERPOINT_WIDE void take_off(const EliminationTerm* terms, int count, const double* rows, int stride,
-                                double scale, double* target) {
+COUNTERPOINT_WIDE void take_off(const EliminationTerm* terms, int count, const double* rows,
+                                int stride, double scale, double* target) {
   for (int c = 0; c < stride; c += kChunk) {
     Four sum[kChunk / 4];
     COUNTERPOINT_UNROLL

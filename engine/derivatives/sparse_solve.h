@@ -39,7 +39,8 @@ class SparseSolver {
   std::vector<double> B_;
   std::vector<int> order_;  ///< which row of A and B is in the place
   bool exchanged_ = false;
-  std::vector<EliminationTerm> terms_;         ///< of all rows: below the diagonal's place first, then above
+  std::vector<EliminationTerm>
+      terms_;                       ///< of all rows: below the diagonal's place first, then above
   std::vector<int> above_, below_;  ///< by row: where its terms begin, and one more
   std::vector<double> moved_;       ///< scratch of exchanges
 };

@@ -21,17 +21,23 @@ constexpr double kWorse = 0.02, kWorseRatio = 1.2;
 /// So is one below the first of these smoothings [m] that ran out of iterations and costs as much
 /// more: contacts are formed by then, and it has lost them.
 constexpr double kFormed = 1e-3, kDearer = 1.1;
+/// Overlaps are recovered at up to this speed [m/s] down to Continuation::quick_recovery_above, and
+/// as the problem's own options say from this smoothing [m] on.
+constexpr double kQuickRecovery = 1e4, kSlowRecovery = 1e-6;
 constexpr int kMostRefused = 8;  ///< one after the other
 /// While contacts are still forming a stage that was refused so often is taken as it is: a start
 /// may sit where no small step helps, and the next stages leave it.
 constexpr int kPatience = 3;
 constexpr double kLeastFactor = 1.1;  ///< no stage is closer to the one before
-/// Rounds of multipliers at the last smoothing.
-constexpr int kPolishRounds = 12;
+/// Rounds of restoration, and of minimization and multipliers between, at the last smoothing.
+constexpr int kPolishRounds = 12, kRestoringSteps = 20;
 /// Where a round leaves more than this share of a violation, conditions weigh so much more.
 /// Minimizations there go on for this share of the usual decrease.
 constexpr double kExact = 1e-4;
 constexpr double kSlow = 0.25, kSteeper = 10.0;
+/// Conditions weigh at least so much in a restoration: what is left of them after a linear step is
+/// one over this of what terms of order one would have them be.
+constexpr double kRestoringPenalty = 1e7;
 
 double seconds() {
   using Clock = std::chrono::steady_clock;
@@ -54,14 +60,21 @@ Stage stage_at(const Problem& problem, const Settings& settings, double smoothin
   contact.compliance =
       std::max(contact.compliance, std::min(1.0, c.compliance_per_metre * smoothing));
   contact.margin = std::max(contact.margin, c.margin_per_smoothing * smoothing);
-  if (smoothing > c.quick_recovery_above) {
-    contact.stabilization = 1.0;
-    contact.max_recovery_speed = 1e4;
-  }
+  // Little by little: a motion that leans on quick recovery has to unlearn it.
+  const double quick = std::clamp(
+      std::log(smoothing / kSlowRecovery) / std::log(c.quick_recovery_above / kSlowRecovery), 0.0,
+      1.0);
+  const auto between = [&](double end, double start) {
+    return end > 0.0 ? end * std::pow(start / end, quick) : quick > 0.0 ? start : end;
+  };
+  contact.stabilization = between(contact.stabilization, 1.0);
+  contact.max_recovery_speed = between(contact.max_recovery_speed, kQuickRecovery);
   if (smoothing > c.limits_below) stage.options.effects.set(Effect::kLimits, false);
   const double way =
       c.start > kHard ? std::log(c.start / std::max(smoothing, kHard)) / std::log(c.start / kHard)
                       : 1.0;
+  stage.late =
+      std::clamp(std::log(kLateFrom / smoothing) / std::log(kLateFrom / kLateTo), 0.0, 1.0);
   stage.penalty =
       c.penalty_start * std::pow(c.penalty_end / c.penalty_start, std::clamp(way, 0.0, 1.0));
   return stage;
@@ -95,8 +108,29 @@ void Continuing::begin_stage() {
   stage_iterations_ = 0;
 }
 
-Continuing::Next Continuing::minimize(double tolerance) {
-  for (int i = 0; i < settings_->stage_iterations; ++i) {
+/// Goes on along the line through the ends of the last two stages, if that is better than to stay:
+/// gaps that carry a load are in proportion to smoothing, and Newton's method, started at gaps of
+/// twice the size, overshoots.
+void Continuing::extrapolate(const std::vector<VectorX>& last) {
+  if (previous_.empty() || !settings_->continuation.extrapolate) return;
+  const Model& model = *problem_->model;
+  const double share = (last_good_ - smoothing_) / (previous_smoothing_ - last_good_);
+  MatrixX step(model.nv(), newton_.frames().num_slots());
+  VectorX difference(model.nv());
+  for (std::size_t i = 0; i < last.size(); ++i) {
+    configuration_difference(model, previous_[i], last[i], difference);
+    step.col(static_cast<Eigen::Index>(i)) = share * difference;
+  }
+  const double cost = newton_.cost();
+  newton_.frames().move(step);
+  newton_.begin(stage_);
+  if (newton_.cost() < cost) return;
+  newton_.frames().set_variables(last);
+  newton_.begin(stage_);
+}
+
+Continuing::Next Continuing::minimize(double tolerance, int most_steps) {
+  for (int i = 0; i < most_steps; ++i) {
     if (static_cast<int>(history_.size()) >= settings_->max_iterations) return Next::kStop;
     const double before = newton_.cost();
     const Iteration step = newton_.iterate();
@@ -123,10 +157,30 @@ Continuing::Next Continuing::minimize(double tolerance) {
 
 Continuing::Next Continuing::run_stage(bool last) {
   for (int round = 0; round < settings_->continuation.rounds; ++round) {
-    if (minimize(settings_->tolerance) == Next::kStop) return Next::kStop;
+    if (minimize(settings_->tolerance, settings_->stage_iterations) == Next::kStop)
+      return Next::kStop;
     newton_.update_multipliers(settings_->continuation.multiplier_limit);
   }
   return last ? polish() : Next::kGoOn;
+}
+
+/// Multipliers and motion come to the optimum slowly, since Gauss and Newton's matrix knows nothing
+/// of the curvature of conditions; to where conditions hold it is a few steps, of Newton's method
+/// for them alone.
+Continuing::Next Continuing::restore(double tolerance) {
+  const Stage kept = stage_;
+  stage_.restoring = true;
+  stage_.penalty = std::max(stage_.penalty, kRestoringPenalty);
+  newton_.begin(stage_, false);
+  Next next = Next::kGoOn;
+  for (int i = 0; i < kRestoringSteps && next == Next::kGoOn; ++i) {
+    if (newton_.violation().max <= tolerance) break;
+    next = minimize(0.0, 1);
+    if (!history_.back().step.accepted) break;
+  }
+  stage_ = kept;
+  newton_.begin(stage_, false);
+  return next;
 }
 
 Continuing::Next Continuing::polish() {
@@ -134,12 +188,16 @@ Continuing::Next Continuing::polish() {
   for (int round = 0; round < kPolishRounds; ++round) {
     const double violation = newton_.violation().max;
     if (violation <= settings_->violation_tolerance) break;
-    if (violation > kSlow * before) {
-      stage_.penalty *= kSteeper;
-      newton_.begin(stage_);
-    }
+    const std::vector<VectorX> kept = newton_.frames().variables();
+    if (restore(settings_->violation_tolerance) == Next::kStop) return Next::kStop;
+    if (newton_.violation().max <= settings_->violation_tolerance) break;
+    // It has run into where nothing small helps: the way of multipliers, from before.
+    newton_.frames().set_variables(kept);
+    if (violation > kSlow * before) stage_.penalty *= kSteeper;
     before = violation;
-    if (minimize(kExact * settings_->tolerance) == Next::kStop) return Next::kStop;
+    newton_.begin(stage_);
+    if (minimize(kExact * settings_->tolerance, settings_->stage_iterations) == Next::kStop)
+      return Next::kStop;
     newton_.update_multipliers(settings_->continuation.multiplier_limit);
   }
   return Next::kGoOn;
@@ -176,6 +234,7 @@ Outcome Continuing::go() {
     const std::vector<VectorX> kept_multipliers = newton_.multipliers();
     const Stage kept_stage = stage_;
     begin_stage();
+    extrapolate(kept);
     const bool last = smoothing_ <= end;
     const Next next = run_stage(last);
     if (next == Next::kStop) {
@@ -207,6 +266,10 @@ Outcome Continuing::go() {
     if (settings_->stage_done) settings_->stage_done(result(Outcome::kStopped));
     last_mean_ = found.mean;
     last_objective_ = costs;
+    if (stages_ > 1) {
+      previous_ = kept;
+      previous_smoothing_ = last_good_;
+    }
     last_good_ = smoothing_;
     if (last) break;
     if (stage_iterations_ <= settings_->stage_iterations / 2)

@@ -13,10 +13,12 @@ class Continuing {
  private:
   enum class Next { kGoOn, kStop };
   Outcome go();
-  Next minimize(double tolerance);
+  Next minimize(double tolerance, int most_steps);
   Next run_stage(bool last);
   Next polish();
+  Next restore(double tolerance);
   void begin_stage();
+  void extrapolate(const std::vector<VectorX>& last);
   bool has_got_worse(const Spread& found, double objective) const;
   void settle_ends();
   double objective() const;
@@ -31,6 +33,8 @@ class Continuing {
   double smoothing_ = 0.0, last_good_ = 0.0, last_mean_ = 0.0, last_objective_ = 0.0, factor_;
   int stages_ = 0, refused_ = 0, refused_in_row_ = 0, stage_iterations_ = 0;
   bool stopped_ = false;
+  std::vector<VectorX> previous_;    ///< variables of the last stage but one that was accepted
+  double previous_smoothing_ = 0.0;  ///< [m]
   std::vector<Progress> history_;
 };
 

@@ -88,6 +88,7 @@ void Evaluator::evaluate(const Layout& layout, const Frames& frames, const Stage
   const bool step = problem_->periodic || instant < problem_->steps;
   const int nv = model_->nv();
   gather(frames, instant, step);
+  restoring_ = stage.restoring;
   out.residual.setZero(layout.rows(instant));
   out.violation.setZero(layout.rows(instant));
   num_dense_ = 0;
@@ -124,7 +125,9 @@ void Evaluator::evaluate(const Layout& layout, const Frames& frames, const Stage
   }
   for (const Span& span : layout.spans(instant)) {
     const Term& term = problem_->terms[static_cast<std::size_t>(span.term)];
-    const double factor = term.condition ? std::sqrt(stage.penalty) : 1.0;
+    const double factor = term.condition            ? std::sqrt(stage.penalty)
+                          : term.late_weight != 1.0 ? std::pow(term.late_weight, stage.late)
+                                                    : 1.0;
     if (of_forces(term.quantity)) {
       evaluate_forces(term, span, factor, multiplier, out, normal != nullptr);
     } else if (of_coordinates(term.quantity)) {
@@ -145,9 +148,13 @@ void Evaluator::set_rows(const Term& term, const Span& span, double factor,
       term.quantity != Quantity::kClearance)
     residual -= term.target;
   residual = residual.cwiseProduct(term.weight);
-  if (!term.condition) return;
+  if (!term.condition) {
+    residual *= restoring_ ? 0.0 : factor;
+    return;
+  }
   out.violation.segment(span.first, span.rows) = residual;
-  residual = factor * (residual + multiplier.segment(span.first, span.rows));
+  if (!restoring_) residual += multiplier.segment(span.first, span.rows);
+  residual *= factor;
 }
 
 void Evaluator::evaluate_forces(const Term& term, const Span& span, double factor,

@@ -14,6 +14,10 @@ namespace counterpoint::optimization {
 struct Stage {
   SimulationOptions options;
   double penalty = 1.0;  ///< rho: a condition counts rho / 2 |c + multiplier|^2
+  double late = 0.0;     ///< exponent of Term::late_weight, 0 ... 1
+  /// Only conditions count, without multipliers; other terms say what a change costs. A step then
+  /// goes the cheapest way to where the conditions hold.
+  bool restoring = false;
   DerivativeMethod derivatives = DerivativeMethod::kAnalytic;
 };
 
@@ -71,6 +75,7 @@ class Evaluator {
   Vector3 contact_force(const Term& term) const;
   void set_rows(const Term& term, const Span& span, double factor, const VectorX& multiplier,
                 InstantValues& out) const;
+  bool restoring_ = false;
   void add_coordinate_rows(const VectorX& weight, const Span& span, const InstantValues& out,
                            const TangentMap* const (&maps)[3], NormalEquations& normal) const;
   void add_dense_rows(NormalEquations& normal);

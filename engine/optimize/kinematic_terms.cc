@@ -104,11 +104,12 @@ void evaluate_point(const Model& model, const Term& term, double h, const Data& 
       break;
     }
     default: {  // kSliding
-      const Fading f = fading(0.5 * (x.z() + last.z()) - term.radius, term.length);
+      // A contact gives force in a step that ends with it closed: the height at the end tells.
+      const Fading f = fading(x.z() - term.radius, term.length);
       value = f.value / h * (x - last).head<2>();
       if (!derivatives) break;
-      *by_at = f.value / h * s.a.topRows(2) + 0.5 * f.slope * value * s.a.row(2);
-      *by_before = -f.value / h * s.b.topRows(2) + 0.5 * f.slope * value * s.b.row(2);
+      *by_at = f.value / h * s.a.topRows(2) + f.slope * value * s.a.row(2);
+      *by_before = -f.value / h * s.b.topRows(2);
     }
   }
 }

@@ -12,6 +12,8 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 /// No coordinate goes farther in a step [m, rad]: beyond, the linearization says nothing.
 constexpr double kMaxStep = 0.5;
 constexpr double kLeastDamping = 1e-15, kMostDamping = 1e8;
+/// A stage begins with no more than this: trials that fail are cheap, short steps are not.
+constexpr double kFirstDamping = 1e-3;
 constexpr int kMaxTrials = 12;
 /// Coordinates that nothing weighs are held by this.
 constexpr double kLeastDiagonal = 1e-4;
@@ -58,11 +60,11 @@ Newton::Newton(const Problem& problem, const std::vector<VectorX>& frames, int n
     multipliers_.push_back(VectorX::Zero(layout_.rows(static_cast<int>(t))));
 }
 
-void Newton::begin(const Stage& stage) {
-  const double ratio = stage_.penalty / stage.penalty;
+void Newton::begin(const Stage& stage, bool scale) {
+  const double ratio = scale ? stage_.penalty / stage.penalty : 1.0;
   for (VectorX& multiplier : multipliers_) multiplier *= ratio;
   stage_ = stage;
-  damping_ = std::min(damping_, 1.0);
+  damping_ = std::min(damping_, kFirstDamping);
   growth_ = 2.0;
   cost_ = evaluate(values_);
 }
@@ -171,10 +173,10 @@ Iteration Newton::iterate() {
   lap(iteration.linearize_seconds);
   while (iteration.trials < kMaxTrials && !iteration.accepted) {
     ++iteration.trials;
-    const bool factored = system_.factor(damping_, shift_);
+    const bool factored = system_.factor(damping_, shift_, pool_);
     if (factored) {
       step_ = -gradient_;
-      system_.solve(step_);
+      system_.solve(step_, pool_);
     }
     lap(iteration.factor_seconds);
     if (!factored || !step_.allFinite()) {

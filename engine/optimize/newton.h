@@ -40,8 +40,8 @@ class Newton {
   Frames& frames() { return frames_; }
   const Frames& frames() const { return frames_; }
 
-  /// Starts anew at a stage: multipliers keep their force where the penalty changes.
-  void begin(const Stage& stage);
+  /// Starts anew at a stage. scale: multipliers keep their force where the penalty changes.
+  void begin(const Stage& stage, bool scale = true);
   /// Cost of the motion as it is; infinite where an inverse has no answer.
   double cost() const { return cost_; }
   /// One step: linearizes, and tries steps until one is better.

@@ -30,8 +30,11 @@ struct Continuation {
   /// Contacts exist up to so many times the smoothing, if that is more than the margin of the
   /// problem's options: what is to be pushed from afar has to be within it.
   double margin_per_smoothing = 0.0;
-  /// Down to this smoothing [m] an overlap is recovered in one step, at any speed.
+  /// Down to this smoothing [m] an overlap is recovered in one step, at any speed; from there to
+  /// 1e-6 m both come to those of the problem's options.
   double quick_recovery_above = 3e-5;
+  /// A stage starts from the line through the ends of the last two, where that is better.
+  bool extrapolate = true;
   double limits_below = 1e-4;                      ///< joint limits act from this smoothing [m] on
   double penalty_start = 10.0, penalty_end = 1e4;  ///< of conditions, the latter from 1e-6 m on
   int rounds = 2;                                  ///< of minimization and multipliers a stage

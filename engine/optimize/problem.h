@@ -72,7 +72,13 @@ struct Term {
   Matrix3 orientation = Matrix3::Identity();  ///< kOrientation: the target
   double radius = 0.0;                        ///< heights are of the point less this [m]
   double length = 0.05;                       ///< [m, rad], see Quantity
+  /// The weight grows by this factor as smoothing falls from kLateFrom to kLateTo: for what would
+  /// block the search while contacts are forming.
+  double late_weight = 1.0;
 };
+
+/// Smoothing [m] between which late weights grow.
+inline constexpr double kLateFrom = 1e-2, kLateTo = 1e-5;
 
 /// A reflection of configurations in the plane y = 0: coordinates change places and signs.
 struct Mirror {

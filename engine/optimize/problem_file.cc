@@ -140,9 +140,9 @@ class ProblemReader {
       settings.violation_tolerance = root_.at("violation_tolerance").positive();
     if (!root_.has("continuation")) return;
     const YamlValue in = root_.at("continuation");
-    in.expect_map({"start", "end", "factor", "max_factor", "hard_factor", "compliance_per_metre",
-                   "margin_per_smoothing", "quick_recovery_above", "limits_below", "penalty_start",
-                   "penalty_end", "rounds", "multiplier_limit"});
+    in.expect_map({"start", "end", "factor", "max_factor", "extrapolate", "hard_factor",
+                   "compliance_per_metre", "margin_per_smoothing", "quick_recovery_above",
+                   "limits_below", "penalty_start", "penalty_end", "rounds", "multiplier_limit"});
     Continuation& c = settings.continuation;
     const auto read = [&](const char* key, double& value) {
       if (in.has(key)) value = in.at(key).positive();
@@ -151,6 +151,7 @@ class ProblemReader {
     if (in.has("end")) c.end = in.at("end").positive();
     read("factor", c.factor);
     read("max_factor", c.max_factor);
+    if (in.has("extrapolate")) c.extrapolate = in.at("extrapolate").boolean();
     read("hard_factor", c.hard_factor);
     read("compliance_per_metre", c.compliance_per_metre);
     read("margin_per_smoothing", c.margin_per_smoothing);

@@ -137,7 +137,8 @@ std::vector<Term> read_terms(const YamlValue& in, const Problem& problem, const 
                              const VectorX& goal) {
   const Model& model = *problem.model;
   in.expect_map({"quantity", "name", "weight", "over", "target", "frames", "condition", "lever",
-                 "link", "links", "point", "points", "radius", "length", "axis", "rpy"});
+                 "link", "links", "point", "points", "radius", "length", "axis", "rpy",
+                 "late_weight"});
   Term term;
   const YamlValue quantity = in.at("quantity");
   const auto known = quantity_from_name(quantity.text());
@@ -149,6 +150,10 @@ std::vector<Term> read_terms(const YamlValue& in, const Problem& problem, const 
   term.condition = in.has("condition") ? in.at("condition").boolean()
                                        : term.quantity == Quantity::kUnactuatedForce;
   if (in.has("length")) term.length = in.at("length").positive();
+  if (in.has("late_weight")) {
+    if (term.condition) in.at("late_weight").fail("a condition has no weight against others");
+    term.late_weight = in.at("late_weight").positive();
+  }
   if (of_coordinates(term.quantity)) {
     for (const char* key : {"link", "links", "point", "points", "radius", "axis", "rpy"})
       if (in.has(key)) in.at(key).fail(quantity.text() + " is of coordinates, not of a link");

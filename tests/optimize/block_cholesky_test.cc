@@ -32,31 +32,38 @@ MatrixX fill(BlockCholesky& system, bool periodic) {
 }
 
 void compare(int n, bool periodic) {
+  ThreadPool one(1), two(2);
   BlockCholesky system(n, kSize, periodic);
   MatrixX dense = fill(system, periodic);
   const MatrixX shift = MatrixX::Ones(kSize, n), b = MatrixX::Random(kSize, n);
   dense.diagonal().array() += 0.5;
-  ASSERT_TRUE(system.factor(0.5, shift));
-  MatrixX x = b;
-  system.solve(x);
+  ASSERT_TRUE(system.factor(0.5, shift, one));
+  MatrixX x = b, same = b;
+  system.solve(x, one);
   const VectorX expected = dense.llt().solve(Eigen::Map<const VectorX>(b.data(), b.size()));
   // Condition about 100: round-off grows as much.
   EXPECT_LT((Eigen::Map<const VectorX>(x.data(), x.size()) - expected).cwiseAbs().maxCoeff(), 1e-12)
       << n << " blocks";
+  ASSERT_TRUE(system.factor(0.5, shift, two));
+  system.solve(same, two);
+  EXPECT_EQ(same, x) << "not the same bits with two threads";
 }
 
 TEST(BlockCholesky, SolvesWhatTheDenseFactorizationDoes) {
-  for (const int n : {3, 4, 9, 40}) compare(n, false);
+  for (const int n : {1, 2, 3, 4, 5, 9, 40}) compare(n, false);
 }
 
 TEST(BlockCholesky, SolvesPeriodicSystems) {
-  for (const int n : {4, 5, 9, 40}) compare(n, true);
+  for (const int n : {4, 5, 6, 7, 9, 40}) compare(n, true);
 }
 
 TEST(BlockCholesky, SaysWhatIsNotPositiveDefinite) {
-  BlockCholesky system(4, kSize, false);
-  fill(system, false);
-  EXPECT_FALSE(system.factor(-100.0, MatrixX::Ones(kSize, 4)));
+  for (const int n : {4, 9}) {  // where the chains find it, or the root alone
+    ThreadPool pool(2);
+    BlockCholesky system(n, kSize, false);
+    fill(system, false);
+    EXPECT_FALSE(system.factor(-100.0, MatrixX::Ones(kSize, n), pool));
+  }
 }
 
 }  // namespace
