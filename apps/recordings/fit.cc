@@ -90,8 +90,13 @@ struct System : Eigen::DenseFunctor<double> {
         weights(groups, 1.0),
         difference(options.difference),
         bound_weight(1.0),
-        exact(options.exact && p.linearize),
+        exact(false),
         counts(out) {}
+
+  /// last: of the stages of a refinement.
+  void use_exact(const FitOptions& options, bool last) {
+    exact = options.exact && problem.linearize && (last || !problem.rough);
+  }
 
   GroupedResiduals groups(const VectorX& at) const {
     ++counts.evaluations;
@@ -206,6 +211,7 @@ VectorX refine(System& system, const VectorX& from, const FitOptions& options, i
   double cost = total(system.groups(best));
   for (const double coarser : {30.0, 5.0, 1.0}) {
     system.difference = coarser * options.difference;
+    system.use_exact(options, coarser == 1.0);
     VectorX at = best;
     Eigen::LevenbergMarquardt<System> solver(system);
     solver.setFactor(0.3);  // first steps of a third of the ranges at most
@@ -406,6 +412,7 @@ Fit fit(const FitProblem& problem, const FitOptions& options) {
   // Differences over what intervals span, not over the roughness: too large an H is too narrow an
   // interval.
   system.difference = 10.0 * options.difference;
+  system.use_exact(options, false);
   const Spread s = spread(system, best);
   // What nothing depends on stays as it is in the scene.
   for (Eigen::Index i = 0; i < best.size(); ++i)

@@ -25,6 +25,8 @@ struct FitProblem {
   /// at; none where they are not known. May be empty.
   std::function<std::optional<LinearizedResiduals>(const VectorX& values)> linearize;
   std::vector<char> exact;
+  /// The residuals are rough: differences over wide steps find the way, exact derivatives finish.
+  bool rough = false;
   VectorX lower, upper, start;
   std::vector<char> logarithmic;  ///< by parameter: looked for by its logarithm
 };

@@ -174,6 +174,7 @@ FitProblem fit_problem(const Experiment& experiment, const std::vector<Parameter
     return by_force ? force_residuals(experiment, parameters, values, which)
                     : prediction_residuals(experiment, parameters, values, which);
   };
+  problem.rough = !by_force;
   problem.exact = exact_parameters(experiment, parameters, by_force);
   if (std::find(problem.exact.begin(), problem.exact.end(), 1) != problem.exact.end()) {
     problem.linearize = [&experiment, &parameters, &which, by_force](const VectorX& values) {
