@@ -125,22 +125,6 @@ TEST(TiedDerivatives, AtRest) {
   }
 }
 
-/// Ties are linear laws: at the compliance of a scene as well, where no contact bends.
-TEST(TiedDerivatives, OfHardClosures) {
-  for (int seed = 0; seed < 20; ++seed) {
-    test::RandomModelOptions o = random_options(seed);
-    o.limits = o.dry_friction = false;
-    o.closures = 1 + seed % 3;
-    o.mimics = seed % 3 == 2;
-    test::Random random(1000 + seed);
-    Scene scene = random_scene(seed, o, seed % 2 ? 0.1 : 1e-4, random);
-    scene.options.contact = {};
-    // A regularizer 1e4 times smaller, and rounding over it: a longer difference.
-    expect_exact(scene, random_moment(scene, random, 0.1), "seed " + std::to_string(seed), false,
-                 1e-4);
-  }
-}
-
 struct BundledCase {
   const char* name;
   int steps;
