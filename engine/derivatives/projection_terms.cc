@@ -101,21 +101,20 @@ void ProjectionTerms::add_work(const Model& model, const Tree& tree, double h, c
   const auto Q = work_q_.block(begin, begin, n, n), V = work_v_.block(begin, begin, n, n);
   const auto w = x.segment(begin, n);
   auto forces = forces_.head(n), by_q = by_work_q_.head(n), by_v = by_work_v_.head(n);
-  forces.noalias() = 0.5 * (V * w);  // they are quadratic
+  forces = 0.5 * V.lazyProduct(w);  // they are quadratic
   double work = -w.dot(forces);
-  by_q.noalias() = -(Q.transpose() * w);
-  by_v.noalias() = -(V.transpose() * w);
-  by_v -= forces;
+  by_q = -Q.transpose().lazyProduct(w);
+  by_v = -V.transpose().lazyProduct(w) - forces;
   if (energy.floats) {  // less that on the whole; the base's axes are those of its frame
     const Matrix3& R = model.body(tree.body_begin).X_PJ.rotation;
     const auto dv = energy.momentum_dv.leftCols(n), dq = energy.momentum_dq.leftCols(n);
-    const Vector3 drift = dv * w / energy.mass, along = R.transpose() * drift;
+    const Vector3 drift = dv.lazyProduct(w) / energy.mass, along = R.transpose() * drift;
     const Vector3 force = R * Vector3(forces.head<3>()) / energy.mass;
     work += along.dot(forces.head<3>());
-    by_q.noalias() += dq.transpose() * force;
-    by_q.noalias() += Q.topRows<3>().transpose() * along;
-    by_v.noalias() += dv.transpose() * force;
-    by_v.noalias() += V.topRows<3>().transpose() * along;
+    by_q += dq.transpose().lazyProduct(force);
+    by_q += Q.topRows<3>().transpose().lazyProduct(along);
+    by_v += dv.transpose().lazyProduct(force);
+    by_v += V.topRows<3>().transpose().lazyProduct(along);
   }
   energy.dq.head(n) += share * by_q;
   energy.dv.head(n) += share * by_v;

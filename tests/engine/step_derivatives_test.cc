@@ -49,6 +49,35 @@ TEST(InverseDerivatives, OfRandomTreesWithEveryJointForce) {
   }
 }
 
+/// Linkages that keep their energy, at turns so small that it has a part by the work of
+/// velocity-dependent forces (fast_trees.h), and where that part fades.
+TEST(InverseDerivatives, OfFastTreesWithAForecast) {
+  int kept = 0;
+  for (int seed = 0; seed < 24; ++seed) {
+    test::RandomModelOptions o;
+    o.links = 2 + seed % 5;
+    o.base = seed % 3 == 0 ? Base::kFixed : Base::kFloating;
+    o.armature = o.damping = seed % 2 == 0;
+    test::Random random(300 + seed);
+    Scene scene = test::make_random_scene(seed, o, random);
+    scene.options.time_step = 0.002;
+    Workspace ws(scene.model);
+    const Moment slow = random_moment(scene, random, 0.0);
+    Inverse out;
+    step_inverse(scene.model, scene.options, slow.q, slow.v, slow.v_next, ws, out);
+    double fastest = 0.0;
+    for (const Motion& V : ws.impl().data.V) fastest = std::max(fastest, V.angular.norm());
+    if (!(fastest > 0.1)) continue;  // slides only
+    scene.v *= random.uniform(13.0, 40.0) / fastest;
+    const Moment at = random_moment(scene, random, 0.1);
+    step_inverse(scene.model, scene.options, at.q, at.v, at.v_next, ws, out);
+    for (int t = 0; t < scene.model.num_trees(); ++t)
+      kept += ws.impl().forecast.covers(t) && ws.impl().fast_trees.share(t) > 0.0;
+    expect_exact(scene, at, "seed " + std::to_string(seed), false, 1e-5);
+  }
+  EXPECT_GT(kept, 15);
+}
+
 /// Scenes of data/scenes, softened, after so many steps. Boxes flush on each other stand apart;
 /// closures: tied_derivatives_test.cc.
 TEST(InverseDerivatives, OfBundledScenes) {
