@@ -101,10 +101,13 @@ void ProjectionTerms::add_work(const Model& model, const Tree& tree, double h, c
   const auto Q = work_q_.block(begin, begin, n, n), V = work_v_.block(begin, begin, n, n);
   const auto w = x.segment(begin, n);
   auto forces = forces_.head(n), by_q = by_work_q_.head(n), by_v = by_work_v_.head(n);
-  forces = 0.5 * V.lazyProduct(w);  // they are quadratic
+  forces.noalias() = V * w;  // a product with a sign or factor would take memory
+  forces *= 0.5;             // they are quadratic
   double work = -w.dot(forces);
-  by_q = -Q.transpose().lazyProduct(w);
-  by_v = -V.transpose().lazyProduct(w) - forces;
+  by_q.noalias() = Q.transpose() * w;
+  by_q *= -1.0;
+  by_v.noalias() = V.transpose() * w;
+  by_v = -by_v - forces;
   if (energy.floats) {  // less that on the whole; the base's axes are those of its frame
     const Matrix3& R = model.body(tree.body_begin).X_PJ.rotation;
     const auto dv = energy.momentum_dv.leftCols(n), dq = energy.momentum_dq.leftCols(n);
