@@ -17,11 +17,11 @@ using K = StepParameterKind;
 
 /// Of the largest entry. The reference, extrapolated differences, is right to about 1e-9 of it.
 constexpr double kTolerance = 1e-7;
-// Contacts of the humanoid at differing heights: 4e-7 apart, whose is not known.
-constexpr double kHeightTolerance = 1e-6;
 
 /// Of the forces of a step: some hundred operations one after the other.
 constexpr double kRounding = 1e-14;
+// Of heights: gaps are differences of places a metre away, rounded to 1e-16 m, over h^2 r.
+constexpr double kGapRounding = 1e-13;
 
 double largest(const MatrixX& m) { return m.size() ? m.cwiseAbs().maxCoeff() : 0.0; }
 
@@ -96,9 +96,9 @@ int expect_exact(const Scene& scene, const Moment& at, const std::string& what) 
                   b = reference.du.col(static_cast<Eigen::Index>(k));
     // A column may vanish altogether: the reference is then the rounding of u over its step.
     const DifferenceScheme scheme = difference_scheme(parameters[k], model, scene.options);
-    const double rounding = kRounding * out.force_scale * std::abs(scheme.weight[1]);
-    const double tolerance = parameters[k].kind == K::kHeight ? kHeightTolerance : kTolerance;
-    EXPECT_LE(largest(a - b), tolerance * largest(b) + rounding)
+    const double unit = parameters[k].kind == K::kHeight ? kGapRounding : kRounding;
+    const double rounding = unit * out.force_scale * std::abs(scheme.weight[1]);
+    EXPECT_LE(largest(a - b), kTolerance * largest(b) + rounding)
         << what << ", parameter " << k << " of kind " << static_cast<int>(parameters[k].kind);
   }
   return closed;
