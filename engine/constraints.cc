@@ -309,6 +309,7 @@ void ConstraintFinder::find_contacts(const Model& model, const SimulationOptions
   }
   // Room for those that will get rows, so that it is the candidates' number that has to be seen.
   out.contacts.reserve(out.contacts.size() + out.parked.size());
+  speed_.reserve(candidates_.size());
   out.pairs.reserve(out.pairs.size() + out.parked.size() + model.closures().size());
 }
 
