@@ -38,17 +38,15 @@ struct Prepared {
   }
 };
 
-/// The same step over and over.
-void newton_step(benchmark::State& state, const fs::path& problem, std::optional<int> steps,
-                 int threads) {
-  Prepared prepared(problem, steps, threads);
-  opt::Newton& newton = *prepared.newton;
-  const opt::Stage stage = opt::stage_at(prepared.file.problem, prepared.file.settings, kMiddle);
+/// One Newton step over and over, from the same frames; where its time goes, into the counters.
+/// Returns the sum of its parts [ms].
+double repeat_step(benchmark::State& state, opt::Newton& newton,
+                   const std::vector<VectorX>& variables, const opt::Stage& stage) {
   double linearize = 0.0, factor = 0.0, trial = 0.0;
   int trials = 0;
   for (auto _ : state) {
     state.PauseTiming();
-    newton.frames().set_variables(prepared.frames);
+    newton.frames().set_variables(variables);
     newton.set_damping(1e-3);
     newton.begin(stage);
     state.ResumeTiming();
@@ -65,9 +63,17 @@ void newton_step(benchmark::State& state, const fs::path& problem, std::optional
   state.counters["factor_ms"] = mean(factor);
   state.counters["trial_ms"] = mean(trial);
   state.counters["trials"] = mean(trials);
+  return linearize + factor + trial;
+}
+
+/// Of a problem, from the middle of its continuation.
+void newton_step(benchmark::State& state, const fs::path& problem, std::optional<int> steps,
+                 int threads) {
+  Prepared prepared(problem, steps, threads);
+  const opt::Stage stage = opt::stage_at(prepared.file.problem, prepared.file.settings, kMiddle);
+  const double parts = repeat_step(state, *prepared.newton, prepared.frames, stage);
   state.counters["ms_per_frame"] =
-      benchmark::Counter((linearize + factor + trial) / prepared.file.problem.steps,
-                         benchmark::Counter::kAvgIterations);
+      benchmark::Counter(parts / prepared.file.problem.steps, benchmark::Counter::kAvgIterations);
 }
 
 /// From the plain start to a smoothing of 1e-6 m.
@@ -157,21 +163,7 @@ void chain_step(benchmark::State& state) {
   opt::Newton newton(problem, start, 1);
   opt::Stage stage;
   stage.options = problem.options;
-  const std::vector<VectorX> variables = newton.frames().variables();
-  double linearize = 0.0, factor = 0.0;
-  for (auto _ : state) {
-    state.PauseTiming();
-    newton.frames().set_variables(variables);
-    newton.set_damping(1e-3);
-    newton.begin(stage);
-    state.ResumeTiming();
-    const opt::Iteration step = newton.iterate();
-    linearize += 1e3 * step.linearize_seconds;
-    factor += 1e3 * step.factor_seconds;
-  }
-  state.counters["linearize_ms"] =
-      benchmark::Counter(linearize, benchmark::Counter::kAvgIterations);
-  state.counters["factor_ms"] = benchmark::Counter(factor, benchmark::Counter::kAvgIterations);
+  repeat_step(state, newton, newton.frames().variables(), stage);
 }
 
 void add_newton_step(const std::string& name, const fs::path& problem, std::optional<int> steps,

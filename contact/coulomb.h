@@ -15,6 +15,7 @@
 
 #include <cmath>
 
+#include "counterpoint/contact/law.h"
 #include "counterpoint/contact/problem.h"
 #include "counterpoint/contact/scalar_law.h"
 
@@ -89,5 +90,13 @@ struct CoulombCone : CoulombAt<double> {
     return std::sqrt(square);
   }
 };
+
+/// Of a law with exact Coulomb friction, at its own regularizer; y: law.rows numbers [m/s].
+inline CoulombCone coulomb_cone(const Law& law, const double* y) {
+  double z[kMaxRows] = {y[0]};
+  for (int i = 1; i < law.rows; ++i) z[i] = law.friction[i - 1] * y[i];
+  const double rho = normal_regularizer(law);
+  return {z, law.rows, rho, rho, scaled_slip_speed(law), law.smoothing};
+}
 
 }  // namespace counterpoint::contact

@@ -58,14 +58,6 @@ Slope cone_slope(const Law& law, const Cone& cone, const double* d) {
   return out;
 }
 
-CoulombCone coulomb_at(const Law& law, const double* y) {
-  double z[kMaxRows];
-  z[0] = y[0];
-  for (int i = 1; i < law.rows; ++i) z[i] = law.friction[i - 1] * y[i];
-  const double rho = normal_regularizer(law);
-  return {z, law.rows, rho, rho, scaled_slip_speed(law), law.smoothing};
-}
-
 void coulomb_impulse(const Law& law, const CoulombCone& cone, const double* y, double* f) {
   f[0] = cone.n;
   for (int i = 1; i < law.rows; ++i) {
@@ -182,7 +174,7 @@ void impulse(const Law& law, const double* y, double* f) {
       f[0] = ScalarLaw(y[0], law.regularizer, law.smoothing).g;
       return;
     case LawType::kFrictionCone:
-      if (law.coulomb) return coulomb_impulse(law, coulomb_at(law, y), y, f);
+      if (law.coulomb) return coulomb_impulse(law, coulomb_cone(law, y), y, f);
       return cone_impulse(law, Cone(law, y), f);
     case LawType::kEquality:
       for (int i = 0; i < law.rows; ++i) f[i] = -y[i] / law.regularizer;
@@ -203,7 +195,7 @@ void evaluate(const Law& law, const double* y, double* f, double* hessian) {
     }
     case LawType::kFrictionCone: {
       if (law.coulomb) {
-        const CoulombCone cone = coulomb_at(law, y);
+        const CoulombCone cone = coulomb_cone(law, y);
         coulomb_impulse(law, cone, y, f);
         return coulomb_hessian(law, cone, hessian);
       }

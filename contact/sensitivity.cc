@@ -54,17 +54,10 @@ Rows scaled_slip_speed_derivative(const Law& law, const CoulombCone& cone) {
   return normal_and_radial(law, cone.e, 0.0, -p_by_v);
 }
 
-CoulombCone coulomb_cone(const Law& law, const Rows& y) {
-  double z[kMaxRows] = {y[0]};
-  for (int i = 1; i < law.rows; ++i) z[i] = law.friction[i - 1] * y[i];
-  const double rho = normal_regularizer(law);
-  return {z, law.rows, rho, rho, scaled_slip_speed(law), law.smoothing};
-}
-
 // With F(p) = (rho + v / n) p + (k / n) p / (n - p) - t: dp/drho = -p dp/dt, dp/dv = -p / n dp/dt
 // and dp/dk = -p / (n u) dp/dt at fixed n, where dp/dt / u = 1 / s of the slack.
 void coulomb_sensitivity(const Law& law, const Rows& y, Sensitivity& out, Rows& by_rho) {
-  const CoulombCone cone = coulomb_cone(law, y);
+  const CoulombCone cone = coulomb_cone(law, y.data());
   const double n_by_k = 1.0 / cone.n_root, n_by_rho = -cone.n * cone.n / cone.n_root;
   // Open and without load, n = k / z_N to first order, and the share u / n is g(t - v + z_N; v,
   // z_N).
@@ -97,7 +90,7 @@ void cone_sensitivity(const Law& law, const Rows& y, Sensitivity& out) {
 
 Rows slip_speed_derivative(const Law& law, const Rows& y) {
   if (law.type != LawType::kFrictionCone || !law.coulomb) return Rows::Zero(law.rows);
-  return law.friction[0] * scaled_slip_speed_derivative(law, coulomb_cone(law, y));
+  return law.friction[0] * scaled_slip_speed_derivative(law, coulomb_cone(law, y.data()));
 }
 
 Sensitivity compute_sensitivity(const Law& law, const Rows& y) {

@@ -9,24 +9,29 @@ namespace {
 /// A smoothing length [m] as what the law takes [J].
 double smoothing(double length, double alpha) { return length * kStandardGravity / alpha; }
 
+/// 1 - gap^2 / reach^2 of a positive gap, none beyond the reach.
+double left_at(double gap, double reach) {
+  const double share = gap / reach;
+  return share < 1.0 ? 1.0 - share * share : 0.0;
+}
+
 }  // namespace
 
 double faded_smoothing(double smoothing, double gap, double reach) {
   if (!(gap > 0.0)) return smoothing;
-  const double least = std::min(smoothing, kHardSmoothing), share = gap / reach;
-  const double left = share < 1.0 ? 1.0 - share * share : 0.0;
+  const double least = std::min(smoothing, kHardSmoothing), left = left_at(gap, reach);
   return least + (smoothing - least) * left * left;
 }
 
 double faded_smoothing_slope(double smoothing, double gap, double reach) {
   if (!(gap > 0.0 && gap < reach)) return 0.0;
-  const double least = std::min(smoothing, kHardSmoothing), share = gap / reach;
-  return -4.0 * (smoothing - least) * (1.0 - share * share) * share / reach;
+  const double least = std::min(smoothing, kHardSmoothing);
+  return -4.0 * (smoothing - least) * left_at(gap, reach) * (gap / reach) / reach;
 }
 
 double faded_smoothing_share(double smoothing, double gap, double reach) {
   if (!(gap > 0.0) || smoothing <= kHardSmoothing) return 1.0;
-  const double share = gap / reach, left = share < 1.0 ? 1.0 - share * share : 0.0;
+  const double left = left_at(gap, reach);
   return left * left;
 }
 

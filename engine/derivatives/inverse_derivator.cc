@@ -100,7 +100,7 @@ bool InverseDerivator::add_contacts(const Model& model, const SimulationOptions&
     if (i < ws.constraints.contacts.size()) {
       if (is_nothing(pair, bodies, options.time_step, ws.finder.weights())) continue;
       known = contact_response(model, options, effects, i, bodies, ws, response) && known;
-      slips_.add(model, pair, bodies, options.time_step, ws.data);
+      slips_.add(model, pair, ws.velocity, options.time_step, ws.data);
     } else {
       const size_t index = i - ws.constraints.contacts.size();
       const Closure& closure = model.closures()[ws.constraints.closures[index]];

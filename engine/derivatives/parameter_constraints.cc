@@ -7,6 +7,7 @@
 #include "counterpoint/engine/assemble.h"
 #include "counterpoint/engine/contact_law.h"
 #include "counterpoint/engine/derivatives/pair_response.h"
+#include "counterpoint/engine/derivatives/slip_response.h"
 #include "counterpoint/engine/kinematics.h"
 
 namespace counterpoint {
@@ -140,14 +141,9 @@ bool ParameterConstraints::find_slip(const PreparedParameter& p, const Model& mo
   PlaceChange place;
   if (!find_place(p, model, ws.constraints.contacts[fastest], options.time_step, ws, place))
     return false;
-  const PairBodies bodies = pair_bodies(source, ws.data, ws.velocity);
-  const Motion start = bodies.start_b - bodies.start_a;
-  const Vector3 n = source.frame.col(0);
-  const Vector3 sliding = start.linear - n.dot(start.linear) * n;
-  const double speed = sliding.norm();
-  if (!(speed > 0.0)) return true;
-  const Vector3 change = start.angular.cross(place.place) + start.linear.cross(place.turn);
-  out = options.time_step / options.contact.slip_time * sliding.dot(change) / speed;
+  const Sliding sliding(source, pair_bodies(source, ws.data, ws.velocity));
+  out = options.time_step / options.contact.slip_time *
+        sliding.by_place(place.place, place.turn).value();
   return true;
 }
 

@@ -1,10 +1,9 @@
 #include "counterpoint/engine/derivatives/slip_response.h"
 
-#include <algorithm>
-
 #include "counterpoint/contact/sensitivity.h"
+#include "counterpoint/engine/assemble.h"
 #include "counterpoint/engine/derivatives/sweep.h"
-#include "counterpoint/model/rotation.h"
+#include "counterpoint/engine/kinematics.h"
 
 namespace counterpoint {
 
@@ -14,50 +13,47 @@ void SlipResponse::begin() {
 }
 
 void SlipResponse::add(const Model& model, int body, int source, const Vector3& place,
-                       const Vector3& force, const Vector3& torque, const Data& data) {
+                       const Force& by_speed, const Data& data) {
+  if (body == 0) return;
   const Tree& tree = model.trees()[model.body(body).tree];
-  Vector6 wrench;
-  wrench << torque + (place - TreeSweep::reference(tree, data)).cross(force), force;
+  const Force there = shift(by_speed, place - TreeSweep::reference(tree, data));
   int& at = entry_of_[body];
   if (at < 0 || entries_[at].source != source) {
     at = static_cast<int>(entries_.size());
     entries_.push_back({body, source, Vector6::Zero()});
   }
-  entries_[at].by_speed -= wrench;
+  entries_[at].by_speed.head<3>() -= there.torque;
+  entries_[at].by_speed.tail<3>() -= there.force;
 }
 
-void SlipResponse::add(const Model& model, const PairConstraint& pair, const PairBodies& bodies,
-                       double h, const Data& data) {
+void SlipResponse::add(const Model& model, const PairConstraint& pair,
+                       const std::vector<Motion>& V_next, double h, const Data& data) {
   if (pair.fastest < 0 || !(pair.law.slip_speed > 0.0)) return;
-  const int rows = pair.law.rows;
-  const Vector3 v = pair.frame.transpose() * (bodies.next_b.linear - bodies.next_a.linear);
-  const Vector3 w = pair.frame.transpose() * (bodies.next_b.angular - bodies.next_a.angular);
-  contact::Rows y(rows);
-  for (int i = 0; i < rows; ++i)
-    y[i] = (i < 3 ? v[i] : w[i - 3]) + pair.law.bias[static_cast<size_t>(i)];
-  const contact::Rows f = contact::slip_speed_derivative(pair.law, y) / h;
-  Vector3 force = Vector3::Zero(), torque = Vector3::Zero();
-  for (int i = 0; i < rows; ++i) (i < 3 ? force : torque) += f[i] * pair.frame.col(i % 3);
-  if (pair.body_b != 0) add(model, pair.body_b, pair.fastest, pair.position, force, torque, data);
-  if (pair.body_a != 0) add(model, pair.body_a, pair.fastest, pair.position, -force, -torque, data);
+  contact::Rows y = relative_velocity(pair, data, V_next);
+  for (int i = 0; i < pair.law.rows; ++i) y[i] += pair.law.bias[static_cast<size_t>(i)];
+  const Force force = pair_impulse(pair, contact::slip_speed_derivative(pair.law, y)) * (1.0 / h);
+  add(model, pair.body_b, pair.fastest, pair.position, force, data);
+  add(model, pair.body_a, pair.fastest, pair.position, force * -1.0, data);
+}
+
+Sliding::Sliding(const PairConstraint& pair, const PairBodies& bodies)
+    : start(bodies.start_b - bodies.start_a) {
+  const Vector3 n = pair.frame.col(0);
+  const Vector3 sliding = start.linear - n.dot(start.linear) * n;
+  const double speed = sliding.norm();
+  if (speed > 0.0) direction = sliding / speed;  // else one side of a kink
 }
 
 SpeedSlope speed_slope(const PairConstraint& pair, const PairBodies& bodies,
                        const ContactMotion& motion) {
-  using Row = SpeedSlope::Row;
-  const Motion start = bodies.start_b - bodies.start_a;
-  const Vector3 n = pair.frame.col(0);
-  const Vector3 sliding = start.linear - n.dot(start.linear) * n;
-  const double speed = sliding.norm();
-  if (!(speed > 0.0)) return {Row::Zero(), Row::Zero(), Row::Zero()};  // one side of a kink
-  const Eigen::RowVector3d along = sliding.transpose() / speed;
-  const auto by_place = [&](const PlaceMotion& place) -> Row {
-    return along *
-           (skew(start.angular) * place.point + skew(start.linear) * (skew(n) * place.normal));
+  const Sliding sliding(pair, bodies);
+  const Matrix3 turn = skew(Vector3(pair.frame.col(0)));
+  const auto by_place = [&](const PlaceMotion& place) -> SpeedSlope::Row {
+    return sliding.by_place(place.point, turn * place.normal);
   };
-  SpeedSlope out{by_place(motion), Row::Zero(), Row::Zero()};
-  out.v_b.tail<3>() = along;
-  out.v_a.tail<3>() = -along;
+  SpeedSlope out{by_place(motion), SpeedSlope::Row::Zero(), SpeedSlope::Row::Zero()};
+  out.v_b.tail<3>() = sliding.direction;
+  out.v_a.tail<3>() = -sliding.direction;
   if (motion.by_v) {
     out.v_b += by_place(motion.v_b);
     out.v_a += by_place(motion.v_a);

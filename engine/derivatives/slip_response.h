@@ -6,17 +6,20 @@
 #pragma once
 
 #include "counterpoint/engine/derivatives/pair_response.h"
+#include "counterpoint/model/rotation.h"
 
 namespace counterpoint {
 
 class SlipResponse {
  public:
-  explicit SlipResponse(const Model& model) : entry_of_(model.num_bodies(), -1) {}
+  explicit SlipResponse(const Model& model) : entry_of_(model.num_bodies(), -1) {
+    entries_.reserve(entry_of_.size());
+  }
 
   void begin();
-  /// The friction of a contact of a step of h [s], velocities at the end as in `bodies`.
-  void add(const Model& model, const PairConstraint& pair, const PairBodies& bodies, double h,
-           const Data& data);
+  /// The friction of a contact of a step of h [s]; V_next: the bodies' velocities at its end.
+  void add(const Model& model, const PairConstraint& pair, const std::vector<Motion>& V_next,
+           double h, const Data& data);
 
   /// What a wrench on `body` changes by as the bodies of contact `source` move: -dW / d|u|, over
   /// (angular, linear) at the reference of the body's tree.
@@ -27,11 +30,24 @@ class SlipResponse {
   const std::vector<Entry>& entries() const { return entries_; }
 
  private:
-  void add(const Model& model, int body, int source, const Vector3& place, const Vector3& force,
-           const Vector3& torque, const Data& data);
+  void add(const Model& model, int body, int source, const Vector3& place, const Force& by_speed,
+           const Data& data);
 
   std::vector<Entry> entries_;
   std::vector<int> entry_of_;  ///< by body: its last entry, or -1
+};
+
+/// How a contact slides at the start of the step.
+struct Sliding {
+  Motion start;                         ///< of B against A at the place
+  Vector3 direction = Vector3::Zero();  ///< in W; zero where it does not slide
+  Sliding(const PairConstraint& pair, const PairBodies& bodies);
+  /// What |u| changes by as the place moves and the normal turns.
+  template <class Place, class Turn>
+  auto by_place(const Place& place, const Turn& turn) const {
+    return (direction.transpose() * (skew(start.angular) * place + skew(start.linear) * turn))
+        .eval();
+  }
 };
 
 /// |u|, how fast a contact slides at the start of the step, by the motion of its two bodies: rows

@@ -13,6 +13,8 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "support/paths.h"
+
 namespace counterpoint::test {
 
 /// Of the test that runs, as part of a file's name.
@@ -60,9 +62,8 @@ inline CommandResult CommandFolder::run(const std::string& arguments) const {
   for (size_t at = 0; (at = line.find("{}", at)) != std::string::npos;) {
     line.replace(at, 2, folder_.string());
   }
-  const std::string command = "cd '" + std::string(COUNTERPOINT_SOURCE_DIR) + "' && '" +
-                              COUNTERPOINT_COMMAND + "' " + line + " >'" + path("stdout") +
-                              "' 2>'" + path("stderr") + "'";
+  const std::string command = "cd '" + source_dir() + "' && '" + command_file() + "' " + line +
+                              " >'" + path("stdout") + "' 2>'" + path("stderr") + "'";
   const int status = std::system(command.c_str());
   return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, read("stdout"), read("stderr")};
 }

@@ -8,6 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "support/paths.h"
+
 namespace counterpoint {
 namespace {
 
@@ -34,8 +36,8 @@ class Command : public testing::Test {
   void write_free_cube() const {
     folder_.write("free.yaml",
                   "name: free\ngravity: [0, 0, 0]\ntime_step: 0.01\nduration: 0.5\n"
-                  "models:\n  - urdf: " COUNTERPOINT_SOURCE_DIR
-                  "/data/robots/cube.urdf\n    base: floating\n");
+                  "models:\n  - urdf: " +
+                      test::source_dir() + "/data/robots/cube.urdf\n    base: floating\n");
   }
 
   CommandFolder folder_{test_name()};

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "apps/command.h"
+#include "support/paths.h"
 
 namespace counterpoint {
 namespace {
@@ -315,7 +316,7 @@ constexpr double kTossPosition = 0.014;  // [m]
 constexpr double kTossRotation = 14.0;   // [degrees]
 
 TEST(Compare, PredictsRealCubeTosses) {
-  const std::filesystem::path data = std::filesystem::path(COUNTERPOINT_SHARED_DATA) / "cube_toss";
+  const std::filesystem::path data = std::filesystem::path(test::shared_data()) / "cube_toss";
   if (!std::filesystem::exists(data)) {
     GTEST_SKIP() << "no " << data << "; set COUNTERPOINT_SHARED_DATA";
   }

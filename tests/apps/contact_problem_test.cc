@@ -4,6 +4,7 @@
 #include <string>
 
 #include "apps/command.h"
+#include "support/paths.h"
 
 namespace counterpoint {
 namespace {
@@ -144,7 +145,7 @@ TEST_F(ContactProblem, SaysWhatIsWrongWithTheMatrix) {
 }
 
 TEST_F(ContactProblem, SolvesTheRecordedProblems) {
-  const fs::path recorded = fs::path(COUNTERPOINT_SHARED_DATA) / "contact_problems";
+  const fs::path recorded = fs::path(test::shared_data()) / "contact_problems";
   if (!fs::exists(recorded)) GTEST_SKIP() << recorded << " is missing: not tried";
   const CommandResult result =
       folder_.run("contact-problem '" + recorded.string() + "' --friction convex --json {}/r.json");

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "apps/command.h"
+#include "support/paths.h"
 
 namespace counterpoint {
 namespace {
@@ -11,8 +12,7 @@ using test::CommandResult;
 
 TEST(DerivativesCommand, HoldsThemAgainstDifferences) {
   const CommandFolder folder("derivatives");
-  const std::string scene =
-      std::string(COUNTERPOINT_SOURCE_DIR) + "/data/scenes/quadruped_drop.yaml";
+  const std::string scene = test::source_dir() + "/data/scenes/quadruped_drop.yaml";
   ASSERT_EQ(folder.run("simulate " + scene + " --duration 0.3 --output {}/t.csv").exit_code, 0);
   const CommandResult result =
       folder.run("derivatives " + scene +
@@ -27,7 +27,7 @@ TEST(DerivativesCommand, HoldsThemAgainstDifferences) {
 
 TEST(DerivativesCommand, WritesEveryMatrixOfTheFirstStep) {
   const CommandFolder folder("derivatives_table");
-  const std::string scene = std::string(COUNTERPOINT_SOURCE_DIR) + "/data/scenes/arm7.yaml";
+  const std::string scene = test::source_dir() + "/data/scenes/arm7.yaml";
   const CommandResult result =
       folder.run("derivatives " + scene + " --check --forward --output {}/d.csv --json {}/d.json");
   ASSERT_EQ(result.exit_code, 0) << result.errors;

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "counterpoint/engine/simulator.h"
+#include "support/paths.h"
 
 namespace counterpoint::apps {
 namespace {
@@ -12,7 +13,7 @@ namespace {
 constexpr double kTolerance = 1e-6;
 
 Scene scene_of(const std::string& name) {
-  Scene scene = load_scene(std::string(COUNTERPOINT_SOURCE_DIR) + "/data/scenes/" + name);
+  Scene scene = load_scene(test::source_dir() + "/data/scenes/" + name);
   // No kink within a difference.
   scene.options.contact.smoothing = 1e-3;
   scene.options.contact.compliance = 1e-2;

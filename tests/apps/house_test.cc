@@ -11,13 +11,14 @@
 #include <vector>
 
 #include "apps/command.h"
+#include "support/paths.h"
 
 namespace counterpoint {
 namespace {
 
 namespace fs = std::filesystem;
 
-const fs::path kRoot = COUNTERPOINT_SOURCE_DIR;
+const fs::path kRoot = test::source_dir();
 
 std::string read(const fs::path& file) {
   std::ifstream stream(file, std::ios::binary);

@@ -10,6 +10,7 @@
 #include <string>
 
 #include "apps/command.h"
+#include "support/paths.h"
 
 namespace counterpoint {
 namespace {
@@ -79,7 +80,7 @@ TEST(Identify, FindsJointFiguresFromForces) {
                            "  - {{urdf: {}/data/robots/double_pendulum.urdf,\n"
                            "     joints: {{shoulder: 1.2, elbow: 0.7}}, dynamics: "
                            "{{shoulder: {{armature: 0.4}}, elbow: {{damping: 0.3}}}}}}\n",
-                           COUNTERPOINT_SOURCE_DIR));
+                           test::source_dir()));
   ASSERT_EQ(folder.run("simulate {}/truth.yaml --output {}/own.csv").exit_code, 0);
   folder.write("map.yaml",
                "time: time\ncolumns: {shoulder.q: shoulder.q, elbow.q: elbow.q, shoulder.v: "

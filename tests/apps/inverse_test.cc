@@ -6,6 +6,7 @@
 #include <tuple>
 
 #include "apps/command.h"
+#include "support/paths.h"
 
 namespace counterpoint {
 namespace {
@@ -34,7 +35,7 @@ TEST_P(Inverse, RecoversRandomAppliedForces) {
   const CommandFolder folder(std::string("inverse_") + scenario.name + std::to_string(time_step));
   std::string scene = scenario.file;
   if (scene[0] == '@') {
-    scene = std::string(COUNTERPOINT_SHARED_DATA) + "/robots/" + scene.substr(1);
+    scene = test::shared_data() + "/robots/" + scene.substr(1);
     if (!std::filesystem::exists(scene)) {
       GTEST_SKIP() << "no " << scene << "; set COUNTERPOINT_SHARED_DATA";
     }
@@ -102,8 +103,9 @@ TEST(InverseFiles, ContactsCarryTheWeightOfACubeAtRest) {
   const CommandFolder folder("inverse_contacts");
   folder.write("rest.yaml",
                "name: rest\ntime_step: 0.002\nduration: 1\nground: {friction: 0.5}\n"
-               "models:\n  - urdf: " COUNTERPOINT_SOURCE_DIR
-               "/data/robots/cube.urdf\n    base: floating\n    position: [0, 0, 0.1]\n");
+               "models:\n  - urdf: " +
+                   test::source_dir() +
+                   "/data/robots/cube.urdf\n    base: floating\n    position: [0, 0, 0.1]\n");
   ASSERT_EQ(folder.run("simulate {}/rest.yaml --output {}/t.csv").exit_code, 0);
   ASSERT_EQ(folder.run("inverse {}/rest.yaml {}/t.csv --contacts {}/c.csv").exit_code, 0);
   // The last four rows are the corners in the last step; the last column is the force along z on

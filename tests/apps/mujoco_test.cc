@@ -12,6 +12,7 @@
 #include "counterpoint/engine/kinematics.h"
 #include "counterpoint/engine/simulator.h"
 #include "counterpoint/model/inertia.h"
+#include "support/paths.h"
 #include "support/random_model.h"
 #include "support/small_scenes.h"
 
@@ -136,7 +137,7 @@ TEST_F(MujocoTest, FallsFreely) {
 }
 
 TEST_F(MujocoTest, SwingsWithThePendulumsPeriod) {
-  Scene pendulum = load_scene(COUNTERPOINT_SOURCE_DIR "/data/scenes/pendulum.yaml");  // 1 m
+  Scene pendulum = load_scene(test::source_dir() + "/data/scenes/pendulum.yaml");  // 1 m
   pendulum.q[0] = 1e-3;
   const double h = pendulum.options.time_step;
   const double period = 2.0 * std::numbers::pi * std::sqrt(1.0 / kGravity);

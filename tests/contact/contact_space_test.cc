@@ -7,6 +7,8 @@
 #include <fstream>
 #include <sstream>
 
+#include "support/paths.h"
+
 namespace counterpoint::contact {
 namespace {
 
@@ -41,7 +43,7 @@ ContactSpaceProblem read_problem(const fs::path& folder) {
 }
 
 TEST(ContactSpace, SolvesEveryRecordedProblem) {
-  const fs::path root = fs::path(COUNTERPOINT_SHARED_DATA) / "contact_problems";
+  const fs::path root = fs::path(test::shared_data()) / "contact_problems";
   if (!fs::exists(root)) GTEST_SKIP() << root << " is missing: recorded contact problems not tried";
   int problems = 0;
   for (const auto& entry : fs::directory_iterator(root)) {

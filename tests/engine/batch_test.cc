@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "counterpoint/model/scene.h"
+#include "support/paths.h"
 #include "support/random_model.h"
 
 namespace counterpoint::test {
@@ -17,9 +18,7 @@ namespace {
 constexpr int kRollouts = 7;  // no multiple of the threads
 constexpr int kSteps = 150;   // past the first impacts
 
-Scene scene() {
-  return load_scene(std::string(COUNTERPOINT_SOURCE_DIR) + "/data/scenes/quadruped_drop.yaml");
-}
+Scene scene() { return load_scene(source_dir() + "/data/scenes/quadruped_drop.yaml"); }
 
 /// The force of a rollout at a step: a function of both alone.
 VectorX force(const Model& model, int rollout, int step) {

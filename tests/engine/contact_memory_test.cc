@@ -5,13 +5,14 @@
 #include <string>
 
 #include "counterpoint/engine/simulator.h"
+#include "support/paths.h"
 #include "support/small_scenes.h"
 
 namespace counterpoint {
 namespace {
 
 Scene bundled(const std::string& name) {
-  return load_scene(std::string(COUNTERPOINT_SOURCE_DIR) + "/data/scenes/" + name + ".yaml");
+  return load_scene(test::source_dir() + "/data/scenes/" + name + ".yaml");
 }
 
 TEST(ContactMemory, HoldsTheForcesOfTheStep) {

@@ -13,6 +13,7 @@
 #include "counterpoint/engine/hash.h"
 #include "counterpoint/engine/simulator.h"
 #include "counterpoint/engine/state_file.h"
+#include "support/paths.h"
 #include "support/random_model.h"
 #include "support/small_scenes.h"
 #include "support/temp_folder.h"
@@ -25,7 +26,7 @@ constexpr const char* kScenes[] = {"quadruped_drop", "box_stack", "arm7_servo",
                                    "closures",       "terrain",   "everything"};
 
 Scene bundled(const std::string& name) {
-  return load_scene(std::string(COUNTERPOINT_SOURCE_DIR) + "/data/scenes/" + name + ".yaml");
+  return load_scene(test::source_dir() + "/data/scenes/" + name + ".yaml");
 }
 
 /// Random forces, new every ten steps, the same in each run; of free bodies none, so that they

@@ -4,6 +4,7 @@
 #include <filesystem>
 
 #include "counterpoint/engine/integrator.h"
+#include "support/paths.h"
 #include "support/step_derivatives.h"
 #include "support/two_shapes.h"
 
@@ -48,7 +49,7 @@ TEST(ForwardDerivatives, TimesThoseOfTheInverseAreTheIdentity) {
                                                {"terrain", 400},
                                                {"hard/geared", 60}};
   for (const auto& [name, steps] : cases) {
-    Scene scene = load_scene(std::filesystem::path(COUNTERPOINT_SOURCE_DIR) / "data/scenes" /
+    Scene scene = load_scene(std::filesystem::path(test::source_dir()) / "data/scenes" /
                              (std::string(name) + ".yaml"));
     // Of hard contacts, 1e6 times stiffer than the bodies are heavy, rounding leaves 5e-9.
     soften(scene);

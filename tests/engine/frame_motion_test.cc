@@ -6,6 +6,7 @@
 
 #include "counterpoint/engine/integrator.h"
 #include "counterpoint/engine/simulator.h"
+#include "support/paths.h"
 #include "support/random_model.h"
 
 namespace counterpoint {
@@ -57,7 +58,7 @@ TEST_P(FramesOfRandomTrees, PosesAreThoseOfTheTreeAndVelocitiesTheirDerivatives)
 INSTANTIATE_TEST_SUITE_P(Trees, FramesOfRandomTrees, ::testing::Range(1, 13));
 
 TEST(FrameMotion, OfAPendulumAsByHand) {
-  Simulator sim(load_scene(COUNTERPOINT_SOURCE_DIR "/data/scenes/pendulum.yaml"));
+  Simulator sim(load_scene(test::source_dir() + "/data/scenes/pendulum.yaml"));
   for (int i = 0; i < 100; ++i) sim.step();
   const std::string& link = sim.model().frames().back().name;
   const FrameMotion motion = sim.frame(link);
@@ -66,7 +67,7 @@ TEST(FrameMotion, OfAPendulumAsByHand) {
 }
 
 TEST(Simulator, LastForcesAreTheInverseOfTheLastStep) {
-  Simulator sim(load_scene(COUNTERPOINT_SOURCE_DIR "/data/scenes/cube_drop.yaml"));
+  Simulator sim(load_scene(test::source_dir() + "/data/scenes/cube_drop.yaml"));
   EXPECT_THROW(sim.last_forces(), InputError);
   for (int i = 0; i < 500; ++i) sim.step();
   const State before = sim.state();

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "counterpoint/engine/simulator.h"
+#include "support/paths.h"
 #include "support/random_model.h"
 #include "support/small_scenes.h"
 
@@ -83,7 +84,7 @@ TEST_P(TimeStep, TumblingBoxWithFrictionRestitutionAndContact) {
 
 // Contacts that are looked at where the motion leads depend on (q, v) alone.
 TEST_P(TimeStep, OverSeamsOfTiles) {
-  Scene scene = load_scene(COUNTERPOINT_SOURCE_DIR "/data/scenes/hard/seams.yaml");
+  Scene scene = load_scene(test::source_dir() + "/data/scenes/hard/seams.yaml");
   scene.options.time_step = GetParam();
   Simulator sim(std::move(scene));
   test::Random random(11);

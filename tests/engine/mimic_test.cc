@@ -5,6 +5,7 @@
 #include <filesystem>
 
 #include "support/linkages.h"
+#include "support/paths.h"
 #include "support/recover.h"
 
 namespace counterpoint {
@@ -52,7 +53,7 @@ TEST(Mimic, IsRecoveredByTheInverse) {
 /// The gripper of a robot from elsewhere, thrown about by random forces on all joints.
 TEST(Mimic, PandasFingersKeepTogether) {
   const std::filesystem::path file =
-      std::filesystem::path(COUNTERPOINT_SHARED_DATA) /
+      std::filesystem::path(test::shared_data()) /
       "robots/panda_primitives/panda_description/urdf/panda_collision.urdf";
   if (!std::filesystem::exists(file)) GTEST_SKIP() << file << " is missing";
   Simulator sim(load_scene(file));

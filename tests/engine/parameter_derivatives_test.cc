@@ -5,31 +5,23 @@
 #include <gtest/gtest.h>
 
 #include "counterpoint/engine/derivatives/perturbed.h"
-#include "counterpoint/engine/simulator.h"
-#include "support/allocation_guard.h"
-#include "support/random_model.h"
+#include "support/paths.h"
 #include "support/small_scenes.h"
+#include "support/step_derivatives.h"
 
 namespace counterpoint {
 namespace {
 
 using K = StepParameterKind;
-
-/// Of the largest entry. The reference, extrapolated differences, is right to about 1e-9 of it.
-constexpr double kTolerance = 1e-7;
+using test::largest;
+using test::Moment;
+using test::moment_of;
+using test::soften;
 
 /// Of the forces of a step: some hundred operations one after the other.
 constexpr double kRounding = 1e-14;
 // Of heights: gaps are differences of places a metre away, rounded to 1e-16 m, over h^2 r.
 constexpr double kGapRounding = 1e-13;
-
-double largest(const MatrixX& m) { return m.size() ? m.cwiseAbs().maxCoeff() : 0.0; }
-
-/// Wide enough that no kink lies within a difference.
-void soften(Scene& scene) {
-  scene.options.contact.smoothing = 1e-3;
-  scene.options.contact.compliance = 1e-2;
-}
 
 std::vector<int> range(int begin, int end) {
   std::vector<int> out;
@@ -70,12 +62,8 @@ std::vector<StepParameter> all_kinds(const Model& model) {
   return all;
 }
 
-struct Moment {
-  VectorX q, v, v_next;
-};
-
 /// Returns how many columns had closed forms.
-int expect_exact(const Scene& scene, const Moment& at, const std::string& what) {
+int expect_exact_parameters(const Scene& scene, const Moment& at, const std::string& what) {
   const Model& model = scene.model;
   const std::vector<StepParameter> parameters = all_kinds(model);
   ParameterDerivator derivator(model, parameters);
@@ -98,7 +86,7 @@ int expect_exact(const Scene& scene, const Moment& at, const std::string& what) 
     const DifferenceScheme scheme = difference_scheme(parameters[k], model, scene.options);
     const double unit = parameters[k].kind == K::kHeight ? kGapRounding : kRounding;
     const double rounding = unit * out.force_scale * std::abs(scheme.weight[1]);
-    EXPECT_LE(largest(a - b), kTolerance * largest(b) + rounding)
+    EXPECT_LE(largest(a - b), test::kDerivativeTolerance * largest(b) + rounding)
         << what << ", parameter " << k << " of kind " << static_cast<int>(parameters[k].kind);
   }
   return closed;
@@ -124,24 +112,14 @@ TEST(ParameterDerivatives, OfRandomTreesWithEveryJointForce) {
     scene.v *= seed % 8 < 6 ? 0.3 : 3.0;
     scene.options.time_step = seed % 3 == 1 ? 0.01 : 0.002;
     const VectorX change = test::random_vector(scene.model.nv(), random.bits(), 0.1);
-    closed +=
-        expect_exact(scene, {scene.q, scene.v, scene.v + change}, "seed " + std::to_string(seed));
+    closed += expect_exact_parameters(scene, {scene.q, scene.v, scene.v + change, {}},
+                                      "seed " + std::to_string(seed));
   }
   EXPECT_GT(closed, 500);
 }
 
-/// A step of a scene that falls, rolls and slides, and what led to it.
-Moment moment_of(Scene& scene, int steps) {
-  Simulator simulator(scene);
-  for (int i = 0; i < steps; ++i) EXPECT_TRUE(simulator.step().succeeded());
-  Moment at{simulator.state().q, simulator.state().v, {}};
-  EXPECT_TRUE(simulator.step().succeeded());
-  at.v_next = simulator.state().v;
-  return at;
-}
-
 Scene bundled(const std::string& name) {
-  Scene scene = load_scene(std::string(COUNTERPOINT_SOURCE_DIR) + "/data/scenes/" + name);
+  Scene scene = load_scene(test::source_dir() + "/data/scenes/" + name);
   soften(scene);
   return scene;
 }
@@ -164,8 +142,8 @@ TEST(ParameterDerivatives, OfBallsByEveryLaw) {
       scene.v = test::random_vector(6, random.bits(), 1.0);
       scene.v[2] = -0.3;
       const VectorX next = scene.v + test::random_vector(6, random.bits(), 0.3);
-      closed += expect_exact(
-          scene, {scene.q, scene.v, next},
+      closed += expect_exact_parameters(
+          scene, {scene.q, scene.v, next, {}},
           "law " + std::to_string(static_cast<int>(friction)) + ", ball " + std::to_string(kind));
     }
   }
@@ -175,7 +153,7 @@ TEST(ParameterDerivatives, OfBallsByEveryLaw) {
 TEST(ParameterDerivatives, OfRobotsThatStand) {
   for (const char* name : {"quadruped_drop.yaml", "humanoid_drop.yaml"}) {
     Scene scene = bundled(name);
-    EXPECT_GT(expect_exact(scene, moment_of(scene, 200), name), 20);
+    EXPECT_GT(expect_exact_parameters(scene, moment_of(scene, 200), name), 20);
   }
 }
 

@@ -9,6 +9,7 @@
 #include "counterpoint/engine/simulator.h"
 #include "counterpoint/model/urdf.h"
 #include "support/allocation_guard.h"
+#include "support/paths.h"
 #include "support/small_scenes.h"
 
 namespace counterpoint {
@@ -134,7 +135,7 @@ TEST(Servos, EnergyOfServoAndLoadNeverRisesTowardsAFixedTarget) {
 
 /// The bundled arm on stiff servos.
 Scene stiff_arm(double h) {
-  Scene scene = load_scene(std::string(COUNTERPOINT_SOURCE_DIR) + "/data/scenes/arm7_servo.yaml");
+  Scene scene = load_scene(test::source_dir() + "/data/scenes/arm7_servo.yaml");
   scene.options.time_step = h;
   return scene;
 }
@@ -142,7 +143,7 @@ Scene stiff_arm(double h) {
 /// The same scene with other gains, as its file would say them.
 Scene arm_with_gains(double stiffness, double damping, double h) {
   ModelBuilder builder;
-  RobotSpec arm = load_urdf(COUNTERPOINT_SOURCE_DIR "/data/robots/arm7.urdf");
+  RobotSpec arm = load_urdf(test::source_dir() + "/data/robots/arm7.urdf");
   for (JointSpec& joint : arm.joints) joint.servo = {stiffness, damping, {}, 0.0};
   builder.add_robot(arm, Base::kFixed, Pose());
   builder.set_default_position("shoulder_pitch", VectorX::Constant(1, 0.7));

@@ -4,6 +4,7 @@
 #include <cstring>
 
 #include "counterpoint/engine/simulator.h"
+#include "support/paths.h"
 #include "support/temp_folder.h"
 
 namespace counterpoint {
@@ -70,8 +71,7 @@ TEST(Sleep, ColumnsSleepWithinASecondAndAStepThenRunsNothing) {
 
 TEST(Sleep, BundledPilesComeToRest) {
   for (const char* name : {"cube_drop", "box_stack", "stack_5", "grid_5", "pyramid_5"}) {
-    Simulator sim(
-        load_scene(std::string(COUNTERPOINT_SOURCE_DIR) + "/data/scenes/" + name + ".yaml"));
+    Simulator sim(load_scene(test::source_dir() + "/data/scenes/" + name + ".yaml"));
     const int bodies = sim.model().num_joints();
     EXPECT_LT(run_until_asleep(sim, bodies, 3000), 3000) << name;
   }

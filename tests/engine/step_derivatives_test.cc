@@ -6,6 +6,7 @@
 
 #include <filesystem>
 
+#include "support/paths.h"
 #include "support/small_scenes.h"
 #include "support/step_derivatives.h"
 #include "support/two_shapes.h"
@@ -94,7 +95,7 @@ TEST(InverseDerivatives, OfBundledScenes) {
                         {"quadruped_drop", 150, 0.002}, {"terrain", 150, 0.002},
                         {"terrain", 400, 0.002},        {"terrain", 900, 0.002}};
   for (const Case& c : cases) {
-    Scene scene = load_scene(std::filesystem::path(COUNTERPOINT_SOURCE_DIR) / "data/scenes" /
+    Scene scene = load_scene(std::filesystem::path(test::source_dir()) / "data/scenes" /
                              (std::string(c.name) + ".yaml"));
     soften(scene);
     if (c.time_step > 0.0) scene.options.time_step = c.time_step;

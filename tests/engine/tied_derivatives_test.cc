@@ -4,6 +4,7 @@
 #include <filesystem>
 
 #include "counterpoint/engine/integrator.h"
+#include "support/paths.h"
 #include "support/step_derivatives.h"
 
 namespace counterpoint {
@@ -136,7 +137,7 @@ TEST(TiedDerivatives, OfBundledScenes) {
       {"everything", 150}, {"hard/four_bar", 100},  {"hard/slider_crank", 50}, {"hard/bricard", 40},
       {"hard/crane", 30},  {"hard/hung_chain", 40}, {"hard/geared", 60}};
   for (const BundledCase& c : cases) {
-    Scene scene = load_scene(std::filesystem::path(COUNTERPOINT_SOURCE_DIR) / "data/scenes" /
+    Scene scene = load_scene(std::filesystem::path(test::source_dir()) / "data/scenes" /
                              (std::string(c.name) + ".yaml"));
     soften(scene);
     const Moment at = test::moment_of(scene, c.steps);

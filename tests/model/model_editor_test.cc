@@ -7,11 +7,12 @@
 #include <limits>
 
 #include "counterpoint/model/scene.h"
+#include "support/paths.h"
 
 namespace counterpoint {
 namespace {
 
-const std::string kData = std::string(COUNTERPOINT_SOURCE_DIR) + "/data/scenes/";
+const std::string kData = test::source_dir() + "/data/scenes/";
 
 TEST(ModelEditor, MassKeepsTheRadiusOfGyration) {
   ModelEditor editor(load_scene(kData + "cube_toss.yaml").model);

@@ -11,6 +11,7 @@
 
 #include "counterpoint/model/model_builder.h"
 #include "counterpoint/model/urdf.h"
+#include "support/paths.h"
 
 namespace counterpoint {
 namespace {
@@ -90,7 +91,7 @@ int check_hulls(const RobotSpec& robot) {
 }
 
 TEST(Robots, LoadOrAreRefusedWithAReason) {
-  const std::filesystem::path folder = std::filesystem::path(COUNTERPOINT_SHARED_DATA) / "robots";
+  const std::filesystem::path folder = std::filesystem::path(test::shared_data()) / "robots";
   if (!std::filesystem::exists(folder / "INDEX.csv")) {
     GTEST_SKIP() << "no robots in " << folder << "; set COUNTERPOINT_SHARED_DATA";
   }

@@ -4,10 +4,12 @@
 
 #include <filesystem>
 
+#include "support/paths.h"
+
 namespace counterpoint {
 namespace {
 
-const std::filesystem::path kScenes = COUNTERPOINT_SOURCE_DIR "/data/scenes";
+const std::filesystem::path kScenes = test::source_dir() + "/data/scenes";
 
 TEST(SceneArchive, GivesBackAllThatItTook) {
   // What is written says every figure: if it is written again to the same bytes, none was lost.

@@ -7,13 +7,14 @@
 
 #include "counterpoint/engine/integrator.h"
 #include "counterpoint/engine/optimize/problem_file.h"
+#include "support/paths.h"
 #include "support/small_scenes.h"
 
 namespace counterpoint::optimization {
 namespace {
 
 const std::filesystem::path kProblems =
-    std::filesystem::path(COUNTERPOINT_SOURCE_DIR) / "data/scenes/optimize";
+    std::filesystem::path(test::source_dir()) / "data/scenes/optimize";
 
 /// What a plan must be (issue: done when): as step_forward does it, to 1e-8.
 constexpr double kForward = 1e-8;

@@ -9,13 +9,14 @@
 #include "counterpoint/engine/optimize/problem_file.h"
 #include "counterpoint/engine/optimize/settle.h"
 #include "counterpoint/engine/simulator.h"
+#include "support/paths.h"
 #include "support/random_model.h"
 
 namespace counterpoint::optimization {
 namespace {
 
 const std::filesystem::path kProblems =
-    std::filesystem::path(COUNTERPOINT_SOURCE_DIR) / "data/scenes/optimize";
+    std::filesystem::path(test::source_dir()) / "data/scenes/optimize";
 
 TEST(Mirror, TwiceIsTheSame) {
   const Scene scene = load_scene(kProblems / "scenes/humanoid.yaml");

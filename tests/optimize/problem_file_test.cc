@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include "support/paths.h"
 #include "support/temp_folder.h"
 
 namespace counterpoint::optimization {
@@ -73,8 +74,8 @@ TEST(ProblemFile, PatternsMatchAsShellsDo) {
 
 TEST(ProblemFile, TheSameSeedGivesTheSameBits) {
   const test::TempFolder folder;
-  folder.write("scene.yaml", "models: [{urdf: " + std::string(COUNTERPOINT_SOURCE_DIR) +
-                                 "/data/robots/double_pendulum.urdf}]\n");
+  folder.write("scene.yaml",
+               "models: [{urdf: " + test::source_dir() + "/data/robots/double_pendulum.urdf}]\n");
   const ProblemFile file =
       load_problem(folder.write("p.yaml", std::string(kGood) + "guess: {noise: 0.1}\n"));
   EXPECT_EQ(seeded_guess(file, 5)[3], seeded_guess(file, 5)[3]);

@@ -6,6 +6,7 @@
 #include "counterpoint/engine/integrator.h"
 #include "counterpoint/engine/optimize/newton.h"
 #include "counterpoint/engine/optimize/optimize.h"
+#include "support/paths.h"
 #include "support/random_model.h"
 
 namespace counterpoint::optimization {
@@ -110,7 +111,7 @@ TEST(Terms, GradientsOfEveryQuantityOnARandomTree) {
 
 TEST(Terms, GradientsThroughContactAndItsMirror) {
   const std::filesystem::path scenes =
-      std::filesystem::path(COUNTERPOINT_SOURCE_DIR) / "data/scenes/optimize/scenes";
+      std::filesystem::path(test::source_dir()) / "data/scenes/optimize/scenes";
   const Scene scene = load_scene(scenes / "humanoid.yaml");
   const Model& model = scene.model;
   Start start;
@@ -143,7 +144,7 @@ TEST(Terms, GradientsThroughContactAndItsMirror) {
 
 TEST(Terms, ContactForceOfABallOnTheGround) {
   const std::filesystem::path scenes =
-      std::filesystem::path(COUNTERPOINT_SOURCE_DIR) / "data/scenes/optimize/scenes";
+      std::filesystem::path(test::source_dir()) / "data/scenes/optimize/scenes";
   const Scene scene = load_scene(scenes / "push_box.yaml");
   Start start = start_of(scene.model, scene.options, 4, false);
   start.problem.options.contact.smoothing = 1e-2;

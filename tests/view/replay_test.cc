@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "counterpoint/engine/simulator.h"
+#include "support/paths.h"
 #include "support/temp_folder.h"
 #include "view/stream_reader.h"
 
@@ -16,7 +17,7 @@ namespace {
 
 using Json = nlohmann::json;
 
-const std::string kScenes = std::string(COUNTERPOINT_SOURCE_DIR) + "/data/scenes/";
+const std::string kScenes = test::source_dir() + "/data/scenes/";
 
 /// A simulated motion as a replay.
 Replay simulated(const Scene& scene, double duration, double rate = kDefaultRate) {
