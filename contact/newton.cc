@@ -23,6 +23,8 @@ constexpr double kSureFloor = 0.25;
 // Round-off is not looked for in relative residuals above these: where nothing has been tried yet,
 // and where the last step went well.
 constexpr double kLargestFloor = 1e-3, kLargestSureFloor = 1e-7;
+// A given start of a smaller relative residual is not compared with the free velocity.
+constexpr double kGoodStart = 1e-3;
 // Steps on a residual that is no gradient: how often to halve, and the share of the predicted
 // decrease that must come.
 constexpr int kMaxHalvings = 10;
@@ -74,12 +76,15 @@ void Newton::choose_start(std::vector<double>& w, std::vector<double>& f) {
   const double* free = system_->free_velocity();
   trial_.assign(free, free + w.size());
   if (unsymmetric_) {
-    evaluate_residual(trial_, f);
-    const double at_free = gradient_norm_;
     evaluate_residual(w, f);
-    if (!(at_free < gradient_norm_)) return;
-    w = trial_;
-    evaluated_ = false;
+    const double given = gradient_norm_;
+    if (given < kGoodStart * scale_) return;
+    evaluate_residual(trial_, f);
+    if (gradient_norm_ < given) {
+      w = trial_;
+    } else {
+      evaluated_ = false;
+    }
     return;
   }
   system_->constraint_velocity(w.data(), y_.data());

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <type_traits>
 
 #include "counterpoint/contact/row_count.h"
 #include "counterpoint/contact/vector_lanes.h"
@@ -129,6 +130,96 @@ COUNTERPOINT_WIDE double add_transposed_all(const Constraint* first, const Const
          ((squares.two[0] + squares.two[1]) + squares.one);
 }
 
+// Columns first ... last - 1 of N rows of `width`, one after the other.
+template <int N>
+void pack_columns(const double* __restrict jacobian, int width, int first, int last,
+                  double* __restrict out) {
+  for (int j = first; j < last; ++j, out += lanes(N)) {
+    for (int r = 0; r < N; ++r) out[r] = jacobian[static_cast<std::ptrdiff_t>(r) * width + j];
+    if (lanes(N) > N) out[N] = 0.0;
+  }
+}
+
+// The same columns as N rows of `leading`.
+template <int N>
+void pack_rows(const double* __restrict by_column, int num_columns, int leading,
+               double* __restrict out) {
+  for (int k = 0; k < num_columns; ++k, by_column += lanes(N))
+    for (int r = 0; r < N; ++r) out[static_cast<std::ptrdiff_t>(r) * leading + k] = by_column[r];
+}
+
+COUNTERPOINT_INTO_EACH void size_of(double x, double& out) { out = std::abs(x); }
+COUNTERPOINT_INTO_EACH void size_of(const Four& x, Four& out) { out = x < 0.0 ? -x : x; }
+
+// out += |J| |x| of a constraint.
+template <int N>
+COUNTERPOINT_INTO_EACH void add_absolute_one(const Constraint& c, const Strip* strips,
+                                             const double* columns, const double* x, double* out) {
+  using Column = std::conditional_t<lanes(N) == 4, Four, double>;
+  constexpr int kParts = lanes(N) == 4 ? 1 : N, kWidth = lanes(N) / kParts;
+  Column sum[kParts] = {};
+  for (const Strip* s = strips + c.first_strip; s != strips + c.end_strip; ++s) {
+    for (int k = 0; k < s->size; ++k, columns += lanes(N)) {
+      const double value = std::abs(x[s->velocity + k]);
+      for (int p = 0; p < kParts; ++p) {
+        Column column, size;
+        load(columns + p * kWidth, column);
+        size_of(column, size);
+        sum[p] += size * value;
+      }
+    }
+  }
+  double y[lanes(N)];
+  for (int p = 0; p < kParts; ++p) store(sum[p], y + p * kWidth);
+  for (int r = 0; r < N; ++r) out[r] += y[r];
+}
+
+COUNTERPOINT_WIDE void add_absolute_all(const Constraint* first, const Constraint* last,
+                                        const Strip* strips, const double* by_column,
+                                        const double* x, double* out) {
+  for (const Constraint* c = first; c != last; ++c) {
+    with_rows(
+        c->rows, [&]<int N>(RowCount<N>) __attribute__((always_inline)) {
+          add_absolute_one<N>(*c, strips, by_column + c->by_column, x, out + c->row);
+        });
+  }
+}
+
+// out += |J|' e for a few columns: as many as there are in Lanes.
+template <int N, class Lanes>
+COUNTERPOINT_INTO_EACH void add_absolute_lanes(const double* rows, int leading, const double* e,
+                                               double* out) {
+  Lanes sum, row, size;
+  load(out, sum);
+  COUNTERPOINT_UNROLL
+  for (int r = 0; r < N; ++r) {
+    load(rows + static_cast<std::ptrdiff_t>(r) * leading, row);
+    size_of(row, size);
+    sum += size * e[r];
+  }
+  store(sum, out);
+}
+
+COUNTERPOINT_WIDE void add_absolute_transposed_all(const Constraint* first, const Constraint* last,
+                                                   const Strip* strips, const double* by_row,
+                                                   const double* e, double* out) {
+  for (const Constraint* c = first; c != last; ++c) {
+    const double* rows = by_row + c->by_row;
+    with_rows(
+        c->rows, [&]<int N>(RowCount<N>) __attribute__((always_inline)) {
+          for (const Strip* s = strips + c->first_strip; s != strips + c->end_strip;
+               rows += s->size, ++s) {
+            double* to = out + s->velocity;
+            int k = 0;
+            for (; k + 4 <= s->size; k += 4)
+              add_absolute_lanes<N, Four>(rows + k, c->leading, e + c->row, to + k);
+            for (; k < s->size; ++k)
+              add_absolute_lanes<N, double>(rows + k, c->leading, e + c->row, to + k);
+          }
+        });
+  }
+}
+
 // Sums of |J| by columns: zero where the column is.
 COUNTERPOINT_WIDE void add_sizes(int rows, int width, const double* __restrict jacobian,
                                  double* __restrict out) {
@@ -187,13 +278,11 @@ void PackedJacobian::add_side(const double* jacobian, const double* other, int w
     strips_.push_back({groups[0].velocity + first, last - first, first_group + g});
     c.num_columns += last - first;
     const int room = lanes(c.rows);
-    size_t place = by_column_.size();
+    const size_t place = by_column_.size();
     by_column_.resize(place + static_cast<size_t>(room) * (last - first));
-    for (int j = first; j < last; ++j, place += room) {
-      for (int r = 0; r < c.rows; ++r)
-        by_column_[place + r] = jacobian[static_cast<std::ptrdiff_t>(r) * width + j];
-      if (room > c.rows) by_column_[place + c.rows] = 0.0;
-    }
+    with_rows(c.rows, [&]<int N>(RowCount<N>) {
+      pack_columns<N>(jacobian, width, first, last, by_column_.data() + place);
+    });
   }
 }
 
@@ -203,10 +292,9 @@ void PackedJacobian::end_constraint() {
   c.leading = (c.num_columns + 3) & ~3;
   by_row_.resize(by_row_.size() + static_cast<size_t>(c.rows) * c.leading, 0.0);
   const double* from = by_column_.data() + c.by_column;
-  for (int r = 0; r < c.rows; ++r) {
-    double* row = by_row_.data() + c.by_row + r * c.leading;
-    for (int k = 0; k < c.num_columns; ++k) row[k] = from[k * lanes(c.rows) + r];
-  }
+  with_rows(c.rows, [&]<int N>(RowCount<N>) {
+    pack_rows<N>(from, c.num_columns, c.leading, by_row_.data() + c.by_row);
+  });
 }
 
 double PackedJacobian::first_row_square(const Constraint& c, const double* weight) const {
@@ -230,27 +318,13 @@ double PackedJacobian::add_transposed(const double* f, const double* weight, dou
 }
 
 void PackedJacobian::add_absolute(const double* x, double* out) const {
-  for (const Constraint& c : constraints_) {
-    const double* column = by_column_.data() + c.by_column;
-    for (int s = c.first_strip; s < c.end_strip; ++s) {
-      for (int k = 0; k < strips_[s].size; ++k, column += lanes(c.rows)) {
-        const double value = std::abs(x[strips_[s].velocity + k]);
-        for (int r = 0; r < c.rows; ++r) out[c.row + r] += std::abs(column[r]) * value;
-      }
-    }
-  }
+  add_absolute_all(constraints_.data(), constraints_.data() + constraints_.size(), strips_.data(),
+                   by_column_.data(), x, out);
 }
 
 void PackedJacobian::add_absolute_transposed(const double* e, double* out) const {
-  for (const Constraint& c : constraints_) {
-    const double* column = by_column_.data() + c.by_column;
-    for (int s = c.first_strip; s < c.end_strip; ++s) {
-      double* to = out + strips_[s].velocity;
-      for (int k = 0; k < strips_[s].size; ++k, column += lanes(c.rows)) {
-        for (int r = 0; r < c.rows; ++r) to[k] += std::abs(column[r]) * e[c.row + r];
-      }
-    }
-  }
+  add_absolute_transposed_all(constraints_.data(), constraints_.data() + constraints_.size(),
+                              strips_.data(), by_row_.data(), e, out);
 }
 
 }  // namespace counterpoint::contact

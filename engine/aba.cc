@@ -72,6 +72,47 @@ bool reduce_multi(const Motion* axis, const double* tau, const double* diagonal,
   return true;
 }
 
+/// The same for a floating joint. Its S is orthogonal, so that no product with it is needed but
+/// those of rates and forces: with x = S a, (IA + S d S') x = S tau - pA - IA A.
+bool reduce_floating(const Motion* axis, const double* tau, const double* diagonal, const Motion& c,
+                     bool has_parent, ArticulatedInertia& IA, Force& pA, MultiDofFactor& factor) {
+  const Matrix6 inertia = IA.matrix();
+  Matrix6 K = inertia;
+  for (int j = 0; j < 3; ++j) {
+    const Vector3 &l = axis[j].linear, &w = axis[3 + j].angular;
+    if (diagonal[j] != 0.0) K.bottomRightCorner<3, 3>() += diagonal[j] * l * l.transpose();
+    if (diagonal[3 + j] != 0.0) K.topLeftCorner<3, 3>() += diagonal[3 + j] * w * w.transpose();
+  }
+  const Eigen::LLT<Matrix6> llt(K);
+  if (llt.info() != Eigen::Success) return false;
+  factor.U = inertia;
+  factor.D_inv = llt.matrixLLT();
+  Vector3 torque = -pA.torque, force = -pA.force;
+  for (int j = 0; j < 3; ++j) {
+    force += axis[j].linear * tau[j];
+    torque += axis[3 + j].angular * tau[3 + j];
+  }
+  factor.u << torque, force;
+  if (!has_parent) return true;
+  const Matrix6 Ia = inertia - inertia * llt.solve(inertia);
+  IA.angular = Ia.topLeftCorner<3, 3>();
+  IA.coupling = Ia.topRightCorner<3, 3>();
+  IA.linear = Ia.bottomRightCorner<3, 3>();
+  const Vector6 gain = inertia * llt.solve(factor.u);
+  pA += IA * c;
+  pA += Force{gain.head<3>(), gain.tail<3>()};
+  return true;
+}
+
+void accelerate_floating(const Motion* axis, const MultiDofFactor& factor, const Motion& A,
+                         double* a) {
+  Vector6 x = factor.u - factor.U * stack(A.angular, A.linear);
+  factor.D_inv.triangularView<Eigen::Lower>().solveInPlace(x);
+  factor.D_inv.triangularView<Eigen::Lower>().transpose().solveInPlace(x);
+  for (int j = 0; j < 3; ++j) a[j] = axis[j].linear.dot(x.tail<3>());
+  for (int j = 3; j < 6; ++j) a[j] = axis[j].angular.dot(x.head<3>());
+}
+
 template <int N>
 void accelerate_multi(const MultiDofFactor& factor, const Motion& A, double* a) {
   Eigen::Map<Eigen::Matrix<double, N, 1>> out(a);
@@ -100,7 +141,7 @@ bool reduce_joint(const Model& model, int i, const VectorRef& tau, const VectorR
       return reduce_multi<3>(axis, tau.data() + k, diagonal, data.c[i], has_parent, data.IA[i],
                              data.pA[i], data.multi[i]);
     case JointType::kFloating:
-      return reduce_multi<6>(axis, tau.data() + k, diagonal, data.c[i], has_parent, data.IA[i],
+      return reduce_floating(axis, tau.data() + k, diagonal, data.c[i], has_parent, data.IA[i],
                              data.pA[i], data.multi[i]);
   }
   return false;
@@ -149,7 +190,7 @@ bool aba(const Model& model, const VectorRef& tau, const VectorRef& diagonal,
         accelerate_multi<3>(data.multi[i], A, a_i);
         break;
       case JointType::kFloating:
-        accelerate_multi<6>(data.multi[i], A, a_i);
+        accelerate_floating(&data.axis[body.v_index], data.multi[i], A, a_i);
         break;
     }
     data.A[i] = A + joint_motion(body.joint_type, &data.axis[body.v_index], a_i);

@@ -1,6 +1,7 @@
 #include "counterpoint/engine/assemble.h"
 
 #include <algorithm>
+#include <cstddef>
 #include <utility>
 
 #include "counterpoint/engine/crba.h"
@@ -10,23 +11,43 @@
 namespace counterpoint {
 namespace {
 
-/// Adds sign * (rows of the constraint) of one body's chain to J.
+/// Adds the columns of one joint to row n . v of J, v of a place at `arm` [m] from the body's
+/// origin.
+void add_linear_columns(const Body& body, const Motion* axis, const Vector3& arm, const Vector3& n,
+                        double* J) {
+  const int nv = joint_nv(body.joint_type), linear = joint_num_linear(body.joint_type);
+  const Vector3 moment = arm.cross(n);
+  for (int j = 0; j < linear; ++j) J[j] += axis[j].linear.dot(n);
+  for (int j = linear; j < nv; ++j) J[j] += axis[j].angular.dot(moment);
+}
+
+/// The same of row n . w.
+void add_angular_columns(const Body& body, const Motion* axis, const Vector3& n, double* J) {
+  const int nv = joint_nv(body.joint_type);
+  for (int j = joint_num_linear(body.joint_type); j < nv; ++j) J[j] += axis[j].angular.dot(n);
+}
+
+/// Adds sign * (rows of the constraint) of one body's chain to J, row by row as wide as its tree.
 void fill_pair_jacobian(const Model& model, const PairConstraint& pair, int leaf, double sign,
                         const Data& data, contact::MatrixMap J) {
   const int v_begin = model.trees()[model.body(leaf).tree].v_begin;
+  const std::ptrdiff_t width = J.cols();
+  const int linear_end = std::min(pair.law.rows, 3 - pair.first);
+  const Matrix3 frame = sign * pair.frame;
   for (int b = leaf; b != 0; b = model.body(b).parent) {
     const Body& body = model.body(b);
+    const Motion* axis = &data.axis[body.v_index];
     const Vector3 arm = pair.position - data.X_WB[b].translation;
-    for (int j = 0; j < joint_nv(body.joint_type); ++j) {
-      const Motion& axis = data.axis[body.v_index + j];
-      const int column = body.v_index - v_begin + j;
-      const Vector3 linear = pair.frame.transpose() * axis.at(arm);
-      const Vector3 angular = pair.frame.transpose() * axis.angular;
-      for (int i = 0; i < pair.law.rows; ++i) {
-        const int row = pair.first + i;
-        J(i, column) += sign * (row < 3 ? linear[row] : angular[row - 3]);
-      }
+    double* columns = J.data() + (body.v_index - v_begin);
+    if (body.joint_type == JointType::kRevolute) {
+      const Vector3 linear = frame.transpose() * axis->angular.cross(arm);
+      for (int i = 0; i < linear_end; ++i) columns[i * width] += linear[pair.first + i];
+    } else {
+      for (int i = 0; i < linear_end; ++i)
+        add_linear_columns(body, axis, arm, frame.col(pair.first + i), columns + i * width);
     }
+    for (int i = std::max(linear_end, 0); i < pair.law.rows; ++i)
+      add_angular_columns(body, axis, frame.col(pair.first + i - 3), columns + i * width);
   }
 }
 

@@ -78,11 +78,14 @@ bool is_idle(const Model& model, const RememberedForce& r, Idle idle) {
 void recall_impulses(const ConstraintSet& constraints, const Data& data, double h,
                      const std::vector<RememberedForce>& memory, const contact::Problem& problem,
                      Eigen::Ref<VectorX> impulse) {
+  // Contacts of one pair follow each other.
+  auto first = memory.begin(), last = first;
   for_each_identity(constraints, data, [&](int c, const RememberedForce& own) {
     double* f = impulse.data() + problem.first_row(c);
     const int rows = problem.law(c).rows;
     f[0] = std::numeric_limits<double>::quiet_NaN();
-    const auto [first, last] = std::equal_range(memory.begin(), memory.end(), own, by_key);
+    if (first == last || key_of(*first) != key_of(own))
+      std::tie(first, last) = std::equal_range(memory.begin(), memory.end(), own, by_key);
     if (first == last) return;
     const auto nearest = std::min_element(first, last, [&](const auto& x, const auto& y) {
       return (x.at - own.at).squaredNorm() < (y.at - own.at).squaredNorm();

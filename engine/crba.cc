@@ -22,6 +22,17 @@ class SymmetricOut {
   std::ptrdiff_t stride_;
 };
 
+/// Coordinate j of a joint and those before it: one triangle of the joint's own block.
+void set_own_force(const Body& body, const Motion* axis, const Force& f, int j, int first,
+                   SymmetricOut& out) {
+  if (body.joint_type == JointType::kRevolute)
+    return out.set(first, first, axis->angular.dot(f.torque));
+  const int linear = joint_num_linear(body.joint_type);
+  for (int k = 0; k <= j; ++k)
+    out.set(first + j, first + k,
+            k < linear ? axis[k].linear.dot(f.force) : axis[k].angular.dot(f.torque));
+}
+
 /// Row `row` and the columns of one joint: what its coordinates feel of f.
 void set_joint_force(const Body& body, const Motion* axis, const Force& f, int row, int column,
                      SymmetricOut& out) {
@@ -49,7 +60,7 @@ void fill_rows(const Model& model, const Tree& tree, const Data& data, int i, Sy
     } else {
       f = inertia * axis[j];
     }
-    set_joint_force(body, axis, f, first + j, first, out);
+    set_own_force(body, axis, f, j, first, out);
     for (int k = i, parent = body.parent; parent != 0;) {
       f.torque += data.arm[k].cross(f.force);
       const Body& ancestor = model.body(parent);
