@@ -25,7 +25,7 @@ void IslandSystem::load(const Problem& problem, std::span<const int> blocks,
   load_constraints(problem, constraints);
   estimate_inverse_masses();
   laws_changed();
-  analyze();
+  analyzed_ = false;
 }
 
 void IslandSystem::laws_changed() {
@@ -122,8 +122,11 @@ void IslandSystem::load_constraints(const Problem& problem, std::span<const int>
   }
 }
 
-// The pattern of M + J'GJ by groups, its order and places.
+// The pattern of M + J'GJ by groups, its order and places: once an island, and not where none of
+// its steps factors.
 void IslandSystem::analyze() {
+  if (analyzed_) return;
+  analyzed_ = true;
   factorization_.begin_structure(group_sizes_);
   const int num_groups = static_cast<int>(groups_.size());
   if (dense_) {
@@ -256,7 +259,7 @@ void IslandSystem::add_absolute(const double* e, double* out) const {
   jacobian_.add_absolute_transposed(e, out);
 }
 
-// Once an island, and not where none of its steps factors.
+// Once an island, too.
 void IslandSystem::assemble_mass() {
   factorization_.set_zero(false);
   double* lower = factorization_.lower({0, 0});
@@ -291,6 +294,7 @@ void IslandSystem::assemble(const double* hessian, bool unsymmetric) {
 }
 
 bool IslandSystem::factor(const double* hessian, bool unsymmetric) {
+  analyze();
   assemble(hessian, unsymmetric);
   if (!unsymmetric) return factorization_.factor_cholesky();
   const bool factored = factorization_.factor_lu();

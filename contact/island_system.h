@@ -99,6 +99,7 @@ class IslandSystem {
 
   int size_ = 0, hessian_size_ = 0;
   bool diagonal_positive_ = true, dense_ = false;
+  bool analyzed_ = false;    ///< the factorization knows the pattern
   bool mass_ready_ = false;  ///< the factorization has M as the common part
   std::vector<Block> blocks_;
   std::vector<Constraint> constraints_;

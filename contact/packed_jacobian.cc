@@ -220,14 +220,10 @@ COUNTERPOINT_WIDE void add_absolute_transposed_all(const Constraint* first, cons
   }
 }
 
-// Sums of |J| by columns: zero where the column is.
-COUNTERPOINT_WIDE void add_sizes(int rows, int width, const double* __restrict jacobian,
-                                 double* __restrict out) {
-  for (int j = 0; j < width; ++j) out[j] = std::abs(jacobian[j]) + std::abs(jacobian[width + j]);
-  for (int r = 2; r < rows; ++r) {
-    const double* __restrict row = jacobian + static_cast<std::ptrdiff_t>(r) * width;
-    for (int j = 0; j < width; ++j) out[j] += std::abs(row[j]);
-  }
+bool is_zero(const double* column, int rows, int width) {
+  for (int r = 0; r < rows; ++r)
+    if (column[static_cast<std::ptrdiff_t>(r) * width] != 0.0) return false;
+  return true;
 }
 
 }  // namespace
@@ -260,16 +256,10 @@ void PackedJacobian::add_side(const double* jacobian, const double* other, int w
     for (size_t i = 0; i < count; ++i) side_[i] = jacobian[i] + other[i];
     jacobian = side_.data();
   }
-  const double* size = jacobian;  // of one row: itself
-  if (c.rows > 1) {
-    size_.resize(width);
-    add_sizes(c.rows, width, jacobian, size_.data());
-    size = size_.data();
-  }
   for (int g = 0; g < num_groups; ++g) {
     int first = groups[g].velocity - groups[0].velocity, last = first + groups[g].size;
-    while (first < last && size[first] == 0.0) ++first;
-    while (first < last && size[last - 1] == 0.0) --last;
+    while (first < last && is_zero(jacobian + first, c.rows, width)) ++first;
+    while (first < last && is_zero(jacobian + last - 1, c.rows, width)) --last;
     if (first == last) continue;
     if (groups[g].size == kFreeBody && c.rows >= 3 && last - first >= kMostOfSix) {
       first = groups[g].velocity - groups[0].velocity;

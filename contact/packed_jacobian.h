@@ -58,7 +58,7 @@ class PackedJacobian {
   std::vector<Constraint> constraints_;
   std::vector<Strip> strips_;
   std::vector<double> by_column_, by_row_;
-  std::vector<double> side_, size_;  // of a side: the sum of both Jacobians; column sums of |J|
+  std::vector<double> side_;  // the sum of both Jacobians of a side
 };
 
 }  // namespace counterpoint::contact

@@ -11,20 +11,35 @@
 namespace counterpoint {
 namespace {
 
-/// Adds the columns of one joint to row n . v of J, v of a place at `arm` [m] from the body's
-/// origin.
-void add_linear_columns(const Body& body, const Motion* axis, const Vector3& arm, const Vector3& n,
-                        double* J) {
-  const int nv = joint_nv(body.joint_type), linear = joint_num_linear(body.joint_type);
+/// Adds columns of a joint of so many linear and angular coordinates to row n . v of J, v of a
+/// place at `arm` [m] from the body's origin.
+template <int kLinear, int kAngular>
+void add_linear_columns(const Motion* axis, const Vector3& arm, const Vector3& n, double* J) {
   const Vector3 moment = arm.cross(n);
-  for (int j = 0; j < linear; ++j) J[j] += axis[j].linear.dot(n);
-  for (int j = linear; j < nv; ++j) J[j] += axis[j].angular.dot(moment);
+  for (int j = 0; j < kLinear; ++j) J[j] += axis[j].linear.dot(n);
+  for (int j = kLinear; j < kLinear + kAngular; ++j) J[j] += axis[j].angular.dot(moment);
+}
+
+void add_linear_columns(JointType type, const Motion* axis, const Vector3& arm, const Vector3& n,
+                        double* J) {
+  switch (type) {
+    case JointType::kRevolute:
+      return add_linear_columns<0, 1>(axis, arm, n, J);
+    case JointType::kPrismatic:
+      return add_linear_columns<1, 0>(axis, arm, n, J);
+    case JointType::kPlanar:
+      return add_linear_columns<2, 1>(axis, arm, n, J);
+    case JointType::kSpherical:
+      return add_linear_columns<0, 3>(axis, arm, n, J);
+    case JointType::kFloating:
+      return add_linear_columns<3, 3>(axis, arm, n, J);
+  }
 }
 
 /// The same of row n . w.
-void add_angular_columns(const Body& body, const Motion* axis, const Vector3& n, double* J) {
-  const int nv = joint_nv(body.joint_type);
-  for (int j = joint_num_linear(body.joint_type); j < nv; ++j) J[j] += axis[j].angular.dot(n);
+void add_angular_columns(JointType type, const Motion* axis, const Vector3& n, double* J) {
+  const int nv = joint_nv(type);
+  for (int j = joint_num_linear(type); j < nv; ++j) J[j] += axis[j].angular.dot(n);
 }
 
 /// Adds sign * (rows of the constraint) of one body's chain to J, row by row as wide as its tree.
@@ -44,10 +59,12 @@ void fill_pair_jacobian(const Model& model, const PairConstraint& pair, int leaf
       for (int i = 0; i < linear_end; ++i) columns[i * width] += linear[pair.first + i];
     } else {
       for (int i = 0; i < linear_end; ++i)
-        add_linear_columns(body, axis, arm, frame.col(pair.first + i), columns + i * width);
+        add_linear_columns(body.joint_type, axis, arm, frame.col(pair.first + i),
+                           columns + i * width);
     }
     for (int i = std::max(linear_end, 0); i < pair.law.rows; ++i)
-      add_angular_columns(body, axis, frame.col(pair.first + i - 3), columns + i * width);
+      add_angular_columns(body.joint_type, axis, frame.col(pair.first + i - 3),
+                          columns + i * width);
   }
 }
 
