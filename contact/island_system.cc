@@ -25,7 +25,7 @@ void IslandSystem::load(const Problem& problem, std::span<const int> blocks,
   load_constraints(problem, constraints);
   estimate_inverse_masses();
   laws_changed();
-  analyzed_ = false;
+  analyze();
 }
 
 void IslandSystem::laws_changed() {
@@ -122,11 +122,8 @@ void IslandSystem::load_constraints(const Problem& problem, std::span<const int>
   }
 }
 
-// The pattern of M + J'GJ by groups, its order and places: once an island, and not where none of
-// its steps factors.
+// The pattern of M + J'GJ by groups and its order.
 void IslandSystem::analyze() {
-  if (analyzed_) return;
-  analyzed_ = true;
   factorization_.begin_structure(group_sizes_);
   const int num_groups = static_cast<int>(groups_.size());
   if (dense_) {
@@ -143,6 +140,23 @@ void IslandSystem::analyze() {
     }
   }
   factorization_.end_structure();
+  placed_ = false;
+  // Room for what place() will need, so that it does not allocate in the middle of a run.
+  size_t places = 0, scratch = 0;
+  for (const auto& c : jacobian_.constraints()) {
+    const size_t strips = c.end_strip - c.first_strip;
+    places += strips * (strips + 1) / 2;
+    scratch = std::max(scratch, 2 * static_cast<size_t>(c.rows) * c.leading);
+  }
+  places_.reserve(places);
+  mass_parts_.reserve(groups_.size() + mass_couples_.size());
+  scratch_.resize(std::max(scratch, scratch_.size()));
+}
+
+// Where the parts of M and J'GJ go: once an island, and not where none of its steps factors.
+void IslandSystem::place() {
+  if (placed_) return;
+  placed_ = true;
   place_mass();
   place_constraints();
 }
@@ -171,7 +185,6 @@ void IslandSystem::place_mass() {
 
 void IslandSystem::place_constraints() {
   places_.clear();
-  size_t most = 0;
   for (size_t i = 0; i < constraints_.size(); ++i) {
     const PackedJacobian::Constraint& c = jacobian_.constraints()[i];
     constraints_[i].first_place = static_cast<int>(places_.size());
@@ -195,9 +208,7 @@ void IslandSystem::place_constraints() {
       column_s += strip_s.size;
     }
     constraints_[i].end_place = static_cast<int>(places_.size());
-    most = std::max(most, 2 * static_cast<size_t>(c.rows) * c.leading);
   }
-  scratch_.resize(std::max(most, scratch_.size()));
 }
 
 bool IslandSystem::unsymmetric() const {
@@ -294,7 +305,7 @@ void IslandSystem::assemble(const double* hessian, bool unsymmetric) {
 }
 
 bool IslandSystem::factor(const double* hessian, bool unsymmetric) {
-  analyze();
+  place();
   assemble(hessian, unsymmetric);
   if (!unsymmetric) return factorization_.factor_cholesky();
   const bool factored = factorization_.factor_lu();

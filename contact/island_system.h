@@ -92,6 +92,7 @@ class IslandSystem {
   void find_groups(bool dense);
   void estimate_inverse_masses();
   void analyze();
+  void place();
   void place_mass();
   void place_constraints();
   void assemble_mass();
@@ -99,7 +100,7 @@ class IslandSystem {
 
   int size_ = 0, hessian_size_ = 0;
   bool diagonal_positive_ = true, dense_ = false;
-  bool analyzed_ = false;    ///< the factorization knows the pattern
+  bool placed_ = false;      ///< mass_parts_ and places_ are those of this island
   bool mass_ready_ = false;  ///< the factorization has M as the common part
   std::vector<Block> blocks_;
   std::vector<Constraint> constraints_;
