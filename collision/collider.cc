@@ -289,14 +289,21 @@ Collider::~Collider() = default;
 Collider::Collider(Collider&&) noexcept = default;
 Collider& Collider::operator=(Collider&&) noexcept = default;
 
+std::span<const std::pair<int, int>> Collider::find_close_pairs(std::span<const Pose> X_WB,
+                                                                std::span<const double> margin,
+                                                                std::span<const char> idle) {
+  impl_->idle = idle;
+  impl_->place(X_WB, margin);
+  impl_->find_pairs(margin);
+  return impl_->pairs;
+}
+
 void Collider::compute_candidates(std::span<const Pose> X_WB, std::span<const double> margin,
                                   std::vector<Candidate>& out, std::span<const double> travel,
                                   std::span<const char> idle, const BodyMotions& motions) {
   out.clear();
+  find_close_pairs(X_WB, margin, idle);
   Impl& impl = *impl_;
-  impl.idle = idle;
-  impl.place(X_WB, margin);
-  impl.find_pairs(margin);
   const std::vector<Geometry>& geometries = impl.geometries;
   for (const auto& [a, b] : impl.pairs) {
     const Geometry& ga = geometries[a];
