@@ -169,8 +169,9 @@ void ConstraintFinder::find_candidates(const Model& model, const SimulationOptio
     for (int b = 0; b < model.num_bodies(); ++b) margin_[b] = slack_[b] + travel_[b];
   };
   const double fast = kFastTravel * reach, own_fast = kFastTravel * options.contact.margin;
+  const double least = model.num_trees() == 1 ? own_fast : fast;
   const bool any_fast =
-      std::any_of(travel_.begin(), travel_.end(), [&](double travel) { return !(travel < fast); });
+      std::any_of(travel_.begin(), travel_.end(), [&](double travel) { return !(travel < least); });
   set_margins();
   for (int round = 0; any_fast && round < kMaxRounds; ++round) {
     const auto close = collider_.find_close_pairs(data.X_WB, margin_, idle.bodies);
