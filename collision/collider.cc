@@ -23,6 +23,8 @@ struct Collider::Impl {
   void add_terrain_pairs(int terrain, std::span<const double> margin);
   void merge_ground_pairs();
   double turn(int a, int b, double margin) const;
+  void group_by_body(const Model& model);
+  void find_pairs_by_body();
   bool list_awake();
   void find_awake_pairs();
   bool is_idle(int i) const { return !idle.empty() && idle[placements[i].body]; }
@@ -49,10 +51,15 @@ struct Collider::Impl {
   std::vector<double> radii;  // by body, of its shapes about its origin; of planes 0
   std::vector<int> planes, terrains, solids;  // geometry indices
   std::vector<std::pair<int, int>> overlapping;
+  // Of few bodies with several solids each: the indices of the solids body by body, where each
+  // body's begin (and the end), and the pairs of bodies that hold enabled pairs.
+  std::vector<int> by_body, begin_of_body;
+  std::vector<std::pair<int, int>> body_pairs;
   // Scratch.
   std::span<const char> idle;  // by body; empty: none
   std::vector<Pose> X_WG;
   std::vector<Bounds> boxes;  // of solids
+  std::vector<Bounds> body_boxes;
   std::vector<std::pair<int, int>> pairs;
   std::vector<int> awake;                                      // indices of solids
   std::vector<std::pair<int, int>> solid_pairs, ground_pairs;  // before they join the others
@@ -164,6 +171,63 @@ void Collider::Impl::find_moving_contacts(int a, int b, PairQuery query, const P
     look_ahead(geometries[a].shape, geometries[b].shape, motion, query, manifold);
 }
 
+// Where bodies are few and have many solids, as those of a robot, whole bodies are looked at first.
+void Collider::Impl::group_by_body(const Model& model) {
+  constexpr std::size_t kMostBodies = 32, kMostSolids = 128;
+  if (solids.size() > kMostSolids) return;
+  std::vector<std::vector<int>> of_body(static_cast<std::size_t>(model.num_bodies()));
+  for (int k = 0; k < static_cast<int>(solids.size()); ++k)
+    of_body[static_cast<std::size_t>(placements[solids[k]].body)].push_back(k);
+  std::erase_if(of_body, [](const std::vector<int>& list) { return list.empty(); });
+  if (of_body.size() > kMostBodies) return;
+  begin_of_body = {0};
+  for (const std::vector<int>& list : of_body) {
+    by_body.insert(by_body.end(), list.begin(), list.end());
+    begin_of_body.push_back(static_cast<int>(by_body.size()));
+  }
+  const auto enabled = [&](int k, int l) { return filter.enabled(solids[k], solids[l]); };
+  for (std::size_t i = 0; i < of_body.size(); ++i) {
+    for (std::size_t j = i + 1; j < of_body.size(); ++j) {
+      const bool any = std::any_of(of_body[i].begin(), of_body[i].end(), [&](int k) {
+        return std::any_of(of_body[j].begin(), of_body[j].end(),
+                           [&](int l) { return enabled(k, l); });
+      });
+      if (any) body_pairs.emplace_back(i, j);
+    }
+  }
+  body_boxes.resize(of_body.size());
+}
+
+void Collider::Impl::find_pairs_by_body() {
+  const auto meet = [](const Bounds& a, const Bounds& b) {
+    return (a.low.array() <= b.high.array()).all() && (b.low.array() <= a.high.array()).all();
+  };
+  for (std::size_t i = 0; i < body_boxes.size(); ++i) {
+    Bounds all{Vector3::Constant(kFarthest), Vector3::Constant(-kFarthest)};
+    for (int at = begin_of_body[i]; at < begin_of_body[i + 1]; ++at) {
+      const Bounds& box = boxes[by_body[at]];
+      if (!is_sound(box)) continue;
+      all.low = all.low.cwiseMin(box.low);
+      all.high = all.high.cwiseMax(box.high);
+    }
+    body_boxes[i] = all;
+  }
+  solid_pairs.clear();
+  for (const auto& [i, j] : body_pairs) {
+    if (!meet(body_boxes[i], body_boxes[j])) continue;
+    for (int at = begin_of_body[i]; at < begin_of_body[i + 1]; ++at) {
+      const int k = by_body[at];
+      if (!is_sound(boxes[k]) || !meet(boxes[k], body_boxes[j])) continue;
+      for (int to = begin_of_body[j]; to < begin_of_body[j + 1]; ++to) {
+        const int l = by_body[to];
+        if (is_sound(boxes[l]) && meet(boxes[k], boxes[l]))
+          solid_pairs.emplace_back(std::min(k, l), std::max(k, l));
+      }
+    }
+  }
+  std::sort(solid_pairs.begin(), solid_pairs.end());
+}
+
 // Solids that are not idle. True if they are so few that each may look at all others.
 bool Collider::Impl::list_awake() {
   constexpr std::size_t kFew = 32;
@@ -223,6 +287,8 @@ void Collider::Impl::add_core_contacts(int a, int b, double margin, double trave
 void Collider::Impl::find_pairs(std::span<const double> margin) {
   if (list_awake()) {
     find_awake_pairs();
+  } else if (!body_boxes.empty()) {
+    find_pairs_by_body();
   } else {
     broadphase.find_pairs(boxes, solid_pairs);
   }
@@ -281,6 +347,7 @@ Collider::Collider(const Model& model) : impl_(std::make_unique<Impl>(model)) {
     if (impl.manifold.size > 0) impl.overlapping.emplace_back(a, b);
   }
   impl.filter.exclude(impl.overlapping);
+  impl.group_by_body(model);
   // Memory of the default pose, where everything may be in one place, is a poor start.
   impl.broadphase = Broadphase();
 }
@@ -289,14 +356,21 @@ Collider::~Collider() = default;
 Collider::Collider(Collider&&) noexcept = default;
 Collider& Collider::operator=(Collider&&) noexcept = default;
 
+std::span<const std::pair<int, int>> Collider::find_close_pairs(std::span<const Pose> X_WB,
+                                                                std::span<const double> margin,
+                                                                std::span<const char> idle) {
+  impl_->idle = idle;
+  impl_->place(X_WB, margin);
+  impl_->find_pairs(margin);
+  return impl_->pairs;
+}
+
 void Collider::compute_candidates(std::span<const Pose> X_WB, std::span<const double> margin,
                                   std::vector<Candidate>& out, std::span<const double> travel,
                                   std::span<const char> idle, const BodyMotions& motions) {
   out.clear();
+  find_close_pairs(X_WB, margin, idle);
   Impl& impl = *impl_;
-  impl.idle = idle;
-  impl.place(X_WB, margin);
-  impl.find_pairs(margin);
   const std::vector<Geometry>& geometries = impl.geometries;
   for (const auto& [a, b] : impl.pairs) {
     const Geometry& ga = geometries[a];

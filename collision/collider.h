@@ -48,6 +48,13 @@ class Collider {
                           std::vector<Candidate>& out, std::span<const double> travel = {},
                           std::span<const char> idle = {}, const BodyMotions& motions = {});
 
+  /// The enabled pairs of geometries that are not both idle and whose bounding boxes (of a plane: the
+  /// ball about the other one) come within the margins, ascending: those that may have candidates.
+  /// Arguments as above. Valid until the next call.
+  std::span<const std::pair<int, int>> find_close_pairs(std::span<const Pose> X_WB,
+                                                        std::span<const double> margin,
+                                                        std::span<const char> idle = {});
+
   /// The motion of two geometries as the last compute_candidates, with these poses and motions,
   /// looked at it; none of pairs whose contacts are those of their poses whatever the motion.
   std::optional<PairMotion> pair_motion(std::span<const Pose> X_WB, int geometry_a, int geometry_b,

@@ -100,6 +100,28 @@ COUNTERPOINT_WIDE int find_farthest_vertex(const ConvexMesh& mesh, const Vector3
   return std::min(find_farthest(mesh.vertex_columns, direction), last);
 }
 
+// How far the mesh reaches along the direction from its interior point: of all vertices, eight at a
+// time.
+COUNTERPOINT_WIDE double reach_along(const ConvexMesh& mesh, const Vector3& d) {
+  const double direction[] = {d.x(), d.y(), d.z()};
+  const double* xs = mesh.vertex_columns[0].data();
+  const double* ys = mesh.vertex_columns[1].data();
+  const double* zs = mesh.vertex_columns[2].data();
+  const FourBits all = FourBits{} - 1, none = {};
+  Four most = Four{} + std::numeric_limits<double>::lowest();
+  Four more = most;
+  for (const double* const end = xs + mesh.vertex_columns[0].size(); xs != end;
+       xs += 8, ys += 8, zs += 8) {
+    Four first, second;
+    find_heights(xs, ys, zs, direction, all, none, first);
+    find_heights(xs + 4, ys + 4, zs + 4, direction, all, none, second);
+    most = first > most ? first : most;
+    more = second > more ? second : more;
+  }
+  most = most > more ? most : more;
+  return std::max(std::max(most[0], most[1]), std::max(most[2], most[3]));
+}
+
 // The vertex farthest along a direction in the mesh's parent frame, and its place there.
 COUNTERPOINT_WIDE int place_farthest_vertex(const ConvexMesh& mesh, const Pose& X, const Vector3& d,
                                             Vector3& place) {
@@ -148,6 +170,19 @@ int climb_faces(const ConvexMesh& mesh, const Vector3& direction, int vertex) {
 
 int scan_vertices(const ConvexMesh& mesh, const Vector3& direction) {
   return is_scanned(mesh) ? find_farthest_vertex(mesh, direction) : scan_all(mesh, direction);
+}
+
+int likely_vertex(const ConvexMesh& mesh, const Vector3& direction) {
+  constexpr std::size_t kStride = 24;
+  if (is_scanned(mesh)) return 0;
+  std::size_t best = 0;
+  double height = mesh.vertices[0].dot(direction);
+  for (std::size_t i = kStride; i < mesh.vertices.size(); i += kStride) {
+    const double h = mesh.vertices[i].dot(direction);
+    best = h > height ? i : best;
+    height = h > height ? h : height;
+  }
+  return static_cast<int>(best);
 }
 
 int support_vertex(const ConvexMesh& mesh, const Vector3& direction, int start) {
@@ -213,8 +248,7 @@ bool CoreShape::climbs() const {
 
 double CoreShape::scan_support(const Vector3& direction) const {
   if (!climbs()) return direction.dot(support(direction));
-  const int i = scan_vertices(*shape.mesh, X.rotation.transpose() * direction);
-  return direction.dot(X * shape.mesh->vertices[i]);
+  return direction.dot(center()) + reach_along(*shape.mesh, X.rotation.transpose() * direction);
 }
 
 Vector3 CoreShape::center() const {

@@ -37,6 +37,9 @@ int support_vertex(const ConvexMesh& mesh, const Vector3& direction, int start);
 /// of more the lowest of equals.
 int scan_vertices(const ConvexMesh& mesh, const Vector3& direction);
 
+/// A vertex for support_vertex to start from: the farthest of a few that are spread over the mesh.
+int likely_vertex(const ConvexMesh& mesh, const Vector3& direction);
+
 /// Index of the face whose normal is most along the unit vector (mesh frame), to 1e-13; a search
 /// among many begins around `vertex`.
 int support_face(const ConvexMesh& mesh, const Vector3& direction, int vertex);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 #include "counterpoint/collision/core_shape.h"
 #include "counterpoint/collision/pair_contacts.h"
@@ -50,7 +51,9 @@ Corners corners_of(const Shape& shape, const Pose& X) {
     case ShapeType::kConvexMesh:
       for (int i = 0; i < 8; ++i) {
         const Vector3 way(i & 1 ? 1.0 : -1.0, i & 2 ? 1.0 : -1.0, i & 4 ? 1.0 : -1.0);
-        out.points[out.size++] = X * shape.mesh->vertices[support_vertex(*shape.mesh, way, 0)];
+        out.points[out.size++] =
+            X *
+            shape.mesh->vertices[support_vertex(*shape.mesh, way, likely_vertex(*shape.mesh, way))];
       }
       break;
     case ShapeType::kSphere:
@@ -66,10 +69,34 @@ Corners corners_of(const Shape& shape, const Pose& X) {
   return out;
 }
 
+// A lower bound of Corners::extent [m].
+double least_extent(const Shape& shape) {
+  constexpr double kRoundoff = 1.0 - 1e-9;
+  const Vector3& s = shape.size;
+  switch (shape.type) {
+    case ShapeType::kBox:
+      return kRoundoff * s.norm();
+    case ShapeType::kCapsule:
+      return kRoundoff * (s[0] + s[1]);
+    case ShapeType::kCylinder:
+      return kRoundoff * std::hypot(s[0], s[1]);
+    case ShapeType::kConvexMesh:
+      // The farthest vertex, at R, is at least R / sqrt(3) along one of the eight ways, and the
+      // corner along the opposite one is below the interior point: the two are so far apart.
+      return kRoundoff * shape.mesh->radius / (2.0 * std::numbers::sqrt3);
+    case ShapeType::kSphere:
+    case ShapeType::kPlane:
+    case ShapeType::kTerrain:
+      break;
+  }
+  return 0.0;
+}
+
 // `sign` turns the normals: 1 where the corners belong to A.
 void add_corners(const Shape& shape, const Pose& X, const Shape& other, const Pose& X_other,
                  double sign, double margin, double travel, const Vector3& normal,
                  Manifold& manifold) {
+  if (least_extent(shape) > kLargestRatio * travel) return;
   const Corners corners = corners_of(shape, X);
   if (corners.extent > kLargestRatio * travel) return;
   const Shape ball{ShapeType::kSphere, Vector3(corners.radius, 0.0, 0.0), nullptr};

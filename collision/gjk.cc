@@ -275,8 +275,8 @@ void refine_depth(const MinkowskiDifference& overlapping, const Vector3& first, 
   }
 }
 
-// Closest points, or those parted by the least translation; false if the cores are `margin` apart along
-// the normal that is set then.
+// Closest points, or those parted by the least translation; false if the cores are `margin` apart
+// along the normal that is set then.
 bool solve(const MinkowskiDifference& difference, double margin, Witness& out) {
   const bool curved = difference.curved();
   Simplex simplex;
@@ -323,6 +323,9 @@ bool closest_points(const Shape& a, const Pose& X_WA, const Shape& b, const Pose
                     double margin, Witness& out) {
   CoreShape core_a(a, X_WA);
   CoreShape core_b(b, X_WB);
+  const Vector3 apart = core_b.center() - core_a.center();
+  if (core_a.climbs()) core_a.hint = likely_vertex(*a.mesh, X_WA.rotation.transpose() * apart);
+  if (core_b.climbs()) core_b.hint = likely_vertex(*b.mesh, X_WB.rotation.transpose() * -apart);
   const double radius = core_a.radius + core_b.radius;
   const MinkowskiDifference difference{core_a, core_b, core_a.extent() + core_b.extent() + radius,
                                        Vector3::Zero()};

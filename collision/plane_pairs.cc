@@ -199,7 +199,7 @@ void plane_convex_mesh(const Shape&, const Pose& X_WA, const Shape& b, const Pos
   const Plane plane(X_WA);
   const Heights heights{*b.mesh, X_WB.rotation.transpose() * plane.normal,
                         plane.height(X_WB.translation)};
-  const int lowest = support_vertex(*b.mesh, -heights.up, 0);
+  const int lowest = support_vertex(*b.mesh, -heights.up, likely_vertex(*b.mesh, -heights.up));
   if (!(heights.at(lowest) < query.margin)) return;
   const Choice choice = choose_vertices(heights, lowest, query.margin, query.turn);
   for (int i = 0; i < choice.size; ++i)

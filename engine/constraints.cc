@@ -165,30 +165,34 @@ void ConstraintFinder::find_candidates(const Model& model, const SimulationOptio
       travel_[b] += fall;
     }
   }
-  for (int round = 0; round < kMaxRounds; ++round) {
+  const auto set_margins = [&] {
     for (int b = 0; b < model.num_bodies(); ++b) margin_[b] = slack_[b] + travel_[b];
-    collider_.compute_candidates(data.X_WB, margin_, candidates_, travel_, idle.bodies,
-                                 {data.V, weights_.contact, h});
-    if (!spread_travel(model, kFastTravel * reach, kFastTravel * options.contact.margin)) return;
+  };
+  const double fast = kFastTravel * reach, own_fast = kFastTravel * options.contact.margin;
+  const double least = model.num_trees() == 1 ? own_fast : fast;
+  const bool any_fast =
+      std::any_of(travel_.begin(), travel_.end(), [&](double travel) { return !(travel < least); });
+  set_margins();
+  for (int round = 0; any_fast && round < kMaxRounds; ++round) {
+    const auto close = collider_.find_close_pairs(data.X_WB, margin_, idle.bodies);
+    if (!spread_travel(model, close, fast, own_fast)) break;
+    set_margins();
   }
+  collider_.compute_candidates(data.X_WB, margin_, candidates_, travel_, idle.bodies,
+                               {data.V, weights_.contact, h});
 }
 
 /// Gives bodies that a fast one may strike within the step its travel, and all of their trees: they
-/// may go as fast. False if none is that fast (threshold [m]; for the fast one's own tree, whose
-/// slack knows of impacts elsewhere in it, own_threshold), or nothing changed.
-bool ConstraintFinder::spread_travel(const Model& model, double threshold, double own_threshold) {
-  const auto fast_enough = [&](double travel) { return !(travel < threshold); };
-  if (std::none_of(travel_.begin(), travel_.end(), fast_enough)) return false;
+/// may go as fast. close: pairs of geometries. False if none is that fast (threshold [m]; for the
+/// fast one's own tree, whose slack knows of impacts elsewhere in it, own_threshold), or nothing
+/// changed.
+bool ConstraintFinder::spread_travel(const Model& model, std::span<const std::pair<int, int>> close,
+                                     double threshold, double own_threshold) {
   bool changed = false;
   for (bool again = true; again;) {
     again = false;
-    std::pair<int, int> last{-1, -1};
-    for (const collision::Candidate& c : candidates_) {
-      const std::pair pair(c.geometry_a, c.geometry_b);
-      if (pair == last) continue;  // done with the one before
-      last = pair;
-      const int bodies[2] = {model.geometries()[c.geometry_a].body,
-                             model.geometries()[c.geometry_b].body};
+    for (const auto& [a, b] : close) {
+      const int bodies[2] = {model.geometries()[a].body, model.geometries()[b].body};
       const double travel = std::max(travel_[bodies[0]], travel_[bodies[1]]);
       if (travel < threshold) continue;
       const int fast = travel_[bodies[0]] >= travel_[bodies[1]] ? bodies[0] : bodies[1];

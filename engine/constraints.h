@@ -134,7 +134,8 @@ class ConstraintFinder {
  private:
   void find_candidates(const Model& model, const SimulationOptions& options, EffectSet effects,
                        const Data& data, Idle idle);
-  bool spread_travel(const Model& model, double threshold, double own_threshold);
+  bool spread_travel(const Model& model, std::span<const std::pair<int, int>> close,
+                     double threshold, double own_threshold);
   void find_contacts(const Model& model, const SimulationOptions& options, EffectSet effects,
                      const Data& data, ConstraintSet& out, EffectCounts& counts, Idle idle);
   double turning_advance(const Vector3& n, const Vector3& arm, double h, int body,
