@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <utility>
 
 namespace counterpoint {
 namespace {
@@ -52,48 +51,34 @@ double first_row_velocity(const contact::Problem& problem, int constraint, const
   return sum;
 }
 
-/// Sets the velocities of blocks to 1 that constraints tie to something which overlaps too far for
-/// w to recover what is to be, the others to 0. The other islands need no displacement. False if
-/// there is none.
-bool find_concerned(const ConstraintSet& constraints, const contact::Problem& solved,
-                    const VectorRef& w, Eigen::Ref<VectorX> concerned) {
-  bool changed = false;
-  const auto holds = [&](int block) {
-    return block >= 0 && concerned[solved.block_start(block)] > 0.0;
-  };
-  const auto take = [&](int block) {
-    if (block < 0 || holds(block)) return;
-    concerned.segment(solved.block_start(block), solved.block_size(block)).setOnes();
-    changed = true;
-  };
-  concerned.setZero();
-  for (int c = 0; c < solved.num_constraints(); ++c) {
-    const double b = gap_bias_of(constraints, c);
-    if (!(b < solved.law(c).bias[0]) || !(first_row_velocity(solved, c, w) + b < 0.0)) continue;
-    take(solved.block(c, 0));
-    take(solved.block(c, 1));
-  }
-  const bool any = changed;
-  const auto spread = [&](int c) {
-    const int one = solved.block(c, 0), other = solved.block(c, 1);
-    if (holds(one)) take(other);
-    if (holds(other)) take(one);
-  };
-  // Both ways, for chains in either order.
-  while (std::exchange(changed, false)) {
-    for (int c = 0; c < solved.num_constraints(); ++c) spread(c);
-    for (int c = solved.num_constraints() - 1; c >= 0; --c) spread(c);
-  }
-  return any;
-}
-
 }  // namespace
+
+bool Recovery::find_concerned(const ConstraintSet& constraints, const contact::Problem& solved,
+                              const VectorRef& w) {
+  const auto block_of = [&](int c) { return std::max(solved.block(c, 0), solved.block(c, 1)); };
+  const auto overlaps = [&](int c) {
+    const double b = gap_bias_of(constraints, c);
+    return b < solved.law(c).bias[0] && first_row_velocity(solved, c, w) + b < 0.0;
+  };
+  const int count = solved.num_constraints();
+  int c = 0;
+  while (c < count && !overlaps(c)) ++c;
+  if (c == count) return false;
+  islands_.reset(solved.num_blocks());
+  for (int i = 0; i < count; ++i)
+    if (solved.block(i, 0) >= 0 && solved.block(i, 1) >= 0)
+      islands_.join(solved.block(i, 0), solved.block(i, 1));
+  concerned_.assign(static_cast<size_t>(solved.num_blocks()), 0);
+  for (; c < count; ++c)
+    if (overlaps(c)) concerned_[static_cast<size_t>(islands_.root(block_of(c)))] = 1;
+  for (int block = 0; block < solved.num_blocks(); ++block)
+    concerned_[static_cast<size_t>(block)] = concerned_[static_cast<size_t>(islands_.root(block))];
+  return true;
+}
 
 Recovery::Found Recovery::find(const ConstraintSet& constraints, const contact::Problem& solved,
                                const contact::Settings& settings, const VectorRef& w) {
-  if (p_.size() < solved.num_velocities()) p_.resize(solved.num_velocities());
-  Eigen::Ref<VectorX> p = p_.head(solved.num_velocities());
-  if (!find_concerned(constraints, solved, w, p)) return {};
+  if (!find_concerned(constraints, solved, w)) return {};
   problem_.clear();
   for (int block = 0; block < solved.num_blocks(); ++block) {
     problem_.add_block(solved.block_size(block));
@@ -101,7 +86,8 @@ Recovery::Found Recovery::find(const ConstraintSet& constraints, const contact::
   }
   problem_.free_velocity().setZero();
   for (int c = 0; c < solved.num_constraints(); ++c) {
-    if (!(p[solved.block_start(std::max(solved.block(c, 0), solved.block(c, 1)))] > 0.0)) continue;
+    const int block = std::max(solved.block(c, 0), solved.block(c, 1));
+    if (!concerned_[static_cast<size_t>(block)]) continue;
     const double b = gap_bias_of(constraints, c);
     const double y = std::isnan(b) ? b : first_row_velocity(solved, c, w) + b;
     const contact::Law law = displacement_law(solved.law(c), y);
@@ -110,7 +96,9 @@ Recovery::Found Recovery::find(const ConstraintSet& constraints, const contact::
       if (solved.block(c, side) >= 0)
         problem_.jacobian(added, side) = solved.jacobian(c, side).topRows(law.rows);
   }
+  if (p_.size() < problem_.num_velocities()) p_.resize(problem_.num_velocities());
   if (impulse_.size() < solved.num_rows()) impulse_.resize(solved.num_rows());
+  Eigen::Ref<VectorX> p = p_.head(problem_.num_velocities());
   p.setZero();
   contact::Settings looser = settings;
   looser.tolerance = std::max(settings.tolerance, kAccuracy);

@@ -13,6 +13,9 @@
 // in a separate pass as well); convex here.
 #pragma once
 
+#include <vector>
+
+#include "counterpoint/contact/disjoint_sets.h"
 #include "counterpoint/contact/solver.h"
 #include "counterpoint/engine/constraints.h"
 
@@ -38,6 +41,13 @@ class Recovery {
   const contact::Problem& problem() const { return problem_; }
 
  private:
+  /// The islands with something that overlaps too far for w to recover what is to be: the others
+  /// need no displacement. False if there is none.
+  bool find_concerned(const ConstraintSet& constraints, const contact::Problem& solved,
+                      const VectorRef& w);
+
+  contact::DisjointSets islands_;
+  std::vector<char> concerned_;  ///< by block
   contact::Problem problem_;
   contact::Solver solver_;
   VectorX p_, impulse_;  ///< grown only, see Workspace::Impl
