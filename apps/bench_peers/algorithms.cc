@@ -55,6 +55,9 @@ class Ours {
       case PinocchioAlgorithm::kCrba:
         compute_inertias(model_, data_);
         return crba(model_, data_, M_);
+      case PinocchioAlgorithm::kRneaDerivatives:
+      case PinocchioAlgorithm::kAbaDerivatives:
+        throw std::logic_error("derivatives have a table of their own");
     }
   }
 

@@ -69,8 +69,7 @@ int run(int argc, char** argv) {
   app.add_option("--robots", options.robots, "Folder below which URDFs of robots are looked for");
   app.add_option("--tables", arguments.tables,
                  "algorithms, steps, scale (these by default), derivatives, piles, robots, "
-                 "softness (piles, "
-                 "robots and known scenes, ours as soft as MuJoCo)")
+                 "softness (piles, robots and known scenes, ours as soft as MuJoCo)")
       ->check(CLI::IsMember(table_names()))
       ->delimiter(',');
   app.add_option("--rounds", options.rounds, "Rounds of algorithms (default 21)");

@@ -202,11 +202,7 @@ void InverseDerivator::add_closure_rows(const Model& model, const SimulationOpti
   }
 }
 
-bool InverseDerivator::compute(const Model& model, const SimulationOptions& options,
-                               EffectSet effects, const VectorRef& q, const VectorRef& v,
-                               const VectorRef& v_next, const Input& known, Workspace::Impl& ws,
-                               InverseDerivatives& d) {
-  const double h = options.time_step;
+void InverseDerivator::begin(const Model& model, Workspace::Impl& ws, InverseDerivatives& d) {
   const int nv = model.nv();
   for (MatrixX* m : {&d.dq, &d.dv, &d.dv_next}) {
     if (m->rows() != nv || m->cols() != nv) m->resize(nv, nv);
@@ -216,6 +212,29 @@ bool InverseDerivator::compute(const Model& model, const SimulationOptions& opti
   slips_.begin();
   forces_.begin();
   motions_.begin();
+}
+
+bool InverseDerivator::compute_impulses(const Model& model, const SimulationOptions& options,
+                                        EffectSet effects, const VectorRef& q, const VectorRef& v,
+                                        const VectorRef& m, const VectorRef& w, Workspace::Impl& ws,
+                                        InverseDerivatives& d) {
+  begin(model, ws, d);
+  effects.set(Effect::kGravity, false);
+  ws.data.has_coriolis = false;
+  v_.setZero();
+  acceleration_ = (w - m) / options.time_step;
+  bool closed = add_contacts(model, options, effects, ws);
+  closed = sweep_trees(model, options, effects, q, v, w, ws, d) && closed;
+  add_joint_row_derivatives(model, options, ws.constraints.joints, q, w, ws.finder.weights(), d);
+  return closed;
+}
+
+bool InverseDerivator::compute(const Model& model, const SimulationOptions& options,
+                               EffectSet effects, const VectorRef& q, const VectorRef& v,
+                               const VectorRef& v_next, const Input& known, Workspace::Impl& ws,
+                               InverseDerivatives& d) {
+  const double h = options.time_step;
+  begin(model, ws, d);
   set_velocities(model, v, v_next, h, ws);
   if (effects.has(Effect::kExternalWrenches))
     add_wrench_responses(model, known.wrenches, ws.data, forces_);
