@@ -25,8 +25,8 @@ void expect_inverses(const Scene& scene, const test::Moment& at, const std::stri
   Inverse out;
   InverseDerivatives inverse;
   ForwardDerivatives forward;
-  ASSERT_TRUE(step_forward_derivatives(model, scene.options, at.q, at.v, at.v_next, at.known, ws,
-                                       out, inverse, forward))
+  ASSERT_TRUE(step_forward_derivatives(model, scene.options, at.q, at.v, at.q_next, at.v_next,
+                                       at.known, ws, out, inverse, forward))
       << what;
   EXPECT_FALSE(inverse.by_differences) << what;
   const int nv = model.nv();
@@ -37,8 +37,8 @@ void expect_inverses(const Scene& scene, const test::Moment& at, const std::stri
   EXPECT_LE(largest(inverse.dv_next * forward.dv_dv + inverse.dv), 1e-9 * largest(inverse.dv))
       << what;
   const std::size_t allocations = test::allocation_count();
-  ASSERT_TRUE(step_forward_derivatives(model, scene.options, at.q, at.v, at.v_next, at.known, ws,
-                                       out, inverse, forward));
+  ASSERT_TRUE(step_forward_derivatives(model, scene.options, at.q, at.v, at.q_next, at.v_next,
+                                       at.known, ws, out, inverse, forward));
   EXPECT_EQ(test::allocation_count(), allocations) << what;
 }
 
@@ -75,8 +75,8 @@ class ForwardStep {
     Inverse inverse;
     InverseDerivatives d_inverse;
     ForwardDerivatives d;
-    ASSERT_TRUE(step_forward_derivatives(model, scene_.options, start_.q, start_.v, next_.v, input_,
-                                         ws_, inverse, d_inverse, d));
+    ASSERT_TRUE(step_forward_derivatives(model, scene_.options, start_.q, start_.v, next_.q,
+                                         next_.v, input_, ws_, inverse, d_inverse, d));
     for (int k = 0; k < nv; ++k) {
       State plus = start_, minus = start_;
       const VectorX unit = VectorX::Unit(nv, k);
@@ -146,15 +146,50 @@ INSTANTIATE_TEST_SUITE_P(Integrators, Integrated,
                                            Integrator::kImplicitMidpoint,
                                            Integrator::kRungeKutta4));
 
-TEST(ForwardDerivatives, WithContactAreThoseOfTheForwardStep) {
+class InvertedIntegrator : public ::testing::TestWithParam<Integrator> {};
+
+TEST_P(InvertedIntegrator, WithContactAreThoseOfTheForwardStep) {
   test::Random random(11);
   Scene scene = two_shapes(kPlane, kCapsule, surface(0.5, 0.0, 0.0, 0.0), random, true);
+  scene.options.integrator = GetParam();
   // Recovery that displaces bodies beyond their velocity is left out of the derivatives.
   scene.options.contact.max_recovery_speed = 0.0;
   Input input;
   input.applied_force = VectorX::Zero(scene.model.nv());
   ForwardStep(scene, input).compare();
 }
+
+/// Rows of every kind that are no contacts: limits, dry friction, closures, mimic joints.
+TEST_P(InvertedIntegrator, WithJointRowsAndTiesAreThoseOfTheForwardStep) {
+  for (int seed = 0; seed < 9; ++seed) {
+    test::RandomModelOptions o;
+    o.links = 2 + seed;
+    o.base = seed % 2 == 0 ? Base::kFloating : Base::kFixed;
+    o.fixed_share = 0.0;
+    o.damping = o.armature = o.springs = true;
+    o.limits = seed % 3 == 0;
+    o.dry_friction = seed % 3 == 1;
+    o.closures = seed % 3;
+    o.mimics = seed % 2 == 1;
+    test::Random random(60 + seed);
+    Model model = test::make_random_model(seed, o);
+    const int nv = model.nv();
+    VectorX q = model.default_q();
+    integrate_configuration(model, model.default_q(), test::random_vector(nv, random.bits(), 1e-3),
+                            1.0, q);
+    VectorX v = test::random_vector(nv, random.bits(), 0.5);
+    Scene scene{"random", std::move(model), std::move(q), std::move(v), {}};
+    soften(scene);
+    scene.options.integrator = GetParam();
+    Input input;
+    input.applied_force = test::random_vector(nv, 7 + seed);
+    ForwardStep(scene, input).compare();
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Integrators, InvertedIntegrator,
+                         ::testing::Values(Integrator::kSemiImplicitEuler,
+                                           Integrator::kImplicitMidpoint));
 
 }  // namespace
 }  // namespace counterpoint
