@@ -213,7 +213,8 @@ void compare_both(const Scene& scene, const std::string& label, const PeerOption
   Scene soft = scene;
   soft.options.contact.smoothing = 1e-3;
   soft.options.contact.compliance = 1e-2;
-  for (const auto& [one, name] : {std::pair(&scene, label), std::pair(&soft, label + " soft")}) {
+  for (const auto& [one, name] :
+       {std::pair(&scene, label), std::pair<const Scene*, std::string>(&soft, label + " soft")}) {
     try {
       compare_scene(*one, name, options, table);
     } catch (const std::exception& error) {
