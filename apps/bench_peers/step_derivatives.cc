@@ -208,7 +208,7 @@ void compare_scene(const Scene& scene, const std::string& label, bool soft,
   std::vector<Contender> contenders;
   for (const Row& row : rows) contenders.push_back({row.engine, row.run});
   constexpr std::size_t kForward = 2;  // ours, which forward ones are compared with
-  const Timing timing = take_turns(contenders, options.rounds, options.slice);
+  const Timing timing = take_turns(contenders, options.step_rounds, options.slice);
   for (std::size_t i = 0; i < rows.size(); ++i) {
     const bool forward = rows[i].quantity == std::string("forward derivatives");
     table.add({"derivatives", label, rows[i].quantity, rows[i].engine,
