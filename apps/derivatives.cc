@@ -117,13 +117,15 @@ class Run {
   bool step(int k, const Trajectory& trajectory, const SimulationOptions& options) {
     const Model& model = scene_.model;
     trajectory.set_known(model, k, known_);
-    const auto q = trajectory.q.col(k), v = trajectory.v.col(k), v_next = trajectory.v.col(k + 1);
+    const auto q = trajectory.q.col(k), q_next = trajectory.q.col(k + 1), v = trajectory.v.col(k),
+               v_next = trajectory.v.col(k + 1);
     const auto begin = std::chrono::steady_clock::now();
     if (arguments_.forward) {
-      singular_ += !step_forward_derivatives(model, options, q, v, v_next, known_, workspace_,
-                                             inverse, exact_, forward_);
+      singular_ += !step_forward_derivatives(model, options, q, v, q_next, v_next, known_,
+                                             workspace_, inverse, exact_, forward_);
     } else {
-      step_inverse_derivatives(model, options, q, v, v_next, known_, workspace_, inverse, exact_);
+      step_inverse_derivatives(model, options, q, v, q_next, v_next, known_, workspace_, inverse,
+                               exact_);
     }
     const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
     times_us.push_back(1e6 * took.count());
@@ -140,8 +142,9 @@ class Run {
         output_.write(trajectory.time[k], block);
     }
     if (!arguments_.check) return true;
-    step_inverse_derivatives(model, options, q, v, v_next, known_, workspace_, inverse, reference_,
-                             DerivativeMethod::kExtrapolated, arguments_.difference_step);
+    step_inverse_derivatives(model, options, q, v, q_next, v_next, known_, workspace_, inverse,
+                             reference_, DerivativeMethod::kExtrapolated,
+                             arguments_.difference_step);
     // A block may vanish altogether, as du/dq of a free body.
     const double floor = 0.05 * reference_.dv_next.cwiseAbs().maxCoeff();
     const MatrixX* references[] = {&reference_.dq, &reference_.dv, &reference_.dv_next};

@@ -133,12 +133,12 @@ void Batch::derive(std::span<const State> starts, std::span<const State> ends,
   const Input nothing;
   const auto one = [&](size_t i, Derivation& d, const SimulationOptions& options) {
     const Input& input = known.empty() ? nothing : known[i];
-    const auto &q = starts[i].q, &v = starts[i].v, &v_next = ends[i].v;
+    const auto &q = starts[i].q, &v = starts[i].v, &q_next = ends[i].q, &v_next = ends[i].v;
     if (forward != nullptr) {
-      step_forward_derivatives(model, options, q, v, v_next, input, d.workspace, d.inverse,
+      step_forward_derivatives(model, options, q, v, q_next, v_next, input, d.workspace, d.inverse,
                                d.by_motion, d.forward, method);
     } else {
-      step_inverse_derivatives(model, options, q, v, v_next, input, d.workspace, d.inverse,
+      step_inverse_derivatives(model, options, q, v, q_next, v_next, input, d.workspace, d.inverse,
                                d.by_motion, method);
     }
     put(d.inverse.applied_force, inverse.applied_force, i);

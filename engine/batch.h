@@ -49,7 +49,8 @@ class Batch {
   /// @throws InputError unless all three are of one length.
   void step(std::span<State> states, std::span<const Input> inputs, std::span<StepReport> reports);
 
-  /// step_inverse_derivatives of every step from starts[i] to ends[i] (whose v is looked at), under
+  /// step_inverse_derivatives of every step from starts[i] to ends[i] (whose v is looked at, and q
+  /// where step_inverse_derivatives does), under
   /// known[i]; `known` may be empty: nothing is known of any. NaN where forces are not known.
   /// @throws InputError unless all are of one length, and where step_inverse does.
   void inverse_derivatives(std::span<const State> starts, std::span<const State> ends,

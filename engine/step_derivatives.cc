@@ -3,6 +3,7 @@
 #include <limits>
 #include <optional>
 
+#include "counterpoint/engine/derivatives/constrained_midpoint.h"
 #include "counterpoint/engine/derivatives/inverse_derivator.h"
 #include "counterpoint/engine/derivatives/midpoint_derivator.h"
 #include "counterpoint/engine/derivatives/rotation_maps.h"
@@ -21,6 +22,8 @@ struct DerivativeScratch {
   // Of other integrators than semi-implicit Euler.
   std::optional<SmoothDerivator> smooth;
   std::optional<RungeKuttaDerivator> runge_kutta;
+  std::optional<ConstrainedMidpoint> midpoint;
+  bool impulses = false;  ///< the last step was one of the midpoint rule with constraints
   State start;
   VectorX r;  ///< nv
 };
@@ -34,17 +37,26 @@ DerivativeScratch& scratch_of(const Model& model, Workspace::Impl& ws) {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
-/// q_next = q (+) h w moves by P dq + h Q dw: w is v_next, of the midpoint rule the mean of both.
+/// q_next = q (+) h w moves by P dq + h Q dw: w is v_next, of the midpoint rule the mean of both
+/// ends, or what impulses make of it.
 void chain_configuration(const Model& model, const SimulationOptions& options, const VectorRef& v,
-                         const VectorRef& v_next, VectorX& r, ForwardDerivatives& d) {
+                         const VectorRef& v_next, const ConstrainedMidpoint* impulses, VectorX& r,
+                         ForwardDerivatives& d) {
   const bool midpoint = options.integrator == Integrator::kImplicitMidpoint;
   const double h = options.time_step, share = midpoint ? 0.5 : 1.0;
-  r = h * share * v_next;
-  if (midpoint) r += h * share * v;
-  d.dq_dq = h * share * d.dv_dq;
-  d.dq_dv = h * share * d.dv_dv;
-  d.dq_du = h * share * d.dv_du;
-  if (midpoint) d.dq_dv.diagonal().array() += h * share;
+  if (impulses != nullptr) {
+    r = h * impulses->w;
+    d.dq_dq = h * (impulses->w_q + impulses->w_next.lazyProduct(d.dv_dq));
+    d.dq_dv = h * (impulses->w_v + impulses->w_next.lazyProduct(d.dv_dv));
+    d.dq_du = h * impulses->w_next.lazyProduct(d.dv_du);
+  } else {
+    r = h * share * v_next;
+    if (midpoint) r += h * share * v;
+    d.dq_dq = h * share * d.dv_dq;
+    d.dq_dv = h * share * d.dv_dv;
+    d.dq_du = h * share * d.dv_du;
+    if (midpoint) d.dq_dv.diagonal().array() += h * share;
+  }
   for (MatrixX* m : {&d.dq_dq, &d.dq_dv, &d.dq_du}) multiply_rows(model, RotationMap::kQ, r, *m);
   add_map(model, RotationMap::kP, r, d.dq_dq);
 }
@@ -72,39 +84,49 @@ bool differentiate(const Model& model, const SimulationOptions& options, const V
   if (options.integrator == Integrator::kSemiImplicitEuler)
     return scratch.inverse.compute(model, options, effects, q, v, v_next, known, ws, d);
   if (!scratch.smooth) scratch.smooth.emplace(model);
+  if (scratch.impulses)
+    return scratch.midpoint->compute(model, options, effects, q, v, known, ws, *scratch.smooth,
+                                     scratch.inverse, d);
   compute_midpoint_derivatives(model, options.time_step, effects, v, v_next, known, ws,
                                *scratch.smooth, scratch.r, d);
   return true;
 }
 
+void fill_with_nan(int nv, InverseDerivatives& d) {
+  for (MatrixX* m : {&d.dq, &d.dv, &d.dv_next}) m->setConstant(nv, nv, kNaN);
+}
+
 }  // namespace
 
 void step_inverse_derivatives(const Model& model, const SimulationOptions& options, VectorRef q,
-                              VectorRef v, VectorRef v_next, const Input& known,
+                              VectorRef v, VectorRef q_next, VectorRef v_next, const Input& known,
                               Workspace& workspace, Inverse& out, InverseDerivatives& d,
                               DerivativeMethod method, double difference_step) {
-  step_inverse(model, options, q, v, v_next, known, workspace, out);
-  if (out.fault.any()) {
-    for (MatrixX* m : {&d.dq, &d.dv, &d.dv_next}) m->setConstant(model.nv(), model.nv(), kNaN);
-    return;
-  }
+  step_inverse(model, options, q, v, q_next, v_next, known, workspace, out);
+  if (out.fault.any()) return fill_with_nan(model.nv(), d);
   Workspace::Impl& ws = workspace.impl();
   DerivativeScratch& scratch = scratch_of(model, ws);
   const bool analytic = method == DerivativeMethod::kAnalytic;
+  const bool constrained = !ws.constraints.empty();
+  scratch.impulses = constrained && options.integrator == Integrator::kImplicitMidpoint;
+  if (scratch.impulses && !scratch.midpoint) scratch.midpoint.emplace(model);
   const bool closed =
       analytic && differentiate(model, options, q, v, v_next, known, ws, scratch, d);
   d.by_differences = analytic && !closed;
   if (closed) return;
-  const double step = difference_step > 0.0
-                          ? difference_step
-                          : suitable_difference_step(options, !ws.constraints.empty());
-  difference_step_inverse(model, options, q, v, v_next, known, workspace, step,
-                          method != DerivativeMethod::kCentralDifferences, !analytic,
-                          scratch.differences, d);
+  const double step =
+      difference_step > 0.0 ? difference_step : suitable_difference_step(options, constrained);
+  const bool extrapolated = method != DerivativeMethod::kCentralDifferences;
+  if (!scratch.impulses)
+    return difference_step_inverse(model, options, q, v, v_next, known, workspace, step,
+                                   extrapolated, !analytic, scratch.differences, d);
+  if (!scratch.midpoint->difference(model, options, q, v, v_next, known, step, extrapolated,
+                                    workspace, d))
+    fill_with_nan(model.nv(), d);
 }
 
 bool step_forward_derivatives(const Model& model, const SimulationOptions& options, VectorRef q,
-                              VectorRef v, VectorRef v_next, const Input& known,
+                              VectorRef v, VectorRef q_next, VectorRef v_next, const Input& known,
                               Workspace& workspace, Inverse& inverse, InverseDerivatives& d_inverse,
                               ForwardDerivatives& d, DerivativeMethod method) {
   const int nv = model.nv();
@@ -119,8 +141,8 @@ bool step_forward_derivatives(const Model& model, const SimulationOptions& optio
       if (!found) m->setConstant(kNaN);
     return found;
   }
-  step_inverse_derivatives(model, options, q, v, v_next, known, workspace, inverse, d_inverse,
-                           method);
+  step_inverse_derivatives(model, options, q, v, q_next, v_next, known, workspace, inverse,
+                           d_inverse, method);
   SparseSolver& solver = scratch.solver;
   bool regular = !inverse.fault.any();
   if (regular) {
@@ -137,7 +159,8 @@ bool step_forward_derivatives(const Model& model, const SimulationOptions& optio
   solver.get(0, d.dv_dq);
   solver.get(nv, d.dv_dv);
   solver.get(2 * nv, d.dv_du);
-  chain_configuration(model, options, v, v_next, scratch.r, d);
+  chain_configuration(model, options, v, v_next, scratch.impulses ? &*scratch.midpoint : nullptr,
+                      scratch.r, d);
   return true;
 }
 

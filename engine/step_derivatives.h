@@ -32,36 +32,54 @@ struct InverseDerivatives {
 /// What a step at (q, v) that led to v_next under `known` recovers, into `out` as step_inverse
 /// does, and its derivatives into `d`, which is sized here; nothing is allocated once sizes have
 /// been seen. `known` stays as it is: wrenches (in world axes), servo targets and positions are
-/// held. Semi-implicit Euler, or implicit_midpoint without constraints. Where out.fault says that
-/// forces are not known, derivatives are NaN.
+/// held. Where out.fault says that forces are not known, derivatives are NaN.
+/// @param q_next  at the end: of implicit_midpoint with constraints, else not looked at and may be
+/// null. It says which step; what is differentiated is u(q, v, v+), and q_next goes with these.
 /// @param difference_step  of configurations [m, rad]; of velocities it is this over the time step,
 /// at most 1e-4 m/s. 0: 1e-6, with constraints 1e-5 of their smoothing length, at least 1e-10.
 /// Looked at by differences only.
 /// @throws InputError where step_inverse does.
 void step_inverse_derivatives(const Model& model, const SimulationOptions& options, VectorRef q,
-                              VectorRef v, VectorRef v_next, const Input& known,
+                              VectorRef v, VectorRef q_next, VectorRef v_next, const Input& known,
                               Workspace& workspace, Inverse& out, InverseDerivatives& d,
                               DerivativeMethod method = DerivativeMethod::kAnalytic,
                               double difference_step = 0.0);
+inline void step_inverse_derivatives(const Model& model, const SimulationOptions& options,
+                                     VectorRef q, VectorRef v, VectorRef v_next, const Input& known,
+                                     Workspace& workspace, Inverse& out, InverseDerivatives& d,
+                                     DerivativeMethod method = DerivativeMethod::kAnalytic,
+                                     double difference_step = 0.0) {
+  step_inverse_derivatives(model, options, q, v, VectorX(), v_next, known, workspace, out, d,
+                           method, difference_step);
+}
 
 /// Of step_forward: the state at the end by that at the start and the applied force, nv x nv each.
-/// dq_next are displacements at q_next = q (+) h v_next (overlaps that are recovered by a
-/// displacement alone are left out, recovery.h).
+/// dq_next are displacements at the q_next of the step, q (+) h v_next of Euler's (overlaps that
+/// are recovered by a displacement alone are left out, recovery.h).
 struct ForwardDerivatives {
   MatrixX dv_dq, dv_dv, dv_du;
   MatrixX dq_dq, dq_dv, dq_du;
 };
 
-/// Derivatives of the step from (q, v) under `known`, which led to v_next: by one linear solve from
-/// those of the inverse, which are left in `inverse` and `d_inverse`. known.applied_force is not
-/// looked at. Of runge_kutta_4, which has no inverse, by the chain rule of its stages: v_next and
-/// `method` are not looked at then, `inverse` and `d_inverse` left as they are, and
-/// known.applied_force is what acted. False if du/dv+, or M, is singular: `d` is NaN then.
+/// Derivatives of the step from (q, v) under `known`, which led to v_next (and q_next, as above):
+/// by one linear solve from those of the inverse, which are left in `inverse` and `d_inverse`.
+/// known.applied_force is not looked at. Of runge_kutta_4, which has no inverse, by the chain rule
+/// of its stages: v_next and `method` are not looked at then, `inverse` and `d_inverse` left as
+/// they are, and known.applied_force is what acted. False if du/dv+, or M, is singular: `d` is NaN
+/// then.
 /// @throws InputError where step_inverse, or the Runge-Kutta step, does.
 bool step_forward_derivatives(const Model& model, const SimulationOptions& options, VectorRef q,
-                              VectorRef v, VectorRef v_next, const Input& known,
+                              VectorRef v, VectorRef q_next, VectorRef v_next, const Input& known,
                               Workspace& workspace, Inverse& inverse, InverseDerivatives& d_inverse,
                               ForwardDerivatives& d,
                               DerivativeMethod method = DerivativeMethod::kAnalytic);
+inline bool step_forward_derivatives(const Model& model, const SimulationOptions& options,
+                                     VectorRef q, VectorRef v, VectorRef v_next, const Input& known,
+                                     Workspace& workspace, Inverse& inverse,
+                                     InverseDerivatives& d_inverse, ForwardDerivatives& d,
+                                     DerivativeMethod method = DerivativeMethod::kAnalytic) {
+  return step_forward_derivatives(model, options, q, v, VectorX(), v_next, known, workspace,
+                                  inverse, d_inverse, d, method);
+}
 
 }  // namespace counterpoint

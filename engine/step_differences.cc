@@ -34,6 +34,10 @@ void difference(int nv, double step, bool extrapolated, DifferenceScratch& scrat
 
 }  // namespace
 
+double velocity_difference_step(double step, double h) {
+  return std::min(step / h, kMaxVelocityStep);
+}
+
 double suitable_difference_step(const SimulationOptions& options, bool constrained) {
   constexpr double kSmooth = 1e-6, kShare = 1e-5, kLeast = 1e-10;
   return constrained ? std::clamp(kShare * options.contact.smoothing, kLeast, kSmooth) : kSmooth;
@@ -44,7 +48,7 @@ void difference_step_inverse(const Model& model, const SimulationOptions& option
                              Workspace& workspace, double step, bool extrapolated, bool by_v_next,
                              DifferenceScratch& scratch, InverseDerivatives& d) {
   const int nv = model.nv();
-  const double v_step = std::min(step / options.time_step, kMaxVelocityStep);
+  const double v_step = velocity_difference_step(step, options.time_step);
   const auto none = VectorX();
   scratch.q = q;
   scratch.v = v;

@@ -20,6 +20,9 @@ void difference_step_inverse(const Model& model, const SimulationOptions& option
                              Workspace& workspace, double step, bool extrapolated, bool by_v_next,
                              DifferenceScratch& scratch, InverseDerivatives& d);
 
+/// That of velocities [m/s, rad/s] beside one of configurations [m, rad].
+double velocity_difference_step(double step, double h);
+
 /// The step [m, rad] that suits the smoothing of a scene's constraints, if it has any.
 double suitable_difference_step(const SimulationOptions& options, bool constrained);
 

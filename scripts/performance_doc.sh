@@ -2,7 +2,7 @@
 # Counterpoint beside Pinocchio and MuJoCo (docs/performance.md): builds the benchmark with Clang for this
 # processor, runs it, writes its figures and picture.
 #   scripts/performance_doc.sh ROBOTS [PREFIX]
-# TABLES in the environment: algorithms, steps (default both), scale, piles, robots, softness, with commas. ROBOTS: folder below which the URDFs of robots are looked for. PREFIX: where peers are installed.
+# TABLES in the environment: algorithms, steps (default both), derivatives, scale, piles, robots, softness, with commas. ROBOTS: folder below which the URDFs of robots are looked for. PREFIX: where peers are installed.
 set -eu
 [ $# -ge 1 ] || { echo "usage: scripts/performance_doc.sh ROBOTS [PREFIX]" >&2; exit 2; }
 robots=$(realpath "$1")

@@ -24,8 +24,10 @@ struct Arguments {
 
 using Compare = void (*)(const PeerOptions&, PeerTable&);
 const std::map<std::string, Compare> kTables = {
-    {"algorithms", compare_algorithms}, {"steps", compare_steps},   {"scale", compare_scale},
-    {"piles", compare_piles},           {"robots", compare_robots}, {"softness", compare_softness}};
+    {"algorithms", compare_algorithms}, {"derivatives", compare_derivatives},
+    {"steps", compare_steps},           {"scale", compare_scale},
+    {"piles", compare_piles},           {"robots", compare_robots},
+    {"softness", compare_softness}};
 
 std::vector<std::string> table_names() {
   std::vector<std::string> names;
@@ -66,8 +68,8 @@ int run(int argc, char** argv) {
   CLI::App app("Counterpoint beside MuJoCo and Pinocchio, on the same models in turn");
   app.add_option("--robots", options.robots, "Folder below which URDFs of robots are looked for");
   app.add_option("--tables", arguments.tables,
-                 "algorithms, steps, scale (these by default), piles, robots, softness (piles, "
-                 "robots and known scenes, ours as soft as MuJoCo)")
+                 "algorithms, steps, scale (these by default), derivatives, piles, robots, "
+                 "softness (piles, robots and known scenes, ours as soft as MuJoCo)")
       ->check(CLI::IsMember(table_names()))
       ->delimiter(',');
   app.add_option("--rounds", options.rounds, "Rounds of algorithms (default 21)");

@@ -58,6 +58,11 @@ struct PeerOptions {
 /// RNEA, ABA, CRBA and poses against Pinocchio; nothing without it.
 void compare_algorithms(const PeerOptions& options, PeerTable& table);
 
+/// Derivatives of RNEA and ABA against Pinocchio, nothing without it; then of steps, inverse and
+/// forward, against differences of ours and MuJoCo's own; ours alone without it.
+void compare_derivatives(const PeerOptions& options, PeerTable& table);
+void compare_step_derivatives(const PeerOptions& options, PeerTable& table);
+
 /// Steps forward and inverse against MuJoCo; ours alone without it.
 void compare_steps(const PeerOptions& options, PeerTable& table);
 

@@ -412,6 +412,9 @@ Mujoco::InverseForces Mujoco::inverse_forces() const {
   return forces;
 }
 
+mjModel* Mujoco::own_model() const { return impl_->m; }
+mjData* Mujoco::own_data() const { return impl_->d; }
+
 std::size_t Mujoco::memory() const {
 #if mjVERSION_HEADER >= 300
   return static_cast<std::size_t>(impl_->m->nbuffer + impl_->d->nbuffer) +

@@ -11,6 +11,9 @@
 #include "counterpoint/model/scene.h"
 #include "not_expressible.h"
 
+struct mjModel_;
+struct mjData_;
+
 namespace counterpoint::peers {
 
 /// How MuJoCo is set up.
@@ -76,6 +79,9 @@ class Mujoco {
   InverseForces inverse_forces() const;
   /// Bytes in use: model, data, and as much of the arena as has been used.
   std::size_t memory() const;
+  /// What MuJoCo's own functions take (mujoco_derivatives.h).
+  mjModel_* own_model() const;
+  mjData_* own_data() const;
 
   // Of the last step.
   /// Forces at the contact points that carry or touch: geometries are those of the scene's model,

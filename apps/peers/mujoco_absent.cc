@@ -27,6 +27,8 @@ std::string Mujoco::step_from(MujocoMoment&) { return {}; }
 void Mujoco::run_inverse(const MujocoMoment*, std::size_t) {}
 Mujoco::InverseForces Mujoco::inverse_forces() const { return {}; }
 std::size_t Mujoco::memory() const { return 0; }
+mjModel_* Mujoco::own_model() const { return nullptr; }
+mjData_* Mujoco::own_data() const { return nullptr; }
 const std::vector<ContactForce>& Mujoco::contacts() const { return impl_->contacts; }
 const std::vector<ClosureForce>& Mujoco::closures() const { return impl_->closures; }
 std::vector<Pose> Mujoco::poses() const { return {}; }

@@ -11,7 +11,14 @@
 
 namespace counterpoint::peers {
 
-enum class PinocchioAlgorithm { kKinematics, kRnea, kAba, kCrba };
+enum class PinocchioAlgorithm {
+  kKinematics,
+  kRnea,
+  kAba,
+  kCrba,
+  kRneaDerivatives,
+  kAbaDerivatives
+};
 
 /// Where the module keeps the coordinates of a joint.
 struct PinocchioJoint {
@@ -32,8 +39,9 @@ class PinocchioRobot {
   virtual void set_states(int count, const double* q, const double* v, const double* x) = 0;
   /// Evaluates at states 0, 1, ..., evaluations - 1, counted around.
   virtual void run(PinocchioAlgorithm algorithm, int evaluations) = 0;
-  /// At one state. tau or acceleration (nv), M (nv x nv), or the joints' origins (3 each).
-  /// Returns how many numbers there are.
+  /// At one state. tau or acceleration (nv), M (nv x nv), the joints' origins (3 each), or the
+  /// derivatives of tau by (q, v, a), of a by (q, v, tau), nv x nv each. Returns how many numbers
+  /// there are.
   virtual int evaluate(PinocchioAlgorithm algorithm, int state, double* out) = 0;
 };
 

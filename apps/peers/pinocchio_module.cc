@@ -1,9 +1,11 @@
 // The module behind pinocchio.h: the only place that knows Pinocchio.
 #include <cstdio>
+#include <pinocchio/algorithm/aba-derivatives.hpp>
 #include <pinocchio/algorithm/aba.hpp>
 #include <pinocchio/algorithm/crba.hpp>
 #include <pinocchio/algorithm/joint-configuration.hpp>
 #include <pinocchio/algorithm/kinematics.hpp>
+#include <pinocchio/algorithm/rnea-derivatives.hpp>
 #include <pinocchio/algorithm/rnea.hpp>
 #include <pinocchio/parsers/urdf.hpp>
 #include <vector>
@@ -71,6 +73,14 @@ class Robot final : public PinocchioRobot {
       case PinocchioAlgorithm::kCrba:
         return repeat(evaluations,
                       [this](std::size_t i) { pin::crba(model_, data_, q_[i], convention_); });
+      case PinocchioAlgorithm::kRneaDerivatives:
+        return repeat(evaluations, [this](std::size_t i) {
+          pin::computeRNEADerivatives(model_, data_, q_[i], v_[i], x_[i]);
+        });
+      case PinocchioAlgorithm::kAbaDerivatives:
+        return repeat(evaluations, [this](std::size_t i) {
+          pin::computeABADerivatives(model_, data_, q_[i], v_[i], x_[i]);
+        });
     }
   }
 
@@ -98,6 +108,12 @@ class Robot final : public PinocchioRobot {
         M = data_.M.selfadjointView<Eigen::Upper>();
         return model_.nv * model_.nv;
       }
+      case PinocchioAlgorithm::kRneaDerivatives:
+        pin::computeRNEADerivatives(model_, data_, q_[i], v_[i], x_[i]);
+        return put(data_.dtau_dq, data_.dtau_dv, data_.M, out);
+      case PinocchioAlgorithm::kAbaDerivatives:
+        pin::computeABADerivatives(model_, data_, q_[i], v_[i], x_[i]);
+        return put(data_.ddq_dq, data_.ddq_dv, data_.Minv, out);
     }
     return 0;
   }
@@ -110,6 +126,17 @@ class Robot final : public PinocchioRobot {
       evaluate(i);
       if (++i == count) i = 0;
     }
+  }
+
+  /// Three nv x nv matrices, of the last the upper triangle is what is filled.
+  template <class Matrix, class Symmetric>
+  int put(const Matrix& q, const Matrix& v, const Symmetric& x, double* out) const {
+    const int nv = model_.nv, size = nv * nv;
+    using Map = Eigen::Map<Eigen::MatrixXd>;
+    Map(out, nv, nv) = q;
+    Map(out + size, nv, nv) = v;
+    Map(out + 2 * size, nv, nv) = Eigen::MatrixXd(x).selfadjointView<Eigen::Upper>();
+    return 3 * size;
   }
 
   pin::Model model_;

@@ -39,12 +39,13 @@ py::array whole(const MatrixX& m, const Self& self) {
 }
 
 py::tuple of_inverse(const ModelPtr& model, const SimulationOptions& options, const Array& q,
-                     const Array& v, const Array& v_next, const InputPtr& known,
-                     const WorkspacePtr& given, const std::string& method, double difference_step) {
+                     const Array& v, const Array& v_next, const py::object& q_next,
+                     const InputPtr& known, const WorkspacePtr& given, const std::string& method,
+                     double difference_step) {
   const DerivativeMethod how = method_from(method);
   const WorkspacePtr w = workspace_for(model, given);
   const Guard::Lock lock(w->guard, "Workspace");
-  w->set_motion(q, v, v_next);
+  w->set_motion(q, v, q_next, v_next);
   w->set_input(known);
   auto inverse = std::make_shared<InverseHandle>();
   inverse->model = model;
@@ -52,27 +53,27 @@ py::tuple of_inverse(const ModelPtr& model, const SimulationOptions& options, co
   {
     const SimulationOptions own = options;
     const py::gil_scoped_release release;
-    step_inverse_derivatives(model->model, own, w->q, w->v, w->v_next, w->input, w->workspace,
-                             inverse->inverse, *out, how, difference_step);
+    step_inverse_derivatives(model->model, own, w->q, w->v, w->q_next, w->v_next, w->input,
+                             w->workspace, inverse->inverse, *out, how, difference_step);
   }
   return py::make_tuple(inverse, out);
 }
 
 Advanced of_forward(const ModelPtr& model, const SimulationOptions& options, const Array& q,
-                    const Array& v, const Array& v_next, const InputPtr& known,
-                    const WorkspacePtr& given, const std::string& method) {
+                    const Array& v, const Array& v_next, const py::object& q_next,
+                    const InputPtr& known, const WorkspacePtr& given, const std::string& method) {
   const DerivativeMethod how = method_from(method);
   const WorkspacePtr w = workspace_for(model, given);
   const Guard::Lock lock(w->guard, "Workspace");
-  w->set_motion(q, v, v_next);
+  w->set_motion(q, v, q_next, v_next);
   w->set_input(known);
   auto out = std::make_shared<ForwardDerivatives>();
   Inverse inverse;
   InverseDerivatives of_the_inverse;
   const SimulationOptions own = options;
   const py::gil_scoped_release release;
-  step_forward_derivatives(model->model, own, w->q, w->v, w->v_next, w->input, w->workspace,
-                           inverse, of_the_inverse, *out, how);
+  step_forward_derivatives(model->model, own, w->q, w->v, w->q_next, w->v_next, w->input,
+                           w->workspace, inverse, of_the_inverse, *out, how);
   return out;
 }
 
@@ -85,11 +86,13 @@ Parameters
 ----------
 model : Model
 options : SimulationOptions
-    As the step had them: semi_implicit_euler, or implicit_midpoint without constraints.
+    As the step had them: semi_implicit_euler or implicit_midpoint.
 q : array_like, shape (nq,)
     At the start of the step.
 v, v_next : array_like, shape (nv,)
     At the start and the end [m/s, rad/s].
+q_next : array_like, shape (nq,), optional
+    At the end: of implicit_midpoint with constraints, else not looked at.
 known : Input, optional
     Wrenches, servo targets, softening; held.
 workspace : Workspace, optional
@@ -116,6 +119,8 @@ q : array_like, shape (nq,)
     At the start of the step.
 v, v_next : array_like, shape (nv,)
     At the start and the end [m/s, rad/s].
+q_next : array_like, shape (nq,), optional
+    At the end: of implicit_midpoint with constraints, else not looked at.
 known : Input, optional
     What acted; its applied force is not looked at.
 workspace : Workspace, optional
@@ -170,13 +175,14 @@ void bind_derivatives(py::module_& m) {
         return py::str("<ForwardDerivatives: nv {}>").format(d.dv_dv.rows());
       });
   m.def("step_inverse_derivatives", &of_inverse, py::arg("model"), py::arg("options"), py::arg("q"),
-        py::arg("v"), py::arg("v_next"), py::kw_only(), py::arg("known").none(true) = py::none(),
-        py::arg("workspace").none(true) = py::none(), py::arg("method") = "analytic",
-        py::arg("difference_step") = 0.0, kStepInverseDerivativesDoc);
+        py::arg("v"), py::arg("v_next"), py::kw_only(), py::arg("q_next") = py::none(),
+        py::arg("known").none(true) = py::none(), py::arg("workspace").none(true) = py::none(),
+        py::arg("method") = "analytic", py::arg("difference_step") = 0.0,
+        kStepInverseDerivativesDoc);
   m.def("step_forward_derivatives", &of_forward, py::arg("model"), py::arg("options"), py::arg("q"),
-        py::arg("v"), py::arg("v_next"), py::kw_only(), py::arg("known").none(true) = py::none(),
-        py::arg("workspace").none(true) = py::none(), py::arg("method") = "analytic",
-        kStepForwardDerivativesDoc);
+        py::arg("v"), py::arg("v_next"), py::kw_only(), py::arg("q_next") = py::none(),
+        py::arg("known").none(true) = py::none(), py::arg("workspace").none(true) = py::none(),
+        py::arg("method") = "analytic", kStepForwardDerivativesDoc);
 }
 
 }  // namespace counterpoint::python

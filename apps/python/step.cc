@@ -47,11 +47,7 @@ std::shared_ptr<InverseHandle> inverse(const ModelPtr& model, const SimulationOp
   const Model& m = model->model;
   const WorkspacePtr w = workspace_for(model, given);
   const Guard::Lock lock(w->guard, "Workspace");
-  w->set_motion(q, v, v_next);
-  if (q_next.is_none())
-    w->q_next.resize(0);
-  else
-    w->q_next = vector(Array(q_next), m.nq(), "q_next");
+  w->set_motion(q, v, q_next, v_next);
   w->set_input(known);
   auto out = std::make_shared<InverseHandle>();
   out->model = model;

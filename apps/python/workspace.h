@@ -23,11 +23,17 @@ struct WorkspaceHandle {
     else
       input = Input();
   }
-  void set_motion(const Array& q_given, const Array& v_given, const Array& v_next_given) {
+  /// q_next_given: an array, or None.
+  void set_motion(const Array& q_given, const Array& v_given, const py::object& q_next_given,
+                  const Array& v_next_given) {
     const Model& m = model->model;
     q = vector(q_given, m.nq(), "q");
     v = vector(v_given, m.nv(), "v");
     v_next = vector(v_next_given, m.nv(), "v_next");
+    if (q_next_given.is_none())
+      q_next.resize(0);
+    else
+      q_next = vector(Array(q_next_given), m.nq(), "q_next");
   }
 };
 using WorkspacePtr = std::shared_ptr<WorkspaceHandle>;

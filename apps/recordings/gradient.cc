@@ -114,8 +114,9 @@ class Sensitivity final : public PredictionWatch {
 
   void step(const SimulationOptions& options, const State& before, const Input& input,
             const State& after) override {
-    const bool regular = step_forward_derivatives(model_, options, before.q, before.v, after.v,
-                                                  input, workspace_, inverse_, exact_, forward_);
+    const bool regular =
+        step_forward_derivatives(model_, options, before.q, before.v, after.q, after.v, input,
+                                 workspace_, inverse_, exact_, forward_);
     if (!regular) return;  // as it was: nothing better is known
     derivator_.inverse(model_, options, before.q, before.v, after.v, input, workspace_, inverse_,
                        by_parameter_);

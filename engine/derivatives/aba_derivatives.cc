@@ -8,7 +8,7 @@ bool AbaDerivator::compute(const Model& model, const VectorRef& v, const VectorR
   rnea_.compute(model, v, a, gravity, data, inverse_);
   const int nv = model.nv();
   inverse_.da.diagonal() += diagonal;
-  solver_.begin(inverse_.da, 3 * nv);
+  solver_.begin_tree(inverse_.da, parents_, 0, 3 * nv);
   solver_.add(inverse_.dq, 0, -1.0);
   solver_.add(inverse_.dv, nv, -1.0);
   solver_.add_identity(2 * nv);

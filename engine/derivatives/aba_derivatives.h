@@ -16,10 +16,11 @@ struct AbaDerivatives {
 /// Scratch of one thread for one model.
 class AbaDerivator {
  public:
-  explicit AbaDerivator(const Model& model) : rnea_(model) {}
+  explicit AbaDerivator(const Model& model) : rnea_(model), parents_(coordinate_parents(model)) {}
 
   /// At an acceleration a (nv) that aba gave with these arguments; the rest as RneaDerivator. False
-  /// if M + diagonal (nv, constant) is singular. Nothing is allocated once `out` has its size.
+  /// if M + diagonal (nv, constant, not negative) is singular. Nothing is allocated once `out` has
+  /// its size.
   bool compute(const Model& model, const VectorRef& v, const VectorRef& a,
                const VectorRef& diagonal, const Vector3& gravity, const Data& data,
                AbaDerivatives& out);
@@ -30,6 +31,7 @@ class AbaDerivator {
   RneaDerivator rnea_;
   RneaDerivatives inverse_;
   SparseSolver solver_;
+  std::vector<int> parents_;
 };
 
 }  // namespace counterpoint

@@ -116,27 +116,23 @@ bool InverseDerivator::add_contacts(const Model& model, const SimulationOptions&
 bool InverseDerivator::add_slip(const Model& model, const SimulationOptions& options,
                                 Workspace::Impl& ws) {
   const double h = options.time_step, share = h / options.contact.slip_time;
-  int source = -1;
-  SpeedSlope slope;
-  for (const SlipResponse::Entry& entry : slips_.entries()) {
-    const PairConstraint& pair = ws.constraints.pairs[entry.source];
-    if (entry.source != source) {
-      source = entry.source;
-      ContactMotion motion;
-      if (!find_motion(model, h, source, ws, motion)) return false;
-      slope = speed_slope(pair, pair_bodies(pair, ws.data, ws.velocity), motion);
-    }
-    for (const bool of_b : {false, true}) {
-      const int by = of_b ? pair.body_b : pair.body_a;
-      if (by == 0) continue;
-      BodyResponse response;
-      response.q = (of_b ? share : -share) * entry.by_speed * slope.q;
-      response.v = share * entry.by_speed * (of_b ? slope.v_b : slope.v_a);
-      const Matrix3 columns =
-          skew(pair.position - TreeSweep::reference(model.trees()[model.body(by).tree], ws.data));
-      for (Matrix6* K : {&response.q, &response.v}) K->leftCols<3>() -= K->rightCols<3>() * columns;
-      forces_.add_coupling(entry.body, by, response);
-    }
+  const auto of_body = [&](const PairConstraint& pair, int body, const SpeedSlope::Row& q,
+                           const SpeedSlope::Row& v) {
+    SpeedByMotion out{body, share * q.transpose(), share * v.transpose()};
+    if (body == 0) return out;
+    const Vector3 arm =
+        pair.position - TreeSweep::reference(model.trees()[model.body(body).tree], ws.data);
+    for (Vector6* row : {&out.q, &out.v}) row->head<3>() += arm.cross(row->tail<3>());
+    return out;
+  };
+  for (size_t i = 0; i < slips_.sources().size(); ++i) {
+    const int source = slips_.sources()[i].contact;
+    const PairConstraint& pair = ws.constraints.pairs[source];
+    ContactMotion motion;
+    if (!find_motion(model, h, source, ws, motion)) return false;
+    const SpeedSlope slope = speed_slope(pair, pair_bodies(pair, ws.data, ws.velocity), motion);
+    forces_.add_by_speed(slips_.forces(i), of_body(pair, pair.body_a, -slope.q, slope.v_a),
+                         of_body(pair, pair.body_b, slope.q, slope.v_b));
   }
   return true;
 }
@@ -202,11 +198,7 @@ void InverseDerivator::add_closure_rows(const Model& model, const SimulationOpti
   }
 }
 
-bool InverseDerivator::compute(const Model& model, const SimulationOptions& options,
-                               EffectSet effects, const VectorRef& q, const VectorRef& v,
-                               const VectorRef& v_next, const Input& known, Workspace::Impl& ws,
-                               InverseDerivatives& d) {
-  const double h = options.time_step;
+void InverseDerivator::begin(const Model& model, Workspace::Impl& ws, InverseDerivatives& d) {
   const int nv = model.nv();
   for (MatrixX* m : {&d.dq, &d.dv, &d.dv_next}) {
     if (m->rows() != nv || m->cols() != nv) m->resize(nv, nv);
@@ -216,6 +208,29 @@ bool InverseDerivator::compute(const Model& model, const SimulationOptions& opti
   slips_.begin();
   forces_.begin();
   motions_.begin();
+}
+
+bool InverseDerivator::compute_impulses(const Model& model, const SimulationOptions& options,
+                                        EffectSet effects, const VectorRef& q, const VectorRef& v,
+                                        const VectorRef& m, const VectorRef& w, Workspace::Impl& ws,
+                                        InverseDerivatives& d) {
+  begin(model, ws, d);
+  effects.set(Effect::kGravity, false);
+  ws.data.has_coriolis = false;
+  v_.setZero();
+  acceleration_ = (w - m) / options.time_step;
+  bool closed = add_contacts(model, options, effects, ws);
+  closed = sweep_trees(model, options, effects, q, v, w, ws, d) && closed;
+  add_joint_row_derivatives(model, options, ws.constraints.joints, q, w, ws.finder.weights(), d);
+  return closed;
+}
+
+bool InverseDerivator::compute(const Model& model, const SimulationOptions& options,
+                               EffectSet effects, const VectorRef& q, const VectorRef& v,
+                               const VectorRef& v_next, const Input& known, Workspace::Impl& ws,
+                               InverseDerivatives& d) {
+  const double h = options.time_step;
+  begin(model, ws, d);
   set_velocities(model, v, v_next, h, ws);
   if (effects.has(Effect::kExternalWrenches))
     add_wrench_responses(model, known.wrenches, ws.data, forces_);

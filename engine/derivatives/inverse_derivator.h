@@ -28,7 +28,15 @@ class InverseDerivator {
                const VectorRef& q, const VectorRef& v, const VectorRef& v_next, const Input& known,
                Workspace::Impl& ws, InverseDerivatives& d);
 
+  /// Of (M(q) (w - m) - J' f(J w + b(q, v))) / h, what impulses make of a velocity m at (q, v): by
+  /// q, by v and m changing alike, by w. Needs ws.constraints, kinematics at (q, v) and velocities
+  /// at w in ws.velocity. False as compute. Takes velocity-dependent forces out of ws.data.
+  bool compute_impulses(const Model& model, const SimulationOptions& options, EffectSet effects,
+                        const VectorRef& q, const VectorRef& v, const VectorRef& m,
+                        const VectorRef& w, Workspace::Impl& ws, InverseDerivatives& d);
+
  private:
+  void begin(const Model& model, Workspace::Impl& ws, InverseDerivatives& d);
   bool add_contacts(const Model& model, const SimulationOptions& options, EffectSet effects,
                     Workspace::Impl& ws);
   bool contact_response(const Model& model, const SimulationOptions& options, EffectSet effects,

@@ -2,14 +2,14 @@
 
 #include "counterpoint/contact/sensitivity.h"
 #include "counterpoint/engine/assemble.h"
-#include "counterpoint/engine/derivatives/sweep.h"
 #include "counterpoint/engine/kinematics.h"
 
 namespace counterpoint {
 
 void SlipResponse::begin() {
-  for (const Entry& entry : entries_) entry_of_[entry.body] = -1;
-  entries_.clear();
+  for (const ForceBySpeed& f : forces_) force_of_[f.body] = -1;
+  forces_.clear();
+  sources_.clear();
 }
 
 void SlipResponse::add(const Model& model, int body, int source, const Vector3& place,
@@ -17,13 +17,15 @@ void SlipResponse::add(const Model& model, int body, int source, const Vector3& 
   if (body == 0) return;
   const Tree& tree = model.trees()[model.body(body).tree];
   const Force there = shift(by_speed, place - TreeSweep::reference(tree, data));
-  int& at = entry_of_[body];
-  if (at < 0 || entries_[at].source != source) {
-    at = static_cast<int>(entries_.size());
-    entries_.push_back({body, source, Vector6::Zero()});
+  if (sources_.empty() || sources_.back().contact != source)
+    sources_.push_back({source, forces_.size()});
+  int& at = force_of_[body];
+  if (at < static_cast<int>(sources_.back().from)) {
+    at = static_cast<int>(forces_.size());
+    forces_.push_back({body, Vector6::Zero()});
   }
-  entries_[at].by_speed.head<3>() -= there.torque;
-  entries_[at].by_speed.tail<3>() -= there.force;
+  forces_[at].force.head<3>() -= there.torque;
+  forces_[at].force.tail<3>() -= there.force;
 }
 
 void SlipResponse::add(const Model& model, const PairConstraint& pair,

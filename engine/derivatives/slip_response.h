@@ -5,15 +5,19 @@
 // so that all friction of an island depends on how two bodies moved at the start of the step.
 #pragma once
 
+#include <span>
+#include <vector>
+
 #include "counterpoint/engine/derivatives/pair_response.h"
+#include "counterpoint/engine/derivatives/sweep.h"
 #include "counterpoint/model/rotation.h"
 
 namespace counterpoint {
 
 class SlipResponse {
  public:
-  explicit SlipResponse(const Model& model) : entry_of_(model.num_bodies(), -1) {
-    entries_.reserve(entry_of_.size());
+  explicit SlipResponse(const Model& model) : force_of_(model.num_bodies(), -1) {
+    forces_.reserve(force_of_.size());
   }
 
   void begin();
@@ -21,20 +25,26 @@ class SlipResponse {
   void add(const Model& model, const PairConstraint& pair, const std::vector<Motion>& V_next,
            double h, const Data& data);
 
-  /// What a wrench on `body` changes by as the bodies of contact `source` move: -dW / d|u|, over
-  /// (angular, linear) at the reference of the body's tree.
-  struct Entry {
-    int body, source;
-    Vector6 by_speed;
+  /// What wrenches on bodies change by, -dW / d|u|, as the bodies of contact `source` move: those
+  /// of `from` on, up to the next source's.
+  struct Source {
+    int contact;
+    size_t from;
   };
-  const std::vector<Entry>& entries() const { return entries_; }
+  const std::vector<Source>& sources() const { return sources_; }
+  std::span<const ForceBySpeed> forces(size_t source) const {
+    const size_t from = sources_[source].from;
+    const size_t end = source + 1 < sources_.size() ? sources_[source + 1].from : forces_.size();
+    return std::span(forces_).subspan(from, end - from);
+  }
 
  private:
   void add(const Model& model, int body, int source, const Vector3& place, const Force& by_speed,
            const Data& data);
 
-  std::vector<Entry> entries_;
-  std::vector<int> entry_of_;  ///< by body: its last entry, or -1
+  std::vector<Source> sources_;
+  std::vector<ForceBySpeed> forces_;
+  std::vector<int> force_of_;  ///< by body: its last one, or -1
 };
 
 /// How a contact slides at the start of the step.

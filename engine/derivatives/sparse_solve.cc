@@ -103,7 +103,33 @@ void grow(std::vector<double>& numbers, int size) {
 
 }  // namespace
 
+std::vector<int> coordinate_parents(const Model& model) {
+  std::vector<int> parents(static_cast<size_t>(model.nv()), -1);
+  for (int i = 1; i < model.num_bodies(); ++i) {
+    const Body& body = model.body(i);
+    const int nv = joint_nv(body.joint_type);
+    for (int j = 0; j < nv; ++j) {
+      int& parent = parents[static_cast<size_t>(body.v_index + j)];
+      if (j > 0) {
+        parent = body.v_index + j - 1;
+      } else if (body.parent != 0) {
+        const Body& carrier = model.body(body.parent);
+        parent = carrier.v_index + joint_nv(carrier.joint_type) - 1;
+      }
+    }
+  }
+  return parents;
+}
+
+void SparseSolver::begin_tree(const Eigen::Ref<const MatrixX>& A, const std::vector<int>& parents,
+                              int first, int columns) {
+  begin(A, columns);
+  parents_ = parents.data() + first;
+  first_ = first;
+}
+
 void SparseSolver::begin(const Eigen::Ref<const MatrixX>& A, int columns) {
+  parents_ = nullptr;
   n_ = static_cast<int>(A.rows());
   columns_ = columns;
   stride_ = (n_ + 3) / 4 * 4;
@@ -150,6 +176,43 @@ bool SparseSolver::factor() {
   return true;
 }
 
+/// A = L' D L (Featherstone 2008, section 6.5) on the lower triangle, whose rows become D L; the
+/// terms of all rows as list_terms has them, above: L'.
+bool SparseSolver::factor_tree() {
+  const auto parent = [&](int i) { return parents_[i] - first_; };
+  exchanged_ = false;
+  above_.assign(static_cast<size_t>(n_) + 1, 0);
+  below_.assign(static_cast<size_t>(n_) + 1, 0);
+  // How many carry it, in below_, and how many it carries, in above_.
+  for (int k = 0; k < n_; ++k) {
+    below_[static_cast<size_t>(k)] =
+        parent(k) >= 0 ? below_[static_cast<size_t>(parent(k))] + 1 : 0;
+    for (int i = parent(k); i >= 0; i = parent(i)) ++above_[static_cast<size_t>(i)];
+  }
+  int at = 0;
+  for (int i = 0; i <= n_; ++i) {
+    const int carried = above_[static_cast<size_t>(i)], carry = below_[static_cast<size_t>(i)];
+    above_[static_cast<size_t>(i)] = at;
+    below_[static_cast<size_t>(i)] = at;  // where the next carried one goes, until all are there
+    at += carried + carry;
+  }
+  terms_.resize(static_cast<size_t>(at));
+  for (int k = n_ - 1; k >= 0; --k) {
+    const double* pivot = A_.data() + k * stride_;
+    if (!(pivot[k] > 0.0)) return false;
+    const double inverse = 1.0 / pivot[k];
+    int below = below_[static_cast<size_t>(k)];
+    for (int i = parent(k); i >= 0; i = parent(i)) {
+      terms_[static_cast<size_t>(below++)] = {i, pivot[i]};
+      const double factor = pivot[i] * inverse;
+      terms_[static_cast<size_t>(below_[static_cast<size_t>(i)]++)] = {k, factor};
+      double* row = A_.data() + i * stride_;
+      for (int j = i; j >= 0; j = parent(j)) row[j] -= factor * pivot[j];
+    }
+  }
+  return true;
+}
+
 void SparseSolver::list_terms() {
   terms_.clear();
   terms_.reserve(static_cast<size_t>(n_) * static_cast<size_t>(n_));
@@ -170,8 +233,12 @@ void SparseSolver::list_terms() {
 }
 
 bool SparseSolver::solve() {
-  if (!factor()) return false;
-  list_terms();
+  if (parents_ != nullptr) {
+    if (!factor_tree()) return false;
+  } else {
+    if (!factor()) return false;
+    list_terms();
+  }
   if (exchanged_) {
     grow(moved_, n_ * width_);
     for (int i = 0; i < n_; ++i) {

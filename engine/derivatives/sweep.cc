@@ -133,6 +133,9 @@ TreeSweep::TreeSweep(const Model& model)
   path_column_.assign(static_cast<size_t>(stride_), 0);
   path_body_.assign(static_cast<size_t>(stride_), 0);
   own_.assign(static_cast<size_t>(2 * stride_), 0);
+  rows_.reserve(static_cast<size_t>(model.nv()));
+  carries_.assign(static_cast<size_t>(model.nv()), 0);
+  along_.assign(static_cast<size_t>(model.nv()), 0.0);
   products_.assign(static_cast<size_t>(kProducts * stride_), 0.0);
 }
 
@@ -316,8 +319,12 @@ void TreeSweep::run(const Model& model, const Tree& tree, const Data& data, cons
   }
   if (respond) find_response_columns(model, tree, in);
   const int size = tree.v_end - tree.v_begin;
-  for (MatrixX* m : {&out.dq, &out.dv, &out.dnext})
-    m->block(tree.v_begin, tree.v_begin, size, size).setZero();
+  for (MatrixX* m : {&out.dq, &out.dv, &out.dnext}) {
+    if (size == m->rows())
+      m->setZero();  // one stretch of memory
+    else
+      m->block(tree.v_begin, tree.v_begin, size, size).setZero();
+  }
   std::fill(path_body_.begin(), path_body_.end(), 0);
   for (int i = tree.body_end - 1; i >= tree.body_begin; --i) {
     enter(model, i, in, respond);

@@ -12,6 +12,7 @@ bool is_linkage(const Tree& tree) { return tree.body_end - tree.body_begin > 1; 
 
 VelocityTerms::VelocityTerms(const Model& model)
     : sweep_(model),
+      parents_(coordinate_parents(model)),
       tied_(model),
       kind_(model.num_trees(), Kind::kPlain),
       forecast_(model.num_trees(), nullptr),
@@ -182,7 +183,7 @@ void VelocityTerms::add_forecast(const Model& model, const Tree& tree, EffectSet
       dv_(k, k) += h * spring.stiffness;
     }
   }
-  solver_.begin(D, n);
+  solver_.begin_tree(D, parents_, begin, n);
   solver_.add(X, 0, 1.0);
   if (!solver_.solve()) return;
   solver_.get(0, X);

@@ -61,6 +61,7 @@ class VelocityTerms {
 
   TreeSweep sweep_;
   SparseSolver solver_;
+  std::vector<int> parents_;  ///< by coordinate
   TiedForecast tied_;
   std::vector<Kind> kind_;                 ///< by tree
   bool mean_ = false;                      ///< forces are taken at more than v

@@ -23,31 +23,55 @@ using test::surface;
 using test::two_shapes;
 using enum ShapeType;
 
+struct Drawn {
+  Scene scene;
+  Moment at;
+};
+
+/// A random tree with every joint force, and what led it on.
+Drawn draw(int seed, bool hard) {
+  test::RandomModelOptions o;
+  o.links = 1 + seed % 9;
+  o.robots = 1 + seed % 2;
+  o.base = seed % 3 == 0 ? Base::kFixed : Base::kFloating;
+  o.damping = o.armature = seed % 2 == 0;
+  o.limits = seed % 5 == 1;
+  o.dry_friction = seed % 7 == 2;
+  o.springs = seed % 4 < 2;
+  o.servos = o.effort_limits = seed % 6 == 3;
+  o.drag = seed % 4 == 1;
+  test::Random random(500 + seed);
+  Scene scene = test::make_random_scene(seed, o, random);
+  if (!hard) soften(scene);
+  // Slow ones, and such as the energy of is kept of (fast_trees.h).
+  scene.v *= seed % 8 < 4 ? 0.5 : 3.0;
+  scene.options.time_step = seed % 3 == 1 ? 0.02 : 0.002;
+  Moment at = random_moment(scene, random, 0.1);
+  if (seed % 5 == 4)
+    at.known.wrenches.push_back({scene.model.num_bodies() - 1,
+                                 {random.vector(2.0), random.vector(5.0)},
+                                 random.vector(0.3)});
+  return {std::move(scene), std::move(at)};
+}
+
 TEST(InverseDerivatives, OfRandomTreesWithEveryJointForce) {
   for (int seed = 0; seed < 40; ++seed) {
-    test::RandomModelOptions o;
-    o.links = 1 + seed % 9;
-    o.robots = 1 + seed % 2;
-    o.base = seed % 3 == 0 ? Base::kFixed : Base::kFloating;
-    o.damping = o.armature = seed % 2 == 0;
-    o.limits = seed % 5 == 1;
-    o.dry_friction = seed % 7 == 2;
-    o.springs = seed % 4 < 2;
-    o.servos = o.effort_limits = seed % 6 == 3;
-    o.drag = seed % 4 == 1;
-    test::Random random(500 + seed);
-    Scene scene = test::make_random_scene(seed, o, random);
-    soften(scene);
-    // Slow ones, and such as the energy of is kept of (fast_trees.h).
-    scene.v *= seed % 8 < 4 ? 0.5 : 3.0;
-    scene.options.time_step = seed % 3 == 1 ? 0.02 : 0.002;
-    Moment at = random_moment(scene, random, 0.1);
-    if (seed % 5 == 4)
-      at.known.wrenches.push_back({scene.model.num_bodies() - 1,
-                                   {random.vector(2.0), random.vector(5.0)},
-                                   random.vector(0.3)});
-    expect_exact(scene, at, "seed " + std::to_string(seed), false, 4e-5);
+    const Drawn drawn = draw(seed, false);
+    expect_exact(drawn.scene, drawn.at, "seed " + std::to_string(seed), false, 4e-5);
   }
+}
+
+/// With the laws as they are by default, where no kink lies within the difference.
+TEST(InverseDerivatives, OfRandomTreesWithHardJointForces) {
+  int checked = 0;
+  for (int seed = 0; seed < 60; ++seed) {
+    const Drawn drawn = draw(seed, true);
+    constexpr double kStep = 4e-5;
+    if (!test::is_smooth(drawn.scene, drawn.at, kStep)) continue;
+    ++checked;
+    expect_exact(drawn.scene, drawn.at, "seed " + std::to_string(seed), false, kStep);
+  }
+  EXPECT_GT(checked, 45);
 }
 
 /// Linkages that keep their energy, at turns so small that it has a part by the work of

@@ -80,6 +80,28 @@ TEST(TiedDerivatives, OfRandomTreesWithClosures) {
   }
 }
 
+/// With the laws as they are by default, where no kink lies within the difference. One robot, at
+/// the origin: 20 m off, places are rounded to 4e-15 m, over a time step, times 5e6 N s/m, and over
+/// 1e-4 m/s, the longest step of velocities, 1e-7 of du/dv+.
+TEST(TiedDerivatives, OfHardClosures) {
+  int checked = 0;
+  for (int seed = 0; seed < 40; ++seed) {
+    test::RandomModelOptions o = random_options(seed);
+    o.robots = 1;
+    o.closures = 1 + seed % 4;
+    o.mimics = seed % 5 == 4;
+    test::Random random(800 + seed);
+    Scene scene = random_scene(seed, o, seed % 2 ? 0.3 : 1e-4, random);
+    scene.options.contact.smoothing = ContactOptions().smoothing;
+    scene.options.contact.compliance = ContactOptions().compliance;
+    const Moment at = random_moment(scene, random, 0.1);
+    if (!test::is_smooth(scene, at, kDifferenceStep)) continue;
+    ++checked;
+    expect_exact(scene, at, "seed " + std::to_string(seed), false, kDifferenceStep);
+  }
+  EXPECT_GT(checked, 30);
+}
+
 /// Whether bodies turn with a coordinate.
 bool turns(const Model& model, int coordinate) {
   for (int i = 1; i < model.num_bodies(); ++i) {

@@ -27,6 +27,7 @@ inline void sharpen(Workspace& ws) { ws.impl().fast_trees.set_tolerance(1e-15); 
 struct Moment {
   VectorX q, v, v_next;
   Input known;
+  VectorX q_next = {};  ///< where derivatives want it
 };
 
 /// may_differ: what acts may have no closed form. Returns whether it has.
@@ -37,9 +38,10 @@ inline bool expect_exact(const Scene& scene, const Moment& at, const std::string
   sharpen(ws);
   Inverse out;
   InverseDerivatives exact, reference;
-  step_inverse_derivatives(model, scene.options, at.q, at.v, at.v_next, at.known, ws, out,
-                           reference, DerivativeMethod::kExtrapolated, difference_step);
-  step_inverse_derivatives(model, scene.options, at.q, at.v, at.v_next, at.known, ws, out, exact);
+  step_inverse_derivatives(model, scene.options, at.q, at.v, at.q_next, at.v_next, at.known, ws,
+                           out, reference, DerivativeMethod::kExtrapolated, difference_step);
+  step_inverse_derivatives(model, scene.options, at.q, at.v, at.q_next, at.v_next, at.known, ws,
+                           out, exact);
   EXPECT_TRUE(may_differ || !exact.by_differences) << what;
   // An entry may vanish altogether: of a body without forces, say. M / h is there always.
   const double scale = largest(reference.dv_next) * 0.05;
@@ -56,7 +58,8 @@ inline bool expect_exact(const Scene& scene, const Moment& at, const std::string
             kDerivativeTolerance * largest(reference.dv_next))
       << what;
   const std::size_t before = allocation_count();
-  step_inverse_derivatives(model, scene.options, at.q, at.v, at.v_next, at.known, ws, out, exact);
+  step_inverse_derivatives(model, scene.options, at.q, at.v, at.q_next, at.v_next, at.known, ws,
+                           out, exact);
   EXPECT_EQ(allocation_count(), before) << what;
   return !exact.by_differences;
 }
@@ -68,10 +71,12 @@ inline bool is_smooth(const Scene& scene, const Moment& at, double difference_st
   Inverse out;
   InverseDerivatives d[2];
   for (const int i : {0, 1})
-    step_inverse_derivatives(scene.model, scene.options, at.q, at.v, at.v_next, at.known, ws, out,
-                             d[i], DerivativeMethod::kExtrapolated, (1 + 2 * i) * difference_step);
+    step_inverse_derivatives(scene.model, scene.options, at.q, at.v, at.q_next, at.v_next, at.known,
+                             ws, out, d[i], DerivativeMethod::kExtrapolated,
+                             (1 + 2 * i) * difference_step);
   return largest(d[0].dq - d[1].dq) <= kDerivativeTolerance * largest(d[0].dq) &&
-         largest(d[0].dv - d[1].dv) <= kDerivativeTolerance * largest(d[0].dv);
+         largest(d[0].dv - d[1].dv) <= kDerivativeTolerance * largest(d[0].dv) &&
+         largest(d[0].dv_next - d[1].dv_next) <= kDerivativeTolerance * largest(d[0].dv_next);
 }
 
 /// Wide enough that no kink lies within a difference.
@@ -87,13 +92,23 @@ inline Moment random_moment(const Scene& scene, Random& random, double change) {
   return at;
 }
 
+/// Where a step of the scene leads under `input`.
+inline Moment step_moment(const Scene& scene, const Input& input) {
+  Workspace ws(scene.model);
+  const State start{0.0, scene.q, scene.v};
+  State next = start;
+  EXPECT_TRUE(step_forward(scene.model, scene.options, contact::Settings(), start, input, ws, next)
+                  .succeeded());
+  return {start.q, start.v, next.v, input, next.q};
+}
+
 /// Where a simulation of the scene is after so many steps, and one more.
 inline Moment moment_of(const Scene& scene, int steps) {
   Simulator sim(scene);
   for (int i = 0; i < steps; ++i) EXPECT_TRUE(sim.step().succeeded());
   const State before = sim.state();
   EXPECT_TRUE(sim.step().succeeded());
-  return {before.q, before.v, sim.state().v, sim.input()};
+  return {before.q, before.v, sim.state().v, sim.input(), sim.state().q};
 }
 
 }  // namespace counterpoint::test
