@@ -14,7 +14,7 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent
 PAGE = ROOT / "docs" / "python-reference.md"
 STUBS = ROOT / "apps" / "python" / "counterpoint"
 MODULES = [("counterpoint", cp, "__init__")] + [
-    (f"counterpoint.{name}", getattr(cp, name), name) for name in ("collision", "contact", "recordings", "view")]
+    (f"counterpoint.{name}", getattr(cp, name), name) for name in ("collision", "contact", "optimization", "recordings", "view")]
 WIDTH = 118
 HEAD = """# Python reference
 
