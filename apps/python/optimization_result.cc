@@ -179,7 +179,7 @@ void bind_result(py::module_& o) {
             }
             return out;
           },
-          "By name of the term; terms of one name together.")
+          "By name of the term, terms of one name together; of conditions their penalty.")
       .def_property_readonly(
           "unactuated", [](const R& r) { return pair(r.result.unactuated); },
           "(largest, mean) of forces where no motor is, over the weight of the tree.")

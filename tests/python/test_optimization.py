@@ -33,7 +33,7 @@ def test_a_motion_is_that_of_the_command(command, scenes, tmp_path, acrobot):
     ours.trajectory.write(tmp_path / "ours.csv")
     assert (tmp_path / "ours.csv").read_bytes() == motion.read_bytes()
     assert ours.trajectory.scene is not None and len(ours.history) == ours.iterations
-    assert sum(ours.cost_by_term.values()) == pytest.approx(ours.cost)
+    assert ours.cost_by_term["applied_force"] == pytest.approx(ours.cost, rel=1e-14)  # the only term but conditions
 
 
 def test_seeds_give_the_same_start_twice(acrobot):
@@ -118,21 +118,24 @@ def test_interrupts_and_errors_keep_the_motion(acrobot):
     assert error.value.partial.iterations == 1
 
 
-def test_feedback_brings_back_what_was_pushed(acrobot):
-    """The acrobot at its plan's end: with gains it stays nearer to the plan than without."""
-    result = opt.optimize(acrobot)
+def test_feedback_brings_back_what_was_pushed(scenes):
+    """The acrobot's swing, begun a little aside: with gains it ends near the plan, without it does not."""
+    problem = opt.load_problem(scenes / "optimize" / "acrobot.yaml")
+    result = opt.optimize(problem)
     feedback = opt.compute_feedback(result)
-    nv, steps = acrobot.model.nv, acrobot.steps
+    nv, steps = problem.model.nv, problem.steps
     assert feedback.gains.shape == (steps, nv, 2 * nv) and feedback.missing == 0
     once = opt.repeated(result, 1, feedback)
     assert np.array_equal(once.q, result.q) and np.array_equal(once.gains, feedback.gains)
-    sim = cp.Simulator(acrobot.scene)
     apart = []
     for gains in (feedback.gains, np.zeros_like(feedback.gains)):
-        sim.state = cp.State(acrobot.model, result.q[0] + 1e-3, result.v[0])
+        sim = cp.Simulator(problem.scene)
+        sim.state = cp.State(problem.model, result.q[0] + 1e-3, result.v[0])
         for t in range(steps):
             plan = (result.q[t], result.v[t], result.applied_force[t])
-            sim.input.applied_force = opt.following_force(acrobot.model, *plan, gains[t], sim.q, sim.v)
+            sim.input.applied_force = opt.following_force(problem.model, *plan, gains[t], sim.q, sim.v)
             sim.step()
         apart.append(np.abs(sim.q - result.q[-1]).max())
+    # Hanging, a double pendulum is stable; upright it is not, and the deviation grows by hundreds. The regulator
+    # has a second to undo what it can with one motor.
     assert apart[0] < 0.1 * apart[1]
