@@ -33,6 +33,7 @@ Shape hull(const py::object& points) {
   const auto rows = matrix(array, -1, 3, "points");
   std::vector<Vector3> list;
   for (Eigen::Index i = 0; i < rows.rows(); ++i) list.emplace_back(rows.row(i));
+  const py::gil_scoped_release release;
   return {ShapeType::kConvexMesh, Vector3::Zero(), make_convex_hull(list)};
 }
 
@@ -44,6 +45,7 @@ Shape terrain(const Array& vertices,
   check_shape(triangles, {-1, 3}, "triangles");
   for (py::ssize_t i = 0; i < triangles.shape(0); ++i)
     mesh.triangles.push_back({triangles.at(i, 0), triangles.at(i, 1), triangles.at(i, 2)});
+  const py::gil_scoped_release release;
   return {ShapeType::kTerrain, Vector3::Zero(), nullptr, make_terrain(mesh)};
 }
 
@@ -206,8 +208,11 @@ void bind_shapes(py::module_& m) {
       .def_static(
           "convex_mesh",
           [](const std::filesystem::path& file, const Array& scale) {
-            return Shape{ShapeType::kConvexMesh, Vector3::Zero(),
-                         load_convex_mesh(file, vector3(scale, "scale"))};
+            const Vector3 factors = vector3(scale, "scale");
+            return reading(file, [&] {
+              return Shape{ShapeType::kConvexMesh, Vector3::Zero(),
+                           load_convex_mesh(file, factors)};
+            });
           },
           py::arg("file"), py::arg("scale") = py::make_tuple(1, 1, 1),
           "The hull of a mesh file: STL, OBJ or DAE.")

@@ -38,6 +38,8 @@ def test_names_that_are_none_say_what_there_is(load):
 def test_exceptions_have_the_messages_of_cpp(tmp_path, load):
     with pytest.raises(FileNotFoundError, match="nothing.yaml"):
         cp.load_scene(tmp_path / "nothing.yaml")
+    with pytest.raises(FileNotFoundError, match="nothing.stl"):
+        cp.Shape.convex_mesh(tmp_path / "nothing.stl")
     bad = tmp_path / "bad.yaml"
     bad.write_text("models: 3\n")
     with pytest.raises(cp.InputError, match="bad.yaml"):
