@@ -1,6 +1,8 @@
 // Many steps of a Simulator in one call.
 #include <pybind11/stl.h>
 
+#include <algorithm>
+
 #include "exceptions.h"
 #include "input_map.h"
 #include "interrupts.h"
@@ -39,7 +41,10 @@ Recorded run_fixed(SimulatorHandle& s, const InputTable& table, const InputMap& 
                    SignalWatch& watch) {
   Simulator& simulator = s.simulator;
   const Model& model = simulator.model();
-  MotionRecorder recorder(model, map.columns(), static_cast<size_t>(table.steps()));
+  // Long runs are often ended early: room for all of their steps could be more than there is.
+  constexpr py::ssize_t kMostReserved = 10'000;
+  MotionRecorder recorder(model, map.columns(),
+                          static_cast<size_t>(std::min(table.steps(), kMostReserved)));
   InputMap::Values values = map.start(model);
   StepReport report;
   State before;
