@@ -7,6 +7,7 @@ Both sides of a ratio run in turn in one process or right after each other, and 
 import json
 import os
 import pathlib
+import resource
 import statistics
 import subprocess
 import sys
@@ -105,10 +106,21 @@ def rollouts(command, count=1000, steps=25, rounds=5):
     show("the same over the C++ batch's time", ratios, "")
 
 
-def two_threads(steps=1500, rounds=7):
+class Run:
+    """What a call cost the thread that ran it."""
+
+    def __init__(self, call):
+        before, start = resource.getrusage(resource.RUSAGE_THREAD), time.thread_time()
+        self.seconds = seconds(call)
+        self.processor = time.thread_time() - start
+        self.waits = resource.getrusage(resource.RUSAGE_THREAD).ru_nvcsw - before.ru_nvcsw
+
+
+def two_threads(steps=1500, rounds=9):
+    """Two simulators, one after the other and side by side. Wall time is also what other programs leave of the cores;
+    processor time and waits are the module's own."""
     scene = cp.load_scene(SCENES / "humanoid_drop.yaml")
     sims = [cp.Simulator(scene) for _ in range(2)]
-    speed_ups = []
 
     def loop(sim):
         sim.reset()
@@ -119,21 +131,29 @@ def two_threads(steps=1500, rounds=7):
         sim.reset()
         sim.advance(steps)
 
-    def both(run):
-        threads = [threading.Thread(target=run, args=(sim,)) for sim in sims]
-        for thread in threads:
-            thread.start()
-        for thread in threads:
-            thread.join()
+    def compare(run, found):
+        alone = [Run(lambda s=s: run(s)) for s in sims]
+        both = []
+        threads = [threading.Thread(target=lambda s=s: both.append(Run(lambda: run(s)))) for s in sims]
 
-    possible, ratios = [], []
+        def together():
+            for thread in threads:
+                thread.start()
+            for thread in threads:
+                thread.join()
+
+        found["wall"].append(sum(r.seconds for r in alone) / seconds(together))
+        found["processor"].append(2.0 * sum(r.processor for r in alone) / sum(r.processor for r in both))
+        found["waits"].append(100.0 * sum(r.waits for r in both) / (2 * steps))
+
+    results = {name: {"wall": [], "processor": [], "waits": []} for name in ("loop", "within")}
     for _ in range(rounds):
-        speed_ups.append(sum(seconds(lambda s=s: loop(s)) for s in sims) / seconds(lambda: both(loop)))
-        possible.append(sum(seconds(lambda s=s: within(s)) for s in sims) / seconds(lambda: both(within)))
-        ratios.append(speed_ups[-1] / possible[-1])
-    show("two threads, a humanoid each, over one after the other", speed_ups, "")
-    show("the same steps in one call a thread", possible, "")
-    show("the former over the latter", ratios, "")
+        compare(loop, results["loop"])
+        compare(within, results["within"])
+    for name, what in (("loop", "two threads, sim.step() each"), ("within", "two threads, sim.advance() each")):
+        show(f"{what}: speed-up", results[name]["wall"], "")
+        show("  by processor time (2: nothing lost)", results[name]["processor"], "")
+        show("  waits for the other thread, of the steps", results[name]["waits"], "%")
 
 
 if __name__ == "__main__":

@@ -6,7 +6,9 @@ Usage: PYTHONPATH=build/release/python scripts/python_reference.py [--check]   (
 import ast
 import inspect
 import pathlib
+import re
 import sys
+import textwrap
 
 import counterpoint as cp
 
@@ -14,11 +16,12 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent
 PAGE = ROOT / "docs" / "python-reference.md"
 STUBS = ROOT / "apps" / "python" / "counterpoint"
 MODULES = [("counterpoint", cp, "__init__")] + [
-    (f"counterpoint.{name}", getattr(cp, name), name) for name in ("collision", "contact", "recordings", "view")]
-WIDTH = 118
+    (f"counterpoint.{name}", getattr(cp, name), name) for name in ("collision", "contact", "optimization", "recordings", "view")]
+WIDTH = 116
 HEAD = """# Python reference
 
-Written by scripts/python_reference.py from the stubs and docstrings of the module; edit those. [Python](python.md) says how to begin.
+Written by scripts/python_reference.py from the stubs and docstrings of the module; edit those.
+[Python](python.md) says how to begin.
 """
 
 
@@ -45,7 +48,12 @@ def signature(node, name):
     arguments = arguments.removeprefix("/, ")
     returns = ast.unparse(node.returns) if node.returns else "None"
     text = f"{name}({arguments})" + ("" if returns == "None" else f" -> {returns}")
-    return text.replace("_Floats", "ndarray").replace("_Path", "path").replace("_PoseLike", "PoseLike")
+    return plain(text)
+
+
+def plain(text):
+    """Types without the underscores of aliases that are the stubs' own."""
+    return re.sub(r"\b_([A-Z])", r"\1", text.replace("_Floats", "ndarray").replace("_Path", "path"))
 
 
 def documentation(thing):
@@ -97,11 +105,25 @@ def members(node, thing):
                 out.append(f"* `{signature(item, item.name)}` – {first(attribute)}")
                 rest = sections(documentation(attribute))[1:]
                 out += [("  " + line).rstrip() for line in rest if line]
-    return [line.replace("_Floats", "ndarray").replace("_Path", "path") for line in out]
+    return [plain(line) for line in out]
 
 
 def first(attribute):
     return documentation(attribute).splitlines()[0]
+
+
+def in_lines(text):
+    """Prose and list items in lines of at most WIDTH; code as it is."""
+    out, is_code = [], False
+    for line in text.split("\n"):
+        is_code ^= line.lstrip().startswith("```")
+        if is_code or len(line) <= WIDTH:
+            out.append(line)
+            continue
+        indent = len(line) - len(line.lstrip(" ")) + 2 * line.lstrip(" ").startswith("* ")
+        out += textwrap.wrap(line, WIDTH, subsequent_indent=" " * indent, break_long_words=False,
+                             break_on_hyphens=False)
+    return "\n".join(out)
 
 
 def page():
@@ -121,7 +143,7 @@ def page():
                 thing = getattr(module, node.name)
                 out += [f"### {node.name}", ""] + code(wrapped(signature(node, node.name), 4))
                 out += sections(documentation(thing)) + [""]
-    text = "\n".join(out)
+    text = in_lines("\n".join(out))
     while "\n\n\n" in text:
         text = text.replace("\n\n\n", "\n\n")
     return text.rstrip() + "\n"

@@ -63,6 +63,10 @@ py::array view(const VectorX& x, py::handle owner, bool writable) {
   return view(x.data(), {x.size()}, {1}, owner, writable);
 }
 
+py::array view(const MatrixX& m, py::handle owner, bool writable) {
+  return view(m.data(), {m.rows(), m.cols()}, {1, m.rows()}, owner, writable);
+}
+
 py::array copy(const VectorX& x) { return py::array_t<double>(x.size(), x.data()); }
 
 py::array copy(const Matrix3& m) {

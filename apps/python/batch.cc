@@ -1,23 +1,13 @@
 // Many motions of one scene over all cores, to the bits of one after the other.
-#include "counterpoint/engine/batch.h"
-
 #include <pybind11/stl.h>
 
+#include "batch_handle.h"
 #include "input_map.h"
+#include "interrupts.h"
 #include "reports.h"
 
 namespace counterpoint::python {
 namespace {
-
-struct BatchHandle {
-  BatchHandle(const SceneHandle& s, int num_threads)
-      : model(s.model), scene(s), batch(s.scene(), num_threads) {}
-  ModelPtr model;
-  SceneHandle scene;
-  Batch batch;
-  Guard guard;
-};
-constexpr const char* kWhat = "Batch";
 
 /// What rollouts came to.
 struct RolloutHandle {
@@ -28,7 +18,9 @@ struct RolloutHandle {
   std::vector<State> ends;
 };
 
-std::vector<State> starts_from(const ModelHandle& handle, const py::object& states) {
+}  // namespace
+
+std::vector<State> states_from(const ModelHandle& handle, const py::object& states) {
   const Model& m = handle.model;
   std::vector<State> out;
   if (py::isinstance<py::list>(states) || py::isinstance<py::tuple>(states)) {
@@ -50,9 +42,12 @@ std::vector<State> starts_from(const ModelHandle& handle, const py::object& stat
   return out;
 }
 
-/// One motion; its states go to `out`, NaN from where a step failed.
-void roll_out(int motion, const InputTable& table, const InputMap& map, Simulator& simulator,
-              RolloutHandle& result, double* out) {
+namespace {
+
+/// One motion; its states go to `out`, NaN from where a step failed or it was stopped.
+void roll_out(int motion, const InputTable& table, const InputMap& map,
+              const std::atomic<bool>& stop, Simulator& simulator, RolloutHandle& result,
+              double* out) {
   const Model& model = simulator.model();
   const auto i = static_cast<size_t>(motion);
   const auto nq = model.nq(), width = model.nq() + model.nv();
@@ -61,13 +56,14 @@ void roll_out(int motion, const InputTable& table, const InputMap& map, Simulato
   InputMap::Values values = map.start(model);
   StepReport& report = result.reports[i];
   for (py::ssize_t k = 0; k < table.steps(); ++k, out += width) {
-    if (report.succeeded()) {
+    const bool going = report.succeeded() && !stop.load(std::memory_order_relaxed);
+    if (going) {
       if (const double* row = table.row(motion, k))
         map.apply(model, row, values, simulator.input());
       report = simulator.step();
       if (report.succeeded()) ++result.steps[i];
     }
-    if (report.succeeded()) {
+    if (going && report.succeeded()) {
       std::copy_n(simulator.state().q.data(), nq, out);
       std::copy_n(simulator.state().v.data(), model.nv(), out + nq);
     } else {
@@ -81,11 +77,11 @@ std::shared_ptr<RolloutHandle> rollout(BatchHandle& b, const py::object& states,
                                        const py::object& inputs, std::optional<py::ssize_t> steps,
                                        const std::vector<std::string>& columns,
                                        const py::object& out) {
-  const Guard::Lock lock(b.guard, kWhat);
+  const Guard::Lock lock(b.guard, kBatch);
   const InputMap map(*b.model, columns);
   auto result = std::make_shared<RolloutHandle>();
   result->model = b.model;
-  result->ends = starts_from(*b.model, states);
+  result->ends = states_from(*b.model, states);
   const auto motions = static_cast<int>(result->ends.size());
   const InputTable table(inputs, motions, steps.value_or(-1), map);
   const py::ssize_t width = b.model->model.nq() + b.model->model.nv();
@@ -93,16 +89,20 @@ std::shared_ptr<RolloutHandle> rollout(BatchHandle& b, const py::object& states,
   result->steps.assign(static_cast<size_t>(motions), 0);
   result->reports.resize(static_cast<size_t>(motions));
   double* const begin = result->states.mutable_data();
-  const py::gil_scoped_release release;
-  b.batch.run(motions, [&](int i, Simulator& simulator) {
-    roll_out(i, table, map, simulator, *result, begin + i * table.steps() * width);
+  SignalWatch watch;
+  std::atomic<bool> stop = false;
+  run_interruptibly(watch, stop, [&] {
+    b.batch.run(motions, [&](int i, Simulator& simulator) {
+      roll_out(i, table, map, stop, simulator, *result, begin + i * table.steps() * width);
+    });
   });
+  watch.raise_if_interrupted(py::cast(result));
   return result;
 }
 
 std::vector<ReportHandle> step(BatchHandle& b, const std::vector<StatePtr>& states,
                                const std::vector<InputPtr>& inputs) {
-  const Guard::Lock lock(b.guard, kWhat);
+  const Guard::Lock lock(b.guard, kBatch);
   if (!inputs.empty() && inputs.size() != states.size())
     throw py::value_error("inputs: expected none, or one a state");
   std::vector<State> own;
@@ -208,6 +208,12 @@ Returns
 -------
 Rollout
     A motion whose step fails ends there; nothing is raised.
+
+Raises
+------
+KeyboardInterrupt
+    Ctrl-C, within a tenth of a second; its attribute `partial` is the Rollout so far, motions NaN
+    from where they were stopped.
 )";
 
 }  // namespace
@@ -240,7 +246,8 @@ list of StepReport
 void bind_batch(py::module_& m) {
   bind_rollout(m);
   using B = BatchHandle;
-  py::class_<B, std::shared_ptr<B>>(m, "Batch", kBatchDoc)
+  py::class_<B, std::shared_ptr<B>> batch(m, "Batch", kBatchDoc);
+  batch
       .def(py::init([](const SceneHandle& s, int n) { return std::make_shared<B>(s, n); }),
            py::arg("scene"), py::arg("num_threads") = 0)
       .def_property_readonly(
@@ -250,7 +257,7 @@ void bind_batch(py::module_& m) {
       .def_property(
           "options", [](const B& b) { return SimulationOptions(b.scene.options); },
           [](B& b, const SimulationOptions& options) {
-            const Guard::Lock lock(b.guard, kWhat);
+            const Guard::Lock lock(b.guard, kBatch);
             b.scene.options = options;
             b.batch.set_options(options);
           },
@@ -258,7 +265,7 @@ void bind_batch(py::module_& m) {
       .def(
           "set_settings",
           [](B& b, const contact::Settings& settings) {
-            const Guard::Lock lock(b.guard, kWhat);
+            const Guard::Lock lock(b.guard, kBatch);
             b.batch.set_settings(settings);
           },
           py::arg("settings"), "contact.Settings of all steps that follow.")
@@ -270,13 +277,14 @@ void bind_batch(py::module_& m) {
         return py::str("<Batch of '{}' over {} threads>")
             .format(b.scene.name, b.batch.num_threads());
       });
+  bind_batch_derivatives(m, batch);
   m.def(
       "rollout",
       [](const SceneHandle& scene, const py::object& states, const py::object& inputs,
          std::optional<py::ssize_t> steps, const std::vector<std::string>& columns,
          const py::object& out, int num_threads) {
-        BatchHandle batch(scene, num_threads);
-        return rollout(batch, states, inputs, steps, columns, out);
+        BatchHandle own(scene, num_threads);
+        return rollout(own, states, inputs, steps, columns, out);
       },
       py::arg("scene"), py::arg("states"), py::arg("inputs") = py::none(), py::kw_only(),
       py::arg("steps") = py::none(), py::arg("columns") = std::vector<std::string>(),

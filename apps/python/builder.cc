@@ -372,7 +372,12 @@ void bind_builder(py::module_& m) {
            "No contact between two geometries, or all geometries of links.")
       .def("add_closure", &B::add_closure, py::arg("closure"), "Ties two links together.")
       .def(
-          "build", [](B& b) { return std::make_shared<ModelHandle>(b.build()); },
+          "build",
+          [](const B& b) {
+            B own = b;
+            const py::gil_scoped_release release;
+            return std::make_shared<ModelHandle>(own.build());
+          },
           "The Model; the builder is empty afterwards.");
 }
 

@@ -1,42 +1,14 @@
 // Derivatives of a step, of its inverse and forward.
-#include "counterpoint/engine/step_derivatives.h"
+#include "derivative_method.h"
 #include "reports.h"
-#include "words.h"
 #include "workspace.h"
 
 namespace counterpoint::python {
 namespace {
 
-constexpr int kNumMethods = 3;
-
-const char* method_name(DerivativeMethod method) {
-  switch (method) {
-    case DerivativeMethod::kAnalytic:
-      return "analytic";
-    case DerivativeMethod::kCentralDifferences:
-      return "central_differences";
-    case DerivativeMethod::kExtrapolated:
-      return "extrapolated";
-  }
-  return "";
-}
-
-DerivativeMethod method_from(const std::string& word) {
-  return from_word<DerivativeMethod>(
-      word, "method",
-      [](const std::string& w) { return find_word<DerivativeMethod>(w, method_name, kNumMethods); },
-      method_name, kNumMethods);
-}
-
 /// Never changed once they are a Python object's: their arrays are views.
 using Inverted = std::shared_ptr<InverseDerivatives>;
 using Advanced = std::shared_ptr<ForwardDerivatives>;
-
-/// A matrix of Eigen (column by column) as an array of the same rows and columns.
-template <class Self>
-py::array whole(const MatrixX& m, const Self& self) {
-  return view(m.data(), {m.rows(), m.cols()}, {1, m.rows()}, py::cast(self), true);
-}
 
 py::tuple of_inverse(const ModelPtr& model, const SimulationOptions& options, const Array& q,
                      const Array& v, const Array& v_next, const py::object& q_next,
@@ -140,13 +112,13 @@ void bind_derivatives(py::module_& m) {
                           "Of the applied force that step_inverse recovers (rows), by what it was "
                           "recovered from (columns), nv x nv.")
       .def_property_readonly(
-          "dq", [](const Inverted& d) { return whole(d->dq, d); },
+          "dq", [](const Inverted& d) { return view(d->dq, py::cast(d), true); },
           "By a displacement at q [N/m, N/rad, N m/m, N m/rad], shape (nv, nv).")
       .def_property_readonly(
-          "dv", [](const Inverted& d) { return whole(d->dv, d); },
+          "dv", [](const Inverted& d) { return view(d->dv, py::cast(d), true); },
           "By v [N s/m, ...], shape (nv, nv).")
       .def_property_readonly(
-          "dv_next", [](const Inverted& d) { return whole(d->dv_next, d); },
+          "dv_next", [](const Inverted& d) { return view(d->dv_next, py::cast(d), true); },
           "By v_next [N s/m, ...], shape (nv, nv).")
       .def_readonly("by_differences", &I::by_differences,
                     "Something acts that has no closed form: extrapolated differences.")
@@ -157,19 +129,22 @@ void bind_derivatives(py::module_& m) {
                           "Of the state at the end of a step (rows), by that at its start and by "
                           "the applied force (columns), nv x nv.")
       .def_property_readonly(
-          "dv_dq", [](const Advanced& d) { return whole(d->dv_dq, d); }, "Shape (nv, nv).")
+          "dv_dq", [](const Advanced& d) { return view(d->dv_dq, py::cast(d), true); },
+          "Shape (nv, nv).")
       .def_property_readonly(
-          "dv_dv", [](const Advanced& d) { return whole(d->dv_dv, d); }, "Shape (nv, nv).")
+          "dv_dv", [](const Advanced& d) { return view(d->dv_dv, py::cast(d), true); },
+          "Shape (nv, nv).")
       .def_property_readonly(
-          "dv_du", [](const Advanced& d) { return whole(d->dv_du, d); }, "Shape (nv, nv).")
+          "dv_du", [](const Advanced& d) { return view(d->dv_du, py::cast(d), true); },
+          "Shape (nv, nv).")
       .def_property_readonly(
-          "dq_dq", [](const Advanced& d) { return whole(d->dq_dq, d); },
+          "dq_dq", [](const Advanced& d) { return view(d->dq_dq, py::cast(d), true); },
           "Displacements at the end, shape (nv, nv).")
       .def_property_readonly(
-          "dq_dv", [](const Advanced& d) { return whole(d->dq_dv, d); },
+          "dq_dv", [](const Advanced& d) { return view(d->dq_dv, py::cast(d), true); },
           "Displacements at the end, shape (nv, nv).")
       .def_property_readonly(
-          "dq_du", [](const Advanced& d) { return whole(d->dq_du, d); },
+          "dq_du", [](const Advanced& d) { return view(d->dq_du, py::cast(d), true); },
           "Displacements at the end, shape (nv, nv).")
       .def("__repr__", [](const F& d) {
         return py::str("<ForwardDerivatives: nv {}>").format(d.dv_dv.rows());

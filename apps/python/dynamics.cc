@@ -5,41 +5,17 @@
 #include "counterpoint/engine/integrator.h"
 #include "counterpoint/engine/kinematics.h"
 #include "counterpoint/engine/rnea.h"
-#include "handles.h"
+#include "data_handle.h"
 
 namespace counterpoint::python {
 namespace {
-
-/// Scratch and results, filled by the functions that it is passed to.
-struct DataHandle {
-  explicit DataHandle(ModelPtr m) : model(std::move(m)), data(model->model) {}
-  ModelPtr model;
-  Data data;
-  Guard guard;
-};
-using DataPtr = std::shared_ptr<DataHandle>;
-
-DataPtr data_for(const ModelPtr& model, const DataPtr& given) {
-  if (!given) return std::make_shared<DataHandle>(model);
-  if (given->model != model) throw py::value_error("data: it is of another model");
-  return given;
-}
-
-/// Runs compute(data, model) without the GIL, alone in `data`.
-template <class Compute>
-void run(const ModelPtr& model, const DataPtr& given, Compute compute) {
-  const DataPtr d = data_for(model, given);
-  const Guard::Lock lock(d->guard, "Data");
-  const py::gil_scoped_release release;
-  compute(model->model, d->data);
-}
 
 void kinematics(const ModelPtr& model, const DataPtr& data, const Array& q, const py::object& v) {
   const auto qs = vector(q, model->model.nq(), "q");
   const Array given = v.is_none() ? Array() : Array(v);
   const bool moving = !v.is_none();
   if (moving) check_shape(given, {model->model.nv()}, "v");
-  run(model, data, [&](const Model& m, Data& d) {
+  compute(model, data, [&](const Model& m, Data& d) {
     compute_poses(m, qs, d);
     if (moving) compute_velocities(m, ConstMap(given.data(), m.nv()), d);
   });
@@ -51,7 +27,7 @@ py::array rnea_of(const ModelPtr& model, const Array& q, const Array& v, const A
   const auto qs = vector(q, m.nq(), "q"), vs = vector(v, m.nv(), "v"), as = vector(a, m.nv(), "a");
   auto tau = output(out, {m.nv()}, "out");
   Eigen::Map<VectorX> result(tau.mutable_data(), m.nv());
-  run(model, data, [&](const Model& mm, Data& d) {
+  compute(model, data, [&](const Model& mm, Data& d) {
     compute_poses(mm, qs, d);
     compute_velocities(mm, vs, d);
     rnea(mm, as, mm.gravity(), d, result);
@@ -70,7 +46,7 @@ py::array aba_of(const ModelPtr& model, const Array& q, const Array& v, const Ar
   Eigen::Map<VectorX> result(a.mutable_data(), m.nv());
   int singular = -1;
   bool solved = false;
-  run(model, data, [&](const Model& mm, Data& d) {
+  compute(model, data, [&](const Model& mm, Data& d) {
     compute_poses(mm, qs, d);
     compute_velocities(mm, vs, d);
     compute_inertias(mm, d);
@@ -90,7 +66,7 @@ py::array crba_of(const ModelPtr& model, const Array& q, const DataPtr& data,
   auto M = output(out, {m.nv(), m.nv()}, "out");
   using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
   Eigen::Map<RowMajor> result(M.mutable_data(), m.nv(), m.nv());
-  run(model, data, [&](const Model& mm, Data& d) {
+  compute(model, data, [&](const Model& mm, Data& d) {
     compute_poses(mm, qs, d);
     compute_inertias(mm, d);
     crba(mm, d, result);
@@ -101,7 +77,7 @@ py::array crba_of(const ModelPtr& model, const Array& q, const DataPtr& data,
 double kinetic(const ModelPtr& model, const Array& q, const Array& v, const DataPtr& data) {
   const auto qs = vector(q, model->model.nq(), "q"), vs = vector(v, model->model.nv(), "v");
   double energy = 0.0;
-  run(model, data, [&](const Model& m, Data& d) {
+  compute(model, data, [&](const Model& m, Data& d) {
     compute_poses(m, qs, d);
     compute_velocities(m, vs, d);
     compute_inertias(m, d);
@@ -113,7 +89,7 @@ double kinetic(const ModelPtr& model, const Array& q, const Array& v, const Data
 double potential(const ModelPtr& model, const Array& q, const DataPtr& data) {
   const auto qs = vector(q, model->model.nq(), "q");
   double energy = 0.0;
-  run(model, data, [&](const Model& m, Data& d) {
+  compute(model, data, [&](const Model& m, Data& d) {
     compute_poses(m, qs, d);
     energy = potential_energy(m, d);
   });
@@ -123,7 +99,7 @@ double potential(const ModelPtr& model, const Array& q, const DataPtr& data) {
 py::array momentum(const ModelPtr& model, const Array& q, const Array& v, const DataPtr& data) {
   const auto qs = vector(q, model->model.nq(), "q"), vs = vector(v, model->model.nv(), "v");
   Force total;
-  run(model, data, [&](const Model& m, Data& d) {
+  compute(model, data, [&](const Model& m, Data& d) {
     compute_poses(m, qs, d);
     compute_velocities(m, vs, d);
     compute_inertias(m, d);
@@ -194,14 +170,8 @@ model : Model
       .def(
           "pose",
           [](const DataPtr& d, const std::string& frame) {
-            const Model& model = d->model->model;
-            const int index = model.find_frame(frame);
-            if (index < 0) {
-              std::vector<std::string> names;
-              for (const Frame& f : model.frames()) names.push_back(f.name);
-              throw_unknown("frame", frame, names);
-            }
-            const Frame& f = model.frames()[static_cast<size_t>(index)];
+            const auto index = static_cast<size_t>(check_frame(*d->model, frame));
+            const Frame& f = d->model->model.frames()[index];
             return d->data.X_WB[static_cast<size_t>(f.body)] * f.X_BF;
           },
           py::arg("frame"), "X_WF of the frame of a link, after compute_kinematics.")

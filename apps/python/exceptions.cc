@@ -23,9 +23,11 @@ py::object new_exception(py::module_& m, const char* name, PyObject* base, const
 
 }  // namespace
 
-void throw_step_error(const std::string& message, const py::object& report) {
+void throw_step_error(const std::string& message, const py::object& report,
+                      const py::object& partial) {
   const py::object error = py::handle(step_error)(message);
   error.attr("report") = report;
+  error.attr("partial") = partial;
   PyErr_SetObject(step_error, error.ptr());
   throw py::error_already_set();
 }
@@ -64,6 +66,8 @@ Attributes
 ----------
 report : StepReport
     What the step said.
+partial : Trajectory or None
+    Of Simulator.run: the motion before it.
 )")
                    .release()
                    .ptr();

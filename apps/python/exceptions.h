@@ -9,8 +9,9 @@
 
 namespace counterpoint::python {
 
-/// StepError with `report`.
-[[noreturn]] void throw_step_error(const std::string& message, const py::object& report);
+/// StepError with `report` and `partial`.
+[[noreturn]] void throw_step_error(const std::string& message, const py::object& report,
+                                   const py::object& partial);
 [[noreturn]] void throw_file_not_found(const std::filesystem::path& file,
                                        const std::string& message);
 

@@ -42,6 +42,14 @@ Coordinates::Place Coordinates::find(const std::string& name) const {
   throw_unknown("coordinate", name, all);
 }
 
+int check_frame(const ModelHandle& model, const std::string& name) {
+  const int index = model.model.find_frame(name);
+  if (index >= 0) return index;
+  std::vector<std::string> names;
+  for (const Frame& frame : model.model.frames()) names.push_back(frame.name);
+  throw_unknown("frame", name, names);
+}
+
 ModelHandle::ModelHandle(Model m)
     : model(std::move(m)), coordinates(std::make_shared<Coordinates>(coordinate_names(model))) {}
 

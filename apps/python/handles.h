@@ -43,6 +43,9 @@ struct ModelHandle {
 };
 using ModelPtr = std::shared_ptr<ModelHandle>;
 
+/// Index of the frame of this name. @throws py::key_error naming what is like it.
+int check_frame(const ModelHandle& model, const std::string& name);
+
 /// A Scene whose model is shared.
 struct SceneHandle {
   std::string name;

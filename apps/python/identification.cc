@@ -74,7 +74,8 @@ std::shared_ptr<IdentificationHandle> identify(
     const SceneHandle& scene, const ColumnMap& map,
     const std::vector<std::shared_ptr<Recording>>& recordings, const std::string& text,
     const std::string& objective, std::optional<int> substeps, int horizon, bool robust,
-    int samples, int refined, int bootstrap, double difference, const py::object& progress) {
+    int samples, int refined, int bootstrap, bool exact, double difference,
+    const py::object& progress) {
   const apps::Experiment e = experiment_from(scene, map, recordings, objective, substeps, horizon);
   const std::vector<Parameter> parameters = apps::parse_parameters(text, e.scene);
   std::vector<int> all(e.recordings.size());
@@ -85,6 +86,7 @@ std::shared_ptr<IdentificationHandle> identify(
   options.refined = refined;
   options.robust = robust;
   options.bootstrap = bootstrap;
+  options.exact = exact;
   options.difference = difference;
   options.progress = watch(progress);
   auto out = std::make_shared<IdentificationHandle>();
@@ -134,6 +136,9 @@ void bind_found(py::module_& r) {
       .def_property_readonly(
           "evaluations", [](const I& i) { return i.fit.evaluations; }, "Of all residuals.")
       .def_property_readonly(
+          "linearizations", [](const I& i) { return i.fit.linearizations; },
+          "Of all residuals, with exact derivatives.")
+      .def_property_readonly(
           "correlation", [](const I& i) { return copy_matrix(i.fit.correlation); },
           "Of the estimates, shape (n, n).")
       .def("__repr__", [](const I& i) {
@@ -171,6 +176,8 @@ refined : int
     Points refined.
 bootstrap : int
     Refits to recordings drawn anew.
+exact : bool
+    Exact derivatives where steps have closed forms; else differences of all.
 difference : float
     Last step of the differences, as a share of the range.
 progress : callable, optional
@@ -208,8 +215,8 @@ void bind_identification(py::module_& r) {
         py::arg("substeps") = py::none(), py::arg("horizon") = 0,
         py::arg("robust") = defaults.robust, py::arg("samples") = defaults.samples,
         py::arg("refined") = defaults.refined, py::arg("bootstrap") = defaults.bootstrap,
-        py::arg("difference") = defaults.difference, py::arg("progress") = py::none(),
-        kIdentifyDoc);
+        py::arg("exact") = defaults.exact, py::arg("difference") = defaults.difference,
+        py::arg("progress") = py::none(), kIdentifyDoc);
 }
 
 }  // namespace counterpoint::python

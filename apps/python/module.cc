@@ -19,11 +19,16 @@ PYBIND11_MODULE(_core, m) {
   bind_scene(m);
   bind_reports(m);
   bind_step(m);
+  bind_derivatives(m);
+  bind_parameters(m);
   bind_trajectory(m);
+  bind_frames(m);
   bind_simulator(m);
   bind_batch(m);
   bind_dynamics(m);
+  bind_dynamics_derivatives(m);
   bind_collision(m);
   bind_recordings(m);
+  bind_optimization(m);
   bind_view(m);
 }

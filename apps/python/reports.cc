@@ -3,6 +3,7 @@
 
 #include <pybind11/stl.h>
 
+#include "counterpoint/model/rotation.h"
 #include "exceptions.h"
 #include "failure.h"
 
@@ -89,7 +90,8 @@ void bind_step_report(py::module_& m) {
           "fault", [](const R& r) { return fault_of(r.model, r.report.fault); }, "Fault, or None.")
       .def_property_readonly("message", &message_of,
                              "What a command would say of it; empty if it succeeded.")
-      .def("check", &check, "Raises StepError if the step failed.")
+      .def(
+          "check", [](const R& r) { check(r); }, "Raises StepError if the step failed.")
       .def("__repr__", [](const R& r) {
         return py::str("<StepReport {}: {} contacts, {} Newton iterations>")
             .format(r.report.succeeded() ? status_name(r.report.status) : message_of(r).c_str(),
@@ -149,6 +151,15 @@ void bind_contact_force(py::module_& m) {
       .def_property_readonly(
           "normal", [](const C& c) { return copy(VectorX(c.contact.contact.normal)); },
           "Unit, from A to B, shape (3,).")
+      .def_property_readonly(
+          "frame",
+          [](const C& c) {
+            const Matrix3 axes = frame_from_normal(c.contact.contact.normal);
+            return copy((Matrix3() << axes.col(2), axes.col(0), axes.col(1)).finished());
+          },
+          "Axes of the contact in the world as columns: normal, t1, t2, shape (3, 3); force @ "
+          "frame "
+          "is the force along them.")
       .def_property_readonly(
           "gap", [](const C& c) { return c.contact.contact.gap; },
           "Along the normal [m]; negative: overlap.")
@@ -225,8 +236,8 @@ std::string message_of(const ReportHandle& r) {
   return r.report.succeeded() ? std::string() : apps::why_failed(r.model->model, r.report);
 }
 
-void check(const ReportHandle& r) {
-  if (!r.report.succeeded()) throw_step_error(message_of(r), py::cast(r));
+void check(const ReportHandle& r, const py::object& partial) {
+  if (!r.report.succeeded()) throw_step_error(message_of(r), py::cast(r), partial);
 }
 
 void bind_reports(py::module_& m) {

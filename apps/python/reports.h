@@ -25,7 +25,7 @@ struct InverseHandle {
 
 /// "diverged: 'cube.vx' moves ...", as the commands say it.
 std::string message_of(const ReportHandle& report);
-/// Throws StepError if it failed.
-void check(const ReportHandle& report);
+/// Throws StepError if it failed, with what was computed before.
+void check(const ReportHandle& report, const py::object& partial = py::none());
 
 }  // namespace counterpoint::python

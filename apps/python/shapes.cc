@@ -1,10 +1,15 @@
 // Shapes and surfaces.
+#include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
+#include <cctype>
+
 #include "arrays.h"
+#include "counterpoint/model/height_field.h"
 #include "counterpoint/model/inertia.h"
 #include "counterpoint/model/mesh.h"
 #include "counterpoint/model/terrain.h"
+#include "exceptions.h"
 #include "geometry_words.h"
 
 namespace counterpoint::python {
@@ -28,6 +33,7 @@ Shape hull(const py::object& points) {
   const auto rows = matrix(array, -1, 3, "points");
   std::vector<Vector3> list;
   for (Eigen::Index i = 0; i < rows.rows(); ++i) list.emplace_back(rows.row(i));
+  const py::gil_scoped_release release;
   return {ShapeType::kConvexMesh, Vector3::Zero(), make_convex_hull(list)};
 }
 
@@ -39,7 +45,37 @@ Shape terrain(const Array& vertices,
   check_shape(triangles, {-1, 3}, "triangles");
   for (py::ssize_t i = 0; i < triangles.shape(0); ++i)
     mesh.triangles.push_back({triangles.at(i, 0), triangles.at(i, 1), triangles.at(i, 2)});
+  const py::gil_scoped_release release;
   return {ShapeType::kTerrain, Vector3::Zero(), nullptr, make_terrain(mesh)};
+}
+
+Shape terrain_of(const TriangleMesh& mesh, const std::filesystem::path& file) {
+  return {ShapeType::kTerrain, Vector3::Zero(), nullptr, make_terrain(mesh, file.string())};
+}
+
+Shape triangle_mesh(const std::filesystem::path& file, const Array& scale) {
+  const Vector3 factors = vector3(scale, "scale");
+  return reading(file, [&] { return terrain_of(load_mesh(file, factors), file); });
+}
+
+/// As scene files have them: an image needs the height of white, a table none.
+Shape height_field(const std::filesystem::path& file, std::pair<double, double> size,
+                   std::optional<double> height) {
+  positive(size.first, "size"), positive(size.second, "size");
+  std::string kind = file.extension().string();
+  for (char& c : kind) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  if (kind != ".png" && kind != ".csv")
+    throw py::value_error("file: expected a .png image or a .csv table of heights, found '" +
+                          file.string() + "'");
+  if ((kind == ".png") != height.has_value())
+    throw py::value_error(kind == ".png" ? "height: an image needs that of white [m]"
+                                         : "height: those of a table are in metres; leave it out");
+  return reading(file, [&] {
+    const HeightGrid grid = height ? load_height_image(file) : load_height_table(file);
+    return terrain_of(
+        height_field_mesh(grid, size.first, size.second, height.value_or(1.0), file.string()),
+        file);
+  });
 }
 
 py::array vertices(const Shape& shape) {
@@ -98,6 +134,19 @@ vertices : array_like, shape (n, 3)
     [m]
 triangles : array_like of int, shape (m, 3)
     Indices into vertices.
+)";
+
+constexpr const char* kHeightFieldDoc = R"(
+Terrain from a grid of heights, about the origin.
+
+Parameters
+----------
+file : path
+    A grayscale image (.png, black 0) or a table of heights [m] (.csv), row 0 at the largest y.
+size : (float, float)
+    Along x and y [m].
+height : float, optional
+    Of white [m]; for images only.
 )";
 
 void bind_shape_properties(py::class_<Shape>& shape) {
@@ -159,12 +208,20 @@ void bind_shapes(py::module_& m) {
       .def_static(
           "convex_mesh",
           [](const std::filesystem::path& file, const Array& scale) {
-            return Shape{ShapeType::kConvexMesh, Vector3::Zero(),
-                         load_convex_mesh(file, vector3(scale, "scale"))};
+            const Vector3 factors = vector3(scale, "scale");
+            return reading(file, [&] {
+              return Shape{ShapeType::kConvexMesh, Vector3::Zero(),
+                           load_convex_mesh(file, factors)};
+            });
           },
           py::arg("file"), py::arg("scale") = py::make_tuple(1, 1, 1),
           "The hull of a mesh file: STL, OBJ or DAE.")
-      .def_static("terrain", &terrain, py::arg("vertices"), py::arg("triangles"), kTerrainDoc);
+      .def_static("terrain", &terrain, py::arg("vertices"), py::arg("triangles"), kTerrainDoc)
+      .def_static("triangle_mesh", &triangle_mesh, py::arg("file"),
+                  py::arg("scale") = py::make_tuple(1, 1, 1),
+                  "Terrain from a mesh file: STL, OBJ or DAE.")
+      .def_static("height_field", &height_field, py::arg("file"), py::arg("size"),
+                  py::arg("height") = py::none(), kHeightFieldDoc);
   bind_shape_properties(shape);
   bind_material(m);
 }

@@ -1,36 +1,11 @@
 // The few lines most users need: a scene, its state, step, inverse.
-#include "counterpoint/engine/simulator.h"
-
 #include <pybind11/stl.h>
 
 #include "fast.h"
-#include "input_map.h"
-#include "reports.h"
-#include "trajectories.h"
+#include "simulator_handle.h"
 
 namespace counterpoint::python {
 namespace {
-
-struct SimulatorHandle {
-  explicit SimulatorHandle(const SceneHandle& scene)
-      : model(scene.model),
-        simulator(scene.scene()),
-        state(std::make_shared<StateHandle>(model->coordinates, simulator.state(), true)),
-        input(std::make_shared<InputHandle>(model)),
-        state_object(py::cast(state)),
-        input_object(py::cast(input)) {}
-
-  ModelPtr model;
-  Simulator simulator;
-  StatePtr state;  ///< what Python sees of simulator.state(): copied after every step
-  InputPtr input;  ///< copied into simulator.input() before
-  py::object state_object, input_object;
-  /// What the last step() gave; taken again once nobody else holds it.
-  py::object report_object;
-  Guard guard;
-};
-using SimulatorPtr = std::shared_ptr<SimulatorHandle>;
-constexpr const char* kWhat = "Simulator";
 
 py::object step(SimulatorHandle& s, bool must_succeed) {
   if (!s.report_object || Py_REFCNT(s.report_object.ptr()) > 1)
@@ -38,7 +13,7 @@ py::object step(SimulatorHandle& s, bool must_succeed) {
   const py::object object = s.report_object;
   ReportHandle& report = object_of<ReportHandle>(object.ptr());
   {
-    const Guard::Lock lock(s.guard, kWhat);
+    const Guard::Lock lock(s.guard, kSimulator);
     s.simulator.input() = s.input->value();
     {
       const py::gil_scoped_release release;
@@ -76,7 +51,7 @@ void make_step_fast(const py::handle& type) {
 ControlledReportHandle step_controlled(SimulatorHandle& s, double until, bool must_succeed) {
   ControlledReportHandle report{s.model, {}};
   {
-    const Guard::Lock lock(s.guard, kWhat);
+    const Guard::Lock lock(s.guard, kSimulator);
     s.simulator.input() = s.input->value();
     {
       const py::gil_scoped_release release;
@@ -88,113 +63,16 @@ ControlledReportHandle step_controlled(SimulatorHandle& s, double until, bool mu
   return report;
 }
 
-/// Steps without a record.
-ReportHandle advance(SimulatorHandle& s, long steps, bool must_succeed) {
-  ReportHandle report{s.model, {}};
-  {
-    const Guard::Lock lock(s.guard, kWhat);
-    s.simulator.input() = s.input->value();
-    {
-      const py::gil_scoped_release release;
-      for (long k = 0; k < steps && report.report.succeeded(); ++k)
-        report.report = s.simulator.step();
-    }
-    s.state->assign(s.simulator.state());
-  }
-  if (must_succeed) check(report);
-  return report;
-}
-
 void set_state(SimulatorHandle& s, const StateHandle& state) {
-  const Guard::Lock lock(s.guard, kWhat);
+  const Guard::Lock lock(s.guard, kSimulator);
   s.state->assign(state.value());  // checks the sizes
   s.simulator.set_state(state.value());
-}
-
-/// What a run records.
-struct Motion_ {
-  Trajectory trajectory;
-  StepReport report;
-};
-
-Motion_ run_fixed(SimulatorHandle& s, const InputTable& table, const InputMap& map) {
-  Simulator& simulator = s.simulator;
-  const Model& model = simulator.model();
-  MotionRecorder recorder(model, map.columns(), static_cast<size_t>(table.steps()));
-  InputMap::Values values = map.start(model);
-  StepReport report;
-  State before;
-  for (py::ssize_t k = 0; k < table.steps() && report.succeeded(); ++k) {
-    if (const double* row = table.row(0, k)) map.apply(model, row, values, simulator.input());
-    before = simulator.state();
-    report = simulator.step();
-    if (report.succeeded())
-      recorder.step(before, simulator.input(), simulator.options().time_step, report.softening);
-  }
-  return {recorder.finish(simulator.state()), report};
-}
-
-Motion_ run_controlled(SimulatorHandle& s, double duration, const InputMap& map) {
-  Simulator& simulator = s.simulator;
-  MotionRecorder recorder(simulator.model(), map.columns(), 0);
-  const double end = simulator.state().time + duration;
-  ControlledReport step;
-  State before;
-  while (simulator.state().time < end && step.succeeded()) {
-    before = simulator.state();
-    step = simulator.step_controlled(
-        next_landing(*simulator.options().step_control, before.time, end));
-    if (!step.succeeded()) break;
-    recorder.step(before, simulator.input(), 0.5 * step.step, step.first.softening);
-    recorder.step(simulator.middle(), simulator.input(), 0.5 * step.step, step.second.softening);
-  }
-  return {recorder.finish(simulator.state()), step.second};
-}
-
-/// @throws py::value_error for durations that are none, or too long.
-long steps_in(double duration, double time_step) {
-  const double steps = std::ceil(duration / time_step - 1e-6);
-  if (!(duration >= 0.0) || !(steps < 1e9))
-    throw py::value_error("duration: expected 0 s or more, and fewer than 1e9 steps");
-  return std::lround(steps);
-}
-
-TrajectoryPtr run(SimulatorHandle& s, std::optional<double> duration, std::optional<long> steps,
-                  const py::object& inputs, const std::vector<std::string>& columns) {
-  const InputMap map(*s.model, columns);
-  const Guard::Lock lock(s.guard, kWhat);
-  const bool controlled = s.simulator.options().step_control.has_value() && !steps;
-  if (controlled && !inputs.is_none())
-    throw py::value_error("inputs are by step: with step_control give none, or `steps`");
-  if (!s.input->value().wrenches.empty())
-    throw py::value_error(
-        "wrenches of simulator.input cannot be recorded: give them as columns ('hand.fx') of "
-        "inputs");
-  const double length = duration.value_or(s.simulator.options().duration);
-  if (!steps && !controlled && (duration || inputs.is_none()))
-    steps = steps_in(length, s.simulator.options().time_step);
-  const InputTable table(inputs, 1, controlled ? 0 : steps.value_or(-1), map);
-  auto out = std::make_shared<TrajectoryHandle>();
-  out->model = s.model;
-  s.simulator.input() = s.input->value();
-  Motion_ motion;
-  {
-    const py::gil_scoped_release release;
-    motion = controlled ? run_controlled(s, length, map) : run_fixed(s, table, map);
-  }
-  s.state->assign(s.simulator.state());
-  out->trajectory = std::move(motion.trajectory);
-  const Scene& scene = s.simulator.scene();
-  out->scene = std::make_shared<SceneHandle>(
-      SceneHandle{scene.name, s.model, scene.q, scene.v, scene.options});
-  check(ReportHandle{s.model, motion.report});
-  return out;
 }
 
 std::shared_ptr<InverseHandle> inverse(SimulatorHandle& s, const Array& q, const Array& v,
                                        const Array& v_next, const py::object& q_next) {
   const Model& m = s.model->model;
-  const Guard::Lock lock(s.guard, kWhat);
+  const Guard::Lock lock(s.guard, kSimulator);
   const VectorX q0 = vector(q, m.nq(), "q"), v0 = vector(v, m.nv(), "v"),
                 v1 = vector(v_next, m.nv(), "v_next");
   VectorX q1;
@@ -205,6 +83,22 @@ std::shared_ptr<InverseHandle> inverse(SimulatorHandle& s, const Array& q, const
   const py::gil_scoped_release release;
   out->inverse = s.simulator.inverse(q0, v0, q1, v1);
   return out;
+}
+
+/// A copy: the simulator's own lasts until its next inverse.
+std::shared_ptr<InverseHandle> last_forces(SimulatorHandle& s) {
+  const Guard::Lock lock(s.guard, kSimulator);
+  auto out = std::make_shared<InverseHandle>();
+  out->model = s.model;
+  const py::gil_scoped_release release;
+  out->inverse = s.simulator.last_forces();
+  return out;
+}
+
+FrameMotion frame(SimulatorHandle& s, const std::string& name) {
+  check_frame(*s.model, name);
+  const Guard::Lock lock(s.guard, kSimulator);
+  return s.simulator.frame(name);
 }
 
 constexpr const char* kStepDoc = R"(
@@ -235,54 +129,10 @@ Returns
 ControlledReport
 )";
 
-constexpr const char* kAdvanceDoc = R"(
-Many steps under simulator.input, in one call: faster than a loop in Python where steps are short.
-
-Parameters
-----------
-steps : int
-check : bool
-    As in step.
-
-Returns
--------
-StepReport
-    Of the last step, or of the one that failed.
-)";
-
-constexpr const char* kRunDoc = R"(
-Many steps, recorded; with options.step_control in controlled steps, unless `steps` is given.
-
-Parameters
-----------
-duration : float, optional
-    [s]; default: as many steps as inputs, else options.duration.
-steps : int, optional
-    In place of the duration.
-inputs : array_like, shape (steps, nu), optional
-    What acts in each step; default: simulator.input in all.
-columns : sequence of str
-    What the columns of inputs are: 'elbow.u', 'elbow.target', 'hand.fx' ...; default: the applied
-    forces, in the order of model.coordinates.force.
-
-Returns
--------
-Trajectory
-
-Raises
-------
-StepError
-    If a step fails; simulator.state is then the last good one.
-)";
-
 void bind_steps(py::class_<SimulatorHandle, SimulatorPtr>& simulator) {
   simulator.def("step", &step, py::arg("check") = true, kStepDoc)
       .def("step_controlled", &step_controlled, py::arg("until"), py::arg("check") = true,
-           kStepControlledDoc)
-      .def("advance", &advance, py::arg("steps"), py::arg("check") = true, kAdvanceDoc)
-      .def("run", &run, py::arg("duration") = py::none(), py::kw_only(),
-           py::arg("steps") = py::none(), py::arg("inputs") = py::none(),
-           py::arg("columns") = std::vector<std::string>(), kRunDoc);
+           kStepControlledDoc);
 }
 
 }  // namespace
@@ -312,19 +162,38 @@ Returns
 Inverse
 )";
 
+constexpr const char* kLastForcesDoc = R"(
+The forces of the last step: contacts with place, frame and force, closures, servos, applied forces.
+
+Of a controlled step they are those of its second half.
+
+Returns
+-------
+Inverse
+
+Raises
+------
+InputError
+    Where there was no step since construction, `reset` or the assignment of a state.
+)";
+
 void bind_calls(py::class_<SimulatorHandle, SimulatorPtr>& simulator) {
   using S = SimulatorHandle;
   simulator
       .def(
           "reset",
           [](S& s) {
-            const Guard::Lock lock(s.guard, kWhat);
+            const Guard::Lock lock(s.guard, kSimulator);
             s.simulator.reset();
             s.state->assign(s.simulator.state());
           },
           "Back to the scene's start; the input stays.")
       .def("inverse", &inverse, py::arg("q"), py::arg("v"), py::arg("v_next"),
            py::arg("q_next") = py::none(), kInverseDoc)
+      .def("last_forces", &last_forces, kLastForcesDoc)
+      .def(
+          "frame", &frame, py::arg("name"),
+          "FrameMotion of the frame of a link, at simulator.state: pose and velocity in the world.")
       .def(
           "effect_counts",
           [](const S& s) {
@@ -379,6 +248,7 @@ void bind_simulator(py::module_& m) {
           "The length that the next controlled step will try [s].");
   bind_calls(simulator);
   bind_steps(simulator);
+  bind_runs(simulator);
   make_step_fast(simulator);
   make_fast<S>(simulator, "q", [](S& s) { return new_reference(s.state->q); });
   make_fast<S>(simulator, "v", [](S& s) { return new_reference(s.state->v); });

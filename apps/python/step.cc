@@ -126,8 +126,6 @@ InputError
     For an integrator without inverse.
 )";
 
-void bind_derivatives(py::module_& m);  // derivatives.cc
-
 void bind_step(py::module_& m) {
   py::class_<WorkspaceHandle, WorkspacePtr>(m, "Workspace", kWorkspaceDoc)
       .def(py::init<ModelPtr>(), py::arg("model"))
@@ -140,7 +138,6 @@ void bind_step(py::module_& m) {
         py::arg("v_next"), py::kw_only(), py::arg("q_next") = py::none(),
         py::arg("known").none(true) = py::none(), py::arg("workspace").none(true) = py::none(),
         kStepInverseDoc);
-  bind_derivatives(m);
 }
 
 }  // namespace counterpoint::python

@@ -38,6 +38,8 @@ def test_names_that_are_none_say_what_there_is(load):
 def test_exceptions_have_the_messages_of_cpp(tmp_path, load):
     with pytest.raises(FileNotFoundError, match="nothing.yaml"):
         cp.load_scene(tmp_path / "nothing.yaml")
+    with pytest.raises(FileNotFoundError, match="nothing.stl"):
+        cp.Shape.convex_mesh(tmp_path / "nothing.stl")
     bad = tmp_path / "bad.yaml"
     bad.write_text("models: 3\n")
     with pytest.raises(cp.InputError, match="bad.yaml"):
@@ -235,6 +237,73 @@ def test_collision_queries(load):
     assert query.distance(ground, "cube/0" if "cube/0" in [g.name for g in scene.model.geometries] else 1).gap > 0
     assert query.contacts(10.0) and not query.overlapping_pairs()
     assert query.overlaps(cp.Shape.sphere(1), (0, 5, 0)) == [ground]
+
+
+def test_terrain_from_files(scenes, tmp_path):
+    table = tmp_path / "hill.csv"
+    table.write_text("0,0,0\n0,1,0\n0,0,0\n")
+    hill = cp.Shape.height_field(table, (4.0, 2.0))
+    assert hill.type == "terrain" and hill.vertices[:, 2].max() == 1.0
+    assert np.abs(hill.vertices[:, :2]).max(axis=0).tolist() == [2.0, 1.0]
+    with pytest.raises(ValueError, match="leave it out"):
+        cp.Shape.height_field(table, (4.0, 2.0), height=1.0)
+    with pytest.raises(FileNotFoundError):
+        cp.Shape.height_field(tmp_path / "none.csv", (1.0, 1.0))
+    mesh = tmp_path / "slope.obj"
+    mesh.write_text("v 0 0 0\nv 1 0 0\nv 1 1 0.5\nv 0 1 0.5\nf 1 2 3\nf 1 3 4\n")
+    slope = cp.Shape.triangle_mesh(mesh, scale=(2, 1, 1))
+    assert slope.type == "terrain" and slope.vertices[:, 0].max() == 2.0
+    builder = cp.ModelBuilder()
+    builder.add_environment("hill", hill)
+    ball = cp.Shape.sphere(0.1)
+    builder.add_robot(cp.RobotSpec("ball", [cp.LinkSpec("ball", ball.inertia(1.0), [cp.CollisionSpec(ball)])]),
+                      base="floating", pose=(0, 0, 2))
+    scene = cp.Scene(builder.build())
+    sim = cp.Simulator(scene)
+    sim.run(0.6)
+    assert sim.state["ball.z"] > 0.9  # on the top, 1 m above the plain
+
+
+def test_the_forces_of_the_last_step(load):
+    scene = load("cube_drop")
+    sim = cp.Simulator(scene)
+    with pytest.raises(cp.InputError, match="step"):
+        sim.last_forces()
+    sim.advance(1000)
+    forces = sim.last_forces()
+    weight = 9.80665 * cp.total_mass(scene.model)
+    # At rest: to the tolerance of the solver over h.
+    up = -1.0 if forces.contacts[0].geometry_b == "ground" else 1.0
+    assert up * forces.contact_forces[:, 2].sum() == pytest.approx(weight, rel=1e-6)
+    for contact in forces.contacts:
+        assert np.allclose(contact.frame.T @ contact.frame, np.eye(3), atol=1e-15)
+        assert np.array_equal(contact.frame[:, 0], contact.normal)
+        along = contact.force @ contact.frame
+        surfaces = [scene.model.geometry(g).material.friction for g in (contact.geometry_a, contact.geometry_b)]
+        assert np.hypot(along[1], along[2]) <= np.sqrt(np.prod(surfaces)) * along[0] + 1e-9 * weight
+    kept = forces.contact_forces.copy()
+    sim.advance(10)
+    assert np.array_equal(forces.contact_forces, kept)
+
+
+def test_frames_by_name(load):
+    scene = load("humanoid_drop")
+    sim = cp.Simulator(scene)
+    sim.advance(20)
+    data = cp.Data(scene.model)
+    cp.compute_kinematics(scene.model, data, sim.q, sim.v)
+    for frame in scene.model.frames:
+        found = sim.frame(frame.name)
+        assert np.allclose(found.pose.matrix, data.pose(frame.name).matrix, atol=1e-15)
+        arm = found.pose.translation - data.translation[frame.body.index]
+        wanted = data.velocity[frame.body.index]
+        # Velocities of some m/s, summed over a chain of ten.
+        assert np.allclose(found.angular_velocity, wanted[:3], atol=1e-12)
+        assert np.allclose(found.velocity, wanted[3:] + np.cross(wanted[:3], arm), atol=1e-12)
+    other = cp.frame_motion(scene.model, sim.state, frame.name)
+    assert np.array_equal(other.velocity, found.velocity)
+    with pytest.raises(KeyError, match=f"did you mean '{frame.name}'"):
+        sim.frame(frame.name + "x")
 
 
 def test_contact_problems_there_and_back():

@@ -17,7 +17,7 @@ def resident():
         return int(file.read().split()[1]) * resource.getpagesize() // 1024
 
 
-@pytest.mark.parametrize("what", ["step", "array", "name", "state", "report", "error"])
+@pytest.mark.parametrize("what", ["step", "array", "name", "state", "report", "error", "forces", "derivatives", "rollout", "failure"])
 def test_nothing_leaks(load, what):
     scene = load("pendulum")
     sim, model, state = cp.Simulator(scene), scene.model, scene.state()
@@ -30,6 +30,16 @@ def test_nothing_leaks(load, what):
         except KeyError:
             pass
 
+    def failing():
+        try:
+            broken.run(steps=2)
+        except cp.StepError:
+            pass
+
+    broken = cp.Simulator(scene)
+    broken.input.applied_force[0] = float("nan")
+    sim.step()
+    batch, states = cp.Batch(scene, num_threads=1), [state]
     call, count = {
         "step": (lambda: sim.step(), CALLS),
         "array": (lambda: sim.state.q, CALLS),
@@ -37,6 +47,10 @@ def test_nothing_leaks(load, what):
         "state": (lambda: state.copy().q, CALLS // 4),
         "report": (lambda: cp.step_forward(model, scene.options, state, next=state, workspace=workspace), CALLS // 4),
         "error": (missing, CALLS // 10),
+        "forces": (lambda: sim.last_forces().contacts, CALLS // 10),
+        "derivatives": (lambda: cp.rnea_derivatives(model, [0.1], [0.2], [0.3]).dq, CALLS // 10),
+        "rollout": (lambda: batch.rollout(states, steps=1).q, CALLS // 100),
+        "failure": (failing, CALLS // 20),
     }[what]
     workspace = cp.Workspace(model)
     for _ in range(count // 10):

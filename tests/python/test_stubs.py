@@ -9,7 +9,7 @@ import pytest
 import counterpoint as cp
 
 PACKAGE = pathlib.Path(cp.__file__).resolve().parent
-MODULES = {"__init__": cp, **{name: getattr(cp, name) for name in ("collision", "contact", "recordings", "view")}}
+MODULES = {"__init__": cp, **{name: getattr(cp, name) for name in ("collision", "contact", "optimization", "recordings", "view")}}
 # What every class has, or that only notebooks, copy and pickle call.
 UNSTUBBED = {"__init__", "__repr__", "__module__", "__doc__", "__eq__", "__hash__", "__new__", "__reduce__", "__getstate__",
              "__setstate__", "_pybind11_conduit_v1_", "_repr_html_", "_ipython_key_completions_", "__weakref__", "__dict__"}

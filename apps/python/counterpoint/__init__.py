@@ -11,12 +11,11 @@
 from . import _core
 from ._core import *  # noqa: F401,F403
 from ._core import __version__
-from . import collision, contact, recordings, view
+from . import collision, contact, optimization, recordings, view
 
 __all__ = sorted(
     [name for name in vars(_core) if not name.startswith("_")] + ["__version__"]
 )
-
 
 
 def _move(source: object, name: str) -> None:
@@ -27,6 +26,6 @@ def _move(source: object, name: str) -> None:
 
 
 _move(_core, __name__)
-for _module in (_core.collision, _core.contact, _core.recordings, _core.view):
+for _module in (_core.collision, _core.contact, _core.optimization, _core.recordings, _core.view):
     _move(_module, _module.__name__.replace("._core", ""))
 del _module

@@ -7,6 +7,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import collision as collision
 from . import contact as contact
+from . import optimization as optimization
 from . import recordings as recordings
 from . import view as view
 
@@ -25,6 +26,7 @@ class InputError(ValueError): ...
 
 class StepError(RuntimeError):
     report: StepReport
+    partial: Trajectory | None
 
 @final
 class Pose:
@@ -110,6 +112,14 @@ class Shape:
     def convex_mesh(file: _Path, scale: ArrayLike = (1, 1, 1)) -> Shape: ...
     @staticmethod
     def terrain(vertices: ArrayLike, triangles: ArrayLike) -> Shape: ...
+    @staticmethod
+    def triangle_mesh(file: _Path, scale: ArrayLike = (1, 1, 1)) -> Shape: ...
+    @staticmethod
+    def height_field(
+        file: _Path,
+        size: tuple[float, float],
+        height: float | None = None,
+    ) -> Shape: ...
     @property
     def type(
         self,
@@ -665,6 +675,8 @@ class ContactForce:
     @property
     def normal(self) -> _Floats: ...
     @property
+    def frame(self) -> _Floats: ...
+    @property
     def gap(self) -> float: ...
     @property
     def force(self) -> _Floats: ...
@@ -768,6 +780,79 @@ def step_forward_derivatives(
     method: _Method = "analytic",
 ) -> ForwardDerivatives: ...
 
+_ParameterKind: TypeAlias = Literal[
+    "inertia",
+    "friction",
+    "restitution",
+    "torsional_friction",
+    "rolling_friction",
+    "height",
+    "damping",
+    "dry_friction",
+    "armature",
+    "gravity",
+    "compliance",
+    "smoothing",
+    "stabilization",
+    "max_recovery_speed",
+]
+
+@final
+class StepParameter:
+    def __init__(
+        self,
+        model: Model,
+        kind: _ParameterKind,
+        targets: Iterable[str | int] = (),
+        changes: ArrayLike | None = None,
+    ) -> None: ...
+    @property
+    def kind(self) -> _ParameterKind: ...
+    @property
+    def targets(self) -> list[int]: ...
+
+def mass_parameter(model: Model, body: str | int) -> StepParameter: ...
+def inertia_scale_parameter(model: Model, body: str | int) -> StepParameter: ...
+def inertial_step_parameters(model: Model) -> list[StepParameter]: ...
+
+@final
+class InverseParameterDerivatives:
+    @property
+    def du(self) -> _Floats: ...
+    @property
+    def by_differences(self) -> list[bool]: ...
+
+@final
+class ParameterDerivator:
+    def __init__(self, model: Model, parameters: Sequence[StepParameter]) -> None: ...
+    def inverse(
+        self,
+        options: SimulationOptions,
+        q: ArrayLike,
+        v: ArrayLike,
+        v_next: ArrayLike,
+        *,
+        known: Input | None = None,
+        workspace: Workspace | None = None,
+        method: _Method = "analytic",
+    ) -> tuple[Inverse, InverseParameterDerivatives]: ...
+
+def forward_parameter_derivatives(
+    derivatives: ForwardDerivatives,
+    du: ArrayLike,
+) -> tuple[_Floats, _Floats]: ...
+
+@final
+class FrameMotion:
+    @property
+    def pose(self) -> Pose: ...
+    @property
+    def velocity(self) -> _Floats: ...
+    @property
+    def angular_velocity(self) -> _Floats: ...
+
+def frame_motion(model: Model, state: State, name: str) -> FrameMotion: ...
+
 @final
 class Trajectory:
     @property
@@ -845,6 +930,7 @@ class Simulator:
         steps: int | None = None,
         inputs: ArrayLike | None = None,
         columns: Sequence[str] = (),
+        check: bool = True,
     ) -> Trajectory: ...
     def inverse(
         self,
@@ -853,6 +939,8 @@ class Simulator:
         v_next: ArrayLike,
         q_next: ArrayLike | None = None,
     ) -> Inverse: ...
+    def last_forces(self) -> Inverse: ...
+    def frame(self, name: str) -> FrameMotion: ...
     def effect_counts(self) -> dict[str, int]: ...
 
 @final
@@ -869,6 +957,36 @@ class Rollout:
     def succeeded(self) -> NDArray[np.bool_]: ...
     def report(self, motion: int) -> StepReport: ...
     def end(self, motion: int) -> State: ...
+    def __len__(self) -> int: ...
+
+@final
+class InverseDerivativesBatch:
+    @property
+    def applied_force(self) -> _Floats: ...
+    @property
+    def dq(self) -> _Floats: ...
+    @property
+    def dv(self) -> _Floats: ...
+    @property
+    def dv_next(self) -> _Floats: ...
+    @property
+    def by_differences(self) -> NDArray[np.bool_]: ...
+    def __len__(self) -> int: ...
+
+@final
+class ForwardDerivativesBatch:
+    @property
+    def dv_dq(self) -> _Floats: ...
+    @property
+    def dv_dv(self) -> _Floats: ...
+    @property
+    def dv_du(self) -> _Floats: ...
+    @property
+    def dq_dq(self) -> _Floats: ...
+    @property
+    def dq_dv(self) -> _Floats: ...
+    @property
+    def dq_du(self) -> _Floats: ...
     def __len__(self) -> int: ...
 
 @final
@@ -890,6 +1008,22 @@ class Batch:
         out: _Floats | None = None,
     ) -> Rollout: ...
     def step(self, states: Sequence[State], inputs: Sequence[Input] = ()) -> list[StepReport]: ...
+    def inverse_derivatives(
+        self,
+        states: ArrayLike | Sequence[State],
+        v_next: ArrayLike,
+        *,
+        known: Sequence[Input] = (),
+        method: _Method = "analytic",
+    ) -> InverseDerivativesBatch: ...
+    def forward_derivatives(
+        self,
+        states: ArrayLike | Sequence[State],
+        v_next: ArrayLike,
+        *,
+        known: Sequence[Input] = (),
+        method: _Method = "analytic",
+    ) -> tuple[InverseDerivativesBatch | None, ForwardDerivativesBatch]: ...
 
 def rollout(
     scene: Scene,
@@ -958,3 +1092,48 @@ def total_momentum(
 ) -> _Floats: ...
 def integrate_configuration(model: Model, q: ArrayLike, v: ArrayLike, h: float) -> _Floats: ...
 def configuration_difference(model: Model, q_from: ArrayLike, q_to: ArrayLike) -> _Floats: ...
+
+@final
+class RneaDerivatives:
+    @property
+    def dq(self) -> _Floats: ...
+    @property
+    def dv(self) -> _Floats: ...
+    @property
+    def da(self) -> _Floats: ...
+
+@final
+class AbaDerivatives:
+    @property
+    def dq(self) -> _Floats: ...
+    @property
+    def dv(self) -> _Floats: ...
+    @property
+    def dtau(self) -> _Floats: ...
+
+def rnea_derivatives(
+    model: Model,
+    q: ArrayLike,
+    v: ArrayLike,
+    a: ArrayLike,
+    data: Data | None = None,
+) -> RneaDerivatives: ...
+def aba_derivatives(
+    model: Model,
+    q: ArrayLike,
+    v: ArrayLike,
+    tau: ArrayLike,
+    *,
+    diagonal: ArrayLike | None = None,
+    data: Data | None = None,
+) -> AbaDerivatives: ...
+def inertial_parameters(model: Model) -> _Floats: ...
+def inertia_regressor(
+    model: Model,
+    q: ArrayLike,
+    v: ArrayLike,
+    a: ArrayLike,
+    data: Data | None = None,
+    *,
+    out: _Floats | None = None,
+) -> _Floats: ...

@@ -80,6 +80,8 @@ class Identification:
     @property
     def evaluations(self) -> int: ...
     @property
+    def linearizations(self) -> int: ...
+    @property
     def correlation(self) -> NDArray[np.float64]: ...
 
 def load_column_map(file: str | PathLike[str], model: Model) -> ColumnMap: ...
@@ -113,6 +115,7 @@ def identify(
     samples: int = 64,
     refined: int = 3,
     bootstrap: int = 0,
+    exact: bool = True,
     difference: float = 1e-3,
     progress: Callable[[int, int], object] | None = None,
 ) -> Identification: ...

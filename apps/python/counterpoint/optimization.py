@@ -1,0 +1,1 @@
+from ._core.optimization import *  # type: ignore  # noqa: F401,F403
