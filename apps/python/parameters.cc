@@ -105,7 +105,7 @@ py::tuple inverse(DerivatorHandle& d, const SimulationOptions& options, const Ar
   const WorkspacePtr w = workspace_for(d.model, given);
   const Guard::Lock own_lock(d.guard, "ParameterDerivator");
   const Guard::Lock lock(w->guard, "Workspace");
-  w->set_motion(q, v, v_next);
+  w->set_motion(q, v, py::none(), v_next);
   w->set_input(known);
   auto out = std::make_shared<InverseHandle>();
   out->model = d.model;

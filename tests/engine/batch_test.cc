@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <cmath>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -11,6 +12,7 @@
 #include "counterpoint/model/scene.h"
 #include "support/paths.h"
 #include "support/random_model.h"
+#include "support/small_scenes.h"
 
 namespace counterpoint::test {
 namespace {
@@ -110,6 +112,24 @@ TEST(Batch, ThrowsWhatATaskThrew) {
   std::vector<StepReport> reports(2);
   EXPECT_THROW(batch.step(states, inputs, reports), InputError);
   EXPECT_THROW(Batch(scene(), -1), InputError);
+}
+
+// Runge-Kutta has forward derivatives and no inverse.
+TEST(Batch, WhatAnIntegratorHasNotIsNotANumber) {
+  Scene falling = free_ball({});
+  falling.options.integrator = Integrator::kRungeKutta4;
+  Batch batch(falling, 1);
+  const State start = Simulator(falling).state();
+  const auto n = static_cast<std::size_t>(start.v.size());
+  std::vector<double> force(n, 0.0), dq(n * n, 0.0), dv_du(n * n, 0.0);
+  ForwardDerivativeBlocks forward;
+  forward.dv_du = dv_du.data();
+  batch.forward_derivatives({&start, 1}, {&start, 1}, {},
+                            {force.data(), dq.data(), nullptr, nullptr, nullptr}, forward);
+  for (const double x : force) EXPECT_TRUE(std::isnan(x));
+  for (const double x : dq) EXPECT_TRUE(std::isnan(x));
+  for (const double x : dv_du) EXPECT_TRUE(std::isfinite(x));
+  EXPECT_GT(dv_du[0], 0.0);
 }
 
 TEST(Batch, DerivativesHaveTheBitsOfOneAfterTheOther) {

@@ -8,6 +8,7 @@
 #include "counterpoint/engine/contact_law.h"
 #include "support/allocation_guard.h"
 #include "support/linkages.h"
+#include "support/paths.h"
 #include "support/recover.h"
 #include "support/small_scenes.h"
 
@@ -103,6 +104,27 @@ TEST(Recovery, TheMidpointRuleKeepsTheSpeed) {
   for (int i = 0; i < 100; ++i) ASSERT_TRUE(sim.step().succeeded());
   // Without gravity w+ = w_c, which is the bias of the first steps.
   EXPECT_NEAR(sim.state().v[2], ContactOptions{}.max_recovery_speed, 1e-3);
+}
+
+// Twenty-five boxes side by side, an island each.
+TEST(Recovery, MovesTheIslandsThatOverlapAndNoOthers) {
+  constexpr int kPushed = 12, kCoordinates = 7;
+  constexpr double kRest = 0.1;  // [m], half a box
+  Scene scene = load_scene(source_dir() + "/data/scenes/grid_5.yaml");
+  for (int i = 2; i < scene.q.size(); i += kCoordinates) scene.q[i] = kRest;
+  Scene pushed = scene;
+  pushed.q[kPushed * kCoordinates + 2] -= kDeep;
+  Simulator plain(scene), sim(pushed);
+  for (int i = 0; i < 20; ++i) {
+    const double height = sim.state().q[kPushed * kCoordinates + 2];
+    ASSERT_TRUE(plain.step().succeeded());
+    ASSERT_TRUE(sim.step().succeeded());
+    EXPECT_GT(sim.state().q[kPushed * kCoordinates + 2], height);
+    for (int k = 0; k < sim.state().q.size(); ++k) {
+      if (k / kCoordinates == kPushed) continue;
+      EXPECT_EQ(sim.state().q[k], plain.state().q[k]) << "coordinate " << k << ", step " << i;
+    }
+  }
 }
 
 TEST(Recovery, DoesNotAllocateOnceSeen) {
