@@ -14,6 +14,13 @@
 #include "counterpoint/collision/terrain_contacts.h"
 
 namespace counterpoint::collision {
+namespace {
+
+bool meet(const Bounds& a, const Bounds& b) {
+  return (a.low.array() <= b.high.array()).all() && (b.low.array() <= a.high.array()).all();
+}
+
+}  // namespace
 struct Collider::Impl {
   explicit Impl(const Model& model) : geometries(model.geometries()), filter(model) {}
 
@@ -199,9 +206,6 @@ void Collider::Impl::group_by_body(const Model& model) {
 }
 
 void Collider::Impl::find_pairs_by_body() {
-  const auto meet = [](const Bounds& a, const Bounds& b) {
-    return (a.low.array() <= b.high.array()).all() && (b.low.array() <= a.high.array()).all();
-  };
   for (std::size_t i = 0; i < body_boxes.size(); ++i) {
     Bounds all{Vector3::Constant(kFarthest), Vector3::Constant(-kFarthest)};
     for (int at = begin_of_body[i]; at < begin_of_body[i + 1]; ++at) {
@@ -248,10 +252,7 @@ void Collider::Impl::find_awake_pairs() {
     const Bounds& box = boxes[k];
     if (!is_sound(box)) continue;
     for (int l = 0; l < static_cast<int>(solids.size()); ++l) {
-      if ((box.low.array() > boxes[l].high.array()).any() ||
-          (boxes[l].low.array() > box.high.array()).any() || !is_sound(boxes[l])) {
-        continue;
-      }
+      if (!meet(box, boxes[l]) || !is_sound(boxes[l])) continue;
       // Of two that are awake the one of the lower index has found the other.
       if (l != k && (l > k || is_idle(solids[l])))
         solid_pairs.emplace_back(std::min(k, l), std::max(k, l));

@@ -8,6 +8,8 @@
 namespace counterpoint {
 namespace {
 
+using Matrix63 = Eigen::Matrix<double, 6, 3>;
+
 Vector6 stack(const Vector3& a, const Vector3& b) {
   Vector6 s;
   s << a, b;
@@ -39,29 +41,27 @@ bool reduce_single(bool revolute, const Vector3& axis, double tau, double diagon
   return true;
 }
 
-/// The same for joints of N coordinates.
-template <int N>
-bool reduce_multi(const Motion* axis, const double* tau, const double* diagonal, const Motion& c,
+/// The same for joints of three coordinates.
+bool reduce_three(const Motion* axis, const double* tau, const double* diagonal, const Motion& c,
                   bool has_parent, ArticulatedInertia& IA, Force& pA, MultiDofFactor& factor) {
-  Eigen::Matrix<double, 6, N> S, U;
-  for (int j = 0; j < N; ++j) {
+  Matrix63 S, U;
+  for (int j = 0; j < 3; ++j) {
     const Force column = IA * axis[j];
     S.col(j) << axis[j].angular, axis[j].linear;
     U.col(j) << column.torque, column.force;
   }
-  Eigen::Matrix<double, N, N> D;
+  Matrix3 D;
   D.noalias() = S.transpose() * U;
-  for (int j = 0; j < N; ++j) D(j, j) += diagonal[j];
-  const Eigen::LLT<Eigen::Matrix<double, N, N>> llt(D);
+  for (int j = 0; j < 3; ++j) D(j, j) += diagonal[j];
+  const Eigen::LLT<Matrix3> llt(D);
   if (llt.info() != Eigen::Success) return false;
-  const Eigen::Matrix<double, N, N> D_inv = llt.solve(Eigen::Matrix<double, N, N>::Identity());
-  const Eigen::Matrix<double, N, 1> u = Eigen::Map<const Eigen::Matrix<double, N, 1>>(tau) -
-                                        S.transpose() * stack(pA.torque, pA.force);
-  factor.U.template leftCols<N>() = U;
-  factor.D_inv.template topLeftCorner<N, N>() = D_inv;
-  factor.u.template head<N>() = u;
+  const Matrix3 D_inv = llt.solve(Matrix3::Identity());
+  const Vector3 u = Eigen::Map<const Vector3>(tau) - S.transpose() * stack(pA.torque, pA.force);
+  factor.U.leftCols<3>() = U;
+  factor.D_inv.topLeftCorner<3, 3>() = D_inv;
+  factor.u.head<3>() = u;
   if (!has_parent) return true;
-  const Eigen::Matrix<double, 6, N> UD = U * D_inv;
+  const Matrix63 UD = U * D_inv;
   const Matrix6 Ia = IA.matrix() - UD * U.transpose();
   IA.angular = Ia.topLeftCorner<3, 3>();
   IA.coupling = Ia.topRightCorner<3, 3>();
@@ -113,12 +113,11 @@ void accelerate_floating(const Motion* axis, const MultiDofFactor& factor, const
   for (int j = 3; j < 6; ++j) a[j] = axis[j].angular.dot(x.head<3>());
 }
 
-template <int N>
-void accelerate_multi(const MultiDofFactor& factor, const Motion& A, double* a) {
-  Eigen::Map<Eigen::Matrix<double, N, 1>> out(a);
-  out.noalias() = factor.D_inv.template topLeftCorner<N, N>() *
-                  (factor.u.template head<N>() -
-                   factor.U.template leftCols<N>().transpose() * stack(A.angular, A.linear));
+void accelerate_three(const MultiDofFactor& factor, const Motion& A, double* a) {
+  Eigen::Map<Vector3> out(a);
+  out.noalias() =
+      factor.D_inv.topLeftCorner<3, 3>() *
+      (factor.u.head<3>() - factor.U.leftCols<3>().transpose() * stack(A.angular, A.linear));
 }
 
 bool reduce_joint(const Model& model, int i, const VectorRef& tau, const VectorRef& joint_diagonal,
@@ -138,8 +137,8 @@ bool reduce_joint(const Model& model, int i, const VectorRef& tau, const VectorR
                            data.IA[i], data.pA[i], data.U[i], data.D_inv[i], data.u[i]);
     case JointType::kPlanar:
     case JointType::kSpherical:
-      return reduce_multi<3>(axis, tau.data() + k, diagonal, data.c[i], has_parent, data.IA[i],
-                             data.pA[i], data.multi[i]);
+      return reduce_three(axis, tau.data() + k, diagonal, data.c[i], has_parent, data.IA[i],
+                          data.pA[i], data.multi[i]);
     case JointType::kFloating:
       return reduce_floating(axis, tau.data() + k, diagonal, data.c[i], has_parent, data.IA[i],
                              data.pA[i], data.multi[i]);
@@ -187,7 +186,7 @@ bool aba(const Model& model, const VectorRef& tau, const VectorRef& diagonal,
         break;
       case JointType::kPlanar:
       case JointType::kSpherical:
-        accelerate_multi<3>(data.multi[i], A, a_i);
+        accelerate_three(data.multi[i], A, a_i);
         break;
       case JointType::kFloating:
         accelerate_floating(&data.axis[body.v_index], data.multi[i], A, a_i);

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <atomic>
 #include <exception>
-#include <limits>
 #include <string>
 #include <thread>
 
@@ -135,12 +134,6 @@ void Batch::derive(std::span<const State> starts, std::span<const State> ends,
   const auto one = [&](size_t i, Derivation& d, const SimulationOptions& options) {
     const Input& input = known.empty() ? nothing : known[i];
     const auto &q = starts[i].q, &v = starts[i].v, &q_next = ends[i].q, &v_next = ends[i].v;
-    if (options.integrator == Integrator::kRungeKutta4) {  // which has no inverse
-      constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-      d.inverse.applied_force.setConstant(model.nv(), kNaN);
-      for (MatrixX* m : {&d.by_motion.dq, &d.by_motion.dv, &d.by_motion.dv_next})
-        m->setConstant(model.nv(), model.nv(), kNaN);
-    }
     if (forward != nullptr) {
       step_forward_derivatives(model, options, q, v, q_next, v_next, input, d.workspace, d.inverse,
                                d.by_motion, d.forward, method);

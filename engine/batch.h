@@ -50,8 +50,8 @@ class Batch {
   void step(std::span<State> states, std::span<const Input> inputs, std::span<StepReport> reports);
 
   /// step_inverse_derivatives of every step from starts[i] to ends[i] (whose v is looked at, and q
-  /// where step_inverse_derivatives does), under
-  /// known[i]; `known` may be empty: nothing is known of any. NaN where forces are not known.
+  /// where step_inverse_derivatives does), under known[i];
+  /// `known` may be empty: nothing is known of any. NaN where forces are not known.
   /// @throws InputError unless all are of one length, and where step_inverse does.
   void inverse_derivatives(std::span<const State> starts, std::span<const State> ends,
                            std::span<const Input> known, const InverseDerivativeBlocks& out,

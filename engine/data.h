@@ -14,9 +14,9 @@ namespace counterpoint {
 
 /// The joint's share of an articulated-body sweep, for joints of more than one coordinate.
 struct MultiDofFactor {
-  Eigen::Matrix<double, 6, 6> U;      ///< IA S, first nv columns
-  Eigen::Matrix<double, 6, 6> D_inv;  ///< inverse of S' IA S + diagonal, nv x nv
-  Vector6 u;                          ///< tau - S' pA
+  Eigen::Matrix<double, 6, 6> U;      ///< IA S, first nv columns; floating: IA
+  Eigen::Matrix<double, 6, 6> D_inv;  ///< of S' IA S + diagonal; floating: Cholesky factor, in W
+  Vector6 u;                          ///< tau - S' pA; floating: S tau - pA
 };
 
 /// Inertia that only the forward step has, seen from the body's origin, in axes of W.

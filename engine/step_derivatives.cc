@@ -139,6 +139,8 @@ bool step_forward_derivatives(const Model& model, const SimulationOptions& optio
         differentiate_runge_kutta(model, options, q, v, known, workspace.impl(), scratch, d);
     for (MatrixX* m : all)
       if (!found) m->setConstant(kNaN);
+    inverse.applied_force.setConstant(nv, kNaN);
+    fill_with_nan(nv, d_inverse);
     return found;
   }
   step_inverse_derivatives(model, options, q, v, q_next, v_next, known, workspace, inverse,

@@ -64,8 +64,8 @@ struct ForwardDerivatives {
 /// Derivatives of the step from (q, v) under `known`, which led to v_next (and q_next, as above):
 /// by one linear solve from those of the inverse, which are left in `inverse` and `d_inverse`.
 /// known.applied_force is not looked at. Of runge_kutta_4, which has no inverse, by the chain rule
-/// of its stages: v_next and `method` are not looked at then, `inverse` and `d_inverse` left as
-/// they are, and known.applied_force is what acted. False if du/dv+, or M, is singular: `d` is NaN
+/// of its stages: v_next and `method` are not looked at then, forces of `inverse` and `d_inverse`
+/// are NaN, and known.applied_force is what acted. False if du/dv+, or M, is singular: `d` is NaN
 /// then.
 /// @throws InputError where step_inverse, or the Runge-Kutta step, does.
 bool step_forward_derivatives(const Model& model, const SimulationOptions& options, VectorRef q,
