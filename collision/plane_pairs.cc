@@ -165,26 +165,33 @@ void add_farthest(const Heights& heights, int lowest, double margin, const Direc
   for (const int i : best) choice.add(i, kDirections);
 }
 
-// The vertices that would be the lowest if the mesh tipped by an angle along each direction.
+// The vertices that would be the lowest if the mesh tipped along each direction, by a small share
+// of the angle and by all of it, until the choice is full.
 void add_tipped(const Heights& heights, int lowest, double angle, const Directions& directions,
                 Choice& choice) {
-  for (const Vector3& direction : directions)
-    choice.add(support_vertex(heights.mesh, angle * direction - heights.up, lowest), kDirections);
+  constexpr double kLittle = 1.0 / 16.0;
+  std::array<int, kDirections> tipped;
+  tipped.fill(lowest);
+  for (const double share : {kLittle, 1.0}) {
+    for (int k = 0; k < kDirections && choice.size < kDirections; ++k) {
+      const Vector3 down = (share * angle) * directions[k] - heights.up;
+      tipped[k] = support_vertex(heights.mesh, down, tipped[k]);
+      choice.add(tipped[k], kDirections);
+    }
+  }
 }
 
 // The vertices below the margin. If these are too many the lowest, and those on which the mesh
 // would stand once it has turned by what it may turn, or by a small share of that: on a face the
 // corners that span it, on a dense round mesh one or two.
 Choice choose_vertices(const Heights& heights, int lowest, double margin, double turn) {
-  constexpr double kLittle = 1.0 / 16.0;
   Choice choice;
   choice.size = list_below(heights, margin, lowest, choice.vertices);
   if (choice.size <= kMost) return choice;
   choice.size = 0;
   const Directions directions = spread_directions(heights.up);
   if (turn < std::numeric_limits<double>::infinity()) {
-    for (const double share : {kLittle, 1.0})
-      add_tipped(heights, lowest, share * turn, directions, choice);
+    add_tipped(heights, lowest, turn, directions, choice);
   } else {
     add_farthest(heights, lowest, margin, directions, choice);
   }
