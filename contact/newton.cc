@@ -49,48 +49,23 @@ void Newton::begin(IslandSystem& system) {
   hessian_.resize(system.hessian_size());
   totals_.iterations = totals_.line_search_evaluations = 0;
   evaluated_ = false;
-  for (auto* history : {&totals_.residual_history, &totals_.cost_history}) {
-    history->reserve(kUsualHistory);
-    history->clear();
-  }
-}
-
-// Of the point that evaluate_residual saw last.
-double Newton::cost_here() const {
-  double sum = 0.5 * dot(difference_, momentum_);
-  for (const auto& c : system_->constraints()) sum += potential(c.law, y_.data() + c.row);
-  return sum;
-}
-
-double Newton::cost(const std::vector<double>& w, const std::vector<double>& y) {
-  const double* free = system_->free_velocity();
-  for (size_t i = 0; i < w.size(); ++i) difference_[i] = w[i] - free[i];
-  system_->multiply_mass(difference_.data(), momentum_.data());
-  double sum = 0.5 * dot(difference_, momentum_);
-  for (const auto& c : system_->constraints()) sum += potential(c.law, y.data() + c.row);
-  return sum;
+  totals_.residual_history.reserve(kUsualHistory);
+  totals_.residual_history.clear();
 }
 
 void Newton::choose_start(std::vector<double>& w, std::vector<double>& f) {
   unsymmetric_ = system_->unsymmetric();
+  evaluate_residual(w, f);
+  const double given = gradient_norm_;
+  if (given < kGoodStart * scale_) return;
   const double* free = system_->free_velocity();
   trial_.assign(free, free + w.size());
-  if (unsymmetric_) {
-    evaluate_residual(w, f);
-    const double given = gradient_norm_;
-    if (given < kGoodStart * scale_) return;
-    evaluate_residual(trial_, f);
-    if (gradient_norm_ < given) {
-      w = trial_;
-    } else {
-      evaluated_ = false;
-    }
-    return;
+  evaluate_residual(trial_, f);
+  if (gradient_norm_ < given) {
+    w = trial_;
+  } else {
+    evaluated_ = false;
   }
-  system_->constraint_velocity(w.data(), y_.data());
-  const double given = cost(w, y_);
-  system_->constraint_velocity(free, y_.data());
-  if (cost(trial_, y_) < given) w = trial_;
 }
 
 // y, f, gradient (or, with Coulomb laws, residual), its norm and the scale of its terms, all at w.
@@ -231,7 +206,6 @@ void Newton::record() {
   recorded_ = true;
   residual_ = scale_ > kNothing ? gradient_norm_ / scale_ : 0.0;
   totals_.residual_history.push_back(residual_);
-  if (!unsymmetric_) totals_.cost_history.push_back(cost_here());
 }
 
 // A step that did not reduce the residual, or a line search lost in noise: round-off, or failure?

@@ -26,13 +26,13 @@ class Newton {
   struct Totals {
     int iterations = 0;
     int line_search_evaluations = 0;
-    std::vector<double> residual_history, cost_history;
+    std::vector<double> residual_history;
   };
 
   /// Begins with an island: sizes memory, forgets the totals.
   void begin(IslandSystem& system);
-  /// Replaces w by the free velocity if that costs less (Coulomb: has the smaller residual): a
-  /// contact at rest starts well from the last velocity, a flight from the free one.
+  /// Replaces w by the free velocity if that has the smaller residual: a contact at rest starts
+  /// well from the last velocity, a flight from the free one.
   /// f: room for impulses. resume() then starts there.
   void choose_start(std::vector<double>& w, std::vector<double>& f);
   /// At most `max_iterations` steps towards a relative residual of `tolerance`. w: start on entry,
@@ -48,8 +48,6 @@ class Newton {
   const Totals& totals() const { return totals_; }
 
  private:
-  double cost(const std::vector<double>& w, const std::vector<double>& y);
-  double cost_here() const;
   void evaluate_residual(const std::vector<double>& w, std::vector<double>& f);
   double roundoff_floor(const std::vector<double>& w);
   bool compute_direction();
