@@ -28,6 +28,7 @@ struct Prepared {
   opt::ProblemFile file;
   std::unique_ptr<opt::Newton> newton;
   std::vector<VectorX> frames;
+  double damping = 0.0;
 
   Prepared(const fs::path& problem, std::optional<int> steps, int threads)
       : file(opt::load_problem(problem, steps)),
@@ -35,20 +36,21 @@ struct Prepared {
     newton->begin(opt::stage_at(file.problem, file.settings, kMiddle));
     for (int i = 0; i < 5; ++i) newton->iterate();
     frames = newton->frames().variables();
+    damping = newton->damping();
   }
 };
 
-/// One Newton step over and over, from the same frames; where its time goes, into the counters.
-/// Returns the sum of its parts [ms].
+/// One Newton step over and over, from the same frames with the damping that a run has there; where
+/// its time goes, into the counters. Returns the sum of its parts [ms].
 double repeat_step(benchmark::State& state, opt::Newton& newton,
-                   const std::vector<VectorX>& variables, const opt::Stage& stage) {
+                   const std::vector<VectorX>& variables, double damping, const opt::Stage& stage) {
   double linearize = 0.0, factor = 0.0, trial = 0.0;
   int trials = 0;
   for (auto _ : state) {
     state.PauseTiming();
     newton.frames().set_variables(variables);
-    newton.set_damping(1e-3);
     newton.begin(stage);
+    newton.set_damping(damping);
     state.ResumeTiming();
     const opt::Iteration step = newton.iterate();
     linearize += 1e3 * step.linearize_seconds;
@@ -71,7 +73,8 @@ void newton_step(benchmark::State& state, const fs::path& problem, std::optional
                  int threads) {
   Prepared prepared(problem, steps, threads);
   const opt::Stage stage = opt::stage_at(prepared.file.problem, prepared.file.settings, kMiddle);
-  const double parts = repeat_step(state, *prepared.newton, prepared.frames, stage);
+  const double parts =
+      repeat_step(state, *prepared.newton, prepared.frames, prepared.damping, stage);
   state.counters["ms_per_frame"] =
       benchmark::Counter(parts / prepared.file.problem.steps, benchmark::Counter::kAvgIterations);
 }
@@ -163,7 +166,7 @@ void chain_step(benchmark::State& state) {
   opt::Newton newton(problem, start, 1);
   opt::Stage stage;
   stage.options = problem.options;
-  repeat_step(state, newton, newton.frames().variables(), stage);
+  repeat_step(state, newton, newton.frames().variables(), 1e-3, stage);
 }
 
 void add_newton_step(const std::string& name, const fs::path& problem, std::optional<int> steps,

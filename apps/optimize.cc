@@ -157,10 +157,11 @@ void print_start(const Report& report, const OptimizedStart& start) {
   fmt::print(report.text(),
              "{} (seed {}): cost {:.6g} after {} Newton steps in {:.2f} s, smoothing {:.1e} m\n"
              "  forces without a motor {:.2e} of the weight; forward steps land within {:.1e}; "
-             "overlap {:.1e} m, stance slips {:.1e} m a step, effort {:.0f} % of the limits\n",
+             "overlap {:.1e} m, stance slips {:.1e} m a step, landings {:.1e} m, effort {:.0f} % "
+             "of the limits\n",
              opt::outcome_name(r.outcome), start.seed, r.cost, r.iterations, r.seconds, r.smoothing,
              v.unactuated_max, v.forward_check_max, v.overlap_max, v.stance_slip_max,
-             100.0 * v.effort_max);
+             v.landing_slip_max, 100.0 * v.effort_max);
 }
 
 int optimize(Arguments& arguments) {

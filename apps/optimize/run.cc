@@ -113,6 +113,7 @@ void fill_report(const OptimizedStart& start, Json& out) {
   out["overlap_max_m"] = found.overlap_max;
   out["cone_violation_max"] = found.cone_violation_max;
   out["stance_slip_max_m"] = found.stance_slip_max;
+  out["landing_slip_max_m"] = found.landing_slip_max;
   out["effort_share_max"] = found.effort_max;
   out["contact_force_relative_max"] = found.contact_force_max;
 }

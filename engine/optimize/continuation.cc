@@ -21,6 +21,8 @@ constexpr double kWorse = 0.02, kWorseRatio = 1.2;
 /// So is one below the first of these smoothings [m] that ran out of iterations and costs as much
 /// more: contacts are formed by then, and it has lost them.
 constexpr double kFormed = 1e-3, kDearer = 1.1;
+/// And one that costs so much more, however few iterations it took.
+constexpr double kMuchDearer = 1.5;
 /// Overlaps are recovered at up to this speed [m/s] down to Continuation::quick_recovery_above, and
 /// as the problem's own options say from this smoothing [m] on.
 constexpr double kQuickRecovery = 1e4, kSlowRecovery = 1e-6;
@@ -215,8 +217,9 @@ double Continuing::objective() const {
 bool Continuing::has_got_worse(const Spread& found, double objective) const {
   if (stages_ == 0 || (refused_in_row_ >= kPatience && smoothing_ > kFormed)) return false;
   if (found.mean > std::max(kWorse, kWorseRatio * last_mean_)) return true;
-  return smoothing_ < kFormed && stage_iterations_ >= settings_->stage_iterations &&
-         objective > kDearer * last_objective_;
+  if (smoothing_ >= kFormed) return false;
+  const bool ran_out = stage_iterations_ >= settings_->stage_iterations;
+  return objective > (ran_out ? kDearer : kMuchDearer) * last_objective_;
 }
 
 Result Continuing::run() {

@@ -74,6 +74,29 @@ void angular_jacobian(const Model& model, const Data& data, int body, const Vect
   }
 }
 
+/// Slip over h of the material point that is lowest at the start of the step, as contacts of a step
+/// have it: the centre of a sphere that rolls moves, and does not slide. x, last: of the centre at
+/// the end and at the start; s.a, s.b: their Jacobians, if derivatives are wanted.
+void evaluate_sliding(const Model& model, const Term& term, double h, const Data& before,
+                      const Data& at, const Vector3& x, const Vector3& last, KinematicScratch& s,
+                      VectorOut value, MatrixX* by_before, MatrixX* by_at) {
+  const Vector3 z = Vector3::UnitZ();
+  const Matrix3 turn = at.X_WB[term.body].rotation * before.X_WB[term.body].rotation.transpose();
+  const Vector3 up = turn * z, slip = x - last - term.radius * (up - z);
+  // A contact gives force in a step that ends with it closed: the height at the end tells.
+  const Fading f = fading(x.z() - term.radius, term.length);
+  value = f.value / h * slip.head<2>();
+  if (by_at == nullptr) return;
+  *by_at = f.value / h * s.a.topRows(2) + f.slope * value * s.a.row(2);
+  *by_before = -f.value / h * s.b.topRows(2);
+  if (term.radius == 0.0) return;
+  const double lever = term.radius * f.value / h;
+  angular_jacobian(model, at, term.body, nullptr, s.a);
+  *by_at += lever * (skew(up) * s.a).topRows(2);
+  angular_jacobian(model, before, term.body, nullptr, s.b);
+  *by_before -= lever * (turn * skew(z) * s.b).topRows(2);
+}
+
 void evaluate_point(const Model& model, const Term& term, double h, const Data& before,
                     const Data& at, KinematicScratch& s, VectorOut value, MatrixX* by_before,
                     MatrixX* by_at) {
@@ -103,14 +126,8 @@ void evaluate_point(const Model& model, const Term& term, double h, const Data& 
       if (short_of > 0.0) *by_at = -s.a.row(2);
       break;
     }
-    default: {  // kSliding
-      // A contact gives force in a step that ends with it closed: the height at the end tells.
-      const Fading f = fading(x.z() - term.radius, term.length);
-      value = f.value / h * (x - last).head<2>();
-      if (!derivatives) break;
-      *by_at = f.value / h * s.a.topRows(2) + f.slope * value * s.a.row(2);
-      *by_before = -f.value / h * s.b.topRows(2);
-    }
+    default:
+      evaluate_sliding(model, term, h, before, at, x, last, s, value, by_before, by_at);
   }
 }
 

@@ -70,6 +70,8 @@ void Verifier::check_contacts(const VectorX& q, const VectorX& v_next, Verificat
   compute_poses(*model_, q, data);
   std::vector<Motion> V(static_cast<std::size_t>(model_->num_bodies()));
   compute_body_velocities(*model_, v_next, data, V);
+  loaded_before_.swap(loaded_);
+  loaded_.clear();
   for (const ContactForce& c : inverse_.contacts) {
     const Geometry& a = model_->geometries()[c.contact.geometry_a];
     const Geometry& b = model_->geometries()[c.contact.geometry_b];
@@ -85,7 +87,13 @@ void Verifier::check_contacts(const VectorX& q, const VectorX& v_next, Verificat
     if (b.body != 0) slip += V[b.body].at(c.contact.position - data.X_WB[b.body].translation);
     if (a.body != 0) slip -= V[a.body].at(c.contact.position - data.X_WB[a.body].translation);
     slip -= slip.dot(c.contact.normal) * c.contact.normal;
-    out.stance_slip_max = std::max(out.stance_slip_max, options_.time_step * slip.norm());
+    const std::pair pair(c.contact.geometry_a, c.contact.geometry_b);
+    loaded_.push_back(pair);
+    // Of what is under load in the first step nothing is known: it stands.
+    const bool stands = steps_ == 1 || std::find(loaded_before_.begin(), loaded_before_.end(),
+                                                 pair) != loaded_before_.end();
+    double& largest = stands ? out.stance_slip_max : out.landing_slip_max;
+    largest = std::max(largest, options_.time_step * slip.norm());
   }
 }
 

@@ -1,6 +1,9 @@
 // Is a motion what the engine would do? Every frame, forward.
 #pragma once
 
+#include <utility>
+#include <vector>
+
 #include "counterpoint/engine/optimize/problem.h"
 #include "counterpoint/engine/step.h"
 
@@ -16,13 +19,14 @@ struct Verification {
   double unactuated_mean = 0.0;     ///< over the steps, of the largest in each
   double overlap_max = 0.0;         ///< [m]
   double cone_violation_max = 0.0;  ///< friction beyond mu times the normal force, over the weight
-  /// How far a contact that carries more than kLoaded of the weight slides in a step [m].
-  double stance_slip_max = 0.0;
+  /// How far a contact that carries more than kLoaded of the weight slides in a step [m]; of a pair
+  /// that carried in the step before as well, it stands, and of one that did not, it lands.
+  double stance_slip_max = 0.0, landing_slip_max = 0.0;
   double effort_max = 0.0;         ///< largest applied force over its effort limit
   double contact_force_max = 0.0;  ///< normal, over the weight
 };
 
-/// A contact counts as standing that carries this share of the scene's weight.
+/// A contact is loaded that carries this share of the scene's weight.
 inline constexpr double kLoaded = 0.05;
 
 /// Needs q_{-1} for the velocity of frame 0: v_0 (nv). Frames are options.time_step apart.
@@ -30,8 +34,8 @@ Verification verify(const Model& model, const SimulationOptions& options,
                     const std::vector<char>& motors, const std::vector<VectorX>& q,
                     const VectorX& v_0);
 
-/// The same of step t alone, with what the inverse recovered there; in `out` worse figures go
-/// before better ones.
+/// The same of one step after the other, with what the inverse recovered there; in `out` worse
+/// figures go before better ones.
 class Verifier {
  public:
   Verifier(const Model& model, const SimulationOptions& options, const std::vector<char>& motors);
@@ -48,8 +52,9 @@ class Verifier {
   SimulationOptions options_;
   Workspace workspace_;
   Inverse inverse_;
-  VectorX unactuated_;  ///< nv: weights
-  double weight_;       ///< [N]
+  VectorX unactuated_;                                       ///< nv: weights
+  double weight_;                                            ///< [N]
+  std::vector<std::pair<int, int>> loaded_, loaded_before_;  ///< pairs of geometries
   int steps_ = 0;
 };
 

@@ -77,6 +77,9 @@ void expect_plan(const char* file) {
 
 TEST(Optimize, AcrobotSwingsUp) { expect_plan("acrobot.yaml"); }
 TEST(Optimize, HopperHops) { expect_plan("hopper.yaml"); }
+TEST(Optimize, FingerTurnsAWheel) { expect_plan("spinner.yaml"); }
+TEST(Optimize, FingerPushesABoxOverIce) { expect_plan("push_box.yaml"); }
+TEST(Optimize, ArmRollsABall) { expect_plan("roll_ball.yaml"); }
 
 TEST(Optimize, SameBitsWhateverTheThreads) {
   ProblemFile problem;

@@ -8,9 +8,11 @@
 #include "counterpoint/engine/optimize/feedback.h"
 #include "counterpoint/engine/optimize/problem_file.h"
 #include "counterpoint/engine/optimize/settle.h"
+#include "counterpoint/engine/optimize/verify.h"
 #include "counterpoint/engine/simulator.h"
 #include "support/paths.h"
 #include "support/random_model.h"
+#include "support/small_scenes.h"
 
 namespace counterpoint::optimization {
 namespace {
@@ -67,6 +69,79 @@ TEST(Settle, ContactsCarryTheWeight) {
     step_inverse(model, options, q, rest, rest, workspace, inverse);
     EXPECT_LT(std::abs(inverse.applied_force[2]), 1e-6 * scene_weight(model)) << smoothing;
   }
+}
+
+/// What a plan of two steps comes to in which a box of 1 kg slides over the ground at `speed`, from
+/// a height above it.
+Verification verify_slide(double height, double speed, double friction) {
+  test::BoxOnPlane box;
+  box.friction = friction;
+  box.height = height;
+  Scene scene = test::box_on_plane(box);
+  scene.options.time_step = 0.01;
+  scene.options.contact.margin = 0.1;
+  scene.options.contact.reach_acceleration = 1e9;
+  Simulator simulator(scene);
+  State state = simulator.state();
+  state.v.setZero();
+  state.v[0] = speed;
+  if (height > 0.0) state.v[2] = -0.6 * height / scene.options.time_step;
+  const VectorX v_0 = state.v;
+  simulator.set_state(state);
+  std::vector<VectorX> q = {state.q};
+  for (int i = 0; i < 2; ++i) {
+    EXPECT_TRUE(simulator.step().succeeded());
+    q.push_back(simulator.state().q);
+  }
+  return verify(scene.model, scene.options, motors_of(scene.model), q, v_0);
+}
+
+// A box at 0.5 m/s on ground of friction 0.2 loses 0.2 g h a step: 4.8 mm in the first step of 10
+// ms.
+TEST(Verify, SlipOfWhatStands) {
+  const Verification found = verify_slide(0.0, 0.5, 0.2);
+  EXPECT_NEAR(found.stance_slip_max, 0.01 * (0.5 - 0.2 * 9.81 * 0.01), 1e-5);  // compliance
+  EXPECT_EQ(found.landing_slip_max, 0.0);
+  EXPECT_LT(found.forward_check_max, 1e-12);
+}
+
+// Six tenths of the way down in the first step, the rest in the second: it lands.
+TEST(Verify, SlipOfWhatLands) {
+  const Verification found = verify_slide(0.02, 0.5, 0.2);
+  EXPECT_EQ(found.stance_slip_max, 0.0);
+  // It comes to the ground at the end of the step, at what is left of the way over h: friction
+  // takes 0.2 times the change of velocity.
+  const double h = 0.01, g = 9.81, left = 0.4 * 0.02 - g * h * h;
+  const double speed = 0.6 * 0.02 / h + 2.0 * g * h;
+  EXPECT_NEAR(found.landing_slip_max, h * (0.5 - 0.2 * (speed - left / h)), 1e-6);  // compliance
+  EXPECT_LT(found.forward_check_max, 1e-12);
+}
+
+// The second of the solutions that exact friction leaves to a landing may lie far off; a forward
+// step that starts from the plan's forces has nothing to do.
+TEST(Verify, ForwardStepStartsAtThePlansForces) {
+  const Scene scene = load_scene(kProblems / "scenes/hopper.yaml");
+  Simulator simulator(scene);
+  Workspace workspace(scene.model);
+  Inverse inverse;
+  int in_contact = 0;
+  for (int i = 0; i < 60; ++i) {
+    const State before = simulator.state();
+    ASSERT_TRUE(simulator.step().succeeded());
+    const State after = simulator.state();
+    step_inverse(scene.model, scene.options, before.q, before.v, after.v, workspace, inverse);
+    double load = 0.0;
+    for (const ContactForce& c : inverse.contacts) load += c.force.dot(c.contact.normal);
+    if (load < 1.0) continue;
+    ++in_contact;
+    State state{0.0, before.q, after.v, memory_of(scene.model, before.q, inverse)}, next;
+    state.v = before.v;
+    Input input;
+    input.applied_force = inverse.applied_force;
+    step_forward(scene.model, scene.options, {}, state, input, workspace, next);
+    EXPECT_LT((next.q - after.q).cwiseAbs().maxCoeff(), 1e-8) << i;
+  }
+  EXPECT_GT(in_contact, 5);
 }
 
 TEST(VelocityForces, AtTheStartAreInvertedToo) {

@@ -4,6 +4,8 @@
 #include <filesystem>
 
 #include "counterpoint/engine/integrator.h"
+#include "counterpoint/engine/kinematics.h"
+#include "counterpoint/engine/optimize/kinematic_terms.h"
 #include "counterpoint/engine/optimize/newton.h"
 #include "counterpoint/engine/optimize/optimize.h"
 #include "support/paths.h"
@@ -140,6 +142,35 @@ TEST(Terms, GradientsThroughContactAndItsMirror) {
   stage.options = start.problem.options;
   stage.options.effects.set(Effect::kLimits, false);
   expect_gradient(start, stage, "humanoid");
+}
+
+// A ball that rolls does not slide, though its centre moves; one that does not turn slides as fast.
+TEST(Terms, RollingIsNoSliding) {
+  const std::filesystem::path scenes =
+      std::filesystem::path(test::source_dir()) / "data/scenes/optimize/scenes";
+  const Scene scene = load_scene(scenes / "roll_ball.yaml");
+  const Model& model = scene.model;
+  Term term;
+  term.quantity = Quantity::kSliding;
+  term.body = model.num_bodies() - 1;
+  ASSERT_EQ(model.joint(term.body - 1).link, "ball/body");
+  term.radius = 0.1;
+  term.length = 10.0;  // heights hardly tell
+  const double h = 0.01, way = 1e-3;
+  const int first = model.body(term.body).v_index;
+  KinematicScratch scratch(model);
+  Data before(model), at(model);
+  compute_poses(model, scene.q, before);
+  for (const bool rolls : {false, true}) {
+    VectorX change = VectorX::Zero(model.nv()), q = scene.q, value(2);
+    change[first] = way;
+    if (rolls) change[first + 4] = way / term.radius;
+    integrate_configuration(model, scene.q, change, 1.0, q);
+    compute_poses(model, q, at);
+    evaluate_kinematic(model, term, h, before, at, scratch, value, nullptr, nullptr);
+    // A turn by 0.01 rad leaves a sixth of its cube; heights of 0 fade by 0.12 of 10 m at most.
+    EXPECT_NEAR(value[0], rolls ? 0.0 : way / h, rolls ? 1e-5 : 0.13 * way / h) << rolls;
+  }
 }
 
 TEST(Terms, ContactForceOfABallOnTheGround) {
