@@ -56,7 +56,7 @@ void Replays::write(size_t recording, const std::filesystem::path& file, double 
   view::Origin origin{scene_file_, {map_, recordings_[recording].file}};
   view::write_replay(file, scene_, origin,
                      clip_of(recordings_[recording], predictions_[recording], false, rate),
-                     clip_of(recordings_[recording], predictions_[recording], true, rate));
+                     {clip_of(recordings_[recording], predictions_[recording], true, rate)});
 }
 
 void Replays::write_worst(const std::filesystem::path& file, double rate) const {
