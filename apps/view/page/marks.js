@@ -3,7 +3,7 @@
 import * as THREE from 'three';
 
 const kForce = '#e4402c', kCut = '#f2a07e', kPoint = '#7a1d12', kLimit = '#c2289d', kClosure = '#7d4fd1';
-export const kPull = ['#7d4fd1', '#b9a2e6', '#3d1f86'];
+export const kPull = ['#4a1fa8', '#9d86d8', '#2c1266'];
 const kUp = new THREE.Vector3(0, 0, 1);
 
 /// What marks are scaled by [m]: the scene, or its bodies where those are small in it.
