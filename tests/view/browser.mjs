@@ -4,7 +4,7 @@ import {mkdtempSync, rmSync} from 'node:fs';
 import {tmpdir} from 'node:os';
 import {join} from 'node:path';
 
-const kTimeout = 30000;  // ms, for any one answer
+const kTimeout = 120000;  // ms, for any one answer: without a graphics card a picture may take many seconds
 
 export class Browser {
   constructor(program, {width = 1000, height = 640} = {}) {

@@ -127,11 +127,12 @@ export class CentreOfMass {
 /// parent's joint to it; a ball at the centre of mass.
 export class Sticks {
   constructor(replay, group) {
-    const bodies = (visual) => new Set(replay.shapes.filter((shape) => Boolean(shape.visual) === visual).map((shape) => shape.body));
-    const shaped = bodies(false);
-    this.seen = bodies(true);
-    this.list = replay.bodies.map((body, i) => ({...body, i})).filter(({i}) => i > 0 && !shaped.has(i));
+    const bodies = (wanted) => new Set(replay.shapes.filter(wanted).map((shape) => shape.body));
+    const shaped = bodies((shape) => !shape.visual);
     this.thick = 0.012 * markSize(replay);
+    // What is smaller than the rod's ball would not be seen in its place.
+    this.seen = bodies((shape) => shape.visual && (shape.mesh !== undefined || Math.max(...shape.size) > 3 * this.thick));
+    this.list = replay.bodies.map((body, i) => ({...body, i})).filter(({i}) => i > 0 && !shaped.has(i));
     const material = new THREE.MeshStandardMaterial({color: '#8fa5bd', roughness: 0.6});
     const rod = new THREE.CylinderGeometry(1, 1, 1, 10).rotateX(Math.PI / 2).translate(0, 0, 0.5);
     this.rods = instanced(rod, material, 2 * this.list.length, group);
