@@ -66,8 +66,8 @@ view::Clip clip_at(const Scene& scene, const accuracy::Setting& setting, double 
   return clip;
 }
 
-/// The recommended setting, and beside it those for other errors, the most accurate and the cheapest
-/// of the front. Returns the page's name; empty where there is nothing to show.
+/// The recommended setting, and beside it those for other errors, the most accurate and the
+/// cheapest of the front. Returns the page's name; empty where there is nothing to show.
 std::string write_settings_replay(const Arguments& arguments, const accuracy::Findings& findings) {
   constexpr double kMostSeconds = 60.0;  // of computing, for one ghost
   const Scene& scene = findings.scene;
@@ -91,8 +91,8 @@ std::string write_settings_replay(const Arguments& arguments, const accuracy::Fi
   clips.erase(clips.begin());
   make_report_folder(arguments.folder);
   view::write_replay(std::filesystem::path(arguments.folder) / "replay.html", scene,
-                     {arguments.scene.file, {}, arguments.scene.package_folders()}, std::move(first),
-                     std::move(clips));
+                     {arguments.scene.file, {}, arguments.scene.package_folders()},
+                     std::move(first), std::move(clips));
   return "replay.html";
 }
 

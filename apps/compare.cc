@@ -233,7 +233,8 @@ int compare_inverse(Arguments& arguments) {
 /// Links of both.
 std::vector<std::pair<std::string, std::string>> write_recording(
     const Arguments& arguments, const Scene& scene, const ColumnMap& map, size_t number,
-    const Recording& recording, const Prediction& prediction, size_t index, const Replays& replays) {
+    const Recording& recording, const Prediction& prediction, size_t index,
+    const Replays& replays) {
   const std::filesystem::path folder = arguments.page;
   const std::string name = std::filesystem::path(recording.file).filename().string();
   std::string error;
@@ -283,9 +284,10 @@ void write_page_of(const Arguments& arguments, const Scene& scene, const ColumnM
     page.heading("Recorded and simulated, worst first");
     page.paragraph(
         shown < predictions.size()
-            ? fmt::format("Curves of every coordinate over each other, and replays, of the {} worst; "
-                          "--shown says of how many.",
-                          shown)
+            ? fmt::format(
+                  "Curves of every coordinate over each other, and replays, of the {} worst; "
+                  "--shown says of how many.",
+                  shown)
             : "Curves of every coordinate over each other, and replays.");
     page.links(links);
     const size_t worst = replays.worst_first()[0];
@@ -382,8 +384,9 @@ void add_compare(CLI::App& app, Action& action) {
   command.add_option("--report", arguments->page, "Folder for a page with tables and pictures")
       ->type_name("DIR");
   command
-      .add_option("--shown", arguments->shown,
-                  "With --report: of so many recordings, worst first, curves and a replay; default 20")
+      .add_option(
+          "--shown", arguments->shown,
+          "With --report: of so many recordings, worst first, curves and a replay; default 20")
       ->check(CLI::NonNegativeNumber);
   arguments->view.add_to(command);
   arguments->report.add_to(command);

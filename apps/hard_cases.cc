@@ -159,8 +159,9 @@ int hard_cases(Arguments& arguments) {
   fmt::print(report.text(), "{} of {} cases passed\n", results.size() - failed, results.size());
   if (!arguments.folder.empty()) {
     const fs::path folder = arguments.folder;
-    write_file(folder / "hard-cases.md",
-               markdown(results) + (arguments.views ? "\n[Replays of the cases](replays.html)\n" : ""));
+    write_file(
+        folder / "hard-cases.md",
+        markdown(results) + (arguments.views ? "\n[Replays of the cases](replays.html)\n" : ""));
     for (const Result& result : results) {
       if (result.ours.trial.chart.empty()) continue;
       write_file(folder / (result.hard_case.name + ".svg"), svg(result.ours.trial.chart));

@@ -91,9 +91,8 @@ std::string HtmlPage::text() const {
          "<meta http-equiv='Content-Security-Policy' content=\"default-src 'none'; script-src "
          "'unsafe-inline'; style-src 'unsafe-inline'; img-src data:\">"
          "<link rel='icon' href='data:,'><title>" +
-         title +
-         "</title><style>" + kStyle + "</style></head>\n<body>\n<h1>" + title + "</h1>\n" + body_ +
-         (has_pictures_ ? "<script>" + std::string(chart_script()) + "</script>\n" : "") +
+         title + "</title><style>" + kStyle + "</style></head>\n<body>\n<h1>" + title + "</h1>\n" +
+         body_ + (has_pictures_ ? "<script>" + std::string(chart_script()) + "</script>\n" : "") +
          "</body>\n</html>\n";
 }
 

@@ -170,8 +170,8 @@ void write_outputs(const Arguments& arguments, const opt::ProblemFile& file,
   const double h = file.problem.h();
   std::optional<opt::RepeatedMotion> motion;
   if (arguments.cycles > 1 || feedback) {
-    motion = opt::repeated(file.problem, best.result, feedback ? &*feedback : nullptr,
-                           arguments.cycles);
+    motion =
+        opt::repeated(file.problem, best.result, feedback ? &*feedback : nullptr, arguments.cycles);
     if (!arguments.output.empty()) write_motion(arguments.output, file, *motion);
     if (feedback) opt::write_feedback(arguments.feedback, *file.problem.model, motion->gains);
   }
@@ -180,8 +180,9 @@ void write_outputs(const Arguments& arguments, const opt::ProblemFile& file,
   Scene scene = *file.scene;
   scene.options = best.result.options;
   const opt::Result& r = best.result;
-  const view::Clip clip = motion ? clip_of(scene, h, motion->q, motion->v, motion->applied_force, true)
-                                 : clip_of(scene, h, r.q, r.v, r.applied_force, true);
+  const view::Clip clip = motion
+                              ? clip_of(scene, h, motion->q, motion->v, motion->applied_force, true)
+                              : clip_of(scene, h, r.q, r.v, r.applied_force, true);
   const std::vector<view::Clip> stages = stage_clips(scene, h, best);
   const view::Origin origin{file.scene_file.string(), {arguments.problem, arguments.output}};
   if (arguments.view.wanted())

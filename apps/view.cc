@@ -46,8 +46,8 @@ std::optional<std::vector<double>> moving(const char* option, const std::vector<
   const bool fine = numbers.size() == 3 && numbers[1] >= numbers[0] && numbers[2] > 0.0 &&
                     (numbers[1] - numbers[0]) * numbers[2] < most;
   if (fine) return numbers;
-  throw InputError(fmt::format("{}: expected START,END,FRAMES_PER_SECOND, fewer than {} frames",
-                               option, most));
+  throw InputError(
+      fmt::format("{}: expected START,END,FRAMES_PER_SECOND, fewer than {} frames", option, most));
 }
 
 /// Refuses what can be refused before anything is computed.
@@ -173,9 +173,7 @@ void add_picture_options(CLI::App& command, Arguments& arguments) {
                   "Moving picture to write beside the page: start [s], end [s], frames a second")
       ->delimiter(',')
       ->type_name("START,END,RATE");
-  command
-      .add_option("--webm", arguments.webm,
-                  "The same as a video (VP9), much smaller")
+  command.add_option("--webm", arguments.webm, "The same as a video (VP9), much smaller")
       ->delimiter(',')
       ->type_name("START,END,RATE");
   command.add_option("--size", arguments.size, "Of pictures [pixels]; default 960x540")
@@ -210,7 +208,8 @@ void add_view(CLI::App& app, Action& action) {
       ->type_name("FILE")
       ->allow_extra_args(false);
   command
-      .add_option("--ghost-name", arguments->ghost_names, "What the legend calls it; as often as --ghost")
+      .add_option("--ghost-name", arguments->ghost_names,
+                  "What the legend calls it; as often as --ghost")
       ->allow_extra_args(false);
   command.add_option("--rate", arguments->rate, "Frames a second of the page [1/s]; 0: every row")
       ->check(CLI::NonNegativeNumber)

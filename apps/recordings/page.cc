@@ -96,7 +96,8 @@ std::vector<Chart> coordinate_charts(const Model& model, const Recording& record
     Chart& chart = charts.emplace_back();
     chart.title = entry.name;
     chart.y_label = unit_of(model, entry);
-    Curve recorded{.name = "recorded", .x = {}, .y = {}}, simulated{.name = "simulated", .x = {}, .y = {}};
+    Curve recorded{.name = "recorded", .x = {}, .y = {}},
+        simulated{.name = "simulated", .x = {}, .y = {}};
     for (int row = 0; row < recording.num_rows(); ++row) {
       recorded.add(recording.time[row], recording.q(entry.index, row));
       if (recording.time[row] <= end)

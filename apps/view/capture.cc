@@ -95,7 +95,8 @@ Drawn draw(const fs::path& page, const Pictures& pictures) {
   const std::string chromium = find_chromium();
   if (chromium.empty())
     throw InputError(
-        "--png, --gif and --webm draw with Chromium, which is not there; install chromium (Debian)");
+        "--png, --gif and --webm draw with Chromium, which is not there; install chromium "
+        "(Debian)");
   const Profile profile;
   std::vector<std::string> command = {chromium,
                                       "--headless",

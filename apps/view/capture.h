@@ -9,11 +9,11 @@
 namespace counterpoint::view {
 
 struct Pictures {
-  std::vector<double> times;               ///< [s], one PNG each
-  std::optional<std::vector<double>> gif;  ///< start [s], end [s], frames a second
+  std::vector<double> times;                ///< [s], one PNG each
+  std::optional<std::vector<double>> gif;   ///< start [s], end [s], frames a second
   std::optional<std::vector<double>> webm;  ///< alike
-  int width = 960, height = 540;           ///< [pixels]
-  std::string link;                        ///< further settings, as in a page's fragment
+  int width = 960, height = 540;            ///< [pixels]
+  std::string link;                         ///< further settings, as in a page's fragment
   bool any() const { return !times.empty() || gif || webm; }
 };
 

@@ -70,7 +70,8 @@ void ClipRecorder::add_contacts(const State& before, const Input& input, double 
                               contact.contact.geometry_b, contact.contact.position, contact.force});
   for (size_t i = 0; i < inverse_.closures.size(); ++i)
     clip_.closure_forces.push_back({clip_.num_frames() - 1, static_cast<int>(i),
-                                    inverse_.closures[i].position, inverse_.closures[i].force.force});
+                                    inverse_.closures[i].position,
+                                    inverse_.closures[i].force.force});
 }
 
 void ClipRecorder::add_step(const State& before, const Input& input, double h, const State& after,

@@ -60,7 +60,8 @@ void add_closure_forces(const Model& model, const Clip& clip, std::vector<Curve>
   if (clip.closure_forces.empty() || model.closures().size() > kMost) return;
   const size_t first = out.size();
   for (const Closure& closure : model.closures())
-    out.push_back({"closure force", closure.name, "N", std::vector<double>(clip.num_frames(), 0.0)});
+    out.push_back(
+        {"closure force", closure.name, "N", std::vector<double>(clip.num_frames(), 0.0)});
   for (const ClosureArrow& arrow : clip.closure_forces)
     out[first + arrow.closure].values[arrow.frame] = arrow.force.norm();
 }

@@ -18,8 +18,7 @@ struct Curve {
 /// Energies, contact forces, Newton iterations where they are known, and of models of up to
 /// kMaxCoordinates every coordinate, velocity and applied force; of ghosts the coordinates of
 /// joints that have one, at the clip's times.
-std::vector<Curve> curves_of(const Model& model, const Clip& clip,
-                             const std::vector<Clip>& ghosts);
+std::vector<Curve> curves_of(const Model& model, const Clip& clip, const std::vector<Clip>& ghosts);
 
 /// nq + nv, beyond which coordinates are left to what the page reads off the poses.
 inline constexpr int kMaxCoordinates = 400;

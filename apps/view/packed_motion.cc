@@ -189,8 +189,9 @@ Json pack_closure_forces(const Model& model, const Clip& clip, const Resolution&
     const double sign = model.closures()[c.closure].body_b == 0 ? -1.0 : 1.0;
     arrows.push_back({c.frame, c.closure, c.closure, c.position, sign * c.force});
   }
-  return pack_arrows(arrows, resolution,
-                     [&](int i, int) { return Json{model.closures()[i].name, ""}; });
+  return pack_arrows(arrows, resolution, [&](int i, int) {
+    return Json{model.closures()[i].name, ""};
+  });
 }
 
 Json pack_curves(const std::vector<Curve>& curves) {

@@ -128,7 +128,8 @@ class RobotFile {
     Visual visual;
     visual.name = link;
     if (const XMLElement* origin = e->FirstChildElement("origin")) {
-      const auto xyz = numbers(origin->Attribute("xyz"), 3), rpy = numbers(origin->Attribute("rpy"), 3);
+      const auto xyz = numbers(origin->Attribute("xyz"), 3),
+                 rpy = numbers(origin->Attribute("rpy"), 3);
       if ((origin->Attribute("xyz") && !xyz) || (origin->Attribute("rpy") && !rpy))
         return note(e, "its origin is not three numbers each");
       if (xyz) visual.X_BV.translation = Vector3(xyz->data());
@@ -136,7 +137,8 @@ class RobotFile {
     }
     if (const XMLElement* material = e->FirstChildElement("material")) {
       visual.color = color_of(material);
-      const auto named = colors_.find(material->Attribute("name") ? material->Attribute("name") : "");
+      const auto named =
+          colors_.find(material->Attribute("name") ? material->Attribute("name") : "");
       if (!visual.color && named != colors_.end()) visual.color = named->second;
     }
     const XMLElement* geometry = e->FirstChildElement("geometry");
@@ -147,7 +149,8 @@ class RobotFile {
 
   bool read_shape(const XMLElement* e, Visual& out) {
     const std::string kind = e->Name();
-    const auto radius = numbers(e->Attribute("radius"), 1), length = numbers(e->Attribute("length"), 1);
+    const auto radius = numbers(e->Attribute("radius"), 1),
+               length = numbers(e->Attribute("length"), 1);
     const auto sides = numbers(e->Attribute("size"), 3);
     const auto is = [&](ShapeType type, const Vector3& size) {
       if (size.minCoeff() < 0.0) return note(e, "a negative size"), false;
@@ -215,8 +218,8 @@ void limit_triangles(Visuals& visuals) {
     before += mesh.triangles.size();
     wanted += std::min(mesh.triangles.size(), kMaxVisualTriangles);
   }
-  const double share =
-      std::min(1.0, static_cast<double>(kMaxAllVisualTriangles) / static_cast<double>(std::max<size_t>(1, wanted)));
+  const double share = std::min(1.0, static_cast<double>(kMaxAllVisualTriangles) /
+                                         static_cast<double>(std::max<size_t>(1, wanted)));
   for (TriangleMesh& mesh : visuals.meshes) {
     const size_t most = std::min(mesh.triangles.size(), kMaxVisualTriangles);
     make_coarser(mesh, static_cast<size_t>(share * static_cast<double>(most)));

@@ -142,7 +142,7 @@ for (const file of sceneFiles(scenes)) {
     let {pixels} = await seen();
     if (pixels <= 20) {  // thin in a large scene: from near
       await view.evaluate('counterpointReplay.follow(counterpointReplay.replay.bodies[1].name); counterpointReplay.update(); ' +
-                          'counterpointReplay.stage.look(-55, 20, 8 * counterpointReplay.replay.body_radius, counterpointReplay.stage.controls.target.clone());');
+                          'counterpointReplay.stage.look(-55, 20, 3 * counterpointReplay.replay.body_radius, counterpointReplay.stage.controls.target.clone());');
       ({pixels} = await seen());
     }
     assert.ok(pixels > 20, `bodies take ${pixels} pixels`);

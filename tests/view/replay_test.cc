@@ -115,9 +115,10 @@ TEST(Replay, ForcesCarryTheWeight) {
 
 TEST(Replay, ClosuresCarryTheWeight) {
   const test::TempFolder folder;
-  folder.write("hung.yaml",
-               "models:\n  - {name: load, sphere: 0.1, mass: 2, position: [0, 0, 1]}\nclosures:\n"
-               "  - {type: distance, name: rope, between: [load/body, world], anchor_b: [0, 0, 2]}\n");
+  folder.write(
+      "hung.yaml",
+      "models:\n  - {name: load, sphere: 0.1, mass: 2, position: [0, 0, 1]}\nclosures:\n"
+      "  - {type: distance, name: rope, between: [load/body, world], anchor_b: [0, 0, 2]}\n");
   const Scene scene = load_scene(folder.path() / "hung.yaml");
   const Replay replay = simulated(scene, 0.1);
   const Json pulls = Json::parse(replay_data(replay))["closure_forces"];

@@ -132,9 +132,10 @@ TEST_F(View, AVisualMeshThatIsGoneIsANote) {
                 "<visual><geometry><sphere radius='nan'/></geometry></visual>"
                 "<collision><geometry><sphere radius='0.1'/></geometry></collision>"
                 "</link></robot>");
-  ASSERT_EQ(folder_.run("simulate {}/looks.urdf --duration 0.1 --output {}/looks.csv").exit_code, 0);
-  const CommandResult result = folder_.run(
-      "view {}/looks.urdf {}/looks.csv --output {}/looks.html --json {}/looks.json");
+  ASSERT_EQ(folder_.run("simulate {}/looks.urdf --duration 0.1 --output {}/looks.csv").exit_code,
+            0);
+  const CommandResult result =
+      folder_.run("view {}/looks.urdf {}/looks.csv --output {}/looks.html --json {}/looks.json");
   ASSERT_EQ(result.exit_code, 0) << result.errors;
   const auto report = folder_.json("looks.json");
   EXPECT_EQ(report["visuals"], 1);
@@ -200,8 +201,9 @@ TEST_F(View, ReportsOfCompareLinkTheWorst) {
                       end + ",1,0,0,0,0,0,0,0,0,0\n");
     recordings += "{}/toss" + std::to_string(i) + ".csv ";
   }
-  const CommandResult result = folder_.run("compare data/scenes/cube_toss.yaml " + recordings +
-                                           "--columns data/maps/cube_toss.yaml --shown 5 --report {}/report");
+  const CommandResult result =
+      folder_.run("compare data/scenes/cube_toss.yaml " + recordings +
+                  "--columns data/maps/cube_toss.yaml --shown 5 --report {}/report");
   ASSERT_EQ(result.exit_code, 0) << result.errors;
   const std::string index = folder_.read("report/index.html");
   // 3 i mod 7 is largest for i = 2 (6), then 4 (5), 6 (4), 1 (3), 3 (2).
@@ -214,8 +216,8 @@ TEST_F(View, ReportsOfCompareLinkTheWorst) {
   }
   EXPECT_NE(folder_.read("report/replay4.html").find("toss3.csv"), std::string::npos);
   EXPECT_EQ(folder_.read("report/replay5.html"), "");
-  // Recorded and simulated over each other, a chart for each coordinate: three of a place, four of a
-  // quaternion.
+  // Recorded and simulated over each other, a chart for each coordinate: three of a place, four of
+  // a quaternion.
   const std::string curves = folder_.read("report/recording4.html");
   EXPECT_NE(curves.find("href='replay4.html'"), std::string::npos);
   const auto count = [&](const std::string& words) {
