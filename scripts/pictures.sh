@@ -40,7 +40,7 @@ whole() {
 }
 
 "$command" hard-cases --only gripper --no-peers --report "$work/hard" --views > /dev/null
-whole gripper "$work/hard/gripper.html" 't=2&cam=-35,30,0.6,0,0,1'
+whole gripper "$work/hard/gripper.html" 't=2&cam=-82,16,0.55,0,0,1'
 
 [ -n "$data" ] || { echo "without --data: the recorded toss is left as it is"; exit 0; }
 # The worst predicted of the tosses that are there; the recording is the ghost.
