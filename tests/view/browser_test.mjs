@@ -136,7 +136,7 @@ for (const file of sceneFiles(scenes)) {
     const page = at(`${name.replaceAll('/', '_')}.html`), top = !name.includes('/');
     if (/package:\/\//.test(readFileSync(file, 'utf8'))) return 'its robot is not bundled';
     run('simulate', file, '--duration', top ? '0.2' : '0.02', '--view', page);
-    const view = await open(page, `#t=${top ? 0.1 : 0.01}&ui=0`, {width: 400, height: 300});
+    const view = await open(page, `#t=${top ? 0.1 : 0.01}&ui=0&hide=forces,points,pulls`, {width: 400, height: 300});
     const seen = () => difference(view, '(view) => { view.bodies.group.visible = false; }',
                                   '(view) => { view.bodies.group.visible = true; }');
     let {pixels} = await seen();
