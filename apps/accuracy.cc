@@ -1,7 +1,9 @@
 // counterpoint accuracy: what accuracy costs in time on a scene, and which setting to take.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <memory>
 #include <optional>
 #include <string>
@@ -10,6 +12,7 @@
 #include "accuracy/findings.h"
 #include "command.h"
 #include "scene_arguments.h"
+#include "view/view_option.h"
 
 namespace counterpoint::apps {
 namespace {
@@ -44,6 +47,53 @@ void check_options(const Arguments& arguments, SimulationOptions& options) {
 accuracy::ReferenceKind reference_kind(const std::string& name) {
   if (name == "analytic") return accuracy::ReferenceKind::kAnalytic;
   return name == "fine" ? accuracy::ReferenceKind::kFine : accuracy::ReferenceKind::kAutomatic;
+}
+
+/// The whole motion at a setting, some 100 frames a second, as far as it goes.
+view::Clip clip_at(const Scene& scene, const accuracy::Setting& setting, double time_step) {
+  const double h = setting.engine ? setting.engine->options.time_step : time_step;
+  const double frame = h * std::max(1.0, std::round(1.0 / (view::kDefaultRate * h)));
+  const auto mover = setting.make();
+  view::Clip clip;
+  clip.name = setting.label;
+  clip.states.push_back({0.0, scene.q, scene.v});
+  while (clip.states.back().time + 0.5 * frame < scene.options.duration) {
+    const accuracy::Passage passage = mover->advance(clip.states.back(), frame);
+    if (!passage.failure.empty()) break;
+    clip.states.push_back(passage.end);
+  }
+  clip.rows = clip.num_frames();
+  return clip;
+}
+
+/// The recommended setting, and beside it those for other errors, the most accurate and the
+/// cheapest of the front. Returns the page's name; empty where there is nothing to show.
+std::string write_settings_replay(const Arguments& arguments, const accuracy::Findings& findings) {
+  constexpr double kMostSeconds = 60.0;  // of computing, for one ghost
+  const Scene& scene = findings.scene;
+  if (!view::can_make_pages() || !findings.recommendations[0].place) return "";
+  std::vector<accuracy::Place> places;
+  const auto add = [&](const accuracy::Place& place) {
+    const bool slow = findings.at(place).cost * scene.options.duration > kMostSeconds;
+    if ((places.empty() || !slow) && std::find(places.begin(), places.end(), place) == places.end())
+      places.push_back(place);
+  };
+  for (const accuracy::Recommendation& r : findings.recommendations)
+    if (r.place) add(*r.place);
+  if (!findings.front.empty()) {
+    add(findings.front.back());
+    add(findings.front.front());
+  }
+  std::vector<view::Clip> clips;
+  for (const accuracy::Place& place : places)
+    clips.push_back(clip_at(scene, findings.at(place).setting, findings.plan.time_step));
+  view::Clip first = std::move(clips.front());
+  clips.erase(clips.begin());
+  make_report_folder(arguments.folder);
+  view::write_replay(std::filesystem::path(arguments.folder) / "replay.html", scene,
+                     {arguments.scene.file, {}, arguments.scene.package_folders()},
+                     std::move(first), std::move(clips));
+  return "replay.html";
 }
 
 int run(Arguments& arguments) {
@@ -83,7 +133,10 @@ int run(Arguments& arguments) {
   report["status"] = ok ? "ok" : "failed";
   accuracy::add_to(report, findings);
   accuracy::print(report.text(), findings);
-  if (!arguments.folder.empty()) accuracy::write_report(arguments.folder, findings);
+  if (!arguments.folder.empty()) {
+    findings.replay = write_settings_replay(arguments, findings);
+    accuracy::write_report(arguments.folder, findings);
+  }
   report.write();
   return ok ? kSuccess : kFailed;
 }

@@ -80,6 +80,9 @@ class Axis {
     return out;
   }
 
+  /// For the script: the ends, of logarithms where it is logarithmic.
+  std::string words() const { return fmt::format("{:.12g} {:.12g} {}", low_, high_, log_ ? 1 : 0); }
+
  private:
   double transformed(double value) const {
     return log_ ? std::log10(std::max(std::abs(value), kSmallest)) : value;
@@ -112,6 +115,7 @@ std::vector<std::size_t> thinned(const Curve& curve) {
 
 void draw_axes(const Chart& chart, const Axis& x, const Axis& y, std::string& out) {
   const double bottom = kHeight - kBottom, right = kWidth - kRight;
+  out += "<g class='grid'>\n";
   for (const double tick : x.ticks()) {
     out += fmt::format(
         "<line x1='{0:.1f}' y1='{1}' x2='{0:.1f}' y2='{2}' stroke='#e4e4e4'/>\n"
@@ -124,6 +128,7 @@ void draw_axes(const Chart& chart, const Axis& x, const Axis& y, std::string& ou
         "<text x='{3}' y='{4:.1f}' text-anchor='end'>{5:.6g}</text>\n",
         kLeft, y.pixel(tick), right, kLeft - 6, y.pixel(tick) + 4, tick);
   }
+  out += "</g>\n";
   out += fmt::format("<path d='M{0} {1}V{2}H{3}' fill='none' stroke='#444'/>\n", kLeft, kTop,
                      bottom, right);
   out += fmt::format("<text x='{}' y='{}' text-anchor='middle'>{}</text>\n", 0.5 * (kLeft + right),
@@ -141,7 +146,7 @@ void draw_marks(const Curve& curve, const char* color, const Axis& x, const Axis
   for (std::size_t i = 0; i < n; ++i) {
     if (!std::isfinite(curve.x[i]) || !std::isfinite(curve.y[i])) continue;
     const std::string shape =
-        fmt::format("cx='{:.1f}' cy='{:.1f}' r='{}' fill='{}'", x.pixel(curve.x[i]),
+        fmt::format("cx='{:.2f}' cy='{:.2f}' r='{}' fill='{}'", x.pixel(curve.x[i]),
                     y.pixel(curve.y[i]), curve.line ? "3.2" : "6.5", curve.line ? color : "none");
     const std::string rim = curve.line ? "" : fmt::format(" stroke='{}' stroke-width='1.6'", color);
     if (i < curve.remarks.size()) {
@@ -158,14 +163,14 @@ void draw_curve(const Curve& curve, const Look& look, const Axis& x, const Axis&
   std::string points;
   for (const std::size_t i : thinned(curve)) {
     if (!std::isfinite(curve.x[i]) || !std::isfinite(curve.y[i])) continue;
-    points += fmt::format("{:.1f},{:.1f} ", x.pixel(curve.x[i]), y.pixel(curve.y[i]));
+    points += fmt::format("{:.2f},{:.2f} ", x.pixel(curve.x[i]), y.pixel(curve.y[i]));
   }
   if (!points.empty() && curve.line) {
     points.pop_back();
     out += fmt::format(
-        "<polyline points='{}' fill='none' stroke='{}' stroke-width='1.6'{} "
+        "<polyline points='{}' data-name='{}' fill='none' stroke='{}' stroke-width='1.6'{} "
         "stroke-linejoin='round'/>\n",
-        points, look.color, look.dash);
+        points, escape_markup(curve.name), look.color, look.dash);
   }
   if (curve.marks) draw_marks(curve, look.color, x, y, out);
 }
@@ -198,9 +203,9 @@ void draw_legend(const Chart& chart, std::string& out) {
 void draw_level(const Level& level, const Axis& y, std::string& out) {
   const double at = y.pixel(level.y);
   out += fmt::format(
-      "<line x1='{0}' y1='{1:.1f}' x2='{2}' y2='{1:.1f}' stroke='#b00020' stroke-dasharray='6 "
-      "4'/>\n"
-      "<text x='{3}' y='{4:.1f}' text-anchor='end' fill='#b00020'>{5}</text>\n",
+      "<g class='level'><line x1='{0}' y1='{1:.1f}' x2='{2}' y2='{1:.1f}' stroke='#b00020' "
+      "stroke-dasharray='6 4'/>\n"
+      "<text x='{3}' y='{4:.1f}' text-anchor='end' fill='#b00020'>{5}</text></g>\n",
       kLeft, at, kWidth - kRight, kWidth - kRight - 4, at > kTop + 16 ? at - 4 : at + 14,
       escape_markup(level.name));
 }
@@ -248,13 +253,18 @@ std::string svg(const Chart& chart) {
   x.finish();
   y.finish();
   std::string out = fmt::format(
-      "<svg xmlns='http://www.w3.org/2000/svg' width='{0}' height='{1}' viewBox='0 0 {0} {1}' "
-      "font-family='sans-serif' font-size='12'>\n<rect width='{0}' height='{1}' fill='white'/>\n",
-      kWidth + (chart.legend_beside ? kLegendWidth : 0.0), kHeight);
+      "<svg class='chart' xmlns='http://www.w3.org/2000/svg' width='{0}' height='{1}' "
+      "viewBox='0 0 {0} {1}' data-frame='{2} {3} {4} {5}' data-x='{6}' data-y='{7}' "
+      "data-x-label='{8}' font-family='sans-serif' font-size='12'>\n"
+      "<rect width='{0}' height='{1}' fill='white'/>\n",
+      kWidth + (chart.legend_beside ? kLegendWidth : 0.0), kHeight, kLeft, kTop, kWidth - kRight,
+      kHeight - kBottom, x.words(), y.words(), escape_markup(chart.x_label));
   draw_axes(chart, x, y, out);
+  out += "<g class='plot'>\n";
   for (std::size_t i = 0; i < chart.curves.size(); ++i)
     draw_curve(chart.curves[i], look(i), x, y, out);
   for (const Level& level : chart.levels) draw_level(level, y, out);
+  out += "</g>\n";
   draw_legend(chart, out);
   return out + "</svg>\n";
 }

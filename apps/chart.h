@@ -1,4 +1,5 @@
-// Curves with their bounds, as an SVG picture that needs no library to draw and none to read.
+// Curves with their bounds, as an SVG picture that needs no library to draw and none to read. In a
+// page (html_page.h) a script makes it answer to a pointer (chart_script.h).
 #pragma once
 
 #include <filesystem>

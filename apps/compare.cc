@@ -28,7 +28,7 @@ struct Arguments {
   std::string map, output, set, page, mode = "rollout";
   std::optional<int> substeps;
   std::optional<double> reach;
-  int horizon = 0;
+  int horizon = 0, shown = 20;
   view::ViewOption view;
   Report report;
 };
@@ -229,8 +229,40 @@ int compare_inverse(Arguments& arguments) {
   return kSuccess;
 }
 
-void write_page_of(const Arguments& arguments, const std::vector<Prediction>& predictions,
-                   Compared by, const Replays& replays) {
+/// The curves of one recording, as a page beside the report, with its replay where one can be had.
+/// Links of both.
+std::vector<std::pair<std::string, std::string>> write_recording(
+    const Arguments& arguments, const Scene& scene, const ColumnMap& map, size_t number,
+    const Recording& recording, const Prediction& prediction, size_t index,
+    const Replays& replays) {
+  const std::filesystem::path folder = arguments.page;
+  const std::string name = std::filesystem::path(recording.file).filename().string();
+  std::string error;
+  for (const auto& [figure, value] : figures(prediction, compared(map)))
+    error += fmt::format("{} {} {:.4g}", error.empty() ? ":" : ",", figure, value);
+  const std::string curves = fmt::format("recording{}.html", number);
+  const std::string replay = fmt::format("replay{}.html", number);
+  HtmlPage page("Recorded and simulated: " + name);
+  std::vector<std::pair<std::string, std::string>> links = {{"all recordings", "index.html"}}, out;
+  out.emplace_back(name + error, curves);
+  if (replays.can_write()) {
+    replays.write(index, folder / replay, arguments.view.rate());
+    links.emplace_back("the motion, to play; what was recorded is its ghost", replay);
+    out.emplace_back(name + ": to play", replay);
+  }
+  page.links(links);
+  page.paragraph(recording.file + error);
+  for (const Chart& chart : coordinate_charts(scene.model, recording, prediction, map))
+    page.picture(svg(chart));
+  write_file(folder / curves, page.text());
+  return out;
+}
+
+void write_page_of(const Arguments& arguments, const Scene& scene, const ColumnMap& map,
+                   const std::vector<Recording>& recordings,
+                   const std::vector<Prediction>& predictions, const Replays& replays) {
+  const Compared by = compared(map);
+  make_report_folder(arguments.page);
   HtmlPage page("Recordings predicted: " + arguments.scene.file);
   page.paragraph(fmt::format("{} recordings, mode {}{}.", predictions.size(), arguments.mode,
                              arguments.set.empty() ? "" : ", " + arguments.set));
@@ -240,11 +272,29 @@ void write_page_of(const Arguments& arguments, const std::vector<Prediction>& pr
   page.table(medians);
   const std::vector<Chart> charts = error_charts({{"error", &predictions}}, by);
   for (const Chart& chart : charts) page.picture(svg(chart));
-  const auto links = replays.write_worst_of(arguments.page, arguments.view.rate());
-  if (!links.empty()) {
-    page.heading("Replays, worst first");
-    page.paragraph("Simulated, with what was recorded as a ghost; curves of both.");
+  if (by != Compared::kImpacts && arguments.shown > 0) {
+    const size_t shown = std::min<size_t>(arguments.shown, predictions.size());
+    std::vector<std::pair<std::string, std::string>> links;
+    for (size_t i = 0; i < shown; ++i) {
+      const size_t index = replays.worst_first()[i];
+      for (auto& link : write_recording(arguments, scene, map, i, recordings[index],
+                                        predictions[index], index, replays))
+        links.push_back(std::move(link));
+    }
+    page.heading("Recorded and simulated, worst first");
+    page.paragraph(
+        shown < predictions.size()
+            ? fmt::format(
+                  "Curves of every coordinate over each other, and replays, of the {} worst; "
+                  "--shown says of how many.",
+                  shown)
+            : "Curves of every coordinate over each other, and replays.");
     page.links(links);
+    const size_t worst = replays.worst_first()[0];
+    page.heading("The worst: " + std::filesystem::path(recordings[worst].file).filename().string());
+    for (const Chart& chart :
+         coordinate_charts(scene.model, recordings[worst], predictions[worst], map))
+      page.picture(svg(chart));
   }
   page.heading("Each recording");
   page.table(prediction_table(predictions, by));
@@ -287,7 +337,8 @@ int compare(Arguments& arguments) {
   const Replays replays(scene, arguments.scene.file, arguments.map, recordings, predictions,
                         compared(map));
   if (arguments.view.wanted()) replays.write_worst(arguments.view.file(), arguments.view.rate());
-  if (!arguments.page.empty()) write_page_of(arguments, predictions, compared(map), replays);
+  if (!arguments.page.empty())
+    write_page_of(arguments, scene, map, recordings, predictions, replays);
   int exit_code = kSuccess;
   for (const Prediction& prediction : predictions) {
     if (!prediction.failure) continue;
@@ -332,6 +383,11 @@ void add_compare(CLI::App& app, Action& action) {
   command.add_option("--output", arguments->output, "CSV to write: the deviation at every row");
   command.add_option("--report", arguments->page, "Folder for a page with tables and pictures")
       ->type_name("DIR");
+  command
+      .add_option(
+          "--shown", arguments->shown,
+          "With --report: of so many recordings, worst first, curves and a replay; default 20")
+      ->check(CLI::NonNegativeNumber);
   arguments->view.add_to(command);
   arguments->report.add_to(command);
   command.footer(

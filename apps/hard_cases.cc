@@ -119,16 +119,17 @@ Result run_case(const HardCase& hard_case, const fs::path& scenes, const Argumen
   return result;
 }
 
-/// DIR/replays.html, which leads to all of them.
+/// DIR/replays.html, which leads to all of them, with their curves.
 void write_replay_list(const fs::path& folder, const std::vector<Result>& results) {
   HtmlPage page("Hard cases: replays");
   page.paragraph("The first run of each case on Counterpoint, at most 1000 frames of it.");
-  std::vector<std::pair<std::string, std::string>> links;
-  for (const Result& result : results)
-    if (result.ours.replay)
-      links.emplace_back(result.hard_case.name + ": " + result.hard_case.hard,
-                         result.hard_case.name + ".html");
-  page.links(links);
+  for (const Result& result : results) {
+    const std::string& name = result.hard_case.name;
+    page.heading(name);
+    page.paragraph(result.hard_case.hard);
+    if (result.ours.replay) page.links({{name + ": to play", name + ".html"}});
+    if (!result.ours.trial.chart.empty()) page.picture(svg(result.ours.trial.chart));
+  }
   view::write_whole(folder / "replays.html", page.text());
 }
 
@@ -158,7 +159,9 @@ int hard_cases(Arguments& arguments) {
   fmt::print(report.text(), "{} of {} cases passed\n", results.size() - failed, results.size());
   if (!arguments.folder.empty()) {
     const fs::path folder = arguments.folder;
-    write_file(folder / "hard-cases.md", markdown(results));
+    write_file(
+        folder / "hard-cases.md",
+        markdown(results) + (arguments.views ? "\n[Replays of the cases](replays.html)\n" : ""));
     for (const Result& result : results) {
       if (result.ours.trial.chart.empty()) continue;
       write_file(folder / (result.hard_case.name + ".svg"), svg(result.ours.trial.chart));

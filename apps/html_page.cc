@@ -3,6 +3,7 @@
 #include <cstdlib>
 
 #include "chart.h"
+#include "chart_script.h"
 
 namespace counterpoint::apps {
 namespace {
@@ -12,7 +13,9 @@ constexpr const char* kStyle =
     "table{border-collapse:collapse;font-size:13px;margin:1em 0}"
     "th,td{border:1px solid #ddd;padding:3px 8px;text-align:left}"
     "td.number{text-align:right;font-variant-numeric:tabular-nums}"
-    "th{background:#f4f4f4}svg{max-width:100%;height:auto}";
+    "th{background:#f4f4f4}svg{max-width:100%;height:auto}"
+    ".values{min-height:1.4em;font-size:12px;font-variant-numeric:tabular-nums}"
+    ".values span{margin-right:14px}";
 
 /// Numbers stand at the right of their column.
 bool is_number(const std::string& cell) {
@@ -76,12 +79,20 @@ void HtmlPage::table(const Table& table) {
   body_ += "</table>\n";
 }
 
-void HtmlPage::picture(const std::string& svg) { body_ += "<div>" + svg + "</div>\n"; }
+void HtmlPage::picture(const std::string& svg) {
+  body_ += "<div>" + svg + "</div>\n";
+  has_pictures_ = true;
+}
 
 std::string HtmlPage::text() const {
   const std::string title = escape_markup(title_);
-  return "<!DOCTYPE html>\n<html lang='en'>\n<head><meta charset='utf-8'><title>" + title +
-         "</title><style>" + kStyle + "</style></head>\n<body>\n<h1>" + title + "</h1>\n" + body_ +
+  return "<!DOCTYPE html>\n<html lang='en'>\n<head><meta charset='utf-8'>"
+         "<meta name='viewport' content='width=device-width, initial-scale=1'>"
+         "<meta http-equiv='Content-Security-Policy' content=\"default-src 'none'; script-src "
+         "'unsafe-inline'; style-src 'unsafe-inline'; img-src data:\">"
+         "<link rel='icon' href='data:,'><title>" +
+         title + "</title><style>" + kStyle + "</style></head>\n<body>\n<h1>" + title + "</h1>\n" +
+         body_ + (has_pictures_ ? "<script>" + std::string(chart_script()) + "</script>\n" : "") +
          "</body>\n</html>\n";
 }
 

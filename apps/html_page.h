@@ -26,7 +26,7 @@ class HtmlPage {
   void table(const Table& table);
   /// A list of words that lead to files beside the page.
   void links(const std::vector<std::pair<std::string, std::string>>& words_and_files);
-  /// A picture as svg (chart.h) gives it.
+  /// A picture as svg (chart.h) gives it; one can zoom into it and read values off it.
   void picture(const std::string& svg);
 
   /// The whole page.
@@ -34,6 +34,7 @@ class HtmlPage {
 
  private:
   std::string title_, body_;
+  bool has_pictures_ = false;
 };
 
 }  // namespace counterpoint::apps

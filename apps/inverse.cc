@@ -127,8 +127,10 @@ int inverse(Arguments& arguments) {
   }
   output.finish();
   if (arguments.view.wanted() && !failed)
-    view::write_replay(arguments.view.file(), scene, {arguments.scene.file, {arguments.trajectory}},
-                       view::clip_of(scene, trajectory, steps, arguments.view.rate(), true));
+    view::write_replay(
+        arguments.view.file(), scene,
+        {arguments.scene.file, {arguments.trajectory}, arguments.scene.package_folders()},
+        view::clip_of(scene, trajectory, steps, arguments.view.rate(), true));
 
   Report& report = arguments.report;
   report.begin("inverse", arguments.scene.file);

@@ -108,8 +108,12 @@ OptimizedStart run_start(const Arguments& arguments, const opt::ProblemFile& fil
     line.show(p);
     return !interrupted;
   };
-  if (arguments.starts == 1)
-    settings.stage_done = [&](const opt::Result& result) { keep(arguments, file, result); };
+  OptimizedStart start;
+  const bool shown = arguments.view.wanted() || !arguments.folder.empty();
+  settings.stage_done = [&](const opt::Result& result) {
+    if (arguments.starts == 1) keep(arguments, file, result);
+    if (shown) start.stages.push_back(result);
+  };
   const std::string from = arguments.resume ? arguments.output : arguments.from;
   if (arguments.resume) {
     const Json kept = read_json(resume_file(arguments));
@@ -117,7 +121,6 @@ OptimizedStart run_start(const Arguments& arguments, const opt::ProblemFile& fil
   }
   const std::vector<VectorX> guess =
       from.empty() ? opt::seeded_guess(file, seed) : frames_from(from, file.problem);
-  OptimizedStart start;
   start.seed = seed;
   start.result = opt::optimize(file.problem, guess, settings);
   start.verification = opt::verify(*file.problem.model, start.result.options, file.problem.motors,
@@ -125,7 +128,35 @@ OptimizedStart run_start(const Arguments& arguments, const opt::ProblemFile& fil
   return start;
 }
 
-/// The motion as often as asked for, its feedback, and its replay.
+/// Frames h [s] apart, with the forces that the inverse finds for them or without.
+view::Clip clip_of(const Scene& scene, double h, const std::vector<VectorX>& q,
+                   const std::vector<VectorX>& v, const std::vector<VectorX>& applied_force,
+                   bool forces) {
+  view::ClipRecorder recorder(scene, 0.0, forces);
+  const auto state = [&](std::size_t t) { return State{static_cast<double>(t) * h, q[t], v[t]}; };
+  Input input;
+  for (std::size_t t = 0; t + 1 < q.size(); ++t) {
+    input.applied_force = applied_force[t];
+    recorder.add_step(state(t), input, h, state(t + 1));
+  }
+  return recorder.finish(state(q.size() - 1));
+}
+
+/// A few of the stages that led to the motion, the first among them.
+std::vector<view::Clip> stage_clips(const Scene& scene, double h, const OptimizedStart& best) {
+  constexpr std::size_t kMost = 6;
+  std::vector<view::Clip> clips;
+  const std::size_t count = best.stages.size();
+  for (std::size_t i = 0; i < std::min(kMost, count); ++i) {
+    const std::size_t stage = count <= kMost ? i : i * (count - 1) / (kMost - 1);
+    const opt::Result& r = best.stages[stage];
+    clips.push_back(clip_of(scene, h, r.q, r.v, r.applied_force, false));
+    clips.back().name = fmt::format("stage {}, smoothing {:.2g} m", stage + 1, r.smoothing);
+  }
+  return clips;
+}
+
+/// The motion as often as asked for, its feedback, and its replay, with stages as ghosts.
 void write_outputs(const Arguments& arguments, const opt::ProblemFile& file,
                    const OptimizedStart& best, Json& json) {
   std::optional<opt::Feedback> feedback;
@@ -136,19 +167,30 @@ void write_outputs(const Arguments& arguments, const opt::ProblemFile& file,
     json["feedback_missing_steps"] = feedback->missing;
   }
   if (!arguments.output.empty()) keep(arguments, file, best.result);
+  const double h = file.problem.h();
+  std::optional<opt::RepeatedMotion> motion;
   if (arguments.cycles > 1 || feedback) {
-    const opt::RepeatedMotion motion =
+    motion =
         opt::repeated(file.problem, best.result, feedback ? &*feedback : nullptr, arguments.cycles);
-    if (!arguments.output.empty()) write_motion(arguments.output, file, motion);
-    if (feedback) opt::write_feedback(arguments.feedback, *file.problem.model, motion.gains);
+    if (!arguments.output.empty()) write_motion(arguments.output, file, *motion);
+    if (feedback) opt::write_feedback(arguments.feedback, *file.problem.model, motion->gains);
   }
-  if (!arguments.view.wanted()) return;
+  const bool linked = !arguments.folder.empty() && view::can_make_pages();
+  if (!arguments.view.wanted() && !linked) return;
   Scene scene = *file.scene;
   scene.options = best.result.options;
-  const Trajectory motion = read_trajectory(arguments.output, scene.model);
-  view::write_replay(
-      arguments.view.file(), scene, {file.scene_file.string(), {arguments.output}},
-      view::clip_of(scene, motion, step_lengths(motion, {}, scene.options.time_step), 0.0, true));
+  const opt::Result& r = best.result;
+  const view::Clip clip = motion
+                              ? clip_of(scene, h, motion->q, motion->v, motion->applied_force, true)
+                              : clip_of(scene, h, r.q, r.v, r.applied_force, true);
+  const std::vector<view::Clip> stages = stage_clips(scene, h, best);
+  const view::Origin origin{file.scene_file.string(), {arguments.problem, arguments.output}};
+  if (arguments.view.wanted())
+    view::write_replay(arguments.view.file(), scene, origin, clip, stages);
+  if (!linked) return;
+  make_report_folder(arguments.folder);
+  view::write_replay(std::filesystem::path(arguments.folder) / "replay.html", scene, origin, clip,
+                     stages);
 }
 
 void print_start(const Report& report, const OptimizedStart& start) {
@@ -187,7 +229,8 @@ int optimize(Arguments& arguments) {
   }
   write_outputs(arguments, file, starts[best], report.json());
   if (!arguments.folder.empty())
-    write_optimization_page(arguments.folder, file, starts, best, arguments.view.file());
+    write_optimization_page(arguments.folder, file, starts, best,
+                            view::can_make_pages() ? "replay.html" : "");
   report.write();
   return starts[best].feasible() ? kSuccess : kFailed;
 }

@@ -31,6 +31,18 @@ void SceneArguments::add_to(CLI::App& command) {
                    "Make non-physical inertias physical; each change is listed");
 }
 
+std::map<std::string, std::filesystem::path> SceneArguments::package_folders() const {
+  std::map<std::string, std::filesystem::path> folders;
+  for (const std::string& package : packages) {
+    const size_t equals = package.find('=');
+    if (equals == std::string::npos || equals == 0 || equals + 1 == package.size()) {
+      throw InputError(fmt::format("--package {}: expected NAME=DIR", package));
+    }
+    folders[package.substr(0, equals)] = package.substr(equals + 1);
+  }
+  return folders;
+}
+
 Scene SceneArguments::load() const {
   SceneOverrides overrides;
   if (!base.empty()) overrides.base = base == "floating" ? Base::kFloating : Base::kFixed;
@@ -38,13 +50,7 @@ Scene SceneArguments::load() const {
   overrides.repair_inertias = repair_inertias;
   overrides.srdf = srdf;
   overrides.hull_vertices = hull_vertices;
-  for (const std::string& package : packages) {
-    const size_t equals = package.find('=');
-    if (equals == std::string::npos || equals == 0 || equals + 1 == package.size()) {
-      throw InputError(fmt::format("--package {}: expected NAME=DIR", package));
-    }
-    overrides.packages[package.substr(0, equals)] = package.substr(equals + 1);
-  }
+  overrides.packages = package_folders();
   Scene scene = load_scene(file, overrides);
   if (!integrator.empty()) scene.options.integrator = *integrator_from_name(integrator);
   if (!contact.empty())

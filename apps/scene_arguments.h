@@ -2,6 +2,8 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <filesystem>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -20,6 +22,8 @@ struct SceneArguments {
   std::string integrator, contact;
 
   void add_to(CLI::App& command);
+  /// NAME and DIR of each. @throws InputError for one that is not NAME=DIR.
+  std::map<std::string, std::filesystem::path> package_folders() const;
   /// @throws InputError as load_scene does, and for a package that is not NAME=DIR.
   Scene load() const;
 };

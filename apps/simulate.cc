@@ -297,7 +297,9 @@ int simulate(Arguments& arguments) {
   }
   if (outputs.recorder)
     view::write_replay(arguments.view.file(), simulator.scene(),
-                       {arguments.scene.file, {arguments.inputs.file, arguments.resume}},
+                       {arguments.scene.file,
+                        {arguments.inputs.file, arguments.resume},
+                        arguments.scene.package_folders()},
                        outputs.recorder->finish(simulator.state()));
 
   if (inputs.follower() != nullptr)

@@ -18,12 +18,13 @@ namespace {
 
 struct Arguments {
   SceneArguments scene;
-  std::string motion, output, contacts, ghost, ghost_name = "ghost", title, size;
+  std::string motion, output, contacts, title, size;
+  std::vector<std::string> ghosts, ghost_names;
   std::optional<double> time_step;
   double rate = view::kDefaultRate;
   bool forces = false;
   view::Pictures pictures;
-  std::vector<double> gif;
+  std::vector<double> gif, webm;
   Report report;
 };
 
@@ -38,24 +39,31 @@ void set_size(const std::string& text, view::Pictures& pictures) {
     throw InputError(fmt::format("--size {}: expected WIDTHxHEIGHT, 16 ... 8192 pixels", text));
 }
 
+/// Start, end [s] and frames a second; nothing where nothing is asked for.
+std::optional<std::vector<double>> moving(const char* option, const std::vector<double>& numbers,
+                                          int most) {
+  if (numbers.empty()) return std::nullopt;
+  const bool fine = numbers.size() == 3 && numbers[1] >= numbers[0] && numbers[2] > 0.0 &&
+                    (numbers[1] - numbers[0]) * numbers[2] < most;
+  if (fine) return numbers;
+  throw InputError(
+      fmt::format("{}: expected START,END,FRAMES_PER_SECOND, fewer than {} frames", option, most));
+}
+
 /// Refuses what can be refused before anything is computed.
 void check(Arguments& arguments) {
   if (!view::can_make_pages()) throw InputError(view::why_no_pages());
   set_size(arguments.size, arguments.pictures);
-  if (!arguments.gif.empty()) {
-    const std::vector<double>& gif = arguments.gif;
-    constexpr double kMaxFrames = 2000;
-    const bool fine = gif.size() == 3 && gif[1] >= gif[0] && gif[2] > 0.0 &&
-                      (gif[1] - gif[0]) * gif[2] < kMaxFrames;
-    if (!fine)
-      throw InputError(fmt::format(
-          "--gif: expected START,END,FRAMES_PER_SECOND, fewer than {} frames", kMaxFrames));
-    arguments.pictures.gif = gif;
-  }
+  arguments.pictures.gif = moving("--gif", arguments.gif, 2000);
+  arguments.pictures.webm = moving("--webm", arguments.webm, 20000);
+  if (arguments.pictures.webm && (arguments.pictures.width % 2 || arguments.pictures.height % 2))
+    throw InputError("--webm: --size must be even");
   if (arguments.pictures.any() && view::find_chromium().empty())
-    throw InputError("--png and --gif draw with Chromium; install chromium (Debian)");
+    throw InputError("--png, --gif and --webm draw with Chromium; install chromium (Debian)");
   if (arguments.forces && !arguments.contacts.empty())
     throw InputError("--forces and --contacts: give one of them");
+  if (arguments.ghost_names.size() > arguments.ghosts.size())
+    throw InputError("--ghost-name: more names than ghosts");
 }
 
 view::Replay make_replay(const Arguments& arguments, const Scene& scene) {
@@ -70,27 +78,34 @@ view::Replay make_replay(const Arguments& arguments, const Scene& scene) {
   replay.clip.name = "motion";
   if (!arguments.contacts.empty())
     view::read_contacts(arguments.contacts, scene.model, replay.clip);
-  if (!arguments.ghost.empty()) {
-    const Trajectory other = read_trajectory(arguments.ghost, scene.model);
-    replay.ghost = view::clip_of(scene, other, {}, arguments.rate, false);
-    replay.ghost->name = arguments.ghost_name;
+  for (size_t i = 0; i < arguments.ghosts.size(); ++i) {
+    const Trajectory other = read_trajectory(arguments.ghosts[i], scene.model);
+    replay.ghosts.push_back(view::clip_of(scene, other, {}, arguments.rate, false));
+    const bool named = i < arguments.ghost_names.size();
+    replay.ghosts.back().name = named                          ? arguments.ghost_names[i]
+                                : arguments.ghosts.size() == 1 ? "ghost"
+                                                               : arguments.ghosts[i];
   }
+  replay.visuals =
+      view::read_visuals(arguments.scene.file, scene.model, arguments.scene.package_folders());
   replay.made = view::made_by(arguments.scene.file, scene, replay.clip);
   replay.made.emplace_back("motion", arguments.motion);
   if (trajectory.altered_rows > 0)
     replay.made.emplace_back("rows that are not as simulate wrote them",
                              std::to_string(trajectory.altered_rows));
+  for (const std::string& note : replay.visuals.notes) replay.made.emplace_back("note", note);
   view::InputFiles files;
   files.add_scene(arguments.scene.file, scene.model);
-  for (const std::string& file : {arguments.motion, arguments.contacts, arguments.ghost})
+  for (const std::string& file : {arguments.motion, arguments.contacts})
     if (!file.empty()) files.add(file);
+  for (const std::string& file : arguments.ghosts) files.add(file);
   for (const std::string& name : files.left_out)
     replay.made.emplace_back("too large to keep", name);
   replay.inputs = std::move(files.files);
   return replay;
 }
 
-/// replay.html -> replay_1.25.png ... and replay.gif.
+/// replay.html -> replay_1.25.png ... replay.gif, replay.webm.
 std::vector<std::string> write_pictures(const Arguments& arguments) {
   std::vector<std::string> names;
   if (!arguments.pictures.any()) return names;
@@ -104,6 +119,10 @@ std::vector<std::string> write_pictures(const Arguments& arguments) {
   if (!drawn.gif.empty()) {
     names.push_back(stem.string() + ".gif");
     view::write_whole(names.back(), drawn.gif);
+  }
+  if (!drawn.webm.empty()) {
+    names.push_back(stem.string() + ".webm");
+    view::write_whole(names.back(), drawn.webm);
   }
   return names;
 }
@@ -128,13 +147,17 @@ int view_motion(Arguments& arguments) {
   report["end_time_s"] = clip.states.back().time;
   report["bodies"] = scene.model.num_bodies() - 1;
   report["shapes"] = scene.model.geometries().size();
+  report["visuals"] = replay.visuals.shapes.size();
   report["contact_forces"] = clip.contacts.size();
+  report["closure_forces"] = clip.closure_forces.size();
+  report["notes"] = replay.visuals.notes;
   report["position_resolution_m"] = view::resolution_of(replay).position;
   report["pictures"] = pictures;
   report.write();
   fmt::print(report.text(), "{}: {:.3g} MB, {} frames of {} rows, {:.6g} ... {:.6g} s\n",
              arguments.output, static_cast<double>(page.size()) / 1e6, clip.num_frames(), clip.rows,
              clip.states.front().time, clip.states.back().time);
+  for (const std::string& note : replay.visuals.notes) fmt::print(stderr, "note: {}\n", note);
   for (const std::string& name : pictures) fmt::print(report.text(), "{}\n", name);
   return kSuccess;
 }
@@ -148,6 +171,9 @@ void add_picture_options(CLI::App& command, Arguments& arguments) {
   command
       .add_option("--gif", arguments.gif,
                   "Moving picture to write beside the page: start [s], end [s], frames a second")
+      ->delimiter(',')
+      ->type_name("START,END,RATE");
+  command.add_option("--webm", arguments.webm, "The same as a video (VP9), much smaller")
       ->delimiter(',')
       ->type_name("START,END,RATE");
   command.add_option("--size", arguments.size, "Of pictures [pixels]; default 960x540")
@@ -176,9 +202,15 @@ void add_view(CLI::App& app, Action& action) {
                    "Contact forces as `inverse` recovers them from the motion");
   command.add_option("--timestep", arguments->time_step,
                      "With --forces: time step [s] of a motion that does not say it");
-  command.add_option("--ghost", arguments->ghost, "Second motion of the scene, drawn translucent")
-      ->type_name("FILE");
-  command.add_option("--ghost-name", arguments->ghost_name, "What the legend calls it");
+  command
+      .add_option("--ghost", arguments->ghosts,
+                  "Second motion of the scene, drawn translucent; of several one at a time")
+      ->type_name("FILE")
+      ->allow_extra_args(false);
+  command
+      .add_option("--ghost-name", arguments->ghost_names,
+                  "What the legend calls it; as often as --ghost")
+      ->allow_extra_args(false);
   command.add_option("--rate", arguments->rate, "Frames a second of the page [1/s]; 0: every row")
       ->check(CLI::NonNegativeNumber)
       ->capture_default_str();

@@ -23,6 +23,7 @@ struct Findings {
   std::vector<Recommendation> recommendations;  ///< one a wanted error
   std::vector<double> wants;
   int repeats = 0;
+  std::string replay = {};  ///< a page beside the report that shows settings; or empty
 
   const Point& at(const Place& place) const { return measured[place.family].points[place.point]; }
   bool on_front(const Place& place) const;

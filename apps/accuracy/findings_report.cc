@@ -147,6 +147,9 @@ std::string page(const Findings& findings) {
   std::vector<std::string> words;
   for (const Recommendation& r : findings.recommendations) words.push_back(r.words);
   page.list(words);
+  if (!findings.replay.empty())
+    page.links({{"The motion at the recommended setting, to play; others as its ghosts",
+                 findings.replay}});
   page.heading("Accuracy against time");
   page.paragraph(
       "Rings mark the Pareto front: no other setting is both cheaper and more accurate.");

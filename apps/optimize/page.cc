@@ -156,7 +156,8 @@ void write_optimization_page(const std::filesystem::path& folder, const opt::Pro
                              opt::outcome_name(result.outcome), result.iterations, result.seconds));
   std::vector<std::pair<std::string, std::string>> links = {{"iterations.csv", "iterations.csv"},
                                                             {"motion.csv", "motion.csv"}};
-  if (!replay.empty()) links.emplace_back("the motion, to play", replay);
+  if (!replay.empty())
+    links.emplace_back("the motion, to play; stages that led to it are its ghosts", replay);
   page.links(links);
   page.table(figure_table(starts[best]));
   if (starts.size() > 1) {

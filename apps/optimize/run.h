@@ -16,6 +16,7 @@ struct OptimizedStart {
   std::uint64_t seed = 0;
   optimization::Result result;
   optimization::Verification verification;
+  std::vector<optimization::Result> stages;  ///< of the continuation, in their order
   bool feasible() const { return result.outcome == optimization::Outcome::kConverged; }
 };
 

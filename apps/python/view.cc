@@ -36,7 +36,7 @@ std::string page(const ScenePtr& handle, const TrajectoryHandle& t, const Trajec
   replay.title = title.empty() ? scene.name : title;
   replay.scene = &scene;
   replay.clip = clip(t, forces);
-  if (ghost) replay.ghost = clip(*ghost, false);
+  if (ghost) replay.ghosts.push_back(clip(*ghost, false));
   replay.made = {{"made by", "counterpoint for Python " COUNTERPOINT_VERSION}};
   return view::replay_page(replay);
 }

@@ -72,6 +72,42 @@ std::vector<Chart> error_charts(const std::vector<NamedPredictions>& sets, Compa
           error_chart(sets, "Rotation error", "error [degrees]", &Deviation::rotation, 1.0)};
 }
 
+namespace {
+
+/// The unit of a position, after the name that a trajectory gives it.
+std::string unit_of(const Model& model, const ColumnMap::Entry& entry) {
+  const auto ends = [&](const char* end) { return entry.name.ends_with(end); };
+  if (ends(".x") || ends(".y") || ends(".z")) return "m";
+  if (ends(".qw") || ends(".qx") || ends(".qy") || ends(".qz")) return "1";
+  for (int i = 1; i < model.num_bodies(); ++i)
+    if (model.body(i).q_index == entry.index)
+      return model.body(i).joint_type == JointType::kPrismatic ? "m" : "rad";
+  return "";
+}
+
+}  // namespace
+
+std::vector<Chart> coordinate_charts(const Model& model, const Recording& recording,
+                                     const Prediction& prediction, const ColumnMap& map) {
+  const double end = prediction.time.empty() ? recording.time[0] : prediction.time.back();
+  std::vector<Chart> charts;
+  for (const ColumnMap::Entry& entry : map.entries) {
+    if (entry.kind != ColumnMap::Entry::Kind::kPosition) continue;
+    Chart& chart = charts.emplace_back();
+    chart.title = entry.name;
+    chart.y_label = unit_of(model, entry);
+    Curve recorded{.name = "recorded", .x = {}, .y = {}},
+        simulated{.name = "simulated", .x = {}, .y = {}};
+    for (int row = 0; row < recording.num_rows(); ++row) {
+      recorded.add(recording.time[row], recording.q(entry.index, row));
+      if (recording.time[row] <= end)
+        simulated.add(recording.time[row], prediction.q(entry.index, row));
+    }
+    chart.curves = {recorded, simulated};
+  }
+  return charts;
+}
+
 Table prediction_table(const std::vector<Prediction>& predictions, Compared by) {
   Table table{{"recording", "rows"}, {}};
   for (const auto& [name, value] : figures({}, by)) table.header.emplace_back(name);

@@ -23,6 +23,10 @@ struct NamedPredictions {
 /// the quartiles beside it. Position and rotation, or joints.
 std::vector<Chart> error_charts(const std::vector<NamedPredictions>& sets, Compared by);
 
+/// Recorded and simulated over each other, a chart for each position that the map names.
+std::vector<Chart> coordinate_charts(const Model& model, const Recording& recording,
+                                     const Prediction& prediction, const ColumnMap& map);
+
 /// A row a recording.
 Table prediction_table(const std::vector<Prediction>& predictions, Compared by);
 /// The figures of coordinates as reports have them, and as a table.

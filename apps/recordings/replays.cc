@@ -56,7 +56,7 @@ void Replays::write(size_t recording, const std::filesystem::path& file, double 
   view::Origin origin{scene_file_, {map_, recordings_[recording].file}};
   view::write_replay(file, scene_, origin,
                      clip_of(recordings_[recording], predictions_[recording], false, rate),
-                     clip_of(recordings_[recording], predictions_[recording], true, rate));
+                     {clip_of(recordings_[recording], predictions_[recording], true, rate)});
 }
 
 void Replays::write_worst(const std::filesystem::path& file, double rate) const {
@@ -64,17 +64,6 @@ void Replays::write_worst(const std::filesystem::path& file, double rate) const 
   write(worst_first_[0], file, rate);
 }
 
-std::vector<std::pair<std::string, std::string>> Replays::write_worst_of(
-    const std::filesystem::path& folder, double rate) const {
-  std::vector<std::pair<std::string, std::string>> links;
-  if (impacts_ || !view::can_make_pages()) return links;
-  make_report_folder(folder);
-  for (size_t i = 0; i < std::min(kMost, worst_first_.size()); ++i) {
-    const std::string name = fmt::format("replay{}.html", i);
-    write(worst_first_[i], folder / name, rate);
-    links.emplace_back(recordings_[worst_first_[i]].file, name);
-  }
-  return links;
-}
+bool Replays::can_write() const { return !impacts_ && view::can_make_pages(); }
 
 }  // namespace counterpoint::apps

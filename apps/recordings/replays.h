@@ -4,7 +4,6 @@
 
 #include <filesystem>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "prediction.h"
@@ -22,15 +21,15 @@ class Replays {
   /// The page of the recording with the largest mean error. @throws InputError for impacts, which
   /// take no time.
   void write_worst(const std::filesystem::path& file, double rate) const;
-  /// Pages of the kMost worst into a folder; their names and files. None of impacts, and none where
-  /// this build makes no pages.
-  std::vector<std::pair<std::string, std::string>> write_worst_of(
-      const std::filesystem::path& folder, double rate) const;
-  static constexpr size_t kMost = 5;
+  /// Numbers of the recordings by falling mean error.
+  const std::vector<size_t>& worst_first() const { return worst_first_; }
+  /// Impacts take no time, and some builds make no pages: then there is nothing to write.
+  bool can_write() const;
 
- private:
+  /// The page of one. @throws InputError as replay_page.
   void write(size_t recording, const std::filesystem::path& file, double rate) const;
 
+ private:
   const Scene& scene_;
   std::string scene_file_, map_;
   const std::vector<Recording>& recordings_;

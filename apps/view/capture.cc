@@ -69,6 +69,7 @@ std::string fragment(const Pictures& pictures) {
   std::string out = fmt::format("#ui=0&size={},{}", pictures.width, pictures.height);
   if (!pictures.times.empty()) out += fmt::format("&png={}", fmt::join(pictures.times, ","));
   if (pictures.gif) out += fmt::format("&gif={}", fmt::join(*pictures.gif, ","));
+  if (pictures.webm) out += fmt::format("&webm={}", fmt::join(*pictures.webm, ","));
   if (!pictures.link.empty()) out += "&" + pictures.link;
   return out;
 }
@@ -94,7 +95,8 @@ Drawn draw(const fs::path& page, const Pictures& pictures) {
   const std::string chromium = find_chromium();
   if (chromium.empty())
     throw InputError(
-        "--png and --gif draw with Chromium, which is not there; install chromium (Debian)");
+        "--png, --gif and --webm draw with Chromium, which is not there; install chromium "
+        "(Debian)");
   const Profile profile;
   std::vector<std::string> command = {chromium,
                                       "--headless",
@@ -113,13 +115,19 @@ Drawn draw(const fs::path& page, const Pictures& pictures) {
   for (size_t at = 0; (at = text.find("<pre class=\"capture\"", at)) != std::string::npos;) {
     const size_t begin = text.find('>', at) + 1, end = text.find('<', begin);
     const std::string bytes = from_base64(text.substr(begin, end - begin));
-    if (text.substr(at, begin - at).find("\"gif\"") != std::string::npos)
+    const std::string tag = text.substr(at, begin - at);
+    if (tag.find("\"gif\"") != std::string::npos)
       out.gif = bytes;
+    else if (tag.find("\"webm\"") != std::string::npos)
+      out.webm = bytes;
+    else if (tag.find("\"failed\"") != std::string::npos)
+      throw std::runtime_error(fmt::format("{}: {}", chromium, bytes));
     else
       out.png.push_back(bytes);
     at = end;
   }
-  if (out.png.size() != pictures.times.size() || out.gif.empty() == pictures.gif.has_value())
+  if (out.png.size() != pictures.times.size() || out.gif.empty() == pictures.gif.has_value() ||
+      out.webm.empty() == pictures.webm.has_value())
     throw std::runtime_error(fmt::format("{} drew no picture of {}", chromium, page.string()));
   return out;
 }

@@ -9,17 +9,18 @@
 namespace counterpoint::view {
 
 struct Pictures {
-  std::vector<double> times;               ///< [s], one PNG each
-  std::optional<std::vector<double>> gif;  ///< start [s], end [s], frames a second
-  int width = 960, height = 540;           ///< [pixels]
-  std::string link;                        ///< further settings, as in a page's fragment
-  bool any() const { return !times.empty() || gif.has_value(); }
+  std::vector<double> times;                ///< [s], one PNG each
+  std::optional<std::vector<double>> gif;   ///< start [s], end [s], frames a second
+  std::optional<std::vector<double>> webm;  ///< alike
+  int width = 960, height = 540;            ///< [pixels]
+  std::string link;                         ///< further settings, as in a page's fragment
+  bool any() const { return !times.empty() || gif || webm; }
 };
 
-/// The files of images, in the order of `times`, then the GIF.
+/// The files of images, in the order of `times`, then the GIF and the video.
 struct Drawn {
   std::vector<std::string> png;
-  std::string gif;
+  std::string gif, webm;
 };
 
 /// chromium, chromium-browser or google-chrome on the path; or COUNTERPOINT_CHROMIUM of the
@@ -27,7 +28,8 @@ struct Drawn {
 std::string find_chromium();
 
 /// Opens a page and reads what it drew (page/capture.js). @throws InputError where there is no
-/// Chromium, std::runtime_error where it drew nothing.
+/// Chromium, std::runtime_error where it drew nothing, or has no
+/// encoder for video.
 Drawn draw(const std::filesystem::path& page, const Pictures& pictures);
 
 }  // namespace counterpoint::view

@@ -31,8 +31,12 @@ ClipRecorder::ClipRecorder(const Scene& scene, double rate, bool forces, int mos
 }
 
 void ClipRecorder::thin_out() {
-  std::erase_if(clip_.contacts, [](const Contact& contact) { return contact.frame % 2 == 1; });
-  for (Contact& contact : clip_.contacts) contact.frame /= 2;
+  const auto every_other = [](auto& forces) {
+    std::erase_if(forces, [](const auto& force) { return force.frame % 2 == 1; });
+    for (auto& force : forces) force.frame /= 2;
+  };
+  every_other(clip_.contacts);
+  every_other(clip_.closure_forces);
   const int kept = (clip_.num_frames() + 1) / 2;
   for (int k = 1; k < kept; ++k) {
     clip_.states[k] = std::move(clip_.states[2 * k]);
@@ -64,6 +68,10 @@ void ClipRecorder::add_contacts(const State& before, const Input& input, double 
   for (const ContactForce& contact : inverse_.contacts)
     clip_.contacts.push_back({clip_.num_frames() - 1, contact.contact.geometry_a,
                               contact.contact.geometry_b, contact.contact.position, contact.force});
+  for (size_t i = 0; i < inverse_.closures.size(); ++i)
+    clip_.closure_forces.push_back({clip_.num_frames() - 1, static_cast<int>(i),
+                                    inverse_.closures[i].position,
+                                    inverse_.closures[i].force.force});
 }
 
 void ClipRecorder::add_step(const State& before, const Input& input, double h, const State& after,

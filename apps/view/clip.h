@@ -19,16 +19,25 @@ struct Contact {
   Vector3 force = Vector3::Zero();     ///< on geometry B, in W [N]
 };
 
+/// What holds two bodies together, at a moment.
+struct ClosureArrow {
+  int frame = 0;                       ///< of the clip
+  int closure = 0;                     ///< index into Model::closures
+  Vector3 position = Vector3::Zero();  ///< in W [m]
+  Vector3 force = Vector3::Zero();     ///< on body B, in W [N]
+};
+
 /// Moments of a motion, in rising time.
 struct Clip {
   std::string name;
-  std::vector<State> states;              ///< q always, v empty where nothing is known of it
-  std::vector<VectorX> applied_force;     ///< nv, of the step from each; empty where unknown
-  std::vector<std::vector<char>> asleep;  ///< by frame and tree; empty where unknown
-  std::vector<Contact> contacts;          ///< by rising frame
-  std::vector<int> newton_iterations;     ///< of the step from each frame; empty where unknown
-  bool has_contacts = false;              ///< contacts were looked for
-  long rows = 0;                          ///< of the motion that the frames were taken from
+  std::vector<State> states;                 ///< q always, v empty where nothing is known of it
+  std::vector<VectorX> applied_force;        ///< nv, of the step from each; empty where unknown
+  std::vector<std::vector<char>> asleep;     ///< by frame and tree; empty where unknown
+  std::vector<Contact> contacts;             ///< by rising frame
+  std::vector<ClosureArrow> closure_forces;  ///< by rising frame
+  std::vector<int> newton_iterations;        ///< of the step from each frame; empty where unknown
+  bool has_contacts = false;                 ///< contacts were looked for
+  long rows = 0;                             ///< of the motion that the frames were taken from
   int num_frames() const { return static_cast<int>(states.size()); }
 };
 
@@ -37,9 +46,9 @@ inline constexpr double kDefaultRate = 100.0;  ///< [frames/s]
 /// Takes a motion step by step, and keeps `rate` moments a second of it [1/s]; 0: all.
 class ClipRecorder {
  public:
-  /// forces: contact forces are recovered from the motion, as `counterpoint inverse` does, where
-  /// the integrator has an inverse. most: of frames; where there are more every other one goes, and
-  /// the rate is halved; 0: no limit.
+  /// forces: those of contacts and closures are recovered from the motion, as `counterpoint
+  /// inverse` does, where the integrator has an inverse. most: of frames; where there are more
+  /// every other one goes, and the rate is halved; 0: no limit.
   ClipRecorder(const Scene& scene, double rate, bool forces, int most = 0);
 
   /// A step of length h [s] from `before` to `after` under `input`.

@@ -54,6 +54,18 @@ void add_contact_forces(const Model& model, const Clip& clip, std::vector<Curve>
   out.insert(out.end(), {carried, largest});
 }
 
+/// Of a few; of many the arrows say it.
+void add_closure_forces(const Model& model, const Clip& clip, std::vector<Curve>& out) {
+  constexpr size_t kMost = 12;
+  if (clip.closure_forces.empty() || model.closures().size() > kMost) return;
+  const size_t first = out.size();
+  for (const Closure& closure : model.closures())
+    out.push_back(
+        {"closure force", closure.name, "N", std::vector<double>(clip.num_frames(), 0.0)});
+  for (const ClosureArrow& arrow : clip.closure_forces)
+    out[first + arrow.closure].values[arrow.frame] = arrow.force.norm();
+}
+
 void add_iterations(const Clip& clip, std::vector<Curve>& out) {
   const std::vector<int>& iterations = clip.newton_iterations;
   if (iterations.size() == clip.states.size())
@@ -79,25 +91,28 @@ JointUnits units(JointType type) {
   return {"rad", "rad/s", "N m"};
 }
 
-void add_single(const Model& model, const Clip& clip, const Clip* ghost, int joint,
+void add_single(const Model& model, const Clip& clip, const std::vector<Clip>& ghosts, int joint,
                 std::vector<Curve>& out) {
   const Body& body = model.body(joint + 1);
   const std::string& name = model.joint(joint).name;
   const JointUnits unit = units(body.joint_type);
-  Curve position{name + ": position", ghost ? clip.name : "", unit.q, {}};
+  Curve position{name + ": position", ghosts.empty() ? "" : clip.name, unit.q, {}};
   Curve velocity{name + ": velocity", "", unit.v, {}}, force{name + ": force", "", unit.force, {}};
-  Curve other{position.group, ghost ? ghost->name : "", unit.q, {}};
   for (const State& state : clip.states) {
     position.values.push_back(state.q[body.q_index]);
     if (state.v.size() > 0) velocity.values.push_back(state.v[body.v_index]);
-    if (ghost) other.values.push_back(at_time(*ghost, body.q_index, state.time));
   }
   for (const VectorX& applied : clip.applied_force)
     force.values.push_back(applied.size() > 0      ? applied[body.v_index]
                            : !force.values.empty() ? force.values.back()
                                                    : 0.0);
-  out.push_back(std::move(position));
-  if (ghost) out.push_back(std::move(other));
+  out.push_back(position);
+  for (size_t i = 0; i < ghosts.size(); ++i) {
+    Curve other{position.group, ghosts[i].name, unit.q, {}, static_cast<int>(i)};
+    for (const State& state : clip.states)
+      other.values.push_back(at_time(ghosts[i], body.q_index, state.time));
+    out.push_back(std::move(other));
+  }
   if (velocity.values.size() == clip.states.size()) out.push_back(std::move(velocity));
   const auto acts = [](double x) { return x != 0.0; };
   if (std::any_of(force.values.begin(), force.values.end(), acts)) out.push_back(std::move(force));
@@ -122,15 +137,17 @@ void add_several(const Model& model, const Clip& clip, int joint, std::vector<Cu
 
 }  // namespace
 
-std::vector<Curve> curves_of(const Model& model, const Clip& clip, const Clip* ghost) {
+std::vector<Curve> curves_of(const Model& model, const Clip& clip,
+                             const std::vector<Clip>& ghosts) {
   std::vector<Curve> out;
   add_energies(model, clip, out);
   add_contact_forces(model, clip, out);
+  add_closure_forces(model, clip, out);
   add_iterations(clip, out);
   if (model.nq() + model.nv() > kMaxCoordinates) return out;
   for (int joint = 0; joint < model.num_joints(); ++joint) {
     if (joint_nv(model.body(joint + 1).joint_type) == 1)
-      add_single(model, clip, ghost, joint, out);
+      add_single(model, clip, ghosts, joint, out);
     else if (has_velocities(clip))
       add_several(model, clip, joint, out);
   }

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <map>
 #include <tuple>
 
@@ -84,34 +85,71 @@ std::string pack_limits(const Model& model, const Clip& clip) {
   return stream.packed();
 }
 
-/// A contact that lasts: frames one after the other, of the same shapes.
-struct Track {
-  int a = 0, b = 0, start = 0;
-  std::vector<const Contact*> contacts;
+/// A force at a point between two shapes, or of a closure.
+struct Arrow {
+  int frame, a, b;
+  Vector3 position, force;
 };
 
-/// The contacts of a pair in a frame are told apart by their number; the engine lists them alike.
-std::vector<Track> tracks_of(const Clip& clip, double least) {
+/// What lasts: frames one after the other, of the same shapes.
+struct Track {
+  int a = 0, b = 0, start = 0;
+  std::vector<const Arrow*> arrows;
+};
+
+/// Those of a pair in a frame are told apart by their number; the engine lists them alike.
+std::vector<Track> tracks_of(const std::vector<Arrow>& arrows, double least) {
   std::vector<Track> tracks;
   std::map<std::tuple<int, int, int>, size_t> open;
   std::map<std::tuple<int, int>, int> count;
   int frame = -1;
-  for (const Contact& contact : clip.contacts) {
-    if (!(contact.force.norm() > least)) continue;
-    if (contact.frame != frame) count.clear();
-    frame = contact.frame;
-    const int number = count[{contact.geometry_a, contact.geometry_b}]++;
-    const std::tuple key{contact.geometry_a, contact.geometry_b, number};
+  for (const Arrow& arrow : arrows) {
+    if (!(arrow.force.norm() > least)) continue;
+    if (arrow.frame != frame) count.clear();
+    frame = arrow.frame;
+    const int number = count[{arrow.a, arrow.b}]++;
+    const std::tuple key{arrow.a, arrow.b, number};
     const auto found = open.find(key);
     if (found == open.end() ||
-        tracks[found->second].start + static_cast<int>(tracks[found->second].contacts.size()) !=
+        tracks[found->second].start + static_cast<int>(tracks[found->second].arrows.size()) !=
             frame) {
       open[key] = tracks.size();
-      tracks.push_back({contact.geometry_a, contact.geometry_b, frame, {}});
+      tracks.push_back({arrow.a, arrow.b, frame, {}});
     }
-    tracks[open[key]].contacts.push_back(&contact);
+    tracks[open[key]].arrows.push_back(&arrow);
   }
   return tracks;
+}
+
+/// names: of a and b.
+Json pack_arrows(const std::vector<Arrow>& arrows, const Resolution& resolution,
+                 const std::function<Json(int a, int b)>& names) {
+  const std::vector<Track> tracks = tracks_of(arrows, resolution.force);
+  std::map<std::pair<int, int>, int> pairs;
+  Json pair_names = Json::array();
+  IntegerStream stream;
+  for (const Track& track : tracks) {
+    const auto [pair, is_new] =
+        pairs.try_emplace({track.a, track.b}, static_cast<int>(pair_names.size()));
+    if (is_new) pair_names.push_back(names(track.a, track.b));
+    stream.add(pair->second);
+    stream.add(track.start);
+    stream.add(static_cast<std::int64_t>(track.arrows.size()));
+    std::vector<std::int64_t> values(track.arrows.size());
+    for (int c = 0; c < 6; ++c) {
+      for (size_t k = 0; k < values.size(); ++k) {
+        const Arrow& arrow = *track.arrows[k];
+        values[k] = c < 3 ? whole(arrow.position[c], resolution.position)
+                          : whole(arrow.force[c - 3], resolution.force);
+      }
+      stream.add_steps(values);
+    }
+  }
+  return {{"pairs", pair_names},
+          {"tracks", tracks.size()},
+          {"position_resolution_m", resolution.position},
+          {"force_resolution_N", resolution.force},
+          {"data", stream.packed()}};
 }
 
 }  // namespace
@@ -134,33 +172,26 @@ Json pack_contacts(const Model& model, const Clip& clip, const Resolution& resol
   // Arrows point from the moving body's contact along the force on it: on the world they are
   // turned round.
   const auto& geometries = model.geometries();
-  const std::vector<Track> tracks = tracks_of(clip, resolution.force);
-  std::map<std::pair<int, int>, int> pairs;
-  Json pair_names = Json::array();
-  IntegerStream stream;
-  for (const Track& track : tracks) {
-    const auto [pair, is_new] =
-        pairs.try_emplace({track.a, track.b}, static_cast<int>(pair_names.size()));
-    if (is_new) pair_names.push_back({geometries[track.a].name, geometries[track.b].name});
-    const double sign = geometries[track.b].body == 0 ? -1.0 : 1.0;
-    stream.add(pair->second);
-    stream.add(track.start);
-    stream.add(static_cast<std::int64_t>(track.contacts.size()));
-    std::vector<std::int64_t> values(track.contacts.size());
-    for (int c = 0; c < 6; ++c) {
-      for (size_t k = 0; k < values.size(); ++k) {
-        const Contact& contact = *track.contacts[k];
-        values[k] = c < 3 ? whole(contact.position[c], resolution.position)
-                          : whole(sign * contact.force[c - 3], resolution.force);
-      }
-      stream.add_steps(values);
-    }
+  std::vector<Arrow> arrows;
+  for (const Contact& c : clip.contacts) {
+    const double sign = geometries[c.geometry_b].body == 0 ? -1.0 : 1.0;
+    arrows.push_back({c.frame, c.geometry_a, c.geometry_b, c.position, sign * c.force});
   }
-  return {{"pairs", pair_names},
-          {"tracks", tracks.size()},
-          {"position_resolution_m", resolution.position},
-          {"force_resolution_N", resolution.force},
-          {"data", stream.packed()}};
+  return pack_arrows(arrows, resolution, [&](int a, int b) {
+    return Json{geometries[a].name, geometries[b].name};
+  });
+}
+
+Json pack_closure_forces(const Model& model, const Clip& clip, const Resolution& resolution) {
+  std::vector<Arrow> arrows;
+  for (const ClosureArrow& c : clip.closure_forces) {
+    // Body B may be the world: then the force on A.
+    const double sign = model.closures()[c.closure].body_b == 0 ? -1.0 : 1.0;
+    arrows.push_back({c.frame, c.closure, c.closure, c.position, sign * c.force});
+  }
+  return pack_arrows(arrows, resolution, [&](int i, int) {
+    return Json{model.closures()[i].name, ""};
+  });
 }
 
 Json pack_curves(const std::vector<Curve>& curves) {
@@ -177,6 +208,7 @@ Json pack_curves(const std::vector<Curve>& curves) {
                     {"unit", curve.unit},
                     {"offset", *low},
                     {"resolution", unit}});
+    if (curve.ghost >= 0) list.back()["ghost"] = curve.ghost;
   }
   return {{"list", list}, {"data", stream.packed()}};
 }

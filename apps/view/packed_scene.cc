@@ -52,6 +52,13 @@ class MeshList {
     return add(&terrain, terrain.vertices, corners);
   }
 
+  int triangles(const TriangleMesh& mesh) {
+    std::vector<std::uint32_t> corners;
+    for (const std::array<int, 3>& triangle : mesh.triangles)
+      for (const int v : triangle) corners.push_back(static_cast<std::uint32_t>(v));
+    return add(&mesh, mesh.vertices, corners);
+  }
+
   /// The mesh that a hull was made from; -1 where it is not to be had.
   int given(const ConvexMesh& hull);
 
@@ -104,6 +111,22 @@ int MeshList::given(const ConvexMesh& hull) {
   return entry->second;
 }
 
+void pack_visuals(const Visuals& visuals, MeshList& meshes, Json& shapes) {
+  for (const Visual& visual : visuals.shapes) {
+    Json& out = shapes.emplace_back();
+    out["name"] = visual.name;
+    out["body"] = visual.body;
+    out["instance"] = visual.instance;
+    out["type"] = shape_type_name(visual.shape.type, "mesh");
+    out["size"] = array(visual.shape.size);
+    out["pose"] = pose_array(visual.X_BV);
+    out["given"] = -1;
+    if (visual.mesh >= 0) out["mesh"] = meshes.triangles(visuals.meshes[visual.mesh]);
+    if (visual.color) out["color"] = *visual.color;
+    out["visual"] = true;
+  }
+}
+
 Json pack_shapes(const Model& model, MeshList& meshes) {
   Json shapes = Json::array();
   for (const Geometry& geometry : model.geometries()) {
@@ -143,7 +166,7 @@ double reach(const Shape& shape) {
 
 }  // namespace
 
-void pack_model(const Model& model, Json& out) {
+void pack_model(const Model& model, const Visuals& visuals, Json& out) {
   out["trees"] = model.num_trees();
   Json bodies = Json::array();
   for (int i = 0; i < model.num_bodies(); ++i) {
@@ -162,6 +185,8 @@ void pack_model(const Model& model, Json& out) {
   out["frames"] = frames;
   MeshList meshes;
   out["shapes"] = pack_shapes(model, meshes);
+  pack_visuals(visuals, meshes, out["shapes"]);
+  out["dressed"] = visuals.instances;
   out["meshes"] = meshes.take();
   std::set<int> instances;
   for (const Geometry& geometry : model.geometries())

@@ -10,8 +10,8 @@ namespace counterpoint::view {
 
 using Json = nlohmann::ordered_json;
 
-/// Bodies, frames, shapes, meshes, closures into `out`.
-void pack_model(const Model& model, Json& out);
+/// Bodies, frames, shapes and visuals, meshes, closures into `out`.
+void pack_model(const Model& model, const Visuals& visuals, Json& out);
 
 /// How far a body's shapes, or without any its centre of mass, reach from its origin [m], by body;
 /// the world's stays 0.
@@ -26,6 +26,7 @@ Ball bounds(const Model& model, const Clip& clip);
 
 Json pack_clip(const Model& model, const Clip& clip, const Resolution& resolution);
 Json pack_contacts(const Model& model, const Clip& clip, const Resolution& resolution);
+Json pack_closure_forces(const Model& model, const Clip& clip, const Resolution& resolution);
 Json pack_curves(const std::vector<Curve>& curves);
 
 }  // namespace counterpoint::view

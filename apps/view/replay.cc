@@ -75,6 +75,8 @@ Resolution resolution_of(const Replay& replay) {
   out.position = std::max(out.position, std::ldexp(farthest(model, replay.clip), -40));
   double force = 0.0;
   for (const Contact& contact : replay.clip.contacts) force = std::max(force, contact.force.norm());
+  for (const ClosureArrow& closure : replay.clip.closure_forces)
+    force = std::max(force, closure.force.norm());
   out.force = force > 0.0 ? std::ldexp(force, -16) : 1.0;
   return out;
 }
@@ -91,13 +93,15 @@ std::string replay_data(const Replay& replay) {
   out["center"] = {ball.center.x(), ball.center.y(), ball.center.z()};
   out["radius"] = ball.radius;
   out["body_radius"] = typical_radius(model, ball.radius);
-  pack_model(model, out);
+  pack_model(model, replay.visuals, out);
   out["motions"] = {pack_clip(model, replay.clip, resolution)};
-  if (replay.ghost) out["motions"].push_back(pack_clip(model, *replay.ghost, resolution));
+  for (const Clip& ghost : replay.ghosts)
+    out["motions"].push_back(pack_clip(model, ghost, resolution));
   if (!replay.clip.contacts.empty())
     out["contacts"] = pack_contacts(model, replay.clip, resolution);
-  const std::vector<Curve> curves =
-      curves_of(model, replay.clip, replay.ghost ? &*replay.ghost : nullptr);
+  if (!replay.clip.closure_forces.empty())
+    out["closure_forces"] = pack_closure_forces(model, replay.clip, resolution);
+  const std::vector<Curve> curves = curves_of(model, replay.clip, replay.ghosts);
   out["curves"] = pack_curves(curves);
   out["shown_curves"] = first_groups(curves);
   out["inputs"] = pack_inputs(replay.inputs);

@@ -2,12 +2,12 @@
 #pragma once
 
 #include <filesystem>
-#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "view/clip.h"
+#include "view/visuals.h"
 
 namespace counterpoint::view {
 
@@ -21,7 +21,8 @@ struct Replay {
   std::string title;
   const Scene* scene = nullptr;
   Clip clip;
-  std::optional<Clip> ghost;
+  std::vector<Clip> ghosts;  ///< other motions of the scene; one at a time is shown
+  Visuals visuals;
   std::vector<std::pair<std::string, std::string>> made;  ///< what made it: key, value
   std::vector<InputFile> inputs;
 };

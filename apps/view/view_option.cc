@@ -22,13 +22,15 @@ void ViewOption::check() const {
 }
 
 void write_replay(const std::filesystem::path& file, const Scene& scene, const Origin& origin,
-                  Clip clip, std::optional<Clip> ghost) {
+                  Clip clip, std::vector<Clip> ghosts) {
   Replay replay;
   replay.scene = &scene;
   replay.title = scene.name;
   replay.clip = std::move(clip);
-  replay.ghost = std::move(ghost);
+  replay.ghosts = std::move(ghosts);
+  replay.visuals = read_visuals(origin.scene_file, scene.model, origin.packages);
   replay.made = made_by(origin.scene_file, scene, replay.clip);
+  for (const std::string& note : replay.visuals.notes) replay.made.emplace_back("note", note);
   InputFiles files;
   files.add_scene(origin.scene_file, scene.model);
   for (const std::string& input : origin.inputs)

@@ -3,7 +3,7 @@
 
 #include <CLI/CLI.hpp>
 #include <filesystem>
-#include <optional>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -16,12 +16,13 @@ namespace counterpoint::view {
 struct Origin {
   std::string scene_file;
   std::vector<std::string> inputs;
+  std::map<std::string, std::filesystem::path> packages = {};  ///< as SceneOverrides has them
 };
 
 /// Writes a replay with all that says where it came from. @throws InputError as replay_page, and
 /// where the file cannot be written.
 void write_replay(const std::filesystem::path& file, const Scene& scene, const Origin& origin,
-                  Clip clip, std::optional<Clip> ghost = std::nullopt);
+                  Clip clip, std::vector<Clip> ghosts = {});
 
 class ViewOption {
  public:

@@ -4,7 +4,7 @@ import {mkdtempSync, rmSync} from 'node:fs';
 import {tmpdir} from 'node:os';
 import {join} from 'node:path';
 
-const kTimeout = 30000;  // ms, for any one answer
+const kTimeout = 120000;  // ms, for any one answer: without a graphics card a picture may take many seconds
 
 export class Browser {
   constructor(program, {width = 1000, height = 640} = {}) {
@@ -80,9 +80,10 @@ class Page {
     if (method === 'Page.loadEventFired') this.loaded?.();
   }
 
-  async start(address, {width = 1000, height = 640, mobile = false, dark = false}) {
+  async start(address, {width = 1000, height = 640, mobile = false, dark = false, touch = false}) {
     for (const domain of ['Page', 'Runtime', 'Network', 'Log']) await this.send(`${domain}.enable`);
     await this.send('Emulation.setDeviceMetricsOverride', {width, height, deviceScaleFactor: 1, mobile});
+    if (touch) await this.send('Emulation.setTouchEmulationEnabled', {enabled: true, maxTouchPoints: 2});
     await this.send('Emulation.setEmulatedMedia',
                     {features: [{name: 'prefers-color-scheme', value: dark ? 'dark' : 'light'}]});
     const load = new Promise((resolve) => { this.loaded = resolve; });
@@ -112,6 +113,11 @@ class Page {
 
   async mouse(type, x, y, more = {}) {
     await this.send('Input.dispatchMouseEvent', {type, x, y, clickCount: 1, button: type === 'mouseMoved' && !more.buttons ? 'none' : 'left', ...more});
+  }
+
+  /// Fingers: touchStart, touchMove, touchEnd at [[x, y], ...].
+  async touch(type, ...fingers) {
+    await this.send('Input.dispatchTouchEvent', {type, touchPoints: fingers.map(([x, y], id) => ({x, y, id}))});
   }
 
   async close() { await this.browser.send('Target.closeTarget', {targetId: this.target}); }

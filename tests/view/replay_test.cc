@@ -113,6 +113,66 @@ TEST(Replay, ForcesCarryTheWeight) {
   EXPECT_NEAR(carried, 10 * 9.80665 * 1.0, 0.1);  // ten cubes of one kilogram, upwards
 }
 
+TEST(Replay, ClosuresCarryTheWeight) {
+  const test::TempFolder folder;
+  folder.write(
+      "hung.yaml",
+      "models:\n  - {name: load, sphere: 0.1, mass: 2, position: [0, 0, 1]}\nclosures:\n"
+      "  - {type: distance, name: rope, between: [load/body, world], anchor_b: [0, 0, 2]}\n");
+  const Scene scene = load_scene(folder.path() / "hung.yaml");
+  const Replay replay = simulated(scene, 0.1);
+  const Json pulls = Json::parse(replay_data(replay))["closure_forces"];
+  test::StreamReader reader(pulls["data"]);
+  ASSERT_EQ(pulls["tracks"], 1);
+  EXPECT_EQ(pulls["pairs"][reader.next()][0], "rope");
+  EXPECT_EQ(reader.next(), 0);
+  const std::int64_t count = reader.next();
+  EXPECT_EQ(count, replay.clip.num_frames());
+  std::vector<std::vector<std::int64_t>> c;
+  for (int k = 0; k < 6; ++k) c.push_back(reader.steps(count));
+  // Body B is the world: the arrow is the force on what hangs, upwards. Stiff, so that 1e-3 is far.
+  EXPECT_NEAR(c[5].back() * pulls["force_resolution_N"].get<double>(), 2 * 9.80665, 2e-2);
+}
+
+TEST(Visuals, ManyTrianglesBecomeFewer) {
+  // A unit sphere: merged vertices lie within a cell of it, and so do the triangles' corners.
+  TriangleMesh mesh;
+  constexpr int kRound = 200, kUp = 100;
+  for (int i = 0; i <= kUp; ++i)
+    for (int j = 0; j < kRound; ++j) {
+      const double a = M_PI * i / kUp, b = 2.0 * M_PI * j / kRound;
+      mesh.vertices.emplace_back(std::sin(a) * std::cos(b), std::sin(a) * std::sin(b), std::cos(a));
+    }
+  for (int i = 0; i < kUp; ++i)
+    for (int j = 0; j < kRound; ++j) {
+      const int p = kRound * i + j, q = kRound * i + (j + 1) % kRound;
+      mesh.triangles.push_back({p, p + kRound, q});
+      mesh.triangles.push_back({q, p + kRound, q + kRound});
+    }
+  make_coarser(mesh, 5000);
+  EXPECT_LE(mesh.triangles.size(), 5000u);
+  EXPECT_GT(mesh.triangles.size(), 1000u);
+  for (const Vector3& v : mesh.vertices) EXPECT_NEAR(v.norm(), 1.0, 0.1);
+  for (const auto& triangle : mesh.triangles)
+    for (const int v : triangle) EXPECT_LT(v, static_cast<int>(mesh.vertices.size()));
+}
+
+TEST(Visuals, AreThoseOfTheRobotWhereItsLinksAre) {
+  const std::string file = kScenes + "humanoid_drop.yaml";
+  const Scene scene = load_scene(file);
+  const Visuals visuals = read_visuals(file, scene.model, {});
+  EXPECT_TRUE(visuals.notes.empty());
+  EXPECT_EQ(visuals.shapes.size(), 31u);  // <visual> elements of humanoid.urdf
+  EXPECT_EQ(visuals.instances, std::vector<int>{0});
+  for (const Visual& visual : visuals.shapes) {
+    ASSERT_GT(visual.body, 0);
+    EXPECT_EQ(scene.model.joint(visual.body - 1).link, visual.name);
+  }
+  // What looks just as it collides is not there twice.
+  const std::string cube = kScenes + "cube_drop.yaml";
+  EXPECT_TRUE(read_visuals(cube, load_scene(cube).model, {}).shapes.empty());
+}
+
 TEST(Replay, FramesAreThoseAskedFor) {
   const Scene scene = load_scene(kScenes + "cube_drop.yaml");
   const double h = scene.options.time_step;

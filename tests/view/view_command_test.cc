@@ -122,7 +122,34 @@ TEST_F(View, RefusesAMeshThatIsGone) {
   expect_refused("{}/gone.urdf {}/cube.csv", "gone.stl");
 }
 
+TEST_F(View, AVisualMeshThatIsGoneIsANote) {
+  folder_.write("looks.urdf",
+                "<robot name='looks'><link name='a'><inertial><mass value='1'/><inertia ixx='1' "
+                "iyy='1' izz='1' ixy='0' ixz='0' iyz='0'/></inertial>"
+                "<visual><geometry><mesh filename='gone.stl'/></geometry></visual>"
+                "<visual><geometry><mesh filename='/etc/passwd'/></geometry></visual>"
+                "<visual><geometry><box size='1 2 3'/></geometry></visual>"
+                "<visual><geometry><sphere radius='nan'/></geometry></visual>"
+                "<collision><geometry><sphere radius='0.1'/></geometry></collision>"
+                "</link></robot>");
+  ASSERT_EQ(folder_.run("simulate {}/looks.urdf --duration 0.1 --output {}/looks.csv").exit_code,
+            0);
+  const CommandResult result =
+      folder_.run("view {}/looks.urdf {}/looks.csv --output {}/looks.html --json {}/looks.json");
+  ASSERT_EQ(result.exit_code, 0) << result.errors;
+  const auto report = folder_.json("looks.json");
+  EXPECT_EQ(report["visuals"], 1);
+  ASSERT_EQ(report["notes"].size(), 3u);
+  // A robot's file does not reach into the rest of the machine by its looks either.
+  EXPECT_NE(result.errors.find("gone.stl"), std::string::npos) << result.errors;
+  EXPECT_NE(result.errors.find("outside the robot's own folder"), std::string::npos);
+}
+
 TEST_F(View, RefusesWrongOptions) {
+  expect_refused(kCube + " {}/cube.csv --webm 1,0,10", "--webm");
+  expect_refused(kCube + " {}/cube.csv --webm 0,1,10 --size 101x100", "even");
+  expect_refused(kCube + " {}/cube.csv --ghost-name a", "more names than ghosts");
+  expect_refused(kCube + " {}/cube.csv --ghost {}/missing.csv", "cannot be read");
   expect_refused(kCube + " {}/cube.csv --forces --contacts {}/c.csv", "give one of them");
   expect_refused(kCube + " {}/cube.csv --size 10", "--size 10");
   expect_refused(kCube + " {}/cube.csv --gif 1,0,10", "--gif");
@@ -174,20 +201,33 @@ TEST_F(View, ReportsOfCompareLinkTheWorst) {
                       end + ",1,0,0,0,0,0,0,0,0,0\n");
     recordings += "{}/toss" + std::to_string(i) + ".csv ";
   }
-  const CommandResult result = folder_.run("compare data/scenes/cube_toss.yaml " + recordings +
-                                           "--columns data/maps/cube_toss.yaml --report {}/report");
+  const CommandResult result =
+      folder_.run("compare data/scenes/cube_toss.yaml " + recordings +
+                  "--columns data/maps/cube_toss.yaml --shown 5 --report {}/report");
   ASSERT_EQ(result.exit_code, 0) << result.errors;
   const std::string index = folder_.read("report/index.html");
   // 3 i mod 7 is largest for i = 2 (6), then 4 (5), 6 (4), 1 (3), 3 (2).
   size_t last = 0;
   for (const int i : {2, 4, 6, 1, 3}) {
-    const size_t at = index.find("toss" + std::to_string(i) + ".csv</a>");
+    const size_t at = index.find("toss" + std::to_string(i) + ".csv: to play</a>");
     ASSERT_NE(at, std::string::npos) << i;
     EXPECT_GT(at, last);
     last = at;
   }
   EXPECT_NE(folder_.read("report/replay4.html").find("toss3.csv"), std::string::npos);
   EXPECT_EQ(folder_.read("report/replay5.html"), "");
+  // Recorded and simulated over each other, a chart for each coordinate: three of a place, four of
+  // a quaternion.
+  const std::string curves = folder_.read("report/recording4.html");
+  EXPECT_NE(curves.find("href='replay4.html'"), std::string::npos);
+  const auto count = [&](const std::string& words) {
+    size_t found = 0;
+    for (size_t at = 0; (at = curves.find(words, at)) != std::string::npos; ++at) ++found;
+    return found;
+  };
+  EXPECT_EQ(count("<svg class='chart'"), 7u);
+  EXPECT_EQ(count("data-name='recorded'"), 7u);
+  EXPECT_EQ(count("data-name='simulated'"), 7u);
 }
 
 }  // namespace

@@ -63,7 +63,7 @@ function kindOf(shape, replay, given) {
     case 'terrain': {
       const index = given && shape.given >= 0 ? shape.given : shape.mesh;
       return {key: `mesh ${index}`, make: () => meshGeometry(replay.meshes[index]),
-              scale: [1, 1, 1], flat: true, twoSided: shape.type === 'terrain' || given};
+              scale: [1, 1, 1], flat: true, twoSided: shape.type === 'terrain' || given || shape.visual};
     }
     default:
       return null;  // planes: ground.js
@@ -87,10 +87,10 @@ export class Bodies {
     this.matrices = replay.bodies.map(() => new THREE.Matrix4());
     this.items = [];
     this.kinds = new Map();
-    this.hull = true;
+    this.hidden = new Set(replay.dressed);  // instances that have visuals
     for (const shape of replay.shapes) this.addShape(shape);
     for (const kind of this.kinds.values()) this.finishKind(kind);
-    this.showHull(false);
+    this.show({hull: false, visuals: true});
   }
 
   addShape(shape) {
@@ -100,8 +100,9 @@ export class Bodies {
       const kind = kindOf(shape, this.replay, given);
       if (!kind) continue;
       const only = variants.length === 1 ? 'always' : given ? 'given' : 'hull';
-      const key = `${kind.key} ${only}`;
-      if (!this.kinds.has(key)) this.kinds.set(key, {...kind, only, items: []});
+      const role = shape.visual ? 'visual' : this.hidden.has(shape.instance) ? 'collision' : 'both';
+      const key = `${kind.key} ${only} ${role}`;
+      if (!this.kinds.has(key)) this.kinds.set(key, {...kind, only, role, items: []});
       this.kinds.get(key).items.push({shape, local: localMatrix(shape, kind.scale)});
     }
   }
@@ -129,13 +130,16 @@ export class Bodies {
     this.group.add(mesh);
   }
 
-  showHull(hull) {
-    this.hull = hull;
+  /// Meshes as given or as hulls; robots as they look or as they collide.
+  show({hull, visuals}) {
+    Object.assign(this, {hull, visuals});
     for (const kind of this.kinds.values())
-      kind.mesh.visible = kind.only === 'always' || (kind.only === 'hull') === hull;
+      kind.mesh.visible = (kind.only === 'always' || (kind.only === 'hull') === hull) &&
+                          (kind.role === 'both' || (kind.role === 'visual') === visuals);
   }
 
   colorOf(shape) {
+    if (shape.color) return new THREE.Color().setRGB(...shape.color.slice(0, 3), THREE.SRGBColorSpace);
     if (shape.body === 0) return new THREE.Color(kWorld);
     const single = this.replay.instances <= 1;
     const palette = single && this.replay.bodies.length > 3 ? kRobot : kPalette;

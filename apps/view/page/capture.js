@@ -1,7 +1,8 @@
-// Pictures for documents: #png=0.5,1&size=960,540 or #gif=START,END,FRAMES_PER_S. The page draws them and
+// Pictures for documents: #png=0.5,1&size=960,540, #gif=START,END,FRAMES_PER_S or #webm= alike. The page draws them and
 // leaves them as text in <pre class="capture">, which `counterpoint view --png` reads (capture.cc).
 import {GIFEncoder, applyPalette, quantize} from 'gifenc';
 import {element, text} from './dom.js';
+import {video} from './webm.js';
 
 function base64(bytes) {
   let raw = '';
@@ -30,10 +31,12 @@ function draw(view, time, canvas) {
   return context;
 }
 
-function gif(view, [from, to, rate], canvas) {
-  const encoder = GIFEncoder();
-  const frames = Math.max(1, Math.floor((to - from) * rate + 1e-6) + 1);
-  for (let k = 0; k < frames; ++k) {
+/// How many pictures from START to END.
+function count([from, to, rate]) { return Math.max(1, Math.floor((to - from) * rate + 1e-6) + 1); }
+
+function gif(view, range, canvas) {
+  const encoder = GIFEncoder(), [from, , rate] = range;
+  for (let k = 0; k < count(range); ++k) {
     const {data} = draw(view, from + k / rate, canvas).getImageData(0, 0, canvas.width, canvas.height);
     const palette = quantize(data, 128);
     encoder.writeFrame(applyPalette(data, palette), canvas.width, canvas.height, {palette, delay: 1000 / rate});
@@ -44,7 +47,7 @@ function gif(view, [from, to, rate], canvas) {
 
 /// Does what the fragment asks for, if it asks.
 export function capture(view, link) {
-  if (!link.png && !link.gif) return;
+  if (!link.png && !link.gif && !link.webm) return;
   const [width, height] = link.size ?? [960, 540];
   view.resize(width, height, 1);
   view.stage.aside(0);
@@ -56,4 +59,13 @@ export function capture(view, link) {
     leave('png', canvas.toDataURL('image/png').split(',')[1]);
   }
   if (link.gif?.length === 3) leave('gif', base64(gif(view, link.gif, canvas)));
+  if (link.webm?.length !== 3) return;
+  // The encoder answers later. A document that is open keeps the page loading, and Chromium waiting.
+  const wait = element('iframe', {hidden: true});
+  document.body.append(wait);
+  wait.contentDocument.open();
+  const [from, , rate] = link.webm;
+  video(count(link.webm), rate, canvas, (k) => draw(view, from + k / rate, canvas).canvas)
+    .then((bytes) => leave('webm', base64(bytes)), (error) => leave('failed', btoa(error.message.replace(/[^ -~]/g, '?'))))
+    .finally(() => wait.contentDocument.close());
 }

@@ -32,9 +32,9 @@ class Chart {
       const value = element('i');
       const mark = element('span', {class: 'mark'});
       mark.style.background = colorOf(curve, i);
-      this.legend.append(element('span', {}, mark,
-                                 group.curves.length > 1 ? `${curve.label || curve.name} ` : '', value));
-      return value;
+      const entry = element('span', {}, mark, group.curves.length > 1 ? `${curve.label || curve.name} ` : '', value);
+      this.legend.append(entry);
+      return {value, entry};
     });
     this.listen();
   }
@@ -55,6 +55,9 @@ class Chart {
     }, {passive: false});
   }
 
+  /// Curves of ghosts come and go with them.
+  isShown(curve) { return curve.ghost === undefined || curve.ghost === this.owner.ghost; }
+
   timeAt(event) {
     const box = this.canvas.getBoundingClientRect(), [a, b] = this.owner.range;
     return a + (b - a) * Math.min(1, Math.max(0, (event.clientX - box.left) / box.width));
@@ -64,7 +67,7 @@ class Chart {
   bounds() {
     const [from, to] = this.owner.range, {time} = this.owner;
     let low = Infinity, high = -Infinity;
-    for (const {values} of this.group.curves) {
+    for (const {values} of this.group.curves.filter((curve) => this.isShown(curve))) {
       for (let k = 0; k < values.length; ++k) {
         if (time[k] < from || time[k] > to) continue;
         low = Math.min(low, values[k]);
@@ -85,6 +88,7 @@ class Chart {
     if (low < 0 && high > 0) context.fillRect(0, y(0), width, 1);
     context.lineWidth = 1.4;
     this.group.curves.forEach((curve, i) => {
+      if (!this.isShown(curve)) return;
       const {values} = curve;
       context.strokeStyle = colorOf(curve, i);
       context.setLineDash(curve.like === undefined ? [] : [4, 3]);
@@ -105,7 +109,7 @@ class Chart {
     const ratio = window.devicePixelRatio || 1;
     const width = this.canvas.clientWidth, height = this.canvas.clientHeight;
     if (!width) return;
-    const key = [width, height, ratio, ...this.owner.range, document.documentElement.dataset.theme].join();
+    const key = [width, height, ratio, ...this.owner.range, this.owner.ghost, document.documentElement.dataset.theme].join();
     const style = getComputedStyle(document.documentElement);
     if (key !== this.key) {
       this.key = key;
@@ -125,9 +129,10 @@ class Chart {
               at.share * ((this.owner.time[at.frame + 1] ?? 0) - this.owner.time[at.frame] || 0);
     context.fillStyle = style.getPropertyValue('--ink');
     context.fillRect((t - from) / (to - from) * this.canvas.width, 0, Math.max(1, ratio), this.canvas.height);
-    this.group.curves.forEach(({values}, i) => {
-      const a = values[at.frame], b = values[at.frame + 1] ?? a;
-      this.labels[i].textContent = text(a + at.share * (b - a));
+    this.group.curves.forEach((curve, i) => {
+      const {values} = curve, a = values[at.frame], b = values[at.frame + 1] ?? a;
+      this.labels[i].entry.hidden = !this.isShown(curve);
+      this.labels[i].value.textContent = text(a + at.share * (b - a));
     });
   }
 }
@@ -138,6 +143,7 @@ export class Curves {
     this.time = replay.motions[0].time;
     this.all = [this.time[0], Math.max(this.time[this.time.length - 1], this.time[0] + 1e-9)];
     this.range = this.all;
+    this.ghost = 0;
     this.seek = seek;
     this.groups = groups(replay.curves);
     this.charts = new Map();
@@ -147,6 +153,11 @@ export class Curves {
                                    onchange: () => { this.add(this.input.value); this.input.value = ''; }});
     this.holder = element('div');
     panel.append(this.holder, this.input, this.list);
+  }
+
+  showGhost(index) {
+    this.ghost = index;
+    this.changed?.();
   }
 
   get names() { return [...this.charts.keys()]; }
@@ -168,16 +179,18 @@ export class Curves {
 
   /// Where a body is: read off the motion, so that it need not be in the page twice.
   addBody(body) {
-    const {name} = this.replay.bodies[body], [motion, ghost] = this.replay.motions;
+    const {name} = this.replay.bodies[body], [motion, ...ghosts] = this.replay.motions;
     const group = `${name}: position`;
     if (!this.groups.has(group)) {
       const values = (axis) => Float64Array.from(
         {length: motion.frames}, (_, k) => motion.poses[(k * motion.bodies + body) * 7 + axis]);
       const curves = ['x', 'y', 'z'].map((label, axis) => ({label, values: values(axis)}));
       const pose = new Float64Array(7);
-      for (let axis = 0; ghost && axis < 3; ++axis)
-        curves.push({label: `${'xyz'[axis]} ${ghost.name}`, like: axis,
-                     values: this.time.map((t) => ghost.pose(body, ghost.at(t), pose)[axis])});
+      ghosts.forEach((ghost, index) => {
+        for (let axis = 0; axis < 3; ++axis)
+          curves.push({label: `${'xyz'[axis]} ${ghost.name}`, like: axis, ghost: index,
+                       values: this.time.map((t) => ghost.pose(body, ghost.at(t), pose)[axis])});
+      });
       this.groups.set(group, {name: group, unit: 'm', curves});
       this.list.append(element('option', {value: group}));
     }

@@ -156,14 +156,14 @@ function typicalForce(values) {
   return sizes[Math.floor(0.9 * sizes.length)] || 1;
 }
 
-/// ghost: the name that its curves bear as label.
-function decodeCurves(packed, frames, ghost) {
+/// A ghost's curve is like the first of its group.
+function decodeCurves(packed, frames) {
   if (!packed) return [];
   const reader = new IntegerReader(packed.data);
   return packed.list.map((entry) => {
     const values = new Float64Array(frames);
     reader.smooth(frames, (k, value) => values[k] = entry.offset + value * entry.resolution);
-    return {...entry, values, like: ghost && entry.label === ghost ? 0 : undefined};
+    return {...entry, values, like: entry.ghost === undefined ? undefined : 0};
   });
 }
 
@@ -177,6 +177,7 @@ export function decode(packed) {
       vertices: floats(mesh.vertices, Float32Array), triangles: floats(mesh.triangles, Uint32Array),
     })),
     contacts: packed.contacts ? new Contacts(packed.contacts, frames) : null,
-    curves: decodeCurves(packed.curves, frames, motions[1]?.name),
+    closureForces: packed.closure_forces ? new Contacts(packed.closure_forces, frames) : null,
+    curves: decodeCurves(packed.curves, frames),
   };
 }

@@ -1,7 +1,7 @@
 // What the page's fragment says: #t=1.25&follow=pelvis (docs/replay.md, Links).
 
 export const kToggles = ['forces', 'points', 'com', 'frames', 'limits', 'closures', 'sleep', 'names', 'hull',
-                         'ghost', 'curves', 'legend'];
+                         'ghost', 'visuals', 'pulls', 'curves', 'legend'];
 
 /// Numbers between commas; null where one is none.
 function numbers(value) {
@@ -14,7 +14,7 @@ export function read(fragment) {
   const out = {show: {}};
   for (const [key, value] of new URLSearchParams(fragment.replace(/^#/, ''))) {
     const list = numbers(value);
-    if (key === 't' || key === 'speed') {
+    if (key === 't' || key === 'speed' || key === 'ghost') {
       if (list?.length === 1) out[key] = list[0];
     } else if (key === 'cam') {
       if (list && (list.length === 3 || list.length === 6) && list[2] > 0) out.cam = list;
@@ -26,7 +26,7 @@ export function read(fragment) {
       out[key] = value;
     } else if (key === 'curve') {
       (out.curves ??= []).push(value);
-    } else if (key === 'png' || key === 'gif' || key === 'size') {
+    } else if (key === 'png' || key === 'gif' || key === 'webm' || key === 'size') {
       if (list) out[key] = list;
     }
   }
@@ -34,10 +34,11 @@ export function read(fragment) {
 }
 
 /// The fragment of a view.
-export function write({t, follow, cam, speed, show, defaults, curves}) {
+export function write({t, follow, cam, speed, ghost, show, defaults, curves}) {
   const parts = new URLSearchParams();
   parts.set('t', String(Number(t.toFixed(4))));
   if (follow) parts.set('follow', follow);
+  if (ghost > 0) parts.set('ghost', String(ghost + 1));
   if (speed !== 1) parts.set('speed', String(speed));
   parts.set('cam', cam.map((x) => String(Number(x.toPrecision(5)))).join(','));
   const changed = (wanted) => kToggles.filter((name) => show[name] === wanted && defaults[name] !== wanted);

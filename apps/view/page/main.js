@@ -8,19 +8,19 @@ import {decode} from './data.js';
 import {element, text} from './dom.js';
 import {listen} from './keys.js';
 import * as links from './link.js';
-import {CentreOfMass, Closures, Forces, Frames, Limits, Sticks} from './marks.js';
+import {CentreOfMass, Closures, ForceScale, Forces, Frames, Limits, Sticks, kPull} from './marks.js';
 import {Panel, kSpeeds} from './panel.js';
 import {Stage, roundStep} from './stage.js';
 
 const kDefaults = {forces: true, points: true, com: false, frames: false, limits: true, closures: true, sleep: true,
-                   names: false, hull: false, ghost: true, curves: true, legend: true};
+                   names: false, hull: false, ghost: true, visuals: true, pulls: true, curves: true, legend: true};
 
 class View {
   constructor(replay) {
     this.replay = replay;
     this.motion = replay.motions[0];
     this.state = {time: this.motion.start, start: this.motion.start, at: this.motion.at(this.motion.start),
-                  playing: false, loop: true, speed: 1, follow: null, selected: -1, hovered: -1, ui: true};
+                  playing: false, loop: true, speed: 1, ghost: 0, follow: null, selected: -1, hovered: -1, ui: true};
     const narrow = window.innerWidth < 720;
     this.defaults = {...kDefaults, curves: !narrow, legend: !narrow};
     this.state.show = {...this.defaults};
@@ -29,7 +29,9 @@ class View {
     const {scene} = this.stage;
     this.bodies = new Bodies(replay, this.motion, scene, false);
     this.ghost = replay.motions[1] ? new Bodies(replay, replay.motions[1], scene, true) : null;
-    this.forces = new Forces(replay, scene);
+    this.forceScale = new ForceScale(replay);
+    this.forces = new Forces(replay.contacts, this.forceScale, scene);
+    this.pulls = new Forces(replay.closureForces, this.forceScale, scene, kPull);
     this.sticks = new Sticks(replay, this.bodies.group);
     this.com = new CentreOfMass(replay, scene);
     this.frames = new Frames(replay, scene);
@@ -120,8 +122,22 @@ class View {
     this.select(-1);
   }
   enlargeForces(factor) {
-    this.forces.enlarge *= factor;
+    this.forceScale.enlarge *= factor;
     this.redraw();
+  }
+
+  /// Of several ghosts one is drawn, the first at the start.
+  chooseGhost(index) {
+    const count = this.replay.motions.length - 1;
+    if (!count) return;
+    this.state.ghost = (Math.trunc(index) % count + count) % count;
+    this.ghost.motion = this.replay.motions[1 + this.state.ghost];
+    this.curves.showGhost(this.state.ghost);
+    this.redraw();
+  }
+  nextGhost() {
+    this.chooseGhost(this.state.ghost + 1);
+    if (this.ghost) this.panel.say(`ghost: ${this.ghost.motion.name}`);
   }
 
   select(body) {
@@ -166,7 +182,7 @@ class View {
 
   get link() {
     const {state, curves} = this;
-    return links.write({t: state.time, follow: state.follow, cam: this.stage.view, speed: state.speed,
+    return links.write({t: state.time, follow: state.follow, cam: this.stage.view, speed: state.speed, ghost: state.ghost,
                         show: state.show, defaults: this.defaults,
                         curves: curves.names.filter((name) => !this.standard.includes(name))});
   }
@@ -188,6 +204,7 @@ class View {
     if (link.follow !== undefined && !this.follow(link.follow) && link.follow)
       this.panel.say(`there is no body ${link.follow}`);
     if (link.t !== undefined) this.seek(link.t);
+    if (link.ghost !== undefined) this.chooseGhost(link.ghost - 1);
     for (const name of link.curves ?? []) this.curves.add(name);
     if (link.cam) {
       const [azimuth, elevation, distance, ...target] = link.cam;
@@ -222,11 +239,13 @@ class View {
       this.ghost.group.visible = state.show.ghost;
       this.ghost.update(this.ghost.motion.at(state.time));
     }
-    for (const one of [this.bodies, this.ghost]) if (one && one.hull !== state.show.hull) one.showHull(state.show.hull);
+    for (const one of [this.bodies, this.ghost])
+      if (one && (one.hull !== state.show.hull || one.visuals !== state.show.visuals)) one.show(state.show);
     this.keepUp();
     const {matrices} = this.bodies, {show} = state;
     this.forces.update(frame, show);
-    this.sticks.update(matrices);
+    this.pulls.update(frame, {forces: show.pulls, points: false});
+    this.sticks.update(matrices, show.visuals);
     this.com.update(matrices, show.com);
     this.frames.update(matrices, show.frames);
     this.limits.update(frame, matrices, this.stage.camera, show.limits);
@@ -238,7 +257,7 @@ class View {
   paint(frame) {
     const {state, motion} = this;
     const asleep = state.show.sleep ? motion.asleep.subarray(frame * motion.trees, (frame + 1) * motion.trees) : [];
-    const key = [state.selected, state.hovered, this.themeName, state.show.hull, ...asleep].join();
+    const key = [state.selected, state.hovered, this.themeName, state.show.hull, state.show.visuals, ...asleep].join();
     if (key === this.painted) return;
     this.painted = key;
     this.bodies.paint(frame, {sleep: state.show.sleep, selected: state.selected, hovered: state.hovered,
@@ -261,11 +280,12 @@ class View {
 
   /// A round force [N], and how long its arrow is in the middle of the picture.
   forceRuler() {
-    const {contacts} = this.forces;
-    if (!contacts || !this.state.show.forces) return null;
-    const {target} = this.stage.controls, newtons = roundStep(contacts.typical);
+    const {show} = this.state, {scale, typical} = this.forceScale;
+    const shown = (this.replay.contacts && show.forces) || (this.replay.closureForces && show.pulls);
+    if (!shown) return null;
+    const {target} = this.stage.controls, newtons = roundStep(typical);
     const right = new THREE.Vector3(1, 0, 0).applyQuaternion(this.stage.camera.quaternion);
-    const end = target.clone().addScaledVector(right, newtons * this.forces.scale);
+    const end = target.clone().addScaledVector(right, newtons * scale);
     const pixels = Math.abs(this.stage.project(end.toArray()).x - this.stage.project(target.toArray()).x);
     return {words: `${text(newtons)} N`, pixels};
   }
@@ -275,7 +295,7 @@ class View {
     if (!ruler) return this.panel.forceScale.replaceChildren();
     const bar = element('span', {class: 'ruler'});
     bar.style.width = `${Math.min(220, ruler.pixels).toFixed(0)}px`;
-    const longest = text(this.forces.longest / this.forces.scale);
+    const longest = text(this.forceScale.longest / this.forceScale.scale);
     this.panel.forceScale.replaceChildren(bar, ` ${ruler.words}; paler arrows are cut at ${longest} N`);
   }
 

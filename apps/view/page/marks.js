@@ -3,6 +3,7 @@
 import * as THREE from 'three';
 
 const kForce = '#e4402c', kCut = '#f2a07e', kPoint = '#7a1d12', kLimit = '#c2289d', kClosure = '#7d4fd1';
+export const kPull = ['#4a1fa8', '#9d86d8', '#2c1266'];
 const kUp = new THREE.Vector3(0, 0, 1);
 
 /// What marks are scaled by [m]: the scene, or its bodies where those are small in it.
@@ -16,16 +17,32 @@ function instanced(geometry, material, capacity, scene) {
   return mesh;
 }
 
-export class Forces {
-  constructor(replay, scene) {
-    this.contacts = replay.contacts;
+/// How long arrows are, the same for all: a typical force is a third of the size of marks.
+export class ForceScale {
+  constructor(replay) {
     this.size = markSize(replay);
     this.enlarge = 1;
+    this.typical = (replay.contacts ?? replay.closureForces)?.typical;
+  }
+  /// Metres a newton.
+  get scale() { return this.enlarge * 0.33 * this.size / this.typical; }
+  /// Arrows are cut here [m], and paler.
+  get longest() { return 1.2 * this.size; }
+}
+
+/// Arrows of contacts, or of closures.
+export class Forces {
+  /// colors: of whole arrows, of those that are cut, of points.
+  constructor(contacts, scale, scene, [whole, cut, point] = [kForce, kCut, kPoint]) {
+    this.contacts = contacts;
+    this.of = scale;
+    this.shown = [];
     if (!this.contacts) return;
+    this.color = whole;
     let most = 0;
     const {first} = this.contacts;
     for (let k = 0; k + 1 < first.length; ++k) most = Math.max(most, first[k + 1] - first[k]);
-    const material = () => new THREE.MeshStandardMaterial({roughness: 0.5, emissive: '#7a1206',
+    const material = () => new THREE.MeshStandardMaterial({roughness: 0.5, emissive: point,
                                                            emissiveIntensity: 0.35});
     const many = most > 400;  // then each is drawn with less
     const shaft = new THREE.CylinderGeometry(1, 1, 1, many ? 5 : 12, 1, many).rotateX(Math.PI / 2).translate(0, 0, 0.5);
@@ -33,15 +50,15 @@ export class Forces {
     this.shafts = instanced(shaft, material(), most, scene);
     this.heads = instanced(head, material(), most, scene);
     this.points = instanced(many ? new THREE.OctahedronGeometry(1) : new THREE.SphereGeometry(1, 12, 8),
-                            new THREE.MeshBasicMaterial({color: kPoint}), most, scene);
+                            new THREE.MeshBasicMaterial({color: point}), most, scene);
     for (const mesh of [this.shafts, this.heads]) mesh.castShadow = !many;
     this.behind = [this.shafts, this.heads].map((mesh) => this.seenThrough(mesh, most, scene));
-    this.colors = [new THREE.Color(kForce), new THREE.Color(kCut)];
+    this.colors = [new THREE.Color(whole), new THREE.Color(cut)];
   }
 
   /// The same arrows again, faint, in front of everything: what stands inside a body is not lost.
   seenThrough(mesh, capacity, scene) {
-    const material = new THREE.MeshBasicMaterial({color: kForce, transparent: true, opacity: 0.22, depthTest: false,
+    const material = new THREE.MeshBasicMaterial({color: this.color, transparent: true, opacity: 0.22, depthTest: false,
                                                   depthWrite: false});
     const faint = instanced(mesh.geometry, material, capacity, scene);
     faint.instanceMatrix = mesh.instanceMatrix;
@@ -49,25 +66,20 @@ export class Forces {
     return faint;
   }
 
-  /// Metres a newton: a typical force is a third of that size.
-  get scale() { return this.enlarge * 0.33 * this.size / this.contacts.typical; }
-  /// Arrows are cut here [m], and paler.
-  get longest() { return 1.2 * this.size; }
-
-  update(frame, show) {
+  update(frame, {forces, points}) {
     this.shown = [];
     if (!this.contacts) return;
     const {first, values} = this.contacts;
-    const begin = first[frame], count = show.forces || show.points ? first[frame + 1] - begin : 0;
+    const begin = first[frame], count = forces || points ? first[frame + 1] - begin : 0;
     const matrix = new THREE.Matrix4(), place = new THREE.Vector3(), force = new THREE.Vector3();
     const turn = new THREE.Quaternion(), stretch = new THREE.Vector3();
-    const thick = 0.009 * this.size;
+    const thick = 0.009 * this.of.size;
     for (let i = 0; i < count; ++i) {
       const at = 6 * (begin + i);
       place.fromArray(values, at);
       force.fromArray(values, at + 3);
-      const size = force.length(), wanted = size * this.scale;
-      const length = Math.min(wanted, this.longest), tip = Math.min(0.4 * length, 4.5 * thick);
+      const size = force.length(), wanted = size * this.of.scale;
+      const length = Math.min(wanted, this.of.longest), tip = Math.min(0.4 * length, 4.5 * thick);
       const width = Math.min(thick, 0.12 * length);
       turn.setFromUnitVectors(kUp, force.divideScalar(size || 1));
       this.shafts.setMatrixAt(i, matrix.compose(place, turn, stretch.set(width, width, length - tip)));
@@ -83,9 +95,9 @@ export class Forces {
       mesh.count = count;
       mesh.instanceMatrix.needsUpdate = true;
       if (mesh.instanceColor) mesh.instanceColor.needsUpdate = true;
-      mesh.visible = mesh === this.points ? show.points : show.forces;
+      mesh.visible = mesh === this.points ? points : forces;
     }
-    for (const mesh of this.behind) Object.assign(mesh, {count, visible: show.forces});
+    for (const mesh of this.behind) Object.assign(mesh, {count, visible: forces});
   }
 }
 
@@ -115,9 +127,12 @@ export class CentreOfMass {
 /// parent's joint to it; a ball at the centre of mass.
 export class Sticks {
   constructor(replay, group) {
-    const shaped = new Set(replay.shapes.map((shape) => shape.body));
-    this.list = replay.bodies.map((body, i) => ({...body, i})).filter(({i}) => i > 0 && !shaped.has(i));
+    const bodies = (wanted) => new Set(replay.shapes.filter(wanted).map((shape) => shape.body));
+    const shaped = bodies((shape) => !shape.visual);
     this.thick = 0.012 * markSize(replay);
+    // What is smaller than the rod's ball would not be seen in its place.
+    this.seen = bodies((shape) => shape.visual && (shape.mesh !== undefined || Math.max(...shape.size) > 3 * this.thick));
+    this.list = replay.bodies.map((body, i) => ({...body, i})).filter(({i}) => i > 0 && !shaped.has(i));
     const material = new THREE.MeshStandardMaterial({color: '#8fa5bd', roughness: 0.6});
     const rod = new THREE.CylinderGeometry(1, 1, 1, 10).rotateX(Math.PI / 2).translate(0, 0, 0.5);
     this.rods = instanced(rod, material, 2 * this.list.length, group);
@@ -131,9 +146,11 @@ export class Sticks {
     this.rods.setMatrixAt(slot, matrix.compose(from, turn, new THREE.Vector3(this.thick, this.thick, length)));
   }
 
-  update(matrices) {
+  /// visuals: bodies are shown as they look, so that those that look like something need no rod.
+  update(matrices, visuals) {
     const matrix = new THREE.Matrix4();
-    this.list.forEach((body, slot) => {
+    const list = visuals ? this.list.filter((body) => !this.seen.has(body.i)) : this.list;
+    list.forEach((body, slot) => {
       const joint = new THREE.Vector3().setFromMatrixPosition(matrices[body.i]);
       const centre = new THREE.Vector3().fromArray(body.com).applyMatrix4(matrices[body.i]);
       const parent = body.parent > 0 ? new THREE.Vector3().setFromMatrixPosition(matrices[body.parent]) : joint;
@@ -141,8 +158,8 @@ export class Sticks {
       this.rod(2 * slot + 1, parent, joint, matrix);
       this.balls.setMatrixAt(slot, matrix.makeTranslation(centre));
     });
-    this.rods.count = 2 * this.list.length;
-    this.balls.count = this.list.length;
+    this.rods.count = 2 * list.length;
+    this.balls.count = list.length;
     this.rods.instanceMatrix.needsUpdate = this.balls.instanceMatrix.needsUpdate = true;
   }
 }

@@ -10,7 +10,8 @@ const kKeys = [
   ['F', 'follow the selected or next body; again: stop'], ['R', 'look at all of it'], ['1 2 3', 'front, side, top'],
   ['C', 'contact forces'], ['+ −', 'longer, shorter arrows'], ['P', 'contact points'], ['O', 'centre of mass'],
   ['A', 'frames'], ['J', 'joints at limits'], ['Z', 'dim what sleeps'], ['N', 'names'], ['M', 'mesh or hull'],
-  ['G', 'ghost'], ['K', 'curves'], ['I', 'legend and menu'], ['D', 'dark, light'], ['U', 'copy a link to this view'], ['?', 'keys'],
+  ['G', 'ghost'], ['H', 'next of several ghosts'], ['V', 'robots as they look, or as they collide'],
+  ['X', 'closure forces'], ['K', 'curves'], ['I', 'legend and menu'], ['D', 'dark, light'], ['U', 'copy a link to this view'], ['?', 'keys'],
 ];
 
 /// [toggle, label, colour and form of its mark], of those that the replay has something for.
@@ -21,12 +22,14 @@ function layers(replay) {
     rows.push(['forces', 'contact force on the body', 'arrow']);
     rows.push(['points', 'contact point', 'point']);
   }
-  if (replay.motions[1]) rows.push(['ghost', `ghost: ${replay.motions[1].name}`, 'ghost']);
+  if (replay.closureForces) rows.push(['pulls', 'closure force on its second body', 'pull']);
+  if (replay.motions[1]) rows.push(['ghost', replay.motions[2] ? 'ghost:' : `ghost: ${replay.motions[1].name}`, 'ghost']);
   rows.push(['com', 'centre of mass of all', 'com']);
   if (replay.motions[0].atLimit.some(Boolean)) rows.push(['limits', 'joint at a limit', 'limit']);
   if (replay.closures.length) rows.push(['closures', 'closure (rod, ball, weld)', 'closure']);
   if (replay.motions[0].asleep.some(Boolean)) rows.push(['sleep', 'at rest: dimmed', 'sleep']);
   rows.push(['frames', 'body frames: x red, y green, z blue', 'frames'], ['names', 'names', 'names']);
+  if (has((shape) => shape.visual)) rows.push(['visuals', 'robots as they look, not as they collide', 'names']);
   if (has((shape) => shape.given >= 0)) rows.push(['hull', 'meshes as their hulls', 'hull']);
   return rows;
 }
@@ -84,12 +87,21 @@ export class Panel {
     const rows = layers(this.replay).map(([name, label, mark]) => {
       const box = element('input', {type: 'checkbox', onchange: () => { this.act.toggle(name); box.blur(); }});
       this.boxes.set(name, box);
-      return element('label', {}, box, element('span', {class: `mark ${mark}`}), label);
+      const choice = name === 'ghost' && this.replay.motions[2] ? [this.makeGhosts()] : [];
+      return element('label', {}, box, element('span', {class: `mark ${mark}`}), label, ...choice);
     });
     this.forceScale = element('div', {class: 'scale'});
     this.legend = element('div', {class: 'legend'},
       element('h1', {}, this.replay.title), this.forceScale, ...rows, this.makeInputs(), this.makeMade());
     return this.legend;
+  }
+
+  /// Which of several ghosts is shown.
+  makeGhosts() {
+    this.ghosts = element('select', {'aria-label': 'Ghost', title: 'Ghost (H)',
+                                     onchange: () => { this.act.chooseGhost(Number(this.ghosts.value)); this.ghosts.blur(); }});
+    this.ghosts.append(...this.replay.motions.slice(1).map((ghost, i) => element('option', {value: i}, ghost.name)));
+    return this.ghosts;
   }
 
   makeInputs() {
@@ -154,6 +166,7 @@ export class Panel {
     this.speed.value = state.speed;
     this.loop.classList.toggle('on', state.loop);
     this.follow.value = state.follow ?? '';
+    if (this.ghosts) this.ghosts.value = state.ghost;
     for (const [name, box] of this.boxes) box.checked = state.show[name];
     this.legend.hidden = !state.show.legend;
     this.side.hidden = !state.show.curves;
