@@ -111,7 +111,7 @@ class Examiner {
     const collision::Candidate& c = contact.contact;
     const Geometry& a = model_.geometries()[static_cast<size_t>(c.geometry_a)];
     const Geometry& b = model_.geometries()[static_cast<size_t>(c.geometry_b)];
-    const Material pair = combine_materials(a.material, b.material);
+    const Material pair = model_.pair_material(c.geometry_a, c.geometry_b);
     if (pair.torsional_friction > 0.0 || pair.rolling_friction > 0.0) return;
     const double mu = pair.friction;
     const double h = options_.time_step,
@@ -119,7 +119,7 @@ class Examiner {
     const double alpha = weights_.contact[static_cast<size_t>(a.body)] +
                          weights_.contact[static_cast<size_t>(b.body)];
     const contact::Law law = make_contact_law(law_options(options_, alpha, weights_.total_mass), h,
-                                              pair, alpha, c.gap, Vector3(v_before, 0.0, 0.0));
+                                              pair, alpha, c.gap, Vector3(v_before, 0.0, 0.0), Bounce());
     // An overlap may be recovered by displacement alone.
     const double parting = relative(displacement_, a.body, b.body, c.position).dot(c.normal) +
                            gap_bias(options_.contact, h, c.gap);

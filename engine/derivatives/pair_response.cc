@@ -159,6 +159,7 @@ void find_contact_response(const PairConstraint& pair, const PairBodies& bodies,
     y.bottomRows<3>() = skew(next.angular) * m.point + skew(next.linear) * turned;
     Row6 gap = m.gap, b = Row6::Zero();  // b: of the bias, beyond what the gap makes of it
     if (rebounds) b = by_speed * (skew(start.angular) * m.point + skew(start.linear) * turned);
+    b += law.normal.transpose() * m.normal;
     if (turning)
       gap += -(a.u - o.u).transpose() * m.normal + along * (a.by_arm * m.point - o.by_arm * arm_b);
     Matrix6 w = out.next * y + out.by_bias * b + by_gap * gap;
