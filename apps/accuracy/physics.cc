@@ -26,6 +26,7 @@ class Examiner {
         displacement_(static_cast<size_t>(scene.model.num_bodies())),
         options_(setting.options),
         weights_(compute_inverse_weights(scene.model, data_)),
+        fall_(free_fall(scene.model)),
         forward_(scene.model),
         backward_(scene.model),
         scale_(weight(scene.model)) {
@@ -118,8 +119,12 @@ class Examiner {
                  v_before = relative(data_.V, a.body, b.body, c.position).dot(c.normal);
     const double alpha = weights_.contact[static_cast<size_t>(a.body)] +
                          weights_.contact[static_cast<size_t>(b.body)];
+    const Vector3 fall = fall_[static_cast<size_t>(b.body)] - fall_[static_cast<size_t>(a.body)];
+    const Bounce bounce = find_bounce(options_.integrator, h, pair.restitution, c.gap, v_before,
+                                      fall.dot(c.normal));
     const contact::Law law = make_contact_law(law_options(options_, alpha, weights_.total_mass), h,
-                                              pair, alpha, c.gap, Vector3(v_before, 0.0, 0.0), Bounce());
+                                              pair, alpha, c.gap, Vector3(v_before, 0.0, 0.0),
+                                              bounce);
     // An overlap may be recovered by displacement alone.
     const double parting = relative(displacement_, a.body, b.body, c.position).dot(c.normal) +
                            gap_bias(options_.contact, h, c.gap);
@@ -141,6 +146,7 @@ class Examiner {
   std::vector<Motion> velocity_, displacement_;
   SimulationOptions options_;
   InverseWeights weights_;
+  std::vector<Vector3> fall_;
   Workspace forward_, backward_;
   Inverse inverse_;
   Physics physics_;

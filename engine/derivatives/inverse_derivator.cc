@@ -85,6 +85,10 @@ bool InverseDerivator::contact_response(const Model& model, const SimulationOpti
   LawSlopes slopes = contact_law_slopes(law_options(options, alpha, weights.total_mass), h, surface,
                                         alpha, gap, v, bounce);
   slopes.normal = slopes.fall * ws.finder.relative_fall(effects, pair);
+  if (pair.body_a != 0 && pair.body_b != 0 && !slopes.normal.isZero(0.0)) {
+    find_velocity_response(pair, bodies, out);  // gravity at a normal that turns with both
+    return false;
+  }
   if (pair.law.type != contact::LawType::kFrictionCone) slopes.v[1] = slopes.v[2] = 0.0;
   if (closed) slopes.gap = slopes.smoothing = 0.0;
   find_contact_response(pair, bodies, motion, slopes, turning && !closed, h, out);

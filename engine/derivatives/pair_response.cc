@@ -171,6 +171,9 @@ void find_contact_response(const PairConstraint& pair, const PairBodies& bodies,
   arm_b.leftCols<3>() -= skew(bodies.arm_b);
   arm_b.rightCols<3>() -= Matrix3::Identity();
   out.still = respond(motion, arm_b);
+  // Gravity does not turn with A, as all else here may: of a B that stays where it is.
+  if (pair.body_b == 0)
+    out.still.leftCols<3>() += out.by_bias * (law.normal.transpose() * skew(n));
   out.by_v = turning || rebounds || motion.by_v;
   Row6 b_v = Row6::Zero(), gap_v_a = Row6::Zero(), gap_v_b = Row6::Zero();
   b_v.tail<3>() = by_speed;
