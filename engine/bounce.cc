@@ -33,8 +33,7 @@ Bounce find_bounce(Integrator integrator, double h, double restitution, double g
   out.speed = e * s + a * (left - 0.5 * h);
   out.by_gap = gap > 0.0 ? -(1.0 + e) * a / s : 0.0;
   out.by_velocity = (e * u - a * t) / s;
-  out.by_fall =
-      e * (0.5 * h * u - d) / s + left - 0.5 * h - a * (0.5 * h * t + 0.5 * t * t) / s;
+  out.by_fall = e * (0.5 * h * u - d) / s + left - 0.5 * h - a * (0.5 * h * t + 0.5 * t * t) / s;
   out.by_restitution = s;
   return out;
 }

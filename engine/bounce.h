@@ -23,9 +23,9 @@ struct Bounce {
 ///
 ///   u = v + h a / 2,  gap + u t + a t^2 / 2 = 0,  s = -(u + a t),  w+ = e s + a (h / 2 - t)
 ///
-/// and the impulse acts at t (recovery.h): in free flight pose and velocity after the step are those
-/// of the exact bounce. None where the parabola comes down again within the step: then it lands.
-/// implicit_midpoint: e times the velocity now, at the start of the step.
+/// and the impulse acts at t (recovery.h): in free flight pose and velocity after the step are
+/// those of the exact bounce. None where the parabola comes down again within the step: then it
+/// lands. implicit_midpoint: e times the velocity now, at the start of the step.
 /// @param restitution  e, > 0
 /// @param gap          [m]
 /// @param velocity     v [m/s], negative: closing

@@ -56,7 +56,8 @@ TEST(HeavyOnLight, ATowerOfFourAThousandTimesEach) {
 TEST(HeavyOnLight, OrdinaryRatiosKeepTheirCompliance) {
   Simulator sim = tower({1.0, 1e4}, 2e-3);
   for (int i = 0; i < 500; ++i) ASSERT_TRUE(sim.step().succeeded());
-  const double sinks = 0.25 * 1e-6 * 1e4 * 4e-6 * 9.81 / (4 * 0.2);  // mu^2 eps h^2 M g / (4 beta m)
+  const double sinks =
+      0.25 * 1e-6 * 1e4 * 4e-6 * 9.81 / (4 * 0.2);  // mu^2 eps h^2 M g / (4 beta m)
   EXPECT_NEAR(0.1 - sim.state().q[2], sinks, 0.02 * sinks);
 }
 
@@ -83,8 +84,8 @@ TEST(Creep, OfSmoothingFollowsFromTheLaw) {
        {std::pair(0.5, 0.1), std::pair(0.5, 0.4), std::pair(0.8, 0.3), std::pair(1.0, 0.5)}) {
     for (const double smoothing : {1e-9, 1e-7, 1e-6}) {
       const double cosine = 1.0 / std::sqrt(1.0 + tangent * tangent);
-      Scene scene = test::box_on_plane(
-          {.friction = mu, .gravity = 9.81 * cosine * Vector3(tangent, 0, -1)});
+      Scene scene =
+          test::box_on_plane({.friction = mu, .gravity = 9.81 * cosine * Vector3(tangent, 0, -1)});
       scene.options.contact.smoothing = smoothing;
       Simulator sim(std::move(scene));
       for (int i = 0; i < 500; ++i) ASSERT_TRUE(sim.step().succeeded());
@@ -95,7 +96,8 @@ TEST(Creep, OfSmoothingFollowsFromTheLaw) {
       EXPECT_NEAR((sim.state().q[0] - before) / 1.0, expected, 0.01 * expected)
           << mu << ' ' << tangent << ' ' << smoothing;
       // The formula of the documents, of four corners that share the load.
-      const double q = tangent / mu, simple = 4.0 * smoothing / (2e-3 * mu * cosine) * q / (1.0 - q);
+      const double q = tangent / mu,
+                   simple = 4.0 * smoothing / (2e-3 * mu * cosine) * q / (1.0 - q);
       EXPECT_NEAR(simple, expected, 0.2 * expected);
     }
   }

@@ -76,8 +76,8 @@ TEST_F(Remedies, LimitsTheWrongWayRoundAreExchanged) {
 
 TEST_F(Remedies, JointsThatCannotFollowMoveByThemselves) {
   const auto urdf = [](const std::string& type) {
-    return "<robot name='r'><link name='a'/><link name='b'>" + kInertial + "</link><link name='c'>" +
-           kInertial + "</link><joint name='j' type='" + type +
+    return "<robot name='r'><link name='a'/><link name='b'>" + kInertial +
+           "</link><link name='c'>" + kInertial + "</link><joint name='j' type='" + type +
            "'><parent link='a'/><child link='b'/></joint>"
            "<joint name='k' type='continuous'><parent link='b'/><child link='c'/>"
            "<mimic joint='j'/></joint></robot>";
