@@ -16,6 +16,7 @@
 #include "hard_cases/trial.h"
 #include "html_page.h"
 #include "peers/not_expressible.h"
+#include "progress.h"
 #include "report.h"
 #include "view/replay.h"
 
@@ -150,7 +151,9 @@ int hard_cases(Arguments& arguments) {
   Report& report = arguments.report;
   report.begin("hard-cases", scenes.string());
   std::vector<Result> results;
+  Progress progress("hard cases", static_cast<int>(cases.size()));
   for (const HardCase& c : cases) {
+    progress.update(static_cast<int>(results.size()));
     results.push_back(run_case(c, scenes, arguments));
     print_result(report.text(), results.back());
   }

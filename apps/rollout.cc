@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cmath>
 #include <memory>
+#include <mutex>
 #include <optional>
 
 #include "applied_inputs.h"
@@ -13,6 +14,7 @@
 #include "counterpoint/engine/csv.h"
 #include "counterpoint/engine/trajectory.h"
 #include "failure.h"
+#include "progress.h"
 #include "report.h"
 #include "scene_arguments.h"
 
@@ -123,8 +125,13 @@ struct Tally {
 std::vector<Rollout> run(const Arguments& arguments, Batch& batch, Tally& tally) {
   std::vector<Rollout> rollouts(static_cast<size_t>(arguments.count));
   const auto start = std::chrono::steady_clock::now();
+  Progress progress("rolling out", arguments.count);
+  std::mutex mutex;
+  int done = 0;
   batch.run(arguments.count, [&](int i, Simulator& simulator) {
     rollouts[static_cast<size_t>(i)] = roll_out(arguments, i, simulator);
+    const std::lock_guard lock(mutex);
+    progress.update(++done);
   });
   tally.wall_seconds =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();

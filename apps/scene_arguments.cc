@@ -2,7 +2,24 @@
 
 #include <fmt/format.h>
 
+#include <charconv>
+#include <string_view>
+
 namespace counterpoint::apps {
+namespace {
+
+/// Of "0.001", "1e-3kg" or "1e-3 kg" [kg].
+double mass_of(const std::string& text) {
+  double mass = 0.0;
+  const char* end = text.data() + text.size();
+  const auto [stop, error] = std::from_chars(text.data(), end, mass);
+  std::string_view unit(stop, static_cast<size_t>(end - stop));
+  while (!unit.empty() && unit.front() == ' ') unit.remove_prefix(1);
+  if (error == std::errc() && mass > 0.0 && (unit.empty() || unit == "kg")) return mass;
+  throw InputError(fmt::format("--fill-inertia {}: a positive mass is expected, 1e-3kg say", text));
+}
+
+}  // namespace
 
 void SceneArguments::add_to(CLI::App& command) {
   command.add_option("SCENE", file, "Scene (.yaml), or a lone robot (.urdf)")->required();
@@ -29,6 +46,14 @@ void SceneArguments::add_to(CLI::App& command) {
       ->check(CLI::IsMember({"fast", "default", "hard"}));
   command.add_flag("--repair-inertias", repair_inertias,
                    "Make non-physical inertias physical; each change is listed");
+  command.add_flag("--repair-joints", repair_joints,
+                   "Exchange joint limits given the wrong way round, let joints move by themselves "
+                   "that cannot follow the one they mimic; each is listed");
+  command
+      .add_option("--fill-inertia", fill_inertia,
+                  "Where a joint moves no inertia, its link gets a ball of this mass and the "
+                  "density of water about its origin; each is listed")
+      ->type_name("MASS[kg]");
 }
 
 std::map<std::string, std::filesystem::path> SceneArguments::package_folders() const {
@@ -48,6 +73,8 @@ Scene SceneArguments::load() const {
   if (!base.empty()) overrides.base = base == "floating" ? Base::kFloating : Base::kFixed;
   overrides.ground = ground;
   overrides.repair_inertias = repair_inertias;
+  overrides.repair_joints = repair_joints;
+  if (!fill_inertia.empty()) overrides.fill_inertia = mass_of(fill_inertia);
   overrides.srdf = srdf;
   overrides.hull_vertices = hull_vertices;
   overrides.packages = package_folders();

@@ -15,7 +15,8 @@ struct SceneArguments {
   std::string file;
   std::string base;
   bool ground = false;
-  bool repair_inertias = false;
+  bool repair_inertias = false, repair_joints = false;
+  std::string fill_inertia;  ///< a mass, with or without "kg"
   std::vector<std::string> packages;  ///< NAME=DIR
   std::string srdf;
   int hull_vertices = 0;

@@ -37,6 +37,17 @@ double bounding_radius(const Shape& shape) {
   return 0.0;
 }
 
+/// Whether bodies differ so much in mass that contacts look at what they may carry.
+bool differ_much(const std::vector<double>& weight) {
+  double least = std::numeric_limits<double>::infinity(), most = 0.0;
+  for (const double w : weight) {
+    if (!(w > 0.0)) continue;
+    least = std::min(least, w);
+    most = std::max(most, w);
+  }
+  return most > kHeaviest * least;
+}
+
 std::vector<double> body_radii(const Model& model) {
   std::vector<double> radius(model.num_bodies(), 0.0);
   for (const Geometry& g : model.geometries())
@@ -59,6 +70,7 @@ void find_dry_friction(const Model& model, const SimulationOptions& options,
   for (const auto& [i, body] : coordinates) {
     if (idle(body)) continue;
     JointConstraint row;
+    row.effect = Effect::kDryFriction;
     row.law = make_dry_friction_law(options.contact, options.time_step, weights.dof[i],
                                     model.dry_friction()[i]);
     row.v_index[0] = i;
@@ -76,6 +88,7 @@ void find_mimics(const Model& model, const SimulationOptions& options, const Vec
     const double alpha = weights.dof[follower.v_index] +
                          mimic.multiplier * mimic.multiplier * weights.dof[master.v_index];
     JointConstraint row;
+    row.effect = Effect::kMimics;
     row.law = make_mimic_law(options.contact, options.time_step, alpha, error);
     row.v_index[0] = follower.v_index;
     row.v_index[1] = master.v_index;
@@ -93,6 +106,8 @@ ConstraintFinder::ConstraintFinder(const Model& model, InverseWeights weights)
       travel_(model.num_bodies(), 0.0),
       slack_(model.num_bodies(), 0.0),
       margin_(model.num_bodies(), 0.0),
+      heavy_on_light_(differ_much(weights_.contact)),
+      fall_(free_fall(model)),
       friction_slip_(model),
       limited_(list_limited_bodies(model)),
       speed_limits_(list_speed_limits(model)),
@@ -120,6 +135,7 @@ void ConstraintFinder::find(const Model& model, const SimulationOptions& options
   if (runs(Effect::kContacts)) find_contacts(model, options, effects, data, out, counts, idle);
   if (runs(Effect::kClosures))
     find_closures(model, options, data, weights_, idle, acceleration_, out);
+  if (heavy_on_light_) stiffen_under_load(model, out);
   if (runs(Effect::kLimits)) find_joint_limits(model, options, limited_, q, v, weights_, idle, out);
   if (runs(Effect::kVelocityLimits))
     find_velocity_limits(options, speed_limits_, v, weights_, idle, out);
@@ -216,8 +232,7 @@ bool ConstraintFinder::spread_travel(const Model& model, std::span<const std::pa
 namespace {
 
 /// Surfaces of a pair as far as the effects are on.
-Material pair_material(const Material& a, const Material& b, EffectSet effects) {
-  Material pair = combine_materials(a, b);
+Material surfaces(Material pair, EffectSet effects) {
   if (!effects.has(Effect::kFriction)) pair.friction = 0.0;
   if (!effects.has(Effect::kTorsionalFriction)) pair.torsional_friction = 0.0;
   if (!effects.has(Effect::kRollingFriction)) pair.rolling_friction = 0.0;
@@ -234,6 +249,47 @@ void count_contact(const Material& pair, EffectCounts& counts) {
 }
 
 }  // namespace
+
+/// Of contacts with rows, tied by these and by closures: a function of (q, w), like the rows.
+void ConstraintFinder::stiffen_under_load(const Model& model, ConstraintSet& out) {
+  const auto tree_of = [&](int body) { return model.body(body).tree; };
+  islands_.reset(model.num_trees());
+  for (const PairConstraint& pair : out.pairs)
+    if (pair.body_a != 0 && pair.body_b != 0)
+      islands_.join(tree_of(pair.body_a), tree_of(pair.body_b));
+  least_weight_.assign(static_cast<size_t>(model.num_trees()),
+                       std::numeric_limits<double>::infinity());
+  for (int b = 1; b < model.num_bodies(); ++b) {
+    if (!(weights_.contact[b] > 0.0)) continue;
+    double& least = least_weight_[static_cast<size_t>(islands_.root(tree_of(b)))];
+    least = std::min(least, weights_.contact[b]);
+  }
+  for (size_t i = 0; i < out.contacts.size(); ++i) {
+    PairConstraint& pair = out.pairs[i];
+    const int body = pair.body_b != 0 ? pair.body_b : pair.body_a;
+    const double least = least_weight_[static_cast<size_t>(islands_.root(tree_of(body)))];
+    const double alpha = weights_.contact[pair.body_a] + weights_.contact[pair.body_b];
+    if (!(alpha > kHeaviest * least)) continue;
+    pair.stiffer = kHeaviest * least / alpha;
+    pair.law.regularizer *= pair.stiffer;
+  }
+}
+
+Vector3 ConstraintFinder::relative_fall(EffectSet effects, const PairConstraint& contact) const {
+  if (!effects.has(Effect::kGravity)) return Vector3::Zero();
+  return fall_[contact.body_b] - fall_[contact.body_a];
+}
+
+Bounce ConstraintFinder::find_contact_bounce(const SimulationOptions& options, EffectSet effects,
+                                             const Material& surface, const PairConstraint& contact,
+                                             double gap, double velocity) const {
+  if (!(surface.restitution > 0.0)) return {};
+  // What rests shows half a step of falling in the midpoint rule; that is no approach.
+  if (options.integrator == Integrator::kImplicitMidpoint && gap <= touching_gap(options.contact))
+    return {};
+  return find_bounce(options.integrator, options.time_step, surface.restitution, gap, velocity,
+                     contact.frame.col(0).dot(relative_fall(effects, contact)));
+}
 
 /// How much farther along n the point of a body at `arm` from its origin goes within the step than
 /// its velocity times h says, if the body keeps turning as it does.
@@ -278,7 +334,7 @@ void ConstraintFinder::find_contacts(const Model& model, const SimulationOptions
     const double alpha = weights_.contact[a.body] + weights_.contact[b.body];
     if (!(alpha > 0.0)) continue;  // neither side can move, in any way
     if (const std::pair pair(candidate.geometry_a, candidate.geometry_b); pair != last) {
-      material = pair_material(a.material, b.material, effects);
+      material = surfaces(model.pair_material(pair.first, pair.second), effects);
       last = pair;
     }
     PairConstraint contact;
@@ -295,12 +351,10 @@ void ConstraintFinder::find_contacts(const Model& model, const SimulationOptions
     const contact::Rows v = relative_velocity(contact, data, data.V);
     const double gap = gap_less_turning(contact, candidate.gap, h, data);
     contact.gap_bias = gap_bias(options.contact, h, gap);
-    // What rests shows half a step of falling in the midpoint rule; that is no approach.
-    Material surface = material;
-    if (options.integrator == Integrator::kImplicitMidpoint && gap <= touching_gap(options.contact))
-      surface.restitution = 0.0;
-    contact.law = make_contact_law(law_options(options, alpha, weights_.total_mass), h, surface,
-                                   alpha, gap, Vector3(v));
+    const Bounce bounce = find_contact_bounce(options, effects, material, contact, gap, v[0]);
+    if (bounce.happens && gap > 0.0) contact.impact_time = bounce.time;
+    contact.law = make_contact_law(law_options(options, alpha, weights_.total_mass), h, material,
+                                   alpha, gap, Vector3(v), bounce);
     count_contact(material, counts);
     if (parks && !is_near(contact, v, parking_gap, h) && !idle(a.body) && !idle(b.body)) {
       out.parked.push_back({candidate, contact});

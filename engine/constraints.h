@@ -9,9 +9,11 @@
 #include "counterpoint/collision/collider.h"
 #include "counterpoint/contact/disjoint_sets.h"
 #include "counterpoint/contact/problem.h"
+#include "counterpoint/engine/bounce.h"
 #include "counterpoint/engine/data.h"
 #include "counterpoint/engine/friction_slip.h"
 #include "counterpoint/engine/inverse_weights.h"
+#include "counterpoint/model/effect.h"
 #include "counterpoint/model/scene.h"
 
 namespace counterpoint {
@@ -25,6 +27,11 @@ struct PairConstraint {
   int first = 0;  ///< of the six rows (3 linear, 3 angular) the law has rows first, first + 1, ...
   contact::Law law;
   double gap_bias = 0.0;  ///< of a contact: the bias that recovers all that is to be [m/s]
+  /// Of a contact that bounces in this step: when after its start (bounce.h) [s]; else 0.
+  double impact_time = 0.0;
+  /// Of a contact: its regularizer is this share of eps alpha, less where it may carry a body that
+  /// is very much heavier (kHeaviest).
+  double stiffer = 1.0;
   /// The contact whose sliding speed law.slip_speed is a share of (friction_slip.h), or -1.
   int fastest = -1;
 };
@@ -32,6 +39,7 @@ struct PairConstraint {
 /// One row on joint coordinates: y = coefficient[0] w[v_index[0]] + coefficient[1] w[v_index[1]] +
 /// b.
 struct JointConstraint {
+  Effect effect = Effect::kLimits;  ///< what it is a row of
   contact::Law law;
   int v_index[2] = {-1, -1};  ///< the second is -1 for limits and dry friction
   double coefficient[2] = {1.0, 0.0};
@@ -102,6 +110,11 @@ struct Idle {
   bool operator()(int body) const { return !bodies.empty() && bodies[body]; }
 };
 
+/// A contact has the compliance of its own inverse mass up to a body of so many times its mass in
+/// its island, which it may carry; beyond, that of a body of this share of the heaviest one's mass,
+/// so that no load sinks by more than eps kHeaviest h^2 g / beta.
+inline constexpr double kHeaviest = 1e5;
+
 /// Finds the constraints of a model. Scratch memory inside: one per thread.
 class ConstraintFinder {
  public:
@@ -126,6 +139,14 @@ class ConstraintFinder {
   bool find_reached_contacts(const Model& model, const SimulationOptions& options,
                              const VectorRef& w, const Data& data, ConstraintSet& out);
 
+  /// What restitution makes of a contact in the step: of this surface, at a gap [m], its normal
+  /// velocity [m/s].
+  Bounce find_contact_bounce(const SimulationOptions& options, EffectSet effects,
+                             const Material& surface, const PairConstraint& contact, double gap,
+                             double velocity) const;
+  /// The relative acceleration that this reckons with, in W [m/s^2].
+  Vector3 relative_fall(EffectSet effects, const PairConstraint& contact) const;
+
   /// Radius [m] of each body's geometry about the body origin.
   const std::vector<double>& radii() const { return radius_; }
   const InverseWeights& weights() const { return weights_; }
@@ -138,6 +159,7 @@ class ConstraintFinder {
                      double threshold, double own_threshold);
   void find_contacts(const Model& model, const SimulationOptions& options, EffectSet effects,
                      const Data& data, ConstraintSet& out, EffectCounts& counts, Idle idle);
+  void stiffen_under_load(const Model& model, ConstraintSet& out);
   double turning_advance(const Vector3& n, const Vector3& arm, double h, int body,
                          const Data& data);
   double gap_less_turning(const PairConstraint& contact, double gap, double h, const Data& data);
@@ -149,6 +171,10 @@ class ConstraintFinder {
   std::vector<double> slack_;   ///< what impacts and applied forces may add to that [m]
   std::vector<double> margin_;  ///< both
   std::vector<collision::Candidate> candidates_;
+  bool heavy_on_light_;  ///< some bodies are more than kHeaviest times as heavy as others
+  contact::DisjointSets islands_;
+  std::vector<double> least_weight_;  ///< by tree, of the island that has it as root [1/kg]
+  std::vector<Vector3> fall_;  ///< free_fall
   std::vector<double> speed_;  ///< at which each contact with rows slides at the start [m/s]
   FrictionSlip friction_slip_;
   std::vector<DryCoordinate> dry_;  ///< with dry friction

@@ -9,6 +9,11 @@ namespace {
 /// A smoothing length [m] as what the law takes [J].
 double smoothing(double length, double alpha) { return length * kStandardGravity / alpha; }
 
+/// Whether a bounce is what the bias comes from: an overlap may have to be recovered faster.
+bool rules(const Bounce& bounce, const ContactOptions& options, double h, double gap) {
+  return bounce.happens && (gap > 0.0 || -bounce.speed < gap_bias(options, h, gap));
+}
+
 /// 1 - gap^2 / reach^2 of a positive gap, none beyond the reach.
 double left_at(double gap, double reach) {
   const double share = gap / reach;
@@ -58,15 +63,13 @@ ContactOptions law_options(const SimulationOptions& options, double alpha, doubl
 }
 
 contact::Law make_contact_law(const ContactOptions& options, double h, const Material& pair,
-                              double alpha, double gap, const Vector3& v) {
+                              double alpha, double gap, const Vector3& v, const Bounce& bounce) {
   contact::Law law;
   const double mu = pair.friction;
   law.regularizer = options.compliance * alpha;
   law.smoothing = smoothing(faded_smoothing(options.smoothing, gap, options.margin), alpha);
   law.bias[0] = gap_bias(options, h, gap);
-  // Restitution, where the contact closes within the step as judged from (q, w); never from u.
-  if (pair.restitution > 0.0 && v[0] < 0.0 && gap + h * v[0] <= 0.0)
-    law.bias[0] = std::min(pair.restitution * v[0], gap > 0.0 ? 0.0 : law.bias[0]);
+  if (rules(bounce, options, h, gap)) law.bias[0] = -bounce.speed;
   if (mu <= 0.0) return law;
   // Beyond the margin only speed brought it in: where and how the bodies will meet is known
   // roughly, and exact friction there lets fast bodies through. If as judged from (q, w) they meet
@@ -99,17 +102,15 @@ double gap_bias_slope(const ContactOptions& options, double h, double gap) {
 }
 
 LawSlopes contact_law_slopes(const ContactOptions& options, double h, const Material& pair,
-                             double alpha, double gap, const Vector3& v) {
+                             double alpha, double gap, const Vector3& v, const Bounce& bounce) {
   LawSlopes slopes;
   slopes.gap = gap_bias_slope(options, h, gap);
   slopes.smoothing =
       smoothing(faded_smoothing_slope(options.smoothing, gap, options.margin), alpha);
-  if (pair.restitution > 0.0 && v[0] < 0.0 && gap + h * v[0] <= 0.0) {
-    const double other = gap > 0.0 ? 0.0 : gap_bias(options, h, gap);
-    if (pair.restitution * v[0] < other) {
-      slopes.gap = 0.0;
-      slopes.v[0] = pair.restitution;
-    }
+  if (rules(bounce, options, h, gap)) {
+    slopes.gap = -bounce.by_gap;
+    slopes.v[0] = -bounce.by_velocity;
+    slopes.fall = -bounce.by_fall;
   }
   if (options.friction_model == FrictionModel::kLagged && pair.friction > 0.0) {
     const double speed = std::hypot(v[1], v[2]);

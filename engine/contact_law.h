@@ -3,6 +3,7 @@
 #pragma once
 
 #include "counterpoint/contact/problem.h"
+#include "counterpoint/engine/bounce.h"
 #include "counterpoint/model/scene.h"
 
 namespace counterpoint {
@@ -54,8 +55,9 @@ ContactOptions law_options(const SimulationOptions& options, double alpha, doubl
 /// @param gap    signed distance [m]
 /// @param v      velocity of B relative to A at the contact now, in the contact frame (n, t1, t2)
 /// [m/s]
+/// @param bounce  what restitution makes of it
 contact::Law make_contact_law(const ContactOptions& options, double h, const Material& pair,
-                              double alpha, double gap, const Vector3& v);
+                              double alpha, double gap, const Vector3& v, const Bounce& bounce);
 
 /// How the bias of a contact law's normal row, and its smoothing, change with what they were made
 /// from, one-sided at their kinks.
@@ -63,12 +65,14 @@ struct LawSlopes {
   double gap = 0.0;             ///< of the bias [1/s]
   Vector3 v = Vector3::Zero();  ///< of the bias by v [-]
   double smoothing = 0.0;       ///< of Law::smoothing by the gap [N]
+  double fall = 0.0;            ///< of the bias by the acceleration that find_bounce was given [s]
+  Vector3 normal = Vector3::Zero();  ///< of the bias by the normal, through that [m/s]
 };
 /// Of gap_bias [1/s].
 double gap_bias_slope(const ContactOptions& options, double h, double gap);
 /// Of make_contact_law with these arguments.
 LawSlopes contact_law_slopes(const ContactOptions& options, double h, const Material& pair,
-                             double alpha, double gap, const Vector3& v);
+                             double alpha, double gap, const Vector3& v, const Bounce& bounce);
 
 /// Law of a joint limit: gap [rad or m] to the limit, alpha the joint's inverse weight. The
 /// smoothing length counts as an angle [rad] for revolute joints.

@@ -46,6 +46,8 @@ Found geometries_that(const Model& model, Property has) {
   Found found;
   for (const Geometry& g : model.geometries())
     if (has(g.material)) found.add(g.name);
+  for (const PairMaterial& p : model.pair_materials())
+    if (has(p.material)) found.add(model.geometries()[p.geometry_a].name);
   return found;
 }
 

@@ -53,6 +53,38 @@ double first_row_velocity(const contact::Problem& problem, int constraint, const
 
 }  // namespace
 
+bool Recovery::find_late_impulses(const ConstraintSet& constraints, const contact::Problem& solved,
+                                  double h, const VectorRef& impulse) {
+  Eigen::Ref<VectorX> p = p_.head(solved.num_velocities());
+  late_.assign(static_cast<size_t>(solved.num_blocks()), 0);
+  bool any = false;
+  for (int c = 0; c < solved.num_constraints(); ++c) {
+    if (static_cast<size_t>(c) >= constraints.contacts.size()) break;  // contacts come first
+    const double time = constraints.pairs[static_cast<size_t>(c)].impact_time;
+    const int first = solved.first_row(c), rows = solved.law(c).rows;
+    if (!(time > 0.0) || !(impulse[first] > 0.0)) continue;
+    if (!any) p.setZero();
+    any = true;
+    for (int side = 0; side < 2; ++side) {
+      const int block = solved.block(c, side);
+      if (block < 0) continue;
+      late_[static_cast<size_t>(block)] = 1;
+      p.segment(solved.block_start(block), solved.block_size(block)).noalias() -=
+          time / h * solved.jacobian(c, side).transpose() * impulse.segment(first, rows);
+    }
+  }
+  for (int block = 0; any && block < solved.num_blocks(); ++block) {
+    if (!late_[static_cast<size_t>(block)]) continue;
+    const int n = solved.block_size(block);
+    if (mass_.rows() < n) mass_.resize(n, n);
+    Eigen::Ref<MatrixX> factor = mass_.topLeftCorner(n, n);
+    factor = solved.mass(block);
+    const Eigen::LLT<Eigen::Ref<MatrixX>> in_place(factor);
+    in_place.solveInPlace(p.segment(solved.block_start(block), n));
+  }
+  return any;
+}
+
 bool Recovery::find_concerned(const ConstraintSet& constraints, const contact::Problem& solved,
                               const VectorRef& w) {
   const auto block_of = [&](int c) { return std::max(solved.block(c, 0), solved.block(c, 1)); };
@@ -61,9 +93,10 @@ bool Recovery::find_concerned(const ConstraintSet& constraints, const contact::P
     return b < solved.law(c).bias[0] && first_row_velocity(solved, c, w) + b < 0.0;
   };
   const int count = solved.num_constraints();
+  const bool bounces = std::find(late_.begin(), late_.end(), 1) != late_.end();
   int c = 0;
   while (c < count && !overlaps(c)) ++c;
-  if (c == count) return false;
+  if (c == count && !bounces) return false;
   islands_.reset(solved.num_blocks());
   for (int i = 0; i < count; ++i)
     if (solved.block(i, 0) >= 0 && solved.block(i, 1) >= 0)
@@ -71,20 +104,28 @@ bool Recovery::find_concerned(const ConstraintSet& constraints, const contact::P
   concerned_.assign(static_cast<size_t>(solved.num_blocks()), 0);
   for (; c < count; ++c)
     if (overlaps(c)) concerned_[static_cast<size_t>(islands_.root(block_of(c)))] = 1;
+  for (int block = 0; bounces && block < solved.num_blocks(); ++block)
+    if (late_[static_cast<size_t>(block)])
+      concerned_[static_cast<size_t>(islands_.root(block))] = 1;
   for (int block = 0; block < solved.num_blocks(); ++block)
     concerned_[static_cast<size_t>(block)] = concerned_[static_cast<size_t>(islands_.root(block))];
   return true;
 }
 
 Recovery::Found Recovery::find(const ConstraintSet& constraints, const contact::Problem& solved,
-                               const contact::Settings& settings, const VectorRef& w) {
+                               double h, const contact::Settings& settings, const VectorRef& w,
+                               const VectorRef& impulse) {
+  if (p_.size() < solved.num_velocities()) p_.resize(solved.num_velocities());
+  Eigen::Ref<VectorX> p = p_.head(solved.num_velocities());
+  const bool late = find_late_impulses(constraints, solved, h, impulse);
   if (!find_concerned(constraints, solved, w)) return {};
+  if (!late) p.setZero();
   problem_.clear();
   for (int block = 0; block < solved.num_blocks(); ++block) {
     problem_.add_block(solved.block_size(block));
     problem_.mass(block) = solved.mass(block);
   }
-  problem_.free_velocity().setZero();
+  problem_.free_velocity() = p;
   for (int c = 0; c < solved.num_constraints(); ++c) {
     const int block = std::max(solved.block(c, 0), solved.block(c, 1));
     if (!concerned_[static_cast<size_t>(block)]) continue;
@@ -96,10 +137,7 @@ Recovery::Found Recovery::find(const ConstraintSet& constraints, const contact::
       if (solved.block(c, side) >= 0)
         problem_.jacobian(added, side) = solved.jacobian(c, side).topRows(law.rows);
   }
-  if (p_.size() < problem_.num_velocities()) p_.resize(problem_.num_velocities());
   if (impulse_.size() < solved.num_rows()) impulse_.resize(solved.num_rows());
-  Eigen::Ref<VectorX> p = p_.head(problem_.num_velocities());
-  p.setZero();
   contact::Settings looser = settings;
   looser.tolerance = std::max(settings.tolerance, kAccuracy);
   const contact::Report& report =

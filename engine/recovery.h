@@ -11,6 +11,13 @@
 // J p = 0. The impulses of the step are functions of w+ as before, so its inverse knows nothing of
 // p. After the split impulses of games (Catto 2006; Guendelman, Bridson and Fedkiw 2003 push apart
 // in a separate pass as well); convex here.
+//
+// Impacts with restitution fall into the step, not on its start (bounce.h). What their impulses f
+// did before their time t is taken back by a displacement as well,
+//
+//   p0 = -inv(M) sum (t / h) J' f,     minimize over p   1/2 |p - p0|_M^2 + sum l_i(...)
+//
+// so that in free flight bodies are where the exact bounce has them.
 #pragma once
 
 #include <vector>
@@ -25,15 +32,15 @@ namespace counterpoint {
 class Recovery {
  public:
   struct Found {
-    bool needed = false;  ///< something overlaps too far for w to recover what is to be
+    bool needed = false;  ///< something overlaps too far for w to recover it all, or bounces
     contact::Status status = contact::Status::kConverged;
     int iterations = 0;  ///< Newton steps
   };
 
-  /// Finds velocity(), if it is needed, for the velocities w of a solved problem of these
-  /// constraints: of the islands concerned, to 1e-9. Blocks are in its order.
-  Found find(const ConstraintSet& constraints, const contact::Problem& solved,
-             const contact::Settings& settings, const VectorRef& w);
+  /// Finds velocity(), if it is needed, for the velocities w and impulses of a solved problem of
+  /// these constraints, step h [s]: of the islands concerned, to 1e-9. Blocks are in its order.
+  Found find(const ConstraintSet& constraints, const contact::Problem& solved, double h,
+             const contact::Settings& settings, const VectorRef& w, const VectorRef& impulse);
 
   /// p [m/s, rad/s].
   VectorRef velocity() const { return p_.head(problem_.num_velocities()); }
@@ -41,7 +48,10 @@ class Recovery {
   const contact::Problem& problem() const { return problem_; }
 
  private:
-  /// The islands with something that overlaps too far for w to recover what is to be: the others
+  /// p0 into p_; false if nothing bounces.
+  bool find_late_impulses(const ConstraintSet& constraints, const contact::Problem& solved,
+                          double h, const VectorRef& impulse);
+  /// The islands with something that bounces, or overlaps too far for w to recover what is to be: the others
   /// need no displacement. False if there is none.
   bool find_concerned(const ConstraintSet& constraints, const contact::Problem& solved,
                       const VectorRef& w);
@@ -50,6 +60,8 @@ class Recovery {
   std::vector<char> concerned_;  ///< by block
   contact::Problem problem_;
   contact::Solver solver_;
+  std::vector<char> late_;  ///< by block: an impact within the step
+  MatrixX mass_;
   VectorX p_, impulse_;  ///< grown only, see Workspace::Impl
 };
 

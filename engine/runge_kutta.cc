@@ -5,6 +5,7 @@
 #include "counterpoint/engine/integrator.h"
 #include "counterpoint/engine/joint_forces.h"
 #include "counterpoint/engine/step_forces.h"
+#include "counterpoint/engine/tied_motion.h"
 
 namespace counterpoint {
 
@@ -12,12 +13,12 @@ void refuse_constraints(EffectSet effects) {
   std::string found;
   for (const Effect effect :
        {Effect::kDryFriction, Effect::kLimits, Effect::kEffortLimits, Effect::kVelocityLimits,
-        Effect::kMimics, Effect::kClosures, Effect::kContacts}) {
+        Effect::kContacts}) {
     if (effects.has(effect))
       found += (found.empty() ? "" : ", ") + std::string(effect_name(effect));
   }
   if (found.empty()) return;
-  throw InputError("runge_kutta_4 integrates smooth effects only; this scene calls for " + found +
+  throw InputError("runge_kutta_4 integrates smooth effects, closures and mimic joints; this scene calls for " + found +
                    ": switch them off (`effects:` in the scene file), or use implicit_midpoint or "
                    "semi_implicit_euler");
 }
@@ -50,6 +51,7 @@ void step_runge_kutta(const Model& model, const SimulationOptions& options, Effe
   refuse_constraints(effects);
   RungeKuttaStages& stages = ws.stages;
   const double h = options.time_step;
+  const bool tied = has_ties(model, effects);
   stages.theta.setZero(model.nv());
   stages.at = state;
   stages.theta_sum.setZero(model.nv());
@@ -63,6 +65,9 @@ void step_runge_kutta(const Model& model, const SimulationOptions& options, Effe
     }
     exponent_rate(model, stages.theta, stages.at.v, stages.theta_rate);
     compute_acceleration(model, effects, stages.at, input, ws, stages.acceleration, report);
+    if (report.succeeded() && tied)
+      tie_acceleration(model, options, effects, stages.at.q, stages.at.v, ws, stages.acceleration,
+                       report);
     if (!report.succeeded()) break;
     stages.theta_sum += h / 6.0 * weight * stages.theta_rate;
     stages.v_sum += h / 6.0 * weight * stages.acceleration;
@@ -71,6 +76,8 @@ void step_runge_kutta(const Model& model, const SimulationOptions& options, Effe
   next.v = state.v + stages.v_sum;
   next.q = state.q;
   integrate_configuration(model, state.q, stages.theta_sum, 1.0, next.q);
+  if (tied && report.succeeded()) project_on_ties(model, options, effects, ws, next, report);
+  ws.constraints.clear();  // what is tied has no forces that a later step would start from
 }
 
 }  // namespace counterpoint

@@ -64,6 +64,16 @@ StepReport step_forward(const Model& model, const SimulationOptions& options,
 struct ContactForce {
   collision::Candidate contact;
   Vector3 force = Vector3::Zero();  ///< mean over the step, on geometry B, in W [N]
+  /// Of B over A at the end of the step, across the normal, in W [m/s].
+  Vector3 slip = Vector3::Zero();
+};
+
+/// What a constraint on joint coordinates did: a limit, a velocity limit, dry friction, a mimic
+/// joint. (Servos: Inverse::servo_force.)
+struct JointForce {
+  Effect effect = Effect::kLimits;
+  int v_index = 0;     ///< the coordinate of v that it acts on; of a mimic joint the follower's
+  double force = 0.0;  ///< mean over the step, in the coordinate's direction [N or N m]
 };
 
 /// What a closure did, as the inverse saw it.
@@ -82,6 +92,7 @@ struct Inverse {
       0.0;  ///< largest of |inertial + bias|, |applied|, |contact| over the coordinates [N or N m]
   std::vector<ContactForce> contacts;
   std::vector<ClosureForce> closures;  ///< of Model::closures
+  std::vector<JointForce> joints;      ///< of joints that a limit, friction or another joint holds
   /// By Model::servos: what the servo asked for at v_next [N, N m]. With the applied force it makes
   /// what the motor gave, which is no more than its effort limit.
   VectorX servo_force;

@@ -149,10 +149,11 @@ void solve_again(const Model& model, const contact::Settings& settings, double h
 }
 
 /// Velocities that positions change by, into ws.displacement. False if they are w (nv).
-bool find_displacement(const Model& model, const contact::Settings& settings, const VectorX& w,
-                       Workspace::Impl& ws, StepReport& report) {
-  const Recovery::Found found = ws.recovery.find(ws.constraints, ws.problem, settings,
-                                                 ws.w.head(ws.problem.num_velocities()));
+bool find_displacement(const Model& model, const contact::Settings& settings, double h,
+                       const VectorX& w, Workspace::Impl& ws, StepReport& report) {
+  const Recovery::Found found = ws.recovery.find(
+      ws.constraints, ws.problem, h, settings, ws.w.head(ws.problem.num_velocities()),
+      ws.impulse.head(ws.problem.num_rows()));
   if (!found.needed) return false;
   report.newton_iterations += found.iterations;
   // Overlaps that cannot be corrected in this step are left to the next one.
@@ -206,7 +207,7 @@ void solve_constraints(const Model& model, const SimulationOptions& options, Eff
 const VectorX& recover_overlaps(const Model& model, const SimulationOptions& options,
                                 const contact::Settings& settings, const State& state,
                                 Workspace::Impl& ws, VectorX& w, StepReport& report) {
-  while (find_displacement(model, settings, w, ws, report)) {
+  while (find_displacement(model, settings, options.time_step, w, ws, report)) {
     // What the displacement runs into gets rows as well. The velocity does not lead there, so that
     // they are without force: w stays as it is but for that (parked_contacts.h), and the inverse
     // need not know.

@@ -14,6 +14,16 @@
 namespace counterpoint {
 namespace {
 
+/// Of the two bodies at a contact at the end of the step, across the normal.
+Vector3 slip(const PairConstraint& pair, const Workspace::Impl& ws) {
+  const auto velocity = [&](int body) -> Vector3 {
+    if (body == 0) return Vector3::Zero();
+    return ws.velocity[body].at(pair.position - ws.data.X_WB[body].translation);
+  };
+  const Vector3 v = velocity(pair.body_b) - velocity(pair.body_a), n = pair.frame.col(0);
+  return v - v.dot(n) * n;
+}
+
 /// J' f of all constraints at the velocity v_next, into ws.tau [N s]; contacts and closures listed
 /// in `out`.
 void recover_impulses(const Model& model, const VectorRef& v_next, double h, Workspace::Impl& ws,
@@ -21,6 +31,7 @@ void recover_impulses(const Model& model, const VectorRef& v_next, double h, Wor
   compute_body_velocities(model, v_next, ws.data, ws.velocity);
   ws.tau.setZero();
   out.contacts.clear();
+  out.joints.clear();
   out.closures.assign(model.closures().size(), {});
   for (Force& f : ws.body_impulse) f = Force();
   const ConstraintSet& constraints = ws.constraints;
@@ -31,7 +42,7 @@ void recover_impulses(const Model& model, const VectorRef& v_next, double h, Wor
     const Force impulse = pair_impulse(pair, contact::impulse(pair.law, y));
     add_pair_impulse(pair, impulse, ws.data, ws.body_impulse);
     if (i < constraints.contacts.size()) {
-      out.contacts.push_back({constraints.contacts[i], impulse.force / h});
+      out.contacts.push_back({constraints.contacts[i], impulse.force / h, slip(pair, ws)});
     } else {
       ClosureForce& closure = out.closures[constraints.closures[i - constraints.contacts.size()]];
       closure.position = pair.position;
@@ -44,6 +55,7 @@ void recover_impulses(const Model& model, const VectorRef& v_next, double h, Wor
     y[0] = j.coefficient[0] * v_next[j.v_index[0]] + j.law.bias[0];
     if (j.v_index[1] >= 0) y[0] += j.coefficient[1] * v_next[j.v_index[1]];
     const double f = contact::impulse(j.law, y)[0];
+    out.joints.push_back({j.effect, j.v_index[0], j.coefficient[0] * f / h});
     for (int k = 0; k < 2; ++k)
       if (j.v_index[k] >= 0) ws.tau[j.v_index[k]] += j.coefficient[k] * f;
   }
@@ -88,6 +100,7 @@ void void_inverse(const Model& model, Inverse& out) {
   out.force_scale = kNaN;
   out.contacts.clear();
   out.closures.clear();
+  out.joints.clear();
 }
 
 /// u of the semi-implicit step from its constraints' share.

@@ -73,6 +73,7 @@ struct Workspace::Impl {
   size_t posed_contacts = 0;  ///< the first of the problem's constraints are contacts
   contact::Solver solver;
   Recovery recovery;
+  TieSolver tie_solver;
   SoftenedTrees softened_trees;
   // Grown only: Eigen allocates whenever a size changes.
   VectorX w;        ///< velocities of the touched trees, as the problem orders them, then unused

@@ -29,6 +29,7 @@ void find_velocity_limits(const SimulationOptions& options, const std::vector<Sp
     const double speed = v[limit.v_index];
     if (!(std::abs(speed) > kNear * limit.limit)) continue;
     JointConstraint row;
+    row.effect = Effect::kVelocityLimits;
     row.law = make_speed_limit_law(options.contact, weights.dof[limit.v_index], limit.limit);
     row.v_index[0] = limit.v_index;
     row.coefficient[0] = speed > 0.0 ? -1.0 : 1.0;

@@ -97,6 +97,12 @@ struct Mimic {
   double offset = 0.0;  ///< [rad or m]
 };
 
+/// Surface values of one pair of geometries, in place of what their materials combine to.
+struct PairMaterial {
+  int geometry_a = 0, geometry_b = 0;  ///< a < b
+  Material material;
+};
+
 enum class ClosureType : unsigned char {
   kBall,      ///< the anchors coincide (3 rows)
   kWeld,      ///< the anchor frames coincide (6 rows)
@@ -136,6 +142,16 @@ class Model {
   const std::vector<JointInfo>& joints() const { return joints_; }
   const std::vector<Frame>& frames() const { return frames_; }
   const std::vector<Geometry>& geometries() const { return geometries_; }
+  /// Surface values given for pairs, ascending by geometry_a, then geometry_b.
+  const std::vector<PairMaterial>& pair_materials() const { return pair_materials_; }
+  /// Those of two geometries: what is given for the pair, else combine_materials of both.
+  Material pair_material(int geometry_a, int geometry_b) const {
+    if (!pair_materials_.empty())
+      if (const PairMaterial* given = find_pair_material(geometry_a, geometry_b)) return given->material;
+    return combine_materials(geometries_[geometry_a].material, geometries_[geometry_b].material);
+  }
+  /// What is given for a pair, or null.
+  const PairMaterial* find_pair_material(int geometry_a, int geometry_b) const;
   const std::vector<Mimic>& mimics() const { return mimics_; }
   const std::vector<JointSpring>& springs() const { return springs_; }
   const std::vector<JointServo>& servos() const { return servos_; }
@@ -173,6 +189,7 @@ class Model {
   std::vector<JointInfo> joints_;
   std::vector<Frame> frames_;
   std::vector<Geometry> geometries_;
+  std::vector<PairMaterial> pair_materials_;
   std::vector<Mimic> mimics_;
   std::vector<JointSpring> springs_;
   std::vector<JointServo> servos_;

@@ -12,6 +12,23 @@
 
 namespace counterpoint {
 
+RobotSpec object_of(const std::string& name, const Shape& shape, double mass,
+                    const Material& material) {
+  if (shape.type == ShapeType::kPlane || shape.type == ShapeType::kTerrain ||
+      shape.type == ShapeType::kConvexMesh)
+    throw InputError(fmt::format("object '{}': a sphere, box, capsule or cylinder has the inertia of "
+                                 "its mass; describe others by their links",
+                                 name));
+  RobotSpec object;
+  object.name = name;
+  LinkSpec link;
+  link.name = "body";
+  link.inertia = solid_inertia(shape, mass);
+  link.collisions.push_back({"shape", Pose(), shape, material});
+  object.links.push_back(link);
+  return object;
+}
+
 ModelBuilder::ModelBuilder(const Vector3& gravity) {
   if (!gravity.allFinite()) throw InputError("gravity must be three finite numbers [m/s^2]");
   model_.gravity_ = gravity;
@@ -198,7 +215,68 @@ void ModelBuilder::sort_exclusions() {
   }
 }
 
-void ModelBuilder::check_inertias() const {
+void ModelBuilder::set_pair_surface(const std::string& geometry_or_link_a,
+                                    const std::string& geometry_or_link_b,
+                                    const PairSurface& surface) {
+  const std::vector<int> side_b = geometries_named(geometry_or_link_b);
+  for (const int a : geometries_named(geometry_or_link_a)) {
+    for (const int b : side_b) {
+      if (a == b) continue;
+      const auto& all = model_.geometries_;
+      Material m = combine_materials(all[a].material, all[b].material);
+      m.friction = surface.friction.value_or(m.friction);
+      m.restitution = surface.restitution.value_or(m.restitution);
+      m.torsional_friction = surface.torsional_friction.value_or(m.torsional_friction);
+      m.rolling_friction = surface.rolling_friction.value_or(m.rolling_friction);
+      check_material(m, fmt::format("pair '{}', '{}'", all[a].name, all[b].name));
+      if (model_.pair_materials_.size() == limits::kMaxExclusions) {
+        throw InputError(fmt::format("more than {} pairs of geometries have surface values of their "
+                                     "own; use fewer geometries or smaller groups",
+                                     limits::kMaxExclusions));
+      }
+      model_.pair_materials_.push_back({std::min(a, b), std::max(a, b), m});
+    }
+  }
+}
+
+/// Ascending, each pair once, as it was given last.
+void ModelBuilder::sort_pair_materials() {
+  std::map<std::pair<int, int>, Material> sorted;
+  for (const PairMaterial& p : model_.pair_materials_)
+    sorted.insert_or_assign({p.geometry_a, p.geometry_b}, p.material);
+  model_.pair_materials_.clear();
+  for (const auto& [pair, material] : sorted)
+    model_.pair_materials_.push_back({pair.first, pair.second, material});
+}
+
+void ModelBuilder::fill_inertia(double mass) {
+  if (!(mass >= limits::kMinMass && mass <= limits::kMaxMass))
+    throw InputError(fmt::format("inertia to fill in: the mass is {} kg; {:g} ... {:g} kg are taken",
+                                 mass, limits::kMinMass, limits::kMaxMass));
+  filled_mass_ = mass;
+}
+
+/// False if it was filled before: then nothing helps.
+bool ModelBuilder::fill_body(int body) {
+  if (!(filled_mass_ > 0.0)) return false;
+  const JointInfo& joint = model_.joints_[body - 1];
+  const std::string at = located_at(joint_where_[body - 1], "link '" + joint.link + "'");
+  const auto same = [&](const Note& note) { return note.where == at; };
+  const std::string message =
+      fmt::format("has no inertia along the motion of joint '{}'; filled in: {:g} kg, a ball of the "
+                  "density of water about its origin",
+                  joint.name, filled_mass_);
+  for (const Note& note : model_.notes_)
+    if (same(note) && note.message == message) return false;
+  constexpr double kPi = 3.14159265358979323846, kDensity = 1000.0;  // [kg/m^3]
+  Shape ball{ShapeType::kSphere, {std::cbrt(0.75 * filled_mass_ / (kPi * kDensity)), 0, 0}, nullptr};
+  Body& filled = model_.bodies_[body];
+  filled.inertia = filled.inertia + solid_inertia(ball, filled_mass_);
+  model_.notes_.push_back({at, message});
+  return true;
+}
+
+void ModelBuilder::check_inertias() {
   for (int t = 0; t < model_.num_trees(); ++t) {
     const int coordinates = model_.trees_[t].v_end - model_.trees_[t].v_begin;
     const int root = model_.trees_[t].body_begin;
@@ -216,11 +294,16 @@ void ModelBuilder::check_inertias() const {
     for (int i = tree.body_begin; i < tree.body_end; ++i) {
       if (model_.bodies_[i].v_index - tree.v_begin <= k) body = i;
     }
+    if (fill_body(body)) {
+      --t;  // the same tree again
+      continue;
+    }
     const JointInfo& joint = model_.joints_[body - 1];
     std::string message = fmt::format(
         "joint '{}' ({}) moves link '{}', which has no inertia along that motion, nor have the "
         "links it carries: the motion would be undefined. Give the link an <inertial> with mass "
-        "and inertia, the joint an armature, or hold it by a fixed joint (a fixed base)",
+        "and inertia, the joint an armature, or hold it by a fixed joint (a fixed base); the option "
+        "fill_inertia (--fill-inertia 1e-3kg) goes on with a small mass there",
         joint.name, joint_type_name(model_.bodies_[body].joint_type), joint.link);
     for (int i = body; i < model_.bodies_[body].subtree_end; ++i) {
       if (defective_link_[i - 1].empty()) continue;
@@ -254,6 +337,7 @@ Model ModelBuilder::build() {
     parent.subtree_end = std::max(parent.subtree_end, body.subtree_end);
   }
   sort_exclusions();
+  sort_pair_materials();
   check_inertias();
   place_closures();
   Model model = std::move(model_);

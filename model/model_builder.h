@@ -78,6 +78,16 @@ struct ClosureSpec {
   std::string where;
 };
 
+/// Surface values of a pair of surfaces, as far as a file gives them; the rest is combined.
+struct PairSurface {
+  std::optional<double> friction, restitution, torsional_friction, rolling_friction;
+};
+
+/// A free object of one shape and uniform density: a link "body" with a collision "shape".
+/// @throws InputError for a shape without a volume of its own (plane, terrain, mesh).
+RobotSpec object_of(const std::string& name, const Shape& shape, double mass,
+                    const Material& material = {});
+
 enum class Base {
   kFixed,
   kFloating,
@@ -114,6 +124,17 @@ class ModelBuilder {
   /// model; of several for one pair the first is kept. @throws InputError when a name is neither.
   void exclude_pair(const std::string& geometry_or_link_a, const std::string& geometry_or_link_b,
                     const std::string& reason = "");
+
+  /// Surface values of a pair of geometries, or of all geometries of links, in place of what their
+  /// materials combine to (combine_materials); of several for one pair the last counts. @throws
+  /// InputError when a name is neither, or a value makes no sense.
+  void set_pair_surface(const std::string& geometry_or_link_a,
+                        const std::string& geometry_or_link_b, const PairSurface& surface);
+
+  /// Gives inertia to what build() would refuse for moving none: the link of the joint gets a ball
+  /// of this mass [kg] and the density of water (1000 kg/m^3) about its origin, from the outermost
+  /// link on, until motion is defined. Each is noted. @throws InputError unless positive and finite.
+  void fill_inertia(double mass);
 
   /// Ties two links together. To be called after all robots with these links. @throws InputError
   /// when a link is unknown, both are one rigid body, or a value makes no sense.
@@ -153,13 +174,16 @@ class ModelBuilder {
   void add_joint_forces(const JointSpec& joint, int index);
   void add_exclusion(int a, int b, const std::string& reason);
   void sort_exclusions();
+  void sort_pair_materials();
   void apply_mimics();
   void set_servo_targets();
-  void check_inertias() const;
+  void check_inertias();
+  bool fill_body(int body);
 
   using NameIndex = std::map<std::string, int>;
   Model model_;
   int num_instances_ = 0;
+  double filled_mass_ = 0.0;  // [kg]; 0: refuse
   NameIndex joint_names_, frame_names_, geometry_names_;
   std::vector<int> frame_geometries_;  // where those of each frame begin
   std::vector<double> default_q_, damping_, armature_, dry_friction_;

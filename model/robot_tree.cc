@@ -66,7 +66,9 @@ void check_limits(const JointSpec& joint, const std::string& at) {
     throw InputError(at + ": a limit is not a number");
   }
   if (joint.lower > joint.upper) {
-    throw InputError(fmt::format("{}: lower limit {} is above upper limit {}; swap them", at,
+    throw InputError(fmt::format("{}: lower limit {} is above upper limit {}; swap them, or "
+                                 "let repair_joints (--repair-joints) do it",
+                                 at,
                                  joint.lower, joint.upper));
   }
   if (joint.effort_limit < 0.0) {
@@ -127,12 +129,15 @@ void check_mimic(const RobotSpec& robot, const NameIndex& joint_of, const JointS
   const auto found = joint_of.find(joint.mimic_master);
   if (found == joint_of.end()) {
     throw InputError(
-        fmt::format("{}: mimics joint '{}', which does not exist", at, joint.mimic_master));
+        fmt::format("{}: mimics joint '{}', which does not exist; repair_joints (--repair-joints) "
+                    "lets it move by itself",
+                    at, joint.mimic_master));
   }
   const JointSpec& master = robot.joints[found->second];
   if (master.fixed || joint.fixed || joint_nv(joint.type) != 1 || joint_nv(master.type) != 1) {
-    throw InputError(fmt::format("{}: mimics joint '{}'; both must be revolute or prismatic", at,
-                                 joint.mimic_master));
+    throw InputError(fmt::format("{}: mimics joint '{}'; both must be revolute or prismatic; "
+                                 "repair_joints (--repair-joints) lets it move by itself",
+                                 at, joint.mimic_master));
   }
   if (!std::isfinite(joint.mimic_multiplier) || !std::isfinite(joint.mimic_offset)) {
     throw InputError(at + ": mimic multiplier and offset must be finite");

@@ -34,14 +34,17 @@ Scene load_lone_urdf(const fs::path& file, const SceneOverrides& overrides) {
   UrdfOptions urdf_options;
   urdf_options.packages = overrides.packages;
   urdf_options.repair_inertias = overrides.repair_inertias;
+  urdf_options.repair_joints = overrides.repair_joints;
   urdf_options.hulls = std::make_shared<HullCache>(overrides.hull_vertices);
   const RobotSpec robot = load_urdf(file, urdf_options);
   const Srdf srdf = overrides.srdf.empty() ? Srdf() : load_srdf(overrides.srdf);
   const Base base = overrides.base.value_or(Base::kFixed);
   Pose X_WL;
   ModelBuilder builder;
+  if (overrides.fill_inertia > 0.0) builder.fill_inertia(overrides.fill_inertia);
   if (overrides.ground) {
     ModelBuilder trial;
+    if (overrides.fill_inertia > 0.0) trial.fill_inertia(overrides.fill_inertia);
     trial.add_robot(robot, base, X_WL);
     const auto [name, z] = lowest_geometry(trial.build());
     if (base == Base::kFloating && z < kInfinity) X_WL.translation.z() = kStartGap - z;
@@ -57,10 +60,7 @@ Scene load_lone_urdf(const fs::path& file, const SceneOverrides& overrides) {
   builder.add_robot(robot, base, X_WL);
   exclude_disabled_pairs(srdf, "", builder);
   for (const Note& note : srdf.notes) builder.add_note(note);
-  Model model = builder.build();
-  VectorX q = model.default_q();
-  VectorX v = VectorX::Zero(model.nv());
-  return {robot.name, std::move(model), std::move(q), std::move(v), SimulationOptions()};
+  return scene_of(builder.build(), robot.name);
 }
 
 }  // namespace
@@ -145,6 +145,12 @@ std::string step_control_flaw(const StepControlOptions& o) {
                        o.min_step, o.event_tolerance, o.max_step);
   if (!share(o.interval)) return "interval: 0 or more is expected";
   return "";
+}
+
+Scene scene_of(Model model, std::string name) {
+  VectorX q = model.default_q();
+  VectorX v = VectorX::Zero(model.nv());
+  return {std::move(name), std::move(model), std::move(q), std::move(v), SimulationOptions()};
 }
 
 Scene load_scene(const fs::path& file, const SceneOverrides& overrides) {

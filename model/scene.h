@@ -118,12 +118,17 @@ struct SimulationOptions {
   bool operator==(const SimulationOptions&) const = default;
 };
 
+/// Without anything: the world alone. In code: scene_of.
 struct Scene {
   std::string name;
-  Model model;
+  Model model = ModelBuilder().build();
   VectorX q, v;  ///< where it starts: nq, nv
   SimulationOptions options;
 };
+
+/// The scene of a model that was built in code (model_builder.h): at its default configuration, at
+/// rest, with the default options.
+Scene scene_of(Model model, std::string name = "");
 
 /// What a command line may say about a scene that its file does not.
 struct SceneOverrides {
@@ -133,6 +138,8 @@ struct SceneOverrides {
       false;  ///< a lone URDF only: a ground plane z = 0; a floating base then starts just above it
   std::optional<double> ground_friction;
   bool repair_inertias = false;
+  bool repair_joints = false;  ///< UrdfOptions
+  double fill_inertia = 0.0;   ///< ModelBuilder::fill_inertia [kg]; 0: no
   std::filesystem::path
       srdf;               ///< a lone URDF only: an SRDF file, whose disabled pairs never collide
   int hull_vertices = 0;  ///< a lone URDF only: limit of every hull, 4 or more; 0: none

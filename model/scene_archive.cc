@@ -13,7 +13,7 @@ namespace counterpoint {
 namespace {
 
 /// Raised with every change of what is written.
-constexpr std::string_view kMark = "counterpoint scene 1\n";
+constexpr std::string_view kMark = "counterpoint scene 2\n";
 
 template <class T>
 concept Plain = std::is_arithmetic_v<T> || std::is_enum_v<T>;
@@ -227,6 +227,11 @@ void visit(A& a, Geometry& x) {
   a(name, body, frame, instance, X_BG, shape, material);
 }
 template <class A>
+void visit(A& a, PairMaterial& x) {
+  auto& [geometry_a, geometry_b, material] = x;
+  a(geometry_a, geometry_b, material);
+}
+template <class A>
 void visit(A& a, ContactOptions& x) {
   auto& [model, compliance, smoothing, stabilization, speed, margin, reach, slip_time] = x;
   a(model, compliance, smoothing, stabilization, speed, margin, reach, slip_time);
@@ -319,7 +324,7 @@ Scene restore_scene(std::string_view bytes) {
   bytes.remove_suffix(sizeof sum);
   if (checksum(bytes) != sum) throw InputError("scene archive: damaged, or cut short");
   Reader in(bytes.substr(kMark.size()));
-  Scene scene{"", ModelBuilder().build(), {}, {}, {}};
+  Scene scene;
   in(scene.name, scene.q, scene.v, scene.options);
   ModelArchive::visit_model(in, scene.model);
   if (!in.bytes.empty()) throw InputError("scene archive: damaged, bytes are left over");

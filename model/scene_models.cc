@@ -16,23 +16,18 @@ namespace fs = std::filesystem;
 /// A free object made of one shape of uniform density.
 RobotSpec make_object(const YamlValue& in, const fs::path& folder, HullCache& hulls,
                       const Material& material) {
-  RobotSpec robot;
-  robot.where = in.where();
-  robot.name = in.has("name") ? in.at("name").text() : "object";
-  LinkSpec link;
-  link.name = "body";
-  link.where = in.where();
   const Shape shape = read_shape(in, folder, hulls);
   if (shape.type == ShapeType::kConvexMesh) {
     in.at("mesh").fail("a mesh with mass needs its inertia: describe it in a URDF");
   }
-  link.inertia = solid_inertia(shape, in.at("mass").positive());
-  link.collisions.push_back({"shape", Pose(), shape, material});
+  RobotSpec robot = object_of(in.has("name") ? in.at("name").text() : "object", shape,
+                              in.at("mass").positive(), material);
+  LinkSpec& link = robot.links.front();
+  robot.where = link.where = in.where();
   if (in.has("drag")) link.drag = read_drag(in.at("drag"));
   for (const char* key : {"dynamics", "joint_types"}) {
     if (in.has(key)) in.at(key).fail("an object has no joints; this is for a model with a urdf");
   }
-  robot.links.push_back(link);
   return robot;
 }
 

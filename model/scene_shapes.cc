@@ -14,7 +14,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr const char* kShapeKeys[] = {"sphere",   "box",  "capsule",
+constexpr const char* kShapeKeys[] = {"plane",    "sphere", "box",  "capsule",
                                       "cylinder", "mesh", "triangle_mesh",
                                       "height_field"};
 
@@ -107,7 +107,7 @@ Shape read_shape(const YamlValue& in, const fs::path& folder, HullCache& hulls) 
   }
   if (found == nullptr) {
     in.fail(
-        "a shape is missing: one of sphere, box, capsule, cylinder, mesh, triangle_mesh, "
+        "a shape is missing: one of plane, sphere, box, capsule, cylinder, mesh, triangle_mesh, "
         "height_field");
   }
   const std::string kind = found;
@@ -123,6 +123,7 @@ Shape read_shape(const YamlValue& in, const fs::path& folder, HullCache& hulls) 
   if (kind == "sphere") {
     return {ShapeType::kSphere, {sizes(1, "a radius [m]")[0], 0, 0}, nullptr};
   }
+  if (kind == "plane") return {ShapeType::kPlane, {}, nullptr};  // its normal: read_plane
   if (kind == "box") {
     const auto s = sizes(3, "three half lengths [m]");
     return {ShapeType::kBox, {s[0], s[1], s[2]}, nullptr};

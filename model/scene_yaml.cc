@@ -42,6 +42,13 @@ class SceneReader {
     urdf_options_.repair_inertias =
         overrides.repair_inertias ||
         (root.has("repair_inertias") && root.at("repair_inertias").boolean());
+    urdf_options_.repair_joints =
+        overrides.repair_joints ||
+        (root.has("repair_joints") && root.at("repair_joints").boolean());
+    const double filled = overrides.fill_inertia > 0.0 ? overrides.fill_inertia
+                          : root.has("fill_inertia")   ? root.at("fill_inertia").positive()
+                                                       : 0.0;
+    if (filled > 0.0) builder_.fill_inertia(filled);
   }
 
   Scene read() {
@@ -57,6 +64,9 @@ class SceneReader {
     if (root_.has("groups")) read_groups(root_.at("groups"));
     if (root_.has("exclude")) {
       for (const YamlValue& pair : root_.at("exclude").list()) read_exclusion(pair);
+    }
+    if (root_.has("pairs")) {
+      for (const YamlValue& item : root_.at("pairs").list()) read_pair(item);
     }
     if (root_.has("closures")) {
       for (const YamlValue& item : root_.at("closures").list()) read_closure(item);
@@ -74,7 +84,7 @@ class SceneReader {
                      "models",         "ground",        "environment",     "exclude",
                      "groups",         "hull_vertices", "closures",        "effects",
                      "max_speed",      "closing_time",  "integrator",      "step_control",
-                     "velocity_forces"});
+                     "velocity_forces", "repair_joints", "fill_inertia", "pairs"});
     if (root.has("gravity")) return root.at("gravity").vector3();
     return {0, 0, -kStandardGravity};
   }
@@ -167,16 +177,18 @@ class SceneReader {
     if (in.has("slip_time")) contact.slip_time = in.at("slip_time").positive();
   }
 
+  static Matrix3 read_normal(const YamlValue& in) {
+    const Vector3 normal = in.vector3();
+    if (normal.norm() < 1e-9) in.fail("a normal cannot be zero");
+    return rotation_z_to(normal.normalized());
+  }
+
   void read_ground(const YamlValue& in) {
     in.expect_map(
         {"height", "normal", "friction", "restitution", "torsional_friction", "rolling_friction"});
     Pose pose;
     if (in.has("height")) pose.translation.z() = in.at("height").number();
-    if (in.has("normal")) {
-      const Vector3 normal = in.at("normal").vector3();
-      if (normal.norm() < 1e-9) in.at("normal").fail("a normal cannot be zero");
-      pose.rotation = rotation_z_to(normal.normalized());
-    }
+    if (in.has("normal")) pose.rotation = read_normal(in.at("normal"));
     const Material material = read_material(in, urdf_options_.default_material);
     located(in, [&] {
       return builder_.add_environment(kGroundName, {ShapeType::kPlane, {}, nullptr}, pose,
@@ -185,7 +197,7 @@ class SceneReader {
   }
 
   void read_environment(const YamlValue& in) {
-    in.expect_map({"name", "sphere", "box", "capsule", "cylinder", "mesh", "triangle_mesh",
+    in.expect_map({"name", "plane", "sphere", "box", "capsule", "cylinder", "mesh", "triangle_mesh",
                    "height_field", "scale", "position", "rpy", "quaternion", "friction",
                    "restitution", "torsional_friction", "rolling_friction"});
     const Shape shape = read_shape(in, folder_, *urdf_options_.hulls);
@@ -196,7 +208,9 @@ class SceneReader {
     }
     if (shape.terrain) note_flaws(*shape.terrain, in.where() + ": environment '" + name + "'");
     const Material material = read_material(in, urdf_options_.default_material);
-    located(in, [&] { return builder_.add_environment(name, shape, read_pose(in), material); });
+    Pose pose = read_pose(in);
+    if (in.has("plane")) pose.rotation = pose.rotation * read_normal(in.at("plane"));
+    located(in, [&] { return builder_.add_environment(name, shape, pose, material); });
   }
 
   void note_flaws(const Terrain& terrain, const std::string& where) {
@@ -245,6 +259,25 @@ class SceneReader {
         located(in, [&] { builder_.exclude_pair(a, b, reason); });
       }
     }
+  }
+
+  /// `{between: [a, b], friction: ...}`: links, geometries or groups.
+  void read_pair(const YamlValue& in) {
+    in.expect_map(
+        {"between", "friction", "restitution", "torsional_friction", "rolling_friction"});
+    const std::vector<YamlValue> between = in.at("between").list();
+    if (between.size() != 2) in.at("between").fail("two names [a, b] are expected");
+    PairSurface surface;
+    const auto read = [&](const char* key, double high, std::optional<double>& value) {
+      if (in.has(key)) value = in.at(key).number(0.0, high);
+    };
+    read("friction", kInfinity, surface.friction);
+    read("restitution", 1.0, surface.restitution);
+    read("torsional_friction", kInfinity, surface.torsional_friction);
+    read("rolling_friction", kInfinity, surface.rolling_friction);
+    for (const std::string& a : members(between[0].text()))
+      for (const std::string& b : members(between[1].text()))
+        located(in, [&] { builder_.set_pair_surface(a, b, surface); });
   }
 
   void read_closure(const YamlValue& in) {

@@ -124,6 +124,7 @@ class Converter {
       robot.joints.push_back(
           make_joint(same(model.getJoint(name), "joint", name, joint.line), joint));
     }
+    if (options_.repair_joints) repair_joints(robot);
     note_dropped("effort", no_effort_);
     note_dropped("velocity", no_velocity_);
     robot.notes = std::move(notes_);
@@ -229,6 +230,30 @@ class Converter {
     if (!note.empty()) notes_.push_back({where, fmt::format("mesh '{}' {}", name, note)});
     hulls_.emplace(key, mesh);
     return mesh;
+  }
+
+  void repair_joints(RobotSpec& robot) {
+    const auto one_axis = [](const JointSpec& j) { return !j.fixed && joint_nv(j.type) == 1; };
+    for (JointSpec& joint : robot.joints) {
+      const std::string where = joint.where + ": joint '" + joint.name + "'";
+      if (joint.lower > joint.upper) {
+        std::swap(joint.lower, joint.upper);
+        notes_.push_back({where, fmt::format("its lower limit was above the upper one; exchanged: "
+                                             "[{}, {}]",
+                                             joint.lower, joint.upper)});
+      }
+      if (joint.mimic_master.empty()) continue;
+      const auto master =
+          std::find_if(robot.joints.begin(), robot.joints.end(),
+                       [&](const JointSpec& j) { return j.name == joint.mimic_master; });
+      if (master != robot.joints.end() && one_axis(*master) && one_axis(joint)) continue;
+      notes_.push_back({where, fmt::format("cannot follow joint '{}' ({}); it moves by itself",
+                                           joint.mimic_master,
+                                           master == robot.joints.end()
+                                               ? "which does not exist"
+                                               : "both must be revolute or prismatic")});
+      joint.mimic_master.clear();
+    }
   }
 
   /// Many files say effort="0" for want of a figure: enforced, it would leave the robot limp.

@@ -17,6 +17,10 @@ struct UrdfOptions {
   /// Opt-in: makes non-physical inertias physical (nearest one meeting the triangle inequality) and
   /// notes each. Off: they are used as they are where that can be simulated, noted, or refused.
   bool repair_inertias = false;
+  /// Opt-in: exchanges limits whose lower is above the upper, and lets a joint go by itself that is
+  /// to follow one that does not exist, is fixed or has several coordinates (or is so itself); notes
+  /// each. Off: refused.
+  bool repair_joints = false;
   /// For what a collision's file does not say.
   Material default_material;
   /// Where hulls are shared with other files; none: each file has its own.

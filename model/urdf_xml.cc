@@ -64,6 +64,11 @@ class Pass {
                                    robot == nullptr ? 1 : robot->GetLineNum(),
                                    robot == nullptr ? "" : robot->Name()));
     }
+    if (const char* name = robot->Attribute("name"); name == nullptr || *name == '\0') {
+      const std::string stem = std::filesystem::path(file_).stem().string();
+      out_.notes.push_back({at(robot), "the robot has no name; it is called '" + stem + "'"});
+      robot->SetAttribute("name", stem.c_str());
+    }
     std::vector<XMLElement*> elements;
     for (XMLElement* e = robot->FirstChildElement(); e != nullptr; e = e->NextSiblingElement()) {
       elements.push_back(e);

@@ -28,6 +28,20 @@ def four_bar():
             "scenes/hard/four_bar.yaml": text}
 
 
+def flat_linkage():
+    """A parallelogram that turns over: flat twice a turn, where its closure loses a rank."""
+    body = '  <link name="frame"/>\n' + bar("left", (0, 0, 1)) + bar("top", (1, 0, 0)) + bar("right", (0, 0, -1))
+    body += joint("j0", "continuous", "frame", "left")
+    body += joint("j1", "continuous", "left", "top", (0, 0, 1))
+    body += joint("j2", "continuous", "top", "right", (1, 0, 0))
+    text = scene("flat_linkage", "A parallelogram of bars turns over through its flat, singular poses.",
+                 ["urdf: ../../robots/hard/flat_linkage.urdf, joint_velocities: {j0: 1, j1: -1, j2: 1}"], ground=None,
+                 more=["closures:", "  - {type: ball, name: pivot, between: [right, world], anchor_a: [0, 0, -1]}"])
+    text = text.replace("name: flat_linkage\n", "name: flat_linkage\nintegrator: runge_kutta_4\n")
+    return {"robots/hard/flat_linkage.urdf": urdf("flat_linkage", "Three bars hinged about y.", body),
+            "scenes/hard/flat_linkage.yaml": text}
+
+
 def slider_crank():
     """The crank turns over at 20 rad/s to begin with; rod and slider move as it bids them."""
     crank, rod, w, a = 0.1, 0.3, 20.0, 0.5
@@ -124,7 +138,7 @@ def crane():
 
 def mechanism_files():
     files = {}
-    for more in (four_bar(), slider_crank(), bricard(), geared(), hung_chain(), ball_chain(), crane()):
+    for more in (four_bar(), flat_linkage(), slider_crank(), bricard(), geared(), hung_chain(), ball_chain(), crane()):
         files.update(more)
     for name in ("bricard", "hung_chain", "ball_chain"):
         text = files[f"scenes/hard/{name}.yaml"]

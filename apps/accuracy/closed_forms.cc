@@ -198,7 +198,8 @@ std::string on_plane(const Scene& scene, ShapeType type, OnPlane& out) {
       out.shape->shape.type != type)
     return "it takes one body of that shape on one plane";
   if (!has_effect(scene, Effect::kFriction)) return "there is no friction";
-  const Material pair = combine_materials(plane->material, out.shape->material);
+  const Material pair = model.pair_material(static_cast<int>(plane - model.geometries().data()),
+                                            static_cast<int>(out.shape - model.geometries().data()));
   if (pair.restitution > 0.0 || pair.torsional_friction > 0.0 || pair.rolling_friction > 0.0)
     return "restitution, torsional or rolling friction";
   out.body = &model.body(1);

@@ -26,6 +26,7 @@ class Examiner {
         displacement_(static_cast<size_t>(scene.model.num_bodies())),
         options_(setting.options),
         weights_(compute_inverse_weights(scene.model, data_)),
+        fall_(free_fall(scene.model)),
         forward_(scene.model),
         backward_(scene.model),
         scale_(weight(scene.model)) {
@@ -111,15 +112,19 @@ class Examiner {
     const collision::Candidate& c = contact.contact;
     const Geometry& a = model_.geometries()[static_cast<size_t>(c.geometry_a)];
     const Geometry& b = model_.geometries()[static_cast<size_t>(c.geometry_b)];
-    const Material pair = combine_materials(a.material, b.material);
+    const Material pair = model_.pair_material(c.geometry_a, c.geometry_b);
     if (pair.torsional_friction > 0.0 || pair.rolling_friction > 0.0) return;
     const double mu = pair.friction;
     const double h = options_.time_step,
                  v_before = relative(data_.V, a.body, b.body, c.position).dot(c.normal);
     const double alpha = weights_.contact[static_cast<size_t>(a.body)] +
                          weights_.contact[static_cast<size_t>(b.body)];
+    const Vector3 fall = fall_[static_cast<size_t>(b.body)] - fall_[static_cast<size_t>(a.body)];
+    const Bounce bounce = find_bounce(options_.integrator, h, pair.restitution, c.gap, v_before,
+                                      fall.dot(c.normal));
     const contact::Law law = make_contact_law(law_options(options_, alpha, weights_.total_mass), h,
-                                              pair, alpha, c.gap, Vector3(v_before, 0.0, 0.0));
+                                              pair, alpha, c.gap, Vector3(v_before, 0.0, 0.0),
+                                              bounce);
     // An overlap may be recovered by displacement alone.
     const double parting = relative(displacement_, a.body, b.body, c.position).dot(c.normal) +
                            gap_bias(options_.contact, h, c.gap);
@@ -141,6 +146,7 @@ class Examiner {
   std::vector<Motion> velocity_, displacement_;
   SimulationOptions options_;
   InverseWeights weights_;
+  std::vector<Vector3> fall_;
   Workspace forward_, backward_;
   Inverse inverse_;
   Physics physics_;

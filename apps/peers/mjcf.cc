@@ -313,7 +313,7 @@ class Writer {
     }
     for (const auto& [a, b] : told) {
       line("<pair geom1='g{}' geom2='g{}' {}/>", a, b,
-           surface(combine_materials(g[a].material, g[b].material), on_, true));
+           surface(model_.pair_material(static_cast<int>(a), static_cast<int>(b)), on_, true));
     }
     line("</contact>");
   }

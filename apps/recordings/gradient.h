@@ -6,6 +6,7 @@
 
 namespace counterpoint::apps {
 
+/// Predictions of what bounces leave out what an impact displaces within its step (bounce.h).
 /// By parameter: its derivative comes from `linearize`. Not of sizes, nor where an impact law
 /// predicts.
 std::vector<char> exact_parameters(const Experiment& experiment,

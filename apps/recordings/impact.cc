@@ -95,9 +95,11 @@ void ImpactSolver::Impl::touch() {
     pair.first = 0;
     pair.law.rows = 3;
     const contact::Rows v = relative_velocity(pair, data, data.V);
-    const Material surface = combine_materials(model.geometries()[c.geometry_a].material,
-                                               model.geometries()[c.geometry_b].material);
-    pair.law = make_contact_law(options.contact, kInstant, surface, alpha, 0.0, v.head<3>());
+    const Material surface = model.pair_material(c.geometry_a, c.geometry_b);
+    const Bounce bounce = find_bounce(Integrator::kSemiImplicitEuler, kInstant, surface.restitution,
+                                      0.0, v[0], 0.0);
+    pair.law =
+        make_contact_law(options.contact, kInstant, surface, alpha, 0.0, v.head<3>(), bounce);
     contacts.push_back(c);
     pairs.push_back(pair);
   }

@@ -69,8 +69,7 @@ bool InverseDerivator::contact_response(const Model& model, const SimulationOpti
     find_velocity_response(pair, bodies, out);
     return false;
   }
-  Material surface = combine_materials(model.geometries()[candidate.geometry_a].material,
-                                       model.geometries()[candidate.geometry_b].material);
+  Material surface = model.pair_material(candidate.geometry_a, candidate.geometry_b);
   if (!effects.has(Effect::kFriction)) surface.friction = 0.0;
   if (!effects.has(Effect::kRestitution)) surface.restitution = 0.0;
   double gap = candidate.gap;
@@ -82,8 +81,14 @@ bool InverseDerivator::contact_response(const Model& model, const SimulationOpti
     closed = !(gap > 0.0);
   }
   const Vector3 v = pair.frame.transpose() * (bodies.start_b.linear - bodies.start_a.linear);
+  const Bounce bounce = ws.finder.find_contact_bounce(options, effects, surface, pair, gap, v[0]);
   LawSlopes slopes = contact_law_slopes(law_options(options, alpha, weights.total_mass), h, surface,
-                                        alpha, gap, v);
+                                        alpha, gap, v, bounce);
+  slopes.normal = slopes.fall * ws.finder.relative_fall(effects, pair);
+  if (pair.body_a != 0 && pair.body_b != 0 && !slopes.normal.isZero(0.0)) {
+    find_velocity_response(pair, bodies, out);  // gravity at a normal that turns with both
+    return false;
+  }
   if (pair.law.type != contact::LawType::kFrictionCone) slopes.v[1] = slopes.v[2] = 0.0;
   if (closed) slopes.gap = slopes.smoothing = 0.0;
   find_contact_response(pair, bodies, motion, slopes, turning && !closed, h, out);

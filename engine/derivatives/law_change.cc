@@ -46,16 +46,16 @@ LawChange strength_change(const ContactOptions& contact, double alpha, double ga
 }  // namespace
 
 LawChange contact_law_change(const SimulationOptions& options, const Material& pair, double alpha,
-                             double total_mass, double gap, const Vector3& v,
+                             double total_mass, double gap, const Vector3& v, const Bounce& bounce,
                              const LawSource& source) {
   const double h = options.time_step;
   const ContactOptions law = law_options(options, alpha, total_mass);
   LawChange out = strength_change(options.contact, alpha, gap, options.contact.margin, source);
   const double speed = recovery_speed_change(options, alpha, total_mass, source);
   out.bias = gap_bias_change(law, h, gap, speed, source);
-  const bool bounces = pair.restitution > 0.0 && v[0] < 0.0 && gap + h * v[0] <= 0.0;
-  if (bounces && pair.restitution * v[0] < (gap > 0.0 ? 0.0 : gap_bias(law, h, gap)))
-    out.bias = source.material.restitution * v[0];
+  if (bounce.happens && (gap > 0.0 || -bounce.speed < gap_bias(law, h, gap)))
+    out.bias =
+        -bounce.by_restitution * source.material.restitution - bounce.by_fall * source.fall;
   out.slip_speed = source.slip_speed;
   const Material& m = source.material;
   if (pair.friction > 0.0 && law.friction_model == FrictionModel::kLagged)

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "counterpoint/contact/problem.h"
+#include "counterpoint/engine/bounce.h"
 #include "counterpoint/model/scene.h"
 
 namespace counterpoint {
@@ -12,6 +13,7 @@ struct LawSource {
   double alpha = 0.0;                     ///< of the constraint's inverse weight
   double total_mass = 0.0;                ///< of all that can move
   double slip_speed = 0.0;                ///< of exact friction (friction_slip.h)
+  double fall = 0.0;                      ///< of the acceleration that find_bounce is given
   Material material{0.0, 0.0, 0.0, 0.0};  ///< of the pair
 };
 
@@ -22,10 +24,10 @@ struct LawChange {
   std::array<double, contact::kMaxRows - 1> friction{};
 };
 
-/// Of make_contact_law with law_options, the constraint's alpha, at this gap [m] and velocity
-/// [m/s].
+/// Of make_contact_law with law_options, the constraint's alpha, at this gap [m], velocity [m/s]
+/// and bounce.
 LawChange contact_law_change(const SimulationOptions& options, const Material& pair, double alpha,
-                             double total_mass, double gap, const Vector3& v,
+                             double total_mass, double gap, const Vector3& v, const Bounce& bounce,
                              const LawSource& source);
 /// Of make_limit_law with law_options; `bias` is the law's.
 LawChange limit_law_change(const SimulationOptions& options, double alpha, double total_mass,

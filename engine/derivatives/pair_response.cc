@@ -159,6 +159,7 @@ void find_contact_response(const PairConstraint& pair, const PairBodies& bodies,
     y.bottomRows<3>() = skew(next.angular) * m.point + skew(next.linear) * turned;
     Row6 gap = m.gap, b = Row6::Zero();  // b: of the bias, beyond what the gap makes of it
     if (rebounds) b = by_speed * (skew(start.angular) * m.point + skew(start.linear) * turned);
+    b += law.normal.transpose() * m.normal;
     if (turning)
       gap += -(a.u - o.u).transpose() * m.normal + along * (a.by_arm * m.point - o.by_arm * arm_b);
     Matrix6 w = out.next * y + out.by_bias * b + by_gap * gap;
@@ -170,6 +171,9 @@ void find_contact_response(const PairConstraint& pair, const PairBodies& bodies,
   arm_b.leftCols<3>() -= skew(bodies.arm_b);
   arm_b.rightCols<3>() -= Matrix3::Identity();
   out.still = respond(motion, arm_b);
+  // Gravity does not turn with A, as all else here may: of a B that stays where it is.
+  if (pair.body_b == 0)
+    out.still.leftCols<3>() += out.by_bias * (law.normal.transpose() * skew(n));
   out.by_v = turning || rebounds || motion.by_v;
   Row6 b_v = Row6::Zero(), gap_v_a = Row6::Zero(), gap_v_b = Row6::Zero();
   b_v.tail<3>() = by_speed;

@@ -158,25 +158,33 @@ bool ParameterConstraints::add_contacts(const PreparedParameter& p, const Model&
     const Geometry& a = model.geometries()[static_cast<size_t>(contact.geometry_a)];
     const Geometry& b = model.geometries()[static_cast<size_t>(contact.geometry_b)];
     LawSource change = of_all;
-    change.material =
-        only(effects, material_change(p, a, contact.geometry_a, b, contact.geometry_b));
+    // What is given for a pair goes with neither surface.
+    if (model.find_pair_material(contact.geometry_a, contact.geometry_b) == nullptr)
+      change.material =
+          only(effects, material_change(p, a, contact.geometry_a, b, contact.geometry_b));
+    if (p.kind() == K::kGravity && !model.gravity().isZero(0.0))
+      change.fall = pair.frame.col(0).dot(ws.finder.relative_fall(effects, pair)) /
+                    model.gravity().norm();
     if (p.weights) change.alpha = p.weights->contact[pair.body_a] + p.weights->contact[pair.body_b];
     PlaceChange place;
     if (!find_place(p, model, contact, options.time_step, ws, place)) return false;
     if (!find_slip(p, model, options, pair, ws, change.slip_speed)) return false;
-    const Source source{only(effects, combine_materials(a.material, b.material)),
+    // How the compliance under a heavy load goes with masses is left to differences.
+    if (pair.stiffer != 1.0 && p.weights) return false;
+    const Source source{only(effects, model.pair_material(contact.geometry_a, contact.geometry_b)),
                         weights.contact[pair.body_a] + weights.contact[pair.body_b],
                         weights.total_mass, contact.gap};
-    add_contact(model, options, pair, source, change, place, ws, du);
+    add_contact(model, options, effects, pair, source, change, place, ws, du);
   }
   return true;
 }
 
 /// One contact's part of -J' f / h.
 void ParameterConstraints::add_contact(const Model& model, const SimulationOptions& options,
-                                       const PairConstraint& pair, const Source& source,
-                                       const LawSource& change, const PlaceChange& place,
-                                       Workspace::Impl& ws, VectorOut du) {
+                                       EffectSet effects, const PairConstraint& pair,
+                                       const Source& source, const LawSource& change,
+                                       const PlaceChange& place, Workspace::Impl& ws,
+                                       VectorOut du) {
   const double h = options.time_step;
   const PairBodies bodies = pair_bodies(pair, ws.data, ws.velocity);
   const Motion next = bodies.next_b - bodies.next_a, start = bodies.start_b - bodies.start_a;
@@ -208,13 +216,18 @@ void ParameterConstraints::add_contact(const Model& model, const SimulationOptio
     closed = !(gap > 0.0);
   }
   const Vector3 v = pair.frame.transpose() * start.linear;
+  const Bounce bounce =
+      ws.finder.find_contact_bounce(options, effects, source.surface, pair, gap, v[0]);
   LawSlopes slopes = contact_law_slopes(law_options(options, source.alpha, source.total_mass), h,
-                                        source.surface, source.alpha, gap, v);
+                                        source.surface, source.alpha, gap, v, bounce);
   if (pair.law.type != contact::LawType::kFrictionCone) slopes.v[1] = slopes.v[2] = 0.0;
   if (!closed) dy[0] += slopes.gap * by_gap;
   dy[0] += slopes.v.dot(moved(start).head<3>());
-  LawChange law =
-      contact_law_change(options, source.surface, source.alpha, source.total_mass, gap, v, change);
+  dy[0] += slopes.fall * place.turn.cross(pair.frame.col(0))
+                             .dot(ws.finder.relative_fall(effects, pair));
+  LawChange law = contact_law_change(options, source.surface, source.alpha, source.total_mass, gap,
+                                     v, bounce, change);
+  law.regularizer *= pair.stiffer;
   if (!closed) law.smoothing += slopes.smoothing * by_gap;
   const contact::Rows f = contact::impulse(pair.law, y);
   const Force W = pair_impulse(pair, f);

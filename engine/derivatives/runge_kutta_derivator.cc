@@ -3,6 +3,7 @@
 #include "counterpoint/engine/derivatives/rotation_maps.h"
 #include "counterpoint/engine/integrator.h"
 #include "counterpoint/engine/runge_kutta.h"
+#include "counterpoint/engine/tied_motion.h"
 
 namespace counterpoint {
 namespace {
@@ -55,6 +56,10 @@ bool RungeKuttaDerivator::compute(const Model& model, double h, EffectSet effect
                                   Workspace::Impl& ws, SmoothDerivator& smooth,
                                   ForwardDerivatives& d) {
   refuse_constraints(effects);
+  if (has_ties(model, effects))
+    throw InputError(
+        "derivatives of runge_kutta_4 with closures or mimic joints are not given: use "
+        "implicit_midpoint or semi_implicit_euler");
   ws.constraints.clear();
   ws.sleepers.wake_all(model);
   const int nv = model.nv();

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include "counterpoint/model/model_editor.h"
+
 #include "counterpoint/engine/simulator.h"
 #include "support/paths.h"
 
@@ -97,18 +99,31 @@ TEST(Gradient, OfPredictionsOfAnArm) {
   }
 }
 
+/// Of what bounces predictions also move by a displacement, which has no derivative here (bounce.h).
+Scene without_restitution(Scene scene) {
+  for (int i = 0; i < static_cast<int>(scene.model.geometries().size()); ++i) {
+    Material m = scene.model.geometries()[static_cast<std::size_t>(i)].material;
+    m.restitution = 0.0;
+    ModelEditor one(std::move(scene.model));
+    one.set_material(i, m);
+    scene.model = one.take();
+  }
+  return scene;
+}
+
 TEST(Gradient, OfPredictionsOfACubeThatIsTossed) {
   for (const bool by_score : {false, true}) {
-    Scene scene = scene_of("cube_toss.yaml");
+    Scene scene = without_restitution(scene_of("cube_toss.yaml"));
     scene.q[2] = 0.11;  // near the ground, and down
     scene.v[2] = -0.6;
     Experiment e = experiment_of(scene, 50, 1);
     e.map.free_body = 1;
     e.by_score = by_score;
     e.prediction.horizon = 10;
-    expect_exact(e, "friction,restitution,inertia,gravity", 0.05, false);
+    expect_exact(e, "friction,inertia,gravity", 0.05, false);
   }
 }
+
 
 TEST(Gradient, IsNotKnownOfSizes) {
   const Experiment e = experiment_of(scene_of("cube_toss.yaml"), 3, 1);

@@ -8,6 +8,7 @@
 #include "counterpoint/engine/simulator.h"
 #include "support/paths.h"
 #include "support/random_model.h"
+#include "support/small_scenes.h"
 
 namespace counterpoint {
 namespace {
@@ -79,6 +80,38 @@ TEST(Simulator, LastForcesAreTheInverseOfTheLastStep) {
   EXPECT_EQ(kept.contact_force, fresh.contact_force);
   sim.reset();
   EXPECT_THROW(sim.last_forces(), InputError);
+}
+
+TEST(Simulator, LastForcesTellOfLimitsFrictionAndSlip) {
+  // A block of 2 kg pushed by 30 N against its limit: the limit gives 30 N back.
+  Simulator held(test::slider({.mass = 2.0, .upper = 0.0}));
+  held.input().applied_force[0] = 30.0;
+  for (int i = 0; i < 10; ++i) ASSERT_TRUE(held.step().succeeded());
+  double limit = 0.0;
+  for (const JointForce& joint : held.last_forces().joints)
+    if (joint.effect == Effect::kLimits && joint.v_index == 0) limit += joint.force;
+  EXPECT_NEAR(limit, -30.0, 1e-5);  // eps of them still moves it
+  // Sliding against 5 N of dry friction.
+  Simulator dragged(test::slider({.mass = 2.0, .dry_friction = 5.0}));
+  dragged.input().applied_force[0] = 30.0;
+  for (int i = 0; i < 10; ++i) ASSERT_TRUE(dragged.step().succeeded());
+  const Inverse& forces = dragged.last_forces();
+  ASSERT_EQ(forces.joints.size(), 1u);
+  EXPECT_EQ(forces.joints[0].effect, Effect::kDryFriction);
+  EXPECT_NEAR(forces.joints[0].force, -5.0, 1e-6);
+  // A box that slides: every corner slips as the box does, against its friction.
+  Simulator box(test::box_on_plane({}));
+  State state = box.state();
+  state.v[0] = 2.0;
+  box.set_state(state);
+  for (int i = 0; i < 5; ++i) ASSERT_TRUE(box.step().succeeded());
+  ASSERT_EQ(box.last_forces().contacts.size(), 4u);
+  const double speed = box.state().v[0];
+  for (const ContactForce& contact : box.last_forces().contacts) {
+    const double sign = contact.contact.normal.z() > 0.0 ? 1.0 : -1.0;  // of B over A
+    EXPECT_NEAR(sign * contact.slip.x(), speed, 1e-6);
+    EXPECT_LT(contact.slip.dot(contact.force), 0.0);
+  }
 }
 
 TEST(FrameMotion, AnUnknownNameNamesTheNearest) {
