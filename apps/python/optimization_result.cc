@@ -131,7 +131,10 @@ void bind_verification(py::module_& o) {
       .def_readonly("cone_violation_max", &V::cone_violation_max,
                     "Friction beyond mu times the normal force, over the weight.")
       .def_readonly("stance_slip_max", &V::stance_slip_max,
-                    "How far a contact that carries slides in a step [m].")
+                    "How far a contact that carries, and did so in the step before, slides in a "
+                    "step [m].")
+      .def_readonly("landing_slip_max", &V::landing_slip_max,
+                    "How far one that carries, and did not in the step before, slides [m].")
       .def_readonly("effort_max", &V::effort_max, "Largest applied force over its effort limit.")
       .def_readonly("contact_force_max", &V::contact_force_max, "Normal, over the weight.")
       .def("__repr__", [](const V& v) {

@@ -3,6 +3,7 @@
 
 #include <pybind11/stl.h>
 
+#include "counterpoint/model/effect.h"
 #include "counterpoint/model/rotation.h"
 #include "exceptions.h"
 #include "failure.h"
@@ -166,6 +167,10 @@ void bind_contact_force(py::module_& m) {
       .def_property_readonly(
           "force", [](const C& c) { return copy(VectorX(c.contact.force)); },
           "Mean over the step, on geometry B, in the world [N], shape (3,).")
+      .def_property_readonly(
+          "slip", [](const C& c) { return copy(VectorX(c.contact.slip)); },
+          "Velocity of B over A at the end of the step, across the normal, in the world [m/s], "
+          "shape (3,).")
       .def("__repr__", [](const C& c) {
         return py::str("<ContactForce {} - {}: {} N>")
             .format(c.geometry(c.contact.contact.geometry_a),
@@ -208,6 +213,16 @@ void bind_inverse(py::module_& m) {
                         {static_cast<py::ssize_t>(c.size()), 3}, {kStride, 1}, py::cast(i));
           },
           "Forces of all contacts, on geometry B, in the world [N], shape (n, 3), read-only.")
+      .def_property_readonly(
+          "joint_forces",
+          [](const I& i) {
+            py::list out;
+            for (const JointForce& j : i.inverse.joints)
+              out.append(py::make_tuple(effect_name(j.effect), j.v_index, j.force));
+            return out;
+          },
+          "List of (effect, index in v, mean force over the step [N, N m]): of limits, velocity "
+          "limits, dry friction and mimic joints (there on the follower).")
       .def_property_readonly(
           "closure_forces",
           [](const I& i) {

@@ -286,6 +286,23 @@ def test_the_forces_of_the_last_step(load):
     assert np.array_equal(forces.contact_forces, kept)
 
 
+def test_friction_takes_energy_and_limits_hold(load):
+    scene = load("humanoid_drop")
+    sim = cp.Simulator(scene)
+    limits = 0
+    for _ in range(20):
+        sim.advance(50)
+        forces = sim.last_forces()
+        for contact in forces.contacts:
+            # Across the normal, against the force; 1e-9: of the solver's tolerance, over h.
+            assert abs(contact.slip @ contact.normal) <= 1e-12
+            assert contact.slip @ contact.force <= 1e-9 * forces.force_scale
+        for effect, index, force in forces.joint_forces:
+            assert effect == "limits" and 0 <= index < scene.model.nv and np.isfinite(force)
+            limits += force != 0.0
+    assert limits > 0  # knees and elbows come against their stops
+
+
 def test_frames_by_name(load):
     scene = load("humanoid_drop")
     sim = cp.Simulator(scene)

@@ -1,0 +1,34 @@
+// The page of every bundled scene opens, and its bodies are on the screen.
+import assert from 'node:assert/strict';
+import {readFileSync, readdirSync, rmSync} from 'node:fs';
+import {join, relative} from 'node:path';
+import {at, difference, folder, open, run, scenes, test} from './pages.mjs';
+
+/// Every scene file below a folder; problems of optimize are none.
+function sceneFiles(folder) {
+  return readdirSync(folder, {withFileTypes: true}).flatMap((entry) => {
+    const file = join(folder, entry.name);
+    if (entry.isDirectory()) return entry.name === 'sizes' ? [] : sceneFiles(file);
+    return entry.name.endsWith('.yaml') && /^ground|^models|^robots|^gravity|^terrain/m.test(readFileSync(file, 'utf8')) ? [file] : [];
+  });
+}
+for (const file of sceneFiles(scenes)) {
+  const name = relative(scenes, file);
+  test(`bundled scene ${name}`, async () => {
+    const page = at(`${name.replaceAll('/', '_')}.html`), top = !name.includes('/');
+    if (/package:\/\//.test(readFileSync(file, 'utf8'))) return 'its robot is not bundled';
+    run('simulate', file, '--duration', top ? '0.2' : '0.02', '--view', page);
+    const view = await open(page, `#t=${top ? 0.1 : 0.01}&ui=0&hide=forces,points,pulls`, {width: 400, height: 300});
+    const seen = () => difference(view, '(view) => { view.bodies.group.visible = false; }',
+                                  '(view) => { view.bodies.group.visible = true; }');
+    let {pixels} = await seen();
+    if (pixels <= 20) {  // thin in a large scene: from near
+      await view.evaluate('counterpointReplay.follow(counterpointReplay.replay.bodies[1].name); counterpointReplay.update(); ' +
+                          'counterpointReplay.stage.look(-55, 20, 3 * counterpointReplay.replay.body_radius, counterpointReplay.stage.controls.target.clone());');
+      ({pixels} = await seen());
+    }
+    assert.ok(pixels > 20, `bodies take ${pixels} pixels`);
+    await view.close();
+    rmSync(page);
+  });
+}
