@@ -15,7 +15,6 @@ constexpr double kSigma = 1.0, kPathSigmas[] = {0.2, 1.0, 3.0, 0.05, 10.0};
 
 // Most steps of each method.
 constexpr int kWarmSteps = 6, kSmoothingSteps = 20, kPathSteps = 60;
-constexpr int kSofterSteps = 100, kConvexSteps = 60;
 // Where softer laws are no answer, paths of several sigma may take so many.
 constexpr int kLongPathSteps = 400;
 // Newton's method on velocities goes on while a stage of so many steps brings the residual, small
@@ -27,11 +26,15 @@ constexpr int kStageSteps = 3, kFinishSteps = 20;
 // loaded corners slips.
 constexpr double kUseful = 3e-2;
 
-// The softest laws, which are convex too: a cost whose minimum a line search finds in a few steps.
-constexpr double kSoftest = 32768.0;
-// The way back from there: in at most so many stages, at first all of it at once; shorter by this
-// share of the logarithm where a stage fails.
-constexpr int kMostStages = 6, kMostLongStages = 40;
+// Softer laws are convex, and their cones of this compliance: hard enough that what stands for
+// some steps does not sink (by 4e-3 g h^2), soft enough that Newton's method takes some ten steps;
+// where masses differ by 1e8 some hundred. At most so many times softer than the own.
+constexpr double kSoftCompliance = 4e-3, kSoftest = 32768.0;
+constexpr int kConvexSteps = 500;
+
+// Where softer laws are no answer they are the start of a way back to the own: in at most so many
+// stages, at first all of it at once; shorter by this share of the logarithm where a stage fails.
+constexpr int kMostStages = 40;
 constexpr double kStageShrink = 0.4;
 
 }  // namespace
@@ -141,24 +144,28 @@ void IslandSolver::set_softness(Softness softness) {
   system_->laws_changed();
 }
 
-// The softest laws, which can be solved, then back towards the own ones as far as that goes;
-// softness_ says where it ended.
+// How much softer: as soft as kSoftCompliance, whatever the cones' own is.
+double IslandSolver::softer_factor() const {
+  double softest = 0.0;
+  for (const auto& c : system_->constraints())
+    if (c.law.type == LawType::kFrictionCone && c.inverse_mass > 0.0)
+      softest = std::max(softest, c.law.regularizer / c.inverse_mass);
+  return softest > 0.0 ? std::clamp(kSoftCompliance / softest, 1.0, kSoftest) : kSoftest;
+}
+
+// Softer laws, whose cost has a minimum that a line search finds from anywhere.
 bool IslandSolver::run_softer() {
   own_.clear();
   for (const auto& c : system_->constraints()) own_.push_back(c.law);
-  budget_ = std::min(max_iterations_, budget_ + kConvexSteps + kSofterSteps);
-  set_softness({kSoftest, true});
+  budget_ = std::min(max_iterations_, budget_ + kConvexSteps);
+  set_softness({exact_ ? kSoftest : softer_factor(), true});
   w_ = start_;
   start_ = best_w_;
   best_w_.clear();
-  bool arrived = finish(kConvexSteps);
-  if (arrived) {
-    point_.w = best_w_;
-    mixed_system_.begin(*system_, kSigma);
-    mixed_system_.guess(best_f_, point_.phi);
-    walk_back();
-  }
-  if (!exact_ || (arrived && !softness_.any())) return arrived;
+  const bool arrived = finish(kConvexSteps);
+  if (!exact_) return arrived;
+  if (arrived) walk_back();
+  if (!softness_.any()) return true;
   // The best point of all, judged by the own laws.
   set_softness({});
   w_ = best_w_;
@@ -168,10 +175,13 @@ bool IslandSolver::run_softer() {
   return (!w_.empty() && finish(0)) || succeeded(best_.status);
 }
 
-// From the solution in point_ to that of laws less soft, by shorter and longer stages.
+// From the softest laws to the own ones, by shorter and longer stages.
 void IslandSolver::walk_back() {
+  point_.w = best_w_;
+  mixed_system_.begin(*system_, kSigma);
+  mixed_system_.guess(best_f_, point_.phi);
   double left = std::log(softness_.factor), stage = left;
-  for (int i = 0; i < (exact_ ? kMostLongStages : kMostStages) && softness_.any(); ++i) {
+  for (int i = 0; i < kMostStages && softness_.any(); ++i) {
     here_ = point_;
     const Softness reached = softness_;
     const double next = left > stage ? left - stage : 0.0;

@@ -39,6 +39,7 @@ class IslandSolver {
   bool run_path();
   bool run_softer();
   void walk_back();
+  double softer_factor() const;
   bool finish(int max_iterations);
   bool resume(int max_iterations);
   bool keep_best();

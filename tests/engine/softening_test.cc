@@ -16,7 +16,7 @@ namespace {
 /// weight: 1.1e-7 at 5 m/s, mu 0.5, eps 1e-6, 2 ms (contact/README.md, What compliance costs).
 constexpr double kRecovered = 1.1e-7;
 
-/// Boxes thrown into each other, twice, ten metres apart: two islands.
+/// Boxes thrown into each other, twice, ten metres apart: two islands, of which one lands first.
 Scene two_heaps() {
   const test::TempFolder folder;
   std::ostringstream text;
@@ -25,7 +25,7 @@ Scene two_heaps() {
     for (const int layer : {0, 1, 2})
       text << "  - {name: b" << x << "_" << layer
            << ", box: [0.2, 0.2, 0.2], mass: 1, friction: 0.5, "
-           << "position: [" << x << ", 0, " << 0.2 + 0.36 * layer << "], rpy: [0.3, 0.4, 0.1], "
+           << "position: [" << x << ", 0, " << 0.2 + 0.36 * layer + 0.05 * x << "], rpy: [0.3, 0.4, 0.1], "
            << "velocity: {linear: [0, 0.5, -3], angular: [3, 1, 2]}}\n";
   return load_scene(folder.write("heaps.yaml", text.str()));
 }
@@ -35,9 +35,6 @@ struct Outcome {
   double error = 0.0;          ///< of the inverse, over the largest force of the step
   double error_unknown = 0.0;  ///< the same where the inverse is not told of the softening
 };
-
-/// So few Newton steps are enough for the softest laws, and for little more.
-constexpr int kFew = 14;
 
 Outcome throw_heaps(const contact::Settings& settings, int steps) {
   Simulator sim(two_heaps());
@@ -74,7 +71,6 @@ TEST(Softening, IsNotNeededHere) {
 TEST(Softening, NeverStopsAndTheInverseStaysExact) {
   contact::Settings hasty;
   hasty.soften_after = 1;
-  hasty.max_iterations = kFew;
   const Outcome out = throw_heaps(hasty, 300);
   EXPECT_GT(out.of_one_island, 10);
   EXPECT_GT(out.of_all, 10);
@@ -96,7 +92,6 @@ TEST(Softening, IsAnErrorWhereItIsNotAllowed) {
 TEST(Softening, AStepGivenASofteningIsTheOneThatReportedIt) {
   Simulator sim(two_heaps());
   sim.settings().soften_after = 1;
-  sim.settings().max_iterations = kFew;
   Workspace workspace(sim.model());
   contact::Settings patient;
   int repeated = 0;
