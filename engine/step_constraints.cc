@@ -99,6 +99,18 @@ const contact::Report& pose_and_solve(const Model& model, contact::Settings sett
   return ws.solver.solve(ws.problem, settings, solution, impulse);
 }
 
+/// Where no other tolerance is asked for, contacts are solved to this share of their compliance:
+/// what is soft shall be cheap, and is no model of anything to twelve digits. 1e-8 of the impulses
+/// at eps 0.1, 1e-12 at 1e-5 and below.
+constexpr double kToleranceShare = 1e-7;
+
+contact::Settings as_exact_as_hard(contact::Settings settings, const SimulationOptions& options) {
+  const double usual = contact::Settings().tolerance;
+  if (settings.tolerance == usual)
+    settings.tolerance = std::max(usual, kToleranceShare * options.contact.compliance);
+  return settings;
+}
+
 /// Several islands that need softer laws get them together, and then may need still softer ones.
 constexpr int kMostSoftenings = 4;
 
@@ -183,9 +195,10 @@ void find_constraints(const Model& model, const SimulationOptions& options, Effe
 }
 
 void solve_constraints(const Model& model, const SimulationOptions& options, EffectSet effects,
-                       const contact::Settings& settings, const State& state, Workspace::Impl& ws,
+                       const contact::Settings& given, const State& state, Workspace::Impl& ws,
                        VectorX& w, StepReport& report) {
   const double h = options.time_step;
+  const contact::Settings settings = as_exact_as_hard(given, options);
   bool solved = !ws.constraints.empty();
   if (solved) solve_found(model, settings, h, state, w, nullptr, false, ws, w, report);
   // Each time a row more, and there are as many as limits and parked contacts. An impact that is
@@ -205,8 +218,9 @@ void solve_constraints(const Model& model, const SimulationOptions& options, Eff
 }
 
 const VectorX& recover_overlaps(const Model& model, const SimulationOptions& options,
-                                const contact::Settings& settings, const State& state,
+                                const contact::Settings& given, const State& state,
                                 Workspace::Impl& ws, VectorX& w, StepReport& report) {
+  const contact::Settings settings = as_exact_as_hard(given, options);
   while (find_displacement(model, settings, options.time_step, w, ws, report)) {
     // What the displacement runs into gets rows as well. The velocity does not lead there, so that
     // they are without force: w stays as it is but for that (parked_contacts.h), and the inverse
