@@ -150,10 +150,9 @@ void report_effects(const Scene& scene, const std::vector<EffectUse>& uses, Repo
     const bool of_input =
         use.effect == Effect::kAppliedForces || use.effect == Effect::kExternalWrenches;
     const std::optional<double> share =
-        use.on && !of_input
-            ? measure_share(scene, use.effect, run,
-                            [&](int pair) { progress.update(kRuns * done + pair); })
-            : std::nullopt;
+        use.on && !of_input ? measure_share(scene, use.effect, run,
+                                            [&](int pair) { progress.update(kRuns * done + pair); })
+                            : std::nullopt;
     ++done;
     progress.wipe();
     const std::string rows = use.rows == 0             ? ""

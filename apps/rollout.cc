@@ -39,7 +39,8 @@ struct Rollout {
   long steps = 0;
   double force_error = 0.0, force_scale = 0.0;  ///< largest [N, N m], with --invert
   std::optional<FailedStep> failed;
-  bool begun = false, stopped = false;  ///< by Ctrl-C: none of its steps, or the last ones are missing
+  bool begun = false,
+       stopped = false;  ///< by Ctrl-C: none of its steps, or the last ones are missing
 };
 
 void check(const Arguments& arguments) {
@@ -78,8 +79,10 @@ Rollout roll_out(const Arguments& arguments, int index, Simulator& simulator) {
       break;
     }
     if (!arguments.invert) continue;
+    simulator.input().softening = step.softening;  // the laws that were solved
     const Inverse& inverse =
         simulator.inverse(before.q, before.v, simulator.state().q, simulator.state().v);
+    simulator.input().softening = {};
     result.force_error = std::max(
         result.force_error,
         (inverse.applied_force - simulator.input().applied_force).lpNorm<Eigen::Infinity>());
@@ -160,7 +163,9 @@ std::vector<Rollout> run(const Arguments& arguments, Batch& batch, Tally& tally)
 void fill_report(const Arguments& arguments, const Batch& batch,
                  const std::vector<Rollout>& rollouts, const Tally& tally, Report& report) {
   report.begin("rollout", arguments.scene.file);
-  report["status"] = tally.failures > 0 ? "failed" : tally.ended_early(arguments) ? "stopped" : "ok";
+  report["status"] = tally.failures > 0             ? "failed"
+                     : tally.ended_early(arguments) ? "stopped"
+                                                    : "ok";
   report["rollouts"] = arguments.count;
   report["failed_rollouts"] = tally.failures;
   report["finished_rollouts"] = tally.begun - tally.stopped - tally.failures;
@@ -175,8 +180,7 @@ void fill_report(const Arguments& arguments, const Batch& batch,
   }
   Json list = Json::array();
   for (size_t i = 0; i < rollouts.size(); ++i) {
-    Json one{{"rollout", i},
-             {"status", status_of(rollouts[i])}};
+    Json one{{"rollout", i}, {"status", status_of(rollouts[i])}};
     if (rollouts[i].begun) {
       one["end_time_s"] = rollouts[i].end.time;
       one["state_hash"] = std::to_string(state_hash(rollouts[i].end));
@@ -220,10 +224,10 @@ int rollout(Arguments& arguments) {
       fmt::print(stderr, "failed: rollout {}: {}\n", i,
                  failure_message(batch.model(), *rollouts[i].failed));
   if (!tally.ended_early(arguments)) return tally.failures > 0 ? kFailed : kSuccess;
-  fmt::print(stderr,
-             "failed: stopped by Ctrl-C: {} of {} rollouts ended, {} were under way, {} not begun\n",
-             tally.begun - tally.stopped, arguments.count, tally.stopped,
-             arguments.count - tally.begun);
+  fmt::print(
+      stderr,
+      "failed: stopped by Ctrl-C: {} of {} rollouts ended, {} were under way, {} not begun\n",
+      tally.begun - tally.stopped, arguments.count, tally.stopped, arguments.count - tally.begun);
   if (!arguments.output.empty())
     fmt::print(stderr, "{} has a row for each rollout that was begun: its last state\n",
                arguments.output);

@@ -332,7 +332,8 @@ void bind_properties(py::class_<ModelHandle, ModelPtr>& model) {
         return m->model.pair_material(index(a), index(b));
       },
       py::arg("geometry_a"), py::arg("geometry_b"),
-      "Material that two geometries, by name, have where they touch: combined, or given to the pair.");
+      "Material that two geometries, by name, have where they touch: combined, or given to the "
+      "pair.");
   property(
       "coordinates", [](const ModelPtr& m) { return m->coordinates; },
       "Names of q, v and applied forces.");

@@ -208,8 +208,9 @@ TEST(Effects, SurfacesOfPairsCallForTheirEffects) {
 }
 
 TEST(Effects, SurfacesOfPairsActAsThoseOfMaterials) {
-  Simulator pair(make(smooth_ball("pairs: [{between: [ground, ball/body], friction: 0.5, "
-                                  "restitution: 0.5}]")));
+  Simulator pair(
+      make(smooth_ball("pairs: [{between: [ground, ball/body], friction: 0.5, "
+                       "restitution: 0.5}]")));
   Simulator material(make({.scene = "ground: {friction: 0.5}\n"
                                     "defaults: {friction: 0.5, restitution: 0.5}",
                            .more = kBall}));
