@@ -5,15 +5,19 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <functional>
 #include <optional>
 #include <vector>
 
 #include "counterpoint/engine/simulator.h"
+#include "progress.h"
 
 namespace counterpoint::apps {
 namespace {
 
 using Clock = std::chrono::steady_clock;
+
+constexpr int kRuns = 5;  ///< of which the median counts
 
 double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
@@ -70,21 +74,22 @@ class ShortRun {
 
 /// Share of the step time that goes when the effect is switched off: median of several pairs, taken
 /// in turn. Nothing if the scene cannot be stepped without it.
-std::optional<double> measure_share(const Scene& scene, Effect effect, ShortRun& run) {
-  constexpr int kPairs = 5;
+std::optional<double> measure_share(const Scene& scene, Effect effect, ShortRun& run,
+                                    const std::function<void(int)>& done) {
   // A scene asleep costs nothing, whatever it would call for.
   const EffectSet all = effect == Effect::kSleeping
                             ? scene.options.effects
                             : scene.options.effects.without({Effect::kSleeping});
   std::vector<double> shares;
-  for (int i = 0; i < kPairs; ++i) {
+  for (int i = 0; i < kRuns; ++i) {
     const auto with = run.time(all);
     const auto without = run.time(all.without({effect}));
     if (!with || !without || !(*with > 0.0)) return {};
     shares.push_back(1.0 - *without / *with);
+    done(i + 1);
   }
-  std::nth_element(shares.begin(), shares.begin() + kPairs / 2, shares.end());
-  return shares[kPairs / 2];
+  std::nth_element(shares.begin(), shares.begin() + kRuns / 2, shares.end());
+  return shares[kRuns / 2];
 }
 
 bool per_contact(Effect effect) {
@@ -99,12 +104,18 @@ void report_costs(const Scene& scene, const std::vector<EffectUse>& uses, Report
              "Newton steps");
   Json costs = Json::array();
   EffectSet effects;
+  const auto on = std::count_if(uses.begin(), uses.end(), [](const EffectUse& u) { return u.on; });
+  Progress progress("timing effects", kRuns * (static_cast<int>(on) + 1));
+  int done = 0;
   const auto measure = [&](const std::string& name) {
-    constexpr int kRuns = 5;
     ShortRun run(scene, effects);
     std::vector<double> times;
-    for (int i = 0; i < kRuns; ++i)
+    for (int i = 0; i < kRuns; ++i) {
       if (const auto time = run.time(effects)) times.push_back(*time);
+      progress.update(kRuns * done + i + 1);
+    }
+    ++done;
+    progress.wipe();
     std::optional<double> microseconds;
     if (times.size() == kRuns) {
       std::nth_element(times.begin(), times.begin() + kRuns / 2, times.end());
@@ -132,12 +143,18 @@ void report_effects(const Scene& scene, const std::vector<EffectUse>& uses, Repo
   Json effects = Json::array();
   fmt::print(report.text(), "\n{:<20} {:<4} {:>10} {:>12}  {}\n", "effect", "", "rows",
              "share of step", "why");
+  Progress progress("timing effects", kRuns * static_cast<int>(uses.size()));
+  int done = 0;
   for (const EffectUse& use : uses) {
     // What an input calls for costs nothing in a run without.
     const bool of_input =
         use.effect == Effect::kAppliedForces || use.effect == Effect::kExternalWrenches;
     const std::optional<double> share =
-        use.on && !of_input ? measure_share(scene, use.effect, run) : std::nullopt;
+        use.on && !of_input ? measure_share(scene, use.effect, run,
+                                            [&](int pair) { progress.update(kRuns * done + pair); })
+                            : std::nullopt;
+    ++done;
+    progress.wipe();
     const std::string rows = use.rows == 0             ? ""
                              : per_contact(use.effect) ? fmt::format("{} a point", use.rows)
                                                        : std::to_string(use.rows);

@@ -20,18 +20,35 @@ Progress::Progress(std::string label, int total)
     : label_(std::move(label)),
       total_(std::max(total, 1)),
       terminal_(isatty(STDERR_FILENO) == 1),
-      next_draw_(Clock::now() + kDelay) {}
+      start_(Clock::now()),
+      next_draw_(start_ + kDelay) {}
 
-Progress::~Progress() {
-  if (drawn_) fmt::print(stderr, "\r\033[K");
+Progress::~Progress() { wipe(); }
+
+void Progress::wipe() {
+  if (!drawn_) return;
+  fmt::print(stderr, "\r\033[K");
+  std::fflush(stderr);
+  drawn_ = false;
+}
+
+bool Progress::due() {
+  if (!terminal_) return false;
+  const Clock::time_point now = Clock::now();
+  if (now < next_draw_) return false;
+  next_draw_ = now + kInterval;
+  return drawn_ = true;
+}
+
+void Progress::show_time() {
+  if (!due()) return;
+  fmt::print(stderr, "\r{}: {:.0f} s", label_,
+             std::chrono::duration<double>(Clock::now() - start_).count());
+  std::fflush(stderr);
 }
 
 void Progress::update(int done) {
-  if (!terminal_) return;
-  const Clock::time_point now = Clock::now();
-  if (now < next_draw_) return;
-  next_draw_ = now + kInterval;
-  drawn_ = true;
+  if (!due()) return;
   const double share = std::clamp(static_cast<double>(done) / total_, 0.0, 1.0);
   const int filled = static_cast<int>(share * kWidth);
   fmt::print(stderr, "\r{} [{:#<{}}{:.<{}}] {:3.0f} %", label_, "", filled, "", kWidth - filled,

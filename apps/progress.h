@@ -15,14 +15,20 @@ class Progress {
   Progress& operator=(const Progress&) = delete;
 
   void update(int done);
+  /// For work of unknown length: the time that it has taken.
+  void show_time();
+  /// Takes the bar away until the next update: something else is about to be printed.
+  void wipe();
 
  private:
   using Clock = std::chrono::steady_clock;
+  bool due();
+
   std::string label_;
   int total_;
   bool terminal_;
   bool drawn_ = false;
-  Clock::time_point next_draw_;
+  Clock::time_point start_, next_draw_;
 };
 
 }  // namespace counterpoint::apps

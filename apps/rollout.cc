@@ -14,6 +14,7 @@
 #include "counterpoint/engine/csv.h"
 #include "counterpoint/engine/trajectory.h"
 #include "failure.h"
+#include "interrupt.h"
 #include "progress.h"
 #include "report.h"
 #include "scene_arguments.h"
@@ -38,6 +39,8 @@ struct Rollout {
   long steps = 0;
   double force_error = 0.0, force_scale = 0.0;  ///< largest [N, N m], with --invert
   std::optional<FailedStep> failed;
+  bool begun = false,
+       stopped = false;  ///< by Ctrl-C: none of its steps, or the last ones are missing
 };
 
 void check(const Arguments& arguments) {
@@ -64,7 +67,10 @@ Rollout roll_out(const Arguments& arguments, int index, Simulator& simulator) {
   const SimulationOptions& options = simulator.options();
   const long steps = std::lround(std::ceil(options.duration / options.time_step - 1e-6));
   State before;
+  result.begun = true;
   for (; result.steps < steps; ++result.steps) {
+    result.stopped = Interrupt::wanted();
+    if (result.stopped) break;
     inputs.set(simulator);
     if (arguments.invert) before = simulator.state();
     const StepReport step = simulator.step();
@@ -73,8 +79,10 @@ Rollout roll_out(const Arguments& arguments, int index, Simulator& simulator) {
       break;
     }
     if (!arguments.invert) continue;
+    simulator.input().softening = step.softening;  // the laws that were solved
     const Inverse& inverse =
         simulator.inverse(before.q, before.v, simulator.state().q, simulator.state().v);
+    simulator.input().softening = {};
     result.force_error = std::max(
         result.force_error,
         (inverse.applied_force - simulator.input().applied_force).lpNorm<Eigen::Infinity>());
@@ -94,6 +102,7 @@ void write_ends(const std::string& file, const Model& model, const std::vector<R
   CsvWriter csv(file, columns);
   for (size_t i = 0; i < rollouts.size(); ++i) {
     const Rollout& r = rollouts[i];
+    if (!r.begun) continue;
     csv.number(static_cast<double>(i));
     csv.number(r.failed ? 1.0 : 0.0);
     csv.number(static_cast<double>(r.steps));
@@ -106,16 +115,27 @@ void write_ends(const std::string& file, const Model& model, const std::vector<R
   csv.flush();
 }
 
+const char* status_of(const Rollout& rollout) {
+  if (rollout.failed) return "failed";
+  if (!rollout.begun) return "not begun";
+  return rollout.stopped ? "stopped" : "ok";
+}
+
 /// What is counted over all rollouts.
 struct Tally {
-  long steps = 0, failures = 0;
+  long steps = 0, failures = 0, stopped = 0, begun = 0;
   double wall_seconds = 0.0, force_error = 0.0, force_scale = 0.0;
 
   void add(const Rollout& rollout) {
     steps += rollout.steps;
     failures += rollout.failed ? 1 : 0;
+    stopped += rollout.begun && rollout.stopped ? 1 : 0;
+    begun += rollout.begun ? 1 : 0;
     force_error = std::max(force_error, rollout.force_error);
     force_scale = std::max(force_scale, rollout.force_scale);
+  }
+  bool ended_early(const Arguments& arguments) const {
+    return stopped > 0 || begun < arguments.count;
   }
   double rate() const {
     return wall_seconds > 0.0 ? static_cast<double>(steps) / wall_seconds : 0.0;
@@ -129,6 +149,7 @@ std::vector<Rollout> run(const Arguments& arguments, Batch& batch, Tally& tally)
   std::mutex mutex;
   int done = 0;
   batch.run(arguments.count, [&](int i, Simulator& simulator) {
+    if (Interrupt::wanted()) return;
     rollouts[static_cast<size_t>(i)] = roll_out(arguments, i, simulator);
     const std::lock_guard lock(mutex);
     progress.update(++done);
@@ -142,9 +163,12 @@ std::vector<Rollout> run(const Arguments& arguments, Batch& batch, Tally& tally)
 void fill_report(const Arguments& arguments, const Batch& batch,
                  const std::vector<Rollout>& rollouts, const Tally& tally, Report& report) {
   report.begin("rollout", arguments.scene.file);
-  report["status"] = tally.failures > 0 ? "failed" : "ok";
+  report["status"] = tally.failures > 0             ? "failed"
+                     : tally.ended_early(arguments) ? "stopped"
+                                                    : "ok";
   report["rollouts"] = arguments.count;
   report["failed_rollouts"] = tally.failures;
+  report["finished_rollouts"] = tally.begun - tally.stopped - tally.failures;
   report["threads"] = batch.num_threads();
   report["steps"] = tally.steps;
   report["wall_seconds"] = tally.wall_seconds;
@@ -156,10 +180,11 @@ void fill_report(const Arguments& arguments, const Batch& batch,
   }
   Json list = Json::array();
   for (size_t i = 0; i < rollouts.size(); ++i) {
-    Json one{{"rollout", i},
-             {"status", rollouts[i].failed ? "failed" : "ok"},
-             {"end_time_s", rollouts[i].end.time},
-             {"state_hash", std::to_string(state_hash(rollouts[i].end))}};
+    Json one{{"rollout", i}, {"status", status_of(rollouts[i])}};
+    if (rollouts[i].begun) {
+      one["end_time_s"] = rollouts[i].end.time;
+      one["state_hash"] = std::to_string(state_hash(rollouts[i].end));
+    }
     if (rollouts[i].failed) add_failure(batch.model(), *rollouts[i].failed, one);
     list.push_back(one);
   }
@@ -188,6 +213,7 @@ int rollout(Arguments& arguments) {
         "--invert: runge_kutta_4 has no inverse; use implicit_midpoint or semi_implicit_euler");
   Batch batch(scene, arguments.threads);
   Tally tally;
+  const Interrupt interrupt;
   const std::vector<Rollout> rollouts = run(arguments, batch, tally);
   fill_report(arguments, batch, rollouts, tally, arguments.report);
   arguments.report.write();
@@ -197,7 +223,15 @@ int rollout(Arguments& arguments) {
     if (rollouts[i].failed)
       fmt::print(stderr, "failed: rollout {}: {}\n", i,
                  failure_message(batch.model(), *rollouts[i].failed));
-  return tally.failures > 0 ? kFailed : kSuccess;
+  if (!tally.ended_early(arguments)) return tally.failures > 0 ? kFailed : kSuccess;
+  fmt::print(
+      stderr,
+      "failed: stopped by Ctrl-C: {} of {} rollouts ended, {} were under way, {} not begun\n",
+      tally.begun - tally.stopped, arguments.count, tally.stopped, arguments.count - tally.begun);
+  if (!arguments.output.empty())
+    fmt::print(stderr, "{} has a row for each rollout that was begun: its last state\n",
+               arguments.output);
+  return kFailed;
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 
 #include "command.h"
 #include "counterpoint/engine/trajectory.h"
+#include "progress.h"
 #include "report.h"
 #include "scene_arguments.h"
 #include "view/capture.h"
@@ -66,6 +67,13 @@ void check(Arguments& arguments) {
     throw InputError("--ghost-name: more names than ghosts");
 }
 
+view::Clip recorded(const Arguments& arguments, const Scene& scene, const Trajectory& trajectory,
+                    const std::vector<double>& steps, bool forces) {
+  Progress progress(forces ? "recovering forces" : "reading the motion", trajectory.num_steps());
+  return view::clip_of(scene, trajectory, steps, arguments.rate, forces,
+                       [&](int done) { progress.update(done); });
+}
+
 view::Replay make_replay(const Arguments& arguments, const Scene& scene) {
   const Trajectory trajectory = read_trajectory(arguments.motion, scene.model);
   std::vector<double> steps;
@@ -74,13 +82,13 @@ view::Replay make_replay(const Arguments& arguments, const Scene& scene) {
   view::Replay replay;
   replay.scene = &scene;
   replay.title = arguments.title.empty() ? scene.name : arguments.title;
-  replay.clip = view::clip_of(scene, trajectory, steps, arguments.rate, arguments.forces);
+  replay.clip = recorded(arguments, scene, trajectory, steps, arguments.forces);
   replay.clip.name = "motion";
   if (!arguments.contacts.empty())
     view::read_contacts(arguments.contacts, scene.model, replay.clip);
   for (size_t i = 0; i < arguments.ghosts.size(); ++i) {
     const Trajectory other = read_trajectory(arguments.ghosts[i], scene.model);
-    replay.ghosts.push_back(view::clip_of(scene, other, {}, arguments.rate, false));
+    replay.ghosts.push_back(recorded(arguments, scene, other, {}, false));
     const bool named = i < arguments.ghost_names.size();
     replay.ghosts.back().name = named                          ? arguments.ghost_names[i]
                                 : arguments.ghosts.size() == 1 ? "ghost"
@@ -109,7 +117,10 @@ view::Replay make_replay(const Arguments& arguments, const Scene& scene) {
 std::vector<std::string> write_pictures(const Arguments& arguments) {
   std::vector<std::string> names;
   if (!arguments.pictures.any()) return names;
-  const view::Drawn drawn = view::draw(arguments.output, arguments.pictures);
+  Progress progress("drawing pictures in Chromium", 1);
+  const view::Drawn drawn =
+      view::draw(arguments.output, arguments.pictures, [&] { progress.show_time(); });
+  progress.wipe();
   std::filesystem::path stem = arguments.output;
   stem.replace_extension();
   for (size_t i = 0; i < drawn.png.size(); ++i) {

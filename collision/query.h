@@ -5,12 +5,10 @@
 //     const auto d = collision::distance(box, X_WA, sphere, X_WB);
 //     if (d) std::cout << d->gap << " m apart, nearest at " << d->point_a.transpose() << '\n';
 //
-// Of a model in a configuration q (compute_poses is the engine's, engine/kinematics.h):
+// Of a model in a configuration q (body_poses: model/model.h):
 //
-//     Data data(model);
-//     compute_poses(model, q, data);
 //     collision::SceneQuery query(model);
-//     query.set_poses(data.X_WB);
+//     query.set_poses(body_poses(model, q));
 //     const auto hit = query.cast_ray({0, 0, 2}, {0, 0, -1});  // straight down from 2 m
 //     if (hit) std::cout << model.geometries()[hit->geometry].name << " at " << hit->distance << " m\n";
 #pragma once

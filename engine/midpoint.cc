@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "counterpoint/engine/aba.h"
+#include "counterpoint/engine/assemble.h"
 #include "counterpoint/engine/integrator.h"
 #include "counterpoint/engine/joint_forces.h"
 #include "counterpoint/engine/kinematics.h"
@@ -102,11 +103,11 @@ void step_midpoint(const Model& model, const SimulationOptions& options, EffectS
   next.v += ws.middle - state.v;
 }
 
-void find_middle(const Model& model, EffectSet effects, double h, const VectorRef& q,
-                 const VectorRef& v, const VectorRef& v_next, const Input& known,
-                 Workspace::Impl& ws, VectorX& middle) {
-  middle = 0.5 * (v + v_next);
-  if (ws.constraints.empty()) return;
+namespace {
+
+/// I + h D less I of the whole step into ws.diagonal, inertias into ws.data.
+void prepare_mass(const Model& model, EffectSet effects, double h, const VectorRef& q,
+                  const VectorRef& v, const Input& known, Workspace::Impl& ws) {
   ws.diagonal.setZero();
   VectorX& forces = ws.acceleration;  // not wanted
   forces.setZero();
@@ -114,8 +115,55 @@ void find_middle(const Model& model, EffectSet effects, double h, const VectorRe
     add_servos(model, effects, 0.5 * h, q, v, known, ws.diagonal, forces);
   add_joint_forces(model, effects, 0.5 * h, q, v, ws.diagonal, forces, ws.counts);
   widen_diagonal(model, effects, ws);
+  compute_inertias(model, ws.data);
+}
+
+}  // namespace
+
+bool refine_contact_velocity(const Model& model, EffectSet effects, double h, double pose_rounding,
+                             const VectorRef& q, const VectorRef& v, const VectorRef& v_next,
+                             const Input& known, Workspace::Impl& ws, VectorX& w_c) {
+  prepare_mass(model, effects, h, q, v, known, ws);
+  ws.middle = 0.5 * (v + v_next);
+  contact::Problem& problem = ws.problem;
+  assemble_problem(model, ws.constraints, ws.middle, ws.diagonal, ws.data, ws.block_of_tree,
+                   problem);
+  if (ws.w.size() < problem.num_velocities()) ws.w.resize(problem.num_velocities());
+  if (ws.impulse.size() < problem.num_rows()) ws.impulse.resize(problem.num_rows());
+  const auto for_each_block = [&](auto visit) {
+    for (int t = 0; t < model.num_trees(); ++t) {
+      const int block = ws.block_of_tree[static_cast<size_t>(t)];
+      if (block < 0) continue;
+      const int size = problem.block_size(block);
+      visit(block, Eigen::seqN(model.trees()[static_cast<size_t>(t)].v_begin, size),
+            Eigen::seqN(problem.block_start(block), size));
+    }
+  };
+  for_each_block([&](int block, auto in_tree, auto in_block) {
+    problem.mass(block) *= 2.0;
+    ws.w(in_block) = w_c(in_tree);
+  });
+  contact::Settings settings;
+  settings.only = contact::Method::kVelocity;  // from where it starts, no other solution
+  settings.soften_after = 0;
+  settings.max_iterations = 20;
+  const contact::Report& report =
+      ws.solver.solve(problem, settings, ws.w.head(problem.num_velocities()),
+                      Eigen::Ref<VectorX>(ws.impulse.head(problem.num_rows())));
+  if (!contact::succeeded(report.status)) return false;
+  for_each_block([&](int, auto in_tree, auto in_block) { ws.middle(in_tree) = ws.w(in_block); });
+  if (!((ws.middle - w_c).cwiseAbs().maxCoeff() * h <= pose_rounding)) return false;
+  w_c.swap(ws.middle);
+  return true;
+}
+
+void find_middle(const Model& model, EffectSet effects, double h, const VectorRef& q,
+                 const VectorRef& v, const VectorRef& v_next, const Input& known,
+                 Workspace::Impl& ws, VectorX& middle) {
+  middle = 0.5 * (v + v_next);
+  if (ws.constraints.empty()) return;
+  prepare_mass(model, effects, h, q, v, known, ws);
   Data& data = ws.data;
-  compute_inertias(model, data);
   data.has_coriolis = data.has_external = false;
   data.added.clear();
   for (Motion& c : data.c) c = Motion();

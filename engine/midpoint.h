@@ -20,8 +20,13 @@
 // them it is of first order. Velocities are those at the ends of steps: a body at rest on the
 // ground shows -g h/2, half a step of falling, while its pose stands.
 //
-// The inverse: w_c = (q+ (-) q) / h gives f, then M(q) + h D gives w_c - w_m, then a, and u by one
-// recursion. It needs q+ where there are constraints.
+// The inverse: with w_m = w + w+ - w_c the second line is an equation for w_c alone,
+//
+//   2 (M(q) + h D) (w_c - (w + w+) / 2) = J' f(J w_c + b)
+//
+// a contact problem, solved from (q+ (-) q) / h, which is w_c but for the rounding of poses, on in a
+// step or two. Then w_m, a, and u by one recursion. It needs q+ where there are constraints: to say
+// which solution, of exact friction, and to be told where q+ and w+ are of no one step.
 #pragma once
 
 #include "counterpoint/engine/step_workspace.h"
@@ -33,6 +38,13 @@ namespace counterpoint {
 void step_midpoint(const Model& model, const SimulationOptions& options, EffectSet effects,
                    const contact::Settings& settings, const State& state, const Input& input,
                    Workspace::Impl& ws, State& next, StepReport& report);
+
+/// Improves w_c (nv), read off poses, by v and v_next, as far as rounding of poses up to
+/// `pose_rounding` [m, rad, 1] explains the change. False, and w_c as it was, where v_next says
+/// otherwise. Needs poses at q in ws.data, and the laws of the step in ws.constraints.
+bool refine_contact_velocity(const Model& model, EffectSet effects, double h, double pose_rounding,
+                             const VectorRef& q, const VectorRef& v, const VectorRef& v_next,
+                             const Input& known, Workspace::Impl& ws, VectorX& w_c);
 
 /// w_m from v, v_next and the impulses J' f, which are in ws.tau (nv): into `middle` (nv). `known`:
 /// servo targets. Needs poses at q in ws.data.

@@ -117,11 +117,20 @@ void invert_euler(const Model& model, EffectSet effects, double h, const VectorR
   subtract_servos(model, effects, h, q, v_next, known, ws, out);
 }
 
+/// Rounding of the poses that w_c is read off, relative, and what stiff contacts of light links
+/// make of it (85 times as much, humanoid): below what differences of derivatives ask about.
+constexpr double kPoseRounding = 32768.0 * std::numeric_limits<double>::epsilon();
+
 /// The same of the midpoint rule (midpoint.h). Impulses are in the velocities, not in the forces.
+/// refined: w_c, in ws.next_middle, is as exact as velocities are.
 void invert_midpoint(const Model& model, EffectSet effects, double h, const VectorRef& q,
-                     const VectorRef& v, const VectorRef& v_next, const Input& known,
+                     const VectorRef& v, const VectorRef& v_next, const Input& known, bool refined,
                      Workspace::Impl& ws, Inverse& out) {
-  find_middle(model, effects, h, q, v, v_next, known, ws, ws.middle);
+  if (refined) {
+    ws.middle = v + v_next - ws.next_middle;
+  } else {
+    find_middle(model, effects, h, q, v, v_next, known, ws, ws.middle);
+  }
   const Vector3 gravity = set_middle(model, effects, h, q, ws.middle, known.wrenches, ws);
   ws.acceleration = (ws.middle - v) / (0.5 * h);
   rnea(model, ws.acceleration, gravity, ws.data, ws.tau);
@@ -182,12 +191,16 @@ void step_inverse(const Model& model, const SimulationOptions& options, VectorRe
   }
   find_contact_velocity(model, options, effects, q, v, q_next, v_next, ws);
   soften_constraints(model, known.softening, v, v_next, ws);
+  const bool refined = !euler && !ws.constraints.empty() && !ws.poses_are_exact &&
+                       refine_contact_velocity(model, effects, h,
+                                               kPoseRounding * (1.0 + q.lpNorm<Eigen::Infinity>()),
+                                               q, v, v_next, known, ws, ws.next_middle);
   recover_impulses(model, ws.next_middle, h, ws, out);
   out.contact_force = ws.tau / h;
   if (euler) {
     invert_euler(model, effects, h, q, v, v_next, gravity, known, ws, out);
   } else {
-    invert_midpoint(model, effects, h, q, v, v_next, known, ws, out);
+    invert_midpoint(model, effects, h, q, v, v_next, known, refined, ws, out);
   }
   out.fault = ws.check.of_recovered(model, out.applied_force);
   out.force_scale = 0.0;

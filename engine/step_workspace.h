@@ -87,6 +87,7 @@ struct Workspace::Impl {
   std::vector<Motion> velocity_acceleration;  ///< scratch of drag
   VectorX tau, diagonal, acceleration, no_rotors;
   VectorX q_middle, middle, next_middle;  ///< scratch of the midpoint rule
+  bool poses_are_exact = false;  ///< q+ is no rounded one: differences vary it apart from w+
   RungeKuttaStages stages;
   StepControlScratch control;
   std::shared_ptr<DerivativeScratch> derivatives;  ///< from the first time they are asked for

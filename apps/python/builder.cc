@@ -269,10 +269,30 @@ packages : dict of str to path
     Folders of package:// names.
 repair_inertias : bool
     Makes inertias physical that are not, and notes each.
+repair_joints : bool
+    Exchanges limits that are swapped, drops mimics between joints of different kinds, and notes each.
 
 Returns
 -------
 RobotSpec
+)";
+
+constexpr const char* kObjectOfDoc = R"(
+A free object of one shape and uniform density: a link 'body' with a collision 'shape'.
+
+Parameters
+----------
+name : str
+shape : Shape
+    Sphere, box, capsule or cylinder.
+mass : float
+    [kg]
+material : Material
+
+Returns
+-------
+RobotSpec
+    For ModelBuilder.add_robot.
 )";
 
 void bind_robot(py::module_& m) {
@@ -295,15 +315,27 @@ void bind_robot(py::module_& m) {
   m.def(
       "load_urdf",
       [](const std::filesystem::path& file,
-         const std::map<std::string, std::filesystem::path>& packages, bool repair_inertias) {
+         const std::map<std::string, std::filesystem::path>& packages, bool repair_inertias,
+         bool repair_joints) {
         UrdfOptions options;
         options.packages = packages;
         options.repair_inertias = repair_inertias;
+        options.repair_joints = repair_joints;
         return reading(file, [&] { return load_urdf(file, options); });
       },
       py::arg("file"), py::kw_only(),
       py::arg("packages") = std::map<std::string, std::filesystem::path>(),
-      py::arg("repair_inertias") = false, kLoadUrdfDoc);
+      py::arg("repair_inertias") = false, py::arg("repair_joints") = false, kLoadUrdfDoc);
+  m.def("object_of", &object_of, py::arg("name"), py::arg("shape"), py::arg("mass"),
+        py::arg("material") = Material(), kObjectOfDoc);
+}
+
+void set_pair_surface(ModelBuilder& b, const std::string& geometry_or_link_a,
+                      const std::string& geometry_or_link_b, std::optional<double> friction,
+                      std::optional<double> restitution, std::optional<double> torsional_friction,
+                      std::optional<double> rolling_friction) {
+  b.set_pair_surface(geometry_or_link_a, geometry_or_link_b,
+                     {friction, restitution, torsional_friction, rolling_friction});
 }
 
 }  // namespace
@@ -315,6 +347,27 @@ Parameters
 ----------
 gravity : array_like, shape (3,)
     [m/s^2] in the world frame.
+)";
+
+constexpr const char* kSetPairSurfaceDoc = R"(
+Surface values of two geometries, or of all geometries of links, in place of what their materials
+combine to. Of several for one pair the last counts.
+
+Parameters
+----------
+geometry_or_link_a, geometry_or_link_b : str
+friction, restitution, torsional_friction, rolling_friction : float, optional
+    As of Material; those left out are combined.
+)";
+
+constexpr const char* kFillInertiaDoc = R"(
+Gives inertia to links that build would refuse for moving none: a ball of this mass and the density
+of water. Each is noted (Model.notes).
+
+Parameters
+----------
+mass : float
+    [kg]
 )";
 
 constexpr const char* kAddRobotDoc = R"(
@@ -370,6 +423,11 @@ void bind_builder(py::module_& m) {
       .def("exclude_pair", &B::exclude_pair, py::arg("geometry_or_link_a"),
            py::arg("geometry_or_link_b"), py::arg("reason") = "",
            "No contact between two geometries, or all geometries of links.")
+      .def("set_pair_surface", &set_pair_surface, py::arg("geometry_or_link_a"),
+           py::arg("geometry_or_link_b"), py::kw_only(), py::arg("friction") = py::none(),
+           py::arg("restitution") = py::none(), py::arg("torsional_friction") = py::none(),
+           py::arg("rolling_friction") = py::none(), kSetPairSurfaceDoc)
+      .def("fill_inertia", &B::fill_inertia, py::arg("mass"), kFillInertiaDoc)
       .def("add_closure", &B::add_closure, py::arg("closure"), "Ties two links together.")
       .def(
           "build",

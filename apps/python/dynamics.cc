@@ -125,13 +125,10 @@ py::array difference(const ModelPtr& model, const Array& from, const Array& to) 
 }
 
 void bind_data(py::module_& m) {
-  static_assert(sizeof(Pose) == 12 * sizeof(double) && sizeof(Motion) == 6 * sizeof(double));
-  const auto bodies = [](const DataPtr& d) {
-    return static_cast<py::ssize_t>(d->data.X_WB.size());
-  };
+  static_assert(sizeof(Motion) == 6 * sizeof(double));
   py::class_<DataHandle, DataPtr>(m, "Data", R"(
 Per-body results of the recursive algorithms, and their scratch: pass it to many calls, so that none
-allocates. Arrays are views, the world first, read-only.
+allocates. Where links are and how they move: pose, frame_motion.
 
 Parameters
 ----------
@@ -139,34 +136,13 @@ model : Model
 )")
       .def(py::init<ModelPtr>(), py::arg("model"))
       .def_property_readonly(
-          "rotation",
-          [bodies](const DataPtr& d) {
-            return view(d->data.X_WB.front().rotation.data(), {bodies(d), 3, 3}, {12, 1, 3},
-                        py::cast(d));
-          },
-          "R_WB of every body, shape (num_bodies, 3, 3).")
-      .def_property_readonly(
-          "translation",
-          [bodies](const DataPtr& d) {
-            return view(d->data.X_WB.front().translation.data(), {bodies(d), 3}, {12, 1},
-                        py::cast(d));
-          },
-          "Origin of every body in the world [m], shape (num_bodies, 3).")
-      .def_property_readonly(
-          "velocity",
-          [bodies](const DataPtr& d) {
-            return view(d->data.V.front().angular.data(), {bodies(d), 6}, {6, 1}, py::cast(d));
-          },
-          "V_WB: angular [rad/s], then linear of the origin [m/s], in world axes, shape "
-          "(num_bodies, 6).")
-      .def_property_readonly(
           "axis",
           [](const DataPtr& d) {
             return view(d->data.axis.empty() ? nullptr : d->data.axis.front().angular.data(),
                         {static_cast<py::ssize_t>(d->data.axis.size()), 6}, {6, 1}, py::cast(d));
           },
-          "Columns of the joints' motion subspaces at their bodies' origins in world axes, shape "
-          "(nv, 6).")
+          "Columns of the joints' motion subspaces at their links' origins in world axes, shape "
+          "(nv, 6): a view, read-only.")
       .def(
           "pose",
           [](const DataPtr& d, const std::string& frame) {

@@ -320,6 +320,20 @@ void bind_properties(py::class_<ModelHandle, ModelPtr>& model) {
   property(
       "closures", [](const ModelPtr& m) { return names_of(m->model.closures()); },
       "Names of what closes loops.");
+  model.def(
+      "pair_material",
+      [](const ModelPtr& m, const std::string& a, const std::string& b) {
+        const auto index = [&](const std::string& name) {
+          const auto& all = m->model.geometries();
+          for (size_t i = 0; i < all.size(); ++i)
+            if (all[i].name == name) return static_cast<int>(i);
+          throw py::key_error("no geometry '" + name + "'");
+        };
+        return m->model.pair_material(index(a), index(b));
+      },
+      py::arg("geometry_a"), py::arg("geometry_b"),
+      "Material that two geometries, by name, have where they touch: combined, or given to the "
+      "pair.");
   property(
       "coordinates", [](const ModelPtr& m) { return m->coordinates; },
       "Names of q, v and applied forces.");

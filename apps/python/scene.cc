@@ -26,6 +26,7 @@ ScenePtr load(const std::filesystem::path& file,
               const std::map<std::string, std::filesystem::path>& packages,
               const std::optional<std::string>& base, bool ground,
               const std::optional<double>& ground_friction, bool repair_inertias,
+              bool repair_joints, double fill_inertia,
               const std::optional<std::filesystem::path>& srdf, int hull_vertices) {
   SceneOverrides overrides;
   overrides.packages = packages;
@@ -36,6 +37,8 @@ ScenePtr load(const std::filesystem::path& file,
   overrides.ground = ground;
   overrides.ground_friction = ground_friction;
   overrides.repair_inertias = repair_inertias;
+  overrides.repair_joints = repair_joints;
+  overrides.fill_inertia = fill_inertia;
   overrides.srdf = srdf.value_or("");
   overrides.hull_vertices = hull_vertices;
   return make_scene(reading(file, [&] { return load_scene(file, overrides); }));
@@ -85,6 +88,10 @@ ground : bool
 ground_friction : float, optional
 repair_inertias : bool
     Makes inertias physical that are not, and notes each.
+repair_joints : bool
+    Exchanges limits that are swapped, drops mimics between joints of different kinds, and notes each.
+fill_inertia : float
+    Mass [kg] of links without inertia that would have to move some; each is noted. 0: they are refused.
 srdf : path, optional
     Pairs that never collide.
 hull_vertices : int
@@ -141,6 +148,7 @@ void bind_scene(py::module_& m) {
         py::arg("packages") = std::map<std::string, std::filesystem::path>(),
         py::arg("base") = py::none(), py::arg("ground") = false,
         py::arg("ground_friction") = py::none(), py::arg("repair_inertias") = false,
+        py::arg("repair_joints") = false, py::arg("fill_inertia") = 0.0,
         py::arg("srdf") = py::none(), py::arg("hull_vertices") = 0, kLoadSceneDoc);
 }
 

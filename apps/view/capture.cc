@@ -3,6 +3,7 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <poll.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -28,8 +29,10 @@ std::string escaped(const std::string& path) {
   return out;
 }
 
-/// What a program writes to standard output; its standard error is lost.
-std::string output_of(const std::vector<std::string>& command) {
+/// What a program writes to standard output; its standard error is lost. waiting, if there is one,
+/// is called ten times a second.
+std::string output_of(const std::vector<std::string>& command,
+                      const std::function<void()>& waiting) {
   int ends[2];
   if (pipe(ends) != 0) throw std::runtime_error("no pipe");
   std::vector<char*> words;
@@ -48,8 +51,16 @@ std::string output_of(const std::vector<std::string>& command) {
   close(ends[1]);
   std::string out;
   char part[1 << 16];
-  for (ssize_t size = 0; (size = read(ends[0], part, sizeof part)) > 0;)
-    out.append(part, static_cast<size_t>(size));
+  constexpr int kInterval = 100;  // [ms]
+  for (ssize_t size = 1; size > 0;) {
+    pollfd ready{ends[0], POLLIN, 0};
+    if (poll(&ready, 1, kInterval) == 0) {
+      if (waiting) waiting();
+      continue;
+    }
+    size = read(ends[0], part, sizeof part);
+    if (size > 0) out.append(part, static_cast<size_t>(size));
+  }
   close(ends[0]);
   int status = 0;
   waitpid(child, &status, 0);
@@ -91,7 +102,7 @@ std::string find_chromium() {
   return "";
 }
 
-Drawn draw(const fs::path& page, const Pictures& pictures) {
+Drawn draw(const fs::path& page, const Pictures& pictures, const std::function<void()>& waiting) {
   const std::string chromium = find_chromium();
   if (chromium.empty())
     throw InputError(
@@ -110,7 +121,7 @@ Drawn draw(const fs::path& page, const Pictures& pictures) {
                                       "--dump-dom"};
   if (getuid() == 0) command.push_back("--no-sandbox");  // Chromium refuses root otherwise
   command.push_back("file://" + escaped(fs::absolute(page).string()) + fragment(pictures));
-  const std::string text = output_of(command);
+  const std::string text = output_of(command, waiting);
   Drawn out;
   for (size_t at = 0; (at = text.find("<pre class=\"capture\"", at)) != std::string::npos;) {
     const size_t begin = text.find('>', at) + 1, end = text.find('<', begin);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -27,9 +28,10 @@ struct Drawn {
 /// environment. Empty where there is none.
 std::string find_chromium();
 
-/// Opens a page and reads what it drew (page/capture.js). @throws InputError where there is no
-/// Chromium, std::runtime_error where it drew nothing, or has no
-/// encoder for video.
-Drawn draw(const std::filesystem::path& page, const Pictures& pictures);
+/// Opens a page and reads what it drew (page/capture.js); meanwhile waiting, if there is one, is
+/// called ten times a second. @throws InputError where there is no Chromium, std::runtime_error
+/// where it drew nothing, or has no encoder for video.
+Drawn draw(const std::filesystem::path& page, const Pictures& pictures,
+           const std::function<void()>& waiting = {});
 
 }  // namespace counterpoint::view

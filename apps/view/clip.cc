@@ -108,7 +108,8 @@ Clip ClipRecorder::finish(const State& last) {
 }
 
 Clip clip_of(const Scene& scene, const Trajectory& trajectory,
-             const std::vector<double>& step_lengths, double rate, bool forces) {
+             const std::vector<double>& step_lengths, double rate, bool forces,
+             const std::function<void(int)>& progress) {
   const auto state = [&](int row) {
     return State{trajectory.time[row], trajectory.q.col(row), trajectory.v.col(row)};
   };
@@ -121,6 +122,7 @@ Clip clip_of(const Scene& scene, const Trajectory& trajectory,
     const double h =
         step_lengths.empty() ? trajectory.time[k + 1] - trajectory.time[k] : step_lengths[k];
     recorder.add_step(state(k), input, h, state(k + 1));
+    if (progress) progress(k + 1);
   }
   return recorder.finish(state(trajectory.num_rows() - 1));
 }

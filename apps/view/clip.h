@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -78,9 +79,11 @@ class ClipRecorder {
   double h_ = 0.0;
 };
 
-/// The clip of a trajectory. step_lengths may be empty without forces.
+/// The clip of a trajectory. step_lengths may be empty without forces. progress, if there is one,
+/// is called with the number of steps done.
 Clip clip_of(const Scene& scene, const Trajectory& trajectory,
-             const std::vector<double>& step_lengths, double rate, bool forces);
+             const std::vector<double>& step_lengths, double rate, bool forces,
+             const std::function<void(int)>& progress = {});
 
 /// Reads the table of `inverse --contacts`; contacts at the times of the clip's frames become its
 /// own. @throws InputError naming file and line for a shape that the scene has not, a number that

@@ -99,7 +99,9 @@ bool ConstrainedMidpoint::difference(const Model& model, const SimulationOptions
   at_v_next_ = v_next;
   const auto evaluate = [&](Sample& out) {
     integrate_configuration(model, at_q_, at_w_, h, q_next_);
+    workspace.impl().poses_are_exact = true;
     step_inverse(model, options, at_q_, at_v_, q_next_, at_v_next_, known, workspace, inverse_);
+    workspace.impl().poses_are_exact = false;
     out.u = inverse_.applied_force;
     out.rest = at_v_ + at_v_next_ - at_w_ - ws.middle;
   };

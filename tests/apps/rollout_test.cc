@@ -52,6 +52,30 @@ TEST(Rollout, InvertsEveryStep) {
             1e-8 * report["force_scale_max"].get<double>());
 }
 
+TEST(Rollout, CtrlCKeepsWhatWasComputed) {
+  const CommandFolder folder(test_name());
+  // Each would take an hour.
+  const auto result = folder.run(
+      "rollout data/scenes/cube_drop.yaml --count 3 --threads 1 --duration 1e5 --output "
+      "{}/ends.csv --json {}/r.json 2>{}/errors & run=$!; sleep 0.5; kill -INT $run; wait $run");
+  EXPECT_EQ(result.exit_code, 1);
+  const std::string errors = folder.read("errors");
+  EXPECT_NE(errors.find("stopped by Ctrl-C: 0 of 3 rollouts ended, 1 were under way, 2 not begun"),
+            std::string::npos)
+      << errors;
+  const auto report = folder.json("r.json");
+  EXPECT_EQ(report["status"], "stopped");
+  EXPECT_EQ(report["finished_rollouts"], 0);
+  EXPECT_EQ(report["results"][0]["status"], "stopped");
+  EXPECT_GT(report["results"][0]["end_time_s"], 0.0);
+  EXPECT_EQ(report["results"][1]["status"], "not begun");
+  EXPECT_FALSE(report["results"][1].contains("state_hash"));
+  // The header and the state that the first had reached.
+  const std::string ends = folder.read("ends.csv");
+  EXPECT_EQ(std::count(ends.begin(), ends.end(), '\n'), 2);
+  EXPECT_NE(ends.find(report["results"][0]["state_hash"].get<std::string>()), std::string::npos);
+}
+
 TEST(Rollout, OneThatFailsLeavesTheOthers) {
   const CommandFolder folder(test_name());
   folder.write("calm.csv", "time,cube.fx\n0,0\n");

@@ -185,6 +185,44 @@ TEST(Effects, TheInverseRecoversWhatWasAppliedWithEachOfThem) {
   }
 }
 
+/// A ball of surfaces that do nothing, and what a pair says beside them.
+Parts smooth_ball(const std::string& pair) {
+  return {.scene = "ground: {friction: 0}\ndefaults: {friction: 0}\n" + pair, .more = kBall};
+}
+
+TEST(Effects, SurfacesOfPairsCallForTheirEffects) {
+  const std::map<Effect, std::string> pairs = {{Effect::kFriction, "friction"},
+                                               {Effect::kRestitution, "restitution"},
+                                               {Effect::kTorsionalFriction, "torsional_friction"},
+                                               {Effect::kRollingFriction, "rolling_friction"}};
+  const Scene bare = make(smooth_ball(""));
+  const EffectSet nothing = called_for(bare.model, collision::Collider(bare.model));
+  for (const auto& [effect, key] : pairs) {
+    const Scene scene =
+        make(smooth_ball("pairs:\n  - {between: [ground, ball/body], " + key + ": 0.5}"));
+    const EffectSet called = called_for(scene.model, collision::Collider(scene.model));
+    EXPECT_FALSE(nothing.has(effect)) << key;
+    EXPECT_TRUE(called.has(effect)) << key;
+    EXPECT_EQ(called.without({effect}), nothing) << key;
+  }
+}
+
+TEST(Effects, SurfacesOfPairsActAsThoseOfMaterials) {
+  Simulator pair(
+      make(smooth_ball("pairs: [{between: [ground, ball/body], friction: 0.5, "
+                       "restitution: 0.5}]")));
+  Simulator material(make({.scene = "ground: {friction: 0.5}\n"
+                                    "defaults: {friction: 0.5, restitution: 0.5}",
+                           .more = kBall}));
+  for (Simulator* sim : {&pair, &material}) {
+    State state = sim->state();
+    state.v.setConstant(-0.5);
+    sim->set_state(state);
+    for (int k = 0; k < 100; ++k) ASSERT_TRUE(sim->step().succeeded());
+  }
+  EXPECT_EQ(pair.state().q, material.state().q);
+}
+
 TEST(Effects, GravityOffIsAWorldWithoutGravity) {
   Scene off = make({.scene = "effects: {gravity: off}"});
   Scene never = make({.scene = "gravity: [0, 0, 0]"});

@@ -70,7 +70,7 @@ def owners():
     arrays = [
         scene.q, scene.state().q, sim.state.q, sim.q, sim.input.applied_force, trajectory.q, trajectory.time,
         scene.model.default_q, scene.model.damping, scene.model.joint(0).default_q, scene.model.gravity,
-        data.rotation, data.translation, data.velocity, inverse.applied_force, inverse.contact_forces, mesh.vertices,
+        data.axis, inverse.applied_force, inverse.contact_forces, mesh.vertices,
         cp.rollout(scene, [scene.state()], steps=2).q,
     ]
     return arrays, [a.copy() for a in arrays]

@@ -382,6 +382,7 @@ class Model:
     def servos(self) -> list[Joint]: ...
     @property
     def closures(self) -> list[str]: ...
+    def pair_material(self, geometry_a: str, geometry_b: str) -> Material: ...
     @property
     def coordinates(self) -> Coordinates: ...
     @property
@@ -552,6 +553,17 @@ class ModelBuilder:
         geometry_or_link_b: str,
         reason: str = "",
     ) -> None: ...
+    def set_pair_surface(
+        self,
+        geometry_or_link_a: str,
+        geometry_or_link_b: str,
+        *,
+        friction: float | None = None,
+        restitution: float | None = None,
+        torsional_friction: float | None = None,
+        rolling_friction: float | None = None,
+    ) -> None: ...
+    def fill_inertia(self, mass: float) -> None: ...
     def add_closure(self, closure: ClosureSpec) -> None: ...
     def build(self) -> Model: ...
 
@@ -560,6 +572,13 @@ def load_urdf(
     *,
     packages: Mapping[str, _Path] = ...,
     repair_inertias: bool = False,
+    repair_joints: bool = False,
+) -> RobotSpec: ...
+def object_of(
+    name: str,
+    shape: Shape,
+    mass: float,
+    material: Material = ...,
 ) -> RobotSpec: ...
 
 @final
@@ -595,6 +614,8 @@ def load_scene(
     ground: bool = False,
     ground_friction: float | None = None,
     repair_inertias: bool = False,
+    repair_joints: bool = False,
+    fill_inertia: float = 0.0,
     srdf: _Path | None = None,
     hull_vertices: int = 0,
 ) -> Scene: ...
@@ -1043,12 +1064,6 @@ def rollout(
 @final
 class Data:
     def __init__(self, model: Model) -> None: ...
-    @property
-    def rotation(self) -> _Floats: ...
-    @property
-    def translation(self) -> _Floats: ...
-    @property
-    def velocity(self) -> _Floats: ...
     @property
     def axis(self) -> _Floats: ...
     def pose(self, frame: str) -> Pose: ...
