@@ -1,0 +1,25 @@
+// One MJCF file read by us and by MuJoCo, side by side.
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+namespace counterpoint::apps {
+
+struct MjcfComparison {
+  std::string refused;    ///< why we do not read it; empty: we do
+  std::string unreadable; ///< why MuJoCo does not
+  int bodies = 0, nv = 0;
+  double pose = 0.0;      ///< largest difference of a body's position or rotation matrix [m, -]
+  double mass = 0.0;      ///< of M_ij over sqrt(M_ii M_jj)
+  double bias = 0.0;      ///< of bias forces over the largest of the state
+  int notes = 0;
+};
+
+/// At `states` random states.
+MjcfComparison compare_with_mujoco(const std::filesystem::path& file, int states);
+
+/// "3.12.1".
+std::string mujoco_used();
+
+}  // namespace counterpoint::apps
