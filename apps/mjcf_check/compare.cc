@@ -124,6 +124,28 @@ class Pair {
   std::vector<std::array<int, 2>> q_, v_;  // ours, MuJoCo's
 };
 
+/// MuJoCo's inertia of a body, in the body's frame.
+SpatialInertia inertia_of(const mjModel& m, int id) {
+  const mjtNum* q = m.body_iquat + 4 * id;
+  const Matrix3 R = Quaternion(q[0], q[1], q[2], q[3]).toRotationMatrix();
+  const Eigen::Map<const Vector3> moments(m.body_inertia + 3 * id), center(m.body_ipos + 3 * id);
+  return {m.body_mass[id], center, R * moments.asDiagonal() * R.transpose()};
+}
+
+/// Gives the links MuJoCo's inertias; returns the largest difference.
+double take_inertias(const mjModel& m, RobotSpec& robot) {
+  double worst = 0.0;
+  for (LinkSpec& link : robot.links) {
+    const int id = mj_name2id(&m, mjOBJ_BODY, link.name.c_str());
+    if (id <= 0 || !(link.inertia.mass > 0.0)) continue;
+    const SpatialInertia theirs = inertia_of(m, id);
+    const double size = theirs.rotational.norm();
+    if (size > 0.0) worst = std::max(worst, (link.inertia.rotational - theirs.rotational).norm() / size);
+    link.inertia.rotational = theirs.rotational;
+  }
+  return worst;
+}
+
 /// MuJoCo prints what it warns of; here it is no matter.
 void stay_quiet() {
   mju_user_warning = [](const char*) {};
@@ -160,6 +182,16 @@ MjcfComparison compare_with_mujoco(const std::filesystem::path& file, int states
       if (model.nv() == 0) continue;
       out.mass = std::max(out.mass, pair.mass_error());
       out.bias = std::max(out.bias, pair.bias_error(read.weightless));
+    }
+    MjcfModel theirs = read;
+    out.inertia = take_inertias(*m, theirs.robot);
+    ModelBuilder second(model.gravity());
+    add_mjcf(theirs, "none", Pose(), "", second);
+    const Model same = second.build();
+    Pair again(read, same, *m);
+    for (int i = 0; i < states && model.nv() > 0; ++i) {
+      again.draw(random);
+      out.mass_with_theirs = std::max(out.mass_with_theirs, again.mass_error());
     }
   } catch (const InputError& e) {
     out.refused = e.what();

@@ -97,7 +97,7 @@ int run(const fs::path& folder, int states, double duration, const std::string& 
     if (entry.is_directory() && !files_of(entry.path()).robot.empty()) folders.push_back(entry.path());
   std::sort(folders.begin(), folders.end());
   std::string rows;
-  int count = 0, loaded = 0, ran = 0, scenes_ran = 0, same = 0;
+  int count = 0, loaded = 0, ran = 0, scenes_ran = 0, same = 0, near = 0;
   for (const fs::path& one : folders) {
     const std::string name = one.filename().string();
     if (!only.empty() && name.find(only) == std::string::npos) continue;
@@ -116,11 +116,14 @@ int run(const fs::path& folder, int states, double duration, const std::string& 
     }
     const bool agrees = c.refused.empty() && c.unreadable.empty() && c.pose <= 1e-12 && c.mass <= 1e-9 &&
                         c.bias <= 1e-9;
+    near += c.refused.empty() && c.unreadable.empty() && c.pose <= 1e-12 && c.mass_with_theirs <= 1e-9;
     same += agrees;
-    const std::string figures = !c.refused.empty()      ? " | | | "
-                                : !c.unreadable.empty() ? cell(c.unreadable, folder) + " | | | "
-                                                        : fmt::format("{} | {} | {} | {}", figure(c.pose),
-                                                                      figure(c.mass), figure(c.bias), c.notes);
+    const std::string figures = !c.refused.empty()      ? " | | | | | "
+                                : !c.unreadable.empty()
+                                    ? cell(c.unreadable, folder) + " | | | | | "
+                                    : fmt::format("{} | {} | {} | {} | {} | {}", figure(c.pose), figure(c.mass),
+                                                  figure(c.bias), figure(c.inertia),
+                                                  figure(c.mass_with_theirs), c.notes);
     rows += fmt::format("| {}{} | {} | {} | {} | {} | {} |\n", name, stand_ins.count(name) ? "*" : "",
                         files.robot.filename().string(), c.refused.empty() ? std::to_string(c.nv) : "",
                         figures, fate.empty() ? "yes" : cell(fate, folder),
@@ -130,9 +133,9 @@ int run(const fs::path& folder, int states, double duration, const std::string& 
     std::fflush(stdout);
   }
   const std::string summary = fmt::format(
-      "{} robots: {} load, {} of them simulate {} s without a failed step, {} are as MuJoCo {} has them "
-      "within the bounds; {} scenes simulate.\n",
-      count, loaded, ran, duration, same, mujoco_used(), scenes_ran);
+      "{} robots: {} load, {} of them simulate {} s without a failed step. {} are as MuJoCo {} has them "
+      "within the bounds, {} if the principal axes are MuJoCo's. {} scenes simulate.\n",
+      count, loaded, ran, duration, same, mujoco_used(), near, scenes_ran);
   fmt::print("{}", summary);
   if (out.empty()) return 0;
   std::ofstream stream(out);
@@ -141,11 +144,13 @@ int run(const fs::path& folder, int states, double duration, const std::string& 
          << summary
          << fmt::format("\nFigures: the largest differences at {} random states. Poses of all named bodies "
                         "[m, or of the rotation matrix]; mass matrix, M_ij over sqrt(M_ii M_jj); bias forces "
-                        "over the largest. Bounds: 1e-12, 1e-9, 1e-9. \\*: meshes that the stored snapshot "
+                        "over the largest. Bounds: 1e-12, 1e-9, 1e-9. Rotational inertia of a body, over its "
+                        "norm: MuJoCo's search for principal axes ends with up to 1e-12 off the diagonal; and "
+                        "the mass matrix again with its inertias in place of those in the file. \\*: meshes that the stored snapshot "
                         "lacks are stood in for by boxes of 4 cm.\n\n",
                         states)
-         << "| robot | file | nv | poses | mass matrix | bias forces | notes | simulates | its scene |\n"
-            "|---|---|---|---|---|---|---|---|---|\n"
+         << "| robot | file | nv | poses | mass matrix | bias forces | inertia | mass matrix, its axes | notes | simulates | its scene |\n"
+            "|---|---|---|---|---|---|---|---|---|---|---|\n"
          << rows;
   return stream ? 0 : 1;
 }

@@ -110,7 +110,8 @@ class ContactReader {
     return both.material(dimensions);
   }
 
-  void add_shape(const Geom& geom) {
+  void add_shape(const Geom& given) {
+    const Geom geom = resolved(given, assets_, document_);
     const BodyNode& node = bodies_.bodies[geom.body];
     const Shape shape = shape_of(geom, assets_, document_);
     const Material material = geom.material(geom.condim);

@@ -46,6 +46,28 @@ ShapeType primitive_type(const std::string& type) {
   return ShapeType::kBox;
 }
 
+/// A primitive as large as the box that has the inertia of the mesh.
+Geom fit(const Geom& fitted, Assets& assets, Document& document) {
+  const MassProperties unit = assets.mesh_mass(fitted.mesh, *fitted.element);
+  if (!(unit.mass > 0.0)) document.fail(*fitted.element, "fitted to a mesh that encloses no volume");
+  const PrincipalAxes principal = principal_axes(unit.rotational);  // the least moment is about the longest axis
+  Pose X_MF{Matrix3::Identity(), unit.center};
+  X_MF.rotation << principal.axes.col(2), -principal.axes.col(1), principal.axes.col(0);
+  const Vector3 moments = principal.moments.reverse();
+  const Vector3 half = fitted.fit_scale * 0.5 *
+                       ((6.0 / unit.mass) * (Vector3::Constant(moments.sum()) - 2.0 * moments).cwiseMax(0.0))
+                           .cwiseSqrt();
+  Geom geom = fitted;
+  geom.fitted = false;
+  geom.X_BG = fitted.X_BG * X_MF;
+  geom.size = half;
+  const double across = 0.5 * (half[0] + half[1]);
+  if (geom.type == "sphere") geom.size = Vector3::Constant(half.mean());
+  if (geom.type == "capsule") geom.size = {across, std::max(0.0, half[2] - 0.5 * across), 0.0};
+  if (geom.type == "cylinder") geom.size = {across, half[2], 0.0};
+  return geom;
+}
+
 }  // namespace
 
 Material Geom::material(int dimensions) const {
@@ -78,6 +100,8 @@ Geom read_geom(const Values& v, const Compiler& compiler, const Pose& X_BF, int 
   geom.mesh = v.text("mesh");
   geom.field = v.text("hfield");
   geom.fitted = !geom.mesh.empty() && geom.type != "mesh" && geom.type != "sdf";
+  geom.fit_scale = v.number("fitscale", 1.0);
+  if (geom.fitted && compiler.fit_aabb) geom.type += " (fitaabb)";
   geom.shell = v.boolean("shellinertia", false);
   geom.contype = v.integer("contype", 1);
   geom.conaffinity = v.integer("conaffinity", 1);
@@ -97,12 +121,16 @@ Geom read_geom(const Values& v, const Compiler& compiler, const Pose& X_BF, int 
   return geom;
 }
 
+Geom resolved(const Geom& geom, Assets& assets, Document& document) {
+  if (!geom.fitted) return geom;
+  if (num_sizes(geom.type) > 0) return fit(geom, assets, document);
+  document.fail(*geom.element, fmt::format("a {} fitted to a mesh is not supported where it touches; give its "
+                                           "size and take mesh away",
+                                           geom.type));
+}
+
 Shape shape_of(const Geom& geom, Assets& assets, Document& document) {
   const Element& element = *geom.element;
-  if (geom.fitted)
-    document.fail(element, fmt::format("a {} fitted to a mesh is not supported where it touches; give "
-                                       "its size and take mesh away",
-                                       geom.type));
   if (geom.type == "plane") return {ShapeType::kPlane, Vector3::Zero(), nullptr};
   if (geom.type == "mesh")
     return {ShapeType::kConvexMesh, Vector3::Zero(), assets.hull(geom.mesh, element)};

@@ -17,6 +17,7 @@ struct Geom {
   Pose X_BG;
   std::string mesh, field;
   bool fitted = false;  ///< a primitive fitted to a mesh
+  double fit_scale = 1.0;
   bool shell = false;   ///< its mass lies in its surface
   int contype = 1, conaffinity = 1, condim = 3, group = 0, priority = 0;
   double slide = 1.0, spin = 0.005, roll = 0.0001;
@@ -31,7 +32,10 @@ struct Geom {
 /// `X_BF`: of <frame> elements around it.
 Geom read_geom(const Values& values, const Compiler& compiler, const Pose& X_BF, int body);
 
-/// @throws InputError for types and sizes that cannot be.
+/// With the size and place of what it is fitted to; itself if it is fitted to nothing.
+Geom resolved(const Geom& geom, Assets& assets, Document& document);
+
+/// Of a geom that is resolved. @throws InputError for types and sizes that cannot be.
 Shape shape_of(const Geom& geom, Assets& assets, Document& document);
 
 /// In the body's frame; of zero mass for planes and height fields.
