@@ -133,8 +133,11 @@ class ContactReader {
     const bool match = (first.contype & second.conaffinity) != 0 || (second.contype & first.conaffinity) != 0;
     const bool touch = match && !are_joined(a, b) && excluded_.count(ordered(first.body, second.body)) == 0;
     if (pair == paired_.end() && !touch) {
+      const char* reason = !match               ? "contype and conaffinity"
+                           : are_joined(a, b) ? "of bodies joined by a joint"
+                                              : "excluded by the MJCF file";
       model_.exclusions.push_back({first.collision, second.collision,
-                                   match ? "excluded by the MJCF file" : "contype and conaffinity"});
+                                   reason});
       return;
     }
     const Material surface = pair == paired_.end() ? combined(a, b, 0) : pair->second;

@@ -26,7 +26,7 @@ void place_along(const Values& v, const std::vector<double>& ends, Geom& geom) {
   if (!(length > 1e-15)) v.document().fail(v.element(), "fromto: two different points are expected");
   geom.X_BG = {shortest_from_z((from - to) / length), 0.5 * (from + to)};
   const int along = num_sizes(geom.type) - 1;
-  if (along == 2 && geom.size[1] == 0.0) geom.size[1] = geom.size[0];
+  if (along == 2) geom.size[1] = geom.size[0];
   geom.size[along] = 0.5 * length;
 }
 
