@@ -11,7 +11,6 @@
 #include "counterpoint/engine/crba.h"
 #include "counterpoint/engine/kinematics.h"
 #include "counterpoint/engine/rnea.h"
-#include "counterpoint/model/mjcf/mjcf.h"
 
 namespace counterpoint::apps {
 namespace {
@@ -99,7 +98,8 @@ class Pair {
     double worst = 0.0;
     for (const auto& [i, ti] : v_)
       for (const auto& [j, tj] : v_)
-        worst = std::max(worst, std::abs(ours(i, j) - theirs(ti, tj)) / std::sqrt(ours(i, i) * ours(j, j)));
+        worst = std::max(
+            worst, std::abs(ours(i, j) - theirs(ti, tj)) / std::sqrt(ours(i, i) * ours(j, j)));
     return worst;
   }
 
@@ -140,7 +140,8 @@ double take_inertias(const mjModel& m, RobotSpec& robot) {
     if (id <= 0 || !(link.inertia.mass > 0.0)) continue;
     const SpatialInertia theirs = inertia_of(m, id);
     const double size = theirs.rotational.norm();
-    if (size > 0.0) worst = std::max(worst, (link.inertia.rotational - theirs.rotational).norm() / size);
+    if (size > 0.0)
+      worst = std::max(worst, (link.inertia.rotational - theirs.rotational).norm() / size);
     link.inertia.rotational = theirs.rotational;
   }
   return worst;
@@ -155,14 +156,15 @@ void stay_quiet() {
 
 std::string mujoco_used() { return mj_versionString(); }
 
-MjcfComparison compare_with_mujoco(const std::filesystem::path& file, int states) {
+MjcfComparison compare_with_mujoco(const std::filesystem::path& file, int states,
+                                   const MjcfOptions& options) {
   MjcfComparison out;
   stay_quiet();
   char error[1000] = "";
   const PeerModel m(mj_loadXML(file.c_str(), nullptr, error, sizeof error));
   if (!m) out.unreadable = error;
   try {
-    const MjcfModel read = load_mjcf(file);
+    const MjcfModel read = load_mjcf(file, options);
     ModelBuilder builder(read.weightless ? Vector3(0, 0, 0) : read.gravity);
     add_mjcf(read, "none", Pose(), "", builder);
     const Model model = builder.build();

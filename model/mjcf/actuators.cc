@@ -13,8 +13,9 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-const std::vector<std::string> kTags = {"general",  "motor",    "position", "velocity", "intvelocity",
-                                        "damper",   "cylinder", "muscle",   "adhesion"};
+const std::vector<std::string> kTags = {"general",  "motor",       "position",
+                                        "velocity", "intvelocity", "damper",
+                                        "cylinder", "muscle",      "adhesion"};
 
 /// force = gain u + bias[0] + bias[1] length + bias[2] speed
 struct Law {
@@ -120,12 +121,14 @@ class ActuatorReader {
         model_(model) {}
 
   void read(const Element& e) {
-    document_.expect(e, {"name", "class", "group", "ctrllimited", "forcelimited", "actlimited",
-                         "lengthrange", "ctrlrange", "forcerange", "actrange", "gear", "cranklength",
-                         "joint", "jointinparent", "tendon", "cranksite", "slidersite", "site", "refsite",
-                         "body", "user", "actdim", "dyntype", "gaintype", "biastype", "dynprm", "gainprm",
-                         "biasprm", "actearly", "kp", "kv", "dampratio", "timeconst", "inheritrange",
-                         "gain", "plugin", "instance", "nsample", "interp", "delay"});
+    document_.expect(e, {"name",       "class",       "group",     "ctrllimited",   "forcelimited",
+                         "actlimited", "lengthrange", "ctrlrange", "forcerange",    "actrange",
+                         "gear",       "cranklength", "joint",     "jointinparent", "tendon",
+                         "cranksite",  "slidersite",  "site",      "refsite",       "body",
+                         "user",       "actdim",      "dyntype",   "gaintype",      "biastype",
+                         "dynprm",     "gainprm",     "biasprm",   "actearly",      "kp",
+                         "kv",         "dampratio",   "timeconst", "inheritrange",  "gain",
+                         "plugin",     "instance",    "nsample",   "interp",        "delay"});
     Law law;
     for (const Element* level : defaults_.chain(e, "", kTags)) apply(document_, *level, law);
     apply(document_, e, law);
@@ -186,11 +189,13 @@ class ActuatorReader {
   void no_counterpart(const Element& e, const Law& law, const std::string& lacks) {
     const bool by_itself = law.by_itself || law.bias_type != "none" || e.Attribute("plugin");
     if (by_itself)
-      return document_.refuse(e, LeaveOut::kActuators,
-                              fmt::format("the actuator pulls by itself, and {} is not supported", lacks));
-    document_.note(e, fmt::format("{} is not supported: it is no input here; without control it does "
-                                  "not pull",
-                                  lacks));
+      return document_.refuse(
+          e, LeaveOut::kActuators,
+          fmt::format("the actuator pulls by itself, and {} is not supported", lacks));
+    document_.note(e,
+                   fmt::format("{} is not supported: it is no input here; without control it does "
+                               "not pull",
+                               lacks));
   }
 
   void bound_control(const Element& e, const Law& law, MjcfModel::Actuator& actuator) const {
@@ -206,10 +211,11 @@ class ActuatorReader {
         }
       }
     }
-    const bool limited = law.control_limited == "true" ||
-                         (law.control_limited == "auto" && compiler_.auto_limits);
+    const bool limited =
+        law.control_limited == "true" || (law.control_limited == "auto" && compiler_.auto_limits);
     if (!range || !limited) return;
-    if (!(range->first <= range->second)) document_.fail(e, "ctrlrange: the first number must be less");
+    if (!(range->first <= range->second))
+      document_.fail(e, "ctrlrange: the first number must be less");
     actuator.least = range->first;
     actuator.most = range->second;
   }
@@ -224,8 +230,9 @@ class ActuatorReader {
     const double stiffness = affine ? -law.bias[1] * c * c : 0.0;
     const double damping = affine ? -std::min(law.bias[2], 0.0) * c * c : 0.0;
     if (stiffness < 0.0)
-      return document_.refuse(e, LeaveOut::kActuators, "it pushes away (biasprm: the second number is "
-                                                       "positive), which is not supported");
+      return document_.refuse(e, LeaveOut::kActuators,
+                              "it pushes away (biasprm: the second number is "
+                              "positive), which is not supported");
     actuator.joint = spec.name;
     actuator.gain = c * law.gain[0];
     actuator.bias = affine ? c * (law.bias[0] + law.bias[1] * constant) : 0.0;
@@ -237,8 +244,9 @@ class ActuatorReader {
     double ratio = law.damping_ratio;
     if (affine && law.bias[2] > 0.0 && ratio == 0.0) {
       if (law.gain[0] != -law.bias[1])
-        return document_.refuse(e, LeaveOut::kActuators, "it drives motion on (biasprm: the third number "
-                                                         "is positive), which is not supported");
+        return document_.refuse(e, LeaveOut::kActuators,
+                                "it drives motion on (biasprm: the third number "
+                                "is positive), which is not supported");
       ratio = law.bias[2];
     }
     if (ratio > 0.0)
@@ -256,7 +264,8 @@ class ActuatorReader {
       const double most = std::max(std::abs(low), std::abs(high));
       limit = std::abs(c) * most;
       if (low != -high)
-        document_.note(e, fmt::format("forcerange {} ... {}: taken as {} either way", low, high, most));
+        document_.note(
+            e, fmt::format("forcerange {} ... {}: taken as {} either way", low, high, most));
     }
     if (!servo && actuator.least) {  // the most that a motor's control asks for
       const double most = std::max(std::abs(*actuator.least), std::abs(*actuator.most));
@@ -280,7 +289,8 @@ class ActuatorReader {
 }  // namespace
 
 void read_actuators(Document& document, const Defaults& defaults, const Compiler& compiler,
-                    const Bodies& bodies, const Tendons& tendons, const Ties& ties, MjcfModel& model) {
+                    const Bodies& bodies, const Tendons& tendons, const Ties& ties,
+                    MjcfModel& model) {
   ActuatorReader reader(document, defaults, compiler, bodies, tendons, ties, model);
   for (const Element* e : document.section_children("actuator")) reader.read(*e);
   reader.finish();

@@ -33,20 +33,22 @@ T take(const std::string& bytes, std::size_t& at) {
   return value;
 }
 
-/// MuJoCo's own format: counts of vertices, normals, texture coordinates and triangles (int32), then
-/// vertices, normals, coordinates (float) and triangles (int32).
+/// MuJoCo's own format: counts of vertices, normals, texture coordinates and triangles (int32),
+/// then vertices, normals, coordinates (float) and triangles (int32).
 TriangleMesh load_msh(const fs::path& file) {
   const auto fail = [&](const std::string& why) {
     throw InputError(fmt::format("{}: {}", file.string(), why));
   };
-  const std::string bytes = read_text_file(file, limits::kMaxMeshBytes, "there is no such mesh file");
+  const std::string bytes =
+      read_text_file(file, limits::kMaxMeshBytes, "there is no such mesh file");
   if (bytes.size() < 16) fail("a mesh in MSH format has a header of 16 bytes");
   std::size_t at = 0;
   std::array<std::size_t, 4> counts{};
   for (std::size_t& count : counts) {
     const auto n = take<std::int32_t>(bytes, at);
     if (n < 0 || static_cast<std::size_t>(n) > limits::kMaxMeshVertices)
-      fail(fmt::format("{} vertices or triangles; at most {} are taken", n, limits::kMaxMeshVertices));
+      fail(fmt::format("{} vertices or triangles; at most {} are taken", n,
+                       limits::kMaxMeshVertices));
     count = static_cast<std::size_t>(n);
   }
   if (bytes.size() != 16 + 12 * counts[0] + 12 * counts[1] + 8 * counts[2] + 12 * counts[3])
@@ -101,18 +103,19 @@ void Assets::read_mesh(const Element& element, const Values& v) {
                    {"name", "class", "content_type", "file", "scale", "inertia", "smoothnormal",
                     "maxhullvert", "vertex", "normal", "texcoord", "face", "refpos", "refquat",
                     "material", "needsdf", "octree_maxdepth", "builtin", "params"});
-  if (v.has("builtin")) document_.fail(element, "builtin: meshes made by rule are not supported; name a file");
+  if (v.has("builtin"))
+    document_.fail(element, "builtin: meshes made by rule are not supported; name a file");
   Mesh mesh;
   mesh.element = &element;
   mesh.file = v.text("file");
-  if (mesh.file.empty() && !v.has("vertex")) document_.fail(element, "a file or vertices are expected");
+  if (mesh.file.empty() && !v.has("vertex"))
+    document_.fail(element, "a file or vertices are expected");
   mesh.scale = v.vector("scale", Vector3::Ones());
   if ((mesh.scale.array() == 0.0).any()) document_.fail(element, "scale: no number may be zero");
   mesh.reference = v.vector("refpos", Vector3::Zero());
   if (const auto q = v.numbers("refquat", 4, 4); !q.empty()) mesh.turned = rotation_of(q.data());
   mesh.max_hull_vertices = v.integer("maxhullvert", 0);
-  const std::string inertia =
-      v.word("inertia", {"legacy", "exact", "convex", "shell"}, "legacy");
+  const std::string inertia = v.word("inertia", {"legacy", "exact", "convex", "shell"}, "legacy");
   mesh.inertia = inertia == "exact"    ? MeshInertia::kExact
                  : inertia == "convex" ? MeshInertia::kConvex
                  : inertia == "shell"  ? MeshInertia::kShell
@@ -143,8 +146,10 @@ TriangleMesh Assets::triangles(const Mesh& mesh) const {
   if (mesh.file.empty()) {
     const Values v(document_, *mesh.element);
     const std::vector<double> p = v.numbers("vertex", 12, limits::kMaxMeshVertices);
-    if (p.size() % 3 != 0) document_.fail(*mesh.element, "vertex: three numbers a vertex are expected");
-    for (std::size_t i = 0; i < p.size(); i += 3) out.vertices.emplace_back(p[i], p[i + 1], p[i + 2]);
+    if (p.size() % 3 != 0)
+      document_.fail(*mesh.element, "vertex: three numbers a vertex are expected");
+    for (std::size_t i = 0; i < p.size(); i += 3)
+      out.vertices.emplace_back(p[i], p[i + 1], p[i + 2]);
     const std::vector<double> faces = v.numbers("face", 3, limits::kMaxMeshVertices);
     const auto index = [&](double x) {
       if (x >= 0.0 && x < static_cast<double>(out.vertices.size())) return static_cast<int>(x);
@@ -200,6 +205,10 @@ MassProperties Assets::mesh_mass(const std::string& name, const Element& user) {
   }
 }
 
+std::vector<Vector3> Assets::vertices(const std::string& name, const Element& user) {
+  return triangles(find(name, user)).vertices;
+}
+
 std::shared_ptr<const Terrain> Assets::height_field(const std::string& name, const Element& user) {
   const auto found = fields_.find(name);
   if (found == fields_.end())
@@ -225,7 +234,8 @@ std::shared_ptr<const Terrain> Assets::height_field(const std::string& name, con
     if (grid.rows < 2 || grid.columns < 2 || grid.rows > limits::kMaxHeightsPerSide ||
         grid.columns > limits::kMaxHeightsPerSide ||
         static_cast<std::size_t>(grid.rows) * grid.columns > limits::kMaxHeights)
-      document_.fail(element, fmt::format("nrow, ncol: 2 to {} are expected", limits::kMaxHeightsPerSide));
+      document_.fail(element,
+                     fmt::format("nrow, ncol: 2 to {} are expected", limits::kMaxHeightsPerSide));
     const std::size_t count = static_cast<std::size_t>(grid.rows) * grid.columns;
     grid.heights = v.numbers("elevation", count, count);
     if (grid.heights.empty()) grid.heights.assign(count, 0.0);
@@ -235,7 +245,8 @@ std::shared_ptr<const Terrain> Assets::height_field(const std::string& name, con
   const double least = *low, range = *high - *low;
   for (double& h : grid.heights) h = range > 0.0 ? (h - least) / range : 0.0;
   return make_terrain(
-      height_field_mesh(grid, 2.0 * size[0], 2.0 * size[1], size[2], document_.where(element)), source);
+      height_field_mesh(grid, 2.0 * size[0], 2.0 * size[1], size[2], document_.where(element)),
+      source);
 }
 
 }  // namespace counterpoint::mjcf

@@ -19,8 +19,8 @@ struct MassProperties {
   Matrix3 rotational = Matrix3::Zero();  ///< about the centre
 };
 
-/// How the inertia of a mesh is found. kLegacy, MuJoCo's default: every triangle spans a pyramid with the
-/// centre of the surface, and all count as positive. kExact: with their signs.
+/// How the inertia of a mesh is found. kLegacy, MuJoCo's default: every triangle spans a pyramid
+/// with the centre of the surface, and all count as positive. kExact: with their signs.
 enum class MeshInertia { kLegacy, kExact, kConvex, kShell };
 /// `kind`: kConvex is the exact one of a hull's triangles.
 MassProperties mass_properties(const TriangleMesh& mesh, MeshInertia kind);
@@ -35,6 +35,7 @@ class Assets {
   /// The convex hull; a hull that fills visible hollows is noted.
   std::shared_ptr<const ConvexMesh> hull(const std::string& name, const Element& user);
   MassProperties mesh_mass(const std::string& name, const Element& user);
+  std::vector<Vector3> vertices(const std::string& name, const Element& user);
   std::shared_ptr<const Terrain> height_field(const std::string& name, const Element& user);
 
  private:

@@ -13,7 +13,8 @@ namespace {
 
 class TreeReader {
  public:
-  TreeReader(Document& document, const Defaults& defaults, const Compiler& compiler, MjcfModel& model)
+  TreeReader(Document& document, const Defaults& defaults, const Compiler& compiler,
+             MjcfModel& model)
       : document_(document), defaults_(defaults), compiler_(compiler), model_(model) {}
 
   Bodies read() {
@@ -33,7 +34,8 @@ class TreeReader {
 
  private:
   /// `X_BF`: of the frames between the body and these elements.
-  void read_contents(const Element& element, int body, const Pose& X_BF, const std::string& childclass) {
+  void read_contents(const Element& element, int body, const Pose& X_BF,
+                     const std::string& childclass) {
     for (const Element* e : document_.children(element)) {
       const std::string kind = e->Name();
       if (kind == "body") {
@@ -48,8 +50,8 @@ class TreeReader {
         if (const std::string name = name_of(*e); !name.empty())
           out_.sites[name] = {body, X_BF * X_BS};
       } else if (kind == "frame") {
-        document_.expect(*e, {"name", "childclass", "pos", "quat", "axisangle", "xyaxes", "zaxis",
-                              "euler"});
+        document_.expect(
+            *e, {"name", "childclass", "pos", "quat", "axisangle", "xyaxes", "zaxis", "euler"});
         const char* own = e->Attribute("childclass");
         read_contents(*e, body, X_BF * pose_of(Values(document_, *e), compiler_),
                       own ? own : childclass);
@@ -59,9 +61,10 @@ class TreeReader {
         if (!X_BF.rotation.isIdentity(0.0) || !X_BF.translation.isZero(0.0))
           document_.fail(*e, "within a displaced <frame> it is not supported; move it out");
       } else if (kind != "camera" && kind != "light") {
-        document_.fail(*e, fmt::format("<{}> is not supported; save the model with MuJoCo as one plain "
-                                       "file (mj_saveLastXML), or write the bodies out",
-                                       kind));
+        document_.fail(*e,
+                       fmt::format("<{}> is not supported; save the model with MuJoCo as one plain "
+                                   "file (mj_saveLastXML), or write the bodies out",
+                                   kind));
       }
     }
   }
@@ -73,14 +76,16 @@ class TreeReader {
     const std::string childclass = v.text("childclass", above);
     const int index = static_cast<int>(out_.bodies.size());
     if (index > limits::kMaxLinks)
-      document_.fail(element, fmt::format("more than {} bodies; make the model smaller", limits::kMaxLinks));
+      document_.fail(element,
+                     fmt::format("more than {} bodies; make the model smaller", limits::kMaxLinks));
     BodyNode node;
     node.element = &element;
     node.parent = parent;
     const Pose X_PB = X_PF * pose_of(v, compiler_);
     node.X_WB = out_.bodies[parent].X_WB * X_PB;
     node.compensation = v.number("gravcomp", 0.0);
-    node.link = free_name(name_of(element).empty() ? fmt::format("body{}", index) : name_of(element));
+    node.link =
+        free_name(name_of(element).empty() ? fmt::format("body{}", index) : name_of(element));
     if (v.boolean("mocap", false))
       document_.note(element, "mocap: moved by programs; it stays where it is");
     const std::string name = name_of(element);
@@ -129,8 +134,9 @@ class TreeReader {
     return out;
   }
 
-  /// Joints of one body turn it one after the other, each about an axis that those before have moved.
-  /// Between them lie links without mass. `at`: the body's frame, in the link it hangs on so far.
+  /// Joints of one body turn it one after the other, each about an axis that those before have
+  /// moved. Between them lie links without mass. `at`: the body's frame, in the link it hangs on so
+  /// far.
   void add_joint(const Element& element, int body, std::size_t number, bool last,
                  const std::string& childclass, std::string& hangs_on, Pose& at) {
     JointRead read = read_joint(document_, defaults_, compiler_, element, childclass);
@@ -148,8 +154,8 @@ class TreeReader {
     const bool ends_here = last && read.anchor.isZero(0.0);
     spec.child = ends_here ? node.link : free_name(node.link + "." + spec.name);
     const int index = static_cast<int>(out_.joints.size());
-    out_.joints.push_back({&element, spec.name, static_cast<int>(model_.robot.joints.size()), body,
-                           read.reference});
+    out_.joints.push_back(
+        {&element, spec.name, static_cast<int>(model_.robot.joints.size()), body, read.reference});
     if (!given.empty()) out_.joint_names[given] = index;
     MjcfModel::Coordinate coordinate{spec.name, spec.type, {read.reference}};
     if (is_free) {
@@ -170,12 +176,14 @@ class TreeReader {
     model_.robot.joints.push_back(spec);
   }
 
-  void read_one_geom(const Element& element, int body, const Pose& X_BF, const std::string& childclass) {
+  void read_one_geom(const Element& element, int body, const Pose& X_BF,
+                     const std::string& childclass) {
     Geom geom = read_geom(defaults_.values(element, childclass), compiler_, X_BF, body);
     const int index = static_cast<int>(out_.geoms.size());
     if (!geom.name.empty() && !out_.geom_names.emplace(geom.name, index).second)
       document_.fail(element, "there is already a geom of this name");
-    if (index >= limits::kMaxGeometries) document_.fail(element, "too many geoms; make the model smaller");
+    if (index >= limits::kMaxGeometries)
+      document_.fail(element, "too many geoms; make the model smaller");
     geom.collision = fmt::format("{}/{}", out_.bodies[body].link,
                                  geom.name.empty() ? fmt::format("geom{}", index) : geom.name);
     out_.geoms.push_back(geom);

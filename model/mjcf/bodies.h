@@ -19,11 +19,11 @@ struct Joint {
 
 struct BodyNode {
   const Element* element = nullptr;
-  std::string link;     ///< its link's name
-  int link_index = 0;   ///< into RobotSpec::links
+  std::string link;    ///< its link's name
+  int link_index = 0;  ///< into RobotSpec::links
   int parent = -1;
-  int weld = 0;         ///< the body, itself or one above, whose joints move it; 0: fixed to the world
-  Pose X_WB;            ///< in the reference pose
+  int weld = 0;  ///< the body, itself or one above, whose joints move it; 0: fixed to the world
+  Pose X_WB;     ///< in the reference pose
   double compensation = 0.0;  ///< gravcomp
   const Element* inertial = nullptr;
 };
@@ -49,7 +49,7 @@ Bodies read_bodies(Document& document, const Defaults& defaults, const Compiler&
                    MjcfModel& model);
 
 /// Gives the links their inertia: from <inertial>, or from geoms.
-void read_inertias(Document& document, const Compiler& compiler, Assets& assets, const Bodies& bodies,
-                   MjcfModel& model);
+void read_inertias(Document& document, const Compiler& compiler, Assets& assets,
+                   const Bodies& bodies, MjcfModel& model);
 
 }  // namespace counterpoint::mjcf

@@ -52,13 +52,16 @@ Compiler read_compiler(Document& document) {
   bool in_degrees = true;
   std::string asset_folder, mesh_folder;
   for (const Element* e : document.sections("compiler")) {
-    document.expect(*e, {"angle", "eulerseq", "autolimits", "meshdir", "assetdir", "texturedir",
-                         "strippath", "inertiafromgeom", "inertiagrouprange", "balanceinertia",
-                         "boundmass", "boundinertia", "settotalmass", "coordinate", "fusestatic",
-                         "discardvisual", "usethread", "fitaabb", "exactmeshinertia", "convexhull",
-                         "alignfree", "saveinertial"});
+    document.expect(
+        *e,
+        {"angle",         "eulerseq",     "autolimits",      "meshdir",           "assetdir",
+         "texturedir",    "strippath",    "inertiafromgeom", "inertiagrouprange", "balanceinertia",
+         "boundmass",     "boundinertia", "settotalmass",    "coordinate",        "fusestatic",
+         "discardvisual", "usethread",    "fitaabb",         "exactmeshinertia",  "convexhull",
+         "alignfree",     "saveinertial"});
     const Values v(document, *e);
-    in_degrees = v.word("angle", {"radian", "degree"}, in_degrees ? "degree" : "radian") == "degree";
+    in_degrees =
+        v.word("angle", {"radian", "degree"}, in_degrees ? "degree" : "radian") == "degree";
     out.euler_sequence = v.text("eulerseq", out.euler_sequence);
     if (out.euler_sequence.size() != 3 ||
         out.euler_sequence.find_first_not_of("xyzXYZ") != std::string::npos)
@@ -84,8 +87,10 @@ Compiler read_compiler(Document& document) {
     out.fit_aabb = v.boolean("fitaabb", out.fit_aabb);
     out.align_free = v.boolean("alignfree", out.align_free);
     if (v.text("coordinate", "local") != "local")
-      document.fail(*e, "coordinate: MuJoCo itself takes local only since version 2.3.4; save the model "
-                        "anew with an older one");
+      document.fail(
+          *e,
+          "coordinate: MuJoCo itself takes local only since version 2.3.4; save the model "
+          "anew with an older one");
     if (v.boolean("exactmeshinertia", false))
       document.fail(*e, "exactmeshinertia: give the meshes inertia=\"exact\"");
   }

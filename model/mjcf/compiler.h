@@ -14,7 +14,7 @@ struct Compiler {
   double angle_unit = 0.017453292519943295;  ///< [rad]: degrees unless the file says otherwise
   std::string euler_sequence = "xyz";
   bool auto_limits = true;
-  std::string mesh_folder;   ///< relative to the file
+  std::string mesh_folder;  ///< relative to the file
   bool strip_path = false;
   InertiaFromGeom inertia_from_geom = InertiaFromGeom::kAuto;
   int first_inertia_group = 0, last_inertia_group = 5;

@@ -55,8 +55,8 @@ class ContactReader {
 
   void read_pair(const Values& v) {
     const Element& e = v.element();
-    document_.expect(e, {"name", "class", "geom1", "geom2", "condim", "friction", "solref", "solimp",
-                         "solreffriction", "margin", "gap"});
+    document_.expect(e, {"name", "class", "geom1", "geom2", "condim", "friction", "solref",
+                         "solimp", "solreffriction", "margin", "gap"});
     const int a = geom_named(v, "geom1"), b = geom_named(v, "geom2");
     const BodyNode &body_a = body_of(a), &body_b = body_of(b);
     if (body_a.weld == body_b.weld) return;  // never moves
@@ -64,8 +64,9 @@ class ContactReader {
     if (const auto f = v.numbers("friction", 1, 5); !f.empty()) {
       const int dimensions = v.integer("condim", common_dimensions(a, b));
       if (f.size() > 1 && f[0] != f[1])
-        document_.fail(e, "friction: the first two numbers differ, but friction is the same in all "
-                          "directions here");
+        document_.fail(e,
+                       "friction: the first two numbers differ, but friction is the same in all "
+                       "directions here");
       if (dimensions >= 3) surface.friction = f[0];
       if (dimensions >= 4 && f.size() > 2) surface.torsional_friction = f[2];
       if (dimensions >= 6 && f.size() > 3) surface.rolling_friction = f[3];
@@ -120,8 +121,9 @@ class ContactReader {
       return;
     }
     if (shape.type == ShapeType::kPlane || shape.type == ShapeType::kTerrain)
-      document_.fail(*geom.element, "it stands on a body that can move; planes and height fields are "
-                                    "fixed to the world");
+      document_.fail(*geom.element,
+                     "it stands on a body that can move; planes and height fields are "
+                     "fixed to the world");
     const std::string name = geom.collision.substr(node.link.size() + 1);
     model_.robot.links[node.link_index].collisions.push_back({name, geom.X_BG, shape, material});
   }
@@ -130,18 +132,20 @@ class ContactReader {
     const Geom &first = bodies_.geoms[a], &second = bodies_.geoms[b];
     if (body_of(a).weld == body_of(b).weld) return;  // the builder knows
     const auto pair = paired_.find(ordered(a, b));
-    const bool match = (first.contype & second.conaffinity) != 0 || (second.contype & first.conaffinity) != 0;
-    const bool touch = match && !are_joined(a, b) && excluded_.count(ordered(first.body, second.body)) == 0;
+    const bool match =
+        (first.contype & second.conaffinity) != 0 || (second.contype & first.conaffinity) != 0;
+    const bool touch =
+        match && !are_joined(a, b) && excluded_.count(ordered(first.body, second.body)) == 0;
     if (pair == paired_.end() && !touch) {
-      const char* reason = !match               ? "contype and conaffinity"
+      const char* reason = !match             ? "contype and conaffinity"
                            : are_joined(a, b) ? "of bodies joined by a joint"
                                               : "excluded by the MJCF file";
-      model_.exclusions.push_back({first.collision, second.collision,
-                                   reason});
+      model_.exclusions.push_back({first.collision, second.collision, reason});
       return;
     }
     const Material surface = pair == paired_.end() ? combined(a, b, 0) : pair->second;
-    const Material usual = combine_materials(first.material(first.condim), second.material(second.condim));
+    const Material usual =
+        combine_materials(first.material(first.condim), second.material(second.condim));
     if (same(surface, usual)) return;
     PairSurface values;
     values.friction = surface.friction;
@@ -169,8 +173,8 @@ class ContactReader {
 
 }  // namespace
 
-void read_contacts(Document& document, const Defaults& defaults, Assets& assets, const Bodies& bodies,
-                   MjcfModel& model) {
+void read_contacts(Document& document, const Defaults& defaults, Assets& assets,
+                   const Bodies& bodies, MjcfModel& model) {
   ContactReader(document, defaults, assets, bodies, model).read();
 }
 

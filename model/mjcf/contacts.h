@@ -7,7 +7,7 @@ namespace counterpoint::mjcf {
 
 /// Gives the links their collisions and the world its environment; what may not touch is excluded;
 /// pairs whose friction is not the geometric mean get theirs.
-void read_contacts(Document& document, const Defaults& defaults, Assets& assets, const Bodies& bodies,
-                   MjcfModel& model);
+void read_contacts(Document& document, const Defaults& defaults, Assets& assets,
+                   const Bodies& bodies, MjcfModel& model);
 
 }  // namespace counterpoint::mjcf

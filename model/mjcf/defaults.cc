@@ -46,7 +46,8 @@ const Defaults::Class& Defaults::class_of(const Element& element,
   document_.fail(element, fmt::format("there is no default class '{}'", name));
 }
 
-Values Defaults::values(const Element& element, const std::string& childclass, const char* tag) const {
+Values Defaults::values(const Element& element, const std::string& childclass,
+                        const char* tag) const {
   Values values(document_, element);
   std::vector<const Element*> all =
       chain(element, childclass, {tag != nullptr ? tag : element.Name()});

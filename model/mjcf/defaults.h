@@ -15,9 +15,11 @@ class Defaults {
   /// different parents.
   explicit Defaults(const Document& document);
 
-  /// The values of an element: its own class, else `childclass` (of the nearest body that gives one;
+  /// The values of an element: its own class, else `childclass` (of the nearest body that gives
+  /// one;
   /// "": none), else the top class. `tag`: under which its defaults stand, its own if null.
-  Values values(const Element& element, const std::string& childclass, const char* tag = nullptr) const;
+  Values values(const Element& element, const std::string& childclass,
+                const char* tag = nullptr) const;
 
   /// The defaults of a class under any of these tags, from the top class to this one.
   std::vector<const Element*> chain(const Element& element, const std::string& childclass,

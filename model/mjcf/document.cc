@@ -50,8 +50,9 @@ Document::Document(const fs::path& file, const MjcfOptions& options)
   parse_xml_file(file, "there is no such file", *files_.back().xml);
   root_ = files_.back().xml->RootElement();
   if (root_ == nullptr || std::strcmp(root_->Name(), "mujoco") != 0) {
-    throw InputError(fmt::format("{}: the root element is <{}>; <mujoco> is expected of an MJCF file",
-                                 file.string(), root_ ? root_->Name() : ""));
+    throw InputError(
+        fmt::format("{}: the root element is <{}>; <mujoco> is expected of an MJCF file",
+                    file.string(), root_ ? root_->Name() : ""));
   }
   load_includes(*root_, 0);
 }
@@ -73,7 +74,8 @@ void Document::load_includes(const Element& element, int depth) {
       if (fs::equivalent(other.path, path, error))
         fail(*e, fmt::format("file '{}' is included a second time", name));
     }
-    if (files_.size() == kMaxFiles) fail(*e, fmt::format("more than {} files are included", kMaxFiles));
+    if (files_.size() == kMaxFiles)
+      fail(*e, fmt::format("more than {} files are included", kMaxFiles));
     files_.push_back({path, std::make_unique<tinyxml2::XMLDocument>()});
     parse_xml_file(path, "there is no such file", *files_.back().xml);
     const Element* root = files_.back().xml->RootElement();
@@ -125,9 +127,10 @@ void Document::fail(const Element& element, const std::string& what) const {
 
 void Document::refuse(const Element& element, LeaveOut word, const std::string& what) {
   if (options_.leave_out.count(word) > 0) return note(element, what + "; left out");
-  fail(element, fmt::format("{}. To go on without it name the file in a scene: models: [{{mjcf: {}, "
-                            "leave_out: [{}]}}]",
-                            what, file_.filename().string(), leave_out_name(word)));
+  fail(element,
+       fmt::format("{}. To go on without it name the file in a scene: models: [{{mjcf: {}, "
+                   "leave_out: [{}]}}]",
+                   what, file_.filename().string(), leave_out_name(word)));
 }
 
 void Document::note(const Element& element, const std::string& what) {
@@ -138,9 +141,10 @@ void Document::expect(const Element& element, std::initializer_list<const char*>
   for (const auto* a = element.FirstAttribute(); a; a = a->Next()) {
     const auto same = [&](const char* name) { return std::strcmp(name, a->Name()) == 0; };
     if (std::any_of(known.begin(), known.end(), same)) continue;
-    fail(element, fmt::format("attribute '{}' is not supported here; remove it if the motion does not "
-                              "need it",
-                              a->Name()));
+    fail(element,
+         fmt::format("attribute '{}' is not supported here; remove it if the motion does not "
+                     "need it",
+                     a->Name()));
   }
 }
 
@@ -168,11 +172,11 @@ std::vector<double> Values::numbers(const char* name, std::size_t least, std::si
   if (level == nullptr) return out;
   const bool parsed = parse_numbers(level->Attribute(name), out);
   if (parsed && out.size() >= least && out.size() <= most) return out;
-  const std::string count = least == most          ? std::to_string(least)
+  const std::string count = least == most        ? std::to_string(least)
                             : most > kMaxNumbers ? fmt::format("{} or more", least)
-                                                   : fmt::format("{} to {}", least, most);
-  document_->fail(*level, fmt::format("{}: {} finite number{} between blanks {} expected", name, count,
-                                      most == 1 ? "" : "s", most == 1 ? "is" : "are"));
+                                                 : fmt::format("{} to {}", least, most);
+  document_->fail(*level, fmt::format("{}: {} finite number{} between blanks {} expected", name,
+                                      count, most == 1 ? "" : "s", most == 1 ? "is" : "are"));
 }
 
 std::optional<double> Values::number(const char* name) const {

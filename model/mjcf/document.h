@@ -1,5 +1,5 @@
-// An MJCF file with what it includes, and its values with their defaults. Format: "XML Reference" of
-// MuJoCo's documentation.
+// An MJCF file with what it includes, and its values with their defaults. Format: "XML Reference"
+// of MuJoCo's documentation.
 #pragma once
 
 #include <filesystem>
@@ -28,8 +28,8 @@ inline constexpr std::size_t kMaxNumbers = 1000;
 /// The elements of a file, those of included files in their places.
 class Document {
  public:
-  /// @throws InputError with file and line for what is no XML, no <mujoco>, or includes a file that is
-  /// missing, twice included, or outside the folders that the file may reach (mesh_path.h).
+  /// @throws InputError with file and line for what is no XML, no <mujoco>, or includes a file that
+  /// is missing, twice included, or outside the folders that the file may reach (mesh_path.h).
   Document(const std::filesystem::path& file, const MjcfOptions& options);
   ~Document();
   Document(const Document&) = delete;
@@ -74,7 +74,8 @@ class Document {
 /// The values of one element: its own, else those of its class, else of the class above.
 class Values {
  public:
-  Values(const Document& document, const Element& element) : document_(&document), levels_{&element} {}
+  Values(const Document& document, const Element& element)
+      : document_(&document), levels_{&element} {}
   void add_level(const Element& defaults) { levels_.push_back(&defaults); }
 
   const Element& element() const { return *levels_.front(); }

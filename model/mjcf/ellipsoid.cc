@@ -23,7 +23,8 @@ Ball icosahedron() {
   for (int i = 0; i < 12; ++i)
     for (int j = i + 1; j < 12; ++j)
       for (int k = j + 1; k < 12; ++k)
-        if ((p[i] - p[j]).norm() < edge && (p[j] - p[k]).norm() < edge && (p[i] - p[k]).norm() < edge)
+        if ((p[i] - p[j]).norm() < edge && (p[j] - p[k]).norm() < edge &&
+            (p[i] - p[k]).norm() < edge)
           ball.triangles.push_back({i, j, k});
   return ball;
 }

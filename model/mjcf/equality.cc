@@ -65,7 +65,8 @@ class EqualityReader {
       if (weld) spec.orientation = a.X_BS.rotation * b.X_BS.rotation.transpose();
     } else if (weld) {
       Pose held = X_AB;
-      if (const auto p = v.numbers("relpose", 7, 7); !p.empty() && Eigen::Map<const Eigen::Vector4d>(p.data() + 3).norm() > 1e-10)
+      if (const auto p = v.numbers("relpose", 7, 7);
+          !p.empty() && Eigen::Map<const Eigen::Vector4d>(p.data() + 3).norm() > 1e-10)
         held = {rotation_of(p.data() + 3), {p[0], p[1], p[2]}};
       spec.anchor_a = held.translation;
       spec.anchor_b = Vector3::Zero();
@@ -100,8 +101,9 @@ class EqualityReader {
     if (p.empty()) p = {0, 1};
     p.resize(5);
     if (p[2] != 0.0 || p[3] != 0.0 || p[4] != 0.0)
-      return document_.refuse(e, LeaveOut::kEqualities,
-                              "polycoef: joints follow others linearly only; two numbers are expected");
+      return document_.refuse(
+          e, LeaveOut::kEqualities,
+          "polycoef: joints follow others linearly only; two numbers are expected");
     const Joint& first =
         bodies_.joints[find_scalar_joint(document_, bodies_, model_, e, v.text("joint1"))];
     Ties::Sum sum{{first.spec, 1.0}};
@@ -157,7 +159,8 @@ int find_scalar_joint(const Document& document, const Bodies& bodies, const Mjcf
     document.fail(user, fmt::format("there is no joint '{}'", name));
   const Joint& joint = bodies.joints[found->second];
   if (joint_nv(model.robot.joints[joint.spec].type) == 1) return found->second;
-  document.fail(user, fmt::format("joint '{}' has several coordinates; a hinge or slide is expected", name));
+  document.fail(
+      user, fmt::format("joint '{}' has several coordinates; a hinge or slide is expected", name));
 }
 
 void read_equalities(Document& document, const Defaults& defaults, const Bodies& bodies,

@@ -11,7 +11,8 @@ namespace counterpoint::mjcf {
 
 struct Tendon {
   const Element* element = nullptr;
-  bool fixed = true;  ///< a sum of joint coordinates; else a path through space, of which nothing is known
+  bool fixed =
+      true;  ///< a sum of joint coordinates; else a path through space, of which nothing is known
   Ties::Sum sum;
   double reference = 0.0;  ///< its length in the reference pose
 };
@@ -23,8 +24,8 @@ Tendons read_tendons(Document& document, const Bodies& bodies);
 void read_equalities(Document& document, const Defaults& defaults, const Bodies& bodies,
                      const Tendons& tendons, Ties& ties, MjcfModel& model);
 
-/// Springs, dampers, friction and limits of tendons go to the one joint that they pull at; others are
-/// refused. After the equalities.
+/// Springs, dampers, friction and limits of tendons go to the one joint that they pull at; others
+/// are refused. After the equalities.
 void apply_tendon_forces(Document& document, const Defaults& defaults, const Compiler& compiler,
                          const Tendons& tendons, const Ties& ties, MjcfModel& model);
 

@@ -18,12 +18,14 @@ int num_sizes(const std::string& type) {
 
 void place_along(const Values& v, const std::vector<double>& ends, Geom& geom) {
   if (num_sizes(geom.type) < 2)
-    v.document().fail(v.element(), fmt::format("fromto: a {} has no length; a capsule, cylinder, box or "
-                                               "ellipsoid is expected",
-                                               geom.type));
+    v.document().fail(v.element(),
+                      fmt::format("fromto: a {} has no length; a capsule, cylinder, box or "
+                                  "ellipsoid is expected",
+                                  geom.type));
   const Vector3 from(ends[0], ends[1], ends[2]), to(ends[3], ends[4], ends[5]);
   const double length = (from - to).norm();
-  if (!(length > 1e-15)) v.document().fail(v.element(), "fromto: two different points are expected");
+  if (!(length > 1e-15))
+    v.document().fail(v.element(), "fromto: two different points are expected");
   geom.X_BG = {shortest_from_z((from - to) / length), 0.5 * (from + to)};
   const int along = num_sizes(geom.type) - 1;
   if (along == 2) geom.size[1] = geom.size[0];
@@ -46,24 +48,38 @@ ShapeType primitive_type(const std::string& type) {
   return ShapeType::kBox;
 }
 
-/// A primitive as large as the box that has the inertia of the mesh.
+/// A primitive as large as the box that has the inertia of the mesh, or as the box around it along
+/// the principal axes.
 Geom fit(const Geom& fitted, Assets& assets, Document& document) {
   const MassProperties unit = assets.mesh_mass(fitted.mesh, *fitted.element);
-  if (!(unit.mass > 0.0)) document.fail(*fitted.element, "fitted to a mesh that encloses no volume");
-  const PrincipalAxes principal = principal_axes(unit.rotational);  // the least moment is about the longest axis
+  if (!(unit.mass > 0.0))
+    document.fail(*fitted.element, "fitted to a mesh that encloses no volume");
+  // The least moment is about the longest axis, z.
+  const PrincipalAxes principal = principal_axes(unit.rotational);
   Pose X_MF{Matrix3::Identity(), unit.center};
   X_MF.rotation << principal.axes.col(2), -principal.axes.col(1), principal.axes.col(0);
-  const Vector3 moments = principal.moments.reverse();
-  const Vector3 half = fitted.fit_scale * 0.5 *
-                       ((6.0 / unit.mass) * (Vector3::Constant(moments.sum()) - 2.0 * moments).cwiseMax(0.0))
-                           .cwiseSqrt();
   Geom geom = fitted;
   geom.fitted = false;
+  Vector3 half;
+  if (fitted.fit_box) {
+    Eigen::AlignedBox3d box;
+    const Pose X_FM = X_MF.inverse();
+    for (const Vector3& p : assets.vertices(fitted.mesh, *fitted.element)) box.extend(X_FM * p);
+    X_MF.translation = X_MF * Vector3(box.center());
+    half = 0.5 * box.sizes();
+  } else {
+    const Vector3 moments = principal.moments.reverse();
+    const Vector3 squares = 1.5 / unit.mass * (Vector3::Constant(moments.sum()) - 2.0 * moments);
+    half = squares.cwiseMax(0.0).cwiseSqrt();
+  }
+  half *= fitted.fit_scale;
   geom.X_BG = fitted.X_BG * X_MF;
   geom.size = half;
-  const double across = 0.5 * (half[0] + half[1]);
-  if (geom.type == "sphere") geom.size = Vector3::Constant(half.mean());
-  if (geom.type == "capsule") geom.size = {across, std::max(0.0, half[2] - 0.5 * across), 0.0};
+  const bool box = fitted.fit_box;
+  const double across = box ? std::max(half[0], half[1]) : 0.5 * (half[0] + half[1]);
+  if (geom.type == "sphere") geom.size = Vector3::Constant(box ? half.maxCoeff() : half.mean());
+  if (geom.type == "capsule")
+    geom.size = {across, std::max(0.0, half[2] - (box ? 1.0 : 0.5) * across), 0.0};
   if (geom.type == "cylinder") geom.size = {across, half[2], 0.0};
   return geom;
 }
@@ -80,18 +96,21 @@ Material Geom::material(int dimensions) const {
 
 Geom read_geom(const Values& v, const Compiler& compiler, const Pose& X_BF, int body) {
   const Document& document = v.document();
-  document.expect(v.element(),
-                  {"name",    "class",    "type",     "contype", "conaffinity", "condim",   "group",
-                   "priority", "size",    "material", "rgba",    "friction",    "mass",     "density",
-                   "shellinertia", "solmix", "solref", "solimp", "margin",      "gap",      "fromto",
-                   "pos",     "quat",     "axisangle", "xyaxes", "zaxis",       "euler",    "hfield",
-                   "mesh",    "fitscale", "user",     "fluidshape", "fluidcoef"});
+  document.expect(
+      v.element(),
+      {"name",         "class",    "type",      "contype",    "conaffinity", "condim", "group",
+       "priority",     "size",     "material",  "rgba",       "friction",    "mass",   "density",
+       "shellinertia", "solmix",   "solref",    "solimp",     "margin",      "gap",    "fromto",
+       "pos",          "quat",     "axisangle", "xyaxes",     "zaxis",       "euler",  "hfield",
+       "mesh",         "fitscale", "user",      "fluidshape", "fluidcoef"});
   Geom geom;
   geom.element = &v.element();
   geom.name = name_of(v.element());
   geom.body = body;
-  geom.type = v.word("type", {"plane", "hfield", "sphere", "capsule", "ellipsoid", "cylinder", "box",
-                              "mesh", "sdf"}, "sphere");
+  geom.type = v.word(
+      "type",
+      {"plane", "hfield", "sphere", "capsule", "ellipsoid", "cylinder", "box", "mesh", "sdf"},
+      "sphere");
   const std::vector<double> size = v.numbers("size", 1, 3);
   std::copy(size.begin(), size.end(), geom.size.data());
   geom.X_BG = pose_of(v, compiler);
@@ -101,7 +120,7 @@ Geom read_geom(const Values& v, const Compiler& compiler, const Pose& X_BF, int 
   geom.field = v.text("hfield");
   geom.fitted = !geom.mesh.empty() && geom.type != "mesh" && geom.type != "sdf";
   geom.fit_scale = v.number("fitscale", 1.0);
-  if (geom.fitted && compiler.fit_aabb) geom.type += " (fitaabb)";
+  geom.fit_box = compiler.fit_aabb;
   geom.shell = v.boolean("shellinertia", false);
   geom.contype = v.integer("contype", 1);
   geom.conaffinity = v.integer("conaffinity", 1);
@@ -124,9 +143,10 @@ Geom read_geom(const Values& v, const Compiler& compiler, const Pose& X_BF, int 
 Geom resolved(const Geom& geom, Assets& assets, Document& document) {
   if (!geom.fitted) return geom;
   if (num_sizes(geom.type) > 0) return fit(geom, assets, document);
-  document.fail(*geom.element, fmt::format("a {} fitted to a mesh is not supported where it touches; give its "
-                                           "size and take mesh away",
-                                           geom.type));
+  document.fail(*geom.element,
+                fmt::format("a {} fitted to a mesh is not supported where it touches; give its "
+                            "size and take mesh away",
+                            geom.type));
 }
 
 Shape shape_of(const Geom& geom, Assets& assets, Document& document) {
@@ -135,7 +155,8 @@ Shape shape_of(const Geom& geom, Assets& assets, Document& document) {
   if (geom.type == "mesh")
     return {ShapeType::kConvexMesh, Vector3::Zero(), assets.hull(geom.mesh, element)};
   if (geom.type == "hfield")
-    return {ShapeType::kTerrain, Vector3::Zero(), nullptr, assets.height_field(geom.field, element)};
+    return {ShapeType::kTerrain, Vector3::Zero(), nullptr,
+            assets.height_field(geom.field, element)};
   const int sizes = num_sizes(geom.type);
   if (sizes == 0)
     document.fail(element, fmt::format("geoms of type {} are not supported", geom.type));
@@ -148,9 +169,10 @@ Shape shape_of(const Geom& geom, Assets& assets, Document& document) {
   size.head(sizes) = geom.size.head(sizes);
   if (geom.type != "ellipsoid") return {primitive_type(geom.type), size, nullptr};
   const RoundHull round = ellipsoid_hull(size);
-  document.note(element, fmt::format("an ellipsoid touches as a polyhedron of {} corners, within {:.2g} m "
-                                     "of it",
-                                     round.hull->vertices.size(), round.error));
+  document.note(element,
+                fmt::format("an ellipsoid touches as a polyhedron of {} corners, within {:.2g} m "
+                            "of it",
+                            round.hull->vertices.size(), round.error));
   return {ShapeType::kConvexMesh, Vector3::Zero(), round.hull};
 }
 
@@ -158,16 +180,19 @@ SpatialInertia inertia_of(const Geom& geom, Assets& assets, Document& document) 
   if (geom.type == "plane" || geom.type == "hfield") return {};
   if (geom.mass ? *geom.mass == 0.0 : geom.density == 0.0) return {};
   if (geom.fitted || geom.type == "sdf")
-    document.fail(*geom.element, "the body's inertia depends on a shape that is not supported; give "
-                                 "the body an <inertial>");
+    document.fail(*geom.element,
+                  "the body's inertia depends on a shape that is not supported; give "
+                  "the body an <inertial>");
   if (geom.shell)
-    document.fail(*geom.element, "shellinertia is not supported; of a mesh give the asset "
-                                 "inertia=\"shell\", else the body an <inertial>");
+    document.fail(*geom.element,
+                  "shellinertia is not supported; of a mesh give the asset "
+                  "inertia=\"shell\", else the body an <inertial>");
   if (geom.type == "mesh") {
     const MassProperties unit = assets.mesh_mass(geom.mesh, *geom.element);
     if (!(unit.mass > 0.0))
-      document.fail(*geom.element, fmt::format("mesh '{}' encloses no volume; give the body an <inertial>",
-                                               geom.mesh));
+      document.fail(
+          *geom.element,
+          fmt::format("mesh '{}' encloses no volume; give the body an <inertial>", geom.mesh));
     const double density = geom.mass ? *geom.mass / unit.mass : geom.density;
     return SpatialInertia{density * unit.mass, unit.center, density * unit.rotational}.transformed(
         geom.X_BG);
@@ -178,7 +203,8 @@ SpatialInertia inertia_of(const Geom& geom, Assets& assets, Document& document) 
     const Vector3 moments = mass / 5.0 * (Vector3::Constant(s2.sum()) - s2);
     return SpatialInertia{mass, Vector3::Zero(), moments.asDiagonal()}.transformed(geom.X_BG);
   }
-  return solid_inertia({primitive_type(geom.type), geom.size, nullptr}, mass).transformed(geom.X_BG);
+  return solid_inertia({primitive_type(geom.type), geom.size, nullptr}, mass)
+      .transformed(geom.X_BG);
 }
 
 }  // namespace counterpoint::mjcf

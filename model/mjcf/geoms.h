@@ -10,15 +10,16 @@ namespace counterpoint::mjcf {
 
 struct Geom {
   const Element* element = nullptr;
-  std::string name;  ///< as in the file; may be empty
-  int body = 0;      ///< index into Bodies
-  std::string type;  ///< "sphere" ...
+  std::string name;                ///< as in the file; may be empty
+  int body = 0;                    ///< index into Bodies
+  std::string type;                ///< "sphere" ...
   Vector3 size = Vector3::Zero();  ///< as MuJoCo has it [m]
   Pose X_BG;
   std::string mesh, field;
-  bool fitted = false;  ///< a primitive fitted to a mesh
+  bool fitted = false;   ///< a primitive fitted to a mesh
+  bool fit_box = false;  ///< to the box around the mesh, else to that of its inertia
   double fit_scale = 1.0;
-  bool shell = false;   ///< its mass lies in its surface
+  bool shell = false;  ///< its mass lies in its surface
   int contype = 1, conaffinity = 1, condim = 3, group = 0, priority = 0;
   double slide = 1.0, spin = 0.005, roll = 0.0001;
   std::optional<double> mass;  ///< [kg]

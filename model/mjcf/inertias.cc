@@ -7,7 +7,8 @@
 namespace counterpoint::mjcf {
 namespace {
 
-SpatialInertia read_inertial(const Document& document, const Compiler& compiler, const Element& element) {
+SpatialInertia read_inertial(const Document& document, const Compiler& compiler,
+                             const Element& element) {
   document.expect(element, {"pos", "quat", "axisangle", "xyaxes", "zaxis", "euler", "mass",
                             "diaginertia", "fullinertia"});
   const Values v(document, element);
@@ -37,15 +38,17 @@ SpatialInertia from_geoms(Document& document, const Compiler& compiler, Assets& 
 }
 
 /// All three moments become their mean where no body has them (balanceinertia); then the bounds.
-void adjust(Document& document, const Compiler& compiler, const Element& element, SpatialInertia& inertia) {
+void adjust(Document& document, const Compiler& compiler, const Element& element,
+            SpatialInertia& inertia) {
   inertia.mass = std::max(inertia.mass, compiler.least_mass);
   if (!compiler.balance_inertia && compiler.least_inertia <= 0.0) return;
   const PrincipalAxes principal = principal_axes(inertia.rotational);
   Vector3 m = principal.moments;
   const bool impossible = m[0] + m[1] < m[2];
   if (compiler.balance_inertia && impossible) {
-    document.note(element, "moments of inertia that no body has; as balanceinertia asks, all three are "
-                           "their mean");
+    document.note(element,
+                  "moments of inertia that no body has; as balanceinertia asks, all three are "
+                  "their mean");
     m.setConstant(m.sum() / 3.0);
   }
   m = m.cwiseMax(compiler.least_inertia);
@@ -55,8 +58,8 @@ void adjust(Document& document, const Compiler& compiler, const Element& element
 
 }  // namespace
 
-void read_inertias(Document& document, const Compiler& compiler, Assets& assets, const Bodies& bodies,
-                   MjcfModel& model) {
+void read_inertias(Document& document, const Compiler& compiler, Assets& assets,
+                   const Bodies& bodies, MjcfModel& model) {
   using Rule = Compiler::InertiaFromGeom;
   double total = 0.0;
   for (std::size_t i = 1; i < bodies.bodies.size(); ++i) {

@@ -19,20 +19,23 @@ void read_range(const Values& v, const Compiler& compiler, double unit, JointSpe
   if (!is_limited(v, "limited", "range", compiler)) return;
   const std::vector<double> range = v.numbers("range", 2, 2);
   if (range.empty()) v.document().fail(v.element(), "limited, but there is no range");
-  if (!(range[0] < range[1])) v.document().fail(*v.level_of("range"), "range: the first number must be less");
+  if (!(range[0] < range[1]))
+    v.document().fail(*v.level_of("range"), "range: the first number must be less");
   spec.lower = unit * range[0];
   spec.upper = unit * range[1];
 }
 
 /// Most that all actuators of a joint together may give.
-void read_force_range(Document& document, const Values& v, const Compiler& compiler, JointSpec& spec) {
+void read_force_range(Document& document, const Values& v, const Compiler& compiler,
+                      JointSpec& spec) {
   if (!is_limited(v, "actuatorfrclimited", "actuatorfrcrange", compiler)) return;
   const std::vector<double> range = v.numbers("actuatorfrcrange", 2, 2);
-  if (range.empty()) document.fail(v.element(), "actuatorfrclimited, but there is no actuatorfrcrange");
+  if (range.empty())
+    document.fail(v.element(), "actuatorfrclimited, but there is no actuatorfrcrange");
   spec.effort_limit = std::max(std::abs(range[0]), std::abs(range[1]));
   if (range[0] != -range[1])
-    document.note(v.element(), fmt::format("actuatorfrcrange {} ... {}: taken as {} either way", range[0],
-                                           range[1], spec.effort_limit));
+    document.note(v.element(), fmt::format("actuatorfrcrange {} ... {}: taken as {} either way",
+                                           range[0], range[1], spec.effort_limit));
 }
 
 }  // namespace
@@ -46,17 +49,37 @@ JointRead read_joint(Document& document, const Defaults& defaults, const Compile
     document.expect(element, {"name", "group", "align", "class"});
     const std::string align = Values(document, element).text("align", "auto");
     if (align == "true" || (align == "auto" && compiler.align_free))
-      document.fail(element, "align: a body's frame that is moved to its centre is not supported; say "
-                             "align=\"false\"");
+      document.fail(element,
+                    "align: a body's frame that is moved to its centre is not supported; say "
+                    "align=\"false\"");
     spec.type = JointType::kFloating;
     return out;
   }
   const Values v = defaults.values(element, childclass);
-  document.expect(element,
-                  {"name", "class", "type", "group", "pos", "axis", "springdamper", "limited",
-                   "actuatorfrclimited", "solreflimit", "solimplimit", "solreffriction",
-                   "solimpfriction", "stiffness", "range", "actuatorfrcrange", "actuatorgravcomp",
-                   "margin", "ref", "springref", "armature", "damping", "frictionloss", "user"});
+  document.expect(element, {"name",
+                            "class",
+                            "type",
+                            "group",
+                            "pos",
+                            "axis",
+                            "springdamper",
+                            "limited",
+                            "actuatorfrclimited",
+                            "solreflimit",
+                            "solimplimit",
+                            "solreffriction",
+                            "solimpfriction",
+                            "stiffness",
+                            "range",
+                            "actuatorfrcrange",
+                            "actuatorgravcomp",
+                            "margin",
+                            "ref",
+                            "springref",
+                            "armature",
+                            "damping",
+                            "frictionloss",
+                            "user"});
   const std::string type = v.word("type", {"free", "ball", "slide", "hinge"}, "hinge");
   spec.type = type == "free"    ? JointType::kFloating
               : type == "ball"  ? JointType::kSpherical

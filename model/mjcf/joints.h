@@ -9,9 +9,9 @@
 namespace counterpoint::mjcf {
 
 struct JointRead {
-  JointSpec spec;                     ///< without name, parent, child and pose
-  Vector3 anchor = Vector3::Zero();   ///< in the body's frame [m]
-  Pose before;                        ///< of the joint frame: back by the reference
+  JointSpec spec;                    ///< without name, parent, child and pose
+  Vector3 anchor = Vector3::Zero();  ///< in the body's frame [m]
+  Pose before;                       ///< of the joint frame: back by the reference
   double reference = 0.0;
 };
 

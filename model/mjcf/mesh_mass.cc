@@ -56,7 +56,8 @@ MassProperties mass_properties(const TriangleMesh& mesh, MeshInertia kind) {
   const Moments from_surface = moments_about(mesh, kind, origin);
   if (!(from_surface.zeroth > 0.0)) return out;
   out.center = origin + from_surface.first / from_surface.zeroth;
-  // Pyramids that all count as positive depend on where they start: MuJoCo takes the centre just found.
+  // Pyramids that all count as positive depend on where they start: MuJoCo takes the centre just
+  // found.
   const Moments about_center = moments_about(mesh, kind, out.center);
   out.mass = about_center.zeroth;
   out.rotational = about_center.second.trace() * Matrix3::Identity() - about_center.second;

@@ -37,8 +37,8 @@ struct MjcfOptions {
   std::shared_ptr<HullCache> hulls;
 };
 
-/// A model as an MJCF file describes it. The root link of `robot` is the world ("world"); what is fixed
-/// to it stands in `environment`, so that it touches what hangs on it, as in MuJoCo.
+/// A model as an MJCF file describes it. The root link of `robot` is the world ("world"); what is
+/// fixed to it stands in `environment`, so that it touches what hangs on it, as in MuJoCo.
 struct MjcfModel {
   struct Environment {
     std::string name;
@@ -104,8 +104,8 @@ struct StartVelocity {
 };
 
 /// Puts a model into a builder, placed and prefixed, at a keyframe (by name; "none": qpos0; "": the
-/// first, or qpos0 if there is none). Returns the speeds there. @throws InputError as the builder, and
-/// for an unknown keyframe.
+/// first, or qpos0 if there is none). Returns the speeds there. @throws InputError as the builder,
+/// and for an unknown keyframe.
 std::vector<StartVelocity> add_mjcf(const MjcfModel& model, const std::string& keyframe,
                                     const Pose& X_WL, const std::string& prefix,
                                     ModelBuilder& builder);

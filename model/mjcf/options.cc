@@ -12,9 +12,9 @@ namespace {
 void read_flags(Document& document, const Element& e, MjcfModel& model) {
   // What changes how MuJoCo computes, but not what.
   static const std::set<std::string> kHarmless = {
-      "eulerdamp", "warmstart", "refsafe",   "sensor",        "midphase",  "nativeccd", "multiccd",
-      "island",    "energy",    "fwdinv",    "invdiscrete",   "override",  "autoreset", "sleep",
-      "clampctrl", "spring",    "damper",    "adaptivegap"};
+      "eulerdamp", "warmstart", "refsafe",   "sensor", "midphase",    "nativeccd",
+      "multiccd",  "island",    "energy",    "fwdinv", "invdiscrete", "override",
+      "autoreset", "sleep",     "clampctrl", "spring", "damper",      "adaptivegap"};
   const Values v(document, e);
   for (const auto* a = e.FirstAttribute(); a; a = a->Next()) {
     const std::string name = a->Name(), value = a->Value();
@@ -25,7 +25,9 @@ void read_flags(Document& document, const Element& e, MjcfModel& model) {
     const bool passive = name == "spring" || name == "damper" || name == "clampctrl";
     if (kHarmless.count(name) > 0 && !(passive && value == "disable")) continue;
     if (value == "disable")
-      document.fail(e, fmt::format("{}=\"disable\" is not supported; a scene may switch it off: effects", name));
+      document.fail(
+          e,
+          fmt::format("{}=\"disable\" is not supported; a scene may switch it off: effects", name));
   }
 }
 
@@ -48,11 +50,13 @@ void read_options(Document& document, MjcfModel& model) {
     if (v.number("density", 0.0) > 0.0 || v.number("viscosity", 0.0) > 0.0)
       document.refuse(*e, LeaveOut::kFluid, "density and viscosity of the air are not supported");
     std::string others;
-    for (const char* name : {"integrator", "cone", "impratio", "solver", "jacobian", "iterations",
-                             "tolerance", "noslip_iterations", "o_solref", "o_solimp", "o_friction"})
+    for (const char* name :
+         {"integrator", "cone", "impratio", "solver", "jacobian", "iterations", "tolerance",
+          "noslip_iterations", "o_solref", "o_solimp", "o_friction"})
       if (v.has(name)) others += (others.empty() ? "" : ", ") + std::string(name);
     if (!others.empty())
-      document.note(*e, fmt::format("{}: of MuJoCo's own method; here steps are as the scene says", others));
+      document.note(
+          *e, fmt::format("{}: of MuJoCo's own method; here steps are as the scene says", others));
     for (const Element* flag : document.children(*e))
       if (std::strcmp(flag->Name(), "flag") == 0) read_flags(document, *flag, model);
   }
@@ -96,20 +100,23 @@ void read_compensation(Document& document, const Bodies& bodies, MjcfModel& mode
   if (!some) return;
   if (heavy == whole) {
     model.weightless = true;
-    document.note(*some->element, "gravcomp: all bodies that move are compensated for gravity: none acts");
+    document.note(*some->element,
+                  "gravcomp: all bodies that move are compensated for gravity: none acts");
     return;
   }
-  document.refuse(*some->element, LeaveOut::kGravityCompensation,
-                  fmt::format("gravcomp: {} of {} bodies that move are compensated for gravity, which is "
-                              "not supported of some only",
-                              whole, heavy));
+  document.refuse(
+      *some->element, LeaveOut::kGravityCompensation,
+      fmt::format("gravcomp: {} of {} bodies that move are compensated for gravity, which is "
+                  "not supported of some only",
+                  whole, heavy));
 }
 
 void check_sections(Document& document) {
-  static const std::set<std::string> kRead = {"compiler", "option",   "size",   "asset",    "default",
-                                              "worldbody", "contact", "equality", "tendon", "actuator",
-                                              "keyframe"};
-  static const std::set<std::string> kPassed = {"visual", "statistic", "sensor", "custom", "extension"};
+  static const std::set<std::string> kRead = {"compiler", "option",    "size",    "asset",
+                                              "default",  "worldbody", "contact", "equality",
+                                              "tendon",   "actuator",  "keyframe"};
+  static const std::set<std::string> kPassed = {"visual", "statistic", "sensor", "custom",
+                                                "extension"};
   std::map<std::string, int> passed;
   for (const Element* e : document.children(document.root())) {
     if (kRead.count(e->Name()) > 0) continue;
@@ -121,11 +128,13 @@ void check_sections(Document& document) {
     document.fail(*e, "this section is not supported; remove it");
   }
   if (!passed.empty())
-    document.notes.push_back({document.file().string(),
-                              fmt::format("passed over, without effect on the motion: {}", counted(passed))});
+    document.notes.push_back(
+        {document.file().string(),
+         fmt::format("passed over, without effect on the motion: {}", counted(passed))});
   document.notes.push_back(
       {document.file().string(),
-       "solref, solimp, margin and gap are not used: contacts, limits and equalities are as stiff as the "
+       "solref, solimp, margin and gap are not used: contacts, limits and equalities are as stiff "
+       "as the "
        "scene's contact says (contact: fast is about as soft as MuJoCo's defaults)"});
 }
 

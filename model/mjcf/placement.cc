@@ -15,8 +15,8 @@ const MjcfModel::Keyframe* find_keyframe(const MjcfModel& model, const std::stri
     if (key.name == name) return &key;
     list += (list.empty() ? "" : ", ") + key.name;
   }
-  throw InputError(fmt::format("{}: there is no keyframe '{}'; keyframes: {}", model.robot.where, name,
-                               list.empty() ? "none" : list));
+  throw InputError(fmt::format("{}: there is no keyframe '{}'; keyframes: {}", model.robot.where,
+                               name, list.empty() ? "none" : list));
 }
 
 double control_of(const MjcfModel& model, const MjcfModel::Keyframe* key, std::size_t i) {
@@ -26,19 +26,22 @@ double control_of(const MjcfModel& model, const MjcfModel::Keyframe* key, std::s
   return u;
 }
 
-/// Servos hold what the controls of the start ask for; other forces of controls are inputs, and noted.
+/// Servos hold what the controls of the start ask for; other forces of controls are inputs, and
+/// noted.
 void set_controls(const MjcfModel& model, const MjcfModel::Keyframe* key, RobotSpec& robot) {
   std::map<std::string, double> pull;  // gain u + bias, by joint
   for (std::size_t i = 0; i < model.actuators.size(); ++i) {
     const MjcfModel::Actuator& a = model.actuators[i];
     const double u = control_of(model, key, i);
-    if (a.joint.empty() ? u == 0.0 : a.stiffness == 0.0 && a.damping == 0.0 && a.gain * u + a.bias == 0.0)
+    if (a.joint.empty() ? u == 0.0
+                        : a.stiffness == 0.0 && a.damping == 0.0 && a.gain * u + a.bias == 0.0)
       continue;
     if (!a.joint.empty()) {
       pull[a.joint] += a.gain * u + a.bias;
       continue;
     }
-    robot.notes.push_back({a.where, fmt::format("its control of {} at the start is not applied", u)});
+    robot.notes.push_back(
+        {a.where, fmt::format("its control of {} at the start is not applied", u)});
   }
   for (JointSpec& joint : robot.joints) {
     const auto found = pull.find(joint.name);
@@ -48,9 +51,10 @@ void set_controls(const MjcfModel& model, const MjcfModel::Keyframe* key, RobotS
     else if (joint.servo.damping > 0.0)
       joint.servo.velocity = found->second / joint.servo.damping;
     else
-      robot.notes.push_back({joint.where, fmt::format("its motor's force of {} at the start is not applied: "
-                                                      "it is an input",
-                                                      found->second)});
+      robot.notes.push_back(
+          {joint.where, fmt::format("its motor's force of {} at the start is not applied: "
+                                    "it is an input",
+                                    found->second)});
   }
 }
 
@@ -62,9 +66,10 @@ std::vector<StartVelocity> add_mjcf(const MjcfModel& model, const std::string& k
   const MjcfModel::Keyframe* key = find_keyframe(model, keyframe);
   RobotSpec robot = model.robot;
   if (key && model.keyframes.size() > 1)
-    robot.notes.push_back({key->where, fmt::format("starts at keyframe '{}', one of {}; a scene may name "
-                                                   "another",
-                                                   key->name, model.keyframes.size())});
+    robot.notes.push_back(
+        {key->where, fmt::format("starts at keyframe '{}', one of {}; a scene may name "
+                                 "another",
+                                 key->name, model.keyframes.size())});
   set_controls(model, key, robot);
   builder.add_robot(robot, Base::kFixed, X_WL, prefix);
   for (const MjcfModel::Environment& e : model.environment)
@@ -87,8 +92,9 @@ std::vector<StartVelocity> add_mjcf(const MjcfModel& model, const std::string& k
     builder.set_default_position(prefix + c.joint,
                                  Eigen::Map<const VectorX>(at, static_cast<Eigen::Index>(nq)));
     if (key && !key->v.empty())
-      velocities.push_back({prefix + c.joint, {key->v.begin() + static_cast<long>(v),
-                                               key->v.begin() + static_cast<long>(v + nv)}});
+      velocities.push_back(
+          {prefix + c.joint,
+           {key->v.begin() + static_cast<long>(v), key->v.begin() + static_cast<long>(v + nv)}});
     q += nq;
     v += nv;
   }

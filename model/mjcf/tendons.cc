@@ -16,7 +16,8 @@ struct Forces {
   bool any() const { return stiffness > 0.0 || damping > 0.0 || friction > 0.0 || limited; }
 };
 
-Forces read_forces(Document& document, const Values& v, const Compiler& compiler, const Tendon& tendon) {
+Forces read_forces(Document& document, const Values& v, const Compiler& compiler,
+                   const Tendon& tendon) {
   Forces f;
   f.stiffness = v.number("stiffness", 0.0);
   f.damping = v.number("damping", 0.0);
@@ -24,7 +25,8 @@ Forces read_forces(Document& document, const Values& v, const Compiler& compiler
   const std::vector<double> rest = v.numbers("springlength", 1, 2);
   f.rest = rest.empty() || rest[0] < 0.0 ? tendon.reference : rest[0];
   if (rest.size() == 2 && rest[0] != rest[1] && f.stiffness > 0.0)
-    document.refuse(v.element(), LeaveOut::kTendons, "springlength: a slack range is not supported");
+    document.refuse(v.element(), LeaveOut::kTendons,
+                    "springlength: a slack range is not supported");
   if (v.number("armature", 0.0) > 0.0)
     document.refuse(v.element(), LeaveOut::kTendons, "armature of a tendon is not supported");
   const std::string limited = v.word("limited", {"true", "false", "auto"}, "auto");
@@ -76,7 +78,8 @@ Tendons read_tendons(Document& document, const Bodies& bodies) {
       tendon.reference += coefficient * found.reference;
     }
     const std::string key = name.empty() ? fmt::format("tendon {}", out.size()) : name;
-    if (!out.emplace(key, tendon).second) document.fail(*e, "there is already a tendon of this name");
+    if (!out.emplace(key, tendon).second)
+      document.fail(*e, "there is already a tendon of this name");
   }
   return out;
 }
@@ -94,10 +97,11 @@ void apply_tendon_forces(Document& document, const Defaults& defaults, const Com
       continue;
     }
     document.refuse(*tendon.element, LeaveOut::kTendons,
-                    tendon.fixed ? "a spring, damper, friction or limit of a tendon over several joints "
-                                   "that are not coupled is not supported"
-                                 : "a spring, damper, friction or limit of a tendon through space is not "
-                                   "supported");
+                    tendon.fixed
+                        ? "a spring, damper, friction or limit of a tendon over several joints "
+                          "that are not coupled is not supported"
+                        : "a spring, damper, friction or limit of a tendon through space is not "
+                          "supported");
   }
 }
 

@@ -75,7 +75,8 @@ TEST_F(MjcfForcesTest, DampingRatioOneIsCritical) {
 }
 
 TEST_F(MjcfForcesTest, EqualityOfJointsIsAMimic) {
-  const Scene s = scene(two_ + R"(<equality><joint joint1='j2' joint2='j1' polycoef='0.1 -2 0 0 0'/></equality>)");
+  const Scene s = scene(
+      two_ + R"(<equality><joint joint1='j2' joint2='j1' polycoef='0.1 -2 0 0 0'/></equality>)");
   ASSERT_EQ(s.model.mimics().size(), 1u);
   const Mimic& mimic = s.model.mimics()[0];
   EXPECT_EQ(s.model.joint(mimic.joint).name, "j2");
@@ -85,7 +86,8 @@ TEST_F(MjcfForcesTest, EqualityOfJointsIsAMimic) {
 
 TEST_F(MjcfForcesTest, TendonsOfCoupledJointsPullAtTheOneThatLeads) {
   // Length (q1 + q2) / 2 with q2 = q1: a servo at j1.
-  const Scene s = scene(two_ + R"(<tendon><fixed name='t' range='-0.5 0.25' stiffness='6' springlength='0.1'>
+  const Scene s =
+      scene(two_ + R"(<tendon><fixed name='t' range='-0.5 0.25' stiffness='6' springlength='0.1'>
       <joint joint='j1' coef='0.5'/><joint joint='j2' coef='0.5'/></fixed></tendon>
     <equality><joint joint1='j2' joint2='j1'/></equality>
     <actuator><position tendon='t' kp='10'/></actuator>)");
@@ -117,7 +119,8 @@ TEST_F(MjcfForcesTest, GeomsTouchAsTheirMasksSay) {
     <contact><exclude body1='c' body2='b'/><pair geom1='g3' geom2='g' condim='1'/></contact>)");
   const auto touch = [&](const char* a, const char* b) {
     const auto& excluded = s.model.excluded_geometry_pairs();
-    const std::pair<int, int> pair = std::minmax(find_geometry(s.model, a), find_geometry(s.model, b));
+    const std::pair<int, int> pair =
+        std::minmax(find_geometry(s.model, a), find_geometry(s.model, b));
     return std::find(excluded.begin(), excluded.end(), pair) == excluded.end();
   };
   EXPECT_EQ(find_geometry(s.model, "v/visual"), -1);
@@ -127,7 +130,9 @@ TEST_F(MjcfForcesTest, GeomsTouchAsTheirMasksSay) {
   EXPECT_FALSE(touch("c/g2", "b/h"));          // excluded
   EXPECT_FALSE(touch("world/floor", "d/g3"));  // masks
   EXPECT_TRUE(touch("a/g", "d/g3"));           // a pair
-  EXPECT_EQ(s.model.pair_material(find_geometry(s.model, "a/g"), find_geometry(s.model, "d/g3")).friction, 0.0);
+  EXPECT_EQ(
+      s.model.pair_material(find_geometry(s.model, "a/g"), find_geometry(s.model, "d/g3")).friction,
+      0.0);
 }
 
 TEST_F(MjcfForcesTest, FrictionOfAPairIsTheLargerOrOfTheOneThatGoesFirst) {
@@ -143,62 +148,81 @@ TEST_F(MjcfForcesTest, FrictionOfAPairIsTheLargerOrOfTheOneThatGoesFirst) {
 }
 
 TEST_F(MjcfForcesTest, EllipsoidsTouchWithinTheErrorThatIsNoted) {
-  const Scene s = scene("<worldbody><body><freejoint/><geom name='e' type='ellipsoid' size='0.3 0.2 0.1'/></body></worldbody>");
+  const Scene s = scene(
+      "<worldbody><body><freejoint/><geom name='e' type='ellipsoid' size='0.3 0.2 "
+      "0.1'/></body></worldbody>");
   const Shape& shape = s.model.geometries()[0].shape;
   ASSERT_EQ(shape.type, ShapeType::kConvexMesh);
   for (const Vector3& v : shape.mesh->vertices)
     EXPECT_NEAR(v.cwiseQuotient(Vector3(0.3, 0.2, 0.1)).norm(), 1.0, 0.01);
   bool noted = false;
-  for (const Note& note : s.model.notes()) noted = noted || note.message.find("ellipsoid") != std::string::npos;
+  for (const Note& note : s.model.notes())
+    noted = noted || note.message.find("ellipsoid") != std::string::npos;
   EXPECT_TRUE(noted);
 }
 
 TEST_F(MjcfForcesTest, CompensationOfAllIsNoGravityAndOfSomeRefused) {
   const std::string all = "<worldbody><body gravcomp='1'><joint/><geom size='1'/></body>";
   EXPECT_EQ(scene(all + "</worldbody>").model.gravity().norm(), 0.0);
-  expect_refused(all + "<body><joint/><geom size='1'/></body></worldbody>", {"m.xml:1", "gravcomp", "leave_out"});
+  expect_refused(all + "<body><joint/><geom size='1'/></body></worldbody>",
+                 {"m.xml:1", "gravcomp", "leave_out"});
 }
 
 TEST_F(MjcfForcesTest, WhatIsMissingIsRefusedByElementAndLine) {
-  const std::string body = "\n<worldbody><body name='b'><joint name='j' %/><geom name='g' size='1' %g/></body></worldbody>";
+  const std::string body =
+      "\n<worldbody><body name='b'><joint name='j' %/><geom name='g' size='1' "
+      "%g/></body></worldbody>";
   const auto with = [&](std::string joint, std::string geom = "") {
     std::string text = body;
     text.replace(text.find("%g"), 2, geom);
     text.replace(text.find('%'), 1, joint);
     return text;
   };
-  expect_refused(with("type='ball' stiffness='1'"), {"m.xml:2: <joint> 'j'", "stiffness", "joint_forces"});
+  expect_refused(with("type='ball' stiffness='1'"),
+                 {"m.xml:2: <joint> 'j'", "stiffness", "joint_forces"});
   expect_refused(with("", "type='sdf'"), {"m.xml:2: <geom> 'g'", "shape that is not supported"});
   expect_refused(with("wobble='1'"), {"m.xml:2: <joint> 'j'", "wobble"});
   expect_refused(with("axis='0 0 0'"), {"m.xml:2: <joint> 'j'", "axis"});
   expect_refused(with("range='1 x'"), {"m.xml:2: <joint> 'j'", "range: 2 finite numbers"});
   expect_refused(with("", "class='none'"), {"m.xml:2: <geom> 'g'", "no default class 'none'"});
-  expect_refused(with("") + "\n<option density='1.2'/>", {"m.xml:3: <option>", "density", "leave_out: [fluid]"});
-  expect_refused(with("") + "\n<actuator><muscle joint='k'/><intvelocity joint='j'/></actuator>", {"m.xml:3", "intvelocity"});
-  expect_refused(with("") + "\n<actuator><motor joint='k'/></actuator>", {"m.xml:3: <motor>", "no joint 'k'"});
-  expect_refused(with("") + "\n<tendon><spatial name='t' stiffness='1'/></tendon>", {"m.xml:3: <spatial> 't'", "tendons"});
-  expect_refused(with("") + "\n<equality><joint joint1='j' polycoef='1 0 3 0 0'/></equality>", {"m.xml:3", "linearly"});
-  expect_refused(with("") + "\n<keyframe><key qpos='1 2'/></keyframe>", {"m.xml:3: <key>", "qpos: 2 numbers; the model has 1"});
+  expect_refused(with("") + "\n<option density='1.2'/>",
+                 {"m.xml:3: <option>", "density", "leave_out: [fluid]"});
+  expect_refused(with("") + "\n<actuator><muscle joint='k'/><intvelocity joint='j'/></actuator>",
+                 {"m.xml:3", "intvelocity"});
+  expect_refused(with("") + "\n<actuator><motor joint='k'/></actuator>",
+                 {"m.xml:3: <motor>", "no joint 'k'"});
+  expect_refused(with("") + "\n<tendon><spatial name='t' stiffness='1'/></tendon>",
+                 {"m.xml:3: <spatial> 't'", "tendons"});
+  expect_refused(with("") + "\n<equality><joint joint1='j' polycoef='1 0 3 0 0'/></equality>",
+                 {"m.xml:3", "linearly"});
+  expect_refused(with("") + "\n<keyframe><key qpos='1 2'/></keyframe>",
+                 {"m.xml:3: <key>", "qpos: 2 numbers; the model has 1"});
   expect_refused("\n<worldbody><replicate count='3'/></worldbody>", {"m.xml:2: <replicate>"});
   expect_refused("<compiler coordinate='global'/>", {"coordinate"});
 }
 
 TEST_F(MjcfForcesTest, WhatIsLeftOutIsNoted) {
   folder_.write("m.xml", "<mujoco><option density='1.2'/>" + two_ + "</mujoco>");
-  const Scene s = load_scene(folder_.write("s.yaml", "models: [{mjcf: m.xml, leave_out: [fluid]}]"));
+  const Scene s =
+      load_scene(folder_.write("s.yaml", "models: [{mjcf: m.xml, leave_out: [fluid]}]"));
   bool noted = false;
-  for (const Note& note : s.model.notes()) noted = noted || note.message.find("left out") != std::string::npos;
+  for (const Note& note : s.model.notes())
+    noted = noted || note.message.find("left out") != std::string::npos;
   EXPECT_TRUE(noted);
 }
 
 TEST_F(MjcfForcesTest, NothingOutsideTheFoldersIsOpened) {
   const test::TempFolder elsewhere;
-  const auto secret = elsewhere.write("x/secret.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n");
+  const auto secret = elsewhere.write(
+      "x/secret.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n");
   const auto inner = elsewhere.write("x/inner.xml", "<mujocoinclude/>");
-  expect_refused("<asset><mesh name='m' file='" + secret.string() + "'/></asset><worldbody><body><joint/>"
-                 "<geom type='mesh' mesh='m'/></body></worldbody>", {"outside"});
+  expect_refused("<asset><mesh name='m' file='" + secret.string() +
+                     "'/></asset><worldbody><body><joint/>"
+                     "<geom type='mesh' mesh='m'/></body></worldbody>",
+                 {"outside"});
   expect_refused("<include file='" + inner.string() + "'/>", {"outside"});
-  folder_.write("package/models/loop.xml", "<mujocoinclude><include file='loop.xml'/></mujocoinclude>");
+  folder_.write("package/models/loop.xml",
+                "<mujocoinclude><include file='loop.xml'/></mujocoinclude>");
   expect_refused("<include file='loop.xml'/>", {"a second time"});
 }
 

@@ -1,4 +1,5 @@
-// MJCF files: the same model by URDF and by MJCF, classes, orientations, joints, inertia of known solids.
+// MJCF files: the same model by URDF and by MJCF, classes, orientations, joints, inertia of known
+// solids.
 #include "counterpoint/model/mjcf/mjcf.h"
 
 #include <gtest/gtest.h>
@@ -81,7 +82,8 @@ TEST_F(MjcfTest, IsTheModelOfTheSameUrdf) {
   ASSERT_EQ(mjcf.model.nv(), 2);
   for (const double angle : {-0.9, 0.0, 0.4, 1.9}) {
     const VectorX q = (VectorX(2) << angle, 0.5 - angle / 4.0).finished();
-    EXPECT_LT((mass_matrix(urdf.model, q) - mass_matrix(mjcf.model, q)).cwiseAbs().maxCoeff(), kRoundOff);
+    EXPECT_LT((mass_matrix(urdf.model, q) - mass_matrix(mjcf.model, q)).cwiseAbs().maxCoeff(),
+              kRoundOff);
     const auto X = body_poses(urdf.model, q), Y = body_poses(mjcf.model, q);
     for (size_t i = 0; i < X.size(); ++i) {
       EXPECT_LT((X[i].translation - Y[i].translation).norm(), kRoundOff);
@@ -119,14 +121,15 @@ TEST_F(MjcfTest, ClassesNestAndTheNearestChildclassCounts) {
 TEST_F(MjcfTest, OrientationsAreOneInEveryNotation) {
   // A quarter turn about z: x goes to y.
   const Matrix3 expected = Eigen::AngleAxisd(kPi / 2, Vector3::UnitZ()).toRotationMatrix();
-  for (const char* notation : {"quat='2 0 0 2'", "axisangle='0 0 3 90'", "euler='0 0 90'",
-                               "xyaxes='0 5 0 -1 4 0'"}) {
+  for (const char* notation :
+       {"quat='2 0 0 2'", "axisangle='0 0 3 90'", "euler='0 0 90'", "xyaxes='0 5 0 -1 4 0'"}) {
     const Scene s = scene(std::string("<worldbody><body name='b' ") + notation + "/></worldbody>");
     EXPECT_LT((frame(s, "b").rotation - expected).norm(), kRoundOff) << notation;
   }
   const Scene z = scene("<worldbody><body name='b' zaxis='3 0 0'/></worldbody>");
   EXPECT_LT((frame(z, "b").rotation.col(2) - Vector3::UnitX()).norm(), kRoundOff);
-  EXPECT_LT((frame(z, "b").rotation.col(1) - Vector3::UnitY()).norm(), kRoundOff);  // the shortest way
+  EXPECT_LT((frame(z, "b").rotation.col(1) - Vector3::UnitY()).norm(),
+            kRoundOff);  // the shortest way
 }
 
 TEST_F(MjcfTest, EulerAnglesTurnWithTheBodyOrWithItsParent) {
@@ -135,7 +138,9 @@ TEST_F(MjcfTest, EulerAnglesTurnWithTheBodyOrWithItsParent) {
   };
   const auto rotation = [&](const char* sequence) {
     return frame(scene(std::string("<compiler angle='radian' eulerseq='") + sequence +
-                       "'/><worldbody><body name='b' euler='0.1 0.2 0.3'/></worldbody>"), "b").rotation;
+                       "'/><worldbody><body name='b' euler='0.1 0.2 0.3'/></worldbody>"),
+                 "b")
+        .rotation;
   };
   EXPECT_LT((rotation("xyz") - about(0, 0.1) * about(1, 0.2) * about(2, 0.3)).norm(), kRoundOff);
   EXPECT_LT((rotation("ZYX") - about(0, 0.3) * about(1, 0.2) * about(2, 0.1)).norm(), kRoundOff);
@@ -154,7 +159,8 @@ TEST_F(MjcfTest, JointsOfOneBodyTurnItOneAfterTheOther) {
 }
 
 TEST_F(MjcfTest, ReferenceIsTheCoordinateOfThePoseInTheFile) {
-  Scene s = scene(R"(<worldbody><body name='b' pos='1 2 3'><joint type='slide' ref='0.25' axis='0 0 2'/>
+  Scene s =
+      scene(R"(<worldbody><body name='b' pos='1 2 3'><joint type='slide' ref='0.25' axis='0 0 2'/>
     <joint axis='0 0 1' ref='30'/><geom size='0.1'/></body></worldbody>)");
   EXPECT_NEAR(s.q[0], 0.25, kRoundOff);
   EXPECT_NEAR(s.q[1], kPi / 6, kRoundOff);
@@ -162,8 +168,10 @@ TEST_F(MjcfTest, ReferenceIsTheCoordinateOfThePoseInTheFile) {
   EXPECT_LT((frame(s, "b").rotation - Matrix3::Identity()).norm(), kRoundOff);
   s.q << 1.25, 0.0;
   EXPECT_LT((frame(s, "b").translation - Vector3(1, 2, 4)).norm(), kRoundOff);
-  EXPECT_LT((frame(s, "b").rotation - Eigen::AngleAxisd(-kPi / 6, Vector3::UnitZ()).toRotationMatrix()).norm(),
-            kRoundOff);
+  EXPECT_LT(
+      (frame(s, "b").rotation - Eigen::AngleAxisd(-kPi / 6, Vector3::UnitZ()).toRotationMatrix())
+          .norm(),
+      kRoundOff);
 }
 
 TEST_F(MjcfTest, InertiaFromGeomsIsThatOfTheSolids) {
@@ -179,7 +187,8 @@ TEST_F(MjcfTest, InertiaFromGeomsIsThatOfTheSolids) {
   const Vector3 moments(4.8 / 3 * (0.04 + 0.09) + ball, 4.8 / 3 * (0.01 + 0.09) + ball + 9.6,
                         4.8 / 3 * (0.01 + 0.04) + ball + 9.6);
   EXPECT_LT((b.rotational - Matrix3(moments.asDiagonal())).norm(), 1e-13);
-  EXPECT_LT((link(m, "e").inertia.rotational - Matrix3(Vector3(13, 10, 5).asDiagonal())).norm(), 1e-13);
+  EXPECT_LT((link(m, "e").inertia.rotational - Matrix3(Vector3(13, 10, 5).asDiagonal())).norm(),
+            1e-13);
   const SpatialInertia& c = link(m, "c").inertia;
   EXPECT_NEAR(c.mass, 10 * kPi * 0.25 * 2, 1e-13);
   EXPECT_LT((c.center - Vector3(1, 0, 0)).norm(), kRoundOff);
@@ -192,8 +201,9 @@ TEST_F(MjcfTest, MeshesWeighWhatTheyEnclose) {
       "vertex='-1 -2 -3 1 -2 -3 -1 2 -3 1 2 -3 -1 -2 3 1 -2 3 -1 2 3 1 2 3' "
       "face='0 2 3 0 3 1 4 5 7 4 7 6 0 1 5 0 5 4 2 6 7 2 7 3 0 4 6 0 6 2 1 3 7 1 7 5'";
   for (const char* kind : {"legacy", "exact", "convex"}) {
-    const MjcfModel m = read(std::string("<asset><mesh name='m' scale='0.5 0.5 0.5' refpos='1 0 0' inertia='") +
-                             kind + "' " + box + R"(/></asset><worldbody>
+    const MjcfModel m =
+        read(std::string("<asset><mesh name='m' scale='0.5 0.5 0.5' refpos='1 0 0' inertia='") +
+             kind + "' " + box + R"(/></asset><worldbody>
       <body name='b'><joint/><geom type='mesh' mesh='m' density='100'/></body>
       <body name='p'><joint/><geom type='box' size='0.5 1 1.5' pos='-0.5 0 0' density='100'/></body></worldbody>)");
     const SpatialInertia &a = link(m, "b").inertia, &b = link(m, "p").inertia;
@@ -215,33 +225,42 @@ TEST_F(MjcfTest, CompilerChangesInertias) {
   EXPECT_NEAR(inertia("inertiafromgeom='true'").mass, ball, kRoundOff);
   EXPECT_EQ(inertia("inertiafromgeom='true' inertiagrouprange='1 3'").mass, 0.0);
   EXPECT_NEAR(inertia("inertiafromgeom='true' inertiagrouprange='1 3'", "2").mass, ball, kRoundOff);
-  EXPECT_LT((inertia("balanceinertia='true'").rotational - 2 * Matrix3::Identity()).norm(), kRoundOff);
+  EXPECT_LT((inertia("balanceinertia='true'").rotational - 2 * Matrix3::Identity()).norm(),
+            kRoundOff);
   EXPECT_EQ(inertia("boundmass='3'").mass, 3.0);
-  EXPECT_LT((inertia("boundinertia='2'").rotational - Matrix3(Vector3(2, 2, 4).asDiagonal())).norm(), kRoundOff);
+  EXPECT_LT(
+      (inertia("boundinertia='2'").rotational - Matrix3(Vector3(2, 2, 4).asDiagonal())).norm(),
+      kRoundOff);
   const SpatialInertia scaled = inertia("settotalmass='3'");
   EXPECT_NEAR(scaled.mass, 3.0, kRoundOff);
   EXPECT_NEAR(scaled.rotational(2, 2), 12.0, 1e-13);
 }
 
 TEST_F(MjcfTest, FreeBodiesStartWhereTheyStandOrWhereTheKeyframeSays) {
-  const std::string body = R"(<worldbody><body name='b' pos='1 2 3' quat='0 1 0 0'><freejoint/><geom size='1'/></body>
+  const std::string body =
+      R"(<worldbody><body name='b' pos='1 2 3' quat='0 1 0 0'><freejoint/><geom size='1'/></body>
     <body name='s'><joint name='j'/><geom size='1'/></body></worldbody>)";
   const Scene at_rest = scene(body);
   EXPECT_EQ(at_rest.q, (VectorX(8) << 1, 2, 3, 0, 1, 0, 0, 0).finished());
-  const Scene key = scene(body + R"(<keyframe><key name='k' qpos='4 5 6 0 0 2 0 0.5' qvel='1 2 3 4 5 6 7'/></keyframe>)");
+  const Scene key = scene(
+      body +
+      R"(<keyframe><key name='k' qpos='4 5 6 0 0 2 0 0.5' qvel='1 2 3 4 5 6 7'/></keyframe>)");
   EXPECT_EQ(key.q, (VectorX(8) << 4, 5, 6, 0, 0, 1, 0, 0.5).finished());
   EXPECT_EQ(key.v, (VectorX(7) << 1, 2, 3, 4, 5, 6, 7).finished());
 }
 
 TEST_F(MjcfTest, IncludedFilesStandInTheirPlaces) {
-  folder_.write("inner.xml", "<mujocoinclude><body name='b'><joint name='j'/><geom size='1'/></body></mujocoinclude>");
+  folder_.write(
+      "inner.xml",
+      "<mujocoinclude><body name='b'><joint name='j'/><geom size='1'/></body></mujocoinclude>");
   const MjcfModel m = read("<worldbody><include file='inner.xml'/></worldbody>");
   ASSERT_EQ(m.coordinates.size(), 1u);
   EXPECT_EQ(m.coordinates[0].joint, "j");
 }
 
 TEST_F(MjcfTest, ScenesPlaceThem) {
-  folder_.write("m.mjcf", R"(<mujoco model='arm'><worldbody><geom name='floor' type='plane' size='0 0 1'/>
+  folder_.write("m.mjcf",
+                R"(<mujoco model='arm'><worldbody><geom name='floor' type='plane' size='0 0 1'/>
     <body name='b' pos='1 0 0'><joint name='j'/><geom size='0.1'/></body></worldbody>
     <keyframe><key name='first' qpos='0.1'/><key name='second' qpos='0.2'/></keyframe></mujoco>)");
   const Scene s = load_scene(folder_.write("s.yaml", R"(models:
