@@ -115,7 +115,8 @@ TEST_F(MjcfForcesTest, GeomsTouchAsTheirMasksSay) {
       <body name='c' pos='0 0 1'><joint/><geom name='g2' size='0.1'/>
         <body name='d' pos='0 0 1'><joint/><geom name='g3' size='0.1' contype='2' conaffinity='2'/></body></body></body>
     <body name='b' pos='1 0 1'><freejoint/><geom name='h' size='0.1' contype='0' conaffinity='1'/></body>
-    <body name='v' pos='2 0 1'><freejoint/><geom name='visual' size='0.1' contype='0' conaffinity='0'/></body></worldbody>
+    <body name='v' pos='2 0 1'><freejoint/><geom name='visual' size='0.1' contype='0' conaffinity='0'/></body>
+    </worldbody>
     <contact><exclude body1='c' body2='b'/><pair geom1='g3' geom2='g' condim='1'/></contact>)");
   const auto touch = [&](const char* a, const char* b) {
     const auto& excluded = s.model.excluded_geometry_pairs();
@@ -138,7 +139,8 @@ TEST_F(MjcfForcesTest, GeomsTouchAsTheirMasksSay) {
 TEST_F(MjcfForcesTest, FrictionOfAPairIsTheLargerOrOfTheOneThatGoesFirst) {
   const Scene s = scene(R"(<worldbody><geom name='floor' type='plane' size='1 1 1' friction='0.5'/>
     <body name='a' pos='0 0 1'><freejoint/><geom name='g' size='0.1' friction='0.9 0.01' condim='4'/></body>
-    <body name='b' pos='1 0 1'><freejoint/><geom name='h' size='0.1' friction='0.2' priority='1'/></body></worldbody>)");
+    <body name='b' pos='1 0 1'><freejoint/><geom name='h' size='0.1' friction='0.2' priority='1'/></body>
+    </worldbody>)");
   const auto pair = [&](const char* a, const char* b) {
     return s.model.pair_material(find_geometry(s.model, a), find_geometry(s.model, b));
   };

@@ -215,7 +215,8 @@ TEST_F(MjcfTest, MeshesWeighWhatTheyEnclose) {
 
 TEST_F(MjcfTest, CompilerChangesInertias) {
   const char* const body = R"(<worldbody><body name='b'><joint/>
-    <inertial pos='0 0 0' mass='1' diaginertia='1 1 4'/><geom size='0.1' density='1000' group='%'/></body></worldbody>)";
+    <inertial pos='0 0 0' mass='1' diaginertia='1 1 4'/>
+    <geom size='0.1' density='1000' group='%'/></body></worldbody>)";
   const auto inertia = [&](const std::string& compiler, const char* group = "0") {
     std::string text = body;
     text.replace(text.find('%'), 1, group);
