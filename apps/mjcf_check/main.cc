@@ -186,7 +186,7 @@ int run(const fs::path& folder, int states, double duration, const std::string& 
              "norm: MuJoCo's search for principal axes ends with up to 1e-12 off the diagonal; and "
              "the mass matrix again with its inertias in place of those in the file. \\*: meshes "
              "that the stored snapshot "
-             "lacks are stood in for by boxes of 4 cm.\n\n",
+             "lacks are stood in for by boxes.\n\n",
              states)
       << "| robot | file | nv | poses | mass matrix | bias forces | inertia | mass matrix, its "
          "axes | notes | simulates | its scene |\n"

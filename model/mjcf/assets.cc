@@ -180,6 +180,7 @@ std::shared_ptr<const ConvexMesh> Assets::hull(const std::string& name, const El
     } else {
       const TriangleMesh all = triangles(mesh);
       ConvexMesh hull = *make_convex_hull(all.vertices, file.string());
+      hull.source.clear();  // who reads that file finds the mesh elsewhere, or not at all
       hull.standoff = hull_standoff(hull, all);
       if (is_closed(all)) hull.source_volume = std::abs(enclosed_volume(all));
       mesh.hull = std::make_shared<const ConvexMesh>(std::move(hull));

@@ -59,7 +59,7 @@ RoundHull ellipsoid_hull(const Vector3& half_axes) {
   // As far outside at the corners as inside at the faces.
   const double scale = 2.0 / (1.0 + inside);
   for (Vector3& p : ball.points) p = scale * p.cwiseProduct(half_axes);
-  return {make_convex_hull(ball.points, "ellipsoid"), (scale - 1.0) * half_axes.maxCoeff()};
+  return {make_convex_hull(ball.points), (scale - 1.0) * half_axes.maxCoeff()};
 }
 
 }  // namespace counterpoint::mjcf

@@ -157,6 +157,7 @@ TEST_F(MjcfForcesTest, EllipsoidsTouchWithinTheErrorThatIsNoted) {
   ASSERT_EQ(shape.type, ShapeType::kConvexMesh);
   for (const Vector3& v : shape.mesh->vertices)
     EXPECT_NEAR(v.cwiseQuotient(Vector3(0.3, 0.2, 0.1)).norm(), 1.0, 0.01);
+  EXPECT_TRUE(shape.mesh->source.empty());  // no file, which a replay would look for
   bool noted = false;
   for (const Note& note : s.model.notes())
     noted = noted || note.message.find("ellipsoid") != std::string::npos;

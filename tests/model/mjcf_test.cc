@@ -9,6 +9,7 @@
 #include "counterpoint/model/inertia.h"
 #include "counterpoint/model/rotation.h"
 #include "counterpoint/model/scene.h"
+#include "counterpoint/model/terrain.h"
 #include "support/temp_folder.h"
 
 namespace counterpoint {
@@ -211,6 +212,55 @@ TEST_F(MjcfTest, MeshesWeighWhatTheyEnclose) {
     EXPECT_LT((a.center - b.center).norm(), kRoundOff) << kind;
     EXPECT_LT((a.rotational - b.rotational).norm(), 1e-11) << kind;
   }
+}
+
+TEST_F(MjcfTest, MshFilesHoldTheSameMesh) {
+  std::string bytes;
+  const auto put = [&](auto value) {
+    bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
+  };
+  for (const std::int32_t count : {4, 1, 1, 4}) put(count);
+  for (const float x : {0.f, 0.f, 0.f, 1.f, 0.f, 0.f, 0.f, 2.f, 0.f, 0.f, 0.f, 3.f}) put(x);
+  for (int i = 0; i < 5; ++i) put(7.f);  // a normal, a texture coordinate
+  for (const std::int32_t i : {0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3}) put(i);
+  const auto inertia = [&] {
+    folder_.write("m.msh", bytes);
+    return link(read(R"(<asset><mesh file='m.msh'/></asset><worldbody>
+      <body name='b'><joint/><geom type='mesh' mesh='m'/></body></worldbody>)"),
+                "b")
+        .inertia;
+  };
+  EXPECT_NEAR(inertia().mass, 1000.0, 1e-11);
+  EXPECT_LT((inertia().center - Vector3(0.25, 0.5, 0.75)).norm(), kRoundOff);
+  bytes.back() = 1;  // vertex 2^24 and more
+  EXPECT_THROW(inertia(), InputError);
+  bytes.pop_back();
+  EXPECT_THROW(inertia(), InputError);
+}
+
+TEST_F(MjcfTest, HeightFieldsHaveTheirLastRowInFront) {
+  // As an image is looked at: the first row lies at the largest y.
+  const Scene s = scene(
+      R"(<asset><hfield name='h' nrow='2' ncol='2' elevation='3 3 1 1' size='1 2 0.5 0.1'/></asset>
+    <worldbody><geom type='hfield' hfield='h'/></worldbody>)");
+  ASSERT_EQ(s.model.geometries()[0].shape.type, ShapeType::kTerrain);
+  for (const Vector3& v : s.model.geometries()[0].shape.terrain->vertices)
+    EXPECT_EQ(v.z(), v.y() > 0.0 ? 0.5 : 0.0);
+}
+
+TEST_F(MjcfTest, PrimitivesAreFittedToMeshes) {
+  // To that of a box of 2 x 4 x 6: the box itself; its longest axis is z.
+  const MjcfModel m =
+      read(R"(<asset><mesh name='m' inertia='exact' vertex='-1 -2 -3 1 -2 -3 -1 2 -3 1 2 -3 -1 -2 3
+      1 -2 3 -1 2 3 1 2 3' face='0 2 3 0 3 1 4 5 7 4 7 6 0 1 5 0 5 4 2 6 7 2 7 3 0 4 6 0 6 2 1 3 7 1 7 5'/></asset>
+    <worldbody><body name='b'><joint/><inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/>
+      <geom type='box' mesh='m'/><geom type='capsule' mesh='m'/></body></worldbody>)");
+  const auto& shapes = link(m, "b").collisions;
+  ASSERT_EQ(shapes.size(), 2u);
+  EXPECT_LT((shapes[0].shape.size - Vector3(1, 2, 3)).norm(), 1e-13);
+  EXPECT_NEAR(std::abs(shapes[0].X_LG.rotation(2, 2)), 1.0, kRoundOff);
+  EXPECT_NEAR(shapes[1].shape.size[0], 1.5, 1e-13);
+  EXPECT_NEAR(shapes[1].shape.size[1], 3 - 0.75, 1e-13);
 }
 
 TEST_F(MjcfTest, CompilerChangesInertias) {
