@@ -1,4 +1,4 @@
-#include "compare.h"
+#include "mjcf_compare.h"
 
 #include <mujoco/mujoco.h>
 

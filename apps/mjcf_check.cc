@@ -13,7 +13,7 @@
 #include <set>
 #include <sstream>
 
-#include "compare.h"
+#include "peers/mjcf_compare.h"
 
 namespace counterpoint::apps {
 namespace {
