@@ -151,11 +151,12 @@ int run(const fs::path& folder, int states, double duration, const std::string& 
         refused.empty() && c.unreadable.empty() && c.pose <= 1e-12 && c.mass_with_theirs <= 1e-9;
     same += agrees;
     const std::string figures =
-        !c.refused.empty() ? " | | | | | "
+        !c.refused.empty() ? " | | | | | | "
         : !c.unreadable.empty()
-            ? cell(c.unreadable, folder) + " | | | | | "
-            : fmt::format("{} | {} | {} | {} | {} | {}", figure(c.pose), figure(c.mass),
-                          figure(c.bias), figure(c.inertia), figure(c.mass_with_theirs), c.notes);
+            ? cell(c.unreadable, folder) + " | | | | | | "
+            : fmt::format("{} | {} | {} | {} | {} | {} | {}", figure(c.pose), figure(c.mass),
+                          figure(c.bias), figure(c.joint_force), figure(c.inertia),
+                          figure(c.mass_with_theirs), c.notes);
     rows +=
         fmt::format("| {}{} | {} | {} | {} | {} | {} |\n", name, stand_ins.count(name) ? "*" : "",
                     files.robot.filename().string(), c.refused.empty() ? std::to_string(c.nv) : "",
@@ -182,15 +183,17 @@ int run(const fs::path& folder, int states, double duration, const std::string& 
       << fmt::format(
              "\nFigures: the largest differences at {} random states. Poses of all named bodies "
              "[m, or of the rotation matrix]; mass matrix, M_ij over sqrt(M_ii M_jj); bias forces "
-             "over the largest. Bounds: 1e-12, 1e-9, 1e-9. Rotational inertia of a body, over its "
+             "over the largest; joint forces: servos, springs and dampers, of each joint. Bounds "
+             "of the first three: 1e-12, 1e-9, 1e-9. Rotational inertia of a body, over its "
              "norm: MuJoCo's search for principal axes ends with up to 1e-12 off the diagonal; and "
              "the mass matrix again with its inertias in place of those in the file. \\*: meshes "
              "that the stored snapshot "
              "lacks are stood in for by boxes.\n\n",
              states)
-      << "| robot | file | nv | poses | mass matrix | bias forces | inertia | mass matrix, its "
+      << "| robot | file | nv | poses | mass matrix | bias forces | joint forces | inertia | mass "
+         "matrix, its "
          "axes | notes | simulates | its scene |\n"
-         "|---|---|---|---|---|---|---|---|---|---|---|\n"
+         "|---|---|---|---|---|---|---|---|---|---|---|---|\n"
       << rows;
   return stream ? 0 : 1;
 }

@@ -62,6 +62,8 @@ class Pair {
     for (double& x : v) x = normal(random);
     for (const auto& [ours, theirs] : q_) d_->qpos[theirs] = q[ours];
     for (const auto& [ours, theirs] : v_) d_->qvel[theirs] = v[ours];
+    q_now_ = q;
+    v_now_ = v;
     compute_poses(model_, q, data_);
     compute_velocities(model_, v, data_);
     compute_inertias(model_, data_);
@@ -115,12 +117,44 @@ class Pair {
     return scale > 0.0 ? worst / scale : 0.0;
   }
 
+  double joint_force_error() const {
+    constexpr double kSmall = 1e-6;  // [N, N m] beside which nothing is large
+    double worst = 0.0;
+    int v = 0;
+    for (const MjcfModel::Coordinate& c : read_.coordinates) {
+      const int at = v, joint = model_.find_joint(c.joint);
+      v += joint_nv(c.type);
+      const auto tied = [&](const Mimic& mimic) {
+        return mimic.joint == joint || mimic.master == joint;
+      };
+      if (joint_nv(c.type) != 1 ||
+          std::any_of(model_.mimics().begin(), model_.mimics().end(), tied))
+        continue;
+      const Body& body = model_.body(joint + 1);
+      const double q = q_now_[body.q_index], w = v_now_[body.v_index];
+      double force = -model_.damping()[body.v_index] * w;
+      for (const JointSpring& spring : model_.springs())
+        if (spring.joint == joint) force -= spring.stiffness * (q - spring.reference);
+      if (const int i = model_.find_servo(joint); i >= 0) {
+        const JointServo& servo = model_.servos()[i];
+        const double limit = model_.joint(joint).effort_limit;
+        force += std::clamp(
+            servo.stiffness * (servo.position - q) + servo.damping * (servo.velocity - w), -limit,
+            limit);
+      }
+      const double peer = d_->qfrc_actuator[at] + d_->qfrc_passive[at] - d_->qfrc_gravcomp[at];
+      worst = std::max(worst, std::abs(force - peer) / std::max(kSmall, std::abs(peer)));
+    }
+    return worst;
+  }
+
  private:
   const MjcfModel& read_;
   const Model& model_;
   const mjModel& m_;
   PeerData d_;
   Data data_;
+  VectorX q_now_, v_now_;
   std::vector<std::array<int, 2>> q_, v_;  // ours, MuJoCo's
 };
 
@@ -183,6 +217,7 @@ MjcfComparison compare_with_mujoco(const std::filesystem::path& file, int states
       out.pose = std::max(out.pose, pair.pose_error());
       if (model.nv() == 0) continue;
       out.mass = std::max(out.mass, pair.mass_error());
+      out.joint_force = std::max(out.joint_force, pair.joint_force_error());
       out.bias = std::max(out.bias, pair.bias_error(read.weightless));
     }
     MjcfModel theirs = read;

@@ -12,8 +12,11 @@ struct MjcfComparison {
   std::string refused;     ///< why we do not read it; empty: we do
   std::string unreadable;  ///< why MuJoCo does not
   int bodies = 0, nv = 0;
-  double pose = 0.0;     ///< largest difference of a body's position or rotation matrix [m, -]
-  double mass = 0.0;     ///< of M_ij over sqrt(M_ii M_jj)
+  double pose = 0.0;  ///< largest difference of a body's position or rotation matrix [m, -]
+  double mass = 0.0;  ///< of M_ij over sqrt(M_ii M_jj)
+  /// Of the forces in joints (servos without control, springs, dampers) over the force there;
+  /// hinges and slides that no other follows.
+  double joint_force = 0.0;
   double inertia = 0.0;  ///< of a body's rotational inertia, over its own norm
   /// `mass` with the inertias that MuJoCo made of those in the file: it leaves up to 1e-12 off the
   /// diagonal of what it takes for principal axes.

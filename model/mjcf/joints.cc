@@ -89,6 +89,10 @@ JointRead read_joint(Document& document, const Defaults& defaults, const Compile
   spec.armature = v.number("armature", 0.0);
   spec.dry_friction = v.number("frictionloss", 0.0);
   read_force_range(document, v, compiler, spec);
+  if (v.boolean("actuatorgravcomp", false) && std::isfinite(spec.effort_limit))
+    document.note(
+        element,
+        "actuatorgravcomp: compensation for gravity does not count towards actuatorfrcrange");
   const double stiffness = v.number("stiffness", 0.0);
   if (const auto s = v.numbers("springdamper", 2, 2); !s.empty() && s[0] > 0.0 && s[1] > 0.0)
     document.refuse(element, LeaveOut::kJointForces,
