@@ -22,7 +22,7 @@ double mass_of(const std::string& text) {
 }  // namespace
 
 void SceneArguments::add_to(CLI::App& command) {
-  command.add_option("SCENE", file, "Scene (.yaml), or a lone robot (.urdf)")->required();
+  command.add_option("SCENE", file, "Scene (.yaml), or a lone robot (.urdf, or .xml, .mjcf of MuJoCo)")->required();
   command
       .add_option("--base", base, "Lone robot: root link held by the world or free (default fixed)")
       ->check(CLI::IsMember({"fixed", "floating"}));

@@ -75,11 +75,6 @@ int ModelBuilder::add_body(const JointSpec& joint, const Placement& placement, i
   take_name(joint_names_, info.name, index - 1, joint.where, "joint");
 
   const std::vector<double> q = default_coordinates(info, joint.type);
-  if (nv == 1 && q[0] != 0.0) {
-    model_.notes_.push_back({located_at(joint.where, "joint '" + info.name + "'"),
-                             fmt::format("zero lies outside its limits [{}, {}]; it starts at {}",
-                                         info.lower, info.upper, q[0])});
-  }
   default_q_.insert(default_q_.end(), q.begin(), q.end());
   damping_.insert(damping_.end(), nv, joint.damping);
   armature_.insert(armature_.end(), nv, joint.armature);
@@ -134,6 +129,14 @@ void ModelBuilder::set_default_position(const std::string& joint, const VectorX&
 }
 
 void ModelBuilder::apply_mimics() {
+  for (int i = 0; i < model_.num_joints(); ++i) {
+    const JointInfo& joint = model_.joints_[i];
+    if (position_given_[i] || (joint.lower <= 0.0 && joint.upper >= 0.0)) continue;
+    model_.notes_.push_back(
+        {located_at(joint_where_[i], "joint '" + joint.name + "'"),
+         fmt::format("zero lies outside its limits [{}, {}]; it starts at {}", joint.lower, joint.upper,
+                     default_q_[model_.bodies_[i + 1].q_index])});
+  }
   // As many passes as the longest chain of mimics has links; check_robot excluded loops.
   bool changed = true;
   for (size_t pass = 0; changed && pass < model_.mimics_.size(); ++pass) {

@@ -2,9 +2,11 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cctype>
 #include <limits>
 
+#include "counterpoint/model/mjcf/mjcf.h"
 #include "counterpoint/model/scene_yaml.h"
 #include "counterpoint/model/srdf.h"
 #include "counterpoint/model/urdf.h"
@@ -61,6 +63,29 @@ Scene load_lone_urdf(const fs::path& file, const SceneOverrides& overrides) {
   exclude_disabled_pairs(srdf, "", builder);
   for (const Note& note : srdf.notes) builder.add_note(note);
   return scene_of(builder.build(), robot.name);
+}
+
+/// A file of MuJoCo says itself what is free, where the ground is and how it starts.
+Scene load_lone_mjcf(const fs::path& file, const SceneOverrides& overrides) {
+  if (overrides.base || overrides.ground || overrides.ground_friction || !overrides.srdf.empty())
+    throw InputError(fmt::format("{}: base, ground and SRDF are options for a lone URDF; an MJCF file says "
+                                 "them itself, or a scene that names it",
+                                 file.string()));
+  MjcfOptions options;
+  options.packages = overrides.packages;
+  options.repair_inertias = overrides.repair_inertias;
+  options.hulls = std::make_shared<HullCache>(overrides.hull_vertices);
+  const MjcfModel model = load_mjcf(file, options);
+  ModelBuilder builder(model.weightless ? Vector3(0, 0, 0) : model.gravity);
+  if (overrides.fill_inertia > 0.0) builder.fill_inertia(overrides.fill_inertia);
+  const std::vector<StartVelocity> velocities = add_mjcf(model, "", Pose(), "", builder);
+  Scene scene = scene_of(builder.build(), model.robot.name);
+  scene.options.time_step = model.time_step;
+  for (const StartVelocity& start : velocities) {
+    const Body& body = scene.model.body(scene.model.find_joint(start.joint) + 1);
+    std::copy(start.v.begin(), start.v.end(), scene.v.data() + body.v_index);
+  }
+  return scene;
 }
 
 }  // namespace
@@ -157,9 +182,12 @@ Scene load_scene(const fs::path& file, const SceneOverrides& overrides) {
   std::string extension = file.extension().string();
   for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
   if (extension == ".urdf") return load_lone_urdf(file, overrides);
+  if (extension == ".mjcf" || (extension == ".xml" && is_mjcf(file)))
+    return load_lone_mjcf(file, overrides);
+  if (extension == ".xml") return load_lone_urdf(file, overrides);
   if (extension != ".yaml" && extension != ".yml") {
-    throw InputError(
-        fmt::format("{}: a scene (.yaml) or a robot (.urdf) is expected", file.string()));
+    throw InputError(fmt::format("{}: a scene (.yaml) or a robot (.urdf, .xml, .mjcf) is expected",
+                                 file.string()));
   }
   if (overrides.base || overrides.ground || overrides.ground_friction || !overrides.srdf.empty() ||
       overrides.hull_vertices > 0) {

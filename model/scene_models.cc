@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "counterpoint/model/inertia.h"
+#include "counterpoint/model/mjcf/mjcf.h"
 #include "counterpoint/model/scene_joints.h"
 #include "counterpoint/model/scene_shapes.h"
 
@@ -89,8 +90,45 @@ Srdf ModelReader::read_srdf(const YamlValue& in) {
   return srdf;
 }
 
+/// A model in MuJoCo's format: it says itself what is free and how it starts; joints and speeds given here
+/// go before.
+void ModelReader::read_mjcf(const YamlValue& in, bool only_one) {
+  for (const char* key : {"urdf", "srdf", "base", "velocity", "joint_types", "dynamics", "drag", "friction",
+                          "restitution", "torsional_friction", "rolling_friction", "mass", "scale"})
+    if (in.has(key)) in.at(key).fail("not for a model with an mjcf: its file says this");
+  MjcfOptions options;
+  options.packages = urdf_options_.packages;
+  options.repair_inertias = urdf_options_.repair_inertias;
+  options.hulls = urdf_options_.hulls;
+  if (in.has("leave_out")) {
+    for (const YamlValue& word : in.at("leave_out").list()) {
+      const auto what = leave_out_from_name(word.text());
+      if (!what)
+        word.fail("gravity_compensation, fluid, tendons, actuators, joint_forces or equalities is expected");
+      options.leave_out.insert(*what);
+    }
+  }
+  const YamlValue file = in.at("mjcf");
+  const MjcfModel model =
+      located(file, [&] { return load_mjcf(robot_file(file, folder_, urdf_options_), options); });
+  if (model.weightless && options.leave_out.count(LeaveOut::kGravityCompensation) == 0)
+    file.fail("its bodies are compensated for gravity (gravcomp): set the scene's gravity to zero and say "
+              "leave_out: [gravity_compensation]");
+  const std::string keyframe = in.has("keyframe") ? in.at("keyframe").text() : "";
+  const Pose X_WL = read_pose(in);
+  place(in, only_one, model.robot.name, X_WL, [&](const Pose& placed, const std::string& prefix) {
+    const auto speeds =
+        located(in, [&] { return add_mjcf(model, keyframe, placed, prefix, builder_); });
+    for (const StartVelocity& start : speeds) velocities_.push_back({in, start.joint, start.v});
+    read_start(in, Base::kFixed, 0, prefix);
+  });
+}
+
 void ModelReader::read(const YamlValue& in, bool only_one) {
   in.expect_map({"urdf",
+                 "mjcf",
+                 "keyframe",
+                 "leave_out",
                  "srdf",
                  "sphere",
                  "box",
@@ -116,24 +154,33 @@ void ModelReader::read(const YamlValue& in, bool only_one) {
                  "rolling_friction",
                  "count",
                  "spacing"});
+  if (in.has("mjcf")) return read_mjcf(in, only_one);
+  for (const char* key : {"keyframe", "leave_out"})
+    if (in.has(key)) in.at(key).fail("this is for a model with an mjcf");
   const RobotSpec robot = read_robot(in);
   const Srdf srdf = read_srdf(in);
   const Base base = read_base(in);
+  place(in, only_one, robot.name, read_pose(in), [&](const Pose& placed, const std::string& prefix) {
+    const int first_joint = builder_.num_joints();
+    located(in, [&] { return builder_.add_robot(robot, base, placed, prefix); });
+    exclude_disabled_pairs(srdf, prefix, builder_);
+    read_start(in, base, first_joint, prefix);
+  });
+}
+
+/// Every copy of an entry, at its place and with its prefix.
+void ModelReader::place(const YamlValue& in, bool only_one, const std::string& robot_name, const Pose& X_WL,
+                        const std::function<void(const Pose&, const std::string&)>& add) {
   const int count = in.has("count") ? in.at("count").integer(1, 100000) : 1;
   const Vector3 spacing = in.has("spacing") ? in.at("spacing").vector3() : Vector3(0, 0, 0);
   if (count > 1 && spacing.isZero(0.0)) {
     in.at("count").fail("several copies need a spacing: [x, y, z] in metres");
   }
-  std::string name = in.has("name") ? in.at("name").text() : robot.name;
-  const Pose X_WL = read_pose(in);
+  const std::string name = in.has("name") ? in.at("name").text() : robot_name;
   for (int i = 0; i < count; ++i) {
     const bool bare = only_one && count == 1 && !in.has("name");
     const std::string prefix = bare ? "" : name + (count > 1 ? std::to_string(i) : "") + "/";
-    const Pose placed{X_WL.rotation, X_WL.translation + i * spacing};
-    const int first_joint = builder_.num_joints();
-    located(in, [&] { return builder_.add_robot(robot, base, placed, prefix); });
-    exclude_disabled_pairs(srdf, prefix, builder_);
-    read_start(in, base, first_joint, prefix);
+    add({X_WL.rotation, X_WL.translation + i * spacing}, prefix);
   }
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -31,6 +32,9 @@ class ModelReader {
     std::vector<double> numbers;
   };
 
+  void read_mjcf(const YamlValue& in, bool only_one);
+  void place(const YamlValue& in, bool only_one, const std::string& robot_name, const Pose& X_WL,
+             const std::function<void(const Pose&, const std::string&)>& add);
   RobotSpec read_robot(const YamlValue& in) const;
   Srdf read_srdf(const YamlValue& in);
   /// Joint positions and velocities of one copy.

@@ -83,7 +83,7 @@ void InputFiles::add(const fs::path& file) {
 
 void InputFiles::add_scene(const fs::path& file, const Model& model) {
   add(file);
-  if (file.extension() != ".urdf") {
+  if (file.extension() == ".yaml" || file.extension() == ".yml") {
     std::vector<fs::path> named;
     // The scene was read before: what is wrong with it was said then.
     find_files(YAML::LoadFile(file.string()), file.parent_path(), named);

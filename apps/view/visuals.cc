@@ -12,6 +12,7 @@
 
 #include "counterpoint/model/mesh_path.h"
 #include "counterpoint/model/rotation.h"
+#include "counterpoint/model/mjcf/mjcf.h"
 #include "counterpoint/model/text_file.h"
 
 namespace counterpoint::view {
@@ -55,6 +56,12 @@ std::string robot_name(const fs::path& file) {
 /// As scene_models.cc names and places them.
 std::vector<Robot> robots_of(const fs::path& scene_file, Packages& packages) {
   if (scene_file.extension() == ".urdf") return {{scene_file, ""}};
+  // A file of MuJoCo is shown by the shapes that touch.
+  if (scene_file.extension() == ".mjcf") return {};
+  if (scene_file.extension() == ".xml") {
+    if (is_mjcf(scene_file)) return {};
+    return {{scene_file, ""}};
+  }
   const YAML::Node scene = YAML::LoadFile(scene_file.string());
   const fs::path folder = scene_file.parent_path();
   for (const auto& entry : scene["packages"])

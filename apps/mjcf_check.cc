@@ -1,0 +1,218 @@
+// A collection of MJCF files, mujoco_menagerie say: what we read of it, how it moves, and how our
+// models compare with MuJoCo's. Writes docs/mjcf_table.md.
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <fstream>
+#include <map>
+#include <regex>
+#include <set>
+#include <sstream>
+
+#include "peers/mjcf_compare.h"
+
+namespace counterpoint::apps {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string read_all(const fs::path& file) {
+  std::ifstream stream(file);
+  return {std::istreambuf_iterator<char>(stream), {}};
+}
+
+/// scene.xml before other scenes; their robots are what they include.
+struct Folder {
+  fs::path scene, robot;
+};
+Folder files_of(const fs::path& folder) {
+  std::vector<fs::path> files;
+  for (const auto& entry : fs::directory_iterator(folder))
+    if (entry.path().extension() == ".xml") files.push_back(entry.path());
+  std::sort(files.begin(), files.end());
+  const auto is_scene = [](const fs::path& f) { return f.stem().string().starts_with("scene"); };
+  std::stable_sort(files.begin(), files.end(), [&](const fs::path& a, const fs::path& b) {
+    return (a.filename() == "scene.xml") > (b.filename() == "scene.xml");
+  });
+  Folder out;
+  static const std::regex include("<include file=\"([^\"]+)\"");
+  for (const fs::path& file : files) {
+    if (!is_scene(file)) {
+      if (out.robot.empty()) out.robot = file;
+      continue;
+    }
+    const std::string text = read_all(file);
+    std::smatch found;
+    if (!out.scene.empty() || !std::regex_search(text, found, include)) continue;
+    out.scene = file;
+    out.robot = folder / found[1].str();
+    break;
+  }
+  return out;
+}
+
+/// "" if the command ran to its end, else its last line.
+std::string simulate(const std::string& command, const fs::path& file, double duration) {
+  const std::string line = fmt::format("timeout 600 '{}' simulate '{}' --duration {} 2>&1", command,
+                                       file.string(), duration);
+  std::FILE* pipe = popen(line.c_str(), "r");
+  if (!pipe) return "the command cannot be run";
+  std::string text;
+  std::array<char, 4096> block{};
+  while (const std::size_t n = std::fread(block.data(), 1, block.size(), pipe))
+    text.append(block.data(), n);
+  if (pclose(pipe) == 0) return "";
+  const std::size_t error = text.find("error:");
+  if (error != std::string::npos) return text.substr(error, text.find('\n', error) - error);
+  while (!text.empty() && text.back() == '\n') text.pop_back();
+  return text.substr(text.rfind('\n') + 1);
+}
+
+constexpr LeaveOut kEverything[] = {
+    LeaveOut::kGravityCompensation, LeaveOut::kFluid,       LeaveOut::kTendons,
+    LeaveOut::kActuators,           LeaveOut::kJointForces, LeaveOut::kEqualities};
+
+MjcfOptions everything_left_out() {
+  MjcfOptions options;
+  options.leave_out.insert(std::begin(kEverything), std::end(kEverything));
+  return options;
+}
+
+/// A scene of the robot without what the engine lacks.
+fs::path reduced_scene(const fs::path& robot) {
+  std::string words;
+  for (const LeaveOut what : kEverything)
+    words += (words.empty() ? "" : ", ") + std::string(leave_out_name(what));
+  const fs::path file = fs::temp_directory_path() / fmt::format("mjcf_check_{}.yaml", getpid());
+  std::ofstream(file) << fmt::format("models: [{{mjcf: {}, leave_out: [{}]}}]\n",
+                                     fs::absolute(robot).string(), words);
+  return file;
+}
+
+std::string figure(double x) { return x == 0.0 ? "0" : fmt::format("{:.0e}", x); }
+
+/// Without the folder that differs from machine to machine, in a cell of a table.
+std::string cell(std::string text, const fs::path& folder) {
+  for (std::size_t at; (at = text.find(folder.string() + "/")) != std::string::npos;)
+    text.erase(at, folder.string().size() + 1);
+  text = std::regex_replace(text, std::regex("[|\n]"), "/");
+  text = std::regex_replace(text, std::regex("\\. To go on without it[^;]*\\}\\]"), "");
+  return std::regex_replace(text, std::regex("<"), "\\<");
+}
+
+int run(const fs::path& folder, int states, double duration, const std::string& command,
+        const std::string& only, const fs::path& out) {
+  if (!fs::is_directory(folder)) {
+    fmt::print("Skipped: there is no folder {}; fetch mujoco_menagerie and say where it is.\n",
+               folder.string());
+    return 0;
+  }
+  std::set<std::string> stand_ins;
+  std::istringstream absent(read_all(folder / "ABSENT.txt"));
+  for (std::string line; std::getline(absent, line);)
+    stand_ins.insert(line.substr(0, line.find('/')));
+  std::vector<fs::path> folders;
+  for (const auto& entry : fs::directory_iterator(folder))
+    if (entry.is_directory() && !files_of(entry.path()).robot.empty())
+      folders.push_back(entry.path());
+  std::sort(folders.begin(), folders.end());
+  std::string rows;
+  int count = 0, loaded = 0, ran = 0, reduced = 0, scenes_ran = 0, same = 0, near = 0;
+  for (const fs::path& one : folders) {
+    const std::string name = one.filename().string();
+    if (!only.empty() && name.find(only) == std::string::npos) continue;
+    const Folder files = files_of(one);
+    ++count;
+    MjcfComparison c = compare_with_mujoco(files.robot, states);
+    const std::string refused = c.refused;
+    std::string fate = refused, scene_fate = "none";
+    if (refused.empty()) {
+      ++loaded;
+      fate = simulate(command, files.robot, duration);
+      ran += fate.empty();
+    } else {
+      c = compare_with_mujoco(files.robot, states, everything_left_out());
+      const std::string failure =
+          c.refused.empty() ? simulate(command, reduced_scene(files.robot), duration) : c.refused;
+      reduced += failure.empty();
+      fate += failure.empty() ? "; simulates with that left out" : "; and " + failure;
+    }
+    if (!files.scene.empty()) {
+      scene_fate = simulate(command, files.scene, duration);
+      scenes_ran += scene_fate.empty();
+    }
+    const bool agrees = refused.empty() && c.unreadable.empty() && c.pose <= 1e-12 &&
+                        c.mass <= 1e-9 && c.bias <= 1e-9;
+    near +=
+        refused.empty() && c.unreadable.empty() && c.pose <= 1e-12 && c.mass_with_theirs <= 1e-9;
+    same += agrees;
+    const std::string figures =
+        !c.refused.empty() ? " | | | | | | "
+        : !c.unreadable.empty()
+            ? cell(c.unreadable, folder) + " | | | | | | "
+            : fmt::format("{} | {} | {} | {} | {} | {} | {}", figure(c.pose), figure(c.mass),
+                          figure(c.bias), figure(c.joint_force), figure(c.inertia),
+                          figure(c.mass_with_theirs), c.notes);
+    rows +=
+        fmt::format("| {}{} | {} | {} | {} | {} | {} |\n", name, stand_ins.count(name) ? "*" : "",
+                    files.robot.filename().string(), c.refused.empty() ? std::to_string(c.nv) : "",
+                    figures, fate.empty() ? "yes" : cell(fate, folder),
+                    scene_fate.empty() ? "yes" : cell(scene_fate, folder));
+    fmt::print("{} {} {} | scene: {}\n", name, fate.empty() ? "ran" : fate, figures,
+               scene_fate.empty() ? "ran" : scene_fate);
+    std::fflush(stdout);
+  }
+  const std::string summary = fmt::format(
+      "{} robots: {} load, {} of them simulate {} s without a failed step. {} are as MuJoCo {} has "
+      "them "
+      "within the bounds, {} if the principal axes are MuJoCo's. {} of those refused simulate with "
+      "what is lacking left out (leave_out). {} scenes simulate.\n",
+      count, loaded, ran, duration, same, mujoco_used(), near, reduced, scenes_ran);
+  fmt::print("{}", summary);
+  if (out.empty()) return 0;
+  std::ofstream stream(out);
+  stream
+      << "# MJCF files of mujoco_menagerie, robot by robot\n\nWritten by counterpoint_mjcf_check; "
+         "how to "
+         "run it and what it finds is told in [MJCF](mjcf.md).\n\n"
+      << summary
+      << fmt::format(
+             "\nFigures: the largest differences at {} random states. Poses of all named bodies "
+             "[m, or of the rotation matrix]; mass matrix, M_ij over sqrt(M_ii M_jj); bias forces "
+             "over the largest; joint forces: servos, springs and dampers, of each joint. Bounds "
+             "of the first three: 1e-12, 1e-9, 1e-9. Rotational inertia of a body, over its "
+             "norm: MuJoCo's search for principal axes ends with up to 1e-12 off the diagonal; and "
+             "the mass matrix again with its inertias in place of those in the file. \\*: meshes "
+             "that the stored snapshot "
+             "lacks are stood in for by boxes.\n\n",
+             states)
+      << "| robot | file | nv | poses | mass matrix | bias forces | joint forces | inertia | mass "
+         "matrix, its "
+         "axes | notes | simulates | its scene |\n"
+         "|---|---|---|---|---|---|---|---|---|---|---|---|\n"
+      << rows;
+  return stream ? 0 : 1;
+}
+
+}  // namespace
+}  // namespace counterpoint::apps
+
+int main(int argc, char** argv) {
+  CLI::App app(
+      "Reads a collection of MJCF files, simulates them, and compares their models with MuJoCo's.");
+  std::string folder, command, only, out;
+  int states = 50;
+  double duration = 2.0;
+  app.add_option("FOLDER", folder, "Of mujoco_menagerie: a folder a robot")->required();
+  app.add_option("--counterpoint", command, "The command to simulate with")->required();
+  app.add_option("--states", states, "Random states of each robot");
+  app.add_option("--duration", duration, "Simulated time [s]");
+  app.add_option("--only", only, "Robots whose names hold this");
+  app.add_option("--out", out, "Markdown file for the table");
+  CLI11_PARSE(app, argc, argv);
+  return counterpoint::apps::run(folder, states, duration, command, only, out);
+}

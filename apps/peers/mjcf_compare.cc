@@ -1,0 +1,239 @@
+#include "mjcf_compare.h"
+
+#include <mujoco/mujoco.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <memory>
+#include <random>
+
+#include "counterpoint/engine/crba.h"
+#include "counterpoint/engine/kinematics.h"
+#include "counterpoint/engine/rnea.h"
+
+namespace counterpoint::apps {
+namespace {
+
+struct Free {
+  void operator()(mjModel* m) const { mj_deleteModel(m); }
+  void operator()(mjData* d) const { mj_deleteData(d); }
+};
+using PeerModel = std::unique_ptr<mjModel, Free>;
+using PeerData = std::unique_ptr<mjData, Free>;
+using RowMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+/// Both at the same random states; MuJoCo's coordinates are ours in another order.
+class Pair {
+ public:
+  Pair(const MjcfModel& read, const Model& model, const mjModel& m)
+      : read_(read), model_(model), m_(m), d_(mj_makeData(&m)), data_(model) {
+    int q = 0, v = 0;
+    for (const MjcfModel::Coordinate& c : read.coordinates) {
+      const Body& body = model.body(model.find_joint(c.joint) + 1);
+      for (int i = 0; i < joint_nq(c.type); ++i) q_.push_back({body.q_index + i, q++});
+      for (int i = 0; i < joint_nv(c.type); ++i) v_.push_back({body.v_index + i, v++});
+    }
+  }
+  bool same_coordinates() const {
+    return static_cast<int>(q_.size()) == m_.nq && static_cast<int>(v_.size()) == m_.nv &&
+           model_.nq() == m_.nq && model_.nv() == m_.nv;
+  }
+
+  void draw(std::mt19937_64& random) {
+    std::uniform_real_distribution<double> share(0.0, 1.0), angle(-3.0, 3.0), place(-1.0, 1.0);
+    std::normal_distribution<double> normal;
+    VectorX q(model_.nq()), v(model_.nv());
+    for (const MjcfModel::Coordinate& c : read_.coordinates) {
+      const int joint = model_.find_joint(c.joint);
+      const JointInfo& info = model_.joint(joint);
+      double* at = q.data() + model_.body(joint + 1).q_index;
+      const int nq = joint_nq(c.type);
+      if (nq == 1) {
+        const bool bounded = std::isfinite(info.lower) && std::isfinite(info.upper);
+        *at = bounded ? info.lower + share(random) * (info.upper - info.lower) : angle(random);
+        continue;
+      }
+      for (int i = 0; i < nq - 4; ++i) at[i] = place(random);
+      Eigen::Map<Eigen::Vector4d> quaternion(at + nq - 4);
+      for (double& x : quaternion) x = normal(random);
+      quaternion.normalize();
+    }
+    for (double& x : v) x = normal(random);
+    for (const auto& [ours, theirs] : q_) d_->qpos[theirs] = q[ours];
+    for (const auto& [ours, theirs] : v_) d_->qvel[theirs] = v[ours];
+    q_now_ = q;
+    v_now_ = v;
+    compute_poses(model_, q, data_);
+    compute_velocities(model_, v, data_);
+    compute_inertias(model_, data_);
+    mj_forward(&m_, d_.get());
+  }
+
+  double pose_error() const {
+    double worst = 0.0;
+    for (const Frame& frame : model_.frames()) {
+      const int id = mj_name2id(&m_, mjOBJ_BODY, frame.name.c_str());
+      if (id < 0) continue;
+      const Pose X_WF = data_.X_WB[frame.body] * frame.X_BF;
+      const Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>> R(d_->xmat + 9 * id);
+      const Eigen::Map<const Vector3> p(d_->xpos + 3 * id);
+      worst = std::max({worst, (X_WF.rotation - R).cwiseAbs().maxCoeff(),
+                        (X_WF.translation - p).cwiseAbs().maxCoeff()});
+    }
+    return worst;
+  }
+
+  double mass_error() {
+    const int nv = model_.nv();
+    RowMatrix ours = RowMatrix::Zero(nv, nv), theirs(nv, nv);
+    crba(model_, data_, ours);
+    ours.diagonal() += model_.armature();
+    // Unit accelerations one by one; not mj_fullM, whose arguments have changed between versions.
+    std::vector<mjtNum> unit(static_cast<std::size_t>(nv)), column(static_cast<std::size_t>(nv));
+    for (int k = 0; k < nv; ++k) {
+      std::fill(unit.begin(), unit.end(), 0.0);
+      unit[static_cast<std::size_t>(k)] = 1.0;
+      mj_mulM(&m_, d_.get(), column.data(), unit.data());
+      for (int i = 0; i < nv; ++i) theirs(i, k) = column[static_cast<std::size_t>(i)];
+    }
+    double worst = 0.0;
+    for (const auto& [i, ti] : v_)
+      for (const auto& [j, tj] : v_)
+        worst = std::max(
+            worst, std::abs(ours(i, j) - theirs(ti, tj)) / std::sqrt(ours(i, i) * ours(j, j)));
+    return worst;
+  }
+
+  double bias_error(bool weightless) {
+    VectorX tau(model_.nv());
+    rnea(model_, VectorX::Zero(model_.nv()), model_.gravity(), data_, tau);
+    double worst = 0.0, scale = 0.0;
+    for (const auto& [ours, theirs] : v_) {
+      const double peer = d_->qfrc_bias[theirs] - (weightless ? d_->qfrc_gravcomp[theirs] : 0.0);
+      worst = std::max(worst, std::abs(tau[ours] - peer));
+      scale = std::max({scale, std::abs(d_->qfrc_bias[theirs]), std::abs(tau[ours])});
+    }
+    return scale > 0.0 ? worst / scale : 0.0;
+  }
+
+  double joint_force_error() const {
+    constexpr double kSmall = 1e-6;  // [N, N m] beside which nothing is large
+    double worst = 0.0;
+    int v = 0;
+    for (const MjcfModel::Coordinate& c : read_.coordinates) {
+      const int at = v, joint = model_.find_joint(c.joint);
+      v += joint_nv(c.type);
+      const auto tied = [&](const Mimic& mimic) {
+        return mimic.joint == joint || mimic.master == joint;
+      };
+      if (joint_nv(c.type) != 1 ||
+          std::any_of(model_.mimics().begin(), model_.mimics().end(), tied))
+        continue;
+      const Body& body = model_.body(joint + 1);
+      const double q = q_now_[body.q_index], w = v_now_[body.v_index];
+      double force = -model_.damping()[body.v_index] * w;
+      for (const JointSpring& spring : model_.springs())
+        if (spring.joint == joint) force -= spring.stiffness * (q - spring.reference);
+      if (const int i = model_.find_servo(joint); i >= 0) {
+        const JointServo& servo = model_.servos()[i];
+        const double limit = model_.joint(joint).effort_limit;
+        force += std::clamp(
+            servo.stiffness * (servo.position - q) + servo.damping * (servo.velocity - w), -limit,
+            limit);
+      }
+      const double peer = d_->qfrc_actuator[at] + d_->qfrc_passive[at] - d_->qfrc_gravcomp[at];
+      worst = std::max(worst, std::abs(force - peer) / std::max(kSmall, std::abs(peer)));
+    }
+    return worst;
+  }
+
+ private:
+  const MjcfModel& read_;
+  const Model& model_;
+  const mjModel& m_;
+  PeerData d_;
+  Data data_;
+  VectorX q_now_, v_now_;
+  std::vector<std::array<int, 2>> q_, v_;  // ours, MuJoCo's
+};
+
+/// MuJoCo's inertia of a body, in the body's frame.
+SpatialInertia inertia_of(const mjModel& m, int id) {
+  const mjtNum* q = m.body_iquat + 4 * id;
+  const Matrix3 R = Quaternion(q[0], q[1], q[2], q[3]).toRotationMatrix();
+  const Eigen::Map<const Vector3> moments(m.body_inertia + 3 * id), center(m.body_ipos + 3 * id);
+  return {m.body_mass[id], center, R * moments.asDiagonal() * R.transpose()};
+}
+
+/// Gives the links MuJoCo's inertias; returns the largest difference.
+double take_inertias(const mjModel& m, RobotSpec& robot) {
+  double worst = 0.0;
+  for (LinkSpec& link : robot.links) {
+    const int id = mj_name2id(&m, mjOBJ_BODY, link.name.c_str());
+    if (id <= 0 || !(link.inertia.mass > 0.0)) continue;
+    const SpatialInertia theirs = inertia_of(m, id);
+    const double size = theirs.rotational.norm();
+    if (size > 0.0)
+      worst = std::max(worst, (link.inertia.rotational - theirs.rotational).norm() / size);
+    link.inertia.rotational = theirs.rotational;
+  }
+  return worst;
+}
+
+/// MuJoCo prints what it warns of; here it is no matter.
+void stay_quiet() {
+  mju_user_warning = [](const char*) {};
+}
+
+}  // namespace
+
+std::string mujoco_used() { return mj_versionString(); }
+
+MjcfComparison compare_with_mujoco(const std::filesystem::path& file, int states,
+                                   const MjcfOptions& options) {
+  MjcfComparison out;
+  stay_quiet();
+  char error[1000] = "";
+  const PeerModel m(mj_loadXML(file.c_str(), nullptr, error, sizeof error));
+  if (!m) out.unreadable = error;
+  try {
+    const MjcfModel read = load_mjcf(file, options);
+    ModelBuilder builder(read.weightless ? Vector3(0, 0, 0) : read.gravity);
+    add_mjcf(read, "none", Pose(), "", builder);
+    const Model model = builder.build();
+    out.bodies = model.num_bodies() - 1;
+    out.nv = model.nv();
+    out.notes = static_cast<int>(model.notes().size());
+    if (!m) return out;
+    Pair pair(read, model, *m);
+    if (!pair.same_coordinates()) {
+      out.unreadable = "MuJoCo has other coordinates";
+      return out;
+    }
+    std::mt19937_64 random(1);
+    for (int i = 0; i < states; ++i) {
+      pair.draw(random);
+      out.pose = std::max(out.pose, pair.pose_error());
+      if (model.nv() == 0) continue;
+      out.mass = std::max(out.mass, pair.mass_error());
+      out.joint_force = std::max(out.joint_force, pair.joint_force_error());
+      out.bias = std::max(out.bias, pair.bias_error(read.weightless));
+    }
+    MjcfModel theirs = read;
+    out.inertia = take_inertias(*m, theirs.robot);
+    ModelBuilder second(model.gravity());
+    add_mjcf(theirs, "none", Pose(), "", second);
+    const Model same = second.build();
+    Pair again(read, same, *m);
+    for (int i = 0; i < states && model.nv() > 0; ++i) {
+      again.draw(random);
+      out.mass_with_theirs = std::max(out.mass_with_theirs, again.mass_error());
+    }
+  } catch (const InputError& e) {
+    out.refused = e.what();
+  }
+  return out;
+}
+
+}  // namespace counterpoint::apps
