@@ -319,9 +319,9 @@ int simulate(Arguments& arguments) {
 
 }  // namespace
 
-void add_simulate(CLI::App& app, Action& action) {
+void add_simulate(CommandLine& line) {
   auto arguments = std::make_shared<Arguments>();
-  CLI::App& command = *app.add_subcommand("simulate", "Simulate a scene; write its trajectory");
+  Command& command = line.add("simulate", "Simulate a scene; write its trajectory");
   arguments->scene.add_to(command);
   add_times(command, arguments->duration, arguments->time_step);
   command
@@ -329,7 +329,7 @@ void add_simulate(CLI::App& app, Action& action) {
           "--adaptive", arguments->adaptive,
           "Steps as long as the error allows: TOL is what a simulated second may add to any "
           "coordinate [m/s, rad/s]; or off. Default: the scene's step_control")
-      ->type_name("TOL|off");
+      .type_name("TOL|off");
   command.add_option("--event-tolerance", arguments->event_tolerance,
                      "With step control: impacts fall into steps of at most this [s]; default: the "
                      "scene's, or 1e-6");
@@ -350,27 +350,28 @@ void add_simulate(CLI::App& app, Action& action) {
   command
       .add_option("--save-state", arguments->save_state,
                   "Write the last state, to go on from to the same bits")
-      ->type_name("FILE");
-  auto* resume = command
-                     .add_option("--resume", arguments->resume,
-                                 "Start from a state saved by --save-state, of the same scene; the "
-                                 "duration counts from there")
-                     ->type_name("FILE");
+      .type_name("FILE");
+  Option& resume =
+      command
+          .add_option("--resume", arguments->resume,
+                      "Start from a state saved by --save-state, of the same scene; the "
+                      "duration counts from there")
+          .type_name("FILE");
   command
       .add_flag("--changed-scene", arguments->changed_scene,
                 "With --resume: the scene may have changed, and FILE may be a trajectory (its last "
                 "row)")
-      ->needs(resume);
+      .needs(resume);
   command
       .add_option("--wall-limit", arguments->wall_limit,
                   "Stop (exit code 1) once the steps have taken this long [s]; default: never")
-      ->check(CLI::PositiveNumber);
+      .positive();
   arguments->view.add_to(command);
   arguments->report.add_to(command);
   command.footer(
       "Example:\n  counterpoint simulate data/scenes/arm7.yaml --duration 1 "
       "--random-inputs 0.5 --output arm.csv --json arm.json");
-  command.callback([arguments, &action] { action = [arguments] { return simulate(*arguments); }; });
+  command.action([arguments] { return simulate(*arguments); });
 }
 
 }  // namespace counterpoint::apps
