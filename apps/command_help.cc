@@ -49,7 +49,8 @@ std::string wrapped(const std::string& text, size_t indent, size_t at) {
   bool first = true;
   for (std::string word; words >> word;) {
     if (!first && at + 1 + word.size() > kWidth) {
-      out += "\n" + std::string(indent, ' ');
+      out += '\n';
+      out.append(indent, ' ');
       at = indent;
     } else if (!first) {
       out += ' ';
@@ -77,7 +78,7 @@ std::string troff(const std::string& text) {
     else if (c == '-')
       out += "\\-";
     else if ((c == '.' || c == '\'') && (out.empty() || out.back() == '\n'))
-      out += std::string("\\&") + c;
+      (out += "\\&") += c;
     else
       out += c;
   }
@@ -100,7 +101,8 @@ std::string Command::usage() const {
   std::string text = "counterpoint " + name_;
   for (const auto& option : options_) {
     if (option->name_[0] != '-')
-      text += option->required_ ? " " + option->name_ : " [" + option->name_ + "]";
+      text += option->required_ ? fmt::format(" {}", option->name_)
+                                : fmt::format(" [{}]", option->name_);
     else if (option->required_)
       text += fmt::format(" {} {}", option->name_, option->type_);
   }
@@ -117,7 +119,8 @@ std::string Command::help(bool all) const {
       continue;
     }
     const bool positional = option->name_[0] != '-';
-    text += entry(positional || option->flag_ ? option->name_ : option->name_ + " " + option->type_,
+    text += entry(positional || option->flag_ ? option->name_
+                                              : fmt::format("{} {}", option->name_, option->type_),
                   option->description_);
   }
   if (hidden > 0)
@@ -169,10 +172,11 @@ std::string CommandLine::man_page() const {
     text += fmt::format(".SS {}\n{}.\n.PP\n.B {}\n", troff(command->name()),
                         troff(command->description()), troff(command->usage()));
     for (const auto& option : command->options_)
-      text +=
-          fmt::format(".TP\n.B {}{}\n{}\n", troff(option->name_),
-                      option->flag_ || option->name_[0] != '-' ? "" : " " + troff(option->type_),
-                      troff(option->description_));
+      text += fmt::format(".TP\n.B {}{}\n{}\n", troff(option->name_),
+                          option->flag_ || option->name_[0] != '-'
+                              ? std::string()
+                              : fmt::format(" {}", troff(option->type_)),
+                          troff(option->description_));
     if (!command->footer_.empty()) text += ".PP\n.nf\n" + troff(command->footer_) + "\n.fi\n";
   }
   text += ".SH TOPICS\n";
@@ -191,9 +195,10 @@ std::string CommandLine::markdown() const {
                         command->name(), command->description(), command->usage());
     for (const auto& option : command->options_) {
       const bool bare = option->flag_ || option->name_[0] != '-';
-      text += fmt::format("| `{}` | {} |\n",
-                          bare ? option->name_ : option->name_ + " " + cell(option->type_),
-                          cell(option->description_));
+      text += fmt::format(
+          "| `{}` | {} |\n",
+          bare ? option->name_ : fmt::format("{} {}", option->name_, cell(option->type_)),
+          cell(option->description_));
     }
     if (!command->footer_.empty()) {
       text += "\n";

@@ -31,7 +31,7 @@ std::string processor() {
 }  // namespace
 
 std::string version_text() {
-  const std::string mujoco = mujoco_version();
+  const std::string mujoco = peers::mujoco_version();
   return fmt::format(
       "counterpoint {}\n"
       "build:        {}\n"
