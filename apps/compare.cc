@@ -359,7 +359,7 @@ void add_compare(CommandLine& line) {
   command.add_option("RECORDING", arguments->recordings, "Recordings (CSV)").required();
   command
       .add_option("--columns", arguments->map,
-                  "Column map (YAML, docs/recordings.md): which column is which coordinate")
+                  "Column map (YAML, docs/guide/recordings.md): which column is which coordinate")
       .required();
   command.add_option(
       "--substeps", arguments->substeps,
@@ -379,7 +379,7 @@ void add_compare(CommandLine& line) {
       .not_negative();
   command.add_option("--set", arguments->set,
                      "Figures of the scene to change first: KIND[:ELEMENT]=VALUE,... "
-                     "(docs/recordings.md)");
+                     "(docs/guide/recordings.md)");
   command.add_option("--output", arguments->output, "CSV to write: the deviation at every row");
   command.add_option("--report", arguments->page, "Folder for a page with tables and pictures")
       .type_name("DIR");

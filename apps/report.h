@@ -1,4 +1,4 @@
-// What a command found, for machines: --json FILE (docs/json-reports.md).
+// What a command found, for machines: --json FILE (docs/reference/json-reports.md).
 #pragma once
 
 #include <cstdio>

@@ -336,14 +336,14 @@ void add_simulate(CommandLine& line) {
   command.add_option(
       "--inputs", arguments->inputs.file,
       "CSV of what acts: time, '<joint>.u', '<joint>.target', '<link>.fx' ...; a row holds "
-      "until the next (docs/trajectory-format.md)");
+      "until the next (docs/reference/trajectory-format.md)");
   add_follow(command, arguments->inputs.follow);
   add_random_inputs(command, arguments->inputs);
   command.add_flag("--strict", arguments->strict,
                    "End at a step that cannot be solved; else it is solved with softer contacts, "
                    "counted and recorded");
   command.add_option("--output", arguments->output,
-                     "Trajectory to write (docs/trajectory-format.md)");
+                     "Trajectory to write (docs/reference/trajectory-format.md)");
   command.add_option("--contacts", arguments->contacts,
                      "CSV to write: the contacts of every step and their forces, as `inverse "
                      "--contacts` does; of a controlled step those of its second half");

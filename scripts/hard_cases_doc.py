@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""hard_cases_doc.py DIR: puts what `counterpoint hard-cases --report DIR` wrote into docs/hard-cases.md.
+"""hard_cases_doc.py DIR: puts what `counterpoint hard-cases --report DIR` wrote into docs/measurements/hard-cases.md.
 
 Everything before the table stays; the table and what follows it is replaced, the pictures are copied."""
 import pathlib

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Writes docs/python-reference.md from the stubs (signatures) and the docstrings of the Python module.
+"""Writes docs/reference/python.md from the stubs (signatures) and the docstrings of the Python module.
 
 Usage: PYTHONPATH=build/release/python scripts/python_reference.py [--check]   (--check: compare, write nothing)
 """

@@ -72,4 +72,4 @@ build/release/bin/counterpoint view data/scenes/humanoid_drop.yaml out/fall.csv 
   --output out/fall.html || echo "No replay of it: see above"
 echo "Written: out/fall.csv (motion), out/forces.csv and out/contacts.csv (what moved it)"
 [ ! -f out/fall.html ] || echo "See it: open out/fall.html in a browser"
-echo "Next: build/release/bin/counterpoint --help, docs/start.md; scripts/test.sh runs the tests"
+echo "Next: build/release/bin/counterpoint --help, docs/guide/first-simulation.md; scripts/test.sh runs the tests"
