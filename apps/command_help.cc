@@ -38,7 +38,6 @@ _counterpoint() {
     fi
   fi
 }
-}
 complete -F _counterpoint counterpoint
 )bash";
 
