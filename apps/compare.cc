@@ -342,7 +342,7 @@ int compare(Arguments& arguments) {
   int exit_code = kSuccess;
   for (const Prediction& prediction : predictions) {
     if (!prediction.failure) continue;
-    fmt::print(stderr, "failed: {}: {}\n", prediction.file,
+    fmt::print(stderr, "error: {}: {}\n", prediction.file,
                failure_message(scene.model, *prediction.failure));
     exit_code = kFailed;
   }

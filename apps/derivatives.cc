@@ -219,7 +219,7 @@ int derivatives(Arguments& arguments) {
   if (failed) {
     add_failure(scene.model, *failed, report.json());
     report.write();
-    fmt::print(stderr, "failed: {}\n", failure_message(scene.model, *failed));
+    fmt::print(stderr, "error: {}\n", failure_message(scene.model, *failed));
     return kFailed;
   }
   report["steps"] = trajectory.num_steps();

@@ -28,7 +28,8 @@ void add_follow(Command& command, FollowArguments& arguments) {
                   "With --follow: the start is off by this [rad, m] at every motor, and by ten "
                   "times that a second; --seed")
       .needs(follow)
-      .not_negative();
+      .not_negative()
+      .seldom();
 }
 
 Follower::Follower(const FollowArguments& arguments, const Model& model)

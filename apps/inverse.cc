@@ -138,7 +138,7 @@ int inverse(Arguments& arguments) {
   if (failed) {
     add_failure(model, *failed, report.json());
     report.write();
-    fmt::print(stderr, "failed: {}\n", failure_message(model, *failed));
+    fmt::print(stderr, "error: {}\n", failure_message(model, *failed));
     return kFailed;
   }
   report["steps"] = trajectory.num_steps();

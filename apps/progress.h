@@ -1,4 +1,4 @@
-// A progress bar on the terminal, for work that takes longer than a second.
+// A progress bar on the terminal, with the time that is left, for work that takes longer than a second.
 #pragma once
 
 #include <chrono>
@@ -22,7 +22,7 @@ class Progress {
   int total_;
   bool terminal_;
   bool drawn_ = false;
-  Clock::time_point next_draw_;
+  Clock::time_point start_, next_draw_;
 };
 
 }  // namespace counterpoint::apps

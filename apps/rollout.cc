@@ -195,7 +195,7 @@ int rollout(Arguments& arguments) {
   print(arguments, batch, tally);
   for (size_t i = 0; i < rollouts.size(); ++i)
     if (rollouts[i].failed)
-      fmt::print(stderr, "failed: rollout {}: {}\n", i,
+      fmt::print(stderr, "error: rollout {}: {}\n", i,
                  failure_message(batch.model(), *rollouts[i].failed));
   return tally.failures > 0 ? kFailed : kSuccess;
 }

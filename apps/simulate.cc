@@ -310,7 +310,7 @@ int simulate(Arguments& arguments) {
     print_figures(arguments.report, simulator, simulator.state().time - start.time, tally);
     return kSuccess;
   }
-  fmt::print(stderr, "failed: {}\n", message);
+  fmt::print(stderr, "error: {}\n", message);
   if (!arguments.output.empty())
     fmt::print(stderr, "{} goes up to the last good state, at {:.6g} s\n", arguments.output,
                simulator.state().time);
@@ -332,7 +332,8 @@ void add_simulate(CommandLine& line) {
       .type_name("TOL|off");
   command.add_option("--event-tolerance", arguments->event_tolerance,
                      "With step control: impacts fall into steps of at most this [s]; default: the "
-                     "scene's, or 1e-6");
+                     "scene's, or 1e-6")
+      .seldom();
   command.add_option(
       "--inputs", arguments->inputs.file,
       "CSV of what acts: time, '<joint>.u', '<joint>.target', '<link>.fx' ...; a row holds "
@@ -361,7 +362,8 @@ void add_simulate(CommandLine& line) {
       .add_flag("--changed-scene", arguments->changed_scene,
                 "With --resume: the scene may have changed, and FILE may be a trajectory (its last "
                 "row)")
-      .needs(resume);
+      .needs(resume)
+      .seldom();
   command
       .add_option("--wall-limit", arguments->wall_limit,
                   "Stop (exit code 1) once the steps have taken this long [s]; default: never")

@@ -14,7 +14,8 @@ void ViewOption::add_to(apps::Command& command) {
       .type_name("FILE");
   command.add_option("--view-rate", rate_, "Frames a second of the replay [1/s]; 0: every row")
       .not_negative()
-      .show_default();
+      .show_default()
+      .seldom();
 }
 
 void ViewOption::check() const {
