@@ -143,10 +143,10 @@ int run(Arguments& arguments) {
 
 }  // namespace
 
-void add_accuracy(CLI::App& app, Action& action) {
+void add_accuracy(CommandLine& line) {
   auto arguments = std::make_shared<Arguments>();
-  CLI::App& command = *app.add_subcommand(
-      "accuracy", "What accuracy costs in time on a scene; which setting to take");
+  Command& command =
+      line.add("accuracy", "What accuracy costs in time on a scene; which setting to take");
   arguments->scene.add_to(command);
   command
       .add_option(
@@ -154,41 +154,41 @@ void add_accuracy(CLI::App& app, Action& action) {
           fmt::format(
               "What to vary, separated by commas: {}; default: all but law, adaptive and mujoco",
               fmt::join(accuracy::vary_items(), ",")))
-      ->delimiter(',')
-      ->type_name("ITEM,...");
+      .comma_separated()
+      .type_name("ITEM,...");
   command
       .add_option("--reference", arguments->reference,
                   "analytic (closed form), fine (the engine at a small step), or auto")
-      ->check(CLI::IsMember({"auto", "analytic", "fine"}));
+      .one_of({"auto", "analytic", "fine"});
   command
       .add_option("--finer", arguments->finer,
                   "The reference's step is the scene's over this; default 64")
-      ->check(CLI::Range(2, 1'000'000));
+      .range(2, 1'000'000);
   command
       .add_option("--want", arguments->wants,
                   "Error to recommend a setting for, several separated by commas; default 1e-3")
-      ->delimiter(',')
-      ->type_name("ERROR,...");
+      .comma_separated()
+      .type_name("ERROR,...");
   command.add_option("--pieces", arguments->pieces, "Pieces of the motion; default 10")
-      ->check(CLI::Range(1, 100'000));
+      .range(1, 100'000);
   command.add_option("--piece", arguments->piece, "Their length [s]; default: as there is room")
-      ->check(CLI::PositiveNumber);
+      .positive();
   command
       .add_option("--repeats", arguments->repeats,
                   "Runs of which the time is the median; default 5")
-      ->check(CLI::Range(1, 10'000));
+      .range(1, 10'000);
   command.add_option("--duration", arguments->duration, "Simulated time [s]; default: the scene's");
   command.add_option("--timestep", arguments->time_step,
                      "Time step that is varied [s]; default: the scene's");
   command
       .add_option("--report", arguments->folder,
                   "Write accuracy.html with all tables and pictures, accuracy.csv, and pictures")
-      ->type_name("DIR");
+      .type_name("DIR");
   arguments->report.add_to(command);
   command.footer(
       "Example:\n  counterpoint accuracy data/scenes/accuracy/double_pendulum.yaml --want 1e-6 "
       "--report report");
-  command.callback([arguments, &action] { action = [arguments] { return run(*arguments); }; });
+  command.action([arguments] { return run(*arguments); });
 }
 
 }  // namespace counterpoint::apps

@@ -5,11 +5,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "command_line.h"
 #include "counterpoint/engine/effort_limits.h"
 
 namespace counterpoint::apps {
 
-void add_random_inputs(CLI::App& command, InputArguments& arguments) {
+void add_random_inputs(Command& command, InputArguments& arguments) {
   command.add_option(
       "--random-inputs", arguments.random_scale,
       "Random forces on actuated joints, new every 20 ms: uniform in +- this times the "
@@ -20,7 +21,7 @@ void add_random_inputs(CLI::App& command, InputArguments& arguments) {
   command.add_option("--seed", arguments.seed, "Seed of the random forces; default 0");
 }
 
-void add_times(CLI::App& command, std::optional<double>& duration,
+void add_times(Command& command, std::optional<double>& duration,
                std::optional<double>& time_step) {
   command.add_option("--duration", duration, "Simulated time [s]; default: the scene's");
   command.add_option("--timestep", time_step, "Time step [s]; default: the scene's");

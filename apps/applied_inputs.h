@@ -1,7 +1,6 @@
 // What acts in the steps of a simulation, from a command's options: a file, random forces, or both.
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -12,6 +11,8 @@
 
 namespace counterpoint::apps {
 
+class Command;
+
 struct InputArguments {
   std::string file;  ///< CSV of what acts; empty: none
   double random_scale = 0.0, random_wrench_scale = 0.0;
@@ -20,7 +21,7 @@ struct InputArguments {
 };
 
 /// --random-inputs, --random-wrenches, --seed.
-void add_random_inputs(CLI::App& command, InputArguments& arguments);
+void add_random_inputs(Command& command, InputArguments& arguments);
 
 class AppliedInputs {
  public:
@@ -44,8 +45,7 @@ class AppliedInputs {
 };
 
 /// --duration, --timestep.
-void add_times(CLI::App& command, std::optional<double>& duration,
-               std::optional<double>& time_step);
+void add_times(Command& command, std::optional<double>& duration, std::optional<double>& time_step);
 
 /// Time step and duration [s] given on a command line in place of the scene's.
 /// @throws InputError for steps that are not positive, durations below 0, 1e9 steps and more.

@@ -5,7 +5,7 @@ namespace counterpoint::apps {
 const char* chart_script() {
   return R"js(
 // Charts: wheel or two fingers zoom along x, a drag moves, a double click shows all; y follows what is in view.
-// Points are read off the picture itself (docs/replay.md, Charts).
+// Points are read off the picture itself (docs/reference/replay.md, Charts).
 (() => {
 const kSpace = 'http://www.w3.org/2000/svg';
 const make = (tag, attributes, words) => {

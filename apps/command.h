@@ -2,28 +2,26 @@
 // in main.cc.
 #pragma once
 
-#include <CLI/CLI.hpp>
-#include <functional>
+#include "command_line.h"
 
 namespace counterpoint::apps {
 
 /// Exit codes. Bad input is what the user can correct: an InputError, or a wrong command line.
 enum ExitCode { kSuccess = 0, kFailed = 1, kBadInput = 2 };
 
-/// Set by the subcommand on the command line; returns the exit code.
-using Action = std::function<int()>;
-
-void add_simulate(CLI::App& app, Action& action);
-void add_rollout(CLI::App& app, Action& action);
-void add_inverse(CLI::App& app, Action& action);
-void add_derivatives(CLI::App& app, Action& action);
-void add_compare(CLI::App& app, Action& action);
-void add_identify(CLI::App& app, Action& action);
-void add_inspect(CLI::App& app, Action& action);
-void add_contact_problem(CLI::App& app, Action& action);
-void add_hard_cases(CLI::App& app, Action& action);
-void add_accuracy(CLI::App& app, Action& action);
-void add_view(CLI::App& app, Action& action);
-void add_optimize(CLI::App& app, Action& action);
+void add_simulate(CommandLine& line);
+void add_rollout(CommandLine& line);
+void add_inverse(CommandLine& line);
+void add_derivatives(CommandLine& line);
+void add_compare(CommandLine& line);
+void add_identify(CommandLine& line);
+void add_inspect(CommandLine& line);
+void add_contact_problem(CommandLine& line);
+void add_hard_cases(CommandLine& line);
+void add_accuracy(CommandLine& line);
+void add_view(CommandLine& line);
+void add_optimize(CommandLine& line);
+void add_list(CommandLine& line);
+void add_generate(CommandLine& line);
 
 }  // namespace counterpoint::apps

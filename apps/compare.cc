@@ -342,7 +342,7 @@ int compare(Arguments& arguments) {
   int exit_code = kSuccess;
   for (const Prediction& prediction : predictions) {
     if (!prediction.failure) continue;
-    fmt::print(stderr, "failed: {}: {}\n", prediction.file,
+    fmt::print(stderr, "error: {}: {}\n", prediction.file,
                failure_message(scene.model, *prediction.failure));
     exit_code = kFailed;
   }
@@ -351,16 +351,16 @@ int compare(Arguments& arguments) {
 
 }  // namespace
 
-void add_compare(CLI::App& app, Action& action) {
+void add_compare(CommandLine& line) {
   auto arguments = std::make_shared<Arguments>();
-  CLI::App& command = *app.add_subcommand(
+  Command& command = line.add(
       "compare", "Simulate from the first row of recordings; measure the distance to them");
   arguments->scene.add_to(command);
-  command.add_option("RECORDING", arguments->recordings, "Recordings (CSV)")->required();
+  command.add_option("RECORDING", arguments->recordings, "Recordings (CSV)").required();
   command
       .add_option("--columns", arguments->map,
-                  "Column map (YAML, docs/recordings.md): which column is which coordinate")
-      ->required();
+                  "Column map (YAML, docs/guide/recordings.md): which column is which coordinate")
+      .required();
   command.add_option(
       "--substeps", arguments->substeps,
       "Time steps between two rows; default: the map's, else as the scene's time step");
@@ -368,32 +368,32 @@ void add_compare(CLI::App& app, Action& action) {
       .add_option("--mode", arguments->mode,
                   "rollout (default): from the first row; one-step: from every row to the next; "
                   "inverse: forces behind the recorded motion")
-      ->check(CLI::IsMember({"rollout", "one-step", "inverse"}));
+      .one_of({"rollout", "one-step", "inverse"});
   command
       .add_option("--horizon", arguments->horizon,
                   "rollout: start anew from the recording every so many rows; 0: never")
-      ->check(CLI::NonNegativeNumber);
+      .not_negative();
   command
       .add_option("--reach", arguments->reach,
                   "inverse: contacts up to this gap [m] may push; default: the scene's margin")
-      ->check(CLI::NonNegativeNumber);
+      .not_negative();
   command.add_option("--set", arguments->set,
                      "Figures of the scene to change first: KIND[:ELEMENT]=VALUE,... "
-                     "(docs/recordings.md)");
+                     "(docs/guide/recordings.md)");
   command.add_option("--output", arguments->output, "CSV to write: the deviation at every row");
   command.add_option("--report", arguments->page, "Folder for a page with tables and pictures")
-      ->type_name("DIR");
+      .type_name("DIR");
   command
       .add_option(
           "--shown", arguments->shown,
           "With --report: of so many recordings, worst first, curves and a replay; default 20")
-      ->check(CLI::NonNegativeNumber);
+      .not_negative();
   arguments->view.add_to(command);
   arguments->report.add_to(command);
   command.footer(
       "Example:\n  counterpoint compare data/scenes/cube_toss.yaml toss_005.csv toss_016.csv "
       "--columns data/maps/cube_toss.yaml --output report.csv");
-  command.callback([arguments, &action] { action = [arguments] { return compare(*arguments); }; });
+  command.action([arguments] { return compare(*arguments); });
 }
 
 }  // namespace counterpoint::apps

@@ -123,22 +123,22 @@ int run(Arguments& arguments) {
 
 }  // namespace
 
-void add_contact_problem(CLI::App& app, Action& action) {
-  CLI::App& command = *app.add_subcommand(
+void add_contact_problem(CommandLine& line) {
+  Command& command = line.add(
       "contact-problem", "Solve frictional contact problems given as matrices (W.csv, q_mu.csv)");
   auto arguments = std::make_shared<Arguments>();
-  command.add_option("folder", arguments->folder, "A problem, or a folder of problems")->required();
+  command.add_option("folder", arguments->folder, "A problem, or a folder of problems").required();
   command.add_option("--friction", arguments->friction, "convex, coulomb or both")
-      ->capture_default_str()
-      ->check(CLI::IsMember({"convex", "coulomb", "both"}));
+      .show_default()
+      .one_of({"convex", "coulomb", "both"});
   command
       .add_option("--compliance", arguments->options.compliance,
                   "Regularizer relative to the diagonal of W")
-      ->capture_default_str()
-      ->check(CLI::PositiveNumber);
+      .show_default()
+      .positive();
   command.add_option("--max-iterations", arguments->settings.max_iterations, "Newton steps")
-      ->capture_default_str()
-      ->check(CLI::NonNegativeNumber);
+      .show_default()
+      .not_negative();
   command.footer(
       "primal, dual, compl.: largest distance of the impulse from its friction cone, of the "
       "velocity\n"
@@ -147,7 +147,7 @@ void add_contact_problem(CLI::App& app, Action& action) {
       "the symmetric part of W; as given: the larger of the last two with W as it stands.\n"
       "Example:\n  counterpoint contact-problem problems/Rover1039 --json rover.json");
   arguments->report.add_to(command);
-  command.callback([arguments, &action] { action = [arguments] { return run(*arguments); }; });
+  command.action([arguments] { return run(*arguments); });
 }
 
 }  // namespace counterpoint::apps

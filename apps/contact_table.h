@@ -9,7 +9,7 @@
 namespace counterpoint::apps {
 
 /// A row for every contact of every step: time [s], the two geometries, point [m], normal, gap [m],
-/// force on geometry_b [N]: the columns of docs/trajectory-format.md.
+/// force on geometry_b [N]: the columns of docs/reference/trajectory-format.md.
 class ContactTable {
  public:
   /// @throws InputError if the file cannot be written.

@@ -219,7 +219,7 @@ int derivatives(Arguments& arguments) {
   if (failed) {
     add_failure(scene.model, *failed, report.json());
     report.write();
-    fmt::print(stderr, "failed: {}\n", failure_message(scene.model, *failed));
+    fmt::print(stderr, "error: {}\n", failure_message(scene.model, *failed));
     return kFailed;
   }
   report["steps"] = trajectory.num_steps();
@@ -235,9 +235,9 @@ int derivatives(Arguments& arguments) {
 
 }  // namespace
 
-void add_derivatives(CLI::App& app, Action& action) {
+void add_derivatives(CommandLine& line) {
   auto arguments = std::make_shared<Arguments>();
-  CLI::App& command = *app.add_subcommand(
+  Command& command = line.add(
       "derivatives", "How the forces behind each step of a motion change with it, exactly");
   arguments->scene.add_to(command);
   command.add_option("TRAJECTORY", arguments->trajectory,
@@ -253,21 +253,20 @@ void add_derivatives(CLI::App& app, Action& action) {
   command
       .add_option("--difference-step", arguments->difference_step,
                   "Of configurations [m, rad], with --check; default: by the smoothing")
-      ->check(CLI::PositiveNumber);
+      .positive();
   command
       .add_option("--smoothing", arguments->smoothing,
                   "Smoothing length of contacts [m] instead of the scene's")
-      ->check(CLI::NonNegativeNumber);
+      .not_negative();
   command
       .add_option("--compliance", arguments->compliance,
                   "Compliance of contacts instead of the scene's")
-      ->check(CLI::PositiveNumber);
+      .positive();
   arguments->report.add_to(command);
   command.footer(
       "Example:\n  counterpoint derivatives data/scenes/humanoid_drop.yaml drop.csv --check "
       "--smoothing 1e-3 --compliance 1e-2 --json check.json");
-  command.callback(
-      [arguments, &action] { action = [arguments] { return derivatives(*arguments); }; });
+  command.action([arguments] { return derivatives(*arguments); });
 }
 
 }  // namespace counterpoint::apps

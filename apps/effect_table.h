@@ -8,7 +8,7 @@
 
 namespace counterpoint::apps {
 
-/// Prints the table and adds "effects" to the report (docs/json-reports.md). The share of an effect
+/// Prints the table and adds "effects" to the report (docs/reference/json-reports.md). The share of an effect
 /// is measured: the scene runs for a moment, then its steps are taken again with and without the
 /// effect, in turn. Takes about a second.
 void report_effects(const Scene& scene, const std::vector<EffectUse>& uses, Report& report);

@@ -20,7 +20,7 @@ struct FailedStep {
 std::string why_failed(const Model& model, const StepReport& report);
 /// "step 12 at 0.024 s: " and why.
 std::string failure_message(const Model& model, const FailedStep& failed);
-/// Under `message` and `failure` (docs/json-reports.md).
+/// Under `message` and `failure` (docs/reference/json-reports.md).
 void add_failure(const Model& model, const FailedStep& failed, Json& out);
 
 }  // namespace counterpoint::apps

@@ -6,28 +6,30 @@
 #include <cmath>
 #include <random>
 
+#include "command_line.h"
 #include "counterpoint/engine/integrator.h"
 #include "counterpoint/engine/optimize/feedback.h"
 
 namespace counterpoint::apps {
 
-void add_follow(CLI::App& command, FollowArguments& arguments) {
-  auto* follow = command
-                     .add_option("--follow", arguments.motion,
-                                 "CSV of a motion with its forces, as `optimize --output` writes "
-                                 "it: starts there and plays them")
-                     ->type_name("FILE");
+void add_follow(Command& command, FollowArguments& arguments) {
+  Option& follow = command
+                       .add_option("--follow", arguments.motion,
+                                   "CSV of a motion with its forces, as `optimize --output` writes "
+                                   "it: starts there and plays them")
+                       .type_name("FILE");
   command
       .add_option("--feedback", arguments.feedback,
                   "With --follow: gains, as `optimize --feedback` writes them")
-      ->type_name("FILE")
-      ->needs(follow);
+      .type_name("FILE")
+      .needs(follow);
   command
       .add_option("--perturb", arguments.perturb,
                   "With --follow: the start is off by this [rad, m] at every motor, and by ten "
                   "times that a second; --seed")
-      ->needs(follow)
-      ->check(CLI::NonNegativeNumber);
+      .needs(follow)
+      .not_negative()
+      .seldom();
 }
 
 Follower::Follower(const FollowArguments& arguments, const Model& model)

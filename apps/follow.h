@@ -1,7 +1,6 @@
 // A motion that a simulation is to follow: its forces, and feedback on where the robot is.
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -10,6 +9,8 @@
 #include "counterpoint/engine/trajectory.h"
 
 namespace counterpoint::apps {
+
+class Command;
 
 /// --follow, --feedback, --perturb of simulate.
 struct FollowArguments {
@@ -21,7 +22,7 @@ struct FollowArguments {
 };
 
 /// --follow, --feedback, --perturb.
-void add_follow(CLI::App& command, FollowArguments& arguments);
+void add_follow(Command& command, FollowArguments& arguments);
 
 class Follower {
  public:

@@ -10,6 +10,7 @@
 
 #include "chart.h"
 #include "command.h"
+#include "data_folder.h"
 #include "hard_cases/long_run.h"
 #include "hard_cases/mechanisms.h"
 #include "hard_cases/tables.h"
@@ -71,11 +72,8 @@ fs::path scene_folder(const Arguments& arguments) {
     }
     return arguments.scenes;
   }
-  for (const char* folder : {COUNTERPOINT_DATA_SOURCE, COUNTERPOINT_DATA_INSTALLED}) {
-    const fs::path scenes = fs::path(folder) / "scenes";
-    if (fs::is_directory(scenes / "hard")) return arguments.long_run ? scenes : scenes / "hard";
-  }
-  throw InputError("the scenes of hard cases are not where they were installed; give --scenes DIR");
+  const fs::path scenes = data_folder() / "scenes";
+  return arguments.long_run ? scenes : scenes / "hard";
 }
 
 Run run_on(Engine engine, const HardCase& hard_case, const fs::path& scenes, double allowed,
@@ -182,24 +180,24 @@ int hard_cases(Arguments& arguments) {
 
 }  // namespace
 
-void add_hard_cases(CLI::App& app, Action& action) {
+void add_hard_cases(CommandLine& line) {
   auto arguments = std::make_shared<Arguments>();
-  CLI::App& command = *app.add_subcommand(
-      "hard-cases", "Run cases that are hard for engines; compare with what is known");
+  Command& command =
+      line.add("hard-cases", "Run cases that are hard for engines; compare with what is known");
   command.add_option("--only", arguments->only, "Run this case; may be repeated")
-      ->type_name("NAME")
-      ->allow_extra_args(false);
+      .type_name("NAME")
+      .one_value_each();
   command.add_flag("--list", arguments->list, "List the cases, run none");
   command.add_flag("--fast", arguments->fast, "Leave the slow ones out");
   command
       .add_option(
           "--report", arguments->folder,
           "Write hard-cases.md, one picture a case, the last good state of a run that failed")
-      ->type_name("DIR");
+      .type_name("DIR");
   command.add_flag("--views", arguments->views,
                    "With --report: a replay of each case, DIR/CASE.html, and DIR/replays.html");
   command.add_option("--scenes", arguments->scenes, "Their scenes; default: data/scenes/hard")
-      ->type_name("DIR");
+      .type_name("DIR");
   command.add_flag(
       "--long", arguments->long_run,
       "Instead: every bundled scene for long, the humanoid under random forces, 1e6 steps "
@@ -207,16 +205,15 @@ void add_hard_cases(CLI::App& app, Action& action) {
   command
       .add_option("--seconds", arguments->seconds,
                   "Simulated time of --long; default: 86400, a day, and 1e7 steps of the humanoid")
-      ->check(CLI::PositiveNumber);
+      .positive();
   command.add_flag("--no-peers", arguments->no_peers, "Leave MuJoCo out");
   command
       .add_option("--peer-seconds", arguments->peer_seconds,
                   "Wall time after which a peer's run of a case is stopped; default: 120")
-      ->check(CLI::PositiveNumber);
+      .positive();
   arguments->report.add_to(command);
   command.footer("Example:\n  counterpoint hard-cases --only tower_30 --report report");
-  command.callback(
-      [arguments, &action] { action = [arguments] { return hard_cases(*arguments); }; });
+  command.action([arguments] { return hard_cases(*arguments); });
 }
 
 }  // namespace counterpoint::apps

@@ -25,6 +25,7 @@ struct Arguments {
   int horizon = 0;
   bool swap = false;
   FitOptions fit;
+  std::string derivatives = "exact";
   Report report;
 };
 
@@ -214,6 +215,7 @@ void write_page_of(const Arguments& arguments, const Rollouts& rollouts, Compare
 }
 
 int identify(Arguments& arguments) {
+  arguments.fit.exact = arguments.derivatives == "exact";
   const Experiment e = make_experiment(arguments);
   const std::vector<Parameter> parameters = parse_parameters(arguments.parameters, e.scene);
   const Split parts = split(arguments, e);
@@ -254,25 +256,25 @@ int identify(Arguments& arguments) {
 
 }  // namespace
 
-void add_identify(CLI::App& app, Action& action) {
+void add_identify(CommandLine& line) {
   auto arguments = std::make_shared<Arguments>();
-  CLI::App& command = *app.add_subcommand(
-      "identify", "Find figures of a scene with which it predicts recordings best");
+  Command& command =
+      line.add("identify", "Find figures of a scene with which it predicts recordings best");
   arguments->scene.add_to(command);
-  command.add_option("RECORDING", arguments->recordings, "Recordings (CSV)")->required();
-  command.add_option("--columns", arguments->map, "Column map (YAML, docs/recordings.md)")
-      ->required();
+  command.add_option("RECORDING", arguments->recordings, "Recordings (CSV)").required();
+  command.add_option("--columns", arguments->map, "Column map (YAML, docs/guide/recordings.md)")
+      .required();
   command
       .add_option("--parameters", arguments->parameters,
                   "What to find: KIND[:ELEMENT][=LOW..HIGH], comma separated")
-      ->required();
+      .required();
   command.add_option("--set", arguments->set, "Figures to set first: KIND[:ELEMENT]=VALUE,...");
   command.add_option("--substeps", arguments->substeps, "Time steps between two rows");
   command
       .add_option("--train", arguments->train,
                   "Share of the recordings to fit, spread evenly; the others are scored. "
                   "Default 0.5, of a single recording 1")
-      ->check(CLI::Range(0.0, 1.0));
+      .range(0.0, 1.0);
   command.add_option("--test", arguments->test, "Recordings to score; all others are fitted");
   command
       .add_option(
@@ -280,37 +282,34 @@ void add_identify(CLI::App& app, Action& action) {
           "What is made small: score (default; mean deviations of each recording), rows "
           "(deviations at every row, squared), one-step (rows, from every row to the next), "
           "force (what compare --mode inverse leaves unexplained)")
-      ->check(CLI::IsMember({"score", "rows", "one-step", "force"}));
+      .one_of({"score", "rows", "one-step", "force"});
   command.add_flag("--swap", arguments->swap, "Exchange the recordings fitted and scored");
   command
       .add_option("--horizon", arguments->horizon,
                   "Start anew from the recording every so many rows; 0: its first row only")
-      ->check(CLI::NonNegativeNumber);
+      .not_negative();
   command.add_option("--loss", arguments->loss, "cauchy (default) or squares")
-      ->check(CLI::IsMember({"cauchy", "squares"}));
+      .one_of({"cauchy", "squares"});
   command.add_option("--samples", arguments->fit.samples, "Points tried before any is refined")
-      ->check(CLI::Range(0, 1'000'000));
-  command.add_option("--refined", arguments->fit.refined, "Points refined")
-      ->check(CLI::Range(1, 1000));
+      .range(0, 1'000'000);
+  command.add_option("--refined", arguments->fit.refined, "Points refined").range(1, 1000);
   command
       .add_option("--difference", arguments->fit.difference,
                   "Last step of the differences, as a share of the range (default 1e-3)")
-      ->check(CLI::Range(1e-9, 0.03));
+      .range(1e-9, 0.03);
   command
-      .add_option_function<std::string>(
-          "--derivatives",
-          [arguments](const std::string& word) { arguments->fit.exact = word == "exact"; },
-          "exact (default: where steps have closed forms) or differences")
-      ->check(CLI::IsMember({"exact", "differences"}));
+      .add_option("--derivatives", arguments->derivatives,
+                  "exact (default: where steps have closed forms) or differences")
+      .one_of({"exact", "differences"});
   command.add_option("--bootstrap", arguments->fit.bootstrap, "Refits to recordings drawn anew")
-      ->check(CLI::Range(0, 100'000));
+      .range(0, 100'000);
   command.add_option("--report", arguments->page, "Folder for a page with tables and pictures")
-      ->type_name("DIR");
+      .type_name("DIR");
   arguments->report.add_to(command);
   command.footer(
       "Example:\n  counterpoint identify data/scenes/cube_toss.yaml toss_*.csv --columns "
       "data/maps/cube_toss.yaml --parameters friction=0.05..0.5,restitution=0..0.5");
-  command.callback([arguments, &action] { action = [arguments] { return identify(*arguments); }; });
+  command.action([arguments] { return identify(*arguments); });
 }
 
 }  // namespace counterpoint::apps

@@ -295,18 +295,18 @@ int inspect(Arguments& arguments) {
 
 }  // namespace
 
-void add_inspect(CLI::App& app, Action& action) {
+void add_inspect(CommandLine& line) {
   auto arguments = std::make_shared<Arguments>();
-  CLI::App& command = *app.add_subcommand("inspect",
-                                          "List joints, limits, geometries, materials, closures, "
-                                          "pairs, effects and what they cost, and "
-                                          "notes of a scene");
+  Command& command = line.add("inspect",
+                              "List joints, limits, geometries, materials, closures, "
+                              "pairs, effects and what they cost, and "
+                              "notes of a scene");
   arguments->scene.add_to(command);
   command.add_flag("--costs", arguments->costs,
                    "Also the time of a step as effects are added one by one");
   arguments->report.add_to(command);
   command.footer("Example:\n  counterpoint inspect robot.urdf --base floating --ground");
-  command.callback([arguments, &action] { action = [arguments] { return inspect(*arguments); }; });
+  command.action([arguments] { return inspect(*arguments); });
 }
 
 }  // namespace counterpoint::apps

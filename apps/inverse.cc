@@ -138,7 +138,7 @@ int inverse(Arguments& arguments) {
   if (failed) {
     add_failure(model, *failed, report.json());
     report.write();
-    fmt::print(stderr, "failed: {}\n", failure_message(model, *failed));
+    fmt::print(stderr, "error: {}\n", failure_message(model, *failed));
     return kFailed;
   }
   report["steps"] = trajectory.num_steps();
@@ -177,13 +177,13 @@ int inverse(Arguments& arguments) {
 
 }  // namespace
 
-void add_inverse(CLI::App& app, Action& action) {
+void add_inverse(CommandLine& line) {
   auto arguments = std::make_shared<Arguments>();
-  CLI::App& command =
-      *app.add_subcommand("inverse", "Recover the applied and contact forces behind a trajectory");
+  Command& command =
+      line.add("inverse", "Recover the applied and contact forces behind a trajectory");
   arguments->scene.add_to(command);
   command.add_option("TRAJECTORY", arguments->trajectory, "CSV as `simulate --output` writes it")
-      ->required();
+      .required();
   command.add_option("--timestep", arguments->time_step,
                      "Time step [s] of a trajectory that does not say it; default: the scene's");
   command.add_option("--output", arguments->output,
@@ -195,7 +195,7 @@ void add_inverse(CLI::App& app, Action& action) {
   command.footer(
       "Example:\n  counterpoint inverse data/scenes/arm7.yaml arm.csv --output forces.csv "
       "--contacts contacts.csv");
-  command.callback([arguments, &action] { action = [arguments] { return inverse(*arguments); }; });
+  command.action([arguments] { return inverse(*arguments); });
 }
 
 }  // namespace counterpoint::apps

@@ -6,30 +6,26 @@
 
 #include "command.h"
 #include "counterpoint/model/types.h"
+#include "help_topics.h"
+#include "version.h"
 
 namespace counterpoint::apps {
 namespace {
 
-constexpr auto kSubcommands = {add_simulate,        add_rollout,    add_inverse,  add_derivatives,
-                               add_optimize,        add_compare,    add_identify, add_inspect,
-                               add_contact_problem, add_hard_cases, add_accuracy, add_view};
+constexpr auto kSubcommands = {add_simulate, add_inverse,     add_view,       add_inspect,
+                               add_optimize, add_rollout,     add_compare,    add_identify,
+                               add_accuracy, add_derivatives, add_hard_cases, add_contact_problem,
+                               add_list,     add_generate};
 
 int run(int argc, char** argv) {
-  CLI::App app{"Rigid-body physics with convex, smooth, invertible contact."};
-  app.name("counterpoint");
-  app.set_version_flag("--version", COUNTERPOINT_VERSION);
-  app.require_subcommand(1);
-  app.footer(
+  CommandLine line(
+      "Rigid-body physics with convex, smooth, invertible contact.",
       "Exit codes: 0 done, 1 the computation failed, 2 bad input.\n"
-      "Example:\n  counterpoint simulate data/scenes/humanoid_drop.yaml --output fall.csv");
-  Action action;
-  for (const auto add : kSubcommands) add(app, action);
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? kSuccess : kBadInput;
-  }
-  return action();
+      "Example:\n  counterpoint simulate humanoid_drop --output fall.csv --view fall.html");
+  for (const auto add : kSubcommands) add(line);
+  add_topics(line);
+  line.version(version_text);
+  return line.run(argc, argv);
 }
 
 }  // namespace
@@ -43,7 +39,7 @@ int main(int argc, char** argv) {
     fmt::print(stderr, "error: {}\n", error.what());
     return kBadInput;
   } catch (const std::exception& error) {
-    fmt::print(stderr, "failed: {}\n", error.what());
+    fmt::print(stderr, "error: {}\n", error.what());
     return kFailed;
   }
 }

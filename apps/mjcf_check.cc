@@ -1,5 +1,5 @@
 // A collection of MJCF files, mujoco_menagerie say: what we read of it, how it moves, and how our
-// models compare with MuJoCo's. Writes docs/mjcf_table.md.
+// models compare with MuJoCo's. Writes docs/measurements/mjcf.md.
 #include <fmt/format.h>
 #include <unistd.h>
 
@@ -178,7 +178,7 @@ int run(const fs::path& folder, int states, double duration, const std::string& 
   stream
       << "# MJCF files of mujoco_menagerie, robot by robot\n\nWritten by counterpoint_mjcf_check; "
          "how to "
-         "run it and what it finds is told in [MJCF](mjcf.md).\n\n"
+         "run it and what it finds is told in [MJCF](../reference/mjcf.md).\n\n"
       << summary
       << fmt::format(
              "\nFigures: the largest differences at {} random states. Poses of all named bodies "

@@ -10,6 +10,7 @@
 
 #include "command.h"
 #include "counterpoint/engine/optimize/feedback.h"
+#include "data_folder.h"
 #include "optimize/page.h"
 #include "optimize/run.h"
 #include "report.h"
@@ -235,39 +236,41 @@ int optimize(Arguments& arguments) {
   return starts[best].feasible() ? kSuccess : kFailed;
 }
 
-void add_options(CLI::App& command, Arguments& a) {
-  command.add_option("PROBLEM", a.problem, "Problem file (docs/optimization-format.md)")
-      ->required();
+std::string bundled_problem(const std::string& name) {
+  return bundled_file(name, {"scenes/optimize"});
+}
+
+void add_options(Command& command, Arguments& a) {
+  command.add_option("PROBLEM", a.problem, "Problem file (.yaml), or bundled name (list problems)")
+      .becomes(bundled_problem)
+      .required();
   command.add_option("--output", a.output, "CSV to write: the motion and its forces");
   command.add_option("--report", a.folder, "Folder to write: a page with figures and charts")
-      ->type_name("DIR");
+      .type_name("DIR");
   command.add_option("--from", a.from, "CSV of a motion to start from");
   command.add_option("--frames", a.frames, "Steps of the motion; default: the problem's")
-      ->check(CLI::Range(4, 100'000));
+      .range(4, 100'000);
   command
       .add_option("--smoothing", a.smoothing,
                   "Smoothing [m] of the last stage; default: the problem's, or the scene's")
-      ->check(CLI::PositiveNumber);
-  command.add_option("--iterations", a.iterations, "Most Newton steps")->check(CLI::PositiveNumber);
-  command.add_option("--threads", a.threads, "0, the default: one a core")
-      ->check(CLI::NonNegativeNumber);
-  command
-      .add_option("--starts", a.starts, "So many starts, from seeds one apart; the best is kept")
-      ->check(CLI::PositiveNumber);
+      .positive();
+  command.add_option("--iterations", a.iterations, "Most Newton steps").positive();
+  command.add_option("--threads", a.threads, "0, the default: one a core").not_negative();
+  command.add_option("--starts", a.starts, "So many starts, from seeds one apart; the best is kept")
+      .positive();
   command.add_option("--seed", a.seed, "Of the noise on the guess; 0, the default: none");
   command.add_flag("--resume", a.resume, "Go on from --output, where a run was stopped");
   command
       .add_option("--derivatives", a.derivatives,
                   "analytic (default), or central differences, to compare")
-      ->check(CLI::IsMember({"analytic", "differences"}));
-  command.add_option("--cycles", a.cycles, "Write a periodic motion so many times over")
-      ->check(CLI::PositiveNumber);
+      .one_of({"analytic", "differences"});
+  command.add_option("--cycles", a.cycles, "Write a periodic motion so many times over").positive();
   command.add_option("--feedback", a.feedback,
                      "CSV to write: feedback gains along the motion, for simulate --follow");
   command
       .add_option("--feedback-smoothing", a.feedback_smoothing,
                   "Smoothing [m] of the contacts that gains are found with; default 1e-4")
-      ->check(CLI::PositiveNumber);
+      .positive();
   command.add_flag("--quiet", a.quiet, "No progress line");
   a.view.add_to(command);
   a.report.add_to(command);
@@ -275,15 +278,15 @@ void add_options(CLI::App& command, Arguments& a) {
 
 }  // namespace
 
-void add_optimize(CLI::App& app, Action& action) {
+void add_optimize(CommandLine& line) {
   auto arguments = std::make_shared<Arguments>();
-  CLI::App& command = *app.add_subcommand(
+  Command& command = line.add(
       "optimize", "Find a motion through contact: forces follow from positions by the inverse");
   add_options(command, *arguments);
   command.footer(
       "Example:\n  counterpoint optimize data/scenes/optimize/humanoid_walk.yaml --output "
       "walk.csv --report walk");
-  command.callback([arguments, &action] { action = [arguments] { return optimize(*arguments); }; });
+  command.action([arguments] { return optimize(*arguments); });
 }
 
 }  // namespace counterpoint::apps

@@ -13,6 +13,7 @@ namespace {
 constexpr auto kDelay = std::chrono::seconds(1);
 constexpr auto kInterval = std::chrono::milliseconds(100);
 constexpr int kWidth = 40;  // characters
+constexpr double kLeastShare = 0.01;  // done, before what is left is estimated
 
 }  // namespace
 
@@ -51,8 +52,11 @@ void Progress::update(int done) {
   if (!due()) return;
   const double share = std::clamp(static_cast<double>(done) / total_, 0.0, 1.0);
   const int filled = static_cast<int>(share * kWidth);
-  fmt::print(stderr, "\r{} [{:#<{}}{:.<{}}] {:3.0f} %", label_, "", filled, "", kWidth - filled,
-             100 * share);
+  const double elapsed = std::chrono::duration<double>(now - start_).count();
+  const std::string left =
+      share > kLeastShare ? fmt::format(", {:.0f} s left", elapsed * (1.0 / share - 1.0)) : "";
+  fmt::print(stderr, "\r{} [{:#<{}}{:.<{}}] {:3.0f} %{}\033[K", label_, "", filled, "",
+             kWidth - filled, 100 * share, left);
   std::fflush(stderr);
 }
 

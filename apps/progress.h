@@ -1,4 +1,4 @@
-// A progress bar on the terminal, for work that takes longer than a second.
+// A progress bar on the terminal, with the time that is left, for work that takes longer than a second.
 #pragma once
 
 #include <chrono>

@@ -4,6 +4,7 @@
 
 #include <fstream>
 
+#include "command_line.h"
 #include "counterpoint/model/types.h"
 
 namespace counterpoint::apps {
@@ -24,9 +25,9 @@ void make_report_folder(const std::filesystem::path& folder) {
     throw InputError(fmt::format("--report {}: the folder cannot be made", folder.string()));
 }
 
-void Report::add_to(CLI::App& command) {
+void Report::add_to(Command& command) {
   command.add_option("--json", file_, "Write the figures as JSON ('-': standard output)")
-      ->type_name("FILE");
+      .type_name("FILE");
 }
 
 void Report::begin(const std::string& command, const std::string& scene) {

@@ -1,13 +1,14 @@
-// What a command found, for machines: --json FILE (docs/json-reports.md).
+// What a command found, for machines: --json FILE (docs/reference/json-reports.md).
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <string>
 
 namespace counterpoint::apps {
+
+class Command;
 
 using Json = nlohmann::ordered_json;
 
@@ -19,7 +20,7 @@ void make_report_folder(const std::filesystem::path& folder);
 class Report {
  public:
   /// Adds --json to the command.
-  void add_to(CLI::App& command);
+  void add_to(Command& command);
   /// Starts the report with what every command says: command, version, scene.
   void begin(const std::string& command, const std::string& scene);
   Json& operator[](const char* key) { return json_[key]; }

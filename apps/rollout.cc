@@ -221,7 +221,7 @@ int rollout(Arguments& arguments) {
   print(arguments, batch, tally);
   for (size_t i = 0; i < rollouts.size(); ++i)
     if (rollouts[i].failed)
-      fmt::print(stderr, "failed: rollout {}: {}\n", i,
+      fmt::print(stderr, "error: rollout {}: {}\n", i,
                  failure_message(batch.model(), *rollouts[i].failed));
   if (!tally.ended_early(arguments)) return tally.failures > 0 ? kFailed : kSuccess;
   fmt::print(
@@ -236,22 +236,21 @@ int rollout(Arguments& arguments) {
 
 }  // namespace
 
-void add_rollout(CLI::App& app, Action& action) {
+void add_rollout(CommandLine& line) {
   auto arguments = std::make_shared<Arguments>();
-  CLI::App& command =
-      *app.add_subcommand("rollout", "Simulate a scene many times at once, over all cores");
+  Command& command = line.add("rollout", "Simulate a scene many times at once, over all cores");
   arguments->scene.add_to(command);
   command.add_option("--count", arguments->count, "Number of rollouts; default 16")
-      ->check(CLI::Range(1, 10000000));
+      .range(1, 10000000);
   command
       .add_option("--threads", arguments->threads,
                   "Number of threads; default 0: one for every core. Results do not depend on it")
-      ->check(CLI::Range(0, 4096));
+      .range(0, 4096);
   add_times(command, arguments->duration, arguments->time_step);
   command
       .add_option("--inputs", arguments->inputs,
                   "CSV of what acts, as in simulate: one file for all rollouts, or one each")
-      ->type_name("FILE ...");
+      .type_name("FILE ...");
   add_random_inputs(command, arguments->random);
   command.add_flag("--invert", arguments->invert,
                    "Recover the applied forces of every step, and say how well");
@@ -262,7 +261,7 @@ void add_rollout(CLI::App& app, Action& action) {
       "Rollout i (from 0) gives the bits of `counterpoint simulate` with seed + i.\n"
       "Example:\n  counterpoint rollout data/scenes/humanoid_drop.yaml --count 100 "
       "--random-inputs 0.5 --output ends.csv --json rollout.json");
-  command.callback([arguments, &action] { action = [arguments] { return rollout(*arguments); }; });
+  command.action([arguments] { return rollout(*arguments); });
 }
 
 }  // namespace counterpoint::apps

@@ -15,7 +15,7 @@ class RunWatch {
 
   /// After every step from the last state seen. `h` [s]: its length.
   void after_step(double h);
-  /// docs/json-reports.md.
+  /// docs/reference/json-reports.md.
   void fill(Json& out) const;
 
  private:

@@ -5,6 +5,9 @@
 #include <charconv>
 #include <string_view>
 
+#include "command_line.h"
+#include "data_folder.h"
+
 namespace counterpoint::apps {
 namespace {
 
@@ -21,39 +24,52 @@ double mass_of(const std::string& text) {
 
 }  // namespace
 
-void SceneArguments::add_to(CLI::App& command) {
-  command.add_option("SCENE", file, "Scene (.yaml), or a lone robot (.urdf, or .xml, .mjcf of MuJoCo)")->required();
+void SceneArguments::add_to(Command& command) {
+  command
+      .add_option("SCENE", file,
+                  "Scene (.yaml), robot (.urdf, or .xml, .mjcf of MuJoCo), or bundled name (help scenes)")
+      .becomes(bundled_scene)
+      .required();
   command
       .add_option("--base", base, "Lone robot: root link held by the world or free (default fixed)")
-      ->check(CLI::IsMember({"fixed", "floating"}));
+      .one_of({"fixed", "floating"});
   command.add_flag("--ground", ground, "Lone robot: add the ground plane z = 0");
   command.add_option("--package", packages, "Folder of a package:// name, may be repeated")
-      ->type_name("NAME=DIR")
-      ->allow_extra_args(false);
-  command.add_option("--srdf", srdf,
-                     "Lone robot: SRDF file, whose disabled pairs of links never collide");
+      .type_name("NAME=DIR")
+      .seldom()
+      .one_value_each();
+  command
+      .add_option("--srdf", srdf,
+                  "Lone robot: SRDF file, whose disabled pairs of links never collide")
+      .seldom();
   command
       .add_option("--hull-vertices", hull_vertices,
                   "Lone robot: at most this many vertices for the hull of each mesh")
-      ->check(CLI::Range(4, 1'000'000));
+      .range(4, 1'000'000)
+      .seldom();
   command.add_option("--integrator", integrator, "Default: the scene's, or semi_implicit_euler")
-      ->check(CLI::IsMember({"semi_implicit_euler", "implicit_midpoint", "runge_kutta_4"}));
+      .one_of({"semi_implicit_euler", "implicit_midpoint", "runge_kutta_4"});
   command
       .add_option(
           "--contact", contact,
           "Contacts as soft as MuJoCo's (fast), stiff (default) or stiffer (hard); default: "
           "the scene's")
-      ->check(CLI::IsMember({"fast", "default", "hard"}));
-  command.add_flag("--repair-inertias", repair_inertias,
-                   "Make non-physical inertias physical; each change is listed");
-  command.add_flag("--repair-joints", repair_joints,
-                   "Exchange joint limits given the wrong way round, let joints move by themselves "
-                   "that cannot follow the one they mimic; each is listed");
+      .one_of({"fast", "default", "hard"});
+  command
+      .add_flag("--repair-inertias", repair_inertias,
+                "Make non-physical inertias physical; each change is listed")
+      .seldom();
+  command
+      .add_flag("--repair-joints", repair_joints,
+                "Exchange joint limits given the wrong way round, let joints move by themselves "
+                "that cannot follow the one they mimic; each is listed")
+      .seldom();
   command
       .add_option("--fill-inertia", fill_inertia,
                   "Where a joint moves no inertia, its link gets a ball of this mass and the "
                   "density of water about its origin; each is listed")
-      ->type_name("MASS[kg]");
+      .type_name("MASS[kg]")
+      .seldom();
 }
 
 std::map<std::string, std::filesystem::path> SceneArguments::package_folders() const {

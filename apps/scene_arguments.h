@@ -1,7 +1,6 @@
 // SCENE and the options that go with it, the same in every subcommand.
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <filesystem>
 #include <map>
 #include <string>
@@ -11,18 +10,20 @@
 
 namespace counterpoint::apps {
 
+class Command;
+
 struct SceneArguments {
   std::string file;
   std::string base;
   bool ground = false;
   bool repair_inertias = false, repair_joints = false;
-  std::string fill_inertia;  ///< a mass, with or without "kg"
+  std::string fill_inertia;           ///< a mass, with or without "kg"
   std::vector<std::string> packages;  ///< NAME=DIR
   std::string srdf;
   int hull_vertices = 0;
   std::string integrator, contact;
 
-  void add_to(CLI::App& command);
+  void add_to(Command& command);
   /// NAME and DIR of each. @throws InputError for one that is not NAME=DIR.
   std::map<std::string, std::filesystem::path> package_folders() const;
   /// @throws InputError as load_scene does, and for a package that is not NAME=DIR.

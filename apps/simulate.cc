@@ -310,7 +310,7 @@ int simulate(Arguments& arguments) {
     print_figures(arguments.report, simulator, simulator.state().time - start.time, tally);
     return kSuccess;
   }
-  fmt::print(stderr, "failed: {}\n", message);
+  fmt::print(stderr, "error: {}\n", message);
   if (!arguments.output.empty())
     fmt::print(stderr, "{} goes up to the last good state, at {:.6g} s\n", arguments.output,
                simulator.state().time);
@@ -319,9 +319,9 @@ int simulate(Arguments& arguments) {
 
 }  // namespace
 
-void add_simulate(CLI::App& app, Action& action) {
+void add_simulate(CommandLine& line) {
   auto arguments = std::make_shared<Arguments>();
-  CLI::App& command = *app.add_subcommand("simulate", "Simulate a scene; write its trajectory");
+  Command& command = line.add("simulate", "Simulate a scene; write its trajectory");
   arguments->scene.add_to(command);
   add_times(command, arguments->duration, arguments->time_step);
   command
@@ -329,48 +329,51 @@ void add_simulate(CLI::App& app, Action& action) {
           "--adaptive", arguments->adaptive,
           "Steps as long as the error allows: TOL is what a simulated second may add to any "
           "coordinate [m/s, rad/s]; or off. Default: the scene's step_control")
-      ->type_name("TOL|off");
+      .type_name("TOL|off");
   command.add_option("--event-tolerance", arguments->event_tolerance,
                      "With step control: impacts fall into steps of at most this [s]; default: the "
-                     "scene's, or 1e-6");
+                     "scene's, or 1e-6")
+      .seldom();
   command.add_option(
       "--inputs", arguments->inputs.file,
       "CSV of what acts: time, '<joint>.u', '<joint>.target', '<link>.fx' ...; a row holds "
-      "until the next (docs/trajectory-format.md)");
+      "until the next (docs/reference/trajectory-format.md)");
   add_follow(command, arguments->inputs.follow);
   add_random_inputs(command, arguments->inputs);
   command.add_flag("--strict", arguments->strict,
                    "End at a step that cannot be solved; else it is solved with softer contacts, "
                    "counted and recorded");
   command.add_option("--output", arguments->output,
-                     "Trajectory to write (docs/trajectory-format.md)");
+                     "Trajectory to write (docs/reference/trajectory-format.md)");
   command.add_option("--contacts", arguments->contacts,
                      "CSV to write: the contacts of every step and their forces, as `inverse "
                      "--contacts` does; of a controlled step those of its second half");
   command
       .add_option("--save-state", arguments->save_state,
                   "Write the last state, to go on from to the same bits")
-      ->type_name("FILE");
-  auto* resume = command
-                     .add_option("--resume", arguments->resume,
-                                 "Start from a state saved by --save-state, of the same scene; the "
-                                 "duration counts from there")
-                     ->type_name("FILE");
+      .type_name("FILE");
+  Option& resume =
+      command
+          .add_option("--resume", arguments->resume,
+                      "Start from a state saved by --save-state, of the same scene; the "
+                      "duration counts from there")
+          .type_name("FILE");
   command
       .add_flag("--changed-scene", arguments->changed_scene,
                 "With --resume: the scene may have changed, and FILE may be a trajectory (its last "
                 "row)")
-      ->needs(resume);
+      .needs(resume)
+      .seldom();
   command
       .add_option("--wall-limit", arguments->wall_limit,
                   "Stop (exit code 1) once the steps have taken this long [s]; default: never")
-      ->check(CLI::PositiveNumber);
+      .positive();
   arguments->view.add_to(command);
   arguments->report.add_to(command);
   command.footer(
       "Example:\n  counterpoint simulate data/scenes/arm7.yaml --duration 1 "
       "--random-inputs 0.5 --output arm.csv --json arm.json");
-  command.callback([arguments, &action] { action = [arguments] { return simulate(*arguments); }; });
+  command.action([arguments] { return simulate(*arguments); });
 }
 
 }  // namespace counterpoint::apps

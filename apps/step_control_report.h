@@ -23,7 +23,7 @@ struct ControlTally {
   void add(const ControlledReport& step);
 };
 
-/// Under `step_control` (docs/json-reports.md).
+/// Under `step_control` (docs/reference/json-reports.md).
 Json step_control_report(const StepControlOptions& control, const ControlTally& tally,
                          const Simulator& simulator);
 /// The same in a line.

@@ -173,42 +173,42 @@ int view_motion(Arguments& arguments) {
   return kSuccess;
 }
 
-void add_picture_options(CLI::App& command, Arguments& arguments) {
+void add_picture_options(Command& command, Arguments& arguments) {
   command
       .add_option("--png", arguments.pictures.times,
                   "Times [s] of pictures to write beside the page: PAGE_TIME.png (Chromium)")
-      ->delimiter(',')
-      ->type_name("T1,T2,...");
+      .comma_separated()
+      .type_name("T1,T2,...");
   command
       .add_option("--gif", arguments.gif,
                   "Moving picture to write beside the page: start [s], end [s], frames a second")
-      ->delimiter(',')
-      ->type_name("START,END,RATE");
+      .comma_separated()
+      .type_name("START,END,RATE");
   command.add_option("--webm", arguments.webm, "The same as a video (VP9), much smaller")
-      ->delimiter(',')
-      ->type_name("START,END,RATE");
+      .comma_separated()
+      .type_name("START,END,RATE");
   command.add_option("--size", arguments.size, "Of pictures [pixels]; default 960x540")
-      ->type_name("WxH");
+      .type_name("WxH");
   command
       .add_option("--link", arguments.pictures.link,
                   "How pictures look, as in the page's address: 'follow=pelvis&theme=dark'")
-      ->type_name("SETTINGS");
+      .type_name("SETTINGS");
 }
 
 }  // namespace
 
-void add_view(CLI::App& app, Action& action) {
+void add_view(CommandLine& line) {
   auto arguments = std::make_shared<Arguments>();
-  CLI::App& command =
-      *app.add_subcommand("view", "Write a motion as one HTML page that plays it, without network");
+  Command& command =
+      line.add("view", "Write a motion as one HTML page that plays it, without network");
   arguments->scene.add_to(command);
   command.add_option("MOTION", arguments->motion, "CSV as `simulate --output` writes it")
-      ->required();
-  command.add_option("--output", arguments->output, "Page to write")->type_name("FILE")->required();
+      .required();
+  command.add_option("--output", arguments->output, "Page to write").type_name("FILE").required();
   command
       .add_option("--contacts", arguments->contacts,
                   "Contact forces, as `inverse --contacts` writes them")
-      ->type_name("FILE");
+      .type_name("FILE");
   command.add_flag("--forces", arguments->forces,
                    "Contact forces as `inverse` recovers them from the motion");
   command.add_option("--timestep", arguments->time_step,
@@ -216,23 +216,22 @@ void add_view(CLI::App& app, Action& action) {
   command
       .add_option("--ghost", arguments->ghosts,
                   "Second motion of the scene, drawn translucent; of several one at a time")
-      ->type_name("FILE")
-      ->allow_extra_args(false);
+      .type_name("FILE")
+      .one_value_each();
   command
       .add_option("--ghost-name", arguments->ghost_names,
                   "What the legend calls it; as often as --ghost")
-      ->allow_extra_args(false);
+      .one_value_each();
   command.add_option("--rate", arguments->rate, "Frames a second of the page [1/s]; 0: every row")
-      ->check(CLI::NonNegativeNumber)
-      ->capture_default_str();
+      .not_negative()
+      .show_default();
   command.add_option("--title", arguments->title, "Default: the scene's name");
   add_picture_options(command, *arguments);
   arguments->report.add_to(command);
   command.footer(
       "Example:\n  counterpoint simulate data/scenes/humanoid_drop.yaml --output fall.csv\n"
       "  counterpoint view data/scenes/humanoid_drop.yaml fall.csv --forces --output fall.html");
-  command.callback(
-      [arguments, &action] { action = [arguments] { return view_motion(*arguments); }; });
+  command.action([arguments] { return view_motion(*arguments); });
 }
 
 }  // namespace counterpoint::apps

@@ -3,20 +3,21 @@
 include(CMakePackageConfigHelpers)
 get_property(libraries GLOBAL PROPERTY COUNTERPOINT_LIBRARIES)
 install(TARGETS ${libraries} EXPORT counterpointTargets
-        ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR}
-        LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})
+        ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT development
+        LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT development)
 foreach(folder model collision contact engine)
   install(DIRECTORY ${PROJECT_SOURCE_DIR}/${folder}/
           DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/counterpoint/${folder}
-          FILES_MATCHING PATTERN "*.h")
+          COMPONENT development FILES_MATCHING PATTERN "*.h")
 endforeach()
-install(DIRECTORY ${PROJECT_SOURCE_DIR}/data/ DESTINATION ${CMAKE_INSTALL_DATADIR}/counterpoint)
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/data/ DESTINATION ${CMAKE_INSTALL_DATADIR}/counterpoint COMPONENT command)
 set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/counterpoint)
-install(EXPORT counterpointTargets NAMESPACE counterpoint:: DESTINATION ${package_dir})
+install(EXPORT counterpointTargets NAMESPACE counterpoint:: DESTINATION ${package_dir} COMPONENT development)
 configure_package_config_file(${PROJECT_SOURCE_DIR}/cmake/counterpointConfig.cmake.in
   ${PROJECT_BINARY_DIR}/counterpointConfig.cmake INSTALL_DESTINATION ${package_dir})
 write_basic_package_version_file(${PROJECT_BINARY_DIR}/counterpointConfigVersion.cmake
   COMPATIBILITY SameMinorVersion)
 install(FILES ${PROJECT_BINARY_DIR}/counterpointConfig.cmake
               ${PROJECT_BINARY_DIR}/counterpointConfigVersion.cmake
-        DESTINATION ${package_dir})
+        DESTINATION ${package_dir} COMPONENT development)
+include(CounterpointPackages)

@@ -8,7 +8,7 @@
 namespace counterpoint::collision {
 namespace {
 
-// Below these the sweep is faster in every scene measured (docs/decisions.md).
+// Below these the sweep is faster in every scene measured (docs/decisions/README.md).
 constexpr std::size_t kFewestForGrid = 32;
 constexpr std::size_t kFewestForTree = 500;
 

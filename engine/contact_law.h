@@ -89,7 +89,7 @@ contact::Law make_dry_friction_law(const ContactOptions& options, double h, doub
                                    double force);
 
 /// Equalities are this much more compliant than contacts: they hold bodies that move, and rounding
-/// of the velocity, over the regularizer, is the error of the inverse (docs/decisions.md).
+/// of the velocity, over the regularizer, is the error of the inverse (docs/decisions/README.md).
 inline constexpr double kMimicSoftness = 10.0;
 inline constexpr double kClosureSoftness = 100.0;
 

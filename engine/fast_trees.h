@@ -11,7 +11,7 @@
 // rates. It depends on (q, w) alone: the inverse knows it.
 //
 // Trees with closures are left to mid_velocity.h: the impulses of closures take most of what the
-// forces alone would do, so what these do without them is no guide (measured: docs/decisions.md).
+// forces alone would do, so what these do without them is no guide (measured: docs/decisions/README.md).
 #pragma once
 
 #include <optional>

@@ -1,4 +1,4 @@
-// Servo targets and wrenches on links as columns of a CSV file (docs/trajectory-format.md).
+// Servo targets and wrenches on links as columns of a CSV file (docs/reference/trajectory-format.md).
 //
 //   J.target, J.target_velocity    of the servo of joint J
 //   L.fx L.fy L.fz L.tx L.ty L.tz  on link L, about its origin, in world axes. Of a link that hangs

@@ -14,7 +14,7 @@ struct ClosureWeight {
 };
 
 /// Taken at the default pose once, never from the current mass matrix: the inverse of a step must
-/// not need one (docs/concepts.md).
+/// not need one (docs/explanation/concepts.md).
 struct InverseWeights {
   /// Inverse mass that a contact on a body feels [1/kg], 0 for the world: the larger of that of its
   /// centre of mass, mean over directions, and a share of what rotation adds where the body's

@@ -4,7 +4,7 @@
 //   inverse   u = u(q, v, v+, p)            du/dp
 //   forward   v+ = v+(q, v, u, p)           dv+/dp = -dv+/du du/dp,   dq+/dp = -dq+/du du/dp
 //
-// docs/derivatives.md has formulas, and says what is by differences.
+// docs/explanation/derivatives.md has formulas, and says what is by differences.
 #pragma once
 
 #include <memory>

@@ -1,4 +1,4 @@
-// A state in a file, to go on from to the same bits (docs/trajectory-format.md, State files).
+// A state in a file, to go on from to the same bits (docs/reference/trajectory-format.md, State files).
 #pragma once
 
 #include <cstdint>

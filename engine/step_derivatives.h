@@ -5,7 +5,7 @@
 //
 // A displacement dq (nv) of a configuration means q (+) dq, as integrate_configuration with h = 1
 // moves it: along the joint's axes, rotations of quaternions in the axes of the body, as the
-// velocities of the state are. docs/derivatives.md has formulas and says where they jump.
+// velocities of the state are. docs/explanation/derivatives.md has formulas and says where they jump.
 #pragma once
 
 #include "counterpoint/engine/step.h"
@@ -25,7 +25,7 @@ struct InverseDerivatives {
   MatrixX dv;       ///< du/dv [N s/m, ...]
   MatrixX dv_next;  ///< du/dv+ [N s/m, ...]; symmetric where all laws are convex
   /// dq and dv are by extrapolated differences of the whole step, though closed forms were asked
-  /// for: something acts that has none (docs/derivatives.md).
+  /// for: something acts that has none (docs/explanation/derivatives.md).
   bool by_differences = false;
 };
 

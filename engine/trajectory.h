@@ -1,5 +1,5 @@
 // Trajectories: states and applied forces over time, in memory and as CSV
-// (docs/trajectory-format.md).
+// (docs/reference/trajectory-format.md).
 #pragma once
 
 #include <filesystem>

@@ -1,6 +1,6 @@
 // What can move a scene's bodies, by name. A scene calls for some of these effects; a step runs
 // those and no others; a scene file's `effects:` section switches any of them off. Equations:
-// docs/effects.md.
+// docs/explanation/effects.md.
 #pragma once
 
 #include <array>

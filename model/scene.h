@@ -13,7 +13,7 @@
 
 namespace counterpoint {
 
-/// How friction and normal motion are coupled: docs/concepts.md, contact/README.md.
+/// How friction and normal motion are coupled: docs/explanation/concepts.md, contact/README.md.
 ///   kConvex   relaxed complementarity: a sliding contact hovers at h mu |v_T|
 ///   kLagged   the shift mu |v_T| is taken from the last velocity
 ///   kCoulomb  exact Coulomb friction
@@ -24,7 +24,7 @@ const char* friction_model_name(FrictionModel model);
 /// The reverse; nothing for an unknown name.
 std::optional<FrictionModel> friction_model_from_name(const std::string& name);
 
-/// How a step goes from (q, w) to (q+, w+): docs/concepts.md.
+/// How a step goes from (q, w) to (q+, w+): docs/explanation/concepts.md.
 ///   kSemiImplicitEuler  order 1, every effect, sleeping
 ///   kImplicitMidpoint   order 2, no drift of energy; order 1 with constraints
 ///   kRungeKutta4        order 4, smooth effects only, no inverse

@@ -16,7 +16,7 @@ namespace fs = std::filesystem;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-/// Reads one scene file from top to bottom: docs/scene-format.md.
+/// Reads one scene file from top to bottom: docs/reference/scene-format.md.
 class SceneReader {
  public:
   SceneReader(const YamlValue& root, const fs::path& file, const SceneOverrides& overrides)

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""accuracy_doc.py DIR [--run COUNTERPOINT] [--repeats N]: the measured part of docs/accuracy.md, from real runs.
+"""accuracy_doc.py DIR [--run COUNTERPOINT] [--repeats N]: the measured part of docs/measurements/accuracy.md, from real runs.
 
 With --run the reference set of data/scenes/accuracy is run first, one scene after the other, by that binary, into
 DIR/<scene>; without it what lies there is taken. Everything before "## Measured" stays; what follows is replaced, and
@@ -12,7 +12,7 @@ import subprocess
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 SCENES = ROOT / "data/scenes/accuracy"
-PAGE = ROOT / "docs/accuracy.md"
+PAGE = ROOT / "docs/measurements/accuracy.md"
 IMAGES = ROOT / "docs/images/accuracy"
 WANTS = (1e-2, 1e-3, 1e-4, 1e-6)
 NAMES = ("double_pendulum", "planar_chain", "heavy_top", "dzhanibekov", "slide_to_stop", "slide_to_roll",
@@ -174,7 +174,7 @@ def section(name, r):
                 if ref["kind"] == "analytic" else f"its own error {figure(ref['error'])}.")]
     if "warning" in ref:
         lines += ["", f"Warning: {ref['warning']}."]
-    lines += ["", f"![{name}: error against time](images/accuracy/{name}.svg)", "",
+    lines += ["", f"![{name}: error against time](../images/accuracy/{name}.svg)", "",
               "Error, processor time a simulated second; *: below ten times the reference's own error.", ""]
     lines += work_precision(r)
     if text := orders(r):

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""hard_cases_doc.py DIR: puts what `counterpoint hard-cases --report DIR` wrote into docs/hard-cases.md.
+"""hard_cases_doc.py DIR: puts what `counterpoint hard-cases --report DIR` wrote into docs/measurements/hard-cases.md.
 
 Everything before the table stays; the table and what follows it is replaced, the pictures are copied."""
 import pathlib
@@ -9,9 +9,9 @@ import sys
 
 report = pathlib.Path(sys.argv[1])
 docs = pathlib.Path(__file__).resolve().parent.parent / "docs"
-page = docs / "hard-cases.md"
+page = docs / "measurements/hard-cases.md"
 intro = page.read_text(encoding="utf-8").split("\n| case | what is measured |")[0]
 table = (report / "hard-cases.md").read_text(encoding="utf-8")
-page.write_text(intro + "\n" + re.sub(r"\]\((\w+\.svg)\)", r"](images/hard/\1)", table), encoding="utf-8")
+page.write_text(intro + "\n" + re.sub(r"\]\((\w+\.svg)\)", r"](../images/hard/\1)", table), encoding="utf-8")
 for picture in sorted(report.glob("*.svg")):
     shutil.copy(picture, docs / "images/hard" / picture.name)

@@ -1,5 +1,5 @@
 #!/bin/sh
-# Counterpoint beside Pinocchio and MuJoCo (docs/performance.md): builds the benchmark with Clang for this
+# Counterpoint beside Pinocchio and MuJoCo (docs/measurements/performance.md): builds the benchmark with Clang for this
 # processor, runs it, writes its figures and picture.
 #   scripts/performance_doc.sh ROBOTS [PREFIX]
 # TABLES in the environment: algorithms, steps (default both), derivatives, scale, piles, robots, softness, with commas. ROBOTS: folder below which the URDFs of robots are looked for. PREFIX: where peers are installed.

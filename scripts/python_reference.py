@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Writes docs/python-reference.md from the stubs (signatures) and the docstrings of the Python module.
+"""Writes docs/reference/python.md from the stubs (signatures) and the docstrings of the Python module.
 
 Usage: PYTHONPATH=build/release/python scripts/python_reference.py [--check]   (--check: compare, write nothing)
 """
@@ -13,7 +13,7 @@ import textwrap
 import counterpoint as cp
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
-PAGE = ROOT / "docs" / "python-reference.md"
+PAGE = ROOT / "docs/reference/python.md"
 STUBS = ROOT / "apps" / "python" / "counterpoint"
 MODULES = [("counterpoint", cp, "__init__")] + [
     (f"counterpoint.{name}", getattr(cp, name), name) for name in ("collision", "contact", "optimization", "recordings", "view")]
@@ -21,7 +21,7 @@ WIDTH = 116
 HEAD = """# Python reference
 
 Written by scripts/python_reference.py from the stubs and docstrings of the module; edit those.
-[Python](python.md) says how to begin.
+[Python](../guide/python.md) says how to begin.
 """
 
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Writes what the engine finds in real recordings into docs/recordings.md, from runs of the command.
+"""Writes what the engine finds in real recordings into docs/measurements/recordings.md, from runs of the command.
 
     scripts/recordings_doc.py --data FOLDER [--command build/release/bin/counterpoint] [--check]
 
@@ -15,7 +15,7 @@ import subprocess
 import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
-DOCUMENT = ROOT / "docs/recordings.md"
+DOCUMENT = ROOT / "docs/measurements/recordings.md"
 
 
 def run(options, words):

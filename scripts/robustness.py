@@ -23,7 +23,7 @@ import time
 sys.dont_write_bytecode = True
 from pile_scenes import pile, pile_name, write  # noqa: E402
 
-# Column: key of the report of simulate (docs/json-reports.md).
+# Column: key of the report of simulate (docs/reference/json-reports.md).
 FIGURES = {"simulated_s": "simulated_seconds", "steps": "steps", "newton_mean": "newton_iterations_mean",
            "newton_p99": "newton_iterations_p99", "newton_max": "newton_iterations_max",
            "failed_steps": "solver_failures", "softened_steps": "softened_steps", "step_median_us": "step_time_median_us",

@@ -1,6 +1,10 @@
 #!/bin/sh
-# Builds, installing what is missing, and runs every test.
+# Builds, installing what is missing, and runs every test; tests that were skipped are listed at the end with
+# their reason.
 set -eu
 cd "$(dirname "$0")/.."
 scripts/setup.sh --for-tests
-ctest --preset release
+status=0
+ctest --preset release || status=$?
+python3 scripts/skipped_tests.py build/release/Testing/Temporary/LastTest.log
+exit $status

@@ -51,7 +51,7 @@ void print(std::FILE* out, const Findings& findings);
 /// @throws InputError if it cannot be written.
 void write_report(const std::filesystem::path& folder, const Findings& findings);
 
-/// Into the report (docs/json-reports.md).
+/// Into the report (docs/reference/json-reports.md).
 void add_to(Report& report, const Findings& findings);
 
 }  // namespace counterpoint::apps::accuracy

@@ -32,7 +32,10 @@ std::string csv_row(const Findings& findings, const MeasuredFamily& m, size_t fa
                                 p.steps, p.failed, findings.on_front({family, i}) ? 1 : 0);
   const Physics* physics = p.physics ? &*p.physics : nullptr;
   const BlockFigures* block = physics && physics->block ? &*physics->block : nullptr;
-  const auto add = [&](bool there, double value) { out += "," + (there ? cell(value) : ""); };
+  const auto add = [&](bool there, double value) {
+    out += ',';
+    if (there) out += cell(value);
+  };
   const ContactResiduals* contact = physics && physics->contact ? &*physics->contact : nullptr;
   add(contact, contact ? contact->primal : 0.0);
   add(contact, contact ? contact->dual : 0.0);

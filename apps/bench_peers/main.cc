@@ -1,5 +1,5 @@
 // Counterpoint beside MuJoCo and Pinocchio: the same models, in turn, in one process.
-// docs/performance.md says how to run it and what it found.
+// docs/measurements/performance.md says how to run it and what it found.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>

@@ -29,7 +29,7 @@ void slope_rest(Trial& trial) {
   });
   trial.at_most("creep, mean of 9 s", "m/s", (sim.state().q.segment<3>(q) - before).norm() / 9.0,
                 bound,
-                "rigid Coulomb: 0; of this law, docs/concepts.md: eps g h sin(theta) + delta/h");
+                "rigid Coulomb: 0; of this law, docs/explanation/concepts.md: eps g h sin(theta) + delta/h");
 }
 
 /// tan(theta) = 0.6 > mu = 0.5.

@@ -53,7 +53,7 @@ void overlap(Trial& trial) {
   trial.at_least("gap at the end", "m", apart, -1e-6, "they part");
   trial.at_most("speed of parting, largest", "m/s", fastest,
                 sim.options().contact.max_recovery_speed * (1.0 + 1e-6),
-                "docs/scene-format.md: max_recovery_speed");
+                "docs/reference/scene-format.md: max_recovery_speed");
   View view(sim);
   trial.at_most("energy at the end", "J", view.kinetic(), 1e-6, "an overlap is no spring: 0");
 }

@@ -27,7 +27,7 @@ void chain(Trial& trial, int n) {
                        options.stabilization * 0.5 * n * (n + 1);
   trial.chart.levels = {{"what the closures' compliance gives", yield}};
   trial.at_most("tension over the weight below, off by", "1", error, 1e-6, "statics");
-  trial.at_most("sag of the end", "m", most, yield, "docs/concepts.md: r F h^2 / beta a closure");
+  trial.at_most("sag of the end", "m", most, yield, "docs/explanation/concepts.md: r F h^2 / beta a closure");
 }
 
 void whip(Trial& trial) {
@@ -99,7 +99,7 @@ void gripper(Trial& trial) {
                        8.0 * sim.options().time_step;
   trial.chart.levels = {{"creep of the law", 60.0 * creep}};
   trial.at_most("slip within 60 s, squeezed by 1.05 m g / (2 mu)", "m", slip, 60.0 * creep,
-                "Coulomb: held; docs/concepts.md: creep eps alpha f h");
+                "Coulomb: held; docs/explanation/concepts.md: creep eps alpha f h");
   sim.reset();
   squeeze(0.95);
   const double time = 0.3;

@@ -36,7 +36,7 @@ void mass_ratio(Trial& trial) {
                 force / (masses[i] * kGravity), 1.0, 1e-6, "statics: (m1 + m2) g");
   }
   trial.at_most("sinks, the most of all", "m", drift(model, settled, start), sink,
-                "docs/concepts.md: eps alpha F h^2 over beta; a rigid body: 0");
+                "docs/explanation/concepts.md: eps alpha F h^2 over beta; a rigid body: 0");
   trial.at_most("moves from 9 to 10 s", "m", jitter, 1e-9, "statics: rests");
 }
 

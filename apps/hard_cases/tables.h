@@ -16,7 +16,7 @@ void print_result(std::FILE* out, const Result& result);
 /// A table of all figures and what is said about each case.
 std::string markdown(const std::vector<Result>& results);
 
-/// One entry of `cases` (docs/json-reports.md).
+/// One entry of `cases` (docs/reference/json-reports.md).
 Json json_case(const Result& result);
 
 }  // namespace counterpoint::apps

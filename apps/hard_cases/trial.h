@@ -52,7 +52,7 @@ class Trial {
   /// Lets go of what was loaded; figures and chart stay.
   void unload() { runners_.clear(); }
 
-  /// Where the last good state goes if a step fails (docs/trajectory-format.md); empty: nowhere.
+  /// Where the last good state goes if a step fails (docs/reference/trajectory-format.md); empty: nowhere.
   void keep_state_in(std::filesystem::path file) { state_file_ = std::move(file); }
 
   /// Where a replay of what is loaded first goes, up to a reset; empty: nowhere.

@@ -23,7 +23,7 @@ struct OptimizedStart {
 /// Feasible ones before others, then the cheaper one.
 bool is_better(const OptimizedStart& a, const OptimizedStart& b);
 
-/// Writes frames as a trajectory (docs/trajectory-format.md).
+/// Writes frames as a trajectory (docs/reference/trajectory-format.md).
 void write_motion(const std::string& file, const optimization::ProblemFile& problem,
                   const optimization::Result& result);
 void write_motion(const std::string& file, const optimization::ProblemFile& problem,
@@ -36,7 +36,7 @@ Json read_json(const std::string& file);
 /// interpolation along the motion. @throws InputError as read_trajectory.
 std::vector<VectorX> frames_from(const std::string& file, const optimization::Problem& problem);
 
-/// docs/json-reports.md.
+/// docs/reference/json-reports.md.
 void fill_report(const OptimizedStart& start, Json& out);
 
 /// A row for each Newton step.

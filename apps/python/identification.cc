@@ -161,7 +161,7 @@ columns : ColumnMap
 recordings : sequence of Recording
     All are fitted; score others with predict.
 parameters : str
-    What to find: KIND[:ELEMENT][=LOW..HIGH], comma separated (docs/recordings.md).
+    What to find: KIND[:ELEMENT][=LOW..HIGH], comma separated (docs/guide/recordings.md).
 objective : {'score', 'rows', 'one-step', 'force'}
     What is made small.
 substeps : int, optional
@@ -196,7 +196,7 @@ void bind_identification(py::module_& r) {
         return handle_of(apps::with_settings(scene.scene(), settings));
       },
       py::arg("scene"), py::arg("settings"),
-      "A Scene with other figures, KIND[:ELEMENT]=VALUE,... (docs/recordings.md): a model anew.");
+      "A Scene with other figures, KIND[:ELEMENT]=VALUE,... (docs/guide/recordings.md): a model anew.");
   r.def(
       "parameter_values",
       [](const SceneHandle& handle, const std::string& text) {

@@ -194,7 +194,7 @@ void bind_settings(py::module_& o) {
 }
 
 constexpr const char* kProblemDoc = R"(
-What is wanted of a motion, its frames being the only variables (docs/optimization.md).
+What is wanted of a motion, its frames being the only variables (docs/guide/trajectory-optimization.md).
 
 Forces follow from the frames by the inverse; that nothing pushes where no motor is, is a condition
 of every problem.
@@ -222,7 +222,7 @@ passive : sequence of str
 )";
 
 constexpr const char* kTermDoc = R"(
-Adds a term, 1/2 |weight (value - target)|^2 over frames, or a condition (docs/optimization-format.md).
+Adds a term, 1/2 |weight (value - target)|^2 over frames, or a condition (docs/reference/optimization-format.md).
 
 Parameters
 ----------
@@ -324,7 +324,7 @@ void bind_problem(py::module_& o) {
 }
 
 constexpr const char* kLoadDoc = R"(
-Reads a problem file (docs/optimization-format.md).
+Reads a problem file (docs/reference/optimization-format.md).
 
 Parameters
 ----------

@@ -133,7 +133,7 @@ void bind_effects(py::class_<SimulationOptions>& options) {
             o.effects = set;
           },
           "Effects that are on where the scene calls for them: a frozenset of names "
-          "(docs/effects.md).")
+          "(docs/explanation/effects.md).")
       .def(
           "switch_effect",
           [](O& o, const std::string& name, bool on) { o.effects.set(effect_from(name), on); },

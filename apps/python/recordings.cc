@@ -172,7 +172,7 @@ void bind_prediction(py::module_& r) {
 void bind_identification(py::module_& r);  // identification.cc
 
 constexpr const char* kLoadColumnMapDoc = R"(
-Reads a column map (YAML, docs/recordings.md).
+Reads a column map (YAML, docs/guide/recordings.md).
 
 Parameters
 ----------

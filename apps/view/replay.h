@@ -1,4 +1,4 @@
-// A replay: one HTML file that shows a motion, with all that it needs (docs/replay.md).
+// A replay: one HTML file that shows a motion, with all that it needs (docs/reference/replay.md).
 #pragma once
 
 #include <filesystem>
@@ -35,7 +35,7 @@ struct Resolution {
 };
 Resolution resolution_of(const Replay& replay);
 
-/// What the page shows, as JSON (docs/replay.md, Format), in which no '<' occurs. @throws
+/// What the page shows, as JSON (docs/reference/replay.md, Format), in which no '<' occurs. @throws
 /// InputError where a body is farther than limits::kMaxLength from the origin, or its pose is not
 /// finite.
 std::string replay_data(const Replay& replay);

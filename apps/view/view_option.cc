@@ -4,17 +4,18 @@
 
 #include <fstream>
 
+#include "command_line.h"
 #include "view/input_files.h"
 
 namespace counterpoint::view {
 
-void ViewOption::add_to(CLI::App& command) {
-  command
-      .add_option("--view", file_, "HTML page to write: a replay of the motion (docs/replay.md)")
-      ->type_name("FILE");
+void ViewOption::add_to(apps::Command& command) {
+  command.add_option("--view", file_, "HTML page to write: a replay of the motion (docs/reference/replay.md)")
+      .type_name("FILE");
   command.add_option("--view-rate", rate_, "Frames a second of the replay [1/s]; 0: every row")
-      ->check(CLI::NonNegativeNumber)
-      ->capture_default_str();
+      .not_negative()
+      .show_default()
+      .seldom();
 }
 
 void ViewOption::check() const {

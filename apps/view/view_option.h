@@ -1,7 +1,6 @@
 // --view FILE of commands that make a motion: a replay of it.
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <filesystem>
 #include <map>
 #include <string>
@@ -9,6 +8,10 @@
 
 #include "view/clip.h"
 #include "view/replay.h"
+
+namespace counterpoint::apps {
+class Command;
+}
 
 namespace counterpoint::view {
 
@@ -26,7 +29,7 @@ void write_replay(const std::filesystem::path& file, const Scene& scene, const O
 
 class ViewOption {
  public:
-  void add_to(CLI::App& command);
+  void add_to(apps::Command& command);
   bool wanted() const { return !file_.empty(); }
   /// Refuses at once what would only fail at the end. @throws InputError.
   void check() const;

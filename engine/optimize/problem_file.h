@@ -1,4 +1,4 @@
-// Problem files: what is wanted of a motion, in YAML (docs/optimization-format.md).
+// Problem files: what is wanted of a motion, in YAML (docs/reference/optimization-format.md).
 #pragma once
 
 #include <cstdint>

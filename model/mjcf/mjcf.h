@@ -90,7 +90,7 @@ struct MjcfModel {
   bool weightless = false;
 };
 
-/// Reads an MJCF file (docs/mjcf.md). @throws InputError naming file, line, element, what was
+/// Reads an MJCF file (docs/reference/mjcf.md). @throws InputError naming file, line, element, what was
 /// expected and what to do, also for what the engine does not have and would change the motion.
 MjcfModel load_mjcf(const std::filesystem::path& file, const MjcfOptions& options = {});
 

@@ -368,7 +368,7 @@ TEST(Accuracy, MeasuresPhysicsOfContact) {
   const Physics exact = measure_physics(scene, setting, plan, reference.pieces, true);
   ASSERT_TRUE(exact.contact && exact.block);
   const double h = scene.options.time_step, eps = scene.options.contact.compliance;
-  // docs/concepts.md: creep is about eps g h sin(theta) on a slope of tan 0.4; delta/h is 1e3 times
+  // docs/explanation/concepts.md: creep is about eps g h sin(theta) on a slope of tan 0.4; delta/h is 1e3 times
   // less. Four corners share the load, so that it is less than for one.
   const double creep = eps * kGravity * h * 0.4 / std::hypot(1.0, 0.4);
   EXPECT_LT(exact.block->creep, creep);

@@ -101,7 +101,7 @@ TEST(Documents, LinksLeadSomewhere) {
   EXPECT_GT(links, 10);
 }
 
-/// Every key of a report, at any depth, is named in docs/json-reports.md.
+/// Every key of a report, at any depth, is named in docs/reference/json-reports.md.
 void expect_documented(const nlohmann::json& report, const std::string& document) {
   if (report.is_array() && !report.empty()) expect_documented(report[0], document);
   if (!report.is_object()) return;
@@ -112,7 +112,7 @@ void expect_documented(const nlohmann::json& report, const std::string& document
 }
 
 TEST(Documents, EveryKeyOfEveryReportIsExplained) {
-  const std::string document = read(kRoot / "docs/json-reports.md");
+  const std::string document = read(kRoot / "docs/reference/json-reports.md");
   const test::CommandFolder folder("documents");
   const std::string scene = "data/scenes/cube_toss.yaml";
   folder.write("toss.csv",

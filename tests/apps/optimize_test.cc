@@ -24,7 +24,7 @@ TEST(OptimizeCommand, WritesMotionReportAndFigures) {
   EXPECT_LT(report["forward_check_max"], 1e-8);
   EXPECT_NE(folder.read("page/index.html").find("<svg"), std::string::npos);
   EXPECT_NE(folder.read("page/iterations.csv").find("smoothing_m"), std::string::npos);
-  std::ifstream stream(test::source_dir() + "/docs/json-reports.md");
+  std::ifstream stream(test::source_dir() + "/docs/reference/json-reports.md");
   const std::string document{std::istreambuf_iterator<char>(stream), {}};
   for (const auto& [key, value] : report.items())
     EXPECT_NE(document.find('`' + key + '`'), std::string::npos) << key;

@@ -61,7 +61,7 @@ TEST(HeavyOnLight, OrdinaryRatiosKeepTheirCompliance) {
   EXPECT_NEAR(0.1 - sim.state().q[2], sinks, 0.02 * sinks);
 }
 
-/// Creep [m/s] of a box on a slope by smoothing, docs/concepts.md: what all of its corners slip at,
+/// Creep [m/s] of a box on a slope by smoothing, docs/explanation/concepts.md: what all of its corners slip at,
 /// of which each carries q s n / (1 + s n) of its load n, s = v mu h / delta.
 double creep(double mu, double tangent, double smoothing, double h, double height_over_half) {
   const double g = 9.81 / kStandardGravity, cosine = 1.0 / std::sqrt(1.0 + tangent * tangent);

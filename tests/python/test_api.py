@@ -129,7 +129,7 @@ def test_input_columns_are_forces_targets_and_wrenches(load):
     motion = sim.run(inputs=np.tile(row, (20, 1)), columns=columns)
     assert np.array_equal(motion.q[-1], result.q[0, -1])
     inverse = cp.step_inverse(model, scene.options, motion.q[4], motion.v[4], motion.v[5], known=motion.input(4))
-    # The share of the largest force to which an inverse recovers forces (docs/concepts.md).
+    # The share of the largest force to which an inverse recovers forces (docs/explanation/concepts.md).
     tolerance = 1e-9 * inverse.force_scale
     assert abs(inverse.applied_force[0] - row[2]) < tolerance
 

@@ -20,9 +20,9 @@ def test_an_example_runs(example, tmp_path):
 
 
 def test_the_pages_first_lines_run(tmp_path):
-    """docs/python.md starts with what this runs."""
+    """docs/guide/python.md starts with what this runs."""
     root = EXAMPLES.parents[2]
-    text = (root / "docs" / "python.md").read_text()
+    text = (root / "docs/guide/python.md").read_text()
     code = text.split("```python\n", 1)[1].split("```", 1)[0]
     done = subprocess.run([sys.executable, "-c", code], cwd=root, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr

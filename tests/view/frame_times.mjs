@@ -1,4 +1,4 @@
-// What a replay of a thousand boxes takes: its size, and times of a frame (docs/replay.md, Limits). No test: a
+// What a replay of a thousand boxes takes: its size, and times of a frame (docs/reference/replay.md, Limits). No test: a
 // benchmark, to be run by hand.
 //   node tests/view/frame_times.mjs build/release/bin/counterpoint chromium
 import {execFileSync} from 'node:child_process';

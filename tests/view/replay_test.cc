@@ -1,5 +1,5 @@
 // What a replay holds: poses and forces within their resolution, nothing that could be markup, and
-// no more bytes than promised (docs/replay.md).
+// no more bytes than promised (docs/reference/replay.md).
 #include "view/replay.h"
 
 #include <gtest/gtest.h>

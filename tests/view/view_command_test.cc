@@ -48,7 +48,7 @@ TEST_F(View, WritesAPageThatHoldsItsInputs) {
   EXPECT_EQ(report["rows"], 151);
   EXPECT_EQ(report["bodies"], 1);
   EXPECT_GT(report["contact_forces"], 0);
-  std::ifstream stream(test::source_dir() + "/docs/json-reports.md");
+  std::ifstream stream(test::source_dir() + "/docs/reference/json-reports.md");
   const std::string document{std::istreambuf_iterator<char>(stream), {}};
   for (const auto& [key, value] : report.items())
     EXPECT_NE(document.find('`' + key + '`'), std::string::npos) << key;

@@ -1,4 +1,4 @@
-// What apps/view/replay_page.cc wrote into the page, as arrays of numbers (docs/replay.md, Format).
+// What apps/view/replay_page.cc wrote into the page, as arrays of numbers (docs/reference/replay.md, Format).
 import {unzlibSync} from 'fflate';
 
 const kPose = 7;  // x y z [m], qw qx qy qz

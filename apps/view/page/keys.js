@@ -1,4 +1,4 @@
-// The keyboard (docs/replay.md, Keys).
+// The keyboard (docs/reference/replay.md, Keys).
 
 const kToggles = {c: 'forces', p: 'points', o: 'com', a: 'frames', j: 'limits', z: 'sleep', n: 'names', m: 'hull',
                   g: 'ghost', v: 'visuals', x: 'pulls', k: 'curves', i: 'legend'};

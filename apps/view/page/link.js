@@ -1,4 +1,4 @@
-// What the page's fragment says: #t=1.25&follow=pelvis (docs/replay.md, Links).
+// What the page's fragment says: #t=1.25&follow=pelvis (docs/reference/replay.md, Links).
 
 export const kToggles = ['forces', 'points', 'com', 'frames', 'limits', 'closures', 'sleep', 'names', 'hull',
                          'ghost', 'visuals', 'pulls', 'curves', 'legend'];

@@ -1,0 +1,212 @@
+// The texts that are made from the commands' options: help, man page, completion, reference.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <sstream>
+
+#include "command_line.h"
+
+namespace counterpoint::apps {
+namespace {
+
+constexpr size_t kWidth = 100, kNames = 32;  // columns
+
+constexpr const char* kBashCompletion =
+    R"bash(# Completion of counterpoint for bash; written by `counterpoint generate bash`.
+_counterpoint() {
+  local word="${COMP_WORDS[COMP_CWORD]}" before="${COMP_WORDS[COMP_CWORD - 1]}" command="${COMP_WORDS[1]}"
+  local options="" values=""
+  COMPREPLY=()
+  if [ "$COMP_CWORD" -eq 1 ]; then
+    mapfile -t COMPREPLY < <(compgen -W "@NAMES@help --help --version" -- "$word")
+    return
+  fi
+  case "$command" in
+    help) options="@NAMES@@TOPICS@" ;;
+@OPTIONS@  esac
+  case "$command:$before" in
+@VALUES@  esac
+  if [ -n "$values" ]; then
+    mapfile -t COMPREPLY < <(compgen -W "$values" -- "$word")
+  elif [ "$command" = help ] || [[ "$word" == -* ]]; then
+    mapfile -t COMPREPLY < <(compgen -W "$options" -- "$word")
+  else
+    compopt -o filenames 2>/dev/null
+    mapfile -t COMPREPLY < <(compgen -f -- "$word")
+    if [ "$COMP_CWORD" -eq 2 ]; then
+      mapfile -t -O "${#COMPREPLY[@]}" COMPREPLY < <(compgen -W "$(counterpoint list scenes 2>/dev/null)" -- "$word")
+    fi
+  fi
+}
+complete -F _counterpoint counterpoint
+)bash";
+
+/// Words in lines of at most kWidth columns; all but the first begin after `indent` spaces.
+std::string wrapped(const std::string& text, size_t indent, size_t at) {
+  std::string out;
+  std::istringstream words(text);
+  bool first = true;
+  for (std::string word; words >> word;) {
+    if (!first && at + 1 + word.size() > kWidth) {
+      out += '\n';
+      out.append(indent, ' ');
+      at = indent;
+    } else if (!first) {
+      out += ' ';
+      ++at;
+    }
+    out += word;
+    at += word.size();
+    first = false;
+  }
+  return out;
+}
+
+std::string entry(const std::string& name, const std::string& description) {
+  std::string line = "  " + name;
+  line += line.size() + 2 > kNames ? "  " : std::string(kNames - line.size(), ' ');
+  return line + wrapped(description, kNames, line.size()) + "\n";
+}
+
+/// For troff: no character that means something there.
+std::string troff(const std::string& text) {
+  std::string out;
+  for (const char c : text) {
+    if (c == '\\')
+      out += "\\e";
+    else if (c == '-')
+      out += "\\-";
+    else if ((c == '.' || c == '\'') && (out.empty() || out.back() == '\n'))
+      (out += "\\&") += c;
+    else
+      out += c;
+  }
+  return out;
+}
+
+/// For a cell of a Markdown table.
+std::string cell(const std::string& text) {
+  std::string out;
+  for (const char c : text) {
+    if (c == '|' || c == '<' || c == '*') out += '\\';
+    out += c;
+  }
+  return out;
+}
+
+}  // namespace
+
+std::string Command::usage() const {
+  std::string text = "counterpoint " + name_;
+  for (const auto& option : options_) {
+    if (option->name_[0] != '-')
+      text += option->required_ ? fmt::format(" {}", option->name_)
+                                : fmt::format(" [{}]", option->name_);
+    else if (option->required_)
+      text += fmt::format(" {} {}", option->name_, option->type_);
+  }
+  return text + " [OPTIONS]";
+}
+
+std::string Command::help(bool all) const {
+  std::string text =
+      wrapped(description_ + ".", 0, 0) + "\n\n" + wrapped("Usage: " + usage(), 4, 0) + "\n\n";
+  int hidden = 0;
+  for (const auto& option : options_) {
+    if (option->seldom_ && !all) {
+      ++hidden;
+      continue;
+    }
+    const bool positional = option->name_[0] != '-';
+    text += entry(positional || option->flag_ ? option->name_
+                                              : fmt::format("{} {}", option->name_, option->type_),
+                  option->description_);
+  }
+  if (hidden > 0)
+    text += entry("--help-all", fmt::format("{} options more, seldom wanted", hidden));
+  if (!footer_.empty()) text += "\n" + footer_ + "\n";
+  return text;
+}
+
+std::string CommandLine::help() const {
+  std::string text = description_ + "\n\nUsage: counterpoint COMMAND [OPTIONS]\n\nCommands\n";
+  for (const auto& command : commands_) text += entry(command->name(), command->description());
+  text += "\nTopics: counterpoint help TOPIC\n";
+  for (const Topic& topic : topics_) text += entry(topic.name, topic.description);
+  return text + "\n" + footer_ + "\n";
+}
+
+std::string CommandLine::bash_completion() const {
+  std::string names, options;
+  for (const auto& command : commands_) {
+    names += command->name() + " ";
+    std::string own;
+    for (const std::string& name : command->option_names()) own += name + " ";
+    options += fmt::format("    {}) options=\"{}\" ;;\n", command->name(), own);
+    for (const auto& option : command->options_)
+      if (!option->words_.empty())
+        options += fmt::format("    {}:{}) values=\"{}\" ;;\n", command->name(), option->name_,
+                               fmt::join(option->words_, " "));
+  }
+  std::string values, plain;
+  std::istringstream lines(options);
+  for (std::string line; std::getline(lines, line);)
+    (line.find("values=") == std::string::npos ? plain : values) += line + "\n";
+  std::string topics;
+  for (const Topic& topic : topics_) topics += topic.name + " ";
+  std::string script(kBashCompletion);
+  for (const auto& [mark, list] : {std::pair("@NAMES@", &names), std::pair("@TOPICS@", &topics),
+                                   std::pair("@OPTIONS@", &plain), std::pair("@VALUES@", &values)})
+    for (size_t at = 0; (at = script.find(mark)) != std::string::npos;)
+      script.replace(at, std::string(mark).size(), *list);
+  return script;
+}
+
+std::string CommandLine::man_page() const {
+  std::string text =
+      ".TH COUNTERPOINT 1\n.SH NAME\ncounterpoint \\- rigid\\-body physics with convex, smooth, "
+      "invertible contact\n.SH SYNOPSIS\n.B counterpoint\nCOMMAND [OPTIONS]\n.SH DESCRIPTION\n" +
+      troff(description_) + "\n.SH COMMANDS\n";
+  for (const auto& command : commands_) {
+    text += fmt::format(".SS {}\n{}.\n.PP\n.B {}\n", troff(command->name()),
+                        troff(command->description()), troff(command->usage()));
+    for (const auto& option : command->options_)
+      text += fmt::format(".TP\n.B {}{}\n{}\n", troff(option->name_),
+                          option->flag_ || option->name_[0] != '-'
+                              ? std::string()
+                              : fmt::format(" {}", troff(option->type_)),
+                          troff(option->description_));
+    if (!command->footer_.empty()) text += ".PP\n.nf\n" + troff(command->footer_) + "\n.fi\n";
+  }
+  text += ".SH TOPICS\n";
+  for (const Topic& topic : topics_)
+    text += fmt::format(".SS {}\n.nf\n{}.fi\n", troff(topic.name), troff(topic.text));
+  return text + ".SH EXIT STATUS\n0: done. 1: the computation failed. 2: bad input.\n";
+}
+
+std::string CommandLine::markdown() const {
+  std::string text =
+      "# Commands and options\n\nWritten by `counterpoint generate markdown`; the same as "
+      "`counterpoint COMMAND "
+      "--help-all`.\n";
+  for (const auto& command : commands_) {
+    text += fmt::format("\n## {}\n\n{}.\n\n    {}\n\n| option | meaning |\n|---|---|\n",
+                        command->name(), command->description(), command->usage());
+    for (const auto& option : command->options_) {
+      const bool bare = option->flag_ || option->name_[0] != '-';
+      text += fmt::format(
+          "| `{}` | {} |\n",
+          bare ? option->name_ : fmt::format("{} {}", option->name_, cell(option->type_)),
+          cell(option->description_));
+    }
+    if (!command->footer_.empty()) {
+      text += "\n";
+      std::istringstream lines(command->footer_);
+      for (std::string line; std::getline(lines, line);)
+        text += line.rfind("  ", 0) == 0 ? "    " + line.substr(2) + "\n" : line + "\n\n";
+    }
+  }
+  return text;
+}
+
+}  // namespace counterpoint::apps

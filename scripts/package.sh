@@ -1,0 +1,13 @@
+#!/bin/sh
+# Writes the Debian packages counterpoint, libcounterpoint-dev and python3-counterpoint into build/packages, of
+# what the release preset builds.
+set -eu
+cd "$(dirname "$0")/.."
+command -v dpkg-shlibdeps >/dev/null || { echo "error: dpkg-shlibdeps is missing (Debian: dpkg-dev)" >&2; exit 2; }
+cmake --preset release -DCMAKE_INSTALL_PREFIX=/usr -DCMAKE_INSTALL_LIBDIR=lib >/dev/null
+cmake --build --preset release --target counterpoint
+if cmake --build --preset release --target help | grep -q "^counterpoint_python:"; then
+  cmake --build --preset release --target counterpoint_python
+fi
+cpack --config build/release/CPackConfig.cmake -B build/packages
+ls -l build/packages/*.deb
