@@ -167,28 +167,25 @@ int run(const fs::path& folder, int states, double duration, const std::string& 
     std::fflush(stdout);
   }
   const std::string summary = fmt::format(
-      "{} robots: {} load, {} of them simulate {} s without a failed step. {} are as MuJoCo {} has "
-      "them "
-      "within the bounds, {} if the principal axes are MuJoCo's. {} of those refused simulate with "
-      "what is lacking left out (leave_out). {} scenes simulate.\n",
+      "{} robots: {} load, {} of them simulate {} s without a failed step. {} are as MuJoCo {} has\n"
+      "them within the bounds, {} if the principal axes are MuJoCo's. {} of those refused simulate\n"
+      "with what is lacking left out (leave_out). {} scenes simulate.\n",
       count, loaded, ran, duration, same, mujoco_used(), near, reduced, scenes_ran);
   fmt::print("{}", summary);
   if (out.empty()) return 0;
   std::ofstream stream(out);
   stream
       << "# MJCF files of mujoco_menagerie, robot by robot\n\nWritten by counterpoint_mjcf_check; "
-         "how to "
-         "run it and what it finds is told in [MJCF](../reference/mjcf.md).\n\n"
+         "how to run it and what it finds is told in [MJCF](../reference/mjcf.md).\n\n"
       << summary
       << fmt::format(
-             "\nFigures: the largest differences at {} random states. Poses of all named bodies "
-             "[m, or of the rotation matrix]; mass matrix, M_ij over sqrt(M_ii M_jj); bias forces "
-             "over the largest; joint forces: servos, springs and dampers, of each joint. Bounds "
-             "of the first three: 1e-12, 1e-9, 1e-9. Rotational inertia of a body, over its "
-             "norm: MuJoCo's search for principal axes ends with up to 1e-12 off the diagonal; and "
-             "the mass matrix again with its inertias in place of those in the file. \\*: meshes "
-             "that the stored snapshot "
-             "lacks are stood in for by boxes.\n\n",
+             "\nFigures: the largest differences at {} random states. Poses of all named bodies\n"
+             "[m, or of the rotation matrix]; mass matrix, M_ij over sqrt(M_ii M_jj); bias forces\n"
+             "over the largest; joint forces: servos, springs and dampers, of each joint. Bounds\n"
+             "of the first three: 1e-12, 1e-9, 1e-9. Rotational inertia of a body, over its norm:\n"
+             "MuJoCo's search for principal axes ends with up to 1e-12 off the diagonal; and the\n"
+             "mass matrix again with its inertias in place of those in the file. \\*: meshes that\n"
+             "the stored snapshot lacks are stood in for by boxes.\n\n",
              states)
       << "| robot | file | nv | poses | mass matrix | bias forces | joint forces | inertia | mass "
          "matrix, its "

@@ -41,10 +41,13 @@ bool Progress::due() {
   return drawn_ = true;
 }
 
+double Progress::elapsed() const {
+  return std::chrono::duration<double>(Clock::now() - start_).count();
+}
+
 void Progress::show_time() {
   if (!due()) return;
-  fmt::print(stderr, "\r{}: {:.0f} s", label_,
-             std::chrono::duration<double>(Clock::now() - start_).count());
+  fmt::print(stderr, "\r{}: {:.0f} s", label_, elapsed());
   std::fflush(stderr);
 }
 
@@ -52,9 +55,8 @@ void Progress::update(int done) {
   if (!due()) return;
   const double share = std::clamp(static_cast<double>(done) / total_, 0.0, 1.0);
   const int filled = static_cast<int>(share * kWidth);
-  const double elapsed = std::chrono::duration<double>(now - start_).count();
   const std::string left =
-      share > kLeastShare ? fmt::format(", {:.0f} s left", elapsed * (1.0 / share - 1.0)) : "";
+      share > kLeastShare ? fmt::format(", {:.0f} s left", elapsed() * (1.0 / share - 1.0)) : "";
   fmt::print(stderr, "\r{} [{:#<{}}{:.<{}}] {:3.0f} %{}\033[K", label_, "", filled, "",
              kWidth - filled, 100 * share, left);
   std::fflush(stderr);

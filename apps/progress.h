@@ -23,6 +23,7 @@ class Progress {
  private:
   using Clock = std::chrono::steady_clock;
   bool due();
+  double elapsed() const;  ///< [s]
 
   std::string label_;
   int total_;
