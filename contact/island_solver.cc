@@ -29,7 +29,8 @@ constexpr double kUseful = 3e-2;
 // Softer laws are convex, and their cones of this compliance: hard enough that what stands for
 // some steps does not sink (by 4e-3 g h^2), soft enough that Newton's method takes some ten steps;
 // where masses differ by 1e8 some hundred. At most so many times softer than the own.
-constexpr double kSoftCompliance = 4e-3, kSoftest = 32768.0;
+// Laws that are convex already need but little.
+constexpr double kSoftCompliance = 4e-3, kSoftest = 32768.0, kLittleSofter = 32.0;
 constexpr int kConvexSteps = 500;
 
 // Where softer laws are no answer they are the start of a way back to the own: in at most so many
@@ -50,7 +51,7 @@ void IslandSolver::begin(IslandSystem& system, const Settings& settings,
   mixed_system_.reserve(system);
   mixed_newton_.reserve(system);
   for (auto* point : {&point_, &here_}) point->reserve(system);
-  for (auto* v : {&start_, &w_, &best_w_}) v->reserve(system.size());
+  for (auto* v : {&start_, &w_, &best_w_, &own_best_w_}) v->reserve(system.size());
   for (auto* v : {&guess_, &f_, &best_f_}) v->reserve(system.num_rows());
   own_.reserve(system.constraints().size());
   best_w_.clear();
@@ -153,16 +154,22 @@ double IslandSolver::softer_factor() const {
   return softest > 0.0 ? std::clamp(kSoftCompliance / softest, 1.0, kSoftest) : kSoftest;
 }
 
+bool IslandSolver::solve_softer(double factor) {
+  budget_ = std::min(max_iterations_, budget_ + kConvexSteps);
+  set_softness({factor, true});
+  w_ = start_;
+  best_w_.clear();
+  return finish(kConvexSteps);
+}
+
 // Softer laws, whose cost has a minimum that a line search finds from anywhere.
 bool IslandSolver::run_softer() {
   own_.clear();
   for (const auto& c : system_->constraints()) own_.push_back(c.law);
-  budget_ = std::min(max_iterations_, budget_ + kConvexSteps);
-  set_softness({exact_ ? kSoftest : softer_factor(), true});
-  w_ = start_;
-  start_ = best_w_;
-  best_w_.clear();
-  const bool arrived = finish(kConvexSteps);
+  own_best_w_ = best_w_;
+  const bool convex = !system_->unsymmetric();
+  bool arrived = convex && !exact_ && solve_softer(kLittleSofter);
+  if (!arrived) arrived = solve_softer(exact_ ? kSoftest : softer_factor());
   if (!exact_) return arrived;
   if (arrived) walk_back();
   if (!softness_.any()) return true;
@@ -171,7 +178,7 @@ bool IslandSolver::run_softer() {
   w_ = best_w_;
   best_w_.clear();
   finish(0);
-  w_ = start_;
+  w_ = own_best_w_;
   return (!w_.empty() && finish(0)) || succeeded(best_.status);
 }
 

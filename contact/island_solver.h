@@ -40,6 +40,7 @@ class IslandSolver {
   bool run_softer();
   void walk_back();
   double softer_factor() const;
+  bool solve_softer(double factor);
   bool finish(int max_iterations);
   bool resume(int max_iterations);
   bool keep_best();
@@ -59,7 +60,7 @@ class IslandSolver {
   int max_iterations_ = 0;  ///< and at most
   Softness softness_;
   Newton::Result last_, best_;
-  std::vector<double> start_, guess_, w_, f_, best_w_, best_f_;
+  std::vector<double> start_, guess_, w_, f_, best_w_, best_f_, own_best_w_;
   std::vector<Law> own_;  ///< the laws that were given
   MixedSystem::Point point_, here_;
 };
