@@ -168,8 +168,9 @@ bool IslandSolver::run_softer() {
   for (const auto& c : system_->constraints()) own_.push_back(c.law);
   own_best_w_ = best_w_;
   const bool convex = !system_->unsymmetric();
-  bool arrived = convex && !exact_ && solve_softer(kLittleSofter);
-  if (!arrived) arrived = solve_softer(exact_ ? kSoftest : softer_factor());
+  const double most = exact_ ? kSoftest : softer_factor();
+  bool arrived = convex && !exact_ && solve_softer(std::min(kLittleSofter, most));
+  if (!arrived) arrived = solve_softer(most);
   if (!exact_) return arrived;
   if (arrived) walk_back();
   if (!softness_.any()) return true;
