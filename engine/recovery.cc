@@ -140,7 +140,8 @@ Recovery::Found Recovery::find(const ConstraintSet& constraints, const contact::
   if (impulse_.size() < solved.num_rows()) impulse_.resize(solved.num_rows());
   contact::Settings looser = settings;
   looser.tolerance = std::max(settings.tolerance, kAccuracy);
-  // The laws are convex and the inverse does not know them: the limit of the contact solve does not apply.
+  // The laws are convex and the inverse does not know them: the limit of the contact solve does not
+  // apply.
   looser.soften_after = contact::Settings().soften_after;
   const contact::Report& report =
       solver_.solve(problem_, looser, p, Eigen::Ref<VectorX>(impulse_.head(problem_.num_rows())));
