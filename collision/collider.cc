@@ -4,14 +4,14 @@
 #include <cmath>
 #include <limits>
 
-#include "counterpoint/collision/broadphase.h"
-#include "counterpoint/collision/corner_contacts.h"
-#include "counterpoint/collision/default_poses.h"
-#include "counterpoint/collision/enclosure.h"
-#include "counterpoint/collision/pair_contacts.h"
-#include "counterpoint/collision/pair_filter.h"
-#include "counterpoint/collision/pair_motion.h"
-#include "counterpoint/collision/terrain_contacts.h"
+#include "counterpoint/collision/broadphase/broadphase.h"
+#include "counterpoint/collision/broadphase/default_poses.h"
+#include "counterpoint/collision/broadphase/pair_filter.h"
+#include "counterpoint/collision/pairs/corner_contacts.h"
+#include "counterpoint/collision/pairs/pair_contacts.h"
+#include "counterpoint/collision/pairs/pair_motion.h"
+#include "counterpoint/collision/pairs/terrain_contacts.h"
+#include "counterpoint/collision/shapes/enclosure.h"
 
 namespace counterpoint::collision {
 namespace {

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "counterpoint/collision/candidate.h"
-#include "counterpoint/collision/pair_motion.h"
+#include "counterpoint/collision/pairs/pair_motion.h"
 #include "counterpoint/model/model.h"
 
 namespace counterpoint::collision {

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <string>
 
-#include "counterpoint/collision/default_poses.h"
-#include "counterpoint/collision/ray.h"
+#include "counterpoint/collision/broadphase/default_poses.h"
+#include "counterpoint/collision/rays/ray.h"
 
 namespace counterpoint::collision {
 namespace {

@@ -20,7 +20,7 @@
 #include <vector>
 
 #include "counterpoint/collision/collider.h"
-#include "counterpoint/collision/pair_contacts.h"
+#include "counterpoint/collision/pairs/pair_contacts.h"
 #include "counterpoint/model/model.h"
 
 namespace counterpoint::collision {

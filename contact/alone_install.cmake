@@ -1,8 +1,8 @@
 # Installation of contact/ when it is built alone: find_package(counterpoint_contact) then makes
 # counterpoint::contact. In the whole project cmake/CounterpointInstall.cmake does it.
 include(CMakePackageConfigHelpers)
-file(GLOB headers CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/*.h)
-install(FILES ${headers} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/counterpoint/contact)
+install(DIRECTORY ${CMAKE_CURRENT_SOURCE_DIR}/ DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/counterpoint/contact
+        FILES_MATCHING PATTERN "*.h")
 install(TARGETS counterpoint_contact EXPORT counterpoint_contactTargets
         ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR}
         LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}

@@ -5,7 +5,7 @@
 
 #include "counterpoint/contact/inverse.h"
 #include "counterpoint/contact/law.h"
-#include "counterpoint/contact/semidefinite_factor.h"
+#include "counterpoint/contact/linear/semidefinite_factor.h"
 
 namespace counterpoint::contact {
 namespace {

@@ -4,9 +4,9 @@
 #include <cmath>
 #include <limits>
 
-#include "counterpoint/contact/cone.h"
-#include "counterpoint/contact/coulomb.h"
-#include "counterpoint/contact/scalar_law.h"
+#include "counterpoint/contact/laws/cone.h"
+#include "counterpoint/contact/laws/coulomb.h"
+#include "counterpoint/contact/laws/scalar_law.h"
 
 namespace counterpoint::contact {
 namespace {

@@ -4,7 +4,7 @@
 #include <cstddef>
 
 #include "counterpoint/contact/law.h"
-#include "counterpoint/contact/vector_lanes.h"
+#include "counterpoint/contact/linear/vector_lanes.h"
 
 namespace counterpoint::contact {
 namespace {

@@ -4,10 +4,10 @@
 #include <cmath>
 #include <limits>
 
-#include "counterpoint/contact/island_solver.h"
-#include "counterpoint/contact/island_system.h"
-#include "counterpoint/contact/islands.h"
 #include "counterpoint/contact/law.h"
+#include "counterpoint/contact/solve/island_solver.h"
+#include "counterpoint/contact/solve/island_system.h"
+#include "counterpoint/contact/solve/islands.h"
 
 namespace counterpoint::contact {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "counterpoint/engine/trajectory.h"
+#include "counterpoint/engine/io/trajectory.h"
 
 namespace counterpoint {
 namespace {

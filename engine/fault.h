@@ -29,7 +29,7 @@ enum class FaultKind : unsigned char {
   kSpeed,            ///< faster than SimulationOptions::max_speed
   kTolerance,        ///< error of a controlled step of min_step, at this coordinate of v (or its q)
   kRecoveredForce,   ///< of an inverse, not finite
-  kStaysOpen,        ///< a closure or mimic joint that does not close (closing_watch.h)
+  kStaysOpen,        ///< a closure or mimic joint that does not close (stalled_closure.h)
 };
 /// As in reports: "applied_force", "singular_inertia", ...
 const char* fault_kind_name(FaultKind kind);

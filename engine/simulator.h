@@ -3,9 +3,9 @@
 
 #include <optional>
 
-#include "counterpoint/engine/closing_watch.h"
-#include "counterpoint/engine/frame_motion.h"
-#include "counterpoint/engine/step_control.h"
+#include "counterpoint/engine/diagnosis/stalled_closure.h"
+#include "counterpoint/engine/dynamics/frame_motion.h"
+#include "counterpoint/engine/step/step_control.h"
 
 namespace counterpoint {
 
@@ -33,7 +33,7 @@ class Simulator {
   Input& input() { return input_; }
 
   /// One step. If it fails (see the report) the state is left as it was. Unlike step_forward it
-  /// also fails where a closure or mimic joint stays open (closing_watch.h).
+  /// also fails where a closure or mimic joint stays open (stalled_closure.h).
   StepReport step();
 
   /// Two steps, as long as options().step_control allows, not beyond `until` [s] (step_control.h).
@@ -73,7 +73,7 @@ class Simulator {
   double last_length_ = 0.0;
   Input last_input_;
   Workspace workspace_;
-  ClosingWatch watch_;
+  StalledClosureDetector watch_;
   Inverse inverse_;
 };
 

@@ -1,6 +1,6 @@
 #include "counterpoint/engine/state.h"
 
-#include "counterpoint/engine/hash.h"
+#include "counterpoint/engine/io/hash.h"
 
 namespace counterpoint {
 

@@ -100,7 +100,7 @@ struct Inverse {
 
 /// Recovers the applied force from (q, v) at the start and v_next at the end of a step. Needs no
 /// optimization, no mass matrix: O(bodies + contacts), but for linkages with closures, whose
-/// velocity-dependent forces take a linear solve (forecast.h). All sizes as in State. `known`: what
+/// velocity-dependent forces take a linear solve (velocity_predictor.h). All sizes as in State. `known`: what
 /// is known of the input, wrenches and servo targets (its applied force is not used); without it
 /// there are no wrenches, and the targets are the model's. Where a motor was at its effort limit
 /// the force recovered is the one on the limit (servos.h, effort_limits.h). q_next: coordinates at

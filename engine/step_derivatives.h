@@ -55,7 +55,7 @@ inline void step_inverse_derivatives(const Model& model, const SimulationOptions
 
 /// Of step_forward: the state at the end by that at the start and the applied force, nv x nv each.
 /// dq_next are displacements at the q_next of the step, q (+) h v_next of Euler's (overlaps that
-/// are recovered by a displacement alone are left out, recovery.h).
+/// are recovered by a displacement alone are left out, overlap_correction.h).
 struct ForwardDerivatives {
   MatrixX dv_dq, dv_dv, dv_du;
   MatrixX dq_dq, dq_dv, dq_du;

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "counterpoint/model/terrain.h"
+#include "counterpoint/model/terrain/terrain.h"
 
 namespace counterpoint {
 

@@ -218,7 +218,7 @@ CoordinateRange coordinates(const Model& model, const Tree& tree);
 inline BodyRange moving_bodies(const Model& model) { return {1, model.num_bodies()}; }
 
 /// X_WB of every body at q (nq), the world first. For loading and for tests: it allocates; steps use
-/// engine/kinematics.h.
+/// engine/dynamics/kinematics.h.
 std::vector<Pose> body_poses(const Model& model, const VectorX& q);
 
 /// How far a closure is from closed at these poses: distance of the anchors, for kDistance less the

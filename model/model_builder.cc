@@ -5,10 +5,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "counterpoint/model/builder_names.h"
+#include "counterpoint/model/builder/builder_names.h"
+#include "counterpoint/model/builder/robot_tree.h"
 #include "counterpoint/model/inertia.h"
 #include "counterpoint/model/limits.h"
-#include "counterpoint/model/robot_tree.h"
 
 namespace counterpoint {
 

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "counterpoint/model/mesh.h"
+#include "counterpoint/model/mesh/mesh.h"
 
 namespace counterpoint {
 namespace {

@@ -7,9 +7,9 @@
 #include <limits>
 
 #include "counterpoint/model/mjcf/mjcf.h"
-#include "counterpoint/model/scene_yaml.h"
-#include "counterpoint/model/srdf.h"
-#include "counterpoint/model/urdf.h"
+#include "counterpoint/model/scene/scene_yaml.h"
+#include "counterpoint/model/urdf/srdf.h"
+#include "counterpoint/model/urdf/urdf.h"
 
 namespace counterpoint {
 namespace {

@@ -54,7 +54,7 @@ struct ContactOptions {
   /// what applied forces may add to the velocities of (q, w), which say nothing of them.
   double reach_acceleration = 500.0;
   /// [s]: exact Coulomb friction of an island whose fastest contact slides at s [m/s] reaches its
-  /// bound at a slip of s h / slip_time more (engine/friction_slip.h); infinite: no more.
+  /// bound at a slip of s h / slip_time more (engine/constraints/friction_slip.h); infinite: no more.
   double slip_time = 2.0;
 
   bool operator==(const ContactOptions&) const = default;
@@ -75,7 +75,7 @@ void apply_contact_preset(ContactPreset preset, ContactOptions& options);
 /// No mechanism on Earth moves at 100 km/s; a flywheel of 1 m at 10 000 rad/s does 10 km/s.
 inline constexpr double kDefaultMaxSpeed = 1e5;
 
-/// Steps as long as their error allows, in place of time_step (engine/step_control.h).
+/// Steps as long as their error allows, in place of time_step (engine/step/step_control.h).
 struct StepControlOptions {
   /// Error that a second of motion may add, of any coordinate [m/s, rad/s].
   double tolerance = 1e-3;
@@ -99,16 +99,16 @@ struct SimulationOptions {
   Integrator integrator = Integrator::kSemiImplicitEuler;
   double duration = 2.0;  ///< [s]
   /// A step fails (diverged) that leaves a coordinate faster than this [m/s]; an angle's speed
-  /// counts at the far end of what it moves (engine/state_check.h). Infinity: no bound.
+  /// counts at the far end of what it moves (engine/diagnosis/state_check.h). Infinity: no bound.
   double max_speed = kDefaultMaxSpeed;
   /// A run fails (no progress) in which a closure or mimic joint is far open and comes no closer
-  /// for this time [s] (engine/closing_watch.h). Infinity: it may.
+  /// for this time [s] (engine/diagnosis/stalled_closure.h). Infinity: it may.
   double closing_time = 1.0;
   ContactOptions contact;
   /// Effects that are on where the scene calls for them.
   EffectSet effects = kDefaultEffects;
   /// Velocity-dependent forces of trees of several bodies are those in the middle of the step, and
-  /// keep its energy (engine/mid_velocity.h, fast_trees.h). False: those at its start; cheaper, and
+  /// keep its energy (engine/forces/mid_velocity.h, energy_projection.h). False: those at its start; cheaper, and
   /// with derivatives in closed form. Of semi_implicit_euler.
   bool mean_velocity_forces = true;
   /// If set, controlled steps (Simulator::step_controlled) are of the length that it asks for, the

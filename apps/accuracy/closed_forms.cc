@@ -9,7 +9,7 @@
 
 #include "counterpoint/collision/collider.h"
 #include "counterpoint/engine/effects.h"
-#include "counterpoint/engine/euler_top.h"
+#include "counterpoint/engine/forces/euler_top.h"
 #include "families.h"
 
 namespace counterpoint::apps::accuracy {

@@ -3,9 +3,9 @@
 #include <cmath>
 #include <utility>
 
-#include "counterpoint/engine/step_control.h"
+#include "counterpoint/engine/step/step_control.h"
+#include "measure/thread_clock.h"
 #include "stepping_mover.h"
-#include "thread_clock.h"
 
 namespace counterpoint::apps::accuracy {
 namespace {
@@ -22,7 +22,7 @@ class EngineMover : public SteppingMover {
   Input input_;
 };
 
-/// The same by controlled steps (engine/step_control.h): the first one tried is of the time step.
+/// The same by controlled steps (engine/step/step_control.h): the first one tried is of the time step.
 class ControlledMover : public Mover {
  public:
   ControlledMover(const Scene& scene, const EngineSetting& setting)

@@ -6,10 +6,10 @@
 #include <string>
 #include <vector>
 
-#include "html_page.h"
 #include "judge.h"
 #include "measure.h"
-#include "report.h"
+#include "report/html_page.h"
+#include "report/report.h"
 
 namespace counterpoint::apps::accuracy {
 

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <set>
 
-#include "chart.h"
 #include "findings.h"
+#include "report/chart.h"
 
 namespace counterpoint::apps::accuracy {
 namespace {

@@ -7,8 +7,8 @@
 #include <limits>
 #include <map>
 
-#include "median.h"
-#include "progress.h"
+#include "measure/median.h"
+#include "report/progress.h"
 
 namespace counterpoint::apps::accuracy {
 namespace {

@@ -2,8 +2,8 @@
 
 #include <fmt/format.h>
 
+#include "measure/thread_clock.h"
 #include "peers/mujoco.h"
-#include "thread_clock.h"
 
 namespace counterpoint::apps::accuracy {
 namespace {

@@ -5,12 +5,12 @@
 #include <limits>
 #include <utility>
 
-#include "counterpoint/engine/contact_law.h"
-#include "counterpoint/engine/energy.h"
-#include "counterpoint/engine/integrator.h"
-#include "counterpoint/engine/inverse_weights.h"
-#include "counterpoint/engine/kinematics.h"
-#include "total_energy.h"
+#include "counterpoint/engine/constraints/contact_law.h"
+#include "counterpoint/engine/constraints/inverse_weights.h"
+#include "counterpoint/engine/dynamics/energy.h"
+#include "counterpoint/engine/dynamics/integrator.h"
+#include "counterpoint/engine/dynamics/kinematics.h"
+#include "measure/total_energy.h"
 
 namespace counterpoint::apps::accuracy {
 namespace {

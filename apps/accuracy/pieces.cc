@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "counterpoint/engine/integrator.h"
+#include "counterpoint/engine/dynamics/integrator.h"
 
 namespace counterpoint::apps::accuracy {
 namespace {

@@ -3,9 +3,9 @@
 
 #include <utility>
 
-#include "failure.h"
+#include "measure/thread_clock.h"
 #include "mover.h"
-#include "thread_clock.h"
+#include "report/failure.h"
 
 namespace counterpoint::apps::accuracy {
 

@@ -6,10 +6,10 @@
 #include <cmath>
 #include <limits>
 
-#include "counterpoint/engine/aba.h"
-#include "counterpoint/engine/crba.h"
-#include "counterpoint/engine/kinematics.h"
-#include "counterpoint/engine/rnea.h"
+#include "counterpoint/engine/dynamics/aba.h"
+#include "counterpoint/engine/dynamics/crba.h"
+#include "counterpoint/engine/dynamics/kinematics.h"
+#include "counterpoint/engine/dynamics/rnea.h"
 #include "peer_robot.h"
 #include "timing.h"
 

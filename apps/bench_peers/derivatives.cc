@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <stdexcept>
 
-#include "counterpoint/engine/aba.h"
-#include "counterpoint/engine/derivatives/aba_derivatives.h"
-#include "counterpoint/engine/kinematics.h"
+#include "counterpoint/engine/derivatives/dynamics/aba_derivatives.h"
+#include "counterpoint/engine/dynamics/aba.h"
+#include "counterpoint/engine/dynamics/kinematics.h"
 #include "peer_robot.h"
 #include "timing.h"
 

@@ -8,9 +8,9 @@
 #include <map>
 #include <set>
 
-#include "chart.h"
 #include "peers/mujoco.h"
 #include "peers/pinocchio.h"
+#include "report/chart.h"
 #include "tables.h"
 
 namespace counterpoint::apps {

@@ -10,9 +10,9 @@
 
 #include "counterpoint/collision/collider.h"
 #include "counterpoint/engine/simulator.h"
-#include "median.h"
+#include "measure/median.h"
+#include "measure/thread_clock.h"
 #include "peers/mujoco.h"
-#include "thread_clock.h"
 
 namespace counterpoint::apps {
 namespace {

@@ -9,7 +9,7 @@
 #include <memory>
 
 #include "counterpoint/engine/simulator.h"
-#include "median.h"
+#include "measure/median.h"
 #include "peers/mujoco_derivatives.h"
 #include "runners.h"
 #include "timing.h"

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <fstream>
 
-#include "median.h"
+#include "measure/median.h"
 #include "runners.h"
 
 namespace counterpoint::apps {

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "median.h"
+#include "measure/median.h"
 
 namespace counterpoint::apps {
 

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "thread_clock.h"
+#include "measure/thread_clock.h"
 
 namespace counterpoint::apps {
 

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <fstream>
 
-#include "inputs.h"
+#include "input/inputs.h"
 #include "mechanisms.h"
 
 namespace counterpoint::apps {

@@ -6,7 +6,7 @@
 #include <array>
 #include <cmath>
 
-#include "inputs.h"
+#include "input/inputs.h"
 
 namespace counterpoint::apps {
 namespace {

@@ -3,8 +3,8 @@
 #include <utility>
 
 #include "counterpoint/engine/simulator.h"
-#include "failure.h"
 #include "peers/mujoco.h"
+#include "report/failure.h"
 
 namespace counterpoint::apps {
 namespace {

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "report.h"
+#include "report/report.h"
 #include "trial.h"
 
 namespace counterpoint::apps {

@@ -4,10 +4,10 @@
 
 #include <algorithm>
 
-#include "counterpoint/engine/energy.h"
-#include "counterpoint/engine/kinematics.h"
-#include "counterpoint/engine/springs.h"
-#include "counterpoint/engine/state_file.h"
+#include "counterpoint/engine/dynamics/energy.h"
+#include "counterpoint/engine/dynamics/kinematics.h"
+#include "counterpoint/engine/forces/springs.h"
+#include "counterpoint/engine/io/state_file.h"
 #include "view/view_option.h"
 
 namespace counterpoint::apps {

@@ -11,8 +11,8 @@
 #include <string>
 #include <vector>
 
-#include "chart.h"
-#include "counterpoint/engine/data.h"
+#include "counterpoint/engine/dynamics/data.h"
+#include "report/chart.h"
 #include "runner.h"
 #include "view/clip.h"
 

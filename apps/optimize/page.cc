@@ -6,8 +6,8 @@
 #include <cmath>
 #include <map>
 
-#include "html_page.h"
 #include "recordings/page.h"
+#include "report/html_page.h"
 
 namespace counterpoint::apps {
 

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "chart.h"
 #include "optimize/run.h"
+#include "report/chart.h"
 
 namespace counterpoint::apps {
 

@@ -6,10 +6,10 @@
 #include <cmath>
 #include <fstream>
 
-#include "counterpoint/engine/csv.h"
-#include "counterpoint/engine/integrator.h"
-#include "counterpoint/engine/trajectory.h"
-#include "median.h"
+#include "counterpoint/engine/dynamics/integrator.h"
+#include "counterpoint/engine/io/csv.h"
+#include "counterpoint/engine/io/trajectory.h"
+#include "measure/median.h"
 
 namespace counterpoint::apps {
 

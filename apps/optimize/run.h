@@ -7,7 +7,7 @@
 
 #include "counterpoint/engine/optimize/feedback.h"
 #include "counterpoint/engine/optimize/problem_file.h"
-#include "report.h"
+#include "report/report.h"
 
 namespace counterpoint::apps {
 

@@ -8,7 +8,7 @@
 #include <map>
 #include <set>
 
-#include "counterpoint/collision/pair_filter.h"
+#include "counterpoint/collision/broadphase/pair_filter.h"
 #include "counterpoint/model/inertia.h"
 
 namespace counterpoint::peers {

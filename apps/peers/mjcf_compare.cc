@@ -8,9 +8,9 @@
 #include <memory>
 #include <random>
 
-#include "counterpoint/engine/crba.h"
-#include "counterpoint/engine/kinematics.h"
-#include "counterpoint/engine/rnea.h"
+#include "counterpoint/engine/dynamics/crba.h"
+#include "counterpoint/engine/dynamics/kinematics.h"
+#include "counterpoint/engine/dynamics/rnea.h"
 
 namespace counterpoint::apps {
 namespace {

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "counterpoint/engine/derivatives/right_jacobian.h"
-#include "counterpoint/engine/integrator.h"
+#include "counterpoint/engine/derivatives/dynamics/right_jacobian.h"
+#include "counterpoint/engine/dynamics/integrator.h"
 #include "counterpoint/model/rotation.h"
 
 namespace counterpoint::apps {

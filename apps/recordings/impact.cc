@@ -10,12 +10,12 @@
 
 #include "contact_effects.h"
 #include "counterpoint/contact/solver.h"
-#include "counterpoint/engine/assemble.h"
-#include "counterpoint/engine/contact_law.h"
-#include "counterpoint/engine/crba.h"
-#include "counterpoint/engine/energy.h"
-#include "counterpoint/engine/kinematics.h"
-#include "counterpoint/engine/parked_contacts.h"
+#include "counterpoint/engine/constraints/assemble.h"
+#include "counterpoint/engine/constraints/contact_law.h"
+#include "counterpoint/engine/constraints/parked_contacts.h"
+#include "counterpoint/engine/dynamics/crba.h"
+#include "counterpoint/engine/dynamics/energy.h"
+#include "counterpoint/engine/dynamics/kinematics.h"
 
 namespace counterpoint::apps {
 namespace {

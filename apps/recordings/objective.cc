@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "counterpoint/engine/integrator.h"
+#include "counterpoint/engine/dynamics/integrator.h"
 #include "gradient.h"
 
 namespace counterpoint::apps {

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <functional>
 
-#include "report.h"
+#include "report/report.h"
 
 namespace counterpoint::apps {
 namespace {

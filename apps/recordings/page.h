@@ -5,10 +5,10 @@
 #include <string>
 #include <vector>
 
-#include "chart.h"
-#include "html_page.h"
 #include "prediction.h"
-#include "report.h"
+#include "report/chart.h"
+#include "report/html_page.h"
+#include "report/report.h"
 #include "unexplained.h"
 
 namespace counterpoint::apps {

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "median.h"
+#include "measure/median.h"
 
 namespace counterpoint::apps {
 namespace {

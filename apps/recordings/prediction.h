@@ -9,9 +9,9 @@
 
 #include "coordinate_figures.h"
 #include "counterpoint/engine/simulator.h"
-#include "failure.h"
 #include "impact.h"
 #include "recording.h"
+#include "report/failure.h"
 
 namespace counterpoint::apps {
 

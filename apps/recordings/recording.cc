@@ -8,8 +8,8 @@
 #include <cmath>
 #include <set>
 
-#include "counterpoint/engine/trajectory.h"
-#include "counterpoint/model/yaml_reader.h"
+#include "counterpoint/engine/io/trajectory.h"
+#include "counterpoint/model/files/yaml_reader.h"
 
 namespace counterpoint::apps {
 namespace {

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "counterpoint/engine/csv.h"
+#include "counterpoint/engine/io/csv.h"
 #include "counterpoint/model/scene.h"
 
 namespace counterpoint::apps {

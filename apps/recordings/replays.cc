@@ -6,7 +6,7 @@
 #include <cmath>
 #include <numeric>
 
-#include "report.h"
+#include "report/report.h"
 #include "view/view_option.h"
 
 namespace counterpoint::apps {

@@ -8,14 +8,14 @@
 #include <stdexcept>
 
 #include "contact_effects.h"
-#include "counterpoint/engine/assemble.h"
-#include "counterpoint/engine/crba.h"
-#include "counterpoint/engine/energy.h"
-#include "counterpoint/engine/kinematics.h"
-#include "counterpoint/engine/parked_contacts.h"
+#include "counterpoint/engine/constraints/assemble.h"
+#include "counterpoint/engine/constraints/parked_contacts.h"
+#include "counterpoint/engine/dynamics/crba.h"
+#include "counterpoint/engine/dynamics/energy.h"
+#include "counterpoint/engine/dynamics/kinematics.h"
+#include "counterpoint/engine/io/trajectory.h"
 #include "counterpoint/engine/step.h"
-#include "counterpoint/engine/trajectory.h"
-#include "median.h"
+#include "measure/median.h"
 #include "prediction.h"
 
 namespace counterpoint::apps {

@@ -7,8 +7,8 @@
 #include <cmath>
 #include <map>
 
+#include "counterpoint/model/files/text_file.h"
 #include "counterpoint/model/limits.h"
-#include "counterpoint/model/text_file.h"
 #include "counterpoint/model/types.h"
 #include "view/clip.h"
 

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "counterpoint/engine/energy.h"
-#include "counterpoint/engine/kinematics.h"
-#include "counterpoint/engine/springs.h"
+#include "counterpoint/engine/dynamics/energy.h"
+#include "counterpoint/engine/dynamics/kinematics.h"
+#include "counterpoint/engine/forces/springs.h"
 
 namespace counterpoint::view {
 namespace {

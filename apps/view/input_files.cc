@@ -7,8 +7,8 @@
 #include <fstream>
 #include <iterator>
 
-#include "counterpoint/engine/state_file.h"
-#include "counterpoint/model/terrain.h"
+#include "counterpoint/engine/io/state_file.h"
+#include "counterpoint/model/terrain/terrain.h"
 #include "view/packing.h"
 
 namespace counterpoint::view {

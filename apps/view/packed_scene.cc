@@ -6,9 +6,9 @@
 #include <map>
 #include <set>
 
-#include "counterpoint/model/mesh.h"
+#include "counterpoint/model/mesh/mesh.h"
 #include "counterpoint/model/shape_name.h"
-#include "counterpoint/model/terrain.h"
+#include "counterpoint/model/terrain/terrain.h"
 #include "view/packing.h"
 
 namespace counterpoint::view {

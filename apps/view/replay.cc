@@ -8,8 +8,8 @@
 #include <fstream>
 #include <limits>
 
-#include "chart.h"
 #include "counterpoint/model/types.h"
+#include "report/chart.h"
 #include "view/packed_scene.h"
 #include "view/packing.h"
 #include "view/program.h"

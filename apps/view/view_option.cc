@@ -4,7 +4,7 @@
 
 #include <fstream>
 
-#include "command_line.h"
+#include "command_line/command_line.h"
 #include "view/input_files.h"
 
 namespace counterpoint::view {

@@ -10,10 +10,10 @@
 #include <sstream>
 #include <unordered_map>
 
-#include "counterpoint/model/mesh_path.h"
-#include "counterpoint/model/rotation.h"
+#include "counterpoint/model/files/text_file.h"
 #include "counterpoint/model/mjcf/mjcf.h"
-#include "counterpoint/model/text_file.h"
+#include "counterpoint/model/rotation.h"
+#include "counterpoint/model/urdf/mesh_path.h"
 
 namespace counterpoint::view {
 namespace {

@@ -6,10 +6,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "counterpoint/engine/csv.h"
-#include "counterpoint/engine/integrator.h"
+#include "counterpoint/engine/dynamics/integrator.h"
+#include "counterpoint/engine/io/csv.h"
+#include "counterpoint/engine/io/trajectory.h"
 #include "counterpoint/engine/step_derivatives.h"
-#include "counterpoint/engine/trajectory.h"
 
 namespace counterpoint::optimization {
 namespace {

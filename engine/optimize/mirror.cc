@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "counterpoint/engine/kinematics.h"
+#include "counterpoint/engine/dynamics/kinematics.h"
 #include "counterpoint/engine/optimize/problem.h"
 
 namespace counterpoint::optimization {

@@ -1,6 +1,6 @@
 #include "counterpoint/engine/optimize/optimize.h"
 
-#include "counterpoint/engine/optimize/continuation.h"
+#include "counterpoint/engine/optimize/newton/continuation.h"
 
 namespace counterpoint::optimization {
 

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "counterpoint/engine/optimize/newton.h"
+#include "counterpoint/engine/optimize/newton/newton.h"
 #include "counterpoint/engine/optimize/verify.h"
 
 namespace counterpoint::optimization {

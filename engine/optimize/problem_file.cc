@@ -6,10 +6,10 @@
 #include <numbers>
 #include <random>
 
-#include "counterpoint/engine/integrator.h"
-#include "counterpoint/engine/optimize/pose_reader.h"
+#include "counterpoint/engine/dynamics/integrator.h"
+#include "counterpoint/engine/optimize/files/pose_reader.h"
+#include "counterpoint/engine/optimize/files/term_reader.h"
 #include "counterpoint/engine/optimize/settle.h"
-#include "counterpoint/engine/optimize/term_reader.h"
 
 namespace counterpoint::optimization {
 namespace {

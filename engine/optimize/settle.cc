@@ -1,6 +1,6 @@
 #include "counterpoint/engine/optimize/settle.h"
 
-#include "counterpoint/engine/kinematics.h"
+#include "counterpoint/engine/dynamics/kinematics.h"
 
 namespace counterpoint::optimization {
 namespace {

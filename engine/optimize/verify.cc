@@ -4,8 +4,8 @@
 #include <cmath>
 #include <tuple>
 
-#include "counterpoint/engine/integrator.h"
-#include "counterpoint/engine/kinematics.h"
+#include "counterpoint/engine/dynamics/integrator.h"
+#include "counterpoint/engine/dynamics/kinematics.h"
 
 namespace counterpoint::optimization {
 

@@ -6,10 +6,10 @@
 #include <algorithm>
 #include <cstring>
 
-#include "counterpoint/model/mjcf/actuators.h"
-#include "counterpoint/model/mjcf/contacts.h"
+#include "counterpoint/model/files/text_file.h"
+#include "counterpoint/model/mjcf/bodies/contacts.h"
+#include "counterpoint/model/mjcf/forces/actuators.h"
 #include "counterpoint/model/mjcf/options.h"
-#include "counterpoint/model/text_file.h"
 
 namespace counterpoint {
 namespace {

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "counterpoint/model/mesh.h"
+#include "counterpoint/model/mesh/mesh.h"
 #include "counterpoint/model/model_builder.h"
 
 namespace counterpoint {

@@ -1,7 +1,7 @@
 // <option>, <keyframe>, and what is passed over.
 #pragma once
 
-#include "counterpoint/model/mjcf/bodies.h"
+#include "counterpoint/model/mjcf/bodies/bodies.h"
 
 namespace counterpoint::mjcf {
 

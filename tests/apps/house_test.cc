@@ -33,6 +33,16 @@ std::vector<fs::path> files_in(const fs::path& folder, const std::set<std::strin
   return files;
 }
 
+/// Of a folder and all below it.
+std::vector<fs::path> files_below(const fs::path& folder, const std::set<std::string>& extensions) {
+  std::vector<fs::path> files = files_in(folder, extensions);
+  for (const auto& entry : fs::recursive_directory_iterator(folder)) {
+    if (!entry.is_directory()) continue;
+    for (const fs::path& file : files_in(entry.path(), extensions)) files.push_back(file);
+  }
+  return files;
+}
+
 /// First capture of every match.
 std::vector<std::string> matches(const std::string& text, const std::string& pattern) {
   const std::regex regex(pattern);
@@ -52,7 +62,7 @@ TEST(House, FoldersIncludeOnlyWhatTheArchitectureAllows) {
   };
   int includes = 0;
   for (const auto& [folder, may_include] : allowed) {
-    for (const fs::path& file : files_in(kRoot / folder, {".h", ".cc"})) {
+    for (const fs::path& file : files_below(kRoot / folder, {".h", ".cc"})) {
       for (const std::string& target : matches(read(file), "#include \"counterpoint/([a-z]+)/")) {
         ++includes;
         EXPECT_TRUE(may_include.count(target)) << file << " includes " << target;
@@ -62,10 +72,65 @@ TEST(House, FoldersIncludeOnlyWhatTheArchitectureAllows) {
   EXPECT_GT(includes, 50);
 }
 
+/// Which rooms of a library include which, what is shared at its top and other libraries left out.
+using Rooms = std::map<std::string, std::set<std::string>>;
+
+Rooms rooms_of_libraries() {
+  const std::set<std::string> tops = {"model", "model/mjcf", "collision",
+                                      "contact", "engine", "engine/optimize"};
+  Rooms rooms;
+  for (const char* library : {"model", "collision", "contact", "engine"}) {
+    for (const fs::path& file : files_below(kRoot / library, {".h", ".cc"})) {
+      const std::string room = fs::relative(file.parent_path(), kRoot).string();
+      if (tops.count(room)) continue;
+      for (const std::string& target : matches(read(file), "#include \"counterpoint/([a-z_/.]+)\"")) {
+        const std::string other = fs::path(target).parent_path().string();
+        if (other != room && !tops.count(other)) rooms[room].insert(other);
+      }
+    }
+  }
+  return rooms;
+}
+
+/// Whether `to` is included by `from`, through others too.
+bool leads(const Rooms& rooms, const std::string& from, const std::string& to,
+           std::set<std::string>& seen) {
+  const auto found = rooms.find(from);
+  if (found == rooms.end() || !seen.insert(from).second) return false;
+  for (const std::string& next : found->second) {
+    if (next == to || leads(rooms, next, to, seen)) return true;
+  }
+  return false;
+}
+
+TEST(House, NoRoomsIncludeOneAnother) {
+  const Rooms rooms = rooms_of_libraries();
+  EXPECT_GT(rooms.size(), 15u);
+  for (const auto& [room, others] : rooms) {
+    std::set<std::string> seen;
+    EXPECT_FALSE(leads(rooms, room, room, seen)) << room;
+  }
+}
+
+/// More than these and a folder no longer says what is in it.
+constexpr size_t kMostFiles = 25;
+
+TEST(House, NoFolderHoldsMoreFilesThanOneCanOverlook) {
+  for (const char* top : {"model", "collision", "contact", "engine", "apps", "tests", "docs", "cmake"}) {
+    std::map<fs::path, size_t> files;
+    for (const auto& entry : fs::recursive_directory_iterator(kRoot / top)) {
+      const std::string path = entry.path().string();
+      const bool data = path.find("/corpus/") != std::string::npos || path.find("/images/") != std::string::npos;
+      if (entry.is_regular_file() && !data) ++files[entry.path().parent_path()];
+    }
+    for (const auto& [folder, number] : files) EXPECT_LE(number, kMostFiles) << folder;
+  }
+}
+
 TEST(House, LibrariesStayBehindTheirDoors) {
   const std::map<std::string, std::string> doors = {{"fcl", "collision"}, {"assimp", "model"}};
   for (const char* folder : {"contact", "model", "collision", "engine", "apps"}) {
-    for (const fs::path& file : files_in(kRoot / folder, {".h", ".cc"})) {
+    for (const fs::path& file : files_below(kRoot / folder, {".h", ".cc"})) {
       for (const std::string& library : matches(read(file), "#include <(fcl|assimp)/")) {
         EXPECT_EQ(doors.at(library), folder) << file;
         EXPECT_EQ(file.extension(), ".cc") << file << " shows " << library << " to others";

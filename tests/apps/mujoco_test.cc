@@ -7,9 +7,9 @@
 #include <numbers>
 
 #include "apps/command.h"
-#include "counterpoint/engine/energy.h"
-#include "counterpoint/engine/integrator.h"
-#include "counterpoint/engine/kinematics.h"
+#include "counterpoint/engine/dynamics/energy.h"
+#include "counterpoint/engine/dynamics/integrator.h"
+#include "counterpoint/engine/dynamics/kinematics.h"
 #include "counterpoint/engine/simulator.h"
 #include "counterpoint/model/inertia.h"
 #include "support/paths.h"

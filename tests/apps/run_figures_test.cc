@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "apps/command.h"
-#include "step_statistics.h"
+#include "measure/step_statistics.h"
 
 namespace counterpoint {
 namespace {

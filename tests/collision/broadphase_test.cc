@@ -1,6 +1,6 @@
 // The broad phase: sweep, grid and tree against all pairs, whatever went before, and on unsound
 // boxes.
-#include "counterpoint/collision/broadphase.h"
+#include "counterpoint/collision/broadphase/broadphase.h"
 
 #include <gtest/gtest.h>
 

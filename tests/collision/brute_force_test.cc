@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-#include "counterpoint/collision/pair_contacts.h"
+#include "counterpoint/collision/pairs/pair_contacts.h"
 #include "counterpoint/model/types.h"
 #include "support/random_poses.h"
 #include "support/record_largest.h"

@@ -6,7 +6,7 @@
 #include <cstring>
 #include <limits>
 
-#include "counterpoint/collision/pair_contacts.h"
+#include "counterpoint/collision/pairs/pair_contacts.h"
 #include "counterpoint/model/model_builder.h"
 #include "support/allocation_guard.h"
 #include "support/random_poses.h"

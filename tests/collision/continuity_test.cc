@@ -5,7 +5,7 @@
 // non-expansive, so the vector changes by no more than B moved. That bounds gap and normal at once.
 #include <gtest/gtest.h>
 
-#include "counterpoint/collision/pair_contacts.h"
+#include "counterpoint/collision/pairs/pair_contacts.h"
 #include "counterpoint/model/rotation.h"
 #include "support/random_poses.h"
 #include "support/shape_reference.h"

@@ -1,9 +1,9 @@
 // What is added to the manifolds of fast bodies.
-#include "counterpoint/collision/corner_contacts.h"
+#include "counterpoint/collision/pairs/corner_contacts.h"
 
 #include <gtest/gtest.h>
 
-#include "counterpoint/collision/pair_contacts.h"
+#include "counterpoint/collision/pairs/pair_contacts.h"
 #include "support/random_poses.h"
 #include "support/shape_reference.h"
 

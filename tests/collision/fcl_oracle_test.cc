@@ -2,7 +2,7 @@
 // Collision Library (FCL), which iterates with libccd.
 #include <gtest/gtest.h>
 
-#include "counterpoint/collision/pair_contacts.h"
+#include "counterpoint/collision/pairs/pair_contacts.h"
 #include "support/fcl_shapes.h"
 #include "support/random_poses.h"
 #include "support/shape_reference.h"

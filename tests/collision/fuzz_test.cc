@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "counterpoint/collision/pair_contacts.h"
+#include "counterpoint/collision/pairs/pair_contacts.h"
 #include "counterpoint/model/rotation.h"
 #include "support/random_poses.h"
 #include "support/shape_reference.h"

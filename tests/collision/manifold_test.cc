@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "counterpoint/collision/pair_contacts.h"
+#include "counterpoint/collision/pairs/pair_contacts.h"
 #include "support/random_poses.h"
 #include "support/shape_reference.h"
 

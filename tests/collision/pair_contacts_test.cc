@@ -1,5 +1,5 @@
 // Every pair of shapes: duality certificates, symmetry, rigid motion, continuity, degenerate input.
-#include "counterpoint/collision/pair_contacts.h"
+#include "counterpoint/collision/pairs/pair_contacts.h"
 
 #include <gtest/gtest.h>
 

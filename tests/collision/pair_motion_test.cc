@@ -1,5 +1,5 @@
 // Contacts looked at again where a motion leads.
-#include "counterpoint/collision/pair_motion.h"
+#include "counterpoint/collision/pairs/pair_motion.h"
 
 #include <gtest/gtest.h>
 

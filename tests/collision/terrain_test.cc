@@ -1,15 +1,15 @@
 // Triangle meshes: flat ones against the plane, closed convex ones against the hull, seams, thin
 // walls.
-#include "counterpoint/model/terrain.h"
+#include "counterpoint/model/terrain/terrain.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <numbers>
 
-#include "counterpoint/collision/pair_contacts.h"
+#include "counterpoint/collision/pairs/pair_contacts.h"
+#include "counterpoint/collision/pairs/terrain_contacts.h"
 #include "counterpoint/collision/query.h"
-#include "counterpoint/collision/terrain_contacts.h"
 #include "support/random_poses.h"
 #include "support/shape_reference.h"
 

@@ -1,5 +1,5 @@
 // The sparse factorization against Eigen's dense one.
-#include "counterpoint/contact/block_factorization.h"
+#include "counterpoint/contact/linear/block_factorization.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // Coulomb contacts four at a time are the law of each by itself.
-#include "counterpoint/contact/coulomb_lanes.h"
+#include "counterpoint/contact/laws/coulomb_lanes.h"
 
 #include <gtest/gtest.h>
 

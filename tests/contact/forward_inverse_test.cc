@@ -21,7 +21,7 @@
 #include "contact/trials.h"
 #include "counterpoint/contact/contact_space.h"
 #include "counterpoint/contact/inverse.h"
-#include "counterpoint/contact/kinetic_energy.h"
+#include "counterpoint/contact/kinetic_energy/kinetic_energy.h"
 #include "counterpoint/contact/solver.h"
 
 namespace counterpoint::contact {

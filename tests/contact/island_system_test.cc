@@ -1,5 +1,5 @@
 // Limbs, and the linear algebra of an island against dense matrices.
-#include "counterpoint/contact/island_system.h"
+#include "counterpoint/contact/solve/island_system.h"
 
 #include <gtest/gtest.h>
 
@@ -9,7 +9,7 @@
 
 #include "contact/linear_solution.h"
 #include "contact/random_problem.h"
-#include "counterpoint/contact/limbs.h"
+#include "counterpoint/contact/linear/limbs.h"
 #include "support/allocation_guard.h"
 
 namespace counterpoint::contact {

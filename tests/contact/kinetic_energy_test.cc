@@ -1,4 +1,4 @@
-#include "counterpoint/contact/kinetic_energy.h"
+#include "counterpoint/contact/kinetic_energy/kinetic_energy.h"
 
 #include <gtest/gtest.h>
 

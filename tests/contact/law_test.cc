@@ -5,7 +5,7 @@
 #include <Eigen/Eigenvalues>
 
 #include "contact/trials.h"
-#include "counterpoint/contact/scalar_law.h"
+#include "counterpoint/contact/laws/scalar_law.h"
 
 namespace counterpoint::contact {
 namespace {

@@ -1,5 +1,5 @@
 // The linear algebra under the mixed method: its derivative, and LU by blocks.
-#include "counterpoint/contact/mixed_system.h"
+#include "counterpoint/contact/solve/mixed_system.h"
 
 #include <gtest/gtest.h>
 

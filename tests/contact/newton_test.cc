@@ -1,5 +1,5 @@
 // Newton's method on velocities, by itself.
-#include "counterpoint/contact/newton.h"
+#include "counterpoint/contact/solve/newton.h"
 
 #include <gtest/gtest.h>
 

@@ -6,7 +6,7 @@
 
 #include "contact/random_problem.h"
 #include "counterpoint/contact/contact_space.h"
-#include "counterpoint/contact/kinetic_energy.h"
+#include "counterpoint/contact/kinetic_energy/kinetic_energy.h"
 
 namespace counterpoint::contact::testing {
 

@@ -1,4 +1,4 @@
-#include "counterpoint/contact/semidefinite_factor.h"
+#include "counterpoint/contact/linear/semidefinite_factor.h"
 
 #include <gtest/gtest.h>
 

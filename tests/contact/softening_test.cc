@@ -4,8 +4,8 @@
 
 #include "contact/trials.h"
 #include "counterpoint/contact/inverse.h"
-#include "counterpoint/contact/islands.h"
 #include "counterpoint/contact/law.h"
+#include "counterpoint/contact/solve/islands.h"
 #include "counterpoint/contact/solver.h"
 
 namespace counterpoint::contact {

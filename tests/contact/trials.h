@@ -7,7 +7,7 @@
 #include <string>
 
 #include "contact/random_problem.h"
-#include "counterpoint/contact/island_system.h"
+#include "counterpoint/contact/solve/island_system.h"
 #include "counterpoint/contact/solver.h"
 
 namespace counterpoint::contact::testing {

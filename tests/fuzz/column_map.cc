@@ -1,7 +1,7 @@
 // Column maps of `compare`, and a recording read through each.
-#include "apps/recordings/recording.h"
 #include "fuzz/fuzz.h"
 #include "fuzz/small_model.h"
+#include "apps/recordings/recording.h"
 
 namespace counterpoint::fuzz {
 

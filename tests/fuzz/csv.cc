@@ -1,8 +1,8 @@
 // Tables: as such, as a trajectory of a small model, and as its inputs.
-#include "counterpoint/engine/csv.h"
+#include "counterpoint/engine/io/csv.h"
 
-#include "apps/inputs.h"
-#include "counterpoint/engine/trajectory.h"
+#include "apps/input/inputs.h"
+#include "counterpoint/engine/io/trajectory.h"
 #include "fuzz/fuzz.h"
 #include "fuzz/small_model.h"
 

@@ -1,6 +1,6 @@
 // Height fields from PNG files, up to terrain.
-#include "counterpoint/model/height_field.h"
-#include "counterpoint/model/terrain.h"
+#include "counterpoint/model/terrain/height_field.h"
+#include "counterpoint/model/terrain/terrain.h"
 #include "fuzz/fuzz.h"
 
 namespace counterpoint::fuzz {

@@ -1,5 +1,5 @@
 // SRDF files, by themselves: which names they list is the business of the scene.
-#include "counterpoint/model/srdf.h"
+#include "counterpoint/model/urdf/srdf.h"
 
 #include "fuzz/fuzz.h"
 

@@ -2,7 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "counterpoint/model/scene.h"
-#include "counterpoint/model/srdf.h"
+#include "counterpoint/model/urdf/srdf.h"
 #include "support/temp_folder.h"
 
 namespace counterpoint {

@@ -7,7 +7,7 @@
 #include <numbers>
 
 #include "counterpoint/model/inertia.h"
-#include "counterpoint/model/mesh.h"
+#include "counterpoint/model/mesh/mesh.h"
 #include "support/random_model.h"
 
 namespace counterpoint {

@@ -1,5 +1,5 @@
 // How far hulls stand off their meshes: known depths, closed or not.
-#include "counterpoint/model/hull_standoff.h"
+#include "counterpoint/model/mesh/hull_standoff.h"
 
 #include <gtest/gtest.h>
 

@@ -6,10 +6,10 @@
 
 #include <string>
 
-#include "counterpoint/model/height_field.h"
 #include "counterpoint/model/scene.h"
-#include "counterpoint/model/srdf.h"
-#include "counterpoint/model/urdf.h"
+#include "counterpoint/model/terrain/height_field.h"
+#include "counterpoint/model/urdf/srdf.h"
+#include "counterpoint/model/urdf/urdf.h"
 #include "support/temp_folder.h"
 
 namespace counterpoint {

@@ -1,4 +1,4 @@
-#include "counterpoint/model/mesh.h"
+#include "counterpoint/model/mesh/mesh.h"
 
 #include <gtest/gtest.h>
 

@@ -9,7 +9,7 @@
 #include "counterpoint/model/inertia.h"
 #include "counterpoint/model/rotation.h"
 #include "counterpoint/model/scene.h"
-#include "counterpoint/model/terrain.h"
+#include "counterpoint/model/terrain/terrain.h"
 #include "support/temp_folder.h"
 
 namespace counterpoint {

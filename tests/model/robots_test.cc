@@ -10,7 +10,7 @@
 #include <sstream>
 
 #include "counterpoint/model/model_builder.h"
-#include "counterpoint/model/urdf.h"
+#include "counterpoint/model/urdf/urdf.h"
 #include "support/paths.h"
 
 namespace counterpoint {

@@ -1,12 +1,12 @@
 // Triangle meshes and height fields: edges, files, and what is refused.
-#include "counterpoint/model/terrain.h"
+#include "counterpoint/model/terrain/terrain.h"
 
 #include <gtest/gtest.h>
 
 #include <limits>
 
-#include "counterpoint/model/height_field.h"
 #include "counterpoint/model/scene.h"
+#include "counterpoint/model/terrain/height_field.h"
 #include "support/random_model.h"
 #include "support/temp_folder.h"
 

@@ -1,5 +1,5 @@
 // Block factorization against the dense one.
-#include "counterpoint/engine/optimize/block_cholesky.h"
+#include "counterpoint/engine/optimize/newton/block_cholesky.h"
 
 #include <gtest/gtest.h>
 

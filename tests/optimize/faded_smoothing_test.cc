@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "counterpoint/engine/contact_law.h"
+#include "counterpoint/engine/constraints/contact_law.h"
 #include "counterpoint/engine/step_derivatives.h"
 #include "support/small_scenes.h"
 

@@ -5,7 +5,7 @@
 
 #include <filesystem>
 
-#include "counterpoint/engine/integrator.h"
+#include "counterpoint/engine/dynamics/integrator.h"
 #include "counterpoint/engine/optimize/problem_file.h"
 #include "support/paths.h"
 #include "support/small_scenes.h"

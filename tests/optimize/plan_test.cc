@@ -4,7 +4,7 @@
 
 #include <filesystem>
 
-#include "counterpoint/engine/integrator.h"
+#include "counterpoint/engine/dynamics/integrator.h"
 #include "counterpoint/engine/optimize/feedback.h"
 #include "counterpoint/engine/optimize/problem_file.h"
 #include "counterpoint/engine/optimize/settle.h"

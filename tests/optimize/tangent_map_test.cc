@@ -1,9 +1,9 @@
 // Derivatives of configuration differences against central differences, for every joint type.
-#include "counterpoint/engine/optimize/tangent_map.h"
+#include "counterpoint/engine/optimize/terms/tangent_map.h"
 
 #include <gtest/gtest.h>
 
-#include "counterpoint/engine/integrator.h"
+#include "counterpoint/engine/dynamics/integrator.h"
 #include "support/random_model.h"
 
 namespace counterpoint::optimization {

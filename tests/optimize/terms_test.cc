@@ -3,11 +3,11 @@
 
 #include <filesystem>
 
-#include "counterpoint/engine/integrator.h"
-#include "counterpoint/engine/kinematics.h"
-#include "counterpoint/engine/optimize/kinematic_terms.h"
-#include "counterpoint/engine/optimize/newton.h"
+#include "counterpoint/engine/dynamics/integrator.h"
+#include "counterpoint/engine/dynamics/kinematics.h"
+#include "counterpoint/engine/optimize/newton/newton.h"
 #include "counterpoint/engine/optimize/optimize.h"
+#include "counterpoint/engine/optimize/terms/kinematic_terms.h"
 #include "support/paths.h"
 #include "support/random_model.h"
 

@@ -9,8 +9,8 @@
 #include <utility>
 #include <vector>
 
-#include "counterpoint/engine/energy.h"
-#include "counterpoint/engine/kinematics.h"
+#include "counterpoint/engine/dynamics/energy.h"
+#include "counterpoint/engine/dynamics/kinematics.h"
 #include "counterpoint/engine/simulator.h"
 
 namespace counterpoint::test {

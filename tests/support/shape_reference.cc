@@ -2,10 +2,10 @@
 #include <cmath>
 #include <numbers>
 
+#include "counterpoint/model/mesh/mesh.h"
+#include "counterpoint/model/rotation.h"
 #include "support/shape_reference.h"
 #include "support/sphere_points.h"
-#include "counterpoint/model/mesh.h"
-#include "counterpoint/model/rotation.h"
 
 namespace counterpoint::test {
 

@@ -4,7 +4,7 @@
 
 #include <vector>
 
-#include "counterpoint/collision/pair_contacts.h"
+#include "counterpoint/collision/pairs/pair_contacts.h"
 #include "counterpoint/model/geometry.h"
 
 namespace counterpoint::test {

@@ -1,0 +1,194 @@
+// counterpoint accuracy: what accuracy costs in time on a scene, and which setting to take.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "accuracy/findings.h"
+#include "command.h"
+#include "input/scene_arguments.h"
+#include "view/view_option.h"
+
+namespace counterpoint::apps {
+namespace {
+
+struct Arguments {
+  SceneArguments scene;
+  std::optional<double> duration, time_step;
+  std::vector<std::string> vary = accuracy::usual_items();
+  std::string reference = "auto", folder;
+  std::vector<double> wants = {1e-3};
+  double piece = 0.0;
+  int pieces = 10, finer = 64, repeats = 5;
+  Report report;
+};
+
+void check_options(const Arguments& arguments, SimulationOptions& options) {
+  if (arguments.time_step) options.time_step = *arguments.time_step;
+  if (arguments.duration) options.duration = *arguments.duration;
+  const double h = options.time_step;
+  if (!(h > 0.0 && std::isfinite(h)))
+    throw InputError(fmt::format("time step {} s: expected a positive number", h));
+  if (!(options.duration > 0.0 && options.duration / h * arguments.finer < 1e9)) {
+    throw InputError(fmt::format(
+        "duration {} s: expected more than 0, and fewer than 1e9 steps of the reference",
+        options.duration));
+  }
+  for (const double want : arguments.wants)
+    if (!(want > 0.0 && std::isfinite(want)))
+      throw InputError(fmt::format("--want {}: expected an error, a positive number", want));
+}
+
+accuracy::ReferenceKind reference_kind(const std::string& name) {
+  if (name == "analytic") return accuracy::ReferenceKind::kAnalytic;
+  return name == "fine" ? accuracy::ReferenceKind::kFine : accuracy::ReferenceKind::kAutomatic;
+}
+
+/// The whole motion at a setting, some 100 frames a second, as far as it goes.
+view::Clip clip_at(const Scene& scene, const accuracy::Setting& setting, double time_step) {
+  const double h = setting.engine ? setting.engine->options.time_step : time_step;
+  const double frame = h * std::max(1.0, std::round(1.0 / (view::kDefaultRate * h)));
+  const auto mover = setting.make();
+  view::Clip clip;
+  clip.name = setting.label;
+  clip.states.push_back({0.0, scene.q, scene.v});
+  while (clip.states.back().time + 0.5 * frame < scene.options.duration) {
+    const accuracy::Passage passage = mover->advance(clip.states.back(), frame);
+    if (!passage.failure.empty()) break;
+    clip.states.push_back(passage.end);
+  }
+  clip.rows = clip.num_frames();
+  return clip;
+}
+
+/// The recommended setting, and beside it those for other errors, the most accurate and the
+/// cheapest of the front. Returns the page's name; empty where there is nothing to show.
+std::string write_settings_replay(const Arguments& arguments, const accuracy::Findings& findings) {
+  constexpr double kMostSeconds = 60.0;  // of computing, for one ghost
+  const Scene& scene = findings.scene;
+  if (!view::can_make_pages() || !findings.recommendations[0].place) return "";
+  std::vector<accuracy::Place> places;
+  const auto add = [&](const accuracy::Place& place) {
+    const bool slow = findings.at(place).cost * scene.options.duration > kMostSeconds;
+    if ((places.empty() || !slow) && std::find(places.begin(), places.end(), place) == places.end())
+      places.push_back(place);
+  };
+  for (const accuracy::Recommendation& r : findings.recommendations)
+    if (r.place) add(*r.place);
+  if (!findings.front.empty()) {
+    add(findings.front.back());
+    add(findings.front.front());
+  }
+  std::vector<view::Clip> clips;
+  for (const accuracy::Place& place : places)
+    clips.push_back(clip_at(scene, findings.at(place).setting, findings.plan.time_step));
+  view::Clip first = std::move(clips.front());
+  clips.erase(clips.begin());
+  make_report_folder(arguments.folder);
+  view::write_replay(std::filesystem::path(arguments.folder) / "replay.html", scene,
+                     {arguments.scene.file, {}, arguments.scene.package_folders()},
+                     std::move(first), std::move(clips));
+  return "replay.html";
+}
+
+int run(Arguments& arguments) {
+  Scene scene = arguments.scene.load();
+  check_options(arguments, scene.options);
+  const accuracy::Plan plan =
+      accuracy::plan_pieces(scene.options, arguments.pieces, arguments.piece);
+  const accuracy::Families families = accuracy::make_families(scene, plan, arguments.vary);
+  accuracy::MeasureOptions options;
+  options.repeats = arguments.repeats;
+  options.contacts = accuracy::rows_of(scene).contacts;
+  const accuracy::Reference reference =
+      accuracy::make_reference(scene, plan, reference_kind(arguments.reference), arguments.finer);
+  accuracy::Findings findings{scene,
+                              plan,
+                              reference,
+                              accuracy::measure(scene, plan, reference, families.families, options),
+                              families.left_out,
+                              {},
+                              {},
+                              arguments.wants,
+                              arguments.repeats};
+  findings.front = accuracy::pareto_front(findings.measured);
+  for (const double want : arguments.wants)
+    findings.recommendations.push_back(
+        accuracy::recommend(findings.measured, want, reference.error));
+  for (accuracy::Recommendation& r : findings.recommendations) {
+    if (!r.place) continue;
+    accuracy::Point& point = findings.measured[r.place->family].points[r.place->point];
+    accuracy::add_physics(scene, plan, reference, options, point);
+    r.words += accuracy::block_words(point);
+  }
+
+  Report& report = arguments.report;
+  report.begin("accuracy", arguments.scene.file);
+  const bool ok = !findings.front.empty() && reference.warning.empty();
+  report["status"] = ok ? "ok" : "failed";
+  accuracy::add_to(report, findings);
+  accuracy::print(report.text(), findings);
+  if (!arguments.folder.empty()) {
+    findings.replay = write_settings_replay(arguments, findings);
+    accuracy::write_report(arguments.folder, findings);
+  }
+  report.write();
+  return ok ? kSuccess : kFailed;
+}
+
+}  // namespace
+
+void add_accuracy(CommandLine& line) {
+  auto arguments = std::make_shared<Arguments>();
+  Command& command =
+      line.add("accuracy", "What accuracy costs in time on a scene; which setting to take");
+  arguments->scene.add_to(command);
+  command
+      .add_option(
+          "--vary", arguments->vary,
+          fmt::format(
+              "What to vary, separated by commas: {}; default: all but law, adaptive and mujoco",
+              fmt::join(accuracy::vary_items(), ",")))
+      .comma_separated()
+      .type_name("ITEM,...");
+  command
+      .add_option("--reference", arguments->reference,
+                  "analytic (closed form), fine (the engine at a small step), or auto")
+      .one_of({"auto", "analytic", "fine"});
+  command
+      .add_option("--finer", arguments->finer,
+                  "The reference's step is the scene's over this; default 64")
+      .range(2, 1'000'000);
+  command
+      .add_option("--want", arguments->wants,
+                  "Error to recommend a setting for, several separated by commas; default 1e-3")
+      .comma_separated()
+      .type_name("ERROR,...");
+  command.add_option("--pieces", arguments->pieces, "Pieces of the motion; default 10")
+      .range(1, 100'000);
+  command.add_option("--piece", arguments->piece, "Their length [s]; default: as there is room")
+      .positive();
+  command
+      .add_option("--repeats", arguments->repeats,
+                  "Runs of which the time is the median; default 5")
+      .range(1, 10'000);
+  command.add_option("--duration", arguments->duration, "Simulated time [s]; default: the scene's");
+  command.add_option("--timestep", arguments->time_step,
+                     "Time step that is varied [s]; default: the scene's");
+  command
+      .add_option("--report", arguments->folder,
+                  "Write accuracy.html with all tables and pictures, accuracy.csv, and pictures")
+      .type_name("DIR");
+  arguments->report.add_to(command);
+  command.footer(
+      "Example:\n  counterpoint accuracy data/scenes/accuracy/double_pendulum.yaml --want 1e-6 "
+      "--report report");
+  command.action([arguments] { return run(*arguments); });
+}
+
+}  // namespace counterpoint::apps

@@ -1,0 +1,272 @@
+// counterpoint derivatives: how the forces behind each step of a motion change with it.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <memory>
+#include <optional>
+
+#include "command.h"
+#include "counterpoint/engine/io/trajectory.h"
+#include "counterpoint/engine/step_derivatives.h"
+#include "input/scene_arguments.h"
+#include "measure/median.h"
+#include "report/failure.h"
+#include "report/progress.h"
+#include "report/report.h"
+
+namespace counterpoint::apps {
+namespace {
+
+struct Arguments {
+  SceneArguments scene;
+  std::string trajectory, output;
+  std::optional<double> time_step, smoothing, compliance;
+  double difference_step = 0.0;
+  bool check = false, forward = false;
+  Report report;
+};
+
+struct NamedBlock {
+  const char* name;
+  const MatrixX* matrix;
+};
+
+/// Where closed forms and differences are farthest apart.
+struct Worst {
+  double relative = 0.0;  ///< of the block's largest entry
+  int step = 0, row = 0, column = 0;
+  const char* block = "";
+  double exact = 0.0, difference = 0.0;
+};
+
+void compare(int step, const NamedBlock& exact, const MatrixX& reference, double floor,
+             Worst& worst) {
+  Eigen::Index row = 0, column = 0;
+  const double apart = (*exact.matrix - reference).cwiseAbs().maxCoeff(&row, &column);
+  const double relative = apart / std::max(reference.cwiseAbs().maxCoeff(), floor);
+  if (relative <= worst.relative) return;
+  worst = {relative,
+           step,
+           static_cast<int>(row),
+           static_cast<int>(column),
+           exact.name,
+           (*exact.matrix)(row, column),
+           reference(row, column)};
+}
+
+/// A row of the table for each row of a matrix.
+class Output {
+ public:
+  Output(const std::string& file, const Model& model) : names_(coordinate_names(model)) {
+    if (file.empty()) return;
+    std::vector<std::string> columns{"time", "block", "row"};
+    columns.insert(columns.end(), names_.v.begin(), names_.v.end());
+    csv_ = std::make_unique<CsvWriter>(file, columns);
+  }
+  void write(double time, const NamedBlock& block) {
+    if (!csv_) return;
+    const bool forces = std::string(block.name).rfind("u_", 0) == 0;
+    for (Eigen::Index i = 0; i < block.matrix->rows(); ++i) {
+      csv_->number(time);
+      csv_->text(block.name);
+      csv_->text((forces ? names_.force : names_.v)[static_cast<size_t>(i)]);
+      for (const double x : block.matrix->row(i)) csv_->number(x);
+      csv_->end_row();
+    }
+  }
+  void finish() {
+    if (csv_) csv_->flush();
+  }
+  const CoordinateNames& names() const { return names_; }
+
+ private:
+  CoordinateNames names_;
+  std::unique_ptr<CsvWriter> csv_;
+};
+
+/// The scene's own first step, where no trajectory is given.
+Trajectory first_step(const Scene& scene) {
+  Workspace workspace(scene.model);
+  const State start{0.0, scene.q, scene.v};
+  State next = start;
+  const StepReport report = step_forward(scene.model, scene.options, contact::Settings(), start,
+                                         Input(), workspace, next);
+  if (!report.succeeded())
+    throw InputError(
+        "the scene's first step fails: give a trajectory, or see `counterpoint simulate`");
+  Trajectory out;
+  out.time = {0.0, scene.options.time_step};
+  out.q.resize(scene.model.nq(), 2);
+  out.v.resize(scene.model.nv(), 2);
+  out.q << start.q, next.q;
+  out.v << start.v, next.v;
+  return out;
+}
+
+/// The commands' work on one step after the other.
+class Run {
+ public:
+  Run(const Arguments& arguments, const Scene& scene)
+      : arguments_(arguments),
+        scene_(scene),
+        workspace_(scene.model),
+        output_(arguments.output, scene.model) {}
+
+  /// False where the forces of the step are not known: see `inverse`.
+  bool step(int k, const Trajectory& trajectory, const SimulationOptions& options) {
+    const Model& model = scene_.model;
+    trajectory.set_known(model, k, known_);
+    const auto q = trajectory.q.col(k), q_next = trajectory.q.col(k + 1), v = trajectory.v.col(k),
+               v_next = trajectory.v.col(k + 1);
+    const auto begin = std::chrono::steady_clock::now();
+    if (arguments_.forward) {
+      singular_ += !step_forward_derivatives(model, options, q, v, q_next, v_next, known_,
+                                             workspace_, inverse, exact_, forward_);
+    } else {
+      step_inverse_derivatives(model, options, q, v, q_next, v_next, known_, workspace_, inverse,
+                               exact_);
+    }
+    const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
+    times_us.push_back(1e6 * took.count());
+    if (inverse.fault.any()) return false;
+    by_differences += exact_.by_differences;
+    const NamedBlock blocks[] = {
+        {"u_q", &exact_.dq}, {"u_v", &exact_.dv}, {"u_v_next", &exact_.dv_next}};
+    for (const NamedBlock& block : blocks) output_.write(trajectory.time[k], block);
+    if (arguments_.forward) {
+      for (const NamedBlock& block :
+           {NamedBlock{"v_next_q", &forward_.dv_dq}, NamedBlock{"v_next_v", &forward_.dv_dv},
+            NamedBlock{"v_next_u", &forward_.dv_du}, NamedBlock{"q_next_q", &forward_.dq_dq},
+            NamedBlock{"q_next_v", &forward_.dq_dv}, NamedBlock{"q_next_u", &forward_.dq_du}})
+        output_.write(trajectory.time[k], block);
+    }
+    if (!arguments_.check) return true;
+    step_inverse_derivatives(model, options, q, v, q_next, v_next, known_, workspace_, inverse,
+                             reference_, DerivativeMethod::kExtrapolated,
+                             arguments_.difference_step);
+    // A block may vanish altogether, as du/dq of a free body.
+    const double floor = 0.05 * reference_.dv_next.cwiseAbs().maxCoeff();
+    const MatrixX* references[] = {&reference_.dq, &reference_.dv, &reference_.dv_next};
+    for (int i = 0; i < 3; ++i) compare(k, blocks[i], *references[i], floor, worst);
+    return true;
+  }
+  void finish() { output_.finish(); }
+  const CoordinateNames& names() const { return output_.names(); }
+  int singular() const { return singular_; }
+
+  Inverse inverse;
+  Worst worst;
+  int by_differences = 0;
+  std::vector<double> times_us;
+
+ private:
+  const Arguments& arguments_;
+  const Scene& scene_;
+  Workspace workspace_;
+  Output output_;
+  Input known_;
+  InverseDerivatives exact_, reference_;
+  ForwardDerivatives forward_;
+  int singular_ = 0;
+};
+
+void report_check(const Run& run, const Trajectory& trajectory, Report& report) {
+  const Worst& worst = run.worst;
+  report["relative_difference_max"] = worst.relative;
+  if (worst.relative > 0.0)
+    report["where"] = {{"step", worst.step},
+                       {"time_s", trajectory.time[static_cast<size_t>(worst.step)]},
+                       {"block", worst.block},
+                       {"row", run.names().force[static_cast<size_t>(worst.row)]},
+                       {"column", run.names().v[static_cast<size_t>(worst.column)]},
+                       {"exact", worst.exact},
+                       {"difference", worst.difference}};
+  fmt::print(report.text(), "largest difference {:.3g} of the largest entry", worst.relative);
+  if (worst.relative > 0.0)
+    fmt::print(report.text(), " (step {}, {}: {} by {}, {:.9g} and {:.9g})", worst.step,
+               worst.block, run.names().force[static_cast<size_t>(worst.row)],
+               run.names().v[static_cast<size_t>(worst.column)], worst.exact, worst.difference);
+  fmt::print(report.text(), "\n");
+}
+
+int derivatives(Arguments& arguments) {
+  Scene scene = arguments.scene.load();
+  if (arguments.smoothing) scene.options.contact.smoothing = *arguments.smoothing;
+  if (arguments.compliance) scene.options.contact.compliance = *arguments.compliance;
+  const bool given = !arguments.trajectory.empty();
+  const Trajectory trajectory =
+      given ? read_trajectory(arguments.trajectory, scene.model) : first_step(scene);
+  const std::vector<double> steps =
+      step_lengths(trajectory, arguments.time_step, scene.options.time_step);
+  Run run(arguments, scene);
+  SimulationOptions options = scene.options;
+  std::optional<FailedStep> failed;
+  Progress progress("derivatives", trajectory.num_steps());
+  for (int k = 0; k < trajectory.num_steps() && !failed; ++k) {
+    options.time_step = steps[static_cast<size_t>(k)];
+    if (!run.step(k, trajectory, options)) {
+      failed = {k, trajectory.time[static_cast<size_t>(k)], {}};
+      failed->report.status = status_of(run.inverse.fault);
+      failed->report.fault = run.inverse.fault;
+    }
+    progress.update(k + 1);
+  }
+  run.finish();
+  Report& report = arguments.report;
+  report.begin("derivatives", arguments.scene.file);
+  report["status"] = failed ? "failed" : "ok";
+  if (failed) {
+    add_failure(scene.model, *failed, report.json());
+    report.write();
+    fmt::print(stderr, "error: {}\n", failure_message(scene.model, *failed));
+    return kFailed;
+  }
+  report["steps"] = trajectory.num_steps();
+  report["steps_by_differences"] = run.by_differences;
+  if (arguments.forward) report["singular_steps"] = run.singular();
+  report["time_median_us"] = median(run.times_us);
+  fmt::print(report.text(), "{} steps of {} coordinates, {:.3g} us each; {} by differences\n",
+             trajectory.num_steps(), scene.model.nv(), median(run.times_us), run.by_differences);
+  if (arguments.check) report_check(run, trajectory, report);
+  report.write();
+  return kSuccess;
+}
+
+}  // namespace
+
+void add_derivatives(CommandLine& line) {
+  auto arguments = std::make_shared<Arguments>();
+  Command& command = line.add(
+      "derivatives", "How the forces behind each step of a motion change with it, exactly");
+  arguments->scene.add_to(command);
+  command.add_option("TRAJECTORY", arguments->trajectory,
+                     "CSV as `simulate --output` writes it; default: the scene's first step");
+  command.add_option("--timestep", arguments->time_step,
+                     "Time step [s] of a trajectory that does not say it; default: the scene's");
+  command.add_option("--output", arguments->output,
+                     "CSV to write: a row for each row of each matrix of each step");
+  command.add_flag("--forward", arguments->forward,
+                   "Those of the forward step too: of the state at the end by q, v and force");
+  command.add_flag("--check", arguments->check,
+                   "Hold them against extrapolated differences of the inverse step");
+  command
+      .add_option("--difference-step", arguments->difference_step,
+                  "Of configurations [m, rad], with --check; default: by the smoothing")
+      .positive();
+  command
+      .add_option("--smoothing", arguments->smoothing,
+                  "Smoothing length of contacts [m] instead of the scene's")
+      .not_negative();
+  command
+      .add_option("--compliance", arguments->compliance,
+                  "Compliance of contacts instead of the scene's")
+      .positive();
+  arguments->report.add_to(command);
+  command.footer(
+      "Example:\n  counterpoint derivatives data/scenes/humanoid_drop.yaml drop.csv --check "
+      "--smoothing 1e-3 --compliance 1e-2 --json check.json");
+  command.action([arguments] { return derivatives(*arguments); });
+}
+
+}  // namespace counterpoint::apps

@@ -1,0 +1,315 @@
+// counterpoint identify: looks for figures of a scene with which it predicts recordings best, on
+// one part of them, and scores them on the other part.
+#include <fmt/format.h>
+
+#include <cmath>
+#include <memory>
+#include <numeric>
+
+#include "command.h"
+#include "input/scene_arguments.h"
+#include "recordings/objective.h"
+#include "recordings/page.h"
+#include "report/progress.h"
+#include "report/report.h"
+
+namespace counterpoint::apps {
+namespace {
+
+struct Arguments {
+  SceneArguments scene;
+  std::vector<std::string> recordings, test;
+  std::string map, parameters, set, page, loss = "cauchy", objective = "score";
+  std::optional<int> substeps;
+  std::optional<double> train;
+  int horizon = 0;
+  bool swap = false;
+  FitOptions fit;
+  std::string derivatives = "exact";
+  Report report;
+};
+
+Experiment make_experiment(const Arguments& arguments) {
+  Experiment e{with_settings(arguments.scene.load(), arguments.set), {}, {}, 0, {}};
+  e.map = load_column_map(arguments.map, e.scene.model);
+  e.prediction = {arguments.substeps ? arguments.substeps : e.map.substeps,
+                  e.scene.options.time_step, arguments.horizon};
+  if (compared(e.map) == Compared::kImpacts && arguments.objective == "force")
+    throw InputError("--objective force: an impact takes no time, forces are not to be had");
+  e.by_score = arguments.objective == "score";
+  if (arguments.objective == "one-step") e.prediction.horizon = 1;
+  e.reach = e.scene.options.contact.margin;
+  e.recordings = read_all(arguments.recordings, e.map, e.scene);
+  e.num_given = static_cast<int>(e.recordings.size());
+  for (Recording& one : read_all(arguments.test, e.map, e.scene))
+    e.recordings.push_back(std::move(one));
+  return e;
+}
+
+/// Which recordings are fitted and which are predicted with what was found.
+struct Split {
+  std::vector<int> train, test;
+};
+
+/// Evenly over the recordings in the order given, the same every time.
+Split split(const Arguments& arguments, const Experiment& e) {
+  Split out;
+  const int given = e.num_given;
+  if (!arguments.test.empty()) {
+    out.train.resize(given);
+    out.test.resize(e.recordings.size() - given);
+    std::iota(out.train.begin(), out.train.end(), 0);
+    std::iota(out.test.begin(), out.test.end(), given);
+  } else {
+    const double share = arguments.train.value_or(given > 1 ? 0.5 : 1.0);
+    for (int i = 0; i < given; ++i) {
+      const bool train = std::ceil((i + 1) * share - 1e-9) > std::ceil(i * share - 1e-9);
+      (train ? out.train : out.test).push_back(i);
+    }
+  }
+  if (arguments.swap) std::swap(out.train, out.test);
+  if (out.train.empty())
+    throw InputError("no recording is left to fit: expected a larger --train, or no --swap");
+  return out;
+}
+
+Json json_figures(const std::vector<Prediction>& predictions, Compared by) {
+  Json out = Json::object();
+  for (const auto& [name, value] : median_figures(predictions, by)) out[name] = value;
+  return out;
+}
+
+/// Whole rollouts of some recordings, by the scene as it is and as found.
+struct Rollouts {
+  std::vector<Prediction> before, after;
+};
+
+Rollouts roll_out(Experiment e, const Scene& found, const std::vector<int>& which) {
+  e.prediction.horizon = 0;
+  return {predict_all(e, e.scene, which), predict_all(e, found, which)};
+}
+
+Json score(const Rollouts& rollouts, Compared by) {
+  const auto& [before, after] = rollouts;
+  int better = 0;
+  for (size_t i = 0; i < before.size(); ++i)
+    better += figures(after[i], by)[0].second < figures(before[i], by)[0].second;
+  return {{"recordings", before.size()},
+          {"better", better},
+          {"scene", json_figures(before, by)},
+          {"found", json_figures(after, by)}};
+}
+
+void print_score(std::FILE* text, const char* title, const Json& score) {
+  fmt::print(text,
+             "{}: {} recordings, {} of them predicted better; median as the scene is / as found\n",
+             title, score["recordings"].get<int>(), score["better"].get<int>());
+  for (const auto& [name, value] : score["scene"].items()) {
+    if (!score["found"].contains(name)) continue;
+    fmt::print(text, "  {:<26} {:10.5g} {:10.5g}\n", name, value.get<double>(),
+               score["found"][name].get<double>());
+  }
+}
+
+void print_coordinates(std::FILE* text, const Json& coordinates) {
+  const auto number = [](const Json& x) {
+    return x.is_null() ? std::string("-") : fmt::format("{:.4g}", x.get<double>());
+  };
+  fmt::print(text, "  rms of the difference and R2, as the scene is / as found\n");
+  const size_t count = std::min(coordinates["scene"].size(), coordinates["found"].size());
+  for (size_t i = 0; i < count; ++i) {
+    const Json &before = coordinates["scene"][i], &after = coordinates["found"][i];
+    fmt::print(text, "  {:<26} {:>10} {:>10} {:>10} {:>10}\n", before["name"].get<std::string>(),
+               number(before["rms"]), number(after["rms"]), number(before["r2"]),
+               number(after["r2"]));
+  }
+}
+
+Json json_parameter(const Parameter& parameter, double scene, const FittedParameter& found) {
+  const auto number = [](const std::optional<Interval>& i, double Interval::*side) {
+    return i ? Json((*i).*side) : Json();
+  };
+  return {{"name", parameter.name},
+          {"unit", parameter.unit},
+          {"scene", scene},
+          {"value", found.value},
+          {"lower_95", number(found.interval, &Interval::lower)},
+          {"upper_95", number(found.interval, &Interval::upper)},
+          {"bootstrap_lower_95", number(found.bootstrap, &Interval::lower)},
+          {"bootstrap_upper_95", number(found.bootstrap, &Interval::upper)},
+          {"identifiable", found.interval.has_value()},
+          {"lower_bound", parameter.lower},
+          {"upper_bound", parameter.upper},
+          {"at_bound", found.at_bound}};
+}
+
+void print_parameter(std::FILE* text, const Json& p) {
+  const auto interval = [&](const char* lower, const char* upper) {
+    return p[lower].is_null()
+               ? std::string()
+               : fmt::format("{:.5g} ... {:.5g}", p[lower].get<double>(), p[upper].get<double>());
+  };
+  fmt::print(text, "  {:<22} {:>11.6g} {:<18} 95 %: {}{}{} (scene {:.6g})\n",
+             p["name"].get<std::string>(), p["value"].get<double>(), p["unit"].get<std::string>(),
+             p["identifiable"] ? interval("lower_95", "upper_95") : "not identifiable",
+             p["bootstrap_lower_95"].is_null()
+                 ? ""
+                 : ", bootstrap " + interval("bootstrap_lower_95", "bootstrap_upper_95"),
+             p["at_bound"] ? ", at its bound" : "", p["scene"].get<double>());
+}
+
+void fill_report(const std::vector<Parameter>& parameters, const FitProblem& problem,
+                 const Fit& found, Report& report) {
+  report["status"] = "ok";
+  Json list = Json::array();
+  std::string set;
+  for (size_t i = 0; i < parameters.size(); ++i) {
+    list.push_back(json_parameter(parameters[i], problem.start[static_cast<Eigen::Index>(i)],
+                                  found.parameters[i]));
+    print_parameter(report.text(), list.back());
+    set += fmt::format("{}{}={:.8g}", i == 0 ? "" : ",", parameters[i].name,
+                       found.parameters[i].value);
+  }
+  fmt::print(report.text(), "  --set {}\n", set);
+  report["parameters"] = list;
+  report["set"] = set;
+  Json correlation = Json::array();
+  for (Eigen::Index i = 0; i < found.correlation.rows(); ++i) {
+    const VectorX row = found.correlation.row(i);
+    correlation.push_back(std::vector<double>(row.begin(), row.end()));
+  }
+  report["correlation"] = correlation;
+  report["start_cost"] = found.start_cost;
+  report["cost"] = found.cost;
+  report["loss_scale"] = found.loss_scale;
+  report["evaluations"] = found.evaluations;
+  report["linearizations"] = found.linearizations;
+}
+
+/// Errors over time of these rollouts.
+void write_page_of(const Arguments& arguments, const Rollouts& rollouts, Compared by,
+                   const Json& report) {
+  const auto& [before, after] = rollouts;
+  HtmlPage page("Figures found: " + arguments.scene.file);
+  const auto text = [](const Json& value) {
+    return value.is_number() ? fmt::format("{:.5g}", value.get<double>()) : std::string("-");
+  };
+  Table parameters{{"parameter", "unit", "scene", "found", "95 % from", "to"}, {}};
+  for (const Json& p : report["parameters"])
+    parameters.rows.push_back({p["name"], p["unit"], text(p["scene"]), text(p["value"]),
+                               text(p["lower_95"]), text(p["upper_95"])});
+  page.table(parameters);
+  for (const char* part : {"train", "test"}) {
+    if (!report.contains(part)) continue;
+    page.heading(fmt::format("{}: {} recordings", part, report[part]["recordings"].get<int>()));
+    Table scores{{"median", "scene", "found"}, {}};
+    for (const auto& [name, value] : report[part]["scene"].items())
+      scores.rows.push_back({name, text(value), text(report[part]["found"].value(name, Json()))});
+    page.table(scores);
+  }
+  const std::vector<Chart> charts = error_charts({{"scene", &before}, {"as found", &after}}, by);
+  for (const Chart& chart : charts) page.picture(svg(chart));
+  page.heading("Each recording not fitted, as found");
+  page.table(prediction_table(after, by));
+  write_page(arguments.page, page, charts);
+}
+
+int identify(Arguments& arguments) {
+  arguments.fit.exact = arguments.derivatives == "exact";
+  const Experiment e = make_experiment(arguments);
+  const std::vector<Parameter> parameters = parse_parameters(arguments.parameters, e.scene);
+  const Split parts = split(arguments, e);
+  const FitProblem problem =
+      fit_problem(e, parameters, parts.train, arguments.objective == "force");
+  Progress progress("identifying", 1000);
+  arguments.fit.robust = arguments.loss == "cauchy";
+  arguments.fit.progress = [&](int done, int total) { progress.update(1000 * done / total); };
+  const Fit found = fit(problem, arguments.fit);
+
+  Report& report = arguments.report;
+  report.begin("identify", arguments.scene.file);
+  fill_report(parameters, problem, found, report);
+  const Scene after = with_parameters(e.scene, parameters, found.values());
+  const Compared by = compared(e.map);
+  Rollouts shown;  // of the recordings that were not fitted; of all if all were
+  for (const auto& [name, which] :
+       {std::pair{"train", &parts.train}, std::pair{"test", &parts.test}}) {
+    if (which->empty()) continue;
+    shown = roll_out(e, after, *which);
+    report[name] = score(shown, by);
+    print_score(report.text(), name, report[name]);
+    Json& coordinates = report[name]["coordinates"];
+    if (arguments.objective == "force") {
+      for (const auto& [key, scene] : {std::pair{"scene", &e.scene}, std::pair{"found", &after}})
+        coordinates[key] = coordinate_list(unexplained_figures(e, *scene, *which));
+    } else {
+      for (const auto& [key, set] :
+           {std::pair{"scene", &shown.before}, std::pair{"found", &shown.after}})
+        coordinates[key] = coordinate_list(velocity_figures(e.map, *set));
+    }
+    print_coordinates(report.text(), coordinates);
+  }
+  report.write();
+  if (!arguments.page.empty()) write_page_of(arguments, shown, by, report.json());
+  return kSuccess;
+}
+
+}  // namespace
+
+void add_identify(CommandLine& line) {
+  auto arguments = std::make_shared<Arguments>();
+  Command& command =
+      line.add("identify", "Find figures of a scene with which it predicts recordings best");
+  arguments->scene.add_to(command);
+  command.add_option("RECORDING", arguments->recordings, "Recordings (CSV)").required();
+  command.add_option("--columns", arguments->map, "Column map (YAML, docs/guide/recordings.md)")
+      .required();
+  command
+      .add_option("--parameters", arguments->parameters,
+                  "What to find: KIND[:ELEMENT][=LOW..HIGH], comma separated")
+      .required();
+  command.add_option("--set", arguments->set, "Figures to set first: KIND[:ELEMENT]=VALUE,...");
+  command.add_option("--substeps", arguments->substeps, "Time steps between two rows");
+  command
+      .add_option("--train", arguments->train,
+                  "Share of the recordings to fit, spread evenly; the others are scored. "
+                  "Default 0.5, of a single recording 1")
+      .range(0.0, 1.0);
+  command.add_option("--test", arguments->test, "Recordings to score; all others are fitted");
+  command
+      .add_option(
+          "--objective", arguments->objective,
+          "What is made small: score (default; mean deviations of each recording), rows "
+          "(deviations at every row, squared), one-step (rows, from every row to the next), "
+          "force (what compare --mode inverse leaves unexplained)")
+      .one_of({"score", "rows", "one-step", "force"});
+  command.add_flag("--swap", arguments->swap, "Exchange the recordings fitted and scored");
+  command
+      .add_option("--horizon", arguments->horizon,
+                  "Start anew from the recording every so many rows; 0: its first row only")
+      .not_negative();
+  command.add_option("--loss", arguments->loss, "cauchy (default) or squares")
+      .one_of({"cauchy", "squares"});
+  command.add_option("--samples", arguments->fit.samples, "Points tried before any is refined")
+      .range(0, 1'000'000);
+  command.add_option("--refined", arguments->fit.refined, "Points refined").range(1, 1000);
+  command
+      .add_option("--difference", arguments->fit.difference,
+                  "Last step of the differences, as a share of the range (default 1e-3)")
+      .range(1e-9, 0.03);
+  command
+      .add_option("--derivatives", arguments->derivatives,
+                  "exact (default: where steps have closed forms) or differences")
+      .one_of({"exact", "differences"});
+  command.add_option("--bootstrap", arguments->fit.bootstrap, "Refits to recordings drawn anew")
+      .range(0, 100'000);
+  command.add_option("--report", arguments->page, "Folder for a page with tables and pictures")
+      .type_name("DIR");
+  arguments->report.add_to(command);
+  command.footer(
+      "Example:\n  counterpoint identify data/scenes/cube_toss.yaml toss_*.csv --columns "
+      "data/maps/cube_toss.yaml --parameters friction=0.05..0.5,restitution=0..0.5");
+  command.action([arguments] { return identify(*arguments); });
+}
+
+}  // namespace counterpoint::apps

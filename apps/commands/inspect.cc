@@ -1,0 +1,312 @@
+// counterpoint inspect: what is in a scene.
+#include <fmt/format.h>
+
+#include <cmath>
+#include <memory>
+
+#include "command.h"
+#include "counterpoint/collision/collider.h"
+#include "counterpoint/engine/io/trajectory.h"
+#include "counterpoint/model/mesh/mesh.h"
+#include "counterpoint/model/shape_name.h"
+#include "counterpoint/model/terrain/terrain.h"
+#include "input/scene_arguments.h"
+#include "report/effect_table.h"
+#include "report/report.h"
+
+namespace counterpoint::apps {
+namespace {
+
+struct Arguments {
+  SceneArguments scene;
+  bool costs = false;
+  Report report;
+};
+
+/// Vertices and volume of a hull; how much larger than its mesh it is, how far it stands off it,
+/// and how much smaller than the full hull a limit of vertices made it.
+std::string hull_size(const ConvexMesh& hull) {
+  std::string text = fmt::format("{} vertices, {:.4g} m^3", hull.vertices.size(), hull.volume);
+  text += hull.source_volume > 0.0
+              ? fmt::format(", {:.3g} x its mesh", hull.volume / hull.source_volume)
+              : ", mesh not closed";
+  if (is_visibly_concave(hull)) text += fmt::format(", concave: {:.2g} m off it", hull.standoff);
+  if (hull.deviation > 0.0) text += fmt::format(", {:.2g} m within the full hull", hull.deviation);
+  return text;
+}
+
+/// The numbers that make up a shape [m]: lengths as in a URDF (full, not half), or its vertex
+/// count.
+std::string shape_size(const Shape& shape) {
+  const Vector3& s = shape.size;
+  switch (shape.type) {
+    case ShapeType::kPlane:
+      return "";
+    case ShapeType::kSphere:
+      return fmt::format("radius {:.4g}", s.x());
+    case ShapeType::kBox:
+      return fmt::format("{:.4g} x {:.4g} x {:.4g}", 2 * s.x(), 2 * s.y(), 2 * s.z());
+    case ShapeType::kCapsule:
+    case ShapeType::kCylinder:
+      return fmt::format("radius {:.4g} length {:.4g}", s.x(), 2 * s.y());
+    case ShapeType::kConvexMesh:
+      return hull_size(*shape.mesh);
+    case ShapeType::kTerrain: {
+      const Vector3 extent = shape.terrain->high - shape.terrain->low;
+      return fmt::format("{} triangles, {:.4g} x {:.4g} x {:.4g}", shape.terrain->triangles.size(),
+                         extent.x(), extent.y(), extent.z());
+    }
+  }
+  return "";
+}
+
+std::string link_name(const Model& model, int body) {
+  return body == 0 ? "world" : model.joint(body - 1).link;
+}
+
+Json number_or_null(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
+
+Json vector_json(const Vector3& v) { return {v.x(), v.y(), v.z()}; }
+
+/// Spring and servo of a joint; null where there is none.
+Json joint_forces_json(const Model& model, int joint) {
+  Json json = {{"stiffness", nullptr},       {"reference", nullptr},
+               {"servo_stiffness", nullptr}, {"servo_damping", nullptr},
+               {"servo_position", nullptr},  {"servo_velocity", nullptr}};
+  for (const JointSpring& spring : model.springs()) {
+    if (spring.joint != joint) continue;
+    json["stiffness"] = spring.stiffness;
+    json["reference"] = spring.reference;
+  }
+  if (const int found = model.find_servo(joint); found >= 0) {
+    const JointServo& servo = model.servos()[found];
+    json["servo_stiffness"] = servo.stiffness;
+    json["servo_damping"] = servo.damping;
+    json["servo_position"] = servo.position;
+    json["servo_velocity"] = servo.velocity;
+  }
+  return json;
+}
+
+/// Springs, servos and drag: each only if the scene has any.
+void inspect_forces(const Model& model, Report& report) {
+  if (!model.springs().empty()) fmt::print(report.text(), "\nsprings:\n");
+  for (const JointSpring& spring : model.springs()) {
+    fmt::print(report.text(), "  {:<28} stiffness {:.4g}, reference {:.4g}\n",
+               model.joint(spring.joint).name, spring.stiffness, spring.reference);
+  }
+  if (!model.servos().empty()) fmt::print(report.text(), "\nservos:\n");
+  for (const JointServo& servo : model.servos()) {
+    fmt::print(
+        report.text(),
+        "  {:<28} stiffness {:.4g}, damping {:.4g}; target position {:.4g}, velocity {:.4g}\n",
+        model.joint(servo.joint).name, servo.stiffness, servo.damping, servo.position,
+        servo.velocity);
+  }
+  if (!model.drags().empty()) fmt::print(report.text(), "\ndrag:\n");
+  Json drags = Json::array();
+  for (const BodyDrag& body : model.drags()) {
+    const Drag& drag = body.drag;
+    fmt::print(report.text(),
+               "  {:<28} linear {:.4g}, quadratic {:.4g}, angular {:.4g}, quadratic {:.4g}\n",
+               link_name(model, body.body), drag.linear, drag.quadratic, drag.angular,
+               drag.angular_quadratic);
+    drags.push_back({{"link", link_name(model, body.body)},
+                     {"center_m", vector_json(body.center)},
+                     {"linear", drag.linear},
+                     {"quadratic", drag.quadratic},
+                     {"angular", drag.angular},
+                     {"angular_quadratic", drag.angular_quadratic}});
+  }
+  report["drags"] = drags;
+}
+
+void inspect_bodies(const Model& model, Report& report) {
+  fmt::print(report.text(), "\n{:<28} {:<24} {:<10} {:<24} {:>10} {:>9} {:>9} {:>9} {:>9} {:>9}\n",
+             "joint", "link", "type", "parent", "mass", "lower", "upper", "effort", "damping",
+             "friction");
+  Json joints = Json::array();
+  double total = 0.0;
+  for (int i = 1; i < model.num_bodies(); ++i) {
+    const Body& body = model.body(i);
+    const JointInfo& joint = model.joint(i - 1);
+    total += body.inertia.mass;
+    const double damping = model.damping()[body.v_index];
+    const double dry_friction = model.dry_friction()[body.v_index];
+    fmt::print(
+        report.text(),
+        "{:<28} {:<24} {:<10} {:<24} {:>10.4g} {:>9.4g} {:>9.4g} {:>9.4g} {:>9.4g} {:>9.4g}\n",
+        joint.name, joint.link, joint_type_name(body.joint_type), link_name(model, body.parent),
+        body.inertia.mass, joint.lower, joint.upper, joint.effort_limit, damping, dry_friction);
+    joints.push_back({{"name", joint.name},
+                      {"link", joint.link},
+                      {"parent", link_name(model, body.parent)},
+                      {"type", joint_type_name(body.joint_type)},
+                      {"mass_kg", body.inertia.mass},
+                      {"center_of_mass_m", vector_json(body.inertia.center)},
+                      {"lower", number_or_null(joint.lower)},
+                      {"upper", number_or_null(joint.upper)},
+                      {"effort_limit", number_or_null(joint.effort_limit)},
+                      {"velocity_limit", number_or_null(joint.velocity_limit)},
+                      {"damping", damping},
+                      {"dry_friction", dry_friction},
+                      {"armature", model.armature()[body.v_index]},
+                      {"actuated", joint.actuated}});
+    joints.back().update(joint_forces_json(model, i - 1));
+  }
+  fmt::print(report.text(), "total mass {:.6g} kg\n", total);
+  report["mass_kg"] = total;
+  report["joints"] = joints;
+}
+
+void inspect_geometries(const Model& model, Report& report) {
+  fmt::print(report.text(), "\n{:<32} {:<24} {:<12} {:<44} {:>8} {:>11}\n", "geometry", "link",
+             "shape", "size [m]", "friction", "restitution");
+  Json geometries = Json::array();
+  for (const Geometry& geometry : model.geometries()) {
+    const Material& material = geometry.material;
+    fmt::print(report.text(), "{:<32} {:<24} {:<12} {:<44} {:>8.4g} {:>11.4g}\n", geometry.name,
+               link_name(model, geometry.body), shape_type_name(geometry.shape.type, "convex mesh"),
+               shape_size(geometry.shape), material.friction, material.restitution);
+    Json entry = {{"name", geometry.name},
+                  {"link", link_name(model, geometry.body)},
+                  {"shape", shape_type_name(geometry.shape.type, "convex mesh")},
+                  {"size_m", vector_json(geometry.shape.size)},
+                  {"friction", material.friction},
+                  {"restitution", material.restitution},
+                  {"torsional_friction_m", material.torsional_friction},
+                  {"rolling_friction_m", material.rolling_friction}};
+    if (geometry.shape.mesh) {
+      entry["vertices"] = geometry.shape.mesh->vertices.size();
+      entry["volume_m3"] = geometry.shape.mesh->volume;
+      entry["mesh_volume_m3"] = geometry.shape.mesh->source_volume;
+      entry["hull_standoff_m"] = geometry.shape.mesh->standoff;
+      entry["concave"] = is_visibly_concave(*geometry.shape.mesh);
+      entry["hull_deviation_m"] = geometry.shape.mesh->deviation;
+    }
+    geometries.push_back(std::move(entry));
+  }
+  report["geometries"] = geometries;
+}
+
+void inspect_closures(const Model& model, const VectorX& q, Report& report) {
+  Json closures = Json::array();
+  const std::vector<Pose> X_WB = body_poses(model, q);
+  if (!model.closures().empty()) fmt::print(report.text(), "\nclosures:\n");
+  for (const Closure& closure : model.closures()) {
+    const ClosureGap gap = closure_gap(closure, X_WB);
+    const std::string a = link_name(model, closure.body_a), b = link_name(model, closure.body_b);
+    fmt::print(report.text(), "  {} ({}): {} - {}, open by {:.3g} m, {:.3g} rad\n", closure.name,
+               closure_type_name(closure.type), a, b, gap.distance, gap.angle);
+    Json entry = {{"name", closure.name},
+                  {"type", closure_type_name(closure.type)},
+                  {"link_a", a},
+                  {"link_b", b},
+                  {"anchor_a_m", vector_json(closure.X_AC.translation)},
+                  {"anchor_b_m", vector_json(closure.X_BC.translation)},
+                  {"open_m", gap.distance},
+                  {"open_rad", gap.angle}};
+    if (closure.type == ClosureType::kDistance) entry["length_m"] = closure.length;
+    closures.push_back(std::move(entry));
+  }
+  report["closures"] = closures;
+}
+
+/// A pair of geometries that is never tested.
+void list_pair(const Model& model, const std::pair<int, int>& pair, const std::string& reason,
+               const Report& report, Json& list) {
+  const std::string& a = model.geometries()[pair.first].name;
+  const std::string& b = model.geometries()[pair.second].name;
+  fmt::print(report.text(), "  {} - {}  ({})\n", a, b, reason);
+  list.push_back({{"a", a}, {"b", b}, {"reason", reason}});
+}
+
+void inspect_pairs(const Model& model, const collision::Collider& collider, Report& report) {
+  fmt::print(report.text(),
+             "\n{} geometry pairs may touch; left out: {} of links joined by a joint, and\n",
+             collider.num_enabled_pairs(), collider.num_joined_pairs());
+  report["enabled_pairs"] = collider.num_enabled_pairs();
+  report["joined_pairs"] = collider.num_joined_pairs();
+  Json excluded = Json::array(), overlapping = Json::array();
+  for (size_t i = 0; i < model.excluded_geometry_pairs().size(); ++i) {
+    const std::string& reason = model.exclusion_reasons()[i];
+    list_pair(model, model.excluded_geometry_pairs()[i], reason.empty() ? "excluded" : reason,
+              report, excluded);
+  }
+  for (const auto& pair : collider.overlapping_pairs()) {
+    list_pair(model, pair, "overlapping in the default pose", report, overlapping);
+  }
+  report["excluded_pairs"] = excluded;
+  report["overlapping_pairs"] = overlapping;
+}
+
+void inspect_coordinates(const Model& model, Report& report) {
+  const CoordinateNames names = coordinate_names(model);
+  const std::vector<std::string> targets = InputColumns{true, {}}.names(model);
+  report["coordinates"] = {
+      {"q", names.q}, {"v", names.v}, {"force", names.force}, {"target", targets}};
+  fmt::print(report.text(), "\napplied forces and servo targets (columns of --inputs):\n ");
+  for (const std::string& name : names.force) fmt::print(report.text(), " {}", name);
+  for (const std::string& name : targets) fmt::print(report.text(), " {}", name);
+  fmt::print(report.text(), "\n");
+}
+
+void inspect_notes(const Model& model, Report& report) {
+  Json notes = Json::array();
+  if (!model.notes().empty()) fmt::print(report.text(), "\nnotes:\n");
+  for (const Note& note : model.notes()) {
+    fmt::print(report.text(), "  {}: {}\n", note.where, note.message);
+    notes.push_back({{"where", note.where}, {"message", note.message}});
+  }
+  report["notes"] = notes;
+}
+
+int inspect(Arguments& arguments) {
+  const Scene scene = arguments.scene.load();
+  const Model& model = scene.model;
+  Report& report = arguments.report;
+  report.begin("inspect", arguments.scene.file);
+  report["name"] = scene.name;
+  report["trees"] = model.num_trees();
+  report["nq"] = model.nq();
+  report["nv"] = model.nv();
+  report["gravity_m_s2"] = vector_json(model.gravity());
+  report["time_step_s"] = scene.options.time_step;
+  report["duration_s"] = scene.options.duration;
+  fmt::print(report.text(),
+             "{}: {} moving bodies in {} trees, {} coordinates, {} velocities; time step {:.6g} s, "
+             "duration {:.6g} s\n",
+             scene.name, model.num_joints(), model.num_trees(), model.nq(), model.nv(),
+             scene.options.time_step, scene.options.duration);
+  inspect_bodies(model, report);
+  inspect_forces(model, report);
+  inspect_geometries(model, report);
+  inspect_closures(model, scene.q, report);
+  const collision::Collider collider(model);
+  inspect_pairs(model, collider, report);
+  inspect_coordinates(model, report);
+  const std::vector<EffectUse> uses = list_effects(model, collider, scene.options);
+  report_effects(scene, uses, report);
+  if (arguments.costs) report_costs(scene, uses, report);
+  inspect_notes(model, report);
+  report.write();
+  return kSuccess;
+}
+
+}  // namespace
+
+void add_inspect(CommandLine& line) {
+  auto arguments = std::make_shared<Arguments>();
+  Command& command = line.add("inspect",
+                              "List joints, limits, geometries, materials, closures, "
+                              "pairs, effects and what they cost, and "
+                              "notes of a scene");
+  arguments->scene.add_to(command);
+  command.add_flag("--costs", arguments->costs,
+                   "Also the time of a step as effects are added one by one");
+  arguments->report.add_to(command);
+  command.footer("Example:\n  counterpoint inspect robot.urdf --base floating --ground");
+  command.action([arguments] { return inspect(*arguments); });
+}
+
+}  // namespace counterpoint::apps

@@ -1,0 +1,201 @@
+// counterpoint inverse: a trajectory in, the forces behind it out.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <memory>
+#include <optional>
+
+#include "command.h"
+#include "counterpoint/engine/dynamics/integrator.h"
+#include "counterpoint/engine/io/trajectory.h"
+#include "counterpoint/engine/step.h"
+#include "input/scene_arguments.h"
+#include "report/contact_table.h"
+#include "report/failure.h"
+#include "report/progress.h"
+#include "report/report.h"
+#include "view/view_option.h"
+
+namespace counterpoint::apps {
+namespace {
+
+struct Arguments {
+  SceneArguments scene;
+  std::string trajectory, output, contacts;
+  std::optional<double> time_step;
+  view::ViewOption view;
+  Report report;
+};
+
+/// The extremes over all steps and coordinates [N or N m].
+struct Extremes {
+  double error = 0.0;       ///< |recovered - recorded|
+  double recorded = 0.0;    ///< |recorded applied force|
+  double scale = 0.0;       ///< Inverse::force_scale
+  double unactuated = 0.0;  ///< |recovered| where nothing is actuated
+  /// |(q_next (-) q) / h - v_next| [m/s, rad/s], which semi_implicit_euler leaves zero.
+  double mismatch = 0.0;
+  long contacts = 0;
+};
+
+void add_extremes(const Model& model, const Trajectory& trajectory, int step, double time_step,
+                  const Inverse& inverse, Extremes& extremes) {
+  VectorX velocity(model.nv());
+  configuration_difference(model, trajectory.q.col(step), trajectory.q.col(step + 1), velocity);
+  extremes.mismatch = std::max(
+      extremes.mismatch, (velocity / time_step - trajectory.v.col(step + 1)).cwiseAbs().maxCoeff());
+  extremes.scale = std::max(extremes.scale, inverse.force_scale);
+  extremes.contacts += static_cast<long>(inverse.contacts.size());
+  if (trajectory.applied_force.size() > 0) {
+    const auto recorded = trajectory.applied_force.col(step);
+    const double error = (inverse.applied_force - recorded).cwiseAbs().maxCoeff();
+    // Written so that a NaN is kept, not lost in a comparison.
+    if (!(error <= extremes.error)) extremes.error = error;
+    extremes.recorded = std::max(extremes.recorded, recorded.cwiseAbs().maxCoeff());
+  }
+  for (int i = 1; i < model.num_bodies(); ++i) {
+    if (model.joint(i - 1).actuated) continue;
+    const Body& body = model.body(i);
+    const auto force = inverse.applied_force.segment(body.v_index, joint_nv(body.joint_type));
+    extremes.unactuated = std::max(extremes.unactuated, force.cwiseAbs().maxCoeff());
+  }
+}
+
+/// The two tables of the inverse, each only if asked for.
+class Output {
+ public:
+  Output(const Arguments& arguments, const Model& model) {
+    if (!arguments.output.empty()) {
+      std::vector<std::string> columns{"time", "time_step"};
+      const CoordinateNames names = coordinate_names(model);
+      columns.insert(columns.end(), names.force.begin(), names.force.end());
+      forces_ = std::make_unique<CsvWriter>(arguments.output, columns);
+    }
+    if (!arguments.contacts.empty())
+      contacts_ = std::make_unique<ContactTable>(arguments.contacts, model);
+  }
+
+  void write(double time, double time_step, const Inverse& inverse) {
+    if (contacts_) contacts_->add_step(time, inverse);
+    if (!forces_) return;
+    forces_->number(time);
+    forces_->number(time_step);
+    for (const double force : inverse.applied_force) forces_->number(force);
+    forces_->end_row();
+  }
+
+  void finish() {
+    if (forces_) forces_->flush();
+    if (contacts_) contacts_->finish();
+  }
+
+ private:
+  std::unique_ptr<CsvWriter> forces_;
+  std::unique_ptr<ContactTable> contacts_;
+};
+
+int inverse(Arguments& arguments) {
+  arguments.view.check();
+  const Scene scene = arguments.scene.load();
+  const Model& model = scene.model;
+  const Trajectory trajectory = read_trajectory(arguments.trajectory, model);
+  const std::vector<double> steps =
+      step_lengths(trajectory, arguments.time_step, scene.options.time_step);
+
+  Output output(arguments, model);
+  Workspace workspace(model);
+  Inverse result;
+  Input known;
+  Extremes extremes;
+  SimulationOptions options = scene.options;
+  std::optional<FailedStep> failed;
+  Progress progress("recovering forces", trajectory.num_steps());
+  for (int k = 0; k < trajectory.num_steps(); ++k) {
+    options.time_step = steps[k];
+    trajectory.set_known(model, k, known);
+    step_inverse(model, options, trajectory.q.col(k), trajectory.v.col(k), trajectory.q.col(k + 1),
+                 trajectory.v.col(k + 1), known, workspace, result);
+    if (result.fault.any()) {
+      failed = {k, trajectory.time[k], {}};
+      failed->report.status = status_of(result.fault);
+      failed->report.fault = result.fault;
+      break;
+    }
+    add_extremes(model, trajectory, k, steps[k], result, extremes);
+    output.write(trajectory.time[k], steps[k], result);
+    progress.update(k + 1);
+  }
+  output.finish();
+  if (arguments.view.wanted() && !failed)
+    view::write_replay(
+        arguments.view.file(), scene,
+        {arguments.scene.file, {arguments.trajectory}, arguments.scene.package_folders()},
+        view::clip_of(scene, trajectory, steps, arguments.view.rate(), true));
+
+  Report& report = arguments.report;
+  report.begin("inverse", arguments.scene.file);
+  report["status"] = failed ? "failed" : "ok";
+  if (failed) {
+    add_failure(model, *failed, report.json());
+    report.write();
+    fmt::print(stderr, "error: {}\n", failure_message(model, *failed));
+    return kFailed;
+  }
+  report["steps"] = trajectory.num_steps();
+  report["altered_rows"] = trajectory.altered_rows;
+  if (trajectory.altered_rows > 0) {
+    fmt::print(stderr,
+               "note: {}: {} of {} rows are not as simulate wrote them (state_hash): edited or "
+               "rounded\n",
+               trajectory.file, trajectory.altered_rows, trajectory.num_rows());
+  }
+  report["contacts_mean"] =
+      static_cast<double>(extremes.contacts) / std::max(trajectory.num_steps(), 1);
+  report["force_scale_max"] = extremes.scale;
+  report["unactuated_force_max"] = extremes.unactuated;
+  report["velocity_mismatch_max"] = extremes.mismatch;
+  fmt::print(report.text(),
+             "{} steps; largest force at work {:.6g}, largest unactuated force {:.3g} [N, N m]\n",
+             trajectory.num_steps(), extremes.scale, extremes.unactuated);
+  if (trajectory.applied_force.size() > 0) {
+    const auto relative = [](double error, double scale) {
+      return scale > 0.0 ? error / scale : error;
+    };
+    report["applied_force_max"] = extremes.recorded;
+    report["applied_force_error_max"] = extremes.error;
+    report["applied_force_relative_error_max"] = relative(extremes.error, extremes.scale);
+    report["applied_force_relative_to_applied_max"] = relative(extremes.error, extremes.recorded);
+    fmt::print(
+        report.text(),
+        "applied forces recovered to {:.3g} of the largest force at work, {:.3g} of the largest "
+        "applied\n",
+        relative(extremes.error, extremes.scale), relative(extremes.error, extremes.recorded));
+  }
+  report.write();
+  return kSuccess;
+}
+
+}  // namespace
+
+void add_inverse(CommandLine& line) {
+  auto arguments = std::make_shared<Arguments>();
+  Command& command =
+      line.add("inverse", "Recover the applied and contact forces behind a trajectory");
+  arguments->scene.add_to(command);
+  command.add_option("TRAJECTORY", arguments->trajectory, "CSV as `simulate --output` writes it")
+      .required();
+  command.add_option("--timestep", arguments->time_step,
+                     "Time step [s] of a trajectory that does not say it; default: the scene's");
+  command.add_option("--output", arguments->output,
+                     "CSV to write: the applied force of every step");
+  command.add_option("--contacts", arguments->contacts,
+                     "CSV to write: every contact of every step and its force");
+  arguments->view.add_to(command);
+  arguments->report.add_to(command);
+  command.footer(
+      "Example:\n  counterpoint inverse data/scenes/arm7.yaml arm.csv --output forces.csv "
+      "--contacts contacts.csv");
+  command.action([arguments] { return inverse(*arguments); });
+}
+
+}  // namespace counterpoint::apps

@@ -1,0 +1,45 @@
+// counterpoint: simulate a scene, recover the forces behind a motion, compare with recordings.
+#include <fmt/format.h>
+
+#include <cstdio>
+#include <exception>
+
+#include "command.h"
+#include "command_line/help_topics.h"
+#include "command_line/version.h"
+#include "counterpoint/model/types.h"
+
+namespace counterpoint::apps {
+namespace {
+
+constexpr auto kSubcommands = {add_simulate, add_inverse,     add_view,       add_inspect,
+                               add_optimize, add_rollout,     add_compare,    add_identify,
+                               add_accuracy, add_derivatives, add_hard_cases, add_contact_problem,
+                               add_list,     add_generate};
+
+int run(int argc, char** argv) {
+  CommandLine line(
+      "Rigid-body physics with convex, smooth, invertible contact.",
+      "Exit codes: 0 done, 1 the computation failed, 2 bad input.\n"
+      "Example:\n  counterpoint simulate humanoid_drop --output fall.csv --view fall.html");
+  for (const auto add : kSubcommands) add(line);
+  add_topics(line);
+  line.version(version_text);
+  return line.run(argc, argv);
+}
+
+}  // namespace
+}  // namespace counterpoint::apps
+
+int main(int argc, char** argv) {
+  using namespace counterpoint::apps;
+  try {
+    return run(argc, argv);
+  } catch (const counterpoint::InputError& error) {
+    fmt::print(stderr, "error: {}\n", error.what());
+    return kBadInput;
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "error: {}\n", error.what());
+    return kFailed;
+  }
+}

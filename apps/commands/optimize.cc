@@ -1,0 +1,292 @@
+// counterpoint optimize: motions of robots that push against the world, from a problem file.
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <csignal>
+#include <filesystem>
+#include <memory>
+#include <optional>
+
+#include "command.h"
+#include "counterpoint/engine/optimize/feedback.h"
+#include "input/data_folder.h"
+#include "optimize/page.h"
+#include "optimize/run.h"
+#include "report/report.h"
+#include "view/view_option.h"
+
+namespace counterpoint::apps {
+namespace {
+
+namespace opt = optimization;
+
+struct Arguments {
+  std::string problem, output, folder, from, derivatives, feedback;
+  std::optional<int> frames, iterations;
+  std::optional<double> smoothing, feedback_smoothing;
+  int threads = 0, starts = 1, cycles = 1;
+  std::uint64_t seed = 0;
+  bool resume = false, quiet = false;
+  view::ViewOption view;
+  Report report;
+};
+
+std::atomic<bool> interrupted{false};
+void interrupt(int) { interrupted = true; }
+
+/// One line that is written over and over, where a person looks on; else a line for every stage.
+class ProgressLine {
+ public:
+  explicit ProgressLine(bool quiet) : quiet_(quiet), terminal_(isatty(STDERR_FILENO) != 0) {}
+  ~ProgressLine() {
+    if (terminal_ && drawn_) fmt::print(stderr, "\r\x1b[K");
+  }
+  void show(const opt::Progress& p) {
+    if (quiet_) return;
+    const bool new_stage = p.stage != stage_ || p.smoothing != smoothing_;
+    if (terminal_) {
+      fmt::print(stderr, "\r{}\x1b[K", text(p));
+      drawn_ = true;
+    } else if (new_stage && !last_.empty()) {
+      fmt::print(stderr, "{}\n", last_);
+    }
+    last_ = text(p);
+    stage_ = p.stage;
+    smoothing_ = p.smoothing;
+  }
+
+ private:
+  static std::string text(const opt::Progress& p) {
+    return fmt::format(
+        "iteration {:4d}  cost {:12.6g}  unactuated {:.2e}  smoothing {:.1e} m  {:.1f} s",
+        p.iteration, p.cost, p.unactuated.max, p.smoothing, p.seconds);
+  }
+  bool quiet_, terminal_, drawn_ = false;
+  int stage_ = -1;
+  double smoothing_ = 0.0;
+  std::string last_;
+};
+
+/// Beside the motion: how far its continuation had come.
+std::string resume_file(const Arguments& arguments) { return arguments.output + ".resume.json"; }
+
+void check(const Arguments& arguments) {
+  arguments.view.check();
+  if (arguments.resume && arguments.output.empty())
+    throw InputError("--resume: which motion? give its file by --output");
+  if (arguments.resume && !arguments.from.empty())
+    throw InputError("--resume goes on from --output; --from starts anew: give one of the two");
+  if (arguments.resume && !std::filesystem::exists(resume_file(arguments)))
+    throw InputError("--resume: there is no " + resume_file(arguments) +
+                     "; start without --resume");
+}
+
+void apply(const Arguments& arguments, opt::ProblemFile& file) {
+  opt::Settings& settings = file.settings;
+  settings.threads = arguments.threads;
+  if (arguments.iterations) settings.max_iterations = *arguments.iterations;
+  if (arguments.smoothing) settings.continuation.end = arguments.smoothing;
+  if (arguments.derivatives == "differences")
+    settings.derivatives = DerivativeMethod::kCentralDifferences;
+}
+
+/// Writes what there is, so that a run that is stopped has it.
+void keep(const Arguments& arguments, const opt::ProblemFile& file, const opt::Result& result) {
+  if (arguments.output.empty()) return;
+  write_motion(arguments.output, file, result);
+  Json json;
+  json["smoothing_m"] = result.smoothing;
+  json["outcome"] = opt::outcome_name(result.outcome);
+  write_file(resume_file(arguments), json.dump(1) + "\n");
+}
+
+OptimizedStart run_start(const Arguments& arguments, const opt::ProblemFile& file,
+                         std::uint64_t seed) {
+  opt::Settings settings = file.settings;
+  ProgressLine line(arguments.quiet);
+  settings.progress = [&](const opt::Progress& p) {
+    line.show(p);
+    return !interrupted;
+  };
+  OptimizedStart start;
+  const bool shown = arguments.view.wanted() || !arguments.folder.empty();
+  settings.stage_done = [&](const opt::Result& result) {
+    if (arguments.starts == 1) keep(arguments, file, result);
+    if (shown) start.stages.push_back(result);
+  };
+  const std::string from = arguments.resume ? arguments.output : arguments.from;
+  if (arguments.resume) {
+    const Json kept = read_json(resume_file(arguments));
+    settings.continuation.resume_at = kept.at("smoothing_m").get<double>();
+  }
+  const std::vector<VectorX> guess =
+      from.empty() ? opt::seeded_guess(file, seed) : frames_from(from, file.problem);
+  start.seed = seed;
+  start.result = opt::optimize(file.problem, guess, settings);
+  start.verification = opt::verify(*file.problem.model, start.result.options, file.problem.motors,
+                                   start.result.q, start.result.v.front());
+  return start;
+}
+
+/// Frames h [s] apart, with the forces that the inverse finds for them or without.
+view::Clip clip_of(const Scene& scene, double h, const std::vector<VectorX>& q,
+                   const std::vector<VectorX>& v, const std::vector<VectorX>& applied_force,
+                   bool forces) {
+  view::ClipRecorder recorder(scene, 0.0, forces);
+  const auto state = [&](std::size_t t) { return State{static_cast<double>(t) * h, q[t], v[t]}; };
+  Input input;
+  for (std::size_t t = 0; t + 1 < q.size(); ++t) {
+    input.applied_force = applied_force[t];
+    recorder.add_step(state(t), input, h, state(t + 1));
+  }
+  return recorder.finish(state(q.size() - 1));
+}
+
+/// A few of the stages that led to the motion, the first among them.
+std::vector<view::Clip> stage_clips(const Scene& scene, double h, const OptimizedStart& best) {
+  constexpr std::size_t kMost = 6;
+  std::vector<view::Clip> clips;
+  const std::size_t count = best.stages.size();
+  for (std::size_t i = 0; i < std::min(kMost, count); ++i) {
+    const std::size_t stage = count <= kMost ? i : i * (count - 1) / (kMost - 1);
+    const opt::Result& r = best.stages[stage];
+    clips.push_back(clip_of(scene, h, r.q, r.v, r.applied_force, false));
+    clips.back().name = fmt::format("stage {}, smoothing {:.2g} m", stage + 1, r.smoothing);
+  }
+  return clips;
+}
+
+/// The motion as often as asked for, its feedback, and its replay, with stages as ghosts.
+void write_outputs(const Arguments& arguments, const opt::ProblemFile& file,
+                   const OptimizedStart& best, Json& json) {
+  std::optional<opt::Feedback> feedback;
+  if (!arguments.feedback.empty()) {
+    opt::FeedbackSettings settings;
+    if (arguments.feedback_smoothing) settings.smoothing = *arguments.feedback_smoothing;
+    feedback = opt::compute_feedback(file.problem, file.settings, best.result, settings);
+    json["feedback_missing_steps"] = feedback->missing;
+  }
+  if (!arguments.output.empty()) keep(arguments, file, best.result);
+  const double h = file.problem.h();
+  std::optional<opt::RepeatedMotion> motion;
+  if (arguments.cycles > 1 || feedback) {
+    motion =
+        opt::repeated(file.problem, best.result, feedback ? &*feedback : nullptr, arguments.cycles);
+    if (!arguments.output.empty()) write_motion(arguments.output, file, *motion);
+    if (feedback) opt::write_feedback(arguments.feedback, *file.problem.model, motion->gains);
+  }
+  const bool linked = !arguments.folder.empty() && view::can_make_pages();
+  if (!arguments.view.wanted() && !linked) return;
+  Scene scene = *file.scene;
+  scene.options = best.result.options;
+  const opt::Result& r = best.result;
+  const view::Clip clip = motion
+                              ? clip_of(scene, h, motion->q, motion->v, motion->applied_force, true)
+                              : clip_of(scene, h, r.q, r.v, r.applied_force, true);
+  const std::vector<view::Clip> stages = stage_clips(scene, h, best);
+  const view::Origin origin{file.scene_file.string(), {arguments.problem, arguments.output}};
+  if (arguments.view.wanted())
+    view::write_replay(arguments.view.file(), scene, origin, clip, stages);
+  if (!linked) return;
+  make_report_folder(arguments.folder);
+  view::write_replay(std::filesystem::path(arguments.folder) / "replay.html", scene, origin, clip,
+                     stages);
+}
+
+void print_start(const Report& report, const OptimizedStart& start) {
+  const opt::Result& r = start.result;
+  const opt::Verification& v = start.verification;
+  fmt::print(report.text(),
+             "{} (seed {}): cost {:.6g} after {} Newton steps in {:.2f} s, smoothing {:.1e} m\n"
+             "  forces without a motor {:.2e} of the weight; forward steps land within {:.1e}; "
+             "overlap {:.1e} m, stance slips {:.1e} m a step, landings {:.1e} m, effort {:.0f} % "
+             "of the limits\n",
+             opt::outcome_name(r.outcome), start.seed, r.cost, r.iterations, r.seconds, r.smoothing,
+             v.unactuated_max, v.forward_check_max, v.overlap_max, v.stance_slip_max,
+             v.landing_slip_max, 100.0 * v.effort_max);
+}
+
+int optimize(Arguments& arguments) {
+  check(arguments);
+  opt::ProblemFile file = opt::load_problem(arguments.problem, arguments.frames);
+  apply(arguments, file);
+  std::signal(SIGINT, interrupt);
+  std::vector<OptimizedStart> starts;
+  std::size_t best = 0;
+  for (int i = 0; i < arguments.starts && !interrupted; ++i) {
+    starts.push_back(run_start(arguments, file, arguments.seed + static_cast<std::uint64_t>(i)));
+    print_start(arguments.report, starts.back());
+    if (is_better(starts.back(), starts[best])) best = starts.size() - 1;
+  }
+  Report& report = arguments.report;
+  report.begin("optimize", file.scene_file.string());
+  report["problem"] = arguments.problem;
+  fill_report(starts[best], report.json());
+  if (starts.size() > 1) {
+    Json list = Json::array();
+    for (const OptimizedStart& start : starts) fill_report(start, list.emplace_back());
+    report["starts"] = list;
+  }
+  write_outputs(arguments, file, starts[best], report.json());
+  if (!arguments.folder.empty())
+    write_optimization_page(arguments.folder, file, starts, best,
+                            view::can_make_pages() ? "replay.html" : "");
+  report.write();
+  return starts[best].feasible() ? kSuccess : kFailed;
+}
+
+std::string bundled_problem(const std::string& name) {
+  return bundled_file(name, {"scenes/optimize"});
+}
+
+void add_options(Command& command, Arguments& a) {
+  command.add_option("PROBLEM", a.problem, "Problem file (.yaml), or bundled name (list problems)")
+      .becomes(bundled_problem)
+      .required();
+  command.add_option("--output", a.output, "CSV to write: the motion and its forces");
+  command.add_option("--report", a.folder, "Folder to write: a page with figures and charts")
+      .type_name("DIR");
+  command.add_option("--from", a.from, "CSV of a motion to start from");
+  command.add_option("--frames", a.frames, "Steps of the motion; default: the problem's")
+      .range(4, 100'000);
+  command
+      .add_option("--smoothing", a.smoothing,
+                  "Smoothing [m] of the last stage; default: the problem's, or the scene's")
+      .positive();
+  command.add_option("--iterations", a.iterations, "Most Newton steps").positive();
+  command.add_option("--threads", a.threads, "0, the default: one a core").not_negative();
+  command.add_option("--starts", a.starts, "So many starts, from seeds one apart; the best is kept")
+      .positive();
+  command.add_option("--seed", a.seed, "Of the noise on the guess; 0, the default: none");
+  command.add_flag("--resume", a.resume, "Go on from --output, where a run was stopped");
+  command
+      .add_option("--derivatives", a.derivatives,
+                  "analytic (default), or central differences, to compare")
+      .one_of({"analytic", "differences"});
+  command.add_option("--cycles", a.cycles, "Write a periodic motion so many times over").positive();
+  command.add_option("--feedback", a.feedback,
+                     "CSV to write: feedback gains along the motion, for simulate --follow");
+  command
+      .add_option("--feedback-smoothing", a.feedback_smoothing,
+                  "Smoothing [m] of the contacts that gains are found with; default 1e-4")
+      .positive();
+  command.add_flag("--quiet", a.quiet, "No progress line");
+  a.view.add_to(command);
+  a.report.add_to(command);
+}
+
+}  // namespace
+
+void add_optimize(CommandLine& line) {
+  auto arguments = std::make_shared<Arguments>();
+  Command& command = line.add(
+      "optimize", "Find a motion through contact: forces follow from positions by the inverse");
+  add_options(command, *arguments);
+  command.footer(
+      "Example:\n  counterpoint optimize data/scenes/optimize/humanoid_walk.yaml --output "
+      "walk.csv --report walk");
+  command.action([arguments] { return optimize(*arguments); });
+}
+
+}  // namespace counterpoint::apps

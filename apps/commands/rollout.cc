@@ -1,0 +1,267 @@
+// counterpoint rollout: many trajectories of one scene at once, over all cores.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <memory>
+#include <mutex>
+#include <optional>
+
+#include "command.h"
+#include "counterpoint/engine/batch.h"
+#include "counterpoint/engine/io/csv.h"
+#include "counterpoint/engine/io/trajectory.h"
+#include "input/applied_inputs.h"
+#include "input/scene_arguments.h"
+#include "interrupt.h"
+#include "report/failure.h"
+#include "report/progress.h"
+#include "report/report.h"
+
+namespace counterpoint::apps {
+namespace {
+
+struct Arguments {
+  SceneArguments scene;
+  std::optional<double> duration, time_step;
+  int count = 16, threads = 0;
+  std::vector<std::string> inputs;
+  InputArguments random;  ///< its seed is that of rollout 0
+  bool invert = false;
+  std::string output;
+  Report report;
+};
+
+/// One trajectory: where it ended, and how well the inverse gave its forces back.
+struct Rollout {
+  State end;
+  long steps = 0;
+  double force_error = 0.0, force_scale = 0.0;  ///< largest [N, N m], with --invert
+  std::optional<FailedStep> failed;
+  bool begun = false,
+       stopped = false;  ///< by Ctrl-C: none of its steps, or the last ones are missing
+};
+
+void check(const Arguments& arguments) {
+  if (arguments.inputs.size() > 1 && static_cast<int>(arguments.inputs.size()) != arguments.count)
+    throw InputError(
+        fmt::format("--inputs: {} files for {} rollouts; expected none, one for all, or "
+                    "one each",
+                    arguments.inputs.size(), arguments.count));
+}
+
+InputArguments inputs_of(const Arguments& arguments, int rollout) {
+  InputArguments inputs = arguments.random;
+  if (!arguments.inputs.empty())
+    inputs.file = arguments.inputs[arguments.inputs.size() == 1 ? 0 : static_cast<size_t>(rollout)];
+  inputs.seed += static_cast<std::uint64_t>(rollout);
+  return inputs;
+}
+
+Rollout roll_out(const Arguments& arguments, int index, Simulator& simulator) {
+  Rollout result;
+  simulator.reset();
+  simulator.input() = Input{VectorX::Zero(simulator.model().nv()), {}};
+  AppliedInputs inputs(inputs_of(arguments, index), simulator);
+  const SimulationOptions& options = simulator.options();
+  const long steps = std::lround(std::ceil(options.duration / options.time_step - 1e-6));
+  State before;
+  result.begun = true;
+  for (; result.steps < steps; ++result.steps) {
+    result.stopped = Interrupt::wanted();
+    if (result.stopped) break;
+    inputs.set(simulator);
+    if (arguments.invert) before = simulator.state();
+    const StepReport step = simulator.step();
+    if (!step.succeeded()) {
+      result.failed = {result.steps, simulator.state().time, step};
+      break;
+    }
+    if (!arguments.invert) continue;
+    simulator.input().softening = step.softening;  // the laws that were solved
+    const Inverse& inverse =
+        simulator.inverse(before.q, before.v, simulator.state().q, simulator.state().v);
+    simulator.input().softening = {};
+    result.force_error = std::max(
+        result.force_error,
+        (inverse.applied_force - simulator.input().applied_force).lpNorm<Eigen::Infinity>());
+    result.force_scale = std::max(result.force_scale, inverse.force_scale);
+  }
+  result.end = simulator.state();
+  return result;
+}
+
+/// A row for each rollout: its last good state.
+void write_ends(const std::string& file, const Model& model, const std::vector<Rollout>& rollouts) {
+  const CoordinateNames names = coordinate_names(model);
+  std::vector<std::string> columns{"rollout", "failed", "steps", "time"};
+  columns.insert(columns.end(), names.q.begin(), names.q.end());
+  columns.insert(columns.end(), names.v.begin(), names.v.end());
+  columns.emplace_back(kStateHashColumn);
+  CsvWriter csv(file, columns);
+  for (size_t i = 0; i < rollouts.size(); ++i) {
+    const Rollout& r = rollouts[i];
+    if (!r.begun) continue;
+    csv.number(static_cast<double>(i));
+    csv.number(r.failed ? 1.0 : 0.0);
+    csv.number(static_cast<double>(r.steps));
+    csv.number(r.end.time);
+    for (const double x : r.end.q) csv.number(x);
+    for (const double x : r.end.v) csv.number(x);
+    csv.text(std::to_string(state_hash(r.end)));
+    csv.end_row();
+  }
+  csv.flush();
+}
+
+const char* status_of(const Rollout& rollout) {
+  if (rollout.failed) return "failed";
+  if (!rollout.begun) return "not begun";
+  return rollout.stopped ? "stopped" : "ok";
+}
+
+/// What is counted over all rollouts.
+struct Tally {
+  long steps = 0, failures = 0, stopped = 0, begun = 0;
+  double wall_seconds = 0.0, force_error = 0.0, force_scale = 0.0;
+
+  void add(const Rollout& rollout) {
+    steps += rollout.steps;
+    failures += rollout.failed ? 1 : 0;
+    stopped += rollout.begun && rollout.stopped ? 1 : 0;
+    begun += rollout.begun ? 1 : 0;
+    force_error = std::max(force_error, rollout.force_error);
+    force_scale = std::max(force_scale, rollout.force_scale);
+  }
+  bool ended_early(const Arguments& arguments) const {
+    return stopped > 0 || begun < arguments.count;
+  }
+  double rate() const {
+    return wall_seconds > 0.0 ? static_cast<double>(steps) / wall_seconds : 0.0;
+  }
+};
+
+std::vector<Rollout> run(const Arguments& arguments, Batch& batch, Tally& tally) {
+  std::vector<Rollout> rollouts(static_cast<size_t>(arguments.count));
+  const auto start = std::chrono::steady_clock::now();
+  Progress progress("rolling out", arguments.count);
+  std::mutex mutex;
+  int done = 0;
+  batch.run(arguments.count, [&](int i, Simulator& simulator) {
+    if (Interrupt::wanted()) return;
+    rollouts[static_cast<size_t>(i)] = roll_out(arguments, i, simulator);
+    const std::lock_guard lock(mutex);
+    progress.update(++done);
+  });
+  tally.wall_seconds =
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  for (const Rollout& rollout : rollouts) tally.add(rollout);
+  return rollouts;
+}
+
+void fill_report(const Arguments& arguments, const Batch& batch,
+                 const std::vector<Rollout>& rollouts, const Tally& tally, Report& report) {
+  report.begin("rollout", arguments.scene.file);
+  report["status"] = tally.failures > 0             ? "failed"
+                     : tally.ended_early(arguments) ? "stopped"
+                                                    : "ok";
+  report["rollouts"] = arguments.count;
+  report["failed_rollouts"] = tally.failures;
+  report["finished_rollouts"] = tally.begun - tally.stopped - tally.failures;
+  report["threads"] = batch.num_threads();
+  report["steps"] = tally.steps;
+  report["wall_seconds"] = tally.wall_seconds;
+  report["steps_per_second"] = tally.rate();
+  report["steps_per_second_and_thread"] = tally.rate() / batch.num_threads();
+  if (arguments.invert) {
+    report["force_error_max"] = tally.force_error;
+    report["force_scale_max"] = tally.force_scale;
+  }
+  Json list = Json::array();
+  for (size_t i = 0; i < rollouts.size(); ++i) {
+    Json one{{"rollout", i}, {"status", status_of(rollouts[i])}};
+    if (rollouts[i].begun) {
+      one["end_time_s"] = rollouts[i].end.time;
+      one["state_hash"] = std::to_string(state_hash(rollouts[i].end));
+    }
+    if (rollouts[i].failed) add_failure(batch.model(), *rollouts[i].failed, one);
+    list.push_back(one);
+  }
+  report["results"] = list;
+}
+
+void print(const Arguments& arguments, const Batch& batch, const Tally& tally) {
+  fmt::print(arguments.report.text(),
+             "{} rollouts, {} steps in {:.3g} s on {} thread{}: {:.4g} steps a second, {:.4g} a "
+             "thread\n",
+             arguments.count, tally.steps, tally.wall_seconds, batch.num_threads(),
+             batch.num_threads() == 1 ? "" : "s", tally.rate(), tally.rate() / batch.num_threads());
+  if (arguments.invert)
+    fmt::print(arguments.report.text(),
+               "inverse: applied forces to {:.2g} of the largest force ({:.3g} N or N m)\n",
+               tally.force_scale > 0.0 ? tally.force_error / tally.force_scale : 0.0,
+               tally.force_scale);
+}
+
+int rollout(Arguments& arguments) {
+  check(arguments);
+  Scene scene = arguments.scene.load();
+  override_times(arguments.duration, arguments.time_step, scene.options);
+  if (arguments.invert && scene.options.integrator == Integrator::kRungeKutta4)
+    throw InputError(
+        "--invert: runge_kutta_4 has no inverse; use implicit_midpoint or semi_implicit_euler");
+  Batch batch(scene, arguments.threads);
+  Tally tally;
+  const Interrupt interrupt;
+  const std::vector<Rollout> rollouts = run(arguments, batch, tally);
+  fill_report(arguments, batch, rollouts, tally, arguments.report);
+  arguments.report.write();
+  if (!arguments.output.empty()) write_ends(arguments.output, batch.model(), rollouts);
+  print(arguments, batch, tally);
+  for (size_t i = 0; i < rollouts.size(); ++i)
+    if (rollouts[i].failed)
+      fmt::print(stderr, "error: rollout {}: {}\n", i,
+                 failure_message(batch.model(), *rollouts[i].failed));
+  if (!tally.ended_early(arguments)) return tally.failures > 0 ? kFailed : kSuccess;
+  fmt::print(
+      stderr,
+      "failed: stopped by Ctrl-C: {} of {} rollouts ended, {} were under way, {} not begun\n",
+      tally.begun - tally.stopped, arguments.count, tally.stopped, arguments.count - tally.begun);
+  if (!arguments.output.empty())
+    fmt::print(stderr, "{} has a row for each rollout that was begun: its last state\n",
+               arguments.output);
+  return kFailed;
+}
+
+}  // namespace
+
+void add_rollout(CommandLine& line) {
+  auto arguments = std::make_shared<Arguments>();
+  Command& command = line.add("rollout", "Simulate a scene many times at once, over all cores");
+  arguments->scene.add_to(command);
+  command.add_option("--count", arguments->count, "Number of rollouts; default 16")
+      .range(1, 10000000);
+  command
+      .add_option("--threads", arguments->threads,
+                  "Number of threads; default 0: one for every core. Results do not depend on it")
+      .range(0, 4096);
+  add_times(command, arguments->duration, arguments->time_step);
+  command
+      .add_option("--inputs", arguments->inputs,
+                  "CSV of what acts, as in simulate: one file for all rollouts, or one each")
+      .type_name("FILE ...");
+  add_random_inputs(command, arguments->random);
+  command.add_flag("--invert", arguments->invert,
+                   "Recover the applied forces of every step, and say how well");
+  command.add_option("--output", arguments->output,
+                     "CSV to write: a row for each rollout, its last state");
+  arguments->report.add_to(command);
+  command.footer(
+      "Rollout i (from 0) gives the bits of `counterpoint simulate` with seed + i.\n"
+      "Example:\n  counterpoint rollout data/scenes/humanoid_drop.yaml --count 100 "
+      "--random-inputs 0.5 --output ends.csv --json rollout.json");
+  command.action([arguments] { return rollout(*arguments); });
+}
+
+}  // namespace counterpoint::apps

@@ -1,0 +1,237 @@
+// counterpoint view: a motion in, a page out that plays it anywhere.
+#include <fmt/format.h>
+
+#include <cmath>
+#include <memory>
+#include <optional>
+
+#include "command.h"
+#include "counterpoint/engine/io/trajectory.h"
+#include "input/scene_arguments.h"
+#include "report/progress.h"
+#include "report/report.h"
+#include "view/capture.h"
+#include "view/input_files.h"
+#include "view/replay.h"
+
+namespace counterpoint::apps {
+namespace {
+
+struct Arguments {
+  SceneArguments scene;
+  std::string motion, output, contacts, title, size;
+  std::vector<std::string> ghosts, ghost_names;
+  std::optional<double> time_step;
+  double rate = view::kDefaultRate;
+  bool forces = false;
+  view::Pictures pictures;
+  std::vector<double> gif, webm;
+  Report report;
+};
+
+/// WIDTHxHEIGHT [pixels].
+void set_size(const std::string& text, view::Pictures& pictures) {
+  if (text.empty()) return;
+  int end = 0;
+  const int found = std::sscanf(text.c_str(), "%dx%d%n", &pictures.width, &pictures.height, &end);
+  const auto fits = [](int n) { return n >= 16 && n <= 8192; };
+  if (found != 2 || end != static_cast<int>(text.size()) || !fits(pictures.width) ||
+      !fits(pictures.height))
+    throw InputError(fmt::format("--size {}: expected WIDTHxHEIGHT, 16 ... 8192 pixels", text));
+}
+
+/// Start, end [s] and frames a second; nothing where nothing is asked for.
+std::optional<std::vector<double>> moving(const char* option, const std::vector<double>& numbers,
+                                          int most) {
+  if (numbers.empty()) return std::nullopt;
+  const bool fine = numbers.size() == 3 && numbers[1] >= numbers[0] && numbers[2] > 0.0 &&
+                    (numbers[1] - numbers[0]) * numbers[2] < most;
+  if (fine) return numbers;
+  throw InputError(
+      fmt::format("{}: expected START,END,FRAMES_PER_SECOND, fewer than {} frames", option, most));
+}
+
+/// Refuses what can be refused before anything is computed.
+void check(Arguments& arguments) {
+  if (!view::can_make_pages()) throw InputError(view::why_no_pages());
+  set_size(arguments.size, arguments.pictures);
+  arguments.pictures.gif = moving("--gif", arguments.gif, 2000);
+  arguments.pictures.webm = moving("--webm", arguments.webm, 20000);
+  if (arguments.pictures.webm && (arguments.pictures.width % 2 || arguments.pictures.height % 2))
+    throw InputError("--webm: --size must be even");
+  if (arguments.pictures.any() && view::find_chromium().empty())
+    throw InputError("--png, --gif and --webm draw with Chromium; install chromium (Debian)");
+  if (arguments.forces && !arguments.contacts.empty())
+    throw InputError("--forces and --contacts: give one of them");
+  if (arguments.ghost_names.size() > arguments.ghosts.size())
+    throw InputError("--ghost-name: more names than ghosts");
+}
+
+view::Clip recorded(const Arguments& arguments, const Scene& scene, const Trajectory& trajectory,
+                    const std::vector<double>& steps, bool forces) {
+  Progress progress(forces ? "recovering forces" : "reading the motion", trajectory.num_steps());
+  return view::clip_of(scene, trajectory, steps, arguments.rate, forces,
+                       [&](int done) { progress.update(done); });
+}
+
+view::Replay make_replay(const Arguments& arguments, const Scene& scene) {
+  const Trajectory trajectory = read_trajectory(arguments.motion, scene.model);
+  std::vector<double> steps;
+  if (arguments.forces)
+    steps = step_lengths(trajectory, arguments.time_step, scene.options.time_step);
+  view::Replay replay;
+  replay.scene = &scene;
+  replay.title = arguments.title.empty() ? scene.name : arguments.title;
+  replay.clip = recorded(arguments, scene, trajectory, steps, arguments.forces);
+  replay.clip.name = "motion";
+  if (!arguments.contacts.empty())
+    view::read_contacts(arguments.contacts, scene.model, replay.clip);
+  for (size_t i = 0; i < arguments.ghosts.size(); ++i) {
+    const Trajectory other = read_trajectory(arguments.ghosts[i], scene.model);
+    replay.ghosts.push_back(recorded(arguments, scene, other, {}, false));
+    const bool named = i < arguments.ghost_names.size();
+    replay.ghosts.back().name = named                          ? arguments.ghost_names[i]
+                                : arguments.ghosts.size() == 1 ? "ghost"
+                                                               : arguments.ghosts[i];
+  }
+  replay.visuals =
+      view::read_visuals(arguments.scene.file, scene.model, arguments.scene.package_folders());
+  replay.made = view::made_by(arguments.scene.file, scene, replay.clip);
+  replay.made.emplace_back("motion", arguments.motion);
+  if (trajectory.altered_rows > 0)
+    replay.made.emplace_back("rows that are not as simulate wrote them",
+                             std::to_string(trajectory.altered_rows));
+  for (const std::string& note : replay.visuals.notes) replay.made.emplace_back("note", note);
+  view::InputFiles files;
+  files.add_scene(arguments.scene.file, scene.model);
+  for (const std::string& file : {arguments.motion, arguments.contacts})
+    if (!file.empty()) files.add(file);
+  for (const std::string& file : arguments.ghosts) files.add(file);
+  for (const std::string& name : files.left_out)
+    replay.made.emplace_back("too large to keep", name);
+  replay.inputs = std::move(files.files);
+  return replay;
+}
+
+/// replay.html -> replay_1.25.png ... replay.gif, replay.webm.
+std::vector<std::string> write_pictures(const Arguments& arguments) {
+  std::vector<std::string> names;
+  if (!arguments.pictures.any()) return names;
+  Progress progress("drawing pictures in Chromium", 1);
+  const view::Drawn drawn =
+      view::draw(arguments.output, arguments.pictures, [&] { progress.show_time(); });
+  progress.wipe();
+  std::filesystem::path stem = arguments.output;
+  stem.replace_extension();
+  for (size_t i = 0; i < drawn.png.size(); ++i) {
+    names.push_back(fmt::format("{}_{}.png", stem.string(), arguments.pictures.times[i]));
+    view::write_whole(names.back(), drawn.png[i]);
+  }
+  if (!drawn.gif.empty()) {
+    names.push_back(stem.string() + ".gif");
+    view::write_whole(names.back(), drawn.gif);
+  }
+  if (!drawn.webm.empty()) {
+    names.push_back(stem.string() + ".webm");
+    view::write_whole(names.back(), drawn.webm);
+  }
+  return names;
+}
+
+int view_motion(Arguments& arguments) {
+  check(arguments);
+  const Scene scene = arguments.scene.load();
+  const view::Replay replay = make_replay(arguments, scene);
+  const std::string page = view::replay_page(replay);
+  view::write_whole(arguments.output, page);
+  const std::vector<std::string> pictures = write_pictures(arguments);
+
+  const view::Clip& clip = replay.clip;
+  Report& report = arguments.report;
+  report.begin("view", arguments.scene.file);
+  report["status"] = "ok";
+  report["page"] = arguments.output;
+  report["page_bytes"] = page.size();
+  report["rows"] = clip.rows;
+  report["frames"] = clip.num_frames();
+  report["start_time_s"] = clip.states.front().time;
+  report["end_time_s"] = clip.states.back().time;
+  report["bodies"] = scene.model.num_bodies() - 1;
+  report["shapes"] = scene.model.geometries().size();
+  report["visuals"] = replay.visuals.shapes.size();
+  report["contact_forces"] = clip.contacts.size();
+  report["closure_forces"] = clip.closure_forces.size();
+  report["notes"] = replay.visuals.notes;
+  report["position_resolution_m"] = view::resolution_of(replay).position;
+  report["pictures"] = pictures;
+  report.write();
+  fmt::print(report.text(), "{}: {:.3g} MB, {} frames of {} rows, {:.6g} ... {:.6g} s\n",
+             arguments.output, static_cast<double>(page.size()) / 1e6, clip.num_frames(), clip.rows,
+             clip.states.front().time, clip.states.back().time);
+  for (const std::string& note : replay.visuals.notes) fmt::print(stderr, "note: {}\n", note);
+  for (const std::string& name : pictures) fmt::print(report.text(), "{}\n", name);
+  return kSuccess;
+}
+
+void add_picture_options(Command& command, Arguments& arguments) {
+  command
+      .add_option("--png", arguments.pictures.times,
+                  "Times [s] of pictures to write beside the page: PAGE_TIME.png (Chromium)")
+      .comma_separated()
+      .type_name("T1,T2,...");
+  command
+      .add_option("--gif", arguments.gif,
+                  "Moving picture to write beside the page: start [s], end [s], frames a second")
+      .comma_separated()
+      .type_name("START,END,RATE");
+  command.add_option("--webm", arguments.webm, "The same as a video (VP9), much smaller")
+      .comma_separated()
+      .type_name("START,END,RATE");
+  command.add_option("--size", arguments.size, "Of pictures [pixels]; default 960x540")
+      .type_name("WxH");
+  command
+      .add_option("--link", arguments.pictures.link,
+                  "How pictures look, as in the page's address: 'follow=pelvis&theme=dark'")
+      .type_name("SETTINGS");
+}
+
+}  // namespace
+
+void add_view(CommandLine& line) {
+  auto arguments = std::make_shared<Arguments>();
+  Command& command =
+      line.add("view", "Write a motion as one HTML page that plays it, without network");
+  arguments->scene.add_to(command);
+  command.add_option("MOTION", arguments->motion, "CSV as `simulate --output` writes it")
+      .required();
+  command.add_option("--output", arguments->output, "Page to write").type_name("FILE").required();
+  command
+      .add_option("--contacts", arguments->contacts,
+                  "Contact forces, as `inverse --contacts` writes them")
+      .type_name("FILE");
+  command.add_flag("--forces", arguments->forces,
+                   "Contact forces as `inverse` recovers them from the motion");
+  command.add_option("--timestep", arguments->time_step,
+                     "With --forces: time step [s] of a motion that does not say it");
+  command
+      .add_option("--ghost", arguments->ghosts,
+                  "Second motion of the scene, drawn translucent; of several one at a time")
+      .type_name("FILE")
+      .one_value_each();
+  command
+      .add_option("--ghost-name", arguments->ghost_names,
+                  "What the legend calls it; as often as --ghost")
+      .one_value_each();
+  command.add_option("--rate", arguments->rate, "Frames a second of the page [1/s]; 0: every row")
+      .not_negative()
+      .show_default();
+  command.add_option("--title", arguments->title, "Default: the scene's name");
+  add_picture_options(command, *arguments);
+  arguments->report.add_to(command);
+  command.footer(
+      "Example:\n  counterpoint simulate data/scenes/humanoid_drop.yaml --output fall.csv\n"
+      "  counterpoint view data/scenes/humanoid_drop.yaml fall.csv --forces --output fall.html");
+  command.action([arguments] { return view_motion(*arguments); });
+}
+
+}  // namespace counterpoint::apps

@@ -1,0 +1,188 @@
+// Derivatives of inverse and forward dynamics, and what they are linear in: inertial parameters.
+#include "counterpoint/engine/derivatives/dynamics/aba_derivatives.h"
+#include "counterpoint/engine/derivatives/dynamics/inertia_regressor.h"
+#include "counterpoint/engine/dynamics/aba.h"
+#include "counterpoint/engine/dynamics/kinematics.h"
+#include "counterpoint/engine/dynamics/rnea.h"
+#include "objects/data_handle.h"
+
+namespace counterpoint::python {
+namespace {
+
+/// Never changed once they are a Python object's: their arrays are views.
+using OfRnea = std::shared_ptr<RneaDerivatives>;
+using OfAba = std::shared_ptr<AbaDerivatives>;
+
+/// Poses, velocities and inertias at a state.
+void set_motion(const Model& m, const ConstMap& q, const ConstMap& v, Data& d) {
+  compute_poses(m, q, d);
+  compute_velocities(m, v, d);
+  compute_inertias(m, d);
+}
+
+OfRnea rnea_derivatives(const ModelPtr& model, const Array& q, const Array& v, const Array& a,
+                        const DataPtr& data) {
+  const Model& m = model->model;
+  const auto qs = vector(q, m.nq(), "q"), vs = vector(v, m.nv(), "v"), as = vector(a, m.nv(), "a");
+  auto out = std::make_shared<RneaDerivatives>();
+  compute(model, data, [&](const Model& mm, Data& d) {
+    set_motion(mm, qs, vs, d);
+    RneaDerivator(mm).compute(mm, vs, as, mm.gravity(), d, *out);
+  });
+  return out;
+}
+
+[[noreturn]] void throw_singular(const Model& m, int body) {
+  throw py::value_error((body > 0 ? "what joint '" + m.joint(body - 1).name + "' moves"
+                                  : std::string("what a joint moves")) +
+                        " has no inertia along it: give it mass, or armature in `diagonal`");
+}
+
+OfAba aba_derivatives(const ModelPtr& model, const Array& q, const Array& v, const Array& tau,
+                      const py::object& diagonal, const DataPtr& data) {
+  const Model& m = model->model;
+  const auto qs = vector(q, m.nq(), "q"), vs = vector(v, m.nv(), "v"),
+             taus = vector(tau, m.nv(), "tau");
+  const VectorX added = diagonal.is_none() ? VectorX(VectorX::Zero(m.nv()))
+                                           : VectorX(vector(Array(diagonal), m.nv(), "diagonal"));
+  auto out = std::make_shared<AbaDerivatives>();
+  int singular = -1;
+  bool solved = false;
+  compute(model, data, [&](const Model& mm, Data& d) {
+    set_motion(mm, qs, vs, d);
+    VectorX a(mm.nv());
+    solved = aba(mm, taus, added, mm.gravity(), moving_bodies(mm), d, a, &singular);
+    if (!solved) return;
+    solved = AbaDerivator(mm).compute(mm, vs, a, added, mm.gravity(), d, *out);
+  });
+  if (!solved) throw_singular(m, singular);
+  return out;
+}
+
+py::array inertia_regressor(const ModelPtr& model, const Array& q, const Array& v, const Array& a,
+                            const DataPtr& data, const py::object& out) {
+  const Model& m = model->model;
+  const auto qs = vector(q, m.nq(), "q"), vs = vector(v, m.nv(), "v"), as = vector(a, m.nv(), "a");
+  auto Y = output(out, {m.nv(), 10 * (m.num_bodies() - 1)}, "out");
+  using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+  Eigen::Map<RowMajor> result(Y.mutable_data(), Y.shape(0), Y.shape(1));
+  compute(model, data, [&](const Model& mm, Data& d) {
+    compute_poses(mm, qs, d);
+    MatrixX columns;
+    InertiaRegressor(mm).compute(mm, vs, as, mm.gravity(), d, columns);
+    result = columns;
+  });
+  return Y;
+}
+
+constexpr const char* kRneaDoc = R"(
+Derivatives of rnea: of tau = M(q) a - n(q, v), in closed form by one backward pass.
+
+A displacement dq of a configuration means q (+) dq, as integrate_configuration with h = 1 moves it.
+
+Parameters
+----------
+model : Model
+q : array_like, shape (nq,)
+v : array_like, shape (nv,)
+    [m/s, rad/s]
+a : array_like, shape (nv,)
+    [m/s^2, rad/s^2]
+data : Data, optional
+    Scratch.
+
+Returns
+-------
+RneaDerivatives
+)";
+
+constexpr const char* kAbaDoc = R"(
+Derivatives of aba: of a = inv(M(q) + diag(diagonal)) (n(q, v) + tau).
+
+Those of rnea at that acceleration, times -inv(M + diag(diagonal)).
+
+Parameters
+----------
+model : Model
+q : array_like, shape (nq,)
+v : array_like, shape (nv,)
+    [m/s, rad/s]
+tau : array_like, shape (nv,)
+    [N, N m]
+diagonal : array_like, shape (nv,), optional
+    What acts on single coordinates: model.armature, say [kg, kg m^2]; default: nothing.
+data : Data, optional
+    Scratch.
+
+Returns
+-------
+AbaDerivatives
+)";
+
+constexpr const char* kRegressorDoc = R"(
+Y with rnea(model, q, v, a) = Y inertial_parameters(model) (Atkeson, An, Hollerbach 1986).
+
+Parameters
+----------
+model : Model
+q : array_like, shape (nq,)
+v : array_like, shape (nv,)
+    [m/s, rad/s]
+a : array_like, shape (nv,)
+    [m/s^2, rad/s^2]
+data : Data, optional
+    Scratch.
+out : ndarray, shape (nv, 10 (num_bodies - 1)), optional
+
+Returns
+-------
+ndarray, shape (nv, 10 (num_bodies - 1))
+)";
+
+}  // namespace
+
+void bind_dynamics_derivatives(py::module_& m) {
+  using R = RneaDerivatives;
+  py::class_<R, OfRnea>(m, "RneaDerivatives", "Of joint forces (rows), nv x nv each.")
+      .def_property_readonly(
+          "dq", [](const OfRnea& d) { return view(d->dq, py::cast(d), true); },
+          "By a displacement at q [N/m, N/rad, N m/m, N m/rad], shape (nv, nv).")
+      .def_property_readonly(
+          "dv", [](const OfRnea& d) { return view(d->dv, py::cast(d), true); },
+          "By v [N s/m, ...], shape (nv, nv).")
+      .def_property_readonly(
+          "da", [](const OfRnea& d) { return view(d->da, py::cast(d), true); },
+          "By a: M(q) [kg, kg m, kg m^2], shape (nv, nv).")
+      .def("__repr__",
+           [](const R& d) { return py::str("<RneaDerivatives: nv {}>").format(d.dq.rows()); });
+  using A = AbaDerivatives;
+  py::class_<A, OfAba>(m, "AbaDerivatives", "Of accelerations (rows), nv x nv each.")
+      .def_property_readonly(
+          "dq", [](const OfAba& d) { return view(d->dq, py::cast(d), true); },
+          "By a displacement at q, shape (nv, nv).")
+      .def_property_readonly(
+          "dv", [](const OfAba& d) { return view(d->dv, py::cast(d), true); },
+          "By v [1/s, ...], shape (nv, nv).")
+      .def_property_readonly(
+          "dtau", [](const OfAba& d) { return view(d->dtau, py::cast(d), true); },
+          "By tau: inv(M + diag(diagonal)) [1/kg, ...], shape (nv, nv).")
+      .def("__repr__",
+           [](const A& d) { return py::str("<AbaDerivatives: nv {}>").format(d.dq.rows()); });
+  m.def("rnea_derivatives", &rnea_derivatives, py::arg("model"), py::arg("q"), py::arg("v"),
+        py::arg("a"), py::arg("data").none(true) = py::none(), kRneaDoc);
+  m.def("aba_derivatives", &aba_derivatives, py::arg("model"), py::arg("q"), py::arg("v"),
+        py::arg("tau"), py::kw_only(), py::arg("diagonal") = py::none(),
+        py::arg("data").none(true) = py::none(), kAbaDoc);
+  m.def(
+      "inertial_parameters",
+      [](const ModelHandle& model) { return copy(inertial_parameters(model.model)); },
+      py::arg("model"),
+      "Ten a body, the world left out: mass [kg], first moments (x, y, z) [kg m], second moments "
+      "xx, "
+      "xy, yy, xz, yz, zz about the body's origin [kg m^2], shape (10 (num_bodies - 1),).");
+  m.def("inertia_regressor", &inertia_regressor, py::arg("model"), py::arg("q"), py::arg("v"),
+        py::arg("a"), py::arg("data").none(true) = py::none(), py::kw_only(),
+        py::arg("out") = py::none(), kRegressorDoc);
+}
+
+}  // namespace counterpoint::python

@@ -1,0 +1,266 @@
+// Kinematics, dynamics, energies: one algorithm a function, as in the engine.
+#include "counterpoint/engine/dynamics/aba.h"
+#include "counterpoint/engine/dynamics/crba.h"
+#include "counterpoint/engine/dynamics/energy.h"
+#include "counterpoint/engine/dynamics/integrator.h"
+#include "counterpoint/engine/dynamics/kinematics.h"
+#include "counterpoint/engine/dynamics/rnea.h"
+#include "objects/data_handle.h"
+
+namespace counterpoint::python {
+namespace {
+
+void kinematics(const ModelPtr& model, const DataPtr& data, const Array& q, const py::object& v) {
+  const auto qs = vector(q, model->model.nq(), "q");
+  const Array given = v.is_none() ? Array() : Array(v);
+  const bool moving = !v.is_none();
+  if (moving) check_shape(given, {model->model.nv()}, "v");
+  compute(model, data, [&](const Model& m, Data& d) {
+    compute_poses(m, qs, d);
+    if (moving) compute_velocities(m, ConstMap(given.data(), m.nv()), d);
+  });
+}
+
+py::array rnea_of(const ModelPtr& model, const Array& q, const Array& v, const Array& a,
+                  const DataPtr& data, const py::object& out) {
+  const Model& m = model->model;
+  const auto qs = vector(q, m.nq(), "q"), vs = vector(v, m.nv(), "v"), as = vector(a, m.nv(), "a");
+  auto tau = output(out, {m.nv()}, "out");
+  Eigen::Map<VectorX> result(tau.mutable_data(), m.nv());
+  compute(model, data, [&](const Model& mm, Data& d) {
+    compute_poses(mm, qs, d);
+    compute_velocities(mm, vs, d);
+    rnea(mm, as, mm.gravity(), d, result);
+  });
+  return tau;
+}
+
+py::array aba_of(const ModelPtr& model, const Array& q, const Array& v, const Array& tau,
+                 const py::object& diagonal, const DataPtr& data, const py::object& out) {
+  const Model& m = model->model;
+  const auto qs = vector(q, m.nq(), "q"), vs = vector(v, m.nv(), "v"),
+             taus = vector(tau, m.nv(), "tau");
+  const VectorX added = diagonal.is_none() ? VectorX(VectorX::Zero(m.nv()))
+                                           : VectorX(vector(Array(diagonal), m.nv(), "diagonal"));
+  auto a = output(out, {m.nv()}, "out");
+  Eigen::Map<VectorX> result(a.mutable_data(), m.nv());
+  int singular = -1;
+  bool solved = false;
+  compute(model, data, [&](const Model& mm, Data& d) {
+    compute_poses(mm, qs, d);
+    compute_velocities(mm, vs, d);
+    compute_inertias(mm, d);
+    solved = aba(mm, taus, added, mm.gravity(), moving_bodies(mm), d, result, &singular);
+  });
+  if (!solved)
+    throw py::value_error(
+        "what joint '" + m.joint(singular - 1).name +
+        "' moves has no inertia along it: give it mass, or armature in `diagonal`");
+  return a;
+}
+
+py::array crba_of(const ModelPtr& model, const Array& q, const DataPtr& data,
+                  const py::object& out) {
+  const Model& m = model->model;
+  const auto qs = vector(q, m.nq(), "q");
+  auto M = output(out, {m.nv(), m.nv()}, "out");
+  using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+  Eigen::Map<RowMajor> result(M.mutable_data(), m.nv(), m.nv());
+  compute(model, data, [&](const Model& mm, Data& d) {
+    compute_poses(mm, qs, d);
+    compute_inertias(mm, d);
+    crba(mm, d, result);
+  });
+  return M;
+}
+
+double kinetic(const ModelPtr& model, const Array& q, const Array& v, const DataPtr& data) {
+  const auto qs = vector(q, model->model.nq(), "q"), vs = vector(v, model->model.nv(), "v");
+  double energy = 0.0;
+  compute(model, data, [&](const Model& m, Data& d) {
+    compute_poses(m, qs, d);
+    compute_velocities(m, vs, d);
+    compute_inertias(m, d);
+    energy = kinetic_energy(m, vs, d);
+  });
+  return energy;
+}
+
+double potential(const ModelPtr& model, const Array& q, const DataPtr& data) {
+  const auto qs = vector(q, model->model.nq(), "q");
+  double energy = 0.0;
+  compute(model, data, [&](const Model& m, Data& d) {
+    compute_poses(m, qs, d);
+    energy = potential_energy(m, d);
+  });
+  return energy;
+}
+
+py::array momentum(const ModelPtr& model, const Array& q, const Array& v, const DataPtr& data) {
+  const auto qs = vector(q, model->model.nq(), "q"), vs = vector(v, model->model.nv(), "v");
+  Force total;
+  compute(model, data, [&](const Model& m, Data& d) {
+    compute_poses(m, qs, d);
+    compute_velocities(m, vs, d);
+    compute_inertias(m, d);
+    total = total_momentum(m, d);
+  });
+  VectorX out(6);
+  out << total.torque, total.force;
+  return copy(out);
+}
+
+py::array integrate(const ModelPtr& model, const Array& q, const Array& v, double h) {
+  const Model& m = model->model;
+  VectorX next(m.nq());
+  integrate_configuration(m, vector(q, m.nq(), "q"), vector(v, m.nv(), "v"), h, next);
+  return copy(next);
+}
+
+py::array difference(const ModelPtr& model, const Array& from, const Array& to) {
+  const Model& m = model->model;
+  VectorX v(m.nv());
+  configuration_difference(m, vector(from, m.nq(), "q_from"), vector(to, m.nq(), "q_to"), v);
+  return copy(v);
+}
+
+void bind_data(py::module_& m) {
+  static_assert(sizeof(Motion) == 6 * sizeof(double));
+  py::class_<DataHandle, DataPtr>(m, "Data", R"(
+Per-body results of the recursive algorithms, and their scratch: pass it to many calls, so that none
+allocates. Where links are and how they move: pose, frame_motion.
+
+Parameters
+----------
+model : Model
+)")
+      .def(py::init<ModelPtr>(), py::arg("model"))
+      .def_property_readonly(
+          "axis",
+          [](const DataPtr& d) {
+            return view(d->data.axis.empty() ? nullptr : d->data.axis.front().angular.data(),
+                        {static_cast<py::ssize_t>(d->data.axis.size()), 6}, {6, 1}, py::cast(d));
+          },
+          "Columns of the joints' motion subspaces at their links' origins in world axes, shape "
+          "(nv, 6): a view, read-only.")
+      .def(
+          "pose",
+          [](const DataPtr& d, const std::string& frame) {
+            const auto index = static_cast<size_t>(check_frame(*d->model, frame));
+            const Frame& f = d->model->model.frames()[index];
+            return d->data.X_WB[static_cast<size_t>(f.body)] * f.X_BF;
+          },
+          py::arg("frame"), "X_WF of the frame of a link, after compute_kinematics.")
+      .def("__repr__", [](const DataHandle&) { return "<Data>"; });
+}
+
+}  // namespace
+
+constexpr const char* kComputeKinematicsDoc = R"(
+Fills data with poses and, with v, velocities of all bodies.
+
+Parameters
+----------
+model : Model
+data : Data
+q : array_like, shape (nq,)
+    Quaternions must be of unit length.
+v : array_like, shape (nv,), optional
+    [m/s, rad/s]
+)";
+
+constexpr const char* kRneaDoc = R"(
+Joint forces that give an acceleration: tau = M(q) a - n(q, v) (Featherstone 2008, table 5.1).
+
+What acts on single coordinates (rotor inertia, damping, dry friction) is not part of it.
+
+Parameters
+----------
+model : Model
+q : array_like, shape (nq,)
+v : array_like, shape (nv,)
+    [m/s, rad/s]
+a : array_like, shape (nv,)
+    [m/s^2, rad/s^2]
+data : Data, optional
+    Scratch.
+out : ndarray, shape (nv,), optional
+
+Returns
+-------
+ndarray, shape (nv,)
+    [N, N m]
+)";
+
+constexpr const char* kAbaDoc = R"(
+Acceleration under joint forces: (M(q) + diag(diagonal)) a = n(q, v) + tau (Featherstone 2008, table 7.1).
+
+Parameters
+----------
+model : Model
+q : array_like, shape (nq,)
+v : array_like, shape (nv,)
+    [m/s, rad/s]
+tau : array_like, shape (nv,)
+    [N, N m]
+diagonal : array_like, shape (nv,), optional
+    What acts on single coordinates: model.armature, say [kg, kg m^2]; default: nothing.
+data : Data, optional
+    Scratch.
+out : ndarray, shape (nv,), optional
+
+Returns
+-------
+ndarray, shape (nv,)
+    [m/s^2, rad/s^2]
+)";
+
+constexpr const char* kCrbaDoc = R"(
+Joint-space inertia M(q), without rotor inertia (Featherstone 2008, table 6.2).
+
+Parameters
+----------
+model : Model
+q : array_like, shape (nq,)
+data : Data, optional
+    Scratch.
+out : ndarray, shape (nv, nv), optional
+
+Returns
+-------
+ndarray, shape (nv, nv)
+    [kg, kg m, kg m^2], block diagonal by tree.
+)";
+
+void bind_dynamics(py::module_& m) {
+  bind_data(m);
+  m.def("compute_kinematics", &kinematics, py::arg("model"), py::arg("data"), py::arg("q"),
+        py::arg("v") = py::none(), kComputeKinematicsDoc);
+  m.def("rnea", &rnea_of, py::arg("model"), py::arg("q"), py::arg("v"), py::arg("a"),
+        py::arg("data").none(true) = py::none(), py::kw_only(), py::arg("out") = py::none(),
+        kRneaDoc);
+  m.def("aba", &aba_of, py::arg("model"), py::arg("q"), py::arg("v"), py::arg("tau"), py::kw_only(),
+        py::arg("diagonal") = py::none(), py::arg("data").none(true) = py::none(),
+        py::arg("out") = py::none(), kAbaDoc);
+  m.def("crba", &crba_of, py::arg("model"), py::arg("q"), py::arg("data").none(true) = py::none(),
+        py::kw_only(), py::arg("out") = py::none(), kCrbaDoc);
+  m.def(
+      "total_mass", [](const ModelHandle& model) { return total_mass(model.model); },
+      py::arg("model"), "Of all bodies that can move [kg].");
+  m.def("kinetic_energy", &kinetic, py::arg("model"), py::arg("q"), py::arg("v"),
+        py::arg("data").none(true) = py::none(), "[J], rotor inertia (armature) included.");
+  m.def("potential_energy", &potential, py::arg("model"), py::arg("q"),
+        py::arg("data").none(true) = py::none(),
+        "[J], zero where a centre of mass is in the plane through the world's origin across "
+        "gravity.");
+  m.def("total_momentum", &momentum, py::arg("model"), py::arg("q"), py::arg("v"),
+        py::arg("data").none(true) = py::none(),
+        "Angular about the world's origin [kg m^2/s], then linear [kg m/s], in the world, shape "
+        "(6,).");
+  m.def("integrate_configuration", &integrate, py::arg("model"), py::arg("q"), py::arg("v"),
+        py::arg("h"), "q (+) h v, shape (nq,): rotations by the exponential map.");
+  m.def("configuration_difference", &difference, py::arg("model"), py::arg("q_from"),
+        py::arg("q_to"), "v with q_to = q_from (+) v, shape (nv,); rotation angles in [0, pi].");
+}
+
+}  // namespace counterpoint::python

@@ -1,0 +1,127 @@
+// What is applied from outside during a step.
+#include <pybind11/stl.h>
+
+#include "objects/handles.h"
+
+namespace counterpoint::python {
+namespace {
+
+void add_wrench(InputHandle& input, const py::object& link, const Array& force, const Array& torque,
+                const Array& point) {
+  const Model& model = input.model->model;
+  std::vector<std::string> names;
+  for (const Frame& frame : model.frames()) names.push_back(frame.name);
+  const int index = index_from(
+      link, static_cast<int>(names.size()), "link",
+      [&](const std::string& name) { return model.find_frame(name); }, [&] { return names; });
+  const Frame& frame = model.frames()[static_cast<size_t>(index)];
+  ExternalWrench wrench;
+  wrench.body = frame.body;
+  wrench.wrench = {vector3(torque, "torque"), vector3(force, "force")};
+  wrench.point = frame.X_BF * vector3(point, "point");
+  input.value().wrenches.push_back(wrench);
+}
+
+void set(const py::array& view, const Array& values, const char* name) {
+  const auto x = vector(values, view.size(), name);
+  std::copy(x.begin(), x.end(), static_cast<double*>(const_cast<void*>(view.data())));
+}
+
+}  // namespace
+
+void InputHandle::assign(const Input& other) {
+  if (other.applied_force.size() == input_->applied_force.size())
+    input_->applied_force = other.applied_force;
+  else
+    input_->applied_force.setZero();
+  if (other.servo_position.size() == input_->servo_position.size())
+    input_->servo_position = other.servo_position;
+  if (other.servo_velocity.size() == input_->servo_velocity.size())
+    input_->servo_velocity = other.servo_velocity;
+  input_->wrenches = other.wrenches;
+  input_->softening = other.softening;
+}
+
+constexpr const char* kInputDoc = R"(
+What is applied from outside during a step: nothing at first, servo targets the model's.
+
+Parameters
+----------
+model : Model
+applied_force : array_like, shape (nv,), optional
+    [N, N m], conjugate to v.
+)";
+
+constexpr const char* kAddWrenchDoc = R"(
+Adds a force and torque on a link, constant over the step.
+
+Parameters
+----------
+link : str or int
+    Name or index of a frame.
+force : array_like, shape (3,)
+    In world axes [N].
+torque : array_like, shape (3,)
+    In world axes, about the point [N m].
+point : array_like, shape (3,)
+    In the frame of the link [m].
+)";
+
+void bind_inputs(py::module_& m) {
+  py::class_<InputHandle, InputPtr>(m, "Input", kInputDoc)
+      .def(py::init([](const ModelPtr& model, const py::object& force) {
+             auto input = std::make_shared<InputHandle>(model);
+             if (!force.is_none()) set(input->applied_force, Array(force), "applied_force");
+             return input;
+           }),
+           py::arg("model"), py::arg("applied_force") = py::none())
+      .def_property(
+          "applied_force", [](const InputHandle& i) { return i.applied_force; },
+          [](InputHandle& i, const Array& x) { set(i.applied_force, x, "applied_force"); },
+          "[N, N m], conjugate to v, shape (nv,), a view.")
+      .def_property(
+          "servo_position", [](const InputHandle& i) { return i.servo_position; },
+          [](InputHandle& i, const Array& x) { set(i.servo_position, x, "servo_position"); },
+          "Targets [rad or m], in the order of model.servos, a view.")
+      .def_property(
+          "servo_velocity", [](const InputHandle& i) { return i.servo_velocity; },
+          [](InputHandle& i, const Array& x) { set(i.servo_velocity, x, "servo_velocity"); },
+          "Targets [rad/s or m/s], in the order of model.servos, a view.")
+      .def(
+          "__getitem__", [](const InputHandle& i, const std::string& name) { return i.at(name); },
+          py::arg("name"), "input['elbow.u'], input['cube.fx'], input['elbow.target'].")
+      .def(
+          "__setitem__", [](InputHandle& i, const std::string& name, double x) { i.at(name) = x; },
+          py::arg("name"), py::arg("value"))
+      .def("add_wrench", &add_wrench, py::arg("link"), py::arg("force") = py::make_tuple(0, 0, 0),
+           py::arg("torque") = py::make_tuple(0, 0, 0), py::arg("point") = py::make_tuple(0, 0, 0),
+           kAddWrenchDoc)
+      .def(
+          "clear_wrenches", [](InputHandle& i) { i.value().wrenches.clear(); },
+          "Takes all wrenches away.")
+      .def_property_readonly(
+          "num_wrenches", [](const InputHandle& i) { return i.value().wrenches.size(); },
+          "How many there are.")
+      .def(
+          "clear",
+          [](const InputPtr& i) {
+            InputHandle fresh(i->model);
+            i->assign(fresh.value());
+          },
+          "Back to nothing, targets to the model's.")
+      .def_property(
+          "softening",
+          [](const InputHandle& i) {
+            return py::make_tuple(i.value().softening.factor, i.value().softening.tree);
+          },
+          [](InputHandle& i, const std::pair<double, int>& s) {
+            i.value().softening = {s.first, s.second};
+          },
+          "Known of a step that is inverted or repeated: (factor, tree) as it reported.")
+      .def("__repr__", [](const InputHandle& i) {
+        return py::str("<Input: applied_force {}, {} wrenches>")
+            .format(i.applied_force, i.value().wrenches.size());
+      });
+}
+
+}  // namespace counterpoint::python

@@ -1,0 +1,148 @@
+// What the Python objects hold: models and states with their names, and who may touch them.
+#pragma once
+
+#include <atomic>
+#include <map>
+#include <memory>
+#include <string>
+
+#include "arrays.h"
+#include "counterpoint/engine/io/trajectory.h"
+#include "counterpoint/model/scene.h"
+
+namespace counterpoint::python {
+
+/// Names of coordinates, and where each is.
+struct Coordinates {
+  explicit Coordinates(CoordinateNames names);
+
+  enum class Kind : unsigned char { kPosition, kVelocity, kForce };
+  struct Place {
+    Kind kind;
+    int index;
+  };
+  /// @throws py::key_error naming what is like it.
+  Place find(const std::string& name) const;
+
+  CoordinateNames names;
+  std::map<std::string, Place> places;
+};
+
+using CoordinatesPtr = std::shared_ptr<Coordinates>;
+
+/// Names that are like `name`, or else the first few, for messages: "did you mean 'elbow'?".
+std::string suggestion(const std::string& name, const std::vector<std::string>& names);
+[[noreturn]] void throw_unknown(const char* what, const std::string& name,
+                                const std::vector<std::string>& names);
+
+/// A model, immutable, shared by all that is made from it.
+struct ModelHandle {
+  explicit ModelHandle(Model m);
+  Model model;
+  CoordinatesPtr coordinates;
+};
+using ModelPtr = std::shared_ptr<ModelHandle>;
+
+/// Index of the frame of this name. @throws py::key_error naming what is like it.
+int check_frame(const ModelHandle& model, const std::string& name);
+
+/// A Scene whose model is shared.
+struct SceneHandle {
+  std::string name;
+  ModelPtr model;
+  VectorX q, v;
+  SimulationOptions options;
+
+  Scene scene() const { return {name, model->model, q, v, options}; }
+};
+using ScenePtr = std::shared_ptr<SceneHandle>;
+
+/// A State whose arrays q and v are made once. Their memory is of `value`, never resized.
+class StateHandle {
+ public:
+  StateHandle(CoordinatesPtr coordinates, State state, bool read_only);
+
+  const State& value() const { return *state_; }
+  /// Takes all of another state of the same sizes.
+  void assign(const State& other);
+  void set_time(double time) { state_->time = time; }
+  void set_memory(std::vector<RememberedForce> memory) { state_->memory = std::move(memory); }
+  /// The coordinate of this name.
+  double& at(const std::string& name) const;
+  /// @throws py::value_error where it belongs to a simulator.
+  void check_writable() const;
+
+  CoordinatesPtr coordinates;
+  py::array q, v;
+  bool read_only;
+
+ private:
+  std::shared_ptr<State> state_;
+};
+using StatePtr = std::shared_ptr<StateHandle>;
+
+/// An Input whose arrays are made once; servo targets are always there, at first the model's.
+class InputHandle {
+ public:
+  explicit InputHandle(ModelPtr model);
+
+  const Input& value() const { return *input_; }
+  Input& value() { return *input_; }
+  void assign(const Input& other);
+  double& at(const std::string& name) const;
+
+  ModelPtr model;
+  py::array applied_force, servo_position, servo_velocity;
+
+ private:
+  std::shared_ptr<Input> input_;
+};
+using InputPtr = std::shared_ptr<InputHandle>;
+
+/// An input that C++ calls valid for this model, for what Python left out.
+const Input& input_of(const InputPtr& input, const Input& none);
+
+/// Keeps a second thread out of what belongs to one.
+class Guard {
+ public:
+  class Lock {
+   public:
+    Lock(Guard& guard, const char* what) : guard_(guard) {
+      if (guard_.taken_.exchange(true, std::memory_order_acquire))
+        throw std::runtime_error(std::string("another thread is in this ") + what +
+                                 ": give each thread its own");
+    }
+    ~Lock() { guard_.taken_.store(false, std::memory_order_release); }
+    Lock(const Lock&) = delete;
+    Lock& operator=(const Lock&) = delete;
+
+   private:
+    Guard& guard_;
+  };
+
+ private:
+  std::atomic<bool> taken_ = false;
+};
+
+/// Indices of a name or a number among `count`. @throws py::index_error, py::key_error,
+/// py::type_error.
+template <class Find, class Names>
+int index_from(py::handle key, int count, const char* what, Find find, Names names) {
+  if (py::isinstance<py::str>(key)) {
+    const auto name = key.cast<std::string>();
+    const int index = find(name);
+    if (index < 0) throw_unknown(what, name, names());
+    return index;
+  }
+  if (PyIndex_Check(key.ptr()) == 0)
+    throw py::type_error(std::string(what) + ": expected a name or a number");
+  const py::ssize_t index = PyNumber_AsSsize_t(key.ptr(), PyExc_IndexError);
+  if (PyErr_Occurred() != nullptr) throw py::error_already_set();
+  const auto from_start = index < 0 ? index + count : index;
+  if (from_start < 0 || from_start >= count)
+    throw py::index_error(std::string(what) + " " + std::to_string(index) + ": there are " +
+                          std::to_string(count));
+  return static_cast<int>(from_start);
+}
+
+}  // namespace counterpoint::python

@@ -1,0 +1,229 @@
+// Shapes and surfaces.
+#include <pybind11/stl.h>
+#include <pybind11/stl/filesystem.h>
+
+#include <cctype>
+
+#include "counterpoint/model/inertia.h"
+#include "counterpoint/model/mesh/mesh.h"
+#include "counterpoint/model/terrain/height_field.h"
+#include "counterpoint/model/terrain/terrain.h"
+#include "objects/arrays.h"
+#include "objects/exceptions.h"
+#include "objects/geometry_words.h"
+
+namespace counterpoint::python {
+namespace {
+
+double positive(double x, const char* name) {
+  if (x > 0.0 && std::isfinite(x)) return x;
+  throw py::value_error(std::string(name) + ": expected a positive length [m], found " +
+                        std::to_string(x));
+}
+
+Shape plain(ShapeType type, const Vector3& size) {
+  Shape shape;
+  shape.type = type;
+  shape.size = size;
+  return shape;
+}
+
+Shape hull(const py::object& points) {
+  const Array array(points);
+  const auto rows = matrix(array, -1, 3, "points");
+  std::vector<Vector3> list;
+  for (Eigen::Index i = 0; i < rows.rows(); ++i) list.emplace_back(rows.row(i));
+  const py::gil_scoped_release release;
+  return {ShapeType::kConvexMesh, Vector3::Zero(), make_convex_hull(list)};
+}
+
+Shape terrain(const Array& vertices,
+              const py::array_t<int, py::array::c_style | py::array::forcecast>& triangles) {
+  TriangleMesh mesh;
+  const auto points = matrix(vertices, -1, 3, "vertices");
+  for (Eigen::Index i = 0; i < points.rows(); ++i) mesh.vertices.emplace_back(points.row(i));
+  check_shape(triangles, {-1, 3}, "triangles");
+  for (py::ssize_t i = 0; i < triangles.shape(0); ++i)
+    mesh.triangles.push_back({triangles.at(i, 0), triangles.at(i, 1), triangles.at(i, 2)});
+  const py::gil_scoped_release release;
+  return {ShapeType::kTerrain, Vector3::Zero(), nullptr, make_terrain(mesh)};
+}
+
+Shape terrain_of(const TriangleMesh& mesh, const std::filesystem::path& file) {
+  return {ShapeType::kTerrain, Vector3::Zero(), nullptr, make_terrain(mesh, file.string())};
+}
+
+Shape triangle_mesh(const std::filesystem::path& file, const Array& scale) {
+  const Vector3 factors = vector3(scale, "scale");
+  return reading(file, [&] { return terrain_of(load_mesh(file, factors), file); });
+}
+
+/// As scene files have them: an image needs the height of white, a table none.
+Shape height_field(const std::filesystem::path& file, std::pair<double, double> size,
+                   std::optional<double> height) {
+  positive(size.first, "size"), positive(size.second, "size");
+  std::string kind = file.extension().string();
+  for (char& c : kind) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  if (kind != ".png" && kind != ".csv")
+    throw py::value_error("file: expected a .png image or a .csv table of heights, found '" +
+                          file.string() + "'");
+  if ((kind == ".png") != height.has_value())
+    throw py::value_error(kind == ".png" ? "height: an image needs that of white [m]"
+                                         : "height: those of a table are in metres; leave it out");
+  return reading(file, [&] {
+    const HeightGrid grid = height ? load_height_image(file) : load_height_table(file);
+    return terrain_of(
+        height_field_mesh(grid, size.first, size.second, height.value_or(1.0), file.string()),
+        file);
+  });
+}
+
+py::array vertices(const Shape& shape) {
+  const std::vector<Vector3>* list = shape.mesh      ? &shape.mesh->vertices
+                                     : shape.terrain ? &shape.terrain->vertices
+                                                     : nullptr;
+  if (list == nullptr) return py::array_t<double>(Shape1{0, 3});
+  const auto count = static_cast<py::ssize_t>(list->size());
+  const py::capsule owner = shape.mesh ? keep(std::shared_ptr<const void>(shape.mesh))
+                                       : keep(std::shared_ptr<const void>(shape.terrain));
+  return view(list->front().data(), {count, 3}, {3, 1}, owner);
+}
+
+void bind_material(py::module_& m) {
+  py::class_<Material>(m, "Material", R"(
+Surface material. Two surfaces combine to the geometric mean of their frictions and the larger
+restitution.
+
+Parameters
+----------
+friction : float
+    Coulomb's coefficient of sliding [-].
+restitution : float
+    Newton's, 0 to 1 [-].
+torsional_friction, rolling_friction : float
+    Torque about the normal, or rolling, over normal force [m].
+)")
+      .def(py::init([](double friction, double restitution, double torsional, double rolling) {
+             return Material{friction, restitution, torsional, rolling};
+           }),
+           py::arg("friction") = 0.8, py::arg("restitution") = 0.0,
+           py::arg("torsional_friction") = 0.0, py::arg("rolling_friction") = 0.0)
+      .def_readwrite("friction", &Material::friction, "Sliding [-].")
+      .def_readwrite("restitution", &Material::restitution, "Newton's, 0 to 1 [-].")
+      .def_readwrite("torsional_friction", &Material::torsional_friction, "[m]")
+      .def_readwrite("rolling_friction", &Material::rolling_friction, "[m]")
+      .def("__repr__", [](const Material& x) {
+        return py::str(
+                   "Material(friction={:g}, restitution={:g}, torsional_friction={:g}, "
+                   "rolling_friction={:g})")
+            .format(x.friction, x.restitution, x.torsional_friction, x.rolling_friction);
+      });
+}
+
+}  // namespace
+
+constexpr const char* kShapeDoc = R"(
+A collision shape in its own frame. Made by the functions below, one a type.)";
+
+constexpr const char* kTerrainDoc = R"(
+Static triangles that push bodies off the side from which they run counter-clockwise.
+
+Parameters
+----------
+vertices : array_like, shape (n, 3)
+    [m]
+triangles : array_like of int, shape (m, 3)
+    Indices into vertices.
+)";
+
+constexpr const char* kHeightFieldDoc = R"(
+Terrain from a grid of heights, about the origin.
+
+Parameters
+----------
+file : path
+    A grayscale image (.png, black 0) or a table of heights [m] (.csv), row 0 at the largest y.
+size : (float, float)
+    Along x and y [m].
+height : float, optional
+    Of white [m]; for images only.
+)";
+
+void bind_shape_properties(py::class_<Shape>& shape) {
+  shape
+      .def_property_readonly(
+          "type", [](const Shape& s) { return shape_type_name(s.type); },
+          "plane, sphere, box, capsule, cylinder, convex_mesh or terrain.")
+      .def_property_readonly(
+          "size", [](const Shape& s) { return copy(VectorX(s.size)); },
+          "By type [m], shape (3,): half lengths of a box, (radius, half length) of the round "
+          "ones.")
+      .def_property_readonly("vertices", &vertices,
+                             "Of a hull or terrain [m], shape (n, 3), read-only; else empty.")
+      .def(
+          "inertia", [](const Shape& s, double mass) { return solid_inertia(s, mass); },
+          py::arg("mass"),
+          "SpatialInertia of a solid of uniform density and this mass [kg]: sphere, box, cylinder, "
+          "capsule.")
+      .def("__repr__", [](const Shape& s) {
+        return py::str("<Shape {} {}>").format(shape_type_name(s.type), copy(VectorX(s.size)));
+      });
+}
+
+void bind_shapes(py::module_& m) {
+  py::class_<Shape> shape(m, "Shape", kShapeDoc);
+  shape
+      .def_static(
+          "plane", [] { return plain(ShapeType::kPlane, Vector3::Zero()); },
+          "The half-space z <= 0, outward normal +z.")
+      .def_static(
+          "sphere",
+          [](double r) { return plain(ShapeType::kSphere, Vector3(positive(r, "radius"), 0, 0)); },
+          py::arg("radius"), "A ball about the origin, radius [m].")
+      .def_static(
+          "box",
+          [](double x, double y, double z) {
+            return plain(ShapeType::kBox,
+                         0.5 * Vector3(positive(x, "x"), positive(y, "y"), positive(z, "z")));
+          },
+          py::arg("x"), py::arg("y"), py::arg("z"), "A box about the origin; its edges [m].")
+      .def_static(
+          "capsule",
+          [](double r, double length) {
+            return plain(ShapeType::kCapsule,
+                         Vector3(positive(r, "radius"), 0.5 * positive(length, "length"), 0));
+          },
+          py::arg("radius"), py::arg("length"),
+          "A segment of this length along z about the origin, thick by the radius [m].")
+      .def_static(
+          "cylinder",
+          [](double r, double length) {
+            return plain(ShapeType::kCylinder,
+                         Vector3(positive(r, "radius"), 0.5 * positive(length, "length"), 0));
+          },
+          py::arg("radius"), py::arg("length"), "Along z about the origin [m].")
+      .def_static(
+          "convex_hull", &hull, py::arg("points"),
+          "The hull of points [m], shape (n, 3). Raises InputError where they span no volume.")
+      .def_static(
+          "convex_mesh",
+          [](const std::filesystem::path& file, const Array& scale) {
+            const Vector3 factors = vector3(scale, "scale");
+            return reading(file, [&] {
+              return Shape{ShapeType::kConvexMesh, Vector3::Zero(),
+                           load_convex_mesh(file, factors)};
+            });
+          },
+          py::arg("file"), py::arg("scale") = py::make_tuple(1, 1, 1),
+          "The hull of a mesh file: STL, OBJ or DAE.")
+      .def_static("terrain", &terrain, py::arg("vertices"), py::arg("triangles"), kTerrainDoc)
+      .def_static("triangle_mesh", &triangle_mesh, py::arg("file"),
+                  py::arg("scale") = py::make_tuple(1, 1, 1),
+                  "Terrain from a mesh file: STL, OBJ or DAE.")
+      .def_static("height_field", &height_field, py::arg("file"), py::arg("size"),
+                  py::arg("height") = py::none(), kHeightFieldDoc);
+  bind_shape_properties(shape);
+  bind_material(m);
+}
+
+}  // namespace counterpoint::python

@@ -1,0 +1,33 @@
+// Motions found by optimization, as Python has them.
+#pragma once
+
+#include "counterpoint/engine/optimize/problem_file.h"
+#include "objects/handles.h"
+
+namespace counterpoint::python {
+
+namespace opt = optimization;
+
+/// What is wanted of a motion. Its model is the handle's.
+struct ProblemHandle {
+  ScenePtr scene;  ///< with the problem's own options
+  opt::ProblemFile file;
+};
+using ProblemPtr = std::shared_ptr<ProblemHandle>;
+
+/// Never changed once it is a Python object's.
+struct ResultHandle {
+  ProblemPtr problem;
+  opt::Result result;
+};
+using ResultPtr = std::shared_ptr<ResultHandle>;
+
+/// Frames as rows of an array, and back. @throws py::value_error.
+py::array rows_from(const std::vector<VectorX>& list, Eigen::Index width);
+std::vector<VectorX> frames_from(const Array& array, Eigen::Index width, const char* name);
+
+void bind_optimization_problem(py::module_& o);  ///< Problem, Settings, Continuation
+void bind_optimization_result(py::module_& o);   ///< optimize, Result, verify
+void bind_feedback(py::module_& o);              ///< compute_feedback, repeated, following_force
+
+}  // namespace counterpoint::python

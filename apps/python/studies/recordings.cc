@@ -1,0 +1,258 @@
+// counterpoint.recordings: real motions compared with, and figures of a scene found from them.
+#include <pybind11/stl.h>
+#include <pybind11/stl/filesystem.h>
+
+#include "objects/exceptions.h"
+#include "objects/handles.h"
+#include "recordings/parameters.h"
+#include "recordings/prediction.h"
+#include "recordings/recording.h"
+#include "recordings/unexplained.h"
+
+namespace counterpoint::python {
+namespace {
+
+using apps::ColumnMap;
+using apps::Prediction;
+using apps::Recording;
+using MapPtr = std::shared_ptr<ColumnMap>;
+using RecordingPtr = std::shared_ptr<Recording>;
+using PredictionPtr = std::shared_ptr<Prediction>;
+
+py::array rows(const MatrixX& m, py::handle owner) {
+  return view(m.data(), {m.cols(), m.rows()}, {m.rows(), 1}, owner);
+}
+py::array numbers(const std::vector<double>& x, py::handle owner) {
+  return view(x.data(), {static_cast<py::ssize_t>(x.size())}, {1}, owner);
+}
+
+py::dict dict_of(const std::vector<std::pair<const char*, double>>& figures) {
+  py::dict out;
+  for (const auto& [name, value] : figures) out[name] = value;
+  return out;
+}
+
+std::vector<RecordingPtr> read(const std::vector<std::filesystem::path>& files,
+                               const ColumnMap& map, const SceneHandle& scene) {
+  std::vector<RecordingPtr> out;
+  for (const std::filesystem::path& file : files)
+    for (Recording& one : reading(file, [&] {
+           return read_recordings(file, map, scene.model->model, scene.q, scene.v);
+         }))
+      out.push_back(std::make_shared<Recording>(std::move(one)));
+  return out;
+}
+
+std::vector<PredictionPtr> predict(const SceneHandle& handle, const ColumnMap& map,
+                                   const std::vector<RecordingPtr>& recordings,
+                                   std::optional<int> substeps, int horizon) {
+  if (substeps && *substeps < 1) throw py::value_error("substeps: expected 1 or more");
+  const apps::PredictionOptions options{substeps ? substeps : map.substeps,
+                                        handle.options.time_step, horizon};
+  const Scene scene = handle.scene();
+  std::vector<PredictionPtr> out;
+  const py::gil_scoped_release release;
+  apps::Predictor predictor(scene, map, options);
+  for (const RecordingPtr& recording : recordings)
+    out.push_back(std::make_shared<Prediction>(predictor.predict(*recording)));
+  return out;
+}
+
+/// What no contact can have given, by recording: figures and forces by step.
+py::list explain(const SceneHandle& handle, const ColumnMap& map,
+                 const std::vector<RecordingPtr>& recordings, std::optional<double> reach) {
+  if (compared(map) == apps::Compared::kImpacts)
+    throw py::value_error("an impact takes no time, forces are not to be had");
+  const Scene scene = handle.scene();
+  std::vector<apps::ExplainedRecording> found;
+  {
+    const py::gil_scoped_release release;
+    apps::Explainer explainer(scene, map, reach.value_or(scene.options.contact.margin));
+    for (const RecordingPtr& recording : recordings)
+      found.push_back(explain_recording(explainer, map, *recording));
+  }
+  py::list out;
+  for (const apps::ExplainedRecording& one : found) {
+    const auto steps = static_cast<Eigen::Index>(one.steps.size());
+    MatrixX force(scene.model.nv(), steps);
+    for (Eigen::Index k = 0; k < steps; ++k) force.col(k) = one.steps[static_cast<size_t>(k)].force;
+    py::dict entry;
+    entry["file"] = one.file;
+    entry["time"] = py::array_t<double>(static_cast<py::ssize_t>(one.time.size()), one.time.data());
+    entry["force"] = copy_matrix(force, true);
+    entry["figures"] = dict_of(one.figures);
+    out.append(entry);
+  }
+  return out;
+}
+
+void bind_map_and_recording(py::module_& r) {
+  py::class_<ColumnMap, MapPtr>(r, "ColumnMap", "Which column of a recording is which coordinate.")
+      .def_property_readonly(
+          "names",
+          [](const ColumnMap& map) {
+            std::vector<std::string> names;
+            for (const ColumnMap::Entry& entry : map.entries) names.push_back(entry.name);
+            return names;
+          },
+          "Coordinates that the recording feeds, as in a trajectory.")
+      .def_property_readonly(
+          "compared",
+          [](const ColumnMap& map) {
+            const apps::Compared by = compared(map);
+            return by == apps::Compared::kJoints ? "joints"
+                   : by == apps::Compared::kPose ? "pose"
+                                                 : "impacts";
+          },
+          "What predictions and recordings are compared by: joints, pose or impacts.")
+      .def("__repr__", [](const ColumnMap& map) {
+        return py::str("<ColumnMap: {} columns>").format(map.entries.size());
+      });
+  py::class_<Recording, RecordingPtr>(
+      r, "Recording", "A recorded motion as coordinates of a scene; arrays are views, read-only.")
+      .def_readonly("file", &Recording::file, "File it came from, and which part of it.")
+      .def_property_readonly(
+          "time", [](const RecordingPtr& x) { return numbers(x->time, py::cast(x)); },
+          "[s], shape (rows,).")
+      .def_property_readonly(
+          "q", [](const RecordingPtr& x) { return rows(x->q, py::cast(x)); },
+          "Shape (rows, nq); what the map does not name is the scene's start.")
+      .def_property_readonly(
+          "v", [](const RecordingPtr& x) { return rows(x->v, py::cast(x)); },
+          "[m/s, rad/s], shape (rows, nv).")
+      .def_property_readonly(
+          "applied_force",
+          [](const RecordingPtr& x) { return rows(x->applied_force, py::cast(x)); },
+          "[N, N m], shape (rows, nv).")
+      .def("__len__", [](const Recording& x) { return x.num_rows(); })
+      .def("__repr__", [](const Recording& x) {
+        return py::str("<Recording '{}': {} rows>").format(x.file, x.num_rows());
+      });
+}
+
+void bind_prediction(py::module_& r) {
+  py::class_<Prediction, PredictionPtr>(
+      r, "Prediction",
+      "A recording predicted by simulation, and how far off; arrays are views, read-only.")
+      .def_readonly("file", &Prediction::file, "Of the recording.")
+      .def_property_readonly(
+          "q", [](const PredictionPtr& p) { return rows(p->q, py::cast(p)); },
+          "Shape (rows, nq); as recorded where a piece starts.")
+      .def_property_readonly(
+          "time", [](const PredictionPtr& p) { return numbers(p->time, py::cast(p)); },
+          "Of the rows predicted [s].")
+      .def_property_readonly(
+          "deviations",
+          [](const Prediction& p) {
+            py::array_t<double> out(
+                {static_cast<py::ssize_t>(p.deviations.size()), py::ssize_t{3}});
+            double* row = out.mutable_data();
+            for (const apps::Deviation& d : p.deviations)
+              for (const double x : {d.position, d.rotation, d.joints}) *row++ = x;
+            return out;
+          },
+          "At the rows predicted, shape (n, 3): position [m], rotation [degrees], joints [rad or "
+          "m].")
+      .def_readonly("steps", &Prediction::steps, "Of the simulation.")
+      .def_property_readonly(
+          "succeeded", [](const Prediction& p) { return !p.failure; }, "Did all steps?")
+      .def(
+          "figures",
+          [](const PredictionPtr& p, const ColumnMap& map) {
+            return dict_of(figures(*p, compared(map)));
+          },
+          py::arg("columns"), "The figures of `counterpoint compare` by name.")
+      .def("__repr__", [](const Prediction& p) {
+        return py::str("<Prediction of '{}', {} rows>").format(p.file, p.rows);
+      });
+}
+
+}  // namespace
+
+void bind_identification(py::module_& r);  // identification.cc
+
+constexpr const char* kLoadColumnMapDoc = R"(
+Reads a column map (YAML, docs/guide/recordings.md).
+
+Parameters
+----------
+file : path
+model : Model
+
+Returns
+-------
+ColumnMap
+)";
+
+constexpr const char* kReadRecordingsDoc = R"(
+Reads recordings through a map; a file may give several.
+
+Parameters
+----------
+files : sequence of path
+columns : ColumnMap
+scene : Scene
+    Its start is taken where the map names nothing.
+
+Returns
+-------
+list of Recording
+)";
+
+constexpr const char* kPredictDoc = R"(
+Predicts recordings by simulation, from their first rows or anew every few rows.
+
+Parameters
+----------
+scene : Scene
+columns : ColumnMap
+recordings : sequence of Recording
+substeps : int, optional
+    Time steps from row to row; default: the map's, else as near the scene's as can be.
+horizon : int
+    Every so many rows the recording is taken anew as the start; 0: its first row only.
+
+Returns
+-------
+list of Prediction
+)";
+
+constexpr const char* kExplainDoc = R"(
+Forces behind recorded motions, and how much of them no contact can have given.
+
+Parameters
+----------
+scene : Scene
+columns : ColumnMap
+recordings : sequence of Recording
+reach : float, optional
+    Contacts up to this gap [m] may push; default: the scene's margin.
+
+Returns
+-------
+list of dict
+    'file', 'time' (steps,), 'force' (steps, nv) [N, N m], 'figures' by name.
+)";
+
+void bind_recordings(py::module_& m) {
+  py::module_ r =
+      m.def_submodule("recordings", "Real motions: prediction, comparison, identification.");
+  bind_map_and_recording(r);
+  bind_prediction(r);
+  r.def(
+      "load_column_map",
+      [](const std::filesystem::path& file, const ModelHandle& model) {
+        return std::make_shared<ColumnMap>(
+            reading(file, [&] { return apps::load_column_map(file, model.model); }));
+      },
+      py::arg("file"), py::arg("model"), kLoadColumnMapDoc);
+  r.def("read_recordings", &read, py::arg("files"), py::arg("columns"), py::arg("scene"),
+        kReadRecordingsDoc);
+  r.def("predict", &predict, py::arg("scene"), py::arg("columns"), py::arg("recordings"),
+        py::kw_only(), py::arg("substeps") = py::none(), py::arg("horizon") = 0, kPredictDoc);
+  r.def("explain", &explain, py::arg("scene"), py::arg("columns"), py::arg("recordings"),
+        py::kw_only(), py::arg("reach") = py::none(), kExplainDoc);
+  bind_identification(r);
+}
+
+}  // namespace counterpoint::python

@@ -1,0 +1,26 @@
+// The table of contact forces that `inverse --contacts` and `simulate --contacts` write.
+#pragma once
+
+#include <string>
+
+#include "counterpoint/engine/io/csv.h"
+#include "counterpoint/engine/step.h"
+
+namespace counterpoint::apps {
+
+/// A row for every contact of every step: time [s], the two geometries, point [m], normal, gap [m],
+/// force on geometry_b [N]: the columns of docs/reference/trajectory-format.md.
+class ContactTable {
+ public:
+  /// @throws InputError if the file cannot be written.
+  ContactTable(const std::string& file, const Model& model);
+  /// The contacts of the step that began at `time` [s].
+  void add_step(double time, const Inverse& forces);
+  void finish() { writer_.flush(); }
+
+ private:
+  const Model& model_;
+  CsvWriter writer_;
+};
+
+}  // namespace counterpoint::apps

@@ -1,0 +1,305 @@
+#include "counterpoint/collision/convex/feature.h"
+
+#include <algorithm>
+#include <limits>
+
+#include "counterpoint/collision/shapes/segment.h"
+#include "counterpoint/model/rotation.h"
+
+namespace counterpoint::collision {
+namespace {
+
+constexpr int kMaxPatch = 2 * Feature::kCapacity;
+
+// A polygon seen along the normal: z is the height along it.
+struct Patch {
+  std::array<Vector3, kMaxPatch> points;
+  int size = 0;
+};
+
+// Height along n of the plane of a feature over points seen along n: z = offset + slope . (x, y).
+struct HeightField {
+  double offset, slope_x, slope_y;
+  double at(const Vector3& p) const { return offset + slope_x * p.x() + slope_y * p.y(); }
+};
+
+Vector3 to_frame(const Matrix3& frame, const Vector3& p) { return frame.transpose() * p; }
+
+HeightField height_field(const Matrix3& frame, const Feature& f) {
+  const Vector3 normal = to_frame(frame, f.normal);
+  const double offset = f.normal.dot(f.vertices[0]);
+  return {offset / normal.z(), -normal.x() / normal.z(), -normal.y() / normal.z()};
+}
+
+// Cuts off what lies to the right of the line from p to q (Sutherland, Hodgman 1974). Points within
+// `tolerance` of the line stay, so that edges on top of each other do not come and go with
+// round-off.
+void clip(const Vector3& p, const Vector3& q, double tolerance, const Patch& in, Patch& out) {
+  out.size = 0;
+  double ex = q.x() - p.x();
+  double ey = q.y() - p.y();
+  const double length = std::sqrt(ex * ex + ey * ey);
+  if (length <= tolerance) {
+    out = in;
+    return;
+  }
+  ex /= length;
+  ey /= length;
+  const auto side = [&](const Vector3& v) {
+    return ex * (v.y() - p.y()) - ey * (v.x() - p.x()) + tolerance;
+  };
+  const int edges = in.size == 2 ? 1 : in.size;
+  double side_i = side(in.points[0]);
+  if (in.size == 2 && side_i >= 0.0) out.points[out.size++] = in.points[0];
+  for (int i = 0; i < edges; ++i) {
+    const Vector3& current = in.points[i];
+    const Vector3& next = in.points[i + 1 == in.size ? 0 : i + 1];
+    const double side_next = side(next);
+    if ((side_i >= 0.0) != (side_next >= 0.0) && out.size < kMaxPatch) {
+      out.points[out.size++] = current + (side_i / (side_i - side_next)) * (next - current);
+    }
+    if (side_next >= 0.0 && out.size < kMaxPatch) out.points[out.size++] = next;
+    side_i = side_next;
+  }
+}
+
+// The part of `subject` (polygon or segment) seen over the polygon `window`.
+void clip_to_polygon(const Matrix3& frame, const Feature& subject, const Feature& window,
+                     double tolerance, Patch& out) {
+  std::array<Vector3, Feature::kCapacity> corners;
+  for (int i = 0; i < window.size; ++i) corners[i] = to_frame(frame, window.vertices[i]);
+  Patch buffer;
+  Patch* from = &out;
+  Patch* to = &buffer;
+  from->size = subject.size;
+  for (int i = 0; i < subject.size; ++i) from->points[i] = to_frame(frame, subject.vertices[i]);
+  const bool reversed = window.normal.dot(frame.col(2)) < 0.0;
+  for (int i = 0; i < window.size && from->size > 0; ++i) {
+    const Vector3& p = corners[i];
+    const Vector3& q = corners[i + 1 == window.size ? 0 : i + 1];
+    if (reversed) {
+      clip(q, p, tolerance, *from, *to);
+    } else {
+      clip(p, q, tolerance, *from, *to);
+    }
+    std::swap(from, to);
+  }
+  if (from != &out) {
+    out.size = from->size;
+    std::copy_n(from->points.begin(), from->size, out.points.begin());
+  }
+}
+
+// Contact points before the choice of four, in the witness's frame.
+struct PatchContacts {
+  std::array<Vector3, kMaxPatch + 1> positions;
+  std::array<double, kMaxPatch + 1> gaps;
+  int size = 0;
+
+  void add(const Vector3& position, double gap) {
+    positions[size] = position;
+    gaps[size++] = gap;
+  }
+  void remove(int i) {
+    for (int k = i + 1; k < size; ++k) {
+      positions[k - 1] = positions[k];
+      gaps[k - 1] = gaps[k];
+    }
+    --size;
+  }
+};
+
+// Corners that fall together but for round-off count once, with the smaller gap.
+void merge_neighbours(double tolerance, PatchContacts& c) {
+  for (int i = 0; c.size > 1 && i < c.size;) {
+    const int next = i + 1 == c.size ? 0 : i + 1;
+    if ((c.positions[next] - c.positions[i]).squaredNorm() < tolerance * tolerance) {
+      c.remove(c.gaps[next] < c.gaps[i] ? i : next);
+    } else {
+      ++i;
+    }
+  }
+}
+
+int deepest(const PatchContacts& c) {
+  return static_cast<int>(std::min_element(c.gaps.begin(), c.gaps.begin() + c.size) -
+                          c.gaps.begin());
+}
+
+// Twice the area of the triangle that corner i makes with its neighbours: what is lost without it.
+double corner_area(const PatchContacts& c, int i) {
+  const Vector3 u = c.positions[i] - c.positions[i == 0 ? c.size - 1 : i - 1];
+  const Vector3 v = c.positions[i + 1 == c.size ? 0 : i + 1] - c.positions[i];
+  return std::abs(u.x() * v.y() - u.y() * v.x());
+}
+
+// Leaves out the corners whose loss costs least area until seven remain, whatever their gaps: these
+// are noise where a body rests.
+void keep_seven(PatchContacts& c) {
+  // Areas of a regular polygon differ by round-off.
+  constexpr double kLess = 1.0 - 1e-6;
+  while (c.size >= Manifold::kCapacity) {
+    int least = 0;
+    double least_area = corner_area(c, 0);
+    for (int i = 1; i < c.size; ++i) {
+      const double area = corner_area(c, i);
+      if (area >= kLess * least_area) continue;
+      least = i;
+      least_area = area;
+    }
+    c.remove(least);
+  }
+}
+
+// No point of the features is closer than the witness: gaps below its own come from faces that are
+// not quite flat, or from clipping a little beyond them. Returns whether the least gap is the
+// witness's but for the tolerance. It stays as it is then: of corners equally deep one would be
+// moved, chosen by round-off, and at rest 1e-11 m are a quarter of a body's weight.
+bool settle_gaps(double witness_gap, double tolerance, PatchContacts& c) {
+  const bool reached = c.size > 0 && c.gaps[deepest(c)] <= witness_gap + tolerance;
+  for (int i = 0; i < c.size; ++i) c.gaps[i] = std::max(c.gaps[i], witness_gap);
+  return reached;
+}
+
+// A whole circle stands on every fourth of its samples, from the deepest on: a square carries load
+// the same way however it is turned.
+void keep_square(PatchContacts& c) {
+  const PatchContacts all = c;
+  const int first = deepest(all);
+  c.size = 0;
+  for (int k = 0; k < 4; ++k) {
+    const int i = (first + k * all.size / 4) % all.size;
+    c.add(all.positions[i], all.gaps[i]);
+  }
+}
+
+// Seen edge-on, or without width, a polygon is no window to clip with.
+bool faces(const Feature& f, const Vector3& direction, double tolerance) {
+  constexpr double kEdgeOn = 0.02;
+  if (f.size < 3 || !(f.normal.dot(direction) > kEdgeOn)) return false;
+  for (int i = 0; i < f.size; ++i) {
+    const Vector3& next = f.vertices[i + 1 == f.size ? 0 : i + 1];
+    if (!((next - f.vertices[i]).squaredNorm() > tolerance * tolerance)) return false;
+  }
+  return true;
+}
+
+// Two segments that run side by side meet over a stretch; its ends have normals of their own.
+void segment_contacts(const Feature& a, const Feature& b, const Witness& witness, double tolerance,
+                      double margin, Manifold& out) {
+  const Vector3 da = a.vertices[1] - a.vertices[0];
+  const Vector3 db = b.vertices[1] - b.vertices[0];
+  const double radius = a.radius + b.radius;
+  const double length2 = da.squaredNorm();
+  // Two lines at an angle lie side by side only roughly; at this one the points are off the
+  // surfaces by 1e-7 of their size.
+  constexpr double kParallelSine = 1e-3;
+  double least = margin;
+  if (da.cross(db).norm() < kParallelSine * da.norm() * db.norm()) {
+    const double at0 = da.dot(b.vertices[0] - a.vertices[0]) / length2;
+    const double at1 = da.dot(b.vertices[1] - a.vertices[0]) / length2;
+    const double low = std::max(0.0, std::min(at0, at1));
+    const double high = std::min(1.0, std::max(at0, at1));
+    for (const double s : {low, high}) {
+      if (low >= high) break;
+      const Vector3 p = a.vertices[0] + s * da;
+      const Vector3 q = b.vertices[0] + ((s - at0) / (at1 - at0)) * db;
+      const double distance = witness.normal.dot(q - p);
+      if (distance - radius >= margin) continue;
+      least = std::min(least, distance - radius);
+      out.add(0.5 * (p + q + witness.normal * (a.radius - b.radius)), witness.normal,
+              distance - radius);
+    }
+  }
+  if (witness.distance - radius < least - tolerance) {
+    out.add(0.5 * (witness.point_a + witness.point_b + witness.normal * (a.radius - b.radius)),
+            witness.normal, witness.distance - radius);
+  }
+}
+
+}  // namespace
+
+void box_feature(const Shape& box, const Pose& X, const Vector3& direction, Feature& out) {
+  const Vector3 local = X.rotation.transpose() * direction;
+  int axis = 0;
+  for (int i = 1; i < 3; ++i) {
+    if (std::abs(local[i]) > std::abs(local[axis])) axis = i;
+  }
+  const double sign = local[axis] < 0.0 ? -1.0 : 1.0;
+  const int u = axis == 2 ? 0 : axis + 1;
+  const int v = u == 2 ? 0 : u + 1;
+  out.normal = sign * X.rotation.col(axis);
+  const Vector3 center = X.translation + box.size[axis] * out.normal;
+  const Vector3 eu = box.size[u] * X.rotation.col(u);
+  const Vector3 ev = (sign * box.size[v]) * X.rotation.col(v);
+  out.vertices[0] = center - eu - ev;
+  out.vertices[1] = center + eu - ev;
+  out.vertices[2] = center + eu + ev;
+  out.vertices[3] = center - eu + ev;
+  out.size = 4;
+  out.radius = 0.0;
+}
+
+void feature_contacts(const Feature& a, const Feature& b, const Witness& witness, double tolerance,
+                      double margin, Manifold& out) {
+  if (a.size == 2 && b.size == 2) {
+    segment_contacts(a, b, witness, tolerance, margin, out);
+    return;
+  }
+  const Matrix3 frame = frame_from_normal(witness.normal);
+  const double radius = a.radius + b.radius;
+  const bool a_faces = faces(a, witness.normal, tolerance);
+  const bool b_faces = faces(b, -witness.normal, tolerance);
+  PatchContacts contacts;
+  const double center_shift = 0.5 * (a.radius - b.radius);
+  const auto add = [&](const Vector3& point, double height_a, double height_b) {
+    const double gap = height_b - height_a - radius;
+    if (gap >= margin) return;
+    contacts.add({point.x(), point.y(), 0.5 * (height_a + height_b) + center_shift}, gap);
+  };
+  Patch patch;
+  if (a_faces && b_faces) {
+    clip_to_polygon(frame, a, b, tolerance, patch);
+    const HeightField on_a = height_field(frame, a);
+    const HeightField on_b = height_field(frame, b);
+    for (int i = 0; i < patch.size; ++i) {
+      add(patch.points[i], on_a.at(patch.points[i]), on_b.at(patch.points[i]));
+    }
+  } else if (b_faces && a.size == 2) {
+    clip_to_polygon(frame, a, b, tolerance, patch);
+    const HeightField on_b = height_field(frame, b);
+    for (int i = 0; i < patch.size; ++i) {
+      add(patch.points[i], patch.points[i].z(), on_b.at(patch.points[i]));
+    }
+  } else if (a_faces && b.size == 2) {
+    clip_to_polygon(frame, b, a, tolerance, patch);
+    const HeightField on_a = height_field(frame, a);
+    for (int i = 0; i < patch.size; ++i) {
+      add(patch.points[i], on_a.at(patch.points[i]), patch.points[i].z());
+    }
+  }
+  const bool whole_circle =
+      (a.round || b.round) && patch.size == Feature::kCapacity && contacts.size == patch.size;
+  // Ten times the clipping tolerance: a corner may be off by a little more than the tolerance.
+  merge_neighbours(10.0 * tolerance, contacts);
+  const bool reached = settle_gaps(witness.distance - radius, tolerance, contacts);
+  if (!reached && !witness.found) return;
+  if (whole_circle) keep_square(contacts);
+  if (!reached) {
+    keep_seven(contacts);
+    const double height = frame.col(2).dot(witness.point_a);
+    add(to_frame(frame, 0.5 * (witness.point_a + witness.point_b)), height,
+        height + witness.distance);
+  } else if (contacts.size > Manifold::kCapacity) {
+    const int lowest = deepest(contacts);
+    const Vector3 position = contacts.positions[lowest];
+    const double gap = contacts.gaps[lowest];
+    keep_seven(contacts);
+    if (contacts.gaps[deepest(contacts)] > gap) contacts.add(position, gap);
+  }
+  for (int i = 0; i < contacts.size; ++i) {
+    out.add(frame * contacts.positions[i], witness.normal, contacts.gaps[i]);
+  }
+}
+
+}  // namespace counterpoint::collision

@@ -1,0 +1,50 @@
+// The Minkowski difference B - A of two cores, point by point. Private to gjk and epa.
+#pragma once
+
+#include <array>
+
+#include "counterpoint/collision/convex/feature.h"
+#include "counterpoint/collision/shapes/core_shape.h"
+
+namespace counterpoint::collision {
+
+/// A point w = b - a of the difference.
+struct DifferencePoint {
+  Vector3 w, a, b;
+};
+
+struct MinkowskiDifference {
+  const CoreShape& a;
+  const CoreShape& b;
+  double scale;   ///< size of the shapes [m], for tolerances
+  Vector3 shift;  ///< of B [m]
+
+  DifferencePoint support(const Vector3& direction) const {
+    DifferencePoint p;
+    p.a = a.support(-direction);
+    p.b = b.support(direction) + shift;
+    p.w = p.b - p.a;
+    return p;
+  }
+  /// True if iteration only creeps up on a part of the surface.
+  bool curved() const {
+    return a.shape.type == ShapeType::kCylinder || b.shape.type == ShapeType::kCylinder;
+  }
+  /// Distance of the cores along the unit vector n, a lower bound of their signed distance.
+  double distance_along(const Vector3& n) const { return n.dot(support(-n).w); }
+};
+
+struct Simplex {
+  std::array<DifferencePoint, 4> points;
+  std::array<double, 4> weights;  ///< barycentric coordinates of the point closest to the origin
+  double weight_sum = 1.0;        ///< what the weights add up to
+  int size = 0;
+};
+
+/// Grows a polytope inside the difference, from a simplex that holds the origin (or comes within
+/// round-off of it), until the face nearest the origin is one of the difference, or the pieces of
+/// the cores are found that touch there. True if `out` is the answer; false if it is only near, by
+/// about 1e-3 rad: its normal, from A to B, and the distance along that are set.
+bool expand_polytope(const MinkowskiDifference& difference, const Simplex& start, Witness& out);
+
+}  // namespace counterpoint::collision

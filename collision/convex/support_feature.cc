@@ -1,0 +1,93 @@
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+
+#include "counterpoint/collision/convex/feature.h"
+#include "counterpoint/collision/shapes/core_shape.h"
+
+namespace counterpoint::collision {
+namespace {
+
+void segment_feature(const Vector3& center, const Vector3& half, double radius, Feature& out) {
+  out.size = 0;
+  out.radius = radius;
+  out.round = false;
+  out.add(center - half);
+  out.add(center + half);
+}
+
+// Steeper than this the cap of a cylinder is its feature, flatter its side.
+constexpr double kCapCosine = 0.7;
+
+// The cap as a polygon whose first corner is the point of the rim farthest along the direction; the
+// side as the line farthest along it.
+void cylinder_feature(const Shape& cylinder, const Pose& X, const Vector3& direction,
+                      Feature& out) {
+  const Vector3 local = X.rotation.transpose() * direction;
+  const double radial = std::sqrt(local.x() * local.x() + local.y() * local.y());
+  // Below round-off of the rotation the direction across is noise.
+  const double cosine = radial > 1e-14 ? local.x() / radial : 1.0;
+  const double sine = radial > 1e-14 ? local.y() / radial : 0.0;
+  const double radius = cylinder.size[0];
+  if (std::abs(local.z()) < kCapCosine) {
+    segment_feature(X * Vector3(radius * cosine, radius * sine, 0.0),
+                    cylinder.size[1] * X.rotation.col(2), 0.0, out);
+    return;
+  }
+  const double sign = local.z() < 0.0 ? -1.0 : 1.0;
+  out.size = 0;
+  out.radius = 0.0;
+  out.round = true;
+  out.normal = sign * X.rotation.col(2);
+  for (int i = 0; i < Feature::kCapacity; ++i) {
+    const double angle = sign * (2.0 * std::numbers::pi / Feature::kCapacity) * i;
+    const double c = std::cos(angle);
+    const double s = std::sin(angle);
+    out.add(X * Vector3(radius * (cosine * c - sine * s), radius * (sine * c + cosine * s),
+                        sign * cylinder.size[1]));
+  }
+}
+
+// Of a face with too many corners every k-th.
+void mesh_feature(const ConvexMesh& mesh, const Pose& X, const Vector3& direction, int vertex,
+                  Feature& out) {
+  const int best = support_face(mesh, X.rotation.transpose() * direction, vertex);
+  const std::vector<int>& face = mesh.faces[best];
+  const std::size_t used = std::min<std::size_t>(face.size(), Feature::kCapacity);
+  out.size = 0;
+  out.radius = 0.0;
+  out.round = false;
+  out.normal = X.rotation * mesh.face_normals[best];
+  for (std::size_t i = 0; i < used; ++i) out.add(X * mesh.vertices[face[i * face.size() / used]]);
+}
+
+}  // namespace
+
+void support_feature(const Shape& shape, const Pose& X, const Vector3& direction, int vertex,
+                     Feature& out) {
+  switch (shape.type) {
+    case ShapeType::kBox:
+      box_feature(shape, X, direction, out);
+      return;
+    case ShapeType::kCylinder:
+      cylinder_feature(shape, X, direction, out);
+      return;
+    case ShapeType::kConvexMesh:
+      mesh_feature(*shape.mesh, X, direction, vertex, out);
+      return;
+    case ShapeType::kCapsule:
+      segment_feature(X.translation, shape.size[1] * X.rotation.col(2), shape.size[0], out);
+      return;
+    case ShapeType::kSphere:
+    case ShapeType::kPlane:
+    case ShapeType::kTerrain:
+      out.size = 1;
+      out.round = false;
+      out.vertices[0] = X.translation;
+      out.radius = shape.type == ShapeType::kSphere ? shape.size[0] : 0.0;
+      return;
+  }
+}
+
+}  // namespace counterpoint::collision

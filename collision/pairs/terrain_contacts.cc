@@ -1,0 +1,252 @@
+#include "counterpoint/collision/pairs/terrain_contacts.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "counterpoint/collision/pairs/pair_contacts.h"
+#include "counterpoint/model/rotation.h"
+
+namespace counterpoint::collision {
+namespace {
+
+// Relative to the shape's size: contacts closer together than this whose normals agree as well are
+// one.
+constexpr double kSame = 1e-3;
+// Relative to the shape's size: twice the angle of edges that count as flat.
+constexpr double kFlatSlack = 2e-4;
+// Relative to the shape's half thickness: how far behind a face the shape's centre may be.
+constexpr double kBehind = 0.5;
+// The same for an edge that is within the shape.
+constexpr double kPast = 1.5;
+// Relative to the shape's half thickness: overlaps that need no second look.
+constexpr double kShallow = 0.05;
+// How far to the side, relative to its depth, the way to a corner may come through a face.
+constexpr double kSlant = 3.0;
+// Cosine of normal and in-plane direction up to which a normal counts as within the wedge of an
+// edge.
+constexpr double kWedge = 1e-6;
+// A contact with the rim of a sheet leans at most 60 degrees: the rim has no side to push with.
+constexpr double kRimCosine = 0.5;
+
+// Height over the line of edge k, in the plane of the triangle: positive on the triangle's side.
+double inward(const Vector3& p, const Vector3& q, const Vector3& normal, const Vector3& point) {
+  return normal.cross(q - p).normalized().dot(point - p);
+}
+
+}  // namespace
+
+struct TerrainContacts::Query {
+  const Terrain& terrain;
+  const Shape& shape;
+  Pose X_TS;
+  Vector3 center;    // of the shape
+  double thickness;  // half of it
+  double size;       // of the shape
+  double margin;
+
+  const Vector3& vertex(int t, int k) const {
+    return terrain.vertices[terrain.triangles[t].vertices[k % 3]];
+  }
+};
+
+void TerrainContacts::add(const Query& query, const ContactPoint& point) {
+  for (ContactPoint& known : points_) {
+    const double same = kSame * query.size;
+    if ((known.position - point.position).squaredNorm() > same * same ||
+        known.normal.dot(point.normal) < 1.0 - 0.5 * kSame * kSame) {
+      continue;
+    }
+    if (point.gap < known.gap) known = point;
+    return;
+  }
+  points_.push_back(point);
+}
+
+// The corners of the shape (of round ones the points that are lowest) over a triangle.
+void TerrainContacts::touch_faces(const Query& query, int t) {
+  const Terrain::Triangle& triangle = query.terrain.triangles[t];
+  const Vector3& n = triangle.normal;
+  const Vector3& origin = query.vertex(t, 0);
+  const double height = n.dot(query.center - origin);
+  const bool behind = height < -kBehind * query.thickness;
+  // Over the triangle, or beyond its edges by less than `slack`, `level_slack` across flat ones.
+  const auto within = [&](const Vector3& p, double slack, double level_slack) {
+    for (int k = 0; k < 3; ++k) {
+      double beyond = slack;
+      // Nothing falls between two faces that are not quite in one plane.
+      if (triangle.edges[k] == Terrain::Edge::kFlat) beyond += level_slack;
+      // Across a concave edge the face goes on, below its neighbour: a fast body meets what stands
+      // across its way.
+      if (triangle.edges[k] == Terrain::Edge::kConcave && std::isfinite(query.margin)) {
+        beyond += query.margin;
+      }
+      if (inward(query.vertex(t, k), query.vertex(t, k + 1), n, p) < -beyond) return false;
+    }
+    return true;
+  };
+  const double rounding = 1e-9 * query.size;
+  const auto take = [&](const ContactPoint& point) {
+    const Vector3 corner = point.position + 0.5 * point.gap * n;
+    const bool over = within(corner, rounding, kFlatSlack * query.size);
+    // Where the way from the shape's centre to the corner crosses the face's plane.
+    const auto crossing = [&]() -> Vector3 {
+      return query.center + height / (height - point.gap) * (corner - query.center);
+    };
+    if (point.gap >= -kShallow * query.thickness) {
+      // From behind: a corner that came through the face is none of its business, one that reaches
+      // it from beyond its edges rests on it.
+      if (over && !(behind && within(crossing(), 0.0, 0.0))) add(query, point);
+      return;
+    }
+    if (behind || (!over && height <= 0.0)) return;
+    // Well below the face: the way there from the shape's centre leads through it, or nearly if
+    // the face is over the corner, lest a body that reaches over a thin wall be held by its far
+    // side.
+    const double slack = over ? kShallow * query.thickness : rounding;
+    if (!within(crossing(), slack, over ? -kSlant * point.gap : kFlatSlack * query.size)) return;
+    add(query, point);
+  };
+  if (query.shape.type == ShapeType::kConvexMesh) {
+    for (const Vector3& v : query.shape.mesh->vertices) {
+      const Vector3 p = query.X_TS * v;
+      const double gap = n.dot(p - origin);
+      if (gap < query.margin) take({p - (0.5 * gap) * n, n, gap});
+    }
+    return;
+  }
+  const Shape plane{ShapeType::kPlane, Vector3::Zero(), nullptr};
+  Manifold manifold;
+  pair_contacts(plane, {frame_from_normal(n), origin}, query.shape, query.X_TS, query.margin,
+                manifold);
+  for (int i = 0; i < manifold.size; ++i) take(manifold.points[i]);
+}
+
+// An edge as the upper side of a sheet that reaches far into the ground: the way out is up.
+void TerrainContacts::touch_fin(const Query& query, const Vector3& middle, const Vector3& along,
+                                double half_length, const Vector3& up) {
+  if (up.dot(query.center - middle) < -kPast * query.thickness) return;
+  const Shape fin{ShapeType::kBox, Vector3(0.0, query.size, half_length), nullptr};
+  Pose X_TF;
+  X_TF.rotation << up.cross(along), up, along;
+  X_TF.translation = middle - query.size * up;
+  Manifold manifold;
+  pair_contacts(fin, X_TF, query.shape, query.X_TS, 0.0, manifold);
+  for (int i = 0; i < manifold.size; ++i)
+    if (manifold.points[i].normal.dot(up) > kRimCosine) add(query, manifold.points[i]);
+}
+
+// The triangle's edges that stand out, as segments, against the shape.
+void TerrainContacts::touch_edges(const Query& query, int t) {
+  const Terrain::Triangle& triangle = query.terrain.triangles[t];
+  for (int k = 0; k < 3; ++k) {
+    const int neighbor = triangle.neighbors[k];
+    if (triangle.edges[k] == Terrain::Edge::kFlat || triangle.edges[k] == Terrain::Edge::kConcave) {
+      continue;
+    }
+    if (neighbor >= 0 && neighbor < t) continue;  // done from the other side
+    const Vector3& p = query.vertex(t, k);
+    const Vector3& q = query.vertex(t, k + 1);
+    const Vector3 along = (q - p).normalized();
+    const double half_length = 0.5 * (q - p).norm();
+    const Vector3 middle = 0.5 * (p + q);
+    const Shape segment{ShapeType::kCapsule, Vector3(0.0, half_length, 0.0), nullptr};
+    Manifold manifold;
+    pair_contacts(segment, {frame_from_normal(along), middle}, query.shape, query.X_TS,
+                  query.margin, manifold);
+    const Vector3& other_normal =
+        neighbor >= 0 ? query.terrain.triangles[neighbor].normal : triangle.normal;
+    const Vector3 up = (triangle.normal + other_normal).normalized();
+    bool fin = false;
+    for (int i = 0; i < manifold.size; ++i) {
+      const ContactPoint& point = manifold.points[i];
+      const Vector3& m = point.normal;
+      if (point.gap < 0.0 && m.dot(up) < 0.0) {
+        // The edge is past the middle of a thin shape, and the least way out leads on.
+        fin = true;
+        break;
+      }
+      if (neighbor < 0 && m.dot(triangle.normal) < kRimCosine) continue;
+      const double place = along.dot(point.position - 0.5 * point.gap * m - middle);
+      if (std::abs(place) > (1.0 - 1e-9) * half_length) {
+        // At an end: pointing away from all edges that meet there, flat and hollow ones too.
+        const int end = triangle.vertices[place < 0.0 ? k : (k + 1) % 3];
+        const Vector3& corner = query.terrain.vertices[end];
+        const auto& others = query.terrain.vertex_neighbors[end];
+        const bool closer = std::any_of(others.begin(), others.end(), [&](int other) {
+          return m.dot((query.terrain.vertices[other] - corner).normalized()) > kWedge;
+        });
+        if (closer) continue;
+      } else {
+        // Within the wedge: pointing away from both faces, else one of them is closer.
+        if (m.dot(triangle.normal.cross(along)) > kWedge ||
+            (neighbor >= 0 && m.dot(along.cross(other_normal)) > kWedge)) {
+          fin = fin || point.gap < -kShallow * query.thickness;
+          // Where the shape may turn onto the edge, and past it, before the next look.
+          const bool ahead = point.gap > 0.0 && query.margin > query.thickness &&
+                             std::isfinite(query.margin) && m.dot(up) > kRimCosine;
+          if (!ahead) continue;
+        }
+      }
+      add(query, point);
+    }
+    if (fin) touch_fin(query, middle, along, half_length, up);
+  }
+}
+
+// The deepest, then always the one farthest, in place and direction, from those chosen.
+void TerrainContacts::choose(const Query& query, Manifold& out) const {
+  const int size = static_cast<int>(points_.size());
+  if (size <= Manifold::kCapacity) {
+    for (const ContactPoint& p : points_) out.add(p.position, p.normal, p.gap);
+    return;
+  }
+  int next = 0;
+  for (int i = 1; i < size; ++i) {
+    if (points_[i].gap < points_[next].gap) next = i;
+  }
+  std::array<int, Manifold::kCapacity> chosen{};
+  for (int n = 0; n < Manifold::kCapacity; ++n) {
+    chosen[n] = next;
+    double farthest = -1.0;
+    for (int i = 0; i < size; ++i) {
+      double distance2 = std::numeric_limits<double>::infinity();
+      for (int k = 0; k <= n; ++k) {
+        const ContactPoint& c = points_[chosen[k]];
+        distance2 = std::min(
+            distance2, (points_[i].position - c.position).squaredNorm() +
+                           query.size * query.size * (points_[i].normal - c.normal).squaredNorm());
+      }
+      if (distance2 > farthest) {
+        farthest = distance2;
+        next = i;
+      }
+    }
+  }
+  std::sort(chosen.begin(), chosen.end());
+  for (const int i : chosen) out.add(points_[i].position, points_[i].normal, points_[i].gap);
+}
+
+void TerrainContacts::find(const Terrain& terrain, const Pose& X_WT, const Shape& shape,
+                           const Enclosure& enclosure, const Pose& X_WS, double margin,
+                           Manifold& out) {
+  out.size = 0;
+  const Pose X_TS = X_WT.inverse() * X_WS;
+  const Query query{
+      terrain, shape, X_TS, X_TS * enclosure.center, enclosure.thickness, 2.0 * enclosure.radius,
+      margin};
+  const Vector3 reach =
+      (X_TS.rotation.cwiseAbs() * enclosure.half).cwiseMin(enclosure.radius).array() + margin;
+  triangles_.clear();
+  points_.clear();
+  terrain.find(query.center - reach, query.center + reach, triangles_);
+  for (const int t : triangles_) touch_faces(query, t);
+  for (const int t : triangles_) touch_edges(query, t);
+  choose(query, out);
+  for (int i = 0; i < out.size; ++i) {
+    out.points[i].position = X_WT * out.points[i].position;
+    out.points[i].normal = X_WT.rotation * out.points[i].normal;
+  }
+}
+
+}  // namespace counterpoint::collision

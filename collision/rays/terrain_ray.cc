@@ -1,0 +1,80 @@
+// A ray against a static triangle mesh: its front faces only.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "counterpoint/collision/query.h"
+#include "counterpoint/collision/rays/ray.h"
+#include "counterpoint/model/terrain/terrain.h"
+
+namespace counterpoint::collision {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+// Does the ray meet the box before `limit`? Comparisons with NaN (0 / 0 on a face) count as yes.
+bool meets(const TriangleTree::Node& box, const Vector3& origin, const Vector3& direction,
+           double limit) {
+  double enter = 0.0;
+  double exit = limit;
+  for (int i = 0; i < 3; ++i) {
+    double first = (box.low[i] - origin[i]) / direction[i];
+    double second = (box.high[i] - origin[i]) / direction[i];
+    if (first > second) std::swap(first, second);
+    if (first > enter) enter = first;
+    if (second < exit) exit = second;
+  }
+  // Round-off must not let a ray slip between box and triangle.
+  return enter <= exit + 1e-9 * (1.0 + std::abs(exit));
+}
+
+// Where along the ray it comes through the front of a triangle; infinity if it does not. Signed volumes
+// of the ray with each edge: neighbours compute the same number, so no ray passes between them.
+double hit(const Terrain& terrain, const Terrain::Triangle& t, const Vector3& origin,
+           const Vector3& direction) {
+  const double slope = t.normal.dot(direction);
+  if (!(slope < 0.0)) return kInfinity;
+  for (int k = 0; k < 3; ++k) {
+    int from = t.vertices[k];
+    int to = t.vertices[(k + 1) % 3];
+    const double sign = from < to ? 1.0 : -1.0;
+    if (from > to) std::swap(from, to);
+    const Vector3 p = terrain.vertices[from] - origin;
+    const Vector3 q = terrain.vertices[to] - origin;
+    if (sign * p.cross(q).dot(direction) > 0.0) return kInfinity;
+  }
+  return t.normal.dot(terrain.vertices[t.vertices[0]] - origin) / slope;
+}
+
+}  // namespace
+
+std::optional<RayHit> cast_terrain_ray(const Terrain& terrain, const Vector3& origin,
+                                       const Vector3& direction, double max_distance) {
+  double nearest = kInfinity;
+  int found = -1;
+  std::array<int, 64> stack;  // deeper than any tree (triangle_tree.h)
+  int size = 0;
+  stack[size++] = 0;
+  while (size > 0) {
+    const int index = stack[--size];
+    const TriangleTree::Node& node = terrain.tree.nodes[index];
+    if (!meets(node, origin, direction, std::min(nearest, max_distance))) continue;
+    for (int i = node.first; i < node.first + node.count; ++i) {
+      const int t = terrain.tree.order[i];
+      const double at = hit(terrain, terrain.triangles[t], origin, direction);
+      if (at < 0.0 || at > max_distance) continue;
+      if (at < nearest || (at == nearest && t < found)) {
+        nearest = at;
+        found = t;
+      }
+    }
+    if (node.count > 0) continue;
+    stack[size++] = node.right;
+    stack[size++] = index + 1;
+  }
+  if (found < 0) return std::nullopt;
+  return RayHit{nearest, origin + nearest * direction, terrain.triangles[found].normal};
+}
+
+}  // namespace counterpoint::collision

@@ -1,0 +1,81 @@
+// The 2011 formulation forward (kinetic_energy.h). With A = L L' and w = L'f the problem reads:
+// minimize 1/2 |w|^2 + sum q(c_N + L_N w - v_min) + (R and barriers of f). Its dual, over p = -grad
+// q > 0 and u = w - L_N'p, is convex and has no constraint but the domain of a logarithm:
+//
+//   minimize  1/2 |w|^2 + sum_i l_i(y_i) + sum_j (p_j (c_N,j - v_min,j) + q*(-p_j)),
+//   w = u + L_N'p,  y = c + b + L u
+//
+// with the potentials l of law.h. Stationary in u: w = L'f(y); in p: c_N - v_min + L_N w is the
+// speed s(p) at which q' = -p. Over (w, p), the gradient in p would hold A_N'f, whose rounding,
+// where conflicting constraints make f large, was seen to end the refinement at 1e-7.
+#pragma once
+
+#include "counterpoint/contact/kinetic_energy/kinetic_energy.h"
+
+namespace counterpoint::contact {
+
+/// The velocity bound of one normal row: p = -q'(s) and its inverse s(p).
+struct VelocityBound {
+  int law, row;
+  double free = 0.0;  // c_N - v_min
+  double k, s0;
+
+  double impulse(double s) const { return s >= s0 ? k / s : (2.0 - s / s0) * (k / s0); }
+  double stiffness(double s) const { return s >= s0 ? k / (s * s) : k / (s0 * s0); }  // q''
+  double speed(double p) const { return p <= k / s0 ? k / p : s0 * (2.0 - p * s0 / k); }
+  double softness(double p) const { return p <= k / s0 ? k / (p * p) : s0 * s0 / k; }  // -ds/dp
+};
+
+/// One a contact, of the target.
+std::vector<VelocityBound> velocity_bounds(const KineticEnergyProblem& problem);
+
+/// y = v + A grad q + b and f = f(y) of all rows: the inverse.
+void kinetic_energy_impulse(const KineticEnergyProblem& problem, const VectorX& v, VectorX& y,
+                            VectorX& f);
+
+/// The forward solution of one problem for one c; both must outlive it.
+class KineticEnergyNewton {
+ public:
+  KineticEnergyNewton(const KineticEnergyProblem& problem, const VectorX& c,
+                      const Settings& settings);
+  void solve(KineticEnergyResult& out);
+
+ private:
+  bool set_path(double kappa);  // false if that is the target already
+  void evaluate_here();
+  bool compute_step();
+  double relative_step() const;
+  bool advance();
+  bool minimize(double accuracy, int max_steps);
+  // The same with f as an unknown of its own (kinetic_energy_mixed.cc).
+  bool solve_mixed(double accuracy, int max_steps);
+  double evaluate_mixed();
+  double mixed_error(const VectorX& x, const VectorX& f);
+  double longest_step() const;
+  void add_bounds();
+  double decrement_at(const VectorX& x);
+  void follow_path();
+  void refine(KineticEnergyResult& out);
+  double residual(const VectorX& w, VectorX& v, VectorX& y, VectorX& f) const;
+  double roundoff(const VectorX& w, const VectorX& v, const VectorX& y) const;
+
+  const KineticEnergyProblem& problem_;
+  const VectorX& c_;
+  const Settings& settings_;
+  MatrixX L_, normal_;     // L and its bounded rows, L_N
+  std::vector<Law> laws_;  // on the path
+  std::vector<VelocityBound> bounds_;
+  std::vector<double> inverse_mass_;
+  double speed_ = 0.0;  // of the fastest free row
+  double share_ = 0.0;  // of the momentum: what is not resolved better (solver.h, Report)
+  int rank_ = 0;
+  VectorX x_, w_;  // (u, p); w
+  VectorX free_;   // c + b
+  VectorX y_, f_, gradient_, step_, y_step_, w_step_;
+  MatrixX hessian_;                // of the cost
+  std::vector<double> curvature_;  // of the laws, one after another
+  VectorX correction_;             // mixed: what brings f to the law at this y
+  int iterations_ = 0;
+};
+
+}  // namespace counterpoint::contact

@@ -1,0 +1,86 @@
+// Coulomb contacts of three rows, the common law, four at a time. The same functions as of one
+// contact (coulomb.h), so that the bits are the same, which the inverse relies on.
+#pragma once
+
+#include <vector>
+
+#include "counterpoint/contact/law.h"
+#include "counterpoint/contact/linear/vector_lanes.h"
+
+namespace counterpoint::contact {
+
+/// Four contacts, number by number. Where fewer are left the others are copies of the first one:
+/// they may be computed and stored like it, and only do not count in sums.
+struct CoulombFour {
+  int row[4] = {};      ///< first local row
+  int hessian[4] = {};  ///< start of G
+  double live[4] = {};  ///< 1, or 0 for a copy
+  double rho[4] = {}, slip[4] = {}, k[4] = {};
+  double mu[2][4] = {};
+  double inverse_mass[4] = {};
+};
+
+/// An island's contacts of this kind.
+class CoulombLanes {
+ public:
+  void clear();
+  /// Does this law belong here?
+  static bool takes(const Law& law) {
+    return law.type == LawType::kFrictionCone && law.coulomb && law.rows == 3;
+  }
+  void add(const Law& law, double inverse_mass, int row, int hessian);
+  int count() const { return count_; }
+  const std::vector<CoulombFour>& fours() const { return fours_; }
+
+  /// Impulses f at the velocities y, both by rows of the island.
+  void impulses(const double* y, double* f) const;
+  /// G at y.
+  void hessians(const double* y, double* hessian) const;
+  /// Sum of the slopes (law.h) at y along dy.
+  Slope slope(const double* y, const double* dy) const;
+
+ private:
+  int count_ = 0;
+  std::vector<CoulombFour> fours_;
+};
+
+/// Of three rows each, scattered among the rows of an island.
+struct ThreeRows {
+  Four row[3];
+};
+COUNTERPOINT_INTO_EACH void gather(const double* from, const int* first, ThreeRows& to) {
+  for (int r = 0; r < 3; ++r) {
+    const double* at = from + r;
+    to.row[r] = Four{at[first[0]], at[first[1]], at[first[2]], at[first[3]]};
+  }
+}
+COUNTERPOINT_INTO_EACH void scatter(const Four& from, const int* first, double* to) {
+  double values[4];
+  store(from, values);
+  for (int i = 0; i < 4; ++i) to[first[i]] = values[i];
+}
+
+/// G = D H D at its place in `hessian`, where H is lower triangular in (normal, along t) with the
+/// given slopes and a multiple of one across t.
+struct SlopeFour {
+  Four normal, radial, across, radial_normal;
+};
+COUNTERPOINT_INTO_EACH void scatter_hessian(const CoulombFour& c, const SlopeFour& slope,
+                                            const Four* t, double* hessian) {
+  Four mu[2];
+  for (int i = 0; i < 2; ++i) load(c.mu[i], mu[i]);
+  scatter(slope.normal, c.hessian, hessian);
+  scatter(Four{}, c.hessian, hessian + 1);
+  scatter(Four{}, c.hessian, hessian + 2);
+  const Four more = slope.radial - slope.across;
+  for (int i = 0; i < 2; ++i) {
+    scatter(mu[i] * (slope.radial_normal * t[i]), c.hessian, hessian + 3 * (i + 1));
+    for (int j = 0; j < 2; ++j) {
+      Four g = more * (t[i] * t[j]);
+      if (i == j) g += slope.across;
+      scatter((mu[i] * mu[j]) * g, c.hessian, hessian + 3 * (i + 1) + j + 1);
+    }
+  }
+}
+
+}  // namespace counterpoint::contact

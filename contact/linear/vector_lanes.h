@@ -1,0 +1,85 @@
+// Four doubles at once, for functions marked COUNTERPOINT_WIDE: without AVX the compiler makes two
+// halves of each operation, with the same bits.
+#pragma once
+
+#include <cmath>
+#include <cstring>
+#if defined(__SSE2__)
+#include <emmintrin.h>
+#endif
+
+#include "counterpoint/contact/linear/wide.h"
+
+namespace counterpoint::contact {
+
+using Four = double __attribute__((vector_size(32)));
+using Two = double __attribute__((vector_size(16)));
+
+// By copies: they are at any address.
+COUNTERPOINT_INTO_EACH void load(const double* from, Four& to) {
+  std::memcpy(&to, from, sizeof to);
+}
+COUNTERPOINT_INTO_EACH void load(const double* from, Two& to) { std::memcpy(&to, from, sizeof to); }
+COUNTERPOINT_INTO_EACH void store(const Four& from, double* to) {
+  std::memcpy(to, &from, sizeof from);
+}
+COUNTERPOINT_INTO_EACH void store(const Two& from, double* to) {
+  std::memcpy(to, &from, sizeof from);
+}
+COUNTERPOINT_INTO_EACH void load(const double* from, double& to) { to = *from; }
+COUNTERPOINT_INTO_EACH void store(const double& from, double* to) { *to = from; }
+
+/// A column of six.
+struct Six {
+  Four top;
+  Two bottom;
+};
+COUNTERPOINT_INTO_EACH void load(const double* from, Six& to) {
+  load(from, to.top);
+  load(from + 4, to.bottom);
+}
+COUNTERPOINT_INTO_EACH void store(const Six& from, double* to) {
+  store(from.top, to);
+  store(from.bottom, to + 4);
+}
+
+/// Square roots. In halves, which take no longer together than a whole, because the wide
+/// instruction cannot be named in a function that is compiled twice.
+COUNTERPOINT_INTO_EACH void square_root(double x, double& out) { out = std::sqrt(x); }
+COUNTERPOINT_INTO_EACH void square_root(const Four& x, Four& out) {
+  double values[4];
+  store(x, values);
+#if defined(__SSE2__)
+  for (int i = 0; i < 4; i += 2) _mm_storeu_pd(values + i, _mm_sqrt_pd(_mm_loadu_pd(values + i)));
+#else
+  for (double& value : values) value = std::sqrt(value);
+#endif
+  load(values, out);
+}
+
+/// out = A x, six by six, column by column without gaps.
+COUNTERPOINT_INTO_EACH void multiply_six(const double* a, const double* x, double* out) {
+  Six column[6], sum;
+  for (int j = 0; j < 6; ++j) load(a + 6 * j, column[j]);
+  sum.top =
+      (column[0].top * x[0] + column[1].top * x[1]) + (column[2].top * x[2] + column[3].top * x[3]);
+  sum.bottom = (column[0].bottom * x[0] + column[1].bottom * x[1]) +
+               (column[2].bottom * x[2] + column[3].bottom * x[3]);
+  for (int j = 4; j < 6; ++j) {
+    sum.top += column[j].top * x[j];
+    sum.bottom += column[j].bottom * x[j];
+  }
+  store(sum, out);
+}
+
+/// sum += a b.
+template <class Lanes>
+COUNTERPOINT_INTO_EACH void add_product(const Lanes& a, double b, Lanes& sum) {
+  sum += a * b;
+}
+COUNTERPOINT_INTO_EACH void add_product(const Six& a, double b, Six& sum) {
+  sum.top += a.top * b;
+  sum.bottom += a.bottom * b;
+}
+
+}  // namespace counterpoint::contact

@@ -1,0 +1,258 @@
+#include "counterpoint/contact/solve/island_solver.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "counterpoint/contact/law.h"
+
+namespace counterpoint::contact {
+namespace {
+
+// sigma of the mixed method as a share of the inverse mass at a constraint; that of the careful
+// path, which comes after, differs on purpose.
+constexpr double kSigma = 1.0, kPathSigmas[] = {0.2, 1.0, 3.0, 0.05, 10.0};
+
+// Most steps of each method.
+constexpr int kWarmSteps = 6, kSmoothingSteps = 20, kPathSteps = 60;
+// Where softer laws are no answer, paths of several sigma may take so many.
+constexpr int kLongPathSteps = 400;
+// Newton's method on velocities goes on while a stage of so many steps brings the residual, small
+// enough at the start, to that share.
+constexpr double kNearly = 0.3, kContraction = 0.1;
+constexpr int kStageSteps = 3, kFinishSteps = 20;
+// It also goes on from where a mixed method ended unsolved, if the residual there is below this:
+// kinks as narrow as the regularizers see what the widened ones do not, which of several lightly
+// loaded corners slips.
+constexpr double kUseful = 3e-2;
+
+// Softer laws are convex, and their cones of this compliance: hard enough that what stands for
+// some steps does not sink (by 4e-3 g h^2), soft enough that Newton's method takes some ten steps;
+// where masses differ by 1e8 some hundred. At most so many times softer than the own.
+// Laws that are convex already need but little.
+constexpr double kSoftCompliance = 4e-3, kSoftest = 32768.0, kLittleSofter = 32.0;
+constexpr int kConvexSteps = 500;
+
+// Where softer laws are no answer they are the start of a way back to the own: in at most so many
+// stages, at first all of it at once; shorter by this share of the logarithm where a stage fails.
+constexpr int kMostStages = 40;
+constexpr double kStageShrink = 0.4;
+
+}  // namespace
+
+void IslandSolver::begin(IslandSystem& system, const Settings& settings,
+                         const std::vector<double>& w, const std::vector<double>& guess) {
+  system_ = &system;
+  tolerance_ = settings.tolerance;
+  exact_ = settings.soften_after == 0;
+  max_iterations_ = settings.max_iterations;
+  budget_ = exact_ ? max_iterations_ : std::min(max_iterations_, settings.soften_after);
+  softness_ = {};
+  mixed_system_.reserve(system);
+  mixed_newton_.reserve(system);
+  for (auto* point : {&point_, &here_}) point->reserve(system);
+  for (auto* v : {&start_, &w_, &best_w_, &own_best_w_}) v->reserve(system.size());
+  for (auto* v : {&guess_, &f_, &best_f_}) v->reserve(system.num_rows());
+  own_.reserve(system.constraints().size());
+  best_w_.clear();
+  guess_ = guess;
+  f_.resize(guess.size());
+  newton_.begin(system);
+  start_ = w;
+  newton_.choose_start(start_, f_);
+}
+
+int IslandSolver::allowed(int steps) const {
+  return std::clamp(budget_ - newton_.totals().iterations, 0, steps);
+}
+
+// Newton's method on velocities from w_; keeps the best point. True if it arrives.
+bool IslandSolver::finish(int max_iterations) {
+  last_ = newton_.run(tolerance_, allowed(max_iterations), w_, f_);
+  return keep_best();
+}
+
+// Goes on where the last finish() or resume() ended.
+bool IslandSolver::resume(int max_iterations) {
+  last_ = newton_.resume(tolerance_, allowed(max_iterations), w_, f_);
+  return keep_best();
+}
+
+bool IslandSolver::keep_best() {
+  const bool arrived = succeeded(last_.status);
+  // A solution gives way to another one only: residuals of different laws say nothing together.
+  const bool better = !succeeded(best_.status) && last_.residual < best_.residual;
+  if (arrived || best_w_.empty() || better) {
+    best_ = last_;
+    best_w_ = w_;
+    best_f_ = f_;
+  }
+  return arrived;
+}
+
+// Goes on while the residual falls fast. That it is small says little by itself: it is relative to
+// the island's momentum, and joints with friction have but a small share in a body's fall.
+bool IslandSolver::run_velocity() {
+  w_ = start_;
+  bool arrived = resume(0);
+  double before = kNearly;
+  for (int steps = 0; steps < kFinishSteps && !arrived && last_.residual < before;
+       steps += kStageSteps) {
+    before = kContraction * last_.residual;
+    arrived = resume(kStageSteps);
+  }
+  return arrived;
+}
+
+void IslandSolver::start_mixed(double sigma) {
+  mixed_system_.begin(*system_, sigma);
+  point_.w = start_;
+  mixed_system_.guess(guess_, point_.phi);
+}
+
+// What a mixed method found, finished by Newton's method on velocities.
+bool IslandSolver::finish_mixed(const MixedNewton::Result& result) {
+  newton_.count(result.iterations);
+  if (!result.solved && !(result.residual < kUseful)) return false;
+  w_ = point_.w;
+  return finish(kFinishSteps);
+}
+
+bool IslandSolver::run_warm() {
+  start_mixed(kSigma);
+  return finish_mixed(mixed_newton_.run_near(mixed_system_, allowed(kWarmSteps), point_));
+}
+
+// From the impulses that would stop each constraint by itself: those of the last step have failed.
+bool IslandSolver::run_smoothing(double sigma, MixedNewton::Schedule schedule, int max_iterations) {
+  std::fill(guess_.begin(), guess_.end(), std::numeric_limits<double>::quiet_NaN());
+  start_mixed(sigma);
+  return finish_mixed(
+      mixed_newton_.run_smoothed(mixed_system_, schedule, allowed(max_iterations), point_));
+}
+
+bool IslandSolver::run_path() {
+  if (!exact_) return run_smoothing(kPathSigmas[0], MixedNewton::Schedule::kPath, kPathSteps);
+  for (const double sigma : kPathSigmas)
+    if (run_smoothing(sigma, MixedNewton::Schedule::kPath, kLongPathSteps)) return true;
+  return false;
+}
+
+void IslandSolver::set_softness(Softness softness) {
+  softness_ = softness;
+  auto own = own_.begin();
+  for (auto& c : system_->constraints()) c.law = soften(*own++, softness);
+  system_->laws_changed();
+}
+
+// How much softer: as soft as kSoftCompliance, whatever the cones' own is.
+double IslandSolver::softer_factor() const {
+  double softest = 0.0;
+  for (const auto& c : system_->constraints())
+    if (c.law.type == LawType::kFrictionCone && c.inverse_mass > 0.0)
+      softest = std::max(softest, c.law.regularizer / c.inverse_mass);
+  return softest > 0.0 ? std::clamp(kSoftCompliance / softest, 1.0, kSoftest) : kSoftest;
+}
+
+bool IslandSolver::solve_softer(double factor) {
+  budget_ = std::min(max_iterations_, budget_ + kConvexSteps);
+  set_softness({factor, true});
+  w_ = start_;
+  best_w_.clear();
+  return finish(kConvexSteps);
+}
+
+// Softer laws, whose cost has a minimum that a line search finds from anywhere.
+bool IslandSolver::run_softer() {
+  own_.clear();
+  for (const auto& c : system_->constraints()) own_.push_back(c.law);
+  own_best_w_ = best_w_;
+  const bool convex = !system_->unsymmetric();
+  const double most = exact_ ? kSoftest : softer_factor();
+  bool arrived = convex && !exact_ && solve_softer(std::min(kLittleSofter, most));
+  if (!arrived) arrived = solve_softer(most);
+  if (!exact_) return arrived;
+  if (arrived) walk_back();
+  if (!softness_.any()) return true;
+  // The best point of all, judged by the own laws.
+  set_softness({});
+  w_ = best_w_;
+  best_w_.clear();
+  finish(0);
+  w_ = own_best_w_;
+  return (!w_.empty() && finish(0)) || succeeded(best_.status);
+}
+
+// From the softest laws to the own ones, by shorter and longer stages.
+void IslandSolver::walk_back() {
+  point_.w = best_w_;
+  mixed_system_.begin(*system_, kSigma);
+  mixed_system_.guess(best_f_, point_.phi);
+  double left = std::log(softness_.factor), stage = left;
+  for (int i = 0; i < kMostStages && softness_.any(); ++i) {
+    here_ = point_;
+    const Softness reached = softness_;
+    const double next = left > stage ? left - stage : 0.0;
+    set_softness({next > 0.0 ? std::exp(next) : 1.0, false});
+    mixed_system_.begin(*system_, kSigma);
+    const auto result = mixed_newton_.run_smoothed(mixed_system_, MixedNewton::Schedule::kFollow,
+                                                   allowed(kSmoothingSteps), point_);
+    newton_.count(result.iterations);
+    w_ = point_.w;
+    if (result.solved && finish(kFinishSteps)) {
+      left = next;
+      stage = std::min(2.0 * stage, left);
+    } else {
+      point_ = here_;
+      set_softness(reached);
+      stage *= kStageShrink;
+    }
+  }
+}
+
+bool IslandSolver::run(Method method) {
+  switch (method) {
+    case Method::kVelocity:
+      return run_velocity();
+    case Method::kWarm:
+      return run_warm();
+    case Method::kSmoothing:
+      return run_smoothing(kSigma, MixedNewton::Schedule::kFollow, kSmoothingSteps);
+    case Method::kPath:
+      return run_path();
+    case Method::kSofter:
+      return run_softer();
+  }
+  return false;
+}
+
+IslandSolver::Result IslandSolver::solve(IslandSystem& system, const Settings& settings,
+                                         std::vector<double>& w, std::vector<double>& f) {
+  constexpr Method kPlan[] = {Method::kVelocity, Method::kWarm, Method::kSmoothing, Method::kPath,
+                              Method::kSofter};
+  begin(system, settings, w, f);
+  Result result;
+  bool arrived = false;
+  for (const Method method : kPlan) {
+    if (settings.only && *settings.only != method) continue;
+    result.method = method;
+    arrived = run(method);
+    if (arrived || best_.status == Status::kNotFinite) break;
+  }
+  if (best_w_.empty()) {
+    w_ = start_;
+    finish(0);
+  }
+  w = best_w_;
+  f = best_f_;
+  result.status = best_.status;
+  if (arrived && softness_.any()) result.status = Status::kSoftened;
+  if (!arrived && best_.status != Status::kNotFinite)
+    result.status = allowed(1) == 0 ? Status::kMaxIterations : Status::kNoProgress;
+  result.residual = best_.residual;
+  result.iterations = newton_.totals().iterations;
+  result.softness = softness_;
+  return result;
+}
+
+}  // namespace counterpoint::contact

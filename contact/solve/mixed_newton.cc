@@ -1,0 +1,121 @@
+#include "counterpoint/contact/solve/mixed_newton.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace counterpoint::contact {
+namespace {
+
+// Relative residual of a solution: what is left is for Newton's method on velocities.
+constexpr double kTolerance = 1e-9;
+// Halvings of a step that does not bring the residual down; the last one is taken all the same.
+constexpr double kSufficientDecrease = 1e-3;
+constexpr int kNearHalvings = 2, kFollowHalvings = 4, kPathHalvings = 5;
+// A near start is given up where so many steps leave the residual above this share of its terms.
+constexpr int kGateSteps = 2;
+constexpr double kGate = 0.3;
+// Smoothing of all laws together as a share of the square of their residual.
+constexpr double kFollow = 0.3, kPathStart = 0.1;
+// A point is near enough to the path where the square of its residual is below this share of the
+// smoothing. Then that falls by a factor: by less of it where a step was enough, by more where it
+// took many.
+constexpr double kNear = 0.1;
+constexpr double kFirstFactor = 0.3, kLeastFactor = 1e-4, kMostFactor = 0.5;
+// Smoothing this small, as a share of the square of the scale, is none.
+constexpr double kNoSmoothing = 1e-20;
+// So many steps that do not come near the path: back to more smoothing, but not for ever.
+constexpr int kPatience = 10, kMaxRaises = 3;
+constexpr double kRaise = 100.0, kRaiseFromNone = 1e-2;
+
+}  // namespace
+
+void MixedNewton::reserve(const IslandSystem& system) { step_.reserve(system); }
+
+// One step, halved until the residual falls or no longer; false if singular.
+bool MixedNewton::advance(MixedSystem& system, int max_halvings, MixedSystem::Point& point,
+                          double& norm) {
+  if (!system.factor()) return false;
+  system.direction(step_);
+  double step = 1.0;
+  for (int i = 0;; ++i, step *= 0.5) {
+    const double after = system.trial(point, step_, step);
+    if (after <= (1.0 - kSufficientDecrease * step) * norm || i == max_halvings) break;
+  }
+  norm = system.accept(step_, point);
+  return true;
+}
+
+MixedNewton::Result MixedNewton::run_near(MixedSystem& system, int max_iterations,
+                                          MixedSystem::Point& point) {
+  Result result;
+  system.center = 0.0;
+  double norm = system.residual(point);
+  for (;; ++result.iterations) {
+    result.residual = norm / system.scale();
+    result.solved = result.residual <= kTolerance;
+    if (result.solved || !std::isfinite(norm) || result.iterations == max_iterations) return result;
+    if (result.iterations == kGateSteps && result.residual > kGate) return result;
+    if (!advance(system, kNearHalvings, point, norm)) return result;
+  }
+}
+
+MixedNewton::Result MixedNewton::run_smoothed(MixedSystem& system, Schedule schedule,
+                                              int max_iterations, MixedSystem::Point& point) {
+  return schedule == Schedule::kFollow ? run_following(system, max_iterations, point)
+                                       : run_path(system, max_iterations, point);
+}
+
+// A smoothing Newton method: the smoothing is a share of the residual of the laws, and never grows.
+MixedNewton::Result MixedNewton::run_following(MixedSystem& system, int max_iterations,
+                                               MixedSystem::Point& point) {
+  Result result;
+  const double share = kFollow / std::max(1, system.num_laws());
+  system.center = 0.0;
+  system.residual(point);
+  double norm = system.recenter(point, share * system.law_square());
+  for (;; ++result.iterations) {
+    if (norm <= kTolerance * system.scale() && system.center > 0.0)
+      norm = system.recenter(point, 0.0);
+    result.residual = norm / system.scale();
+    result.solved = result.residual <= kTolerance;
+    if (result.solved || !std::isfinite(norm) || result.iterations == max_iterations) return result;
+    if (!advance(system, kFollowHalvings, point, norm)) return result;
+    const double goal = share * system.law_square();
+    if (goal < system.center) norm = system.recenter(point, goal);
+  }
+}
+
+MixedNewton::Result MixedNewton::run_path(MixedSystem& system, int max_iterations,
+                                          MixedSystem::Point& point) {
+  Result result;
+  const double laws = std::max(1, system.num_laws());
+  system.center = 0.0;
+  double norm = system.residual(point);
+  norm = system.recenter(point, kPathStart * norm * norm / laws);
+  double factor = kFirstFactor;
+  int since = 0, raises = 0;
+  for (;; ++result.iterations, ++since) {
+    while (system.center > 0.0 && norm * norm <= kNear * laws * system.center) {
+      if (since <= 1) factor = std::max(kLeastFactor, factor * kFirstFactor);
+      if (since > 3) factor = std::min(kMostFactor, std::sqrt(factor));
+      since = 0;
+      const double center = factor * system.center;
+      const bool none = center * laws < kNoSmoothing * system.scale() * system.scale();
+      norm = system.recenter(point, none ? 0.0 : center);
+    }
+    result.residual = norm / system.scale();
+    result.solved = system.center == 0.0 && result.residual <= kTolerance;
+    if (result.solved || !std::isfinite(norm) || result.iterations == max_iterations) return result;
+    if (since > kPatience) {
+      if (++raises > kMaxRaises) return result;
+      const double center =
+          system.center > 0.0 ? kRaise * system.center : kRaiseFromNone * norm * norm / laws;
+      factor = kFirstFactor;
+      since = 0;
+      norm = system.recenter(point, center);
+    }
+    if (!advance(system, kPathHalvings, point, norm)) return result;
+  }
+}
+
+}  // namespace counterpoint::contact

@@ -1,0 +1,39 @@
+// Newton's method on the mixed system: without smoothing from a start that is nearly right, and
+// along falling smoothing from any.
+#pragma once
+
+#include "counterpoint/contact/solve/mixed_system.h"
+
+namespace counterpoint::contact {
+
+class MixedNewton {
+ public:
+  struct Result {
+    bool solved = false;
+    int iterations = 0;
+    double residual = 0.0;  ///< relative
+  };
+
+  /// From a start that may be nearly right: no smoothing beyond that of the laws. Gives up when the
+  /// first steps do not bring the residual down.
+  Result run_near(MixedSystem& system, int max_iterations, MixedSystem::Point& point);
+
+  /// How smoothing falls: with the residual of the laws, which is quick, or one solution after the
+  /// other along the path, which is careful.
+  enum class Schedule { kFollow, kPath };
+  /// From anywhere to the solution at the smoothing of the laws.
+  Result run_smoothed(MixedSystem& system, Schedule schedule, int max_iterations,
+                      MixedSystem::Point& point);
+
+  /// As MixedSystem::reserve.
+  void reserve(const IslandSystem& system);
+
+ private:
+  Result run_following(MixedSystem& system, int max_iterations, MixedSystem::Point& point);
+  Result run_path(MixedSystem& system, int max_iterations, MixedSystem::Point& point);
+  bool advance(MixedSystem& system, int max_halvings, MixedSystem::Point& point, double& norm);
+
+  MixedSystem::Point step_;
+};
+
+}  // namespace counterpoint::contact

@@ -1,0 +1,272 @@
+#include "counterpoint/contact/solve/newton.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "counterpoint/contact/law.h"
+
+namespace counterpoint::contact {
+namespace {
+
+constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
+// |phi'(alpha)| / |phi'(0)| at which the line search is content. A step costs a factorization, a
+// line search evaluation costs one pass over the rows.
+constexpr double kLineSearchAccuracy = 0.1;
+// Scales [sqrt J] whose squares underflow: what moves so slowly is at rest.
+constexpr double kNothing = 1e-140;
+// Residuals this many times the round-off estimate cannot be told from zero.
+constexpr double kFloorFactor = 4.0;
+// Those below this share of it are round-off for sure: no step is spent to see that they fall no
+// more. The estimate is a bound; what rounding leaves is about a tenth of it.
+constexpr double kSureFloor = 0.25;
+// Round-off is not looked for in relative residuals above these: where nothing has been tried yet,
+// and where the last step went well.
+constexpr double kLargestFloor = 1e-3, kLargestSureFloor = 1e-7;
+// A given start of a smaller relative residual is not compared with the free velocity.
+constexpr double kGoodStart = 1e-3;
+// Steps on a residual that is no gradient: how often to halve, and the share of the predicted
+// decrease that must come.
+constexpr int kMaxHalvings = 10;
+constexpr double kSufficientDecrease = 1e-3;
+// Such steps are given up when this many in a row have not brought the residual down to this share.
+constexpr int kPatience = 8;
+constexpr double kProgress = 0.95;
+
+double dot(const std::vector<double>& a, const std::vector<double>& b) {
+  double sum = 0.0;
+  for (size_t i = 0; i < a.size(); ++i) sum += a[i] * b[i];
+  return sum;
+}
+
+}  // namespace
+
+void Newton::begin(IslandSystem& system) {
+  system_ = &system;
+  const size_t n = system.size(), m = system.num_rows();
+  for (auto* v : {&difference_, &momentum_, &gradient_, &step_, &mass_step_, &trial_}) v->resize(n);
+  for (auto* v : {&y_, &y_step_, &y_trial_}) v->resize(m);
+  hessian_.resize(system.hessian_size());
+  totals_.iterations = totals_.line_search_evaluations = 0;
+  evaluated_ = false;
+  for (auto* history : {&totals_.residual_history, &totals_.cost_history}) {
+    history->reserve(kUsualHistory);
+    history->clear();
+  }
+}
+
+// Of the point that evaluate_residual saw last.
+double Newton::cost_here() const {
+  double sum = 0.5 * dot(difference_, momentum_);
+  for (const auto& c : system_->constraints()) sum += potential(c.law, y_.data() + c.row);
+  return sum;
+}
+
+void Newton::choose_start(std::vector<double>& w, std::vector<double>& f) {
+  unsymmetric_ = system_->unsymmetric();
+  evaluate_residual(w, f);
+  const double given = gradient_norm_;
+  if (given < kGoodStart * scale_) return;
+  const double* free = system_->free_velocity();
+  trial_.assign(free, free + w.size());
+  evaluate_residual(trial_, f);
+  if (gradient_norm_ < given) {
+    w = trial_;
+  } else {
+    evaluated_ = false;
+  }
+}
+
+// y, f, gradient (or, with Coulomb laws, residual), its norm and the scale of its terms, all at w.
+void Newton::evaluate_residual(const std::vector<double>& w, std::vector<double>& f) {
+  const double* free = system_->free_velocity();
+  const double* inverse = system_->inverse_diagonal();
+  system_->constraint_velocity(w.data(), y_.data());
+  system_->lanes().impulses(y_.data(), f.data());
+  for (const int i : system_->others()) {
+    const auto& c = system_->constraints()[i];
+    impulse(c.law, y_.data() + c.row, f.data() + c.row);
+  }
+  for (size_t i = 0; i < w.size(); ++i) difference_[i] = w[i] - free[i];
+  system_->multiply_mass(difference_.data(), momentum_.data());
+  double square = 0.0, share = 0.0;
+  std::fill(gradient_.begin(), gradient_.end(), 0.0);
+  square += system_->add_impulse(f.data(), gradient_.data());
+  double norm = 0.0;
+  for (size_t i = 0; i < w.size(); ++i) {
+    gradient_[i] = momentum_[i] - gradient_[i];
+    norm += gradient_[i] * gradient_[i] * inverse[i];
+    square += momentum_[i] * momentum_[i] * inverse[i];
+    share += (w[i] * w[i] + free[i] * free[i]) / inverse[i];
+  }
+  gradient_norm_ = std::sqrt(norm);
+  scale_ = std::sqrt(square + kMomentumShare * kMomentumShare * share);
+  evaluated_ = true;
+  linearized_ = recorded_ = false;
+}
+
+// Norm of the residual that rounding alone explains: y is known to eps |J||w|, hence f to |G| times
+// that, and M(w - w*) to eps |M||w|.
+double Newton::roundoff_floor(const std::vector<double>& w) {
+  linearize();
+  system_->velocity_roundoff(w.data(), y_trial_.data());
+  for (const auto& c : system_->constraints()) {
+    const int rows = c.law.rows;
+    const double* g = hessian_.data() + c.hessian;
+    double e[kMaxRows] = {};
+    for (int r = 0; r < rows; ++r) {
+      for (int s = 0; s < rows; ++s) e[r] += std::abs(g[r * rows + s]) * y_trial_[c.row + s];
+    }
+    std::copy(e, e + rows, y_trial_.data() + c.row);
+  }
+  std::fill(trial_.begin(), trial_.end(), 0.0);
+  system_->add_absolute(y_trial_.data(), trial_.data());
+  const double* free = system_->free_velocity();
+  const double* inverse = system_->inverse_diagonal();
+  double square = 0.0;
+  for (size_t i = 0; i < w.size(); ++i) {
+    const double mass_part = kEpsilon * (std::abs(w[i]) + std::abs(free[i])) / inverse[i];
+    square += (trial_[i] + mass_part) * (trial_[i] + mass_part) * inverse[i];
+  }
+  return std::sqrt(square);
+}
+
+// G of all laws at the point of the residual.
+void Newton::linearize() {
+  if (linearized_) return;
+  linearized_ = true;
+  system_->lanes().hessians(y_.data(), hessian_.data());
+  double f[kMaxRows];
+  for (const int i : system_->others()) {
+    const auto& c = system_->constraints()[i];
+    evaluate(c.law, y_.data() + c.row, f, hessian_.data() + c.hessian);
+  }
+}
+
+bool Newton::compute_direction() {
+  linearize();
+  if (!system_->factor(hessian_.data(), unsymmetric_)) return false;
+  for (size_t i = 0; i < step_.size(); ++i) step_[i] = -gradient_[i];
+  system_->solve(step_.data());
+  return true;
+}
+
+bool Newton::advance(std::vector<double>& w, std::vector<double>& f) {
+  return unsymmetric_ ? advance_residual(w, f) : advance_cost(w);
+}
+
+// The zero of the residual's component along step_: with a cost, where that is least.
+LineSearchResult Newton::search_step() {
+  LineSearchResult nowhere;
+  const double at_zero = dot(gradient_, step_);
+  if (!(at_zero < 0.0)) return nowhere;
+  system_->multiply_jacobian(step_.data(), y_step_.data());
+  system_->multiply_mass(step_.data(), mass_step_.data());
+  const double linear = dot(momentum_, step_), quadratic = dot(mass_step_, step_);
+  const auto derivative = [&](double alpha) {
+    Slope sum{linear + alpha * quadratic, quadratic};
+    for (size_t i = 0; i < y_.size(); ++i) y_trial_[i] = y_[i] + alpha * y_step_[i];
+    const Slope contacts = system_->lanes().slope(y_trial_.data(), y_step_.data());
+    sum.first += contacts.first;
+    sum.second += contacts.second;
+    for (const int i : system_->others()) {
+      const auto& c = system_->constraints()[i];
+      const Slope s = slope(c.law, y_trial_.data() + c.row, y_step_.data() + c.row);
+      sum.first += s.first;
+      sum.second += s.second;
+    }
+    return sum;
+  };
+  const LineSearchResult found = search_line(derivative, at_zero, kLineSearchAccuracy);
+  totals_.line_search_evaluations += found.evaluations;
+  return found;
+}
+
+bool Newton::advance_cost(std::vector<double>& w) {
+  const LineSearchResult found = search_step();
+  for (size_t i = 0; i < w.size(); ++i) w[i] += found.step * step_[i];
+  return found.found;
+}
+
+// To the zero along the step if the residual is smaller there, else halves the step until it is;
+// leaves w where it was if it never is.
+bool Newton::advance_residual(std::vector<double>& w, std::vector<double>& f) {
+  const double before = gradient_norm_;
+  trial_ = w;
+  const auto improves = [&](double alpha) {
+    for (size_t j = 0; j < w.size(); ++j) w[j] = trial_[j] + alpha * step_[j];
+    evaluate_residual(w, f);
+    ++totals_.line_search_evaluations;
+    return gradient_norm_ < (1.0 - kSufficientDecrease * std::min(alpha, 1.0)) * before;
+  };
+  // The zero of the residual along the step is usually far better than the full step.
+  const LineSearchResult found = search_step();
+  if (found.found && found.step != 1.0 && improves(found.step)) return true;
+  double alpha = 1.0;
+  for (int i = 0; i < kMaxHalvings; ++i, alpha *= 0.5) {
+    if (improves(alpha)) return true;
+  }
+  w = trial_;
+  evaluated_ = false;
+  return false;
+}
+
+void Newton::record() {
+  recorded_ = true;
+  residual_ = scale_ > kNothing ? gradient_norm_ / scale_ : 0.0;
+  totals_.residual_history.push_back(residual_);
+  if (!unsymmetric_) totals_.cost_history.push_back(cost_here());
+}
+
+// A step that did not reduce the residual, or a line search lost in noise: round-off, or failure?
+// A start that no step may follow is asked only where the answer may be yes.
+bool Newton::at_floor(bool moved, int max_iterations, double best, const std::vector<double>& w) {
+  const bool only = max_iterations == 0 && residual_ < kLargestFloor;
+  const bool in_doubt = !moved || gradient_norm_ > 0.5 * best || only;
+  if (!in_doubt && residual_ > kLargestSureFloor) return false;
+  return gradient_norm_ <= (in_doubt ? kFloorFactor : kSureFloor) * roundoff_floor(w);
+}
+
+Newton::Result Newton::run(double tolerance, int max_iterations, std::vector<double>& w,
+                           std::vector<double>& f) {
+  unsymmetric_ = system_->unsymmetric();
+  evaluated_ = false;
+  return resume(tolerance, max_iterations, w, f);
+}
+
+Newton::Result Newton::resume(double tolerance, int max_iterations, std::vector<double>& w,
+                              std::vector<double>& f) {
+  Result result;
+  const auto stop = [&](Status status) {
+    result.status = status;
+    return result;
+  };
+  double best = std::numeric_limits<double>::infinity();
+  double milestone = best;
+  int since_milestone = 0;
+  bool moved = true;
+  for (;;) {
+    if (!evaluated_) evaluate_residual(w, f);
+    if (!recorded_) record();
+    result.residual = residual_;
+    if (!std::isfinite(gradient_norm_)) return stop(Status::kNotFinite);
+    if (residual_ <= tolerance) return result;
+    if (gradient_norm_ < kProgress * milestone) {
+      milestone = gradient_norm_;
+      since_milestone = 0;
+    } else if (unsymmetric_ && ++since_milestone >= kPatience) {
+      moved = false;  // creeping towards a local minimum of the residual's norm
+    }
+    if (at_floor(moved, max_iterations, best, w)) return stop(Status::kRoundoffFloor);
+    best = std::min(best, gradient_norm_);
+    if (!moved) return stop(Status::kNoProgress);
+    if (result.iterations == max_iterations) return stop(Status::kMaxIterations);
+    if (!compute_direction()) return stop(Status::kSingular);
+    evaluated_ = false;
+    moved = advance(w, f);
+    ++result.iterations;
+    ++totals_.iterations;
+  }
+}
+
+}  // namespace counterpoint::contact

@@ -1,0 +1,29 @@
+// From constraints to the contact problem (forward), and from impulses to body wrenches (inverse).
+#pragma once
+
+#include "counterpoint/contact/problem.h"
+#include "counterpoint/engine/constraints/constraints.h"
+
+namespace counterpoint {
+
+/// Fills `problem` with the trees that constraints touch, one block each, and all constraints:
+/// pairs first, then joint rows, in their order. `block_of_tree` (num_trees) is -1 for trees
+/// left out: those move freely. mass_diagonal (nv) is added to M: h D of implicit damping. Needs
+/// compute_poses and compute_inertias.
+void assemble_problem(const Model& model, const ConstraintSet& constraints, const VectorRef& w_free,
+                      const VectorRef& mass_diagonal, Data& data, std::vector<int>& block_of_tree,
+                      contact::Problem& problem);
+
+/// Impulse and angular impulse of a pair constraint on body B [N s, N m s], in W, at its position.
+Force pair_impulse(const PairConstraint& pair, const contact::Rows& impulse);
+
+/// Adds it to body B and takes it from A: impulses in world axes at the body origins.
+void add_pair_impulse(const PairConstraint& pair, const Force& impulse, const Data& data,
+                      std::vector<Force>& body_impulse);
+
+/// tau (nv) += J' f for body wrenches or impulses, world axes at the body origins; they are used up
+/// as scratch. Needs compute_poses.
+void project_on_joints(const Model& model, const Data& data, std::vector<Force>& body_force,
+                       VectorOut tau);
+
+}  // namespace counterpoint

@@ -1,0 +1,194 @@
+// The constraints of one step as they follow from (q, w): contacts, closures, joint limits,
+// speed limits, dry joint friction, mimic joints.
+#pragma once
+
+#include <limits>
+#include <span>
+#include <vector>
+
+#include "counterpoint/collision/collider.h"
+#include "counterpoint/contact/disjoint_sets.h"
+#include "counterpoint/contact/problem.h"
+#include "counterpoint/engine/constraints/bounce.h"
+#include "counterpoint/engine/constraints/friction_slip.h"
+#include "counterpoint/engine/constraints/inverse_weights.h"
+#include "counterpoint/engine/dynamics/data.h"
+#include "counterpoint/model/effect.h"
+#include "counterpoint/model/scene.h"
+
+namespace counterpoint {
+
+/// Rows of motion of body B relative to body A: velocity at `position` along the columns of
+/// `frame`, then angular velocity about them. A contact's columns are n, t1, t2.
+struct PairConstraint {
+  int body_a = 0, body_b = 0;
+  Vector3 position = Vector3::Zero();  ///< in W [m]; one for both bodies, so that momentum is kept
+  Matrix3 frame = Matrix3::Identity();
+  int first = 0;  ///< of the six rows (3 linear, 3 angular) the law has rows first, first + 1, ...
+  contact::Law law;
+  double gap_bias = 0.0;  ///< of a contact: the bias that recovers all that is to be [m/s]
+  /// Of a contact that bounces in this step: when after its start (bounce.h) [s]; else 0.
+  double impact_time = 0.0;
+  /// Of a contact: its regularizer is this share of eps alpha, less where it may carry a body that
+  /// is very much heavier (kHeaviest).
+  double stiffer = 1.0;
+  /// The contact whose sliding speed law.slip_speed is a share of (friction_slip.h), or -1.
+  int fastest = -1;
+};
+
+/// One row on joint coordinates: y = coefficient[0] w[v_index[0]] + coefficient[1] w[v_index[1]] +
+/// b.
+struct JointConstraint {
+  Effect effect = Effect::kLimits;  ///< what it is a row of
+  contact::Law law;
+  int v_index[2] = {-1, -1};  ///< the second is -1 for limits and dry friction
+  double coefficient[2] = {1.0, 0.0};
+  /// Of a joint limit, as in PairConstraint; NaN where there is no gap.
+  double gap_bias = std::numeric_limits<double>::quiet_NaN();
+};
+
+/// A contact candidate without rows (parked_contacts.h).
+struct ParkedContact {
+  collision::Candidate candidate;
+  PairConstraint pair;
+};
+
+struct ConstraintSet {
+  std::vector<collision::Candidate> contacts;
+  /// First the contacts, one each, then those of `closures`.
+  std::vector<PairConstraint> pairs;
+  std::vector<int> closures;  ///< index into Model::closures, one for each pair behind the contacts
+  std::vector<JointConstraint> joints;
+  std::vector<ParkedContact> parked;
+  double max_penetration = 0.0;  ///< [m]
+
+  bool empty() const { return pairs.empty() && joints.empty(); }
+  void clear() {
+    contacts.clear();
+    pairs.clear();
+    closures.clear();
+    joints.clear();
+    parked.clear();
+    max_penetration = 0.0;
+  }
+};
+
+/// Calls visit(tree_a, tree_b) for every constraint; -1 for the world, or if there is no second.
+template <class Visit>
+void for_each_constraint(const Model& model, const ConstraintSet& constraints, Visit visit) {
+  for (const PairConstraint& pair : constraints.pairs)
+    visit(model.body(pair.body_a).tree, model.body(pair.body_b).tree);
+  for (const JointConstraint& joint : constraints.joints) {
+    visit(model.tree_of_velocity(joint.v_index[0]),
+          joint.v_index[1] < 0 ? -1 : model.tree_of_velocity(joint.v_index[1]));
+  }
+}
+
+/// Makes sets of the trees that constraints tie together.
+inline void join_constrained_trees(const Model& model, const ConstraintSet& constraints,
+                                   contact::DisjointSets& trees) {
+  trees.reset(model.num_trees());
+  for_each_constraint(model, constraints, [&](int a, int b) {
+    if (a >= 0 && b >= 0) trees.join(a, b);
+  });
+}
+
+/// A velocity coordinate with dry friction, and the body it moves.
+struct DryCoordinate {
+  int v_index = 0, body = 0;
+};
+
+/// A velocity coordinate with a speed limit [m/s, rad/s], and the body it moves.
+struct SpeedLimit {
+  int v_index = 0, body = 0;
+  double limit = 0.0;
+};
+
+/// Bodies asleep, and the world (sleep.h). A list by body, empty where none sleeps.
+struct Idle {
+  std::span<const char> bodies = {};
+  bool operator()(int body) const { return !bodies.empty() && bodies[body]; }
+};
+
+/// A contact has the compliance of its own inverse mass up to a body of so many times its mass in
+/// its island, which it may carry; beyond, that of a body of this share of the heaviest one's mass,
+/// so that no load sinks by more than eps kHeaviest h^2 g / beta.
+inline constexpr double kHeaviest = 1e5;
+
+/// Finds the constraints of a model. Scratch memory inside: one per thread.
+class ConstraintFinder {
+ public:
+  ConstraintFinder(const Model& model, InverseWeights weights);
+
+  /// Everything which may push within the step, judged from (q, v) alone: the inverse must come to
+  /// the same set. Needs compute_poses and compute_velocities.
+  /// Only the effects given are looked at; constraints between none but idle bodies are left out
+  /// (Collider::compute_candidates).
+  void find(const Model& model, const SimulationOptions& options, EffectSet effects,
+            const VectorRef& q, const VectorRef& v, const Data& data, ConstraintSet& out,
+            EffectCounts& counts, Idle idle = {});
+
+  /// Adds to what find() found what the velocity w (nv) that a step came to runs into from afar
+  /// (joint_limits.h, parked_contacts.h); for w that are a solution with it, nothing. False if
+  /// nothing was added. Where contacts are parked it needs the poses of find().
+  bool find_overrun(const Model& model, const SimulationOptions& options, EffectSet effects,
+                    const VectorRef& q, const VectorRef& v, const VectorRef& w, const Data& data,
+                    ConstraintSet& out, Idle idle = {});
+
+  /// The part of find_overrun that is about contacts.
+  bool find_reached_contacts(const Model& model, const SimulationOptions& options,
+                             const VectorRef& w, const Data& data, ConstraintSet& out);
+
+  /// What restitution makes of a contact in the step: of this surface, at a gap [m], its normal
+  /// velocity [m/s].
+  Bounce find_contact_bounce(const SimulationOptions& options, EffectSet effects,
+                             const Material& surface, const PairConstraint& contact, double gap,
+                             double velocity) const;
+  /// The relative acceleration that this reckons with, in W [m/s^2].
+  Vector3 relative_fall(EffectSet effects, const PairConstraint& contact) const;
+
+  /// Radius [m] of each body's geometry about the body origin.
+  const std::vector<double>& radii() const { return radius_; }
+  const InverseWeights& weights() const { return weights_; }
+  const collision::Collider& collider() const { return collider_; }
+
+ private:
+  void find_candidates(const Model& model, const SimulationOptions& options, EffectSet effects,
+                       const Data& data, Idle idle);
+  bool spread_travel(const Model& model, std::span<const std::pair<int, int>> close,
+                     double threshold, double own_threshold);
+  void find_contacts(const Model& model, const SimulationOptions& options, EffectSet effects,
+                     const Data& data, ConstraintSet& out, EffectCounts& counts, Idle idle);
+  void stiffen_under_load(const Model& model, ConstraintSet& out);
+  double turning_advance(const Vector3& n, const Vector3& arm, double h, int body,
+                         const Data& data);
+  double gap_less_turning(const PairConstraint& contact, double gap, double h, const Data& data);
+
+  InverseWeights weights_;
+  collision::Collider collider_;
+  std::vector<double> radius_;  ///< of each body's geometry about the body origin [m]
+  std::vector<double> travel_;  ///< of each body's surface within the step [m]
+  std::vector<double> slack_;   ///< what impacts and applied forces may add to that [m]
+  std::vector<double> margin_;  ///< both
+  std::vector<collision::Candidate> candidates_;
+  bool heavy_on_light_;  ///< some bodies are more than kHeaviest times as heavy as others
+  contact::DisjointSets islands_;
+  std::vector<double> least_weight_;  ///< by tree, of the island that has it as root [1/kg]
+  std::vector<Vector3> fall_;  ///< free_fall
+  std::vector<double> speed_;  ///< at which each contact with rows slides at the start [m/s]
+  FrictionSlip friction_slip_;
+  std::vector<DryCoordinate> dry_;  ///< with dry friction
+  std::vector<int> limited_;        ///< bodies whose joint has a limit
+  std::vector<SpeedLimit> speed_limits_;
+  std::vector<Motion> acceleration_;  ///< scratch of closures
+  std::vector<Motion> V_;             ///< bodies' velocities at the end of a step
+  std::vector<Quaternion> turn_;      ///< of each body within the step at its velocity, where known
+  std::vector<char> turn_known_;
+};
+
+/// Velocity of B relative to A in the rows of a constraint [m/s, rad/s], from the bodies' V_WB
+/// (data.h).
+contact::Rows relative_velocity(const PairConstraint& pair, const Data& data,
+                                const std::vector<Motion>& V);
+
+}  // namespace counterpoint

@@ -1,0 +1,177 @@
+#include "counterpoint/engine/constraints/contact_law.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace counterpoint {
+namespace {
+
+/// A smoothing length [m] as what the law takes [J].
+double smoothing(double length, double alpha) { return length * kStandardGravity / alpha; }
+
+/// Whether a bounce is what the bias comes from: an overlap may have to be recovered faster.
+bool rules(const Bounce& bounce, const ContactOptions& options, double h, double gap) {
+  return bounce.happens && (gap > 0.0 || -bounce.speed < gap_bias(options, h, gap));
+}
+
+/// 1 - gap^2 / reach^2 of a positive gap, none beyond the reach.
+double left_at(double gap, double reach) {
+  const double share = gap / reach;
+  return share < 1.0 ? 1.0 - share * share : 0.0;
+}
+
+}  // namespace
+
+double faded_smoothing(double smoothing, double gap, double reach) {
+  if (!(gap > 0.0)) return smoothing;
+  const double least = std::min(smoothing, kHardSmoothing), left = left_at(gap, reach);
+  return least + (smoothing - least) * left * left;
+}
+
+double faded_smoothing_slope(double smoothing, double gap, double reach) {
+  if (!(gap > 0.0 && gap < reach)) return 0.0;
+  const double least = std::min(smoothing, kHardSmoothing);
+  return -4.0 * (smoothing - least) * left_at(gap, reach) * (gap / reach) / reach;
+}
+
+double faded_smoothing_share(double smoothing, double gap, double reach) {
+  if (!(gap > 0.0) || smoothing <= kHardSmoothing) return 1.0;
+  const double left = left_at(gap, reach);
+  return left * left;
+}
+
+double resting_reach(const ContactOptions& options, double h) {
+  constexpr double kWeight = 1e-6;
+  return std::min(options.margin,
+                  std::max(options.reach_acceleration * h * h, options.smoothing / kWeight));
+}
+
+double gap_bias(const ContactOptions& options, double h, double gap) {
+  if (gap > 0.0) return gap / h;
+  return std::max(options.stabilization * gap / h, -options.max_recovery_speed);
+}
+
+ContactOptions law_options(const SimulationOptions& options, double alpha, double total_mass) {
+  ContactOptions law = options.contact;
+  if (options.integrator == Integrator::kImplicitMidpoint) return law;
+  // At rest y = b = -r f: a bias that may not reach r f lets a heavy load sink.
+  const double weight = total_mass * kStandardGravity;
+  const double yields = law.compliance * alpha * options.time_step * weight;
+  law.max_recovery_speed = std::min(law.max_recovery_speed,
+                                    kKeptRecovery * law.max_recovery_speed + kKeptWeights * yields);
+  return law;
+}
+
+contact::Law make_contact_law(const ContactOptions& options, double h, const Material& pair,
+                              double alpha, double gap, const Vector3& v, const Bounce& bounce) {
+  contact::Law law;
+  const double mu = pair.friction;
+  law.regularizer = options.compliance * alpha;
+  law.smoothing = smoothing(faded_smoothing(options.smoothing, gap, options.margin), alpha);
+  law.bias[0] = gap_bias(options, h, gap);
+  if (rules(bounce, options, h, gap)) law.bias[0] = -bounce.speed;
+  if (mu <= 0.0) return law;
+  // Beyond the margin only speed brought it in: where and how the bodies will meet is known
+  // roughly, and exact friction there lets fast bodies through. If as judged from (q, w) they meet
+  // within the step, the convex law keeps them h mu |v_T| apart for this step; otherwise there is
+  // nothing to rub yet, and that law would push apart by as much what only passes by.
+  const bool exact = options.friction_model == FrictionModel::kCoulomb && gap <= options.margin;
+  if (options.friction_model == FrictionModel::kCoulomb && !exact && gap + h * v[0] > 0.0)
+    return law;
+
+  law.type = contact::LawType::kFrictionCone;
+  law.rows = pair.rolling_friction > 0.0 ? 6 : pair.torsional_friction > 0.0 ? 4 : 3;
+  law.friction = {mu, mu, pair.torsional_friction, pair.rolling_friction, pair.rolling_friction};
+  switch (options.friction_model) {
+    case FrictionModel::kConvex:
+      break;
+    case FrictionModel::kLagged:
+      law.bias[0] += mu * std::hypot(v[1], v[2]);
+      break;
+    case FrictionModel::kCoulomb:
+      law.coulomb = exact;
+      break;
+  }
+  return law;
+}
+
+double gap_bias_slope(const ContactOptions& options, double h, double gap) {
+  if (gap > 0.0) return 1.0 / h;
+  const bool capped = options.stabilization * gap / h < -options.max_recovery_speed;
+  return capped ? 0.0 : options.stabilization / h;
+}
+
+LawSlopes contact_law_slopes(const ContactOptions& options, double h, const Material& pair,
+                             double alpha, double gap, const Vector3& v, const Bounce& bounce) {
+  LawSlopes slopes;
+  slopes.gap = gap_bias_slope(options, h, gap);
+  slopes.smoothing =
+      smoothing(faded_smoothing_slope(options.smoothing, gap, options.margin), alpha);
+  if (rules(bounce, options, h, gap)) {
+    slopes.gap = -bounce.by_gap;
+    slopes.v[0] = -bounce.by_velocity;
+    slopes.fall = -bounce.by_fall;
+  }
+  if (options.friction_model == FrictionModel::kLagged && pair.friction > 0.0) {
+    const double speed = std::hypot(v[1], v[2]);
+    if (speed > 0.0) {
+      slopes.v[1] = pair.friction * v[1] / speed;
+      slopes.v[2] = pair.friction * v[2] / speed;
+    }
+  }
+  return slopes;
+}
+
+contact::Law make_limit_law(const ContactOptions& options, double h, double alpha, double gap) {
+  contact::Law law;
+  law.regularizer = options.compliance * alpha;
+  law.smoothing = smoothing(faded_smoothing(options.smoothing, gap, kLimitReach), alpha);
+  law.bias[0] = gap_bias(options, h, gap);
+  return law;
+}
+
+double limit_smoothing_slope(const ContactOptions& options, double alpha, double gap) {
+  return smoothing(faded_smoothing_slope(options.smoothing, gap, kLimitReach), alpha);
+}
+
+contact::Law make_speed_limit_law(const ContactOptions& options, double alpha, double limit) {
+  contact::Law law;
+  law.regularizer = options.compliance * alpha;
+  law.smoothing = smoothing(options.smoothing, alpha);
+  law.bias[0] = limit;
+  return law;
+}
+
+contact::Law make_dry_friction_law(const ContactOptions& options, double h, double alpha,
+                                   double force) {
+  contact::Law law;
+  law.type = contact::LawType::kDryFriction;
+  law.regularizer = options.compliance * alpha;
+  law.smoothing = smoothing(options.smoothing, alpha);
+  law.bound = h * force;
+  return law;
+}
+
+contact::Law make_mimic_law(const ContactOptions& options, double h, double alpha, double error) {
+  contact::Law law;
+  law.type = contact::LawType::kEquality;
+  law.regularizer = kMimicSoftness * options.compliance * alpha;
+  law.bias[0] = std::clamp(options.stabilization * error / h, -options.max_recovery_speed,
+                           options.max_recovery_speed);
+  return law;
+}
+
+contact::Law make_closure_law(const ContactOptions& options, double h, double alpha, int rows,
+                              const Vector3& error, const Vector3& acceleration) {
+  contact::Law law;
+  law.type = contact::LawType::kEquality;
+  law.rows = rows;
+  law.regularizer = kClosureSoftness * options.compliance * alpha;
+  Vector3 recovery = options.stabilization / h * error;
+  const double speed = recovery.norm();
+  if (speed > options.max_recovery_speed) recovery *= options.max_recovery_speed / speed;
+  for (int i = 0; i < rows; ++i) law.bias[i] = recovery[i] + 0.5 * h * acceleration[i];
+  return law;
+}
+
+}  // namespace counterpoint

@@ -1,0 +1,105 @@
+// From what is known at (q, w) to the law of a constraint: the one place where gaps, materials and
+// options become regularizer, smoothing and bias. Forward and inverse both call it.
+#pragma once
+
+#include "counterpoint/contact/problem.h"
+#include "counterpoint/engine/constraints/bounce.h"
+#include "counterpoint/model/scene.h"
+
+namespace counterpoint {
+
+/// Nearer than this [m] surfaces touch, whatever smoothing and round-off leave between them.
+inline double touching_gap(const ContactOptions& options) {
+  return 100.0 * options.smoothing + 1e-12;
+}
+
+/// The gap [m] up to which contacts exist between bodies at rest: what reach_acceleration closes in
+/// a step, or where smoothing still gives 1e-6 of a body's weight; no more than the margin.
+double resting_reach(const ContactOptions& options, double h);
+
+/// The smoothing length of a constraint at a gap [m or rad]. The force at a distance that it makes
+/// fades with the gap, (1 - gap^2 / reach^2)^2, and is that of kHardSmoothing from the reach on:
+/// constraints appear and vanish there, and friction is another law, without a jump.
+double faded_smoothing(double smoothing, double gap, double reach);
+/// Its derivative by the gap [-].
+double faded_smoothing_slope(double smoothing, double gap, double reach);
+/// Its derivative by the smoothing length, 0 ... 1.
+double faded_smoothing_share(double smoothing, double gap, double reach);
+/// What is no longer felt at any distance [m].
+inline constexpr double kHardSmoothing = 1e-13;
+/// Joint limits have rows from here on, at rest [rad or m]: wide, since a row is cheap and a second
+/// solution is not.
+inline constexpr double kLimitReach = 0.1;
+
+/// Bias [m/s] of a unilateral row at a gap [m or rad]: a gap may be closed within the step but not
+/// crossed; a share of an overlap is recovered, no faster than max_recovery_speed. Continuous at
+/// gap = 0.
+double gap_bias(const ContactOptions& options, double h, double gap);
+
+/// An overlap is recovered by velocities, which bodies keep, up to this share of max_recovery_speed
+/// and by what constraints give under this many times the scene's weight. What is faster only
+/// displaces the bodies (overlap_correction.h).
+inline constexpr double kKeptRecovery = 1e-3;
+inline constexpr double kKeptWeights = 2.0;
+
+/// The options that the law of a contact or a joint limit (lever 1 m) is made with in a step by
+/// `integrator`: max_recovery_speed is the speed that may be kept. The implicit midpoint rule,
+/// which reads velocities off positions, keeps all of it.
+/// @param alpha       inverse mass of the constraint [1/kg, 1/(kg m^2)]
+/// @param total_mass  of all that can move [kg]
+ContactOptions law_options(const SimulationOptions& options, double alpha, double total_mass);
+
+/// Law of a contact.
+/// @param pair   combined materials of the two surfaces
+/// @param alpha  sum of the two bodies' inverse weights [1/kg]
+/// @param gap    signed distance [m]
+/// @param v      velocity of B relative to A at the contact now, in the contact frame (n, t1, t2)
+/// [m/s]
+/// @param bounce  what restitution makes of it
+contact::Law make_contact_law(const ContactOptions& options, double h, const Material& pair,
+                              double alpha, double gap, const Vector3& v, const Bounce& bounce);
+
+/// How the bias of a contact law's normal row, and its smoothing, change with what they were made
+/// from, one-sided at their kinks.
+struct LawSlopes {
+  double gap = 0.0;             ///< of the bias [1/s]
+  Vector3 v = Vector3::Zero();  ///< of the bias by v [-]
+  double smoothing = 0.0;       ///< of Law::smoothing by the gap [N]
+  double fall = 0.0;            ///< of the bias by the acceleration that find_bounce was given [s]
+  Vector3 normal = Vector3::Zero();  ///< of the bias by the normal, through that [m/s]
+};
+/// Of gap_bias [1/s].
+double gap_bias_slope(const ContactOptions& options, double h, double gap);
+/// Of make_contact_law with these arguments.
+LawSlopes contact_law_slopes(const ContactOptions& options, double h, const Material& pair,
+                             double alpha, double gap, const Vector3& v, const Bounce& bounce);
+
+/// Law of a joint limit: gap [rad or m] to the limit, alpha the joint's inverse weight. The
+/// smoothing length counts as an angle [rad] for revolute joints.
+contact::Law make_limit_law(const ContactOptions& options, double h, double alpha, double gap);
+/// Of its Law::smoothing by the gap [N or N m].
+double limit_smoothing_slope(const ContactOptions& options, double alpha, double gap);
+
+/// Law of a speed limit [rad/s or m/s] of one coordinate, alpha as above. y = limit -+ w.
+contact::Law make_speed_limit_law(const ContactOptions& options, double alpha, double limit);
+
+/// Law of one coordinate of a joint with dry friction `force` [N or N m]: it takes impulses up to
+/// h force. alpha as for limits.
+contact::Law make_dry_friction_law(const ContactOptions& options, double h, double alpha,
+                                   double force);
+
+/// Equalities are this much more compliant than contacts: they hold bodies that move, and rounding
+/// of the velocity, over the regularizer, is the error of the inverse (docs/decisions/README.md).
+inline constexpr double kMimicSoftness = 10.0;
+inline constexpr double kClosureSoftness = 100.0;
+
+/// Law of a mimic joint: `error` [m or rad] is recovered like a penetration.
+contact::Law make_mimic_law(const ContactOptions& options, double h, double alpha, double error);
+
+/// Law of the first `rows` (1 ... 3) rows of a closure. The bias lets the step end with the error
+/// [m or rad] less the share recovered, to second order in h: `acceleration` [m/s^2 or rad/s^2] is
+/// that of the error at constant joint velocities.
+contact::Law make_closure_law(const ContactOptions& options, double h, double alpha, int rows,
+                              const Vector3& error, const Vector3& acceleration);
+
+}  // namespace counterpoint

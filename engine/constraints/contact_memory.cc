@@ -1,0 +1,131 @@
+#include "counterpoint/engine/constraints/contact_memory.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <tuple>
+
+#include "counterpoint/engine/fault.h"
+
+namespace counterpoint {
+namespace {
+
+using Key = std::tuple<int, int, int>;
+Key key_of(const RememberedForce& r) { return {static_cast<int>(r.kind), r.a, r.b}; }
+bool by_key(const RememberedForce& x, const RememberedForce& y) { return key_of(x) < key_of(y); }
+
+/// Where a contact is, as seen from the body that moves: of two that do from body B.
+Vector3 seen_from_body(const PairConstraint& pair, const Data& data) {
+  const Pose& X_WB = data.X_WB[pair.body_b != 0 ? pair.body_b : pair.body_a];
+  return X_WB.rotation.transpose() * (pair.position - X_WB.translation);
+}
+
+RememberedForce identify_contact(const ConstraintSet& constraints, size_t i, const Data& data) {
+  RememberedForce out;
+  out.kind = RememberedForce::Kind::kContact;
+  out.a = constraints.contacts[i].geometry_a;
+  out.b = constraints.contacts[i].geometry_b;
+  out.at = seen_from_body(constraints.pairs[i], data);
+  return out;
+}
+
+RememberedForce identify_closure(const ConstraintSet& constraints, size_t i) {
+  RememberedForce out;
+  out.kind = RememberedForce::Kind::kClosure;
+  out.a = constraints.closures[i - constraints.contacts.size()];
+  out.b = constraints.pairs[i].first;
+  return out;
+}
+
+/// Which of the rows that a coordinate may have: limits of position and of speed on either side,
+/// dry friction, a servo, a mimic joint.
+RememberedForce identify_joint(const JointConstraint& row) {
+  RememberedForce out;
+  out.kind = RememberedForce::Kind::kJoint;
+  out.a = row.v_index[0];
+  out.b = 8 * (row.v_index[1] + 1) +
+          4 * static_cast<int>(row.law.type == contact::LawType::kUnilateral) +
+          2 * static_cast<int>(std::isnan(row.gap_bias)) +
+          static_cast<int>(row.coefficient[0] > 0.0);
+  return out;
+}
+
+/// Calls visit(constraint in the problem, who it is).
+template <class Visit>
+void for_each_identity(const ConstraintSet& constraints, const Data& data, Visit visit) {
+  int c = 0;
+  for (size_t i = 0; i < constraints.pairs.size(); ++i)
+    visit(c++, i < constraints.contacts.size() ? identify_contact(constraints, i, data)
+                                               : identify_closure(constraints, i));
+  for (const JointConstraint& row : constraints.joints) visit(c++, identify_joint(row));
+}
+
+bool is_idle(const Model& model, const RememberedForce& r, Idle idle) {
+  const auto rests = [&](int body) { return body == 0 || idle(body); };
+  switch (r.kind) {
+    case RememberedForce::Kind::kContact:
+      return rests(model.geometries()[r.a].body) && rests(model.geometries()[r.b].body);
+    case RememberedForce::Kind::kClosure:
+      return rests(model.closures()[r.a].body_a) && rests(model.closures()[r.a].body_b);
+    case RememberedForce::Kind::kJoint:
+      return rests(body_of_velocity(model, r.a));
+  }
+  return false;
+}
+
+}  // namespace
+
+void recall_impulses(const ConstraintSet& constraints, const Data& data, double h,
+                     const std::vector<RememberedForce>& memory, const contact::Problem& problem,
+                     Eigen::Ref<VectorX> impulse) {
+  // Contacts of one pair follow each other.
+  auto first = memory.begin(), last = first;
+  for_each_identity(constraints, data, [&](int c, const RememberedForce& own) {
+    double* f = impulse.data() + problem.first_row(c);
+    const int rows = problem.law(c).rows;
+    f[0] = std::numeric_limits<double>::quiet_NaN();
+    if (first == last || key_of(*first) != key_of(own))
+      std::tie(first, last) = std::equal_range(memory.begin(), memory.end(), own, by_key);
+    if (first == last) return;
+    const auto nearest = std::min_element(first, last, [&](const auto& x, const auto& y) {
+      return (x.at - own.at).squaredNorm() < (y.at - own.at).squaredNorm();
+    });
+    if (own.kind == RememberedForce::Kind::kJoint) {
+      f[0] = h * nearest->force[0];
+      return;
+    }
+    const PairConstraint& pair = constraints.pairs[static_cast<size_t>(c)];
+    for (int i = 0; i < rows; ++i) {
+      const int row = pair.first + i;
+      f[i] = h * (row < 3 ? pair.frame.col(row).dot(nearest->force)
+                          : pair.frame.col(row - 3).dot(nearest->torque));
+    }
+  });
+}
+
+void remember_impulses(const Model& model, const ConstraintSet& constraints, const Data& data,
+                       double h, const contact::Problem& problem, const VectorRef& impulse,
+                       Idle idle, const std::vector<RememberedForce>& before,
+                       std::vector<RememberedForce>& memory) {
+  memory.clear();
+  for_each_identity(constraints, data, [&](int c, RememberedForce own) {
+    const double* f = impulse.data() + problem.first_row(c);
+    if (own.kind == RememberedForce::Kind::kJoint) {
+      own.force[0] = f[0] / h;
+    } else {
+      const PairConstraint& pair = constraints.pairs[static_cast<size_t>(c)];
+      for (int i = 0; i < problem.law(c).rows; ++i) {
+        const int row = pair.first + i;
+        (row < 3 ? own.force : own.torque) += f[i] / h * pair.frame.col(row % 3);
+      }
+    }
+    memory.push_back(own);
+  });
+  if (!idle.bodies.empty())
+    for (const RememberedForce& r : before)
+      if (is_idle(model, r, idle)) memory.push_back(r);
+  if (!std::is_sorted(memory.begin(), memory.end(), by_key))
+    std::stable_sort(memory.begin(), memory.end(), by_key);
+}
+
+}  // namespace counterpoint

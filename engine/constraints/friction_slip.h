@@ -1,0 +1,36 @@
+// Slip that exact Coulomb friction allows while its island moves.
+//
+//   v_slip = (h / slip_time) max |V_T|,   V_T the sliding velocity of a contact of the island at
+//   (q, w)
+//
+// Friction reaches its bound at a slip of v_slip more (contact/laws/coulomb.h), whatever the load. How
+// loads are shared among many contacts that stick is redrawn with every micrometre that an island
+// moves; with a slip of a thousandth of that motion it is not. It fades with the motion, and with
+// h as the error of the integrator does; it knows the load, which a compliance does not.
+#pragma once
+
+#include <vector>
+
+#include "counterpoint/contact/disjoint_sets.h"
+#include "counterpoint/model/scene.h"
+
+namespace counterpoint {
+
+struct ConstraintSet;
+
+/// Scratch memory inside: one per thread.
+class FrictionSlip {
+ public:
+  explicit FrictionSlip(const Model& model) : fastest_(model.num_trees(), -1) {}
+
+  /// Sets law.slip_speed and `fastest` of all contacts, parked ones included. speed: how fast each
+  /// of out.contacts slides [m/s].
+  void set(const Model& model, const SimulationOptions& options, const std::vector<double>& speed,
+           ConstraintSet& out);
+
+ private:
+  contact::DisjointSets islands_;
+  std::vector<int> fastest_;  ///< by root of an island: its fastest contact, or -1
+};
+
+}  // namespace counterpoint

@@ -1,0 +1,94 @@
+#include "counterpoint/engine/constraints/joint_limits.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "counterpoint/engine/constraints/contact_law.h"
+
+namespace counterpoint {
+namespace {
+
+/// Distance [rad or m] within which a limit gets a row, at rest.
+constexpr double kMargin = kLimitReach;
+/// The same at the end of the step, for a limit without a row. Positive, so that forward and
+/// inverse cannot differ by rounding: a limit so far off gives no force (its smoothing is 1e-13).
+constexpr double kEndMargin = 0.5 * kMargin;
+
+/// One side of a limited coordinate; the sign is that of the way out of it.
+struct Side {
+  int v_index = 0;
+  double gap = 0.0;  ///< [rad or m]
+  double sign = 1.0;
+};
+
+/// Calls visit(side) for both sides of every limited coordinate that is not idle.
+template <class Visit>
+void for_each_side(const Model& model, const std::vector<int>& limited, const VectorRef& q,
+                   Idle idle, Visit visit) {
+  for (const int i : limited) {
+    if (idle(i)) continue;
+    const Body& body = model.body(i);
+    const JointInfo& joint = model.joint(i - 1);
+    visit(Side{body.v_index, q[body.q_index] - joint.lower, 1.0});
+    visit(Side{body.v_index, joint.upper - q[body.q_index], -1.0});
+  }
+}
+
+bool is_near(const Side& side, const VectorRef& v, double h) {
+  return side.gap < kMargin + 2.0 * h * std::abs(v[side.v_index]);
+}
+
+void add_row(const Side& side, const SimulationOptions& options, const InverseWeights& weights,
+             ConstraintSet& out) {
+  const double h = options.time_step;
+  const double alpha = weights.dof[side.v_index];
+  JointConstraint row;
+  row.effect = Effect::kLimits;
+  row.law = make_limit_law(law_options(options, alpha, weights.total_mass), h, alpha, side.gap);
+  row.gap_bias = gap_bias(options.contact, h, side.gap);
+  row.v_index[0] = side.v_index;
+  row.coefficient[0] = side.sign;
+  out.joints.push_back(row);
+}
+
+}  // namespace
+
+std::vector<int> list_limited_bodies(const Model& model) {
+  std::vector<int> limited;
+  for (int i = 1; i < model.num_bodies(); ++i) {
+    const JointInfo& joint = model.joint(i - 1);
+    if (std::isfinite(joint.lower) || std::isfinite(joint.upper)) limited.push_back(i);
+  }
+  return limited;
+}
+
+void find_joint_limits(const Model& model, const SimulationOptions& options,
+                       const std::vector<int>& limited, const VectorRef& q, const VectorRef& v,
+                       const InverseWeights& weights, Idle idle, ConstraintSet& out) {
+  for_each_side(model, limited, q, idle, [&](const Side& side) {
+    if (is_near(side, v, options.time_step)) add_row(side, options, weights, out);
+  });
+}
+
+bool find_overrun_limits(const Model& model, const SimulationOptions& options,
+                         const std::vector<int>& limited, const VectorRef& q, const VectorRef& v,
+                         const VectorRef& w, const InverseWeights& weights, Idle idle,
+                         ConstraintSet& out) {
+  const double h = options.time_step;
+  bool found = false;
+  for_each_side(model, limited, q, idle, [&](const Side& side) {
+    if (!(side.gap + h * side.sign * w[side.v_index] < kEndMargin)) return;
+    if (is_near(side, v, h)) return;
+    // Rows of an earlier call are among the last; those of limits have a bias, and no second sign.
+    const auto same = [&](const JointConstraint& row) {
+      return row.v_index[0] == side.v_index && row.coefficient[0] == side.sign &&
+             !std::isnan(row.gap_bias);
+    };
+    if (std::any_of(out.joints.rbegin(), out.joints.rend(), same)) return;
+    add_row(side, options, weights, out);
+    found = true;
+  });
+  return found;
+}
+
+}  // namespace counterpoint

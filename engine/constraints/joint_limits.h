@@ -1,0 +1,33 @@
+// Joint limits: a row keeps each coordinate of a limited joint on its side.
+//
+//   y = +- w+ + gap / h,   f >= 0
+//
+// A limit has a row if it is near as judged from (q, w). What an impact or a strong force throws
+// against a limit from afar within one step is seen only in the velocity that the step came to:
+// then the limit gets its row and the step is solved again. The inverse knows that velocity and
+// finds the same rows.
+#pragma once
+
+#include <vector>
+
+#include "counterpoint/engine/constraints/constraints.h"
+
+namespace counterpoint {
+
+/// Bodies whose joint has a limit.
+std::vector<int> list_limited_bodies(const Model& model);
+
+/// Adds a row for every limit of the bodies `limited` that is near at q, v; of bodies that are idle
+/// (sleep.h) none.
+void find_joint_limits(const Model& model, const SimulationOptions& options,
+                       const std::vector<int>& limited, const VectorRef& q, const VectorRef& v,
+                       const InverseWeights& weights, Idle idle, ConstraintSet& out);
+
+/// Adds a row for every limit that has none yet though the velocity w (nv) for one time step leads
+/// to it or past it from q, v. False if there was none to add.
+bool find_overrun_limits(const Model& model, const SimulationOptions& options,
+                         const std::vector<int>& limited, const VectorRef& q, const VectorRef& v,
+                         const VectorRef& w, const InverseWeights& weights, Idle idle,
+                         ConstraintSet& out);
+
+}  // namespace counterpoint

@@ -1,0 +1,73 @@
+#include "counterpoint/engine/constraints/parked_contacts.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "counterpoint/engine/constraints/contact_law.h"
+
+namespace counterpoint {
+namespace {
+
+/// The least end gap E [m], and the share of its weight that a contact gives there at most.
+constexpr double kLeastEndGap = 1e-4, kNoWeight = 1e-9;
+/// The share of what rests may reach (contact_law.h) within which contacts have rows, and how much
+/// faster than now a contact may close: few enough rows, and a step in ten solved again.
+constexpr double kReachShare = 0.25, kSpeedUp = 2.0;
+
+double end_gap(const ContactOptions& options) {
+  return std::max(kLeastEndGap, options.smoothing / kNoWeight);
+}
+
+/// How fast a contact comes closer to giving force [m/s]: as in the convex law, which is that of
+/// exact friction too where it is softened. Of y the first rows are enough.
+double closing_speed(const PairConstraint& contact, const contact::Rows& y) {
+  double square = 0.0;
+  for (int i = 1; i < std::min(contact.law.rows, static_cast<int>(y.size())); ++i) {
+    const double z = contact.law.friction[i - 1] * y[i];
+    square += z * z;
+  }
+  return std::sqrt(square) - y[0];
+}
+
+/// Before the closures, which come behind the contacts.
+void give_rows(const ParkedContact& parked, ConstraintSet& out) {
+  out.pairs.insert(out.pairs.begin() + static_cast<std::ptrdiff_t>(out.contacts.size()),
+                   parked.pair);
+  out.contacts.push_back(parked.candidate);
+}
+
+}  // namespace
+
+double parking_gap(const ContactOptions& options, double h) {
+  return std::max(2.0 * end_gap(options), kReachShare * resting_reach(options, h));
+}
+
+bool is_near(const PairConstraint& contact, const contact::Rows& y, double parking_gap, double h) {
+  return h * contact.gap_bias <
+         parking_gap + kSpeedUp * h * std::max(0.0, closing_speed(contact, y));
+}
+
+bool find_overrun_contacts(const ContactOptions& options, double h, const Data& data,
+                           const std::vector<Motion>& V, ConstraintSet& out) {
+  const double end = end_gap(options) / h;
+  auto kept = out.parked.begin();
+  for (ParkedContact& parked : out.parked) {
+    const contact::Rows y = relative_velocity(parked.pair, data, V);
+    if (parked.pair.gap_bias - closing_speed(parked.pair, y) < end) {
+      give_rows(parked, out);
+    } else {
+      if (&*kept != &parked) *kept = parked;
+      ++kept;
+    }
+  }
+  const bool found = kept != out.parked.end();
+  out.parked.erase(kept, out.parked.end());
+  return found;
+}
+
+void unpark_all(ConstraintSet& out) {
+  for (const ParkedContact& parked : out.parked) give_rows(parked, out);
+  out.parked.clear();
+}
+
+}  // namespace counterpoint

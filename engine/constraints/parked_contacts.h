@@ -1,0 +1,39 @@
+// Contact candidates that cannot act within the step have no rows: they are parked.
+//
+//   parked: gap > D + 2 h (closing speed at w),     row after all: gap + h J_N w+ < E
+//
+// Candidates are found as far as bodies may travel in any direction, and most of them stay open.
+// One that is near as judged from (q, w) has rows; the others are looked at once the step is
+// solved, and where the velocity leads to them they get rows and the step is solved again, as with
+// joint limits (joint_limits.h). The inverse knows that velocity and finds the same.
+//
+// At the end gap E a contact would give k h / E, the force of the smoothing length times the weight
+// of what it moves over E: E is so large that this is 1e-9 of that weight. So it is nothing to the
+// step whether a contact that ends farther off has rows or not. A convex cone gives force at a
+// distance, mu |v_T| h, which therefore counts as closing.
+//
+// Displacements that recover overlaps (overlap_correction.h) are looked at in the same way. Contacts of
+// bodies asleep are never parked: they wake them (sleep.h).
+#pragma once
+
+#include <vector>
+
+#include "counterpoint/engine/constraints/constraints.h"
+
+namespace counterpoint {
+
+/// Gap [m] within which a contact at rest has rows, for a step of h.
+double parking_gap(const ContactOptions& options, double h);
+
+/// Whether a contact, at relative velocity y = J w of its rows, may act in a step of h.
+bool is_near(const PairConstraint& contact, const contact::Rows& y, double parking_gap, double h);
+
+/// Gives rows to the parked contacts that the body velocities V (data.h) lead to. False if there
+/// are none.
+bool find_overrun_contacts(const ContactOptions& options, double h, const Data& data,
+                           const std::vector<Motion>& V, ConstraintSet& out);
+
+/// Gives rows to all that are parked.
+void unpark_all(ConstraintSet& out);
+
+}  // namespace counterpoint

@@ -1,0 +1,191 @@
+#include "counterpoint/engine/derivatives/constraints/pair_response.h"
+
+#include "counterpoint/contact/sensitivity.h"
+#include "counterpoint/engine/derivatives/dynamics/right_jacobian.h"
+#include "counterpoint/engine/dynamics/kinematics.h"
+#include "counterpoint/model/rotation.h"
+
+namespace counterpoint {
+namespace {
+
+/// The columns (angular, linear) of a constraint's rows, up to six.
+using RowColumns = Eigen::Matrix<double, 6, Eigen::Dynamic, 0, 6, contact::kMaxRows>;
+
+RowColumns row_columns(const PairConstraint& pair) {
+  RowColumns columns = RowColumns::Zero(6, pair.law.rows);
+  for (int i = 0; i < pair.law.rows; ++i) {
+    const int row = pair.first + i;
+    columns.col(i).segment<3>(row < 3 ? 3 : 0) = pair.frame.col(row % 3);
+  }
+  return columns;
+}
+
+/// What the law is taken at.
+contact::Rows law_velocity(const PairConstraint& pair, const PairBodies& bodies,
+                           const RowColumns& R) {
+  Vector6 relative;
+  relative << bodies.next_b.angular - bodies.next_a.angular,
+      bodies.next_b.linear - bodies.next_a.linear;
+  contact::Rows y = R.transpose() * relative;
+  for (int i = 0; i < pair.law.rows; ++i) y[i] += pair.law.bias[static_cast<size_t>(i)];
+  return y;
+}
+
+/// -R G R' and -R G e_0, and the wrench.
+void find_slopes(const PairConstraint& pair, const PairBodies& bodies, PairResponse& out) {
+  const RowColumns R = row_columns(pair);
+  const int rows = pair.law.rows;
+  const contact::Rows y = law_velocity(pair, bodies, R);
+  double f[contact::kMaxRows], hessian[contact::kMaxRows * contact::kMaxRows];
+  contact::evaluate(pair.law, y.data(), f, hessian);
+  const Eigen::Map<const Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>> G(
+      hessian, rows, rows);
+  const Vector6 w = R * Eigen::Map<const VectorX>(f, rows);
+  out.wrench = {w.head<3>(), w.tail<3>()};
+  const RowColumns RG = R.lazyProduct(G);
+  out.next = -RG.lazyProduct(R.transpose());
+  out.by_bias = -RG.col(0);
+}
+
+/// R df/dk.
+Vector6 by_smoothing(const PairConstraint& pair, const PairBodies& bodies) {
+  const RowColumns R = row_columns(pair);
+  return R * contact::compute_sensitivity(pair.law, law_velocity(pair, bodies, R)).smoothing;
+}
+
+/// How far a point at `arm` from its body's origin goes beyond omega x arm h within the step, if
+/// the body keeps turning: u = (exp(h omega) - 1 - [h omega]) arm.
+struct Turning {
+  Vector3 u;
+  Matrix3 by_arm, by_omega;
+
+  Turning(const Vector3& omega, const Vector3& arm, double h) {
+    const Vector3 angle = h * omega;
+    const Matrix3 turn = quaternion_exp(angle).toRotationMatrix();
+    by_arm = turn - Matrix3::Identity() - skew(angle);
+    u = by_arm * arm;
+    by_omega = h * (skew(arm) - skew(turn * arm) * right_jacobian(angle).transpose());
+  }
+};
+
+}  // namespace
+
+Matrix6 motion_cross(const Motion& V) {
+  Matrix6 m;
+  const Matrix3 w = skew(V.angular);
+  m << w, Matrix3::Zero(), skew(V.linear), w;
+  return m;
+}
+
+Matrix6 carried(const Force& f) {
+  Matrix6 m;
+  const Matrix3 s = -skew(f.force);
+  m << -skew(f.torque), s, s, Matrix3::Zero();
+  return m;
+}
+
+PairBodies pair_bodies(const PairConstraint& pair, const Data& data,
+                       const std::vector<Motion>& V_next) {
+  PairBodies out;
+  out.arm_a = pair.position - data.X_WB[pair.body_a].translation;
+  out.arm_b = pair.position - data.X_WB[pair.body_b].translation;
+  if (pair.body_a != 0) {
+    out.next_a = shift(V_next[pair.body_a], out.arm_a);
+    out.start_a = shift(data.V[pair.body_a], out.arm_a);
+  }
+  if (pair.body_b != 0) {
+    out.next_b = shift(V_next[pair.body_b], out.arm_b);
+    out.start_b = shift(data.V[pair.body_b], out.arm_b);
+  }
+  return out;
+}
+
+Matrix6 PairResponse::displaced(const Motion& V_next, const Motion& V_start) const {
+  Matrix6 D = still - next * motion_cross(V_next);
+  if (by_v) D -= v_b * motion_cross(V_start);
+  return D;
+}
+
+BodyResponse PairResponse::of_b(const Motion& V_next, const Motion& V_start) const {
+  return {displaced(V_next, V_start) - carried(wrench), next, v_b};
+}
+BodyResponse PairResponse::of_a(const Motion& V_next, const Motion& V_start) const {
+  return {displaced(V_next, V_start), next, -v_a};
+}
+BodyResponse PairResponse::of_b_by_a(const Motion& V_next, const Motion& V_start) const {
+  return {carried(wrench) - displaced(V_next, V_start), -next, v_a};
+}
+BodyResponse PairResponse::of_a_by_b(const Motion& V_next, const Motion& V_start) const {
+  return {-displaced(V_next, V_start), -next, -v_b};
+}
+
+void find_velocity_response(const PairConstraint& pair, const PairBodies& bodies,
+                            PairResponse& out) {
+  find_slopes(pair, bodies, out);
+  out.still.setZero();
+  out.v_a.setZero();
+  out.v_b.setZero();
+  out.by_v = false;
+}
+
+double turning_advance(const PairConstraint& pair, const PairBodies& bodies, double h) {
+  const Vector3 a = Turning(bodies.start_a.angular, bodies.arm_a, h).u;
+  const Vector3 b = Turning(bodies.start_b.angular, bodies.arm_b, h).u;
+  return pair.frame.col(0).dot(a - b);
+}
+
+void find_contact_response(const PairConstraint& pair, const PairBodies& bodies,
+                           const ContactMotion& motion, const LawSlopes& law, bool turning,
+                           double h, PairResponse& out) {
+  using Rows36 = Eigen::Matrix<double, 3, 6>;
+  using Row6 = Eigen::Matrix<double, 1, 6>;
+  find_slopes(pair, bodies, out);
+  Vector6 by_gap = law.gap * out.by_bias;
+  if (law.smoothing != 0.0) by_gap += law.smoothing * by_smoothing(pair, bodies);
+  const Motion next = bodies.next_b - bodies.next_a, start = bodies.start_b - bodies.start_a;
+  const Vector3 n = pair.frame.col(0);
+  const Matrix3 f = skew(out.wrench.force);
+  const Eigen::RowVector3d by_speed = (pair.frame * law.v).transpose();
+  const bool rebounds = !law.v.isZero(0.0);
+  const Turning a(bodies.start_a.angular, bodies.arm_a, turning ? h : 0.0);
+  const Turning o(bodies.start_b.angular, bodies.arm_b, turning ? h : 0.0);
+  const Eigen::RowVector3d along = -n.transpose();  // the gap is less by n (u_A - u_B)
+  // As the place, the normal and the gap move; arm_b: the place seen from B's origin.
+  const auto respond = [&](const PlaceMotion& m, const Rows36& arm_b) {
+    // The frame turns with the normal; about the normal it may turn as it likes.
+    const Rows36 turned = skew(n) * m.normal;
+    Matrix6 y;
+    y.topRows<3>() = skew(next.angular) * turned;
+    y.bottomRows<3>() = skew(next.angular) * m.point + skew(next.linear) * turned;
+    Row6 gap = m.gap, b = Row6::Zero();  // b: of the bias, beyond what the gap makes of it
+    if (rebounds) b = by_speed * (skew(start.angular) * m.point + skew(start.linear) * turned);
+    b += law.normal.transpose() * m.normal;
+    if (turning)
+      gap += -(a.u - o.u).transpose() * m.normal + along * (a.by_arm * m.point - o.by_arm * arm_b);
+    Matrix6 w = out.next * y + out.by_bias * b + by_gap * gap;
+    w.topRows<3>() -= skew(out.wrench.torque) * turned + f * m.point;
+    w.bottomRows<3>() -= f * turned;
+    return w;
+  };
+  Rows36 arm_b = motion.point;  // less the way of B's origin
+  arm_b.leftCols<3>() -= skew(bodies.arm_b);
+  arm_b.rightCols<3>() -= Matrix3::Identity();
+  out.still = respond(motion, arm_b);
+  // Gravity does not turn with A, as all else here may: of a B that stays where it is.
+  if (pair.body_b == 0)
+    out.still.leftCols<3>() += out.by_bias * (law.normal.transpose() * skew(n));
+  out.by_v = turning || rebounds || motion.by_v;
+  Row6 b_v = Row6::Zero(), gap_v_a = Row6::Zero(), gap_v_b = Row6::Zero();
+  b_v.tail<3>() = by_speed;
+  if (turning) {
+    gap_v_a.head<3>() = along * a.by_omega;
+    gap_v_b.head<3>() = -along * o.by_omega;
+  }
+  out.v_a = by_gap * gap_v_a - out.by_bias * b_v;
+  out.v_b = by_gap * gap_v_b + out.by_bias * b_v;
+  if (!motion.by_v) return;
+  out.v_a += respond(motion.v_a, motion.v_a.point);
+  out.v_b += respond(motion.v_b, motion.v_b.point);
+}
+
+}  // namespace counterpoint

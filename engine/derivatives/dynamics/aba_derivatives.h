@@ -1,0 +1,37 @@
+// Derivatives of forward dynamics: those of inverse dynamics at the acceleration it gives, times
+// -inv(M).
+#pragma once
+
+#include "counterpoint/engine/derivatives/dynamics/rnea_derivatives.h"
+#include "counterpoint/engine/derivatives/dynamics/sparse_solve.h"
+
+namespace counterpoint {
+
+/// Of a = inv(M(q) + D) (tau - n(q, v)), nv x nv each: by a displacement at q, by v, by tau.
+struct AbaDerivatives {
+  MatrixX dq, dv;
+  MatrixX dtau;  ///< inv(M + D), symmetric
+};
+
+/// Scratch of one thread for one model.
+class AbaDerivator {
+ public:
+  explicit AbaDerivator(const Model& model) : rnea_(model), parents_(coordinate_parents(model)) {}
+
+  /// At an acceleration a (nv) that aba gave with these arguments; the rest as RneaDerivator. False
+  /// if M + diagonal (nv, constant, not negative) is singular. Nothing is allocated once `out` has
+  /// its size.
+  bool compute(const Model& model, const VectorRef& v, const VectorRef& a,
+               const VectorRef& diagonal, const Vector3& gravity, const Data& data,
+               AbaDerivatives& out);
+  /// Those of inverse dynamics that it went by.
+  const RneaDerivatives& inverse() const { return inverse_; }
+
+ private:
+  RneaDerivator rnea_;
+  RneaDerivatives inverse_;
+  SparseSolver solver_;
+  std::vector<int> parents_;
+};
+
+}  // namespace counterpoint

@@ -1,0 +1,158 @@
+// What couples bodies beyond the tree: columns of their paths against one another.
+#include <utility>
+
+#include "counterpoint/engine/derivatives/dynamics/sweep.h"
+
+namespace counterpoint {
+namespace {
+
+Vector6 stacked(const Motion& m) {
+  Vector6 s;
+  s << m.angular, m.linear;
+  return s;
+}
+
+}  // namespace
+
+/// P of all columns with other velocities (nv).
+void TreeSweep::find_columns(const Model& model, const Tree& tree, const double* velocity,
+                             Motion Column::*out) {
+  for (int i = tree.body_begin; i < tree.body_end; ++i) {
+    const Body& body = model.body(i);
+    Motion V = body.parent != 0 ? moving_[body.parent].V : Motion();
+    const int linear = joint_num_linear(body.joint_type), nv = joint_nv(body.joint_type);
+    for (const auto& [begin, end] : {std::pair(0, linear), std::pair(linear, nv)}) {
+      Motion across;
+      for (int k = body.v_index + begin; k < body.v_index + end; ++k) {
+        columns_[k].*out = cross(V, columns_[k].S);
+        across += columns_[k].S * velocity[k];
+      }
+      V += across;
+    }
+    moving_[i].V = V;
+  }
+}
+
+void TreeSweep::add_coupling(const Model& model, int body, int by, const BodyResponse& response,
+                             SweepOutput out) const {
+  for (int b = by; b != 0; b = model.body(b).parent) {
+    const int first = model.body(b).v_index;
+    for (int k = first; k < first + joint_nv(model.body(b).joint_type); ++k) {
+      const Column& column = columns_[k];
+      const Vector6 S = stacked(column.S);
+      const Vector6 next = response.next * S, v = response.v * S;
+      const Vector6 q = response.q * S + response.next * stacked(column.P_next) +
+                        response.v * stacked(column.P_start);
+      for (int a = body; a != 0; a = model.body(a).parent) {
+        const int row = model.body(a).v_index;
+        for (int j = row; j < row + joint_nv(model.body(a).joint_type); ++j) {
+          const Vector6 along = stacked(columns_[j].S);
+          out.dq(j, k) += along.dot(q);
+          out.dnext(j, k) += along.dot(next);
+          out.dv(j, k) += along.dot(v);
+        }
+      }
+    }
+  }
+}
+
+void TreeSweep::add_by_speed(const Model& model, std::span<const ForceBySpeed> forces,
+                             std::span<const SpeedByMotion> motions, SweepOutput out) {
+  const auto for_each_coordinate = [&](int body, const auto& act) {
+    for (int b = body; b != 0; b = model.body(b).parent) {
+      const int first = model.body(b).v_index;
+      for (int k = first; k < first + joint_nv(model.body(b).joint_type); ++k) act(k);
+    }
+  };
+  rows_.clear();
+  for (const ForceBySpeed& f : forces) {
+    for_each_coordinate(f.body, [&](int j) {
+      double& along = along_[static_cast<size_t>(j)];
+      if (!carries_[static_cast<size_t>(j)]) {
+        carries_[static_cast<size_t>(j)] = 1;
+        rows_.push_back(j);
+        along = 0.0;
+      }
+      along += f.force.dot(stacked(columns_[j].S));
+    });
+  }
+  for (const SpeedByMotion& m : motions) {
+    for_each_coordinate(m.body, [&](int k) {
+      const Vector6 S = stacked(columns_[k].S);
+      const double q = m.q.dot(S) + m.v.dot(stacked(columns_[k].P_start)), v = m.v.dot(S);
+      for (const int j : rows_) {
+        out.dq(j, k) += along_[static_cast<size_t>(j)] * q;
+        out.dv(j, k) += along_[static_cast<size_t>(j)] * v;
+      }
+    });
+  }
+  for (const int j : rows_) carries_[static_cast<size_t>(j)] = 0;
+}
+
+void TreeSweep::find_response_columns(const Model& model, const Tree& tree, const SweepInput& in) {
+  find_columns(model, tree, in.v_next, &Column::P_next);
+  if (in.responds_to_v) find_columns(model, tree, in.v_start, &Column::P_start);
+}
+
+/// The coordinates that carry a body but not `common`, from the body inwards. Returns how many.
+int TreeSweep::list_columns(const Model& model, int body, int common, int* list) const {
+  int size = 0;
+  for (int b = body; b != common; b = model.body(b).parent)
+    for (int k = joint_nv(model.body(b).joint_type); k-- > 0;)
+      list[size++] = model.body(b).v_index + k;
+  return size;
+}
+
+// With D what a displacement of B makes of the wrench W on it, C what carrying it along makes:
+// of rows and columns of B, D, less C where the row's axis is carried along as well (of a joint
+// farther out, or the same one); of A, D, less C where it is not; of a row of B and a column of A
+// C - D, the reverse -D. What carries both counts by the velocities at the start alone, which
+// impulses know of each body apart.
+void TreeSweep::add_inner_pair(const Model& model, const InnerPair& pair, SweepOutput out) {
+  int a = pair.body_a, b = pair.body_b;
+  while (a != b) (a > b ? a : b) = model.body(a > b ? a : b).parent;
+  const int of_a = list_columns(model, pair.body_a, a, own_.data());
+  const int count = of_a + list_columns(model, pair.body_b, a, own_.data() + of_a);
+  for (int c = 0; c < count; ++c) {
+    const int k = own_[c];
+    const bool by_a = c < of_a;
+    const Column& column = columns_[k];
+    const Vector6 S = stacked(column.S), CS = pair.carried * S;
+    const Vector6 next = pair.next * S;
+    Vector6 q = pair.displaced * S + pair.next * stacked(column.P_next);
+    Vector6 v = Vector6::Zero();
+    if (pair.by_v) {
+      v = by_a ? Vector6(-(pair.v_a * S)) : Vector6(pair.v_b * S);
+      const Vector6 P = stacked(column.P_start);
+      q += by_a ? Vector6(-(pair.v_a * P)) : Vector6(pair.v_b * P);
+    }
+    const int group = column.group;
+    for (int r = 0; r < count; ++r) {
+      const int j = own_[r];
+      const bool of_row_a = r < of_a, same_side = of_row_a == by_a;
+      const Vector6 along = stacked(columns_[j].S);
+      const double sign = same_side ? -1.0 : 1.0;  // of -J'W
+      double dq = sign * along.dot(q);
+      const bool carried_along = j >= group;
+      if (same_side ? carried_along != by_a : by_a) dq += (same_side ? 1.0 : -1.0) * along.dot(CS);
+      out.dq(j, k) += dq;
+      out.dnext(j, k) += sign * along.dot(next);
+      if (pair.by_v) out.dv(j, k) += sign * along.dot(v);
+    }
+  }
+  if (!pair.by_v) return;
+  const Matrix6 both = pair.v_a + pair.v_b;
+  for (; a != 0; a = model.body(a).parent) {
+    const int first = model.body(a).v_index;
+    for (int k = first; k < first + joint_nv(model.body(a).joint_type); ++k) {
+      const Vector6 q = both * stacked(columns_[k].P_start), v = both * stacked(columns_[k].S);
+      for (int r = 0; r < count; ++r) {
+        const Vector6 along = stacked(columns_[own_[r]].S) * (r < of_a ? 1.0 : -1.0);
+        out.dq(own_[r], k) += along.dot(q);
+        out.dv(own_[r], k) += along.dot(v);
+      }
+    }
+  }
+}
+
+}  // namespace counterpoint

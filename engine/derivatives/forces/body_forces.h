@@ -1,0 +1,21 @@
+// Wrenches and drag with what they change by.
+#pragma once
+
+#include <vector>
+
+#include "counterpoint/engine/derivatives/forces/force_responses.h"
+#include "counterpoint/engine/state.h"
+
+namespace counterpoint {
+
+/// Wrenches, which keep their axes, those of W, and go with their points.
+void add_wrench_responses(const Model& model, const std::vector<ExternalWrench>& wrenches,
+                          const Data& data, ForceResponses& out);
+
+/// Drag (drag.h) at bodies' velocities at the start of a step, data.V, and at its end.
+void add_drag_responses(const Model& model, const std::vector<Motion>& V_next, const Data& data,
+                        ForceResponses& out);
+/// The same at one velocity, data.V: all of it by the velocity at the start.
+void add_drag_responses(const Model& model, const Data& data, ForceResponses& out);
+
+}  // namespace counterpoint

@@ -1,0 +1,20 @@
+// Derivatives of what acts on single joint coordinates in a step: rotors, dampers, springs, servos,
+// limits, dry friction, mimics.
+#pragma once
+
+#include "counterpoint/engine/step/step_workspace.h"
+#include "counterpoint/engine/step_derivatives.h"
+
+namespace counterpoint {
+
+/// Adds those of rotors, dampers, springs and servos.
+void add_joint_force_derivatives(const Model& model, EffectSet effects, double h,
+                                 InverseDerivatives& d);
+
+/// Adds those of the rows `joints` at v_next, of a step from q.
+void add_joint_row_derivatives(const Model& model, const SimulationOptions& options,
+                               const std::vector<JointConstraint>& joints, const VectorRef& q,
+                               const VectorRef& v_next, const InverseWeights& weights,
+                               InverseDerivatives& d);
+
+}  // namespace counterpoint

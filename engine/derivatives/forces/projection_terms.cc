@@ -1,0 +1,280 @@
+#include "counterpoint/engine/derivatives/forces/projection_terms.h"
+
+#include "counterpoint/engine/derivatives/dynamics/right_jacobian.h"
+#include "counterpoint/engine/dynamics/integrator.h"
+#include "counterpoint/engine/dynamics/kinematics.h"
+#include "counterpoint/engine/step/step_forces.h"
+
+namespace counterpoint {
+namespace {
+
+/// x' Q and x' P of configuration_difference's chain at q (+) turn: the identity but for
+/// quaternions, where Q is the right Jacobian, P = exp(-turn). Row vectors, as columns.
+template <bool right>
+void chain(const Model& model, const Tree& tree, const VectorX& turn, Eigen::Ref<VectorX> x) {
+  for (int i = tree.body_begin; i < tree.body_end; ++i) {
+    const Body& body = model.body(i);
+    if (body.joint_type != JointType::kSpherical && body.joint_type != JointType::kFloating)
+      continue;
+    const int k = body.v_index + joint_num_linear(body.joint_type), j = k - tree.v_begin;
+    const Vector3 r = turn.segment<3>(k);
+    const Matrix3 map = right ? right_jacobian(r) : quaternion_exp(-r).toRotationMatrix();
+    x.segment<3>(j) = (map.transpose() * x.segment<3>(j)).eval();
+  }
+}
+
+}  // namespace
+
+ProjectionTerms::ProjectionTerms(const Model& model)
+    : sweep_(model),
+      zero_(VectorX::Zero(model.nv())),
+      at_(zero_),
+      a_(zero_),
+      other_(zero_),
+      half_(zero_),
+      changed_(zero_),
+      start_(model),
+      end_(model),
+      q_reached_(model.default_q()),
+      moved_(zero_),
+      share_q_(zero_),
+      share_v_(zero_),
+      forces_(zero_),
+      by_work_q_(zero_),
+      by_work_v_(zero_) {
+  const int nv = model.nv();
+  bool any = false;
+  for (const Tree& tree : model.trees()) any = any || tree.body_end - tree.body_begin > 1;
+  if (!any) return;
+  for (MatrixX* m : {&dq_, &dv_, &da_, &solved_, &work_q_, &work_v_, &work_a_}) m->setZero(nv, nv);
+  for (MatrixX* m : {&rows_, &by_q_, &by_v_}) m->setZero(nv, 4);
+  reached_.emplace(model);
+}
+
+int ProjectionTerms::fastest(const Tree& tree, const Data& data) {
+  int fastest = tree.body_begin;
+  for (int i = tree.body_begin; i < tree.body_end; ++i)
+    if (data.V[i].angular.squaredNorm() > data.V[fastest].angular.squaredNorm()) fastest = i;
+  return fastest;
+}
+
+/// Adds `by` times half of what the square of a body's angular velocity changes by.
+void ProjectionTerms::add_turn_gradient(const Model& model, const Tree& tree, int body, double by,
+                                        const Data& data, VectorX& dq, VectorX& dv) {
+  const Vector3 omega = data.V[body].angular;
+  for (int i = body; i != 0; i = model.body(i).parent) {
+    const int parent = model.body(i).parent, first = model.body(i).v_index;
+    const Vector3 carrier = parent != 0 ? data.V[parent].angular : Vector3::Zero();
+    for (int k = first; k < first + joint_nv(model.body(i).joint_type); ++k) {
+      const Vector3& e = data.axis[k].angular;
+      dv[k - tree.v_begin] += by * omega.dot(e);
+      dq[k - tree.v_begin] += by * omega.dot(carrier.cross(e));
+    }
+  }
+}
+
+/// share_q_, share_v_: of the share, by the angular velocity of the body that turns fastest.
+void ProjectionTerms::find_share_gradient(const Model& model, const Tree& tree, double h,
+                                          bool foreseen, const Data& data) {
+  const int n = tree.v_end - tree.v_begin, body = fastest(tree, data);
+  share_q_.head(n).setZero();
+  share_v_.head(n).setZero();
+  const double part = h / (foreseen ? EnergyProjection::kForeseen : 1.0);
+  const double slope = EnergyProjection::share_slope(part * data.V[body].angular.squaredNorm());
+  add_turn_gradient(model, tree, body, 2.0 * part * slope, data, share_q_, share_v_);
+}
+
+/// Adds to the gradient of the energy, at velocities x, that of its part by the work of these
+/// forces.
+void ProjectionTerms::add_work(const Model& model, const Tree& tree, double h, const VectorX& x,
+                               const Data& data, KineticGradient& energy) {
+  const int body = fastest(tree, data);
+  const double speed = data.V[body].angular.norm();
+  const double share = 0.5 * h * EnergyProjection::share_of_work(h * speed);
+  const double slope = 0.5 * h * h * EnergyProjection::share_of_work_slope(h * speed);
+  if (share == 0.0 && slope == 0.0) return;
+  const int begin = tree.v_begin, n = tree.v_end - tree.v_begin;
+  SweepInput in;
+  in.v = x.data();
+  in.a = zero_.data();
+  sweep_.run(model, tree, data, in, {work_q_, work_v_, work_a_});
+  const auto Q = work_q_.block(begin, begin, n, n), V = work_v_.block(begin, begin, n, n);
+  const auto w = x.segment(begin, n);
+  auto forces = forces_.head(n), by_q = by_work_q_.head(n), by_v = by_work_v_.head(n);
+  forces.noalias() = V * w;  // a product with a sign or factor would take memory
+  forces *= 0.5;             // they are quadratic
+  double work = -w.dot(forces);
+  by_q.noalias() = Q.transpose() * w;
+  by_q *= -1.0;
+  by_v.noalias() = V.transpose() * w;
+  by_v = -by_v - forces;
+  if (energy.floats) {  // less that on the whole; the base's axes are those of its frame
+    const Matrix3& R = model.body(tree.body_begin).X_PJ.rotation;
+    const auto dv = energy.momentum_dv.leftCols(n), dq = energy.momentum_dq.leftCols(n);
+    const Vector3 drift = dv.lazyProduct(w) / energy.mass, along = R.transpose() * drift;
+    const Vector3 force = R * Vector3(forces.head<3>()) / energy.mass;
+    work += along.dot(forces.head<3>());
+    by_q += dq.transpose().lazyProduct(force);
+    by_q += Q.topRows<3>().transpose().lazyProduct(along);
+    by_v += dv.transpose().lazyProduct(force);
+    by_v += V.topRows<3>().transpose().lazyProduct(along);
+  }
+  energy.dq.head(n) += share * by_q;
+  energy.dv.head(n) += share * by_v;
+  if (slope != 0.0)
+    add_turn_gradient(model, tree, body, slope * work / speed, data, energy.dq, energy.dv);
+}
+
+/// by_q_, by_v_: first column of the scale, without what goes through the change by the forces
+/// (the rows by which that counts are left in rows_); then of the momentum that the centre of mass
+/// lacks, likewise, at that scale.
+void ProjectionTerms::find_scale_gradient(const Model& model, const Tree& tree, double h,
+                                          double scale, bool foreseen, const VectorRef& q,
+                                          const VectorRef& v, const VectorX& rotors,
+                                          const Data& data) {
+  const int begin = tree.v_begin, n = tree.v_end - tree.v_begin;
+  const BodyRange bodies = {tree.body_begin, tree.body_end};
+  // moved_: scale times w, then that turned by h.
+  integrate_configuration(model, q, moved_, h, bodies, q_reached_);
+  compute_poses(model, q_reached_, bodies, *reached_);
+  compute_inertias(model, bodies, *reached_);
+  end_.compute(model, tree, *reached_, moved_.data(), rotors);
+  start_.compute(model, tree, data, v.data(), rotors);
+  if (foreseen) {
+    compute_velocities(model, moved_, bodies, *reached_);
+    add_work(model, tree, h, moved_, *reached_, end_);
+    at_.segment(begin, n) = v.segment(begin, n);
+    add_work(model, tree, h, at_, data, start_);
+  }
+  moved_.segment(begin, n) *= h;
+  const int columns = end_.floats ? 4 : 1;
+  for (int c = 0; c < columns; ++c) {
+    auto row = rows_.col(c).head(n);
+    auto by_q = by_q_.col(c).head(n);
+    if (c == 0) {
+      by_q = end_.dq.head(n);
+    } else {
+      by_q = end_.momentum_dq.row(c - 1).head(n).transpose();
+    }
+    row = by_q;
+    chain<true>(model, tree, moved_, row);
+    chain<false>(model, tree, moved_, by_q);
+    if (c == 0) {
+      row = h * row + end_.dv.head(n);
+      by_q = start_.dq.head(n) - by_q;
+      by_v_.col(c).head(n) = start_.dv.head(n) - scale * row;
+    } else {
+      row = h * row + end_.momentum_dv.row(c - 1).head(n).transpose();
+      by_q = start_.momentum_dq.row(c - 1).head(n).transpose() - by_q;
+      by_v_.col(c).head(n) = start_.momentum_dv.row(c - 1).head(n).transpose() - scale * row;
+    }
+  }
+}
+
+void ProjectionTerms::add(const Model& model, int t, EffectSet effects, double h,
+                          const VectorRef& q, const VectorRef& v, bool foreseen,
+                          const Workspace::Impl& ws, InverseDerivatives& d) {
+  const Tree& tree = model.trees()[t];
+  const int begin = tree.v_begin, n = tree.v_end - tree.v_begin;
+  const auto part = Eigen::seqN(begin, n);
+  const double share = ws.energy_projection.share(t), scale = ws.energy_projection.scale(t);
+  const VectorX& plain = ws.energy_projection.plain_change();
+  const VectorX& rotors = rotor_inertia(model, effects, ws);
+  a_(part) = plain(part) / h;
+  SweepInput in;
+  in.v = v.data();
+  in.a = a_.data();
+  sweep_.run(model, tree, ws.data, in, {dq_, dv_, da_});
+  auto M = da_.block(begin, begin, n, n);
+  const auto dyn_q = dq_.block(begin, begin, n, n), dyn_v = dv_.block(begin, begin, n, n);
+  auto out_q = d.dq.block(begin, begin, n, n), out_v = d.dv.block(begin, begin, n, n);
+  M.diagonal() += rotors(part);
+
+  // w = (M + R) (v + plain), changed = (M + R) (r - v) / h and the velocity-dependent force that
+  // the share takes away: what scale and share multiply.
+  moved_(part) = v(part) + plain(part);
+  auto w = half_.segment(begin, n);
+  w.noalias() = M * moved_.segment(begin, n);
+  auto changed = changed_.segment(begin, n);
+  if (foreseen) {
+    changed.noalias() = 0.5 * (dyn_v * moved_.segment(begin, n));
+    other_(part) = ws.energy_projection.change()(part) / share;
+  } else {
+    changed.setZero();
+    other_(part) = ws.energy_projection.change()(part) / share - plain(part);
+  }
+  changed.noalias() += (1.0 / h) * M * other_.segment(begin, n);
+  other_(part) = moved_(part);
+  moved_(part) *= scale;
+  find_scale_gradient(model, tree, h, scale, foreseen, q, v, rotors, ws.data);
+  find_share_gradient(model, tree, h, foreseen, ws.data);
+
+  const int columns = end_.floats ? 4 : 1;
+  // How fast each grows with the scale: rows (v + plain).
+  Eigen::Matrix<double, 4, 1> grows = Eigen::Matrix<double, 4, 1>::Zero();
+  for (int c = 0; c < columns; ++c) grows[c] = rows_.col(c).head(n).dot(other_.segment(begin, n));
+  if (!solve_rows(M, dyn_v, columns, foreseen)) return;
+  if (foreseen) {
+    const auto Y = solved_.topLeftCorner(n, n);
+    out_q += (share * h) * Y.transpose().lazyProduct(dyn_q);
+    out_v += (share * h) * Y.transpose().lazyProduct(dyn_v) - (0.5 * share) * dyn_v;
+  }
+  close_gradients(dyn_q, dyn_v, columns, h * scale, grows);
+  const double by_scale = -share / h;
+  out_q += (share * scale) * dyn_q;
+  out_v += (share * scale) * dyn_v + (share * (1.0 - scale) / h) * M;
+  const auto add = [n](auto& out, double by, const auto& column, const auto& row) {
+    out += by * column.lazyProduct(row.head(n).transpose());
+  };
+  add(out_q, by_scale, w, by_q_.col(0));
+  add(out_v, by_scale, w, by_v_.col(0));
+  add(out_q, -1.0, changed, share_q_);
+  add(out_v, -1.0, changed, share_v_);
+  // The base's axes are those of its frame.
+  const Matrix3 to_axes = model.body(tree.body_begin).X_PJ.rotation.transpose();
+  for (int c = 1; c < columns; ++c) {
+    other_.segment(begin, n).noalias() = M.leftCols(3) * to_axes.col(c - 1);
+    add(out_q, by_scale / end_.mass, other_.segment(begin, n), by_q_.col(c));
+    add(out_v, by_scale / end_.mass, other_.segment(begin, n), by_v_.col(c));
+  }
+}
+
+/// inv(M) of the rows' transposes, in their place, and with `both` of half of dn/dv', into solved_.
+bool ProjectionTerms::solve_rows(const Eigen::Ref<const MatrixX>& M,
+                                 const Eigen::Ref<const MatrixX>& dyn_v, int columns, bool both) {
+  const auto n = M.rows();
+  auto Y = solved_.topLeftCorner(n, n);
+  solver_.begin(M, columns + (both ? static_cast<int>(n) : 0));
+  solver_.add(rows_.topLeftCorner(n, columns), 0, 1.0);
+  if (both) {
+    Y = dyn_v.transpose();
+    solver_.add(Y, columns, 0.5);
+  }
+  if (!solver_.solve()) return false;
+  solver_.get(0, rows_.topLeftCorner(n, columns));
+  if (both) solver_.get(columns, Y);
+  return true;
+}
+
+/// Adds to by_q_ and by_v_ what goes through the change by the forces, `by` times; then the scale's
+/// part of the momentum's.
+void ProjectionTerms::close_gradients(const Eigen::Ref<const MatrixX>& dyn_q,
+                                      const Eigen::Ref<const MatrixX>& dyn_v, int columns,
+                                      double by, const Eigen::Matrix<double, 4, 1>& grows) {
+  const auto n = dyn_q.rows();
+  const double inverse = std::abs(grows[0]) > 0.0 ? 1.0 / grows[0] : 0.0;
+  for (int c = 0; c < columns; ++c) {
+    auto q = by_q_.col(c).head(n), v = by_v_.col(c).head(n);
+    q += by * dyn_q.transpose().lazyProduct(rows_.col(c).head(n));
+    v += by * dyn_v.transpose().lazyProduct(rows_.col(c).head(n));
+    if (c == 0) {
+      q *= inverse;
+      v *= inverse;
+    } else {
+      q -= grows[c] * by_q_.col(0).head(n);
+      v -= grows[c] * by_v_.col(0).head(n);
+    }
+  }
+}
+
+}  // namespace counterpoint

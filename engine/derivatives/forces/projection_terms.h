@@ -1,0 +1,62 @@
+// Derivatives of the mean velocity-dependent forces of linkages whose energy is kept
+// (energy_projection.h).
+//
+// Of a share s they are (1 - s) n - (M + R) s (r - v) / h with r = scale (v + p) and p = -h inv(M +
+// R) n, so that (M + R) dp / h is minus the derivative of the dynamics at the acceleration p / h: a
+// sweep. The scale solves an equation in one variable, the energy at the end that of the start,
+// whose gradient kinetic_gradient.h has; of trees with a prediction, and slow turns, the energy has a
+// part by the power -v'n of these forces, whose gradient is that of one more sweep at each end.
+// With a prediction f, B(v, f - s (v + p)) stands for (1 - s) n.
+#pragma once
+
+#include <optional>
+
+#include "counterpoint/engine/derivatives/dynamics/kinetic_gradient.h"
+#include "counterpoint/engine/derivatives/dynamics/sparse_solve.h"
+#include "counterpoint/engine/derivatives/dynamics/sweep.h"
+#include "counterpoint/engine/step/step_workspace.h"
+#include "counterpoint/engine/step_derivatives.h"
+
+namespace counterpoint {
+
+class ProjectionTerms {
+ public:
+  explicit ProjectionTerms(const Model& model);
+
+  /// Adds what a tree's share changes by, as the inverse step left it in `ws`, beyond that of
+  /// (M + R)(a - change / h) + (1 - s) n, or with a prediction (foreseen) B at fixed f.
+  void add(const Model& model, int t, EffectSet effects, double h, const VectorRef& q,
+           const VectorRef& v, bool foreseen, const Workspace::Impl& ws, InverseDerivatives& d);
+
+ private:
+  static int fastest(const Tree& tree, const Data& data);
+  static void add_turn_gradient(const Model& model, const Tree& tree, int body, double by,
+                                const Data& data, VectorX& dq, VectorX& dv);
+  void find_share_gradient(const Model& model, const Tree& tree, double h, bool foreseen,
+                           const Data& data);
+  void add_work(const Model& model, const Tree& tree, double h, const VectorX& x, const Data& data,
+                KineticGradient& energy);
+  void find_scale_gradient(const Model& model, const Tree& tree, double h, double scale,
+                           bool foreseen, const VectorRef& q, const VectorRef& v,
+                           const VectorX& rotors, const Data& data);
+  bool solve_rows(const Eigen::Ref<const MatrixX>& M, const Eigen::Ref<const MatrixX>& dyn_v,
+                  int columns, bool both);
+  void close_gradients(const Eigen::Ref<const MatrixX>& dyn_q,
+                       const Eigen::Ref<const MatrixX>& dyn_v, int columns, double by,
+                       const Eigen::Matrix<double, 4, 1>& grows);
+
+  TreeSweep sweep_;
+  SparseSolver solver_;
+  VectorX zero_, at_, a_, other_, half_, changed_;  ///< nv
+  MatrixX dq_, dv_, da_, solved_;                   ///< nv x nv
+  KineticGradient start_, end_;
+  std::optional<Data> reached_;
+  VectorX q_reached_, moved_;
+  MatrixX rows_;         ///< nv x 4: gradients by velocity at the end, then inv(M + R) of them
+  MatrixX by_q_, by_v_;  ///< nv x 4: transposed, of the scale and of the momentum left
+  VectorX share_q_, share_v_;
+  MatrixX work_q_, work_v_, work_a_;  ///< nv x nv: of the sweeps for the work
+  VectorX forces_, by_work_q_, by_work_v_;
+};
+
+}  // namespace counterpoint

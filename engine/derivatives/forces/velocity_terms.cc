@@ -1,0 +1,195 @@
+#include "counterpoint/engine/derivatives/forces/velocity_terms.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace counterpoint {
+namespace {
+
+bool is_linkage(const Tree& tree) { return tree.body_end - tree.body_begin > 1; }
+
+}  // namespace
+
+VelocityTerms::VelocityTerms(const Model& model)
+    : sweep_(model),
+      parents_(coordinate_parents(model)),
+      tied_(model),
+      kind_(model.num_trees(), Kind::kPlain),
+      predictor_(model.num_trees(), nullptr),
+      has_ties_(model.num_trees(), 0),
+      foreseen_(model.num_trees(), 0),
+      resting_(model),
+      projection_(model),
+      zero_(VectorX::Zero(model.nv())),
+      other_(zero_),
+      f_(zero_),
+      a_f_(zero_),
+      half_(zero_) {
+  bool any = false;
+  for (const Tree& tree : model.trees()) any = any || is_linkage(tree);
+  if (!any) return;
+  const int nv = model.nv();
+  for (MatrixX* m : {&dq_, &dv_, &da_, &factor_, &solved_}) m->setZero(nv, nv);
+}
+
+void VelocityTerms::begin(const Model& model, const SimulationOptions& options, EffectSet effects,
+                          const VectorRef& q, const VectorRef& v, Workspace::Impl& ws) {
+  std::fill(predictor_.begin(), predictor_.end(), nullptr);
+  std::fill(has_ties_.begin(), has_ties_.end(), 0);
+  resting_.forget();
+  mean_ = ws.data.has_coriolis && options.mean_velocity_forces;
+  if (!mean_) return;
+  ranges_.clear();
+  for (int t = 0; t < model.num_trees(); ++t) {
+    const Tree& tree = model.trees()[t];
+    if (!is_linkage(tree)) continue;
+    const bool known = ws.predictor.covers(t) || ws.predictor.knows(t);
+    if (ws.predictor.covers(t) || (known && ws.predictor.has(t))) {
+      predictor_[t] = &ws.predictor;
+    } else if (known) {
+      ranges_.push_back({tree.body_begin, tree.body_end});
+    }
+  }
+  if (!ranges_.empty()) predict_resting(model, options, effects, q, v, ws);
+  for (const VelocityPredictor* predictor : {&ws.predictor, &resting_}) {
+    if (!predictor->any()) continue;
+    for_each_constraint(model, predictor->ties(), [&](int a, int b) {
+      for (const int t : {a, b})
+        if (t >= 0) has_ties_[t] = 1;
+    });
+  }
+}
+
+void VelocityTerms::predict_resting(const Model& model, const SimulationOptions& options,
+                                    EffectSet effects, const VectorRef& q, const VectorRef& v,
+                                    Workspace::Impl& ws) {
+  // What touches a tree of which all was known was found later, by where the step led.
+  const auto later = [&](int a, int b) {
+    return (a >= 0 && ws.predictor.knows(a)) || (b >= 0 && ws.predictor.knows(b));
+  };
+  const ConstraintSet& all = ws.constraints;
+  constraints_.clear();
+  for (size_t i = 0; i < all.pairs.size(); ++i) {
+    const PairConstraint& pair = all.pairs[i];
+    const bool contact = i < all.contacts.size();
+    if (contact && later(model.body(pair.body_a).tree, model.body(pair.body_b).tree)) continue;
+    if (contact) constraints_.contacts.push_back(all.contacts[i]);
+    constraints_.pairs.push_back(pair);
+  }
+  constraints_.closures = all.closures;
+  for (const JointConstraint& row : all.joints) {
+    const bool tie = row.law.type == contact::LawType::kEquality;
+    if (tie || !later(model.tree_of_velocity(row.v_index[0]), -1))
+      constraints_.joints.push_back(row);
+  }
+  const Vector3 gravity =
+      effects.has(Effect::kGravity) ? model.gravity() : Vector3(Vector3::Zero());
+  const double h = options.time_step;
+  resting_.find(model, effects, VelocityPredictor::Of::kAllLinkages, h, q, v, gravity, constraints_,
+                ranges_, ws.data);
+  resting_.refine(model, options.contact, h, q, v, gravity, constraints_, ws.data);
+  for (const BodyRange& bodies : ranges_) {
+    const int t = model.body(bodies.begin).tree;
+    if (resting_.covers(t)) predictor_[t] = &resting_;
+  }
+}
+
+void VelocityTerms::prepare(const Model& model, int t, double h, const VectorRef& v,
+                            const Workspace::Impl& ws, VectorX& v_at, VectorX& a_at,
+                            SweepInput& in) {
+  const Tree& tree = model.trees()[t];
+  kind_[t] = Kind::kPlain;
+  in.velocity_factor = 1.0;
+  if (!mean_ || !is_linkage(tree)) return;
+  const auto part = Eigen::seqN(tree.v_begin, tree.v_end - tree.v_begin);
+  const bool covered = predictor_[t] != nullptr;
+  const double share = ws.energy_projection.share(t);
+  if (covered) f_(part) = predictor_[t]->velocity()(part);
+  if (share > 0.0) {
+    a_at(part) -= ws.energy_projection.change()(part) / h;
+    if (covered) {
+      kind_[t] = Kind::kBoth;
+      other_(part) = f_(part) - share * (v(part) + ws.energy_projection.plain_change()(part));
+      v_at(part) = 0.5 * (v(part) + other_(part));
+      return;
+    }
+    kind_[t] = Kind::kProjected;
+    in.velocity_factor = std::sqrt(1.0 - share);
+    v_at(part) *= in.velocity_factor;
+    return;
+  }
+  if (!covered) return;
+  kind_[t] = Kind::kPredicted;
+  other_(part) = f_(part);
+  v_at(part) = 0.5 * (v(part) + f_(part));
+}
+
+bool VelocityTerms::add_ties(const Model& model, const SimulationOptions& options,
+                             EffectSet effects, const VectorRef& q, const VectorRef& v,
+                             Workspace::Impl& ws, ClosureDerivator& closures,
+                             InverseDerivatives& d) {
+  if (!mean_) return true;
+  bool known = true;
+  for (const VelocityPredictor* predictor : {&ws.predictor, &resting_}) {
+    for (size_t t = 0; t < foreseen_.size(); ++t) foreseen_[t] = predictor_[t] == predictor;
+    known = tied_.add(model, options, effects, q, v, *predictor, foreseen_, other_,
+                      predictor == &resting_, ws, closures, d) &&
+            known;
+  }
+  return known;
+}
+
+void VelocityTerms::add(const Model& model, int t, EffectSet effects, double h, const VectorRef& q,
+                        const VectorRef& v, Workspace::Impl& ws, InverseDerivatives& d) {
+  const Tree& tree = model.trees()[t];
+  const Kind kind = kind_[t];
+  if ((kind == Kind::kPredicted || kind == Kind::kBoth) && !has_ties_[t])
+    add_prediction(model, tree, effects, h, v, ws, d);
+  if (kind == Kind::kProjected || kind == Kind::kBoth)
+    projection_.add(model, t, effects, h, q, v, kind == Kind::kBoth, ws, d);
+}
+
+void VelocityTerms::add_prediction(const Model& model, const Tree& tree, EffectSet effects,
+                                   double h, const VectorRef& v, Workspace::Impl& ws,
+                                   InverseDerivatives& d) {
+  const int begin = tree.v_begin, n = tree.v_end - tree.v_begin;
+  const auto part = Eigen::seqN(begin, n);
+  SweepInput in;
+  half_(part) = 0.5 * (v(part) - other_(part));
+  in.v = half_.data();
+  in.a = zero_.data();
+  sweep_.run(model, tree, ws.data, in, {dq_, dv_, da_});
+  d.dq.block(begin, begin, n, n) -= dq_.block(begin, begin, n, n);
+  a_f_(part) = (f_(part) - v(part)) / h;
+  in.v = v.data();
+  in.a = a_f_.data();
+  if (effects.has(Effect::kGravity)) in.gravity = model.gravity();
+  sweep_.run(model, tree, ws.data, in, {dq_, dv_, da_});
+  auto D = factor_.topLeftCorner(n, n), X = solved_.topLeftCorner(n, n);
+  // B(v, .) = half of dn/dv; X' = h inv(M + D) B(v, .)'.
+  D = da_.block(begin, begin, n, n);
+  X = 0.5 * h * dv_.block(begin, begin, n, n).transpose();
+  // The rest of the prediction's equation: rotors, dampers, springs.
+  if (effects.has(Effect::kArmature)) D.diagonal() += model.armature().segment(begin, n);
+  if (effects.has(Effect::kDamping)) {
+    D.diagonal() += h * model.damping().segment(begin, n);
+    dv_.diagonal().segment(begin, n) += model.damping().segment(begin, n);
+  }
+  if (effects.has(Effect::kSprings)) {
+    for (const JointSpring& spring : model.springs()) {
+      const int k = model.body(spring.joint + 1).v_index;
+      if (k < begin || k >= begin + n) continue;
+      D(k - begin, k - begin) += h * h * spring.stiffness;
+      dq_(k, k) += spring.stiffness;
+      dv_(k, k) += h * spring.stiffness;
+    }
+  }
+  solver_.begin_tree(D, parents_, begin, n);
+  solver_.add(X, 0, 1.0);
+  if (!solver_.solve()) return;
+  solver_.get(0, X);
+  d.dq.block(begin, begin, n, n) -= X.transpose().lazyProduct(dq_.block(begin, begin, n, n));
+  d.dv.block(begin, begin, n, n) -= X.transpose().lazyProduct(dv_.block(begin, begin, n, n));
+}
+
+}  // namespace counterpoint

@@ -1,0 +1,108 @@
+#include "counterpoint/engine/derivatives/parameters/law_change.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "counterpoint/contact/sensitivity.h"
+#include "counterpoint/engine/constraints/contact_law.h"
+
+namespace counterpoint {
+namespace {
+
+/// Of law_options' max_recovery_speed.
+double recovery_speed_change(const SimulationOptions& options, double alpha, double total_mass,
+                             const LawSource& source) {
+  const ContactOptions& contact = options.contact;
+  if (options.integrator == Integrator::kImplicitMidpoint ||
+      !(law_options(options, alpha, total_mass).max_recovery_speed < contact.max_recovery_speed))
+    return source.max_recovery_speed;
+  const double yields = source.compliance * alpha * total_mass +
+                        contact.compliance * source.alpha * total_mass +
+                        contact.compliance * alpha * source.total_mass;
+  return kKeptRecovery * source.max_recovery_speed +
+         kKeptWeights * options.time_step * kStandardGravity * yields;
+}
+
+/// Of gap_bias with these options, the gap held.
+double gap_bias_change(const ContactOptions& law, double h, double gap, double recovery_speed,
+                       const LawSource& source) {
+  if (gap > 0.0) return 0.0;
+  const double recovery = law.stabilization * gap / h;
+  return recovery < -law.max_recovery_speed ? -recovery_speed : source.stabilization * gap / h;
+}
+
+/// Of a constraint at a gap, whose smoothing fades up to `reach`.
+LawChange strength_change(const ContactOptions& contact, double alpha, double gap, double reach,
+                          const LawSource& source) {
+  LawChange out;
+  out.regularizer = source.compliance * alpha + contact.compliance * source.alpha;
+  const double length = faded_smoothing(contact.smoothing, gap, reach);
+  const double share = faded_smoothing_share(contact.smoothing, gap, reach);
+  out.smoothing =
+      kStandardGravity / alpha * (share * source.smoothing - length * source.alpha / alpha);
+  return out;
+}
+
+}  // namespace
+
+LawChange contact_law_change(const SimulationOptions& options, const Material& pair, double alpha,
+                             double total_mass, double gap, const Vector3& v, const Bounce& bounce,
+                             const LawSource& source) {
+  const double h = options.time_step;
+  const ContactOptions law = law_options(options, alpha, total_mass);
+  LawChange out = strength_change(options.contact, alpha, gap, options.contact.margin, source);
+  const double speed = recovery_speed_change(options, alpha, total_mass, source);
+  out.bias = gap_bias_change(law, h, gap, speed, source);
+  if (bounce.happens && (gap > 0.0 || -bounce.speed < gap_bias(law, h, gap)))
+    out.bias =
+        -bounce.by_restitution * source.material.restitution - bounce.by_fall * source.fall;
+  out.slip_speed = source.slip_speed;
+  const Material& m = source.material;
+  if (pair.friction > 0.0 && law.friction_model == FrictionModel::kLagged)
+    out.bias += m.friction * std::hypot(v[1], v[2]);
+  out.friction = {m.friction, m.friction, m.torsional_friction, m.rolling_friction,
+                  m.rolling_friction};
+  return out;
+}
+
+LawChange limit_law_change(const SimulationOptions& options, double alpha, double total_mass,
+                           double bias, const LawSource& source) {
+  const double h = options.time_step;
+  const ContactOptions law = law_options(options, alpha, total_mass);
+  LawChange out =
+      strength_change(options.contact, alpha, std::max(bias, 0.0) * h, kLimitReach, source);
+  if (!(bias < 0.0)) return out;
+  // The gap that this bias stands for.
+  const double gap = -bias < law.max_recovery_speed ? bias * h / law.stabilization : -HUGE_VAL;
+  out.bias = gap_bias_change(law, h, gap, recovery_speed_change(options, alpha, total_mass, source),
+                             source);
+  return out;
+}
+
+LawChange plain_law_change(const SimulationOptions& options, const contact::Law& law, double alpha,
+                           const LawSource& source) {
+  LawChange out = strength_change(options.contact, alpha, 0.0, 1.0, source);
+  // Equalities are softer by a factor, and have no smoothing.
+  out.regularizer *= law.regularizer / (options.contact.compliance * alpha);
+  if (law.type == contact::LawType::kEquality) out.smoothing = 0.0;
+  return out;
+}
+
+contact::Rows impulse_change(const contact::Law& law, const contact::Rows& y,
+                             const contact::Rows& dy, const LawChange& change) {
+  const contact::Sensitivity by = contact::compute_sensitivity(law, y);
+  contact::Rows moved = dy;
+  moved[0] += change.bias;
+  contact::Rows df = by.velocity.lazyProduct(moved);
+  // Where the law is hard and at its corner these are not finite: zero changes do not count.
+  if (change.regularizer != 0.0) df += change.regularizer * by.regularizer;
+  if (change.smoothing != 0.0) df += change.smoothing * by.smoothing;
+  if (change.bound != 0.0) df += change.bound * by.bound;
+  if (change.slip_speed != 0.0) df += change.slip_speed * by.slip_speed;
+  for (int j = 0; j + 1 < law.rows; ++j)
+    if (law.type == contact::LawType::kFrictionCone && change.friction[j] != 0.0)
+      df += change.friction[j] * by.friction.col(j);
+  return df;
+}
+
+}  // namespace counterpoint

@@ -1,0 +1,287 @@
+#include "counterpoint/engine/derivatives/parameters/parameter_constraints.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "counterpoint/contact/law.h"
+#include "counterpoint/engine/constraints/assemble.h"
+#include "counterpoint/engine/constraints/contact_law.h"
+#include "counterpoint/engine/derivatives/constraints/pair_response.h"
+#include "counterpoint/engine/derivatives/constraints/slip_response.h"
+#include "counterpoint/engine/dynamics/kinematics.h"
+
+namespace counterpoint {
+namespace {
+
+using K = StepParameterKind;
+
+LawSource source_of(const PreparedParameter& p) {
+  LawSource source;
+  switch (p.kind()) {
+    case K::kCompliance:
+      source.compliance = 1.0;
+      break;
+    case K::kSmoothing:
+      source.smoothing = 1.0;
+      break;
+    case K::kStabilization:
+      source.stabilization = 1.0;
+      break;
+    case K::kMaxRecoverySpeed:
+      source.max_recovery_speed = 1.0;
+      break;
+    default:
+      break;
+  }
+  if (p.weights) source.total_mass = p.weights->total_mass;
+  return source;
+}
+
+/// Of combine_materials.
+Material material_change(const PreparedParameter& p, const Geometry& a, int index_a,
+                         const Geometry& b, int index_b) {
+  Material out{0.0, 0.0, 0.0, 0.0};
+  const bool of_a = p.has(index_a), of_b = p.has(index_b);
+  const auto root = [&](double x, double y) {
+    const double both = std::sqrt(x * y);
+    return both > 0.0 ? (of_a ? 0.5 * y / both : 0.0) + (of_b ? 0.5 * x / both : 0.0) : 0.0;
+  };
+  const Material &x = a.material, &y = b.material;
+  switch (p.kind()) {
+    case K::kFriction:
+      out.friction = root(x.friction, y.friction);
+      break;
+    case K::kRestitution:
+      out.restitution = x.restitution >= y.restitution ? of_a : of_b;
+      break;
+    case K::kTorsionalFriction:
+      out.torsional_friction = root(x.torsional_friction, y.torsional_friction);
+      break;
+    case K::kRollingFriction:
+      out.rolling_friction = root(x.rolling_friction, y.rolling_friction);
+      break;
+    default:
+      break;
+  }
+  return out;
+}
+
+/// As far as the effects are on (ConstraintFinder).
+Material only(EffectSet effects, Material m) {
+  if (!effects.has(Effect::kFriction)) m.friction = 0.0;
+  if (!effects.has(Effect::kTorsionalFriction)) m.torsional_friction = 0.0;
+  if (!effects.has(Effect::kRollingFriction)) m.rolling_friction = 0.0;
+  if (!effects.has(Effect::kRestitution)) m.restitution = 0.0;
+  return m;
+}
+
+/// Adds factor times what a force at `arm` from a body's origin is along the joints.
+void project(const Model& model, int body, const Vector3& arm, const Force& at, double factor,
+             const Data& data, VectorOut du) {
+  Force f = shift(at, arm) * factor;
+  for (int i = body; i != 0; i = model.body(i).parent) {
+    const Body& joint = model.body(i);
+    for (int k = joint.v_index; k < joint.v_index + joint_nv(joint.joint_type); ++k)
+      du[k] += dot(data.axis[k], f);
+    f = shift(f, data.arm[i]);
+  }
+}
+
+}  // namespace
+
+/// False where the contact's motion is not known.
+bool ParameterConstraints::find_place(const PreparedParameter& p, const Model& model,
+                                      const collision::Candidate& contact, double h,
+                                      const Workspace::Impl& ws, PlaceChange& out) {
+  const InverseWeights& weights = ws.finder.weights();
+  const Data& data = ws.data;
+  out = PlaceChange();
+  const Geometry& a = model.geometries()[static_cast<size_t>(contact.geometry_a)];
+  const Geometry& b = model.geometries()[static_cast<size_t>(contact.geometry_b)];
+  const double alpha = weights.contact[a.body] + weights.contact[b.body];
+  const double share_b = weights.contact[b.body] / alpha;
+  if (p.weights) {
+    const double sum = p.weights->contact[a.body] + p.weights->contact[b.body];
+    const double by = (p.weights->contact[b.body] - share_b * sum) / alpha;
+    out.place = by * std::max(contact.gap, 0.0) * contact.normal;
+  }
+  if (p.kind() != K::kHeight) return true;
+  const bool of_a = p.has(contact.geometry_a), of_b = p.has(contact.geometry_b);
+  if (!of_a && !of_b) return true;
+  ContactMotion motion;
+  motions_.begin();
+  const collision::BodyMotions motions{data.V, weights.contact, h};
+  if (!motions_.find(model, data, ws.finder.collider(), motions, contact, share_b - 0.5, motion))
+    return false;
+  const auto up = [&](const Geometry& g) -> Vector3 {
+    return data.X_WB[g.body].rotation * g.X_BG.rotation.col(2);
+  };
+  Vector6 relative = Vector6::Zero();
+  if (of_a) {
+    out.place += up(a);
+    relative.tail<3>() -= up(a);
+  }
+  if (of_b) relative.tail<3>() += up(b);
+  out.place += motion.point * relative;
+  const Vector3 turned = motion.normal * relative;
+  out.turn = contact.normal.cross(turned);
+  out.gap = motion.gap * relative;
+  return true;
+}
+
+/// Of the slip speed that friction is allowed: the fastest contact of the island slides otherwise
+/// where its place is another.
+bool ParameterConstraints::find_slip(const PreparedParameter& p, const Model& model,
+                                     const SimulationOptions& options, const PairConstraint& pair,
+                                     const Workspace::Impl& ws, double& out) {
+  out = 0.0;
+  if (pair.fastest < 0) return true;
+  const auto fastest = static_cast<size_t>(pair.fastest);
+  const PairConstraint& source = ws.constraints.pairs[fastest];
+  PlaceChange place;
+  if (!find_place(p, model, ws.constraints.contacts[fastest], options.time_step, ws, place))
+    return false;
+  const Sliding sliding(source, pair_bodies(source, ws.data, ws.velocity));
+  out = options.time_step / options.contact.slip_time *
+        sliding.by_place(place.place, place.turn).value();
+  return true;
+}
+
+bool ParameterConstraints::add_contacts(const PreparedParameter& p, const Model& model,
+                                        const SimulationOptions& options, EffectSet effects,
+                                        Workspace::Impl& ws, VectorOut du) {
+  const InverseWeights& weights = ws.finder.weights();
+  const LawSource of_all = source_of(p);
+  for (size_t i = 0; i < ws.constraints.contacts.size(); ++i) {
+    const PairConstraint& pair = ws.constraints.pairs[i];
+    const collision::Candidate& contact = ws.constraints.contacts[i];
+    const Geometry& a = model.geometries()[static_cast<size_t>(contact.geometry_a)];
+    const Geometry& b = model.geometries()[static_cast<size_t>(contact.geometry_b)];
+    LawSource change = of_all;
+    // What is given for a pair goes with neither surface.
+    if (model.find_pair_material(contact.geometry_a, contact.geometry_b) == nullptr)
+      change.material =
+          only(effects, material_change(p, a, contact.geometry_a, b, contact.geometry_b));
+    if (p.kind() == K::kGravity && !model.gravity().isZero(0.0))
+      change.fall = pair.frame.col(0).dot(ws.finder.relative_fall(effects, pair)) /
+                    model.gravity().norm();
+    if (p.weights) change.alpha = p.weights->contact[pair.body_a] + p.weights->contact[pair.body_b];
+    PlaceChange place;
+    if (!find_place(p, model, contact, options.time_step, ws, place)) return false;
+    if (!find_slip(p, model, options, pair, ws, change.slip_speed)) return false;
+    // How the compliance under a heavy load goes with masses is left to differences.
+    if (pair.stiffer != 1.0 && p.weights) return false;
+    const Source source{only(effects, model.pair_material(contact.geometry_a, contact.geometry_b)),
+                        weights.contact[pair.body_a] + weights.contact[pair.body_b],
+                        weights.total_mass, contact.gap};
+    add_contact(model, options, effects, pair, source, change, place, ws, du);
+  }
+  return true;
+}
+
+/// One contact's part of -J' f / h.
+void ParameterConstraints::add_contact(const Model& model, const SimulationOptions& options,
+                                       EffectSet effects, const PairConstraint& pair,
+                                       const Source& source, const LawSource& change,
+                                       const PlaceChange& place, Workspace::Impl& ws,
+                                       VectorOut du) {
+  const double h = options.time_step;
+  const PairBodies bodies = pair_bodies(pair, ws.data, ws.velocity);
+  const Motion next = bodies.next_b - bodies.next_a, start = bodies.start_b - bodies.start_a;
+  const int rows = pair.law.rows;
+  contact::Rows y = relative_velocity(pair, ws.data, ws.velocity);
+  for (int r = 0; r < rows; ++r) y[r] += pair.law.bias[static_cast<size_t>(r)];
+  // The rows as place and frame move.
+  const auto moved = [&](const Motion& V) {
+    const Vector3 linear = V.angular.cross(place.place) + V.linear.cross(place.turn);
+    Vector6 out;
+    out << pair.frame.transpose() * linear, pair.frame.transpose() * V.angular.cross(place.turn);
+    return out;
+  };
+  const Vector6 dy_all = moved(next);
+  contact::Rows dy = dy_all.segment(pair.first, rows);
+  // The bias goes with the gap less what turning takes of it, and with the velocity at the start.
+  double by_gap = place.gap, gap = source.gap;
+  bool closed = false;
+  if (gap > 0.0) {
+    const double closer = turning_advance(pair, bodies, h);
+    if (closer > 0.0) {
+      PairConstraint turned = pair;
+      turned.frame.col(0) = place.turn.cross(pair.frame.col(0));
+      PairBodies shifted = bodies;
+      shifted.arm_a = shifted.arm_b = place.place;
+      by_gap -= turning_advance(turned, bodies, h) + turning_advance(pair, shifted, h);
+    }
+    gap = std::max(gap - std::max(closer, 0.0), 0.0);
+    closed = !(gap > 0.0);
+  }
+  const Vector3 v = pair.frame.transpose() * start.linear;
+  const Bounce bounce =
+      ws.finder.find_contact_bounce(options, effects, source.surface, pair, gap, v[0]);
+  LawSlopes slopes = contact_law_slopes(law_options(options, source.alpha, source.total_mass), h,
+                                        source.surface, source.alpha, gap, v, bounce);
+  if (pair.law.type != contact::LawType::kFrictionCone) slopes.v[1] = slopes.v[2] = 0.0;
+  if (!closed) dy[0] += slopes.gap * by_gap;
+  dy[0] += slopes.v.dot(moved(start).head<3>());
+  dy[0] += slopes.fall * place.turn.cross(pair.frame.col(0))
+                             .dot(ws.finder.relative_fall(effects, pair));
+  LawChange law = contact_law_change(options, source.surface, source.alpha, source.total_mass, gap,
+                                     v, bounce, change);
+  law.regularizer *= pair.stiffer;
+  if (!closed) law.smoothing += slopes.smoothing * by_gap;
+  const contact::Rows f = contact::impulse(pair.law, y);
+  const Force W = pair_impulse(pair, f);
+  Force dW = pair_impulse(pair, impulse_change(pair.law, y, dy, law));
+  dW.torque += place.turn.cross(W.torque) + place.place.cross(W.force);
+  dW.force += place.turn.cross(W.force);
+  project(model, pair.body_b, bodies.arm_b, dW, -1.0 / h, ws.data, du);
+  project(model, pair.body_a, bodies.arm_a, dW, 1.0 / h, ws.data, du);
+}
+
+/// Of coordinates that have no dry friction, hence no row.
+void ParameterConstraints::add_first_friction(const PreparedParameter& p, const Model& model,
+                                              const SimulationOptions& options,
+                                              const VectorRef& v_next, const Workspace::Impl& ws,
+                                              VectorOut du) {
+  if (p.kind() != K::kDryFriction || !options.effects.has(Effect::kDryFriction)) return;
+  for (const int i : p.parameter.targets) {
+    if (model.dry_friction()[i] > 0.0) continue;
+    const double h = options.time_step;
+    const contact::Law law =
+        make_dry_friction_law(options.contact, h, ws.finder.weights().dof[i], 0.0);
+    LawChange change;
+    change.bound = h;
+    du[i] -= impulse_change(law, contact::Rows::Constant(1, v_next[i]), contact::Rows::Zero(1),
+                            change)[0] /
+             h;
+  }
+}
+
+void ParameterConstraints::add_joint_rows(const PreparedParameter& p,
+                                          const SimulationOptions& options, const VectorRef& v_next,
+                                          const Workspace::Impl& ws, VectorOut du) {
+  const InverseWeights& weights = ws.finder.weights();
+  for (const JointConstraint& row : ws.constraints.joints) {
+    double alpha = 0.0;
+    LawSource source = source_of(p);
+    contact::Rows y = contact::Rows::Constant(1, row.law.bias[0]);
+    for (int k = 0; k < 2 && row.v_index[k] >= 0; ++k) {
+      const double share = row.coefficient[k] * row.coefficient[k];
+      alpha += share * weights.dof[row.v_index[k]];
+      if (p.weights) source.alpha += share * p.weights->dof[row.v_index[k]];
+      y[0] += row.coefficient[k] * v_next[row.v_index[k]];
+    }
+    const bool limit = row.law.type == contact::LawType::kUnilateral && !std::isnan(row.gap_bias);
+    LawChange change =
+        limit ? limit_law_change(options, alpha, weights.total_mass, row.law.bias[0], source)
+              : plain_law_change(options, row.law, alpha, source);
+    if (row.law.type == contact::LawType::kDryFriction && p.kind() == K::kDryFriction &&
+        p.has(row.v_index[0]))
+      change.bound = options.time_step;
+    const double df = impulse_change(row.law, y, contact::Rows::Zero(1), change)[0];
+    for (int k = 0; k < 2 && row.v_index[k] >= 0; ++k)
+      du[row.v_index[k]] -= row.coefficient[k] * df / options.time_step;
+  }
+}
+
+}  // namespace counterpoint

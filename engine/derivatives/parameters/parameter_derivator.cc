@@ -1,0 +1,148 @@
+// ParameterDerivator: closed forms, by what a step is made of; differences of the whole step where
+// there is none.
+#include <algorithm>
+#include <limits>
+
+#include "counterpoint/engine/derivatives/parameters/parameter_constraints.h"
+#include "counterpoint/engine/derivatives/parameters/parameter_dynamics.h"
+
+namespace counterpoint {
+namespace {
+
+using K = StepParameterKind;
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+/// The whole step with one figure changed, and its own workspace.
+struct ChangedStep {
+  explicit ChangedStep(Model changed) : model(std::move(changed)), workspace(model) {}
+  Model model;
+  Workspace workspace;
+  Inverse out;
+};
+
+/// By `scheme`, once asked for.
+struct ChangedSteps {
+  std::vector<ChangedStep> steps;
+  DifferenceScheme scheme;
+};
+
+bool is_of_options(const StepParameter& parameter) {
+  return parameter.targets.empty() && parameter.kind != K::kGravity;
+}
+
+bool ties(const ConstraintSet& constraints) {
+  const auto equality = [](const JointConstraint& row) {
+    return row.law.type == contact::LawType::kEquality;
+  };
+  return !constraints.closures.empty() ||
+         std::any_of(constraints.joints.begin(), constraints.joints.end(), equality);
+}
+
+/// Whether all that acts has a closed form by this parameter.
+bool is_closed(K kind, const Model& model, const SimulationOptions& options, const Input& known,
+               const Workspace::Impl& ws) {
+  if (options.integrator != Integrator::kSemiImplicitEuler) return false;
+  if (known.softening.any() && !ws.constraints.empty()) return false;
+  const bool of_motion = changes_mass_matrix(kind) || kind == K::kGravity || kind == K::kDamping;
+  const bool of_ties = of_motion || kind == K::kCompliance || kind == K::kStabilization ||
+                       kind == K::kMaxRecoverySpeed;
+  // Forecasts go through them.
+  if (of_ties && ties(ws.constraints)) return false;
+  for (int t = 0; of_motion && t < model.num_trees(); ++t) {
+    if (tree_terms(model, t, ws) != TreeTerms::kProjected) continue;
+    if (changes_mass_matrix(kind) || ws.predictor.covers(t)) return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+struct ParameterDerivator::Impl {
+  Impl(const Model& model, std::vector<StepParameter> list)
+      : parameters(std::move(list)),
+        dynamics(model, parameters.size()),
+        changed(parameters.size()) {
+    for (const StepParameter& parameter : parameters) prepared.emplace_back(parameter, model);
+  }
+
+  void differentiate(size_t k, const Model& model, const SimulationOptions& options,
+                     const VectorRef& q, const VectorRef& v, const VectorRef& v_next,
+                     const Input& known, VectorOut du) {
+    const StepParameter& parameter = parameters[k];
+    ChangedSteps& c = changed[k];
+    // Of options the model stays, and they may be others than the last time.
+    const bool of_options = is_of_options(parameter);
+    if (c.steps.empty() || of_options) c.scheme = difference_scheme(parameter, model, options);
+    if (c.steps.empty()) {
+      c.steps.reserve(c.scheme.at.size());
+      for (const double by : c.scheme.at) {
+        Model to = model;
+        SimulationOptions unused = options;
+        change_parameter(parameter, by, to, unused);
+        c.steps.emplace_back(std::move(to));
+      }
+    }
+    du.setZero();
+    for (size_t i = 0; i < c.steps.size(); ++i) {
+      ChangedStep& step = c.steps[i];
+      SimulationOptions with = options;
+      if (of_options) change_parameter(parameter, c.scheme.at[i], step.model, with);
+      step_inverse(step.model, with, q, v, v_next, known, step.workspace, step.out);
+      du += c.scheme.weight[i] * step.out.applied_force;
+    }
+  }
+
+  std::vector<StepParameter> parameters;
+  std::vector<PreparedParameter> prepared;
+  ParameterDynamics dynamics;
+  ParameterConstraints constraints;
+  std::vector<ChangedSteps> changed;
+};
+
+ParameterDerivator::ParameterDerivator(const Model& model, std::vector<StepParameter> parameters)
+    : impl_(std::make_unique<Impl>(model, std::move(parameters))) {}
+ParameterDerivator::~ParameterDerivator() = default;
+ParameterDerivator::ParameterDerivator(ParameterDerivator&&) noexcept = default;
+ParameterDerivator& ParameterDerivator::operator=(ParameterDerivator&&) noexcept = default;
+
+const std::vector<StepParameter>& ParameterDerivator::parameters() const {
+  return impl_->parameters;
+}
+
+void ParameterDerivator::inverse(const Model& model, const SimulationOptions& options, VectorRef q,
+                                 VectorRef v, VectorRef v_next, const Input& known,
+                                 Workspace& workspace, Inverse& out, InverseParameterDerivatives& d,
+                                 DerivativeMethod method) {
+  step_inverse(model, options, q, v, v_next, known, workspace, out);
+  const size_t count = impl_->parameters.size();
+  const auto columns = static_cast<Eigen::Index>(count);
+  if (d.du.rows() != model.nv() || d.du.cols() != columns) d.du.resize(model.nv(), columns);
+  d.by_differences.assign(count, 0);
+  if (out.fault.any()) {
+    d.du.setConstant(kNaN);
+    return;
+  }
+  Workspace::Impl& ws = workspace.impl();
+  // What is zero in the model is not called for, but may be about to be.
+  const EffectSet effects = options.effects;
+  const bool analytic =
+      method == DerivativeMethod::kAnalytic && options.integrator == Integrator::kSemiImplicitEuler;
+  d.du.setZero();
+  if (analytic)
+    impl_->dynamics.add(impl_->prepared, model, effects, options.time_step, v, v_next, ws, d.du);
+  for (size_t k = 0; k < count; ++k) {
+    const PreparedParameter& p = impl_->prepared[k];
+    auto column = d.du.col(static_cast<Eigen::Index>(k));
+    if (analytic && is_closed(p.kind(), model, options, known, ws) &&
+        impl_->constraints.add_contacts(p, model, options, effects, ws, column)) {
+      ParameterConstraints::add_joint_rows(p, options, v_next, ws, column);
+      ParameterConstraints::add_first_friction(p, model, options, v_next, ws, column);
+    } else {
+      impl_->differentiate(k, model, options, q, v, v_next, known, column);
+      d.by_differences[k] = 1;
+    }
+  }
+}
+
+}  // namespace counterpoint

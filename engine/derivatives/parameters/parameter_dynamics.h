@@ -1,0 +1,54 @@
+// Derivatives of the smooth part of an inverse step by its parameters: inertia, gravity, and what
+// acts on single coordinates.
+#pragma once
+
+#include "counterpoint/engine/derivatives/dynamics/sparse_solve.h"
+#include "counterpoint/engine/derivatives/dynamics/sweep.h"
+#include "counterpoint/engine/derivatives/parameters/prepared_parameter.h"
+#include "counterpoint/engine/step/step_workspace.h"
+
+namespace counterpoint {
+
+/// What velocities the forces of a tree that are quadratic in velocity are taken at.
+enum class TreeTerms {
+  kNone,       ///< there are none, or it is one body that flies
+  kPlain,      ///< those at the start
+  kPredicted,  ///< both ends' (mid_velocity.h)
+  kProjected,  ///< with the energy kept (energy_projection.h)
+};
+TreeTerms tree_terms(const Model& model, int t, const Workspace::Impl& ws);
+
+class ParameterDynamics {
+ public:
+  ParameterDynamics(const Model& model, size_t num_parameters);
+
+  /// Adds to du (nv x parameters), after step_inverse with these arguments. Of trees whose energy
+  /// is kept velocity-dependent forces are left out.
+  void add(const std::vector<PreparedParameter>& parameters, const Model& model, EffectSet effects,
+           double h, const VectorRef& v, const VectorRef& v_next, Workspace::Impl& ws, MatrixX& du);
+
+ private:
+  using Parameters = std::vector<PreparedParameter>;
+  void add_inertias(const Parameters& parameters, const Model& model, const Tree& tree,
+                    const Data& data, double factor, MatrixX& out) const;
+  void add_gravity(const Parameters& parameters, const Model& model, BodyRange bodies,
+                   const Data& data, MatrixX& out) const;
+  void add_prediction(const Parameters& parameters, const Model& model, const Tree& tree,
+                      EffectSet effects, double h, const VectorRef& v, const Vector3& gravity,
+                      Workspace::Impl& ws, MatrixX& du);
+  void find_prediction(const Parameters& parameters, const Model& model, const Tree& tree,
+                       EffectSet effects, double h, const VectorRef& v, const Vector3& gravity,
+                       Workspace::Impl& ws);
+  void add_flyers(const Parameters& parameters, const Model& model, double h, const VectorRef& v,
+                  const Vector3& gravity, const Vector3& down, const Workspace::Impl& ws,
+                  MatrixX& du) const;
+
+  TreeSweep sweep_;
+  InertiaRegressor regressor_;
+  SparseSolver solver_;
+  VectorX zero_, at_;    ///< nv
+  MatrixX by_prediction_;  ///< nv x parameters: of the prediction's equation
+  MatrixX dq_, dv_, M_;  ///< nv x nv
+};
+
+}  // namespace counterpoint

@@ -1,0 +1,152 @@
+#include "counterpoint/engine/derivatives/step/constrained_midpoint.h"
+
+#include <algorithm>
+
+#include "counterpoint/engine/derivatives/dynamics/rotation_maps.h"
+#include "counterpoint/engine/derivatives/step/step_differences.h"
+#include "counterpoint/engine/dynamics/crba.h"
+#include "counterpoint/engine/dynamics/integrator.h"
+#include "counterpoint/engine/dynamics/kinematics.h"
+#include "counterpoint/engine/step/step_forces.h"
+
+namespace counterpoint {
+namespace {
+
+/// Closures or mimic joints, which a prediction may look ahead of.
+bool has_ties(const ConstraintSet& constraints) {
+  if (!constraints.closures.empty()) return true;
+  return std::any_of(
+      constraints.joints.begin(), constraints.joints.end(),
+      [](const JointConstraint& row) { return row.law.type == contact::LawType::kEquality; });
+}
+
+}  // namespace
+
+ConstrainedMidpoint::ConstrainedMidpoint(const Model& model)
+    : w(VectorX::Zero(model.nv())),
+      M_(model.nv(), model.nv()),
+      r_(w),
+      m_(w),
+      diagonal_(w),
+      at_q_(model.default_q()),
+      at_v_(w),
+      at_w_(w),
+      at_v_next_(w),
+      q_next_(at_q_),
+      direction_(w) {
+  for (MatrixX* x : {&w_q, &w_v, &w_next, &by_q_, &by_m_, &mass_, &G_m_, &A_})
+    x->setZero(model.nv(), model.nv());
+}
+
+bool ConstrainedMidpoint::compute(const Model& model, const SimulationOptions& options,
+                                  EffectSet effects, const VectorRef& q, const VectorRef& v,
+                                  const Input& known, Workspace::Impl& ws, SmoothDerivator& smooth,
+                                  InverseDerivator& impulses, InverseDerivatives& d) {
+  if (ws.data.has_coriolis && has_ties(ws.constraints)) return false;
+  const double h = options.time_step;
+  const int nv = model.nv();
+  w = ws.next_middle;
+  m_ = ws.middle;
+  r_ = (m_ - v) / (0.5 * h);
+  smooth.compute(model, effects, m_, r_, known.wrenches, ws);
+  r_ = 0.5 * h * m_;
+  by_q_ = smooth.dq;
+  multiply_columns(model, RotationMap::kP, r_, by_q_);
+  by_q_.diagonal() += smooth.stiffness;
+  multiply_columns(model, RotationMap::kQ, r_, smooth.dq);
+  mass_ = (2.0 / h) * smooth.mass;
+  by_m_ = smooth.dw + 0.5 * h * smooth.dq + mass_;
+  diagonal_ = smooth.damping + 0.5 * h * smooth.stiffness;
+  by_m_.diagonal() += diagonal_;
+
+  compute_poses(model, q, ws.data);
+  compute_velocities(model, v, ws.data);
+  compute_body_velocities(model, w, ws.data, ws.velocity);
+  if (!impulses.compute_impulses(model, options, effects, q, v, m_, w, ws, G_)) return false;
+  crba(model, ws.data, M_);
+  diagonal_ += rotor_inertia(model, effects, ws) / h;
+  G_.dv_next.diagonal() += diagonal_;
+  G_.dv.diagonal() -= diagonal_;
+  G_m_ = -M_ / h;
+  G_m_.diagonal() -= diagonal_;
+  A_ = G_.dv_next - G_m_;
+  solver_.begin(A_, 3 * nv);
+  solver_.add(G_.dq, 0, -1.0);
+  solver_.add(G_.dv, nv, -1.0);
+  solver_.add(G_m_, 2 * nv, -1.0);
+  if (!solver_.solve()) return false;
+  solver_.get(0, w_q);
+  solver_.get(nv, w_v);
+  solver_.get(2 * nv, w_next);
+  d.dq = by_q_ - by_m_.lazyProduct(w_q);
+  d.dv = by_m_ - mass_ - by_m_.lazyProduct(w_v);
+  d.dv_next = by_m_ - by_m_.lazyProduct(w_next);
+  return true;
+}
+
+bool ConstrainedMidpoint::difference(const Model& model, const SimulationOptions& options,
+                                     const VectorRef& q, const VectorRef& v,
+                                     const VectorRef& v_next, const Input& known, double step,
+                                     bool extrapolated, Workspace& workspace,
+                                     InverseDerivatives& d) {
+  const Workspace::Impl& ws = workspace.impl();
+  const int nv = model.nv();
+  const double h = options.time_step, v_step = velocity_difference_step(step, h);
+  w = ws.next_middle;
+  at_q_ = q;
+  at_v_ = v;
+  at_w_ = w;
+  at_v_next_ = v_next;
+  const auto evaluate = [&](Sample& out) {
+    integrate_configuration(model, at_q_, at_w_, h, q_next_);
+    workspace.impl().poses_are_exact = true;
+    step_inverse(model, options, at_q_, at_v_, q_next_, at_v_next_, known, workspace, inverse_);
+    workspace.impl().poses_are_exact = false;
+    out.u = inverse_.applied_force;
+    out.rest = at_v_ + at_v_next_ - at_w_ - ws.middle;
+  };
+  // `move(k, s)` sets what is varied, s = 0 as it was.
+  const auto columns = [&](double s, Block& block, const auto& move) {
+    for (MatrixX* x : {&block.u, &block.rest})
+      if (x->rows() != nv) x->resize(nv, nv);
+    for (int k = 0; k < nv; ++k) {
+      move(k, s);
+      evaluate(plus_);
+      move(k, -s);
+      evaluate(minus_);
+      move(k, 0.0);
+      block.u.col(k) = (plus_.u - minus_.u) / (2.0 * s);
+      block.rest.col(k) = (plus_.rest - minus_.rest) / (2.0 * s);
+    }
+  };
+  const auto difference_by = [&](double s, Block& block, const auto& move) {
+    columns(s, block, move);
+    if (!extrapolated) return;
+    columns(2.0 * s, wide_, move);
+    block.u = (4.0 * block.u - wide_.u) / 3.0;
+    block.rest = (4.0 * block.rest - wide_.rest) / 3.0;
+  };
+  difference_by(step, blocks_[0], [&](int k, double s) {
+    direction_[k] = 1.0;
+    integrate_configuration(model, q, direction_, s, at_q_);
+    direction_[k] = 0.0;
+  });
+  at_q_ = q;
+  difference_by(v_step, blocks_[1], [&](int k, double s) { at_v_[k] = v[k] + s; });
+  difference_by(v_step, blocks_[2], [&](int k, double s) { at_w_[k] = w[k] + s; });
+  difference_by(v_step, blocks_[3], [&](int k, double s) { at_v_next_[k] = v_next[k] + s; });
+  solver_.begin(blocks_[2].rest, 3 * nv);
+  solver_.add(blocks_[0].rest, 0, -1.0);
+  solver_.add(blocks_[1].rest, nv, -1.0);
+  solver_.add(blocks_[3].rest, 2 * nv, -1.0);
+  if (!solver_.solve()) return false;
+  solver_.get(0, w_q);
+  solver_.get(nv, w_v);
+  solver_.get(2 * nv, w_next);
+  d.dq = blocks_[0].u + blocks_[2].u.lazyProduct(w_q);
+  d.dv = blocks_[1].u + blocks_[2].u.lazyProduct(w_v);
+  d.dv_next = blocks_[3].u + blocks_[2].u.lazyProduct(w_next);
+  return true;
+}
+
+}  // namespace counterpoint

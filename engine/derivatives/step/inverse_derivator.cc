@@ -1,0 +1,251 @@
+#include "counterpoint/engine/derivatives/step/inverse_derivator.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "counterpoint/engine/constraints/assemble.h"
+#include "counterpoint/engine/constraints/contact_law.h"
+#include "counterpoint/engine/derivatives/forces/body_forces.h"
+#include "counterpoint/engine/derivatives/forces/flight_terms.h"
+#include "counterpoint/engine/derivatives/forces/joint_derivatives.h"
+#include "counterpoint/engine/dynamics/kinematics.h"
+#include "counterpoint/model/rotation.h"
+
+namespace counterpoint {
+namespace {
+
+/// A contact so far off that neither its force nor what it changes by matters: 1e-9 of the weight
+/// of what it moves, 1e-9 of that a metre.
+bool is_nothing(const PairConstraint& pair, const PairBodies& bodies, double h,
+                const InverseWeights& weights) {
+  constexpr double kNothing = 1e-9 * kStandardGravity;  // [m/s^2, 1/s^2]
+  const double alpha = weights.contact[pair.body_a] + weights.contact[pair.body_b];
+  const double y =
+      pair.law.bias[0] + pair.frame.col(0).dot(bodies.next_b.linear - bodies.next_a.linear);
+  double closing = y;
+  if (pair.law.rows > 1 && !pair.law.coulomb) {  // the convex cone's smaller eigenvalue
+    Vector3 slip = pair.frame.transpose() * (bodies.next_b.linear - bodies.next_a.linear);
+    closing -= pair.law.friction[0] * std::hypot(slip[1], slip[2]);
+    if (pair.law.rows > 3) return false;
+  }
+  if (!(closing > 0.0)) return false;
+  // f < k / y and G < k / y^2.
+  const double f = pair.law.smoothing / closing;
+  return alpha * f / h < kNothing && alpha * f / (closing * h * h) < kNothing;
+}
+
+}  // namespace
+
+InverseDerivator::InverseDerivator(const Model& model)
+    : sweep_(model),
+      velocity_terms_(model),
+      closures_(model),
+      slips_(model),
+      forces_(model),
+      v_(VectorX::Zero(model.nv())),
+      acceleration_(VectorX::Zero(model.nv())) {}
+
+bool InverseDerivator::find_motion(const Model& model, double h, size_t contact,
+                                   Workspace::Impl& ws, ContactMotion& out) {
+  const PairConstraint& pair = ws.constraints.pairs[contact];
+  const InverseWeights& weights = ws.finder.weights();
+  const double alpha = weights.contact[pair.body_a] + weights.contact[pair.body_b];
+  const double towards_b = weights.contact[pair.body_b] / alpha - 0.5;
+  const collision::BodyMotions motions{ws.data.V, weights.contact, h};
+  return motions_.find(model, ws.data, ws.finder.collider(), motions,
+                       ws.constraints.contacts[contact], towards_b, out);
+}
+
+bool InverseDerivator::contact_response(const Model& model, const SimulationOptions& options,
+                                        EffectSet effects, size_t contact, const PairBodies& bodies,
+                                        Workspace::Impl& ws, PairResponse& out) {
+  const double h = options.time_step;
+  const PairConstraint& pair = ws.constraints.pairs[contact];
+  const collision::Candidate& candidate = ws.constraints.contacts[contact];
+  const InverseWeights& weights = ws.finder.weights();
+  const double alpha = weights.contact[pair.body_a] + weights.contact[pair.body_b];
+  ContactMotion motion;
+  if (!find_motion(model, h, contact, ws, motion)) {
+    find_velocity_response(pair, bodies, out);
+    return false;
+  }
+  Material surface = model.pair_material(candidate.geometry_a, candidate.geometry_b);
+  if (!effects.has(Effect::kFriction)) surface.friction = 0.0;
+  if (!effects.has(Effect::kRestitution)) surface.restitution = 0.0;
+  double gap = candidate.gap;
+  bool turning = false, closed = false;
+  if (gap > 0.0) {
+    const double closer = turning_advance(pair, bodies, h);
+    turning = closer > 0.0;
+    gap = std::max(gap - std::max(closer, 0.0), 0.0);
+    closed = !(gap > 0.0);
+  }
+  const Vector3 v = pair.frame.transpose() * (bodies.start_b.linear - bodies.start_a.linear);
+  const Bounce bounce = ws.finder.find_contact_bounce(options, effects, surface, pair, gap, v[0]);
+  LawSlopes slopes = contact_law_slopes(law_options(options, alpha, weights.total_mass), h, surface,
+                                        alpha, gap, v, bounce);
+  slopes.normal = slopes.fall * ws.finder.relative_fall(effects, pair);
+  if (pair.body_a != 0 && pair.body_b != 0 && !slopes.normal.isZero(0.0)) {
+    find_velocity_response(pair, bodies, out);  // gravity at a normal that turns with both
+    return false;
+  }
+  if (pair.law.type != contact::LawType::kFrictionCone) slopes.v[1] = slopes.v[2] = 0.0;
+  if (closed) slopes.gap = slopes.smoothing = 0.0;
+  find_contact_response(pair, bodies, motion, slopes, turning && !closed, h, out);
+  return true;
+}
+
+bool InverseDerivator::add_contacts(const Model& model, const SimulationOptions& options,
+                                    EffectSet effects, Workspace::Impl& ws) {
+  bool known = true;
+  PairResponse response;
+  for (size_t i = 0; i < ws.constraints.pairs.size(); ++i) {
+    const PairConstraint& pair = ws.constraints.pairs[i];
+    const PairBodies bodies = pair_bodies(pair, ws.data, ws.velocity);
+    if (i < ws.constraints.contacts.size()) {
+      if (is_nothing(pair, bodies, options.time_step, ws.finder.weights())) continue;
+      known = contact_response(model, options, effects, i, bodies, ws, response) && known;
+      slips_.add(model, pair, ws.velocity, options.time_step, ws.data);
+    } else {
+      const size_t index = i - ws.constraints.contacts.size();
+      const Closure& closure = model.closures()[ws.constraints.closures[index]];
+      find_contact_response(pair, bodies, closure_motion(closure, pair, ws.data), LawSlopes(),
+                            false, options.time_step, response);
+    }
+    forces_.add_pair(model, pair, bodies, response, options.time_step, ws.data);
+  }
+  return add_slip(model, options, ws) && known;
+}
+
+/// What friction changes by as the fastest contact of its island slides otherwise.
+bool InverseDerivator::add_slip(const Model& model, const SimulationOptions& options,
+                                Workspace::Impl& ws) {
+  const double h = options.time_step, share = h / options.contact.slip_time;
+  const auto of_body = [&](const PairConstraint& pair, int body, const SpeedSlope::Row& q,
+                           const SpeedSlope::Row& v) {
+    SpeedByMotion out{body, share * q.transpose(), share * v.transpose()};
+    if (body == 0) return out;
+    const Vector3 arm =
+        pair.position - TreeSweep::reference(model.trees()[model.body(body).tree], ws.data);
+    for (Vector6* row : {&out.q, &out.v}) row->head<3>() += arm.cross(row->tail<3>());
+    return out;
+  };
+  for (size_t i = 0; i < slips_.sources().size(); ++i) {
+    const int source = slips_.sources()[i].contact;
+    const PairConstraint& pair = ws.constraints.pairs[source];
+    ContactMotion motion;
+    if (!find_motion(model, h, source, ws, motion)) return false;
+    const SpeedSlope slope = speed_slope(pair, pair_bodies(pair, ws.data, ws.velocity), motion);
+    forces_.add_by_speed(slips_.forces(i), of_body(pair, pair.body_a, -slope.q, slope.v_a),
+                         of_body(pair, pair.body_b, slope.q, slope.v_b));
+  }
+  return true;
+}
+
+/// The motion that inertial and velocity-dependent forces are taken at, but for what
+/// velocity_terms.h says; of bodies that fly these forces are a load.
+void InverseDerivator::set_velocities(const Model& model, const VectorRef& v,
+                                      const VectorRef& v_next, double h,
+                                      const Workspace::Impl& ws) {
+  acceleration_ = (v_next - v) / h;
+  v_ = v;
+  if (!ws.data.has_coriolis) v_.setZero();
+  for (int n = 0; ws.data.has_coriolis && n < ws.free_flight.num_flyers(); ++n) {
+    const int i = ws.free_flight.body(n);
+    v_.segment(model.body(i).v_index, joint_nv(model.body(i).joint_type)).setZero();
+    forces_.add_load(i, ws.data.mean_force[i] * -1.0);
+  }
+}
+
+bool InverseDerivator::sweep_trees(const Model& model, const SimulationOptions& options,
+                                   EffectSet effects, const VectorRef& q, const VectorRef& v,
+                                   const VectorRef& v_next, Workspace::Impl& ws,
+                                   InverseDerivatives& d) {
+  const double h = options.time_step;
+  SweepInput in;
+  in.v = v_.data();
+  in.a = acceleration_.data();
+  in.gravity = effects.has(Effect::kGravity) ? model.gravity() : Vector3(Vector3::Zero());
+  forces_.put_into(in);
+  in.v_start = v.data();
+  in.v_next = v_next.data();
+  in.mass_in_next = 1.0 / h;
+  in.mass_in_v = -1.0 / h;
+  const SweepOutput out{d.dq, d.dv, d.dv_next};
+  velocity_terms_.begin(model, options, effects, q, v, ws);
+  for (int t = 0; t < model.num_trees(); ++t) {
+    velocity_terms_.prepare(model, t, h, v, ws, v_, acceleration_, in);
+    sweep_.run(model, model.trees()[t], ws.data, in, out);
+    velocity_terms_.add(model, t, effects, h, q, v, ws, d);
+  }
+  forces_.add_couplings(model, in, sweep_, out);
+  if (ws.data.has_coriolis)
+    add_flight_derivatives(model, h, v, in.gravity, ws.free_flight, ws.data, d);
+  if (!ws.constraints.closures.empty()) closures_.begin(model, ws.data, v);
+  const bool known = velocity_terms_.add_ties(model, options, effects, q, v, ws, closures_, d);
+  add_closure_rows(model, options, ws, d);
+  return known;
+}
+
+/// What the biases of closures that are not aimed change by.
+void InverseDerivator::add_closure_rows(const Model& model, const SimulationOptions& options,
+                                        const Workspace::Impl& ws, InverseDerivatives& d) {
+  const ConstraintSet& all = ws.constraints;
+  const double h = options.time_step;
+  for (size_t i = 0; i < all.closures.size(); ++i) {
+    const PairConstraint& pair = all.pairs[all.contacts.size() + i];
+    if (velocity_terms_.aims(model, pair, ws)) continue;
+    closures_.compute(model, options.contact, h, model.closures()[all.closures[i]], pair, ws.data,
+                      false);
+    const double scale = 1.0 / (pair.law.regularizer * h);
+    closures_.add_to(d.dq, scale, closures_.by_q);
+    if (!velocity_terms_.aims_at_rest(model, pair)) closures_.add_to(d.dv, scale, closures_.by_v);
+  }
+}
+
+void InverseDerivator::begin(const Model& model, Workspace::Impl& ws, InverseDerivatives& d) {
+  const int nv = model.nv();
+  for (MatrixX* m : {&d.dq, &d.dv, &d.dv_next}) {
+    if (m->rows() != nv || m->cols() != nv) m->resize(nv, nv);
+    if (model.num_trees() != 1) m->setZero();
+  }
+  compute_inertias(model, ws.data);
+  slips_.begin();
+  forces_.begin();
+  motions_.begin();
+}
+
+bool InverseDerivator::compute_impulses(const Model& model, const SimulationOptions& options,
+                                        EffectSet effects, const VectorRef& q, const VectorRef& v,
+                                        const VectorRef& m, const VectorRef& w, Workspace::Impl& ws,
+                                        InverseDerivatives& d) {
+  begin(model, ws, d);
+  effects.set(Effect::kGravity, false);
+  ws.data.has_coriolis = false;
+  v_.setZero();
+  acceleration_ = (w - m) / options.time_step;
+  bool closed = add_contacts(model, options, effects, ws);
+  closed = sweep_trees(model, options, effects, q, v, w, ws, d) && closed;
+  add_joint_row_derivatives(model, options, ws.constraints.joints, q, w, ws.finder.weights(), d);
+  return closed;
+}
+
+bool InverseDerivator::compute(const Model& model, const SimulationOptions& options,
+                               EffectSet effects, const VectorRef& q, const VectorRef& v,
+                               const VectorRef& v_next, const Input& known, Workspace::Impl& ws,
+                               InverseDerivatives& d) {
+  const double h = options.time_step;
+  begin(model, ws, d);
+  set_velocities(model, v, v_next, h, ws);
+  if (effects.has(Effect::kExternalWrenches))
+    add_wrench_responses(model, known.wrenches, ws.data, forces_);
+  if (effects.has(Effect::kDrag)) add_drag_responses(model, ws.velocity, ws.data, forces_);
+  bool closed = add_contacts(model, options, effects, ws);
+  closed = sweep_trees(model, options, effects, q, v, v_next, ws, d) && closed;
+  add_joint_force_derivatives(model, effects, h, d);
+  add_joint_row_derivatives(model, options, ws.constraints.joints, q, v_next, ws.finder.weights(),
+                            d);
+  return closed;
+}
+
+}  // namespace counterpoint

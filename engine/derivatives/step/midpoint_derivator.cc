@@ -1,0 +1,24 @@
+#include "counterpoint/engine/derivatives/step/midpoint_derivator.h"
+
+#include "counterpoint/engine/derivatives/dynamics/rotation_maps.h"
+
+namespace counterpoint {
+
+void compute_midpoint_derivatives(const Model& model, double h, EffectSet effects,
+                                  const VectorRef& v, const VectorRef& v_next, const Input& known,
+                                  const Workspace::Impl& ws, SmoothDerivator& smooth, VectorX& r,
+                                  InverseDerivatives& d) {
+  r = (v_next - v) / h;
+  smooth.compute(model, effects, ws.middle, r, known.wrenches, ws);
+  r = 0.5 * h * ws.middle;
+  d.dq = smooth.dq;
+  multiply_columns(model, RotationMap::kP, r, d.dq);
+  d.dq.diagonal() += smooth.stiffness;
+  multiply_columns(model, RotationMap::kQ, r, smooth.dq);
+  d.dv = 0.5 * smooth.dw + 0.25 * h * smooth.dq;
+  d.dv.diagonal() += 0.5 * smooth.damping + 0.25 * h * smooth.stiffness;
+  d.dv_next = d.dv + smooth.mass / h;
+  d.dv -= smooth.mass / h;
+}
+
+}  // namespace counterpoint

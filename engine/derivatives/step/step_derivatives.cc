@@ -1,0 +1,169 @@
+#include "counterpoint/engine/step_derivatives.h"
+
+#include <limits>
+#include <optional>
+
+#include "counterpoint/engine/derivatives/dynamics/rotation_maps.h"
+#include "counterpoint/engine/derivatives/dynamics/sparse_solve.h"
+#include "counterpoint/engine/derivatives/step/constrained_midpoint.h"
+#include "counterpoint/engine/derivatives/step/inverse_derivator.h"
+#include "counterpoint/engine/derivatives/step/midpoint_derivator.h"
+#include "counterpoint/engine/derivatives/step/runge_kutta_derivator.h"
+#include "counterpoint/engine/derivatives/step/step_differences.h"
+#include "counterpoint/engine/step/step_workspace.h"
+
+namespace counterpoint {
+
+struct DerivativeScratch {
+  explicit DerivativeScratch(const Model& model) : inverse(model) {}
+  InverseDerivator inverse;
+  DifferenceScratch differences;
+  SparseSolver solver;
+  // Of other integrators than semi-implicit Euler.
+  std::optional<SmoothDerivator> smooth;
+  std::optional<RungeKuttaDerivator> runge_kutta;
+  std::optional<ConstrainedMidpoint> midpoint;
+  bool impulses = false;  ///< the last step was one of the midpoint rule with constraints
+  State start;
+  VectorX r;  ///< nv
+};
+
+namespace {
+
+DerivativeScratch& scratch_of(const Model& model, Workspace::Impl& ws) {
+  if (!ws.derivatives) ws.derivatives = std::make_shared<DerivativeScratch>(model);
+  return *ws.derivatives;
+}
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+/// q_next = q (+) h w moves by P dq + h Q dw: w is v_next, of the midpoint rule the mean of both
+/// ends, or what impulses make of it.
+void chain_configuration(const Model& model, const SimulationOptions& options, const VectorRef& v,
+                         const VectorRef& v_next, const ConstrainedMidpoint* impulses, VectorX& r,
+                         ForwardDerivatives& d) {
+  const bool midpoint = options.integrator == Integrator::kImplicitMidpoint;
+  const double h = options.time_step, share = midpoint ? 0.5 : 1.0;
+  if (impulses != nullptr) {
+    r = h * impulses->w;
+    d.dq_dq = h * (impulses->w_q + impulses->w_next.lazyProduct(d.dv_dq));
+    d.dq_dv = h * (impulses->w_v + impulses->w_next.lazyProduct(d.dv_dv));
+    d.dq_du = h * impulses->w_next.lazyProduct(d.dv_du);
+  } else {
+    r = h * share * v_next;
+    if (midpoint) r += h * share * v;
+    d.dq_dq = h * share * d.dv_dq;
+    d.dq_dv = h * share * d.dv_dv;
+    d.dq_du = h * share * d.dv_du;
+    if (midpoint) d.dq_dv.diagonal().array() += h * share;
+  }
+  for (MatrixX* m : {&d.dq_dq, &d.dq_dv, &d.dq_du}) multiply_rows(model, RotationMap::kQ, r, *m);
+  add_map(model, RotationMap::kP, r, d.dq_dq);
+}
+
+bool differentiate_runge_kutta(const Model& model, const SimulationOptions& options,
+                               const VectorRef& q, const VectorRef& v, const Input& input,
+                               Workspace::Impl& ws, DerivativeScratch& scratch,
+                               ForwardDerivatives& d) {
+  check_time_step(options.time_step);
+  scratch.start.q = q;
+  scratch.start.v = v;
+  if (!ws.check.accepts(model, scratch.start, input)) return false;
+  if (!scratch.smooth) scratch.smooth.emplace(model);
+  if (!scratch.runge_kutta) scratch.runge_kutta.emplace(model);
+  return scratch.runge_kutta->compute(model, options.time_step,
+                                      active_effects(ws.called, options.effects), q, v, input, ws,
+                                      *scratch.smooth, d);
+}
+
+/// In closed form. False if something acts that has none.
+bool differentiate(const Model& model, const SimulationOptions& options, const VectorRef& q,
+                   const VectorRef& v, const VectorRef& v_next, const Input& known,
+                   Workspace::Impl& ws, DerivativeScratch& scratch, InverseDerivatives& d) {
+  const EffectSet effects = active_effects(ws.called, options.effects);
+  if (options.integrator == Integrator::kSemiImplicitEuler)
+    return scratch.inverse.compute(model, options, effects, q, v, v_next, known, ws, d);
+  if (!scratch.smooth) scratch.smooth.emplace(model);
+  if (scratch.impulses)
+    return scratch.midpoint->compute(model, options, effects, q, v, known, ws, *scratch.smooth,
+                                     scratch.inverse, d);
+  compute_midpoint_derivatives(model, options.time_step, effects, v, v_next, known, ws,
+                               *scratch.smooth, scratch.r, d);
+  return true;
+}
+
+void fill_with_nan(int nv, InverseDerivatives& d) {
+  for (MatrixX* m : {&d.dq, &d.dv, &d.dv_next}) m->setConstant(nv, nv, kNaN);
+}
+
+}  // namespace
+
+void step_inverse_derivatives(const Model& model, const SimulationOptions& options, VectorRef q,
+                              VectorRef v, VectorRef q_next, VectorRef v_next, const Input& known,
+                              Workspace& workspace, Inverse& out, InverseDerivatives& d,
+                              DerivativeMethod method, double difference_step) {
+  step_inverse(model, options, q, v, q_next, v_next, known, workspace, out);
+  if (out.fault.any()) return fill_with_nan(model.nv(), d);
+  Workspace::Impl& ws = workspace.impl();
+  DerivativeScratch& scratch = scratch_of(model, ws);
+  const bool analytic = method == DerivativeMethod::kAnalytic;
+  const bool constrained = !ws.constraints.empty();
+  scratch.impulses = constrained && options.integrator == Integrator::kImplicitMidpoint;
+  if (scratch.impulses && !scratch.midpoint) scratch.midpoint.emplace(model);
+  const bool closed =
+      analytic && differentiate(model, options, q, v, v_next, known, ws, scratch, d);
+  d.by_differences = analytic && !closed;
+  if (closed) return;
+  const double step =
+      difference_step > 0.0 ? difference_step : suitable_difference_step(options, constrained);
+  const bool extrapolated = method != DerivativeMethod::kCentralDifferences;
+  if (!scratch.impulses)
+    return difference_step_inverse(model, options, q, v, v_next, known, workspace, step,
+                                   extrapolated, !analytic, scratch.differences, d);
+  if (!scratch.midpoint->difference(model, options, q, v, v_next, known, step, extrapolated,
+                                    workspace, d))
+    fill_with_nan(model.nv(), d);
+}
+
+bool step_forward_derivatives(const Model& model, const SimulationOptions& options, VectorRef q,
+                              VectorRef v, VectorRef q_next, VectorRef v_next, const Input& known,
+                              Workspace& workspace, Inverse& inverse, InverseDerivatives& d_inverse,
+                              ForwardDerivatives& d, DerivativeMethod method) {
+  const int nv = model.nv();
+  MatrixX* const all[] = {&d.dv_dq, &d.dv_dv, &d.dv_du, &d.dq_dq, &d.dq_dv, &d.dq_du};
+  for (MatrixX* m : all)
+    if (m->rows() != nv || m->cols() != nv) m->resize(nv, nv);
+  DerivativeScratch& scratch = scratch_of(model, workspace.impl());
+  if (options.integrator == Integrator::kRungeKutta4) {
+    const bool found =
+        differentiate_runge_kutta(model, options, q, v, known, workspace.impl(), scratch, d);
+    for (MatrixX* m : all)
+      if (!found) m->setConstant(kNaN);
+    inverse.applied_force.setConstant(nv, kNaN);
+    fill_with_nan(nv, d_inverse);
+    return found;
+  }
+  step_inverse_derivatives(model, options, q, v, q_next, v_next, known, workspace, inverse,
+                           d_inverse, method);
+  SparseSolver& solver = scratch.solver;
+  bool regular = !inverse.fault.any();
+  if (regular) {
+    solver.begin(d_inverse.dv_next, 3 * nv);
+    solver.add(d_inverse.dq, 0, -1.0);
+    solver.add(d_inverse.dv, nv, -1.0);
+    solver.add_identity(2 * nv);
+    regular = solver.solve();
+  }
+  if (!regular) {
+    for (MatrixX* m : all) m->setConstant(kNaN);
+    return false;
+  }
+  solver.get(0, d.dv_dq);
+  solver.get(nv, d.dv_dv);
+  solver.get(2 * nv, d.dv_du);
+  chain_configuration(model, options, v, v_next, scratch.impulses ? &*scratch.midpoint : nullptr,
+                      scratch.r, d);
+  return true;
+}
+
+}  // namespace counterpoint

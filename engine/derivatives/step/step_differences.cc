@@ -1,0 +1,80 @@
+#include "counterpoint/engine/derivatives/step/step_differences.h"
+
+#include <algorithm>
+
+#include "counterpoint/engine/dynamics/integrator.h"
+
+namespace counterpoint {
+namespace {
+
+/// Velocities change by no more than this [m/s, rad/s].
+constexpr double kMaxVelocityStep = 1e-4;
+
+/// d(:, k) = (u(+s) - u(-s)) / (2 s), u(shift) being left in scratch.plus or minus by `invert`.
+template <class Invert>
+void difference_columns(int nv, double step, DifferenceScratch& scratch, MatrixX& d,
+                        const Invert& invert) {
+  for (int k = 0; k < nv; ++k) {
+    invert(k, step, scratch.plus);
+    invert(k, -step, scratch.minus);
+    d.col(k) = (scratch.plus.applied_force - scratch.minus.applied_force) / (2.0 * step);
+  }
+}
+
+template <class Invert>
+void difference(int nv, double step, bool extrapolated, DifferenceScratch& scratch, MatrixX& d,
+                const Invert& invert) {
+  d.resize(nv, nv);
+  difference_columns(nv, step, scratch, d, invert);
+  if (!extrapolated) return;
+  scratch.wide.resize(nv, nv);
+  difference_columns(nv, 2.0 * step, scratch, scratch.wide, invert);
+  d = (4.0 * d - scratch.wide) / 3.0;
+}
+
+}  // namespace
+
+double velocity_difference_step(double step, double h) {
+  return std::min(step / h, kMaxVelocityStep);
+}
+
+double suitable_difference_step(const SimulationOptions& options, bool constrained) {
+  constexpr double kSmooth = 1e-6, kShare = 1e-5, kLeast = 1e-10;
+  return constrained ? std::clamp(kShare * options.contact.smoothing, kLeast, kSmooth) : kSmooth;
+}
+
+void difference_step_inverse(const Model& model, const SimulationOptions& options, VectorRef q,
+                             VectorRef v, VectorRef v_next, const Input& known,
+                             Workspace& workspace, double step, bool extrapolated, bool by_v_next,
+                             DifferenceScratch& scratch, InverseDerivatives& d) {
+  const int nv = model.nv();
+  const double v_step = velocity_difference_step(step, options.time_step);
+  const auto none = VectorX();
+  scratch.q = q;
+  scratch.v = v;
+  scratch.v_next = v_next;
+  scratch.direction.setZero(nv);
+  const auto invert = [&](Inverse& out) {
+    step_inverse(model, options, scratch.q, scratch.v, none, scratch.v_next, known, workspace, out);
+  };
+  difference(nv, step, extrapolated, scratch, d.dq, [&](int k, double s, Inverse& out) {
+    scratch.direction[k] = 1.0;
+    integrate_configuration(model, q, scratch.direction, s, scratch.q);
+    scratch.direction[k] = 0.0;
+    invert(out);
+  });
+  scratch.q = q;
+  difference(nv, v_step, extrapolated, scratch, d.dv, [&](int k, double s, Inverse& out) {
+    scratch.v[k] = v[k] + s;
+    invert(out);
+    scratch.v[k] = v[k];
+  });
+  if (!by_v_next) return;
+  difference(nv, v_step, extrapolated, scratch, d.dv_next, [&](int k, double s, Inverse& out) {
+    scratch.v_next[k] = v_next[k] + s;
+    invert(out);
+    scratch.v_next[k] = v_next[k];
+  });
+}
+
+}  // namespace counterpoint

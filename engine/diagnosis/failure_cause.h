@@ -1,0 +1,32 @@
+// Which constraint, joint or force is behind a step that failed. Run after a failure only: it may
+// allocate, and nothing in it shapes a motion.
+#pragma once
+
+#include "counterpoint/contact/solver.h"
+#include "counterpoint/engine/constraints/constraints.h"
+#include "counterpoint/engine/fault.h"
+#include "counterpoint/engine/state.h"
+
+namespace counterpoint {
+
+/// The joint of `body`, at which ABA found no inertia: `value` is what it found [kg, kg m^2], the
+/// least eigenvalue where there are several coordinates. Of the data that it left.
+Fault singular_inertia_fault(const Model& model, int body, const VectorRef& diagonal,
+                             const Data& data);
+
+/// Why the solver failed with `status` on the problem of these constraints: a constraint that
+/// cannot be posed, a free velocity that is not finite, or the constraint at which the equation of
+/// motion is missed most, as a velocity (J inv(diag M) (M (w - w*) - J' f), the largest row). w,
+/// impulse: as the solver left them, in its order. block_of_tree: as assemble_problem made it.
+Fault solver_fault(const Model& model, contact::Status status, const ConstraintSet& constraints,
+                   const contact::Problem& problem, const std::vector<int>& block_of_tree,
+                   const VectorRef& w, const VectorRef& impulse);
+
+/// What made the coordinate of a kSpeed fault so fast between state and next. `reach`: see
+/// StateCheck. Needs compute_poses, compute_velocities and compute_inertias at state; V_next
+/// (num_bodies) is scratch.
+SpeedCause speed_cause(const Model& model, double h, const Fault& fault, double reach,
+                       const State& state, const Input& input, const State& next, const Data& data,
+                       std::vector<Motion>& V_next);
+
+}  // namespace counterpoint

@@ -1,0 +1,200 @@
+#include "counterpoint/engine/dynamics/aba.h"
+
+#include <Eigen/Cholesky>
+
+#include "counterpoint/engine/dynamics/joint_motion.h"
+#include "counterpoint/engine/dynamics/kinematics.h"
+
+namespace counterpoint {
+namespace {
+
+using Matrix63 = Eigen::Matrix<double, 6, 3>;
+
+Vector6 stack(const Vector3& a, const Vector3& b) {
+  Vector6 s;
+  s << a, b;
+  return s;
+}
+
+/// What is passed on to the parent if a joint lets the motion IA a - U (...) through: the inertia
+/// and bias force seen through a joint of one coordinate. S is (axis, 0) if revolute, else (0,
+/// axis).
+bool reduce_single(bool revolute, const Vector3& axis, double tau, double diagonal, const Motion& c,
+                   bool has_parent, ArticulatedInertia& IA, Force& pA, Force& U, double& D_inv,
+                   double& u) {
+  if (revolute) {
+    U = {IA.angular * axis, IA.coupling.transpose() * axis};
+  } else {
+    U = {IA.coupling * axis, IA.linear * axis};
+  }
+  const double D = axis.dot(revolute ? U.torque : U.force) + diagonal;
+  if (!(D > 0.0)) return false;
+  D_inv = 1.0 / D;
+  u = tau - axis.dot(revolute ? pA.torque : pA.force);
+  if (!has_parent) return true;
+  const Vector3 torque = U.torque * D_inv, force = U.force * D_inv;
+  IA.angular.noalias() -= torque * U.torque.transpose();
+  IA.coupling.noalias() -= torque * U.force.transpose();
+  IA.linear.noalias() -= force * U.force.transpose();
+  pA += IA * c;
+  pA += U * (D_inv * u);
+  return true;
+}
+
+/// The same for joints of three coordinates.
+bool reduce_three(const Motion* axis, const double* tau, const double* diagonal, const Motion& c,
+                  bool has_parent, ArticulatedInertia& IA, Force& pA, MultiDofFactor& factor) {
+  Matrix63 S, U;
+  for (int j = 0; j < 3; ++j) {
+    const Force column = IA * axis[j];
+    S.col(j) << axis[j].angular, axis[j].linear;
+    U.col(j) << column.torque, column.force;
+  }
+  Matrix3 D;
+  D.noalias() = S.transpose() * U;
+  for (int j = 0; j < 3; ++j) D(j, j) += diagonal[j];
+  const Eigen::LLT<Matrix3> llt(D);
+  if (llt.info() != Eigen::Success) return false;
+  const Matrix3 D_inv = llt.solve(Matrix3::Identity());
+  const Vector3 u = Eigen::Map<const Vector3>(tau) - S.transpose() * stack(pA.torque, pA.force);
+  factor.U.leftCols<3>() = U;
+  factor.D_inv.topLeftCorner<3, 3>() = D_inv;
+  factor.u.head<3>() = u;
+  if (!has_parent) return true;
+  const Matrix63 UD = U * D_inv;
+  const Matrix6 Ia = IA.matrix() - UD * U.transpose();
+  IA.angular = Ia.topLeftCorner<3, 3>();
+  IA.coupling = Ia.topRightCorner<3, 3>();
+  IA.linear = Ia.bottomRightCorner<3, 3>();
+  const Vector6 gain = UD * u;
+  pA += IA * c;
+  pA += Force{gain.head<3>(), gain.tail<3>()};
+  return true;
+}
+
+/// The same for a floating joint. Its S is orthogonal, so that no product with it is needed but
+/// those of rates and forces: with x = S a, (IA + S d S') x = S tau - pA - IA A.
+bool reduce_floating(const Motion* axis, const double* tau, const double* diagonal, const Motion& c,
+                     bool has_parent, ArticulatedInertia& IA, Force& pA, MultiDofFactor& factor) {
+  const Matrix6 inertia = IA.matrix();
+  Matrix6 K = inertia;
+  for (int j = 0; j < 3; ++j) {
+    const Vector3 &l = axis[j].linear, &w = axis[3 + j].angular;
+    if (diagonal[j] != 0.0) K.bottomRightCorner<3, 3>() += diagonal[j] * l * l.transpose();
+    if (diagonal[3 + j] != 0.0) K.topLeftCorner<3, 3>() += diagonal[3 + j] * w * w.transpose();
+  }
+  const Eigen::LLT<Matrix6> llt(K);
+  if (llt.info() != Eigen::Success) return false;
+  factor.U = inertia;
+  factor.D_inv = llt.matrixLLT();
+  Vector3 torque = -pA.torque, force = -pA.force;
+  for (int j = 0; j < 3; ++j) {
+    force += axis[j].linear * tau[j];
+    torque += axis[3 + j].angular * tau[3 + j];
+  }
+  factor.u << torque, force;
+  if (!has_parent) return true;
+  const Matrix6 Ia = inertia - inertia * llt.solve(inertia);
+  IA.angular = Ia.topLeftCorner<3, 3>();
+  IA.coupling = Ia.topRightCorner<3, 3>();
+  IA.linear = Ia.bottomRightCorner<3, 3>();
+  const Vector6 gain = inertia * llt.solve(factor.u);
+  pA += IA * c;
+  pA += Force{gain.head<3>(), gain.tail<3>()};
+  return true;
+}
+
+void accelerate_floating(const Motion* axis, const MultiDofFactor& factor, const Motion& A,
+                         double* a) {
+  Vector6 x = factor.u - factor.U * stack(A.angular, A.linear);
+  factor.D_inv.triangularView<Eigen::Lower>().solveInPlace(x);
+  factor.D_inv.triangularView<Eigen::Lower>().transpose().solveInPlace(x);
+  for (int j = 0; j < 3; ++j) a[j] = axis[j].linear.dot(x.tail<3>());
+  for (int j = 3; j < 6; ++j) a[j] = axis[j].angular.dot(x.head<3>());
+}
+
+void accelerate_three(const MultiDofFactor& factor, const Motion& A, double* a) {
+  Eigen::Map<Vector3> out(a);
+  out.noalias() =
+      factor.D_inv.topLeftCorner<3, 3>() *
+      (factor.u.head<3>() - factor.U.leftCols<3>().transpose() * stack(A.angular, A.linear));
+}
+
+bool reduce_joint(const Model& model, int i, const VectorRef& tau, const VectorRef& joint_diagonal,
+                  Data& data) {
+  const Body& body = model.body(i);
+  const int k = body.v_index;
+  const bool has_parent = body.parent != 0;
+  const Motion* axis = &data.axis[k];
+  double diagonal[6];
+  for (int j = 0; j < joint_nv(body.joint_type); ++j) diagonal[j] = joint_diagonal[k + j];
+  switch (body.joint_type) {
+    case JointType::kRevolute:
+      return reduce_single(true, axis->angular, tau[k], diagonal[0], data.c[i], has_parent,
+                           data.IA[i], data.pA[i], data.U[i], data.D_inv[i], data.u[i]);
+    case JointType::kPrismatic:
+      return reduce_single(false, axis->linear, tau[k], diagonal[0], data.c[i], has_parent,
+                           data.IA[i], data.pA[i], data.U[i], data.D_inv[i], data.u[i]);
+    case JointType::kPlanar:
+    case JointType::kSpherical:
+      return reduce_three(axis, tau.data() + k, diagonal, data.c[i], has_parent, data.IA[i],
+                          data.pA[i], data.multi[i]);
+    case JointType::kFloating:
+      return reduce_floating(axis, tau.data() + k, diagonal, data.c[i], has_parent, data.IA[i],
+                             data.pA[i], data.multi[i]);
+  }
+  return false;
+}
+
+}  // namespace
+
+bool aba(const Model& model, const VectorRef& tau, const VectorRef& diagonal,
+         const Vector3& gravity, BodyRange bodies, Data& data, VectorOut a, int* singular_body) {
+  for (int i = bodies.begin; i < bodies.end; ++i) {
+    data.IA[i] = ArticulatedInertia::rigid(data.inertia[i]);
+    if (!data.has_coriolis) {
+      data.pA[i] = Force();
+    } else if (data.has_mean_force[i]) {
+      data.pA[i] = data.mean_force[i];
+    } else {
+      data.pA[i] = cross(data.V[i], data.inertia[i] * data.V[i]);
+    }
+    if (data.has_external) data.pA[i] -= data.external[i];
+  }
+  for (const AddedInertia& more : data.added)
+    if (more.body >= bodies.begin && more.body < bodies.end)
+      data.IA[more.body] += ArticulatedInertia::rigid(more.inertia);
+  for (int i = bodies.end - 1; i >= bodies.begin; --i) {
+    if (!reduce_joint(model, i, tau, diagonal, data)) {
+      if (singular_body != nullptr) *singular_body = i;
+      return false;
+    }
+    const int parent = model.body(i).parent;
+    if (parent == 0) continue;
+    data.IA[parent] += data.IA[i].shifted(data.arm[i]);
+    data.pA[parent] += shift(data.pA[i], data.arm[i]);
+  }
+  data.A[0] = {Vector3::Zero(), -gravity};
+  for (int i = bodies.begin; i < bodies.end; ++i) {
+    const Body& body = model.body(i);
+    double* a_i = a.data() + body.v_index;
+    const Motion A = shift(data.A[body.parent], data.arm[i]) + data.c[i];
+    switch (body.joint_type) {
+      case JointType::kRevolute:
+      case JointType::kPrismatic:
+        a_i[0] = data.D_inv[i] * (data.u[i] - dot(A, data.U[i]));
+        break;
+      case JointType::kPlanar:
+      case JointType::kSpherical:
+        accelerate_three(data.multi[i], A, a_i);
+        break;
+      case JointType::kFloating:
+        accelerate_floating(&data.axis[body.v_index], data.multi[i], A, a_i);
+        break;
+    }
+    data.A[i] = A + joint_motion(body.joint_type, &data.axis[body.v_index], a_i);
+  }
+  return true;
+}
+
+}  // namespace counterpoint

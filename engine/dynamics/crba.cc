@@ -1,0 +1,103 @@
+#include "counterpoint/engine/dynamics/crba.h"
+
+#include <cstddef>
+
+#include "counterpoint/engine/dynamics/joint_motion.h"
+
+namespace counterpoint {
+
+namespace {
+
+/// Both triangles of M from one, by pointer: an entry is written in a few instructions.
+class SymmetricOut {
+ public:
+  explicit SymmetricOut(InertiaOut& M) : data_(M.data()), stride_(M.outerStride()) {}
+  void set(std::ptrdiff_t i, std::ptrdiff_t j, double value) {
+    data_[i * stride_ + j] = value;
+    data_[j * stride_ + i] = value;
+  }
+
+ private:
+  double* data_;
+  std::ptrdiff_t stride_;
+};
+
+/// Coordinate j of a joint and those before it: one triangle of the joint's own block.
+void set_own_force(const Body& body, const Motion* axis, const Force& f, int j, int first,
+                   SymmetricOut& out) {
+  if (body.joint_type == JointType::kRevolute)
+    return out.set(first, first, axis->angular.dot(f.torque));
+  const int linear = joint_num_linear(body.joint_type);
+  for (int k = 0; k <= j; ++k)
+    out.set(first + j, first + k,
+            k < linear ? axis[k].linear.dot(f.force) : axis[k].angular.dot(f.torque));
+}
+
+/// Row `row` and the columns of one joint: what its coordinates feel of f.
+void set_joint_force(const Body& body, const Motion* axis, const Force& f, int row, int column,
+                     SymmetricOut& out) {
+  if (body.joint_type == JointType::kRevolute) {
+    out.set(row, column, axis->angular.dot(f.torque));
+    return;
+  }
+  const int nv = joint_nv(body.joint_type), linear = joint_num_linear(body.joint_type);
+  for (int j = 0; j < linear; ++j) out.set(row, column + j, axis[j].linear.dot(f.force));
+  for (int j = linear; j < nv; ++j) out.set(row, column + j, axis[j].angular.dot(f.torque));
+}
+
+/// The rows of one body: the force that accelerates its subtree along each coordinate of its joint,
+/// carried to the root. It stays in registers on its way; kept in memory for all coordinates of a
+/// subtree at once (and four at a time) it took no less time.
+void fill_rows(const Model& model, const Tree& tree, const Data& data, int i, SymmetricOut& out) {
+  const Body& body = model.body(i);
+  const Motion* axis = &data.axis[body.v_index];
+  const RigidInertia& inertia = data.composite[i];
+  const int first = body.v_index - tree.v_begin;
+  for (int j = 0; j < joint_nv(body.joint_type); ++j) {
+    Force f;
+    if (body.joint_type == JointType::kRevolute) {
+      f = {inertia.rotational * axis->angular, axis->angular.cross(inertia.moment)};
+    } else {
+      f = inertia * axis[j];
+    }
+    set_own_force(body, axis, f, j, first, out);
+    for (int k = i, parent = body.parent; parent != 0;) {
+      f.torque += data.arm[k].cross(f.force);
+      const Body& ancestor = model.body(parent);
+      set_joint_force(ancestor, &data.axis[ancestor.v_index], f, first + j,
+                      ancestor.v_index - tree.v_begin, out);
+      k = parent;
+      parent = ancestor.parent;
+    }
+  }
+}
+
+}  // namespace
+
+void crba_tree(const Model& model, const Tree& tree, Data& data, InertiaOut M) {
+  for (int i = tree.body_begin; i < tree.body_end; ++i)
+    data.composite[i] = RigidInertia::about_origin(data.inertia[i]);
+  for (const AddedInertia& more : data.added)
+    if (more.body >= tree.body_begin && more.body < tree.body_end)
+      data.composite[more.body] += RigidInertia::about_origin(more.inertia);
+  M.setZero();
+  SymmetricOut out(M);
+  for (int i = tree.body_end - 1; i >= tree.body_begin; --i) {
+    fill_rows(model, tree, data, i, out);
+    const int parent = model.body(i).parent;
+    if (parent == 0) continue;
+    RigidInertia moved = data.composite[i];
+    moved.move(data.arm[i]);
+    data.composite[parent] += moved;
+  }
+}
+
+void crba(const Model& model, Data& data, InertiaOut M) {
+  if (model.num_trees() != 1) M.setZero();
+  for (const Tree& tree : model.trees()) {
+    const int n = tree.v_end - tree.v_begin;
+    crba_tree(model, tree, data, M.block(tree.v_begin, tree.v_begin, n, n));
+  }
+}
+
+}  // namespace counterpoint

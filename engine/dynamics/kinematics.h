@@ -1,0 +1,42 @@
+// Poses, motion subspaces, velocities and inertias of all bodies, in the frames of data.h.
+#pragma once
+
+#include "counterpoint/engine/dynamics/data.h"
+
+namespace counterpoint {
+
+/// A motion of the parent, at the origin of the body that is `arm` away.
+inline Motion shift(const Motion& v, const Vector3& arm) { return {v.angular, v.at(arm)}; }
+/// A force at a body's origin, at the origin of the parent which is `arm` behind.
+inline Force shift(const Force& f, const Vector3& arm) {
+  return {f.torque + arm.cross(f.force), f.force};
+}
+
+/// Fills data.X_WB, arm, axis from q (nq), of all bodies or of a range of whole trees. Quaternions
+/// must be of unit length.
+void compute_poses(const Model& model, const VectorRef& q, BodyRange bodies, Data& data);
+inline void compute_poses(const Model& model, const VectorRef& q, Data& data) {
+  compute_poses(model, q, moving_bodies(model), data);
+}
+
+/// Fills data.V and c from v (nv). Needs compute_poses.
+void compute_velocities(const Model& model, const VectorRef& v, BodyRange bodies, Data& data);
+inline void compute_velocities(const Model& model, const VectorRef& v, Data& data) {
+  compute_velocities(model, v, moving_bodies(model), data);
+}
+
+/// V_WB of all bodies at another v (nv) into V (num_bodies). Needs compute_poses.
+void compute_body_velocities(const Model& model, const VectorRef& v, const Data& data,
+                             std::vector<Motion>& V);
+
+/// Spatial accelerations of all bodies if the joints' velocities were constant, gravity left out,
+/// into A (num_bodies). Needs compute_velocities.
+void compute_velocity_accelerations(const Model& model, const Data& data, std::vector<Motion>& A);
+
+/// Fills data.inertia. Needs compute_poses.
+void compute_inertias(const Model& model, BodyRange bodies, Data& data);
+inline void compute_inertias(const Model& model, Data& data) {
+  compute_inertias(model, moving_bodies(model), data);
+}
+
+}  // namespace counterpoint

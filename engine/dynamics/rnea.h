@@ -1,0 +1,20 @@
+// Inverse dynamics by the recursive Newton-Euler algorithm (Featherstone 2008, table 5.1).
+#pragma once
+
+#include "counterpoint/engine/dynamics/data.h"
+
+namespace counterpoint {
+
+/// I A + V x* (I V): the force that moves a body of this inertia (body frame), in W at its origin,
+/// as are V and A. The rotational inertia stays in body axes, where it is constant.
+Force rigid_body_force(const SpatialInertia& inertia, const Matrix3& R_WB, const Motion& V,
+                       const Motion& A);
+
+/// tau = M(q) a - n(q, v) - J' f_external: the joint forces (nv) that give acceleration a (nv)
+/// [rad/s^2, m/s^2] to the bodies; what acts on single coordinates (rotor inertia, damping) is the
+/// caller's. gravity [m/s^2]. Needs compute_poses and compute_velocities; external wrenches from
+/// data.external if data.has_external.
+void rnea(const Model& model, const VectorRef& a, const Vector3& gravity, Data& data,
+          VectorOut tau);
+
+}  // namespace counterpoint

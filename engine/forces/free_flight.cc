@@ -1,0 +1,75 @@
+#include "counterpoint/engine/forces/free_flight.h"
+
+#include <algorithm>
+
+#include "counterpoint/model/rotation.h"
+
+namespace counterpoint {
+namespace {
+
+/// About the body's origin.
+Matrix3 rotational_at_origin(const SpatialInertia& inertia) {
+  const Vector3& c = inertia.center;
+  return inertia.rotational +
+         inertia.mass * (c.squaredNorm() * Matrix3::Identity() - c * c.transpose());
+}
+
+}  // namespace
+
+FreeFlight::FreeFlight(const Model& model) {
+  for (int i = 1; i < model.num_bodies(); ++i) {
+    const Body& body = model.body(i);
+    if (body.parent != 0 || body.subtree_end != i + 1) continue;
+    if (body.joint_type == JointType::kFloating) {
+      flyers_.push_back({i, EulerTop(body.inertia.rotational)});
+    } else if (body.joint_type == JointType::kSpherical) {
+      flyers_.push_back({i, EulerTop(rotational_at_origin(body.inertia))});
+    }
+  }
+}
+
+Force FreeFlight::mean_force(const Model& model, int index, double h, const Vector3& omega,
+                             const Vector3& gravity) const {
+  const Flyer& flyer = flyers_[static_cast<size_t>(index)];
+  const Body& body = model.body(flyer.body);
+  const bool floating = body.joint_type == JointType::kFloating;
+  const Vector3& center = body.inertia.center;
+  Vector3 turned;
+  if (floating || center.isZero(0.0)) {
+    turned = flyer.top.advance(omega, h);
+  } else {
+    const Vector3 weight = body.inertia.mass * gravity;
+    const Vector3 kick = flyer.top.response(h * center.cross(weight));
+    turned = flyer.top.advance(flyer.top.advance(omega, 0.5 * h) + kick, 0.5 * h) - kick;
+  }
+  const Vector3 acceleration = (turned - omega) / h;
+  Vector3 of_center = acceleration.cross(center);  // if the origin does not move
+  if (floating) {
+    // As a vector in W, v + omega x center is the same before and after; the body turns by
+    // h turned.
+    const Vector3 after = quaternion_exp(h * turned) * turned.cross(center);
+    of_center += (omega.cross(center) - after) / h;
+  }
+  const Vector3 force = body.inertia.mass * of_center;
+  const Vector3 torque = body.inertia.rotational * acceleration + center.cross(force);
+  return {-torque, -force};
+}
+
+void FreeFlight::apply(const Model& model, double h, const VectorRef& v, const Vector3& gravity,
+                       BodyRange bodies, Data& data) const {
+  const auto before = [](const Flyer& flyer, int body) { return flyer.body < body; };
+  auto flyer = std::lower_bound(flyers_.begin(), flyers_.end(), bodies.begin, before);
+  for (; flyer != flyers_.end() && flyer->body < bodies.end; ++flyer) {
+    const int i = flyer->body;
+    const Body& body = model.body(i);
+    const Vector3 omega = v.segment<3>(body.v_index + joint_num_linear(body.joint_type));
+    const Matrix3& R_WB = data.X_WB[i].rotation;
+    const Force force = mean_force(model, static_cast<int>(flyer - flyers_.begin()), h, omega,
+                                   R_WB.transpose() * gravity);
+    data.has_mean_force[i] = 1;
+    data.mean_force[i] = {R_WB * force.torque, R_WB * force.force};
+    data.c[i] = Motion();
+  }
+}
+
+}  // namespace counterpoint

@@ -1,0 +1,33 @@
+#include "counterpoint/engine/forces/springs.h"
+
+namespace counterpoint {
+
+void add_springs(const Model& model, double h, const VectorRef& q, const VectorRef& w,
+                 VectorOut diagonal, VectorOut tau) {
+  for (const JointSpring& spring : model.springs()) {
+    const Body& body = model.body(spring.joint + 1);
+    const int k = body.v_index;
+    diagonal[k] += h * h * spring.stiffness;
+    tau[k] -= spring.stiffness * (q[body.q_index] + h * w[k] - spring.reference);
+  }
+}
+
+void add_springs_inverse(const Model& model, double h, const VectorRef& q, const VectorRef& w_next,
+                         VectorOut tau) {
+  for (const JointSpring& spring : model.springs()) {
+    const Body& body = model.body(spring.joint + 1);
+    const int k = body.v_index;
+    tau[k] += spring.stiffness * (q[body.q_index] + h * w_next[k] - spring.reference);
+  }
+}
+
+double spring_energy(const Model& model, const VectorRef& q) {
+  double energy = 0.0;
+  for (const JointSpring& spring : model.springs()) {
+    const double stretch = q[model.body(spring.joint + 1).q_index] - spring.reference;
+    energy += 0.5 * spring.stiffness * stretch * stretch;
+  }
+  return energy;
+}
+
+}  // namespace counterpoint

@@ -1,0 +1,128 @@
+#include "counterpoint/engine/io/input_columns.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace counterpoint {
+namespace {
+
+constexpr const char* kComponents[] = {".fx", ".fy", ".fz", ".tx", ".ty", ".tz"};
+
+std::string target_name(const Model& model, const JointServo& servo) {
+  return model.joint(servo.joint).name + ".target";
+}
+std::string target_velocity_name(const Model& model, const JointServo& servo) {
+  return model.joint(servo.joint).name + ".target_velocity";
+}
+
+/// What the names of the wrench on a link begin with.
+std::string wrench_stem(const Model& model, int frame) {
+  const Frame& link = model.frames()[frame];
+  const bool takes_names = joint_nv(model.body(link.body).joint_type) > 1 &&
+                           model.joint(link.body - 1).link == link.name;
+  return takes_names ? link.name + ".wrench" : link.name;
+}
+
+bool has_wrench_column(const CsvTable& table, const std::string& stem) {
+  return std::any_of(std::begin(kComponents), std::end(kComponents),
+                     [&](const char* c) { return table.find_column(stem + c) >= 0; });
+}
+
+/// Links that can be pushed.
+std::vector<int> moving_links(const Model& model) {
+  std::vector<int> links;
+  for (int i = 0; i < static_cast<int>(model.frames().size()); ++i)
+    if (model.frames()[i].body != 0) links.push_back(i);
+  return links;
+}
+
+/// Values where a file says nothing.
+VectorX defaults(const InputColumns& columns, const Model& model) {
+  return columns.values(model, Input());
+}
+
+}  // namespace
+
+std::vector<std::string> InputColumns::names(const Model& model) const {
+  std::vector<std::string> names;
+  for (const JointServo& servo : model.servos()) {
+    if (!targets) break;
+    names.push_back(target_name(model, servo));
+    names.push_back(target_velocity_name(model, servo));
+  }
+  for (const int link : links) {
+    const std::string stem = wrench_stem(model, link);
+    for (const char* component : kComponents) names.push_back(stem + component);
+  }
+  return names;
+}
+
+void InputColumns::set(const Model& model, const VectorRef& values, Input& input) const {
+  int next = 0;
+  if (targets) {
+    const auto servos = static_cast<Eigen::Index>(model.servos().size());
+    input.servo_position.resize(servos);
+    input.servo_velocity.resize(servos);
+    for (Eigen::Index i = 0; i < servos; ++i) {
+      input.servo_position[i] = values[next++];
+      input.servo_velocity[i] = values[next++];
+    }
+  }
+  input.wrenches.clear();
+  for (const int link : links) {
+    const Frame& frame = model.frames()[link];
+    ExternalWrench wrench;
+    wrench.body = frame.body;
+    wrench.point = frame.X_BF.translation;
+    wrench.wrench = {values.segment<3>(next + 3), values.segment<3>(next)};
+    input.wrenches.push_back(wrench);
+    next += 6;
+  }
+}
+
+VectorX InputColumns::values(const Model& model, const Input& input) const {
+  const Eigen::Index servos = targets ? static_cast<Eigen::Index>(model.servos().size()) : 0;
+  VectorX values = VectorX::Zero(2 * servos + 6 * static_cast<Eigen::Index>(links.size()));
+  Eigen::Index next = 0;
+  for (Eigen::Index i = 0; i < servos; ++i) {
+    const JointServo& servo = model.servos()[i];
+    values[next++] = input.servo_position.size() > 0 ? input.servo_position[i] : servo.position;
+    values[next++] = input.servo_velocity.size() > 0 ? input.servo_velocity[i] : servo.velocity;
+  }
+  for (size_t i = 0; i < links.size() && i < input.wrenches.size(); ++i, next += 6)
+    values.segment<6>(next) << input.wrenches[i].wrench.force, input.wrenches[i].wrench.torque;
+  return values;
+}
+
+bool is_input_column(const Model& model, const std::string& name) {
+  const std::vector<std::string> all = InputColumns{true, moving_links(model)}.names(model);
+  return std::find(all.begin(), all.end(), name) != all.end();
+}
+
+InputColumns find_input_columns(const CsvTable& table, const Model& model) {
+  InputColumns columns;
+  for (const JointServo& servo : model.servos()) {
+    columns.targets = columns.targets || table.find_column(target_name(model, servo)) >= 0 ||
+                      table.find_column(target_velocity_name(model, servo)) >= 0;
+  }
+  for (const int link : moving_links(model))
+    if (has_wrench_column(table, wrench_stem(model, link))) columns.links.push_back(link);
+  return columns;
+}
+
+MatrixX read_input_columns(const InputColumns& columns, const CsvTable& table, const Model& model,
+                           int steps) {
+  const std::vector<std::string> names = columns.names(model);
+  MatrixX values = defaults(columns, model).replicate(1, steps);
+  for (size_t i = 0; i < names.size(); ++i) {
+    const int column = table.find_column(names[i]);
+    for (int row = 0; column >= 0 && row < steps; ++row) {
+      const bool may_be_empty = row + 1 == table.num_rows();
+      if (may_be_empty && std::isnan(table.cell(row, column))) continue;
+      values(static_cast<Eigen::Index>(i), row) = table.value(row, column);
+    }
+  }
+  return values;
+}
+
+}  // namespace counterpoint

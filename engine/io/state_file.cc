@@ -1,0 +1,271 @@
+#include "counterpoint/engine/io/state_file.h"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <cmath>
+
+#include "counterpoint/engine/io/hash.h"
+#include "counterpoint/engine/io/trajectory.h"
+#include "counterpoint/model/terrain/terrain.h"
+
+namespace counterpoint {
+namespace {
+
+void add(const Pose& X, Hash& hash) {
+  hash.add(X.rotation);
+  hash.add(X.translation);
+}
+
+void add_bodies(const Model& model, Hash& hash) {
+  hash.add(model.num_bodies());
+  for (const Body& body : model.bodies()) {
+    hash.add(body.parent);
+    hash.add(static_cast<int>(body.joint_type));
+    add(body.X_PJ, hash);
+    hash.add(body.inertia.mass);
+    hash.add(body.inertia.center);
+    hash.add(body.inertia.rotational);
+  }
+  for (const JointInfo& joint : model.joints()) {
+    hash.add(joint.name);
+    hash.add(joint.link);
+    for (const double x : {joint.lower, joint.upper, joint.effort_limit, joint.velocity_limit})
+      hash.add(x);
+    hash.add(joint.actuated ? 1 : 0);
+  }
+}
+
+void add_shape(const Shape& shape, Hash& hash) {
+  hash.add(static_cast<int>(shape.type));
+  hash.add(shape.size);
+  if (shape.mesh)
+    for (const Vector3& vertex : shape.mesh->vertices) hash.add(vertex);
+  if (!shape.terrain) return;
+  for (const Vector3& vertex : shape.terrain->vertices) hash.add(vertex);
+  for (const Terrain::Triangle& triangle : shape.terrain->triangles)
+    for (const int vertex : triangle.vertices) hash.add(vertex);
+}
+
+void add_geometries(const Model& model, Hash& hash) {
+  hash.add(static_cast<int>(model.geometries().size()));
+  for (const Geometry& geometry : model.geometries()) {
+    hash.add(geometry.body);
+    add(geometry.X_BG, hash);
+    add_shape(geometry.shape, hash);
+    const Material& m = geometry.material;
+    for (const double x : {m.friction, m.restitution, m.torsional_friction, m.rolling_friction})
+      hash.add(x);
+  }
+  for (const auto& [a, b] : model.excluded_geometry_pairs()) {
+    hash.add(a);
+    hash.add(b);
+  }
+}
+
+void add_joint_effects(const Model& model, Hash& hash) {
+  for (const VectorX* x : {&model.damping(), &model.armature(), &model.dry_friction()})
+    hash.add(*x);
+  for (const Mimic& mimic : model.mimics()) {
+    hash.add(mimic.joint);
+    hash.add(mimic.master);
+    hash.add(mimic.multiplier);
+    hash.add(mimic.offset);
+  }
+  for (const JointSpring& spring : model.springs()) {
+    hash.add(spring.joint);
+    hash.add(spring.stiffness);
+    hash.add(spring.reference);
+  }
+  for (const JointServo& servo : model.servos()) {
+    hash.add(servo.joint);
+    for (const double x : {servo.stiffness, servo.damping, servo.position, servo.velocity})
+      hash.add(x);
+  }
+}
+
+void add_drags_and_closures(const Model& model, Hash& hash) {
+  for (const BodyDrag& drag : model.drags()) {
+    hash.add(drag.body);
+    hash.add(drag.center);
+    for (const double x :
+         {drag.drag.linear, drag.drag.quadratic, drag.drag.angular, drag.drag.angular_quadratic})
+      hash.add(x);
+  }
+  for (const Closure& closure : model.closures()) {
+    hash.add(static_cast<int>(closure.type));
+    hash.add(closure.body_a);
+    hash.add(closure.body_b);
+    add(closure.X_AC, hash);
+    add(closure.X_BC, hash);
+    hash.add(closure.length);
+  }
+}
+
+/// Tables hold doubles: of a hash the upper 53 bits.
+void check_hash(const CsvTable& table, const char* column, std::uint64_t hash, const char* what) {
+  const int index = table.find_column(column);
+  const auto advice =
+      "to start from its q and v all the same, allow a changed scene (--changed-scene)";
+  if (index < 0) {
+    throw InputError(fmt::format(
+        "{}:1: no column '{}': this is no state file, and nothing says which scene it is from; {}",
+        table.file(), column, advice));
+  }
+  if (table.value(table.num_rows() - 1, index) == static_cast<double>(hash)) return;
+  throw InputError(
+      fmt::format("{}: column '{}': saved from another scene, {} differ; resume the scene it was "
+                  "saved from, or "
+                  "{}",
+                  table.where(table.num_rows() - 1), column, what, advice));
+}
+
+constexpr std::array kMemoryFields{"kind", "a",  "b",  "x",  "y",  "z",
+                                   "fx",   "fy", "fz", "tx", "ty", "tz"};
+
+std::string memory_column(size_t index, const char* field) {
+  return fmt::format("{}{}.{}", kMemoryPrefix, index, field);
+}
+
+/// Who is meant by the first three fields must be there in the model.
+void check_memory(const Model& model, const RememberedForce& r, const std::string& where) {
+  const auto inside = [](int i, size_t size) { return i >= 0 && static_cast<size_t>(i) < size; };
+  bool valid = false;
+  switch (r.kind) {
+    case RememberedForce::Kind::kContact:
+      valid = inside(r.a, model.geometries().size()) && inside(r.b, model.geometries().size());
+      break;
+    case RememberedForce::Kind::kClosure:
+      valid = inside(r.a, model.closures().size());
+      break;
+    case RememberedForce::Kind::kJoint:
+      valid = inside(r.a, static_cast<size_t>(model.nv()));
+      break;
+  }
+  if (!valid)
+    throw InputError(
+        fmt::format("{}: a remembered force is of no contact, closure or joint of this "
+                    "scene; remove the columns '{}...'",
+                    where, kMemoryPrefix));
+}
+
+/// The memory in the last row.
+std::vector<RememberedForce> read_memory(const CsvTable& table, const Model& model) {
+  std::vector<RememberedForce> memory;
+  const int row = table.num_rows() - 1;
+  while (table.find_column(memory_column(memory.size(), kMemoryFields[0])) >= 0) {
+    std::array<double, kMemoryFields.size()> x{};
+    for (size_t i = 0; i < x.size(); ++i)
+      x[i] = table.value(row, table.column(memory_column(memory.size(), kMemoryFields[i])));
+    RememberedForce r;
+    if (!(x[0] == 0.0 || x[0] == 1.0 || x[0] == 2.0) || std::abs(x[1]) > 1e9 ||
+        std::abs(x[2]) > 1e9)
+      throw InputError(fmt::format("{}: columns '{}{}...' name no constraint", table.where(row),
+                                   kMemoryPrefix, memory.size()));
+    r.kind = static_cast<RememberedForce::Kind>(static_cast<int>(x[0]));
+    r.a = static_cast<int>(x[1]);
+    r.b = static_cast<int>(x[2]);
+    r.at = {x[3], x[4], x[5]};
+    r.force = {x[6], x[7], x[8]};
+    r.torque = {x[9], x[10], x[11]};
+    check_memory(model, r, table.where(row));
+    memory.push_back(r);
+  }
+  return memory;
+}
+
+}  // namespace
+
+std::uint64_t model_hash(const Model& model) {
+  Hash hash;
+  hash.add(model.gravity());
+  add_bodies(model, hash);
+  add_geometries(model, hash);
+  add_joint_effects(model, hash);
+  add_drags_and_closures(model, hash);
+  return hash.value();
+}
+
+std::uint64_t options_hash(const SimulationOptions& options) {
+  Hash hash;
+  const ContactOptions& contact = options.contact;
+  hash.add(static_cast<int>(options.integrator));
+  hash.add(static_cast<int>(contact.friction_model));
+  for (const double x :
+       {options.time_step, contact.compliance, contact.smoothing, contact.stabilization,
+        contact.max_recovery_speed, contact.margin, contact.reach_acceleration, contact.slip_time})
+    hash.add(x);
+  if (const auto& control = options.step_control) {
+    for (const double x :
+         {control->tolerance, control->relative_tolerance, control->event_tolerance,
+          control->min_step, control->max_step, control->interval})
+      hash.add(x);
+    hash.add(control->strict ? 1 : 0);
+  }
+  for (int i = 0; i < kNumEffects; ++i) {
+    const auto effect = static_cast<Effect>(i);
+    hash.add(effect != Effect::kSleeping && options.effects.has(effect) ? 1 : 0);
+  }
+  if (!options.mean_velocity_forces) hash.add(0);  // as before there was a choice, where it is on
+  return hash.value();
+}
+
+void write_state(const std::filesystem::path& file, const Model& model,
+                 const SimulationOptions& options, const State& state,
+                 std::optional<double> next_step) {
+  const CoordinateNames names = coordinate_names(model);
+  std::vector<std::string> columns{"time"};
+  for (const auto* list : {&names.q, &names.v})
+    columns.insert(columns.end(), list->begin(), list->end());
+  columns.insert(columns.end(), {kStateHashColumn, kModelHashColumn, kOptionsHashColumn});
+  if (next_step) columns.emplace_back(kNextStepColumn);
+  for (size_t i = 0; i < state.memory.size(); ++i)
+    for (const char* field : kMemoryFields) columns.push_back(memory_column(i, field));
+  CsvWriter csv(file, columns);
+  csv.number(state.time);
+  for (const double x : state.q) csv.number(x);
+  for (const double x : state.v) csv.number(x);
+  for (const std::uint64_t hash : {state_hash(state), model_hash(model), options_hash(options)})
+    csv.text(std::to_string(hash));
+  if (next_step) csv.number(*next_step);
+  for (const RememberedForce& r : state.memory) {
+    for (const int x : {static_cast<int>(r.kind), r.a, r.b}) csv.number(x);
+    for (const Vector3& v : {r.at, r.force, r.torque})
+      for (const double x : v) csv.number(x);
+  }
+  csv.end_row();
+  csv.flush();
+}
+
+State read_state(const std::filesystem::path& file, const Model& model,
+                 const SimulationOptions& options, SceneCheck check) {
+  const Trajectory trajectory = read_trajectory(file, model);
+  const CsvTable table(file);
+  if (check == SceneCheck::kSame) {
+    check_hash(table, kModelHashColumn, model_hash(model),
+               "the model's joints, inertias, shapes, surfaces, closures or gravity");
+    check_hash(table, kOptionsHashColumn, options_hash(options),
+               "the time step, integrator, contact options, effects or step control");
+    if (trajectory.altered_rows > 0) {
+      throw InputError(fmt::format(
+          "{}: the numbers are not those that were saved (column '{}'): edited, or rounded on the "
+          "way",
+          table.where(table.num_rows() - 1), kStateHashColumn));
+    }
+  }
+  const int last = trajectory.num_rows() - 1;
+  return {trajectory.time[last], trajectory.q.col(last), trajectory.v.col(last),
+          read_memory(table, model)};
+}
+
+std::optional<double> read_next_step(const std::filesystem::path& file) {
+  const CsvTable table(file);
+  const int column = table.find_column(kNextStepColumn);
+  if (column < 0) return std::nullopt;
+  const double step = table.value(table.num_rows() - 1, column);
+  if (step > 0.0) return step;
+  throw InputError(fmt::format("{}: column '{}' is {}; a positive time [s] is expected",
+                               table.where(table.num_rows() - 1), kNextStepColumn, step));
+}
+
+}  // namespace counterpoint

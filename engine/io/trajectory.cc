@@ -1,0 +1,286 @@
+#include "counterpoint/engine/io/trajectory.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <span>
+
+#include "counterpoint/engine/fault.h"
+
+namespace counterpoint {
+namespace {
+
+/// Times may be sums of steps, or rounded to a few digits; a missing row is off by a whole step.
+constexpr double kTimeTolerance = 1e-3;  // of a step
+/// Short steps late in a run: both times are rounded.
+constexpr double kTimeRounding = 4.0 * std::numeric_limits<double>::epsilon();  // of the time
+
+constexpr int kSofteningColumns = 2;
+
+using Suffixes = std::span<const char* const>;
+constexpr std::array kScalarQ{"q"};
+constexpr std::array kScalarV{"v"};
+constexpr std::array kScalarForce{"u"};
+constexpr std::array kPlanarQ{"x", "y", "angle"};
+constexpr std::array kPlanarV{"vx", "vy", "w"};
+constexpr std::array kPlanarForce{"fx", "fy", "tz"};
+// A spherical joint has the last four, three, three of these.
+constexpr std::array kFloatingQ{"x", "y", "z", "qw", "qx", "qy", "qz"};
+constexpr std::array kFloatingV{"vx", "vy", "vz", "wx", "wy", "wz"};
+constexpr std::array kFloatingForce{"fx", "fy", "fz", "tx", "ty", "tz"};
+
+struct JointSuffixes {
+  Suffixes q, v, force;
+};
+
+JointSuffixes joint_suffixes(JointType type) {
+  switch (type) {
+    case JointType::kRevolute:
+    case JointType::kPrismatic:
+      return {kScalarQ, kScalarV, kScalarForce};
+    case JointType::kPlanar:
+      return {kPlanarQ, kPlanarV, kPlanarForce};
+    case JointType::kSpherical:
+      return {Suffixes(kFloatingQ).subspan(3), Suffixes(kFloatingV).subspan(3),
+              Suffixes(kFloatingForce).subspan(3)};
+    case JointType::kFloating:
+      return {kFloatingQ, kFloatingV, kFloatingForce};
+  }
+  return {};
+}
+
+/// Where the named columns are in the table; throws if one is missing.
+std::vector<int> find_columns(const CsvTable& table, const std::vector<std::string>& names) {
+  std::vector<int> indices;
+  for (const std::string& name : names) {
+    const int index = table.find_column(name);
+    if (index < 0) {
+      throw InputError(
+          fmt::format("{}:1: no column '{}', which this scene's trajectories have; is it "
+                      "the trajectory of another scene?",
+                      table.file(), name));
+    }
+    indices.push_back(index);
+  }
+  return indices;
+}
+
+void refuse_unknown_columns(const CsvTable& table, const Model& model,
+                            const CoordinateNames& names) {
+  const auto holds = [](const std::vector<std::string>& list, const std::string& name) {
+    return std::find(list.begin(), list.end(), name) != list.end();
+  };
+  for (const std::string& column : table.columns()) {
+    const bool other = column == "time" || column == "time_step" || column == kStateHashColumn ||
+                       column == kModelHashColumn || column == kOptionsHashColumn ||
+                       column == kNextStepColumn || column == kSofteningColumn ||
+                       column == kSoftenedTreeColumn || column.starts_with(kMemoryPrefix);
+    if (!other && !holds(names.q, column) && !holds(names.v, column) &&
+        !holds(names.force, column) && !is_input_column(model, column)) {
+      throw InputError(
+          fmt::format("{}:1: column '{}' is no coordinate of this scene; remove it, or "
+                      "give the scene the trajectory was made with",
+                      table.file(), column));
+    }
+  }
+}
+
+MatrixX read_block(const CsvTable& table, const std::vector<int>& columns, int rows) {
+  MatrixX block(columns.size(), rows);
+  for (int row = 0; row < rows; ++row) {
+    for (size_t i = 0; i < columns.size(); ++i) block(i, row) = table.value(row, columns[i]);
+  }
+  return block;
+}
+
+void check_quaternions(const CsvTable& table, const Model& model, const MatrixX& q) {
+  for (int i = 1; i < model.num_bodies(); ++i) {
+    const Body& body = model.body(i);
+    const bool floating = body.joint_type == JointType::kFloating;
+    if (!floating && body.joint_type != JointType::kSpherical) continue;
+    const int first = body.q_index + (floating ? 3 : 0);
+    for (int row = 0; row < q.cols(); ++row) {
+      const double norm = q.col(row).segment<4>(first).norm();
+      if (std::abs(norm - 1.0) > kQuaternionTolerance) {
+        throw InputError(fmt::format("{}: quaternion of '{}' has length {:.9g}; expected 1",
+                                     table.where(row), model.joint(i - 1).link, norm));
+      }
+    }
+  }
+}
+
+/// Tables hold doubles: of a hash the upper 53 bits.
+int count_altered_rows(const CsvTable& table, const Trajectory& trajectory) {
+  const int column = table.find_column(kStateHashColumn);
+  int altered = 0;
+  for (int row = 0; column >= 0 && row < trajectory.num_rows(); ++row) {
+    const State state{trajectory.time[row], trajectory.q.col(row), trajectory.v.col(row)};
+    altered += table.value(row, column) != static_cast<double>(state_hash(state));
+  }
+  return altered;
+}
+
+}  // namespace
+
+CoordinateNames coordinate_names(const Model& model) {
+  CoordinateNames names;
+  for (int i = 0; i < model.num_joints(); ++i) {
+    const JointType type = model.body(i + 1).joint_type;
+    // A single coordinate belongs to a joint, a pose to a link: that is how people speak of them.
+    const std::string& owner = joint_nq(type) == 1 ? model.joint(i).name : model.joint(i).link;
+    const JointSuffixes suffixes = joint_suffixes(type);
+    for (const char* suffix : suffixes.q) names.q.push_back(owner + "." + suffix);
+    for (const char* suffix : suffixes.v) names.v.push_back(owner + "." + suffix);
+    for (const char* suffix : suffixes.force) names.force.push_back(owner + "." + suffix);
+  }
+  return names;
+}
+
+namespace {
+
+std::vector<std::string> trajectory_columns(const Model& model, const InputColumns& inputs) {
+  const CoordinateNames names = coordinate_names(model);
+  const std::vector<std::string> input_names = inputs.names(model);
+  std::vector<std::string> columns{"time", "time_step"};
+  for (const auto* list : {&names.q, &names.v, &names.force, &input_names}) {
+    columns.insert(columns.end(), list->begin(), list->end());
+  }
+  columns.insert(columns.end(), {kSofteningColumn, kSoftenedTreeColumn, kStateHashColumn});
+  return columns;
+}
+
+}  // namespace
+
+TrajectoryWriter::TrajectoryWriter(const std::filesystem::path& file, const Model& model,
+                                   const InputColumns& columns)
+    : csv_(file, trajectory_columns(model, columns)),
+      model_(model),
+      columns_(columns),
+      num_inputs_(model.nv() + static_cast<int>(columns.names(model).size())) {}
+
+void TrajectoryWriter::write_state(const State& state, std::optional<double> time_step) {
+  csv_.number(state.time);
+  time_step ? csv_.number(*time_step) : csv_.empty();
+  for (const double x : state.q) csv_.number(x);
+  for (const double x : state.v) csv_.number(x);
+}
+
+void TrajectoryWriter::write_step(const State& state, const Input& input, double time_step,
+                                  const Softening& softening) {
+  write_state(state, time_step);
+  for (const double x : input.applied_force) csv_.number(x);
+  if (input.applied_force.size() == 0)
+    for (int i = 0; i < model_.nv(); ++i) csv_.number(0.0);
+  for (const double x : columns_.values(model_, input)) csv_.number(x);
+  csv_.number(softening.factor);
+  csv_.number(softening.tree);
+  csv_.text(std::to_string(state_hash(state)));
+  csv_.end_row();
+}
+
+void TrajectoryWriter::write_end(const State& state) {
+  write_state(state, std::nullopt);
+  for (int i = 0; i < num_inputs_ + kSofteningColumns; ++i) csv_.empty();
+  csv_.text(std::to_string(state_hash(state)));
+  csv_.end_row();
+  csv_.flush();
+}
+
+namespace {
+
+/// The softening of each step, where the table says it.
+std::vector<Softening> read_softening(const CsvTable& table, const Model& model, int steps) {
+  std::vector<Softening> out;
+  const int factor = table.find_column(kSofteningColumn);
+  if (factor < 0) return out;
+  const int tree = table.column(kSoftenedTreeColumn);
+  for (int row = 0; row < steps; ++row) {
+    const double f = table.value(row, factor), t = table.value(row, tree);
+    if (std::abs(f) < 1.0)
+      throw InputError(
+          fmt::format("{}: column '{}' is {}; 1 (none), or a factor above 1 or below -1 "
+                      "is expected",
+                      table.where(row), kSofteningColumn, f));
+    if (t != std::floor(t) || t < -1.0 || t >= model.num_trees())
+      throw InputError(
+          fmt::format("{}: column '{}' is {}; a tree of the scene, 0 ... {}, or -1 is "
+                      "expected",
+                      table.where(row), kSoftenedTreeColumn, t, model.num_trees() - 1));
+    out.push_back({f, static_cast<int>(t)});
+  }
+  return out;
+}
+
+}  // namespace
+
+void Trajectory::set_known(const Model& model, int step, Input& input) const {
+  columns.set(model, known.col(step), input);
+  input.softening = softening.empty() ? Softening() : softening[static_cast<size_t>(step)];
+}
+
+Trajectory read_trajectory(const std::filesystem::path& file, const Model& model) {
+  const CsvTable table(file);
+  const CoordinateNames names = coordinate_names(model);
+  refuse_unknown_columns(table, model, names);
+  const int rows = table.num_rows();
+  if (rows == 0) throw InputError(fmt::format("{}: no rows below the header", table.file()));
+
+  Trajectory trajectory;
+  trajectory.file = table.file();
+  const int time = table.column("time");
+  for (int row = 0; row < rows; ++row) {
+    trajectory.time.push_back(table.value(row, time));
+    if (row > 0 && trajectory.time[row] <= trajectory.time[row - 1]) {
+      throw InputError(
+          fmt::format("{}: time {} does not rise", table.where(row), trajectory.time[row]));
+    }
+  }
+  const int time_step = table.find_column("time_step");
+  for (int row = 0; time_step >= 0 && row + 1 < rows; ++row) {
+    trajectory.time_step.push_back(table.value(row, time_step));
+  }
+  trajectory.q = read_block(table, find_columns(table, names.q), rows);
+  trajectory.v = read_block(table, find_columns(table, names.v), rows);
+  const bool has_forces =
+      std::any_of(names.force.begin(), names.force.end(),
+                  [&](const std::string& name) { return table.find_column(name) >= 0; });
+  if (has_forces) {
+    trajectory.applied_force = read_block(table, find_columns(table, names.force), rows - 1);
+  }
+  trajectory.softening = read_softening(table, model, rows - 1);
+  trajectory.columns = find_input_columns(table, model);
+  trajectory.known = read_input_columns(trajectory.columns, table, model, rows - 1);
+  check_quaternions(table, model, trajectory.q);
+  trajectory.altered_rows = count_altered_rows(table, trajectory);
+  return trajectory;
+}
+
+std::vector<double> step_lengths(const Trajectory& trajectory, std::optional<double> given,
+                                 double scene_step) {
+  const bool recorded = !trajectory.time_step.empty();
+  std::vector<double> steps =
+      recorded ? trajectory.time_step
+               : std::vector<double>(trajectory.num_steps(), given.value_or(scene_step));
+  for (int k = 0; k < trajectory.num_steps(); ++k) {
+    if (recorded && given && *given != steps[k]) {
+      throw InputError(
+          fmt::format("{}: row {} was computed with a time step of {} s, not the {} s given",
+                      trajectory.file, k + 1, steps[k], *given));
+    }
+    const double interval = trajectory.time[k + 1] - trajectory.time[k];
+    const double rounding = kTimeRounding * std::abs(trajectory.time[k + 1]);
+    if (!(std::abs(interval - steps[k]) <= kTimeTolerance * steps[k] + rounding)) {
+      throw InputError(
+          fmt::format("{}: rows {} and {} are {:.9g} s apart, but the time step is {:.9g} s; {}",
+                      trajectory.file, k + 1, k + 2, interval, steps[k],
+                      recorded ? "a row seems to be missing"
+                               : "give the step the motion was computed with (--timestep)"));
+    }
+  }
+  return steps;
+}
+
+}  // namespace counterpoint

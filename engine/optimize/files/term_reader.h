@@ -1,0 +1,16 @@
+// Terms of problem files. Not for users.
+#pragma once
+
+#include <vector>
+
+#include "counterpoint/engine/optimize/problem.h"
+#include "counterpoint/model/files/yaml_reader.h"
+
+namespace counterpoint::optimization {
+
+/// One entry of `terms`: a term, or one for each of its links and points. start, goal: poses that a
+/// target may be (nq; goal may be empty). Of the problem: its model, steps and motors.
+std::vector<Term> read_terms(const YamlValue& in, const Problem& problem, const VectorX& start,
+                             const VectorX& goal);
+
+}  // namespace counterpoint::optimization

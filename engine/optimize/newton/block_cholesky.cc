@@ -1,0 +1,194 @@
+#include "counterpoint/engine/optimize/newton/block_cholesky.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace counterpoint::optimization {
+namespace {
+
+constexpr int kBand = 3;  ///< blocks of a row, its own included
+constexpr int kSeam = 3;  ///< pairs of blocks that see each other around the seam
+
+bool factor_in_place(Eigen::Ref<MatrixX> A) {
+  return Eigen::LLT<Eigen::Ref<MatrixX>, Eigen::Lower>(A).info() == Eigen::Success;
+}
+
+}  // namespace
+
+BlockCholesky::BlockCholesky(int num_blocks, int block_size, bool bordered)
+    : num_blocks_(num_blocks),
+      block_size_(block_size),
+      bordered_(bordered),
+      blocks_(size(kBand * num_blocks + kSeam), MatrixX::Zero(block_size, block_size)),
+      separator_of_(size(num_blocks), -1) {
+  // The seam lies between the last two blocks and the first; two more part the rest.
+  const int end = bordered ? std::max(0, num_blocks - 2) : num_blocks;
+  const int middle = std::max(0, (end - 2) / 2);
+  for (int i = middle; i < std::min(middle + 2, end); ++i) separators_.push_back(i);
+  for (int i = end; i < num_blocks; ++i) separators_.push_back(i);
+  for (std::size_t s = 0; s < separators_.size(); ++s)
+    separator_of_[size(separators_[s])] = static_cast<int>(s);
+  if (end >= 2) {
+    const std::vector<int> parting = {middle, middle + 1}, seam = {end, end + 1};
+    if (bordered) {
+      add_chain(0, middle, 1, parting, seam);
+      add_chain(middle + 2, end, 1, seam, parting);
+    } else {
+      add_chain(0, middle, 1, parting, {});
+      add_chain(num_blocks - 1, middle + 1, -1, {middle + 1, middle}, {});
+    }
+  }
+  const Eigen::Index rows = block_size * static_cast<Eigen::Index>(separators_.size());
+  root_.resize(rows, rows);
+  root_x_.resize(rows);
+}
+
+void BlockCholesky::add_chain(int first, int last, int step, std::vector<int> ends,
+                              std::vector<int> seam) {
+  Chain& chain = chains_.emplace_back();
+  for (int i = first; i != last; i += step) chain.blocks.push_back(i);
+  chain.seam = std::move(seam);
+  chain.panels.assign(chain.blocks.size(),
+                      MatrixX::Zero((1 + chain.slots()) * block_size_, block_size_));
+  chain.blocks.insert(chain.blocks.end(), ends.begin(), ends.end());
+  chain.update.resize(chain.slots() * block_size_, chain.slots() * block_size_);
+  chain.carried.resize(chain.slots() * block_size_);
+}
+
+int BlockCholesky::Chain::at(int slot, int eliminated) const {
+  if (slot >= 2) return seam[BlockCholesky::size(slot - 2)];
+  return blocks[BlockCholesky::size(eliminated + (slot == eliminated % 2 ? 0 : 1))];
+}
+
+bool BlockCholesky::in_pattern(int i, int j) const {
+  return j <= i && (i - j <= 2 || (bordered_ && j + num_blocks_ - i <= 2));
+}
+
+std::size_t BlockCholesky::index(int i, int j) const {
+  if (i - j <= 2) return size(kBand * i + i - j);
+  return size(kBand * num_blocks_ + (i == num_blocks_ - 1 ? j : 2));
+}
+
+void BlockCholesky::set_zero() {
+  for (MatrixX& block : blocks_) block.setZero();
+}
+
+/// out += block (i, j) of either triangle, if there is one.
+void BlockCholesky::add_block(int i, int j, Eigen::Ref<MatrixX> out) const {
+  if (i >= j && in_pattern(i, j)) {
+    out += block(i, j);
+  } else if (i < j && in_pattern(j, i)) {
+    out += block(j, i).transpose();
+  }
+}
+
+void BlockCholesky::eliminate(Chain& chain, double scale, const MatrixX& shift) const {
+  const int m = block_size_, slots = chain.slots();
+  MatrixX& U = chain.update;
+  U.setZero();
+  chain.failed = false;
+  for (int k = 0; k < chain.size() && !chain.failed; ++k) {
+    const int pivot = k % 2, i = chain.blocks[size(k)];
+    MatrixX& panel = chain.panels[size(k)];
+    auto own = panel.topRows(m);
+    auto others = panel.bottomRows(slots * m);
+    own = U.block(pivot * m, pivot * m, m, m) + block(i, i);
+    own.diagonal() += scale * shift.col(i);
+    for (int s = 0; s < slots; ++s) {
+      auto rows = others.middleRows(s * m, m);
+      if (s == pivot) {  // the block that takes this slot was not seen before
+        rows.setZero();
+      } else if (s > pivot) {
+        rows = U.block(s * m, pivot * m, m, m);
+      } else {
+        rows = U.block(pivot * m, s * m, m, m).transpose();
+      }
+      add_block(chain.at(s, k + 1), i, rows);
+    }
+    U.block(pivot * m, 0, m, (pivot + 1) * m).setZero();
+    U.block(pivot * m, pivot * m, (slots - pivot) * m, m).setZero();
+    chain.failed = !factor_in_place(own);
+    own.triangularView<Eigen::Lower>().transpose().solveInPlace<Eigen::OnTheRight>(others);
+    U.selfadjointView<Eigen::Lower>().rankUpdate(others, -1.0);
+  }
+}
+
+/// The root's share of what a chain took from the separators.
+void BlockCholesky::add_update(const Chain& chain) {
+  const int m = block_size_;
+  for (int s = 0; s < chain.slots(); ++s) {
+    for (int t = 0; t <= s; ++t) {
+      const int i = separator_of_[size(chain.at(s, chain.size()))];
+      const int j = separator_of_[size(chain.at(t, chain.size()))];
+      const auto taken = chain.update.block(s * m, t * m, m, m);
+      if (i >= j) {
+        root_.block(i * m, j * m, m, m) += taken;
+      } else {
+        root_.block(j * m, i * m, m, m) += taken.transpose();
+      }
+    }
+  }
+}
+
+bool BlockCholesky::factor(double scale, const MatrixX& shift, ThreadPool& pool) {
+  pool.run(static_cast<int>(chains_.size()),
+           [&](int i, int) { eliminate(chains_[size(i)], scale, shift); });
+  const int m = block_size_, count = static_cast<int>(separators_.size());
+  root_.setZero();
+  for (int a = 0; a < count; ++a) {
+    const int i = separators_[size(a)];
+    for (int b = 0; b <= a; ++b)
+      add_block(i, separators_[size(b)], root_.block(a * m, b * m, m, m));
+    root_.block(a * m, a * m, m, m).diagonal() += scale * shift.col(i);
+  }
+  for (const Chain& chain : chains_) {
+    if (chain.failed) return false;
+    add_update(chain);
+  }
+  return factor_in_place(root_);
+}
+
+void BlockCholesky::reduce(Chain& chain, MatrixX& x) const {
+  const int m = block_size_;
+  chain.carried.setZero();
+  for (int k = 0; k < chain.size(); ++k) {
+    const MatrixX& panel = chain.panels[size(k)];
+    auto slot = chain.carried.segment(k % 2 * m, m);
+    auto y = x.col(chain.blocks[size(k)]);
+    y += slot;
+    slot.setZero();
+    panel.topRows(m).triangularView<Eigen::Lower>().solveInPlace(y);
+    chain.carried.noalias() -= panel.bottomRows(chain.slots() * m) * y;
+  }
+}
+
+void BlockCholesky::substitute(Chain& chain, MatrixX& x) const {
+  const int m = block_size_;
+  for (int s = 0; s < chain.slots(); ++s)
+    chain.carried.segment(s * m, m) = x.col(chain.at(s, chain.size()));
+  for (int k = chain.size() - 1; k >= 0; --k) {
+    const MatrixX& panel = chain.panels[size(k)];
+    auto y = x.col(chain.blocks[size(k)]);
+    y.noalias() -= panel.bottomRows(chain.slots() * m).transpose() * chain.carried;
+    panel.topRows(m).triangularView<Eigen::Lower>().transpose().solveInPlace(y);
+    chain.carried.segment(k % 2 * m, m) = y;
+  }
+}
+
+void BlockCholesky::solve(MatrixX& x, ThreadPool& pool) {
+  const int m = block_size_;
+  pool.run(static_cast<int>(chains_.size()), [&](int i, int) { reduce(chains_[size(i)], x); });
+  for (std::size_t a = 0; a < separators_.size(); ++a)
+    root_x_.segment(static_cast<int>(a) * m, m) = x.col(separators_[a]);
+  for (const Chain& chain : chains_)
+    for (int s = 0; s < chain.slots(); ++s)
+      root_x_.segment(separator_of_[size(chain.at(s, chain.size()))] * m, m) +=
+          chain.carried.segment(s * m, m);
+  root_.triangularView<Eigen::Lower>().solveInPlace(root_x_);
+  root_.triangularView<Eigen::Lower>().transpose().solveInPlace(root_x_);
+  for (std::size_t a = 0; a < separators_.size(); ++a)
+    x.col(separators_[a]) = root_x_.segment(static_cast<int>(a) * m, m);
+  pool.run(static_cast<int>(chains_.size()), [&](int i, int) { substitute(chains_[size(i)], x); });
+}
+
+}  // namespace counterpoint::optimization

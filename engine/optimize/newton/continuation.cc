@@ -1,0 +1,313 @@
+#include "counterpoint/engine/optimize/newton/continuation.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <limits>
+
+#include "counterpoint/engine/dynamics/integrator.h"
+#include "counterpoint/engine/optimize/settle.h"
+
+namespace counterpoint::optimization {
+namespace {
+
+/// Below this smoothing [m] nothing is found any more, only made more exact: penalties stay.
+constexpr double kHard = 1e-6;
+/// Below this one [m] the laws hardly change any more.
+constexpr double kUnseen = 2e-9;
+/// A stage is refused whose mean unactuated force is above both: this, and so many times that of
+/// the stage before.
+constexpr double kWorse = 0.02, kWorseRatio = 1.2;
+/// So is one below the first of these smoothings [m] that ran out of iterations and costs as much
+/// more: contacts are formed by then, and it has lost them.
+constexpr double kFormed = 1e-3, kDearer = 1.1;
+/// And one that costs so much more, however few iterations it took.
+constexpr double kMuchDearer = 1.5;
+/// Overlaps are recovered at up to this speed [m/s] down to Continuation::quick_recovery_above, and
+/// as the problem's own options say from this smoothing [m] on.
+constexpr double kQuickRecovery = 1e4, kSlowRecovery = 1e-6;
+constexpr int kMostRefused = 8;  ///< one after the other
+/// While contacts are still forming a stage that was refused so often is taken as it is: a start
+/// may sit where no small step helps, and the next stages leave it.
+constexpr int kPatience = 3;
+constexpr double kLeastFactor = 1.1;  ///< no stage is closer to the one before
+/// Rounds of restoration, and of minimization and multipliers between, at the last smoothing.
+constexpr int kPolishRounds = 12, kRestoringSteps = 20;
+/// Where a round leaves more than this share of a violation, conditions weigh so much more.
+/// Minimizations there go on for this share of the usual decrease.
+constexpr double kExact = 1e-4;
+constexpr double kSlow = 0.25, kSteeper = 10.0;
+/// Conditions weigh at least so much in a restoration: what is left of them after a linear step is
+/// one over this of what terms of order one would have them be.
+constexpr double kRestoringPenalty = 1e7;
+
+double seconds() {
+  using Clock = std::chrono::steady_clock;
+  return std::chrono::duration<double>(Clock::now().time_since_epoch()).count();
+}
+
+double end_of(const Problem& problem, const Settings& settings) {
+  return settings.continuation.end.value_or(problem.options.contact.smoothing);
+}
+
+}  // namespace
+
+Stage stage_at(const Problem& problem, const Settings& settings, double smoothing) {
+  const Continuation& c = settings.continuation;
+  Stage stage;
+  stage.derivatives = settings.derivatives;
+  stage.options = problem.options;
+  ContactOptions& contact = stage.options.contact;
+  contact.smoothing = smoothing;
+  contact.compliance =
+      std::max(contact.compliance, std::min(1.0, c.compliance_per_metre * smoothing));
+  contact.margin = std::max(contact.margin, c.margin_per_smoothing * smoothing);
+  // Little by little: a motion that leans on quick recovery has to unlearn it.
+  const double quick = std::clamp(
+      std::log(smoothing / kSlowRecovery) / std::log(c.quick_recovery_above / kSlowRecovery), 0.0,
+      1.0);
+  const auto between = [&](double end, double start) {
+    return end > 0.0 ? end * std::pow(start / end, quick) : quick > 0.0 ? start : end;
+  };
+  contact.stabilization = between(contact.stabilization, 1.0);
+  contact.max_recovery_speed = between(contact.max_recovery_speed, kQuickRecovery);
+  if (smoothing > c.limits_below) stage.options.effects.set(Effect::kLimits, false);
+  const double way =
+      c.start > kHard ? std::log(c.start / std::max(smoothing, kHard)) / std::log(c.start / kHard)
+                      : 1.0;
+  stage.late =
+      std::clamp(std::log(kLateFrom / smoothing) / std::log(kLateFrom / kLateTo), 0.0, 1.0);
+  stage.penalty =
+      c.penalty_start * std::pow(c.penalty_end / c.penalty_start, std::clamp(way, 0.0, 1.0));
+  return stage;
+}
+
+Continuing::Continuing(const Problem& problem, const std::vector<VectorX>& start,
+                       const Settings& settings)
+    : problem_(&problem),
+      settings_(&settings),
+      newton_(problem, start, settings.threads),
+      workspace_(*problem.model),
+      start_seconds_(seconds()),
+      smoothing_(std::max(settings.continuation.resume_at.value_or(settings.continuation.start),
+                          end_of(problem, settings))),
+      last_good_(smoothing_),
+      factor_(settings.continuation.factor) {}
+
+void Continuing::settle_ends() {
+  if (!problem_->settle || problem_->periodic) return;
+  newton_.frames().set_start(
+      settled(*problem_->model, stage_.options, problem_->motors, problem_->start_q, workspace_));
+  if (problem_->goal_q)
+    newton_.frames().set_goal(
+        settled(*problem_->model, stage_.options, problem_->motors, *problem_->goal_q, workspace_));
+}
+
+void Continuing::begin_stage() {
+  stage_ = stage_at(*problem_, *settings_, smoothing_);
+  settle_ends();
+  newton_.begin(stage_);
+  stage_iterations_ = 0;
+}
+
+/// Goes on along the line through the ends of the last two stages, if that is better than to stay:
+/// gaps that carry a load are in proportion to smoothing, and Newton's method, started at gaps of
+/// twice the size, overshoots.
+void Continuing::extrapolate(const std::vector<VectorX>& last) {
+  if (previous_.empty() || !settings_->continuation.extrapolate) return;
+  const Model& model = *problem_->model;
+  const double share = (last_good_ - smoothing_) / (previous_smoothing_ - last_good_);
+  MatrixX step(model.nv(), newton_.frames().num_slots());
+  VectorX difference(model.nv());
+  for (std::size_t i = 0; i < last.size(); ++i) {
+    configuration_difference(model, previous_[i], last[i], difference);
+    step.col(static_cast<Eigen::Index>(i)) = share * difference;
+  }
+  const double cost = newton_.cost();
+  newton_.frames().move(step);
+  newton_.begin(stage_);
+  if (newton_.cost() < cost) return;
+  newton_.frames().set_variables(last);
+  newton_.begin(stage_);
+}
+
+Continuing::Next Continuing::minimize(double tolerance, int most_steps) {
+  for (int i = 0; i < most_steps; ++i) {
+    if (static_cast<int>(history_.size()) >= settings_->max_iterations) return Next::kStop;
+    const double before = newton_.cost();
+    const Iteration step = newton_.iterate();
+    Progress progress;
+    progress.iteration = static_cast<int>(history_.size()) + 1;
+    progress.stage = stages_;
+    progress.smoothing = smoothing_;
+    progress.penalty = stage_.penalty;
+    progress.cost = newton_.cost();
+    progress.unactuated = newton_.unactuated();
+    progress.violation = newton_.violation();
+    progress.seconds = seconds() - start_seconds_;
+    progress.step = step;
+    history_.push_back(progress);
+    ++stage_iterations_;
+    if (settings_->progress && !settings_->progress(progress)) {
+      stopped_ = true;
+      return Next::kStop;
+    }
+    if (!step.accepted || step.decrease < tolerance * before) break;
+  }
+  return Next::kGoOn;
+}
+
+Continuing::Next Continuing::run_stage(bool last) {
+  for (int round = 0; round < settings_->continuation.rounds; ++round) {
+    if (minimize(settings_->tolerance, settings_->stage_iterations) == Next::kStop)
+      return Next::kStop;
+    newton_.update_multipliers(settings_->continuation.multiplier_limit);
+  }
+  return last ? polish() : Next::kGoOn;
+}
+
+/// Multipliers and motion come to the optimum slowly, since Gauss and Newton's matrix knows nothing
+/// of the curvature of conditions; to where conditions hold it is a few steps, of Newton's method
+/// for them alone.
+Continuing::Next Continuing::restore(double tolerance) {
+  const Stage kept = stage_;
+  stage_.restoring = true;
+  stage_.penalty = std::max(stage_.penalty, kRestoringPenalty);
+  newton_.begin(stage_, false);
+  Next next = Next::kGoOn;
+  for (int i = 0; i < kRestoringSteps && next == Next::kGoOn; ++i) {
+    if (newton_.violation().max <= tolerance) break;
+    next = minimize(0.0, 1);
+    if (!history_.back().step.accepted) break;
+  }
+  stage_ = kept;
+  newton_.begin(stage_, false);
+  return next;
+}
+
+Continuing::Next Continuing::polish() {
+  double before = std::numeric_limits<double>::infinity();
+  for (int round = 0; round < kPolishRounds; ++round) {
+    const double violation = newton_.violation().max;
+    if (violation <= settings_->violation_tolerance) break;
+    const std::vector<VectorX> kept = newton_.frames().variables();
+    if (restore(settings_->violation_tolerance) == Next::kStop) return Next::kStop;
+    if (newton_.violation().max <= settings_->violation_tolerance) break;
+    // It has run into where nothing small helps: the way of multipliers, from before.
+    newton_.frames().set_variables(kept);
+    if (violation > kSlow * before) stage_.penalty *= kSteeper;
+    before = violation;
+    newton_.begin(stage_);
+    if (minimize(kExact * settings_->tolerance, settings_->stage_iterations) == Next::kStop)
+      return Next::kStop;
+    newton_.update_multipliers(settings_->continuation.multiplier_limit);
+  }
+  return Next::kGoOn;
+}
+
+/// The cost without conditions.
+double Continuing::objective() const {
+  const VectorX costs = newton_.cost_by_term();
+  double sum = 0.0;
+  for (std::size_t i = 0; i < problem_->terms.size(); ++i)
+    if (!problem_->terms[i].condition) sum += costs[static_cast<Eigen::Index>(i)];
+  return sum;
+}
+
+bool Continuing::has_got_worse(const Spread& found, double objective) const {
+  if (stages_ == 0 || (refused_in_row_ >= kPatience && smoothing_ > kFormed)) return false;
+  if (found.mean > std::max(kWorse, kWorseRatio * last_mean_)) return true;
+  if (smoothing_ >= kFormed) return false;
+  const bool ran_out = stage_iterations_ >= settings_->stage_iterations;
+  return objective > (ran_out ? kDearer : kMuchDearer) * last_objective_;
+}
+
+Result Continuing::run() {
+  const Outcome outcome = go();
+  Result out = result(outcome);
+  out.history = std::move(history_);
+  return out;
+}
+
+Outcome Continuing::go() {
+  const double end = end_of(*problem_, *settings_);
+  const Continuation& c = settings_->continuation;
+  for (;;) {
+    const std::vector<VectorX> kept = newton_.frames().variables();
+    const std::vector<VectorX> kept_multipliers = newton_.multipliers();
+    const Stage kept_stage = stage_;
+    begin_stage();
+    extrapolate(kept);
+    const bool last = smoothing_ <= end;
+    const Next next = run_stage(last);
+    if (next == Next::kStop) {
+      const bool done = last && newton_.violation().max <= settings_->violation_tolerance;
+      return stopped_ ? Outcome::kStopped : done ? Outcome::kConverged : Outcome::kIterations;
+    }
+    const Spread found = newton_.violation();
+    const double costs = objective();
+    if (has_got_worse(found, costs)) {
+      ++refused_;
+      const bool hopeless = ++refused_in_row_ >= kMostRefused || factor_ <= kLeastFactor;
+      newton_.frames().set_variables(kept);
+      newton_.set_multipliers(kept_multipliers);
+      stage_ = kept_stage;
+      newton_.restore_penalty(kept_stage.penalty);
+      newton_.set_damping(1.0);
+      factor_ = std::sqrt(factor_);
+      if (hopeless) {
+        smoothing_ = last_good_;
+        newton_.begin(stage_);
+        return Outcome::kInfeasible;
+      }
+      smoothing_ = last_good_ / factor_;
+      continue;
+    }
+    if (refused_in_row_ >= kPatience) factor_ = c.factor;
+    refused_in_row_ = 0;
+    ++stages_;
+    if (settings_->stage_done) settings_->stage_done(result(Outcome::kStopped));
+    last_mean_ = found.mean;
+    last_objective_ = costs;
+    if (stages_ > 1) {
+      previous_ = kept;
+      previous_smoothing_ = last_good_;
+    }
+    last_good_ = smoothing_;
+    if (last) break;
+    if (stage_iterations_ <= settings_->stage_iterations / 2)
+      factor_ = std::min(c.max_factor, 1.3 * factor_);
+    const double by = smoothing_ <= kUnseen ? c.hard_factor : factor_;
+    smoothing_ = smoothing_ / by < 1.01 * end ? end : smoothing_ / by;
+    if (smoothing_ < kHard && last_good_ > 1.01 * kHard) smoothing_ = std::max(kHard, end);
+  }
+  const bool feasible = newton_.violation().max <= settings_->violation_tolerance;
+  return feasible ? Outcome::kConverged : Outcome::kInfeasible;
+}
+
+Result Continuing::result(Outcome outcome) const {
+  Result out;
+  out.outcome = outcome;
+  out.q = newton_.frames().all();
+  const Model& model = *problem_->model;
+  for (int t = 0; t <= problem_->steps; ++t) {
+    VectorX v(model.nv());
+    configuration_difference(model, newton_.frames().at(t - 1), newton_.frames().at(t), v);
+    out.v.push_back(v / problem_->h());
+  }
+  for (int t = 0; t < problem_->steps; ++t)
+    out.applied_force.push_back(newton_.values()[static_cast<std::size_t>(t)].applied_force);
+  out.cost_by_term = newton_.cost_by_term();
+  out.cost = objective();
+  out.unactuated = newton_.unactuated();
+  out.violation = newton_.violation();
+  out.smoothing = smoothing_;
+  out.options = stage_.options;
+  out.iterations = static_cast<int>(history_.size());
+  out.stages = stages_;
+  out.refused_stages = refused_;
+  out.seconds = seconds() - start_seconds_;
+  return out;
+}
+
+}  // namespace counterpoint::optimization

@@ -1,0 +1,254 @@
+#include "counterpoint/engine/optimize/newton/newton.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <limits>
+
+namespace counterpoint::optimization {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+/// No coordinate goes farther in a step [m, rad]: beyond, the linearization says nothing.
+constexpr double kMaxStep = 0.5;
+constexpr double kLeastDamping = 1e-15, kMostDamping = 1e8;
+/// A stage begins with no more than this: trials that fail are cheap, short steps are not.
+constexpr double kFirstDamping = 1e-3;
+constexpr int kMaxTrials = 12;
+/// Coordinates that nothing weighs are held by this.
+constexpr double kLeastDiagonal = 1e-4;
+
+double seconds() {
+  using Clock = std::chrono::steady_clock;
+  return std::chrono::duration<double>(Clock::now().time_since_epoch()).count();
+}
+
+/// out += the block of an instant's Gram matrix, in the axes of frames that may be mirrored.
+void add_block(const MatrixX& gram, int nv, int a, int b, const Mirror* mirror_a,
+               const Mirror* mirror_b, MatrixX& out) {
+  const auto block = gram.block(a * nv, b * nv, nv, nv);
+  if (mirror_a == nullptr && mirror_b == nullptr) {
+    out += block;
+    return;
+  }
+  for (int j = 0; j < nv; ++j) {
+    const int to_j = mirror_b ? mirror_b->v_index[static_cast<std::size_t>(j)] : j;
+    const double sign_j = mirror_b ? mirror_b->v_sign[j] : 1.0;
+    for (int i = 0; i < nv; ++i) {
+      const int to_i = mirror_a ? mirror_a->v_index[static_cast<std::size_t>(i)] : i;
+      const double sign_i = mirror_a ? mirror_a->v_sign[i] : 1.0;
+      out(to_i, to_j) += sign_i * sign_j * block(i, j);
+    }
+  }
+}
+
+}  // namespace
+
+Newton::Newton(const Problem& problem, const std::vector<VectorX>& frames, int num_threads)
+    : problem_(&problem),
+      layout_(problem),
+      frames_(problem, frames),
+      pool_(num_threads),
+      system_(frames_.num_slots(), problem.model->nv(), problem.periodic) {
+  for (int i = 0; i < pool_.size(); ++i)
+    evaluators_.push_back(std::make_unique<Evaluator>(problem));
+  const auto instants = static_cast<std::size_t>(frames_.num_instants());
+  values_.resize(instants);
+  trial_values_.resize(instants);
+  normal_.resize(instants);
+  for (std::size_t t = 0; t < instants; ++t)
+    multipliers_.push_back(VectorX::Zero(layout_.rows(static_cast<int>(t))));
+}
+
+void Newton::begin(const Stage& stage, bool scale) {
+  const double ratio = scale ? stage_.penalty / stage.penalty : 1.0;
+  for (VectorX& multiplier : multipliers_) multiplier *= ratio;
+  stage_ = stage;
+  damping_ = std::min(damping_, kFirstDamping);
+  growth_ = 2.0;
+  cost_ = evaluate(values_);
+}
+
+double Newton::evaluate(std::vector<InstantValues>& values) {
+  pool_.run(frames_.num_instants(), [&](int t, int thread) {
+    const auto i = static_cast<std::size_t>(t);
+    evaluators_[static_cast<std::size_t>(thread)]->evaluate(layout_, frames_, stage_, t,
+                                                            multipliers_[i], values[i], nullptr);
+  });
+  double sum = 0.0;
+  for (const InstantValues& v : values) sum += 0.5 * v.residual.squaredNorm();
+  return std::isfinite(sum) ? sum : kInfinity;
+}
+
+void Newton::linearize() {
+  pool_.run(frames_.num_instants(), [&](int t, int thread) {
+    const auto i = static_cast<std::size_t>(t);
+    evaluators_[static_cast<std::size_t>(thread)]->evaluate(
+        layout_, frames_, stage_, t, multipliers_[i], values_[i], &normal_[i]);
+  });
+  assemble();
+}
+
+// Always in the order of the instants: the same bits whatever the threads.
+void Newton::assemble() {
+  system_.set_zero();
+  gradient_.setZero(problem_->model->nv(), frames_.num_slots());
+  for (int t = 0; t < frames_.num_instants(); ++t) add_to_system(t);
+  shift_.resize(problem_->model->nv(), frames_.num_slots());
+  for (int i = 0; i < frames_.num_slots(); ++i)
+    shift_.col(i) = system_.block(i, i).diagonal().cwiseMax(kLeastDiagonal);
+}
+
+void Newton::add_to_system(int instant) {
+  const int nv = problem_->model->nv();
+  NormalEquations& normal = normal_[static_cast<std::size_t>(instant)];
+  FrameSource sources[3];
+  for (int a = 0; a < 3; ++a) sources[a] = frames_.source(instant - 1 + a);
+  if (!problem_->periodic && instant == problem_->steps) sources[2].slot = -1;
+  const auto mirror = [&](int a) { return sources[a].mirrored ? &*problem_->mirror : nullptr; };
+  for (int a = 0; a < 3; ++a) {
+    if (sources[a].slot < 0) continue;
+    for (int j = 0; j < nv; ++j) {
+      const Mirror* m = mirror(a);
+      const int to = m ? m->v_index[static_cast<std::size_t>(j)] : j;
+      gradient_(to, sources[a].slot) += (m ? m->v_sign[j] : 1.0) * normal.gradient[a * nv + j];
+    }
+    for (int b = 0; b <= a; ++b) {
+      if (sources[b].slot < 0) continue;
+      if (a == b) {  // both triangles: a mirror exchanges them
+        auto block = normal.gram.block(a * nv, a * nv, nv, nv);
+        block.triangularView<Eigen::StrictlyUpper>() = block.transpose();
+      }
+      if (sources[b].slot <= sources[a].slot) {
+        add_block(normal.gram, nv, a, b, mirror(a), mirror(b),
+                  system_.block(sources[a].slot, sources[b].slot));
+      } else {
+        const MatrixX turned = normal.gram.block(a * nv, b * nv, nv, nv).transpose();
+        add_block(turned, nv, 0, 0, mirror(b), mirror(a),
+                  system_.block(sources[b].slot, sources[a].slot));
+      }
+    }
+  }
+}
+
+/// Moves the frames by step_, no farther than `bound`, if that is better; returns the decrease.
+double Newton::try_step(double bound, Iteration& iteration) {
+  double expected = 0.0;
+  for (Eigen::Index i = 0; i < step_.cols(); ++i)
+    expected += -0.5 * step_.col(i).dot(gradient_.col(i)) +
+                0.5 * damping_ * step_.col(i).dot(shift_.col(i).cwiseProduct(step_.col(i)));
+  iteration.step = step_.cwiseAbs().maxCoeff();
+  if (iteration.step > bound) {
+    step_ *= bound / iteration.step;
+    iteration.step = bound;
+  }
+  const std::vector<VectorX> before = frames_.variables();
+  frames_.move(step_);
+  const double cost = evaluate(trial_values_);
+  const double decrease = cost_ - cost;
+  if (!(decrease > 0.0)) {
+    frames_.set_variables(before);
+    damping_ *= 2.0 * growth_;
+    growth_ *= 1.5;
+    return 0.0;
+  }
+  const double gain = decrease / std::max(expected, 1e-300);
+  const double factor = 1.0 - std::pow(2.0 * gain - 1.0, 3);
+  damping_ = std::max(kLeastDamping, damping_ * std::max(0.1, std::min(factor, 2.0)));
+  growth_ = 2.0;
+  values_.swap(trial_values_);
+  cost_ = cost;
+  return decrease;
+}
+
+Iteration Newton::iterate() {
+  Iteration iteration;
+  double start = seconds();
+  const auto lap = [&](double& sum) {
+    const double now = seconds();
+    sum += now - start;
+    start = now;
+  };
+  linearize();
+  lap(iteration.linearize_seconds);
+  while (iteration.trials < kMaxTrials && !iteration.accepted) {
+    ++iteration.trials;
+    const bool factored = system_.factor(damping_, shift_, pool_);
+    if (factored) {
+      step_ = -gradient_;
+      system_.solve(step_, pool_);
+    }
+    lap(iteration.factor_seconds);
+    if (!factored || !step_.allFinite()) {
+      damping_ = std::max(10.0 * damping_, kLeastDamping);
+      continue;
+    }
+    iteration.decrease = try_step(kMaxStep, iteration);
+    iteration.accepted = iteration.decrease > 0.0;
+    lap(iteration.trial_seconds);
+    if (damping_ > kMostDamping) break;
+  }
+  if (!iteration.accepted) damping_ = std::min(damping_, 1e2);
+  iteration.cost = cost_;
+  iteration.damping = damping_;
+  return iteration;
+}
+
+namespace {
+
+template <class Wanted>
+Spread spread_of(const Problem& problem, const Layout& layout,
+                 const std::vector<InstantValues>& values, Wanted wanted) {
+  Spread spread;
+  int instants = 0;
+  for (std::size_t t = 0; t < values.size(); ++t) {
+    double largest = 0.0;
+    bool any = false;
+    for (const Span& span : layout.spans(static_cast<int>(t))) {
+      if (!wanted(problem.terms[static_cast<std::size_t>(span.term)])) continue;
+      any = true;
+      largest = std::max(largest,
+                         values[t].violation.segment(span.first, span.rows).cwiseAbs().maxCoeff());
+    }
+    if (!any) continue;
+    ++instants;
+    spread.max = std::max(spread.max, largest);
+    spread.mean += largest;
+  }
+  if (instants > 0) spread.mean /= instants;
+  return spread;
+}
+
+}  // namespace
+
+Spread Newton::violation() const {
+  return spread_of(*problem_, layout_, values_, [](const Term& term) { return term.condition; });
+}
+
+Spread Newton::unactuated() const {
+  return spread_of(*problem_, layout_, values_, [](const Term& term) {
+    return term.condition && term.quantity == Quantity::kUnactuatedForce;
+  });
+}
+
+void Newton::update_multipliers(double limit) {
+  const bool near = violation().max < limit;
+  for (std::size_t t = 0; t < multipliers_.size(); ++t) {
+    if (near) {
+      multipliers_[t] += values_[t].violation;
+    } else {
+      multipliers_[t] *= 0.5;
+    }
+  }
+  cost_ = evaluate(values_);
+}
+
+VectorX Newton::cost_by_term() const {
+  VectorX costs = VectorX::Zero(static_cast<Eigen::Index>(problem_->terms.size()));
+  for (std::size_t t = 0; t < values_.size(); ++t)
+    for (const Span& span : layout_.spans(static_cast<int>(t)))
+      costs[span.term] += 0.5 * values_[t].residual.segment(span.first, span.rows).squaredNorm();
+  return costs;
+}
+
+}  // namespace counterpoint::optimization

@@ -1,0 +1,374 @@
+#include "counterpoint/engine/optimize/terms/evaluator.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "counterpoint/engine/dynamics/integrator.h"
+#include "counterpoint/engine/dynamics/kinematics.h"
+
+namespace counterpoint::optimization {
+namespace {
+
+bool of_forces(Quantity quantity) {
+  return quantity == Quantity::kAppliedForce || quantity == Quantity::kUnactuatedForce;
+}
+
+/// How far each limited coordinate is beyond the bounds drawn in by `length`; 0 within.
+void limit_excess(const Model& model, const VectorX& q, double length, VectorX& out) {
+  out.setZero(model.nv());
+  for (int i = 1; i < model.num_bodies(); ++i) {
+    const Body& body = model.body(i);
+    const JointInfo& joint = model.joint(i - 1);
+    if (joint_nq(body.joint_type) != 1) continue;
+    const double x = q[body.q_index];
+    if (x < joint.lower + length) out[body.v_index] = x - joint.lower - length;
+    if (x > joint.upper - length) out[body.v_index] = x - joint.upper + length;
+  }
+}
+
+}  // namespace
+
+Layout::Layout(const Problem& problem) {
+  const int instants = problem.periodic ? problem.steps : problem.steps + 1;
+  spans_.resize(static_cast<std::size_t>(instants));
+  rows_.assign(static_cast<std::size_t>(instants), 0);
+  for (std::size_t i = 0; i < problem.terms.size(); ++i) {
+    const Term& term = problem.terms[i];
+    const bool step = of_step(term.quantity);
+    const int count = step ? problem.steps : instants;
+    const auto resolved = [&](int frame) { return frame < 0 ? frame + count : frame; };
+    // At frame 0 of a motion with a start nothing can be changed.
+    const int least = step || problem.periodic ? 0 : 1;
+    const int first = std::max(least, resolved(term.frames.first));
+    const int last = std::min(count - 1, resolved(term.frames.last));
+    for (int t = first; t <= last; ++t) {
+      int& rows = rows_[static_cast<std::size_t>(t)];
+      const int size = rows_of(*problem.model, term.quantity);
+      spans_[static_cast<std::size_t>(t)].push_back({static_cast<int>(i), rows, size});
+      rows += size;
+    }
+  }
+}
+
+Evaluator::Evaluator(const Problem& problem)
+    : problem_(&problem),
+      model_(problem.model),
+      rotations_(rotation_starts(*problem.model)),
+      workspace_(*problem.model),
+      before_(*problem.model),
+      at_(*problem.model),
+      scratch_data_(*problem.model),
+      scratch_(*problem.model),
+      v_(VectorX::Zero(problem.model->nv())),
+      w_(VectorX::Zero(problem.model->nv())),
+      difference_(VectorX::Zero(problem.model->nv())) {}
+
+void Evaluator::gather(const Frames& frames, int instant, bool step) {
+  const double h = problem_->h();
+  q_before_ = frames.at(instant - 1);
+  q_ = frames.at(instant);
+  configuration_difference(*model_, q_before_, q_, difference_);
+  v_ = difference_ / h;
+  differentiate_difference(difference_, rotations_, v_by_before_, v_by_at_);
+  v_by_before_ *= 1.0 / h;
+  v_by_at_ *= 1.0 / h;
+  if (!step) return;
+  q_next_ = frames.at(instant + 1);
+  configuration_difference(*model_, q_, q_next_, difference_);
+  w_ = difference_ / h;
+  differentiate_difference(difference_, rotations_, w_by_at_, w_by_next_);
+  w_by_at_ *= 1.0 / h;
+  w_by_next_ *= 1.0 / h;
+}
+
+void Evaluator::evaluate(const Layout& layout, const Frames& frames, const Stage& stage,
+                         int instant, const VectorX& multiplier, InstantValues& out,
+                         NormalEquations* normal) {
+  const bool step = problem_->periodic || instant < problem_->steps;
+  const int nv = model_->nv();
+  gather(frames, instant, step);
+  restoring_ = stage.restoring;
+  out.residual.setZero(layout.rows(instant));
+  out.violation.setZero(layout.rows(instant));
+  num_dense_ = 0;
+  dense_.resize(layout.rows(instant), 3 * nv);  // of which some rows are used
+  dense_residual_.resize(layout.rows(instant));
+  force_weight2_.setZero(nv);
+  force_gradient_.setZero(nv);
+  if (normal != nullptr) {
+    normal->gram.setZero(3 * nv, 3 * nv);
+    normal->gradient.setZero(3 * nv);
+  }
+  out.applied_force.resize(0);
+  bool poses = false;
+  for (const Span& span : layout.spans(instant)) {
+    const Quantity quantity = problem_->terms[static_cast<std::size_t>(span.term)].quantity;
+    poses = poses || !(of_coordinates(quantity) || quantity == Quantity::kContactForce);
+  }
+  if (poses) {
+    compute_poses(*model_, q_before_, before_);
+    compute_poses(*model_, q_, at_);
+  }
+  if (step) {
+    if (normal != nullptr) {
+      step_inverse_derivatives(*model_, stage.options, q_, v_, w_, nothing_, workspace_, inverse_,
+                               derivatives_, stage.derivatives);
+    } else {
+      step_inverse(*model_, stage.options, q_, v_, w_, nothing_, workspace_, inverse_);
+    }
+    out.applied_force = inverse_.applied_force;
+    if (inverse_.fault.any()) {
+      out.residual.setConstant(std::numeric_limits<double>::quiet_NaN());
+      return;
+    }
+  }
+  for (const Span& span : layout.spans(instant)) {
+    const Term& term = problem_->terms[static_cast<std::size_t>(span.term)];
+    const double factor = term.condition            ? std::sqrt(stage.penalty)
+                          : term.late_weight != 1.0 ? std::pow(term.late_weight, stage.late)
+                                                    : 1.0;
+    if (of_forces(term.quantity)) {
+      evaluate_forces(term, span, factor, multiplier, out, normal != nullptr);
+    } else if (of_coordinates(term.quantity)) {
+      evaluate_coordinates(term, span, factor, multiplier, out, normal);
+    } else {
+      evaluate_dense(term, span, stage, factor, multiplier, out, normal != nullptr);
+    }
+  }
+  if (normal != nullptr) add_dense_rows(*normal);
+}
+
+/// Residual and violation from value_, which becomes the weighted value.
+void Evaluator::set_rows(const Term& term, const Span& span, double factor,
+                         const VectorX& multiplier, InstantValues& out) const {
+  auto residual = out.residual.segment(span.first, span.rows);
+  residual = value_;
+  if (term.target.size() == span.rows && term.quantity != Quantity::kConfiguration &&
+      term.quantity != Quantity::kClearance)
+    residual -= term.target;
+  residual = residual.cwiseProduct(term.weight);
+  if (!term.condition) {
+    residual *= restoring_ ? 0.0 : factor;
+    return;
+  }
+  out.violation.segment(span.first, span.rows) = residual;
+  if (!restoring_) residual += multiplier.segment(span.first, span.rows);
+  residual *= factor;
+}
+
+void Evaluator::evaluate_forces(const Term& term, const Span& span, double factor,
+                                const VectorX& multiplier, InstantValues& out, bool derivatives) {
+  value_ = inverse_.applied_force;
+  set_rows(term, span, factor, multiplier, out);
+  if (!derivatives) return;
+  const VectorX weight = factor * term.weight;
+  force_weight2_ += weight.cwiseAbs2();
+  force_gradient_ += weight.cwiseProduct(out.residual.segment(span.first, span.rows));
+}
+
+void Evaluator::evaluate_coordinates(const Term& term, const Span& span, double factor,
+                                     const VectorX& multiplier, InstantValues& out,
+                                     NormalEquations* normal) {
+  const TangentMap* maps[3] = {nullptr, nullptr, nullptr};
+  VectorX weight = factor * term.weight;
+  switch (term.quantity) {
+    case Quantity::kConfiguration:
+      value_.resize(model_->nv());
+      configuration_difference(*model_, term.target, q_, value_);
+      differentiate_difference(value_, rotations_, by_target_, by_q_);
+      maps[1] = &by_q_;
+      break;
+    case Quantity::kVelocity:
+      value_ = v_;
+      maps[0] = &v_by_before_;
+      maps[1] = &v_by_at_;
+      break;
+    case Quantity::kJointLimits:
+      limit_excess(*model_, q_, term.length, value_);
+      by_q_.set_identity(model_->nv(), rotations_.size());
+      maps[1] = &by_q_;
+      for (Eigen::Index i = 0; i < value_.size(); ++i)
+        if (value_[i] == 0.0) weight[i] = 0.0;
+      break;
+    default: {  // kAcceleration
+      const double rate = 1.0 / problem_->h();
+      value_ = (w_ - v_) * rate;
+      sum_ = v_by_at_;
+      sum_ *= -1.0;
+      sum_ += w_by_at_;
+      sum_ *= rate;
+      by_target_ = v_by_before_;
+      by_target_ *= -rate;
+      by_q_ = w_by_next_;
+      by_q_ *= rate;
+      maps[0] = &by_target_;
+      maps[1] = &sum_;
+      maps[2] = &by_q_;
+    }
+  }
+  set_rows(term, span, factor, multiplier, out);
+  if (normal != nullptr) add_coordinate_rows(weight, span, out, maps, *normal);
+}
+
+void Evaluator::add_coordinate_rows(const VectorX& weight, const Span& span,
+                                    const InstantValues& out, const TangentMap* const (&maps)[3],
+                                    NormalEquations& normal) const {
+  const Eigen::Index nv = model_->nv();
+  const auto r = out.residual.segment(span.first, span.rows);
+  std::size_t next = 0;
+  for (Eigen::Index i = 0; i < nv;) {
+    const bool turns = next < rotations_.size() && rotations_[next] == i;
+    const Eigen::Index size = turns ? 3 : 1;
+    if (weight.segment(i, size).isZero(0.0)) {
+      i += size;
+      next += turns ? 1 : 0;
+      continue;
+    }
+    for (Eigen::Index a = 0; a < 3; ++a) {
+      if (maps[a] == nullptr) continue;
+      if (!turns) {
+        const double scaled = weight[i] * maps[a]->diagonal[i];
+        normal.gradient[a * nv + i] += scaled * r[i];
+        for (Eigen::Index b = 0; b <= a; ++b)
+          if (maps[b] != nullptr)
+            normal.gram(a * nv + i, b * nv + i) += scaled * weight[i] * maps[b]->diagonal[i];
+        continue;
+      }
+      const auto w = weight.segment<3>(i).asDiagonal();
+      const Matrix3 A = w * maps[a]->blocks[next];
+      normal.gradient.segment<3>(a * nv + i) += A.transpose() * r.segment<3>(i);
+      for (Eigen::Index b = 0; b <= a; ++b)
+        if (maps[b] != nullptr)
+          normal.gram.block<3, 3>(a * nv + i, b * nv + i) +=
+              A.transpose() * (w * maps[b]->blocks[next]);
+    }
+    i += size;
+    next += turns ? 1 : 0;
+  }
+}
+
+/// The rows of all applied forces together: their weights add up.
+void Evaluator::add_dense_rows(NormalEquations& normal) {
+  const Eigen::Index nv = model_->nv();
+  Eigen::Index forces = 0;
+  if (!force_weight2_.isZero(0.0)) {
+    force_rows_.setZero(nv, 3 * nv);
+    auto at = force_rows_.middleCols(nv, nv);
+    at = derivatives_.dq;
+    add_product(derivatives_.dv, v_by_before_, rotations_, force_rows_.leftCols(nv));
+    add_product(derivatives_.dv, v_by_at_, rotations_, at);
+    add_product(derivatives_.dv_next, w_by_at_, rotations_, at);
+    add_product(derivatives_.dv_next, w_by_next_, rotations_, force_rows_.rightCols(nv));
+    normal.gradient.noalias() += force_rows_.transpose() * force_gradient_;
+    force_rows_ = force_weight2_.cwiseSqrt().asDiagonal() * force_rows_;
+    forces = nv;
+    normal.gram.selfadjointView<Eigen::Lower>().rankUpdate(force_rows_.topRows(forces).transpose());
+  }
+  if (num_dense_ == 0) return;
+  const auto rows = dense_.topRows(num_dense_);
+  normal.gradient.noalias() += rows.transpose() * dense_residual_.head(num_dense_);
+  normal.gram.selfadjointView<Eigen::Lower>().rankUpdate(rows.transpose());
+}
+
+Vector3 Evaluator::contact_force(const Term& term) const {
+  Vector3 sum = Vector3::Zero();
+  for (const ContactForce& contact : inverse_.contacts) {
+    const auto& geometries = model_->geometries();
+    if (geometries[contact.contact.geometry_b].body == term.body) sum += contact.force;
+    if (geometries[contact.contact.geometry_a].body == term.body) sum -= contact.force;
+  }
+  return sum;
+}
+
+void Evaluator::evaluate_dense(const Term& term, const Span& span, const Stage& stage,
+                               double factor, const VectorX& multiplier, InstantValues& out,
+                               bool derivatives) {
+  const Eigen::Index nv = model_->nv();
+  value_.resize(span.rows);
+  bool chained = false;
+  if (term.quantity == Quantity::kContactForce) {
+    value_ = contact_force(term);
+    if (derivatives) differentiate_contact_force(term, stage);
+    chained = true;
+  } else if (term.quantity == Quantity::kAngularMomentum) {
+    compute_velocities(*model_, v_, at_);
+    value_ = angular_momentum(*model_, at_);
+    if (derivatives) differentiate_angular_momentum();
+    chained = true;
+  } else {
+    evaluate_kinematic(*model_, term, problem_->h(), before_, at_, scratch_, value_,
+                       derivatives ? &by_before_ : nullptr, derivatives ? &by_at_ : nullptr);
+  }
+  set_rows(term, span, factor, multiplier, out);
+  if (!derivatives) return;
+  auto rows = dense_.middleRows(num_dense_, span.rows);
+  rows.setZero();
+  if (chained) {
+    MatrixX whole = MatrixX::Zero(span.rows, 3 * nv);
+    whole.middleCols(nv, nv) = by_q_v_w_[0];
+    add_product(by_q_v_w_[1], v_by_before_, rotations_, whole.leftCols(nv));
+    add_product(by_q_v_w_[1], v_by_at_, rotations_, whole.middleCols(nv, nv));
+    if (of_step(term.quantity)) {
+      add_product(by_q_v_w_[2], w_by_at_, rotations_, whole.middleCols(nv, nv));
+      add_product(by_q_v_w_[2], w_by_next_, rotations_, whole.rightCols(nv));
+    }
+    rows = whole;
+  } else {
+    rows.leftCols(nv) = by_before_;
+    rows.middleCols(nv, nv) = by_at_;
+  }
+  const VectorX weight = factor * term.weight;
+  rows = weight.asDiagonal() * rows;
+  dense_residual_.segment(num_dense_, span.rows) = out.residual.segment(span.first, span.rows);
+  num_dense_ += span.rows;
+}
+
+/// By central differences of the inverse: forces of single contacts have no derivatives elsewhere.
+void Evaluator::differentiate_contact_force(const Term& term, const Stage& stage) {
+  const double step = std::clamp(1e-3 * stage.options.contact.smoothing, 1e-10, 1e-6);
+  const Inverse kept = inverse_;
+  VectorX change = VectorX::Zero(model_->nv()), moved = q_;
+  for (MatrixX& out : by_q_v_w_) out.setZero(3, model_->nv());
+  for (int k = 0; k < 3; ++k) {
+    for (Eigen::Index j = 0; j < model_->nv(); ++j) {
+      const double size = k == 0 ? step : std::min(step / problem_->h(), 1e-4);
+      Vector3 forces[2];
+      for (const int side : {0, 1}) {
+        change[j] = side == 0 ? -size : size;
+        moved = q_;
+        if (k == 0) integrate_configuration(*model_, q_, change, 1.0, moved);
+        const VectorX v = k == 1 ? VectorX(v_ + change) : v_;
+        const VectorX w = k == 2 ? VectorX(w_ + change) : w_;
+        step_inverse(*model_, stage.options, moved, v, w, nothing_, workspace_, inverse_);
+        forces[side] = contact_force(term);
+      }
+      change[j] = 0.0;
+      by_q_v_w_[k].col(j) = (forces[1] - forces[0]) / (2.0 * size);
+    }
+  }
+  inverse_ = kept;
+}
+
+/// By v it is linear; by q by central differences of kinematics alone.
+void Evaluator::differentiate_angular_momentum() {
+  constexpr double kStep = 1e-5;
+  const Eigen::Index nv = model_->nv();
+  for (MatrixX& out : by_q_v_w_) out.setZero(3, nv);
+  VectorX unit = VectorX::Zero(nv), moved = q_;
+  for (Eigen::Index j = 0; j < nv; ++j) {
+    unit[j] = 1.0;
+    compute_velocities(*model_, unit, at_);
+    by_q_v_w_[1].col(j) = angular_momentum(*model_, at_);
+    for (const double side : {1.0, -1.0}) {
+      moved = q_;
+      integrate_configuration(*model_, q_, unit, side * kStep, moved);
+      compute_poses(*model_, moved, scratch_data_);
+      compute_velocities(*model_, v_, scratch_data_);
+      by_q_v_w_[0].col(j) += side / (2.0 * kStep) * angular_momentum(*model_, scratch_data_);
+    }
+    unit[j] = 0.0;
+  }
+}
+
+}  // namespace counterpoint::optimization

@@ -1,0 +1,104 @@
+// Residuals of one instant of a motion and their derivatives, by one thread.
+#pragma once
+
+#include <vector>
+
+#include "counterpoint/engine/optimize/terms/frames.h"
+#include "counterpoint/engine/optimize/terms/kinematic_terms.h"
+#include "counterpoint/engine/optimize/terms/tangent_map.h"
+#include "counterpoint/engine/step_derivatives.h"
+
+namespace counterpoint::optimization {
+
+/// What a stage of the continuation asks for: how steps are done, and how much conditions weigh.
+struct Stage {
+  SimulationOptions options;
+  double penalty = 1.0;  ///< rho: a condition counts rho / 2 |c + multiplier|^2
+  double late = 0.0;     ///< exponent of Term::late_weight, 0 ... 1
+  /// Only conditions count, without multipliers; other terms say what a change costs. A step then
+  /// goes the cheapest way to where the conditions hold.
+  bool restoring = false;
+  DerivativeMethod derivatives = DerivativeMethod::kAnalytic;
+};
+
+/// The rows of one term at an instant.
+struct Span {
+  int term = 0;
+  int first = 0, rows = 0;
+};
+
+/// Which terms have rows at which instant.
+class Layout {
+ public:
+  explicit Layout(const Problem& problem);
+  const std::vector<Span>& spans(int instant) const {
+    return spans_[static_cast<std::size_t>(instant)];
+  }
+  int rows(int instant) const { return rows_[static_cast<std::size_t>(instant)]; }
+
+ private:
+  std::vector<std::vector<Span>> spans_;
+  std::vector<int> rows_;
+};
+
+/// What an instant comes to.
+struct InstantValues {
+  VectorX residual;       ///< rows: sqrt of what counts; NaN where forces cannot be known
+  VectorX violation;      ///< rows: weight (value - target) of conditions, 0 of other terms
+  VectorX applied_force;  ///< nv [N, N m]; empty at frame N
+};
+
+/// J' J and J' r of an instant's rows by its three frames: before, at, behind.
+struct NormalEquations {
+  MatrixX gram;      ///< 3 nv x 3 nv, lower triangle
+  VectorX gradient;  ///< 3 nv
+};
+
+class Evaluator {
+ public:
+  explicit Evaluator(const Problem& problem);
+
+  /// multiplier: rows, of conditions. normal: unless null, the linearization.
+  void evaluate(const Layout& layout, const Frames& frames, const Stage& stage, int instant,
+                const VectorX& multiplier, InstantValues& out, NormalEquations* normal);
+
+ private:
+  void gather(const Frames& frames, int instant, bool step);
+  void evaluate_coordinates(const Term& term, const Span& span, double factor,
+                            const VectorX& multiplier, InstantValues& out, NormalEquations* normal);
+  void evaluate_forces(const Term& term, const Span& span, double factor, const VectorX& multiplier,
+                       InstantValues& out, bool derivatives);
+  void evaluate_dense(const Term& term, const Span& span, const Stage& stage, double factor,
+                      const VectorX& multiplier, InstantValues& out, bool derivatives);
+  void differentiate_contact_force(const Term& term, const Stage& stage);
+  void differentiate_angular_momentum();
+  Vector3 contact_force(const Term& term) const;
+  void set_rows(const Term& term, const Span& span, double factor, const VectorX& multiplier,
+                InstantValues& out) const;
+  bool restoring_ = false;
+  void add_coordinate_rows(const VectorX& weight, const Span& span, const InstantValues& out,
+                           const TangentMap* const (&maps)[3], NormalEquations& normal) const;
+  void add_dense_rows(NormalEquations& normal);
+
+  const Problem* problem_;
+  const Model* model_;
+  std::vector<int> rotations_;
+  Workspace workspace_;
+  Inverse inverse_;
+  InverseDerivatives derivatives_;
+  Input nothing_;
+  Data before_, at_, scratch_data_;
+  KinematicScratch scratch_;
+  VectorX q_before_, q_, q_next_, v_, w_, difference_;
+  TangentMap v_by_before_, v_by_at_, w_by_at_, w_by_next_, by_target_, by_q_, sum_;
+  VectorX value_;                           ///< of the term at hand
+  MatrixX by_before_, by_at_;               ///< rows x nv
+  MatrixX by_q_v_w_[3];                     ///< rows x nv: derivatives by q, v, v_next
+  VectorX force_weight2_, force_gradient_;  ///< nv: of all terms of applied forces
+  MatrixX force_rows_;                      ///< nv x 3 nv: derivatives of the applied force
+  MatrixX dense_;                           ///< rows x 3 nv, weighted; as many as are used
+  VectorX dense_residual_;
+  Eigen::Index num_dense_ = 0;
+};
+
+}  // namespace counterpoint::optimization

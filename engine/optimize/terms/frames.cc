@@ -1,0 +1,101 @@
+#include "counterpoint/engine/optimize/terms/frames.h"
+
+#include <fmt/format.h>
+
+#include "counterpoint/engine/dynamics/integrator.h"
+
+namespace counterpoint::optimization {
+
+Frames::Frames(const Problem& problem, const std::vector<VectorX>& frames) : problem_(&problem) {
+  check_problem(problem);
+  const auto n = static_cast<std::size_t>(problem.steps);
+  if (frames.size() != n + 1 && !(problem.periodic && frames.size() == n))
+    throw InputError(fmt::format("optimization: {} frames to start from, {} are expected",
+                                 frames.size(), n + 1));
+  for (const VectorX& q : frames)
+    if (q.size() != problem.model->nq())
+      throw InputError(fmt::format("optimization: a frame of {} coordinates, the model has {}",
+                                   q.size(), problem.model->nq()));
+  if (problem.periodic) {
+    slots_.assign(frames.begin(), frames.begin() + problem.steps);
+    return;
+  }
+  const int fixed = problem.goal_q ? 2 : 0;
+  slots_.assign(frames.begin() + 1, frames.end() - fixed);
+  set_start(problem.start_q);
+  if (problem.goal_q) set_goal(*problem.goal_q);
+}
+
+void Frames::set_start(const VectorX& q) {
+  start_ = before_start_ = q;
+  integrate_configuration(*problem_->model, q, problem_->start_v, -problem_->h(), before_start_);
+}
+
+void Frames::set_goal(const VectorX& q) {
+  goal_ = before_goal_ = q;
+  integrate_configuration(*problem_->model, q, problem_->goal_v, -problem_->h(), before_goal_);
+}
+
+FrameSource Frames::source(int frame) const {
+  const int n = problem_->steps;
+  if (!problem_->periodic) {
+    const int slot = frame - 1;
+    return {slot >= 0 && slot < num_slots() ? slot : -1, false};
+  }
+  if (frame >= 0 && frame < n) return {frame, false};
+  return {frame < 0 ? frame + n : frame - n, problem_->mirror.has_value()};
+}
+
+VectorX Frames::image(const VectorX& q, double sign) const {
+  VectorX out = q;
+  if (problem_->mirror) {
+    const Mirror& mirror = *problem_->mirror;
+    for (Eigen::Index i = 0; i < q.size(); ++i)
+      out[i] = mirror.q_sign[i] * q[mirror.q_index[static_cast<std::size_t>(i)]];
+  }
+  for (int i = 1; i < problem_->model->num_bodies(); ++i) {
+    const Body& body = problem_->model->body(i);
+    if (body.joint_type == JointType::kFloating)
+      out.segment<3>(body.q_index) += sign * problem_->displacement;
+  }
+  return out;
+}
+
+VectorX Frames::at(int frame) const {
+  const FrameSource from = source(frame);
+  const int n = problem_->steps;
+  if (problem_->periodic) {
+    const VectorX& q = slots_[static_cast<std::size_t>(from.slot)];
+    if (frame < 0) return image(q, -1.0);
+    return frame >= n ? image(q, 1.0) : q;
+  }
+  if (from.slot >= 0) return slots_[static_cast<std::size_t>(from.slot)];
+  if (frame < 0) return before_start_;
+  if (frame == 0) return start_;
+  return frame >= n ? goal_ : before_goal_;
+}
+
+std::vector<VectorX> Frames::all() const {
+  std::vector<VectorX> frames;
+  for (int t = 0; t <= problem_->steps; ++t) frames.push_back(at(t));
+  return frames;
+}
+
+void Frames::move(const MatrixX& step) {
+  for (std::size_t i = 0; i < slots_.size(); ++i)
+    integrate_configuration(*problem_->model, slots_[i], step.col(static_cast<Eigen::Index>(i)),
+                            1.0, slots_[i]);
+}
+
+std::vector<VectorX> straight_line(const Model& model, const VectorX& from, const VectorX& to,
+                                   int steps) {
+  VectorX difference(model.nv());
+  configuration_difference(model, from, to, difference);
+  std::vector<VectorX> frames(static_cast<std::size_t>(steps) + 1, from);
+  for (int t = 1; t <= steps; ++t)
+    integrate_configuration(model, from, difference, static_cast<double>(t) / steps,
+                            frames[static_cast<std::size_t>(t)]);
+  return frames;
+}
+
+}  // namespace counterpoint::optimization

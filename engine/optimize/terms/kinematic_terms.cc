@@ -1,0 +1,235 @@
+#include "counterpoint/engine/optimize/terms/kinematic_terms.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "counterpoint/model/rotation.h"
+
+namespace counterpoint::optimization {
+namespace {
+
+/// Heights are rounded off near zero over this share of the length.
+constexpr double kRounding = 0.25;
+
+/// A factor that falls with a point's height, and its derivative over itself by the height.
+struct Fading {
+  double value = 1.0, slope = 0.0;
+};
+Fading fading(double height, double length) {
+  // What is below counts as if it were at zero, smoothly: at a kink Newton's method would stay.
+  const double root = std::hypot(height, kRounding * length);
+  return {std::exp(-0.5 * (height + root) / length), -0.5 * (1.0 + height / root) / length};
+}
+
+BodyRange bodies_of(const Model& model, int body) {
+  if (body == 0) return moving_bodies(model);
+  const Tree& tree = model.trees()[static_cast<std::size_t>(model.body(body).tree)];
+  return {tree.body_begin, tree.body_end};
+}
+
+struct CenterOfMass {
+  Vector3 position = Vector3::Zero();
+  double mass = 0.0;
+};
+
+CenterOfMass center_of_mass(const Model& model, BodyRange bodies, const Data& data) {
+  CenterOfMass center;
+  for (int i = bodies.begin; i < bodies.end; ++i) {
+    const SpatialInertia& inertia = model.body(i).inertia;
+    center.mass += inertia.mass;
+    center.position += inertia.mass * (data.X_WB[i] * inertia.center);
+  }
+  center.position /= center.mass;
+  return center;
+}
+
+/// 3 x nv: of every joint, what turns or moves the subtree behind it.
+void center_jacobian(const Model& model, BodyRange bodies, const Data& data, double mass,
+                     KinematicScratch& scratch, MatrixX& out) {
+  out.setZero();
+  for (int i = bodies.begin; i < bodies.end; ++i) {
+    const SpatialInertia& inertia = model.body(i).inertia;
+    scratch.mass[i] = inertia.mass;
+    scratch.moment[i] = inertia.mass * (data.X_WB[i] * inertia.center);
+  }
+  for (int i = bodies.end - 1; i >= bodies.begin; --i) {
+    const Body& body = model.body(i);
+    const Vector3 arm = scratch.moment[i] - scratch.mass[i] * data.X_WB[i].translation;
+    for (int k = body.v_index; k < body.v_index + joint_nv(body.joint_type); ++k)
+      out.col(k) = (scratch.mass[i] * data.axis[k].linear + data.axis[k].angular.cross(arm)) / mass;
+    if (body.parent < bodies.begin) continue;
+    scratch.mass[body.parent] += scratch.mass[i];
+    scratch.moment[body.parent] += scratch.moment[i];
+  }
+}
+
+/// 3 x nv: angular velocity of a body by v, crossed with `with`; or plain if that is null.
+void angular_jacobian(const Model& model, const Data& data, int body, const Vector3* with,
+                      MatrixX& out) {
+  out.setZero();
+  for (int i = body; i > 0; i = model.body(i).parent) {
+    const Body& b = model.body(i);
+    for (int k = b.v_index; k < b.v_index + joint_nv(b.joint_type); ++k)
+      out.col(k) = with ? data.axis[k].angular.cross(*with) : data.axis[k].angular;
+  }
+}
+
+/// Slip over h of the material point that is lowest at the start of the step, as contacts of a step
+/// have it: the centre of a sphere that rolls moves, and does not slide. x, last: of the centre at
+/// the end and at the start; s.a, s.b: their Jacobians, if derivatives are wanted.
+void evaluate_sliding(const Model& model, const Term& term, double h, const Data& before,
+                      const Data& at, const Vector3& x, const Vector3& last, KinematicScratch& s,
+                      VectorOut value, MatrixX* by_before, MatrixX* by_at) {
+  const Vector3 z = Vector3::UnitZ();
+  const Matrix3 turn = at.X_WB[term.body].rotation * before.X_WB[term.body].rotation.transpose();
+  const Vector3 up = turn * z, slip = x - last - term.radius * (up - z);
+  // A contact gives force in a step that ends with it closed: the height at the end tells.
+  const Fading f = fading(x.z() - term.radius, term.length);
+  value = f.value / h * slip.head<2>();
+  if (by_at == nullptr) return;
+  *by_at = f.value / h * s.a.topRows(2) + f.slope * value * s.a.row(2);
+  *by_before = -f.value / h * s.b.topRows(2);
+  if (term.radius == 0.0) return;
+  const double lever = term.radius * f.value / h;
+  angular_jacobian(model, at, term.body, nullptr, s.a);
+  *by_at += lever * (skew(up) * s.a).topRows(2);
+  angular_jacobian(model, before, term.body, nullptr, s.b);
+  *by_before -= lever * (turn * skew(z) * s.b).topRows(2);
+}
+
+void evaluate_point(const Model& model, const Term& term, double h, const Data& before,
+                    const Data& at, KinematicScratch& s, VectorOut value, MatrixX* by_before,
+                    MatrixX* by_at) {
+  const Vector3 x = point_position(at, term.body, term.point);
+  const bool differs =
+      term.quantity == Quantity::kPointVelocity || term.quantity == Quantity::kSliding;
+  const Vector3 last = differs ? point_position(before, term.body, term.point) : x;
+  const bool derivatives = by_at != nullptr;
+  if (derivatives) point_jacobian(model, at, term.body, x, s.a);
+  if (derivatives && differs) point_jacobian(model, before, term.body, last, s.b);
+  switch (term.quantity) {
+    case Quantity::kPosition:
+      value = x;
+      if (derivatives) *by_at = s.a;
+      break;
+    case Quantity::kPointVelocity:
+      value = (x - last) / h;
+      if (!derivatives) break;
+      *by_at = s.a / h;
+      *by_before = -s.b / h;
+      break;
+    case Quantity::kClearance: {
+      const double height = x.z() - term.radius, short_of = term.target[0] - height;
+      value[0] = std::max(0.0, short_of);
+      if (!derivatives) break;
+      by_at->setZero(1, model.nv());
+      if (short_of > 0.0) *by_at = -s.a.row(2);
+      break;
+    }
+    default:
+      evaluate_sliding(model, term, h, before, at, x, last, s, value, by_before, by_at);
+  }
+}
+
+void evaluate_turn(const Model& model, const Term& term, const Data& at, KinematicScratch& s,
+                   VectorOut value, MatrixX* by_at) {
+  const Matrix3& R = at.X_WB[term.body].rotation;
+  if (term.quantity == Quantity::kOrientation) {
+    const Matrix3 off = term.orientation.transpose() * R;
+    const Vector3 r = quaternion_log(Quaternion(off));
+    value = r;
+    if (by_at == nullptr) return;
+    // An angular velocity in W is R' times that in the body: the right Jacobian's axes.
+    const double angle2 = r.squaredNorm(), angle = std::sqrt(angle2);
+    const double c = angle2 < 1e-4 ? 1.0 / 12.0 + angle2 / 720.0
+                                   : (1.0 - 0.5 * angle / std::tan(0.5 * angle)) / angle2;
+    const Matrix3 K = skew(r);
+    angular_jacobian(model, at, term.body, nullptr, s.a);
+    *by_at = (Matrix3::Identity() + 0.5 * K + c * K * K) * R.transpose() * s.a;
+    return;
+  }
+  const Vector3 n = R * term.axis, x = point_position(at, term.body, term.point);
+  const Fading f = fading(x.z() - term.radius, term.length);
+  value = f.value * n.head<2>();
+  if (by_at == nullptr) return;
+  angular_jacobian(model, at, term.body, &n, s.a);
+  point_jacobian(model, at, term.body, x, s.b);
+  *by_at = f.value * s.a.topRows(2) + f.slope * value * s.b.row(2);
+}
+
+void evaluate_center(const Model& model, const Term& term, double h, const Data& before,
+                     const Data& at, KinematicScratch& s, VectorOut value, MatrixX* by_before,
+                     MatrixX* by_at) {
+  const BodyRange bodies = bodies_of(model, term.body);
+  const CenterOfMass now = center_of_mass(model, bodies, at);
+  if (term.quantity == Quantity::kCenterOfMass) {
+    value = now.position;
+    if (by_at == nullptr) return;
+    center_jacobian(model, bodies, at, now.mass, s, s.a);
+    *by_at = s.a;
+    return;
+  }
+  const CenterOfMass last = center_of_mass(model, bodies, before);
+  const double factor = now.mass / h;
+  value = factor * (now.position - last.position);
+  if (by_at == nullptr) return;
+  center_jacobian(model, bodies, at, now.mass, s, s.a);
+  *by_at = factor * s.a;
+  center_jacobian(model, bodies, before, now.mass, s, s.b);
+  *by_before = -factor * s.b;
+}
+
+}  // namespace
+
+KinematicScratch::KinematicScratch(const Model& model)
+    : a(3, model.nv()),
+      b(3, model.nv()),
+      moment(static_cast<std::size_t>(model.num_bodies())),
+      mass(static_cast<std::size_t>(model.num_bodies())) {}
+
+Vector3 point_position(const Data& data, int body, const Vector3& point) {
+  return body == 0 ? point : Vector3(data.X_WB[body] * point);
+}
+
+void point_jacobian(const Model& model, const Data& data, int body, const Vector3& position,
+                    Eigen::Ref<MatrixX> out) {
+  out.setZero();
+  for (int i = body; i > 0; i = model.body(i).parent) {
+    const Body& b = model.body(i);
+    const Vector3 arm = position - data.X_WB[i].translation;
+    for (int k = b.v_index; k < b.v_index + joint_nv(b.joint_type); ++k)
+      out.col(k) = data.axis[k].at(arm);
+  }
+}
+
+void evaluate_kinematic(const Model& model, const Term& term, double h, const Data& before,
+                        const Data& at, KinematicScratch& scratch, VectorOut value,
+                        MatrixX* by_before, MatrixX* by_at) {
+  if (by_before != nullptr) by_before->setZero(value.size(), model.nv());
+  switch (term.quantity) {
+    case Quantity::kOrientation:
+    case Quantity::kTilt:
+      return evaluate_turn(model, term, at, scratch, value, by_at);
+    case Quantity::kCenterOfMass:
+    case Quantity::kMomentum:
+      return evaluate_center(model, term, h, before, at, scratch, value, by_before, by_at);
+    default:
+      return evaluate_point(model, term, h, before, at, scratch, value, by_before, by_at);
+  }
+}
+
+Vector3 angular_momentum(const Model& model, const Data& data) {
+  const CenterOfMass center = center_of_mass(model, moving_bodies(model), data);
+  Vector3 sum = Vector3::Zero();
+  for (int i = 1; i < model.num_bodies(); ++i) {
+    const SpatialInertia& inertia = model.body(i).inertia;
+    const Matrix3& R = data.X_WB[i].rotation;
+    const Vector3 arm = R * inertia.center;
+    const Vector3 momentum = inertia.mass * data.V[i].at(arm);
+    sum += R * (inertia.rotational * (R.transpose() * data.V[i].angular)) +
+           (data.X_WB[i].translation + arm - center.position).cross(momentum);
+  }
+  return sum;
+}
+
+}  // namespace counterpoint::optimization

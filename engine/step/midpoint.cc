@@ -1,0 +1,177 @@
+#include "counterpoint/engine/step/midpoint.h"
+
+#include <algorithm>
+#include <limits>
+
+#include "counterpoint/engine/constraints/assemble.h"
+#include "counterpoint/engine/dynamics/aba.h"
+#include "counterpoint/engine/dynamics/integrator.h"
+#include "counterpoint/engine/dynamics/kinematics.h"
+#include "counterpoint/engine/forces/joint_forces.h"
+#include "counterpoint/engine/forces/servos.h"
+#include "counterpoint/engine/step/step_constraints.h"
+#include "counterpoint/engine/step/step_forces.h"
+
+namespace counterpoint {
+namespace {
+
+// Converges by about h omega / 2 an iteration; ends when rounding is all that is left.
+constexpr int kMaxIterations = 60;
+constexpr double kSettled = 1e-15, kArrived = 1e-11;
+
+/// A servo with an effort limit is a row whose law is that of a backward Euler step.
+void refuse_limited_servos(const Model& model, EffectSet effects) {
+  if (!effects.has(Effect::kServos)) return;
+  for (const JointServo& servo : model.servos()) {
+    if (!is_limited(model, effects, servo)) continue;
+    throw InputError("joint '" + model.joint(servo.joint).name +
+                     "': a servo with an effort limit cannot be integrated by implicit_midpoint; "
+                     "use semi_implicit_euler, or switch effort_limits off");
+  }
+}
+
+/// I + h D from the I + (h / 2) D of the first half of the rule: rotors and joints' own forces over
+/// the whole step, in ws.diagonal.
+void widen_diagonal(const Model& model, EffectSet effects, Workspace::Impl& ws) {
+  ws.diagonal = 2.0 * ws.diagonal - rotor_inertia(model, effects, ws);
+}
+
+/// Iterates to w_m, from `middle` on. Joints' own forces are implicit in it as in a backward Euler
+/// step of h / 2, which is the first half of the midpoint rule.
+void solve_middle(const Model& model, EffectSet effects, double h, const State& state,
+                  const Input& input, Workspace::Impl& ws, VectorX& middle, StepReport& report) {
+  set_motor_forces(model, effects, 0.5 * h, state, input, ws);
+  add_joint_forces(model, effects, 0.5 * h, state.q, state.v, ws.diagonal, ws.tau, ws.counts);
+  double last = std::numeric_limits<double>::infinity();
+  for (int i = 0; i < kMaxIterations; ++i) {
+    const Vector3 gravity = set_middle(model, effects, h, state.q, middle, input.wrenches, ws);
+    accelerate(model, 0.5 * h, gravity, state.v, ws, ws.next_middle, report);
+    if (!report.succeeded()) return;
+    const double size = ws.next_middle.cwiseAbs().maxCoeff();
+    const double change = (ws.next_middle - middle).cwiseAbs().maxCoeff();
+    middle.swap(ws.next_middle);
+    // Rounding keeps it from falling further.
+    if (change <= kSettled * size || (change <= kArrived * size && change >= last)) return;
+    last = change;
+  }
+  report.status = contact::Status::kNoProgress;
+  report.fault.kind = FaultKind::kUnsolved;
+  report.residual = last;
+}
+
+}  // namespace
+
+void predict_ties(const Model& model, EffectSet effects, double h, const VectorRef& q,
+                  const VectorRef& v, Workspace::Impl& ws) {
+  ws.predictor.forget();
+  const Vector3 gravity = set_body_forces(model, effects, ws);
+  if (!ws.data.has_coriolis || ws.constraints.empty()) return;
+  std::fill(ws.data.has_mean_force.begin(), ws.data.has_mean_force.end(), 0);
+  const BodyRange all = moving_bodies(model);
+  ws.predictor.find(model, effects, VelocityPredictor::Of::kTied, 0.5 * h, q, v, gravity,
+                    ws.constraints, {&all, 1}, ws.data);
+}
+
+Vector3 set_middle(const Model& model, EffectSet effects, double h, const VectorRef& q,
+                   const VectorRef& middle, const std::vector<ExternalWrench>& wrenches,
+                   Workspace::Impl& ws) {
+  ws.other = middle + ws.predictor.change_by_ties();
+  integrate_configuration(model, q, ws.other, 0.5 * h, ws.q_middle);
+  return set_forces_at(model, effects, ws.q_middle, ws.other, wrenches, ws);
+}
+
+void step_midpoint(const Model& model, const SimulationOptions& options, EffectSet effects,
+                   const contact::Settings& settings, const State& state, const Input& input,
+                   Workspace::Impl& ws, State& next, StepReport& report) {
+  refuse_limited_servos(model, effects);
+  const double h = options.time_step;
+  predict_ties(model, effects, h, state.q, state.v, ws);
+  next.v = state.v;
+  solve_middle(model, effects, h, state, input, ws, next.v, report);
+  next.q = state.q;
+  next.time = state.time + h;
+  if (!report.succeeded()) return;
+  ws.middle = next.v;
+  if (!ws.constraints.empty() || ws.finder.find_overrun(model, options, effects, state.q, state.v,
+                                                        next.v, ws.data, ws.constraints)) {
+    const BodyRange all = moving_bodies(model);
+    compute_kinematics(model, state.q, state.v, {&all, 1}, ws.data);
+    widen_diagonal(model, effects, ws);
+    solve_constraints(model, options, effects, settings, state, ws, next.v, report);
+  }
+  integrate_configuration(model, state.q, next.v, h, next.q);
+  next.v += ws.middle - state.v;
+}
+
+namespace {
+
+/// I + h D less I of the whole step into ws.diagonal, inertias into ws.data.
+void prepare_mass(const Model& model, EffectSet effects, double h, const VectorRef& q,
+                  const VectorRef& v, const Input& known, Workspace::Impl& ws) {
+  ws.diagonal.setZero();
+  VectorX& forces = ws.acceleration;  // not wanted
+  forces.setZero();
+  if (effects.has(Effect::kServos))
+    add_servos(model, effects, 0.5 * h, q, v, known, ws.diagonal, forces);
+  add_joint_forces(model, effects, 0.5 * h, q, v, ws.diagonal, forces, ws.counts);
+  widen_diagonal(model, effects, ws);
+  compute_inertias(model, ws.data);
+}
+
+}  // namespace
+
+bool refine_contact_velocity(const Model& model, EffectSet effects, double h, double pose_rounding,
+                             const VectorRef& q, const VectorRef& v, const VectorRef& v_next,
+                             const Input& known, Workspace::Impl& ws, VectorX& w_c) {
+  prepare_mass(model, effects, h, q, v, known, ws);
+  ws.middle = 0.5 * (v + v_next);
+  contact::Problem& problem = ws.problem;
+  assemble_problem(model, ws.constraints, ws.middle, ws.diagonal, ws.data, ws.block_of_tree,
+                   problem);
+  if (ws.w.size() < problem.num_velocities()) ws.w.resize(problem.num_velocities());
+  if (ws.impulse.size() < problem.num_rows()) ws.impulse.resize(problem.num_rows());
+  const auto for_each_block = [&](auto visit) {
+    for (int t = 0; t < model.num_trees(); ++t) {
+      const int block = ws.block_of_tree[static_cast<size_t>(t)];
+      if (block < 0) continue;
+      const int size = problem.block_size(block);
+      visit(block, Eigen::seqN(model.trees()[static_cast<size_t>(t)].v_begin, size),
+            Eigen::seqN(problem.block_start(block), size));
+    }
+  };
+  for_each_block([&](int block, auto in_tree, auto in_block) {
+    problem.mass(block) *= 2.0;
+    ws.w(in_block) = w_c(in_tree);
+  });
+  contact::Settings settings;
+  settings.only = contact::Method::kVelocity;  // from where it starts, no other solution
+  settings.soften_after = 0;
+  settings.max_iterations = 20;
+  const contact::Report& report =
+      ws.solver.solve(problem, settings, ws.w.head(problem.num_velocities()),
+                      Eigen::Ref<VectorX>(ws.impulse.head(problem.num_rows())));
+  if (!contact::succeeded(report.status)) return false;
+  for_each_block([&](int, auto in_tree, auto in_block) { ws.middle(in_tree) = ws.w(in_block); });
+  if (!((ws.middle - w_c).cwiseAbs().maxCoeff() * h <= pose_rounding)) return false;
+  w_c.swap(ws.middle);
+  return true;
+}
+
+void find_middle(const Model& model, EffectSet effects, double h, const VectorRef& q,
+                 const VectorRef& v, const VectorRef& v_next, const Input& known,
+                 Workspace::Impl& ws, VectorX& middle) {
+  middle = 0.5 * (v + v_next);
+  if (ws.constraints.empty()) return;
+  prepare_mass(model, effects, h, q, v, known, ws);
+  Data& data = ws.data;
+  data.has_coriolis = data.has_external = false;
+  data.added.clear();
+  for (Motion& c : data.c) c = Motion();
+  // A singular M would have stopped the step that is inverted.
+  if (!aba(model, ws.tau, ws.diagonal, Vector3::Zero(), moving_bodies(model), data,
+           ws.acceleration))
+    return;
+  middle -= 0.5 * ws.acceleration;
+}
+
+}  // namespace counterpoint

@@ -1,0 +1,65 @@
+// The implicit midpoint rule: second order, symmetric, with constraints.
+//
+//   smooth forces   M(q_m) a = n(q_m, w_m + p) + u - D w_m,    w_m = w + h a / 2
+//                   q_m = q (+) (h / 2) (w_m + p)
+//   impulses        (M(q) + h D) (w_c - w_m) = J' f(J w_c + b)
+//                   q+ = q (+) h w_c,    w+ = w_c + h a / 2
+//
+// p: what closures and mimic joints will make of w_m as far as (q, w) tells (velocity_predictor.h). Forces at
+// w_m alone would be those before these impulses, off by half of them, and feed energy into or out
+// of a linkage for ever.
+//
+// D: what dampers, springs and servos take per velocity, kd + h kp / 2. In both lines together
+// these forces are those at w_c, the mean velocity of the step: a servo that a contact holds still
+// pulls with kp (q_t - q), however far it would have moved in free air.
+//
+// Without constraints w_c = w_m, and this is the implicit midpoint rule on the configuration
+// manifold (Hairer, Lubich, Wanner 2006, II.1 and IV.8): order 2, no drift of the energy, exact for
+// quadratic first integrals. Impulses act in the middle of the step, between two halves of the
+// smooth motion, so contacts close gaps to the poses reached, as in the semi-implicit scheme; with
+// them it is of first order. Velocities are those at the ends of steps: a body at rest on the
+// ground shows -g h/2, half a step of falling, while its pose stands.
+//
+// The inverse: with w_m = w + w+ - w_c the second line is an equation for w_c alone,
+//
+//   2 (M(q) + h D) (w_c - (w + w+) / 2) = J' f(J w_c + b)
+//
+// a contact problem, solved from (q+ (-) q) / h, which is w_c but for the rounding of poses, on in a
+// step or two. Then w_m, a, and u by one recursion. It needs q+ where there are constraints: to say
+// which solution, of exact friction, and to be told where q+ and w+ are of no one step.
+#pragma once
+
+#include "counterpoint/engine/step/step_workspace.h"
+
+namespace counterpoint {
+
+/// From ws.constraints, found at `state`, to `next`. kNoProgress if the fixed-point iteration for
+/// w_m does not arrive: bodies that turn by more than about a radian a step.
+void step_midpoint(const Model& model, const SimulationOptions& options, EffectSet effects,
+                   const contact::Settings& settings, const State& state, const Input& input,
+                   Workspace::Impl& ws, State& next, StepReport& report);
+
+/// Improves w_c (nv), read off poses, by v and v_next, as far as rounding of poses up to
+/// `pose_rounding` [m, rad, 1] explains the change. False, and w_c as it was, where v_next says
+/// otherwise. Needs poses at q in ws.data, and the laws of the step in ws.constraints.
+bool refine_contact_velocity(const Model& model, EffectSet effects, double h, double pose_rounding,
+                             const VectorRef& q, const VectorRef& v, const VectorRef& v_next,
+                             const Input& known, Workspace::Impl& ws, VectorX& w_c);
+
+/// w_m from v, v_next and the impulses J' f, which are in ws.tau (nv): into `middle` (nv). `known`:
+/// servo targets. Needs poses at q in ws.data.
+void find_middle(const Model& model, EffectSet effects, double h, const VectorRef& q,
+                 const VectorRef& v, const VectorRef& v_next, const Input& known,
+                 Workspace::Impl& ws, VectorX& middle);
+
+/// What closures and mimic joints will make of w_m as far as (q, v) tells, into ws.predictor. Needs
+/// ws.data and ws.constraints as they are at (q, v).
+void predict_ties(const Model& model, EffectSet effects, double h, const VectorRef& q,
+                  const VectorRef& v, Workspace::Impl& ws);
+
+/// Puts q_m and w_m into ws.data, and what acts on bodies there; returns gravity [m/s^2].
+Vector3 set_middle(const Model& model, EffectSet effects, double h, const VectorRef& q,
+                   const VectorRef& middle, const std::vector<ExternalWrench>& wrenches,
+                   Workspace::Impl& ws);
+
+}  // namespace counterpoint

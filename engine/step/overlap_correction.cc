@@ -1,0 +1,153 @@
+#include "counterpoint/engine/step/overlap_correction.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace counterpoint {
+namespace {
+
+/// So much softer, a constraint takes no force that a double would see beside another.
+constexpr double kNoForce = 1e30;
+
+/// Of displacements, relative: they are corrected in the next step, and nothing else knows of them.
+constexpr double kAccuracy = 1e-9;
+
+/// b of the recovery in the row of a gap; NaN for constraints without.
+double gap_bias_of(const ConstraintSet& constraints, int constraint) {
+  const auto i = static_cast<size_t>(constraint);
+  if (i < constraints.contacts.size()) return constraints.pairs[i].gap_bias;
+  if (i < constraints.pairs.size()) return std::numeric_limits<double>::quiet_NaN();
+  return constraints.joints[i - constraints.pairs.size()].gap_bias;
+}
+
+/// The law that the displacement knows of a constraint whose gap bias is b: no friction.
+contact::Law displacement_law(const contact::Law& law, double b) {
+  contact::Law out;
+  out.rows = law.rows;
+  out.regularizer = law.regularizer;
+  if (law.type == contact::LawType::kEquality) {
+    out.type = law.type;
+  } else if (std::isnan(b)) {
+    out.type = contact::LawType::kEquality;  // takes part in name only: rows stay in order
+    out.regularizer *= kNoForce;
+  } else {
+    out.rows = 1;
+    out.smoothing = law.smoothing;
+    out.bias[0] = b;
+  }
+  return out;
+}
+
+/// J w of the first row of a constraint.
+double first_row_velocity(const contact::Problem& problem, int constraint, const VectorRef& w) {
+  double sum = 0.0;
+  for (int side = 0; side < 2; ++side) {
+    const int block = problem.block(constraint, side);
+    if (block < 0) continue;
+    sum += problem.jacobian(constraint, side)
+               .row(0)
+               .dot(w.segment(problem.block_start(block), problem.block_size(block)));
+  }
+  return sum;
+}
+
+}  // namespace
+
+bool OverlapCorrection::find_late_impulses(const ConstraintSet& constraints,
+                                           const contact::Problem& solved, double h,
+                                           const VectorRef& impulse) {
+  Eigen::Ref<VectorX> p = p_.head(solved.num_velocities());
+  late_.assign(static_cast<size_t>(solved.num_blocks()), 0);
+  bool any = false;
+  for (int c = 0; c < solved.num_constraints(); ++c) {
+    if (static_cast<size_t>(c) >= constraints.contacts.size()) break;  // contacts come first
+    const double time = constraints.pairs[static_cast<size_t>(c)].impact_time;
+    const int first = solved.first_row(c), rows = solved.law(c).rows;
+    if (!(time > 0.0) || !(impulse[first] > 0.0)) continue;
+    if (!any) p.setZero();
+    any = true;
+    for (int side = 0; side < 2; ++side) {
+      const int block = solved.block(c, side);
+      if (block < 0) continue;
+      late_[static_cast<size_t>(block)] = 1;
+      p.segment(solved.block_start(block), solved.block_size(block)).noalias() -=
+          time / h * solved.jacobian(c, side).transpose() * impulse.segment(first, rows);
+    }
+  }
+  for (int block = 0; any && block < solved.num_blocks(); ++block) {
+    if (!late_[static_cast<size_t>(block)]) continue;
+    const int n = solved.block_size(block);
+    if (mass_.rows() < n) mass_.resize(n, n);
+    Eigen::Ref<MatrixX> factor = mass_.topLeftCorner(n, n);
+    factor = solved.mass(block);
+    const Eigen::LLT<Eigen::Ref<MatrixX>> in_place(factor);
+    in_place.solveInPlace(p.segment(solved.block_start(block), n));
+  }
+  return any;
+}
+
+bool OverlapCorrection::find_concerned(const ConstraintSet& constraints,
+                                       const contact::Problem& solved, const VectorRef& w) {
+  const auto block_of = [&](int c) { return std::max(solved.block(c, 0), solved.block(c, 1)); };
+  const auto overlaps = [&](int c) {
+    const double b = gap_bias_of(constraints, c);
+    return b < solved.law(c).bias[0] && first_row_velocity(solved, c, w) + b < 0.0;
+  };
+  const int count = solved.num_constraints();
+  const bool bounces = std::find(late_.begin(), late_.end(), 1) != late_.end();
+  int c = 0;
+  while (c < count && !overlaps(c)) ++c;
+  if (c == count && !bounces) return false;
+  islands_.reset(solved.num_blocks());
+  for (int i = 0; i < count; ++i)
+    if (solved.block(i, 0) >= 0 && solved.block(i, 1) >= 0)
+      islands_.join(solved.block(i, 0), solved.block(i, 1));
+  concerned_.assign(static_cast<size_t>(solved.num_blocks()), 0);
+  for (; c < count; ++c)
+    if (overlaps(c)) concerned_[static_cast<size_t>(islands_.root(block_of(c)))] = 1;
+  for (int block = 0; bounces && block < solved.num_blocks(); ++block)
+    if (late_[static_cast<size_t>(block)])
+      concerned_[static_cast<size_t>(islands_.root(block))] = 1;
+  for (int block = 0; block < solved.num_blocks(); ++block)
+    concerned_[static_cast<size_t>(block)] = concerned_[static_cast<size_t>(islands_.root(block))];
+  return true;
+}
+
+OverlapCorrection::Found OverlapCorrection::find(const ConstraintSet& constraints,
+                                                 const contact::Problem& solved, double h,
+                                                 const contact::Settings& settings,
+                                                 const VectorRef& w, const VectorRef& impulse) {
+  if (p_.size() < solved.num_velocities()) p_.resize(solved.num_velocities());
+  Eigen::Ref<VectorX> p = p_.head(solved.num_velocities());
+  const bool late = find_late_impulses(constraints, solved, h, impulse);
+  if (!find_concerned(constraints, solved, w)) return {};
+  if (!late) p.setZero();
+  problem_.clear();
+  for (int block = 0; block < solved.num_blocks(); ++block) {
+    problem_.add_block(solved.block_size(block));
+    problem_.mass(block) = solved.mass(block);
+  }
+  problem_.free_velocity() = p;
+  for (int c = 0; c < solved.num_constraints(); ++c) {
+    const int block = std::max(solved.block(c, 0), solved.block(c, 1));
+    if (!concerned_[static_cast<size_t>(block)]) continue;
+    const double b = gap_bias_of(constraints, c);
+    const double y = std::isnan(b) ? b : first_row_velocity(solved, c, w) + b;
+    const contact::Law law = displacement_law(solved.law(c), y);
+    const int added = problem_.add_constraint(law, solved.block(c, 0), solved.block(c, 1));
+    for (int side = 0; side < 2; ++side)
+      if (solved.block(c, side) >= 0)
+        problem_.jacobian(added, side) = solved.jacobian(c, side).topRows(law.rows);
+  }
+  if (impulse_.size() < solved.num_rows()) impulse_.resize(solved.num_rows());
+  contact::Settings looser = settings;
+  looser.tolerance = std::max(settings.tolerance, kAccuracy);
+  // The laws are convex and the inverse does not know them: the limit of the contact solve does not
+  // apply.
+  looser.soften_after = contact::Settings().soften_after;
+  const contact::Report& report =
+      solver_.solve(problem_, looser, p, Eigen::Ref<VectorX>(impulse_.head(problem_.num_rows())));
+  return {true, report.status, report.iterations};
+}
+
+}  // namespace counterpoint

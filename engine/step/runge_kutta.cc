@@ -1,0 +1,83 @@
+#include "counterpoint/engine/step/runge_kutta.h"
+
+#include <string>
+
+#include "counterpoint/engine/dynamics/integrator.h"
+#include "counterpoint/engine/forces/joint_forces.h"
+#include "counterpoint/engine/step/step_forces.h"
+#include "counterpoint/engine/step/tied_motion.h"
+
+namespace counterpoint {
+
+void refuse_constraints(EffectSet effects) {
+  std::string found;
+  for (const Effect effect :
+       {Effect::kDryFriction, Effect::kLimits, Effect::kEffortLimits, Effect::kVelocityLimits,
+        Effect::kContacts}) {
+    if (effects.has(effect))
+      found += (found.empty() ? "" : ", ") + std::string(effect_name(effect));
+  }
+  if (found.empty()) return;
+  throw InputError("runge_kutta_4 integrates smooth effects, closures and mimic joints; this scene calls for " + found +
+                   ": switch them off (`effects:` in the scene file), or use implicit_midpoint or "
+                   "semi_implicit_euler");
+}
+
+void exponent_rate(const Model& model, const VectorX& theta, const VectorX& w, VectorX& rate) {
+  rate = w;
+  for (int i = 1; i < model.num_bodies(); ++i) {
+    const Body& body = model.body(i);
+    if (body.joint_type != JointType::kSpherical && body.joint_type != JointType::kFloating)
+      continue;
+    const int k = body.v_index + joint_num_linear(body.joint_type);
+    const Vector3 t = theta.segment<3>(k), omega = w.segment<3>(k), tw = t.cross(omega);
+    rate.segment<3>(k) += 0.5 * tw + t.cross(tw) / 12.0;
+  }
+}
+
+void compute_acceleration(const Model& model, EffectSet effects, const State& at,
+                          const Input& input, Workspace::Impl& ws, VectorX& acceleration,
+                          StepReport& report) {
+  // Over no time: implicit terms vanish.
+  set_motor_forces(model, effects, 0.0, at, input, ws);
+  add_joint_forces(model, effects, 0.0, at.q, at.v, ws.diagonal, ws.tau, ws.counts);
+  const Vector3 gravity = set_forces_at(model, effects, at.q, at.v, input.wrenches, ws);
+  accelerate(model, 1.0, gravity, ws.no_rotors, ws, acceleration, report);
+}
+
+void step_runge_kutta(const Model& model, const SimulationOptions& options, EffectSet effects,
+                      const State& state, const Input& input, Workspace::Impl& ws, State& next,
+                      StepReport& report) {
+  refuse_constraints(effects);
+  RungeKuttaStages& stages = ws.stages;
+  const double h = options.time_step;
+  const bool tied = has_ties(model, effects);
+  stages.theta.setZero(model.nv());
+  stages.at = state;
+  stages.theta_sum.setZero(model.nv());
+  stages.v_sum.setZero(model.nv());
+  for (int s = 0; s < 4; ++s) {
+    const auto [node, weight] = kRungeKuttaStages[s];
+    if (s > 0) {
+      stages.theta = node * h * stages.theta_rate;
+      integrate_configuration(model, state.q, stages.theta, 1.0, stages.at.q);
+      stages.at.v = state.v + node * h * stages.acceleration;
+    }
+    exponent_rate(model, stages.theta, stages.at.v, stages.theta_rate);
+    compute_acceleration(model, effects, stages.at, input, ws, stages.acceleration, report);
+    if (report.succeeded() && tied)
+      tie_acceleration(model, options, effects, stages.at.q, stages.at.v, ws, stages.acceleration,
+                       report);
+    if (!report.succeeded()) break;
+    stages.theta_sum += h / 6.0 * weight * stages.theta_rate;
+    stages.v_sum += h / 6.0 * weight * stages.acceleration;
+  }
+  next.time = state.time + h;
+  next.v = state.v + stages.v_sum;
+  next.q = state.q;
+  integrate_configuration(model, state.q, stages.theta_sum, 1.0, next.q);
+  if (tied && report.succeeded()) project_on_ties(model, options, effects, ws, next, report);
+  ws.constraints.clear();  // what is tied has no forces that a later step would start from
+}
+
+}  // namespace counterpoint

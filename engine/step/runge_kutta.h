@@ -1,0 +1,39 @@
+// The classical Runge-Kutta method on the configuration manifold, for smooth scenes; closures and
+// mimic joints by accelerations and projection (tied_motion.h).
+//
+// Coordinates of the step are the exponents theta of q (+) theta, so that orientations, too, are of
+// order four: theta' = w + theta x w / 2 + theta x (theta x w) / 12 for rotations, with w in body
+// axes (Munthe-Kaas 1998; the series of the inverse of the exponential's derivative, cut where
+// order four allows it). No discrete inverse: the four stages' forces are not told apart by the
+// ends of a step.
+#pragma once
+
+#include "counterpoint/engine/step/step_workspace.h"
+
+namespace counterpoint {
+
+/// @throws InputError if the scene calls for constraints that are not switched off.
+void refuse_constraints(EffectSet effects);
+
+/// Where a stage is taken, of the step, and what it counts, of six.
+struct RungeKuttaStage {
+  double node, weight;
+};
+inline constexpr RungeKuttaStage kRungeKuttaStages[4] = {
+    {0.0, 1.0}, {0.5, 2.0}, {0.5, 2.0}, {1.0, 1.0}};
+
+/// theta' (nv) at theta, for velocities w.
+void exponent_rate(const Model& model, const VectorX& theta, const VectorX& w, VectorX& rate);
+
+/// The acceleration (nv) of the smooth motion at a state; leaves ws.data at its kinematics. All
+/// bodies must be awake.
+void compute_acceleration(const Model& model, EffectSet effects, const State& at,
+                          const Input& input, Workspace::Impl& ws, VectorX& acceleration,
+                          StepReport& report);
+
+/// @throws InputError as refuse_constraints.
+void step_runge_kutta(const Model& model, const SimulationOptions& options, EffectSet effects,
+                      const State& state, const Input& input, Workspace::Impl& ws, State& next,
+                      StepReport& report);
+
+}  // namespace counterpoint

@@ -1,0 +1,236 @@
+#include "counterpoint/engine/step/step_constraints.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "counterpoint/engine/constraints/contact_memory.h"
+#include "counterpoint/engine/constraints/parked_contacts.h"
+#include "counterpoint/engine/diagnosis/failure_cause.h"
+#include "counterpoint/engine/step/step_forces.h"
+
+namespace counterpoint {
+namespace {
+
+void grow(VectorX& v, int size) {
+  if (v.size() < size) v.resize(size);
+}
+
+void grow_keeping(VectorX& v, int size) {
+  if (v.size() < size) v.conservativeResize(size);
+}
+
+/// Calls visit(of_tree, of_block) for the velocities of every tree that constraints touch: where
+/// they are among the model's, and among the problem's.
+template <class Visit>
+void for_each_touched(const Model& model, const Workspace::Impl& ws, Visit visit) {
+  for (int t = 0; t < model.num_trees(); ++t) {
+    const int block = ws.block_of_tree[t];
+    if (block < 0) continue;
+    const Tree& tree = model.trees()[t];
+    const int size = tree.v_end - tree.v_begin;
+    visit(Eigen::seqN(tree.v_begin, size), Eigen::seqN(ws.problem.block_start(block), size));
+  }
+}
+
+void report_failure(const Model& model, const contact::Problem& problem, const VectorRef& w,
+                    const VectorRef& impulse, Workspace::Impl& ws, StepReport& report) {
+  if (report.succeeded()) return;
+  report.fault =
+      solver_fault(model, report.status, ws.constraints, problem, ws.block_of_tree, w, impulse);
+}
+
+/// The laws of the problem that a softening is about become softer.
+void soften_problem(const Model& model, const Softening& softening, Workspace::Impl& ws) {
+  if (!softening.any()) return;
+  ws.softened_trees.find(model, ws.constraints, softening);
+  const contact::Softness softness = softness_of(softening);
+  int c = 0;
+  for_each_constraint(model, ws.constraints, [&](int tree_a, int tree_b) {
+    contact::Law& law = ws.problem.law(c++);
+    if (ws.softened_trees.holds(tree_a, tree_b)) law = contact::soften(law, softness);
+  });
+}
+
+/// Where the rows of the contacts end in a problem, and all rows.
+struct RowRange {
+  int contacts_end = 0, end = 0;
+};
+
+RowRange row_range(const Workspace::Impl& ws) {
+  const int contacts = static_cast<int>(ws.posed_contacts), end = ws.problem.num_rows();
+  return {contacts < ws.problem.num_constraints() ? ws.problem.first_row(contacts) : end, end};
+}
+
+/// Moves the impulses found to the rows of a problem that has more of them: contacts behind the
+/// contacts, limits at the end. Nothing is known of those.
+void move_impulses(const RowRange& before, const RowRange& now, VectorX& impulse) {
+  double* f = impulse.data();
+  const int others = before.end - before.contacts_end;
+  std::copy_backward(f + before.contacts_end, f + before.end, f + now.contacts_end + others);
+  constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+  std::fill(f + before.contacts_end, f + now.contacts_end, kUnknown);
+  std::fill(f + now.contacts_end + others, f + now.end, kUnknown);
+}
+
+/// Poses the problem of the constraints found, of free velocities (nv), and solves it: into ws.w,
+/// ws.impulse. The guess is what was found with fewer constraints, velocities `found` (nv) and
+/// ws.impulse, or if that is null what the last step knows.
+const contact::Report& pose_and_solve(const Model& model, contact::Settings settings, double h,
+                                      const State& state, const VectorX& free, const VectorX* found,
+                                      const Softening& softening, Workspace::Impl& ws) {
+  const RowRange before = row_range(ws);
+  assemble_problem(model, ws.constraints, free, ws.diagonal, ws.data, ws.block_of_tree, ws.problem);
+  ws.posed_contacts = ws.constraints.contacts.size();
+  soften_problem(model, softening, ws);
+  grow(ws.w, ws.problem.num_velocities());
+  grow_keeping(ws.impulse, ws.problem.num_rows());
+  const VectorX& guess = found != nullptr ? *found : state.v;
+  for_each_touched(model, ws,
+                   [&](auto in_tree, auto in_block) { ws.w(in_block) = guess(in_tree); });
+  Eigen::Ref<VectorX> solution = ws.w.head(ws.problem.num_velocities());
+  Eigen::Ref<VectorX> impulse = ws.impulse.head(ws.problem.num_rows());
+  if (found != nullptr) {
+    move_impulses(before, row_range(ws), ws.impulse);
+  } else {
+    recall_impulses(ws.constraints, ws.data, h, state.memory, ws.problem, impulse);
+  }
+  settings.warm = true;
+  return ws.solver.solve(ws.problem, settings, solution, impulse);
+}
+
+/// Where no other tolerance is asked for, contacts are solved to this share of their compliance:
+/// what is soft shall be cheap, and is no model of anything to twelve digits. 1e-8 of the impulses
+/// at eps 0.1, 1e-12 at 1e-5 and below.
+constexpr double kToleranceShare = 1e-7;
+
+contact::Settings as_exact_as_hard(contact::Settings settings, const SimulationOptions& options) {
+  const double usual = contact::Settings().tolerance;
+  if (settings.tolerance == usual)
+    settings.tolerance = std::max(usual, kToleranceShare * options.contact.compliance);
+  return settings;
+}
+
+/// Several islands that need softer laws get them together, and then may need still softer ones.
+constexpr int kMostSoftenings = 4;
+
+/// So many times only the contacts run into get rows, then all that are parked.
+constexpr int kMostOverruns = 2;
+
+/// Replaces the velocities of the touched trees in w (nv) by the solution of the contact problem of
+/// free velocities `free` (nv), which may be w. found: as in pose_and_solve. extended: there are
+/// constraints that the inverse, which knows but the last velocity, may not find: they are without
+/// force, but tie islands together, so that softer laws are then those of all that moves.
+void solve_found(const Model& model, const contact::Settings& settings, double h,
+                 const State& state, const VectorX& free, const VectorX* found, bool extended,
+                 Workspace::Impl& ws, VectorX& w, StepReport& report) {
+  for (int i = 0;; ++i) {
+    if (extended) report.softening.tree = -1;
+    const contact::Report& solved = pose_and_solve(model, settings, h, state, free,
+                                                   i == 0 ? found : nullptr, report.softening, ws);
+    report.status = solved.status;
+    report.newton_iterations += solved.iterations;
+    report.residual = solved.residual;
+    if (solved.softened.empty()) break;
+    const bool first = !report.softening.any();
+    report.softening = combine(report.softening, solved.softened, ws.block_of_tree);
+    if (i + 1 == kMostSoftenings) report.softening.factor = -std::abs(report.softening.factor);
+    // One island was solved with what the report says; several are solved once more together.
+    if (i == kMostSoftenings) break;
+    if (first && !extended && solved.softened.size() == 1) {
+      soften_problem(model, report.softening, ws);
+      break;
+    }
+  }
+  if (report.softening.any() && report.status == contact::Status::kConverged)
+    report.status = contact::Status::kSoftened;
+  if (extended) report.softening.tree = -1;
+  report_failure(model, ws.problem, ws.w.head(ws.problem.num_velocities()),
+                 ws.impulse.head(ws.problem.num_rows()), ws, report);
+  for_each_touched(model, ws, [&](auto in_tree, auto in_block) { w(in_tree) = ws.w(in_block); });
+}
+
+/// The same once a problem is solved and more constraints were found.
+void solve_again(const Model& model, const contact::Settings& settings, double h,
+                 const State& state, Workspace::Impl& ws, VectorX& w, StepReport& report) {
+  ws.displacement = w;
+  for_each_touched(model, ws, [&](auto in_tree, auto in_block) {
+    ws.displacement(in_tree) = ws.problem.free_velocity()(in_block);
+  });
+  solve_found(model, settings, h, state, ws.displacement, &w, true, ws, w, report);
+}
+
+/// Velocities that positions change by, into ws.displacement. False if they are w (nv).
+bool find_displacement(const Model& model, const contact::Settings& settings, double h,
+                       const VectorX& w, Workspace::Impl& ws, StepReport& report) {
+  const OverlapCorrection::Found found = ws.overlap_correction.find(
+      ws.constraints, ws.problem, h, settings, ws.w.head(ws.problem.num_velocities()),
+      ws.impulse.head(ws.problem.num_rows()));
+  if (!found.needed) return false;
+  report.newton_iterations += found.iterations;
+  // Overlaps that cannot be corrected in this step are left to the next one.
+  if (!contact::succeeded(found.status)) return false;
+  ws.displacement = w;
+  for_each_touched(model, ws, [&](auto in_tree, auto in_block) {
+    ws.displacement(in_tree) += ws.overlap_correction.velocity()(in_block);
+  });
+  return true;
+}
+
+}  // namespace
+
+void find_constraints(const Model& model, const SimulationOptions& options, EffectSet effects,
+                      const State& state, Workspace::Impl& ws) {
+  if (ws.sleepers.awake().empty()) return ws.constraints.clear();
+  compute_kinematics(model, state.q, state.v, ws.sleepers.awake(), ws.data);
+  const auto find = [&] {
+    ws.finder.find(model, options, effects, state.q, state.v, ws.data, ws.constraints, ws.counts,
+                   ws.sleepers.idle_bodies());
+  };
+  find();
+  while (ws.sleepers.wake_touched(model, ws.constraints)) {
+    compute_kinematics(model, state.q, state.v, ws.sleepers.woken(), ws.data);
+    find();
+  }
+}
+
+void solve_constraints(const Model& model, const SimulationOptions& options, EffectSet effects,
+                       const contact::Settings& given, const State& state, Workspace::Impl& ws,
+                       VectorX& w, StepReport& report) {
+  const double h = options.time_step;
+  const contact::Settings settings = as_exact_as_hard(given, options);
+  bool solved = !ws.constraints.empty();
+  if (solved) solve_found(model, settings, h, state, w, nullptr, false, ws, w, report);
+  // Each time a row more, and there are as many as limits and parked contacts. An impact that is
+  // passed on from body to body is not followed through their contacts one by one.
+  for (int round = 0; report.succeeded() &&
+                      ws.finder.find_overrun(model, options, effects, state.q, state.v, w, ws.data,
+                                             ws.constraints, ws.sleepers.idle_bodies());
+       ++round) {
+    if (round >= kMostOverruns) unpark_all(ws.constraints);
+    if (solved) {
+      solve_again(model, settings, h, state, ws, w, report);
+    } else {
+      solve_found(model, settings, h, state, w, nullptr, true, ws, w, report);
+    }
+    solved = true;
+  }
+}
+
+const VectorX& correct_overlaps(const Model& model, const SimulationOptions& options,
+                                const contact::Settings& given, const State& state,
+                                Workspace::Impl& ws, VectorX& w, StepReport& report) {
+  const contact::Settings settings = as_exact_as_hard(given, options);
+  while (find_displacement(model, settings, options.time_step, w, ws, report)) {
+    // What the displacement runs into gets rows as well. The velocity does not lead there, so that
+    // they are without force: w stays as it is but for that (parked_contacts.h), and the inverse
+    // need not know.
+    if (!ws.finder.find_reached_contacts(model, options, ws.displacement, ws.data, ws.constraints))
+      return ws.displacement;
+    solve_again(model, settings, options.time_step, state, ws, w, report);
+    if (!report.succeeded()) break;
+  }
+  return w;
+}
+
+}  // namespace counterpoint

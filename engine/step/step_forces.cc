@@ -1,0 +1,187 @@
+#include "counterpoint/engine/step/step_forces.h"
+
+#include <algorithm>
+
+#include "counterpoint/engine/diagnosis/failure_cause.h"
+#include "counterpoint/engine/dynamics/aba.h"
+#include "counterpoint/engine/dynamics/kinematics.h"
+#include "counterpoint/engine/forces/drag.h"
+#include "counterpoint/engine/forces/effort_limits.h"
+#include "counterpoint/engine/forces/joint_forces.h"
+#include "counterpoint/engine/forces/servos.h"
+
+namespace counterpoint {
+namespace {
+
+void clear_external(Data& data) {
+  data.has_external = true;
+  for (Force& f : data.external) f = Force();
+}
+
+struct VelocityRange {
+  int begin, size;
+};
+
+VelocityRange velocities(const Model& model, BodyRange bodies) {
+  const int begin = model.body(bodies.begin).v_index;
+  const Body& last = model.body(bodies.end - 1);
+  return {begin, last.v_index + joint_nv(last.joint_type) - begin};
+}
+
+/// The share of a tree's velocity-dependent forces that energy_projection leaves, and what the rest of its
+/// acceleration makes of them, at the velocity in the middle of the step where it has a prediction.
+void add_rest(const Model& model, const VectorRef& v, int t, double share, Workspace::Impl& ws) {
+  const Tree& tree = model.trees()[t];
+  const auto part = Eigen::seqN(tree.v_begin, tree.v_end - tree.v_begin);
+  const bool covered = ws.predictor.covers(t);
+  auto other = ws.other(part);
+  other = v(part) * (1.0 - share);
+  if (covered) other += ws.predictor.velocity()(part) - v(part);
+  if (covered && share > 0.0) other -= share * ws.energy_projection.plain_change()(part);
+  ws.mid_velocity.add_force(model, v, ws.other, tree, ws.data);
+}
+
+}  // namespace
+
+void set_external(const std::vector<ExternalWrench>& wrenches, EffectSet effects,
+                  Workspace::Impl& ws) {
+  Data& data = ws.data;
+  data.has_external = effects.has(Effect::kExternalWrenches) && !wrenches.empty();
+  if (!data.has_external) return;
+  ws.counts.add(Effect::kExternalWrenches);
+  clear_external(data);
+  for (const ExternalWrench& w : wrenches) {
+    const Vector3 arm = data.X_WB[w.body].rotation * w.point;
+    data.external[w.body] += Force{w.wrench.torque + arm.cross(w.wrench.force), w.wrench.force};
+  }
+}
+
+bool set_drag(const Model& model, EffectSet effects, double h, Workspace::Impl& ws) {
+  ws.data.added.clear();
+  if (!effects.has(Effect::kDrag)) return false;
+  ws.counts.add(Effect::kDrag);
+  compute_drag(model, h, ws.data);
+  if (!ws.data.has_external) clear_external(ws.data);
+  return true;
+}
+
+Vector3 set_body_forces(const Model& model, EffectSet effects, Workspace::Impl& ws) {
+  ws.data.has_coriolis = effects.has(Effect::kCoriolis);
+  if (ws.data.has_coriolis) {
+    ws.counts.add(Effect::kCoriolis);
+  } else {
+    for (Motion& c : ws.data.c) c = Motion();
+  }
+  if (!effects.has(Effect::kGravity)) return Vector3::Zero();
+  ws.counts.add(Effect::kGravity);
+  return model.gravity();
+}
+
+const VectorX& rotor_inertia(const Model& model, EffectSet effects, const Workspace::Impl& ws) {
+  return effects.has(Effect::kArmature) ? model.armature() : ws.no_rotors;
+}
+
+Vector3 set_forces_at(const Model& model, EffectSet effects, const VectorRef& q, const VectorRef& w,
+                      const std::vector<ExternalWrench>& wrenches, Workspace::Impl& ws) {
+  Data& data = ws.data;
+  const BodyRange all = moving_bodies(model);
+  compute_kinematics(model, q, w, {&all, 1}, data);
+  std::fill(data.has_mean_force.begin(), data.has_mean_force.end(), 0);
+  data.mean_rotor_force.setZero();
+  set_external(wrenches, effects, ws);
+  const Vector3 gravity = set_body_forces(model, effects, ws);
+  if (set_drag(model, effects, 1.0, ws)) {
+    add_drag_inverse(1.0, data.V, data);
+    data.added.clear();
+  }
+  return gravity;
+}
+
+void set_mean_forces(const Model& model, const SimulationOptions& options, EffectSet effects,
+                     const VectorRef& q, const VectorRef& v, const Vector3& gravity,
+                     std::span<const BodyRange> ranges, Workspace::Impl& ws) {
+  if (!ws.data.has_coriolis) return;
+  const double h = options.time_step;
+  Data& data = ws.data;
+  data.mean_rotor_force.setZero();
+  for (const BodyRange& bodies : ranges) {
+    for (int i = bodies.begin; i < bodies.end; ++i) data.has_mean_force[i] = 0;
+    ws.free_flight.apply(model, h, v, gravity, bodies, data);
+  }
+  if (!options.mean_velocity_forces) return ws.predictor.forget();
+  ws.predictor.find(model, effects, VelocityPredictor::Of::kLinkages, h, q, v, gravity,
+                    ws.constraints, ranges, data);
+  ws.predictor.refine(model, options.contact, h, q, v, gravity, ws.constraints, data);
+  const VectorX& rotors = rotor_inertia(model, effects, ws);
+  for (const BodyRange& bodies : ranges) {
+    for (int i = bodies.begin; i < bodies.end;) {
+      const int t = model.body(i).tree;
+      i = model.trees()[t].body_end;
+      const bool foreseen = ws.predictor.covers(t);
+      const double share = ws.energy_projection.apply(model, h, q, v, foreseen, rotors, t, data);
+      if (foreseen || share > 0.0) add_rest(model, v, t, share, ws);
+    }
+  }
+}
+
+void compute_kinematics(const Model& model, const VectorRef& q, const VectorRef& v,
+                        std::span<const BodyRange> ranges, Data& data) {
+  for (const BodyRange& bodies : ranges) {
+    compute_poses(model, q, bodies, data);
+    compute_velocities(model, v, bodies, data);
+    compute_inertias(model, bodies, data);
+  }
+}
+
+void set_motor_forces(const Model& model, EffectSet effects, double h, const State& state,
+                      const Input& input, Workspace::Impl& ws) {
+  ws.tau.setZero();
+  ws.diagonal.setZero();
+  if (effects.has(Effect::kAppliedForces) && input.applied_force.size() > 0) {
+    ws.counts.add(Effect::kAppliedForces);
+    ws.tau = input.applied_force;
+  }
+  if (effects.has(Effect::kServos)) {
+    ws.counts.add(Effect::kServos);
+    add_servo_rows(model, effects, h, state.q, input, ws.sleepers.idle_bodies(), ws.tau,
+                   ws.constraints.joints);
+  }
+  if (effects.has(Effect::kEffortLimits)) {
+    ws.counts.add(Effect::kEffortLimits);
+    limit_applied_forces(model, effects, ws.tau);
+  }
+  if (effects.has(Effect::kServos))
+    add_servos(model, effects, h, state.q, state.v, input, ws.diagonal, ws.tau);
+}
+
+void accelerate(const Model& model, double h, const Vector3& gravity, const VectorRef& w,
+                Workspace::Impl& ws, VectorX& w_free, StepReport& report) {
+  w_free = w;
+  for (const BodyRange& bodies : ws.sleepers.awake()) {
+    int singular = 0;
+    if (!aba(model, ws.tau, ws.diagonal, gravity, bodies, ws.data, ws.acceleration, &singular)) {
+      report.status = contact::Status::kSingular;
+      report.fault = singular_inertia_fault(model, singular, ws.diagonal, ws.data);
+      return;
+    }
+    const VelocityRange v = velocities(model, bodies);
+    w_free.segment(v.begin, v.size) += h * ws.acceleration.segment(v.begin, v.size);
+  }
+}
+
+void compute_free_velocity(const Model& model, const SimulationOptions& options, EffectSet effects,
+                           const State& state, const Input& input, Workspace::Impl& ws,
+                           VectorX& w_free, StepReport& report) {
+  const double h = options.time_step;
+  set_motor_forces(model, effects, h, state, input, ws);
+  add_joint_forces(model, effects, h, state.q, state.v, ws.diagonal, ws.tau, ws.counts);
+  set_external(input.wrenches, effects, ws);
+  const Vector3 gravity = set_body_forces(model, effects, ws);
+  set_mean_forces(model, options, effects, state.q, state.v, gravity, ws.sleepers.awake(), ws);
+  if (ws.data.has_coriolis) ws.tau += ws.data.mean_rotor_force;
+  if (set_drag(model, effects, h, ws))
+    add_drag(model, h, gravity, ws.velocity_acceleration, ws.data);
+  accelerate(model, h, gravity, state.v, ws, w_free, report);
+}
+
+}  // namespace counterpoint

@@ -1,0 +1,57 @@
+// The forces of a step, in the order in which they are gathered, and the velocity that they alone
+// lead to.
+#pragma once
+
+#include <span>
+
+#include "counterpoint/engine/step/step_workspace.h"
+
+namespace counterpoint {
+
+/// Wrenches on bodies at their poses in ws.data, into data.external.
+void set_external(const std::vector<ExternalWrench>& wrenches, EffectSet effects,
+                  Workspace::Impl& ws);
+
+/// h C of all drag (drag.h), with data.external ready for its forces. False if there is none.
+bool set_drag(const Model& model, EffectSet effects, double h, Workspace::Impl& ws);
+
+/// Velocity-dependent forces and gravity as far as they are on; returns gravity [m/s^2]. Before any
+/// dynamics, after everything that needs the accelerations at constant joint velocities as they
+/// are.
+Vector3 set_body_forces(const Model& model, EffectSet effects, Workspace::Impl& ws);
+
+/// Then, for a step of h [s] from (q, v): their mean over the step where that is known
+/// (free_flight.h, energy_projection.h), in `ranges` of whole trees.
+void set_mean_forces(const Model& model, const SimulationOptions& options, EffectSet effects,
+                     const VectorRef& q, const VectorRef& v, const Vector3& gravity,
+                     std::span<const BodyRange> ranges, Workspace::Impl& ws);
+
+/// What rotors add to the diagonal of M (nv), as far as they are on.
+const VectorX& rotor_inertia(const Model& model, EffectSet effects, const Workspace::Impl& ws);
+
+/// Kinematics at (q, w) of all bodies, and what acts on them there and then: wrenches, gravity,
+/// velocity-dependent forces, drag, none of it over a step. Returns gravity [m/s^2].
+Vector3 set_forces_at(const Model& model, EffectSet effects, const VectorRef& q, const VectorRef& w,
+                      const std::vector<ExternalWrench>& wrenches, Workspace::Impl& ws);
+
+/// Poses, velocities, inertias of all that is in `ranges`.
+void compute_kinematics(const Model& model, const VectorRef& q, const VectorRef& v,
+                        std::span<const BodyRange> ranges, Data& data);
+
+/// Applied forces, as far as motors can give them, and servos: into tau and diagonal; servos that
+/// can be at their limit become rows.
+void set_motor_forces(const Model& model, EffectSet effects, double h, const State& state,
+                      const Input& input, Workspace::Impl& ws);
+
+/// w* = w + h inv(M + diagonal) (n + u - ...): the velocity if there were no constraint. Needs
+/// compute_kinematics. Where M is singular the report says so.
+void compute_free_velocity(const Model& model, const SimulationOptions& options, EffectSet effects,
+                           const State& state, const Input& input, Workspace::Impl& ws,
+                           VectorX& w_free, StepReport& report);
+
+/// w + h inv(M + diagonal) (tau + forces on bodies), of all that is awake; the second half of the
+/// above.
+void accelerate(const Model& model, double h, const Vector3& gravity, const VectorRef& w,
+                Workspace::Impl& ws, VectorX& w_free, StepReport& report);
+
+}  // namespace counterpoint

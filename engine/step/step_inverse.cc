@@ -1,0 +1,211 @@
+#include <algorithm>
+#include <limits>
+
+#include "counterpoint/contact/law.h"
+#include "counterpoint/engine/dynamics/integrator.h"
+#include "counterpoint/engine/dynamics/kinematics.h"
+#include "counterpoint/engine/dynamics/rnea.h"
+#include "counterpoint/engine/forces/drag.h"
+#include "counterpoint/engine/forces/joint_forces.h"
+#include "counterpoint/engine/forces/servos.h"
+#include "counterpoint/engine/step/midpoint.h"
+#include "counterpoint/engine/step/step_forces.h"
+
+namespace counterpoint {
+namespace {
+
+/// Of the two bodies at a contact at the end of the step, across the normal.
+Vector3 slip(const PairConstraint& pair, const Workspace::Impl& ws) {
+  const auto velocity = [&](int body) -> Vector3 {
+    if (body == 0) return Vector3::Zero();
+    return ws.velocity[body].at(pair.position - ws.data.X_WB[body].translation);
+  };
+  const Vector3 v = velocity(pair.body_b) - velocity(pair.body_a), n = pair.frame.col(0);
+  return v - v.dot(n) * n;
+}
+
+/// J' f of all constraints at the velocity v_next, into ws.tau [N s]; contacts and closures listed
+/// in `out`.
+void recover_impulses(const Model& model, const VectorRef& v_next, double h, Workspace::Impl& ws,
+                      Inverse& out) {
+  compute_body_velocities(model, v_next, ws.data, ws.velocity);
+  ws.tau.setZero();
+  out.contacts.clear();
+  out.joints.clear();
+  out.closures.assign(model.closures().size(), {});
+  for (Force& f : ws.body_impulse) f = Force();
+  const ConstraintSet& constraints = ws.constraints;
+  for (size_t i = 0; i < constraints.pairs.size(); ++i) {
+    const PairConstraint& pair = constraints.pairs[i];
+    contact::Rows y = relative_velocity(pair, ws.data, ws.velocity);
+    for (int row = 0; row < pair.law.rows; ++row) y[row] += pair.law.bias[row];
+    const Force impulse = pair_impulse(pair, contact::impulse(pair.law, y));
+    add_pair_impulse(pair, impulse, ws.data, ws.body_impulse);
+    if (i < constraints.contacts.size()) {
+      out.contacts.push_back({constraints.contacts[i], impulse.force / h, slip(pair, ws)});
+    } else {
+      ClosureForce& closure = out.closures[constraints.closures[i - constraints.contacts.size()]];
+      closure.position = pair.position;
+      closure.force += impulse * (1.0 / h);
+    }
+  }
+  project_on_joints(model, ws.data, ws.body_impulse, ws.tau);
+  for (const JointConstraint& j : ws.constraints.joints) {
+    contact::Rows y(1);
+    y[0] = j.coefficient[0] * v_next[j.v_index[0]] + j.law.bias[0];
+    if (j.v_index[1] >= 0) y[0] += j.coefficient[1] * v_next[j.v_index[1]];
+    const double f = contact::impulse(j.law, y)[0];
+    out.joints.push_back({j.effect, j.v_index[0], j.coefficient[0] * f / h});
+    for (int k = 0; k < 2; ++k)
+      if (j.v_index[k] >= 0) ws.tau[j.v_index[k]] += j.coefficient[k] * f;
+  }
+}
+
+/// The laws of a step that was softened, as they were solved.
+void soften_constraints(const Model& model, const Softening& softening, const VectorRef& v,
+                        const VectorRef& v_next, Workspace::Impl& ws) {
+  if (!softening.any()) return;
+  if (softening.tree >= 0) {
+    ws.softened_trees.find(model, ws.constraints, softening);
+  } else {
+    ws.softened_trees.find_moved(model, ws.constraints, v, v_next);
+  }
+  const contact::Softness softness = softness_of(softening);
+  for (PairConstraint& pair : ws.constraints.pairs)
+    if (ws.softened_trees.holds(model.body(pair.body_a).tree, model.body(pair.body_b).tree))
+      pair.law = contact::soften(pair.law, softness);
+  for (JointConstraint& row : ws.constraints.joints)
+    if (ws.softened_trees.holds(model.tree_of_velocity(row.v_index[0]), -1))
+      row.law = contact::soften(row.law, softness);
+}
+
+/// What is left of the applied force when the servos' share is taken out.
+void subtract_servos(const Model& model, EffectSet effects, double h, const VectorRef& q,
+                     const VectorRef& v_next, const Input& known, Workspace::Impl& ws,
+                     Inverse& out) {
+  out.servo_force.setZero(static_cast<Eigen::Index>(model.servos().size()));
+  if (!effects.has(Effect::kServos)) return;
+  ws.counts.add(Effect::kServos);
+  compute_servo_forces(model, h, q, v_next, known, out.servo_force);
+  for (size_t i = 0; i < model.servos().size(); ++i)
+    out.applied_force[model.body(model.servos()[i].joint + 1).v_index] -= out.servo_force[i];
+}
+
+/// What is not known is not a number.
+void void_inverse(const Model& model, Inverse& out) {
+  constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+  out.applied_force.setConstant(model.nv(), kNaN);
+  out.contact_force.setConstant(model.nv(), kNaN);
+  out.servo_force.setConstant(static_cast<Eigen::Index>(model.servos().size()), kNaN);
+  out.force_scale = kNaN;
+  out.contacts.clear();
+  out.closures.clear();
+  out.joints.clear();
+}
+
+/// u of the semi-implicit step from its constraints' share.
+void invert_euler(const Model& model, EffectSet effects, double h, const VectorRef& q,
+                  const VectorRef& v, const VectorRef& v_next, const Vector3& gravity,
+                  const Input& known, Workspace::Impl& ws, Inverse& out) {
+  ws.acceleration = (v_next - v) / h;
+  set_external(known.wrenches, effects, ws);
+  if (set_drag(model, effects, h, ws)) add_drag_inverse(h, ws.velocity, ws.data);
+  rnea(model, ws.acceleration, gravity, ws.data, ws.tau);
+  if (ws.data.has_coriolis) ws.tau -= ws.data.mean_rotor_force;
+  add_joint_forces_inverse(model, effects, h, q, v, v_next, ws.tau, ws.counts);
+  out.applied_force = ws.tau - out.contact_force;
+  subtract_servos(model, effects, h, q, v_next, known, ws, out);
+}
+
+/// Rounding of the poses that w_c is read off, relative, and what stiff contacts of light links
+/// make of it (85 times as much, humanoid): below what differences of derivatives ask about.
+constexpr double kPoseRounding = 32768.0 * std::numeric_limits<double>::epsilon();
+
+/// The same of the midpoint rule (midpoint.h). Impulses are in the velocities, not in the forces.
+/// refined: w_c, in ws.next_middle, is as exact as velocities are.
+void invert_midpoint(const Model& model, EffectSet effects, double h, const VectorRef& q,
+                     const VectorRef& v, const VectorRef& v_next, const Input& known, bool refined,
+                     Workspace::Impl& ws, Inverse& out) {
+  if (refined) {
+    ws.middle = v + v_next - ws.next_middle;
+  } else {
+    find_middle(model, effects, h, q, v, v_next, known, ws, ws.middle);
+  }
+  const Vector3 gravity = set_middle(model, effects, h, q, ws.middle, known.wrenches, ws);
+  ws.acceleration = (ws.middle - v) / (0.5 * h);
+  rnea(model, ws.acceleration, gravity, ws.data, ws.tau);
+  add_joint_forces_inverse(model, effects, 0.5 * h, q, v, ws.middle, ws.tau, ws.counts);
+  out.applied_force = ws.tau;
+  subtract_servos(model, effects, 0.5 * h, q, ws.middle, known, ws, out);
+  // What they gave in the step is that at w_c.
+  if (effects.has(Effect::kServos) && !ws.constraints.empty())
+    compute_servo_forces(model, 0.5 * h, q, ws.next_middle, known, out.servo_force);
+}
+
+/// The velocity that the impulses of a step are functions of: w+, or w_c of the midpoint rule; into
+/// ws.next_middle. Adds the constraints that are found by it.
+void find_contact_velocity(const Model& model, const SimulationOptions& options, EffectSet effects,
+                           const VectorRef& q, const VectorRef& v, const VectorRef& q_next,
+                           const VectorRef& v_next, Workspace::Impl& ws) {
+  const bool midpoint = options.integrator == Integrator::kImplicitMidpoint;
+  const bool known = !midpoint || q_next.size() > 0;
+  ws.next_middle = v_next;
+  if (midpoint && known) {
+    configuration_difference(model, q, q_next, ws.next_middle);
+    ws.next_middle /= options.time_step;
+  } else if (midpoint) {
+    ws.next_middle = 0.5 * (v + v_next);  // which it is without constraints
+  }
+  ws.finder.find_overrun(model, options, effects, q, v, ws.next_middle, ws.data, ws.constraints);
+  if (!known && !ws.constraints.empty())
+    throw InputError(
+        "the inverse of implicit_midpoint needs q at the end of the step where there are "
+        "constraints");
+}
+
+}  // namespace
+
+void step_inverse(const Model& model, const SimulationOptions& options, VectorRef q, VectorRef v,
+                  VectorRef q_next, VectorRef v_next, const Input& known, Workspace& workspace,
+                  Inverse& out) {
+  Workspace::Impl& ws = workspace.impl();
+  const double h = options.time_step;
+  const EffectSet effects = active_effects(ws.called, options.effects);
+  check_time_step(h);
+  if (options.integrator == Integrator::kRungeKutta4)
+    throw InputError("runge_kutta_4 has no inverse: use implicit_midpoint or semi_implicit_euler");
+  out.fault = ws.check.of_given(model, q, v, v_next, known);
+  if (out.fault.any()) return void_inverse(model, out);
+  ws.sleepers.forget();  // what follows overwrites what is known of them
+  compute_poses(model, q, ws.data);
+  compute_velocities(model, v, ws.data);
+  ws.finder.find(model, options, effects, q, v, ws.data, ws.constraints, ws.counts);
+  const bool euler = options.integrator == Integrator::kSemiImplicitEuler;
+  Vector3 gravity = Vector3::Zero();
+  if (euler) {  // forecasts know of the constraints at (q, v), and aim closures
+    const BodyRange all = moving_bodies(model);
+    gravity = set_body_forces(model, effects, ws);
+    set_mean_forces(model, options, effects, q, v, gravity, {&all, 1}, ws);
+  } else {
+    predict_ties(model, effects, h, q, v, ws);
+  }
+  find_contact_velocity(model, options, effects, q, v, q_next, v_next, ws);
+  soften_constraints(model, known.softening, v, v_next, ws);
+  const bool refined = !euler && !ws.constraints.empty() && !ws.poses_are_exact &&
+                       refine_contact_velocity(model, effects, h,
+                                               kPoseRounding * (1.0 + q.lpNorm<Eigen::Infinity>()),
+                                               q, v, v_next, known, ws, ws.next_middle);
+  recover_impulses(model, ws.next_middle, h, ws, out);
+  out.contact_force = ws.tau / h;
+  if (euler) {
+    invert_euler(model, effects, h, q, v, v_next, gravity, known, ws, out);
+  } else {
+    invert_midpoint(model, effects, h, q, v, v_next, known, refined, ws, out);
+  }
+  out.fault = ws.check.of_recovered(model, out.applied_force);
+  out.force_scale = 0.0;
+  for (const VectorX* force : {&ws.tau, &out.contact_force, &out.applied_force})
+    out.force_scale = std::max(out.force_scale, force->size() ? force->cwiseAbs().maxCoeff() : 0.0);
+}
+
+}  // namespace counterpoint

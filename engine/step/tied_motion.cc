@@ -1,0 +1,135 @@
+#include "counterpoint/engine/step/tied_motion.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "counterpoint/engine/dynamics/integrator.h"
+#include "counterpoint/engine/dynamics/kinematics.h"
+#include "counterpoint/engine/step/step_forces.h"
+
+namespace counterpoint {
+namespace {
+
+/// Regularizer over alpha of a tie's row, times kClosureSoftness: enough for closures that are
+/// redundant, or lie in a singular pose, too little for an error that a step would show.
+constexpr double kCompliance = 1e-14;
+/// Newton's method on the error of q: steps, and the error [m, rad] that is as good as none.
+constexpr int kMostSteps = 10;
+constexpr double kClosed = 1e-14;
+
+/// A step in which the bias of a tie is its curvature (stabilization 0) or its error (1, at rest).
+SimulationOptions tie_options(const SimulationOptions& options, bool error) {
+  SimulationOptions out = options;
+  out.contact.compliance = kCompliance;
+  out.contact.stabilization = error ? 1.0 : 0.0;
+  out.contact.max_recovery_speed = std::numeric_limits<double>::infinity();
+  out.time_step = error ? 1.0 : 2.0;
+  return out;
+}
+
+EffectSet ties_of(EffectSet effects) {
+  EffectSet ties;
+  for (const Effect effect : {Effect::kClosures, Effect::kMimics})
+    ties.set(effect, effects.has(effect));
+  return ties;
+}
+
+/// x (nv) = x - inv(M) J' f with J x + bias = 0 for the ties in ws.constraints at the poses in
+/// ws.data. False if that cannot be solved.
+bool solve_ties(const Model& model, EffectSet effects, Workspace::Impl& ws, VectorX& x) {
+  assemble_problem(model, ws.constraints, x, rotor_inertia(model, effects, ws), ws.data,
+                   ws.block_of_tree, ws.problem);
+  const int size = ws.problem.num_velocities();
+  if (ws.w.size() < size) ws.w.resize(size);
+  Eigen::Ref<VectorX> solution = ws.w.head(size);
+  if (ws.equality_solver.factor(ws.problem)) {
+    ws.equality_solver.solve(ws.problem, solution);
+  } else {
+    if (ws.impulse.size() < ws.problem.num_rows()) ws.impulse.resize(ws.problem.num_rows());
+    solution = ws.problem.free_velocity();
+    const contact::Report& solved =
+        ws.solver.solve(ws.problem, contact::Settings(), solution,
+                        Eigen::Ref<VectorX>(ws.impulse.head(ws.problem.num_rows())));
+    if (!contact::succeeded(solved.status)) return false;
+  }
+  for (int t = 0; t < model.num_trees(); ++t) {
+    const int block = ws.block_of_tree[t];
+    if (block < 0) continue;
+    const Tree& tree = model.trees()[t];
+    const int count = tree.v_end - tree.v_begin;
+    x.segment(tree.v_begin, count) = solution.segment(ws.problem.block_start(block), count);
+  }
+  return true;
+}
+
+void find_ties(const Model& model, const SimulationOptions& options, EffectSet effects,
+               const VectorRef& q, const VectorRef& w, Workspace::Impl& ws) {
+  ws.finder.find(model, options, ties_of(effects), q, w, ws.data, ws.constraints, ws.counts);
+}
+
+/// The bias is to be none.
+void drop_biases(ConstraintSet& constraints) {
+  for (PairConstraint& pair : constraints.pairs) pair.law.bias.fill(0.0);
+  for (JointConstraint& row : constraints.joints) row.law.bias.fill(0.0);
+}
+
+double largest_bias(const ConstraintSet& constraints) {
+  double largest = 0.0;
+  for (const PairConstraint& pair : constraints.pairs)
+    for (int i = 0; i < pair.law.rows; ++i)
+      largest = std::max(largest, std::abs(pair.law.bias[static_cast<size_t>(i)]));
+  for (const JointConstraint& row : constraints.joints)
+    largest = std::max(largest, std::abs(row.law.bias[0]));
+  return largest;
+}
+
+}  // namespace
+
+bool has_ties(const Model& model, EffectSet effects) {
+  return (effects.has(Effect::kClosures) && !model.closures().empty()) ||
+         (effects.has(Effect::kMimics) && !model.mimics().empty());
+}
+
+void tie_acceleration(const Model& model, const SimulationOptions& options, EffectSet effects,
+                      const VectorRef& q, const VectorRef& w, Workspace::Impl& ws,
+                      VectorX& acceleration, StepReport& report) {
+  find_ties(model, tie_options(options, false), effects, q, w, ws);
+  if (!solve_ties(model, effects, ws, acceleration)) report.status = contact::Status::kNoProgress;
+}
+
+double project_on_ties(const Model& model, const SimulationOptions& options, EffectSet effects,
+                       Workspace::Impl& ws, State& state, StepReport& report) {
+  const SimulationOptions of_error = tie_options(options, true);
+  const BodyRange all = moving_bodies(model);
+  const double most = options.time_step * options.contact.max_recovery_speed;
+  VectorX& change = ws.displacement;
+  double first = 0.0, last = std::numeric_limits<double>::infinity();
+  for (int i = 0; i < kMostSteps; ++i) {
+    change.setZero(model.nv());
+    compute_kinematics(model, state.q, change, {&all, 1}, ws.data);
+    find_ties(model, of_error, effects, state.q, change, ws);
+    const double error = largest_bias(ws.constraints);
+    if (i == 0) first = error;
+    // Rounding ends it where the error is small; where nothing can close, so does this.
+    if (error <= kClosed || !(error < 0.5 * last)) break;
+    last = error;
+    const double share = std::min(1.0, most / error);
+    for (PairConstraint& pair : ws.constraints.pairs)
+      for (double& b : pair.law.bias) b *= share;
+    for (JointConstraint& row : ws.constraints.joints) row.law.bias[0] *= share;
+    if (!solve_ties(model, effects, ws, change)) {
+      report.status = contact::Status::kNoProgress;
+      return first;
+    }
+    integrate_configuration(model, state.q, change, 1.0, state.q);
+    if (share < 1.0) break;
+  }
+  compute_kinematics(model, state.q, state.v, {&all, 1}, ws.data);
+  find_ties(model, of_error, effects, state.q, state.v, ws);
+  drop_biases(ws.constraints);
+  if (!solve_ties(model, effects, ws, state.v)) report.status = contact::Status::kNoProgress;
+  return first;
+}
+
+}  // namespace counterpoint

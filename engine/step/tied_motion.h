@@ -1,0 +1,31 @@
+// Motion under closures and mimic joints without compliance, for integrators of smooth forces.
+//
+// Index reduction: accelerations meet the second derivative of the closures' error,
+//
+//   M a = M a_free - J' f,    J a + dJ/dt w = 0
+//
+// and what steps add up off the closures is projected back, in the metric of M, in q (Newton's
+// method on the error) and then in w (J w = 0). Hairer, Lubich and Wanner, Geometric Numerical
+// Integration, IV.4: projection keeps a method's order.
+#pragma once
+
+#include "counterpoint/engine/step/step_workspace.h"
+
+namespace counterpoint {
+
+/// Any closures or mimic joints?
+bool has_ties(const Model& model, EffectSet effects);
+
+/// Makes the accelerations (nv) of the smooth motion at (q, w), whose kinematics are in ws.data,
+/// those under its closures and mimic joints.
+void tie_acceleration(const Model& model, const SimulationOptions& options, EffectSet effects,
+                      const VectorRef& q, const VectorRef& w, Workspace::Impl& ws,
+                      VectorX& acceleration, StepReport& report);
+
+/// Puts (q, w) of a state on its closures and mimic joints: no farther than a step of h [s] at
+/// max_recovery_speed, so that what starts open closes by and by. The worst error met on the way
+/// there [m or rad] is returned.
+double project_on_ties(const Model& model, const SimulationOptions& options, EffectSet effects,
+                       Workspace::Impl& ws, State& state, StepReport& report);
+
+}  // namespace counterpoint

@@ -1,0 +1,267 @@
+#include "counterpoint/engine/step/velocity_predictor.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "counterpoint/engine/constraints/assemble.h"
+#include "counterpoint/engine/constraints/closures.h"
+#include "counterpoint/engine/dynamics/aba.h"
+#include "counterpoint/engine/dynamics/integrator.h"
+#include "counterpoint/engine/dynamics/kinematics.h"
+#include "counterpoint/engine/forces/joint_forces.h"
+
+namespace counterpoint {
+namespace {
+
+/// Calls visit(tree_a, tree_b, tie) for every constraint, as for_each_constraint; tie: a closure
+/// or a mimic joint.
+template <class Visit>
+void for_each_tie(const Model& model, const ConstraintSet& constraints, Visit visit) {
+  size_t i = 0;
+  const size_t contacts = constraints.contacts.size(), pairs = constraints.pairs.size();
+  for_each_constraint(model, constraints, [&](int tree_a, int tree_b) {
+    const bool tie = i < pairs
+                         ? i >= contacts
+                         : constraints.joints[i - pairs].law.type == contact::LawType::kEquality;
+    visit(tree_a, tree_b, tie);
+    ++i;
+  });
+}
+
+bool turns(const Tree& tree, const Data& data) {
+  for (int i = tree.body_begin; i < tree.body_end; ++i)
+    if (!data.V[i].angular.isZero(0.0)) return true;
+  return false;
+}
+
+/// Of a body and those that carry it [rad/s].
+double fastest_turn(const Model& model, int body, const std::vector<Motion>& V) {
+  double square = 0.0;
+  for (int i = body; i != 0; i = model.body(i).parent)
+    square = std::max(square, V[i].angular.squaredNorm());
+  return std::sqrt(square);
+}
+
+}  // namespace
+
+VelocityPredictor::VelocityPredictor(const Model& model)
+    : with_servo_(model.num_trees(), 0),
+      known_(model.num_trees(), 0),
+      covered_(model.num_trees(), 0),
+      needed_(model.num_trees(), 0),
+      tau_(VectorX::Zero(model.nv())),
+      diagonal_(VectorX::Zero(model.nv())),
+      acceleration_(VectorX::Zero(model.nv())),
+      velocity_(VectorX::Zero(model.nv())),
+      tied_(VectorX::Zero(model.nv())),
+      mid_velocity_(model),
+      first_(VectorX::Zero(model.nv())),
+      q_reached_(model.default_q()),
+      V_(model.num_bodies()) {
+  if (!model.closures().empty()) reached_.emplace(model);
+  for (const JointServo& servo : model.servos()) with_servo_[model.body(servo.joint + 1).tree] = 1;
+}
+
+void VelocityPredictor::forget() {
+  std::fill(covered_.begin(), covered_.end(), 0);
+  tied_.setZero();
+  any_ = refined_ = false;
+}
+
+bool VelocityPredictor::aims(const Model& model, const PairConstraint& pair) const {
+  if (!any_) return false;
+  for (const int body : {pair.body_a, pair.body_b})
+    if (body != 0 && !(known_[model.body(body).tree] && needed_[model.body(body).tree]))
+      return false;
+  return true;
+}
+
+/// The trees to cover: those asked for that turn, without servos, untouched by what is no tie.
+void VelocityPredictor::choose(const Model& model, EffectSet effects, Of of,
+                               const ConstraintSet& constraints, std::span<const BodyRange> ranges,
+                               const Data& data) {
+  const bool servos = effects.has(Effect::kServos);
+  for (size_t t = 0; t < known_.size(); ++t) known_[t] = !(servos && with_servo_[t]);
+  for_each_tie(model, constraints, [&](int a, int b, bool tie) {
+    for (const int t : {a, b})
+      if (t >= 0 && !tie) known_[t] = 0;
+  });
+  for (const BodyRange& bodies : ranges) {
+    for (int i = bodies.begin; i < bodies.end;) {
+      const int t = model.body(i).tree;
+      const Tree& tree = model.trees()[t];
+      i = tree.body_end;
+      const bool asked = of == Of::kTied || tree.body_end - tree.body_begin > 1;
+      covered_[t] = asked && known_[t] && (of == Of::kAllLinkages || turns(tree, data));
+    }
+  }
+  needed_.assign(needed_.size(), 0);
+  for_each_tie(model, constraints, [&](int a, int b, bool tie) {
+    for (const int t : {a, b})
+      if (t >= 0 && tie) needed_[t] = 1;
+  });
+  if (of != Of::kTied) return;
+  for (size_t t = 0; t < covered_.size(); ++t) covered_[t] = covered_[t] && needed_[t];
+}
+
+/// Marks what covered trees are tied to, through any number of others, and lists these ties.
+void VelocityPredictor::gather_ties(const Model& model, const ConstraintSet& constraints) {
+  needed_ = covered_;
+  for (bool more = true; more;) {
+    more = false;
+    for_each_tie(model, constraints, [&](int a, int b, bool tie) {
+      if (!tie || a < 0 || b < 0 || needed_[a] == needed_[b]) return;
+      needed_[a] = needed_[b] = 1;
+      more = true;
+    });
+  }
+  ties_.clear();
+  tie_closures_.clear();
+  size_t i = 0;
+  const size_t pairs = constraints.pairs.size();
+  for_each_tie(model, constraints, [&](int a, int b, bool tie) {
+    if (tie && needed_[std::max(a, b)]) {
+      if (i < pairs) {
+        ties_.pairs.push_back(constraints.pairs[i]);
+        tie_closures_.push_back(static_cast<int>(i - constraints.contacts.size()));
+      }
+      if (i >= pairs) ties_.joints.push_back(constraints.joints[i - pairs]);
+    }
+    ++i;
+  });
+}
+
+/// velocity_ of a tree without its ties. False if its inertia is singular.
+bool VelocityPredictor::accelerate(const Model& model, const Tree& tree, double span,
+                                   const VectorRef& v, const Vector3& gravity, Data& data) {
+  const BodyRange bodies = {tree.body_begin, tree.body_end};
+  if (!aba(model, tau_, diagonal_, gravity, bodies, data, acceleration_)) return false;
+  const auto part = Eigen::seqN(tree.v_begin, tree.v_end - tree.v_begin);
+  velocity_(part) = v(part) + span * acceleration_(part);
+  return true;
+}
+
+/// Takes velocity_ to what ties make of it: problem_, with its velocities and biases. False where
+/// they have no solution.
+bool VelocityPredictor::solve_ties(const Model& model) {
+  if (w_.size() < problem_.num_velocities()) w_.resize(problem_.num_velocities());
+  if (impulse_.size() < problem_.num_rows()) impulse_.resize(problem_.num_rows());
+  Eigen::Ref<VectorX> w = w_.head(problem_.num_velocities());
+  if (factored_) {
+    equality_solver_.solve(problem_, w);
+  } else {
+    w = problem_.free_velocity();
+    // Not the settings of the step: the inverse has none.
+    const contact::Report& solved = solver_.solve(
+        problem_, contact::Settings(), w, Eigen::Ref<VectorX>(impulse_.head(problem_.num_rows())));
+    if (!contact::succeeded(solved.status)) return false;
+  }
+  for (int t = 0; t < model.num_trees(); ++t) {
+    const int block = block_of_tree_[t];
+    if (block < 0) continue;
+    const Tree& tree = model.trees()[t];
+    const int size = tree.v_end - tree.v_begin;
+    auto velocity = velocity_.segment(tree.v_begin, size);
+    if (covered_[t])
+      tied_.segment(tree.v_begin, size) = w.segment(problem_.block_start(block), size) - velocity;
+    velocity = w.segment(problem_.block_start(block), size);
+  }
+  return true;
+}
+
+void VelocityPredictor::find(const Model& model, EffectSet effects, Of of, double span,
+                             const VectorRef& q, const VectorRef& v, const Vector3& gravity,
+                             const ConstraintSet& constraints, std::span<const BodyRange> ranges,
+                             Data& data) {
+  forget();
+  choose(model, effects, of, constraints, ranges, data);
+  any_ = std::find(covered_.begin(), covered_.end(), 1) != covered_.end();
+  if (!any_) return;
+  gather_ties(model, constraints);
+  tau_.setZero();
+  diagonal_.setZero();
+  EffectCounts not_counted;
+  add_joint_forces(model, effects, span, q, v, diagonal_, tau_, not_counted);
+  velocity_ = v;
+  const bool had_external = std::exchange(data.has_external, false);
+  added_.swap(data.added);  // of the step before
+  bool found = true;
+  for (int t = 0; t < model.num_trees() && found; ++t) {
+    if (!needed_[t]) continue;
+    const Tree& tree = model.trees()[t];
+    compute_inertias(model, {tree.body_begin, tree.body_end}, data);
+    found = accelerate(model, tree, span, v, gravity, data);
+  }
+  if (found && !ties_.empty()) {
+    assemble_problem(model, ties_, velocity_, diagonal_, data, block_of_tree_, problem_);
+    factored_ = equality_solver_.factor(problem_);
+    found = solve_ties(model);
+  }
+  // What has no prediction makes the step itself fail, which says why.
+  if (!found) forget();
+  added_.swap(data.added);
+  data.has_external = had_external;
+}
+
+/// Closures between trees of which all is known, towards the pose that velocity_ leads to.
+void VelocityPredictor::aim(const Model& model, const ContactOptions& options, double h,
+                            const VectorRef& q, ConstraintSet& constraints, const Data& data) {
+  if (ties_.pairs.empty()) return;
+  for (int t = 0; t < model.num_trees(); ++t) {
+    if (!needed_[t] || block_of_tree_[t] < 0) continue;
+    const Tree& tree = model.trees()[t];
+    const BodyRange bodies = {tree.body_begin, tree.body_end};
+    integrate_configuration(model, q, velocity_, h, bodies, q_reached_);
+    compute_poses(model, q_reached_, bodies, *reached_);
+  }
+  compute_body_velocities(model, velocity_, data, V_);
+  for (size_t i = 0; i < ties_.pairs.size(); ++i) {
+    const size_t index = static_cast<size_t>(tie_closures_[i]);
+    PairConstraint& pair = constraints.pairs[constraints.contacts.size() + index];
+    if (!aims(model, pair)) continue;
+    const double share = share_aimed(
+        h * std::max(fastest_turn(model, pair.body_a, V_), fastest_turn(model, pair.body_b, V_)));
+    aim_closure(model.closures()[constraints.closures[index]], options, h, data, *reached_, V_,
+                pair);
+    const contact::Law& by_curvature = ties_.pairs[i].law;
+    for (size_t k = 0; k < static_cast<size_t>(pair.law.rows); ++k)
+      pair.law.bias[k] = share * pair.law.bias[k] + (1.0 - share) * by_curvature.bias[k];
+    problem_.law(static_cast<int>(i)).bias = pair.law.bias;
+  }
+}
+
+void VelocityPredictor::refine(const Model& model, const ContactOptions& options, double h,
+                               const VectorRef& q, const VectorRef& v, const Vector3& gravity,
+                               ConstraintSet& constraints, Data& data) {
+  if (!any_ || ties_.empty()) return;
+  aim(model, options, h, q, constraints, data);
+  first_ = velocity_;
+  const bool had_external = std::exchange(data.has_external, false);
+  added_.swap(data.added);
+  bool found = true;
+  for (int t = 0; t < model.num_trees() && found; ++t) {
+    const int block = block_of_tree_[t];
+    if (block < 0) continue;
+    const Tree& tree = model.trees()[t];
+    if (covered_[t]) {
+      mid_velocity_.add_force(model, v, first_, tree, data);
+      found = accelerate(model, tree, h, v, gravity, data);
+      for (int i = tree.body_begin; i < tree.body_end; ++i) data.has_mean_force[i] = 0;
+      // Velocity products, which energy_projection.h looks at, as they were.
+      compute_velocities(model, v, {tree.body_begin, tree.body_end}, data);
+    } else {
+      found = accelerate(model, tree, h, v, gravity, data);
+    }
+    const int size = tree.v_end - tree.v_begin;
+    problem_.free_velocity().segment(problem_.block_start(block), size) =
+        velocity_.segment(tree.v_begin, size);
+  }
+  refined_ = found && solve_ties(model);
+  if (!refined_) velocity_ = first_;
+  added_.swap(data.added);
+  data.has_external = had_external;
+  aim(model, options, h, q, constraints, data);
+}
+
+}  // namespace counterpoint

@@ -1,0 +1,112 @@
+// reduce_hull: the vertices of a hull that matter most.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <limits>
+
+#include "counterpoint/model/mesh/mesh.h"
+#include "counterpoint/model/mesh/triangle_distance.h"
+
+namespace counterpoint {
+namespace {
+
+/// How far the point lies beyond the face it is farthest beyond: its distance or less; negative inside.
+double excess(const ConvexMesh& hull, const Vector3& p) {
+  double most = -std::numeric_limits<double>::infinity();
+  for (size_t f = 0; f < hull.faces.size(); ++f) {
+    most = std::max(most, hull.face_normals[f].dot(p) - hull.face_offsets[f]);
+  }
+  return most;
+}
+
+double distance_outside(const ConvexMesh& hull, const Vector3& p) {
+  if (excess(hull, p) <= 0.0) return 0.0;
+  double least = std::numeric_limits<double>::infinity();
+  for (const std::vector<int>& face : hull.faces) {
+    for (size_t i = 2; i < face.size(); ++i) {
+      least = std::min(least,
+                       distance_to_triangle(p, hull.vertices[face[0]], hull.vertices[face[i - 1]],
+                                            hull.vertices[face[i]]));
+    }
+  }
+  return least;
+}
+
+/// The index of the largest value.
+template <typename Value>
+int most(const std::vector<Vector3>& points, const Value& value) {
+  int best = 0;
+  for (size_t i = 1; i < points.size(); ++i) {
+    if (value(points[i]) > value(points[best])) best = static_cast<int>(i);
+  }
+  return best;
+}
+
+/// Four vertices that span as much as is easily found.
+std::vector<Vector3> first_tetrahedron(const std::vector<Vector3>& points) {
+  const Vector3 a = points[most(points, [](const Vector3& p) { return p.x(); })];
+  const Vector3 b = points[most(points, [&](const Vector3& p) { return (p - a).squaredNorm(); })];
+  const Vector3 c = points[most(
+      points, [&](const Vector3& p) { return (p - a).cross(b - a).squaredNorm(); })];
+  const Vector3 normal = (b - a).cross(c - a);
+  const Vector3 d =
+      points[most(points, [&](const Vector3& p) { return std::abs(normal.dot(p - a)); })];
+  return {a, b, c, d};
+}
+
+}  // namespace
+
+std::shared_ptr<const ConvexMesh> reduce_hull(const std::shared_ptr<const ConvexMesh>& hull,
+                                              int max_vertices) {
+  if (max_vertices < 4) {
+    throw InputError(fmt::format("{}: a hull of {} vertices; it needs at least 4", hull->source,
+                                 max_vertices));
+  }
+  if (static_cast<int>(hull->vertices.size()) <= max_vertices) return hull;
+  std::vector<Vector3> chosen = first_tetrahedron(hull->vertices);
+  std::shared_ptr<const ConvexMesh> reduced = make_convex_hull(chosen, hull->source);
+  while (static_cast<int>(chosen.size()) < max_vertices) {
+    chosen.push_back(hull->vertices[most(
+        hull->vertices, [&](const Vector3& p) { return excess(*reduced, p); })]);
+    reduced = make_convex_hull(chosen, hull->source);
+  }
+  ConvexMesh out = *reduced;
+  out.source_volume = hull->source_volume;
+  out.standoff = hull->standoff;
+  for (const Vector3& p : hull->vertices) {
+    out.deviation = std::max(out.deviation, distance_outside(out, p));
+  }
+  return std::make_shared<const ConvexMesh>(std::move(out));
+}
+
+std::shared_ptr<const ConvexMesh> HullCache::load(const std::filesystem::path& file,
+                                                  const Vector3& scale) {
+  std::error_code error;
+  std::filesystem::path path = std::filesystem::weakly_canonical(file, error);
+  if (error) path = file;
+  std::shared_ptr<const ConvexMesh>& hull = hulls_[{path, scale.x(), scale.y(), scale.z()}];
+  if (!hull) {
+    hull = load_convex_mesh(file, scale);
+    if (max_vertices_ > 0) hull = reduce_hull(hull, max_vertices_);
+  }
+  return hull;
+}
+
+bool is_visibly_concave(const ConvexMesh& hull) {
+  constexpr double kVolume = 1.05;
+  constexpr double kStandoff = 0.05;  // relative to the hull's diameter
+  return (hull.source_volume > 0.0 && hull.volume > kVolume * hull.source_volume) ||
+         hull.standoff > kStandoff * 2.0 * hull.radius;
+}
+
+std::string hull_note(const ConvexMesh& hull) {
+  if (!is_visibly_concave(hull)) return "";
+  const std::string volume =
+      hull.source_volume > 0.0
+          ? fmt::format("has {:.3g} times the volume and ", hull.volume / hull.source_volume)
+          : "";
+  return fmt::format("is concave: its convex hull, which is used, {}stands up to {:.2g} m off it",
+                     volume, hull.standoff);
+}
+
+}  // namespace counterpoint

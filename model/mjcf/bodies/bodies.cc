@@ -1,0 +1,226 @@
+#include "counterpoint/model/mjcf/bodies/bodies.h"
+
+#include <fmt/format.h>
+#include <tinyxml2.h>
+
+#include <cmath>
+
+#include "counterpoint/model/limits.h"
+#include "counterpoint/model/mjcf/bodies/joints.h"
+
+namespace counterpoint::mjcf {
+namespace {
+
+class TreeReader {
+ public:
+  TreeReader(Document& document, const Defaults& defaults, const Compiler& compiler,
+             MjcfModel& model)
+      : document_(document), defaults_(defaults), compiler_(compiler), model_(model) {}
+
+  Bodies read() {
+    add_link("world", document_.file().string());
+    used_.insert("world");
+    out_.body_names["world"] = 0;
+    BodyNode world;
+    world.element = &document_.root();
+    world.link = "world";
+    out_.bodies.push_back(world);
+    for (const Element* section : document_.sections("worldbody")) {
+      document_.expect(*section, {});
+      read_contents(*section, 0, Pose(), "");
+    }
+    return std::move(out_);
+  }
+
+ private:
+  /// `X_BF`: of the frames between the body and these elements.
+  void read_contents(const Element& element, int body, const Pose& X_BF,
+                     const std::string& childclass) {
+    for (const Element* e : document_.children(element)) {
+      const std::string kind = e->Name();
+      if (kind == "body") {
+        read_body(*e, body, X_BF, childclass);
+      } else if (kind == "geom") {
+        read_one_geom(*e, body, X_BF, childclass);
+      } else if (kind == "site") {
+        const Values v = defaults_.values(*e, childclass);
+        Pose X_BS = pose_of(v, compiler_);
+        if (const auto f = v.numbers("fromto", 6, 6); !f.empty())
+          X_BS.translation = 0.5 * Vector3(f[0] + f[3], f[1] + f[4], f[2] + f[5]);
+        if (const std::string name = name_of(*e); !name.empty())
+          out_.sites[name] = {body, X_BF * X_BS};
+      } else if (kind == "frame") {
+        document_.expect(
+            *e, {"name", "childclass", "pos", "quat", "axisangle", "xyaxes", "zaxis", "euler"});
+        const char* own = e->Attribute("childclass");
+        read_contents(*e, body, X_BF * pose_of(Values(document_, *e), compiler_),
+                      own ? own : childclass);
+      } else if (kind == "joint" || kind == "freejoint" || kind == "inertial") {
+        if (body == 0) document_.fail(*e, "the world cannot move; put it into a <body>");
+        // They are read before all else, in read_body.
+        if (!X_BF.rotation.isIdentity(0.0) || !X_BF.translation.isZero(0.0))
+          document_.fail(*e, "within a displaced <frame> it is not supported; move it out");
+      } else if (kind != "camera" && kind != "light") {
+        document_.fail(*e,
+                       fmt::format("<{}> is not supported; save the model with MuJoCo as one plain "
+                                   "file (mj_saveLastXML), or write the bodies out",
+                                   kind));
+      }
+    }
+  }
+
+  void read_body(const Element& element, int parent, const Pose& X_PF, const std::string& above) {
+    document_.expect(element, {"name", "childclass", "mocap", "pos", "quat", "axisangle", "xyaxes",
+                               "zaxis", "euler", "gravcomp", "user", "sleep"});
+    const Values v(document_, element);
+    const std::string childclass = v.text("childclass", above);
+    const int index = static_cast<int>(out_.bodies.size());
+    if (index > limits::kMaxLinks)
+      document_.fail(element,
+                     fmt::format("more than {} bodies; make the model smaller", limits::kMaxLinks));
+    BodyNode node;
+    node.element = &element;
+    node.parent = parent;
+    const Pose X_PB = X_PF * pose_of(v, compiler_);
+    node.X_WB = out_.bodies[parent].X_WB * X_PB;
+    node.compensation = v.number("gravcomp", 0.0);
+    node.link =
+        free_name(name_of(element).empty() ? fmt::format("body{}", index) : name_of(element));
+    if (v.boolean("mocap", false))
+      document_.note(element, "mocap: moved by programs; it stays where it is");
+    const std::string name = name_of(element);
+    if (!name.empty() && !out_.body_names.emplace(name, index).second)
+      document_.fail(element, "there is already a body of this name");
+
+    std::vector<const Element*> joints;
+    for (const Element* e : contents(element)) {
+      const std::string kind = e->Name();
+      if (kind == "joint" || kind == "freejoint") joints.push_back(e);
+      if (kind != "inertial") continue;
+      if (node.inertial) document_.fail(*e, "a body has one <inertial>");
+      node.inertial = e;
+    }
+    node.weld = joints.empty() ? out_.bodies[parent].weld : index;
+    out_.bodies.push_back(node);
+    std::string hangs_on = out_.bodies[parent].link;
+    Pose at = X_PB;
+    for (std::size_t i = 0; i < joints.size(); ++i)
+      add_joint(*joints[i], index, i, i + 1 == joints.size(), childclass, hangs_on, at);
+    if (hangs_on != node.link) {
+      JointSpec fixed;
+      fixed.name = node.link + ".fixed";
+      fixed.fixed = true;
+      fixed.parent = hangs_on;
+      fixed.child = node.link;
+      fixed.X_PJ = at;
+      fixed.where = document_.where(element);
+      model_.robot.joints.push_back(fixed);
+    }
+    out_.bodies[index].link_index = static_cast<int>(model_.robot.links.size());
+    add_link(node.link, document_.where(element));
+    read_contents(element, index, Pose(), childclass);
+  }
+
+  /// Elements of a body, those in its frames too.
+  std::vector<const Element*> contents(const Element& element) const {
+    std::vector<const Element*> out;
+    for (const Element* e : document_.children(element)) {
+      if (std::string(e->Name()) != "frame") {
+        out.push_back(e);
+        continue;
+      }
+      for (const Element* inner : contents(*e)) out.push_back(inner);
+    }
+    return out;
+  }
+
+  /// Joints of one body turn it one after the other, each about an axis that those before have
+  /// moved. Between them lie links without mass. `at`: the body's frame, in the link it hangs on so
+  /// far.
+  void add_joint(const Element& element, int body, std::size_t number, bool last,
+                 const std::string& childclass, std::string& hangs_on, Pose& at) {
+    JointRead read = read_joint(document_, defaults_, compiler_, element, childclass);
+    const BodyNode& node = out_.bodies[body];
+    const bool is_free = read.spec.type == JointType::kFloating;
+    if (is_free && (node.parent != 0 || number > 0 || !last))
+      document_.fail(element, "a free joint is the only one of a body that hangs on the world");
+    JointSpec& spec = read.spec;
+    const std::string given = name_of(element);
+    spec.name = given.empty() ? fmt::format("{}.joint{}", node.link, number) : given;
+    if (given.empty() && is_free) spec.name = node.link;
+    if (!joint_names_.insert(spec.name).second)
+      document_.fail(element, fmt::format("there is already a joint '{}'", spec.name));
+    spec.parent = hangs_on;
+    const bool ends_here = last && read.anchor.isZero(0.0);
+    spec.child = ends_here ? node.link : free_name(node.link + "." + spec.name);
+    const int index = static_cast<int>(out_.joints.size());
+    out_.joints.push_back(
+        {&element, spec.name, static_cast<int>(model_.robot.joints.size()), body, read.reference});
+    if (!given.empty()) out_.joint_names[given] = index;
+    MjcfModel::Coordinate coordinate{spec.name, spec.type, {read.reference}};
+    if (is_free) {
+      // MuJoCo's coordinates of a free body are its pose in the world.
+      const Quaternion q(node.X_WB.rotation);
+      const Vector3& p = node.X_WB.translation;
+      coordinate.reference = {p.x(), p.y(), p.z(), q.w(), q.x(), q.y(), q.z()};
+      spec.X_PJ = Pose();
+      at = Pose();
+    } else {
+      if (spec.type == JointType::kSpherical) coordinate.reference = {1, 0, 0, 0};
+      spec.X_PJ = at * Pose{Matrix3::Identity(), read.anchor} * read.before;
+      at = {Matrix3::Identity(), -read.anchor};
+    }
+    model_.coordinates.push_back(coordinate);
+    hangs_on = spec.child;
+    if (!ends_here) add_link(spec.child, spec.where);
+    model_.robot.joints.push_back(spec);
+  }
+
+  void read_one_geom(const Element& element, int body, const Pose& X_BF,
+                     const std::string& childclass) {
+    Geom geom = read_geom(defaults_.values(element, childclass), compiler_, X_BF, body);
+    const int index = static_cast<int>(out_.geoms.size());
+    if (!geom.name.empty() && !out_.geom_names.emplace(geom.name, index).second)
+      document_.fail(element, "there is already a geom of this name");
+    if (index >= limits::kMaxGeometries)
+      document_.fail(element, "too many geoms; make the model smaller");
+    geom.collision = fmt::format("{}/{}", out_.bodies[body].link,
+                                 geom.name.empty() ? fmt::format("geom{}", index) : geom.name);
+    out_.geoms.push_back(geom);
+  }
+
+  void add_link(const std::string& name, const std::string& where) {
+    LinkSpec link;
+    link.name = name;
+    link.where = where;
+    model_.robot.links.push_back(link);
+  }
+
+  std::string free_name(const std::string& wish) {
+    std::string name = wish;
+    for (int i = 1; !used_.insert(name).second; ++i) name = fmt::format("{}:{}", wish, i);
+    return name;
+  }
+
+  Document& document_;
+  const Defaults& defaults_;
+  const Compiler& compiler_;
+  MjcfModel& model_;
+  Bodies out_;
+  std::set<std::string> used_, joint_names_;
+};
+
+}  // namespace
+
+int Bodies::body(const Document& document, const Element& user, const std::string& name) const {
+  const auto found = body_names.find(name);
+  if (found != body_names.end()) return found->second;
+  document.fail(user, fmt::format("there is no body '{}'", name));
+}
+
+Bodies read_bodies(Document& document, const Defaults& defaults, const Compiler& compiler,
+                   MjcfModel& model) {
+  return TreeReader(document, defaults, compiler, model).read();
+}
+
+}  // namespace counterpoint::mjcf

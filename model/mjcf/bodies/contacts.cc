@@ -1,0 +1,181 @@
+#include "counterpoint/model/mjcf/bodies/contacts.h"
+
+#include <fmt/format.h>
+#include <tinyxml2.h>
+
+#include <algorithm>
+#include <set>
+
+namespace counterpoint::mjcf {
+namespace {
+
+using Pair = std::pair<int, int>;
+Pair ordered(int a, int b) { return std::minmax(a, b); }
+
+class ContactReader {
+ public:
+  ContactReader(Document& document, const Defaults& defaults, Assets& assets, const Bodies& bodies,
+                MjcfModel& model)
+      : document_(document), defaults_(defaults), assets_(assets), bodies_(bodies), model_(model) {}
+
+  void read() {
+    for (const Element* e : document_.section_children("contact")) {
+      const std::string kind = e->Name();
+      if (kind == "exclude")
+        read_exclusion(*e);
+      else if (kind == "pair")
+        read_pair(defaults_.values(*e, ""));
+      else
+        document_.fail(*e, "<pair> or <exclude> is expected");
+    }
+    std::vector<int> active;
+    for (int i = 0; i < static_cast<int>(bodies_.geoms.size()); ++i) {
+      const Geom& geom = bodies_.geoms[i];
+      if (geom.contype == 0 && geom.conaffinity == 0 && in_pair_.count(i) == 0) continue;
+      active.push_back(i);
+      add_shape(geom);
+    }
+    for (std::size_t a = 0; a < active.size(); ++a)
+      for (std::size_t b = a + 1; b < active.size(); ++b) join(active[a], active[b]);
+  }
+
+ private:
+  void read_exclusion(const Element& e) {
+    document_.expect(e, {"name", "class", "body1", "body2"});
+    const Values v(document_, e);
+    excluded_.insert(ordered(bodies_.body(document_, e, v.text("body1")),
+                             bodies_.body(document_, e, v.text("body2"))));
+  }
+
+  int geom_named(const Values& v, const char* key) const {
+    const auto found = bodies_.geom_names.find(v.text(key));
+    if (found != bodies_.geom_names.end()) return found->second;
+    document_.fail(v.element(), fmt::format("{}: there is no geom '{}'", key, v.text(key)));
+  }
+
+  void read_pair(const Values& v) {
+    const Element& e = v.element();
+    document_.expect(e, {"name", "class", "geom1", "geom2", "condim", "friction", "solref",
+                         "solimp", "solreffriction", "margin", "gap"});
+    const int a = geom_named(v, "geom1"), b = geom_named(v, "geom2");
+    const BodyNode &body_a = body_of(a), &body_b = body_of(b);
+    if (body_a.weld == body_b.weld) return;  // never moves
+    Material surface = combined(a, b, v.integer("condim", 0));
+    if (const auto f = v.numbers("friction", 1, 5); !f.empty()) {
+      const int dimensions = v.integer("condim", common_dimensions(a, b));
+      if (f.size() > 1 && f[0] != f[1])
+        document_.fail(e,
+                       "friction: the first two numbers differ, but friction is the same in all "
+                       "directions here");
+      if (dimensions >= 3) surface.friction = f[0];
+      if (dimensions >= 4 && f.size() > 2) surface.torsional_friction = f[2];
+      if (dimensions >= 6 && f.size() > 3) surface.rolling_friction = f[3];
+    }
+    if (are_joined(a, b))
+      document_.note(e, "its bodies are joined by a joint: they never touch here");
+    in_pair_.insert(a);
+    in_pair_.insert(b);
+    paired_[ordered(a, b)] = surface;
+  }
+
+  const BodyNode& body_of(int geom) const { return bodies_.bodies[bodies_.geoms[geom].body]; }
+
+  /// MuJoCo leaves out bodies joined by a joint, but for those that hang on the world.
+  bool are_joined(int a, int b) const {
+    const int i = body_of(a).weld, j = body_of(b).weld;
+    if (i == 0 || j == 0) return false;
+    const auto above = [&](int body) { return bodies_.bodies[bodies_.bodies[body].parent].weld; };
+    return above(i) == j || above(j) == i;
+  }
+
+  const Geom* of_priority(int a, int b) const {
+    const Geom &first = bodies_.geoms[a], &second = bodies_.geoms[b];
+    if (first.priority == second.priority) return nullptr;
+    return first.priority > second.priority ? &first : &second;
+  }
+
+  int common_dimensions(int a, int b) const {
+    if (const Geom* one = of_priority(a, b)) return one->condim;
+    return std::max(bodies_.geoms[a].condim, bodies_.geoms[b].condim);
+  }
+
+  /// The larger value of both, or that of the one that goes first. `dimensions` 0: theirs.
+  Material combined(int a, int b, int dimensions) const {
+    if (dimensions == 0) dimensions = common_dimensions(a, b);
+    if (const Geom* one = of_priority(a, b)) return one->material(dimensions);
+    Geom both = bodies_.geoms[a];
+    const Geom& other = bodies_.geoms[b];
+    both.slide = std::max(both.slide, other.slide);
+    both.spin = std::max(both.spin, other.spin);
+    both.roll = std::max(both.roll, other.roll);
+    return both.material(dimensions);
+  }
+
+  void add_shape(const Geom& given) {
+    const Geom geom = resolved(given, assets_, document_);
+    const BodyNode& node = bodies_.bodies[geom.body];
+    const Shape shape = shape_of(geom, assets_, document_);
+    const Material material = geom.material(geom.condim);
+    if (node.weld == 0) {
+      model_.environment.push_back({geom.collision, shape, node.X_WB * geom.X_BG, material});
+      return;
+    }
+    if (shape.type == ShapeType::kPlane || shape.type == ShapeType::kTerrain)
+      document_.fail(*geom.element,
+                     "it stands on a body that can move; planes and height fields are "
+                     "fixed to the world");
+    const std::string name = geom.collision.substr(node.link.size() + 1);
+    model_.robot.links[node.link_index].collisions.push_back({name, geom.X_BG, shape, material});
+  }
+
+  void join(int a, int b) {
+    const Geom &first = bodies_.geoms[a], &second = bodies_.geoms[b];
+    if (body_of(a).weld == body_of(b).weld) return;  // the builder knows
+    const auto pair = paired_.find(ordered(a, b));
+    const bool match =
+        (first.contype & second.conaffinity) != 0 || (second.contype & first.conaffinity) != 0;
+    const bool touch =
+        match && !are_joined(a, b) && excluded_.count(ordered(first.body, second.body)) == 0;
+    if (pair == paired_.end() && !touch) {
+      const char* reason = !match             ? "contype and conaffinity"
+                           : are_joined(a, b) ? "of bodies joined by a joint"
+                                              : "excluded by the MJCF file";
+      model_.exclusions.push_back({first.collision, second.collision, reason});
+      return;
+    }
+    const Material surface = pair == paired_.end() ? combined(a, b, 0) : pair->second;
+    const Material usual =
+        combine_materials(first.material(first.condim), second.material(second.condim));
+    if (same(surface, usual)) return;
+    PairSurface values;
+    values.friction = surface.friction;
+    values.torsional_friction = surface.torsional_friction;
+    values.rolling_friction = surface.rolling_friction;
+    model_.surfaces.push_back({first.collision, second.collision, values});
+  }
+
+  static bool same(const Material& a, const Material& b) {
+    constexpr double kRounding = 1e-12;  // of a square root
+    const auto near = [](double x, double y) { return std::abs(x - y) <= kRounding * std::abs(y); };
+    return near(a.friction, b.friction) && near(a.torsional_friction, b.torsional_friction) &&
+           near(a.rolling_friction, b.rolling_friction);
+  }
+
+  Document& document_;
+  const Defaults& defaults_;
+  Assets& assets_;
+  const Bodies& bodies_;
+  MjcfModel& model_;
+  std::set<Pair> excluded_;  // by body
+  std::set<int> in_pair_;
+  std::map<Pair, Material> paired_;
+};
+
+}  // namespace
+
+void read_contacts(Document& document, const Defaults& defaults, Assets& assets,
+                   const Bodies& bodies, MjcfModel& model) {
+  ContactReader(document, defaults, assets, bodies, model).read();
+}
+
+}  // namespace counterpoint::mjcf

@@ -1,0 +1,93 @@
+#include <fmt/format.h>
+#include <tinyxml2.h>
+
+#include "counterpoint/model/inertia.h"
+#include "counterpoint/model/mjcf/bodies/bodies.h"
+
+namespace counterpoint::mjcf {
+namespace {
+
+SpatialInertia read_inertial(const Document& document, const Compiler& compiler,
+                             const Element& element) {
+  document.expect(element, {"pos", "quat", "axisangle", "xyaxes", "zaxis", "euler", "mass",
+                            "diaginertia", "fullinertia"});
+  const Values v(document, element);
+  if (!v.has("mass") || !v.has("pos")) document.fail(element, "mass and pos are expected");
+  const Pose X_BI = pose_of(v, compiler);
+  SpatialInertia inertia;
+  inertia.mass = v.number("mass", 0.0);
+  if (const auto f = v.numbers("fullinertia", 6, 6); !f.empty()) {
+    inertia.rotational << f[0], f[3], f[4], f[3], f[1], f[5], f[4], f[5], f[2];
+  } else {
+    inertia.rotational = v.vector("diaginertia", Vector3::Zero()).asDiagonal();
+  }
+  return inertia.transformed(X_BI);
+}
+
+/// Parts of one body; their products about the common centre.
+SpatialInertia from_geoms(Document& document, const Compiler& compiler, Assets& assets,
+                          const Bodies& bodies, int body) {
+  SpatialInertia sum;
+  for (const Geom& geom : bodies.geoms) {
+    if (geom.body != body || geom.group < compiler.first_inertia_group ||
+        geom.group > compiler.last_inertia_group)
+      continue;
+    sum = sum + inertia_of(geom, assets, document);
+  }
+  return sum;
+}
+
+/// All three moments become their mean where no body has them (balanceinertia); then the bounds.
+void adjust(Document& document, const Compiler& compiler, const Element& element,
+            SpatialInertia& inertia) {
+  inertia.mass = std::max(inertia.mass, compiler.least_mass);
+  if (!compiler.balance_inertia && compiler.least_inertia <= 0.0) return;
+  const PrincipalAxes principal = principal_axes(inertia.rotational);
+  Vector3 m = principal.moments;
+  const bool impossible = m[0] + m[1] < m[2];
+  if (compiler.balance_inertia && impossible) {
+    document.note(element,
+                  "moments of inertia that no body has; as balanceinertia asks, all three are "
+                  "their mean");
+    m.setConstant(m.sum() / 3.0);
+  }
+  m = m.cwiseMax(compiler.least_inertia);
+  if (m == principal.moments) return;
+  inertia.rotational = principal.axes * m.asDiagonal() * principal.axes.transpose();
+}
+
+}  // namespace
+
+void read_inertias(Document& document, const Compiler& compiler, Assets& assets,
+                   const Bodies& bodies, MjcfModel& model) {
+  using Rule = Compiler::InertiaFromGeom;
+  double total = 0.0;
+  for (std::size_t i = 1; i < bodies.bodies.size(); ++i) {
+    const BodyNode& node = bodies.bodies[i];
+    SpatialInertia& inertia = model.robot.links[node.link_index].inertia;
+    const bool by_geoms = compiler.inertia_from_geom == Rule::kAlways ||
+                          (compiler.inertia_from_geom == Rule::kAuto && !node.inertial);
+    // What is fixed to the world weighs nothing there, and its shapes need not be looked at.
+    const bool counts = node.weld != 0 || compiler.total_mass > 0.0;
+    if (node.inertial && !by_geoms)
+      inertia = read_inertial(document, compiler, *node.inertial);
+    else if (by_geoms && counts)
+      inertia = from_geoms(document, compiler, assets, bodies, static_cast<int>(i));
+    if (counts) adjust(document, compiler, *node.element, inertia);
+    if (document.options().repair_inertias) {
+      const std::string defect = inertia_defect(inertia);
+      if (!defect.empty()) {
+        inertia = nearest_physical(inertia);
+        document.note(*node.element, defect + "; replaced by the nearest possible");
+      }
+    }
+    total += inertia.mass;
+  }
+  if (!(compiler.total_mass > 0.0) || !(total > 0.0)) return;
+  for (LinkSpec& link : model.robot.links) {
+    link.inertia.mass *= compiler.total_mass / total;
+    link.inertia.rotational *= compiler.total_mass / total;
+  }
+}
+
+}  // namespace counterpoint::mjcf

@@ -1,0 +1,42 @@
+// <compiler>: units of angles, conventions of orientations, what becomes of inertias.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "counterpoint/model/mjcf/document/document.h"
+
+namespace counterpoint::mjcf {
+
+struct Compiler {
+  enum class InertiaFromGeom { kNever, kAlways, kAuto };
+
+  double angle_unit = 0.017453292519943295;  ///< [rad]: degrees unless the file says otherwise
+  std::string euler_sequence = "xyz";
+  bool auto_limits = true;
+  std::string mesh_folder;  ///< relative to the file
+  bool strip_path = false;
+  InertiaFromGeom inertia_from_geom = InertiaFromGeom::kAuto;
+  int first_inertia_group = 0, last_inertia_group = 5;
+  bool balance_inertia = false;
+  double least_mass = 0.0, least_inertia = 0.0;  ///< [kg], [kg m^2]
+  double total_mass = -1.0;                      ///< [kg]; not positive: as it is
+  bool fit_aabb = false;
+  bool align_free = false;
+};
+
+/// @throws InputError for conventions that no longer exist (coordinate="global").
+Compiler read_compiler(Document& document);
+
+/// The orientation that an element gives by quat, axisangle, xyaxes, zaxis or euler; nothing if it
+/// gives none.
+std::optional<Matrix3> orientation_of(const Values& values, const Compiler& compiler);
+/// With pos.
+Pose pose_of(const Values& values, const Compiler& compiler);
+
+/// The rotation by the least angle that takes z to a unit vector; to -z: about x.
+Matrix3 shortest_from_z(const Vector3& v);
+/// A rotation matrix of a quaternion w x y z of any length but zero.
+Matrix3 rotation_of(const double* quaternion);
+
+}  // namespace counterpoint::mjcf

@@ -1,0 +1,13 @@
+// <actuator>: servos and inputs.
+#pragma once
+
+#include "counterpoint/model/mjcf/forces/equality.h"
+
+namespace counterpoint::mjcf {
+
+/// Fills model.actuators, the servos and effort limits of the robot's joints. After the equalities.
+void read_actuators(Document& document, const Defaults& defaults, const Compiler& compiler,
+                    const Bodies& bodies, const Tendons& tendons, const Ties& ties,
+                    MjcfModel& model);
+
+}  // namespace counterpoint::mjcf

@@ -1,0 +1,50 @@
+// Entries of `models` in a scene file: robots and objects, where they start. Private to scene_yaml.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "counterpoint/model/files/yaml_reader.h"
+#include "counterpoint/model/urdf/srdf.h"
+#include "counterpoint/model/urdf/urdf.h"
+
+namespace counterpoint {
+
+/// Puts models into a builder, one after the other.
+class ModelReader {
+ public:
+  /// `folder`: what relative paths start from. Builder and options must outlive the reader.
+  ModelReader(std::filesystem::path folder, const UrdfOptions& urdf_options, ModelBuilder& builder)
+      : folder_(std::move(folder)), urdf_options_(urdf_options), builder_(builder) {}
+
+  /// One entry with all its copies. `only_one`: without a name it then needs no prefix.
+  void read(const YamlValue& in, bool only_one);
+
+  /// nv velocities at the start, of the model built from these entries.
+  VectorX start_velocities(const Model& model) const;
+
+ private:
+  struct Velocity {
+    YamlValue value;
+    std::string joint;
+    std::vector<double> numbers;
+  };
+
+  void read_mjcf(const YamlValue& in, bool only_one);
+  void place(const YamlValue& in, bool only_one, const std::string& robot_name, const Pose& X_WL,
+             const std::function<void(const Pose&, const std::string&)>& add);
+  RobotSpec read_robot(const YamlValue& in) const;
+  Srdf read_srdf(const YamlValue& in);
+  /// Joint positions and velocities of one copy.
+  void read_start(const YamlValue& in, Base base, int first_joint, const std::string& prefix);
+  void read_base_velocity(const YamlValue& in, Base base, const std::string& joint);
+
+  std::filesystem::path folder_;
+  const UrdfOptions& urdf_options_;
+  ModelBuilder& builder_;
+  std::vector<Velocity> velocities_;
+};
+
+}  // namespace counterpoint

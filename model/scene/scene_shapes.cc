@@ -1,0 +1,144 @@
+#include "counterpoint/model/scene/scene_shapes.h"
+
+#include <fmt/format.h>
+
+#include <cctype>
+#include <limits>
+
+#include "counterpoint/model/terrain/height_field.h"
+#include "counterpoint/model/terrain/terrain.h"
+
+namespace counterpoint {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr const char* kShapeKeys[] = {"plane",    "sphere", "box",  "capsule",
+                                      "cylinder", "mesh", "triangle_mesh",
+                                      "height_field"};
+
+/// `height_field: {file, size, height}`: an image needs the height of white, a table none.
+TriangleMesh read_height_field(const YamlValue& in, const fs::path& folder) {
+  in.expect_map({"file", "size", "height"});
+  const YamlValue name = in.at("file");
+  const fs::path file = resolved(folder, name.text());
+  const std::vector<double> size = in.at("size").numbers();
+  if (size.size() != 2 || !(size[0] > 0.0) || !(size[1] > 0.0)) {
+    in.at("size").fail("two lengths [along x, along y] in metres are expected");
+  }
+  const auto mesh = [&](const HeightGrid& grid, double scale) {
+    return height_field_mesh(grid, size[0], size[1], scale, file.string());
+  };
+  std::string extension = file.extension().string();
+  for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  if (extension == ".png") {
+    const double height = in.at("height").number();
+    return located(name, [&] { return mesh(load_height_image(file), height); });
+  }
+  if (extension != ".csv") name.fail("a .png image or a .csv table of heights is expected");
+  if (in.has("height")) in.at("height").fail("the heights of a table are in metres; leave it out");
+  return located(name, [&] { return mesh(load_height_table(file), 1.0); });
+}
+
+/// `triangle_mesh: FILE` with `scale`, or `height_field`.
+Shape read_terrain(const YamlValue& in, const std::string& kind, const fs::path& folder) {
+  const YamlValue value = in.at(kind.c_str());
+  Shape shape{ShapeType::kTerrain, {}, nullptr};
+  if (kind == "height_field") {
+    const TriangleMesh mesh = read_height_field(value, folder);
+    const std::string file = resolved(folder, value.at("file").text()).string();
+    shape.terrain = located(value, [&] { return make_terrain(mesh, file); });
+    return shape;
+  }
+  const Vector3 scale = in.has("scale") ? in.at("scale").vector3() : Vector3(1, 1, 1);
+  const fs::path file = resolved(folder, value.text());
+  shape.terrain =
+      located(value, [&] { return make_terrain(load_mesh(file, scale), file.string()); });
+  return shape;
+}
+
+}  // namespace
+
+fs::path resolved(const fs::path& folder, const std::string& name) {
+  const fs::path path(name);
+  return path.is_absolute() ? path : folder / path;
+}
+
+Pose read_pose(const YamlValue& in) {
+  Pose pose;
+  if (in.has("position")) pose.translation = in.at("position").vector3();
+  if (in.has("rpy") && in.has("quaternion")) {
+    in.at("quaternion").fail("give either rpy or quaternion, not both");
+  }
+  if (in.has("rpy")) {
+    const Vector3 rpy = in.at("rpy").vector3();
+    pose.rotation = rotation_from_rpy(rpy[0], rpy[1], rpy[2]);
+  }
+  if (in.has("quaternion")) {
+    const YamlValue value = in.at("quaternion");
+    const std::vector<double> q = value.numbers();
+    if (q.size() != 4) value.fail("four numbers [w, x, y, z] are expected");
+    const Quaternion quaternion(q[0], q[1], q[2], q[3]);
+    if (quaternion.norm() < 1e-9) value.fail("a quaternion cannot be zero");
+    pose.rotation = quaternion.normalized().toRotationMatrix();
+  }
+  return pose;
+}
+
+Material read_material(const YamlValue& in, Material material) {
+  const auto read = [&](const char* key, double high, double& value) {
+    if (in.has(key)) value = in.at(key).number(0.0, high);
+  };
+  read("friction", kInfinity, material.friction);
+  read("restitution", 1.0, material.restitution);
+  read("torsional_friction", kInfinity, material.torsional_friction);
+  read("rolling_friction", kInfinity, material.rolling_friction);
+  return material;
+}
+
+Shape read_shape(const YamlValue& in, const fs::path& folder, HullCache& hulls) {
+  const char* found = nullptr;
+  for (const char* key : kShapeKeys) {
+    if (!in.has(key)) continue;
+    if (found != nullptr)
+      in.fail(fmt::format("both {} and {} are given; one shape is", found, key));
+    found = key;
+  }
+  if (found == nullptr) {
+    in.fail(
+        "a shape is missing: one of plane, sphere, box, capsule, cylinder, mesh, triangle_mesh, "
+        "height_field");
+  }
+  const std::string kind = found;
+  const YamlValue value = in.at(found);
+  const auto sizes = [&](size_t count, const char* what) {
+    std::vector<double> numbers = value.numbers();
+    if (numbers.size() != count) value.fail(fmt::format("{} is expected", what));
+    for (const double n : numbers) {
+      if (n <= 0.0) value.fail(fmt::format("{} is not positive; {} is expected", n, what));
+    }
+    return numbers;
+  };
+  if (kind == "sphere") {
+    return {ShapeType::kSphere, {sizes(1, "a radius [m]")[0], 0, 0}, nullptr};
+  }
+  if (kind == "plane") return {ShapeType::kPlane, {}, nullptr};  // its normal: read_plane
+  if (kind == "box") {
+    const auto s = sizes(3, "three half lengths [m]");
+    return {ShapeType::kBox, {s[0], s[1], s[2]}, nullptr};
+  }
+  if (kind == "triangle_mesh" || kind == "height_field") return read_terrain(in, kind, folder);
+  if (kind == "mesh") {
+    const Vector3 scale = in.has("scale") ? in.at("scale").vector3() : Vector3(1, 1, 1);
+    return located(value, [&] {
+      return Shape{ShapeType::kConvexMesh, {}, hulls.load(resolved(folder, value.text()), scale)};
+    });
+  }
+  const auto s = sizes(2, "[radius, length] in metres (without the caps of a capsule)");
+  return {kind == "capsule" ? ShapeType::kCapsule : ShapeType::kCylinder,
+          {s[0], 0.5 * s[1], 0},
+          nullptr};
+}
+
+}  // namespace counterpoint

@@ -1,0 +1,328 @@
+#include "counterpoint/model/scene/scene_yaml.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <limits>
+
+#include "counterpoint/model/scene/scene_models.h"
+#include "counterpoint/model/scene/scene_shapes.h"
+#include "counterpoint/model/terrain/terrain.h"
+
+namespace counterpoint {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+/// Reads one scene file from top to bottom: docs/reference/scene-format.md.
+class SceneReader {
+ public:
+  SceneReader(const YamlValue& root, const fs::path& file, const SceneOverrides& overrides)
+      : root_(root),
+        folder_(file.parent_path()),
+        scene_name_(root.has("name") ? root.at("name").text() : file.stem().string()),
+        builder_(read_gravity(root)),
+        models_(folder_, urdf_options_, builder_) {
+    if (root.has("defaults")) {
+      const YamlValue defaults = root.at("defaults");
+      defaults.expect_map({"friction", "restitution", "torsional_friction", "rolling_friction"});
+      urdf_options_.default_material = read_material(defaults, Material());
+    }
+    urdf_options_.packages = overrides.packages;
+    if (root.has("packages")) {
+      for (const auto& [name, value] : root.at("packages").entries()) {
+        urdf_options_.packages.emplace(name, resolved(folder_, value.text()));
+      }
+    }
+    const int hull_vertices =
+        root.has("hull_vertices") ? root.at("hull_vertices").integer(4, 1'000'000) : 0;
+    urdf_options_.hulls = std::make_shared<HullCache>(hull_vertices);
+    urdf_options_.repair_inertias =
+        overrides.repair_inertias ||
+        (root.has("repair_inertias") && root.at("repair_inertias").boolean());
+    urdf_options_.repair_joints =
+        overrides.repair_joints ||
+        (root.has("repair_joints") && root.at("repair_joints").boolean());
+    const double filled = overrides.fill_inertia > 0.0 ? overrides.fill_inertia
+                          : root.has("fill_inertia")   ? root.at("fill_inertia").positive()
+                                                       : 0.0;
+    if (filled > 0.0) builder_.fill_inertia(filled);
+  }
+
+  Scene read() {
+    const SimulationOptions options = read_options();
+    if (root_.has("models")) {
+      const std::vector<YamlValue> models = root_.at("models").list();
+      for (const YamlValue& model : models) models_.read(model, models.size() == 1);
+    }
+    if (root_.has("ground")) read_ground(root_.at("ground"));
+    if (root_.has("environment")) {
+      for (const YamlValue& item : root_.at("environment").list()) read_environment(item);
+    }
+    if (root_.has("groups")) read_groups(root_.at("groups"));
+    if (root_.has("exclude")) {
+      for (const YamlValue& pair : root_.at("exclude").list()) read_exclusion(pair);
+    }
+    if (root_.has("pairs")) {
+      for (const YamlValue& item : root_.at("pairs").list()) read_pair(item);
+    }
+    if (root_.has("closures")) {
+      for (const YamlValue& item : root_.at("closures").list()) read_closure(item);
+    }
+    Model model = build();
+    VectorX q = model.default_q();
+    VectorX v = models_.start_velocities(model);
+    return {scene_name_, std::move(model), std::move(q), std::move(v), options};
+  }
+
+ private:
+  static Vector3 read_gravity(const YamlValue& root) {
+    root.expect_map({"name",           "gravity",       "time_step",       "duration",
+                     "contact",        "packages",      "repair_inertias", "defaults",
+                     "models",         "ground",        "environment",     "exclude",
+                     "groups",         "hull_vertices", "closures",        "effects",
+                     "max_speed",      "closing_time",  "integrator",      "step_control",
+                     "velocity_forces", "repair_joints", "fill_inertia", "pairs"});
+    if (root.has("gravity")) return root.at("gravity").vector3();
+    return {0, 0, -kStandardGravity};
+  }
+
+  SimulationOptions read_options() const {
+    SimulationOptions options;
+    if (root_.has("time_step")) options.time_step = root_.at("time_step").positive();
+    if (root_.has("integrator")) options.integrator = read_integrator(root_.at("integrator"));
+    if (root_.has("duration")) options.duration = root_.at("duration").number(0.0, kInfinity);
+    if (root_.has("max_speed")) options.max_speed = read_bound(root_.at("max_speed"));
+    if (root_.has("closing_time")) options.closing_time = read_bound(root_.at("closing_time"));
+    if (root_.has("velocity_forces"))
+      options.mean_velocity_forces = read_velocity_forces(root_.at("velocity_forces"));
+    if (root_.has("effects")) read_effects(root_.at("effects"), options.effects);
+    if (root_.has("step_control"))
+      options.step_control = read_step_control(root_.at("step_control"));
+    if (root_.has("contact")) read_contact(root_.at("contact"), options.contact);
+    return options;
+  }
+
+  static Integrator read_integrator(const YamlValue& in) {
+    const auto integrator = integrator_from_name(in.text());
+    if (!integrator)
+      in.fail("'" + in.text() +
+              "' is not one of semi_implicit_euler, implicit_midpoint, runge_kutta_4");
+    return *integrator;
+  }
+
+  static StepControlOptions read_step_control(const YamlValue& in) {
+    in.expect_map({"tolerance", "relative_tolerance", "event_tolerance", "min_step", "max_step",
+                   "interval", "strict"});
+    StepControlOptions out;
+    if (in.has("tolerance")) out.tolerance = in.at("tolerance").positive();
+    if (in.has("relative_tolerance"))
+      out.relative_tolerance = in.at("relative_tolerance").number(0.0, kInfinity);
+    if (in.has("event_tolerance")) out.event_tolerance = in.at("event_tolerance").positive();
+    if (in.has("min_step")) out.min_step = in.at("min_step").positive();
+    if (in.has("max_step")) out.max_step = in.at("max_step").positive();
+    if (in.has("interval")) out.interval = in.at("interval").number(0.0, kInfinity);
+    if (in.has("strict")) out.strict = in.at("strict").boolean();
+    if (const std::string flaw = step_control_flaw(out); !flaw.empty()) in.fail(flaw);
+    return out;
+  }
+
+  static bool read_velocity_forces(const YamlValue& in) {
+    if (!in.is_text("mean") && !in.is_text("start")) in.fail("mean or start is expected");
+    return in.is_text("mean");
+  }
+
+  static double read_bound(const YamlValue& in) {
+    return in.is_text("none") ? kInfinity : in.positive();
+  }
+
+  /// `effects: {NAME: on or off}`
+  static void read_effects(const YamlValue& in, EffectSet& effects) {
+    for (const auto& [name, value] : in.entries()) {
+      const auto effect = effect_from_name(name);
+      if (!effect) value.fail("'" + name + "' is no effect; known: " + effect_names());
+      effects.set(*effect, value.boolean());
+    }
+  }
+
+  static void read_preset(const YamlValue& value, ContactOptions& contact) {
+    const auto preset = contact_preset_from_name(value.text());
+    if (!preset) value.fail("'" + value.text() + "' is not one of fast, default, hard");
+    apply_contact_preset(*preset, contact);
+  }
+
+  /// `contact: fast`, or `contact: {preset: fast, ...}`; what else is given goes before the preset.
+  static void read_contact(const YamlValue& in, ContactOptions& contact) {
+    if (!in.is_map()) return read_preset(in, contact);
+    in.expect_map({"preset", "friction_model", "compliance", "smoothing", "stabilization",
+                   "max_recovery_speed", "margin", "reach_acceleration", "slip_time"});
+    if (in.has("preset")) read_preset(in.at("preset"), contact);
+    if (in.has("friction_model")) {
+      const YamlValue value = in.at("friction_model");
+      const auto model = friction_model_from_name(value.text());
+      if (!model) value.fail("'" + value.text() + "' is not one of convex, lagged, coulomb");
+      contact.friction_model = *model;
+    }
+    if (in.has("compliance")) contact.compliance = in.at("compliance").positive();
+    if (in.has("smoothing")) contact.smoothing = in.at("smoothing").number(0.0, kInfinity);
+    if (in.has("stabilization")) contact.stabilization = in.at("stabilization").number(0.0, 1.0);
+    if (in.has("max_recovery_speed")) {
+      contact.max_recovery_speed = in.at("max_recovery_speed").number(0.0, kInfinity);
+    }
+    if (in.has("margin")) contact.margin = in.at("margin").number(0.0, kInfinity);
+    if (in.has("reach_acceleration"))
+      contact.reach_acceleration = in.at("reach_acceleration").number(0.0, kInfinity);
+    if (in.has("slip_time")) contact.slip_time = in.at("slip_time").positive();
+  }
+
+  static Matrix3 read_normal(const YamlValue& in) {
+    const Vector3 normal = in.vector3();
+    if (normal.norm() < 1e-9) in.fail("a normal cannot be zero");
+    return rotation_z_to(normal.normalized());
+  }
+
+  void read_ground(const YamlValue& in) {
+    in.expect_map(
+        {"height", "normal", "friction", "restitution", "torsional_friction", "rolling_friction"});
+    Pose pose;
+    if (in.has("height")) pose.translation.z() = in.at("height").number();
+    if (in.has("normal")) pose.rotation = read_normal(in.at("normal"));
+    const Material material = read_material(in, urdf_options_.default_material);
+    located(in, [&] {
+      return builder_.add_environment(kGroundName, {ShapeType::kPlane, {}, nullptr}, pose,
+                                      material);
+    });
+  }
+
+  void read_environment(const YamlValue& in) {
+    in.expect_map({"name", "plane", "sphere", "box", "capsule", "cylinder", "mesh", "triangle_mesh",
+                   "height_field", "scale", "position", "rpy", "quaternion", "friction",
+                   "restitution", "torsional_friction", "rolling_friction"});
+    const Shape shape = read_shape(in, folder_, *urdf_options_.hulls);
+    const std::string name = in.at("name").text();
+    if (shape.mesh && !hull_note(*shape.mesh).empty()) {
+      builder_.add_note({in.where() + ": environment '" + name + "'",
+                         "mesh '" + in.at("mesh").text() + "' " + hull_note(*shape.mesh)});
+    }
+    if (shape.terrain) note_flaws(*shape.terrain, in.where() + ": environment '" + name + "'");
+    const Material material = read_material(in, urdf_options_.default_material);
+    Pose pose = read_pose(in);
+    if (in.has("plane")) pose.rotation = pose.rotation * read_normal(in.at("plane"));
+    located(in, [&] { return builder_.add_environment(name, shape, pose, material); });
+  }
+
+  void note_flaws(const Terrain& terrain, const std::string& where) {
+    if (terrain.dropped > 0) {
+      builder_.add_note({where, fmt::format("{} triangles without area, or given twice, left out",
+                                            terrain.dropped)});
+    }
+    if (terrain.misfits > 0) {
+      builder_.add_note(
+          {where,
+           fmt::format("{} edges at which triangles of opposite orientation or more than two "
+                       "triangles meet; a triangle pushes to the side from which its corners "
+                       "run counter-clockwise only",
+                       terrain.misfits)});
+    }
+  }
+
+  /// `groups: {NAME: [links or geometries]}`, for exclusions.
+  void read_groups(const YamlValue& in) {
+    for (const auto& [name, value] : in.entries()) {
+      std::vector<std::string>& members = groups_[name];
+      for (const YamlValue& member : value.list()) members.push_back(member.text());
+      if (members.empty()) value.fail("a group needs at least one link or geometry");
+      for (const std::string& member : members) {
+        // Names are checked here, whether or not the group is used.
+        located(value, [&] { builder_.geometries_named(member); });
+      }
+    }
+  }
+
+  std::vector<std::string> members(const std::string& name) const {
+    const auto group = groups_.find(name);
+    return group == groups_.end() ? std::vector<std::string>{name} : group->second;
+  }
+
+  void read_exclusion(const YamlValue& in) {
+    const std::vector<YamlValue> pair = in.list();
+    if (pair.size() != 2) in.fail("two names [a, b] are expected");
+    const std::string name_a = pair[0].text(), name_b = pair[1].text();
+    const bool by_group = groups_.count(name_a) + groups_.count(name_b) > 0;
+    const std::string reason = by_group
+                                   ? fmt::format("excluded by the scene: [{}, {}]", name_a, name_b)
+                                   : "excluded by the scene";
+    for (const std::string& a : members(name_a)) {
+      for (const std::string& b : members(name_b)) {
+        located(in, [&] { builder_.exclude_pair(a, b, reason); });
+      }
+    }
+  }
+
+  /// `{between: [a, b], friction: ...}`: links, geometries or groups.
+  void read_pair(const YamlValue& in) {
+    in.expect_map(
+        {"between", "friction", "restitution", "torsional_friction", "rolling_friction"});
+    const std::vector<YamlValue> between = in.at("between").list();
+    if (between.size() != 2) in.at("between").fail("two names [a, b] are expected");
+    PairSurface surface;
+    const auto read = [&](const char* key, double high, std::optional<double>& value) {
+      if (in.has(key)) value = in.at(key).number(0.0, high);
+    };
+    read("friction", kInfinity, surface.friction);
+    read("restitution", 1.0, surface.restitution);
+    read("torsional_friction", kInfinity, surface.torsional_friction);
+    read("rolling_friction", kInfinity, surface.rolling_friction);
+    for (const std::string& a : members(between[0].text()))
+      for (const std::string& b : members(between[1].text()))
+        located(in, [&] { builder_.set_pair_surface(a, b, surface); });
+  }
+
+  void read_closure(const YamlValue& in) {
+    in.expect_map({"type", "between", "name", "anchor_a", "anchor_b", "rpy", "quaternion", "length",
+                   "collide"});
+    ClosureSpec closure;
+    const YamlValue type = in.at("type");
+    bool known = false;
+    for (const ClosureType t : {ClosureType::kBall, ClosureType::kWeld, ClosureType::kDistance}) {
+      if (type.text() != closure_type_name(t)) continue;
+      closure.type = t;
+      known = true;
+    }
+    if (!known) type.fail("'" + type.text() + "' is not one of ball, weld, distance");
+    const std::vector<YamlValue> between = in.at("between").list();
+    if (between.size() != 2) in.at("between").fail("two links [a, b] are expected");
+    closure.link_a = between[0].text();
+    closure.link_b = between[1].text();
+    if (in.has("name")) closure.name = in.at("name").text();
+    if (in.has("anchor_a")) closure.anchor_a = in.at("anchor_a").vector3();
+    if (in.has("anchor_b")) closure.anchor_b = in.at("anchor_b").vector3();
+    if (in.has("rpy") || in.has("quaternion")) closure.orientation = read_pose(in).rotation;
+    if (in.has("length")) closure.length = in.at("length").positive();
+    if (in.has("collide")) closure.collide = in.at("collide").boolean();
+    closure.where = in.where();
+    builder_.add_closure(closure);
+  }
+
+  Model build() {
+    return located(root_, [&] { return builder_.build(); });
+  }
+
+  const YamlValue root_;
+  fs::path folder_;
+  std::string scene_name_;
+  UrdfOptions urdf_options_;
+  ModelBuilder builder_;
+  ModelReader models_;
+  std::map<std::string, std::vector<std::string>> groups_;
+};
+
+}  // namespace
+
+Scene load_yaml_scene(const fs::path& file, const SceneOverrides& overrides) {
+  return SceneReader(YamlValue::load(file), file, overrides).read();
+}
+
+}  // namespace counterpoint

@@ -1,0 +1,125 @@
+// Trees that turn fast: no run to infinity, and the same exact inverse.
+#include "counterpoint/engine/forces/energy_projection.h"
+
+#include <gtest/gtest.h>
+
+#include <utility>
+
+#include "counterpoint/engine/dynamics/energy.h"
+#include "counterpoint/engine/dynamics/kinematics.h"
+#include "counterpoint/engine/simulator.h"
+#include "support/linkages.h"
+#include "support/random_model.h"
+
+namespace counterpoint {
+namespace {
+
+struct Conserved {
+  double energy;
+  Vector3 momentum;
+};
+
+Conserved conserved(const Simulator& sim) {
+  const Data data = test::kinematics_of(sim);
+  return {kinetic_energy(sim.model(), sim.state().v, data),
+          total_momentum(sim.model(), data).force};
+}
+
+/// Six links on revolute and ball joints without gravity; nothing else drives or brakes them. False
+/// if this seed has other joints.
+bool turns_only(const Model& model) {
+  for (int i = 1; i < model.num_bodies(); ++i) {
+    const JointType type = model.body(i).joint_type;
+    const bool base = type == JointType::kFloating && model.body(i).parent == 0;
+    if (!base && type != JointType::kRevolute && type != JointType::kSpherical) return false;
+  }
+  return true;
+}
+
+Model random_tree(int seed, Base base) {
+  ModelBuilder builder(Vector3::Zero());
+  builder.add_robot(test::make_random_robot(seed, {.links = 6, .base = base}), base, Pose(), "");
+  return builder.build();
+}
+
+/// Calls visit(simulator) for ten such trees, set off at up to `speed` [rad/s] a coordinate.
+template <class Visit>
+void for_each_tree(Base base, double speed, Visit visit) {
+  int count = 0;
+  for (int seed = 1; count < 10; ++seed) {
+    ASSERT_LT(seed, 200) << "trees that turn only";
+    Model model = random_tree(seed, base);
+    if (!turns_only(model)) continue;
+    ++count;
+    SCOPED_TRACE(seed);
+    Simulator sim = test::simulate(std::move(model));
+    State state = sim.state();
+    state.v = test::random_vector(sim.model().nv(), seed, speed);
+    sim.set_state(state);
+    visit(sim);
+  }
+}
+
+class FastTree : public ::testing::TestWithParam<Base> {};
+INSTANTIATE_TEST_SUITE_P(Bases, FastTree, ::testing::Values(Base::kFixed, Base::kFloating),
+                         [](const auto& base) {
+                           return base.param == Base::kFixed ? "fixed" : "floating";
+                         });
+
+TEST_P(FastTree, KeepsEnergyHoweverFast) {
+  for (const double speed : {100.0, 1000.0}) {  // up to two radians a step
+    for_each_tree(GetParam(), speed, [&](Simulator& sim) {
+      const Conserved before = conserved(sim);
+      // The tolerance of the scale, 1e-7, twice over in the energy, a step.
+      constexpr double kEnergy = 2e-7;
+      for (int i = 1; i <= 500; ++i) {
+        ASSERT_TRUE(sim.step().succeeded()) << speed << " " << i;
+        ASSERT_NEAR(conserved(sim).energy / before.energy, 1.0, kEnergy * i + 1e-10)
+            << speed << " " << i;
+      }
+      // Rounding of 500 steps.
+      if (GetParam() == Base::kFloating) {
+        const Vector3 change = conserved(sim).momentum - before.momentum;
+        EXPECT_LT(change.norm(), 1e-11 * before.momentum.norm());
+      }
+    });
+  }
+}
+
+TEST_P(FastTree, TheInverseFindsNothingApplied) {
+  // From where nothing is corrected to where all is.
+  for (const double speed : {1.0, 5.0, 10.0, 20.0, 1000.0}) {
+    for_each_tree(GetParam(), speed, [&](Simulator& sim) {
+      for (int i = 0; i < 50; ++i) {
+        const VectorX q = sim.state().q, v = sim.state().v;
+        ASSERT_TRUE(sim.step().succeeded());
+        const Inverse& inverse = sim.inverse(q, v, sim.state().v);
+        // Rounding of w+ - w over h, and of recursions through six links of up to a metre.
+        double mass = 0.0;
+        for (int b = 1; b < sim.model().num_bodies(); ++b) mass += sim.model().body(b).inertia.mass;
+        const double rounding = 1e-13 * mass * v.cwiseAbs().maxCoeff() / sim.options().time_step;
+        EXPECT_LT(inverse.applied_force.cwiseAbs().maxCoeff(), rounding) << i;
+      }
+    });
+  }
+}
+
+TEST_P(FastTree, NothingIsDoneToSlowTrees) {
+  for_each_tree(GetParam(), 3.0, [&](Simulator& sim) {
+    const Model& model = sim.model();
+    Data data = test::kinematics_of(sim);
+    EnergyProjection energy_projection(model);
+    const VectorX none = VectorX::Zero(model.nv());
+    // 3 rad/s a coordinate and six links: h omega^2 may exceed kSlow, at a hundredth of the step it
+    // is far below.
+    for (int t = 0; t < model.num_trees(); ++t) {
+      EXPECT_EQ(
+          energy_projection.apply(model, 2e-5, sim.state().q, sim.state().v, false, none, t, data),
+          0.0);
+      EXPECT_FALSE(data.has_mean_force[model.trees()[t].body_begin]);
+    }
+  });
+}
+
+}  // namespace
+}  // namespace counterpoint
