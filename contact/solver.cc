@@ -111,7 +111,6 @@ struct Solver::Impl {
 Solver::Solver() : impl_(std::make_unique<Impl>()) {
   // Longer histories than any seen so far would otherwise allocate in the middle of a run.
   impl_->report.residual_history.reserve(kUsualHistory);
-  impl_->report.cost_history.reserve(kUsualHistory);
   impl_->report.softened.reserve(kUsualSoftened);
 }
 Solver::~Solver() = default;
@@ -142,7 +141,6 @@ void Solver::Impl::solve_island(const Problem& problem, const Settings& settings
   if (report.residual_history.empty() || result.iterations > report.iterations) {
     report.iterations = result.iterations;
     report.residual_history = totals.residual_history;
-    report.cost_history = totals.cost_history;
   }
   report.total_iterations += result.iterations;
   report.method = std::max(report.method, result.method);
@@ -168,7 +166,6 @@ const Report& Solver::solve(const Problem& problem, const Settings& settings, Ei
   report.softened.clear();
   report.method = Method::kVelocity;
   report.residual_history.clear();
-  report.cost_history.clear();
   if (!settings.warm) impulse.setConstant(std::numeric_limits<double>::quiet_NaN());
   if (report.status != Status::kConverged) {
     impulse.setZero();

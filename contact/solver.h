@@ -81,7 +81,6 @@ struct Report {
   std::vector<double>
       residual_history;  ///< relative, where Newton's method on velocities was; steps of other
                          ///< methods are counted, not listed; island with most steps
-  std::vector<double> cost_history;  ///< [J], the same island; empty where some law is `coulomb`
 };
 
 /// Scratch memory inside: one per thread. The result is a pure function of the arguments.

@@ -82,6 +82,13 @@ struct BodyDrag {
   Drag drag;
 };
 
+/// A force that carries a share of a link's weight (MJCF gravcomp): -mass gravity at its centre of mass.
+struct GravityCompensation {
+  int body = 0;
+  Vector3 center = Vector3::Zero();  ///< the link's centre of mass, in the body frame [m]
+  double mass = 0.0;                 ///< carried: the share times the link's mass [kg]
+};
+
 /// A frame fixed to a body: every URDF link has one, merged or not.
 struct Frame {
   std::string name;
@@ -158,6 +165,7 @@ class Model {
   /// Index into servos() of a joint; -1 if it has none.
   int find_servo(int joint) const;
   const std::vector<BodyDrag>& drags() const { return drags_; }
+  const std::vector<GravityCompensation>& gravity_compensations() const { return gravity_compensations_; }
   const std::vector<Closure>& closures() const { return closures_; }
   const std::vector<Note>& notes() const { return notes_; }
 
@@ -194,6 +202,7 @@ class Model {
   std::vector<JointSpring> springs_;
   std::vector<JointServo> servos_;
   std::vector<BodyDrag> drags_;
+  std::vector<GravityCompensation> gravity_compensations_;
   std::vector<Closure> closures_;
   std::vector<Note> notes_;
   std::vector<std::pair<int, int>> excluded_pairs_;

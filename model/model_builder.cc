@@ -95,6 +95,9 @@ void ModelBuilder::add_link(const LinkSpec& link, const Placement& placement, in
   frame_geometries_.push_back(static_cast<int>(model_.geometries_.size()));
   add_collisions(link, placement, body, X_BL, frame);
   if (body == 0) return;
+  if (link.gravity_compensation != 0.0)
+    model_.gravity_compensations_.push_back(
+        {body, X_BL * link.inertia.center, link.gravity_compensation * link.inertia.mass});
   if (link.drag.any()) model_.drags_.push_back({body, X_BL * link.inertia.center, link.drag});
   Body& moved = model_.bodies_[body];
   moved.inertia = moved.inertia + link.inertia.transformed(X_BL);

@@ -16,6 +16,7 @@ struct LinkSpec {
   std::string name;
   SpatialInertia inertia;  ///< in the link frame
   Drag drag;
+  double gravity_compensation = 0.0;  ///< share of the link's weight that a force carries: GravityCompensation
   struct Collision {
     std::string name;  ///< empty: numbered
     Pose X_LG;

@@ -49,17 +49,8 @@ void Newton::begin(IslandSystem& system) {
   hessian_.resize(system.hessian_size());
   totals_.iterations = totals_.line_search_evaluations = 0;
   evaluated_ = false;
-  for (auto* history : {&totals_.residual_history, &totals_.cost_history}) {
-    history->reserve(kUsualHistory);
-    history->clear();
-  }
-}
-
-// Of the point that evaluate_residual saw last.
-double Newton::cost_here() const {
-  double sum = 0.5 * dot(difference_, momentum_);
-  for (const auto& c : system_->constraints()) sum += potential(c.law, y_.data() + c.row);
-  return sum;
+  totals_.residual_history.reserve(kUsualHistory);
+  totals_.residual_history.clear();
 }
 
 void Newton::choose_start(std::vector<double>& w, std::vector<double>& f) {
@@ -215,7 +206,6 @@ void Newton::record() {
   recorded_ = true;
   residual_ = scale_ > kNothing ? gradient_norm_ / scale_ : 0.0;
   totals_.residual_history.push_back(residual_);
-  if (!unsymmetric_) totals_.cost_history.push_back(cost_here());
 }
 
 // A step that did not reduce the residual, or a line search lost in noise: round-off, or failure?

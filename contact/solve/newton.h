@@ -26,7 +26,7 @@ class Newton {
   struct Totals {
     int iterations = 0;
     int line_search_evaluations = 0;
-    std::vector<double> residual_history, cost_history;
+    std::vector<double> residual_history;
   };
 
   /// Begins with an island: sizes memory, forgets the totals.
@@ -48,7 +48,6 @@ class Newton {
   const Totals& totals() const { return totals_; }
 
  private:
-  double cost_here() const;
   void evaluate_residual(const std::vector<double>& w, std::vector<double>& f);
   double roundoff_floor(const std::vector<double>& w);
   bool compute_direction();
