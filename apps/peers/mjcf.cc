@@ -8,9 +8,9 @@
 #include <map>
 #include <set>
 
-#include "carried_share.h"
 #include "counterpoint/collision/broadphase/pair_filter.h"
 #include "counterpoint/model/inertia.h"
+#include "gravcomp.h"
 
 namespace counterpoint::peers {
 namespace {
@@ -150,7 +150,7 @@ class Writer {
       Pose pose = body.X_PJ;
       if (is_free(body))
         pose = joint_pose(body.X_PJ, body.joint_type, scene_.q.data() + body.q_index);
-      line("<body name='b{}' gravcomp='{:.17g}' {}>", i, carried_share(model_, i), placed(pose));
+      line("<body name='b{}'{} {}>", i, gravcomp(model_, i), placed(pose));
       joints(i);
       inertia(body.inertia);
       body_contents(i);
