@@ -38,7 +38,7 @@ struct Parameter {
 };
 
 /// KIND[:ELEMENT][=LOW..HIGH], comma separated, for this scene. Kinds, elements, units and default
-/// bounds: docs/guide/recordings.md. @throws InputError naming the part that is no such thing, and what
+/// bounds: docs/reference/recording-format.md. @throws InputError naming the part that is no such thing, and what
 /// there is.
 std::vector<Parameter> parse_parameters(const std::string& text, const Scene& scene);
 
