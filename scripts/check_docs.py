@@ -169,7 +169,7 @@ def check_names(code, sources):
 def check_decisions(text):
     for record in re.split(r"^## ", text, flags=re.M)[1:]:
         title = record.split("\n")[0]
-        if not re.search(r"^\*20\d\d-\d\d-\d\d\*", record, re.M):
+        if not re.search(r"^\*20\d\d-\d\d-\d\d[^*]*\*$", record, re.M):
             yield f"decision '{title}' has no date"
         places = [record.find(f"**{part}.**") for part in PARTS]
         if -1 in places or places != sorted(places):
