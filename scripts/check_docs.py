@@ -146,6 +146,8 @@ def check_tests(code, sources):
     for name in re.findall(r"(?<![\w/.*])([A-Z]\w+\.[A-Z]\w+)(?![\w.])", code):
         if name.split(".")[0] in sources.suites and name not in sources.tests:
             yield f"names the test {name}, which is not there"
+    if re.fullmatch(r"[A-Z]\w*[a-z]\w*\.[A-Z]\w*[a-z]\w*", code) and code not in sources.tests:
+        yield f"names the test {code}, which is not there"
     for pattern in re.findall(r"ctest[^\n]*?-R '?([^'\s]+)'?", code):
         if not any(re.search(pattern, test) for test in sources.ctests):
             yield f"ctest -R {pattern} finds no test"
