@@ -1,4 +1,4 @@
-// Figures of a scene by name, to be set or looked for: "friction", "mass:cube", "damping:elbow".
+// Parameters of a scene by name, to be set or identified: "friction", "mass:cube", "damping:elbow".
 #pragma once
 
 #include <string>
