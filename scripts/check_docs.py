@@ -48,9 +48,13 @@ USER_ROOTS = ("build", "out", "DIR", "PREFIX", "ROBOTS", "~")
 
 
 def listed_files(root):
-    found = subprocess.run(["git", "-C", root, "ls-files", "-co", "--exclude-standard"], capture_output=True, text=True)
-    names = found.stdout.split("\n") if found.returncode == 0 else [
-        str(p.relative_to(root)) for p in root.rglob("*") if p.is_file() and "build" not in p.parts]
+    try:
+        found = subprocess.run(["git", "-C", root, "ls-files", "-co", "--exclude-standard"], capture_output=True,
+                               text=True, check=True)
+        names = found.stdout.split("\n")
+    except (OSError, subprocess.CalledProcessError):  # no git, or an archive
+        names = [str(p.relative_to(root)) for p in root.rglob("*")
+                 if p.is_file() and not {"build", ".git", "out"} & set(p.relative_to(root).parts)]
     return [name for name in names if name and (root / name).is_file()]
 
 
