@@ -1,4 +1,4 @@
-// Questions about shapes and scenes: distance, rays, overlaps, contacts of a pose.
+// Queries of shapes and scenes: distance, rays, overlaps, contacts of a pose.
 //
 // Of two shapes anywhere:
 //

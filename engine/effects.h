@@ -1,4 +1,4 @@
-// Which effects a scene calls for, and why: worked out once, then a step runs these and no others.
+// Which effects a scene calls for, and why: determined once; a step runs these and no others.
 #pragma once
 
 #include <string>

@@ -1,5 +1,5 @@
-// Why a step could not be done: what is at fault, which body, joint, contact, closure or
-// coordinate that is, how large, and what a user can do about it.
+// Why a step failed: the kind of fault, the body, joint, contact, closure or coordinate at fault,
+// how large it is, and what a user can do.
 #pragma once
 
 #include <string>

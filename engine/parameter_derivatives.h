@@ -1,4 +1,4 @@
-// Derivatives of a step by figures of the model and of the laws: of its inverse, and of the forward
+// Derivatives of a step by parameters of the model and of the laws: of its inverse, and of the forward
 // step by one product with those of step_derivatives.h.
 //
 //   inverse   u = u(q, v, v+, p)            du/dp

@@ -1,4 +1,4 @@
-// The few lines most users need: a scene, its state, step, inverse.
+// For most users: a scene with its state, steps and their inverse.
 #pragma once
 
 #include <optional>

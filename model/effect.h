@@ -1,5 +1,5 @@
-// What can move a scene's bodies, by name. A scene calls for some of these effects; a step runs
-// those and no others; a scene file's `effects:` section switches any of them off. Equations:
+// Effects: forces and constraints by name. A scene calls for some of them; a step runs those and no
+// others; a scene file's `effects:` section switches any of them off. Equations:
 // docs/explanation/effects.md.
 #pragma once
 

@@ -1,4 +1,4 @@
-// Is an inertia that of a real body, and does a kinematic tree have inertia wherever it can move?
+// Checks of inertia: is it that of a real body, and does every joint of a tree move some?
 #pragma once
 
 #include <string>

@@ -1,6 +1,6 @@
 // What a file may ask for before it is refused, so that a damaged or hostile one is answered with a
 // message and not with all the memory, stack or time of the machine. Each limit is far beyond the
-// largest model we know of; docs/reference/limits.md says why each is what it is.
+// largest model known to us; docs/reference/limits.md says why each is what it is.
 #pragma once
 
 #include <cstddef>

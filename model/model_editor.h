@@ -1,5 +1,5 @@
-// A model as another one with other figures: same bodies, joints and names, so that a state of one
-// is a state of the other. For those who look for the figures (identification, sensitivities).
+// A copy of a model with other parameters: same bodies, joints and names, so that a state of one is
+// a state of the other. For identification and sensitivities.
 #pragma once
 
 #include <tuple>

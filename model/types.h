@@ -1,4 +1,4 @@
-// The numeric vocabulary of the project: Eigen names used everywhere, all in double precision.
+// Numeric types of the project: Eigen types in double precision.
 #pragma once
 
 #include <Eigen/Core>

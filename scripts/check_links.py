@@ -11,8 +11,7 @@ LINK = re.compile(r"\]\(([^)\s]+)\)")
 NAMED = re.compile(r"(?<![\w/.-])(docs/[\w/-]+\.(?:md|svg|png))")
 LONGEST = 120
 # History, and what other programs write.
-FREE = ("CHANGELOG.md", "docs/reference/python.md", "docs/reference/options.md", "docs/architecture.md",
-        "docs/explanation/" "architecture.md")
+FREE = ("CHANGELOG.md", "docs/reference/python.md", "docs/reference/options.md")
 
 
 def without_code(text):
@@ -30,9 +29,13 @@ def anchors(text):
 
 def main():
     root = pathlib.Path(sys.argv[1] if len(sys.argv) > 1 else pathlib.Path(__file__).parents[1]).resolve()
-    listed = subprocess.run(["git", "-C", root, "ls-files", "-co", "--exclude-standard"], capture_output=True, text=True)
-    files = listed.stdout.split("\n") if listed.returncode == 0 else [
-        str(p.relative_to(root)) for p in root.rglob("*") if "build" not in p.parts]
+    try:
+        listed = subprocess.run(["git", "-C", root, "ls-files", "-co", "--exclude-standard"], capture_output=True,
+                                text=True, check=True)
+        files = listed.stdout.split("\n")
+    except (OSError, subprocess.CalledProcessError):  # no git, or an archive
+        files = [str(p.relative_to(root)) for p in root.rglob("*")
+                 if not {"build", ".git", "out"} & set(p.relative_to(root).parts)]
     bad, links = [], 0
     for name in sorted(filter(None, files)):
         file = root / name

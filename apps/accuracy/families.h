@@ -1,4 +1,4 @@
-// What is varied: one family a curve, one setting a point of it.
+// What is varied: a family of settings is a curve, a setting a point of it.
 #pragma once
 
 #include <functional>

@@ -1,4 +1,4 @@
-// What the figures say: orders, the Pareto front, the cheapest setting for a wanted error.
+// Evaluation of measurements: orders, the Pareto front, the cheapest setting for a wanted error.
 #pragma once
 
 #include <optional>

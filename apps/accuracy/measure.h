@@ -1,4 +1,4 @@
-// What each setting costs, and how far off it is.
+// Cost and error of each setting.
 #pragma once
 
 #include <optional>

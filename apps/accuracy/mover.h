@@ -1,4 +1,5 @@
-// What takes a scene from one state to a later one: this engine at some setting, or any other one.
+// Adapter of an engine: takes a scene from one state to a later one, by this engine at some setting
+// or by another engine.
 #pragma once
 
 #include <memory>

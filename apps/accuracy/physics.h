@@ -1,4 +1,4 @@
-// How well a setting keeps to the laws of mechanics, whatever its error: contact residuals on the
+// Physical residuals of a setting, beside its error: contact residuals on the
 // scene itself, energy, the inverse, and three blocks whose behaviour is known.
 #pragma once
 

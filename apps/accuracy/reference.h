@@ -1,4 +1,4 @@
-// What the pieces are measured against, and how far that itself may be off.
+// The reference of the pieces, and its own error.
 #pragma once
 
 #include <functional>

@@ -1,5 +1,5 @@
-// Several ways to do one thing, timed in turn so that all of them meet the same moods of the
-// machine.
+// Several ways to do one thing, timed in turn so that changes in the
+// speed of the machine affect all of them alike.
 #pragma once
 
 #include <functional>

@@ -1,5 +1,5 @@
-// Subcommands and their options. CLI11 parses them, in command_line.cc and nowhere else: every file
-// that includes its header emits the whole parser, ten seconds of compile time each.
+// Subcommands and their options. CLI11 parses them, in command_line.cc and nowhere else: its
+// header adds about ten seconds of compile time to every file that includes it.
 #pragma once
 
 #include <functional>

@@ -1,5 +1,4 @@
-// Mechanisms stepped for long: what holds them together must hold as well at the end as at the
-// start.
+// Mechanisms stepped for long: the errors of their constraints must not grow from start to end.
 #pragma once
 
 #include <string>

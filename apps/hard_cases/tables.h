@@ -1,4 +1,4 @@
-// What hard cases found: as text, as Markdown, for machines.
+// Results of hard cases: as text, as Markdown, for machines.
 #pragma once
 
 #include <cstdio>

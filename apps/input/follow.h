@@ -1,4 +1,4 @@
-// A motion that a simulation is to follow: its forces, and feedback on where the robot is.
+// A motion that a simulation follows: its forces, and feedback on where the robot is.
 #pragma once
 
 #include <cstdint>

@@ -1,5 +1,5 @@
-// What is watched over a run beside the steps themselves: is there energy that nothing gave, is a
-// body below the ground?
+// Figures observed over a run beside the steps themselves: energy beyond the work of the inputs,
+// depth of bodies below the ground.
 #pragma once
 
 #include "counterpoint/engine/dynamics/data.h"

@@ -1,4 +1,4 @@
-// What the steps of a run cost, as quantiles: a mean hides the step that a controller waits for.
+// Quantiles of the cost of steps: a mean hides the longest step, which a controller waits for.
 #pragma once
 
 #include <algorithm>

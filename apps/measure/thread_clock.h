@@ -1,4 +1,4 @@
-// The clock that time on a busy machine is taken by.
+// Processor time of the calling thread, which a busy machine changes little.
 #pragma once
 
 #include <ctime>

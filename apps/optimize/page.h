@@ -1,4 +1,4 @@
-// What optimize found, as a folder with one HTML page: --report DIR.
+// Results of optimize, as a folder with one HTML page: --report DIR.
 #pragma once
 
 #include <filesystem>

@@ -1,4 +1,4 @@
-// What a peer says to a scene that it has no words for.
+// Thrown where a scene needs what another engine lacks.
 #pragma once
 
 #include <stdexcept>

@@ -1,4 +1,4 @@
-// The Python module `counterpoint`: who binds what. One file a room of the C++ library.
+// The Python module `counterpoint`: who binds what. One file for each folder of the C++ library.
 //
 // Rules of all of them:
 //   * names and semantics are those of C++; getters are properties, enumerations the words of scene

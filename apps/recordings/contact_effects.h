@@ -1,4 +1,4 @@
-// What is left of a scene where contacts and closures alone count.
+// A scene reduced to its contacts and closures.
 #pragma once
 
 #include "counterpoint/engine/effects.h"

@@ -1,4 +1,4 @@
-// How far what a scene says of one coordinate is from what was recorded, over many values.
+// Statistics of the difference between prediction and recording, by coordinate.
 #pragma once
 
 #include <optional>

@@ -1,4 +1,4 @@
-// Exact derivatives of the residuals that identification makes small, by the parameters that steps
+// Exact derivatives of the residuals that identification minimizes, by the parameters that steps
 // have closed forms for (parameter_derivatives.h).
 #pragma once
 

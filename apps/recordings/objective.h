@@ -1,4 +1,4 @@
-// What a fit makes small: how far predictions of recordings are from them.
+// Objectives of a fit: distances of predictions from recordings.
 #pragma once
 
 #include <memory>

@@ -1,4 +1,4 @@
-// What compare and identify found, as a folder with one HTML page and its pictures: --report DIR.
+// Results of compare and identify, as a folder with one HTML page and its pictures: --report DIR.
 #pragma once
 
 #include <filesystem>

@@ -1,4 +1,4 @@
-// Figures of a scene by name, to be set or looked for: "friction", "mass:cube", "damping:elbow".
+// Parameters of a scene by name, to be set or identified: "friction", "mass:cube", "damping:elbow".
 #pragma once
 
 #include <string>
@@ -38,7 +38,7 @@ struct Parameter {
 };
 
 /// KIND[:ELEMENT][=LOW..HIGH], comma separated, for this scene. Kinds, elements, units and default
-/// bounds: docs/guide/recordings.md. @throws InputError naming the part that is no such thing, and what
+/// bounds: docs/reference/recording-format.md. @throws InputError naming the part that is no such thing, and what
 /// there is.
 std::vector<Parameter> parse_parameters(const std::string& text, const Scene& scene);
 

@@ -1,5 +1,5 @@
 // A recording predicted by simulation, from its first row or anew every few rows, and how far the
-// prediction is from it (docs/guide/recordings.md, The score).
+// prediction is from it (docs/reference/recording-format.md, The score).
 #pragma once
 
 #include <optional>

@@ -1,5 +1,5 @@
 // Recordings of real motions: which column is which coordinate of a scene (a YAML column map,
-// docs/guide/recordings.md), and the recording read through it.
+// docs/reference/recording-format.md), and the recording read through it.
 #pragma once
 
 #include <filesystem>

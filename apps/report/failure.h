@@ -1,4 +1,4 @@
-// What is said of a step that failed, the same in every command.
+// Messages of a failed step, the same in every command.
 #pragma once
 
 #include <string>

@@ -1,4 +1,4 @@
-// One HTML page that needs nothing beside it: headings, words, tables, pictures.
+// A self-contained HTML page: headings, text, tables, pictures.
 #pragma once
 
 #include <string>

@@ -1,4 +1,4 @@
-// What a command found, for machines: --json FILE (docs/reference/json-reports.md).
+// Results of a command for programs: --json FILE (docs/reference/json-reports.md).
 #pragma once
 
 #include <cstdio>

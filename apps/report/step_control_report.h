@@ -1,4 +1,4 @@
-// Controlled steps as commands meet them: the options that ask for them, and what is said of them.
+// Step control in commands: its options, and its part of reports.
 #pragma once
 
 #include <optional>

@@ -7,7 +7,7 @@
 namespace counterpoint::collision {
 
 /// Pose X_WB of every body, the world first, at model.default_q(). Collision must not depend on the
-/// engine, whose kinematics do the same and more.
+/// engine, whose kinematics would give the same.
 std::vector<Pose> default_poses(const Model& model);
 
 }  // namespace counterpoint::collision

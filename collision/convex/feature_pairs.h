@@ -1,8 +1,8 @@
-// The exact normal between a corner, an edge, a side or a rim of one shape and such a piece of
+// The exact normal between a feature (corner, edge, side or rim) of one shape and a feature of
 // another.
 //
-// Iteration on support functions creeps up on a curved surface. Once it is known which pieces
-// touch, their common normal is a smooth problem in at most two unknowns. Private to gjk and epa.
+// Iteration on support functions converges slowly on a curved surface. Once it is known which
+// features touch, their common normal is a smooth problem in at most two unknowns. Private to gjk and epa.
 #pragma once
 
 #include "counterpoint/collision/convex/feature.h"

@@ -1,8 +1,8 @@
 // One function a pair of shape types, the lower type first. Private: callers use pair_contacts.
 //
 // All share the contract of pair_contacts and are called with A at the origin of the common frame,
-// so that no digits are lost far from the world's origin; but for spheres and capsules among one
-// another, which see to that themselves: to move the poses would take half their time. `out` is
+// so that no digits are lost far from the world's origin. Functions of two spheres or capsules take
+// any poses, since moving the poses would take half their time. `out` is
 // empty on entry.
 #pragma once
 

@@ -2,7 +2,7 @@
 //
 // A corner of the shape touches the face below it, along the face's normal; an edge or corner of the
 // mesh touches the shape only where the surface bends away (or ends), along a normal between those of
-// its faces. So the seams of a flat or hollow ground are never in the way, and the contacts of a body
+// its faces. So a body never catches on the seams of flat or hollow ground, and the contacts of a body
 // on flat triangles are those with a plane.
 #pragma once
 

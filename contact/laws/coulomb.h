@@ -1,7 +1,7 @@
 // Exact Coulomb friction at one velocity. Internal to the law.
 //
 // In scaled coordinates z_i = mu_i y_i, f_i = mu_i phi_i, with t = |z_T|, one regularizer rho, a
-// slip speed v and smoothing k, the normal impulse n does not know of friction, and friction is
+// slip speed v and smoothing k, the normal impulse n does not depend on friction, and friction is
 // bounded by n:
 //
 //   n = g(z_N)                       the scalar law (scalar_law.h)

@@ -1,4 +1,4 @@
-// The branches of a kinematic tree, found in the zeros of its inertia.
+// Limbs: unbranched runs of velocities of a kinematic tree, found in the zeros of its inertia.
 #pragma once
 
 #include <cstdint>

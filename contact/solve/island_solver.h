@@ -1,5 +1,5 @@
-// Solves one island by a short plan: methods one after the other, and where none of them comes to
-// the solution, softer laws (README.md, The solver).
+// Solves one island by a sequence of methods, and by softer laws where none of them finds the
+// solution (README.md, The solver).
 #pragma once
 
 #include <vector>

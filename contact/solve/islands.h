@@ -1,4 +1,4 @@
-// Islands: sets of velocity blocks that constraints tie together, found by union-find.
+// Islands: sets of velocity blocks that constraints connect, found by union-find.
 #pragma once
 
 #include <span>

@@ -31,7 +31,7 @@ constexpr double kRaise = 100.0, kRaiseFromNone = 1e-2;
 
 void MixedNewton::reserve(const IslandSystem& system) { step_.reserve(system); }
 
-// One step, halved until the residual falls or no longer; false if singular.
+// One step, halved until the residual falls, at most max_halvings times; false if singular.
 bool MixedNewton::advance(MixedSystem& system, int max_halvings, MixedSystem::Point& point,
                           double& norm) {
   if (!system.factor()) return false;

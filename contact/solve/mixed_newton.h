@@ -1,5 +1,5 @@
-// Newton's method on the mixed system: without smoothing from a start that is nearly right, and
-// along falling smoothing from any.
+// Newton's method on the mixed system: without smoothing from a start near the solution, and by
+// continuation in smoothing from any start.
 #pragma once
 
 #include "counterpoint/contact/solve/mixed_system.h"

@@ -1,4 +1,4 @@
-// Newton's method on the next velocity of one island, at the smoothing its laws have now.
+// Newton's method on the next velocity of one island, at the present smoothing of its laws.
 //
 // Without Coulomb laws the residual M(w - w*) - J'f(Jw + b) is the gradient of a convex cost:
 // Cholesky, and a line search for its zero along the direction, which cannot fail but to round-off.

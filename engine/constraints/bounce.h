@@ -1,4 +1,5 @@
-// A contact with restitution that closes within a step: when, and how fast it parts at the end.
+// A contact with restitution that closes within a step: the time of the impact, and the
+// normal velocity after it at the end of the step.
 #pragma once
 
 #include "counterpoint/model/scene.h"

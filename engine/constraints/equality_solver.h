@@ -1,8 +1,8 @@
-// What equalities make of free velocities: one linear system, kept factored.
+// Velocities that satisfy equality constraints: one linear system, kept factored.
 //
 //   w+ = w* - inv(M) J' f,    (J inv(M) J' + R) f = J w* + b
 //
-// contact::Solver finds the same, to its tolerance and whatever the laws; a prediction needs neither.
+// contact::Solver finds the same to its tolerance, for any laws; here all laws are equalities.
 #pragma once
 
 #include <vector>
@@ -14,7 +14,7 @@ namespace counterpoint {
 
 class EqualitySolver {
  public:
-  /// With more rows than this contact::Solver, which takes islands one by one, is the better one.
+  /// With more rows contact::Solver is faster, since it solves islands one by one.
   static constexpr int kManyRows = 48;
 
   /// False if there are too many rows, or M is singular. All laws must be equalities.

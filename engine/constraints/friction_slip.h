@@ -4,9 +4,9 @@
 //   (q, w)
 //
 // Friction reaches its bound at a slip of v_slip more (contact/laws/coulomb.h), whatever the load. How
-// loads are shared among many contacts that stick is redrawn with every micrometre that an island
-// moves; with a slip of a thousandth of that motion it is not. It fades with the motion, and with
-// h as the error of the integrator does; it knows the load, which a compliance does not.
+// many sticking contacts share loads changes with every micrometre that an island moves; a slip of
+// a thousandth of that motion prevents this. It vanishes with the motion, and with h as the error
+// of the integrator does, and it does not depend on the load, unlike creep by compliance.
 #pragma once
 
 #include <vector>

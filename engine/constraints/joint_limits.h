@@ -2,8 +2,8 @@
 //
 //   y = +- w+ + gap / h,   f >= 0
 //
-// A limit has a row if it is near as judged from (q, w). What an impact or a strong force throws
-// against a limit from afar within one step is seen only in the velocity that the step came to:
+// A limit has a row if it is near as judged from (q, w). A joint that an impact or a strong force
+// drives against a limit from afar within one step is seen only in the velocity after the step:
 // then the limit gets its row and the step is solved again. The inverse knows that velocity and
 // finds the same rows.
 #pragma once

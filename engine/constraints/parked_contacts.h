@@ -3,8 +3,8 @@
 //   parked: gap > D + 2 h (closing speed at w),     row after all: gap + h J_N w+ < E
 //
 // Candidates are found as far as bodies may travel in any direction, and most of them stay open.
-// One that is near as judged from (q, w) has rows; the others are looked at once the step is
-// solved, and where the velocity leads to them they get rows and the step is solved again, as with
+// One that is near as judged from (q, w) has rows; the others are examined after the
+// solve, and where the velocity leads to them they get rows and the step is solved again, as with
 // joint limits (joint_limits.h). The inverse knows that velocity and finds the same.
 //
 // At the end gap E a contact would give k h / E, the force of the smoothing length times the weight

@@ -1,4 +1,4 @@
-// Which constraint, joint or force is behind a step that failed. Run after a failure only: it may
+// Which constraint, joint or force caused a step to fail. Run after a failure only: it may
 // allocate, and nothing in it shapes a motion.
 #pragma once
 

@@ -1,8 +1,8 @@
 // Constraints that nothing can meet: closures and mimic joints that stay open. Each step of such a
 // one is a valid solution (what holds the bodies apart yields as much as compliance lets it), so
-// only a run shows it. Recovery asks what is far open to close at contact.max_recovery_speed; what
-// has come closer by less than a tenth of that for closing_time, in which a pose that cannot move
-// (links in one line) is long left, is at fault.
+// only a run shows it. A closure that is far open is to close at contact.max_recovery_speed;
+// one that has closed by less than a tenth of that over closing_time, which is long enough to
+// leave a singular pose (links in one line), is at fault.
 #pragma once
 
 #include <limits>

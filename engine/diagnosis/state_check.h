@@ -1,10 +1,10 @@
-// What a step is given and what comes out of it, checked in a few nanoseconds. What is at fault is
-// looked for only after a step has failed.
+// What a step is given and what comes out of it, checked in a few nanoseconds. The element at fault
+// is searched for only after a step has failed.
 //
-// Of what is given, sizes, coordinates, lengths of quaternions and applied forces are looked at
+// Of what is given, sizes, coordinates, lengths of quaternions and applied forces are checked
 // before a step: collision must not see what is not a number, and a normalized quaternion or a
-// clamped force would hide what was wrong. All else that is not finite comes out as a state that is
-// not, and that is looked at after every step.
+// clamped force would hide what was wrong. Any other number that is not finite leads to a state that
+// is not finite, which is checked after every step.
 #pragma once
 
 #include <vector>

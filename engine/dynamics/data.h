@@ -2,7 +2,7 @@
 //
 // Every body's motions and forces are kept in world axes at the body's own origin: going from body
 // to parent then takes a shift and no rotation, and lengths in the arithmetic stay those of a link,
-// however far from the world's origin it is (docs/decisions/README.md).
+// however far from the world's origin it is (docs/decisions/dynamics.md).
 #pragma once
 
 #include <vector>

@@ -1,4 +1,4 @@
-// Where the link of a name is, and how it moves.
+// Pose and velocity of a link by name.
 #pragma once
 
 #include <string>

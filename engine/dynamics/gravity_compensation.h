@@ -1,9 +1,8 @@
 // Weight that is carried (MJCF gravcomp): force -m g on a body, of a mass m at a point c of it.
 //
-// As gravity enters inverse and forward dynamics by the acceleration of the world, so this enters
-// them beside it: whatever is computed under gravity g, the forecasts of a step and its derivatives
-// too, is computed under what is left of the weight. The energy that belongs to it is m g'c,
-// against -m g'c of the weight (energy.h).
+// Gravity enters inverse and forward dynamics as an acceleration of the world. This force enters
+// beside it, wherever something is computed under gravity: in steps, in their predicted velocities
+// and in derivatives. Its potential energy is m g'c, that of the weight -m g'c (energy.h).
 #pragma once
 
 #include <span>
@@ -12,7 +11,7 @@
 
 namespace counterpoint {
 
-/// Those of bodies in a range.
+/// The compensations of a range of bodies.
 std::span<const GravityCompensation> compensations_of(const Model& model, BodyRange bodies);
 
 /// The point that carries, from the body's origin in W [m]. Needs compute_poses.
@@ -25,7 +24,7 @@ inline Vector3 arm_of(const GravityCompensation& carried, const Data& data) {
 void subtract_carried_weight(const Model& model, const Vector3& gravity, BodyRange bodies,
                              const Data& data, std::vector<Force>& needed);
 
-/// sum m c over a body's, in its frame [kg m].
+/// Sum of m c over the compensations of a body, in its frame [kg m].
 Vector3 carried_moment(const Model& model, int body);
 
 }  // namespace counterpoint

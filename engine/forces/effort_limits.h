@@ -1,7 +1,7 @@
 // What motors can give: the applied force of a joint is clamped to +-E in each coordinate.
 //
-// Of actuated joints without a servo; where there is one its row does it (servos.h). The inverse
-// recovers what was really applied.
+// Of actuated joints without a servo; the row of a servo includes the limit (servos.h). The inverse
+// recovers the clamped force.
 #pragma once
 
 #include "counterpoint/model/effect.h"

@@ -22,9 +22,9 @@ double smooth_step(double x) {
   return x * x * (3.0 - 2.0 * x);
 }
 
-/// The energy is that which mid_velocity.h keeps: else a tree that goes to and fro between slow and
-/// fast is heated or cooled by the difference, as by an engine. h: the step, if the tree has a
-/// prediction; else 0: its forces at the start of the step keep no energy anyway.
+/// The energy is the one that mid_velocity.h keeps: otherwise a tree that alternates between slow and
+/// fast gains or loses the difference each time. h: the step, if the tree has a prediction; else 0:
+/// forces at the start of the step keep no energy anyway.
 TreeMotion motion_of(const Model& model, const Tree& tree, const VectorX& rotors, double h,
                      const VectorRef& v, Data& data) {
   TreeMotion motion;

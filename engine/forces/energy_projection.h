@@ -2,8 +2,8 @@
 //
 // Coriolis, centrifugal and gyroscopic forces, taken at the start of a step, do work on a tree, in
 // proportion to h omega^2 of its energy a second; taken in its middle (mid_velocity.h) they do none
-// of first order, but still drive a whip or a flailing leg to infinity once a step turns it too
-// far. So for trees that turn fast the mean of what they alone would do stands for them, M (w_free
+// of first order, but still make a whip or a flailing leg diverge once a step turns it too
+// far. So trees that turn fast take the mean effect of these forces alone, M (w_free
 // - w) / h, where w_free is what they alone would lead to, moved along itself to where the kinetic
 // energy at the pose reached is that of the start (projection: Hairer, Lubich, Wanner 2006, IV.4);
 // if the tree floats, with the motion of its centre of mass held. Below kSlow nothing is done, from

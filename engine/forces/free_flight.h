@@ -1,14 +1,14 @@
-// Bodies on their own turn as Euler's top does, exactly.
+// Single bodies turn as Euler's top does, exactly.
 //
 // A tree of one body on a floating joint, or on a spherical joint in the world, has velocity terms
 // that depend on its angular velocity alone. Taken at the start of the step, as those of all other
-// trees are, they feed energy into every body that spins, without bound from about a radian a step.
-// So their mean over the step stands for them, n_flight = I (w_free - w) / h, where w_free is the
+// trees are, they add energy to every body that spins, without bound from about a radian a step.
+// So their mean over the step is taken, n_flight = I (w_free - w) / h, where w_free is the
 // velocity at its end if nothing else acted. It depends on w alone: the inverse knows it.
 //
 // A top on a ball joint is turned by its weight as well. That torque acts in the middle of the
 // step, between two halves of the free motion: with poses half a step from velocities this is the
-// leapfrog scheme, and nothing feeds a nutation. n_flight holds the difference to the weight at the
+// leapfrog scheme, and no energy goes into nutation. n_flight holds the difference to the weight at the
 // start, known from (q, w) as well.
 #pragma once
 

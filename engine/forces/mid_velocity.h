@@ -2,11 +2,11 @@
 //
 // In the semi-implicit scheme poses are half a step from velocities: w is that of the middle of the
 // step before, w+ that of the middle of the step to come. Forces at q belong between the two. Taken
-// at w alone, Coriolis, centrifugal and gyroscopic forces n(q, w) = B(w, w) feed
+// at w alone, Coriolis, centrifugal and gyroscopic forces n(q, w) = B(w, w) add
 //
 //   h a' dT/dq [W],    a: acceleration by all that acts, T: kinetic energy
 //
-// into a linkage, of either sign, for ever: w' dT/dq changes sign with the motion, this does not.
+// to the energy of a linkage, in every step with the same sign; w' dT/dq changes sign.
 // So of trees that have a prediction w + h a (velocity_predictor.h) they are taken as B(w, w + h a), which is
 // n(q, w + h a / 2) less what is of second order in a: a tree at rest feels none. Impulses of
 // closures must be part of a: they cancel most of what the forces alone would do.

@@ -1,4 +1,4 @@
-// Servo motors, implicit, and what they can give.
+// Servo motors, implicit, with effort limits.
 //
 //   s(w+) = kp (q_t - q - h w+) + kd (w_t - w+)          servo
 //   f = s + u, with an effort limit f = clamp(s + u, -E, E)

@@ -1,4 +1,4 @@
-// A state in a file, to go on from to the same bits (docs/reference/trajectory-format.md, State files).
+// A state in a file, from which a run is resumed to the same bits (docs/reference/trajectory-format.md, State files).
 #pragma once
 
 #include <cstdint>

@@ -1,5 +1,5 @@
-// Motions of robots that push against the world, found by their positions alone: nobody says when
-// or where they touch (docs/guide/trajectory-optimization.md).
+// Trajectory optimization through contact with positions as the only unknowns: contact times and
+// places are found, not given (docs/guide/trajectory-optimization.md).
 //
 //   Result result = optimize(problem, frames, settings);
 #pragma once

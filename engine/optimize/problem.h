@@ -6,8 +6,8 @@
 //
 //   minimize over q   1/2 sum over frames, terms of | weight (value - target) |^2
 //
-// subject to conditions, terms that are to vanish; that nothing pushes where no motor is
-// (kUnactuatedForce) is one. After Kurtz, Castro, Oncul and Lin, "Inverse Dynamics Trajectory
+// subject to conditions, terms that are to vanish; one is that there is no force where
+// there is no motor (kUnactuatedForce). After Kurtz, Castro, Oncul and Lin, "Inverse Dynamics Trajectory
 // Optimization for Contact-Implicit Model Predictive Control" (2023), and Todorov, "A convex,
 // smooth and invertible contact model for trajectory optimization" (ICRA 2011).
 #pragma once

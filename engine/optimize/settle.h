@@ -1,5 +1,5 @@
-// A pose that stands: with smoothing, contacts carry a weight from a distance, so that where a
-// robot stands depends on it.
+// A pose in which contacts carry the weight. With smoothing they carry it from a distance, so the
+// pose depends on the smoothing.
 #pragma once
 
 #include "counterpoint/engine/step.h"

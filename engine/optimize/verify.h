@@ -1,4 +1,4 @@
-// Is a motion what the engine would do? Every frame, forward.
+// Verification of a motion: does a forward step from each frame reach the next?
 #pragma once
 
 #include <utility>

@@ -1,4 +1,4 @@
-// How unlike two names are, to say which one was meant.
+// Edit distance of two names, to suggest the nearest one.
 #pragma once
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// Whole text files in memory, as far as they are of a sane size.
+// Whole text files in memory, up to a limit of size.
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,4 @@
-// What a Collada file says of solids, and nothing else of it.
+// The solids of a Collada file, written anew without anything else.
 #pragma once
 
 #include <filesystem>

@@ -1,4 +1,4 @@
-// Triangles found by place: a tree of boxes.
+// A tree of boxes over triangles (bounding volume hierarchy).
 #pragma once
 
 #include <array>

@@ -1,4 +1,4 @@
-// <option>, <keyframe>, and what is passed over.
+// <option>, <keyframe>, and elements that are ignored.
 #pragma once
 
 #include "counterpoint/model/mjcf/bodies/bodies.h"

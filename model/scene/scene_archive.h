@@ -1,5 +1,5 @@
 // A scene as bytes, all of it, to be read by the same version of this library: for copies in other
-// processes. Files for people are scene files.
+// processes. To keep a scene, use scene files.
 #pragma once
 
 #include <string>

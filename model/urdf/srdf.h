@@ -1,4 +1,4 @@
-// SRDF files: the pairs of links that MoveIt's setup assistant has found never to collide.
+// SRDF files: the pairs of links that never collide, as MoveIt's setup assistant found.
 #pragma once
 
 #include <filesystem>

@@ -41,6 +41,17 @@ inline VectorX pushed_rounding(const Problem& problem, const VectorX& w) {
   return size.transpose() * (df + kUnit * additions * f.cwiseAbs());
 }
 
+/// What the solver may leave of |M(w - w*) - J'f| at the round-off floor, in the norm of inv(diag
+/// M) [sqrt(J)]: four times the bound of rounding (README.md, When a solve ends).
+inline double motion_rounding(const Problem& problem, const VectorX& w) {
+  const VectorX free = problem.free_velocity();
+  const MatrixX mass = dense_mass(problem);
+  const double operations = static_cast<double>(w.size()) + 2.0;
+  const VectorX rounding = pushed_rounding(problem, w) +
+                           kUnit * operations * mass.cwiseAbs() * (w.cwiseAbs() + free.cwiseAbs());
+  return 4.0 * std::sqrt(rounding.cwiseAbs2().cwiseQuotient(mass.diagonal()).sum());
+}
+
 struct Cost {
   double value = 0.0;     ///< 1/2 |w - w*|_M^2 + sum of the potentials [J]
   double rounding = 0.0;  ///< how wrong that may be

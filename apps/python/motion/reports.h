@@ -1,4 +1,4 @@
-// What steps and inverses say, with the model that their indices are of.
+// Reports of steps and inverses, with the model that their indices refer to.
 #pragma once
 
 #include "counterpoint/engine/step.h"

@@ -1,4 +1,4 @@
-// Exceptions that C++ does not know.
+// Exceptions that exist in Python only.
 #pragma once
 
 #include <filesystem>

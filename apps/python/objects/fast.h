@@ -1,4 +1,5 @@
-// What loops in Python call most, without pybind11's dispatch: half a microsecond of every call. A
+// The most frequent calls of loops in Python, without pybind11's dispatch, which takes half a
+// microsecond. A
 // method or property defined by pybind11 first is replaced by one of CPython's own kind, with the
 // same name and docstring.
 #pragma once

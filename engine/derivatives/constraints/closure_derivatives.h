@@ -1,7 +1,7 @@
 // How the biases of a closure's rows (closures.h) change with the motion.
 //
 // With e the error of the closure, c its acceleration at constant joint velocities, y = J w and
-// r(e) the speed of recovery, the bias of a closure aimed by a share s with velocities w is
+// r(e) the speed of recovery, the bias of a closure, of which a share s is taken at the pose that w leads to, is
 //
 //   b = r(e) + (1 - s) h c / 2 + s ((e(q (+) h w) - e(q)) / h - y)
 //

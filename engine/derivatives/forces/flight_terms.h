@@ -1,4 +1,4 @@
-// Derivatives of the mean forces of bodies on their own (free_flight.h).
+// Derivatives of the mean forces of single bodies (free_flight.h).
 #pragma once
 
 #include "counterpoint/engine/forces/free_flight.h"

@@ -1,5 +1,5 @@
-// What the prediction of tied trees (velocity_predictor.h) makes of the derivatives of a step: of linkages
-// under closures and mimic joints.
+// Derivatives of a step through the predicted velocity (velocity_predictor.h) of tied trees:
+// linkages under closures and mimic joints.
 //
 // Their prediction w2 comes in two passes, and so the inverse step is the third of three equations of
 // one kind, with B the velocity-dependent forces at two velocities and b the biases of the ties:
@@ -7,8 +7,8 @@
 //   r_k(q, v, w_in, w_out) = M (w_out - v) / h + B(v, w_in) + gravity + joint forces
 //                            + J' inv(R) (J w_out + b_k(q, v, w_in)) / h
 //
-//   r_1(q, v, v, w1) = 0      b_1 by the closures' curvature
-//   r_2(q, v, w1, w2) = 0     b_2, b_3 aimed
+//   r_1(q, v, v, w1) = 0      b_1 by the acceleration of the closures
+//   r_2(q, v, w1, w2) = 0     b_2, b_3 at the predicted pose
 //   u = r_3(q, v, w2, v+)     contacts, drag, servos besides
 //
 // With A = dr_k/dw_out, the same symmetric matrix for k = 1, 2, K_k = dr_k/dw_in, and the adjoints

@@ -7,8 +7,8 @@
 //
 // A sweep each gives n at (v + f) / 2 and (v - f) / 2 and the dynamics at a_f; one solve the rest.
 // Where energy is kept: projection_terms.h. Trees under closures and mimic joints: tied_prediction.h.
-// Of trees that do not turn, which the engine makes no prediction for, since their forces vanish, the
-// one that they tend to is taken: what these forces change by does not vanish.
+// Of trees at rest, for which the engine makes no prediction because the forces vanish, the limit of
+// the prediction is taken: the derivatives of these forces do not vanish.
 #pragma once
 
 #include <vector>

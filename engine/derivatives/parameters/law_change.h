@@ -1,4 +1,4 @@
-// How the law of a constraint goes with what it was made from (contact_law.h).
+// Derivatives of the law of a constraint by what it was made from (contact_law.h).
 #pragma once
 
 #include "counterpoint/contact/problem.h"

@@ -1,4 +1,4 @@
-// Where to take differences by one figure of a model.
+// Where to take differences by one parameter of a model.
 #pragma once
 
 #include <array>

@@ -1,5 +1,5 @@
-// Derivatives of the inverse step by differences of the whole of it: the reference that those in
-// closed form are held against.
+// Derivatives of the inverse step by differences of the whole of it: the reference for those in
+// closed form.
 #pragma once
 
 #include "counterpoint/engine/step_derivatives.h"

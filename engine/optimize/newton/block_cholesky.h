@@ -1,9 +1,9 @@
 // Cholesky factorization of matrices in square blocks, of which each row knows those beside it: the
 // normal equations of a motion, whose instants see three frames.
 //
-// Two neighbouring blocks part the motion in the middle, and so do two at the seam where it is
-// periodic: what is left are two chains that know nothing of each other, and are eliminated side by
-// side, block after block. Of a front the next two blocks and the seam are seen (multifrontal:
+// Two neighbouring blocks in the middle separate the motion, and two more at the seam where it is
+// periodic: two independent chains are left, which are eliminated in parallel, block after block.
+// A front contains the next two blocks and the seam (multifrontal:
 // Duff and Reid, "The multifrontal solution of indefinite sparse symmetric linear equations",
 // 1983); the separators come last, as one dense matrix.
 #pragma once

@@ -1,4 +1,4 @@
-// Gauss-Newton on the frames of a motion, kept short by Levenberg and Marquardt's shift, at one
+// Gauss-Newton on the frames of a motion, with steps limited by Levenberg-Marquardt damping, at one
 // stage of the continuation; conditions by an augmented Lagrangian.
 //
 //   (J'J + mu D) step = -J'r,   D = diag J'J

@@ -1,5 +1,5 @@
-// The frames of a motion as an optimization sees them: which are variables, and what stands before
-// the first and behind the last.
+// The frames of a motion as an optimization sees them: which are variables, and what is before
+// the first and after the last.
 #pragma once
 
 #include <vector>

@@ -11,8 +11,9 @@
 namespace counterpoint {
 namespace {
 
-/// The contact solver's relative residual (1e-10), divided by nothing: the force scale is the
-/// step's own largest force.
+/// Of the largest force of the run: the contact solver's relative residual, 1e-12, and the rounding
+/// of velocities over the compliance, 1e-16 |v| / (eps g h) of a weight (contact/README.md): 5e-9
+/// at 1 m/s, eps 1e-6 and 2 ms. The forces of impacts, by which it is divided, are larger.
 constexpr double kRecovered = 1e-8;
 /// Without constraints only round-off is left: v / h against a.
 constexpr double kRoundoff = 1e-10;
@@ -67,7 +68,8 @@ TEST_P(TimeStep, RandomTreesWithoutContact) {
 }
 
 TEST_P(TimeStep, TumblingBoxWithFrictionRestitutionAndContact) {
-  for (const FrictionModel friction : {FrictionModel::kConvex, FrictionModel::kLagged}) {
+  for (const FrictionModel friction :
+       {FrictionModel::kConvex, FrictionModel::kLagged, FrictionModel::kCoulomb}) {
     Scene scene = test::box_on_plane({.restitution = 0.3, .height = 0.01});
     scene.options.time_step = GetParam();
     scene.options.contact.friction_model = friction;
@@ -79,7 +81,7 @@ TEST_P(TimeStep, TumblingBoxWithFrictionRestitutionAndContact) {
     const int steps = std::min(5000, static_cast<int>(2.0 / GetParam()));
     const Recovery r = drive(sim, steps, force, random);
     EXPECT_GT(r.contacts, 0);
-    EXPECT_LT(r.relative(), kRecovered);
+    EXPECT_LT(r.relative(), kRecovered) << "friction model " << static_cast<int>(friction);
   }
 }
 

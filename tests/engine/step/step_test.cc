@@ -1,5 +1,5 @@
-// A step against answers known in advance: the discrete scheme worked out by hand wherever possible, so
-// that tolerances are round-off.
+// A step against answers known in advance: the discrete scheme worked out by hand wherever
+// possible, so that tolerances are round-off.
 #include "counterpoint/engine/step.h"
 
 #include <gtest/gtest.h>
@@ -16,8 +16,6 @@ namespace {
 using test::BoxOnPlane;
 
 constexpr double kRoundoff = 1e-12;
-/// The contact solver stops at a relative residual of 1e-10.
-constexpr double kSolver = 1e-8;
 
 void run(Simulator& sim, double duration) {
   const int steps = static_cast<int>(std::lround(duration / sim.options().time_step));
@@ -42,7 +40,8 @@ TEST(FreeFlight, FollowsTheDiscreteParabolaWhileSpinning) {
 }
 
 TEST(Pendulum, OneStepIsTheSchemeByHand) {
-  const double m = 1.3, l = 0.7, damping = 0.4, rotor = 0.05, h = 0.01, q0 = 0.9, w0 = -1.1, u = 0.6;
+  const double m = 1.3, l = 0.7, damping = 0.4, rotor = 0.05, h = 0.01, q0 = 0.9, w0 = -1.1,
+               u = 0.6;
   Scene scene = test::pendulum({.mass = m, .length = l, .damping = damping, .armature = rotor});
   scene.options.time_step = h;
   scene.q[0] = q0;
@@ -56,7 +55,8 @@ TEST(Pendulum, OneStepIsTheSchemeByHand) {
       w0 + h * (u - m * 9.81 * l * std::sin(q0) - damping * w0) / (inertia + h * damping);
   EXPECT_NEAR(sim.state().v[0], w1, kRoundoff);
   EXPECT_NEAR(sim.state().q[0], q0 + h * w1, kRoundoff);
-  const Inverse& inverse = sim.inverse(VectorX::Constant(1, q0), VectorX::Constant(1, w0), sim.state().v);
+  const Inverse& inverse =
+      sim.inverse(VectorX::Constant(1, q0), VectorX::Constant(1, w0), sim.state().v);
   EXPECT_NEAR(inverse.applied_force[0], u, 1e-11);  // round-off of w / h
 }
 
@@ -65,8 +65,8 @@ TEST(JointLimit, StopsThePendulumAndCarriesItsWeight) {
   scene.q[0] = 1.0;
   Simulator sim(std::move(scene));
   run(sim, 5.0);
-  // It has fallen onto the lower limit, or swings inside: never past the limit by more than rounding
-  // and compliance explain.
+  // It has fallen onto the lower limit, or swings inside: never past the limit by more than
+  // rounding and compliance explain.
   EXPECT_GT(sim.state().q[0], -0.5 - 1e-6);
   // Held against it by a torque, the limit force is that torque less gravity's.
   sim.input().applied_force[0] = -20.0;
@@ -94,8 +94,8 @@ TEST(BoxAtRest, CarriesItsWeightAndHoversByTheSmoothingLength) {
   EXPECT_NEAR(std::abs(sum.z()), 3.0 * 9.81, 3.0 * 9.81 * 1e-6);
   EXPECT_LT(sum.head<2>().norm(), 1e-6);
   EXPECT_LT(v.norm(), 1e-6);
-  // It stands at the smoothing length (four corners share the weight, so at four of them), less what
-  // the regularizer gives way: h * eps * alpha * f with f = h m g / 4.
+  // It stands at the smoothing length (four corners share the weight, so at four of them), less
+  // what the regularizer gives way: h * eps * alpha * f with f = h m g / 4.
   const ContactOptions& options = sim.options().contact;
   const double h = sim.options().time_step;
   const double give = h * options.compliance * h * 9.81;
@@ -103,10 +103,11 @@ TEST(BoxAtRest, CarriesItsWeightAndHoversByTheSmoothingLength) {
 }
 
 TEST(Slope, CreepIsWhatTheRegularizerExplains) {
-  // tan(theta) = 0.4 < mu = 0.5: the block holds, creeping with eps g h sin(theta) or less a contact.
+  // tan(theta) = 0.4 < mu = 0.5: the block holds, creeping with eps g h sin(theta) or less a
+  // contact.
   const double tangent = 0.4, cosine = 1.0 / std::sqrt(1.0 + tangent * tangent);
-  Scene scene = test::box_on_plane(
-      {.friction = 0.5, .gravity = 9.81 * cosine * Vector3(tangent, 0, -1)});
+  Scene scene =
+      test::box_on_plane({.friction = 0.5, .gravity = 9.81 * cosine * Vector3(tangent, 0, -1)});
   const double eps = scene.options.contact.compliance, h = scene.options.time_step;
   Simulator sim(std::move(scene));
   run(sim, 1.0);
@@ -117,8 +118,9 @@ TEST(Slope, CreepIsWhatTheRegularizerExplains) {
 
 TEST(Slope, SteeperThanTheConeItSlidesWithCoulombsAcceleration) {
   const double tangent = 0.8, cosine = 1.0 / std::sqrt(1.0 + tangent * tangent);
-  Simulator sim(test::box_on_plane(
-      {.half = Vector3(0.2, 0.2, 0.05), .friction = 0.5, .gravity = 9.81 * cosine * Vector3(tangent, 0, -1)}));
+  Simulator sim(test::box_on_plane({.half = Vector3(0.2, 0.2, 0.05),
+                                    .friction = 0.5,
+                                    .gravity = 9.81 * cosine * Vector3(tangent, 0, -1)}));
   run(sim, 0.5);
   const double v0 = sim.state().v[0];
   run(sim, 0.5);
@@ -175,7 +177,8 @@ TEST(ExternalWrench, EqualsTheSameGeneralizedForce) {
   const Vector3 force(1, 2, 3), torque(0.01, -0.02, 0.03);
   by_wrench.input().wrenches.push_back({1, {torque, force}});
   const Matrix3 R = Quaternion(0.5, 0.5, -0.5, 0.5).toRotationMatrix();
-  by_force.input().applied_force << force, R.transpose() * torque;  // angular coordinates: body axes
+  by_force.input().applied_force << force,
+      R.transpose() * torque;  // angular coordinates: body axes
   by_wrench.step();
   by_force.step();
   EXPECT_LT((by_wrench.state().v - by_force.state().v).norm(), kRoundoff);
