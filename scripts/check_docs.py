@@ -25,7 +25,7 @@ CODE = re.compile(r"^```[^\n]*\n(.*?)^```|^((?:    [^\n]*\n)+)|`([^`\n]+)`", re.
 COMMAND = re.compile(r"(?<!import)(?:^|[\s/;(|&])counterpoint ((?:[^\n\\#|;]|\\\n)*)")
 # Options of programs that are not ours, and of our test programs and benchmarks.
 FOREIGN = {"--preset", "--prefix", "--build", "--install", "--test-dir", "--output-on-failure", "--target", "--dest",
-           "--no-build-isolation", "--no-index", "--no-deps", "--symlink-install", "--gtest_filter", "--exclude-libs",
+           "--no-build-isolation", "--no-index", "--no-deps", "--symlink-install", "--gtest_filter", "--exclude-libs", "--gtest_output",
            "--benchmark_filter", "--benchmark_min_time", "--gtest_repeat", "--parallel"}
 # Not of the field, or history: what to write instead.
 PRIVATE_WORDS = {
