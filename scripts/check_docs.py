@@ -25,7 +25,8 @@ CODE = re.compile(r"^```[^\n]*\n(.*?)^```|^((?:    [^\n]*\n)+)|`([^`\n]+)`", re.
 COMMAND = re.compile(r"(?<!import)(?:^|[\s/;(|&])counterpoint ((?:[^\n\\#|;]|\\\n)*)")
 # Options of programs that are not ours, and of our test programs and benchmarks.
 FOREIGN = {"--preset", "--prefix", "--build", "--install", "--test-dir", "--output-on-failure", "--target", "--dest",
-           "--no-build-isolation", "--no-index", "--no-deps", "--symlink-install", "--gtest_filter", "--exclude-libs",
+           "--no-build-isolation", "--no-index", "--no-deps", "--symlink-install", "--gtest_filter", "--gtest_output",
+           "--exclude-libs",
            "--benchmark_filter", "--benchmark_min_time", "--gtest_repeat", "--parallel"}
 # Not of the field, or history: what to write instead.
 PRIVATE_WORDS = {
@@ -141,7 +142,8 @@ def check_options(code, sources):
                 continue
             if script and option in sources.text.get(script[1], ""):
                 continue
-            if any(option in text for name, text in sources.text.items() if name.startswith(("apps/", "scripts/", "tests/"))):
+            if any(option in text for name, text in sources.text.items()
+                   if name.startswith(("apps/", "scripts/", "tests/"))):
                 continue
             yield f"names the option {option}, which is not there"
 

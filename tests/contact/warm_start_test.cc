@@ -2,6 +2,8 @@
 #include <gtest/gtest.h>
 
 #include <limits>
+#include <string>
+#include <vector>
 
 #include "contact/scenes.h"
 #include "contact/trials.h"
@@ -116,6 +118,31 @@ TEST(WarmStart, TowerAtRestTakesNoMoreStepsThanCold) {
     EXPECT_LE(solver.solve(problem, warm_settings(), w, f).iterations, without);
     constexpr double kUnique = 1e-9;  // in velocity [m/s]: nothing slips, so that it is unique
     EXPECT_LT((w - cold).norm(), kUnique);
+  }
+}
+
+// Sweeps over contacts take as many as a stack has levels; Newton's method does not.
+TEST(ColdStart, HundredLevelsTakeFarFewerStepsThanLevels) {
+  constexpr int kLevels = 100, kMost = kLevels / 3;
+  Solver solver;
+  for (const double smoothing : {0.0, 1e-9, 1e-6}) {
+    for (const bool coulomb : {false, true}) {
+      testing::SceneOptions options;
+      options.coulomb = coulomb;
+      options.smoothing = smoothing;
+      for (const int levels : {1, 10, 30, kLevels}) {
+        const std::vector<double> masses(static_cast<size_t>(levels), 1.0);
+        const Problem problem = testing::make_stack(masses, 0.2, 0.5, options);
+        VectorX w = zero_start(problem), f;
+        const Report& report = solver.solve(problem, exact_settings(), w, f);
+        EXPECT_TRUE(succeeded(report.status)) << levels << " levels, smoothing " << smoothing;
+        EXPECT_LE(report.iterations, kMost) << levels << " levels, smoothing " << smoothing;
+        ::testing::Test::RecordProperty(
+            std::string(coulomb ? "coulomb" : "convex") + "_steps_of_" + std::to_string(levels) +
+                "_at_" + std::to_string(static_cast<int>(1e9 * smoothing)) + "_nm",
+            report.iterations);
+      }
+    }
   }
 }
 
