@@ -65,6 +65,14 @@ int num_limits(const JointInfo& joint) {
          static_cast<int>(std::isfinite(joint.upper));
 }
 
+/// ", links that carry weight of their own: ..." or nothing.
+std::string carried_weight(const Model& model) {
+  Found found;
+  for (const GravityCompensation& carried : model.gravity_compensations())
+    found.add(model.joint(carried.body - 1).link);
+  return found.count == 0 ? "" : found.text(", compensated links");
+}
+
 struct Call {
   bool called = false;
   std::string why;
@@ -90,7 +98,8 @@ Call call_of(Effect effect, const Model& model, const collision::Collider& colli
   switch (effect) {
     case Effect::kGravity:
       return {!model.gravity().isZero(0.0) && model.num_bodies() > 1,
-              fmt::format("gravity {:.6g} m/s^2", model.gravity().norm()), 0};
+              fmt::format("gravity {:.6g} m/s^2", model.gravity().norm()) + carried_weight(model),
+              0};
     case Effect::kCoriolis:
       return call(turning_bodies(model), "links that turn");
     case Effect::kArmature:

@@ -339,6 +339,9 @@ Model ModelBuilder::build() {
     Body& parent = model_.bodies_[body.parent];
     parent.subtree_end = std::max(parent.subtree_end, body.subtree_end);
   }
+  std::stable_sort(
+      model_.gravity_compensations_.begin(), model_.gravity_compensations_.end(),
+      [](const GravityCompensation& a, const GravityCompensation& b) { return a.body < b.body; });
   sort_exclusions();
   sort_pair_materials();
   check_inertias();

@@ -96,6 +96,8 @@ void ModelEditor::scale_size(int body, double factor) {
     if (frame.body == body) frame.X_BF.translation *= factor;
   for (BodyDrag& drag : model_.drags_)
     if (drag.body == body) drag.center *= factor;
+  for (GravityCompensation& carried : model_.gravity_compensations_)
+    if (carried.body == body) carried.center *= factor;
 }
 
 void ModelEditor::set_damping(int v_index, double value) {

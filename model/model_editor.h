@@ -18,7 +18,8 @@ class ModelEditor {
   void set_material(int geometry, const Material& material);
   /// Pose in the frame of its body, for the ground that of the world.
   void set_pose(int geometry, const Pose& X_BG);
-  /// Mass [kg] of a body; the centre stays, the rotational inertia keeps its ratio to the mass.
+  /// Mass [kg] of a body; carried weight (GravityCompensation) and the centre stay, the rotational
+  /// inertia keeps its ratio to the mass.
   void set_mass(int body, double mass);
   /// All of it; the mass must be positive, whether a real body has the rest is the caller's.
   void set_inertia(int body, const SpatialInertia& inertia);
@@ -40,9 +41,10 @@ class ModelEditor {
   /// All that a model is.
   static auto parts(Model& m) {
     return std::tie(m.nq_, m.nv_, m.bodies_, m.trees_, m.joints_, m.frames_, m.geometries_,
-                    m.pair_materials_, m.mimics_, m.springs_, m.servos_, m.drags_, m.closures_, m.notes_,
-                    m.excluded_pairs_, m.exclusion_reasons_, m.gravity_, m.default_q_, m.damping_,
-                    m.armature_, m.dry_friction_);
+                    m.pair_materials_, m.mimics_, m.springs_, m.servos_, m.drags_,
+                    m.gravity_compensations_, m.closures_, m.notes_, m.excluded_pairs_,
+                    m.exclusion_reasons_, m.gravity_, m.default_q_, m.damping_, m.armature_,
+                    m.dry_friction_);
   }
 
   Model model_;

@@ -68,15 +68,16 @@ Scene load_lone_urdf(const fs::path& file, const SceneOverrides& overrides) {
 /// A file of MuJoCo says itself what is free, where the ground is and how it starts.
 Scene load_lone_mjcf(const fs::path& file, const SceneOverrides& overrides) {
   if (overrides.base || overrides.ground || overrides.ground_friction || !overrides.srdf.empty())
-    throw InputError(fmt::format("{}: base, ground and SRDF are options for a lone URDF; an MJCF file says "
-                                 "them itself, or a scene that names it",
-                                 file.string()));
+    throw InputError(
+        fmt::format("{}: base, ground and SRDF are options for a lone URDF; an MJCF file says "
+                    "them itself, or a scene that names it",
+                    file.string()));
   MjcfOptions options;
   options.packages = overrides.packages;
   options.repair_inertias = overrides.repair_inertias;
   options.hulls = std::make_shared<HullCache>(overrides.hull_vertices);
   const MjcfModel model = load_mjcf(file, options);
-  ModelBuilder builder(model.weightless ? Vector3(0, 0, 0) : model.gravity);
+  ModelBuilder builder(model.gravity);
   if (overrides.fill_inertia > 0.0) builder.fill_inertia(overrides.fill_inertia);
   const std::vector<StartVelocity> velocities = add_mjcf(model, "", Pose(), "", builder);
   Scene scene = scene_of(builder.build(), model.robot.name);

@@ -62,6 +62,7 @@ std::string not_free(const Scene& scene) {
   }
   if (model.num_bodies() < 2) return "nothing moves";
   if (has_effect(scene, Effect::kDrag)) return "there is drag";
+  if (!model.gravity_compensations().empty()) return "some weight is carried";
   if (!scene.options.effects.has(Effect::kCoriolis)) return "coriolis is switched off";
   return {};
 }
@@ -197,9 +198,11 @@ std::string on_plane(const Scene& scene, ShapeType type, OnPlane& out) {
   if (!plane || !out.shape || plane->shape.type != ShapeType::kPlane ||
       out.shape->shape.type != type)
     return "it takes one body of that shape on one plane";
+  if (!model.gravity_compensations().empty()) return "some weight is carried";
   if (!has_effect(scene, Effect::kFriction)) return "there is no friction";
-  const Material pair = model.pair_material(static_cast<int>(plane - model.geometries().data()),
-                                            static_cast<int>(out.shape - model.geometries().data()));
+  const Material pair =
+      model.pair_material(static_cast<int>(plane - model.geometries().data()),
+                          static_cast<int>(out.shape - model.geometries().data()));
   if (pair.restitution > 0.0 || pair.torsional_friction > 0.0 || pair.rolling_friction > 0.0)
     return "restitution, torsional or rolling friction";
   out.body = &model.body(1);

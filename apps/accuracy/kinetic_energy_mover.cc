@@ -1,5 +1,6 @@
 // Semi-implicit steps whose contact problem is solved by the 2011 formulation instead of the
-// spectral law (contact/kinetic_energy/kinetic_energy.h): dense, in contact space, for comparison only.
+// spectral law (contact/kinetic_energy/kinetic_energy.h): dense, in contact space, for comparison
+// only.
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
@@ -36,7 +37,9 @@ class KineticEnergyMover : public SteppingMover {
     StepReport report;
     ws.sleepers.wake_all(model_);
     find_constraints(model_, setting_.options, effects, state, ws);
-    compute_free_velocity(model_, setting_.options, effects, state, Input(), ws, next.v, report);
+    const Input none;
+    compute_free_velocity({model_, setting_.options, setting_.solver, state, none, effects}, ws,
+                          next.v, report);
     if (report.succeeded() && !ws.constraints.empty()) solve(ws, next.v, report);
     next.q = state.q;
     integrate_configuration(model_, state.q, next.v, h, next.q);

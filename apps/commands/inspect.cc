@@ -88,6 +88,19 @@ Json joint_forces_json(const Model& model, int joint) {
   return json;
 }
 
+void inspect_compensations(const Model& model, Report& report) {
+  if (!model.gravity_compensations().empty()) fmt::print(report.text(), "\ncarried weight:\n");
+  Json all = Json::array();
+  for (const GravityCompensation& carried : model.gravity_compensations()) {
+    fmt::print(report.text(), "  {:<28} of {:.6g} kg\n", link_name(model, carried.body),
+               carried.mass);
+    all.push_back({{"link", link_name(model, carried.body)},
+                   {"center_m", vector_json(carried.center)},
+                   {"mass_kg", carried.mass}});
+  }
+  report["gravity_compensations"] = all;
+}
+
 /// Springs, servos and drag: each only if the scene has any.
 void inspect_forces(const Model& model, Report& report) {
   if (!model.springs().empty()) fmt::print(report.text(), "\nsprings:\n");
@@ -119,6 +132,7 @@ void inspect_forces(const Model& model, Report& report) {
                      {"angular_quadratic", drag.angular_quadratic}});
   }
   report["drags"] = drags;
+  inspect_compensations(model, report);
 }
 
 void inspect_bodies(const Model& model, Report& report) {

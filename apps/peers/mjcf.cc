@@ -10,6 +10,7 @@
 
 #include "counterpoint/collision/broadphase/pair_filter.h"
 #include "counterpoint/model/inertia.h"
+#include "gravcomp.h"
 
 namespace counterpoint::peers {
 namespace {
@@ -149,7 +150,7 @@ class Writer {
       Pose pose = body.X_PJ;
       if (is_free(body))
         pose = joint_pose(body.X_PJ, body.joint_type, scene_.q.data() + body.q_index);
-      line("<body name='b{}' {}>", i, placed(pose));
+      line("<body name='b{}'{} {}>", i, gravcomp(model_, i), placed(pose));
       joints(i);
       inertia(body.inertia);
       body_contents(i);

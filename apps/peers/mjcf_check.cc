@@ -73,8 +73,8 @@ std::string simulate(const std::string& command, const fs::path& file, double du
 }
 
 constexpr LeaveOut kEverything[] = {
-    LeaveOut::kGravityCompensation, LeaveOut::kFluid,       LeaveOut::kTendons,
-    LeaveOut::kActuators,           LeaveOut::kJointForces, LeaveOut::kEqualities};
+    LeaveOut::kFluid, LeaveOut::kTendons, LeaveOut::kActuators, LeaveOut::kJointForces,
+    LeaveOut::kEqualities};
 
 MjcfOptions everything_left_out() {
   MjcfOptions options;

@@ -105,12 +105,12 @@ class Pair {
     return worst;
   }
 
-  double bias_error(bool weightless) {
+  double bias_error() {
     VectorX tau(model_.nv());
     rnea(model_, VectorX::Zero(model_.nv()), model_.gravity(), data_, tau);
     double worst = 0.0, scale = 0.0;
     for (const auto& [ours, theirs] : v_) {
-      const double peer = d_->qfrc_bias[theirs] - (weightless ? d_->qfrc_gravcomp[theirs] : 0.0);
+      const double peer = d_->qfrc_bias[theirs] - d_->qfrc_gravcomp[theirs];
       worst = std::max(worst, std::abs(tau[ours] - peer));
       scale = std::max({scale, std::abs(d_->qfrc_bias[theirs]), std::abs(tau[ours])});
     }
@@ -199,7 +199,7 @@ MjcfComparison compare_with_mujoco(const std::filesystem::path& file, int states
   if (!m) out.unreadable = error;
   try {
     const MjcfModel read = load_mjcf(file, options);
-    ModelBuilder builder(read.weightless ? Vector3(0, 0, 0) : read.gravity);
+    ModelBuilder builder(read.gravity);
     add_mjcf(read, "none", Pose(), "", builder);
     const Model model = builder.build();
     out.bodies = model.num_bodies() - 1;
@@ -218,7 +218,7 @@ MjcfComparison compare_with_mujoco(const std::filesystem::path& file, int states
       if (model.nv() == 0) continue;
       out.mass = std::max(out.mass, pair.mass_error());
       out.joint_force = std::max(out.joint_force, pair.joint_force_error());
-      out.bias = std::max(out.bias, pair.bias_error(read.weightless));
+      out.bias = std::max(out.bias, pair.bias_error());
     }
     MjcfModel theirs = read;
     out.inertia = take_inertias(*m, theirs.robot);

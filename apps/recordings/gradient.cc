@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "counterpoint/engine/constraints/bounce.h"
 #include "counterpoint/engine/derivatives/dynamics/right_jacobian.h"
 #include "counterpoint/engine/dynamics/integrator.h"
 #include "counterpoint/model/rotation.h"
@@ -104,11 +105,13 @@ class Sensitivity final : public PredictionWatch {
     if (!experiment_.map.backward_difference) return;
     // recorded_state: free links are g interval / 2 faster.
     const double interval = row_interval(experiment_.map, recording, std::max(row - 1, 0));
+    const std::vector<Vector3> fall = free_fall(model_);
     for (Eigen::Index k = 0; k < count; ++k) {
       if (known_.parameters[static_cast<size_t>(k)].kind != S::kGravity) continue;
-      for (const Body& body : model_.bodies())
-        if (body.tree >= 0 && body.joint_type == JointType::kFloating)
-          dv_.col(k).segment<3>(body.v_index) = 0.5 * interval * model_.gravity().normalized();
+      for (int b = 1; b < model_.num_bodies(); ++b)
+        if (model_.body(b).joint_type == JointType::kFloating)
+          dv_.col(k).segment<3>(model_.body(b).v_index) =
+              0.5 * interval * fall[static_cast<size_t>(b)] / model_.gravity().norm();
     }
   }
 

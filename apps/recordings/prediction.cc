@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "counterpoint/engine/constraints/bounce.h"
 #include "measure/median.h"
 
 namespace counterpoint::apps {
@@ -75,9 +76,11 @@ State recorded_state(const Model& model, const ColumnMap& map, const Recording& 
   if (!map.backward_difference) return state;
   // The recorded velocity is the mean over the interval before the row.
   const double interval = row_interval(map, recording, std::max(row - 1, 0));
-  for (const Body& body : model.bodies()) {
-    if (body.tree < 0 || body.joint_type != JointType::kFloating) continue;
-    state.v.segment<3>(body.v_index) += 0.5 * interval * model.gravity();
+  const std::vector<Vector3> fall = free_fall(model);
+  for (int b = 1; b < model.num_bodies(); ++b) {
+    const Body& body = model.body(b);
+    if (body.joint_type != JointType::kFloating) continue;
+    state.v.segment<3>(body.v_index) += 0.5 * interval * fall[static_cast<size_t>(b)];
   }
   return state;
 }

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "counterpoint/engine/dynamics/gravity_compensation.h"
+
 namespace counterpoint {
 namespace {
 
@@ -38,6 +40,22 @@ Bounce find_bounce(Integrator integrator, double h, double restitution, double g
   return out;
 }
 
+namespace {
+
+/// What is left of a tree's weight where some is carried.
+double share_of_weight(const Model& model, const Tree& tree) {
+  const BodyRange bodies{tree.body_begin, tree.body_end};
+  const auto carried = compensations_of(model, bodies);
+  if (carried.empty()) return 1.0;
+  double mass = 0.0, left = 0.0;
+  for (int b = bodies.begin; b < bodies.end; ++b) mass += model.body(b).inertia.mass;
+  left = mass;
+  for (const GravityCompensation& c : carried) left -= c.mass;
+  return mass > 0.0 ? left / mass : 1.0;
+}
+
+}  // namespace
+
 std::vector<Vector3> free_fall(const Model& model) {
   std::vector<Vector3> fall(static_cast<size_t>(model.num_bodies()), Vector3::Zero());
   const Vector3& g = model.gravity();
@@ -49,6 +67,7 @@ std::vector<Vector3> free_fall(const Model& model) {
       const Vector3 axis = root.X_PJ.rotation.col(2);
       free = axis.dot(g) * axis;
     }
+    free *= share_of_weight(model, tree);
     std::fill(fall.begin() + tree.body_begin, fall.begin() + tree.body_end, free);
   }
   return fall;

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "counterpoint/contact/law.h"
+#include "counterpoint/engine/dynamics/gravity_compensation.h"
 #include "counterpoint/engine/dynamics/kinematics.h"
 #include "counterpoint/engine/forces/servos.h"
 
@@ -225,6 +226,10 @@ SpeedCause speed_cause(const Model& model, double h, const Fault& fault, double 
     gained += 0.5 * dot(V_next[b], inertia * V_next[b]) - 0.5 * dot(data.V[b], inertia * data.V[b]);
     work += h * inertia.mass * model.gravity().dot(mean_velocity(b, inertia.center));
   }
+  for (const GravityCompensation& carried :
+       compensations_of(model, {tree.body_begin, tree.body_end}))
+    work -=
+        h * carried.mass * model.gravity().dot(mean_velocity(carried.body, arm_of(carried, data)));
   for (int k = tree.v_begin; k < tree.v_end && input.applied_force.size() > 0; ++k)
     work += 0.5 * h * input.applied_force[k] * (state.v[k] + next.v[k]);
   for (const ExternalWrench& w : input.wrenches) {

@@ -2,6 +2,7 @@
 
 #include <Eigen/Cholesky>
 
+#include "counterpoint/engine/dynamics/gravity_compensation.h"
 #include "counterpoint/engine/dynamics/joint_motion.h"
 #include "counterpoint/engine/dynamics/kinematics.h"
 
@@ -161,6 +162,7 @@ bool aba(const Model& model, const VectorRef& tau, const VectorRef& diagonal,
     }
     if (data.has_external) data.pA[i] -= data.external[i];
   }
+  subtract_carried_weight(model, gravity, bodies, data, data.pA);
   for (const AddedInertia& more : data.added)
     if (more.body >= bodies.begin && more.body < bodies.end)
       data.IA[more.body] += ArticulatedInertia::rigid(more.inertia);

@@ -23,6 +23,8 @@ double potential_energy(const Model& model, const Data& data) {
     const SpatialInertia& inertia = model.body(i).inertia;
     energy -= inertia.mass * model.gravity().dot(data.X_WB[i] * inertia.center);
   }
+  for (const GravityCompensation& carried : model.gravity_compensations())
+    energy += carried.mass * model.gravity().dot(data.X_WB[carried.body] * carried.center);
   return energy;
 }
 

@@ -12,8 +12,8 @@ double total_mass(const Model& model);
 /// compute_inertias.
 double kinetic_energy(const Model& model, const VectorRef& v, const Data& data);
 
-/// [J], zero where a body's centre of mass is in the plane through the world origin across gravity.
-/// Needs compute_poses.
+/// [J], zero where a body's centre of mass is in the plane through the world origin across gravity;
+/// of what is left of the weight where some is carried. Needs compute_poses.
 double potential_energy(const Model& model, const Data& data);
 
 /// Total momentum in W: force = linear [kg m/s], torque = angular about the world origin [kg

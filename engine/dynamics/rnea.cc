@@ -1,5 +1,6 @@
 #include "counterpoint/engine/dynamics/rnea.h"
 
+#include "counterpoint/engine/dynamics/gravity_compensation.h"
 #include "counterpoint/engine/dynamics/joint_motion.h"
 #include "counterpoint/engine/dynamics/kinematics.h"
 
@@ -30,6 +31,7 @@ void rnea(const Model& model, const VectorRef& a, const Vector3& gravity, Data& 
     if (flies) data.F[i] += data.mean_force[i];
     if (data.has_external) data.F[i] -= data.external[i];
   }
+  subtract_carried_weight(model, gravity, moving_bodies(model), data, data.F);
   tau.setZero();
   for (int i = model.num_bodies() - 1; i > 0; --i) {
     const Body& body = model.body(i);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "counterpoint/engine/dynamics/gravity_compensation.h"
 #include "counterpoint/model/rotation.h"
 
 namespace counterpoint {
@@ -21,9 +22,10 @@ FreeFlight::FreeFlight(const Model& model) {
     const Body& body = model.body(i);
     if (body.parent != 0 || body.subtree_end != i + 1) continue;
     if (body.joint_type == JointType::kFloating) {
-      flyers_.push_back({i, EulerTop(body.inertia.rotational)});
+      flyers_.push_back({i, EulerTop(body.inertia.rotational), Vector3::Zero()});
     } else if (body.joint_type == JointType::kSpherical) {
-      flyers_.push_back({i, EulerTop(rotational_at_origin(body.inertia))});
+      flyers_.push_back(
+          {i, EulerTop(rotational_at_origin(body.inertia)), carried_moment(model, i)});
     }
   }
 }
@@ -35,11 +37,12 @@ Force FreeFlight::mean_force(const Model& model, int index, double h, const Vect
   const bool floating = body.joint_type == JointType::kFloating;
   const Vector3& center = body.inertia.center;
   Vector3 turned;
-  if (floating || center.isZero(0.0)) {
+  if (floating || (center.isZero(0.0) && flyer.carried.isZero(0.0))) {
     turned = flyer.top.advance(omega, h);
   } else {
     const Vector3 weight = body.inertia.mass * gravity;
-    const Vector3 kick = flyer.top.response(h * center.cross(weight));
+    const Vector3 moment = center.cross(weight) - flyer.carried.cross(gravity);
+    const Vector3 kick = flyer.top.response(h * moment);
     turned = flyer.top.advance(flyer.top.advance(omega, 0.5 * h) + kick, 0.5 * h) - kick;
   }
   const Vector3 acceleration = (turned - omega) / h;

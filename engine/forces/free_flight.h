@@ -41,6 +41,7 @@ class FreeFlight {
   struct Flyer {
     int body;
     EulerTop top;
+    Vector3 carried;  ///< sum m c of its carried weight that turns it, in its axes [kg m]
   };
   std::vector<Flyer> flyers_;  ///< by body
 };

@@ -92,6 +92,11 @@ void add_drags_and_closures(const Model& model, Hash& hash) {
          {drag.drag.linear, drag.drag.quadratic, drag.drag.angular, drag.drag.angular_quadratic})
       hash.add(x);
   }
+  for (const GravityCompensation& carried : model.gravity_compensations()) {
+    hash.add(carried.body);
+    hash.add(carried.center);
+    hash.add(carried.mass);
+  }
   for (const Closure& closure : model.closures()) {
     hash.add(static_cast<int>(closure.type));
     hash.add(closure.body_a);

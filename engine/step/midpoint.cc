@@ -38,8 +38,10 @@ void widen_diagonal(const Model& model, EffectSet effects, Workspace::Impl& ws) 
 
 /// Iterates to w_m, from `middle` on. Joints' own forces are implicit in it as in a backward Euler
 /// step of h / 2, which is the first half of the midpoint rule.
-void solve_middle(const Model& model, EffectSet effects, double h, const State& state,
-                  const Input& input, Workspace::Impl& ws, VectorX& middle, StepReport& report) {
+void solve_middle(const StepArguments& step, Workspace::Impl& ws, VectorX& middle,
+                  StepReport& report) {
+  const auto& [model, options, settings, state, input, effects] = step;
+  const double h = step.h();
   set_motor_forces(model, effects, 0.5 * h, state, input, ws);
   add_joint_forces(model, effects, 0.5 * h, state.q, state.v, ws.diagonal, ws.tau, ws.counts);
   double last = std::numeric_limits<double>::infinity();
@@ -80,14 +82,14 @@ Vector3 set_middle(const Model& model, EffectSet effects, double h, const Vector
   return set_forces_at(model, effects, ws.q_middle, ws.other, wrenches, ws);
 }
 
-void step_midpoint(const Model& model, const SimulationOptions& options, EffectSet effects,
-                   const contact::Settings& settings, const State& state, const Input& input,
-                   Workspace::Impl& ws, State& next, StepReport& report) {
+void step_midpoint(const StepArguments& step, Workspace::Impl& ws, State& next,
+                   StepReport& report) {
+  const auto& [model, options, settings, state, input, effects] = step;
+  const double h = step.h();
   refuse_limited_servos(model, effects);
-  const double h = options.time_step;
   predict_ties(model, effects, h, state.q, state.v, ws);
   next.v = state.v;
-  solve_middle(model, effects, h, state, input, ws, next.v, report);
+  solve_middle(step, ws, next.v, report);
   next.q = state.q;
   next.time = state.time + h;
   if (!report.succeeded()) return;
@@ -97,7 +99,7 @@ void step_midpoint(const Model& model, const SimulationOptions& options, EffectS
     const BodyRange all = moving_bodies(model);
     compute_kinematics(model, state.q, state.v, {&all, 1}, ws.data);
     widen_diagonal(model, effects, ws);
-    solve_constraints(model, options, effects, settings, state, ws, next.v, report);
+    solve_constraints(step, ws, next.v, report);
   }
   integrate_configuration(model, state.q, next.v, h, next.q);
   next.v += ws.middle - state.v;
@@ -106,25 +108,26 @@ void step_midpoint(const Model& model, const SimulationOptions& options, EffectS
 namespace {
 
 /// I + h D less I of the whole step into ws.diagonal, inertias into ws.data.
-void prepare_mass(const Model& model, EffectSet effects, double h, const VectorRef& q,
-                  const VectorRef& v, const Input& known, Workspace::Impl& ws) {
+void prepare_mass(const InverseArguments& step, Workspace::Impl& ws) {
+  const Model& model = step.model;
+  const double h = step.h();
   ws.diagonal.setZero();
   VectorX& forces = ws.acceleration;  // not wanted
   forces.setZero();
-  if (effects.has(Effect::kServos))
-    add_servos(model, effects, 0.5 * h, q, v, known, ws.diagonal, forces);
-  add_joint_forces(model, effects, 0.5 * h, q, v, ws.diagonal, forces, ws.counts);
-  widen_diagonal(model, effects, ws);
+  if (step.effects.has(Effect::kServos))
+    add_servos(model, step.effects, 0.5 * h, step.q, step.v, step.known, ws.diagonal, forces);
+  add_joint_forces(model, step.effects, 0.5 * h, step.q, step.v, ws.diagonal, forces, ws.counts);
+  widen_diagonal(model, step.effects, ws);
   compute_inertias(model, ws.data);
 }
 
 }  // namespace
 
-bool refine_contact_velocity(const Model& model, EffectSet effects, double h, double pose_rounding,
-                             const VectorRef& q, const VectorRef& v, const VectorRef& v_next,
-                             const Input& known, Workspace::Impl& ws, VectorX& w_c) {
-  prepare_mass(model, effects, h, q, v, known, ws);
-  ws.middle = 0.5 * (v + v_next);
+bool refine_contact_velocity(const InverseArguments& step, double pose_rounding,
+                             Workspace::Impl& ws, VectorX& w_c) {
+  const Model& model = step.model;
+  prepare_mass(step, ws);
+  ws.middle = 0.5 * (step.v + step.v_next);
   contact::Problem& problem = ws.problem;
   assemble_problem(model, ws.constraints, ws.middle, ws.diagonal, ws.data, ws.block_of_tree,
                    problem);
@@ -152,17 +155,16 @@ bool refine_contact_velocity(const Model& model, EffectSet effects, double h, do
                       Eigen::Ref<VectorX>(ws.impulse.head(problem.num_rows())));
   if (!contact::succeeded(report.status)) return false;
   for_each_block([&](int, auto in_tree, auto in_block) { ws.middle(in_tree) = ws.w(in_block); });
-  if (!((ws.middle - w_c).cwiseAbs().maxCoeff() * h <= pose_rounding)) return false;
+  if (!((ws.middle - w_c).cwiseAbs().maxCoeff() * step.h() <= pose_rounding)) return false;
   w_c.swap(ws.middle);
   return true;
 }
 
-void find_middle(const Model& model, EffectSet effects, double h, const VectorRef& q,
-                 const VectorRef& v, const VectorRef& v_next, const Input& known,
-                 Workspace::Impl& ws, VectorX& middle) {
-  middle = 0.5 * (v + v_next);
+void find_middle(const InverseArguments& step, Workspace::Impl& ws, VectorX& middle) {
+  const Model& model = step.model;
+  middle = 0.5 * (step.v + step.v_next);
   if (ws.constraints.empty()) return;
-  prepare_mass(model, effects, h, q, v, known, ws);
+  prepare_mass(step, ws);
   Data& data = ws.data;
   data.has_coriolis = data.has_external = false;
   data.added.clear();

@@ -29,28 +29,25 @@
 // which solution, of exact friction, and to be told where q+ and w+ are of no one step.
 #pragma once
 
+#include "counterpoint/engine/step/step_arguments.h"
 #include "counterpoint/engine/step/step_workspace.h"
 
 namespace counterpoint {
 
 /// From ws.constraints, found at `state`, to `next`. kNoProgress if the fixed-point iteration for
 /// w_m does not arrive: bodies that turn by more than about a radian a step.
-void step_midpoint(const Model& model, const SimulationOptions& options, EffectSet effects,
-                   const contact::Settings& settings, const State& state, const Input& input,
-                   Workspace::Impl& ws, State& next, StepReport& report);
+void step_midpoint(const StepArguments& step, Workspace::Impl& ws, State& next,
+                   StepReport& report);
 
 /// Improves w_c (nv), read off poses, by v and v_next, as far as rounding of poses up to
 /// `pose_rounding` [m, rad, 1] explains the change. False, and w_c as it was, where v_next says
 /// otherwise. Needs poses at q in ws.data, and the laws of the step in ws.constraints.
-bool refine_contact_velocity(const Model& model, EffectSet effects, double h, double pose_rounding,
-                             const VectorRef& q, const VectorRef& v, const VectorRef& v_next,
-                             const Input& known, Workspace::Impl& ws, VectorX& w_c);
+bool refine_contact_velocity(const InverseArguments& step, double pose_rounding,
+                             Workspace::Impl& ws, VectorX& w_c);
 
-/// w_m from v, v_next and the impulses J' f, which are in ws.tau (nv): into `middle` (nv). `known`:
-/// servo targets. Needs poses at q in ws.data.
-void find_middle(const Model& model, EffectSet effects, double h, const VectorRef& q,
-                 const VectorRef& v, const VectorRef& v_next, const Input& known,
-                 Workspace::Impl& ws, VectorX& middle);
+/// w_m from v, v_next and the impulses J' f, which are in ws.tau (nv): into `middle` (nv). Needs poses
+/// at q in ws.data.
+void find_middle(const InverseArguments& step, Workspace::Impl& ws, VectorX& middle);
 
 /// What closures and mimic joints will make of w_m as far as (q, v) tells, into ws.predictor. Needs
 /// ws.data and ws.constraints as they are at (q, v).

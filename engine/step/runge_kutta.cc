@@ -11,16 +11,17 @@ namespace counterpoint {
 
 void refuse_constraints(EffectSet effects) {
   std::string found;
-  for (const Effect effect :
-       {Effect::kDryFriction, Effect::kLimits, Effect::kEffortLimits, Effect::kVelocityLimits,
-        Effect::kContacts}) {
+  for (const Effect effect : {Effect::kDryFriction, Effect::kLimits, Effect::kEffortLimits,
+                              Effect::kVelocityLimits, Effect::kContacts}) {
     if (effects.has(effect))
       found += (found.empty() ? "" : ", ") + std::string(effect_name(effect));
   }
   if (found.empty()) return;
-  throw InputError("runge_kutta_4 integrates smooth effects, closures and mimic joints; this scene calls for " + found +
-                   ": switch them off (`effects:` in the scene file), or use implicit_midpoint or "
-                   "semi_implicit_euler");
+  throw InputError(
+      "runge_kutta_4 integrates smooth effects, closures and mimic joints; this scene calls for " +
+      found +
+      ": switch them off (`effects:` in the scene file), or use implicit_midpoint or "
+      "semi_implicit_euler");
 }
 
 void exponent_rate(const Model& model, const VectorX& theta, const VectorX& w, VectorX& rate) {
@@ -45,12 +46,12 @@ void compute_acceleration(const Model& model, EffectSet effects, const State& at
   accelerate(model, 1.0, gravity, ws.no_rotors, ws, acceleration, report);
 }
 
-void step_runge_kutta(const Model& model, const SimulationOptions& options, EffectSet effects,
-                      const State& state, const Input& input, Workspace::Impl& ws, State& next,
+void step_runge_kutta(const StepArguments& step, Workspace::Impl& ws, State& next,
                       StepReport& report) {
+  const auto& [model, options, settings, state, input, effects] = step;
   refuse_constraints(effects);
   RungeKuttaStages& stages = ws.stages;
-  const double h = options.time_step;
+  const double h = step.h();
   const bool tied = has_ties(model, effects);
   stages.theta.setZero(model.nv());
   stages.at = state;

@@ -8,6 +8,7 @@
 // ends of a step.
 #pragma once
 
+#include "counterpoint/engine/step/step_arguments.h"
 #include "counterpoint/engine/step/step_workspace.h"
 
 namespace counterpoint {
@@ -32,8 +33,7 @@ void compute_acceleration(const Model& model, EffectSet effects, const State& at
                           StepReport& report);
 
 /// @throws InputError as refuse_constraints.
-void step_runge_kutta(const Model& model, const SimulationOptions& options, EffectSet effects,
-                      const State& state, const Input& input, Workspace::Impl& ws, State& next,
+void step_runge_kutta(const StepArguments& step, Workspace::Impl& ws, State& next,
                       StepReport& report);
 
 }  // namespace counterpoint

@@ -73,12 +73,29 @@ void move_impulses(const RowRange& before, const RowRange& now, VectorX& impulse
   std::fill(f + now.contacts_end + others, f + now.end, kUnknown);
 }
 
+/// Where no other tolerance is asked for, contacts are solved to this share of their compliance:
+/// what is soft shall be cheap, and is no model of anything to twelve digits. 1e-8 of the impulses
+/// at eps 0.1, 1e-12 at 1e-5 and below.
+constexpr double kToleranceShare = 1e-7;
+
+contact::Settings as_exact_as_hard(const StepArguments& step) {
+  contact::Settings settings = step.settings;
+  const double usual = contact::Settings().tolerance;
+  if (settings.tolerance == usual)
+    settings.tolerance = std::max(usual, kToleranceShare * step.options.contact.compliance);
+  return settings;
+}
+
 /// Poses the problem of the constraints found, of free velocities (nv), and solves it: into ws.w,
 /// ws.impulse. The guess is what was found with fewer constraints, velocities `found` (nv) and
 /// ws.impulse, or if that is null what the last step knows.
-const contact::Report& pose_and_solve(const Model& model, contact::Settings settings, double h,
-                                      const State& state, const VectorX& free, const VectorX* found,
-                                      const Softening& softening, Workspace::Impl& ws) {
+const contact::Report& pose_and_solve(const StepArguments& step, const VectorX& free,
+                                      const VectorX* found, const Softening& softening,
+                                      Workspace::Impl& ws) {
+  const Model& model = step.model;
+  const State& state = step.state;
+  const double h = step.h();
+  contact::Settings settings = as_exact_as_hard(step);
   const RowRange before = row_range(ws);
   assemble_problem(model, ws.constraints, free, ws.diagonal, ws.data, ws.block_of_tree, ws.problem);
   ws.posed_contacts = ws.constraints.contacts.size();
@@ -99,18 +116,6 @@ const contact::Report& pose_and_solve(const Model& model, contact::Settings sett
   return ws.solver.solve(ws.problem, settings, solution, impulse);
 }
 
-/// Where no other tolerance is asked for, contacts are solved to this share of their compliance:
-/// what is soft shall be cheap, and is no model of anything to twelve digits. 1e-8 of the impulses
-/// at eps 0.1, 1e-12 at 1e-5 and below.
-constexpr double kToleranceShare = 1e-7;
-
-contact::Settings as_exact_as_hard(contact::Settings settings, const SimulationOptions& options) {
-  const double usual = contact::Settings().tolerance;
-  if (settings.tolerance == usual)
-    settings.tolerance = std::max(usual, kToleranceShare * options.contact.compliance);
-  return settings;
-}
-
 /// Several islands that need softer laws get them together, and then may need still softer ones.
 constexpr int kMostSoftenings = 4;
 
@@ -121,13 +126,13 @@ constexpr int kMostOverruns = 2;
 /// free velocities `free` (nv), which may be w. found: as in pose_and_solve. extended: there are
 /// constraints that the inverse, which knows but the last velocity, may not find: they are without
 /// force, but tie islands together, so that softer laws are then those of all that moves.
-void solve_found(const Model& model, const contact::Settings& settings, double h,
-                 const State& state, const VectorX& free, const VectorX* found, bool extended,
-                 Workspace::Impl& ws, VectorX& w, StepReport& report) {
+void solve_found(const StepArguments& step, const VectorX& free, const VectorX* found,
+                 bool extended, Workspace::Impl& ws, VectorX& w, StepReport& report) {
+  const Model& model = step.model;
   for (int i = 0;; ++i) {
     if (extended) report.softening.tree = -1;
-    const contact::Report& solved = pose_and_solve(model, settings, h, state, free,
-                                                   i == 0 ? found : nullptr, report.softening, ws);
+    const contact::Report& solved =
+        pose_and_solve(step, free, i == 0 ? found : nullptr, report.softening, ws);
     report.status = solved.status;
     report.newton_iterations += solved.iterations;
     report.residual = solved.residual;
@@ -151,27 +156,26 @@ void solve_found(const Model& model, const contact::Settings& settings, double h
 }
 
 /// The same once a problem is solved and more constraints were found.
-void solve_again(const Model& model, const contact::Settings& settings, double h,
-                 const State& state, Workspace::Impl& ws, VectorX& w, StepReport& report) {
+void solve_again(const StepArguments& step, Workspace::Impl& ws, VectorX& w, StepReport& report) {
   ws.displacement = w;
-  for_each_touched(model, ws, [&](auto in_tree, auto in_block) {
+  for_each_touched(step.model, ws, [&](auto in_tree, auto in_block) {
     ws.displacement(in_tree) = ws.problem.free_velocity()(in_block);
   });
-  solve_found(model, settings, h, state, ws.displacement, &w, true, ws, w, report);
+  solve_found(step, ws.displacement, &w, true, ws, w, report);
 }
 
 /// Velocities that positions change by, into ws.displacement. False if they are w (nv).
-bool find_displacement(const Model& model, const contact::Settings& settings, double h,
-                       const VectorX& w, Workspace::Impl& ws, StepReport& report) {
+bool find_displacement(const StepArguments& step, const VectorX& w, Workspace::Impl& ws,
+                       StepReport& report) {
   const OverlapCorrection::Found found = ws.overlap_correction.find(
-      ws.constraints, ws.problem, h, settings, ws.w.head(ws.problem.num_velocities()),
-      ws.impulse.head(ws.problem.num_rows()));
+      ws.constraints, ws.problem, step.h(), as_exact_as_hard(step),
+      ws.w.head(ws.problem.num_velocities()), ws.impulse.head(ws.problem.num_rows()));
   if (!found.needed) return false;
   report.newton_iterations += found.iterations;
   // Overlaps that cannot be corrected in this step are left to the next one.
   if (!contact::succeeded(found.status)) return false;
   ws.displacement = w;
-  for_each_touched(model, ws, [&](auto in_tree, auto in_block) {
+  for_each_touched(step.model, ws, [&](auto in_tree, auto in_block) {
     ws.displacement(in_tree) += ws.overlap_correction.velocity()(in_block);
   });
   return true;
@@ -194,40 +198,38 @@ void find_constraints(const Model& model, const SimulationOptions& options, Effe
   }
 }
 
-void solve_constraints(const Model& model, const SimulationOptions& options, EffectSet effects,
-                       const contact::Settings& given, const State& state, Workspace::Impl& ws,
-                       VectorX& w, StepReport& report) {
-  const double h = options.time_step;
-  const contact::Settings settings = as_exact_as_hard(given, options);
+void solve_constraints(const StepArguments& step, Workspace::Impl& ws, VectorX& w,
+                       StepReport& report) {
+  const State& state = step.state;
   bool solved = !ws.constraints.empty();
-  if (solved) solve_found(model, settings, h, state, w, nullptr, false, ws, w, report);
+  if (solved) solve_found(step, w, nullptr, false, ws, w, report);
   // Each time a row more, and there are as many as limits and parked contacts. An impact that is
   // passed on from body to body is not followed through their contacts one by one.
-  for (int round = 0; report.succeeded() &&
-                      ws.finder.find_overrun(model, options, effects, state.q, state.v, w, ws.data,
-                                             ws.constraints, ws.sleepers.idle_bodies());
+  for (int round = 0;
+       report.succeeded() &&
+       ws.finder.find_overrun(step.model, step.options, step.effects, state.q, state.v, w, ws.data,
+                              ws.constraints, ws.sleepers.idle_bodies());
        ++round) {
     if (round >= kMostOverruns) unpark_all(ws.constraints);
     if (solved) {
-      solve_again(model, settings, h, state, ws, w, report);
+      solve_again(step, ws, w, report);
     } else {
-      solve_found(model, settings, h, state, w, nullptr, true, ws, w, report);
+      solve_found(step, w, nullptr, true, ws, w, report);
     }
     solved = true;
   }
 }
 
-const VectorX& correct_overlaps(const Model& model, const SimulationOptions& options,
-                                const contact::Settings& given, const State& state,
-                                Workspace::Impl& ws, VectorX& w, StepReport& report) {
-  const contact::Settings settings = as_exact_as_hard(given, options);
-  while (find_displacement(model, settings, options.time_step, w, ws, report)) {
+const VectorX& correct_overlaps(const StepArguments& step, Workspace::Impl& ws, VectorX& w,
+                                StepReport& report) {
+  while (find_displacement(step, w, ws, report)) {
     // What the displacement runs into gets rows as well. The velocity does not lead there, so that
     // they are without force: w stays as it is but for that (parked_contacts.h), and the inverse
     // need not know.
-    if (!ws.finder.find_reached_contacts(model, options, ws.displacement, ws.data, ws.constraints))
+    if (!ws.finder.find_reached_contacts(step.model, step.options, ws.displacement, ws.data,
+                                         ws.constraints))
       return ws.displacement;
-    solve_again(model, settings, options.time_step, state, ws, w, report);
+    solve_again(step, ws, w, report);
     if (!report.succeeded()) break;
   }
   return w;

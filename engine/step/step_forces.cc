@@ -28,8 +28,9 @@ VelocityRange velocities(const Model& model, BodyRange bodies) {
   return {begin, last.v_index + joint_nv(last.joint_type) - begin};
 }
 
-/// The share of a tree's velocity-dependent forces that energy_projection leaves, and what the rest of its
-/// acceleration makes of them, at the velocity in the middle of the step where it has a prediction.
+/// The share of a tree's velocity-dependent forces that energy_projection leaves, and what the rest
+/// of its acceleration makes of them, at the velocity in the middle of the step where it has a
+/// prediction.
 void add_rest(const Model& model, const VectorRef& v, int t, double share, Workspace::Impl& ws) {
   const Tree& tree = model.trees()[t];
   const auto part = Eigen::seqN(tree.v_begin, tree.v_end - tree.v_begin);
@@ -169,10 +170,10 @@ void accelerate(const Model& model, double h, const Vector3& gravity, const Vect
   }
 }
 
-void compute_free_velocity(const Model& model, const SimulationOptions& options, EffectSet effects,
-                           const State& state, const Input& input, Workspace::Impl& ws,
-                           VectorX& w_free, StepReport& report) {
-  const double h = options.time_step;
+void compute_free_velocity(const StepArguments& step, Workspace::Impl& ws, VectorX& w_free,
+                           StepReport& report) {
+  const auto& [model, options, settings, state, input, effects] = step;
+  const double h = step.h();
   set_motor_forces(model, effects, h, state, input, ws);
   add_joint_forces(model, effects, h, state.q, state.v, ws.diagonal, ws.tau, ws.counts);
   set_external(input.wrenches, effects, ws);

@@ -4,6 +4,7 @@
 
 #include <span>
 
+#include "counterpoint/engine/step/step_arguments.h"
 #include "counterpoint/engine/step/step_workspace.h"
 
 namespace counterpoint {
@@ -45,9 +46,8 @@ void set_motor_forces(const Model& model, EffectSet effects, double h, const Sta
 
 /// w* = w + h inv(M + diagonal) (n + u - ...): the velocity if there were no constraint. Needs
 /// compute_kinematics. Where M is singular the report says so.
-void compute_free_velocity(const Model& model, const SimulationOptions& options, EffectSet effects,
-                           const State& state, const Input& input, Workspace::Impl& ws,
-                           VectorX& w_free, StepReport& report);
+void compute_free_velocity(const StepArguments& step, Workspace::Impl& ws, VectorX& w_free,
+                           StepReport& report);
 
 /// w + h inv(M + diagonal) (tau + forces on bodies), of all that is awake; the second half of the
 /// above.

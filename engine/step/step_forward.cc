@@ -1,5 +1,3 @@
-#include "counterpoint/engine/step.h"
-
 #include <algorithm>
 #include <limits>
 #include <string>
@@ -7,6 +5,7 @@
 #include "counterpoint/engine/constraints/contact_memory.h"
 #include "counterpoint/engine/diagnosis/failure_cause.h"
 #include "counterpoint/engine/dynamics/integrator.h"
+#include "counterpoint/engine/step.h"
 #include "counterpoint/engine/step/midpoint.h"
 #include "counterpoint/engine/step/runge_kutta.h"
 #include "counterpoint/engine/step/step_constraints.h"
@@ -29,18 +28,15 @@ void check_time_step(double h) {
 namespace {
 
 /// M (w+ - w) = h (n + u - D w+) + J' f,  q+ = q (+) h w+, from ws.constraints.
-void step_euler(const Model& model, const SimulationOptions& options, EffectSet effects,
-                const contact::Settings& settings, const State& state, const Input& input,
-                Workspace::Impl& ws, State& next, StepReport& report) {
-  const double h = options.time_step;
-  compute_free_velocity(model, options, effects, state, input, ws, next.v, report);
-  if (report.succeeded())
-    solve_constraints(model, options, effects, settings, state, ws, next.v, report);
+void step_euler(const StepArguments& step, Workspace::Impl& ws, State& next, StepReport& report) {
+  const Model& model = step.model;
+  const State& state = step.state;
+  const double h = step.h();
+  compute_free_velocity(step, ws, next.v, report);
+  if (report.succeeded()) solve_constraints(step, ws, next.v, report);
   const bool constrained = !ws.constraints.empty();
   const VectorX& displacement =
-      report.succeeded() && constrained
-          ? correct_overlaps(model, options, settings, state, ws, next.v, report)
-          : next.v;
+      report.succeeded() && constrained ? correct_overlaps(step, ws, next.v, report) : next.v;
   ws.sleepers.find_islands(model, ws.constraints);
   next.q = state.q;
   next.time = state.time + h;
@@ -51,35 +47,34 @@ void step_euler(const Model& model, const SimulationOptions& options, EffectSet 
 }
 
 /// The forces of the constraints of a step go with the state that it led to.
-void remember(const Model& model, const SimulationOptions& options, const State& state,
-              Workspace::Impl& ws, State& next) {
+void remember(const StepArguments& step, Workspace::Impl& ws, State& next) {
   if (ws.constraints.empty() && ws.sleepers.num_sleeping_bodies() == 0) {
     next.memory.clear();
     return;
   }
-  remember_impulses(model, ws.constraints, ws.data, options.time_step, ws.problem, ws.impulse,
-                    ws.sleepers.idle_bodies(), state.memory, next.memory);
+  remember_impulses(step.model, ws.constraints, ws.data, step.h(), ws.problem, ws.impulse,
+                    ws.sleepers.idle_bodies(), step.state.memory, next.memory);
 }
 
 /// What a step was given goes before what came of it.
-void blame_given(const Model& model, const State& state, const Input& input, Workspace::Impl& ws,
-                 StepReport& report) {
-  const Fault given = ws.check.of_given(model, state, input);
+void blame_given(const StepArguments& step, Workspace::Impl& ws, StepReport& report) {
+  const Fault given = ws.check.of_given(step.model, step.state, step.input);
   if (!given.any()) return;
   report.fault = given;
   report.status = status_of(given);
 }
 
 /// Looks at what came out of a step.
-void check_result(const Model& model, const SimulationOptions& options, const State& state,
-                  const Input& input, const State& next, Workspace::Impl& ws, StepReport& report) {
+void check_result(const StepArguments& step, const State& next, Workspace::Impl& ws,
+                  StepReport& report) {
+  const auto& [model, options, settings, state, input, effects] = step;
   if (ws.check.accepts(options.max_speed, next)) return;
   report.fault = ws.check.of_result(model, options.max_speed, next);
   report.status = status_of(report.fault);
   if (report.fault.kind != FaultKind::kSpeed) return;
   const double reach = ws.check.reach()[static_cast<size_t>(report.fault.coordinate)];
-  report.fault.cause = speed_cause(model, options.time_step, report.fault, reach, state, input,
-                                   next, ws.data, ws.velocity);
+  report.fault.cause =
+      speed_cause(model, step.h(), report.fault, reach, state, input, next, ws.data, ws.velocity);
 }
 
 }  // namespace
@@ -89,11 +84,12 @@ StepReport step_forward(const Model& model, const SimulationOptions& options,
                         Workspace& workspace, State& next) {
   Workspace::Impl& ws = workspace.impl();
   const EffectSet effects = active_effects(ws.called, options.effects);
+  const StepArguments step{model, options, settings, state, input, effects};
   StepReport report;
   report.softening = input.softening;
   check_time_step(options.time_step);
   if (!ws.check.accepts(model, state, input)) {
-    blame_given(model, state, input, ws, report);
+    blame_given(step, ws, report);
     return report;
   }
   const bool euler = options.integrator == Integrator::kSemiImplicitEuler;
@@ -107,24 +103,24 @@ StepReport step_forward(const Model& model, const SimulationOptions& options,
   switch (options.integrator) {
     case Integrator::kSemiImplicitEuler:
       find_constraints(model, options, effects, state, ws);
-      step_euler(model, options, effects, settings, state, input, ws, next, report);
+      step_euler(step, ws, next, report);
       break;
     case Integrator::kImplicitMidpoint:
       find_constraints(model, options, effects, state, ws);
-      step_midpoint(model, options, effects, settings, state, input, ws, next, report);
+      step_midpoint(step, ws, next, report);
       break;
     case Integrator::kRungeKutta4:
       ws.constraints.clear();
-      step_runge_kutta(model, options, effects, state, input, ws, next, report);
+      step_runge_kutta(step, ws, next, report);
       break;
   }
-  if (report.succeeded()) check_result(model, options, state, input, next, ws, report);
-  if (!report.succeeded()) blame_given(model, state, input, ws, report);
+  if (report.succeeded()) check_result(step, next, ws, report);
+  if (!report.succeeded()) blame_given(step, ws, report);
   report.contacts = static_cast<int>(ws.constraints.contacts.size());
   report.constraint_rows = ws.constraints.empty() ? 0 : ws.problem.num_rows();
   report.sleeping_bodies = ws.sleepers.num_sleeping_bodies();
   report.max_penetration = std::max(ws.constraints.max_penetration, ws.sleepers.max_penetration());
-  if (report.succeeded()) remember(model, options, state, ws, next);
+  if (report.succeeded()) remember(step, ws, next);
   if (sleeping && report.succeeded()) {
     ws.sleepers.end(model, state, input, ws.constraints, next);
   } else {

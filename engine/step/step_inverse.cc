@@ -79,14 +79,15 @@ void soften_constraints(const Model& model, const Softening& softening, const Ve
       row.law = contact::soften(row.law, softness);
 }
 
-/// What is left of the applied force when the servos' share is taken out.
-void subtract_servos(const Model& model, EffectSet effects, double h, const VectorRef& q,
-                     const VectorRef& v_next, const Input& known, Workspace::Impl& ws,
-                     Inverse& out) {
+/// What is left of the applied force when the servos' share is taken out: over h [s], at velocities
+/// w.
+void subtract_servos(const InverseArguments& step, double h, const VectorRef& w,
+                     Workspace::Impl& ws, Inverse& out) {
+  const Model& model = step.model;
   out.servo_force.setZero(static_cast<Eigen::Index>(model.servos().size()));
-  if (!effects.has(Effect::kServos)) return;
+  if (!step.effects.has(Effect::kServos)) return;
   ws.counts.add(Effect::kServos);
-  compute_servo_forces(model, h, q, v_next, known, out.servo_force);
+  compute_servo_forces(model, h, step.q, w, step.known, out.servo_force);
   for (size_t i = 0; i < model.servos().size(); ++i)
     out.applied_force[model.body(model.servos()[i].joint + 1).v_index] -= out.servo_force[i];
 }
@@ -104,9 +105,10 @@ void void_inverse(const Model& model, Inverse& out) {
 }
 
 /// u of the semi-implicit step from its constraints' share.
-void invert_euler(const Model& model, EffectSet effects, double h, const VectorRef& q,
-                  const VectorRef& v, const VectorRef& v_next, const Vector3& gravity,
-                  const Input& known, Workspace::Impl& ws, Inverse& out) {
+void invert_euler(const InverseArguments& step, const Vector3& gravity, Workspace::Impl& ws,
+                  Inverse& out) {
+  const auto& [model, options, q, v, v_next, known, effects] = step;
+  const double h = step.h();
   ws.acceleration = (v_next - v) / h;
   set_external(known.wrenches, effects, ws);
   if (set_drag(model, effects, h, ws)) add_drag_inverse(h, ws.velocity, ws.data);
@@ -114,7 +116,7 @@ void invert_euler(const Model& model, EffectSet effects, double h, const VectorR
   if (ws.data.has_coriolis) ws.tau -= ws.data.mean_rotor_force;
   add_joint_forces_inverse(model, effects, h, q, v, v_next, ws.tau, ws.counts);
   out.applied_force = ws.tau - out.contact_force;
-  subtract_servos(model, effects, h, q, v_next, known, ws, out);
+  subtract_servos(step, h, v_next, ws, out);
 }
 
 /// Rounding of the poses that w_c is read off, relative, and what stiff contacts of light links
@@ -123,20 +125,21 @@ constexpr double kPoseRounding = 32768.0 * std::numeric_limits<double>::epsilon(
 
 /// The same of the midpoint rule (midpoint.h). Impulses are in the velocities, not in the forces.
 /// refined: w_c, in ws.next_middle, is as exact as velocities are.
-void invert_midpoint(const Model& model, EffectSet effects, double h, const VectorRef& q,
-                     const VectorRef& v, const VectorRef& v_next, const Input& known, bool refined,
-                     Workspace::Impl& ws, Inverse& out) {
+void invert_midpoint(const InverseArguments& step, bool refined, Workspace::Impl& ws,
+                     Inverse& out) {
+  const auto& [model, options, q, v, v_next, known, effects] = step;
+  const double h = step.h();
   if (refined) {
     ws.middle = v + v_next - ws.next_middle;
   } else {
-    find_middle(model, effects, h, q, v, v_next, known, ws, ws.middle);
+    find_middle(step, ws, ws.middle);
   }
   const Vector3 gravity = set_middle(model, effects, h, q, ws.middle, known.wrenches, ws);
   ws.acceleration = (ws.middle - v) / (0.5 * h);
   rnea(model, ws.acceleration, gravity, ws.data, ws.tau);
   add_joint_forces_inverse(model, effects, 0.5 * h, q, v, ws.middle, ws.tau, ws.counts);
   out.applied_force = ws.tau;
-  subtract_servos(model, effects, 0.5 * h, q, ws.middle, known, ws, out);
+  subtract_servos(step, 0.5 * h, ws.middle, ws, out);
   // What they gave in the step is that at w_c.
   if (effects.has(Effect::kServos) && !ws.constraints.empty())
     compute_servo_forces(model, 0.5 * h, q, ws.next_middle, known, out.servo_force);
@@ -171,6 +174,7 @@ void step_inverse(const Model& model, const SimulationOptions& options, VectorRe
   Workspace::Impl& ws = workspace.impl();
   const double h = options.time_step;
   const EffectSet effects = active_effects(ws.called, options.effects);
+  const InverseArguments step{model, options, q, v, v_next, known, effects};
   check_time_step(h);
   if (options.integrator == Integrator::kRungeKutta4)
     throw InputError("runge_kutta_4 has no inverse: use implicit_midpoint or semi_implicit_euler");
@@ -182,7 +186,7 @@ void step_inverse(const Model& model, const SimulationOptions& options, VectorRe
   ws.finder.find(model, options, effects, q, v, ws.data, ws.constraints, ws.counts);
   const bool euler = options.integrator == Integrator::kSemiImplicitEuler;
   Vector3 gravity = Vector3::Zero();
-  if (euler) {  // forecasts know of the constraints at (q, v), and aim closures
+  if (euler) {  // predictions know of the constraints at (q, v), and aim closures
     const BodyRange all = moving_bodies(model);
     gravity = set_body_forces(model, effects, ws);
     set_mean_forces(model, options, effects, q, v, gravity, {&all, 1}, ws);
@@ -191,16 +195,16 @@ void step_inverse(const Model& model, const SimulationOptions& options, VectorRe
   }
   find_contact_velocity(model, options, effects, q, v, q_next, v_next, ws);
   soften_constraints(model, known.softening, v, v_next, ws);
-  const bool refined = !euler && !ws.constraints.empty() && !ws.poses_are_exact &&
-                       refine_contact_velocity(model, effects, h,
-                                               kPoseRounding * (1.0 + q.lpNorm<Eigen::Infinity>()),
-                                               q, v, v_next, known, ws, ws.next_middle);
+  const bool refined =
+      !euler && !ws.constraints.empty() && !ws.poses_are_exact &&
+      refine_contact_velocity(step, kPoseRounding * (1.0 + q.lpNorm<Eigen::Infinity>()), ws,
+                              ws.next_middle);
   recover_impulses(model, ws.next_middle, h, ws, out);
   out.contact_force = ws.tau / h;
   if (euler) {
-    invert_euler(model, effects, h, q, v, v_next, gravity, known, ws, out);
+    invert_euler(step, gravity, ws, out);
   } else {
-    invert_midpoint(model, effects, h, q, v, v_next, known, refined, ws, out);
+    invert_midpoint(step, refined, ws, out);
   }
   out.fault = ws.check.of_recovered(model, out.applied_force);
   out.force_scale = 0.0;

@@ -48,6 +48,10 @@ void check_link(const LinkSpec& link) {
                                  inertia.center.cwiseAbs().maxCoeff(), limits::kMinMass,
                                  limits::kMaxMass, limits::kMaxMass, limits::kMaxLength));
   }
+  if (!(std::abs(link.gravity_compensation * link.inertia.mass) <= limits::kMaxMass))
+    throw InputError(fmt::format("{}: gravity_compensation {:g}; a finite share of the weight is expected "
+                                 "(1: all of it)",
+                                 at, link.gravity_compensation));
   check_nonnegative(link.drag.linear, "linear drag", at);
   check_nonnegative(link.drag.quadratic, "quadratic drag", at);
   check_nonnegative(link.drag.angular, "angular drag", at);

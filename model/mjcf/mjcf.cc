@@ -15,7 +15,6 @@ namespace counterpoint {
 namespace {
 
 constexpr std::pair<LeaveOut, const char*> kLeaveOut[] = {
-    {LeaveOut::kGravityCompensation, "gravity_compensation"},
     {LeaveOut::kFluid, "fluid"},
     {LeaveOut::kTendons, "tendons"},
     {LeaveOut::kActuators, "actuators"},
@@ -55,7 +54,6 @@ MjcfModel load_mjcf(const std::filesystem::path& file, const MjcfOptions& option
   mjcf::Assets assets(document, compiler, defaults);
   const mjcf::Bodies bodies = mjcf::read_bodies(document, defaults, compiler, model);
   mjcf::read_inertias(document, compiler, assets, bodies, model);
-  mjcf::read_compensation(document, bodies, model);
   const mjcf::Tendons tendons = mjcf::read_tendons(document, bodies);
   mjcf::Ties ties(model.robot);
   mjcf::read_equalities(document, defaults, bodies, tendons, ties, model);

@@ -16,14 +16,13 @@ namespace counterpoint {
 
 /// What a file may ask for that the engine does not have; refused, unless the user leaves it out.
 enum class LeaveOut {
-  kGravityCompensation,  ///< <body gravcomp>
   kFluid,                ///< <option density viscosity wind>
   kTendons,              ///< forces and limits of tendons that are no coupling of two joints
   kActuators,            ///< actuators that pull by themselves and are no servo of one joint
   kJointForces,          ///< springs and limits of ball joints and the like
   kEqualities,           ///< equality constraints that are no closure and no coupling
 };
-/// "gravity_compensation", "fluid", "tendons", "actuators", "joint_forces", "equalities".
+/// "fluid", "tendons", "actuators", "joint_forces", "equalities".
 const char* leave_out_name(LeaveOut what);
 /// The reverse; nothing for an unknown name.
 std::optional<LeaveOut> leave_out_from_name(const std::string& name);
@@ -86,8 +85,6 @@ struct MjcfModel {
   Vector3 gravity = Vector3(0, 0, -9.81);
   double time_step = 0.002;  ///< [s]
   std::string integrator = "semi_implicit_euler";
-  /// Every body that can move is compensated for gravity: none acts.
-  bool weightless = false;
 };
 
 /// Reads an MJCF file (docs/reference/mjcf.md). @throws InputError naming file, line, element, what was

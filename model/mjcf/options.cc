@@ -87,30 +87,6 @@ void read_keyframes(Document& document, MjcfModel& model) {
   }
 }
 
-void read_compensation(Document& document, const Bodies& bodies, MjcfModel& model) {
-  int heavy = 0, whole = 0;
-  const BodyNode* some = nullptr;
-  for (const BodyNode& node : bodies.bodies) {
-    if (node.weld == 0) continue;
-    if (node.compensation != 0.0) some = some ? some : &node;
-    if (model.robot.links[node.link_index].inertia.mass == 0.0) continue;
-    ++heavy;
-    whole += node.compensation == 1.0;
-  }
-  if (!some) return;
-  if (heavy == whole) {
-    model.weightless = true;
-    document.note(*some->element,
-                  "gravcomp: all bodies that move are compensated for gravity: none acts");
-    return;
-  }
-  document.refuse(
-      *some->element, LeaveOut::kGravityCompensation,
-      fmt::format("gravcomp: {} of {} bodies that move are compensated for gravity, which is "
-                  "not supported of some only",
-                  whole, heavy));
-}
-
 void check_sections(Document& document) {
   static const std::set<std::string> kRead = {"compiler", "option",    "size",    "asset",
                                               "default",  "worldbody", "contact", "equality",

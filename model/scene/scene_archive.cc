@@ -168,6 +168,11 @@ void visit(A& a, BodyDrag& x) {
   a(body, center, drag);
 }
 template <class A>
+void visit(A& a, GravityCompensation& x) {
+  auto& [body, center, mass] = x;
+  a(body, center, mass);
+}
+template <class A>
 void visit(A& a, Frame& x) {
   auto& [name, body, X_BF] = x;
   a(name, body, X_BF);

@@ -158,6 +158,11 @@ Drag read_drag(const YamlValue& in) {
   return drag;
 }
 
+void read_link_compensations(const YamlValue& in, RobotSpec& robot) {
+  for (const auto& [name, value] : in.entries())
+    named(name, value, robot.links, "link").gravity_compensation = value.number();
+}
+
 void read_link_drags(const YamlValue& in, RobotSpec& robot) {
   for (const auto& [name, value] : in.entries()) {
     named(name, value, robot.links, "link").drag = read_drag(value);

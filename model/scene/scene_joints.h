@@ -17,6 +17,8 @@ void read_dynamics(const YamlValue& in, RobotSpec& robot);
 
 /// `drag: {linear, quadratic, angular, angular_quadratic}` of one link.
 Drag read_drag(const YamlValue& in);
+/// `gravity_compensation: {LINK: share}`.
+void read_link_compensations(const YamlValue& in, RobotSpec& robot);
 /// `drag: {LINK: {...}}`.
 void read_link_drags(const YamlValue& in, RobotSpec& robot);
 

@@ -26,6 +26,8 @@ RobotSpec make_object(const YamlValue& in, const fs::path& folder, HullCache& hu
   LinkSpec& link = robot.links.front();
   robot.where = link.where = in.where();
   if (in.has("drag")) link.drag = read_drag(in.at("drag"));
+  if (in.has("gravity_compensation"))
+    link.gravity_compensation = in.at("gravity_compensation").number();
   for (const char* key : {"dynamics", "joint_types"}) {
     if (in.has(key)) in.at(key).fail("an object has no joints; this is for a model with a urdf");
   }
@@ -78,6 +80,8 @@ RobotSpec ModelReader::read_robot(const YamlValue& in) const {
   if (in.has("joint_types")) read_joint_types(in.at("joint_types"), robot);
   if (in.has("dynamics")) read_dynamics(in.at("dynamics"), robot);
   if (in.has("drag")) read_link_drags(in.at("drag"), robot);
+  if (in.has("gravity_compensation"))
+    read_link_compensations(in.at("gravity_compensation"), robot);
   return robot;
 }
 
@@ -93,8 +97,8 @@ Srdf ModelReader::read_srdf(const YamlValue& in) {
 /// A model in MuJoCo's format: it says itself what is free and how it starts; joints and speeds given here
 /// go before.
 void ModelReader::read_mjcf(const YamlValue& in, bool only_one) {
-  for (const char* key : {"urdf", "srdf", "base", "velocity", "joint_types", "dynamics", "drag", "friction",
-                          "restitution", "torsional_friction", "rolling_friction", "mass", "scale"})
+  for (const char* key : {"urdf", "srdf", "base", "velocity", "joint_types", "dynamics", "drag",
+                          "gravity_compensation", "friction", "restitution", "torsional_friction", "rolling_friction", "mass", "scale"})
     if (in.has(key)) in.at(key).fail("not for a model with an mjcf: its file says this");
   MjcfOptions options;
   options.packages = urdf_options_.packages;
@@ -104,16 +108,13 @@ void ModelReader::read_mjcf(const YamlValue& in, bool only_one) {
     for (const YamlValue& word : in.at("leave_out").list()) {
       const auto what = leave_out_from_name(word.text());
       if (!what)
-        word.fail("gravity_compensation, fluid, tendons, actuators, joint_forces or equalities is expected");
+        word.fail("fluid, tendons, actuators, joint_forces or equalities is expected");
       options.leave_out.insert(*what);
     }
   }
   const YamlValue file = in.at("mjcf");
   const MjcfModel model =
       located(file, [&] { return load_mjcf(robot_file(file, folder_, urdf_options_), options); });
-  if (model.weightless && options.leave_out.count(LeaveOut::kGravityCompensation) == 0)
-    file.fail("its bodies are compensated for gravity (gravcomp): set the scene's gravity to zero and say "
-              "leave_out: [gravity_compensation]");
   const std::string keyframe = in.has("keyframe") ? in.at("keyframe").text() : "";
   const Pose X_WL = read_pose(in);
   place(in, only_one, model.robot.name, X_WL, [&](const Pose& placed, const std::string& prefix) {
@@ -148,6 +149,7 @@ void ModelReader::read(const YamlValue& in, bool only_one) {
                  "joint_types",
                  "dynamics",
                  "drag",
+                 "gravity_compensation",
                  "friction",
                  "restitution",
                  "torsional_friction",

@@ -417,6 +417,8 @@ TEST(Builder, RefusesSpringsServosAndDragThatCannotBe) {
   refused([](JointSpec& j, LinkSpec&) { j.mimic_master = "shoulder", j.servo.stiffness = 1; },
           {"elbow", "shoulder"});
   refused([&](JointSpec&, LinkSpec& l) { l.drag.quadratic = nan; }, {"upper", "quadratic drag"});
+  refused([&](JointSpec&, LinkSpec& l) { l.gravity_compensation = nan; },
+          {"upper", "gravity_compensation"});
 }
 
 }  // namespace

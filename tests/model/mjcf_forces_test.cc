@@ -164,11 +164,20 @@ TEST_F(MjcfForcesTest, EllipsoidsTouchWithinTheErrorThatIsNoted) {
   EXPECT_TRUE(noted);
 }
 
-TEST_F(MjcfForcesTest, CompensationOfAllIsNoGravityAndOfSomeRefused) {
-  const std::string all = "<worldbody><body gravcomp='1'><joint/><geom size='1'/></body>";
-  EXPECT_EQ(scene(all + "</worldbody>").model.gravity().norm(), 0.0);
-  expect_refused(all + "<body><joint/><geom size='1'/></body></worldbody>",
-                 {"m.xml:1", "gravcomp", "leave_out"});
+TEST_F(MjcfForcesTest, GravcompIsAShareOfTheLinksWeight) {
+  const Scene s = scene(R"(<worldbody><body name='fixed' gravcomp='1'><geom size='1'/></body>
+    <body name='a' gravcomp='0.25'><joint/><geom size='0.1' pos='0.3 0 0' mass='2'/>
+      <body name='welded' pos='0 0 1' gravcomp='-1'><geom size='0.1' mass='3'/></body>
+      <body name='b' pos='1 0 0'><joint/><geom size='0.1' mass='5'/></body></body></worldbody>)");
+  EXPECT_NE(s.model.gravity().norm(), 0.0);
+  const auto& all = s.model.gravity_compensations();
+  ASSERT_EQ(all.size(), 2u);  // what stays has none, b none
+  for (const GravityCompensation& carried : all) EXPECT_EQ(carried.body, 1);
+  EXPECT_NEAR(all[0].mass, 0.5, kRoundOff);
+  EXPECT_NEAR(all[1].mass, -3.0, kRoundOff);
+  const auto X = body_poses(s.model, s.q);
+  EXPECT_LT((X[1] * all[0].center - Vector3(0.3, 0, 0)).norm(), kRoundOff);
+  EXPECT_LT((X[1] * all[1].center - Vector3(0, 0, 1)).norm(), kRoundOff);
 }
 
 TEST_F(MjcfForcesTest, WhatIsMissingIsRefusedByElementAndLine) {

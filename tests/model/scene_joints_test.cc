@@ -167,6 +167,20 @@ TEST_F(SceneJoints, BaseOnABallJoint) {
   }
 }
 
+TEST_F(SceneJoints, LinksMayCarryTheirWeight) {
+  const Scene scene = load(R"(    gravity_compensation: {b: 1, d: 0.5, base: 1, e: 0}
+)");
+  // The base does not move; e has nothing of it; d is merged into c.
+  const auto& all = scene.model.gravity_compensations();
+  ASSERT_EQ(all.size(), 2u);
+  EXPECT_EQ(all[0].body, 2);
+  EXPECT_EQ(all[1].body, 3);
+  const Scene ball = load_scene(
+      folder_.write("ball.yaml", "models: [{sphere: 0.1, mass: 4, gravity_compensation: 0.25}]"));
+  ASSERT_EQ(ball.model.gravity_compensations().size(), 1u);
+  EXPECT_EQ(ball.model.gravity_compensations()[0].mass, 1.0);
+}
+
 TEST_F(SceneJoints, DragActsAtTheCentreOfEachLink) {
   const Scene scene = load(R"(    drag:
       b: {linear: 1, quadratic: 2, angular: 3, angular_quadratic: 4}

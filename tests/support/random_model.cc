@@ -121,6 +121,8 @@ RobotSpec make_random_robot(std::uint64_t seed, const RandomModelOptions& option
       link.drag = {random.uniform(0.0, 2.0), random.uniform(0.0, 2.0), random.uniform(0.0, 0.1),
                    random.uniform(0.0, 0.1)};
     }
+    if (options.compensations && random.uniform(0.0, 1.0) < 0.7)
+      link.gravity_compensation = random.uniform(-0.5, 1.5);
     robot.links.push_back(link);
     if (i == 0) continue;
     JointSpec joint;

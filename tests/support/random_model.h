@@ -37,6 +37,7 @@ struct RandomModelOptions {
   bool servos = false;   ///< of the same
   bool effort_limits = false;
   bool drag = false;
+  bool compensations = false;  ///< of shares of links' weights
   bool mimics = false;  ///< some joints of one coordinate follow others of their robot
   int closures = 0;  ///< of every type, between any links or the world; closed in the default pose
 };

@@ -52,6 +52,7 @@ Scene pendulum(const Pendulum& parameters) {
   base.name = "base";
   bob.name = "bob";
   bob.drag = parameters.drag;
+  bob.gravity_compensation = parameters.gravity_compensation;
   bob.inertia = {parameters.mass, Vector3(0, 0, -parameters.length), Matrix3::Zero()};
   robot.links = {base, bob};
   JointSpec joint;
@@ -103,6 +104,7 @@ Scene ball_on_plane(const BallOnPlane& ball) {
   link.inertia = {ball.mass, Vector3::Zero(),
                   0.4 * ball.mass * ball.radius * ball.radius * Matrix3::Identity()};
   link.collisions.push_back({"", Pose(), shape, ball.material});
+  link.gravity_compensation = ball.gravity_compensation;
   robot.links.push_back(link);
   ModelBuilder builder(Vector3(0, 0, -9.81));
   Pose X_WL;
@@ -121,6 +123,7 @@ Scene free_ball(const FreeBall& ball) {
   link.inertia = {ball.mass, Vector3::Zero(),
                   0.4 * ball.mass * kRadius * kRadius * Matrix3::Identity()};
   link.drag = ball.drag;
+  link.gravity_compensation = ball.gravity_compensation;
   robot.links.push_back(link);
   ModelBuilder builder(ball.gravity);
   builder.add_robot(robot, Base::kFloating, Pose());

@@ -23,6 +23,7 @@ struct Pendulum {
   double mass = 1.0, length = 1.0, damping = 0.0, armature = 0.0, dry_friction = 0.0;
   double lower = -1e9, upper = 1e9;
   Drag drag = {};
+  double gravity_compensation = 0.0;
 };
 Scene pendulum(const Pendulum& parameters);
 
@@ -43,6 +44,7 @@ Scene slider(const Slider& parameters);
 struct BallOnPlane {
   double radius = 0.1, mass = 1.0, height = 0.0;
   Material material;
+  double gravity_compensation = 0.0;
 };
 Scene ball_on_plane(const BallOnPlane& parameters);
 
@@ -51,6 +53,7 @@ struct FreeBall {
   double mass = 1.0;
   Vector3 gravity = Vector3::Zero();
   Drag drag = {};
+  double gravity_compensation = 0.0;
 };
 Scene free_ball(const FreeBall& parameters);
 

@@ -158,6 +158,8 @@ void bind_link(py::module_& m) {
       .def_readwrite("inertia", &LinkSpec::inertia, "SpatialInertia in the link frame.")
       .def_readwrite("collisions", &LinkSpec::collisions, "List of CollisionSpec, a copy.")
       .def_readwrite("drag", &LinkSpec::drag, "Drag.")
+      .def_readwrite("gravity_compensation", &LinkSpec::gravity_compensation,
+                     "Share of the link's weight that a force carries, 1: all.")
       .def("__repr__", [](const LinkSpec& l) { return "<LinkSpec '" + l.name + "'>"; });
 }
 

@@ -25,9 +25,9 @@ class InertiaRegressor {
   explicit InertiaRegressor(const Model& model);
 
   /// Y, nv x 10 (num_bodies - 1), of what rnea gives at v, a (nv) under gravity [m/s^2] without
-  /// external wrenches: tau = Y inertial_parameters(model). data.has_coriolis = false leaves
-  /// velocity-dependent forces out; mean forces are not looked at. Needs compute_poses. Nothing is
-  /// allocated once Y has its size.
+  /// external wrenches and carried weight: tau = Y inertial_parameters(model). data.has_coriolis =
+  /// false leaves velocity-dependent forces out; mean forces are not looked at. Needs
+  /// compute_poses. Nothing is allocated once Y has its size.
   void compute(const Model& model, const VectorRef& v, const VectorRef& a, const Vector3& gravity,
                const Data& data, MatrixX& Y);
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "counterpoint/contact/linear/vector_lanes.h"
+#include "counterpoint/engine/dynamics/gravity_compensation.h"
 #include "counterpoint/engine/dynamics/kinematics.h"
 
 namespace counterpoint {
@@ -308,6 +309,29 @@ void TreeSweep::write_columns(const Model& model, int i, const SweepInput& in, S
   }
 }
 
+bool TreeSweep::add_carried_weight(const Model& model, const Tree& tree, const Data& data,
+                                   const Vector3& gravity) {
+  if (model.gravity_compensations().empty() || gravity.isZero(0.0)) return false;
+  const auto all = compensations_of(model, {tree.body_begin, tree.body_end});
+  for (const GravityCompensation& carried : all) {
+    const int i = carried.body;
+    const Vector3 weight = carried.mass * gravity;
+    const Vector3 place =
+        data.X_WB[i].translation + arm_of(carried, data) - TreeSweep::reference(tree, data);
+    composites_[i].f += Force{place.cross(weight), weight};
+    BodyResponse response;  // it is to stay: what carrying it along makes of it is taken back
+    response.q.bottomLeftCorner<3, 3>() = skew(weight);
+    response.move(place);
+    if (responds_[i]) {
+      responses_[i] += response;
+    } else {
+      responses_[i] = response;
+      responds_[i] = 1;
+    }
+  }
+  return !all.empty();
+}
+
 void TreeSweep::run(const Model& model, const Tree& tree, const Data& data, const SweepInput& in,
                     SweepOutput out) {
   go_out(model, tree, data, in);
@@ -317,7 +341,8 @@ void TreeSweep::run(const Model& model, const Tree& tree, const Data& data, cons
     if (responds_[i]) responses_[i] = in.response[i];
     respond = respond || responds_[i];
   }
-  if (respond) find_response_columns(model, tree, in);
+  respond = add_carried_weight(model, tree, data, in.gravity) || respond;
+  if (respond && in.v_next != nullptr) find_response_columns(model, tree, in);
   const int size = tree.v_end - tree.v_begin;
   for (MatrixX* m : {&out.dq, &out.dv, &out.dnext}) {
     if (size == m->rows())

@@ -77,7 +77,7 @@ struct SpeedByMotion {
   Vector6 q, v;  ///< by a displacement, by the velocity at the start
 };
 
-/// What a sweep differentiates: tau = M a + n(q, v) - loads.
+/// What a sweep differentiates: tau = M a + n(q, v) - loads, of the weight what is not carried.
 struct SweepInput {
   const double* v = nullptr;  ///< nv
   const double* a = nullptr;  ///< nv
@@ -153,6 +153,9 @@ class TreeSweep {
                         const SweepInput& in, Moving& moving);
   void add_rotations(const Body& body, int first, int count, const Vector3& origin,
                      const Data& data, const SweepInput& in, Moving& moving);
+  /// Carried weight (gravity_compensation.h) as a load that keeps its axes. True if there is any.
+  bool add_carried_weight(const Model& model, const Tree& tree, const Data& data,
+                          const Vector3& gravity);
   void set_composite(int i, const Vector3& origin, const Data& data, const SweepInput& in);
   void find_columns(const Model& model, const Tree& tree, const double* velocity,
                     Motion Column::*out);

@@ -49,6 +49,10 @@ bool is_closed(K kind, const Model& model, const SimulationOptions& options, con
                        kind == K::kMaxRecoverySpeed;
   // Forecasts go through them.
   if (of_ties && ties(ws.constraints)) return false;
+  // How fast a body falls whose weight is carried in part goes with its mass.
+  if (changes_mass_matrix(kind) && !model.gravity_compensations().empty() &&
+      ws.called.has(Effect::kRestitution))
+    return false;
   for (int t = 0; of_motion && t < model.num_trees(); ++t) {
     if (tree_terms(model, t, ws) != TreeTerms::kProjected) continue;
     if (changes_mass_matrix(kind) || ws.predictor.covers(t)) return false;

@@ -1,5 +1,6 @@
 #include "counterpoint/engine/derivatives/parameters/parameter_dynamics.h"
 
+#include "counterpoint/engine/dynamics/gravity_compensation.h"
 #include "counterpoint/engine/dynamics/kinematics.h"
 
 namespace counterpoint {
@@ -99,11 +100,15 @@ void ParameterDynamics::add_gravity(const Parameters& parameters, const Model& m
   for_each(parameters, K::kGravity, [&](const PreparedParameter&, Eigen::Index k) {
     for (int b = bodies.begin; b < bodies.end; ++b)
       regressor_.add(model, b, inertial_parameters(model.body(b).inertia), 1.0, data, out.col(k));
+    for (const GravityCompensation& carried : compensations_of(model, bodies)) {
+      const SpatialInertia point{carried.mass, carried.center, Matrix3::Zero()};
+      regressor_.add(model, carried.body, inertial_parameters(point), -1.0, data, out.col(k));
+    }
   });
 }
 
-/// by_prediction_: what the parameters make of the prediction's equation, inverse dynamics with joint
-/// forces at the acceleration (f - v) / h that it has.
+/// by_prediction_: what the parameters make of the prediction's equation, inverse dynamics with
+/// joint forces at the acceleration (f - v) / h that it has.
 void ParameterDynamics::find_prediction(const Parameters& parameters, const Model& model,
                                         const Tree& tree, EffectSet effects, double h,
                                         const VectorRef& v, const Vector3& gravity,

@@ -83,7 +83,6 @@ class TreeReader {
     node.parent = parent;
     const Pose X_PB = X_PF * pose_of(v, compiler_);
     node.X_WB = out_.bodies[parent].X_WB * X_PB;
-    node.compensation = v.number("gravcomp", 0.0);
     node.link =
         free_name(name_of(element).empty() ? fmt::format("body{}", index) : name_of(element));
     if (v.boolean("mocap", false))
@@ -118,6 +117,7 @@ class TreeReader {
     }
     out_.bodies[index].link_index = static_cast<int>(model_.robot.links.size());
     add_link(node.link, document_.where(element));
+    model_.robot.links.back().gravity_compensation = v.number("gravcomp", 0.0);
     read_contents(element, index, Pose(), childclass);
   }
 

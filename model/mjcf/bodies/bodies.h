@@ -24,7 +24,6 @@ struct BodyNode {
   int parent = -1;
   int weld = 0;  ///< the body, itself or one above, whose joints move it; 0: fixed to the world
   Pose X_WB;     ///< in the reference pose
-  double compensation = 0.0;  ///< gravcomp
   const Element* inertial = nullptr;
 };
 

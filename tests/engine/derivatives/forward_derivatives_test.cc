@@ -140,6 +140,7 @@ TEST_P(Integrated, AreThoseOfTheForwardStep) {
     o.damping = o.armature = o.springs = true;
     o.servos = seed % 4 == 1;
     o.drag = seed % 3 == 2;
+    o.compensations = seed % 4 == 2;
     test::Random random(40 + seed);
     Scene scene = test::make_random_scene(seed, o, random);
     scene.options.integrator = GetParam();

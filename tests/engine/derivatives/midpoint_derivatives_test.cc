@@ -35,6 +35,7 @@ TEST(MidpointDerivatives, OfRandomTreesWithJointRows) {
     o.springs = seed % 4 < 2;
     o.servos = seed % 6 == 3;
     o.drag = seed % 4 == 1;
+    o.compensations = seed % 4 == 2;
     test::Random random(1100 + seed);
     Scene scene = test::make_random_scene(seed, o, random);
     soften(scene);

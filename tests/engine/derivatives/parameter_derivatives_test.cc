@@ -105,6 +105,7 @@ TEST(ParameterDerivatives, OfRandomTreesWithEveryJointForce) {
     o.springs = seed % 4 < 2;
     o.servos = o.effort_limits = seed % 6 == 3;
     o.drag = seed % 4 == 1;
+    o.compensations = seed % 4 == 2;
     test::Random random(600 + seed);
     Scene scene = test::make_random_scene(seed, o, random);
     soften(scene);

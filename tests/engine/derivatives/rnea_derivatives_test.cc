@@ -39,6 +39,7 @@ test::RandomModelOptions options(int seed) {
   o.links = 1 + seed % 13;
   o.robots = 1 + seed % 3;
   o.base = seed % 2 == 0 ? Base::kFloating : Base::kFixed;
+  o.compensations = seed % 4 >= 2;
   return o;
 }
 

@@ -40,6 +40,7 @@ Drawn draw(int seed, bool hard) {
   o.springs = seed % 4 < 2;
   o.servos = o.effort_limits = seed % 6 == 3;
   o.drag = seed % 4 == 1;
+  o.compensations = seed % 4 == 2;
   test::Random random(500 + seed);
   Scene scene = test::make_random_scene(seed, o, random);
   if (!hard) soften(scene);

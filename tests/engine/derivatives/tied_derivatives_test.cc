@@ -32,6 +32,7 @@ test::RandomModelOptions random_options(int seed) {
   o.springs = seed % 4 < 2;
   o.servos = seed % 6 == 3;
   o.drag = seed % 4 == 1;
+  o.compensations = seed % 4 == 2;
   return o;
 }
 

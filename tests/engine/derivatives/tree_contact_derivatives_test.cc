@@ -67,6 +67,7 @@ TEST(TreeContactDerivatives, OfEveryJointTypeWithEveryEffect) {
     o.springs = seed % 4 < 2;
     o.servos = o.effort_limits = seed % 6 == 3;
     o.drag = seed % 4 == 1;
+    o.compensations = seed % 4 == 2;
     o.mimics = seed % 5 == 4;
     test::Random random(2100 + seed);
     const Scene scene = make_scene(seed, o, random);

@@ -53,6 +53,7 @@ TEST_P(TimeStep, RandomTreesWithoutContact) {
     test::Random random(seed);
     test::RandomModelOptions options;
     options.damping = options.armature = seed % 2 == 0;
+    options.compensations = seed % 3 == 0;
     Scene scene = test::make_random_scene(seed, options, random);
     scene.options.time_step = GetParam();
     Simulator sim(std::move(scene));

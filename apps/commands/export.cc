@@ -1,0 +1,87 @@
+// counterpoint export: a scene for other programs, as MJCF or URDF.
+#include "counterpoint/model/export/export.h"
+
+#include <fmt/format.h>
+
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <memory>
+
+#include "command.h"
+#include "counterpoint/collision/collider.h"
+#include "input/scene_arguments.h"
+#include "report/report.h"
+
+namespace counterpoint::apps {
+namespace {
+
+struct Arguments {
+  SceneArguments scene;
+  std::string to, output;
+  Report report;
+};
+
+void write_file(const std::filesystem::path& path, const std::string& text) {
+  std::error_code failed;
+  if (path.has_parent_path()) std::filesystem::create_directories(path.parent_path(), failed);
+  std::ofstream file(path, std::ios::binary);
+  file << text << std::flush;
+  if (!file)
+    throw InputError(fmt::format("cannot write {}: {}; name a file in a folder that can be written",
+                                 path.string(), std::strerror(errno)));
+}
+
+int export_scene(Arguments& arguments) {
+  const std::filesystem::path output = arguments.output;
+  const Scene scene = arguments.scene.load();
+  const std::string meshes = output.stem().string() + "_meshes";
+  const Exported out =
+      arguments.to == "mjcf"
+          ? export_mjcf(scene, collision::Collider(scene.model).overlapping_pairs())
+          : export_urdf(scene, meshes);
+  for (const ExportedFile& file : out.files)
+    write_file(output.parent_path() / file.name, file.text);
+  write_file(output, out.text);
+  Report& report = arguments.report;
+  report.begin("export", arguments.scene.file);
+  Json lost = Json::array();
+  for (const Note& note : out.lost)
+    lost.push_back({{"where", note.where}, {"message", note.message}});
+  report["format"] = arguments.to;
+  report["output"] = output.string();
+  report["mesh_files"] = out.files.size();
+  report["lost"] = lost;
+  fmt::print(report.text(), "{}: {} moving bodies, {} mesh files\n", output.string(),
+             scene.model.num_joints(), out.files.size());
+  if (!out.lost.empty()) fmt::print(report.text(), "not carried over:\n");
+  for (const Note& note : out.lost)
+    fmt::print(report.text(), "  {}: {}\n", note.where, note.message);
+  report.write();
+  return kSuccess;
+}
+
+}  // namespace
+
+void add_export(CommandLine& line) {
+  auto arguments = std::make_shared<Arguments>();
+  Command& command = line.add("export",
+                              "Write a scene as MJCF (MuJoCo) or URDF; what the format "
+                              "cannot say is listed");
+  arguments->scene.add_to(command);
+  command
+      .add_option("--to", arguments->to,
+                  "mjcf: the whole scene; urdf: one robot, without its start")
+      .required()
+      .one_of({"mjcf", "urdf"});
+  command
+      .add_option("--output", arguments->output, "File to write; meshes go into a folder beside it")
+      .type_name("FILE")
+      .required();
+  arguments->report.add_to(command);
+  command.footer("Example:\n  counterpoint export humanoid_drop --to mjcf --output humanoid.xml");
+  command.action([arguments] { return export_scene(*arguments); });
+}
+
+}  // namespace counterpoint::apps

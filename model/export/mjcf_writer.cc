@@ -1,0 +1,417 @@
+#include <tinyxml2.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <set>
+
+#include "counterpoint/model/export/export.h"
+#include "counterpoint/model/export/numbers.h"
+#include "counterpoint/model/inertia.h"
+
+namespace counterpoint {
+namespace {
+
+class MjcfWriter {
+ public:
+  MjcfWriter(const Scene& scene, const std::vector<std::pair<int, int>>& apart)
+      : scene_(scene), model_(scene.model), apart_(apart.begin(), apart.end()) {
+    for (const auto& pair : model_.excluded_geometry_pairs()) apart_.insert(pair);
+  }
+
+  Exported write() {
+    xml_.OpenElement("mujoco");
+    set("model", scene_.name.empty() ? "scene" : scene_.name);
+    write_options();
+    write_meshes();
+    write_bodies();
+    write_exclusions();
+    write_equalities();
+    write_rods();
+    write_actuators();
+    write_start();
+    xml_.CloseElement();
+    note_forces();
+    out_.text = xml_.CStr();
+    return std::move(out_);
+  }
+
+ private:
+  void set(const char* name, const std::string& value) { xml_.PushAttribute(name, value.c_str()); }
+  void set(const char* name, double value) { set(name, export_number(value)); }
+  void lose(const std::string& where, const std::string& what) {
+    out_.lost.push_back({where, what});
+  }
+  void place(const Pose& pose) {
+    set("pos", export_numbers(pose.translation));
+    set("quat", export_quaternion(pose.rotation));
+  }
+  std::string body_name(int i) const { return i == 0 ? "world" : model_.joint(i - 1).link; }
+  std::string joint_name(int joint, int part = 0) const {
+    const Body& body = model_.body(joint + 1);
+    const bool several = !is_free(body) && (body.joint_type == JointType::kPlanar ||
+                                            body.joint_type == JointType::kFloating);
+    return several ? fmt::format("{}/{}", model_.joint(joint).name, part)
+                   : model_.joint(joint).name;
+  }
+  static bool is_free(const Body& body) {
+    return body.joint_type == JointType::kFloating && body.parent == 0;
+  }
+  Pose start_of(const Body& body) const {
+    return joint_pose(body.X_PJ, body.joint_type, scene_.q.data() + body.q_index);
+  }
+
+  void write_options() {
+    xml_.OpenElement("compiler");
+    set("angle", "radian");
+    set("inertiafromgeom", "false");
+    xml_.CloseElement();
+    xml_.OpenElement("option");
+    set("timestep", scene_.options.time_step);
+    set("gravity", export_numbers(model_.gravity()));
+    set("integrator", "implicitfast");
+    set("cone", "elliptic");
+    set("impratio", "100");
+    xml_.CloseElement();
+    const std::string reference = export_numbers({2.0 * scene_.options.time_step, 1.0});
+    xml_.OpenElement("default");
+    for (const char* what : {"geom", "equality"}) {
+      xml_.OpenElement(what);
+      set("solref", reference);
+      set("solimp", "0.9999 0.9999 0.001");
+      xml_.CloseElement();
+    }
+    xml_.CloseElement();
+  }
+
+  void write_meshes() {
+    xml_.OpenElement("asset");
+    for (const Geometry& g : model_.geometries()) {
+      if (g.shape.type != ShapeType::kConvexMesh || meshes_.count(g.shape.mesh.get())) continue;
+      const std::string name = fmt::format("mesh{}", meshes_.size());
+      meshes_[g.shape.mesh.get()] = name;
+      std::string vertices;
+      for (const Vector3& v : g.shape.mesh->vertices) vertices += export_numbers(v) + " ";
+      xml_.OpenElement("mesh");
+      set("name", name);
+      set("vertex", vertices);
+      xml_.CloseElement();
+    }
+    xml_.CloseElement();
+  }
+
+  void write_bodies() {
+    xml_.OpenElement("worldbody");
+    write_contents(0);
+    std::vector<int> open = {0};
+    for (int i = 1; i < model_.num_bodies(); ++i) {
+      const Body& body = model_.body(i);
+      for (; open.back() != body.parent; open.pop_back()) xml_.CloseElement();
+      xml_.OpenElement("body");
+      set("name", body_name(i));
+      place(is_free(body) ? start_of(body) : body.X_PJ);
+      write_compensation(i);
+      write_joints(i);
+      write_inertia(body.inertia);
+      write_contents(i);
+      open.push_back(i);
+    }
+    for (; open.size() > 1; open.pop_back()) xml_.CloseElement();
+    xml_.CloseElement();
+  }
+
+  void write_compensation(int body) {
+    double mass = 0.0;
+    for (const GravityCompensation& c : model_.gravity_compensations()) {
+      if (c.body != body) continue;
+      mass += c.mass;
+      if (!c.center.isApprox(model_.body(body).inertia.center, 1e-12))
+        lose("link '" + body_name(body) + "'",
+             "gravity compensation of a part of it: written as of the whole");
+    }
+    if (mass != 0.0) set("gravcomp", mass / model_.body(body).inertia.mass);
+  }
+
+  /// In principal axes where it is not diagonal: MuJoCo's own search for them stops at 1e-9.
+  void write_inertia(const SpatialInertia& inertia) {
+    if (inertia.mass == 0.0) return;
+    Pose axes{Matrix3::Identity(), inertia.center};
+    Vector3 moments = inertia.rotational.diagonal();
+    if (!inertia.rotational.isDiagonal(0.0)) {
+      const PrincipalAxes principal = principal_axes(inertia.rotational);
+      axes.rotation = principal.axes;
+      moments = principal.moments;
+    }
+    xml_.OpenElement("inertial");
+    place(axes);
+    set("mass", inertia.mass);
+    set("diaginertia", export_numbers(moments));
+    xml_.CloseElement();
+  }
+
+  /// Shapes, frames of merged links, anchors of rods.
+  void write_contents(int body) {
+    for (const Geometry& g : model_.geometries())
+      if (g.body == body) write_geometry(g);
+    for (const Frame& frame : model_.frames())
+      if (frame.body == body && frame.name != body_name(body)) write_site(frame.name, frame.X_BF);
+    for (const Closure& c : model_.closures()) {
+      if (c.type != ClosureType::kDistance) continue;
+      if (c.body_a == body) write_site(c.name + "/a", c.X_AC);
+      if (c.body_b == body) write_site(c.name + "/b", c.X_BC);
+    }
+  }
+
+  void write_site(const std::string& name, const Pose& pose) {
+    xml_.OpenElement("site");
+    set("name", name);
+    place(pose);
+    xml_.CloseElement();
+  }
+
+  /// type and size. Empty: MJCF has no such shape.
+  std::pair<std::string, std::string> shape_words(const Geometry& g) {
+    const Vector3& s = g.shape.size;
+    switch (g.shape.type) {
+      case ShapeType::kPlane:
+        if (g.body != 0)
+          throw InputError("geometry '" + g.name +
+                           "': MJCF has planes on the world only; use a box in its place");
+        return {"plane", "0 0 1"};
+      case ShapeType::kSphere:
+        return {"sphere", export_number(s.x())};
+      case ShapeType::kBox:
+        return {"box", export_numbers(s)};
+      case ShapeType::kCapsule:
+        return {"capsule", export_numbers({s.x(), s.y()})};
+      case ShapeType::kCylinder:
+        return {"cylinder", export_numbers({s.x(), s.y()})};
+      case ShapeType::kConvexMesh:
+        return {"mesh", ""};
+      case ShapeType::kTerrain:
+        break;
+    }
+    return {};
+  }
+
+  void write_geometry(const Geometry& g) {
+    const auto [type, size] = shape_words(g);
+    if (type.empty()) return lose("geometry '" + g.name + "'", "a terrain of triangles");
+    xml_.OpenElement("geom");
+    set("name", g.name);
+    set("type", type);
+    if (!size.empty()) set("size", size);
+    if (g.shape.type == ShapeType::kConvexMesh) set("mesh", meshes_.at(g.shape.mesh.get()));
+    place(g.X_BG);
+    const Material& m = g.material;
+    const int dimensions = m.rolling_friction > 0.0     ? 6
+                           : m.torsional_friction > 0.0 ? 4
+                           : m.friction > 0.0           ? 3
+                                                        : 1;
+    set("condim", fmt::format("{}", dimensions));
+    set("friction", export_numbers({m.friction, m.torsional_friction, m.rolling_friction}));
+    xml_.CloseElement();
+    if (m.restitution > 0.0) lose("geometry '" + g.name + "'", "restitution");
+    differs_ = differs_ || m.friction != model_.geometries().front().material.friction;
+  }
+
+  void write_joints(int body) {
+    switch (model_.body(body).joint_type) {
+      case JointType::kRevolute:
+        return write_joint(body, 0, "hinge", "0 0 1");
+      case JointType::kPrismatic:
+        return write_joint(body, 0, "slide", "0 0 1");
+      case JointType::kPlanar:
+        write_joint(body, 0, "slide", "1 0 0");
+        write_joint(body, 1, "slide", "0 1 0");
+        return write_joint(body, 2, "hinge", "0 0 1");
+      case JointType::kSpherical:
+        return write_joint(body, 0, "ball", nullptr);
+      case JointType::kFloating:
+        break;
+    }
+    if (is_free(model_.body(body))) return write_joint(body, 0, "free", nullptr);
+    write_joint(body, 0, "slide", "1 0 0");
+    write_joint(body, 1, "slide", "0 1 0");
+    write_joint(body, 2, "slide", "0 0 1");
+    write_joint(body, 3, "ball", nullptr);
+  }
+
+  void write_joint(int body, int part, const char* type, const char* axis) {
+    const int i = body - 1, v = model_.body(body).v_index + part;
+    const JointInfo& info = model_.joint(i);
+    xml_.OpenElement("joint");
+    set("name", joint_name(i, part));
+    set("type", type);
+    if (axis) set("axis", axis);
+    const auto set_unless_zero = [&](const char* name, double value) {
+      if (value != 0.0) set(name, value);
+    };
+    set_unless_zero("damping", model_.damping()[v]);
+    set_unless_zero("armature", model_.armature()[v]);
+    set_unless_zero("frictionloss", model_.dry_friction()[v]);
+    for (const JointSpring& spring : model_.springs()) {
+      if (spring.joint != i) continue;
+      set("stiffness", spring.stiffness);
+      set_unless_zero("springref", spring.reference);
+    }
+    if (std::isfinite(info.lower) || std::isfinite(info.upper)) {
+      constexpr double kBeyond = 1e9;  // a side without limit: MJCF has both or none
+      set("limited", "true");
+      set("range", export_numbers({std::max(info.lower, -kBeyond), std::min(info.upper, kBeyond)}));
+    }
+    if (std::isfinite(info.effort_limit) && joint_nv(model_.body(body).joint_type) == 1) {
+      set("actuatorfrclimited", "true");
+      set("actuatorfrcrange", export_numbers({-info.effort_limit, info.effort_limit}));
+    }
+    xml_.CloseElement();
+    velocity_limits_ += part == 0 && std::isfinite(info.velocity_limit);
+  }
+
+  /// Bodies of which no geometries meet; MuJoCo leaves out parent and child itself.
+  void write_exclusions() {
+    std::map<std::pair<int, int>, int> of_bodies;
+    for (const auto& [a, b] : apart_) {
+      const int i = model_.geometries()[a].body, j = model_.geometries()[b].body;
+      if (i != j) ++of_bodies[std::minmax(i, j)];
+    }
+    std::vector<int> count(model_.bodies().size());
+    for (const Geometry& g : model_.geometries()) ++count[g.body];
+    xml_.OpenElement("contact");
+    for (const auto& [bodies, excluded] : of_bodies) {
+      const auto [i, j] = bodies;
+      if (excluded < count[i] * count[j]) {
+        lose(fmt::format("links '{}' and '{}'", body_name(i), body_name(j)),
+             fmt::format("{} of {} pairs of their geometries do not collide; in the file all do",
+                         excluded, count[i] * count[j]));
+        continue;
+      }
+      xml_.OpenElement("exclude");
+      set("body1", body_name(i));
+      set("body2", body_name(j));
+      xml_.CloseElement();
+    }
+    xml_.CloseElement();
+    if (!model_.pair_materials().empty()) lose("scene", "surface values of pairs of geometries");
+    if (differs_)
+      lose("scene", "friction of unlike surfaces is their mean here, the larger one in MuJoCo");
+  }
+
+  void write_equalities() {
+    xml_.OpenElement("equality");
+    for (const Closure& c : model_.closures()) {
+      const bool swapped = c.body_a == 0;  // MuJoCo has the world as the second body only
+      if (c.type == ClosureType::kDistance) {
+        xml_.OpenElement("tendon");
+        set("name", c.name);
+        set("tendon1", c.name);
+        xml_.CloseElement();
+        continue;
+      }
+      const bool ball = c.type == ClosureType::kBall;
+      xml_.OpenElement(ball ? "connect" : "weld");
+      set("name", c.name);
+      set("body1", body_name(swapped ? c.body_b : c.body_a));
+      set("body2", body_name(swapped ? 0 : c.body_b));
+      if (ball) {
+        set("anchor", export_numbers(swapped ? c.X_BC.translation : c.X_AC.translation));
+      } else {
+        const Pose X_12 = swapped ? c.X_BC * c.X_AC.inverse() : c.X_AC * c.X_BC.inverse();
+        set("relpose", export_numbers(X_12.translation) + " " + export_quaternion(X_12.rotation));
+      }
+      xml_.CloseElement();
+    }
+    for (const Mimic& mimic : model_.mimics()) {
+      xml_.OpenElement("joint");
+      set("joint1", joint_name(mimic.joint));
+      set("joint2", joint_name(mimic.master));
+      set("polycoef", export_numbers({mimic.offset, mimic.multiplier, 0.0, 0.0, 0.0}));
+      xml_.CloseElement();
+    }
+    xml_.CloseElement();
+  }
+
+  /// Tendons whose length is held.
+  void write_rods() {
+    xml_.OpenElement("tendon");
+    for (const Closure& c : model_.closures()) {
+      if (c.type != ClosureType::kDistance) continue;
+      xml_.OpenElement("spatial");
+      set("name", c.name);
+      for (const char* end : {"/a", "/b"}) {
+        xml_.OpenElement("site");
+        set("site", c.name + end);
+        xml_.CloseElement();
+      }
+      xml_.CloseElement();
+    }
+    xml_.CloseElement();
+  }
+
+  /// Servos: kp (control - q) - kd w.
+  void write_actuators() {
+    xml_.OpenElement("actuator");
+    for (const JointServo& servo : model_.servos()) {
+      xml_.OpenElement("general");
+      set("name", model_.joint(servo.joint).name);
+      set("joint", joint_name(servo.joint));
+      set("gainprm", export_numbers({servo.stiffness, 0.0, 0.0}));
+      set("biastype", "affine");
+      set("biasprm", export_numbers({0.0, -servo.stiffness, -servo.damping}));
+      xml_.CloseElement();
+      if (servo.velocity != 0.0)
+        lose("joint '" + model_.joint(servo.joint).name + "'", "the target velocity of its servo");
+    }
+    xml_.CloseElement();
+  }
+
+  /// Free bodies in axes of the world, as MuJoCo has them.
+  void write_start() {
+    std::string q, v, control;
+    const auto append = [](std::string& to, double value) { to += export_number(value) + " "; };
+    for (const Body& body : model_.bodies()) {
+      if (body.parent < 0) continue;
+      if (!is_free(body)) {
+        for (int k = 0; k < joint_nq(body.joint_type); ++k) append(q, scene_.q[body.q_index + k]);
+        for (int k = 0; k < joint_nv(body.joint_type); ++k) append(v, scene_.v[body.v_index + k]);
+        continue;
+      }
+      const Pose X = start_of(body);
+      q += export_numbers(X.translation) + " " + export_quaternion(X.rotation) + " ";
+      v += export_numbers(Vector3(body.X_PJ.rotation * scene_.v.segment<3>(body.v_index))) + " " +
+           export_numbers(Vector3(scene_.v.segment<3>(body.v_index + 3))) + " ";
+    }
+    for (const JointServo& servo : model_.servos()) append(control, servo.position);
+    xml_.OpenElement("keyframe");
+    xml_.OpenElement("key");
+    set("name", "start");
+    set("qpos", q);
+    set("qvel", v);
+    if (!control.empty()) set("ctrl", control);
+    xml_.CloseElement();
+    xml_.CloseElement();
+  }
+
+  void note_forces() {
+    if (velocity_limits_ > 0)
+      lose("scene", fmt::format("velocity limits of {} joints", velocity_limits_));
+    for (const BodyDrag& drag : model_.drags()) lose("link '" + body_name(drag.body) + "'", "drag");
+  }
+
+  const Scene& scene_;
+  const Model& model_;
+  std::set<std::pair<int, int>> apart_;
+  std::map<const ConvexMesh*, std::string> meshes_;
+  int velocity_limits_ = 0;
+  bool differs_ = false;  ///< in friction, some surfaces
+  tinyxml2::XMLPrinter xml_;
+  Exported out_;
+};
+
+}  // namespace
+
+Exported export_mjcf(const Scene& scene, const std::vector<std::pair<int, int>>& apart) {
+  return MjcfWriter(scene, apart).write();
+}
+
+}  // namespace counterpoint

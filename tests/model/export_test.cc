@@ -1,0 +1,144 @@
+// Exported models are the models that they were made from: read back, they have the same names,
+// mass matrices, poses and start.
+#include "counterpoint/model/export/export.h"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "counterpoint/model/inertia.h"
+#include "support/paths.h"
+#include "support/temp_folder.h"
+
+namespace counterpoint {
+namespace {
+
+/// Frames are turned, inertias taken to principal axes and back: some roundings of numbers near
+/// one.
+constexpr double kRoundOff = 1e-12;
+
+MatrixX mass_matrix(const Model& model, const VectorX& q) {
+  MatrixX M = MatrixX::Zero(model.nv(), model.nv());
+  for (int t = 0; t < model.num_trees(); ++t) {
+    const Tree& tree = model.trees()[t];
+    const int n = tree.v_end - tree.v_begin;
+    M.block(tree.v_begin, tree.v_begin, n, n) = reference_mass_matrix(model, t, q);
+  }
+  return M;
+}
+
+/// Random angles and displacements; quaternions of unit length.
+VectorX random_configuration(const Model& model, std::mt19937& random) {
+  std::uniform_real_distribution<double> uniform(-1.0, 1.0);
+  VectorX q(model.nq());
+  for (double& x : q) x = uniform(random);
+  for (int i = 1; i < model.num_bodies(); ++i) {
+    const Body& body = model.body(i);
+    const int n = joint_nq(body.joint_type);
+    if (n >= 4) q.segment<4>(body.q_index + n - 4).normalize();
+  }
+  return q;
+}
+
+struct Exportable {
+  const char* file;
+  Base base = Base::kFixed;  ///< of a lone URDF
+};
+
+class ExportTest : public testing::TestWithParam<Exportable> {
+ protected:
+  static Scene bundled(const std::string& name, const SceneOverrides& overrides = {}) {
+    return load_scene(test::source_dir() + "/data/" + name, overrides);
+  }
+  static void expect_same_motion(const Model& a, const Model& b) {
+    ASSERT_EQ(a.nq(), b.nq());
+    ASSERT_EQ(a.nv(), b.nv());
+    std::mt19937 random(1);
+    for (int sample = 0; sample < 10; ++sample) {
+      const VectorX q = random_configuration(a, random);
+      const MatrixX M = mass_matrix(a, q);
+      EXPECT_LE((M - mass_matrix(b, q)).norm(), kRoundOff * M.norm());
+      const std::vector<Pose> X_a = body_poses(a, q), X_b = body_poses(b, q);
+      for (const Frame& frame : a.frames()) {
+        const int other = b.find_frame(frame.name);
+        if (other < 0) continue;  // sites of MJCF are passed over
+        const Frame& same = b.frames()[other];
+        const Pose A = X_a[frame.body] * frame.X_BF, B = X_b[same.body] * same.X_BF;
+        EXPECT_LE((A.translation - B.translation).norm(), kRoundOff * (1.0 + A.translation.norm()))
+            << frame.name;
+      }
+    }
+    EXPECT_LE((a.armature() - b.armature()).norm(), kRoundOff);
+    EXPECT_LE((a.damping() - b.damping()).norm(), kRoundOff);
+    EXPECT_LE((a.dry_friction() - b.dry_friction()).norm(), kRoundOff);
+    for (int i = 0; i < a.num_joints(); ++i) {
+      EXPECT_EQ(a.joint(i).name, b.joint(i).name);
+      EXPECT_EQ(a.joint(i).link, b.joint(i).link);
+    }
+    ASSERT_EQ(a.mimics().size(), b.mimics().size());
+  }
+  test::TempFolder folder_;
+};
+
+using ExportedMjcf = ExportTest;
+using ExportedUrdf = ExportTest;
+
+TEST_P(ExportedMjcf, ReadBackIsTheSameModel) {
+  const Scene scene = bundled(GetParam().file);
+  const Scene back = load_scene(folder_.write("m.xml", export_mjcf(scene).text));
+  expect_same_motion(scene.model, back.model);
+  EXPECT_EQ(scene.options.time_step, back.options.time_step);
+  EXPECT_EQ(scene.model.gravity(), back.model.gravity());
+  EXPECT_LE((scene.q - back.q).norm(), kRoundOff * (1.0 + scene.q.norm()));
+  EXPECT_LE((scene.v - back.v).norm(), kRoundOff * (1.0 + scene.v.norm()));
+  EXPECT_EQ(scene.model.geometries().size(), back.model.geometries().size());
+}
+
+INSTANTIATE_TEST_SUITE_P(Scenes, ExportedMjcf,
+                         testing::Values(Exportable{"scenes/humanoid_drop.yaml"},
+                                         Exportable{"scenes/quadruped_drop.yaml"},
+                                         Exportable{"scenes/box_stack.yaml"},
+                                         Exportable{"scenes/arm7_servo.yaml"},
+                                         Exportable{"scenes/coin_spin.yaml"},
+                                         Exportable{"scenes/double_pendulum.yaml"}));
+
+TEST_P(ExportedUrdf, ReadBackIsTheSameModel) {
+  SceneOverrides overrides;
+  overrides.base = GetParam().base;
+  const Scene scene = bundled(GetParam().file, overrides);
+  const Exported out = export_urdf(scene);
+  for (const ExportedFile& file : out.files) folder_.write(file.name, file.text);
+  const Scene back = load_scene(folder_.write("m.urdf", out.text), overrides);
+  expect_same_motion(scene.model, back.model);
+  for (const Frame& frame : scene.model.frames())
+    EXPECT_GE(back.model.find_frame(frame.name), 0) << frame.name;
+  std::size_t moving = 0;  // what lies on the world is not in the file
+  for (const Geometry& g : scene.model.geometries()) moving += g.body > 0;
+  EXPECT_EQ(back.model.geometries().size(), moving);
+}
+
+INSTANTIATE_TEST_SUITE_P(Robots, ExportedUrdf,
+                         testing::Values(Exportable{"robots/humanoid.urdf", Base::kFloating},
+                                         Exportable{"robots/humanoid.urdf"},
+                                         Exportable{"robots/quadruped.urdf", Base::kFloating},
+                                         Exportable{"robots/arm7.urdf"},
+                                         Exportable{"robots/ur10.urdf"},
+                                         Exportable{"robots/arm_hand.urdf", Base::kFloating},
+                                         Exportable{"robots/planar_ellipse.urdf"}));
+
+/// URDF to model to MJCF to model, and from there back to URDF.
+TEST_F(ExportTest, FormatsFollowOneAnother) {
+  SceneOverrides overrides;
+  overrides.base = Base::kFloating;
+  const Scene first = bundled("robots/humanoid.urdf", overrides);
+  const Scene second = load_scene(folder_.write("m.xml", export_mjcf(first).text));
+  const Scene third = load_scene(folder_.write("m.urdf", export_urdf(second).text), overrides);
+  expect_same_motion(first.model, third.model);
+}
+
+TEST_F(ExportTest, SeveralFloatingRobotsAreNoUrdf) {
+  EXPECT_THROW(export_urdf(bundled("scenes/box_stack.yaml")), InputError);
+}
+
+}  // namespace
+}  // namespace counterpoint
