@@ -1,5 +1,5 @@
 // Progress bars: on terminals only, and only of work that takes long.
-#include "apps/report/progress.h"
+#include "report/progress.h"
 
 #include <fcntl.h>
 #include <gtest/gtest.h>

@@ -323,7 +323,8 @@ TEST(SlidingRamp, IsTooFarByHalfAStepOfItsSpeed) {
   const double slope = 0.6, friction = 0.5, cosine = 1.0 / std::hypot(1.0, slope), t = 1.0;
   const double a = kGravity * cosine * (slope - friction);
   for (const double h : {4e-3, 2e-3, 1e-3}) {
-    Simulator sim(test::box_on_plane({.friction = friction, .gravity = kGravity * cosine * Vector3(slope, 0, -1)}));
+    Simulator sim(test::box_on_plane(
+        {.friction = friction, .gravity = kGravity * cosine * Vector3(slope, 0, -1)}));
     sim.options().time_step = h;
     const double start = sim.state().q[0];
     ASSERT_TRUE(run(sim, t));
