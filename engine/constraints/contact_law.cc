@@ -89,10 +89,10 @@ contact::Law make_contact_law(const ContactOptions& options, double h, const Mat
   // within the step, the convex law keeps them h mu |v_T| apart for this step; otherwise there is
   // nothing to rub yet, and that law would push apart by as much what only passes by. Of balls it
   // is known: friction turns them, and that changes no gap.
-  const bool exact =
-      options.friction_model == FrictionModel::kCoulomb && (round || gap <= options.margin);
-  if (options.friction_model == FrictionModel::kCoulomb && !exact && gap + h * v[0] > 0.0)
-    return law;
+  const bool coulomb = options.friction_model == FrictionModel::kCoulomb;
+  const bool near = gap <= options.margin, meets = gap + h * v[0] <= 0.0;
+  const bool exact = coulomb && (near || (round && meets));
+  if (coulomb && !near && !meets) return law;
 
   law.type = contact::LawType::kFrictionCone;
   law.rows = pair.rolling_friction > 0.0 ? 6 : pair.torsional_friction > 0.0 ? 4 : 3;
