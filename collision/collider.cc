@@ -55,6 +55,7 @@ struct Collider::Impl {
   PairFilter filter;
   Broadphase broadphase;
   std::vector<Enclosure> enclosures;
+  std::vector<Corners> corners;
   std::vector<double> radii;  // by body, of its shapes about its origin; of planes 0
   std::vector<int> planes, terrains, solids;  // geometry indices
   std::vector<std::pair<int, int>> overlapping;
@@ -97,7 +98,10 @@ void Collider::Impl::add_plane_pairs(int plane, std::span<const double> margin) 
     const int i = solids[k];
     if (both_idle(plane, i)) continue;
     const double height = normal.dot(X_WG[i] * enclosures[i].center) - offset;
-    if (height - enclosures[i].radius >= plane_margin + margin[placements[i].body]) continue;
+    const double reach =
+        std::min(enclosures[i].radius,
+                 (X_WG[i].rotation.transpose() * normal).cwiseAbs().dot(enclosures[i].half));
+    if (height - reach >= plane_margin + margin[placements[i].body]) continue;
     if (is_sound(boxes[k]) && filter.enabled(plane, i)) {
       ground_pairs.emplace_back(std::min(plane, i), std::max(plane, i));
     }
@@ -330,6 +334,7 @@ Collider::Collider(const Model& model) : impl_(std::make_unique<Impl>(model)) {
                                    : impl.solids)
         .push_back(i);
     impl.enclosures.push_back(enclose(geometries[i].shape));
+    impl.corners.push_back(corners_of(geometries[i].shape));
     impl.placements.push_back({geometries[i].X_BG, geometries[i].body, type});
     const Enclosure& around = impl.enclosures.back();
     double& radius = impl.radii[geometries[i].body];
@@ -387,8 +392,8 @@ void Collider::compute_candidates(std::span<const Pose> X_WB, std::span<const do
       impl.find_moving_contacts(a, b, {reach, turn}, impl.motion_of(X_WB, a, b, motions));
     }
     if (!travel.empty()) {
-      add_corner_contacts(ga.shape, impl.X_WG[a], gb.shape, impl.X_WG[b], reach, way,
-                          impl.manifold);
+      add_corner_contacts({ga.shape, impl.corners[a], impl.X_WG[a]},
+                          {gb.shape, impl.corners[b], impl.X_WG[b]}, reach, way, impl.manifold);
     }
     for (int i = 0; i < impl.manifold.size; ++i) {
       const ContactPoint& p = impl.manifold.points[i];

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
 
 #include "counterpoint/collision/pairs/pair_contacts.h"
 #include "counterpoint/collision/shapes/core_shape.h"
@@ -17,44 +16,34 @@ constexpr double kLargestRatio = 4.0;
 // Contacts closer together than this share of the shape's size are one.
 constexpr double kSamePlace = 0.05;
 
-struct Corners {
-  std::array<Vector3, 8> points;  // in W
-  int size = 0;
-  double radius = 0.0;
-  double extent = 0.0;  // distance of the farthest corner from the shape's centre [m]
-};
+}  // namespace
 
-Corners corners_of(const Shape& shape, const Pose& X) {
+Corners corners_of(const Shape& shape) {
   Corners out;
   const Vector3& s = shape.size;
+  const auto sign = [](int i) {
+    return Vector3(i & 1 ? 1.0 : -1.0, i & 2 ? 1.0 : -1.0, i & 4 ? 1.0 : -1.0);
+  };
   switch (shape.type) {
     case ShapeType::kBox:
-      for (int i = 0; i < 8; ++i) {
-        const Vector3 sign(i & 1 ? 1.0 : -1.0, i & 2 ? 1.0 : -1.0, i & 4 ? 1.0 : -1.0);
-        out.points[out.size++] = X * sign.cwiseProduct(s);
-      }
+      for (int i = 0; i < 8; ++i) out.points[out.size++] = sign(i).cwiseProduct(s);
       break;
     case ShapeType::kCapsule:
       out.radius = s[0];
-      for (const double end : {-1.0, 1.0}) {
-        out.points[out.size++] = X * Vector3(0.0, 0.0, end * s[1]);
-      }
+      for (const double end : {-1.0, 1.0}) out.points[out.size++] = {0.0, 0.0, end * s[1]};
       break;
     case ShapeType::kCylinder:
       for (const double end : {-1.0, 1.0}) {
         for (const double side : {-1.0, 1.0}) {
-          out.points[out.size++] = X * Vector3(side * s[0], 0.0, end * s[1]);
-          out.points[out.size++] = X * Vector3(0.0, side * s[0], end * s[1]);
+          out.points[out.size++] = {side * s[0], 0.0, end * s[1]};
+          out.points[out.size++] = {0.0, side * s[0], end * s[1]};
         }
       }
       break;
     case ShapeType::kConvexMesh:
-      for (int i = 0; i < 8; ++i) {
-        const Vector3 way(i & 1 ? 1.0 : -1.0, i & 2 ? 1.0 : -1.0, i & 4 ? 1.0 : -1.0);
-        out.points[out.size++] =
-            X *
-            shape.mesh->vertices[support_vertex(*shape.mesh, way, likely_vertex(*shape.mesh, way))];
-      }
+      for (int i = 0; i < 8; ++i)
+        out.points[out.size++] = shape.mesh->vertices[support_vertex(
+            *shape.mesh, sign(i), likely_vertex(*shape.mesh, sign(i)))];
       break;
     case ShapeType::kSphere:
     case ShapeType::kPlane:
@@ -63,47 +52,23 @@ Corners corners_of(const Shape& shape, const Pose& X) {
   }
   Vector3 center = Vector3::Zero();
   for (int i = 0; i < out.size; ++i) center += out.points[i] / out.size;
-  for (int i = 0; i < out.size; ++i) {
+  for (int i = 0; i < out.size; ++i)
     out.extent = std::max(out.extent, (out.points[i] - center).norm() + out.radius);
-  }
   return out;
 }
 
-// A lower bound of Corners::extent [m].
-double least_extent(const Shape& shape) {
-  constexpr double kRoundoff = 1.0 - 1e-9;
-  const Vector3& s = shape.size;
-  switch (shape.type) {
-    case ShapeType::kBox:
-      return kRoundoff * s.norm();
-    case ShapeType::kCapsule:
-      return kRoundoff * (s[0] + s[1]);
-    case ShapeType::kCylinder:
-      return kRoundoff * std::hypot(s[0], s[1]);
-    case ShapeType::kConvexMesh:
-      // The farthest vertex, at R, is at least R / sqrt(3) along one of the eight ways, and the
-      // corner along the opposite one is below the interior point: the two are so far apart.
-      return kRoundoff * shape.mesh->radius / (2.0 * std::numbers::sqrt3);
-    case ShapeType::kSphere:
-    case ShapeType::kPlane:
-    case ShapeType::kTerrain:
-      break;
-  }
-  return 0.0;
-}
+namespace {
 
 // `sign` turns the normals: 1 where the corners belong to A.
-void add_corners(const Shape& shape, const Pose& X, const Shape& other, const Pose& X_other,
-                 double sign, double margin, double travel, const Vector3& normal,
-                 Manifold& manifold) {
-  if (least_extent(shape) > kLargestRatio * travel) return;
-  const Corners corners = corners_of(shape, X);
-  if (corners.extent > kLargestRatio * travel) return;
+void add_corners(const CorneredShape& of, const CorneredShape& other, double sign, double margin,
+                 const Vector3& normal, Manifold& manifold) {
+  const Corners& corners = of.corners;
   const Shape ball{ShapeType::kSphere, Vector3(corners.radius, 0.0, 0.0), nullptr};
   const double same = kSamePlace * corners.extent;
   for (int i = 0; i < corners.size; ++i) {
     Manifold contact;
-    pair_contacts(ball, {Matrix3::Identity(), corners.points[i]}, other, X_other, margin, contact);
+    pair_contacts(ball, {Matrix3::Identity(), of.X * corners.points[i]}, other.shape, other.X,
+                  margin, contact);
     if (contact.size == 0) continue;
     ContactPoint& p = contact.points[0];
     p.normal *= sign;
@@ -126,9 +91,9 @@ bool is_ground(const Shape& shape) {
 
 }  // namespace
 
-void add_corner_contacts(const Shape& a, const Pose& X_WA, const Shape& b, const Pose& X_WB,
-                         double margin, double travel, Manifold& manifold) {
-  if (manifold.size == 0 || is_ground(a) || is_ground(b)) return;
+void add_corner_contacts(const CorneredShape& a, const CorneredShape& b, double margin,
+                         double travel, Manifold& manifold) {
+  if (manifold.size == 0 || is_ground(a.shape) || is_ground(b.shape)) return;
   double least = std::numeric_limits<double>::infinity();
   Vector3 normal = Vector3::UnitZ();
   for (int i = 0; i < manifold.size; ++i) {
@@ -137,8 +102,9 @@ void add_corner_contacts(const Shape& a, const Pose& X_WA, const Shape& b, const
     normal = manifold.points[i].normal;
   }
   if (least <= 0.0) return;
-  add_corners(a, X_WA, b, X_WB, 1.0, margin, travel, normal, manifold);
-  add_corners(b, X_WB, a, X_WA, -1.0, margin, travel, normal, manifold);
+  const double largest = kLargestRatio * travel;
+  if (a.corners.extent <= largest) add_corners(a, b, 1.0, margin, normal, manifold);
+  if (b.corners.extent <= largest) add_corners(b, a, -1.0, margin, normal, manifold);
 }
 
 std::optional<CoreBall> core_ball(const Shape& shape, const Enclosure& enclosure, const Pose& X,
@@ -156,10 +122,10 @@ std::optional<CoreBall> core_ball(const Shape& shape, const Enclosure& enclosure
 
 StandIns stand_ins(const Shape& shape, const Pose& X) {
   StandIns out;
-  const Corners corners = corners_of(shape, X);
+  const Corners corners = corners_of(shape);
   const Shape ball{ShapeType::kSphere, Vector3(corners.radius, 0.0, 0.0), nullptr};
   for (int i = 0; i < corners.size; ++i)
-    out.balls[out.size++] = {ball, {Matrix3::Identity(), corners.points[i]}};
+    out.balls[out.size++] = {ball, {Matrix3::Identity(), X * corners.points[i]}};
   if (const auto core =
           core_ball(shape, enclose(shape), X, std::numeric_limits<double>::infinity()))
     out.balls[out.size++] = *core;

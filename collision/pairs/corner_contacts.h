@@ -10,13 +10,32 @@
 
 namespace counterpoint::collision {
 
+/// The points of a shape that may turn into another one, in its geometry frame: of a box its corners,
+/// of a capsule its ends, of a cylinder four points a rim, of a convex mesh the vertices farthest along
+/// the eight diagonals; none of a sphere, a plane and terrain.
+struct Corners {
+  std::array<Vector3, 8> points;  // [m]
+  int size = 0;
+  double radius = 0.0;  // of the balls about them [m]
+  double extent = 0.0;  // distance of the farthest corner from their mean, with its radius [m]
+};
+Corners corners_of(const Shape& shape);
+
+/// A placed shape and its corners.
+struct CorneredShape {
+  const Shape& shape;
+  const Corners& corners;
+  const Pose& X;
+};
+
 /// Adds to `manifold`, which holds the contacts of two separated shapes, those of their corners, each
 /// taken as a point (the ends of a capsule as balls) against the other shape, where the gap is below
 /// the margin [m]. A manifold holds what faces each other now; a rod hit at one end turns the other
-/// one in. Does nothing for planes, terrain and spheres, whose manifolds are whole, for overlapping shapes, and
-/// for shapes larger than a few times `travel` [m], the way their surfaces can go within the step.
-void add_corner_contacts(const Shape& a, const Pose& X_WA, const Shape& b, const Pose& X_WB,
-                         double margin, double travel, Manifold& manifold);
+/// one in. Does nothing for planes, terrain and spheres, whose manifolds are whole, for overlapping
+/// shapes, and for shapes larger than a few times `travel` [m], the way their surfaces can go within
+/// the step.
+void add_corner_contacts(const CorneredShape& a, const CorneredShape& b, double margin,
+                         double travel, Manifold& manifold);
 
 /// The ball about the middle of a slender or flat shape. Set against what the shape may pass within a
 /// step it keeps the middle on its side, since the middle of a free body moves straight: corners that

@@ -439,6 +439,7 @@ class LinkSpec:
     inertia: SpatialInertia
     collisions: list[CollisionSpec]
     drag: Drag
+    gravity_compensation: float
     def __init__(
         self,
         name: str,
