@@ -84,7 +84,8 @@ class ParameterDerivator {
   std::unique_ptr<Impl> impl_;
 };
 
-/// dv+/dp and dq+/dp (nv x number of parameters) of the step that `d` is of.
+/// dv+/dp and dq+/dp (nv x number of parameters) of the step that `d` is of. Where it displaces,
+/// what parameters make of that is left out.
 void forward_parameter_derivatives(const ForwardDerivatives& d, const MatrixX& du, MatrixX& dv_dp,
                                    MatrixX& dq_dp);
 

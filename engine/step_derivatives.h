@@ -54,11 +54,13 @@ inline void step_inverse_derivatives(const Model& model, const SimulationOptions
 }
 
 /// Of step_forward: the state at the end by that at the start and the applied force, nv x nv each.
-/// dq_next are displacements at the q_next of the step, q (+) h v_next of Euler's (overlaps that
-/// are recovered by a displacement alone are left out, overlap_correction.h).
+/// dq_next are displacements at the q_next of the step.
 struct ForwardDerivatives {
   MatrixX dv_dq, dv_dv, dv_du;
   MatrixX dq_dq, dq_dv, dq_du;
+  /// Beside h v_next the step displaces bodies (overlap_correction.h), and the above know it.
+  bool displaces = false;
+  MatrixX dq_dv_next;  ///< where it does: what of dq_next goes by v_next alone
 };
 
 /// Derivatives of the step from (q, v) under `known`, which led to v_next (and q_next, as above):

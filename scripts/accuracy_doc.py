@@ -9,6 +9,7 @@ import json
 import pathlib
 import shutil
 import subprocess
+import textwrap
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 SCENES = ROOT / "data/scenes/accuracy"
@@ -187,6 +188,14 @@ def section(name, r):
     return lines
 
 
+def wrapped(line):
+    """Prose in lines of at most 120 columns; tables, headings and pictures as they are."""
+    if len(line) <= 120 or line[0] in "|#!":
+        return line
+    return textwrap.fill(line, 119, subsequent_indent="  " if line.startswith("* ") else "",
+                         break_long_words=False, break_on_hyphens=False)
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("folder", type=pathlib.Path)
@@ -205,7 +214,7 @@ def main():
         lines += section(name, report)
         shutil.copy(arguments.folder / name / "accuracy.svg", IMAGES / f"{name}.svg")
     head = PAGE.read_text(encoding="utf-8").split(MARK)[0]
-    PAGE.write_text(head + MARK + "\n".join(lines) + "\n", encoding="utf-8")
+    PAGE.write_text(head + MARK + "\n".join(map(wrapped, lines)) + "\n", encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -15,6 +15,7 @@
 #include "counterpoint/engine/dynamics/kinematics.h"
 #include "counterpoint/engine/dynamics/rnea.h"
 #include "counterpoint/engine/simulator.h"
+#include "counterpoint/engine/step/step_workspace.h"
 
 namespace counterpoint::apps {
 namespace {
@@ -30,9 +31,11 @@ constexpr const char* kTrees[] = {"arm7", "quadruped_drop", "humanoid_drop"};
 /// alike.
 struct Rollout {
   /// Effects other than these are off.
-  explicit Rollout(const std::string& name, EffectSet effects = kDefaultEffects)
+  explicit Rollout(const std::string& name, EffectSet effects = kDefaultEffects,
+                   Integrator integrator = Integrator::kSemiImplicitEuler)
       : scene(load_scene(fs::path(COUNTERPOINT_SOURCE_DIR) / "data/scenes" / (name + ".yaml"))) {
     scene.options.effects = effects;
+    scene.options.integrator = integrator;
     Simulator simulator(scene);
     states.push_back(simulator.state());
     while (simulator.state().time < scene.options.duration) {
@@ -87,6 +90,25 @@ void inverse_step(benchmark::State& run, const std::string& name) {
   for (auto _ : run) {
     step_inverse(model, rollout.scene.options, rollout.states[k].q, rollout.states[k].v,
                  rollout.states[k + 1].v, workspace, inverse);
+    benchmark::DoNotOptimize(inverse.force_scale);
+    if (++k == rollout.num_steps()) k = 0;
+  }
+  label(run, rollout);
+}
+
+/// Of implicit_midpoint: with the contact velocity solved for, or as poses have it.
+void inverse_midpoint(benchmark::State& run, const std::string& name, bool solved) {
+  const Rollout rollout(name, kDefaultEffects, Integrator::kImplicitMidpoint);
+  const Model& model = rollout.scene.model;
+  Workspace workspace(model);
+  workspace.impl().poses_are_exact = !solved;
+  Inverse inverse;
+  const Input known;
+  size_t k = 0;
+  for (auto _ : run) {
+    const State &before = rollout.states[k], &after = rollout.states[k + 1];
+    step_inverse(model, rollout.scene.options, before.q, before.v, after.q, after.v, known,
+                 workspace, inverse);
     benchmark::DoNotOptimize(inverse.force_scale);
     if (++k == rollout.num_steps()) k = 0;
   }
@@ -189,6 +211,14 @@ void register_all() {
     benchmark::RegisterBenchmark(("inverse_step/" + name).c_str(), [name](benchmark::State& run) {
       inverse_step(run, name);
     })->Unit(benchmark::kMicrosecond);
+  }
+  for (const std::string name : {"cube_drop", "quadruped_drop", "humanoid_drop", "stack_5"}) {
+    for (const bool solved : {true, false}) {
+      benchmark::RegisterBenchmark(
+          fmt::format("inverse_midpoint/{}/{}", name, solved ? "solved" : "read off poses").c_str(),
+          [name, solved](benchmark::State& run) { inverse_midpoint(run, name, solved); })
+          ->Unit(benchmark::kMicrosecond);
+    }
   }
   // 1000 cubes at rest, one in flight.
   for (const bool sleeping : {true, false}) {

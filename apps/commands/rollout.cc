@@ -36,7 +36,7 @@ struct Arguments {
 /// One trajectory: where it ended, and how well the inverse gave its forces back.
 struct Rollout {
   State end;
-  long steps = 0;
+  long steps = 0, softened = 0;
   double force_error = 0.0, force_scale = 0.0;  ///< largest [N, N m], with --invert
   std::optional<FailedStep> failed;
   bool begun = false,
@@ -78,6 +78,7 @@ Rollout roll_out(const Arguments& arguments, int index, Simulator& simulator) {
       result.failed = {result.steps, simulator.state().time, step};
       break;
     }
+    result.softened += step.softening.any() ? 1 : 0;
     if (!arguments.invert) continue;
     simulator.input().softening = step.softening;  // the laws that were solved
     const Inverse& inverse =
@@ -123,11 +124,12 @@ const char* status_of(const Rollout& rollout) {
 
 /// What is counted over all rollouts.
 struct Tally {
-  long steps = 0, failures = 0, stopped = 0, begun = 0;
+  long steps = 0, softened = 0, failures = 0, stopped = 0, begun = 0;
   double wall_seconds = 0.0, force_error = 0.0, force_scale = 0.0;
 
   void add(const Rollout& rollout) {
     steps += rollout.steps;
+    softened += rollout.softened;
     failures += rollout.failed ? 1 : 0;
     stopped += rollout.begun && rollout.stopped ? 1 : 0;
     begun += rollout.begun ? 1 : 0;
@@ -171,6 +173,7 @@ void fill_report(const Arguments& arguments, const Batch& batch,
   report["finished_rollouts"] = tally.begun - tally.stopped - tally.failures;
   report["threads"] = batch.num_threads();
   report["steps"] = tally.steps;
+  report["softened_steps"] = tally.softened;
   report["wall_seconds"] = tally.wall_seconds;
   report["steps_per_second"] = tally.rate();
   report["steps_per_second_and_thread"] = tally.rate() / batch.num_threads();
@@ -197,6 +200,9 @@ void print(const Arguments& arguments, const Batch& batch, const Tally& tally) {
              "thread\n",
              arguments.count, tally.steps, tally.wall_seconds, batch.num_threads(),
              batch.num_threads() == 1 ? "" : "s", tally.rate(), tally.rate() / batch.num_threads());
+  if (tally.softened > 0)
+    fmt::print(arguments.report.text(), "{} steps were solved with softer contacts\n",
+               tally.softened);
   if (arguments.invert)
     fmt::print(arguments.report.text(),
                "inverse: applied forces to {:.2g} of the largest force ({:.3g} N or N m)\n",

@@ -6,7 +6,8 @@
 
 namespace counterpoint::apps {
 
-/// Predictions of what bounces leave out what an impact displaces within its step (bounce.h).
+/// Predictions of what bounces leave out what the parameters make of an impact's displacement within
+/// its step (bounce.h).
 /// By parameter: its derivative comes from `linearize`. Not of sizes, nor where an impact law
 /// predicts.
 std::vector<char> exact_parameters(const Experiment& experiment,

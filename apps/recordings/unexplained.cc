@@ -185,7 +185,10 @@ Explanation Explainer::explain(const Recording& recording, int row, double inter
   out.contacts = static_cast<int>(s.constraints.contacts.size());
   if (!s.constraints.pairs.empty() && s.pose_problem(interval * out.force)) {
     VectorX w = s.problem.free_velocity(), impulse(s.problem.num_rows());
-    const contact::Report& solved = s.solver.solve(s.problem, {}, w, impulse);
+    contact::Settings settings;
+    settings.tolerance = kCompliance;  // rounding of velocities over the compliance allows no less
+    settings.soften_after = 0;         // a force left by softer contacts would count as unexplained
+    const contact::Report& solved = s.solver.solve(s.problem, settings, w, impulse);
     if (!contact::succeeded(solved.status))
       throw std::runtime_error(fmt::format("{}: row {}: contact forces: {}", recording.file, row,
                                            contact::status_name(solved.status)));

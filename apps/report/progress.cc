@@ -10,19 +10,19 @@
 namespace counterpoint::apps {
 namespace {
 
-constexpr auto kDelay = std::chrono::seconds(1);
 constexpr auto kInterval = std::chrono::milliseconds(100);
-constexpr int kWidth = 40;  // characters
+constexpr int kWidth = 40;            // characters
 constexpr double kLeastShare = 0.01;  // done, before what is left is estimated
 
 }  // namespace
 
-Progress::Progress(std::string label, int total)
+Progress::Progress(std::string label, int total, double delay)
     : label_(std::move(label)),
       total_(std::max(total, 1)),
       terminal_(isatty(STDERR_FILENO) == 1),
       start_(Clock::now()),
-      next_draw_(start_ + kDelay) {}
+      next_draw_(start_ + std::chrono::duration_cast<Clock::duration>(
+                              std::chrono::duration<double>(delay))) {}
 
 Progress::~Progress() { wipe(); }
 

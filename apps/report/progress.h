@@ -1,4 +1,5 @@
-// A progress bar on the terminal, with the time that is left, for work that takes longer than a second.
+// A progress bar on the terminal, with the time that is left, for work that takes longer than a
+// second.
 #pragma once
 
 #include <chrono>
@@ -9,7 +10,8 @@ namespace counterpoint::apps {
 /// Draws on standard error, only if that is a terminal; wipes itself at the end.
 class Progress {
  public:
-  Progress(std::string label, int total);
+  /// @param delay  of the first bar, after construction [s]
+  Progress(std::string label, int total, double delay = 1.0);
   ~Progress();
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;

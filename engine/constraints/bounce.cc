@@ -37,6 +37,9 @@ Bounce find_bounce(Integrator integrator, double h, double restitution, double g
   out.by_velocity = (e * u - a * t) / s;
   out.by_fall = e * (0.5 * h * u - d) / s + left - 0.5 * h - a * (0.5 * h * t + 0.5 * t * t) / s;
   out.by_restitution = s;
+  out.time_by_gap = gap > 0.0 ? 1.0 / s : 0.0;
+  out.time_by_velocity = t / s;
+  out.time_by_fall = 0.5 * t * (h + t) / s;
   return out;
 }
 

@@ -16,6 +16,10 @@ struct Bounce {
   double by_velocity = 0.0;     ///< [-]
   double by_fall = 0.0;         ///< [s]
   double by_restitution = 0.0;  ///< [m/s]
+  /// How the time goes with it.
+  double time_by_gap = 0.0;       ///< [s/m]
+  double time_by_velocity = 0.0;  ///< [s^2/m]
+  double time_by_fall = 0.0;      ///< [s^3/m]
 };
 
 /// The impact of semi_implicit_euler falls where the parabola of the gap does. Velocities of that
@@ -24,9 +28,9 @@ struct Bounce {
 ///
 ///   u = v + h a / 2,  gap + u t + a t^2 / 2 = 0,  s = -(u + a t),  w+ = e s + a (h / 2 - t)
 ///
-/// and the impulse acts at t (overlap_correction.h): in free flight pose and velocity after the step are
-/// those of the exact bounce. None where the parabola comes down again within the step: then it
-/// lands. implicit_midpoint: e times the velocity now, at the start of the step.
+/// and the impulse acts at t (overlap_correction.h): in free flight pose and velocity after the
+/// step are those of the exact bounce. None where the parabola comes down again within the step:
+/// then it lands. implicit_midpoint: e times the velocity now, at the start of the step.
 /// @param restitution  e, > 0
 /// @param gap          [m]
 /// @param velocity     v [m/s], negative: closing

@@ -354,7 +354,7 @@ void ConstraintFinder::find_contacts(const Model& model, const SimulationOptions
     const Bounce bounce = find_contact_bounce(options, effects, material, contact, gap, v[0]);
     if (bounce.happens && gap > 0.0) contact.impact_time = bounce.time;
     contact.law = make_contact_law(law_options(options, alpha, weights_.total_mass), h, material,
-                                   alpha, gap, Vector3(v), bounce);
+                                   alpha, gap, Vector3(v), bounce, is_round(model, a, b));
     count_contact(material, counts);
     if (parks && !is_near(contact, v, parking_gap, h) && !idle(a.body) && !idle(b.body)) {
       out.parked.push_back({candidate, contact});

@@ -62,8 +62,21 @@ ContactOptions law_options(const SimulationOptions& options, double alpha, doubl
   return law;
 }
 
+bool is_round(const Model& model, const Geometry& a, const Geometry& b) {
+  constexpr double kCentered = 1e-9;
+  const auto round = [&](const Geometry& g) {
+    const Body& body = model.body(g.body);
+    if (g.shape.type != ShapeType::kSphere || body.joint_type != JointType::kFloating) return false;
+    const Tree& tree = model.trees()[static_cast<size_t>(body.tree)];
+    return tree.body_end == tree.body_begin + 1 &&
+           (g.X_BG.translation - body.inertia.center).norm() <= kCentered * g.shape.size[0];
+  };
+  return (a.body == 0 || round(a)) && (b.body == 0 || round(b));
+}
+
 contact::Law make_contact_law(const ContactOptions& options, double h, const Material& pair,
-                              double alpha, double gap, const Vector3& v, const Bounce& bounce) {
+                              double alpha, double gap, const Vector3& v, const Bounce& bounce,
+                              bool round) {
   contact::Law law;
   const double mu = pair.friction;
   law.regularizer = options.compliance * alpha;
@@ -74,10 +87,12 @@ contact::Law make_contact_law(const ContactOptions& options, double h, const Mat
   // Beyond the margin only speed brought it in: where and how the bodies will meet is known
   // roughly, and exact friction there lets fast bodies through. If as judged from (q, w) they meet
   // within the step, the convex law keeps them h mu |v_T| apart for this step; otherwise there is
-  // nothing to rub yet, and that law would push apart by as much what only passes by.
-  const bool exact = options.friction_model == FrictionModel::kCoulomb && gap <= options.margin;
-  if (options.friction_model == FrictionModel::kCoulomb && !exact && gap + h * v[0] > 0.0)
-    return law;
+  // nothing to rub yet, and that law would push apart by as much what only passes by. Of balls it
+  // is known: friction turns them, and that changes no gap.
+  const bool coulomb = options.friction_model == FrictionModel::kCoulomb;
+  const bool near = gap <= options.margin, meets = gap + h * v[0] <= 0.0;
+  const bool exact = coulomb && (near || (round && meets));
+  if (coulomb && !near && !meets) return law;
 
   law.type = contact::LawType::kFrictionCone;
   law.rows = pair.rolling_friction > 0.0 ? 6 : pair.torsional_friction > 0.0 ? 4 : 3;

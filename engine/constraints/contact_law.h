@@ -49,6 +49,10 @@ inline constexpr double kKeptWeights = 2.0;
 /// @param total_mass  of all that can move [kg]
 ContactOptions law_options(const SimulationOptions& options, double alpha, double total_mass);
 
+/// Whether no turning changes the gap of two geometries: free balls about their centre of mass, and
+/// one of these with the world.
+bool is_round(const Model& model, const Geometry& a, const Geometry& b);
+
 /// Law of a contact.
 /// @param pair   combined materials of the two surfaces
 /// @param alpha  sum of the two bodies' inverse weights [1/kg]
@@ -56,8 +60,10 @@ ContactOptions law_options(const SimulationOptions& options, double alpha, doubl
 /// @param v      velocity of B relative to A at the contact now, in the contact frame (n, t1, t2)
 /// [m/s]
 /// @param bounce  what restitution makes of it
+/// @param round  the gap does not go by how the bodies turn: friction is exact beyond the margin too
 contact::Law make_contact_law(const ContactOptions& options, double h, const Material& pair,
-                              double alpha, double gap, const Vector3& v, const Bounce& bounce);
+                              double alpha, double gap, const Vector3& v, const Bounce& bounce,
+                              bool round = false);
 
 /// How the bias of a contact law's normal row, and its smoothing, change with what they were made
 /// from, one-sided at their kinks.

@@ -20,7 +20,21 @@ double gap_bias_of(const ConstraintSet& constraints, int constraint) {
   return constraints.joints[i - constraints.pairs.size()].gap_bias;
 }
 
-/// The law that the displacement knows of a constraint whose gap bias is b: no friction.
+/// J w of the first row of a constraint.
+double first_row_velocity(const contact::Problem& problem, int constraint, const VectorRef& w) {
+  double sum = 0.0;
+  for (int side = 0; side < 2; ++side) {
+    const int block = problem.block(constraint, side);
+    if (block < 0) continue;
+    sum += problem.jacobian(constraint, side)
+               .row(0)
+               .dot(w.segment(problem.block_start(block), problem.block_size(block)));
+  }
+  return sum;
+}
+
+}  // namespace
+
 contact::Law displacement_law(const contact::Law& law, double b) {
   contact::Law out;
   out.rows = law.rows;
@@ -37,21 +51,6 @@ contact::Law displacement_law(const contact::Law& law, double b) {
   }
   return out;
 }
-
-/// J w of the first row of a constraint.
-double first_row_velocity(const contact::Problem& problem, int constraint, const VectorRef& w) {
-  double sum = 0.0;
-  for (int side = 0; side < 2; ++side) {
-    const int block = problem.block(constraint, side);
-    if (block < 0) continue;
-    sum += problem.jacobian(constraint, side)
-               .row(0)
-               .dot(w.segment(problem.block_start(block), problem.block_size(block)));
-  }
-  return sum;
-}
-
-}  // namespace
 
 bool OverlapCorrection::find_late_impulses(const ConstraintSet& constraints,
                                            const contact::Problem& solved, double h,

@@ -28,6 +28,10 @@
 
 namespace counterpoint {
 
+/// The law that p knows of a constraint whose gap bias is b: no friction. b NaN: it has no gap;
+/// equalities hold p as it is, all else takes no part.
+contact::Law displacement_law(const contact::Law& law, double b);
+
 /// Finds p. Scratch memory inside: one per thread; it grows at the first overlap of a size.
 class OverlapCorrection {
  public:
@@ -44,6 +48,8 @@ class OverlapCorrection {
 
   /// p [m/s, rad/s].
   VectorRef velocity() const { return p_.head(problem_.num_velocities()); }
+  /// Whether a block of the problem may be displaced.
+  bool concerns(int block) const { return concerned_[static_cast<size_t>(block)] != 0; }
   VectorRef impulse() const { return impulse_.head(problem_.num_rows()); }
   const contact::Problem& problem() const { return problem_; }
 
@@ -51,8 +57,8 @@ class OverlapCorrection {
   /// p0 into p_; false if nothing bounces.
   bool find_late_impulses(const ConstraintSet& constraints, const contact::Problem& solved,
                           double h, const VectorRef& impulse);
-  /// The islands with something that bounces, or overlaps too far for w to recover what is to be: the others
-  /// need no displacement. False if there is none.
+  /// The islands with something that bounces, or overlaps too far for w to recover what is to be:
+  /// the others need no displacement. False if there is none.
   bool find_concerned(const ConstraintSet& constraints, const contact::Problem& solved,
                       const VectorRef& w);
 

@@ -25,8 +25,8 @@ constexpr double kGravity = 9.81;  // [m/s^2]
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 const nlohmann::json& family(const nlohmann::json& report, const std::string& name) {
-  for (const auto& f : report["families"])
-    if (f["name"] == name) return f;
+  for (const auto& f : report.at("families"))
+    if (f.at("name") == name) return f;
   throw std::runtime_error("no family " + name);
 }
 
@@ -40,31 +40,31 @@ TEST(Accuracy, AnotherEngineStandsBesideAndIsNotRecommended) {
   ASSERT_EQ(result.exit_code, 0) << result.errors;
   const nlohmann::json report = folder.json("r.json");
   // The error follows the tolerance: six decades of it, within a factor of ten.
-  const auto& adaptive = family(report, "adaptive runge_kutta_4")["points"];
+  const auto& adaptive = family(report, "adaptive runge_kutta_4").at("points");
   double least = std::numeric_limits<double>::infinity(), most = 0.0;
   for (const auto& point : adaptive) {
-    if (point["value"] > 1e-2 || point["value"] < 1e-8) continue;
-    const double share = point["error"].get<double>() / point["value"].get<double>();
+    if (point.at("value") > 1e-2 || point.at("value") < 1e-8) continue;
+    const double share = point.at("error").get<double>() / point.at("value").get<double>();
     least = std::min(least, share);
     most = std::max(most, share);
   }
   EXPECT_LT(most / least, 10.0);
-  EXPECT_EQ(report["recommendations"][0]["setting"].get<std::string>().find("MuJoCo"),
+  EXPECT_EQ(report.at("recommendations")[0].at("setting").get<std::string>().find("MuJoCo"),
             std::string::npos);
-  if (!report["left_out"].empty()) GTEST_SKIP() << report["left_out"];
-  for (const auto& f : report["families"]) {
+  if (!report.at("left_out").empty()) GTEST_SKIP() << report.at("left_out");
+  for (const auto& f : report.at("families")) {
     if (!f.value("other_engine", false)) continue;
-    for (const auto& point : f["points"]) EXPECT_FALSE(point["front"].get<bool>());
+    for (const auto& point : f.at("points")) EXPECT_FALSE(point.at("front").get<bool>());
     // No constraints: one limit for both.
     EXPECT_FALSE(f.contains("own_reference_apart"));
-    if (f["name"].get<std::string>().find("RK4") == std::string::npos) continue;
+    if (f.at("name").get<std::string>().find("RK4") == std::string::npos) continue;
     // The classical method in joint angles is the same one in both engines.
-    const auto& ours = family(report, "runge_kutta_4")["points"];
+    const auto& ours = family(report, "runge_kutta_4").at("points");
     for (size_t k = 0; k < 4; ++k)
-      EXPECT_NEAR(f["points"][k]["error"].get<double>() / ours[k]["error"].get<double>(), 1.0,
-                  1e-2);
+      EXPECT_NEAR(f.at("points")[k].at("error").get<double>() / ours[k].at("error").get<double>(),
+                  1.0, 1e-2);
   }
-  EXPECT_FALSE(report["comparisons"].empty());
+  EXPECT_FALSE(report.at("comparisons").empty());
 }
 
 // ---- orders, on real scenes ---------------------------------------------------------------------
@@ -81,11 +81,11 @@ TEST(Accuracy, OrdersAreThoseOfTheIntegrators) {
     // Slopes over a factor of eight in the step, the finest a thousandth of the motion's time
     // scale: terms of the next order change them by less than this.
     constexpr double kSlope = 0.1;
-    EXPECT_NEAR(family(report, "semi_implicit_euler")["order"], 1.0, kSlope) << scene;
-    EXPECT_NEAR(family(report, "implicit_midpoint")["order"], 2.0, kSlope) << scene;
-    EXPECT_NEAR(family(report, "runge_kutta_4")["order"], 4.0, 2 * kSlope) << scene;
-    EXPECT_EQ(report["reference"]["kind"], "fine");
-    EXPECT_LT(report["reference"]["error"], 1e-11);  // rounding of 64000 steps
+    EXPECT_NEAR(family(report, "semi_implicit_euler").at("order"), 1.0, kSlope) << scene;
+    EXPECT_NEAR(family(report, "implicit_midpoint").at("order"), 2.0, kSlope) << scene;
+    EXPECT_NEAR(family(report, "runge_kutta_4").at("order"), 4.0, 2 * kSlope) << scene;
+    EXPECT_EQ(report.at("reference").at("kind"), "fine");
+    EXPECT_LT(report.at("reference").at("error"), 1e-11);  // rounding of 64000 steps
   }
 }
 
@@ -96,14 +96,14 @@ TEST(Accuracy, FirstOrderWithFrictionAndOrientationsOfOrderFour) {
       "{}/r.json --report {}/report");
   ASSERT_EQ(result.exit_code, 0) << result.errors;
   nlohmann::json report = folder.json("r.json");
-  EXPECT_EQ(report["reference"]["kind"], "analytic");
-  EXPECT_NEAR(family(report, "semi_implicit_euler")["order"], 1.0, 0.02);
+  EXPECT_EQ(report.at("reference").at("kind"), "analytic");
+  EXPECT_NEAR(family(report, "semi_implicit_euler").at("order"), 1.0, 0.02);
   // It moves with the velocity at the end of each step: h/2 of the loss of speed behind, in one of
   // six coordinates, by sqrt(1/6) in the mean square; while it slides all through the piece.
-  const auto& coarse = family(report, "semi_implicit_euler")["points"][4];
-  EXPECT_NEAR(coarse["error_worst_piece"], 0.5 * 0.002 * 0.5 * kGravity * 0.032 / std::sqrt(6.0),
+  const auto& coarse = family(report, "semi_implicit_euler").at("points")[4];
+  EXPECT_NEAR(coarse.at("error_worst_piece"), 0.5 * 0.002 * 0.5 * kGravity * 0.032 / std::sqrt(6.0),
               1e-9);
-  EXPECT_EQ(family(report, "runge_kutta_4")["status"], "not run");
+  EXPECT_EQ(family(report, "runge_kutta_4").at("status"), "not run");
   EXPECT_NE(result.output.find("runge_kutta_4 was not run"), std::string::npos);
   EXPECT_NE(folder.read("report/accuracy.html").find("<svg"), std::string::npos);
   EXPECT_NE(folder.read("report/accuracy.csv").find("runge"), 0u);
@@ -113,12 +113,12 @@ TEST(Accuracy, FirstOrderWithFrictionAndOrientationsOfOrderFour) {
       "--json {}/r.json");
   ASSERT_EQ(result.exit_code, 0) << result.errors;
   report = folder.json("r.json");
-  EXPECT_EQ(report["reference"]["kind"], "analytic");
-  EXPECT_NEAR(family(report, "semi_implicit_euler")["order"], 1.0, 0.05);
-  EXPECT_NEAR(family(report, "implicit_midpoint")["order"], 2.0, 0.05);
-  EXPECT_NEAR(family(report, "runge_kutta_4")["order"], 4.0, 0.1);
+  EXPECT_EQ(report.at("reference").at("kind"), "analytic");
+  EXPECT_NEAR(family(report, "semi_implicit_euler").at("order"), 1.0, 0.05);
+  EXPECT_NEAR(family(report, "implicit_midpoint").at("order"), 2.0, 0.05);
+  EXPECT_NEAR(family(report, "runge_kutta_4").at("order"), 4.0, 0.1);
   // The closed form against a run of 31 us by order 4, which shares no code with it but gravity.
-  EXPECT_LT(report["reference"]["fine_deviation"], 1e-11);
+  EXPECT_LT(report.at("reference").at("fine_deviation"), 1e-11);
 }
 
 // ---- references ---------------------------------------------------------------------------------
@@ -215,9 +215,9 @@ TEST(Accuracy, TellsHowFarAFineReferenceIsOff) {
       "--finer 2 --repeats 1 --want 1e-9 --json {}/r.json");
   ASSERT_EQ(result.exit_code, 0) << result.errors;
   const nlohmann::json report = folder.json("r.json");
-  EXPECT_GT(report["reference"]["error"], 1e-6);
-  EXPECT_EQ(report["families"][0]["points"].back()["above_reference"], false);
-  EXPECT_FALSE(report["recommendations"][0]["met"]);
+  EXPECT_GT(report.at("reference").at("error"), 1e-6);
+  EXPECT_EQ(report.at("families")[0].at("points").back().at("above_reference"), false);
+  EXPECT_FALSE(report.at("recommendations")[0].at("met"));
   EXPECT_NE(result.output.find("cannot be told from it"), std::string::npos);
 }
 
@@ -368,8 +368,8 @@ TEST(Accuracy, MeasuresPhysicsOfContact) {
   const Physics exact = measure_physics(scene, setting, plan, reference.pieces, true);
   ASSERT_TRUE(exact.contact && exact.block);
   const double h = scene.options.time_step, eps = scene.options.contact.compliance;
-  // docs/explanation/concepts.md: creep is about eps g h sin(theta) on a slope of tan 0.4; delta/h is 1e3 times
-  // less. Four corners share the load, so that it is less than for one.
+  // docs/explanation/concepts.md: creep is about eps g h sin(theta) on a slope of tan 0.4; delta/h
+  // is 1e3 times less. Four corners share the load, so that it is less than for one.
   const double creep = eps * kGravity * h * 0.4 / std::hypot(1.0, 0.4);
   EXPECT_LT(exact.block->creep, creep);
   EXPECT_GT(exact.block->creep, 0.1 * creep);
@@ -412,14 +412,14 @@ TEST(Accuracy, BothContactLawsAreConvexAlike) {
       "accuracy data/scenes/accuracy/slide_to_roll.yaml --vary law --repeats 1 --json {}/r.json");
   ASSERT_EQ(result.exit_code, 0) << result.errors;
   const nlohmann::json report = folder.json("r.json");
-  const auto& spectral = family(report, "law spectral, convex")["points"];
-  const auto& other = family(report, "law kinetic_energy, convex")["points"];
+  const auto& spectral = family(report, "law spectral, convex").at("points");
+  const auto& other = family(report, "law kinetic_energy, convex").at("points");
   ASSERT_EQ(spectral.size(), other.size());
   // Two laws of one physics, least kinetic energy with relaxed complementarity, over pieces of one
   // to four steps. They push at a distance in different ways: that is a few per cent.
   for (size_t i = 0; i < 3; ++i) {
-    const double error = spectral[i]["error"];
-    EXPECT_NEAR(other[i]["error"], error, 0.1 * error);
+    const double error = spectral[i].at("error");
+    EXPECT_NEAR(other[i].at("error"), error, 0.1 * error);
     EXPECT_FALSE(other[i].contains("physics"));
   }
 }
@@ -431,8 +431,8 @@ TEST(Accuracy, LeavesOutWhatSaysNothing) {
       "--repeats 1 --json {}/r.json");
   ASSERT_EQ(result.exit_code, 0) << result.errors;
   const nlohmann::json report = folder.json("r.json");
-  EXPECT_EQ(report["families"].size(), 1u);
-  EXPECT_EQ(report["left_out"][0], "friction: nothing can touch with friction");
+  EXPECT_EQ(report.at("families").size(), 1u);
+  EXPECT_EQ(report.at("left_out")[0], "friction: nothing can touch with friction");
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
+#include <sstream>
 #include <string>
 #include <tuple>
 
@@ -143,6 +144,45 @@ TEST(InverseFiles, ServoTargetsAndWrenchesAreKnownFromTheTrajectory) {
   const CommandResult unknown = folder.run("simulate " + scene + " --inputs {}/bad.csv");
   EXPECT_EQ(unknown.exit_code, 2);
   EXPECT_NE(unknown.errors.find("elbow.targt"), std::string::npos) << unknown.errors;
+}
+
+/// 64 bodies that start half inside each other, driven at random: every step has softer contacts.
+constexpr const char* kSoftened =
+    "data/scenes/piles/pile_64_overlap.yaml --duration 0.02 --random-wrenches 0.5";
+
+TEST(InverseFiles, SoftenedStepsAreInvertedByTheirRecord) {
+  const CommandFolder folder("inverse_softened");
+  const CommandResult forward =
+      folder.run(std::string("simulate ") + kSoftened + " --output {}/t.csv --json {}/f.json");
+  ASSERT_EQ(forward.exit_code, 0) << forward.errors;
+  ASSERT_GT(folder.json("f.json")["softened_steps"], 0) << "needs a scene that is harder to solve";
+  const std::string scene = "data/scenes/piles/pile_64_overlap.yaml";
+  ASSERT_EQ(folder.run("inverse " + scene + " {}/t.csv --json {}/i.json").exit_code, 0);
+  const nlohmann::json report = folder.json("i.json");
+  EXPECT_GT(report["applied_force_max"], 1.0);
+  EXPECT_LT(report["applied_force_relative_error_max"], kRelativeError);
+  // The two columns are what makes it so.
+  std::string csv = folder.read("t.csv"), line, without;
+  std::istringstream lines(csv);
+  while (std::getline(lines, line)) {
+    const size_t tree = line.rfind(',', line.rfind(',') - 1), factor = line.rfind(',', tree - 1);
+    without += line.substr(0, factor) + line.substr(line.rfind(',')) + "\n";
+  }
+  folder.write("without.csv", without);
+  const CommandResult unknown =
+      folder.run("inverse " + scene + " {}/without.csv --json {}/i.json");
+  ASSERT_EQ(unknown.exit_code, 0) << unknown.errors;
+  EXPECT_GT(folder.json("i.json")["applied_force_relative_error_max"], 1e-3);
+}
+
+TEST(InverseFiles, RolloutsKnowOfSoftenedSteps) {
+  const CommandFolder folder("rollout_softened");
+  const CommandResult result =
+      folder.run(std::string("rollout ") + kSoftened + " --count 2 --invert --json {}/r.json");
+  ASSERT_EQ(result.exit_code, 0) << result.errors;
+  const nlohmann::json report = folder.json("r.json");
+  EXPECT_GT(report["softened_steps"], 0);
+  EXPECT_LT(report["force_error_max"], kRelativeError * report["force_scale_max"].get<double>());
 }
 
 TEST(InverseFiles, RefusesATrajectoryOfAnotherScene) {

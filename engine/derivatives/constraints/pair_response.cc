@@ -136,17 +136,27 @@ double turning_advance(const PairConstraint& pair, const PairBodies& bodies, dou
 
 void find_contact_response(const PairConstraint& pair, const PairBodies& bodies,
                            const ContactMotion& motion, const LawSlopes& law, bool turning,
-                           double h, PairResponse& out) {
+                           double h, PairResponse& out, const ImpulseShare& share) {
   using Rows36 = Eigen::Matrix<double, 3, 6>;
   using Row6 = Eigen::Matrix<double, 1, 6>;
+  using Matrix63 = Eigen::Matrix<double, 6, 3>;
   find_slopes(pair, bodies, out);
-  Vector6 by_gap = law.gap * out.by_bias;
-  if (law.smoothing != 0.0) by_gap += law.smoothing * by_smoothing(pair, bodies);
+  Vector6 whole;  // the impulse of which a share counts
+  whole << out.wrench.torque, out.wrench.force;
+  out.wrench = out.wrench * share.value;
+  out.next *= share.value;
+  out.by_bias *= share.value;
+  Vector6 by_gap = law.gap * out.by_bias + share.gap * whole;
+  if (law.smoothing != 0.0) by_gap += share.value * law.smoothing * by_smoothing(pair, bodies);
   const Motion next = bodies.next_b - bodies.next_a, start = bodies.start_b - bodies.start_a;
   const Vector3 n = pair.frame.col(0);
   const Matrix3 f = skew(out.wrench.force);
-  const Eigen::RowVector3d by_speed = (pair.frame * law.v).transpose();
-  const bool rebounds = !law.v.isZero(0.0);
+  // By the velocity at the start and by the normal: of the bias, and of the share.
+  const Matrix63 by_speed =
+      out.by_bias * (pair.frame * law.v).transpose() + whole * (pair.frame * share.v).transpose();
+  const Matrix63 by_normal =
+      out.by_bias * law.normal.transpose() + whole * share.normal.transpose();
+  const bool rebounds = !law.v.isZero(0.0) || !share.v.isZero(0.0);
   const Turning a(bodies.start_a.angular, bodies.arm_a, turning ? h : 0.0);
   const Turning o(bodies.start_b.angular, bodies.arm_b, turning ? h : 0.0);
   const Eigen::RowVector3d along = -n.transpose();  // the gap is less by n (u_A - u_B)
@@ -157,12 +167,11 @@ void find_contact_response(const PairConstraint& pair, const PairBodies& bodies,
     Matrix6 y;
     y.topRows<3>() = skew(next.angular) * turned;
     y.bottomRows<3>() = skew(next.angular) * m.point + skew(next.linear) * turned;
-    Row6 gap = m.gap, b = Row6::Zero();  // b: of the bias, beyond what the gap makes of it
-    if (rebounds) b = by_speed * (skew(start.angular) * m.point + skew(start.linear) * turned);
-    b += law.normal.transpose() * m.normal;
+    Row6 gap = m.gap;
     if (turning)
       gap += -(a.u - o.u).transpose() * m.normal + along * (a.by_arm * m.point - o.by_arm * arm_b);
-    Matrix6 w = out.next * y + out.by_bias * b + by_gap * gap;
+    Matrix6 w = out.next * y + by_normal * m.normal + by_gap * gap;
+    if (rebounds) w += by_speed * (skew(start.angular) * m.point + skew(start.linear) * turned);
     w.topRows<3>() -= skew(out.wrench.torque) * turned + f * m.point;
     w.bottomRows<3>() -= f * turned;
     return w;
@@ -172,17 +181,17 @@ void find_contact_response(const PairConstraint& pair, const PairBodies& bodies,
   arm_b.rightCols<3>() -= Matrix3::Identity();
   out.still = respond(motion, arm_b);
   // Gravity does not turn with A, as all else here may: of a B that stays where it is.
-  if (pair.body_b == 0)
-    out.still.leftCols<3>() += out.by_bias * (law.normal.transpose() * skew(n));
+  if (pair.body_b == 0) out.still.leftCols<3>() += by_normal * skew(n);
   out.by_v = turning || rebounds || motion.by_v;
-  Row6 b_v = Row6::Zero(), gap_v_a = Row6::Zero(), gap_v_b = Row6::Zero();
-  b_v.tail<3>() = by_speed;
+  Row6 gap_v_a = Row6::Zero(), gap_v_b = Row6::Zero();
   if (turning) {
     gap_v_a.head<3>() = along * a.by_omega;
     gap_v_b.head<3>() = -along * o.by_omega;
   }
-  out.v_a = by_gap * gap_v_a - out.by_bias * b_v;
-  out.v_b = by_gap * gap_v_b + out.by_bias * b_v;
+  out.v_a = by_gap * gap_v_a;
+  out.v_b = by_gap * gap_v_b;
+  out.v_a.rightCols<3>() -= by_speed;
+  out.v_b.rightCols<3>() += by_speed;
   if (!motion.by_v) return;
   out.v_a += respond(motion.v_a, motion.v_a.point);
   out.v_b += respond(motion.v_b, motion.v_b.point);

@@ -46,11 +46,20 @@ struct PairBodies {
 PairBodies pair_bodies(const PairConstraint& pair, const Data& data,
                        const std::vector<Motion>& V_next);
 
+/// The share of an impulse that counts, and how it goes with the gap, the velocity at the start of
+/// the step in the contact's frame, and the normal.
+struct ImpulseShare {
+  double value = 1.0;
+  double gap = 0.0;                  ///< [1/m]
+  Vector3 v = Vector3::Zero();       ///< [s/m]
+  Vector3 normal = Vector3::Zero();  ///< [-]
+};
+
 /// Of a contact in a step of h [s], the law as it is. turning: the gap is less by what the bodies'
 /// turning takes from it (ConstraintFinder).
 void find_contact_response(const PairConstraint& pair, const PairBodies& bodies,
                            const ContactMotion& motion, const LawSlopes& law, bool turning,
-                           double h, PairResponse& out);
+                           double h, PairResponse& out, const ImpulseShare& share = {});
 /// n (u_A - u_B): what that is, before it is bounded [m].
 double turning_advance(const PairConstraint& pair, const PairBodies& bodies, double h);
 

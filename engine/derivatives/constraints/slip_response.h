@@ -21,9 +21,10 @@ class SlipResponse {
   }
 
   void begin();
-  /// The friction of a contact of a step of h [s]; V_next: the bodies' velocities at its end.
+  /// The friction of a contact of a step of h [s], of which `share` counts; V_next: the bodies'
+  /// velocities at its end.
   void add(const Model& model, const PairConstraint& pair, const std::vector<Motion>& V_next,
-           double h, const Data& data);
+           double h, const Data& data, double share = 1.0);
 
   /// What wrenches on bodies change by, -dW / d|u|, as the bodies of contact `source` move: those
   /// of `from` on, up to the next source's.

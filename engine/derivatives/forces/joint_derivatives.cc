@@ -30,9 +30,10 @@ struct RowSlopes {
 
 RowSlopes row_slopes(const Model& model, const SimulationOptions& options,
                      const JointConstraint& row, int side, const VectorRef& q,
-                     const InverseWeights& weights) {
+                     const InverseWeights& weights, bool displacing) {
   const double h = options.time_step;
   if (row.law.type == contact::LawType::kEquality) {
+    if (displacing) return {};
     const ContactOptions& contact = options.contact;
     const bool capped = std::abs(row.law.bias[0]) >= contact.max_recovery_speed;
     return {capped ? 0.0 : row.coefficient[side] * contact.stabilization / h, 0.0};
@@ -42,7 +43,8 @@ RowSlopes row_slopes(const Model& model, const SimulationOptions& options,
   const double at = q[model.body(joint + 1).q_index], sign = row.coefficient[0];
   const double gap = sign > 0.0 ? at - model.joint(joint).lower : model.joint(joint).upper - at;
   const double alpha = weights.dof[row.v_index[0]];
-  const ContactOptions law = law_options(options, alpha, weights.total_mass);
+  const ContactOptions law =
+      displacing ? options.contact : law_options(options, alpha, weights.total_mass);
   return {sign * gap_bias_slope(law, h, gap), sign * limit_smoothing_slope(law, alpha, gap)};
 }
 
@@ -73,7 +75,7 @@ void add_joint_force_derivatives(const Model& model, EffectSet effects, double h
 void add_joint_row_derivatives(const Model& model, const SimulationOptions& options,
                                const std::vector<JointConstraint>& joints, const VectorRef& q,
                                const VectorRef& v_next, const InverseWeights& weights,
-                               InverseDerivatives& d) {
+                               InverseDerivatives& d, bool displacing) {
   for (const JointConstraint& row : joints) {
     double y = row.law.bias[0], f = 0.0, G = 0.0;
     const int sides = row.v_index[1] >= 0 ? 2 : 1;
@@ -81,7 +83,7 @@ void add_joint_row_derivatives(const Model& model, const SimulationOptions& opti
     contact::evaluate(row.law, &y, &f, &G);
     G /= options.time_step;
     for (int j = 0; j < sides; ++j) {
-      const RowSlopes slopes = row_slopes(model, options, row, j, q, weights);
+      const RowSlopes slopes = row_slopes(model, options, row, j, q, weights, displacing);
       double by_q = G * slopes.bias;
       if (slopes.smoothing != 0.0)
         by_q -= contact::compute_sensitivity(row.law, contact::Rows::Constant(1, y)).smoothing[0] *

@@ -159,7 +159,11 @@ void forward_parameter_derivatives(const ForwardDerivatives& d, const MatrixX& d
   for (MatrixX* m : {&dv_dp, &dq_dp})
     if (m->rows() != du.rows() || m->cols() != du.cols()) m->resize(du.rows(), du.cols());
   dv_dp.noalias() = -d.dv_du.lazyProduct(du);
-  dq_dp.noalias() = -d.dq_du.lazyProduct(du);
+  if (d.displaces) {
+    dq_dp.noalias() = d.dq_dv_next.lazyProduct(dv_dp);
+  } else {
+    dq_dp.noalias() = -d.dq_du.lazyProduct(du);
+  }
 }
 
 }  // namespace counterpoint

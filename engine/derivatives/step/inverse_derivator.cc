@@ -56,6 +56,18 @@ bool InverseDerivator::find_motion(const Model& model, double h, size_t contact,
                        ws.constraints.contacts[contact], towards_b, out);
 }
 
+/// Of a bounce's impulse, what counts in `displacing_`: t / h of it.
+ImpulseShare InverseDerivator::find_share(const Bounce& bounce, double h,
+                                          const Vector3& fall) const {
+  ImpulseShare share;
+  if (displacing_ != Displacing::kLateImpulses) return share;
+  share.value = bounce.time / h;
+  share.gap = bounce.time_by_gap / h;
+  share.v[0] = bounce.time_by_velocity / h;
+  share.normal = bounce.time_by_fall / h * fall;
+  return share;
+}
+
 bool InverseDerivator::contact_response(const Model& model, const SimulationOptions& options,
                                         EffectSet effects, size_t contact, const PairBodies& bodies,
                                         Workspace::Impl& ws, PairResponse& out) {
@@ -84,14 +96,18 @@ bool InverseDerivator::contact_response(const Model& model, const SimulationOpti
   const Bounce bounce = ws.finder.find_contact_bounce(options, effects, surface, pair, gap, v[0]);
   LawSlopes slopes = contact_law_slopes(law_options(options, alpha, weights.total_mass), h, surface,
                                         alpha, gap, v, bounce);
-  slopes.normal = slopes.fall * ws.finder.relative_fall(effects, pair);
+  const Vector3 fall = ws.finder.relative_fall(effects, pair);
+  slopes.normal = slopes.fall * fall;
+  if (displacing_ == Displacing::kRecovery)
+    slopes = {.gap = gap_bias_slope(options.contact, h, gap), .smoothing = slopes.smoothing};
+  ImpulseShare share = find_share(bounce, h, fall);
   if (pair.body_a != 0 && pair.body_b != 0 && !slopes.normal.isZero(0.0)) {
     find_velocity_response(pair, bodies, out);  // gravity at a normal that turns with both
     return false;
   }
   if (pair.law.type != contact::LawType::kFrictionCone) slopes.v[1] = slopes.v[2] = 0.0;
-  if (closed) slopes.gap = slopes.smoothing = 0.0;
-  find_contact_response(pair, bodies, motion, slopes, turning && !closed, h, out);
+  if (closed) slopes.gap = slopes.smoothing = share.gap = 0.0;
+  find_contact_response(pair, bodies, motion, slopes, turning && !closed, h, out, share);
   return true;
 }
 
@@ -103,9 +119,14 @@ bool InverseDerivator::add_contacts(const Model& model, const SimulationOptions&
     const PairConstraint& pair = ws.constraints.pairs[i];
     const PairBodies bodies = pair_bodies(pair, ws.data, ws.velocity);
     if (i < ws.constraints.contacts.size()) {
-      if (is_nothing(pair, bodies, options.time_step, ws.finder.weights())) continue;
+      const double h = options.time_step;
+      const bool late = displacing_ == Displacing::kLateImpulses;
+      if (late && !(pair.impact_time > 0.0)) continue;
+      if (is_nothing(pair, bodies, h, ws.finder.weights())) continue;
       known = contact_response(model, options, effects, i, bodies, ws, response) && known;
-      slips_.add(model, pair, ws.velocity, options.time_step, ws.data);
+      slips_.add(model, pair, ws.velocity, h, ws.data, late ? pair.impact_time / h : 1.0);
+    } else if (displacing_ && displacing_ != Displacing::kTies) {
+      break;
     } else {
       const size_t index = i - ws.constraints.contacts.size();
       const Closure& closure = model.closures()[ws.constraints.closures[index]];
@@ -228,6 +249,38 @@ bool InverseDerivator::compute_impulses(const Model& model, const SimulationOpti
   closed = sweep_trees(model, options, effects, q, v, w, ws, d) && closed;
   add_joint_row_derivatives(model, options, ws.constraints.joints, q, w, ws.finder.weights(), d);
   return closed;
+}
+
+bool InverseDerivator::compute_displacing(Displacing part, const Model& model,
+                                          const SimulationOptions& options, EffectSet effects,
+                                          const VectorRef& q, const VectorRef& v,
+                                          const VectorRef& p, const VectorRef& w,
+                                          Workspace::Impl& ws, InverseDerivatives& d) {
+  const double h = options.time_step;
+  const bool moves = part == Displacing::kRecovery;
+  begin(model, ws, d);
+  displacing_ = part;
+  ws.data.has_coriolis = false;
+  v_.setZero();
+  acceleration_ = p * (moves ? 1.0 / h : 0.0);
+  if (part == Displacing::kTies && effects.has(Effect::kDrag))
+    add_drag_responses(model, ws.velocity, ws.data, forces_);
+  const bool known = add_contacts(model, options, effects, ws);
+  SweepInput in;
+  in.v = v_.data();
+  in.a = acceleration_.data();
+  forces_.put_into(in);
+  in.v_start = v.data();
+  in.v_next = w.data();
+  in.mass_in_next = moves ? 1.0 / h : 0.0;
+  const SweepOutput out{d.dq, d.dv, d.dv_next};
+  for (const Tree& tree : model.trees()) sweep_.run(model, tree, ws.data, in, out);
+  forces_.add_couplings(model, in, sweep_, out);
+  if (part != Displacing::kLateImpulses)
+    add_joint_row_derivatives(model, options, ws.constraints.joints, q, w, ws.finder.weights(), d,
+                              true);
+  displacing_.reset();
+  return known;
 }
 
 bool InverseDerivator::compute(const Model& model, const SimulationOptions& options,

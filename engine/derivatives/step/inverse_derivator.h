@@ -9,6 +9,8 @@
 // own coordinates.
 #pragma once
 
+#include <optional>
+
 #include "counterpoint/engine/derivatives/constraints/slip_response.h"
 #include "counterpoint/engine/derivatives/dynamics/sweep.h"
 #include "counterpoint/engine/derivatives/forces/force_responses.h"
@@ -28,6 +30,19 @@ class InverseDerivator {
                const VectorRef& q, const VectorRef& v, const VectorRef& v_next, const Input& known,
                Workspace::Impl& ws, InverseDerivatives& d);
 
+  /// What of a step displaces bodies beside w+ (overlap_correction.h).
+  enum class Displacing {
+    kLateImpulses,  ///< -(t / h) J' f / h of contacts that bounce, their t as it goes with (q, v)
+    kRecovery,      ///< M(q) p / h - J' f(J w + b(q)) / h, w = w+ + p: of gaps that p may close
+    kTies,          ///< C p - J' f(J p) / h: drag, and equalities without bias
+  };
+  /// These by q, by v, by w (at `w`), p held. Needs ws.constraints with the laws that `part` has,
+  /// kinematics at (q, v) without forces and velocities at w in ws.velocity. False as compute.
+  bool compute_displacing(Displacing part, const Model& model, const SimulationOptions& options,
+                          EffectSet effects, const VectorRef& q, const VectorRef& v,
+                          const VectorRef& p, const VectorRef& w, Workspace::Impl& ws,
+                          InverseDerivatives& d);
+
   /// Of (M(q) (w - m) - J' f(J w + b(q, v))) / h, what impulses make of a velocity m at (q, v): by
   /// q, by v and m changing alike, by w. Needs ws.constraints, kinematics at (q, v) and velocities
   /// at w in ws.velocity. False as compute. Takes velocity-dependent forces out of ws.data.
@@ -42,6 +57,7 @@ class InverseDerivator {
   bool contact_response(const Model& model, const SimulationOptions& options, EffectSet effects,
                         size_t contact, const PairBodies& bodies, Workspace::Impl& ws,
                         PairResponse& out);
+  ImpulseShare find_share(const Bounce& bounce, double h, const Vector3& fall) const;
   bool find_motion(const Model& model, double h, size_t contact, Workspace::Impl& ws,
                    ContactMotion& out);
   bool add_slip(const Model& model, const SimulationOptions& options, Workspace::Impl& ws);
@@ -53,6 +69,7 @@ class InverseDerivator {
   void add_closure_rows(const Model& model, const SimulationOptions& options,
                         const Workspace::Impl& ws, InverseDerivatives& d);
 
+  std::optional<Displacing> displacing_;  ///< none: a step, or its impulses
   TreeSweep sweep_;
   VelocityTerms velocity_terms_;
   ClosureDerivator closures_;

@@ -6,6 +6,7 @@
 #include "counterpoint/engine/derivatives/dynamics/rotation_maps.h"
 #include "counterpoint/engine/derivatives/dynamics/sparse_solve.h"
 #include "counterpoint/engine/derivatives/step/constrained_midpoint.h"
+#include "counterpoint/engine/derivatives/step/displacement_derivator.h"
 #include "counterpoint/engine/derivatives/step/inverse_derivator.h"
 #include "counterpoint/engine/derivatives/step/midpoint_derivator.h"
 #include "counterpoint/engine/derivatives/step/runge_kutta_derivator.h"
@@ -23,6 +24,8 @@ struct DerivativeScratch {
   std::optional<SmoothDerivator> smooth;
   std::optional<RungeKuttaDerivator> runge_kutta;
   std::optional<ConstrainedMidpoint> midpoint;
+  // Of steps that displace.
+  std::optional<DisplacementDerivator> displacement;
   bool impulses = false;  ///< the last step was one of the midpoint rule with constraints
   State start;
   VectorX r;  ///< nv
@@ -36,6 +39,20 @@ DerivativeScratch& scratch_of(const Model& model, Workspace::Impl& ws) {
 }
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+/// What w+ and the displacement velocity p of a step make of q_next = q (+) h (w+ + p).
+void chain_displacement(const Model& model, double h, const VectorRef& v_next,
+                        const DisplacementDerivator& by, VectorX& r, ForwardDerivatives& d) {
+  r = h * (v_next + by.p);
+  d.dq_dq = h * (d.dv_dq + by.by_q + by.by_v_next.lazyProduct(d.dv_dq));
+  d.dq_dv = h * (d.dv_dv + by.by_v + by.by_v_next.lazyProduct(d.dv_dv));
+  d.dq_du = h * (d.dv_du + by.by_v_next.lazyProduct(d.dv_du));
+  d.dq_dv_next.setZero(model.nv(), model.nv());
+  d.dq_dv_next.diagonal().setConstant(h);
+  for (MatrixX* m : {&d.dq_dq, &d.dq_dv, &d.dq_du, &d.dq_dv_next})
+    multiply_rows(model, RotationMap::kQ, r, *m);
+  add_map(model, RotationMap::kP, r, d.dq_dq);
+}
 
 /// q_next = q (+) h w moves by P dq + h Q dw: w is v_next, of the midpoint rule the mean of both
 /// ends, or what impulses make of it.
@@ -134,6 +151,7 @@ bool step_forward_derivatives(const Model& model, const SimulationOptions& optio
   for (MatrixX* m : all)
     if (m->rows() != nv || m->cols() != nv) m->resize(nv, nv);
   DerivativeScratch& scratch = scratch_of(model, workspace.impl());
+  d.displaces = false;
   if (options.integrator == Integrator::kRungeKutta4) {
     const bool found =
         differentiate_runge_kutta(model, options, q, v, known, workspace.impl(), scratch, d);
@@ -161,8 +179,17 @@ bool step_forward_derivatives(const Model& model, const SimulationOptions& optio
   solver.get(0, d.dv_dq);
   solver.get(nv, d.dv_dv);
   solver.get(2 * nv, d.dv_du);
-  chain_configuration(model, options, v, v_next, scratch.impulses ? &*scratch.midpoint : nullptr,
-                      scratch.r, d);
+  Workspace::Impl& ws = workspace.impl();
+  if (!scratch.displacement) scratch.displacement.emplace(model);
+  d.displaces =
+      scratch.displacement->compute(model, options, active_effects(ws.called, options.effects), q,
+                                    v, v_next, known, ws, scratch.inverse);
+  if (d.displaces) {
+    chain_displacement(model, options.time_step, v_next, *scratch.displacement, scratch.r, d);
+  } else {
+    chain_configuration(model, options, v, v_next, scratch.impulses ? &*scratch.midpoint : nullptr,
+                        scratch.r, d);
+  }
   return true;
 }
 

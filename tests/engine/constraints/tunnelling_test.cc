@@ -182,6 +182,68 @@ TEST(Tunnelling, FastBallsSkidIntoRolling) {
   }
 }
 
+TEST(Tunnelling, FastBallsAreStoppedAtTheWallAndNotBefore) {
+  // At any angle, and wherever in the step they meet it: the first step ends on the wall, the next
+  // ones on it. What friction takes is what Coulomb lets it, or leaves the ball rolling.
+  constexpr double kRadius = 0.05, kFriction = 0.5;
+  for (const double speed : {10.0, 100.0, 1000.0}) {
+    for (const double degrees : {5.0, 20.0, 35.0, 60.0, 85.0}) {
+      for (const double phase : {0.1, 0.5, 0.9}) {
+        SCOPED_TRACE(::testing::Message() << speed << " m/s, " << degrees << ", " << phase);
+        const double angle = degrees * M_PI / 180.0;
+        const double along = speed * std::cos(angle), down = speed * std::sin(angle);
+        ModelBuilder builder(Vector3::Zero());
+        builder.add_environment("wall", plane_shape(), Pose{}, with_friction(kFriction));
+        builder.add_robot(object(sphere_shape(kRadius), 1.0, kFriction), Base::kFloating, Pose{});
+        Scene scene = start(builder.build());
+        const double h = scene.options.time_step, slip_time = scene.options.contact.slip_time;
+        scene.q[2] = kRadius + phase * h * down;
+        scene.v[0] = along;
+        scene.v[2] = -down;
+        Simulator sim(std::move(scene));
+        // The normal row gives by mu^2 eps of the impact, (1 + mu^2)^1/2 and a few times over.
+        const double give = 1e-5 * speed;
+        for (int i = 0; i < 5; ++i) {
+          ASSERT_TRUE(sim.step().succeeded());
+          ASSERT_NEAR(sim.state().q[2], kRadius, h * give) << "step " << i;
+        }
+        EXPECT_NEAR(sim.state().v[2], 0.0, give);
+        // In each of these steps friction lets slip a share of h / slip_time of the sliding speed.
+        const double slow = std::max(along - kFriction * down, 5.0 / 7.0 * along);
+        EXPECT_NEAR(sim.state().v[0], slow, give + 5.0 * h / slip_time * along);
+      }
+    }
+  }
+}
+
+/// What the convex law, which takes all other shapes across gaps beyond the margin, makes of them:
+/// they stop short of the wall by h mu |v_T| at most, and may leave it again
+/// (docs/explanation/concepts.md, "Fast bodies").
+TEST(Tunnelling, OtherFastBodiesStopShortOfTheWall) {
+  constexpr double kFriction = 0.5, kHalf = 0.05;
+  double farthest = 0.0;
+  for (const double degrees : {5.0, 20.0, 35.0, 60.0}) {
+    for (const double phase : {0.1, 0.5, 0.9}) {
+      const double angle = degrees * M_PI / 180.0, speed = 1000.0;
+      ModelBuilder builder(Vector3::Zero());
+      builder.add_environment("wall", plane_shape(), Pose{}, with_friction(kFriction));
+      builder.add_robot(object(box_shape({kHalf, kHalf, kHalf}), 1.0, kFriction), Base::kFloating,
+                        Pose{});
+      Scene scene = start(builder.build());
+      const double h = scene.options.time_step;
+      scene.q[2] = kHalf + phase * h * speed * std::sin(angle);
+      scene.v[0] = speed * std::cos(angle);
+      scene.v[2] = -speed * std::sin(angle);
+      Simulator sim(std::move(scene));
+      ASSERT_TRUE(sim.step().succeeded());
+      const double gap = sim.state().q[2] - kHalf * std::sqrt(3.0);  // however it is turned
+      EXPECT_LE(gap, h * kFriction * speed * std::cos(angle));
+      farthest = std::max(farthest, gap);
+    }
+  }
+  RecordProperty("farthest_m", std::to_string(farthest));
+}
+
 TEST(Tunnelling, WhatIsStruckDoesNotPassEither) {
   // Balls at rest before a wall; the last is struck at 300 m/s, and all of it happens in one step.
   ModelBuilder builder(Vector3::Zero());

@@ -1,4 +1,5 @@
-// Overlaps are recovered by displacement: bodies part, and keep no speed from it (overlap_correction.h).
+// Overlaps are recovered by displacement: bodies part, and keep no speed from it
+// (overlap_correction.h).
 #include "counterpoint/engine/step/overlap_correction.h"
 
 #include <gtest/gtest.h>
@@ -124,6 +125,29 @@ TEST(OverlapCorrection, MovesTheIslandsThatOverlapAndNoOthers) {
       if (k / kCoordinates == kPushed) continue;
       EXPECT_EQ(sim.state().q[k], plain.state().q[k]) << "coordinate " << k << ", step " << i;
     }
+  }
+}
+
+// A box of 1000 kg that starts 15 cm deep in one of 1 kg, flat on it: it rises and stands on it.
+// The light one, without friction while it is pressed out, slides by a centimetre at most.
+TEST(OverlapCorrection, AHeavyBoxRisesOutOfALightOne) {
+  constexpr double kHalf = 0.1;
+  for (const double aside : {0.0, 0.02, 0.04}) {
+    ModelBuilder builder;
+    Material rough;
+    rough.friction = 0.5;
+    builder.add_environment("ground", {ShapeType::kPlane, {}, nullptr}, Pose(), rough);
+    const Shape box{ShapeType::kBox, Vector3(kHalf, kHalf, kHalf), nullptr};
+    builder.add_robot(object_of("light", box, 1.0, rough), Base::kFloating,
+                      {Matrix3::Identity(), Vector3(0, 0, kHalf)}, "light/");
+    builder.add_robot(object_of("heavy", box, 1000.0, rough), Base::kFloating,
+                      {Matrix3::Identity(), Vector3(aside, 0.01, 3.0 * kHalf - 0.15)}, "heavy/");
+    Simulator sim(scene_of(builder.build()));
+    for (int i = 0; i < 1000; ++i) ASSERT_TRUE(sim.step().succeeded());
+    EXPECT_NEAR(sim.state().q[9], 3.0 * kHalf, 1e-4) << aside;
+    EXPECT_NEAR(sim.state().q[2], kHalf, 1e-6) << aside;
+    EXPECT_LE(sim.state().q.head<2>().norm(), 0.011) << aside;
+    EXPECT_NEAR(sim.state().q[7], aside, 1e-4);
   }
 }
 

@@ -1,0 +1,197 @@
+#include "counterpoint/engine/derivatives/step/displacement_derivator.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "counterpoint/contact/law.h"
+#include "counterpoint/engine/constraints/assemble.h"
+#include "counterpoint/engine/dynamics/crba.h"
+#include "counterpoint/engine/dynamics/kinematics.h"
+#include "counterpoint/engine/forces/joint_forces.h"
+#include "counterpoint/engine/forces/servos.h"
+#include "counterpoint/engine/step/step_forces.h"
+
+namespace counterpoint {
+namespace {
+
+contact::Rows row_velocity(const JointConstraint& row, const VectorRef& w) {
+  double y = row.coefficient[0] * w[row.v_index[0]];
+  if (row.v_index[1] >= 0) y += row.coefficient[1] * w[row.v_index[1]];
+  return contact::Rows::Constant(1, y);
+}
+
+/// Whether velocities w+ do not do all: quickly, without a problem.
+bool may_displace(const ConstraintSet& constraints, const VectorRef& v_next, const Data& data,
+                  const std::vector<Motion>& V_next) {
+  for (size_t i = 0; i < constraints.contacts.size(); ++i) {
+    const PairConstraint& pair = constraints.pairs[i];
+    if (pair.impact_time > 0.0) return true;
+    if (pair.gap_bias < pair.law.bias[0] &&
+        relative_velocity(pair, data, V_next)[0] + pair.gap_bias < 0.0)
+      return true;
+  }
+  return std::any_of(constraints.joints.begin(), constraints.joints.end(), [&](const auto& row) {
+    return row.gap_bias < row.law.bias[0] && row_velocity(row, v_next)[0] + row.gap_bias < 0.0;
+  });
+}
+
+/// The impulses at w+, in the order of a problem of these constraints.
+void evaluate_impulses(const ConstraintSet& constraints, const contact::Problem& problem,
+                       const VectorRef& v_next, const Data& data, const std::vector<Motion>& V_next,
+                       VectorX& impulse) {
+  if (impulse.size() < problem.num_rows()) impulse.resize(problem.num_rows());
+  const auto pairs = static_cast<int>(constraints.pairs.size());
+  for (int c = 0; c < problem.num_constraints(); ++c) {
+    const contact::Law& law = problem.law(c);
+    contact::Rows y =
+        c < pairs ? relative_velocity(constraints.pairs[static_cast<size_t>(c)], data, V_next)
+                  : row_velocity(constraints.joints[static_cast<size_t>(c - pairs)], v_next);
+    for (int i = 0; i < law.rows; ++i) y[i] += law.bias[static_cast<size_t>(i)];
+    impulse.segment(problem.first_row(c), law.rows) = contact::impulse(law, y);
+  }
+}
+
+/// Calls visit(velocities of the model, velocities of the problem) for every tree in the problem.
+template <class Visit>
+void for_each_block(const Model& model, const Workspace::Impl& ws, Visit visit) {
+  for (int t = 0; t < model.num_trees(); ++t) {
+    const int block = ws.block_of_tree[static_cast<size_t>(t)];
+    if (block < 0) continue;
+    const int size = ws.problem.block_size(block);
+    visit(Eigen::seqN(model.trees()[static_cast<size_t>(t)].v_begin, size),
+          Eigen::seqN(ws.problem.block_start(block), size));
+  }
+}
+
+bool is_concerned(const Workspace::Impl& ws, int constraint) {
+  return ws.overlap_correction.concerns(
+      std::max(ws.problem.block(constraint, 0), ws.problem.block(constraint, 1)));
+}
+
+}  // namespace
+
+DisplacementDerivator::DisplacementDerivator(const Model& model)
+    : p(VectorX::Zero(model.nv())), M_(model.nv(), model.nv()), w_(p), diagonal_(p), forces_(p) {
+  for (MatrixX* x : {&by_q, &by_v, &by_v_next, &A_}) x->setZero(model.nv(), model.nv());
+}
+
+/// p, as the step found it.
+bool DisplacementDerivator::find(const Model& model, const SimulationOptions& options,
+                                 EffectSet effects, const VectorRef& q, const VectorRef& v,
+                                 const VectorRef& v_next, const Input& known, Workspace::Impl& ws) {
+  const double h = options.time_step;
+  diagonal_.setZero();
+  forces_.setZero();  // not wanted
+  if (effects.has(Effect::kServos)) add_servos(model, effects, h, q, v, known, diagonal_, forces_);
+  add_joint_forces(model, effects, h, q, v, diagonal_, forces_, ws.counts);
+  set_drag(model, effects, h, ws);
+  w_ = v_next;
+  for (bool again = true; again;) {
+    assemble_problem(model, ws.constraints, w_, diagonal_, ws.data, ws.block_of_tree, ws.problem);
+    evaluate_impulses(ws.constraints, ws.problem, v_next, ws.data, ws.velocity, ws.impulse);
+    const OverlapCorrection::Found found = ws.overlap_correction.find(
+        ws.constraints, ws.problem, h, contact::Settings(), ws.problem.free_velocity(),
+        ws.impulse.head(ws.problem.num_rows()));
+    if (!found.needed || !contact::succeeded(found.status)) return false;
+    p.setZero();
+    for_each_block(model, ws, [&](auto in_tree, auto in_block) {
+      p(in_tree) = ws.overlap_correction.velocity()(in_block);
+    });
+    forces_ = v_next + p;
+    again = ws.finder.find_reached_contacts(model, options, forces_, ws.data, ws.constraints);
+  }
+  w_ += p;
+  return true;
+}
+
+/// The rows that p may close, with its laws.
+void DisplacementDerivator::keep_gaps(const Workspace::Impl& ws) {
+  kept_.clear();
+  const ConstraintSet& all = ws.constraints;
+  for (size_t i = 0; i < all.contacts.size(); ++i) {
+    if (!is_concerned(ws, static_cast<int>(i))) continue;
+    kept_.contacts.push_back(all.contacts[i]);
+    kept_.pairs.push_back(all.pairs[i]);
+    PairConstraint& pair = kept_.pairs.back();
+    pair.law = displacement_law(pair.law, pair.gap_bias);
+    pair.impact_time = 0.0;
+    pair.fastest = -1;
+  }
+  for (size_t i = 0; i < all.joints.size(); ++i) {
+    const JointConstraint& row = all.joints[i];
+    if (std::isnan(row.gap_bias) || !is_concerned(ws, static_cast<int>(all.pairs.size() + i)))
+      continue;
+    kept_.joints.push_back(row);
+    kept_.joints.back().law = displacement_law(row.law, row.gap_bias);
+  }
+}
+
+/// Equalities; true if these or drag act on p.
+bool DisplacementDerivator::keep_ties(const Workspace::Impl& ws, bool drag) {
+  constexpr double kNoGap = std::numeric_limits<double>::quiet_NaN();
+  kept_.clear();
+  const ConstraintSet& all = ws.constraints;
+  for (size_t i = 0; i < all.closures.size(); ++i) {
+    kept_.pairs.push_back(all.pairs[all.contacts.size() + i]);
+    kept_.pairs.back().law = displacement_law(kept_.pairs.back().law, kNoGap);
+    kept_.closures.push_back(all.closures[i]);
+  }
+  for (const JointConstraint& row : all.joints) {
+    if (row.law.type != contact::LawType::kEquality) continue;
+    kept_.joints.push_back(row);
+    kept_.joints.back().law = displacement_law(row.law, kNoGap);
+  }
+  return drag || !kept_.empty();
+}
+
+bool DisplacementDerivator::compute(const Model& model, const SimulationOptions& options,
+                                    EffectSet effects, const VectorRef& q, const VectorRef& v,
+                                    const VectorRef& v_next, const Input& known,
+                                    Workspace::Impl& ws, InverseDerivator& parts) {
+  using enum InverseDerivator::Displacing;
+  if (options.integrator != Integrator::kSemiImplicitEuler || ws.constraints.empty()) return false;
+  compute_body_velocities(model, v_next, ws.data, ws.velocity);
+  if (!may_displace(ws.constraints, v_next, ws.data, ws.velocity)) return false;
+  const bool found = find(model, options, effects, q, v, v_next, known, ws);
+  ws.data.added.clear();
+  if (!found) return false;
+  const auto differentiate = [&](InverseDerivator::Displacing part, const VectorX& w,
+                                 InverseDerivatives& d) {
+    compute_body_velocities(model, w, ws.data, ws.velocity);
+    return parts.compute_displacing(part, model, options, effects, q, v, p, w, ws, d);
+  };
+  forces_ = v_next;
+  bool closed = differentiate(kLateImpulses, forces_, late_);
+  keep_gaps(ws);
+  std::swap(ws.constraints, kept_);
+  closed = closed && differentiate(kRecovery, w_, recovery_);
+  std::swap(ws.constraints, kept_);
+  if (!closed) return false;
+  crba(model, ws.data, M_);
+  by_v_next = recovery_.dv_next - late_.dv_next - M_ / options.time_step;
+  by_q = recovery_.dq - late_.dq;
+  by_v = recovery_.dv - late_.dv;
+  A_ = recovery_.dv_next;
+  A_.diagonal() += diagonal_ / options.time_step;
+  if (keep_ties(ws, effects.has(Effect::kDrag) && !model.drags().empty())) {
+    std::swap(ws.constraints, kept_);
+    differentiate(kTies, p, ties_);
+    std::swap(ws.constraints, kept_);
+    A_ += ties_.dv_next;
+    by_q += ties_.dq;
+    by_v += ties_.dv;
+  }
+  const int nv = model.nv();
+  solver_.begin(A_, 3 * nv);
+  solver_.add(by_q, 0, -1.0);
+  solver_.add(by_v, nv, -1.0);
+  solver_.add(by_v_next, 2 * nv, -1.0);
+  if (!solver_.solve()) return false;
+  solver_.get(0, by_q);
+  solver_.get(nv, by_v);
+  solver_.get(2 * nv, by_v_next);
+  return true;
+}
+
+}  // namespace counterpoint

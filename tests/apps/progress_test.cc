@@ -1,0 +1,68 @@
+// Progress bars: on terminals only, and only of work that takes long.
+#include "report/progress.h"
+
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <string>
+
+namespace counterpoint::apps {
+namespace {
+
+constexpr double kNever = 3600.0;  // [s] longer than any test runs
+
+/// What `bar`, asked for twice, writes to a standard error that is the file `descriptor`, read from
+/// `reader`.
+std::string written(int descriptor, int reader, double delay) {
+  const int saved = dup(STDERR_FILENO);
+  dup2(descriptor, STDERR_FILENO);
+  {
+    Progress bar("working", 4, delay);
+    bar.update(2);
+    bar.update(3);
+  }
+  dup2(saved, STDERR_FILENO);
+  close(saved);
+  std::string out(4096, '\0');
+  fcntl(reader, F_SETFL, O_NONBLOCK);
+  const ssize_t size = read(reader, out.data(), out.size());
+  out.resize(size > 0 ? static_cast<size_t>(size) : 0);
+  return out;
+}
+
+std::string on_terminal(double delay) {
+  const int terminal = posix_openpt(O_RDWR | O_NOCTTY);
+  if (terminal < 0 || grantpt(terminal) != 0 || unlockpt(terminal) != 0) return "no terminal";
+  const int end = open(ptsname(terminal), O_RDWR | O_NOCTTY);
+  const std::string out = written(end, terminal, delay);
+  close(end);
+  close(terminal);
+  return out;
+}
+
+TEST(Progress, IsDrawnOnATerminalAndWiped) {
+  const std::string out = on_terminal(0.0);
+  if (out == "no terminal") GTEST_SKIP() << "pseudo terminals cannot be opened here";
+  EXPECT_NE(out.find("working [####################....................]  50 %"), std::string::npos)
+      << out;
+  EXPECT_EQ(out.substr(out.size() - 4), "\r\033[K") << out;
+}
+
+TEST(Progress, OfShortWorkIsNotDrawn) {
+  const std::string out = on_terminal(kNever);
+  if (out == "no terminal") GTEST_SKIP() << "pseudo terminals cannot be opened here";
+  EXPECT_EQ(out, "");
+}
+
+TEST(Progress, IsNotWrittenToFiles) {
+  int ends[2];
+  ASSERT_EQ(pipe(ends), 0);
+  EXPECT_EQ(written(ends[1], ends[0], 0.0), "");
+  close(ends[0]);
+  close(ends[1]);
+}
+
+}  // namespace
+}  // namespace counterpoint::apps
