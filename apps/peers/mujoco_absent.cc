@@ -1,5 +1,6 @@
 // Where MuJoCo was not found.
 #include "mujoco.h"
+#include "mujoco_file.h"
 
 namespace counterpoint::peers {
 
@@ -35,5 +36,9 @@ std::vector<Pose> Mujoco::poses() const { return {}; }
 std::vector<Motion> Mujoco::velocities() const { return {}; }
 double Mujoco::energy() const { return 0.0; }
 MatrixX Mujoco::mass_matrix() const { return {}; }
+
+std::vector<Pose> play_mjcf(const std::string&, double) {
+  throw NotExpressible("MuJoCo was not found when this was built");
+}
 
 }  // namespace counterpoint::peers
