@@ -12,6 +12,10 @@ target_compile_options(counterpoint_flags INTERFACE
   # Contraction would let the compiler choose between a*b+c and fma(a,b,c) per call site, and with it
   # the bits of a result; NaN and signed zero keep their meaning.
   -ffp-contract=off)
+if(COUNTERPOINT_UNITY)
+  # A class of a .cc file with members of types of its anonymous namespace looks to GCC as if it were in a header.
+  target_compile_options(counterpoint_flags INTERFACE $<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>)
+endif()
 if(COUNTERPOINT_WERROR)
   target_compile_options(counterpoint_flags INTERFACE -Werror)
 endif()

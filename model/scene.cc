@@ -4,10 +4,10 @@
 
 #include <algorithm>
 #include <cctype>
-#include <limits>
 
 #include "counterpoint/model/mjcf/mjcf.h"
 #include "counterpoint/model/scene/scene_yaml.h"
+#include "counterpoint/model/special_values.h"
 #include "counterpoint/model/urdf/srdf.h"
 #include "counterpoint/model/urdf/urdf.h"
 
@@ -16,7 +16,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kStartGap = 1e-3;  // [m] between the ground and a floating robot at the start
 
 /// The geometry that reaches lowest in the default configuration and its height; the moving ones

@@ -21,9 +21,9 @@ using peers::PinocchioConvention;
 using peers::PinocchioRobot;
 
 /// Our side: from coordinates to the result of one algorithm.
-class Ours {
+class OurAlgorithms {
  public:
-  explicit Ours(const Model& model)
+  explicit OurAlgorithms(const Model& model)
       : model_(model),
         data_(model),
         out_(VectorX::Zero(model.nv())),
@@ -74,7 +74,7 @@ class Ours {
 
 /// Largest difference of the two results over all states, as a share of the largest entry.
 double difference(const Model& model, PinocchioAlgorithm algorithm, const States& states,
-                  const Pair& pair, Ours& ours, PinocchioRobot& peer) {
+                  const Pair& pair, OurAlgorithms& ours, PinocchioRobot& peer) {
   const int nv = model.nv();
   double worst = 0.0, scale = 0.0;
   VectorX theirs(std::max(nv * nv, 3 * model.num_bodies()));
@@ -110,10 +110,10 @@ double difference(const Model& model, PinocchioAlgorithm algorithm, const States
   return worst / scale;
 }
 
-void compare_robot(const Model& model, const LoadPinocchio& load, const std::string& label,
+void compare_algorithms(const Model& model, const LoadPinocchio& load, const std::string& label,
                    const PeerOptions& options, PeerTable& table) {
   const States states = random_states(model);
-  Ours ours(model);
+  OurAlgorithms ours(model);
   const auto world = load(PinocchioConvention::kWorld), local = load(PinocchioConvention::kLocal);
   Pair pair(model, *world), local_pair(model, *local);
   constexpr std::pair<PinocchioAlgorithm, const char*> kAlgorithms[] = {
@@ -148,7 +148,7 @@ void compare_robot(const Model& model, const LoadPinocchio& load, const std::str
 void compare_algorithms(const PeerOptions& options, PeerTable& table) {
   for_each_robot("algorithms", options,
                  [&](const Model& model, const LoadPinocchio& load, const std::string& label) {
-                   compare_robot(model, load, label, options, table);
+                   compare_algorithms(model, load, label, options, table);
                  });
 }
 

@@ -145,7 +145,7 @@ double difference(PinocchioAlgorithm algorithm, const States& states, OurDerivat
   return worst;
 }
 
-void compare_robot(const Model& model, const LoadPinocchio& load, const std::string& label,
+void compare_derivatives_of(const Model& model, const LoadPinocchio& load, const std::string& label,
                    const PeerOptions& options, PeerTable& table) {
   const States states = random_states(model);
   OurDerivatives ours(model);
@@ -174,7 +174,7 @@ void compare_robot(const Model& model, const LoadPinocchio& load, const std::str
 void compare_derivatives(const PeerOptions& options, PeerTable& table) {
   for_each_robot("derivatives of algorithms", options,
                  [&](const Model& model, const LoadPinocchio& load, const std::string& label) {
-                   compare_robot(model, load, label, options, table);
+                   compare_derivatives_of(model, load, label, options, table);
                  });
   compare_step_derivatives(options, table);
 }

@@ -42,9 +42,9 @@ struct Errors {
   }
 };
 
-class Ours {
+class OurDerivatives {
  public:
-  Ours(const Scene& scene, int steps) : scene_(scene), workspace_(scene_.model) {
+  OurDerivatives(const Scene& scene, int steps) : scene_(scene), workspace_(scene_.model) {
     scene_.options.effects.set(Effect::kSleeping, false);
     Simulator simulator(scene_);
     for (int i = 0; i < steps; ++i) {
@@ -156,7 +156,7 @@ std::unique_ptr<Theirs> try_mujoco(const Scene& scene, int steps) {
 void compare_scene(const Scene& scene, const std::string& label, bool soft,
                    const PeerOptions& options, PeerTable& table) {
   const int steps = steps_of(scene, options), nv = scene.model.nv();
-  Ours ours(scene, steps);
+  OurDerivatives ours(scene, steps);
   const auto theirs = try_mujoco(scene, steps);
   fmt::print("{}: {:.1f} contacts, mean of {} steps of the second half\n", label,
              ours.mean_contacts(), kMoments);

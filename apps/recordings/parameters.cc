@@ -15,7 +15,7 @@ namespace {
 
 enum class Target { kGeometries, kBody, kCoordinates, kGround, kNone };
 
-struct Kind {
+struct KindTraits {
   ParameterKind kind;
   const char* name;
   const char* unit;
@@ -27,37 +27,37 @@ struct Kind {
 
 using K = ParameterKind;
 constexpr std::array kKinds = {
-    Kind{K::kFriction, "friction", "-", Target::kGeometries, 0.01, 1.5, false, false},
-    Kind{K::kRestitution, "restitution", "-", Target::kGeometries, 0.0, 0.95, false, false},
-    Kind{K::kTorsionalFriction, "torsional_friction", "m", Target::kGeometries, 0.0, 0.05, false,
+    KindTraits{K::kFriction, "friction", "-", Target::kGeometries, 0.01, 1.5, false, false},
+    KindTraits{K::kRestitution, "restitution", "-", Target::kGeometries, 0.0, 0.95, false, false},
+    KindTraits{K::kTorsionalFriction, "torsional_friction", "m", Target::kGeometries, 0.0, 0.05, false,
          false},
-    Kind{K::kRollingFriction, "rolling_friction", "m", Target::kGeometries, 0.0, 0.05, false,
+    KindTraits{K::kRollingFriction, "rolling_friction", "m", Target::kGeometries, 0.0, 0.05, false,
          false},
-    Kind{K::kMass, "mass", "kg", Target::kBody, 0.2, 5.0, true, true},
-    Kind{K::kInertia, "inertia", "times the scene's", Target::kBody, 0.3, 3.0, true, false},
-    Kind{K::kSize, "size", "times the scene's", Target::kBody, 0.8, 1.25, true, false},
-    Kind{K::kDamping, "damping", "N s/m|N m s/rad", Target::kCoordinates, 0.0, 20.0, false, false},
-    Kind{K::kDryFriction, "dry_friction", "N|N m", Target::kCoordinates, 0.0, 50.0, false, false},
-    Kind{K::kArmature, "armature", "kg|kg m^2", Target::kCoordinates, 0.0, 10.0, false, false},
-    Kind{K::kGravity, "gravity", "m/s^2", Target::kNone, 0.7, 1.3, false, true},
-    Kind{K::kHeight, "height", "m above the scene's", Target::kGround, -0.02, 0.02, false, false},
-    Kind{K::kCompliance, "compliance", "-", Target::kNone, 1e-8, 0.1, true, false},
-    Kind{K::kSmoothing, "smoothing", "m", Target::kNone, 1e-14, 1e-3, true, false},
-    Kind{K::kStabilization, "stabilization", "-", Target::kNone, 0.0, 1.0, false, false},
-    Kind{K::kMaxRecoverySpeed, "max_recovery_speed", "m/s", Target::kNone, 0.0, 5.0, false, false},
+    KindTraits{K::kMass, "mass", "kg", Target::kBody, 0.2, 5.0, true, true},
+    KindTraits{K::kInertia, "inertia", "times the scene's", Target::kBody, 0.3, 3.0, true, false},
+    KindTraits{K::kSize, "size", "times the scene's", Target::kBody, 0.8, 1.25, true, false},
+    KindTraits{K::kDamping, "damping", "N s/m|N m s/rad", Target::kCoordinates, 0.0, 20.0, false, false},
+    KindTraits{K::kDryFriction, "dry_friction", "N|N m", Target::kCoordinates, 0.0, 50.0, false, false},
+    KindTraits{K::kArmature, "armature", "kg|kg m^2", Target::kCoordinates, 0.0, 10.0, false, false},
+    KindTraits{K::kGravity, "gravity", "m/s^2", Target::kNone, 0.7, 1.3, false, true},
+    KindTraits{K::kHeight, "height", "m above the scene's", Target::kGround, -0.02, 0.02, false, false},
+    KindTraits{K::kCompliance, "compliance", "-", Target::kNone, 1e-8, 0.1, true, false},
+    KindTraits{K::kSmoothing, "smoothing", "m", Target::kNone, 1e-14, 1e-3, true, false},
+    KindTraits{K::kStabilization, "stabilization", "-", Target::kNone, 0.0, 1.0, false, false},
+    KindTraits{K::kMaxRecoverySpeed, "max_recovery_speed", "m/s", Target::kNone, 0.0, 5.0, false, false},
 };
 
-const Kind& kind_named(const std::string& name) {
+const KindTraits& kind_named(const std::string& name) {
   std::vector<std::string> names;
-  for (const Kind& kind : kKinds) {
+  for (const KindTraits& kind : kKinds) {
     if (name == kind.name) return kind;
     names.emplace_back(kind.name);
   }
   throw InputError(fmt::format("parameter '{}': expected one of {}", name, fmt::join(names, ", ")));
 }
 
-const Kind& kind_of(ParameterKind kind) {
-  return *std::find_if(kKinds.begin(), kKinds.end(), [&](const Kind& k) { return k.kind == kind; });
+const KindTraits& kind_of(ParameterKind kind) {
+  return *std::find_if(kKinds.begin(), kKinds.end(), [&](const KindTraits& k) { return k.kind == kind; });
 }
 
 std::vector<std::string> links(const Model& model) {
@@ -119,7 +119,7 @@ std::vector<int> ground_named(const Model& model, const std::string& element) {
   return found;
 }
 
-std::vector<int> targets_of(const Kind& kind, const std::string& element, const Model& model) {
+std::vector<int> targets_of(const KindTraits& kind, const std::string& element, const Model& model) {
   switch (kind.target) {
     case Target::kGeometries:
       return geometries_named(model, element);
@@ -284,7 +284,7 @@ std::vector<std::string> split(const std::string& text) {
 /// KIND[:ELEMENT], with the default bounds.
 Parameter named(const std::string& text, const Scene& scene) {
   const size_t colon = text.find(':');
-  const Kind& kind = kind_named(text.substr(0, colon));
+  const KindTraits& kind = kind_named(text.substr(0, colon));
   Parameter p;
   p.kind = kind.kind;
   p.name = text;

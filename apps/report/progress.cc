@@ -11,7 +11,7 @@ namespace counterpoint::apps {
 namespace {
 
 constexpr auto kInterval = std::chrono::milliseconds(100);
-constexpr int kWidth = 40;            // characters
+constexpr int kBarWidth = 40;            // characters
 constexpr double kLeastShare = 0.01;  // done, before what is left is estimated
 
 }  // namespace
@@ -54,11 +54,11 @@ void Progress::show_time() {
 void Progress::update(int done) {
   if (!due()) return;
   const double share = std::clamp(static_cast<double>(done) / total_, 0.0, 1.0);
-  const int filled = static_cast<int>(share * kWidth);
+  const int filled = static_cast<int>(share * kBarWidth);
   const std::string left =
       share > kLeastShare ? fmt::format(", {:.0f} s left", elapsed() * (1.0 / share - 1.0)) : "";
   fmt::print(stderr, "\r{} [{:#<{}}{:.<{}}] {:3.0f} %{}\033[K", label_, "", filled, "",
-             kWidth - filled, 100 * share, left);
+             kBarWidth - filled, 100 * share, left);
   std::fflush(stderr);
 }
 

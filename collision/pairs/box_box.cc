@@ -12,7 +12,7 @@ namespace {
 
 // Gaps closer than this times the size of the boxes are equal; faces win over edges by as much,
 // lest the choice hang on round-off where an edge lies in a face.
-constexpr double kSame = 1e-10;
+constexpr double kSameDistance = 1e-10;
 
 struct Axis {
   double distance = -std::numeric_limits<double>::infinity();  // of the boxes along the axis
@@ -53,7 +53,7 @@ Axis best_face(const Boxes& boxes, double margin) {
   const Matrix3 absolute = boxes.cosine.cwiseAbs();
   const auto consider = [&](double along, double distance, const Vector3& axis) {
     // B's faces must be better by more than round-off than A's: parallel faces count as A's.
-    if (distance <= best.distance + kSame * boxes.scale) return;
+    if (distance <= best.distance + kSameDistance * boxes.scale) return;
     best.distance = distance;
     best.normal = along < 0.0 ? Vector3(-axis) : axis;
   };
@@ -104,7 +104,7 @@ void consider_edges(const Boxes& boxes, double margin, Axis& best) {
           boxes.half_b[m] * std::abs(C(i, n)) + boxes.half_b[n] * std::abs(C(i, m));
       const double sine = std::sqrt(sine2);
       const double distance = (std::abs(along) - extent_a - extent_b) / sine;
-      if (distance <= best.distance + kSame * boxes.scale) continue;
+      if (distance <= best.distance + kSameDistance * boxes.scale) continue;
       best.distance = distance;
       best.normal = (boxes.R_a.col(l) * C(k, j) - boxes.R_a.col(k) * C(l, j)) *
                     ((along < 0.0 ? -1.0 : 1.0) / sine);
@@ -153,7 +153,7 @@ void edge_contacts(const Segment& a, const Segment& b, const Vector3& normal, do
                    margin, out);
 }
 
-Vector3 support_vertex(const Vector3& half, const Matrix3& R, const Vector3& direction) {
+Vector3 farthest_corner(const Vector3& half, const Matrix3& R, const Vector3& direction) {
   Vector3 p = Vector3::Zero();
   for (int i = 0; i < 3; ++i) {
     p += R.col(i) * (direction.dot(R.col(i)) < 0.0 ? -half[i] : half[i]);
@@ -171,7 +171,7 @@ bool edge_witness(const Boxes& boxes, const Axis& axis, Witness& witness) {
   double t = 0.0;
   if (!closest_on_lines(a, b, s, t)) return false;
   witness = {a.at(s), b.at(t), axis.normal, axis.distance};
-  const double slack = kSame * boxes.scale;
+  const double slack = kSameDistance * boxes.scale;
   return std::abs(s) <= a.half_length + slack && std::abs(t) <= b.half_length + slack;
 }
 
@@ -192,7 +192,7 @@ void box_box(const Shape& a, const Pose& X_WA, const Shape& b, const Pose& X_WB,
   consider_edges(boxes, margin, axis);
   if (axis.distance >= margin) return;
 
-  const double tolerance = 2.0 * kSame * boxes.scale;
+  const double tolerance = 2.0 * kSameDistance * boxes.scale;
   Feature face_a;
   Feature face_b;
   const auto contacts_along = [&](const Witness& witness) {
@@ -217,7 +217,7 @@ void box_box(const Shape& a, const Pose& X_WA, const Shape& b, const Pose& X_WB,
       return;
     }
   } else if (axis.distance <= 0.0) {
-    const Vector3 lowest = X_WB.translation + support_vertex(b.size, X_WB.rotation, -axis.normal);
+    const Vector3 lowest = X_WB.translation + farthest_corner(b.size, X_WB.rotation, -axis.normal);
     contacts_along({lowest - axis.distance * axis.normal, lowest, axis.normal, axis.distance});
     return;
   } else {

@@ -10,7 +10,7 @@ namespace counterpoint::collision {
 namespace {
 
 // Gaps closer than this times the size of the shapes are equal.
-constexpr double kSame = 1e-10;
+constexpr double kSameGap = 1e-10;
 
 Vector3 clamp_to(const Vector3& p, const Vector3& half) { return p.cwiseMin(half).cwiseMax(-half); }
 
@@ -76,7 +76,7 @@ Witness segment_in_box(const Segment& segment, const Vector3& half) {
     if (normal.dot(c) < 0.0) normal = -normal;
     const double distance = normal.dot(c) - normal.cwiseAbs().dot(half);
     // Faces are preferred, lest the choice hang on round-off where segment and face are parallel.
-    if (distance <= witness.distance + kSame * scale) continue;
+    if (distance <= witness.distance + kSameGap * scale) continue;
     Vector3 edge;
     for (int k = 0; k < 3; ++k) edge[k] = normal[k] < 0.0 ? -half[k] : half[k];
     edge[i] = 0.0;
@@ -134,7 +134,7 @@ void box_capsule(const Shape& a, const Pose& X_WA, const Shape& b, const Pose& X
   line.radius = b.size[0];
   line.vertices[0] = segment.at(-segment.half_length);
   line.vertices[1] = segment.at(segment.half_length);
-  feature_contacts(face, line, witness, kSame * scale, margin, out);
+  feature_contacts(face, line, witness, kSameGap * scale, margin, out);
   for (int i = 0; i < out.size; ++i) {
     out.points[i].position = X_WA * out.points[i].position;
     out.points[i].normal = R * out.points[i].normal;

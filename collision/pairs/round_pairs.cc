@@ -10,13 +10,13 @@ namespace counterpoint::collision {
 namespace {
 
 // Relative to the size of the shapes: points closer together are one, gaps closer are equal.
-constexpr double kSame = 1e-10;
+constexpr double kEqual = 1e-10;
 
 // A unit vector perpendicular to both, which are of unit length.
 [[gnu::noinline]] Vector3 across(const Vector3& u, const Vector3& v) {
   const Vector3 cross = u.cross(v);
   const double sine = cross.norm();
-  return sine > kSame ? Vector3(cross / sine) : Vector3(frame_from_normal(u).col(0));
+  return sine > kEqual ? Vector3(cross / sine) : Vector3(frame_from_normal(u).col(0));
 }
 
 }  // namespace
@@ -128,7 +128,7 @@ COUNTERPOINT_WIDE void capsule_capsule(const Shape& a, const Pose& X_WA, const S
     }
     add(b_ends ? foot_s[i] : end_s[i], b_ends ? end_t[i] : foot_t[i], infinity);
   }
-  const double same = kSame * scale;
+  const double same = kEqual * scale;
   if (out.size == 2 &&
       (out.points[0].position - out.points[1].position).squaredNorm() < same * same) {
     out.size = 1;

@@ -12,7 +12,7 @@ namespace {
 
 // Relative to the shape's size: contacts closer together than this whose normals agree as well are
 // one.
-constexpr double kSame = 1e-3;
+constexpr double kSameContact = 1e-3;
 // Relative to the shape's size: twice the angle of edges that count as flat.
 constexpr double kFlatSlack = 2e-4;
 // Relative to the shape's half thickness: how far behind a face the shape's centre may be.
@@ -52,9 +52,9 @@ struct TerrainContacts::Query {
 
 void TerrainContacts::add(const Query& query, const ContactPoint& point) {
   for (ContactPoint& known : points_) {
-    const double same = kSame * query.size;
+    const double same = kSameContact * query.size;
     if ((known.position - point.position).squaredNorm() > same * same ||
-        known.normal.dot(point.normal) < 1.0 - 0.5 * kSame * kSame) {
+        known.normal.dot(point.normal) < 1.0 - 0.5 * kSameContact * kSameContact) {
       continue;
     }
     if (point.gap < known.gap) known = point;

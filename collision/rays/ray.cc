@@ -3,14 +3,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "counterpoint/collision/query.h"
+#include "counterpoint/model/special_values.h"
 
 namespace counterpoint::collision {
 namespace {
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 // The line of the ray, in the frame of the shape.
 struct Line {

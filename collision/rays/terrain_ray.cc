@@ -2,16 +2,14 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 
 #include "counterpoint/collision/query.h"
 #include "counterpoint/collision/rays/ray.h"
+#include "counterpoint/model/special_values.h"
 #include "counterpoint/model/terrain/terrain.h"
 
 namespace counterpoint::collision {
 namespace {
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 // Does the ray meet the box before `limit`? Comparisons with NaN (0 / 0 on a face) count as yes.
 bool meets(const TriangleTree::Node& box, const Vector3& origin, const Vector3& direction,

@@ -9,7 +9,7 @@ namespace {
 // Relative residual of a solution: what is left is for Newton's method on velocities.
 constexpr double kTolerance = 1e-9;
 // Halvings of a step that does not bring the residual down; the last one is taken all the same.
-constexpr double kSufficientDecrease = 1e-3;
+constexpr double kResidualDecrease = 1e-3;
 constexpr int kNearHalvings = 2, kFollowHalvings = 4, kPathHalvings = 5;
 // A near start is given up where so many steps leave the residual above this share of its terms.
 constexpr int kGateSteps = 2;
@@ -24,7 +24,7 @@ constexpr double kFirstFactor = 0.3, kLeastFactor = 1e-4, kMostFactor = 0.5;
 // Smoothing this small, as a share of the square of the scale, is none.
 constexpr double kNoSmoothing = 1e-20;
 // So many steps that do not come near the path: back to more smoothing, but not for ever.
-constexpr int kPatience = 10, kMaxRaises = 3;
+constexpr int kPathPatience = 10, kMaxRaises = 3;
 constexpr double kRaise = 100.0, kRaiseFromNone = 1e-2;
 
 }  // namespace
@@ -39,7 +39,7 @@ bool MixedNewton::advance(MixedSystem& system, int max_halvings, MixedSystem::Po
   double step = 1.0;
   for (int i = 0;; ++i, step *= 0.5) {
     const double after = system.trial(point, step_, step);
-    if (after <= (1.0 - kSufficientDecrease * step) * norm || i == max_halvings) break;
+    if (after <= (1.0 - kResidualDecrease * step) * norm || i == max_halvings) break;
   }
   norm = system.accept(step_, point);
   return true;
@@ -106,7 +106,7 @@ MixedNewton::Result MixedNewton::run_path(MixedSystem& system, int max_iteration
     result.residual = norm / system.scale();
     result.solved = system.center == 0.0 && result.residual <= kTolerance;
     if (result.solved || !std::isfinite(norm) || result.iterations == max_iterations) return result;
-    if (since > kPatience) {
+    if (since > kPathPatience) {
       if (++raises > kMaxRaises) return result;
       const double center =
           system.center > 0.0 ? kRaise * system.center : kRaiseFromNone * norm * norm / laws;

@@ -7,12 +7,12 @@
 #include "counterpoint/engine/constraints/contact_law.h"
 #include "counterpoint/engine/dynamics/integrator.h"
 #include "counterpoint/engine/step/step_workspace.h"
+#include "counterpoint/model/special_values.h"
 
 namespace counterpoint {
 namespace {
 
 constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 /// The next length is this share of what the error allows, and within these factors of the last.
 constexpr double kSafety = 0.9, kMaxGrowth = 10.0, kMaxShrink = 0.1, kBisect = 0.5;
 /// Where the integrator failed, nothing says how much too long the step was.

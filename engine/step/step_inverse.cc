@@ -10,6 +10,7 @@
 #include "counterpoint/engine/forces/servos.h"
 #include "counterpoint/engine/step/midpoint.h"
 #include "counterpoint/engine/step/step_forces.h"
+#include "counterpoint/model/special_values.h"
 
 namespace counterpoint {
 namespace {
@@ -94,7 +95,6 @@ void subtract_servos(const InverseArguments& step, double h, const VectorRef& w,
 
 /// What is not known is not a number.
 void void_inverse(const Model& model, Inverse& out) {
-  constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
   out.applied_force.setConstant(model.nv(), kNaN);
   out.contact_force.setConstant(model.nv(), kNaN);
   out.servo_force.setConstant(static_cast<Eigen::Index>(model.servos().size()), kNaN);

@@ -11,22 +11,22 @@ namespace {
 
 using tinyxml2::XMLElement;
 
-constexpr const char* kBlank = " \t\r\n";
+constexpr const char* kXmlBlank = " \t\r\n";
 
 /// The text as numbers of these characters. fail(message) throws.
 template <typename Number, typename Parse, typename Fail>
 std::vector<Number> numbers(const std::string& text, const char* digits, const Parse& parse,
                             const Fail& fail) {
   std::vector<Number> out;
-  const char* at = text.c_str() + std::strspn(text.c_str(), kBlank);
+  const char* at = text.c_str() + std::strspn(text.c_str(), kXmlBlank);
   while (*at != '\0') {
     char* end = nullptr;
     out.push_back(parse(at, &end));
-    const bool whole = *end == '\0' || std::strchr(kBlank, *end) != nullptr;
+    const bool whole = *end == '\0' || std::strchr(kXmlBlank, *end) != nullptr;
     if (end == at || end > at + std::strspn(at, digits) || !whole) {
       fail(fmt::format("holds '{:.16}' where a number is expected", at));
     }
-    at = end + std::strspn(end, kBlank);
+    at = end + std::strspn(end, kXmlBlank);
   }
   return out;
 }

@@ -3,12 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <limits>
+
+#include "counterpoint/model/special_values.h"
 
 namespace counterpoint {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr const char* kAll = "all";
 
 /// The part named by a key of `in`; an error that lists those there are.

@@ -3,8 +3,8 @@
 #include <fmt/format.h>
 
 #include <cctype>
-#include <limits>
 
+#include "counterpoint/model/special_values.h"
 #include "counterpoint/model/terrain/height_field.h"
 #include "counterpoint/model/terrain/terrain.h"
 
@@ -13,7 +13,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr const char* kShapeKeys[] = {"plane",    "sphere", "box",  "capsule",
                                       "cylinder", "mesh", "triangle_mesh",
                                       "height_field"};

@@ -3,18 +3,16 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <limits>
 
 #include "counterpoint/model/scene/scene_models.h"
 #include "counterpoint/model/scene/scene_shapes.h"
+#include "counterpoint/model/special_values.h"
 #include "counterpoint/model/terrain/terrain.h"
 
 namespace counterpoint {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 /// Reads one scene file from top to bottom: docs/reference/scene-format.md.
 class SceneReader {

@@ -13,23 +13,23 @@ namespace {
 
 constexpr png_uint_32 kMostPixels = limits::kMaxHeightsPerSide;
 
-struct CloseFile {
+struct ClosePng {
   void operator()(std::FILE* file) const { std::fclose(file); }
 };
 
 // libpng's structures and what it said when it gave up.
-struct Reader {
-  Reader() {
+struct PngReader {
+  PngReader() {
     png = png_create_read_struct(PNG_LIBPNG_VER_STRING, this, on_error, on_warning);
     if (png != nullptr) info = png_create_info_struct(png);
     if (info == nullptr) throw std::bad_alloc();
   }
-  ~Reader() { png_destroy_read_struct(&png, &info, nullptr); }
-  Reader(const Reader&) = delete;
-  Reader& operator=(const Reader&) = delete;
+  ~PngReader() { png_destroy_read_struct(&png, &info, nullptr); }
+  PngReader(const PngReader&) = delete;
+  PngReader& operator=(const PngReader&) = delete;
 
   static void on_error(png_structp png, png_const_charp message) {
-    static_cast<Reader*>(png_get_error_ptr(png))->message = message;
+    static_cast<PngReader*>(png_get_error_ptr(png))->message = message;
     png_longjmp(png, 1);
   }
   static void on_warning(png_structp, png_const_charp) {}
@@ -41,7 +41,7 @@ struct Reader {
 
 // No object with a destructor may be made between setjmp and libpng's longjmp; so the two halves are
 // functions of their own. False if libpng gave up.
-bool read_header(Reader& reader, std::FILE* file) {
+bool read_header(PngReader& reader, std::FILE* file) {
   if (setjmp(png_jmpbuf(reader.png))) return false;
   png_set_user_limits(reader.png, kMostPixels, kMostPixels);
   png_init_io(reader.png, file);
@@ -49,7 +49,7 @@ bool read_header(Reader& reader, std::FILE* file) {
   return true;
 }
 
-bool read_pixels(Reader& reader, std::vector<png_byte>& bytes, std::vector<png_bytep>& rows) {
+bool read_pixels(PngReader& reader, std::vector<png_byte>& bytes, std::vector<png_bytep>& rows) {
   if (setjmp(png_jmpbuf(reader.png))) return false;
   png_read_image(reader.png, rows.data());
   png_read_end(reader.png, nullptr);
@@ -61,10 +61,10 @@ bool read_pixels(Reader& reader, std::vector<png_byte>& bytes, std::vector<png_b
 HeightGrid load_height_image(const std::filesystem::path& file) {
   std::error_code error;
   const bool regular = std::filesystem::is_regular_file(file, error);
-  const std::unique_ptr<std::FILE, CloseFile> stream(regular ? std::fopen(file.c_str(), "rb")
+  const std::unique_ptr<std::FILE, ClosePng> stream(regular ? std::fopen(file.c_str(), "rb")
                                                              : nullptr);
   if (!stream) throw InputError(fmt::format("{}: cannot be read", file.string()));
-  Reader reader;
+  PngReader reader;
   const auto refuse = [&](const std::string& why) {
     throw InputError(fmt::format("{}: {}; a grayscale PNG of at most {} x {} pixels is expected",
                                  file.string(), why, kMostPixels, kMostPixels));

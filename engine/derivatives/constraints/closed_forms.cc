@@ -13,13 +13,13 @@ bool is_core(const Shape& shape, const Vector3& p) {
   const Vector3& size = shape.size;
   switch (shape.type) {
     case ShapeType::kSphere:
-      return p.norm() < kSame * size.x();
+      return p.norm() < kSamePlace * size.x();
     case ShapeType::kCapsule:
-      return (p.cwiseAbs() - Vector3(0, 0, size.y())).norm() < kSame * (size.x() + size.y());
+      return (p.cwiseAbs() - Vector3(0, 0, size.y())).norm() < kSamePlace * (size.x() + size.y());
     case ShapeType::kBox:
-      return (p.cwiseAbs() - size).norm() < kSame * size.norm();
+      return (p.cwiseAbs() - size).norm() < kSamePlace * size.norm();
     case ShapeType::kConvexMesh: {
-      const double near = kSame * shape.mesh->radius;
+      const double near = kSamePlace * shape.mesh->radius;
       return std::any_of(shape.mesh->vertices.begin(), shape.mesh->vertices.end(),
                          [&](const Vector3& v) { return (v - p).squaredNorm() < near * near; });
     }
@@ -71,13 +71,13 @@ struct Round {
 
   bool holds(const Vector3& p) const {
     const double along = axis.dot(p - center), size = half + radius;
-    return (p - center - along * axis).norm() < kSame * size &&
-           std::abs(along) < half + kSame * size;
+    return (p - center - along * axis).norm() < kSamePlace * size &&
+           std::abs(along) < half + kSamePlace * size;
   }
   /// The point is the one closest to what lies along n, and slides along the segment; else it is an
   /// end, or held otherwise.
   bool slides(const Vector3& p, const Vector3& n) const {
-    return std::abs(axis.dot(p - center)) < half - kSame * (half + radius) &&
+    return std::abs(axis.dot(p - center)) < half - kSamePlace * (half + radius) &&
            std::abs(axis.dot(n)) < 1e-7;
   }
 };
@@ -97,7 +97,7 @@ bool rounds_touch(const Shape& shape_a, const Pose& X_WA, const Shape& shape_b, 
   const double distance = contact.gap + a.radius + b.radius;
   const double to_a = a.radius + 0.5 * contact.gap;
   const Vector3 at_a = middle - to_a * n, at_b = middle + (b.radius + 0.5 * contact.gap) * n;
-  if (!(distance > kSame * (a.radius + b.radius)) || !a.holds(at_a) || !b.holds(at_b)) return false;
+  if (!(distance > kSamePlace * (a.radius + b.radius)) || !a.holds(at_a) || !b.holds(at_b)) return false;
   using Row6 = Eigen::Matrix<double, 1, 6>;
   Eigen::Matrix<double, 3, 6> apart;  // of c_B - c_A
   apart << -skew(at_b - contact.position), Matrix3::Identity();
@@ -111,7 +111,7 @@ bool rounds_touch(const Shape& shape_a, const Pose& X_WA, const Shape& shape_b, 
   }
   if (a_slides && b_slides) {
     const double cosine = a.axis.dot(b.axis), sine2 = 1.0 - cosine * cosine;
-    if (!(sine2 > kSame)) return false;
+    if (!(sine2 > kSamePlace)) return false;
     const Row6 both = (s + cosine * t) / sine2;
     t = (t + cosine * s) / sine2;
     s = both;

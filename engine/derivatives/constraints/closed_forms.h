@@ -6,7 +6,7 @@
 namespace counterpoint {
 
 /// Relative to the shapes' size: what lies closer together is one.
-inline constexpr double kSame = 1e-9;
+inline constexpr double kSamePlace = 1e-9;
 
 /// A solid's core point, a corner, or as the centre of a ball, against a plane. side: -1 if the
 /// plane is A's, 1 if it is B's. False if the contact is none of such a point. The rest as in

@@ -85,12 +85,12 @@ void PlaceMotion::set_zero() {
 
 /// Its index among the contacts here_; -1 if it is not among them.
 int ContactMotionFinder::index_here(const Pair& pair, const Contact& contact) const {
-  const double near = kSame * pair.size;
+  const double near = kSamePlace * pair.size;
   int best = -1;
   double least = 3.0 * near;
   for (int i = 0; i < here_.size; ++i) {
     const collision::ContactPoint& p = here_.points[i];
-    if (!(p.normal.dot(contact.candidate.normal) > 1.0 - kSame)) continue;
+    if (!(p.normal.dot(contact.candidate.normal) > 1.0 - kSamePlace)) continue;
     // Of contacts in one place the one of the same gap.
     const double off =
         (p.position - contact.middle).norm() + std::abs(p.gap - contact.candidate.gap);

@@ -30,9 +30,9 @@ bool ContactMotionFinder::touch_face(const Pair& pair, const Contact& contact, i
   const bool of_a = pair.a->type == ShapeType::kTerrain;
   const Face face(*(of_a ? pair.a : pair.b)->terrain, of_a ? pair.X_WA : pair.X_WB, triangle);
   const Vector3 n = of_a ? contact.candidate.normal : Vector3(-contact.candidate.normal);
-  if ((n - face.normal).norm() > kSame) return false;
+  if ((n - face.normal).norm() > kSamePlace) return false;
   const Vector3 below = contact.middle - 0.5 * contact.candidate.gap * n;
-  if (std::abs(n.dot(below - face.corners[0])) > kSame * pair.size) return false;
+  if (std::abs(n.dot(below - face.corners[0])) > kSamePlace * pair.size) return false;
   const Shape plane{ShapeType::kPlane, Vector3::Zero(), nullptr};
   const Pose X_WP{frame_from_normal(face.normal), face.corners[0]};
   Pair with_plane = pair;
@@ -50,7 +50,7 @@ bool ContactMotionFinder::touch_edge(const Pair& pair, const Contact& contact, i
   const Vector3 &p = face.corners[edge], &q = face.corners[(edge + 1) % 3];
   const Vector3 n = of_a ? contact.candidate.normal : Vector3(-contact.candidate.normal);
   const Vector3 along = (q - p).normalized(), middle = 0.5 * (p + q);
-  const double half = 0.5 * (q - p).norm(), near = kSame * (pair.size + half);
+  const double half = 0.5 * (q - p).norm(), near = kSamePlace * (pair.size + half);
   const Vector3 below = contact.middle - 0.5 * contact.candidate.gap * n - middle;
   const double place = along.dot(below);
   if (std::abs(place) > half + near || (below - place * along).norm() > near) return false;

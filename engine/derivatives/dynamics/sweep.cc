@@ -84,12 +84,6 @@ COUNTERPOINT_WIDE void multiply_responses(const double* path, int stride, int co
   }
 }
 
-Vector6 stacked(const Motion& m) {
-  Vector6 s;
-  s << m.angular, m.linear;
-  return s;
-}
-
 void put(const Force& f, double* out) {
   for (int i = 0; i < 3; ++i) out[i] = f.torque[i];
   for (int i = 0; i < 3; ++i) out[3 + i] = f.force[i];

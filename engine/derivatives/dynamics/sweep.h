@@ -30,6 +30,13 @@
 
 namespace counterpoint {
 
+/// (angular, linear).
+inline Vector6 stacked(const Motion& m) {
+  Vector6 s;
+  s << m.angular, m.linear;
+  return s;
+}
+
 /// How a force on a body changes with the body's motion, beyond being carried along: 6x6 over
 /// (angular, linear), in world axes at one point, which is its tree's reference.
 struct BodyResponse {

@@ -4,16 +4,6 @@
 #include "counterpoint/engine/derivatives/dynamics/sweep.h"
 
 namespace counterpoint {
-namespace {
-
-Vector6 stacked(const Motion& m) {
-  Vector6 s;
-  s << m.angular, m.linear;
-  return s;
-}
-
-}  // namespace
-
 /// P of all columns with other velocities (nv).
 void TreeSweep::find_columns(const Model& model, const Tree& tree, const double* velocity,
                              Motion Column::*out) {

@@ -1,17 +1,16 @@
 // ParameterDerivator: closed forms, by what a step is made of; differences of the whole step where
 // there is none.
 #include <algorithm>
-#include <limits>
 
 #include "counterpoint/engine/derivatives/parameters/parameter_constraints.h"
 #include "counterpoint/engine/derivatives/parameters/parameter_dynamics.h"
+#include "counterpoint/model/special_values.h"
 
 namespace counterpoint {
 namespace {
 
 using K = StepParameterKind;
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 /// The whole step with one figure changed, and its own workspace.
 struct ChangedStep {

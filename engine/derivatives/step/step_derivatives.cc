@@ -1,6 +1,5 @@
 #include "counterpoint/engine/step_derivatives.h"
 
-#include <limits>
 #include <optional>
 
 #include "counterpoint/engine/derivatives/dynamics/rotation_maps.h"
@@ -12,6 +11,7 @@
 #include "counterpoint/engine/derivatives/step/runge_kutta_derivator.h"
 #include "counterpoint/engine/derivatives/step/step_differences.h"
 #include "counterpoint/engine/step/step_workspace.h"
+#include "counterpoint/model/special_values.h"
 
 namespace counterpoint {
 
@@ -38,7 +38,6 @@ DerivativeScratch& scratch_of(const Model& model, Workspace::Impl& ws) {
   return *ws.derivatives;
 }
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 /// What w+ and the displacement velocity p of a step make of q_next = q (+) h (w+ + p).
 void chain_displacement(const Model& model, double h, const VectorRef& v_next,

@@ -1,11 +1,11 @@
 #include "counterpoint/engine/optimize/newton/continuation.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <limits>
 
 #include "counterpoint/engine/dynamics/integrator.h"
+#include "counterpoint/engine/optimize/newton/wall_clock.h"
 #include "counterpoint/engine/optimize/settle.h"
 
 namespace counterpoint::optimization {
@@ -40,11 +40,6 @@ constexpr double kSlow = 0.25, kSteeper = 10.0;
 /// Conditions weigh at least so much in a restoration: what is left of them after a linear step is
 /// one over this of what terms of order one would have them be.
 constexpr double kRestoringPenalty = 1e7;
-
-double seconds() {
-  using Clock = std::chrono::steady_clock;
-  return std::chrono::duration<double>(Clock::now().time_since_epoch()).count();
-}
 
 double end_of(const Problem& problem, const Settings& settings) {
   return settings.continuation.end.value_or(problem.options.contact.smoothing);

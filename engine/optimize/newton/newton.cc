@@ -1,14 +1,14 @@
 #include "counterpoint/engine/optimize/newton/newton.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
-#include <limits>
+
+#include "counterpoint/engine/optimize/newton/wall_clock.h"
+#include "counterpoint/model/special_values.h"
 
 namespace counterpoint::optimization {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 /// No coordinate goes farther in a step [m, rad]: beyond, the linearization says nothing.
 constexpr double kMaxStep = 0.5;
 constexpr double kLeastDamping = 1e-15, kMostDamping = 1e8;
@@ -17,11 +17,6 @@ constexpr double kFirstDamping = 1e-3;
 constexpr int kMaxTrials = 12;
 /// Coordinates that nothing weighs are held by this.
 constexpr double kLeastDiagonal = 1e-4;
-
-double seconds() {
-  using Clock = std::chrono::steady_clock;
-  return std::chrono::duration<double>(Clock::now().time_since_epoch()).count();
-}
 
 /// out += the block of an instant's Gram matrix, in the axes of frames that may be mirrored.
 void add_block(const MatrixX& gram, int nv, int a, int b, const Mirror* mirror_a,

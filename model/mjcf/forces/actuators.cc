@@ -7,11 +7,10 @@
 #include <cmath>
 
 #include "counterpoint/model/mjcf/forces/damping_ratio.h"
+#include "counterpoint/model/special_values.h"
 
 namespace counterpoint::mjcf {
 namespace {
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 const std::vector<std::string> kTags = {"general",  "motor",       "position",
                                         "velocity", "intvelocity", "damper",
