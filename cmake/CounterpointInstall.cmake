@@ -1,14 +1,14 @@
-# Installation: libraries, headers (under include/counterpoint/<folder>), the command, the package
+# Installation: libraries, public headers (under include/counterpoint/<folder>), the command, the package
 # files that make find_package(counterpoint) work.
 include(CMakePackageConfigHelpers)
 get_property(libraries GLOBAL PROPERTY COUNTERPOINT_LIBRARIES)
 install(TARGETS ${libraries} EXPORT counterpointTargets
         ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT development
         LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT development)
-foreach(folder model collision contact engine)
-  install(DIRECTORY ${PROJECT_SOURCE_DIR}/${folder}/
-          DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/counterpoint/${folder}
-          COMPONENT development FILES_MATCHING PATTERN "*.h")
+foreach(header ${COUNTERPOINT_PUBLIC_HEADERS})
+  get_filename_component(folder ${header} DIRECTORY)
+  install(FILES ${PROJECT_SOURCE_DIR}/${header} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/counterpoint/${folder}
+          COMPONENT development)
 endforeach()
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/data/ DESTINATION ${CMAKE_INSTALL_DATADIR}/counterpoint COMPONENT command)
 set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/counterpoint)

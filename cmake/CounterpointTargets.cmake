@@ -6,6 +6,20 @@ file(MAKE_DIRECTORY ${PROJECT_BINARY_DIR}/include)
 file(REAL_PATH ${CMAKE_CURRENT_LIST_DIR}/.. counterpoint_root)
 file(CREATE_LINK ${counterpoint_root} ${PROJECT_BINARY_DIR}/include/counterpoint SYMBOLIC)
 
+# Targets with the property COUNTERPOINT_PUBLIC_HEADERS_ONLY (the apps) see what is installed and no other
+# header: a folder of links to those that cmake/public_headers.txt lists.
+set(public_headers_list ${CMAKE_CURRENT_LIST_DIR}/public_headers.txt)
+set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${public_headers_list})
+file(STRINGS ${public_headers_list} COUNTERPOINT_PUBLIC_HEADERS REGEX "\\.h$")
+file(REMOVE_RECURSE ${PROJECT_BINARY_DIR}/public_include)
+foreach(header ${COUNTERPOINT_PUBLIC_HEADERS})
+  get_filename_component(folder ${PROJECT_BINARY_DIR}/public_include/counterpoint/${header} DIRECTORY)
+  file(MAKE_DIRECTORY ${folder})
+  file(CREATE_LINK ${counterpoint_root}/${header} ${PROJECT_BINARY_DIR}/public_include/counterpoint/${header} SYMBOLIC)
+endforeach()
+define_property(TARGET PROPERTY COUNTERPOINT_PUBLIC_HEADERS_ONLY
+                INITIALIZE_FROM_VARIABLE DEFAULT_COUNTERPOINT_PUBLIC_HEADERS_ONLY)
+
 add_library(counterpoint_flags INTERFACE)
 target_compile_options(counterpoint_flags INTERFACE
   -Wall -Wextra -Wpedantic -Wshadow $<$<CXX_COMPILER_ID:GNU>:-Wno-maybe-uninitialized>
@@ -33,7 +47,7 @@ function(counterpoint_library name)
   add_library(counterpoint::${name} ALIAS ${target})
   set_target_properties(${target} PROPERTIES EXPORT_NAME ${name} POSITION_INDEPENDENT_CODE ON)
   target_include_directories(${target} PUBLIC
-    $<BUILD_INTERFACE:${PROJECT_BINARY_DIR}/include>
+    $<BUILD_INTERFACE:${PROJECT_BINARY_DIR}/$<IF:$<BOOL:$<TARGET_PROPERTY:COUNTERPOINT_PUBLIC_HEADERS_ONLY>>,public_include,include>>
     $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
   # Debian's libfcl is built without AVX: its fixed-size Eigen types are aligned to 16 bytes. Whoever
   # shares Eigen types with it, or with us, must agree, whatever -m flags are used. The second

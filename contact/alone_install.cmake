@@ -1,8 +1,10 @@
 # Installation of contact/ when it is built alone: find_package(counterpoint_contact) then makes
 # counterpoint::contact. In the whole project cmake/CounterpointInstall.cmake does it.
 include(CMakePackageConfigHelpers)
-install(DIRECTORY ${CMAKE_CURRENT_SOURCE_DIR}/ DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/counterpoint/contact
-        FILES_MATCHING PATTERN "*.h")
+set(headers ${COUNTERPOINT_PUBLIC_HEADERS})
+list(FILTER headers INCLUDE REGEX "^contact/")
+list(TRANSFORM headers PREPEND ${counterpoint_root}/)
+install(FILES ${headers} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/counterpoint/contact)
 install(TARGETS counterpoint_contact EXPORT counterpoint_contactTargets
         ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR}
         LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}

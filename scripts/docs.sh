@@ -1,6 +1,6 @@
 #!/bin/sh
-# Builds the documents as a site in build/site (mkdocs) and the C++ interface from the headers in build/site/cpp
-# (Doxygen). Debian: mkdocs doxygen.
+# Builds the documents as a site in build/site (mkdocs) and the C++ interface from the public headers
+# (cmake/public_headers.txt) in build/site/cpp (Doxygen). Debian: mkdocs doxygen.
 set -eu
 cd "$(dirname "$0")/.."
 for program in mkdocs doxygen python3; do
@@ -29,9 +29,7 @@ doxygen - <<END
 PROJECT_NAME = Counterpoint
 OUTPUT_DIRECTORY = build/site
 HTML_OUTPUT = cpp
-INPUT = model collision contact engine
-FILE_PATTERNS = *.h
-RECURSIVE = YES
+INPUT = $(grep "\.h$" cmake/public_headers.txt | tr "\n" " ")
 GENERATE_LATEX = NO
 QUIET = YES
 WARNINGS = NO

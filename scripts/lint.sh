@@ -12,7 +12,7 @@ build=${1:-build/release}
 failed=0
 # What is left out: styles (inconclusive by nature), and what needs the headers of other libraries.
 cppcheck --quiet --std=c++20 --language=c++ --enable=warning,performance,portability \
-  --inline-suppr --suppress=missingIncludeSystem --error-exitcode=1 \
+  -I include --inline-suppr --suppress=missingIncludeSystem --error-exitcode=1 \
   model collision contact engine apps || failed=1
 for folder in ${*:-model collision contact engine apps}; do
   log="$build/tidy_$folder.log"

@@ -9,6 +9,7 @@
 #include "counterpoint/engine/dynamics/integrator.h"
 #include "counterpoint/engine/io/csv.h"
 #include "counterpoint/engine/io/trajectory.h"
+#include "counterpoint/engine/optimize/terms/evaluator.h"
 #include "counterpoint/engine/step_derivatives.h"
 
 namespace counterpoint::optimization {

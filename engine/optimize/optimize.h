@@ -9,10 +9,13 @@
 #include <string>
 #include <vector>
 
-#include "counterpoint/engine/optimize/newton/newton.h"
+#include "counterpoint/engine/optimize/progress.h"
 #include "counterpoint/engine/optimize/verify.h"
+#include "counterpoint/engine/step_derivatives.h"
 
 namespace counterpoint::optimization {
+
+struct Stage;  // terms/evaluator.h
 
 /// How smoothing falls: from far-reaching soft contacts, through which forces are found, to those
 /// of the problem's own options.

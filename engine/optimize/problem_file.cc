@@ -10,6 +10,7 @@
 #include "counterpoint/engine/optimize/files/pose_reader.h"
 #include "counterpoint/engine/optimize/files/term_reader.h"
 #include "counterpoint/engine/optimize/settle.h"
+#include "counterpoint/engine/optimize/terms/evaluator.h"
 
 namespace counterpoint::optimization {
 namespace {

@@ -112,6 +112,65 @@ TEST(House, NoRoomsIncludeOneAnother) {
   }
 }
 
+/// Every file that includes itself, through others too.
+TEST(House, NoFileIncludesItself) {
+  Rooms files;
+  for (const char* library : {"model", "collision", "contact", "engine"})
+    for (const fs::path& file : files_below(kRoot / library, {".h"}))
+      for (const std::string& target : matches(read(file), "#include \"counterpoint/([a-z_/.0-9]+)\""))
+        files[fs::relative(file, kRoot).string()].insert(target);
+  for (const fs::path& file : files_below(kRoot / "apps", {".h"}))
+    for (const std::string& target : matches(read(file), "#include \"([a-z_/.0-9]+)\""))
+      for (const fs::path& base : {file.parent_path(), kRoot / "apps", kRoot / "apps/python"})
+        if (fs::exists(base / target))
+          files[fs::relative(file, kRoot).string()].insert(fs::relative(base / target, kRoot).string());
+  EXPECT_GT(files.size(), 150u);
+  for (const auto& [file, others] : files) {
+    std::set<std::string> seen;
+    EXPECT_FALSE(leads(files, file, file, seen)) << file;
+  }
+}
+
+/// cmake/public_headers.txt by section.
+std::map<std::string, std::set<std::string>> public_headers() {
+  std::map<std::string, std::set<std::string>> sections;
+  std::ifstream stream(kRoot / "cmake/public_headers.txt");
+  std::string section;
+  for (std::string line; std::getline(stream, line);) {
+    if (line.empty() || line[0] == '#') continue;
+    if (line[0] == '[') {
+      section = line;
+    } else {
+      sections[section].insert(line);
+    }
+  }
+  return sections;
+}
+
+/// What is installed compiles without anything else of ours: the apps and the package's consumer see no
+/// other header, and every one is there for a reason.
+TEST(House, PublicHeadersIncludeNoOthers) {
+  const auto sections = public_headers();
+  ASSERT_EQ(sections.size(), 3u);
+  std::set<std::string> all, included;
+  for (const auto& [section, headers] : sections) all.insert(headers.begin(), headers.end());
+  for (const std::string& header : all) {
+    ASSERT_TRUE(fs::exists(kRoot / header)) << header;
+    for (const std::string& target : matches(read(kRoot / header), "#include \"counterpoint/([a-z_/.0-9]+)\"")) {
+      EXPECT_TRUE(all.count(target)) << header << " includes " << target;
+      included.insert(target);
+    }
+  }
+  for (const fs::path& file : files_below(kRoot / "apps", {".h", ".cc"}))
+    for (const std::string& target : matches(read(file), "#include \"counterpoint/([a-z_/.0-9]+)\""))
+      included.insert(target);
+  for (const auto& [section, headers] : sections) {
+    if (section == "[what a user includes]") continue;
+    for (const std::string& header : headers)
+      EXPECT_TRUE(included.count(header)) << "nothing that is installed, and no app, needs " << header;
+  }
+}
+
 /// More than these and a folder no longer says what is in it.
 constexpr size_t kMostFiles = 25;
 

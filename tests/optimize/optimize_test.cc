@@ -1,4 +1,5 @@
 // Problems with known answers, and the bundled ones, from their plain starts.
+#include "counterpoint/engine/optimize/newton/newton.h"
 #include "counterpoint/engine/optimize/optimize.h"
 
 #include <gtest/gtest.h>

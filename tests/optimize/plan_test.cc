@@ -8,6 +8,7 @@
 #include "counterpoint/engine/optimize/feedback.h"
 #include "counterpoint/engine/optimize/problem_file.h"
 #include "counterpoint/engine/optimize/settle.h"
+#include "counterpoint/engine/optimize/terms/evaluator.h"
 #include "counterpoint/engine/optimize/verify.h"
 #include "counterpoint/engine/simulator.h"
 #include "support/paths.h"

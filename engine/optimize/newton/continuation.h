@@ -1,6 +1,7 @@
 // The course of an optimization from large smoothing to small.
 #pragma once
 
+#include "counterpoint/engine/optimize/newton/newton.h"
 #include "counterpoint/engine/optimize/optimize.h"
 
 namespace counterpoint::optimization {

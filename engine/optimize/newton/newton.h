@@ -13,24 +13,10 @@
 
 #include "counterpoint/engine/optimize/newton/block_cholesky.h"
 #include "counterpoint/engine/optimize/newton/thread_pool.h"
+#include "counterpoint/engine/optimize/progress.h"
 #include "counterpoint/engine/optimize/terms/evaluator.h"
 
 namespace counterpoint::optimization {
-
-/// The largest of a quantity over a motion, and its mean over the frames.
-struct Spread {
-  double max = 0.0, mean = 0.0;
-};
-
-/// How one iteration went.
-struct Iteration {
-  bool accepted = false;
-  double cost = 0.0, decrease = 0.0;
-  double step = 0.0;  ///< largest change of a coordinate [m, rad]
-  double damping = 0.0;
-  int trials = 0;
-  double linearize_seconds = 0.0, factor_seconds = 0.0, trial_seconds = 0.0;
-};
 
 class Newton {
  public:
