@@ -22,74 +22,18 @@ Status check(const Problem& problem, const Eigen::Ref<VectorX>& w) {
 // Room for islands that are softened in one solve.
 constexpr size_t kUsualSoftened = 16;
 
-// Which status tells more about the whole: the worst one.
-int severity(Status status) {
-  switch (status) {
-    case Status::kConverged:
-      return 0;
-    case Status::kRoundoffFloor:
-      return 1;
-    case Status::kSoftened:
-      return 2;
-    case Status::kMaxIterations:
-      return 3;
-    case Status::kNoProgress:
-      return 4;
-    case Status::kSingular:
-      return 5;
-    case Status::kInvalidLaw:
-      return 6;
-    case Status::kNotFinite:
-      return 7;
-    case Status::kInvalidState:
-    case Status::kDiverged:
-      break;
-  }
-  return 8;
-}
-
 }  // namespace
 
 const char* status_name(Status status) {
-  switch (status) {
-    case Status::kConverged:
-      return "converged";
-    case Status::kRoundoffFloor:
-      return "round-off floor";
-    case Status::kSoftened:
-      return "softened";
-    case Status::kMaxIterations:
-      return "iteration limit";
-    case Status::kNoProgress:
-      return "no progress";
-    case Status::kNotFinite:
-      return "not finite";
-    case Status::kSingular:
-      return "singular mass matrix";
-    case Status::kInvalidLaw:
-      return "invalid law";
-    case Status::kInvalidState:
-      return "invalid state";
-    case Status::kDiverged:
-      return "diverged";
-  }
-  return "unknown";
+  constexpr const char* kNames[] = {
+      "converged",  "round-off floor",      "softened",    "iteration limit", "no progress",
+      "not finite", "singular mass matrix", "invalid law", "invalid state",   "diverged"};
+  return kNames[static_cast<int>(status)];
 }
 
 const char* method_name(Method method) {
-  switch (method) {
-    case Method::kVelocity:
-      return "velocity";
-    case Method::kWarm:
-      return "warm";
-    case Method::kSmoothing:
-      return "smoothing";
-    case Method::kPath:
-      return "path";
-    case Method::kSofter:
-      return "softer";
-  }
-  return "unknown";
+  constexpr const char* kNames[] = {"velocity", "warm", "smoothing", "path", "softer"};
+  return kNames[static_cast<int>(method)];
 }
 
 bool succeeded(Status status) {
@@ -136,7 +80,7 @@ void Solver::Impl::solve_island(const Problem& problem, const Settings& settings
   for (const auto& c : system.constraints()) {
     std::copy(f.data() + c.row, f.data() + c.row + c.law.rows, impulse.data() + c.global_row);
   }
-  if (severity(result.status) > severity(report.status)) report.status = result.status;
+  report.status = std::max(report.status, result.status);  // the later, the worse
   const Newton::Totals& totals = island_solver.totals();
   if (report.residual_history.empty() || result.iterations > report.iterations) {
     report.iterations = result.iterations;

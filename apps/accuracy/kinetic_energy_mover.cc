@@ -1,12 +1,12 @@
 // Semi-implicit steps whose contact problem is solved by the 2011 formulation instead of the
-// spectral law (contact/kinetic_energy/kinetic_energy.h): dense, in contact space, for comparison
+// spectral law (apps/accuracy/kinetic_energy/kinetic_energy.h): dense, in contact space, for comparison
 // only.
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
-#include "counterpoint/contact/kinetic_energy/kinetic_energy.h"
+#include "accuracy/kinetic_energy/kinetic_energy.h"
 #include "counterpoint/engine/dynamics/integrator.h"
 #include "counterpoint/engine/step/step_constraints.h"
 #include "counterpoint/engine/step/step_forces.h"

@@ -41,7 +41,7 @@ struct EngineSetting {
 /// must be a whole number of time steps, to 1e-6 of one. @throws InputError if not.
 std::unique_ptr<Mover> engine_mover(const Scene& scene, const EngineSetting& setting);
 
-/// This engine's semi-implicit steps with the contact law of 2011 (contact/kinetic_energy/kinetic_energy.h) in
+/// This engine's semi-implicit steps with the contact law of 2011 (apps/accuracy/kinetic_energy/kinetic_energy.h) in
 /// place of its own; friction is convex whatever the setting says. Slow; for comparison.
 std::unique_ptr<Mover> kinetic_energy_mover(const Scene& scene, const EngineSetting& setting);
 

@@ -259,19 +259,6 @@ bool BlockFactorization::factor_pivoted() {
   return contact::factor_pivoted(dense_.data(), size_, pivot_.data());
 }
 
-double BlockFactorization::determinant_sign() const {
-  double sign = 1.0;
-  if (kind_ == Kind::kLu) {
-    for (const double inverse : inverse_) sign = inverse < 0.0 ? -sign : sign;
-  } else if (kind_ == Kind::kPivoted) {
-    for (int j = 0; j < size_; ++j) {
-      if ((dense_[j + static_cast<std::ptrdiff_t>(j) * size_] < 0.0) != (pivot_[j] != j))
-        sign = -sign;
-    }
-  }
-  return sign;
-}
-
 void BlockFactorization::solve(double* x) const {
   // Blocks are small: copies by loops, not by calls.
   for (size_t b = 0; b < sizes_.size(); ++b) {

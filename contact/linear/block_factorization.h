@@ -57,8 +57,6 @@ class BlockFactorization {
   /// LU with partial pivoting of the dense matrix. False if a pivot is zero (or not a number).
   bool factor_pivoted();
 
-  /// Of the last factorization: 1 or -1.
-  double determinant_sign() const;
   /// x = inv(A) x for the last factorization; x in the caller's block order.
   void solve(double* x) const;
 

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <type_traits>
 
 #include "counterpoint/contact/linear/row_count.h"
 #include "counterpoint/contact/linear/vector_lanes.h"
@@ -148,75 +147,17 @@ void pack_rows(const double* __restrict by_column, int num_columns, int leading,
     for (int r = 0; r < N; ++r) out[static_cast<std::ptrdiff_t>(r) * leading + k] = by_column[r];
 }
 
-COUNTERPOINT_INTO_EACH void size_of(double x, double& out) { out = std::abs(x); }
-COUNTERPOINT_INTO_EACH void size_of(const Four& x, Four& out) { out = x < 0.0 ? -x : x; }
-
-// out += |J| |x| of a constraint.
-template <int N>
-COUNTERPOINT_INTO_EACH void add_absolute_one(const Constraint& c, const Strip* strips,
-                                             const double* columns, const double* x, double* out) {
-  using Column = std::conditional_t<lanes(N) == 4, Four, double>;
-  constexpr int kParts = lanes(N) == 4 ? 1 : N, kWidth = lanes(N) / kParts;
-  Column sum[kParts] = {};
-  for (const Strip* s = strips + c.first_strip; s != strips + c.end_strip; ++s) {
-    for (int k = 0; k < s->size; ++k, columns += lanes(N)) {
-      const double value = std::abs(x[s->velocity + k]);
-      for (int p = 0; p < kParts; ++p) {
-        Column column, size;
-        load(columns + p * kWidth, column);
-        size_of(column, size);
-        sum[p] += size * value;
-      }
+// Calls visit(row, velocity, |J|) for every number: for bounds, which no Newton step needs.
+template <class Visit>
+void for_each_size(const std::vector<Constraint>& constraints, const std::vector<Strip>& strips,
+                   const std::vector<double>& by_row, const Visit& visit) {
+  for (const Constraint& c : constraints) {
+    for (int r = 0; r < c.rows; ++r) {
+      const double* row = by_row.data() + c.by_row + static_cast<std::ptrdiff_t>(r) * c.leading;
+      for (int s = c.first_strip; s < c.end_strip; ++s)
+        for (int k = 0; k < strips[s].size; ++k)
+          visit(c.row + r, strips[s].velocity + k, std::abs(*row++));
     }
-  }
-  double y[lanes(N)];
-  for (int p = 0; p < kParts; ++p) store(sum[p], y + p * kWidth);
-  for (int r = 0; r < N; ++r) out[r] += y[r];
-}
-
-COUNTERPOINT_WIDE void add_absolute_all(const Constraint* first, const Constraint* last,
-                                        const Strip* strips, const double* by_column,
-                                        const double* x, double* out) {
-  for (const Constraint* c = first; c != last; ++c) {
-    with_rows(
-        c->rows, [&]<int N>(RowCount<N>) __attribute__((always_inline)) {
-          add_absolute_one<N>(*c, strips, by_column + c->by_column, x, out + c->row);
-        });
-  }
-}
-
-// out += |J|' e for a few columns: as many as there are in Lanes.
-template <int N, class Lanes>
-COUNTERPOINT_INTO_EACH void add_absolute_lanes(const double* rows, int leading, const double* e,
-                                               double* out) {
-  Lanes sum, row, size;
-  load(out, sum);
-  COUNTERPOINT_UNROLL
-  for (int r = 0; r < N; ++r) {
-    load(rows + static_cast<std::ptrdiff_t>(r) * leading, row);
-    size_of(row, size);
-    sum += size * e[r];
-  }
-  store(sum, out);
-}
-
-COUNTERPOINT_WIDE void add_absolute_transposed_all(const Constraint* first, const Constraint* last,
-                                                   const Strip* strips, const double* by_row,
-                                                   const double* e, double* out) {
-  for (const Constraint* c = first; c != last; ++c) {
-    const double* rows = by_row + c->by_row;
-    with_rows(
-        c->rows, [&]<int N>(RowCount<N>) __attribute__((always_inline)) {
-          for (const Strip* s = strips + c->first_strip; s != strips + c->end_strip;
-               rows += s->size, ++s) {
-            double* to = out + s->velocity;
-            int k = 0;
-            for (; k + 4 <= s->size; k += 4)
-              add_absolute_lanes<N, Four>(rows + k, c->leading, e + c->row, to + k);
-            for (; k < s->size; ++k)
-              add_absolute_lanes<N, double>(rows + k, c->leading, e + c->row, to + k);
-          }
-        });
   }
 }
 
@@ -308,13 +249,14 @@ double PackedJacobian::add_transposed(const double* f, const double* weight, dou
 }
 
 void PackedJacobian::add_absolute(const double* x, double* out) const {
-  add_absolute_all(constraints_.data(), constraints_.data() + constraints_.size(), strips_.data(),
-                   by_column_.data(), x, out);
+  for_each_size(constraints_, strips_, by_row_, [&](int row, int velocity, double size) {
+    out[row] += size * std::abs(x[velocity]);
+  });
 }
 
 void PackedJacobian::add_absolute_transposed(const double* e, double* out) const {
-  add_absolute_transposed_all(constraints_.data(), constraints_.data() + constraints_.size(),
-                              strips_.data(), by_row_.data(), e, out);
+  for_each_size(constraints_, strips_, by_row_,
+                [&](int row, int velocity, double size) { out[velocity] += size * e[row]; });
 }
 
 }  // namespace counterpoint::contact

@@ -21,7 +21,6 @@
 #include "contact/trials.h"
 #include "counterpoint/contact/contact_space.h"
 #include "counterpoint/contact/inverse.h"
-#include "counterpoint/contact/kinetic_energy/kinetic_energy.h"
 #include "counterpoint/contact/solver.h"
 
 namespace counterpoint::contact {
@@ -31,15 +30,12 @@ using testing::dense_jacobian;
 using testing::dense_mass;
 using testing::exact_settings;
 using testing::for_trials;
-using testing::KineticEnergyCase;
 using testing::kUnit;
 using testing::law_rounding;
 using testing::pushed_rounding;
 using testing::Random;
 using testing::random_contact_space;
-using testing::random_kinetic_energy;
 using testing::random_problem;
-using testing::RandomKineticEnergyOptions;
 using testing::RandomOptions;
 
 constexpr double kReturned = 1e-9;  // what is asked
@@ -247,79 +243,6 @@ TEST_P(ContactSpaceForwardInverse, ReturnsTheFreeVelocity) {
 
 INSTANTIATE_TEST_SUITE_P(Friction, ContactSpaceForwardInverse, ::testing::Bool(),
                          [](const auto& test) { return test.param ? "coulomb" : "convex"; });
-
-// |df| of the 2011 inverse where v is wrong by its rounding: the bound's curvature comes on top.
-VectorX kinetic_energy_rounding(const KineticEnergyCase& at, const VectorX& v, const VectorX& f) {
-  const KineticEnergyProblem& problem = at.problem;
-  const MatrixX size = problem.A.cwiseAbs();
-  const double operations = static_cast<double>(v.size()) + 2.0;
-  const VectorX dv = operations * kUnit * (at.c.cwiseAbs() + v.cwiseAbs() + size * f.cwiseAbs());
-  VectorX y = v, dy = dv;
-  int row = 0;
-  for (size_t i = 0; i < problem.laws.size(); ++i) {
-    const Law& law = problem.laws[i];
-    if (law.type == LawType::kUnilateral || law.type == LawType::kFrictionCone) {
-      const double s0 = problem.continuation_speed, k = problem.velocity_smoothing;
-      const double s = v[row] + problem.gap_speed[i];
-      const double p = s >= s0 ? k / s : k / s0 - k / (s0 * s0) * (s - s0);
-      const double stiffness = s >= s0 ? k / (s * s) : k / (s0 * s0);
-      y -= p * problem.A.col(row);
-      dy += (stiffness * (dv[row] + kUnit * std::abs(problem.gap_speed[i])) +
-             operations * kUnit * p) *
-            size.col(row);
-    }
-    row += law.rows;
-  }
-  VectorX df(v.size());
-  row = 0;
-  for (const Law& law : problem.laws) {
-    const int n = law.rows;
-    Rows at_law = y.segment(row, n);
-    for (int r = 0; r < n; ++r) at_law[r] += law.bias[r];
-    df.segment(row, n) = law_rounding(law, at_law, dy.segment(row, n));
-    row += n;
-  }
-  return df;
-}
-
-struct Range {
-  const char* name;
-  double compliance_low, smoothing_low;
-  double floor_dominates;  // at most this share: a q'' amplifies rounding where smoothing is small
-};
-
-void PrintTo(const Range& range, std::ostream* out) { *out << range.name; }
-
-class KineticEnergyForwardInverse : public ::testing::TestWithParam<Range> {};
-
-TEST_P(KineticEnergyForwardInverse, ReturnsTheFreeVelocity) {
-  constexpr int kTrials = 4000;
-  RandomKineticEnergyOptions options;
-  options.compliance_low = GetParam().compliance_low;
-  options.smoothing_low = GetParam().smoothing_low;
-  int floor_dominates = 0;
-  Unsolved unsolved;
-  for_trials(3, kTrials, [&](Random& random, int trial) {
-    const KineticEnergyCase at = random_kinetic_energy(random, options);
-    const KineticEnergyResult forward = solve_kinetic_energy(at.problem, at.c, Settings{});
-    if (!succeeded(forward.status)) return unsolved.add(trial);
-    const KineticEnergyResult inverse = invert_kinetic_energy(at.problem, forward.v);
-    EXPECT_EQ(inverse.f, forward.f);
-    const MatrixX size = at.problem.A.cwiseAbs();
-    const double asked = kReturned * (at.c.norm() + (size * forward.f.cwiseAbs()).norm());
-    const VectorX df = kinetic_energy_rounding(at, forward.v, forward.f);
-    const double floor = kFloor * (size * df).norm();
-    EXPECT_LE((inverse.c - at.c).norm(), asked + floor) << asked << " " << floor;
-    if (floor > asked) ++floor_dominates;
-  });
-  unsolved.expect_at_most(0);
-  EXPECT_LE(floor_dominates, GetParam().floor_dominates * kTrials);
-}
-
-INSTANTIATE_TEST_SUITE_P(Range, KineticEnergyForwardInverse,
-                         ::testing::Values(Range{"moderate", 1e-4, 1e-4, 0.2},
-                                           Range{"whole", 1e-8, 1e-8, 0.7}),
-                         [](const auto& test) { return test.param.name; });
 
 }  // namespace
 }  // namespace counterpoint::contact

@@ -10,7 +10,7 @@
 // where conflicting constraints make f large, was seen to end the refinement at 1e-7.
 #pragma once
 
-#include "counterpoint/contact/kinetic_energy/kinetic_energy.h"
+#include "accuracy/kinetic_energy/kinetic_energy.h"
 
 namespace counterpoint::contact {
 

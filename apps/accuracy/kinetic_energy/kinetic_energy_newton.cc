@@ -1,4 +1,4 @@
-#include "counterpoint/contact/kinetic_energy/kinetic_energy_newton.h"
+#include "accuracy/kinetic_energy/kinetic_energy_newton.h"
 
 #include <Eigen/Cholesky>
 #include <algorithm>

@@ -9,7 +9,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "counterpoint/contact/kinetic_energy/kinetic_energy_newton.h"
+#include "accuracy/kinetic_energy/kinetic_energy_newton.h"
 #include "counterpoint/contact/law.h"
 
 namespace counterpoint::contact {

@@ -1,9 +1,9 @@
-#include "counterpoint/contact/kinetic_energy/kinetic_energy.h"
+#include "accuracy/kinetic_energy/kinetic_energy.h"
 
 #include <algorithm>
 #include <cmath>
 
-#include "counterpoint/contact/kinetic_energy/kinetic_energy_newton.h"
+#include "accuracy/kinetic_energy/kinetic_energy_newton.h"
 #include "counterpoint/contact/law.h"
 
 namespace counterpoint::contact {
