@@ -375,32 +375,55 @@ void Collider::compute_candidates(std::span<const Pose> X_WB, std::span<const do
                                   std::vector<Candidate>& out, std::span<const double> travel,
                                   std::span<const char> idle, const BodyMotions& motions) {
   out.clear();
-  find_close_pairs(X_WB, margin, idle);
+  for (const auto& pair : find_close_pairs(X_WB, margin, idle))
+    add_candidates(X_WB, margin, pair, travel, motions, out);
+}
+
+void Collider::add_candidates(std::span<const Pose> X_WB, std::span<const double> margin,
+                              const std::pair<int, int>& pair, std::span<const double> travel,
+                              const BodyMotions& motions, std::vector<Candidate>& out) {
   Impl& impl = *impl_;
-  const std::vector<Geometry>& geometries = impl.geometries;
-  for (const auto& [a, b] : impl.pairs) {
-    const Geometry& ga = geometries[a];
-    const Geometry& gb = geometries[b];
-    const double reach = margin[ga.body] + margin[gb.body];
-    const double way = travel.empty() ? 0.0 : travel[ga.body] + travel[gb.body];
-    // Who gives no travel asks for all there is.
-    const double turn = travel.empty() ? std::numeric_limits<double>::infinity()
-                                       : impl.turn(ga.body, gb.body, reach);
-    if (motions.velocity.empty() || !impl.may_pass(a, b)) {
-      impl.find_contacts(a, b, {reach, turn});
-    } else {
-      impl.find_moving_contacts(a, b, {reach, turn}, impl.motion_of(X_WB, a, b, motions));
-    }
-    if (!travel.empty()) {
-      add_corner_contacts({ga.shape, impl.corners[a], impl.X_WG[a]},
-                          {gb.shape, impl.corners[b], impl.X_WG[b]}, reach, way, impl.manifold);
-    }
-    for (int i = 0; i < impl.manifold.size; ++i) {
-      const ContactPoint& p = impl.manifold.points[i];
-      out.push_back({a, b, p.position, p.normal, p.gap});
-    }
-    if (!travel.empty() && impl.manifold.size > 0) impl.add_core_contacts(a, b, reach, way, out);
+  const auto [a, b] = pair;
+  const Geometry& ga = impl.geometries[a];
+  const Geometry& gb = impl.geometries[b];
+  const double reach = margin[ga.body] + margin[gb.body];
+  const double way = travel.empty() ? 0.0 : travel[ga.body] + travel[gb.body];
+  // Who gives no travel asks for all there is.
+  const double turn =
+      travel.empty() ? std::numeric_limits<double>::infinity() : impl.turn(ga.body, gb.body, reach);
+  if (motions.velocity.empty() || !impl.may_pass(a, b)) {
+    impl.find_contacts(a, b, {reach, turn});
+  } else {
+    impl.find_moving_contacts(a, b, {reach, turn}, impl.motion_of(X_WB, a, b, motions));
   }
+  if (!travel.empty()) {
+    add_corner_contacts({ga.shape, impl.corners[a], impl.X_WG[a]},
+                        {gb.shape, impl.corners[b], impl.X_WG[b]}, reach, way, impl.manifold);
+  }
+  for (int i = 0; i < impl.manifold.size; ++i) {
+    const ContactPoint& p = impl.manifold.points[i];
+    out.push_back({a, b, p.position, p.normal, p.gap});
+  }
+  if (!travel.empty() && impl.manifold.size > 0) impl.add_core_contacts(a, b, reach, way, out);
+}
+
+Collider::Whereabouts Collider::whereabouts(int geometry_a, int geometry_b) const {
+  const Impl& impl = *impl_;
+  const auto type = [&](int i) { return impl.placements[i].type; };
+  const auto is_ground = [&](int i) {
+    return type(i) == ShapeType::kPlane || type(i) == ShapeType::kTerrain;
+  };
+  int smaller = geometry_a, other = geometry_b;
+  if (is_ground(smaller) ||
+      (!is_ground(other) && impl.enclosures[other].radius < impl.enclosures[smaller].radius))
+    std::swap(smaller, other);
+  const Enclosure& around = impl.enclosures[smaller];
+  const Pose& X = impl.X_WG[smaller];
+  const double gap = type(other) == ShapeType::kTerrain ? 0.0
+                     : type(other) == ShapeType::kPlane
+                         ? height_above(impl.X_WG[other], around, X)
+                         : separation(around, X, impl.enclosures[other], impl.X_WG[other]);
+  return {gap, X * around.center, around.radius};
 }
 
 std::optional<PairMotion> Collider::pair_motion(std::span<const Pose> X_WB, int geometry_a,

@@ -48,12 +48,26 @@ class Collider {
                           std::vector<Candidate>& out, std::span<const double> travel = {},
                           std::span<const char> idle = {}, const BodyMotions& motions = {});
 
-  /// The enabled pairs of geometries that are not both idle and whose bounding boxes (of a plane: the
-  /// ball about the other one) come within the margins, ascending: those that may have candidates.
-  /// Arguments as above. Valid until the next call.
+  /// The enabled pairs of geometries that are not both idle and whose bounding boxes (of a plane:
+  /// the ball about the other one) come within the margins, ascending: those that may have
+  /// candidates. Arguments as above. Valid until the next call.
   std::span<const std::pair<int, int>> find_close_pairs(std::span<const Pose> X_WB,
                                                         std::span<const double> margin,
                                                         std::span<const char> idle = {});
+
+  /// What compute_candidates finds of one of the pairs that find_close_pairs has just found, added
+  /// to `out`; the other arguments as there.
+  void add_candidates(std::span<const Pose> X_WB, std::span<const double> margin,
+                      const std::pair<int, int>& pair, std::span<const double> travel,
+                      const BodyMotions& motions, std::vector<Candidate>& out);
+
+  /// Where a pair is that find_close_pairs has just found, from what encloses its geometries.
+  struct Whereabouts {
+    double gap;      ///< a lower bound of the signed distance, 0 or less if it is not known [m]
+    Vector3 middle;  ///< of the smaller one (of a plane's or terrain's partner), in W [m]
+    double radius;   ///< of that about its middle [m]
+  };
+  Whereabouts whereabouts(int geometry_a, int geometry_b) const;
 
   /// The motion of two geometries as the last compute_candidates, with these poses and motions,
   /// looked at it; none of pairs whose contacts are those of their poses whatever the motion.

@@ -12,7 +12,6 @@
 #include "counterpoint/contact/solver.h"
 #include "counterpoint/engine/constraints/assemble.h"
 #include "counterpoint/engine/constraints/contact_law.h"
-#include "counterpoint/engine/constraints/parked_contacts.h"
 #include "counterpoint/engine/dynamics/crba.h"
 #include "counterpoint/engine/dynamics/energy.h"
 #include "counterpoint/engine/dynamics/kinematics.h"
@@ -63,7 +62,7 @@ void ImpactSolver::Impl::find(const VectorX& q, const VectorX& v) {
   compute_velocities(model, v, data);
   compute_inertias(model, data);
   finder.find(model, options, effects, q, v, data, constraints, counts);
-  unpark_all(constraints);
+  finder.unpark_all(model, options, effects, data, constraints);
   touch();
 }
 

@@ -9,7 +9,6 @@
 
 #include "contact_effects.h"
 #include "counterpoint/engine/constraints/assemble.h"
-#include "counterpoint/engine/constraints/parked_contacts.h"
 #include "counterpoint/engine/dynamics/crba.h"
 #include "counterpoint/engine/dynamics/energy.h"
 #include "counterpoint/engine/dynamics/kinematics.h"
@@ -101,7 +100,7 @@ void Explainer::Impl::find_contacts(const VectorX& q, const VectorX& v, double i
   compute_velocities(model, v, data);
   compute_inertias(model, data);
   finder.find(model, contact, effects, q, v, data, constraints, effect_counts);
-  unpark_all(constraints);
+  finder.unpark_all(model, contact, effects, data, constraints);
   const size_t contacts = constraints.contacts.size();
   std::vector<PairConstraint> pairs;
   std::vector<collision::Candidate> candidates;

@@ -59,16 +59,27 @@ Corners corners_of(const Shape& shape) {
 
 namespace {
 
+// How far the shape reaches along the unit vector n from the origin of its parent frame, no less.
+double reach_along(const CorneredShape& s, const Vector3& n) {
+  constexpr double kError = 1e-8;  // relative: more than what distances are off by
+  const CoreShape core(s.shape, s.X);
+  return core.scan_support(n) + core.radius + kError * (s.corners.extent + s.X.translation.norm());
+}
+
 // `sign` turns the normals: 1 where the corners belong to A.
 void add_corners(const CorneredShape& of, const CorneredShape& other, double sign, double margin,
                  const Vector3& normal, Manifold& manifold) {
   const Corners& corners = of.corners;
   const Shape ball{ShapeType::kSphere, Vector3(corners.radius, 0.0, 0.0), nullptr};
   const double same = kSamePlace * corners.extent;
+  // What lies this low along the way to the other shape is beyond the margin.
+  const Vector3 towards = sign * normal;
+  const double low = -reach_along(other, -towards) - margin - corners.radius;
   for (int i = 0; i < corners.size; ++i) {
+    const Vector3 place = of.X * corners.points[i];
+    if (towards.dot(place) <= low) continue;
     Manifold contact;
-    pair_contacts(ball, {Matrix3::Identity(), of.X * corners.points[i]}, other.shape, other.X,
-                  margin, contact);
+    pair_contacts(ball, {Matrix3::Identity(), place}, other.shape, other.X, margin, contact);
     if (contact.size == 0) continue;
     ContactPoint& p = contact.points[0];
     p.normal *= sign;
@@ -76,10 +87,10 @@ void add_corners(const CorneredShape& of, const CorneredShape& other, double sig
     const auto on_shape = [&](const ContactPoint& c) {
       return Vector3(c.position - sign * 0.5 * c.gap * c.normal);
     };
-    const Vector3 place = on_shape(p);
+    const Vector3 touched = on_shape(p);
     const bool known =
         std::any_of(manifold.points.begin(), manifold.points.begin() + manifold.size,
-                    [&](const ContactPoint& c) { return (on_shape(c) - place).norm() < same; });
+                    [&](const ContactPoint& c) { return (on_shape(c) - touched).norm() < same; });
     if (!known) manifold.add(p.position, p.normal, p.gap);
   }
 }

@@ -20,4 +20,11 @@ Enclosure enclose(const Shape& shape);
 /// its own box or ball, whichever is smaller.
 Bounds bounds(ShapeType type, const Enclosure& enclosure, const Pose& X, double margin);
 
+/// A lower bound of the distance of two placed shapes [m], round-off taken off: the widest gap of
+/// their boxes and balls along the line of their centres and the axes of both boxes; 0 or less where
+/// none parts them.
+double separation(const Enclosure& a, const Pose& X_WA, const Enclosure& b, const Pose& X_WB);
+/// The same above a plane (the half-space z <= 0 of its frame).
+double height_above(const Pose& X_WP, const Enclosure& b, const Pose& X_WB);
+
 }  // namespace counterpoint::collision

@@ -55,14 +55,6 @@ std::vector<double> body_radii(const Model& model) {
   return radius;
 }
 
-/// A rod hit at one end: the far end may be twice as fast as any point was before. The kinetic
-/// energy bounds it, and the end of a rod carries a quarter of the mass.
-constexpr double kImpactSpeedUp = 2.0;
-/// Bodies that travel farther than this many times the reach of what rests pass their speed on to
-/// what they strike in the very step, as far as this many rounds of collision reach.
-constexpr double kFastTravel = 4.0;
-constexpr int kMaxRounds = 4;
-
 /// One row a coordinate: it takes up to the bound and yields beyond.
 void find_dry_friction(const Model& model, const SimulationOptions& options,
                        const std::vector<DryCoordinate>& coordinates, const InverseWeights& weights,
@@ -150,105 +142,8 @@ bool ConstraintFinder::find_overrun(const Model& model, const SimulationOptions&
                                     Idle idle) {
   const bool limits = effects.has(Effect::kLimits) &&
                       find_overrun_limits(model, options, limited_, q, v, w, weights_, idle, out);
-  return find_reached_contacts(model, options, w, data, out) || limits;
+  return find_reached_contacts(model, options, effects, w, data, out) || limits;
 }
-
-bool ConstraintFinder::find_reached_contacts(const Model& model, const SimulationOptions& options,
-                                             const VectorRef& w, const Data& data,
-                                             ConstraintSet& out) {
-  if (out.parked.empty()) return false;
-  compute_body_velocities(model, w, data, V_);
-  return find_overrun_contacts(options.contact, options.time_step, data, V_, out);
-}
-
-void ConstraintFinder::find_candidates(const Model& model, const SimulationOptions& options,
-                                       EffectSet effects, const Data& data, Idle idle) {
-  const double h = options.time_step;
-  const double fall = effects.has(Effect::kGravity) ? h * h * model.gravity().norm() : 0.0;
-  const double reach = resting_reach(options.contact, h);
-  slack_[0] = 0.5 * reach;
-  for (const Tree& tree : model.trees()) {
-    double fastest = 0.0;
-    for (int b = tree.body_begin; b < tree.body_end; ++b) {
-      const double speed = data.V[b].linear.norm() + data.V[b].angular.norm() * radius_[b];
-      fastest = std::max(fastest, speed);
-      travel_[b] = kImpactSpeedUp * h * speed;
-    }
-    // What is at rest may be kicked by an impact elsewhere in its tree.
-    for (int b = tree.body_begin; b < tree.body_end; ++b) {
-      const double kick = std::max(0.0, h * fastest - travel_[b]);
-      slack_[b] = 0.5 * std::min(options.contact.margin, reach + 2.0 * kick);
-      travel_[b] += fall;
-    }
-  }
-  const auto set_margins = [&] {
-    for (int b = 0; b < model.num_bodies(); ++b) margin_[b] = slack_[b] + travel_[b];
-  };
-  const double fast = kFastTravel * reach, own_fast = kFastTravel * options.contact.margin;
-  const double least = model.num_trees() == 1 ? own_fast : fast;
-  const bool any_fast =
-      std::any_of(travel_.begin(), travel_.end(), [&](double travel) { return !(travel < least); });
-  set_margins();
-  for (int round = 0; any_fast && round < kMaxRounds; ++round) {
-    const auto close = collider_.find_close_pairs(data.X_WB, margin_, idle.bodies);
-    if (!spread_travel(model, close, fast, own_fast)) break;
-    set_margins();
-  }
-  collider_.compute_candidates(data.X_WB, margin_, candidates_, travel_, idle.bodies,
-                               {data.V, weights_.contact, h});
-}
-
-/// Gives bodies that a fast one may strike within the step its travel, and all of their trees: they
-/// may go as fast. close: pairs of geometries. False if none is that fast (threshold [m]; for the
-/// fast one's own tree, whose slack knows of impacts elsewhere in it, own_threshold), or nothing
-/// changed.
-bool ConstraintFinder::spread_travel(const Model& model, std::span<const std::pair<int, int>> close,
-                                     double threshold, double own_threshold) {
-  bool changed = false;
-  for (bool again = true; again;) {
-    again = false;
-    for (const auto& [a, b] : close) {
-      const int bodies[2] = {model.geometries()[a].body, model.geometries()[b].body};
-      const double travel = std::max(travel_[bodies[0]], travel_[bodies[1]]);
-      if (travel < threshold) continue;
-      const int fast = travel_[bodies[0]] >= travel_[bodies[1]] ? bodies[0] : bodies[1];
-      const int fast_tree = model.body(fast).tree;
-      for (const int body : bodies) {
-        if (body == 0) continue;
-        const int index = model.body(body).tree;
-        if (index == fast_tree && travel < own_threshold) continue;
-        const Tree& tree = model.trees()[index];
-        for (int k = tree.body_begin; k < tree.body_end; ++k) {
-          if (travel_[k] >= travel) continue;
-          travel_[k] = travel;
-          again = changed = true;
-        }
-      }
-    }
-  }
-  return changed;
-}
-
-namespace {
-
-/// Surfaces of a pair as far as the effects are on.
-Material surfaces(Material pair, EffectSet effects) {
-  if (!effects.has(Effect::kFriction)) pair.friction = 0.0;
-  if (!effects.has(Effect::kTorsionalFriction)) pair.torsional_friction = 0.0;
-  if (!effects.has(Effect::kRollingFriction)) pair.rolling_friction = 0.0;
-  if (!effects.has(Effect::kRestitution)) pair.restitution = 0.0;
-  return pair;
-}
-
-void count_contact(const Material& pair, EffectCounts& counts) {
-  if (pair.restitution > 0.0) counts.add(Effect::kRestitution);
-  if (!(pair.friction > 0.0)) return;
-  counts.add(Effect::kFriction);
-  if (pair.torsional_friction > 0.0) counts.add(Effect::kTorsionalFriction);
-  if (pair.rolling_friction > 0.0) counts.add(Effect::kRollingFriction);
-}
-
-}  // namespace
 
 /// Of contacts with rows, tied by these and by closures: a function of (q, w), like the rows.
 void ConstraintFinder::stiffen_under_load(const Model& model, ConstraintSet& out) {
@@ -273,102 +168,6 @@ void ConstraintFinder::stiffen_under_load(const Model& model, ConstraintSet& out
     pair.stiffer = kHeaviest * least / alpha;
     pair.law.regularizer *= pair.stiffer;
   }
-}
-
-Vector3 ConstraintFinder::relative_fall(EffectSet effects, const PairConstraint& contact) const {
-  if (!effects.has(Effect::kGravity)) return Vector3::Zero();
-  return fall_[contact.body_b] - fall_[contact.body_a];
-}
-
-Bounce ConstraintFinder::find_contact_bounce(const SimulationOptions& options, EffectSet effects,
-                                             const Material& surface, const PairConstraint& contact,
-                                             double gap, double velocity) const {
-  if (!(surface.restitution > 0.0)) return {};
-  // What rests shows half a step of falling in the midpoint rule; that is no approach.
-  if (options.integrator == Integrator::kImplicitMidpoint && gap <= touching_gap(options.contact))
-    return {};
-  return find_bounce(options.integrator, options.time_step, surface.restitution, gap, velocity,
-                     contact.frame.col(0).dot(relative_fall(effects, contact)));
-}
-
-/// How much farther along n the point of a body at `arm` from its origin goes within the step than
-/// its velocity times h says, if the body keeps turning as it does.
-double ConstraintFinder::turning_advance(const Vector3& n, const Vector3& arm, double h, int body,
-                                         const Data& data) {
-  if (body == 0) return 0.0;
-  const Vector3 angle = h * data.V[body].angular;
-  if (!turn_known_[body]) {
-    turn_known_[body] = 1;
-    turn_[body] = quaternion_exp(angle);
-  }
-  return n.dot(turn_[body] * arm - arm - angle.cross(arm));
-}
-
-/// The gap a contact may close by velocity times h: less than it is where turning brings the two
-/// surfaces closer than that product says, as a rod's end that comes over.
-double ConstraintFinder::gap_less_turning(const PairConstraint& contact, double gap, double h,
-                                          const Data& data) {
-  if (!(gap > 0.0)) return gap;
-  const auto advance = [&](int body) {
-    return turning_advance(contact.frame.col(0), contact.position - data.X_WB[body].translation, h,
-                           body, data);
-  };
-  const double closer = advance(contact.body_a) - advance(contact.body_b);
-  return std::max(gap - std::max(closer, 0.0), 0.0);
-}
-
-void ConstraintFinder::find_contacts(const Model& model, const SimulationOptions& options,
-                                     EffectSet effects, const Data& data, ConstraintSet& out,
-                                     EffectCounts& counts, Idle idle) {
-  const double h = options.time_step;
-  find_candidates(model, options, effects, data, idle);
-  // The midpoint rule takes contacts at a velocity that is found elsewhere than at q.
-  const bool parks = options.integrator == Integrator::kSemiImplicitEuler;
-  std::fill(turn_known_.begin(), turn_known_.end(), 0);
-  const double parking_gap = counterpoint::parking_gap(options.contact, h);
-  Material material;
-  std::pair<int, int> last{-1, -1};  // candidates come pair by pair
-  for (collision::Candidate& candidate : candidates_) {
-    const Geometry& a = model.geometries()[candidate.geometry_a];
-    const Geometry& b = model.geometries()[candidate.geometry_b];
-    const double alpha = weights_.contact[a.body] + weights_.contact[b.body];
-    if (!(alpha > 0.0)) continue;  // neither side can move, in any way
-    if (const std::pair pair(candidate.geometry_a, candidate.geometry_b); pair != last) {
-      material = surfaces(model.pair_material(pair.first, pair.second), effects);
-      last = pair;
-    }
-    PairConstraint contact;
-    contact.body_a = a.body;
-    contact.body_b = b.body;
-    // The bodies meet where the lighter one's surface is now, or nearly: halfway across a gap of
-    // decimetres friction would turn a small body by an arm that it does not have.
-    const double towards_b = weights_.contact[b.body] / alpha - 0.5;
-    candidate.position += towards_b * std::max(candidate.gap, 0.0) * candidate.normal;
-    contact.position = candidate.position;
-    const Matrix3 t1_t2_n = frame_from_normal(candidate.normal);
-    contact.frame << t1_t2_n.col(2), t1_t2_n.col(0), t1_t2_n.col(1);
-    contact.law.rows = 3;
-    const contact::Rows v = relative_velocity(contact, data, data.V);
-    const double gap = gap_less_turning(contact, candidate.gap, h, data);
-    contact.gap_bias = gap_bias(options.contact, h, gap);
-    const Bounce bounce = find_contact_bounce(options, effects, material, contact, gap, v[0]);
-    if (bounce.happens && gap > 0.0) contact.impact_time = bounce.time;
-    contact.law = make_contact_law(law_options(options, alpha, weights_.total_mass), h, material,
-                                   alpha, gap, Vector3(v), bounce, is_round(model, a, b));
-    count_contact(material, counts);
-    if (parks && !is_near(contact, v, parking_gap, h) && !idle(a.body) && !idle(b.body)) {
-      out.parked.push_back({candidate, contact});
-      continue;
-    }
-    out.max_penetration = std::max(out.max_penetration, -candidate.gap);
-    out.contacts.push_back(candidate);
-    out.pairs.push_back(contact);
-    speed_.push_back(std::hypot(v[1], v[2]));
-  }
-  // Room for those that will get rows, so that it is the candidates' number that has to be seen.
-  out.contacts.reserve(out.contacts.size() + out.parked.size());
-  speed_.reserve(candidates_.size());
-  out.pairs.reserve(out.pairs.size() + out.parked.size() + model.closures().size());
 }
 
 contact::Rows relative_velocity(const PairConstraint& pair, const Data& data,

@@ -4,6 +4,7 @@
 
 #include <limits>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "counterpoint/collision/collider.h"
@@ -53,14 +54,29 @@ struct ParkedContact {
   PairConstraint pair;
 };
 
+/// Two geometries so far from each other that all contacts they may have are parked: what is needed
+/// to see from the velocities alone that they stay so (parked_contacts.h).
+struct FarPair {
+  std::pair<int, int> geometries;
+  int body_a = 0, body_b = 0;
+  double gap = 0.0;                  ///< at least so far apart, by what encloses them [m]
+  Vector3 middle = Vector3::Zero();  ///< of the smaller one, in W [m]
+  double radius = 0.0;               ///< of that about its middle [m]
+  double slip = 1.0;                 ///< closing speed at most this times the relative speed [-]
+  double spin = 0.0;                 ///< and this [m] times the relative angular speed
+  /// Turning within the step brings the surfaces closer by at most turn + turn_slope gap [m].
+  double turn = 0.0, turn_slope = 0.0;
+};
+
 struct ConstraintSet {
   std::vector<collision::Candidate> contacts;
   /// First the contacts, one each, then those of `closures`.
   std::vector<PairConstraint> pairs;
   std::vector<int> closures;  ///< index into Model::closures, one for each pair behind the contacts
   std::vector<JointConstraint> joints;
-  std::vector<ParkedContact> parked;
-  double max_penetration = 0.0;  ///< [m]
+  std::vector<ParkedContact> parked;  ///< by pair of geometries, ascending
+  std::vector<FarPair> far;           ///< ascending; of these no contacts are known
+  double max_penetration = 0.0;       ///< [m]
 
   bool empty() const { return pairs.empty() && joints.empty(); }
   void clear() {
@@ -69,6 +85,7 @@ struct ConstraintSet {
     closures.clear();
     joints.clear();
     parked.clear();
+    far.clear();
     max_penetration = 0.0;
   }
 };
@@ -137,7 +154,12 @@ class ConstraintFinder {
 
   /// The part of find_overrun that is about contacts.
   bool find_reached_contacts(const Model& model, const SimulationOptions& options,
-                             const VectorRef& w, const Data& data, ConstraintSet& out);
+                             EffectSet effects, const VectorRef& w, const Data& data,
+                             ConstraintSet& out);
+
+  /// Gives rows to all contacts that are parked, those of far pairs too. Needs what find() needed.
+  void unpark_all(const Model& model, const SimulationOptions& options, EffectSet effects,
+                  const Data& data, ConstraintSet& out);
 
   /// What restitution makes of a contact in the step: of this surface, at a gap [m], its normal
   /// velocity [m/s].
@@ -153,8 +175,17 @@ class ConstraintFinder {
   const collision::Collider& collider() const { return collider_; }
 
  private:
+  void set_margins(const Model& model, const SimulationOptions& options, EffectSet effects,
+                   const Data& data, Idle idle);
   void find_candidates(const Model& model, const SimulationOptions& options, EffectSet effects,
-                       const Data& data, Idle idle);
+                       const Data& data, ConstraintSet& out, Idle idle);
+  FarPair locate(const Model& model, const std::pair<int, int>& pair, EffectSet effects, double h,
+                 const Data& data) const;
+  PairConstraint make_contact(const Model& model, const SimulationOptions& options,
+                              EffectSet effects, const Data& data, collision::Candidate& candidate,
+                              contact::Rows& v);
+  void park_contacts_of(const FarPair& far, const Model& model, const SimulationOptions& options,
+                        EffectSet effects, const Data& data, ConstraintSet& out);
   bool spread_travel(const Model& model, std::span<const std::pair<int, int>> close,
                      double threshold, double own_threshold);
   void find_contacts(const Model& model, const SimulationOptions& options, EffectSet effects,
@@ -174,15 +205,17 @@ class ConstraintFinder {
   bool heavy_on_light_;  ///< some bodies are more than kHeaviest times as heavy as others
   contact::DisjointSets islands_;
   std::vector<double> least_weight_;  ///< by tree, of the island that has it as root [1/kg]
-  std::vector<Vector3> fall_;  ///< free_fall
-  std::vector<double> speed_;  ///< at which each contact with rows slides at the start [m/s]
+  std::vector<Vector3> fall_;         ///< free_fall
+  std::vector<double> speed_;         ///< at which each contact with rows slides at the start [m/s]
   FrictionSlip friction_slip_;
   std::vector<DryCoordinate> dry_;  ///< with dry friction
   std::vector<int> limited_;        ///< bodies whose joint has a limit
   std::vector<SpeedLimit> speed_limits_;
-  std::vector<Motion> acceleration_;  ///< scratch of closures
-  std::vector<Motion> V_;             ///< bodies' velocities at the end of a step
-  std::vector<Quaternion> turn_;      ///< of each body within the step at its velocity, where known
+  std::vector<Motion> acceleration_;         ///< scratch of closures
+  std::vector<Motion> V_;                    ///< bodies' velocities at the end of a step
+  std::pair<int, int> material_of_{-1, -1};  ///< the pair of geometries that material_ is of
+  Material material_;
+  std::vector<Quaternion> turn_;  ///< of each body within the step at its velocity, where known
   std::vector<char> turn_known_;
 };
 

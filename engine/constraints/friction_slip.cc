@@ -6,26 +6,40 @@
 
 namespace counterpoint {
 
+namespace {
+
+/// Of what moves, the speed that friction slips at; 0 where it does not go by that.
+double slip_share(const SimulationOptions& options) {
+  if (options.contact.friction_model != FrictionModel::kCoulomb) return 0.0;
+  return options.time_step / options.contact.slip_time;
+}
+
+}  // namespace
+
+int& FrictionSlip::fastest_in_island(const Model& model, const PairConstraint& pair) {
+  const int tree = model.body(pair.body_a).tree;
+  return fastest_[islands_.root(tree >= 0 ? tree : model.body(pair.body_b).tree)];
+}
+
+void FrictionSlip::apply(const Model& model, const SimulationOptions& options,
+                         const std::vector<double>& speed, PairConstraint& pair) {
+  const double share = slip_share(options);
+  if (!(share > 0.0)) return;
+  pair.fastest = pair.law.coulomb ? fastest_in_island(model, pair) : -1;
+  if (pair.fastest >= 0) pair.law.slip_speed = share * speed[pair.fastest];
+}
+
 void FrictionSlip::set(const Model& model, const SimulationOptions& options,
                        const std::vector<double>& speed, ConstraintSet& out) {
-  const double share = options.time_step / options.contact.slip_time;
-  if (options.contact.friction_model != FrictionModel::kCoulomb || !(share > 0.0)) return;
+  if (!(slip_share(options) > 0.0)) return;
   join_constrained_trees(model, out, islands_);
   std::fill(fastest_.begin(), fastest_.end(), -1);
-  const auto fastest = [&](const PairConstraint& pair) -> int& {
-    const int tree = model.body(pair.body_a).tree;
-    return fastest_[islands_.root(tree >= 0 ? tree : model.body(pair.body_b).tree)];
-  };
   for (size_t i = 0; i < out.contacts.size(); ++i) {
-    int& so_far = fastest(out.pairs[i]);
+    int& so_far = fastest_in_island(model, out.pairs[i]);
     if (so_far < 0 || speed[i] > speed[so_far]) so_far = static_cast<int>(i);
   }
-  const auto apply = [&](PairConstraint& pair) {
-    pair.fastest = pair.law.coulomb ? fastest(pair) : -1;
-    if (pair.fastest >= 0) pair.law.slip_speed = share * speed[pair.fastest];
-  };
-  for (size_t i = 0; i < out.contacts.size(); ++i) apply(out.pairs[i]);
-  for (ParkedContact& parked : out.parked) apply(parked.pair);
+  for (size_t i = 0; i < out.contacts.size(); ++i) apply(model, options, speed, out.pairs[i]);
+  for (ParkedContact& parked : out.parked) apply(model, options, speed, parked.pair);
 }
 
 }  // namespace counterpoint

@@ -3,10 +3,10 @@
 //   v_slip = (h / slip_time) max |V_T|,   V_T the sliding velocity of a contact of the island at
 //   (q, w)
 //
-// Friction reaches its bound at a slip of v_slip more (contact/laws/coulomb.h), whatever the load. How
-// many sticking contacts share loads changes with every micrometre that an island moves; a slip of
-// a thousandth of that motion prevents this. It vanishes with the motion, and with h as the error
-// of the integrator does, and it does not depend on the load, unlike creep by compliance.
+// Friction reaches its bound at a slip of v_slip more (contact/laws/coulomb.h), whatever the load.
+// How many sticking contacts share loads changes with every micrometre that an island moves; a slip
+// of a thousandth of that motion prevents this. It vanishes with the motion, and with h as the
+// error of the integrator does, and it does not depend on the load, unlike creep by compliance.
 #pragma once
 
 #include <vector>
@@ -17,6 +17,7 @@
 namespace counterpoint {
 
 struct ConstraintSet;
+struct PairConstraint;
 
 /// Scratch memory inside: one per thread.
 class FrictionSlip {
@@ -27,8 +28,13 @@ class FrictionSlip {
   /// of out.contacts slides [m/s].
   void set(const Model& model, const SimulationOptions& options, const std::vector<double>& speed,
            ConstraintSet& out);
+  /// The same of one contact parked later, with the arguments of the last set().
+  void apply(const Model& model, const SimulationOptions& options, const std::vector<double>& speed,
+             PairConstraint& pair);
 
  private:
+  int& fastest_in_island(const Model& model, const PairConstraint& pair);
+
   contact::DisjointSets islands_;
   std::vector<int> fastest_;  ///< by root of an island: its fastest contact, or -1
 };

@@ -29,6 +29,24 @@ double closing_speed(const PairConstraint& contact, const contact::Rows& y) {
   return std::sqrt(square) - y[0];
 }
 
+/// Whether gap - turning > reach + time (closing speed) of every contact of a pair, whatever its
+/// place, which is between the two surfaces: both sides are linear in the gap.
+bool exceeds(const FarPair& pair, double reach, double time, const std::vector<Motion>& V,
+             const std::vector<Pose>& X_WB) {
+  Vector3 linear = Vector3::Zero(), angular = Vector3::Zero();
+  const auto add = [&](int body, double sign) {
+    if (body == 0) return;
+    linear += sign * V[body].at(pair.middle - X_WB[body].translation);
+    angular += sign * V[body].angular;
+  };
+  add(pair.body_a, -1.0);
+  add(pair.body_b, 1.0);
+  const double spin = angular.norm();
+  const double closing = pair.slip * (linear.norm() + spin * pair.radius) + pair.spin * spin;
+  const double slope = 1.0 - pair.turn_slope - time * pair.slip * spin;
+  return slope > 0.0 && pair.gap * slope > reach + pair.turn + time * closing;
+}
+
 /// Before the closures, which come behind the contacts.
 void give_rows(const ParkedContact& parked, ConstraintSet& out) {
   out.pairs.insert(out.pairs.begin() + static_cast<std::ptrdiff_t>(out.contacts.size()),
@@ -65,7 +83,16 @@ bool find_overrun_contacts(const ContactOptions& options, double h, const Data& 
   return found;
 }
 
-void unpark_all(ConstraintSet& out) {
+bool is_far(const FarPair& pair, double parking_gap, double h, const Data& data) {
+  return exceeds(pair, parking_gap, kSpeedUp * h, data.V, data.X_WB);
+}
+
+bool stays_far(const FarPair& pair, const ContactOptions& options, double h,
+               const std::vector<Motion>& V, const Data& data) {
+  return exceeds(pair, end_gap(options), h, V, data.X_WB);
+}
+
+void give_all_rows(ConstraintSet& out) {
   for (const ParkedContact& parked : out.parked) give_rows(parked, out);
   out.parked.clear();
 }

@@ -12,8 +12,12 @@
 // step whether a contact that ends farther off has rows or not. A convex cone gives force at a
 // distance, mu |v_T| h, which therefore counts as closing.
 //
-// Displacements that recover overlaps (overlap_correction.h) are looked at in the same way. Contacts of
-// bodies asleep are never parked: they wake them (sleep.h).
+// Pairs of geometries that what encloses them parts by more than any of their contacts could need
+// to have rows are not even looked at: they are far, at first, and again by the velocity after the
+// step. That is by bounds of the two conditions above, so that nothing depends on it but time.
+//
+// Displacements that recover overlaps (overlap_correction.h) are looked at in the same way.
+// Contacts of bodies asleep are never parked: they wake them (sleep.h).
 #pragma once
 
 #include <vector>
@@ -33,7 +37,14 @@ bool is_near(const PairConstraint& contact, const contact::Rows& y, double parki
 bool find_overrun_contacts(const ContactOptions& options, double h, const Data& data,
                            const std::vector<Motion>& V, ConstraintSet& out);
 
-/// Gives rows to all that are parked.
-void unpark_all(ConstraintSet& out);
+/// Gives rows to all that are parked, but for those of far pairs (ConstraintFinder::unpark_all).
+void give_all_rows(ConstraintSet& out);
+
+/// Whether every contact that a pair may have is parked, at the poses and velocities of data.
+bool is_far(const FarPair& pair, double parking_gap, double h, const Data& data);
+
+/// Whether find_overrun_contacts would give rows to none of them.
+bool stays_far(const FarPair& pair, const ContactOptions& options, double h,
+               const std::vector<Motion>& V, const Data& data);
 
 }  // namespace counterpoint

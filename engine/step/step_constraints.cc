@@ -5,7 +5,6 @@
 #include <limits>
 
 #include "counterpoint/engine/constraints/contact_memory.h"
-#include "counterpoint/engine/constraints/parked_contacts.h"
 #include "counterpoint/engine/diagnosis/failure_cause.h"
 #include "counterpoint/engine/step/step_forces.h"
 
@@ -210,7 +209,8 @@ void solve_constraints(const StepArguments& step, Workspace::Impl& ws, VectorX& 
        ws.finder.find_overrun(step.model, step.options, step.effects, state.q, state.v, w, ws.data,
                               ws.constraints, ws.sleepers.idle_bodies());
        ++round) {
-    if (round >= kMostOverruns) unpark_all(ws.constraints);
+    if (round >= kMostOverruns)
+      ws.finder.unpark_all(step.model, step.options, step.effects, ws.data, ws.constraints);
     if (solved) {
       solve_again(step, ws, w, report);
     } else {
@@ -226,8 +226,8 @@ const VectorX& correct_overlaps(const StepArguments& step, Workspace::Impl& ws, 
     // What the displacement runs into gets rows as well. The velocity does not lead there, so that
     // they are without force: w stays as it is but for that (parked_contacts.h), and the inverse
     // need not know.
-    if (!ws.finder.find_reached_contacts(step.model, step.options, ws.displacement, ws.data,
-                                         ws.constraints))
+    if (!ws.finder.find_reached_contacts(step.model, step.options, step.effects, ws.displacement,
+                                         ws.data, ws.constraints))
       return ws.displacement;
     solve_again(step, ws, w, report);
     if (!report.succeeded()) break;

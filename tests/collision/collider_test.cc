@@ -175,6 +175,30 @@ TEST_F(Heap, FindsWhatAllPairsFindInOrder) {
   }
 }
 
+// No contact is nearer than the bound by what encloses the shapes, and each lies between them.
+TEST_F(Heap, WhereaboutsBoundGapsAndPlaces) {
+  constexpr double kPlace = 1e-7;  // of the narrow phase, of a metre
+  Collider collider(model);
+  const std::vector<double> margin = margins(model, 0.3), none;
+  int apart = 0;
+  for (int k = 0; k < 5; ++k) {
+    const std::vector<Pose> X_WB = poses();
+    const auto close = collider.find_close_pairs(X_WB, margin);
+    const std::vector<std::pair<int, int>> pairs(close.begin(), close.end());
+    for (const auto& pair : pairs) {
+      const auto [gap, middle, radius] = collider.whereabouts(pair.first, pair.second);
+      out.clear();
+      collider.add_candidates(X_WB, margin, pair, none, {}, out);
+      for (const Candidate& c : out) {
+        EXPECT_GE(c.gap, gap);
+        EXPECT_LE((c.position - middle).norm(), radius + std::max(c.gap, 0.0) + kPlace);
+        apart += gap > 0.0;
+      }
+    }
+  }
+  EXPECT_GT(apart, 100);
+}
+
 TEST_F(Heap, RemembersNothing) {
   Collider used(model);
   const std::vector<Pose> X_WB = poses();

@@ -99,7 +99,8 @@ bool DisplacementDerivator::find(const Model& model, const SimulationOptions& op
       p(in_tree) = ws.overlap_correction.velocity()(in_block);
     });
     forces_ = v_next + p;
-    again = ws.finder.find_reached_contacts(model, options, forces_, ws.data, ws.constraints);
+    again =
+        ws.finder.find_reached_contacts(model, options, effects, forces_, ws.data, ws.constraints);
   }
   w_ += p;
   return true;

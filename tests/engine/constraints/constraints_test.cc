@@ -25,7 +25,7 @@ TEST(RestingReach, IsWhatTheAccelerationClosesWithinMarginAndSmoothing) {
   EXPECT_EQ(resting_reach(options, 2e-3), 0.01);
 }
 
-/// Candidates, with rows or parked (parked_contacts.h).
+/// Candidates, with rows, parked, or of far pairs (parked_contacts.h).
 size_t contacts_at(double height, double v_z, double acceleration) {
   Scene scene = test::box_on_plane({.height = height});
   scene.options.time_step = 2e-3;
@@ -41,7 +41,8 @@ size_t contacts_at(double height, double v_z, double acceleration) {
       active_effects(called_for(scene.model, finder.collider()), scene.options.effects);
   finder.find(scene.model, scene.options, effects, scene.q, scene.v, data, found, counts);
   EXPECT_EQ(found.contacts.size(), found.pairs.size());
-  return found.contacts.size() + found.parked.size();
+  finder.unpark_all(scene.model, scene.options, effects, data, found);
+  return found.contacts.size();
 }
 
 // h^2 a = 2 mm at 2 ms, and h^2 g = 0.04 mm; a speed v adds 2 h |v|.

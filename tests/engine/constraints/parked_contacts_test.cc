@@ -4,10 +4,15 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <random>
 
+#include "counterpoint/engine/dynamics/kinematics.h"
+#include "counterpoint/engine/effects.h"
 #include "counterpoint/engine/simulator.h"
 #include "support/allocation_guard.h"
+#include "support/paths.h"
 #include "support/small_scenes.h"
 
 namespace counterpoint {
@@ -80,6 +85,103 @@ TEST(ParkedContacts, NoCornerIsPassedOver) {
     EXPECT_LE(report.max_penetration, 0.1 * angle * angle + 1e-6) << i;
   }
 }
+
+/// Bodies of all kinds near each other at random velocities, so many of them the same in each.
+struct Crowd {
+  explicit Crowd(Scene s)
+      : scene(std::move(s)),
+        data(scene.model),
+        finder(scene.model, compute_inverse_weights(scene.model, data)),
+        effects(active_effects(called_for(scene.model, finder.collider()), scene.options.effects)) {
+  }
+  const Model& model() const { return scene.model; }
+  void find(const VectorX& v) {
+    compute_poses(model(), scene.q, data);
+    compute_velocities(model(), v, data);
+    finder.find(model(), scene.options, effects, scene.q, v, data, found, counts);
+  }
+  /// The contacts of pairs that `pairs` holds, as parked ones.
+  ConstraintSet contacts_of(const std::vector<FarPair>& pairs) {
+    ConstraintSet all = found, out;
+    finder.unpark_all(model(), scene.options, effects, data, all);
+    for (size_t i = 0; i < all.contacts.size(); ++i) {
+      const std::pair pair(all.contacts[i].geometry_a, all.contacts[i].geometry_b);
+      if (std::any_of(pairs.begin(), pairs.end(),
+                      [&](const FarPair& far) { return far.geometries == pair; }))
+        out.parked.push_back({all.contacts[i], all.pairs[i]});
+    }
+    return out;
+  }
+
+  Scene scene;
+  Data data;
+  ConstraintFinder finder;
+  EffectSet effects;
+  EffectCounts counts;
+  ConstraintSet found;
+};
+
+/// Velocities of up to `speed` [m/s, rad/s], most of them small.
+VectorX random_velocity(std::mt19937_64& generator, Eigen::Index size, double speed) {
+  std::uniform_real_distribution<double> uniform(-1.0, 1.0);
+  VectorX v(size);
+  for (double& x : v) x = speed * std::pow(uniform(generator), 5);
+  return v;
+}
+
+class FarPairs : public testing::TestWithParam<const char*> {
+ protected:
+  Crowd crowd() const {
+    return Crowd(load_scene(test::source_dir() + "/data/scenes/" + GetParam() + ".yaml"));
+  }
+};
+
+// What is_far says of a pair holds for each of its contacts, so that nothing is lost by not
+// looking.
+TEST_P(FarPairs, HaveNoContactThatWouldHaveRows) {
+  Crowd c = crowd();
+  const SimulationOptions& options = c.scene.options;
+  const double h = options.time_step, near = parking_gap(options.contact, h);
+  std::mt19937_64 generator(1);
+  size_t seen = 0;
+  for (int i = 0; i < 60; ++i) {
+    c.find(random_velocity(generator, c.model().nv(), 1.0 + i));
+    for (const ParkedContact& parked : c.contacts_of(c.found.far).parked) {
+      ++seen;
+      const contact::Rows y = relative_velocity(parked.pair, c.data, c.data.V);
+      EXPECT_FALSE(is_near(parked.pair, y, near, h));
+    }
+  }
+  EXPECT_GT(seen, 100u);
+}
+
+// The same of stays_far, by the velocity after the step.
+TEST_P(FarPairs, ThatStayFarHaveNoContactThatIsRunInto) {
+  Crowd c = crowd();
+  const SimulationOptions& options = c.scene.options;
+  const double h = options.time_step;
+  std::mt19937_64 generator(2);
+  std::vector<Motion> V(static_cast<size_t>(c.model().num_bodies()));
+  size_t seen = 0, left = 0;
+  for (int i = 0; i < 60; ++i) {
+    const VectorX v = random_velocity(generator, c.model().nv(), 1.0 + i);
+    const VectorX w = v + random_velocity(generator, c.model().nv(), 1.0 + i);
+    c.find(v);
+    ConstraintSet after = c.found;
+    c.finder.find_overrun(c.model(), options, c.effects, c.scene.q, v, w, c.data, after);
+    left += c.found.far.size() - after.far.size();
+    ConstraintSet stay = c.contacts_of(after.far);
+    seen += stay.parked.size();
+    compute_body_velocities(c.model(), w, c.data, V);
+    EXPECT_FALSE(find_overrun_contacts(options.contact, h, c.data, V, stay));
+  }
+  EXPECT_GT(seen, 50u);
+  EXPECT_GT(left, 10u);
+}
+
+INSTANTIATE_TEST_SUITE_P(Scenes, FarPairs,
+                         testing::Values("piles/pile_16", "piles/chain_into_pile",
+                                         "piles/pile_64_overlap"));
 
 TEST(ParkedContacts, StepsThatAreSolvedAgainDoNotAllocate) {
   if (!test::counts_allocations()) GTEST_SKIP() << "AddressSanitizer owns malloc";

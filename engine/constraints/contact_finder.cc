@@ -1,0 +1,322 @@
+// Which pairs of geometries a step looks at, and what their contacts become: constraints with rows,
+// parked ones, or nothing yet (parked_contacts.h).
+#include <algorithm>
+#include <cmath>
+
+#include "counterpoint/engine/constraints/constraints.h"
+#include "counterpoint/engine/constraints/contact_law.h"
+#include "counterpoint/engine/constraints/parked_contacts.h"
+#include "counterpoint/engine/dynamics/kinematics.h"
+#include "counterpoint/model/rotation.h"
+
+namespace counterpoint {
+namespace {
+
+/// A rod hit at one end: the far end may be twice as fast as any point was before. The kinetic
+/// energy bounds it, and the end of a rod carries a quarter of the mass.
+constexpr double kImpactSpeedUp = 2.0;
+/// Bodies that travel farther than this many times the reach of what rests pass their speed on to
+/// what they strike in the very step, as far as this many rounds of collision reach.
+constexpr double kFastTravel = 4.0;
+constexpr int kMaxRounds = 4;
+
+/// The midpoint rule takes contacts at a velocity that is found elsewhere than at q.
+bool parks_contacts(const SimulationOptions& options) {
+  return options.integrator == Integrator::kSemiImplicitEuler;
+}
+
+/// Surfaces of a pair as far as the effects are on.
+Material surfaces(Material pair, EffectSet effects) {
+  if (!effects.has(Effect::kFriction)) pair.friction = 0.0;
+  if (!effects.has(Effect::kTorsionalFriction)) pair.torsional_friction = 0.0;
+  if (!effects.has(Effect::kRollingFriction)) pair.rolling_friction = 0.0;
+  if (!effects.has(Effect::kRestitution)) pair.restitution = 0.0;
+  return pair;
+}
+
+void count_contact(const Material& pair, EffectCounts& counts) {
+  if (pair.restitution > 0.0) counts.add(Effect::kRestitution);
+  if (!(pair.friction > 0.0)) return;
+  counts.add(Effect::kFriction);
+  if (pair.torsional_friction > 0.0) counts.add(Effect::kTorsionalFriction);
+  if (pair.rolling_friction > 0.0) counts.add(Effect::kRollingFriction);
+}
+
+/// Balls and capsules touch each other by a formula that is cheaper than the bounds of FarPair.
+bool is_cheap(const Geometry& a, const Geometry& b) {
+  const auto is = [](const Geometry& g, ShapeType type) { return g.shape.type == type; };
+  const auto round = [&](const Geometry& g) {
+    return is(g, ShapeType::kSphere) || is(g, ShapeType::kCapsule);
+  };
+  return (round(a) || is(a, ShapeType::kPlane)) && (round(b) || is(b, ShapeType::kPlane));
+}
+
+}  // namespace
+
+/// Margins within which bodies may touch in a step.
+void ConstraintFinder::set_margins(const Model& model, const SimulationOptions& options,
+                                   EffectSet effects, const Data& data, Idle idle) {
+  const double h = options.time_step;
+  const double fall = effects.has(Effect::kGravity) ? h * h * model.gravity().norm() : 0.0;
+  const double reach = resting_reach(options.contact, h);
+  slack_[0] = 0.5 * reach;
+  for (const Tree& tree : model.trees()) {
+    double fastest = 0.0;
+    for (int b = tree.body_begin; b < tree.body_end; ++b) {
+      const double speed = data.V[b].linear.norm() + data.V[b].angular.norm() * radius_[b];
+      fastest = std::max(fastest, speed);
+      travel_[b] = kImpactSpeedUp * h * speed;
+    }
+    // What is at rest may be kicked by an impact elsewhere in its tree.
+    for (int b = tree.body_begin; b < tree.body_end; ++b) {
+      const double kick = std::max(0.0, h * fastest - travel_[b]);
+      slack_[b] = 0.5 * std::min(options.contact.margin, reach + 2.0 * kick);
+      travel_[b] += fall;
+    }
+  }
+  const auto add_up = [&] {
+    for (int b = 0; b < model.num_bodies(); ++b) margin_[b] = slack_[b] + travel_[b];
+  };
+  const double fast = kFastTravel * reach, own_fast = kFastTravel * options.contact.margin;
+  const double least = model.num_trees() == 1 ? own_fast : fast;
+  const bool any_fast =
+      std::any_of(travel_.begin(), travel_.end(), [&](double travel) { return !(travel < least); });
+  add_up();
+  for (int round = 0; any_fast && round < kMaxRounds; ++round) {
+    const auto close = collider_.find_close_pairs(data.X_WB, margin_, idle.bodies);
+    if (!spread_travel(model, close, fast, own_fast)) break;
+    add_up();
+  }
+}
+
+/// Gives bodies that a fast one may strike within the step its travel, and all of their trees: they
+/// may go as fast. close: pairs of geometries. False if none is that fast (threshold [m]; for the
+/// fast one's own tree, whose slack knows of impacts elsewhere in it, own_threshold), or nothing
+/// changed.
+bool ConstraintFinder::spread_travel(const Model& model, std::span<const std::pair<int, int>> close,
+                                     double threshold, double own_threshold) {
+  bool changed = false;
+  for (bool again = true; again;) {
+    again = false;
+    for (const auto& [a, b] : close) {
+      const int bodies[2] = {model.geometries()[a].body, model.geometries()[b].body};
+      const double travel = std::max(travel_[bodies[0]], travel_[bodies[1]]);
+      if (travel < threshold) continue;
+      const int fast = travel_[bodies[0]] >= travel_[bodies[1]] ? bodies[0] : bodies[1];
+      const int fast_tree = model.body(fast).tree;
+      for (const int body : bodies) {
+        if (body == 0) continue;
+        const int index = model.body(body).tree;
+        if (index == fast_tree && travel < own_threshold) continue;
+        const Tree& tree = model.trees()[index];
+        for (int k = tree.body_begin; k < tree.body_end; ++k) {
+          if (travel_[k] >= travel) continue;
+          travel_[k] = travel;
+          again = changed = true;
+        }
+      }
+    }
+  }
+  return changed;
+}
+
+FarPair ConstraintFinder::locate(const Model& model, const std::pair<int, int>& pair,
+                                 EffectSet effects, double h, const Data& data) const {
+  const collision::Collider::Whereabouts where = collider_.whereabouts(pair.first, pair.second);
+  FarPair far;
+  far.geometries = pair;
+  far.body_a = model.geometries()[pair.first].body;
+  far.body_b = model.geometries()[pair.second].body;
+  far.gap = where.gap;
+  far.middle = where.middle;
+  far.radius = where.radius;
+  const Material material = surfaces(model.pair_material(pair.first, pair.second), effects);
+  far.slip = std::sqrt(1.0 + material.friction * material.friction);
+  far.spin = std::max(material.torsional_friction, material.rolling_friction);
+  // |(exp(a) - 1 - a x) arm| <= |a|^2 |arm| / 2; places are within radius + gap of the middle.
+  for (const int body : {far.body_a, far.body_b}) {
+    if (body == 0) continue;
+    const double share = 0.5 * h * h * data.V[body].angular.squaredNorm();
+    far.turn += share * ((far.middle - data.X_WB[body].translation).norm() + far.radius);
+    far.turn_slope += share;
+  }
+  return far;
+}
+
+void ConstraintFinder::find_candidates(const Model& model, const SimulationOptions& options,
+                                       EffectSet effects, const Data& data, ConstraintSet& out,
+                                       Idle idle) {
+  const double h = options.time_step;
+  set_margins(model, options, effects, data, idle);
+  const bool parks = parks_contacts(options);
+  const double near = parking_gap(options.contact, h);
+  candidates_.clear();
+  for (const auto& pair : collider_.find_close_pairs(data.X_WB, margin_, idle.bodies)) {
+    const Geometry& a = model.geometries()[pair.first];
+    const Geometry& b = model.geometries()[pair.second];
+    // Can either side move, in any way?
+    if (!(weights_.contact[a.body] + weights_.contact[b.body] > 0.0)) continue;
+    if (!is_cheap(a, b)) {
+      const FarPair far = locate(model, pair, effects, h, data);
+      if (far.gap >= margin_[a.body] + margin_[b.body]) continue;
+      if (parks && !idle(a.body) && !idle(b.body) && is_far(far, near, h, data)) {
+        out.far.push_back(far);
+        continue;
+      }
+    }
+    collider_.add_candidates(data.X_WB, margin_, pair, travel_, {data.V, weights_.contact, h},
+                             candidates_);
+  }
+}
+
+bool ConstraintFinder::find_reached_contacts(const Model& model, const SimulationOptions& options,
+                                             EffectSet effects, const VectorRef& w,
+                                             const Data& data, ConstraintSet& out) {
+  if (out.parked.empty() && out.far.empty()) return false;
+  const double h = options.time_step;
+  compute_body_velocities(model, w, data, V_);
+  std::erase_if(out.far, [&](const FarPair& far) {
+    if (stays_far(far, options.contact, h, V_, data)) return false;
+    park_contacts_of(far, model, options, effects, data, out);
+    return true;
+  });
+  return find_overrun_contacts(options.contact, h, data, V_, out);
+}
+
+void ConstraintFinder::unpark_all(const Model& model, const SimulationOptions& options,
+                                  EffectSet effects, const Data& data, ConstraintSet& out) {
+  for (const FarPair& far : out.far) park_contacts_of(far, model, options, effects, data, out);
+  out.far.clear();
+  give_all_rows(out);
+}
+
+/// Among those parked, where they would be had they never been far.
+void ConstraintFinder::park_contacts_of(const FarPair& far, const Model& model,
+                                        const SimulationOptions& options, EffectSet effects,
+                                        const Data& data, ConstraintSet& out) {
+  candidates_.clear();
+  collider_.add_candidates(data.X_WB, margin_, far.geometries, travel_,
+                           {data.V, weights_.contact, options.time_step}, candidates_);
+  const auto behind = [&](const ParkedContact& parked) {
+    const collision::Candidate& c = parked.candidate;
+    return std::pair(c.geometry_a, c.geometry_b) > far.geometries;
+  };
+  auto place = std::find_if(out.parked.begin(), out.parked.end(), behind) - out.parked.begin();
+  for (collision::Candidate& candidate : candidates_) {
+    contact::Rows v;
+    ParkedContact parked{candidate, {}};
+    parked.pair = make_contact(model, options, effects, data, parked.candidate, v);
+    friction_slip_.apply(model, options, speed_, parked.pair);
+    out.parked.insert(out.parked.begin() + place++, parked);
+  }
+}
+
+Vector3 ConstraintFinder::relative_fall(EffectSet effects, const PairConstraint& contact) const {
+  if (!effects.has(Effect::kGravity)) return Vector3::Zero();
+  return fall_[contact.body_b] - fall_[contact.body_a];
+}
+
+Bounce ConstraintFinder::find_contact_bounce(const SimulationOptions& options, EffectSet effects,
+                                             const Material& surface, const PairConstraint& contact,
+                                             double gap, double velocity) const {
+  if (!(surface.restitution > 0.0)) return {};
+  // What rests shows half a step of falling in the midpoint rule; that is no approach.
+  if (options.integrator == Integrator::kImplicitMidpoint && gap <= touching_gap(options.contact))
+    return {};
+  return find_bounce(options.integrator, options.time_step, surface.restitution, gap, velocity,
+                     contact.frame.col(0).dot(relative_fall(effects, contact)));
+}
+
+/// How much farther along n the point of a body at `arm` from its origin goes within the step than
+/// its velocity times h says, if the body keeps turning as it does.
+double ConstraintFinder::turning_advance(const Vector3& n, const Vector3& arm, double h, int body,
+                                         const Data& data) {
+  if (body == 0) return 0.0;
+  const Vector3 angle = h * data.V[body].angular;
+  if (!turn_known_[body]) {
+    turn_known_[body] = 1;
+    turn_[body] = quaternion_exp(angle);
+  }
+  return n.dot(turn_[body] * arm - arm - angle.cross(arm));
+}
+
+/// The gap a contact may close by velocity times h: less than it is where turning brings the two
+/// surfaces closer than that product says, as a rod's end that comes over.
+double ConstraintFinder::gap_less_turning(const PairConstraint& contact, double gap, double h,
+                                          const Data& data) {
+  if (!(gap > 0.0)) return gap;
+  const auto advance = [&](int body) {
+    return turning_advance(contact.frame.col(0), contact.position - data.X_WB[body].translation, h,
+                           body, data);
+  };
+  const double closer = advance(contact.body_a) - advance(contact.body_b);
+  return std::max(gap - std::max(closer, 0.0), 0.0);
+}
+
+/// The constraint of a candidate, which is moved to where the bodies meet; v: its velocity now.
+PairConstraint ConstraintFinder::make_contact(const Model& model, const SimulationOptions& options,
+                                              EffectSet effects, const Data& data,
+                                              collision::Candidate& candidate, contact::Rows& v) {
+  const double h = options.time_step;
+  const Geometry& a = model.geometries()[candidate.geometry_a];
+  const Geometry& b = model.geometries()[candidate.geometry_b];
+  const double alpha = weights_.contact[a.body] + weights_.contact[b.body];
+  // Candidates come pair by pair.
+  if (const std::pair pair(candidate.geometry_a, candidate.geometry_b); pair != material_of_) {
+    material_ = surfaces(model.pair_material(pair.first, pair.second), effects);
+    material_of_ = pair;
+  }
+  PairConstraint contact;
+  contact.body_a = a.body;
+  contact.body_b = b.body;
+  // The bodies meet where the lighter one's surface is now, or nearly: halfway across a gap of
+  // decimetres friction would turn a small body by an arm that it does not have.
+  const double towards_b = weights_.contact[b.body] / alpha - 0.5;
+  candidate.position += towards_b * std::max(candidate.gap, 0.0) * candidate.normal;
+  contact.position = candidate.position;
+  const Matrix3 t1_t2_n = frame_from_normal(candidate.normal);
+  contact.frame << t1_t2_n.col(2), t1_t2_n.col(0), t1_t2_n.col(1);
+  contact.law.rows = 3;
+  v = relative_velocity(contact, data, data.V);
+  const double gap = gap_less_turning(contact, candidate.gap, h, data);
+  contact.gap_bias = gap_bias(options.contact, h, gap);
+  const Bounce bounce = find_contact_bounce(options, effects, material_, contact, gap, v[0]);
+  if (bounce.happens && gap > 0.0) contact.impact_time = bounce.time;
+  contact.law = make_contact_law(law_options(options, alpha, weights_.total_mass), h, material_,
+                                 alpha, gap, Vector3(v), bounce, is_round(model, a, b));
+  return contact;
+}
+
+void ConstraintFinder::find_contacts(const Model& model, const SimulationOptions& options,
+                                     EffectSet effects, const Data& data, ConstraintSet& out,
+                                     EffectCounts& counts, Idle idle) {
+  const double h = options.time_step;
+  find_candidates(model, options, effects, data, out, idle);
+  const bool parks = parks_contacts(options);
+  std::fill(turn_known_.begin(), turn_known_.end(), 0);
+  material_of_ = {-1, -1};
+  const double near = parking_gap(options.contact, h);
+  for (collision::Candidate& candidate : candidates_) {
+    const int body_a = model.geometries()[candidate.geometry_a].body;
+    const int body_b = model.geometries()[candidate.geometry_b].body;
+    contact::Rows v;
+    const PairConstraint contact = make_contact(model, options, effects, data, candidate, v);
+    count_contact(material_, counts);
+    if (parks && !is_near(contact, v, near, h) && !idle(body_a) && !idle(body_b)) {
+      out.parked.push_back({candidate, contact});
+      continue;
+    }
+    out.max_penetration = std::max(out.max_penetration, -candidate.gap);
+    out.contacts.push_back(candidate);
+    out.pairs.push_back(contact);
+    speed_.push_back(std::hypot(v[1], v[2]));
+  }
+  // Room for those that will get rows, so that it is the candidates' number that has to be seen.
+  const size_t later = out.parked.size() + out.far.size();
+  out.parked.reserve(later);
+  out.contacts.reserve(out.contacts.size() + later);
+  speed_.reserve(candidates_.size());
+  out.pairs.reserve(out.pairs.size() + later + model.closures().size());
+}
+
+}  // namespace counterpoint
