@@ -18,8 +18,10 @@ constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 /// Errors of one run of all pieces; false if one failed.
 bool run_for_error(Mover& mover, const Model& model, const Plan& plan, const Reference& reference,
                    Point& point) {
+  double seconds = 0.0;
   for (const Piece& piece : reference.pieces) {
     const Passage passage = mover.advance(piece.start, plan.length);
+    seconds += passage.seconds;
     point.steps += passage.steps;
     if (!passage.failure.empty()) {
       if (point.failed++ == 0) point.failure = passage.failure;
@@ -34,6 +36,7 @@ bool run_for_error(Mover& mover, const Model& model, const Plan& plan, const Ref
   }
   const auto count = static_cast<double>(reference.pieces.size());
   for (double* value : {&point.error.all, &point.error.length, &point.error.angle}) *value /= count;
+  point.cost = point.cost_low = point.cost_high = seconds / (plan.length * count);
   return point.failed == 0;
 }
 
@@ -53,6 +56,7 @@ void run_for_time(const Plan& plan, const Reference& reference, Timing& timing) 
 
 void set_cost(Timing& timing, Point& point) {
   std::vector<double>& costs = timing.costs;
+  if (costs.empty()) return;  // stopped: that of the first run stands
   std::sort(costs.begin(), costs.end());
   point.cost = median(costs);
   point.cost_low = costs.front();
@@ -107,6 +111,37 @@ bool same_settings(const Family& a, const Family& b) {
              [](const Setting& x, const Setting& y) { return !x.key.empty() && x.key == y.key; });
 }
 
+/// Points with an earlier one's key are that one.
+void copy_known(const std::map<std::string, Place>& known, std::vector<MeasuredFamily>& out) {
+  for (size_t f = 0; f < out.size(); ++f) {
+    for (size_t p = 0; p < out[f].points.size(); ++p) {
+      const std::string& key = out[f].points[p].setting.key;
+      if (key.empty()) continue;
+      const Place& first = known.at(key);
+      if (first == Place{f, p}) continue;
+      const Setting setting = out[f].points[p].setting;
+      out[f].points[p] = out[first.family].points[first.point];
+      out[f].points[p].setting = setting;
+    }
+  }
+}
+
+bool stopped(const MeasureOptions& options) { return options.stop && options.stop(); }
+
+/// Round after round over all of them, so that what else the machine does meets all alike.
+void run_rounds(const Plan& plan, const Reference& reference, const MeasureOptions& options,
+                std::vector<Timing>& timings) {
+  Progress progress("timing", options.repeats * static_cast<int>(timings.size()));
+  int done = 0;
+  for (int round = 0; round < options.repeats; ++round) {
+    for (Timing& timing : timings) {
+      if (stopped(options)) return;
+      run_for_time(plan, reference, timing);
+      progress.update(++done);
+    }
+  }
+}
+
 }  // namespace
 
 std::vector<MeasuredFamily> measure(const Scene& scene, const Plan& plan,
@@ -119,6 +154,7 @@ std::vector<MeasuredFamily> measure(const Scene& scene, const Plan& plan,
   std::vector<Timing> timings;
   std::vector<MeasuredFamily> out;
   for (const Family& family : families) {
+    if (stopped(options)) break;
     MeasuredFamily measured{family, {}, {}, {}};
     for (const MeasuredFamily& earlier : out)
       if (measured.same_as.empty() && same_settings(earlier.family, family))
@@ -128,6 +164,7 @@ std::vector<MeasuredFamily> measure(const Scene& scene, const Plan& plan,
       const Reference mine =
           family.own ? own_reference(scene, plan, reference, measured) : reference;
       for (const Setting& setting : family.settings) {
+        if (stopped(options)) break;
         const auto found = setting.key.empty() ? known.end() : known.find(setting.key);
         if (found != known.end()) {
           measured.points.push_back({});  // filled in when all is known
@@ -147,23 +184,12 @@ std::vector<MeasuredFamily> measure(const Scene& scene, const Plan& plan,
       std::erase_if(known, [&](const auto& entry) { return entry.second.family == out.size(); });
       measured.refused = why.what();
     }
-    out.push_back(std::move(measured));
+    if (!measured.points.empty() || !measured.refused.empty()) out.push_back(std::move(measured));
   }
-  // Round after round over all of them, so that what else the machine does meets all alike.
-  for (int round = 0; round < options.repeats; ++round)
-    for (Timing& timing : timings) run_for_time(plan, reference, timing);
+  progress.wipe();
+  run_rounds(plan, reference, options, timings);
   for (Timing& timing : timings) set_cost(timing, out[timing.family].points[timing.point]);
-  for (size_t f = 0; f < out.size(); ++f) {
-    for (size_t p = 0; p < out[f].points.size(); ++p) {
-      const std::string& key = out[f].points[p].setting.key;
-      if (key.empty()) continue;
-      const Place& first = known.at(key);
-      if (first == Place{f, p}) continue;
-      const Setting setting = out[f].points[p].setting;
-      out[f].points[p] = out[first.family].points[first.point];
-      out[f].points[p].setting = setting;
-    }
-  }
+  copy_known(known, out);
   return out;
 }
 

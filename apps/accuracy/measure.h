@@ -1,6 +1,7 @@
 // Cost and error of each setting.
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -47,11 +48,14 @@ struct MeasureOptions {
   int repeats = 5;
   bool physics = true;
   bool contacts = true;  ///< the scene has some: their figures are part of its physics
+  /// Asked from time to time: true ends measuring with the settings measured so far.
+  std::function<bool()> stop = {};
 };
 
 /// Every piece by every setting: once for its error and to warm up, then in `repeats` rounds over
 /// all settings for the time. Settings with equal keys are measured once. Physics is added to those
-/// at the scene's own time step.
+/// at the scene's own time step. Where options.stop ends it: without the settings that were not
+/// reached, times from as many rounds as there were, the first run where there was none.
 std::vector<MeasuredFamily> measure(const Scene& scene, const Plan& plan,
                                     const Reference& reference, const std::vector<Family>& families,
                                     const MeasureOptions& options);

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "closed_forms.h"
+#include "report/progress.h"
 
 namespace counterpoint::apps::accuracy {
 namespace {
@@ -45,8 +46,12 @@ State advanced(Mover& mover, const State& start, double duration) {
 std::vector<State> ends(const Scene& scene, const Plan& plan, const std::vector<Piece>& pieces,
                         Integrator integrator, double h) {
   const auto mover = engine_mover(scene, fine_setting(scene, integrator, h));
+  Progress progress("reference", static_cast<int>(pieces.size()));
   std::vector<State> out;
-  for (const Piece& piece : pieces) out.push_back(advanced(*mover, piece.start, plan.length));
+  for (const Piece& piece : pieces) {
+    out.push_back(advanced(*mover, piece.start, plan.length));
+    progress.update(static_cast<int>(out.size()));
+  }
   return out;
 }
 
@@ -54,6 +59,7 @@ std::vector<State> ends(const Scene& scene, const Plan& plan, const std::vector<
 std::vector<Piece> trajectory(const Scene& scene, const Plan& plan, Integrator integrator,
                               double h) {
   const auto mover = engine_mover(scene, fine_setting(scene, integrator, h));
+  Progress progress("reference", static_cast<int>(plan.starts.size()));
   std::vector<Piece> pieces;
   State now{0.0, scene.q, scene.v};
   double time = 0.0;
@@ -62,6 +68,7 @@ std::vector<Piece> trajectory(const Scene& scene, const Plan& plan, Integrator i
     pieces.push_back({now, advanced(*mover, now, plan.length)});
     now = pieces.back().end;
     time = start + plan.length;
+    progress.update(static_cast<int>(pieces.size()));
   }
   return pieces;
 }

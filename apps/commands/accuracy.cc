@@ -12,6 +12,7 @@
 #include "accuracy/findings.h"
 #include "command.h"
 #include "input/scene_arguments.h"
+#include "interrupt.h"
 #include "view/view_option.h"
 
 namespace counterpoint::apps {
@@ -107,6 +108,8 @@ int run(Arguments& arguments) {
   options.contacts = accuracy::rows_of(scene).contacts;
   const accuracy::Reference reference =
       accuracy::make_reference(scene, plan, reference_kind(arguments.reference), arguments.finer);
+  const Interrupt interrupt;  // while a reference is computed there is nothing to keep
+  options.stop = Interrupt::wanted;
   accuracy::Findings findings{scene,
                               plan,
                               reference,
@@ -116,12 +119,13 @@ int run(Arguments& arguments) {
                               {},
                               arguments.wants,
                               arguments.repeats};
+  const bool stopped = Interrupt::wanted();
   findings.front = accuracy::pareto_front(findings.measured);
   for (const double want : arguments.wants)
     findings.recommendations.push_back(
         accuracy::recommend(findings.measured, want, reference.error));
   for (accuracy::Recommendation& r : findings.recommendations) {
-    if (!r.place) continue;
+    if (!r.place || stopped) continue;
     accuracy::Point& point = findings.measured[r.place->family].points[r.place->point];
     accuracy::add_physics(scene, plan, reference, options, point);
     r.words += accuracy::block_words(point);
@@ -130,15 +134,20 @@ int run(Arguments& arguments) {
   Report& report = arguments.report;
   report.begin("accuracy", arguments.scene.file);
   const bool ok = !findings.front.empty() && reference.warning.empty();
-  report["status"] = ok ? "ok" : "failed";
+  report["status"] = stopped ? "stopped" : ok ? "ok" : "failed";
   accuracy::add_to(report, findings);
   accuracy::print(report.text(), findings);
   if (!arguments.folder.empty()) {
-    findings.replay = write_settings_replay(arguments, findings);
+    if (!stopped) findings.replay = write_settings_replay(arguments, findings);
     accuracy::write_report(arguments.folder, findings);
   }
   report.write();
-  return ok ? kSuccess : kFailed;
+  if (stopped)
+    fmt::print(stderr,
+               "error: stopped by Ctrl-C or SIGTERM: settings not reached are left out, times are "
+               "of fewer repeats{}\n",
+               arguments.folder.empty() ? "" : "; " + arguments.folder + " has the report");
+  return ok && !stopped ? kSuccess : kFailed;
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include "command.h"
 #include "counterpoint/engine/io/trajectory.h"
 #include "input/scene_arguments.h"
+#include "interrupt.h"
 #include "measure/median.h"
 #include "recordings/page.h"
 #include "recordings/parameters.h"
@@ -163,6 +164,19 @@ void report_coordinates(const std::vector<CoordinateFigures>& coordinates, Repor
                one.r2 ? fmt::format(", R2 {:.4f}", *one.r2) : "");
 }
 
+/// Ctrl-C has left some out: says so, in the report and to the user. Exit code.
+int end_early(size_t done, size_t given, const Arguments& arguments, Report& report) {
+  const std::string message =
+      fmt::format("stopped by Ctrl-C or SIGTERM: {} of {} recordings were compared", done, given);
+  report["status"] = "stopped";
+  report["message"] = message;
+  std::string files;
+  for (const std::string& file : {arguments.output, arguments.page})
+    if (done > 0 && !file.empty()) files += (files.empty() ? "; they are in " : " and ") + file;
+  fmt::print(stderr, "error: {}{}\n", message, files);
+  return kFailed;
+}
+
 /// Per recording, and the medians.
 int compare_inverse(Arguments& arguments) {
   const Scene scene = with_settings(arguments.scene.load(), arguments.set);
@@ -183,11 +197,17 @@ int compare_inverse(Arguments& arguments) {
   report["status"] = "ok";
   Json list = Json::array();
   std::vector<ExplainedRecording> all;
-  const std::vector<Recording> recordings = read_all(arguments.recordings, map, scene);
-  Progress progress("explaining", static_cast<int>(recordings.size()));
+  std::vector<Recording> recordings = read_all(arguments.recordings, map, scene);
+  const size_t given = recordings.size();
+  const Interrupt interrupt;
+  Progress progress("explaining", static_cast<int>(given));
   for (const Recording& recording : recordings) {
     const ExplainedRecording& explained =
-        all.emplace_back(explain_recording(explainer, map, recording));
+        all.emplace_back(explain_recording(explainer, map, recording, Interrupt::wanted));
+    if (explained.stopped) {
+      all.pop_back();
+      break;
+    }
     Json& entry = list.emplace_back();
     entry["file"] = explained.file;
     entry["rows"] = explained.rows;
@@ -201,9 +221,13 @@ int compare_inverse(Arguments& arguments) {
     }
     progress.update(static_cast<int>(all.size()));
   }
+  progress.wipe();
+  recordings.resize(all.size());
   if (csv) csv->flush();
+  int exit_code = kSuccess;
+  if (all.size() < given) exit_code = end_early(all.size(), given, arguments, report);
   Json medians = Json::object();
-  for (size_t i = 0; i < all[0].figures.size(); ++i) {
+  for (size_t i = 0; !all.empty() && i < all[0].figures.size(); ++i) {
     std::vector<double> values;
     for (const ExplainedRecording& one : all) values.push_back(one.figures[i].second);
     medians[all[0].figures[i].first] = median(values);
@@ -217,7 +241,7 @@ int compare_inverse(Arguments& arguments) {
     fmt::print(report.text(), "  median {} {:.5g}\n", key, value.get<double>());
   report_coordinates(coordinates, report);
   report.write();
-  if (!arguments.page.empty()) {
+  if (!arguments.page.empty() && !all.empty()) {
     HtmlPage page("Forces behind recordings: " + arguments.scene.file);
     const Chart chart = unexplained_chart(all);
     page.paragraph("What no contact within reach can have given, over the weight.");
@@ -226,7 +250,7 @@ int compare_inverse(Arguments& arguments) {
     page.table(explanation_table(all));
     write_page(arguments.page, page, {chart});
   }
-  return kSuccess;
+  return exit_code;
 }
 
 /// The curves of one recording, as a page beside the report, with its replay where one can be had.
@@ -318,14 +342,21 @@ int compare(Arguments& arguments) {
 
   RowWriter writer(arguments.output, map);
   std::vector<Prediction> predictions;
-  const std::vector<Recording> recordings = read_all(arguments.recordings, map, scene);
+  std::vector<Recording> recordings = read_all(arguments.recordings, map, scene);
+  const size_t given = recordings.size();
+  const Interrupt interrupt;
+  options.stop = Interrupt::wanted;
   Predictor predictor(scene, map, options);
-  Progress progress("comparing", static_cast<int>(recordings.size()));
+  Progress progress("comparing", static_cast<int>(given));
   for (const Recording& recording : recordings) {
-    predictions.push_back(predictor.predict(recording));
+    Prediction prediction = predictor.predict(recording);
+    if (prediction.stopped) break;
+    predictions.push_back(std::move(prediction));
     writer.write(recording, predictions.back());
     progress.update(static_cast<int>(predictions.size()));
   }
+  progress.wipe();
+  recordings.resize(predictions.size());
   writer.finish();
 
   Report& report = arguments.report;
@@ -333,13 +364,16 @@ int compare(Arguments& arguments) {
   report["mode"] = arguments.mode;
   fill_report(scene.model, predictions, compared(map), report);
   report_coordinates(velocity_figures(map, predictions), report);
+  int exit_code = kSuccess;
+  if (predictions.size() < given)
+    exit_code = end_early(predictions.size(), given, arguments, report);
   report.write();
+  if (predictions.empty()) return exit_code;
   const Replays replays(scene, arguments.scene.file, arguments.map, recordings, predictions,
                         compared(map));
   if (arguments.view.wanted()) replays.write_worst(arguments.view.file(), arguments.view.rate());
   if (!arguments.page.empty())
     write_page_of(arguments, scene, map, recordings, predictions, replays);
-  int exit_code = kSuccess;
   for (const Prediction& prediction : predictions) {
     if (!prediction.failure) continue;
     fmt::print(stderr, "error: {}: {}\n", prediction.file,

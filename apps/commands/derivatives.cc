@@ -10,6 +10,7 @@
 #include "counterpoint/engine/io/trajectory.h"
 #include "counterpoint/engine/step_derivatives.h"
 #include "input/scene_arguments.h"
+#include "interrupt.h"
 #include "measure/median.h"
 #include "report/failure.h"
 #include "report/progress.h"
@@ -202,8 +203,11 @@ int derivatives(Arguments& arguments) {
   Run run(arguments, scene);
   SimulationOptions options = scene.options;
   std::optional<FailedStep> failed;
+  const Interrupt interrupt;
   Progress progress("derivatives", trajectory.num_steps());
-  for (int k = 0; k < trajectory.num_steps() && !failed; ++k) {
+  int done = 0;
+  for (; done < trajectory.num_steps() && !failed && !Interrupt::wanted(); ++done) {
+    const int k = done;
     options.time_step = steps[static_cast<size_t>(k)];
     if (!run.step(k, trajectory, options)) {
       failed = {k, trajectory.time[static_cast<size_t>(k)], {}};
@@ -215,22 +219,27 @@ int derivatives(Arguments& arguments) {
   run.finish();
   Report& report = arguments.report;
   report.begin("derivatives", arguments.scene.file);
-  report["status"] = failed ? "failed" : "ok";
+  const bool stopped = !failed && done < trajectory.num_steps();
+  report["status"] = failed ? "failed" : stopped ? "stopped" : "ok";
   if (failed) {
     add_failure(scene.model, *failed, report.json());
     report.write();
     fmt::print(stderr, "error: {}\n", failure_message(scene.model, *failed));
     return kFailed;
   }
-  report["steps"] = trajectory.num_steps();
+  report["steps"] = done;
   report["steps_by_differences"] = run.by_differences;
   if (arguments.forward) report["singular_steps"] = run.singular();
   report["time_median_us"] = median(run.times_us);
   fmt::print(report.text(), "{} steps of {} coordinates, {:.3g} us each; {} by differences\n",
-             trajectory.num_steps(), scene.model.nv(), median(run.times_us), run.by_differences);
+             done, scene.model.nv(), median(run.times_us), run.by_differences);
   if (arguments.check) report_check(run, trajectory, report);
   report.write();
-  return kSuccess;
+  if (!stopped) return kSuccess;
+  fmt::print(stderr, "error: stopped by Ctrl-C or SIGTERM after {} of {} steps{}\n", done,
+             trajectory.num_steps(),
+             arguments.output.empty() ? "" : "; up to there, " + arguments.output);
+  return kFailed;
 }
 
 }  // namespace

@@ -14,6 +14,7 @@
 #include "hard_cases/tables.h"
 #include "hard_cases/trial.h"
 #include "input/data_folder.h"
+#include "interrupt.h"
 #include "peers/not_expressible.h"
 #include "report/chart.h"
 #include "report/html_page.h"
@@ -79,6 +80,7 @@ fs::path scene_folder(const Arguments& arguments) {
 Run run_on(Engine engine, const HardCase& hard_case, const fs::path& scenes, double allowed,
            const fs::path& state_file = {}, const fs::path& replay_file = {}) {
   Run run{engine, Trial(scenes, engine, allowed), {}, {}, 0.0};
+  run.trial.stop_when(Interrupt::wanted);
   run.trial.keep_state_in(state_file);
   run.trial.keep_replay_in(replay_file);
   run.trial.chart.title = hard_case.name;
@@ -86,6 +88,8 @@ Run run_on(Engine engine, const HardCase& hard_case, const fs::path& scenes, dou
   try {
     hard_case.run(run.trial);
     if (run.trial.checks.empty()) run.failure = "nothing was measured";
+  } catch (const Stopped&) {
+    throw;
   } catch (const peers::NotExpressible& reason) {
     run.lacking = reason.what();
   } catch (const std::exception& error) {
@@ -150,11 +154,18 @@ int hard_cases(Arguments& arguments) {
   report.begin("hard-cases", scenes.string());
   std::vector<Result> results;
   Progress progress("hard cases", static_cast<int>(cases.size()));
-  for (const HardCase& c : cases) {
-    progress.update(static_cast<int>(results.size()));
-    results.push_back(run_case(c, scenes, arguments));
-    print_result(report.text(), results.back());
+  const Interrupt interrupt;
+  try {
+    for (const HardCase& c : cases) {
+      progress.update(static_cast<int>(results.size()));
+      results.push_back(run_case(c, scenes, arguments));
+      progress.wipe();
+      print_result(report.text(), results.back());
+    }
+  } catch (const Stopped&) {  // the case under way has no result
   }
+  progress.wipe();
+  const bool stopped = results.size() < cases.size();
   const auto failed = std::count_if(results.begin(), results.end(),
                                     [](const Result& result) { return !result.ours.passed(); });
   fmt::print(report.text(), "{} of {} cases passed\n", results.size() - failed, results.size());
@@ -169,13 +180,17 @@ int hard_cases(Arguments& arguments) {
     }
     if (arguments.views) write_replay_list(folder, results);
   }
-  report["status"] = failed == 0 ? "ok" : "failed";
+  report["status"] = stopped ? "stopped" : failed == 0 ? "ok" : "failed";
   report["failed"] = failed;
   Json entries = Json::array();
   for (const Result& result : results) entries.push_back(json_case(result));
   report["cases"] = entries;
   report.write();
-  return failed == 0 ? kSuccess : kFailed;
+  if (stopped)
+    fmt::print(stderr, "error: stopped by Ctrl-C or SIGTERM: {} of {} cases were run{}\n",
+               results.size(), cases.size(),
+               arguments.folder.empty() ? "" : "; " + arguments.folder + " has them");
+  return failed == 0 && !stopped ? kSuccess : kFailed;
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 
 #include "command.h"
 #include "input/scene_arguments.h"
+#include "interrupt.h"
 #include "recordings/objective.h"
 #include "recordings/page.h"
 #include "report/progress.h"
@@ -224,11 +225,22 @@ int identify(Arguments& arguments) {
   Progress progress("identifying", 1000);
   arguments.fit.robust = arguments.loss == "cauchy";
   arguments.fit.progress = [&](int done, int total) { progress.update(1000 * done / total); };
+  arguments.fit.stop = Interrupt::wanted;
+  const Interrupt interrupt;
   const Fit found = fit(problem, arguments.fit);
 
   Report& report = arguments.report;
   report.begin("identify", arguments.scene.file);
+  progress.wipe();
   fill_report(parameters, problem, found, report);
+  if (found.stopped) {
+    report["status"] = "stopped";
+    report.write();
+    fmt::print(stderr,
+               "error: stopped by Ctrl-C or SIGTERM: the figures are the best found so far, "
+               "without intervals or scores\n");
+    return kFailed;
+  }
   const Scene after = with_parameters(e.scene, parameters, found.values());
   const Compared by = compared(e.map);
   Rollouts shown;  // of the recordings that were not fitted; of all if all were

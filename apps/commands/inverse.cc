@@ -10,6 +10,7 @@
 #include "counterpoint/engine/io/trajectory.h"
 #include "counterpoint/engine/step.h"
 #include "input/scene_arguments.h"
+#include "interrupt.h"
 #include "report/contact_table.h"
 #include "report/failure.h"
 #include "report/progress.h"
@@ -94,6 +95,15 @@ class Output {
   std::unique_ptr<ContactTable> contacts_;
 };
 
+/// What a run that is stopped leaves behind.
+std::string kept(const Arguments& arguments) {
+  std::vector<std::string> files;
+  for (const std::string& file : {arguments.output, arguments.contacts})
+    if (!file.empty()) files.push_back(file);
+  return (files.empty() ? "" : fmt::format("; up to there, {}", fmt::join(files, " and "))) +
+         std::string(arguments.view.wanted() ? "; no replay was written" : "");
+}
+
 int inverse(Arguments& arguments) {
   arguments.view.check();
   const Scene scene = arguments.scene.load();
@@ -109,8 +119,11 @@ int inverse(Arguments& arguments) {
   Extremes extremes;
   SimulationOptions options = scene.options;
   std::optional<FailedStep> failed;
+  const Interrupt interrupt;
   Progress progress("recovering forces", trajectory.num_steps());
-  for (int k = 0; k < trajectory.num_steps(); ++k) {
+  int done = 0;
+  for (; done < trajectory.num_steps() && !Interrupt::wanted(); ++done) {
+    const int k = done;
     options.time_step = steps[k];
     trajectory.set_known(model, k, known);
     step_inverse(model, options, trajectory.q.col(k), trajectory.v.col(k), trajectory.q.col(k + 1),
@@ -126,7 +139,8 @@ int inverse(Arguments& arguments) {
     progress.update(k + 1);
   }
   output.finish();
-  if (arguments.view.wanted() && !failed)
+  const bool stopped = !failed && done < trajectory.num_steps();
+  if (arguments.view.wanted() && !failed && !stopped)
     view::write_replay(
         arguments.view.file(), scene,
         {arguments.scene.file, {arguments.trajectory}, arguments.scene.package_folders()},
@@ -134,14 +148,14 @@ int inverse(Arguments& arguments) {
 
   Report& report = arguments.report;
   report.begin("inverse", arguments.scene.file);
-  report["status"] = failed ? "failed" : "ok";
+  report["status"] = failed ? "failed" : stopped ? "stopped" : "ok";
   if (failed) {
     add_failure(model, *failed, report.json());
     report.write();
     fmt::print(stderr, "error: {}\n", failure_message(model, *failed));
     return kFailed;
   }
-  report["steps"] = trajectory.num_steps();
+  report["steps"] = done;
   report["altered_rows"] = trajectory.altered_rows;
   if (trajectory.altered_rows > 0) {
     fmt::print(stderr,
@@ -150,13 +164,13 @@ int inverse(Arguments& arguments) {
                trajectory.file, trajectory.altered_rows, trajectory.num_rows());
   }
   report["contacts_mean"] =
-      static_cast<double>(extremes.contacts) / std::max(trajectory.num_steps(), 1);
+      static_cast<double>(extremes.contacts) / std::max(done, 1);
   report["force_scale_max"] = extremes.scale;
   report["unactuated_force_max"] = extremes.unactuated;
   report["velocity_mismatch_max"] = extremes.mismatch;
   fmt::print(report.text(),
              "{} steps; largest force at work {:.6g}, largest unactuated force {:.3g} [N, N m]\n",
-             trajectory.num_steps(), extremes.scale, extremes.unactuated);
+             done, extremes.scale, extremes.unactuated);
   if (trajectory.applied_force.size() > 0) {
     const auto relative = [](double error, double scale) {
       return scale > 0.0 ? error / scale : error;
@@ -172,7 +186,10 @@ int inverse(Arguments& arguments) {
         relative(extremes.error, extremes.scale), relative(extremes.error, extremes.recorded));
   }
   report.write();
-  return kSuccess;
+  if (!stopped) return kSuccess;
+  fmt::print(stderr, "error: stopped by Ctrl-C or SIGTERM after {} of {} steps{}\n", done,
+             trajectory.num_steps(), kept(arguments));
+  return kFailed;
 }
 
 }  // namespace

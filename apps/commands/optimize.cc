@@ -2,8 +2,6 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
-#include <atomic>
-#include <csignal>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -11,6 +9,7 @@
 #include "command.h"
 #include "counterpoint/engine/optimize/feedback.h"
 #include "input/data_folder.h"
+#include "interrupt.h"
 #include "optimize/page.h"
 #include "optimize/run.h"
 #include "report/report.h"
@@ -31,9 +30,6 @@ struct Arguments {
   view::ViewOption view;
   Report report;
 };
-
-std::atomic<bool> interrupted{false};
-void interrupt(int) { interrupted = true; }
 
 /// One line that is written over and over, where a person looks on; else a line for every stage.
 class ProgressLine {
@@ -107,7 +103,7 @@ OptimizedStart run_start(const Arguments& arguments, const opt::ProblemFile& fil
   ProgressLine line(arguments.quiet);
   settings.progress = [&](const opt::Progress& p) {
     line.show(p);
-    return !interrupted;
+    return !Interrupt::wanted();
   };
   OptimizedStart start;
   const bool shown = arguments.view.wanted() || !arguments.folder.empty();
@@ -211,10 +207,10 @@ int optimize(Arguments& arguments) {
   check(arguments);
   opt::ProblemFile file = opt::load_problem(arguments.problem, arguments.frames);
   apply(arguments, file);
-  std::signal(SIGINT, interrupt);
+  const Interrupt interrupt;
   std::vector<OptimizedStart> starts;
   std::size_t best = 0;
-  for (int i = 0; i < arguments.starts && !interrupted; ++i) {
+  for (int i = 0; i < arguments.starts && !Interrupt::wanted(); ++i) {
     starts.push_back(run_start(arguments, file, arguments.seed + static_cast<std::uint64_t>(i)));
     print_start(arguments.report, starts.back());
     if (is_better(starts.back(), starts[best])) best = starts.size() - 1;
@@ -233,7 +229,12 @@ int optimize(Arguments& arguments) {
     write_optimization_page(arguments.folder, file, starts, best,
                             view::can_make_pages() ? "replay.html" : "");
   report.write();
-  return starts[best].feasible() ? kSuccess : kFailed;
+  if (!Interrupt::wanted()) return starts[best].feasible() ? kSuccess : kFailed;
+  fmt::print(stderr, "error: stopped by Ctrl-C or SIGTERM{}\n",
+             arguments.output.empty()
+                 ? ""
+                 : "; " + arguments.output + " is the motion so far, --resume goes on from it");
+  return kFailed;
 }
 
 std::string bundled_problem(const std::string& name) {

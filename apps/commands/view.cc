@@ -8,6 +8,7 @@
 #include "command.h"
 #include "counterpoint/engine/io/trajectory.h"
 #include "input/scene_arguments.h"
+#include "interrupt.h"
 #include "report/progress.h"
 #include "report/report.h"
 #include "view/capture.h"
@@ -71,7 +72,10 @@ view::Clip recorded(const Arguments& arguments, const Scene& scene, const Trajec
                     const std::vector<double>& steps, bool forces) {
   Progress progress(forces ? "recovering forces" : "reading the motion", trajectory.num_steps());
   return view::clip_of(scene, trajectory, steps, arguments.rate, forces,
-                       [&](int done) { progress.update(done); });
+                       [&](int done) {
+                         progress.update(done);
+                         return !Interrupt::wanted();
+                       });
 }
 
 view::Replay make_replay(const Arguments& arguments, const Scene& scene) {
@@ -119,7 +123,10 @@ std::vector<std::string> write_pictures(const Arguments& arguments) {
   if (!arguments.pictures.any()) return names;
   Progress progress("drawing pictures in Chromium", 1);
   const view::Drawn drawn =
-      view::draw(arguments.output, arguments.pictures, [&] { progress.show_time(); });
+      view::draw(arguments.output, arguments.pictures, [&] {
+        progress.show_time();
+        return !Interrupt::wanted();
+      });
   progress.wipe();
   std::filesystem::path stem = arguments.output;
   stem.replace_extension();
@@ -141,15 +148,18 @@ std::vector<std::string> write_pictures(const Arguments& arguments) {
 int view_motion(Arguments& arguments) {
   check(arguments);
   const Scene scene = arguments.scene.load();
+  const Interrupt interrupt;
   const view::Replay replay = make_replay(arguments, scene);
   const std::string page = view::replay_page(replay);
   view::write_whole(arguments.output, page);
-  const std::vector<std::string> pictures = write_pictures(arguments);
+  const std::vector<std::string> pictures =
+      Interrupt::wanted() ? std::vector<std::string>() : write_pictures(arguments);
+  const bool stopped = Interrupt::wanted();
 
   const view::Clip& clip = replay.clip;
   Report& report = arguments.report;
   report.begin("view", arguments.scene.file);
-  report["status"] = "ok";
+  report["status"] = stopped ? "stopped" : "ok";
   report["page"] = arguments.output;
   report["page_bytes"] = page.size();
   report["rows"] = clip.rows;
@@ -170,7 +180,11 @@ int view_motion(Arguments& arguments) {
              clip.states.front().time, clip.states.back().time);
   for (const std::string& note : replay.visuals.notes) fmt::print(stderr, "note: {}\n", note);
   for (const std::string& name : pictures) fmt::print(report.text(), "{}\n", name);
-  return kSuccess;
+  if (!stopped) return kSuccess;
+  fmt::print(stderr, "error: stopped by Ctrl-C or SIGTERM: {} has the motion up to {:.6g} s{}\n",
+             arguments.output, clip.states.back().time,
+             arguments.pictures.any() && pictures.empty() ? ", no pictures were drawn" : "");
+  return kFailed;
 }
 
 void add_picture_options(Command& command, Arguments& arguments) {

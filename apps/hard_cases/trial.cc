@@ -33,6 +33,7 @@ bool Trial::write_replay() {
 }
 
 void Trial::step(Runner& sim) {
+  if (stop_wanted_ && stop_wanted_()) throw Stopped("stopped");
   const bool first = recorder_ && &sim == runners_[0].get() &&
                      (recorded_.q.size() == 0 || sim.state().time >= recorded_.time);
   const State before = first ? sim.state() : State();

@@ -37,6 +37,11 @@ class StepFailure : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+/// A case is not to be gone on with.
+class Stopped : public std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
 /// What a case does its work with, and what it leaves behind.
 class Trial {
  public:
@@ -52,6 +57,9 @@ class Trial {
   /// Lets go of what was loaded; figures and chart stay.
   void unload() { runners_.clear(); }
 
+  /// Asked before every step; a step throws Stopped where it says so. Empty: never.
+  void stop_when(std::function<bool()> wanted) { stop_wanted_ = std::move(wanted); }
+
   /// Where the last good state goes if a step fails (docs/reference/trajectory-format.md); empty: nowhere.
   void keep_state_in(std::filesystem::path file) { state_file_ = std::move(file); }
 
@@ -60,7 +68,7 @@ class Trial {
   /// Writes it; before unload. False if there is none. @throws InputError.
   bool write_replay();
 
-  /// One step. @throws StepFailure.
+  /// One step. @throws StepFailure, Stopped.
   void step(Runner& sim);
   /// One step, and the forces within it.
   Forces step_and_recover(Runner& sim);
@@ -98,6 +106,7 @@ class Trial {
   std::filesystem::path scenes_;
   Engine engine_;
   double allowed_;  ///< [s]
+  std::function<bool()> stop_wanted_;
   std::filesystem::path state_file_;
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
   std::vector<std::unique_ptr<Runner>> runners_;

@@ -15,6 +15,9 @@ namespace {
 /// Residuals depend on a parameter if their derivative is more than this share of the largest.
 constexpr double kDependence = 1e-7;
 
+/// Stages of a refinement: so many times coarser are their differences.
+constexpr std::array<double, 3> kCoarser = {30.0, 5.0, 1.0};
+
 /// Parameters as shares of their ranges, 0 at the lower bound and 1 at the upper one.
 class Shares {
  public:
@@ -72,6 +75,9 @@ class Loss {
   double scale2_;
 };
 
+/// FitOptions::stop says so.
+struct StopWanted {};
+
 /// Weighted residuals of all groups over shares, with rows that hold the shares within 0 ... 1.
 struct System : Eigen::DenseFunctor<double> {
   const FitProblem& problem;
@@ -80,6 +86,9 @@ struct System : Eigen::DenseFunctor<double> {
   std::vector<double> weights;  // of the groups' losses
   double difference, bound_weight;
   bool exact;
+  std::function<bool()> stop;
+  bool may_stop = false;      // in unless_stopped
+  int work = 0, planned = 0;  // in evaluations, at most; nothing is told where none is planned
   Fit& counts;
 
   System(const FitProblem& p, const Shares& s, const FitOptions& options, int groups, int size,
@@ -91,14 +100,36 @@ struct System : Eigen::DenseFunctor<double> {
         difference(options.difference),
         bound_weight(1.0),
         exact(false),
+        stop(options.stop),
         counts(out) {}
+
+  /// Calls act(), and ends it where it is asked to stop. False if so, or if that was before.
+  template <class Act>
+  bool unless_stopped(Act act) {
+    if (counts.stopped) return false;
+    may_stop = true;
+    try {
+      act();
+    } catch (const StopWanted&) {
+      counts.stopped = true;
+    }
+    may_stop = false;
+    return !counts.stopped;
+  }
 
   /// last: of the stages of a refinement.
   void use_exact(const FitOptions& options, bool last) {
     exact = options.exact && problem.linearize && (last || !problem.rough);
   }
 
+  /// So many more evaluations of those planned are done.
+  void tell(const FitOptions& options, int evaluations) {
+    work = std::min(work + evaluations, planned);
+    if (options.progress && planned > 0) options.progress(work, planned);
+  }
+
   GroupedResiduals groups(const VectorX& at) const {
+    if (may_stop && stop && stop()) throw StopWanted();
     ++counts.evaluations;
     GroupedResiduals r = problem.residuals(shares.values(at));
     for (size_t g = 0; g < r.size(); ++g)
@@ -204,12 +235,20 @@ VectorX halton(int k, Eigen::Index dimensions) {
   return point;
 }
 
+bool is_under_way(Eigen::LevenbergMarquardtSpace::Status status) {
+  return status == Eigen::LevenbergMarquardtSpace::NotStarted ||
+         status == Eigen::LevenbergMarquardtSpace::Running;
+}
+
+/// By differences on both sides.
+int evaluations_of_derivatives(const VectorX& at) { return 2 * static_cast<int>(at.size()); }
+
 /// Levenberg-Marquardt with differences over ever smaller steps: predictions with contacts are
 /// rough functions of their parameters, and small steps would follow the roughness.
 VectorX refine(System& system, const VectorX& from, const FitOptions& options, int rounds) {
   VectorX best = from;
   double cost = total(system.groups(best));
-  for (const double coarser : {30.0, 5.0, 1.0}) {
+  for (const double coarser : kCoarser) {
     system.difference = coarser * options.difference;
     system.use_exact(options, coarser == 1.0);
     VectorX at = best;
@@ -218,13 +257,20 @@ VectorX refine(System& system, const VectorX& from, const FitOptions& options, i
     solver.setFtol(coarser > 1.0 ? 1e-3 : 1e-9);
     solver.setXtol(coarser > 1.0 ? 1e-2 : 1e-7);
     solver.setMaxfev(rounds);
-    solver.minimize(at);
+    const bool ended = system.unless_stopped([&] {
+      using Eigen::LevenbergMarquardtSpace::Status;
+      for (Status status = solver.minimizeInit(at); is_under_way(status);) {
+        status = solver.minimizeOneStep(at);
+        system.tell(options, 1 + evaluations_of_derivatives(at));
+      }
+    });
     at = at.cwiseMax(0.0).cwiseMin(1.0);
     const double found = total(system.groups(at));
     if (found < cost) {
       cost = found;
       best = at;
     }
+    if (!ended) break;
   }
   return best;
 }
@@ -295,7 +341,9 @@ std::vector<VectorX> bootstrap(System& system, const VectorX& at, const FitOptio
     std::fill(system.weights.begin(), system.weights.end(), 0.0);
     for (size_t draw = 0; draw < given.size(); ++draw)
       system.weights[(generator() >> 11) % given.size()] += 1.0;
-    found.push_back(refine(system, at, options, 8));
+    const VectorX refit = refine(system, at, options, 8);
+    if (system.counts.stopped) break;
+    found.push_back(refit);
     if (options.progress) options.progress(k + 1, options.bootstrap);
   }
   system.weights = given;
@@ -312,18 +360,49 @@ void check(const FitProblem& problem, int residuals) {
 }
 
 /// The start and the samples, best first.
-std::vector<std::pair<double, VectorX>> explore(const System& system, const VectorX& start,
+std::vector<std::pair<double, VectorX>> explore(System& system, const VectorX& start,
                                                 const FitOptions& options) {
   std::vector<std::pair<double, VectorX>> tried;
-  tried.emplace_back(total(system.groups(start)), start);
-  for (int k = 1; k <= options.samples; ++k) {
-    const VectorX at = halton(k, start.size());
-    tried.emplace_back(total(system.groups(at)), at);
-    if (options.progress) options.progress(k, options.samples);
-  }
+  system.unless_stopped([&] {
+    tried.emplace_back(total(system.groups(start)), start);
+    for (int k = 1; k <= options.samples; ++k) {
+      const VectorX at = halton(k, start.size());
+      tried.emplace_back(total(system.groups(at)), at);
+      system.tell(options, 1);
+    }
+  });
+  if (tried.empty()) tried.emplace_back(0.0, start);  // stopped
   std::stable_sort(tried.begin(), tried.end(),
                    [](const auto& a, const auto& b) { return a.first < b.first; });
   return tried;
+}
+
+/// Of a whole refinement, at most.
+int refinement_evaluations(const FitOptions& options, const VectorX& at) {
+  return static_cast<int>(kCoarser.size()) * options.max_rounds *
+         (1 + evaluations_of_derivatives(at));
+}
+
+/// Refines points as long as nothing stops it, one at least looked at; sorts them, best first.
+void refine_all(System& system, const FitOptions& options,
+                std::vector<std::pair<double, VectorX>>& points) {
+  size_t done = 0;
+  for (; done < points.size() && (done == 0 || !system.counts.stopped); ++done) {
+    auto& [cost, at] = points[done];
+    cost = total(system.groups(at));
+    system.bound_weight = 10.0 * std::sqrt(std::max(cost, 1e-300));
+    const int before = system.work;
+    const VectorX better = refine(system, at, options, options.max_rounds);
+    system.tell(options, before + refinement_evaluations(options, at) - system.work);
+    const double found = total(system.groups(better));
+    if (found < cost) {
+      cost = found;
+      at = better;
+    }
+  }
+  points.resize(done);
+  std::stable_sort(points.begin(), points.end(),
+                   [](const auto& a, const auto& b) { return a.first < b.first; });
 }
 
 double median_square(const GroupedResiduals& r) {
@@ -388,24 +467,15 @@ Fit fit(const FitProblem& problem, const FitOptions& options) {
   VectorX start(problem.start.size());
   for (Eigen::Index i = 0; i < start.size(); ++i) start[i] = shares.share(i, problem.start[i]);
 
-  set_loss(system, start, options);
+  const int refined = std::clamp(options.refined, 1, options.samples + 1);
+  system.planned = options.samples + refined * refinement_evaluations(options, start);
+  system.unless_stopped([&] { set_loss(system, start, options); });
   std::vector<std::pair<double, VectorX>> tried = explore(system, start, options);
   set_loss(system, tried[0].second, options);
   out.loss_scale = std::sqrt(system.loss.scale2());
   out.start_cost = total(system.groups(start));
-  tried.resize(std::min<size_t>(tried.size(), static_cast<size_t>(std::max(options.refined, 1))));
-  for (auto& [cost, at] : tried) {
-    system.bound_weight = 10.0 * std::sqrt(std::max(total(system.groups(at)), 1e-300));
-    const VectorX better = refine(system, at, options, options.max_rounds);
-    cost = total(system.groups(at));
-    const double found = total(system.groups(better));
-    if (found < cost) {
-      cost = found;
-      at = better;
-    }
-  }
-  std::stable_sort(tried.begin(), tried.end(),
-                   [](const auto& a, const auto& b) { return a.first < b.first; });
+  tried.resize(std::min(tried.size(), static_cast<size_t>(refined)));
+  refine_all(system, options, tried);
   for (const auto& [cost, at] : tried) out.refined_costs.push_back(cost);
   VectorX& best = tried[0].second;
   out.cost = tried[0].first;
@@ -413,11 +483,18 @@ Fit fit(const FitProblem& problem, const FitOptions& options) {
   // interval.
   system.difference = 10.0 * options.difference;
   system.use_exact(options, false);
-  const Spread s = spread(system, best);
-  // What nothing depends on stays as it is in the scene.
-  for (Eigen::Index i = 0; i < best.size(); ++i)
-    if (!s.known[i]) best[i] = start[i];
-  fill(shares, best, s, bootstrap(system, best, options), out);
+  Spread s;
+  if (system.unless_stopped([&] { s = spread(system, best); })) {
+    // What nothing depends on stays as it is in the scene.
+    for (Eigen::Index i = 0; i < best.size(); ++i)
+      if (!s.known[i]) best[i] = start[i];
+  } else {
+    s.known.assign(static_cast<size_t>(best.size()), 0);
+    s.covariance = MatrixX::Zero(best.size(), best.size());
+  }
+  system.planned = 0;  // refits tell by themselves
+  const bool more = !out.stopped && options.bootstrap > 0;
+  fill(shares, best, s, more ? bootstrap(system, best, options) : std::vector<VectorX>(), out);
   return out;
 }
 

@@ -44,6 +44,8 @@ struct FitOptions {
   /// Step of the central differences, as a share of the range between the bounds.
   double difference = 1e-3;
   std::function<void(int done, int total)> progress = {};
+  /// Asked as the search goes on: true ends it with the best found so far.
+  std::function<bool()> stop = {};
 };
 
 struct Interval {
@@ -66,6 +68,7 @@ struct Fit {
   int evaluations = 0;      ///< of all residuals
   int linearizations = 0;   ///< of all residuals with their exact derivatives
   std::vector<double> refined_costs;  ///< of the points refined, best first
+  bool stopped = false;  ///< by FitOptions::stop: intervals may be missing
   VectorX values() const;
 };
 

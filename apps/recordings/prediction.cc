@@ -132,6 +132,8 @@ Prediction Predictor::roll_out(const Recording& recording, PredictionWatch* watc
     if (watch) watch->start(recording, start);
     const int last = std::min(start + horizon, rows - 1);
     for (int row = start; row < last; ++row) {
+      out.stopped = options_.stop && options_.stop();
+      if (out.stopped) return out;
       if (!predict_row(simulator_, map_, recording, row, options_, watch, out)) return out;
       if (watch) watch->row(recording, row + 1, simulator_.state());
       out.q.col(row + 1) = simulator_.state().q;

@@ -2,6 +2,7 @@
 // prediction is from it (docs/reference/recording-format.md, The score).
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <string>
 #include <utility>
@@ -37,6 +38,7 @@ struct PredictionOptions {
   double scene_step = 0.002;    ///< [s]
   /// Every so many rows the recording is taken anew as the start; 0: its first row only.
   int horizon = 0;
+  std::function<bool()> stop = {};  ///< asked at every row: true ends the prediction there
 };
 
 /// An impact as predicted, against the one recorded.
@@ -63,6 +65,7 @@ struct Prediction {
   std::optional<ImpactDeviation> impact;  ///< of impacts; no row is then predicted
   long steps = 0, newton_iterations = 0;
   std::optional<FailedStep> failure;  ///< rows from there on are not predicted
+  bool stopped = false;               ///< by PredictionOptions::stop; means are not to be used
 };
 
 /// The recorded state at a row; with `backward_difference` velocities, floating links are g

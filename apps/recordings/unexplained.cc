@@ -229,11 +229,14 @@ bool Explainer::derive(ParameterDerivator& derivator, InverseParameterDerivative
 }
 
 ExplainedRecording explain_recording(Explainer& explainer, const ColumnMap& map,
-                                     const Recording& recording) {
+                                     const Recording& recording,
+                                     const std::function<bool()>& stop) {
   ExplainedRecording out;
   out.file = recording.file;
   out.rows = recording.num_rows();
   for (int row = 0; row + 1 < out.rows; ++row) {
+    out.stopped = stop && stop();
+    if (out.stopped) return out;
     out.time.push_back(recording.time[row]);
     out.steps.push_back(explainer.explain(recording, row, row_interval(map, recording, row)));
   }

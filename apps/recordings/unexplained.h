@@ -1,6 +1,7 @@
 // Forces behind a recorded motion, and how much of them no contact can have given.
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <string>
 #include <utility>
@@ -58,9 +59,12 @@ struct ExplainedRecording {
   std::vector<double> time;  ///< of the rows where steps start [s]
   std::vector<Explanation> steps;
   std::vector<std::pair<const char*, double>> figures;  ///< under their names in the report
+  bool stopped = false;
 };
+/// stop: asked at every row; where it says so, the result is marked and has no figures.
 ExplainedRecording explain_recording(Explainer& explainer, const ColumnMap& map,
-                                     const Recording& recording);
+                                     const Recording& recording,
+                                     const std::function<bool()>& stop = {});
 
 /// What is left unexplained by coordinate over all steps of some recordings, but for those that a
 /// motor may have moved with a force that was not recorded.

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <poll.h>
+#include <signal.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -30,9 +31,9 @@ std::string escaped(const std::string& path) {
 }
 
 /// What a program writes to standard output; its standard error is lost. waiting, if there is one,
-/// is called ten times a second.
+/// is called ten times a second; false ends the program.
 std::string output_of(const std::vector<std::string>& command,
-                      const std::function<void()>& waiting) {
+                      const std::function<bool()>& waiting) {
   int ends[2];
   if (pipe(ends) != 0) throw std::runtime_error("no pipe");
   std::vector<char*> words;
@@ -55,7 +56,11 @@ std::string output_of(const std::vector<std::string>& command,
   for (ssize_t size = 1; size > 0;) {
     pollfd ready{ends[0], POLLIN, 0};
     if (poll(&ready, 1, kInterval) == 0) {
-      if (waiting) waiting();
+      if (waiting && !waiting()) {
+        kill(child, SIGTERM);
+        out.clear();
+        break;
+      }
       continue;
     }
     size = read(ends[0], part, sizeof part);
@@ -102,7 +107,7 @@ std::string find_chromium() {
   return "";
 }
 
-Drawn draw(const fs::path& page, const Pictures& pictures, const std::function<void()>& waiting) {
+Drawn draw(const fs::path& page, const Pictures& pictures, const std::function<bool()>& waiting) {
   const std::string chromium = find_chromium();
   if (chromium.empty())
     throw InputError(
@@ -123,6 +128,7 @@ Drawn draw(const fs::path& page, const Pictures& pictures, const std::function<v
   command.push_back("file://" + escaped(fs::absolute(page).string()) + fragment(pictures));
   const std::string text = output_of(command, waiting);
   Drawn out;
+  if (waiting && !waiting()) return out;
   for (size_t at = 0; (at = text.find("<pre class=\"capture\"", at)) != std::string::npos;) {
     const size_t begin = text.find('>', at) + 1, end = text.find('<', begin);
     const std::string bytes = from_base64(text.substr(begin, end - begin));

@@ -29,9 +29,9 @@ struct Drawn {
 std::string find_chromium();
 
 /// Opens a page and reads what it drew (page/capture.js); meanwhile waiting, if there is one, is
-/// called ten times a second. @throws InputError where there is no Chromium, std::runtime_error
-/// where it drew nothing, or has no encoder for video.
+/// called ten times a second: false ends it, and nothing is drawn. @throws InputError where there
+/// is no Chromium, std::runtime_error where it drew nothing, or has no encoder for video.
 Drawn draw(const std::filesystem::path& page, const Pictures& pictures,
-           const std::function<void()>& waiting = {});
+           const std::function<bool()>& waiting = {});
 
 }  // namespace counterpoint::view

@@ -109,22 +109,23 @@ Clip ClipRecorder::finish(const State& last) {
 
 Clip clip_of(const Scene& scene, const Trajectory& trajectory,
              const std::vector<double>& step_lengths, double rate, bool forces,
-             const std::function<void(int)>& progress) {
+             const std::function<bool(int)>& progress) {
   const auto state = [&](int row) {
     return State{trajectory.time[row], trajectory.q.col(row), trajectory.v.col(row)};
   };
   ClipRecorder recorder(scene, rate, forces);
   Input input;
-  for (int k = 0; k < trajectory.num_steps(); ++k) {
+  int k = 0;
+  for (bool on = true; k < trajectory.num_steps() && on; ++k) {
     trajectory.columns.set(scene.model, trajectory.known.col(k), input);
     input.applied_force.resize(0);
     if (trajectory.applied_force.size() > 0) input.applied_force = trajectory.applied_force.col(k);
     const double h =
         step_lengths.empty() ? trajectory.time[k + 1] - trajectory.time[k] : step_lengths[k];
     recorder.add_step(state(k), input, h, state(k + 1));
-    if (progress) progress(k + 1);
+    if (progress) on = progress(k + 1);
   }
-  return recorder.finish(state(trajectory.num_rows() - 1));
+  return recorder.finish(state(k));
 }
 
 }  // namespace counterpoint::view

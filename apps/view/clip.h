@@ -80,10 +80,10 @@ class ClipRecorder {
 };
 
 /// The clip of a trajectory. step_lengths may be empty without forces. progress, if there is one,
-/// is called with the number of steps done.
+/// is called with the number of steps done; false ends the clip there.
 Clip clip_of(const Scene& scene, const Trajectory& trajectory,
              const std::vector<double>& step_lengths, double rate, bool forces,
-             const std::function<void(int)>& progress = {});
+             const std::function<bool(int)>& progress = {});
 
 /// Reads the table of `inverse --contacts`; contacts at the times of the clip's frames become its
 /// own. @throws InputError naming file and line for a shape that the scene has not, a number that
