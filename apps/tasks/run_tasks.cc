@@ -61,7 +61,8 @@ class TaskRun {
       else
         follow(workers);
     }
-    results_.seconds = std::chrono::duration<double>(Clock::now() - start).count();
+    if (settings_.compute)
+      results_.seconds = std::chrono::duration<double>(Clock::now() - start).count();
     if (journal_) journal_->sync(true);
     share_end();
     return std::move(results_);
@@ -272,11 +273,12 @@ class TaskRun {
       return;
     }
     agree(world_, world_.is_root() ? failure_ : "", bad_input_);
-    BytesReader figures(broadcast(world_, BytesWriter()
-                                              .put(results_.finished)
-                                              .put(results_.computed)
-                                              .put(results_.stopped)
-                                              .take()));
+    const std::string shared = broadcast(world_, BytesWriter()
+                                                     .put(results_.finished)
+                                                     .put(results_.computed)
+                                                     .put(results_.stopped)
+                                                     .take());
+    BytesReader figures(shared);
     results_.finished = figures.get<std::int64_t>();
     results_.computed = figures.get<std::int64_t>();
     results_.stopped = figures.get<bool>();
