@@ -15,8 +15,6 @@
 namespace counterpoint::apps::tasks {
 namespace {
 
-constexpr int kTag = 0;
-
 /// Of a mask of processors; longer ones are folded.
 using Mask = std::array<unsigned char, 1024>;
 
@@ -43,25 +41,26 @@ class MpiWorld : public World {
     return fmt::format("rank {} on {}", rank_, std::string(host.data(), static_cast<size_t>(length)));
   }
 
-  void send(int to, std::string bytes) override {
+  void send(int to, Channel channel, std::string bytes) override {
     if (bytes.size() > 0x7fffffffu)
       throw std::runtime_error("results of more than 2 GiB cannot be sent at once; give --parts DIR");
     clear_sent();
     Sending& sending = sending_.emplace_back(Sending{std::move(bytes), MPI_REQUEST_NULL});
-    MPI_Isend(sending.bytes.data(), static_cast<int>(sending.bytes.size()), MPI_BYTE, to, kTag,
-              MPI_COMM_WORLD, &sending.request);
+    MPI_Isend(sending.bytes.data(), static_cast<int>(sending.bytes.size()), MPI_BYTE, to,
+              static_cast<int>(channel), MPI_COMM_WORLD, &sending.request);
   }
 
-  std::optional<Message> receive() override {
+  std::optional<Message> receive(Channel channel) override {
     clear_sent();
     int there = 0;
     MPI_Status status;
-    MPI_Iprobe(MPI_ANY_SOURCE, kTag, MPI_COMM_WORLD, &there, &status);
+    const int tag = static_cast<int>(channel);
+    MPI_Iprobe(MPI_ANY_SOURCE, tag, MPI_COMM_WORLD, &there, &status);
     if (there == 0) return {};
     int length = 0;
     MPI_Get_count(&status, MPI_BYTE, &length);
     Message message{status.MPI_SOURCE, std::string(static_cast<size_t>(length), '\0')};
-    MPI_Recv(message.bytes.data(), length, MPI_BYTE, status.MPI_SOURCE, kTag, MPI_COMM_WORLD,
+    MPI_Recv(message.bytes.data(), length, MPI_BYTE, status.MPI_SOURCE, tag, MPI_COMM_WORLD,
              MPI_STATUS_IGNORE);
     return message;
   }

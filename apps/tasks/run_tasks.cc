@@ -124,7 +124,7 @@ class TaskRun {
   void tell(Word word, std::int64_t wanted, const std::string& text = "", bool bad_input = false) {
     const std::lock_guard lock(mutex_);
     const std::int64_t done = unsent_.exchange(0);
-    world_.send(0, BytesWriter()
+    world_.send(0, Channel::kTasks, BytesWriter()
                        .put(static_cast<char>(word))
                        .put(wanted)
                        .put(done)
@@ -160,12 +160,12 @@ class TaskRun {
 
   /// True: rank 0 has answered.
   bool listen(Workers& workers) {
-    const auto message = world_.receive();
+    const auto message = world_.receive(Channel::kTasks);
     if (!message) return false;
     obey(*message, workers);
     return true;
   }
-  void await_answer(Workers& workers) { obey(world_.wait(), workers); }
+  void await_answer(Workers& workers) { obey(world_.wait(Channel::kTasks), workers); }
 
   static void obey(const Message& message, Workers& workers) {
     BytesReader reader(message.bytes);
@@ -192,7 +192,7 @@ class TaskRun {
       workers.wait(world_.size() > 1 ? kTick : kLoneTick);
       if (journal_) journal_->sync();
       notice(workers);
-      while (const auto message = world_.receive()) hear(*message, others);
+      while (const auto message = world_.receive(Channel::kTasks)) hear(*message, others);
       if (const std::int64_t wanted = workers.wanted(); wanted > 0) {
         const Chunk chunk = next(wanted);
         if (chunk.empty())
@@ -258,7 +258,7 @@ class TaskRun {
   void answer(int to, std::int64_t wanted) {
     const Chunk chunk = next(wanted);
     const Word word = !chunk.empty() ? Word::kChunk : stopping_ ? Word::kStop : Word::kNoMore;
-    world_.send(to, BytesWriter()
+    world_.send(to, Channel::kTasks, BytesWriter()
                         .put(static_cast<char>(word))
                         .put(chunk.first)
                         .put(chunk.count)

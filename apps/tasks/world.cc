@@ -19,8 +19,8 @@ class LoneWorld : public World {
   int size() const override { return 1; }
   int cores() const override { return available_cores(); }
   std::string name() const override { return "this process"; }
-  void send(int, std::string) override {}
-  std::optional<Message> receive() override { return {}; }
+  void send(int, Channel, std::string) override {}
+  std::optional<Message> receive(Channel) override { return {}; }
 };
 
 /// What a rank says in agree().
@@ -40,10 +40,10 @@ struct Standing {
 
 std::unique_ptr<World> lone_world() { return std::make_unique<LoneWorld>(); }
 
-Message World::wait() {
+Message World::wait(Channel channel) {
   constexpr auto kShortest = std::chrono::microseconds(20), kLongest = std::chrono::microseconds(1000);
   for (auto pause = kShortest;; pause = std::min(2 * pause, kLongest)) {
-    if (auto message = receive()) return std::move(*message);
+    if (auto message = receive(channel)) return std::move(*message);
     std::this_thread::sleep_for(pause);
   }
 }
@@ -52,25 +52,25 @@ void agree(World& world, const std::string& error, bool bad_input) {
   Standing mine{error, bad_input};
   if (!world.is_root()) {
     if (!error.empty()) mine.error = fmt::format("{}: {}", world.name(), error);
-    world.send(0, mine.bytes());
-    mine = Standing::of(world.wait().bytes);
+    world.send(0, Channel::kTogether, mine.bytes());
+    mine = Standing::of(world.wait(Channel::kTogether).bytes);
   } else {
     std::vector<Standing> all(static_cast<std::size_t>(world.size()));
     all[0] = mine;
     for (int i = 1; i < world.size(); ++i) {
-      const Message message = world.wait();
+      const Message message = world.wait(Channel::kTogether);
       all[static_cast<std::size_t>(message.from)] = Standing::of(message.bytes);
     }
     const auto first = std::find_if(all.begin(), all.end(), [](const Standing& s) { return !s.error.empty(); });
     if (first != all.end()) mine = *first;
-    for (int i = 1; i < world.size(); ++i) world.send(i, mine.bytes());
+    for (int i = 1; i < world.size(); ++i) world.send(i, Channel::kTogether, mine.bytes());
   }
   if (!mine.error.empty()) throw WorldFailed(mine.error, mine.bad_input);
 }
 
 std::string broadcast(World& world, std::string bytes) {
-  if (!world.is_root()) return world.wait().bytes;
-  for (int i = 1; i < world.size(); ++i) world.send(i, bytes);
+  if (!world.is_root()) return world.wait(Channel::kTogether).bytes;
+  for (int i = 1; i < world.size(); ++i) world.send(i, Channel::kTogether, bytes);
   return bytes;
 }
 

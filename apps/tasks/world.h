@@ -14,6 +14,10 @@ struct Message {
   std::string bytes;
 };
 
+/// Messages of one channel are not seen by who listens to the other: a rank may be done with its tasks,
+/// and say so to all, while rank 0 still deals with those of others.
+enum class Channel { kTasks = 0, kTogether = 1 };
+
 class World {
  public:
   virtual ~World() = default;
@@ -22,14 +26,14 @@ class World {
   /// Threads that this rank may keep busy: its processors, over the ranks that share them.
   virtual int cores() const = 0;
   virtual std::string name() const = 0;  ///< "rank 3 on node7", for messages
-  /// Does not wait for the receiver. Messages from one rank to another arrive in order.
-  virtual void send(int to, std::string bytes) = 0;
+  /// Does not wait for the receiver. Messages of a channel from one rank to another arrive in order.
+  virtual void send(int to, Channel channel, std::string bytes) = 0;
   /// A message, if one is there.
-  virtual std::optional<Message> receive() = 0;
+  virtual std::optional<Message> receive(Channel channel) = 0;
 
   bool is_root() const { return rank() == 0; }
   /// Waits, asleep for the most part: the processor is others'.
-  Message wait();
+  Message wait(Channel channel);
 };
 
 /// This process alone.
