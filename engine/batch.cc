@@ -6,6 +6,8 @@
 #include <string>
 #include <thread>
 
+#include "counterpoint/engine/cores.h"
+
 namespace counterpoint {
 namespace {
 
@@ -46,8 +48,7 @@ Batch::Batch(const Scene& scene, int num_threads) {
   if (num_threads < 0)
     throw InputError("number of threads: expected 0 (one for every core) or more, found " +
                      std::to_string(num_threads));
-  const int cores = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
-  const int count = num_threads == 0 ? cores : num_threads;
+  const int count = num_threads == 0 ? available_cores() : num_threads;
   simulators_.reserve(static_cast<size_t>(count));
   for (int i = 0; i < count; ++i) simulators_.emplace_back(scene);
 }

@@ -29,7 +29,7 @@ struct ForwardDerivativeBlocks {
 /// number of threads.
 class Batch {
  public:
-  /// @param num_threads  0: one for every core
+  /// @param num_threads  0: one for every core that this process may use (cores.h)
   explicit Batch(const Scene& scene, int num_threads = 0);
 
   int num_threads() const { return static_cast<int>(simulators_.size()); }

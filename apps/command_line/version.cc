@@ -5,6 +5,7 @@
 #include <Eigen/Core>
 
 #include "peers/mujoco.h"
+#include "tasks/world.h"
 #include "view/replay.h"
 
 namespace counterpoint::apps {
@@ -31,6 +32,7 @@ std::string processor() {
 }  // namespace
 
 std::string version_text() {
+  const std::string mpi = tasks::mpi_version();
   const std::string mujoco = peers::mujoco_version();
   return fmt::format(
       "counterpoint {}\n"
@@ -38,10 +40,12 @@ std::string version_text() {
       "compiled for: Eigen {}.{}.{} with {}\n"
       "runs on:      {}\n"
       "replay pages: {}\n"
+      "MPI:          {}\n"
       "MuJoCo:       {}\n",
       COUNTERPOINT_VERSION, COUNTERPOINT_BUILD, EIGEN_WORLD_VERSION, EIGEN_MAJOR_VERSION,
       EIGEN_MINOR_VERSION, Eigen::SimdInstructionSetsInUse(), processor(),
       view::can_make_pages() ? "yes" : "no (built without node and npm)",
+      mpi.empty() ? "no (built without libopenmpi-dev)" : mpi,
       mujoco.empty() ? "no (built without libmujoco-dev)" : mujoco);
 }
 

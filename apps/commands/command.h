@@ -11,6 +11,8 @@ enum ExitCode { kSuccess = 0, kFailed = 1, kBadInput = 2 };
 
 void add_simulate(CommandLine& line);
 void add_rollout(CommandLine& line);
+void add_sweep(CommandLine& line);
+void add_merge(CommandLine& line);
 void add_inverse(CommandLine& line);
 void add_derivatives(CommandLine& line);
 void add_compare(CommandLine& line);

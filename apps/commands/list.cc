@@ -17,7 +17,8 @@ struct Kind {
 constexpr Kind kKinds[] = {{"scenes", "scenes", ".yaml"},
                            {"robots", "robots", ".urdf"},
                            {"problems", "scenes/optimize", ".yaml"},
-                           {"maps", "maps", ".yaml"}};
+                           {"maps", "maps", ".yaml"},
+                           {"studies", "studies", ".yaml"}};
 
 int list(const std::string& word, bool all) {
   for (const Kind& kind : kKinds) {
@@ -45,9 +46,9 @@ void add_list(CommandLine& line) {
   };
   auto arguments = std::make_shared<Arguments>();
   Command& command = line.add("list", "List what comes with the command, by the names it takes");
-  command.add_option("KIND", arguments->kind, "scenes, robots, problems (of optimize) or maps")
+  command.add_option("KIND", arguments->kind, "scenes, robots, problems (of optimize), studies (of sweep) or maps")
       .required()
-      .one_of({"scenes", "robots", "problems", "maps"});
+      .one_of({"scenes", "robots", "problems", "studies", "maps"});
   command.add_flag("--all", arguments->all, "Those in folders too: hard/arch_falls");
   command.footer(
       "Example:\n  counterpoint list scenes\n  counterpoint simulate humanoid_drop --view "

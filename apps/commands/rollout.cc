@@ -1,23 +1,23 @@
-// counterpoint rollout: many trajectories of one scene at once, over all cores.
+// counterpoint rollout: many trajectories of one scene at once, over all cores and ranks.
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <memory>
-#include <mutex>
 #include <optional>
 
 #include "command.h"
-#include "counterpoint/engine/batch.h"
+#include "counterpoint/engine/io/hash.h"
+#include "counterpoint/engine/io/state_file.h"
 #include "counterpoint/engine/io/table.h"
 #include "counterpoint/engine/io/trajectory.h"
 #include "input/applied_inputs.h"
 #include "input/scene_arguments.h"
 #include "interrupt.h"
 #include "report/failure.h"
-#include "report/progress.h"
 #include "report/report.h"
+#include "tasks/bytes.h"
+#include "tasks/task_arguments.h"
 
 namespace counterpoint::apps {
 namespace {
@@ -25,7 +25,8 @@ namespace {
 struct Arguments {
   SceneArguments scene;
   std::optional<double> duration, time_step;
-  int count = 16, threads = 0;
+  int count = 16;
+  tasks::TaskArguments tasks;
   std::vector<std::string> inputs;
   InputArguments random;  ///< its seed is that of rollout 0
   bool invert = false;
@@ -38,9 +39,39 @@ struct Rollout {
   State end;
   long steps = 0, softened = 0;
   double force_error = 0.0, force_scale = 0.0;  ///< largest [N, N m], with --invert
-  std::optional<FailedStep> failed;
+  std::string failure, failure_json;  ///< why a step failed, in words and for the report; or empty
   bool begun = false,
        stopped = false;  ///< by Ctrl-C: none of its steps, or the last ones are missing
+  bool failed() const { return !failure.empty(); }
+
+  std::string bytes() const {
+    return tasks::BytesWriter()
+        .put(end.time)
+        .numbers(end.q)
+        .numbers(end.v)
+        .put(steps)
+        .put(softened)
+        .put(force_error)
+        .put(force_scale)
+        .text(failure)
+        .text(failure_json)
+        .put(stopped)
+        .take();
+  }
+  explicit Rollout(const std::string& bytes) : begun(true) {
+    tasks::BytesReader reader(bytes);
+    end.time = reader.get<double>();
+    end.q = reader.vector();
+    end.v = reader.vector();
+    steps = reader.get<long>();
+    softened = reader.get<long>();
+    force_error = reader.get<double>();
+    force_scale = reader.get<double>();
+    failure = reader.text();
+    failure_json = reader.text();
+    stopped = reader.get<bool>();
+  }
+  Rollout() = default;
 };
 
 void check(const Arguments& arguments) {
@@ -75,7 +106,11 @@ Rollout roll_out(const Arguments& arguments, int index, Simulator& simulator) {
     if (arguments.invert) before = simulator.state();
     const StepReport step = simulator.step();
     if (!step.succeeded()) {
-      result.failed = {result.steps, simulator.state().time, step};
+      const FailedStep failed{result.steps, simulator.state().time, step};
+      result.failure = failure_message(simulator.model(), failed);
+      Json json;
+      add_failure(simulator.model(), failed, json);
+      result.failure_json = json.dump();
       break;
     }
     result.softened += step.softening.any() ? 1 : 0;
@@ -105,7 +140,7 @@ void write_ends(const std::string& file, const Model& model, const std::vector<R
     const Rollout& r = rollouts[i];
     if (!r.begun) continue;
     table.number(static_cast<double>(i));
-    table.number(r.failed ? 1.0 : 0.0);
+    table.number(r.failed() ? 1.0 : 0.0);
     table.number(static_cast<double>(r.steps));
     table.number(r.end.time);
     for (const double x : r.end.q) table.number(x);
@@ -117,7 +152,7 @@ void write_ends(const std::string& file, const Model& model, const std::vector<R
 }
 
 const char* status_of(const Rollout& rollout) {
-  if (rollout.failed) return "failed";
+  if (rollout.failed()) return "failed";
   if (!rollout.begun) return "not begun";
   return rollout.stopped ? "stopped" : "ok";
 }
@@ -130,7 +165,7 @@ struct Tally {
   void add(const Rollout& rollout) {
     steps += rollout.steps;
     softened += rollout.softened;
-    failures += rollout.failed ? 1 : 0;
+    failures += rollout.failed() ? 1 : 0;
     stopped += rollout.begun && rollout.stopped ? 1 : 0;
     begun += rollout.begun ? 1 : 0;
     force_error = std::max(force_error, rollout.force_error);
@@ -144,25 +179,48 @@ struct Tally {
   }
 };
 
-std::vector<Rollout> run(const Arguments& arguments, Batch& batch, Tally& tally) {
+/// Of all that the rollouts depend on.
+std::uint64_t fingerprint(const Arguments& arguments, const Scene& scene) {
+  Hash hash;
+  hash.add(std::string_view(COUNTERPOINT_VERSION));
+  hash.add(model_hash(scene.model));
+  hash.add(options_hash(scene.options));
+  hash.add(scene.options.duration);
+  hash.add(state_hash({0.0, scene.q, scene.v}));
+  for (const std::string& file : arguments.inputs) hash.add(std::string_view(file));
+  hash.add(arguments.random.random_scale);
+  hash.add(arguments.random.random_wrench_scale);
+  hash.add(arguments.random.seed);
+  hash.add(static_cast<int>(arguments.invert));
+  return hash.value();
+}
+
+tasks::TaskList task_list(const Arguments& arguments, const Scene& scene) {
+  tasks::TaskList list;
+  list.name = "rollouts";
+  list.count = arguments.count;
+  list.fingerprint = fingerprint(arguments, scene);
+  list.make_task = [&arguments, &scene]() -> tasks::Task {
+    return [&arguments, simulator = std::make_shared<Simulator>(scene)](std::int64_t i) {
+      const Rollout rollout = roll_out(arguments, static_cast<int>(i), *simulator);
+      return tasks::Outcome{rollout.bytes(), !rollout.stopped};
+    };
+  };
+  return list;
+}
+
+std::vector<Rollout> collect(const Arguments& arguments, const tasks::Results& results,
+                             Tally& tally) {
   std::vector<Rollout> rollouts(static_cast<size_t>(arguments.count));
-  const auto start = std::chrono::steady_clock::now();
-  Progress progress("rolling out", arguments.count);
-  std::mutex mutex;
-  int done = 0;
-  batch.run(arguments.count, [&](int i, Simulator& simulator) {
-    if (Interrupt::wanted()) return;
-    rollouts[static_cast<size_t>(i)] = roll_out(arguments, i, simulator);
-    const std::lock_guard lock(mutex);
-    progress.update(++done);
+  results.for_each([&](std::int64_t i, std::string&& bytes) {
+    rollouts[static_cast<size_t>(i)] = Rollout(bytes);
   });
-  tally.wall_seconds =
-      std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  tally.wall_seconds = results.seconds;
   for (const Rollout& rollout : rollouts) tally.add(rollout);
   return rollouts;
 }
 
-void fill_report(const Arguments& arguments, const Batch& batch,
+void fill_report(const Arguments& arguments, const tasks::Results& results,
                  const std::vector<Rollout>& rollouts, const Tally& tally, Report& report) {
   report.begin("rollout", arguments.scene.file);
   report["status"] = tally.failures > 0             ? "failed"
@@ -171,12 +229,11 @@ void fill_report(const Arguments& arguments, const Batch& batch,
   report["rollouts"] = arguments.count;
   report["failed_rollouts"] = tally.failures;
   report["finished_rollouts"] = tally.begun - tally.stopped - tally.failures;
-  report["threads"] = batch.num_threads();
+  add_run(results, report);
   report["steps"] = tally.steps;
   report["softened_steps"] = tally.softened;
-  report["wall_seconds"] = tally.wall_seconds;
   report["steps_per_second"] = tally.rate();
-  report["steps_per_second_and_thread"] = tally.rate() / batch.num_threads();
+  report["steps_per_second_and_thread"] = tally.rate() / (results.ranks * results.threads);
   if (arguments.invert) {
     report["force_error_max"] = tally.force_error;
     report["force_scale_max"] = tally.force_scale;
@@ -188,18 +245,19 @@ void fill_report(const Arguments& arguments, const Batch& batch,
       one["end_time_s"] = rollouts[i].end.time;
       one["state_hash"] = std::to_string(state_hash(rollouts[i].end));
     }
-    if (rollouts[i].failed) add_failure(batch.model(), *rollouts[i].failed, one);
+    if (rollouts[i].failed()) one.update(Json::parse(rollouts[i].failure_json));
     list.push_back(one);
   }
   report["results"] = list;
 }
 
-void print(const Arguments& arguments, const Batch& batch, const Tally& tally) {
+void print(const Arguments& arguments, const tasks::Results& results, const Tally& tally) {
+  const int threads = results.ranks * results.threads;
   fmt::print(arguments.report.text(),
              "{} rollouts, {} steps in {:.3g} s on {} thread{}: {:.4g} steps a second, {:.4g} a "
              "thread\n",
-             arguments.count, tally.steps, tally.wall_seconds, batch.num_threads(),
-             batch.num_threads() == 1 ? "" : "s", tally.rate(), tally.rate() / batch.num_threads());
+             arguments.count, tally.steps, tally.wall_seconds, threads, threads == 1 ? "" : "s",
+             tally.rate(), tally.rate() / threads);
   if (tally.softened > 0)
     fmt::print(arguments.report.text(), "{} steps were solved with softer contacts\n",
                tally.softened);
@@ -210,25 +268,27 @@ void print(const Arguments& arguments, const Batch& batch, const Tally& tally) {
                tally.force_scale);
 }
 
-int rollout(Arguments& arguments) {
+int rollout(Arguments& arguments, tasks::World& world) {
   check(arguments);
   Scene scene = arguments.scene.load();
   override_times(arguments.duration, arguments.time_step, scene.options);
   if (arguments.invert && scene.options.integrator == Integrator::kRungeKutta4)
     throw InputError(
         "--invert: runge_kutta_4 has no inverse; use implicit_midpoint or semi_implicit_euler");
-  Batch batch(scene, arguments.threads);
-  Tally tally;
   const Interrupt interrupt;
-  const std::vector<Rollout> rollouts = run(arguments, batch, tally);
-  fill_report(arguments, batch, rollouts, tally, arguments.report);
+  const tasks::Results results =
+      arguments.tasks.run(world, task_list(arguments, scene), Interrupt::wanted);
+  if (!world.is_root()) return kSuccess;
+  if (arguments.tasks.is_share() || (!results.complete() && !results.stopped))
+    return arguments.tasks.explain_incomplete(results, arguments.report);
+  Tally tally;
+  const std::vector<Rollout> rollouts = collect(arguments, results, tally);
+  fill_report(arguments, results, rollouts, tally, arguments.report);
   arguments.report.write();
-  if (!arguments.output.empty()) write_ends(arguments.output, batch.model(), rollouts);
-  print(arguments, batch, tally);
+  if (!arguments.output.empty()) write_ends(arguments.output, scene.model, rollouts);
+  print(arguments, results, tally);
   for (size_t i = 0; i < rollouts.size(); ++i)
-    if (rollouts[i].failed)
-      fmt::print(stderr, "error: rollout {}: {}\n", i,
-                 failure_message(batch.model(), *rollouts[i].failed));
+    if (rollouts[i].failed()) fmt::print(stderr, "error: rollout {}: {}\n", i, rollouts[i].failure);
   if (!tally.ended_early(arguments)) return tally.failures > 0 ? kFailed : kSuccess;
   fmt::print(
       stderr,
@@ -244,14 +304,11 @@ int rollout(Arguments& arguments) {
 
 void add_rollout(CommandLine& line) {
   auto arguments = std::make_shared<Arguments>();
-  Command& command = line.add("rollout", "Simulate a scene many times at once, over all cores");
+  Command& command = line.add("rollout", "Simulate a scene many times at once, over all cores and machines");
   arguments->scene.add_to(command);
   command.add_option("--count", arguments->count, "Number of rollouts; default 16")
       .range(1, 10000000);
-  command
-      .add_option("--threads", arguments->threads,
-                  "Number of threads; default 0: one for every core. Results do not depend on it")
-      .range(0, 4096);
+  arguments->tasks.add_to(command);
   add_times(command, arguments->duration, arguments->time_step);
   command
       .add_option("--inputs", arguments->inputs,
@@ -267,7 +324,10 @@ void add_rollout(CommandLine& line) {
       "Rollout i (from 0) gives the bits of `counterpoint simulate` with seed + i.\n"
       "Example:\n  counterpoint rollout data/scenes/humanoid_drop.yaml --count 100 "
       "--random-inputs 0.5 --output ends.csv --json rollout.json");
-  command.action([arguments] { return rollout(*arguments); });
+  command.action([arguments] {
+    return arguments->tasks.in_world(
+        [&](tasks::World& world) { return rollout(*arguments, world); });
+  });
 }
 
 }  // namespace counterpoint::apps

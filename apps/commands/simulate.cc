@@ -2,9 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
-#include <limits>
 #include <memory>
 #include <optional>
 
@@ -16,9 +14,7 @@
 #include "input/applied_inputs.h"
 #include "input/scene_arguments.h"
 #include "interrupt.h"
-#include "measure/run_watch.h"
-#include "measure/step_statistics.h"
-#include "measure/thread_clock.h"
+#include "measure/run.h"
 #include "measure/total_energy.h"
 #include "report/contact_table.h"
 #include "report/failure.h"
@@ -40,42 +36,6 @@ struct Arguments {
   InputArguments inputs;
   view::ViewOption view;
   Report report;
-};
-
-/// What is counted over the steps of a run.
-struct Tally {
-  ControlTally control;
-  StepStatistics statistics;
-  long softened_steps = 0;
-  double softening_max = 1.0, softened_first = 0.0;
-  long steps = 0, contacts = 0, sleeping = 0, newton_iterations = 0, newton_iterations_max = 0,
-       failures = 0;
-  double max_penetration = 0.0, end_penetration = 0.0, wall_seconds = 0.0;
-  double wall_limit = std::numeric_limits<double>::infinity();
-  std::unique_ptr<RunWatch> watch;  ///< only where a report is wanted: it costs some time a step
-
-  bool interrupted = false;  ///< by Ctrl-C
-
-  /// The run is to end here.
-  bool stops() {
-    interrupted = Interrupt::wanted();
-    return interrupted || wall_seconds > wall_limit;
-  }
-  /// `seconds`: processor time of the step.
-  void add(const StepReport& step, double start_time, double seconds) {
-    if (step.softening.any()) {
-      if (softened_steps++ == 0) softened_first = start_time;
-      softening_max = std::max(softening_max, std::abs(step.softening.factor));
-    }
-    statistics.add(step.newton_iterations, seconds);
-    ++steps;
-    contacts += step.contacts;
-    sleeping += step.sleeping_bodies;
-    newton_iterations += step.newton_iterations;
-    newton_iterations_max = std::max<long>(newton_iterations_max, step.newton_iterations);
-    end_penetration = step.max_penetration;
-    max_penetration = std::max(max_penetration, step.max_penetration);
-  }
 };
 
 void apply_overrides(const Arguments& arguments, SimulationOptions& options) {
@@ -100,104 +60,26 @@ struct Outputs {
   }
 };
 
-/// Steps the simulator to the end, or to the first step that fails. The trajectory ends with the
-/// last good state.
 std::optional<FailedStep> run(Simulator& simulator, AppliedInputs& inputs, Outputs& outputs,
-                              Tally& tally) {
-  const double h = simulator.options().time_step;
-  const long steps = std::lround(std::ceil(simulator.options().duration / h - 1e-6));
-  std::optional<FailedStep> failed;
-  State before;
-  Progress progress("simulating", static_cast<int>(steps));
-  for (long k = 0; k < steps && !failed && !tally.stops(); ++k) {
-    inputs.set(simulator);
-    if (outputs.any()) before = simulator.state();
-    const double start_time = simulator.state().time;
-    const auto start = std::chrono::steady_clock::now();
-    const double busy = thread_seconds();
-    const StepReport step = simulator.step();
-    const double seconds = thread_seconds() - busy;
-    tally.wall_seconds +=
-        std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-    tally.add(step, start_time, seconds);
-    if (!step.succeeded()) {
-      ++tally.failures;
-      failed = {k, simulator.state().time, step};
-    } else {
-      if (outputs.any()) outputs.step(before, simulator.input(), h, simulator.state(), step);
-      if (outputs.contacts) outputs.contacts->add_step(start_time, simulator.last_forces());
-      if (tally.watch) tally.watch->after_step(h);
-    }
-    progress.update(static_cast<int>(k + 1));
-  }
-  if (outputs.writer) outputs.writer->write_end(simulator.state());
-  return failed;
-}
-
-/// The same in controlled steps; every half is a step, and a row of the trajectory.
-std::optional<FailedStep> run_controlled(Simulator& simulator, AppliedInputs& inputs,
-                                         Outputs& outputs, Tally& tally) {
-  const SimulationOptions& options = simulator.options();
-  const double start_time = simulator.state().time, end = start_time + options.duration;
-  std::optional<FailedStep> failed;
-  State before;
+                              RunTally& tally) {
   constexpr int kParts = 1000;
   Progress progress("simulating", kParts);
-  while (simulator.state().time < end && !failed && !tally.stops()) {
-    inputs.set(simulator);
-    before = simulator.state();
-    const double landing = std::min(next_landing(*options.step_control, before.time, end),
-                                    inputs.next_change(before.time));
-    const auto start = std::chrono::steady_clock::now();
-    const double busy = thread_seconds();
-    const ControlledReport step = simulator.step_controlled(landing);
-    const double seconds = thread_seconds() - busy;
-    tally.wall_seconds +=
-        std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-    tally.add(step.first, before.time, 0.5 * seconds);
-    tally.add(step.second, before.time + 0.5 * step.step, 0.5 * seconds);
-    tally.control.add(step);
-    if (!step.succeeded()) {
-      ++tally.failures;
-      failed = {tally.steps - 1, before.time, step.second};
-    } else {
-      outputs.step(before, simulator.input(), 0.5 * step.step, simulator.middle(), step.first);
-      outputs.step(simulator.middle(), simulator.input(), 0.5 * step.step, simulator.state(),
-                   step.second);
-      if (outputs.contacts)
-        outputs.contacts->add_step(simulator.middle().time, simulator.last_forces());
-      if (tally.watch) tally.watch->after_step(step.step);
-    }
-    progress.update(static_cast<int>(kParts * (simulator.state().time - start_time) /
-                                     std::max(options.duration, before.time - start_time)));
-  }
+  RunHooks hooks;
+  hooks.stop = Interrupt::wanted;
+  hooks.progress = [&](double share) { progress.update(std::lround(kParts * share)); };
+  if (outputs.any())
+    hooks.step = [&](const State& before, const Input& input, double h, const State& after,
+                     const StepReport& report) { outputs.step(before, input, h, after, report); };
+  if (outputs.contacts)
+    hooks.forces = [&](double time) { outputs.contacts->add_step(time, simulator.last_forces()); };
+  const std::optional<FailedStep> failed = run_simulation(simulator, inputs, hooks, tally);
+  // The trajectory ends with the last good state.
   if (outputs.writer) outputs.writer->write_end(simulator.state());
   return failed;
-}
-
-void fill_report(const Tally& tally, double simulated_seconds, Report& report) {
-  const double steps = static_cast<double>(std::max(tally.steps, 1L));
-  report["steps"] = tally.steps;
-  report["simulated_seconds"] = simulated_seconds;
-  report["wall_seconds"] = tally.wall_seconds;
-  report["realtime_factor"] =
-      tally.wall_seconds > 0.0 ? simulated_seconds / tally.wall_seconds : 0.0;
-  report["contacts_mean"] = tally.contacts / steps;
-  report["sleeping_bodies_mean"] = tally.sleeping / steps;
-  report["newton_iterations_mean"] = tally.newton_iterations / steps;
-  report["newton_iterations_max"] = tally.newton_iterations_max;
-  tally.statistics.fill(report.json());
-  report["solver_failures"] = tally.failures;
-  report["softened_steps"] = tally.softened_steps;
-  report["softening_max"] = tally.softening_max;
-  if (tally.softened_steps > 0) report["softened_first_time_s"] = tally.softened_first;
-  report["max_penetration_m"] = tally.max_penetration;
-  report["end_penetration_m"] = tally.end_penetration;
-  if (tally.watch) tally.watch->fill(report.json());
 }
 
 /// Why the run ended before its time without a step that failed; empty: it did not.
-std::string stopped(const Tally& tally, const Simulator& simulator) {
+std::string stopped(const RunTally& tally, const Simulator& simulator) {
   if (tally.interrupted)
     return fmt::format("stopped at {:.6g} s by Ctrl-C or SIGTERM", simulator.state().time);
   if (!(tally.wall_seconds > tally.wall_limit)) return {};
@@ -207,7 +89,7 @@ std::string stopped(const Tally& tally, const Simulator& simulator) {
 
 void write_report(Arguments& arguments, const Simulator& simulator, const State& start,
                   const std::optional<FailedStep>& failed, const std::string& message,
-                  const Tally& tally) {
+                  const RunTally& tally) {
   const Model& model = simulator.model();
   const auto& control = simulator.options().step_control;
   Report& report = arguments.report;
@@ -216,7 +98,7 @@ void write_report(Arguments& arguments, const Simulator& simulator, const State&
   if (!message.empty()) report["message"] = message;
   if (failed) add_failure(model, *failed, report.json());
   report["time_step_s"] = simulator.options().time_step;
-  fill_report(tally, simulator.state().time - start.time, report);
+  tally.fill(simulator.state().time - start.time, report.json());
   if (control) report["step_control"] = step_control_report(*control, tally.control, simulator);
   report["energy_start_J"] = total_energy(model, start);
   report["energy_end_J"] = total_energy(model, simulator.state());
@@ -226,7 +108,7 @@ void write_report(Arguments& arguments, const Simulator& simulator, const State&
 }
 
 void print_figures(const Report& report, const Simulator& simulator, double simulated,
-                   const Tally& tally) {
+                   const RunTally& tally) {
   const double steps = static_cast<double>(std::max(tally.steps, 1L));
   fmt::print(
       report.text(),
@@ -285,12 +167,11 @@ int simulate(Arguments& arguments) {
     outputs.contacts = std::make_unique<ContactTable>(arguments.contacts, model);
   const State start = simulator.state();
   const Interrupt interrupt;
-  Tally tally;
+  RunTally tally;
   tally.wall_limit = arguments.wall_limit.value_or(tally.wall_limit);
   if (arguments.report.wanted()) tally.watch = std::make_unique<RunWatch>(simulator);
   const auto& control = simulator.options().step_control;
-  const std::optional<FailedStep> failed =
-      (control ? run_controlled : run)(simulator, inputs, outputs, tally);
+  const std::optional<FailedStep> failed = run(simulator, inputs, outputs, tally);
   if (!arguments.save_state.empty()) {
     write_state(arguments.save_state, model, simulator.options(), simulator.state(),
                 control ? std::optional(simulator.next_step()) : std::nullopt);

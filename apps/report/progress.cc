@@ -11,18 +11,21 @@ namespace counterpoint::apps {
 namespace {
 
 constexpr auto kInterval = std::chrono::milliseconds(100);
-constexpr int kBarWidth = 40;            // characters
+constexpr double kLogSeconds = 60.0;  // between two lines of a log
+constexpr int kBarWidth = 40;         // characters
 constexpr double kLeastShare = 0.01;  // done, before what is left is estimated
 
 }  // namespace
 
-Progress::Progress(std::string label, int total, double delay)
+Progress::Progress(std::string label, std::int64_t total, double delay, std::string unit)
     : label_(std::move(label)),
-      total_(std::max(total, 1)),
+      unit_(std::move(unit)),
+      total_(std::max<std::int64_t>(total, 1)),
       terminal_(isatty(STDERR_FILENO) == 1),
       start_(Clock::now()),
       next_draw_(start_ + std::chrono::duration_cast<Clock::duration>(
-                              std::chrono::duration<double>(delay))) {}
+                              std::chrono::duration<double>(
+                                  terminal_ ? delay : kLogSeconds))) {}
 
 Progress::~Progress() { wipe(); }
 
@@ -51,14 +54,31 @@ void Progress::show_time() {
   std::fflush(stderr);
 }
 
-void Progress::update(int done) {
+std::string Progress::rate_and_rest(std::int64_t done) const {
+  const double share = static_cast<double>(done) / static_cast<double>(total_);
+  std::string text;
+  if (!unit_.empty())
+    text += fmt::format(", {:.4g} {} a second", static_cast<double>(done) / elapsed(), unit_);
+  if (share > kLeastShare) text += fmt::format(", {:.0f} s left", elapsed() * (1.0 / share - 1.0));
+  return text;
+}
+
+void Progress::log(std::int64_t done) {
+  const Clock::time_point now = Clock::now();
+  if (unit_.empty() || now < next_draw_) return;
+  next_draw_ = now + std::chrono::duration_cast<Clock::duration>(
+                         std::chrono::duration<double>(kLogSeconds));
+  fmt::print(stderr, "{}: {} of {}{}\n", label_, done, total_, rate_and_rest(done));
+}
+
+void Progress::update(std::int64_t done) {
+  if (!terminal_) return log(done);
   if (!due()) return;
-  const double share = std::clamp(static_cast<double>(done) / total_, 0.0, 1.0);
+  const double share =
+      std::clamp(static_cast<double>(done) / static_cast<double>(total_), 0.0, 1.0);
   const int filled = static_cast<int>(share * kBarWidth);
-  const std::string left =
-      share > kLeastShare ? fmt::format(", {:.0f} s left", elapsed() * (1.0 / share - 1.0)) : "";
   fmt::print(stderr, "\r{} [{:#<{}}{:.<{}}] {:3.0f} %{}\033[K", label_, "", filled, "",
-             kBarWidth - filled, 100 * share, left);
+             kBarWidth - filled, 100 * share, rate_and_rest(done));
   std::fflush(stderr);
 }
 

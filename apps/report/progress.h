@@ -3,20 +3,23 @@
 #pragma once
 
 #include <chrono>
+#include <cstdint>
 #include <string>
 
 namespace counterpoint::apps {
 
-/// Draws on standard error, only if that is a terminal; wipes itself at the end.
+/// Draws on standard error, in general only if that is a terminal; wipes itself at the end.
 class Progress {
  public:
   /// @param delay  of the first bar, after construction [s]
-  Progress(std::string label, int total, double delay = 1.0);
+  /// @param unit   what is counted, "tasks": the bar then has their rate, and where standard error
+  ///               is no terminal (a log of a cluster's job) a line is written every minute
+  Progress(std::string label, std::int64_t total, double delay = 1.0, std::string unit = "");
   ~Progress();
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
 
-  void update(int done);
+  void update(std::int64_t done);
   /// For work of unknown length: the time that it has taken.
   void show_time();
   /// Takes the bar away until the next update: something else is about to be printed.
@@ -27,8 +30,11 @@ class Progress {
   bool due();
   double elapsed() const;  ///< [s]
 
-  std::string label_;
-  int total_;
+  void log(std::int64_t done);
+  std::string rate_and_rest(std::int64_t done) const;
+
+  std::string label_, unit_;
+  std::int64_t total_;
   bool terminal_;
   bool drawn_ = false;
   Clock::time_point start_, next_draw_;

@@ -2,11 +2,12 @@
 
 #include <algorithm>
 
+#include "counterpoint/engine/cores.h"
+
 namespace counterpoint::optimization {
 
 ThreadPool::ThreadPool(int num_threads) {
-  const int cores = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
-  const int count = num_threads > 0 ? num_threads : cores;
+  const int count = num_threads > 0 ? num_threads : available_cores();
   for (int i = 1; i < count; ++i) threads_.emplace_back([this, i] { work(i); });
 }
 

@@ -1,0 +1,185 @@
+#include "axis_reader.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "variation.h"
+
+namespace counterpoint::apps::sweep {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int kMostPoints = 1'000'000;
+/// Of a longer list only so many values are tried when the study is read: a task that cannot be run is a
+/// row that says so.
+constexpr std::size_t kMostTried = 100;
+
+struct Word {
+  const char* name;
+  Place place;
+};
+constexpr std::array kNumberWords = {
+    Word{"time_step", Place::kTimeStep}, Word{"duration", Place::kDuration},
+    Word{"random_inputs", Place::kRandomInputs}, Word{"random_wrenches", Place::kRandomWrenches},
+    Word{"input_seed", Place::kInputSeed}};
+constexpr std::array kWordWords = {
+    Word{"integrator", Place::kIntegrator}, Word{"friction_model", Place::kFrictionModel},
+    Word{"contact", Place::kContact}, Word{"inputs", Place::kInputs}};
+
+const Word* find(const auto& words, const std::string& name) {
+  for (const Word& word : words)
+    if (name == word.name) return &word;
+  return nullptr;
+}
+
+/// A coordinate of the start, or an angle of a free body. False: it is neither.
+bool find_coordinate(const std::string& name, const YamlValue& value, const Model& model, Axis& axis) {
+  const CoordinateNames names = coordinate_names(model);
+  const auto index_of = [](const std::vector<std::string>& list, const std::string& what) {
+    return static_cast<int>(std::find(list.begin(), list.end(), what) - list.begin());
+  };
+  const size_t dot = name.rfind('.');
+  if (dot == std::string::npos) return false;
+  const std::string owner = name.substr(0, dot), last = name.substr(dot + 1);
+  constexpr std::array kAngles = {"roll", "pitch", "yaw"};
+  const int quaternion = index_of(names.q, owner + ".qw");
+  const bool turns = quaternion < static_cast<int>(names.q.size());
+  const auto angle = std::find(kAngles.begin(), kAngles.end(), last);
+  if (turns && angle != kAngles.end()) {
+    axis.place = Place::kAngle;
+    axis.index = quaternion;
+    axis.angle = static_cast<int>(angle - kAngles.begin());
+    return true;
+  }
+  if (const int i = index_of(names.q, name); i < static_cast<int>(names.q.size())) {
+    if (turns && last.size() == 2 && last[0] == 'q')
+      value.fail(fmt::format("a quaternion cannot vary by one of its numbers; use {0}.roll, {0}.pitch, {0}.yaw [rad]", owner));
+    axis.place = Place::kPosition;
+    axis.index = i;
+    return true;
+  }
+  if (const int i = index_of(names.v, name); i < static_cast<int>(names.v.size())) {
+    axis.place = Place::kVelocity;
+    axis.index = i;
+    return true;
+  }
+  return false;
+}
+
+void find_place(const std::string& name, const YamlValue& value, const Scene& scene, Axis& axis) {
+  if (const Word* word = find(kNumberWords, name)) {
+    axis.place = word->place;
+    return;
+  }
+  if (const Word* word = find(kWordWords, name)) {
+    axis.place = word->place;
+    return;
+  }
+  if (find_coordinate(name, value, scene.model, axis)) return;
+  try {
+    axis.parameter = parse_parameters(name, scene).front();
+  } catch (const InputError& error) {
+    value.fail(fmt::format("'{}' is nothing that can vary: expected a coordinate of the start (cube.vx), {}, {}, or "
+                           "a figure of the scene ({})",
+                           name, "time_step, duration, random_inputs, random_wrenches, input_seed",
+                           "integrator, friction_model, contact, inputs", error.what()));
+  }
+}
+
+void read_range(const YamlValue& value, Axis& axis) {
+  value.expect_map({"from", "to", "points", "log"});
+  const double from = value.at("from").number(), to = value.at("to").number();
+  const int points = value.at("points").integer(2, kMostPoints);
+  const bool log = value.has("log") && value.at("log").boolean();
+  if (log && !(from > 0.0 && to > 0.0)) value.fail("log: true needs 'from' and 'to' above 0");
+  for (int i = 0; i < points; ++i) {
+    const double share = static_cast<double>(i) / (points - 1);
+    const double x = log ? from * std::pow(to / from, share) : from + share * (to - from);
+    axis.numbers.push_back(i == 0 ? from : i == points - 1 ? to : x);
+  }
+}
+
+void read_random(const YamlValue& value, Axis& axis) {
+  value.expect_map({"uniform", "log_uniform", "normal"});
+  const auto entries = value.entries();
+  if (entries.size() != 1) value.fail("expected one of uniform, log_uniform, normal");
+  const auto& [word, two] = entries.front();
+  const std::vector<double> numbers = two.numbers();
+  const bool normal = word == "normal";
+  if (numbers.size() != 2) two.fail(normal ? "expected [MEAN, STANDARD DEVIATION]" : "expected [LOW, HIGH]");
+  axis.random = true;
+  axis.a = numbers[0];
+  axis.b = numbers[1];
+  axis.distribution = normal                  ? Distribution::kNormal
+                      : word == "uniform" ? Distribution::kUniform
+                                              : Distribution::kLogUniform;
+  if (normal && !(axis.b >= 0.0)) two.fail("the standard deviation must not be below 0");
+  if (!normal && !(axis.a < axis.b)) two.fail("expected LOW below HIGH");
+  if (word == "log_uniform" && !(axis.a > 0.0)) two.fail("log_uniform needs LOW above 0");
+}
+
+void read_values(const YamlValue& value, const Study& study, Axis& axis) {
+  const bool words = axis.place >= Place::kIntegrator;
+  if (value.is_map()) {
+    if (words) value.fail(fmt::format("{} varies over a list of words", axis.name));
+    if (value.has("from") || value.has("to") || value.has("points"))
+      read_range(value, axis);
+    else
+      read_random(value, axis);
+    return;
+  }
+  if (!value.is_list())
+    value.fail("expected a list [A, B, ...], {from: A, to: B, points: N}, or one of {uniform: [LOW, HIGH]}, "
+               "{log_uniform: [LOW, HIGH]}, {normal: [MEAN, DEVIATION]}");
+  for (const YamlValue& one : value.list()) {
+    if (axis.place == Place::kInputs)
+      axis.words.push_back(file_beside(one, study.file));
+    else if (words)
+      axis.words.push_back(one.text());
+    else
+      axis.numbers.push_back(one.number());
+  }
+  if (axis.numbers.empty() && axis.words.empty()) value.fail("the list is empty: expected a value or more");
+}
+
+/// Now, with the line at hand, not in the middle of a sweep.
+void try_values(const YamlValue& value, const Study& study, const Axis& axis) {
+  const std::vector<YamlValue> lines = value.is_list() ? value.list() : std::vector<YamlValue>{};
+  const std::size_t count = static_cast<std::size_t>(axis.random ? 0 : axis.levels());
+  for (std::size_t i = 0; i < std::min(count, kMostTried); ++i) {
+    try {
+      Trial trial(study);
+      trial.set(axis, axis.has_words() ? AxisValue{0.0, axis.words[i]} : AxisValue{axis.numbers[i], {}});
+      trial.finish();
+    } catch (const InputError& error) {
+      (lines.empty() ? value : lines[i]).fail(error.what());
+    }
+  }
+}
+
+}  // namespace
+
+std::string file_beside(const YamlValue& value, const fs::path& study) {
+  const fs::path given = value.text();
+  const fs::path file = given.is_absolute() ? given : study.parent_path() / given;
+  std::error_code error;
+  if (!fs::is_regular_file(file, error)) value.fail(fmt::format("there is no file {}", file.string()));
+  return file.string();
+}
+
+Axis read_axis(const std::string& name, const YamlValue& value, const Study& study) {
+  Axis axis;
+  axis.name = name;
+  axis.where = value.where();
+  find_place(name, value, study.scene, axis);
+  read_values(value, study, axis);
+  try_values(value, study, axis);
+  return axis;
+}
+
+}  // namespace counterpoint::apps::sweep

@@ -1,0 +1,209 @@
+#include "row.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <limits>
+#include <memory>
+
+#include "measure/run.h"
+#include "measure/total_energy.h"
+#include "tasks/bytes.h"
+#include "variation.h"
+
+namespace counterpoint::apps::sweep {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+/// Least, greatest and mean over the states of a motion, its start and its end included.
+class ColumnWatch {
+ public:
+  explicit ColumnWatch(const std::vector<RecordedColumn>& columns) : columns_(columns) {}
+
+  void add(const State& state) {
+    ++count_;
+    values_.resize(columns_.size(), kNaN);
+    for (std::size_t i = 0; i < columns_.size(); ++i) {
+      const RecordedColumn& c = columns_[i];
+      const double x = c.velocity ? state.v[c.index] : state.q[c.index];
+      double& value = values_[i];
+      using Of = RecordedColumn::Of;
+      if (count_ == 1 || c.of == Of::kEnd)
+        value = x;
+      else if (c.of == Of::kMin)
+        value = std::min(value, x);
+      else if (c.of == Of::kMax)
+        value = std::max(value, x);
+      else
+        value += (x - value) / static_cast<double>(count_);
+    }
+  }
+  const std::vector<double>& values() const { return values_; }
+
+ private:
+  const std::vector<RecordedColumn>& columns_;
+  long count_ = 0;
+  std::vector<double> values_;
+};
+
+/// Under a name of this process until it is whole: one that is there is complete.
+class TrajectoryFile {
+ public:
+  TrajectoryFile(const fs::path& file, const Model& model, const InputColumns& columns)
+      : file_(file), own_(file) {
+    own_ += fmt::format(".{}", getpid());
+    fs::create_directories(file.parent_path());
+    writer_ = std::make_unique<TrajectoryWriter>(own_, model, columns);
+  }
+  TrajectoryWriter& writer() { return *writer_; }
+  void finish(const State& end) {
+    writer_->write_end(end);
+    writer_.reset();
+    fs::rename(own_, file_);
+  }
+
+ private:
+  fs::path file_, own_;
+  std::unique_ptr<TrajectoryWriter> writer_;
+};
+
+Json figures_of(const Simulator& simulator, const State& start, const RunTally& tally) {
+  Json json;
+  tally.fill(simulator.state().time - start.time, json);
+  json["energy_start_J"] = total_energy(simulator.model(), start);
+  json["energy_end_J"] = total_energy(simulator.model(), simulator.state());
+  return json;
+}
+
+double number_of(const Json& json, const std::string& key) {
+  const auto found = json.find(key);
+  return found != json.end() && found->is_number() ? found->get<double>() : kNaN;
+}
+
+/// Nothing of a run: its scene could not be made.
+Row empty_row(const Study& study, const std::string& reason) {
+  Row row;
+  row.reason = reason;
+  const Model& model = study.scene.model;
+  if (study.record.final_state) row.state.assign(static_cast<std::size_t>(model.nq() + model.nv()), kNaN);
+  row.columns.assign(study.record.columns.size(), kNaN);
+  row.figures.assign(study.record.figures.size(), kNaN);
+  return row;
+}
+
+/// The run of a trial; nothing where it was stopped.
+std::optional<Row> run(const Study& study, Trial& trial, const fs::path& file, bool (*stop)()) {
+  Simulator simulator(std::move(trial.scene));
+  AppliedInputs inputs(trial.inputs, simulator);
+  const State start = simulator.state();
+  RunTally tally;
+  if (!study.record.figures.empty()) tally.watch = std::make_unique<RunWatch>(simulator);
+  ColumnWatch watch(study.record.columns);
+  watch.add(start);
+  std::optional<TrajectoryFile> trajectory;
+  if (!file.empty()) trajectory.emplace(file, simulator.model(), inputs.columns(simulator.model()));
+  RunHooks hooks;
+  hooks.stop = stop;
+  if (trajectory || !study.record.columns.empty())
+    hooks.step = [&](const State& before, const Input& input, double h, const State& after,
+                     const StepReport& report) {
+      watch.add(after);
+      if (trajectory) trajectory->writer().write_step(before, input, h, report.softening);
+    };
+  const std::optional<FailedStep> failed = run_simulation(simulator, inputs, hooks, tally);
+  if (tally.interrupted) return {};
+  if (trajectory) trajectory->finish(simulator.state());
+  Row row;
+  if (failed) row.reason = failure_message(simulator.model(), *failed);
+  row.steps = static_cast<double>(tally.steps);
+  row.end_time = simulator.state().time;
+  row.state_hash = state_hash(simulator.state());
+  if (study.record.final_state) {
+    row.state.assign(simulator.state().q.begin(), simulator.state().q.end());
+    row.state.insert(row.state.end(), simulator.state().v.begin(), simulator.state().v.end());
+  }
+  row.columns = watch.values();
+  if (study.record.figures.empty()) return row;
+  const Json figures = figures_of(simulator, start, tally);
+  for (const std::string& name : study.record.figures) row.figures.push_back(number_of(figures, name));
+  return row;
+}
+
+}  // namespace
+
+std::string Row::bytes() const {
+  return tasks::BytesWriter()
+      .text(reason)
+      .put(steps)
+      .put(end_time)
+      .put(state_hash)
+      .numbers(state)
+      .numbers(columns)
+      .numbers(figures)
+      .take();
+}
+
+Row Row::of(const std::string& bytes) {
+  tasks::BytesReader reader(bytes);
+  Row row;
+  row.reason = reader.text();
+  row.steps = reader.get<double>();
+  row.end_time = reader.get<double>();
+  row.state_hash = reader.get<std::uint64_t>();
+  row.state = reader.numbers();
+  row.columns = reader.numbers();
+  row.figures = reader.numbers();
+  return row;
+}
+
+fs::path trajectory_file(const fs::path& folder, std::int64_t task) {
+  return folder / fmt::format("{:03d}", task / 1000) / fmt::format("{:06d}.csv", task);
+}
+
+tasks::TaskList task_list(const Study& study, const fs::path& trajectories, bool (*stop)()) {
+  tasks::TaskList list;
+  list.name = "sweep";
+  list.count = study.num_tasks();
+  list.fingerprint = study.fingerprint;
+  list.make_task = [&study, trajectories, stop]() -> tasks::Task {
+    return [&study, trajectories, stop](std::int64_t task) {
+      try {
+        Trial trial(study);
+        const std::vector<AxisValue> values = values_of(study, task);
+        for (std::size_t i = 0; i < values.size(); ++i) trial.set(study.axes[i], values[i]);
+        trial.finish(draw_of(study, task));
+        const std::optional<Row> row =
+            run(study, trial, study.record.trajectories ? trajectory_file(trajectories, task) : fs::path(), stop);
+        return row ? tasks::Outcome{row->bytes(), true} : tasks::Outcome{{}, false};
+      } catch (const InputError& error) {  // of this task alone: a value that no scene may have
+        return tasks::Outcome{empty_row(study, error.what()).bytes(), true};
+      }
+    };
+  };
+  return list;
+}
+
+void check_figures(const Study& study) {
+  if (study.record.figures.empty()) return;
+  Trial trial(study);
+  Simulator simulator(trial.scene);
+  RunTally tally;
+  tally.watch = std::make_unique<RunWatch>(simulator);
+  const Json json = figures_of(simulator, simulator.state(), tally);
+  std::vector<std::string> names;
+  for (const auto& [key, value] : json.items())
+    if (value.is_number() && key != "wall_seconds" && key != "realtime_factor" && key.rfind("step_time_", 0) != 0)
+      names.push_back(key);
+  names.emplace_back("softened_first_time_s");
+  for (const std::string& figure : study.record.figures)
+    if (std::find(names.begin(), names.end(), figure) == names.end())
+      throw InputError(fmt::format("{}: record.figures: there is no '{}'; expected some of {}", study.file.string(),
+                                   figure, fmt::join(names, ", ")));
+}
+
+}  // namespace counterpoint::apps::sweep

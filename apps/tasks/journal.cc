@@ -1,0 +1,210 @@
+#include "journal.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/uio.h>
+#include <unistd.h>
+#include <zlib.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <chrono>
+#include <cstring>
+#include <fstream>
+#include <memory>
+
+#include "counterpoint/model/types.h"
+
+namespace counterpoint::apps::tasks {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::uint64_t kFormat = 0x31304b5341545043;  // "CPTASK01"
+constexpr double kSyncInterval = 1.0;                  // [s]
+constexpr const char* kEnding = ".journal";
+
+struct FileHeader {
+  std::uint64_t format, fingerprint;
+  std::int64_t count;
+};
+struct RecordHeader {
+  std::uint32_t length, check;
+  std::int64_t number;
+};
+
+std::uint32_t check_of(std::int64_t number, const char* result, std::size_t length) {
+  uLong check = crc32(0, reinterpret_cast<const Bytef*>(&number), sizeof number);
+  return static_cast<std::uint32_t>(
+      crc32_z(check, reinterpret_cast<const Bytef*>(result), length));
+}
+
+double seconds() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+std::string host() {
+  std::array<char, 256> name{};
+  gethostname(name.data(), name.size() - 1);
+  return name.data();
+}
+
+}  // namespace
+
+JournalWriter::JournalWriter(fs::path folder, const TaskList& list)
+    : folder_(std::move(folder)),
+      name_(list.name),
+      fingerprint_(list.fingerprint),
+      count_(list.count),
+      synced_(seconds()) {
+  std::error_code error;
+  fs::create_directories(folder_, error);
+  if (!error && access(folder_.c_str(), W_OK) == 0) return;
+  throw InputError(fmt::format(
+      "{}: finished tasks cannot be kept here ({}); expected a folder that can be written",
+      folder_.string(), error ? error.message() : std::strerror(errno)));
+}
+
+JournalWriter::~JournalWriter() {
+  if (descriptor_ < 0) return;
+  fsync(descriptor_);
+  close(descriptor_);
+}
+
+void JournalWriter::fail(const char* what) {
+  throw std::runtime_error(
+      fmt::format("{}: {}: {}. What was finished before is safe there: make room, then run the same "
+                  "command again, and it goes on",
+                  (file_.empty() ? folder_ : file_).string(), what, std::strerror(errno)));
+}
+
+void JournalWriter::open() {
+  // Processes of all machines write into one folder: the first free name of this one is its own.
+  const std::string stem = fmt::format("{}.{}.{}", name_, host(), getpid());
+  for (int i = 0; descriptor_ < 0; ++i) {
+    const fs::path file = folder_ / fmt::format("{}.{}{}", stem, i, kEnding);
+    descriptor_ = ::open(file.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644);
+    if (descriptor_ < 0 && errno != EEXIST) fail("a journal cannot be made");
+    file_ = file;
+  }
+  const FileHeader header{kFormat, fingerprint_, count_};
+  if (write(descriptor_, &header, sizeof header) != sizeof header) {
+    const int reason = errno;
+    unlink(file_.c_str());
+    close(descriptor_);
+    descriptor_ = -1;
+    errno = reason;
+    fail("cannot be written");
+  }
+  size_ = sizeof header;
+}
+
+void JournalWriter::add(std::int64_t number, const std::string& result) {
+  RecordHeader header{static_cast<std::uint32_t>(result.size()),
+                      check_of(number, result.data(), result.size()), number};
+  const std::array<iovec, 2> parts{iovec{&header, sizeof header},
+                                   iovec{const_cast<char*>(result.data()), result.size()}};
+  const auto bytes = static_cast<ssize_t>(sizeof header + result.size());
+  const std::lock_guard lock(mutex_);
+  if (descriptor_ < 0) open();
+  errno = ENOSPC;  // what a write says that stops half way
+  if (writev(descriptor_, parts.data(), parts.size()) != bytes) {
+    const int reason = errno;
+    // A reader would stop at the half record all the same.
+    if (ftruncate(descriptor_, size_) != 0 || lseek(descriptor_, size_, SEEK_SET) < 0) close(descriptor_);
+    errno = reason;
+    fail("cannot be written");
+  }
+  size_ += bytes;
+  dirty_ = true;
+}
+
+void JournalWriter::sync(bool now) {
+  const double time = seconds();
+  int descriptor = -1;
+  {
+    const std::lock_guard lock(mutex_);
+    if (!dirty_ || (!now && time < synced_ + kSyncInterval)) return;
+    dirty_ = false;
+    descriptor = descriptor_;
+    synced_ = time;
+  }
+  // Outside of the lock: tasks go on while the disk works.
+  if (fdatasync(descriptor) != 0) fail("cannot be written to the disk");
+}
+
+JournalReader::JournalReader(const fs::path& folder, const TaskList& list)
+    : list_(list), done_(static_cast<std::size_t>(list.count), false) {
+  std::error_code error;
+  for (const auto& entry : fs::directory_iterator(folder, error)) {
+    const std::string name = entry.path().filename().string();
+    if (name.rfind(list.name + ".", 0) == 0 && entry.path().extension() == kEnding)
+      files_.push_back(entry.path());
+  }
+  std::sort(files_.begin(), files_.end());
+  for (const fs::path& file : files_)
+    read(file, list, [&](const Place& place) {
+      if (done_[static_cast<std::size_t>(place.number)]) return;
+      done_[static_cast<std::size_t>(place.number)] = true;
+      ++num_done_;
+    });
+}
+
+void JournalReader::read(const fs::path& file, const TaskList& list,
+                         const std::function<void(const Place&)>& take) const {
+  std::ifstream stream(file, std::ios::binary);
+  FileHeader header{};
+  // A process may have died before its header was whole.
+  if (!stream.read(reinterpret_cast<char*>(&header), sizeof header)) return;
+  if (header.format != kFormat)
+    throw InputError(fmt::format("{}: is no journal of tasks; remove it", file.string()));
+  if (header.fingerprint != list.fingerprint || header.count != list.count)
+    throw InputError(fmt::format(
+        "{}: finished tasks of something else ({} tasks; here {}): the scene, the study, an option "
+        "or the version has changed. Remove the folder {}, or give another",
+        file.string(), header.count, list.count, file.parent_path().string()));
+  std::string result;
+  std::int64_t offset = sizeof header;
+  const auto size = static_cast<std::int64_t>(fs::file_size(file));
+  for (RecordHeader record{};
+       stream.read(reinterpret_cast<char*>(&record), sizeof record);) {
+    const auto length = static_cast<std::int64_t>(record.length);
+    if (offset + static_cast<std::int64_t>(sizeof record) + length > size) return;
+    result.resize(record.length);
+    if (!stream.read(result.data(), length)) return;
+    if (record.number < 0 || record.number >= list.count ||
+        check_of(record.number, result.data(), result.size()) != record.check)
+      return;
+    const auto index = std::lower_bound(files_.begin(), files_.end(), file) - files_.begin();
+    take({record.number, offset, static_cast<int>(index), record.length});
+    offset += static_cast<std::int64_t>(sizeof record) + length;
+  }
+}
+
+void JournalReader::for_each(const std::function<void(std::int64_t, std::string&&)>& take) const {
+  std::vector<Place> places;
+  places.reserve(static_cast<std::size_t>(num_done_));
+  for (const fs::path& file : files_)
+    read(file, list_, [&](const Place& place) { places.push_back(place); });
+  std::stable_sort(places.begin(), places.end(),
+                   [](const Place& a, const Place& b) { return a.number < b.number; });
+  // Of a task that was done twice, by two runs at once, one will do: the bits are the same.
+  places.erase(std::unique(places.begin(), places.end(),
+                           [](const Place& a, const Place& b) { return a.number == b.number; }),
+               places.end());
+  std::vector<std::unique_ptr<std::ifstream>> streams(files_.size());
+  for (const Place& place : places) {
+    auto& stream = streams[static_cast<std::size_t>(place.file)];
+    const fs::path& file = files_[static_cast<std::size_t>(place.file)];
+    if (!stream) stream = std::make_unique<std::ifstream>(file, std::ios::binary);
+    const std::int64_t begin = place.offset + static_cast<std::int64_t>(sizeof(RecordHeader));
+    if (stream->tellg() != begin) stream->seekg(begin);
+    std::string result(place.length, '\0');
+    if (!stream->read(result.data(), static_cast<std::streamsize>(place.length)))
+      throw std::runtime_error(fmt::format("{}: cannot be read again", file.string()));
+    take(place.number, std::move(result));
+  }
+}
+
+}  // namespace counterpoint::apps::tasks

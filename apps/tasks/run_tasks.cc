@@ -1,0 +1,337 @@
+#include "run_tasks.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <memory>
+#include <mutex>
+
+#include "bytes.h"
+#include "chunks.h"
+#include "counterpoint/model/types.h"
+#include "journal.h"
+#include "report/progress.h"
+#include "workers.h"
+
+namespace counterpoint::apps::tasks {
+namespace {
+
+/// How long rank 0 may leave a message unread while its threads are at work: every look costs them
+/// some microseconds.
+constexpr std::chrono::microseconds kTick(1000);
+constexpr std::chrono::microseconds kLoneTick(100'000);
+
+/// First byte of a message. From a rank to rank 0: more is wanted (with what was done since the last
+/// message); something was thrown; all its threads have ended. The other way: a chunk; no more;
+/// nothing more, and drop what waits.
+enum class Word : char { kWant, kFailed, kEnded, kChunk, kNoMore, kStop };
+
+using Clock = std::chrono::steady_clock;
+
+std::string words_of(const std::exception_ptr& error, bool& bad_input) {
+  try {
+    std::rethrow_exception(error);
+  } catch (const InputError& e) {
+    bad_input = true;
+    return e.what();
+  } catch (const std::exception& e) {
+    return e.what();
+  } catch (...) {
+    return "something unknown was thrown";
+  }
+}
+
+}  // namespace
+
+/// One call of run_tasks on one rank.
+class TaskRun {
+ public:
+  TaskRun(World& world, const TaskList& list, const RunSettings& settings)
+      : world_(world), list_(list), settings_(settings) {}
+
+  Results run() {
+    prepare();
+    const auto start = Clock::now();
+    if (settings_.compute) {
+      Workers workers(results_.threads, list_,
+                      [this](std::int64_t number, Outcome&& outcome) { deliver(number, std::move(outcome)); });
+      if (world_.is_root())
+        lead(workers);
+      else
+        follow(workers);
+    }
+    if (settings_.compute)
+      results_.seconds = std::chrono::duration<double>(Clock::now() - start).count();
+    if (journal_) journal_->sync(true);
+    share_end();
+    return std::move(results_);
+  }
+
+ private:
+  /// What this rank can see to be wrong is known to all before any begins.
+  void prepare() {
+    std::string error;
+    bool bad_input = false;
+    try {
+      const bool kept = !settings_.folder.empty();
+      if (kept && settings_.compute) journal_ = std::make_unique<JournalWriter>(settings_.folder, list_);
+      std::vector<bool> done;
+      if (kept && world_.is_root()) done = JournalReader(settings_.folder, list_).done();
+      results_.finished = std::count(done.begin(), done.end(), true);
+      chunks_ = std::make_unique<Chunks>(list_.count, settings_.share, std::move(done));
+      if (!kept && world_.is_root()) results_.kept_.resize(static_cast<std::size_t>(list_.count));
+    } catch (...) {
+      if (world_.size() == 1) throw;
+      error = words_of(std::current_exception(), bad_input);
+    }
+    agree(world_, error, bad_input);
+    results_.list_ = list_;
+    results_.count = list_.count;
+    results_.folder_ = settings_.folder;
+    results_.ranks = world_.size();
+    const std::int64_t most = std::max<std::int64_t>(1, list_.count);
+    results_.threads = static_cast<int>(
+        std::min<std::int64_t>(settings_.threads > 0 ? settings_.threads : world_.cores(), most));
+  }
+
+  /// By the threads.
+  void deliver(std::int64_t number, Outcome&& outcome) {
+    if (journal_ && outcome.finished) {
+      journal_->add(number, outcome.bytes);
+      ++unsent_;
+      return;
+    }
+    const std::lock_guard lock(mutex_);
+    if (world_.is_root()) {
+      keep(number, std::move(outcome.bytes), outcome.finished);
+    } else {
+      parcel_.put(number).put(outcome.finished).text(outcome.bytes);
+    }
+    ++unsent_;
+  }
+
+  void keep(std::int64_t number, std::string&& bytes, bool finished) {
+    if (!finished) {
+      results_.stopped_tasks_.emplace_back(number, std::move(bytes));
+      return;
+    }
+    results_.kept_[static_cast<std::size_t>(number)] = std::move(bytes);
+  }
+
+  // Ranks other than 0 -----------------------------------------------------------------------
+
+  void tell(Word word, std::int64_t wanted, const std::string& text = "", bool bad_input = false) {
+    const std::lock_guard lock(mutex_);
+    const std::int64_t done = unsent_.exchange(0);
+    world_.send(0, Channel::kTasks, BytesWriter()
+                       .put(static_cast<char>(word))
+                       .put(wanted)
+                       .put(done)
+                       .text(text)
+                       .put(bad_input)
+                       .text(parcel_.take())
+                       .take());
+    parcel_ = {};
+  }
+
+  void follow(Workers& workers) {
+    bool asked = false, failed = false;
+    while (!workers.ended()) {
+      workers.wait(kTick);
+      if (journal_) journal_->sync();
+      if (!failed && workers.error()) {
+        failed = true;
+        bool bad_input = false;
+        const std::string text = words_of(workers.error(), bad_input);
+        tell(Word::kFailed, 0, text, bad_input);
+      }
+      if (settings_.stop && settings_.stop()) workers.close(true);
+      if (const std::int64_t wanted = workers.wanted(); !asked && wanted > 0) {
+        tell(Word::kWant, wanted);
+        asked = true;
+      }
+      asked = !listen(workers) && asked;
+      if (asked && workers.wanted() > 0) std::this_thread::sleep_for(std::chrono::microseconds(50));
+    }
+    if (asked) await_answer(workers);
+    tell(Word::kEnded, 0);
+  }
+
+  /// True: rank 0 has answered.
+  bool listen(Workers& workers) {
+    const auto message = world_.receive(Channel::kTasks);
+    if (!message) return false;
+    obey(*message, workers);
+    return true;
+  }
+  void await_answer(Workers& workers) { obey(world_.wait(Channel::kTasks), workers); }
+
+  static void obey(const Message& message, Workers& workers) {
+    BytesReader reader(message.bytes);
+    const auto word = static_cast<Word>(reader.get<char>());
+    if (word == Word::kChunk) {
+      Chunk chunk;
+      chunk.first = reader.get<std::int64_t>();
+      chunk.count = reader.get<std::int64_t>();
+      chunk.stride = reader.get<std::int64_t>();
+      workers.add(chunk);
+    } else {
+      workers.close(word == Word::kStop);
+    }
+  }
+
+  // Rank 0 -----------------------------------------------------------------------------------
+
+  void lead(Workers& workers) {
+    const std::int64_t before = results_.finished;
+    const std::int64_t total = chunks_->left();
+    Progress progress(list_.name, total, 1.0, "tasks");
+    int others = world_.size() - 1;
+    while (others > 0 || !workers.ended()) {
+      workers.wait(world_.size() > 1 ? kTick : kLoneTick);
+      if (journal_) journal_->sync();
+      notice(workers);
+      while (const auto message = world_.receive(Channel::kTasks)) hear(*message, others);
+      if (const std::int64_t wanted = workers.wanted(); wanted > 0) {
+        const Chunk chunk = next(wanted);
+        if (chunk.empty())
+          workers.close(stopping_);
+        else
+          workers.add(chunk);
+      }
+      if (stopping_) workers.close(true);
+      done_elsewhere_ += unsent_.exchange(0);
+      progress.update(done_elsewhere_);
+    }
+    done_elsewhere_ += unsent_.exchange(0);
+    results_.computed = done_elsewhere_;
+    results_.finished = before + done_elsewhere_ - static_cast<std::int64_t>(results_.stopped_tasks_.size());
+  }
+
+  Chunk next(std::int64_t wanted) {
+    return stopping_ ? Chunk() : chunks_->next(wanted, world_.size());
+  }
+
+  /// What went wrong here, and whether the user wants an end.
+  void notice(Workers& workers) {
+    if (failure_.empty() && workers.error()) {
+      first_error_ = workers.error();
+      failure_ = words_of(first_error_, bad_input_);
+      stopping_ = true;
+    }
+    if (settings_.stop && settings_.stop()) {
+      results_.stopped = true;
+      stopping_ = true;
+    }
+  }
+
+  void hear(const Message& message, int& others) {
+    BytesReader reader(message.bytes);
+    const auto word = static_cast<Word>(reader.get<char>());
+    const auto wanted = reader.get<std::int64_t>();
+    done_elsewhere_ += reader.get<std::int64_t>();
+    const std::string text(reader.text());
+    const bool bad_input = reader.get<bool>();
+    const std::lock_guard lock(mutex_);
+    for (BytesReader parcel(reader.text()); !parcel.empty();) {
+      const auto number = parcel.get<std::int64_t>();
+      const bool finished = parcel.get<bool>();
+      keep(number, std::string(parcel.text()), finished);
+    }
+    switch (word) {
+      case Word::kWant:
+        answer(message.from, wanted);
+        break;
+      case Word::kFailed:
+        if (failure_.empty()) {
+          failure_ = text;
+          bad_input_ = bad_input;
+        }
+        stopping_ = true;
+        break;
+      default:
+        --others;
+    }
+  }
+
+  void answer(int to, std::int64_t wanted) {
+    const Chunk chunk = next(wanted);
+    const Word word = !chunk.empty() ? Word::kChunk : stopping_ ? Word::kStop : Word::kNoMore;
+    world_.send(to, Channel::kTasks, BytesWriter()
+                        .put(static_cast<char>(word))
+                        .put(chunk.first)
+                        .put(chunk.count)
+                        .put(chunk.stride)
+                        .take());
+  }
+
+  /// How it went is known to all; and the results, if wanted.
+  void share_end() {
+    if (world_.size() == 1) {
+      if (first_error_) std::rethrow_exception(first_error_);
+      return;
+    }
+    agree(world_, world_.is_root() ? failure_ : "", bad_input_);
+    const std::string shared = broadcast(world_, BytesWriter()
+                                                     .put(results_.finished)
+                                                     .put(results_.computed)
+                                                     .put(results_.stopped)
+                                                     .take());
+    BytesReader figures(shared);
+    results_.finished = figures.get<std::int64_t>();
+    results_.computed = figures.get<std::int64_t>();
+    results_.stopped = figures.get<bool>();
+    if (!settings_.everywhere) return;
+    BytesWriter all;
+    if (world_.is_root())
+      results_.for_each([&](std::int64_t number, std::string&& bytes) { all.put(number).text(bytes); });
+    const std::string bytes = broadcast(world_, all.take());
+    if (world_.is_root()) return;
+    results_.folder_.clear();
+    results_.kept_.assign(static_cast<std::size_t>(list_.count), {});
+    for (BytesReader reader(bytes); !reader.empty();) {
+      const auto number = reader.get<std::int64_t>();
+      results_.kept_[static_cast<std::size_t>(number)] = std::string(reader.text());
+    }
+  }
+
+  World& world_;
+  const TaskList& list_;
+  const RunSettings& settings_;
+  Results results_;
+  std::unique_ptr<JournalWriter> journal_;
+  std::unique_ptr<Chunks> chunks_;
+  std::mutex mutex_;
+  BytesWriter parcel_;  ///< results that rank 0 has not been sent
+  std::atomic<std::int64_t> unsent_{0};
+  std::int64_t done_elsewhere_ = 0;  ///< over all ranks, of this run
+  bool stopping_ = false;
+  std::exception_ptr first_error_;
+  std::string failure_;
+  bool bad_input_ = false;
+};
+
+void Results::for_each(const std::function<void(std::int64_t, std::string&&)>& take) const {
+  auto stopped_task = stopped_tasks_;
+  std::sort(stopped_task.begin(), stopped_task.end());
+  auto next_stopped = stopped_task.begin();
+  const auto with_stopped = [&](std::int64_t number, std::string&& result) {
+    for (; next_stopped != stopped_task.end() && next_stopped->first < number; ++next_stopped)
+      take(next_stopped->first, std::move(next_stopped->second));
+    if (number < count) take(number, std::move(result));
+  };
+  if (!folder_.empty()) {
+    JournalReader(folder_, list_).for_each(with_stopped);
+  } else {
+    for (std::size_t i = 0; i < kept_.size(); ++i)
+      if (kept_[i]) with_stopped(static_cast<std::int64_t>(i), std::string(*kept_[i]));
+  }
+  with_stopped(count, {});
+}
+
+Results run_tasks(World& world, const TaskList& list, const RunSettings& settings) {
+  return TaskRun(world, list, settings).run();
+}
+
+}  // namespace counterpoint::apps::tasks

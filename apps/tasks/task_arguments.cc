@@ -1,0 +1,204 @@
+#include "task_arguments.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <charconv>
+#include <csignal>
+#include <fstream>
+
+#include "command_line/command_line.h"
+#include "counterpoint/model/types.h"
+#include "report/report.h"
+
+namespace counterpoint::apps::tasks {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kCommandFile = "command.json";
+/// Tasks of more would not fit a table.
+constexpr std::int64_t kMostShares = 1'000'000;
+
+/// While one is alive, what is printed goes nowhere.
+class Silence {
+ public:
+  explicit Silence(bool wanted) {
+    if (!wanted) return;
+    const int nowhere = open("/dev/null", O_WRONLY | O_CLOEXEC);
+    for (const int stream : {STDOUT_FILENO, STDERR_FILENO}) dup2(nowhere, stream);
+    close(nowhere);
+  }
+};
+
+Share parse_share(const std::string& text) {
+  Share share;
+  const char* end = text.data() + text.size();
+  const auto [slash, error] = std::from_chars(text.data(), end, share.index);
+  if (error == std::errc() && slash != end && *slash == '/') {
+    const auto [stop, second] = std::from_chars(slash + 1, end, share.of);
+    if (second == std::errc() && stop == end && share.index >= 1 && share.index <= share.of &&
+        share.of <= kMostShares) {
+      --share.index;
+      return share;
+    }
+  }
+  throw InputError(fmt::format(
+      "--tasks {}: expected K/N, share K of N, K from 1 to N: --tasks 3/10. In a job array of Slurm: "
+      "--array=1-10, --tasks $SLURM_ARRAY_TASK_ID/10",
+      text));
+}
+
+std::vector<std::string> own_command_line() {
+  std::ifstream stream("/proc/self/cmdline", std::ios::binary);
+  std::vector<std::string> words;
+  for (std::string word; std::getline(stream, word, '\0');) words.push_back(word);
+  if (!words.empty()) words.erase(words.begin());
+  return words;
+}
+
+}  // namespace
+
+void TaskArguments::add_to(Command& command, const std::string& parts_help) {
+  command
+      .add_option("--threads", threads_,
+                  "Number of threads; default 0: one for every core that this process (each rank of "
+                  "mpirun) may use. Results do not depend on it")
+      .range(0, 4096);
+  command
+      .add_option("--tasks", share_,
+                  "Run share K of N only, of a job array; `merge` then joins the shares")
+      .type_name("K/N");
+  command
+      .add_option("--parts", parts_,
+                  parts_help.empty() ? "Folder where finished tasks are kept: a run that was stopped "
+                                       "goes on, and shares meet"
+                                     : parts_help)
+      .type_name("DIR");
+  command
+      .add_flag("--join", join_, "Compute nothing: join what --parts has (`merge` does it)")
+      .seldom();
+}
+
+void TaskArguments::default_parts(const std::string& folder) {
+  if (parts_.empty()) parts_ = folder;
+}
+
+RunSettings TaskArguments::settings(std::function<bool()> stop) const {
+  RunSettings settings;
+  settings.threads = threads_;
+  if (!share_.empty()) {
+    settings.share = parse_share(share_);
+    if (parts_.empty())
+      throw InputError("--tasks: give --parts DIR too, the folder where the shares meet");
+  }
+  if (join_ && parts_.empty()) throw InputError("--join: give --parts DIR too");
+  settings.folder = parts_;
+  settings.compute = !join_;
+  settings.stop = std::move(stop);
+  return settings;
+}
+
+int TaskArguments::in_world(const std::function<int(World&)>& work) {
+  // A file that reaches its limit of size is a disk that is full: write() says so.
+  std::signal(SIGXFSZ, SIG_IGN);
+  const std::unique_ptr<World> world = join_world();
+  if (world->size() == 1) return work(*world);
+  const Silence silence(!world->is_root());
+  const auto leave = [&](const std::string& error, bool bad_input) {
+    try {
+      agree(*world, error, bad_input);
+    } catch (const WorldFailed& failed) {
+      if (!world->is_root()) return 0;
+      if (failed.bad_input()) throw InputError(failed.what());
+      throw std::runtime_error(failed.what());
+    }
+    return 0;
+  };
+  int code = 0;
+  try {
+    code = work(*world);
+  } catch (const WorldFailed& failed) {  // all ranks know
+    if (!world->is_root()) return 0;
+    if (failed.bad_input()) throw InputError(failed.what());
+    throw std::runtime_error(failed.what());
+  } catch (const InputError& error) {
+    return leave(error.what(), true);
+  } catch (const std::exception& error) {
+    return leave(error.what(), false);
+  }
+  leave("", false);
+  return world->is_root() ? code : 0;
+}
+
+Results TaskArguments::run(World& world, const TaskList& list, std::function<bool()> stop,
+                           bool everywhere) const {
+  RunSettings run = settings(std::move(stop));
+  run.everywhere = everywhere;
+  if (world.is_root() && !join_ && !parts_.empty()) keep_command_line();
+  return run_tasks(world, list, run);
+}
+
+void TaskArguments::keep_command_line() const {
+  std::error_code error;
+  fs::create_directories(parts_, error);
+  if (error)
+    throw InputError(fmt::format(
+        "{}: finished tasks cannot be kept here ({}); expected a folder that can be written", parts_,
+        error.message()));
+  Json words = Json::array();
+  bool skip = false;
+  for (const std::string& word : own_command_line()) {
+    const bool share = word == "--tasks";
+    if (!skip && !share && word.rfind("--tasks=", 0) != 0) words.push_back(word);
+    skip = share;
+  }
+  // Shares write the same at the same time: each a file of its own, then put in place at once.
+  const fs::path file = fs::path(parts_) / kCommandFile;
+  const fs::path own = fs::path(parts_) / fmt::format("{}.{}", kCommandFile, getpid());
+  write_file(own, Json{{"command", words}, {"folder", fs::current_path().string()}}.dump(1) + "\n");
+  fs::rename(own, file);
+}
+
+KeptCommand kept_command(const fs::path& parts) {
+  std::ifstream stream(parts / kCommandFile);
+  const Json json = Json::parse(stream, nullptr, false);
+  if (json.is_discarded() || !json.contains("command") || !json.contains("folder"))
+    throw InputError(fmt::format(
+        "{}: holds no finished tasks ({} is missing); expected a folder that --tasks or --parts has "
+        "filled, TABLE.parts say",
+        parts.string(), kCommandFile));
+  return {json["command"].get<std::vector<std::string>>(), json["folder"].get<std::string>()};
+}
+
+int TaskArguments::explain_incomplete(const Results& results, Report& report) const {
+  report["status"] = results.stopped ? "stopped" : "incomplete";
+  report.write();
+  const std::string how = fmt::format("{} of {} tasks are done", results.finished, results.count);
+  if (is_share() && !results.stopped) {
+    fmt::print(report.text(), "share {} is done: {} tasks in {:.3g} s. When all shares are: counterpoint merge {}\n",
+               share_, results.computed, results.seconds, parts_);
+    return 0;
+  }
+  if (join_) {
+    fmt::print(stderr, "error: {}: {}; run the missing shares again, or the command without --tasks\n", parts_, how);
+    return 1;
+  }
+  fmt::print(stderr, "stopped: {}{}\n", how,
+             parts_.empty() ? "" : "; the same command goes on from there (" + parts_ + ")");
+  return 1;
+}
+
+void add_run(const Results& results, Report& report) {
+  report["tasks"] = results.count;
+  report["finished_tasks"] = results.finished;
+  report["computed_tasks"] = results.computed;
+  report["ranks"] = results.ranks;
+  report["threads"] = results.threads;
+  report["wall_seconds"] = results.seconds;
+  report["tasks_per_second"] =
+      results.seconds > 0.0 ? static_cast<double>(results.computed) / results.seconds : 0.0;
+}
+
+}  // namespace counterpoint::apps::tasks
