@@ -18,7 +18,7 @@
 namespace counterpoint {
 namespace {
 
-constexpr std::string_view kMagic = "\x89MCAP0\r\n";
+constexpr std::string_view kMcapMagic = "\x89MCAP0\r\n";
 constexpr std::string_view kCdrLittleEndian{"\0\1\0\0", 4};
 constexpr std::size_t kMessageHead = 2 + 4 + 8 + 8;  // channel, sequence, two times
 constexpr std::size_t kRecordHead = 1 + 8;           // what it is, its length
@@ -79,7 +79,7 @@ class McapSink final : public TableSink {
     if (!stream_)
       throw InputError(fmt::format(
           "{}: cannot be created; expected a path in an existing, writable folder", file_));
-    buffer_ = kMagic;
+    buffer_ = kMcapMagic;
     std::string content;
     append_string(content, "");
     append_string(content, "counterpoint");
@@ -118,7 +118,7 @@ class McapSink final : public TableSink {
   void finish() override {
     append_record(buffer_, kDataEnd, std::string(4, '\0'));
     append_record(buffer_, kFooter, std::string(20, '\0'));
-    buffer_ += kMagic;
+    buffer_ += kMcapMagic;
     put();
   }
 
@@ -205,7 +205,7 @@ class McapSource final : public TableSource {
  public:
   explicit McapSource(const std::filesystem::path& file)
       : file_(file.string()), stream_(file, std::ios::binary) {
-    stream_.ignore(static_cast<std::streamsize>(kMagic.size()));
+    stream_.ignore(static_cast<std::streamsize>(kMcapMagic.size()));
     while (columns_.empty() && read_record()) {
     }
     if (columns_.empty())

@@ -13,7 +13,7 @@
 namespace counterpoint {
 namespace {
 
-constexpr std::string_view kMagic = "\x93NUMPY";
+constexpr std::string_view kNpyMagic = "\x93NUMPY";
 constexpr std::size_t kHeaderSize = 128;       // what is written; a multiple of 64
 constexpr std::size_t kMaxHeader = 1 << 20;    // bytes
 constexpr std::uint64_t kMaxSide = 1ull << 48;
@@ -21,7 +21,7 @@ constexpr std::uint64_t kMaxSide = 1ull << 48;
 std::string header(const std::string& type, const std::string& shape) {
   std::string text =
       fmt::format("{{'descr': '{}', 'fortran_order': False, 'shape': ({}), }}", type, shape);
-  std::string out(kMagic);
+  std::string out(kNpyMagic);
   out += '\1';
   out += '\0';
   append_number(out, static_cast<std::uint16_t>(kHeaderSize - 10));
@@ -105,9 +105,9 @@ std::string npy_strings(const std::vector<std::string>& names, std::size_t width
 }
 
 NpyHeader read_npy_header(ZipEntry& entry) {
-  const std::string start = take(entry, kMagic.size() + 2);
-  if (!start.starts_with(kMagic)) throw InputError("no NumPy array");
-  const bool first_version = start[kMagic.size()] == 1;
+  const std::string start = take(entry, kNpyMagic.size() + 2);
+  if (!start.starts_with(kNpyMagic)) throw InputError("no NumPy array");
+  const bool first_version = start[kNpyMagic.size()] == 1;
   const std::size_t size = first_version ? number_at<std::uint16_t>(take(entry, 2), 0)
                                          : number_at<std::uint32_t>(take(entry, 4), 0);
   if (size > kMaxHeader) throw InputError(fmt::format("a header of {} bytes", size));
