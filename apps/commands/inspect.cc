@@ -300,7 +300,8 @@ int inspect(Arguments& arguments) {
   inspect_pairs(model, collider, report);
   inspect_coordinates(model, report);
   const std::vector<EffectUse> uses = list_effects(model, collider, scene.options);
-  report_effects(scene, uses, report);
+  report_effects(uses, report);
+  report_phases(scene, report);
   if (arguments.costs) report_costs(scene, uses, report);
   inspect_notes(model, report);
   report.write();

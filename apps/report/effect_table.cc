@@ -5,11 +5,11 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <functional>
 #include <optional>
 #include <vector>
 
 #include "counterpoint/engine/simulator.h"
+#include "counterpoint/engine/step/step_workspace.h"
 #include "progress.h"
 
 namespace counterpoint::apps {
@@ -44,14 +44,16 @@ class ShortRun {
   /// Mean over the steps timed last.
   double newton_iterations() const { return newton_iterations_; }
 
-  /// Seconds that the steps take with these effects on; nothing if one of them fails.
-  std::optional<double> time(EffectSet effects) {
+  /// Seconds that the steps take with these effects on; nothing if one of them fails. Where phases are wanted,
+  /// each step reads the clock ten times.
+  std::optional<double> time(EffectSet effects, PhaseTimes* phases = nullptr) {
     SimulationOptions options = scene_.options;
     options.effects = effects;
     Workspace workspace(scene_.model);
     const Input input;
     // Memory is got on the way to the first step's end.
     step_forward(scene_.model, options, {}, states_[0], input, workspace, next_);
+    workspace.impl().times = phases;
     const auto start = Clock::now();
     long iterations = 0;
     for (const State& state : states_) {
@@ -72,25 +74,16 @@ class ShortRun {
   double newton_iterations_ = 0.0;
 };
 
-/// Share of the step time that goes when the effect is switched off: median of several pairs, taken
-/// in turn. Nothing if the scene cannot be stepped without it.
-std::optional<double> measure_share(const Scene& scene, Effect effect, ShortRun& run,
-                                    const std::function<void(int)>& done) {
-  // A scene asleep costs nothing, whatever it would call for.
-  const EffectSet all = effect == Effect::kSleeping
-                            ? scene.options.effects
-                            : scene.options.effects.without({Effect::kSleeping});
-  std::vector<double> shares;
-  for (int i = 0; i < kRuns; ++i) {
-    const auto with = run.time(all);
-    const auto without = run.time(all.without({effect}));
-    if (!with || !without || !(*with > 0.0)) return {};
-    shares.push_back(1.0 - *without / *with);
-    done(i + 1);
-  }
-  std::nth_element(shares.begin(), shares.begin() + kRuns / 2, shares.end());
-  return shares[kRuns / 2];
-}
+struct Phase {
+  const char* name;
+  double PhaseTimes::*seconds;
+};
+constexpr Phase kPhases[] = {
+    {"poses, contacts", &PhaseTimes::contacts},
+    {"smooth dynamics", &PhaseTimes::dynamics},
+    {"contact problem", &PhaseTimes::constraints},
+    {"recovery of overlaps", &PhaseTimes::overlaps},
+};
 
 bool per_contact(Effect effect) {
   return effect == Effect::kContacts || effect == Effect::kFriction ||
@@ -138,42 +131,48 @@ void report_costs(const Scene& scene, const std::vector<EffectUse>& uses, Report
   report["costs"] = costs;
 }
 
-void report_effects(const Scene& scene, const std::vector<EffectUse>& uses, Report& report) {
-  ShortRun run(scene, scene.options.effects);
+void report_effects(const std::vector<EffectUse>& uses, Report& report) {
   Json effects = Json::array();
-  fmt::print(report.text(), "\n{:<20} {:<4} {:>10} {:>12}  {}\n", "effect", "", "rows",
-             "share of step", "why");
-  Progress progress("timing effects", kRuns * static_cast<int>(uses.size()));
-  int done = 0;
+  fmt::print(report.text(), "\n{:<20} {:<4} {:>10}  {}\n", "effect", "", "rows", "why");
   for (const EffectUse& use : uses) {
-    // What an input calls for costs nothing in a run without.
-    const bool of_input =
-        use.effect == Effect::kAppliedForces || use.effect == Effect::kExternalWrenches;
-    const std::optional<double> share =
-        use.on && !of_input ? measure_share(scene, use.effect, run,
-                                            [&](int pair) { progress.update(kRuns * done + pair); })
-                            : std::nullopt;
-    ++done;
-    progress.wipe();
     const std::string rows = use.rows == 0             ? ""
                              : per_contact(use.effect) ? fmt::format("{} a point", use.rows)
                                                        : std::to_string(use.rows);
-    fmt::print(report.text(), "{:<20} {:<4} {:>10} {:>12}  {}\n", effect_name(use.effect),
-               use.on ? "on" : "off", rows,
-               share ? fmt::format("{:.0f} %", 100.0 * *share) : std::string(), use.why);
+    fmt::print(report.text(), "{:<20} {:<4} {:>10}  {}\n", effect_name(use.effect),
+               use.on ? "on" : "off", rows, use.why);
     effects.push_back({{"name", effect_name(use.effect)},
                        {"called_for", use.called_for},
                        {"on", use.on},
                        {"why", use.why},
                        {"rows", use.rows},
-                       {"rows_at_each_contact_point", per_contact(use.effect)},
-                       {"share_of_step_time", share ? Json(*share) : Json(nullptr)}});
+                       {"rows_at_each_contact_point", per_contact(use.effect)}});
   }
-  fmt::print(report.text(),
-             "share: of the time of {} steps, what goes when the effect is switched off; negative "
-             "where it saves time\n",
-             run.num_steps());
   report["effects"] = effects;
+}
+
+void report_phases(const Scene& scene, Report& report) {
+  // A scene asleep costs nothing, whatever it would call for.
+  const EffectSet awake = scene.options.effects.without({Effect::kSleeping});
+  ShortRun run(scene, scene.options.effects);
+  PhaseTimes times;
+  for (int i = 0; i < kRuns; ++i)
+    if (!run.time(awake, &times)) return;
+  if (!(times.step > 0.0)) return;
+  Json phases = Json::array();
+  fmt::print(report.text(), "\n{:<24} {:>10} {:>8}\n", "phase of a step", "us", "share");
+  const auto add = [&](const char* name, double seconds) {
+    const double microseconds = 1e6 * seconds / (kRuns * run.num_steps()), share = seconds / times.step;
+    fmt::print(report.text(), "{:<24} {:>10.3g} {:>6.0f} %\n", name, microseconds, 100.0 * share);
+    phases.push_back({{"name", name}, {"step_us", microseconds}, {"share_of_step_time", share}});
+  };
+  double rest = times.step;
+  for (const Phase& phase : kPhases) {
+    add(phase.name, times.*phase.seconds);
+    rest -= times.*phase.seconds;
+  }
+  add("integration, checks", rest);
+  fmt::print(report.text(), "timed in {} steps of a short run\n", kRuns * run.num_steps());
+  report["phases"] = phases;
 }
 
 }  // namespace counterpoint::apps

@@ -87,9 +87,12 @@ void step_midpoint(const StepArguments& step, Workspace::Impl& ws, State& next,
   const auto& [model, options, settings, state, input, effects] = step;
   const double h = step.h();
   refuse_limited_servos(model, effects);
-  predict_ties(model, effects, h, state.q, state.v, ws);
-  next.v = state.v;
-  solve_middle(step, ws, next.v, report);
+  {
+    const PhaseTimer timer(ws.times, &PhaseTimes::dynamics);
+    predict_ties(model, effects, h, state.q, state.v, ws);
+    next.v = state.v;
+    solve_middle(step, ws, next.v, report);
+  }
   next.q = state.q;
   next.time = state.time + h;
   if (!report.succeeded()) return;

@@ -185,6 +185,7 @@ bool find_displacement(const StepArguments& step, const VectorX& w, Workspace::I
 void find_constraints(const Model& model, const SimulationOptions& options, EffectSet effects,
                       const State& state, Workspace::Impl& ws) {
   if (ws.sleepers.awake().empty()) return ws.constraints.clear();
+  const PhaseTimer timer(ws.times, &PhaseTimes::contacts);
   compute_kinematics(model, state.q, state.v, ws.sleepers.awake(), ws.data);
   const auto find = [&] {
     ws.finder.find(model, options, effects, state.q, state.v, ws.data, ws.constraints, ws.counts,
@@ -199,6 +200,7 @@ void find_constraints(const Model& model, const SimulationOptions& options, Effe
 
 void solve_constraints(const StepArguments& step, Workspace::Impl& ws, VectorX& w,
                        StepReport& report) {
+  const PhaseTimer timer(ws.times, &PhaseTimes::constraints);
   const State& state = step.state;
   bool solved = !ws.constraints.empty();
   if (solved) solve_found(step, w, nullptr, false, ws, w, report);
@@ -222,6 +224,7 @@ void solve_constraints(const StepArguments& step, Workspace::Impl& ws, VectorX& 
 
 const VectorX& correct_overlaps(const StepArguments& step, Workspace::Impl& ws, VectorX& w,
                                 StepReport& report) {
+  const PhaseTimer timer(ws.times, &PhaseTimes::overlaps);
   while (find_displacement(step, w, ws, report)) {
     // What the displacement runs into gets rows as well. The velocity does not lead there, so that
     // they are without force: w stays as it is but for that (parked_contacts.h), and the inverse

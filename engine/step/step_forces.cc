@@ -172,6 +172,7 @@ void accelerate(const Model& model, double h, const Vector3& gravity, const Vect
 
 void compute_free_velocity(const StepArguments& step, Workspace::Impl& ws, VectorX& w_free,
                            StepReport& report) {
+  const PhaseTimer timer(ws.times, &PhaseTimes::dynamics);
   const auto& [model, options, settings, state, input, effects] = step;
   const double h = step.h();
   set_motor_forces(model, effects, h, state, input, ws);

@@ -83,6 +83,7 @@ StepReport step_forward(const Model& model, const SimulationOptions& options,
                         const contact::Settings& settings, const State& state, const Input& input,
                         Workspace& workspace, State& next) {
   Workspace::Impl& ws = workspace.impl();
+  const PhaseTimer timer(ws.times, &PhaseTimes::step);
   const EffectSet effects = active_effects(ws.called, options.effects);
   const StepArguments step{model, options, settings, state, input, effects};
   StepReport report;

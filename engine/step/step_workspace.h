@@ -9,6 +9,7 @@
 #include "counterpoint/engine/forces/mid_velocity.h"
 #include "counterpoint/engine/step.h"
 #include "counterpoint/engine/step/overlap_correction.h"
+#include "counterpoint/engine/step/phase_times.h"
 #include "counterpoint/engine/step/sleep.h"
 #include "counterpoint/engine/step/softening.h"
 #include "counterpoint/engine/step/velocity_predictor.h"
@@ -56,6 +57,7 @@ struct Workspace::Impl {
         middle(VectorX::Zero(model.nv())),
         called(called_for(model, finder.collider())) {}
 
+  PhaseTimes* times = nullptr;  ///< added to by forward steps; none, none is read
   StateCheck check;
   Data data;
   ConstraintFinder finder;
