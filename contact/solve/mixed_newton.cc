@@ -7,10 +7,10 @@ namespace counterpoint::contact {
 namespace {
 
 // Relative residual of a solution: what is left is for Newton's method on velocities.
-constexpr double kTolerance = 1e-7;
+constexpr double kTolerance = 1e-9;
 // Halvings of a step that does not bring the residual down; the last one is taken all the same.
 constexpr double kResidualDecrease = 1e-3;
-constexpr int kMostHalvings = 4;
+constexpr int kNearHalvings = 2, kFollowHalvings = 4, kPathHalvings = 5;
 // A near start is given up where so many steps leave the residual above this share of its terms.
 constexpr int kGateSteps = 2;
 constexpr double kGate = 0.3;
@@ -24,21 +24,22 @@ constexpr double kFirstFactor = 0.3, kLeastFactor = 1e-4, kMostFactor = 0.5;
 // Smoothing this small, as a share of the square of the scale, is none.
 constexpr double kNoSmoothing = 1e-20;
 // So many steps that do not come near the path: back to more smoothing, but not for ever.
-constexpr int kPathPatience = 10, kMaxRaises = 3;
+constexpr int kPatience = 10, kMaxRaises = 3;
 constexpr double kRaise = 100.0, kRaiseFromNone = 1e-2;
 
 }  // namespace
 
 void MixedNewton::reserve(const IslandSystem& system) { step_.reserve(system); }
 
-// One step, halved until the residual falls; false if singular.
-bool MixedNewton::advance(MixedSystem& system, MixedSystem::Point& point, double& norm) {
+// One step, halved until the residual falls, at most max_halvings times; false if singular.
+bool MixedNewton::advance(MixedSystem& system, int max_halvings, MixedSystem::Point& point,
+                          double& norm) {
   if (!system.factor()) return false;
   system.direction(step_);
   double step = 1.0;
   for (int i = 0;; ++i, step *= 0.5) {
     const double after = system.trial(point, step_, step);
-    if (after <= (1.0 - kResidualDecrease * step) * norm || i == kMostHalvings) break;
+    if (after <= (1.0 - kResidualDecrease * step) * norm || i == max_halvings) break;
   }
   norm = system.accept(step_, point);
   return true;
@@ -54,7 +55,7 @@ MixedNewton::Result MixedNewton::run_near(MixedSystem& system, int max_iteration
     result.solved = result.residual <= kTolerance;
     if (result.solved || !std::isfinite(norm) || result.iterations == max_iterations) return result;
     if (result.iterations == kGateSteps && result.residual > kGate) return result;
-    if (!advance(system, point, norm)) return result;
+    if (!advance(system, kNearHalvings, point, norm)) return result;
   }
 }
 
@@ -78,7 +79,7 @@ MixedNewton::Result MixedNewton::run_following(MixedSystem& system, int max_iter
     result.residual = norm / system.scale();
     result.solved = result.residual <= kTolerance;
     if (result.solved || !std::isfinite(norm) || result.iterations == max_iterations) return result;
-    if (!advance(system, point, norm)) return result;
+    if (!advance(system, kFollowHalvings, point, norm)) return result;
     const double goal = share * system.law_square();
     if (goal < system.center) norm = system.recenter(point, goal);
   }
@@ -105,7 +106,7 @@ MixedNewton::Result MixedNewton::run_path(MixedSystem& system, int max_iteration
     result.residual = norm / system.scale();
     result.solved = system.center == 0.0 && result.residual <= kTolerance;
     if (result.solved || !std::isfinite(norm) || result.iterations == max_iterations) return result;
-    if (since > kPathPatience) {
+    if (since > kPatience) {
       if (++raises > kMaxRaises) return result;
       const double center =
           system.center > 0.0 ? kRaise * system.center : kRaiseFromNone * norm * norm / laws;
@@ -113,7 +114,7 @@ MixedNewton::Result MixedNewton::run_path(MixedSystem& system, int max_iteration
       since = 0;
       norm = system.recenter(point, center);
     }
-    if (!advance(system, point, norm)) return result;
+    if (!advance(system, kPathHalvings, point, norm)) return result;
   }
 }
 

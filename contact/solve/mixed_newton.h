@@ -31,7 +31,7 @@ class MixedNewton {
  private:
   Result run_following(MixedSystem& system, int max_iterations, MixedSystem::Point& point);
   Result run_path(MixedSystem& system, int max_iterations, MixedSystem::Point& point);
-  bool advance(MixedSystem& system, MixedSystem::Point& point, double& norm);
+  bool advance(MixedSystem& system, int max_halvings, MixedSystem::Point& point, double& norm);
 
   MixedSystem::Point step_;
 };

@@ -9,8 +9,8 @@ namespace {
 /// So much softer, a constraint takes no force that a double would see beside another.
 constexpr double kNoForce = 1e30;
 
-/// Of displacements, relative: what is left is corrected in the next step, and nothing else knows of it.
-constexpr double kAccuracy = 1e-6;
+/// Of displacements, relative: they are corrected in the next step, and nothing else knows of them.
+constexpr double kAccuracy = 1e-9;
 
 /// b of the recovery in the row of a gap; NaN for constraints without.
 double gap_bias_of(const ConstraintSet& constraints, int constraint) {

@@ -42,7 +42,7 @@ class OverlapCorrection {
   };
 
   /// Finds velocity(), if it is needed, for the velocities w and impulses of a solved problem of
-  /// these constraints, step h [s]: of the islands concerned, to 1e-6. Blocks are in its order.
+  /// these constraints, step h [s]: of the islands concerned, to 1e-9. Blocks are in its order.
   Found find(const ConstraintSet& constraints, const contact::Problem& solved, double h,
              const contact::Settings& settings, const VectorRef& w, const VectorRef& impulse);
 
