@@ -126,7 +126,7 @@ std::optional<FailedStep> run(Simulator& simulator, AppliedInputs& inputs, Outpu
     } else {
       if (outputs.any()) outputs.step(before, simulator.input(), h, simulator.state(), step);
       if (outputs.contacts) outputs.contacts->add_step(start_time, simulator.last_forces());
-      if (tally.watch) tally.watch->after_step(h);
+      if (tally.watch) tally.watch->after_step(h, simulator.state());
     }
     progress.update(static_cast<int>(k + 1));
   }
@@ -166,7 +166,10 @@ std::optional<FailedStep> run_controlled(Simulator& simulator, AppliedInputs& in
                    step.second);
       if (outputs.contacts)
         outputs.contacts->add_step(simulator.middle().time, simulator.last_forces());
-      if (tally.watch) tally.watch->after_step(step.step);
+      if (tally.watch) {
+        tally.watch->after_step(0.5 * step.step, simulator.middle());
+        tally.watch->after_step(0.5 * step.step, simulator.state());
+      }
     }
     progress.update(static_cast<int>(kParts * (simulator.state().time - start_time) /
                                      std::max(options.duration, before.time - start_time)));
@@ -330,9 +333,10 @@ void add_simulate(CommandLine& line) {
           "Steps as long as the error allows: TOL is what a simulated second may add to any "
           "coordinate [m/s, rad/s]; or off. Default: the scene's step_control")
       .type_name("TOL|off");
-  command.add_option("--event-tolerance", arguments->event_tolerance,
-                     "With step control: impacts fall into steps of at most this [s]; default: the "
-                     "scene's, or 1e-6")
+  command
+      .add_option("--event-tolerance", arguments->event_tolerance,
+                  "With step control: impacts fall into steps of at most this [s]; default: the "
+                  "scene's, or 1e-6")
       .seldom();
   command.add_option(
       "--inputs", arguments->inputs.file,
