@@ -8,7 +8,7 @@
 Default is a quick choice of two minutes, --full the whole matrix, what is likely to fail first: piles of 16 to 1000
 bodies (friction, masses, time step, overlap, seeds), robots floating and fixed on the ground, unpowered and under
 random torques, at 0.5, 2 and 10 ms. Every run is one `counterpoint simulate`, and stands in its row as a command that repeats
-it. Rows are kept in --out: a run that is there is not run again, so that a matrix of hours can be run in shares
+it. Rows are kept in --out: a run that is there is not run again by the same build, so that a matrix of hours can be run in shares
 (--budget). Every row is judged:
 
     ended         exit code 0
@@ -395,8 +395,10 @@ def parse():
 def main():
     arguments = parse()
     arguments.out.mkdir(parents=True, exist_ok=True)
-    if arguments.again:
-        (arguments.out / "robustness.csv").unlink(missing_ok=True)
+    before = arguments.out / "robustness.csv"
+    if before.exists() and (arguments.again or
+                            before.stat().st_mtime < pathlib.Path(arguments.command).stat().st_mtime):
+        before.unlink()  # those of another build say nothing of this one
     piles = [] if arguments.only == "robots" else pile_runs(arguments)
     robots = [] if arguments.only == "piles" else robot_runs(arguments)
     if arguments.full:
