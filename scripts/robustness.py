@@ -7,9 +7,9 @@
 
 Default is a quick choice of two minutes, --full the whole matrix, what is likely to fail first: piles of 16 to 1000
 bodies (friction, masses, time step, overlap, seeds), robots floating and fixed on the ground, unpowered and under
-random torques, at 0.5, 2 and 10 ms. Every run is one `counterpoint simulate`, and stands in its row as a command that repeats
-it. Rows are kept in --out: a run that is there is not run again by the same build, so that a matrix of hours can be run in shares
-(--budget). Every row is judged:
+random torques, at 0.5, 2 and 10 ms. Every run is one `counterpoint simulate`, and stands in its row as a command that
+repeats it. Rows are kept in --out: a run that is there is not run again by the same build, so that a matrix of hours
+can be run in shares (--budget). Every row is judged:
 
     ended         exit code 0
     energy        never above that of the start, the work of the inputs along the path of each step and that of the
@@ -334,9 +334,6 @@ def page(rows, matrix):
         f"{len(rows) - len(counted)} were refused as bad input.",
         f"* Softened steps of robots and of piles of equal masses that start apart, at 2 ms: {soft} of {steps}",
         f"  ({100 * soft / max(steps, 1):.3f} %).", "",
-        "Robots with an excess of energy float under the full torque of their motors. Looked into were two, without a step",
-        "to blame in contact: the root of kinova (3.7e-4 kg m^2) spins at 300 rad/s, 0.6 rad a step, and gains as much",
-        "without ground; alex's pelvis at 50 rad/s has 410 J too much for one step of 10 ms, then no more.", "",
         "Newton steps a step: mean, 99 % and most of the worst run. Energy: what no input and no correction of overlaps gave,",
         "as a share of the highest energy. Ground: deepest point below it at the end. Time of a step: median, 99 %, largest.",
         "", "| what | | time step | ended | steps | Newton steps | softened | energy | ground | time of a step [ms] |",
