@@ -3,7 +3,7 @@
 
 With --run the reference set of data/scenes/accuracy is run first, one scene after the other, by that binary, into
 DIR/<scene>; without it what lies there is taken. Everything before "## Measured" stays; what follows is replaced, and
-the pictures are copied to docs/images/accuracy."""
+the pictures are copied to docs/images/accuracy. With --presets only their table is run and written."""
 import argparse
 import json
 import pathlib
@@ -18,17 +18,19 @@ IMAGES = ROOT / "docs/images/accuracy"
 WANTS = (1e-2, 1e-3, 1e-4, 1e-6)
 NAMES = ("double_pendulum", "planar_chain", "heavy_top", "dzhanibekov", "slide_to_stop", "slide_to_roll",
          "arm_grasp", "humanoid_drop", "capsules_27")
+WITH_CONTACTS = NAMES[4:8]  # of capsules_27 the whole run takes long
 MARK = "## Measured\n"
 
 
-def run(binary, folder, repeats):
-    for name in NAMES:
+def run(binary, folder, repeats, only_presets):
+    for name in WITH_CONTACTS if only_presets else NAMES:
         out = folder / name
         out.mkdir(parents=True, exist_ok=True)
         with open(out / "out.txt", "w", encoding="utf-8") as text:
             subprocess.run([binary, "accuracy", str(SCENES / f"{name}.yaml"), "--report", str(out),
                             "--json", str(out / "accuracy.json"), "--repeats", str(repeats),
-                            "--want", ",".join(f"{w:g}" for w in WANTS)], stdout=text, check=True)
+                            "--want", ",".join(f"{w:g}" for w in WANTS),
+                            *(("--vary", "preset") if only_presets else ())], stdout=text, check=True)
         print(name)
 
 
@@ -82,8 +84,8 @@ def overview(reports):
 
 
 def work_precision(r):
-    """One row a time step, one column a curve of the integrators and friction models."""
-    curves = [f for f in r["families"] if f["vary"] in ("integrator", "friction") and f["points"]
+    """One row a time step, one column a curve of the integrators, friction models and presets."""
+    curves = [f for f in r["families"] if f["vary"] in ("integrator", "friction", "preset") and f["points"]
               and not (f["vary"] == "friction" and "same_as" in f)]
     steps = sorted({p["value"] for f in curves for p in f["points"]}, reverse=True)
     lines = ["| time step |" + "".join(f" {f['name']} |" for f in curves), "|---|" + "---|" * len(curves)]
@@ -125,7 +127,7 @@ def physics(r):
     lines = ["| at the scene's step | primal [N] | dual [m/s] | complementarity [W] | overlap [m] | creep [um/s] | "
              "hover [m] | inverse | energy [J] |", "|---|---|---|---|---|---|---|---|---|"]
     for f in r["families"]:
-        if f["vary"] not in ("integrator", "friction") or (f["vary"] == "friction" and "same_as" in f):
+        if f["vary"] not in ("integrator", "friction", "preset") or (f["vary"] == "friction" and "same_as" in f):
             continue
         for p in f["points"]:
             if abs(p["value"] / r["time_step_s"] - 1) > 1e-9 or "physics" not in p:
@@ -137,6 +139,34 @@ def physics(r):
                                     x.get("penetration_m"), None if creep is None else 1e6 * creep,
                                     x.get("hover_m"), x.get("inverse_error"), x.get("energy_error_J"))) + " |")
     return lines if len(lines) > 2 else []
+
+
+def presets(reports):
+    """`contact: fast | default | hard` at the scene's step, of scenes that have contacts."""
+    lines = ["## Presets of contact", "",
+             "`accuracy SCENE --vary preset`, at the scene's time step: error against the reference, processor time a",
+             "simulated second, physics as below. Written by `scripts/accuracy_doc.py DIR --run COUNTERPOINT --presets`.", "",
+             "| scene | preset | error | time | overlap [m] | creep [um/s] | hover [m] | inverse |",
+             "|---|---|---|---|---|---|---|---|"]
+    for name, r in reports.items():
+        for f in r["families"]:
+            for p in f["points"] if f["vary"] == "preset" else []:
+                if abs(p["value"] / r["time_step_s"] - 1) > 1e-9:
+                    continue
+                x = p.get("physics", {})
+                creep = x.get("creep_m_s")
+                cells = [name, f["name"].removeprefix("contact ")]
+                cells += ["failed", ""] if p["status"] != "ok" else [figure(p["error"]), seconds(p["cost_s_per_s"])]
+                cells += [figure(v) for v in (x.get("penetration_m"), None if creep is None else 1e6 * creep,
+                                              x.get("hover_m"), x.get("inverse_error"))]
+                lines.append("| " + " | ".join(cells) + " |")
+    return "\n".join(lines) + "\n"
+
+
+def put_presets(text, reports):
+    """The page with that section anew, before what is measured."""
+    before = text.split("## Presets of contact")[0].split(MARK)[0]
+    return before + presets(reports) + "\n" + MARK + text.split(MARK, 1)[1]
 
 
 def orders(r):
@@ -201,11 +231,15 @@ def main():
     parser.add_argument("folder", type=pathlib.Path)
     parser.add_argument("--run")
     parser.add_argument("--repeats", type=int, default=3)
+    parser.add_argument("--presets", action="store_true", help="only the table of contact: fast | default | hard")
     arguments = parser.parse_args()
     if arguments.run:
-        run(arguments.run, arguments.folder, arguments.repeats)
+        run(arguments.run, arguments.folder, arguments.repeats, arguments.presets)
     reports = {name: json.loads((arguments.folder / name / "accuracy.json").read_text(encoding="utf-8"))
                for name in NAMES if (arguments.folder / name / "accuracy.json").exists()}
+    PAGE.write_text(put_presets(PAGE.read_text(encoding="utf-8"), reports), encoding="utf-8")
+    if arguments.presets:
+        return
     lines = ["", "Written by scripts/accuracy_doc.py from runs of the reference set, data/scenes/accuracy. Times are of one "
              "machine, busy with other work; what they are to each other is what counts.", ""]
     lines += overview(reports)

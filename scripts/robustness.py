@@ -3,16 +3,31 @@
 
     scripts/robustness.py build/release/bin/counterpoint
     scripts/robustness.py build/release/bin/counterpoint --robots ~/robots --package example-robot-data=~/erd --full
+    scripts/robustness.py build/release/bin/counterpoint --robots ~/robots --full --budget 600 --page robustness.md
 
-Default is a quick choice of two minutes, --full the whole matrix: piles of 16 to 1000 bodies (friction, masses, time
-step, overlap, seeds), robots floating and fixed on the ground, unpowered and under random torques, at 0.5, 2 and 10 ms.
-Every run is one `counterpoint simulate`, and stands in its row as a command that repeats it. Exit code 1 if a run failed
-or ran out of time (a URDF that is refused as bad input does not count). Standard library only.
+Default is a quick choice of two minutes, --full the whole matrix, what is likely to fail first: piles of 16 to 1000
+bodies (friction, masses, time step, overlap, seeds), robots floating and fixed on the ground, unpowered and under
+random torques, at 0.5, 2 and 10 ms. Every run is one `counterpoint simulate`, and stands in its row as a command that
+repeats it. Rows are kept in --out: a run that is there is not run again by the same build, so that a matrix of hours
+can be run in shares (--budget). Every row is judged:
+
+    ended         exit code 0
+    energy        never above that of the start, the work of the inputs along the path of each step and that of the
+                  correction of overlaps, by more than 1 % of the highest energy. Where masses do not change with the
+                  pose semi-implicit Euler never is: a step changes kinetic energy by h u'v+, by f'J v+ <= 0 of contacts
+                  and by -|v+ - v|^2_M / 2. Trees are left this 1 %, and the 1 mm/s at which overlaps part by velocity
+    ground        no point is more than 1 cm below the ground at the end
+    newton        no step takes more than 200 Newton steps, and 99 of 100 at most 30
+
+Exit code 1 if a run failed, crashed or was killed, or has an energy or a depth that it should not have. A URDF that is
+refused as bad input, and a run that had not the wall time to end (--limit), do not count. Standard library only.
 """
 import argparse
 import concurrent.futures
 import csv
+import functools
 import json
+import math
 import pathlib
 import shlex
 import subprocess
@@ -29,10 +44,14 @@ FIGURES = {"simulated_s": "simulated_seconds", "steps": "steps", "newton_mean": 
            "failed_steps": "solver_failures", "softened_steps": "softened_steps", "step_median_us": "step_time_median_us",
            "step_p99_us": "step_time_p99_us", "step_max_us": "step_time_max_us", "wall_s": "wall_seconds",
            "contacts": "contacts_mean", "max_penetration_m": "max_penetration_m", "end_penetration_m": "end_penetration_m",
-           "end_below_ground_m": "end_below_ground_m", "energy_start_J": "energy_start_J",
-           "input_work_J": "input_work_J", "energy_gain_J": "energy_gain_max_J", "state_hash": "state_hash"}
+           "end_below_ground_m": "end_below_ground_m", "below_ground_max_m": "below_ground_max_m",
+           "energy_start_J": "energy_start_J", "energy_max_J": "energy_max_J", "input_work_J": "input_work_J",
+           "overlap_work_J": "overlap_work_J", "energy_gain_J": "energy_gain_max_J",
+           "energy_excess_J": "energy_excess_J", "state_hash": "state_hash"}
 COLUMNS = ["kind", "scene", "base", "inputs", "bodies", "friction", "mass_range", "overlap", "seed", "time_step_s",
-           "duration_s", "exit", "status", *FIGURES, "message", "command"]
+           "duration_s", "exit", "status", "short_of", *FIGURES, "message", "command"]
+ENERGY_SHARE, DEPTH, NEWTON_P99, NEWTON_MAX = 0.01, 0.01, 30, 200  # bounds, see above
+BAD = {"failed", "crashed", "killed"}
 QUICK_LIMIT, FULL_LIMIT = 10.0, 120.0  # s of steps a run
 SLACK = 30.0                           # s beyond that for reading, and for one step that takes long: then it is killed
 
@@ -68,16 +87,35 @@ def pile_choices(full):
     return chosen
 
 
+def hardness(row):
+    """Sorts what is likely to fail before the rest, piles by size: a run of 1000 bodies takes as long as all others."""
+    if row["kind"] == "pile":
+        return (row["seed"] > 0, row["bodies"], -row["mass_range"] * row["friction"], -row["overlap"],
+                -row["time_step_s"])
+    return (row["inputs"] == "0", row["base"] == "fixed", -row["time_step_s"])
+
+
+def interleaved(first, second):
+    """Both in their order, in equal shares."""
+    places = [((i + 0.5) / len(part), which, run) for which, part in enumerate((first, second))
+              for i, run in enumerate(part)]
+    return [run for _, _, run in sorted(places, key=lambda place: place[:2])]
+
+
+def write_pile(name, options, folder, keep):
+    if not (keep and (folder / f"{name}.yaml").exists()):
+        write(pile(name, duration=5.0, **options), folder)
+
+
 def pile_runs(arguments):
     runs, folder = [], arguments.out / "piles"
     for options, step, duration in pile_choices(arguments.full):
         name = pile_name(**options)
-        if not (folder / f"{name}.yaml").exists() or not arguments.keep:
-            write(pile(name, duration=5.0, **options), folder)
         row = {"kind": "pile", "scene": name, "bodies": options["count"], "friction": options["friction"],
                "mass_range": options["mass_range"], "overlap": options["overlap"], "seed": options["seed"],
                "time_step_s": step, "duration_s": duration}
-        runs.append((row, [str(folder / f"{name}.yaml"), "--timestep", f"{step:g}", "--duration", f"{duration:g}"]))
+        words = [str(folder / f"{name}.yaml"), "--timestep", f"{step:g}", "--duration", f"{duration:g}"]
+        runs.append((row, words, functools.partial(write_pile, name, options, folder, arguments.keep)))
     return runs
 
 
@@ -100,8 +138,8 @@ def robot_runs(arguments):
             print(f"Skipped: {folder} is not there", flush=True)
             continue
         urdfs = sorted(folder.rglob("*.urdf"))
-        if not arguments.full:
-            urdfs = one_a_robot(urdfs, folder)[::3]
+        first = one_a_robot(urdfs, folder)
+        urdfs = first + [u for u in urdfs if u not in first] if arguments.full else first[::3]
         for urdf in urdfs:
             for base in ("floating", "fixed"):
                 for scale in (("0", "1") if arguments.full else ("1",)):
@@ -111,14 +149,31 @@ def robot_runs(arguments):
                                "seed": 0, "time_step_s": step, "duration_s": duration}
                         drive = ["--random-inputs", scale, "--seed", "0"] if scale != "0" else []
                         runs.append((row, [str(urdf), "--base", base, "--ground", *packages, *drive, "--timestep",
-                                           f"{step:g}", "--duration", f"{duration:g}"]))
+                                           f"{step:g}", "--duration", f"{duration:g}"], None))
     return runs
 
 
 # ---- running -------------------------------------------------------------------------------------------
 
-def run(command, row, options, limit):
+def judge(row):
+    """What a row falls short of, in words."""
+    short = [] if row["status"] in ("ok", "refused") else [row["status"]]
+    if not row.get("steps"):
+        return short
+    excess, highest = row["energy_excess_J"], row["energy_max_J"]
+    if isinstance(excess, float) and excess > ENERGY_SHARE * abs(highest) + 1e-6:
+        short.append("energy")
+    if row["status"] == "ok" and row["end_below_ground_m"] > DEPTH and row["base"] != "fixed":
+        short.append("ground")
+    if row["newton_p99"] > NEWTON_P99 or row["newton_max"] > NEWTON_MAX:
+        short.append("newton")
+    return short
+
+
+def run(command, row, options, prepare, limit):
     """The row, filled in."""
+    if prepare:
+        prepare()
     row = dict(row)
     words = [command, "simulate", *options]
     row["command"] = shlex.join(words)
@@ -128,7 +183,8 @@ def run(command, row, options, limit):
             done = subprocess.run([*words, "--wall-limit", f"{limit:g}", "--json", str(report)], capture_output=True,
                                   text=True, errors="replace", timeout=limit + SLACK)
         except subprocess.TimeoutExpired:
-            row.update(exit="", status="killed", message=f"not done {limit + SLACK:g} s after its start")
+            row.update(exit="", status="killed", short_of="killed",
+                       message=f"not done {limit + SLACK:g} s after its start")
             return row
         row["exit"] = done.returncode
         figures = json.loads(report.read_text()) if report.exists() else {}
@@ -136,25 +192,57 @@ def run(command, row, options, limit):
     row["status"] = figures.get("status", "refused" if done.returncode == 2 else "crashed")
     row["message"] = figures.get("message", last if row["status"] != "ok" else "")
     row.update({column: figures.get(key, "") for column, key in FIGURES.items()})
+    row.setdefault("base", "")
+    row["short_of"] = " ".join(judge(row))
     return row
 
 
+def number(text):
+    """Of a field of the table: a whole number, another, or the text as it is."""
+    for kind in (int, float):
+        try:
+            return kind(text)
+        except ValueError:
+            pass
+    return text
+
+
+def rows_before(path):
+    if not path.exists():
+        return []
+    with open(path, newline="", encoding="utf-8") as file:
+        rows = [{k: v if k in ("state_hash", "scene", "inputs", "message", "command") else number(v)
+                 for k, v in row.items()} for row in csv.DictReader(file)]
+    for row in rows:  # 0.0 was written as 0
+        row["energy_excess_J"] = float(row["energy_excess_J"]) if row["energy_excess_J"] != "" else ""
+    return rows
+
+
 def run_all(arguments, runs, limit):
-    """Rows in the order of `runs`; each is written as soon as all before it are there."""
-    rows = []
-    with open(arguments.out / "robustness.csv", "w", newline="", encoding="utf-8") as file, \
+    """All rows there are, those of earlier calls first; a new one is written as soon as all before it are there."""
+    path = arguments.out / "robustness.csv"
+    rows = rows_before(path)
+    known = {row["command"] for row in rows}
+    runs = [r for r in runs if shlex.join([arguments.command, "simulate", *r[1]]) not in known]
+    end = time.monotonic() + (arguments.budget or math.inf)
+    with open(path, "a", newline="", encoding="utf-8") as file, \
             concurrent.futures.ThreadPoolExecutor(arguments.jobs) as pool:
         writer = csv.DictWriter(file, COLUMNS, restval="", lineterminator="\n")
-        writer.writeheader()
-        for row in pool.map(lambda r: run(arguments.command, *r, limit), runs):
+        if not rows:
+            writer.writeheader()
+        started = pool.map(lambda r: run(arguments.command, *r, limit) if time.monotonic() < end else None, runs)
+        for count, row in enumerate(started, 1):
+            if row is None:
+                print(f"{len(runs) - count + 1} runs are left for the next call", flush=True)
+                break
             writer.writerow({k: f"{v:.6g}" if isinstance(v, float) else v for k, v in row.items()})
             file.flush()
             rows.append(row)
             shown = f"{row['scene']} {row.get('base', '')}".strip()
             cost = f"Newton {row['newton_mean']:.3g} / {row['newton_p99']} / {row['newton_max']}, " \
                    f"{row['step_median_us']:.3g} / {row['step_p99_us']:.3g} us" if row.get("steps") else ""
-            print(f"{len(rows)}/{len(runs)} {row['status']:8} {shown}, {1000 * row['time_step_s']:g} ms: {cost}"
-                  f" {row['message'][:160]}", flush=True)
+            print(f"{count}/{len(runs)} {row['status']:8} {shown}, {1000 * row['time_step_s']:g} ms: {cost}"
+                  f" {row['short_of']} {row['message'][:160]}", flush=True)
     return rows
 
 
@@ -167,7 +255,7 @@ def summary(rows):
         for status in ("ok", "failed", "stopped", "killed", "crashed", "refused"):
             out[kind][status] = sum(row["status"] == status for row in mine)
         for column in ("newton_mean", "newton_p99", "newton_max", "max_penetration_m", "end_penetration_m",
-                       "end_below_ground_m", "energy_gain_J"):
+                       "end_below_ground_m", "energy_excess_J"):
             values = sorted(row[column] for row in stepped if isinstance(row[column], (int, float)))
             if values:
                 out[kind][column] = {"median": values[len(values) // 2], "largest": values[-1]}
@@ -182,11 +270,93 @@ def print_summary(found, rows):
         for column, values in figures.items():
             if isinstance(values, dict):
                 print(f"  {column:20} median {values['median']:.4g}, largest {values['largest']:.4g}")
-    bad = [row for row in rows if row["status"] not in ("ok", "refused")]
+    bad = [row for row in rows if row["short_of"]]
     if bad:
-        print("\nTo repeat what did not come to its end:")
+        print("\nTo repeat what falls short:")
         for row in bad:
-            print(f"  {row['command']}")
+            print(f"  {row['short_of']}: {row['command']}")
+
+
+# ---- the page ------------------------------------------------------------------------------------------
+
+def group_of(row):
+    step = f"{1000 * row['time_step_s']:g} ms"
+    if row["kind"] == "robot":
+        return ("robots, " + ("random torques" if row["inputs"] != "0" else "unpowered"), row["base"], step)
+    decades = round(math.log10(row["mass_range"]))
+    masses = f"1e-{decades} ... 1e{decades}" if decades else "equal"
+    about = row["scene"].split("_")[0] if not row["scene"].startswith("chain") else "chain into pile"
+    return (f"{about} of {row['bodies']}" + (", overlapped" if row["overlap"] else ""),
+            f"mu {row['friction']:g}, masses {masses}", step)
+
+
+def largest(rows, column):
+    return max((row[column] for row in rows if isinstance(row[column], (int, float))), default=0)
+
+
+def table_line(group, rows):
+    stepped = [row for row in rows if row.get("steps")]
+    steps = sum(row["steps"] for row in stepped)
+    ended, counted = (sum(row["status"] in which for row in rows) for which in (("ok",), ("ok", "stopped", *BAD)))
+    cells = [*group, f"{ended} of {counted}"]
+    if not steps:
+        return "| " + " | ".join(cells + ["-"] * 6) + " |"
+    mean = sum(row["newton_mean"] * row["steps"] for row in stepped) / steps
+    soft = 100 * sum(row["softened_steps"] for row in stepped) / steps
+    gain = max((row["energy_excess_J"] / abs(row["energy_max_J"]) for row in stepped
+                if isinstance(row["energy_excess_J"], float) and row["energy_max_J"]), default=0.0)
+    middle = sorted(row["step_median_us"] for row in stepped)[len(stepped) // 2]
+    cells += [str(steps), f"{mean:.1f} / {largest(stepped, 'newton_p99')} / {largest(stepped, 'newton_max')}",
+              f"{soft:.2f} %", f"{max(gain, 0.0):.1g}", f"{1000 * largest(stepped, 'end_below_ground_m'):.2g} mm",
+              " / ".join(f"{us / 1000:.3g}" for us in (middle, largest(stepped, "step_p99_us"),
+                                                       largest(stepped, "step_max_us")))]
+    return "| " + " | ".join(cells) + " |"
+
+
+def bounded_softening(rows):
+    """Steps, and softened steps, of equal-mass piles that start apart and of robots, at 2 ms."""
+    chosen = [row for row in rows if row.get("steps") and row["time_step_s"] == 0.002 and
+              (row["kind"] == "robot" or (row["mass_range"] == 1 and row["overlap"] == 0))]
+    return sum(row["steps"] for row in chosen), sum(row["softened_steps"] for row in chosen)
+
+
+def page(rows, matrix):
+    counted = [row for row in rows if row["status"] != "refused"]
+    steps, soft = bounded_softening(rows)
+    lines = [
+        "# Does contact ever stop?", "",
+        "Random piles and robots, run by `scripts/robustness.py build/release/bin/counterpoint --robots DIR --full --page",
+        "docs/measurements/robustness.md`; that script says what is run and how it is judged. Processor times are of a busy",
+        "machine.", "",
+        f"* {len(rows)} of the {matrix} runs of the matrix were made, the hardest first:",
+        f"  {sum(row['status'] == 'ok' for row in rows)} ended, {sum(row['status'] in BAD for row in rows)} failed, "
+        f"{sum(row['status'] == 'stopped' for row in rows)} had not enough wall time, "
+        f"{len(rows) - len(counted)} were refused as bad input.",
+        f"* Softened steps of robots and of piles of equal masses that start apart, at 2 ms: {soft} of {steps}",
+        f"  ({100 * soft / max(steps, 1):.3f} %).", "",
+        "Newton steps a step: mean, 99 % and most of the worst run. Energy: what no input and no correction of overlaps gave,",
+        "as a share of the highest energy. Ground: deepest point below it at the end. Time of a step: median, 99 %, largest.",
+        "", "| what | | time step | ended | steps | Newton steps | softened | energy | ground | time of a step [ms] |",
+        "|---|---|---|---|---|---|---|---|---|---|"]
+    groups = {}
+    for row in rows:
+        groups.setdefault(group_of(row), []).append(row)
+    lines += [table_line(group, groups[group]) for group in sorted(groups)]
+    short = [row for row in rows if row["short_of"]]
+    if short:
+        lines += ["", "## What falls short", "",
+                  "| what | of | Newton steps | energy excess J, highest | ground m | message |", "|---|---|---|---|---|---|"]
+    for row in short:
+        words = (pathlib.PurePath(row["scene"]).name, row["base"], "torques" if row["inputs"] == "1" else "",
+                 f"{1000 * row['time_step_s']:g} ms")
+        name = " ".join(word for word in words if word)
+        figures = [f"{row['newton_mean']:.3g} / {row['newton_p99']} / {row['newton_max']}",
+                   f"{row['energy_excess_J']:.3g}, {row['energy_max_J']:.3g}"
+                   if isinstance(row["energy_excess_J"], float) else "-",
+                   f"{row['end_below_ground_m']:.2g}"] if row.get("steps") else ["-"] * 3
+        message = row["message"].replace("|", "/")[:110]
+        lines.append("| " + " | ".join([name, row["short_of"], *figures, message]) + " |")
+    return "\n".join(lines) + "\n"
 
 
 def parse():
@@ -205,6 +375,10 @@ def parse():
     parser.add_argument("--limit", type=float, metavar="S",
                         help=f"seconds that the steps of a run may take; default {QUICK_LIMIT:g}, with --full {FULL_LIMIT:g}")
     parser.add_argument("--jobs", type=int, default=2, help="runs at a time; default 2")
+    parser.add_argument("--budget", type=float, metavar="S",
+                        help="start no run after so many seconds; the next call goes on")
+    parser.add_argument("--again", action="store_true", help="forget the rows in --out")
+    parser.add_argument("--page", type=pathlib.Path, metavar="FILE", help="write the rows as a page (Markdown)")
     parser.add_argument("--json", type=pathlib.Path, metavar="FILE", help="write the summary as JSON")
     arguments = parser.parse_args()
     if not pathlib.Path(arguments.command).is_file():
@@ -218,18 +392,27 @@ def parse():
 def main():
     arguments = parse()
     arguments.out.mkdir(parents=True, exist_ok=True)
-    runs = [] if arguments.only == "robots" else pile_runs(arguments)
-    if arguments.only != "piles":
-        runs += robot_runs(arguments)
+    before = arguments.out / "robustness.csv"
+    if before.exists() and (arguments.again or
+                            before.stat().st_mtime < pathlib.Path(arguments.command).stat().st_mtime):
+        before.unlink()  # those of another build say nothing of this one
+    piles = [] if arguments.only == "robots" else pile_runs(arguments)
+    robots = [] if arguments.only == "piles" else robot_runs(arguments)
+    if arguments.full:
+        piles.sort(key=lambda r: hardness(r[0]))
+        robots.sort(key=lambda r: hardness(r[0]))
+    runs = interleaved(piles, robots)
     runs = [r for r in runs if arguments.match in r[0]["scene"]]
     start = time.monotonic()
     rows = run_all(arguments, runs, arguments.limit or (FULL_LIMIT if arguments.full else QUICK_LIMIT))
     found = summary(rows)
     print_summary(found, rows)
     print(f"\n{len(rows)} runs in {time.monotonic() - start:.0f} s; every figure in {arguments.out / 'robustness.csv'}")
+    if arguments.page:
+        arguments.page.write_text(page(rows, len(runs)), encoding="utf-8")
     if arguments.json:
         arguments.json.write_text(json.dumps(found, indent=2) + "\n", encoding="utf-8")
-    return 1 if any(row["status"] not in ("ok", "refused") for row in rows) else 0
+    return int(any(row["status"] in BAD or {"energy", "ground"} & set(row["short_of"].split()) for row in rows))
 
 
 if __name__ == "__main__":

@@ -102,6 +102,17 @@ void add_friction(const Maker& make, Families& out) {
   }
 }
 
+/// What one word chooses: `contact: fast | default | hard`.
+void add_presets(const Maker& make, Families& out) {
+  for (const ContactPreset preset :
+       {ContactPreset::kFast, ContactPreset::kDefault, ContactPreset::kHard}) {
+    EngineSetting setting = make.base();
+    apply_contact_preset(preset, setting.options.contact);
+    out.families.push_back(
+        make.over_steps("preset", fmt::format("contact {}", contact_preset_name(preset)), setting));
+  }
+}
+
 /// The law of 2011 has no exact Coulomb friction: both are convex here.
 void add_laws(const Maker& make, Families& out) {
   EngineSetting setting = make.base();
@@ -192,7 +203,7 @@ std::string idle(const std::string& item, const Rows& rows) {
   if (item == "friction" || item == "law")
     return rows.friction ? "" : "nothing can touch with friction";
   if (item == "smoothing") return rows.smoothed ? "" : "nothing in this scene is smoothed";
-  if (item == "compliance" || item == "tolerance")
+  if (item == "compliance" || item == "tolerance" || item == "preset")
     return rows.any ? "" : "the scene has no constraints to solve";
   return "";
 }
@@ -219,9 +230,9 @@ std::string seconds_text(double seconds) {
 }
 
 const std::vector<std::string>& vary_items() {
-  static const std::vector<std::string> items = {"timestep",   "integrator", "friction",
-                                                 "compliance", "smoothing",  "tolerance",
-                                                 "law",        "adaptive",   "mujoco"};
+  static const std::vector<std::string> items = {
+      "timestep",  "integrator", "friction", "compliance", "smoothing",
+      "tolerance", "preset",     "law",      "adaptive",   "mujoco"};
   return items;
 }
 
@@ -251,6 +262,7 @@ Families make_families(const Scene& scene, const Plan& plan,
     if (item == "timestep") add_time_step(make, out);
     if (item == "integrator") add_integrators(make, out);
     if (item == "friction") add_friction(make, out);
+    if (item == "preset") add_presets(make, out);
     if (item == "law") add_laws(make, out);
     if (item == "adaptive") add_adaptive(make, out);
     if (item == "mujoco") add_mujoco(scene, make.steps(), rows.any, out);

@@ -43,6 +43,7 @@ class Examiner {
           step_forward(model_, setting_.options, setting_.solver, now, Input(), forward_, next);
       if (!report.succeeded()) return;
       physics_.penetration = std::max(physics_.penetration, report.max_penetration);
+      known_.softening = report.softening;
       if (has_inverse()) look_back(now, next);
       std::swap(now, next);
     }
@@ -67,7 +68,7 @@ class Examiner {
   bool has_inverse() const { return setting_.options.integrator != Integrator::kRungeKutta4; }
 
   void look_back(const State& now, const State& next) {
-    step_inverse(model_, setting_.options, now.q, now.v, next.q, next.v, Input(), backward_,
+    step_inverse(model_, setting_.options, now.q, now.v, next.q, next.v, known_, backward_,
                  inverse_);
     if (inverse_.fault.any()) return;
     scale_ = std::max(scale_, inverse_.force_scale);
@@ -120,11 +121,11 @@ class Examiner {
     const double alpha = weights_.contact[static_cast<size_t>(a.body)] +
                          weights_.contact[static_cast<size_t>(b.body)];
     const Vector3 fall = fall_[static_cast<size_t>(b.body)] - fall_[static_cast<size_t>(a.body)];
-    const Bounce bounce = find_bounce(options_.integrator, h, pair.restitution, c.gap, v_before,
-                                      fall.dot(c.normal));
-    const contact::Law law = make_contact_law(law_options(options_, alpha, weights_.total_mass), h,
-                                              pair, alpha, c.gap, Vector3(v_before, 0.0, 0.0),
-                                              bounce);
+    const Bounce bounce =
+        find_bounce(options_.integrator, h, pair.restitution, c.gap, v_before, fall.dot(c.normal));
+    const contact::Law law =
+        make_contact_law(law_options(options_, alpha, weights_.total_mass), h, pair, alpha, c.gap,
+                         Vector3(v_before, 0.0, 0.0), bounce);
     // An overlap may be recovered by displacement alone.
     const double parting = relative(displacement_, a.body, b.body, c.position).dot(c.normal) +
                            gap_bias(options_.contact, h, c.gap);
@@ -148,6 +149,7 @@ class Examiner {
   InverseWeights weights_;
   std::vector<Vector3> fall_;
   Workspace forward_, backward_;
+  Input known_;  ///< of the step that is inverted: how it was softened
   Inverse inverse_;
   Physics physics_;
   ContactResiduals residuals_;

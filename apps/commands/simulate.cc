@@ -211,9 +211,10 @@ void add_simulate(CommandLine& line) {
           "Steps as long as the error allows: TOL is what a simulated second may add to any "
           "coordinate [m/s, rad/s]; or off. Default: the scene's step_control")
       .type_name("TOL|off");
-  command.add_option("--event-tolerance", arguments->event_tolerance,
-                     "With step control: impacts fall into steps of at most this [s]; default: the "
-                     "scene's, or 1e-6")
+  command
+      .add_option("--event-tolerance", arguments->event_tolerance,
+                  "With step control: impacts fall into steps of at most this [s]; default: the "
+                  "scene's, or 1e-6")
       .seldom();
   command.add_option(
       "--inputs", arguments->inputs.file,

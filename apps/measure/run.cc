@@ -44,7 +44,7 @@ std::optional<FailedStep> run_fixed(Simulator& simulator, AppliedInputs& inputs,
     }
     if (hooks.step) hooks.step(before, simulator.input(), h, simulator.state(), step);
     if (hooks.forces) hooks.forces(start_time);
-    if (tally.watch) tally.watch->after_step(h);
+    if (tally.watch) tally.watch->after_step(h, simulator.state());
     if (hooks.progress) hooks.progress(static_cast<double>(k + 1) / static_cast<double>(steps));
   }
   return {};
@@ -76,7 +76,10 @@ std::optional<FailedStep> run_controlled(Simulator& simulator, AppliedInputs& in
                  step.second);
     }
     if (hooks.forces) hooks.forces(simulator.middle().time);
-    if (tally.watch) tally.watch->after_step(step.step);
+    if (tally.watch) {
+      tally.watch->after_step(0.5 * step.step, simulator.middle());
+      tally.watch->after_step(0.5 * step.step, simulator.state());
+    }
     if (hooks.progress)
       hooks.progress((simulator.state().time - start_time) /
                      std::max(options.duration, before.time - start_time));

@@ -3,19 +3,36 @@
 #include <algorithm>
 
 #include "counterpoint/engine/dynamics/energy.h"
+#include "counterpoint/engine/dynamics/integrator.h"
 #include "counterpoint/engine/dynamics/kinematics.h"
 #include "counterpoint/engine/forces/springs.h"
 
 namespace counterpoint::apps {
+namespace {
+
+/// Positions less apart are the same but for rounding [m, rad].
+constexpr double kMoved = 1e-13;
+
+}  // namespace
 
 RunWatch::RunWatch(Simulator& simulator)
-    : simulator_(simulator), data_(simulator.model()), v_(simulator.state().v) {
-  start_ = energy();
+    : simulator_(simulator),
+      data_(simulator.model()),
+      q_(simulator.state().q),
+      v_(simulator.state().v) {
+  highest_ = start_ = energy(simulator_.state());
+  below_ = below_ground();
 }
 
-double RunWatch::energy() {
+double RunWatch::potential(const VectorX& q) {
   const Model& model = simulator_.model();
-  const State& state = simulator_.state();
+  compute_poses(model, q, data_);
+  compute_inertias(model, data_);
+  return potential_energy(model, data_) + spring_energy(model, q);
+}
+
+double RunWatch::energy(const State& state) {
+  const Model& model = simulator_.model();
   compute_poses(model, state.q, data_);
   compute_velocities(model, state.v, data_);
   compute_inertias(model, data_);
@@ -23,12 +40,27 @@ double RunWatch::energy() {
          spring_energy(model, state.q);
 }
 
-void RunWatch::after_step(double h) {
-  const VectorX& v = simulator_.state().v;
+// Semi-implicit Euler moves positions by h (v+ + d), d being the correction of overlaps. What the
+// weight and springs are given on the way from q (+) h v+ to the position reached is work of d.
+void RunWatch::add_overlap_work(double h, const State& state) {
+  if (simulator_.options().integrator != Integrator::kSemiImplicitEuler) return;
+  if (q_moved_.size() != q_.size()) q_moved_.resize(q_.size());
+  integrate_configuration(simulator_.model(), q_, state.v, h, q_moved_);
+  if ((q_moved_ - state.q).cwiseAbs().maxCoeff() < kMoved) return;
+  overlap_work_ += potential(state.q) - potential(q_moved_);
+}
+
+void RunWatch::after_step(double h, const State& state) {
   // What a constant force adds to the kinetic energy of a step is its power at the mean velocity.
-  work_ += 0.5 * h * simulator_.input().applied_force.dot(v_ + v);
-  v_ = v;
-  gain_ = std::max(gain_, energy() - start_ - work_);
+  work_ += 0.5 * h * simulator_.input().applied_force.dot(v_ + state.v);
+  if (q_.size() > 0) add_overlap_work(h, state);
+  v_ = state.v;
+  q_ = state.q;
+  const double now = energy(state);
+  gain_ = std::max(gain_, now - start_ - work_ - overlap_work_);
+  excess_ = std::max(excess_, now - start_ - path_work_ - overlap_work_);
+  highest_ = std::max(highest_, now);
+  below_ = std::max(below_, below_ground());
 }
 
 double RunWatch::below_ground() const {
@@ -51,7 +83,11 @@ void RunWatch::fill(Json& out) const {
   const bool known = simulator_.model().servos().empty() && simulator_.input().wrenches.empty();
   out["input_work_J"] = known ? Json(work_) : Json(nullptr);
   out["energy_gain_max_J"] = known ? Json(gain_) : Json(nullptr);
+  out["energy_excess_J"] = known ? Json(excess_) : Json(nullptr);
+  out["overlap_work_J"] = overlap_work_;
+  out["energy_max_J"] = highest_;
   out["end_below_ground_m"] = below_ground();
+  out["below_ground_max_m"] = std::max(below_, below_ground());
 }
 
 }  // namespace counterpoint::apps

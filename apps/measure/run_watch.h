@@ -1,5 +1,5 @@
-// Figures observed over a run beside the steps themselves: energy beyond the work of the inputs,
-// depth of bodies below the ground.
+// Figures observed over a run beside the steps themselves: energy beyond the work of the inputs
+// and of the correction of overlaps, depth of bodies below the ground.
 #pragma once
 
 #include "counterpoint/engine/dynamics/data.h"
@@ -13,19 +13,24 @@ class RunWatch {
   /// From the simulator's state as it is.
   explicit RunWatch(Simulator& simulator);
 
-  /// After every step from the last state seen. `h` [s]: its length.
-  void after_step(double h);
+  /// After every step from the last state seen. `h` [s]: its length; `state`: where it led.
+  void after_step(double h, const State& state);
   /// docs/reference/json-reports.md.
   void fill(Json& out) const;
 
  private:
-  double energy();
+  double energy(const State& state);
+  /// Of weights and springs [J]; leaves the poses of q (nq) in data_.
+  double potential(const VectorX& q);
+  void add_overlap_work(double h, const State& state);
   double below_ground() const;
 
   Simulator& simulator_;  ///< read only; its input() is there for writers alone
   Data data_;
-  VectorX v_;
-  double start_ = 0.0, work_ = 0.0, gain_ = 0.0;  ///< [J]
+  VectorX q_, v_, q_moved_;
+  double start_ = 0.0, work_ = 0.0, path_work_ = 0.0, overlap_work_ = 0.0;  ///< [J]
+  double gain_ = 0.0, excess_ = 0.0, highest_ = 0.0;                        ///< [J]
+  double below_ = 0.0;                                                      ///< deepest so far [m]
 };
 
 }  // namespace counterpoint::apps

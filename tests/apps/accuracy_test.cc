@@ -424,6 +424,27 @@ TEST(Accuracy, BothContactLawsAreConvexAlike) {
   }
 }
 
+TEST(Accuracy, PresetsDifferAsTheirLawsDo) {
+  const CommandFolder folder("accuracy_preset");
+  const CommandResult result = folder.run(
+      "accuracy data/scenes/accuracy/slide_to_stop.yaml --vary preset --repeats 1 --json "
+      "{}/r.json");
+  ASSERT_EQ(result.exit_code, 0) << result.errors;
+  const nlohmann::json report = folder.json("r.json");
+  const auto physics = [&](const char* preset) {
+    for (const auto& point : family(report, fmt::format("contact {}", preset)).at("points"))
+      if (point.at("value") == report.at("time_step_s")) return point.at("physics");
+    throw std::runtime_error("not measured at the scene's step");
+  };
+  // The convex law opens a contact that slides at v by h mu v a step, until gravity brings it back;
+  // exact friction does not. Creep is in proportion to the compliance: 0.1, 1e-6, 1e-8.
+  EXPECT_GT(physics("fast").at("hover_m").get<double>(), 1e-3);
+  EXPECT_LT(std::abs(physics("default").at("hover_m").get<double>()), 1e-9);
+  const double creep = physics("default").at("creep_m_s");
+  EXPECT_GT(physics("fast").at("creep_m_s").get<double>(), 1e3 * creep);
+  EXPECT_LT(physics("hard").at("creep_m_s").get<double>(), creep);
+}
+
 TEST(Accuracy, LeavesOutWhatSaysNothing) {
   const CommandFolder folder("accuracy_idle");
   const CommandResult result = folder.run(

@@ -44,6 +44,27 @@ TEST(RunFigures, EnergyThatTheInputGaveIsNoGain) {
   EXPECT_EQ(report["end_below_ground_m"], 0.0);
 }
 
+TEST(RunFigures, PartingOverlapsIsNoGain) {
+  const CommandFolder folder(test_name());
+  // A box that starts 30 mm inside the ground is lifted out of it, by displacements alone.
+  folder.write("sunk.yaml",
+               "ground: {}\nduration: 3\n"
+               "models:\n  - {name: box, box: [0.1, 0.1, 0.1], mass: 1, position: [0, 0, 0.07]}\n");
+  ASSERT_EQ(folder.run("simulate {}/sunk.yaml --json {}/r.json").exit_code, 0);
+  const nlohmann::json report = folder.json("r.json");
+  const double start = report["energy_start_J"], end = report["energy_end_J"];
+  const double lifted = report["overlap_work_J"], gain = report["energy_gain_max_J"];
+  constexpr double kWeight = 9.80665, kPartingSpeed = 1e-3, kPartingTime = 0.1;  // N, m/s, s
+  constexpr double kSunk = 1e-6;  // J: the last micrometres take their time, and compliance
+  EXPECT_NEAR(end - start, kWeight * 0.03, kSunk);
+  // Overlaps part by displacement, but for the first millimetre a second, which is a velocity.
+  EXPECT_NEAR(lifted + gain, end - start, kSunk);
+  EXPECT_LT(gain, kWeight * kPartingSpeed * kPartingTime);
+  EXPECT_EQ(report["energy_max_J"], end);
+  EXPECT_NEAR(report["below_ground_max_m"], 0.03, 1e-12);
+  EXPECT_LT(report["end_below_ground_m"], 1e-6);
+}
+
 TEST(RunFigures, DepthBelowTheGround) {
   const CommandFolder folder(test_name());
   folder.write("sunk.yaml",
