@@ -36,7 +36,8 @@ class KineticEnergyMover : public SteppingMover {
     const EffectSet effects = active_effects(ws.called, setting_.options.effects);
     StepReport report;
     ws.sleepers.wake_all(model_);
-    find_constraints(model_, setting_.options, effects, state, ws);
+    ws.constraints =
+        prepare_step(model_, setting_.options, effects, state.q, state.v, ws).constraints();
     const Input none;
     compute_free_velocity({model_, setting_.options, setting_.solver, state, none, effects}, ws,
                           next.v, report);

@@ -101,14 +101,16 @@ void inverse_midpoint(benchmark::State& run, const std::string& name, bool solve
   const Rollout rollout(name, kDefaultEffects, Integrator::kImplicitMidpoint);
   const Model& model = rollout.scene.model;
   Workspace workspace(model);
-  workspace.impl().poses_are_exact = !solved;
+  Workspace::Impl& ws = workspace.impl();
+  const SimulationOptions& options = rollout.scene.options;
+  const EffectSet effects = active_effects(ws.called, options.effects);
   Inverse inverse;
   const Input known;
   size_t k = 0;
   for (auto _ : run) {
     const State &before = rollout.states[k], &after = rollout.states[k + 1];
-    step_inverse(model, rollout.scene.options, before.q, before.v, after.q, after.v, known,
-                 workspace, inverse);
+    invert_step({model, options, before.q, before.v, after.q, after.v, known, effects, !solved}, ws,
+                inverse);
     benchmark::DoNotOptimize(inverse.force_scale);
     if (++k == rollout.num_steps()) k = 0;
   }

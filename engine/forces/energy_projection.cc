@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <utility>
 
 #include "counterpoint/engine/dynamics/aba.h"
 #include "counterpoint/engine/dynamics/integrator.h"
@@ -116,12 +115,7 @@ bool EnergyProjection::find_change(const Model& model, double h, const VectorRef
   const int begin = tree.v_begin, size = tree.v_end - tree.v_begin;
   compute_inertias(model, bodies, data);
   const TreeMotion start = motion_of(model, tree, rotors, foreseen ? h : 0.0, v, data);
-  const bool had_external = std::exchange(data.has_external, false);
-  added_.swap(data.added);
-  const bool regular = aba(model, zero_, rotors, Vector3::Zero(), bodies, data, plain_);
-  added_.swap(data.added);
-  data.has_external = had_external;
-  if (!regular) return false;
+  if (!aba(model, zero_, rotors, Vector3::Zero(), bodies, data, plain_)) return false;
 
   auto plain = plain_.segment(begin, size);
   plain *= h;

@@ -39,7 +39,8 @@ class EnergyProjection {
   /// The share that this correction has of a tree's velocity-dependent forces, 0 ... 1, for a step
   /// of h [s] from (q, v); that share of the mean forces into data.has_mean_force, mean_force and
   /// mean_rotor_force, and c zero, where it is not 0. foreseen: the tree has a prediction. rotors
-  /// (nv): what is added to the diagonal of M. Needs compute_poses and compute_velocities.
+  /// (nv): what is added to the diagonal of M. Needs compute_poses and compute_velocities;
+  /// no applied forces in data (has_external, added).
   double apply(const Model& model, double h, const VectorRef& q, const VectorRef& v, bool foreseen,
                const VectorX& rotors, int t, Data& data);
 
@@ -82,7 +83,6 @@ class EnergyProjection {
   VectorX change_;   ///< the share of that which keeps the energy
   VectorX reached_;  ///< velocity
   VectorX zero_;
-  std::vector<AddedInertia> added_;    ///< empty
   std::vector<char> corrected_;        ///< by tree: can be
   std::vector<double> scale_, share_;  ///< by tree
   double tolerance_ = 1e-7;            ///< 1e-4 of the energy in a second of 2 ms steps

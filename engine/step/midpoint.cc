@@ -63,21 +63,10 @@ void solve_middle(const StepArguments& step, Workspace::Impl& ws, VectorX& middl
 
 }  // namespace
 
-void predict_ties(const Model& model, EffectSet effects, double h, const VectorRef& q,
-                  const VectorRef& v, Workspace::Impl& ws) {
-  ws.predictor.forget();
-  const Vector3 gravity = set_body_forces(model, effects, ws);
-  if (!ws.data.has_coriolis || ws.constraints.empty()) return;
-  std::fill(ws.data.has_mean_force.begin(), ws.data.has_mean_force.end(), 0);
-  const BodyRange all = moving_bodies(model);
-  ws.predictor.find(model, effects, VelocityPredictor::Of::kTied, 0.5 * h, q, v, gravity,
-                    ws.constraints, {&all, 1}, ws.data);
-}
-
 Vector3 set_middle(const Model& model, EffectSet effects, double h, const VectorRef& q,
                    const VectorRef& middle, const std::vector<ExternalWrench>& wrenches,
                    Workspace::Impl& ws) {
-  ws.other = middle + ws.predictor.change_by_ties();
+  ws.other = middle + ws.start.predictor().change_by_ties();
   integrate_configuration(model, q, ws.other, 0.5 * h, ws.q_middle);
   return set_forces_at(model, effects, ws.q_middle, ws.other, wrenches, ws);
 }
@@ -89,7 +78,6 @@ void step_midpoint(const StepArguments& step, Workspace::Impl& ws, State& next,
   refuse_limited_servos(model, effects);
   {
     const PhaseTimer timer(ws.times, &PhaseTimes::dynamics);
-    predict_ties(model, effects, h, state.q, state.v, ws);
     next.v = state.v;
     solve_middle(step, ws, next.v, report);
   }
@@ -115,8 +103,8 @@ void prepare_mass(const InverseArguments& step, Workspace::Impl& ws) {
   const Model& model = step.model;
   const double h = step.h();
   ws.diagonal.setZero();
-  VectorX& forces = ws.acceleration;  // not wanted
-  forces.setZero();
+  VectorX& forces = ws.not_wanted;
+  forces.setZero(model.nv());
   if (step.effects.has(Effect::kServos))
     add_servos(model, step.effects, 0.5 * h, step.q, step.v, step.known, ws.diagonal, forces);
   add_joint_forces(model, step.effects, 0.5 * h, step.q, step.v, ws.diagonal, forces, ws.counts);

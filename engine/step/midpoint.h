@@ -29,12 +29,12 @@
 // which solution, of exact friction, and to be told where q+ and w+ are of no one step.
 #pragma once
 
-#include "counterpoint/engine/step/step_arguments.h"
+#include "counterpoint/engine/step/step_start.h"
 #include "counterpoint/engine/step/step_workspace.h"
 
 namespace counterpoint {
 
-/// From ws.constraints, found at `state`, to `next`. kNoProgress if the fixed-point iteration for
+/// From what prepare_step found at `state` to `next`. kNoProgress if the fixed-point iteration for
 /// w_m does not arrive: bodies that turn by more than about a radian a step.
 void step_midpoint(const StepArguments& step, Workspace::Impl& ws, State& next,
                    StepReport& report);
@@ -48,11 +48,6 @@ bool refine_contact_velocity(const InverseArguments& step, double pose_rounding,
 /// w_m from v, v_next and the impulses J' f, which are in ws.tau (nv): into `middle` (nv). Needs poses
 /// at q in ws.data.
 void find_middle(const InverseArguments& step, Workspace::Impl& ws, VectorX& middle);
-
-/// What closures and mimic joints will make of w_m as far as (q, v) tells, into ws.predictor. Needs
-/// ws.data and ws.constraints as they are at (q, v).
-void predict_ties(const Model& model, EffectSet effects, double h, const VectorRef& q,
-                  const VectorRef& v, Workspace::Impl& ws);
 
 /// Puts q_m and w_m into ws.data, and what acts on bodies there; returns gravity [m/s^2].
 Vector3 set_middle(const Model& model, EffectSet effects, double h, const VectorRef& q,

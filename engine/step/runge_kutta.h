@@ -8,7 +8,7 @@
 // ends of a step.
 #pragma once
 
-#include "counterpoint/engine/step/step_arguments.h"
+#include "counterpoint/engine/step/step_start.h"
 #include "counterpoint/engine/step/step_workspace.h"
 
 namespace counterpoint {

@@ -182,22 +182,6 @@ bool find_displacement(const StepArguments& step, const VectorX& w, Workspace::I
 
 }  // namespace
 
-void find_constraints(const Model& model, const SimulationOptions& options, EffectSet effects,
-                      const State& state, Workspace::Impl& ws) {
-  if (ws.sleepers.awake().empty()) return ws.constraints.clear();
-  const PhaseTimer timer(ws.times, &PhaseTimes::contacts);
-  compute_kinematics(model, state.q, state.v, ws.sleepers.awake(), ws.data);
-  const auto find = [&] {
-    ws.finder.find(model, options, effects, state.q, state.v, ws.data, ws.constraints, ws.counts,
-                   ws.sleepers.idle_bodies());
-  };
-  find();
-  while (ws.sleepers.wake_touched(model, ws.constraints)) {
-    compute_kinematics(model, state.q, state.v, ws.sleepers.woken(), ws.data);
-    find();
-  }
-}
-
 void solve_constraints(const StepArguments& step, Workspace::Impl& ws, VectorX& w,
                        StepReport& report) {
   const PhaseTimer timer(ws.times, &PhaseTimes::constraints);

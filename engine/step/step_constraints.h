@@ -1,15 +1,10 @@
-// The constraints of a step, and the velocities that they lead to.
+// The velocities that the constraints of a step lead to.
 #pragma once
 
-#include "counterpoint/engine/step/step_arguments.h"
+#include "counterpoint/engine/step/step_start.h"
 #include "counterpoint/engine/step/step_workspace.h"
 
 namespace counterpoint {
-
-/// The constraints of all that is awake at `state`, after all are awake that these touch; into
-/// ws.constraints. Leaves ws.data at the kinematics of `state`.
-void find_constraints(const Model& model, const SimulationOptions& options, EffectSet effects,
-                      const State& state, Workspace::Impl& ws);
 
 /// Replaces the velocities of the touched trees in w (nv) by the solution of the contact problem,
 /// and adds to ws.constraints what that solution shows to be missing (joint_limits.h,

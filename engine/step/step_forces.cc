@@ -28,20 +28,6 @@ VelocityRange velocities(const Model& model, BodyRange bodies) {
   return {begin, last.v_index + joint_nv(last.joint_type) - begin};
 }
 
-/// The share of a tree's velocity-dependent forces that energy_projection leaves, and what the rest
-/// of its acceleration makes of them, at the velocity in the middle of the step where it has a
-/// prediction.
-void add_rest(const Model& model, const VectorRef& v, int t, double share, Workspace::Impl& ws) {
-  const Tree& tree = model.trees()[t];
-  const auto part = Eigen::seqN(tree.v_begin, tree.v_end - tree.v_begin);
-  const bool covered = ws.predictor.covers(t);
-  auto other = ws.other(part);
-  other = v(part) * (1.0 - share);
-  if (covered) other += ws.predictor.velocity()(part) - v(part);
-  if (covered && share > 0.0) other -= share * ws.energy_projection.plain_change()(part);
-  ws.mid_velocity.add_force(model, v, ws.other, tree, ws.data);
-}
-
 }  // namespace
 
 void set_external(const std::vector<ExternalWrench>& wrenches, EffectSet effects,
@@ -98,33 +84,6 @@ Vector3 set_forces_at(const Model& model, EffectSet effects, const VectorRef& q,
   return gravity;
 }
 
-void set_mean_forces(const Model& model, const SimulationOptions& options, EffectSet effects,
-                     const VectorRef& q, const VectorRef& v, const Vector3& gravity,
-                     std::span<const BodyRange> ranges, Workspace::Impl& ws) {
-  if (!ws.data.has_coriolis) return;
-  const double h = options.time_step;
-  Data& data = ws.data;
-  data.mean_rotor_force.setZero();
-  for (const BodyRange& bodies : ranges) {
-    for (int i = bodies.begin; i < bodies.end; ++i) data.has_mean_force[i] = 0;
-    ws.free_flight.apply(model, h, v, gravity, bodies, data);
-  }
-  if (!options.mean_velocity_forces) return ws.predictor.forget();
-  ws.predictor.find(model, effects, VelocityPredictor::Of::kLinkages, h, q, v, gravity,
-                    ws.constraints, ranges, data);
-  ws.predictor.refine(model, options.contact, h, q, v, gravity, ws.constraints, data);
-  const VectorX& rotors = rotor_inertia(model, effects, ws);
-  for (const BodyRange& bodies : ranges) {
-    for (int i = bodies.begin; i < bodies.end;) {
-      const int t = model.body(i).tree;
-      i = model.trees()[t].body_end;
-      const bool foreseen = ws.predictor.covers(t);
-      const double share = ws.energy_projection.apply(model, h, q, v, foreseen, rotors, t, data);
-      if (foreseen || share > 0.0) add_rest(model, v, t, share, ws);
-    }
-  }
-}
-
 void compute_kinematics(const Model& model, const VectorRef& q, const VectorRef& v,
                         std::span<const BodyRange> ranges, Data& data) {
   for (const BodyRange& bodies : ranges) {
@@ -175,11 +134,11 @@ void compute_free_velocity(const StepArguments& step, Workspace::Impl& ws, Vecto
   const PhaseTimer timer(ws.times, &PhaseTimes::dynamics);
   const auto& [model, options, settings, state, input, effects] = step;
   const double h = step.h();
+  const Vector3& gravity = ws.start.gravity();
+  for (const BodyRange& bodies : ws.sleepers.awake()) compute_inertias(model, bodies, ws.data);
   set_motor_forces(model, effects, h, state, input, ws);
   add_joint_forces(model, effects, h, state.q, state.v, ws.diagonal, ws.tau, ws.counts);
   set_external(input.wrenches, effects, ws);
-  const Vector3 gravity = set_body_forces(model, effects, ws);
-  set_mean_forces(model, options, effects, state.q, state.v, gravity, ws.sleepers.awake(), ws);
   if (ws.data.has_coriolis) ws.tau += ws.data.mean_rotor_force;
   if (set_drag(model, effects, h, ws))
     add_drag(model, h, gravity, ws.velocity_acceleration, ws.data);

@@ -4,7 +4,7 @@
 
 #include <span>
 
-#include "counterpoint/engine/step/step_arguments.h"
+#include "counterpoint/engine/step/step_start.h"
 #include "counterpoint/engine/step/step_workspace.h"
 
 namespace counterpoint {
@@ -20,12 +20,6 @@ bool set_drag(const Model& model, EffectSet effects, double h, Workspace::Impl& 
 /// dynamics, after everything that needs the accelerations at constant joint velocities as they
 /// are.
 Vector3 set_body_forces(const Model& model, EffectSet effects, Workspace::Impl& ws);
-
-/// Then, for a step of h [s] from (q, v): their mean over the step where that is known
-/// (free_flight.h, energy_projection.h), in `ranges` of whole trees.
-void set_mean_forces(const Model& model, const SimulationOptions& options, EffectSet effects,
-                     const VectorRef& q, const VectorRef& v, const Vector3& gravity,
-                     std::span<const BodyRange> ranges, Workspace::Impl& ws);
 
 /// What rotors add to the diagonal of M (nv), as far as they are on.
 const VectorX& rotor_inertia(const Model& model, EffectSet effects, const Workspace::Impl& ws);
@@ -45,7 +39,8 @@ void set_motor_forces(const Model& model, EffectSet effects, double h, const Sta
                       const Input& input, Workspace::Impl& ws);
 
 /// w* = w + h inv(M + diagonal) (n + u - ...): the velocity if there were no constraint. Needs
-/// compute_kinematics. Where M is singular the report says so.
+/// prepare_step; makes rows of servos that can be at their limit, in ws.constraints. Where M is
+/// singular the report says so.
 void compute_free_velocity(const StepArguments& step, Workspace::Impl& ws, VectorX& w_free,
                            StepReport& report);
 

@@ -27,7 +27,7 @@ void check_time_step(double h) {
 
 namespace {
 
-/// M (w+ - w) = h (n + u - D w+) + J' f,  q+ = q (+) h w+, from ws.constraints.
+/// M (w+ - w) = h (n + u - D w+) + J' f,  q+ = q (+) h w+, from ws.start.
 void step_euler(const StepArguments& step, Workspace::Impl& ws, State& next, StepReport& report) {
   const Model& model = step.model;
   const State& state = step.state;
@@ -77,6 +77,33 @@ void check_result(const StepArguments& step, const State& next, Workspace::Impl&
       speed_cause(model, step.h(), report.fault, reach, state, input, next, ws.data, ws.velocity);
 }
 
+bool may_sleep(const StepArguments& step) {
+  return step.options.integrator == Integrator::kSemiImplicitEuler &&
+         step.effects.has(Effect::kSleeping);
+}
+
+void choose_awake(const StepArguments& step, Workspace::Impl& ws) {
+  if (!may_sleep(step)) return ws.sleepers.wake_all(step.model);
+  ws.counts.add(Effect::kSleeping);
+  ws.sleepers.begin(step.model, step.options, step.settings, step.state, step.input);
+}
+
+/// Checks what came of it, and keeps what the next step starts from.
+void conclude(const StepArguments& step, Workspace::Impl& ws, State& next, StepReport& report) {
+  if (report.succeeded()) check_result(step, next, ws, report);
+  if (!report.succeeded()) blame_given(step, ws, report);
+  report.contacts = static_cast<int>(ws.constraints.contacts.size());
+  report.constraint_rows = ws.constraints.empty() ? 0 : ws.problem.num_rows();
+  report.sleeping_bodies = ws.sleepers.num_sleeping_bodies();
+  report.max_penetration = std::max(ws.constraints.max_penetration, ws.sleepers.max_penetration());
+  if (report.succeeded()) remember(step, ws, next);
+  if (may_sleep(step) && report.succeeded()) {
+    ws.sleepers.end(step.model, step.state, step.input, ws.constraints, next);
+  } else {
+    ws.sleepers.forget();
+  }
+}
+
 }  // namespace
 
 StepReport step_forward(const Model& model, const SimulationOptions& options,
@@ -93,40 +120,21 @@ StepReport step_forward(const Model& model, const SimulationOptions& options,
     blame_given(step, ws, report);
     return report;
   }
-  const bool euler = options.integrator == Integrator::kSemiImplicitEuler;
-  const bool sleeping = euler && effects.has(Effect::kSleeping);
-  if (sleeping) {
-    ws.counts.add(Effect::kSleeping);
-    ws.sleepers.begin(model, options, settings, state, input);
-  } else {
-    ws.sleepers.wake_all(model);
-  }
+  choose_awake(step, ws);
+  const StepStart& start = prepare_step(model, options, effects, state.q, state.v, ws);
+  ws.constraints = start.constraints();
   switch (options.integrator) {
     case Integrator::kSemiImplicitEuler:
-      find_constraints(model, options, effects, state, ws);
       step_euler(step, ws, next, report);
       break;
     case Integrator::kImplicitMidpoint:
-      find_constraints(model, options, effects, state, ws);
       step_midpoint(step, ws, next, report);
       break;
     case Integrator::kRungeKutta4:
-      ws.constraints.clear();
       step_runge_kutta(step, ws, next, report);
       break;
   }
-  if (report.succeeded()) check_result(step, next, ws, report);
-  if (!report.succeeded()) blame_given(step, ws, report);
-  report.contacts = static_cast<int>(ws.constraints.contacts.size());
-  report.constraint_rows = ws.constraints.empty() ? 0 : ws.problem.num_rows();
-  report.sleeping_bodies = ws.sleepers.num_sleeping_bodies();
-  report.max_penetration = std::max(ws.constraints.max_penetration, ws.sleepers.max_penetration());
-  if (report.succeeded()) remember(step, ws, next);
-  if (sleeping && report.succeeded()) {
-    ws.sleepers.end(model, state, input, ws.constraints, next);
-  } else {
-    ws.sleepers.forget();
-  }
+  conclude(step, ws, next, report);
   return report;
 }
 

@@ -105,14 +105,13 @@ void void_inverse(const Model& model, Inverse& out) {
 }
 
 /// u of the semi-implicit step from its constraints' share.
-void invert_euler(const InverseArguments& step, const Vector3& gravity, Workspace::Impl& ws,
-                  Inverse& out) {
-  const auto& [model, options, q, v, v_next, known, effects] = step;
+void invert_euler(const InverseArguments& step, Workspace::Impl& ws, Inverse& out) {
+  const auto& [model, options, q, v, q_next, v_next, known, effects, exact_q_next] = step;
   const double h = step.h();
   ws.acceleration = (v_next - v) / h;
   set_external(known.wrenches, effects, ws);
   if (set_drag(model, effects, h, ws)) add_drag_inverse(h, ws.velocity, ws.data);
-  rnea(model, ws.acceleration, gravity, ws.data, ws.tau);
+  rnea(model, ws.acceleration, ws.start.gravity(), ws.data, ws.tau);
   if (ws.data.has_coriolis) ws.tau -= ws.data.mean_rotor_force;
   add_joint_forces_inverse(model, effects, h, q, v, v_next, ws.tau, ws.counts);
   out.applied_force = ws.tau - out.contact_force;
@@ -124,13 +123,13 @@ void invert_euler(const InverseArguments& step, const Vector3& gravity, Workspac
 constexpr double kPoseRounding = 32768.0 * std::numeric_limits<double>::epsilon();
 
 /// The same of the midpoint rule (midpoint.h). Impulses are in the velocities, not in the forces.
-/// refined: w_c, in ws.next_middle, is as exact as velocities are.
+/// refined: w_c, in ws.contact_velocity, is as exact as velocities are.
 void invert_midpoint(const InverseArguments& step, bool refined, Workspace::Impl& ws,
                      Inverse& out) {
-  const auto& [model, options, q, v, v_next, known, effects] = step;
+  const auto& [model, options, q, v, q_next, v_next, known, effects, exact_q_next] = step;
   const double h = step.h();
   if (refined) {
-    ws.middle = v + v_next - ws.next_middle;
+    ws.middle = v + v_next - ws.contact_velocity;
   } else {
     find_middle(step, ws, ws.middle);
   }
@@ -142,74 +141,79 @@ void invert_midpoint(const InverseArguments& step, bool refined, Workspace::Impl
   subtract_servos(step, 0.5 * h, ws.middle, ws, out);
   // What they gave in the step is that at w_c.
   if (effects.has(Effect::kServos) && !ws.constraints.empty())
-    compute_servo_forces(model, 0.5 * h, q, ws.next_middle, known, out.servo_force);
+    compute_servo_forces(model, 0.5 * h, q, ws.contact_velocity, known, out.servo_force);
 }
 
-/// The velocity that the impulses of a step are functions of: w+, or w_c of the midpoint rule; into
-/// ws.next_middle. Adds the constraints that are found by it.
-void find_contact_velocity(const Model& model, const SimulationOptions& options, EffectSet effects,
-                           const VectorRef& q, const VectorRef& v, const VectorRef& q_next,
-                           const VectorRef& v_next, Workspace::Impl& ws) {
+/// The velocity that the impulses of a step are functions of, w+, or w_c of the midpoint rule, into
+/// ws.contact_velocity; the constraints of the step, those found by this velocity too, with the laws
+/// that were solved, into ws.constraints.
+void find_constraints(const InverseArguments& step, Workspace::Impl& ws) {
+  const auto& [model, options, q, v, q_next, v_next, known, effects, exact_q_next] = step;
   const bool midpoint = options.integrator == Integrator::kImplicitMidpoint;
-  const bool known = !midpoint || q_next.size() > 0;
-  ws.next_middle = v_next;
-  if (midpoint && known) {
-    configuration_difference(model, q, q_next, ws.next_middle);
-    ws.next_middle /= options.time_step;
+  const bool found = !midpoint || q_next.size() > 0;
+  ws.contact_velocity = v_next;
+  if (midpoint && found) {
+    configuration_difference(model, q, q_next, ws.contact_velocity);
+    ws.contact_velocity /= options.time_step;
   } else if (midpoint) {
-    ws.next_middle = 0.5 * (v + v_next);  // which it is without constraints
+    ws.contact_velocity = 0.5 * (v + v_next);  // which it is without constraints
   }
-  ws.finder.find_overrun(model, options, effects, q, v, ws.next_middle, ws.data, ws.constraints);
-  if (!known && !ws.constraints.empty())
+  ws.constraints = ws.start.constraints();
+  ws.finder.find_overrun(model, options, effects, q, v, ws.contact_velocity, ws.data,
+                         ws.constraints);
+  if (!found && !ws.constraints.empty())
     throw InputError(
         "the inverse of implicit_midpoint needs q at the end of the step where there are "
         "constraints");
+  soften_constraints(model, known.softening, v, v_next, ws);
+}
+
+/// w_c from velocities instead of rounded poses, where that is possible.
+bool refine(const InverseArguments& step, Workspace::Impl& ws) {
+  if (step.options.integrator != Integrator::kImplicitMidpoint) return false;
+  if (ws.constraints.empty() || step.exact_q_next) return false;
+  const double rounding = kPoseRounding * (1.0 + step.q.lpNorm<Eigen::Infinity>());
+  return refine_contact_velocity(step, rounding, ws, ws.contact_velocity);
+}
+
+double largest_force(const Workspace::Impl& ws, const Inverse& out) {
+  double largest = 0.0;
+  for (const VectorX* force : {&ws.tau, &out.contact_force, &out.applied_force})
+    largest = std::max(largest, force->size() ? force->cwiseAbs().maxCoeff() : 0.0);
+  return largest;
 }
 
 }  // namespace
 
-void step_inverse(const Model& model, const SimulationOptions& options, VectorRef q, VectorRef v,
-                  VectorRef q_next, VectorRef v_next, const Input& known, Workspace& workspace,
-                  Inverse& out) {
-  Workspace::Impl& ws = workspace.impl();
-  const double h = options.time_step;
-  const EffectSet effects = active_effects(ws.called, options.effects);
-  const InverseArguments step{model, options, q, v, v_next, known, effects};
-  check_time_step(h);
+void invert_step(const InverseArguments& step, Workspace::Impl& ws, Inverse& out) {
+  const auto& [model, options, q, v, q_next, v_next, known, effects, exact_q_next] = step;
+  check_time_step(step.h());
   if (options.integrator == Integrator::kRungeKutta4)
     throw InputError("runge_kutta_4 has no inverse: use implicit_midpoint or semi_implicit_euler");
   out.fault = ws.check.of_given(model, q, v, v_next, known);
   if (out.fault.any()) return void_inverse(model, out);
   ws.sleepers.forget();  // what follows overwrites what is known of them
-  compute_poses(model, q, ws.data);
-  compute_velocities(model, v, ws.data);
-  ws.finder.find(model, options, effects, q, v, ws.data, ws.constraints, ws.counts);
-  const bool euler = options.integrator == Integrator::kSemiImplicitEuler;
-  Vector3 gravity = Vector3::Zero();
-  if (euler) {  // predictions know of the constraints at (q, v), and aim closures
-    const BodyRange all = moving_bodies(model);
-    gravity = set_body_forces(model, effects, ws);
-    set_mean_forces(model, options, effects, q, v, gravity, {&all, 1}, ws);
-  } else {
-    predict_ties(model, effects, h, q, v, ws);
-  }
-  find_contact_velocity(model, options, effects, q, v, q_next, v_next, ws);
-  soften_constraints(model, known.softening, v, v_next, ws);
-  const bool refined =
-      !euler && !ws.constraints.empty() && !ws.poses_are_exact &&
-      refine_contact_velocity(step, kPoseRounding * (1.0 + q.lpNorm<Eigen::Infinity>()), ws,
-                              ws.next_middle);
-  recover_impulses(model, ws.next_middle, h, ws, out);
-  out.contact_force = ws.tau / h;
-  if (euler) {
-    invert_euler(step, gravity, ws, out);
+  ws.sleepers.wake_all(model);
+  prepare_step(model, options, effects, q, v, ws);
+  find_constraints(step, ws);
+  const bool refined = refine(step, ws);
+  recover_impulses(model, ws.contact_velocity, step.h(), ws, out);
+  out.contact_force = ws.tau / step.h();
+  if (options.integrator == Integrator::kSemiImplicitEuler) {
+    invert_euler(step, ws, out);
   } else {
     invert_midpoint(step, refined, ws, out);
   }
   out.fault = ws.check.of_recovered(model, out.applied_force);
-  out.force_scale = 0.0;
-  for (const VectorX* force : {&ws.tau, &out.contact_force, &out.applied_force})
-    out.force_scale = std::max(out.force_scale, force->size() ? force->cwiseAbs().maxCoeff() : 0.0);
+  out.force_scale = largest_force(ws, out);
+}
+
+void step_inverse(const Model& model, const SimulationOptions& options, VectorRef q, VectorRef v,
+                  VectorRef q_next, VectorRef v_next, const Input& known, Workspace& workspace,
+                  Inverse& out) {
+  Workspace::Impl& ws = workspace.impl();
+  const EffectSet effects = active_effects(ws.called, options.effects);
+  invert_step({model, options, q, v, q_next, v_next, known, effects}, ws, out);
 }
 
 }  // namespace counterpoint

@@ -4,15 +4,12 @@
 #include "counterpoint/engine/constraints/assemble.h"
 #include "counterpoint/engine/constraints/constraints.h"
 #include "counterpoint/engine/diagnosis/state_check.h"
-#include "counterpoint/engine/forces/energy_projection.h"
-#include "counterpoint/engine/forces/free_flight.h"
-#include "counterpoint/engine/forces/mid_velocity.h"
 #include "counterpoint/engine/step.h"
 #include "counterpoint/engine/step/overlap_correction.h"
 #include "counterpoint/engine/step/phase_times.h"
 #include "counterpoint/engine/step/sleep.h"
 #include "counterpoint/engine/step/softening.h"
-#include "counterpoint/engine/step/velocity_predictor.h"
+#include "counterpoint/engine/step/step_start.h"
 
 namespace counterpoint {
 
@@ -40,10 +37,7 @@ struct Workspace::Impl {
         data(model),
         finder(model, compute_inverse_weights(model, data)),
         sleepers(model),
-        free_flight(model),
-        predictor(model),
-        mid_velocity(model),
-        energy_projection(model),
+        start(model),
         other(VectorX::Zero(model.nv())),
         displacement(VectorX::Zero(model.nv())),
         velocity(model.num_bodies()),
@@ -61,15 +55,14 @@ struct Workspace::Impl {
   StateCheck check;
   Data data;
   ConstraintFinder finder;
+  Sleepers sleepers;
+  StepStart start;  ///< what follows from (q, v) alone: only prepare_step changes it
+  /// start.constraints(), and what input and solution add to them: limited servos, limits and
+  /// contacts that w+ runs into, softer laws.
   ConstraintSet constraints;
 
   // forward
-  Sleepers sleepers;
-  FreeFlight free_flight;
-  VelocityPredictor predictor;
-  MidVelocity mid_velocity;
-  EnergyProjection energy_projection;
-  VectorX other;  ///< nv: what velocity-dependent forces are taken at beside w
+  VectorX other;  ///< nv: the velocity that forces of the midpoint rule are taken at
   std::vector<int> block_of_tree;
   contact::Problem problem;
   size_t posed_contacts = 0;  ///< the first of the problem's constraints are contacts
@@ -89,7 +82,9 @@ struct Workspace::Impl {
   std::vector<Motion> velocity_acceleration;  ///< scratch of drag
   VectorX tau, diagonal, acceleration, no_rotors;
   VectorX q_middle, middle, next_middle;  ///< scratch of the midpoint rule
-  bool poses_are_exact = false;  ///< q+ is no rounded one: differences vary it apart from w+
+  /// nv: that the impulses of a step are functions of: w+, or w_c of the midpoint rule.
+  VectorX contact_velocity;
+  VectorX not_wanted;  ///< nv: what functions add to that is asked for something else
   RungeKuttaStages stages;
   StepControlScratch control;
   std::shared_ptr<DerivativeScratch> derivatives;  ///< from the first time they are asked for

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <utility>
 
 #include "counterpoint/engine/constraints/assemble.h"
 #include "counterpoint/engine/constraints/closures.h"
@@ -184,8 +183,6 @@ void VelocityPredictor::find(const Model& model, EffectSet effects, Of of, doubl
   EffectCounts not_counted;
   add_joint_forces(model, effects, span, q, v, diagonal_, tau_, not_counted);
   velocity_ = v;
-  const bool had_external = std::exchange(data.has_external, false);
-  added_.swap(data.added);  // of the step before
   bool found = true;
   for (int t = 0; t < model.num_trees() && found; ++t) {
     if (!needed_[t]) continue;
@@ -200,8 +197,6 @@ void VelocityPredictor::find(const Model& model, EffectSet effects, Of of, doubl
   }
   // What has no prediction makes the step itself fail, which says why.
   if (!found) forget();
-  added_.swap(data.added);
-  data.has_external = had_external;
 }
 
 /// Closures between trees of which all is known, towards the pose that velocity_ leads to.
@@ -237,8 +232,6 @@ void VelocityPredictor::refine(const Model& model, const ContactOptions& options
   if (!any_ || ties_.empty()) return;
   aim(model, options, h, q, constraints, data);
   first_ = velocity_;
-  const bool had_external = std::exchange(data.has_external, false);
-  added_.swap(data.added);
   bool found = true;
   for (int t = 0; t < model.num_trees() && found; ++t) {
     const int block = block_of_tree_[t];
@@ -259,8 +252,6 @@ void VelocityPredictor::refine(const Model& model, const ContactOptions& options
   }
   refined_ = found && solve_ties(model);
   if (!refined_) velocity_ = first_;
-  added_.swap(data.added);
-  data.has_external = had_external;
   aim(model, options, h, q, constraints, data);
 }
 

@@ -35,7 +35,8 @@ class VelocityPredictor {
   /// For a step of h [s] from (q, v), gravity [m/s^2], constraints as found there, smooth forces
   /// over `span` [s] of it before the impulses; for those trees in `ranges` that turn. Needs
   /// compute_poses, compute_velocities and free_flight.h's mean forces; compute_inertias of what
-  /// is asked for is done here. aba's scratch in `data` is overwritten.
+  /// is asked for is done here. No applied forces in data (has_external, added); aba's scratch is
+  /// overwritten.
   void find(const Model& model, EffectSet effects, Of of, double span, const VectorRef& q,
             const VectorRef& v, const Vector3& gravity, const ConstraintSet& constraints,
             std::span<const BodyRange> ranges, Data& data);
@@ -89,7 +90,6 @@ class VelocityPredictor {
   std::vector<char> known_;          ///< by tree: nothing acts on it that (q, w) does not tell
   std::vector<char> covered_;        ///< by tree
   std::vector<char> needed_;         ///< by tree: covered, or tied to one that is
-  std::vector<AddedInertia> added_;  ///< empty
   ConstraintSet ties_;               ///< closures and mimic joints of what is needed
   std::vector<int>
       tie_closures_;  ///< of each pair in ties_ its index among the constraints' closures

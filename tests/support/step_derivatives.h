@@ -21,7 +21,7 @@ inline double largest(const MatrixX& m) { return m.size() ? m.cwiseAbs().maxCoef
 
 /// Where speeds are scaled to keep energy, rounding alone ends the search: steps leave 1e-7, which
 /// differences would see.
-inline void sharpen(Workspace& ws) { ws.impl().energy_projection.set_tolerance(1e-15); }
+inline void sharpen(Workspace& ws) { ws.impl().start.set_projection_tolerance(1e-15); }
 
 /// A moment of a scene and where it leads.
 struct Moment {

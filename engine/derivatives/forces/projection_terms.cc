@@ -177,8 +177,8 @@ void ProjectionTerms::add(const Model& model, int t, EffectSet effects, double h
   const Tree& tree = model.trees()[t];
   const int begin = tree.v_begin, n = tree.v_end - tree.v_begin;
   const auto part = Eigen::seqN(begin, n);
-  const double share = ws.energy_projection.share(t), scale = ws.energy_projection.scale(t);
-  const VectorX& plain = ws.energy_projection.plain_change();
+  const double share = ws.start.energy_projection().share(t), scale = ws.start.energy_projection().scale(t);
+  const VectorX& plain = ws.start.energy_projection().plain_change();
   const VectorX& rotors = rotor_inertia(model, effects, ws);
   a_(part) = plain(part) / h;
   SweepInput in;
@@ -198,10 +198,10 @@ void ProjectionTerms::add(const Model& model, int t, EffectSet effects, double h
   auto changed = changed_.segment(begin, n);
   if (foreseen) {
     changed.noalias() = 0.5 * (dyn_v * moved_.segment(begin, n));
-    other_(part) = ws.energy_projection.change()(part) / share;
+    other_(part) = ws.start.energy_projection().change()(part) / share;
   } else {
     changed.setZero();
-    other_(part) = ws.energy_projection.change()(part) / share - plain(part);
+    other_(part) = ws.start.energy_projection().change()(part) / share - plain(part);
   }
   changed.noalias() += (1.0 / h) * M * other_.segment(begin, n);
   other_(part) = moved_(part);

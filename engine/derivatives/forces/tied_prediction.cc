@@ -103,15 +103,15 @@ void TiedPrediction::differentiate(const Step& step, const Stage& stage, Inverse
   for (MatrixX* m : {&out.dq, &out.dv, &out.dv_next, &rows_q_, &rows_v_}) m->setZero(nv, nv);
   compute_body_velocities(step.model, *stage.out, step.ws.data, V_);
   forces_.begin();
-  for (int n = 0; n < step.ws.free_flight.num_flyers(); ++n) {
-    const int i = step.ws.free_flight.body(n);
+  for (int n = 0; n < step.ws.start.free_flight().num_flyers(); ++n) {
+    const int i = step.ws.start.free_flight().body(n);
     forces_.add_load(i, step.ws.data.mean_force[i] * -1.0);
   }
   add_ties(step, stage);
   sweep(step, stage, out);
   out.dq += rows_q_;
   out.dv += rows_v_;
-  add_flight_derivatives(step.model, step.h, step.v, step.gravity, step.ws.free_flight,
+  add_flight_derivatives(step.model, step.h, step.v, step.gravity, step.ws.start.free_flight(),
                          step.ws.data, out);
   add_joint_force_derivatives(step.model, step.effects.without({Effect::kServos}), step.h, out);
   add_joint_row_derivatives(step.model, step.options, step.predictor.ties().joints, step.q,

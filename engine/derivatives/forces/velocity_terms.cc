@@ -2,9 +2,30 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace counterpoint {
 namespace {
+
+/// While it lives data has no external wrenches and no added inertia. Allocates nothing.
+class WithoutApplied {
+ public:
+  explicit WithoutApplied(Data& data)
+      : data_(data), had_external_(std::exchange(data.has_external, false)) {
+    added_.swap(data.added);
+  }
+  ~WithoutApplied() {
+    added_.swap(data_.added);
+    data_.has_external = had_external_;
+  }
+  WithoutApplied(const WithoutApplied&) = delete;
+  WithoutApplied& operator=(const WithoutApplied&) = delete;
+
+ private:
+  Data& data_;
+  bool had_external_;
+  std::vector<AddedInertia> added_;
+};
 
 bool is_linkage(const Tree& tree) { return tree.body_end - tree.body_begin > 1; }
 
@@ -43,15 +64,15 @@ void VelocityTerms::begin(const Model& model, const SimulationOptions& options, 
   for (int t = 0; t < model.num_trees(); ++t) {
     const Tree& tree = model.trees()[t];
     if (!is_linkage(tree)) continue;
-    const bool known = ws.predictor.covers(t) || ws.predictor.knows(t);
-    if (ws.predictor.covers(t) || (known && ws.predictor.has(t))) {
-      predictor_[t] = &ws.predictor;
+    const bool known = ws.start.predictor().covers(t) || ws.start.predictor().knows(t);
+    if (ws.start.predictor().covers(t) || (known && ws.start.predictor().has(t))) {
+      predictor_[t] = &ws.start.predictor();
     } else if (known) {
       ranges_.push_back({tree.body_begin, tree.body_end});
     }
   }
   if (!ranges_.empty()) predict_resting(model, options, effects, q, v, ws);
-  for (const VelocityPredictor* predictor : {&ws.predictor, &resting_}) {
+  for (const VelocityPredictor* predictor : {&ws.start.predictor(), &std::as_const(resting_)}) {
     if (!predictor->any()) continue;
     for_each_constraint(model, predictor->ties(), [&](int a, int b) {
       for (const int t : {a, b})
@@ -63,28 +84,10 @@ void VelocityTerms::begin(const Model& model, const SimulationOptions& options, 
 void VelocityTerms::predict_resting(const Model& model, const SimulationOptions& options,
                                     EffectSet effects, const VectorRef& q, const VectorRef& v,
                                     Workspace::Impl& ws) {
-  // What touches a tree of which all was known was found later, by where the step led.
-  const auto later = [&](int a, int b) {
-    return (a >= 0 && ws.predictor.knows(a)) || (b >= 0 && ws.predictor.knows(b));
-  };
-  const ConstraintSet& all = ws.constraints;
-  constraints_.clear();
-  for (size_t i = 0; i < all.pairs.size(); ++i) {
-    const PairConstraint& pair = all.pairs[i];
-    const bool contact = i < all.contacts.size();
-    if (contact && later(model.body(pair.body_a).tree, model.body(pair.body_b).tree)) continue;
-    if (contact) constraints_.contacts.push_back(all.contacts[i]);
-    constraints_.pairs.push_back(pair);
-  }
-  constraints_.closures = all.closures;
-  for (const JointConstraint& row : all.joints) {
-    const bool tie = row.law.type == contact::LawType::kEquality;
-    if (tie || !later(model.tree_of_velocity(row.v_index[0]), -1))
-      constraints_.joints.push_back(row);
-  }
-  const Vector3 gravity =
-      effects.has(Effect::kGravity) ? model.gravity() : Vector3(Vector3::Zero());
+  constraints_ = ws.start.constraints();
+  const Vector3& gravity = ws.start.gravity();
   const double h = options.time_step;
+  const WithoutApplied without(ws.data);
   resting_.find(model, effects, VelocityPredictor::Of::kAllLinkages, h, q, v, gravity, constraints_,
                 ranges_, ws.data);
   resting_.refine(model, options.contact, h, q, v, gravity, constraints_, ws.data);
@@ -103,13 +106,13 @@ void VelocityTerms::prepare(const Model& model, int t, double h, const VectorRef
   if (!mean_ || !is_linkage(tree)) return;
   const auto part = Eigen::seqN(tree.v_begin, tree.v_end - tree.v_begin);
   const bool covered = predictor_[t] != nullptr;
-  const double share = ws.energy_projection.share(t);
+  const double share = ws.start.energy_projection().share(t);
   if (covered) f_(part) = predictor_[t]->velocity()(part);
   if (share > 0.0) {
-    a_at(part) -= ws.energy_projection.change()(part) / h;
+    a_at(part) -= ws.start.energy_projection().change()(part) / h;
     if (covered) {
       kind_[t] = Kind::kBoth;
-      other_(part) = f_(part) - share * (v(part) + ws.energy_projection.plain_change()(part));
+      other_(part) = f_(part) - share * (v(part) + ws.start.energy_projection().plain_change()(part));
       v_at(part) = 0.5 * (v(part) + other_(part));
       return;
     }
@@ -130,7 +133,7 @@ bool VelocityTerms::add_ties(const Model& model, const SimulationOptions& option
                              InverseDerivatives& d) {
   if (!mean_) return true;
   bool known = true;
-  for (const VelocityPredictor* predictor : {&ws.predictor, &resting_}) {
+  for (const VelocityPredictor* predictor : {&ws.start.predictor(), &std::as_const(resting_)}) {
     for (size_t t = 0; t < foreseen_.size(); ++t) foreseen_[t] = predictor_[t] == predictor;
     known = tied_.add(model, options, effects, q, v, *predictor, foreseen_, other_,
                       predictor == &resting_, ws, closures, d) &&

@@ -45,7 +45,7 @@ class VelocityTerms {
                 ClosureDerivator& closures, InverseDerivatives& d);
   /// The bias of a closure's rows is aimed; or would be, were it not at rest.
   bool aims(const Model& model, const PairConstraint& pair, const Workspace::Impl& ws) const {
-    return mean_ && ws.predictor.aims(model, pair);
+    return mean_ && ws.start.predictor().aims(model, pair);
   }
   bool aims_at_rest(const Model& model, const PairConstraint& pair) const {
     return resting_.aims(model, pair);

@@ -54,7 +54,7 @@ bool is_closed(K kind, const Model& model, const SimulationOptions& options, con
     return false;
   for (int t = 0; of_motion && t < model.num_trees(); ++t) {
     if (tree_terms(model, t, ws) != TreeTerms::kProjected) continue;
-    if (changes_mass_matrix(kind) || ws.predictor.covers(t)) return false;
+    if (changes_mass_matrix(kind) || ws.start.predictor().covers(t)) return false;
   }
   return true;
 }

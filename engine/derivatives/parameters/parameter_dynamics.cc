@@ -34,12 +34,12 @@ TreeTerms tree_terms(const Model& model, int t, const Workspace::Impl& ws) {
   if (!ws.data.has_coriolis) return TreeTerms::kNone;
   const Tree& tree = model.trees()[static_cast<size_t>(t)];
   if (tree.body_end - tree.body_begin == 1) {
-    for (int n = 0; n < ws.free_flight.num_flyers(); ++n)
-      if (ws.free_flight.body(n) == tree.body_begin) return TreeTerms::kNone;
+    for (int n = 0; n < ws.start.free_flight().num_flyers(); ++n)
+      if (ws.start.free_flight().body(n) == tree.body_begin) return TreeTerms::kNone;
     return TreeTerms::kPlain;
   }
-  if (ws.energy_projection.share(t) > 0.0) return TreeTerms::kProjected;
-  return ws.predictor.covers(t) ? TreeTerms::kPredicted : TreeTerms::kPlain;
+  if (ws.start.energy_projection().share(t) > 0.0) return TreeTerms::kProjected;
+  return ws.start.predictor().covers(t) ? TreeTerms::kPredicted : TreeTerms::kPlain;
 }
 
 ParameterDynamics::ParameterDynamics(const Model& model, size_t num_parameters)
@@ -113,7 +113,7 @@ void ParameterDynamics::find_prediction(const Parameters& parameters, const Mode
                                         const Tree& tree, EffectSet effects, double h,
                                         const VectorRef& v, const Vector3& gravity,
                                         Workspace::Impl& ws) {
-  const VectorX& f = ws.predictor.velocity();
+  const VectorX& f = ws.start.predictor().velocity();
   const auto part = Eigen::seqN(tree.v_begin, tree.v_end - tree.v_begin);
   const auto holds = [&](int i) { return i >= tree.v_begin && i < tree.v_end; };
   at_.setZero();
@@ -143,7 +143,7 @@ void ParameterDynamics::add_prediction(const Parameters& parameters, const Model
   // B(v, f) = n((v + f) / 2) - n((v - f) / 2).
   for (const double sign : {1.0, -1.0}) {
     at_.setZero();
-    at_(part) = 0.5 * (v(part) + sign * ws.predictor.velocity()(part));
+    at_(part) = 0.5 * (v(part) + sign * ws.start.predictor().velocity()(part));
     regressor_.set_motion(model, at_.data(), nullptr, Vector3::Zero(), ws.data);
     add_inertias(parameters, model, tree, ws.data, sign, du);
   }
@@ -175,8 +175,8 @@ void ParameterDynamics::add_prediction(const Parameters& parameters, const Model
 void ParameterDynamics::add_flyers(const Parameters& parameters, const Model& model, double h,
                                    const VectorRef& v, const Vector3& gravity, const Vector3& down,
                                    const Workspace::Impl& ws, MatrixX& du) const {
-  for (int n = 0; n < ws.free_flight.num_flyers(); ++n) {
-    const int i = ws.free_flight.body(n);
+  for (int n = 0; n < ws.start.free_flight().num_flyers(); ++n) {
+    const int i = ws.start.free_flight().body(n);
     const Body& body = model.body(i);
     const Matrix3& R = ws.data.X_WB[i].rotation;
     const Vector3 omega = v.segment<3>(body.v_index + joint_num_linear(body.joint_type));
@@ -197,7 +197,7 @@ void ParameterDynamics::add_flyers(const Parameters& parameters, const Model& mo
     const DifferenceScheme scheme = difference_scheme(1e-3 * gravity.norm(), 0.0, true);
     for_each(parameters, K::kGravity, [&](const PreparedParameter&, Eigen::Index k) {
       for (size_t s = 0; s < at.size(); ++s)
-        at[s] = stacked(ws.free_flight.mean_force(model, n, h, omega,
+        at[s] = stacked(ws.start.free_flight().mean_force(model, n, h, omega,
                                                   R.transpose() * (gravity + scheme.at[s] * down)));
       add(k, scheme(at));
     });

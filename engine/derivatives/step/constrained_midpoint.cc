@@ -45,7 +45,7 @@ bool ConstrainedMidpoint::compute(const Model& model, const SimulationOptions& o
   if (ws.data.has_coriolis && has_ties(ws.constraints)) return false;
   const double h = options.time_step;
   const int nv = model.nv();
-  w = ws.next_middle;
+  w = ws.contact_velocity;
   m_ = ws.middle;
   r_ = (m_ - v) / (0.5 * h);
   smooth.compute(model, effects, m_, r_, known.wrenches, ws);
@@ -89,19 +89,19 @@ bool ConstrainedMidpoint::difference(const Model& model, const SimulationOptions
                                      const VectorRef& v_next, const Input& known, double step,
                                      bool extrapolated, Workspace& workspace,
                                      InverseDerivatives& d) {
-  const Workspace::Impl& ws = workspace.impl();
+  Workspace::Impl& ws = workspace.impl();
+  const EffectSet effects = active_effects(ws.called, options.effects);
   const int nv = model.nv();
   const double h = options.time_step, v_step = velocity_difference_step(step, h);
-  w = ws.next_middle;
+  w = ws.contact_velocity;
   at_q_ = q;
   at_v_ = v;
   at_w_ = w;
   at_v_next_ = v_next;
   const auto evaluate = [&](Sample& out) {
     integrate_configuration(model, at_q_, at_w_, h, q_next_);
-    workspace.impl().poses_are_exact = true;
-    step_inverse(model, options, at_q_, at_v_, q_next_, at_v_next_, known, workspace, inverse_);
-    workspace.impl().poses_are_exact = false;
+    invert_step({model, options, at_q_, at_v_, q_next_, at_v_next_, known, effects, true}, ws,
+                inverse_);
     out.u = inverse_.applied_force;
     out.rest = at_v_ + at_v_next_ - at_w_ - ws.middle;
   };

@@ -171,8 +171,8 @@ void InverseDerivator::set_velocities(const Model& model, const VectorRef& v,
   acceleration_ = (v_next - v) / h;
   v_ = v;
   if (!ws.data.has_coriolis) v_.setZero();
-  for (int n = 0; ws.data.has_coriolis && n < ws.free_flight.num_flyers(); ++n) {
-    const int i = ws.free_flight.body(n);
+  for (int n = 0; ws.data.has_coriolis && n < ws.start.free_flight().num_flyers(); ++n) {
+    const int i = ws.start.free_flight().body(n);
     v_.segment(model.body(i).v_index, joint_nv(model.body(i).joint_type)).setZero();
     forces_.add_load(i, ws.data.mean_force[i] * -1.0);
   }
@@ -201,7 +201,7 @@ bool InverseDerivator::sweep_trees(const Model& model, const SimulationOptions& 
   }
   forces_.add_couplings(model, in, sweep_, out);
   if (ws.data.has_coriolis)
-    add_flight_derivatives(model, h, v, in.gravity, ws.free_flight, ws.data, d);
+    add_flight_derivatives(model, h, v, in.gravity, ws.start.free_flight(), ws.data, d);
   if (!ws.constraints.closures.empty()) closures_.begin(model, ws.data, v);
   const bool known = velocity_terms_.add_ties(model, options, effects, q, v, ws, closures_, d);
   add_closure_rows(model, options, ws, d);

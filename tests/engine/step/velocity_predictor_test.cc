@@ -23,7 +23,7 @@ constexpr double kEqualities = 1e-9;
 const VelocityPredictor& predict(const Scene& scene, Workspace& workspace) {
   Inverse out;
   step_inverse(scene.model, scene.options, scene.q, scene.v, scene.v, workspace, out);
-  return workspace.impl().predictor;
+  return workspace.impl().start.predictor();
 }
 
 /// The velocity of a step without input whose velocity forces are those at its start.
