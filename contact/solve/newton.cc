@@ -217,10 +217,10 @@ bool Newton::at_floor(bool moved, int max_iterations, double best, const std::ve
   return gradient_norm_ <= (in_doubt ? kFloorFactor : kSureFloor) * roundoff_floor(w);
 }
 
-// What rounding in the factors of stiff contacts leaves in motions that no contact resists, momentum
-// first of all, lies below the rounding of impulses, but is more than velocities are rounded by:
-// one more solve by the last factors, of whichever method, takes it away. Returns the relative
-// residual, which falls or stays.
+// What rounding in the factors of stiff contacts leaves in motions that no contact resists,
+// momentum first of all, lies below the rounding of impulses, but is more than velocities are
+// rounded by: one more solve by the last factors, of whichever method, takes it away. Returns the
+// relative residual, which falls or stays.
 double Newton::polish(std::vector<double>& w, std::vector<double>& f) {
   const double before = gradient_norm_, scale = scale_;
   trial_ = w;

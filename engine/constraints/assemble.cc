@@ -76,7 +76,12 @@ void fill_pair_jacobian(const Model& model, const PairConstraint& pair, int leaf
 class PairVelocity {
  public:
   PairVelocity(const Model& model, const PairConstraint& pair, const Data& data, const VectorRef& v)
-      : model_(model), pair_(pair), data_(data), v_(v), minus_(-1.0 * pair.frame), y_(pair.law.rows) {
+      : model_(model),
+        pair_(pair),
+        data_(data),
+        v_(v),
+        minus_(-1.0 * pair.frame),
+        y_(pair.law.rows) {
     y_.setZero();
   }
 

@@ -18,11 +18,11 @@ using test::test_name;
 /// Runs a command that would take minutes, and sends SIGINT a moment after it has begun to listen
 /// to it (bit 2 of the signals caught).
 CommandResult interrupted(const CommandFolder& folder, const std::string& arguments) {
-  CommandResult result = folder.run(
-      arguments +
-      " --json {}/r.json 2>{}/errors & run=$!; "
-      "until grep -q 'SigCgt:.*[2367abef]$' /proc/$run/status; do sleep 0.02; done; "
-      "sleep 0.5; kill -INT $run; wait $run");
+  CommandResult result =
+      folder.run(arguments +
+                 " --json {}/r.json 2>{}/errors & run=$!; "
+                 "until grep -q 'SigCgt:.*[2367abef]$' /proc/$run/status; do sleep 0.02; done; "
+                 "sleep 0.5; kill -INT $run; wait $run");
   result.errors = folder.read("errors");
   EXPECT_EQ(result.exit_code, 1) << result.errors;
   EXPECT_NE(result.errors.find("stopped by Ctrl-C"), std::string::npos) << result.errors;
@@ -34,8 +34,9 @@ long lines(const std::string& text) { return std::count(text.begin(), text.end()
 
 /// tosses of the bundled cube, as recordings, and their column map.
 void record_tosses(const CommandFolder& folder) {
-  ASSERT_EQ(folder.run("simulate data/scenes/cube_drop.yaml --duration 0.4 --timestep 0.02 "
-                       "--output {}/toss.csv")
+  ASSERT_EQ(folder
+                .run("simulate data/scenes/cube_drop.yaml --duration 0.4 --timestep 0.02 "
+                     "--output {}/toss.csv")
                 .exit_code,
             0);
   std::string map = "time: time\nfree: cube\ncolumns:\n";
@@ -47,8 +48,9 @@ void record_tosses(const CommandFolder& folder) {
 
 TEST(Interrupt, DerivativesHasTheStepsSoFar) {
   const CommandFolder folder(test_name());
-  ASSERT_EQ(folder.run("simulate data/scenes/humanoid_drop.yaml --duration 2 --timestep 1e-3 "
-                       "--output {}/m.csv")
+  ASSERT_EQ(folder
+                .run("simulate data/scenes/humanoid_drop.yaml --duration 2 --timestep 1e-3 "
+                     "--output {}/m.csv")
                 .exit_code,
             0);
   const CommandResult result =
@@ -102,10 +104,9 @@ TEST(Interrupt, AccuracyHasTheSettingsSoFar) {
 
 TEST(Interrupt, HardCasesHasTheCasesSoFar) {
   const CommandFolder folder(test_name());
-  const CommandResult result =
-      interrupted(folder,
-                  "hard-cases --no-peers --report {}/page "
-                  "$(yes -- '--only cradle_apart' | head -2000)");
+  const CommandResult result = interrupted(folder,
+                                           "hard-cases --no-peers --report {}/page "
+                                           "$(yes -- '--only cradle_apart' | head -2000)");
   const size_t cases = folder.json("r.json")["cases"].size();
   EXPECT_LT(cases, 2000u);
   EXPECT_NE(result.errors.find(fmt::format("{} of 2000 cases", cases)), std::string::npos)

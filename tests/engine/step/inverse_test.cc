@@ -50,9 +50,10 @@ Recovery drive(Simulator& sim, int steps, const VectorX& force_scale, test::Rand
 }
 
 // The inverse sums y = J w+ + b as the solver does: what is left of it is what the solver left, the
-// rounding of velocities over the compliance (docs/explanation/concepts.md, Accuracy of the inverse).
+// rounding of velocities over the compliance (docs/explanation/concepts.md, Accuracy of the
+// inverse).
 TEST(Inverse, FindsTheImpulsesOfTheForwardStepToTheBit) {
-  constexpr double kStep = 0.005;      // [s]
+  constexpr double kStep = 0.005;          // [s]
   constexpr double kRecoveredHere = 1e-9;  // of the largest force
   Scene scene = load_scene(test::source_dir() + "/data/scenes/humanoid_drop.yaml");
   const Model& model = scene.model;
@@ -70,8 +71,7 @@ TEST(Inverse, FindsTheImpulsesOfTheForwardStepToTheBit) {
       input.applied_force.tail(model.nv() - 6) =
           test::random_vector(model.nv() - 6, random.bits(), 20.0);
     }
-    const StepReport report =
-        step_forward(model, scene.options, {}, state, input, forward, next);
+    const StepReport report = step_forward(model, scene.options, {}, state, input, forward, next);
     ASSERT_TRUE(report.succeeded()) << i;
     Input known;
     known.softening = report.softening;
