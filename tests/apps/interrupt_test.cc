@@ -21,7 +21,8 @@ CommandResult interrupted(const CommandFolder& folder, const std::string& argume
   CommandResult result =
       folder.run(arguments +
                  " --json {}/r.json 2>{}/errors & run=$!; "
-                 "until grep -q 'SigCgt:.*[2367abef]$' /proc/$run/status; do sleep 0.02; done; "
+                 "until grep -qs 'SigCgt:.*[2367abef]$' /proc/$run/status || ! kill -0 $run; "
+                 "do sleep 0.02; done; "
                  "sleep 0.5; kill -INT $run; wait $run");
   result.errors = folder.read("errors");
   EXPECT_EQ(result.exit_code, 1) << result.errors;
