@@ -231,8 +231,8 @@ int derivatives(Arguments& arguments) {
   report["steps_by_differences"] = run.by_differences;
   if (arguments.forward) report["singular_steps"] = run.singular();
   report["time_median_us"] = median(run.times_us);
-  fmt::print(report.text(), "{} steps of {} coordinates, {:.3g} us each; {} by differences\n",
-             done, scene.model.nv(), median(run.times_us), run.by_differences);
+  fmt::print(report.text(), "{} steps of {} coordinates, {:.3g} us each; {} by differences\n", done,
+             scene.model.nv(), median(run.times_us), run.by_differences);
   if (arguments.check) report_check(run, trajectory, report);
   report.write();
   if (!stopped) return kSuccess;

@@ -163,8 +163,7 @@ int inverse(Arguments& arguments) {
                "rounded\n",
                trajectory.file, trajectory.altered_rows, trajectory.num_rows());
   }
-  report["contacts_mean"] =
-      static_cast<double>(extremes.contacts) / std::max(done, 1);
+  report["contacts_mean"] = static_cast<double>(extremes.contacts) / std::max(done, 1);
   report["force_scale_max"] = extremes.scale;
   report["unactuated_force_max"] = extremes.unactuated;
   report["velocity_mismatch_max"] = extremes.mismatch;

@@ -71,11 +71,10 @@ void check(Arguments& arguments) {
 view::Clip recorded(const Arguments& arguments, const Scene& scene, const Trajectory& trajectory,
                     const std::vector<double>& steps, bool forces) {
   Progress progress(forces ? "recovering forces" : "reading the motion", trajectory.num_steps());
-  return view::clip_of(scene, trajectory, steps, arguments.rate, forces,
-                       [&](int done) {
-                         progress.update(done);
-                         return !Interrupt::wanted();
-                       });
+  return view::clip_of(scene, trajectory, steps, arguments.rate, forces, [&](int done) {
+    progress.update(done);
+    return !Interrupt::wanted();
+  });
 }
 
 view::Replay make_replay(const Arguments& arguments, const Scene& scene) {
@@ -122,11 +121,10 @@ std::vector<std::string> write_pictures(const Arguments& arguments) {
   std::vector<std::string> names;
   if (!arguments.pictures.any()) return names;
   Progress progress("drawing pictures in Chromium", 1);
-  const view::Drawn drawn =
-      view::draw(arguments.output, arguments.pictures, [&] {
-        progress.show_time();
-        return !Interrupt::wanted();
-      });
+  const view::Drawn drawn = view::draw(arguments.output, arguments.pictures, [&] {
+    progress.show_time();
+    return !Interrupt::wanted();
+  });
   progress.wipe();
   std::filesystem::path stem = arguments.output;
   stem.replace_extension();

@@ -60,7 +60,8 @@ class Trial {
   /// Asked before every step; a step throws Stopped where it says so. Empty: never.
   void stop_when(std::function<bool()> wanted) { stop_wanted_ = std::move(wanted); }
 
-  /// Where the last good state goes if a step fails (docs/reference/trajectory-format.md); empty: nowhere.
+  /// Where the last good state goes if a step fails (docs/reference/trajectory-format.md); empty:
+  /// nowhere.
   void keep_state_in(std::filesystem::path file) { state_file_ = std::move(file); }
 
   /// Where a replay of what is loaded first goes, up to a reset; empty: nowhere.

@@ -68,7 +68,7 @@ struct Fit {
   int evaluations = 0;      ///< of all residuals
   int linearizations = 0;   ///< of all residuals with their exact derivatives
   std::vector<double> refined_costs;  ///< of the points refined, best first
-  bool stopped = false;  ///< by FitOptions::stop: intervals may be missing
+  bool stopped = false;               ///< by FitOptions::stop: intervals may be missing
   VectorX values() const;
 };
 

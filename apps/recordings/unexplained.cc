@@ -224,7 +224,8 @@ Explanation Explainer::explain(const Recording& recording, int row, double inter
 bool Explainer::derive(ParameterDerivator& derivator, InverseParameterDerivatives& out) {
   Impl& s = *impl_;
   if (!s.constraints.pairs.empty()) return false;
-  derivator.inverse(s.model, s.free, s.last.q, s.last.v, s.last.v_next, Input(), s.workspace, s.inverse, out);
+  derivator.inverse(s.model, s.free, s.last.q, s.last.v, s.last.v_next, Input(), s.workspace,
+                    s.inverse, out);
   return true;
 }
 

@@ -42,31 +42,78 @@ void add_angular_columns(JointType type, const Motion* axis, const Vector3& n, d
   for (int j = joint_num_linear(type); j < nv; ++j) J[j] += axis[j].angular.dot(n);
 }
 
+/// Adds the rows of the constraint, in the axes of `frame`, of one body's joint: rows are `width`
+/// apart.
+void add_joint_columns(const Model& model, const PairConstraint& pair, int b, const Matrix3& frame,
+                       const Data& data, std::ptrdiff_t width, double* columns) {
+  const int linear_end = std::min(pair.law.rows, 3 - pair.first);
+  const Body& body = model.body(b);
+  const Motion* axis = &data.axis[body.v_index];
+  const Vector3 arm = pair.position - data.X_WB[b].translation;
+  if (body.joint_type == JointType::kRevolute) {
+    const Vector3 linear = frame.transpose() * axis->angular.cross(arm);
+    for (int i = 0; i < linear_end; ++i) columns[i * width] += linear[pair.first + i];
+  } else {
+    for (int i = 0; i < linear_end; ++i)
+      add_linear_columns(body.joint_type, axis, arm, frame.col(pair.first + i),
+                         columns + i * width);
+  }
+  for (int i = std::max(linear_end, 0); i < pair.law.rows; ++i)
+    add_angular_columns(body.joint_type, axis, frame.col(pair.first + i - 3), columns + i * width);
+}
+
 /// Adds sign * (rows of the constraint) of one body's chain to J, row by row as wide as its tree.
 void fill_pair_jacobian(const Model& model, const PairConstraint& pair, int leaf, double sign,
                         const Data& data, contact::MatrixMap J) {
   const int v_begin = model.trees()[model.body(leaf).tree].v_begin;
-  const std::ptrdiff_t width = J.cols();
-  const int linear_end = std::min(pair.law.rows, 3 - pair.first);
   const Matrix3 frame = sign * pair.frame;
-  for (int b = leaf; b != 0; b = model.body(b).parent) {
-    const Body& body = model.body(b);
-    const Motion* axis = &data.axis[body.v_index];
-    const Vector3 arm = pair.position - data.X_WB[b].translation;
-    double* columns = J.data() + (body.v_index - v_begin);
-    if (body.joint_type == JointType::kRevolute) {
-      const Vector3 linear = frame.transpose() * axis->angular.cross(arm);
-      for (int i = 0; i < linear_end; ++i) columns[i * width] += linear[pair.first + i];
-    } else {
-      for (int i = 0; i < linear_end; ++i)
-        add_linear_columns(body.joint_type, axis, arm, frame.col(pair.first + i),
-                           columns + i * width);
-    }
-    for (int i = std::max(linear_end, 0); i < pair.law.rows; ++i)
-      add_angular_columns(body.joint_type, axis, frame.col(pair.first + i - 3),
-                          columns + i * width);
-  }
+  for (int b = leaf; b != 0; b = model.body(b).parent)
+    add_joint_columns(model, pair, b, frame, data, J.cols(),
+                      J.data() + (model.body(b).v_index - v_begin));
 }
+
+/// Sums J v of a pair from the roots of its bodies' chains on, joint by joint.
+class PairVelocity {
+ public:
+  PairVelocity(const Model& model, const PairConstraint& pair, const Data& data, const VectorRef& v)
+      : model_(model),
+        pair_(pair),
+        data_(data),
+        v_(v),
+        minus_(-1.0 * pair.frame),
+        y_(pair.law.rows) {
+    y_.setZero();
+  }
+
+  /// Of the joints from the world to bodies a and b of one tree, or of one body where the other is
+  /// the world (0), by rising index; a parent's is below its child's.
+  void add(int a, int b) {
+    if (a == 0 && b == 0) return;
+    const bool of_a = a >= b, of_b = b >= a;
+    add(of_a ? model_.body(a).parent : a, of_b ? model_.body(b).parent : b);
+    add_joint(std::max(a, b), of_a, of_b);
+  }
+  const contact::Rows& sum() const { return y_; }
+
+ private:
+  void add_joint(int i, bool of_a, bool of_b) {
+    const Body& body = model_.body(i);
+    const int nv = joint_nv(body.joint_type);
+    double columns[contact::kMaxRows * kMostColumns] = {};
+    if (of_a) add_joint_columns(model_, pair_, i, minus_, data_, nv, columns);
+    if (of_b) add_joint_columns(model_, pair_, i, pair_.frame, data_, nv, columns);
+    for (int j = 0; j < nv; ++j)
+      for (int r = 0; r < pair_.law.rows; ++r) y_[r] += columns[r * nv + j] * v_[body.v_index + j];
+  }
+
+  static constexpr int kMostColumns = 6;
+  const Model& model_;
+  const PairConstraint& pair_;
+  const Data& data_;
+  const VectorRef& v_;
+  Matrix3 minus_;
+  contact::Rows y_;
+};
 
 void add_pair(const Model& model, const PairConstraint& pair, const Data& data,
               const std::vector<int>& block_of_tree, contact::Problem& problem) {
@@ -128,6 +175,26 @@ void assemble_problem(const Model& model, const ConstraintSet& constraints, cons
     add_pair(model, pair, data, block_of_tree, problem);
   for (const JointConstraint& j : constraints.joints)
     add_joint_row(model, j, block_of_tree, problem);
+}
+
+contact::Rows pair_velocity(const Model& model, const PairConstraint& pair, const Data& data,
+                            const VectorRef& v) {
+  PairVelocity sum(model, pair, data, v);
+  if (model.body(pair.body_a).tree == model.body(pair.body_b).tree) {
+    sum.add(pair.body_a, pair.body_b);
+  } else {
+    sum.add(pair.body_a, 0);
+    sum.add(0, pair.body_b);
+  }
+  contact::Rows y = sum.sum();
+  for (int row = 0; row < pair.law.rows; ++row) y[row] += pair.law.bias[row];
+  return y;
+}
+
+double joint_row_velocity(const JointConstraint& row, const VectorRef& v) {
+  double y = row.coefficient[0] * v[row.v_index[0]];
+  if (row.v_index[1] >= 0) y += row.coefficient[1] * v[row.v_index[1]];
+  return y + row.law.bias[0];
 }
 
 Force pair_impulse(const PairConstraint& pair, const contact::Rows& impulse) {

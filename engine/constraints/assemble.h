@@ -14,6 +14,13 @@ void assemble_problem(const Model& model, const ConstraintSet& constraints, cons
                       const VectorRef& mass_diagonal, Data& data, std::vector<int>& block_of_tree,
                       contact::Problem& problem);
 
+/// y = J v + b of a pair at velocities v (nv) [m/s, rad/s], by the columns of assemble_problem and
+/// summed as the contact solver sums them: the same bits. Needs compute_poses.
+contact::Rows pair_velocity(const Model& model, const PairConstraint& pair, const Data& data,
+                            const VectorRef& v);
+/// The same of a joint row.
+double joint_row_velocity(const JointConstraint& row, const VectorRef& v);
+
 /// Impulse and angular impulse of a pair constraint on body B [N s, N m s], in W, at its position.
 Force pair_impulse(const PairConstraint& pair, const contact::Rows& impulse);
 

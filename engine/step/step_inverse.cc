@@ -2,6 +2,7 @@
 #include <limits>
 
 #include "counterpoint/contact/law.h"
+#include "counterpoint/engine/constraints/assemble.h"
 #include "counterpoint/engine/dynamics/integrator.h"
 #include "counterpoint/engine/dynamics/kinematics.h"
 #include "counterpoint/engine/dynamics/rnea.h"
@@ -38,8 +39,7 @@ void recover_impulses(const Model& model, const VectorRef& v_next, double h, Wor
   const ConstraintSet& constraints = ws.constraints;
   for (size_t i = 0; i < constraints.pairs.size(); ++i) {
     const PairConstraint& pair = constraints.pairs[i];
-    contact::Rows y = relative_velocity(pair, ws.data, ws.velocity);
-    for (int row = 0; row < pair.law.rows; ++row) y[row] += pair.law.bias[row];
+    const contact::Rows y = pair_velocity(model, pair, ws.data, v_next);
     const Force impulse = pair_impulse(pair, contact::impulse(pair.law, y));
     add_pair_impulse(pair, impulse, ws.data, ws.body_impulse);
     if (i < constraints.contacts.size()) {
@@ -53,8 +53,7 @@ void recover_impulses(const Model& model, const VectorRef& v_next, double h, Wor
   project_on_joints(model, ws.data, ws.body_impulse, ws.tau);
   for (const JointConstraint& j : ws.constraints.joints) {
     contact::Rows y(1);
-    y[0] = j.coefficient[0] * v_next[j.v_index[0]] + j.law.bias[0];
-    if (j.v_index[1] >= 0) y[0] += j.coefficient[1] * v_next[j.v_index[1]];
+    y[0] = joint_row_velocity(j, v_next);
     const double f = contact::impulse(j.law, y)[0];
     out.joints.push_back({j.effect, j.v_index[0], j.coefficient[0] * f / h});
     for (int k = 0; k < 2; ++k)

@@ -3,7 +3,9 @@
 
 #include <algorithm>
 
+#include "counterpoint/engine/constraints/assemble.h"
 #include "counterpoint/engine/simulator.h"
+#include "counterpoint/engine/step/step_workspace.h"
 #include "support/paths.h"
 #include "support/random_model.h"
 #include "support/small_scenes.h"
@@ -45,6 +47,49 @@ Recovery drive(Simulator& sim, int steps, const VectorX& force_scale, test::Rand
     result.rows += report.constraint_rows;
   }
   return result;
+}
+
+// The inverse sums y = J w+ + b as the solver does: what is left of it is what the solver left, the
+// rounding of velocities over the compliance (docs/explanation/concepts.md, Accuracy of the
+// inverse).
+TEST(Inverse, FindsTheImpulsesOfTheForwardStepToTheBit) {
+  constexpr double kStep = 0.005;          // [s]
+  constexpr double kRecoveredHere = 1e-9;  // of the largest force
+  Scene scene = load_scene(test::source_dir() + "/data/scenes/humanoid_drop.yaml");
+  const Model& model = scene.model;
+  scene.options.time_step = kStep;
+  Workspace forward(model), backward(model);
+  State state{0.0, scene.q, scene.v, {}}, next;
+  Input input;
+  Inverse inverse;
+  test::Random random(5);
+  double error = 0.0, scale = 0.0;
+  int compared = 0;
+  for (int i = 0; i < 400; ++i) {
+    if (i % 10 == 0) {
+      input.applied_force = VectorX::Zero(model.nv());
+      input.applied_force.tail(model.nv() - 6) =
+          test::random_vector(model.nv() - 6, random.bits(), 20.0);
+    }
+    const StepReport report = step_forward(model, scene.options, {}, state, input, forward, next);
+    ASSERT_TRUE(report.succeeded()) << i;
+    Input known;
+    known.softening = report.softening;
+    step_inverse(model, scene.options, state.q, state.v, next.q, next.v, known, backward, inverse);
+    error = std::max(error, (inverse.applied_force - input.applied_force).cwiseAbs().maxCoeff());
+    scale = std::max(scale, inverse.force_scale);
+    const Workspace::Impl& ws = forward.impl();
+    ASSERT_EQ(inverse.contacts.size(), ws.constraints.contacts.size());
+    for (size_t c = 0; c < inverse.contacts.size() && !report.softening.any(); ++c, ++compared) {
+      const PairConstraint& pair = ws.constraints.pairs[c];
+      const contact::Rows f =
+          ws.impulse.segment(ws.problem.first_row(static_cast<int>(c)), pair.law.rows);
+      ASSERT_EQ(inverse.contacts[c].force, pair_impulse(pair, f).force / kStep) << i << ", " << c;
+    }
+    std::swap(state, next);
+  }
+  EXPECT_GT(compared, 1000);
+  EXPECT_LT(error, kRecoveredHere * scale);
 }
 
 class TimeStep : public ::testing::TestWithParam<double> {};

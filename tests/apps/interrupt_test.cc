@@ -1,0 +1,125 @@
+// Ctrl-C ends a run, not the program: what was computed is kept, and the user is told. simulate and
+// rollout have their tests beside their others.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <string>
+
+#include "apps/command.h"
+
+namespace counterpoint {
+namespace {
+
+using test::CommandFolder;
+using test::CommandResult;
+using test::test_name;
+
+/// Runs a command that would take minutes, and sends SIGINT a moment after it has begun to listen
+/// to it (bit 2 of the signals caught).
+CommandResult interrupted(const CommandFolder& folder, const std::string& arguments) {
+  CommandResult result =
+      folder.run(arguments +
+                 " --json {}/r.json 2>{}/errors & run=$!; "
+                 "until grep -qs 'SigCgt:.*[2367abef]$' /proc/$run/status || ! kill -0 $run; "
+                 "do sleep 0.02; done; "
+                 "sleep 0.5; kill -INT $run; wait $run");
+  result.errors = folder.read("errors");
+  EXPECT_EQ(result.exit_code, 1) << result.errors;
+  EXPECT_NE(result.errors.find("stopped by Ctrl-C"), std::string::npos) << result.errors;
+  EXPECT_EQ(folder.json("r.json")["status"], "stopped");
+  return result;
+}
+
+long lines(const std::string& text) { return std::count(text.begin(), text.end(), '\n'); }
+
+/// tosses of the bundled cube, as recordings, and their column map.
+void record_tosses(const CommandFolder& folder) {
+  ASSERT_EQ(folder
+                .run("simulate data/scenes/cube_drop.yaml --duration 0.4 --timestep 0.02 "
+                     "--output {}/toss.csv")
+                .exit_code,
+            0);
+  std::string map = "time: time\nfree: cube\ncolumns:\n";
+  for (const char* name :
+       {"x", "y", "z", "qw", "qx", "qy", "qz", "vx", "vy", "vz", "wx", "wy", "wz"})
+    map += fmt::format("  cube.{0}: cube.{0}\n", name);
+  folder.write("map.yaml", map);
+}
+
+TEST(Interrupt, DerivativesHasTheStepsSoFar) {
+  const CommandFolder folder(test_name());
+  ASSERT_EQ(folder
+                .run("simulate data/scenes/humanoid_drop.yaml --duration 2 --timestep 1e-3 "
+                     "--output {}/m.csv")
+                .exit_code,
+            0);
+  const CommandResult result =
+      interrupted(folder, "derivatives data/scenes/humanoid_drop.yaml {}/m.csv --check");
+  const long steps = folder.json("r.json")["steps"];
+  EXPECT_LT(steps, 2000);
+  EXPECT_NE(result.errors.find(fmt::format("after {} of 2000 steps", steps)), std::string::npos)
+      << result.errors;
+}
+
+TEST(Interrupt, CompareHasTheRecordingsSoFar) {
+  const CommandFolder folder(test_name());
+  record_tosses(folder);
+  // The second takes minutes; it is left out, the first is there.
+  folder.write("short.csv", [&] {
+    const std::string all = folder.read("toss.csv");
+    size_t end = 0;
+    for (int line = 0; line < 3; ++line) end = all.find('\n', end) + 1;
+    return all.substr(0, end);
+  }());
+  const CommandResult result = interrupted(
+      folder,
+      "compare data/scenes/cube_drop.yaml {}/short.csv {}/toss.csv {}/toss.csv --columns "
+      "{}/map.yaml --substeps 20000 --output {}/rows.csv");
+  const auto report = folder.json("r.json");
+  EXPECT_LT(report["recordings"].size(), 3u);
+  EXPECT_NE(result.errors.find(fmt::format("{} of 3 recordings", report["recordings"].size())),
+            std::string::npos)
+      << result.errors;
+}
+
+TEST(Interrupt, IdentifyHasTheBestSoFar) {
+  const CommandFolder folder(test_name());
+  record_tosses(folder);
+  interrupted(folder,
+              "identify data/scenes/cube_drop.yaml {}/toss.csv --columns {}/map.yaml "
+              "--parameters friction=0.1..0.9 --samples 1000000 --substeps 10");
+  const auto report = folder.json("r.json");
+  ASSERT_EQ(report["parameters"].size(), 1u);
+  EXPECT_LE(report["cost"].get<double>(), report["start_cost"].get<double>());
+  EXPECT_GT(report["evaluations"].get<int>(), 1);
+}
+
+TEST(Interrupt, AccuracyHasTheSettingsSoFar) {
+  const CommandFolder folder(test_name());
+  interrupted(folder,
+              "accuracy data/scenes/pendulum.yaml --vary integrator --duration 0.2 --pieces 2 "
+              "--finer 8 --repeats 10000 --report {}/page");
+  EXPECT_NE(folder.read("page/accuracy.html").find("<svg"), std::string::npos);
+}
+
+TEST(Interrupt, HardCasesHasTheCasesSoFar) {
+  const CommandFolder folder(test_name());
+  const CommandResult result = interrupted(folder,
+                                           "hard-cases --no-peers --report {}/page "
+                                           "$(yes -- '--only cradle_apart' | head -2000)");
+  const size_t cases = folder.json("r.json")["cases"].size();
+  EXPECT_LT(cases, 2000u);
+  EXPECT_NE(result.errors.find(fmt::format("{} of 2000 cases", cases)), std::string::npos)
+      << result.errors;
+  EXPECT_GT(lines(folder.read("page/hard-cases.md")), 0);
+}
+
+TEST(Interrupt, OptimizeHasTheMotionSoFar) {
+  const CommandFolder folder(test_name());
+  interrupted(folder, "optimize humanoid_walk --threads 1 --output {}/walk.csv");
+  EXPECT_GT(lines(folder.read("walk.csv")), 10);
+}
+
+}  // namespace
+}  // namespace counterpoint
