@@ -134,7 +134,9 @@ class Hdf5Sink final : public TableSink {
     const hsize_t dims[] = {texts.size() / width, width};
     const Handle type = string_type(length);
     const Handle space(H5Screate_simple(width == 1 ? 1 : 2, dims, nullptr), H5Sclose);
-    const Handle set(H5Dcreate2(file_.id(), name, type.id(), space.id(), H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT),
+    const Handle layout = property_list(H5P_DATASET_CREATE);
+    H5Pset_obj_track_times(layout.id(), false);  // the same content, the same bytes
+    const Handle set(H5Dcreate2(file_.id(), name, type.id(), space.id(), H5P_DEFAULT, layout.id(), H5P_DEFAULT),
                      H5Dclose);
     check(H5Dwrite(set.id(), type.id(), H5S_ALL, H5S_ALL, H5P_DEFAULT, bytes.data()) >= 0);
   }
@@ -145,6 +147,7 @@ class Hdf5Sink final : public TableSink {
     const Handle space(H5Screate_simple(2, dims, most), H5Sclose);
     const Handle layout = property_list(H5P_DATASET_CREATE);
     H5Pset_chunk(layout.id(), 2, chunk);
+    H5Pset_obj_track_times(layout.id(), false);
     Handle set(H5Dcreate2(file_.id(), name, type, space.id(), H5P_DEFAULT, layout.id(), H5P_DEFAULT), H5Dclose);
     check(set.valid());
     return set;

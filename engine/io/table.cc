@@ -237,6 +237,8 @@ void TableWriter::integer(std::uint64_t value) {
 }
 
 void TableWriter::text(std::string_view value) {
+  if (cells_in_row_ >= columns_.size() || columns_[cells_in_row_].type != CellType::kText)
+    throw std::logic_error(fmt::format("{}: text in a column that is not of text", file_));
   block_->texts.emplace_back(value);
   number(static_cast<double>(block_->texts.size() - 1));
 }

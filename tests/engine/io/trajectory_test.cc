@@ -280,7 +280,7 @@ TEST_F(TrajectoryFile, SaysWhereACsvIsWrong) {
 
 TEST_F(TrajectoryFile, QuotesNamesThatNeedIt) {
   {
-    TableWriter writer(file_, {"a,b", "c\"d", "e"});
+    TableWriter writer(file_, {{"a,b", CellType::kText}, "c\"d", "e"});
     writer.text("x,y");
     writer.empty();
     writer.number(-0.0);
