@@ -31,10 +31,13 @@ std::string scene_path(const YamlValue& value, const fs::path& study) {
   std::error_code error;
   if (given.is_relative() && fs::is_regular_file(beside, error)) return beside.string();
   try {
-    return bundled_scene(given.string());
+    const std::string found = bundled_scene(given.string());
+    if (fs::is_regular_file(found, error)) return found;
   } catch (const InputError& e) {
     value.fail(e.what());
   }
+  value.fail(fmt::format("there is no file {}; expected one beside the study, or the name of a bundled scene",
+                         beside.string()));
 }
 
 RecordedColumn read_column(const YamlValue& value, const CoordinateNames& names) {

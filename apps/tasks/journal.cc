@@ -108,8 +108,13 @@ void JournalWriter::add(std::int64_t number, const std::string& result) {
   const auto bytes = static_cast<ssize_t>(sizeof header + result.size());
   const std::lock_guard lock(mutex_);
   if (descriptor_ < 0) open();
-  errno = ENOSPC;  // what a write says that stops half way
-  if (writev(descriptor_, parts.data(), parts.size()) != bytes) {
+  ssize_t written = writev(descriptor_, parts.data(), parts.size());
+  // A write that stops half way does not say why; the next one does.
+  for (ssize_t more = 1; written > 0 && written < bytes && more > 0; written += std::max<ssize_t>(more, 0)) {
+    const std::string rest = std::string(reinterpret_cast<const char*>(&header), sizeof header) + result;
+    more = write(descriptor_, rest.data() + written, static_cast<std::size_t>(bytes - written));
+  }
+  if (written != bytes) {
     const int reason = errno;
     // A reader would stop at the half record all the same.
     if (ftruncate(descriptor_, size_) != 0 || lseek(descriptor_, size_, SEEK_SET) < 0) close(descriptor_);

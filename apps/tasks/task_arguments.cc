@@ -150,9 +150,10 @@ void TaskArguments::keep_command_line() const {
   Json words = Json::array();
   bool skip = false;
   for (const std::string& word : own_command_line()) {
-    const bool share = word == "--tasks";
-    if (!skip && !share && word.rfind("--tasks=", 0) != 0) words.push_back(word);
-    skip = share;
+    const std::string name = word.substr(0, word.find('='));
+    const bool left_out = name == "--tasks" || name == "--parts";  // merge says which folder
+    if (!skip && !left_out) words.push_back(word);
+    skip = left_out && name == word;
   }
   // Shares write the same at the same time: each a file of its own, then put in place at once.
   const fs::path file = fs::path(parts_) / kCommandFile;
