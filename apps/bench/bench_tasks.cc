@@ -1,6 +1,7 @@
 // What tasks cost beside themselves, alone and under mpirun (docs/measurements/tasks.md):
-//   counterpoint_bench_tasks [FOLDER]           overhead of a task, without and with journals in FOLDER
-//   mpirun -n 2 counterpoint_bench_tasks        the same over ranks, requests that rank 0 answers
+//   counterpoint_bench_tasks [FOLDER]           overhead of a task, without and with journals in
+//   FOLDER mpirun -n 2 counterpoint_bench_tasks        the same over ranks, requests that rank 0
+//   answers
 // and how tasks of 1 ms, of processor time only, scale with threads and ranks.
 #include <fmt/format.h>
 
@@ -35,7 +36,8 @@ TaskList list_of(std::int64_t count, std::size_t bytes, int work) {
   return list;
 }
 
-double seconds_of(World& world, const TaskList& list, int threads, const std::filesystem::path& folder) {
+double seconds_of(World& world, const TaskList& list, int threads,
+                  const std::filesystem::path& folder) {
   if (!folder.empty() && world.is_root()) std::filesystem::remove_all(folder);
   broadcast(world, "");
   RunSettings settings;
@@ -46,12 +48,15 @@ double seconds_of(World& world, const TaskList& list, int threads, const std::fi
 
 void overhead(World& world, const std::filesystem::path& folder) {
   constexpr std::int64_t kCount = 1'000'000;
-  for (const auto& [name, where] : {std::pair{"in memory", std::filesystem::path()}, {"with journals", folder}}) {
+  for (const auto& [name, where] :
+       {std::pair{"in memory", std::filesystem::path()}, {"with journals", folder}}) {
     if (std::string(name) == "with journals" && folder.empty()) continue;
     const double seconds = seconds_of(world, list_of(kCount, 200, 0), 1, where);
     if (world.is_root())
-      fmt::print("overhead of a task, {}, 1 thread a rank: {:.2f} us ({} tasks, 200 bytes each, {} ranks)\n", name,
-                 1e6 * seconds * world.size() / static_cast<double>(kCount), kCount, world.size());
+      fmt::print(
+          "overhead of a task, {}, 1 thread a rank: {:.2f} us ({} tasks, 200 bytes each, {} "
+          "ranks)\n",
+          name, 1e6 * seconds * world.size() / static_cast<double>(kCount), kCount, world.size());
   }
 }
 
@@ -83,8 +88,8 @@ void scaling(World& world, const std::filesystem::path& folder) {
     if (world.size() > 1 && threads > 1) break;
     const double seconds = seconds_of(world, list_of(8000, 200, kSine), threads, folder);
     if (world.is_root())
-      fmt::print("{} rank(s) of {} thread(s): 8000 tasks in {:.3f} s, {:.4g} a second\n", world.size(), threads,
-                 seconds, 8000 / seconds);
+      fmt::print("{} rank(s) of {} thread(s): 8000 tasks in {:.3f} s, {:.4g} a second\n",
+                 world.size(), threads, seconds, 8000 / seconds);
   }
 }
 
@@ -92,7 +97,8 @@ void scaling(World& world, const std::filesystem::path& folder) {
 
 int main(int argc, char** argv) {
   const auto world = join_world();
-  const std::filesystem::path folder = argc > 1 ? std::filesystem::path(argv[1]) / "bench_tasks" : "";
+  const std::filesystem::path folder =
+      argc > 1 ? std::filesystem::path(argv[1]) / "bench_tasks" : "";
   overhead(*world, folder);
   requests(*world);
   scaling(*world, folder);
