@@ -8,8 +8,8 @@
 #include <optional>
 #include <vector>
 
+#include "counterpoint/engine/phase_times.h"
 #include "counterpoint/engine/simulator.h"
-#include "counterpoint/engine/step/step_workspace.h"
 #include "progress.h"
 
 namespace counterpoint::apps {
@@ -53,7 +53,7 @@ class ShortRun {
     const Input input;
     // Memory is got on the way to the first step's end.
     step_forward(scene_.model, options, {}, states_[0], input, workspace, next_);
-    workspace.impl().times = phases;
+    measure_phases(workspace, phases);
     const auto start = Clock::now();
     long iterations = 0;
     for (const State& state : states_) {

@@ -20,6 +20,8 @@ Workspace& Workspace::operator=(Workspace&&) noexcept = default;
 
 const EffectCounts& Workspace::effect_counts() const { return impl_->counts; }
 
+void measure_phases(Workspace& workspace, PhaseTimes* times) { workspace.impl().times = times; }
+
 void check_time_step(double h) {
   if (!(h > 0.0 && h < std::numeric_limits<double>::infinity()))
     throw InputError("the time step of a step must be positive, it is " + std::to_string(h) + " s");

@@ -14,6 +14,12 @@ struct PhaseTimes {
   double step = 0.0;         ///< the whole step; what the others leave is integration and checks
 };
 
+class Workspace;
+
+/// Steps with this workspace add to `times` from here on, which must live as long; null: to none, and no
+/// clock is read.
+void measure_phases(Workspace& workspace, PhaseTimes* times);
+
 /// Adds the time of its own life to one of them.
 class PhaseTimer {
  public:
