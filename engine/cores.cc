@@ -26,7 +26,8 @@ double version_2(const fs::path& group) {
 }
 
 double version_1(const fs::path& group) {
-  std::ifstream quota_stream(group / "cpu.cfs_quota_us"), period_stream(group / "cpu.cfs_period_us");
+  std::ifstream quota_stream(group / "cpu.cfs_quota_us"),
+      period_stream(group / "cpu.cfs_period_us");
   double quota = -1.0, period = 0.0;  // [us]; a quota of -1 is none
   return quota_stream >> quota && period_stream >> period && quota > 0.0 && period > 0.0
              ? quota / period

@@ -26,7 +26,8 @@ COMMAND = re.compile(r"(?<!import)(?:^|[\s/;(|&])counterpoint ((?:[^\n\\#|;]|\\\
 # Options of programs that are not ours, and of our test programs and benchmarks.
 FOREIGN = {"--preset", "--prefix", "--build", "--install", "--test-dir", "--output-on-failure", "--target", "--dest",
            "--no-build-isolation", "--no-index", "--no-deps", "--symlink-install", "--gtest_filter", "--gtest_output",
-           "--exclude-libs",
+           "--exclude-libs", "--nodes", "--ntasks-per-node", "--cpus-per-task", "--cpu-bind", "--array", "--time",
+           "--mpi",
            "--benchmark_filter", "--benchmark_min_time", "--gtest_repeat", "--parallel"}
 # Not of the field, or history: what to write instead.
 PRIVATE_WORDS = {

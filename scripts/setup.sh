@@ -11,12 +11,12 @@ liburdfdom-headers-dev libassimp-dev zlib1g-dev libyaml-cpp-dev libtinyxml2-dev 
 libconsole-bridge-dev libcli11-dev nlohmann-json3-dev libgtest-dev libbenchmark-dev"
 
 # Not needed: HDF5, for trajectories in .h5 files; MuJoCo, which `counterpoint hard-cases` then runs beside
-# Counterpoint; node and npm, which pack the page of `counterpoint view`; Chromium, for its tests and pictures; what the Python module is made of, and pytest for its
-# tests. What is there from elsewhere will do.
+# Counterpoint; node and npm, which pack the page of `counterpoint view`; what the Python module is made of; for the
+# tests Chromium, pytest, and Open MPI, which spreads tasks over machines. What is there from elsewhere will do.
 optional="libhdf5-dev libmujoco-dev pybind11-dev python3-dev python3-numpy"
 { command -v node && command -v npm; } >/dev/null || optional="$optional nodejs npm"
 if [ "${1:-}" = --for-tests ]; then
-  optional="$optional python3-pytest"
+  optional="$optional python3-pytest libopenmpi-dev openmpi-bin"
   command -v chromium >/dev/null || optional="$optional chromium"
 fi
 

@@ -30,8 +30,8 @@ fs::path page_file(const Arguments& arguments) {
                                 : fs::path(arguments.page);
 }
 
-void fill_report(const sweep::Study& study, const sweep::Summary& summary, const tasks::Results& results,
-                 Arguments& arguments) {
+void fill_report(const sweep::Study& study, const sweep::Summary& summary,
+                 const tasks::Results& results, Arguments& arguments) {
   Report& report = arguments.report;
   report.begin("sweep", study.scene_file);
   report["study"] = study.file.string();
@@ -40,37 +40,51 @@ void fill_report(const sweep::Study& study, const sweep::Summary& summary, const
   report["failed_tasks"] = summary.failed;
   report["table"] = arguments.output;
   Json reasons = Json::array();
-  for (const auto& [task, reason] : summary.reasons) reasons.push_back({{"task", task}, {"message", reason}});
+  for (const auto& [task, reason] : summary.reasons)
+    reasons.push_back({{"task", task}, {"message", reason}});
   report["failures"] = reasons;
 }
 
 int finish(const sweep::Study& study, const tasks::Results& results, Arguments& arguments) {
   sweep::Page page(study);
-  const sweep::Summary summary = sweep::write_table(
-      arguments.output, study, results,
-      [&](std::int64_t task, const sweep::Row& row) { page.add(task, row); });
-  write_file(page_file(arguments), page.text(summary, fs::path(arguments.output).filename().string()));
+  const sweep::Summary summary =
+      sweep::write_table(arguments.output, study, results,
+                         [&](std::int64_t task, const sweep::Row& row) { page.add(task, row); });
+  write_file(page_file(arguments),
+             page.text(summary, fs::path(arguments.output).filename().string()));
   fill_report(study, summary, results, arguments);
   arguments.report.write();
-  fmt::print(arguments.report.text(), "{} tasks, {} failed; {} computed in {:.3g} s on {} rank{} of {} thread{}\n",
+  fmt::print(arguments.report.text(),
+             "{} tasks, {} failed; {} computed in {:.3g} s on {} rank{} of {} thread{}\n",
              summary.rows, summary.failed, results.computed, results.seconds, results.ranks,
              results.ranks == 1 ? "" : "s", results.threads, results.threads == 1 ? "" : "s");
-  fmt::print(arguments.report.text(), "written: {}, {}\n", arguments.output, page_file(arguments).string());
-  for (const auto& [task, reason] : summary.reasons) fmt::print(stderr, "failed: task {}: {}\n", task, reason);
+  fmt::print(arguments.report.text(), "written: {}, {}\n", arguments.output,
+             page_file(arguments).string());
+  for (const auto& [task, reason] : summary.reasons)
+    fmt::print(stderr, "failed: task {}: {}\n", task, reason);
   if (summary.failed > static_cast<std::int64_t>(summary.reasons.size()))
     fmt::print(stderr, "failed: {} more; column 'reason' of the table\n",
                summary.failed - static_cast<std::int64_t>(summary.reasons.size()));
   return summary.failed > 0 ? kFailed : kSuccess;
 }
 
+/// A table of another format under a name that promises one would mislead its readers.
+void check_ending(const std::string& output) {
+  const std::string ending = fs::path(output).extension().string();
+  if (ending != ".csv")
+    throw InputError(
+        fmt::format("--output {}: tables are CSV; expected a name that ends in .csv", output));
+}
+
 int run_sweep(Arguments& arguments, tasks::World& world) {
+  check_ending(arguments.output);
   const sweep::Study study = sweep::load_study(arguments.study);
   sweep::check_figures(study);
   arguments.tasks.default_parts(arguments.output + ".parts");
   const Interrupt interrupt;
-  const tasks::Results results =
-      arguments.tasks.run(world, sweep::task_list(study, arguments.output + ".trajectories", Interrupt::wanted),
-                          Interrupt::wanted);
+  const tasks::Results results = arguments.tasks.run(
+      world, sweep::task_list(study, arguments.output + ".trajectories", Interrupt::wanted),
+      Interrupt::wanted);
   if (!world.is_root()) return kSuccess;
   if (!results.complete() || arguments.tasks.is_share()) {
     arguments.report.begin("sweep", study.scene_file);
@@ -85,8 +99,10 @@ void gather_parts(const std::vector<std::string>& folders) {
   for (std::size_t i = 1; i < folders.size(); ++i) {
     for (const auto& entry : fs::directory_iterator(folders[i])) {
       if (entry.path().extension() != ".journal") continue;
-      fs::copy_file(entry.path(), fs::path(folders[0]) / fmt::format("{}.from{}.journal", entry.path().stem().string(), i),
-                    fs::copy_options::overwrite_existing);
+      fs::copy_file(
+          entry.path(),
+          fs::path(folders[0]) / fmt::format("{}.from{}.journal", entry.path().stem().string(), i),
+          fs::copy_options::overwrite_existing);
     }
   }
 }
@@ -94,7 +110,8 @@ void gather_parts(const std::vector<std::string>& folders) {
 int merge(const std::vector<std::string>& folders, CommandLine& line) {
   const tasks::KeptCommand kept = tasks::kept_command(folders.front());
   for (const std::string& folder : folders)
-    if (!fs::is_directory(folder)) throw InputError(folder + ": is no folder; expected one that --tasks has filled");
+    if (!fs::is_directory(folder))
+      throw InputError(folder + ": is no folder; expected one that --tasks has filled");
   gather_parts(folders);
   std::vector<std::string> words{"counterpoint"};
   words.insert(words.end(), kept.words.begin(), kept.words.end());
@@ -111,29 +128,39 @@ int merge(const std::vector<std::string>& folders, CommandLine& line) {
 
 void add_sweep(CommandLine& line) {
   auto arguments = std::make_shared<Arguments>();
-  Command& command = line.add("sweep", "Run a study: a scene over grids and random draws, into one table");
+  Command& command =
+      line.add("sweep", "Run a study: a scene over grids and random draws, into one table");
   command
-      .add_option("STUDY", arguments->study, "Study (.yaml, docs/reference/study-format.md), or bundled name")
+      .add_option("STUDY", arguments->study,
+                  "Study (.yaml, docs/reference/study-format.md), or bundled name")
       .becomes(bundled_study)
       .required();
-  command.add_option("--output", arguments->output, "Table to write (CSV): a row a task").required();
-  command.add_option("--page", arguments->page, "Page with plots; default: the table's name with .html")
+  command.add_option("--output", arguments->output, "Table to write (CSV): a row a task")
+      .required();
+  command
+      .add_option("--page", arguments->page,
+                  "Page with plots; default: the table's name with .html")
       .type_name("FILE");
   arguments->tasks.add_to(command, "Folder where finished tasks are kept; default: TABLE.parts");
   arguments->report.add_to(command);
   command.footer(
-      "Stopped or cut off, the same command goes on. On a cluster: mpirun -n 64 counterpoint sweep ...,\n"
+      "Stopped or cut off, the same command goes on. On a cluster: mpirun -n 64 counterpoint sweep "
+      "...,\n"
       "or a job array with --tasks K/N, then counterpoint merge TABLE.parts.\n"
       "Example:\n  counterpoint sweep cube_friction --output friction.csv");
   command.action([arguments] {
-    return arguments->tasks.in_world([&](tasks::World& world) { return run_sweep(*arguments, world); });
+    return arguments->tasks.in_world(
+        [&](tasks::World& world) { return run_sweep(*arguments, world); });
   });
 }
 
 void add_merge(CommandLine& line) {
   auto folders = std::make_shared<std::vector<std::string>>();
-  Command& command = line.add("merge", "Join the shares of a job array (--tasks K/N) into the command's results");
-  command.add_option("PARTS", *folders, "Folder that the shares have filled; several are put together in the first")
+  Command& command =
+      line.add("merge", "Join the shares of a job array (--tasks K/N) into the command's results");
+  command
+      .add_option("PARTS", *folders,
+                  "Folder that the shares have filled; several are put together in the first")
       .type_name("DIR ...")
       .required();
   command.footer("Example:\n  counterpoint merge friction.csv.parts");

@@ -15,8 +15,8 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr int kMostPoints = 1'000'000;
-/// Of a longer list only so many values are tried when the study is read: a task that cannot be run is a
-/// row that says so.
+/// Of a longer list only so many values are tried when the study is read: a task that cannot be run
+/// is a row that says so.
 constexpr std::size_t kMostTried = 100;
 
 struct Word {
@@ -38,7 +38,8 @@ const Word* find(const auto& words, const std::string& name) {
 }
 
 /// A coordinate of the start, or an angle of a free body. False: it is neither.
-bool find_coordinate(const std::string& name, const YamlValue& value, const Model& model, Axis& axis) {
+bool find_coordinate(const std::string& name, const YamlValue& value, const Model& model,
+                     Axis& axis) {
   const CoordinateNames names = coordinate_names(model);
   const auto index_of = [](const std::vector<std::string>& list, const std::string& what) {
     return static_cast<int>(std::find(list.begin(), list.end(), what) - list.begin());
@@ -58,7 +59,9 @@ bool find_coordinate(const std::string& name, const YamlValue& value, const Mode
   }
   if (const int i = index_of(names.q, name); i < static_cast<int>(names.q.size())) {
     if (turns && last.size() == 2 && last[0] == 'q')
-      value.fail(fmt::format("a quaternion cannot vary by one of its numbers; use {0}.roll, {0}.pitch, {0}.yaw [rad]", owner));
+      value.fail(fmt::format(
+          "a quaternion cannot vary by one of its numbers; use {0}.roll, {0}.pitch, {0}.yaw [rad]",
+          owner));
     axis.place = Place::kPosition;
     axis.index = i;
     return true;
@@ -84,10 +87,11 @@ void find_place(const std::string& name, const YamlValue& value, const Scene& sc
   try {
     axis.parameter = parse_parameters(name, scene).front();
   } catch (const InputError& error) {
-    value.fail(fmt::format("'{}' is nothing that can vary: expected a coordinate of the start (cube.vx), {}, {}, or "
-                           "a figure of the scene ({})",
-                           name, "time_step, duration, random_inputs, random_wrenches, input_seed",
-                           "integrator, friction_model, contact, inputs", error.what()));
+    value.fail(fmt::format(
+        "'{}' is nothing that can vary: expected a coordinate of the start (cube.vx), {}, {}, or "
+        "a figure of the scene ({})",
+        name, "time_step, duration, random_inputs, random_wrenches, input_seed",
+        "integrator, friction_model, contact, inputs", error.what()));
   }
 }
 
@@ -111,13 +115,14 @@ void read_random(const YamlValue& value, Axis& axis) {
   const auto& [word, two] = entries.front();
   const std::vector<double> numbers = two.numbers();
   const bool normal = word == "normal";
-  if (numbers.size() != 2) two.fail(normal ? "expected [MEAN, STANDARD DEVIATION]" : "expected [LOW, HIGH]");
+  if (numbers.size() != 2)
+    two.fail(normal ? "expected [MEAN, STANDARD DEVIATION]" : "expected [LOW, HIGH]");
   axis.random = true;
   axis.a = numbers[0];
   axis.b = numbers[1];
-  axis.distribution = normal                  ? Distribution::kNormal
+  axis.distribution = normal              ? Distribution::kNormal
                       : word == "uniform" ? Distribution::kUniform
-                                              : Distribution::kLogUniform;
+                                          : Distribution::kLogUniform;
   if (normal && !(axis.b >= 0.0)) two.fail("the standard deviation must not be below 0");
   if (!normal && !(axis.a < axis.b)) two.fail("expected LOW below HIGH");
   if (word == "log_uniform" && !(axis.a > 0.0)) two.fail("log_uniform needs LOW above 0");
@@ -134,8 +139,10 @@ void read_values(const YamlValue& value, const Study& study, Axis& axis) {
     return;
   }
   if (!value.is_list())
-    value.fail("expected a list [A, B, ...], {from: A, to: B, points: N}, or one of {uniform: [LOW, HIGH]}, "
-               "{log_uniform: [LOW, HIGH]}, {normal: [MEAN, DEVIATION]}");
+    value.fail(
+        "expected a list [A, B, ...], {from: A, to: B, points: N}, or one of {uniform: [LOW, "
+        "HIGH]}, "
+        "{log_uniform: [LOW, HIGH]}, {normal: [MEAN, DEVIATION]}");
   for (const YamlValue& one : value.list()) {
     if (axis.place == Place::kInputs)
       axis.words.push_back(file_beside(one, study.file));
@@ -144,7 +151,8 @@ void read_values(const YamlValue& value, const Study& study, Axis& axis) {
     else
       axis.numbers.push_back(one.number());
   }
-  if (axis.numbers.empty() && axis.words.empty()) value.fail("the list is empty: expected a value or more");
+  if (axis.numbers.empty() && axis.words.empty())
+    value.fail("the list is empty: expected a value or more");
 }
 
 /// Now, with the line at hand, not in the middle of a sweep.
@@ -154,7 +162,8 @@ void try_values(const YamlValue& value, const Study& study, const Axis& axis) {
   for (std::size_t i = 0; i < std::min(count, kMostTried); ++i) {
     try {
       Trial trial(study);
-      trial.set(axis, axis.has_words() ? AxisValue{0.0, axis.words[i]} : AxisValue{axis.numbers[i], {}});
+      trial.set(axis,
+                axis.has_words() ? AxisValue{0.0, axis.words[i]} : AxisValue{axis.numbers[i], {}});
       trial.finish();
     } catch (const InputError& error) {
       (lines.empty() ? value : lines[i]).fail(error.what());
@@ -168,7 +177,8 @@ std::string file_beside(const YamlValue& value, const fs::path& study) {
   const fs::path given = value.text();
   const fs::path file = given.is_absolute() ? given : study.parent_path() / given;
   std::error_code error;
-  if (!fs::is_regular_file(file, error)) value.fail(fmt::format("there is no file {}", file.string()));
+  if (!fs::is_regular_file(file, error))
+    value.fail(fmt::format("there is no file {}", file.string()));
   return file.string();
 }
 

@@ -6,12 +6,12 @@
 
 namespace counterpoint::apps::sweep {
 
-/// One entry of `vary`. Every value of a list is tried on the study's scene. @throws InputError with file
-/// and line.
+/// One entry of `vary`. Every value of a list is tried on the study's scene. @throws InputError
+/// with file and line.
 Axis read_axis(const std::string& name, const YamlValue& value, const Study& study);
 
-/// A file named in a study: as given where that is absolute, else beside the study. @throws InputError
-/// where there is none.
+/// A file named in a study: as given where that is absolute, else beside the study. @throws
+/// InputError where there is none.
 std::string file_beside(const YamlValue& value, const std::filesystem::path& study);
 
 }  // namespace counterpoint::apps::sweep

@@ -29,13 +29,15 @@ std::vector<std::size_t> shown_first(const Study& study) {
 }  // namespace
 
 Page::Page(const Study& study)
-    : study_(study), every_(std::max<std::int64_t>(1, (study.num_tasks() + kMostPoints - 1) / kMostPoints)) {
+    : study_(study),
+      every_(std::max<std::int64_t>(1, (study.num_tasks() + kMostPoints - 1) / kMostPoints)) {
   for (const std::size_t recorded : shown_first(study)) {
     for (std::size_t axis = 0; axis < study.axes.size() && plots_.size() < kMostPlots; ++axis) {
       const Axis& one = study.axes[axis];
       if (!one.random && one.levels() < 2) continue;
       const auto levels = static_cast<std::size_t>(one.random ? 0 : one.levels());
-      plots_.push_back({axis, recorded, {}, {}, {}, std::vector<double>(levels), std::vector<double>(levels)});
+      plots_.push_back(
+          {axis, recorded, {}, {}, {}, std::vector<double>(levels), std::vector<double>(levels)});
     }
   }
 }
@@ -52,7 +54,8 @@ void Page::add(std::int64_t task, const Row& row) {
       const auto begin = axis.numbers.begin();
       const auto level = static_cast<std::size_t>(
           axis.has_words()
-              ? std::find(axis.words.begin(), axis.words.end(), values[plot.axis].word) - axis.words.begin()
+              ? std::find(axis.words.begin(), axis.words.end(), values[plot.axis].word) -
+                    axis.words.begin()
               : std::find(begin, axis.numbers.end(), x) - begin);
       if (axis.has_words()) x = static_cast<double>(level);
       plot.sums[level] += y;
@@ -69,11 +72,14 @@ std::string Page::text(const Summary& summary, const std::string& table) const {
   HtmlPage page("Sweep: " + study_.file.filename().string());
   page.paragraph(fmt::format("{} tasks on {}, {} of them failed. All rows: {}.", summary.rows,
                              study_.scene_file, summary.failed, table));
-  if (every_ > 1) page.paragraph(fmt::format("Dots: every task whose number {} divides. Lines: means over all tasks.", every_));
+  if (every_ > 1)
+    page.paragraph(fmt::format(
+        "Dots: every task whose number {} divides. Lines: means over all tasks.", every_));
   if (!summary.reasons.empty()) {
     page.heading("Failed");
     Table reasons{{"task", "reason"}, {}};
-    for (const auto& [task, reason] : summary.reasons) reasons.rows.push_back({std::to_string(task), reason});
+    for (const auto& [task, reason] : summary.reasons)
+      reasons.rows.push_back({std::to_string(task), reason});
     page.table(reasons);
   }
   const std::vector<std::string> names = recorded_names(study_);
@@ -82,8 +88,10 @@ std::string Page::text(const Summary& summary, const std::string& table) const {
     Chart chart;
     chart.title = names[plot.recorded] + " over " + axis.name;
     chart.x_label = axis.name;
-    if (axis.place == Place::kParameter && !axis.parameter.unit.empty()) chart.x_label += " [" + axis.parameter.unit + "]";
-    for (std::size_t i = 0; i < axis.words.size(); ++i) chart.x_label += fmt::format("{} {} = {}", i == 0 ? ":" : ",", i, axis.words[i]);
+    if (axis.place == Place::kParameter && !axis.parameter.unit.empty())
+      chart.x_label += " [" + axis.parameter.unit + "]";
+    for (std::size_t i = 0; i < axis.words.size(); ++i)
+      chart.x_label += fmt::format("{} {} = {}", i == 0 ? ":" : ",", i, axis.words[i]);
     chart.y_label = names[plot.recorded];
     Curve dots{"tasks", plot.x, plot.y, true, false, plot.remarks};
     if (!axis.random) {
@@ -91,7 +99,8 @@ std::string Page::text(const Summary& summary, const std::string& table) const {
       std::vector<std::pair<double, double>> points;
       for (std::size_t i = 0; i < plot.counts.size(); ++i)
         if (plot.counts[i] > 0.0)
-          points.emplace_back(axis.has_words() ? static_cast<double>(i) : axis.numbers[i], plot.sums[i] / plot.counts[i]);
+          points.emplace_back(axis.has_words() ? static_cast<double>(i) : axis.numbers[i],
+                              plot.sums[i] / plot.counts[i]);
       std::sort(points.begin(), points.end());
       for (const auto& [x, y] : points) means.add(x, y);
       chart.curves.push_back(means);

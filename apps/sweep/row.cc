@@ -90,7 +90,8 @@ Row empty_row(const Study& study, const std::string& reason) {
   Row row;
   row.reason = reason;
   const Model& model = study.scene.model;
-  if (study.record.final_state) row.state.assign(static_cast<std::size_t>(model.nq() + model.nv()), kNaN);
+  if (study.record.final_state)
+    row.state.assign(static_cast<std::size_t>(model.nq() + model.nv()), kNaN);
   row.columns.assign(study.record.columns.size(), kNaN);
   row.figures.assign(study.record.figures.size(), kNaN);
   return row;
@@ -130,7 +131,8 @@ std::optional<Row> run(const Study& study, Trial& trial, const fs::path& file, b
   row.columns = watch.values();
   if (study.record.figures.empty()) return row;
   const Json figures = figures_of(simulator, start, tally);
-  for (const std::string& name : study.record.figures) row.figures.push_back(number_of(figures, name));
+  for (const std::string& name : study.record.figures)
+    row.figures.push_back(number_of(figures, name));
   return row;
 }
 
@@ -178,7 +180,8 @@ tasks::TaskList task_list(const Study& study, const fs::path& trajectories, bool
         for (std::size_t i = 0; i < values.size(); ++i) trial.set(study.axes[i], values[i]);
         trial.finish(draw_of(study, task));
         const std::optional<Row> row =
-            run(study, trial, study.record.trajectories ? trajectory_file(trajectories, task) : fs::path(), stop);
+            run(study, trial,
+                study.record.trajectories ? trajectory_file(trajectories, task) : fs::path(), stop);
         return row ? tasks::Outcome{row->bytes(), true} : tasks::Outcome{{}, false};
       } catch (const InputError& error) {  // of this task alone: a value that no scene may have
         return tasks::Outcome{empty_row(study, error.what()).bytes(), true};
@@ -197,13 +200,14 @@ void check_figures(const Study& study) {
   const Json json = figures_of(simulator, simulator.state(), tally);
   std::vector<std::string> names;
   for (const auto& [key, value] : json.items())
-    if (value.is_number() && key != "wall_seconds" && key != "realtime_factor" && key.rfind("step_time_", 0) != 0)
+    if (value.is_number() && key != "wall_seconds" && key != "realtime_factor" &&
+        key.rfind("step_time_", 0) != 0)
       names.push_back(key);
   names.emplace_back("softened_first_time_s");
   for (const std::string& figure : study.record.figures)
     if (std::find(names.begin(), names.end(), figure) == names.end())
-      throw InputError(fmt::format("{}: record.figures: there is no '{}'; expected some of {}", study.file.string(),
-                                   figure, fmt::join(names, ", ")));
+      throw InputError(fmt::format("{}: record.figures: there is no '{}'; expected some of {}",
+                                   study.file.string(), figure, fmt::join(names, ", ")));
 }
 
 }  // namespace counterpoint::apps::sweep

@@ -29,8 +29,8 @@ tasks::TaskList task_list(const Study& study, const std::filesystem::path& traje
 /// The trajectory of a task: "000/000123.csv" in the folder, a thousand in each.
 std::filesystem::path trajectory_file(const std::filesystem::path& folder, std::int64_t task);
 
-/// Where the study's figures are unknown to the report of `simulate`: an InputError that lists those
-/// that there are. Runs one step of the scene.
+/// Where the study's figures are unknown to the report of `simulate`: an InputError that lists
+/// those that there are. Runs one step of the scene.
 void check_figures(const Study& study);
 
 }  // namespace counterpoint::apps::sweep

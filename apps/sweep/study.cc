@@ -22,7 +22,8 @@ namespace fs = std::filesystem;
 
 /// Numbers that depend on the machine and its load: a table of them would not be the same twice.
 bool is_time(const std::string& figure) {
-  return figure == "wall_seconds" || figure == "realtime_factor" || figure.rfind("step_time_", 0) == 0;
+  return figure == "wall_seconds" || figure == "realtime_factor" ||
+         figure.rfind("step_time_", 0) == 0;
 }
 
 std::string scene_path(const YamlValue& value, const fs::path& study) {
@@ -31,10 +32,14 @@ std::string scene_path(const YamlValue& value, const fs::path& study) {
   std::error_code error;
   if (given.is_relative() && fs::is_regular_file(beside, error)) return beside.string();
   try {
-    return bundled_scene(given.string());
+    const std::string found = bundled_scene(given.string());
+    if (fs::is_regular_file(found, error)) return found;
   } catch (const InputError& e) {
     value.fail(e.what());
   }
+  value.fail(fmt::format(
+      "there is no file {}; expected one beside the study, or the name of a bundled scene",
+      beside.string()));
 }
 
 RecordedColumn read_column(const YamlValue& value, const CoordinateNames& names) {
@@ -42,7 +47,8 @@ RecordedColumn read_column(const YamlValue& value, const CoordinateNames& names)
   RecordedColumn column;
   column.name = value.text();
   std::string name = column.name;
-  for (const auto& [word, of] : {std::pair{"min(", Of::kMin}, {"max(", Of::kMax}, {"mean(", Of::kMean}}) {
+  for (const auto& [word, of] :
+       {std::pair{"min(", Of::kMin}, {"max(", Of::kMax}, {"mean(", Of::kMean}}) {
     const size_t length = std::string_view(word).size();
     if (name.rfind(word, 0) != 0 || name.back() != ')') continue;
     column.of = of;
@@ -56,9 +62,10 @@ RecordedColumn read_column(const YamlValue& value, const CoordinateNames& names)
     column.index = static_cast<int>(found - list->begin());
     return column;
   }
-  value.fail(fmt::format("'{}' is no coordinate of the scene; expected NAME, min(NAME), max(NAME) or "
-                         "mean(NAME) with one of: {}, {}",
-                         column.name, fmt::join(names.q, ", "), fmt::join(names.v, ", ")));
+  value.fail(
+      fmt::format("'{}' is no coordinate of the scene; expected NAME, min(NAME), max(NAME) or "
+                  "mean(NAME) with one of: {}, {}",
+                  column.name, fmt::join(names.q, ", "), fmt::join(names.v, ", ")));
 }
 
 Record read_record(const YamlValue& value, const Model& model) {
@@ -68,18 +75,22 @@ Record read_record(const YamlValue& value, const Model& model) {
   if (value.has("final_state")) record.final_state = value.at("final_state").boolean();
   if (value.has("trajectories")) record.trajectories = value.at("trajectories").boolean();
   if (value.has("columns"))
-    for (const YamlValue& one : value.at("columns").list()) record.columns.push_back(read_column(one, names));
+    for (const YamlValue& one : value.at("columns").list())
+      record.columns.push_back(read_column(one, names));
   if (!value.has("figures")) return record;
   for (const YamlValue& one : value.at("figures").list()) {
     record.figures.push_back(one.text());
     if (is_time(record.figures.back()))
-      one.fail("is a time of this machine, not the same twice; the table is to be. `counterpoint simulate "
-               "--json` has it");
+      one.fail(
+          "is a time of this machine, not the same twice; the table is to be. `counterpoint "
+          "simulate "
+          "--json` has it");
   }
   return record;
 }
 
-/// The file itself, what it names, and the version: results of another one are not taken for its own.
+/// The file itself, what it names, and the version: results of another one are not taken for its
+/// own.
 std::uint64_t fingerprint_of(const Study& study) {
   Hash hash;
   hash.add(std::string_view(COUNTERPOINT_VERSION));
@@ -116,10 +127,13 @@ void read_settings(const YamlValue& root, Study& study) {
       root.at("set").fail(error.what());
     }
   }
-  if (root.has("seed")) study.seed = static_cast<std::uint64_t>(root.at("seed").integer(0, std::numeric_limits<int>::max()));
+  if (root.has("seed"))
+    study.seed =
+        static_cast<std::uint64_t>(root.at("seed").integer(0, std::numeric_limits<int>::max()));
   if (root.has("draws")) study.draws = root.at("draws").integer(1, 1'000'000'000);
   if (root.has("random_inputs")) study.random_inputs = root.at("random_inputs").number(0.0, 1e6);
-  if (root.has("random_wrenches")) study.random_wrenches = root.at("random_wrenches").number(0.0, 1e6);
+  if (root.has("random_wrenches"))
+    study.random_wrenches = root.at("random_wrenches").number(0.0, 1e6);
   if (root.has("inputs")) study.inputs = file_beside(root.at("inputs"), study.file);
 }
 
@@ -146,13 +160,15 @@ Study load_study(const fs::path& file) {
   for (const auto& [name, value] : vary.entries()) {
     study.axes.push_back(read_axis(name, value, study));
     const Axis& axis = study.axes.back();
-    random = random || axis.random || axis.place == Place::kRandomInputs || axis.place == Place::kRandomWrenches;
+    random = random || axis.random || axis.place == Place::kRandomInputs ||
+             axis.place == Place::kRandomWrenches;
     tasks *= static_cast<double>(axis.levels());
     if (tasks > 1e12) value.fail("makes more than 1e12 tasks; expected fewer points or draws");
   }
   if (study.draws > 1 && !random)
-    root.at("draws").fail("nothing is random: all draws would be the same; leave it out, or give an axis "
-                          "{uniform: [LOW, HIGH]} or the like, or random_inputs");
+    root.at("draws").fail(
+        "nothing is random: all draws would be the same; leave it out, or give an axis "
+        "{uniform: [LOW, HIGH]} or the like, or random_inputs");
   if (root.has("record")) study.record = read_record(root.at("record"), study.scene.model);
   study.fingerprint = fingerprint_of(study);
   return study;

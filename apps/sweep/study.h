@@ -18,7 +18,8 @@ enum class Place {
   kParameter,  ///< a figure of the scene (recordings/parameters.h)
   kPosition,   ///< a coordinate of q at the start
   kVelocity,   ///< of v
-  kAngle,      ///< roll, pitch or yaw of a free body at the start, the other two of them 0 unless varied
+  kAngle,      ///< roll, pitch or yaw of a free body at the start, the other two of them 0 unless
+               ///< varied
   kTimeStep,
   kDuration,
   kRandomInputs,
@@ -32,12 +33,13 @@ enum class Place {
 
 enum class Distribution { kUniform, kLogUniform, kNormal };
 
-/// One thing that varies: over a list of numbers or words, which with the other lists make a grid; or
-/// drawn at random.
+/// One thing that varies: over a list of numbers or words, which with the other lists make a grid;
+/// or drawn at random.
 struct Axis {
   std::string name, where;  ///< where: "study.yaml:7", for messages
   Place place = Place::kParameter;
-  int index = 0;  ///< of the coordinate; of the first of a quaternion; kAngle: 0 roll, 1 pitch, 2 yaw
+  int index =
+      0;  ///< of the coordinate; of the first of a quaternion; kAngle: 0 roll, 1 pitch, 2 yaw
   int angle = 0;
   Parameter parameter;
   std::vector<double> numbers;

@@ -18,10 +18,11 @@ struct Summary {
 std::vector<std::string> recorded_names(const Study& study);
 std::vector<double> recorded_values(const Row& row);
 
-/// Writes the table beside its place, then puts it there at once. `take` sees every row, too. @throws
-/// InputError where it cannot be created, std::runtime_error where the disk is full: an earlier table
-/// then stays as it was.
-Summary write_table(const std::filesystem::path& file, const Study& study, const tasks::Results& results,
+/// Writes the table beside its place, then puts it there at once. `take` sees every row, too.
+/// @throws InputError where it cannot be created, std::runtime_error where the disk is full: an
+/// earlier table then stays as it was.
+Summary write_table(const std::filesystem::path& file, const Study& study,
+                    const tasks::Results& results,
                     const std::function<void(std::int64_t, const Row&)>& take);
 
 }  // namespace counterpoint::apps::sweep

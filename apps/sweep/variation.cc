@@ -42,8 +42,11 @@ double drawn(const Axis& axis, std::uint64_t seed, std::int64_t draw) {
 }
 
 template <class Value>
-Value named(const std::optional<Value>& found, const Axis& axis, const std::string& word, const char* words) {
-  if (!found) throw InputError(fmt::format("{}: there is no '{}'; expected one of {}", axis.name, word, words));
+Value named(const std::optional<Value>& found, const Axis& axis, const std::string& word,
+            const char* words) {
+  if (!found)
+    throw InputError(
+        fmt::format("{}: there is no '{}'; expected one of {}", axis.name, word, words));
   return *found;
 }
 
@@ -131,7 +134,8 @@ void Trial::set(const Axis& axis, const AxisValue& value) {
 }
 
 void Trial::finish(std::int64_t draw) {
-  if (!scene.q.allFinite() || !scene.v.allFinite()) throw InputError("the start is no finite number");
+  if (!scene.q.allFinite() || !scene.v.allFinite())
+    throw InputError("the start is no finite number");
   if (!seeded_) inputs.seed += static_cast<std::uint64_t>(draw);
   for (const auto& [at, rpy] : angles_) {
     const Quaternion turned(rotation_from_rpy(rpy.x(), rpy.y(), rpy.z()));

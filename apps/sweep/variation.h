@@ -18,8 +18,8 @@ struct AxisValue {
 /// The draw of a task. Task numbers run over draws fastest, then over the last axis, ...
 std::int64_t draw_of(const Study& study, std::int64_t task);
 
-/// Values of the axes of a task: a pure function of the study and the number. Draw k of an axis is the
-/// same at every point of the grid: points are compared on equal terms (common random numbers).
+/// Values of the axes of a task: a pure function of the study and the number. Draw k of an axis is
+/// the same at every point of the grid: points are compared on equal terms (common random numbers).
 std::vector<AxisValue> values_of(const Study& study, std::int64_t task);
 
 /// A run of the study that takes values one after another.
@@ -35,7 +35,8 @@ class Trial {
   InputArguments inputs;
 
  private:
-  std::map<int, Vector3> angles_;  ///< roll, pitch, yaw [rad], by the first coordinate of the quaternion
+  std::map<int, Vector3>
+      angles_;  ///< roll, pitch, yaw [rad], by the first coordinate of the quaternion
   bool seeded_ = false;
 };
 

@@ -14,7 +14,8 @@ struct Chunk {
   bool empty() const { return count == 0; }
 };
 
-/// A place in the numbers of a list, that moves on as chunks are handed out: one bit a task at most.
+/// A place in the numbers of a list, that moves on as chunks are handed out: one bit a task at
+/// most.
 class Chunks {
  public:
   /// `done`: by number; or empty: none is.
@@ -22,8 +23,9 @@ class Chunks {
 
   std::int64_t left() const { return left_; }  ///< not handed out
   /// The next ones, at most `wanted`, and no more than a third of an even share of what is left
-  /// among `ranks`, so that all come to their end together: guided self-scheduling (Polychronopoulos
-  /// and Kuck, IEEE Trans. Computers 1987). Fewer where done ones are in between; empty: none is left.
+  /// among `ranks`, so that all come to their end together: guided self-scheduling
+  /// (Polychronopoulos and Kuck, IEEE Trans. Computers 1987). Fewer where done ones are in between;
+  /// empty: none is left.
   Chunk next(std::int64_t wanted, int ranks);
 
  private:

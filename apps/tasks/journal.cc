@@ -36,8 +36,7 @@ struct RecordHeader {
 
 std::uint32_t check_of(std::int64_t number, const char* result, std::size_t length) {
   uLong check = crc32(0, reinterpret_cast<const Bytef*>(&number), sizeof number);
-  return static_cast<std::uint32_t>(
-      crc32_z(check, reinterpret_cast<const Bytef*>(result), length));
+  return static_cast<std::uint32_t>(crc32_z(check, reinterpret_cast<const Bytef*>(result), length));
 }
 
 double seconds() {
@@ -73,10 +72,10 @@ JournalWriter::~JournalWriter() {
 }
 
 void JournalWriter::fail(const char* what) {
-  throw std::runtime_error(
-      fmt::format("{}: {}: {}. What was finished before is safe there: make room, then run the same "
-                  "command again, and it goes on",
-                  (file_.empty() ? folder_ : file_).string(), what, std::strerror(errno)));
+  throw std::runtime_error(fmt::format(
+      "{}: {}: {}. What was finished before is safe there: make room, then run the same "
+      "command again, and it goes on",
+      (file_.empty() ? folder_ : file_).string(), what, std::strerror(errno)));
 }
 
 void JournalWriter::open() {
@@ -108,11 +107,19 @@ void JournalWriter::add(std::int64_t number, const std::string& result) {
   const auto bytes = static_cast<ssize_t>(sizeof header + result.size());
   const std::lock_guard lock(mutex_);
   if (descriptor_ < 0) open();
-  errno = ENOSPC;  // what a write says that stops half way
-  if (writev(descriptor_, parts.data(), parts.size()) != bytes) {
+  ssize_t written = writev(descriptor_, parts.data(), parts.size());
+  // A write that stops half way does not say why; the next one does.
+  for (ssize_t more = 1; written > 0 && written < bytes && more > 0;
+       written += std::max<ssize_t>(more, 0)) {
+    const std::string rest =
+        std::string(reinterpret_cast<const char*>(&header), sizeof header) + result;
+    more = write(descriptor_, rest.data() + written, static_cast<std::size_t>(bytes - written));
+  }
+  if (written != bytes) {
     const int reason = errno;
     // A reader would stop at the half record all the same.
-    if (ftruncate(descriptor_, size_) != 0 || lseek(descriptor_, size_, SEEK_SET) < 0) close(descriptor_);
+    if (ftruncate(descriptor_, size_) != 0 || lseek(descriptor_, size_, SEEK_SET) < 0)
+      close(descriptor_);
     errno = reason;
     fail("cannot be written");
   }
@@ -167,8 +174,7 @@ void JournalReader::read(const fs::path& file, const TaskList& list,
   std::string result;
   std::int64_t offset = sizeof header;
   const auto size = static_cast<std::int64_t>(fs::file_size(file));
-  for (RecordHeader record{};
-       stream.read(reinterpret_cast<char*>(&record), sizeof record);) {
+  for (RecordHeader record{}; stream.read(reinterpret_cast<char*>(&record), sizeof record);) {
     const auto length = static_cast<std::int64_t>(record.length);
     if (offset + static_cast<std::int64_t>(sizeof record) + length > size) return;
     result.resize(record.length);

@@ -10,9 +10,10 @@ namespace counterpoint::apps::tasks {
 std::unique_ptr<World> join_world() {
   const char* size = std::getenv("OMPI_COMM_WORLD_SIZE");
   if (size != nullptr && std::string(size) != "1")
-    throw InputError("mpirun has started " + std::string(size) +
-                     " processes, but this build has no MPI: they would all do the same work. Build "
-                     "with MPI (Debian: libopenmpi-dev), or use --tasks K/N");
+    throw InputError(
+        "mpirun has started " + std::string(size) +
+        " processes, but this build has no MPI: they would all do the same work. Build "
+        "with MPI (Debian: libopenmpi-dev), or use --tasks K/N");
   return lone_world();
 }
 

@@ -38,12 +38,14 @@ class MpiWorld : public World {
     std::array<char, MPI_MAX_PROCESSOR_NAME> host{};
     int length = 0;
     MPI_Get_processor_name(host.data(), &length);
-    return fmt::format("rank {} on {}", rank_, std::string(host.data(), static_cast<size_t>(length)));
+    return fmt::format("rank {} on {}", rank_,
+                       std::string(host.data(), static_cast<size_t>(length)));
   }
 
   void send(int to, Channel channel, std::string bytes) override {
     if (bytes.size() > 0x7fffffffu)
-      throw std::runtime_error("results of more than 2 GiB cannot be sent at once; give --parts DIR");
+      throw std::runtime_error(
+          "results of more than 2 GiB cannot be sent at once; give --parts DIR");
     clear_sent();
     Sending& sending = sending_.emplace_back(Sending{std::move(bytes), MPI_REQUEST_NULL});
     MPI_Isend(sending.bytes.data(), static_cast<int>(sending.bytes.size()), MPI_BYTE, to,
@@ -97,8 +99,9 @@ class MpiWorld : public World {
         if (mine[i] != 0 && other[i] != 0) return true;
       return false;
     });
-    const double share = std::min(static_cast<double>(affinity.size()) / static_cast<double>(sharing),
-                                  cgroup_cores() / ranks);
+    const double share =
+        std::min(static_cast<double>(affinity.size()) / static_cast<double>(sharing),
+                 cgroup_cores() / ranks);
     cores_ = std::max(1, static_cast<int>(std::floor(share)));
   }
 

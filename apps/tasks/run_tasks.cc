@@ -22,9 +22,9 @@ namespace {
 constexpr std::chrono::microseconds kTick(1000);
 constexpr std::chrono::microseconds kLoneTick(100'000);
 
-/// First byte of a message. From a rank to rank 0: more is wanted (with what was done since the last
-/// message); something was thrown; all its threads have ended. The other way: a chunk; no more;
-/// nothing more, and drop what waits.
+/// First byte of a message. From a rank to rank 0: more is wanted (with what was done since the
+/// last message); something was thrown; all its threads have ended. The other way: a chunk; no
+/// more; nothing more, and drop what waits.
 enum class Word : char { kWant, kFailed, kEnded, kChunk, kNoMore, kStop };
 
 using Clock = std::chrono::steady_clock;
@@ -54,8 +54,9 @@ class TaskRun {
     prepare();
     const auto start = Clock::now();
     if (settings_.compute) {
-      Workers workers(results_.threads, list_,
-                      [this](std::int64_t number, Outcome&& outcome) { deliver(number, std::move(outcome)); });
+      Workers workers(results_.threads, list_, [this](std::int64_t number, Outcome&& outcome) {
+        deliver(number, std::move(outcome));
+      });
       if (world_.is_root())
         lead(workers);
       else
@@ -75,7 +76,8 @@ class TaskRun {
     bool bad_input = false;
     try {
       const bool kept = !settings_.folder.empty();
-      if (kept && settings_.compute) journal_ = std::make_unique<JournalWriter>(settings_.folder, list_);
+      if (kept && settings_.compute)
+        journal_ = std::make_unique<JournalWriter>(settings_.folder, list_);
       std::vector<bool> done;
       if (kept && world_.is_root()) done = JournalReader(settings_.folder, list_).done();
       results_.finished = std::count(done.begin(), done.end(), true);
@@ -124,14 +126,15 @@ class TaskRun {
   void tell(Word word, std::int64_t wanted, const std::string& text = "", bool bad_input = false) {
     const std::lock_guard lock(mutex_);
     const std::int64_t done = unsent_.exchange(0);
-    world_.send(0, Channel::kTasks, BytesWriter()
-                       .put(static_cast<char>(word))
-                       .put(wanted)
-                       .put(done)
-                       .text(text)
-                       .put(bad_input)
-                       .text(parcel_.take())
-                       .take());
+    world_.send(0, Channel::kTasks,
+                BytesWriter()
+                    .put(static_cast<char>(word))
+                    .put(wanted)
+                    .put(done)
+                    .text(text)
+                    .put(bad_input)
+                    .text(parcel_.take())
+                    .take());
     parcel_ = {};
   }
 
@@ -206,7 +209,8 @@ class TaskRun {
     }
     done_elsewhere_ += unsent_.exchange(0);
     results_.computed = done_elsewhere_;
-    results_.finished = before + done_elsewhere_ - static_cast<std::int64_t>(results_.stopped_tasks_.size());
+    results_.finished =
+        before + done_elsewhere_ - static_cast<std::int64_t>(results_.stopped_tasks_.size());
   }
 
   Chunk next(std::int64_t wanted) {
@@ -258,12 +262,13 @@ class TaskRun {
   void answer(int to, std::int64_t wanted) {
     const Chunk chunk = next(wanted);
     const Word word = !chunk.empty() ? Word::kChunk : stopping_ ? Word::kStop : Word::kNoMore;
-    world_.send(to, Channel::kTasks, BytesWriter()
-                        .put(static_cast<char>(word))
-                        .put(chunk.first)
-                        .put(chunk.count)
-                        .put(chunk.stride)
-                        .take());
+    world_.send(to, Channel::kTasks,
+                BytesWriter()
+                    .put(static_cast<char>(word))
+                    .put(chunk.first)
+                    .put(chunk.count)
+                    .put(chunk.stride)
+                    .take());
   }
 
   /// How it went is known to all; and the results, if wanted.
@@ -273,11 +278,9 @@ class TaskRun {
       return;
     }
     agree(world_, world_.is_root() ? failure_ : "", bad_input_);
-    const std::string shared = broadcast(world_, BytesWriter()
-                                                     .put(results_.finished)
-                                                     .put(results_.computed)
-                                                     .put(results_.stopped)
-                                                     .take());
+    const std::string shared = broadcast(
+        world_,
+        BytesWriter().put(results_.finished).put(results_.computed).put(results_.stopped).take());
     BytesReader figures(shared);
     results_.finished = figures.get<std::int64_t>();
     results_.computed = figures.get<std::int64_t>();
@@ -285,7 +288,8 @@ class TaskRun {
     if (!settings_.everywhere) return;
     BytesWriter all;
     if (world_.is_root())
-      results_.for_each([&](std::int64_t number, std::string&& bytes) { all.put(number).text(bytes); });
+      results_.for_each(
+          [&](std::int64_t number, std::string&& bytes) { all.put(number).text(bytes); });
     const std::string bytes = broadcast(world_, all.take());
     if (world_.is_root()) return;
     results_.folder_.clear();

@@ -29,11 +29,11 @@ struct RunSettings {
 /// What came of a run, on rank 0 (and on the others if asked for).
 class Results {
  public:
-  std::int64_t count = 0;     ///< of all tasks
-  std::int64_t finished = 0;  ///< of these, by this run or an earlier one
-  std::int64_t computed = 0;  ///< finished or stopped by this run, over all ranks
-  bool stopped = false;       ///< by RunSettings::stop
-  double seconds = 0.0;       ///< of this run
+  std::int64_t count = 0;      ///< of all tasks
+  std::int64_t finished = 0;   ///< of these, by this run or an earlier one
+  std::int64_t computed = 0;   ///< finished or stopped by this run, over all ranks
+  bool stopped = false;        ///< by RunSettings::stop
+  double seconds = 0.0;        ///< of this run
   int ranks = 1, threads = 1;  ///< threads: of rank 0
   bool complete() const { return finished == count; }
   /// take(number, result) of those that there are, in order of number; those that were stopped on

@@ -44,10 +44,11 @@ Share parse_share(const std::string& text) {
       return share;
     }
   }
-  throw InputError(fmt::format(
-      "--tasks {}: expected K/N, share K of N, K from 1 to N: --tasks 3/10. In a job array of Slurm: "
-      "--array=1-10, --tasks $SLURM_ARRAY_TASK_ID/10",
-      text));
+  throw InputError(
+      fmt::format("--tasks {}: expected K/N, share K of N, K from 1 to N: --tasks 3/10. In a job "
+                  "array of Slurm: "
+                  "--array=1-10, --tasks $SLURM_ARRAY_TASK_ID/10",
+                  text));
 }
 
 std::vector<std::string> own_command_line() {
@@ -62,9 +63,10 @@ std::vector<std::string> own_command_line() {
 
 void TaskArguments::add_to(Command& command, const std::string& parts_help) {
   command
-      .add_option("--threads", threads_,
-                  "Number of threads; default 0: one for every core that this process (each rank of "
-                  "mpirun) may use. Results do not depend on it")
+      .add_option(
+          "--threads", threads_,
+          "Number of threads; default 0: one for every core that this process (each rank of "
+          "mpirun) may use. Results do not depend on it")
       .range(0, 4096);
   command
       .add_option("--tasks", share_,
@@ -72,12 +74,12 @@ void TaskArguments::add_to(Command& command, const std::string& parts_help) {
       .type_name("K/N");
   command
       .add_option("--parts", parts_,
-                  parts_help.empty() ? "Folder where finished tasks are kept: a run that was stopped "
-                                       "goes on, and shares meet"
-                                     : parts_help)
+                  parts_help.empty()
+                      ? "Folder where finished tasks are kept: a run that was stopped "
+                        "goes on, and shares meet"
+                      : parts_help)
       .type_name("DIR");
-  command
-      .add_flag("--join", join_, "Compute nothing: join what --parts has (`merge` does it)")
+  command.add_flag("--join", join_, "Compute nothing: join what --parts has (`merge` does it)")
       .seldom();
 }
 
@@ -145,14 +147,15 @@ void TaskArguments::keep_command_line() const {
   fs::create_directories(parts_, error);
   if (error)
     throw InputError(fmt::format(
-        "{}: finished tasks cannot be kept here ({}); expected a folder that can be written", parts_,
-        error.message()));
+        "{}: finished tasks cannot be kept here ({}); expected a folder that can be written",
+        parts_, error.message()));
   Json words = Json::array();
   bool skip = false;
   for (const std::string& word : own_command_line()) {
-    const bool share = word == "--tasks";
-    if (!skip && !share && word.rfind("--tasks=", 0) != 0) words.push_back(word);
-    skip = share;
+    const std::string name = word.substr(0, word.find('='));
+    const bool left_out = name == "--tasks" || name == "--parts";  // merge says which folder
+    if (!skip && !left_out) words.push_back(word);
+    skip = left_out && name == word;
   }
   // Shares write the same at the same time: each a file of its own, then put in place at once.
   const fs::path file = fs::path(parts_) / kCommandFile;
@@ -165,10 +168,11 @@ KeptCommand kept_command(const fs::path& parts) {
   std::ifstream stream(parts / kCommandFile);
   const Json json = Json::parse(stream, nullptr, false);
   if (json.is_discarded() || !json.contains("command") || !json.contains("folder"))
-    throw InputError(fmt::format(
-        "{}: holds no finished tasks ({} is missing); expected a folder that --tasks or --parts has "
-        "filled, TABLE.parts say",
-        parts.string(), kCommandFile));
+    throw InputError(
+        fmt::format("{}: holds no finished tasks ({} is missing); expected a folder that --tasks "
+                    "or --parts has "
+                    "filled, TABLE.parts say",
+                    parts.string(), kCommandFile));
   return {json["command"].get<std::vector<std::string>>(), json["folder"].get<std::string>()};
 }
 
@@ -177,12 +181,16 @@ int TaskArguments::explain_incomplete(const Results& results, Report& report) co
   report.write();
   const std::string how = fmt::format("{} of {} tasks are done", results.finished, results.count);
   if (is_share() && !results.stopped) {
-    fmt::print(report.text(), "share {} is done: {} tasks in {:.3g} s. When all shares are: counterpoint merge {}\n",
-               share_, results.computed, results.seconds, parts_);
+    fmt::print(
+        report.text(),
+        "share {} is done: {} tasks in {:.3g} s. When all shares are: counterpoint merge {}\n",
+        share_, results.computed, results.seconds, parts_);
     return 0;
   }
   if (join_) {
-    fmt::print(stderr, "error: {}: {}; run the missing shares again, or the command without --tasks\n", parts_, how);
+    fmt::print(stderr,
+               "error: {}: {}; run the missing shares again, or the command without --tasks\n",
+               parts_, how);
     return 1;
   }
   fmt::print(stderr, "stopped: {}{}\n", how,

@@ -51,8 +51,10 @@ bool Workers::hungry() const {
   if (closed_) return false;
   if (idle_ > waiting_tasks_) return true;
   // Long tasks are not hoarded: another rank may be idle.
-  const double mean = done_ > 0 ? 1e-9 * static_cast<double>(busy_ns_) / static_cast<double>(done_) : 1.0;
-  return static_cast<double>(waiting_tasks_) * mean < kAheadSeconds * threads() && mean < kAheadSeconds;
+  const double mean =
+      done_ > 0 ? 1e-9 * static_cast<double>(busy_ns_) / static_cast<double>(done_) : 1.0;
+  return static_cast<double>(waiting_tasks_) * mean < kAheadSeconds * threads() &&
+         mean < kAheadSeconds;
 }
 
 std::int64_t Workers::wanted() const {
@@ -61,7 +63,8 @@ std::int64_t Workers::wanted() const {
   const auto at_least = std::max<std::int64_t>(idle_ - waiting_tasks_, 1);
   if (done_ == 0) return at_least;
   const double mean = 1e-9 * static_cast<double>(busy_ns_) / static_cast<double>(done_);
-  return std::max(at_least, static_cast<std::int64_t>(kChunkSeconds * threads() / std::max(mean, 1e-7)));
+  return std::max(at_least,
+                  static_cast<std::int64_t>(kChunkSeconds * threads() / std::max(mean, 1e-7)));
 }
 
 void Workers::wait(std::chrono::microseconds most) {
@@ -111,7 +114,8 @@ void Workers::work() {
     while (take(number)) {
       const auto start = Clock::now();
       deliver_(number, task(number));
-      busy_ns_ += std::chrono::duration_cast<std::chrono::nanoseconds>(Clock::now() - start).count();
+      busy_ns_ +=
+          std::chrono::duration_cast<std::chrono::nanoseconds>(Clock::now() - start).count();
       ++done_;
     }
   } catch (...) {

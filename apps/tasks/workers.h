@@ -18,8 +18,7 @@ namespace counterpoint::apps::tasks {
 class Workers {
  public:
   /// `deliver` is called by the threads, for every task; what it throws counts as the task's.
-  Workers(int threads, const TaskList& list,
-          std::function<void(std::int64_t, Outcome&&)> deliver);
+  Workers(int threads, const TaskList& list, std::function<void(std::int64_t, Outcome&&)> deliver);
   ~Workers();
   Workers(const Workers&) = delete;
   Workers& operator=(const Workers&) = delete;

@@ -41,7 +41,8 @@ struct Standing {
 std::unique_ptr<World> lone_world() { return std::make_unique<LoneWorld>(); }
 
 Message World::wait(Channel channel) {
-  constexpr auto kShortest = std::chrono::microseconds(20), kLongest = std::chrono::microseconds(1000);
+  constexpr auto kShortest = std::chrono::microseconds(20),
+                 kLongest = std::chrono::microseconds(1000);
   for (auto pause = kShortest;; pause = std::min(2 * pause, kLongest)) {
     if (auto message = receive(channel)) return std::move(*message);
     std::this_thread::sleep_for(pause);
@@ -61,7 +62,8 @@ void agree(World& world, const std::string& error, bool bad_input) {
       const Message message = world.wait(Channel::kTogether);
       all[static_cast<std::size_t>(message.from)] = Standing::of(message.bytes);
     }
-    const auto first = std::find_if(all.begin(), all.end(), [](const Standing& s) { return !s.error.empty(); });
+    const auto first =
+        std::find_if(all.begin(), all.end(), [](const Standing& s) { return !s.error.empty(); });
     if (first != all.end()) mine = *first;
     for (int i = 1; i < world.size(); ++i) world.send(i, Channel::kTogether, mine.bytes());
   }

@@ -68,7 +68,8 @@ TEST_F(Tasks, SharesPartitionTheList) {
   for (const std::int64_t count : {0, 1, 2, 5, 100}) {
     for (const std::int64_t of : {1, 3, 7}) {
       std::multiset<std::int64_t> numbers;
-      for (std::int64_t k = 0; k < of; ++k) numbers.merge(handed_out(Chunks(count, {k, of}, {}), 2));
+      for (std::int64_t k = 0; k < of; ++k)
+        numbers.merge(handed_out(Chunks(count, {k, of}, {}), 2));
       EXPECT_EQ(static_cast<std::int64_t>(numbers.size()), count);
       EXPECT_EQ(std::set<std::int64_t>(numbers.begin(), numbers.end()).size(), numbers.size());
     }
@@ -78,7 +79,8 @@ TEST_F(Tasks, SharesPartitionTheList) {
 TEST_F(Tasks, WhatIsDoneIsNotHandedOut) {
   std::vector<bool> done(10, false);
   done[0] = done[3] = done[9] = true;
-  EXPECT_EQ(handed_out(Chunks(10, {}, done), 1), (std::multiset<std::int64_t>{1, 2, 4, 5, 6, 7, 8}));
+  EXPECT_EQ(handed_out(Chunks(10, {}, done), 1),
+            (std::multiset<std::int64_t>{1, 2, 4, 5, 6, 7, 8}));
   EXPECT_EQ(handed_out(Chunks(10, {1, 2}, done), 1), (std::multiset<std::int64_t>{1, 5, 7}));
 }
 
@@ -136,7 +138,9 @@ TEST_F(Tasks, ARecordCutOffAtAnyByteCountsAsNotDone) {
   ASSERT_EQ(whole, 24u + 3 * 18u);
   for (auto size = whole; size-- > 0;) {
     fs::resize_file(file, size);
-    EXPECT_EQ(JournalReader(folder_, thrice(10)).num_done(), size < 24 ? 0 : static_cast<std::int64_t>((size - 24) / 18)) << size;
+    EXPECT_EQ(JournalReader(folder_, thrice(10)).num_done(),
+              size < 24 ? 0 : static_cast<std::int64_t>((size - 24) / 18))
+        << size;
   }
 }
 
@@ -220,7 +224,8 @@ TEST_F(Tasks, AMillionTasksAreAllDone) {
 }
 
 TEST_F(Tasks, BytesComeBackAsTheyWere) {
-  const std::string bytes = BytesWriter().put(1.5).text("a\0b").numbers(std::vector<double>{-0.0, 1e300}).take();
+  const std::string bytes =
+      BytesWriter().put(1.5).text("a\0b").numbers(std::vector<double>{-0.0, 1e300}).take();
   BytesReader reader(bytes);
   EXPECT_EQ(reader.get<double>(), 1.5);
   EXPECT_EQ(reader.text(), "a");
