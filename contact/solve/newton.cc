@@ -30,7 +30,7 @@ constexpr double kGoodStart = 1e-3;
 constexpr int kMaxHalvings = 10;
 constexpr double kSufficientDecrease = 1e-3;
 // Such steps are given up when this many in a row have not brought the residual down to this share.
-constexpr int kPatience = 8;
+constexpr int kMilestonePatience = 8;
 constexpr double kProgress = 0.95;
 
 double dot(const std::vector<double>& a, const std::vector<double>& b) {
@@ -263,7 +263,7 @@ Newton::Result Newton::resume(double tolerance, int max_iterations, std::vector<
     if (gradient_norm_ < kProgress * milestone) {
       milestone = gradient_norm_;
       since_milestone = 0;
-    } else if (unsymmetric_ && ++since_milestone >= kPatience) {
+    } else if (unsymmetric_ && ++since_milestone >= kMilestonePatience) {
       moved = false;  // creeping towards a local minimum of the residual's norm
     }
     if (at_floor(moved, max_iterations, best, w)) {
