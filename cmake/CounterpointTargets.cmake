@@ -20,6 +20,7 @@ endforeach()
 define_property(TARGET PROPERTY COUNTERPOINT_PUBLIC_HEADERS_ONLY
                 INITIALIZE_FROM_VARIABLE DEFAULT_COUNTERPOINT_PUBLIC_HEADERS_ONLY)
 
+option(COUNTERPOINT_UNITY "Compile twelve files of a library at a time: all is built sooner, an edit later" OFF)
 add_library(counterpoint_flags INTERFACE)
 target_compile_options(counterpoint_flags INTERFACE
   -Wall -Wextra -Wpedantic -Wshadow $<$<CXX_COMPILER_ID:GNU>:-Wno-maybe-uninitialized>
@@ -38,6 +39,11 @@ if(COUNTERPOINT_NATIVE)
   target_compile_options(counterpoint_flags INTERFACE -march=native
     $<$<CXX_COMPILER_ID:GNU>:-Wno-array-bounds -Wno-stringop-overread>)
 endif()
+
+# Files of commands and tests have names of their own in common (Arguments, kRoundoff): they stay apart.
+function(counterpoint_unity target)
+  set_target_properties(${target} PROPERTIES UNITY_BUILD ${COUNTERPOINT_UNITY} UNITY_BUILD_BATCH_SIZE 12)
+endfunction()
 
 # counterpoint_library(NAME SOURCES ... [PUBLIC libs] [PRIVATE libs])
 function(counterpoint_library name)
@@ -59,6 +65,7 @@ function(counterpoint_library name)
   target_link_libraries(${target} PUBLIC ${ARG_PUBLIC} PRIVATE ${ARG_PRIVATE}
                         $<BUILD_INTERFACE:counterpoint_flags>)
   counterpoint_precompile(${target})
+  counterpoint_unity(${target})
   set_property(GLOBAL APPEND PROPERTY COUNTERPOINT_LIBRARIES ${target})
 endfunction()
 
