@@ -22,7 +22,7 @@ A small scene file:
 Every key: docs/reference/scene-format.md.
 )");
   line.add_topic("columns", "Names of the columns of trajectories, inputs and forces",
-                 R"(Files are CSV with a header; SI units.
+                 R"(Files are .csv, .h5 (HDF5), .npz (NumPy) or .mcap, by their ending; SI units.
   time, time_step     s, at the start of the step that the row belongs to
   elbow.q, elbow.v    coordinate and velocity of a joint: rad or m, rad/s or m/s
   base.x .. base.qw   position [m] and quaternion of a free body; base.vx .. base.wz its velocity

@@ -19,6 +19,7 @@ void add_compare(CommandLine& line);
 void add_identify(CommandLine& line);
 void add_inspect(CommandLine& line);
 void add_export(CommandLine& line);
+void add_convert(CommandLine& line);
 void add_contact_problem(CommandLine& line);
 void add_hard_cases(CommandLine& line);
 void add_accuracy(CommandLine& line);

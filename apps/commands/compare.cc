@@ -39,16 +39,16 @@ class RowWriter {
  public:
   RowWriter(const std::string& file, const ColumnMap& map) : map_(map) {
     if (file.empty()) return;
-    std::vector<std::string> columns{"recording", "time"};
+    std::vector<Column> columns{{"recording", CellType::kText}, "time"};
     if (!map.after.empty()) {
-      columns[1] = "contacts";
+      columns[1].name = "contacts";
       columns.insert(columns.end(),
                      {"velocity_error_m_s", "energy_ratio", "recorded_energy_ratio"});
       for (const ColumnMap::Entry& entry : map.after) {
         columns.push_back(entry.name);
         columns.push_back(entry.name + ".recorded");
       }
-      csv_ = std::make_unique<CsvWriter>(file, columns);
+      table_ = std::make_unique<TableWriter>(file, columns);
       return;
     }
     if (map.free_body >= 0) {
@@ -61,11 +61,11 @@ class RowWriter {
       columns.push_back(entry.name);
       columns.push_back(entry.name + ".recorded");
     }
-    csv_ = std::make_unique<CsvWriter>(file, columns);
+    table_ = std::make_unique<TableWriter>(file, columns);
   }
 
   void write(const Recording& recording, const Prediction& prediction) {
-    if (!csv_) return;
+    if (!table_) return;
     if (prediction.impact) return write_impact(recording, prediction);
     size_t predicted = 0;
     for (int row = 0; row < recording.num_rows(); ++row) {
@@ -78,44 +78,44 @@ class RowWriter {
   }
 
   void finish() {
-    if (csv_) csv_->flush();
+    if (table_) table_->finish();
   }
 
  private:
   void write_impact(const Recording& recording, const Prediction& prediction) {
     const ImpactDeviation& impact = *prediction.impact;
-    csv_->text(recording.file);
-    csv_->number(impact.contacts);
+    table_->text(recording.file);
+    table_->number(impact.contacts);
     for (const double x : {impact.speed, impact.energy_ratio, impact.recorded_energy_ratio})
-      csv_->number(x);
+      table_->number(x);
     for (const ColumnMap::Entry& entry : map_.after) {
       const double recorded = recording.v(entry.index, 1);
-      csv_->number(recorded + prediction.velocity_error(entry.index, 0));
-      csv_->number(recorded);
+      table_->number(recorded + prediction.velocity_error(entry.index, 0));
+      table_->number(recorded);
     }
-    csv_->end_row();
+    table_->end_row();
   }
 
   void write_row(const Recording& recording, int row, const Deviation& deviation,
                  const VectorX& q) {
-    csv_->text(recording.file);
-    csv_->number(recording.time[row]);
+    table_->text(recording.file);
+    table_->number(recording.time[row]);
     if (map_.free_body >= 0) {
-      csv_->number(deviation.position);
-      csv_->number(deviation.rotation);
+      table_->number(deviation.position);
+      table_->number(deviation.rotation);
     } else {
-      csv_->number(deviation.joints);
+      table_->number(deviation.joints);
     }
     for (const ColumnMap::Entry& entry : map_.entries) {
       if (entry.kind != ColumnMap::Entry::Kind::kPosition) continue;
-      csv_->number(q[entry.index]);
-      csv_->number(recording.q(entry.index, row));
+      table_->number(q[entry.index]);
+      table_->number(recording.q(entry.index, row));
     }
-    csv_->end_row();
+    table_->end_row();
   }
 
   const ColumnMap& map_;
-  std::unique_ptr<CsvWriter> csv_;
+  std::unique_ptr<TableWriter> table_;
 };
 
 void fill_report(const Model& model, const std::vector<Prediction>& predictions, Compared by,
@@ -171,11 +171,11 @@ int compare_inverse(Arguments& arguments) {
     throw InputError("--mode inverse: an impact takes no time, forces are not to be had");
   Explainer explainer(scene, map, arguments.reach.value_or(scene.options.contact.margin));
   const CoordinateNames names = coordinate_names(scene.model);
-  std::unique_ptr<CsvWriter> csv;
+  std::unique_ptr<TableWriter> table;
   if (!arguments.output.empty()) {
-    std::vector<std::string> columns{"recording", "time", "contacts"};
+    std::vector<Column> columns{{"recording", CellType::kText}, "time", "contacts"};
     columns.insert(columns.end(), names.force.begin(), names.force.end());
-    csv = std::make_unique<CsvWriter>(arguments.output, columns);
+    table = std::make_unique<TableWriter>(arguments.output, columns);
   }
   Report& report = arguments.report;
   report.begin("compare", arguments.scene.file);
@@ -192,16 +192,16 @@ int compare_inverse(Arguments& arguments) {
     entry["file"] = explained.file;
     entry["rows"] = explained.rows;
     for (const auto& [name, value] : explained.figures) entry[name] = value;
-    for (size_t k = 0; csv && k < explained.steps.size(); ++k) {
-      csv->text(explained.file);
-      csv->number(explained.time[k]);
-      csv->number(explained.steps[k].contacts);
-      for (const double force : explained.steps[k].force) csv->number(force);
-      csv->end_row();
+    for (size_t k = 0; table && k < explained.steps.size(); ++k) {
+      table->text(explained.file);
+      table->number(explained.time[k]);
+      table->number(explained.steps[k].contacts);
+      for (const double force : explained.steps[k].force) table->number(force);
+      table->end_row();
     }
     progress.update(static_cast<int>(all.size()));
   }
-  if (csv) csv->flush();
+  if (table) table->finish();
   Json medians = Json::object();
   for (size_t i = 0; i < all[0].figures.size(); ++i) {
     std::vector<double> values;
@@ -356,7 +356,7 @@ void add_compare(CommandLine& line) {
   Command& command = line.add(
       "compare", "Simulate from the first row of recordings; measure the distance to them");
   arguments->scene.add_to(command);
-  command.add_option("RECORDING", arguments->recordings, "Recordings (CSV)").required();
+  command.add_option("RECORDING", arguments->recordings, "Recordings (.csv, .h5, .npz, .mcap)").required();
   command
       .add_option("--columns", arguments->map,
                   "Column map (YAML, docs/guide/recordings.md): which column is which coordinate")

@@ -60,29 +60,29 @@ class Output {
  public:
   Output(const std::string& file, const Model& model) : names_(coordinate_names(model)) {
     if (file.empty()) return;
-    std::vector<std::string> columns{"time", "block", "row"};
+    std::vector<Column> columns{"time", {"block", CellType::kText}, {"row", CellType::kText}};
     columns.insert(columns.end(), names_.v.begin(), names_.v.end());
-    csv_ = std::make_unique<CsvWriter>(file, columns);
+    table_ = std::make_unique<TableWriter>(file, columns);
   }
   void write(double time, const NamedBlock& block) {
-    if (!csv_) return;
+    if (!table_) return;
     const bool forces = std::string(block.name).rfind("u_", 0) == 0;
     for (Eigen::Index i = 0; i < block.matrix->rows(); ++i) {
-      csv_->number(time);
-      csv_->text(block.name);
-      csv_->text((forces ? names_.force : names_.v)[static_cast<size_t>(i)]);
-      for (const double x : block.matrix->row(i)) csv_->number(x);
-      csv_->end_row();
+      table_->number(time);
+      table_->text(block.name);
+      table_->text((forces ? names_.force : names_.v)[static_cast<size_t>(i)]);
+      for (const double x : block.matrix->row(i)) table_->number(x);
+      table_->end_row();
     }
   }
   void finish() {
-    if (csv_) csv_->flush();
+    if (table_) table_->finish();
   }
   const CoordinateNames& names() const { return names_; }
 
  private:
   CoordinateNames names_;
-  std::unique_ptr<CsvWriter> csv_;
+  std::unique_ptr<TableWriter> table_;
 };
 
 /// The scene's own first step, where no trajectory is given.
@@ -241,7 +241,7 @@ void add_derivatives(CommandLine& line) {
       "derivatives", "How the forces behind each step of a motion change with it, exactly");
   arguments->scene.add_to(command);
   command.add_option("TRAJECTORY", arguments->trajectory,
-                     "CSV as `simulate --output` writes it; default: the scene's first step");
+                     "Motion as `simulate --output` writes it; default: the scene's first step");
   command.add_option("--timestep", arguments->time_step,
                      "Time step [s] of a trajectory that does not say it; default: the scene's");
   command.add_option("--output", arguments->output,

@@ -261,7 +261,7 @@ void add_identify(CommandLine& line) {
   Command& command =
       line.add("identify", "Find figures of a scene with which it predicts recordings best");
   arguments->scene.add_to(command);
-  command.add_option("RECORDING", arguments->recordings, "Recordings (CSV)").required();
+  command.add_option("RECORDING", arguments->recordings, "Recordings (.csv, .h5, .npz, .mcap)").required();
   command.add_option("--columns", arguments->map, "Column map (YAML, docs/guide/recordings.md)")
       .required();
   command

@@ -66,10 +66,10 @@ class Output {
  public:
   Output(const Arguments& arguments, const Model& model) {
     if (!arguments.output.empty()) {
-      std::vector<std::string> columns{"time", "time_step"};
+      std::vector<Column> columns{"time", "time_step"};
       const CoordinateNames names = coordinate_names(model);
       columns.insert(columns.end(), names.force.begin(), names.force.end());
-      forces_ = std::make_unique<CsvWriter>(arguments.output, columns);
+      forces_ = std::make_unique<TableWriter>(arguments.output, columns);
     }
     if (!arguments.contacts.empty())
       contacts_ = std::make_unique<ContactTable>(arguments.contacts, model);
@@ -85,12 +85,12 @@ class Output {
   }
 
   void finish() {
-    if (forces_) forces_->flush();
+    if (forces_) forces_->finish();
     if (contacts_) contacts_->finish();
   }
 
  private:
-  std::unique_ptr<CsvWriter> forces_;
+  std::unique_ptr<TableWriter> forces_;
   std::unique_ptr<ContactTable> contacts_;
 };
 
@@ -182,14 +182,14 @@ void add_inverse(CommandLine& line) {
   Command& command =
       line.add("inverse", "Recover the applied and contact forces behind a trajectory");
   arguments->scene.add_to(command);
-  command.add_option("TRAJECTORY", arguments->trajectory, "CSV as `simulate --output` writes it")
+  command.add_option("TRAJECTORY", arguments->trajectory, "Motion as `simulate --output` writes it")
       .required();
   command.add_option("--timestep", arguments->time_step,
                      "Time step [s] of a trajectory that does not say it; default: the scene's");
   command.add_option("--output", arguments->output,
-                     "CSV to write: the applied force of every step");
+                     "Table to write: the applied force of every step");
   command.add_option("--contacts", arguments->contacts,
-                     "CSV to write: every contact of every step and its force");
+                     "Table to write: every contact of every step and its force");
   arguments->view.add_to(command);
   arguments->report.add_to(command);
   command.footer(

@@ -244,10 +244,10 @@ void add_options(Command& command, Arguments& a) {
   command.add_option("PROBLEM", a.problem, "Problem file (.yaml), or bundled name (list problems)")
       .becomes(bundled_problem)
       .required();
-  command.add_option("--output", a.output, "CSV to write: the motion and its forces");
+  command.add_option("--output", a.output, "Table to write (.csv, .h5, .npz, .mcap): the motion and its forces");
   command.add_option("--report", a.folder, "Folder to write: a page with figures and charts")
       .type_name("DIR");
-  command.add_option("--from", a.from, "CSV of a motion to start from");
+  command.add_option("--from", a.from, "Table of a motion to start from");
   command.add_option("--frames", a.frames, "Steps of the motion; default: the problem's")
       .range(4, 100'000);
   command
@@ -266,7 +266,7 @@ void add_options(Command& command, Arguments& a) {
       .one_of({"analytic", "differences"});
   command.add_option("--cycles", a.cycles, "Write a periodic motion so many times over").positive();
   command.add_option("--feedback", a.feedback,
-                     "CSV to write: feedback gains along the motion, for simulate --follow");
+                     "Table to write: feedback gains along the motion, for simulate --follow");
   command
       .add_option("--feedback-smoothing", a.feedback_smoothing,
                   "Smoothing [m] of the contacts that gains are found with; default 1e-4")

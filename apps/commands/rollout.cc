@@ -7,9 +7,9 @@
 #include <optional>
 
 #include "command.h"
-#include "counterpoint/engine/io/csv.h"
 #include "counterpoint/engine/io/hash.h"
 #include "counterpoint/engine/io/state_file.h"
+#include "counterpoint/engine/io/table.h"
 #include "counterpoint/engine/io/trajectory.h"
 #include "input/applied_inputs.h"
 #include "input/scene_arguments.h"
@@ -131,24 +131,24 @@ Rollout roll_out(const Arguments& arguments, int index, Simulator& simulator) {
 /// A row for each rollout: its last good state.
 void write_ends(const std::string& file, const Model& model, const std::vector<Rollout>& rollouts) {
   const CoordinateNames names = coordinate_names(model);
-  std::vector<std::string> columns{"rollout", "failed", "steps", "time"};
+  std::vector<Column> columns{"rollout", "failed", "steps", "time"};
   columns.insert(columns.end(), names.q.begin(), names.q.end());
   columns.insert(columns.end(), names.v.begin(), names.v.end());
-  columns.emplace_back(kStateHashColumn);
-  CsvWriter csv(file, columns);
+  columns.emplace_back(kStateHashColumn, CellType::kInteger);
+  TableWriter table(file, columns);
   for (size_t i = 0; i < rollouts.size(); ++i) {
     const Rollout& r = rollouts[i];
     if (!r.begun) continue;
-    csv.number(static_cast<double>(i));
-    csv.number(r.failed() ? 1.0 : 0.0);
-    csv.number(static_cast<double>(r.steps));
-    csv.number(r.end.time);
-    for (const double x : r.end.q) csv.number(x);
-    for (const double x : r.end.v) csv.number(x);
-    csv.text(std::to_string(state_hash(r.end)));
-    csv.end_row();
+    table.number(static_cast<double>(i));
+    table.number(r.failed() ? 1.0 : 0.0);
+    table.number(static_cast<double>(r.steps));
+    table.number(r.end.time);
+    for (const double x : r.end.q) table.number(x);
+    for (const double x : r.end.v) table.number(x);
+    table.integer(state_hash(r.end));
+    table.end_row();
   }
-  csv.flush();
+  table.finish();
 }
 
 const char* status_of(const Rollout& rollout) {
@@ -312,13 +312,13 @@ void add_rollout(CommandLine& line) {
   add_times(command, arguments->duration, arguments->time_step);
   command
       .add_option("--inputs", arguments->inputs,
-                  "CSV of what acts, as in simulate: one file for all rollouts, or one each")
+                  "Table of what acts, as in simulate: one file for all rollouts, or one each")
       .type_name("FILE ...");
   add_random_inputs(command, arguments->random);
   command.add_flag("--invert", arguments->invert,
                    "Recover the applied forces of every step, and say how well");
   command.add_option("--output", arguments->output,
-                     "CSV to write: a row for each rollout, its last state");
+                     "Table to write: a row for each rollout, its last state");
   arguments->report.add_to(command);
   command.footer(
       "Rollout i (from 0) gives the bits of `counterpoint simulate` with seed + i.\n"

@@ -217,7 +217,7 @@ void add_simulate(CommandLine& line) {
       .seldom();
   command.add_option(
       "--inputs", arguments->inputs.file,
-      "CSV of what acts: time, '<joint>.u', '<joint>.target', '<link>.fx' ...; a row holds "
+      "Table of what acts: time, '<joint>.u', '<joint>.target', '<link>.fx' ...; a row holds "
       "until the next (docs/reference/trajectory-format.md)");
   add_follow(command, arguments->inputs.follow);
   add_random_inputs(command, arguments->inputs);
@@ -227,7 +227,7 @@ void add_simulate(CommandLine& line) {
   command.add_option("--output", arguments->output,
                      "Trajectory to write (docs/reference/trajectory-format.md)");
   command.add_option("--contacts", arguments->contacts,
-                     "CSV to write: the contacts of every step and their forces, as `inverse "
+                     "Table to write: the contacts of every step and their forces, as `inverse "
                      "--contacts` does; of a controlled step those of its second half");
   command
       .add_option("--save-state", arguments->save_state,

@@ -68,16 +68,7 @@ int finish(const sweep::Study& study, const tasks::Results& results, Arguments& 
   return summary.failed > 0 ? kFailed : kSuccess;
 }
 
-/// A table of another format under a name that promises one would mislead its readers.
-void check_ending(const std::string& output) {
-  const std::string ending = fs::path(output).extension().string();
-  if (ending != ".csv")
-    throw InputError(
-        fmt::format("--output {}: tables are CSV; expected a name that ends in .csv", output));
-}
-
 int run_sweep(Arguments& arguments, tasks::World& world) {
-  check_ending(arguments.output);
   const sweep::Study study = sweep::load_study(arguments.study);
   sweep::check_figures(study);
   arguments.tasks.default_parts(arguments.output + ".parts");
@@ -135,7 +126,7 @@ void add_sweep(CommandLine& line) {
                   "Study (.yaml, docs/reference/study-format.md), or bundled name")
       .becomes(bundled_study)
       .required();
-  command.add_option("--output", arguments->output, "Table to write (CSV): a row a task")
+  command.add_option("--output", arguments->output, "Table to write (.csv, .h5, .npz, .mcap): a row a task")
       .required();
   command
       .add_option("--page", arguments->page,

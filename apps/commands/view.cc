@@ -202,7 +202,7 @@ void add_view(CommandLine& line) {
   Command& command =
       line.add("view", "Write a motion as one HTML page that plays it, without network");
   arguments->scene.add_to(command);
-  command.add_option("MOTION", arguments->motion, "CSV as `simulate --output` writes it")
+  command.add_option("MOTION", arguments->motion, "Motion as `simulate --output` writes it")
       .required();
   command.add_option("--output", arguments->output, "Page to write").type_name("FILE").required();
   command

@@ -15,7 +15,7 @@ namespace counterpoint::apps {
 void add_follow(Command& command, FollowArguments& arguments) {
   Option& follow = command
                        .add_option("--follow", arguments.motion,
-                                   "CSV of a motion with its forces, as `optimize --output` writes "
+                                   "Table of a motion with its forces, as `optimize --output` writes "
                                    "it: starts there and plays them")
                        .type_name("FILE");
   command

@@ -11,7 +11,7 @@
 namespace counterpoint::apps {
 
 InputSchedule::InputSchedule(const std::filesystem::path& file, const Model& model) {
-  const CsvTable table(file);
+  const Table table(file);
   const CoordinateNames names = coordinate_names(model);
   const auto holds = [](const std::vector<std::string>& list, const std::string& name) {
     return std::find(list.begin(), list.end(), name) != list.end();

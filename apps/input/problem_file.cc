@@ -5,7 +5,7 @@
 #include <cmath>
 #include <vector>
 
-#include "counterpoint/engine/io/csv.h"
+#include "counterpoint/engine/io/table.h"
 #include "counterpoint/model/limits.h"
 #include "counterpoint/model/types.h"
 
@@ -16,7 +16,7 @@ namespace fs = std::filesystem;
 
 /// c and mu, a row per contact. @throws InputError naming file and line.
 void read_contacts(const fs::path& file, contact::ContactSpaceProblem& problem) {
-  const CsvTable table(file);
+  const Table table(file);
   const int columns[] = {table.column("q_n"), table.column("q_t1"), table.column("q_t2")};
   const int friction = table.column("mu");
   if (table.num_rows() == 0) {
@@ -43,7 +43,7 @@ void read_contacts(const fs::path& file, contact::ContactSpaceProblem& problem) 
 
 /// A by its entries that are not zero. @throws InputError naming file and line.
 void read_matrix(const fs::path& file, contact::ContactSpaceProblem& problem) {
-  const CsvTable table(file);
+  const Table table(file);
   const int n = static_cast<int>(problem.c.size());
   const int columns[] = {table.column("row"), table.column("col")};
   const int value = table.column("value");

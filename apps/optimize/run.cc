@@ -7,7 +7,7 @@
 #include <fstream>
 
 #include "counterpoint/engine/dynamics/integrator.h"
-#include "counterpoint/engine/io/csv.h"
+#include "counterpoint/engine/io/table.h"
 #include "counterpoint/engine/io/trajectory.h"
 #include "measure/median.h"
 
@@ -119,7 +119,7 @@ void fill_report(const OptimizedStart& start, Json& out) {
 }
 
 void write_iterations(const std::string& file, const opt::Result& result) {
-  CsvWriter csv(file, {"iteration", "stage", "smoothing_m", "penalty", "cost",
+  TableWriter table(file, {"iteration", "stage", "smoothing_m", "penalty", "cost",
                        "unactuated_force_relative_max", "unactuated_force_relative_mean",
                        "violation_max", "accepted", "trials", "step_max", "damping", "seconds",
                        "linearize_ms", "factor_ms", "trial_ms"});
@@ -129,10 +129,10 @@ void write_iterations(const std::string& file, const opt::Result& result) {
           p.cost, p.unactuated.max, p.unactuated.mean, p.violation.max, p.step.accepted ? 1.0 : 0.0,
           static_cast<double>(p.step.trials), p.step.step, p.step.damping, p.seconds,
           1e3 * p.step.linearize_seconds, 1e3 * p.step.factor_seconds, 1e3 * p.step.trial_seconds})
-      csv.number(x);
-    csv.end_row();
+      table.number(x);
+    table.end_row();
   }
-  csv.flush();
+  table.finish();
 }
 
 }  // namespace counterpoint::apps

@@ -215,7 +215,7 @@ class MapReader {
   CoordinateNames names_;
 };
 
-double evaluate(const ColumnSource& source, const CsvTable& table, int row) {
+double evaluate(const ColumnSource& source, const Table& table, int row) {
   if (source.column.empty()) return source.offset;
   const double value = source.scale * table.value(row, table.column(source.column)) + source.offset;
   if (std::isfinite(value)) return value;
@@ -256,7 +256,7 @@ void turn_into_body_axes(const Model& model, const VectorX& q, Eigen::Ref<Vector
   });
 }
 
-Recording read_rows(const CsvTable& table, const ColumnMap& map, const Model& model,
+Recording read_rows(const Table& table, const ColumnMap& map, const Model& model,
                     const VectorX& start_q, const VectorX& start_v) {
   using Kind = ColumnMap::Entry::Kind;
   const int rows = table.num_rows();
@@ -284,7 +284,7 @@ Recording read_rows(const CsvTable& table, const ColumnMap& map, const Model& mo
 }
 
 /// One for each row that is not to be skipped.
-std::vector<Recording> read_impacts(const CsvTable& table, const ColumnMap& map, const Model& model,
+std::vector<Recording> read_impacts(const Table& table, const ColumnMap& map, const Model& model,
                                     const VectorX& start_q, const VectorX& start_v) {
   const Recording rows = read_rows(table, map, model, start_q, start_v);
   std::vector<Recording> out;
@@ -346,7 +346,7 @@ ColumnMap load_column_map(const std::filesystem::path& file, const Model& model)
 std::vector<Recording> read_recordings(const std::filesystem::path& file, const ColumnMap& map,
                                        const Model& model, const VectorX& start_q,
                                        const VectorX& start_v) {
-  const CsvTable table(file);
+  const Table table(file);
   if (!map.after.empty()) return read_impacts(table, map, model, start_q, start_v);
   Recording whole = read_rows(table, map, model, start_q, start_v);
   if (map.average > 1) whole = averaged(whole, map.average, model);

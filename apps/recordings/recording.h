@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "counterpoint/engine/io/csv.h"
+#include "counterpoint/engine/io/table.h"
 #include "counterpoint/model/scene.h"
 
 namespace counterpoint::apps {
@@ -61,7 +61,7 @@ struct Recording {
 
 /// The recordings of a file: one, as many as the map cuts it into, or one for each impact; then
 /// their names say which part it is. Of an impact both rows are at the pose and the time before.
-/// @throws InputError naming file, line, column: as CsvTable, and for fewer than two rows a
+/// @throws InputError naming file, line, column: as Table, and for fewer than two rows a
 /// recording, time not rising, quaternions that are not of unit length (1e-3; they are normalised).
 std::vector<Recording> read_recordings(const std::filesystem::path& file, const ColumnMap& map,
                                        const Model& model, const VectorX& start_q,

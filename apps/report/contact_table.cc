@@ -2,17 +2,27 @@
 
 namespace counterpoint::apps {
 
+namespace {
+
+std::vector<Column> contact_columns(const Model& model) {
+  std::vector<std::string> names;
+  for (const Geometry& geometry : model.geometries()) names.push_back(geometry.name);
+  return {"time", {"geometry_a", CellType::kLabel, names}, {"geometry_b", CellType::kLabel, names},
+          "x",    "y",      "z",      "nx",    "ny", "nz", "gap",
+          "fx",   "fy",     "fz",     "slip_x", "slip_y", "slip_z"};
+}
+
+}  // namespace
+
 ContactTable::ContactTable(const std::string& file, const Model& model)
-    : model_(model),
-      writer_(file, {"time", "geometry_a", "geometry_b", "x", "y", "z", "nx", "ny", "nz", "gap",
-                     "fx", "fy", "fz", "slip_x", "slip_y", "slip_z"}) {}
+    : writer_(file, contact_columns(model)) {}
 
 void ContactTable::add_step(double time, const Inverse& forces) {
   for (const ContactForce& contact : forces.contacts) {
     const collision::Candidate& where = contact.contact;
     writer_.number(time);
-    writer_.text(model_.geometries()[where.geometry_a].name);
-    writer_.text(model_.geometries()[where.geometry_b].name);
+    writer_.label(where.geometry_a);
+    writer_.label(where.geometry_b);
     for (const double x : where.position) writer_.number(x);
     for (const double x : where.normal) writer_.number(x);
     writer_.number(where.gap);

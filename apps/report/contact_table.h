@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "counterpoint/engine/io/csv.h"
+#include "counterpoint/engine/io/table.h"
 #include "counterpoint/engine/step.h"
 
 namespace counterpoint::apps {
@@ -16,11 +16,10 @@ class ContactTable {
   ContactTable(const std::string& file, const Model& model);
   /// The contacts of the step that began at `time` [s].
   void add_step(double time, const Inverse& forces);
-  void finish() { writer_.flush(); }
+  void finish() { writer_.finish(); }
 
  private:
-  const Model& model_;
-  CsvWriter writer_;
+  TableWriter writer_;
 };
 
 }  // namespace counterpoint::apps

@@ -2,9 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <map>
+#include <optional>
 
-#include "counterpoint/engine/io/csv.h"
+#include "counterpoint/engine/io/table.h"
 #include "variation.h"
 
 namespace counterpoint::apps::sweep {
@@ -14,38 +17,75 @@ namespace fs = std::filesystem;
 
 constexpr std::size_t kMostReasons = 20;
 
-std::vector<std::string> columns_of(const Study& study) {
-  std::vector<std::string> columns{"task", "status", "reason"};
-  for (const Axis& axis : study.axes) columns.push_back(axis.name);
-  if (study.draws > 1) columns.emplace_back("draw");
-  for (const char* name : {"steps", "end_time_s", kStateHashColumn}) columns.emplace_back(name);
-  const std::vector<std::string> recorded = recorded_names(study);
+/// Reasons of failure by their place among the labels of a column: formats without texts hold them
+/// so.
+using Reasons = std::map<std::string, int>;
+
+std::vector<std::string> words_of(const Reasons& reasons) {
+  std::vector<std::string> words(reasons.size());
+  for (const auto& [reason, index] : reasons) words[static_cast<std::size_t>(index)] = reason;
+  return words;
+}
+
+/// Every reason in the rows, in the order of tasks, after "": none.
+Reasons reasons_of(const tasks::Results& results) {
+  Reasons reasons{{"", 0}};
+  results.for_each([&](std::int64_t, std::string&& bytes) {
+    reasons.try_emplace(Row::of(bytes).reason, static_cast<int>(reasons.size()));
+  });
+  return reasons;
+}
+
+std::vector<Column> columns_of(const Study& study, const std::optional<Reasons>& reasons) {
+  std::vector<Column> columns{{"task", CellType::kInteger},
+                              {"status", CellType::kLabel, {"ok", "failed"}}};
+  if (reasons)
+    columns.emplace_back("reason", CellType::kLabel, words_of(*reasons));
+  else
+    columns.emplace_back("reason", CellType::kText);
+  for (const Axis& axis : study.axes) {
+    if (axis.has_words())
+      columns.emplace_back(axis.name, CellType::kLabel, axis.words);
+    else
+      columns.emplace_back(axis.name);
+  }
+  if (study.draws > 1) columns.emplace_back("draw", CellType::kInteger);
+  columns.emplace_back("steps");
+  columns.emplace_back("end_time_s");
+  columns.emplace_back(kStateHashColumn, CellType::kInteger);
   // What is varied may be recorded too: its end then says so.
-  for (const std::string& name : recorded) {
-    const bool twice = std::find(columns.begin(), columns.end(), name) != columns.end();
-    columns.push_back(twice ? "end(" + name + ")" : name);
+  for (const std::string& name : recorded_names(study)) {
+    const bool twice = std::any_of(columns.begin(), columns.end(),
+                                   [&](const Column& column) { return column.name == name; });
+    columns.emplace_back(twice ? "end(" + name + ")" : name);
   }
   return columns;
 }
 
-void write_row(CsvWriter& csv, const Study& study, std::int64_t task, const Row& row) {
-  const auto number = [&](double x) { std::isfinite(x) ? csv.number(x) : csv.empty(); };
-  csv.text(std::to_string(task));
-  csv.text(row.failed() ? "failed" : "ok");
-  csv.text(row.reason);
+void write_row(TableWriter& table, const Study& study, const std::optional<Reasons>& reasons,
+               std::int64_t task, const Row& row) {
+  const auto number = [&](double x) { std::isfinite(x) ? table.number(x) : table.empty(); };
+  table.integer(static_cast<std::uint64_t>(task));
+  table.label(row.failed() ? 1 : 0);
+  if (reasons)
+    table.label(reasons->at(row.reason));
+  else
+    table.text(row.reason);
   const std::vector<AxisValue> values = values_of(study, task);
   for (std::size_t i = 0; i < values.size(); ++i) {
-    if (study.axes[i].has_words())
-      csv.text(values[i].word);
-    else
+    const std::vector<std::string>& words = study.axes[i].words;
+    if (words.empty())
       number(values[i].number);
+    else
+      table.label(
+          static_cast<int>(std::find(words.begin(), words.end(), values[i].word) - words.begin()));
   }
-  if (study.draws > 1) csv.text(std::to_string(draw_of(study, task)));
+  if (study.draws > 1) table.integer(static_cast<std::uint64_t>(draw_of(study, task)));
   number(row.steps);
   number(row.end_time);
-  csv.text(std::to_string(row.state_hash));
+  table.integer(row.state_hash);
   for (const double x : recorded_values(row)) number(x);
-  csv.end_row();
+  table.end_row();
 }
 
 }  // namespace
@@ -75,7 +115,9 @@ Summary write_table(const fs::path& file, const Study& study, const tasks::Resul
   partial.replace_filename("partial." + file.filename().string());
   Summary summary;
   try {
-    CsvWriter csv(partial, columns_of(study));
+    std::optional<Reasons> reasons;
+    if (file.extension() != ".csv") reasons = reasons_of(results);
+    TableWriter writer(partial, columns_of(study, reasons));
     results.for_each([&](std::int64_t task, std::string&& bytes) {
       const Row row = Row::of(bytes);
       ++summary.rows;
@@ -83,10 +125,10 @@ Summary write_table(const fs::path& file, const Study& study, const tasks::Resul
         ++summary.failed;
         if (summary.reasons.size() < kMostReasons) summary.reasons.emplace_back(task, row.reason);
       }
-      write_row(csv, study, task, row);
+      write_row(writer, study, reasons, task, row);
       take(task, row);
     });
-    csv.flush();
+    writer.finish();
   } catch (...) {
     std::error_code error;
     fs::remove(partial, error);

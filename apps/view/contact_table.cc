@@ -1,86 +1,50 @@
-// The table of `counterpoint inverse --contacts`, which names shapes: no table of numbers.
+// The table of `counterpoint inverse --contacts`, which names shapes.
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <map>
 
-#include "counterpoint/model/files/text_file.h"
-#include "counterpoint/model/limits.h"
+#include "counterpoint/engine/io/table.h"
 #include "counterpoint/model/types.h"
 #include "view/clip.h"
 
 namespace counterpoint::view {
 namespace {
 
-/// The cells of the next record (RFC 4180: a quoted cell may hold commas, quotes, line ends).
-std::vector<std::string> next_record(const std::string& text, size_t& at, int& line) {
-  std::vector<std::string> cells(1);
-  bool quoted = false;
-  while (at < text.size()) {
-    const char c = text[at++];
-    if (c == '\n') ++line;
-    if (quoted) {
-      if (c != '"')
-        cells.back() += c;
-      else if (at < text.size() && text[at] == '"')
-        cells.back() += text[at++];
-      else
-        quoted = false;
-    } else if (c == '"') {
-      quoted = true;
-    } else if (c == ',') {
-      cells.emplace_back();
-    } else if (c == '\n') {
-      break;
-    } else if (c != '\r') {
-      cells.back() += c;
-    }
-  }
-  return cells;
-}
-
 class ContactTable {
  public:
   ContactTable(const std::filesystem::path& file, const Model& model)
-      : file_(file.string()),
-        text_(read_text_file(file, limits::kMaxTableBytes,
-                             "cannot be read; expected the table of inverse --contacts")) {
+      : reader_(file, {kColumns[1], kColumns[2]}) {
     for (size_t i = 0; i < model.geometries().size(); ++i)
       geometries_[model.geometries()[i].name] = static_cast<int>(i);
-    const std::vector<std::string> header = next_record(text_, at_, line_);
-    width_ = header.size();
+    const std::vector<Column>& columns = reader_.columns();
     for (size_t i = 0; i < kColumns.size(); ++i) {
-      const auto found = std::find(header.begin(), header.end(), kColumns[i]);
-      if (found == header.end()) fail(fmt::format("no column '{}'", kColumns[i]));
-      column_[i] = static_cast<size_t>(found - header.begin());
+      const auto found = std::find_if(columns.begin(), columns.end(),
+                                      [&](const Column& c) { return c.name == kColumns[i]; });
+      if (found == columns.end())
+        throw InputError(fmt::format("{}: no column '{}'; expected the table of inverse --contacts",
+                                     reader_.file(), kColumns[i]));
+      column_[i] = static_cast<int>(found - columns.begin());
     }
   }
 
   /// The next contact and its time [s]; false at the end.
   bool next(double& time, Contact& contact) {
-    while (at_ < text_.size()) {
-      row_line_ = line_;
-      cells_ = next_record(text_, at_, line_);
-      if (cells_.size() == 1 && cells_[0].empty()) continue;
-      if (cells_.size() != width_)
-        fail(fmt::format("{} cells; the header names {} columns", cells_.size(), width_));
-      time = number(0);
-      contact.geometry_a = geometry(1);
-      contact.geometry_b = geometry(2);
-      for (int i = 0; i < 3; ++i) {
-        contact.position[i] = number(3 + i);
-        contact.force[i] = number(6 + i);
-      }
-      return true;
+    if (!reader_.next()) return false;
+    time = number(0);
+    contact.geometry_a = geometry(1);
+    contact.geometry_b = geometry(2);
+    for (int i = 0; i < 3; ++i) {
+      contact.position[i] = number(3 + i);
+      contact.force[i] = number(6 + i);
     }
-    return false;
+    return true;
   }
 
   [[noreturn]] void fail(const std::string& what) const {
-    throw InputError(fmt::format("{}:{}: {}", file_, row_line_, what));
+    throw InputError(fmt::format("{}: {}", reader_.where(), what));
   }
 
  private:
@@ -88,28 +52,24 @@ class ContactTable {
       "time", "geometry_a", "geometry_b", "x", "y", "z", "fx", "fy", "fz"};
 
   double number(int column) const {
-    const std::string& cell = cells_[column_[column]];
-    double value = 0.0;
-    const auto [end, error] = std::from_chars(cell.data(), cell.data() + cell.size(), value);
-    if (error != std::errc() || end != cell.data() + cell.size() || !std::isfinite(value))
-      fail(fmt::format("column '{}': '{}' is no finite number", kColumns[column], cell));
+    const double value = reader_.cell(column_[column]);
+    if (std::isnan(value)) fail(fmt::format("column '{}' is empty", kColumns[column]));
     return value;
   }
 
   int geometry(int column) const {
-    const auto found = geometries_.find(cells_[column_[column]]);
+    const Column& names = reader_.columns()[static_cast<size_t>(column_[column])];
+    if (names.type != CellType::kLabel) fail(fmt::format("column '{}' has no labels", names.name));
+    const std::string& name = names.labels[static_cast<size_t>(number(column))];
+    const auto found = geometries_.find(name);
     if (found == geometries_.end())
-      fail(fmt::format("the scene has no shape '{}'; these are the contacts of another scene",
-                       cells_[column_[column]]));
+      fail(fmt::format("the scene has no shape '{}'; these are the contacts of another scene", name));
     return found->second;
   }
 
-  std::string file_, text_;
+  TableReader reader_;
   std::map<std::string, int> geometries_;
-  std::array<size_t, kColumns.size()> column_{};
-  std::vector<std::string> cells_;
-  size_t at_ = 0, width_ = 0;
-  int line_ = 1, row_line_ = 1;
+  std::array<int, kColumns.size()> column_{};
 };
 
 }  // namespace

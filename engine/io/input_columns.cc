@@ -23,7 +23,7 @@ std::string wrench_stem(const Model& model, int frame) {
   return takes_names ? link.name + ".wrench" : link.name;
 }
 
-bool has_wrench_column(const CsvTable& table, const std::string& stem) {
+bool has_wrench_column(const Table& table, const std::string& stem) {
   return std::any_of(std::begin(kComponents), std::end(kComponents),
                      [&](const char* c) { return table.find_column(stem + c) >= 0; });
 }
@@ -99,7 +99,7 @@ bool is_input_column(const Model& model, const std::string& name) {
   return std::find(all.begin(), all.end(), name) != all.end();
 }
 
-InputColumns find_input_columns(const CsvTable& table, const Model& model) {
+InputColumns find_input_columns(const Table& table, const Model& model) {
   InputColumns columns;
   for (const JointServo& servo : model.servos()) {
     columns.targets = columns.targets || table.find_column(target_name(model, servo)) >= 0 ||
@@ -110,7 +110,7 @@ InputColumns find_input_columns(const CsvTable& table, const Model& model) {
   return columns;
 }
 
-MatrixX read_input_columns(const InputColumns& columns, const CsvTable& table, const Model& model,
+MatrixX read_input_columns(const InputColumns& columns, const Table& table, const Model& model,
                            int steps) {
   const std::vector<std::string> names = columns.names(model);
   MatrixX values = defaults(columns, model).replicate(1, steps);

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "counterpoint/engine/io/csv.h"
+#include "counterpoint/engine/io/table.h"
 #include "counterpoint/engine/state.h"
 
 namespace counterpoint {
@@ -33,12 +33,12 @@ struct InputColumns {
 bool is_input_column(const Model& model, const std::string& name);
 
 /// The columns of a table. A link is in if one of its six is there.
-InputColumns find_input_columns(const CsvTable& table, const Model& model);
+InputColumns find_input_columns(const Table& table, const Model& model);
 
 /// As many rows as names, `steps` columns, of the first `steps` rows of the table. What is not in
 /// the table is the model's target, or zero. @throws InputError where a cell is empty, but in the
 /// last row of the table, where that means the same.
-MatrixX read_input_columns(const InputColumns& columns, const CsvTable& table, const Model& model,
+MatrixX read_input_columns(const InputColumns& columns, const Table& table, const Model& model,
                            int steps);
 
 }  // namespace counterpoint

@@ -108,14 +108,14 @@ void add_drags_and_closures(const Model& model, Hash& hash) {
 }
 
 /// Tables hold doubles: of a hash the upper 53 bits.
-void check_hash(const CsvTable& table, const char* column, std::uint64_t hash, const char* what) {
+void check_hash(const Table& table, const char* column, std::uint64_t hash, const char* what) {
   const int index = table.find_column(column);
   const auto advice =
       "to start from its q and v all the same, allow a changed scene (--changed-scene)";
   if (index < 0) {
     throw InputError(fmt::format(
-        "{}:1: no column '{}': this is no state file, and nothing says which scene it is from; {}",
-        table.file(), column, advice));
+        "{}: no column '{}': this is no state file, and nothing says which scene it is from; {}",
+        table.where_columns(), column, advice));
   }
   if (table.value(table.num_rows() - 1, index) == static_cast<double>(hash)) return;
   throw InputError(
@@ -155,7 +155,7 @@ void check_memory(const Model& model, const RememberedForce& r, const std::strin
 }
 
 /// The memory in the last row.
-std::vector<RememberedForce> read_memory(const CsvTable& table, const Model& model) {
+std::vector<RememberedForce> read_memory(const Table& table, const Model& model) {
   std::vector<RememberedForce> memory;
   const int row = table.num_rows() - 1;
   while (table.find_column(memory_column(memory.size(), kMemoryFields[0])) >= 0) {
@@ -219,33 +219,34 @@ void write_state(const std::filesystem::path& file, const Model& model,
                  const SimulationOptions& options, const State& state,
                  std::optional<double> next_step) {
   const CoordinateNames names = coordinate_names(model);
-  std::vector<std::string> columns{"time"};
+  std::vector<Column> columns{"time"};
   for (const auto* list : {&names.q, &names.v})
     columns.insert(columns.end(), list->begin(), list->end());
-  columns.insert(columns.end(), {kStateHashColumn, kModelHashColumn, kOptionsHashColumn});
+  for (const char* name : {kStateHashColumn, kModelHashColumn, kOptionsHashColumn})
+    columns.emplace_back(name, CellType::kInteger);
   if (next_step) columns.emplace_back(kNextStepColumn);
   for (size_t i = 0; i < state.memory.size(); ++i)
     for (const char* field : kMemoryFields) columns.push_back(memory_column(i, field));
-  CsvWriter csv(file, columns);
-  csv.number(state.time);
-  for (const double x : state.q) csv.number(x);
-  for (const double x : state.v) csv.number(x);
+  TableWriter table(file, columns);
+  table.number(state.time);
+  for (const double x : state.q) table.number(x);
+  for (const double x : state.v) table.number(x);
   for (const std::uint64_t hash : {state_hash(state), model_hash(model), options_hash(options)})
-    csv.text(std::to_string(hash));
-  if (next_step) csv.number(*next_step);
+    table.integer(hash);
+  if (next_step) table.number(*next_step);
   for (const RememberedForce& r : state.memory) {
-    for (const int x : {static_cast<int>(r.kind), r.a, r.b}) csv.number(x);
+    for (const int x : {static_cast<int>(r.kind), r.a, r.b}) table.number(x);
     for (const Vector3& v : {r.at, r.force, r.torque})
-      for (const double x : v) csv.number(x);
+      for (const double x : v) table.number(x);
   }
-  csv.end_row();
-  csv.flush();
+  table.end_row();
+  table.finish();
 }
 
 State read_state(const std::filesystem::path& file, const Model& model,
                  const SimulationOptions& options, SceneCheck check) {
   const Trajectory trajectory = read_trajectory(file, model);
-  const CsvTable table(file);
+  const Table table(file);
   if (check == SceneCheck::kSame) {
     check_hash(table, kModelHashColumn, model_hash(model),
                "the model's joints, inertias, shapes, surfaces, closures or gravity");
@@ -264,7 +265,7 @@ State read_state(const std::filesystem::path& file, const Model& model,
 }
 
 std::optional<double> read_next_step(const std::filesystem::path& file) {
-  const CsvTable table(file);
+  const Table table(file);
   const int column = table.find_column(kNextStepColumn);
   if (column < 0) return std::nullopt;
   const double step = table.value(table.num_rows() - 1, column);

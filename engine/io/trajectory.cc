@@ -53,22 +53,22 @@ JointSuffixes joint_suffixes(JointType type) {
 }
 
 /// Where the named columns are in the table; throws if one is missing.
-std::vector<int> find_columns(const CsvTable& table, const std::vector<std::string>& names) {
+std::vector<int> find_columns(const Table& table, const std::vector<std::string>& names) {
   std::vector<int> indices;
   for (const std::string& name : names) {
     const int index = table.find_column(name);
     if (index < 0) {
       throw InputError(
-          fmt::format("{}:1: no column '{}', which this scene's trajectories have; is it "
+          fmt::format("{}: no column '{}', which this scene's trajectories have; is it "
                       "the trajectory of another scene?",
-                      table.file(), name));
+                      table.where_columns(), name));
     }
     indices.push_back(index);
   }
   return indices;
 }
 
-void refuse_unknown_columns(const CsvTable& table, const Model& model,
+void refuse_unknown_columns(const Table& table, const Model& model,
                             const CoordinateNames& names) {
   const auto holds = [](const std::vector<std::string>& list, const std::string& name) {
     return std::find(list.begin(), list.end(), name) != list.end();
@@ -81,14 +81,14 @@ void refuse_unknown_columns(const CsvTable& table, const Model& model,
     if (!other && !holds(names.q, column) && !holds(names.v, column) &&
         !holds(names.force, column) && !is_input_column(model, column)) {
       throw InputError(
-          fmt::format("{}:1: column '{}' is no coordinate of this scene; remove it, or "
+          fmt::format("{}: column '{}' is no coordinate of this scene; remove it, or "
                       "give the scene the trajectory was made with",
-                      table.file(), column));
+                      table.where_columns(), column));
     }
   }
 }
 
-MatrixX read_block(const CsvTable& table, const std::vector<int>& columns, int rows) {
+MatrixX read_block(const Table& table, const std::vector<int>& columns, int rows) {
   MatrixX block(columns.size(), rows);
   for (int row = 0; row < rows; ++row) {
     for (size_t i = 0; i < columns.size(); ++i) block(i, row) = table.value(row, columns[i]);
@@ -96,7 +96,7 @@ MatrixX read_block(const CsvTable& table, const std::vector<int>& columns, int r
   return block;
 }
 
-void check_quaternions(const CsvTable& table, const Model& model, const MatrixX& q) {
+void check_quaternions(const Table& table, const Model& model, const MatrixX& q) {
   for (int i = 1; i < model.num_bodies(); ++i) {
     const Body& body = model.body(i);
     const bool floating = body.joint_type == JointType::kFloating;
@@ -113,7 +113,7 @@ void check_quaternions(const CsvTable& table, const Model& model, const MatrixX&
 }
 
 /// Tables hold doubles: of a hash the upper 53 bits.
-int count_altered_rows(const CsvTable& table, const Trajectory& trajectory) {
+int count_altered_rows(const Table& table, const Trajectory& trajectory) {
   const int column = table.find_column(kStateHashColumn);
   int altered = 0;
   for (int row = 0; column >= 0 && row < trajectory.num_rows(); ++row) {
@@ -141,14 +141,15 @@ CoordinateNames coordinate_names(const Model& model) {
 
 namespace {
 
-std::vector<std::string> trajectory_columns(const Model& model, const InputColumns& inputs) {
+std::vector<Column> trajectory_columns(const Model& model, const InputColumns& inputs) {
   const CoordinateNames names = coordinate_names(model);
   const std::vector<std::string> input_names = inputs.names(model);
-  std::vector<std::string> columns{"time", "time_step"};
+  std::vector<Column> columns{"time", "time_step"};
   for (const auto* list : {&names.q, &names.v, &names.force, &input_names}) {
     columns.insert(columns.end(), list->begin(), list->end());
   }
-  columns.insert(columns.end(), {kSofteningColumn, kSoftenedTreeColumn, kStateHashColumn});
+  columns.insert(columns.end(), {kSofteningColumn, kSoftenedTreeColumn,
+                                 Column(kStateHashColumn, CellType::kInteger)});
   return columns;
 }
 
@@ -156,43 +157,43 @@ std::vector<std::string> trajectory_columns(const Model& model, const InputColum
 
 TrajectoryWriter::TrajectoryWriter(const std::filesystem::path& file, const Model& model,
                                    const InputColumns& columns)
-    : csv_(file, trajectory_columns(model, columns)),
+    : table_(file, trajectory_columns(model, columns)),
       model_(model),
       columns_(columns),
       num_inputs_(model.nv() + static_cast<int>(columns.names(model).size())) {}
 
 void TrajectoryWriter::write_state(const State& state, std::optional<double> time_step) {
-  csv_.number(state.time);
-  time_step ? csv_.number(*time_step) : csv_.empty();
-  for (const double x : state.q) csv_.number(x);
-  for (const double x : state.v) csv_.number(x);
+  table_.number(state.time);
+  time_step ? table_.number(*time_step) : table_.empty();
+  for (const double x : state.q) table_.number(x);
+  for (const double x : state.v) table_.number(x);
 }
 
 void TrajectoryWriter::write_step(const State& state, const Input& input, double time_step,
                                   const Softening& softening) {
   write_state(state, time_step);
-  for (const double x : input.applied_force) csv_.number(x);
+  for (const double x : input.applied_force) table_.number(x);
   if (input.applied_force.size() == 0)
-    for (int i = 0; i < model_.nv(); ++i) csv_.number(0.0);
-  for (const double x : columns_.values(model_, input)) csv_.number(x);
-  csv_.number(softening.factor);
-  csv_.number(softening.tree);
-  csv_.text(std::to_string(state_hash(state)));
-  csv_.end_row();
+    for (int i = 0; i < model_.nv(); ++i) table_.number(0.0);
+  for (const double x : columns_.values(model_, input)) table_.number(x);
+  table_.number(softening.factor);
+  table_.number(softening.tree);
+  table_.integer(state_hash(state));
+  table_.end_row();
 }
 
 void TrajectoryWriter::write_end(const State& state) {
   write_state(state, std::nullopt);
-  for (int i = 0; i < num_inputs_ + kSofteningColumns; ++i) csv_.empty();
-  csv_.text(std::to_string(state_hash(state)));
-  csv_.end_row();
-  csv_.flush();
+  for (int i = 0; i < num_inputs_ + kSofteningColumns; ++i) table_.empty();
+  table_.integer(state_hash(state));
+  table_.end_row();
+  table_.finish();
 }
 
 namespace {
 
 /// The softening of each step, where the table says it.
-std::vector<Softening> read_softening(const CsvTable& table, const Model& model, int steps) {
+std::vector<Softening> read_softening(const Table& table, const Model& model, int steps) {
   std::vector<Softening> out;
   const int factor = table.find_column(kSofteningColumn);
   if (factor < 0) return out;
@@ -222,7 +223,7 @@ void Trajectory::set_known(const Model& model, int step, Input& input) const {
 }
 
 Trajectory read_trajectory(const std::filesystem::path& file, const Model& model) {
-  const CsvTable table(file);
+  const Table table(file);
   const CoordinateNames names = coordinate_names(model);
   refuse_unknown_columns(table, model, names);
   const int rows = table.num_rows();

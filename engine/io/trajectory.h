@@ -1,4 +1,4 @@
-// Trajectories: states and applied forces over time, in memory and as CSV
+// Trajectories: states and applied forces over time, in memory and as tables
 // (docs/reference/trajectory-format.md).
 #pragma once
 
@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "counterpoint/engine/io/csv.h"
+#include "counterpoint/engine/io/table.h"
 #include "counterpoint/engine/io/input_columns.h"
 #include "counterpoint/engine/state.h"
 
@@ -33,7 +33,7 @@ struct CoordinateNames {
 };
 CoordinateNames coordinate_names(const Model& model);
 
-/// Writes a trajectory to a file as it is computed.
+/// Writes a trajectory to a file as it is computed; its ending says the format (table.h).
 class TrajectoryWriter {
  public:
   /// `columns`: beside applied forces. @throws InputError when the file cannot be created.
@@ -44,13 +44,13 @@ class TrajectoryWriter {
   /// softening that it reported.
   void write_step(const State& state, const Input& input, double time_step,
                   const Softening& softening = {});
-  /// The last state: no step starts from it, its force and time_step cells are empty. Flushes.
+  /// The last state: no step starts from it, its force and time_step cells are empty. Ends the file.
   void write_end(const State& state);
 
  private:
   void write_state(const State& state, std::optional<double> time_step);
 
-  CsvWriter csv_;
+  TableWriter table_;
   const Model& model_;
   InputColumns columns_;
   int num_inputs_;

@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "counterpoint/engine/dynamics/integrator.h"
-#include "counterpoint/engine/io/csv.h"
+#include "counterpoint/engine/io/table.h"
 #include "counterpoint/engine/io/trajectory.h"
 #include "counterpoint/engine/step_derivatives.h"
 
@@ -148,25 +148,25 @@ RepeatedMotion repeated(const Problem& problem, const Result& result, const Feed
 
 void write_feedback(const std::filesystem::path& file, const Model& model,
                     const std::vector<MatrixX>& gains) {
-  std::vector<std::string> columns{"step", "v_index"};
+  std::vector<Column> columns{"step", "v_index"};
   const CoordinateNames names = coordinate_names(model);
   for (const char* of : {".dq", ".dv"})
     for (const std::string& name : names.v) columns.push_back(name + of);
-  CsvWriter csv(file, columns);
+  TableWriter table(file, columns);
   for (std::size_t t = 0; t < gains.size(); ++t) {
     for (Eigen::Index i = 0; i < gains[t].rows(); ++i) {
       if (gains[t].row(i).isZero(0.0)) continue;
-      csv.number(static_cast<double>(t));
-      csv.number(static_cast<double>(i));
-      for (const double x : gains[t].row(i)) csv.number(x);
-      csv.end_row();
+      table.number(static_cast<double>(t));
+      table.number(static_cast<double>(i));
+      for (const double x : gains[t].row(i)) table.number(x);
+      table.end_row();
     }
   }
-  csv.flush();
+  table.finish();
 }
 
 std::vector<MatrixX> read_feedback(const std::filesystem::path& file, const Model& model) {
-  const CsvTable table(file);
+  const Table table(file);
   const int step = table.column("step"), index = table.column("v_index");
   std::vector<int> columns;
   const CoordinateNames names = coordinate_names(model);

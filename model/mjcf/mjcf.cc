@@ -54,6 +54,7 @@ MjcfModel load_mjcf(const std::filesystem::path& file, const MjcfOptions& option
   mjcf::Assets assets(document, compiler, defaults);
   const mjcf::Bodies bodies = mjcf::read_bodies(document, defaults, compiler, model);
   mjcf::read_inertias(document, compiler, assets, bodies, model);
+  mjcf::read_air(document, bodies, model);
   const mjcf::Tendons tendons = mjcf::read_tendons(document, bodies);
   mjcf::Ties ties(model.robot);
   mjcf::read_equalities(document, defaults, bodies, tendons, ties, model);

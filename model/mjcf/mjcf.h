@@ -16,7 +16,7 @@ namespace counterpoint {
 
 /// What a file may ask for that the engine does not have; refused, unless the user leaves it out.
 enum class LeaveOut {
-  kFluid,                ///< <option density viscosity wind>
+  kFluid,                ///< drag of the air: <option density viscosity wind>
   kTendons,              ///< forces and limits of tendons that are no coupling of two joints
   kActuators,            ///< actuators that pull by themselves and are no servo of one joint
   kJointForces,          ///< springs and limits of ball joints and the like
@@ -83,7 +83,9 @@ struct MjcfModel {
   std::vector<Actuator> actuators;
   std::vector<Keyframe> keyframes;
   Vector3 gravity = Vector3(0, 0, -9.81);
-  double time_step = 0.002;  ///< [s]
+  double time_step = 0.002;    ///< [s]
+  double air_density = 0.0;    ///< [kg/m^3]
+  double air_viscosity = 0.0;  ///< [Pa s]
   std::string integrator = "semi_implicit_euler";
 };
 

@@ -31,6 +31,22 @@ void read_flags(Document& document, const Element& e, MjcfModel& model) {
   }
 }
 
+void read_air_options(Document& document, const Values& v, MjcfModel& model) {
+  const double density = v.number("density", model.air_density);
+  const double viscosity = v.number("viscosity", model.air_viscosity);
+  if (density < 0.0 || viscosity < 0.0)
+    document.fail(v.element(), "density and viscosity must not be negative");
+  if (v.vector("wind", Vector3::Zero()) != Vector3::Zero() && (density > 0.0 || viscosity > 0.0))
+    document.refuse(v.element(), LeaveOut::kFluid, "wind is not supported: the air is still");
+  if (document.options().leave_out.count(LeaveOut::kFluid) > 0) {
+    if (density > 0.0 || viscosity > 0.0)
+      document.note(v.element(), "density and viscosity of the air are left out");
+    return;
+  }
+  model.air_density = density;
+  model.air_viscosity = viscosity;
+}
+
 std::string counted(const std::map<std::string, int>& counts) {
   std::string list;
   for (const auto& [name, count] : counts)
@@ -47,8 +63,7 @@ void read_options(Document& document, MjcfModel& model) {
     model.gravity = v.vector("gravity", model.gravity);
     model.time_step = v.number("timestep", model.time_step);
     if (!(model.time_step > 0.0)) document.fail(*e, "timestep: a positive number is expected");
-    if (v.number("density", 0.0) > 0.0 || v.number("viscosity", 0.0) > 0.0)
-      document.refuse(*e, LeaveOut::kFluid, "density and viscosity of the air are not supported");
+    read_air_options(document, v, model);
     std::string others;
     for (const char* name :
          {"integrator", "cone", "impratio", "solver", "jacobian", "iterations", "tolerance",

@@ -1,4 +1,5 @@
 // counterpoint sweep and merge: one table, whatever computes it and whatever interrupts it.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -7,7 +8,7 @@
 #include <thread>
 
 #include "apps/command.h"
-#include "counterpoint/engine/io/csv.h"
+#include "counterpoint/engine/io/table.h"
 
 namespace counterpoint::test {
 namespace {
@@ -233,7 +234,6 @@ TEST_F(Sweep, AFullDiskIsSaidAndNothingIsLost) {
 TEST_F(Sweep, AFolderThatCannotBeWrittenIsSaidBeforeAnyWork) {
   // Also to root.
   const CommandResult result = folder_.run("sweep {}/study.yaml --output /sys/kernel/table.csv");
-  EXPECT_EQ(folder_.run("sweep {}/study.yaml --output {}/table.h5").exit_code, 2);
   EXPECT_EQ(result.exit_code, 2);
   EXPECT_NE(result.errors.find("finished tasks cannot be kept here"), std::string::npos)
       << result.errors;
@@ -292,12 +292,28 @@ TEST_F(Sweep, BadSharesAreRefused) {
   EXPECT_NE(folder_.run("merge {}").errors.find("command.json is missing"), std::string::npos);
 }
 
+TEST_F(Sweep, HoldsTheSameNumbersInHdf5) {
+  expected(folder_);
+  const CommandResult result = folder_.run("sweep {}/study.yaml --output {}/table.h5 --threads 2");
+  if (result.errors.find("libhdf5-dev") != std::string::npos) GTEST_SKIP() << result.errors;
+  ASSERT_EQ(result.exit_code, 0) << result.errors;
+  const Table table(folder_.path("table.h5"));
+  ASSERT_EQ(table.num_rows(), 24);
+  const std::string text = folder_.read("expected.csv");
+  for (const char* name : {"friction", "cube.vx", "cube.z", "max(cube.z)", "energy_end_J"}) {
+    const double value = table.value(23, table.column(name));
+    EXPECT_NE(text.substr(text.find("\n23,ok")).find(fmt::format(",{:.17g}", value)),
+              std::string::npos)
+        << name;
+  }
+}
+
 TEST_F(Sweep, TrajectoriesAreThoseOfTheRows) {
   folder_.write(
       "study.yaml",
       "scene: cube_toss\nduration: 0.1\nvary:\n  cube.vx: [0, 1]\nrecord: {trajectories: true}\n");
   expected(folder_);
-  const CsvTable motion(folder_.path("expected.csv.trajectories/000/000001.csv"));
+  const Table motion(folder_.path("expected.csv.trajectories/000/000001.csv"));
   EXPECT_EQ(motion.num_rows(), 51);
   EXPECT_EQ(motion.value(0, motion.column("cube.vx")), 1.0);
 }

@@ -1,32 +1,15 @@
 // Tables: as such, as a trajectory of a small model, and as its inputs.
-#include "counterpoint/engine/io/csv.h"
-
 #include "apps/input/inputs.h"
-#include "counterpoint/engine/io/trajectory.h"
 #include "fuzz/fuzz.h"
 #include "fuzz/small_model.h"
+#include "fuzz/tables.h"
 
 namespace counterpoint::fuzz {
-namespace {
-
-template <typename Read>
-void try_read(const Read& read) {
-  try {
-    read();
-  } catch (const InputError&) {
-  }
-}
-
-}  // namespace
 
 void read(std::string_view input) {
   const std::filesystem::path file = write("table.csv", input);
   const Model& model = small_model();
-  try_read([&] {
-    const Trajectory trajectory = read_trajectory(file, model);
-    if (!trajectory.q.allFinite() || !trajectory.v.allFinite()) std::abort();
-    step_lengths(trajectory, std::nullopt, 0.1);
-  });
+  read_as_trajectory(file, model);
   try_read([&] {
     apps::InputSchedule schedule(file, model);
     Input applied;
@@ -36,7 +19,7 @@ void read(std::string_view input) {
       if (!applied.applied_force.allFinite()) std::abort();
     }
   });
-  const CsvTable table(file);
+  const Table table(file);
   for (int row = 0; row < table.num_rows(); ++row) {
     for (int column = 0; column < table.num_columns(); ++column) table.cell(row, column);
   }

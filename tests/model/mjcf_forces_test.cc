@@ -197,8 +197,10 @@ TEST_F(MjcfForcesTest, WhatIsMissingIsRefusedByElementAndLine) {
   expect_refused(with("axis='0 0 0'"), {"m.xml:2: <joint> 'j'", "axis"});
   expect_refused(with("range='1 x'"), {"m.xml:2: <joint> 'j'", "range: 2 finite numbers"});
   expect_refused(with("", "class='none'"), {"m.xml:2: <geom> 'g'", "no default class 'none'"});
-  expect_refused(with("") + "\n<option density='1.2'/>",
-                 {"m.xml:3: <option>", "density", "leave_out: [fluid]"});
+  expect_refused(with("") + "\n<option density='1.2' wind='1 0 0'/>",
+                 {"m.xml:3: <option>", "wind", "leave_out: [fluid]"});
+  expect_refused(with("", "fluidshape='ellipsoid'") + "\n<option density='1.2'/>",
+                 {"m.xml:2: <geom> 'g'", "fluidshape", "leave_out: [fluid]"});
   expect_refused(with("") + "\n<actuator><muscle joint='k'/><intvelocity joint='j'/></actuator>",
                  {"m.xml:3", "intvelocity"});
   expect_refused(with("") + "\n<actuator><motor joint='k'/></actuator>",
@@ -211,6 +213,20 @@ TEST_F(MjcfForcesTest, WhatIsMissingIsRefusedByElementAndLine) {
                  {"m.xml:3: <key>", "qpos: 2 numbers; the model has 1"});
   expect_refused("\n<worldbody><replicate count='3'/></worldbody>", {"m.xml:2: <replicate>"});
   expect_refused("<compiler coordinate='global'/>", {"coordinate"});
+}
+
+TEST_F(MjcfForcesTest, AirResistsAsMujocosBoxInTheMeanOverDirections) {
+  // A cube of side 0.3 m: of every face the same coefficient c = rho/2 b^2, of whose force c |v_i| v_i
+  // along the axes the nearest isotropic one is 3 c / 4; rho/64 2 b^5 for rotation, likewise.
+  constexpr double b = 0.3, rho = 1.2, mu = 0.01;
+  const Scene s = scene(R"(<option density='1.2' viscosity='0.01'/>
+    <worldbody><body><freejoint/><geom type='box' size='0.15 0.15 0.15' mass='2'/></body></worldbody>)");
+  ASSERT_EQ(s.model.drags().size(), 1u);
+  const Drag& drag = s.model.drags()[0].drag;
+  EXPECT_NEAR(drag.linear, 3 * M_PI * b * mu, kRoundOff);
+  EXPECT_NEAR(drag.angular, M_PI * b * b * b * mu, kRoundOff);
+  EXPECT_NEAR(drag.quadratic, 0.75 * rho / 2 * b * b, kRoundOff);
+  EXPECT_NEAR(drag.angular_quadratic, 0.75 * rho / 32 * std::pow(b, 5), kRoundOff);
 }
 
 TEST_F(MjcfForcesTest, WhatIsLeftOutIsNoted) {

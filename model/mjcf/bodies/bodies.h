@@ -51,4 +51,7 @@ Bodies read_bodies(Document& document, const Defaults& defaults, const Compiler&
 void read_inertias(Document& document, const Compiler& compiler, Assets& assets,
                    const Bodies& bodies, MjcfModel& model);
 
+/// Gives the links the drag of the air of <option>. Needs their inertia.
+void read_air(Document& document, const Bodies& bodies, MjcfModel& model);
+
 }  // namespace counterpoint::mjcf

@@ -122,6 +122,7 @@ Geom read_geom(const Values& v, const Compiler& compiler, const Pose& X_BF, int 
   geom.fit_scale = v.number("fitscale", 1.0);
   geom.fit_box = compiler.fit_aabb;
   geom.shell = v.boolean("shellinertia", false);
+  geom.ellipsoid_in_fluid = v.text("fluidshape", "none") != "none";
   geom.contype = v.integer("contype", 1);
   geom.conaffinity = v.integer("conaffinity", 1);
   geom.condim = v.integer("condim", 3);

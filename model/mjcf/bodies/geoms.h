@@ -20,6 +20,7 @@ struct Geom {
   bool fit_box = false;  ///< to the box around the mesh, else to that of its inertia
   double fit_scale = 1.0;
   bool shell = false;  ///< its mass lies in its surface
+  bool ellipsoid_in_fluid = false;
   int contype = 1, conaffinity = 1, condim = 3, group = 0, priority = 0;
   double slide = 1.0, spin = 0.005, roll = 0.0001;
   std::optional<double> mass;  ///< [kg]

@@ -44,7 +44,7 @@ class TrajectoryFile : public testing::Test {
   }
   void expect_message(const std::string& text, const std::string& part) const {
     write(text);
-    const std::string message = message_of([&] { CsvTable table(file_); });
+    const std::string message = message_of([&] { Table table(file_); });
     EXPECT_NE(message.find(part), std::string::npos) << "got: " << message;
   }
 
@@ -270,17 +270,17 @@ TEST_F(TrajectoryFile, SaysWhereACsvIsWrong) {
   expect_message("a,b\n1,nan\n", "column 'b': 'nan'");
   expect_message("a,b\n1e999,1\n", "column 'a': '1e999'");
   expect_message("a,\"b\n1,1\n", "not closed");
-  EXPECT_NE(message_of([&] { CsvTable table(folder_ / "none.csv"); }).find("cannot be read"),
+  EXPECT_NE(message_of([&] { Table table(folder_ / "none.csv"); }).find("cannot be read"),
             std::string::npos);
   EXPECT_NE(message_of([&] {
-              CsvWriter writer(folder_ / "no" / "t.csv", {"a"});
+              TableWriter writer(folder_ / "no" / "t.csv", {"a"});
             }).find("cannot be created"),
             std::string::npos);
 }
 
 TEST_F(TrajectoryFile, QuotesNamesThatNeedIt) {
   {
-    CsvWriter writer(file_, {"a,b", "c\"d", "e"});
+    TableWriter writer(file_, {{"a,b", CellType::kText}, "c\"d", "e"});
     writer.text("x,y");
     writer.empty();
     writer.number(-0.0);
@@ -288,7 +288,7 @@ TEST_F(TrajectoryFile, QuotesNamesThatNeedIt) {
   }
   EXPECT_EQ(content(), "\"a,b\",\"c\"\"d\",e\n\"x,y\",,-0\n");
   write("\"a,b\",\"c\"\"d\", e \n1,2,+3\n");
-  const CsvTable table(file_);
+  const Table table(file_);
   EXPECT_EQ(table.columns(), (std::vector<std::string>{"a,b", "c\"d", "e"}));
   EXPECT_EQ(table.value(0, 2), 3.0);
 }

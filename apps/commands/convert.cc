@@ -1,0 +1,47 @@
+// counterpoint convert: a motion, or any other table, in another format.
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <memory>
+
+#include "command.h"
+#include "counterpoint/engine/io/table.h"
+#include "report/report.h"
+
+namespace counterpoint::apps {
+namespace {
+
+struct Arguments {
+  std::string input, output;
+  Report report;
+};
+
+int convert(Arguments& arguments) {
+  const long rows = copy_table(arguments.input, arguments.output);
+  const auto bytes = std::filesystem::file_size(arguments.output);
+  Report& report = arguments.report;
+  report.begin("convert", arguments.input);
+  report["output"] = arguments.output;
+  report["rows"] = rows;
+  report["bytes"] = bytes;
+  fmt::print(report.text(), "{}: {} rows, {} bytes\n", arguments.output, rows, bytes);
+  report.write();
+  return kSuccess;
+}
+
+}  // namespace
+
+void add_convert(CommandLine& line) {
+  auto arguments = std::make_shared<Arguments>();
+  Command& command = line.add(
+      "convert", "Write a motion or another table in another format: CSV, HDF5, NumPy, MCAP");
+  command.add_option("INPUT", arguments->input, "Table to read: .csv, .h5, .npz or .mcap").required();
+  command.add_option("OUTPUT", arguments->output, "Table to write; its ending says the format").required();
+  arguments->report.add_to(command);
+  command.footer(
+      "Nothing is rounded. A file of a run that died is read as far as it goes.\n\n"
+      "Example:\n  counterpoint convert fall.csv fall.h5");
+  command.action([arguments] { return convert(*arguments); });
+}
+
+}  // namespace counterpoint::apps

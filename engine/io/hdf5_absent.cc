@@ -1,0 +1,24 @@
+// In place of hdf5_format.cc where the library was not found.
+#include <fmt/format.h>
+
+#include "counterpoint/engine/io/table_format.h"
+#include "counterpoint/model/types.h"
+
+namespace counterpoint {
+namespace {
+
+[[noreturn]] void refuse(const std::filesystem::path& file) {
+  throw InputError(fmt::format("{}: this build has no HDF5: install libhdf5-dev and configure again, or take .npz, "
+                               ".mcap or .csv",
+                               file.string()));
+}
+
+}  // namespace
+
+std::unique_ptr<TableSource> open_hdf5(const std::filesystem::path& file) { refuse(file); }
+
+std::unique_ptr<TableSink> create_hdf5(const std::filesystem::path& file, const std::vector<Column>&) {
+  refuse(file);
+}
+
+}  // namespace counterpoint

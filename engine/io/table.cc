@@ -1,0 +1,294 @@
+#include "counterpoint/engine/io/table.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <limits>
+#include <stdexcept>
+
+#include "counterpoint/engine/io/table_format.h"
+#include "counterpoint/model/limits.h"
+#include "counterpoint/model/types.h"
+
+namespace counterpoint {
+namespace {
+
+const std::vector<TableFormat>& formats() {
+  static const std::vector<TableFormat> all{
+      {"CSV", {".csv"}, "", nullptr, create_csv},
+      {"HDF5", {".h5", ".hdf5"}, "\x89HDF\r\n\x1a\n", open_hdf5, create_hdf5},
+      {"NumPy", {".npz"}, "PK\x03\x04", open_npz, create_npz},
+      {"MCAP", {".mcap"}, "\x89MCAP0\r\n", open_mcap, create_mcap}};
+  return all;
+}
+
+/// By the ending, CSV if that is of none.
+const TableFormat& format_of(const std::filesystem::path& file) {
+  std::string ending = file.extension().string();
+  std::transform(ending.begin(), ending.end(), ending.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  for (const TableFormat& format : formats())
+    if (std::count(format.endings.begin(), format.endings.end(), ending) > 0) return format;
+  return formats().front();
+}
+
+/// Of regular files; a pipe cannot be looked at twice.
+void check_content(const std::filesystem::path& file, const TableFormat& format) {
+  std::error_code error;
+  const bool regular = std::filesystem::is_regular_file(file, error);
+  if (!regular && format.magic.empty()) return;  // the CSV reader says what is wrong, or reads the pipe
+  if (!regular)
+    throw InputError(fmt::format("{}: cannot be read; expected a {} file", file.string(), format.name));
+  std::string start(8, '\0');
+  std::ifstream stream(file, std::ios::binary);
+  stream.read(start.data(), static_cast<std::streamsize>(start.size()));
+  start.resize(static_cast<std::size_t>(stream.gcount()));
+  if (!format.magic.empty() && !start.starts_with(format.magic))
+    throw InputError(fmt::format("{}: no {} file, though its name ends like that of one; a CSV file ends in .csv",
+                                 file.string(), format.name));
+  for (const TableFormat& other : formats())
+    if (format.magic.empty() && !other.magic.empty() && start.starts_with(other.magic))
+      throw InputError(fmt::format("{}: a {} file; rename it to end in {}", file.string(), other.name,
+                                   other.endings.front()));
+}
+
+void check_names(const std::vector<Column>& columns, const std::string& file) {
+  if (columns.empty()) throw InputError(fmt::format("{}: no columns", file));
+  std::vector<std::string> sorted;
+  for (const Column& column : columns) sorted.push_back(column.name);
+  std::sort(sorted.begin(), sorted.end());
+  const auto repeated = std::adjacent_find(sorted.begin(), sorted.end());
+  if (repeated != sorted.end())
+    throw InputError(fmt::format("{}:1: column '{}' occurs more than once", file, *repeated));
+}
+
+}  // namespace
+
+void TableBlock::clear() {
+  rows = 0;
+  numbers.clear();
+  integers.clear();
+  texts.clear();
+  lines.clear();
+}
+
+int rows_of_block(std::size_t num_columns) {
+  return static_cast<int>(std::max<std::size_t>(1, kBlockBytes / 8 / std::max<std::size_t>(1, num_columns)));
+}
+
+std::vector<std::string> names_of(const std::vector<Column>& columns, bool integers) {
+  std::vector<std::string> names;
+  for (const Column& column : columns)
+    if ((column.type == CellType::kInteger) == integers) names.push_back(column.name);
+  return names;
+}
+
+std::vector<Column> columns_of(const std::vector<std::string>& numbers,
+                               const std::vector<std::string>& integers,
+                               const std::vector<std::string>& labels, const std::string& file) {
+  std::vector<Column> columns(numbers.begin(), numbers.end());
+  for (std::size_t i = 0; i + 1 < labels.size(); i += 2) {
+    const auto column = std::find_if(columns.begin(), columns.end(),
+                                     [&](const Column& c) { return c.name == labels[i]; });
+    if (column == columns.end())
+      throw InputError(fmt::format("{}: labels of a column '{}', which there is not", file, labels[i]));
+    column->type = CellType::kLabel;
+    column->labels.push_back(labels[i + 1]);
+  }
+  for (const std::string& name : integers) columns.emplace_back(name, CellType::kInteger);
+  return columns;
+}
+
+TableReader::TableReader(const std::filesystem::path& file,
+                         const std::vector<std::string>& label_columns)
+    : file_(file.string()), block_(std::make_unique<TableBlock>()) {
+  const TableFormat& format = format_of(file);
+  check_content(file, format);
+  source_ = format.open ? format.open(file) : open_csv(file, label_columns);
+  check_names(columns(), file_);
+  for (const Column& column : columns())
+    slots_.push_back(column.type == CellType::kInteger ? num_integers_++ : num_numbers_++);
+}
+
+TableReader::~TableReader() = default;
+
+const std::vector<Column>& TableReader::columns() const { return source_->columns(); }
+
+bool TableReader::next() {
+  if (++row_ < block_->rows) {
+    check_row();
+    return true;
+  }
+  rows_before_ += block_->rows;
+  row_ = -1;
+  block_->clear();
+  if (!source_->read(*block_)) return false;
+  row_ = 0;
+  check_row();
+  return true;
+}
+
+void TableReader::check_row() const {
+  for (int i = 0; i < num_columns(); ++i) {
+    const Column& column = columns()[static_cast<std::size_t>(i)];
+    if (column.type == CellType::kInteger) continue;
+    const double x = cell(i);
+    if (std::isinf(x))
+      throw InputError(fmt::format("{}: column '{}': {} is no finite number", where(), column.name, x));
+    if (column.type == CellType::kLabel &&
+        !(x >= 0.0 && x < static_cast<double>(column.labels.size()) && x == std::floor(x)))
+      throw InputError(fmt::format("{}: column '{}': {} is the number of no label", where(), column.name, x));
+  }
+}
+
+double TableReader::cell(int column) const {
+  const auto slot = static_cast<std::size_t>(slots_[static_cast<std::size_t>(column)]);
+  if (columns()[static_cast<std::size_t>(column)].type == CellType::kInteger)
+    return static_cast<double>(integer(column));
+  return block_->numbers[static_cast<std::size_t>(row_) * static_cast<std::size_t>(num_numbers_) + slot];
+}
+
+std::uint64_t TableReader::integer(int column) const {
+  const auto slot = static_cast<std::size_t>(slots_[static_cast<std::size_t>(column)]);
+  return block_->integers[static_cast<std::size_t>(row_) * static_cast<std::size_t>(num_integers_) + slot];
+}
+
+int TableReader::line() const {
+  return block_->lines.empty() ? 0 : block_->lines[static_cast<std::size_t>(row_)];
+}
+
+std::string TableReader::where() const {
+  if (line() > 0) return fmt::format("{}:{}", file_, line());
+  return fmt::format("{}: row {}", file_, rows_before_ + row_ + 1);
+}
+
+Table::Table(const std::filesystem::path& file) : file_(file.string()) {
+  TableReader reader(file);
+  has_lines_ = format_of(file).magic.empty();
+  for (const Column& column : reader.columns()) columns_.push_back(column.name);
+  while (reader.next()) {
+    if (cells_.size() + columns_.size() > limits::kMaxTableCells)
+      throw InputError(fmt::format("{}: more than {} cells; cut the table into several", reader.where(),
+                                   limits::kMaxTableCells));
+    for (int i = 0; i < reader.num_columns(); ++i) cells_.push_back(reader.cell(i));
+    if (has_lines_) lines_.push_back(reader.line());
+    ++num_rows_;
+  }
+}
+
+int Table::find_column(std::string_view name) const {
+  const auto it = std::find(columns_.begin(), columns_.end(), name);
+  return it == columns_.end() ? -1 : static_cast<int>(it - columns_.begin());
+}
+
+int Table::column(std::string_view name) const {
+  const int index = find_column(name);
+  if (index < 0) {
+    throw InputError(fmt::format("{}: no column '{}'; there are: {}", where_columns(), name,
+                                 fmt::join(columns_, ", ")));
+  }
+  return index;
+}
+
+double Table::value(int row, int column) const {
+  const double number = cell(row, column);
+  if (std::isnan(number)) {
+    throw InputError(fmt::format("{}: column '{}' is empty; expected a number", where(row),
+                                 columns_[static_cast<std::size_t>(column)]));
+  }
+  return number;
+}
+
+std::string Table::where(int row) const {
+  if (has_lines_) return fmt::format("{}:{}", file_, lines_[static_cast<std::size_t>(row)]);
+  return fmt::format("{}: row {}", file_, row + 1);
+}
+
+std::string Table::where_columns() const { return has_lines_ ? file_ + ":1" : file_; }
+
+TableWriter::TableWriter(const std::filesystem::path& file, std::vector<Column> columns)
+    : file_(file.string()), columns_(std::move(columns)), block_(std::make_unique<TableBlock>()) {
+  const TableFormat& format = format_of(file);
+  for (const Column& column : columns_)
+    if (column.type == CellType::kText && !format.magic.empty())
+      throw InputError(fmt::format("{}: column '{}' holds text, which only CSV has here; let the name end in .csv",
+                                   file_, column.name));
+  sink_ = format.create(file, columns_);
+}
+
+TableWriter::~TableWriter() {
+  try {
+    finish();
+  } catch (const std::exception&) {  // whoever wants to know calls finish
+  }
+}
+
+void TableWriter::number(double value) {
+  block_->numbers.push_back(value);
+  ++cells_in_row_;
+}
+
+void TableWriter::integer(std::uint64_t value) {
+  block_->integers.push_back(value);
+  ++cells_in_row_;
+}
+
+void TableWriter::text(std::string_view value) {
+  if (cells_in_row_ >= columns_.size() || columns_[cells_in_row_].type != CellType::kText)
+    throw std::logic_error(fmt::format("{}: text in a column that is not of text", file_));
+  block_->texts.emplace_back(value);
+  number(static_cast<double>(block_->texts.size() - 1));
+}
+
+void TableWriter::empty() { number(std::numeric_limits<double>::quiet_NaN()); }
+
+void TableWriter::end_row() {
+  if (cells_in_row_ != columns_.size())
+    throw std::logic_error(fmt::format("{}: a row of {} cells in a table of {} columns", file_, cells_in_row_,
+                                       columns_.size()));
+  cells_in_row_ = 0;
+  ++block_->rows;
+  if (block_->num_bytes() >= kBlockBytes) write_block();
+}
+
+void TableWriter::write_block() {
+  sink_->write(*block_);
+  block_->clear();
+}
+
+void TableWriter::finish() {
+  if (!sink_) return;
+  const std::unique_ptr<TableSink> sink = std::move(sink_);
+  if (block_->rows > 0) {  // of a row that was begun and not ended nothing is written
+    const auto integers = names_of(columns_, true).size();
+    block_->integers.resize(static_cast<std::size_t>(block_->rows) * integers);
+    block_->numbers.resize(static_cast<std::size_t>(block_->rows) * (columns_.size() - integers));
+    sink->write(*block_);
+  }
+  sink->finish();
+}
+
+long copy_table(const std::filesystem::path& from, const std::filesystem::path& to) {
+  std::error_code error;
+  if (std::filesystem::equivalent(from, to, error))
+    throw InputError(fmt::format("{}: cannot be copied onto itself", from.string()));
+  TableReader reader(from);
+  TableWriter writer(to, reader.columns());
+  long rows = 0;
+  for (; reader.next(); ++rows) {
+    for (int i = 0; i < reader.num_columns(); ++i) {
+      if (reader.columns()[static_cast<std::size_t>(i)].type == CellType::kInteger)
+        writer.integer(reader.integer(i));
+      else
+        writer.number(reader.cell(i));
+    }
+    writer.end_row();
+  }
+  writer.finish();
+  return rows;
+}
+
+}  // namespace counterpoint
