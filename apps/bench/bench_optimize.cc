@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "counterpoint/engine/dynamics/integrator.h"
+#include "counterpoint/engine/optimize/newton/newton.h"
 #include "counterpoint/engine/optimize/problem_file.h"
 
 namespace counterpoint::apps {

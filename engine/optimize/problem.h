@@ -124,6 +124,10 @@ Term unactuated_condition(const Model& model, const std::vector<char>& motors, d
 /// g0 times the mass of all bodies [N].
 double scene_weight(const Model& model);
 
+/// Frames on a straight line between two configurations: steps + 1 of them.
+std::vector<VectorX> straight_line(const Model& model, const VectorX& from, const VectorX& to,
+                                   int steps);
+
 /// @throws InputError where sizes or indices do not fit the model.
 void check_problem(const Problem& problem);
 

@@ -49,8 +49,4 @@ class Frames {
   VectorX goal_, before_goal_;    ///< frames N and N - 1
 };
 
-/// Frames on a straight line between two configurations: steps + 1 of them.
-std::vector<VectorX> straight_line(const Model& model, const VectorX& from, const VectorX& to,
-                                   int steps);
-
 }  // namespace counterpoint::optimization
