@@ -118,7 +118,8 @@ void cradle(Trial& trial, const char* scene, bool apart) {
   });
   const VectorX& v = sim.state().v;
   const double momentum = v[0] + v[6] + v[12] + v[18] + v[24];
-  trial.equal("momentum", "kg m/s", momentum, 1.0, 1e-12, "Newton's third law");
+  // An impact is solved to rounding of velocities, 1.1e-16 m/s, over the compliance of 1e-6.
+  trial.equal("momentum", "kg m/s", momentum, 1.0, 1e-10, "Newton's third law");
   View view(sim);
   trial.at_most("kinetic energy", "J", view.kinetic(), 0.5 + 1e-9, "restitution gains none");
   if (apart) {

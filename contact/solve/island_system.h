@@ -69,8 +69,6 @@ class IslandSystem {
   /// `unsymmetric` G if it is singular. LU pivots only where without it rounding would be amplified
   /// too much.
   bool factor(const double* hessian, bool unsymmetric);
-  /// There was a factorization, for whichever G.
-  bool has_factors() const { return mass_ready_; }
   /// x = inv(M + J'GJ) x.
   void solve(double* x) const { factorization_.solve(x); }
 

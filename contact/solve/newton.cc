@@ -217,25 +217,6 @@ bool Newton::at_floor(bool moved, int max_iterations, double best, const std::ve
   return gradient_norm_ <= (in_doubt ? kFloorFactor : kSureFloor) * roundoff_floor(w);
 }
 
-// What rounding in the factors of stiff contacts leaves in motions that no contact resists,
-// momentum first of all, lies below the rounding of impulses, but is more than velocities are
-// rounded by: one more solve by the last factors, of whichever method, takes it away. Returns the
-// relative residual, which falls or stays.
-double Newton::polish(std::vector<double>& w, std::vector<double>& f) {
-  const double before = gradient_norm_, scale = scale_;
-  trial_ = w;
-  for (size_t i = 0; i < step_.size(); ++i) step_[i] = -gradient_[i];
-  system_->solve(step_.data());
-  for (size_t i = 0; i < w.size(); ++i) w[i] += step_[i];
-  y_step_ = f;
-  evaluate_residual(w, f);
-  if (gradient_norm_ < before) return gradient_norm_ / scale_;
-  w = trial_;
-  f = y_step_;
-  evaluated_ = false;
-  return before / scale;
-}
-
 Newton::Result Newton::run(double tolerance, int max_iterations, std::vector<double>& w,
                            std::vector<double>& f) {
   unsymmetric_ = system_->unsymmetric();
@@ -266,10 +247,7 @@ Newton::Result Newton::resume(double tolerance, int max_iterations, std::vector<
     } else if (unsymmetric_ && ++since_milestone >= kMilestonePatience) {
       moved = false;  // creeping towards a local minimum of the residual's norm
     }
-    if (at_floor(moved, max_iterations, best, w)) {
-      if (moved && system_->has_factors()) result.residual = polish(w, f);
-      return stop(Status::kRoundoffFloor);
-    }
+    if (at_floor(moved, max_iterations, best, w)) return stop(Status::kRoundoffFloor);
     best = std::min(best, gradient_norm_);
     if (!moved) return stop(Status::kNoProgress);
     if (result.iterations == max_iterations) return stop(Status::kMaxIterations);

@@ -54,7 +54,6 @@ class Newton {
   void record();
   void linearize();
   bool at_floor(bool moved, int max_iterations, double best, const std::vector<double>& w);
-  double polish(std::vector<double>& w, std::vector<double>& f);
   bool advance(std::vector<double>& w, std::vector<double>& f);
   LineSearchResult search_step();
   bool advance_cost(std::vector<double>& w);
