@@ -3,6 +3,7 @@
 
 #include <fcntl.h>
 #include <gtest/gtest.h>
+#include <poll.h>
 #include <unistd.h>
 
 #include <cstdlib>
@@ -12,6 +13,7 @@ namespace counterpoint::apps {
 namespace {
 
 constexpr double kNever = 3600.0;  // [s] longer than any test runs
+constexpr int kPatience = 200;     // [ms] after which a terminal has nothing more to pass on
 
 /// What `bar`, asked for twice, writes to a standard error that is the file `descriptor`, read from
 /// `reader`.
@@ -25,10 +27,15 @@ std::string written(int descriptor, int reader, double delay) {
   }
   dup2(saved, STDERR_FILENO);
   close(saved);
-  std::string out(4096, '\0');
-  fcntl(reader, F_SETFL, O_NONBLOCK);
-  const ssize_t size = read(reader, out.data(), out.size());
-  out.resize(size > 0 ? static_cast<size_t>(size) : 0);
+  // A terminal passes on what it was given in parts, some of it later.
+  std::string out;
+  pollfd waiting{reader, POLLIN, 0};
+  while (poll(&waiting, 1, kPatience) > 0 && (waiting.revents & POLLIN) != 0) {
+    char part[4096];
+    const ssize_t size = read(reader, part, sizeof part);
+    if (size <= 0) break;
+    out.append(part, static_cast<size_t>(size));
+  }
   return out;
 }
 
