@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <utility>
 
+#include "counterpoint/contact/linear/vector_lanes.h"
 #include "counterpoint/engine/dynamics/crba.h"
 #include "counterpoint/engine/dynamics/joint_motion.h"
 #include "counterpoint/engine/dynamics/kinematics.h"
@@ -11,109 +12,114 @@
 namespace counterpoint {
 namespace {
 
-/// Adds columns of a joint of so many linear and angular coordinates to row n . v of J, v of a
-/// place at `arm` [m] from the body's origin.
-template <int kLinear, int kAngular>
-void add_linear_columns(const Motion* axis, const Vector3& arm, const Vector3& n, double* J) {
-  const Vector3 moment = arm.cross(n);
-  for (int j = 0; j < kLinear; ++j) J[j] += axis[j].linear.dot(n);
-  for (int j = kLinear; j < kLinear + kAngular; ++j) J[j] += axis[j].angular.dot(moment);
-}
+using contact::Four;
 
-void add_linear_columns(JointType type, const Motion* axis, const Vector3& arm, const Vector3& n,
-                        double* J) {
-  switch (type) {
-    case JointType::kRevolute:
-      return add_linear_columns<0, 1>(axis, arm, n, J);
-    case JointType::kPrismatic:
-      return add_linear_columns<1, 0>(axis, arm, n, J);
-    case JointType::kPlanar:
-      return add_linear_columns<2, 1>(axis, arm, n, J);
-    case JointType::kSpherical:
-      return add_linear_columns<0, 3>(axis, arm, n, J);
-    case JointType::kFloating:
-      return add_linear_columns<3, 3>(axis, arm, n, J);
+/// The axes of a constraint's rows, one a lane: a vector of W times these is its three components.
+struct FrameLanes {
+  Four x, y, z;
+
+  COUNTERPOINT_INTO_EACH FrameLanes(const Matrix3& frame, double sign)
+      : x{sign * frame(0, 0), sign * frame(0, 1), sign * frame(0, 2), 0.0},
+        y{sign * frame(1, 0), sign * frame(1, 1), sign * frame(1, 2), 0.0},
+        z{sign * frame(2, 0), sign * frame(2, 1), sign * frame(2, 2), 0.0} {}
+
+  COUNTERPOINT_INTO_EACH void add(const Vector3& v, Four& sum) const {
+    sum += x * v[0] + (y * v[1] + z * v[2]);
   }
-}
+};
 
-/// The same of row n . w.
-void add_angular_columns(JointType type, const Motion* axis, const Vector3& n, double* J) {
-  const int nv = joint_nv(type);
-  for (int j = joint_num_linear(type); j < nv; ++j) J[j] += axis[j].angular.dot(n);
-}
+/// Rows of J of one coordinate: of the linear velocity at the constraint's place, and of the angular
+/// velocity where `turning`.
+struct RowLanes {
+  Four linear{}, angular{};
+};
 
-/// Adds the rows of the constraint, in the axes of `frame`, of one body's joint: rows are `width`
-/// apart.
-void add_joint_columns(const Model& model, const PairConstraint& pair, int b, const Matrix3& frame,
-                       const Data& data, std::ptrdiff_t width, double* columns) {
-  const int linear_end = std::min(pair.law.rows, 3 - pair.first);
-  const Body& body = model.body(b);
-  const Motion* axis = &data.axis[body.v_index];
-  const Vector3 arm = pair.position - data.X_WB[b].translation;
-  if (body.joint_type == JointType::kRevolute) {
-    const Vector3 linear = frame.transpose() * axis->angular.cross(arm);
-    for (int i = 0; i < linear_end; ++i) columns[i * width] += linear[pair.first + i];
-  } else {
-    for (int i = 0; i < linear_end; ++i)
-      add_linear_columns(body.joint_type, axis, arm, frame.col(pair.first + i),
-                         columns + i * width);
+/// Adds those of coordinate j of a body's joint, `arm` [m] from the body's origin to the place.
+COUNTERPOINT_INTO_EACH void add_column(const Motion& axis, bool is_linear, const Vector3& arm,
+                                       bool turning, const FrameLanes& frame, RowLanes& out) {
+  if (is_linear) {
+    frame.add(axis.linear, out.linear);
+    return;
   }
-  for (int i = std::max(linear_end, 0); i < pair.law.rows; ++i)
-    add_angular_columns(body.joint_type, axis, frame.col(pair.first + i - 3), columns + i * width);
+  frame.add(axis.angular.cross(arm), out.linear);
+  if (turning) frame.add(axis.angular, out.angular);
 }
+
+/// Has the constraint rows of angular velocity?
+bool is_turning(const PairConstraint& pair) { return pair.first + pair.law.rows > 3; }
 
 /// Adds sign * (rows of the constraint) of one body's chain to J, row by row as wide as its tree.
-void fill_pair_jacobian(const Model& model, const PairConstraint& pair, int leaf, double sign,
-                        const Data& data, contact::MatrixMap J) {
+COUNTERPOINT_WIDE void fill_pair_jacobian(const Model& model, const PairConstraint& pair, int leaf,
+                                          double sign, const Data& data, contact::MatrixMap J) {
   const int v_begin = model.trees()[model.body(leaf).tree].v_begin;
-  const Matrix3 frame = sign * pair.frame;
-  for (int b = leaf; b != 0; b = model.body(b).parent)
-    add_joint_columns(model, pair, b, frame, data, J.cols(),
-                      J.data() + (model.body(b).v_index - v_begin));
+  const FrameLanes frame(pair.frame, sign);
+  const bool turning = is_turning(pair);
+  const std::ptrdiff_t width = J.cols();
+  for (int b = leaf; b != 0;) {
+    const Body& body = model.body(b);
+    const Vector3 arm = pair.position - data.X_WB[b].translation;
+    const int num_linear = joint_num_linear(body.joint_type), nv = joint_nv(body.joint_type);
+    for (int j = 0; j < nv; ++j) {
+      RowLanes column;
+      add_column(data.axis[body.v_index + j], j < num_linear, arm, turning, frame, column);
+      double rows[8];
+      contact::store(column.linear, rows);
+      contact::store(column.angular, rows + 4);
+      double* to = J.data() + (body.v_index + j - v_begin);
+      for (int r = 0; r < pair.law.rows; ++r) {
+        const int row = pair.first + r;
+        to[r * width] += rows[row < 3 ? row : row + 1];
+      }
+    }
+    b = body.parent;
+  }
 }
 
-/// Sums J v of a pair from the roots of its bodies' chains on, joint by joint.
-class PairVelocity {
- public:
-  PairVelocity(const Model& model, const PairConstraint& pair, const Data& data, const VectorRef& v)
-      : model_(model),
-        pair_(pair),
-        data_(data),
-        v_(v),
-        minus_(-1.0 * pair.frame),
-        y_(pair.law.rows) {
-    y_.setZero();
-  }
-
-  /// Of the joints from the world to bodies a and b of one tree, or of one body where the other is
-  /// the world (0), by rising index; a parent's is below its child's.
-  void add(int a, int b) {
-    if (a == 0 && b == 0) return;
-    const bool of_a = a >= b, of_b = b >= a;
-    add(of_a ? model_.body(a).parent : a, of_b ? model_.body(b).parent : b);
-    add_joint(std::max(a, b), of_a, of_b);
-  }
-  const contact::Rows& sum() const { return y_; }
-
- private:
-  void add_joint(int i, bool of_a, bool of_b) {
-    const Body& body = model_.body(i);
-    const int nv = joint_nv(body.joint_type);
-    double columns[contact::kMaxRows * kMostColumns] = {};
-    if (of_a) add_joint_columns(model_, pair_, i, minus_, data_, nv, columns);
-    if (of_b) add_joint_columns(model_, pair_, i, pair_.frame, data_, nv, columns);
-    for (int j = 0; j < nv; ++j)
-      for (int r = 0; r < pair_.law.rows; ++r) y_[r] += columns[r * nv + j] * v_[body.v_index + j];
-  }
-
-  static constexpr int kMostColumns = 6;
-  const Model& model_;
-  const PairConstraint& pair_;
-  const Data& data_;
-  const VectorRef& v_;
-  Matrix3 minus_;
-  contact::Rows y_;
+/// Bodies of a chain, a parent's index below its child's; of which sides of a pair each one is.
+struct Link {
+  int body;
+  bool of_a, of_b;
 };
+
+/// y += J v of the joints listed, from the last on.
+COUNTERPOINT_WIDE void add_joints(const Model& model, const PairConstraint& pair, const Data& data,
+                                  const double* v, const Link* links, int count, RowLanes& y) {
+  const FrameLanes plus(pair.frame, 1.0), minus(pair.frame, -1.0);
+  const bool turning = is_turning(pair);
+  RowLanes sum = y;
+  for (int k = count - 1; k >= 0; --k) {
+    const Link& link = links[k];
+    const Body& body = model.body(link.body);
+    const Motion* axis = &data.axis[body.v_index];
+    const Vector3 arm = pair.position - data.X_WB[link.body].translation;
+    const int num_linear = joint_num_linear(body.joint_type), nv = joint_nv(body.joint_type);
+    for (int j = 0; j < nv; ++j) {
+      RowLanes column;
+      if (link.of_a) add_column(axis[j], j < num_linear, arm, turning, minus, column);
+      if (link.of_b) add_column(axis[j], j < num_linear, arm, turning, plus, column);
+      sum.linear += column.linear * v[body.v_index + j];
+      if (turning) sum.angular += column.angular * v[body.v_index + j];
+    }
+  }
+  y = sum;
+}
+
+/// y += J v of the joints from the world to bodies a and b of one tree, or to one body where the
+/// other is the world (0), by rising index.
+void add_chain(const Model& model, const PairConstraint& pair, const Data& data, const VectorRef& v,
+               int a, int b, RowLanes& y) {
+  constexpr int kMost = 32;  // at a time
+  Link links[kMost];
+  int count = 0;
+  while ((a != 0 || b != 0) && count < kMost) {
+    const bool of_a = a >= b, of_b = b >= a;
+    links[count++] = {std::max(a, b), of_a, of_b};
+    if (of_a) a = model.body(a).parent;
+    if (of_b) b = model.body(b).parent;
+  }
+  if (a != 0 || b != 0) add_chain(model, pair, data, v, a, b, y);
+  add_joints(model, pair, data, v.data(), links, count, y);
+}
 
 void add_pair(const Model& model, const PairConstraint& pair, const Data& data,
               const std::vector<int>& block_of_tree, contact::Problem& problem) {
@@ -179,15 +185,18 @@ void assemble_problem(const Model& model, const ConstraintSet& constraints, cons
 
 contact::Rows pair_velocity(const Model& model, const PairConstraint& pair, const Data& data,
                             const VectorRef& v) {
-  PairVelocity sum(model, pair, data, v);
+  RowLanes sum;
   if (model.body(pair.body_a).tree == model.body(pair.body_b).tree) {
-    sum.add(pair.body_a, pair.body_b);
+    add_chain(model, pair, data, v, pair.body_a, pair.body_b, sum);
   } else {
-    sum.add(pair.body_a, 0);
-    sum.add(0, pair.body_b);
+    add_chain(model, pair, data, v, pair.body_a, 0, sum);
+    add_chain(model, pair, data, v, 0, pair.body_b, sum);
   }
-  contact::Rows y = sum.sum();
-  for (int row = 0; row < pair.law.rows; ++row) y[row] += pair.law.bias[row];
+  contact::Rows y(pair.law.rows);
+  for (int i = 0; i < pair.law.rows; ++i) {
+    const int row = pair.first + i;
+    y[i] = (row < 3 ? sum.linear[row] : sum.angular[row - 3]) + pair.law.bias[i];
+  }
   return y;
 }
 
