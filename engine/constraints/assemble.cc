@@ -183,8 +183,8 @@ void assemble_problem(const Model& model, const ConstraintSet& constraints, cons
     add_joint_row(model, j, block_of_tree, problem);
 }
 
-contact::Rows pair_velocity(const Model& model, const PairConstraint& pair, const Data& data,
-                            const VectorRef& v) {
+void pair_velocity(const Model& model, const PairConstraint& pair, const Data& data,
+                   const VectorRef& v, double* y) {
   RowLanes sum;
   if (model.body(pair.body_a).tree == model.body(pair.body_b).tree) {
     add_chain(model, pair, data, v, pair.body_a, pair.body_b, sum);
@@ -192,12 +192,13 @@ contact::Rows pair_velocity(const Model& model, const PairConstraint& pair, cons
     add_chain(model, pair, data, v, pair.body_a, 0, sum);
     add_chain(model, pair, data, v, 0, pair.body_b, sum);
   }
-  contact::Rows y(pair.law.rows);
+  double rows[8];
+  contact::store(sum.linear, rows);
+  contact::store(sum.angular, rows + 4);
   for (int i = 0; i < pair.law.rows; ++i) {
     const int row = pair.first + i;
-    y[i] = (row < 3 ? sum.linear[row] : sum.angular[row - 3]) + pair.law.bias[i];
+    y[i] = rows[row < 3 ? row : row + 1] + pair.law.bias[static_cast<std::size_t>(i)];
   }
-  return y;
 }
 
 double joint_row_velocity(const JointConstraint& row, const VectorRef& v) {
@@ -206,7 +207,7 @@ double joint_row_velocity(const JointConstraint& row, const VectorRef& v) {
   return y + row.law.bias[0];
 }
 
-Force pair_impulse(const PairConstraint& pair, const contact::Rows& impulse) {
+Force pair_impulse(const PairConstraint& pair, const double* impulse) {
   Force out;
   for (int i = 0; i < pair.law.rows; ++i) {
     const int row = pair.first + i;
