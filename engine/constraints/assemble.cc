@@ -14,7 +14,7 @@ namespace {
 
 using contact::Four;
 
-/// The axes of a constraint's rows, one a lane: a vector of W times these is its three components.
+/// The axes of a constraint's rows, one a lane: each member is one component in W.
 struct FrameLanes {
   Four x, y, z;
 
@@ -22,63 +22,71 @@ struct FrameLanes {
       : x{sign * frame(0, 0), sign * frame(0, 1), sign * frame(0, 2), 0.0},
         y{sign * frame(1, 0), sign * frame(1, 1), sign * frame(1, 2), 0.0},
         z{sign * frame(2, 0), sign * frame(2, 1), sign * frame(2, 2), 0.0} {}
+  /// arm x axis of each: times an angular velocity, what that gives at `arm`.
+  COUNTERPOINT_INTO_EACH FrameLanes(const Vector3& arm, const FrameLanes& axes)
+      : x(arm[1] * axes.z - arm[2] * axes.y),
+        y(arm[2] * axes.x - arm[0] * axes.z),
+        z(arm[0] * axes.y - arm[1] * axes.x) {}
 
-  COUNTERPOINT_INTO_EACH void add(const Vector3& v, Four& sum) const {
-    sum += x * v[0] + (y * v[1] + z * v[2]);
+  COUNTERPOINT_INTO_EACH void dot(const Vector3& v, Four& out) const {
+    out = x * v[0] + (y * v[1] + z * v[2]);
   }
 };
 
-/// Rows of J of one coordinate: of the linear velocity at the constraint's place, and of the angular
-/// velocity where `turning`.
+/// Rows of J of one coordinate: of the linear velocity at the constraint's place, and of the
+/// angular velocity where there are such rows.
 struct RowLanes {
   Four linear{}, angular{};
 };
 
-/// Adds those of coordinate j of a body's joint, `arm` [m] from the body's origin to the place.
-COUNTERPOINT_INTO_EACH void add_column(const Motion& axis, bool is_linear, const Vector3& arm,
-                                       bool turning, const FrameLanes& frame, RowLanes& out) {
-  if (is_linear) {
-    frame.add(axis.linear, out.linear);
-    return;
-  }
-  frame.add(axis.angular.cross(arm), out.linear);
-  if (turning) frame.add(axis.angular, out.angular);
-}
-
 /// Has the constraint rows of angular velocity?
 bool is_turning(const PairConstraint& pair) { return pair.first + pair.law.rows > 3; }
+
+/// Calls visit(index of the coordinate, its rows) for the joint of body b; frame: the rows' axes.
+template <class Visit>
+COUNTERPOINT_INTO_EACH void visit_columns(const Model& model, const PairConstraint& pair, int b,
+                                          const FrameLanes& frame, bool turning, const Data& data,
+                                          const Visit& visit) {
+  const Body& body = model.body(b);
+  const Motion* axis = &data.axis[body.v_index];
+  const int num_linear = joint_num_linear(body.joint_type), nv = joint_nv(body.joint_type);
+  RowLanes column;
+  for (int j = 0; j < num_linear; ++j) {
+    frame.dot(axis[j].linear, column.linear);
+    visit(body.v_index + j, column);
+  }
+  const FrameLanes moment(pair.position - data.X_WB[b].translation, frame);
+  for (int j = num_linear; j < nv; ++j) {
+    moment.dot(axis[j].angular, column.linear);
+    if (turning) frame.dot(axis[j].angular, column.angular);
+    visit(body.v_index + j, column);
+  }
+}
 
 /// Adds sign * (rows of the constraint) of one body's chain to J, row by row as wide as its tree.
 COUNTERPOINT_WIDE void fill_pair_jacobian(const Model& model, const PairConstraint& pair, int leaf,
                                           double sign, const Data& data, contact::MatrixMap J) {
-  const int v_begin = model.trees()[model.body(leaf).tree].v_begin;
   const FrameLanes frame(pair.frame, sign);
   const bool turning = is_turning(pair);
   const std::ptrdiff_t width = J.cols();
-  for (int b = leaf; b != 0;) {
-    const Body& body = model.body(b);
-    const Vector3 arm = pair.position - data.X_WB[b].translation;
-    const int num_linear = joint_num_linear(body.joint_type), nv = joint_nv(body.joint_type);
-    for (int j = 0; j < nv; ++j) {
-      RowLanes column;
-      add_column(data.axis[body.v_index + j], j < num_linear, arm, turning, frame, column);
-      double rows[8];
-      contact::store(column.linear, rows);
-      contact::store(column.angular, rows + 4);
-      double* to = J.data() + (body.v_index + j - v_begin);
-      for (int r = 0; r < pair.law.rows; ++r) {
-        const int row = pair.first + r;
-        to[r * width] += rows[row < 3 ? row : row + 1];
-      }
+  const int v_begin = model.trees()[model.body(leaf).tree].v_begin;
+  const auto add = [&](int index, const RowLanes& column) {
+    double rows[8];
+    contact::store(column.linear, rows);
+    contact::store(column.angular, rows + 4);
+    for (int r = 0; r < pair.law.rows; ++r) {
+      const int row = pair.first + r;
+      J.data()[index - v_begin + r * width] += rows[row < 3 ? row : row + 1];
     }
-    b = body.parent;
-  }
+  };
+  for (int b = leaf; b != 0; b = model.body(b).parent)
+    visit_columns(model, pair, b, frame, turning, data, add);
 }
 
-/// Bodies of a chain, a parent's index below its child's; of which sides of a pair each one is.
+/// A body of a chain, and of which side of a pair.
 struct Link {
   int body;
-  bool of_a, of_b;
+  bool of_b;
 };
 
 /// y += J v of the joints listed, from the last on.
@@ -87,37 +95,28 @@ COUNTERPOINT_WIDE void add_joints(const Model& model, const PairConstraint& pair
   const FrameLanes plus(pair.frame, 1.0), minus(pair.frame, -1.0);
   const bool turning = is_turning(pair);
   RowLanes sum = y;
-  for (int k = count - 1; k >= 0; --k) {
-    const Link& link = links[k];
-    const Body& body = model.body(link.body);
-    const Motion* axis = &data.axis[body.v_index];
-    const Vector3 arm = pair.position - data.X_WB[link.body].translation;
-    const int num_linear = joint_num_linear(body.joint_type), nv = joint_nv(body.joint_type);
-    for (int j = 0; j < nv; ++j) {
-      RowLanes column;
-      if (link.of_a) add_column(axis[j], j < num_linear, arm, turning, minus, column);
-      if (link.of_b) add_column(axis[j], j < num_linear, arm, turning, plus, column);
-      sum.linear += column.linear * v[body.v_index + j];
-      if (turning) sum.angular += column.angular * v[body.v_index + j];
-    }
-  }
+  const auto add = [&](int index, const RowLanes& column) {
+    sum.linear += column.linear * v[index];
+    if (turning) sum.angular += column.angular * v[index];
+  };
+  for (int k = count - 1; k >= 0; --k)
+    visit_columns(model, pair, links[k].body, links[k].of_b ? plus : minus, turning, data, add);
   y = sum;
 }
 
-/// y += J v of the joints from the world to bodies a and b of one tree, or to one body where the
-/// other is the world (0), by rising index.
+/// y += J v of the joints to bodies a and b from where their chains part, by rising index; a
+/// parent's is below its child's. Before that J is zero: -c + c.
 void add_chain(const Model& model, const PairConstraint& pair, const Data& data, const VectorRef& v,
                int a, int b, RowLanes& y) {
   constexpr int kMost = 32;  // at a time
   Link links[kMost];
   int count = 0;
-  while ((a != 0 || b != 0) && count < kMost) {
-    const bool of_a = a >= b, of_b = b >= a;
-    links[count++] = {std::max(a, b), of_a, of_b};
-    if (of_a) a = model.body(a).parent;
-    if (of_b) b = model.body(b).parent;
+  while (a != b && count < kMost) {
+    int& side = a > b ? a : b;
+    links[count++] = {side, b > a};
+    side = model.body(side).parent;
   }
-  if (a != 0 || b != 0) add_chain(model, pair, data, v, a, b, y);
+  if (a != b) add_chain(model, pair, data, v, a, b, y);
   add_joints(model, pair, data, v.data(), links, count, y);
 }
 

@@ -14,8 +14,8 @@ void assemble_problem(const Model& model, const ConstraintSet& constraints, cons
                       const VectorRef& mass_diagonal, Data& data, std::vector<int>& block_of_tree,
                       contact::Problem& problem);
 
-/// y = J v + b of a pair at velocities v (nv) [m/s, rad/s], law.rows numbers, by the columns of assemble_problem and
-/// summed as the contact solver sums them: the same bits. Needs compute_poses.
+/// y = J v + b of a pair at velocities v (nv) [m/s, rad/s], law.rows numbers, by the columns of
+/// assemble_problem and summed as the contact solver sums them: the same bits. Needs compute_poses.
 void pair_velocity(const Model& model, const PairConstraint& pair, const Data& data,
                    const VectorRef& v, double* y);
 /// The same of a joint row.

@@ -252,8 +252,8 @@ double ConstraintFinder::gap_less_turning(const PairConstraint& contact, double 
   return std::max(gap - std::max(closer, 0.0), 0.0);
 }
 
-/// The constraint of a candidate, which is moved to where the bodies meet, in place of `contact`; its
-/// velocity now.
+/// Makes of `contact`, a constraint at its defaults, that of a candidate, which is moved to where
+/// the bodies meet; returns its velocity now.
 Vector3 ConstraintFinder::make_contact(const Model& model, const SimulationOptions& options,
                                        EffectSet effects, const Data& data,
                                        collision::Candidate& candidate, PairConstraint& contact) {
@@ -266,7 +266,6 @@ Vector3 ConstraintFinder::make_contact(const Model& model, const SimulationOptio
     material_ = surfaces(model.pair_material(pair.first, pair.second), effects);
     material_of_ = pair;
   }
-  contact = PairConstraint();
   contact.body_a = a.body;
   contact.body_b = b.body;
   // The bodies meet where the lighter one's surface is now, or nearly: halfway across a gap of
@@ -281,8 +280,8 @@ Vector3 ConstraintFinder::make_contact(const Model& model, const SimulationOptio
   contact.gap_bias = gap_bias(options.contact, h, gap);
   const Bounce bounce = find_contact_bounce(options, effects, material_, contact, gap, v[0]);
   if (bounce.happens && gap > 0.0) contact.impact_time = bounce.time;
-  contact.law = make_contact_law(law_options(options, alpha, weights_.total_mass), h, material_,
-                                 alpha, gap, v, bounce, is_round(model, a, b));
+  set_contact_law(law_options(options, alpha, weights_.total_mass), h, material_, alpha, gap, v,
+                  bounce, is_round(model, a, b), contact.law);
   return v;
 }
 
@@ -302,7 +301,9 @@ void ConstraintFinder::find_contacts(const Model& model, const SimulationOptions
     const Vector3 v = make_contact(model, options, effects, data, candidate, contact);
     count_contact(material_, counts);
     if (parks && !is_near(contact, v, near, h) && !idle(body_a) && !idle(body_b)) {
-      out.parked.push_back({candidate, contact});
+      ParkedContact& parked = out.parked.emplace_back();
+      parked.candidate = candidate;
+      parked.pair = contact;
       out.pairs.pop_back();
       continue;
     }

@@ -60,7 +60,10 @@ void recover_impulses(const Model& model, const VectorRef& v_next, double h, Wor
   out.contacts.clear();
   out.joints.clear();
   out.closures.assign(model.closures().size(), {});
-  for (Force& f : ws.body_impulse) f = Force();
+  for (Force& f : ws.body_impulse) {  // number by number: copies of a zero wait for its stores
+    f.torque.setZero();
+    f.force.setZero();
+  }
   const ConstraintSet& constraints = ws.constraints;
   evaluate_pairs(model, v_next, ws);
   const double* next = ws.pair_impulses.data();
@@ -70,7 +73,10 @@ void recover_impulses(const Model& model, const VectorRef& v_next, double h, Wor
     next += pair.law.rows;
     add_pair_impulse(pair, impulse, ws.data, ws.body_impulse);
     if (i < constraints.contacts.size()) {
-      out.contacts.push_back({constraints.contacts[i], impulse.force / h, slip(pair, ws)});
+      ContactForce& contact = out.contacts.emplace_back();
+      contact.contact = constraints.contacts[i];
+      contact.force = impulse.force / h;
+      contact.slip = slip(pair, ws);
     } else {
       ClosureForce& closure = out.closures[constraints.closures[i - constraints.contacts.size()]];
       closure.position = pair.position;
@@ -171,8 +177,8 @@ void invert_midpoint(const InverseArguments& step, bool refined, Workspace::Impl
 }
 
 /// The velocity that the impulses of a step are functions of, w+, or w_c of the midpoint rule, into
-/// ws.contact_velocity; the constraints of the step, those found by this velocity too, with the laws
-/// that were solved, into ws.constraints.
+/// ws.contact_velocity; the constraints of the step, those found by this velocity too, with the
+/// laws that were solved, into ws.constraints.
 void find_constraints(const InverseArguments& step, Workspace::Impl& ws) {
   const auto& [model, options, q, v, q_next, v_next, known, effects, exact_q_next] = step;
   const bool midpoint = options.integrator == Integrator::kImplicitMidpoint;
