@@ -29,7 +29,7 @@ struct FrameLanes {
         z(arm[0] * axes.y - arm[1] * axes.x) {}
 
   COUNTERPOINT_INTO_EACH void dot(const Vector3& v, Four& out) const {
-    out = x * v[0] + (y * v[1] + z * v[2]);
+    out = (x * v[0] + y * v[1]) + z * v[2];
   }
 };
 
