@@ -36,6 +36,7 @@ PRIVATE_WORDS = {
     r"throws? of (?:the )?dice": "erratic convergence",
     r"culprits?": "failure cause",
     r"closing[_ ]watch": "stalled closure detector",
+    r"movers?\b": "engine adapter",
     r"tie[_ ]solver": "equality solver",
     r"fast[_ ]trees": "energy projection",
     r"dearest|dearer": "most expensive",

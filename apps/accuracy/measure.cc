@@ -16,11 +16,11 @@ namespace {
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 /// Errors of one run of all pieces; false if one failed.
-bool run_for_error(Mover& mover, const Model& model, const Plan& plan, const Reference& reference,
+bool run_for_error(EngineAdapter& adapter, const Model& model, const Plan& plan, const Reference& reference,
                    Point& point) {
   double seconds = 0.0;
   for (const Piece& piece : reference.pieces) {
-    const Passage passage = mover.advance(piece.start, plan.length);
+    const Passage passage = adapter.advance(piece.start, plan.length);
     seconds += passage.seconds;
     point.steps += passage.steps;
     if (!passage.failure.empty()) {
@@ -40,17 +40,17 @@ bool run_for_error(Mover& mover, const Model& model, const Plan& plan, const Ref
   return point.failed == 0;
 }
 
-/// A point whose time is to be taken: the pieces by its mover.
+/// A point whose time is to be taken: the pieces by its adapter.
 struct Timing {
   size_t family = 0, point = 0;
-  std::unique_ptr<Mover> mover;
+  std::unique_ptr<EngineAdapter> adapter;
   std::vector<double> costs;
 };
 
 void run_for_time(const Plan& plan, const Reference& reference, Timing& timing) {
   double seconds = 0.0;
   for (const Piece& piece : reference.pieces)
-    seconds += timing.mover->advance(piece.start, plan.length).seconds;
+    seconds += timing.adapter->advance(piece.start, plan.length).seconds;
   timing.costs.push_back(seconds / (plan.length * static_cast<double>(reference.pieces.size())));
 }
 
@@ -63,17 +63,17 @@ void set_cost(Timing& timing, Point& point) {
   point.cost_high = costs.back();
 }
 
-/// The point without its time; the mover that it is to be taken of, unless it failed.
+/// The point without its time; the adapter that it is to be taken of, unless it failed.
 Point measure_point(const Scene& scene, const Plan& plan, const Reference& reference,
                     const Setting& setting, const MeasureOptions& options,
-                    std::unique_ptr<Mover>& mover) {
+                    std::unique_ptr<EngineAdapter>& adapter) {
   Point point;
   point.setting = setting;
-  mover = setting.make();
-  if (!run_for_error(*mover, scene.model, plan, reference, point)) {
+  adapter = setting.make();
+  if (!run_for_error(*adapter, scene.model, plan, reference, point)) {
     point.error = {kNaN, kNaN, kNaN};
     point.worst = point.cost = point.cost_low = point.cost_high = kNaN;
-    mover.reset();
+    adapter.reset();
     return point;
   }
   const bool at_scene_step =
@@ -169,10 +169,10 @@ std::vector<MeasuredFamily> measure(const Scene& scene, const Plan& plan,
         if (found != known.end()) {
           measured.points.push_back({});  // filled in when all is known
         } else {
-          std::unique_ptr<Mover> mover;
-          measured.points.push_back(measure_point(scene, plan, mine, setting, options, mover));
+          std::unique_ptr<EngineAdapter> adapter;
+          measured.points.push_back(measure_point(scene, plan, mine, setting, options, adapter));
           const Place here{out.size(), measured.points.size() - 1};
-          if (mover) timings.push_back({here.family, here.point, std::move(mover), {}});
+          if (adapter) timings.push_back({here.family, here.point, std::move(adapter), {}});
           if (!setting.key.empty()) known[setting.key] = here;
         }
         measured.points.back().setting = setting;
