@@ -35,12 +35,12 @@ class TiedPrediction {
 
   /// Adds to d what is missing of it. d has what the sweeps gave where those over trees with a
   /// prediction were taken at (v + other) / 2, velocity-dependent forces being B(v, other), and the
-  /// ties' responses at the biases that they have. `foreseen`: by tree, that it was. at_rest: the
+  /// ties' responses at the biases that they have. `predicted`: by tree, that it was. at_rest: the
   /// prediction is one that trees at rest tend to, whose forces are without effect but for dv. False
   /// if it is not known.
   bool add(const Model& model, const SimulationOptions& options, EffectSet effects,
            const VectorRef& q, const VectorRef& v, const VelocityPredictor& predictor,
-           const std::vector<char>& foreseen, const VectorX& other, bool at_rest,
+           const std::vector<char>& predicted, const VectorX& other, bool at_rest,
            Workspace::Impl& ws, ClosureDerivator& closures, InverseDerivatives& d);  // Parameters: all it depends on
 
  private:
@@ -54,7 +54,7 @@ class TiedPrediction {
     EffectSet effects;
     const VectorRef &q, &v;
     const VelocityPredictor& predictor;
-    const std::vector<char>& foreseen;
+    const std::vector<char>& predicted;
     Workspace::Impl& ws;
     ClosureDerivator& closures;
     double h;

@@ -38,7 +38,7 @@ VelocityTerms::VelocityTerms(const Model& model)
       kind_(model.num_trees(), Kind::kPlain),
       predictor_(model.num_trees(), nullptr),
       has_ties_(model.num_trees(), 0),
-      foreseen_(model.num_trees(), 0),
+      predicted_(model.num_trees(), 0),
       resting_(model),
       projection_(model),
       zero_(VectorX::Zero(model.nv())),
@@ -134,8 +134,8 @@ bool VelocityTerms::add_ties(const Model& model, const SimulationOptions& option
   if (!mean_) return true;
   bool known = true;
   for (const VelocityPredictor* predictor : {&ws.start.predictor(), &std::as_const(resting_)}) {
-    for (size_t t = 0; t < foreseen_.size(); ++t) foreseen_[t] = predictor_[t] == predictor;
-    known = tied_.add(model, options, effects, q, v, *predictor, foreseen_, other_,
+    for (size_t t = 0; t < predicted_.size(); ++t) predicted_[t] = predictor_[t] == predictor;
+    known = tied_.add(model, options, effects, q, v, *predictor, predicted_, other_,
                       predictor == &resting_, ws, closures, d) &&
             known;
   }

@@ -67,7 +67,7 @@ class VelocityTerms {
   bool mean_ = false;                      ///< forces are taken at more than v
   std::vector<const VelocityPredictor*> predictor_;  ///< by tree; null: none
   std::vector<char> has_ties_;                       ///< by tree: in that prediction
-  std::vector<char> foreseen_;             ///< by tree, scratch
+  std::vector<char> predicted_;             ///< by tree, scratch
   VelocityPredictor resting_;              ///< of trees that do not turn
   std::vector<BodyRange> ranges_;          ///< theirs
   ConstraintSet constraints_;              ///< and what holds them
