@@ -160,7 +160,7 @@ Results TaskArguments::run_last(World& world, const TaskList& list, std::functio
 ListResults RunSeries::run(const TaskList& list) {
   last_ = arguments_.run(world_, list, stop_, true);
   const bool stopped_share = arguments_.is_share() && last_.stopped;
-  if (!last_.complete() && (!last_.stopped || stopped_share)) 
+  if (!last_.complete() && (!last_.stopped || stopped_share))
     throw Incomplete{last_, list.name, list.name != last_name_};
   ListResults results(static_cast<std::size_t>(list.count));
   last_.for_each([&](std::int64_t number, std::string&& bytes) {
