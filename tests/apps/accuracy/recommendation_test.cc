@@ -84,8 +84,8 @@ class MadeUpAdapter : public EngineAdapter {
   Passage advance(const State& start, double duration) override {
     Passage out{start, 0.0, 1, {}};
     out.end.q[0] += start.v[0] * duration + off_;
-    // Of the runs of two pieces the first is for the error; then 1, 2, 3 s a simulated second.
-    out.seconds = duration * static_cast<double>(calls_++ / 2);
+    // A piece to warm up, then rounds of two pieces: 1, 2, 3 s a simulated second.
+    out.seconds = duration * static_cast<double>((1 + calls_++) / 2);
     if (fails_ && calls_ == 2) out.failure = "made up to fail";
     return out;
   }
