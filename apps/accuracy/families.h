@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "engine_adapter.h"
+#include "adapters/engine_adapter.h"
 #include "pieces.h"
 
 namespace counterpoint::apps::accuracy {
