@@ -9,33 +9,11 @@
 #include "counterpoint/engine/constraints/parked_contacts.h"
 #include "counterpoint/engine/constraints/velocity_limits.h"
 #include "counterpoint/engine/dynamics/kinematics.h"
+#include "counterpoint/model/body_radii.h"
 #include "counterpoint/model/rotation.h"
 
 namespace counterpoint {
 namespace {
-
-/// Radius [m] about the geometry frame's origin that holds the whole shape.
-double bounding_radius(const Shape& shape) {
-  switch (shape.type) {
-    case ShapeType::kPlane:
-    case ShapeType::kTerrain:
-      return 0.0;  // fixed to the world
-    case ShapeType::kSphere:
-      return shape.size.x();
-    case ShapeType::kBox:
-      return shape.size.norm();
-    case ShapeType::kCapsule:
-      return shape.size.x() + shape.size.y();
-    case ShapeType::kCylinder:
-      return std::hypot(shape.size.x(), shape.size.y());
-    case ShapeType::kConvexMesh: {
-      double radius = 0.0;
-      for (const Vector3& v : shape.mesh->vertices) radius = std::max(radius, v.norm());
-      return radius;
-    }
-  }
-  return 0.0;
-}
 
 /// Whether bodies differ so much in mass that contacts look at what they may carry.
 bool differ_much(const std::vector<double>& weight) {
@@ -46,13 +24,6 @@ bool differ_much(const std::vector<double>& weight) {
     most = std::max(most, w);
   }
   return most > kHeaviest * least;
-}
-
-std::vector<double> body_radii(const Model& model) {
-  std::vector<double> radius(model.num_bodies(), 0.0);
-  for (const Geometry& g : model.geometries())
-    radius[g.body] = std::max(radius[g.body], g.X_BG.translation.norm() + bounding_radius(g.shape));
-  return radius;
 }
 
 /// One row a coordinate: it takes up to the bound and yields beyond.
