@@ -6,7 +6,7 @@
 #include <map>
 #include <set>
 
-#include "counterpoint/model/body_radii.h"
+#include "counterpoint/collision/body_radii.h"
 #include "counterpoint/model/mesh/mesh.h"
 #include "counterpoint/model/shape_name.h"
 #include "counterpoint/model/terrain/terrain.h"
@@ -187,7 +187,7 @@ void pack_model(const Model& model, const Visuals& visuals, Json& out) {
 }
 
 std::vector<double> drawn_radii(const Model& model) {
-  std::vector<double> radii = body_radii(model);
+  std::vector<double> radii = collision::body_radii(model);
   radii[0] = 0.0;
   // Of a body without shapes the page draws the centre of mass.
   for (int i = 1; i < model.num_bodies(); ++i)

@@ -3,13 +3,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "counterpoint/collision/body_radii.h"
 #include "counterpoint/engine/constraints/closures.h"
 #include "counterpoint/engine/constraints/contact_law.h"
 #include "counterpoint/engine/constraints/joint_limits.h"
 #include "counterpoint/engine/constraints/parked_contacts.h"
 #include "counterpoint/engine/constraints/velocity_limits.h"
 #include "counterpoint/engine/dynamics/kinematics.h"
-#include "counterpoint/model/body_radii.h"
 #include "counterpoint/model/rotation.h"
 
 namespace counterpoint {
@@ -65,7 +65,7 @@ void find_mimics(const Model& model, const SimulationOptions& options, const Vec
 ConstraintFinder::ConstraintFinder(const Model& model, InverseWeights weights)
     : weights_(std::move(weights)),
       collider_(model),
-      radius_(body_radii(model)),
+      radius_(collision::body_radii(model)),
       travel_(model.num_bodies(), 0.0),
       slack_(model.num_bodies(), 0.0),
       margin_(model.num_bodies(), 0.0),

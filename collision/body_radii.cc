@@ -1,9 +1,9 @@
-#include "counterpoint/model/body_radii.h"
+#include "counterpoint/collision/body_radii.h"
 
 #include <algorithm>
 #include <cmath>
 
-namespace counterpoint {
+namespace counterpoint::collision {
 
 double bounding_radius(const Shape& shape) {
   switch (shape.type) {
@@ -34,4 +34,4 @@ std::vector<double> body_radii(const Model& model) {
   return radius;
 }
 
-}  // namespace counterpoint
+}  // namespace counterpoint::collision
