@@ -14,6 +14,7 @@
 #include "counterpoint/engine/derivatives/dynamics/kinetic_gradient.h"
 #include "counterpoint/engine/derivatives/dynamics/sparse_solve.h"
 #include "counterpoint/engine/derivatives/dynamics/sweep.h"
+#include "counterpoint/engine/step/step_start.h"
 #include "counterpoint/engine/step/step_workspace.h"
 #include "counterpoint/engine/step_derivatives.h"
 
@@ -25,8 +26,8 @@ class ProjectionTerms {
 
   /// Adds what a tree's share changes by, as the inverse step left it in `ws`, beyond that of
   /// (M + R)(a - change / h) + (1 - s) n, or with a prediction (predicted) B at fixed f.
-  void add(const Model& model, int t, EffectSet effects, double h, const VectorRef& q,  // Parameters: all it depends on
-           const VectorRef& v, bool predicted, const Workspace::Impl& ws, InverseDerivatives& d);
+  void add(const InverseArguments& of, int t, bool predicted, const Workspace::Impl& ws,
+           InverseDerivatives& d);
 
  private:
   static int fastest(const Tree& tree, const Data& data);
@@ -36,9 +37,8 @@ class ProjectionTerms {
                            const Data& data);
   void add_work(const Model& model, const Tree& tree, double h, const VectorX& x, const Data& data,
                 KineticGradient& energy);
-  void find_scale_gradient(const Model& model, const Tree& tree, double h, double scale,
-                           bool predicted, const VectorRef& q, const VectorRef& v,
-                           const VectorX& rotors, const Data& data);  // Parameters: what it depends on, one by one
+  void find_scale_gradient(const InverseArguments& of, const Tree& tree, double scale,
+                           bool predicted, const VectorX& rotors, const Data& data);
   bool solve_rows(const Eigen::Ref<const MatrixX>& M, const Eigen::Ref<const MatrixX>& dyn_v,
                   int columns, bool both);
   void close_gradients(const Eigen::Ref<const MatrixX>& dyn_q,

@@ -209,16 +209,16 @@ bool TiedPrediction::close(const Step& step, int first, bool at_rest, InverseDer
   return true;
 }
 
-bool TiedPrediction::add(const Model& model, const SimulationOptions& options, EffectSet effects,
-                         const VectorRef& q, const VectorRef& v, const VelocityPredictor& predictor,
-                         const std::vector<char>& predicted, const VectorX& other, bool at_rest,
-                         Workspace::Impl& ws, ClosureDerivator& closures, InverseDerivatives& d) {
+bool TiedPrediction::add(const InverseArguments& of, const Given& given, Workspace::Impl& ws,
+                         ClosureDerivator& closures, InverseDerivatives& d) {
+  const auto& [predictor, predicted, other, at_rest] = given;
+  const Model& model = of.model;
   if (!predictor.any() || predictor.ties().empty()) return true;
   if (!predictor.refined()) return false;
   const Vector3 gravity =
-      effects.has(Effect::kGravity) ? model.gravity() : Vector3(Vector3::Zero());
-  const Step step{model, options,  effects,           q,      v, predictor, predicted,
-                  ws,    closures, options.time_step, gravity};
+      of.effects.has(Effect::kGravity) ? model.gravity() : Vector3(Vector3::Zero());
+  const Step step{model,     of.options, of.effects, of.q,   of.v,   predictor,
+                  predicted, ws,         closures,   of.h(), gravity};
   const int nv = model.nv();
   for (MatrixX* m : {&A_, &X_, &Y_, &part_, &between_.dq, &between_.dv, &between_.dv_next})
     if (m->rows() != nv) m->setZero(nv, nv);
@@ -226,7 +226,7 @@ bool TiedPrediction::add(const Model& model, const SimulationOptions& options, E
   group(step);
   differentiate(step, {nullptr, &predictor.first_velocity()}, first_);
   in_second_ = in_last_;
-  if (!predictor.ties().pairs.empty()) closures.aim(model, step.h, q, predictor.first_velocity());
+  if (!predictor.ties().pairs.empty()) closures.aim(model, step.h, of.q, predictor.first_velocity());
   differentiate(step, {&predictor.first_velocity(), &predictor.velocity()}, second_);
   add_between(step);
   add_last(step, other, at_rest, d);

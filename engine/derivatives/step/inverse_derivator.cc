@@ -185,7 +185,7 @@ bool InverseDerivator::sweep_trees(const InverseArguments& of, Workspace::Impl& 
                                    InverseDerivatives& d) {
   const Model& model = of.model;
   const SimulationOptions& options = of.options;
-  const VectorRef &q = of.q, &v = of.v, &v_next = of.v_next;
+  const VectorRef &v = of.v, &v_next = of.v_next;
   const EffectSet effects = of.effects;
   const double h = of.h();
   SweepInput in;
@@ -198,17 +198,17 @@ bool InverseDerivator::sweep_trees(const InverseArguments& of, Workspace::Impl& 
   in.mass_in_next = 1.0 / h;
   in.mass_in_v = -1.0 / h;
   const SweepOutput out{d.dq, d.dv, d.dv_next};
-  velocity_terms_.begin(model, options, effects, q, v, ws);
+  velocity_terms_.begin(of, ws);
   for (int t = 0; t < model.num_trees(); ++t) {
-    velocity_terms_.prepare(model, t, h, v, ws, v_, acceleration_, in);
+    velocity_terms_.prepare(of, t, ws, v_, acceleration_, in);
     sweep_.run(model, model.trees()[t], ws.data, in, out);
-    velocity_terms_.add(model, t, effects, h, q, v, ws, d);
+    velocity_terms_.add(of, t, ws, d);
   }
   forces_.add_couplings(model, in, sweep_, out);
   if (ws.data.has_coriolis)
     add_flight_derivatives(model, h, v, in.gravity, ws.start.free_flight(), ws.data, d);
   if (!ws.constraints.closures.empty()) closures_.begin(model, ws.data, v);
-  const bool known = velocity_terms_.add_ties(model, options, effects, q, v, ws, closures_, d);
+  const bool known = velocity_terms_.add_ties(of, ws, closures_, d);
   add_closure_rows(model, options, ws, d);
   return known;
 }
