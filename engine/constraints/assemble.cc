@@ -39,23 +39,29 @@ struct RowLanes {
   Four linear{}, angular{};
 };
 
-/// Has the constraint rows of angular velocity?
-bool is_turning(const PairConstraint& pair) { return pair.first + pair.law.rows > 3; }
+/// A pair whose rows of J are looked at.
+struct PairRows {
+  const Model& model;
+  const PairConstraint& pair;
+  const Data& data;
+
+  /// Are there rows of angular velocity?
+  bool turning() const { return pair.first + pair.law.rows > 3; }
+};
 
 /// Calls visit(index of the coordinate, its rows) for the joint of body b; frame: the rows' axes.
 template <class Visit>
-COUNTERPOINT_INTO_EACH void visit_columns(const Model& model, const PairConstraint& pair, int b,
-                                          const FrameLanes& frame, bool turning, const Data& data,
-                                          const Visit& visit) {
-  const Body& body = model.body(b);
-  const Motion* axis = &data.axis[body.v_index];
+COUNTERPOINT_INTO_EACH void visit_columns(const PairRows& rows, int b, const FrameLanes& frame,
+                                          bool turning, const Visit& visit) {
+  const Body& body = rows.model.body(b);
+  const Motion* axis = &rows.data.axis[body.v_index];
   const int num_linear = joint_num_linear(body.joint_type), nv = joint_nv(body.joint_type);
   RowLanes column;
   for (int j = 0; j < num_linear; ++j) {
     frame.dot(axis[j].linear, column.linear);
     visit(body.v_index + j, column);
   }
-  const FrameLanes moment(pair.position - data.X_WB[b].translation, frame);
+  const FrameLanes moment(rows.pair.position - rows.data.X_WB[b].translation, frame);
   for (int j = num_linear; j < nv; ++j) {
     moment.dot(axis[j].angular, column.linear);
     if (turning) frame.dot(axis[j].angular, column.angular);
@@ -64,10 +70,12 @@ COUNTERPOINT_INTO_EACH void visit_columns(const Model& model, const PairConstrai
 }
 
 /// Adds sign * (rows of the constraint) of one body's chain to J, row by row as wide as its tree.
-COUNTERPOINT_WIDE void fill_pair_jacobian(const Model& model, const PairConstraint& pair, int leaf,
-                                          double sign, const Data& data, contact::MatrixMap J) {
+COUNTERPOINT_WIDE void fill_pair_jacobian(const PairRows& of, int leaf, double sign,
+                                          contact::MatrixMap J) {
+  const Model& model = of.model;
+  const PairConstraint& pair = of.pair;
   const FrameLanes frame(pair.frame, sign);
-  const bool turning = is_turning(pair);
+  const bool turning = of.turning();
   const std::ptrdiff_t width = J.cols();
   const int v_begin = model.trees()[model.body(leaf).tree].v_begin;
   const auto add = [&](int index, const RowLanes& column) {
@@ -79,8 +87,7 @@ COUNTERPOINT_WIDE void fill_pair_jacobian(const Model& model, const PairConstrai
       J.data()[index - v_begin + r * width] += rows[row < 3 ? row : row + 1];
     }
   };
-  for (int b = leaf; b != 0; b = model.body(b).parent)
-    visit_columns(model, pair, b, frame, turning, data, add);
+  for (int b = leaf; b != 0; b = model.body(b).parent) visit_columns(of, b, frame, turning, add);
 }
 
 /// A body of a chain, and of which side of a pair.
@@ -90,34 +97,33 @@ struct Link {
 };
 
 /// y += J v of the joints listed, from the last on.
-COUNTERPOINT_WIDE void add_joints(const Model& model, const PairConstraint& pair, const Data& data,
-                                  const double* v, const Link* links, int count, RowLanes& y) {
-  const FrameLanes plus(pair.frame, 1.0), minus(pair.frame, -1.0);
-  const bool turning = is_turning(pair);
+COUNTERPOINT_WIDE void add_joints(const PairRows& of, const double* v, const Link* links, int count,
+                                  RowLanes& y) {
+  const FrameLanes plus(of.pair.frame, 1.0), minus(of.pair.frame, -1.0);
+  const bool turning = of.turning();
   RowLanes sum = y;
   const auto add = [&](int index, const RowLanes& column) {
     sum.linear += column.linear * v[index];
     if (turning) sum.angular += column.angular * v[index];
   };
   for (int k = count - 1; k >= 0; --k)
-    visit_columns(model, pair, links[k].body, links[k].of_b ? plus : minus, turning, data, add);
+    visit_columns(of, links[k].body, links[k].of_b ? plus : minus, turning, add);
   y = sum;
 }
 
 /// y += J v of the joints to bodies a and b from where their chains part, by rising index; a
 /// parent's is below its child's. Before that J is zero: -c + c.
-void add_chain(const Model& model, const PairConstraint& pair, const Data& data, const VectorRef& v,
-               int a, int b, RowLanes& y) {
+void add_chain(const PairRows& of, const VectorRef& v, int a, int b, RowLanes& y) {
   constexpr int kMost = 32;  // at a time
   Link links[kMost];
   int count = 0;
   while (a != b && count < kMost) {
     int& side = a > b ? a : b;
     links[count++] = {side, b > a};
-    side = model.body(side).parent;
+    side = of.model.body(side).parent;
   }
-  if (a != b) add_chain(model, pair, data, v, a, b, y);
-  add_joints(model, pair, data, v.data(), links, count, y);
+  if (a != b) add_chain(of, v, a, b, y);
+  add_joints(of, v.data(), links, count, y);
 }
 
 void add_pair(const Model& model, const PairConstraint& pair, const Data& data,
@@ -129,10 +135,10 @@ void add_pair(const Model& model, const PairConstraint& pair, const Data& data,
   const int first = block_a >= 0 ? block_a : block_b;
   const int second = block_a >= 0 && block_b != block_a ? block_b : -1;
   const int constraint = problem.add_constraint(pair.law, first, second);
-  if (block_a >= 0)
-    fill_pair_jacobian(model, pair, pair.body_a, -1.0, data, problem.jacobian(constraint, 0));
+  const PairRows rows{model, pair, data};
+  if (block_a >= 0) fill_pair_jacobian(rows, pair.body_a, -1.0, problem.jacobian(constraint, 0));
   if (block_b >= 0)
-    fill_pair_jacobian(model, pair, pair.body_b, 1.0, data,
+    fill_pair_jacobian(rows, pair.body_b, 1.0,
                        problem.jacobian(constraint, block_b == first ? 0 : 1));
 }
 
@@ -184,12 +190,13 @@ void assemble_problem(const Model& model, const ConstraintSet& constraints, cons
 
 void pair_velocity(const Model& model, const PairConstraint& pair, const Data& data,
                    const VectorRef& v, double* y) {
+  const PairRows of{model, pair, data};
   RowLanes sum;
   if (model.body(pair.body_a).tree == model.body(pair.body_b).tree) {
-    add_chain(model, pair, data, v, pair.body_a, pair.body_b, sum);
+    add_chain(of, v, pair.body_a, pair.body_b, sum);
   } else {
-    add_chain(model, pair, data, v, pair.body_a, 0, sum);
-    add_chain(model, pair, data, v, 0, pair.body_b, sum);
+    add_chain(of, v, pair.body_a, 0, sum);
+    add_chain(of, v, 0, pair.body_b, sum);
   }
   double rows[8];
   contact::store(sum.linear, rows);

@@ -65,10 +65,11 @@ bool is_round(const Model& model, const Geometry& a, const Geometry& b);
 /// @param law    where it is made: that of a constraint just begun, all at its defaults
 void set_contact_law(const ContactOptions& options, double h, const Material& pair, double alpha,
                      double gap, const Vector3& v, const Bounce& bounce, bool round,
-                     contact::Law& law);
+                     contact::Law& law);  // Parameters: what it depends on, one by one
 inline contact::Law make_contact_law(const ContactOptions& options, double h, const Material& pair,
                                      double alpha, double gap, const Vector3& v,
-                                     const Bounce& bounce, bool round = false) {
+                                     const Bounce& bounce,
+                                     bool round = false) {  // Parameters: as above
   contact::Law law;
   set_contact_law(options, h, pair, alpha, gap, v, bounce, round, law);
   return law;
@@ -86,6 +87,7 @@ struct LawSlopes {
 /// Of gap_bias [1/s].
 double gap_bias_slope(const ContactOptions& options, double h, double gap);
 /// Of make_contact_law with these arguments.
+/// Parameters: what it depends on, one by one.
 LawSlopes contact_law_slopes(const ContactOptions& options, double h, const Material& pair,
                              double alpha, double gap, const Vector3& v, const Bounce& bounce);
 
