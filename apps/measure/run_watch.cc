@@ -52,7 +52,9 @@ void RunWatch::add_overlap_work(double h, const State& state) {
 
 void RunWatch::after_step(double h, const State& state) {
   // What a constant force adds to the kinetic energy of a step is its power at the mean velocity.
-  work_ += 0.5 * h * simulator_.input().applied_force.dot(v_ + state.v);
+  const VectorX& force = simulator_.input().applied_force;
+  work_ += 0.5 * h * force.dot(v_ + state.v);
+  path_work_ += h * force.dot(state.v);
   if (q_.size() > 0) add_overlap_work(h, state);
   v_ = state.v;
   q_ = state.q;
