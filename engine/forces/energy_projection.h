@@ -5,10 +5,16 @@
 // of first order, but still make a whip or a flailing leg diverge once a step turns it too
 // far. So trees that turn fast take the mean effect of these forces alone, M (w_free
 // - w) / h, where w_free is what they alone would lead to, moved along itself to where the kinetic
-// energy at the pose reached is that of the start (projection: Hairer, Lubich, Wanner 2006, IV.4);
-// if the tree floats, with the motion of its centre of mass held. Below kSlow nothing is done, from
-// kFast on all of it, in between a smooth share; of trees with a prediction at kForeseen times these
-// rates. It depends on (q, w) alone: the inverse knows it.
+// energy is that of before (projection: Hairer, Lubich, Wanner 2006, IV.4); if the tree floats, with
+// the motion of its centre of mass held. Below kSlow nothing is done, from kFast on all of it, in
+// between a smooth share; of trees with a prediction at kForeseen times these rates. It depends on
+// (q, w) alone: the inverse knows it.
+//
+// A step applies its forces at q, and changes the kinetic energy there by their work, exactly:
+// T(q, w+) - T(q, w_free) = h u'(w_free + w+) / 2. So the energy to keep is that which the last step
+// left where it acted: w_free is such that T(q, w_free) = T(q (-) h w, w), and no force, contact or
+// step length makes a tree gain more than the work (FastTree.ForcesGiveNoMoreThanTheirWork).
+// Energies of w+ at the pose reached, T(q+, w+), differ by up to the turn of a step, either way.
 //
 // Trees with closures are left to mid_velocity.h: the impulses of closures take most of what the
 // forces alone would do, so what these do without them is no guide (measured: docs/decisions/README.md).
@@ -28,6 +34,14 @@ struct TreeMotion {
   double energy = 0.0;  ///< kinetic [J], less that of the centre of mass where that is free to move
   bool floats = false;
 };
+
+/// The joint that turns a tree most.
+struct JointTurn {
+  double angle = 0.0;        ///< a step [rad]
+  int first = 0, count = 0;  ///< coordinates of v
+};
+/// h [s], v (nv) [m/s, rad/s].
+JointTurn joint_turn(const Model& model, const Tree& tree, double h, const VectorRef& v);
 
 class EnergyProjection {
  public:
@@ -57,14 +71,12 @@ class EnergyProjection {
   static double share_of(double rate);
   static double share_slope(double rate);
 
-  /// Of a tree with a prediction: the energy kept is that of (q, w) as they are, from this angle a
-  /// step [rad] on.
+  /// The energy of (q, w) that is kept is T(q (-) lag h w, w): lag is 1; of a tree with a prediction 0.5
+  /// up to half this turn [rad], that is at the middle of the last step, the energy that slower trees
+  /// keep (otherwise a tree that alternates between slow and fast gains or loses the difference).
   static constexpr double kFarTurn = 0.06;
-  /// Up to half of it the energy is that of velocities at the time of the pose, half a step apart:
-  /// this share of the work of the velocity-dependent forces in that half step is added. Its slope
-  /// [1/rad].
-  static double share_of_work(double turn);
-  static double share_of_work_slope(double turn);
+  static double lag(double turn, bool foreseen);
+  static double lag_slope(double turn, bool foreseen);  ///< [1/rad]
 
   /// To which speeds are scaled right [-]. Steps leave it as it is.
   void set_tolerance(double tolerance) { tolerance_ = tolerance; }
@@ -73,6 +85,8 @@ class EnergyProjection {
   /// False if M is singular.
   bool find_change(const Model& model, double h, const VectorRef& q, const VectorRef& v,
                    bool foreseen, const VectorX& rotors, int t, double share, Data& data);
+  TreeMotion motion_at(const Model& model, int t, double h, double from, const VectorRef& q,
+                       const VectorRef& x, bool foreseen, const VectorX& rotors);
   TreeMotion keep_energy(const Model& model, int t, double h, const VectorRef& q, bool foreseen,
                          const VectorX& rotors, double energy);
   void set_force(const Model& model, double h, const VectorX& rotors, const Tree& tree, Data& data);
