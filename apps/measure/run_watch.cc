@@ -40,6 +40,20 @@ double RunWatch::energy(const State& state) {
          spring_energy(model, state.q);
 }
 
+// Semi-implicit Euler: the kinetic energy is that where the step's forces acted, at the pose before.
+// There it changes by their work alone (energy_projection.h).
+double RunWatch::energy_left(const State& state) {
+  if (simulator_.options().integrator != Integrator::kSemiImplicitEuler) return energy(state);
+  const double stored = potential(state.q);
+  const Model& model = simulator_.model();
+  compute_poses(model, q_, data_);
+  compute_velocities(model, state.v, data_);
+  compute_inertias(model, data_);
+  const double kinetic = kinetic_energy(model, state.v, data_);
+  compute_poses(model, state.q, data_);
+  return kinetic + stored;
+}
+
 // Semi-implicit Euler moves positions by h (v+ + d), d being the correction of overlaps. What the
 // weight and springs are given on the way from q (+) h v+ to the position reached is work of d.
 void RunWatch::add_overlap_work(double h, const State& state) {
@@ -56,12 +70,12 @@ void RunWatch::after_step(double h, const State& state) {
   work_ += 0.5 * h * force.dot(v_ + state.v);
   path_work_ += h * force.dot(state.v);
   if (q_.size() > 0) add_overlap_work(h, state);
+  const double left = energy_left(state);
   v_ = state.v;
   q_ = state.q;
-  const double now = energy(state);
-  gain_ = std::max(gain_, now - start_ - work_ - overlap_work_);
-  excess_ = std::max(excess_, now - start_ - path_work_ - overlap_work_);
-  highest_ = std::max(highest_, now);
+  gain_ = std::max(gain_, left - start_ - work_ - overlap_work_);
+  excess_ = std::max(excess_, left - start_ - path_work_ - overlap_work_);
+  highest_ = std::max(highest_, left);
   below_ = std::max(below_, below_ground());
 }
 
