@@ -40,13 +40,19 @@ double RunWatch::energy(const State& state) {
          spring_energy(model, state.q);
 }
 
-// Semi-implicit Euler: the kinetic energy is that where the step's forces acted, at the pose before.
-// There it changes by their work alone (energy_projection.h).
+// Semi-implicit Euler: the kinetic energy of a linkage is that where the step's forces acted, at the
+// pose before. There it changes by their work alone (energy_projection.h).
 double RunWatch::energy_left(const State& state) {
   if (simulator_.options().integrator != Integrator::kSemiImplicitEuler) return energy(state);
   const double stored = potential(state.q);
   const Model& model = simulator_.model();
-  compute_poses(model, q_, data_);
+  q_moved_ = state.q;
+  for (const Tree& tree : model.trees())
+    for (int i = tree.body_begin; i < tree.body_end && tree.body_end - tree.body_begin > 1; ++i) {
+      const auto part = Eigen::seqN(model.body(i).q_index, joint_nq(model.body(i).joint_type));
+      q_moved_(part) = q_(part);
+    }
+  compute_poses(model, q_moved_, data_);
   compute_velocities(model, state.v, data_);
   compute_inertias(model, data_);
   const double kinetic = kinetic_energy(model, state.v, data_);
