@@ -124,8 +124,7 @@ void print_figures(const Report& report, const Simulator& simulator, double simu
         tally.softened_steps, tally.softening_max, tally.softened_first);
   if (tally.stays_open > 0) {
     const FaultText text = describe(simulator.model(), tally.stays_open_first);
-    fmt::print(report.text(), "seen at {:.6g} s: {}; {}\n", tally.stays_open_time, text.reason,
-               text.remedy);
+    fmt::print(report.text(), "seen at {:.6g} s: {}\n", tally.stays_open_time, text.reason);
   }
   if (simulator.options().step_control)
     fmt::print(report.text(), "{}\n", step_control_text(tally.control));
