@@ -13,6 +13,11 @@ namespace {
 /// Positions less apart are the same but for rounding [m, rad].
 constexpr double kMoved = 1e-13;
 
+bool is_floating_linkage(const Model& model, const Tree& tree) {
+  return model.body(tree.body_begin).joint_type == JointType::kFloating &&
+         tree.body_end - tree.body_begin > 1;
+}
+
 }  // namespace
 
 RunWatch::RunWatch(Simulator& simulator)
@@ -40,7 +45,7 @@ double RunWatch::energy(const State& state) {
          spring_energy(model, state.q);
 }
 
-// Semi-implicit Euler: the kinetic energy of a linkage is that where the step's forces acted, at the
+// Semi-implicit Euler: the kinetic energy of a linkage that floats is that where the step's forces acted, at the
 // pose before. There it changes by their work alone (energy_projection.h).
 double RunWatch::energy_left(const State& state) {
   if (simulator_.options().integrator != Integrator::kSemiImplicitEuler) return energy(state);
@@ -48,7 +53,8 @@ double RunWatch::energy_left(const State& state) {
   const Model& model = simulator_.model();
   q_moved_ = state.q;
   for (const Tree& tree : model.trees())
-    for (int i = tree.body_begin; i < tree.body_end && tree.body_end - tree.body_begin > 1; ++i) {
+    for (int i = tree.body_begin; i < tree.body_end; ++i) {
+      if (!is_floating_linkage(model, tree)) break;
       const auto part = Eigen::seqN(model.body(i).q_index, joint_nq(model.body(i).joint_type));
       q_moved_(part) = q_(part);
     }

@@ -57,14 +57,15 @@ JointTurn joint_turn(const Model& model, const Tree& tree, double h, const Vecto
   return most;
 }
 
-double EnergyProjection::lag(double turn, bool foreseen) {
-  return foreseen ? 0.5 + 0.5 * smooth_step((turn - kSmallTurn) / kSmallTurn) : 1.0;
+double EnergyProjection::lag(double turn, bool foreseen, bool floats) {
+  const double far = floats ? 1.0 : 0.0;
+  return foreseen ? 0.5 + (far - 0.5) * smooth_step((turn - kSmallTurn) / kSmallTurn) : far;
 }
 
-double EnergyProjection::lag_slope(double turn, bool foreseen) {
+double EnergyProjection::lag_slope(double turn, bool foreseen, bool floats) {
   if (!foreseen) return 0.0;
   const double x = std::clamp((turn - kSmallTurn) / kSmallTurn, 0.0, 1.0);
-  return 3.0 * x * (1.0 - x) / kSmallTurn;
+  return (floats ? 3.0 : -3.0) * x * (1.0 - x) / kSmallTurn;
 }
 
 double EnergyProjection::share_of(double rate) {
@@ -140,7 +141,8 @@ TreeMotion EnergyProjection::motion_at(const Model& model, int t, double h, doub
                                        const VectorX& rotors) {
   const Tree& tree = model.trees()[t];
   const BodyRange bodies = {tree.body_begin, tree.body_end};
-  const double back = lag(joint_turn(model, tree, h, x).angle, foreseen);
+  const bool floats = model.body(tree.body_begin).joint_type == JointType::kFloating;
+  const double back = lag(joint_turn(model, tree, h, x).angle, foreseen, floats);
   integrate_configuration(model, q, x, (from - back) * h, bodies, q_);
   compute_poses(model, q_, bodies, *scratch_);
   compute_velocities(model, x, bodies, *scratch_);

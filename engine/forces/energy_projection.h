@@ -10,11 +10,13 @@
 // between a smooth share; of trees with a prediction at kForeseen times these rates. It depends on
 // (q, w) alone: the inverse knows it.
 //
-// A step applies its forces at q, and changes the kinetic energy there by their work, exactly:
-// T(q, w+) - T(q, w_free) = h u'(w_free + w+) / 2. So the energy to keep is that which the last step
-// left where it acted: w_free is such that T(q, w_free) = T(q (-) h w, w), and no force, contact or
-// step length makes a tree gain more than the work (FastTree.ForcesGiveNoMoreThanTheirWork).
-// Energies of w+ at the pose reached, T(q+, w+), differ by up to the turn of a step, either way.
+// A step applies its forces at q, and changes kinetic energy and momentum there by their work and
+// impulse, exactly: T(q, w+) - T(q, w_free) = h u'(w_free + w+) / 2. So what a tree that floats keeps is
+// what the last step left where it acted: w_free is such that T(q, w_free) = T(q (-) h w, w), and no
+// force, contact or step length makes it gain more than the work
+// (EnergyProjection.ForcesGiveNoMoreThanTheirWork). Energies of w+ at the pose reached, T(q+, w+), differ by up
+// to the turn of a step, either way. Trees held by the world keep those: T(q (+) h w_free, w_free) =
+// T(q, w), which free motion keeps as a user sees it (measured: docs/decisions/integration.md).
 //
 // Trees with closures are left to mid_velocity.h: the impulses of closures take most of what the
 // forces alone would do, so what these do without them is no guide (measured: docs/decisions/README.md).
@@ -71,12 +73,13 @@ class EnergyProjection {
   static double share_of(double rate);
   static double share_slope(double rate);
 
-  /// The energy of (q, w) that is kept is T(q (-) lag h w, w): lag is 1; of a tree with a prediction 0.5
-  /// up to half this turn [rad], that is at the middle of the last step, the energy that slower trees
-  /// keep (otherwise a tree that alternates between slow and fast gains or loses the difference).
+  /// The energy of (q, w) that is kept is T(q (-) lag h w, w): lag is 1 of trees that float, else 0.
+  /// Of a tree with a prediction it is 0.5 up to half this turn [rad], that is at the middle of the
+  /// last step, the energy that slower trees keep (otherwise a tree that alternates between slow and
+  /// fast gains or loses the difference).
   static constexpr double kFarTurn = 0.06;
-  static double lag(double turn, bool foreseen);
-  static double lag_slope(double turn, bool foreseen);  ///< [1/rad]
+  static double lag(double turn, bool foreseen, bool floats);
+  static double lag_slope(double turn, bool foreseen, bool floats);  ///< [1/rad]
 
   /// To which speeds are scaled right [-]. Steps leave it as it is.
   void set_tolerance(double tolerance) { tolerance_ = tolerance; }

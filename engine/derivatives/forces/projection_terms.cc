@@ -91,8 +91,9 @@ void ProjectionTerms::find_gradients(const Model& model, const Tree& tree, doubl
   const int begin = tree.v_begin, n = tree.v_end - tree.v_begin;
   const BodyRange bodies = {tree.body_begin, tree.body_end};
   const JointTurn turn = joint_turn(model, tree, h, x);
-  const double along = from - EnergyProjection::lag(turn.angle, foreseen);
-  const double slope = EnergyProjection::lag_slope(turn.angle, foreseen);
+  const bool floats = model.body(tree.body_begin).joint_type == JointType::kFloating;
+  const double along = from - EnergyProjection::lag(turn.angle, foreseen, floats);
+  const double slope = EnergyProjection::lag_slope(turn.angle, foreseen, floats);
   integrate_configuration(model, q, x, along * h, bodies, q_at_);
   compute_poses(model, q_at_, bodies, *at_pose_);
   compute_inertias(model, bodies, *at_pose_);
