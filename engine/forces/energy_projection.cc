@@ -57,13 +57,13 @@ JointTurn joint_turn(const Model& model, const Tree& tree, double h, const Vecto
   return most;
 }
 
-double EnergyProjection::lag(double turn, bool foreseen, bool floats) {
+double EnergyProjection::lag(double turn, bool predicted, bool floats) {
   const double far = floats ? 1.0 : 0.0;
-  return foreseen ? 0.5 + (far - 0.5) * smooth_step((turn - kSmallTurn) / kSmallTurn) : far;
+  return predicted ? 0.5 + (far - 0.5) * smooth_step((turn - kSmallTurn) / kSmallTurn) : far;
 }
 
-double EnergyProjection::lag_slope(double turn, bool foreseen, bool floats) {
-  if (!foreseen) return 0.0;
+double EnergyProjection::lag_slope(double turn, bool predicted, bool floats) {
+  if (!predicted) return 0.0;
   const double x = std::clamp((turn - kSmallTurn) / kSmallTurn, 0.0, 1.0);
   return (floats ? 3.0 : -3.0) * x * (1.0 - x) / kSmallTurn;
 }
@@ -96,35 +96,35 @@ EnergyProjection::EnergyProjection(const Model& model)
 }
 
 double EnergyProjection::apply(const Model& model, double h, const VectorRef& q, const VectorRef& v,
-                               bool foreseen, const VectorX& rotors, int t, Data& data) {
+                               bool predicted, const VectorX& rotors, int t, Data& data) {
   share_[t] = 0.0;
   if (!corrected_[t]) return 0.0;
   const Tree& tree = model.trees()[t];
   double fastest = 0.0;
   for (int k = tree.body_begin; k < tree.body_end; ++k)
     fastest = std::max(fastest, data.V[k].angular.squaredNorm());
-  const double share = share_of(h * fastest / (foreseen ? kForeseen : 1.0));
-  if (!(share > 0.0) || !find_change(model, h, q, v, foreseen, rotors, t, share, data)) return 0.0;
+  const double share = share_of(h * fastest / (predicted ? kPredictedFactor : 1.0));
+  if (!(share > 0.0) || !find_change(model, h, q, v, predicted, rotors, t, share, data)) return 0.0;
   share_[t] = share;
   set_force(model, h, rotors, tree, data);
   return share;
 }
 
 bool EnergyProjection::find_change(const Model& model, double h, const VectorRef& q,
-                                   const VectorRef& v, bool foreseen, const VectorX& rotors, int t,
+                                   const VectorRef& v, bool predicted, const VectorX& rotors, int t,
                                    double share, Data& data) {
   const Tree& tree = model.trees()[t];
   const BodyRange bodies = {tree.body_begin, tree.body_end};
   const int begin = tree.v_begin, size = tree.v_end - tree.v_begin;
   compute_inertias(model, bodies, data);
-  const TreeMotion start = motion_at(model, t, h, 0.0, q, v, foreseen, rotors);
+  const TreeMotion start = motion_at(model, t, h, 0.0, q, v, predicted, rotors);
   if (!aba(model, zero_, rotors, Vector3::Zero(), bodies, data, plain_)) return false;
 
   auto plain = plain_.segment(begin, size);
   plain *= h;
   const auto w = v.segment(begin, size);
   reached_.segment(begin, size) = w + plain;
-  const TreeMotion end = keep_energy(model, t, h, q, foreseen, rotors, start.energy);
+  const TreeMotion end = keep_energy(model, t, h, q, predicted, rotors, start.energy);
   auto reached = reached_.segment(begin, size);
   if (start.floats) {  // the joint's axes are those of its frame
     const Matrix3& R_WJ = model.body(bodies.begin).X_PJ.rotation;
@@ -137,12 +137,12 @@ bool EnergyProjection::find_change(const Model& model, double h, const VectorRef
 /// At q (+) (from - lag) h x: where the energy of velocities x [m/s, rad/s] is taken that reach a pose
 /// q (+) from h x.
 TreeMotion EnergyProjection::motion_at(const Model& model, int t, double h, double from,
-                                       const VectorRef& q, const VectorRef& x, bool foreseen,
+                                       const VectorRef& q, const VectorRef& x, bool predicted,
                                        const VectorX& rotors) {
   const Tree& tree = model.trees()[t];
   const BodyRange bodies = {tree.body_begin, tree.body_end};
   const bool floats = model.body(tree.body_begin).joint_type == JointType::kFloating;
-  const double back = lag(joint_turn(model, tree, h, x).angle, foreseen, floats);
+  const double back = lag(joint_turn(model, tree, h, x).angle, predicted, floats);
   integrate_configuration(model, q, x, (from - back) * h, bodies, q_);
   compute_poses(model, q_, bodies, *scratch_);
   compute_velocities(model, x, bodies, *scratch_);
@@ -154,14 +154,14 @@ TreeMotion EnergyProjection::motion_at(const Model& model, int t, double h, doub
 // A root in one variable that exists, since the energy goes from 0 to infinity with the scale: by
 // secants from 1, kept in a bracket.
 TreeMotion EnergyProjection::keep_energy(const Model& model, int t, double h, const VectorRef& q,
-                                         bool foreseen, const VectorX& rotors, double energy) {
+                                         bool predicted, const VectorX& rotors, double energy) {
   const Tree& tree = model.trees()[t];
   constexpr int kMaxTrials = 60;
   auto reached = reached_.segment(tree.v_begin, tree.v_end - tree.v_begin);
   TreeMotion motion;
   // Speed over that wanted, less one; it is about the scale over that wanted, less one.
   const auto excess_at_scale = [&] {
-    motion = motion_at(model, t, h, 1.0, q, reached_, foreseen, rotors);
+    motion = motion_at(model, t, h, 1.0, q, reached_, predicted, rotors);
     return energy > 0.0 ? std::sqrt(std::max(0.0, motion.energy) / energy) - 1.0 : 0.0;
   };
   double low = 0.0, high = std::numeric_limits<double>::infinity();

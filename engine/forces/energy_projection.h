@@ -7,7 +7,7 @@
 // - w) / h, where w_free is what they alone would lead to, moved along itself to where the kinetic
 // energy is that of before (projection: Hairer, Lubich, Wanner 2006, IV.4); if the tree floats, with
 // the motion of its centre of mass held. Below kSlow nothing is done, from kFast on all of it, in
-// between a smooth share; of trees with a prediction at kForeseen times these rates. It depends on
+// between a smooth share; of trees with a prediction at kPredictedFactor times these rates. It depends on
 // (q, w) alone: the inverse knows it.
 //
 // A step applies its forces at q, and changes kinetic energy and momentum there by their work and
@@ -48,17 +48,17 @@ JointTurn joint_turn(const Model& model, const Tree& tree, double h, const Vecto
 class EnergyProjection {
  public:
   static constexpr double kSlow = 0.1, kFast = 0.3;  ///< of h omega^2 [1/s]
-  static constexpr double kForeseen = 3.0;
+  static constexpr double kPredictedFactor = 3.0;
 
   explicit EnergyProjection(const Model& model);
 
   /// The share that this correction has of a tree's velocity-dependent forces, 0 ... 1, for a step
   /// of h [s] from (q, v); that share of the mean forces into data.has_mean_force, mean_force and
-  /// mean_rotor_force, and c zero, where it is not 0. foreseen: the tree has a prediction. rotors
+  /// mean_rotor_force, and c zero, where it is not 0. predicted: the tree has a prediction. rotors
   /// (nv): what is added to the diagonal of M. Needs compute_poses and compute_velocities;
   /// no applied forces in data (has_external, added).
-  double apply(const Model& model, double h, const VectorRef& q, const VectorRef& v, bool foreseen,
-               const VectorX& rotors, int t, Data& data);
+  double apply(const Model& model, double h, const VectorRef& q, const VectorRef& v, bool predicted,
+               const VectorX& rotors, int t, Data& data);  // Parameters: what it depends on
 
   /// nv: what the forces at the start of the step alone would change of the velocity [m/s, rad/s],
   /// of the trees whose share is not 0.
@@ -78,20 +78,20 @@ class EnergyProjection {
   /// last step, the energy that slower trees keep (otherwise a tree that alternates between slow and
   /// fast gains or loses the difference).
   static constexpr double kFarTurn = 0.06;
-  static double lag(double turn, bool foreseen, bool floats);
-  static double lag_slope(double turn, bool foreseen, bool floats);  ///< [1/rad]
+  static double lag(double turn, bool predicted, bool floats);
+  static double lag_slope(double turn, bool predicted, bool floats);  ///< [1/rad]
 
   /// To which speeds are scaled right [-]. Steps leave it as it is.
   void set_tolerance(double tolerance) { tolerance_ = tolerance; }
 
- private:
+ private:  // Parameters: what it depends on, one by one
   /// False if M is singular.
   bool find_change(const Model& model, double h, const VectorRef& q, const VectorRef& v,
-                   bool foreseen, const VectorX& rotors, int t, double share, Data& data);
+                   bool predicted, const VectorX& rotors, int t, double share, Data& data);
   TreeMotion motion_at(const Model& model, int t, double h, double from, const VectorRef& q,
-                       const VectorRef& x, bool foreseen, const VectorX& rotors);
-  TreeMotion keep_energy(const Model& model, int t, double h, const VectorRef& q, bool foreseen,
-                         const VectorX& rotors, double energy);
+                       const VectorRef& x, bool predicted, const VectorX& rotors);  // Parameters: what it depends on
+  TreeMotion keep_energy(const Model& model, int t, double h, const VectorRef& q, bool predicted,
+                         const VectorX& rotors, double energy);  // Parameters: what it depends on, one by one
   void set_force(const Model& model, double h, const VectorX& rotors, const Tree& tree, Data& data);
 
   std::optional<Data> scratch_;  ///< if a tree can be corrected

@@ -45,7 +45,7 @@ ProjectionTerms::ProjectionTerms(const Model& model)
   for (const Tree& tree : model.trees()) any = any || tree.body_end - tree.body_begin > 1;
   if (!any) return;
   for (MatrixX* m : {&dq_, &dv_, &da_, &solved_}) m->setZero(nv, nv);
-  for (MatrixX* m : {&rows_, &by_q_, &by_v_, &end_q_}) m->setZero(nv, 4);
+  for (MatrixX* m : {&start_.by_q, &start_.by_x, &end_.by_q, &end_.by_x, &by_q_, &by_v_}) m->setZero(nv, 4);
   at_pose_.emplace(model);
 }
 
@@ -73,34 +73,35 @@ void ProjectionTerms::add_turn_gradient(const Model& model, const Tree& tree, in
 
 /// share_q_, share_v_: of the share, by the angular velocity of the body that turns fastest.
 void ProjectionTerms::find_share_gradient(const Model& model, const Tree& tree, double h,
-                                          bool foreseen, const Data& data) {
+                                          bool predicted, const Data& data) {
   const int n = tree.v_end - tree.v_begin, body = fastest(tree, data);
   share_q_.head(n).setZero();
   share_v_.head(n).setZero();
-  const double part = h / (foreseen ? EnergyProjection::kForeseen : 1.0);
+  const double part = h / (predicted ? EnergyProjection::kPredictedFactor : 1.0);
   const double slope = EnergyProjection::share_slope(part * data.V[body].angular.squaredNorm());
   add_turn_gradient(model, tree, body, 2.0 * part * slope, data, share_q_, share_v_);
 }
 
-/// Gradients of the energy and momentum that count for velocities x (nv) that reach q (+) from h x,
-/// into `at`, by_q and by_x: 4 columns, the energy's first.
-void ProjectionTerms::find_gradients(const Model& model, const Tree& tree, double h, double from,
-                                     bool foreseen, const VectorRef& q, const VectorX& x,
-                                     const VectorX& rotors, KineticGradient& at, MatrixX& by_q,
-                                     MatrixX& by_x) {
+/// For velocities x (nv) that reach q (+) from h x.
+void ProjectionTerms::find_gradients(const InverseArguments& of, const Tree& tree, double from,
+                                     bool predicted, const VectorX& x, const VectorX& rotors,
+                                     Gradients& out) {
+  const Model& model = of.model;
+  const double h = of.h();
   const int begin = tree.v_begin, n = tree.v_end - tree.v_begin;
   const BodyRange bodies = {tree.body_begin, tree.body_end};
   const JointTurn turn = joint_turn(model, tree, h, x);
   const bool floats = model.body(tree.body_begin).joint_type == JointType::kFloating;
-  const double along = from - EnergyProjection::lag(turn.angle, foreseen, floats);
-  const double slope = EnergyProjection::lag_slope(turn.angle, foreseen, floats);
-  integrate_configuration(model, q, x, along * h, bodies, q_at_);
+  const double along = from - EnergyProjection::lag(turn.angle, predicted, floats);
+  const double slope = EnergyProjection::lag_slope(turn.angle, predicted, floats);
+  integrate_configuration(model, of.q, x, along * h, bodies, q_at_);
   compute_poses(model, q_at_, bodies, *at_pose_);
   compute_inertias(model, bodies, *at_pose_);
+  KineticGradient& at = out.at;
   at.compute(model, tree, *at_pose_, x.data(), rotors);
   turned_.segment(begin, n) = along * h * x.segment(begin, n);
   for (int c = 0; c < (at.floats ? 4 : 1); ++c) {
-    auto row_q = by_q.col(c).head(n), row_x = by_x.col(c).head(n);
+    auto row_q = out.by_q.col(c).head(n), row_x = out.by_x.col(c).head(n);
     if (c == 0) {
       row_q = at.dq.head(n);
     } else {
@@ -123,23 +124,27 @@ void ProjectionTerms::find_gradients(const Model& model, const Tree& tree, doubl
 }
 
 /// by_q_, by_v_: first column of the scale, without what goes through the change by the forces
-/// (the rows by which that counts are left in rows_); then of the momentum that the centre of mass
+/// (the rows by which that counts are left in end_.by_x); then of the momentum that the centre of mass
 /// lacks, likewise, at that scale. moved_: scale times w.
-void ProjectionTerms::find_scale_gradient(const Model& model, const Tree& tree, double h,
-                                          double scale, bool foreseen, const VectorRef& q,
-                                          const VectorRef& v, const VectorX& rotors) {
+void ProjectionTerms::find_scale_gradient(const InverseArguments& of, const Tree& tree, double scale,
+                                          bool predicted, const VectorX& rotors) {
   const int begin = tree.v_begin, n = tree.v_end - tree.v_begin;
-  at_.segment(begin, n) = v.segment(begin, n);
-  find_gradients(model, tree, h, 0.0, foreseen, q, at_, rotors, start_, by_q_, by_v_);
-  find_gradients(model, tree, h, 1.0, foreseen, q, moved_, rotors, end_, end_q_, rows_);
-  const int columns = end_.floats ? 4 : 1;
-  by_q_.topLeftCorner(n, columns) -= end_q_.topLeftCorner(n, columns);
-  by_v_.topLeftCorner(n, columns) -= scale * rows_.topLeftCorner(n, columns);
+  at_.segment(begin, n) = of.v.segment(begin, n);
+  find_gradients(of, tree, 0.0, predicted, at_, rotors, start_);
+  find_gradients(of, tree, 1.0, predicted, moved_, rotors, end_);
+  const int columns = end_.at.floats ? 4 : 1;
+  const auto part = [&](auto& matrix) { return matrix.topLeftCorner(n, columns); };
+  part(by_q_) = part(start_.by_q) - part(end_.by_q);
+  part(by_v_) = part(start_.by_x) - scale * part(end_.by_x);
 }
 
-void ProjectionTerms::add(const Model& model, int t, EffectSet effects, double h,
-                          const VectorRef& q, const VectorRef& v, bool foreseen,
+// Long: one formula, whose terms share their factors.
+void ProjectionTerms::add(const InverseArguments& of, int t, bool predicted,
                           const Workspace::Impl& ws, InverseDerivatives& d) {
+  const Model& model = of.model;
+  const EffectSet effects = of.effects;
+  const VectorRef& v = of.v;
+  const double h = of.h();
   const Tree& tree = model.trees()[t];
   const int begin = tree.v_begin, n = tree.v_end - tree.v_begin;
   const auto part = Eigen::seqN(begin, n);
@@ -162,7 +167,7 @@ void ProjectionTerms::add(const Model& model, int t, EffectSet effects, double h
   auto w = half_.segment(begin, n);
   w.noalias() = M * moved_.segment(begin, n);
   auto changed = changed_.segment(begin, n);
-  if (foreseen) {
+  if (predicted) {
     changed.noalias() = 0.5 * (dyn_v * moved_.segment(begin, n));
     other_(part) = ws.start.energy_projection().change()(part) / share;
   } else {
@@ -172,15 +177,15 @@ void ProjectionTerms::add(const Model& model, int t, EffectSet effects, double h
   changed.noalias() += (1.0 / h) * M * other_.segment(begin, n);
   other_(part) = moved_(part);
   moved_(part) *= scale;
-  find_scale_gradient(model, tree, h, scale, foreseen, q, v, rotors);
-  find_share_gradient(model, tree, h, foreseen, ws.data);
+  find_scale_gradient(of, tree, scale, predicted, rotors);
+  find_share_gradient(model, tree, h, predicted, ws.data);
 
-  const int columns = end_.floats ? 4 : 1;
+  const int columns = end_.at.floats ? 4 : 1;
   // How fast each grows with the scale: rows (v + plain).
   Eigen::Matrix<double, 4, 1> grows = Eigen::Matrix<double, 4, 1>::Zero();
-  for (int c = 0; c < columns; ++c) grows[c] = rows_.col(c).head(n).dot(other_.segment(begin, n));
-  if (!solve_rows(M, dyn_v, columns, foreseen)) return;
-  if (foreseen) {
+  for (int c = 0; c < columns; ++c) grows[c] = end_.by_x.col(c).head(n).dot(other_.segment(begin, n));
+  if (!solve_rows(M, dyn_v, columns, predicted)) return;
+  if (predicted) {
     const auto Y = solved_.topLeftCorner(n, n);
     out_q += (share * h) * Y.transpose().lazyProduct(dyn_q);
     out_v += (share * h) * Y.transpose().lazyProduct(dyn_v) - (0.5 * share) * dyn_v;
@@ -200,8 +205,8 @@ void ProjectionTerms::add(const Model& model, int t, EffectSet effects, double h
   const Matrix3 to_axes = model.body(tree.body_begin).X_PJ.rotation.transpose();
   for (int c = 1; c < columns; ++c) {
     other_.segment(begin, n).noalias() = M.leftCols(3) * to_axes.col(c - 1);
-    add(out_q, by_scale / end_.mass, other_.segment(begin, n), by_q_.col(c));
-    add(out_v, by_scale / end_.mass, other_.segment(begin, n), by_v_.col(c));
+    add(out_q, by_scale / end_.at.mass, other_.segment(begin, n), by_q_.col(c));
+    add(out_v, by_scale / end_.at.mass, other_.segment(begin, n), by_v_.col(c));
   }
 }
 
@@ -211,13 +216,13 @@ bool ProjectionTerms::solve_rows(const Eigen::Ref<const MatrixX>& M,
   const auto n = M.rows();
   auto Y = solved_.topLeftCorner(n, n);
   solver_.begin(M, columns + (both ? static_cast<int>(n) : 0));
-  solver_.add(rows_.topLeftCorner(n, columns), 0, 1.0);
+  solver_.add(end_.by_x.topLeftCorner(n, columns), 0, 1.0);
   if (both) {
     Y = dyn_v.transpose();
     solver_.add(Y, columns, 0.5);
   }
   if (!solver_.solve()) return false;
-  solver_.get(0, rows_.topLeftCorner(n, columns));
+  solver_.get(0, end_.by_x.topLeftCorner(n, columns));
   if (both) solver_.get(columns, Y);
   return true;
 }
@@ -231,8 +236,8 @@ void ProjectionTerms::close_gradients(const Eigen::Ref<const MatrixX>& dyn_q,
   const double inverse = std::abs(grows[0]) > 0.0 ? 1.0 / grows[0] : 0.0;
   for (int c = 0; c < columns; ++c) {
     auto q = by_q_.col(c).head(n), v = by_v_.col(c).head(n);
-    q += by * dyn_q.transpose().lazyProduct(rows_.col(c).head(n));
-    v += by * dyn_v.transpose().lazyProduct(rows_.col(c).head(n));
+    q += by * dyn_q.transpose().lazyProduct(end_.by_x.col(c).head(n));
+    v += by * dyn_v.transpose().lazyProduct(end_.by_x.col(c).head(n));
     if (c == 0) {
       q *= inverse;
       v *= inverse;

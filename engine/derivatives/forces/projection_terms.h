@@ -13,6 +13,7 @@
 #include "counterpoint/engine/derivatives/dynamics/kinetic_gradient.h"
 #include "counterpoint/engine/derivatives/dynamics/sparse_solve.h"
 #include "counterpoint/engine/derivatives/dynamics/sweep.h"
+#include "counterpoint/engine/step/step_start.h"
 #include "counterpoint/engine/step/step_workspace.h"
 #include "counterpoint/engine/step_derivatives.h"
 
@@ -23,22 +24,27 @@ class ProjectionTerms {
   explicit ProjectionTerms(const Model& model);
 
   /// Adds what a tree's share changes by, as the inverse step left it in `ws`, beyond that of
-  /// (M + R)(a - change / h) + (1 - s) n, or with a prediction (foreseen) B at fixed f.
-  void add(const Model& model, int t, EffectSet effects, double h, const VectorRef& q,
-           const VectorRef& v, bool foreseen, const Workspace::Impl& ws, InverseDerivatives& d);
+  /// (M + R)(a - change / h) + (1 - s) n, or with a prediction (predicted) B at fixed f.
+  void add(const InverseArguments& of, int t, bool predicted, const Workspace::Impl& ws,
+           InverseDerivatives& d);
 
  private:
+  /// Of the energy and the momentum that count for velocities x, the energy's first.
+  struct Gradients {
+    explicit Gradients(const Model& model) : at(model) {}
+    KineticGradient at;
+    MatrixX by_q, by_x;  ///< nv x 4, transposed
+  };
   static int fastest(const Tree& tree, const Data& data);
   static void add_turn_gradient(const Model& model, const Tree& tree, int body, double by,
-                                const Data& data, VectorX& dq, VectorX& dv);
-  void find_share_gradient(const Model& model, const Tree& tree, double h, bool foreseen,
+                                const Data& data, VectorX& dq, VectorX& dv);  // Parameters: all it depends on
+  void find_share_gradient(const Model& model, const Tree& tree, double h, bool predicted,
                            const Data& data);
-  void find_gradients(const Model& model, const Tree& tree, double h, double from, bool foreseen,
-                      const VectorRef& q, const VectorX& x, const VectorX& rotors,
-                      KineticGradient& at, MatrixX& by_q, MatrixX& by_x);
-  void find_scale_gradient(const Model& model, const Tree& tree, double h, double scale,
-                           bool foreseen, const VectorRef& q, const VectorRef& v,
-                           const VectorX& rotors);
+  void find_gradients(const InverseArguments& of, const Tree& tree, double from, bool predicted,
+                      const VectorX& x, const VectorX& rotors,
+                      Gradients& out);  // Parameters: all it depends on
+  void find_scale_gradient(const InverseArguments& of, const Tree& tree, double scale,
+                           bool predicted, const VectorX& rotors);
   bool solve_rows(const Eigen::Ref<const MatrixX>& M, const Eigen::Ref<const MatrixX>& dyn_v,
                   int columns, bool both);
   void close_gradients(const Eigen::Ref<const MatrixX>& dyn_q,
@@ -49,12 +55,11 @@ class ProjectionTerms {
   SparseSolver solver_;
   VectorX zero_, at_, a_, other_, half_, changed_;  ///< nv
   MatrixX dq_, dv_, da_, solved_;                   ///< nv x nv
-  KineticGradient start_, end_;
+  /// In the end's by_x finally inv(M + R) of it.
+  Gradients start_, end_;
   std::optional<Data> at_pose_;
   VectorX q_at_, moved_, turned_;
-  MatrixX rows_;         ///< nv x 4: gradients by velocity at the end, then inv(M + R) of them
   MatrixX by_q_, by_v_;  ///< nv x 4: transposed, of the scale and of the momentum left
-  MatrixX end_q_;        ///< nv x 4
   VectorX share_q_, share_v_;
 };
 
