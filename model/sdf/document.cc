@@ -3,20 +3,20 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cstring>
 #include <mutex>
 #include <sdf/Console.hh>
 #include <sdf/ParserConfig.hh>
 
 #include "counterpoint/model/files/text_file.h"
 #include "counterpoint/model/sdf/includes.h"
+#include "counterpoint/model/urdf/captured_messages.h"
 
 namespace counterpoint::sdf_file {
 namespace {
 
 /// The file that libsdformat names; of a text in memory it names none.
 std::string named(const std::string& path, const std::filesystem::path& file) {
-  return path.empty() || path == "data-string" ? file.string() : path;
+  return path.empty() || path == "<data-string>" ? file.string() : path;
 }
 
 std::string located(const sdf::Error& error, const std::filesystem::path& file) {
@@ -47,6 +47,7 @@ Document::Document(const std::filesystem::path& file, const SdfOptions& options)
   config.SetUnrecognizedElementsPolicy(sdf::EnforcementPolicy::LOG);
   resolve_includes(file, text, options, config, notes);
   sdf::Errors errors;
+  const CapturedMessages urdf_messages;  // what is no SDF is tried as URDF
   try {
     errors = root_.LoadSdfString(text, config);
   } catch (const std::exception& error) {
