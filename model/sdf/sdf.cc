@@ -29,7 +29,7 @@ class Reader {
     join();
     document_.note_passed();
     if (model_.trees.empty() && model_.environment.empty())
-      throw InputError(fmt::format("{}: there is nothing to move or touch", model_.where));
+      model_.notes.push_back({model_.where, "there is nothing to move and nothing to touch"});
     model_.notes.insert(model_.notes.begin(), document_.notes.begin(), document_.notes.end());
     return std::move(model_);
   }
