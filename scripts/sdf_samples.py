@@ -3,7 +3,8 @@
 
     scripts/sdf_samples.py COUNTERPOINT NAME=FOLDER... [--output FILE]
 
-FOLDER: checked out Gazebo models or worlds; NAME is what the table calls it.
+FOLDER: checked out Gazebo models or worlds; NAME is what the table calls it. model-1_4.sdf and the like, older
+forms of the same model.sdf, are left out.
 """
 import collections
 import json
@@ -15,7 +16,6 @@ import tempfile
 
 SECONDS = 2.0  # simulated
 LIMIT = 120.0  # [s] of a run
-MODELS = "model://"
 
 
 def run(command, file, folder):
@@ -54,7 +54,8 @@ def main():
     lines, total = [], collections.Counter()
     for name, folder in folders:
         counts, reasons = collections.Counter(), collections.Counter()
-        files = sorted(f for f in pathlib.Path(folder).rglob("*") if f.suffix in (".sdf", ".world"))
+        files = sorted(f for f in pathlib.Path(folder).rglob("*") if f.suffix in (".sdf", ".world")
+                       and not f.name.startswith("model-"))
         for file in files:
             outcome, detail = run(command, file, folder)
             counts[outcome] += 1

@@ -32,7 +32,8 @@ struct ModelParts {
   std::vector<Surface> surfaces;
 };
 
-/// Puts them into a builder that has their links, placed and prefixed. @throws InputError as the builder.
+/// Puts them into a builder that has their links, placed and prefixed. @throws InputError as the
+/// builder.
 void add_parts(const ModelParts& parts, const Pose& X_WL, const std::string& prefix,
                ModelBuilder& builder);
 

@@ -11,26 +11,25 @@ namespace {
 
 class BodyReader {
  public:
-  BodyReader(Document& document, ShapeReader& shapes, const std::string& prefix, bool is_static)
-      : document_(document), shapes_(shapes), prefix_(prefix), is_static_(is_static) {}
+  BodyReader(Document& document, ShapeReader& shapes, const std::string& prefix)
+      : document_(document), shapes_(shapes), prefix_(prefix) {}
 
-  /// `scope`: "" or "inner::", of the outermost model; `X_TM`: of the model's frame in that one's.
-  void read(const sdf::Model& model, const std::string& scope, const Pose& X_TM) {
+  /// `scope`: "" or "inner::", of the outermost model; `X_TM`: of the model's frame in that one's;
+  /// `is_static`: a model around it is.
+  void read(const sdf::Model& model, const std::string& scope, const Pose& X_TM, bool is_static) {
     const sdf::ElementPtr element = model.Element();
-    document_.pass_over_all_but(element, {"link", "joint", "frame", "model", "include", "pose", "static",
-                                          "self_collide", "allow_auto_disable", "enable_wind"});
-    if (model.Static() && !is_static_)
-      document_.fail(element, "a static model within one that can move is not supported; put it beside that, or fix "
-                              "it to the world by a joint");
+    document_.pass_over_all_but(
+        element, {"link", "joint", "frame", "model", "include", "pose", "static", "self_collide",
+                  "allow_auto_disable", "enable_wind"});
+    is_static = is_static || model.Static();
     for (std::uint64_t i = 0; i < model.LinkCount(); ++i)
-      read_link(*model.LinkByIndex(i), model, scope, X_TM);
+      read_link(*model.LinkByIndex(i), model, scope, X_TM, is_static);
     for (std::uint64_t i = 0; i < model.ModelCount(); ++i) {
       const sdf::Model& inner = *model.ModelByIndex(i);
       const Pose X_MI = document_.resolve(inner.SemanticPose(), "__model__", inner.Element());
-      read(inner, scope + inner.Name() + "::", X_TM * X_MI);
+      read(inner, scope + inner.Name() + "::", X_TM * X_MI, is_static);
     }
-    if (is_static_) return;
-    for (std::uint64_t i = 0; i < model.JointCount(); ++i)
+    for (std::uint64_t i = 0; !is_static && i < model.JointCount(); ++i)
       read_joint(*model.JointByIndex(i), scope, X_TM);
   }
 
@@ -49,11 +48,12 @@ class BodyReader {
   }
 
   void read_link(const sdf::Link& in, const sdf::Model& model, const std::string& scope,
-                 const Pose& X_TM) {
+                 const Pose& X_TM, bool is_static) {
     const sdf::ElementPtr element = in.Element();
-    document_.pass_over_all_but(element, {"pose", "inertial", "collision", "gravity", "self_collide", "kinematic",
-                                          "must_be_base_link", "velocity_decay", "enable_wind"});
-    if (bodies.links.size() == static_cast<std::size_t>(limits::kMaxLinks))
+    document_.pass_over_all_but(
+        element, {"pose", "inertial", "collision", "gravity", "self_collide", "kinematic",
+                  "must_be_base_link", "velocity_decay", "enable_wind"});
+    if (bodies.links.size() + bodies.fixed.size() == static_cast<std::size_t>(limits::kMaxLinks))
       document_.fail(element, fmt::format("more than {} links in a model", limits::kMaxLinks));
     LinkNode node;
     node.element = element;
@@ -61,13 +61,13 @@ class BodyReader {
     node.self_collide = Document::flag(element, "self_collide", model.SelfCollide());
     node.spec.name = name_of(scope, in.Name());
     node.spec.where = document_.where(element);
-    if (!is_static_) {
+    if (!is_static) {
       check_motion(element);
       node.spec.inertia = inertia_of(element);
       if (!Document::flag(element, "gravity", true)) node.spec.gravity_compensation = 1.0;
     }
     for (std::uint64_t i = 0; i < in.CollisionCount(); ++i) {
-      const CollisionRead read = shapes_.read(*in.CollisionByIndex(i), is_static_);
+      const CollisionRead read = shapes_.read(*in.CollisionByIndex(i), is_static);
       if (!read.touches) {
         document_.note(in.CollisionByIndex(i)->Element(), "touches nothing, as its <contact> says");
         continue;
@@ -75,19 +75,24 @@ class BodyReader {
       node.spec.collisions.push_back(read.collision);
       node.bitmasks.push_back(read.bitmask);
     }
-    indices_[scope + in.Name()] = static_cast<int>(bodies.links.size());
-    bodies.links.push_back(node);
+    indices_[scope + in.Name()] = is_static ? -1 : static_cast<int>(bodies.links.size());
+    (is_static ? bodies.fixed : bodies.links).push_back(node);
   }
 
   void check_motion(const sdf::ElementPtr& element) const {
     if (Document::flag(element, "kinematic", false))
-      document_.fail(element, "<kinematic>: a link that forces do not move is not supported; fix it to the world");
+      document_.fail(
+          element,
+          "<kinematic>: a link that forces do not move is not supported; fix it to the world");
     const sdf::ElementPtr decay = Document::child(element, "velocity_decay");
     for (const char* part : {"linear", "angular"})
       if (Document::number(decay, part, 0.0) != 0.0)
-        document_.fail(decay, fmt::format("<{}> is not 0: a share of the speed lost each step is not supported; remove "
-                                          "it, and give a scene's drag instead",
-                                          part));
+        document_.fail(
+            decay,
+            fmt::format(
+                "<{}> is not 0: a share of the speed lost each step is not supported; remove "
+                "it, and give a scene's drag instead",
+                part));
   }
 
   SpatialInertia inertia_of(const sdf::ElementPtr& element) {
@@ -119,11 +124,11 @@ class BodyReader {
     node.name = name_of(scope, in.Name());
     node.parent = link_index(in, scope, true);
     node.child = link_index(in, scope, false);
-    if (node.parent == node.child)
-      document_.fail(node.element, "it joins a link to itself");
+    if (node.parent == node.child) document_.fail(node.element, "it joins a link to itself");
     node.motions = read_motions(document_, in, node.name);
     node.X_TJ = X_TM * document_.resolve(in.SemanticPose(), "__model__", node.element);
-    const sdf::ElementPtr simbody = Document::child(Document::child(node.element, "physics"), "simbody");
+    const sdf::ElementPtr simbody =
+        Document::child(Document::child(node.element, "physics"), "simbody");
     node.loop = Document::flag(simbody, "must_be_loop_joint", false);
     bodies.joints.push_back(node);
   }
@@ -140,16 +145,15 @@ class BodyReader {
   Document& document_;
   ShapeReader& shapes_;
   const std::string prefix_;
-  const bool is_static_;
-  std::map<std::string, int> indices_;  // by name within the outermost model, with "::"
+  std::map<std::string, int> indices_;  // by name within the outermost model, with "::"; -1: fixed
 };
 
 }  // namespace
 
 Bodies read_bodies(Document& document, ShapeReader& shapes, const sdf::Model& model,
-                   const std::string& prefix, bool is_static) {
-  BodyReader reader(document, shapes, prefix, is_static);
-  reader.read(model, "", Pose());
+                   const std::string& prefix) {
+  BodyReader reader(document, shapes, prefix);
+  reader.read(model, "", Pose(), false);
   return reader.bodies;
 }
 

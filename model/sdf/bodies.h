@@ -25,19 +25,20 @@ struct JointNode {
   sdf::ElementPtr element;
   int parent = -1, child = -1;  ///< links; -1: the world
   Pose X_TJ;
-  /// What moves, from parent to child, one after the other: none of a fixed joint, two of a universal one. Type,
-  /// axis in the joint frame, limits and forces.
+  /// What moves, from parent to child, one after the other: none of a fixed joint, two of a
+  /// universal one. Type, axis in the joint frame, limits and forces.
   std::vector<JointSpec> motions;
   bool loop = false;  ///< asks to be the one that closes a loop
 };
 
 struct Bodies {
   std::vector<LinkNode> links;
+  std::vector<LinkNode> fixed;  ///< of static models, without inertia
   std::vector<JointNode> joints;
 };
 
-/// Of a model that moves, or is static: then without inertia and joints. `prefix` goes before every name.
+/// Joints to links of static models lead to the world. `prefix` goes before every name.
 Bodies read_bodies(Document& document, ShapeReader& shapes, const sdf::Model& model,
-                   const std::string& prefix, bool is_static);
+                   const std::string& prefix);
 
 }  // namespace counterpoint::sdf_file

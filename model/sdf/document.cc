@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <mutex>
 #include <sdf/Console.hh>
 #include <sdf/ParserConfig.hh>
@@ -16,13 +17,33 @@ namespace {
 
 /// The file that libsdformat names; of a text in memory it names none.
 std::string named(const std::string& path, const std::filesystem::path& file) {
-  return path.empty() || path == "<data-string>" ? file.string() : path;
+  if (path.empty() || path == "<data-string>") return file.string();
+  return std::filesystem::path(path).lexically_normal().string();
 }
 
 std::string located(const sdf::Error& error, const std::filesystem::path& file) {
   std::string at = named(error.FilePath().value_or(""), file);
   if (error.LineNumber()) at += fmt::format(":{}", *error.LineNumber());
   return fmt::format("{}: {}", at, error.Message());
+}
+
+/// True for errors of what is seen and sensed, which touches nothing. Names, which may be anything,
+/// stand in brackets.
+bool is_about_appearance(const sdf::Error& error) {
+  using Code = sdf::ErrorCode;
+  if (error.Code() != Code::ELEMENT_MISSING && error.Code() != Code::ELEMENT_INVALID &&
+      error.Code() != Code::ATTRIBUTE_MISSING && error.Code() != Code::ATTRIBUTE_INVALID)
+    return false;
+  std::string text;
+  int depth = 0;
+  for (const char c : error.Message()) {
+    depth += c == '[' ? 1 : c == ']' ? -1 : 0;
+    if (depth == 0) text += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  }
+  for (const char* word : {"sensor", "<script>", "material", "visual", "light", "camera", "actor",
+                           "plugin", "<gui>", "texture", "lidar", "emitter"})
+    if (text.find(word) != std::string::npos) return true;
+  return false;
 }
 
 }  // namespace
@@ -56,7 +77,8 @@ Document::Document(const std::filesystem::path& file, const SdfOptions& options)
   for (const sdf::Error& error : errors) {
     // The builder says what is wrong with an inertia, or takes it.
     if (error.Code() == sdf::ErrorCode::LINK_INERTIA_INVALID) continue;
-    throw InputError(located(error, file));
+    if (!is_about_appearance(error)) throw InputError(located(error, file));
+    notes.push_back({file.string(), "not read, without effect on the motion: " + error.Message()});
   }
 }
 
@@ -68,8 +90,7 @@ std::string Document::where(const sdf::ElementPtr& element) const {
   std::string at = named(element->FilePath(), file_);
   if (element->LineNumber()) at += fmt::format(":{}", *element->LineNumber());
   at += fmt::format(": <{}>", element->GetName());
-  if (element->HasAttribute("name"))
-    at += fmt::format(" '{}'", element->Get<std::string>("name"));
+  if (element->HasAttribute("name")) at += fmt::format(" '{}'", element->Get<std::string>("name"));
   return at;
 }
 
@@ -102,7 +123,8 @@ void Document::note_passed() {
                         count > 1 ? fmt::format(" ({})", count) : "");
   if (!list.empty()) notes.push_back({file_.string(), "passed over: " + list});
   if (passed_.count("plugin") > 0)
-    notes.push_back({file_.string(), "plugins do not run: forces that they would apply are inputs here"});
+    notes.push_back(
+        {file_.string(), "plugins do not run: forces that they would apply are inputs here"});
 }
 
 sdf::ElementPtr Document::child(const sdf::ElementPtr& element, const char* name) {

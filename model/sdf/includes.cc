@@ -45,9 +45,10 @@ class Walk {
     for (const auto& [uri, target] : targets_) {
       std::error_code error;
       if (fs::equivalent(sdf::findFile(uri, true, true, config_), target.path, error)) continue;
-      throw InputError(fmt::format("{}: '{}' cannot be told from another name or file; give the package's folder by "
-                                   "--package NAME=FOLDER, or another name",
-                                   target.where, uri));
+      throw InputError(fmt::format(
+          "{}: '{}' cannot be told from another name or file; give the package's folder by "
+          "--package NAME=FOLDER, or another name",
+          target.where, uri));
     }
   }
 
@@ -74,17 +75,19 @@ class Walk {
     if (++number_ > kMaxIncludes)
       throw InputError(fmt::format("{}: more than {} includes", where, kMaxIncludes));
     if (uri.rfind("http://", 0) == 0 || uri.rfind("https://", 0) == 0)
-      throw InputError(fmt::format("{}: '{}' is not fetched; download the model and include it as "
-                                   "model://NAME, with --package NAME=FOLDER",
-                                   where, uri));
+      throw InputError(
+          fmt::format("{}: '{}' is not fetched; download the model and include it as "
+                      "model://NAME, with --package NAME=FOLDER",
+                      where, uri));
     const fs::path target = find(uri, file.parent_path(), where);
     const auto [known, is_new] = targets_.emplace(uri, Target{target, where});
     std::error_code error;
     if (!is_new && !fs::equivalent(known->second.path, target, error))
-      throw InputError(fmt::format("{}: '{}' means two files, {} and {}; name them differently", where, uri,
-                                   known->second.path.string(), target.string()));
+      throw InputError(fmt::format("{}: '{}' means two files, {} and {}; name them differently",
+                                   where, uri, known->second.path.string(), target.string()));
     tell(uri, target);
-    const fs::path model = fs::is_directory(target, error) ? described(uri, target, file, where) : target;
+    const fs::path model =
+        fs::is_directory(target, error) ? described(uri, target, file, where) : target;
     for (const fs::path& other : open_)
       if (fs::equivalent(other, model, error))
         throw InputError(fmt::format("{}: '{}' includes itself", where, uri));
@@ -93,9 +96,11 @@ class Walk {
     tinyxml2::XMLDocument document;
     parse_xml_file(model, "there is no such file", document);
     const XMLElement* root = document.RootElement();
-    if (root == nullptr || (std::strcmp(root->Name(), "sdf") != 0 && std::strcmp(root->Name(), "gazebo") != 0))
-      throw InputError(fmt::format("{}: {} is no SDF file; of a URDF make a model of its own in a scene file",
-                                   where, model.string()));
+    if (root == nullptr ||
+        (std::strcmp(root->Name(), "sdf") != 0 && std::strcmp(root->Name(), "gazebo") != 0))
+      throw InputError(
+          fmt::format("{}: {} is no SDF file; of a URDF make a model of its own in a scene file",
+                      where, model.string()));
     read(model, *root);
   }
 
@@ -123,16 +128,18 @@ class Walk {
     parse_xml_file(target / "model.config", "there is no such file", config);
     const std::string chosen = sdf::getModelFilePath(target.string());
     if (chosen.empty())
-      throw InputError(fmt::format("{}: {} names no <sdf> file", where, (target / "model.config").string()));
+      throw InputError(
+          fmt::format("{}: {} names no <sdf> file", where, (target / "model.config").string()));
     const std::string name = fs::path(chosen).lexically_relative(target).generic_string();
-    const fs::path model = find_mesh(uri + "/" + name, file.parent_path(), options_.packages, where).file;
+    const fs::path model =
+        find_mesh(uri + "/" + name, file.parent_path(), options_.packages, where).file;
     std::error_code error;
     if (fs::equivalent(model, chosen, error)) return model;
     throw InputError(fmt::format("{}: there is no file {}", where, chosen));
   }
 
-  /// The map goes before every other place that libsdformat looks in. A name that begins like a key is that
-  /// folder with the rest of the name.
+  /// The map goes before every other place that libsdformat looks in. A name that begins like a key
+  /// is that folder with the rest of the name.
   void tell(const std::string& uri, const fs::path& target) {
     std::error_code error;
     if (fs::is_directory(target, error)) return config_.AddURIPath(uri, target.string());
@@ -158,15 +165,17 @@ void resolve_includes(const fs::path& file, const std::string& text, const SdfOp
     throw InputError(fmt::format("{}:{}: not well-formed XML: {}", file.string(),
                                  std::max(1, document.ErrorLineNum()), document.ErrorName()));
   const XMLElement* root = document.RootElement();
-  if (root == nullptr || (std::strcmp(root->Name(), "sdf") != 0 && std::strcmp(root->Name(), "gazebo") != 0))
-    throw InputError(fmt::format("{}: the root element is <{}>; an SDF file has <sdf>", file.string(),
-                                 root ? root->Name() : ""));
+  if (root == nullptr ||
+      (std::strcmp(root->Name(), "sdf") != 0 && std::strcmp(root->Name(), "gazebo") != 0))
+    throw InputError(fmt::format("{}: the root element is <{}>; an SDF file has <sdf>",
+                                 file.string(), root ? root->Name() : ""));
   int tops = 0;
   for (const XMLElement* e = root->FirstChildElement(); e; e = e->NextSiblingElement())
     if (std::strcmp(e->Name(), "model") == 0 || std::strcmp(e->Name(), "world") == 0) ++tops;
   if (tops > 1)
-    throw InputError(fmt::format("{}: {} models or worlds; one is expected: put the models into one <world>",
-                                 file.string(), tops));
+    throw InputError(
+        fmt::format("{}: {} models or worlds; one is expected: put the models into one <world>",
+                    file.string(), tops));
   Walk walk(options, config, notes);
   walk.read(file, *root);
   walk.check();

@@ -14,7 +14,8 @@ constexpr double kNoLimit = 1e16;
 double bound(Document& document, double value, const char* what, const sdf::ElementPtr& element) {
   if (value > 0.0) return value;
   if (value == 0.0)
-    document.note(element, fmt::format("{0} limit 0 counts as not given; a scene may give {0}_limit", what));
+    document.note(element,
+                  fmt::format("{0} limit 0 counts as not given; a scene may give {0}_limit", what));
   return std::numeric_limits<double>::infinity();
 }
 
@@ -46,8 +47,11 @@ JointSpec read_axis(Document& document, const sdf::Joint& joint, unsigned number
 /// What ODE would do beyond the joint itself.
 void check_physics(Document& document, const sdf::ElementPtr& element) {
   const sdf::ElementPtr ode = Document::child(Document::child(element, "physics"), "ode");
-  if (Document::number(ode, "velocity", 0.0) != 0.0 && Document::number(ode, "max_force", 0.0) > 0.0)
-    document.fail(ode, "<velocity>, a motor in the file, is not supported; give the joint a servo in a scene");
+  if (Document::number(ode, "velocity", 0.0) != 0.0 &&
+      Document::number(ode, "max_force", 0.0) > 0.0)
+    document.fail(
+        ode,
+        "<velocity>, a motor in the file, is not supported; give the joint a servo in a scene");
   if (Document::number(ode, "bounce", 0.0) > 0.0)
     document.fail(ode, "<bounce>: limits do not bounce here");
 }
@@ -82,9 +86,10 @@ std::vector<JointSpec> read_motions(Document& document, const sdf::Joint& joint,
         motions.push_back(read_axis(document, joint, number, JointType::kRevolute, true));
       break;
     default:
-      document.fail(element, fmt::format("type '{}' is not supported; revolute, continuous, prismatic, ball, "
-                                         "universal, revolute2 or fixed is expected",
-                                         element->Get<std::string>("type")));
+      document.fail(
+          element, fmt::format("type '{}' is not supported; revolute, continuous, prismatic, ball, "
+                               "universal, revolute2 or fixed is expected",
+                               element->Get<std::string>("type")));
   }
   for (std::size_t i = 0; i < motions.size(); ++i) {
     motions[i].name = i == 0 ? name : name + ".2";

@@ -76,15 +76,15 @@ class Reader {
     if (windy_ && model.EnableWind())
       document_.fail(model.Element(), "<enable_wind>: wind is not supported");
     const Pose X_WT = document_.resolve(model.SemanticPose(), "", model.Element());
-    const Bodies bodies = read_bodies(document_, shapes_, model, prefix, model.Static());
-    for (const LinkNode& link : bodies.links) add_surfaces(link, model.Static());
-    if (model.Static()) {
-      for (const LinkNode& link : bodies.links)
-        for (const LinkSpec::Collision& c : link.spec.collisions)
-          model_.environment.push_back(
-              {link.spec.name + "/" + c.name, c.shape, X_WT * link.X_TL * c.X_LG, c.material});
-      return;
+    const Bodies bodies = read_bodies(document_, shapes_, model, prefix);
+    for (const LinkNode& link : bodies.fixed) {
+      add_surfaces(link, true);
+      for (const LinkSpec::Collision& c : link.spec.collisions)
+        model_.environment.push_back(
+            {link.spec.name + "/" + c.name, c.shape, X_WT * link.X_TL * c.X_LG, c.material});
     }
+    for (const LinkNode& link : bodies.links) add_surfaces(link, false);
+    if (bodies.links.empty()) return;
     add_trees(document_, bodies, prefix, X_WT, model_);
     exclude_within(bodies);
   }
@@ -103,7 +103,8 @@ class Reader {
     for (const JointNode& joint : bodies.joints)
       if (touches(joint.parent) && touches(joint.child))
         model_.exclusions.push_back({bodies.links[joint.parent].spec.name,
-                                     bodies.links[joint.child].spec.name, "of links joined by a joint"});
+                                     bodies.links[joint.child].spec.name,
+                                     "of links joined by a joint"});
     for (std::size_t a = 0; a < bodies.links.size(); ++a) {
       for (std::size_t b = a + 1; b < bodies.links.size(); ++b) {
         const LinkNode &first = bodies.links[a], &second = bodies.links[b];
@@ -115,7 +116,8 @@ class Reader {
     }
   }
 
-  /// Of two surfaces the smaller friction and restitution count, as in Gazebo with ODE and with DART.
+  /// Of two surfaces the smaller friction and restitution count, as in Gazebo with ODE and with
+  /// DART.
   void join() {
     for (std::size_t i = 0; i < surfaces_.size(); ++i) {
       for (std::size_t j = i + 1; j < surfaces_.size(); ++j) {

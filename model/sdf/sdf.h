@@ -22,8 +22,8 @@ struct SdfOptions {
   std::shared_ptr<HullCache> hulls;
 };
 
-/// The models of an SDF file. Static ones stand in `environment`. Names: link "arm" of a lone model;
-/// "robot/arm" in a world; "robot/gripper/arm" in a model within it.
+/// The models of an SDF file. Static ones stand in `environment`. Names: link "arm" of a lone
+/// model; "robot/arm" in a world; "robot/gripper/arm" in a model within it.
 struct SdfModel : ModelParts {
   struct Tree {
     RobotSpec robot;
@@ -39,13 +39,13 @@ struct SdfModel : ModelParts {
   std::optional<double> time_step;  ///< of a world [s]
 };
 
-/// Reads an SDF file with what it includes (docs/reference/sdf.md). @throws InputError naming file, line,
-/// element, what was expected and what to do, also for what the engine does not have and would change
-/// the motion, and where the program was built without libsdformat.
+/// Reads an SDF file with what it includes (docs/reference/sdf.md). @throws InputError naming file,
+/// line, element, what was expected and what to do, also for what the engine does not have and
+/// would change the motion, and where the program was built without libsdformat.
 SdfModel load_sdf(const std::filesystem::path& file, const SdfOptions& options = {});
 
-/// True if the root element of an XML file is <sdf> (or <gazebo>, its old name). @throws InputError if it
-/// is no XML.
+/// True if the root element of an XML file is <sdf> (or <gazebo>, its old name). @throws InputError
+/// if it is no XML.
 bool is_sdf(const std::filesystem::path& file);
 
 /// Puts the models into a builder, placed and prefixed. @throws InputError as the builder.

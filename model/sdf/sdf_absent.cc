@@ -6,9 +6,10 @@
 namespace counterpoint {
 
 SdfModel load_sdf(const std::filesystem::path& file, const SdfOptions&) {
-  throw InputError(fmt::format("{}: this program was built without SDF; install libsdformat-dev and "
-                               "build again (scripts/setup.sh)",
-                               file.string()));
+  throw InputError(
+      fmt::format("{}: this program was built without SDF; install libsdformat-dev and "
+                  "build again (scripts/setup.sh)",
+                  file.string()));
 }
 
 }  // namespace counterpoint

@@ -19,8 +19,9 @@ struct CollisionRead {
 class ShapeReader {
  public:
   explicit ShapeReader(Document& document);
-  /// `is_static`: of a model that never moves; a mesh with hollows then touches as triangles, and planes
-  /// and height maps are possible. @throws InputError for shapes and surfaces that are not supported.
+  /// `is_static`: of a model that never moves; a mesh with hollows then touches as triangles, and
+  /// planes and height maps are possible. @throws InputError for shapes and surfaces that are not
+  /// supported.
   CollisionRead read(const sdf::Collision& collision, bool is_static);
 
  private:

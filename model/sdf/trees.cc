@@ -22,8 +22,13 @@ class TreeBuilder {
  public:
   TreeBuilder(Document& document, const Bodies& bodies, const std::string& prefix, const Pose& X_WT,
               SdfModel& model)
-      : document_(document), bodies_(bodies), prefix_(prefix), X_WT_(X_WT), model_(model),
-        joints_of_(bodies.links.size() + 1), done_(bodies.links.size() + 1, false) {}
+      : document_(document),
+        bodies_(bodies),
+        prefix_(prefix),
+        X_WT_(X_WT),
+        model_(model),
+        joints_of_(bodies.links.size() + 1),
+        done_(bodies.links.size() + 1, false) {}
 
   void build() {
     const std::vector<int> loops = choose();
@@ -45,7 +50,8 @@ class TreeBuilder {
     std::vector<int> set(bodies_.links.size() + 1), order(bodies_.joints.size()), loops;
     std::iota(set.begin(), set.end(), 0);
     std::iota(order.begin(), order.end(), 0);
-    std::stable_partition(order.begin(), order.end(), [&](int j) { return !bodies_.joints[j].loop; });
+    std::stable_partition(order.begin(), order.end(),
+                          [&](int j) { return !bodies_.joints[j].loop; });
     const auto root = [&](int i) {
       while (set[i] != i) i = set[i] = set[set[i]];
       return i;
@@ -102,8 +108,8 @@ class TreeBuilder {
     robot.links.push_back(world);
   }
 
-  /// From `inner` to `outer`; turned round if the file has it the other way. Between them lie links without
-  /// mass, where a joint has two axes, or the outer link's frame is not the joint's.
+  /// From `inner` to `outer`; turned round if the file has it the other way. Between them lie links
+  /// without mass, where a joint has two axes, or the outer link's frame is not the joint's.
   void add_joint(const JointNode& joint, int inner, int outer, RobotSpec& robot) const {
     const bool turned = joint.parent != inner;
     std::string hangs_on = name_of(inner);
@@ -117,7 +123,8 @@ class TreeBuilder {
       spec.parent = hangs_on;
       spec.X_PJ = at;
       const bool ends_here = i + 1 == motions.size() && is_identity(X_JO);
-      spec.child = ends_here ? name_of(outer) : fmt::format("{}.{}", name_of(outer), leaf(spec.name));
+      spec.child =
+          ends_here ? name_of(outer) : fmt::format("{}.{}", name_of(outer), leaf(spec.name));
       if (!ends_here) {
         LinkSpec between;
         between.name = spec.child;
@@ -152,21 +159,25 @@ class TreeBuilder {
     closure.where = document_.where(joint.element);
     const Pose X_PJ = pose_of(joint.parent).inverse() * joint.X_TJ;
     const Pose X_CJ = pose_of(joint.child).inverse() * joint.X_TJ;
-    const bool revolute = joint.motions.size() == 1 && joint.motions[0].type == JointType::kRevolute;
+    const bool revolute =
+        joint.motions.size() == 1 && joint.motions[0].type == JointType::kRevolute;
     const bool ball = joint.motions.size() == 1 && joint.motions[0].type == JointType::kSpherical;
     closure.type = joint.motions.empty() ? ClosureType::kWeld : ClosureType::kBall;
     closure.anchor_a = X_PJ.translation;
     closure.anchor_b = X_CJ.translation;
     if (!joint.motions.empty() && !ball && !revolute)
-      document_.fail(joint.element, "it closes a loop; revolute, ball or fixed joints may, so mark another of the loop by "
-                                    "<must_be_loop_joint>");
+      document_.fail(
+          joint.element,
+          "it closes a loop; revolute, ball or fixed joints may, so mark another of the loop by "
+          "<must_be_loop_joint>");
     if (closure.type == ClosureType::kWeld)
       closure.orientation = X_PJ.rotation * X_CJ.rotation.transpose();
     if (!revolute) return model_.closures.push_back(closure);
     const JointSpec& spec = joint.motions[0];
-    if (spec.damping != 0.0 || spec.dry_friction != 0.0 || spec.stiffness != 0.0 || std::isfinite(spec.lower) ||
-        std::isfinite(spec.upper))
-      document_.note(joint.element, "it closes a loop: its limits, damping, friction and spring are not used");
+    if (spec.damping != 0.0 || spec.dry_friction != 0.0 || spec.stiffness != 0.0 ||
+        std::isfinite(spec.lower) || std::isfinite(spec.upper))
+      document_.note(joint.element,
+                     "it closes a loop: its limits, damping, friction and spring are not used");
     // Two points on the axis stay together.
     for (const double side : {-0.5, 0.5}) {
       const Vector3 offset = side * kHingeWidth * spec.axis;

@@ -5,8 +5,9 @@
 
 namespace counterpoint::sdf_file {
 
-/// Adds the trees of one model, and the closures of its loops. `X_WT`: where its frame lies. A joint whose parent
-/// hangs on its child is turned round. @throws InputError for loops that no closure can close.
+/// Adds the trees of one model, and the closures of its loops. `X_WT`: where its frame lies. A
+/// joint whose parent hangs on its child is turned round. @throws InputError for loops that no
+/// closure can close.
 void add_trees(Document& document, const Bodies& bodies, const std::string& prefix,
                const Pose& X_WT, SdfModel& model);
 

@@ -1,4 +1,5 @@
-// Our robots as libsdformat converts them to SDF, against our reader of URDF. Not built where it is missing.
+// Our robots as libsdformat converts them to SDF, against our reader of URDF. Not built where it is
+// missing.
 #include <gtest/gtest.h>
 
 #include <sdf/Console.hh>
@@ -34,7 +35,8 @@ TEST_P(SdfOfUrdf, HasTheSameMassMatrixAndPoses) {
   const std::string urdf = test::source_dir() + "/data/robots/" + GetParam() + ".urdf";
   sdf::Console::Instance()->SetQuiet(true);
   sdf::Root root;
-  // Of its shapes urdfdom knows none of ours by the name of capsule; it says so and goes on without.
+  // Of its shapes urdfdom knows none of ours by the name of capsule; it says so and goes on
+  // without.
   ASSERT_TRUE(root.LoadSdfString(read_text_file(urdf, 1'000'000, "missing")).empty());
   const test::TempFolder folder;
   const Scene ours = load_scene(folder.write("r.sdf", root.Element()->ToString("")));
@@ -57,8 +59,9 @@ TEST_P(SdfOfUrdf, HasTheSameMassMatrixAndPoses) {
         const Body &a = ours.model.body(i + 1), &b = ours.model.body(j + 1);
         const Body &c = theirs.model.body(k + 1), &d = theirs.model.body(l + 1);
         const int n = joint_nv(a.joint_type), m = joint_nv(b.joint_type);
-        EXPECT_LE((N.block(a.v_index, b.v_index, n, m) - M.block(c.v_index, d.v_index, n, m)).norm(),
-                  kRoundOff * M.norm());
+        EXPECT_LE(
+            (N.block(a.v_index, b.v_index, n, m) - M.block(c.v_index, d.v_index, n, m)).norm(),
+            kRoundOff * M.norm());
       }
     }
   }
