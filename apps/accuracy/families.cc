@@ -51,14 +51,14 @@ class Maker {
 
   Family over(const std::string& vary, const std::string& name, const std::string& parameter,
               const Change& change, const std::vector<double>& values, const EngineSetting& setting,
-              const std::function<std::string(double)>& text) const {
+              const std::function<std::string(double)>& text) const {  // Parameters: what it depends on, one by one
     Family family{vary, name, parameter, {}};
     for (const double value : values) {
       EngineSetting changed = setting;
       change(changed, value);
       family.settings.push_back(
           {fmt::format("{}, {}", name, text(value)), value, key(changed),
-           [&scene = scene_, changed] { return engine_mover(scene, changed); }, changed});
+           [&scene = scene_, changed] { return counterpoint_adapter(scene, changed); }, changed});
     }
     return family;
   }
@@ -123,7 +123,7 @@ void add_laws(const Maker& make, Families& out) {
   for (Setting& point : other.settings) {
     point.key.clear();
     point.make = [&scene = make.scene(), changed = *point.engine] {
-      return kinetic_energy_mover(scene, changed);
+      return kinetic_energy_adapter(scene, changed);
     };
     point.engine.reset();
   }

@@ -9,6 +9,7 @@
 
 #include "measure/median.h"
 #include "report/progress.h"
+#include "tasks/bytes.h"
 
 namespace counterpoint::apps::accuracy {
 namespace {
@@ -16,11 +17,11 @@ namespace {
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 /// Errors of one run of all pieces; false if one failed.
-bool run_for_error(Mover& mover, const Model& model, const Plan& plan, const Reference& reference,
+bool run_for_error(EngineAdapter& adapter, const Model& model, const Plan& plan, const Reference& reference,
                    Point& point) {
   double seconds = 0.0;
   for (const Piece& piece : reference.pieces) {
-    const Passage passage = mover.advance(piece.start, plan.length);
+    const Passage passage = adapter.advance(piece.start, plan.length);
     seconds += passage.seconds;
     point.steps += passage.steps;
     if (!passage.failure.empty()) {
@@ -40,17 +41,17 @@ bool run_for_error(Mover& mover, const Model& model, const Plan& plan, const Ref
   return point.failed == 0;
 }
 
-/// A point whose time is to be taken: the pieces by its mover.
+/// A point whose time is to be taken: the pieces by its adapter.
 struct Timing {
   size_t family = 0, point = 0;
-  std::unique_ptr<Mover> mover;
+  std::unique_ptr<EngineAdapter> adapter;
   std::vector<double> costs;
 };
 
 void run_for_time(const Plan& plan, const Reference& reference, Timing& timing) {
   double seconds = 0.0;
   for (const Piece& piece : reference.pieces)
-    seconds += timing.mover->advance(piece.start, plan.length).seconds;
+    seconds += timing.adapter->advance(piece.start, plan.length).seconds;
   timing.costs.push_back(seconds / (plan.length * static_cast<double>(reference.pieces.size())));
 }
 
@@ -63,67 +64,125 @@ void set_cost(Timing& timing, Point& point) {
   point.cost_high = costs.back();
 }
 
-/// The point without its time; the mover that it is to be taken of, unless it failed.
-Point measure_point(const Scene& scene, const Plan& plan, const Reference& reference,
-                    const Setting& setting, const MeasureOptions& options,
-                    std::unique_ptr<Mover>& mover) {
-  Point point;
-  point.setting = setting;
-  mover = setting.make();
-  if (!run_for_error(*mover, scene.model, plan, reference, point)) {
-    point.error = {kNaN, kNaN, kNaN};
-    point.worst = point.cost = point.cost_low = point.cost_high = kNaN;
-    mover.reset();
-    return point;
-  }
-  const bool at_scene_step =
-      setting.engine && std::abs(setting.engine->options.time_step / plan.time_step - 1.0) < 1e-9;
-  if (at_scene_step) add_physics(scene, plan, reference, options, point);
-  return point;
-}
+/// The same pieces with the ends of a family's own fine run.
+struct OwnReference {
+  Reference reference;
+  double apart = 0.0, error = 0.0;  ///< MeasuredFamily::own_apart, own_error
+};
 
-/// The same pieces with the ends of the family's own fine run.
-Reference own_reference(const Scene& scene, const Plan& plan, const Reference& reference,
-                        MeasuredFamily& measured) {
-  Reference own = reference;
-  const auto fine = measured.family.own(reference.time_step);
-  const auto coarse = measured.family.own(2.0 * reference.time_step);
-  double apart = 0.0, error = 0.0;
-  for (Piece& piece : own.pieces) {
+OwnReference own_reference(const Scene& scene, const Plan& plan, const Reference& reference,
+                           const Family& family) {
+  OwnReference own{reference};
+  const auto fine = family.own(reference.time_step);
+  const auto coarse = family.own(2.0 * reference.time_step);
+  for (Piece& piece : own.reference.pieces) {
     const Passage end = fine->advance(piece.start, plan.length);
     const Passage twice = coarse->advance(piece.start, plan.length);
     for (const Passage* run : {&end, &twice})
       if (!run->failure.empty()) throw std::runtime_error("its own fine run: " + run->failure);
-    apart += deviation(scene.model, piece.end.q, end.end.q).all;
-    error += deviation(scene.model, end.end.q, twice.end.q).all;
+    own.apart += deviation(scene.model, piece.end.q, end.end.q).all;
+    own.error += deviation(scene.model, end.end.q, twice.end.q).all;
     piece.end = end.end;
   }
-  const auto count = static_cast<double>(own.pieces.size());
-  measured.own_apart = apart / count;
-  measured.own_error = own.error = error / count;
+  const auto count = static_cast<double>(own.reference.pieces.size());
+  own.apart /= count;
+  own.error /= count;
+  own.reference.error = own.error;
   return own;
 }
+
+/// What comes of a setting, its time apart.
+struct Measurement {
+  std::string refused;  ///< why its family cannot be run; then nothing else
+  std::optional<double> own_apart = {}, own_error = {};
+  Point point;
+
+  std::string bytes() const {
+    tasks::BytesWriter out;
+    out.text(refused).put(own_apart).put(own_error).put(point.failed).text(point.failure);
+    out.put(point.error).numbers(point.piece_errors).put(point.worst);
+    out.put(point.cost).put(point.cost_low).put(point.cost_high).put(point.steps);
+    return out.put(point.physics).take();
+  }
+  static Measurement of(const std::string& bytes) {
+    Measurement m;
+    tasks::BytesReader in(bytes);
+    m.refused = in.text();
+    m.own_apart = in.get<std::optional<double>>();
+    m.own_error = in.get<std::optional<double>>();
+    m.point.failed = in.get<int>();
+    m.point.failure = in.text();
+    m.point.error = in.get<Deviation>();
+    m.point.piece_errors = in.numbers();
+    m.point.worst = in.get<double>();
+    m.point.cost = in.get<double>();
+    m.point.cost_low = in.get<double>();
+    m.point.cost_high = in.get<double>();
+    m.point.steps = in.get<long>();
+    m.point.physics = in.get<std::optional<Physics>>();
+    return m;
+  }
+};
+
+/// One thread that measures errors. All that it is given must outlive it.
+class ErrorWorker {
+ public:
+  ErrorWorker(const Scene& scene, const Plan& plan, const Reference& reference,
+              const std::vector<Family>& families, const MeasureOptions& options)
+      : scene_(scene), plan_(plan), reference_(reference), families_(families), options_(options) {}
+
+  Measurement measure(const Place& place) {
+    Measurement out;
+    const Family& family = families_[place.family];
+    try {
+      const Reference* reference = &reference_;
+      if (family.own) {
+        const OwnReference& own = own_of(place.family);
+        out.own_apart = own.apart;
+        out.own_error = own.error;
+        reference = &own.reference;
+      }
+      measure(family.settings[place.point], *reference, out.point);
+    } catch (const std::runtime_error& why) {  // the engine lacks what the scene needs
+      out.refused = why.what();
+    }
+    return out;
+  }
+
+ private:
+  void measure(const Setting& setting, const Reference& reference, Point& point) {
+    point.setting = setting;
+    if (!run_for_error(*setting.make(), scene_.model, plan_, reference, point)) {
+      point.error = {kNaN, kNaN, kNaN};
+      point.worst = point.cost = point.cost_low = point.cost_high = kNaN;
+      return;
+    }
+    const bool at_scene_step =
+        setting.engine &&
+        std::abs(setting.engine->options.time_step / plan_.time_step - 1.0) < 1e-9;
+    if (at_scene_step) add_physics(scene_, plan_, reference, options_, point);
+  }
+  /// Once for all settings of the family that come to this thread.
+  const OwnReference& own_of(size_t family) {
+    const auto known = own_.find(family);
+    if (known != own_.end()) return known->second;
+    return own_.emplace(family, own_reference(scene_, plan_, reference_, families_[family]))
+        .first->second;
+  }
+
+  const Scene& scene_;
+  const Plan& plan_;
+  const Reference& reference_;
+  const std::vector<Family>& families_;
+  const MeasureOptions& options_;
+  std::map<size_t, OwnReference> own_;
+};
 
 bool same_settings(const Family& a, const Family& b) {
   return a.settings.size() == b.settings.size() &&
          std::equal(
              a.settings.begin(), a.settings.end(), b.settings.begin(),
              [](const Setting& x, const Setting& y) { return !x.key.empty() && x.key == y.key; });
-}
-
-/// Points with an earlier one's key are that one.
-void copy_known(const std::map<std::string, Place>& known, std::vector<MeasuredFamily>& out) {
-  for (size_t f = 0; f < out.size(); ++f) {
-    for (size_t p = 0; p < out[f].points.size(); ++p) {
-      const std::string& key = out[f].points[p].setting.key;
-      if (key.empty()) continue;
-      const Place& first = known.at(key);
-      if (first == Place{f, p}) continue;
-      const Setting setting = out[f].points[p].setting;
-      out[f].points[p] = out[first.family].points[first.point];
-      out[f].points[p].setting = setting;
-    }
-  }
 }
 
 bool stopped(const MeasureOptions& options) { return options.stop && options.stop(); }
@@ -133,6 +192,8 @@ void run_rounds(const Plan& plan, const Reference& reference, const MeasureOptio
                 std::vector<Timing>& timings) {
   Progress progress("timing", options.repeats * static_cast<int>(timings.size()));
   int done = 0;
+  for (Timing& timing : timings)  // to warm up
+    if (!stopped(options)) timing.adapter->advance(reference.pieces.front().start, plan.length);
   for (int round = 0; round < options.repeats; ++round) {
     for (Timing& timing : timings) {
       if (stopped(options)) return;
@@ -142,55 +203,118 @@ void run_rounds(const Plan& plan, const Reference& reference, const MeasureOptio
   }
 }
 
+/// The settings that are measured, the first with each key, and by family and setting which of them
+/// it is.
+struct DistinctSettings {
+  std::vector<Place> places;
+  std::vector<std::vector<size_t>> numbers;
+
+  explicit DistinctSettings(const std::vector<Family>& families) {
+    std::map<std::string, size_t> known;
+    for (size_t f = 0; f < families.size(); ++f) {
+      std::vector<size_t>& mine = numbers.emplace_back();
+      for (size_t p = 0; p < families[f].settings.size(); ++p) {
+        const std::string& key = families[f].settings[p].key;
+        const auto found = known.find(key);
+        mine.push_back(found != known.end() ? found->second : places.size());
+        if (found != known.end()) continue;
+        if (!key.empty()) known[key] = places.size();
+        places.push_back({f, p});
+      }
+    }
+  }
+};
+
+/// The family of what there is of it.
+MeasuredFamily gather(const Family& family, const std::vector<size_t>& numbers,
+                      const std::vector<std::optional<Measurement>>& measurements) {
+  MeasuredFamily out{family, {}, {}, {}};
+  for (size_t p = 0; p < numbers.size(); ++p) {
+    const std::optional<Measurement>& m = measurements[numbers[p]];
+    if (!m) continue;
+    if (!m->refused.empty()) {
+      out.points.clear();
+      out.refused = m->refused;
+      break;
+    }
+    if (family.own) {
+      out.own_apart = m->own_apart;
+      out.own_error = m->own_error;
+    }
+    out.points.push_back(m->point);
+    out.points.back().setting = family.settings[p];
+  }
+  return out;
+}
+
 }  // namespace
+
+std::vector<MeasuredFamily> measure_errors(const Scene& scene, const Plan& plan,
+                                           const Reference& reference,
+                                           const std::vector<Family>& families,
+                                           const MeasureOptions& options) {
+  const DistinctSettings settings(families);
+  tasks::TaskList list;
+  list.name = "settings";
+  list.count = static_cast<std::int64_t>(settings.places.size());
+  list.fingerprint = options.fingerprint;
+  list.make_task = [&]() -> tasks::Task {
+    const auto worker =
+        std::make_shared<ErrorWorker>(scene, plan, reference, families, options);
+    return [&, worker](std::int64_t i) {
+      if (stopped(options)) return tasks::Outcome{{}, false};
+      const Place& place = settings.places[static_cast<size_t>(i)];
+      return tasks::Outcome{worker->measure(place).bytes(), true};
+    };
+  };
+  std::vector<std::optional<Measurement>> measurements;
+  for (const auto& bytes : options.run(list)) {
+    measurements.emplace_back();
+    if (bytes) measurements.back() = Measurement::of(*bytes);
+  }
+  std::vector<MeasuredFamily> out;
+  for (size_t f = 0; f < families.size(); ++f) {
+    MeasuredFamily measured = gather(families[f], settings.numbers[f], measurements);
+    for (const MeasuredFamily& earlier : out)
+      if (measured.same_as.empty() && same_settings(earlier.family, families[f]))
+        measured.same_as = earlier.family.name;
+    if (!measured.points.empty() || !measured.refused.empty()) out.push_back(std::move(measured));
+  }
+  return out;
+}
+
+void measure_times(const Plan& plan, const Reference& reference, const MeasureOptions& options,
+                   std::vector<MeasuredFamily>& families) {
+  std::map<std::string, Place> known;
+  std::vector<Timing> timings;
+  const auto for_each = [&](auto act) {
+    for (size_t f = 0; f < families.size(); ++f)
+      for (size_t p = 0; p < families[f].points.size(); ++p)
+        if (families[f].points[p].measured()) act(families[f].points[p], Place{f, p});
+  };
+  for_each([&](Point& point, const Place& place) {
+    const std::string& key = point.setting.key;
+    if (!key.empty() && !known.try_emplace(key, place).second) return;
+    timings.push_back({place.family, place.point, point.setting.make(), {}});
+  });
+  run_rounds(plan, reference, options, timings);
+  for (Timing& timing : timings) set_cost(timing, families[timing.family].points[timing.point]);
+  for_each([&](Point& point, const Place&) {
+    if (point.setting.key.empty()) return;
+    const Place& place = known.at(point.setting.key);
+    const Point& first = families[place.family].points[place.point];
+    point.cost = first.cost;
+    point.cost_low = first.cost_low;
+    point.cost_high = first.cost_high;
+  });
+}
 
 std::vector<MeasuredFamily> measure(const Scene& scene, const Plan& plan,
                                     const Reference& reference, const std::vector<Family>& families,
                                     const MeasureOptions& options) {
-  size_t total = 0, done = 0;
-  for (const Family& family : families) total += family.settings.size();
-  Progress progress("measuring", static_cast<int>(total));
-  std::map<std::string, Place> known;
-  std::vector<Timing> timings;
-  std::vector<MeasuredFamily> out;
-  for (const Family& family : families) {
-    if (stopped(options)) break;
-    MeasuredFamily measured{family, {}, {}, {}};
-    for (const MeasuredFamily& earlier : out)
-      if (measured.same_as.empty() && same_settings(earlier.family, family))
-        measured.same_as = earlier.family.name;
-    const size_t timings_before = timings.size();
-    try {
-      const Reference mine =
-          family.own ? own_reference(scene, plan, reference, measured) : reference;
-      for (const Setting& setting : family.settings) {
-        if (stopped(options)) break;
-        const auto found = setting.key.empty() ? known.end() : known.find(setting.key);
-        if (found != known.end()) {
-          measured.points.push_back({});  // filled in when all is known
-        } else {
-          std::unique_ptr<Mover> mover;
-          measured.points.push_back(measure_point(scene, plan, mine, setting, options, mover));
-          const Place here{out.size(), measured.points.size() - 1};
-          if (mover) timings.push_back({here.family, here.point, std::move(mover), {}});
-          if (!setting.key.empty()) known[setting.key] = here;
-        }
-        measured.points.back().setting = setting;
-        progress.update(static_cast<int>(++done));
-      }
-    } catch (const std::runtime_error& why) {  // the engine lacks what the scene needs
-      measured.points.clear();
-      timings.resize(timings_before);
-      std::erase_if(known, [&](const auto& entry) { return entry.second.family == out.size(); });
-      measured.refused = why.what();
-    }
-    if (!measured.points.empty() || !measured.refused.empty()) out.push_back(std::move(measured));
-  }
-  progress.wipe();
-  run_rounds(plan, reference, options, timings);
-  for (Timing& timing : timings) set_cost(timing, out[timing.family].points[timing.point]);
-  copy_known(known, out);
-  return out;
+  std::vector<MeasuredFamily> measured = measure_errors(scene, plan, reference, families, options);
+  measure_times(plan, reference, options, measured);
+  return measured;
 }
 
 void add_physics(const Scene& scene, const Plan& plan, const Reference& reference,

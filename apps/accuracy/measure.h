@@ -9,6 +9,7 @@
 #include "families.h"
 #include "physics.h"
 #include "reference.h"
+#include "tasks/task_list.h"
 
 namespace counterpoint::apps::accuracy {
 
@@ -50,12 +51,27 @@ struct MeasureOptions {
   bool contacts = true;  ///< the scene has some: their figures are part of its physics
   /// Asked from time to time: true ends measuring with the settings measured so far.
   std::function<bool()> stop = {};
+  /// Runs the settings, a task each, for their errors; by default in this thread.
+  tasks::ListRunner run = tasks::run_here;
+  /// Of all that errors depend on, for `run`.
+  std::uint64_t fingerprint = 0;
 };
 
-/// Every piece by every setting: once for its error and to warm up, then in `repeats` rounds over
-/// all settings for the time. Settings with equal keys are measured once. Physics is added to those
-/// at the scene's own time step. Where options.stop ends it: without the settings that were not
-/// reached, times from as many rounds as there were, the first run where there was none.
+/// Every piece by every setting, for its error: the same bits whoever runs it. Settings with equal
+/// keys are measured once. Physics is added to those at the scene's own time step. Where options.stop
+/// ends it: without the settings that were not reached. Costs are those of this one run, of threads
+/// beside others.
+std::vector<MeasuredFamily> measure_errors(const Scene& scene, const Plan& plan,
+                                           const Reference& reference,
+                                           const std::vector<Family>& families,
+                                           const MeasureOptions& options);
+
+/// Their costs: in this thread alone, in `repeats` rounds over all settings, after a piece of each to
+/// warm up. Where options.stop ends it: of as many rounds as there were.
+void measure_times(const Plan& plan, const Reference& reference, const MeasureOptions& options,
+                   std::vector<MeasuredFamily>& families);
+
+/// Both.
 std::vector<MeasuredFamily> measure(const Scene& scene, const Plan& plan,
                                     const Reference& reference, const std::vector<Family>& families,
                                     const MeasureOptions& options);

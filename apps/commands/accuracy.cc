@@ -13,6 +13,8 @@
 #include "command.h"
 #include "input/scene_arguments.h"
 #include "interrupt.h"
+#include "tasks/fingerprint.h"
+#include "tasks/task_arguments.h"
 #include "view/view_option.h"
 
 namespace counterpoint::apps {
@@ -26,6 +28,7 @@ struct Arguments {
   std::vector<double> wants = {1e-3};
   double piece = 0.0;
   int pieces = 10, finer = 64, repeats = 5;
+  tasks::TaskArguments tasks;
   Report report;
 };
 
@@ -54,12 +57,12 @@ accuracy::ReferenceKind reference_kind(const std::string& name) {
 view::Clip clip_at(const Scene& scene, const accuracy::Setting& setting, double time_step) {
   const double h = setting.engine ? setting.engine->options.time_step : time_step;
   const double frame = h * std::max(1.0, std::round(1.0 / (view::kDefaultRate * h)));
-  const auto mover = setting.make();
+  const auto adapter = setting.make();
   view::Clip clip;
   clip.name = setting.label;
   clip.states.push_back({0.0, scene.q, scene.v});
   while (clip.states.back().time + 0.5 * frame < scene.options.duration) {
-    const accuracy::Passage passage = mover->advance(clip.states.back(), frame);
+    const accuracy::Passage passage = adapter->advance(clip.states.back(), frame);
     if (!passage.failure.empty()) break;
     clip.states.push_back(passage.end);
   }
@@ -97,43 +100,21 @@ std::string write_settings_replay(const Arguments& arguments, const accuracy::Fi
   return "replay.html";
 }
 
-int run(Arguments& arguments) {
-  Scene scene = arguments.scene.load();
-  check_options(arguments, scene.options);
-  const accuracy::Plan plan =
-      accuracy::plan_pieces(scene.options, arguments.pieces, arguments.piece);
-  const accuracy::Families families = accuracy::make_families(scene, plan, arguments.vary);
-  accuracy::MeasureOptions options;
-  options.repeats = arguments.repeats;
-  options.contacts = accuracy::rows_of(scene).contacts;
-  const accuracy::Reference reference =
-      accuracy::make_reference(scene, plan, reference_kind(arguments.reference), arguments.finer);
-  const Interrupt interrupt;  // while a reference is computed there is nothing to keep
-  options.stop = Interrupt::wanted;
-  accuracy::Findings findings{scene,
-                              plan,
-                              reference,
-                              accuracy::measure(scene, plan, reference, families.families, options),
-                              families.left_out,
-                              {},
-                              {},
-                              arguments.wants,
-                              arguments.repeats};
-  const bool stopped = Interrupt::wanted();
-  findings.front = accuracy::pareto_front(findings.measured);
-  for (const double want : arguments.wants)
-    findings.recommendations.push_back(
-        accuracy::recommend(findings.measured, want, reference.error));
-  for (accuracy::Recommendation& r : findings.recommendations) {
-    if (!r.place || stopped) continue;
-    accuracy::Point& point = findings.measured[r.place->family].points[r.place->point];
-    accuracy::add_physics(scene, plan, reference, options, point);
-    r.words += accuracy::block_words(point);
-  }
+std::uint64_t fingerprint(const Arguments& arguments, const Scene& scene) {
+  tasks::Fingerprint hash;
+  hash.add_scene(scene);
+  for (const std::string& item : arguments.vary) hash.add(std::string_view(item));
+  hash.add(std::string_view(arguments.reference));
+  hash.add(arguments.piece);
+  hash.add(arguments.pieces);
+  hash.add(arguments.finer);
+  return hash.value();
+}
 
+int finish(Arguments& arguments, accuracy::Findings& findings) {
+  const bool stopped = Interrupt::wanted();
   Report& report = arguments.report;
-  report.begin("accuracy", arguments.scene.file);
-  const bool ok = !findings.front.empty() && reference.warning.empty();
+  const bool ok = !findings.front.empty() && findings.reference.warning.empty();
   report["status"] = stopped ? "stopped" : ok ? "ok" : "failed";
   accuracy::add_to(report, findings);
   accuracy::print(report.text(), findings);
@@ -148,6 +129,46 @@ int run(Arguments& arguments) {
                "of fewer repeats{}\n",
                arguments.folder.empty() ? "" : "; " + arguments.folder + " has the report");
   return ok && !stopped ? kSuccess : kFailed;
+}
+
+int run(Arguments& arguments, tasks::World& world) {
+  Scene scene = arguments.scene.load();
+  check_options(arguments, scene.options);
+  const accuracy::Plan plan =
+      accuracy::plan_pieces(scene.options, arguments.pieces, arguments.piece);
+  const accuracy::Families families = accuracy::make_families(scene, plan, arguments.vary);
+  arguments.report.begin("accuracy", arguments.scene.file);
+  tasks::RunSeries series(arguments.tasks, world, Interrupt::wanted, "settings");
+  accuracy::MeasureOptions options;
+  options.repeats = arguments.repeats;
+  options.contacts = accuracy::rows_of(scene).contacts;
+  options.run = series.runner();
+  options.fingerprint = fingerprint(arguments, scene);
+  // Every process computes it: what needs it need not wait for another.
+  const accuracy::Reference reference =
+      accuracy::make_reference(scene, plan, reference_kind(arguments.reference), arguments.finer);
+  const Interrupt interrupt;  // while a reference is computed there is nothing to keep
+  options.stop = Interrupt::wanted;
+  std::vector<accuracy::MeasuredFamily> measured =
+      accuracy::measure_errors(scene, plan, reference, families.families, options);
+  series.finish();
+  if (!world.is_root()) return kSuccess;
+  accuracy::measure_times(plan, reference, options, measured);
+  add_run(series.last(), arguments.report);
+  accuracy::Findings findings{
+      scene, plan, reference, std::move(measured), families.left_out, {}, {}, arguments.wants,
+      arguments.repeats};
+  findings.front = accuracy::pareto_front(findings.measured);
+  for (const double want : arguments.wants)
+    findings.recommendations.push_back(
+        accuracy::recommend(findings.measured, want, reference.error));
+  for (accuracy::Recommendation& r : findings.recommendations) {
+    if (!r.place || Interrupt::wanted()) continue;
+    accuracy::Point& point = findings.measured[r.place->family].points[r.place->point];
+    accuracy::add_physics(scene, plan, reference, options, point);
+    r.words += accuracy::block_words(point);
+  }
+  return finish(arguments, findings);
 }
 
 }  // namespace
@@ -193,11 +214,15 @@ void add_accuracy(CommandLine& line) {
       .add_option("--report", arguments->folder,
                   "Write accuracy.html with all tables and pictures, accuracy.csv, and pictures")
       .type_name("DIR");
+  arguments->tasks.add_to(command);
   arguments->report.add_to(command);
   command.footer(
       "Example:\n  counterpoint accuracy data/scenes/accuracy/double_pendulum.yaml --want 1e-6 "
       "--report report");
-  command.action([arguments] { return run(*arguments); });
+  command.action([arguments] {
+    return arguments->tasks.in_world(arguments->report,
+                                     [&](tasks::World& world) { return run(*arguments, world); });
+  });
 }
 
 }  // namespace counterpoint::apps

@@ -3,23 +3,20 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <filesystem>
-#include <limits>
 #include <memory>
 
 #include "command.h"
+#include "hard_cases/case_tasks.h"
 #include "hard_cases/long_run.h"
 #include "hard_cases/mechanisms.h"
 #include "hard_cases/tables.h"
-#include "hard_cases/trial.h"
 #include "input/data_folder.h"
 #include "interrupt.h"
-#include "peers/not_expressible.h"
 #include "report/chart.h"
 #include "report/html_page.h"
-#include "report/progress.h"
 #include "report/report.h"
+#include "tasks/task_arguments.h"
 #include "view/replay.h"
 
 namespace counterpoint::apps {
@@ -33,6 +30,7 @@ struct Arguments {
   bool views = false, list = false, fast = false, no_peers = false, long_run = false;
   double seconds = kLongRun;
   double peer_seconds = 120.0;
+  tasks::TaskArguments tasks;
   Report report;
 };
 
@@ -77,51 +75,6 @@ fs::path scene_folder(const Arguments& arguments) {
   return arguments.long_run ? scenes : scenes / "hard";
 }
 
-Run run_on(Engine engine, const HardCase& hard_case, const fs::path& scenes, double allowed,
-           const fs::path& state_file = {}, const fs::path& replay_file = {}) {
-  Run run{engine, Trial(scenes, engine, allowed), {}, {}, 0.0};
-  run.trial.stop_when(Interrupt::wanted);
-  run.trial.keep_state_in(state_file);
-  run.trial.keep_replay_in(replay_file);
-  run.trial.chart.title = hard_case.name;
-  const auto start = std::chrono::steady_clock::now();
-  try {
-    hard_case.run(run.trial);
-    if (run.trial.checks.empty()) run.failure = "nothing was measured";
-  } catch (const Stopped&) {
-    throw;
-  } catch (const peers::NotExpressible& reason) {
-    run.lacking = reason.what();
-  } catch (const std::exception& error) {
-    run.failure = error.what();
-  }
-  run.wall_seconds =
-      std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  try {
-    run.replay = run.trial.write_replay();
-  } catch (const InputError& error) {  // no reason to fail a case
-    fmt::print(stderr, "note: {}: no replay: {}\n", hard_case.name, error.what());
-  }
-  run.trial.unload();
-  return run;
-}
-
-Result run_case(const HardCase& hard_case, const fs::path& scenes, const Arguments& arguments) {
-  const fs::path state_file = arguments.folder.empty()
-                                  ? fs::path()
-                                  : fs::path(arguments.folder) / (hard_case.name + ".state.csv");
-  const fs::path replay_file =
-      arguments.views ? fs::path(arguments.folder) / (hard_case.name + ".html") : fs::path();
-  Result result{hard_case,
-                run_on(Engine::kCounterpoint, hard_case, scenes,
-                       std::numeric_limits<double>::infinity(), state_file, replay_file),
-                {}};
-  if (arguments.no_peers || arguments.long_run) return result;
-  for (const Engine peer : {Engine::kMujocoDefault, Engine::kMujocoBest})
-    result.peers.push_back(run_on(peer, hard_case, scenes, arguments.peer_seconds));
-  return result;
-}
-
 /// DIR/replays.html, which leads to all of them, with their curves.
 void write_replay_list(const fs::path& folder, const std::vector<Result>& results) {
   HtmlPage page("Hard cases: replays");
@@ -142,44 +95,26 @@ int list_cases(const std::vector<HardCase>& cases) {
   return kSuccess;
 }
 
-int hard_cases(Arguments& arguments) {
-  if (arguments.views && arguments.folder.empty()) throw InputError("--views: give --report DIR");
-  if (arguments.views && !view::can_make_pages())
-    throw InputError("--views: " + view::why_no_pages());
-  const fs::path scenes = scene_folder(arguments);
-  const std::vector<HardCase> cases = chosen_cases(arguments, scenes);
-  if (arguments.list) return list_cases(cases);
-  if (!arguments.folder.empty()) make_report_folder(arguments.folder);
-  Report& report = arguments.report;
-  report.begin("hard-cases", scenes.string());
-  std::vector<Result> results;
-  Progress progress("hard cases", static_cast<int>(cases.size()));
-  const Interrupt interrupt;
-  try {
-    for (const HardCase& c : cases) {
-      progress.update(static_cast<int>(results.size()));
-      results.push_back(run_case(c, scenes, arguments));
-      progress.wipe();
-      print_result(report.text(), results.back());
-    }
-  } catch (const Stopped&) {  // the case under way has no result
+void write_pages(const fs::path& folder, const std::vector<Result>& results, bool views) {
+  write_file(folder / "hard-cases.md",
+             markdown(results) + (views ? "\n[Replays of the cases](replays.html)\n" : ""));
+  for (const Result& result : results) {
+    if (result.ours.trial.chart.empty()) continue;
+    write_file(folder / (result.hard_case.name + ".svg"), svg(result.ours.trial.chart));
   }
-  progress.wipe();
-  const bool stopped = results.size() < cases.size();
+  if (views) write_replay_list(folder, results);
+}
+
+int finish(const std::vector<Result>& results, const tasks::Results& run, std::size_t count,
+           Arguments& arguments) {
+  Report& report = arguments.report;
+  for (const Result& result : results) print_result(report.text(), result);
+  const bool stopped = results.size() < count;
   const auto failed = std::count_if(results.begin(), results.end(),
                                     [](const Result& result) { return !result.ours.passed(); });
   fmt::print(report.text(), "{} of {} cases passed\n", results.size() - failed, results.size());
-  if (!arguments.folder.empty()) {
-    const fs::path folder = arguments.folder;
-    write_file(
-        folder / "hard-cases.md",
-        markdown(results) + (arguments.views ? "\n[Replays of the cases](replays.html)\n" : ""));
-    for (const Result& result : results) {
-      if (result.ours.trial.chart.empty()) continue;
-      write_file(folder / (result.hard_case.name + ".svg"), svg(result.ours.trial.chart));
-    }
-    if (arguments.views) write_replay_list(folder, results);
-  }
+  if (!arguments.folder.empty()) write_pages(arguments.folder, results, arguments.views);
+  add_run(run, report);
   report["status"] = stopped ? "stopped" : failed == 0 ? "ok" : "failed";
   report["failed"] = failed;
   Json entries = Json::array();
@@ -188,9 +123,34 @@ int hard_cases(Arguments& arguments) {
   report.write();
   if (stopped)
     fmt::print(stderr, "error: stopped by Ctrl-C or SIGTERM: {} of {} cases were run{}\n",
-               results.size(), cases.size(),
+               results.size(), count,
                arguments.folder.empty() ? "" : "; " + arguments.folder + " has them");
   return failed == 0 && !stopped ? kSuccess : kFailed;
+}
+
+int hard_cases(Arguments& arguments, tasks::World& world) {
+  if (arguments.views && arguments.folder.empty()) throw InputError("--views: give --report DIR");
+  if (arguments.views && !view::can_make_pages())
+    throw InputError("--views: " + view::why_no_pages());
+  CaseSettings settings{scene_folder(arguments),
+                        {Engine::kCounterpoint},
+                        arguments.peer_seconds,
+                        arguments.folder,
+                        arguments.views,
+                        Interrupt::wanted};
+  const std::vector<HardCase> cases = chosen_cases(arguments, settings.scenes);
+  if (arguments.list) return list_cases(cases);
+  if (!arguments.no_peers && !arguments.long_run)
+    settings.engines.insert(settings.engines.end(), {Engine::kMujocoDefault, Engine::kMujocoBest});
+  // A long run watches the memory of its process.
+  if (arguments.long_run) arguments.tasks.set_threads(1);
+  if (!arguments.folder.empty()) make_report_folder(arguments.folder);
+  arguments.report.begin("hard-cases", settings.scenes.string());
+  const Interrupt interrupt;
+  const tasks::Results results =
+      arguments.tasks.run_last(world, case_tasks(cases, settings), Interrupt::wanted, true);
+  if (!world.is_root()) return kSuccess;
+  return finish(case_results(cases, settings, results), results, cases.size(), arguments);
 }
 
 }  // namespace
@@ -216,7 +176,7 @@ void add_hard_cases(CommandLine& line) {
   command.add_flag(
       "--long", arguments->long_run,
       "Instead: every bundled scene for long, the humanoid under random forces, 1e6 steps "
-      "of each mechanism");
+      "of each mechanism; one at a time in each process");
   command
       .add_option("--seconds", arguments->seconds,
                   "Simulated time of --long; default: 86400, a day, and 1e7 steps of the humanoid")
@@ -226,9 +186,13 @@ void add_hard_cases(CommandLine& line) {
       .add_option("--peer-seconds", arguments->peer_seconds,
                   "Wall time after which a peer's run of a case is stopped; default: 120")
       .positive();
+  arguments->tasks.add_to(command);
   arguments->report.add_to(command);
   command.footer("Example:\n  counterpoint hard-cases --only tower_30 --report report");
-  command.action([arguments] { return hard_cases(*arguments); });
+  command.action([arguments] {
+    return arguments->tasks.in_world(
+        arguments->report, [&](tasks::World& world) { return hard_cases(*arguments, world); });
+  });
 }
 
 }  // namespace counterpoint::apps

@@ -13,6 +13,8 @@
 #include "optimize/page.h"
 #include "optimize/run.h"
 #include "report/report.h"
+#include "tasks/fingerprint.h"
+#include "tasks/task_arguments.h"
 #include "view/view_option.h"
 
 namespace counterpoint::apps {
@@ -24,7 +26,8 @@ struct Arguments {
   std::string problem, output, folder, from, derivatives, feedback;
   std::optional<int> frames, iterations;
   std::optional<double> smoothing, feedback_smoothing;
-  int threads = 0, starts = 1, cycles = 1;
+  int starts = 1, cycles = 1;
+  tasks::TaskArguments tasks;
   std::uint64_t seed = 0;
   bool resume = false, quiet = false;
   view::ViewOption view;
@@ -69,6 +72,11 @@ std::string resume_file(const Arguments& arguments) { return arguments.output + 
 
 void check(const Arguments& arguments) {
   arguments.view.check();
+  const tasks::RunSettings run = arguments.tasks.settings();
+  if (arguments.starts == 1 && !run.folder.empty())
+    throw InputError("--tasks, --parts: tasks are the starts; give --starts N, 2 or more");
+  if (arguments.starts > 1 && arguments.resume)
+    throw InputError("--resume goes on with one start; leave --starts out (--parts keeps starts)");
   if (arguments.resume && arguments.output.empty())
     throw InputError("--resume: which motion? give its file by --output");
   if (arguments.resume && !arguments.from.empty())
@@ -80,7 +88,6 @@ void check(const Arguments& arguments) {
 
 void apply(const Arguments& arguments, opt::ProblemFile& file) {
   opt::Settings& settings = file.settings;
-  settings.threads = arguments.threads;
   if (arguments.iterations) settings.max_iterations = *arguments.iterations;
   if (arguments.smoothing) settings.continuation.end = arguments.smoothing;
   if (arguments.derivatives == "differences")
@@ -100,7 +107,7 @@ void keep(const Arguments& arguments, const opt::ProblemFile& file, const opt::R
 OptimizedStart run_start(const Arguments& arguments, const opt::ProblemFile& file,
                          std::uint64_t seed) {
   opt::Settings settings = file.settings;
-  ProgressLine line(arguments.quiet);
+  ProgressLine line(arguments.quiet || arguments.starts > 1);
   settings.progress = [&](const opt::Progress& p) {
     line.show(p);
     return !Interrupt::wanted();
@@ -203,21 +210,81 @@ void print_start(const Report& report, const OptimizedStart& start) {
              v.landing_slip_max, 100.0 * v.effort_max);
 }
 
-int optimize(Arguments& arguments) {
+/// The starts, a task each. Both arguments must outlive it.
+tasks::TaskList task_list(const Arguments& arguments, const opt::ProblemFile& file) {
+  tasks::TaskList list;
+  list.name = "starts";
+  list.count = arguments.starts;
+  tasks::Fingerprint hash;
+  hash.add_file(arguments.problem);
+  hash.add_scene(*file.scene);
+  if (!arguments.from.empty()) hash.add_file(arguments.from);
+  hash.add(file.problem.steps);
+  hash.add(file.settings.max_iterations);
+  hash.add(file.settings.continuation.end.value_or(-1.0));
+  hash.add(std::string_view(arguments.derivatives));
+  hash.add(static_cast<std::uint64_t>(arguments.seed));
+  hash.add(static_cast<int>(arguments.view.wanted() || !arguments.folder.empty()));
+  list.fingerprint = hash.value();
+  list.make_task = [&arguments, &file]() -> tasks::Task {
+    return [&arguments, &file](std::int64_t i) {
+      const OptimizedStart start =
+          run_start(arguments, file, arguments.seed + static_cast<std::uint64_t>(i));
+      return tasks::Outcome{bytes_of(start), start.result.outcome != opt::Outcome::kStopped};
+    };
+  };
+  return list;
+}
+
+/// Threads that starts leave over work on each of them: the bits are the same.
+void deal_threads(Arguments& arguments, const tasks::World& world, opt::Settings& settings) {
+  const int threads = arguments.tasks.threads(world);
+  const std::int64_t processes = world.size() * arguments.tasks.settings().share.of;
+  const std::int64_t each = (arguments.starts + processes - 1) / processes;
+  const auto at_once = static_cast<int>(std::min<std::int64_t>(threads, each));
+  arguments.tasks.set_threads(at_once);
+  settings.threads = threads / at_once;
+}
+
+/// All of them, on rank 0; where it was stopped those that were begun.
+std::vector<OptimizedStart> run_starts(Arguments& arguments, tasks::World& world,
+                                       opt::ProblemFile& file) {
+  deal_threads(arguments, world, file.settings);
+  std::vector<OptimizedStart> starts;
+  if (arguments.starts == 1) {  // it shows how it gets on
+    if (world.is_root()) starts.push_back(run_start(arguments, file, arguments.seed));
+    return starts;
+  }
+  const tasks::Results results =
+      arguments.tasks.run_last(world, task_list(arguments, file), Interrupt::wanted, true);
+  if (!world.is_root()) return starts;
+  add_run(results, arguments.report);
+  results.for_each(
+      [&](std::int64_t, std::string&& bytes) { starts.push_back(start_of(bytes)); });
+  return starts;
+}
+
+int optimize(Arguments& arguments, tasks::World& world) {
   check(arguments);
   opt::ProblemFile file = opt::load_problem(arguments.problem, arguments.frames);
   apply(arguments, file);
-  const Interrupt interrupt;
-  std::vector<OptimizedStart> starts;
-  std::size_t best = 0;
-  for (int i = 0; i < arguments.starts && !Interrupt::wanted(); ++i) {
-    starts.push_back(run_start(arguments, file, arguments.seed + static_cast<std::uint64_t>(i)));
-    print_start(arguments.report, starts.back());
-    if (is_better(starts.back(), starts[best])) best = starts.size() - 1;
-  }
   Report& report = arguments.report;
   report.begin("optimize", file.scene_file.string());
   report["problem"] = arguments.problem;
+  const Interrupt interrupt;
+  const std::vector<OptimizedStart> starts = run_starts(arguments, world, file);
+  if (!world.is_root()) return kSuccess;
+  if (starts.empty()) {
+    report["status"] = "stopped";
+    report.write();
+    fmt::print(stderr, "error: stopped by Ctrl-C or SIGTERM before any start was begun\n");
+    return kFailed;
+  }
+  std::size_t best = 0;
+  for (std::size_t i = 0; i < starts.size(); ++i) {
+    print_start(report, starts[i]);
+    if (is_better(starts[i], starts[best])) best = i;
+  }
   fill_report(starts[best], report.json());
   if (starts.size() > 1) {
     Json list = Json::array();
@@ -256,7 +323,6 @@ void add_options(Command& command, Arguments& a) {
                   "Smoothing [m] of the last stage; default: the problem's, or the scene's")
       .positive();
   command.add_option("--iterations", a.iterations, "Most Newton steps").positive();
-  command.add_option("--threads", a.threads, "0, the default: one a core").not_negative();
   command.add_option("--starts", a.starts, "So many starts, from seeds one apart; the best is kept")
       .positive();
   command.add_option("--seed", a.seed, "Of the noise on the guess; 0, the default: none");
@@ -272,6 +338,7 @@ void add_options(Command& command, Arguments& a) {
       .add_option("--feedback-smoothing", a.feedback_smoothing,
                   "Smoothing [m] of the contacts that gains are found with; default 1e-4")
       .positive();
+  a.tasks.add_to(command, "Folder where finished starts are kept: a run that was stopped goes on");
   command.add_flag("--quiet", a.quiet, "No progress line");
   a.view.add_to(command);
   a.report.add_to(command);
@@ -287,7 +354,10 @@ void add_optimize(CommandLine& line) {
   command.footer(
       "Example:\n  counterpoint optimize data/scenes/optimize/humanoid_walk.yaml --output "
       "walk.csv --report walk");
-  command.action([arguments] { return optimize(*arguments); });
+  command.action([arguments] {
+    return arguments->tasks.in_world(
+        arguments->report, [&](tasks::World& world) { return optimize(*arguments, world); });
+  });
 }
 
 }  // namespace counterpoint::apps

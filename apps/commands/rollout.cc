@@ -7,8 +7,6 @@
 #include <optional>
 
 #include "command.h"
-#include "counterpoint/engine/io/hash.h"
-#include "counterpoint/engine/io/state_file.h"
 #include "counterpoint/engine/io/table.h"
 #include "counterpoint/engine/io/trajectory.h"
 #include "input/applied_inputs.h"
@@ -17,6 +15,7 @@
 #include "report/failure.h"
 #include "report/report.h"
 #include "tasks/bytes.h"
+#include "tasks/fingerprint.h"
 #include "tasks/task_arguments.h"
 
 namespace counterpoint::apps {
@@ -181,13 +180,9 @@ struct Tally {
 
 /// Of all that the rollouts depend on.
 std::uint64_t fingerprint(const Arguments& arguments, const Scene& scene) {
-  Hash hash;
-  hash.add(std::string_view(COUNTERPOINT_VERSION));
-  hash.add(model_hash(scene.model));
-  hash.add(options_hash(scene.options));
-  hash.add(scene.options.duration);
-  hash.add(state_hash({0.0, scene.q, scene.v}));
-  for (const std::string& file : arguments.inputs) hash.add(std::string_view(file));
+  tasks::Fingerprint hash;
+  hash.add_scene(scene);
+  for (const std::string& file : arguments.inputs) hash.add_file(file);
   hash.add(arguments.random.random_scale);
   hash.add(arguments.random.random_wrench_scale);
   hash.add(arguments.random.seed);
@@ -222,7 +217,6 @@ std::vector<Rollout> collect(const Arguments& arguments, const tasks::Results& r
 
 void fill_report(const Arguments& arguments, const tasks::Results& results,
                  const std::vector<Rollout>& rollouts, const Tally& tally, Report& report) {
-  report.begin("rollout", arguments.scene.file);
   report["status"] = tally.failures > 0             ? "failed"
                      : tally.ended_early(arguments) ? "stopped"
                                                     : "ok";
@@ -276,11 +270,10 @@ int rollout(Arguments& arguments, tasks::World& world) {
     throw InputError(
         "--invert: runge_kutta_4 has no inverse; use implicit_midpoint or semi_implicit_euler");
   const Interrupt interrupt;
+  arguments.report.begin("rollout", arguments.scene.file);
   const tasks::Results results =
-      arguments.tasks.run(world, task_list(arguments, scene), Interrupt::wanted);
+      arguments.tasks.run_last(world, task_list(arguments, scene), Interrupt::wanted, true);
   if (!world.is_root()) return kSuccess;
-  if (arguments.tasks.is_share() || (!results.complete() && !results.stopped))
-    return arguments.tasks.explain_incomplete(results, arguments.report);
   Tally tally;
   const std::vector<Rollout> rollouts = collect(arguments, results, tally);
   fill_report(arguments, results, rollouts, tally, arguments.report);
@@ -326,7 +319,7 @@ void add_rollout(CommandLine& line) {
       "--random-inputs 0.5 --output ends.csv --json rollout.json");
   command.action([arguments] {
     return arguments->tasks.in_world(
-        [&](tasks::World& world) { return rollout(*arguments, world); });
+        arguments->report, [&](tasks::World& world) { return rollout(*arguments, world); });
   });
 }
 

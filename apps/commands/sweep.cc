@@ -33,7 +33,6 @@ fs::path page_file(const Arguments& arguments) {
 void fill_report(const sweep::Study& study, const sweep::Summary& summary,
                  const tasks::Results& results, Arguments& arguments) {
   Report& report = arguments.report;
-  report.begin("sweep", study.scene_file);
   report["study"] = study.file.string();
   add_run(results, report);
   report["status"] = summary.failed > 0 ? "failed" : "ok";
@@ -73,16 +72,11 @@ int run_sweep(Arguments& arguments, tasks::World& world) {
   sweep::check_figures(study);
   arguments.tasks.default_parts(arguments.output + ".parts");
   const Interrupt interrupt;
-  const tasks::Results results = arguments.tasks.run(
+  arguments.report.begin("sweep", study.scene_file);
+  const tasks::Results results = arguments.tasks.run_last(
       world, sweep::task_list(study, arguments.output + ".trajectories", Interrupt::wanted),
-      Interrupt::wanted);
-  if (!world.is_root()) return kSuccess;
-  if (!results.complete() || arguments.tasks.is_share()) {
-    arguments.report.begin("sweep", study.scene_file);
-    add_run(results, arguments.report);
-    return arguments.tasks.explain_incomplete(results, arguments.report);
-  }
-  return finish(study, results, arguments);
+      Interrupt::wanted, false);
+  return world.is_root() ? finish(study, results, arguments) : kSuccess;
 }
 
 /// Journals of the other folders are put into the first.
@@ -140,8 +134,9 @@ void add_sweep(CommandLine& line) {
       "or a job array with --tasks K/N, then counterpoint merge TABLE.parts.\n"
       "Example:\n  counterpoint sweep cube_friction --output friction.csv");
   command.action([arguments] {
-    return arguments->tasks.in_world(
-        [&](tasks::World& world) { return run_sweep(*arguments, world); });
+    return arguments->tasks.in_world(arguments->report, [&](tasks::World& world) {
+      return run_sweep(*arguments, world);
+    });
   });
 }
 

@@ -20,6 +20,10 @@ struct OptimizedStart {
   bool feasible() const { return result.outcome == optimization::Outcome::kConverged; }
 };
 
+/// As bytes and back, to the bit.
+std::string bytes_of(const OptimizedStart& start);
+OptimizedStart start_of(const std::string& bytes);
+
 /// Feasible ones before others, then the cheaper one.
 bool is_better(const OptimizedStart& a, const OptimizedStart& b);
 

@@ -161,10 +161,16 @@ void try_values(const YamlValue& value, const Study& study, const Axis& axis) {
   const std::size_t count = static_cast<std::size_t>(axis.random ? 0 : axis.levels());
   for (std::size_t i = 0; i < std::min(count, kMostTried); ++i) {
     try {
-      Trial trial(study);
-      trial.set(axis,
-                axis.has_words() ? AxisValue{0.0, axis.words[i]} : AxisValue{axis.numbers[i], {}});
-      trial.finish();
+      const AxisValue one =
+          axis.has_words() ? AxisValue{0.0, axis.words[i]} : AxisValue{axis.numbers[i], {}};
+      if (changes_scene(axis)) {
+        Scene changed = study.scene;
+        change_scene(axis, one, changed);
+      } else {
+        Trial trial(study, study.scene);
+        trial.set(axis, one);
+        trial.finish();
+      }
     } catch (const InputError& error) {
       (lines.empty() ? value : lines[i]).fail(error.what());
     }

@@ -97,9 +97,12 @@ Row empty_row(const Study& study, const std::string& reason) {
   return row;
 }
 
-/// The run of a trial; nothing where it was stopped.
-std::optional<Row> run(const Study& study, Trial& trial, const fs::path& file, bool (*stop)()) {
-  Simulator simulator(std::move(trial.scene));
+/// The run of a trial on its scene; nothing where it was stopped.
+std::optional<Row> run(const Study& study, const Trial& trial, Simulator& simulator,
+                       const fs::path& file, bool (*stop)()) {
+  simulator.options() = trial.options;
+  simulator.set_state({0.0, trial.q, trial.v});
+  simulator.input() = Input{VectorX::Zero(simulator.model().nv()), {}};
   AppliedInputs inputs(trial.inputs, simulator);
   const State start = simulator.state();
   RunTally tally;
@@ -135,6 +138,49 @@ std::optional<Row> run(const Study& study, Trial& trial, const fs::path& file, b
     row.figures.push_back(number_of(figures, name));
   return row;
 }
+
+/// One thread at work on a study.
+class Worker {
+ public:
+  Worker(const Study& study, fs::path trajectories, bool (*stop)())
+      : study_(study), trajectories_(std::move(trajectories)), stop_(stop) {}
+
+  tasks::Outcome run_task(std::int64_t task) {
+    try {
+      const std::vector<AxisValue> values = values_of(study_, task);
+      Simulator& simulator = simulator_at(values);
+      Trial trial(study_, *scene_);
+      for (std::size_t i = 0; i < values.size(); ++i) trial.set(study_.axes[i], values[i]);
+      trial.finish(draw_of(study_, task));
+      const fs::path file =
+          study_.record.trajectories ? trajectory_file(trajectories_, task) : fs::path();
+      const std::optional<Row> row = run(study_, trial, simulator, file, stop_);
+      return row ? tasks::Outcome{row->bytes(), true} : tasks::Outcome{{}, false};
+    } catch (const InputError& error) {  // of this task alone: a value that no scene may have
+      return {empty_row(study_, error.what()).bytes(), true};
+    }
+  }
+
+ private:
+  /// That of the task before, where only start, options or inputs are others.
+  Simulator& simulator_at(const std::vector<AxisValue>& values) {
+    std::vector<AxisValue> changes;
+    for (std::size_t i = 0; i < values.size(); ++i)
+      if (changes_scene(study_.axes[i])) changes.push_back(values[i]);
+    if (simulator_ && changes == changes_) return *simulator_;
+    simulator_.reset();
+    scene_ = scene_at(study_, values);
+    changes_ = std::move(changes);
+    return simulator_.emplace(*scene_);
+  }
+
+  const Study& study_;
+  fs::path trajectories_;
+  bool (*stop_)();
+  std::vector<AxisValue> changes_;  ///< of the axes that change the scene
+  std::optional<Scene> scene_;
+  std::optional<Simulator> simulator_;
+};
 
 }  // namespace
 
@@ -173,19 +219,8 @@ tasks::TaskList task_list(const Study& study, const fs::path& trajectories, bool
   list.count = study.num_tasks();
   list.fingerprint = study.fingerprint;
   list.make_task = [&study, trajectories, stop]() -> tasks::Task {
-    return [&study, trajectories, stop](std::int64_t task) {
-      try {
-        Trial trial(study);
-        const std::vector<AxisValue> values = values_of(study, task);
-        for (std::size_t i = 0; i < values.size(); ++i) trial.set(study.axes[i], values[i]);
-        trial.finish(draw_of(study, task));
-        const std::optional<Row> row =
-            run(study, trial,
-                study.record.trajectories ? trajectory_file(trajectories, task) : fs::path(), stop);
-        return row ? tasks::Outcome{row->bytes(), true} : tasks::Outcome{{}, false};
-      } catch (const InputError& error) {  // of this task alone: a value that no scene may have
-        return tasks::Outcome{empty_row(study, error.what()).bytes(), true};
-      }
+    return [worker = std::make_shared<Worker>(study, trajectories, stop)](std::int64_t task) {
+      return worker->run_task(task);
     };
   };
   return list;
@@ -193,8 +228,7 @@ tasks::TaskList task_list(const Study& study, const fs::path& trajectories, bool
 
 void check_figures(const Study& study) {
   if (study.record.figures.empty()) return;
-  Trial trial(study);
-  Simulator simulator(trial.scene);
+  Simulator simulator(study.scene);
   RunTally tally;
   tally.watch = std::make_unique<RunWatch>(simulator);
   const Json json = figures_of(simulator, simulator.state(), tally);

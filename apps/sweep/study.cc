@@ -5,15 +5,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
-#include <iterator>
 #include <limits>
 
 #include "axis_reader.h"
-#include "counterpoint/engine/io/hash.h"
-#include "counterpoint/engine/io/state_file.h"
 #include "input/applied_inputs.h"
 #include "input/data_folder.h"
+#include "tasks/fingerprint.h"
 
 namespace counterpoint::apps::sweep {
 namespace {
@@ -92,22 +89,14 @@ Record read_record(const YamlValue& value, const Model& model) {
 /// The file itself, what it names, and the version: results of another one are not taken for its
 /// own.
 std::uint64_t fingerprint_of(const Study& study) {
-  Hash hash;
-  hash.add(std::string_view(COUNTERPOINT_VERSION));
-  const auto add_file = [&](const fs::path& file) {
-    std::ifstream stream(file, std::ios::binary);
-    hash.add(std::string_view(std::string(std::istreambuf_iterator<char>(stream), {})));
-  };
-  add_file(study.file);
-  hash.add(model_hash(study.scene.model));
-  hash.add(options_hash(study.scene.options));
-  hash.add(study.scene.options.duration);
-  hash.add(state_hash({0.0, study.scene.q, study.scene.v}));
-  if (!study.inputs.empty()) add_file(study.inputs);
+  tasks::Fingerprint hash;
+  hash.add_file(study.file);
+  hash.add_scene(study.scene);
+  if (!study.inputs.empty()) hash.add_file(study.inputs);
   for (const Axis& axis : study.axes)
     for (const std::string& word : axis.words) {
       hash.add(std::string_view(word));
-      if (axis.place == Place::kInputs) add_file(word);
+      if (axis.place == Place::kInputs) hash.add_file(word);
     }
   return hash.value();
 }

@@ -73,7 +73,29 @@ std::vector<AxisValue> values_of(const Study& study, std::int64_t task) {
   return values;
 }
 
-Trial::Trial(const Study& study) : scene(study.scene) {
+bool changes_scene(const Axis& axis) {
+  return axis.place == Place::kParameter || axis.place == Place::kContact;
+}
+
+void change_scene(const Axis& axis, const AxisValue& value, Scene& scene) {
+  if (axis.place == Place::kContact)
+    apply_contact_preset(
+        named(contact_preset_from_name(value.word), axis, value.word, "fast, default, hard"),
+        scene.options.contact);
+  else
+    scene = with_parameters(scene, {axis.parameter}, VectorX::Constant(1, value.number));
+}
+
+Scene scene_at(const Study& study, const std::vector<AxisValue>& values) {
+  Scene scene = study.scene;
+  for (const Place place : {Place::kContact, Place::kParameter})
+    for (std::size_t i = 0; i < values.size(); ++i)
+      if (study.axes[i].place == place) change_scene(study.axes[i], values[i], scene);
+  return scene;
+}
+
+Trial::Trial(const Study& study, const Scene& scene)
+    : q(scene.q), v(scene.v), options(scene.options) {
   inputs.file = study.inputs;
   inputs.random_scale = study.random_inputs;
   inputs.random_wrench_scale = study.random_wrenches;
@@ -81,17 +103,16 @@ Trial::Trial(const Study& study) : scene(study.scene) {
 }
 
 void Trial::set(const Axis& axis, const AxisValue& value) {
-  SimulationOptions& options = scene.options;
   const double x = value.number;
   switch (axis.place) {
     case Place::kParameter:
-      scene = with_parameters(scene, {axis.parameter}, VectorX::Constant(1, x));
+    case Place::kContact:
       break;
     case Place::kPosition:
-      scene.q[axis.index] = x;
+      q[axis.index] = x;
       break;
     case Place::kVelocity:
-      scene.v[axis.index] = x;
+      v[axis.index] = x;
       break;
     case Place::kAngle:
       angles_.try_emplace(axis.index, Vector3::Zero()).first->second[axis.angle] = x;
@@ -122,11 +143,6 @@ void Trial::set(const Axis& axis, const AxisValue& value) {
       options.contact.friction_model =
           named(friction_model_from_name(value.word), axis, value.word, "coulomb, convex, lagged");
       break;
-    case Place::kContact:
-      apply_contact_preset(
-          named(contact_preset_from_name(value.word), axis, value.word, "fast, default, hard"),
-          options.contact);
-      break;
     case Place::kInputs:
       inputs.file = value.word;
       break;
@@ -134,12 +150,12 @@ void Trial::set(const Axis& axis, const AxisValue& value) {
 }
 
 void Trial::finish(std::int64_t draw) {
-  if (!scene.q.allFinite() || !scene.v.allFinite())
+  if (!q.allFinite() || !v.allFinite())
     throw InputError("the start is no finite number");
   if (!seeded_) inputs.seed += static_cast<std::uint64_t>(draw);
   for (const auto& [at, rpy] : angles_) {
     const Quaternion turned(rotation_from_rpy(rpy.x(), rpy.y(), rpy.z()));
-    scene.q.segment<4>(at) << turned.w(), turned.x(), turned.y(), turned.z();
+    q.segment<4>(at) << turned.w(), turned.x(), turned.y(), turned.z();
   }
 }
 

@@ -16,7 +16,7 @@ class BytesWriter {
  public:
   template <class T>
   BytesWriter& put(const T& value) {
-    static_assert(std::is_arithmetic_v<T>);
+    static_assert(std::is_trivially_copyable_v<T> && !std::is_pointer_v<T>);
     bytes_.append(reinterpret_cast<const char*>(&value), sizeof value);
     return *this;
   }
@@ -32,6 +32,13 @@ class BytesWriter {
     return numbers(values.data(), static_cast<std::size_t>(values.size()));
   }
   BytesWriter& numbers(const std::vector<double>& v) { return numbers(v.data(), v.size()); }
+  /// How many, and each as put_one(writer, item) has it.
+  template <class Items, class PutOne>
+  BytesWriter& list(const Items& items, PutOne put_one) {
+    put(static_cast<std::uint64_t>(items.size()));
+    for (const auto& item : items) put_one(*this, item);
+    return *this;
+  }
   std::string take() { return std::move(bytes_); }
 
  private:
@@ -44,8 +51,8 @@ class BytesReader {
   explicit BytesReader(std::string_view bytes) : bytes_(bytes) {}
   template <class T>
   T get() {
-    static_assert(std::is_arithmetic_v<T>);
-    T value;
+    static_assert(std::is_trivially_copyable_v<T> && !std::is_pointer_v<T>);
+    T value{};
     std::memcpy(&value, next(sizeof value), sizeof value);
     return value;
   }
@@ -62,6 +69,14 @@ class BytesReader {
   VectorX vector() {
     const std::vector<double> values = numbers();
     return Eigen::Map<const VectorX>(values.data(), static_cast<Eigen::Index>(values.size()));
+  }
+  std::string string() { return std::string(text()); }
+  /// What BytesWriter::list wrote, each by get_one(reader).
+  template <class GetOne>
+  auto list(GetOne get_one) {
+    std::vector<decltype(get_one(*this))> items;
+    for (auto count = get<std::uint64_t>(); count > 0; --count) items.push_back(get_one(*this));
+    return items;
   }
   bool empty() const { return bytes_.empty(); }
 

@@ -102,11 +102,18 @@ RunSettings TaskArguments::settings(std::function<bool()> stop) const {
   return settings;
 }
 
-int TaskArguments::in_world(const std::function<int(World&)>& work) {
+int TaskArguments::in_world(Report& report, const std::function<int(World&)>& work) {
   // A file that reaches its limit of size is a disk that is full: write() says so.
   std::signal(SIGXFSZ, SIG_IGN);
   const std::unique_ptr<World> world = join_world();
-  if (world->size() == 1) return work(*world);
+  const auto run_work = [&] {
+    try {
+      return work(*world);
+    } catch (const Incomplete& incomplete) {
+      return world->is_root() ? explain(incomplete, report) : 0;
+    }
+  };
+  if (world->size() == 1) return run_work();
   const Silence silence(!world->is_root());
   const auto leave = [&](const std::string& error, bool bad_input) {
     try {
@@ -120,7 +127,7 @@ int TaskArguments::in_world(const std::function<int(World&)>& work) {
   };
   int code = 0;
   try {
-    code = work(*world);
+    code = run_work();
   } catch (const WorldFailed& failed) {  // all ranks know
     if (!world->is_root()) return 0;
     if (failed.bad_input()) throw InputError(failed.what());
@@ -140,6 +147,30 @@ Results TaskArguments::run(World& world, const TaskList& list, std::function<boo
   run.everywhere = everywhere;
   if (world.is_root() && !join_ && !parts_.empty()) keep_command_line();
   return run_tasks(world, list, run);
+}
+
+Results TaskArguments::run_last(World& world, const TaskList& list, std::function<bool()> stop,
+                                bool partial) const {
+  Results results = run(world, list, std::move(stop));
+  if (is_share() || !(results.complete() || (partial && results.stopped)))
+    throw Incomplete{std::move(results), list.name};
+  return results;
+}
+
+ListResults RunSeries::run(const TaskList& list) {
+  last_ = arguments_.run(world_, list, stop_, true);
+  const bool stopped_share = arguments_.is_share() && last_.stopped;
+  if (!last_.complete() && (!last_.stopped || stopped_share))
+    throw Incomplete{last_, list.name, list.name != last_name_};
+  ListResults results(static_cast<std::size_t>(list.count));
+  last_.for_each([&](std::int64_t number, std::string&& bytes) {
+    results[static_cast<std::size_t>(number)] = std::move(bytes);
+  });
+  return results;
+}
+
+void RunSeries::finish() const {
+  if (arguments_.is_share()) throw Incomplete{last_, last_name_};
 }
 
 void TaskArguments::keep_command_line() const {
@@ -176,15 +207,18 @@ KeptCommand kept_command(const fs::path& parts) {
   return {json["command"].get<std::vector<std::string>>(), json["folder"].get<std::string>()};
 }
 
-int TaskArguments::explain_incomplete(const Results& results, Report& report) const {
+int TaskArguments::explain(const Incomplete& incomplete, Report& report) const {
+  const Results& results = incomplete.results;
+  add_run(results, report);
   report["status"] = results.stopped ? "stopped" : "incomplete";
   report.write();
-  const std::string how = fmt::format("{} of {} tasks are done", results.finished, results.count);
+  const std::string how =
+      fmt::format("{} of {} {} are done", results.finished, results.count, incomplete.name);
   if (is_share() && !results.stopped) {
-    fmt::print(
-        report.text(),
-        "share {} is done: {} tasks in {:.3g} s. When all shares are: counterpoint merge {}\n",
-        share_, results.computed, results.seconds, parts_);
+    fmt::print(report.text(), "share {} of {} is done: {} tasks in {:.3g} s. When all shares are: {}\n",
+               share_, incomplete.name, results.computed, results.seconds,
+               incomplete.followed ? "run them again, for what follows from these"
+                                   : "counterpoint merge " + parts_);
     return 0;
   }
   if (join_) {

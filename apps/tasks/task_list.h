@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -29,6 +30,23 @@ struct TaskList {
   /// Of all that results depend on. Results of another one are refused (journal.h).
   std::uint64_t fingerprint = 0;
 };
+
+/// Results by number; none of a task that was not done. Code that is made of lists of tasks takes a
+/// function that runs them, and need not know where: RunSeries (task_arguments.h), or run_here.
+using ListResults = std::vector<std::optional<std::string>>;
+using ListRunner = std::function<ListResults(const TaskList&)>;
+
+/// In this thread, in order of number, until one is stopped.
+inline ListResults run_here(const TaskList& list) {
+  ListResults results(static_cast<std::size_t>(list.count));
+  const Task task = list.make_task();
+  for (std::int64_t i = 0; i < list.count; ++i) {
+    Outcome outcome = task(i);
+    if (!outcome.finished) break;
+    results[static_cast<std::size_t>(i)] = std::move(outcome.bytes);
+  }
+  return results;
+}
 
 /// Share `index` (from 0) of `of`: the tasks whose numbers leave that remainder, so that long and
 /// short tasks, which tend to be neighbours, are dealt out evenly.

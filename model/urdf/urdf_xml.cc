@@ -5,15 +5,16 @@
 
 #include <algorithm>
 #include <cctype>
-#include <charconv>
 #include <cstring>
 #include <set>
 #include <sstream>
 #include <string_view>
 
+#include "counterpoint/model/files/number.h"
 #include "counterpoint/model/files/text_file.h"
 #include "counterpoint/model/limits.h"
 #include "counterpoint/model/types.h"
+#include "counterpoint/model/urdf/optenv.h"
 
 namespace counterpoint {
 
@@ -26,31 +27,6 @@ Material SurfaceValues::over(const Material& base) const {
 }
 
 namespace {
-
-/// xacro's $(optenv NAME default ...) becomes its default; the environment is not asked, so that a
-/// file means the same everywhere. Each is noted.
-std::string expand_optenv(const std::string& text, const std::string& file,
-                          std::vector<Note>& notes) {
-  constexpr std::string_view kOpen = "$(optenv ";
-  std::string out;
-  size_t from = 0;
-  for (;;) {
-    const size_t open = text.find(kOpen, from);
-    const size_t close = open == std::string::npos ? open : text.find(')', open);
-    if (close == std::string::npos) return out.append(text, from);
-    const size_t name = open + kOpen.size();
-    const size_t blank = std::min(text.find(' ', name), close);
-    const std::string value = blank < close ? text.substr(blank + 1, close - blank - 1) : "";
-    out.append(text, from, open - from).append(value);
-    const auto line =
-        1 + std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(open), '\n');
-    notes.push_back({fmt::format("{}:{}", file, line),
-                     fmt::format("$(optenv {} ...) is taken at its default, '{}'; expand the file "
-                                 "with xacro for another value",
-                                 text.substr(name, blank - name), value)});
-    from = close + 1;
-  }
-}
 
 /// Reads the elements of one robot, and turns the document into one that urdfdom understands.
 class Pass {
@@ -121,16 +97,12 @@ class Pass {
     const auto blank = [](char c) { return std::isspace(static_cast<unsigned char>(c)) != 0; };
     while (!text.empty() && blank(text.front())) text.remove_prefix(1);
     while (!text.empty() && blank(text.back())) text.remove_suffix(1);
-    if (!text.empty() && text.front() == '+') text.remove_prefix(1);
-    double value = 0.0;
-    const char* end = text.data() + text.size();
-    // Unlike strtod, from_chars does not depend on the locale.
-    const auto [stop, error] = std::from_chars(text.data(), end, value);
-    if (error != std::errc() || stop != end) {
+    const std::optional<double> value = parse_number(text);
+    if (!value) {
       throw InputError(fmt::format("{}: <{} {}=\"{}\">: a number is expected", at(e), e->Name(),
                                    attribute, e->Attribute(attribute)));
     }
-    return value;
+    return *value;
   }
 
   /// A number in an attribute; nothing if the attribute is missing.

@@ -8,6 +8,7 @@
 #include <thread>
 
 #include "apps/command.h"
+#include "apps/ranks.h"
 #include "counterpoint/engine/io/table.h"
 
 namespace counterpoint::test {
@@ -23,33 +24,6 @@ std::string study(int draws = 3) {
          "  cube.vx: {uniform: [0.5, 1.5]}\n  cube.yaw: {uniform: [-3, 3]}\n"
          "record:\n  columns: [max(cube.z), mean(cube.vx)]\n  figures: [max_penetration_m, "
          "energy_end_J]\n";
-}
-
-/// Any command line of the shell: {} is the folder, COMMAND the program.
-CommandResult shell(const CommandFolder& folder, std::string line) {
-  for (const auto& [word, text] :
-       {std::pair{std::string("{}"), folder.path("")}, {"COMMAND", command_file()}})
-    for (size_t at = 0; (at = line.find(word, at)) != std::string::npos; at += text.size())
-      line.replace(at, word.size(), text);
-  const std::string all = "cd '" + source_dir() + "' && { " + line + "; } >'" +
-                          folder.path("stdout") + "' 2>'" + folder.path("stderr") + "'";
-  // `ulimit -f` of sh counts 512 bytes.
-  const int status = std::system(all.c_str());
-  return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, folder.read("stdout"),
-          folder.read("stderr")};
-}
-
-/// How ranks are started, on a machine that may have fewer cores and as root.
-const std::string kMpirun =
-    "OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 timeout 300 mpirun --oversubscribe ";
-
-/// Why there are no ranks to test with; empty: there are.
-std::string why_no_mpi(const CommandFolder& folder) {
-  if (shell(folder, "command -v mpirun").exit_code != 0) return "no mpirun (Debian: openmpi-bin)";
-  const std::string version = folder.run("--version").output;
-  return version.find("MPI:          no") != std::string::npos
-             ? "built without MPI (Debian: libopenmpi-dev)"
-             : "";
 }
 
 class Sweep : public testing::Test {

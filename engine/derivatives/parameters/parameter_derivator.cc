@@ -46,7 +46,7 @@ bool is_closed(K kind, const Model& model, const SimulationOptions& options, con
   const bool of_motion = changes_mass_matrix(kind) || kind == K::kGravity || kind == K::kDamping;
   const bool of_ties = of_motion || kind == K::kCompliance || kind == K::kStabilization ||
                        kind == K::kMaxRecoverySpeed;
-  // Forecasts go through them.
+  // Predictions go through them.
   if (of_ties && ties(ws.constraints)) return false;
   // How fast a body falls whose weight is carried in part goes with its mass.
   if (changes_mass_matrix(kind) && !model.gravity_compensations().empty() &&
@@ -71,7 +71,7 @@ struct ParameterDerivator::Impl {
 
   void differentiate(size_t k, const Model& model, const SimulationOptions& options,
                      const VectorRef& q, const VectorRef& v, const VectorRef& v_next,
-                     const Input& known, VectorOut du) {
+                     const Input& known, VectorOut du) {  // Parameters: what it depends on, one by one
     const StepParameter& parameter = parameters[k];
     ChangedSteps& c = changed[k];
     // Of options the model stays, and they may be others than the last time.
@@ -116,7 +116,7 @@ const std::vector<StepParameter>& ParameterDerivator::parameters() const {
 void ParameterDerivator::inverse(const Model& model, const SimulationOptions& options, VectorRef q,
                                  VectorRef v, VectorRef v_next, const Input& known,
                                  Workspace& workspace, Inverse& out, InverseParameterDerivatives& d,
-                                 DerivativeMethod method) {
+                                 DerivativeMethod method) {  // Parameters: what it depends on, one by one
   step_inverse(model, options, q, v, v_next, known, workspace, out);
   const size_t count = impl_->parameters.size();
   const auto columns = static_cast<Eigen::Index>(count);

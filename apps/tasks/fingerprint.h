@@ -1,0 +1,23 @@
+// What results of tasks depend on, as one number: those of something else are refused (journal.h).
+#pragma once
+
+#include <filesystem>
+
+#include "counterpoint/engine/io/hash.h"
+#include "counterpoint/model/scene.h"
+
+namespace counterpoint::apps::tasks {
+
+class Fingerprint : public Hash {
+ public:
+  Fingerprint();  ///< begins with the version
+  using Hash::add;
+  /// What the file holds, not its name: a file that is written anew is another one.
+  void add_file(const std::filesystem::path& file);
+  /// All files of a folder whose names end so, by name; not those of folders in it.
+  void add_folder(const std::filesystem::path& folder, const char* ending);
+  /// Model, start, options and duration.
+  void add_scene(const Scene& scene);
+};
+
+}  // namespace counterpoint::apps::tasks

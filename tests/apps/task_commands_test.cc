@@ -1,0 +1,148 @@
+// Commands that are made of tasks: the same results whoever runs them. sweep and rollout have their
+// tests in sweep_test.cc.
+#include <gtest/gtest.h>
+
+#include <set>
+
+#include "apps/command.h"
+#include "apps/ranks.h"
+
+namespace counterpoint::test {
+namespace {
+
+using nlohmann::json;
+
+/// Without what tells who ran it and how long that took.
+json without(const json& report, const std::set<std::string>& left_out) {
+  static const std::set<std::string> kRun = {"ranks", "threads", "computed_tasks", "wall_seconds",
+                                             "tasks_per_second"};
+  if (report.is_array()) {
+    json out = json::array();
+    for (const json& item : report) out.push_back(without(item, left_out));
+    return out;
+  }
+  if (!report.is_object()) return report;
+  json out = json::object();
+  for (const auto& [key, value] : report.items())
+    if (kRun.count(key) == 0 && left_out.count(key) == 0) out[key] = without(value, left_out);
+  return out;
+}
+
+class TaskCommands : public testing::Test {
+ protected:
+  /// Runs the command by one thread and by every other kind of workers. Its reports are the same,
+  /// and the tables that it writes to TABLE, where it does. `rounds`: of lists, each of which needs
+  /// all shares of the one before it. `expected`: exit code.
+  void expect_same_bits(const std::string& line, const std::set<std::string>& left_out,
+                        int rounds = 1, int expected = 0) {
+    left_out_ = left_out;
+    expected_ = expected;
+    run_one(line, "one", "--threads 1");
+    for (const std::string threads : {"2", "3"}) {
+      run_one(line, "t" + threads, "--threads " + threads);
+      compare("t" + threads);
+    }
+    for (int round = 0; round < rounds; ++round)
+      for (const std::string k : {"2", "3", "1"}) {
+        const CommandResult share =
+            folder_.run(named(line, "s") + " --parts {}/parts --tasks " + k + "/3");
+        ASSERT_EQ(share.exit_code, 0) << share.errors;
+        ASSERT_NE(share.output.find("share " + k + "/3 of "), std::string::npos) << share.output;
+      }
+    EXPECT_EQ(folder_.read("s.csv"), "") << "a share writes no result";
+    const CommandResult merged = folder_.run("merge {}/parts");
+    ASSERT_EQ(merged.exit_code, expected) << merged.errors;
+    compare("s");
+    if (const std::string why = why_no_mpi(folder_); !why.empty())
+      GTEST_SKIP() << "ranks: " << why;
+    for (const std::string ranks : {"1", "2", "4"}) {
+      const CommandResult result =
+          shell(folder_, kMpirun + "-n " + ranks + " COMMAND " + named(line, "m" + ranks));
+      ASSERT_EQ(result.exit_code, expected) << result.errors;
+      compare("m" + ranks);
+      EXPECT_EQ(folder_.json("m" + ranks + ".json")["ranks"], std::stoi(ranks));
+    }
+  }
+
+  CommandFolder folder_{"tasks_" + test_name()};
+
+ private:
+  static std::string named(std::string line, const std::string& name) {
+    const size_t at = line.find("TABLE");
+    if (at != std::string::npos) line.replace(at, 5, "{}/" + name + ".csv");
+    return line + " --json {}/" + name + ".json";
+  }
+  void run_one(const std::string& line, const std::string& name, const std::string& how) {
+    const CommandResult result = folder_.run(named(line, name) + " " + how);
+    ASSERT_EQ(result.exit_code, expected_) << result.errors;
+  }
+  void compare(const std::string& name) {
+    EXPECT_EQ(without(folder_.json(name + ".json"), left_out_),
+              without(folder_.json("one.json"), left_out_))
+        << name;
+    EXPECT_EQ(folder_.read(name + ".csv"), folder_.read("one.csv")) << name;
+  }
+
+  std::set<std::string> left_out_;
+  int expected_ = 0;
+};
+
+TEST_F(TaskCommands, HardCases) {
+  expect_same_bits(
+      "hard-cases --no-peers --only cradle_apart --only slope_rest --only fast_spin --only coin",
+      {});
+}
+
+TEST_F(TaskCommands, HardCasesWritePicturesOnRankZero) {
+  const std::string cases = "hard-cases --no-peers --only cradle_apart --only slope_rest --report ";
+  ASSERT_EQ(folder_.run(cases + "{}/one").exit_code, 0);
+  for (const std::string k : {"1", "2"})
+    ASSERT_EQ(folder_.run(cases + "{}/s --parts {}/parts --tasks " + k + "/2").exit_code, 0);
+  ASSERT_EQ(folder_.run("merge {}/parts").exit_code, 0);
+  EXPECT_NE(folder_.read("one/slope_rest.svg"), "");
+  EXPECT_EQ(folder_.read("s/slope_rest.svg"), folder_.read("one/slope_rest.svg"));
+}
+
+// Times are of rank 0 alone, and not the same twice; nor is what follows from them.
+TEST_F(TaskCommands, AccuracyHasTheSameErrors) {
+  expect_same_bits(
+      "accuracy data/scenes/accuracy/double_pendulum.yaml --vary timestep,integrator --pieces 4 "
+      "--repeats 1 --duration 0.5",
+      {"cost_s_per_s", "cost_least_s_per_s", "cost_most_s_per_s", "front", "physics",
+       "recommendations"});
+}
+
+TEST_F(TaskCommands, OptimizeFindsTheSameBestStart) {
+  // Few steps: no start gets to its end, and the exit code says so.
+  expect_same_bits(
+      "optimize data/scenes/optimize/acrobot.yaml --starts 4 --seed 1 --frames 12 --iterations 30 "
+      "--output TABLE",
+      {"newton_step_ms", "newton_linearize_ms", "newton_factor_ms", "newton_trial_ms"}, 1, 1);
+}
+
+TEST_F(TaskCommands, OptimizeGoesOnWithTheStartsThatAreMissing) {
+  const std::string line =
+      "optimize data/scenes/optimize/acrobot.yaml --starts 3 --frames 12 --iterations 30 --parts "
+      "{}/parts --json {}/r.json";
+  ASSERT_EQ(folder_.run(line + " --tasks 2/3").exit_code, 0);
+  ASSERT_EQ(folder_.run(line).exit_code, 1);
+  EXPECT_EQ(folder_.json("r.json")["computed_tasks"], 2);
+  EXPECT_NE(folder_.run("optimize acrobot --parts {}/parts").errors.find("--starts N"),
+            std::string::npos);
+}
+
+TEST_F(TaskCommands, ResultsOfOtherInputsAreRefused) {
+  folder_.write("push.csv", "time,cube.fx\n0,1\n");
+  const std::string line =
+      "rollout cube_drop --duration 0.1 --count 2 --inputs {}/push.csv --parts {}/parts";
+  const CommandResult first = folder_.run(line);
+  ASSERT_EQ(first.exit_code, 0) << first.errors;
+  folder_.write("push.csv", "time,cube.fx\n0,2\n");
+  const CommandResult second = folder_.run(line);
+  EXPECT_EQ(second.exit_code, 2);
+  EXPECT_NE(second.errors.find("finished tasks of something else"), std::string::npos)
+      << second.errors;
+}
+
+}  // namespace
+}  // namespace counterpoint::test
