@@ -60,11 +60,28 @@ class Walk {
 
   void read_elements(const XMLElement& element, const fs::path& file) {
     for (const XMLElement* e = element.FirstChildElement(); e; e = e->NextSiblingElement()) {
+      check_known(*e, element, file);
       if (std::strcmp(e->Name(), "include") == 0)
         read_include(*e, file);
       else
         read_elements(*e, file);
     }
+  }
+
+  /// libsdformat 12 passes over what later formats brought.
+  static void check_known(const XMLElement& e, const XMLElement& parent, const fs::path& file) {
+    const std::string name = e.Name();
+    const char* by_itself = e.Attribute("auto");
+    std::string what;
+    if (name == "inertial" && by_itself && (*by_itself == 't' || *by_itself == '1'))
+      what = "auto: inertia from shapes is not supported; give mass and inertia";
+    if (name == "mimic" && std::strncmp(parent.Name(), "axis", 4) == 0)
+      what = "a joint that follows another is not supported in SDF; take the robot's URDF";
+    if (name == "joint" && std::strcmp(parent.Name(), "world") == 0)
+      what = "joints of a world are not supported; put the joint into a model around both";
+    if (!what.empty())
+      throw InputError(fmt::format("{}:{}: <{}>: {} (SDF up to 1.9 is read)", file.string(),
+                                   e.GetLineNum(), name, what));
   }
 
   void read_include(const XMLElement& element, const fs::path& file) {

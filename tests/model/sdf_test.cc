@@ -358,6 +358,10 @@ TEST_F(SdfTest, RefusesWhatItCannotDo) {
       {"<model name='m'><link name='a'><inertial><mass>x</mass></inertial></link></model>",
        "m.sdf:2: Error reading element <mass>"},
       {"<model name='m'/>", "link"},
+      {with("", joint("revolute2", "<axis><mimic joint='k'/></axis>")),
+       "<mimic>: a joint that follows another"},
+      {"<model name='m'><link name='a'><inertial auto='true'/></link></model>", "<inertial>: auto"},
+      {"<world name='w'><joint name='j' type='fixed'/></world>", "<joint>: joints of a world"},
       {"<light name='l' type='point'/>", "no <world> and no <model>"},
   };
   for (const auto& [contents, part] : cases)

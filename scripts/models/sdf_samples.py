@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Loads and simulates SDF files, and writes what became of each to docs/measurements/sdf.md.
 
-    scripts/sdf_samples.py COUNTERPOINT NAME=FOLDER... [--output FILE]
+    scripts/models/sdf_samples.py COUNTERPOINT NAME=FOLDER... [--output FILE]
 
 FOLDER: checked out Gazebo models or worlds; NAME is what the table calls it. model-1_4.sdf and the like, older
 forms of the same model.sdf, are left out.
@@ -71,7 +71,7 @@ def main():
                   for (o, r), n in reasons.most_common()]
     head = f"""# Public SDF files
 
-Written by scripts/sdf_samples.py. Every file is loaded and simulated for {SECONDS:g} s without inputs: plugins do not
+Written by scripts/models/sdf_samples.py. Every file is loaded and simulated for {SECONDS:g} s without inputs: plugins do not
 run, so that what they drive stays limp. simulated: without a failed step. refused: by file, line and element, of which
 the table leaves out names and lines. What is read is told in [SDF](../reference/sdf.md).
 
