@@ -16,7 +16,7 @@ double by_regularizer(const ScalarLaw& law) { return -law.g * law.g / law.s; }
 // df/dmu_j of f = D phi(D y) with -dphi_i/dz_j = b d_ij + (along - b) t_i t_j and -dphi_N/dz_j =
 // normal t_j: the outer D, then the inner one by y_j = dz_j / dmu_j.
 void friction_columns(const Law& law, const Rows& y, const double* t, double b, double along,
-                      double normal, RowsSquare& out) {
+                      double normal, RowsSquare& out) {  // Parameters: matrices and their places
   out.resize(law.rows, law.rows - 1);
   for (int j = 1; j < law.rows; ++j) {
     out(0, j - 1) = -normal * t[j] * y[j];

@@ -90,6 +90,7 @@ int closure_rows(const Model& model) {
   return rows;
 }
 
+// Long: one case an effect, so that the compiler names one that is missing.
 Call call_of(Effect effect, const Model& model, const collision::Collider& collider) {
   const auto joints = [&](const VectorX& values, int rows_each = 0) {
     const Found found = joints_with(model, values);

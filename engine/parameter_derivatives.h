@@ -77,7 +77,7 @@ class ParameterDerivator {
   void inverse(const Model& model, const SimulationOptions& options, VectorRef q, VectorRef v,
                VectorRef v_next, const Input& known, Workspace& workspace, Inverse& out,
                InverseParameterDerivatives& d,
-               DerivativeMethod method = DerivativeMethod::kAnalytic);
+               DerivativeMethod method = DerivativeMethod::kAnalytic);  // Parameters: what it depends on, one by one
 
  private:
   struct Impl;

@@ -58,7 +58,7 @@ struct StepReport {
 /// the sizes are not the model's, or the time step is not positive.
 StepReport step_forward(const Model& model, const SimulationOptions& options,
                         const contact::Settings& settings, const State& state, const Input& input,
-                        Workspace& workspace, State& next);
+                        Workspace& workspace, State& next);  // Parameters: what it depends on, one by one
 
 /// One contact as the inverse (or the last forward step) saw it.
 struct ContactForce {
@@ -108,10 +108,10 @@ struct Inverse {
 /// null. @throws InputError for an integrator without inverse.
 void step_inverse(const Model& model, const SimulationOptions& options, VectorRef q, VectorRef v,
                   VectorRef q_next, VectorRef v_next, const Input& known, Workspace& workspace,
-                  Inverse& out);
+                  Inverse& out);  // Parameters: what it depends on, one by one
 inline void step_inverse(const Model& model, const SimulationOptions& options, VectorRef q,
                          VectorRef v, VectorRef v_next, const Input& known, Workspace& workspace,
-                         Inverse& out) {
+                         Inverse& out) {  // Parameters: what it depends on, one by one
   step_inverse(model, options, q, v, VectorX(), v_next, known, workspace, out);
 }
 inline void step_inverse(const Model& model, const SimulationOptions& options, VectorRef q,

@@ -43,12 +43,12 @@ void step_inverse_derivatives(const Model& model, const SimulationOptions& optio
                               VectorRef v, VectorRef q_next, VectorRef v_next, const Input& known,
                               Workspace& workspace, Inverse& out, InverseDerivatives& d,
                               DerivativeMethod method = DerivativeMethod::kAnalytic,
-                              double difference_step = 0.0);
+                              double difference_step = 0.0);  // Parameters: what it depends on, one by one
 inline void step_inverse_derivatives(const Model& model, const SimulationOptions& options,
                                      VectorRef q, VectorRef v, VectorRef v_next, const Input& known,
                                      Workspace& workspace, Inverse& out, InverseDerivatives& d,
                                      DerivativeMethod method = DerivativeMethod::kAnalytic,
-                                     double difference_step = 0.0) {
+                                     double difference_step = 0.0) {  // Parameters: what it depends on, one by one
   step_inverse_derivatives(model, options, q, v, VectorX(), v_next, known, workspace, out, d,
                            method, difference_step);
 }
@@ -73,11 +73,11 @@ struct ForwardDerivatives {
 bool step_forward_derivatives(const Model& model, const SimulationOptions& options, VectorRef q,
                               VectorRef v, VectorRef q_next, VectorRef v_next, const Input& known,
                               Workspace& workspace, Inverse& inverse, InverseDerivatives& d_inverse,
-                              ForwardDerivatives& d,
+                              ForwardDerivatives& d,  // Parameters: what it depends on, one by one
                               DerivativeMethod method = DerivativeMethod::kAnalytic);
 inline bool step_forward_derivatives(const Model& model, const SimulationOptions& options,
                                      VectorRef q, VectorRef v, VectorRef v_next, const Input& known,
-                                     Workspace& workspace, Inverse& inverse,
+                                     Workspace& workspace, Inverse& inverse,  // Parameters: all it depends on
                                      InverseDerivatives& d_inverse, ForwardDerivatives& d,
                                      DerivativeMethod method = DerivativeMethod::kAnalytic) {
   return step_forward_derivatives(model, options, q, v, VectorX(), v_next, known, workspace,

@@ -16,7 +16,7 @@ import pathlib
 import random
 import sys
 
-from hard_scenes import free, joint, link, num, scene, urdf, vec
+from scenes.files import free, joint, link, num, scene, urdf, vec
 
 KINDS = ("box", "sphere", "capsule", "cylinder", "hull")
 SMALLEST, LARGEST = 0.05, 0.12  # m, of a half length or radius
@@ -136,6 +136,7 @@ def reach_of(kind, size):
     return math.sqrt(max(dot(p, p) for p in hull(size)[0])) if kind == "hull" else math.hypot(*size)
 
 
+# Parameters: a row of what was drawn.
 def body(index, kind, size, mass, position, rpy, friction, files):
     if kind != "hull":
         return free(f"body{index}", kind, size, mass, position, rpy, friction)

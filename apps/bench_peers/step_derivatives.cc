@@ -151,6 +151,38 @@ std::unique_ptr<Theirs> try_mujoco(const Scene& scene, int steps) {
   }
 }
 
+struct Row {
+  const char* quantity;
+  const char* engine;
+  Errors errors;
+  std::function<void(int)> run;
+};
+
+void add_mujoco(Theirs& peer, std::vector<Row>& rows) {
+  using peers::MujocoDerivatives;
+  const auto transition = [&](bool centered) {
+    return Row{"forward derivatives", centered ? "mujoco centered" : "mujoco one-sided",
+               peer.errors([=](MujocoDerivatives& d, const MujocoMoment& m) {
+                 return d.transition_error(m, centered);
+               }),
+               [&peer, centered](int count) {
+                 peer.each(count, [=](MujocoDerivatives& d, const MujocoMoment& m) {
+                   d.transition(m, centered);
+                 });
+               }};
+  };
+  rows.push_back({"inverse derivatives", "mujoco one-sided",
+                  peer.errors([](MujocoDerivatives& d, const MujocoMoment& m) {
+                    return d.inverse_error(m);
+                  }),
+                  [&peer](int count) {
+                    peer.each(count,
+                              [](MujocoDerivatives& d, const MujocoMoment& m) { d.inverse(m); });
+                  }});
+  rows.push_back(transition(false));
+  rows.push_back(transition(true));
+}
+
 /// One scene. `label` says what is special about it; differences of ours are a reference if its
 /// contacts are soft: with hard ones forces bend within less than differences can tell.
 void compare_scene(const Scene& scene, const std::string& label, bool soft,
@@ -160,16 +192,9 @@ void compare_scene(const Scene& scene, const std::string& label, bool soft,
   const auto theirs = try_mujoco(scene, steps);
   fmt::print("{}: {:.1f} contacts, mean of {} steps of the second half\n", label,
              ours.mean_contacts(), kMoments);
-  using peers::MujocoDerivatives;
   constexpr DerivativeMethod kExact = DerivativeMethod::kAnalytic;
   constexpr DerivativeMethod kCentral = DerivativeMethod::kCentralDifferences;
   constexpr DerivativeMethod kReference = DerivativeMethod::kExtrapolated;
-  struct Row {
-    const char* quantity;
-    const char* engine;
-    Errors errors;
-    std::function<void(int)> run;
-  };
   std::vector<Row> rows{
       {"inverse derivatives", "counterpoint", soft ? ours.errors(kExact, kReference) : Errors(),
        [&](int count) { ours.inverse_derivatives(count, kExact); }},
@@ -181,30 +206,7 @@ void compare_scene(const Scene& scene, const std::string& label, bool soft,
        {},
        [&](int count) { ours.forward_derivatives(count); }},
       {"inverse", "counterpoint", {}, [&](int count) { ours.inverse(count); }}};
-  if (theirs) {
-    Theirs& peer = *theirs;
-    const auto transition = [&](bool centered) {
-      return Row{"forward derivatives", centered ? "mujoco centered" : "mujoco one-sided",
-                 peer.errors([=](MujocoDerivatives& d, const MujocoMoment& m) {
-                   return d.transition_error(m, centered);
-                 }),
-                 [&peer, centered](int count) {
-                   peer.each(count, [=](MujocoDerivatives& d, const MujocoMoment& m) {
-                     d.transition(m, centered);
-                   });
-                 }};
-    };
-    rows.push_back({"inverse derivatives", "mujoco one-sided",
-                    peer.errors([](MujocoDerivatives& d, const MujocoMoment& m) {
-                      return d.inverse_error(m);
-                    }),
-                    [&peer](int count) {
-                      peer.each(count,
-                                [](MujocoDerivatives& d, const MujocoMoment& m) { d.inverse(m); });
-                    }});
-    rows.push_back(transition(false));
-    rows.push_back(transition(true));
-  }
+  if (theirs) add_mujoco(*theirs, rows);
   std::vector<Contender> contenders;
   for (const Row& row : rows) contenders.push_back({row.engine, row.run});
   constexpr std::size_t kForward = 2;  // ours, which forward ones are compared with

@@ -13,6 +13,7 @@
 #include "recordings/page.h"
 #include "recordings/parameters.h"
 #include "recordings/prediction.h"
+#include "recordings/prediction_rows.h"
 #include "recordings/replays.h"
 #include "recordings/unexplained.h"
 #include "report/failure.h"
@@ -32,91 +33,6 @@ struct Arguments {
   int horizon = 0, shown = 20;
   view::ViewOption view;
   Report report;
-};
-
-/// One row of the report: the deviation, then recorded and simulated values of the mapped
-/// positions.
-class RowWriter {
- public:
-  RowWriter(const std::string& file, const ColumnMap& map) : map_(map) {
-    if (file.empty()) return;
-    std::vector<Column> columns{{"recording", CellType::kText}, "time"};
-    if (!map.after.empty()) {
-      columns[1].name = "contacts";
-      columns.insert(columns.end(),
-                     {"velocity_error_m_s", "energy_ratio", "recorded_energy_ratio"});
-      for (const ColumnMap::Entry& entry : map.after) {
-        columns.push_back(entry.name);
-        columns.push_back(entry.name + ".recorded");
-      }
-      table_ = std::make_unique<TableWriter>(file, columns);
-      return;
-    }
-    if (map.free_body >= 0) {
-      columns.insert(columns.end(), {"position_error_m", "rotation_error_deg"});
-    } else {
-      columns.emplace_back("joint_error");
-    }
-    for (const ColumnMap::Entry& entry : map.entries) {
-      if (entry.kind != ColumnMap::Entry::Kind::kPosition) continue;
-      columns.push_back(entry.name);
-      columns.push_back(entry.name + ".recorded");
-    }
-    table_ = std::make_unique<TableWriter>(file, columns);
-  }
-
-  void write(const Recording& recording, const Prediction& prediction) {
-    if (!table_) return;
-    if (prediction.impact) return write_impact(recording, prediction);
-    size_t predicted = 0;
-    for (int row = 0; row < recording.num_rows(); ++row) {
-      const bool start =
-          predicted == prediction.time.size() || recording.time[row] != prediction.time[predicted];
-      if (start && row > 0) break;  // a step failed
-      write_row(recording, row, start ? Deviation() : prediction.deviations[predicted++],
-                prediction.q.col(row));
-    }
-  }
-
-  void finish() {
-    if (table_) table_->finish();
-  }
-
- private:
-  void write_impact(const Recording& recording, const Prediction& prediction) {
-    const ImpactDeviation& impact = *prediction.impact;
-    table_->text(recording.file);
-    table_->number(impact.contacts);
-    for (const double x : {impact.speed, impact.energy_ratio, impact.recorded_energy_ratio})
-      table_->number(x);
-    for (const ColumnMap::Entry& entry : map_.after) {
-      const double recorded = recording.v(entry.index, 1);
-      table_->number(recorded + prediction.velocity_error(entry.index, 0));
-      table_->number(recorded);
-    }
-    table_->end_row();
-  }
-
-  void write_row(const Recording& recording, int row, const Deviation& deviation,
-                 const VectorX& q) {
-    table_->text(recording.file);
-    table_->number(recording.time[row]);
-    if (map_.free_body >= 0) {
-      table_->number(deviation.position);
-      table_->number(deviation.rotation);
-    } else {
-      table_->number(deviation.joints);
-    }
-    for (const ColumnMap::Entry& entry : map_.entries) {
-      if (entry.kind != ColumnMap::Entry::Kind::kPosition) continue;
-      table_->number(q[entry.index]);
-      table_->number(recording.q(entry.index, row));
-    }
-    table_->end_row();
-  }
-
-  const ColumnMap& map_;
-  std::unique_ptr<TableWriter> table_;
 };
 
 void fill_report(const Model& model, const std::vector<Prediction>& predictions, Compared by,
@@ -177,68 +93,97 @@ int end_early(size_t done, size_t given, const Arguments& arguments, Report& rep
   return kFailed;
 }
 
-/// Per recording, and the medians.
-int compare_inverse(Arguments& arguments) {
-  const Scene scene = with_settings(arguments.scene.load(), arguments.set);
-  const ColumnMap map = load_column_map(arguments.map, scene.model);
-  if (compared(map) == Compared::kImpacts)
-    throw InputError("--mode inverse: an impact takes no time, forces are not to be had");
-  Explainer explainer(scene, map, arguments.reach.value_or(scene.options.contact.margin));
-  const CoordinateNames names = coordinate_names(scene.model);
-  std::unique_ptr<TableWriter> table;
-  if (!arguments.output.empty()) {
+/// Forces row by row, in a table.
+class ForceRows {
+ public:
+  ForceRows(const std::string& file, const Model& model) {
+    if (file.empty()) return;
+    const CoordinateNames names = coordinate_names(model);
     std::vector<Column> columns{{"recording", CellType::kText}, "time", "contacts"};
     columns.insert(columns.end(), names.force.begin(), names.force.end());
-    table = std::make_unique<TableWriter>(arguments.output, columns);
+    table_ = std::make_unique<TableWriter>(file, columns);
   }
-  Report& report = arguments.report;
-  report.begin("compare", arguments.scene.file);
-  report["mode"] = arguments.mode;
-  report["status"] = "ok";
-  Json list = Json::array();
+
+  void write(const ExplainedRecording& explained) {
+    for (size_t k = 0; table_ && k < explained.steps.size(); ++k) {
+      table_->text(explained.file);
+      table_->number(explained.time[k]);
+      table_->number(explained.steps[k].contacts);
+      for (const double force : explained.steps[k].force) table_->number(force);
+      table_->end_row();
+    }
+  }
+
+  void finish() {
+    if (table_) table_->finish();
+  }
+
+ private:
+  std::unique_ptr<TableWriter> table_;
+};
+
+/// Until Ctrl-C; those that are done.
+std::vector<ExplainedRecording> explain_all(Explainer& explainer, const ColumnMap& map,
+                                            const std::vector<Recording>& recordings,
+                                            ForceRows& rows) {
   std::vector<ExplainedRecording> all;
-  std::vector<Recording> recordings = read_all(arguments.recordings, map, scene);
-  const size_t given = recordings.size();
   const Interrupt interrupt;
-  Progress progress("explaining", static_cast<int>(given));
+  Progress progress("explaining", static_cast<int>(recordings.size()));
   for (const Recording& recording : recordings) {
-    const ExplainedRecording& explained =
-        all.emplace_back(explain_recording(explainer, map, recording, Interrupt::wanted));
-    if (explained.stopped) {
+    all.push_back(explain_recording(explainer, map, recording, Interrupt::wanted));
+    if (all.back().stopped) {
       all.pop_back();
       break;
     }
+    rows.write(all.back());
+    progress.update(static_cast<int>(all.size()));
+  }
+  progress.wipe();
+  rows.finish();
+  return all;
+}
+
+/// Per recording, and the medians.
+void report_explained(const std::vector<ExplainedRecording>& all, Report& report) {
+  Json list = Json::array(), medians = Json::object();
+  for (const ExplainedRecording& explained : all) {
     Json& entry = list.emplace_back();
     entry["file"] = explained.file;
     entry["rows"] = explained.rows;
     for (const auto& [name, value] : explained.figures) entry[name] = value;
-    for (size_t k = 0; table && k < explained.steps.size(); ++k) {
-      table->text(explained.file);
-      table->number(explained.time[k]);
-      table->number(explained.steps[k].contacts);
-      for (const double force : explained.steps[k].force) table->number(force);
-      table->end_row();
-    }
-    progress.update(static_cast<int>(all.size()));
   }
-  progress.wipe();
-  recordings.resize(all.size());
-  if (table) table->finish();
-  int exit_code = kSuccess;
-  if (all.size() < given) exit_code = end_early(all.size(), given, arguments, report);
-  Json medians = Json::object();
   for (size_t i = 0; !all.empty() && i < all[0].figures.size(); ++i) {
     std::vector<double> values;
     for (const ExplainedRecording& one : all) values.push_back(one.figures[i].second);
     medians[all[0].figures[i].first] = median(values);
   }
   report["median"] = medians;
-  const std::vector<CoordinateFigures> coordinates =
-      force_figures(explainer, scene.model, pointers(recordings), all);
   report["recordings"] = list;
   fmt::print(report.text(), "{} recordings\n", all.size());
   for (const auto& [key, value] : medians.items())
     fmt::print(report.text(), "  median {} {:.5g}\n", key, value.get<double>());
+}
+
+int compare_inverse(Arguments& arguments) {
+  const Scene scene = with_settings(arguments.scene.load(), arguments.set);
+  const ColumnMap map = load_column_map(arguments.map, scene.model);
+  if (compared(map) == Compared::kImpacts)
+    throw InputError("--mode inverse: an impact takes no time, forces are not to be had");
+  Explainer explainer(scene, map, arguments.reach.value_or(scene.options.contact.margin));
+  ForceRows rows(arguments.output, scene.model);
+  Report& report = arguments.report;
+  report.begin("compare", arguments.scene.file);
+  report["mode"] = arguments.mode;
+  report["status"] = "ok";
+  std::vector<Recording> recordings = read_all(arguments.recordings, map, scene);
+  const size_t given = recordings.size();
+  const std::vector<ExplainedRecording> all = explain_all(explainer, map, recordings, rows);
+  recordings.resize(all.size());
+  int exit_code = kSuccess;
+  if (all.size() < given) exit_code = end_early(all.size(), given, arguments, report);
+  const std::vector<CoordinateFigures> coordinates =
+      force_figures(explainer, scene.model, pointers(recordings), all);
+  report_explained(all, report);
   report_coordinates(coordinates, report);
   report.write();
   if (!arguments.page.empty() && !all.empty()) {
@@ -253,12 +198,23 @@ int compare_inverse(Arguments& arguments) {
   return exit_code;
 }
 
+/// What a page shows.
+struct Compilation {
+  const Arguments& arguments;
+  const Scene& scene;
+  const ColumnMap& map;
+  const std::vector<Recording>& recordings;
+  const std::vector<Prediction>& predictions;
+  const Replays& replays;
+};
+
 /// The curves of one recording, as a page beside the report, with its replay where one can be had.
 /// Links of both.
-std::vector<std::pair<std::string, std::string>> write_recording(
-    const Arguments& arguments, const Scene& scene, const ColumnMap& map, size_t number,
-    const Recording& recording, const Prediction& prediction, size_t index,
-    const Replays& replays) {
+std::vector<std::pair<std::string, std::string>> write_recording(const Compilation& of, size_t number,
+                                                                 size_t index) {
+  const auto& [arguments, scene, map, recordings, predictions, replays] = of;
+  const Recording& recording = recordings[index];
+  const Prediction& prediction = predictions[index];
   const std::filesystem::path folder = arguments.page;
   const std::string name = std::filesystem::path(recording.file).filename().string();
   std::string error;
@@ -282,9 +238,8 @@ std::vector<std::pair<std::string, std::string>> write_recording(
   return out;
 }
 
-void write_page_of(const Arguments& arguments, const Scene& scene, const ColumnMap& map,
-                   const std::vector<Recording>& recordings,
-                   const std::vector<Prediction>& predictions, const Replays& replays) {
+void write_page_of(const Compilation& of) {
+  const auto& [arguments, scene, map, recordings, predictions, replays] = of;
   const Compared by = compared(map);
   make_report_folder(arguments.page);
   HtmlPage page("Recordings predicted: " + arguments.scene.file);
@@ -301,8 +256,7 @@ void write_page_of(const Arguments& arguments, const Scene& scene, const ColumnM
     std::vector<std::pair<std::string, std::string>> links;
     for (size_t i = 0; i < shown; ++i) {
       const size_t index = replays.worst_first()[i];
-      for (auto& link : write_recording(arguments, scene, map, i, recordings[index],
-                                        predictions[index], index, replays))
+      for (auto& link : write_recording(of, i, index))
         links.push_back(std::move(link));
     }
     page.heading("Recorded and simulated, worst first");
@@ -340,7 +294,7 @@ int compare(Arguments& arguments) {
   options.substeps = arguments.substeps ? arguments.substeps : map.substeps;
   if (options.substeps && *options.substeps < 1) throw InputError("--substeps: expected 1 or more");
 
-  RowWriter writer(arguments.output, map);
+  PredictionRows writer(arguments.output, map);
   std::vector<Prediction> predictions;
   std::vector<Recording> recordings = read_all(arguments.recordings, map, scene);
   const size_t given = recordings.size();
@@ -373,7 +327,7 @@ int compare(Arguments& arguments) {
                         compared(map));
   if (arguments.view.wanted()) replays.write_worst(arguments.view.file(), arguments.view.rate());
   if (!arguments.page.empty())
-    write_page_of(arguments, scene, map, recordings, predictions, replays);
+    write_page_of({arguments, scene, map, recordings, predictions, replays});
   for (const Prediction& prediction : predictions) {
     if (!prediction.failure) continue;
     fmt::print(stderr, "error: {}: {}\n", prediction.file,

@@ -104,42 +104,85 @@ std::string kept(const Arguments& arguments) {
          std::string(arguments.view.wanted() ? "; no replay was written" : "");
 }
 
-int inverse(Arguments& arguments) {
-  arguments.view.check();
-  const Scene scene = arguments.scene.load();
-  const Model& model = scene.model;
-  const Trajectory trajectory = read_trajectory(arguments.trajectory, model);
-  const std::vector<double> steps =
-      step_lengths(trajectory, arguments.time_step, scene.options.time_step);
+struct Recovered {
+  int steps = 0;
+  bool stopped = false;  ///< by Ctrl-C
+  Extremes extremes;
+  std::optional<FailedStep> failed;
+};
 
+/// Step by step, into the files, until one fails or Ctrl-C.
+Recovered recover(const Arguments& arguments, const Scene& scene, const Trajectory& trajectory,
+                  const std::vector<double>& steps) {
+  const Model& model = scene.model;
   Output output(arguments, model);
   Workspace workspace(model);
   Inverse result;
   Input known;
-  Extremes extremes;
   SimulationOptions options = scene.options;
-  std::optional<FailedStep> failed;
+  Recovered out;
   const Interrupt interrupt;
   Progress progress("recovering forces", trajectory.num_steps());
-  int done = 0;
-  for (; done < trajectory.num_steps() && !Interrupt::wanted(); ++done) {
-    const int k = done;
+  for (; out.steps < trajectory.num_steps() && !Interrupt::wanted(); ++out.steps) {
+    const int k = out.steps;
     options.time_step = steps[k];
     trajectory.set_known(model, k, known);
     step_inverse(model, options, trajectory.q.col(k), trajectory.v.col(k), trajectory.q.col(k + 1),
                  trajectory.v.col(k + 1), known, workspace, result);
     if (result.fault.any()) {
-      failed = {k, trajectory.time[k], {}};
-      failed->report.status = status_of(result.fault);
-      failed->report.fault = result.fault;
+      out.failed = {k, trajectory.time[k], {}};
+      out.failed->report.status = status_of(result.fault);
+      out.failed->report.fault = result.fault;
       break;
     }
-    add_extremes(model, trajectory, k, steps[k], result, extremes);
+    add_extremes(model, trajectory, k, steps[k], result, out.extremes);
     output.write(trajectory.time[k], steps[k], result);
     progress.update(k + 1);
   }
   output.finish();
-  const bool stopped = !failed && done < trajectory.num_steps();
+  out.stopped = !out.failed && out.steps < trajectory.num_steps();
+  return out;
+}
+
+void report_forces(const Trajectory& trajectory, const Recovered& recovered, Report& report) {
+  const Extremes& extremes = recovered.extremes;
+  report["steps"] = recovered.steps;
+  report["altered_rows"] = trajectory.altered_rows;
+  if (trajectory.altered_rows > 0) {
+    fmt::print(stderr,
+               "note: {}: {} of {} rows are not as simulate wrote them (state_hash): edited or "
+               "rounded\n",
+               trajectory.file, trajectory.altered_rows, trajectory.num_rows());
+  }
+  report["contacts_mean"] = static_cast<double>(extremes.contacts) / std::max(recovered.steps, 1);
+  report["force_scale_max"] = extremes.scale;
+  report["unactuated_force_max"] = extremes.unactuated;
+  report["velocity_mismatch_max"] = extremes.mismatch;
+  fmt::print(report.text(),
+             "{} steps; largest force at work {:.6g}, largest unactuated force {:.3g} [N, N m]\n",
+             recovered.steps, extremes.scale, extremes.unactuated);
+  if (trajectory.applied_force.size() == 0) return;
+  const auto relative = [](double error, double scale) {
+    return scale > 0.0 ? error / scale : error;
+  };
+  report["applied_force_max"] = extremes.recorded;
+  report["applied_force_error_max"] = extremes.error;
+  report["applied_force_relative_error_max"] = relative(extremes.error, extremes.scale);
+  report["applied_force_relative_to_applied_max"] = relative(extremes.error, extremes.recorded);
+  fmt::print(report.text(),
+             "applied forces recovered to {:.3g} of the largest force at work, {:.3g} of the largest "
+             "applied\n",
+             relative(extremes.error, extremes.scale), relative(extremes.error, extremes.recorded));
+}
+
+int inverse(Arguments& arguments) {
+  arguments.view.check();
+  const Scene scene = arguments.scene.load();
+  const Trajectory trajectory = read_trajectory(arguments.trajectory, scene.model);
+  const std::vector<double> steps =
+      step_lengths(trajectory, arguments.time_step, scene.options.time_step);
+  const Recovered recovered = recover(arguments, scene, trajectory, steps);
+  const auto& [done, stopped, extremes, failed] = recovered;
   if (arguments.view.wanted() && !failed && !stopped)
     view::write_replay(
         arguments.view.file(), scene,
@@ -150,40 +193,12 @@ int inverse(Arguments& arguments) {
   report.begin("inverse", arguments.scene.file);
   report["status"] = failed ? "failed" : stopped ? "stopped" : "ok";
   if (failed) {
-    add_failure(model, *failed, report.json());
+    add_failure(scene.model, *failed, report.json());
     report.write();
-    fmt::print(stderr, "error: {}\n", failure_message(model, *failed));
+    fmt::print(stderr, "error: {}\n", failure_message(scene.model, *failed));
     return kFailed;
   }
-  report["steps"] = done;
-  report["altered_rows"] = trajectory.altered_rows;
-  if (trajectory.altered_rows > 0) {
-    fmt::print(stderr,
-               "note: {}: {} of {} rows are not as simulate wrote them (state_hash): edited or "
-               "rounded\n",
-               trajectory.file, trajectory.altered_rows, trajectory.num_rows());
-  }
-  report["contacts_mean"] = static_cast<double>(extremes.contacts) / std::max(done, 1);
-  report["force_scale_max"] = extremes.scale;
-  report["unactuated_force_max"] = extremes.unactuated;
-  report["velocity_mismatch_max"] = extremes.mismatch;
-  fmt::print(report.text(),
-             "{} steps; largest force at work {:.6g}, largest unactuated force {:.3g} [N, N m]\n",
-             done, extremes.scale, extremes.unactuated);
-  if (trajectory.applied_force.size() > 0) {
-    const auto relative = [](double error, double scale) {
-      return scale > 0.0 ? error / scale : error;
-    };
-    report["applied_force_max"] = extremes.recorded;
-    report["applied_force_error_max"] = extremes.error;
-    report["applied_force_relative_error_max"] = relative(extremes.error, extremes.scale);
-    report["applied_force_relative_to_applied_max"] = relative(extremes.error, extremes.recorded);
-    fmt::print(
-        report.text(),
-        "applied forces recovered to {:.3g} of the largest force at work, {:.3g} of the largest "
-        "applied\n",
-        relative(extremes.error, extremes.scale), relative(extremes.error, extremes.recorded));
-  }
+  report_forces(trajectory, recovered, report);
   report.write();
   if (!stopped) return kSuccess;
   fmt::print(stderr, "error: stopped by Ctrl-C or SIGTERM after {} of {} steps{}\n", done,

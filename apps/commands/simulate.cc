@@ -136,6 +136,23 @@ void follow(const Arguments& arguments, const Follower& motion, Simulator& simul
     simulator.set_state(motion.start(simulator.model(), arguments.inputs.seed));
 }
 
+Outputs open_outputs(const Arguments& arguments, const Simulator& simulator, const AppliedInputs& inputs) {
+  const Model& model = simulator.model();
+  Outputs outputs;
+  if (!arguments.output.empty())
+    outputs.writer =
+        std::make_unique<TrajectoryWriter>(arguments.output, model, inputs.columns(model));
+  if (arguments.view.wanted())
+    outputs.recorder =
+        std::make_unique<view::ClipRecorder>(simulator.scene(), arguments.view.rate(), true);
+  if (!arguments.contacts.empty() && simulator.options().integrator == Integrator::kRungeKutta4)
+    throw InputError(
+        "--contacts: forces are read off the motion, and runge_kutta_4 has no inverse");
+  if (!arguments.contacts.empty())
+    outputs.contacts = std::make_unique<ContactTable>(arguments.contacts, model);
+  return outputs;
+}
+
 int simulate(Arguments& arguments) {
   arguments.view.check();
   Scene scene = arguments.scene.load();
@@ -153,18 +170,7 @@ int simulate(Arguments& arguments) {
   if (arguments.strict) simulator.settings().soften_after = 0;
   AppliedInputs inputs(arguments.inputs, simulator);
   if (inputs.follower() != nullptr) follow(arguments, *inputs.follower(), simulator);
-  Outputs outputs;
-  if (!arguments.output.empty())
-    outputs.writer =
-        std::make_unique<TrajectoryWriter>(arguments.output, model, inputs.columns(model));
-  if (arguments.view.wanted())
-    outputs.recorder =
-        std::make_unique<view::ClipRecorder>(simulator.scene(), arguments.view.rate(), true);
-  if (!arguments.contacts.empty() && simulator.options().integrator == Integrator::kRungeKutta4)
-    throw InputError(
-        "--contacts: forces are read off the motion, and runge_kutta_4 has no inverse");
-  if (!arguments.contacts.empty())
-    outputs.contacts = std::make_unique<ContactTable>(arguments.contacts, model);
+  Outputs outputs = open_outputs(arguments, simulator, inputs);
   const State start = simulator.state();
   const Interrupt interrupt;
   RunTally tally;

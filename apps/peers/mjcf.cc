@@ -10,41 +10,10 @@
 
 #include "counterpoint/collision/broadphase/pair_filter.h"
 #include "counterpoint/model/inertia.h"
-#include "gravcomp.h"
+#include "mjcf_words.h"
 
 namespace counterpoint::peers {
 namespace {
-
-std::string numbers(std::initializer_list<double> values) {
-  std::string out;
-  for (const double value : values) {
-    if (!out.empty()) out += ' ';
-    out += fmt::format("{:.17g}", value);
-  }
-  return out;
-}
-
-std::string text(const Vector3& v) { return numbers({v.x(), v.y(), v.z()}); }
-
-std::string placed(const Pose& pose) {
-  const Quaternion q(pose.rotation);
-  return fmt::format("pos='{}' quat='{}'", text(pose.translation),
-                     numbers({q.w(), q.x(), q.y(), q.z()}));
-}
-
-/// friction and condim of a geometry, or of a pair, which has one number for each direction;
-/// MuJoCo's units are ours.
-std::string surface(const Material& material, EffectSet on, bool pair = false) {
-  const double slide = on.has(Effect::kFriction) ? material.friction : 0.0;
-  const double spin = on.has(Effect::kTorsionalFriction) ? material.torsional_friction : 0.0;
-  const double roll = on.has(Effect::kRollingFriction) ? material.rolling_friction : 0.0;
-  // Without friction the numbers mean nothing, but MuJoCo wants one that is positive.
-  if (slide <= 0.0) return fmt::format("condim='1' friction='{}'", pair ? "1 1 0 0 0" : "1 0 0");
-  const int dimensions = roll > 0.0 ? 6 : spin > 0.0 ? 4 : 3;
-  return fmt::format(
-      "condim='{}' friction='{}'", dimensions,
-      pair ? numbers({slide, slide, spin, roll, roll}) : numbers({slide, spin, roll}));
-}
 
 /// Writes a document for one scene.
 class Writer {

@@ -104,75 +104,65 @@ std::string cell(std::string text, const fs::path& folder) {
   return std::regex_replace(text, std::regex("<"), "\\<");
 }
 
-int run(const fs::path& folder, int states, double duration, const std::string& command,
-        const std::string& only, const fs::path& out) {
-  if (!fs::is_directory(folder)) {
-    fmt::print("Skipped: there is no folder {}; fetch mujoco_menagerie and say where it is.\n",
-               folder.string());
-    return 0;
+struct Settings {
+  fs::path folder;
+  int states;       ///< at which both are compared
+  double duration;  ///< of a simulation [s]
+  std::string command;
+};
+
+/// Of robots, and of scenes.
+struct Counts {
+  int robots = 0, loaded = 0, ran = 0, reduced = 0, scenes_ran = 0, same = 0, near = 0;
+};
+
+/// What MuJoCo finds otherwise, seven cells of a table.
+std::string figures_of(const MjcfComparison& c, const fs::path& folder) {
+  if (!c.refused.empty()) return " | | | | | | ";
+  if (!c.unreadable.empty()) return cell(c.unreadable, folder) + " | | | | | | ";
+  return fmt::format("{} | {} | {} | {} | {} | {} | {}", figure(c.pose), figure(c.mass), figure(c.bias),
+                     figure(c.joint_force), figure(c.inertia), figure(c.mass_with_theirs), c.notes);
+}
+
+/// Loads, compares and simulates one; its row.
+std::string check_robot(const Settings& settings, const fs::path& one, bool stands_in, Counts& counts) {
+  const std::string name = one.filename().string();
+  const Folder files = files_of(one);
+  ++counts.robots;
+  MjcfComparison c = compare_with_mujoco(files.robot, settings.states);
+  const std::string refused = c.refused;
+  std::string fate = refused, scene_fate = "none";
+  if (refused.empty()) {
+    ++counts.loaded;
+    fate = simulate(settings.command, files.robot, settings.duration);
+    counts.ran += fate.empty();
+  } else {
+    c = compare_with_mujoco(files.robot, settings.states, everything_left_out());
+    const std::string failure = c.refused.empty() ? simulate(settings.command, reduced_scene(files.robot),
+                                                             settings.duration)
+                                                  : c.refused;
+    counts.reduced += failure.empty();
+    fate += failure.empty() ? "; simulates with that left out" : "; and " + failure;
   }
-  std::set<std::string> stand_ins;
-  std::istringstream absent(read_all(folder / "ABSENT.txt"));
-  for (std::string line; std::getline(absent, line);)
-    stand_ins.insert(line.substr(0, line.find('/')));
-  std::vector<fs::path> folders;
-  for (const auto& entry : fs::directory_iterator(folder))
-    if (entry.is_directory() && !files_of(entry.path()).robot.empty())
-      folders.push_back(entry.path());
-  std::sort(folders.begin(), folders.end());
-  std::string rows;
-  int count = 0, loaded = 0, ran = 0, reduced = 0, scenes_ran = 0, same = 0, near = 0;
-  for (const fs::path& one : folders) {
-    const std::string name = one.filename().string();
-    if (!only.empty() && name.find(only) == std::string::npos) continue;
-    const Folder files = files_of(one);
-    ++count;
-    MjcfComparison c = compare_with_mujoco(files.robot, states);
-    const std::string refused = c.refused;
-    std::string fate = refused, scene_fate = "none";
-    if (refused.empty()) {
-      ++loaded;
-      fate = simulate(command, files.robot, duration);
-      ran += fate.empty();
-    } else {
-      c = compare_with_mujoco(files.robot, states, everything_left_out());
-      const std::string failure =
-          c.refused.empty() ? simulate(command, reduced_scene(files.robot), duration) : c.refused;
-      reduced += failure.empty();
-      fate += failure.empty() ? "; simulates with that left out" : "; and " + failure;
-    }
-    if (!files.scene.empty()) {
-      scene_fate = simulate(command, files.scene, duration);
-      scenes_ran += scene_fate.empty();
-    }
-    const bool agrees = refused.empty() && c.unreadable.empty() && c.pose <= 1e-12 &&
-                        c.mass <= 1e-9 && c.bias <= 1e-9;
-    near +=
-        refused.empty() && c.unreadable.empty() && c.pose <= 1e-12 && c.mass_with_theirs <= 1e-9;
-    same += agrees;
-    const std::string figures =
-        !c.refused.empty() ? " | | | | | | "
-        : !c.unreadable.empty()
-            ? cell(c.unreadable, folder) + " | | | | | | "
-            : fmt::format("{} | {} | {} | {} | {} | {} | {}", figure(c.pose), figure(c.mass),
-                          figure(c.bias), figure(c.joint_force), figure(c.inertia),
-                          figure(c.mass_with_theirs), c.notes);
-    rows +=
-        fmt::format("| {}{} | {} | {} | {} | {} | {} |\n", name, stand_ins.count(name) ? "*" : "",
-                    files.robot.filename().string(), c.refused.empty() ? std::to_string(c.nv) : "",
-                    figures, fate.empty() ? "yes" : cell(fate, folder),
-                    scene_fate.empty() ? "yes" : cell(scene_fate, folder));
-    fmt::print("{} {} {} | scene: {}\n", name, fate.empty() ? "ran" : fate, figures,
-               scene_fate.empty() ? "ran" : scene_fate);
-    std::fflush(stdout);
+  if (!files.scene.empty()) {
+    scene_fate = simulate(settings.command, files.scene, settings.duration);
+    counts.scenes_ran += scene_fate.empty();
   }
-  const std::string summary = fmt::format(
-      "{} robots: {} load, {} of them simulate {} s without a failed step. {} are as MuJoCo {} has\n"
-      "them within the bounds, {} if the principal axes are MuJoCo's. {} of those refused simulate\n"
-      "with what is lacking left out (leave_out). {} scenes simulate.\n",
-      count, loaded, ran, duration, same, mujoco_used(), near, reduced, scenes_ran);
-  fmt::print("{}", summary);
-  if (out.empty()) return 0;
+  const bool readable = refused.empty() && c.unreadable.empty() && c.pose <= 1e-12;
+  counts.near += readable && c.mass_with_theirs <= 1e-9;
+  counts.same += readable && c.mass <= 1e-9 && c.bias <= 1e-9;
+  const std::string figures = figures_of(c, settings.folder);
+  fmt::print("{} {} {} | scene: {}\n", name, fate.empty() ? "ran" : fate, figures,
+             scene_fate.empty() ? "ran" : scene_fate);
+  std::fflush(stdout);
+  return fmt::format("| {}{} | {} | {} | {} | {} | {} |\n", name, stands_in ? "*" : "",
+                     files.robot.filename().string(), c.refused.empty() ? std::to_string(c.nv) : "", figures,
+                     fate.empty() ? "yes" : cell(fate, settings.folder),
+                     scene_fate.empty() ? "yes" : cell(scene_fate, settings.folder));
+}
+
+/// Whether the page could be written.
+bool write_page(const fs::path& out, const std::string& summary, int states, const std::string& rows) {
   std::ofstream stream(out);
   stream
       << "# MJCF files of mujoco_menagerie, robot by robot\n\nWritten by counterpoint_mjcf_check; "
@@ -192,7 +182,40 @@ int run(const fs::path& folder, int states, double duration, const std::string& 
          "axes | notes | simulates | its scene |\n"
          "|---|---|---|---|---|---|---|---|---|---|---|---|\n"
       << rows;
-  return stream ? 0 : 1;
+  return static_cast<bool>(stream);
+}
+
+int run(const Settings& settings, const std::string& only, const fs::path& out) {
+  const fs::path& folder = settings.folder;
+  if (!fs::is_directory(folder)) {
+    fmt::print("Skipped: there is no folder {}; fetch mujoco_menagerie and say where it is.\n",
+               folder.string());
+    return 0;
+  }
+  std::set<std::string> stand_ins;
+  std::istringstream absent(read_all(folder / "ABSENT.txt"));
+  for (std::string line; std::getline(absent, line);)
+    stand_ins.insert(line.substr(0, line.find('/')));
+  std::vector<fs::path> folders;
+  for (const auto& entry : fs::directory_iterator(folder))
+    if (entry.is_directory() && !files_of(entry.path()).robot.empty())
+      folders.push_back(entry.path());
+  std::sort(folders.begin(), folders.end());
+  std::string rows;
+  Counts counts;
+  for (const fs::path& one : folders) {
+    const std::string name = one.filename().string();
+    if (!only.empty() && name.find(only) == std::string::npos) continue;
+    rows += check_robot(settings, one, stand_ins.count(name) > 0, counts);
+  }
+  const std::string summary = fmt::format(
+      "{} robots: {} load, {} of them simulate {} s without a failed step. {} are as MuJoCo {} has\n"
+      "them within the bounds, {} if the principal axes are MuJoCo's. {} of those refused simulate\n"
+      "with what is lacking left out (leave_out). {} scenes simulate.\n",
+      counts.robots, counts.loaded, counts.ran, settings.duration, counts.same, mujoco_used(), counts.near,
+      counts.reduced, counts.scenes_ran);
+  fmt::print("{}", summary);
+  return out.empty() || write_page(out, summary, settings.states, rows) ? 0 : 1;
 }
 
 }  // namespace
@@ -211,5 +234,5 @@ int main(int argc, char** argv) {
   app.add_option("--only", only, "Robots whose names hold this");
   app.add_option("--out", out, "Markdown file for the table");
   CLI11_PARSE(app, argc, argv);
-  return counterpoint::apps::run(folder, states, duration, command, only, out);
+  return counterpoint::apps::run({folder, states, duration, command}, only, out);
 }

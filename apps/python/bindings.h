@@ -22,7 +22,8 @@ void bind_exceptions(py::module_& m);
 void bind_pose(py::module_& m);         ///< Pose, SpatialInertia
 void bind_shapes(py::module_& m);       ///< Shape, Material
 void bind_model(py::module_& m);        ///< Model, Joint, Body, Frame, Geometry
-void bind_builder(py::module_& m);      ///< ModelBuilder and its specs, load_urdf
+void bind_specs(py::module_& m);        ///< links, joints, robots, load_urdf; called by bind_builder
+void bind_builder(py::module_& m);      ///< ModelBuilder and its specs
 void bind_options(py::module_& m);      ///< SimulationOptions, ContactOptions, StepControlOptions
 void bind_scene(py::module_& m);        ///< Scene, load_scene
 void bind_state(py::module_& m);        ///< Coordinates, State, Input

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "fit.h"
+#include "fit/fit.h"
 #include "parameters.h"
 #include "prediction.h"
 #include "unexplained.h"

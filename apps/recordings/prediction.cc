@@ -11,6 +11,7 @@ namespace counterpoint::apps {
 namespace {
 
 /// From one row to the next. False if a step failed.
+// Parameters: what it depends on, one by one.
 bool predict_row(Simulator& simulator, const ColumnMap& map, const Recording& recording, int row,
                  const PredictionOptions& options, PredictionWatch* watch, Prediction& out) {
   const double interval = row_interval(map, recording, row);

@@ -262,15 +262,13 @@ void feature_contacts(const Feature& a, const Feature& b, const Witness& witness
     clip_to_polygon(frame, a, b, tolerance, patch);
     const HeightField on_a = height_field(frame, a);
     const HeightField on_b = height_field(frame, b);
-    for (int i = 0; i < patch.size; ++i) {
+    for (int i = 0; i < patch.size; ++i)
       add(patch.points[i], on_a.at(patch.points[i]), on_b.at(patch.points[i]));
-    }
   } else if (b_faces && a.size == 2) {
     clip_to_polygon(frame, a, b, tolerance, patch);
     const HeightField on_b = height_field(frame, b);
-    for (int i = 0; i < patch.size; ++i) {
+    for (int i = 0; i < patch.size; ++i)
       add(patch.points[i], patch.points[i].z(), on_b.at(patch.points[i]));
-    }
   } else if (a_faces && b.size == 2) {
     clip_to_polygon(frame, b, a, tolerance, patch);
     const HeightField on_a = height_field(frame, a);

@@ -17,7 +17,7 @@ namespace counterpoint::collision {
 
 /// Scratch memory inside: one per thread. The result does not depend on the calls before.
 class TerrainContacts {
- public:
+ public:  // Parameters: shapes, poses and bounds of two
   /// Fills `out` with at most Manifold::kCapacity contact points of gap < margin [m], normals from the
   /// terrain to the shape (no plane, no terrain). Where there are more the deepest is kept and those
   /// that span place and direction. A shape behind a face by more than half its thickness does not

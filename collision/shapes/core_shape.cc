@@ -40,6 +40,7 @@ bool is_scanned(const ConvexMesh& mesh) { return mesh.vertices.size() <= kScanAt
 constexpr std::int64_t kIndex = 2 * kScanAtMost - 1;
 
 // Heights of four points along (x, y, z), their last bits overwritten with the point's index.
+// Parameters: shapes, poses and bounds of two.
 COUNTERPOINT_INTO_EACH void find_heights(const double* xs, const double* ys, const double* zs,
                                          const double (&direction)[3], const FourBits& height_bits,
                                          const FourBits& index, Four& out) {

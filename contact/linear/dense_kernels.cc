@@ -18,7 +18,7 @@ constexpr int kColumns = 4;
 constexpr int kPart = 32, kProducts = 64;
 
 // A tile of kLanes times four rows and kCount columns: c -= a b', b' by rows of b; or c = -a b'.
-template <int kLanes, int kCount>
+template <int kLanes, int kCount>  // Parameters: matrices and their places
 COUNTERPOINT_INTO_EACH void subtract_tile(const double* a, int lda, const double* b, int ldb,
                                           double* c, int ldc, int k, bool fresh) {
   Four sum[kCount][kLanes];
@@ -45,7 +45,7 @@ COUNTERPOINT_INTO_EACH void subtract_tile(const double* a, int lda, const double
 }
 
 // kCount columns of m rows, up to three rows more.
-template <int kCount>
+template <int kCount>  // Parameters: matrices and their places
 COUNTERPOINT_INTO_EACH void subtract_columns(const double* a, int lda, const double* b, int ldb,
                                              double* c, int ldc, int m, int k, bool fresh) {
   int i = 0;
@@ -53,6 +53,7 @@ COUNTERPOINT_INTO_EACH void subtract_columns(const double* a, int lda, const dou
   if (i < m) subtract_tile<1, kCount>(a + i, lda, b, ldb, c + i, ldc, k, fresh);
 }
 
+// Parameters: matrices and their places.
 COUNTERPOINT_INTO_EACH void subtract_some(int count, const double* a, int lda, const double* b,
                                           int ldb, double* c, int ldc, int m, int k, bool fresh) {
   switch (count) {
@@ -68,6 +69,7 @@ COUNTERPOINT_INTO_EACH void subtract_some(int count, const double* a, int lda, c
 }
 
 // The lower trapezoid of c -= a b', `columns` of m rows from the diagonal down.
+// Parameters: matrices and their places.
 COUNTERPOINT_INTO_EACH void subtract_lower(const double* a, const double* b, int ld, double* c,
                                            int ldc, int m, int columns, int k, bool fresh) {
   for (int p = 0; p < k; p += kProducts) {
@@ -191,7 +193,7 @@ COUNTERPOINT_INTO_EACH void multiply_rows(const double* g, const double* jacobia
   }
 }
 
-template <int N>
+template <int N>  // Parameters: matrices and their places
 COUNTERPOINT_INTO_EACH void add_congruence_of(int leading, const double* jacobian, const double* g,
                                               std::span<const CongruencePlace> places,
                                               double* scratch, double* lower, double* upper) {
@@ -243,7 +245,7 @@ COUNTERPOINT_WIDE bool factor_front_cholesky(const FrontShape& shape, double* pa
 namespace {
 
 // Column j of both factors after what the columns from `first` on have taken from it.
-COUNTERPOINT_INTO_EACH bool finish_lu_column(const FrontShape& shape, int first, int j, double* l,
+COUNTERPOINT_INTO_EACH bool finish_lu_column(const FrontShape& shape, int first, int j, double* l,  // Parameters: rows
                                              double* u, double* inverse, double* growth) {
   const int rows = shape.cols + shape.below, ld = shape.leading;
   double* __restrict below = l + static_cast<std::ptrdiff_t>(j) * ld;

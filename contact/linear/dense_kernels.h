@@ -29,7 +29,7 @@ bool factor_front_cholesky(const FrontShape& shape, double* panel, double* inver
 /// growth, by rows of the panel: sum over its columns of |L_ij U_ji|. False if a pivot is zero (or
 /// not a number).
 bool factor_front_lu(const FrontShape& shape, double* l, double* u, double* inverse, double* rest_l,
-                     double* rest_u, bool fresh, double* growth);
+                     double* rest_u, bool fresh, double* growth);  // Parameters: matrices and their places
 
 /// own -> inv(L) own, where the front's diagonal block L has ones or, `scaled`, 1 / inverse on its
 /// diagonal; out = B own for the rows below.
@@ -57,7 +57,7 @@ struct CongruencePlace {
 /// all. leading: of J, in whole fours, zero after the last column. scratch: 2 rows leading.
 void add_congruence(int rows, int leading, const double* jacobian, const double* g,
                     std::span<const CongruencePlace> places, double* scratch, double* lower,
-                    double* upper);
+                    double* upper);  // Parameters: matrices and their places
 
 /// A block of numbers, column-major.
 struct DenseBlock {

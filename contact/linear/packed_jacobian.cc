@@ -93,7 +93,7 @@ template <int N>
 COUNTERPOINT_INTO_EACH void add_transposed_one(const Constraint& c, const Strip* strips,
                                                const double* rows, const double* f,
                                                const double* weight, double* out,
-                                               Squares& squares) {
+                                               Squares& squares) {  // Parameters: matrices and their places
   const int leading = c.leading;
   for (const Strip* s = strips + c.first_strip; s != strips + c.end_strip; rows += s->size, ++s) {
     double* to = out + s->velocity;
@@ -114,6 +114,7 @@ COUNTERPOINT_INTO_EACH void add_transposed_one(const Constraint& c, const Strip*
   }
 }
 
+// Parameters: matrices and their places.
 COUNTERPOINT_WIDE double add_transposed_all(const Constraint* first, const Constraint* last,
                                             const Strip* strips, const double* by_row,
                                             const double* f, const double* weight, double* out) {

@@ -57,7 +57,7 @@ COUNTERPOINT_WIDE void impulses_of(const CoulombFour* first, const CoulombFour* 
 
 COUNTERPOINT_WIDE void evaluate_all(const CoulombFour* first, const CoulombFour* last,
                                     MixedFour* mixed, const double* y, const double* phi_all,
-                                    double center, Four& square_out) {
+                                    double center, Four& square_out) {  // Parameters: matrices and their places
   Four square{};
   for (const CoulombFour* c = first; c != last; ++c, ++mixed) {
     ThreeRows x, phi, e;

@@ -45,7 +45,7 @@ void add_angular_columns(JointType type, const Motion* axis, const Vector3& n, d
 /// Adds the rows of the constraint, in the axes of `frame`, of one body's joint: rows are `width`
 /// apart.
 void add_joint_columns(const Model& model, const PairConstraint& pair, int b, const Matrix3& frame,
-                       const Data& data, std::ptrdiff_t width, double* columns) {
+                       const Data& data, std::ptrdiff_t width, double* columns) {  // Parameters: all it depends on
   const int linear_end = std::min(pair.law.rows, 3 - pair.first);
   const Body& body = model.body(b);
   const Motion* axis = &data.axis[body.v_index];

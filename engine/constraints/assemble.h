@@ -12,7 +12,7 @@ namespace counterpoint {
 /// compute_poses and compute_inertias.
 void assemble_problem(const Model& model, const ConstraintSet& constraints, const VectorRef& w_free,
                       const VectorRef& mass_diagonal, Data& data, std::vector<int>& block_of_tree,
-                      contact::Problem& problem);
+                      contact::Problem& problem);  // Parameters: what it depends on, one by one
 
 /// y = J v + b of a pair at velocities v (nv) [m/s, rad/s], by the columns of assemble_problem and
 /// summed as the contact solver sums them: the same bits. Needs compute_poses.

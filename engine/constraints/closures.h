@@ -18,12 +18,13 @@ namespace counterpoint {
 /// compute_poses and compute_velocities; `acceleration` (num_bodies) is scratch.
 void find_closures(const Model& model, const SimulationOptions& options, const Data& data,
                    const InverseWeights& weights, Idle idle, std::vector<Motion>& acceleration,
-                   ConstraintSet& out);
+                   ConstraintSet& out);  // Parameters: what it depends on, one by one
 
 /// Aims the bias of one of these rows at closing in the step of h [s] from `data` to the poses of
 /// `reached`, which are those that the velocities V (num_bodies) lead to, rather than by the
 /// curvature at the velocities of the start: the error left is second order in how far w+ will be
 /// off, not in h.
+/// Parameters: what it depends on, one by one.
 void aim_closure(const Closure& closure, const ContactOptions& options, double h, const Data& data,
                  const Data& reached, const std::vector<Motion>& V, PairConstraint& pair);
 

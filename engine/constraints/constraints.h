@@ -143,14 +143,14 @@ class ConstraintFinder {
   /// (Collider::compute_candidates).
   void find(const Model& model, const SimulationOptions& options, EffectSet effects,
             const VectorRef& q, const VectorRef& v, const Data& data, ConstraintSet& out,
-            EffectCounts& counts, Idle idle = {});
+            EffectCounts& counts, Idle idle = {});  // Parameters: what it depends on, one by one
 
   /// Adds to what find() found what the velocity w (nv) that a step came to runs into from afar
   /// (joint_limits.h, parked_contacts.h); for w that are a solution with it, nothing. False if
   /// nothing was added. Where contacts are parked it needs the poses of find().
   bool find_overrun(const Model& model, const SimulationOptions& options, EffectSet effects,
                     const VectorRef& q, const VectorRef& v, const VectorRef& w, const Data& data,
-                    ConstraintSet& out, Idle idle = {});
+                    ConstraintSet& out, Idle idle = {});  // Parameters: what it depends on, one by one
 
   /// The part of find_overrun that is about contacts.
   bool find_reached_contacts(const Model& model, const SimulationOptions& options,
@@ -189,7 +189,7 @@ class ConstraintFinder {
   bool spread_travel(const Model& model, std::span<const std::pair<int, int>> close,
                      double threshold, double own_threshold);
   void find_contacts(const Model& model, const SimulationOptions& options, EffectSet effects,
-                     const Data& data, ConstraintSet& out, EffectCounts& counts, Idle idle);
+                     const Data& data, ConstraintSet& out, EffectCounts& counts, Idle idle);  // Parameters: all inputs
   void stiffen_under_load(const Model& model, ConstraintSet& out);
   double turning_advance(const Vector3& n, const Vector3& arm, double h, int body,
                          const Data& data);

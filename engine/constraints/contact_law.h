@@ -63,7 +63,7 @@ bool is_round(const Model& model, const Geometry& a, const Geometry& b);
 /// @param round  the gap does not go by how the bodies turn: friction is exact beyond the margin too
 contact::Law make_contact_law(const ContactOptions& options, double h, const Material& pair,
                               double alpha, double gap, const Vector3& v, const Bounce& bounce,
-                              bool round = false);
+                              bool round = false);  // Parameters: what it depends on, one by one
 
 /// How the bias of a contact law's normal row, and its smoothing, change with what they were made
 /// from, one-sided at their kinks.
@@ -77,6 +77,7 @@ struct LawSlopes {
 /// Of gap_bias [1/s].
 double gap_bias_slope(const ContactOptions& options, double h, double gap);
 /// Of make_contact_law with these arguments.
+/// Parameters: what it depends on, one by one.
 LawSlopes contact_law_slopes(const ContactOptions& options, double h, const Material& pair,
                              double alpha, double gap, const Vector3& v, const Bounce& bounce);
 

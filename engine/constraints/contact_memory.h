@@ -24,6 +24,6 @@ void recall_impulses(const ConstraintSet& constraints, const Data& data, double 
 void remember_impulses(const Model& model, const ConstraintSet& constraints, const Data& data,
                        double h, const contact::Problem& problem, const VectorRef& impulse,
                        Idle idle, const std::vector<RememberedForce>& before,
-                       std::vector<RememberedForce>& memory);
+                       std::vector<RememberedForce>& memory);  // Parameters: what it depends on, one by one
 
 }  // namespace counterpoint

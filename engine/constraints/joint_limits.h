@@ -21,13 +21,13 @@ std::vector<int> list_limited_bodies(const Model& model);
 /// (sleep.h) none.
 void find_joint_limits(const Model& model, const SimulationOptions& options,
                        const std::vector<int>& limited, const VectorRef& q, const VectorRef& v,
-                       const InverseWeights& weights, Idle idle, ConstraintSet& out);
+                       const InverseWeights& weights, Idle idle, ConstraintSet& out);  // Parameters: all it depends on
 
 /// Adds a row for every limit that has none yet though the velocity w (nv) for one time step leads
 /// to it or past it from q, v. False if there was none to add.
 bool find_overrun_limits(const Model& model, const SimulationOptions& options,
                          const std::vector<int>& limited, const VectorRef& q, const VectorRef& v,
                          const VectorRef& w, const InverseWeights& weights, Idle idle,
-                         ConstraintSet& out);
+                         ConstraintSet& out);  // Parameters: what it depends on, one by one
 
 }  // namespace counterpoint

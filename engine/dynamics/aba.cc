@@ -22,7 +22,7 @@ Vector6 stack(const Vector3& a, const Vector3& b) {
 /// axis).
 bool reduce_single(bool revolute, const Vector3& axis, double tau, double diagonal, const Motion& c,
                    bool has_parent, ArticulatedInertia& IA, Force& pA, Force& U, double& D_inv,
-                   double& u) {
+                   double& u) {  // Parameters: an inner loop, inlined
   if (revolute) {
     U = {IA.angular * axis, IA.coupling.transpose() * axis};
   } else {
@@ -43,6 +43,7 @@ bool reduce_single(bool revolute, const Vector3& axis, double tau, double diagon
 }
 
 /// The same for joints of three coordinates.
+// Parameters: an inner loop, inlined.
 bool reduce_three(const Motion* axis, const double* tau, const double* diagonal, const Motion& c,
                   bool has_parent, ArticulatedInertia& IA, Force& pA, MultiDofFactor& factor) {
   Matrix63 S, U;
@@ -75,6 +76,7 @@ bool reduce_three(const Motion* axis, const double* tau, const double* diagonal,
 
 /// The same for a floating joint. Its S is orthogonal, so that no product with it is needed but
 /// those of rates and forces: with x = S a, (IA + S d S') x = S tau - pA - IA A.
+// Parameters: an inner loop, inlined.
 bool reduce_floating(const Motion* axis, const double* tau, const double* diagonal, const Motion& c,
                      bool has_parent, ArticulatedInertia& IA, Force& pA, MultiDofFactor& factor) {
   const Matrix6 inertia = IA.matrix();

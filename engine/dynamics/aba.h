@@ -13,6 +13,6 @@ namespace counterpoint {
 /// not positive.
 bool aba(const Model& model, const VectorRef& tau, const VectorRef& diagonal,
          const Vector3& gravity, BodyRange bodies, Data& data, VectorOut a,
-         int* singular_body = nullptr);
+         int* singular_body = nullptr);  // Parameters: what it depends on, one by one
 
 }  // namespace counterpoint

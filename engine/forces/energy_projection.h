@@ -42,7 +42,7 @@ class EnergyProjection {
   /// (nv): what is added to the diagonal of M. Needs compute_poses and compute_velocities;
   /// no applied forces in data (has_external, added).
   double apply(const Model& model, double h, const VectorRef& q, const VectorRef& v, bool foreseen,
-               const VectorX& rotors, int t, Data& data);
+               const VectorX& rotors, int t, Data& data);  // Parameters: what it depends on, one by one
 
   /// nv: what the forces at the start of the step alone would change of the velocity [m/s, rad/s],
   /// of the trees whose share is not 0.
@@ -69,12 +69,12 @@ class EnergyProjection {
   /// To which speeds are scaled right [-]. Steps leave it as it is.
   void set_tolerance(double tolerance) { tolerance_ = tolerance; }
 
- private:
+ private:  // Parameters: what it depends on, one by one
   /// False if M is singular.
   bool find_change(const Model& model, double h, const VectorRef& q, const VectorRef& v,
                    bool foreseen, const VectorX& rotors, int t, double share, Data& data);
   TreeMotion keep_energy(const Model& model, int t, double h, const VectorRef& q, bool foreseen,
-                         const VectorX& rotors, double energy);
+                         const VectorX& rotors, double energy);  // Parameters: what it depends on, one by one
   void set_force(const Model& model, double h, const VectorX& rotors, const Tree& tree, Data& data);
 
   std::optional<Data> scratch_;  ///< if a tree can be corrected

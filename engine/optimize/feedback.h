@@ -55,6 +55,6 @@ std::vector<MatrixX> read_feedback(const std::filesystem::path& file, const Mode
 /// effort limits.
 VectorX following_force(const Model& model, const VectorX& q_plan, const VectorX& v_plan,
                         const VectorX& u_plan, const MatrixX& gain, const VectorX& q,
-                        const VectorX& v);
+                        const VectorX& v);  // Parameters: what it depends on, one by one
 
 }  // namespace counterpoint::optimization

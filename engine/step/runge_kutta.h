@@ -30,7 +30,7 @@ void exponent_rate(const Model& model, const VectorX& theta, const VectorX& w, V
 /// bodies must be awake.
 void compute_acceleration(const Model& model, EffectSet effects, const State& at,
                           const Input& input, Workspace::Impl& ws, VectorX& acceleration,
-                          StepReport& report);
+                          StepReport& report);  // Parameters: what it depends on, one by one
 
 /// @throws InputError as refuse_constraints.
 void step_runge_kutta(const StepArguments& step, Workspace::Impl& ws, State& next,

@@ -39,7 +39,7 @@ struct ControlledReport {
 ControlledReport step_controlled(const Model& model, const SimulationOptions& options,
                                  const contact::Settings& settings, const State& state,
                                  const Input& input, double until, Workspace& workspace,
-                                 double& proposal, State& middle, State& next);
+                                 double& proposal, State& middle, State& next);  // Parameters: all it depends on
 
 /// The first time [s] after `time` that steps have to end at: `end`, or a multiple of the interval.
 double next_landing(const StepControlOptions& control, double time, double end);

@@ -110,7 +110,7 @@ void conclude(const StepArguments& step, Workspace::Impl& ws, State& next, StepR
 
 StepReport step_forward(const Model& model, const SimulationOptions& options,
                         const contact::Settings& settings, const State& state, const Input& input,
-                        Workspace& workspace, State& next) {
+                        Workspace& workspace, State& next) {  // Parameters: what it depends on, one by one
   Workspace::Impl& ws = workspace.impl();
   const PhaseTimer timer(ws.times, &PhaseTimes::step);
   const EffectSet effects = active_effects(ws.called, options.effects);

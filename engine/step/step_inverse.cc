@@ -209,7 +209,7 @@ void invert_step(const InverseArguments& step, Workspace::Impl& ws, Inverse& out
 
 void step_inverse(const Model& model, const SimulationOptions& options, VectorRef q, VectorRef v,
                   VectorRef q_next, VectorRef v_next, const Input& known, Workspace& workspace,
-                  Inverse& out) {
+                  Inverse& out) {  // Parameters: what it depends on, one by one
   Workspace::Impl& ws = workspace.impl();
   const EffectSet effects = active_effects(ws.called, options.effects);
   invert_step({model, options, q, v, q_next, v_next, known, effects}, ws, out);

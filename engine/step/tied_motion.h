@@ -20,7 +20,7 @@ bool has_ties(const Model& model, EffectSet effects);
 /// those under its closures and mimic joints.
 void tie_acceleration(const Model& model, const SimulationOptions& options, EffectSet effects,
                       const VectorRef& q, const VectorRef& w, Workspace::Impl& ws,
-                      VectorX& acceleration, StepReport& report);
+                      VectorX& acceleration, StepReport& report);  // Parameters: what it depends on, one by one
 
 /// Puts (q, w) of a state on its closures and mimic joints: no farther than a step of h [s] at
 /// max_recovery_speed, so that what starts open closes by and by. The worst error met on the way

@@ -39,12 +39,13 @@ class VelocityPredictor {
   /// overwritten.
   void find(const Model& model, EffectSet effects, Of of, double span, const VectorRef& q,
             const VectorRef& v, const Vector3& gravity, const ConstraintSet& constraints,
-            std::span<const BodyRange> ranges, Data& data);
+            std::span<const BodyRange> ranges, Data& data);  // Parameters: what it depends on, one by one
 
   /// A second pass, for trees with closures and mimic joints, which `find` (kLinkages) came first
   /// for: velocity-dependent forces at the velocity in the middle of the step that the first pass
   /// found, and closures aimed at the pose that it leads to (closures.h), in `constraints` too. Of
   /// these trees mean forces are to be set again.
+  /// Parameters: what it depends on, one by one.
   void refine(const Model& model, const ContactOptions& options, double h, const VectorRef& q,
               const VectorRef& v, const Vector3& gravity, ConstraintSet& constraints, Data& data);
 

@@ -6,6 +6,7 @@
 #include <set>
 
 #include "counterpoint/model/export/export.h"
+#include "counterpoint/model/export/mjcf_shape.h"
 #include "counterpoint/model/export/numbers.h"
 #include "counterpoint/model/inertia.h"
 
@@ -169,33 +170,8 @@ class MjcfWriter {
     xml_.CloseElement();
   }
 
-  /// type and size. Empty: MJCF has no such shape.
-  std::pair<std::string, std::string> shape_words(const Geometry& g) {
-    const Vector3& s = g.shape.size;
-    switch (g.shape.type) {
-      case ShapeType::kPlane:
-        if (g.body != 0)
-          throw InputError("geometry '" + g.name +
-                           "': MJCF has planes on the world only; use a box in its place");
-        return {"plane", "0 0 1"};
-      case ShapeType::kSphere:
-        return {"sphere", export_number(s.x())};
-      case ShapeType::kBox:
-        return {"box", export_numbers(s)};
-      case ShapeType::kCapsule:
-        return {"capsule", export_numbers({s.x(), s.y()})};
-      case ShapeType::kCylinder:
-        return {"cylinder", export_numbers({s.x(), s.y()})};
-      case ShapeType::kConvexMesh:
-        return {"mesh", ""};
-      case ShapeType::kTerrain:
-        break;
-    }
-    return {};
-  }
-
   void write_geometry(const Geometry& g) {
-    const auto [type, size] = shape_words(g);
+    const auto [type, size] = mjcf_shape(g);
     if (type.empty()) return lose("geometry '" + g.name + "'", "a terrain of triangles");
     xml_.OpenElement("geom");
     set("name", g.name);

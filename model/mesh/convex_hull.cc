@@ -82,6 +82,32 @@ std::array<std::vector<double>, 3> columns(const std::vector<Vector3>& points,
   return out;
 }
 
+/// Normals, offsets and the volume, from vertices and faces. False if a face is not flat or looks inwards.
+bool add_planes(ConvexMesh& hull, double size) {
+  hull.vertex_faces.resize(hull.vertices.size());
+  for (const auto& face : hull.faces) {
+    for (const int v : face) {
+      hull.vertex_faces[v].push_back(static_cast<int>(hull.face_normals.size()));
+    }
+    const Vector3 area = polygon_normal(hull.vertices, face);
+    if (!(area.norm() > 0.0)) return false;
+    const Vector3 normal = area.normalized();
+    double offset = 0.0;
+    for (const int v : face) offset += normal.dot(hull.vertices[v]);
+    offset /= static_cast<double>(face.size());
+    for (const int v : face) {
+      if (std::abs(normal.dot(hull.vertices[v]) - offset) > 20.0 * kCoplanarTolerance * size) {
+        return false;
+      }
+    }
+    if (!(offset > normal.dot(hull.interior_point))) return false;
+    hull.volume += area.dot(hull.vertices[face[0]] - hull.interior_point) / 6.0;
+    hull.face_normals.push_back(normal);
+    hull.face_offsets.push_back(offset);
+  }
+  return true;
+}
+
 /// The hull from qhull's facets, or nothing if they do not make a closed convex polyhedron.
 std::optional<ConvexMesh> assemble(const std::vector<Vector3>& points, const Facets& facets,
                                    double size) {
@@ -124,27 +150,7 @@ std::optional<ConvexMesh> assemble(const std::vector<Vector3>& points, const Fac
     if (!std::binary_search(edges.begin(), edges.end(), std::pair(b, a))) return std::nullopt;
     hull.vertex_neighbors[a].push_back(b);
   }
-  hull.vertex_faces.resize(hull.vertices.size());
-  for (const auto& face : hull.faces) {
-    for (const int v : face) {
-      hull.vertex_faces[v].push_back(static_cast<int>(hull.face_normals.size()));
-    }
-    const Vector3 area = polygon_normal(hull.vertices, face);
-    if (!(area.norm() > 0.0)) return std::nullopt;
-    const Vector3 normal = area.normalized();
-    double offset = 0.0;
-    for (const int v : face) offset += normal.dot(hull.vertices[v]);
-    offset /= static_cast<double>(face.size());
-    for (const int v : face) {
-      if (std::abs(normal.dot(hull.vertices[v]) - offset) > 20.0 * kCoplanarTolerance * size) {
-        return std::nullopt;
-      }
-    }
-    if (!(offset > normal.dot(hull.interior_point))) return std::nullopt;
-    hull.volume += area.dot(hull.vertices[face[0]] - hull.interior_point) / 6.0;
-    hull.face_normals.push_back(normal);
-    hull.face_offsets.push_back(offset);
-  }
+  if (!add_planes(hull, size)) return std::nullopt;
   hull.vertex_columns = columns(hull.vertices, hull.interior_point);
   hull.normal_columns = columns(hull.face_normals, Vector3::Zero());
   return hull;

@@ -14,6 +14,7 @@
 #include "counterpoint/model/files/text_file.h"
 #include "counterpoint/model/limits.h"
 #include "counterpoint/model/types.h"
+#include "counterpoint/model/urdf/optenv.h"
 
 namespace counterpoint {
 
@@ -26,31 +27,6 @@ Material SurfaceValues::over(const Material& base) const {
 }
 
 namespace {
-
-/// xacro's $(optenv NAME default ...) becomes its default; the environment is not asked, so that a
-/// file means the same everywhere. Each is noted.
-std::string expand_optenv(const std::string& text, const std::string& file,
-                          std::vector<Note>& notes) {
-  constexpr std::string_view kOpen = "$(optenv ";
-  std::string out;
-  size_t from = 0;
-  for (;;) {
-    const size_t open = text.find(kOpen, from);
-    const size_t close = open == std::string::npos ? open : text.find(')', open);
-    if (close == std::string::npos) return out.append(text, from);
-    const size_t name = open + kOpen.size();
-    const size_t blank = std::min(text.find(' ', name), close);
-    const std::string value = blank < close ? text.substr(blank + 1, close - blank - 1) : "";
-    out.append(text, from, open - from).append(value);
-    const auto line =
-        1 + std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(open), '\n');
-    notes.push_back({fmt::format("{}:{}", file, line),
-                     fmt::format("$(optenv {} ...) is taken at its default, '{}'; expand the file "
-                                 "with xacro for another value",
-                                 text.substr(name, blank - name), value)});
-    from = close + 1;
-  }
-}
 
 /// Reads the elements of one robot, and turns the document into one that urdfdom understands.
 class Pass {

@@ -171,21 +171,6 @@ TEST(House, PublicHeadersIncludeNoOthers) {
   }
 }
 
-/// More than these and a folder no longer says what is in it.
-constexpr size_t kMostFiles = 25;
-
-TEST(House, NoFolderHoldsMoreFilesThanOneCanOverlook) {
-  for (const char* top : {"model", "collision", "contact", "engine", "apps", "tests", "docs", "cmake"}) {
-    std::map<fs::path, size_t> files;
-    for (const auto& entry : fs::recursive_directory_iterator(kRoot / top)) {
-      const std::string path = entry.path().string();
-      const bool data = path.find("/corpus/") != std::string::npos || path.find("/images/") != std::string::npos;
-      if (entry.is_regular_file() && !data) ++files[entry.path().parent_path()];
-    }
-    for (const auto& [folder, number] : files) EXPECT_LE(number, kMostFiles) << folder;
-  }
-}
-
 TEST(House, LibrariesStayBehindTheirDoors) {
   const std::map<std::string, std::string> doors = {{"fcl", "collision"}, {"assimp", "model"}};
   for (const char* folder : {"contact", "model", "collision", "engine", "apps"}) {

@@ -125,11 +125,9 @@ inline Problem random_problem(Random& random, const RandomOptions& options) {
       if (repeat) {
         jacobian = problem.jacobian(i - 1, side);
       } else {
-        for (int r = 0; r < jacobian.rows(); ++r) {
-          for (int c = 0; c < jacobian.cols(); ++c) {
+        for (int r = 0; r < jacobian.rows(); ++r)
+          for (int c = 0; c < jacobian.cols(); ++c)
             jacobian(r, c) = random.integer(0, 4) == 0 ? 0.0 : random.signed_unit();
-          }
-        }
       }
       alpha += 1.0 / scale[block];
     }

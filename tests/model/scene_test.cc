@@ -65,8 +65,7 @@ TEST_F(SceneTest, ContactInOneWord) {
   EXPECT_EQ(mixed.compliance, 0.1);
 }
 
-TEST_F(SceneTest, ReadsEverything) {
-  const Scene scene = load(R"(
+constexpr const char* kEverything = R"(
 name: all of it
 gravity: [0, 0, -1.62]
 time_step: 0.001
@@ -88,7 +87,11 @@ models:
 environment:
   - {name: wall, box: [1, 0.1, 1], position: [0, 3, 0]}
 exclude: [[wall, arm/upper], [ball0/body, ball1/body/shape]]
-)");
+)";
+
+TEST_F(SceneTest, ReadsEverything) {
+  const Scene scene = load(kEverything);
+
   const Model& model = scene.model;
   EXPECT_EQ(scene.name, "all of it");
   EXPECT_EQ(model.gravity(), Vector3(0, 0, -1.62));

@@ -58,7 +58,7 @@ inline double open_by(const Simulator& sim) {
 /// `at`: m l^2 / 12 across, a little along.
 inline void add_rod(RobotSpec& robot, const std::string& name, const std::string& parent,
                     const std::string& joint_name, const Vector3& at, const Vector3& along,
-                    const Vector3& axis) {
+                    const Vector3& axis) {  // Parameters: what it depends on, one by one
   const double mass = along.norm();
   const Matrix3 square = along * along.transpose();
   LinkSpec link;

@@ -100,7 +100,7 @@ std::shared_ptr<DerivatorHandle> make_derivator(const ModelPtr& model,
 
 py::tuple inverse(DerivatorHandle& d, const SimulationOptions& options, const Array& q,
                   const Array& v, const Array& v_next, const InputPtr& known,
-                  const WorkspacePtr& given, const std::string& method) {
+                  const WorkspacePtr& given, const std::string& method) {  // Parameters: arguments of Python, by name
   const DerivativeMethod how = method_from(method);
   const WorkspacePtr w = workspace_for(d.model, given);
   const Guard::Lock own_lock(d.guard, "ParameterDerivator");
@@ -190,6 +190,7 @@ dq_dp : ndarray, shape (nv, n)
 
 }  // namespace
 
+// Long: a list of names.
 void bind_parameters(py::module_& m) {
   using P = ParameterHandle;
   py::class_<P>(m, "StepParameter", kParameterDoc)

@@ -47,7 +47,7 @@ namespace {
 /// One motion; its states go to `out`, NaN from where a step failed or it was stopped.
 void roll_out(int motion, const InputTable& table, const InputMap& map,
               const std::atomic<bool>& stop, Simulator& simulator, RolloutHandle& result,
-              double* out) {
+              double* out) {  // Parameters: arguments of Python, by name
   const Model& model = simulator.model();
   const auto i = static_cast<size_t>(motion);
   const auto nq = model.nq(), width = model.nq() + model.nv();
@@ -282,7 +282,7 @@ void bind_batch(py::module_& m) {
       "rollout",
       [](const SceneHandle& scene, const py::object& states, const py::object& inputs,
          std::optional<py::ssize_t> steps, const std::vector<std::string>& columns,
-         const py::object& out, int num_threads) {
+         const py::object& out, int num_threads) {  // Parameters: by name
         BatchHandle own(scene, num_threads);
         return rollout(own, states, inputs, steps, columns, out);
       },

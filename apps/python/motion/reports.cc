@@ -178,6 +178,7 @@ void bind_contact_force(py::module_& m) {
       });
 }
 
+// Long: a list of names.
 void bind_inverse(py::module_& m) {
   using I = InverseHandle;
   using Self = std::shared_ptr<I>;

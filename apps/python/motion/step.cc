@@ -15,7 +15,7 @@ void check_state(const ModelPtr& model, const StateHandle& state, const char* na
 
 py::tuple forward(const ModelPtr& model, const SimulationOptions& options, const StateHandle& state,
                   const InputPtr& input, const contact::Settings& settings,
-                  const WorkspacePtr& given, const StatePtr& next) {
+                  const WorkspacePtr& given, const StatePtr& next) {  // Parameters: arguments of Python, by name
   check_state(model, state, "state");
   const WorkspacePtr w = workspace_for(model, given);
   const Guard::Lock lock(w->guard, "Workspace");
@@ -43,7 +43,7 @@ py::tuple forward(const ModelPtr& model, const SimulationOptions& options, const
 std::shared_ptr<InverseHandle> inverse(const ModelPtr& model, const SimulationOptions& options,
                                        const Array& q, const Array& v, const Array& v_next,
                                        const py::object& q_next, const InputPtr& known,
-                                       const WorkspacePtr& given) {
+                                       const WorkspacePtr& given) {  // Parameters: arguments of Python, by name
   const Model& m = model->model;
   const WorkspacePtr w = workspace_for(model, given);
   const Guard::Lock lock(w->guard, "Workspace");

@@ -75,7 +75,7 @@ std::shared_ptr<IdentificationHandle> identify(
     const std::vector<std::shared_ptr<Recording>>& recordings, const std::string& text,
     const std::string& objective, std::optional<int> substeps, int horizon, bool robust,
     int samples, int refined, int bootstrap, bool exact, double difference,
-    const py::object& progress) {
+    const py::object& progress) {  // Parameters: arguments of Python, by name
   const apps::Experiment e = experiment_from(scene, map, recordings, objective, substeps, horizon);
   const std::vector<Parameter> parameters = apps::parse_parameters(text, e.scene);
   std::vector<int> all(e.recordings.size());

@@ -145,6 +145,7 @@ void bind_verification(py::module_& o) {
       });
 }
 
+// Long: a list of names.
 void bind_result(py::module_& o) {
   using R = ResultHandle;
   py::class_<R, ResultPtr>(o, "Result", "A motion found.")

@@ -16,6 +16,7 @@ bool touches_plane(const Shape& solid, const Pose& X_WG, const collision::Candid
 
 /// Two balls about points c_A, c_B of segments, that slide as long as c_B - c_A is across them:
 /// spheres and capsules. False if the contact is none of such points.
+/// Parameters: what it depends on, one by one.
 bool rounds_touch(const Shape& shape_a, const Pose& X_WA, const Shape& shape_b, const Pose& X_WB,
                   const collision::Candidate& contact, double towards_b, ContactMotion& out);
 

@@ -37,7 +37,7 @@ class ClosureDerivator {
   /// Of rows as find_closures makes them, aimed or not: what is below. Needs begin, and aim if
   /// they are aimed.
   void compute(const Model& model, const ContactOptions& options, double h, const Closure& closure,
-               const PairConstraint& pair, const Data& data, bool aimed);
+               const PairConstraint& pair, const Data& data, bool aimed);  // Parameters: what it depends on, one by one
 
   /// Adds jacobian' `slopes`, of those below, `scale` times: to nv x nv.
   void add_to(MatrixX& out, double scale, const Columns& slopes) const;

@@ -187,22 +187,10 @@ bool ContactMotionFinder::touch_stand_ins(const Pair& pair, const Contact& conta
   return false;
 }
 
-// With D_A, D_B displacements of the shapes after the motion, by one of B against A (m) and by
-// velocities dV_A, dV_B seen from A:
-//
-//   D_A = G_A dV_A,    D_B = m + G_B (dV_B - m x V_B)
-//
-// where G dV turns by h J_l(h omega) d omega, J_l the left Jacobian of the exponential map, about
-// where the body's origin arrives, which moves by h dv. The contact after it follows these; taking
-// it back is linear in the ways, but for its own place.
-bool ContactMotionFinder::touch_ahead(const Pair& pair, const Contact& contact,
-                                      const collision::PairMotion& motion, const Motion& V_a,
-                                      const Motion& V_b, double h, ContactMotion& out) {
-  using Rows18 = Eigen::Matrix<double, 3, 18>;
-  using Row18 = Eigen::Matrix<double, 1, 18>;
-  using Rows6x18 = Eigen::Matrix<double, 6, 18>;
+// Which of the points that the pair has after its motion is this contact; -1: none.
+int ContactMotionFinder::index_ahead(const Pair& pair, const Pair& after, const Contact& contact,
+                                     const collision::PairMotion& motion) {
   const collision::Candidate& c = contact.candidate;
-  const Pair after{pair.a, pair.b, motion.a.moved(), motion.b.moved(), pair.size};
   collision::Manifold taken_back;
   const auto find_index = [&] {
     taken_back = here_;
@@ -219,12 +207,33 @@ bool ContactMotionFinder::touch_ahead(const Pair& pair, const Contact& contact,
     const collision::PairQuery query(std::abs(c.gap) + pair.size);
     collision::pair_contacts(*after.a, after.X_WA, *after.b, after.X_WB, query, here_);
     index = find_index();
-    if (index < 0) return false;
+    if (index < 0) return index;
     move_pair(after, here_.points[index].position, here_.points[index].gap);
     geometry_a_ = c.geometry_a;
     geometry_b_ = c.geometry_b;
     ahead_ = true;
   }
+  return index;
+}
+
+// With D_A, D_B displacements of the shapes after the motion, by one of B against A (m) and by
+// velocities dV_A, dV_B seen from A:
+//
+//   D_A = G_A dV_A,    D_B = m + G_B (dV_B - m x V_B)
+//
+// where G dV turns by h J_l(h omega) d omega, J_l the left Jacobian of the exponential map, about
+// where the body's origin arrives, which moves by h dv. The contact after it follows these; taking
+// it back is linear in the ways, but for its own place. Long: one chain of derivatives.
+bool ContactMotionFinder::touch_ahead(const Pair& pair, const Contact& contact,
+                                      const collision::PairMotion& motion, const Motion& V_a,
+                                      const Motion& V_b, double h, ContactMotion& out) {
+  using Rows18 = Eigen::Matrix<double, 3, 18>;
+  using Row18 = Eigen::Matrix<double, 1, 18>;
+  using Rows6x18 = Eigen::Matrix<double, 6, 18>;
+  const collision::Candidate& c = contact.candidate;
+  const Pair after{pair.a, pair.b, motion.a.moved(), motion.b.moved(), pair.size};
+  const int index = index_ahead(pair, after, contact, motion);
+  if (index < 0) return false;
   PlaceMotion raw;
   if (!difference(after, index, raw)) return false;
   const collision::ContactPoint& p = here_.points[index];

@@ -42,7 +42,7 @@ class ContactMotionFinder {
   /// contact.
   bool find(const Model& model, const Data& data, const collision::Collider& collider,
             const collision::BodyMotions& motions, const collision::Candidate& contact,
-            double towards_b, ContactMotion& out);
+            double towards_b, ContactMotion& out);  // Parameters: what it depends on, one by one
 
  private:
   /// Two shapes, one of which stays; neighbouring poses of the other.
@@ -61,6 +61,8 @@ class ContactMotionFinder {
 
   bool touch(const Pair& pair, const Contact& contact, bool keep, ContactMotion& out);
   bool touch_stand_ins(const Pair& pair, const Contact& contact, ContactMotion& out);
+  int index_ahead(const Pair& pair, const Pair& after, const Contact& contact, const collision::PairMotion& motion);
+  /// Parameters: what it depends on, one by one.
   bool touch_ahead(const Pair& pair, const Contact& contact, const collision::PairMotion& motion,
                    const Motion& V_a, const Motion& V_b, double h, ContactMotion& out);
   bool touch_terrain(const Pair& pair, const Contact& contact, ContactMotion& out);

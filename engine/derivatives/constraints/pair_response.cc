@@ -134,6 +134,7 @@ double turning_advance(const PairConstraint& pair, const PairBodies& bodies, dou
   return pair.frame.col(0).dot(a - b);
 }
 
+// Long: one formula, whose terms share their factors.
 void find_contact_response(const PairConstraint& pair, const PairBodies& bodies,
                            const ContactMotion& motion, const LawSlopes& law, bool turning,
                            double h, PairResponse& out, const ImpulseShare& share) {

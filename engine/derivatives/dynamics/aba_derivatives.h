@@ -23,7 +23,7 @@ class AbaDerivator {
   /// its size.
   bool compute(const Model& model, const VectorRef& v, const VectorRef& a,
                const VectorRef& diagonal, const Vector3& gravity, const Data& data,
-               AbaDerivatives& out);
+               AbaDerivatives& out);  // Parameters: what it depends on, one by one
   /// Those of inverse dynamics that it went by.
   const RneaDerivatives& inverse() const { return inverse_; }
 

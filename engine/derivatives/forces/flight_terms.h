@@ -11,6 +11,6 @@ namespace counterpoint {
 /// it. By extrapolated differences of these functions of three variables alone.
 void add_flight_derivatives(const Model& model, double h, const VectorRef& v,
                             const Vector3& gravity, const FreeFlight& flight, const Data& data,
-                            InverseDerivatives& d);
+                            InverseDerivatives& d);  // Parameters: what it depends on, one by one
 
 }  // namespace counterpoint

@@ -27,7 +27,7 @@ class ForceResponses {
   /// `force` as body_force or a drag has it; V_next, V_start of the body at the place.
   void add_body_force(const Model& model, int body, const Vector3& place,
                       const PairResponse& response, const Motion& V_next, const Motion& V_start,
-                      const Data& data);
+                      const Data& data);  // Parameters: what it depends on, one by one
   /// The impulse of a constraint over h [s].
   void add_pair(const Model& model, const PairConstraint& pair, const PairBodies& bodies,
                 const PairResponse& response, double h, const Data& data);

@@ -30,7 +30,7 @@ struct RowSlopes {
 
 RowSlopes row_slopes(const Model& model, const SimulationOptions& options,
                      const JointConstraint& row, int side, const VectorRef& q,
-                     const InverseWeights& weights, bool displacing) {
+                     const InverseWeights& weights, bool displacing) {  // Parameters: what it depends on, one by one
   const double h = options.time_step;
   if (row.law.type == contact::LawType::kEquality) {
     if (displacing) return {};

@@ -16,6 +16,6 @@ void add_joint_force_derivatives(const Model& model, EffectSet effects, double h
 void add_joint_row_derivatives(const Model& model, const SimulationOptions& options,
                                const std::vector<JointConstraint>& joints, const VectorRef& q,
                                const VectorRef& v_next, const InverseWeights& weights,
-                               InverseDerivatives& d, bool displacing = false);
+                               InverseDerivatives& d, bool displacing = false);  // Parameters: all it depends on
 
 }  // namespace counterpoint

@@ -171,6 +171,7 @@ void ProjectionTerms::find_scale_gradient(const Model& model, const Tree& tree, 
   }
 }
 
+// Long: one formula, whose terms share their factors.
 void ProjectionTerms::add(const Model& model, int t, EffectSet effects, double h,
                           const VectorRef& q, const VectorRef& v, bool foreseen,
                           const Workspace::Impl& ws, InverseDerivatives& d) {

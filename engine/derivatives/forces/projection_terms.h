@@ -25,20 +25,20 @@ class ProjectionTerms {
 
   /// Adds what a tree's share changes by, as the inverse step left it in `ws`, beyond that of
   /// (M + R)(a - change / h) + (1 - s) n, or with a prediction (foreseen) B at fixed f.
-  void add(const Model& model, int t, EffectSet effects, double h, const VectorRef& q,
+  void add(const Model& model, int t, EffectSet effects, double h, const VectorRef& q,  // Parameters: all it depends on
            const VectorRef& v, bool foreseen, const Workspace::Impl& ws, InverseDerivatives& d);
 
  private:
   static int fastest(const Tree& tree, const Data& data);
   static void add_turn_gradient(const Model& model, const Tree& tree, int body, double by,
-                                const Data& data, VectorX& dq, VectorX& dv);
+                                const Data& data, VectorX& dq, VectorX& dv);  // Parameters: all it depends on
   void find_share_gradient(const Model& model, const Tree& tree, double h, bool foreseen,
                            const Data& data);
   void add_work(const Model& model, const Tree& tree, double h, const VectorX& x, const Data& data,
                 KineticGradient& energy);
   void find_scale_gradient(const Model& model, const Tree& tree, double h, double scale,
                            bool foreseen, const VectorRef& q, const VectorRef& v,
-                           const VectorX& rotors, const Data& data);
+                           const VectorX& rotors, const Data& data);  // Parameters: what it depends on, one by one
   bool solve_rows(const Eigen::Ref<const MatrixX>& M, const Eigen::Ref<const MatrixX>& dyn_v,
                   int columns, bool both);
   void close_gradients(const Eigen::Ref<const MatrixX>& dyn_q,

@@ -41,7 +41,7 @@ class TiedPrediction {
   bool add(const Model& model, const SimulationOptions& options, EffectSet effects,
            const VectorRef& q, const VectorRef& v, const VelocityPredictor& predictor,
            const std::vector<char>& foreseen, const VectorX& other, bool at_rest,
-           Workspace::Impl& ws, ClosureDerivator& closures, InverseDerivatives& d);
+           Workspace::Impl& ws, ClosureDerivator& closures, InverseDerivatives& d);  // Parameters: all it depends on
 
  private:
   struct Stage {

@@ -32,17 +32,17 @@ class VelocityTerms {
 
   /// What the sweep over tree t is to take v and a at: v, a (nv), changed in place, and in.
   void prepare(const Model& model, int t, double h, const VectorRef& v, const Workspace::Impl& ws,
-               VectorX& v_at, VectorX& a_at, SweepInput& in);
+               VectorX& v_at, VectorX& a_at, SweepInput& in);  // Parameters: what it depends on, one by one
 
   /// Adds what is left, after that sweep.
   void add(const Model& model, int t, EffectSet effects, double h, const VectorRef& q,
-           const VectorRef& v, Workspace::Impl& ws, InverseDerivatives& d);
+           const VectorRef& v, Workspace::Impl& ws, InverseDerivatives& d);  // Parameters: all it depends on
 
   /// Adds what is left of tied trees, after all sweeps; of closures' rows where their bias is
   /// aimed. False if it is not known.
   bool add_ties(const Model& model, const SimulationOptions& options, EffectSet effects,
                 const VectorRef& q, const VectorRef& v, Workspace::Impl& ws,
-                ClosureDerivator& closures, InverseDerivatives& d);
+                ClosureDerivator& closures, InverseDerivatives& d);  // Parameters: what it depends on, one by one
   /// The bias of a closure's rows is aimed; or would be, were it not at rest.
   bool aims(const Model& model, const PairConstraint& pair, const Workspace::Impl& ws) const {
     return mean_ && ws.start.predictor().aims(model, pair);
@@ -57,7 +57,7 @@ class VelocityTerms {
   void predict_resting(const Model& model, const SimulationOptions& options, EffectSet effects,
                        const VectorRef& q, const VectorRef& v, Workspace::Impl& ws);
   void add_prediction(const Model& model, const Tree& tree, EffectSet effects, double h,
-                      const VectorRef& v, Workspace::Impl& ws, InverseDerivatives& d);
+                      const VectorRef& v, Workspace::Impl& ws, InverseDerivatives& d);  // Parameters: all it depends on
 
   TreeSweep sweep_;
   SparseSolver solver_;

@@ -28,7 +28,7 @@ struct LawChange {
 /// and bounce.
 LawChange contact_law_change(const SimulationOptions& options, const Material& pair, double alpha,
                              double total_mass, double gap, const Vector3& v, const Bounce& bounce,
-                             const LawSource& source);
+                             const LawSource& source);  // Parameters: what it depends on, one by one
 /// Of make_limit_law with law_options; `bias` is the law's.
 LawChange limit_law_change(const SimulationOptions& options, double alpha, double total_mass,
                            double bias, const LawSource& source);

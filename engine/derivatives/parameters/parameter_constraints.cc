@@ -77,7 +77,7 @@ Material only(EffectSet effects, Material m) {
 
 /// Adds factor times what a force at `arm` from a body's origin is along the joints.
 void project(const Model& model, int body, const Vector3& arm, const Force& at, double factor,
-             const Data& data, VectorOut du) {
+             const Data& data, VectorOut du) {  // Parameters: what it depends on, one by one
   Force f = shift(at, arm) * factor;
   for (int i = body; i != 0; i = model.body(i).parent) {
     const Body& joint = model.body(i);

@@ -71,7 +71,7 @@ struct ParameterDerivator::Impl {
 
   void differentiate(size_t k, const Model& model, const SimulationOptions& options,
                      const VectorRef& q, const VectorRef& v, const VectorRef& v_next,
-                     const Input& known, VectorOut du) {
+                     const Input& known, VectorOut du) {  // Parameters: what it depends on, one by one
     const StepParameter& parameter = parameters[k];
     ChangedSteps& c = changed[k];
     // Of options the model stays, and they may be others than the last time.
@@ -116,7 +116,7 @@ const std::vector<StepParameter>& ParameterDerivator::parameters() const {
 void ParameterDerivator::inverse(const Model& model, const SimulationOptions& options, VectorRef q,
                                  VectorRef v, VectorRef v_next, const Input& known,
                                  Workspace& workspace, Inverse& out, InverseParameterDerivatives& d,
-                                 DerivativeMethod method) {
+                                 DerivativeMethod method) {  // Parameters: what it depends on, one by one
   step_inverse(model, options, q, v, v_next, known, workspace, out);
   const size_t count = impl_->parameters.size();
   const auto columns = static_cast<Eigen::Index>(count);

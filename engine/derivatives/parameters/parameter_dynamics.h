@@ -24,6 +24,7 @@ class ParameterDynamics {
 
   /// Adds to du (nv x parameters), after step_inverse with these arguments. Of trees whose energy
   /// is kept velocity-dependent forces are left out.
+  /// Parameters: what it depends on, one by one.
   void add(const std::vector<PreparedParameter>& parameters, const Model& model, EffectSet effects,
            double h, const VectorRef& v, const VectorRef& v_next, Workspace::Impl& ws, MatrixX& du);
 
@@ -35,13 +36,13 @@ class ParameterDynamics {
                    const Data& data, MatrixX& out) const;
   void add_prediction(const Parameters& parameters, const Model& model, const Tree& tree,
                       EffectSet effects, double h, const VectorRef& v, const Vector3& gravity,
-                      Workspace::Impl& ws, MatrixX& du);
+                      Workspace::Impl& ws, MatrixX& du);  // Parameters: what it depends on, one by one
   void find_prediction(const Parameters& parameters, const Model& model, const Tree& tree,
                        EffectSet effects, double h, const VectorRef& v, const Vector3& gravity,
-                       Workspace::Impl& ws);
+                       Workspace::Impl& ws);  // Parameters: what it depends on, one by one
   void add_flyers(const Parameters& parameters, const Model& model, double h, const VectorRef& v,
                   const Vector3& gravity, const Vector3& down, const Workspace::Impl& ws,
-                  MatrixX& du) const;
+                  MatrixX& du) const;  // Parameters: what it depends on, one by one
 
   TreeSweep sweep_;
   InertiaRegressor regressor_;

@@ -135,6 +135,11 @@ bool ConstrainedMidpoint::difference(const Model& model, const SimulationOptions
   difference_by(v_step, blocks_[1], [&](int k, double s) { at_v_[k] = v[k] + s; });
   difference_by(v_step, blocks_[2], [&](int k, double s) { at_w_[k] = w[k] + s; });
   difference_by(v_step, blocks_[3], [&](int k, double s) { at_v_next_[k] = v_next[k] + s; });
+  return eliminate(d);
+}
+
+bool ConstrainedMidpoint::eliminate(InverseDerivatives& d) {
+  const auto nv = static_cast<int>(blocks_[0].u.rows());
   solver_.begin(blocks_[2].rest, 3 * nv);
   solver_.add(blocks_[0].rest, 0, -1.0);
   solver_.add(blocks_[1].rest, nv, -1.0);

@@ -29,6 +29,7 @@ class ConstrainedMidpoint {
 
   /// After step_inverse with these arguments and the pose at the end, which left constraints and
   /// velocities in `ws`. False if something acts that has no closed form.
+  /// Parameters: what it depends on, one by one.
   bool compute(const Model& model, const SimulationOptions& options, EffectSet effects,
                const VectorRef& q, const VectorRef& v, const Input& known, Workspace::Impl& ws,
                SmoothDerivator& smooth, InverseDerivator& impulses, InverseDerivatives& d);
@@ -37,13 +38,16 @@ class ConstrainedMidpoint {
   /// singular.
   bool difference(const Model& model, const SimulationOptions& options, const VectorRef& q,
                   const VectorRef& v, const VectorRef& v_next, const Input& known, double step,
-                  bool extrapolated, Workspace& workspace, InverseDerivatives& d);
+                  bool extrapolated, Workspace& workspace, InverseDerivatives& d);  // Parameters: all it depends on
 
   /// nv: w, of the step that is looked at. Its derivatives by q, v and v+, nv x nv.
   VectorX w;
   MatrixX w_q, w_v, w_next;
 
  private:
+  /// Of the blocks by q, v, w, v+, with w solved for. False where that cannot be.
+  bool eliminate(InverseDerivatives& d);
+
   MatrixX by_q_, by_m_, mass_;  ///< of R, and 2 / h times M at q_m
   Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> M_;  ///< at q
   MatrixX G_m_, A_;

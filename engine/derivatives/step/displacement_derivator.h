@@ -26,7 +26,7 @@ class DisplacementDerivator {
   /// displaced, or how is not known in closed form: what is below says nothing then.
   bool compute(const Model& model, const SimulationOptions& options, EffectSet effects,
                const VectorRef& q, const VectorRef& v, const VectorRef& v_next, const Input& known,
-               Workspace::Impl& ws, InverseDerivator& parts);
+               Workspace::Impl& ws, InverseDerivator& parts);  // Parameters: what it depends on, one by one
 
   VectorX p;                      ///< nv [m/s, rad/s]
   MatrixX by_q, by_v, by_v_next;  ///< nv x nv, each with the others held
@@ -34,7 +34,7 @@ class DisplacementDerivator {
  private:
   bool find(const Model& model, const SimulationOptions& options, EffectSet effects,
             const VectorRef& q, const VectorRef& v, const VectorRef& v_next, const Input& known,
-            Workspace::Impl& ws);
+            Workspace::Impl& ws);  // Parameters: what it depends on, one by one
   void keep_gaps(const Workspace::Impl& ws);
   bool keep_ties(const Workspace::Impl& ws, bool drag);
 

@@ -28,7 +28,7 @@ class InverseDerivator {
   /// du/dv are not: what acts is not known here in closed form.
   bool compute(const Model& model, const SimulationOptions& options, EffectSet effects,
                const VectorRef& q, const VectorRef& v, const VectorRef& v_next, const Input& known,
-               Workspace::Impl& ws, InverseDerivatives& d);
+               Workspace::Impl& ws, InverseDerivatives& d);  // Parameters: what it depends on, one by one
 
   /// What of a step displaces bodies beside w+ (overlap_correction.h).
   enum class Displacing {
@@ -41,13 +41,13 @@ class InverseDerivator {
   bool compute_displacing(Displacing part, const Model& model, const SimulationOptions& options,
                           EffectSet effects, const VectorRef& q, const VectorRef& v,
                           const VectorRef& p, const VectorRef& w, Workspace::Impl& ws,
-                          InverseDerivatives& d);
+                          InverseDerivatives& d);  // Parameters: what it depends on, one by one
 
   /// Of (M(q) (w - m) - J' f(J w + b(q, v))) / h, what impulses make of a velocity m at (q, v): by
   /// q, by v and m changing alike, by w. Needs ws.constraints, kinematics at (q, v) and velocities
   /// at w in ws.velocity. False as compute. Takes velocity-dependent forces out of ws.data.
   bool compute_impulses(const Model& model, const SimulationOptions& options, EffectSet effects,
-                        const VectorRef& q, const VectorRef& v, const VectorRef& m,
+                        const VectorRef& q, const VectorRef& v, const VectorRef& m,  // Parameters: all it depends on
                         const VectorRef& w, Workspace::Impl& ws, InverseDerivatives& d);
 
  private:
@@ -56,7 +56,7 @@ class InverseDerivator {
                     Workspace::Impl& ws);
   bool contact_response(const Model& model, const SimulationOptions& options, EffectSet effects,
                         size_t contact, const PairBodies& bodies, Workspace::Impl& ws,
-                        PairResponse& out);
+                        PairResponse& out);  // Parameters: what it depends on, one by one
   ImpulseShare find_share(const Bounce& bounce, double h, const Vector3& fall) const;
   bool find_motion(const Model& model, double h, size_t contact, Workspace::Impl& ws,
                    ContactMotion& out);
@@ -65,7 +65,7 @@ class InverseDerivator {
                       const Workspace::Impl& ws);
   bool sweep_trees(const Model& model, const SimulationOptions& options, EffectSet effects,
                    const VectorRef& q, const VectorRef& v, const VectorRef& v_next,
-                   Workspace::Impl& ws, InverseDerivatives& d);
+                   Workspace::Impl& ws, InverseDerivatives& d);  // Parameters: what it depends on, one by one
   void add_closure_rows(const Model& model, const SimulationOptions& options,
                         const Workspace::Impl& ws, InverseDerivatives& d);
 

@@ -18,6 +18,6 @@ namespace counterpoint {
 void compute_midpoint_derivatives(const Model& model, double h, EffectSet effects,
                                   const VectorRef& v, const VectorRef& v_next, const Input& known,
                                   const Workspace::Impl& ws, SmoothDerivator& smooth, VectorX& r,
-                                  InverseDerivatives& d);
+                                  InverseDerivatives& d);  // Parameters: what it depends on, one by one
 
 }  // namespace counterpoint

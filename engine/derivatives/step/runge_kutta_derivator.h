@@ -23,7 +23,7 @@ class RungeKuttaDerivator {
   /// step_forward does.
   bool compute(const Model& model, double h, EffectSet effects, const VectorRef& q,
                const VectorRef& v, const Input& input, Workspace::Impl& ws, SmoothDerivator& smooth,
-               ForwardDerivatives& d);
+               ForwardDerivatives& d);  // Parameters: what it depends on, one by one
 
  private:
   bool accelerate(const Model& model, const SmoothDerivator& smooth);

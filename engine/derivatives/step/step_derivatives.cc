@@ -57,7 +57,7 @@ void chain_displacement(const Model& model, double h, const VectorRef& v_next,
 /// ends, or what impulses make of it.
 void chain_configuration(const Model& model, const SimulationOptions& options, const VectorRef& v,
                          const VectorRef& v_next, const ConstrainedMidpoint* impulses, VectorX& r,
-                         ForwardDerivatives& d) {
+                         ForwardDerivatives& d) {  // Parameters: what it depends on, one by one
   const bool midpoint = options.integrator == Integrator::kImplicitMidpoint;
   const double h = options.time_step, share = midpoint ? 0.5 : 1.0;
   if (impulses != nullptr) {
@@ -80,7 +80,7 @@ void chain_configuration(const Model& model, const SimulationOptions& options, c
 bool differentiate_runge_kutta(const Model& model, const SimulationOptions& options,
                                const VectorRef& q, const VectorRef& v, const Input& input,
                                Workspace::Impl& ws, DerivativeScratch& scratch,
-                               ForwardDerivatives& d) {
+                               ForwardDerivatives& d) {  // Parameters: what it depends on, one by one
   check_time_step(options.time_step);
   scratch.start.q = q;
   scratch.start.v = v;
@@ -94,7 +94,7 @@ bool differentiate_runge_kutta(const Model& model, const SimulationOptions& opti
 
 /// In closed form. False if something acts that has none.
 bool differentiate(const Model& model, const SimulationOptions& options, const VectorRef& q,
-                   const VectorRef& v, const VectorRef& v_next, const Input& known,
+                   const VectorRef& v, const VectorRef& v_next, const Input& known,  // Parameters: all it depends on
                    Workspace::Impl& ws, DerivativeScratch& scratch, InverseDerivatives& d) {
   const EffectSet effects = active_effects(ws.called, options.effects);
   if (options.integrator == Integrator::kSemiImplicitEuler)
@@ -117,7 +117,7 @@ void fill_with_nan(int nv, InverseDerivatives& d) {
 void step_inverse_derivatives(const Model& model, const SimulationOptions& options, VectorRef q,
                               VectorRef v, VectorRef q_next, VectorRef v_next, const Input& known,
                               Workspace& workspace, Inverse& out, InverseDerivatives& d,
-                              DerivativeMethod method, double difference_step) {
+                              DerivativeMethod method, double difference_step) {  // Parameters: all it depends on
   step_inverse(model, options, q, v, q_next, v_next, known, workspace, out);
   if (out.fault.any()) return fill_with_nan(model.nv(), d);
   Workspace::Impl& ws = workspace.impl();
@@ -144,7 +144,7 @@ void step_inverse_derivatives(const Model& model, const SimulationOptions& optio
 bool step_forward_derivatives(const Model& model, const SimulationOptions& options, VectorRef q,
                               VectorRef v, VectorRef q_next, VectorRef v_next, const Input& known,
                               Workspace& workspace, Inverse& inverse, InverseDerivatives& d_inverse,
-                              ForwardDerivatives& d, DerivativeMethod method) {
+                              ForwardDerivatives& d, DerivativeMethod method) {  // Parameters: all it depends on
   const int nv = model.nv();
   MatrixX* const all[] = {&d.dv_dq, &d.dv_dv, &d.dv_du, &d.dq_dq, &d.dq_dv, &d.dq_du};
   for (MatrixX* m : all)

@@ -18,7 +18,7 @@ struct DifferenceScratch {
 void difference_step_inverse(const Model& model, const SimulationOptions& options, VectorRef q,
                              VectorRef v, VectorRef v_next, const Input& known,
                              Workspace& workspace, double step, bool extrapolated, bool by_v_next,
-                             DifferenceScratch& scratch, InverseDerivatives& d);
+                             DifferenceScratch& scratch, InverseDerivatives& d);  // Parameters: all it depends on
 
 /// That of velocities [m/s, rad/s] beside one of configurations [m, rad].
 double velocity_difference_step(double step, double h);

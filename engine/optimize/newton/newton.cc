@@ -20,7 +20,7 @@ constexpr double kLeastDiagonal = 1e-4;
 
 /// out += the block of an instant's Gram matrix, in the axes of frames that may be mirrored.
 void add_block(const MatrixX& gram, int nv, int a, int b, const Mirror* mirror_a,
-               const Mirror* mirror_b, MatrixX& out) {
+               const Mirror* mirror_b, MatrixX& out) {  // Parameters: matrices and their places
   const auto block = gram.block(a * nv, b * nv, nv, nv);
   if (mirror_a == nullptr && mirror_b == nullptr) {
     out += block;

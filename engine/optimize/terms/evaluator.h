@@ -59,6 +59,7 @@ class Evaluator {
   explicit Evaluator(const Problem& problem);
 
   /// multiplier: rows, of conditions. normal: unless null, the linearization.
+  /// Parameters: what it depends on, one by one.
   void evaluate(const Layout& layout, const Frames& frames, const Stage& stage, int instant,
                 const VectorX& multiplier, InstantValues& out, NormalEquations* normal);
 
@@ -68,6 +69,7 @@ class Evaluator {
                             const VectorX& multiplier, InstantValues& out, NormalEquations* normal);
   void evaluate_forces(const Term& term, const Span& span, double factor, const VectorX& multiplier,
                        InstantValues& out, bool derivatives);
+  /// Parameters: what it depends on, one by one.
   void evaluate_dense(const Term& term, const Span& span, const Stage& stage, double factor,
                       const VectorX& multiplier, InstantValues& out, bool derivatives);
   void differentiate_contact_force(const Term& term, const Stage& stage);

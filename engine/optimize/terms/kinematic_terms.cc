@@ -79,7 +79,7 @@ void angular_jacobian(const Model& model, const Data& data, int body, const Vect
 /// the end and at the start; s.a, s.b: their Jacobians, if derivatives are wanted.
 void evaluate_sliding(const Model& model, const Term& term, double h, const Data& before,
                       const Data& at, const Vector3& x, const Vector3& last, KinematicScratch& s,
-                      VectorOut value, MatrixX* by_before, MatrixX* by_at) {
+                      VectorOut value, MatrixX* by_before, MatrixX* by_at) {  // Parameters: all it depends on
   const Vector3 z = Vector3::UnitZ();
   const Matrix3 turn = at.X_WB[term.body].rotation * before.X_WB[term.body].rotation.transpose();
   const Vector3 up = turn * z, slip = x - last - term.radius * (up - z);
@@ -99,7 +99,7 @@ void evaluate_sliding(const Model& model, const Term& term, double h, const Data
 
 void evaluate_point(const Model& model, const Term& term, double h, const Data& before,
                     const Data& at, KinematicScratch& s, VectorOut value, MatrixX* by_before,
-                    MatrixX* by_at) {
+                    MatrixX* by_at) {  // Parameters: what it depends on, one by one
   const Vector3 x = point_position(at, term.body, term.point);
   const bool differs =
       term.quantity == Quantity::kPointVelocity || term.quantity == Quantity::kSliding;
@@ -159,7 +159,7 @@ void evaluate_turn(const Model& model, const Term& term, const Data& at, Kinemat
 
 void evaluate_center(const Model& model, const Term& term, double h, const Data& before,
                      const Data& at, KinematicScratch& s, VectorOut value, MatrixX* by_before,
-                     MatrixX* by_at) {
+                     MatrixX* by_at) {  // Parameters: what it depends on, one by one
   const BodyRange bodies = bodies_of(model, term.body);
   const CenterOfMass now = center_of_mass(model, bodies, at);
   if (term.quantity == Quantity::kCenterOfMass) {

@@ -25,7 +25,7 @@ struct KinematicScratch {
 /// their tangent spaces. Not kAngularMomentum.
 void evaluate_kinematic(const Model& model, const Term& term, double h, const Data& before,
                         const Data& at, KinematicScratch& scratch, VectorOut value,
-                        MatrixX* by_before, MatrixX* by_at);
+                        MatrixX* by_before, MatrixX* by_at);  // Parameters: what it depends on, one by one
 
 /// Angular momentum [kg m^2/s] about the centre of mass of all that moves at the velocities in
 /// data.V. Needs compute_velocities.

@@ -38,6 +38,14 @@ void read_force_range(Document& document, const Values& v, const Compiler& compi
                                            range[0], range[1], spec.effort_limit));
 }
 
+void expect_joint_words(Document& document, const Element& element) {
+  document.expect(element,
+                  {"name", "class", "type", "group", "pos", "axis", "springdamper", "limited", "actuatorfrclimited",
+                   "solreflimit", "solimplimit", "solreffriction", "solimpfriction", "stiffness", "range",
+                   "actuatorfrcrange", "actuatorgravcomp", "margin", "ref", "springref", "armature", "damping",
+                   "frictionloss", "user"});
+}
+
 }  // namespace
 
 JointRead read_joint(Document& document, const Defaults& defaults, const Compiler& compiler,
@@ -56,30 +64,7 @@ JointRead read_joint(Document& document, const Defaults& defaults, const Compile
     return out;
   }
   const Values v = defaults.values(element, childclass);
-  document.expect(element, {"name",
-                            "class",
-                            "type",
-                            "group",
-                            "pos",
-                            "axis",
-                            "springdamper",
-                            "limited",
-                            "actuatorfrclimited",
-                            "solreflimit",
-                            "solimplimit",
-                            "solreffriction",
-                            "solimpfriction",
-                            "stiffness",
-                            "range",
-                            "actuatorfrcrange",
-                            "actuatorgravcomp",
-                            "margin",
-                            "ref",
-                            "springref",
-                            "armature",
-                            "damping",
-                            "frictionloss",
-                            "user"});
+  expect_joint_words(document, element);
   const std::string type = v.word("type", {"free", "ball", "slide", "hinge"}, "hinge");
   spec.type = type == "free"    ? JointType::kFloating
               : type == "ball"  ? JointType::kSpherical

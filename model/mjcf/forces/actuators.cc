@@ -109,7 +109,7 @@ void apply(const Document& document, const Element& element, Law& law) {
 
 class ActuatorReader {
  public:
-  ActuatorReader(Document& document, const Defaults& defaults, const Compiler& compiler,
+  ActuatorReader(Document& document, const Defaults& defaults, const Compiler& compiler,  // Parameters: all it reads
                  const Bodies& bodies, const Tendons& tendons, const Ties& ties, MjcfModel& model)
       : document_(document),
         defaults_(defaults),

@@ -8,6 +8,6 @@ namespace counterpoint::mjcf {
 /// Fills model.actuators, the servos and effort limits of the robot's joints. After the equalities.
 void read_actuators(Document& document, const Defaults& defaults, const Compiler& compiler,
                     const Bodies& bodies, const Tendons& tendons, const Ties& ties,
-                    MjcfModel& model);
+                    MjcfModel& model);  // Parameters: what it depends on, one by one
 
 }  // namespace counterpoint::mjcf

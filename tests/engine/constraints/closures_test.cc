@@ -163,50 +163,54 @@ TEST(Weld, TwoFreeBoxesMoveAsOneBody) {
   }
 }
 
+/// Two point masses on rods of length l, from the horizontal.
+Simulator by_rods(double m, double l, double h) {
+  ModelBuilder builder(Vector3(0, 0, -9.81));
+  ClosureSpec rod;
+  rod.type = ClosureType::kDistance;
+  rod.link_a = "world";
+  for (int i = 0; i < 2; ++i) {
+    RobotSpec robot;
+    robot.name = "bob";
+    LinkSpec link;
+    link.name = "body";
+    link.inertia = {m, Vector3::Zero(), 1e-3 * Matrix3::Identity()};
+    robot.links.push_back(link);
+    Pose X_WL;
+    X_WL.translation.x() = l * (i + 1);
+    builder.add_robot(robot, Base::kFloating, X_WL, std::to_string(i) + "/");
+    rod.link_b = std::to_string(i) + "/body";
+    builder.add_closure(rod);
+    rod.link_a = rod.link_b;
+  }
+  return simulate(builder.build(), h);
+}
+
+/// The same as a pendulum of two joints.
+Simulator by_joints(double m, double l, double h) {
+  RobotSpec robot;
+  robot.name = "pendulum";
+  robot.links.resize(3);
+  for (int i = 0; i < 3; ++i) {
+    robot.links[i].name = "link" + std::to_string(i);
+    if (i == 0) continue;
+    robot.links[i].inertia = {m, Vector3(l, 0, 0), Matrix3::Zero()};
+    JointSpec joint;
+    joint.name = "joint" + std::to_string(i);
+    joint.parent = "link" + std::to_string(i - 1);
+    joint.child = "link" + std::to_string(i);
+    joint.axis = Vector3::UnitY();
+    if (i > 1) joint.X_PJ.translation.x() = l;
+    robot.joints.push_back(joint);
+  }
+  ModelBuilder builder(Vector3(0, 0, -9.81));
+  builder.add_robot(robot, Base::kFixed, Pose());
+  return simulate(builder.build(), h);
+}
+
 TEST(Distance, TwoFreeSpheresOnRodsAreADoublePendulum) {
   // Two point masses on rods of 0.5 m, from the horizontal, against the pendulum of two joints.
   const double m = 1.0, l = 0.5;
-  const auto by_rods = [&](double h) {
-    ModelBuilder builder(Vector3(0, 0, -9.81));
-    ClosureSpec rod;
-    rod.type = ClosureType::kDistance;
-    rod.link_a = "world";
-    for (int i = 0; i < 2; ++i) {
-      RobotSpec robot;
-      robot.name = "bob";
-      LinkSpec link;
-      link.name = "body";
-      link.inertia = {m, Vector3::Zero(), 1e-3 * Matrix3::Identity()};
-      robot.links.push_back(link);
-      Pose X_WL;
-      X_WL.translation.x() = l * (i + 1);
-      builder.add_robot(robot, Base::kFloating, X_WL, std::to_string(i) + "/");
-      rod.link_b = std::to_string(i) + "/body";
-      builder.add_closure(rod);
-      rod.link_a = rod.link_b;
-    }
-    return simulate(builder.build(), h);
-  };
-  const auto by_joints = [&](double h) {
-    RobotSpec robot;
-    robot.name = "pendulum";
-    robot.links.resize(3);
-    for (int i = 0; i < 3; ++i) {
-      robot.links[i].name = "link" + std::to_string(i);
-      if (i == 0) continue;
-      robot.links[i].inertia = {m, Vector3(l, 0, 0), Matrix3::Zero()};
-      JointSpec joint;
-      joint.name = "joint" + std::to_string(i);
-      joint.parent = "link" + std::to_string(i - 1);
-      joint.child = "link" + std::to_string(i);
-      joint.axis = Vector3::UnitY();
-      if (i > 1) joint.X_PJ.translation.x() = l;
-      robot.joints.push_back(joint);
-    }
-    ModelBuilder builder(Vector3(0, 0, -9.81));
-    builder.add_robot(robot, Base::kFixed, Pose());
-    return simulate(builder.build(), h);
-  };
   const auto run = [](Simulator sim, double& open) {
     const int steps = static_cast<int>(std::lround(1.0 / sim.options().time_step));
     for (int i = 0; i < steps; ++i) {
@@ -223,13 +227,13 @@ TEST(Distance, TwoFreeSpheresOnRodsAreADoublePendulum) {
     return bobs;
   };
   double open_joints = 0.0;
-  const Eigen::Vector4d exact = bobs_of(run(by_joints(1e-5), open_joints));
+  const Eigen::Vector4d exact = bobs_of(run(by_joints(m, l, 1e-5), open_joints));
   double last_error = 0.0, last_open = 0.0;
   for (const double h : {0.004, 0.002, 0.001}) {
     double open = 0.0;
-    const VectorX x = run(by_rods(h), open);
+    const VectorX x = run(by_rods(m, l, h), open);
     const double error = (Eigen::Vector4d(x[0], x[2], x[7], x[9]) - exact).norm();
-    const double own = (bobs_of(run(by_joints(h), open_joints)) - exact).norm();
+    const double own = (bobs_of(run(by_joints(m, l, h), open_joints)) - exact).norm();
     // First order, and to second order the same as in joint coordinates; length of third order.
     EXPECT_NEAR(error / own, 1.0, 5e3 * h * h) << h;  // measured: 3900 ... 4700 h^2
     if (last_error > 0.0) {

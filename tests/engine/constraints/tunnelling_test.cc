@@ -74,6 +74,7 @@ INSTANTIATE_TEST_SUITE_P(Tunnelling, Speeds,
 
 // Throws a body at what lies below z = kHalfWall; its centre must not get there, and no step may
 // fail. Returns whether it touched.
+// Parameters: what it depends on, one by one.
 bool expect_stopped(const Thrown& t, const Shape& below, const Pose& X_below, double friction,
                     double speed, double tip, Random& random, const std::string& what) {
   ModelBuilder builder;

@@ -8,7 +8,7 @@
 #include <ostream>
 #include <string>
 
-#include "apps/random_kinetic_energy.h"
+#include "apps/accuracy/random_kinetic_energy.h"
 #include "contact/rounding.h"
 #include "contact/trials.h"
 #include "counterpoint/contact/law.h"

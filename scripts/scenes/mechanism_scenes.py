@@ -1,11 +1,11 @@
 """The scenes of the mechanisms that `counterpoint hard-cases` steps for long: linkages that close, joints
-that follow or end. make_data.py writes them into data/scenes/hard and data/robots/hard.
+that follow or end. scripts/make_data.py writes them into data/scenes/hard and data/robots/hard.
 
 Bars are uniform, 1 kg/m; nothing brakes a mechanism but what is said.
 """
 import math
 
-from hard_scenes import joint, link, scene, urdf, vec
+from scenes.files import joint, link, scene, urdf, vec
 
 
 def bar(name, along):

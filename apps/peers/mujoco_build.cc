@@ -1,0 +1,135 @@
+#include <fmt/format.h>
+#include <mujoco/mujoco.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "mjcf.h"
+#include "mujoco_calls.h"
+#include "mujoco_impl.h"
+
+namespace counterpoint::peers {
+namespace {
+
+void copy(const Vector3& v, mjtNum* out) { std::copy(v.data(), v.data() + 3, out); }
+
+}  // namespace
+
+Mujoco::Impl::Impl(const Scene& scene, MujocoSettings settings) : model(scene.model), on(effects_of(scene)) {
+  keep_quiet();
+  document = mjcf(scene, settings, implicit_integrator());
+  body_of_line = document.find('\n') + 1;
+  max_contacts = 100 + static_cast<int>(model.geometries().size());
+  time_step = scene.options.time_step;
+  build();
+  set_state({0.0, scene.q, scene.v});
+}
+
+void Mujoco::Impl::clear() {
+  mj_deleteData(d);
+  mj_deleteModel(m);
+  d = nullptr;
+  m = nullptr;
+}
+
+/// Compiles with room for max_contacts.
+void Mujoco::Impl::build() {
+  clear();
+  m = compile_with_room();
+  number_alike();
+  set_closures();
+  set_drag();
+  m->opt.timestep = time_step;
+  d = mj_makeData(m);
+  if (!d) throw NotExpressible("MuJoCo has not enough memory for it");
+}
+
+/// MuJoCo tries a step when it compiles, and that may take more stack than was guessed.
+mjModel* Mujoco::Impl::compile_with_room() {
+  for (;;) {
+    std::string sized = document;
+    sized.insert(body_of_line, size_element());
+    try {
+      return compile(sized);
+    } catch (const NotExpressible& reason) {
+      if (!lacks_stack(reason.what())) throw;
+      stack_factor *= 2.0;
+    }
+  }
+}
+
+bool Mujoco::Impl::lacks_stack(const std::string& message) {
+  return message.find("tack overflow") != std::string::npos;
+}
+
+/// Room for what a step needs, as MuJoCo's own guess of the stack does not fit large scenes.
+std::string Mujoco::Impl::size_element() const {
+  double rows = 100.0 + 4.0 * max_contacts + 6.0 * static_cast<double>(model.mimics().size());
+  for (const Closure& c : model.closures()) rows += c.type == ClosureType::kBall ? 3 : 6;
+  for (int i = 0; i < model.num_joints(); ++i) {
+    const JointInfo& joint = model.joint(i);
+    rows += std::isfinite(joint.lower) + std::isfinite(joint.upper);
+  }
+  rows += static_cast<double>((model.dry_friction().array() > 0.0).count());
+  const double nv = model.nv();
+  // A few dense matrices of the solver, and the Jacobian twice.
+  const double stack =
+      stack_factor * (1e6 + 6.0 * nv * nv + 2.0 * rows * nv + 200.0 * (rows + nv));
+#if mjVERSION_HEADER >= 300
+  return fmt::format("<size memory='{:.0f}M'/>\n", 1.0 + 2.0 * stack * sizeof(mjtNum) / 1e6);
+#else
+  if (stack > std::numeric_limits<int>::max())
+    throw NotExpressible("MuJoCo cannot count the memory that it needs for this");
+  return fmt::format("<size nconmax='{}' njmax='{:.0f}' nstack='{:.0f}'/>\n", max_contacts, rows,
+                     stack);
+#endif
+}
+
+void Mujoco::Impl::number_alike() {
+  for (int i = 1; i < model.num_bodies(); ++i) {
+    if (mj_name2id(m, mjOBJ_BODY, fmt::format("b{}", i).c_str()) != i)
+      throw NotExpressible("MuJoCo numbers its bodies otherwise");
+  }
+  if (m->nq != model.nq() || m->nv != model.nv())
+    throw NotExpressible("MuJoCo counts its coordinates otherwise");
+  geometry_of.assign(static_cast<std::size_t>(m->ngeom), -1);
+  for (std::size_t i = 0; i < model.geometries().size(); ++i) {
+    const int id = mj_name2id(m, mjOBJ_GEOM, fmt::format("g{}", i).c_str());
+    if (id >= 0) geometry_of[static_cast<std::size_t>(id)] = static_cast<int>(i);
+  }
+}
+
+/// What MJCF would take from the start: the second anchors, and the lengths of rods.
+void Mujoco::Impl::set_closures() {
+  closure_of.assign(static_cast<std::size_t>(m->neq), -1);
+  for (std::size_t i = 0; on.has(Effect::kClosures) && i < model.closures().size(); ++i) {
+    const Closure& c = model.closures()[i];
+    const int id = mj_name2id(m, mjOBJ_EQUALITY, fmt::format("c{}", i).c_str());
+    closure_of[static_cast<std::size_t>(id)] = static_cast<int>(i);
+    mjtNum* data = m->eq_data + id * mjNEQDATA;
+    if (c.type == ClosureType::kBall) {
+      const bool swapped = c.body_a == 0;
+      copy(swapped ? c.X_BC.translation : c.X_AC.translation, data);
+      copy(swapped ? c.X_AC.translation : c.X_BC.translation, data + 3);
+    }
+    if (c.type == ClosureType::kDistance) {
+      const int tendon = mj_name2id(m, mjOBJ_TENDON, fmt::format("t{}", i).c_str());
+      data[0] = c.length - m->tendon_length0[tendon];
+    }
+  }
+}
+
+/// Linear drag of a free body about its origin is damping of its joint.
+void Mujoco::Impl::set_drag() {
+  if (!on.has(Effect::kDrag)) return;
+  for (const BodyDrag& drag : model.drags()) {
+    mjtNum* damping = m->dof_damping + model.body(drag.body).v_index;
+    for (int i = 0; i < 3; ++i) {
+      damping[i] += drag.drag.linear;
+      damping[3 + i] += drag.drag.angular;
+    }
+  }
+}
+
+}  // namespace counterpoint::peers

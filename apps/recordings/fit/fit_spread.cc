@@ -1,0 +1,58 @@
+#include "fit_spread.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace counterpoint::apps::fitting {
+namespace {
+
+/// The median of |t| with so many degrees of freedom that 95 % do not exceed: Cornish and Fisher's
+/// expansion about the normal quantile, within 1 % from 4 degrees on.
+double student_95(double degrees) {
+  constexpr double z = 1.959963984540054;
+  const double n = std::max(degrees, 1.0), z2 = z * z;
+  return z + z * (z2 + 1.0) / (4.0 * n) + z * (5.0 * z2 * z2 + 16.0 * z2 + 3.0) / (96.0 * n * n) +
+         z * (3.0 * z2 * z2 * z2 + 19.0 * z2 * z2 + 17.0 * z2 - 15.0) / (384.0 * n * n * n);
+}
+
+}  // namespace
+
+Spread spread(const System& system, const VectorX& at) {
+  const Eigen::Index p = at.size();
+  const GroupedResiduals r = system.groups(at);
+  const std::vector<MatrixX> jacobians = system.derivatives(at);
+  MatrixX H = MatrixX::Zero(p, p), G = MatrixX::Zero(p, p);
+  Eigen::Index rows = 0;
+  for (size_t g = 0; g < r.size(); ++g) {
+    const VectorX gradient = jacobians[g].transpose() * r[g];
+    H += jacobians[g].transpose() * jacobians[g];
+    G += gradient * gradient.transpose();
+    rows += r[g].size();
+  }
+  Spread out;
+  // A parameter on which nothing depends is left out of the inverse.
+  const double largest = H.diagonal().maxCoeff();
+  out.known.resize(p);
+  for (Eigen::Index i = 0; i < p; ++i) {
+    out.known[i] = H(i, i) > kDependence * kDependence * largest && H(i, i) > 0.0;
+    if (!out.known[i]) {
+      H.row(i).setZero();
+      H.col(i).setZero();
+      G.row(i).setZero();
+      G.col(i).setZero();
+    }
+  }
+  const MatrixX inverse = H.completeOrthogonalDecomposition().pseudoInverse();
+  const double n = static_cast<double>(r.size());
+  if (n > static_cast<double>(p)) {
+    out.covariance = inverse * G * inverse * (n / (n - static_cast<double>(p)));
+    out.quantile = student_95(n - static_cast<double>(p));
+  } else {
+    const double degrees = std::max<double>(static_cast<double>(rows - p), 1.0);
+    out.covariance = inverse * (total(r) / degrees);
+    out.quantile = student_95(degrees);
+  }
+  return out;
+}
+
+}  // namespace counterpoint::apps::fitting

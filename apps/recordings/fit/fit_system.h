@@ -1,0 +1,219 @@
+// The least squares problem that Levenberg-Marquardt sees: shares of the ranges in place of values, a loss a group.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <optional>
+#include <unsupported/Eigen/LevenbergMarquardt>
+#include <vector>
+
+#include "fit.h"
+
+namespace counterpoint::apps::fitting {
+
+/// Residuals depend on a parameter if their derivative is more than this share of the largest.
+inline constexpr double kDependence = 1e-7;
+
+/// Parameters as shares of their ranges, 0 at the lower bound and 1 at the upper one.
+class Shares {
+ public:
+  explicit Shares(const FitProblem& problem) : problem_(problem) {}
+
+  VectorX values(const VectorX& shares) const {
+    VectorX out(shares.size());
+    for (Eigen::Index i = 0; i < out.size(); ++i) out[i] = value(i, shares[i]);
+    return out;
+  }
+  double value(Eigen::Index i, double share) const {
+    const double s = std::clamp(share, 0.0, 1.0);
+    const double low = problem_.lower[i], high = problem_.upper[i];
+    if (s == 0.0) return low;
+    if (s == 1.0) return high;
+    return problem_.logarithmic[i] ? low * std::pow(high / low, s) : low + s * (high - low);
+  }
+  /// d value / d share.
+  double slope(Eigen::Index i, double share) const {
+    const double low = problem_.lower[i], high = problem_.upper[i];
+    return problem_.logarithmic[i] ? value(i, share) * std::log(high / low) : high - low;
+  }
+  double share(Eigen::Index i, double value) const {
+    const double low = problem_.lower[i], high = problem_.upper[i];
+    const double s = problem_.logarithmic[i]
+                         ? std::log(std::max(value, low) / low) / std::log(high / low)
+                         : (value - low) / (high - low);
+    return std::clamp(s, 0.0, 1.0);
+  }
+
+ private:
+  const FitProblem& problem_;
+};
+
+/// The residuals of one group as the loss has them: their square sum is the loss.
+class Loss {
+ public:
+  /// scale2: of Cauchy's loss; 0: squares.
+  explicit Loss(double scale2 = 0.0) : scale2_(scale2) {}
+  double scale2() const { return scale2_; }
+  double of(double square) const {
+    return scale2_ > 0.0 ? scale2_ * std::log1p(square / scale2_) : square;
+  }
+  double factor(double square) const {
+    return square > 0.0 && scale2_ > 0.0 ? std::sqrt(of(square) / square) : 1.0;
+  }
+  /// Of the factor by the square.
+  double factor_slope(double square) const {
+    if (!(square > 0.0 && scale2_ > 0.0)) return 0.0;
+    const double f = factor(square), slope = 1.0 / (1.0 + square / scale2_);
+    return (slope - f * f) / (2.0 * square * f);
+  }
+
+ private:
+  double scale2_;
+};
+
+/// FitOptions::stop says so.
+struct StopWanted {};
+
+/// Weighted residuals of all groups over shares, with rows that hold the shares within 0 ... 1.
+struct System : Eigen::DenseFunctor<double> {
+  const FitProblem& problem;
+  const Shares& shares;
+  Loss loss;
+  std::vector<double> weights;  // of the groups' losses
+  double difference, bound_weight;
+  bool exact;
+  std::function<bool()> stop;
+  bool may_stop = false;      // in unless_stopped
+  int work = 0, planned = 0;  // in evaluations, at most; nothing is told where none is planned
+  Fit& counts;
+
+  System(const FitProblem& p, const Shares& s, const FitOptions& options, int groups, int size,
+         Fit& out)
+      : DenseFunctor(static_cast<int>(p.start.size()), size + static_cast<int>(p.start.size())),
+        problem(p),
+        shares(s),
+        weights(groups, 1.0),
+        difference(options.difference),
+        bound_weight(1.0),
+        exact(false),
+        stop(options.stop),
+        counts(out) {}
+
+  /// Calls act(), and ends it where it is asked to stop. False if so, or if that was before.
+  template <class Act>
+  bool unless_stopped(Act act) {
+    if (counts.stopped) return false;
+    may_stop = true;
+    try {
+      act();
+    } catch (const StopWanted&) {
+      counts.stopped = true;
+    }
+    may_stop = false;
+    return !counts.stopped;
+  }
+
+  /// last: of the stages of a refinement.
+  void use_exact(const FitOptions& options, bool last) {
+    exact = options.exact && problem.linearize && (last || !problem.rough);
+  }
+
+  /// So many more evaluations of those planned are done.
+  void tell(const FitOptions& options, int evaluations) {
+    work = std::min(work + evaluations, planned);
+    if (options.progress && planned > 0) options.progress(work, planned);
+  }
+
+  GroupedResiduals groups(const VectorX& at) const {
+    if (may_stop && stop && stop()) throw StopWanted();
+    ++counts.evaluations;
+    GroupedResiduals r = problem.residuals(shares.values(at));
+    for (size_t g = 0; g < r.size(); ++g)
+      r[g] *= loss.factor(r[g].squaredNorm()) * std::sqrt(weights[g]);
+    return r;
+  }
+
+  int operator()(const VectorX& at, VectorX& out) const {
+    const VectorX inside = at.cwiseMax(0.0).cwiseMin(1.0);
+    Eigen::Index row = 0;
+    for (const VectorX& r : groups(inside)) {
+      out.segment(row, r.size()) = r;
+      row += r.size();
+    }
+    out.tail(at.size()) = bound_weight * (at - inside);
+    return 0;
+  }
+
+  /// Derivatives of the groups' residuals by one parameter, one-sided at the bounds.
+  GroupedResiduals derivative(const VectorX& at, Eigen::Index i) const {
+    VectorX high = at, low = at;
+    high[i] = std::min(at[i] + difference, 1.0);
+    low[i] = std::max(at[i] - difference, 0.0);
+    GroupedResiduals d = groups(high);
+    const GroupedResiduals below = groups(low);
+    for (size_t g = 0; g < d.size(); ++g) d[g] = (d[g] - below[g]) / (high[i] - low[i]);
+    return d;
+  }
+
+  /// Those of all groups by all parameters: exact where the problem knows them.
+  std::vector<MatrixX> derivatives(const VectorX& at) const {
+    std::optional<LinearizedResiduals> known;
+    if (exact) {
+      ++counts.linearizations;
+      known = problem.linearize(shares.values(at));
+    }
+    std::vector<MatrixX> out;
+    if (known) {
+      for (size_t g = 0; g < known->residuals.size(); ++g)
+        out.push_back(chained(known->residuals[g], known->jacobians[g], at, weights[g]));
+    }
+    for (Eigen::Index i = 0; i < at.size(); ++i) {
+      if (known && problem.exact[static_cast<size_t>(i)]) continue;
+      const GroupedResiduals d = derivative(at, i);
+      for (size_t g = 0; g < d.size(); ++g) {
+        if (out.size() == g) out.emplace_back(MatrixX::Zero(d[g].size(), at.size()));
+        out[g].col(i) = d[g];
+      }
+    }
+    return out;
+  }
+
+  /// By shares, of the residuals as `groups` has them.
+  MatrixX chained(const VectorX& r, const MatrixX& by_values, const VectorX& at,
+                  double weight) const {
+    MatrixX J = by_values;
+    for (Eigen::Index i = 0; i < at.size(); ++i) J.col(i) *= shares.slope(i, at[i]);
+    const double square = r.squaredNorm();
+    const Eigen::RowVectorXd along = (2.0 * loss.factor_slope(square)) * (r.transpose() * J);
+    return std::sqrt(weight) * (loss.factor(square) * J + r * along);
+  }
+
+  int df(const VectorX& at, MatrixX& jacobian) const {
+    const VectorX inside = at.cwiseMax(0.0).cwiseMin(1.0);
+    jacobian.setZero();
+    Eigen::Index row = 0;
+    for (const MatrixX& J : derivatives(inside)) {
+      for (Eigen::Index i = 0; i < at.size(); ++i)
+        if (at[i] == inside[i]) jacobian.col(i).segment(row, J.rows()) = J.col(i);
+      row += J.rows();
+    }
+    // Rounding of what does not depend on a parameter must not send it off to the ends of the
+    // range.
+    const double least = kDependence * jacobian.colwise().norm().maxCoeff();
+    for (Eigen::Index i = 0; i < at.size(); ++i) {
+      if (jacobian.col(i).norm() < least) jacobian.col(i).setZero();
+      if (at[i] != inside[i]) jacobian(values() - inputs() + i, i) = bound_weight;
+    }
+    return 0;
+  }
+};
+
+/// Sum of squares.
+inline double total(const GroupedResiduals& r) {
+  double sum = 0.0;
+  for (const VectorX& g : r) sum += g.squaredNorm();
+  return sum;
+}
+
+}  // namespace counterpoint::apps::fitting
