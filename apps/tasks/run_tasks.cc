@@ -205,12 +205,17 @@ class TaskRun {
       }
       if (stopping_) workers.close(true);
       done_elsewhere_ += unsent_.exchange(0);
-      progress.update(done_elsewhere_);
+      progress.update(static_cast<double>(done_elsewhere_) + under_way(workers));
     }
     done_elsewhere_ += unsent_.exchange(0);
     results_.computed = done_elsewhere_;
     results_.finished =
         before + done_elsewhere_ - static_cast<std::int64_t>(results_.stopped_tasks_.size());
+  }
+
+  /// Of tasks that this process has begun, as parts of them.
+  double under_way(const Workers& workers) const {
+    return list_.work ? std::max(0.0, list_.work() - static_cast<double>(workers.done())) : 0.0;
   }
 
   Chunk next(std::int64_t wanted) {
