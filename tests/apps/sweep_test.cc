@@ -205,6 +205,39 @@ TEST_F(Sweep, AFullDiskIsSaidAndNothingIsLost) {
   EXPECT_EQ(folder_.read("f.csv"), table);
 }
 
+// A disk of 16 KiB that is full in mid-run, then a larger one; over ranks where there are some.
+TEST_F(Sweep, AFullDiskKeepsFinishedTasksAndRanksGoOn) {
+  if (shell(folder_, "unshare -rm mount -t tmpfs tmpfs {}").exit_code != 0)
+    GTEST_SKIP() << "no disk of a few KiB can be mounted here (unshare -rm)";
+  const std::string table = expected(folder_);
+  const std::string ranks = why_no_mpi(folder_).empty() ? kMpirun + "-n 2 " : "";
+  const std::string sweep = "COMMAND sweep {}/study.yaml --output {}/disk/f.csv --json {}/f.json";
+  const CommandResult result =
+      shell(folder_, "mkdir {}/disk; unshare -rm sh -c '"
+                     "mount -t tmpfs -o size=16k tmpfs {}/disk; " +
+                         ranks + sweep + "; echo code $?; mount -o remount,size=4m {}/disk; " +
+                         ranks + sweep + "; cp {}/disk/f.csv {}/f.csv'");
+  EXPECT_NE(result.output.find("code 1"), std::string::npos) << result.output;
+  EXPECT_NE(result.errors.find("No space left on device"), std::string::npos) << result.errors;
+  EXPECT_NE(result.errors.find("goes on"), std::string::npos) << result.errors;
+  EXPECT_EQ(folder_.read("f.csv"), table) << result.errors;
+  EXPECT_LT(folder_.json("f.json")["computed_tasks"], 24) << "finished tasks were lost";
+}
+
+// Not of the task, and no row: once there is room the same command goes on.
+TEST_F(Sweep, TrajectoriesThatCannotBeWrittenEndTheRun) {
+  folder_.write(
+      "study.yaml",
+      "scene: cube_toss\nduration: 0.1\nvary:\n  cube.vx: [0, 1]\nrecord: {trajectories: true}\n");
+  folder_.write("t.csv.trajectories", "in the way");
+  const CommandResult result = folder_.run("sweep {}/study.yaml --output {}/t.csv");
+  EXPECT_NE(result.exit_code, 0);
+  EXPECT_FALSE(fs::exists(folder_.path("t.csv")));
+  fs::remove(folder_.path("t.csv.trajectories"));
+  EXPECT_EQ(folder_.run("sweep {}/study.yaml --output {}/t.csv").exit_code, 0);
+  EXPECT_EQ(Table(folder_.path("t.csv.trajectories/000/000001.csv")).num_rows(), 51);
+}
+
 TEST_F(Sweep, AFolderThatCannotBeWrittenIsSaidBeforeAnyWork) {
   // Also to root.
   const CommandResult result = folder_.run("sweep {}/study.yaml --output /sys/kernel/table.csv");
