@@ -17,9 +17,9 @@
 namespace counterpoint::apps::tasks {
 namespace {
 
-/// How long rank 0 may leave a message unread while its threads are at work: every look costs them
-/// some microseconds.
-constexpr std::chrono::microseconds kTick(1000);
+/// How long a rank may leave a message unread while its threads are at work: every look costs them
+/// some 18 us.
+constexpr std::chrono::microseconds kTick(4000);
 constexpr std::chrono::microseconds kLoneTick(100'000);
 
 /// First byte of a message. From a rank to rank 0: more is wanted (with what was done since the
