@@ -5,6 +5,7 @@
 #include <cmath>
 #include <csignal>
 #include <numbers>
+#include <sstream>
 #include <thread>
 
 #include "apps/command.h"
@@ -85,6 +86,28 @@ TEST_F(Sweep, ATaskGivesTheBitsOfSimulate) {
   const std::string hash = folder_.json("r.json")["state_hash"];
   const std::string text = folder_.read("expected.csv");
   EXPECT_NE(text.substr(text.find("\n3,ok")).find("," + hash + ","), std::string::npos);
+}
+
+TEST_F(Sweep, FiguresGoBeforePresetsWhateverTheirOrder) {
+  const auto ends_of = [&](const std::string& axes) {
+    folder_.write("study.yaml", "scene: cube_toss\nduration: 0.3\nvary:\n" + axes);
+    fs::remove_all(folder_.path("expected.csv.parts"));
+    expected(folder_);
+    std::istringstream rows(folder_.read("expected.csv"));
+    std::vector<std::string> ends;  // of each row all that comes after what was varied
+    for (std::string row; std::getline(rows, row);) {
+      size_t at = 0;
+      for (int comma = 0; comma < 5; ++comma) at = row.find(',', at) + 1;
+      ends.push_back(row.substr(at));
+    }
+    return ends;
+  };
+  const std::vector<std::string> ends =
+      ends_of("  compliance: [1e-6, 1e-4, 1e-6]\n  contact: [hard]\n");
+  EXPECT_EQ(ends, ends_of("  contact: [hard]\n  compliance: [1e-6, 1e-4, 1e-6]\n"));
+  ASSERT_EQ(ends.size(), 4u);
+  EXPECT_NE(ends[1], ends[2]);
+  EXPECT_EQ(ends[1], ends[3]) << "a worker's scene is that of its task";
 }
 
 TEST_F(Sweep, ThreadsAndSharesGiveTheSameBits) {
