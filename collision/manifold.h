@@ -17,7 +17,7 @@ struct ContactPoint {
 
 /// Up to kCapacity contact points.
 struct Manifold {
-  static constexpr int kCapacity = 8;
+  static constexpr int kCapacity = 8;  // two faces of four corners meet in eight points at most
   std::array<ContactPoint, kCapacity> points;
   int size = 0;
 

@@ -119,7 +119,7 @@ void Collider::Impl::find_pairs_by_body() {
 
 // Solids that are not idle. True if they are so few that each may look at all others.
 bool Collider::Impl::list_awake() {
-  constexpr std::size_t kFew = 32;
+  constexpr std::size_t kFew = 32;  // as kFewestForGrid (broadphase.cc)
   if (idle.empty()) return false;
   awake.clear();
   for (std::size_t k = 0; k < solids.size(); ++k) {

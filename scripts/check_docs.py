@@ -29,13 +29,14 @@ FOREIGN = {"--preset", "--prefix", "--build", "--install", "--test-dir", "--outp
            "--exclude-libs", "--nodes", "--ntasks-per-node", "--cpus-per-task", "--cpu-bind", "--array", "--time",
            "--mpi",
            "--benchmark_filter", "--benchmark_min_time", "--gtest_repeat", "--parallel"}
-# Not of the field, or history: what to write instead.
+# Not of the field, or history: what to write instead, in documents and in code.
 PRIVATE_WORDS = {
     r"forecast(?:s|ed)?": "velocity predictor, predicted velocity",
     r"mended": "corrected",
     r"throws? of (?:the )?dice": "erratic convergence",
     r"culprits?": "failure cause",
     r"closing[_ ]watch": "stalled closure detector",
+    r"movers?\b": "engine adapter",
     r"tie[_ ]solver": "equality solver",
     r"fast[_ ]trees": "energy projection",
     r"dearest|dearer": "most expensive",
@@ -185,6 +186,11 @@ def check_decisions(text):
             yield f"decision '{title}' lacks one of {', '.join(PARTS)}, or has them in another order"
 
 
+def private_words(text):
+    return [f"says '{hit}': write {instead}" for word, instead in PRIVATE_WORDS.items()
+            for hit in re.findall(rf"\b({word})", text, re.I)]
+
+
 def check(root):
     sources = Sources(root)
     bad = []
@@ -199,10 +205,11 @@ def check(root):
         if page.startswith("docs/decisions/") and not page.endswith("README.md"):
             found += check_decisions(text)
         elif page != "docs/explanation/glossary.md":
-            plain = re.sub(r"`[^`\n]*`|\]\([^)]*\)", "", text)
-            for word, instead in PRIVATE_WORDS.items():
-                found += [f"says '{hit}': write {instead}" for hit in re.findall(rf"\b({word})", plain, re.I)]
+            found += private_words(re.sub(r"`[^`\n]*`|\]\([^)]*\)", "", text))
         bad += [f"{page}: {line}" for line in dict.fromkeys(found)]
+    for name, text in sources.text.items():
+        if not name.endswith("check_docs.py"):
+            bad += [f"{name}: {line}" for line in dict.fromkeys(private_words(text))]
     return bad, sources
 
 

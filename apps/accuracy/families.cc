@@ -58,7 +58,7 @@ class Maker {
       change(changed, value);
       family.settings.push_back(
           {fmt::format("{}, {}", name, text(value)), value, key(changed),
-           [&scene = scene_, changed] { return engine_mover(scene, changed); }, changed});
+           [&scene = scene_, changed] { return counterpoint_adapter(scene, changed); }, changed});
     }
     return family;
   }
@@ -123,7 +123,7 @@ void add_laws(const Maker& make, Families& out) {
   for (Setting& point : other.settings) {
     point.key.clear();
     point.make = [&scene = make.scene(), changed = *point.engine] {
-      return kinetic_energy_mover(scene, changed);
+      return kinetic_energy_adapter(scene, changed);
     };
     point.engine.reset();
   }

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "mover.h"
+#include "adapters/engine_adapter.h"
 #include "pieces.h"
 
 namespace counterpoint::apps::accuracy {
@@ -18,7 +18,7 @@ struct Setting {
   /// Equal keys are equal settings, measured once; empty: measured by itself.
   std::string key;
   /// @throws InputError, peers::NotExpressible: why it cannot be run (said, not a failure).
-  std::function<std::unique_ptr<Mover>()> make;
+  std::function<std::unique_ptr<EngineAdapter>()> make;
   /// Of this engine only: how it is told; physics is measured on it (physics.h).
   std::optional<EngineSetting> engine = {};
 };
@@ -32,7 +32,7 @@ struct Family {
   bool other_engine = false;  ///< beside this one: neither on the front nor recommended
   /// If set, errors are those to this engine's own run, at a time step given: its limit is another
   /// one. @throws as Setting::make.
-  std::function<std::unique_ptr<Mover>(double time_step)> own = {};
+  std::function<std::unique_ptr<EngineAdapter>(double time_step)> own = {};
   bool over_time_step() const { return parameter == "time_step_s"; }
 };
 

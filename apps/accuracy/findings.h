@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "judge.h"
+#include "recommendation.h"
 #include "measure.h"
 #include "report/html_page.h"
 #include "report/report.h"

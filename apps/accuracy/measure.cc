@@ -17,11 +17,11 @@ namespace {
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 /// Errors of one run of all pieces; false if one failed.
-bool run_for_error(Mover& mover, const Model& model, const Plan& plan, const Reference& reference,
+bool run_for_error(EngineAdapter& adapter, const Model& model, const Plan& plan, const Reference& reference,
                    Point& point) {
   double seconds = 0.0;
   for (const Piece& piece : reference.pieces) {
-    const Passage passage = mover.advance(piece.start, plan.length);
+    const Passage passage = adapter.advance(piece.start, plan.length);
     seconds += passage.seconds;
     point.steps += passage.steps;
     if (!passage.failure.empty()) {
@@ -41,17 +41,17 @@ bool run_for_error(Mover& mover, const Model& model, const Plan& plan, const Ref
   return point.failed == 0;
 }
 
-/// A point whose time is to be taken: the pieces by its mover.
+/// A point whose time is to be taken: the pieces by its adapter.
 struct Timing {
   size_t family = 0, point = 0;
-  std::unique_ptr<Mover> mover;
+  std::unique_ptr<EngineAdapter> adapter;
   std::vector<double> costs;
 };
 
 void run_for_time(const Plan& plan, const Reference& reference, Timing& timing) {
   double seconds = 0.0;
   for (const Piece& piece : reference.pieces)
-    seconds += timing.mover->advance(piece.start, plan.length).seconds;
+    seconds += timing.adapter->advance(piece.start, plan.length).seconds;
   timing.costs.push_back(seconds / (plan.length * static_cast<double>(reference.pieces.size())));
 }
 
@@ -193,7 +193,7 @@ void run_rounds(const Plan& plan, const Reference& reference, const MeasureOptio
   Progress progress("timing", options.repeats * static_cast<int>(timings.size()));
   int done = 0;
   for (Timing& timing : timings)  // to warm up
-    if (!stopped(options)) timing.mover->advance(reference.pieces.front().start, plan.length);
+    if (!stopped(options)) timing.adapter->advance(reference.pieces.front().start, plan.length);
   for (int round = 0; round < options.repeats; ++round) {
     for (Timing& timing : timings) {
       if (stopped(options)) return;

@@ -17,10 +17,10 @@ Scene at_step(const Scene& scene, double h) {
   return out;
 }
 
-class MujocoMover : public Mover {
+class MujocoAdapter : public EngineAdapter {
  public:
   /// What follows the time step in MuJoCo's settings is written into its model: one model a step.
-  MujocoMover(const Scene& scene, MujocoSettings settings, double h)
+  MujocoAdapter(const Scene& scene, MujocoSettings settings, double h)
       : time_step_(h), mujoco_(at_step(scene, h), settings) {}
 
   Passage advance(const State& start, double duration) override {
@@ -57,15 +57,15 @@ void add_mujoco(const Scene& scene, const std::vector<double>& time_steps, bool 
        {Kind{MujocoSettings::kDefault, "default"}, Kind{MujocoSettings::kRungeKutta4, "RK4"},
         Kind{MujocoSettings::kBest, "best"}}) {
     Family family{"mujoco", fmt::format("MuJoCo {} {}", version, kind.name), "time_step_s", {}};
-    const auto mover = [&scene, settings = kind.settings](double h) {
-      return std::make_unique<MujocoMover>(scene, settings, h);
+    const auto adapter = [&scene, settings = kind.settings](double h) {
+      return std::make_unique<MujocoAdapter>(scene, settings, h);
     };
     for (const double h : time_steps) {
       family.settings.push_back({fmt::format("{}, {}", family.name, seconds_text(h)), h, "",
-                                 [mover, h] { return mover(h); }});
+                                 [adapter, h] { return adapter(h); }});
     }
     family.other_engine = true;
-    if (constrained) family.own = mover;
+    if (constrained) family.own = adapter;
     out.families.push_back(std::move(family));
   }
 }

@@ -32,8 +32,8 @@ EngineSetting fine_setting(const Scene& scene, Integrator integrator, double h) 
   return setting;
 }
 
-State advanced(Mover& mover, const State& start, double duration) {
-  Passage passage = mover.advance(start, duration);
+State advanced(EngineAdapter& adapter, const State& start, double duration) {
+  Passage passage = adapter.advance(start, duration);
   if (!passage.failure.empty()) {
     throw InputError(
         fmt::format("the reference could not be computed: {}; a smaller time step (--timestep) or "
@@ -45,11 +45,11 @@ State advanced(Mover& mover, const State& start, double duration) {
 
 std::vector<State> ends(const Scene& scene, const Plan& plan, const std::vector<Piece>& pieces,
                         Integrator integrator, double h) {
-  const auto mover = engine_mover(scene, fine_setting(scene, integrator, h));
+  const auto adapter = counterpoint_adapter(scene, fine_setting(scene, integrator, h));
   Progress progress("reference", static_cast<int>(pieces.size()));
   std::vector<State> out;
   for (const Piece& piece : pieces) {
-    out.push_back(advanced(*mover, piece.start, plan.length));
+    out.push_back(advanced(*adapter, piece.start, plan.length));
     progress.update(static_cast<int>(out.size()));
   }
   return out;
@@ -58,14 +58,14 @@ std::vector<State> ends(const Scene& scene, const Plan& plan, const std::vector<
 /// The whole motion in one run, cut into pieces.
 std::vector<Piece> trajectory(const Scene& scene, const Plan& plan, Integrator integrator,
                               double h) {
-  const auto mover = engine_mover(scene, fine_setting(scene, integrator, h));
+  const auto adapter = counterpoint_adapter(scene, fine_setting(scene, integrator, h));
   Progress progress("reference", static_cast<int>(plan.starts.size()));
   std::vector<Piece> pieces;
   State now{0.0, scene.q, scene.v};
   double time = 0.0;
   for (const double start : plan.starts) {
-    if (start > time + 0.5 * h) now = advanced(*mover, now, start - time);
-    pieces.push_back({now, advanced(*mover, now, plan.length)});
+    if (start > time + 0.5 * h) now = advanced(*adapter, now, start - time);
+    pieces.push_back({now, advanced(*adapter, now, plan.length)});
     now = pieces.back().end;
     time = start + plan.length;
     progress.update(static_cast<int>(pieces.size()));
@@ -158,7 +158,7 @@ std::string refusal(const Scene& scene, Integrator integrator) {
   EngineSetting setting{scene.options, {}};
   setting.options.integrator = integrator;
   try {
-    engine_mover(scene, setting)->advance({0.0, scene.q, scene.v}, setting.options.time_step);
+    counterpoint_adapter(scene, setting)->advance({0.0, scene.q, scene.v}, setting.options.time_step);
   } catch (const InputError& error) {
     return error.what();
   }

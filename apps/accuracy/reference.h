@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "mover.h"
+#include "adapters/engine_adapter.h"
 #include "pieces.h"
 
 namespace counterpoint::apps::accuracy {

@@ -6,9 +6,10 @@
 #include <algorithm>
 #include <cstdint>
 #include <filesystem>
-#include <numeric>
 #include <optional>
 #include <type_traits>
+
+#include "counterpoint/model/files/edit_distance.h"
 
 namespace counterpoint::apps {
 namespace {
@@ -38,22 +39,6 @@ std::string type_word() {
   return "TEXT";
 }
 
-/// Insertions, deletions and exchanges that lead from one word to the other (Levenshtein).
-size_t edit_distance(const std::string& a, const std::string& b) {
-  std::vector<size_t> row(b.size() + 1);
-  std::iota(row.begin(), row.end(), 0);
-  for (size_t i = 1; i <= a.size(); ++i) {
-    size_t diagonal = row[0];
-    row[0] = i;
-    for (size_t j = 1; j <= b.size(); ++j) {
-      const size_t above = row[j];
-      row[j] = std::min({row[j] + 1, row[j - 1] + 1, diagonal + (a[i - 1] == b[j - 1] ? 0 : 1)});
-      diagonal = above;
-    }
-  }
-  return row.back();
-}
-
 }  // namespace
 
 std::string did_you_mean(const std::string& word, const std::vector<std::string>& names) {
@@ -61,7 +46,7 @@ std::string did_you_mean(const std::string& word, const std::vector<std::string>
   size_t least = std::max<size_t>(2, word.size() / 3) + 1;
   for (const std::string& name : names) {
     const bool begins = word.size() > 2 && name.rfind(word, 0) == 0;
-    const size_t distance = begins ? 1 : edit_distance(word, name);
+    const size_t distance = begins ? 1 : static_cast<size_t>(edit_distance(word, name));
     if (distance >= least || distance >= name.size()) continue;
     least = distance;
     best = name;

@@ -57,12 +57,12 @@ accuracy::ReferenceKind reference_kind(const std::string& name) {
 view::Clip clip_at(const Scene& scene, const accuracy::Setting& setting, double time_step) {
   const double h = setting.engine ? setting.engine->options.time_step : time_step;
   const double frame = h * std::max(1.0, std::round(1.0 / (view::kDefaultRate * h)));
-  const auto mover = setting.make();
+  const auto adapter = setting.make();
   view::Clip clip;
   clip.name = setting.label;
   clip.states.push_back({0.0, scene.q, scene.v});
   while (clip.states.back().time + 0.5 * frame < scene.options.duration) {
-    const accuracy::Passage passage = mover->advance(clip.states.back(), frame);
+    const accuracy::Passage passage = adapter->advance(clip.states.back(), frame);
     if (!passage.failure.empty()) break;
     clip.states.push_back(passage.end);
   }

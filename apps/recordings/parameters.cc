@@ -6,8 +6,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 #include <utility>
 
+#include "counterpoint/model/files/number.h"
 #include "counterpoint/model/model_editor.h"
 
 namespace counterpoint::apps {
@@ -137,16 +139,10 @@ std::vector<int> targets_of(const KindTraits& kind, const std::string& element, 
 }
 
 double number(const std::string& text, const std::string& where) {
-  size_t used = 0;
-  double value = 0.0;
-  try {
-    value = std::stod(text, &used);
-  } catch (const std::exception&) {
-    used = 0;
-  }
-  if (used == 0 || used != text.size() || !std::isfinite(value))
+  const std::optional<double> value = parse_number(text);
+  if (!value || !std::isfinite(*value))
     throw InputError(fmt::format("'{}': '{}' is no finite number", where, text));
-  return value;
+  return *value;
 }
 
 double value_at(const Parameter& p, const Scene& scene, int target) {

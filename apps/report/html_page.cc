@@ -1,9 +1,8 @@
 #include "html_page.h"
 
-#include <cstdlib>
-
 #include "chart.h"
 #include "chart_script.h"
+#include "counterpoint/model/files/number.h"
 
 namespace counterpoint::apps {
 namespace {
@@ -16,14 +15,6 @@ constexpr const char* kStyle =
     "th{background:#f4f4f4}svg{max-width:100%;height:auto}"
     ".values{min-height:1.4em;font-size:12px;font-variant-numeric:tabular-nums}"
     ".values span{margin-right:14px}";
-
-/// Numbers stand at the right of their column.
-bool is_number(const std::string& cell) {
-  if (cell.empty()) return false;
-  char* end = nullptr;
-  std::strtod(cell.c_str(), &end);
-  return *end == '\0';
-}
 
 }  // namespace
 
@@ -71,7 +62,8 @@ void HtmlPage::table(const Table& table) {
   for (const auto& row : table.rows) {
     body_ += "<tr>";
     for (const std::string& cell : row) {
-      body_ += is_number(cell) ? "<td class='number'>" : "<td>";
+      // Numbers stand at the right of their column.
+      body_ += parse_number(cell) ? "<td class='number'>" : "<td>";
       body_ += escape_markup(cell) + "</td>";
     }
     body_ += "</tr>\n";

@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cstdlib>
+#include <optional>
+
+#include "counterpoint/model/files/number.h"
 
 namespace counterpoint::apps {
 
@@ -13,9 +15,9 @@ void override_step_control(const std::string& adaptive, std::optional<double> ev
     options.step_control.reset();
   } else if (!adaptive.empty()) {
     if (!options.step_control) options.step_control.emplace();
-    char* end = nullptr;
-    options.step_control->tolerance = std::strtod(adaptive.c_str(), &end);
-    if (*end != '\0' || !step_control_flaw(*options.step_control).empty()) {
+    const std::optional<double> tolerance = parse_number(adaptive);
+    options.step_control->tolerance = tolerance.value_or(0.0);
+    if (!tolerance || !step_control_flaw(*options.step_control).empty()) {
       throw InputError(
           fmt::format("--adaptive {}: expected a positive number [m/s, rad/s], or off", adaptive));
     }

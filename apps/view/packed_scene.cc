@@ -6,6 +6,7 @@
 #include <map>
 #include <set>
 
+#include "counterpoint/collision/body_radii.h"
 #include "counterpoint/model/mesh/mesh.h"
 #include "counterpoint/model/shape_name.h"
 #include "counterpoint/model/terrain/terrain.h"
@@ -147,23 +148,6 @@ Json pack_shapes(const Model& model, MeshList& meshes) {
   return shapes;
 }
 
-double reach(const Shape& shape) {
-  switch (shape.type) {
-    case ShapeType::kSphere:
-      return shape.size.x();
-    case ShapeType::kBox:
-      return shape.size.norm();
-    case ShapeType::kCapsule:
-      return shape.size.x() + shape.size.y();
-    case ShapeType::kCylinder:
-      return std::hypot(shape.size.x(), shape.size.y());
-    case ShapeType::kConvexMesh:
-      return shape.mesh->interior_point.norm() + shape.mesh->radius;
-    default:
-      return 0.0;
-  }
-}
-
 }  // namespace
 
 void pack_model(const Model& model, const Visuals& visuals, Json& out) {
@@ -202,13 +186,9 @@ void pack_model(const Model& model, const Visuals& visuals, Json& out) {
   out["closures"] = closures;
 }
 
-std::vector<double> body_radii(const Model& model) {
-  std::vector<double> radii(model.num_bodies(), 0.0);
-  for (const Geometry& geometry : model.geometries()) {
-    if (geometry.body == 0) continue;
-    double& radius = radii[geometry.body];
-    radius = std::max(radius, geometry.X_BG.translation.norm() + reach(geometry.shape));
-  }
+std::vector<double> drawn_radii(const Model& model) {
+  std::vector<double> radii = collision::body_radii(model);
+  radii[0] = 0.0;
   // Of a body without shapes the page draws the centre of mass.
   for (int i = 1; i < model.num_bodies(); ++i)
     if (radii[i] == 0.0) radii[i] = model.body(i).inertia.center.norm();
@@ -258,7 +238,7 @@ Ball bounds(const Model& model, const Clip& clip) {
   const size_t stride = std::max<size_t>(1, clip.states.size() / 200);
   for (size_t k = 0; k < clip.states.size(); k += stride) states.push_back(&clip.states[k]);
   states.push_back(&clip.states.back());
-  const std::vector<double> radii = body_radii(model);
+  const std::vector<double> radii = drawn_radii(model);
   const Ball all = ball_of(model, radii, states);
   const Ball start = ball_of(model, radii, {&clip.states[0]});
   // What flies away would leave nothing to see: then the start, and some room around it.

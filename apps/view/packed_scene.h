@@ -15,7 +15,7 @@ void pack_model(const Model& model, const Visuals& visuals, Json& out);
 
 /// How far a body's shapes, or without any its centre of mass, reach from its origin [m], by body;
 /// the world's stays 0.
-std::vector<double> body_radii(const Model& model);
+std::vector<double> drawn_radii(const Model& model);
 
 /// A ball around all that moves, at any time of the clip: what the camera looks at.
 struct Ball {

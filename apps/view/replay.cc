@@ -33,14 +33,14 @@ std::string without_markup(std::string json) {
 /// The finest that bodies can be told apart by: a thousandth of the smallest, where there is one.
 double smallest_radius(const Model& model) {
   double smallest = std::numeric_limits<double>::infinity();
-  for (const double radius : body_radii(model))
+  for (const double radius : drawn_radii(model))
     if (radius > 0.0) smallest = std::min(smallest, radius);
   return smallest;
 }
 
 /// Half of the bodies are larger. [m]
 double typical_radius(const Model& model, double without_bodies) {
-  std::vector<double> radii = body_radii(model);
+  std::vector<double> radii = drawn_radii(model);
   radii.erase(radii.begin());  // the world
   std::erase(radii, 0.0);
   if (radii.empty()) return without_bodies;

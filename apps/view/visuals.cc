@@ -5,11 +5,11 @@
 #include <yaml-cpp/yaml.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <sstream>
 #include <unordered_map>
 
+#include "counterpoint/model/files/number.h"
 #include "counterpoint/model/files/text_file.h"
 #include "counterpoint/model/mjcf/mjcf.h"
 #include "counterpoint/model/rotation.h"
@@ -34,12 +34,9 @@ std::optional<std::vector<double>> numbers(const char* text, size_t count) {
   if (!text) return std::nullopt;
   std::istringstream words(text);
   for (std::string word; words >> word;) {
-    double value = 0.0;
-    const char* begin = word.data() + (word[0] == '+' ? 1 : 0);
-    const auto [end, error] = std::from_chars(begin, word.data() + word.size(), value);
-    if (error != std::errc() || end != word.data() + word.size() || !std::isfinite(value))
-      return std::nullopt;
-    out.push_back(value);
+    const std::optional<double> value = parse_number(word);
+    if (!value || !std::isfinite(*value)) return std::nullopt;
+    out.push_back(*value);
   }
   if (out.size() != count) return std::nullopt;
   return out;

@@ -68,7 +68,7 @@ double extent(const Bounds& box) { return (box.high - box.low).maxCoeff(); }
 
 // A place among the boxes, whatever a few of them do.
 Vector3 median_of_few(const std::vector<Bounds>& boxes) {
-  constexpr std::size_t kSamples = 9;
+  constexpr std::size_t kSamples = 9;  // odd, so that the median is one of them
   std::array<std::array<double, kSamples>, 3> at{};
   for (std::size_t s = 0; s < kSamples; ++s) {
     const Bounds& box = boxes[(2 * s + 1) * boxes.size() / (2 * kSamples)];

@@ -68,7 +68,7 @@ void Broadphase::sweep_or_tree(const std::vector<Bounds>& boxes) {
 // Moves the pairs found to `out`: sorted by counting, second index first.
 void Broadphase::move_sorted(std::size_t num_boxes, std::vector<std::pair<int, int>>& out) {
   using Pairs = std::vector<std::pair<int, int>>;
-  constexpr std::size_t kFewPairs = 64;
+  constexpr std::size_t kFewPairs = 64;  // few are sorted by comparison, which passes over no boxes
   if (found_.size() < std::max(kFewPairs, num_boxes / 8)) {
     std::sort(found_.begin(), found_.end());
     out.assign(found_.begin(), found_.end());
@@ -104,8 +104,8 @@ int Broadphase::widest_axis() const {
 // Is the tree faster? Its work grows with the boxes, the sweep's with how many of them a box meets
 // along the axis: judged from a few. Either answer is right.
 bool Broadphase::crowded(int axis) const {
-  constexpr std::size_t kSamples = 16;
-  constexpr std::size_t kNeighbours = 24;
+  constexpr std::size_t kSamples = 16;  // a pass over the boxes each
+  constexpr std::size_t kNeighbours = 24;  // either answer is right, only time differs
   if (boxes_.size() < kFewestForTree) return false;
   std::size_t met = 0;
   for (std::size_t k = 0; k < kSamples; ++k) {

@@ -16,7 +16,7 @@ namespace counterpoint::collision {
 /// A convex polygon (3 or more vertices, counter-clockwise about its outward normal), a segment (2) or
 /// a point (1). A round shape shows the feature of its core.
 struct Feature {
-  static constexpr int kCapacity = 16;
+  static constexpr int kCapacity = 16;  // corners of a rim, too: a circle is off by 2 % of its radius
   std::array<Vector3, kCapacity> vertices;
   int size = 0;
   Vector3 normal;       ///< of a polygon, unit, outward

@@ -33,9 +33,9 @@ Reach reach(const Piece& piece, const Vector3& direction) {
 // tangent tangent', both in the plane across n; `fixed` is a line that n stays perpendicular to, or
 // null.
 bool newton(const Piece& a, const Piece& b, const Vector3* fixed, Vector3& n) {
-  constexpr int kMaxIterations = 12;
+  constexpr int kMaxIterations = 12;  // Newton's method doubles digits: six are usual
   constexpr double kLastStep = 1e-8;  // the next would be its square
-  constexpr double kLongestStep = 0.5;
+  constexpr double kLongestStep = 0.5;  // [rad]
   for (int i = 0; i < kMaxIterations; ++i) {
     if (fixed != nullptr) n = (n - n.dot(*fixed) * *fixed).normalized();
     const Reach ra = reach(a, n);
@@ -112,7 +112,7 @@ bool solve(const Piece& a, const Piece& b, double slack, Witness& out) {
 // True if the distance of the cores along the normal is that of the points, which lie in them, and
 // no less than `least`.
 bool certain(const MinkowskiDifference& difference, double least, Witness& witness) {
-  constexpr double kError = 1e-13;
+  constexpr double kError = 1e-13;  // round-off of the size, a hundred times over
   const Vector3 apart = witness.point_b - witness.point_a;
   witness.distance = difference.distance_along(witness.normal);
   return witness.distance >= least &&
@@ -132,7 +132,7 @@ int distinct(const DifferencePoint* points, int num_points, bool of_a, Vector3* 
   return size;
 }
 
-constexpr int kMaxPieces = 4;
+constexpr int kMaxPieces = 4;  // a triangle has the most: its face and three edges
 
 Piece line_through(const Vector3& p, const Vector3& q) {
   return {Piece::kLine, 0.5 * (p + q), (q - p).normalized(), 0.5 * (q - p).norm(), 0.0};
@@ -214,7 +214,7 @@ bool settle_on_triangle(const MinkowskiDifference& difference, const Vector3* tr
 // The cap of a cylinder, where that faces along the normal.
 bool settle_on_cap(const MinkowskiDifference& difference, const CoreShape& core,
                    const Vector3& towards, bool of_a, double least, Witness& out) {
-  constexpr double kCapCosine = 0.9;
+  constexpr double kCapCosine = 0.9;  // within 26 degrees; elsewhere a rim or the side touches
   if (core.shape.type != ShapeType::kCylinder) return false;
   const Vector3 axis = core.X.rotation.col(2);
   const double cosine = axis.dot(towards);

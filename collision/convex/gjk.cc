@@ -22,12 +22,12 @@ constexpr Accuracy kFinal = {1e-13, 0.0};
 // Over a curved surface the iteration only crawls on; from here on the pieces may be known that
 // touch.
 constexpr Accuracy kCoarse[] = {{3e-3, 0.05}, {1e-5, 1e-3}};
-constexpr int kMaxIterations = 200;
+constexpr int kMaxIterations = 200;  // what is reached then is taken
 // The first steps overshoot: so many directions are averaged with the one before, which saves one
 // step in nine. Its point is taken if it lies nearer the origin along v than v by more than this.
 constexpr int kMaxAveraged = 2;
 constexpr double kProgress = 0.999;
-constexpr int kMaxStalls = 3;
+constexpr int kMaxStalls = 3;  // steps in a row that gain no more than rounding
 constexpr double kNoFarther = 1.0 + 1e-15;
 
 // The part of a simplex closest to the origin; its points in ascending order.
@@ -237,7 +237,7 @@ void fill_witness(const Simplex& simplex, const Vector3& v, Witness& out) {
 // Exact after one round for polytopes; over a radius of curvature r the error of the normal shrinks
 // by (depth + apart) / (r + apart) a round, so they are moved no farther apart than they overlap.
 void refine_depth(const MinkowskiDifference& overlapping, const Vector3& first, Witness& out) {
-  constexpr int kMaxRounds = 20;
+  constexpr int kMaxRounds = 20;  // each exact for polytopes, shrinks the error over curved shapes
   constexpr int kCoarseRounds = 1;
   constexpr Accuracy kFirst = {1e-7, 0.0};
   constexpr double kLeastApart =

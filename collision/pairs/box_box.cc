@@ -67,7 +67,7 @@ Axis best_face(const Boxes& boxes, double margin) {
 // weighing the less the nearer it is to `rounding` less: continuous, and the middle where two edges
 // meet in one line, or two corners. False where there is but one: faces that are nearly parallel.
 bool rounded_normal(const Boxes& boxes, const Axis& best, double rounding, Vector3& normal) {
-  constexpr double kParallel = 0.99;
+  constexpr double kParallel = 0.99;  // cosine: 8 degrees
   Vector3 sum = best.normal;
   bool several = false;
   const auto consider = [&](double along, double distance, const Vector3& axis) {

@@ -169,7 +169,7 @@ void add_farthest(const Heights& heights, int lowest, double margin, const Direc
 // of the angle and by all of it, until the choice is full.
 void add_tipped(const Heights& heights, int lowest, double angle, const Directions& directions,
                 Choice& choice) {
-  constexpr double kLittle = 1.0 / 16.0;
+  constexpr double kLittle = 1.0 / 16.0;  // of the angle
   std::array<int, kDirections> tipped;
   tipped.fill(lowest);
   for (const double share : {kLittle, 1.0}) {

@@ -88,7 +88,7 @@ COUNTERPOINT_WIDE int find_farthest_face(const ConvexMesh& mesh, const Vector3& 
 
 // Can heights along the direction be told apart?
 COUNTERPOINT_INTO_EACH bool has_length(const double (&direction)[3]) {
-  constexpr double kShortest = 1e-100;
+  constexpr double kShortest = 1e-100;  // products of two neither vanish nor overflow
   constexpr double kLongest = 1e100;
   const double length = std::abs(direction[0]) + std::abs(direction[1]) + std::abs(direction[2]);
   return length > kShortest && length < kLongest;
@@ -145,7 +145,7 @@ COUNTERPOINT_WIDE int place_farthest_vertex(const ConvexMesh& mesh, const Pose& 
 // The face that looks most along the direction. The search climbs from face to face around common
 // corners, from those around a vertex; it remembers a few corners that it has been around.
 int climb_faces(const ConvexMesh& mesh, const Vector3& direction, int vertex) {
-  constexpr int kRemembered = 16;
+  constexpr int kRemembered = 16;  // corners seen again cost time, nothing else
   std::array<int, kRemembered> seen;
   int num_seen = 0;
   int best = mesh.vertex_faces[vertex][0];
@@ -174,7 +174,7 @@ int scan_vertices(const ConvexMesh& mesh, const Vector3& direction) {
 }
 
 int likely_vertex(const ConvexMesh& mesh, const Vector3& direction) {
-  constexpr std::size_t kStride = 24;
+  constexpr std::size_t kStride = 24;  // a start of the climb, which any vertex would be
   if (is_scanned(mesh)) return 0;
   std::size_t best = 0;
   double height = mesh.vertices[0].dot(direction);

@@ -17,9 +17,9 @@ struct LineSearchResult {
 /// returns phi' and phi'' of a convex phi as a Slope; phi'(0) < 0 is given.
 template <class Derivative>
 LineSearchResult search_line(const Derivative& derivative, double slope_at_zero, double accuracy) {
-  constexpr int kMaxEvaluations = 100;
-  constexpr double kLargestStep = 1e6;
-  constexpr double kGrowth = 10.0;
+  constexpr int kMaxEvaluations = 100;  // bisection of any bracket to round-off is done by then
+  constexpr double kLargestStep = 1e6;  // of Newton's; an island that wants more is unbounded
+  constexpr double kGrowth = 10.0;  // of the step, until the slope changes its sign
   // Newton's steps may creep up to a kink from one side: a bracket that so many of them do not
   // halve is halved.
   constexpr int kPatience = 3;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "counterpoint/collision/body_radii.h"
 #include "counterpoint/engine/constraints/closures.h"
 #include "counterpoint/engine/constraints/contact_law.h"
 #include "counterpoint/engine/constraints/joint_limits.h"
@@ -14,29 +15,6 @@
 namespace counterpoint {
 namespace {
 
-/// Radius [m] about the geometry frame's origin that holds the whole shape.
-double bounding_radius(const Shape& shape) {
-  switch (shape.type) {
-    case ShapeType::kPlane:
-    case ShapeType::kTerrain:
-      return 0.0;  // fixed to the world
-    case ShapeType::kSphere:
-      return shape.size.x();
-    case ShapeType::kBox:
-      return shape.size.norm();
-    case ShapeType::kCapsule:
-      return shape.size.x() + shape.size.y();
-    case ShapeType::kCylinder:
-      return std::hypot(shape.size.x(), shape.size.y());
-    case ShapeType::kConvexMesh: {
-      double radius = 0.0;
-      for (const Vector3& v : shape.mesh->vertices) radius = std::max(radius, v.norm());
-      return radius;
-    }
-  }
-  return 0.0;
-}
-
 /// Whether bodies differ so much in mass that contacts look at what they may carry.
 bool differ_much(const std::vector<double>& weight) {
   double least = std::numeric_limits<double>::infinity(), most = 0.0;
@@ -46,13 +24,6 @@ bool differ_much(const std::vector<double>& weight) {
     most = std::max(most, w);
   }
   return most > kHeaviest * least;
-}
-
-std::vector<double> body_radii(const Model& model) {
-  std::vector<double> radius(model.num_bodies(), 0.0);
-  for (const Geometry& g : model.geometries())
-    radius[g.body] = std::max(radius[g.body], g.X_BG.translation.norm() + bounding_radius(g.shape));
-  return radius;
 }
 
 /// One row a coordinate: it takes up to the bound and yields beyond.
@@ -94,7 +65,7 @@ void find_mimics(const Model& model, const SimulationOptions& options, const Vec
 ConstraintFinder::ConstraintFinder(const Model& model, InverseWeights weights)
     : weights_(std::move(weights)),
       collider_(model),
-      radius_(body_radii(model)),
+      radius_(collision::body_radii(model)),
       travel_(model.num_bodies(), 0.0),
       slack_(model.num_bodies(), 0.0),
       margin_(model.num_bodies(), 0.0),

@@ -93,35 +93,35 @@ EnergyProjection::EnergyProjection(const Model& model)
 }
 
 double EnergyProjection::apply(const Model& model, double h, const VectorRef& q, const VectorRef& v,
-                               bool foreseen, const VectorX& rotors, int t, Data& data) {
+                               bool predicted, const VectorX& rotors, int t, Data& data) {
   share_[t] = 0.0;
   if (!corrected_[t]) return 0.0;
   const Tree& tree = model.trees()[t];
   double fastest = 0.0;
   for (int k = tree.body_begin; k < tree.body_end; ++k)
     fastest = std::max(fastest, data.V[k].angular.squaredNorm());
-  const double share = share_of(h * fastest / (foreseen ? kForeseen : 1.0));
-  if (!(share > 0.0) || !find_change(model, h, q, v, foreseen, rotors, t, share, data)) return 0.0;
+  const double share = share_of(h * fastest / (predicted ? kPredictedFactor : 1.0));
+  if (!(share > 0.0) || !find_change(model, h, q, v, predicted, rotors, t, share, data)) return 0.0;
   share_[t] = share;
   set_force(model, h, rotors, tree, data);
   return share;
 }
 
 bool EnergyProjection::find_change(const Model& model, double h, const VectorRef& q,
-                                   const VectorRef& v, bool foreseen, const VectorX& rotors, int t,
+                                   const VectorRef& v, bool predicted, const VectorX& rotors, int t,
                                    double share, Data& data) {
   const Tree& tree = model.trees()[t];
   const BodyRange bodies = {tree.body_begin, tree.body_end};
   const int begin = tree.v_begin, size = tree.v_end - tree.v_begin;
   compute_inertias(model, bodies, data);
-  const TreeMotion start = motion_of(model, tree, rotors, foreseen ? h : 0.0, v, data);
+  const TreeMotion start = motion_of(model, tree, rotors, predicted ? h : 0.0, v, data);
   if (!aba(model, zero_, rotors, Vector3::Zero(), bodies, data, plain_)) return false;
 
   auto plain = plain_.segment(begin, size);
   plain *= h;
   const auto w = v.segment(begin, size);
   reached_.segment(begin, size) = w + plain;
-  const TreeMotion end = keep_energy(model, t, h, q, foreseen, rotors, start.energy);
+  const TreeMotion end = keep_energy(model, t, h, q, predicted, rotors, start.energy);
   auto reached = reached_.segment(begin, size);
   if (start.floats) {  // the joint's axes are those of its frame
     const Matrix3& R_WJ = model.body(bodies.begin).X_PJ.rotation;
@@ -135,7 +135,7 @@ bool EnergyProjection::find_change(const Model& model, double h, const VectorRef
 // A root in one variable that exists, since the energy goes from 0 to infinity with the scale: by
 // secants from 1, kept in a bracket.
 TreeMotion EnergyProjection::keep_energy(const Model& model, int t, double h, const VectorRef& q,
-                                         bool foreseen, const VectorX& rotors, double energy) {
+                                         bool predicted, const VectorX& rotors, double energy) {
   const Tree& tree = model.trees()[t];
   constexpr int kMaxTrials = 60;
   const BodyRange bodies = {tree.body_begin, tree.body_end};
@@ -147,7 +147,7 @@ TreeMotion EnergyProjection::keep_energy(const Model& model, int t, double h, co
     compute_poses(model, q_, bodies, *scratch_);
     compute_velocities(model, reached_, bodies, *scratch_);
     compute_inertias(model, bodies, *scratch_);
-    motion = motion_of(model, tree, rotors, foreseen ? h : 0.0, reached_, *scratch_);
+    motion = motion_of(model, tree, rotors, predicted ? h : 0.0, reached_, *scratch_);
     return energy > 0.0 ? std::sqrt(std::max(0.0, motion.energy) / energy) - 1.0 : 0.0;
   };
   double low = 0.0, high = std::numeric_limits<double>::infinity();

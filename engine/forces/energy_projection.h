@@ -7,7 +7,7 @@
 // - w) / h, where w_free is what they alone would lead to, moved along itself to where the kinetic
 // energy at the pose reached is that of the start (projection: Hairer, Lubich, Wanner 2006, IV.4);
 // if the tree floats, with the motion of its centre of mass held. Below kSlow nothing is done, from
-// kFast on all of it, in between a smooth share; of trees with a prediction at kForeseen times these
+// kFast on all of it, in between a smooth share; of trees with a prediction at kPredictedFactor times these
 // rates. It depends on (q, w) alone: the inverse knows it.
 //
 // Trees with closures are left to mid_velocity.h: the impulses of closures take most of what the
@@ -32,16 +32,16 @@ struct TreeMotion {
 class EnergyProjection {
  public:
   static constexpr double kSlow = 0.1, kFast = 0.3;  ///< of h omega^2 [1/s]
-  static constexpr double kForeseen = 3.0;
+  static constexpr double kPredictedFactor = 3.0;
 
   explicit EnergyProjection(const Model& model);
 
   /// The share that this correction has of a tree's velocity-dependent forces, 0 ... 1, for a step
   /// of h [s] from (q, v); that share of the mean forces into data.has_mean_force, mean_force and
-  /// mean_rotor_force, and c zero, where it is not 0. foreseen: the tree has a prediction. rotors
+  /// mean_rotor_force, and c zero, where it is not 0. predicted: the tree has a prediction. rotors
   /// (nv): what is added to the diagonal of M. Needs compute_poses and compute_velocities;
   /// no applied forces in data (has_external, added).
-  double apply(const Model& model, double h, const VectorRef& q, const VectorRef& v, bool foreseen,
+  double apply(const Model& model, double h, const VectorRef& q, const VectorRef& v, bool predicted,
                const VectorX& rotors, int t, Data& data);  // Parameters: what it depends on, one by one
 
   /// nv: what the forces at the start of the step alone would change of the velocity [m/s, rad/s],
@@ -72,8 +72,8 @@ class EnergyProjection {
  private:  // Parameters: what it depends on, one by one
   /// False if M is singular.
   bool find_change(const Model& model, double h, const VectorRef& q, const VectorRef& v,
-                   bool foreseen, const VectorX& rotors, int t, double share, Data& data);
-  TreeMotion keep_energy(const Model& model, int t, double h, const VectorRef& q, bool foreseen,
+                   bool predicted, const VectorX& rotors, int t, double share, Data& data);
+  TreeMotion keep_energy(const Model& model, int t, double h, const VectorRef& q, bool predicted,
                          const VectorX& rotors, double energy);  // Parameters: what it depends on, one by one
   void set_force(const Model& model, double h, const VectorX& rotors, const Tree& tree, Data& data);
 

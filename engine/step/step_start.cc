@@ -70,9 +70,9 @@ void StepStart::set_mean_forces(const Model& model, const SimulationOptions& opt
     for (int i = bodies.begin; i < bodies.end;) {
       const int t = model.body(i).tree;
       i = model.trees()[t].body_end;
-      const bool foreseen = predictor_.covers(t);
-      const double share = energy_projection_.apply(model, h, q, v, foreseen, rotors, t, data);
-      if (foreseen || share > 0.0) add_rest(model, v, t, share, ws);
+      const bool predicted = predictor_.covers(t);
+      const double share = energy_projection_.apply(model, h, q, v, predicted, rotors, t, data);
+      if (predicted || share > 0.0) add_rest(model, v, t, share, ws);
     }
   }
 }

@@ -4,12 +4,12 @@
 #include <yaml-cpp/eventhandler.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <limits>
 #include <set>
 #include <sstream>
 
+#include "counterpoint/model/files/number.h"
 #include "counterpoint/model/files/text_file.h"
 #include "counterpoint/model/limits.h"
 
@@ -71,14 +71,6 @@ void check_extent(const YAML::Node& node, const std::string& file, int depth, si
   } else if (node.IsSequence()) {
     for (const auto& item : node) check_extent(item, file, depth + 1, count);
   }
-}
-
-/// A whole string as a number, whatever the locale.
-bool parse_number(const std::string& text, double& value) {
-  const char* begin = text.data() + (text.size() > 1 && text[0] == '+' ? 1 : 0);
-  const char* end = text.data() + text.size();
-  const auto [stop, error] = std::from_chars(begin, end, value);
-  return error == std::errc() && stop == end && std::isfinite(value);
 }
 
 }  // namespace
@@ -167,12 +159,13 @@ bool YamlValue::boolean() const {
 }
 
 double YamlValue::number() const {
-  double value = 0.0;
-  if (!node_.IsScalar() || !parse_number(node_.Scalar(), value)) {
+  const std::optional<double> value =
+      node_.IsScalar() ? parse_number(node_.Scalar()) : std::nullopt;
+  if (!value || !std::isfinite(*value)) {
     fail(fmt::format("a finite number is expected{}",
                      node_.IsScalar() ? ", not '" + node_.Scalar() + "'" : ""));
   }
-  return value;
+  return *value;
 }
 
 double YamlValue::number(double low, double high) const {

@@ -3,11 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <sstream>
 #include <string>
 
+#include "counterpoint/model/files/number.h"
 #include "counterpoint/model/files/text_file.h"
 #include "counterpoint/model/limits.h"
 
@@ -23,15 +23,13 @@ std::string_view trimmed(std::string_view text) {
 
 double parse_height(std::string_view cell, const std::string& where) {
   cell = trimmed(cell);
-  if (!cell.empty() && cell[0] == '+') cell.remove_prefix(1);
-  double value = 0.0;
-  const auto [end, error] = std::from_chars(cell.data(), cell.data() + cell.size(), value);
-  if (error != std::errc() || end != cell.data() + cell.size() || !std::isfinite(value)) {
+  const std::optional<double> value = parse_number(cell);
+  if (!value || !std::isfinite(*value)) {
     throw InputError(fmt::format("{}: '{}' is no height; finite numbers [m] separated by commas "
                                  "are expected",
                                  where, cell));
   }
-  return value;
+  return *value;
 }
 
 }  // namespace

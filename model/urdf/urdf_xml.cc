@@ -5,12 +5,12 @@
 
 #include <algorithm>
 #include <cctype>
-#include <charconv>
 #include <cstring>
 #include <set>
 #include <sstream>
 #include <string_view>
 
+#include "counterpoint/model/files/number.h"
 #include "counterpoint/model/files/text_file.h"
 #include "counterpoint/model/limits.h"
 #include "counterpoint/model/types.h"
@@ -97,16 +97,12 @@ class Pass {
     const auto blank = [](char c) { return std::isspace(static_cast<unsigned char>(c)) != 0; };
     while (!text.empty() && blank(text.front())) text.remove_prefix(1);
     while (!text.empty() && blank(text.back())) text.remove_suffix(1);
-    if (!text.empty() && text.front() == '+') text.remove_prefix(1);
-    double value = 0.0;
-    const char* end = text.data() + text.size();
-    // Unlike strtod, from_chars does not depend on the locale.
-    const auto [stop, error] = std::from_chars(text.data(), end, value);
-    if (error != std::errc() || stop != end) {
+    const std::optional<double> value = parse_number(text);
+    if (!value) {
       throw InputError(fmt::format("{}: <{} {}=\"{}\">: a number is expected", at(e), e->Name(),
                                    attribute, e->Attribute(attribute)));
     }
-    return value;
+    return *value;
   }
 
   /// A number in an attribute; nothing if the attribute is missing.

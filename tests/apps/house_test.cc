@@ -1,4 +1,4 @@
-// The house as docs/architecture.md draws it, and documents that point at what exists.
+// The folders as docs/architecture.md draws them, and documents that point at what exists.
 #include <gtest/gtest.h>
 
 #include <filesystem>

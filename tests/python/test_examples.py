@@ -1,4 +1,4 @@
-"""Every example runs; what it needs beyond NumPy and is not there skips aloud."""
+"""Every example runs; what it needs beyond NumPy and is not there is reported as skipped."""
 
 import pathlib
 import subprocess

@@ -75,11 +75,11 @@ void ProjectionTerms::add_turn_gradient(const Model& model, const Tree& tree, in
 
 /// share_q_, share_v_: of the share, by the angular velocity of the body that turns fastest.
 void ProjectionTerms::find_share_gradient(const Model& model, const Tree& tree, double h,
-                                          bool foreseen, const Data& data) {
+                                          bool predicted, const Data& data) {
   const int n = tree.v_end - tree.v_begin, body = fastest(tree, data);
   share_q_.head(n).setZero();
   share_v_.head(n).setZero();
-  const double part = h / (foreseen ? EnergyProjection::kForeseen : 1.0);
+  const double part = h / (predicted ? EnergyProjection::kPredictedFactor : 1.0);
   const double slope = EnergyProjection::share_slope(part * data.V[body].angular.squaredNorm());
   add_turn_gradient(model, tree, body, 2.0 * part * slope, data, share_q_, share_v_);
 }
@@ -128,22 +128,22 @@ void ProjectionTerms::add_work(const Model& model, const Tree& tree, double h, c
 /// by_q_, by_v_: first column of the scale, without what goes through the change by the forces
 /// (the rows by which that counts are left in rows_); then of the momentum that the centre of mass
 /// lacks, likewise, at that scale.
-void ProjectionTerms::find_scale_gradient(const Model& model, const Tree& tree, double h,
-                                          double scale, bool foreseen, const VectorRef& q,
-                                          const VectorRef& v, const VectorX& rotors,
-                                          const Data& data) {
+void ProjectionTerms::find_scale_gradient(const InverseArguments& of, const Tree& tree, double scale,
+                                          bool predicted, const VectorX& rotors, const Data& data) {
+  const Model& model = of.model;
+  const double h = of.h();
   const int begin = tree.v_begin, n = tree.v_end - tree.v_begin;
   const BodyRange bodies = {tree.body_begin, tree.body_end};
   // moved_: scale times w, then that turned by h.
-  integrate_configuration(model, q, moved_, h, bodies, q_reached_);
+  integrate_configuration(model, of.q, moved_, h, bodies, q_reached_);
   compute_poses(model, q_reached_, bodies, *reached_);
   compute_inertias(model, bodies, *reached_);
   end_.compute(model, tree, *reached_, moved_.data(), rotors);
-  start_.compute(model, tree, data, v.data(), rotors);
-  if (foreseen) {
+  start_.compute(model, tree, data, of.v.data(), rotors);
+  if (predicted) {
     compute_velocities(model, moved_, bodies, *reached_);
     add_work(model, tree, h, moved_, *reached_, end_);
-    at_.segment(begin, n) = v.segment(begin, n);
+    at_.segment(begin, n) = of.v.segment(begin, n);
     add_work(model, tree, h, at_, data, start_);
   }
   moved_.segment(begin, n) *= h;
@@ -172,9 +172,12 @@ void ProjectionTerms::find_scale_gradient(const Model& model, const Tree& tree, 
 }
 
 // Long: one formula, whose terms share their factors.
-void ProjectionTerms::add(const Model& model, int t, EffectSet effects, double h,
-                          const VectorRef& q, const VectorRef& v, bool foreseen,
+void ProjectionTerms::add(const InverseArguments& of, int t, bool predicted,
                           const Workspace::Impl& ws, InverseDerivatives& d) {
+  const Model& model = of.model;
+  const EffectSet effects = of.effects;
+  const VectorRef& v = of.v;
+  const double h = of.h();
   const Tree& tree = model.trees()[t];
   const int begin = tree.v_begin, n = tree.v_end - tree.v_begin;
   const auto part = Eigen::seqN(begin, n);
@@ -197,7 +200,7 @@ void ProjectionTerms::add(const Model& model, int t, EffectSet effects, double h
   auto w = half_.segment(begin, n);
   w.noalias() = M * moved_.segment(begin, n);
   auto changed = changed_.segment(begin, n);
-  if (foreseen) {
+  if (predicted) {
     changed.noalias() = 0.5 * (dyn_v * moved_.segment(begin, n));
     other_(part) = ws.start.energy_projection().change()(part) / share;
   } else {
@@ -207,15 +210,15 @@ void ProjectionTerms::add(const Model& model, int t, EffectSet effects, double h
   changed.noalias() += (1.0 / h) * M * other_.segment(begin, n);
   other_(part) = moved_(part);
   moved_(part) *= scale;
-  find_scale_gradient(model, tree, h, scale, foreseen, q, v, rotors, ws.data);
-  find_share_gradient(model, tree, h, foreseen, ws.data);
+  find_scale_gradient(of, tree, scale, predicted, rotors, ws.data);
+  find_share_gradient(model, tree, h, predicted, ws.data);
 
   const int columns = end_.floats ? 4 : 1;
   // How fast each grows with the scale: rows (v + plain).
   Eigen::Matrix<double, 4, 1> grows = Eigen::Matrix<double, 4, 1>::Zero();
   for (int c = 0; c < columns; ++c) grows[c] = rows_.col(c).head(n).dot(other_.segment(begin, n));
-  if (!solve_rows(M, dyn_v, columns, foreseen)) return;
-  if (foreseen) {
+  if (!solve_rows(M, dyn_v, columns, predicted)) return;
+  if (predicted) {
     const auto Y = solved_.topLeftCorner(n, n);
     out_q += (share * h) * Y.transpose().lazyProduct(dyn_q);
     out_v += (share * h) * Y.transpose().lazyProduct(dyn_v) - (0.5 * share) * dyn_v;

@@ -14,6 +14,7 @@
 #include "counterpoint/engine/derivatives/dynamics/kinetic_gradient.h"
 #include "counterpoint/engine/derivatives/dynamics/sparse_solve.h"
 #include "counterpoint/engine/derivatives/dynamics/sweep.h"
+#include "counterpoint/engine/step/step_start.h"
 #include "counterpoint/engine/step/step_workspace.h"
 #include "counterpoint/engine/step_derivatives.h"
 
@@ -24,21 +25,20 @@ class ProjectionTerms {
   explicit ProjectionTerms(const Model& model);
 
   /// Adds what a tree's share changes by, as the inverse step left it in `ws`, beyond that of
-  /// (M + R)(a - change / h) + (1 - s) n, or with a prediction (foreseen) B at fixed f.
-  void add(const Model& model, int t, EffectSet effects, double h, const VectorRef& q,  // Parameters: all it depends on
-           const VectorRef& v, bool foreseen, const Workspace::Impl& ws, InverseDerivatives& d);
+  /// (M + R)(a - change / h) + (1 - s) n, or with a prediction (predicted) B at fixed f.
+  void add(const InverseArguments& of, int t, bool predicted, const Workspace::Impl& ws,
+           InverseDerivatives& d);
 
  private:
   static int fastest(const Tree& tree, const Data& data);
   static void add_turn_gradient(const Model& model, const Tree& tree, int body, double by,
                                 const Data& data, VectorX& dq, VectorX& dv);  // Parameters: all it depends on
-  void find_share_gradient(const Model& model, const Tree& tree, double h, bool foreseen,
+  void find_share_gradient(const Model& model, const Tree& tree, double h, bool predicted,
                            const Data& data);
   void add_work(const Model& model, const Tree& tree, double h, const VectorX& x, const Data& data,
                 KineticGradient& energy);
-  void find_scale_gradient(const Model& model, const Tree& tree, double h, double scale,
-                           bool foreseen, const VectorRef& q, const VectorRef& v,
-                           const VectorX& rotors, const Data& data);  // Parameters: what it depends on, one by one
+  void find_scale_gradient(const InverseArguments& of, const Tree& tree, double scale,
+                           bool predicted, const VectorX& rotors, const Data& data);
   bool solve_rows(const Eigen::Ref<const MatrixX>& M, const Eigen::Ref<const MatrixX>& dyn_v,
                   int columns, bool both);
   void close_gradients(const Eigen::Ref<const MatrixX>& dyn_q,

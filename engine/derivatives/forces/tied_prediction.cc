@@ -80,12 +80,12 @@ void TiedPrediction::sweep(const Step& step, const Stage& stage, InverseDerivati
     if (group_[t] < 0) continue;
     const Tree& tree = model.trees()[t];
     const auto part = Eigen::seqN(tree.v_begin, tree.v_end - tree.v_begin);
-    if (step.foreseen[t] && stage.in != nullptr)
+    if (step.predicted[t] && stage.in != nullptr)
       at_(part) = 0.5 * (step.v(part) + (*stage.in)(part));
     if (tree.body_end - tree.body_begin == 1 && step.ws.data.has_mean_force[tree.body_begin])
       at_(part).setZero();
     sweep_.run(model, tree, step.ws.data, in, to);
-    if (!step.foreseen[t]) continue;
+    if (!step.predicted[t]) continue;
     // n'(v) = 2 B(v, .), and slopes of n are linear in the velocity.
     if (stage.in == nullptr) {
       block(tree, in_last_) = 0.5 * block(tree, out.dv);
@@ -132,7 +132,7 @@ void TiedPrediction::add_between(const Step& step) {
     sweep_.run(step.model, tree, step.ws.data, in, {between_.dq, between_.dv, between_.dv_next});
     block(tree, first_.dv) -= block(tree, between_.dv_next) / step.h;
     block(tree, second_.dv) -= block(tree, between_.dv_next) / step.h;
-    if (step.foreseen[t]) block(tree, second_.dq) -= block(tree, between_.dq);
+    if (step.predicted[t]) block(tree, second_.dq) -= block(tree, between_.dq);
   }
 }
 
@@ -143,7 +143,7 @@ void TiedPrediction::add_last(const Step& step, const VectorX& other, bool at_re
   in.v = at_.data();
   in.a = zero_.data();
   for (int t = 0; t < step.model.num_trees(); ++t) {
-    if (group_[t] < 0 || !step.foreseen[t]) continue;
+    if (group_[t] < 0 || !step.predicted[t]) continue;
     const Tree& tree = step.model.trees()[t];
     const auto part = Eigen::seqN(tree.v_begin, tree.v_end - tree.v_begin);
     at_(part) = 0.5 * (step.v(part) - other(part));
@@ -209,16 +209,16 @@ bool TiedPrediction::close(const Step& step, int first, bool at_rest, InverseDer
   return true;
 }
 
-bool TiedPrediction::add(const Model& model, const SimulationOptions& options, EffectSet effects,
-                         const VectorRef& q, const VectorRef& v, const VelocityPredictor& predictor,
-                         const std::vector<char>& foreseen, const VectorX& other, bool at_rest,
-                         Workspace::Impl& ws, ClosureDerivator& closures, InverseDerivatives& d) {
+bool TiedPrediction::add(const InverseArguments& of, const Given& given, Workspace::Impl& ws,
+                         ClosureDerivator& closures, InverseDerivatives& d) {
+  const auto& [predictor, predicted, other, at_rest] = given;
+  const Model& model = of.model;
   if (!predictor.any() || predictor.ties().empty()) return true;
   if (!predictor.refined()) return false;
   const Vector3 gravity =
-      effects.has(Effect::kGravity) ? model.gravity() : Vector3(Vector3::Zero());
-  const Step step{model, options,  effects,           q,      v, predictor, foreseen,
-                  ws,    closures, options.time_step, gravity};
+      of.effects.has(Effect::kGravity) ? model.gravity() : Vector3(Vector3::Zero());
+  const Step step{model,     of.options, of.effects, of.q,   of.v,   predictor,
+                  predicted, ws,         closures,   of.h(), gravity};
   const int nv = model.nv();
   for (MatrixX* m : {&A_, &X_, &Y_, &part_, &between_.dq, &between_.dv, &between_.dv_next})
     if (m->rows() != nv) m->setZero(nv, nv);
@@ -226,7 +226,7 @@ bool TiedPrediction::add(const Model& model, const SimulationOptions& options, E
   group(step);
   differentiate(step, {nullptr, &predictor.first_velocity()}, first_);
   in_second_ = in_last_;
-  if (!predictor.ties().pairs.empty()) closures.aim(model, step.h, q, predictor.first_velocity());
+  if (!predictor.ties().pairs.empty()) closures.aim(model, step.h, of.q, predictor.first_velocity());
   differentiate(step, {&predictor.first_velocity(), &predictor.velocity()}, second_);
   add_between(step);
   add_last(step, other, at_rest, d);

@@ -24,6 +24,7 @@
 #include "counterpoint/engine/derivatives/constraints/closure_derivatives.h"
 #include "counterpoint/engine/derivatives/dynamics/sparse_solve.h"
 #include "counterpoint/engine/derivatives/forces/force_responses.h"
+#include "counterpoint/engine/step/step_start.h"
 #include "counterpoint/engine/step/step_workspace.h"
 #include "counterpoint/engine/step_derivatives.h"
 
@@ -33,15 +34,17 @@ class TiedPrediction {
  public:
   explicit TiedPrediction(const Model& model);
 
+  struct Given {
+    const VelocityPredictor& predictor;
+    const std::vector<char>& predicted;  ///< by tree, that it was
+    const VectorX& other;                ///< nv: what B(v, .) was taken with
+    bool at_rest;  ///< the prediction is one that trees at rest tend to, without effect but for dv
+  };
   /// Adds to d what is missing of it. d has what the sweeps gave where those over trees with a
   /// prediction were taken at (v + other) / 2, velocity-dependent forces being B(v, other), and the
-  /// ties' responses at the biases that they have. `foreseen`: by tree, that it was. at_rest: the
-  /// prediction is one that trees at rest tend to, whose forces are without effect but for dv. False
-  /// if it is not known.
-  bool add(const Model& model, const SimulationOptions& options, EffectSet effects,
-           const VectorRef& q, const VectorRef& v, const VelocityPredictor& predictor,
-           const std::vector<char>& foreseen, const VectorX& other, bool at_rest,
-           Workspace::Impl& ws, ClosureDerivator& closures, InverseDerivatives& d);  // Parameters: all it depends on
+  /// ties' responses at the biases that they have. False if it is not known.
+  bool add(const InverseArguments& of, const Given& given, Workspace::Impl& ws,
+           ClosureDerivator& closures, InverseDerivatives& d);
 
  private:
   struct Stage {
@@ -54,7 +57,7 @@ class TiedPrediction {
     EffectSet effects;
     const VectorRef &q, &v;
     const VelocityPredictor& predictor;
-    const std::vector<char>& foreseen;
+    const std::vector<char>& predicted;
     Workspace::Impl& ws;
     ClosureDerivator& closures;
     double h;

@@ -38,7 +38,7 @@ VelocityTerms::VelocityTerms(const Model& model)
       kind_(model.num_trees(), Kind::kPlain),
       predictor_(model.num_trees(), nullptr),
       has_ties_(model.num_trees(), 0),
-      foreseen_(model.num_trees(), 0),
+      predicted_(model.num_trees(), 0),
       resting_(model),
       projection_(model),
       zero_(VectorX::Zero(model.nv())),
@@ -53,12 +53,12 @@ VelocityTerms::VelocityTerms(const Model& model)
   for (MatrixX* m : {&dq_, &dv_, &da_, &factor_, &solved_}) m->setZero(nv, nv);
 }
 
-void VelocityTerms::begin(const Model& model, const SimulationOptions& options, EffectSet effects,
-                          const VectorRef& q, const VectorRef& v, Workspace::Impl& ws) {
+void VelocityTerms::begin(const InverseArguments& of, Workspace::Impl& ws) {
+  const Model& model = of.model;
   std::fill(predictor_.begin(), predictor_.end(), nullptr);
   std::fill(has_ties_.begin(), has_ties_.end(), 0);
   resting_.forget();
-  mean_ = ws.data.has_coriolis && options.mean_velocity_forces;
+  mean_ = ws.data.has_coriolis && of.options.mean_velocity_forces;
   if (!mean_) return;
   ranges_.clear();
   for (int t = 0; t < model.num_trees(); ++t) {
@@ -71,7 +71,7 @@ void VelocityTerms::begin(const Model& model, const SimulationOptions& options, 
       ranges_.push_back({tree.body_begin, tree.body_end});
     }
   }
-  if (!ranges_.empty()) predict_resting(model, options, effects, q, v, ws);
+  if (!ranges_.empty()) predict_resting(of, ws);
   for (const VelocityPredictor* predictor : {&ws.start.predictor(), &std::as_const(resting_)}) {
     if (!predictor->any()) continue;
     for_each_constraint(model, predictor->ties(), [&](int a, int b) {
@@ -81,26 +81,24 @@ void VelocityTerms::begin(const Model& model, const SimulationOptions& options, 
   }
 }
 
-void VelocityTerms::predict_resting(const Model& model, const SimulationOptions& options,
-                                    EffectSet effects, const VectorRef& q, const VectorRef& v,
-                                    Workspace::Impl& ws) {
+void VelocityTerms::predict_resting(const InverseArguments& of, Workspace::Impl& ws) {
+  const Model& model = of.model;
   constraints_ = ws.start.constraints();
   const Vector3& gravity = ws.start.gravity();
-  const double h = options.time_step;
   const WithoutApplied without(ws.data);
-  resting_.find(model, effects, VelocityPredictor::Of::kAllLinkages, h, q, v, gravity, constraints_,
-                ranges_, ws.data);
-  resting_.refine(model, options.contact, h, q, v, gravity, constraints_, ws.data);
+  resting_.find(model, of.effects, VelocityPredictor::Of::kAllLinkages, of.h(), of.q, of.v, gravity,
+                constraints_, ranges_, ws.data);
+  resting_.refine(model, of.options.contact, of.h(), of.q, of.v, gravity, constraints_, ws.data);
   for (const BodyRange& bodies : ranges_) {
     const int t = model.body(bodies.begin).tree;
     if (resting_.covers(t)) predictor_[t] = &resting_;
   }
 }
 
-void VelocityTerms::prepare(const Model& model, int t, double h, const VectorRef& v,
-                            const Workspace::Impl& ws, VectorX& v_at, VectorX& a_at,
-                            SweepInput& in) {
-  const Tree& tree = model.trees()[t];
+void VelocityTerms::prepare(const InverseArguments& of, int t, const Workspace::Impl& ws,
+                            VectorX& v_at, VectorX& a_at, SweepInput& in) {
+  const Tree& tree = of.model.trees()[t];
+  const VectorRef& v = of.v;
   kind_[t] = Kind::kPlain;
   in.velocity_factor = 1.0;
   if (!mean_ || !is_linkage(tree)) return;
@@ -109,7 +107,7 @@ void VelocityTerms::prepare(const Model& model, int t, double h, const VectorRef
   const double share = ws.start.energy_projection().share(t);
   if (covered) f_(part) = predictor_[t]->velocity()(part);
   if (share > 0.0) {
-    a_at(part) -= ws.start.energy_projection().change()(part) / h;
+    a_at(part) -= ws.start.energy_projection().change()(part) / of.h();
     if (covered) {
       kind_[t] = Kind::kBoth;
       other_(part) = f_(part) - share * (v(part) + ws.start.energy_projection().plain_change()(part));
@@ -127,34 +125,33 @@ void VelocityTerms::prepare(const Model& model, int t, double h, const VectorRef
   v_at(part) = 0.5 * (v(part) + f_(part));
 }
 
-bool VelocityTerms::add_ties(const Model& model, const SimulationOptions& options,
-                             EffectSet effects, const VectorRef& q, const VectorRef& v,
-                             Workspace::Impl& ws, ClosureDerivator& closures,
-                             InverseDerivatives& d) {
+bool VelocityTerms::add_ties(const InverseArguments& of, Workspace::Impl& ws,
+                             ClosureDerivator& closures, InverseDerivatives& d) {
   if (!mean_) return true;
   bool known = true;
   for (const VelocityPredictor* predictor : {&ws.start.predictor(), &std::as_const(resting_)}) {
-    for (size_t t = 0; t < foreseen_.size(); ++t) foreseen_[t] = predictor_[t] == predictor;
-    known = tied_.add(model, options, effects, q, v, *predictor, foreseen_, other_,
-                      predictor == &resting_, ws, closures, d) &&
-            known;
+    for (size_t t = 0; t < predicted_.size(); ++t) predicted_[t] = predictor_[t] == predictor;
+    const TiedPrediction::Given given{*predictor, predicted_, other_, predictor == &resting_};
+    known = tied_.add(of, given, ws, closures, d) && known;
   }
   return known;
 }
 
-void VelocityTerms::add(const Model& model, int t, EffectSet effects, double h, const VectorRef& q,
-                        const VectorRef& v, Workspace::Impl& ws, InverseDerivatives& d) {
-  const Tree& tree = model.trees()[t];
+void VelocityTerms::add(const InverseArguments& of, int t, Workspace::Impl& ws,
+                        InverseDerivatives& d) {
   const Kind kind = kind_[t];
   if ((kind == Kind::kPredicted || kind == Kind::kBoth) && !has_ties_[t])
-    add_prediction(model, tree, effects, h, v, ws, d);
+    add_prediction(of, of.model.trees()[t], ws, d);
   if (kind == Kind::kProjected || kind == Kind::kBoth)
-    projection_.add(model, t, effects, h, q, v, kind == Kind::kBoth, ws, d);
+    projection_.add(of, t, kind == Kind::kBoth, ws, d);
 }
 
-void VelocityTerms::add_prediction(const Model& model, const Tree& tree, EffectSet effects,
-                                   double h, const VectorRef& v, Workspace::Impl& ws,
-                                   InverseDerivatives& d) {
+void VelocityTerms::add_prediction(const InverseArguments& of, const Tree& tree,
+                                   Workspace::Impl& ws, InverseDerivatives& d) {
+  const Model& model = of.model;
+  const EffectSet effects = of.effects;
+  const VectorRef& v = of.v;
+  const double h = of.h();
   const int begin = tree.v_begin, n = tree.v_end - tree.v_begin;
   const auto part = Eigen::seqN(begin, n);
   SweepInput in;

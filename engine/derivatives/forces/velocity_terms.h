@@ -17,6 +17,7 @@
 #include "counterpoint/engine/derivatives/dynamics/sweep.h"
 #include "counterpoint/engine/derivatives/forces/projection_terms.h"
 #include "counterpoint/engine/derivatives/forces/tied_prediction.h"
+#include "counterpoint/engine/step/step_start.h"
 #include "counterpoint/engine/step/step_workspace.h"
 #include "counterpoint/engine/step_derivatives.h"
 
@@ -27,22 +28,19 @@ class VelocityTerms {
   explicit VelocityTerms(const Model& model);
 
   /// Of an inverse step as it left `ws`.
-  void begin(const Model& model, const SimulationOptions& options, EffectSet effects,
-             const VectorRef& q, const VectorRef& v, Workspace::Impl& ws);
+  void begin(const InverseArguments& of, Workspace::Impl& ws);
 
   /// What the sweep over tree t is to take v and a at: v, a (nv), changed in place, and in.
-  void prepare(const Model& model, int t, double h, const VectorRef& v, const Workspace::Impl& ws,
-               VectorX& v_at, VectorX& a_at, SweepInput& in);  // Parameters: what it depends on, one by one
+  void prepare(const InverseArguments& of, int t, const Workspace::Impl& ws, VectorX& v_at,
+               VectorX& a_at, SweepInput& in);
 
   /// Adds what is left, after that sweep.
-  void add(const Model& model, int t, EffectSet effects, double h, const VectorRef& q,
-           const VectorRef& v, Workspace::Impl& ws, InverseDerivatives& d);  // Parameters: all it depends on
+  void add(const InverseArguments& of, int t, Workspace::Impl& ws, InverseDerivatives& d);
 
   /// Adds what is left of tied trees, after all sweeps; of closures' rows where their bias is
   /// aimed. False if it is not known.
-  bool add_ties(const Model& model, const SimulationOptions& options, EffectSet effects,
-                const VectorRef& q, const VectorRef& v, Workspace::Impl& ws,
-                ClosureDerivator& closures, InverseDerivatives& d);  // Parameters: what it depends on, one by one
+  bool add_ties(const InverseArguments& of, Workspace::Impl& ws, ClosureDerivator& closures,
+                InverseDerivatives& d);
   /// The bias of a closure's rows is aimed; or would be, were it not at rest.
   bool aims(const Model& model, const PairConstraint& pair, const Workspace::Impl& ws) const {
     return mean_ && ws.start.predictor().aims(model, pair);
@@ -54,10 +52,9 @@ class VelocityTerms {
  private:
   enum class Kind : unsigned char { kPlain, kPredicted, kProjected, kBoth };
 
-  void predict_resting(const Model& model, const SimulationOptions& options, EffectSet effects,
-                       const VectorRef& q, const VectorRef& v, Workspace::Impl& ws);
-  void add_prediction(const Model& model, const Tree& tree, EffectSet effects, double h,
-                      const VectorRef& v, Workspace::Impl& ws, InverseDerivatives& d);  // Parameters: all it depends on
+  void predict_resting(const InverseArguments& of, Workspace::Impl& ws);
+  void add_prediction(const InverseArguments& of, const Tree& tree, Workspace::Impl& ws,
+                      InverseDerivatives& d);
 
   TreeSweep sweep_;
   SparseSolver solver_;
@@ -67,7 +64,7 @@ class VelocityTerms {
   bool mean_ = false;                      ///< forces are taken at more than v
   std::vector<const VelocityPredictor*> predictor_;  ///< by tree; null: none
   std::vector<char> has_ties_;                       ///< by tree: in that prediction
-  std::vector<char> foreseen_;             ///< by tree, scratch
+  std::vector<char> predicted_;             ///< by tree, scratch
   VelocityPredictor resting_;              ///< of trees that do not turn
   std::vector<BodyRange> ranges_;          ///< theirs
   ConstraintSet constraints_;              ///< and what holds them

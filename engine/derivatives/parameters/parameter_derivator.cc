@@ -46,7 +46,7 @@ bool is_closed(K kind, const Model& model, const SimulationOptions& options, con
   const bool of_motion = changes_mass_matrix(kind) || kind == K::kGravity || kind == K::kDamping;
   const bool of_ties = of_motion || kind == K::kCompliance || kind == K::kStabilization ||
                        kind == K::kMaxRecoverySpeed;
-  // Forecasts go through them.
+  // Predictions go through them.
   if (of_ties && ties(ws.constraints)) return false;
   // How fast a body falls whose weight is carried in part goes with its mass.
   if (changes_mass_matrix(kind) && !model.gravity_compensations().empty() &&

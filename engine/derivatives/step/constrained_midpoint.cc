@@ -38,17 +38,17 @@ ConstrainedMidpoint::ConstrainedMidpoint(const Model& model)
     x->setZero(model.nv(), model.nv());
 }
 
-bool ConstrainedMidpoint::compute(const Model& model, const SimulationOptions& options,
-                                  EffectSet effects, const VectorRef& q, const VectorRef& v,
-                                  const Input& known, Workspace::Impl& ws, SmoothDerivator& smooth,
-                                  InverseDerivator& impulses, InverseDerivatives& d) {
+bool ConstrainedMidpoint::compute(const InverseArguments& of, Workspace::Impl& ws,
+                                  SmoothDerivator& smooth, InverseDerivator& impulses,
+                                  InverseDerivatives& d) {
   if (ws.data.has_coriolis && has_ties(ws.constraints)) return false;
-  const double h = options.time_step;
+  const Model& model = of.model;
+  const double h = of.h();
   const int nv = model.nv();
   w = ws.contact_velocity;
   m_ = ws.middle;
-  r_ = (m_ - v) / (0.5 * h);
-  smooth.compute(model, effects, m_, r_, known.wrenches, ws);
+  r_ = (m_ - of.v) / (0.5 * h);
+  smooth.compute(model, of.effects, m_, r_, of.known.wrenches, ws);
   r_ = 0.5 * h * m_;
   by_q_ = smooth.dq;
   multiply_columns(model, RotationMap::kP, r_, by_q_);
@@ -59,12 +59,12 @@ bool ConstrainedMidpoint::compute(const Model& model, const SimulationOptions& o
   diagonal_ = smooth.damping + 0.5 * h * smooth.stiffness;
   by_m_.diagonal() += diagonal_;
 
-  compute_poses(model, q, ws.data);
-  compute_velocities(model, v, ws.data);
+  compute_poses(model, of.q, ws.data);
+  compute_velocities(model, of.v, ws.data);
   compute_body_velocities(model, w, ws.data, ws.velocity);
-  if (!impulses.compute_impulses(model, options, effects, q, v, m_, w, ws, G_)) return false;
+  if (!impulses.compute_impulses(of, m_, w, ws, G_)) return false;
   crba(model, ws.data, M_);
-  diagonal_ += rotor_inertia(model, effects, ws) / h;
+  diagonal_ += rotor_inertia(model, of.effects, ws) / h;
   G_.dv_next.diagonal() += diagonal_;
   G_.dv.diagonal() -= diagonal_;
   G_m_ = -M_ / h;
@@ -84,15 +84,13 @@ bool ConstrainedMidpoint::compute(const Model& model, const SimulationOptions& o
   return true;
 }
 
-bool ConstrainedMidpoint::difference(const Model& model, const SimulationOptions& options,
-                                     const VectorRef& q, const VectorRef& v,
-                                     const VectorRef& v_next, const Input& known, double step,
-                                     bool extrapolated, Workspace& workspace,
-                                     InverseDerivatives& d) {
+bool ConstrainedMidpoint::difference(const InverseArguments& of, double step, bool extrapolated,
+                                     Workspace& workspace, InverseDerivatives& d) {
   Workspace::Impl& ws = workspace.impl();
-  const EffectSet effects = active_effects(ws.called, options.effects);
+  const Model& model = of.model;
+  const VectorRef &q = of.q, &v = of.v, &v_next = of.v_next;
   const int nv = model.nv();
-  const double h = options.time_step, v_step = velocity_difference_step(step, h);
+  const double h = of.h(), v_step = velocity_difference_step(step, h);
   w = ws.contact_velocity;
   at_q_ = q;
   at_v_ = v;
@@ -100,7 +98,7 @@ bool ConstrainedMidpoint::difference(const Model& model, const SimulationOptions
   at_v_next_ = v_next;
   const auto evaluate = [&](Sample& out) {
     integrate_configuration(model, at_q_, at_w_, h, q_next_);
-    invert_step({model, options, at_q_, at_v_, q_next_, at_v_next_, known, effects, true}, ws,
+    invert_step({model, of.options, at_q_, at_v_, q_next_, at_v_next_, of.known, of.effects, true}, ws,
                 inverse_);
     out.u = inverse_.applied_force;
     out.rest = at_v_ + at_v_next_ - at_w_ - ws.middle;

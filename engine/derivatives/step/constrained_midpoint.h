@@ -29,16 +29,13 @@ class ConstrainedMidpoint {
 
   /// After step_inverse with these arguments and the pose at the end, which left constraints and
   /// velocities in `ws`. False if something acts that has no closed form.
-  /// Parameters: what it depends on, one by one.
-  bool compute(const Model& model, const SimulationOptions& options, EffectSet effects,
-               const VectorRef& q, const VectorRef& v, const Input& known, Workspace::Impl& ws,
-               SmoothDerivator& smooth, InverseDerivator& impulses, InverseDerivatives& d);
+  bool compute(const InverseArguments& of, Workspace::Impl& ws, SmoothDerivator& smooth,
+               InverseDerivator& impulses, InverseDerivatives& d);
 
   /// By central differences of step [m, rad]; extrapolated from two steps. False if they are
   /// singular.
-  bool difference(const Model& model, const SimulationOptions& options, const VectorRef& q,
-                  const VectorRef& v, const VectorRef& v_next, const Input& known, double step,
-                  bool extrapolated, Workspace& workspace, InverseDerivatives& d);  // Parameters: all it depends on
+  bool difference(const InverseArguments& of, double step, bool extrapolated, Workspace& workspace,
+                  InverseDerivatives& d);
 
   /// nv: w, of the step that is looked at. Its derivatives by q, v and v+, nv x nv.
   VectorX w;

@@ -77,13 +77,14 @@ DisplacementDerivator::DisplacementDerivator(const Model& model)
 }
 
 /// p, as the step found it.
-bool DisplacementDerivator::find(const Model& model, const SimulationOptions& options,
-                                 EffectSet effects, const VectorRef& q, const VectorRef& v,
-                                 const VectorRef& v_next, const Input& known, Workspace::Impl& ws) {
-  const double h = options.time_step;
+bool DisplacementDerivator::find(const InverseArguments& of, Workspace::Impl& ws) {
+  const Model& model = of.model;
+  const VectorRef &q = of.q, &v = of.v, &v_next = of.v_next;
+  const EffectSet effects = of.effects;
+  const double h = of.h();
   diagonal_.setZero();
   forces_.setZero();  // not wanted
-  if (effects.has(Effect::kServos)) add_servos(model, effects, h, q, v, known, diagonal_, forces_);
+  if (effects.has(Effect::kServos)) add_servos(model, effects, h, q, v, of.known, diagonal_, forces_);
   add_joint_forces(model, effects, h, q, v, diagonal_, forces_, ws.counts);
   set_drag(model, effects, h, ws);
   w_ = v_next;
@@ -100,7 +101,7 @@ bool DisplacementDerivator::find(const Model& model, const SimulationOptions& op
     });
     forces_ = v_next + p;
     again =
-        ws.finder.find_reached_contacts(model, options, effects, forces_, ws.data, ws.constraints);
+        ws.finder.find_reached_contacts(model, of.options, effects, forces_, ws.data, ws.constraints);
   }
   w_ += p;
   return true;
@@ -146,21 +147,21 @@ bool DisplacementDerivator::keep_ties(const Workspace::Impl& ws, bool drag) {
   return drag || !kept_.empty();
 }
 
-bool DisplacementDerivator::compute(const Model& model, const SimulationOptions& options,
-                                    EffectSet effects, const VectorRef& q, const VectorRef& v,
-                                    const VectorRef& v_next, const Input& known,
-                                    Workspace::Impl& ws, InverseDerivator& parts) {
+bool DisplacementDerivator::compute(const InverseArguments& of, Workspace::Impl& ws,
+                                    InverseDerivator& parts) {
   using enum InverseDerivator::Displacing;
-  if (options.integrator != Integrator::kSemiImplicitEuler || ws.constraints.empty()) return false;
+  const Model& model = of.model;
+  const VectorRef& v_next = of.v_next;
+  if (of.options.integrator != Integrator::kSemiImplicitEuler || ws.constraints.empty()) return false;
   compute_body_velocities(model, v_next, ws.data, ws.velocity);
   if (!may_displace(ws.constraints, v_next, ws.data, ws.velocity)) return false;
-  const bool found = find(model, options, effects, q, v, v_next, known, ws);
+  const bool found = find(of, ws);
   ws.data.added.clear();
   if (!found) return false;
   const auto differentiate = [&](InverseDerivator::Displacing part, const VectorX& w,
                                  InverseDerivatives& d) {
     compute_body_velocities(model, w, ws.data, ws.velocity);
-    return parts.compute_displacing(part, model, options, effects, q, v, p, w, ws, d);
+    return parts.compute_displacing(part, of, p, w, ws, d);
   };
   forces_ = v_next;
   bool closed = differentiate(kLateImpulses, forces_, late_);
@@ -170,12 +171,12 @@ bool DisplacementDerivator::compute(const Model& model, const SimulationOptions&
   std::swap(ws.constraints, kept_);
   if (!closed) return false;
   crba(model, ws.data, M_);
-  by_v_next = recovery_.dv_next - late_.dv_next - M_ / options.time_step;
+  by_v_next = recovery_.dv_next - late_.dv_next - M_ / of.h();
   by_q = recovery_.dq - late_.dq;
   by_v = recovery_.dv - late_.dv;
   A_ = recovery_.dv_next;
-  A_.diagonal() += diagonal_ / options.time_step;
-  if (keep_ties(ws, effects.has(Effect::kDrag) && !model.drags().empty())) {
+  A_.diagonal() += diagonal_ / of.h();
+  if (keep_ties(ws, of.effects.has(Effect::kDrag) && !model.drags().empty())) {
     std::swap(ws.constraints, kept_);
     differentiate(kTies, p, ties_);
     std::swap(ws.constraints, kept_);

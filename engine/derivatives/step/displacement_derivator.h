@@ -24,17 +24,13 @@ class DisplacementDerivator {
 
   /// After step_inverse with these arguments, which left constraints in `ws`. False if nothing is
   /// displaced, or how is not known in closed form: what is below says nothing then.
-  bool compute(const Model& model, const SimulationOptions& options, EffectSet effects,
-               const VectorRef& q, const VectorRef& v, const VectorRef& v_next, const Input& known,
-               Workspace::Impl& ws, InverseDerivator& parts);  // Parameters: what it depends on, one by one
+  bool compute(const InverseArguments& of, Workspace::Impl& ws, InverseDerivator& parts);
 
   VectorX p;                      ///< nv [m/s, rad/s]
   MatrixX by_q, by_v, by_v_next;  ///< nv x nv, each with the others held
 
  private:
-  bool find(const Model& model, const SimulationOptions& options, EffectSet effects,
-            const VectorRef& q, const VectorRef& v, const VectorRef& v_next, const Input& known,
-            Workspace::Impl& ws);  // Parameters: what it depends on, one by one
+  bool find(const InverseArguments& of, Workspace::Impl& ws);
   void keep_gaps(const Workspace::Impl& ws);
   bool keep_ties(const Workspace::Impl& ws, bool drag);
 

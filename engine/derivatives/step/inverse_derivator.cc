@@ -68,10 +68,13 @@ ImpulseShare InverseDerivator::find_share(const Bounce& bounce, double h,
   return share;
 }
 
-bool InverseDerivator::contact_response(const Model& model, const SimulationOptions& options,
-                                        EffectSet effects, size_t contact, const PairBodies& bodies,
-                                        Workspace::Impl& ws, PairResponse& out) {
-  const double h = options.time_step;
+bool InverseDerivator::contact_response(const InverseArguments& of, size_t contact,
+                                        const PairBodies& bodies, Workspace::Impl& ws,
+                                        PairResponse& out) {
+  const Model& model = of.model;
+  const SimulationOptions& options = of.options;
+  const EffectSet effects = of.effects;
+  const double h = of.h();
   const PairConstraint& pair = ws.constraints.pairs[contact];
   const collision::Candidate& candidate = ws.constraints.contacts[contact];
   const InverseWeights& weights = ws.finder.weights();
@@ -111,19 +114,19 @@ bool InverseDerivator::contact_response(const Model& model, const SimulationOpti
   return true;
 }
 
-bool InverseDerivator::add_contacts(const Model& model, const SimulationOptions& options,
-                                    EffectSet effects, Workspace::Impl& ws) {
+bool InverseDerivator::add_contacts(const InverseArguments& of, Workspace::Impl& ws) {
+  const Model& model = of.model;
+  const double h = of.h();
   bool known = true;
   PairResponse response;
   for (size_t i = 0; i < ws.constraints.pairs.size(); ++i) {
     const PairConstraint& pair = ws.constraints.pairs[i];
     const PairBodies bodies = pair_bodies(pair, ws.data, ws.velocity);
     if (i < ws.constraints.contacts.size()) {
-      const double h = options.time_step;
       const bool late = displacing_ == Displacing::kLateImpulses;
       if (late && !(pair.impact_time > 0.0)) continue;
       if (is_nothing(pair, bodies, h, ws.finder.weights())) continue;
-      known = contact_response(model, options, effects, i, bodies, ws, response) && known;
+      known = contact_response(of, i, bodies, ws, response) && known;
       slips_.add(model, pair, ws.velocity, h, ws.data, late ? pair.impact_time / h : 1.0);
     } else if (displacing_ && displacing_ != Displacing::kTies) {
       break;
@@ -131,11 +134,11 @@ bool InverseDerivator::add_contacts(const Model& model, const SimulationOptions&
       const size_t index = i - ws.constraints.contacts.size();
       const Closure& closure = model.closures()[ws.constraints.closures[index]];
       find_contact_response(pair, bodies, closure_motion(closure, pair, ws.data), LawSlopes(),
-                            false, options.time_step, response);
+                            false, h, response);
     }
-    forces_.add_pair(model, pair, bodies, response, options.time_step, ws.data);
+    forces_.add_pair(model, pair, bodies, response, h, ws.data);
   }
-  return add_slip(model, options, ws) && known;
+  return add_slip(model, of.options, ws) && known;
 }
 
 /// What friction changes by as the fastest contact of its island slides otherwise.
@@ -178,11 +181,13 @@ void InverseDerivator::set_velocities(const Model& model, const VectorRef& v,
   }
 }
 
-bool InverseDerivator::sweep_trees(const Model& model, const SimulationOptions& options,
-                                   EffectSet effects, const VectorRef& q, const VectorRef& v,
-                                   const VectorRef& v_next, Workspace::Impl& ws,
+bool InverseDerivator::sweep_trees(const InverseArguments& of, Workspace::Impl& ws,
                                    InverseDerivatives& d) {
-  const double h = options.time_step;
+  const Model& model = of.model;
+  const SimulationOptions& options = of.options;
+  const VectorRef &v = of.v, &v_next = of.v_next;
+  const EffectSet effects = of.effects;
+  const double h = of.h();
   SweepInput in;
   in.v = v_.data();
   in.a = acceleration_.data();
@@ -193,17 +198,17 @@ bool InverseDerivator::sweep_trees(const Model& model, const SimulationOptions& 
   in.mass_in_next = 1.0 / h;
   in.mass_in_v = -1.0 / h;
   const SweepOutput out{d.dq, d.dv, d.dv_next};
-  velocity_terms_.begin(model, options, effects, q, v, ws);
+  velocity_terms_.begin(of, ws);
   for (int t = 0; t < model.num_trees(); ++t) {
-    velocity_terms_.prepare(model, t, h, v, ws, v_, acceleration_, in);
+    velocity_terms_.prepare(of, t, ws, v_, acceleration_, in);
     sweep_.run(model, model.trees()[t], ws.data, in, out);
-    velocity_terms_.add(model, t, effects, h, q, v, ws, d);
+    velocity_terms_.add(of, t, ws, d);
   }
   forces_.add_couplings(model, in, sweep_, out);
   if (ws.data.has_coriolis)
     add_flight_derivatives(model, h, v, in.gravity, ws.start.free_flight(), ws.data, d);
   if (!ws.constraints.closures.empty()) closures_.begin(model, ws.data, v);
-  const bool known = velocity_terms_.add_ties(model, options, effects, q, v, ws, closures_, d);
+  const bool known = velocity_terms_.add_ties(of, ws, closures_, d);
   add_closure_rows(model, options, ws, d);
   return known;
 }
@@ -236,68 +241,67 @@ void InverseDerivator::begin(const Model& model, Workspace::Impl& ws, InverseDer
   motions_.begin();
 }
 
-bool InverseDerivator::compute_impulses(const Model& model, const SimulationOptions& options,
-                                        EffectSet effects, const VectorRef& q, const VectorRef& v,
-                                        const VectorRef& m, const VectorRef& w, Workspace::Impl& ws,
+bool InverseDerivator::compute_impulses(const InverseArguments& of, const VectorRef& m,
+                                        const VectorRef& w, Workspace::Impl& ws,
                                         InverseDerivatives& d) {
-  begin(model, ws, d);
+  begin(of.model, ws, d);
+  EffectSet effects = of.effects;
   effects.set(Effect::kGravity, false);
+  const InverseArguments at_w{of.model, of.options, of.q, of.v, of.q_next, w, of.known, effects};
   ws.data.has_coriolis = false;
   v_.setZero();
-  acceleration_ = (w - m) / options.time_step;
-  bool closed = add_contacts(model, options, effects, ws);
-  closed = sweep_trees(model, options, effects, q, v, w, ws, d) && closed;
-  add_joint_row_derivatives(model, options, ws.constraints.joints, q, w, ws.finder.weights(), d);
+  acceleration_ = (w - m) / of.h();
+  bool closed = add_contacts(at_w, ws);
+  closed = sweep_trees(at_w, ws, d) && closed;
+  add_joint_row_derivatives(of.model, of.options, ws.constraints.joints, of.q, w,
+                            ws.finder.weights(), d);
   return closed;
 }
 
-bool InverseDerivator::compute_displacing(Displacing part, const Model& model,
-                                          const SimulationOptions& options, EffectSet effects,
-                                          const VectorRef& q, const VectorRef& v,
+bool InverseDerivator::compute_displacing(Displacing part, const InverseArguments& of,
                                           const VectorRef& p, const VectorRef& w,
                                           Workspace::Impl& ws, InverseDerivatives& d) {
-  const double h = options.time_step;
+  const Model& model = of.model;
+  const double h = of.h();
   const bool moves = part == Displacing::kRecovery;
   begin(model, ws, d);
   displacing_ = part;
   ws.data.has_coriolis = false;
   v_.setZero();
   acceleration_ = p * (moves ? 1.0 / h : 0.0);
-  if (part == Displacing::kTies && effects.has(Effect::kDrag))
+  if (part == Displacing::kTies && of.effects.has(Effect::kDrag))
     add_drag_responses(model, ws.velocity, ws.data, forces_);
-  const bool known = add_contacts(model, options, effects, ws);
+  const bool known = add_contacts(of, ws);
   SweepInput in;
   in.v = v_.data();
   in.a = acceleration_.data();
   forces_.put_into(in);
-  in.v_start = v.data();
+  in.v_start = of.v.data();
   in.v_next = w.data();
   in.mass_in_next = moves ? 1.0 / h : 0.0;
   const SweepOutput out{d.dq, d.dv, d.dv_next};
   for (const Tree& tree : model.trees()) sweep_.run(model, tree, ws.data, in, out);
   forces_.add_couplings(model, in, sweep_, out);
   if (part != Displacing::kLateImpulses)
-    add_joint_row_derivatives(model, options, ws.constraints.joints, q, w, ws.finder.weights(), d,
-                              true);
+    add_joint_row_derivatives(model, of.options, ws.constraints.joints, of.q, w,
+                              ws.finder.weights(), d, true);
   displacing_.reset();
   return known;
 }
 
-bool InverseDerivator::compute(const Model& model, const SimulationOptions& options,
-                               EffectSet effects, const VectorRef& q, const VectorRef& v,
-                               const VectorRef& v_next, const Input& known, Workspace::Impl& ws,
+bool InverseDerivator::compute(const InverseArguments& of, Workspace::Impl& ws,
                                InverseDerivatives& d) {
-  const double h = options.time_step;
+  const Model& model = of.model;
   begin(model, ws, d);
-  set_velocities(model, v, v_next, h, ws);
-  if (effects.has(Effect::kExternalWrenches))
-    add_wrench_responses(model, known.wrenches, ws.data, forces_);
-  if (effects.has(Effect::kDrag)) add_drag_responses(model, ws.velocity, ws.data, forces_);
-  bool closed = add_contacts(model, options, effects, ws);
-  closed = sweep_trees(model, options, effects, q, v, v_next, ws, d) && closed;
-  add_joint_force_derivatives(model, effects, h, d);
-  add_joint_row_derivatives(model, options, ws.constraints.joints, q, v_next, ws.finder.weights(),
-                            d);
+  set_velocities(model, of.v, of.v_next, of.h(), ws);
+  if (of.effects.has(Effect::kExternalWrenches))
+    add_wrench_responses(model, of.known.wrenches, ws.data, forces_);
+  if (of.effects.has(Effect::kDrag)) add_drag_responses(model, ws.velocity, ws.data, forces_);
+  bool closed = add_contacts(of, ws);
+  closed = sweep_trees(of, ws, d) && closed;
+  add_joint_force_derivatives(model, of.effects, of.h(), d);
+  add_joint_row_derivatives(model, of.options, ws.constraints.joints, of.q, of.v_next,
+                            ws.finder.weights(), d);
   return closed;
 }
 

@@ -15,6 +15,7 @@
 #include "counterpoint/engine/derivatives/dynamics/sweep.h"
 #include "counterpoint/engine/derivatives/forces/force_responses.h"
 #include "counterpoint/engine/derivatives/forces/velocity_terms.h"
+#include "counterpoint/engine/step/step_start.h"
 #include "counterpoint/engine/step/step_workspace.h"
 #include "counterpoint/engine/step_derivatives.h"
 
@@ -26,9 +27,7 @@ class InverseDerivator {
 
   /// After step_inverse with these arguments and `ws`. du/dv+ is always found; false if du/dq and
   /// du/dv are not: what acts is not known here in closed form.
-  bool compute(const Model& model, const SimulationOptions& options, EffectSet effects,
-               const VectorRef& q, const VectorRef& v, const VectorRef& v_next, const Input& known,
-               Workspace::Impl& ws, InverseDerivatives& d);  // Parameters: what it depends on, one by one
+  bool compute(const InverseArguments& of, Workspace::Impl& ws, InverseDerivatives& d);
 
   /// What of a step displaces bodies beside w+ (overlap_correction.h).
   enum class Displacing {
@@ -38,34 +37,27 @@ class InverseDerivator {
   };
   /// These by q, by v, by w (at `w`), p held. Needs ws.constraints with the laws that `part` has,
   /// kinematics at (q, v) without forces and velocities at w in ws.velocity. False as compute.
-  bool compute_displacing(Displacing part, const Model& model, const SimulationOptions& options,
-                          EffectSet effects, const VectorRef& q, const VectorRef& v,
-                          const VectorRef& p, const VectorRef& w, Workspace::Impl& ws,
-                          InverseDerivatives& d);  // Parameters: what it depends on, one by one
+  bool compute_displacing(Displacing part, const InverseArguments& of, const VectorRef& p,
+                          const VectorRef& w, Workspace::Impl& ws, InverseDerivatives& d);
 
   /// Of (M(q) (w - m) - J' f(J w + b(q, v))) / h, what impulses make of a velocity m at (q, v): by
   /// q, by v and m changing alike, by w. Needs ws.constraints, kinematics at (q, v) and velocities
   /// at w in ws.velocity. False as compute. Takes velocity-dependent forces out of ws.data.
-  bool compute_impulses(const Model& model, const SimulationOptions& options, EffectSet effects,
-                        const VectorRef& q, const VectorRef& v, const VectorRef& m,  // Parameters: all it depends on
-                        const VectorRef& w, Workspace::Impl& ws, InverseDerivatives& d);
+  bool compute_impulses(const InverseArguments& of, const VectorRef& m, const VectorRef& w,
+                        Workspace::Impl& ws, InverseDerivatives& d);
 
  private:
   void begin(const Model& model, Workspace::Impl& ws, InverseDerivatives& d);
-  bool add_contacts(const Model& model, const SimulationOptions& options, EffectSet effects,
-                    Workspace::Impl& ws);
-  bool contact_response(const Model& model, const SimulationOptions& options, EffectSet effects,
-                        size_t contact, const PairBodies& bodies, Workspace::Impl& ws,
-                        PairResponse& out);  // Parameters: what it depends on, one by one
+  bool add_contacts(const InverseArguments& of, Workspace::Impl& ws);
+  bool contact_response(const InverseArguments& of, size_t contact, const PairBodies& bodies,
+                        Workspace::Impl& ws, PairResponse& out);
   ImpulseShare find_share(const Bounce& bounce, double h, const Vector3& fall) const;
   bool find_motion(const Model& model, double h, size_t contact, Workspace::Impl& ws,
                    ContactMotion& out);
   bool add_slip(const Model& model, const SimulationOptions& options, Workspace::Impl& ws);
   void set_velocities(const Model& model, const VectorRef& v, const VectorRef& v_next, double h,
                       const Workspace::Impl& ws);
-  bool sweep_trees(const Model& model, const SimulationOptions& options, EffectSet effects,
-                   const VectorRef& q, const VectorRef& v, const VectorRef& v_next,
-                   Workspace::Impl& ws, InverseDerivatives& d);  // Parameters: what it depends on, one by one
+  bool sweep_trees(const InverseArguments& of, Workspace::Impl& ws, InverseDerivatives& d);
   void add_closure_rows(const Model& model, const SimulationOptions& options,
                         const Workspace::Impl& ws, InverseDerivatives& d);
 

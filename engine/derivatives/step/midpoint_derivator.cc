@@ -4,12 +4,12 @@
 
 namespace counterpoint {
 
-void compute_midpoint_derivatives(const Model& model, double h, EffectSet effects,
-                                  const VectorRef& v, const VectorRef& v_next, const Input& known,
-                                  const Workspace::Impl& ws, SmoothDerivator& smooth, VectorX& r,
-                                  InverseDerivatives& d) {
-  r = (v_next - v) / h;
-  smooth.compute(model, effects, ws.middle, r, known.wrenches, ws);
+void compute_midpoint_derivatives(const InverseArguments& of, const Workspace::Impl& ws,
+                                  SmoothDerivator& smooth, VectorX& r, InverseDerivatives& d) {
+  const Model& model = of.model;
+  const double h = of.h();
+  r = (of.v_next - of.v) / h;
+  smooth.compute(model, of.effects, ws.middle, r, of.known.wrenches, ws);
   r = 0.5 * h * ws.middle;
   d.dq = smooth.dq;
   multiply_columns(model, RotationMap::kP, r, d.dq);

@@ -9,15 +9,14 @@
 #pragma once
 
 #include "counterpoint/engine/derivatives/step/smooth_derivator.h"
+#include "counterpoint/engine/step/step_start.h"
 #include "counterpoint/engine/step_derivatives.h"
 
 namespace counterpoint {
 
 /// After step_inverse with these arguments and `ws`, which found no constraints. `smooth` and `r`
 /// (nv) are scratch.
-void compute_midpoint_derivatives(const Model& model, double h, EffectSet effects,
-                                  const VectorRef& v, const VectorRef& v_next, const Input& known,
-                                  const Workspace::Impl& ws, SmoothDerivator& smooth, VectorX& r,
-                                  InverseDerivatives& d);  // Parameters: what it depends on, one by one
+void compute_midpoint_derivatives(const InverseArguments& of, const Workspace::Impl& ws,
+                                  SmoothDerivator& smooth, VectorX& r, InverseDerivatives& d);
 
 }  // namespace counterpoint

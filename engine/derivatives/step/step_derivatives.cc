@@ -55,19 +55,19 @@ void chain_displacement(const Model& model, double h, const VectorRef& v_next,
 
 /// q_next = q (+) h w moves by P dq + h Q dw: w is v_next, of the midpoint rule the mean of both
 /// ends, or what impulses make of it.
-void chain_configuration(const Model& model, const SimulationOptions& options, const VectorRef& v,
-                         const VectorRef& v_next, const ConstrainedMidpoint* impulses, VectorX& r,
-                         ForwardDerivatives& d) {  // Parameters: what it depends on, one by one
-  const bool midpoint = options.integrator == Integrator::kImplicitMidpoint;
-  const double h = options.time_step, share = midpoint ? 0.5 : 1.0;
+void chain_configuration(const InverseArguments& of, const ConstrainedMidpoint* impulses, VectorX& r,
+                         ForwardDerivatives& d) {
+  const Model& model = of.model;
+  const bool midpoint = of.options.integrator == Integrator::kImplicitMidpoint;
+  const double h = of.h(), share = midpoint ? 0.5 : 1.0;
   if (impulses != nullptr) {
     r = h * impulses->w;
     d.dq_dq = h * (impulses->w_q + impulses->w_next.lazyProduct(d.dv_dq));
     d.dq_dv = h * (impulses->w_v + impulses->w_next.lazyProduct(d.dv_dv));
     d.dq_du = h * impulses->w_next.lazyProduct(d.dv_du);
   } else {
-    r = h * share * v_next;
-    if (midpoint) r += h * share * v;
+    r = h * share * of.v_next;
+    if (midpoint) r += h * share * of.v;
     d.dq_dq = h * share * d.dv_dq;
     d.dq_dv = h * share * d.dv_dv;
     d.dq_du = h * share * d.dv_du;
@@ -93,18 +93,14 @@ bool differentiate_runge_kutta(const Model& model, const SimulationOptions& opti
 }
 
 /// In closed form. False if something acts that has none.
-bool differentiate(const Model& model, const SimulationOptions& options, const VectorRef& q,
-                   const VectorRef& v, const VectorRef& v_next, const Input& known,  // Parameters: all it depends on
-                   Workspace::Impl& ws, DerivativeScratch& scratch, InverseDerivatives& d) {
-  const EffectSet effects = active_effects(ws.called, options.effects);
-  if (options.integrator == Integrator::kSemiImplicitEuler)
-    return scratch.inverse.compute(model, options, effects, q, v, v_next, known, ws, d);
-  if (!scratch.smooth) scratch.smooth.emplace(model);
+bool differentiate(const InverseArguments& of, Workspace::Impl& ws, DerivativeScratch& scratch,
+                   InverseDerivatives& d) {
+  if (of.options.integrator == Integrator::kSemiImplicitEuler)
+    return scratch.inverse.compute(of, ws, d);
+  if (!scratch.smooth) scratch.smooth.emplace(of.model);
   if (scratch.impulses)
-    return scratch.midpoint->compute(model, options, effects, q, v, known, ws, *scratch.smooth,
-                                     scratch.inverse, d);
-  compute_midpoint_derivatives(model, options.time_step, effects, v, v_next, known, ws,
-                               *scratch.smooth, scratch.r, d);
+    return scratch.midpoint->compute(of, ws, *scratch.smooth, scratch.inverse, d);
+  compute_midpoint_derivatives(of, ws, *scratch.smooth, scratch.r, d);
   return true;
 }
 
@@ -126,18 +122,18 @@ void step_inverse_derivatives(const Model& model, const SimulationOptions& optio
   const bool constrained = !ws.constraints.empty();
   scratch.impulses = constrained && options.integrator == Integrator::kImplicitMidpoint;
   if (scratch.impulses && !scratch.midpoint) scratch.midpoint.emplace(model);
-  const bool closed =
-      analytic && differentiate(model, options, q, v, v_next, known, ws, scratch, d);
+  const EffectSet effects = active_effects(ws.called, options.effects);
+  const InverseArguments of{model, options, q, v, q_next, v_next, known, effects};
+  const bool closed = analytic && differentiate(of, ws, scratch, d);
   d.by_differences = analytic && !closed;
   if (closed) return;
   const double step =
       difference_step > 0.0 ? difference_step : suitable_difference_step(options, constrained);
   const bool extrapolated = method != DerivativeMethod::kCentralDifferences;
   if (!scratch.impulses)
-    return difference_step_inverse(model, options, q, v, v_next, known, workspace, step,
-                                   extrapolated, !analytic, scratch.differences, d);
-  if (!scratch.midpoint->difference(model, options, q, v, v_next, known, step, extrapolated,
-                                    workspace, d))
+    return difference_step_inverse(of, workspace, {step, extrapolated, !analytic},
+                                   scratch.differences, d);
+  if (!scratch.midpoint->difference(of, step, extrapolated, workspace, d))
     fill_with_nan(model.nv(), d);
 }
 
@@ -180,14 +176,13 @@ bool step_forward_derivatives(const Model& model, const SimulationOptions& optio
   solver.get(2 * nv, d.dv_du);
   Workspace::Impl& ws = workspace.impl();
   if (!scratch.displacement) scratch.displacement.emplace(model);
-  d.displaces =
-      scratch.displacement->compute(model, options, active_effects(ws.called, options.effects), q,
-                                    v, v_next, known, ws, scratch.inverse);
+  const EffectSet effects = active_effects(ws.called, options.effects);
+  const InverseArguments of{model, options, q, v, q_next, v_next, known, effects};
+  d.displaces = scratch.displacement->compute(of, ws, scratch.inverse);
   if (d.displaces) {
     chain_displacement(model, options.time_step, v_next, *scratch.displacement, scratch.r, d);
   } else {
-    chain_configuration(model, options, v, v_next, scratch.impulses ? &*scratch.midpoint : nullptr,
-                        scratch.r, d);
+    chain_configuration(of, scratch.impulses ? &*scratch.midpoint : nullptr, scratch.r, d);
   }
   return true;
 }

@@ -43,19 +43,22 @@ double suitable_difference_step(const SimulationOptions& options, bool constrain
   return constrained ? std::clamp(kShare * options.contact.smoothing, kLeast, kSmooth) : kSmooth;
 }
 
-void difference_step_inverse(const Model& model, const SimulationOptions& options, VectorRef q,
-                             VectorRef v, VectorRef v_next, const Input& known,
-                             Workspace& workspace, double step, bool extrapolated, bool by_v_next,
-                             DifferenceScratch& scratch, InverseDerivatives& d) {
+void difference_step_inverse(const InverseArguments& of, Workspace& workspace,
+                             const DifferenceOptions& how, DifferenceScratch& scratch,
+                             InverseDerivatives& d) {
+  const Model& model = of.model;
+  const VectorRef &q = of.q, &v = of.v, &v_next = of.v_next;
+  const auto [step, extrapolated, by_v_next] = how;
   const int nv = model.nv();
-  const double v_step = velocity_difference_step(step, options.time_step);
+  const double v_step = velocity_difference_step(step, of.h());
   const auto none = VectorX();
   scratch.q = q;
   scratch.v = v;
   scratch.v_next = v_next;
   scratch.direction.setZero(nv);
   const auto invert = [&](Inverse& out) {
-    step_inverse(model, options, scratch.q, scratch.v, none, scratch.v_next, known, workspace, out);
+    step_inverse(model, of.options, scratch.q, scratch.v, none, scratch.v_next, of.known, workspace,
+                 out);
   };
   difference(nv, step, extrapolated, scratch, d.dq, [&](int k, double s, Inverse& out) {
     scratch.direction[k] = 1.0;

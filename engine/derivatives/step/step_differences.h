@@ -2,6 +2,7 @@
 // closed form.
 #pragma once
 
+#include "counterpoint/engine/step/step_start.h"
 #include "counterpoint/engine/step_derivatives.h"
 
 namespace counterpoint {
@@ -13,12 +14,16 @@ struct DifferenceScratch {
   MatrixX wide;  ///< of the larger step
 };
 
-/// As step_inverse_derivatives by differences, without `out`. Extrapolated: from steps s and 2 s.
-/// by_v_next: du/dv+ too, else it stays.
-void difference_step_inverse(const Model& model, const SimulationOptions& options, VectorRef q,
-                             VectorRef v, VectorRef v_next, const Input& known,
-                             Workspace& workspace, double step, bool extrapolated, bool by_v_next,
-                             DifferenceScratch& scratch, InverseDerivatives& d);  // Parameters: all it depends on
+struct DifferenceOptions {
+  double step;        ///< [m, rad]
+  bool extrapolated;  ///< from steps s and 2 s
+  bool by_v_next;     ///< du/dv+ too, else it stays
+};
+
+/// As step_inverse_derivatives by differences, without `out`.
+void difference_step_inverse(const InverseArguments& of, Workspace& workspace,
+                             const DifferenceOptions& how, DifferenceScratch& scratch,
+                             InverseDerivatives& d);
 
 /// That of velocities [m/s, rad/s] beside one of configurations [m, rad].
 double velocity_difference_step(double step, double h);

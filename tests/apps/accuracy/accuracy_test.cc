@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "accuracy/closed_forms.h"
-#include "accuracy/judge.h"
+#include "accuracy/recommendation.h"
 #include "accuracy/measure.h"
 #include "apps/command.h"
 #include "counterpoint/model/rotation.h"

@@ -1,4 +1,4 @@
-#include "judge.h"
+#include "recommendation.h"
 
 #include <fmt/format.h>
 

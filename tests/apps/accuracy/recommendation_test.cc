@@ -1,5 +1,5 @@
 // Orders, fronts and recommendations on made-up figures; pieces of a motion, and an engine made up for the test.
-#include "accuracy/judge.h"
+#include "accuracy/recommendation.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -78,9 +78,9 @@ TEST(Accuracy, FrontHoldsWhatNothingBeats) {
 }
 
 /// An engine that is off by so much, takes so long, or fails.
-class MadeUpMover : public Mover {
+class MadeUpAdapter : public EngineAdapter {
  public:
-  MadeUpMover(double off, bool fails) : off_(off), fails_(fails) {}
+  MadeUpAdapter(double off, bool fails) : off_(off), fails_(fails) {}
   Passage advance(const State& start, double duration) override {
     Passage out{start, 0.0, 1, {}};
     out.end.q[0] += start.v[0] * duration + off_;
@@ -111,10 +111,10 @@ TEST(Accuracy, MeasuresAnyEngine) {
   };
   const auto measured =
       measure(scene, plan, reference,
-              {family("off", [] { return std::make_unique<MadeUpMover>(0.6, false); }),
-               family("fails", [] { return std::make_unique<MadeUpMover>(0.0, true); }),
+              {family("off", [] { return std::make_unique<MadeUpAdapter>(0.6, false); }),
+               family("fails", [] { return std::make_unique<MadeUpAdapter>(0.0, true); }),
                family("refuses",
-                      []() -> std::unique_ptr<Mover> { throw InputError("it knows no boxes"); })},
+                      []() -> std::unique_ptr<EngineAdapter> { throw InputError("it knows no boxes"); })},
               {.repeats = 3, .physics = true, .contacts = false});
   ASSERT_EQ(measured.size(), 3u);
   EXPECT_NEAR(measured[0].points[0].error.all, 0.6 / std::sqrt(6.0), 1e-12);

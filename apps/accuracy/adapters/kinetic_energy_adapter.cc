@@ -10,7 +10,7 @@
 #include "counterpoint/engine/dynamics/integrator.h"
 #include "counterpoint/engine/step/step_constraints.h"
 #include "counterpoint/engine/step/step_forces.h"
-#include "stepping_mover.h"
+#include "stepping_adapter.h"
 
 namespace counterpoint::apps::accuracy {
 namespace {
@@ -21,10 +21,10 @@ constexpr double kReach = 1e-7;  // [m]
 /// Smoothing of its velocity bound [N m] and where that is continued [m/s].
 constexpr double kVelocitySmoothing = 1e-9, kContinuation = 1e-6;
 
-class KineticEnergyMover : public SteppingMover {
+class KineticEnergyAdapter : public SteppingAdapter {
  public:
-  KineticEnergyMover(const Scene& scene, const EngineSetting& setting)
-      : SteppingMover(scene, setting) {
+  KineticEnergyAdapter(const Scene& scene, const EngineSetting& setting)
+      : SteppingAdapter(scene, setting) {
     setting_.options.integrator = Integrator::kSemiImplicitEuler;
     setting_.options.contact.friction_model = FrictionModel::kConvex;  // it has no other
   }
@@ -108,8 +108,8 @@ class KineticEnergyMover : public SteppingMover {
 
 }  // namespace
 
-std::unique_ptr<Mover> kinetic_energy_mover(const Scene& scene, const EngineSetting& setting) {
-  return std::make_unique<KineticEnergyMover>(scene, setting);
+std::unique_ptr<EngineAdapter> kinetic_energy_adapter(const Scene& scene, const EngineSetting& setting) {
+  return std::make_unique<KineticEnergyAdapter>(scene, setting);
 }
 
 }  // namespace counterpoint::apps::accuracy

@@ -1,17 +1,17 @@
-// A mover by steps of the setting's time step, one after the other.
+// An adapter by steps of the setting's time step, one after the other.
 #pragma once
 
 #include <utility>
 
 #include "measure/thread_clock.h"
-#include "mover.h"
+#include "engine_adapter.h"
 #include "report/failure.h"
 
 namespace counterpoint::apps::accuracy {
 
-class SteppingMover : public Mover {
+class SteppingAdapter : public EngineAdapter {
  public:
-  SteppingMover(const Scene& scene, const EngineSetting& setting)
+  SteppingAdapter(const Scene& scene, const EngineSetting& setting)
       : model_(scene.model), setting_(setting), workspace_(scene.model) {}
 
   Passage advance(const State& start, double duration) final {

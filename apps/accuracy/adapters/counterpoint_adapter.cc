@@ -5,14 +5,14 @@
 
 #include "counterpoint/engine/step/step_control.h"
 #include "measure/thread_clock.h"
-#include "stepping_mover.h"
+#include "stepping_adapter.h"
 
 namespace counterpoint::apps::accuracy {
 namespace {
 
-class EngineMover : public SteppingMover {
+class CounterpointAdapter : public SteppingAdapter {
  public:
-  using SteppingMover::SteppingMover;
+  using SteppingAdapter::SteppingAdapter;
 
  private:
   StepReport step(const State& state, State& next) override {
@@ -23,9 +23,9 @@ class EngineMover : public SteppingMover {
 };
 
 /// The same by controlled steps (engine/step/step_control.h): the first one tried is of the time step.
-class ControlledMover : public Mover {
+class ControlledAdapter : public EngineAdapter {
  public:
-  ControlledMover(const Scene& scene, const EngineSetting& setting)
+  ControlledAdapter(const Scene& scene, const EngineSetting& setting)
       : model_(scene.model), setting_(setting), workspace_(scene.model) {}
 
   Passage advance(const State& start, double duration) override {
@@ -69,9 +69,9 @@ long whole_steps(double duration, double time_step) {
   return steps;
 }
 
-std::unique_ptr<Mover> engine_mover(const Scene& scene, const EngineSetting& setting) {
-  if (setting.options.step_control) return std::make_unique<ControlledMover>(scene, setting);
-  return std::make_unique<EngineMover>(scene, setting);
+std::unique_ptr<EngineAdapter> counterpoint_adapter(const Scene& scene, const EngineSetting& setting) {
+  if (setting.options.step_control) return std::make_unique<ControlledAdapter>(scene, setting);
+  return std::make_unique<CounterpointAdapter>(scene, setting);
 }
 
 }  // namespace counterpoint::apps::accuracy
