@@ -25,7 +25,12 @@ void Simulator::reset() { set_state({0.0, scene_.q, scene_.v}); }
 void Simulator::watch(StepReport& report) {
   if (!report.succeeded()) return;
   report.fault = watch_.look(model(), options(), next_);
-  if (report.fault.any()) report.status = status_of(report.fault);
+  if (!report.fault.any()) return;
+  if (settings_.soften_after == 0) {
+    report.status = status_of(report.fault);
+  } else {
+    watch_.restart();
+  }
 }
 
 StepReport Simulator::step() {

@@ -33,7 +33,8 @@ class Simulator {
   Input& input() { return input_; }
 
   /// One step. If it fails (see the report) the state is left as it was. Unlike step_forward it
-  /// also fails where a closure or mimic joint stays open (stalled_closure.h).
+  /// also sees where a closure or mimic joint stays open (stalled_closure.h): the report's fault
+  /// names it, once in closing_time; with settings().soften_after = 0 (strict) the step fails.
   StepReport step();
 
   /// Two steps, as long as options().step_control allows, not beyond `until` [s] (step_control.h).

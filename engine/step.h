@@ -49,7 +49,9 @@ struct StepReport {
   int sleeping_bodies = 0;     ///< left out: nothing moves there (sleep.h)
   /// Laws softer than their own, where the step could not be solved otherwise (softening.h).
   Softening softening;
-  Fault fault;  ///< what is wrong, if the step did not succeed
+  /// What is wrong, if the step did not succeed; if it did, the closure or mimic joint of which
+  /// Simulator sees that it stays open.
+  Fault fault;
   bool succeeded() const { return contact::succeeded(status); }
 };
 

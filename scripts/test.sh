@@ -6,5 +6,5 @@ cd "$(dirname "$0")/.."
 scripts/setup.sh --for-tests
 status=0
 ctest --preset release || status=$?
-python3 scripts/skipped_tests.py build/release/Testing/Temporary/LastTest.log
+python3 tests/skipped_tests.py build/release/Testing/Temporary/LastTest.log
 exit $status

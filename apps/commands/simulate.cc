@@ -122,6 +122,10 @@ void print_figures(const Report& report, const Simulator& simulator, double simu
         "{} steps were solved with softer contacts, at most {:.3g} times, the first at {:.6g} "
         "s\n",
         tally.softened_steps, tally.softening_max, tally.softened_first);
+  if (tally.stays_open > 0) {
+    const FaultText text = describe(simulator.model(), tally.stays_open_first);
+    fmt::print(report.text(), "seen at {:.6g} s: {}\n", tally.stays_open_time, text.reason);
+  }
   if (simulator.options().step_control)
     fmt::print(report.text(), "{}\n", step_control_text(tally.control));
 }
@@ -229,8 +233,8 @@ void add_simulate(CommandLine& line) {
   add_follow(command, arguments->inputs.follow);
   add_random_inputs(command, arguments->inputs);
   command.add_flag("--strict", arguments->strict,
-                   "End at a step that cannot be solved; else it is solved with softer contacts, "
-                   "counted and recorded");
+                   "End at a step that cannot be solved, which else is solved with softer contacts, "
+                   "counted and recorded; and at a closure that stays open");
   command.add_option("--output", arguments->output,
                      "Trajectory to write (docs/reference/trajectory-format.md)");
   command.add_option("--contacts", arguments->contacts,

@@ -94,6 +94,10 @@ void RunTally::add(const StepReport& step, double start_time, double seconds) {
     if (softened_steps++ == 0) softened_first = start_time;
     softening_max = std::max(softening_max, std::abs(step.softening.factor));
   }
+  if (step.fault.any() && stays_open++ == 0) {
+    stays_open_time = start_time;
+    stays_open_first = step.fault;
+  }
   statistics.add(step.newton_iterations, seconds);
   ++steps;
   contacts += step.contacts;
@@ -119,6 +123,8 @@ void RunTally::fill(double simulated_seconds, Json& out) const {
   out["softened_steps"] = softened_steps;
   out["softening_max"] = softening_max;
   if (softened_steps > 0) out["softened_first_time_s"] = softened_first;
+  out["stays_open_reports"] = stays_open;
+  if (stays_open > 0) out["stays_open_first_time_s"] = stays_open_time;
   out["max_penetration_m"] = max_penetration;
   out["end_penetration_m"] = end_penetration;
   if (watch) watch->fill(out);

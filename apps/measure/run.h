@@ -22,6 +22,9 @@ struct RunTally {
   StepStatistics statistics;
   long softened_steps = 0;
   double softening_max = 1.0, softened_first = 0.0;
+  long stays_open = 0;           ///< reports of closures and mimic joints that do
+  double stays_open_time = 0.0;  ///< of the first [s]
+  Fault stays_open_first;
   long steps = 0, contacts = 0, sleeping = 0, newton_iterations = 0, newton_iterations_max = 0,
        failures = 0;
   double max_penetration = 0.0, end_penetration = 0.0, wall_seconds = 0.0;

@@ -20,6 +20,8 @@ class RunWatch {
 
  private:
   double energy(const State& state);
+  /// By a step to `state`, [J]; leaves its poses in data_.
+  double energy_left(const State& state);
   /// Of weights and springs [J]; leaves the poses of q (nq) in data_.
   double potential(const VectorX& q);
   void add_overlap_work(double h, const State& state);

@@ -2,7 +2,7 @@
 // one is a valid solution (what holds the bodies apart yields as much as compliance lets it), so
 // only a run shows it. A closure that is far open is to close at contact.max_recovery_speed;
 // one that has closed by less than a tenth of that over closing_time, which is long enough to
-// leave a singular pose (links in one line), is at fault.
+// leave a singular pose (links in one line), is named.
 #pragma once
 
 #include <limits>

@@ -13,7 +13,7 @@
 namespace counterpoint {
 namespace {
 
-/// From this angle a step [rad] to twice of it the work fades.
+/// From this angle a step [rad] to twice of it the pose where energy is kept moves back.
 constexpr double kSmallTurn = 0.5 * EnergyProjection::kFarTurn;
 
 double smooth_step(double x) {
@@ -21,48 +21,51 @@ double smooth_step(double x) {
   return x * x * (3.0 - 2.0 * x);
 }
 
-/// The energy is the one that mid_velocity.h keeps: otherwise a tree that alternates between slow and
-/// fast gains or loses the difference each time. h: the step, if the tree has a prediction; else 0:
-/// forces at the start of the step keep no energy anyway.
-TreeMotion motion_of(const Model& model, const Tree& tree, const VectorX& rotors, double h,
-                     const VectorRef& v, Data& data) {
+TreeMotion motion_of(const Model& model, const Tree& tree, const VectorX& rotors,
+                     const VectorRef& v, const Data& data) {
   TreeMotion motion;
   motion.floats = model.body(tree.body_begin).joint_type == JointType::kFloating;
-  double fastest = 0.0, work = 0.0;  // of velocity-dependent forces, a second
-  Vector3 force = Vector3::Zero();   // theirs on the whole
   for (int i = tree.body_begin; i < tree.body_end; ++i) {
     const Motion& V = data.V[i];
     const Force momentum = data.inertia[i] * V;
     motion.momentum += momentum.force;
     motion.mass += model.body(i).inertia.mass;
     motion.energy += 0.5 * dot(V, momentum);
-    if (h == 0.0) continue;
-    Motion A = data.c[i];
-    if (model.body(i).parent != 0) A += shift(data.A[model.body(i).parent], data.arm[i]);
-    data.A[i] = A;
-    const Force inertial = data.inertia[i] * A;
-    work -= dot(V, inertial);
-    force -= inertial.force + V.angular.cross(momentum.force);
-    fastest = std::max(fastest, V.angular.squaredNorm());
   }
-  const int begin = tree.v_begin, size = tree.v_end - tree.v_begin;
-  motion.energy += 0.5 * v.segment(begin, size).cwiseAbs2().dot(rotors.segment(begin, size));
+  const auto part = Eigen::seqN(tree.v_begin, tree.v_end - tree.v_begin);
+  motion.energy += 0.5 * v(part).cwiseAbs2().dot(rotors(part));
   if (motion.floats) motion.energy -= 0.5 * motion.momentum.squaredNorm() / motion.mass;
-  if (motion.floats) work -= motion.momentum.dot(force) / motion.mass;
-  const double turn = h * std::sqrt(fastest);
-  motion.energy += EnergyProjection::share_of_work(turn) * 0.5 * h * work;
   return motion;
 }
 
 }  // namespace
 
-double EnergyProjection::share_of_work(double turn) {
-  return 1.0 - smooth_step((turn - kSmallTurn) / kSmallTurn);
+JointTurn joint_turn(const Model& model, const Tree& tree, double h, const VectorRef& v) {
+  JointTurn most;
+  double fastest = 0.0;
+  for (int i = tree.body_begin; i < tree.body_end; ++i) {
+    const Body& body = model.body(i);
+    const int linear = joint_num_linear(body.joint_type);
+    const int count = joint_nv(body.joint_type) - linear;
+    const double speed = v.segment(body.v_index + linear, count).squaredNorm();
+    if (!(speed > fastest)) continue;
+    fastest = speed;
+    most.first = body.v_index + linear;
+    most.count = count;
+  }
+  most.angle = h * std::sqrt(fastest);
+  return most;
 }
 
-double EnergyProjection::share_of_work_slope(double turn) {
+double EnergyProjection::lag(double turn, bool predicted, bool floats) {
+  const double far = floats ? 1.0 : 0.0;
+  return predicted ? 0.5 + (far - 0.5) * smooth_step((turn - kSmallTurn) / kSmallTurn) : far;
+}
+
+double EnergyProjection::lag_slope(double turn, bool predicted, bool floats) {
+  if (!predicted) return 0.0;
   const double x = std::clamp((turn - kSmallTurn) / kSmallTurn, 0.0, 1.0);
-  return -6.0 * x * (1.0 - x) / kSmallTurn;
+  return (floats ? 3.0 : -3.0) * x * (1.0 - x) / kSmallTurn;
 }
 
 double EnergyProjection::share_of(double rate) {
@@ -114,7 +117,7 @@ bool EnergyProjection::find_change(const Model& model, double h, const VectorRef
   const BodyRange bodies = {tree.body_begin, tree.body_end};
   const int begin = tree.v_begin, size = tree.v_end - tree.v_begin;
   compute_inertias(model, bodies, data);
-  const TreeMotion start = motion_of(model, tree, rotors, predicted ? h : 0.0, v, data);
+  const TreeMotion start = motion_at(model, t, h, 0.0, q, v, predicted, rotors);
   if (!aba(model, zero_, rotors, Vector3::Zero(), bodies, data, plain_)) return false;
 
   auto plain = plain_.segment(begin, size);
@@ -131,23 +134,34 @@ bool EnergyProjection::find_change(const Model& model, double h, const VectorRef
   return true;
 }
 
-// Scales reached_ so that the kinetic energy at the pose that it leads to from q is `energy`.
+/// At q (+) (from - lag) h x: where the energy of velocities x [m/s, rad/s] is taken that reach a pose
+/// q (+) from h x.
+TreeMotion EnergyProjection::motion_at(const Model& model, int t, double h, double from,
+                                       const VectorRef& q, const VectorRef& x, bool predicted,
+                                       const VectorX& rotors) {
+  const Tree& tree = model.trees()[t];
+  const BodyRange bodies = {tree.body_begin, tree.body_end};
+  const bool floats = model.body(tree.body_begin).joint_type == JointType::kFloating;
+  const double back = lag(joint_turn(model, tree, h, x).angle, predicted, floats);
+  integrate_configuration(model, q, x, (from - back) * h, bodies, q_);
+  compute_poses(model, q_, bodies, *scratch_);
+  compute_velocities(model, x, bodies, *scratch_);
+  compute_inertias(model, bodies, *scratch_);
+  return motion_of(model, tree, rotors, x, *scratch_);
+}
+
+// Scales reached_ so that the kinetic energy, as kept, is `energy`.
 // A root in one variable that exists, since the energy goes from 0 to infinity with the scale: by
 // secants from 1, kept in a bracket.
 TreeMotion EnergyProjection::keep_energy(const Model& model, int t, double h, const VectorRef& q,
                                          bool predicted, const VectorX& rotors, double energy) {
   const Tree& tree = model.trees()[t];
   constexpr int kMaxTrials = 60;
-  const BodyRange bodies = {tree.body_begin, tree.body_end};
   auto reached = reached_.segment(tree.v_begin, tree.v_end - tree.v_begin);
   TreeMotion motion;
   // Speed over that wanted, less one; it is about the scale over that wanted, less one.
   const auto excess_at_scale = [&] {
-    integrate_configuration(model, q, reached_, h, bodies, q_);
-    compute_poses(model, q_, bodies, *scratch_);
-    compute_velocities(model, reached_, bodies, *scratch_);
-    compute_inertias(model, bodies, *scratch_);
-    motion = motion_of(model, tree, rotors, predicted ? h : 0.0, reached_, *scratch_);
+    motion = motion_at(model, t, h, 1.0, q, reached_, predicted, rotors);
     return energy > 0.0 ? std::sqrt(std::max(0.0, motion.energy) / energy) - 1.0 : 0.0;
   };
   double low = 0.0, high = std::numeric_limits<double>::infinity();

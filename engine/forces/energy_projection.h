@@ -5,10 +5,18 @@
 // of first order, but still make a whip or a flailing leg diverge once a step turns it too
 // far. So trees that turn fast take the mean effect of these forces alone, M (w_free
 // - w) / h, where w_free is what they alone would lead to, moved along itself to where the kinetic
-// energy at the pose reached is that of the start (projection: Hairer, Lubich, Wanner 2006, IV.4);
-// if the tree floats, with the motion of its centre of mass held. Below kSlow nothing is done, from
-// kFast on all of it, in between a smooth share; of trees with a prediction at kPredictedFactor times these
-// rates. It depends on (q, w) alone: the inverse knows it.
+// energy is that of before (projection: Hairer, Lubich, Wanner 2006, IV.4); if the tree floats, with
+// the motion of its centre of mass held. Below kSlow nothing is done, from kFast on all of it, in
+// between a smooth share; of trees with a prediction at kPredictedFactor times these rates. It depends on
+// (q, w) alone: the inverse knows it.
+//
+// A step applies its forces at q, and changes kinetic energy and momentum there by their work and
+// impulse, exactly: T(q, w+) - T(q, w_free) = h u'(w_free + w+) / 2. So what a tree that floats keeps is
+// what the last step left where it acted: w_free is such that T(q, w_free) = T(q (-) h w, w), and no
+// force, contact or step length makes it gain more than the work
+// (EnergyProjection.ForcesGiveNoMoreThanTheirWork). Energies of w+ at the pose reached, T(q+, w+), differ by up
+// to the turn of a step, either way. Trees held by the world keep those: T(q (+) h w_free, w_free) =
+// T(q, w), which free motion keeps as a user sees it (measured: docs/decisions/integration.md).
 //
 // Trees with closures are left to mid_velocity.h: the impulses of closures take most of what the
 // forces alone would do, so what these do without them is no guide (measured: docs/decisions/README.md).
@@ -29,6 +37,14 @@ struct TreeMotion {
   bool floats = false;
 };
 
+/// The joint that turns a tree most.
+struct JointTurn {
+  double angle = 0.0;        ///< a step [rad]
+  int first = 0, count = 0;  ///< coordinates of v
+};
+/// h [s], v (nv) [m/s, rad/s].
+JointTurn joint_turn(const Model& model, const Tree& tree, double h, const VectorRef& v);
+
 class EnergyProjection {
  public:
   static constexpr double kSlow = 0.1, kFast = 0.3;  ///< of h omega^2 [1/s]
@@ -42,7 +58,7 @@ class EnergyProjection {
   /// (nv): what is added to the diagonal of M. Needs compute_poses and compute_velocities;
   /// no applied forces in data (has_external, added).
   double apply(const Model& model, double h, const VectorRef& q, const VectorRef& v, bool predicted,
-               const VectorX& rotors, int t, Data& data);  // Parameters: what it depends on, one by one
+               const VectorX& rotors, int t, Data& data);  // Parameters: what it depends on
 
   /// nv: what the forces at the start of the step alone would change of the velocity [m/s, rad/s],
   /// of the trees whose share is not 0.
@@ -57,14 +73,13 @@ class EnergyProjection {
   static double share_of(double rate);
   static double share_slope(double rate);
 
-  /// Of a tree with a prediction: the energy kept is that of (q, w) as they are, from this angle a
-  /// step [rad] on.
+  /// The energy of (q, w) that is kept is T(q (-) lag h w, w): lag is 1 of trees that float, else 0.
+  /// Of a tree with a prediction it is 0.5 up to half this turn [rad], that is at the middle of the
+  /// last step, the energy that slower trees keep (otherwise a tree that alternates between slow and
+  /// fast gains or loses the difference).
   static constexpr double kFarTurn = 0.06;
-  /// Up to half of it the energy is that of velocities at the time of the pose, half a step apart:
-  /// this share of the work of the velocity-dependent forces in that half step is added. Its slope
-  /// [1/rad].
-  static double share_of_work(double turn);
-  static double share_of_work_slope(double turn);
+  static double lag(double turn, bool predicted, bool floats);
+  static double lag_slope(double turn, bool predicted, bool floats);  ///< [1/rad]
 
   /// To which speeds are scaled right [-]. Steps leave it as it is.
   void set_tolerance(double tolerance) { tolerance_ = tolerance; }
@@ -73,6 +88,8 @@ class EnergyProjection {
   /// False if M is singular.
   bool find_change(const Model& model, double h, const VectorRef& q, const VectorRef& v,
                    bool predicted, const VectorX& rotors, int t, double share, Data& data);
+  TreeMotion motion_at(const Model& model, int t, double h, double from, const VectorRef& q,
+                       const VectorRef& x, bool predicted, const VectorX& rotors);  // Parameters: what it depends on
   TreeMotion keep_energy(const Model& model, int t, double h, const VectorRef& q, bool predicted,
                          const VectorX& rotors, double energy);  // Parameters: what it depends on, one by one
   void set_force(const Model& model, double h, const VectorX& rotors, const Tree& tree, Data& data);

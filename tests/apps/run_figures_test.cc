@@ -41,6 +41,7 @@ TEST(RunFigures, EnergyThatTheInputGaveIsNoGain) {
   const double work = report["input_work_J"], end = report["energy_end_J"];
   EXPECT_NEAR(work, end, 1e-9);
   EXPECT_LT(report["energy_gain_max_J"], 1e-9);
+  EXPECT_EQ(report["energy_excess_J"], 0.0);  // h u'v+ is more by h^2 u^2 / 2 m
   EXPECT_EQ(report["end_below_ground_m"], 0.0);
 }
 

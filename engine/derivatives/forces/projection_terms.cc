@@ -35,20 +35,18 @@ ProjectionTerms::ProjectionTerms(const Model& model)
       changed_(zero_),
       start_(model),
       end_(model),
-      q_reached_(model.default_q()),
+      q_at_(model.default_q()),
       moved_(zero_),
+      turned_(zero_),
       share_q_(zero_),
-      share_v_(zero_),
-      forces_(zero_),
-      by_work_q_(zero_),
-      by_work_v_(zero_) {
+      share_v_(zero_) {
   const int nv = model.nv();
   bool any = false;
   for (const Tree& tree : model.trees()) any = any || tree.body_end - tree.body_begin > 1;
   if (!any) return;
-  for (MatrixX* m : {&dq_, &dv_, &da_, &solved_, &work_q_, &work_v_, &work_a_}) m->setZero(nv, nv);
-  for (MatrixX* m : {&rows_, &by_q_, &by_v_}) m->setZero(nv, 4);
-  reached_.emplace(model);
+  for (MatrixX* m : {&dq_, &dv_, &da_, &solved_}) m->setZero(nv, nv);
+  for (MatrixX* m : {&start_.by_q, &start_.by_x, &end_.by_q, &end_.by_x, &by_q_, &by_v_}) m->setZero(nv, 4);
+  at_pose_.emplace(model);
 }
 
 int ProjectionTerms::fastest(const Tree& tree, const Data& data) {
@@ -84,91 +82,60 @@ void ProjectionTerms::find_share_gradient(const Model& model, const Tree& tree, 
   add_turn_gradient(model, tree, body, 2.0 * part * slope, data, share_q_, share_v_);
 }
 
-/// Adds to the gradient of the energy, at velocities x, that of its part by the work of these
-/// forces.
-void ProjectionTerms::add_work(const Model& model, const Tree& tree, double h, const VectorX& x,
-                               const Data& data, KineticGradient& energy) {
-  const int body = fastest(tree, data);
-  const double speed = data.V[body].angular.norm();
-  const double share = 0.5 * h * EnergyProjection::share_of_work(h * speed);
-  const double slope = 0.5 * h * h * EnergyProjection::share_of_work_slope(h * speed);
-  if (share == 0.0 && slope == 0.0) return;
-  const int begin = tree.v_begin, n = tree.v_end - tree.v_begin;
-  SweepInput in;
-  in.v = x.data();
-  in.a = zero_.data();
-  sweep_.run(model, tree, data, in, {work_q_, work_v_, work_a_});
-  const auto Q = work_q_.block(begin, begin, n, n), V = work_v_.block(begin, begin, n, n);
-  const auto w = x.segment(begin, n);
-  auto forces = forces_.head(n), by_q = by_work_q_.head(n), by_v = by_work_v_.head(n);
-  forces.noalias() = V * w;  // a product with a sign or factor would take memory
-  forces *= 0.5;             // they are quadratic
-  double work = -w.dot(forces);
-  by_q.noalias() = Q.transpose() * w;
-  by_q *= -1.0;
-  by_v.noalias() = V.transpose() * w;
-  by_v = -by_v - forces;
-  if (energy.floats) {  // less that on the whole; the base's axes are those of its frame
-    const Matrix3& R = model.body(tree.body_begin).X_PJ.rotation;
-    const auto dv = energy.momentum_dv.leftCols(n), dq = energy.momentum_dq.leftCols(n);
-    const Vector3 drift = dv.lazyProduct(w) / energy.mass, along = R.transpose() * drift;
-    const Vector3 force = R * Vector3(forces.head<3>()) / energy.mass;
-    work += along.dot(forces.head<3>());
-    by_q += dq.transpose().lazyProduct(force);
-    by_q += Q.topRows<3>().transpose().lazyProduct(along);
-    by_v += dv.transpose().lazyProduct(force);
-    by_v += V.topRows<3>().transpose().lazyProduct(along);
-  }
-  energy.dq.head(n) += share * by_q;
-  energy.dv.head(n) += share * by_v;
-  if (slope != 0.0)
-    add_turn_gradient(model, tree, body, slope * work / speed, data, energy.dq, energy.dv);
-}
-
-/// by_q_, by_v_: first column of the scale, without what goes through the change by the forces
-/// (the rows by which that counts are left in rows_); then of the momentum that the centre of mass
-/// lacks, likewise, at that scale.
-void ProjectionTerms::find_scale_gradient(const InverseArguments& of, const Tree& tree, double scale,
-                                          bool predicted, const VectorX& rotors, const Data& data) {
+/// For velocities x (nv) that reach q (+) from h x.
+void ProjectionTerms::find_gradients(const InverseArguments& of, const Tree& tree, double from,
+                                     bool predicted, const VectorX& x, const VectorX& rotors,
+                                     Gradients& out) {
   const Model& model = of.model;
   const double h = of.h();
   const int begin = tree.v_begin, n = tree.v_end - tree.v_begin;
   const BodyRange bodies = {tree.body_begin, tree.body_end};
-  // moved_: scale times w, then that turned by h.
-  integrate_configuration(model, of.q, moved_, h, bodies, q_reached_);
-  compute_poses(model, q_reached_, bodies, *reached_);
-  compute_inertias(model, bodies, *reached_);
-  end_.compute(model, tree, *reached_, moved_.data(), rotors);
-  start_.compute(model, tree, data, of.v.data(), rotors);
-  if (predicted) {
-    compute_velocities(model, moved_, bodies, *reached_);
-    add_work(model, tree, h, moved_, *reached_, end_);
-    at_.segment(begin, n) = of.v.segment(begin, n);
-    add_work(model, tree, h, at_, data, start_);
-  }
-  moved_.segment(begin, n) *= h;
-  const int columns = end_.floats ? 4 : 1;
-  for (int c = 0; c < columns; ++c) {
-    auto row = rows_.col(c).head(n);
-    auto by_q = by_q_.col(c).head(n);
+  const JointTurn turn = joint_turn(model, tree, h, x);
+  const bool floats = model.body(tree.body_begin).joint_type == JointType::kFloating;
+  const double along = from - EnergyProjection::lag(turn.angle, predicted, floats);
+  const double slope = EnergyProjection::lag_slope(turn.angle, predicted, floats);
+  integrate_configuration(model, of.q, x, along * h, bodies, q_at_);
+  compute_poses(model, q_at_, bodies, *at_pose_);
+  compute_inertias(model, bodies, *at_pose_);
+  KineticGradient& at = out.at;
+  at.compute(model, tree, *at_pose_, x.data(), rotors);
+  turned_.segment(begin, n) = along * h * x.segment(begin, n);
+  for (int c = 0; c < (at.floats ? 4 : 1); ++c) {
+    auto row_q = out.by_q.col(c).head(n), row_x = out.by_x.col(c).head(n);
     if (c == 0) {
-      by_q = end_.dq.head(n);
+      row_q = at.dq.head(n);
     } else {
-      by_q = end_.momentum_dq.row(c - 1).head(n).transpose();
+      row_q = at.momentum_dq.row(c - 1).head(n).transpose();
     }
-    row = by_q;
-    chain<true>(model, tree, moved_, row);
-    chain<false>(model, tree, moved_, by_q);
+    const double by_along = h * row_q.dot(x.segment(begin, n));
+    row_x = row_q;
+    chain<true>(model, tree, turned_, row_x);
+    chain<false>(model, tree, turned_, row_q);
+    row_x *= along * h;
     if (c == 0) {
-      row = h * row + end_.dv.head(n);
-      by_q = start_.dq.head(n) - by_q;
-      by_v_.col(c).head(n) = start_.dv.head(n) - scale * row;
+      row_x += at.dv.head(n);
     } else {
-      row = h * row + end_.momentum_dv.row(c - 1).head(n).transpose();
-      by_q = start_.momentum_dq.row(c - 1).head(n).transpose() - by_q;
-      by_v_.col(c).head(n) = start_.momentum_dv.row(c - 1).head(n).transpose() - scale * row;
+      row_x += at.momentum_dv.row(c - 1).head(n).transpose();
     }
+    if (slope == 0.0) continue;
+    const auto fastest = Eigen::seqN(turn.first - begin, turn.count);
+    row_x(fastest) -= (by_along * slope * h * h / turn.angle) * x.segment(turn.first, turn.count);
   }
+}
+
+/// by_q_, by_v_: first column of the scale, without what goes through the change by the forces
+/// (the rows by which that counts are left in end_.by_x); then of the momentum that the centre of mass
+/// lacks, likewise, at that scale. moved_: scale times w.
+void ProjectionTerms::find_scale_gradient(const InverseArguments& of, const Tree& tree, double scale,
+                                          bool predicted, const VectorX& rotors) {
+  const int begin = tree.v_begin, n = tree.v_end - tree.v_begin;
+  at_.segment(begin, n) = of.v.segment(begin, n);
+  find_gradients(of, tree, 0.0, predicted, at_, rotors, start_);
+  find_gradients(of, tree, 1.0, predicted, moved_, rotors, end_);
+  const int columns = end_.at.floats ? 4 : 1;
+  const auto part = [&](auto& matrix) { return matrix.topLeftCorner(n, columns); };
+  part(by_q_) = part(start_.by_q) - part(end_.by_q);
+  part(by_v_) = part(start_.by_x) - scale * part(end_.by_x);
 }
 
 // Long: one formula, whose terms share their factors.
@@ -210,13 +177,13 @@ void ProjectionTerms::add(const InverseArguments& of, int t, bool predicted,
   changed.noalias() += (1.0 / h) * M * other_.segment(begin, n);
   other_(part) = moved_(part);
   moved_(part) *= scale;
-  find_scale_gradient(of, tree, scale, predicted, rotors, ws.data);
+  find_scale_gradient(of, tree, scale, predicted, rotors);
   find_share_gradient(model, tree, h, predicted, ws.data);
 
-  const int columns = end_.floats ? 4 : 1;
+  const int columns = end_.at.floats ? 4 : 1;
   // How fast each grows with the scale: rows (v + plain).
   Eigen::Matrix<double, 4, 1> grows = Eigen::Matrix<double, 4, 1>::Zero();
-  for (int c = 0; c < columns; ++c) grows[c] = rows_.col(c).head(n).dot(other_.segment(begin, n));
+  for (int c = 0; c < columns; ++c) grows[c] = end_.by_x.col(c).head(n).dot(other_.segment(begin, n));
   if (!solve_rows(M, dyn_v, columns, predicted)) return;
   if (predicted) {
     const auto Y = solved_.topLeftCorner(n, n);
@@ -238,8 +205,8 @@ void ProjectionTerms::add(const InverseArguments& of, int t, bool predicted,
   const Matrix3 to_axes = model.body(tree.body_begin).X_PJ.rotation.transpose();
   for (int c = 1; c < columns; ++c) {
     other_.segment(begin, n).noalias() = M.leftCols(3) * to_axes.col(c - 1);
-    add(out_q, by_scale / end_.mass, other_.segment(begin, n), by_q_.col(c));
-    add(out_v, by_scale / end_.mass, other_.segment(begin, n), by_v_.col(c));
+    add(out_q, by_scale / end_.at.mass, other_.segment(begin, n), by_q_.col(c));
+    add(out_v, by_scale / end_.at.mass, other_.segment(begin, n), by_v_.col(c));
   }
 }
 
@@ -249,13 +216,13 @@ bool ProjectionTerms::solve_rows(const Eigen::Ref<const MatrixX>& M,
   const auto n = M.rows();
   auto Y = solved_.topLeftCorner(n, n);
   solver_.begin(M, columns + (both ? static_cast<int>(n) : 0));
-  solver_.add(rows_.topLeftCorner(n, columns), 0, 1.0);
+  solver_.add(end_.by_x.topLeftCorner(n, columns), 0, 1.0);
   if (both) {
     Y = dyn_v.transpose();
     solver_.add(Y, columns, 0.5);
   }
   if (!solver_.solve()) return false;
-  solver_.get(0, rows_.topLeftCorner(n, columns));
+  solver_.get(0, end_.by_x.topLeftCorner(n, columns));
   if (both) solver_.get(columns, Y);
   return true;
 }
@@ -269,8 +236,8 @@ void ProjectionTerms::close_gradients(const Eigen::Ref<const MatrixX>& dyn_q,
   const double inverse = std::abs(grows[0]) > 0.0 ? 1.0 / grows[0] : 0.0;
   for (int c = 0; c < columns; ++c) {
     auto q = by_q_.col(c).head(n), v = by_v_.col(c).head(n);
-    q += by * dyn_q.transpose().lazyProduct(rows_.col(c).head(n));
-    v += by * dyn_v.transpose().lazyProduct(rows_.col(c).head(n));
+    q += by * dyn_q.transpose().lazyProduct(end_.by_x.col(c).head(n));
+    v += by * dyn_v.transpose().lazyProduct(end_.by_x.col(c).head(n));
     if (c == 0) {
       q *= inverse;
       v *= inverse;

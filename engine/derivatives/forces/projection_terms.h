@@ -3,9 +3,8 @@
 //
 // Of a share s they are (1 - s) n - (M + R) s (r - v) / h with r = scale (v + p) and p = -h inv(M +
 // R) n, so that (M + R) dp / h is minus the derivative of the dynamics at the acceleration p / h: a
-// sweep. The scale solves an equation in one variable, the energy at the end that of the start,
-// whose gradient kinetic_gradient.h has; of trees with a prediction, and slow turns, the energy has a
-// part by the power -v'n of these forces, whose gradient is that of one more sweep at each end.
+// sweep. The scale solves an equation in one variable, the energy of r that of v, each at the pose
+// where it counts, whose gradients kinetic_gradient.h has.
 // With a prediction f, B(v, f - s (v + p)) stands for (1 - s) n.
 #pragma once
 
@@ -30,15 +29,22 @@ class ProjectionTerms {
            InverseDerivatives& d);
 
  private:
+  /// Of the energy and the momentum that count for velocities x, the energy's first.
+  struct Gradients {
+    explicit Gradients(const Model& model) : at(model) {}
+    KineticGradient at;
+    MatrixX by_q, by_x;  ///< nv x 4, transposed
+  };
   static int fastest(const Tree& tree, const Data& data);
   static void add_turn_gradient(const Model& model, const Tree& tree, int body, double by,
                                 const Data& data, VectorX& dq, VectorX& dv);  // Parameters: all it depends on
   void find_share_gradient(const Model& model, const Tree& tree, double h, bool predicted,
                            const Data& data);
-  void add_work(const Model& model, const Tree& tree, double h, const VectorX& x, const Data& data,
-                KineticGradient& energy);
+  void find_gradients(const InverseArguments& of, const Tree& tree, double from, bool predicted,
+                      const VectorX& x, const VectorX& rotors,
+                      Gradients& out);  // Parameters: all it depends on
   void find_scale_gradient(const InverseArguments& of, const Tree& tree, double scale,
-                           bool predicted, const VectorX& rotors, const Data& data);
+                           bool predicted, const VectorX& rotors);
   bool solve_rows(const Eigen::Ref<const MatrixX>& M, const Eigen::Ref<const MatrixX>& dyn_v,
                   int columns, bool both);
   void close_gradients(const Eigen::Ref<const MatrixX>& dyn_q,
@@ -49,14 +55,12 @@ class ProjectionTerms {
   SparseSolver solver_;
   VectorX zero_, at_, a_, other_, half_, changed_;  ///< nv
   MatrixX dq_, dv_, da_, solved_;                   ///< nv x nv
-  KineticGradient start_, end_;
-  std::optional<Data> reached_;
-  VectorX q_reached_, moved_;
-  MatrixX rows_;         ///< nv x 4: gradients by velocity at the end, then inv(M + R) of them
+  /// In the end's by_x finally inv(M + R) of it.
+  Gradients start_, end_;
+  std::optional<Data> at_pose_;
+  VectorX q_at_, moved_, turned_;
   MatrixX by_q_, by_v_;  ///< nv x 4: transposed, of the scale and of the momentum left
   VectorX share_q_, share_v_;
-  MatrixX work_q_, work_v_, work_a_;  ///< nv x nv: of the sweeps for the work
-  VectorX forces_, by_work_q_, by_work_v_;
 };
 
 }  // namespace counterpoint

@@ -69,9 +69,9 @@ struct ParameterDerivator::Impl {
     for (const StepParameter& parameter : parameters) prepared.emplace_back(parameter, model);
   }
 
-  void differentiate(size_t k, const Model& model, const SimulationOptions& options,
-                     const VectorRef& q, const VectorRef& v, const VectorRef& v_next,
-                     const Input& known, VectorOut du) {  // Parameters: what it depends on, one by one
+  void differentiate(size_t k, const InverseArguments& of, VectorOut du) {
+    const Model& model = of.model;
+    const SimulationOptions& options = of.options;
     const StepParameter& parameter = parameters[k];
     ChangedSteps& c = changed[k];
     // Of options the model stays, and they may be others than the last time.
@@ -91,7 +91,7 @@ struct ParameterDerivator::Impl {
       ChangedStep& step = c.steps[i];
       SimulationOptions with = options;
       if (of_options) change_parameter(parameter, c.scheme.at[i], step.model, with);
-      step_inverse(step.model, with, q, v, v_next, known, step.workspace, step.out);
+      step_inverse(step.model, with, of.q, of.v, of.v_next, of.known, step.workspace, step.out);
       du += c.scheme.weight[i] * step.out.applied_force;
     }
   }
@@ -132,8 +132,10 @@ void ParameterDerivator::inverse(const Model& model, const SimulationOptions& op
   const bool analytic =
       method == DerivativeMethod::kAnalytic && options.integrator == Integrator::kSemiImplicitEuler;
   d.du.setZero();
-  if (analytic)
-    impl_->dynamics.add(impl_->prepared, model, effects, options.time_step, v, v_next, ws, d.du);
+  const VectorX none;
+  const VectorRef no_pose(none);
+  const InverseArguments of{model, options, q, v, no_pose, v_next, known, effects};
+  if (analytic) impl_->dynamics.add(impl_->prepared, of, ws, d.du);
   for (size_t k = 0; k < count; ++k) {
     const PreparedParameter& p = impl_->prepared[k];
     auto column = d.du.col(static_cast<Eigen::Index>(k));
@@ -142,7 +144,7 @@ void ParameterDerivator::inverse(const Model& model, const SimulationOptions& op
       ParameterConstraints::add_joint_rows(p, options, v_next, ws, column);
       ParameterConstraints::add_first_friction(p, model, options, v_next, ws, column);
     } else {
-      impl_->differentiate(k, model, options, q, v, v_next, known, column);
+      impl_->differentiate(k, of, column);
       d.by_differences[k] = 1;
     }
   }

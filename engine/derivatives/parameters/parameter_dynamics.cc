@@ -52,9 +52,12 @@ ParameterDynamics::ParameterDynamics(const Model& model, size_t num_parameters)
       dv_(dq_),
       M_(dq_) {}
 
-void ParameterDynamics::add(const Parameters& parameters, const Model& model, EffectSet effects,
-                            double h, const VectorRef& v, const VectorRef& v_next,
+void ParameterDynamics::add(const Parameters& parameters, const InverseArguments& of,
                             Workspace::Impl& ws, MatrixX& du) {
+  const Model& model = of.model;
+  const EffectSet effects = of.effects;
+  const VectorRef &v = of.v, &v_next = of.v_next;
+  const double h = of.h();
   const Vector3 gravity =
       effects.has(Effect::kGravity) ? model.gravity() : Vector3(Vector3::Zero());
   const Vector3 down = down_of(model, effects);
@@ -66,11 +69,11 @@ void ParameterDynamics::add(const Parameters& parameters, const Model& model, Ef
                           ws.acceleration.data(), gravity, ws.data);
     add_inertias(parameters, model, tree, ws.data, 1.0, du);
     if (terms == TreeTerms::kPredicted)
-      add_prediction(parameters, model, tree, effects, h, v, gravity, ws, du);
+      add_prediction(parameters, of, tree, gravity, ws, du);
   }
   regressor_.set_motion(model, nullptr, nullptr, down, ws.data);
   add_gravity(parameters, model, moving_bodies(model), ws.data, du);
-  if (ws.data.has_coriolis) add_flyers(parameters, model, h, v, gravity, down, ws, du);
+  if (ws.data.has_coriolis) add_flyers(parameters, of, gravity, down, ws, du);
   for_each(parameters, K::kDamping, [&](const PreparedParameter& p, Eigen::Index k) {
     for (const int i : p.parameter.targets)
       if (effects.has(Effect::kDamping)) du(i, k) += v_next[i];
@@ -109,10 +112,13 @@ void ParameterDynamics::add_gravity(const Parameters& parameters, const Model& m
 
 /// by_prediction_: what the parameters make of the prediction's equation, inverse dynamics with
 /// joint forces at the acceleration (f - v) / h that it has.
-void ParameterDynamics::find_prediction(const Parameters& parameters, const Model& model,
-                                        const Tree& tree, EffectSet effects, double h,
-                                        const VectorRef& v, const Vector3& gravity,
+void ParameterDynamics::find_prediction(const Parameters& parameters, const InverseArguments& of,
+                                        const Tree& tree, const Vector3& gravity,
                                         Workspace::Impl& ws) {
+  const Model& model = of.model;
+  const EffectSet effects = of.effects;
+  const VectorRef& v = of.v;
+  const double h = of.h();
   const VectorX& f = ws.start.predictor().velocity();
   const auto part = Eigen::seqN(tree.v_begin, tree.v_end - tree.v_begin);
   const auto holds = [&](int i) { return i >= tree.v_begin && i < tree.v_end; };
@@ -134,10 +140,13 @@ void ParameterDynamics::find_prediction(const Parameters& parameters, const Mode
 }
 
 /// Of B(v, f), f the prediction: dB(v, f) + B(v, df), (M + D) df / h = -by_prediction_.
-void ParameterDynamics::add_prediction(const Parameters& parameters, const Model& model,
-                                       const Tree& tree, EffectSet effects, double h,
-                                       const VectorRef& v, const Vector3& gravity,
+void ParameterDynamics::add_prediction(const Parameters& parameters, const InverseArguments& of,
+                                       const Tree& tree, const Vector3& gravity,
                                        Workspace::Impl& ws, MatrixX& du) {
+  const Model& model = of.model;
+  const EffectSet effects = of.effects;
+  const VectorRef& v = of.v;
+  const double h = of.h();
   const int begin = tree.v_begin, n = tree.v_end - tree.v_begin;
   const auto part = Eigen::seqN(begin, n);
   // B(v, f) = n((v + f) / 2) - n((v - f) / 2).
@@ -147,7 +156,7 @@ void ParameterDynamics::add_prediction(const Parameters& parameters, const Model
     regressor_.set_motion(model, at_.data(), nullptr, Vector3::Zero(), ws.data);
     add_inertias(parameters, model, tree, ws.data, sign, du);
   }
-  find_prediction(parameters, model, tree, effects, h, v, gravity, ws);
+  find_prediction(parameters, of, tree, gravity, ws);
   // B(v, .) is half of dn/dv.
   SweepInput in;
   in.v = v.data();
@@ -172,9 +181,12 @@ void ParameterDynamics::add_prediction(const Parameters& parameters, const Model
 }
 
 /// Mean forces of bodies that fly: extrapolated differences of that function alone.
-void ParameterDynamics::add_flyers(const Parameters& parameters, const Model& model, double h,
-                                   const VectorRef& v, const Vector3& gravity, const Vector3& down,
+void ParameterDynamics::add_flyers(const Parameters& parameters, const InverseArguments& of,
+                                   const Vector3& gravity, const Vector3& down,
                                    const Workspace::Impl& ws, MatrixX& du) const {
+  const Model& model = of.model;
+  const VectorRef& v = of.v;
+  const double h = of.h();
   for (int n = 0; n < ws.start.free_flight().num_flyers(); ++n) {
     const int i = ws.start.free_flight().body(n);
     const Body& body = model.body(i);

@@ -5,6 +5,7 @@
 #include "counterpoint/engine/derivatives/dynamics/sparse_solve.h"
 #include "counterpoint/engine/derivatives/dynamics/sweep.h"
 #include "counterpoint/engine/derivatives/parameters/prepared_parameter.h"
+#include "counterpoint/engine/step/step_start.h"
 #include "counterpoint/engine/step/step_workspace.h"
 
 namespace counterpoint {
@@ -24,9 +25,8 @@ class ParameterDynamics {
 
   /// Adds to du (nv x parameters), after step_inverse with these arguments. Of trees whose energy
   /// is kept velocity-dependent forces are left out.
-  /// Parameters: what it depends on, one by one.
-  void add(const std::vector<PreparedParameter>& parameters, const Model& model, EffectSet effects,
-           double h, const VectorRef& v, const VectorRef& v_next, Workspace::Impl& ws, MatrixX& du);
+  void add(const std::vector<PreparedParameter>& parameters, const InverseArguments& of,
+           Workspace::Impl& ws, MatrixX& du);
 
  private:
   using Parameters = std::vector<PreparedParameter>;
@@ -34,15 +34,12 @@ class ParameterDynamics {
                     const Data& data, double factor, MatrixX& out) const;
   void add_gravity(const Parameters& parameters, const Model& model, BodyRange bodies,
                    const Data& data, MatrixX& out) const;
-  void add_prediction(const Parameters& parameters, const Model& model, const Tree& tree,
-                      EffectSet effects, double h, const VectorRef& v, const Vector3& gravity,
-                      Workspace::Impl& ws, MatrixX& du);  // Parameters: what it depends on, one by one
-  void find_prediction(const Parameters& parameters, const Model& model, const Tree& tree,
-                       EffectSet effects, double h, const VectorRef& v, const Vector3& gravity,
-                       Workspace::Impl& ws);  // Parameters: what it depends on, one by one
-  void add_flyers(const Parameters& parameters, const Model& model, double h, const VectorRef& v,
-                  const Vector3& gravity, const Vector3& down, const Workspace::Impl& ws,
-                  MatrixX& du) const;  // Parameters: what it depends on, one by one
+  void add_prediction(const Parameters& parameters, const InverseArguments& of, const Tree& tree,
+                      const Vector3& gravity, Workspace::Impl& ws, MatrixX& du);
+  void find_prediction(const Parameters& parameters, const InverseArguments& of, const Tree& tree,
+                       const Vector3& gravity, Workspace::Impl& ws);
+  void add_flyers(const Parameters& parameters, const InverseArguments& of, const Vector3& gravity,
+                  const Vector3& down, const Workspace::Impl& ws, MatrixX& du) const;
 
   TreeSweep sweep_;
   InertiaRegressor regressor_;

@@ -3,9 +3,12 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "counterpoint/engine/dynamics/energy.h"
+#include "counterpoint/engine/dynamics/integrator.h"
 #include "counterpoint/engine/dynamics/kinematics.h"
 #include "counterpoint/engine/simulator.h"
 #include "support/linkages.h"
@@ -19,10 +22,21 @@ struct Conserved {
   Vector3 momentum;
 };
 
+/// What the last step left: of linkages that float where its forces acted, at q (-) h w.
 Conserved conserved(const Simulator& sim) {
-  const Data data = test::kinematics_of(sim);
-  return {kinetic_energy(sim.model(), sim.state().v, data),
-          total_momentum(sim.model(), data).force};
+  const Model& model = sim.model();
+  const State& state = sim.state();
+  VectorX q = state.q;
+  for (const Tree& tree : model.trees())
+    if (model.body(tree.body_begin).joint_type == JointType::kFloating &&
+        tree.body_end - tree.body_begin > 1)
+      integrate_configuration(model, state.q, state.v, -sim.options().time_step,
+                              {tree.body_begin, tree.body_end}, q);
+  Data data(model);
+  compute_poses(model, q, data);
+  compute_velocities(model, state.v, data);
+  compute_inertias(model, data);
+  return {kinetic_energy(model, state.v, data), total_momentum(model, data).force};
 }
 
 /// Six links on revolute and ball joints without gravity; nothing else drives or brakes them. False
@@ -82,6 +96,30 @@ TEST_P(FastTree, KeepsEnergyHoweverFast) {
         const Vector3 change = conserved(sim).momentum - before.momentum;
         EXPECT_LT(change.norm(), 1e-11 * before.momentum.norm());
       }
+    });
+  }
+}
+
+// Energy grows by h u'w+ less |w+ - w_free|^2_M / 2, and internal torques give a tree no momentum.
+TEST(EnergyProjection, ForcesGiveNoMoreThanTheirWork) {
+  for (const double speed : {100.0, 1000.0}) {
+    for_each_tree(Base::kFloating, speed, [&](Simulator& sim) {
+      const Conserved before = conserved(sim);
+      const int joints = sim.model().nv() - 6;
+      double work = 0.0, most = before.energy;
+      for (int i = 1; i <= 500; ++i) {
+        // Torques that turn joints as fast as they turn within some tens of steps.
+        sim.input().applied_force.tail(joints) = test::random_vector(joints, i, 20.0);
+        ASSERT_TRUE(sim.step().succeeded()) << speed << " " << i;
+        work += sim.options().time_step * sim.input().applied_force.dot(sim.state().v);
+        const double energy = conserved(sim).energy;
+        most = std::max(most, energy);
+        // As above.
+        ASSERT_LE(energy - before.energy, work + 2e-7 * most * i) << speed << " " << i;
+      }
+      EXPECT_GT(most, before.energy);
+      const Vector3 change = conserved(sim).momentum - before.momentum;
+      EXPECT_LT(change.norm(), 1e-11 * std::sqrt(most / before.energy) * before.momentum.norm());
     });
   }
 }

@@ -1,6 +1,6 @@
 """What Python costs: a call over the C++ step, a rollout over the C++ batch, two threads over one.
 
-Usage: PYTHONPATH=build/release/python scripts/python_benchmark.py [COMMAND]   (COMMAND: build/release/bin/counterpoint)
+Usage: PYTHONPATH=build/release/python apps/bench/python_benchmark.py [COMMAND]   (COMMAND: build/release/bin/counterpoint)
 
 Both sides of a ratio run in turn in one process or right after each other, and the median of the ratios counts.
 """
@@ -19,7 +19,7 @@ import numpy as np
 
 import counterpoint as cp
 
-ROOT = pathlib.Path(__file__).resolve().parents[1]
+ROOT = pathlib.Path(__file__).resolve().parents[2]
 SCENES = ROOT / "data" / "scenes"
 
 
