@@ -25,6 +25,9 @@ set(CPACK_COMPONENT_DEVELOPMENT_DESCRIPTION
 # What counterpointConfig.cmake looks for.
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS
     "libeigen3-dev, libfmt-dev, libfcl-dev, libccd-dev, liburdfdom-dev, liburdfdom-headers-dev, libassimp-dev, zlib1g-dev, libyaml-cpp-dev, libtinyxml2-dev, libqhull-dev, libpng-dev, libconsole-bridge-dev")
+if(sdformat12_FOUND)
+  string(APPEND CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS ", libsdformat-dev")
+endif()
 
 if(TARGET counterpoint_python)
   list(APPEND CPACK_COMPONENTS_ALL python)

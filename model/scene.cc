@@ -7,6 +7,7 @@
 
 #include "counterpoint/model/mjcf/mjcf.h"
 #include "counterpoint/model/scene/scene_yaml.h"
+#include "counterpoint/model/sdf/sdf.h"
 #include "counterpoint/model/special_values.h"
 #include "counterpoint/model/urdf/srdf.h"
 #include "counterpoint/model/urdf/urdf.h"
@@ -64,13 +65,18 @@ Scene load_lone_urdf(const fs::path& file, const SceneOverrides& overrides) {
   return scene_of(builder.build(), robot.name);
 }
 
-/// A file of MuJoCo says itself what is free, where the ground is and how it starts.
-Scene load_lone_mjcf(const fs::path& file, const SceneOverrides& overrides) {
+/// Files of MuJoCo and Gazebo say themselves what is free and where the ground is.
+void expect_no_base(const fs::path& file, const SceneOverrides& overrides, const char* format) {
   if (overrides.base || overrides.ground || overrides.ground_friction || !overrides.srdf.empty())
     throw InputError(
-        fmt::format("{}: base, ground and SRDF are options for a lone URDF; an MJCF file says "
+        fmt::format("{}: base, ground and SRDF are options for a lone URDF; an {} file says "
                     "them itself, or a scene that names it",
-                    file.string()));
+                    file.string(), format));
+}
+
+/// A file of MuJoCo says how it starts, too.
+Scene load_lone_mjcf(const fs::path& file, const SceneOverrides& overrides) {
+  expect_no_base(file, overrides, "MJCF");
   MjcfOptions options;
   options.packages = overrides.packages;
   options.repair_inertias = overrides.repair_inertias;
@@ -85,6 +91,21 @@ Scene load_lone_mjcf(const fs::path& file, const SceneOverrides& overrides) {
     const Body& body = scene.model.body(scene.model.find_joint(start.joint) + 1);
     std::copy(start.v.begin(), start.v.end(), scene.v.data() + body.v_index);
   }
+  return scene;
+}
+
+Scene load_lone_sdf(const fs::path& file, const SceneOverrides& overrides) {
+  expect_no_base(file, overrides, "SDF");
+  SdfOptions options;
+  options.packages = overrides.packages;
+  options.repair_inertias = overrides.repair_inertias;
+  options.hulls = std::make_shared<HullCache>(overrides.hull_vertices);
+  const SdfModel model = load_sdf(file, options);
+  ModelBuilder builder(model.gravity.value_or(Vector3(0, 0, -kStandardGravity)));
+  if (overrides.fill_inertia > 0.0) builder.fill_inertia(overrides.fill_inertia);
+  add_sdf(model, Pose(), "", builder);
+  Scene scene = scene_of(builder.build(), model.name);
+  if (model.time_step) scene.options.time_step = *model.time_step;
   return scene;
 }
 
@@ -184,9 +205,11 @@ Scene load_scene(const fs::path& file, const SceneOverrides& overrides) {
   if (extension == ".urdf") return load_lone_urdf(file, overrides);
   if (extension == ".mjcf" || (extension == ".xml" && is_mjcf(file)))
     return load_lone_mjcf(file, overrides);
+  if (extension == ".sdf" || extension == ".world" || (extension == ".xml" && is_sdf(file)))
+    return load_lone_sdf(file, overrides);
   if (extension == ".xml") return load_lone_urdf(file, overrides);
   if (extension != ".yaml" && extension != ".yml") {
-    throw InputError(fmt::format("{}: a scene (.yaml) or a robot (.urdf, .xml, .mjcf) is expected",
+    throw InputError(fmt::format("{}: a scene (.yaml) or a model (.urdf, .xml, .mjcf, .sdf, .world) is expected",
                                  file.string()));
   }
   if (overrides.base || overrides.ground || overrides.ground_friction || !overrides.srdf.empty() ||

@@ -4,7 +4,9 @@
 set -eu
 cd "$(dirname "$0")/.."
 command -v dpkg-shlibdeps >/dev/null || { echo "error: dpkg-shlibdeps is missing (Debian: dpkg-dev)" >&2; exit 2; }
-cmake --preset release -DCMAKE_INSTALL_PREFIX=/usr -DCMAKE_INSTALL_LIBDIR=lib >/dev/null
+# Without MPI, which would have to be installed with them; the build has it again afterwards, where it is found.
+trap 'cmake --preset release -DCOUNTERPOINT_MPI=AUTO >/dev/null' EXIT
+cmake --preset release -DCMAKE_INSTALL_PREFIX=/usr -DCMAKE_INSTALL_LIBDIR=lib -DCOUNTERPOINT_MPI=OFF >/dev/null
 cmake --build --preset release --target counterpoint
 if cmake --build --preset release --target help | grep -q "^counterpoint_python:"; then
   cmake --build --preset release --target counterpoint_python

@@ -10,10 +10,11 @@ packages="g++ cmake ninja-build libeigen3-dev libfcl-dev libccd-dev liburdfdom-d
 liburdfdom-headers-dev libassimp-dev zlib1g-dev libyaml-cpp-dev libtinyxml2-dev libqhull-dev libpng-dev libfmt-dev
 libconsole-bridge-dev libcli11-dev nlohmann-json3-dev libgtest-dev libbenchmark-dev"
 
-# Not needed: HDF5, for trajectories in .h5 files; MuJoCo, which `counterpoint hard-cases` then runs beside
-# Counterpoint; node and npm, which pack the page of `counterpoint view`; what the Python module is made of; for the
-# tests Chromium, pytest, and Open MPI, which spreads tasks over machines. What is there from elsewhere will do.
-optional="libhdf5-dev libmujoco-dev pybind11-dev python3-dev python3-numpy"
+# Not needed: HDF5, for trajectories in .h5 files; libsdformat, for Gazebo's files; MuJoCo, which
+# `counterpoint hard-cases` then runs beside Counterpoint; node and npm, which pack the page of `counterpoint view`;
+# what the Python module is made of; for the tests Chromium, pytest, and Open MPI, which spreads tasks over machines.
+# What is there from elsewhere will do.
+optional="libhdf5-dev libsdformat-dev libmujoco-dev pybind11-dev python3-dev python3-numpy"
 { command -v node && command -v npm; } >/dev/null || optional="$optional nodejs npm"
 if [ "${1:-}" = --for-tests ]; then
   optional="$optional python3-pytest libopenmpi-dev openmpi-bin"

@@ -1,14 +1,16 @@
 // What tasks cost beside themselves, alone and under mpirun (docs/measurements/tasks.md):
-//   counterpoint_bench_tasks [FOLDER]           overhead of a task, without and with journals in
-//   FOLDER mpirun -n 2 counterpoint_bench_tasks        the same over ranks, requests that rank 0
-//   answers
-// and how tasks of 1 ms, of processor time only, scale with threads and ranks.
+//   counterpoint_bench_tasks [FOLDER]            overhead of a task, in memory and with journals in FOLDER,
+//                                                memory of each rank, tasks of 1 ms over threads
+//   mpirun -n 2 counterpoint_bench_tasks         the same over ranks, requests that rank 0 answers
+//   counterpoint_bench_tasks scaling             the tasks of 1 ms alone, over 2 threads or 2 ranks
 #include <fmt/format.h>
+#include <sys/resource.h>
 
 #include <chrono>
 #include <cmath>
 #include <filesystem>
 
+#include "tasks/bytes.h"
 #include "tasks/run_tasks.h"
 
 namespace {
@@ -81,26 +83,71 @@ void requests(World& world) {
              kEach * (world.size() - 1) / since(start), world.size() - 1);
 }
 
-/// Tasks of about a millisecond.
-void scaling(World& world, const std::filesystem::path& folder) {
-  constexpr int kSine = 60'000;
-  for (const int threads : {1, 2}) {
-    if (world.size() > 1 && threads > 1) break;
-    const double seconds = seconds_of(world, list_of(8000, 200, kSine), threads, folder);
-    if (world.is_root())
-      fmt::print("{} rank(s) of {} thread(s): 8000 tasks in {:.3f} s, {:.4g} a second\n",
-                 world.size(), threads, seconds, 8000 / seconds);
+/// A number of every rank, on rank 0.
+std::vector<double> gathered(World& world, double mine) {
+  std::vector<double> all(static_cast<std::size_t>(world.size()), mine);
+  if (!world.is_root()) world.send(0, Channel::kTogether, BytesWriter().put(mine).take());
+  for (int i = 1; world.is_root() && i < world.size(); ++i) {
+    const Message message = world.wait(Channel::kTogether);
+    all[static_cast<std::size_t>(message.from)] = BytesReader(message.bytes).get<double>();
   }
+  return all;
+}
+
+rusage usage() {
+  rusage used{};
+  getrusage(RUSAGE_SELF, &used);
+  return used;
+}
+
+double processor_seconds() {
+  const rusage used = usage();
+  const auto seconds = [](const timeval& t) {
+    return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec);
+  };
+  return seconds(used.ru_utime) + seconds(used.ru_stime);
+}
+
+/// The most that each rank has held, after lists of rising length whose results go to journals.
+void memory(World& world, const std::filesystem::path& folder) {
+  if (folder.empty()) return;
+  for (const std::int64_t count : {1000, 1'000'000}) {
+    seconds_of(world, list_of(count, 1, 0), 1, folder);
+    const std::vector<double> most = gathered(world, static_cast<double>(usage().ru_maxrss));
+    for (std::size_t i = 0; world.is_root() && i < most.size(); ++i)
+      fmt::print("{} tasks: rank {} held {:.1f} MiB at most\n", count, i, most[i] / 1024.0);
+  }
+}
+
+/// Tasks of about a millisecond.
+void scaling(World& world, int threads) {
+  constexpr int kSine = 60'000;
+  const double before = processor_seconds();
+  const double seconds = seconds_of(world, list_of(4000, 200, kSine), threads, {});
+  double processor = 0.0;
+  for (const double mine : gathered(world, processor_seconds() - before)) processor += mine;
+  if (world.is_root())
+    fmt::print(
+        "{} rank(s) of {} thread(s): 4000 tasks in {:.3f} s, {:.4g} a second; {:.3f} s of "
+        "processor time\n",
+        world.size(), threads, seconds, 4000 / seconds, processor);
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
   const auto world = join_world();
-  const std::filesystem::path folder =
-      argc > 1 ? std::filesystem::path(argv[1]) / "bench_tasks" : "";
+  const std::string what = argc > 1 ? argv[1] : "";
+  const int threads = world->size() > 1 ? 1 : 2;
+  if (what == "scaling") {
+    scaling(*world, threads);
+    return 0;
+  }
+  const std::filesystem::path folder = what.empty() ? "" : std::filesystem::path(what) / "bench_tasks";
+  memory(*world, folder);
   overhead(*world, folder);
   requests(*world);
-  scaling(*world, folder);
+  if (threads > 1) scaling(*world, 1);
+  scaling(*world, threads);
   if (!folder.empty() && world->is_root()) std::filesystem::remove_all(folder);
 }

@@ -134,6 +134,7 @@ int hard_cases(Arguments& arguments, tasks::World& world) {
     throw InputError("--views: " + view::why_no_pages());
   CaseSettings settings{scene_folder(arguments),
                         {Engine::kCounterpoint},
+                        arguments.seconds,
                         arguments.peer_seconds,
                         arguments.folder,
                         arguments.views,

@@ -11,8 +11,9 @@
 #include "interrupt.h"
 #include "recordings/objective.h"
 #include "recordings/page.h"
-#include "report/progress.h"
 #include "report/report.h"
+#include "tasks/fingerprint.h"
+#include "tasks/task_arguments.h"
 
 namespace counterpoint::apps {
 namespace {
@@ -27,6 +28,7 @@ struct Arguments {
   bool swap = false;
   FitOptions fit;
   std::string derivatives = "exact";
+  tasks::TaskArguments tasks;
   Report report;
 };
 
@@ -215,23 +217,45 @@ void write_page_of(const Arguments& arguments, const Rollouts& rollouts, Compare
   write_page(arguments.page, page, charts);
 }
 
-int identify(Arguments& arguments) {
+std::uint64_t fingerprint(const Arguments& a, const Experiment& e) {
+  tasks::Fingerprint hash;
+  hash.add_scene(e.scene);
+  hash.add_file(a.map);
+  for (const auto* files : {&a.recordings, &a.test}) {
+    hash.add(static_cast<std::uint64_t>(files->size()));
+    for (const std::string& file : *files) hash.add_file(file);
+  }
+  for (const std::string* text : {&a.parameters, &a.loss, &a.objective, &a.derivatives})
+    hash.add(std::string_view(*text));
+  for (const int number : {a.substeps.value_or(0), a.horizon, a.swap ? 1 : 0, a.fit.samples,
+                           a.fit.refined, a.fit.bootstrap})
+    hash.add(number);
+  hash.add(a.train.value_or(-1.0));
+  hash.add(a.fit.difference);
+  return hash.value();
+}
+
+int identify(Arguments& arguments, tasks::World& world) {
+  arguments.report.begin("identify", arguments.scene.file);
   arguments.fit.exact = arguments.derivatives == "exact";
   const Experiment e = make_experiment(arguments);
   const std::vector<Parameter> parameters = parse_parameters(arguments.parameters, e.scene);
   const Split parts = split(arguments, e);
   const FitProblem problem =
       fit_problem(e, parameters, parts.train, arguments.objective == "force");
-  Progress progress("identifying", 1000);
   arguments.fit.robust = arguments.loss == "cauchy";
-  arguments.fit.progress = [&](int done, int total) { progress.update(1000 * done / total); };
   arguments.fit.stop = Interrupt::wanted;
   const Interrupt interrupt;
+  tasks::RunSeries series(arguments.tasks, world, Interrupt::wanted, last_fit_list(arguments.fit));
+  arguments.fit.run = series.runner();
+  arguments.fit.fingerprint = fingerprint(arguments, e);
   const Fit found = fit(problem, arguments.fit);
+  series.finish();
+  if (!world.is_root()) return kSuccess;
 
   Report& report = arguments.report;
-  report.begin("identify", arguments.scene.file);
-  progress.wipe();
+  report["ranks"] = series.last().ranks;
+  report["threads"] = series.last().threads;
   fill_report(parameters, problem, found, report);
   if (found.stopped) {
     report["status"] = "stopped";
@@ -317,11 +341,15 @@ void add_identify(CommandLine& line) {
       .range(0, 100'000);
   command.add_option("--report", arguments->page, "Folder for a page with tables and pictures")
       .type_name("DIR");
+  arguments->tasks.add_to(command);
   arguments->report.add_to(command);
   command.footer(
       "Example:\n  counterpoint identify data/scenes/cube_toss.yaml toss_*.csv --columns "
       "data/maps/cube_toss.yaml --parameters friction=0.05..0.5,restitution=0..0.5");
-  command.action([arguments] { return identify(*arguments); });
+  command.action([arguments] {
+    return arguments->tasks.in_world(
+        arguments->report, [&](tasks::World& world) { return identify(*arguments, world); });
+  });
 }
 
 }  // namespace counterpoint::apps

@@ -4,6 +4,7 @@
 
 #include <chrono>
 #include <limits>
+#include <sstream>
 
 #include "peers/mujoco.h"
 #include "peers/not_expressible.h"
@@ -133,6 +134,21 @@ Run run_on(Engine engine, const HardCase& hard_case, const CaseSettings& setting
   return run;
 }
 
+std::uint64_t fingerprint_of(const std::vector<HardCase>& cases, const CaseSettings& settings) {
+  tasks::Fingerprint fingerprint;
+  for (const HardCase& hard_case : cases) {
+    fingerprint.add(std::string_view(hard_case.name));
+    std::istringstream scenes(hard_case.scene);  // "a, b"
+    for (std::string name; std::getline(scenes >> std::ws, name, ',');)
+      fingerprint.add_file(settings.scenes / (name + ".yaml"));
+  }
+  fingerprint.add(static_cast<int>(settings.engines.size()));
+  fingerprint.add(std::string_view(peers::mujoco_version()));
+  fingerprint.add(settings.seconds);
+  fingerprint.add(settings.peer_seconds);
+  return fingerprint.value();
+}
+
 }  // namespace
 
 tasks::TaskList case_tasks(const std::vector<HardCase>& cases, const CaseSettings& settings) {
@@ -140,13 +156,7 @@ tasks::TaskList case_tasks(const std::vector<HardCase>& cases, const CaseSetting
   list.name = "hard cases";
   const std::size_t engines = settings.engines.size();
   list.count = static_cast<std::int64_t>(cases.size() * engines);
-  tasks::Fingerprint fingerprint;
-  fingerprint.add_folder(settings.scenes, ".yaml");
-  for (const HardCase& hard_case : cases) fingerprint.add(std::string_view(hard_case.name));
-  fingerprint.add(static_cast<int>(engines));
-  fingerprint.add(std::string_view(peers::mujoco_version()));
-  fingerprint.add(settings.peer_seconds);
-  list.fingerprint = fingerprint.value();
+  list.fingerprint = fingerprint_of(cases, settings);
   list.make_task = [&cases, &settings, engines]() -> tasks::Task {
     return [&cases, &settings, engines](std::int64_t i) {
       const auto number = static_cast<std::size_t>(i);

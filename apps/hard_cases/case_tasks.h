@@ -13,6 +13,7 @@ namespace counterpoint::apps {
 struct CaseSettings {
   std::filesystem::path scenes;
   std::vector<Engine> engines;   ///< ours first
+  double seconds = 0.0;          ///< simulated, of long runs
   double peer_seconds = 0.0;     ///< wall time of a peer's run of a case, at most
   std::filesystem::path folder;  ///< of last good states and replays; empty: nowhere
   bool views = false;            ///< replays

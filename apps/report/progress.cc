@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <utility>
 
@@ -54,28 +55,27 @@ void Progress::show_time() {
   std::fflush(stderr);
 }
 
-std::string Progress::rate_and_rest(std::int64_t done) const {
-  const double share = static_cast<double>(done) / static_cast<double>(total_);
+std::string Progress::rate_and_rest(double done) const {
+  const double share = done / static_cast<double>(total_);
   std::string text;
   if (!unit_.empty())
-    text += fmt::format(", {:.4g} {} a second", static_cast<double>(done) / elapsed(), unit_);
+    text += fmt::format(", {:.4g} {} a second", done / elapsed(), unit_);
   if (share > kLeastShare) text += fmt::format(", {:.0f} s left", elapsed() * (1.0 / share - 1.0));
   return text;
 }
 
-void Progress::log(std::int64_t done) {
+void Progress::log(double done) {
   const Clock::time_point now = Clock::now();
   if (unit_.empty() || now < next_draw_) return;
   next_draw_ = now + std::chrono::duration_cast<Clock::duration>(
                          std::chrono::duration<double>(kLogSeconds));
-  fmt::print(stderr, "{}: {} of {}{}\n", label_, done, total_, rate_and_rest(done));
+  fmt::print(stderr, "{}: {:.0f} of {}{}\n", label_, std::floor(done), total_, rate_and_rest(done));
 }
 
-void Progress::update(std::int64_t done) {
+void Progress::update(double done) {
   if (!terminal_) return log(done);
   if (!due()) return;
-  const double share =
-      std::clamp(static_cast<double>(done) / static_cast<double>(total_), 0.0, 1.0);
+  const double share = std::clamp(done / static_cast<double>(total_), 0.0, 1.0);
   const int filled = static_cast<int>(share * kBarWidth);
   fmt::print(stderr, "\r{} [{:#<{}}{:.<{}}] {:3.0f} %{}\033[K", label_, "", filled, "",
              kBarWidth - filled, 100 * share, rate_and_rest(done));

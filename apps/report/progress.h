@@ -19,7 +19,7 @@ class Progress {
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
 
-  void update(std::int64_t done);
+  void update(double done);
   /// For work of unknown length: the time that it has taken.
   void show_time();
   /// Takes the bar away until the next update: something else is about to be printed.
@@ -30,8 +30,8 @@ class Progress {
   bool due();
   double elapsed() const;  ///< [s]
 
-  void log(std::int64_t done);
-  std::string rate_and_rest(std::int64_t done) const;
+  void log(double done);
+  std::string rate_and_rest(double done) const;
 
   std::string label_, unit_;
   std::int64_t total_;

@@ -51,15 +51,27 @@ class ColumnWatch {
   std::vector<double> values_;
 };
 
-/// Under a name of this process until it is whole: one that is there is complete.
+/// Under a name of this process until it is whole: one that is there is complete. @throws
+/// std::runtime_error where it cannot be written: not of the task but of the machine, so that it ends
+/// the run, and no row tells it.
 class TrajectoryFile {
  public:
   TrajectoryFile(const fs::path& file, const Model& model, const InputColumns& columns)
       : file_(file), own_(file) {
     own_ += fmt::format(".{}", getpid());
     fs::create_directories(file.parent_path());
-    writer_ = std::make_unique<TrajectoryWriter>(own_, model, columns);
+    try {
+      writer_ = std::make_unique<TrajectoryWriter>(own_, model, columns);
+    } catch (const InputError& error) {
+      throw std::runtime_error(error.what());
+    }
   }
+  ~TrajectoryFile() {
+    std::error_code error;
+    if (writer_) fs::remove(own_, error);
+  }
+  TrajectoryFile(const TrajectoryFile&) = delete;
+  TrajectoryFile& operator=(const TrajectoryFile&) = delete;
   TrajectoryWriter& writer() { return *writer_; }
   void finish(const State& end) {
     writer_->write_end(end);

@@ -1,10 +1,8 @@
 #include "fingerprint.h"
 
-#include <algorithm>
 #include <fstream>
 #include <iterator>
 #include <string>
-#include <vector>
 
 #include "counterpoint/engine/io/state_file.h"
 
@@ -17,17 +15,6 @@ Fingerprint::Fingerprint() { add(std::string_view(COUNTERPOINT_VERSION)); }
 void Fingerprint::add_file(const fs::path& file) {
   std::ifstream stream(file, std::ios::binary);
   add(std::string_view(std::string(std::istreambuf_iterator<char>(stream), {})));
-}
-
-void Fingerprint::add_folder(const fs::path& folder, const char* ending) {
-  std::vector<fs::path> files;
-  for (const auto& entry : fs::directory_iterator(folder))
-    if (entry.path().extension() == ending) files.push_back(entry.path());
-  std::sort(files.begin(), files.end());
-  for (const fs::path& file : files) {
-    add(std::string_view(file.filename().string()));
-    add_file(file);
-  }
 }
 
 void Fingerprint::add_scene(const Scene& scene) {

@@ -14,8 +14,6 @@ class Fingerprint : public Hash {
   using Hash::add;
   /// What the file holds, not its name: a file that is written anew is another one.
   void add_file(const std::filesystem::path& file);
-  /// All files of a folder whose names end so, by name; not those of folders in it.
-  void add_folder(const std::filesystem::path& folder, const char* ending);
   /// Model, start, options and duration.
   void add_scene(const Scene& scene);
 };

@@ -164,7 +164,7 @@ ListResults RunSeries::run(const TaskList& list) {
     throw Incomplete{last_, list.name, list.name != last_name_};
   ListResults results(static_cast<std::size_t>(list.count));
   last_.for_each([&](std::int64_t number, std::string&& bytes) {
-    results[static_cast<std::size_t>(number)] = std::move(bytes);
+    if (!bytes.empty()) results[static_cast<std::size_t>(number)] = std::move(bytes);
   });
   return results;
 }

@@ -27,11 +27,15 @@ struct TaskList {
   std::int64_t count = 0;
   /// Called once in each thread that works, by several at a time.
   std::function<Task()> make_task;
+  /// What this process has done, in tasks, those under way in part; for progress bars. Empty: whole
+  /// tasks are counted.
+  std::function<double()> work = {};
   /// Of all that results depend on. Results of another one are refused (journal.h).
   std::uint64_t fingerprint = 0;
 };
 
-/// Results by number; none of a task that was not done. Code that is made of lists of tasks takes a
+/// Results by number; none of a task that was not done, what it had by then of one that was stopped
+/// on its way. Code that is made of lists of tasks takes a
 /// function that runs them, and need not know where: RunSeries (task_arguments.h), or run_here.
 using ListResults = std::vector<std::optional<std::string>>;
 using ListRunner = std::function<ListResults(const TaskList&)>;
@@ -42,8 +46,8 @@ inline ListResults run_here(const TaskList& list) {
   const Task task = list.make_task();
   for (std::int64_t i = 0; i < list.count; ++i) {
     Outcome outcome = task(i);
+    if (!outcome.bytes.empty()) results[static_cast<std::size_t>(i)] = std::move(outcome.bytes);
     if (!outcome.finished) break;
-    results[static_cast<std::size_t>(i)] = std::move(outcome.bytes);
   }
   return results;
 }

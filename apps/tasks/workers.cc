@@ -7,8 +7,8 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-/// More is asked for when what waits lasts no longer: several times the 1 ms that an answer takes.
-constexpr double kAheadSeconds = 0.01;
+/// More is asked for when what waits lasts no longer: several times the 4 ms that an answer takes.
+constexpr double kAheadSeconds = 0.02;
 /// Asked for at once.
 constexpr double kChunkSeconds = 1.0;
 

@@ -12,6 +12,7 @@
 #include "counterpoint/model/files/number.h"
 #include "counterpoint/model/files/text_file.h"
 #include "counterpoint/model/mjcf/mjcf.h"
+#include "counterpoint/model/sdf/sdf.h"
 #include "counterpoint/model/rotation.h"
 #include "counterpoint/model/urdf/mesh_path.h"
 
@@ -53,10 +54,11 @@ std::string robot_name(const fs::path& file) {
 /// As scene_models.cc names and places them.
 std::vector<Robot> robots_of(const fs::path& scene_file, Packages& packages) {
   if (scene_file.extension() == ".urdf") return {{scene_file, ""}};
-  // A file of MuJoCo is shown by the shapes that touch.
-  if (scene_file.extension() == ".mjcf") return {};
+  // Files of MuJoCo and Gazebo are shown by the shapes that touch.
+  for (const char* extension : {".mjcf", ".sdf", ".world"})
+    if (scene_file.extension() == extension) return {};
   if (scene_file.extension() == ".xml") {
-    if (is_mjcf(scene_file)) return {};
+    if (is_mjcf(scene_file) || is_sdf(scene_file)) return {};
     return {{scene_file, ""}};
   }
   const YAML::Node scene = YAML::LoadFile(scene_file.string());

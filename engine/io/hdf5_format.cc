@@ -17,6 +17,8 @@ namespace counterpoint {
 namespace {
 
 constexpr hsize_t kMaxChunk = 256'000'000;  // bytes; the library holds one in memory
+/// While another process writes, metadata may be half there; the library waits twice as long each time, from 1 ns on.
+constexpr unsigned kReadAttempts = 20;
 
 /// The library is not made for threads. Its own messages are not wanted: ours say the file.
 class Library {
@@ -172,8 +174,11 @@ class Hdf5Source final : public TableSource {
   explicit Hdf5Source(const std::filesystem::path& file) : name_(file.string()) {
     const Library library;
     file_ = {H5Fopen(name_.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose};
-    if (!file_.valid())  // still being written, or by a process that died
-      file_ = {H5Fopen(name_.c_str(), H5F_ACC_RDONLY | H5F_ACC_SWMR_READ, H5P_DEFAULT), H5Fclose};
+    if (!file_.valid()) {  // still being written, or by a process that died
+      const Handle access = property_list(H5P_FILE_ACCESS);
+      H5Pset_metadata_read_attempts(access.id(), kReadAttempts);
+      file_ = {H5Fopen(name_.c_str(), H5F_ACC_RDONLY | H5F_ACC_SWMR_READ, access.id()), H5Fclose};
+    }
     if (!file_.valid()) fail("damaged: the HDF5 library cannot open it");
     const std::vector<std::string> names = strings("columns", 1, true);
     const std::vector<std::string> integer_names = strings("integer_columns", 1, false);

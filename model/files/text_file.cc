@@ -89,4 +89,10 @@ void parse_xml_file(const std::filesystem::path& file, const char* missing,
   }
 }
 
+std::string root_element_name(const std::filesystem::path& file) {
+  tinyxml2::XMLDocument document;
+  parse_xml_file(file, "there is no such file", document);
+  return document.RootElement() == nullptr ? "" : document.RootElement()->Name();
+}
+
 }  // namespace counterpoint

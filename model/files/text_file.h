@@ -25,4 +25,7 @@ std::string read_xml_file(const std::filesystem::path& file, const char* missing
 void parse_xml_file(const std::filesystem::path& file, const char* missing,
                     tinyxml2::XMLDocument& document);
 
+/// The name of the root element of an XML file, or "". @throws InputError as parse_xml_file.
+std::string root_element_name(const std::filesystem::path& file);
+
 }  // namespace counterpoint

@@ -35,12 +35,7 @@ std::optional<LeaveOut> leave_out_from_name(const std::string& name) {
   return std::nullopt;
 }
 
-bool is_mjcf(const std::filesystem::path& file) {
-  tinyxml2::XMLDocument document;
-  parse_xml_file(file, "there is no such file", document);
-  const tinyxml2::XMLElement* root = document.RootElement();
-  return root != nullptr && std::strcmp(root->Name(), "mujoco") == 0;
-}
+bool is_mjcf(const std::filesystem::path& file) { return root_element_name(file) == "mujoco"; }
 
 MjcfModel load_mjcf(const std::filesystem::path& file, const MjcfOptions& options) {
   mjcf::Document document(file, options);

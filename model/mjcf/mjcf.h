@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
+#include "counterpoint/model/builder/model_parts.h"
 #include "counterpoint/model/mesh/mesh.h"
-#include "counterpoint/model/model_builder.h"
 
 namespace counterpoint {
 
@@ -38,21 +38,7 @@ struct MjcfOptions {
 
 /// A model as an MJCF file describes it. The root link of `robot` is the world ("world"); what is
 /// fixed to it stands in `environment`, so that it touches what hangs on it, as in MuJoCo.
-struct MjcfModel {
-  struct Environment {
-    std::string name;
-    Shape shape;
-    Pose X_WG;
-    Material material;
-  };
-  struct Exclusion {
-    std::string a, b;
-    std::string reason;
-  };
-  struct Surface {
-    std::string a, b;
-    PairSurface surface;
-  };
+struct MjcfModel : ModelParts {
   /// A joint in the order of MuJoCo's qpos; names are those of `robot`.
   struct Coordinate {
     std::string joint;
@@ -75,10 +61,6 @@ struct MjcfModel {
   };
 
   RobotSpec robot;
-  std::vector<Environment> environment;
-  std::vector<ClosureSpec> closures;
-  std::vector<Exclusion> exclusions;
-  std::vector<Surface> surfaces;
   std::vector<Coordinate> coordinates;
   std::vector<Actuator> actuators;
   std::vector<Keyframe> keyframes;

@@ -72,18 +72,7 @@ std::vector<StartVelocity> add_mjcf(const MjcfModel& model, const std::string& k
                                  key->name, model.keyframes.size())});
   set_controls(model, key, robot);
   builder.add_robot(robot, Base::kFixed, X_WL, prefix);
-  for (const MjcfModel::Environment& e : model.environment)
-    builder.add_environment(prefix + e.name, e.shape, X_WL * e.X_WG, e.material);
-  for (const MjcfModel::Exclusion& e : model.exclusions)
-    builder.exclude_pair(prefix + e.a, prefix + e.b, e.reason);
-  for (const MjcfModel::Surface& s : model.surfaces)
-    builder.set_pair_surface(prefix + s.a, prefix + s.b, s.surface);
-  for (ClosureSpec closure : model.closures) {
-    closure.name = prefix + closure.name;
-    closure.link_a = prefix + closure.link_a;
-    closure.link_b = prefix + closure.link_b;
-    builder.add_closure(closure);
-  }
+  add_parts(model, X_WL, prefix, builder);
   std::vector<StartVelocity> velocities;
   std::size_t q = 0, v = 0;
   for (const MjcfModel::Coordinate& c : model.coordinates) {

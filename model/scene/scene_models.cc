@@ -8,6 +8,7 @@
 #include "counterpoint/model/mjcf/mjcf.h"
 #include "counterpoint/model/scene/scene_joints.h"
 #include "counterpoint/model/scene/scene_shapes.h"
+#include "counterpoint/model/sdf/sdf.h"
 
 namespace counterpoint {
 namespace {
@@ -94,12 +95,18 @@ Srdf ModelReader::read_srdf(const YamlValue& in) {
   return srdf;
 }
 
-/// A model in MuJoCo's format: it says itself what is free and how it starts; joints and speeds given here
-/// go before.
-void ModelReader::read_mjcf(const YamlValue& in, bool only_one) {
+/// Files of MuJoCo and Gazebo say themselves what is free and of what it is made.
+void ModelReader::expect_no_robot_keys(const YamlValue& in, const char* format) {
   for (const char* key : {"urdf", "srdf", "base", "velocity", "joint_types", "dynamics", "drag",
-                          "gravity_compensation", "friction", "restitution", "torsional_friction", "rolling_friction", "mass", "scale"})
-    if (in.has(key)) in.at(key).fail("not for a model with an mjcf: its file says this");
+                          "gravity_compensation", "friction", "restitution", "torsional_friction",
+                          "rolling_friction", "mass", "scale"})
+    if (in.has(key))
+      in.at(key).fail(fmt::format("not for a model with an {}: its file says this", format));
+}
+
+/// A model in MuJoCo's format says how it starts; joints and speeds given here go before.
+void ModelReader::read_mjcf(const YamlValue& in, bool only_one) {
+  expect_no_robot_keys(in, "mjcf");
   MjcfOptions options;
   options.packages = urdf_options_.packages;
   options.repair_inertias = urdf_options_.repair_inertias;
@@ -125,9 +132,26 @@ void ModelReader::read_mjcf(const YamlValue& in, bool only_one) {
   });
 }
 
+/// A model or world in Gazebo's format; its gravity and time step are the scene's.
+void ModelReader::read_sdf(const YamlValue& in, bool only_one) {
+  expect_no_robot_keys(in, "sdf");
+  SdfOptions options;
+  options.packages = urdf_options_.packages;
+  options.repair_inertias = urdf_options_.repair_inertias;
+  options.hulls = urdf_options_.hulls;
+  const YamlValue file = in.at("sdf");
+  const SdfModel model =
+      located(file, [&] { return load_sdf(robot_file(file, folder_, urdf_options_), options); });
+  place(in, only_one, model.name, read_pose(in), [&](const Pose& placed, const std::string& prefix) {
+    located(in, [&] { add_sdf(model, placed, prefix, builder_); });
+    read_start(in, Base::kFixed, 0, prefix);
+  });
+}
+
 void ModelReader::read(const YamlValue& in, bool only_one) {
   in.expect_map({"urdf",
                  "mjcf",
+                 "sdf",
                  "keyframe",
                  "leave_out",
                  "srdf",
@@ -156,9 +180,11 @@ void ModelReader::read(const YamlValue& in, bool only_one) {
                  "rolling_friction",
                  "count",
                  "spacing"});
+  if (in.has("mjcf") && in.has("sdf")) in.at("sdf").fail("a model has one file: mjcf or sdf");
   if (in.has("mjcf")) return read_mjcf(in, only_one);
   for (const char* key : {"keyframe", "leave_out"})
     if (in.has(key)) in.at(key).fail("this is for a model with an mjcf");
+  if (in.has("sdf")) return read_sdf(in, only_one);
   const RobotSpec robot = read_robot(in);
   const Srdf srdf = read_srdf(in);
   const Base base = read_base(in);

@@ -32,7 +32,9 @@ class ModelReader {
     std::vector<double> numbers;
   };
 
+  static void expect_no_robot_keys(const YamlValue& in, const char* format);
   void read_mjcf(const YamlValue& in, bool only_one);
+  void read_sdf(const YamlValue& in, bool only_one);
   void place(const YamlValue& in, bool only_one, const std::string& robot_name, const Pose& X_WL,
              const std::function<void(const Pose&, const std::string&)>& add);
   RobotSpec read_robot(const YamlValue& in) const;

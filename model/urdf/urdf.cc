@@ -1,6 +1,5 @@
 #include "counterpoint/model/urdf/urdf.h"
 
-#include <console_bridge/console.h>
 #include <fmt/format.h>
 #include <urdf_parser/urdf_parser.h>
 
@@ -12,6 +11,7 @@
 
 #include "counterpoint/model/inertia.h"
 #include "counterpoint/model/mesh/mesh.h"
+#include "counterpoint/model/urdf/captured_messages.h"
 #include "counterpoint/model/urdf/mesh_path.h"
 #include "counterpoint/model/urdf/urdf_xml.h"
 
@@ -19,29 +19,6 @@ namespace counterpoint {
 namespace {
 
 constexpr double kPointRadius = 1e-5;  // [m]
-
-/// Collects what urdfdom prints; puts the handler that was there back at the end.
-class CapturedMessages : public console_bridge::OutputHandler {
- public:
-  CapturedMessages() : level_(console_bridge::getLogLevel()) {
-    console_bridge::setLogLevel(console_bridge::CONSOLE_BRIDGE_LOG_WARN);
-    console_bridge::useOutputHandler(this);
-  }
-  ~CapturedMessages() override {
-    console_bridge::restorePreviousOutputHandler();
-    console_bridge::setLogLevel(level_);
-  }
-  void log(const std::string& text, console_bridge::LogLevel level, const char*, int) override {
-    if (level < console_bridge::CONSOLE_BRIDGE_LOG_ERROR) return;
-    if (!errors_.empty()) errors_ += "; ";
-    errors_ += text;
-  }
-  const std::string& errors() const { return errors_; }
-
- private:
-  console_bridge::LogLevel level_;
-  std::string errors_;
-};
 
 urdf::ModelInterfaceSharedPtr parse(const UrdfXml& xml, const std::string& file) {
   // console_bridge has one output handler for the whole process.

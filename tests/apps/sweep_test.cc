@@ -5,6 +5,7 @@
 #include <cmath>
 #include <csignal>
 #include <numbers>
+#include <sstream>
 #include <thread>
 
 #include "apps/command.h"
@@ -85,6 +86,28 @@ TEST_F(Sweep, ATaskGivesTheBitsOfSimulate) {
   const std::string hash = folder_.json("r.json")["state_hash"];
   const std::string text = folder_.read("expected.csv");
   EXPECT_NE(text.substr(text.find("\n3,ok")).find("," + hash + ","), std::string::npos);
+}
+
+TEST_F(Sweep, FiguresGoBeforePresetsWhateverTheirOrder) {
+  const auto ends_of = [&](const std::string& axes) {
+    folder_.write("study.yaml", "scene: cube_toss\nduration: 0.3\nvary:\n" + axes);
+    fs::remove_all(folder_.path("expected.csv.parts"));
+    expected(folder_);
+    std::istringstream rows(folder_.read("expected.csv"));
+    std::vector<std::string> ends;  // of each row all that comes after what was varied
+    for (std::string row; std::getline(rows, row);) {
+      size_t at = 0;
+      for (int comma = 0; comma < 5; ++comma) at = row.find(',', at) + 1;
+      ends.push_back(row.substr(at));
+    }
+    return ends;
+  };
+  const std::vector<std::string> ends =
+      ends_of("  compliance: [1e-6, 1e-4, 1e-6]\n  contact: [hard]\n");
+  EXPECT_EQ(ends, ends_of("  contact: [hard]\n  compliance: [1e-6, 1e-4, 1e-6]\n"));
+  ASSERT_EQ(ends.size(), 4u);
+  EXPECT_NE(ends[1], ends[2]);
+  EXPECT_EQ(ends[1], ends[3]) << "a worker's scene is that of its task";
 }
 
 TEST_F(Sweep, ThreadsAndSharesGiveTheSameBits) {
@@ -203,6 +226,40 @@ TEST_F(Sweep, AFullDiskIsSaidAndNothingIsLost) {
       shell(folder_, "ulimit -f 4; COMMAND sweep {}/study.yaml --output {}/f.csv");
   EXPECT_EQ(table_full.exit_code, 1) << table_full.errors;
   EXPECT_EQ(folder_.read("f.csv"), table);
+}
+
+// A disk of 16 KiB that is full in mid-run, then a larger one; over ranks where there are some.
+TEST_F(Sweep, AFullDiskKeepsFinishedTasksAndRanksGoOn) {
+  if (shell(folder_, "unshare -rm mount -t tmpfs tmpfs {}").exit_code != 0)
+    GTEST_SKIP() << "no disk of a few KiB can be mounted here (unshare -rm)";
+  folder_.write("study.yaml", study(15));  // 120 rows of some 250 bytes
+  const std::string table = expected(folder_);
+  const std::string ranks = why_no_mpi(folder_).empty() ? kMpirun + "-n 2 " : "";
+  const std::string sweep = "COMMAND sweep {}/study.yaml --output {}/disk/f.csv --json {}/f.json";
+  const CommandResult result =
+      shell(folder_, "mkdir {}/disk; unshare -rm sh -c '"
+                     "mount -t tmpfs -o size=16k tmpfs {}/disk; " +
+                         ranks + sweep + "; echo code $?; mount -o remount,size=4m {}/disk; " +
+                         ranks + sweep + "; cp {}/disk/f.csv {}/f.csv'");
+  EXPECT_NE(result.output.find("code 1"), std::string::npos) << result.output;
+  EXPECT_NE(result.errors.find("No space left on device"), std::string::npos) << result.errors;
+  EXPECT_NE(result.errors.find("goes on"), std::string::npos) << result.errors;
+  EXPECT_EQ(folder_.read("f.csv"), table) << result.errors;
+  EXPECT_LT(folder_.json("f.json")["computed_tasks"], 120) << "finished tasks were lost";
+}
+
+// Not of the task, and no row: once there is room the same command goes on.
+TEST_F(Sweep, TrajectoriesThatCannotBeWrittenEndTheRun) {
+  folder_.write(
+      "study.yaml",
+      "scene: cube_toss\nduration: 0.1\nvary:\n  cube.vx: [0, 1]\nrecord: {trajectories: true}\n");
+  folder_.write("t.csv.trajectories", "in the way");
+  const CommandResult result = folder_.run("sweep {}/study.yaml --output {}/t.csv");
+  EXPECT_NE(result.exit_code, 0);
+  EXPECT_FALSE(fs::exists(folder_.path("t.csv")));
+  fs::remove(folder_.path("t.csv.trajectories"));
+  EXPECT_EQ(folder_.run("sweep {}/study.yaml --output {}/t.csv").exit_code, 0);
+  EXPECT_EQ(Table(folder_.path("t.csv.trajectories/000/000001.csv")).num_rows(), 51);
 }
 
 TEST_F(Sweep, AFolderThatCannotBeWrittenIsSaidBeforeAnyWork) {

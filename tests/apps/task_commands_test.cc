@@ -131,6 +131,49 @@ TEST_F(TaskCommands, OptimizeGoesOnWithTheStartsThatAreMissing) {
             std::string::npos);
 }
 
+/// Tosses of the bundled cube with other figures than the scene's.
+std::string record_tosses(const CommandFolder& folder) {
+  std::string map = "time: time\nfree: cube\ncolumns:\n", files;
+  for (const std::string name :
+       {"x", "y", "z", "qw", "qx", "qy", "qz", "vx", "vy", "vz", "wx", "wy", "wz"})
+    map += "  cube." + name + ": cube." + name + "\n";
+  folder.write("map.yaml", map);
+  folder.write("study.yaml",
+               "scene: cube_toss\nduration: 0.4\ntime_step: 0.01\nset: {friction: 0.3}\nvary: "
+               "{cube.vx: [0.5, 1, 1.5]}\nrecord: {trajectories: true}\n");
+  EXPECT_EQ(folder.run("sweep {}/study.yaml --output {}/tosses.csv").exit_code, 0);
+  for (const std::string k : {"0", "1", "2"})
+    files += " {}/tosses.csv.trajectories/000/00000" + k + ".csv";
+  return files;
+}
+
+TEST_F(TaskCommands, IdentifyFindsTheSameFigures) {
+  const std::string recordings = record_tosses(folder_);
+  expect_same_bits("identify cube_toss" + recordings +
+                       " --columns {}/map.yaml --parameters friction=0.1..0.9,mass --samples 10 "
+                       "--refined 2 --bootstrap 4 --train 1",
+                   {}, 3);
+}
+
+TEST_F(TaskCommands, IdentifyGoesOnWhereItWasStopped) {
+  const std::string recordings = record_tosses(folder_);
+  const std::string line = "identify cube_toss" + recordings +
+                           " --columns {}/map.yaml --parameters friction=0.1..0.9 --samples 6 "
+                           "--train 1 --parts {}/parts --json ";
+  // The first share of the first list; then all of it.
+  ASSERT_EQ(folder_.run(line + "{}/s.json --tasks 1/2").exit_code, 0);
+  EXPECT_EQ(folder_.json("s.json")["status"], "incomplete");
+  EXPECT_EQ(folder_.json("s.json")["computed_tasks"], 4) << "the start and every second sample";
+  ASSERT_EQ(folder_.run(line + "{}/all.json").exit_code, 0);
+  ASSERT_EQ(folder_.run(line + "{}/again.json").exit_code, 0);
+  EXPECT_EQ(folder_.read("again.json"), folder_.read("all.json"));
+  // Of other recordings nothing is taken over.
+  folder_.write("tosses.csv.trajectories/000/000001.csv",
+                folder_.read("tosses.csv.trajectories/000/000002.csv"));
+  EXPECT_NE(folder_.run(line + "{}/other.json").errors.find("finished tasks of something else"),
+            std::string::npos);
+}
+
 TEST_F(TaskCommands, ResultsOfOtherInputsAreRefused) {
   folder_.write("push.csv", "time,cube.fx\n0,1\n");
   const std::string line =

@@ -204,6 +204,16 @@ TEST_F(Tasks, StopBeginsNoMoreAndKeepsWhatWasCutShortApart) {
   EXPECT_EQ(static_cast<std::int64_t>(all(results).size()), results.computed);
 }
 
+// A counter, whatever the number: a list of these would be 8 TB.
+TEST_F(Tasks, ATrillionTasksArePlannedWithoutAList) {
+  Chunks chunks(1'000'000'000'000, {2, 3}, {});
+  EXPECT_EQ(chunks.left(), 333'333'333'333);
+  const Chunk chunk = chunks.next(1000, 1);
+  EXPECT_EQ(chunk.first, 2);
+  EXPECT_EQ(chunk.stride, 3);
+  EXPECT_EQ(chunk.count, 1000);
+}
+
 // A million numbers and a bit for each; the tasks themselves are nowhere.
 TEST_F(Tasks, AMillionTasksAreAllDone) {
   TaskList list;

@@ -1,17 +1,8 @@
-// Tables as HDF5: as a trajectory of a small model, and as such.
-#include "fuzz/fuzz.h"
-#include "fuzz/small_model.h"
+// Tables as HDF5.
 #include "fuzz/tables.h"
 
 namespace counterpoint::fuzz {
 
-void read(std::string_view input) {
-  const std::filesystem::path file = write("table.h5", input);
-  read_as_trajectory(file, small_model());
-  const Table table(file);
-  for (int row = 0; row < table.num_rows(); ++row) {
-    for (int column = 0; column < table.num_columns(); ++column) table.cell(row, column);
-  }
-}
+void read(std::string_view input) { read_table("table.h5", input); }
 
 }  // namespace counterpoint::fuzz

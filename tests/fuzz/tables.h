@@ -6,6 +6,8 @@
 
 #include "counterpoint/engine/io/table.h"
 #include "counterpoint/engine/io/trajectory.h"
+#include "fuzz/fuzz.h"
+#include "fuzz/small_model.h"
 
 namespace counterpoint::fuzz {
 
@@ -23,6 +25,16 @@ inline void read_as_trajectory(const std::filesystem::path& file, const Model& m
     if (!trajectory.q.allFinite() || !trajectory.v.allFinite()) std::abort();
     step_lengths(trajectory, std::nullopt, 0.1);
   });
+}
+
+/// A file of a format other than CSV: as a trajectory of a small model, and every cell as such.
+inline void read_table(const char* name, std::string_view input) {
+  const std::filesystem::path file = write(name, input);
+  read_as_trajectory(file, small_model());
+  const Table table(file);
+  for (int row = 0; row < table.num_rows(); ++row) {
+    for (int column = 0; column < table.num_columns(); ++column) table.cell(row, column);
+  }
 }
 
 }  // namespace counterpoint::fuzz

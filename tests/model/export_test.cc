@@ -6,39 +6,19 @@
 
 #include <random>
 
-#include "counterpoint/model/inertia.h"
+#include "support/mass_matrix.h"
 #include "support/paths.h"
 #include "support/temp_folder.h"
 
 namespace counterpoint {
 namespace {
 
+using test::mass_matrix;
+using test::random_configuration;
+
 /// Frames are turned, inertias taken to principal axes and back: some roundings of numbers near
 /// one.
 constexpr double kRoundOff = 1e-12;
-
-MatrixX mass_matrix(const Model& model, const VectorX& q) {
-  MatrixX M = MatrixX::Zero(model.nv(), model.nv());
-  for (int t = 0; t < model.num_trees(); ++t) {
-    const Tree& tree = model.trees()[t];
-    const int n = tree.v_end - tree.v_begin;
-    M.block(tree.v_begin, tree.v_begin, n, n) = reference_mass_matrix(model, t, q);
-  }
-  return M;
-}
-
-/// Random angles and displacements; quaternions of unit length.
-VectorX random_configuration(const Model& model, std::mt19937& random) {
-  std::uniform_real_distribution<double> uniform(-1.0, 1.0);
-  VectorX q(model.nq());
-  for (double& x : q) x = uniform(random);
-  for (int i = 1; i < model.num_bodies(); ++i) {
-    const Body& body = model.body(i);
-    const int n = joint_nq(body.joint_type);
-    if (n >= 4) q.segment<4>(body.q_index + n - 4).normalize();
-  }
-  return q;
-}
 
 struct Exportable {
   const char* file;

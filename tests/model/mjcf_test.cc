@@ -10,10 +10,13 @@
 #include "counterpoint/model/rotation.h"
 #include "counterpoint/model/scene.h"
 #include "counterpoint/model/terrain/terrain.h"
+#include "support/mass_matrix.h"
 #include "support/temp_folder.h"
 
 namespace counterpoint {
 namespace {
+
+using test::mass_matrix;
 
 constexpr double kRoundOff = 1e-14;  // of a few operations on numbers near one
 constexpr double kPi = 3.14159265358979323846;
@@ -44,16 +47,6 @@ class MjcfTest : public testing::Test {
   }
   test::TempFolder folder_;
 };
-
-MatrixX mass_matrix(const Model& model, const VectorX& q) {
-  MatrixX M = MatrixX::Zero(model.nv(), model.nv());
-  for (int t = 0; t < model.num_trees(); ++t) {
-    const Tree& tree = model.trees()[t];
-    const int n = tree.v_end - tree.v_begin;
-    M.block(tree.v_begin, tree.v_begin, n, n) = reference_mass_matrix(model, t, q);
-  }
-  return M;
-}
 
 TEST_F(MjcfTest, IsTheModelOfTheSameUrdf) {
   const Scene urdf = load_scene(folder_.write("r.urdf", R"(<robot name='r'>

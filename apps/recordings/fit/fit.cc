@@ -9,16 +9,19 @@
 
 #include "fit_spread.h"
 #include "fit_system.h"
+#include "tasks/bytes.h"
 
 namespace counterpoint::apps {
 namespace {
 
+using fitting::Counts;
 using fitting::Loss;
 using fitting::Shares;
 using fitting::Spread;
 using fitting::spread;
 using fitting::System;
 using fitting::total;
+using fitting::Work;
 
 /// Stages of a refinement: so many times coarser are their differences.
 constexpr std::array<double, 3> kCoarser = {30.0, 5.0, 1.0};
@@ -50,7 +53,8 @@ int evaluations_of_derivatives(const VectorX& at) { return 2 * static_cast<int>(
 
 /// Levenberg-Marquardt with differences over ever smaller steps: predictions with contacts are
 /// rough functions of their parameters, and small steps would follow the roughness.
-VectorX refine(System& system, const VectorX& from, const FitOptions& options, int rounds) {
+VectorX refine(System& system, const VectorX& from, const FitOptions& options, int rounds,
+               const std::function<void(int evaluations)>& tell = {}) {
   VectorX best = from;
   double cost = total(system.groups(best));
   for (const double coarser : kCoarser) {
@@ -66,7 +70,7 @@ VectorX refine(System& system, const VectorX& from, const FitOptions& options, i
       using Eigen::LevenbergMarquardtSpace::Status;
       for (Status status = solver.minimizeInit(at); is_under_way(status);) {
         status = solver.minimizeOneStep(at);
-        system.tell(options, 1 + evaluations_of_derivatives(at));
+        if (tell) tell(1 + evaluations_of_derivatives(at));
       }
     });
     at = at.cwiseMax(0.0).cwiseMin(1.0);
@@ -80,24 +84,6 @@ VectorX refine(System& system, const VectorX& from, const FitOptions& options, i
   return best;
 }
 
-/// Refits to as many groups, drawn with replacement: percentiles of the values found.
-std::vector<VectorX> bootstrap(System& system, const VectorX& at, const FitOptions& options) {
-  std::mt19937_64 generator(1);
-  const std::vector<double> given = system.weights;
-  std::vector<VectorX> found;
-  for (int k = 0; k < options.bootstrap; ++k) {
-    std::fill(system.weights.begin(), system.weights.end(), 0.0);
-    for (size_t draw = 0; draw < given.size(); ++draw)
-      system.weights[(generator() >> 11) % given.size()] += 1.0;
-    const VectorX refit = refine(system, at, options, 8);
-    if (system.counts.stopped) break;
-    found.push_back(refit);
-    if (options.progress) options.progress(k + 1, options.bootstrap);
-  }
-  system.weights = given;
-  return found;
-}
-
 void check(const FitProblem& problem, int residuals) {
   if (!problem.start.allFinite() || !problem.lower.allFinite() || !problem.upper.allFinite() ||
       !(problem.lower.array() < problem.upper.array()).all())
@@ -107,51 +93,159 @@ void check(const FitProblem& problem, int residuals) {
                                  problem.start.size()));
 }
 
-/// The start and the samples, best first.
-std::vector<std::pair<double, VectorX>> explore(System& system, const VectorX& start,
-                                                const FitOptions& options) {
-  std::vector<std::pair<double, VectorX>> tried;
-  system.unless_stopped([&] {
-    tried.emplace_back(total(system.groups(start)), start);
-    for (int k = 1; k <= options.samples; ++k) {
-      const VectorX at = halton(k, start.size());
-      tried.emplace_back(total(system.groups(at)), at);
-      system.tell(options, 1);
-    }
-  });
-  if (tried.empty()) tried.emplace_back(0.0, start);  // stopped
-  std::stable_sort(tried.begin(), tried.end(),
-                   [](const auto& a, const auto& b) { return a.first < b.first; });
-  return tried;
-}
-
 /// Of a whole refinement, at most.
 int refinement_evaluations(const FitOptions& options, const VectorX& at) {
   return static_cast<int>(kCoarser.size()) * options.max_rounds *
          (1 + evaluations_of_derivatives(at));
 }
 
-/// Refines points as long as nothing stops it, one at least looked at; sorts them, best first.
-void refine_all(System& system, const FitOptions& options,
-                std::vector<std::pair<double, VectorX>>& points) {
-  size_t done = 0;
-  for (; done < points.size() && (done == 0 || !system.counts.stopped); ++done) {
-    auto& [cost, at] = points[done];
-    cost = total(system.groups(at));
-    system.bound_weight = 10.0 * std::sqrt(std::max(cost, 1e-300));
-    const int before = system.work;
-    const VectorX better = refine(system, at, options, options.max_rounds);
-    system.tell(options, before + refinement_evaluations(options, at) - system.work);
-    const double found = total(system.groups(better));
-    if (found < cost) {
-      cost = found;
-      at = better;
+/// Of the rows that hold shares within their ranges: a share out of them by 0.1 costs what all else
+/// does.
+double bound_weight(double cost) { return 10.0 * std::sqrt(std::max(cost, 1e-300)); }
+
+/// A point and its cost.
+using Tried = std::pair<double, VectorX>;
+
+void sort_by_cost(std::vector<Tried>& points) {
+  std::stable_sort(points.begin(), points.end(),
+                   [](const Tried& a, const Tried& b) { return a.first < b.first; });
+}
+
+/// Lists of tasks on copies of a system.
+class FitTasks {
+ public:
+  FitTasks(System& system, const FitOptions& options, const VectorX& start, int refined)
+      : system_(system),
+        options_(options),
+        work_(options, options.samples + refined * refinement_evaluations(options, start)) {}
+
+  /// Something was stopped: the lists that follow are left out, on every process.
+  bool stopped() const { return stopped_; }
+
+  /// The start and the samples, best first; the start alone where there is none.
+  std::vector<Tried> explore(const VectorX& start) {
+    const auto point = [&](int k) { return k == 0 ? start : halton(k, start.size()); };
+    std::vector<Tried> tried;
+    run(
+        kSamples, options_.samples + 1,
+        [&](System& mine, int k, tasks::BytesWriter& out) {
+          if (!mine.unless_stopped([&] { out.put(total(mine.groups(point(k)))); })) return;
+          if (k > 0) work_.tell(1);
+        },
+        [&](int k, tasks::BytesReader& in) { tried.emplace_back(in.get<double>(), point(k)); });
+    if (tried.empty()) tried.emplace_back(0.0, start);
+    sort_by_cost(tried);
+    return tried;
+  }
+
+  /// Refines the points and sorts them, best first; leaves out those that it did not come to, but
+  /// for the first.
+  void refine_all(std::vector<Tried>& points) {
+    const int each = refinement_evaluations(options_, points[0].second);
+    const int before = work_.done();
+    std::vector<Tried> refined;
+    run(
+        kRefinements, static_cast<int>(points.size()),
+        [&](System& mine, int k, tasks::BytesWriter& out) {
+          refine_point(mine, points[static_cast<size_t>(k)].second, each, out);
+        },
+        [&](int, tasks::BytesReader& in) {
+          const double cost = in.get<double>();
+          refined.emplace_back(cost, in.vector());
+        },
+        [&] { return static_cast<double>(work_.done() - before) / each; });
+    if (refined.empty())
+      refined.emplace_back(total(system_.groups(points[0].second)), points[0].second);
+    points = std::move(refined);
+    sort_by_cost(points);
+  }
+
+  /// Refits to as many groups as there are, drawn with replacement.
+  std::vector<VectorX> refit(const VectorX& at) {
+    Work work(options_, options_.bootstrap);
+    std::vector<VectorX> found;
+    run(
+        kRefits, options_.bootstrap,
+        [&](System& mine, int k, tasks::BytesWriter& out) {
+          draw_weights(k, mine.weights);
+          const VectorX refitted = refine(mine, at, options_, 8);
+          if (mine.counts.stopped) return;
+          out.numbers(refitted);
+          work.tell(1);
+        },
+        [&](int, tasks::BytesReader& in) { found.push_back(in.vector()); });
+    return found;
+  }
+
+  static constexpr const char *kSamples = "samples", *kRefinements = "refinements",
+                              *kRefits = "refits";
+
+ private:
+  /// `act` writes what comes of a number, nothing where it was stopped before there was anything;
+  /// `take` reads it, in order of number.
+  template <class Act, class Take>
+  void run(const char* name, int count, Act act, Take take, std::function<double()> work = {}) {
+    tasks::TaskList list;
+    list.name = name;
+    list.count = count;
+    list.fingerprint = options_.fingerprint;
+    list.work = std::move(work);
+    list.make_task = [this, act]() -> tasks::Task {
+      return [this, act](std::int64_t number) {
+        System mine = system_;
+        mine.counts = {};
+        tasks::BytesWriter out;
+        act(mine, static_cast<int>(number), out);
+        std::string bytes = out.take();
+        if (!bytes.empty()) bytes = tasks::BytesWriter().put(mine.counts).take() + bytes;
+        return tasks::Outcome{std::move(bytes), !mine.counts.stopped};
+      };
+    };
+    int number = 0;
+    for (const auto& bytes : options_.run(list)) {
+      if (bytes) {
+        tasks::BytesReader in(*bytes);
+        const auto counts = in.get<Counts>();
+        stopped_ = stopped_ || counts.stopped;
+        system_.counts += counts;
+        take(number, in);
+      } else {
+        stopped_ = system_.counts.stopped = true;
+      }
+      ++number;
     }
   }
-  points.resize(done);
-  std::stable_sort(points.begin(), points.end(),
-                   [](const auto& a, const auto& b) { return a.first < b.first; });
-}
+
+  /// `each`: what its progress counts for.
+  void refine_point(System& mine, const VectorX& at, int each, tasks::BytesWriter& out) {
+    const double cost = total(mine.groups(at));
+    mine.bound_weight = bound_weight(cost);
+    int told = 0;
+    const auto tell = [&](int evaluations) {
+      const int more = std::min(evaluations, each - told);
+      told += more;
+      work_.tell(more);
+    };
+    const VectorX better = refine(mine, at, options_, options_.max_rounds, tell);
+    tell(each);
+    const double found = total(mine.groups(better));
+    out.put(std::min(found, cost)).numbers(found < cost ? better : at);
+  }
+
+  /// As many draws as there are groups, from where those of the numbers before have ended.
+  static void draw_weights(int number, std::vector<double>& weights) {
+    std::mt19937_64 generator(1);
+    generator.discard(static_cast<unsigned long long>(number) * weights.size());
+    std::fill(weights.begin(), weights.end(), 0.0);
+    for (size_t draw = 0; draw < weights.size(); ++draw)
+      weights[(generator() >> 11) % weights.size()] += 1.0;
+  }
+
+  System& system_;
+  const FitOptions& options_;
+  Work work_;
+  bool stopped_ = false;
+};
 
 double median_square(const GroupedResiduals& r) {
   std::vector<double> squares;
@@ -197,6 +291,10 @@ void fill(const Shares& shares, const VectorX& at, const Spread& s,
 
 }  // namespace
 
+const char* last_fit_list(const FitOptions& options) {
+  return options.bootstrap > 0 ? FitTasks::kRefits : FitTasks::kRefinements;
+}
+
 VectorX Fit::values() const {
   VectorX out(static_cast<Eigen::Index>(parameters.size()));
   for (size_t i = 0; i < parameters.size(); ++i)
@@ -211,19 +309,22 @@ Fit fit(const FitProblem& problem, const FitOptions& options) {
   for (const VectorX& g : first) size += static_cast<int>(g.size());
   check(problem, size);
   Fit out;
-  System system(problem, shares, options, static_cast<int>(first.size()), size, out);
+  System system(problem, shares, options, static_cast<int>(first.size()), size);
   VectorX start(problem.start.size());
   for (Eigen::Index i = 0; i < start.size(); ++i) start[i] = shares.share(i, problem.start[i]);
 
   const int refined = std::clamp(options.refined, 1, options.samples + 1);
-  system.planned = options.samples + refined * refinement_evaluations(options, start);
+  FitTasks lists(system, options, start, refined);
   system.unless_stopped([&] { set_loss(system, start, options); });
-  std::vector<std::pair<double, VectorX>> tried = explore(system, start, options);
+  std::vector<Tried> tried = lists.explore(start);
   set_loss(system, tried[0].second, options);
   out.loss_scale = std::sqrt(system.loss.scale2());
   out.start_cost = total(system.groups(start));
   tried.resize(std::min(tried.size(), static_cast<size_t>(refined)));
-  refine_all(system, options, tried);
+  if (lists.stopped())
+    tried = {{total(system.groups(tried[0].second)), tried[0].second}};
+  else
+    lists.refine_all(tried);
   for (const auto& [cost, at] : tried) out.refined_costs.push_back(cost);
   VectorX& best = tried[0].second;
   out.cost = tried[0].first;
@@ -240,9 +341,12 @@ Fit fit(const FitProblem& problem, const FitOptions& options) {
     s.known.assign(static_cast<size_t>(best.size()), 0);
     s.covariance = MatrixX::Zero(best.size(), best.size());
   }
-  system.planned = 0;  // refits tell by themselves
-  const bool more = !out.stopped && options.bootstrap > 0;
-  fill(shares, best, s, more ? bootstrap(system, best, options) : std::vector<VectorX>(), out);
+  system.bound_weight = bound_weight(out.cost);
+  const bool more = !lists.stopped() && options.bootstrap > 0;
+  fill(shares, best, s, more ? lists.refit(best) : std::vector<VectorX>(), out);
+  out.evaluations = system.counts.evaluations;
+  out.linearizations = system.counts.linearizations;
+  out.stopped = system.counts.stopped;
   return out;
 }
 

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "counterpoint/model/types.h"
+#include "tasks/task_list.h"
 
 namespace counterpoint::apps {
 
@@ -43,10 +44,20 @@ struct FitOptions {
   bool exact = true;
   /// Step of the central differences, as a share of the range between the bounds.
   double difference = 1e-3;
+  /// Told by the threads at work, one at a time, in evaluations.
   std::function<void(int done, int total)> progress = {};
   /// Asked as the search goes on: true ends it with the best found so far.
   std::function<bool()> stop = {};
+  /// Runs the lists of tasks that a fit is made of; by default in this thread. `residuals`
+  /// and `linearize` are then called by all threads that it has.
+  tasks::ListRunner run = tasks::run_here;
+  /// Of all that the problem and these options depend on, for `run`.
+  std::uint64_t fingerprint = 0;
 };
+
+/// The lists of a fit, one after the other: points tried, the best of them refined, refits to groups
+/// drawn anew. The last one's name.
+const char* last_fit_list(const FitOptions& options);
 
 struct Interval {
   double lower = 0.0, upper = 0.0;
@@ -72,7 +83,7 @@ struct Fit {
   VectorX values() const;
 };
 
-/// The same input gives the same bits. @throws InputError where start or bounds are no numbers, or
+/// The same input gives the same bits, whatever runs its tasks. @throws InputError where start or bounds are no numbers, or
 /// there are fewer residuals than parameters.
 Fit fit(const FitProblem& problem, const FitOptions& options);
 

@@ -2,8 +2,10 @@
 #pragma once
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <functional>
+#include <mutex>
 #include <optional>
 #include <unsupported/Eigen/LevenbergMarquardt>
 #include <vector>
@@ -75,7 +77,39 @@ class Loss {
 /// FitOptions::stop says so.
 struct StopWanted {};
 
-/// Weighted residuals of all groups over shares, with rows that hold the shares within 0 ... 1.
+/// What a fit has taken.
+struct Counts {
+  int evaluations = 0, linearizations = 0;
+  bool stopped = false;
+  Counts& operator+=(const Counts& o) {
+    evaluations += o.evaluations;
+    linearizations += o.linearizations;
+    stopped = stopped || o.stopped;
+    return *this;
+  }
+};
+
+/// What is done of a plan, in evaluations, by all threads.
+class Work {
+ public:
+  Work(const FitOptions& options, int planned) : options_(options), planned_(planned) {}
+  int planned() const { return planned_; }
+  int done() const { return done_; }
+  void tell(int evaluations) {
+    const std::lock_guard lock(mutex_);
+    done_ = std::min(done_ + evaluations, planned_);
+    if (options_.progress) options_.progress(done_, planned_);
+  }
+
+ private:
+  const FitOptions& options_;
+  int planned_;
+  std::atomic<int> done_{0};
+  std::mutex mutex_;
+};
+
+/// Weighted residuals of all groups over shares, with rows that hold the shares within 0 ... 1. One
+/// thread uses it; copies are for others.
 struct System : Eigen::DenseFunctor<double> {
   const FitProblem& problem;
   const Shares& shares;
@@ -84,12 +118,10 @@ struct System : Eigen::DenseFunctor<double> {
   double difference, bound_weight;
   bool exact;
   std::function<bool()> stop;
-  bool may_stop = false;      // in unless_stopped
-  int work = 0, planned = 0;  // in evaluations, at most; nothing is told where none is planned
-  Fit& counts;
+  bool may_stop = false;  // in unless_stopped
+  mutable Counts counts;
 
-  System(const FitProblem& p, const Shares& s, const FitOptions& options, int groups, int size,
-         Fit& out)
+  System(const FitProblem& p, const Shares& s, const FitOptions& options, int groups, int size)
       : DenseFunctor(static_cast<int>(p.start.size()), size + static_cast<int>(p.start.size())),
         problem(p),
         shares(s),
@@ -97,8 +129,7 @@ struct System : Eigen::DenseFunctor<double> {
         difference(options.difference),
         bound_weight(1.0),
         exact(false),
-        stop(options.stop),
-        counts(out) {}
+        stop(options.stop) {}
 
   /// Calls act(), and ends it where it is asked to stop. False if so, or if that was before.
   template <class Act>
@@ -117,12 +148,6 @@ struct System : Eigen::DenseFunctor<double> {
   /// last: of the stages of a refinement.
   void use_exact(const FitOptions& options, bool last) {
     exact = options.exact && problem.linearize && (last || !problem.rough);
-  }
-
-  /// So many more evaluations of those planned are done.
-  void tell(const FitOptions& options, int evaluations) {
-    work = std::min(work + evaluations, planned);
-    if (options.progress && planned > 0) options.progress(work, planned);
   }
 
   GroupedResiduals groups(const VectorX& at) const {

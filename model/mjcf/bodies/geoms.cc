@@ -4,6 +4,7 @@
 #include <tinyxml2.h>
 
 #include "counterpoint/model/inertia.h"
+#include "counterpoint/model/mesh/round_hull.h"
 
 namespace counterpoint::mjcf {
 namespace {
@@ -170,10 +171,7 @@ Shape shape_of(const Geom& geom, Assets& assets, Document& document) {
   size.head(sizes) = geom.size.head(sizes);
   if (geom.type != "ellipsoid") return {primitive_type(geom.type), size, nullptr};
   const RoundHull round = ellipsoid_hull(size);
-  document.note(element,
-                fmt::format("an ellipsoid touches as a polyhedron of {} corners, within {:.2g} m "
-                            "of it",
-                            round.hull->vertices.size(), round.error));
+  document.note(element, round_hull_note(round));
   return {ShapeType::kConvexMesh, Vector3::Zero(), round.hull};
 }
 

@@ -43,11 +43,4 @@ Shape shape_of(const Geom& geom, Assets& assets, Document& document);
 /// In the body's frame; of zero mass for planes and height fields.
 SpatialInertia inertia_of(const Geom& geom, Assets& assets, Document& document);
 
-/// An ellipsoid as a polyhedron of 642 corners.
-struct RoundHull {
-  std::shared_ptr<const ConvexMesh> hull;
-  double error = 0.0;  ///< its surface lies within this of the ellipsoid's, either way [m]
-};
-RoundHull ellipsoid_hull(const Vector3& half_axes);
-
 }  // namespace counterpoint::mjcf

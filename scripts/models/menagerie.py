@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Takes mujoco_menagerie out of a git directory that may lack its largest files, for counterpoint_mjcf_check.
 
-    scripts/menagerie.py GIT_DIR FOLDER
+    scripts/models/menagerie.py GIT_DIR FOLDER
 
 What is absent is stood in for by boxes and listed in FOLDER/ABSENT.txt: visuals for the most part, since a
 mesh that has to be read for its inertia, or that touches, would give another robot.

@@ -1,9 +1,13 @@
+#include "counterpoint/model/mesh/round_hull.h"
+
+#include <fmt/format.h>
+
 #include <array>
 #include <map>
 
-#include "counterpoint/model/mjcf/bodies/geoms.h"
+#include "counterpoint/model/mesh/mesh.h"
 
-namespace counterpoint::mjcf {
+namespace counterpoint {
 namespace {
 
 struct Ball {
@@ -62,4 +66,9 @@ RoundHull ellipsoid_hull(const Vector3& half_axes) {
   return {make_convex_hull(ball.points), (scale - 1.0) * half_axes.maxCoeff()};
 }
 
-}  // namespace counterpoint::mjcf
+std::string round_hull_note(const RoundHull& round) {
+  return fmt::format("an ellipsoid touches as a polyhedron of {} corners, within {:.2g} m of it",
+                     round.hull->vertices.size(), round.error);
+}
+
+}  // namespace counterpoint

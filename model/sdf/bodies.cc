@@ -1,0 +1,160 @@
+#include "counterpoint/model/sdf/bodies.h"
+
+#include <fmt/format.h>
+
+#include "counterpoint/model/inertia.h"
+#include "counterpoint/model/limits.h"
+#include "counterpoint/model/sdf/joints.h"
+
+namespace counterpoint::sdf_file {
+namespace {
+
+class BodyReader {
+ public:
+  BodyReader(Document& document, ShapeReader& shapes, const std::string& prefix)
+      : document_(document), shapes_(shapes), prefix_(prefix) {}
+
+  /// `scope`: "" or "inner::", of the outermost model; `X_TM`: of the model's frame in that one's;
+  /// `is_static`: a model around it is.
+  void read(const sdf::Model& model, const std::string& scope, const Pose& X_TM, bool is_static) {
+    const sdf::ElementPtr element = model.Element();
+    document_.pass_over_all_but(
+        element, {"link", "joint", "frame", "model", "include", "pose", "static", "self_collide",
+                  "allow_auto_disable", "enable_wind"});
+    is_static = is_static || model.Static();
+    for (std::uint64_t i = 0; i < model.LinkCount(); ++i)
+      read_link(*model.LinkByIndex(i), model, scope, X_TM, is_static);
+    for (std::uint64_t i = 0; i < model.ModelCount(); ++i) {
+      const sdf::Model& inner = *model.ModelByIndex(i);
+      const Pose X_MI = document_.resolve(inner.SemanticPose(), "__model__", inner.Element());
+      read(inner, scope + inner.Name() + "::", X_TM * X_MI, is_static);
+    }
+    for (std::uint64_t i = 0; !is_static && i < model.JointCount(); ++i)
+      read_joint(*model.JointByIndex(i), scope, X_TM);
+  }
+
+  Bodies bodies;
+
+ private:
+  /// "inner::arm" as "inner/arm", behind the prefix.
+  std::string name_of(const std::string& scope, const std::string& name) const {
+    std::string out = prefix_;
+    std::size_t from = 0;
+    for (std::size_t at; (at = scope.find("::", from)) != std::string::npos; from = at + 2) {
+      out.append(scope, from, at - from);
+      out += '/';
+    }
+    return out + name;
+  }
+
+  void read_link(const sdf::Link& in, const sdf::Model& model, const std::string& scope,
+                 const Pose& X_TM, bool is_static) {
+    const sdf::ElementPtr element = in.Element();
+    document_.pass_over_all_but(
+        element, {"pose", "inertial", "collision", "gravity", "self_collide", "kinematic",
+                  "must_be_base_link", "velocity_decay", "enable_wind"});
+    if (bodies.links.size() + bodies.fixed.size() == static_cast<std::size_t>(limits::kMaxLinks))
+      document_.fail(element, fmt::format("more than {} links in a model", limits::kMaxLinks));
+    LinkNode node;
+    node.element = element;
+    node.X_TL = X_TM * document_.resolve(in.SemanticPose(), "__model__", element);
+    node.self_collide = Document::flag(element, "self_collide", model.SelfCollide());
+    node.spec.name = name_of(scope, in.Name());
+    node.spec.where = document_.where(element);
+    if (!is_static) {
+      check_motion(element);
+      node.spec.inertia = inertia_of(element);
+      if (!Document::flag(element, "gravity", true)) node.spec.gravity_compensation = 1.0;
+    }
+    for (std::uint64_t i = 0; i < in.CollisionCount(); ++i) {
+      const CollisionRead read = shapes_.read(*in.CollisionByIndex(i), is_static);
+      if (!read.touches) {
+        document_.note(in.CollisionByIndex(i)->Element(), "touches nothing, as its <contact> says");
+        continue;
+      }
+      node.spec.collisions.push_back(read.collision);
+      node.bitmasks.push_back(read.bitmask);
+    }
+    indices_[scope + in.Name()] = is_static ? -1 : static_cast<int>(bodies.links.size());
+    (is_static ? bodies.fixed : bodies.links).push_back(node);
+  }
+
+  void check_motion(const sdf::ElementPtr& element) const {
+    if (Document::flag(element, "kinematic", false))
+      document_.fail(
+          element,
+          "<kinematic>: a link that forces do not move is not supported; fix it to the world");
+    const sdf::ElementPtr decay = Document::child(element, "velocity_decay");
+    for (const char* part : {"linear", "angular"})
+      if (Document::number(decay, part, 0.0) != 0.0)
+        document_.fail(
+            decay,
+            fmt::format(
+                "<{}> is not 0: a share of the speed lost each step is not supported; remove "
+                "it, and give a scene's drag instead",
+                part));
+  }
+
+  SpatialInertia inertia_of(const sdf::ElementPtr& element) {
+    const sdf::ElementPtr inertial = Document::child(element, "inertial");
+    const sdf::ElementPtr moments = Document::child(inertial, "inertia");
+    if (!inertial)
+      document_.note(element, "no <inertial>: 1 kg with moments of 1 kg m^2, as the format says");
+    const auto moment = [&](const char* name, double otherwise) {
+      return Document::number(moments, name, otherwise);
+    };
+    const double xx = moment("ixx", 1.0), yy = moment("iyy", 1.0), zz = moment("izz", 1.0);
+    const double xy = moment("ixy", 0.0), xz = moment("ixz", 0.0), yz = moment("iyz", 0.0);
+    SpatialInertia inertia;
+    inertia.mass = Document::number(inertial, "mass", 1.0);
+    inertia.rotational << xx, xy, xz, xy, yy, yz, xz, yz, zz;
+    if (Document::child(inertial, "fluid_added_mass"))
+      document_.fail(inertial, "<fluid_added_mass> is not supported");
+    if (const sdf::ElementPtr pose = Document::child(inertial, "pose"))
+      inertia = inertia.transformed(to_pose(pose->Get<ignition::math::Pose3d>()));
+    const std::string defect = document_.options().repair_inertias ? inertia_defect(inertia) : "";
+    if (defect.empty()) return inertia;
+    document_.note(element, defect + "; replaced by the nearest possible");
+    return nearest_physical(inertia);
+  }
+
+  void read_joint(const sdf::Joint& in, const std::string& scope, const Pose& X_TM) {
+    JointNode node;
+    node.element = in.Element();
+    node.name = name_of(scope, in.Name());
+    node.parent = link_index(in, scope, true);
+    node.child = link_index(in, scope, false);
+    if (node.parent == node.child) document_.fail(node.element, "it joins a link to itself");
+    node.motions = read_motions(document_, in, node.name);
+    node.X_TJ = X_TM * document_.resolve(in.SemanticPose(), "__model__", node.element);
+    const sdf::ElementPtr simbody =
+        Document::child(Document::child(node.element, "physics"), "simbody");
+    node.loop = Document::flag(simbody, "must_be_loop_joint", false);
+    bodies.joints.push_back(node);
+  }
+
+  int link_index(const sdf::Joint& in, const std::string& scope, bool parent) const {
+    std::string name;
+    document_.check(parent ? in.ResolveParentLink(name) : in.ResolveChildLink(name), in.Element());
+    if (name == "world") return -1;
+    const auto found = indices_.find(scope + name);
+    if (found != indices_.end()) return found->second;
+    document_.fail(in.Element(), fmt::format("there is no link '{}'", name));
+  }
+
+  Document& document_;
+  ShapeReader& shapes_;
+  const std::string prefix_;
+  std::map<std::string, int> indices_;  // by name within the outermost model, with "::"; -1: fixed
+};
+
+}  // namespace
+
+Bodies read_bodies(Document& document, ShapeReader& shapes, const sdf::Model& model,
+                   const std::string& prefix) {
+  BodyReader reader(document, shapes, prefix);
+  reader.read(model, "", Pose(), false);
+  return reader.bodies;
+}
+
+}  // namespace counterpoint::sdf_file

@@ -1,0 +1,201 @@
+#include "counterpoint/model/sdf/includes.h"
+
+#include <fmt/format.h>
+#include <tinyxml2.h>
+
+#include <cstring>
+#include <map>
+#include <sdf/SDFImpl.hh>
+#include <sdf/parser.hh>
+
+#include "counterpoint/model/files/text_file.h"
+#include "counterpoint/model/urdf/mesh_path.h"
+
+namespace counterpoint::sdf_file {
+namespace {
+
+namespace fs = std::filesystem;
+using tinyxml2::XMLElement;
+
+constexpr std::size_t kMaxDepth = 20;       // of files within files
+constexpr std::size_t kMaxIncludes = 2000;  // those of files included several times each time
+
+std::string trimmed(const char* text) {
+  std::string out = text ? text : "";
+  const auto blank = [](char c) { return c == ' ' || c == '\t' || c == '\n' || c == '\r'; };
+  while (!out.empty() && blank(out.back())) out.pop_back();
+  std::size_t first = 0;
+  while (first < out.size() && blank(out[first])) ++first;
+  return out.substr(first);
+}
+
+class Walk {
+ public:
+  Walk(const SdfOptions& options, sdf::ParserConfig& config, std::vector<Note>& notes)
+      : options_(options), config_(config), notes_(notes) {}
+
+  void read(const fs::path& file, const XMLElement& root) {
+    open_.push_back(file);
+    read_elements(root, file);
+    open_.pop_back();
+  }
+
+  /// libsdformat is to find what was found here.
+  void check() const {
+    for (const auto& [uri, target] : targets_) {
+      std::error_code error;
+      if (fs::equivalent(sdf::findFile(uri, true, true, config_), target.path, error)) continue;
+      throw InputError(fmt::format(
+          "{}: '{}' cannot be told from another name or file; give the package's folder by "
+          "--package NAME=FOLDER, or another name",
+          target.where, uri));
+    }
+  }
+
+ private:
+  struct Target {
+    fs::path path;
+    std::string where;
+  };
+
+  void read_elements(const XMLElement& element, const fs::path& file) {
+    for (const XMLElement* e = element.FirstChildElement(); e; e = e->NextSiblingElement()) {
+      check_known(*e, element, file);
+      if (std::strcmp(e->Name(), "include") == 0)
+        read_include(*e, file);
+      else
+        read_elements(*e, file);
+    }
+  }
+
+  /// libsdformat 12 passes over what later formats brought.
+  static void check_known(const XMLElement& e, const XMLElement& parent, const fs::path& file) {
+    const std::string name = e.Name();
+    const char* by_itself = e.Attribute("auto");
+    std::string what;
+    if (name == "inertial" && by_itself && (*by_itself == 't' || *by_itself == '1'))
+      what = "auto: inertia from shapes is not supported; give mass and inertia";
+    if (name == "mimic" && std::strncmp(parent.Name(), "axis", 4) == 0)
+      what = "a joint that follows another is not supported in SDF; take the robot's URDF";
+    if (name == "joint" && std::strcmp(parent.Name(), "world") == 0)
+      what = "joints of a world are not supported; put the joint into a model around both";
+    if (!what.empty())
+      throw InputError(fmt::format("{}:{}: <{}>: {} (SDF up to 1.9 is read)", file.string(),
+                                   e.GetLineNum(), name, what));
+  }
+
+  void read_include(const XMLElement& element, const fs::path& file) {
+    const std::string where = fmt::format("{}:{}: <include>", file.string(), element.GetLineNum());
+    const XMLElement* child = element.FirstChildElement("uri");
+    const std::string uri = trimmed(child ? child->GetText() : nullptr);
+    if (uri.empty()) throw InputError(where + ": <uri> with the name of a model is expected");
+    if (++number_ > kMaxIncludes)
+      throw InputError(fmt::format("{}: more than {} includes", where, kMaxIncludes));
+    if (uri.rfind("http://", 0) == 0 || uri.rfind("https://", 0) == 0)
+      throw InputError(
+          fmt::format("{}: '{}' is not fetched; download the model and include it as "
+                      "model://NAME, with --package NAME=FOLDER",
+                      where, uri));
+    const fs::path target = find(uri, file.parent_path(), where);
+    const auto [known, is_new] = targets_.emplace(uri, Target{target, where});
+    std::error_code error;
+    if (!is_new && !fs::equivalent(known->second.path, target, error))
+      throw InputError(fmt::format("{}: '{}' means two files, {} and {}; name them differently",
+                                   where, uri, known->second.path.string(), target.string()));
+    tell(uri, target);
+    const fs::path model =
+        fs::is_directory(target, error) ? described(uri, target, file, where) : target;
+    for (const fs::path& other : open_)
+      if (fs::equivalent(other, model, error))
+        throw InputError(fmt::format("{}: '{}' includes itself", where, uri));
+    if (open_.size() == kMaxDepth)
+      throw InputError(fmt::format("{}: files within files more than {} deep", where, kMaxDepth));
+    tinyxml2::XMLDocument document;
+    parse_xml_file(model, "there is no such file", document);
+    const XMLElement* root = document.RootElement();
+    if (root == nullptr ||
+        (std::strcmp(root->Name(), "sdf") != 0 && std::strcmp(root->Name(), "gazebo") != 0))
+      throw InputError(
+          fmt::format("{}: {} is no SDF file; of a URDF make a model of its own in a scene file",
+                      where, model.string()));
+    read(model, *root);
+  }
+
+  /// A folder with a model.config, else a file.
+  fs::path find(const std::string& uri, const fs::path& folder, const std::string& where) {
+    const std::string stem = uri.back() == '/' ? uri.substr(0, uri.size() - 1) : uri;
+    MeshPath found;
+    bool is_folder = true;
+    try {
+      found = find_mesh(stem + "/model.config", folder, options_.packages, where);
+    } catch (const InputError&) {
+      is_folder = false;
+      found = find_mesh(stem, folder, options_.packages, where);
+    }
+    if (found.guessed)
+      notes_.push_back({where, fmt::format("'{}' is taken to be {}", uri, found.file.string())});
+    const fs::path path = fs::absolute(found.file).lexically_normal();
+    return is_folder ? path.parent_path() : path;
+  }
+
+  /// The file that a model's folder names as its description.
+  fs::path described(const std::string& uri, const fs::path& target, const fs::path& file,
+                     const std::string& where) const {
+    tinyxml2::XMLDocument config;
+    parse_xml_file(target / "model.config", "there is no such file", config);
+    const std::string chosen = sdf::getModelFilePath(target.string());
+    if (chosen.empty())
+      throw InputError(
+          fmt::format("{}: {} names no <sdf> file", where, (target / "model.config").string()));
+    const std::string name = fs::path(chosen).lexically_relative(target).generic_string();
+    const fs::path model =
+        find_mesh(uri + "/" + name, file.parent_path(), options_.packages, where).file;
+    std::error_code error;
+    if (fs::equivalent(model, chosen, error)) return model;
+    throw InputError(fmt::format("{}: there is no file {}", where, chosen));
+  }
+
+  /// The map goes before every other place that libsdformat looks in. A name that begins like a key
+  /// is that folder with the rest of the name.
+  void tell(const std::string& uri, const fs::path& target) {
+    std::error_code error;
+    if (fs::is_directory(target, error)) return config_.AddURIPath(uri, target.string());
+    const std::size_t slash = uri.rfind('/');
+    config_.AddURIPath(slash == std::string::npos ? "" : uri.substr(0, slash + 1),
+                       target.parent_path().string());
+  }
+
+  const SdfOptions& options_;
+  sdf::ParserConfig& config_;
+  std::vector<Note>& notes_;
+  std::vector<fs::path> open_;
+  std::map<std::string, Target> targets_;
+  std::size_t number_ = 0;
+};
+
+}  // namespace
+
+void resolve_includes(const fs::path& file, const std::string& text, const SdfOptions& options,
+                      sdf::ParserConfig& config, std::vector<Note>& notes) {
+  tinyxml2::XMLDocument document;
+  if (document.Parse(text.data(), text.size()) != tinyxml2::XML_SUCCESS)
+    throw InputError(fmt::format("{}:{}: not well-formed XML: {}", file.string(),
+                                 std::max(1, document.ErrorLineNum()), document.ErrorName()));
+  const XMLElement* root = document.RootElement();
+  if (root == nullptr ||
+      (std::strcmp(root->Name(), "sdf") != 0 && std::strcmp(root->Name(), "gazebo") != 0))
+    throw InputError(fmt::format("{}: the root element is <{}>; an SDF file has <sdf>",
+                                 file.string(), root ? root->Name() : ""));
+  int tops = 0;
+  for (const XMLElement* e = root->FirstChildElement(); e; e = e->NextSiblingElement())
+    if (std::strcmp(e->Name(), "model") == 0 || std::strcmp(e->Name(), "world") == 0) ++tops;
+  if (tops > 1)
+    throw InputError(
+        fmt::format("{}: {} models or worlds; one is expected: put the models into one <world>",
+                    file.string(), tops));
+  Walk walk(options, config, notes);
+  walk.read(file, *root);
+  walk.check();
+}
+
+}  // namespace counterpoint::sdf_file

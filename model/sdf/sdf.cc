@@ -1,0 +1,157 @@
+#include "counterpoint/model/sdf/sdf.h"
+
+#include <fmt/format.h>
+
+#include <sdf/Physics.hh>
+#include <sdf/World.hh>
+
+#include "counterpoint/model/sdf/trees.h"
+
+namespace counterpoint {
+namespace sdf_file {
+namespace {
+
+class Reader {
+ public:
+  Reader(const std::filesystem::path& file, const SdfOptions& options)
+      : document_(file, options), shapes_(document_) {
+    model_.where = file.string();
+  }
+
+  SdfModel read() {
+    const sdf::Root& root = document_.root();
+    if (root.WorldCount() > 0)
+      read_world(*root.WorldByIndex(0));
+    else if (root.Model() != nullptr)
+      read_lone_model(*root.Model());
+    else
+      throw InputError(fmt::format("{}: there is no <world> and no <model>", model_.where));
+    join();
+    document_.note_passed();
+    if (model_.trees.empty() && model_.environment.empty())
+      model_.notes.push_back({model_.where, "there is nothing to move and nothing to touch"});
+    model_.notes.insert(model_.notes.begin(), document_.notes.begin(), document_.notes.end());
+    return std::move(model_);
+  }
+
+ private:
+  /// What touches, by the names that the builder gives.
+  struct Surface {
+    std::string name;
+    std::string link;
+    bool is_static;
+    Material material;
+    unsigned bitmask;
+  };
+
+  void read_world(const sdf::World& world) {
+    const sdf::ElementPtr element = world.Element();
+    document_.pass_over_all_but(element, {"model", "include", "frame", "gravity", "physics", "wind",
+                                          "atmosphere", "magnetic_field", "spherical_coordinates"});
+    for (const char* name : {"population", "joint"})
+      if (const sdf::ElementPtr e = Document::child(element, name))
+        document_.fail(e, "this is not supported in a <world>");
+    if (const sdf::ElementPtr state = Document::child(element, "state"))
+      document_.note(state, "models start where their <pose> says, not as in this saved state");
+    model_.name = world.Name();
+    model_.gravity = to_vector(world.Gravity());
+    if (const sdf::Physics* physics = world.PhysicsDefault()) {
+      model_.time_step = physics->MaxStepSize();
+      if (!(*model_.time_step > 0.0))
+        document_.fail(element, "<max_step_size>: a positive number is expected");
+    }
+    windy_ = world.WindLinearVelocity() != ignition::math::Vector3d::Zero;
+    for (std::uint64_t i = 0; i < world.ModelCount(); ++i) {
+      const sdf::Model& model = *world.ModelByIndex(i);
+      read_model(model, model.Name() + "/");
+    }
+  }
+
+  void read_lone_model(const sdf::Model& model) {
+    model_.name = model.Name();
+    read_model(model, "");
+  }
+
+  void read_model(const sdf::Model& model, const std::string& prefix) {
+    if (windy_ && model.EnableWind())
+      document_.fail(model.Element(), "<enable_wind>: wind is not supported");
+    const Pose X_WT = document_.resolve(model.SemanticPose(), "", model.Element());
+    const Bodies bodies = read_bodies(document_, shapes_, model, prefix);
+    for (const LinkNode& link : bodies.fixed) {
+      add_surfaces(link, true);
+      for (const LinkSpec::Collision& c : link.spec.collisions)
+        model_.environment.push_back(
+            {link.spec.name + "/" + c.name, c.shape, X_WT * link.X_TL * c.X_LG, c.material});
+    }
+    for (const LinkNode& link : bodies.links) add_surfaces(link, false);
+    if (bodies.links.empty()) return;
+    add_trees(document_, bodies, prefix, X_WT, model_);
+    exclude_within(bodies);
+  }
+
+  void add_surfaces(const LinkNode& link, bool is_static) {
+    for (std::size_t i = 0; i < link.spec.collisions.size(); ++i) {
+      const LinkSpec::Collision& c = link.spec.collisions[i];
+      surfaces_.push_back(
+          {link.spec.name + "/" + c.name, link.spec.name, is_static, c.material, link.bitmasks[i]});
+    }
+  }
+
+  /// Links of one model touch where one of both says self_collide, and never across a joint.
+  void exclude_within(const Bodies& bodies) {
+    const auto touches = [&](int i) { return i >= 0 && !bodies.links[i].spec.collisions.empty(); };
+    for (const JointNode& joint : bodies.joints)
+      if (touches(joint.parent) && touches(joint.child))
+        model_.exclusions.push_back({bodies.links[joint.parent].spec.name,
+                                     bodies.links[joint.child].spec.name,
+                                     "of links joined by a joint"});
+    for (std::size_t a = 0; a < bodies.links.size(); ++a) {
+      for (std::size_t b = a + 1; b < bodies.links.size(); ++b) {
+        const LinkNode &first = bodies.links[a], &second = bodies.links[b];
+        if (first.self_collide || second.self_collide || !touches(static_cast<int>(a)) ||
+            !touches(static_cast<int>(b)))
+          continue;
+        model_.exclusions.push_back({first.spec.name, second.spec.name, "self_collide is off"});
+      }
+    }
+  }
+
+  /// Of two surfaces the smaller friction and restitution count, as in Gazebo with ODE and with
+  /// DART.
+  void join() {
+    for (std::size_t i = 0; i < surfaces_.size(); ++i) {
+      for (std::size_t j = i + 1; j < surfaces_.size(); ++j) {
+        const Surface &a = surfaces_[i], &b = surfaces_[j];
+        if ((a.is_static && b.is_static) || a.link == b.link) continue;
+        if ((a.bitmask & b.bitmask) == 0) {
+          model_.exclusions.push_back({a.name, b.name, "collide_bitmask"});
+          continue;
+        }
+        if (same(a.material, b.material)) continue;
+        PairSurface values;
+        values.friction = std::min(a.material.friction, b.material.friction);
+        values.restitution = std::min(a.material.restitution, b.material.restitution);
+        model_.surfaces.push_back({a.name, b.name, values});
+      }
+    }
+  }
+
+  static bool same(const Material& a, const Material& b) {
+    return a.friction == b.friction && a.restitution == b.restitution;
+  }
+
+  Document document_;
+  ShapeReader shapes_;
+  SdfModel model_;
+  std::vector<Surface> surfaces_;
+  bool windy_ = false;
+};
+
+}  // namespace
+}  // namespace sdf_file
+
+SdfModel load_sdf(const std::filesystem::path& file, const SdfOptions& options) {
+  return sdf_file::Reader(file, options).read();
+}
+
+}  // namespace counterpoint

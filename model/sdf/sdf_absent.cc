@@ -1,0 +1,15 @@
+// In place of the reader where libsdformat was not found.
+#include <fmt/format.h>
+
+#include "counterpoint/model/sdf/sdf.h"
+
+namespace counterpoint {
+
+SdfModel load_sdf(const std::filesystem::path& file, const SdfOptions&) {
+  throw InputError(
+      fmt::format("{}: this program was built without SDF; install libsdformat-dev and "
+                  "build again (scripts/setup.sh)",
+                  file.string()));
+}
+
+}  // namespace counterpoint

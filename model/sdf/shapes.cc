@@ -1,0 +1,229 @@
+#include "counterpoint/model/sdf/shapes.h"
+
+#include <fmt/format.h>
+
+#include <sdf/Box.hh>
+#include <sdf/Capsule.hh>
+#include <sdf/Cylinder.hh>
+#include <sdf/Ellipsoid.hh>
+#include <sdf/Plane.hh>
+#include <sdf/Sphere.hh>
+
+#include "counterpoint/model/mesh/round_hull.h"
+#include "counterpoint/model/rotation.h"
+#include "counterpoint/model/terrain/height_field.h"
+#include "counterpoint/model/terrain/terrain.h"
+#include "counterpoint/model/urdf/mesh_path.h"
+
+namespace counterpoint::sdf_file {
+namespace {
+
+constexpr double kPi = 3.14159265358979323846;
+/// Gazebo's default for <threshold>: no impact is that fast, so that nothing bounces.
+constexpr double kNeverBounces = 1e5;  // [m/s]
+
+Shape simple(ShapeType type, const Vector3& size) { return {type, size, nullptr}; }
+
+}  // namespace
+
+ShapeReader::ShapeReader(Document& document)
+    : document_(document),
+      hulls_(document.options().hulls ? document.options().hulls : std::make_shared<HullCache>()) {}
+
+CollisionRead ShapeReader::read(const sdf::Collision& in, bool is_static) {
+  const sdf::ElementPtr element = in.Element();
+  document_.pass_over_all_but(element,
+                              {"pose", "geometry", "surface", "max_contacts", "laser_retro"});
+  CollisionRead out;
+  const sdf::ElementPtr contact = Document::child(Document::child(element, "surface"), "contact");
+  if (Document::child(contact, "collide_bitmask"))
+    out.bitmask = contact->GetElement("collide_bitmask")->Get<unsigned>() & 0xffffU;
+  else
+    out.touches = !Document::flag(contact, "collide_without_contact", false);
+  out.touches = out.touches && out.bitmask != 0;
+  if (!out.touches) return out;
+  const auto [shape, X_CS] = shape_of(*in.Geom(), element, is_static);
+  out.collision.name = in.Name();
+  out.collision.shape = shape;
+  out.collision.X_LG = document_.resolve(in.SemanticPose(), "", element) * X_CS;
+  out.collision.material = surface(element);
+  return out;
+}
+
+std::pair<Shape, Pose> ShapeReader::shape_of(const sdf::Geometry& in,
+                                             const sdf::ElementPtr& element, bool is_static) {
+  const auto radius = [&](const auto& shape) -> Vector3 {
+    return {shape.Radius(), 0.5 * shape.Length(), 0};
+  };
+  Pose X_CS;
+  switch (in.Type()) {
+    case sdf::GeometryType::BOX:
+      return {simple(ShapeType::kBox, 0.5 * to_vector(in.BoxShape()->Size())), X_CS};
+    case sdf::GeometryType::SPHERE:
+      return {simple(ShapeType::kSphere, {in.SphereShape()->Radius(), 0, 0}), X_CS};
+    case sdf::GeometryType::CYLINDER:
+      return {simple(ShapeType::kCylinder, radius(*in.CylinderShape())), X_CS};
+    case sdf::GeometryType::CAPSULE:
+      return {simple(ShapeType::kCapsule, radius(*in.CapsuleShape())), X_CS};
+    case sdf::GeometryType::ELLIPSOID: {
+      const Vector3 axes = to_vector(in.EllipsoidShape()->Radii());
+      if (!(axes.minCoeff() > 0.0))
+        document_.fail(element, "radii: three positive numbers are expected");
+      const RoundHull round = ellipsoid_hull(axes);
+      document_.note(element, round_hull_note(round));
+      return {Shape{ShapeType::kConvexMesh, Vector3::Zero(), round.hull}, X_CS};
+    }
+    case sdf::GeometryType::PLANE: {
+      if (!is_static)
+        document_.fail(element,
+                       "a plane on a model that can move; make the model <static>, or take a box");
+      const Vector3 normal = to_vector(in.PlaneShape()->Normal());
+      if (!(normal.norm() > 1e-9)) document_.fail(element, "normal: a direction cannot be zero");
+      X_CS.rotation = rotation_z_to(normal.normalized());
+      return {simple(ShapeType::kPlane, Vector3::Zero()), X_CS};
+    }
+    case sdf::GeometryType::MESH:
+      return {mesh(*in.MeshShape(), element, is_static), X_CS};
+    case sdf::GeometryType::HEIGHTMAP:
+      if (!is_static)
+        document_.fail(element, "a heightmap on a model that can move; make the model <static>");
+      X_CS.translation = to_vector(in.HeightmapShape()->Position());
+      return {height_map(*in.HeightmapShape(), element), X_CS};
+    default:
+      break;
+  }
+  const sdf::ElementPtr shape = in.Element() ? in.Element()->GetFirstElement() : nullptr;
+  document_.fail(
+      element,
+      fmt::format("<{}> is not supported as a shape that touches; box, sphere, cylinder, capsule, "
+                  "ellipsoid, plane, mesh or heightmap is expected",
+                  shape ? shape->GetName() : "geometry"));
+}
+
+std::filesystem::path ShapeReader::find(const std::string& uri, const sdf::ElementPtr& element) {
+  const std::string where = document_.where(element);
+  const MeshPath path =
+      find_mesh(uri, document_.folder_of(element), document_.options().packages, where);
+  if (path.guessed)
+    document_.notes.push_back(
+        {where, fmt::format("'{}' is taken to be {}", uri, path.file.string())});
+  return path.file;
+}
+
+Shape ShapeReader::mesh(const sdf::Mesh& in, const sdf::ElementPtr& element, bool is_static) {
+  if (!in.Submesh().empty())
+    document_.fail(element,
+                   fmt::format("<submesh> '{}' is not supported; put it into a file of its own",
+                               in.Submesh()));
+  const std::filesystem::path file = find(in.Uri(), element);
+  const Vector3 scale = to_vector(in.Scale());
+  try {
+    std::shared_ptr<const ConvexMesh> hull;
+    try {
+      hull = hulls_->load(file, scale);
+    } catch (const InputError&) {
+      if (!is_static) throw;  // flat, say: triangles may still do
+    }
+    if (is_static && (!hull || is_visibly_concave(*hull))) {
+      const auto terrain = make_terrain(load_mesh(file, scale), file.string());
+      document_.note(
+          element,
+          fmt::format(
+              "mesh '{}' is hollow and never moves: it touches as {} triangles, from outside",
+              in.Uri(), terrain->triangles.size()));
+      return {ShapeType::kTerrain, Vector3::Zero(), nullptr, terrain};
+    }
+    if (const std::string note = hull_note(*hull); !note.empty())
+      document_.note(element, fmt::format("mesh '{}' {}", in.Uri(), note));
+    return {ShapeType::kConvexMesh, Vector3::Zero(), hull};
+  } catch (const InputError& error) {
+    document_.fail(element, error.what());
+  }
+}
+
+Shape ShapeReader::height_map(const sdf::Heightmap& in, const sdf::ElementPtr& element) {
+  const std::filesystem::path file = find(in.Uri(), element);
+  if (file.extension() != ".png" && file.extension() != ".PNG")
+    document_.fail(element, fmt::format("heightmap '{}': only PNG is read", in.Uri()));
+  const Vector3 size = to_vector(in.Size());
+  if (!(size.minCoeff() > 0.0))
+    document_.fail(element, "size: three positive numbers are expected");
+  try {
+    const TriangleMesh triangles = height_field_mesh(load_height_image(file), size.x(), size.y(),
+                                                     size.z(), document_.where(element));
+    return {ShapeType::kTerrain, Vector3::Zero(), nullptr, make_terrain(triangles, file.string())};
+  } catch (const InputError& error) {
+    document_.fail(element, error.what());
+  }
+}
+
+Material ShapeReader::surface(const sdf::ElementPtr& collision) {
+  Material material;
+  material.friction = 1.0;  // as the format says
+  const sdf::ElementPtr surface = Document::child(collision, "surface");
+  if (!surface) return material;
+  if (Document::child(surface, "soft_contact"))
+    document_.fail(surface, "<soft_contact>: bodies are rigid here");
+  if (const sdf::ElementPtr friction = Document::child(surface, "friction"))
+    read_friction(friction, material);
+  const sdf::ElementPtr bounce = Document::child(surface, "bounce");
+  const double restitution = Document::number(bounce, "restitution_coefficient", 0.0);
+  const double threshold = Document::number(bounce, "threshold", kNeverBounces);
+  if (restitution > 0.0 && threshold >= kNeverBounces)
+    document_.note(
+        bounce,
+        fmt::format(
+            "restitution {} of impacts above {} m/s, which is never: nothing bounces; give a "
+            "<threshold>",
+            restitution, threshold));
+  else
+    material.restitution = restitution;
+  if (material.restitution > 0.0 && threshold > 0.0)
+    document_.note(
+        bounce,
+        fmt::format("<threshold> {} m/s: slower impacts bounce too, by the engine's own rule of "
+                    "what comes to rest",
+                    threshold));
+  return material;
+}
+
+void ShapeReader::read_friction(const sdf::ElementPtr& friction, Material& material) {
+  const sdf::ElementPtr ode = Document::child(friction, "ode"),
+                        bullet = Document::child(friction, "bullet");
+  // Of both libraries' values ODE's count, as its own are the usual ones.
+  const sdf::ElementPtr& used = ode ? ode : bullet;
+  const char* first = ode ? "mu" : "friction";
+  const char* second = ode ? "mu2" : "friction2";
+  if (used) {
+    material.friction = Document::number(used, first, 1.0);
+    const double across = Document::number(used, second, material.friction);
+    if (across != material.friction)
+      document_.fail(
+          used,
+          fmt::format(
+              "{} = {} and {} = {}: friction is the same in all directions here; give one value",
+              first, material.friction, second, across));
+  }
+  for (const char* slip : {"slip1", "slip2"})
+    if (Document::number(ode, slip, 0.0) != 0.0)
+      document_.fail(
+          ode,
+          fmt::format("<{}>: creep that grows with the force is not supported; remove it", slip));
+  if (bullet) material.rolling_friction = Document::number(bullet, "rolling_friction", 0.0);
+  const sdf::ElementPtr torsional = Document::child(friction, "torsional");
+  if (!torsional) return;
+  if (!Document::flag(torsional, "use_patch_radius", true)) {
+    if (Document::number(torsional, "surface_radius", 0.0) > 0.0)
+      document_.note(
+          torsional,
+          "a patch as wide as bodies sink in: they do not, so that there is no torsional "
+          "friction; <patch_radius> would give some");
+    return;
+  }
+  // Of a round patch of radius a under Hertz's pressure: torque 3 pi / 16 a mu times the force.
+  material.torsional_friction = 3.0 * kPi / 16.0 *
+                                Document::number(torsional, "patch_radius", 0.0) *
+                                Document::number(torsional, "coefficient", 1.0);
+}
+
+}  // namespace counterpoint::sdf_file

@@ -1,0 +1,207 @@
+#include "counterpoint/model/sdf/trees.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <numeric>
+
+namespace counterpoint::sdf_file {
+namespace {
+
+/// Frames nearer than this [m, rad] are one: poses differ so by rounding.
+constexpr double kSame = 1e-14;
+/// How far apart the two points of a revolute joint that closes a loop lie [m].
+constexpr double kHingeWidth = 0.1;
+
+bool is_identity(const Pose& pose) {
+  return pose.translation.cwiseAbs().maxCoeff() < kSame &&
+         (pose.rotation - Matrix3::Identity()).cwiseAbs().maxCoeff() < kSame;
+}
+
+class TreeBuilder {
+ public:
+  TreeBuilder(Document& document, const Bodies& bodies, const std::string& prefix, const Pose& X_WT,
+              SdfModel& model)
+      : document_(document),
+        bodies_(bodies),
+        prefix_(prefix),
+        X_WT_(X_WT),
+        model_(model),
+        joints_of_(bodies.links.size() + 1),
+        done_(bodies.links.size() + 1, false) {}
+
+  void build() {
+    const std::vector<int> loops = choose();
+    if (!joints_of_[0].empty()) build_tree(-1);
+    // A link that hangs on no other is a root; without one, in a circle, the first.
+    std::vector<char> is_child(bodies_.links.size(), 0);
+    for (const auto& joints : joints_of_)
+      for (const int j : joints)
+        if (bodies_.joints[j].child >= 0) is_child[bodies_.joints[j].child] = 1;
+    for (const bool roots : {true, false})
+      for (int i = 0; i < static_cast<int>(bodies_.links.size()); ++i)
+        if (!done_[i + 1] && (!roots || !is_child[i])) build_tree(i);
+    for (const int j : loops) close(bodies_.joints[j]);
+  }
+
+ private:
+  /// Which joints form trees, by the order of the file; the others close loops.
+  std::vector<int> choose() {
+    std::vector<int> set(bodies_.links.size() + 1), order(bodies_.joints.size()), loops;
+    std::iota(set.begin(), set.end(), 0);
+    std::iota(order.begin(), order.end(), 0);
+    std::stable_partition(order.begin(), order.end(),
+                          [&](int j) { return !bodies_.joints[j].loop; });
+    const auto root = [&](int i) {
+      while (set[i] != i) i = set[i] = set[set[i]];
+      return i;
+    };
+    for (const int j : order) {
+      const int a = bodies_.joints[j].parent + 1, b = bodies_.joints[j].child + 1;
+      if (root(a) == root(b)) {
+        loops.push_back(j);
+        continue;
+      }
+      set[root(a)] = root(b);
+      joints_of_[a].push_back(j);
+      joints_of_[b].push_back(j);
+    }
+    for (auto& joints : joints_of_) std::sort(joints.begin(), joints.end());
+    return loops;
+  }
+
+  Pose pose_of(int link) const { return link < 0 ? X_WT_.inverse() : bodies_.links[link].X_TL; }
+  std::string name_of(int link) const {
+    return link < 0 ? prefix_ + "world" : bodies_.links[link].spec.name;
+  }
+
+  void build_tree(int root) {
+    SdfModel::Tree tree;
+    tree.base = root < 0 ? Base::kFixed : Base::kFloating;
+    if (root >= 0) tree.X_WL = X_WT_ * bodies_.links[root].X_TL;
+    tree.robot.name = prefix_.empty() ? model_.name : prefix_.substr(0, prefix_.size() - 1);
+    tree.robot.where = document_.file().string();
+    std::vector<int> open = {root};
+    while (!open.empty()) {
+      const int link = open.back();
+      open.pop_back();
+      done_[link + 1] = true;
+      add_link(link, tree.robot);
+      std::vector<int> next;
+      for (const int j : joints_of_[link + 1]) {
+        const JointNode& joint = bodies_.joints[j];
+        const int other = joint.parent == link ? joint.child : joint.parent;
+        if (done_[other + 1]) continue;
+        add_joint(joint, link, other, tree.robot);
+        next.push_back(other);
+      }
+      open.insert(open.end(), next.rbegin(), next.rend());
+    }
+    model_.trees.push_back(std::move(tree));
+  }
+
+  void add_link(int link, RobotSpec& robot) const {
+    if (link >= 0) return robot.links.push_back(bodies_.links[link].spec);
+    LinkSpec world;
+    world.name = name_of(-1);
+    world.where = document_.file().string();
+    robot.links.push_back(world);
+  }
+
+  /// From `inner` to `outer`; turned round if the file has it the other way. Between them lie links
+  /// without mass, where a joint has two axes, or the outer link's frame is not the joint's.
+  void add_joint(const JointNode& joint, int inner, int outer, RobotSpec& robot) const {
+    const bool turned = joint.parent != inner;
+    std::string hangs_on = name_of(inner);
+    Pose at = pose_of(inner).inverse() * (joint.motions.empty() ? pose_of(outer) : joint.X_TJ);
+    const Pose X_JO = joint.X_TJ.inverse() * pose_of(outer);
+    std::vector<JointSpec> motions = joint.motions;
+    if (turned) std::reverse(motions.begin(), motions.end());
+    for (std::size_t i = 0; i < motions.size(); ++i) {
+      JointSpec& spec = motions[i];
+      if (turned) spec.axis = -spec.axis;
+      spec.parent = hangs_on;
+      spec.X_PJ = at;
+      const bool ends_here = i + 1 == motions.size() && is_identity(X_JO);
+      spec.child =
+          ends_here ? name_of(outer) : fmt::format("{}.{}", name_of(outer), leaf(spec.name));
+      if (!ends_here) {
+        LinkSpec between;
+        between.name = spec.child;
+        between.where = spec.where;
+        robot.links.push_back(between);
+      }
+      hangs_on = spec.child;
+      at = i + 1 == motions.size() ? X_JO : Pose();
+      robot.joints.push_back(spec);
+    }
+    if (hangs_on == name_of(outer)) return;
+    JointSpec fixed;
+    fixed.name = motions.empty() ? joint.name : name_of(outer) + ".fixed";
+    fixed.fixed = true;
+    fixed.parent = hangs_on;
+    fixed.child = name_of(outer);
+    fixed.X_PJ = at;
+    fixed.where = document_.where(joint.element);
+    robot.joints.push_back(fixed);
+  }
+
+  static std::string leaf(const std::string& name) {
+    const std::size_t slash = name.rfind('/');
+    return slash == std::string::npos ? name : name.substr(slash + 1);
+  }
+
+  void close(const JointNode& joint) {
+    ClosureSpec closure;
+    closure.name = joint.name;
+    closure.link_a = name_of(joint.parent);
+    closure.link_b = name_of(joint.child);
+    closure.where = document_.where(joint.element);
+    const Pose X_PJ = pose_of(joint.parent).inverse() * joint.X_TJ;
+    const Pose X_CJ = pose_of(joint.child).inverse() * joint.X_TJ;
+    const bool revolute =
+        joint.motions.size() == 1 && joint.motions[0].type == JointType::kRevolute;
+    const bool ball = joint.motions.size() == 1 && joint.motions[0].type == JointType::kSpherical;
+    closure.type = joint.motions.empty() ? ClosureType::kWeld : ClosureType::kBall;
+    closure.anchor_a = X_PJ.translation;
+    closure.anchor_b = X_CJ.translation;
+    if (!joint.motions.empty() && !ball && !revolute)
+      document_.fail(
+          joint.element,
+          "it closes a loop; revolute, ball or fixed joints may, so mark another of the loop by "
+          "<must_be_loop_joint>");
+    if (closure.type == ClosureType::kWeld)
+      closure.orientation = X_PJ.rotation * X_CJ.rotation.transpose();
+    if (!revolute) return model_.closures.push_back(closure);
+    const JointSpec& spec = joint.motions[0];
+    if (spec.damping != 0.0 || spec.dry_friction != 0.0 || spec.stiffness != 0.0 ||
+        std::isfinite(spec.lower) || std::isfinite(spec.upper))
+      document_.note(joint.element,
+                     "it closes a loop: its limits, damping, friction and spring are not used");
+    // Two points on the axis stay together.
+    for (const double side : {-0.5, 0.5}) {
+      const Vector3 offset = side * kHingeWidth * spec.axis;
+      closure.name = joint.name + (side < 0.0 ? "" : ".2");
+      closure.anchor_a = X_PJ * offset;
+      closure.anchor_b = X_CJ * offset;
+      model_.closures.push_back(closure);
+    }
+  }
+
+  Document& document_;
+  const Bodies& bodies_;
+  const std::string prefix_;
+  const Pose X_WT_;
+  SdfModel& model_;
+  std::vector<std::vector<int>> joints_of_;  // by link + 1: of trees
+  std::vector<char> done_;
+};
+
+}  // namespace
+
+void add_trees(Document& document, const Bodies& bodies, const std::string& prefix,
+               const Pose& X_WT, SdfModel& model) {
+  TreeBuilder(document, bodies, prefix, X_WT, model).build();
+}
+
+}  // namespace counterpoint::sdf_file
