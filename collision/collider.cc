@@ -167,7 +167,12 @@ void Collider::add_candidates(std::span<const Pose> X_WB, std::span<const double
   }
   for (int i = 0; i < impl.manifold.size; ++i) {
     const ContactPoint& p = impl.manifold.points[i];
-    out.push_back({a, b, p.position, p.normal, p.gap});
+    Candidate& candidate = out.emplace_back();
+    candidate.geometry_a = a;
+    candidate.geometry_b = b;
+    candidate.position = p.position;
+    candidate.normal = p.normal;
+    candidate.gap = p.gap;
   }
   if (!travel.empty() && impl.manifold.size > 0) impl.add_core_contacts(a, b, reach, way, out);
 }

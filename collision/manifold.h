@@ -22,10 +22,14 @@ struct Manifold {
   int size = 0;
 
   void add(const Vector3& position, const Vector3& normal, double gap) {
-    if (size < kCapacity) points[size++] = {position, normal, gap};
+    if (size == kCapacity) return;
+    ContactPoint& p = points[size++];
+    p.position = position;
+    p.normal = normal;
+    p.gap = gap;
   }
-  /// Adds the contact of two balls (radii [m], maybe 0) around core_a and core_b if its gap is below
-  /// the margin. `fallback`: unit normal where the cores coincide.
+  /// Adds the contact of two balls (radii [m], maybe 0) around core_a and core_b if its gap is
+  /// below the margin. `fallback`: unit normal where the cores coincide.
   void add_round(const Vector3& core_a, double radius_a, const Vector3& core_b, double radius_b,
                  const Vector3& fallback, double margin) {
     const Vector3 d = core_b - core_a;

@@ -31,7 +31,10 @@ void Collider::Impl::add_plane_pairs(int plane, std::span<const double> margin) 
   const double offset = normal.dot(X_WG[plane].translation);
   const double plane_margin = margin[geometries[plane].body];
   if (!std::isfinite(offset)) return;
+  const Vector3 up = normal.cwiseMax(0.0), down = normal.cwiseMin(0.0);
   for (std::size_t k = 0; k < solids.size(); ++k) {
+    // The lowest corner of the box, which has the solid's margin, first: most are high above.
+    if (up.dot(boxes[k].low) + down.dot(boxes[k].high) >= offset + plane_margin) continue;
     const int i = solids[k];
     if (both_idle(plane, i)) continue;
     const double height = normal.dot(X_WG[i] * enclosures[i].center) - offset;

@@ -58,12 +58,20 @@ Slope cone_slope(const Law& law, const Cone& cone, const double* d) {
   return out;
 }
 
-void coulomb_impulse(const Law& law, const CoulombCone& cone, const double* y, double* f) {
-  f[0] = cone.n;
+void coulomb_impulse(const Law& law, const CoulombAt<double>& at, const double* y, double* f) {
+  f[0] = at.n;
   for (int i = 1; i < law.rows; ++i) {
     const double mu = law.friction[i - 1];
-    f[i] = -mu * cone.b * (mu * y[i]);
+    f[i] = -mu * at.b * (mu * y[i]);
   }
+}
+
+/// Without slopes, which are most of the divisions: what is not used the compiler leaves out.
+void coulomb_impulse(const Law& law, const double* y, double* f) {
+  const double rho = normal_regularizer(law);
+  const CoulombAt<double> at(y[0], de_saxce_shift(law, y), rho, rho, scaled_slip_speed(law),
+                             law.smoothing);
+  coulomb_impulse(law, at, y, f);
 }
 
 void coulomb_hessian(const Law& law, const CoulombCone& cone, double* hessian) {
@@ -174,7 +182,7 @@ void impulse(const Law& law, const double* y, double* f) {
       f[0] = ScalarLaw(y[0], law.regularizer, law.smoothing).g;
       return;
     case LawType::kFrictionCone:
-      if (law.coulomb) return coulomb_impulse(law, coulomb_cone(law, y), y, f);
+      if (law.coulomb) return coulomb_impulse(law, y, f);
       return cone_impulse(law, Cone(law, y), f);
     case LawType::kEquality:
       for (int i = 0; i < law.rows; ++i) f[i] = -y[i] / law.regularizer;

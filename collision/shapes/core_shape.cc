@@ -190,16 +190,12 @@ int support_vertex(const ConvexMesh& mesh, const Vector3& direction, int start) 
   if (is_scanned(mesh)) return find_farthest_vertex(mesh, direction);
   int best = start;
   double height = mesh.vertices[best].dot(direction);
-  for (bool climbed = true; climbed;) {
-    climbed = false;
-    const int from = best;
-    for (const int i : mesh.vertex_neighbors[from]) {
+  for (int from = -1; from != best;) {
+    from = best;
+    for (const int i : mesh.vertex_neighbors[from]) {  // which one is higher costs no branch
       const double h = mesh.vertices[i].dot(direction);
-      if (h > height) {
-        height = h;
-        best = i;
-        climbed = true;
-      }
+      best = h > height ? i : best;
+      height = h > height ? h : height;
     }
   }
   return best;

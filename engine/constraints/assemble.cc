@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <utility>
 
+#include "counterpoint/contact/linear/vector_lanes.h"
 #include "counterpoint/engine/dynamics/crba.h"
 #include "counterpoint/engine/dynamics/joint_motion.h"
 #include "counterpoint/engine/dynamics/kinematics.h"
@@ -11,109 +12,119 @@
 namespace counterpoint {
 namespace {
 
-/// Adds columns of a joint of so many linear and angular coordinates to row n . v of J, v of a
-/// place at `arm` [m] from the body's origin.
-template <int kLinear, int kAngular>
-void add_linear_columns(const Motion* axis, const Vector3& arm, const Vector3& n, double* J) {
-  const Vector3 moment = arm.cross(n);
-  for (int j = 0; j < kLinear; ++j) J[j] += axis[j].linear.dot(n);
-  for (int j = kLinear; j < kLinear + kAngular; ++j) J[j] += axis[j].angular.dot(moment);
-}
+using contact::Four;
 
-void add_linear_columns(JointType type, const Motion* axis, const Vector3& arm, const Vector3& n,
-                        double* J) {
-  switch (type) {
-    case JointType::kRevolute:
-      return add_linear_columns<0, 1>(axis, arm, n, J);
-    case JointType::kPrismatic:
-      return add_linear_columns<1, 0>(axis, arm, n, J);
-    case JointType::kPlanar:
-      return add_linear_columns<2, 1>(axis, arm, n, J);
-    case JointType::kSpherical:
-      return add_linear_columns<0, 3>(axis, arm, n, J);
-    case JointType::kFloating:
-      return add_linear_columns<3, 3>(axis, arm, n, J);
+/// The axes of a constraint's rows, one a lane: each member is one component in W.
+struct FrameLanes {
+  Four x, y, z;
+
+  COUNTERPOINT_INTO_EACH FrameLanes(const Matrix3& frame, double sign)
+      : x{sign * frame(0, 0), sign * frame(0, 1), sign * frame(0, 2), 0.0},
+        y{sign * frame(1, 0), sign * frame(1, 1), sign * frame(1, 2), 0.0},
+        z{sign * frame(2, 0), sign * frame(2, 1), sign * frame(2, 2), 0.0} {}
+  /// arm x axis of each: times an angular velocity, what that gives at `arm`.
+  COUNTERPOINT_INTO_EACH FrameLanes(const Vector3& arm, const FrameLanes& axes)
+      : x(arm[1] * axes.z - arm[2] * axes.y),
+        y(arm[2] * axes.x - arm[0] * axes.z),
+        z(arm[0] * axes.y - arm[1] * axes.x) {}
+
+  COUNTERPOINT_INTO_EACH void dot(const Vector3& v, Four& out) const {
+    out = (x * v[0] + y * v[1]) + z * v[2];
   }
-}
+};
 
-/// The same of row n . w.
-void add_angular_columns(JointType type, const Motion* axis, const Vector3& n, double* J) {
-  const int nv = joint_nv(type);
-  for (int j = joint_num_linear(type); j < nv; ++j) J[j] += axis[j].angular.dot(n);
-}
+/// Rows of J of one coordinate: of the linear velocity at the constraint's place, and of the
+/// angular velocity where there are such rows.
+struct RowLanes {
+  Four linear{}, angular{};
+};
 
-/// Adds the rows of the constraint, in the axes of `frame`, of one body's joint: rows are `width`
-/// apart.
-void add_joint_columns(const Model& model, const PairConstraint& pair, int b, const Matrix3& frame,
-                       const Data& data, std::ptrdiff_t width, double* columns) {  // Parameters: all it depends on
-  const int linear_end = std::min(pair.law.rows, 3 - pair.first);
-  const Body& body = model.body(b);
-  const Motion* axis = &data.axis[body.v_index];
-  const Vector3 arm = pair.position - data.X_WB[b].translation;
-  if (body.joint_type == JointType::kRevolute) {
-    const Vector3 linear = frame.transpose() * axis->angular.cross(arm);
-    for (int i = 0; i < linear_end; ++i) columns[i * width] += linear[pair.first + i];
-  } else {
-    for (int i = 0; i < linear_end; ++i)
-      add_linear_columns(body.joint_type, axis, arm, frame.col(pair.first + i),
-                         columns + i * width);
+/// A pair whose rows of J are looked at.
+struct PairRows {
+  const Model& model;
+  const PairConstraint& pair;
+  const Data& data;
+
+  /// Are there rows of angular velocity?
+  bool turning() const { return pair.first + pair.law.rows > 3; }
+};
+
+/// Calls visit(index of the coordinate, its rows) for the joint of body b; frame: the rows' axes.
+template <class Visit>
+COUNTERPOINT_INTO_EACH void visit_columns(const PairRows& rows, int b, const FrameLanes& frame,
+                                          bool turning, const Visit& visit) {
+  const Body& body = rows.model.body(b);
+  const Motion* axis = &rows.data.axis[body.v_index];
+  const int num_linear = joint_num_linear(body.joint_type), nv = joint_nv(body.joint_type);
+  RowLanes column;
+  for (int j = 0; j < num_linear; ++j) {
+    frame.dot(axis[j].linear, column.linear);
+    visit(body.v_index + j, column);
   }
-  for (int i = std::max(linear_end, 0); i < pair.law.rows; ++i)
-    add_angular_columns(body.joint_type, axis, frame.col(pair.first + i - 3), columns + i * width);
+  const FrameLanes moment(rows.pair.position - rows.data.X_WB[b].translation, frame);
+  for (int j = num_linear; j < nv; ++j) {
+    moment.dot(axis[j].angular, column.linear);
+    if (turning) frame.dot(axis[j].angular, column.angular);
+    visit(body.v_index + j, column);
+  }
 }
 
 /// Adds sign * (rows of the constraint) of one body's chain to J, row by row as wide as its tree.
-void fill_pair_jacobian(const Model& model, const PairConstraint& pair, int leaf, double sign,
-                        const Data& data, contact::MatrixMap J) {
+COUNTERPOINT_WIDE void fill_pair_jacobian(const PairRows& of, int leaf, double sign,
+                                          contact::MatrixMap J) {
+  const Model& model = of.model;
+  const PairConstraint& pair = of.pair;
+  const FrameLanes frame(pair.frame, sign);
+  const bool turning = of.turning();
+  const std::ptrdiff_t width = J.cols();
   const int v_begin = model.trees()[model.body(leaf).tree].v_begin;
-  const Matrix3 frame = sign * pair.frame;
-  for (int b = leaf; b != 0; b = model.body(b).parent)
-    add_joint_columns(model, pair, b, frame, data, J.cols(),
-                      J.data() + (model.body(b).v_index - v_begin));
+  const auto add = [&](int index, const RowLanes& column) {
+    double rows[8];
+    contact::store(column.linear, rows);
+    contact::store(column.angular, rows + 4);
+    for (int r = 0; r < pair.law.rows; ++r) {
+      const int row = pair.first + r;
+      J.data()[index - v_begin + r * width] += rows[row < 3 ? row : row + 1];
+    }
+  };
+  for (int b = leaf; b != 0; b = model.body(b).parent) visit_columns(of, b, frame, turning, add);
 }
 
-/// Sums J v of a pair from the roots of its bodies' chains on, joint by joint.
-class PairVelocity {
- public:
-  PairVelocity(const Model& model, const PairConstraint& pair, const Data& data, const VectorRef& v)
-      : model_(model),
-        pair_(pair),
-        data_(data),
-        v_(v),
-        minus_(-1.0 * pair.frame),
-        y_(pair.law.rows) {
-    y_.setZero();
-  }
-
-  /// Of the joints from the world to bodies a and b of one tree, or of one body where the other is
-  /// the world (0), by rising index; a parent's is below its child's.
-  void add(int a, int b) {
-    if (a == 0 && b == 0) return;
-    const bool of_a = a >= b, of_b = b >= a;
-    add(of_a ? model_.body(a).parent : a, of_b ? model_.body(b).parent : b);
-    add_joint(std::max(a, b), of_a, of_b);
-  }
-  const contact::Rows& sum() const { return y_; }
-
- private:
-  void add_joint(int i, bool of_a, bool of_b) {
-    const Body& body = model_.body(i);
-    const int nv = joint_nv(body.joint_type);
-    double columns[contact::kMaxRows * kMostColumns] = {};
-    if (of_a) add_joint_columns(model_, pair_, i, minus_, data_, nv, columns);
-    if (of_b) add_joint_columns(model_, pair_, i, pair_.frame, data_, nv, columns);
-    for (int j = 0; j < nv; ++j)
-      for (int r = 0; r < pair_.law.rows; ++r) y_[r] += columns[r * nv + j] * v_[body.v_index + j];
-  }
-
-  static constexpr int kMostColumns = 6;
-  const Model& model_;
-  const PairConstraint& pair_;
-  const Data& data_;
-  const VectorRef& v_;
-  Matrix3 minus_;
-  contact::Rows y_;
+/// A body of a chain, and of which side of a pair.
+struct Link {
+  int body;
+  bool of_b;
 };
+
+/// y += J v of the joints listed, from the last on.
+COUNTERPOINT_WIDE void add_joints(const PairRows& of, const double* v, const Link* links, int count,
+                                  RowLanes& y) {
+  const FrameLanes plus(of.pair.frame, 1.0), minus(of.pair.frame, -1.0);
+  const bool turning = of.turning();
+  RowLanes sum = y;
+  const auto add = [&](int index, const RowLanes& column) {
+    sum.linear += column.linear * v[index];
+    if (turning) sum.angular += column.angular * v[index];
+  };
+  for (int k = count - 1; k >= 0; --k)
+    visit_columns(of, links[k].body, links[k].of_b ? plus : minus, turning, add);
+  y = sum;
+}
+
+/// y += J v of the joints to bodies a and b from where their chains part, by rising index; a
+/// parent's is below its child's. Before that J is zero: -c + c.
+void add_chain(const PairRows& of, const VectorRef& v, int a, int b, RowLanes& y) {
+  constexpr int kMost = 32;  // at a time
+  Link links[kMost];
+  int count = 0;
+  while (a != b && count < kMost) {
+    int& side = a > b ? a : b;
+    links[count++] = {side, b > a};
+    side = of.model.body(side).parent;
+  }
+  if (a != b) add_chain(of, v, a, b, y);
+  add_joints(of, v.data(), links, count, y);
+}
 
 void add_pair(const Model& model, const PairConstraint& pair, const Data& data,
               const std::vector<int>& block_of_tree, contact::Problem& problem) {
@@ -124,10 +135,10 @@ void add_pair(const Model& model, const PairConstraint& pair, const Data& data,
   const int first = block_a >= 0 ? block_a : block_b;
   const int second = block_a >= 0 && block_b != block_a ? block_b : -1;
   const int constraint = problem.add_constraint(pair.law, first, second);
-  if (block_a >= 0)
-    fill_pair_jacobian(model, pair, pair.body_a, -1.0, data, problem.jacobian(constraint, 0));
+  const PairRows rows{model, pair, data};
+  if (block_a >= 0) fill_pair_jacobian(rows, pair.body_a, -1.0, problem.jacobian(constraint, 0));
   if (block_b >= 0)
-    fill_pair_jacobian(model, pair, pair.body_b, 1.0, data,
+    fill_pair_jacobian(rows, pair.body_b, 1.0,
                        problem.jacobian(constraint, block_b == first ? 0 : 1));
 }
 
@@ -177,18 +188,23 @@ void assemble_problem(const Model& model, const ConstraintSet& constraints, cons
     add_joint_row(model, j, block_of_tree, problem);
 }
 
-contact::Rows pair_velocity(const Model& model, const PairConstraint& pair, const Data& data,
-                            const VectorRef& v) {
-  PairVelocity sum(model, pair, data, v);
+void pair_velocity(const Model& model, const PairConstraint& pair, const Data& data,
+                   const VectorRef& v, double* y) {
+  const PairRows of{model, pair, data};
+  RowLanes sum;
   if (model.body(pair.body_a).tree == model.body(pair.body_b).tree) {
-    sum.add(pair.body_a, pair.body_b);
+    add_chain(of, v, pair.body_a, pair.body_b, sum);
   } else {
-    sum.add(pair.body_a, 0);
-    sum.add(0, pair.body_b);
+    add_chain(of, v, pair.body_a, 0, sum);
+    add_chain(of, v, 0, pair.body_b, sum);
   }
-  contact::Rows y = sum.sum();
-  for (int row = 0; row < pair.law.rows; ++row) y[row] += pair.law.bias[row];
-  return y;
+  double rows[8];
+  contact::store(sum.linear, rows);
+  contact::store(sum.angular, rows + 4);
+  for (int i = 0; i < pair.law.rows; ++i) {
+    const int row = pair.first + i;
+    y[i] = rows[row < 3 ? row : row + 1] + pair.law.bias[static_cast<std::size_t>(i)];
+  }
 }
 
 double joint_row_velocity(const JointConstraint& row, const VectorRef& v) {
@@ -197,7 +213,7 @@ double joint_row_velocity(const JointConstraint& row, const VectorRef& v) {
   return y + row.law.bias[0];
 }
 
-Force pair_impulse(const PairConstraint& pair, const contact::Rows& impulse) {
+Force pair_impulse(const PairConstraint& pair, const double* impulse) {
   Force out;
   for (int i = 0; i < pair.law.rows; ++i) {
     const int row = pair.first + i;

@@ -14,15 +14,18 @@ void assemble_problem(const Model& model, const ConstraintSet& constraints, cons
                       const VectorRef& mass_diagonal, Data& data, std::vector<int>& block_of_tree,
                       contact::Problem& problem);  // Parameters: what it depends on, one by one
 
-/// y = J v + b of a pair at velocities v (nv) [m/s, rad/s], by the columns of assemble_problem and
-/// summed as the contact solver sums them: the same bits. Needs compute_poses.
-contact::Rows pair_velocity(const Model& model, const PairConstraint& pair, const Data& data,
-                            const VectorRef& v);
+/// y = J v + b of a pair at velocities v (nv) [m/s, rad/s], law.rows numbers, by the columns of
+/// assemble_problem and summed as the contact solver sums them: the same bits. Needs compute_poses.
+void pair_velocity(const Model& model, const PairConstraint& pair, const Data& data,
+                   const VectorRef& v, double* y);
 /// The same of a joint row.
 double joint_row_velocity(const JointConstraint& row, const VectorRef& v);
 
 /// Impulse and angular impulse of a pair constraint on body B [N s, N m s], in W, at its position.
-Force pair_impulse(const PairConstraint& pair, const contact::Rows& impulse);
+Force pair_impulse(const PairConstraint& pair, const double* impulse);
+inline Force pair_impulse(const PairConstraint& pair, const contact::Rows& impulse) {
+  return pair_impulse(pair, impulse.data());
+}
 
 /// Adds it to body B and takes it from A: impulses in world axes at the body origins.
 void add_pair_impulse(const PairConstraint& pair, const Force& impulse, const Data& data,

@@ -141,19 +141,24 @@ void ConstraintFinder::stiffen_under_load(const Model& model, ConstraintSet& out
   }
 }
 
+Vector3 velocity_at_place(const PairConstraint& pair, const Data& data,
+                          const std::vector<Motion>& V) {
+  Vector3 linear = Vector3::Zero();
+  if (pair.body_a != 0)
+    linear -= V[pair.body_a].at(pair.position - data.X_WB[pair.body_a].translation);
+  if (pair.body_b != 0)
+    linear += V[pair.body_b].at(pair.position - data.X_WB[pair.body_b].translation);
+  return linear;
+}
+
 contact::Rows relative_velocity(const PairConstraint& pair, const Data& data,
                                 const std::vector<Motion>& V) {
-  Vector3 linear = Vector3::Zero(), angular = Vector3::Zero();
-  const bool turning = pair.first + pair.law.rows > 3;
-  if (pair.body_a != 0) {
-    linear -= V[pair.body_a].at(pair.position - data.X_WB[pair.body_a].translation);
-    if (turning) angular -= V[pair.body_a].angular;
+  Vector3 angular = Vector3::Zero();
+  if (pair.first + pair.law.rows > 3) {
+    if (pair.body_a != 0) angular -= V[pair.body_a].angular;
+    if (pair.body_b != 0) angular += V[pair.body_b].angular;
   }
-  if (pair.body_b != 0) {
-    linear += V[pair.body_b].at(pair.position - data.X_WB[pair.body_b].translation);
-    if (turning) angular += V[pair.body_b].angular;
-  }
-  const Vector3 v = pair.frame.transpose() * linear;
+  const Vector3 v = pair.frame.transpose() * velocity_at_place(pair, data, V);
   const Vector3 w = pair.frame.transpose() * angular;
   contact::Rows rows(pair.law.rows);
   for (int i = 0; i < pair.law.rows; ++i) {

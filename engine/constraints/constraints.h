@@ -181,9 +181,8 @@ class ConstraintFinder {
                        const Data& data, ConstraintSet& out, Idle idle);
   FarPair locate(const Model& model, const std::pair<int, int>& pair, EffectSet effects, double h,
                  const Data& data) const;
-  PairConstraint make_contact(const Model& model, const SimulationOptions& options,
-                              EffectSet effects, const Data& data, collision::Candidate& candidate,
-                              contact::Rows& v);
+  Vector3 make_contact(const Model& model, const SimulationOptions& options, EffectSet effects,
+                       const Data& data, collision::Candidate& candidate, PairConstraint& contact);
   void park_contacts_of(const FarPair& far, const Model& model, const SimulationOptions& options,
                         EffectSet effects, const Data& data, ConstraintSet& out);
   bool spread_travel(const Model& model, std::span<const std::pair<int, int>> close,
@@ -218,6 +217,10 @@ class ConstraintFinder {
   std::vector<Quaternion> turn_;  ///< of each body within the step at its velocity, where known
   std::vector<char> turn_known_;
 };
+
+/// Of B relative to A at the place of a constraint, in W [m/s], from the bodies' V_WB.
+Vector3 velocity_at_place(const PairConstraint& pair, const Data& data,
+                          const std::vector<Motion>& V);
 
 /// Velocity of B relative to A in the rows of a constraint [m/s, rad/s], from the bodies' V_WB
 /// (data.h).

@@ -203,9 +203,8 @@ void ConstraintFinder::park_contacts_of(const FarPair& far, const Model& model,
   };
   auto place = std::find_if(out.parked.begin(), out.parked.end(), behind) - out.parked.begin();
   for (collision::Candidate& candidate : candidates_) {
-    contact::Rows v;
     ParkedContact parked{candidate, {}};
-    parked.pair = make_contact(model, options, effects, data, parked.candidate, v);
+    make_contact(model, options, effects, data, parked.candidate, parked.pair);
     friction_slip_.apply(model, options, speed_, parked.pair);
     out.parked.insert(out.parked.begin() + place++, parked);
   }
@@ -253,10 +252,11 @@ double ConstraintFinder::gap_less_turning(const PairConstraint& contact, double 
   return std::max(gap - std::max(closer, 0.0), 0.0);
 }
 
-/// The constraint of a candidate, which is moved to where the bodies meet; v: its velocity now.
-PairConstraint ConstraintFinder::make_contact(const Model& model, const SimulationOptions& options,
-                                              EffectSet effects, const Data& data,
-                                              collision::Candidate& candidate, contact::Rows& v) {
+/// Makes of `contact`, a constraint at its defaults, that of a candidate, which is moved to where
+/// the bodies meet; returns its velocity now.
+Vector3 ConstraintFinder::make_contact(const Model& model, const SimulationOptions& options,
+                                       EffectSet effects, const Data& data,
+                                       collision::Candidate& candidate, PairConstraint& contact) {
   const double h = options.time_step;
   const Geometry& a = model.geometries()[candidate.geometry_a];
   const Geometry& b = model.geometries()[candidate.geometry_b];
@@ -266,7 +266,6 @@ PairConstraint ConstraintFinder::make_contact(const Model& model, const Simulati
     material_ = surfaces(model.pair_material(pair.first, pair.second), effects);
     material_of_ = pair;
   }
-  PairConstraint contact;
   contact.body_a = a.body;
   contact.body_b = b.body;
   // The bodies meet where the lighter one's surface is now, or nearly: halfway across a gap of
@@ -276,15 +275,14 @@ PairConstraint ConstraintFinder::make_contact(const Model& model, const Simulati
   contact.position = candidate.position;
   const Matrix3 t1_t2_n = frame_from_normal(candidate.normal);
   contact.frame << t1_t2_n.col(2), t1_t2_n.col(0), t1_t2_n.col(1);
-  contact.law.rows = 3;
-  v = relative_velocity(contact, data, data.V);
+  const Vector3 v = contact.frame.transpose() * velocity_at_place(contact, data, data.V);
   const double gap = gap_less_turning(contact, candidate.gap, h, data);
   contact.gap_bias = gap_bias(options.contact, h, gap);
   const Bounce bounce = find_contact_bounce(options, effects, material_, contact, gap, v[0]);
   if (bounce.happens && gap > 0.0) contact.impact_time = bounce.time;
-  contact.law = make_contact_law(law_options(options, alpha, weights_.total_mass), h, material_,
-                                 alpha, gap, Vector3(v), bounce, is_round(model, a, b));
-  return contact;
+  set_contact_law(law_options(options, alpha, weights_.total_mass), h, material_, alpha, gap, v,
+                  bounce, is_round(model, a, b), contact.law);
+  return v;
 }
 
 void ConstraintFinder::find_contacts(const Model& model, const SimulationOptions& options,
@@ -299,17 +297,19 @@ void ConstraintFinder::find_contacts(const Model& model, const SimulationOptions
   for (collision::Candidate& candidate : candidates_) {
     const int body_a = model.geometries()[candidate.geometry_a].body;
     const int body_b = model.geometries()[candidate.geometry_b].body;
-    contact::Rows v;
-    const PairConstraint contact = make_contact(model, options, effects, data, candidate, v);
+    PairConstraint& contact = out.pairs.emplace_back();
+    const Vector3 v = make_contact(model, options, effects, data, candidate, contact);
     count_contact(material_, counts);
     if (parks && !is_near(contact, v, near, h) && !idle(body_a) && !idle(body_b)) {
-      out.parked.push_back({candidate, contact});
+      ParkedContact& parked = out.parked.emplace_back();
+      parked.candidate = candidate;
+      parked.pair = contact;
+      out.pairs.pop_back();
       continue;
     }
     out.max_penetration = std::max(out.max_penetration, -candidate.gap);
     out.contacts.push_back(candidate);
-    out.pairs.push_back(contact);
-    speed_.push_back(std::hypot(v[1], v[2]));
+    speed_.push_back(std::sqrt(v[1] * v[1] + v[2] * v[2]));
   }
   // Room for those that will get rows, so that it is the candidates' number that has to be seen.
   const size_t later = out.parked.size() + out.far.size();

@@ -74,16 +74,15 @@ bool is_round(const Model& model, const Geometry& a, const Geometry& b) {
   return (a.body == 0 || round(a)) && (b.body == 0 || round(b));
 }
 
-contact::Law make_contact_law(const ContactOptions& options, double h, const Material& pair,
-                              double alpha, double gap, const Vector3& v, const Bounce& bounce,
-                              bool round) {
-  contact::Law law;
+void set_contact_law(const ContactOptions& options, double h, const Material& pair, double alpha,
+                     double gap, const Vector3& v, const Bounce& bounce, bool round,
+                     contact::Law& law) {
   const double mu = pair.friction;
   law.regularizer = options.compliance * alpha;
   law.smoothing = smoothing(faded_smoothing(options.smoothing, gap, options.margin), alpha);
   law.bias[0] = gap_bias(options, h, gap);
   if (rules(bounce, options, h, gap)) law.bias[0] = -bounce.speed;
-  if (mu <= 0.0) return law;
+  if (mu <= 0.0) return;
   // Beyond the margin only speed brought it in: where and how the bodies will meet is known
   // roughly, and exact friction there lets fast bodies through. If as judged from (q, w) they meet
   // within the step, the convex law keeps them h mu |v_T| apart for this step; otherwise there is
@@ -92,7 +91,7 @@ contact::Law make_contact_law(const ContactOptions& options, double h, const Mat
   const bool coulomb = options.friction_model == FrictionModel::kCoulomb;
   const bool near = gap <= options.margin, meets = gap + h * v[0] <= 0.0;
   const bool exact = coulomb && (near || (round && meets));
-  if (coulomb && !near && !meets) return law;
+  if (coulomb && !near && !meets) return;
 
   law.type = contact::LawType::kFrictionCone;
   law.rows = pair.rolling_friction > 0.0 ? 6 : pair.torsional_friction > 0.0 ? 4 : 3;
@@ -107,7 +106,6 @@ contact::Law make_contact_law(const ContactOptions& options, double h, const Mat
       law.coulomb = exact;
       break;
   }
-  return law;
 }
 
 double gap_bias_slope(const ContactOptions& options, double h, double gap) {

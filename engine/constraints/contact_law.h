@@ -60,10 +60,20 @@ bool is_round(const Model& model, const Geometry& a, const Geometry& b);
 /// @param v      velocity of B relative to A at the contact now, in the contact frame (n, t1, t2)
 /// [m/s]
 /// @param bounce  what restitution makes of it
-/// @param round  the gap does not go by how the bodies turn: friction is exact beyond the margin too
-contact::Law make_contact_law(const ContactOptions& options, double h, const Material& pair,
-                              double alpha, double gap, const Vector3& v, const Bounce& bounce,
-                              bool round = false);  // Parameters: what it depends on, one by one
+/// @param round  the gap does not go by how the bodies turn: friction is exact beyond the margin
+/// too
+/// @param law    where it is made: that of a constraint just begun, all at its defaults
+void set_contact_law(const ContactOptions& options, double h, const Material& pair, double alpha,
+                     double gap, const Vector3& v, const Bounce& bounce, bool round,
+                     contact::Law& law);  // Parameters: what it depends on, one by one
+inline contact::Law make_contact_law(const ContactOptions& options, double h, const Material& pair,
+                                     double alpha, double gap, const Vector3& v,
+                                     const Bounce& bounce,
+                                     bool round = false) {  // Parameters: as above
+  contact::Law law;
+  set_contact_law(options, h, pair, alpha, gap, v, bounce, round, law);
+  return law;
+}
 
 /// How the bias of a contact law's normal row, and its smoothing, change with what they were made
 /// from, one-sided at their kinks.

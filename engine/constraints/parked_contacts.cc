@@ -19,10 +19,10 @@ double end_gap(const ContactOptions& options) {
 }
 
 /// How fast a contact comes closer to giving force [m/s]: as in the convex law, which is that of
-/// exact friction too where it is softened. Of y the first rows are enough.
-double closing_speed(const PairConstraint& contact, const contact::Rows& y) {
+/// exact friction too where it is softened. Of y so many rows are known.
+double closing_speed(const PairConstraint& contact, const double* y, int rows) {
   double square = 0.0;
-  for (int i = 1; i < std::min(contact.law.rows, static_cast<int>(y.size())); ++i) {
+  for (int i = 1; i < std::min(contact.law.rows, rows); ++i) {
     const double z = contact.law.friction[i - 1] * y[i];
     square += z * z;
   }
@@ -60,9 +60,10 @@ double parking_gap(const ContactOptions& options, double h) {
   return std::max(2.0 * end_gap(options), kReachShare * resting_reach(options, h));
 }
 
-bool is_near(const PairConstraint& contact, const contact::Rows& y, double parking_gap, double h) {
-  return h * contact.gap_bias <
-         parking_gap + kSpeedUp * h * std::max(0.0, closing_speed(contact, y));
+bool is_near(const PairConstraint& contact, const Vector3& v, double parking_gap, double h) {
+  const double gap = h * contact.gap_bias;
+  return gap < parking_gap ||
+         gap < parking_gap + kSpeedUp * h * std::max(0.0, closing_speed(contact, v.data(), 3));
 }
 
 bool find_overrun_contacts(const ContactOptions& options, double h, const Data& data,
@@ -71,7 +72,8 @@ bool find_overrun_contacts(const ContactOptions& options, double h, const Data& 
   auto kept = out.parked.begin();
   for (ParkedContact& parked : out.parked) {
     const contact::Rows y = relative_velocity(parked.pair, data, V);
-    if (parked.pair.gap_bias - closing_speed(parked.pair, y) < end) {
+    const int rows = static_cast<int>(y.size());
+    if (parked.pair.gap_bias - closing_speed(parked.pair, y.data(), rows) < end) {
       give_rows(parked, out);
     } else {
       if (&*kept != &parked) *kept = parked;

@@ -29,8 +29,8 @@ namespace counterpoint {
 /// Gap [m] within which a contact at rest has rows, for a step of h.
 double parking_gap(const ContactOptions& options, double h);
 
-/// Whether a contact, at relative velocity y = J w of its rows, may act in a step of h.
-bool is_near(const PairConstraint& contact, const contact::Rows& y, double parking_gap, double h);
+/// Whether a contact, at relative velocity v along its frame's columns [m/s], may act in a step of h.
+bool is_near(const PairConstraint& contact, const Vector3& v, double parking_gap, double h);
 
 /// Gives rows to the parked contacts that the body velocities V (data.h) lead to. False if there
 /// are none.

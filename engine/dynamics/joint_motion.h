@@ -50,7 +50,7 @@ inline Motion joint_motion(JointType type, const Motion* axis, const double* a) 
 }
 
 /// tau += S' f: the force along the joint's coordinates.
-inline void add_joint_force(JointType type, const Motion* axis, const Force& f, double* tau) {
+[[gnu::always_inline]] inline void add_joint_force(JointType type, const Motion* axis, const Force& f, double* tau) {
   switch (type) {
     case JointType::kRevolute:
       tau[0] += axis[0].angular.dot(f.torque);

@@ -7,8 +7,17 @@ namespace counterpoint {
 
 /// I A + V x* (I V): the force that moves a body of this inertia (body frame), in W at its origin,
 /// as are V and A. The rotational inertia stays in body axes, where it is constant.
-Force rigid_body_force(const SpatialInertia& inertia, const Matrix3& R_WB, const Motion& V,
-                       const Motion& A);
+inline Force rigid_body_force(const SpatialInertia& inertia, const Matrix3& R_WB, const Motion& V,
+                              const Motion& A) {
+  const Vector3 center = R_WB * inertia.center;
+  // Newton: classical acceleration of the centre of mass; Euler about it.
+  const Vector3 acceleration = A.at(center) + V.angular.cross(V.at(center));
+  const Vector3 omega_B = R_WB.transpose() * V.angular;
+  const Vector3 torque_B = inertia.rotational * (R_WB.transpose() * A.angular) +
+                           omega_B.cross(inertia.rotational * omega_B);
+  const Vector3 force = inertia.mass * acceleration;
+  return {R_WB * torque_B + center.cross(force), force};
+}
 
 /// tau = M(q) a - n(q, v) - J' f_external: the joint forces (nv) that give acceleration a (nv)
 /// [rad/s^2, m/s^2] to the bodies; what acts on single coordinates (rotor inertia, damping) is the

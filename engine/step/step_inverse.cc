@@ -2,6 +2,7 @@
 #include <limits>
 
 #include "counterpoint/contact/law.h"
+#include "counterpoint/contact/laws/coulomb_lanes.h"
 #include "counterpoint/engine/constraints/assemble.h"
 #include "counterpoint/engine/dynamics/integrator.h"
 #include "counterpoint/engine/dynamics/kinematics.h"
@@ -26,6 +27,30 @@ Vector3 slip(const PairConstraint& pair, const Workspace::Impl& ws) {
   return v - v.dot(n) * n;
 }
 
+/// Impulses of the pairs at the velocity v_next into ws.pair_impulses, row by row; those of Coulomb
+/// friction four at a time.
+void evaluate_pairs(const Model& model, const VectorRef& v_next, Workspace::Impl& ws) {
+  size_t rows = 0;
+  for (const PairConstraint& pair : ws.constraints.pairs)
+    rows += static_cast<size_t>(pair.law.rows);
+  if (ws.pair_velocities.size() < rows) ws.pair_velocities.resize(rows);
+  if (ws.pair_impulses.size() < rows) ws.pair_impulses.resize(rows);
+  double* y = ws.pair_velocities.data();
+  double* f = ws.pair_impulses.data();
+  ws.coulomb.clear();
+  int row = 0;
+  for (const PairConstraint& pair : ws.constraints.pairs) {
+    pair_velocity(model, pair, ws.data, v_next, y + row);
+    if (contact::CoulombLanes::takes(pair.law)) {
+      ws.coulomb.add(pair.law, 0.0, row, 0);
+    } else {
+      contact::impulse(pair.law, y + row, f + row);
+    }
+    row += pair.law.rows;
+  }
+  ws.coulomb.impulses(y, f);
+}
+
 /// J' f of all constraints at the velocity v_next, into ws.tau [N s]; contacts and closures listed
 /// in `out`.
 void recover_impulses(const Model& model, const VectorRef& v_next, double h, Workspace::Impl& ws,
@@ -35,15 +60,23 @@ void recover_impulses(const Model& model, const VectorRef& v_next, double h, Wor
   out.contacts.clear();
   out.joints.clear();
   out.closures.assign(model.closures().size(), {});
-  for (Force& f : ws.body_impulse) f = Force();
+  for (Force& f : ws.body_impulse) {  // number by number: copies of a zero wait for its stores
+    f.torque.setZero();
+    f.force.setZero();
+  }
   const ConstraintSet& constraints = ws.constraints;
+  evaluate_pairs(model, v_next, ws);
+  const double* next = ws.pair_impulses.data();
   for (size_t i = 0; i < constraints.pairs.size(); ++i) {
     const PairConstraint& pair = constraints.pairs[i];
-    const contact::Rows y = pair_velocity(model, pair, ws.data, v_next);
-    const Force impulse = pair_impulse(pair, contact::impulse(pair.law, y));
+    const Force impulse = pair_impulse(pair, next);
+    next += pair.law.rows;
     add_pair_impulse(pair, impulse, ws.data, ws.body_impulse);
     if (i < constraints.contacts.size()) {
-      out.contacts.push_back({constraints.contacts[i], impulse.force / h, slip(pair, ws)});
+      ContactForce& contact = out.contacts.emplace_back();
+      contact.contact = constraints.contacts[i];
+      contact.force = impulse.force / h;
+      contact.slip = slip(pair, ws);
     } else {
       ClosureForce& closure = out.closures[constraints.closures[i - constraints.contacts.size()]];
       closure.position = pair.position;
@@ -144,8 +177,8 @@ void invert_midpoint(const InverseArguments& step, bool refined, Workspace::Impl
 }
 
 /// The velocity that the impulses of a step are functions of, w+, or w_c of the midpoint rule, into
-/// ws.contact_velocity; the constraints of the step, those found by this velocity too, with the laws
-/// that were solved, into ws.constraints.
+/// ws.contact_velocity; the constraints of the step, those found by this velocity too, with the
+/// laws that were solved, into ws.constraints.
 void find_constraints(const InverseArguments& step, Workspace::Impl& ws) {
   const auto& [model, options, q, v, q_next, v_next, known, effects, exact_q_next] = step;
   const bool midpoint = options.integrator == Integrator::kImplicitMidpoint;

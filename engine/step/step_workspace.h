@@ -1,6 +1,7 @@
 // What a step works with, behind Workspace. Not for users.
 #pragma once
 
+#include "counterpoint/contact/laws/coulomb_lanes.h"
 #include "counterpoint/engine/constraints/assemble.h"
 #include "counterpoint/engine/constraints/constraints.h"
 #include "counterpoint/engine/diagnosis/state_check.h"
@@ -78,6 +79,8 @@ struct Workspace::Impl {
   // inverse
   std::vector<Motion> velocity;  ///< V at v_next
   std::vector<Force> body_impulse;
+  std::vector<double> pair_velocities, pair_impulses;  ///< y and f of the pairs, row by row
+  contact::CoulombLanes coulomb;                       ///< laws of pairs, four at a time
 
   std::vector<Motion> velocity_acceleration;  ///< scratch of drag
   VectorX tau, diagonal, acceleration, no_rotors;

@@ -39,9 +39,10 @@ void normalize_quaternions(const YamlValue& in, const Model& model, VectorX& q) 
 
 void read_pose(const YamlValue& in, const Model& model, VectorX& q) {
   const CoordinateNames names = coordinate_names(model);
-  for (const auto& [pattern, value] : in.entries()) {
-    const double number = value.number();
-    for_each_match(value, pattern, names.q, true, [&](Eigen::Index i) {
+  for (const auto& entry : in.entries()) {  // Clang 14 captures no structured binding
+    const auto& pattern = entry.first;
+    const double number = entry.second.number();
+    for_each_match(entry.second, pattern, names.q, true, [&](Eigen::Index i) {
       const std::string& name = names.q[static_cast<std::size_t>(i)];
       const bool single = name.size() > 2 && name.compare(name.size() - 2, 2, ".q") == 0;
       if (single || matches(pattern, name)) q[i] = number;
