@@ -15,7 +15,8 @@
 namespace counterpoint::apps::fitting {
 
 /// Residuals depend on a parameter if their derivative is more than this share of the largest.
-inline constexpr double kDependence = 1e-7;
+/// Rounding over the width of a difference leaves up to 1.4e-7 (mass of a cube that is thrown).
+inline constexpr double kDependence = 1e-6;
 
 /// Parameters as shares of their ranges, 0 at the lower bound and 1 at the upper one.
 class Shares {
