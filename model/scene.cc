@@ -32,12 +32,13 @@ std::pair<std::string, double> lowest_geometry(const Model& model) {
   return lowest;
 }
 
+ModelFileOptions file_options(const SceneOverrides& overrides) {
+  return {overrides.packages, overrides.repair_inertias,
+          std::make_shared<HullCache>(overrides.hull_vertices)};
+}
+
 Scene load_lone_urdf(const fs::path& file, const SceneOverrides& overrides) {
-  UrdfOptions urdf_options;
-  urdf_options.packages = overrides.packages;
-  urdf_options.repair_inertias = overrides.repair_inertias;
-  urdf_options.repair_joints = overrides.repair_joints;
-  urdf_options.hulls = std::make_shared<HullCache>(overrides.hull_vertices);
+  const UrdfOptions urdf_options{file_options(overrides), overrides.repair_joints, Material()};
   const RobotSpec robot = load_urdf(file, urdf_options);
   const Srdf srdf = overrides.srdf.empty() ? Srdf() : load_srdf(overrides.srdf);
   const Base base = overrides.base.value_or(Base::kFixed);
@@ -77,11 +78,7 @@ void expect_no_base(const fs::path& file, const SceneOverrides& overrides, const
 /// A file of MuJoCo says how it starts, too.
 Scene load_lone_mjcf(const fs::path& file, const SceneOverrides& overrides) {
   expect_no_base(file, overrides, "MJCF");
-  MjcfOptions options;
-  options.packages = overrides.packages;
-  options.repair_inertias = overrides.repair_inertias;
-  options.hulls = std::make_shared<HullCache>(overrides.hull_vertices);
-  const MjcfModel model = load_mjcf(file, options);
+  const MjcfModel model = load_mjcf(file, {file_options(overrides), {}});
   ModelBuilder builder(model.gravity);
   if (overrides.fill_inertia > 0.0) builder.fill_inertia(overrides.fill_inertia);
   const std::vector<StartVelocity> velocities = add_mjcf(model, "", Pose(), "", builder);
@@ -96,11 +93,7 @@ Scene load_lone_mjcf(const fs::path& file, const SceneOverrides& overrides) {
 
 Scene load_lone_sdf(const fs::path& file, const SceneOverrides& overrides) {
   expect_no_base(file, overrides, "SDF");
-  SdfOptions options;
-  options.packages = overrides.packages;
-  options.repair_inertias = overrides.repair_inertias;
-  options.hulls = std::make_shared<HullCache>(overrides.hull_vertices);
-  const SdfModel model = load_sdf(file, options);
+  const SdfModel model = load_sdf(file, file_options(overrides));
   ModelBuilder builder(model.gravity.value_or(Vector3(0, 0, -kStandardGravity)));
   if (overrides.fill_inertia > 0.0) builder.fill_inertia(overrides.fill_inertia);
   add_sdf(model, Pose(), "", builder);

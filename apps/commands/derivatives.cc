@@ -222,9 +222,7 @@ int derivatives(Arguments& arguments) {
   const bool stopped = !failed && done < trajectory.num_steps();
   report["status"] = failed ? "failed" : stopped ? "stopped" : "ok";
   if (failed) {
-    add_failure(scene.model, *failed, report.json());
-    report.write();
-    fmt::print(stderr, "error: {}\n", failure_message(scene.model, *failed));
+    report_failure(scene.model, *failed, report);
     return kFailed;
   }
   report["steps"] = done;

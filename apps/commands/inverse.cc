@@ -193,9 +193,7 @@ int inverse(Arguments& arguments) {
   report.begin("inverse", arguments.scene.file);
   report["status"] = failed ? "failed" : stopped ? "stopped" : "ok";
   if (failed) {
-    add_failure(scene.model, *failed, report.json());
-    report.write();
-    fmt::print(stderr, "error: {}\n", failure_message(scene.model, *failed));
+    report_failure(scene.model, *failed, report);
     return kFailed;
   }
   report_forces(trajectory, recovered, report);

@@ -39,4 +39,10 @@ void add_failure(const Model& model, const FailedStep& failed, Json& out) {
   failure["newton_iterations"] = report.newton_iterations;
 }
 
+void report_failure(const Model& model, const FailedStep& failed, Report& report) {
+  add_failure(model, failed, report.json());
+  report.write();
+  fmt::print(stderr, "error: {}\n", failure_message(model, failed));
+}
+
 }  // namespace counterpoint::apps

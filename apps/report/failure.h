@@ -22,5 +22,7 @@ std::string why_failed(const Model& model, const StepReport& report);
 std::string failure_message(const Model& model, const FailedStep& failed);
 /// Under `message` and `failure` (docs/reference/json-reports.md).
 void add_failure(const Model& model, const FailedStep& failed, Json& out);
+/// Ends a command with it: into the report, which is written, and on the error stream.
+void report_failure(const Model& model, const FailedStep& failed, Report& report);
 
 }  // namespace counterpoint::apps

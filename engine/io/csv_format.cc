@@ -10,17 +10,14 @@
 #include <stdexcept>
 
 #include "counterpoint/engine/io/table_format.h"
+#include "counterpoint/model/files/text_file.h"
 #include "counterpoint/model/limits.h"
 #include "counterpoint/model/types.h"
 
 namespace counterpoint {
 namespace {
 
-std::string_view trimmed(std::string_view s) {
-  while (!s.empty() && (s.front() == ' ' || s.front() == '\t')) s.remove_prefix(1);
-  while (!s.empty() && (s.back() == ' ' || s.back() == '\t')) s.remove_suffix(1);
-  return s;
-}
+constexpr std::string_view kBlank = " \t";
 
 bool needs_quotes(std::string_view s) {
   return s.find_first_of(",\"\r\n") != std::string_view::npos;
@@ -125,7 +122,7 @@ class CsvSource final : public TableSource {
     const int rows = rows_of_block(columns_.size());
     while (block.rows < rows && lines_.next(line)) {
       if (line.ends_with('\r')) line.remove_suffix(1);
-      if (trimmed(line).empty()) continue;
+      if (trimmed(line, kBlank).empty()) continue;
       read_row(line, block);
       block.lines.push_back(lines_.number());
       ++block.rows;
@@ -148,7 +145,7 @@ class CsvSource final : public TableSource {
         continue;
       }
       const std::size_t end = std::min(line.find(',', begin), line.size());
-      const std::string_view cell = trimmed(line.substr(begin, end - begin));
+      const std::string_view cell = trimmed(line.substr(begin, end - begin), kBlank);
       begin = end + 1;
       if (columns_[i].type == CellType::kInteger)
         block.integers.push_back(integer(columns_[i], cell));
@@ -281,13 +278,13 @@ std::vector<std::string> parse_csv_header(const std::string& text, const std::st
       } else {
         quoted = false;
       }
-    } else if (c == '"' && trimmed(name).empty()) {
+    } else if (c == '"' && trimmed(name, kBlank).empty()) {
       quoted = true;
       name.clear();
     } else if (c == ',') {
       if (names.size() == kMaxColumns)
         throw InputError(fmt::format("{}: more than {} columns", where, kMaxColumns));
-      names.emplace_back(trimmed(name));
+      names.emplace_back(trimmed(name, kBlank));
       name.clear();
     } else if (c != '\r') {
       name += c;

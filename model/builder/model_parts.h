@@ -1,12 +1,26 @@
-// What stands beside the trees of a model that a file describes, whatever its format.
+// How a file of a model is read, and what it describes beside trees, whatever its format.
 #pragma once
 
+#include <filesystem>
+#include <map>
+#include <memory>
 #include <string>
 #include <vector>
 
+#include "counterpoint/model/mesh/mesh.h"
 #include "counterpoint/model/model_builder.h"
 
 namespace counterpoint {
+
+struct ModelFileOptions {
+  /// package:// roots: NAME -> folder, which meshes and included files may lie in.
+  std::map<std::string, std::filesystem::path> packages;
+  /// Opt-in: makes non-physical inertias physical (nearest one meeting the triangle inequality) and
+  /// notes each. Off: they are used as they are where that can be simulated, noted, or refused.
+  bool repair_inertias = false;
+  /// Where hulls are shared with other files; none: each file has its own.
+  std::shared_ptr<HullCache> hulls;
+};
 
 struct ModelParts {
   /// Fixed to the world.

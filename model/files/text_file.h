@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <string>
+#include <string_view>
 
 namespace tinyxml2 {
 class XMLDocument;
@@ -15,6 +16,13 @@ namespace counterpoint {
 /// cannot be opened or is a folder, and when it is longer than `max_bytes`.
 std::string read_text_file(const std::filesystem::path& file, std::uintmax_t max_bytes,
                            const char* missing);
+
+/// Without the characters of `blank` at its ends.
+inline std::string_view trimmed(std::string_view text, std::string_view blank) {
+  const auto begin = text.find_first_not_of(blank);
+  if (begin == std::string_view::npos) return {};
+  return text.substr(begin, text.find_last_not_of(blank) - begin + 1);
+}
 
 /// An XML file: as above, and refused when it defines entities or a document type (they could
 /// multiply it, and no format here needs them) or has more marks than limits::kMaxXmlMarks.

@@ -2,15 +2,12 @@
 #pragma once
 
 #include <filesystem>
-#include <map>
-#include <memory>
 #include <optional>
 #include <set>
 #include <string>
 #include <vector>
 
 #include "counterpoint/model/builder/model_parts.h"
-#include "counterpoint/model/mesh/mesh.h"
 
 namespace counterpoint {
 
@@ -27,13 +24,8 @@ const char* leave_out_name(LeaveOut what);
 /// The reverse; nothing for an unknown name.
 std::optional<LeaveOut> leave_out_from_name(const std::string& name);
 
-struct MjcfOptions {
-  /// As UrdfOptions: further folders that meshes and included files may lie in.
-  std::map<std::string, std::filesystem::path> packages;
-  bool repair_inertias = false;
+struct MjcfOptions : ModelFileOptions {
   std::set<LeaveOut> leave_out;
-  /// Where hulls are shared with other files; none: each file has its own.
-  std::shared_ptr<HullCache> hulls;
 };
 
 /// A model as an MJCF file describes it. The root link of `robot` is the world ("world"); what is

@@ -107,10 +107,7 @@ void ModelReader::expect_no_robot_keys(const YamlValue& in, const char* format) 
 /// A model in MuJoCo's format says how it starts; joints and speeds given here go before.
 void ModelReader::read_mjcf(const YamlValue& in, bool only_one) {
   expect_no_robot_keys(in, "mjcf");
-  MjcfOptions options;
-  options.packages = urdf_options_.packages;
-  options.repair_inertias = urdf_options_.repair_inertias;
-  options.hulls = urdf_options_.hulls;
+  MjcfOptions options{urdf_options_, {}};
   if (in.has("leave_out")) {
     for (const YamlValue& word : in.at("leave_out").list()) {
       const auto what = leave_out_from_name(word.text());
@@ -135,13 +132,9 @@ void ModelReader::read_mjcf(const YamlValue& in, bool only_one) {
 /// A model or world in Gazebo's format; its gravity and time step are the scene's.
 void ModelReader::read_sdf(const YamlValue& in, bool only_one) {
   expect_no_robot_keys(in, "sdf");
-  SdfOptions options;
-  options.packages = urdf_options_.packages;
-  options.repair_inertias = urdf_options_.repair_inertias;
-  options.hulls = urdf_options_.hulls;
   const YamlValue file = in.at("sdf");
-  const SdfModel model =
-      located(file, [&] { return load_sdf(robot_file(file, folder_, urdf_options_), options); });
+  const SdfModel model = located(
+      file, [&] { return load_sdf(robot_file(file, folder_, urdf_options_), urdf_options_); });
   place(in, only_one, model.name, read_pose(in), [&](const Pose& placed, const std::string& prefix) {
     located(in, [&] { add_sdf(model, placed, prefix, builder_); });
     read_start(in, Base::kFixed, 0, prefix);

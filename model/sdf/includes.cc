@@ -20,13 +20,9 @@ using tinyxml2::XMLElement;
 constexpr std::size_t kMaxDepth = 20;       // of files within files
 constexpr std::size_t kMaxIncludes = 2000;  // those of files included several times each time
 
-std::string trimmed(const char* text) {
-  std::string out = text ? text : "";
-  const auto blank = [](char c) { return c == ' ' || c == '\t' || c == '\n' || c == '\r'; };
-  while (!out.empty() && blank(out.back())) out.pop_back();
-  std::size_t first = 0;
-  while (first < out.size() && blank(out[first])) ++first;
-  return out.substr(first);
+bool is_sdf_root(const XMLElement* root) {
+  return root != nullptr &&
+         (std::strcmp(root->Name(), "sdf") == 0 || std::strcmp(root->Name(), "gazebo") == 0);
 }
 
 class Walk {
@@ -87,7 +83,8 @@ class Walk {
   void read_include(const XMLElement& element, const fs::path& file) {
     const std::string where = fmt::format("{}:{}: <include>", file.string(), element.GetLineNum());
     const XMLElement* child = element.FirstChildElement("uri");
-    const std::string uri = trimmed(child ? child->GetText() : nullptr);
+    const char* text = child ? child->GetText() : nullptr;
+    const std::string uri(trimmed(text ? text : "", " \t\n\r"));
     if (uri.empty()) throw InputError(where + ": <uri> with the name of a model is expected");
     if (++number_ > kMaxIncludes)
       throw InputError(fmt::format("{}: more than {} includes", where, kMaxIncludes));
@@ -113,8 +110,7 @@ class Walk {
     tinyxml2::XMLDocument document;
     parse_xml_file(model, "there is no such file", document);
     const XMLElement* root = document.RootElement();
-    if (root == nullptr ||
-        (std::strcmp(root->Name(), "sdf") != 0 && std::strcmp(root->Name(), "gazebo") != 0))
+    if (!is_sdf_root(root))
       throw InputError(
           fmt::format("{}: {} is no SDF file; of a URDF make a model of its own in a scene file",
                       where, model.string()));
@@ -182,8 +178,7 @@ void resolve_includes(const fs::path& file, const std::string& text, const SdfOp
     throw InputError(fmt::format("{}:{}: not well-formed XML: {}", file.string(),
                                  std::max(1, document.ErrorLineNum()), document.ErrorName()));
   const XMLElement* root = document.RootElement();
-  if (root == nullptr ||
-      (std::strcmp(root->Name(), "sdf") != 0 && std::strcmp(root->Name(), "gazebo") != 0))
+  if (!is_sdf_root(root))
     throw InputError(fmt::format("{}: the root element is <{}>; an SDF file has <sdf>",
                                  file.string(), root ? root->Name() : ""));
   int tops = 0;

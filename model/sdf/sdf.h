@@ -2,25 +2,16 @@
 #pragma once
 
 #include <filesystem>
-#include <map>
-#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "counterpoint/model/builder/model_parts.h"
-#include "counterpoint/model/mesh/mesh.h"
 #include "counterpoint/model/model_builder.h"
 
 namespace counterpoint {
 
-struct SdfOptions {
-  /// As UrdfOptions: further folders that meshes and included models may lie in.
-  std::map<std::string, std::filesystem::path> packages;
-  bool repair_inertias = false;
-  /// Where hulls are shared with other files; none: each file has its own.
-  std::shared_ptr<HullCache> hulls;
-};
+using SdfOptions = ModelFileOptions;
 
 /// The models of an SDF file. Static ones stand in `environment`. Names: link "arm" of a lone
 /// model; "robot/arm" in a world; "robot/gripper/arm" in a model within it.

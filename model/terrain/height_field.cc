@@ -14,15 +14,10 @@
 namespace counterpoint {
 namespace {
 
-std::string_view trimmed(std::string_view text) {
-  constexpr const char* kBlank = " \t\r";
-  const auto begin = text.find_first_not_of(kBlank);
-  if (begin == std::string_view::npos) return {};
-  return text.substr(begin, text.find_last_not_of(kBlank) - begin + 1);
-}
+constexpr std::string_view kBlank = " \t\r";
 
 double parse_height(std::string_view cell, const std::string& where) {
-  cell = trimmed(cell);
+  cell = trimmed(cell, kBlank);
   const std::optional<double> value = parse_number(cell);
   if (!value || !std::isfinite(*value)) {
     throw InputError(fmt::format("{}: '{}' is no height; finite numbers [m] separated by commas "
@@ -40,7 +35,7 @@ HeightGrid load_height_table(const std::filesystem::path& file) {
   std::string line;
   for (int number = 1; std::getline(stream, line); ++number) {
     const std::string where = fmt::format("{}:{}", file.string(), number);
-    std::string_view rest = trimmed(line);
+    std::string_view rest = trimmed(line, kBlank);
     if (rest.empty() || rest[0] == '#') continue;
     int columns = 0;
     for (bool more = true; more; ++columns) {
