@@ -49,21 +49,20 @@ double RunWatch::energy(const State& state) {
 // pose before. There it changes by their work alone (energy_projection.h).
 double RunWatch::energy_left(const State& state) {
   if (simulator_.options().integrator != Integrator::kSemiImplicitEuler) return energy(state);
-  const double stored = potential(state.q);
   const Model& model = simulator_.model();
   q_moved_ = state.q;
-  for (const Tree& tree : model.trees())
+  for (const Tree& tree : model.trees()) {
+    if (!is_floating_linkage(model, tree)) continue;
     for (int i = tree.body_begin; i < tree.body_end; ++i) {
-      if (!is_floating_linkage(model, tree)) break;
       const auto part = Eigen::seqN(model.body(i).q_index, joint_nq(model.body(i).joint_type));
       q_moved_(part) = q_(part);
     }
+  }
   compute_poses(model, q_moved_, data_);
   compute_velocities(model, state.v, data_);
   compute_inertias(model, data_);
   const double kinetic = kinetic_energy(model, state.v, data_);
-  compute_poses(model, state.q, data_);
-  return kinetic + stored;
+  return kinetic + potential(state.q);
 }
 
 // Semi-implicit Euler moves positions by h (v+ + d), d being the correction of overlaps. What the
