@@ -103,7 +103,7 @@ def cpp_functions(file, text):
     found = []
 
     def add(head_start, end, name, parameters):
-        start = head_start + len(code[head_start:]) - len(code[head_start:].lstrip())
+        start = head_start + re.match(r"(?:(?:public|private|protected)\s*:|\s)*", code[head_start:]).end()
         first = code.count("\n", 0, start) + 1
         last = code.count("\n", 0, end) + 1
         head_lines = code[start:head_of(start, end)].count("\n")

@@ -17,11 +17,11 @@ namespace counterpoint::collision {
 
 /// Scratch memory inside: one per thread. The result does not depend on the calls before.
 class TerrainContacts {
- public:  // Parameters: shapes, poses and bounds of two
+ public:
   /// Fills `out` with at most Manifold::kCapacity contact points of gap < margin [m], normals from the
   /// terrain to the shape (no plane, no terrain). Where there are more the deepest is kept and those
   /// that span place and direction. A shape behind a face by more than half its thickness does not
-  /// meet it.
+  /// meet it. Parameters: shapes, poses and bounds of two.
   void find(const Terrain& terrain, const Pose& X_WT, const Shape& shape,
             const Enclosure& enclosure, const Pose& X_WS, double margin, Manifold& out);
 

@@ -84,8 +84,8 @@ class EnergyProjection {
   /// To which speeds are scaled right [-]. Steps leave it as it is.
   void set_tolerance(double tolerance) { tolerance_ = tolerance; }
 
- private:  // Parameters: what it depends on, one by one
-  /// False if M is singular.
+ private:
+  /// False if M is singular. Parameters: what it depends on, one by one.
   bool find_change(const Model& model, double h, const VectorRef& q, const VectorRef& v,
                    bool predicted, const VectorX& rotors, int t, double share, Data& data);
   TreeMotion motion_at(const Model& model, int t, double h, double from, const VectorRef& q,

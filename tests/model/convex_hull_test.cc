@@ -11,10 +11,9 @@ namespace counterpoint {
 namespace {
 
 using test::expect_valid;
-
-constexpr double kRoundoff = 1e-13;        // of size-one geometry in double precision
-constexpr double kSinglePrecision = 1e-6;  // assimp keeps coordinates as floats
-constexpr double kMerged = 2e-6;  // planes of merged faces, relative to the size (see mesh.h)
+using test::kMerged;
+using test::kRoundoff;
+using test::kSinglePrecision;
 
 std::vector<Vector3> cube_points(double half) {
   std::vector<Vector3> points;

@@ -16,11 +16,8 @@ namespace counterpoint {
 namespace {
 
 using test::expect_valid;
-
-constexpr double kRoundoff = 1e-13;        // of size-one geometry in double precision
-constexpr double kSinglePrecision = 1e-6;  // assimp keeps coordinates as floats
-
-constexpr double kMerged = 2e-6;  // planes of merged faces, relative to the size (see mesh.h)
+using test::kMerged;
+using test::kSinglePrecision;
 
 // A tetrahedron with the corner at the origin, legs 1, 2, 3: volume 1.
 constexpr double kLegs[3] = {1, 2, 3};
