@@ -209,11 +209,12 @@ void Newton::record() {
 }
 
 // A step that did not reduce the residual, or a line search lost in noise: round-off, or failure?
-// A start that no step may follow is asked only where the answer may be yes.
+// A start that no step has followed yet must be round-off for sure, and is asked only where the
+// answer may be yes.
 bool Newton::at_floor(bool moved, int max_iterations, double best, const std::vector<double>& w) {
-  const bool only = max_iterations == 0 && residual_ < kLargestFloor;
-  const bool in_doubt = !moved || gradient_norm_ > 0.5 * best || only;
-  if (!in_doubt && residual_ > kLargestSureFloor) return false;
+  const bool in_doubt = !moved || gradient_norm_ > 0.5 * best;
+  const double largest = max_iterations == 0 ? kLargestFloor : kLargestSureFloor;
+  if (!in_doubt && residual_ > largest) return false;
   return gradient_norm_ <= (in_doubt ? kFloorFactor : kSureFloor) * roundoff_floor(w);
 }
 

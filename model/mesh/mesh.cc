@@ -13,6 +13,7 @@
 #include <tuple>
 
 #include "counterpoint/model/limits.h"
+#include "counterpoint/model/mesh/ear_cutting.h"
 #include "counterpoint/model/mesh/hull_standoff.h"
 #include "counterpoint/model/mesh/plain_collada.h"
 
@@ -113,11 +114,13 @@ void append_node(const aiScene& scene, const aiNode& node, const aiMatrix4x4& ab
     }
     for (unsigned i = 0; i < mesh.mNumFaces; ++i) {
       const aiFace& face = mesh.mFaces[i];
-      if (face.mNumIndices != 3) continue;  // points and lines have no part in a solid
-      std::array<int, 3> triangle;
-      for (int k = 0; k < 3; ++k) triangle[k] = first + static_cast<int>(face.mIndices[k]);
-      if (mirrored) std::swap(triangle[1], triangle[2]);
-      out.triangles.push_back(triangle);
+      if (face.mNumIndices < 3) continue;  // points and lines have no part in a solid
+      std::vector<int> polygon(face.mIndices, face.mIndices + face.mNumIndices);
+      for (int& vertex : polygon) vertex += first;
+      for (std::array<int, 3> triangle : cut_ears(out.vertices, polygon)) {
+        if (mirrored) std::swap(triangle[1], triangle[2]);
+        out.triangles.push_back(triangle);
+      }
     }
   }
   for (unsigned c = 0; c < node.mNumChildren; ++c) {
@@ -168,7 +171,8 @@ void weld(TriangleMesh& mesh) {
 
 }  // namespace
 
-TriangleMesh load_mesh(const std::filesystem::path& file, const Vector3& scale) {
+TriangleMesh load_mesh(const std::filesystem::path& file, const Vector3& scale,
+                       PolygonSplit split) {
   check_file(file);
   if (!scale.allFinite() || (scale.array() == 0.0).any()) {
     throw InputError(fmt::format("{}: mesh scale ({}, {}, {}) must be finite and not zero",
@@ -178,7 +182,8 @@ TriangleMesh load_mesh(const std::filesystem::path& file, const Vector3& scale) 
   Assimp::Importer importer;
   const aiScene* scene = collada ? read_collada(importer, file) : read_file(importer, file);
   if (scene != nullptr) check_extent(*scene, file.string());
-  if (scene != nullptr) scene = importer.ApplyPostProcessing(aiProcess_Triangulate);
+  if (scene != nullptr && split == PolygonSplit::kInside)
+    scene = importer.ApplyPostProcessing(aiProcess_Triangulate);
   if (scene == nullptr || scene->mRootNode == nullptr) {
     throw InputError(
         fmt::format("{}: the mesh cannot be read: {}", file.string(), importer.GetErrorString()));

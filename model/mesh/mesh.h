@@ -18,12 +18,19 @@ struct TriangleMesh {
   std::vector<std::array<int, 3>> triangles;  ///< counter-clockwise seen from outside
 };
 
+/// How polygons of more than three corners become triangles, which matters where they are bent.
+enum class PolygonSplit {
+  kInside,  ///< within the polygon, as assimp does it
+  kEars,    ///< as MuJoCo reads OBJ files (model/mesh/ear_cutting.h)
+};
+
 /// Reads STL (ascii, binary), OBJ or DAE (its unit is applied, and its up axis becomes z), all
 /// submeshes welded into one, scaled per axis (a mirroring scale keeps the outside outside).
 /// Coordinates pass through single precision. @throws InputError naming the file when it is
 /// missing, unreadable, empty, beyond the limits of model/limits.h, or has coordinates that are not
 /// finite. No other file is opened, whatever the mesh names.
-TriangleMesh load_mesh(const std::filesystem::path& file, const Vector3& scale = Vector3::Ones());
+TriangleMesh load_mesh(const std::filesystem::path& file, const Vector3& scale = Vector3::Ones(),
+                       PolygonSplit split = PolygonSplit::kInside);
 
 /// Convex hull, triangles that are coplanar to about one millionth of the size merged into
 /// polygons.

@@ -160,7 +160,8 @@ TriangleMesh Assets::triangles(const Mesh& mesh) const {
     if (out.triangles.empty()) out = triangles_of(*make_convex_hull(out.vertices));
   } else {
     const fs::path file = path(mesh.file, *mesh.element);
-    out = lower_extension(file) == ".msh" ? load_msh(file) : load_mesh(file);
+    out = lower_extension(file) == ".msh" ? load_msh(file)
+                                          : load_mesh(file, Vector3::Ones(), PolygonSplit::kEars);
   }
   for (Vector3& p : out.vertices)
     p = (mesh.turned.transpose() * (p - mesh.reference)).cwiseProduct(mesh.scale);
