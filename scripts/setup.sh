@@ -88,15 +88,18 @@ counterpoint=build/release/bin/counterpoint
 $counterpoint simulate humanoid_drop --output out/fall.csv --json out/fall.json
 $counterpoint inverse humanoid_drop out/fall.csv --output out/forces.csv --contacts out/contacts.csv \
   --json out/inverse.json
-$counterpoint view humanoid_drop out/fall.csv --contacts out/contacts.csv --output out/fall.html ||
-  echo "No replay of it: see above"
+if $counterpoint view humanoid_drop out/fall.csv --contacts out/contacts.csv --output out/fall.html; then
+  replay="  open out/fall.html in a browser: the humanoid falls, arrows are contact forces"
+else
+  replay="  (no replay of it: see above)"
+fi
 cat <<END
 
 Written: out/fall.csv (the motion), out/forces.csv and out/contacts.csv (the forces behind it)
 Next
-  open out/fall.html in a browser: the humanoid falls, arrows are contact forces
+$replay
   $counterpoint list scenes                       what else there is to try
-  $counterpoint simulate quadruped_drop --view out/drop.html
+  $counterpoint simulate quadruped_drop --output out/drop.csv
   docs/guide/first-simulation.md                               the same step by step
   scripts/test.sh                                              builds the rest and tests it
 END

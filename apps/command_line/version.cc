@@ -44,7 +44,7 @@ std::string version_text() {
       "MuJoCo:       {}\n",
       COUNTERPOINT_VERSION, COUNTERPOINT_BUILD, EIGEN_WORLD_VERSION, EIGEN_MAJOR_VERSION,
       EIGEN_MINOR_VERSION, Eigen::SimdInstructionSetsInUse(), processor(),
-      view::can_make_pages() ? "yes" : "no (built without node and npm)",
+      view::can_make_pages() ? "yes" : view::why_no_pages(),
       mpi.empty() ? "no (built without libopenmpi-dev)" : mpi,
       mujoco.empty() ? "no (built without libmujoco-dev)" : mujoco);
 }

@@ -1,5 +1,5 @@
 # Packs page/ into program.cc. What is not there (node, npm, the registry) leaves a program that is empty
-# and says why; a mistake in page/ itself fails the build.
+# and says why and what to do; a mistake in page/ itself fails the build.
 #   cmake -DNODE= -DNPM= -DPAGE= -DWORK= -DOUTPUT= -P bundle.cmake
 function(go_on_without reason)
   message("The page of replays is not built: ${reason}. `counterpoint view` will say so.")
@@ -7,14 +7,15 @@ function(go_on_without reason)
     "const char* program() { return \"\"; }\nconst char* program_missing() { return \"${reason}\"; }\n}\n")
 endfunction()
 
+set(install "install nodejs and npm (scripts/setup.sh does, Debian 12), then build again")
 if(NOT NODE OR NOT NPM)
-  go_on_without("node or npm was missing")
+  go_on_without("node or npm was missing; ${install}")
   return()
 endif()
 execute_process(COMMAND ${NODE} --version OUTPUT_VARIABLE version OUTPUT_STRIP_TRAILING_WHITESPACE)
 string(REGEX REPLACE "^v" "" version "${version}")
 if(version VERSION_LESS 18)
-  go_on_without("node ${version} is older than 18")
+  go_on_without("node ${version} is older than 18; ${install}")
   return()
 endif()
 
@@ -29,7 +30,7 @@ if(NOT EXISTS ${stamp})
     WORKING_DIRECTORY ${WORK} RESULT_VARIABLE failed OUTPUT_QUIET ERROR_VARIABLE words)
   if(failed)
     message("${words}")
-    go_on_without("npm could not fetch its packages; to try again, touch apps/view/bundle.cmake and build")
+    go_on_without("npm could not fetch its packages; with a network, touch apps/view/bundle.cmake and build again")
     return()
   endif()
   file(WRITE ${stamp} "")

@@ -111,11 +111,7 @@ std::string replay_data(const Replay& replay) {
 bool can_make_pages() { return *program() != '\0'; }
 
 std::string why_no_pages() {
-  return fmt::format(
-      "this build has no replay page ({}); install nodejs and npm (scripts/setup.sh does, Debian "
-      "12), "
-      "then build again",
-      program_missing());
+  return fmt::format("this build has no replay page: {}", program_missing());
 }
 
 std::string replay_page(const Replay& replay) {
