@@ -17,7 +17,7 @@ std::string parameter_text(const Family& family, double value) {
 }
 
 /// Columns padded to their widest cell; numbers are not told from words.
-void print_table(std::FILE* out, const Table& table) {
+void print_table(std::FILE* out, const PageTable& table) {
   std::vector<size_t> width;
   for (size_t c = 0; c < table.header.size(); ++c) {
     width.push_back(table.header[c].size());
@@ -54,7 +54,7 @@ std::vector<std::string> physics_row(const std::string& name, const Physics& p) 
   return row;
 }
 
-Table empty_physics_table() {
+PageTable empty_physics_table() {
   return {{"setting", "primal [N]", "dual [m/s]", "compl. [W]", "overlap [m]", "creep [um/s]",
            "hover [m]", "rest [m]", "inverse", "energy [J]"},
           {}};
@@ -144,8 +144,8 @@ std::vector<std::string> comparison_lines(const Findings& findings) {
   return lines;
 }
 
-Table work_precision_table(const Findings& findings, const MeasuredFamily& measured) {
-  Table table{
+PageTable work_precision_table(const Findings& findings, const MeasuredFamily& measured) {
+  PageTable table{
       {measured.family.over_time_step() ? "time step" : measured.family.vary, "error",
        "lengths [m]", "angles [rad]", "worst piece", "time / s", "spread", "x real time", ""},
       {}};
@@ -170,8 +170,8 @@ Table work_precision_table(const Findings& findings, const MeasuredFamily& measu
   return table;
 }
 
-Table physics_table(const MeasuredFamily& measured) {
-  Table table = empty_physics_table();
+PageTable physics_table(const MeasuredFamily& measured) {
+  PageTable table = empty_physics_table();
   for (const Point& p : measured.points)
     if (p.physics) table.rows.push_back(physics_row(p.setting.label, *p.physics));
   return table;
@@ -183,7 +183,7 @@ void print(std::FILE* out, const Findings& findings) {
              reference_words(findings));
   if (!findings.reference.warning.empty())
     fmt::print(out, "warning: {}\n", findings.reference.warning);
-  Table physics = empty_physics_table();
+  PageTable physics = empty_physics_table();
   for (const MeasuredFamily& m : findings.measured) {
     if (!m.refused.empty()) continue;
     if (!m.same_as.empty()) {

@@ -40,9 +40,9 @@ std::vector<std::string> omission_lines(const Findings& findings);
 std::vector<std::string> comparison_lines(const Findings& findings);
 
 // As tables.
-Table work_precision_table(const Findings& findings, const MeasuredFamily& measured);
+PageTable work_precision_table(const Findings& findings, const MeasuredFamily& measured);
 /// Of all settings of the family that this engine ran; empty if there are none.
-Table physics_table(const MeasuredFamily& measured);
+PageTable physics_table(const MeasuredFamily& measured);
 
 /// For the terminal: tables, orders, physics, the recommendation.
 void print(std::FILE* out, const Findings& findings);

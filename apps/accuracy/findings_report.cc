@@ -176,7 +176,7 @@ std::string page(const Findings& findings) {
       "resting block. inverse: largest force recovered where none acts, over the largest at work. "
       "energy: off that of the reference at the ends of pieces.");
   for (const MeasuredFamily& m : findings.measured)
-    if (const Table table = physics_table(m); m.same_as.empty() && !table.rows.empty())
+    if (const PageTable table = physics_table(m); m.same_as.empty() && !table.rows.empty())
       page.table(table);
   page.heading("Failures and omissions");
   const std::vector<std::string> omissions = omission_lines(findings);

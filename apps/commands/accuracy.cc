@@ -20,7 +20,7 @@
 namespace counterpoint::apps {
 namespace {
 
-struct Arguments {
+struct AccuracyArguments {
   SceneArguments scene;
   std::optional<double> duration, time_step;
   std::vector<std::string> vary = accuracy::usual_items();
@@ -32,7 +32,7 @@ struct Arguments {
   Report report;
 };
 
-void check_options(const Arguments& arguments, SimulationOptions& options) {
+void check_options(const AccuracyArguments& arguments, SimulationOptions& options) {
   if (arguments.time_step) options.time_step = *arguments.time_step;
   if (arguments.duration) options.duration = *arguments.duration;
   const double h = options.time_step;
@@ -72,7 +72,7 @@ view::Clip clip_at(const Scene& scene, const accuracy::Setting& setting, double 
 
 /// The recommended setting, and beside it those for other errors, the most accurate and the
 /// cheapest of the front. Returns the page's name; empty where there is nothing to show.
-std::string write_settings_replay(const Arguments& arguments, const accuracy::Findings& findings) {
+std::string write_settings_replay(const AccuracyArguments& arguments, const accuracy::Findings& findings) {
   constexpr double kMostSeconds = 60.0;  // of computing, for one ghost
   const Scene& scene = findings.scene;
   if (!view::can_make_pages() || !findings.recommendations[0].place) return "";
@@ -100,7 +100,7 @@ std::string write_settings_replay(const Arguments& arguments, const accuracy::Fi
   return "replay.html";
 }
 
-std::uint64_t fingerprint(const Arguments& arguments, const Scene& scene) {
+std::uint64_t fingerprint(const AccuracyArguments& arguments, const Scene& scene) {
   tasks::Fingerprint hash;
   hash.add_scene(scene);
   for (const std::string& item : arguments.vary) hash.add(std::string_view(item));
@@ -111,7 +111,7 @@ std::uint64_t fingerprint(const Arguments& arguments, const Scene& scene) {
   return hash.value();
 }
 
-int finish(Arguments& arguments, accuracy::Findings& findings) {
+int finish(AccuracyArguments& arguments, accuracy::Findings& findings) {
   const bool stopped = Interrupt::wanted();
   Report& report = arguments.report;
   const bool ok = !findings.front.empty() && findings.reference.warning.empty();
@@ -131,7 +131,7 @@ int finish(Arguments& arguments, accuracy::Findings& findings) {
   return ok && !stopped ? kSuccess : kFailed;
 }
 
-int run(Arguments& arguments, tasks::World& world) {
+int run(AccuracyArguments& arguments, tasks::World& world) {
   Scene scene = arguments.scene.load();
   check_options(arguments, scene.options);
   const accuracy::Plan plan =
@@ -174,7 +174,7 @@ int run(Arguments& arguments, tasks::World& world) {
 }  // namespace
 
 void add_accuracy(CommandLine& line) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<AccuracyArguments>();
   Command& command =
       line.add("accuracy", "What accuracy costs in time on a scene; which setting to take");
   arguments->scene.add_to(command);

@@ -24,7 +24,7 @@
 namespace counterpoint::apps {
 namespace {
 
-struct Arguments {
+struct CompareArguments {
   SceneArguments scene;
   std::vector<std::string> recordings;
   std::string map, output, set, page, mode = "rollout";
@@ -81,7 +81,7 @@ void report_coordinates(const std::vector<CoordinateFigures>& coordinates, Repor
 }
 
 /// Ctrl-C has left some out: says so, in the report and to the user. Exit code.
-int end_early(size_t done, size_t given, const Arguments& arguments, Report& report) {
+int end_early(size_t done, size_t given, const CompareArguments& arguments, Report& report) {
   const std::string message =
       fmt::format("stopped by Ctrl-C or SIGTERM: {} of {} recordings were compared", done, given);
   report["status"] = "stopped";
@@ -164,7 +164,7 @@ void report_explained(const std::vector<ExplainedRecording>& all, Report& report
     fmt::print(report.text(), "  median {} {:.5g}\n", key, value.get<double>());
 }
 
-int compare_inverse(Arguments& arguments) {
+int compare_inverse(CompareArguments& arguments) {
   const Scene scene = with_settings(arguments.scene.load(), arguments.set);
   const ColumnMap map = load_column_map(arguments.map, scene.model);
   if (compared(map) == Compared::kImpacts)
@@ -200,7 +200,7 @@ int compare_inverse(Arguments& arguments) {
 
 /// What a page shows.
 struct Compilation {
-  const Arguments& arguments;
+  const CompareArguments& arguments;
   const Scene& scene;
   const ColumnMap& map;
   const std::vector<Recording>& recordings;
@@ -245,7 +245,7 @@ void write_page_of(const Compilation& of) {
   HtmlPage page("Recordings predicted: " + arguments.scene.file);
   page.paragraph(fmt::format("{} recordings, mode {}{}.", predictions.size(), arguments.mode,
                              arguments.set.empty() ? "" : ", " + arguments.set));
-  Table medians{{"median", "value"}, {}};
+  PageTable medians{{"median", "value"}, {}};
   for (const auto& [name, value] : median_figures(predictions, by))
     medians.rows.push_back({name, fmt::format("{:.5g}", value)});
   page.table(medians);
@@ -279,7 +279,7 @@ void write_page_of(const Compilation& of) {
   write_page(arguments.page, page, charts);
 }
 
-int compare(Arguments& arguments) {
+int compare(CompareArguments& arguments) {
   arguments.view.check();
   if (arguments.mode == "inverse") {
     if (arguments.view.wanted())
@@ -340,7 +340,7 @@ int compare(Arguments& arguments) {
 }  // namespace
 
 void add_compare(CommandLine& line) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<CompareArguments>();
   Command& command = line.add(
       "compare", "Simulate from the first row of recordings; measure the distance to them");
   arguments->scene.add_to(command);

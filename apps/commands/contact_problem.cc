@@ -22,7 +22,7 @@ namespace fs = std::filesystem;
 using contact::MatrixX;
 using contact::VectorX;
 
-struct Arguments {
+struct ContactProblemArguments {
   std::string folder, friction = "both";
   contact::ContactSpaceOptions options;
   contact::Settings settings;
@@ -59,7 +59,7 @@ double inverse_error(const contact::ContactSpaceProblem& problem,
 }
 
 Json solve(const std::string& name, const contact::ContactSpaceProblem& problem,
-           const Arguments& arguments, bool coulomb, bool& all_solved) {
+           const ContactProblemArguments& arguments, bool coulomb, bool& all_solved) {
   contact::ContactSpaceOptions options = arguments.options;
   options.coulomb = coulomb;
   const auto start = std::chrono::steady_clock::now();
@@ -95,7 +95,7 @@ Json solve(const std::string& name, const contact::ContactSpaceProblem& problem,
           {"inverse_error", inverse_error(symmetric, solution, options)}};
 }
 
-int run(Arguments& arguments) {
+int run(ContactProblemArguments& arguments) {
   const std::vector<fs::path> folders = find_problems(arguments.folder);
   std::vector<contact::ContactSpaceProblem> problems;  // all are read before any is solved
   for (const fs::path& folder : folders) problems.push_back(read_contact_problem(folder));
@@ -126,7 +126,7 @@ int run(Arguments& arguments) {
 void add_contact_problem(CommandLine& line) {
   Command& command = line.add(
       "contact-problem", "Solve frictional contact problems given as matrices (W.csv, q_mu.csv)");
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<ContactProblemArguments>();
   command.add_option("folder", arguments->folder, "A problem, or a folder of problems").required();
   command.add_option("--friction", arguments->friction, "convex, coulomb or both")
       .show_default()

@@ -11,12 +11,12 @@
 namespace counterpoint::apps {
 namespace {
 
-struct Arguments {
+struct ConvertArguments {
   std::string input, output;
   Report report;
 };
 
-int convert(Arguments& arguments) {
+int convert(ConvertArguments& arguments) {
   const long rows = copy_table(arguments.input, arguments.output);
   const auto bytes = std::filesystem::file_size(arguments.output);
   Report& report = arguments.report;
@@ -32,7 +32,7 @@ int convert(Arguments& arguments) {
 }  // namespace
 
 void add_convert(CommandLine& line) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<ConvertArguments>();
   Command& command = line.add(
       "convert", "Write a motion or another table in another format: CSV, HDF5, NumPy, MCAP");
   command.add_option("INPUT", arguments->input, "Table to read: .csv, .h5, .npz or .mcap").required();

@@ -19,7 +19,7 @@
 namespace counterpoint::apps {
 namespace {
 
-struct Arguments {
+struct DerivativesArguments {
   SceneArguments scene;
   std::string trajectory, output;
   std::optional<double> time_step, smoothing, compliance;
@@ -57,9 +57,9 @@ void compare(int step, const NamedBlock& exact, const MatrixX& reference, double
 }
 
 /// A row of the table for each row of a matrix.
-class Output {
+class DerivativesOutput {
  public:
-  Output(const std::string& file, const Model& model) : names_(coordinate_names(model)) {
+  DerivativesOutput(const std::string& file, const Model& model) : names_(coordinate_names(model)) {
     if (file.empty()) return;
     std::vector<Column> columns{"time", {"block", CellType::kText}, {"row", CellType::kText}};
     columns.insert(columns.end(), names_.v.begin(), names_.v.end());
@@ -106,9 +106,9 @@ Trajectory first_step(const Scene& scene) {
 }
 
 /// The commands' work on one step after the other.
-class Run {
+class DerivativesRun {
  public:
-  Run(const Arguments& arguments, const Scene& scene)
+  DerivativesRun(const DerivativesArguments& arguments, const Scene& scene)
       : arguments_(arguments),
         scene_(scene),
         workspace_(scene.model),
@@ -162,17 +162,17 @@ class Run {
   std::vector<double> times_us;
 
  private:
-  const Arguments& arguments_;
+  const DerivativesArguments& arguments_;
   const Scene& scene_;
   Workspace workspace_;
-  Output output_;
+  DerivativesOutput output_;
   Input known_;
   InverseDerivatives exact_, reference_;
   ForwardDerivatives forward_;
   int singular_ = 0;
 };
 
-void report_check(const Run& run, const Trajectory& trajectory, Report& report) {
+void report_check(const DerivativesRun& run, const Trajectory& trajectory, Report& report) {
   const Worst& worst = run.worst;
   report["relative_difference_max"] = worst.relative;
   if (worst.relative > 0.0)
@@ -191,7 +191,7 @@ void report_check(const Run& run, const Trajectory& trajectory, Report& report) 
   fmt::print(report.text(), "\n");
 }
 
-int derivatives(Arguments& arguments) {
+int derivatives(DerivativesArguments& arguments) {
   Scene scene = arguments.scene.load();
   if (arguments.smoothing) scene.options.contact.smoothing = *arguments.smoothing;
   if (arguments.compliance) scene.options.contact.compliance = *arguments.compliance;
@@ -200,7 +200,7 @@ int derivatives(Arguments& arguments) {
       given ? read_trajectory(arguments.trajectory, scene.model) : first_step(scene);
   const std::vector<double> steps =
       step_lengths(trajectory, arguments.time_step, scene.options.time_step);
-  Run run(arguments, scene);
+  DerivativesRun run(arguments, scene);
   SimulationOptions options = scene.options;
   std::optional<FailedStep> failed;
   const Interrupt interrupt;
@@ -243,7 +243,7 @@ int derivatives(Arguments& arguments) {
 }  // namespace
 
 void add_derivatives(CommandLine& line) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<DerivativesArguments>();
   Command& command = line.add(
       "derivatives", "How the forces behind each step of a motion change with it, exactly");
   arguments->scene.add_to(command);

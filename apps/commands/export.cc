@@ -3,10 +3,7 @@
 
 #include <fmt/format.h>
 
-#include <cerrno>
-#include <cstring>
 #include <filesystem>
-#include <fstream>
 #include <memory>
 
 #include "command.h"
@@ -17,23 +14,19 @@
 namespace counterpoint::apps {
 namespace {
 
-struct Arguments {
+struct ExportArguments {
   SceneArguments scene;
   std::string to, output;
   Report report;
 };
 
-void write_file(const std::filesystem::path& path, const std::string& text) {
-  std::error_code failed;
+void write_with_folder(const std::filesystem::path& path, const std::string& text) {
+  std::error_code failed;  // which the writing then meets
   if (path.has_parent_path()) std::filesystem::create_directories(path.parent_path(), failed);
-  std::ofstream file(path, std::ios::binary);
-  file << text << std::flush;
-  if (!file)
-    throw InputError(fmt::format("cannot write {}: {}; name a file in a folder that can be written",
-                                 path.string(), std::strerror(errno)));
+  write_file(path, text);
 }
 
-int export_scene(Arguments& arguments) {
+int export_scene(ExportArguments& arguments) {
   const std::filesystem::path output = arguments.output;
   const Scene scene = arguments.scene.load();
   const std::string meshes = output.stem().string() + "_meshes";
@@ -42,8 +35,8 @@ int export_scene(Arguments& arguments) {
           ? export_mjcf(scene, collision::Collider(scene.model).overlapping_pairs())
           : export_urdf(scene, meshes);
   for (const ExportedFile& file : out.files)
-    write_file(output.parent_path() / file.name, file.text);
-  write_file(output, out.text);
+    write_with_folder(output.parent_path() / file.name, file.text);
+  write_with_folder(output, out.text);
   Report& report = arguments.report;
   report.begin("export", arguments.scene.file);
   Json lost = Json::array();
@@ -65,7 +58,7 @@ int export_scene(Arguments& arguments) {
 }  // namespace
 
 void add_export(CommandLine& line) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<ExportArguments>();
   Command& command = line.add("export",
                               "Write a scene as MJCF (MuJoCo) or URDF; what the format "
                               "cannot say is listed");

@@ -24,7 +24,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct Arguments {
+struct HardCasesArguments {
   std::vector<std::string> only;
   std::string scenes, folder;
   bool views = false, list = false, fast = false, no_peers = false, long_run = false;
@@ -45,7 +45,7 @@ std::vector<HardCase> all_cases() {
   return all;
 }
 
-std::vector<HardCase> chosen_cases(const Arguments& arguments, const fs::path& scenes) {
+std::vector<HardCase> chosen_cases(const HardCasesArguments& arguments, const fs::path& scenes) {
   std::vector<HardCase> all =
       arguments.long_run ? long_cases(scenes, arguments.seconds) : all_cases();
   if (arguments.fast) std::erase_if(all, [](const HardCase& c) { return c.slow; });
@@ -63,7 +63,7 @@ std::vector<HardCase> chosen_cases(const Arguments& arguments, const fs::path& s
   return chosen;
 }
 
-fs::path scene_folder(const Arguments& arguments) {
+fs::path scene_folder(const HardCasesArguments& arguments) {
   if (!arguments.scenes.empty()) {
     if (!fs::is_directory(arguments.scenes)) {
       throw InputError(fmt::format("--scenes {}: expected the folder of the scenes of hard cases",
@@ -106,7 +106,7 @@ void write_pages(const fs::path& folder, const std::vector<Result>& results, boo
 }
 
 int finish(const std::vector<Result>& results, const tasks::Results& run, std::size_t count,
-           Arguments& arguments) {
+           HardCasesArguments& arguments) {
   Report& report = arguments.report;
   for (const Result& result : results) print_result(report.text(), result);
   const bool stopped = results.size() < count;
@@ -128,7 +128,7 @@ int finish(const std::vector<Result>& results, const tasks::Results& run, std::s
   return failed == 0 && !stopped ? kSuccess : kFailed;
 }
 
-int hard_cases(Arguments& arguments, tasks::World& world) {
+int hard_cases(HardCasesArguments& arguments, tasks::World& world) {
   if (arguments.views && arguments.folder.empty()) throw InputError("--views: give --report DIR");
   if (arguments.views && !view::can_make_pages())
     throw InputError("--views: " + view::why_no_pages());
@@ -157,7 +157,7 @@ int hard_cases(Arguments& arguments, tasks::World& world) {
 }  // namespace
 
 void add_hard_cases(CommandLine& line) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<HardCasesArguments>();
   Command& command =
       line.add("hard-cases", "Run cases that are hard for engines; compare with what is known");
   command.add_option("--only", arguments->only, "Run this case; may be repeated")

@@ -18,7 +18,7 @@
 namespace counterpoint::apps {
 namespace {
 
-struct Arguments {
+struct IdentifyArguments {
   SceneArguments scene;
   std::vector<std::string> recordings, test;
   std::string map, parameters, set, page, loss = "cauchy", objective = "score";
@@ -32,7 +32,7 @@ struct Arguments {
   Report report;
 };
 
-Experiment make_experiment(const Arguments& arguments) {
+Experiment make_experiment(const IdentifyArguments& arguments) {
   Experiment e{with_settings(arguments.scene.load(), arguments.set), {}, {}, 0, {}};
   e.map = load_column_map(arguments.map, e.scene.model);
   e.prediction = {arguments.substeps ? arguments.substeps : e.map.substeps,
@@ -55,7 +55,7 @@ struct Split {
 };
 
 /// Evenly over the recordings in the order given, the same every time.
-Split split(const Arguments& arguments, const Experiment& e) {
+Split split(const IdentifyArguments& arguments, const Experiment& e) {
   Split out;
   const int given = e.num_given;
   if (!arguments.test.empty()) {
@@ -190,14 +190,14 @@ void fill_report(const std::vector<Parameter>& parameters, const FitProblem& pro
 }
 
 /// Errors over time of these rollouts.
-void write_page_of(const Arguments& arguments, const Rollouts& rollouts, Compared by,
+void write_page_of(const IdentifyArguments& arguments, const Rollouts& rollouts, Compared by,
                    const Json& report) {
   const auto& [before, after] = rollouts;
   HtmlPage page("Figures found: " + arguments.scene.file);
   const auto text = [](const Json& value) {
     return value.is_number() ? fmt::format("{:.5g}", value.get<double>()) : std::string("-");
   };
-  Table parameters{{"parameter", "unit", "scene", "found", "95 % from", "to"}, {}};
+  PageTable parameters{{"parameter", "unit", "scene", "found", "95 % from", "to"}, {}};
   for (const Json& p : report["parameters"])
     parameters.rows.push_back({p["name"], p["unit"], text(p["scene"]), text(p["value"]),
                                text(p["lower_95"]), text(p["upper_95"])});
@@ -205,7 +205,7 @@ void write_page_of(const Arguments& arguments, const Rollouts& rollouts, Compare
   for (const char* part : {"train", "test"}) {
     if (!report.contains(part)) continue;
     page.heading(fmt::format("{}: {} recordings", part, report[part]["recordings"].get<int>()));
-    Table scores{{"median", "scene", "found"}, {}};
+    PageTable scores{{"median", "scene", "found"}, {}};
     for (const auto& [name, value] : report[part]["scene"].items())
       scores.rows.push_back({name, text(value), text(report[part]["found"].value(name, Json()))});
     page.table(scores);
@@ -217,7 +217,7 @@ void write_page_of(const Arguments& arguments, const Rollouts& rollouts, Compare
   write_page(arguments.page, page, charts);
 }
 
-std::uint64_t fingerprint(const Arguments& a, const Experiment& e) {
+std::uint64_t fingerprint(const IdentifyArguments& a, const Experiment& e) {
   tasks::Fingerprint hash;
   hash.add_scene(e.scene);
   hash.add_file(a.map);
@@ -235,7 +235,7 @@ std::uint64_t fingerprint(const Arguments& a, const Experiment& e) {
   return hash.value();
 }
 
-int identify(Arguments& arguments, tasks::World& world) {
+int identify(IdentifyArguments& arguments, tasks::World& world) {
   arguments.report.begin("identify", arguments.scene.file);
   arguments.fit.exact = arguments.derivatives == "exact";
   const Experiment e = make_experiment(arguments);
@@ -293,7 +293,7 @@ int identify(Arguments& arguments, tasks::World& world) {
 }  // namespace
 
 void add_identify(CommandLine& line) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<IdentifyArguments>();
   Command& command =
       line.add("identify", "Find figures of a scene with which it predicts recordings best");
   arguments->scene.add_to(command);

@@ -17,7 +17,7 @@
 namespace counterpoint::apps {
 namespace {
 
-struct Arguments {
+struct InspectArguments {
   SceneArguments scene;
   bool costs = false;
   Report report;
@@ -275,7 +275,7 @@ void inspect_notes(const Model& model, Report& report) {
   report["notes"] = notes;
 }
 
-int inspect(Arguments& arguments) {
+int inspect(InspectArguments& arguments) {
   const Scene scene = arguments.scene.load();
   const Model& model = scene.model;
   Report& report = arguments.report;
@@ -311,7 +311,7 @@ int inspect(Arguments& arguments) {
 }  // namespace
 
 void add_inspect(CommandLine& line) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<InspectArguments>();
   Command& command = line.add("inspect",
                               "List joints, limits, geometries, materials, closures, "
                               "pairs, effects and what they cost, and "

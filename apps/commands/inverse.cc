@@ -20,7 +20,7 @@
 namespace counterpoint::apps {
 namespace {
 
-struct Arguments {
+struct InverseArguments {
   SceneArguments scene;
   std::string trajectory, output, contacts;
   std::optional<double> time_step;
@@ -65,7 +65,7 @@ void add_extremes(const Model& model, const Trajectory& trajectory, int step, do
 /// The two tables of the inverse, each only if asked for.
 class Output {
  public:
-  Output(const Arguments& arguments, const Model& model) {
+  Output(const InverseArguments& arguments, const Model& model) {
     if (!arguments.output.empty()) {
       std::vector<Column> columns{"time", "time_step"};
       const CoordinateNames names = coordinate_names(model);
@@ -96,7 +96,7 @@ class Output {
 };
 
 /// What a run that is stopped leaves behind.
-std::string kept(const Arguments& arguments) {
+std::string kept(const InverseArguments& arguments) {
   std::vector<std::string> files;
   for (const std::string& file : {arguments.output, arguments.contacts})
     if (!file.empty()) files.push_back(file);
@@ -112,7 +112,7 @@ struct Recovered {
 };
 
 /// Step by step, into the files, until one fails or Ctrl-C.
-Recovered recover(const Arguments& arguments, const Scene& scene, const Trajectory& trajectory,
+Recovered recover(const InverseArguments& arguments, const Scene& scene, const Trajectory& trajectory,
                   const std::vector<double>& steps) {
   const Model& model = scene.model;
   Output output(arguments, model);
@@ -175,7 +175,7 @@ void report_forces(const Trajectory& trajectory, const Recovered& recovered, Rep
              relative(extremes.error, extremes.scale), relative(extremes.error, extremes.recorded));
 }
 
-int inverse(Arguments& arguments) {
+int inverse(InverseArguments& arguments) {
   arguments.view.check();
   const Scene scene = arguments.scene.load();
   const Trajectory trajectory = read_trajectory(arguments.trajectory, scene.model);
@@ -207,7 +207,7 @@ int inverse(Arguments& arguments) {
 }  // namespace
 
 void add_inverse(CommandLine& line) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<InverseArguments>();
   Command& command =
       line.add("inverse", "Recover the applied and contact forces behind a trajectory");
   arguments->scene.add_to(command);

@@ -22,7 +22,7 @@ namespace {
 
 namespace opt = optimization;
 
-struct Arguments {
+struct OptimizeArguments {
   std::string problem, output, folder, from, derivatives, feedback;
   std::optional<int> frames, iterations;
   std::optional<double> smoothing, feedback_smoothing;
@@ -68,9 +68,9 @@ class ProgressLine {
 };
 
 /// Beside the motion: how far its continuation had come.
-std::string resume_file(const Arguments& arguments) { return arguments.output + ".resume.json"; }
+std::string resume_file(const OptimizeArguments& arguments) { return arguments.output + ".resume.json"; }
 
-void check(const Arguments& arguments) {
+void check(const OptimizeArguments& arguments) {
   arguments.view.check();
   const tasks::RunSettings run = arguments.tasks.settings();
   if (arguments.starts == 1 && !run.folder.empty())
@@ -86,7 +86,7 @@ void check(const Arguments& arguments) {
                      "; start without --resume");
 }
 
-void apply(const Arguments& arguments, opt::ProblemFile& file) {
+void apply(const OptimizeArguments& arguments, opt::ProblemFile& file) {
   opt::Settings& settings = file.settings;
   if (arguments.iterations) settings.max_iterations = *arguments.iterations;
   if (arguments.smoothing) settings.continuation.end = arguments.smoothing;
@@ -95,7 +95,7 @@ void apply(const Arguments& arguments, opt::ProblemFile& file) {
 }
 
 /// Writes what there is, so that a run that is stopped has it.
-void keep(const Arguments& arguments, const opt::ProblemFile& file, const opt::Result& result) {
+void keep(const OptimizeArguments& arguments, const opt::ProblemFile& file, const opt::Result& result) {
   if (arguments.output.empty()) return;
   write_motion(arguments.output, file, result);
   Json json;
@@ -104,7 +104,7 @@ void keep(const Arguments& arguments, const opt::ProblemFile& file, const opt::R
   write_file(resume_file(arguments), json.dump(1) + "\n");
 }
 
-OptimizedStart run_start(const Arguments& arguments, const opt::ProblemFile& file,
+OptimizedStart run_start(const OptimizeArguments& arguments, const opt::ProblemFile& file,
                          std::uint64_t seed) {
   opt::Settings settings = file.settings;
   ProgressLine line(arguments.quiet || arguments.starts > 1);
@@ -161,7 +161,7 @@ std::vector<view::Clip> stage_clips(const Scene& scene, double h, const Optimize
 }
 
 /// The motion as often as asked for, its feedback, and its replay, with stages as ghosts.
-void write_outputs(const Arguments& arguments, const opt::ProblemFile& file,
+void write_outputs(const OptimizeArguments& arguments, const opt::ProblemFile& file,
                    const OptimizedStart& best, Json& json) {
   std::optional<opt::Feedback> feedback;
   if (!arguments.feedback.empty()) {
@@ -211,7 +211,7 @@ void print_start(const Report& report, const OptimizedStart& start) {
 }
 
 /// The starts, a task each. Both arguments must outlive it.
-tasks::TaskList task_list(const Arguments& arguments, const opt::ProblemFile& file) {
+tasks::TaskList task_list(const OptimizeArguments& arguments, const opt::ProblemFile& file) {
   tasks::TaskList list;
   list.name = "starts";
   list.count = arguments.starts;
@@ -237,7 +237,7 @@ tasks::TaskList task_list(const Arguments& arguments, const opt::ProblemFile& fi
 }
 
 /// Threads that starts leave over work on each of them: the bits are the same.
-void deal_threads(Arguments& arguments, const tasks::World& world, opt::Settings& settings) {
+void deal_threads(OptimizeArguments& arguments, const tasks::World& world, opt::Settings& settings) {
   const int threads = arguments.tasks.threads(world);
   const std::int64_t processes = world.size() * arguments.tasks.settings().share.of;
   const std::int64_t each = (arguments.starts + processes - 1) / processes;
@@ -247,7 +247,7 @@ void deal_threads(Arguments& arguments, const tasks::World& world, opt::Settings
 }
 
 /// All of them, on rank 0; where it was stopped those that were begun.
-std::vector<OptimizedStart> run_starts(Arguments& arguments, tasks::World& world,
+std::vector<OptimizedStart> run_starts(OptimizeArguments& arguments, tasks::World& world,
                                        opt::ProblemFile& file) {
   deal_threads(arguments, world, file.settings);
   std::vector<OptimizedStart> starts;
@@ -264,7 +264,7 @@ std::vector<OptimizedStart> run_starts(Arguments& arguments, tasks::World& world
   return starts;
 }
 
-int optimize(Arguments& arguments, tasks::World& world) {
+int optimize(OptimizeArguments& arguments, tasks::World& world) {
   check(arguments);
   opt::ProblemFile file = opt::load_problem(arguments.problem, arguments.frames);
   apply(arguments, file);
@@ -308,7 +308,7 @@ std::string bundled_problem(const std::string& name) {
   return bundled_file(name, {"scenes/optimize"});
 }
 
-void add_options(Command& command, Arguments& a) {
+void add_options(Command& command, OptimizeArguments& a) {
   command.add_option("PROBLEM", a.problem, "Problem file (.yaml), or bundled name (list problems)")
       .becomes(bundled_problem)
       .required();
@@ -347,7 +347,7 @@ void add_options(Command& command, Arguments& a) {
 }  // namespace
 
 void add_optimize(CommandLine& line) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<OptimizeArguments>();
   Command& command = line.add(
       "optimize", "Find a motion through contact: forces follow from positions by the inverse");
   add_options(command, *arguments);

@@ -21,7 +21,7 @@
 namespace counterpoint::apps {
 namespace {
 
-struct Arguments {
+struct RolloutArguments {
   SceneArguments scene;
   std::optional<double> duration, time_step;
   int count = 16;
@@ -73,7 +73,7 @@ struct Rollout {
   Rollout() = default;
 };
 
-void check(const Arguments& arguments) {
+void check(const RolloutArguments& arguments) {
   if (arguments.inputs.size() > 1 && static_cast<int>(arguments.inputs.size()) != arguments.count)
     throw InputError(
         fmt::format("--inputs: {} files for {} rollouts; expected none, one for all, or "
@@ -81,7 +81,7 @@ void check(const Arguments& arguments) {
                     arguments.inputs.size(), arguments.count));
 }
 
-InputArguments inputs_of(const Arguments& arguments, int rollout) {
+InputArguments inputs_of(const RolloutArguments& arguments, int rollout) {
   InputArguments inputs = arguments.random;
   if (!arguments.inputs.empty())
     inputs.file = arguments.inputs[arguments.inputs.size() == 1 ? 0 : static_cast<size_t>(rollout)];
@@ -89,7 +89,7 @@ InputArguments inputs_of(const Arguments& arguments, int rollout) {
   return inputs;
 }
 
-Rollout roll_out(const Arguments& arguments, int index, Simulator& simulator) {
+Rollout roll_out(const RolloutArguments& arguments, int index, Simulator& simulator) {
   Rollout result;
   simulator.reset();
   simulator.input() = Input{VectorX::Zero(simulator.model().nv()), {}};
@@ -170,7 +170,7 @@ struct Tally {
     force_error = std::max(force_error, rollout.force_error);
     force_scale = std::max(force_scale, rollout.force_scale);
   }
-  bool ended_early(const Arguments& arguments) const {
+  bool ended_early(const RolloutArguments& arguments) const {
     return stopped > 0 || begun < arguments.count;
   }
   double rate() const {
@@ -179,7 +179,7 @@ struct Tally {
 };
 
 /// Of all that the rollouts depend on.
-std::uint64_t fingerprint(const Arguments& arguments, const Scene& scene) {
+std::uint64_t fingerprint(const RolloutArguments& arguments, const Scene& scene) {
   tasks::Fingerprint hash;
   hash.add_scene(scene);
   for (const std::string& file : arguments.inputs) hash.add_file(file);
@@ -190,7 +190,7 @@ std::uint64_t fingerprint(const Arguments& arguments, const Scene& scene) {
   return hash.value();
 }
 
-tasks::TaskList task_list(const Arguments& arguments, const Scene& scene) {
+tasks::TaskList task_list(const RolloutArguments& arguments, const Scene& scene) {
   tasks::TaskList list;
   list.name = "rollouts";
   list.count = arguments.count;
@@ -204,7 +204,7 @@ tasks::TaskList task_list(const Arguments& arguments, const Scene& scene) {
   return list;
 }
 
-std::vector<Rollout> collect(const Arguments& arguments, const tasks::Results& results,
+std::vector<Rollout> collect(const RolloutArguments& arguments, const tasks::Results& results,
                              Tally& tally) {
   std::vector<Rollout> rollouts(static_cast<size_t>(arguments.count));
   results.for_each([&](std::int64_t i, std::string&& bytes) {
@@ -215,7 +215,7 @@ std::vector<Rollout> collect(const Arguments& arguments, const tasks::Results& r
   return rollouts;
 }
 
-void fill_report(const Arguments& arguments, const tasks::Results& results,
+void fill_report(const RolloutArguments& arguments, const tasks::Results& results,
                  const std::vector<Rollout>& rollouts, const Tally& tally, Report& report) {
   report["status"] = tally.failures > 0             ? "failed"
                      : tally.ended_early(arguments) ? "stopped"
@@ -245,7 +245,7 @@ void fill_report(const Arguments& arguments, const tasks::Results& results,
   report["results"] = list;
 }
 
-void print(const Arguments& arguments, const tasks::Results& results, const Tally& tally) {
+void print(const RolloutArguments& arguments, const tasks::Results& results, const Tally& tally) {
   const int threads = results.ranks * results.threads;
   fmt::print(arguments.report.text(),
              "{} rollouts, {} steps in {:.3g} s on {} thread{}: {:.4g} steps a second, {:.4g} a "
@@ -262,7 +262,7 @@ void print(const Arguments& arguments, const tasks::Results& results, const Tall
                tally.force_scale);
 }
 
-int rollout(Arguments& arguments, tasks::World& world) {
+int rollout(RolloutArguments& arguments, tasks::World& world) {
   check(arguments);
   Scene scene = arguments.scene.load();
   override_times(arguments.duration, arguments.time_step, scene.options);
@@ -296,7 +296,7 @@ int rollout(Arguments& arguments, tasks::World& world) {
 }  // namespace
 
 void add_rollout(CommandLine& line) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<RolloutArguments>();
   Command& command = line.add("rollout", "Simulate a scene many times at once, over all cores and machines");
   arguments->scene.add_to(command);
   command.add_option("--count", arguments->count, "Number of rollouts; default 16")

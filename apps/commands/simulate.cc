@@ -26,7 +26,7 @@
 namespace counterpoint::apps {
 namespace {
 
-struct Arguments {
+struct SimulateArguments {
   SceneArguments scene;
   std::optional<double> duration, time_step;
   std::string adaptive;  ///< tolerance, "off", or empty: as the scene says
@@ -38,7 +38,7 @@ struct Arguments {
   Report report;
 };
 
-void apply_overrides(const Arguments& arguments, SimulationOptions& options) {
+void apply_overrides(const SimulateArguments& arguments, SimulationOptions& options) {
   override_step_control(arguments.adaptive, arguments.event_tolerance, options);
   override_times(arguments.duration, arguments.time_step, options);
 }
@@ -87,7 +87,7 @@ std::string stopped(const RunTally& tally, const Simulator& simulator) {
                      simulator.state().time, tally.wall_limit);
 }
 
-void write_report(Arguments& arguments, const Simulator& simulator, const State& start,
+void write_report(SimulateArguments& arguments, const Simulator& simulator, const State& start,
                   const std::optional<FailedStep>& failed, const std::string& message,
                   const RunTally& tally) {
   const Model& model = simulator.model();
@@ -131,7 +131,7 @@ void print_figures(const Report& report, const Simulator& simulator, double simu
 }
 
 /// From the start of a motion, by its steps, as long as it takes.
-void follow(const Arguments& arguments, const Follower& motion, Simulator& simulator) {
+void follow(const SimulateArguments& arguments, const Follower& motion, Simulator& simulator) {
   if (simulator.options().step_control || arguments.time_step)
     throw InputError("--follow steps as the motion does: leave --adaptive and --timestep out");
   simulator.options().time_step = motion.time_step();
@@ -140,7 +140,7 @@ void follow(const Arguments& arguments, const Follower& motion, Simulator& simul
     simulator.set_state(motion.start(simulator.model(), arguments.inputs.seed));
 }
 
-Outputs open_outputs(const Arguments& arguments, const Simulator& simulator, const AppliedInputs& inputs) {
+Outputs open_outputs(const SimulateArguments& arguments, const Simulator& simulator, const AppliedInputs& inputs) {
   const Model& model = simulator.model();
   Outputs outputs;
   if (!arguments.output.empty())
@@ -157,7 +157,7 @@ Outputs open_outputs(const Arguments& arguments, const Simulator& simulator, con
   return outputs;
 }
 
-int simulate(Arguments& arguments) {
+int simulate(SimulateArguments& arguments) {
   arguments.view.check();
   Scene scene = arguments.scene.load();
   apply_overrides(arguments, scene.options);
@@ -211,7 +211,7 @@ int simulate(Arguments& arguments) {
 }  // namespace
 
 void add_simulate(CommandLine& line) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<SimulateArguments>();
   Command& command = line.add("simulate", "Simulate a scene; write its trajectory");
   arguments->scene.add_to(command);
   add_times(command, arguments->duration, arguments->time_step);

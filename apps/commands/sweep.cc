@@ -17,7 +17,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct Arguments {
+struct SweepArguments {
   std::string study, output, page;
   tasks::TaskArguments tasks;
   Report report;
@@ -25,13 +25,13 @@ struct Arguments {
 
 std::string bundled_study(const std::string& name) { return bundled_file(name, {"studies"}); }
 
-fs::path page_file(const Arguments& arguments) {
+fs::path page_file(const SweepArguments& arguments) {
   return arguments.page.empty() ? fs::path(arguments.output).replace_extension(".html")
                                 : fs::path(arguments.page);
 }
 
 void fill_report(const sweep::Study& study, const sweep::Summary& summary,
-                 const tasks::Results& results, Arguments& arguments) {
+                 const tasks::Results& results, SweepArguments& arguments) {
   Report& report = arguments.report;
   report["study"] = study.file.string();
   add_run(results, report);
@@ -44,7 +44,7 @@ void fill_report(const sweep::Study& study, const sweep::Summary& summary,
   report["failures"] = reasons;
 }
 
-int finish(const sweep::Study& study, const tasks::Results& results, Arguments& arguments) {
+int finish(const sweep::Study& study, const tasks::Results& results, SweepArguments& arguments) {
   sweep::Page page(study);
   const sweep::Summary summary =
       sweep::write_table(arguments.output, study, results,
@@ -67,7 +67,7 @@ int finish(const sweep::Study& study, const tasks::Results& results, Arguments& 
   return summary.failed > 0 ? kFailed : kSuccess;
 }
 
-int run_sweep(Arguments& arguments, tasks::World& world) {
+int run_sweep(SweepArguments& arguments, tasks::World& world) {
   const sweep::Study study = sweep::load_study(arguments.study);
   sweep::check_figures(study);
   arguments.tasks.default_parts(arguments.output + ".parts");
@@ -112,7 +112,7 @@ int merge(const std::vector<std::string>& folders, CommandLine& line) {
 }  // namespace
 
 void add_sweep(CommandLine& line) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<SweepArguments>();
   Command& command =
       line.add("sweep", "Run a study: a scene over grids and random draws, into one table");
   command

@@ -18,7 +18,7 @@
 namespace counterpoint::apps {
 namespace {
 
-struct Arguments {
+struct ViewArguments {
   SceneArguments scene;
   std::string motion, output, contacts, title, size;
   std::vector<std::string> ghosts, ghost_names;
@@ -53,7 +53,7 @@ std::optional<std::vector<double>> moving(const char* option, const std::vector<
 }
 
 /// Refuses what can be refused before anything is computed.
-void check(Arguments& arguments) {
+void check(ViewArguments& arguments) {
   if (!view::can_make_pages()) throw InputError(view::why_no_pages());
   set_size(arguments.size, arguments.pictures);
   arguments.pictures.gif = moving("--gif", arguments.gif, 2000);
@@ -68,7 +68,7 @@ void check(Arguments& arguments) {
     throw InputError("--ghost-name: more names than ghosts");
 }
 
-view::Clip recorded(const Arguments& arguments, const Scene& scene, const Trajectory& trajectory,
+view::Clip recorded(const ViewArguments& arguments, const Scene& scene, const Trajectory& trajectory,
                     const std::vector<double>& steps, bool forces) {
   Progress progress(forces ? "recovering forces" : "reading the motion", trajectory.num_steps());
   return view::clip_of(scene, trajectory, steps, arguments.rate, forces, [&](int done) {
@@ -77,7 +77,7 @@ view::Clip recorded(const Arguments& arguments, const Scene& scene, const Trajec
   });
 }
 
-view::Replay make_replay(const Arguments& arguments, const Scene& scene) {
+view::Replay make_replay(const ViewArguments& arguments, const Scene& scene) {
   const Trajectory trajectory = read_trajectory(arguments.motion, scene.model);
   std::vector<double> steps;
   if (arguments.forces)
@@ -117,7 +117,7 @@ view::Replay make_replay(const Arguments& arguments, const Scene& scene) {
 }
 
 /// replay.html -> replay_1.25.png ... replay.gif, replay.webm.
-std::vector<std::string> write_pictures(const Arguments& arguments) {
+std::vector<std::string> write_pictures(const ViewArguments& arguments) {
   std::vector<std::string> names;
   if (!arguments.pictures.any()) return names;
   Progress progress("drawing pictures in Chromium", 1);
@@ -143,7 +143,7 @@ std::vector<std::string> write_pictures(const Arguments& arguments) {
   return names;
 }
 
-int view_motion(Arguments& arguments) {
+int view_motion(ViewArguments& arguments) {
   check(arguments);
   const Scene scene = arguments.scene.load();
   const Interrupt interrupt;
@@ -185,7 +185,7 @@ int view_motion(Arguments& arguments) {
   return kFailed;
 }
 
-void add_picture_options(Command& command, Arguments& arguments) {
+void add_picture_options(Command& command, ViewArguments& arguments) {
   command
       .add_option("--png", arguments.pictures.times,
                   "Times [s] of pictures to write beside the page: PAGE_TIME.png (Chromium)")
@@ -210,7 +210,7 @@ void add_picture_options(Command& command, Arguments& arguments) {
 }  // namespace
 
 void add_view(CommandLine& line) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<ViewArguments>();
   Command& command =
       line.add("view", "Write a motion as one HTML page that plays it, without network");
   arguments->scene.add_to(command);

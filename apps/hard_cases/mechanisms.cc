@@ -52,7 +52,7 @@ double quaternions_off(const Model& model, const VectorX& q) {
   return most;
 }
 
-struct Kind {
+struct ErrorKind {
   const char* name;
   const char* unit;
   double (*off)(const Model& model, const VectorX& q);
@@ -61,18 +61,18 @@ struct Kind {
   double stopped;
   const char* why;
 };
-constexpr std::array<Kind, 4> kKinds = {
+constexpr std::array<ErrorKind, 4> kErrorKinds = {
     {{"closures", "m, rad", closures_off, 1e-4, 0.0, "they hold, in every step; by agreement"},
      {"gears", "m, rad", gears_off, 1e-6, 0.0, "they hold, in every step; by agreement"},
      {"joint limits", "m, rad", limits_off, 0.0, 1000.0,
       "in every step; a limit yields by h times compliance times the speed it stops: 1000 rad/s"},
      {"quaternions", "1", quaternions_off, 1e-15, 0.0, "in every step; rounding"}}};
 
-using Errors = std::array<double, kKinds.size()>;
+using Errors = std::array<double, kErrorKinds.size()>;
 
 Errors errors(const Model& model, const VectorX& q) {
   Errors off;
-  for (std::size_t k = 0; k < kKinds.size(); ++k) off[k] = kKinds[k].off(model, q);
+  for (std::size_t k = 0; k < kErrorKinds.size(); ++k) off[k] = kErrorKinds[k].off(model, q);
   return off;
 }
 
@@ -83,7 +83,7 @@ struct Tenth {
   long count = 0;
 
   void look(const Errors& off, View& view) {
-    for (std::size_t k = 0; k < kKinds.size(); ++k) squares[k] += off[k] * off[k];
+    for (std::size_t k = 0; k < kErrorKinds.size(); ++k) squares[k] += off[k] * off[k];
     view.look();
     energy += view.energy_with_springs();
     ++count;
@@ -105,8 +105,8 @@ constexpr double kGrowth = 1.5;
 
 void compare_errors(Trial& trial, const SimulationOptions& options, const Errors& most,
                     const Tenth& first, const Tenth& last) {
-  for (std::size_t k = 0; k < kKinds.size(); ++k) {
-    const auto& [name, unit, off, allowed, stopped, why] = kKinds[k];
+  for (std::size_t k = 0; k < kErrorKinds.size(); ++k) {
+    const auto& [name, unit, off, allowed, stopped, why] = kErrorKinds[k];
     if (most[k] == 0.0) continue;
     const double yields = options.time_step * options.contact.compliance * stopped;
     trial.at_most(fmt::format("{} off, largest", name), unit, most[k], allowed + yields, why);

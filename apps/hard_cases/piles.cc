@@ -42,9 +42,9 @@ double edges_moved(const Model& model, const VectorX& q, const VectorX& q_start)
 }
 
 /// What is looked at after every step.
-class Watch {
+class PileWatch {
  public:
-  Watch(Trial& trial, Runner& sim) : trial_(trial), sim_(sim), view_(sim), start_(view_.energy()) {
+  PileWatch(Trial& trial, Runner& sim) : trial_(trial), sim_(sim), view_(sim), start_(view_.energy()) {
     trial.chart.y_label = "energy [J]";
     trial.chart.curves.resize(1);
     trial.chart.levels = {{"start", start_}};
@@ -82,7 +82,7 @@ class Watch {
 
 void pile(Trial& trial, const std::string& scene, const Bounds& bounds) {
   Runner& sim = trial.load(scene);
-  Watch watch(trial, sim);
+  PileWatch watch(trial, sim);
   trial.run(sim, kDuration - 1.0, [&](const Runner&) { watch.after_step(); });
   const VectorX settled = sim.state().q;
   trial.run(sim, 1.0, [&](const Runner&) { watch.after_step(); });

@@ -99,8 +99,8 @@ std::vector<Chart> motion_charts(const MotionFigures& figures) {
 }
 
 /// Which links bear how much in which step: '#' more than 5 % of the weight, '-' less.
-Table schedule(const MotionFigures& figures, double weight) {
-  Table table{{"link", "steps in contact"}, {}};
+PageTable schedule(const MotionFigures& figures, double weight) {
+  PageTable table{{"link", "steps in contact"}, {}};
   for (std::size_t i = 0; i < figures.links.size(); ++i) {
     std::string marks;
     for (const double f : figures.force[i])
@@ -110,10 +110,10 @@ Table schedule(const MotionFigures& figures, double weight) {
   return table;
 }
 
-Table figure_table(const OptimizedStart& start) {
+PageTable figure_table(const OptimizedStart& start) {
   Json figures;
   fill_report(start, figures);
-  Table table{{"figure", "value"}, {}};
+  PageTable table{{"figure", "value"}, {}};
   for (const auto& [key, value] : figures.items())
     table.rows.push_back({key, value.is_number_float() ? fmt::format("{:.6g}", value.get<double>())
                                : value.is_string()     ? value.get<std::string>()
@@ -121,8 +121,8 @@ Table figure_table(const OptimizedStart& start) {
   return table;
 }
 
-Table term_table(const opt::Problem& problem, const opt::Result& result) {
-  Table table{{"term", "cost", "condition"}, {}};
+PageTable term_table(const opt::Problem& problem, const opt::Result& result) {
+  PageTable table{{"term", "cost", "condition"}, {}};
   for (std::size_t i = 0; i < problem.terms.size(); ++i)
     table.rows.push_back({problem.terms[i].name,
                           fmt::format("{:.4g}", result.cost_by_term[static_cast<Eigen::Index>(i)]),
@@ -130,8 +130,8 @@ Table term_table(const opt::Problem& problem, const opt::Result& result) {
   return table;
 }
 
-Table start_table(const std::vector<OptimizedStart>& starts) {
-  Table table{{"seed", "outcome", "cost", "iterations", "unactuated", "seconds"}, {}};
+PageTable start_table(const std::vector<OptimizedStart>& starts) {
+  PageTable table{{"seed", "outcome", "cost", "iterations", "unactuated", "seconds"}, {}};
   for (const OptimizedStart& s : starts)
     table.rows.push_back({std::to_string(s.seed), opt::outcome_name(s.result.outcome),
                           fmt::format("{:.5g}", s.result.cost), std::to_string(s.result.iterations),

@@ -12,7 +12,7 @@
 namespace counterpoint::peers {
 namespace {
 
-void copy(const Vector3& v, mjtNum* out) { std::copy(v.data(), v.data() + 3, out); }
+void set_numbers(const Vector3& v, mjtNum* out) { std::copy(v.data(), v.data() + 3, out); }
 
 }  // namespace
 
@@ -110,8 +110,8 @@ void Mujoco::Impl::set_closures() {
     mjtNum* data = m->eq_data + id * mjNEQDATA;
     if (c.type == ClosureType::kBall) {
       const bool swapped = c.body_a == 0;
-      copy(swapped ? c.X_BC.translation : c.X_AC.translation, data);
-      copy(swapped ? c.X_AC.translation : c.X_BC.translation, data + 3);
+      set_numbers(swapped ? c.X_BC.translation : c.X_AC.translation, data);
+      set_numbers(swapped ? c.X_AC.translation : c.X_BC.translation, data + 3);
     }
     if (c.type == ClosureType::kDistance) {
       const int tendon = mj_name2id(m, mjOBJ_TENDON, fmt::format("t{}", i).c_str());

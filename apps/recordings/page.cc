@@ -108,8 +108,8 @@ std::vector<Chart> coordinate_charts(const Model& model, const Recording& record
   return charts;
 }
 
-Table prediction_table(const std::vector<Prediction>& predictions, Compared by) {
-  Table table{{"recording", "rows"}, {}};
+PageTable prediction_table(const std::vector<Prediction>& predictions, Compared by) {
+  PageTable table{{"recording", "rows"}, {}};
   for (const auto& [name, value] : figures({}, by)) table.header.emplace_back(name);
   for (const Prediction& p : predictions) {
     std::vector<std::string>& row = table.rows.emplace_back();
@@ -133,8 +133,8 @@ Json coordinate_list(const std::vector<CoordinateFigures>& figures) {
   return list;
 }
 
-Table coordinate_table(const std::vector<CoordinateFigures>& figures) {
-  Table table{{"coordinate", "unexplained, rms [N or N m]", "mean", "recorded, deviation", "R2"},
+PageTable coordinate_table(const std::vector<CoordinateFigures>& figures) {
+  PageTable table{{"coordinate", "unexplained, rms [N or N m]", "mean", "recorded, deviation", "R2"},
               {}};
   for (const CoordinateFigures& one : figures) {
     const auto text = [](const std::optional<double>& x) {
@@ -146,8 +146,8 @@ Table coordinate_table(const std::vector<CoordinateFigures>& figures) {
   return table;
 }
 
-Table explanation_table(const std::vector<ExplainedRecording>& recordings) {
-  Table table{{"recording", "rows"}, {}};
+PageTable explanation_table(const std::vector<ExplainedRecording>& recordings) {
+  PageTable table{{"recording", "rows"}, {}};
   for (const ExplainedRecording& one : recordings) {
     if (table.rows.empty())
       for (const auto& [name, value] : one.figures) table.header.emplace_back(name);

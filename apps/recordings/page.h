@@ -28,11 +28,11 @@ std::vector<Chart> coordinate_charts(const Model& model, const Recording& record
                                      const Prediction& prediction, const ColumnMap& map);
 
 /// A row a recording.
-Table prediction_table(const std::vector<Prediction>& predictions, Compared by);
+PageTable prediction_table(const std::vector<Prediction>& predictions, Compared by);
 /// The figures of coordinates as reports have them, and as a table.
 Json coordinate_list(const std::vector<CoordinateFigures>& figures);
-Table coordinate_table(const std::vector<CoordinateFigures>& figures);
-Table explanation_table(const std::vector<ExplainedRecording>& recordings);
+PageTable coordinate_table(const std::vector<CoordinateFigures>& figures);
+PageTable explanation_table(const std::vector<ExplainedRecording>& recordings);
 /// Unexplained force against time, median and quartiles over recordings.
 Chart unexplained_chart(const std::vector<ExplainedRecording>& recordings);
 

@@ -18,7 +18,7 @@ constexpr const char* kStyle =
 
 }  // namespace
 
-std::string markdown_table(const Table& table) {
+std::string markdown_table(const PageTable& table) {
   std::string out = "|", rule = "|";
   for (const std::string& cell : table.header) {
     out += " " + cell + " |";
@@ -55,7 +55,7 @@ void HtmlPage::links(const std::vector<std::pair<std::string, std::string>>& wor
   body_ += "</ul>\n";
 }
 
-void HtmlPage::table(const Table& table) {
+void HtmlPage::table(const PageTable& table) {
   body_ += "<table>\n<tr>";
   for (const std::string& cell : table.header) body_ += "<th>" + escape_markup(cell) + "</th>";
   body_ += "</tr>\n";

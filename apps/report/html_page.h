@@ -7,13 +7,13 @@
 
 namespace counterpoint::apps {
 
-struct Table {
+struct PageTable {
   std::vector<std::string> header;
   std::vector<std::vector<std::string>> rows;  ///< as long as the header each
 };
 
 /// The table in Markdown; cells are taken as they are.
-std::string markdown_table(const Table& table);
+std::string markdown_table(const PageTable& table);
 
 /// Collects what is to be shown, in the order in which it is added. All texts are escaped.
 class HtmlPage {
@@ -23,7 +23,7 @@ class HtmlPage {
   void heading(const std::string& text);
   void paragraph(const std::string& text);
   void list(const std::vector<std::string>& items);
-  void table(const Table& table);
+  void table(const PageTable& table);
   /// A list of words that lead to files beside the page.
   void links(const std::vector<std::pair<std::string, std::string>>& words_and_files);
   /// A picture as svg (chart.h) gives it; one can zoom into it and read values off it.

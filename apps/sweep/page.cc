@@ -12,7 +12,7 @@
 namespace counterpoint::apps::sweep {
 namespace {
 
-constexpr std::int64_t kMostPoints = 2000;  // of a plot
+constexpr std::int64_t kMostPlottedPoints = 2000;  // of a plot
 constexpr std::size_t kMostRecorded = 8, kMostPlots = 48;
 
 /// Figures and chosen columns first: they were asked for by name.
@@ -30,7 +30,7 @@ std::vector<std::size_t> shown_first(const Study& study) {
 
 Page::Page(const Study& study)
     : study_(study),
-      every_(std::max<std::int64_t>(1, (study.num_tasks() + kMostPoints - 1) / kMostPoints)) {
+      every_(std::max<std::int64_t>(1, (study.num_tasks() + kMostPlottedPoints - 1) / kMostPlottedPoints)) {
   for (const std::size_t recorded : shown_first(study)) {
     for (std::size_t axis = 0; axis < study.axes.size() && plots_.size() < kMostPlots; ++axis) {
       const Axis& one = study.axes[axis];
@@ -77,7 +77,7 @@ std::string Page::text(const Summary& summary, const std::string& table) const {
         "Dots: every task whose number {} divides. Lines: means over all tasks.", every_));
   if (!summary.reasons.empty()) {
     page.heading("Failed");
-    Table reasons{{"task", "reason"}, {}};
+    PageTable reasons{{"task", "reason"}, {}};
     for (const auto& [task, reason] : summary.reasons)
       reasons.rows.push_back({std::to_string(task), reason});
     page.table(reasons);
