@@ -20,7 +20,7 @@ endforeach()
 define_property(TARGET PROPERTY COUNTERPOINT_PUBLIC_HEADERS_ONLY
                 INITIALIZE_FROM_VARIABLE DEFAULT_COUNTERPOINT_PUBLIC_HEADERS_ONLY)
 
-option(COUNTERPOINT_UNITY "Compile twelve files of a target at a time: all is built sooner, an edit later" OFF)
+option(COUNTERPOINT_UNITY "Compile 24 files of a target at a time: all is built sooner, an edit later" OFF)
 add_library(counterpoint_flags INTERFACE)
 target_compile_options(counterpoint_flags INTERFACE
   -Wall -Wextra -Wpedantic -Wshadow $<$<CXX_COMPILER_ID:GNU>:-Wno-maybe-uninitialized>
@@ -42,7 +42,7 @@ endif()
 
 # Files of tests have names of their own in common (kRoundoff): they stay apart.
 function(counterpoint_unity target)
-  set_target_properties(${target} PROPERTIES UNITY_BUILD ${COUNTERPOINT_UNITY} UNITY_BUILD_BATCH_SIZE 12)
+  set_target_properties(${target} PROPERTIES UNITY_BUILD ${COUNTERPOINT_UNITY} UNITY_BUILD_BATCH_SIZE 24)
 endfunction()
 
 # counterpoint_library(NAME SOURCES ... [PUBLIC libs] [PRIVATE libs])
@@ -70,16 +70,11 @@ function(counterpoint_library name)
 endfunction()
 
 # What nearly every file of a target reads is parsed once. GCC's option lets ccache see through it.
-# Twelve files at a time parse it once anyway: a target of three such units gains nothing more.
+# Targets that are compiled many files at a time parse it a few times only.
 option(COUNTERPOINT_PRECOMPILED_HEADERS "Precompile Eigen, the standard library, CLI11, JSON" ON)
 function(counterpoint_precompile target)
-  if(NOT COUNTERPOINT_PRECOMPILED_HEADERS)
-    return()
-  endif()
   get_target_property(unity ${target} UNITY_BUILD)
-  get_target_property(sources ${target} SOURCES)
-  list(LENGTH sources files)
-  if(unity AND files LESS_EQUAL 36)
+  if(unity OR NOT COUNTERPOINT_PRECOMPILED_HEADERS)
     return()
   endif()
   target_precompile_headers(${target} PRIVATE ${ARGN}
