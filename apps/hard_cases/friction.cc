@@ -17,7 +17,7 @@ void slope_rest(Trial& trial) {
   const int q = q_of(sim.model(), "block/body"), v = v_of(sim.model(), "block/body");
   // The regularizer's eps g h sin(theta) and the smoothing's delta / h; 1 % for the latter's
   // factor.
-  const double bound = 1.01 * (options.compliance * kGravity * h * sine + options.smoothing / h);
+  const double bound = 1.01 * (options.compliance * kCaseGravity * h * sine + options.smoothing / h);
   trial.chart.y_label = "speed [m/s]";
   trial.chart.log_y = true;
   trial.chart.curves.resize(1);
@@ -36,7 +36,7 @@ void slope_rest(Trial& trial) {
 void slope_slide(Trial& trial) {
   Runner& sim = trial.load("slope_slide");
   const double cosine = 1.0 / std::hypot(1.0, 0.6), sine = 0.6 * cosine;
-  const double a = kGravity * (sine - 0.5 * cosine);
+  const double a = kCaseGravity * (sine - 0.5 * cosine);
   const Vector3 normal(sine, 0.0, cosine);
   const int q = q_of(sim.model(), "block/body"), v = v_of(sim.model(), "block/body");
   double hover = 0.0;
@@ -56,7 +56,7 @@ void slope_slide(Trial& trial) {
 void sliding_stop(Trial& trial) {
   Runner& sim = trial.load("sliding_stop");
   const double v0 = 2.0, mu = 0.5, h = sim.options().time_step;
-  const double way = v0 * v0 / (2.0 * mu * kGravity);
+  const double way = v0 * v0 / (2.0 * mu * kCaseGravity);
   const int q = q_of(sim.model(), "block/body");
   double hover = 0.0;
   trial.chart.y_label = "x [m]";
@@ -68,7 +68,7 @@ void sliding_stop(Trial& trial) {
   });
   // Each step moves with the velocity at its end: h v0 / 2 short, and within the last step.
   trial.equal("stopping distance", "m", sim.state().q[q], way - 0.5 * h * v0,
-              h * h * mu * kGravity / 8.0 + 1e-8,
+              h * h * mu * kCaseGravity / 8.0 + 1e-8,
               "Coulomb: v0^2/(2 mu g), less the scheme's h v0/2");
   trial.at_most("sideways", "m", std::abs(sim.state().q[q + 1]), 1e-9, "symmetry");
   trial.at_most("hover, largest", "m", hover, 1e-9, "exact Coulomb friction does not hop");
@@ -77,7 +77,7 @@ void sliding_stop(Trial& trial) {
 void seams(Trial& trial) {
   Runner& sim = trial.load("seams");
   const double v0 = 2.0, mu = 0.2, h = sim.options().time_step;
-  const double way = v0 * v0 / (2.0 * mu * kGravity);
+  const double way = v0 * v0 / (2.0 * mu * kCaseGravity);
   const Model& model = sim.model();
   const std::array<const char*, 3> names = {"block", "plate", "can"};
   std::array<int, 3> q{};  // of each
@@ -94,7 +94,7 @@ void seams(Trial& trial) {
   });
   for (std::size_t k = 0; k < names.size(); ++k) {
     trial.equal(std::string("stopping distance, ") + names[k], "m", sim.state().q[q[k]],
-                way - 0.5 * h * v0, h * h * mu * kGravity / 8.0 + 1e-8,
+                way - 0.5 * h * v0, h * h * mu * kCaseGravity / 8.0 + 1e-8,
                 "as on one plane: v0^2/(2 mu g), less the scheme's h v0/2");
   }
   trial.at_most("rise, largest", "m", rise, 1e-9, "tiles of one height are one plane");
@@ -121,17 +121,17 @@ void headings(Trial& trial) {
     turned = std::max(turned, std::abs(way.x() * std::sin(angle) - way.y() * std::cos(angle)));
     trial.chart.curves[0].add(30.0 * k, way.norm());
   }
-  trial.chart.levels = {{"v0^2 / (2 mu g)", 4.0 / kGravity}};
+  trial.chart.levels = {{"v0^2 / (2 mu g)", 4.0 / kCaseGravity}};
   trial.at_most("spread of stopping distance, relative", "1", (most - least) / sum, 1e-8,
                 "the cone is round: the same in every direction");
   trial.at_most("sideways, largest", "m", turned, 1e-8, "friction opposes the velocity");
-  trial.equal("stopping distance, mean", "m", sum, 4.0 / kGravity, 0.5 * 0.002 * 2.0 * 1.01,
+  trial.equal("stopping distance, mean", "m", sum, 4.0 / kCaseGravity, 0.5 * 0.002 * 2.0 * 1.01,
               "Coulomb: v0^2/(2 mu g); h v0/2 of the scheme");
 }
 
 void push_ramp(Trial& trial) {
   Runner& sim = trial.load("push_ramp");
-  const double mu = 0.4, h = sim.options().time_step, slip = mu * kGravity / 20.0;
+  const double mu = 0.4, h = sim.options().time_step, slip = mu * kCaseGravity / 20.0;
   const int q = q_of(sim.model(), "block/body"), v = v_of(sim.model(), "block/body");
   double slipped = -1.0;
   trial.chart.y_label = "speed [m/s]";
@@ -145,7 +145,7 @@ void push_ramp(Trial& trial) {
     trial.chart.curves[0].add(sim.state().time, speed);
   }
   const double rest = 1.0 - slip;
-  const double speed = 10.0 * (1.0 - slip * slip) - mu * kGravity * rest;
+  const double speed = 10.0 * (1.0 - slip * slip) - mu * kCaseGravity * rest;
   // Integral of 10 (t^2 - s^2) - mu g (t - s) from s to 1, with mu g = 20 s: 10 / 3 (1 - s)^3.
   const double way = 10.0 / 3.0 * rest * rest * rest;
   trial.chart.levels = {{"6.461 m/s at 1 s", speed}};
@@ -158,7 +158,7 @@ void push_ramp(Trial& trial) {
 void sphere_rolls(Trial& trial) {
   Runner& sim = trial.load("sphere_rolls");
   const double v0 = 2.0, mu = 0.3, radius = 0.1;
-  const double time = 2.0 * v0 / (7.0 * mu * kGravity), speed = 5.0 / 7.0 * v0;
+  const double time = 2.0 * v0 / (7.0 * mu * kCaseGravity), speed = 5.0 / 7.0 * v0;
   const int v = v_of(sim.model(), "ball/body");
   double rolls = -1.0;
   trial.chart.y_label = "speed [m/s]";
@@ -180,7 +180,7 @@ void sphere_rolls(Trial& trial) {
 void painleve_rod(Trial& trial) {
   Runner& sim = trial.load("painleve_rod");
   View view(sim);
-  const double fastest = std::sqrt(4.0 + 2.0 * kGravity * view.center(1).z());
+  const double fastest = std::sqrt(4.0 + 2.0 * kCaseGravity * view.center(1).z());
   double speed = 0.0;
   trial.chart.y_label = "speed of the centre [m/s]";
   trial.chart.curves.resize(4);
@@ -222,14 +222,14 @@ void wedge(Trial& trial) {
     most = std::max(most, normal);
     trial.chart.curves[0].add(sim.state().time, normal);
   }
-  const double low = kGravity / (2.0 * (s + mu * c));
+  const double low = kCaseGravity / (2.0 * (s + mu * c));
   trial.chart.levels = {{"m g / (2 (sin + mu cos))", low}};
   trial.equal("height of its seat", "m", seated, 0.0, 1e-8, "geometry; 5 cm of fall before");
   trial.at_most("moves in the next second", "m", std::abs(sim.state().q[2] - seated), 1e-9,
                 "self-locking: mu > tan(0.2)");
   trial.at_least("wall force, least", "N", least, low * (1.0 - 1e-6),
                  "weight m g = 2 (N sin + T cos), T <= mu N");
-  trial.at_most("wall force, largest", "N", most, 10.0 * kGravity,
+  trial.at_most("wall force, largest", "N", most, 10.0 * kCaseGravity,
                 "finite: ten times its weight (a peer had 23 kN)");
 }
 
@@ -250,7 +250,7 @@ void friction_extremes(Trial& trial) {
   const ContactOptions& options = sim.options().contact;
   trial.at_most("friction 10 on 84 degrees: creep", "m/s",
                 (sim.state().q.segment<3>(wall) - before).norm() / 4.0,
-                1.01 * options.compliance * kGravity * h * sine + 10.0 * options.smoothing / h,
+                1.01 * options.compliance * kCaseGravity * h * sine + 10.0 * options.smoothing / h,
                 "tan = 9 < mu: rests; eps g h sin(theta) + mu delta/h");
 }
 

@@ -35,7 +35,7 @@ void bouncing(Trial& trial) {
   }
   trial.at_most("heights 1 ... 5 off e^(2n) H, relative", "1", off, 0.01,
                 "Newton's restitution; 1 % is what steps of 0.5 ms allow");
-  const double time = std::sqrt(2.0 * height / kGravity) * (1.0 + e) / (1.0 - e);
+  const double time = std::sqrt(2.0 * height / kCaseGravity) * (1.0 + e) / (1.0 - e);
   trial.equal("comes to rest at", "s", stopped, time, 0.01 * time, "sqrt(2H/g)(1+e)/(1-e)");
 }
 
@@ -95,7 +95,7 @@ void rolling_box(Trial& trial) {
     trial.chart.curves[1].add(s.state().time, view.velocity(2).norm());
   });
   // F - mu (M + n m) g = (M + 2/7 n m) a; a ball on a plate accelerates at 2/7 of it.
-  const double a = (150.0 - 0.4 * 35.0 * kGravity) / (10.0 + 25.0 * 2.0 / 7.0);
+  const double a = (150.0 - 0.4 * 35.0 * kCaseGravity) / (10.0 + 25.0 * 2.0 / 7.0);
   double off = 0.0;
   for (int i = 2; i <= 26; ++i)
     off = std::max(off, std::abs(view.velocity(i).norm() / time - 2.0 / 7.0 * a));

@@ -15,7 +15,7 @@ void chain(Trial& trial, int n) {
   const Forces forces = trial.step_and_recover(sim);
   double error = 0.0;
   for (int k = 0; k < n; ++k) {
-    const double known = (n - k) * 0.1 * kGravity;
+    const double known = (n - k) * 0.1 * kCaseGravity;
     const Vector3 tension = forces.closures[static_cast<std::size_t>(k)].force.force;
     error = std::max(error, std::abs(std::abs(tension.z()) / known - 1.0));
   }
@@ -23,7 +23,7 @@ void chain(Trial& trial, int n) {
   // what a rod's turning adds; summed over the links above.
   const double h = sim.options().time_step;
   const ContactOptions& options = sim.options().contact;
-  const double yield = 100.0 * options.compliance * 8.0 / 0.1 * 0.1 * kGravity * h * h /
+  const double yield = 100.0 * options.compliance * 8.0 / 0.1 * 0.1 * kCaseGravity * h * h /
                        options.stabilization * 0.5 * n * (n + 1);
   trial.chart.levels = {{"what the closures' compliance gives", yield}};
   trial.at_most("tension over the weight below, off by", "1", error, 1e-6, "statics");
@@ -34,7 +34,7 @@ void whip(Trial& trial) {
   Runner& sim = trial.load("whip_100");
   View view(sim);
   const double start = view.energy();
-  const double scale = 100 * 0.1 * kGravity * 5.0;  // m g L / 2
+  const double scale = 100 * 0.1 * kCaseGravity * 5.0;  // m g L / 2
   double gain = 0.0, off = 0.0;
   trial.chart.y_label = "energy over m g L/2";
   trial.chart.curves.resize(1);
@@ -58,7 +58,7 @@ void net(Trial& trial) {
   trial.chart.levels = {{"weight", 1.0}};
   double held = 0.0, open = 0.0;
   View view(sim);
-  const double weight = 400 * 0.05 * kGravity;
+  const double weight = 400 * 0.05 * kCaseGravity;
   const long steps = std::lround(sim.options().duration / h);
   for (long i = 0; i < steps; ++i) {
     const Forces forces = trial.step_and_recover(sim);
@@ -81,7 +81,7 @@ void net(Trial& trial) {
 
 void gripper(Trial& trial) {
   Runner& sim = trial.load("gripper");
-  const double mu = 0.2, mass = 10.0, force = mass * kGravity / (2.0 * mu);
+  const double mu = 0.2, mass = 10.0, force = mass * kCaseGravity / (2.0 * mu);
   const int q = q_of(sim.model(), "load/body");
   const auto squeeze = [&](double share) {
     for (const char* name : {"gripper/left_slide", "gripper/right_slide"})
@@ -95,7 +95,7 @@ void gripper(Trial& trial) {
   });
   const double slip = 1.0 - sim.state().q[q + 2];
   // r f of eight contacts, alpha = 1/0.2 + 1/10; 10 % for the smoothing near the cone's edge.
-  const double creep = 1.1 * sim.options().contact.compliance * (5.0 + 0.1) * mass * kGravity /
+  const double creep = 1.1 * sim.options().contact.compliance * (5.0 + 0.1) * mass * kCaseGravity /
                        8.0 * sim.options().time_step;
   trial.chart.levels = {{"creep of the law", 60.0 * creep}};
   trial.at_most("slip within 60 s, squeezed by 1.05 m g / (2 mu)", "m", slip, 60.0 * creep,
@@ -106,7 +106,7 @@ void gripper(Trial& trial) {
   trial.run(sim, time);
   // What friction leaves of gravity: 5 %.
   trial.equal("fall within 0.3 s, squeezed by 0.95 of it", "m", 1.0 - sim.state().q[q + 2],
-              0.5 * 0.05 * kGravity * time * (time + sim.options().time_step), 1e-5,
+              0.5 * 0.05 * kCaseGravity * time * (time + sim.options().time_step), 1e-5,
               "Coulomb: a = 0.05 g");
 }
 
@@ -153,7 +153,7 @@ void singular_poses(Trial& trial) {
   Runner& sim = trial.load("singular_poses");
   View view(sim);
   const double start = view.energy();
-  const double scale = 2 * kGravity * 1.0;
+  const double scale = 2 * kCaseGravity * 1.0;
   double off = 0.0;
   trial.chart.y_label = "energy over m g L";
   trial.chart.curves.resize(1);

@@ -86,10 +86,10 @@ void time_steps(Trial& trial) {
     const VectorX start = sim.state().q;
     const double time = h < 5e-6 ? 0.01 : 0.1;  // 1e-6 s: 10,000 steps, still sliding
     trial.run(sim, time);
-    const double stop = v0 / (mu * kGravity), moving = std::min(time, stop);
-    const double way = v0 * moving - 0.5 * mu * kGravity * moving * moving;
+    const double stop = v0 / (mu * kCaseGravity), moving = std::min(time, stop);
+    const double way = v0 * moving - 0.5 * mu * kCaseGravity * moving * moving;
     const double off = std::abs(sim.state().q[0] - way);
-    const double bound = 0.5 * h * v0 + h * h * mu * kGravity / 8.0 + 1e-9;
+    const double bound = 0.5 * h * v0 + h * h * mu * kCaseGravity / 8.0 + 1e-9;
     worst = std::max(worst, off / bound);
     VectorX q = sim.state().q;
     q.head<7>() = start.head<7>();

@@ -14,7 +14,7 @@ constexpr double kAcross = (3 * 0.1 * 0.1 + 0.02 * 0.02) / 12 + 0.1 * 0.1, kAxia
 void top_steady(Trial& trial) {
   Runner& sim = trial.load("top_steady");
   const double theta = 0.5, spin = 100.0;
-  const double a = kAcross * std::cos(theta), b = kAxial * spin, c = kGravity * 0.1;
+  const double a = kAcross * std::cos(theta), b = kAxial * spin, c = kCaseGravity * 0.1;
   const double rate = (b - std::sqrt(b * b - 4.0 * a * c)) / (2.0 * a);
   View view(sim);
   double lean_off = 0.0, turned = 0.0, last = 0.0;

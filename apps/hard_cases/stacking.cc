@@ -23,7 +23,7 @@ void mass_ratio(Trial& trial) {
   const ContactOptions& options = sim.options().contact;
   const double h = sim.options().time_step;
   const double sink =
-      1.01 * 2.0 * 0.25 * options.compliance * 1e6 * kGravity * h * h / 4.0 / options.stabilization;
+      1.01 * 2.0 * 0.25 * options.compliance * 1e6 * kCaseGravity * h * h / 4.0 / options.stabilization;
   trial.chart.levels = {{"what the compliance gives", sink}};
   const Forces forces = trial.step_and_recover(sim);
   View view(sim);
@@ -33,7 +33,7 @@ void mass_ratio(Trial& trial) {
     const double force =
         force_between(model, forces, 0, view.body(fmt::format("below{}/body", i))).z();
     trial.equal(fmt::format("ground under {}, over its weight", names[i]), "1",
-                force / (masses[i] * kGravity), 1.0, 1e-6, "statics: (m1 + m2) g");
+                force / (masses[i] * kCaseGravity), 1.0, 1e-6, "statics: (m1 + m2) g");
   }
   trial.at_most("sinks, the most of all", "m", drift(model, settled, start), sink,
                 "docs/explanation/concepts.md: eps alpha F h^2 over beta; a rigid body: 0");
@@ -48,7 +48,7 @@ void tower(Trial& trial, int n) {
   const Forces forces = trial.step_and_recover(sim);
   double error = 0.0;
   for (int k = 0; k < n; ++k) {
-    const double known = (n - k) * kGravity;
+    const double known = (n - k) * kCaseGravity;
     error = std::max(error, std::abs(force_between(model, forces, k, k + 1).z() / known - 1.0));
   }
   trial.at_most("drift within 10 s, largest", "m", most, 1e-6, "stands; micrometre by agreement");
@@ -65,7 +65,7 @@ void pyramid(Trial& trial) {
   double ground = 0.0;
   for (int i = 1; i < model.num_bodies(); ++i) ground += force_between(model, forces, 0, i).z();
   trial.at_most("drift within 10 s, largest", "m", most, 1e-6, "stands; micrometre by agreement");
-  trial.equal("ground force over the weight", "1", ground / (kBoxes * kGravity), 1.0, 1e-6,
+  trial.equal("ground force over the weight", "1", ground / (kBoxes * kCaseGravity), 1.0, 1e-6,
               "statics");
 }
 
@@ -92,7 +92,7 @@ void contact_points(Trial& trial) {
     if (i == 0) first = p;
     apart = std::max(apart, (p - first).norm());
     weight = std::max(
-        weight, std::abs(force_between(model, forces, 0, i + 1).z() / (2.0 * kGravity) - 1.0));
+        weight, std::abs(force_between(model, forces, 0, i + 1).z() / (2.0 * kCaseGravity) - 1.0));
   }
   trial.at_most("rests apart from the one on 4 feet", "m", apart, 1e-8,
                 "rigid: the motion does not depend on the number of points");

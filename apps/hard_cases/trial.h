@@ -19,7 +19,7 @@
 namespace counterpoint::apps {
 
 /// g of the scenes of hard cases [m/s^2].
-inline constexpr double kGravity = 9.81;
+inline constexpr double kCaseGravity = 9.81;
 
 /// One figure against what is known about it: lower <= measured <= upper.
 struct Check {

@@ -7,8 +7,7 @@
 
 namespace counterpoint::fuzz {
 
-inline void read_mesh(const std::filesystem::path& file) {
-  const TriangleMesh mesh = load_mesh(file, Vector3(1, 2, -1));
+inline void check_triangles(const TriangleMesh& mesh) {
   const int size = static_cast<int>(mesh.vertices.size());
   for (const Vector3& v : mesh.vertices) {
     if (!v.allFinite()) std::abort();
@@ -18,6 +17,12 @@ inline void read_mesh(const std::filesystem::path& file) {
       if (v < 0 || v >= size) std::abort();
     }
   }
+}
+
+inline void read_mesh(const std::filesystem::path& file) {
+  const TriangleMesh mesh = load_mesh(file, Vector3(1, 2, -1));
+  check_triangles(mesh);
+  check_triangles(load_mesh(file, Vector3::Ones(), PolygonSplit::kEars));
   try {
     make_terrain(mesh);
   } catch (const InputError&) {
