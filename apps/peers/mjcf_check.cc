@@ -116,12 +116,13 @@ struct Counts {
   int robots = 0, loaded = 0, ran = 0, reduced = 0, scenes_ran = 0, same = 0, near = 0;
 };
 
-/// What MuJoCo finds otherwise, seven cells of a table.
+/// What MuJoCo finds otherwise, eight cells of a table.
 std::string figures_of(const MjcfComparison& c, const fs::path& folder) {
-  if (!c.refused.empty()) return " | | | | | | ";
-  if (!c.unreadable.empty()) return cell(c.unreadable, folder) + " | | | | | | ";
-  return fmt::format("{} | {} | {} | {} | {} | {} | {}", figure(c.pose), figure(c.mass), figure(c.bias),
-                     figure(c.joint_force), figure(c.inertia), figure(c.mass_with_theirs), c.notes);
+  if (!c.refused.empty()) return " | | | | | | | ";
+  if (!c.unreadable.empty()) return cell(c.unreadable, folder) + " | | | | | | | ";
+  return fmt::format("{} | {} | {} | {} | {} | {} | {} | {}", figure(c.pose), figure(c.mass), figure(c.bias),
+                     figure(c.joint_force), figure(c.inertia), figure(c.mass_with_theirs),
+                     figure(c.bias_with_theirs), c.notes);
 }
 
 /// Loads, compares and simulates one; its row.
@@ -149,7 +150,7 @@ std::string check_robot(const Settings& settings, const fs::path& one, bool stan
     counts.scenes_ran += scene_fate.empty();
   }
   const bool readable = refused.empty() && c.unreadable.empty() && c.pose <= 1e-12;
-  counts.near += readable && c.mass_with_theirs <= 1e-9;
+  counts.near += readable && c.mass_with_theirs <= 1e-9 && c.bias_with_theirs <= 1e-9;
   counts.same += readable && c.mass <= 1e-9 && c.bias <= 1e-9;
   const std::string figures = figures_of(c, settings.folder);
   fmt::print("{} {} {} | scene: {}\n", name, fate.empty() ? "ran" : fate, figures,
@@ -174,13 +175,12 @@ bool write_page(const fs::path& out, const std::string& summary, int states, con
              "over the largest; joint forces: servos, springs and dampers, of each joint. Bounds\n"
              "of the first three: 1e-12, 1e-9, 1e-9. Rotational inertia of a body, over its norm:\n"
              "MuJoCo's search for principal axes ends with up to 1e-12 off the diagonal; and the\n"
-             "mass matrix again with its inertias in place of those in the file. \\*: meshes that\n"
-             "the stored snapshot lacks are stood in for by boxes.\n\n",
+             "mass matrix and bias forces again with its inertias in place of those in the file. \\*:\n"
+             "meshes that the stored snapshot lacks are stood in for by boxes.\n\n",
              states)
       << "| robot | file | nv | poses | mass matrix | bias forces | joint forces | inertia | mass "
-         "matrix, its "
-         "axes | notes | simulates | its scene |\n"
-         "|---|---|---|---|---|---|---|---|---|---|---|---|\n"
+         "matrix, its axes | bias forces, its axes | notes | simulates | its scene |\n"
+         "|---|---|---|---|---|---|---|---|---|---|---|---|---|\n"
       << rows;
   return static_cast<bool>(stream);
 }

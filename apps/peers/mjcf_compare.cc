@@ -229,6 +229,7 @@ MjcfComparison compare_with_mujoco(const std::filesystem::path& file, int states
     for (int i = 0; i < states && model.nv() > 0; ++i) {
       again.draw(random);
       out.mass_with_theirs = std::max(out.mass_with_theirs, again.mass_error());
+      out.bias_with_theirs = std::max(out.bias_with_theirs, again.bias_error());
     }
   } catch (const InputError& e) {
     out.refused = e.what();
