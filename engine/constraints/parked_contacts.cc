@@ -14,8 +14,11 @@ constexpr double kLeastEndGap = 1e-4, kNoWeight = 1e-9;
 /// faster than now a contact may close: few enough rows, and a step in ten solved again.
 constexpr double kReachShare = 0.25, kSpeedUp = 2.0;
 
+/// Of laws as smooth as they are at the margin: contacts that are parked lie beyond it, or their
+/// smoothing is hard everywhere.
 double end_gap(const ContactOptions& options) {
-  return std::max(kLeastEndGap, options.smoothing / kNoWeight);
+  const double smoothing = faded_smoothing(options.smoothing, options.margin, options.margin);
+  return std::max(kLeastEndGap, smoothing / kNoWeight);
 }
 
 /// How fast a contact comes closer to giving force [m/s]: as in the convex law, which is that of
@@ -57,7 +60,9 @@ void give_rows(const ParkedContact& parked, ConstraintSet& out) {
 }  // namespace
 
 double parking_gap(const ContactOptions& options, double h) {
-  return std::max(2.0 * end_gap(options), kReachShare * resting_reach(options, h));
+  const bool fades = options.smoothing > kHardSmoothing;
+  const double reach = fades ? options.margin : kReachShare * resting_reach(options, h);
+  return std::max(2.0 * end_gap(options), reach);
 }
 
 bool is_near(const PairConstraint& contact, const Vector3& v, double parking_gap, double h) {
