@@ -55,7 +55,8 @@ elif [ -n "$missing$missing_optional" ]; then
   fi
 fi
 
-# A build from nothing compiles 24 files of a library or the command at a time. A build folder that is there keeps its own setting.
+# A build from nothing compiles 24 files of a library or the command at a time. A build folder that is there keeps its
+# own setting.
 unity=""
 [ -e build/release/CMakeCache.txt ] || unity=-DCOUNTERPOINT_UNITY=ON
 # shellcheck disable=SC2086  # one word or none
@@ -92,7 +93,8 @@ $counterpoint simulate humanoid_drop --output out/fall.csv --json out/fall.json
 $counterpoint inverse humanoid_drop out/fall.csv --output out/forces.csv --contacts out/contacts.csv \
   --json out/inverse.json
 if $counterpoint view humanoid_drop out/fall.csv --contacts out/contacts.csv --output out/fall.html; then
-  replay="  open out/fall.html in a browser: the humanoid falls, arrows are contact forces"
+  replay="  open out/fall.html in a browser: the humanoid falls, arrows are contact forces
+  $counterpoint simulate quadruped_drop --view out/drop.html"
 else
   replay="  (no replay of it: see above)"
 fi
@@ -102,7 +104,6 @@ Written: out/fall.csv (the motion), out/forces.csv and out/contacts.csv (the for
 Next
 $replay
   $counterpoint list scenes                       what else there is to try
-  $counterpoint simulate quadruped_drop --output out/drop.csv
   docs/guide/first-simulation.md                               the same step by step
   scripts/test.sh                                              builds the rest and tests it
 END

@@ -6,6 +6,7 @@
 
 #include "peers/mujoco.h"
 #include "tasks/world.h"
+#include "view/program.h"
 #include "view/replay.h"
 
 namespace counterpoint::apps {
@@ -44,7 +45,7 @@ std::string version_text() {
       "MuJoCo:       {}\n",
       COUNTERPOINT_VERSION, COUNTERPOINT_BUILD, EIGEN_WORLD_VERSION, EIGEN_MAJOR_VERSION,
       EIGEN_MINOR_VERSION, Eigen::SimdInstructionSetsInUse(), processor(),
-      view::can_make_pages() ? "yes" : view::why_no_pages(),
+      view::can_make_pages() ? "yes" : fmt::format("no ({})", view::program_missing()),
       mpi.empty() ? "no (built without libopenmpi-dev)" : mpi,
       mujoco.empty() ? "no (built without libmujoco-dev)" : mujoco);
 }

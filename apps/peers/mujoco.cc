@@ -17,8 +17,6 @@ namespace {
 
 Vector3 vector(const mjtNum* p) { return {p[0], p[1], p[2]}; }
 
-void copy(const Vector3& v, mjtNum* out) { std::copy(v.data(), v.data() + 3, out); }
-
 }  // namespace
 
 std::string mujoco_version() { return mj_versionString(); }
@@ -36,9 +34,9 @@ void Mujoco::Impl::set_state(const State& to) {
     const Pose X_WB = joint_pose(body.X_PJ, body.joint_type, to.q.data() + body.q_index);
     const Quaternion turn(X_WB.rotation);
     mjtNum* q = d->qpos + body.q_index;
-    copy(X_WB.translation, q);
+    set_numbers(X_WB.translation, q);
     q[3] = turn.w(), q[4] = turn.x(), q[5] = turn.y(), q[6] = turn.z();
-    copy(body.X_PJ.rotation * to.v.segment<3>(body.v_index), d->qvel + body.v_index);
+    set_numbers(body.X_PJ.rotation * to.v.segment<3>(body.v_index), d->qvel + body.v_index);
   }
 }
 
@@ -72,7 +70,7 @@ void Mujoco::Impl::apply(const Input& input) {
       d->qfrc_applied[body.v_index + k] = cut ? std::clamp(u, -limit, limit) : u;
     }
     if (is_free(body)) {
-      copy(body.X_PJ.rotation * vector(d->qfrc_applied + body.v_index),
+      set_numbers(body.X_PJ.rotation * vector(d->qfrc_applied + body.v_index),
            d->qfrc_applied + body.v_index);
     }
   }

@@ -10,12 +10,6 @@
 #include "mujoco_impl.h"
 
 namespace counterpoint::peers {
-namespace {
-
-void set_numbers(const Vector3& v, mjtNum* out) { std::copy(v.data(), v.data() + 3, out); }
-
-}  // namespace
-
 Mujoco::Impl::Impl(const Scene& scene, MujocoSettings settings) : model(scene.model), on(effects_of(scene)) {
   keep_quiet();
   document = mjcf(scene, settings, implicit_integrator());

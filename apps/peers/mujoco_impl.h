@@ -1,6 +1,7 @@
 // What a Mujoco holds: the scene as it is in MuJoCo. Compiled in mujoco_build.cc, stepped and read in mujoco.cc.
 #pragma once
 
+#include <algorithm>
 #include <initializer_list>
 #include <string>
 #include <vector>
@@ -9,6 +10,12 @@
 #include "mujoco.h"
 
 namespace counterpoint::peers {
+
+/// Into three numbers of MuJoCo's (mjtNum).
+template <typename Number>
+void set_numbers(const Vector3& v, Number* out) {
+  std::copy(v.data(), v.data() + 3, out);
+}
 
 struct Mujoco::Impl {
   Impl(const Scene& scene, MujocoSettings settings);

@@ -112,15 +112,21 @@ void append_node(const aiScene& scene, const aiNode& node, const aiMatrix4x4& ab
       const aiVector3D p = transform * mesh.mVertices[i];
       out.vertices.emplace_back(p.x, p.y, p.z);
     }
+    std::vector<int> polygon;
     for (unsigned i = 0; i < mesh.mNumFaces; ++i) {
       const aiFace& face = mesh.mFaces[i];
       if (face.mNumIndices < 3) continue;  // points and lines have no part in a solid
-      std::vector<int> polygon(face.mIndices, face.mIndices + face.mNumIndices);
+      polygon.assign(face.mIndices, face.mIndices + face.mNumIndices);
       for (int& vertex : polygon) vertex += first;
-      for (std::array<int, 3> triangle : cut_ears(out.vertices, polygon)) {
-        if (mirrored) std::swap(triangle[1], triangle[2]);
-        out.triangles.push_back(triangle);
+      const size_t from = out.triangles.size();
+      if (polygon.size() == 3) {
+        out.triangles.push_back({polygon[0], polygon[1], polygon[2]});
+      } else {
+        const auto ears = cut_ears(out.vertices, polygon);
+        out.triangles.insert(out.triangles.end(), ears.begin(), ears.end());
       }
+      for (size_t t = from; mirrored && t < out.triangles.size(); ++t)
+        std::swap(out.triangles[t][1], out.triangles[t][2]);
     }
   }
   for (unsigned c = 0; c < node.mNumChildren; ++c) {
