@@ -10,7 +10,7 @@
 #include <memory>
 #include <vector>
 
-#include "counterpoint/engine/derivatives/dynamics/inertia_regressor.h"
+#include "counterpoint/engine/dynamics/inertial_parameters.h"
 #include "counterpoint/engine/step_derivatives.h"
 
 namespace counterpoint {

@@ -4,7 +4,7 @@
 #include <optional>
 
 #include "counterpoint/engine/diagnosis/stalled_closure.h"
-#include "counterpoint/engine/dynamics/frame_motion.h"
+#include "counterpoint/engine/dynamics.h"
 #include "counterpoint/engine/step/step_control.h"
 
 namespace counterpoint {
@@ -23,7 +23,7 @@ class Simulator {
   void set_state(const State& state);
   void reset();  ///< back to the scene's start
 
-  /// Where the named link is now, and how it moves (frame_motion.h). @throws InputError if there is
+  /// Where the named link is now, and how it moves (dynamics.h). @throws InputError if there is
   /// none.
   FrameMotion frame(const std::string& name) const {
     return frame_motion(scene_.model, state_, name);

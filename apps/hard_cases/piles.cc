@@ -21,9 +21,11 @@ struct Bounds {
 /// How far the lowest point of any body is below z = 0 [m].
 double depth_below_ground(const Runner& sim, const View& view) {
   double lowest = 0.0;
-  for (const Geometry& g : sim.model().geometries()) {
-    if (g.body != 0)
-      lowest = std::min(lowest, lowest_point(g.shape, view.body_pose(g.body) * g.X_BG));
+  const std::vector<Geometry>& geometries = sim.model().geometries();
+  for (std::size_t i = 0; i < geometries.size(); ++i) {
+    if (geometries[i].body == 0) continue;
+    const Pose X_WG = view.geometry_pose(static_cast<int>(i));
+    lowest = std::min(lowest, lowest_point(geometries[i].shape, X_WG));
   }
   return -lowest;
 }

@@ -4,8 +4,6 @@
 
 #include <algorithm>
 
-#include "counterpoint/engine/dynamics/energy.h"
-#include "counterpoint/engine/dynamics/kinematics.h"
 #include "counterpoint/engine/forces/springs.h"
 #include "counterpoint/engine/io/state_file.h"
 #include "view/view_option.h"
@@ -113,49 +111,52 @@ double Run::iterations_mean() const {
   return static_cast<double>(trial.iterations) / static_cast<double>(std::max(trial.steps, 1L));
 }
 
-View::View(const Runner& sim) : sim_(sim), data_(sim.model()) { look(); }
-
-void View::look() {
-  compute_poses(sim_.model(), sim_.state().q, data_);
-  compute_velocities(sim_.model(), sim_.state().v, data_);
-  compute_inertias(sim_.model(), data_);
+View::View(const Runner& sim)
+    : sim_(sim), dynamics_(sim.model()), frame_of_(static_cast<std::size_t>(sim.model().num_bodies())) {
+  const std::vector<Frame>& frames = sim.model().frames();
+  for (std::size_t i = 0; i < frames.size(); ++i)
+    frame_of_[static_cast<std::size_t>(frames[i].body)] = static_cast<int>(i);
+  look();
 }
 
+void View::look() { dynamics_.set_state(sim_.state().q, sim_.state().v); }
+
 int View::body(const std::string& link) const {
-  const int frame = sim_.model().find_frame(link);
-  if (frame < 0) throw InputError(fmt::format("scene has no link '{}'", link));
-  return sim_.model().frames()[static_cast<std::size_t>(frame)].body;
+  return sim_.model().frames()[static_cast<std::size_t>(frame_index(sim_.model(), link))].body;
 }
 
 Pose View::pose(const std::string& link) const {
-  const Frame& frame =
-      sim_.model().frames()[static_cast<std::size_t>(sim_.model().find_frame(link))];
-  return data_.X_WB[static_cast<std::size_t>(body(link))] * frame.X_BF;
+  return dynamics_.frame_pose(frame_index(sim_.model(), link));
 }
 
-Vector3 View::center(int body) const {
-  return data_.X_WB[static_cast<std::size_t>(body)] * sim_.model().body(body).inertia.center;
+Vector3 View::center_arm(int body) const {
+  const Frame& frame =
+      sim_.model().frames()[static_cast<std::size_t>(frame_of_[static_cast<std::size_t>(body)])];
+  const Vector3 center = frame.X_BF.inverse() * sim_.model().body(body).inertia.center;
+  return motion(body).X_WF.rotation * center;
 }
+
+Vector3 View::center(int body) const { return motion(body).X_WF.translation + center_arm(body); }
 
 Vector3 View::velocity(int body) const {
-  const auto i = static_cast<std::size_t>(body);
-  return data_.V[i].at(data_.X_WB[i].rotation * sim_.model().body(body).inertia.center);
+  const FrameMotion frame = motion(body);
+  return frame.velocity + frame.angular_velocity.cross(center_arm(body));
 }
 
-double View::kinetic() const { return kinetic_energy(sim_.model(), sim_.state().v, data_); }
+double View::kinetic() const { return dynamics_.kinetic_energy(); }
 
-double View::potential() const { return potential_energy(sim_.model(), data_); }
+double View::potential() const { return dynamics_.potential_energy(); }
 
 double View::energy_with_springs() const {
   return energy() + spring_energy(sim_.model(), sim_.state().q);
 }
 
 double View::energy_scale() const {
-  const Model& model = sim_.model();
-  return kinetic() + total_mass(model) * std::max(model.gravity().norm(), 1.0) * 1.0;
+  const double gravity = sim_.model().gravity().norm();
+  return kinetic() + dynamics_.total_mass() * std::max(gravity, 1.0) * 1.0;
 }
 
-Force View::momentum() const { return total_momentum(sim_.model(), data_); }
+Force View::momentum() const { return dynamics_.momentum(); }
 
 Vector3 force_between(const Model& model, const Forces& forces, int a, int b) {
   Vector3 sum = Vector3::Zero();

@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "counterpoint/engine/dynamics/data.h"
+#include "counterpoint/engine/dynamics.h"
 #include "report/chart.h"
 #include "runner.h"
 #include "view/clip.h"
@@ -166,11 +166,11 @@ class View {
   /// Body index of a link. @throws InputError.
   int body(const std::string& link) const;
   Pose pose(const std::string& link) const;  ///< X_WF of a link
-  const Pose& body_pose(int body) const { return data_.X_WB[static_cast<std::size_t>(body)]; }
+  Pose geometry_pose(int geometry) const { return dynamics_.geometry_pose(geometry); }  ///< X_WG
   Vector3 position(const std::string& link) const { return pose(link).translation; }
   Vector3 center(int body) const;    ///< of mass, in W
   Vector3 velocity(int body) const;  ///< of the centre of mass, in W
-  Vector3 spin(int body) const { return data_.V[static_cast<std::size_t>(body)].angular; }
+  Vector3 spin(int body) const { return motion(body).angular_velocity; }
   double kinetic() const;
   double potential() const;
   double energy() const { return kinetic() + potential(); }
@@ -181,8 +181,14 @@ class View {
   Force momentum() const;  ///< about the world's origin
 
  private:
+  /// Of a frame that is fixed to the body.
+  FrameMotion motion(int body) const { return dynamics_.frame(frame_of_[static_cast<std::size_t>(body)]); }
+  /// Of its centre of mass, seen from that frame's origin, in W [m].
+  Vector3 center_arm(int body) const;
+
   const Runner& sim_;
-  Data data_;
+  Dynamics dynamics_;
+  std::vector<int> frame_of_;  ///< by body, of Model::frames()
 };
 
 /// Sum of the contact forces on body `b` from body `a` [N], in W; body 0: the world.

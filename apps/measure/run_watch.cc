@@ -2,11 +2,6 @@
 
 #include <algorithm>
 
-#include "counterpoint/engine/dynamics/energy.h"
-#include "counterpoint/engine/dynamics/integrator.h"
-#include "counterpoint/engine/dynamics/kinematics.h"
-#include "counterpoint/engine/forces/springs.h"
-
 namespace counterpoint::apps {
 namespace {
 
@@ -22,7 +17,7 @@ bool is_floating_linkage(const Model& model, const Tree& tree) {
 
 RunWatch::RunWatch(Simulator& simulator)
     : simulator_(simulator),
-      data_(simulator.model()),
+      dynamics_(simulator.model()),
       q_(simulator.state().q),
       v_(simulator.state().v) {
   highest_ = start_ = energy(simulator_.state());
@@ -30,19 +25,14 @@ RunWatch::RunWatch(Simulator& simulator)
 }
 
 double RunWatch::potential(const VectorX& q) {
-  const Model& model = simulator_.model();
-  compute_poses(model, q, data_);
-  compute_inertias(model, data_);
-  return potential_energy(model, data_) + spring_energy(model, q);
+  dynamics_.set_configuration(q);
+  return dynamics_.potential_energy() + spring_energy(simulator_.model(), q);
 }
 
 double RunWatch::energy(const State& state) {
-  const Model& model = simulator_.model();
-  compute_poses(model, state.q, data_);
-  compute_velocities(model, state.v, data_);
-  compute_inertias(model, data_);
-  return kinetic_energy(model, state.v, data_) + potential_energy(model, data_) +
-         spring_energy(model, state.q);
+  dynamics_.set_state(state.q, state.v);
+  return dynamics_.kinetic_energy() + dynamics_.potential_energy() +
+         spring_energy(simulator_.model(), state.q);
 }
 
 // Semi-implicit Euler: the kinetic energy of a linkage that floats is that where the step's forces acted, at the
@@ -58,10 +48,8 @@ double RunWatch::energy_left(const State& state) {
       q_moved_(part) = q_(part);
     }
   }
-  compute_poses(model, q_moved_, data_);
-  compute_velocities(model, state.v, data_);
-  compute_inertias(model, data_);
-  const double kinetic = kinetic_energy(model, state.v, data_);
+  dynamics_.set_state(q_moved_, state.v);
+  const double kinetic = dynamics_.kinetic_energy();
   return kinetic + potential(state.q);
 }
 
@@ -96,9 +84,10 @@ double RunWatch::below_ground() const {
   for (const Geometry& plane : model.geometries()) {
     if (plane.shape.type != ShapeType::kPlane || plane.body != 0) continue;
     const Pose X_PW = plane.X_BG.inverse();
-    for (const Geometry& g : model.geometries()) {
+    for (std::size_t i = 0; i < model.geometries().size(); ++i) {
+      const Geometry& g = model.geometries()[i];
       if (g.body == 0) continue;
-      const Pose X_WG = data_.X_WB[static_cast<std::size_t>(g.body)] * g.X_BG;
+      const Pose X_WG = dynamics_.geometry_pose(static_cast<int>(i));
       most = std::max(most, -lowest_point(g.shape, X_PW * X_WG));
     }
   }

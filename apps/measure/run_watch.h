@@ -2,7 +2,7 @@
 // and of the correction of overlaps, depth of bodies below the ground.
 #pragma once
 
-#include "counterpoint/engine/dynamics/data.h"
+#include "counterpoint/engine/dynamics.h"
 #include "counterpoint/engine/simulator.h"
 #include "report/report.h"
 
@@ -20,15 +20,15 @@ class RunWatch {
 
  private:
   double energy(const State& state);
-  /// By a step to `state`, [J]; leaves its poses in data_.
+  /// By a step to `state`, [J]; leaves dynamics_ at its poses.
   double energy_left(const State& state);
-  /// Of weights and springs [J]; leaves the poses of q (nq) in data_.
+  /// Of weights and springs [J]; leaves dynamics_ at q (nq).
   double potential(const VectorX& q);
   void add_overlap_work(double h, const State& state);
   double below_ground() const;
 
   Simulator& simulator_;  ///< read only; its input() is there for writers alone
-  Data data_;
+  Dynamics dynamics_;
   VectorX q_, v_, q_moved_;
   double start_ = 0.0, work_ = 0.0, path_work_ = 0.0, overlap_work_ = 0.0;  ///< [J]
   double gain_ = 0.0, excess_ = 0.0, highest_ = 0.0;                        ///< [J]

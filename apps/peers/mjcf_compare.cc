@@ -8,9 +8,7 @@
 #include <memory>
 #include <random>
 
-#include "counterpoint/engine/dynamics/crba.h"
-#include "counterpoint/engine/dynamics/kinematics.h"
-#include "counterpoint/engine/dynamics/rnea.h"
+#include "counterpoint/engine/dynamics.h"
 
 namespace counterpoint::apps {
 namespace {
@@ -21,13 +19,12 @@ struct Free {
 };
 using PeerModel = std::unique_ptr<mjModel, Free>;
 using PeerData = std::unique_ptr<mjData, Free>;
-using RowMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
 /// Both at the same random states; MuJoCo's coordinates are ours in another order.
 class Pair {
  public:
   Pair(const MjcfModel& read, const Model& model, const mjModel& m)
-      : read_(read), model_(model), m_(m), d_(mj_makeData(&m)), data_(model) {
+      : read_(read), model_(model), m_(m), d_(mj_makeData(&m)), dynamics_(model) {
     int q = 0, v = 0;
     for (const MjcfModel::Coordinate& c : read.coordinates) {
       const Body& body = model.body(model.find_joint(c.joint) + 1);
@@ -64,18 +61,16 @@ class Pair {
     for (const auto& [ours, theirs] : v_) d_->qvel[theirs] = v[ours];
     q_now_ = q;
     v_now_ = v;
-    compute_poses(model_, q, data_);
-    compute_velocities(model_, v, data_);
-    compute_inertias(model_, data_);
+    dynamics_.set_state(q, v);
     mj_forward(&m_, d_.get());
   }
 
   double pose_error() const {
     double worst = 0.0;
-    for (const Frame& frame : model_.frames()) {
-      const int id = mj_name2id(&m_, mjOBJ_BODY, frame.name.c_str());
+    for (std::size_t i = 0; i < model_.frames().size(); ++i) {
+      const int id = mj_name2id(&m_, mjOBJ_BODY, model_.frames()[i].name.c_str());
       if (id < 0) continue;
-      const Pose X_WF = data_.X_WB[frame.body] * frame.X_BF;
+      const Pose X_WF = dynamics_.frame_pose(static_cast<int>(i));
       const Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>> R(d_->xmat + 9 * id);
       const Eigen::Map<const Vector3> p(d_->xpos + 3 * id);
       worst = std::max({worst, (X_WF.rotation - R).cwiseAbs().maxCoeff(),
@@ -86,8 +81,8 @@ class Pair {
 
   double mass_error() {
     const int nv = model_.nv();
-    RowMatrix ours = RowMatrix::Zero(nv, nv), theirs(nv, nv);
-    crba(model_, data_, ours);
+    MatrixX ours = MatrixX::Zero(nv, nv), theirs(nv, nv);
+    dynamics_.mass_matrix(ours);
     ours.diagonal() += model_.armature();
     // Unit accelerations one by one; not mj_fullM, whose arguments have changed between versions.
     std::vector<mjtNum> unit(static_cast<std::size_t>(nv)), column(static_cast<std::size_t>(nv));
@@ -107,7 +102,7 @@ class Pair {
 
   double bias_error() {
     VectorX tau(model_.nv());
-    rnea(model_, VectorX::Zero(model_.nv()), model_.gravity(), data_, tau);
+    dynamics_.inverse_dynamics(VectorX::Zero(model_.nv()), tau);
     double worst = 0.0, scale = 0.0;
     for (const auto& [ours, theirs] : v_) {
       const double peer = d_->qfrc_bias[theirs] - d_->qfrc_gravcomp[theirs];
@@ -153,7 +148,7 @@ class Pair {
   const Model& model_;
   const mjModel& m_;
   PeerData d_;
-  Data data_;
+  Dynamics dynamics_;
   VectorX q_now_, v_now_;
   std::vector<std::array<int, 2>> q_, v_;  // ours, MuJoCo's
 };

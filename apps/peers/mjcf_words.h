@@ -7,7 +7,7 @@
 #include <string>
 
 #include "counterpoint/engine/effects.h"
-#include "counterpoint/engine/dynamics/gravity_compensation.h"
+#include "counterpoint/model/model.h"
 #include "not_expressible.h"
 
 namespace counterpoint::peers {
@@ -47,12 +47,18 @@ inline std::string surface(const Material& material, EffectSet on, bool pair = f
 /// MuJoCo before 2.3 knows. @throws NotExpressible where the
 /// force does not act at its centre of mass, to 1e-9 of the distances.
 inline std::string gravcomp(const Model& model, int body) {
-  if (compensations_of(model, {body, body + 1}).empty()) return "";
   double mass = 0.0;
-  for (const GravityCompensation& carried : compensations_of(model, {body, body + 1}))
+  Vector3 moment = Vector3::Zero();
+  bool any = false;
+  for (const GravityCompensation& carried : model.gravity_compensations()) {
+    if (carried.body != body) continue;
+    any = true;
     mass += carried.mass;
+    moment += carried.mass * carried.center;
+  }
+  if (!any) return "";
   const SpatialInertia& inertia = model.body(body).inertia;
-  const Vector3 moment = carried_moment(model, body), centred = mass * inertia.center;
+  const Vector3 centred = mass * inertia.center;
   if (!((moment - centred).norm() <= 1e-9 * (moment.norm() + centred.norm())))
     throw NotExpressible("MuJoCo carries a share of a body's weight at its centre of mass only");
   return fmt::format(" gravcomp='{:.17g}'", mass / inertia.mass);

@@ -3,9 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "counterpoint/engine/dynamics/energy.h"
-#include "counterpoint/engine/dynamics/kinematics.h"
-#include "counterpoint/engine/forces/springs.h"
+#include "counterpoint/engine/dynamics.h"
 
 namespace counterpoint::view {
 namespace {
@@ -22,13 +20,11 @@ void add_energies(const Model& model, const Clip& clip, std::vector<Curve>& out)
   if (!has_velocities(clip)) return;
   Curve total{kEnergy, "total", "J", {}}, kinetic{kEnergy, "kinetic", "J", {}};
   Curve potential{kEnergy, "potential, springs", "J", {}};
-  Data data(model);
+  Dynamics dynamics(model);
   for (const State& state : clip.states) {
-    compute_poses(model, state.q, data);
-    compute_velocities(model, state.v, data);
-    compute_inertias(model, data);
-    kinetic.values.push_back(kinetic_energy(model, state.v, data));
-    potential.values.push_back(potential_energy(model, data) + spring_energy(model, state.q));
+    dynamics.set_state(state.q, state.v);
+    kinetic.values.push_back(dynamics.kinetic_energy());
+    potential.values.push_back(dynamics.potential_energy() + spring_energy(model, state.q));
     total.values.push_back(kinetic.values.back() + potential.values.back());
   }
   out.insert(out.end(), {total, kinetic, potential});

@@ -20,6 +20,10 @@ StalledClosureDetector::StalledClosureDetector(const Model& model)
       mimics_(model.mimics().size()),
       data_(closures_.empty() ? nullptr : std::make_unique<Data>(model)) {}
 
+StalledClosureDetector::~StalledClosureDetector() = default;
+StalledClosureDetector::StalledClosureDetector(StalledClosureDetector&&) noexcept = default;
+StalledClosureDetector& StalledClosureDetector::operator=(StalledClosureDetector&&) noexcept = default;
+
 void StalledClosureDetector::restart() {
   next_look_ = std::numeric_limits<double>::quiet_NaN();
   std::fill(closures_.begin(), closures_.end(), Stall());

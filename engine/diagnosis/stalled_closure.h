@@ -9,18 +9,22 @@
 #include <memory>
 #include <vector>
 
-#include "counterpoint/engine/dynamics/data.h"
 #include "counterpoint/engine/fault.h"
 #include "counterpoint/engine/state.h"
 #include "counterpoint/model/scene.h"
 
 namespace counterpoint {
 
+struct Data;
+
 /// Looks at the states of one run. Its memory is no part of the motion: a run that is resumed from
 /// a state is watched anew.
 class StalledClosureDetector {
  public:
   explicit StalledClosureDetector(const Model& model);
+  ~StalledClosureDetector();
+  StalledClosureDetector(StalledClosureDetector&&) noexcept;
+  StalledClosureDetector& operator=(StalledClosureDetector&&) noexcept;
 
   /// The next state will not be the last one's continuation.
   void restart();

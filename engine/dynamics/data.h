@@ -31,7 +31,7 @@ struct Data {
   // compute_poses (kinematics.h)
   std::vector<double> sine, cosine;  ///< by body, of a revolute joint's angle
   /// Of the bodies that the algorithms use, which are turned so that a joint's axis is z: for the
-  /// pose of a link as its file has it, frame_motion (frame_motion.h).
+  /// pose of a link as its file has it, Dynamics::frame (engine/dynamics.h).
   std::vector<Pose> X_WB;
   std::vector<Vector3> arm;  ///< from the parent's origin to the body's, in W [m]
   std::vector<Motion> axis;  ///< nv: columns of the joints' motion subspaces S, in W

@@ -117,6 +117,8 @@ def test_frames_by_name(load):
         # Differences: rounding 1e-16 / step, and step^2 of speeds of some m/s.
         assert np.allclose(found.angular_velocity, [spin[2, 1], spin[0, 2], spin[1, 0]], atol=1e-8)
         assert np.allclose(found.velocity, rate[:3, 3], atol=1e-8)
+        motion = data.jacobian(frame.name) @ sim.v  # sums over some ten joints
+        assert np.allclose(motion, np.r_[found.angular_velocity, found.velocity], rtol=0, atol=1e-13)
     other = cp.frame_motion(scene.model, sim.state, frame.name)
     assert np.array_equal(other.velocity, found.velocity)
     with pytest.raises(KeyError, match=f"did you mean '{frame.name}'"):

@@ -63,14 +63,12 @@ def owners():
     sim = cp.Simulator(scene)
     sim.advance(400)  # on the ground
     trajectory = sim.run(steps=5)
-    data = cp.Data(scene.model)
-    cp.compute_kinematics(scene.model, data, scene.q)
     inverse = sim.inverse(trajectory.q[3], trajectory.v[3], trajectory.v[4])
     mesh = cp.Shape.convex_hull(np.eye(3).tolist() + [[0, 0, 0]])
     arrays = [
         scene.q, scene.state().q, sim.state.q, sim.q, sim.input.applied_force, trajectory.q, trajectory.time,
         scene.model.default_q, scene.model.damping, scene.model.joint(0).default_q, scene.model.gravity,
-        data.axis, inverse.applied_force, inverse.contact_forces, mesh.vertices,
+        inverse.applied_force, inverse.contact_forces, mesh.vertices,
         cp.rollout(scene, [scene.state()], steps=2).q,
     ]
     return arrays, [a.copy() for a in arrays]

@@ -1,9 +1,4 @@
 // Derivatives of inverse and forward dynamics, and what they are linear in: inertial parameters.
-#include "counterpoint/engine/derivatives/dynamics/aba_derivatives.h"
-#include "counterpoint/engine/derivatives/dynamics/inertia_regressor.h"
-#include "counterpoint/engine/dynamics/aba.h"
-#include "counterpoint/engine/dynamics/kinematics.h"
-#include "counterpoint/engine/dynamics/rnea.h"
 #include "objects/data_handle.h"
 
 namespace counterpoint::python {
@@ -13,21 +8,14 @@ namespace {
 using OfRnea = std::shared_ptr<RneaDerivatives>;
 using OfAba = std::shared_ptr<AbaDerivatives>;
 
-/// Poses, velocities and inertias at a state.
-void set_motion(const Model& m, const ConstMap& q, const ConstMap& v, Data& d) {
-  compute_poses(m, q, d);
-  compute_velocities(m, v, d);
-  compute_inertias(m, d);
-}
-
 OfRnea rnea_derivatives(const ModelPtr& model, const Array& q, const Array& v, const Array& a,
                         const DataPtr& data) {
   const Model& m = model->model;
   const auto qs = vector(q, m.nq(), "q"), vs = vector(v, m.nv(), "v"), as = vector(a, m.nv(), "a");
   auto out = std::make_shared<RneaDerivatives>();
-  compute(model, data, [&](const Model& mm, Data& d) {
-    set_motion(mm, qs, vs, d);
-    RneaDerivator(mm).compute(mm, vs, as, mm.gravity(), d, *out);
+  compute(model, data, [&](Dynamics& d) {
+    d.set_state(qs, vs);
+    d.inverse_dynamics_derivatives(as, *out);
   });
   return out;
 }
@@ -48,12 +36,9 @@ OfAba aba_derivatives(const ModelPtr& model, const Array& q, const Array& v, con
   auto out = std::make_shared<AbaDerivatives>();
   int singular = -1;
   bool solved = false;
-  compute(model, data, [&](const Model& mm, Data& d) {
-    set_motion(mm, qs, vs, d);
-    VectorX a(mm.nv());
-    solved = aba(mm, taus, added, mm.gravity(), moving_bodies(mm), d, a, &singular);
-    if (!solved) return;
-    solved = AbaDerivator(mm).compute(mm, vs, a, added, mm.gravity(), d, *out);
+  compute(model, data, [&](Dynamics& d) {
+    d.set_state(qs, vs);
+    solved = d.forward_dynamics_derivatives(taus, added, *out, &singular);
   });
   if (!solved) throw_singular(m, singular);
   return out;
@@ -66,10 +51,10 @@ py::array inertia_regressor(const ModelPtr& model, const Array& q, const Array& 
   auto Y = output(out, {m.nv(), 10 * (m.num_bodies() - 1)}, "out");
   using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
   Eigen::Map<RowMajor> result(Y.mutable_data(), Y.shape(0), Y.shape(1));
-  compute(model, data, [&](const Model& mm, Data& d) {
-    compute_poses(mm, qs, d);
+  compute(model, data, [&](Dynamics& d) {
+    d.set_state(qs, vs);
     MatrixX columns;
-    InertiaRegressor(mm).compute(mm, vs, as, mm.gravity(), d, columns);
+    d.inertia_regressor(as, columns);
     result = columns;
   });
   return Y;

@@ -2,7 +2,6 @@
 #include <pybind11/stl.h>
 
 #include "counterpoint/collision/query.h"
-#include "counterpoint/engine/dynamics/kinematics.h"
 #include "objects/handles.h"
 
 namespace counterpoint::python {
@@ -15,10 +14,9 @@ using collision::SceneQuery;
 using collision::SceneRayHit;
 
 struct QueryHandle {
-  explicit QueryHandle(ModelPtr m) : model(std::move(m)), query(model->model), data(model->model) {}
+  explicit QueryHandle(ModelPtr m) : model(std::move(m)), query(model->model) {}
   ModelPtr model;
   SceneQuery query;
-  Data data;
   Guard guard;
 
   const std::string& name(int geometry) const {
@@ -279,8 +277,7 @@ void bind_scene_query(py::module_& c) {
             const Guard::Lock lock(q.guard, kWhat);
             const auto coordinates = vector(given, q.model->model.nq(), "q");
             const py::gil_scoped_release release;
-            compute_poses(q.model->model, coordinates, q.data);
-            q.query.set_poses(q.data.X_WB);
+            q.query.set_poses(body_poses(q.model->model, coordinates));
           },
           py::arg("q"), "Places the bodies at coordinates, shape (nq,).")
       .def(

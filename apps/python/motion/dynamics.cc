@@ -1,10 +1,4 @@
 // Kinematics, dynamics, energies: one algorithm a function, as in the engine.
-#include "counterpoint/engine/dynamics/aba.h"
-#include "counterpoint/engine/dynamics/crba.h"
-#include "counterpoint/engine/dynamics/energy.h"
-#include "counterpoint/engine/dynamics/integrator.h"
-#include "counterpoint/engine/dynamics/kinematics.h"
-#include "counterpoint/engine/dynamics/rnea.h"
 #include "objects/data_handle.h"
 
 namespace counterpoint::python {
@@ -15,9 +9,12 @@ void kinematics(const ModelPtr& model, const DataPtr& data, const Array& q, cons
   const Array given = v.is_none() ? Array() : Array(v);
   const bool moving = !v.is_none();
   if (moving) check_shape(given, {model->model.nv()}, "v");
-  compute(model, data, [&](const Model& m, Data& d) {
-    compute_poses(m, qs, d);
-    if (moving) compute_velocities(m, ConstMap(given.data(), m.nv()), d);
+  compute(model, data, [&](Dynamics& d) {
+    if (moving) {
+      d.set_state(qs, ConstMap(given.data(), d.model().nv()));
+    } else {
+      d.set_configuration(qs);
+    }
   });
 }
 
@@ -27,10 +24,9 @@ py::array rnea_of(const ModelPtr& model, const Array& q, const Array& v, const A
   const auto qs = vector(q, m.nq(), "q"), vs = vector(v, m.nv(), "v"), as = vector(a, m.nv(), "a");
   auto tau = output(out, {m.nv()}, "out");
   Eigen::Map<VectorX> result(tau.mutable_data(), m.nv());
-  compute(model, data, [&](const Model& mm, Data& d) {
-    compute_poses(mm, qs, d);
-    compute_velocities(mm, vs, d);
-    rnea(mm, as, mm.gravity(), d, result);
+  compute(model, data, [&](Dynamics& d) {
+    d.set_state(qs, vs);
+    d.inverse_dynamics(as, result);
   });
   return tau;
 }
@@ -47,11 +43,9 @@ py::array aba_of(const ModelPtr& model, const Array& q, const Array& v, const Ar
   Eigen::Map<VectorX> result(a.mutable_data(), m.nv());
   int singular = -1;
   bool solved = false;
-  compute(model, data, [&](const Model& mm, Data& d) {
-    compute_poses(mm, qs, d);
-    compute_velocities(mm, vs, d);
-    compute_inertias(mm, d);
-    solved = aba(mm, taus, added, mm.gravity(), moving_bodies(mm), d, result, &singular);
+  compute(model, data, [&](Dynamics& d) {
+    d.set_state(qs, vs);
+    solved = d.forward_dynamics(taus, added, result, &singular);
   });
   if (!solved)
     throw py::value_error(
@@ -65,12 +59,11 @@ py::array crba_of(const ModelPtr& model, const Array& q, const DataPtr& data,
   const Model& m = model->model;
   const auto qs = vector(q, m.nq(), "q");
   auto M = output(out, {m.nv(), m.nv()}, "out");
-  using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-  Eigen::Map<RowMajor> result(M.mutable_data(), m.nv(), m.nv());
-  compute(model, data, [&](const Model& mm, Data& d) {
-    compute_poses(mm, qs, d);
-    compute_inertias(mm, d);
-    crba(mm, d, result);
+  // Symmetric: by rows what it is by columns.
+  Eigen::Map<MatrixX> result(M.mutable_data(), m.nv(), m.nv());
+  compute(model, data, [&](Dynamics& d) {
+    d.set_configuration(qs);
+    d.mass_matrix(result);
   });
   return M;
 }
@@ -78,11 +71,9 @@ py::array crba_of(const ModelPtr& model, const Array& q, const DataPtr& data,
 double kinetic(const ModelPtr& model, const Array& q, const Array& v, const DataPtr& data) {
   const auto qs = vector(q, model->model.nq(), "q"), vs = vector(v, model->model.nv(), "v");
   double energy = 0.0;
-  compute(model, data, [&](const Model& m, Data& d) {
-    compute_poses(m, qs, d);
-    compute_velocities(m, vs, d);
-    compute_inertias(m, d);
-    energy = kinetic_energy(m, vs, d);
+  compute(model, data, [&](Dynamics& d) {
+    d.set_state(qs, vs);
+    energy = d.kinetic_energy();
   });
   return energy;
 }
@@ -90,9 +81,9 @@ double kinetic(const ModelPtr& model, const Array& q, const Array& v, const Data
 double potential(const ModelPtr& model, const Array& q, const DataPtr& data) {
   const auto qs = vector(q, model->model.nq(), "q");
   double energy = 0.0;
-  compute(model, data, [&](const Model& m, Data& d) {
-    compute_poses(m, qs, d);
-    energy = potential_energy(m, d);
+  compute(model, data, [&](Dynamics& d) {
+    d.set_configuration(qs);
+    energy = d.potential_energy();
   });
   return energy;
 }
@@ -100,11 +91,9 @@ double potential(const ModelPtr& model, const Array& q, const DataPtr& data) {
 py::array momentum(const ModelPtr& model, const Array& q, const Array& v, const DataPtr& data) {
   const auto qs = vector(q, model->model.nq(), "q"), vs = vector(v, model->model.nv(), "v");
   Force total;
-  compute(model, data, [&](const Model& m, Data& d) {
-    compute_poses(m, qs, d);
-    compute_velocities(m, vs, d);
-    compute_inertias(m, d);
-    total = total_momentum(m, d);
+  compute(model, data, [&](Dynamics& d) {
+    d.set_state(qs, vs);
+    total = d.momentum();
   });
   VectorX out(6);
   out << total.torque, total.force;
@@ -126,32 +115,35 @@ py::array difference(const ModelPtr& model, const Array& from, const Array& to) 
 }
 
 void bind_data(py::module_& m) {
-  static_assert(sizeof(Motion) == 6 * sizeof(double));
   py::class_<DataHandle, DataPtr>(m, "Data", R"(
-Per-body results of the recursive algorithms, and their scratch: pass it to many calls, so that none
-allocates. Where links are and how they move: pose, frame_motion.
+A model's dynamics at a state: pass it to many calls, so that none allocates. Where links are and how
+they move: pose, jacobian, frame_motion.
 
 Parameters
 ----------
 model : Model
 )")
       .def(py::init<ModelPtr>(), py::arg("model"))
-      .def_property_readonly(
-          "axis",
-          [](const DataPtr& d) {
-            return view(d->data.axis.empty() ? nullptr : d->data.axis.front().angular.data(),
-                        {static_cast<py::ssize_t>(d->data.axis.size()), 6}, {6, 1}, py::cast(d));
-          },
-          "Columns of the joints' motion subspaces at their links' origins in world axes, shape "
-          "(nv, 6): a view, read-only.")
       .def(
           "pose",
           [](const DataPtr& d, const std::string& frame) {
-            const auto index = static_cast<size_t>(check_frame(*d->model, frame));
-            const Frame& f = d->model->model.frames()[index];
-            return d->data.X_WB[static_cast<size_t>(f.body)] * f.X_BF;
+            return d->dynamics.frame_pose(check_frame(*d->model, frame));
           },
           py::arg("frame"), "X_WF of the frame of a link, after compute_kinematics.")
+      .def(
+          "jacobian",
+          [](const DataPtr& d, const std::string& frame) {
+            MatrixX J;
+            d->dynamics.frame_jacobian(check_frame(*d->model, frame), J);
+            py::array_t<double> out({J.rows(), J.cols()});
+            for (Eigen::Index i = 0; i < J.rows(); ++i)
+              for (Eigen::Index j = 0; j < J.cols(); ++j) out.mutable_at(i, j) = J(i, j);
+            return out;
+          },
+          py::arg("frame"),
+          "J of the frame of a link, after compute_kinematics, shape (6, nv): angular velocity and "
+          "velocity of its origin in world axes are J v; J' times torque and force there is their "
+          "generalized force.")
       .def("__repr__", [](const DataHandle&) { return "<Data>"; });
 }
 
@@ -246,7 +238,7 @@ void bind_dynamics(py::module_& m) {
   m.def("crba", &crba_of, py::arg("model"), py::arg("q"), py::arg("data").none(true) = py::none(),
         py::kw_only(), py::arg("out") = py::none(), kCrbaDoc);
   m.def(
-      "total_mass", [](const ModelHandle& model) { return total_mass(model.model); },
+      "total_mass", [](const ModelHandle& model) { return Dynamics(model.model).total_mass(); },
       py::arg("model"), "Of all bodies that can move [kg].");
   m.def("kinetic_energy", &kinetic, py::arg("model"), py::arg("q"), py::arg("v"),
         py::arg("data").none(true) = py::none(), "[J], rotor inertia (armature) included.");

@@ -1,5 +1,5 @@
 // Where frames are and how they move, by name.
-#include "counterpoint/engine/dynamics/frame_motion.h"
+#include "counterpoint/engine/dynamics.h"
 #include "objects/handles.h"
 
 namespace counterpoint::python {

@@ -1,16 +1,16 @@
-// Per-body results and scratch of the recursive algorithms.
+// A model's dynamics at a state, kept between calls.
 #pragma once
 
-#include "counterpoint/engine/dynamics/data.h"
+#include "counterpoint/engine/dynamics.h"
 #include "handles.h"
 
 namespace counterpoint::python {
 
-/// Scratch and results, filled by the functions that it is passed to.
+/// What is filled by the functions that it is passed to.
 struct DataHandle {
-  explicit DataHandle(ModelPtr m) : model(std::move(m)), data(model->model) {}
+  explicit DataHandle(ModelPtr m) : model(std::move(m)), dynamics(model->model) {}
   ModelPtr model;
-  Data data;
+  Dynamics dynamics;
   Guard guard;
 };
 using DataPtr = std::shared_ptr<DataHandle>;
@@ -21,13 +21,13 @@ inline DataPtr data_for(const ModelPtr& model, const DataPtr& given) {
   return given;
 }
 
-/// Runs task(model, data) without the GIL, alone in `data`.
+/// Runs task(dynamics) without the GIL, alone in `data`.
 template <class Task>
 void compute(const ModelPtr& model, const DataPtr& given, Task task) {
   const DataPtr d = data_for(model, given);
   const Guard::Lock lock(d->guard, "Data");
   const py::gil_scoped_release release;
-  task(model->model, d->data);
+  task(d->dynamics);
 }
 
 }  // namespace counterpoint::python

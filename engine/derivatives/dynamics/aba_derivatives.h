@@ -7,12 +7,6 @@
 
 namespace counterpoint {
 
-/// Of a = inv(M(q) + D) (tau - n(q, v)), nv x nv each: by a displacement at q, by v, by tau.
-struct AbaDerivatives {
-  MatrixX dq, dv;
-  MatrixX dtau;  ///< inv(M + D), symmetric
-};
-
 /// Scratch of one thread for one model.
 class AbaDerivator {
  public:

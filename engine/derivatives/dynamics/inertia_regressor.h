@@ -4,20 +4,9 @@
 #pragma once
 
 #include "counterpoint/engine/dynamics/data.h"
+#include "counterpoint/engine/dynamics/inertial_parameters.h"
 
 namespace counterpoint {
-
-/// The ten inertial parameters of a body, in its frame and about its origin: mass m [kg], first
-/// moments m c (x, y, z) [kg m], second moments Ixx, Ixy, Iyy, Ixz, Iyz, Izz of the inertia tensor
-/// about the origin [kg m^2].
-using InertialParameters = Eigen::Matrix<double, 10, 1>;
-
-InertialParameters inertial_parameters(const SpatialInertia& inertia);
-/// The reverse. @throws InputError unless the mass is positive.
-SpatialInertia spatial_inertia(const InertialParameters& parameters);
-
-/// Of all bodies of a model but the world, one below the other: 10 (num_bodies - 1).
-VectorX inertial_parameters(const Model& model);
 
 /// Scratch of one thread for one model.
 class InertiaRegressor {

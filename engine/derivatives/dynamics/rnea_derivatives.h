@@ -1,16 +1,10 @@
 // Derivatives of inverse dynamics, by one backward pass (sweep.h).
 #pragma once
 
+#include "counterpoint/engine/derivatives/dynamics/dynamics_derivatives.h"
 #include "counterpoint/engine/derivatives/dynamics/sweep.h"
 
 namespace counterpoint {
-
-/// Of tau = M(q) a + n(q, v), as rnea gives it, nv x nv each: by a displacement at q, by v, by a.
-struct RneaDerivatives {
-  MatrixX dq;  ///< [N, N m a m, rad]
-  MatrixX dv;  ///< [N s/m, ...]
-  MatrixX da;  ///< M(q), symmetric [kg, kg m, kg m^2]
-};
 
 /// Scratch of one thread for one model.
 class RneaDerivator {

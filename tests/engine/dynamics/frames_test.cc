@@ -1,6 +1,6 @@
 // Pose and velocity of a link by name: as the model's own tree has them, and as differences of
 // poses along the motion have them.
-#include "counterpoint/engine/dynamics/frame_motion.h"
+#include "counterpoint/engine/dynamics.h"
 
 #include <gtest/gtest.h>
 
