@@ -40,7 +40,7 @@ if(COUNTERPOINT_NATIVE)
     $<$<CXX_COMPILER_ID:GNU>:-Wno-array-bounds -Wno-stringop-overread>)
 endif()
 
-# Files of tests have names of their own in common (kRoundoff): they stay apart.
+# Files of tests have names in common (kRoundoff): each keeps them in a namespace of its own, called as the file.
 function(counterpoint_unity target)
   set_target_properties(${target} PROPERTIES UNITY_BUILD ${COUNTERPOINT_UNITY} UNITY_BUILD_BATCH_SIZE 24)
 endfunction()

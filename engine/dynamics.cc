@@ -68,21 +68,29 @@ struct Dynamics::Impl {
       v.setZero();
     }
     compute_poses(*model, q, data);
-    compute_velocities(*model, v, data);
-    has_inertias = false;
+    has_velocities = has_inertias = false;
   }
 
-  /// Those of the state, for algorithms that need them.
-  const Data& with_inertias() {
+  // For what needs them; poses are always there.
+  Data& with_velocities() {
+    if (!has_velocities) compute_velocities(*model, v, data);
+    has_velocities = true;
+    return data;
+  }
+  Data& with_inertias() {
     if (!has_inertias) compute_inertias(*model, data);
     has_inertias = true;
     return data;
+  }
+  Data& with_both() {
+    with_velocities();
+    return with_inertias();
   }
 
   const Model* model;
   Data data;
   VectorX v, acceleration;
-  bool has_inertias = false;
+  bool has_velocities = false, has_inertias = false;
   // Each made when first asked for.
   std::optional<RneaDerivator> of_rnea;
   std::optional<AbaDerivator> of_aba;
@@ -105,7 +113,7 @@ void Dynamics::set_configuration(const VectorRef& q) { impl_->set(q, nullptr); }
 FrameMotion Dynamics::frame(int index) const {
   const Frame& frame = model().frames()[index];
   const Pose& X_WB = impl_->data.X_WB[frame.body];
-  const Motion& V = impl_->data.V[frame.body];
+  const Motion& V = impl_->with_velocities().V[frame.body];
   return {X_WB * frame.X_BF, V.at(X_WB.rotation * frame.X_BF.translation), V.angular};
 }
 
@@ -147,31 +155,29 @@ Vector3 Dynamics::center_of_mass() const {
 }
 
 double Dynamics::kinetic_energy() const {
-  return counterpoint::kinetic_energy(model(), impl_->v, impl_->with_inertias());
+  return counterpoint::kinetic_energy(model(), impl_->v, impl_->with_both());
 }
 
 double Dynamics::potential_energy() const {
   return counterpoint::potential_energy(model(), impl_->data);
 }
 
-Force Dynamics::momentum() const { return total_momentum(model(), impl_->with_inertias()); }
+Force Dynamics::momentum() const { return total_momentum(model(), impl_->with_both()); }
 
 void Dynamics::inverse_dynamics(const VectorRef& a, VectorOut tau) {
-  rnea(model(), a, model().gravity(), impl_->data, tau);
+  rnea(model(), a, model().gravity(), impl_->with_velocities(), tau);
 }
 
 bool Dynamics::forward_dynamics(const VectorRef& tau, const VectorRef& diagonal, VectorOut a,
                                 int* singular_body) {
-  impl_->with_inertias();
-  return aba(model(), tau, diagonal, model().gravity(), moving_bodies(model()), impl_->data, a,
+  return aba(model(), tau, diagonal, model().gravity(), moving_bodies(model()), impl_->with_both(), a,
              singular_body);
 }
 
 void Dynamics::mass_matrix(Eigen::Ref<MatrixX> M) {
-  impl_->with_inertias();
   // M is symmetric: by rows what it is by columns.
   using ByRows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-  crba(model(), impl_->data,
+  crba(model(), impl_->with_inertias(),
        Eigen::Map<ByRows, 0, Eigen::OuterStride<>>(M.data(), M.rows(), M.cols(),
                                                    Eigen::OuterStride<>(M.outerStride())));
 }

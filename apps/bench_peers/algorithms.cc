@@ -6,10 +6,7 @@
 #include <cmath>
 #include <limits>
 
-#include "counterpoint/engine/dynamics/aba.h"
-#include "counterpoint/engine/dynamics/crba.h"
-#include "counterpoint/engine/dynamics/kinematics.h"
-#include "counterpoint/engine/dynamics/rnea.h"
+#include "counterpoint/engine/dynamics.h"
 #include "peer_robot.h"
 #include "timing.h"
 
@@ -24,8 +21,7 @@ using peers::PinocchioRobot;
 class OurAlgorithms {
  public:
   explicit OurAlgorithms(const Model& model)
-      : model_(model),
-        data_(model),
+      : dynamics_(model),
         out_(VectorX::Zero(model.nv())),
         zero_(VectorX::Zero(model.nv())),
         M_(model.nv(), model.nv()) {}
@@ -39,37 +35,32 @@ class OurAlgorithms {
   }
 
   void evaluate(PinocchioAlgorithm algorithm, const States& states, std::size_t i) {
-    compute_poses(model_, states.q[i], data_);
+    dynamics_.set_state(states.q[i], states.v[i]);
     switch (algorithm) {
       case PinocchioAlgorithm::kKinematics:
         return;
       case PinocchioAlgorithm::kRnea:
-        compute_velocities(model_, states.v[i], data_);
-        return rnea(model_, states.x[i], model_.gravity(), data_, out_);
+        return dynamics_.inverse_dynamics(states.x[i], out_);
       case PinocchioAlgorithm::kAba:
-        compute_velocities(model_, states.v[i], data_);
-        compute_inertias(model_, data_);
-        if (!aba(model_, states.x[i], zero_, model_.gravity(), moving_bodies(model_), data_, out_))
+        if (!dynamics_.forward_dynamics(states.x[i], zero_, out_))
           throw std::runtime_error("aba: singular");
         return;
       case PinocchioAlgorithm::kCrba:
-        compute_inertias(model_, data_);
-        return crba(model_, data_, M_);
+        return dynamics_.mass_matrix(M_);
       case PinocchioAlgorithm::kRneaDerivatives:
       case PinocchioAlgorithm::kAbaDerivatives:
         throw std::logic_error("derivatives have a table of their own");
     }
   }
 
-  const Data& data() const { return data_; }
+  Vector3 position(int frame) const { return dynamics_.frame_pose(frame).translation; }
   const VectorX& out() const { return out_; }
-  MatrixX M() const { return M_; }
+  const MatrixX& M() const { return M_; }
 
  private:
-  const Model& model_;
-  Data data_;
+  Dynamics dynamics_;
   VectorX out_, zero_;
-  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> M_;
+  MatrixX M_;
 };
 
 /// Largest difference of the two results over all states, as a share of the largest entry.
@@ -86,17 +77,19 @@ double difference(const Model& model, PinocchioAlgorithm algorithm, const States
     VectorX mine, other;
     if (algorithm == PinocchioAlgorithm::kKinematics) {
       mine.resize(3 * model.num_joints());
-      for (int b = 1; b < model.num_bodies(); ++b)
-        mine.segment<3>(3 * pair.joint(b).index) =
-            ours.data().X_WB[static_cast<std::size_t>(b)].translation;
+      for (std::size_t f = 0; f < model.frames().size(); ++f) {
+        const Frame& frame = model.frames()[f];
+        // Of the link that a joint moves, whose origin is the joint's; not of what is fixed to it.
+        if (frame.body == 0 || !frame.X_BF.translation.isZero()) continue;
+        mine.segment<3>(3 * pair.joint(frame.body).index) = ours.position(static_cast<int>(f));
+      }
       other = theirs.head(mine.size());
     } else if (algorithm == PinocchioAlgorithm::kCrba) {
       // T' M_theirs T = M_ours, column by column of T.
       MatrixX T(nv, nv);
       for (int j = 0; j < nv; ++j) T.col(j) = pair.mapped(q, VectorX::Unit(nv, j));
       const MatrixX M = T.transpose() * Eigen::Map<MatrixX>(theirs.data(), nv, nv) * T;
-      const MatrixX own = ours.M();
-      mine = own.reshaped();
+      mine = ours.M().reshaped();
       other = M.reshaped();
     } else {
       mine = algorithm == PinocchioAlgorithm::kAba

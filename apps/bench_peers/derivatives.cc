@@ -3,9 +3,7 @@
 #include <algorithm>
 #include <stdexcept>
 
-#include "counterpoint/engine/derivatives/dynamics/aba_derivatives.h"
-#include "counterpoint/engine/dynamics/aba.h"
-#include "counterpoint/engine/dynamics/kinematics.h"
+#include "counterpoint/engine/dynamics.h"
 #include "peer_robot.h"
 #include "timing.h"
 
@@ -24,12 +22,8 @@ struct Matrices {
 class OurDerivatives {
  public:
   explicit OurDerivatives(const Model& model)
-      : model_(model),
-        data_(model),
-        rnea_(model),
-        aba_(model),
-        zero_(VectorX::Zero(model.nv())),
-        acceleration_(VectorX::Zero(model.nv())) {}
+      : dynamics_(model),
+        zero_(VectorX::Zero(model.nv())) {}
 
   void run(PinocchioAlgorithm algorithm, const States& states, int evaluations) {
     std::size_t i = 0;
@@ -40,14 +34,10 @@ class OurDerivatives {
   }
 
   void evaluate(PinocchioAlgorithm algorithm, const States& states, std::size_t i) {
-    const Vector3& gravity = model_.gravity();
-    compute_poses(model_, states.q[i], data_);
-    compute_inertias(model_, data_);
+    dynamics_.set_state(states.q[i], states.v[i]);
     if (algorithm == PinocchioAlgorithm::kRneaDerivatives)
-      return rnea_.compute(model_, states.v[i], states.x[i], gravity, data_, of_rnea_);
-    compute_velocities(model_, states.v[i], data_);
-    if (!aba(model_, states.x[i], zero_, gravity, moving_bodies(model_), data_, acceleration_) ||
-        !aba_.compute(model_, states.v[i], acceleration_, zero_, gravity, data_, of_aba_))
+      return dynamics_.inverse_dynamics_derivatives(states.x[i], of_rnea_);
+    if (!dynamics_.forward_dynamics_derivatives(states.x[i], zero_, of_aba_))
       throw std::runtime_error("aba: singular");
   }
 
@@ -59,13 +49,10 @@ class OurDerivatives {
   }
 
  private:
-  const Model& model_;
-  Data data_;
-  RneaDerivator rnea_;
-  AbaDerivator aba_;
+  Dynamics dynamics_;
   RneaDerivatives of_rnea_;
   AbaDerivatives of_aba_;
-  VectorX zero_, acceleration_;
+  VectorX zero_;
 };
 
 /// Pinocchio's at one state, in our coordinates: theirs are y_p = T(q) y, and accelerations

@@ -10,7 +10,7 @@
 
 #include "support/paths.h"
 
-namespace counterpoint {
+namespace counterpoint::command_test {
 namespace {
 
 using test::CommandFolder;
@@ -234,4 +234,4 @@ TEST_F(Command, ClosuresAreListedHeldAndInverted) {
 }
 
 }  // namespace
-}  // namespace counterpoint
+}  // namespace counterpoint::command_test

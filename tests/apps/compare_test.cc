@@ -11,7 +11,7 @@
 #include "apps/command.h"
 #include "support/paths.h"
 
-namespace counterpoint {
+namespace counterpoint::compare_test {
 namespace {
 
 using test::CommandFolder;
@@ -332,4 +332,4 @@ TEST(Compare, PredictsRealCubeTosses) {
 }
 
 }  // namespace
-}  // namespace counterpoint
+}  // namespace counterpoint::compare_test

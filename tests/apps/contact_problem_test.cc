@@ -6,7 +6,7 @@
 #include "apps/command.h"
 #include "support/paths.h"
 
-namespace counterpoint {
+namespace counterpoint::contact_problem_test {
 namespace {
 
 using test::CommandFolder;
@@ -161,4 +161,4 @@ TEST_F(ContactProblem, SolvesTheRecordedProblems) {
 }
 
 }  // namespace
-}  // namespace counterpoint
+}  // namespace counterpoint::contact_problem_test

@@ -4,7 +4,7 @@
 #include "apps/command.h"
 #include "support/paths.h"
 
-namespace counterpoint {
+namespace counterpoint::derivatives_test {
 namespace {
 
 using test::CommandFolder;
@@ -40,4 +40,4 @@ TEST(DerivativesCommand, WritesEveryMatrixOfTheFirstStep) {
 }
 
 }  // namespace
-}  // namespace counterpoint
+}  // namespace counterpoint::derivatives_test

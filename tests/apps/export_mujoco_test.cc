@@ -12,7 +12,7 @@
 #include "peers/mujoco_file.h"
 #include "support/paths.h"
 
-namespace counterpoint {
+namespace counterpoint::export_mujoco_test {
 namespace {
 
 class ExportedToMujoco : public ::testing::Test {
@@ -66,4 +66,4 @@ TEST_F(ExportedToMujoco, StandsWhereOursStands) {
 }
 
 }  // namespace
-}  // namespace counterpoint
+}  // namespace counterpoint::export_mujoco_test

@@ -8,7 +8,7 @@
 #include "counterpoint/engine/simulator.h"
 #include "support/paths.h"
 
-namespace counterpoint::apps {
+namespace counterpoint::apps::gradient_test {
 namespace {
 
 /// Extrapolated differences of a whole motion: some hundred steps.
@@ -132,4 +132,4 @@ TEST(Gradient, IsNotKnownOfSizes) {
 }
 
 }  // namespace
-}  // namespace counterpoint::apps
+}  // namespace counterpoint::apps::gradient_test

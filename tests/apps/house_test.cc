@@ -13,7 +13,7 @@
 #include "apps/command.h"
 #include "support/paths.h"
 
-namespace counterpoint {
+namespace counterpoint::house_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -242,4 +242,4 @@ TEST(Documents, EveryKeyOfEveryReportIsExplained) {
 }
 
 }  // namespace
-}  // namespace counterpoint
+}  // namespace counterpoint::house_test

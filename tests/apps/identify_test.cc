@@ -12,7 +12,7 @@
 #include "apps/command.h"
 #include "support/paths.h"
 
-namespace counterpoint {
+namespace counterpoint::identify_test {
 namespace {
 
 using test::CommandFolder;
@@ -220,4 +220,4 @@ TEST(Identify, SaysWhatIsWrongInItsArguments) {
 }
 
 }  // namespace
-}  // namespace counterpoint
+}  // namespace counterpoint::identify_test

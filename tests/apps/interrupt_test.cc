@@ -8,7 +8,7 @@
 
 #include "apps/command.h"
 
-namespace counterpoint {
+namespace counterpoint::interrupt_test {
 namespace {
 
 using test::CommandFolder;
@@ -122,4 +122,4 @@ TEST(Interrupt, OptimizeHasTheMotionSoFar) {
 }
 
 }  // namespace
-}  // namespace counterpoint
+}  // namespace counterpoint::interrupt_test

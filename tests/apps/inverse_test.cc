@@ -9,7 +9,7 @@
 #include "apps/command.h"
 #include "support/paths.h"
 
-namespace counterpoint {
+namespace counterpoint::inverse_test {
 namespace {
 
 using test::CommandFolder;
@@ -196,4 +196,4 @@ TEST(InverseFiles, RefusesATrajectoryOfAnotherScene) {
 }
 
 }  // namespace
-}  // namespace counterpoint
+}  // namespace counterpoint::inverse_test

@@ -16,7 +16,7 @@
 #include "support/random_model.h"
 #include "support/small_scenes.h"
 
-namespace counterpoint::peers {
+namespace counterpoint::peers::mujoco_test {
 namespace {
 
 constexpr double kGravity = 9.81;
@@ -273,4 +273,4 @@ TEST_F(MujocoTest, SaysThatAMotionIsLost) {
 }
 
 }  // namespace
-}  // namespace counterpoint::peers
+}  // namespace counterpoint::peers::mujoco_test

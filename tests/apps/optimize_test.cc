@@ -7,7 +7,7 @@
 #include "apps/command.h"
 #include "support/paths.h"
 
-namespace counterpoint {
+namespace counterpoint::optimize_test {
 namespace {
 
 constexpr const char* kAcrobot = "optimize data/scenes/optimize/acrobot.yaml --quiet ";
@@ -56,4 +56,4 @@ TEST(OptimizeCommand, RefusesNonsense) {
 }
 
 }  // namespace
-}  // namespace counterpoint
+}  // namespace counterpoint::optimize_test

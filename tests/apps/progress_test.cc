@@ -9,7 +9,7 @@
 #include <cstdlib>
 #include <string>
 
-namespace counterpoint::apps {
+namespace counterpoint::apps::progress_test {
 namespace {
 
 constexpr double kNever = 3600.0;  // [s] longer than any test runs
@@ -72,4 +72,4 @@ TEST(Progress, IsNotWrittenToFiles) {
 }
 
 }  // namespace
-}  // namespace counterpoint::apps
+}  // namespace counterpoint::apps::progress_test

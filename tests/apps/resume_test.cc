@@ -6,7 +6,7 @@
 
 #include "apps/command.h"
 
-namespace counterpoint {
+namespace counterpoint::resume_test {
 namespace {
 
 using test::CommandResult;
@@ -105,4 +105,4 @@ TEST_F(Resume, AFailedRunNamesWhatIsAtFaultAndCanBeGoneOnFrom) {
 }
 
 }  // namespace
-}  // namespace counterpoint
+}  // namespace counterpoint::resume_test

@@ -5,7 +5,7 @@
 
 #include "apps/command.h"
 
-namespace counterpoint::test {
+namespace counterpoint::test::rollout_test {
 namespace {
 
 constexpr const char* kScene = "data/scenes/quadruped_drop.yaml --duration 0.4 --random-inputs 0.3";
@@ -104,4 +104,4 @@ TEST(Rollout, RefusesWhatDoesNotFit) {
 }
 
 }  // namespace
-}  // namespace counterpoint::test
+}  // namespace counterpoint::test::rollout_test

@@ -5,7 +5,7 @@
 #include "apps/command.h"
 #include "measure/step_statistics.h"
 
-namespace counterpoint {
+namespace counterpoint::run_figures_test {
 namespace {
 
 using test::CommandFolder;
@@ -120,4 +120,4 @@ TEST(RunFigures, ContactsAreThoseThatTheInverseFinds) {
 }
 
 }  // namespace
-}  // namespace counterpoint
+}  // namespace counterpoint::run_figures_test

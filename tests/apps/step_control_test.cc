@@ -6,7 +6,7 @@
 
 #include "apps/command.h"
 
-namespace counterpoint {
+namespace counterpoint::step_control_test {
 namespace {
 
 using test::CommandResult;
@@ -78,4 +78,4 @@ TEST_F(StepControlCommand, AMissedToleranceIsReportedOrFails) {
 }
 
 }  // namespace
-}  // namespace counterpoint
+}  // namespace counterpoint::step_control_test

@@ -12,7 +12,7 @@
 #include "apps/ranks.h"
 #include "counterpoint/engine/io/table.h"
 
-namespace counterpoint::test {
+namespace counterpoint::test::sweep_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -350,4 +350,4 @@ TEST_F(Sweep, TrajectoriesAreThoseOfTheRows) {
 }
 
 }  // namespace
-}  // namespace counterpoint::test
+}  // namespace counterpoint::test::sweep_test

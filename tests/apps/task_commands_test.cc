@@ -7,7 +7,7 @@
 #include "apps/command.h"
 #include "apps/ranks.h"
 
-namespace counterpoint::test {
+namespace counterpoint::test::task_commands_test {
 namespace {
 
 using nlohmann::json;
@@ -188,4 +188,4 @@ TEST_F(TaskCommands, ResultsOfOtherInputsAreRefused) {
 }
 
 }  // namespace
-}  // namespace counterpoint::test
+}  // namespace counterpoint::test::task_commands_test

@@ -13,7 +13,7 @@
 #include "tasks/journal.h"
 #include "tasks/run_tasks.h"
 
-namespace counterpoint::apps::tasks {
+namespace counterpoint::apps::tasks::tasks_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -247,4 +247,4 @@ TEST_F(Tasks, BytesComeBackAsTheyWere) {
 }
 
 }  // namespace
-}  // namespace counterpoint::apps::tasks
+}  // namespace counterpoint::apps::tasks::tasks_test

@@ -10,7 +10,7 @@
 #include "support/allocation_guard.h"
 #include "support/random_poses.h"
 
-namespace counterpoint::test {
+namespace counterpoint::test::broadphase_test {
 namespace {
 
 using collision::Bounds;
@@ -179,4 +179,4 @@ TEST_P(EveryMethod, NoAllocationWhileBoxesMove) {
 }
 
 }  // namespace
-}  // namespace counterpoint::test
+}  // namespace counterpoint::test::broadphase_test

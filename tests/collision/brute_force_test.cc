@@ -10,7 +10,7 @@
 #include "support/random_poses.h"
 #include "support/record_largest.h"
 
-namespace counterpoint::test {
+namespace counterpoint::test::brute_force_test {
 namespace {
 
 // Relative to the size of the pair. Coordinates carry 1e-16 of it; gaps of one pair count as equal
@@ -184,4 +184,4 @@ TEST(ClosedForm, PlaneAgainstEverything) {
 }
 
 }  // namespace
-}  // namespace counterpoint::test
+}  // namespace counterpoint::test::brute_force_test

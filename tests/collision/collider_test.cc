@@ -12,7 +12,7 @@
 #include "support/random_poses.h"
 #include "support/shape_reference.h"
 
-namespace counterpoint::test {
+namespace counterpoint::test::collider_test {
 namespace {
 
 using collision::Candidate;
@@ -259,4 +259,4 @@ TEST_F(Heap, PosesThatAreNotFiniteTouchNothing) {
 }
 
 }  // namespace
-}  // namespace counterpoint::test
+}  // namespace counterpoint::test::collider_test

@@ -10,7 +10,7 @@
 #include "support/random_poses.h"
 #include "support/shape_reference.h"
 
-namespace counterpoint::test {
+namespace counterpoint::test::continuity_test {
 namespace {
 
 using collision::pair_contacts;
@@ -167,4 +167,4 @@ TEST(Manifold, PointsOfARestingBodyKeepTheirOrderAndPlace) {
 }
 
 }  // namespace
-}  // namespace counterpoint::test
+}  // namespace counterpoint::test::continuity_test

@@ -7,7 +7,7 @@
 #include "support/random_poses.h"
 #include "support/shape_reference.h"
 
-namespace counterpoint::test {
+namespace counterpoint::test::corner_contacts_test {
 namespace {
 
 using collision::core_ball;
@@ -70,4 +70,4 @@ TEST(CoreBall, PointsToTheSideOfTheMiddle) {
 }
 
 }  // namespace
-}  // namespace counterpoint::test
+}  // namespace counterpoint::test::corner_contacts_test

@@ -7,7 +7,7 @@
 #include "support/random_poses.h"
 #include "support/shape_reference.h"
 
-namespace counterpoint::test {
+namespace counterpoint::test::fcl_oracle_test {
 namespace {
 
 struct Solid {
@@ -99,4 +99,4 @@ TEST_P(FclOracle, DepthOfOverlappingShapes) {
 }
 
 }  // namespace
-}  // namespace counterpoint::test
+}  // namespace counterpoint::test::fcl_oracle_test

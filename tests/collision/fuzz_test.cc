@@ -10,7 +10,7 @@
 #include "support/random_poses.h"
 #include "support/shape_reference.h"
 
-namespace counterpoint::test {
+namespace counterpoint::test::fuzz_test {
 namespace {
 
 using collision::pair_contacts;
@@ -284,4 +284,4 @@ TEST(Fuzz, OverlapOfDegenerateHullsIsLeastTranslation) {
 }
 
 }  // namespace
-}  // namespace counterpoint::test
+}  // namespace counterpoint::test::fuzz_test

@@ -7,7 +7,7 @@
 #include "support/random_poses.h"
 #include "support/shape_reference.h"
 
-namespace counterpoint::test {
+namespace counterpoint::test::manifold_test {
 namespace {
 
 using collision::pair_contacts;
@@ -357,4 +357,4 @@ TEST(Manifold, BarelyTiltedBoxesHaveTheGapsOfTheirCorners) {
 }
 
 }  // namespace
-}  // namespace counterpoint::test
+}  // namespace counterpoint::test::manifold_test

@@ -11,7 +11,7 @@
 #include "support/record_largest.h"
 #include "support/shape_reference.h"
 
-namespace counterpoint::test {
+namespace counterpoint::test::pair_contacts_test {
 namespace {
 
 using collision::pair_contacts;
@@ -231,4 +231,4 @@ TEST_P(Pairs, PosesThatAreNotFiniteDoNotCrash) {
 }
 
 }  // namespace
-}  // namespace counterpoint::test
+}  // namespace counterpoint::test::pair_contacts_test

@@ -9,7 +9,7 @@
 #include "support/random_poses.h"
 #include "support/shape_reference.h"
 
-namespace counterpoint::test {
+namespace counterpoint::test::pair_motion_test {
 namespace {
 
 using collision::look_ahead;
@@ -223,4 +223,4 @@ TEST(Rounding, FacesAreNotRounded) {
 }
 
 }  // namespace
-}  // namespace counterpoint::test
+}  // namespace counterpoint::test::pair_motion_test

@@ -9,7 +9,7 @@
 #include "support/random_poses.h"
 #include "support/shape_reference.h"
 
-namespace counterpoint::test {
+namespace counterpoint::test::query_test {
 namespace {
 
 using collision::cast_ray;
@@ -221,4 +221,4 @@ TEST_F(Scenery, WrongNumberOfPosesIsRefused) {
 }
 
 }  // namespace
-}  // namespace counterpoint::test
+}  // namespace counterpoint::test::query_test

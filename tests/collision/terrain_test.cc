@@ -13,7 +13,7 @@
 #include "support/random_poses.h"
 #include "support/shape_reference.h"
 
-namespace counterpoint::test {
+namespace counterpoint::test::terrain_test {
 namespace {
 
 // Round-off of metres through a few rotations.
@@ -296,4 +296,4 @@ TEST(Terrain, BrokenMeshesNeitherCrashNorGiveNaN) {
 }
 
 }  // namespace
-}  // namespace counterpoint::test
+}  // namespace counterpoint::test::terrain_test

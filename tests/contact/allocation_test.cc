@@ -6,7 +6,7 @@
 #include "counterpoint/contact/solver.h"
 #include "support/allocation_guard.h"
 
-namespace counterpoint::contact {
+namespace counterpoint::contact::allocation_test {
 namespace {
 
 TEST(Allocation, NoneAfterWarmUp) {
@@ -79,4 +79,4 @@ TEST(Allocation, RefillingAProblemAllocatesNothing) {
 }
 
 }  // namespace
-}  // namespace counterpoint::contact
+}  // namespace counterpoint::contact::allocation_test

@@ -10,7 +10,7 @@
 #include "contact/linear_solution.h"
 #include "contact/random_problem.h"
 
-namespace counterpoint::contact {
+namespace counterpoint::contact::block_factorization_test {
 namespace {
 
 using testing::backward_error;
@@ -192,4 +192,4 @@ TEST(BlockFactorization, GridsFillInLittle) {
 }
 
 }  // namespace
-}  // namespace counterpoint::contact
+}  // namespace counterpoint::contact::block_factorization_test

@@ -9,7 +9,7 @@
 
 #include "support/paths.h"
 
-namespace counterpoint::contact {
+namespace counterpoint::contact::contact_space_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -78,4 +78,4 @@ TEST(ContactSpace, WrongSizesAndNotANumberAreReported) {
 }
 
 }  // namespace
-}  // namespace counterpoint::contact
+}  // namespace counterpoint::contact::contact_space_test

@@ -9,7 +9,7 @@
 
 #include "counterpoint/contact/law.h"
 
-namespace counterpoint::contact {
+namespace counterpoint::contact::coulomb_lanes_test {
 namespace {
 
 // Every number of contacts over, and velocities at which a branch is taken: at rest, without load,
@@ -64,4 +64,4 @@ TEST(CoulombLanes, AreTheLawsOfEachContact) {
 }
 
 }  // namespace
-}  // namespace counterpoint::contact
+}  // namespace counterpoint::contact::coulomb_lanes_test

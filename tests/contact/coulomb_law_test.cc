@@ -6,7 +6,7 @@
 #include "counterpoint/contact/law.h"
 #include "counterpoint/contact/laws/coulomb.h"
 
-namespace counterpoint::contact {
+namespace counterpoint::contact::coulomb_law_test {
 namespace {
 
 using testing::for_trials;
@@ -202,4 +202,4 @@ TEST(CoulombLaw, SlidesAgainstTheVelocityWithoutOpeningTheContact) {
 }
 
 }  // namespace
-}  // namespace counterpoint::contact
+}  // namespace counterpoint::contact::coulomb_law_test

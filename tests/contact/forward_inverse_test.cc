@@ -23,7 +23,7 @@
 #include "counterpoint/contact/inverse.h"
 #include "counterpoint/contact/solver.h"
 
-namespace counterpoint::contact {
+namespace counterpoint::contact::forward_inverse_test {
 namespace {
 
 using testing::dense_jacobian;
@@ -245,4 +245,4 @@ INSTANTIATE_TEST_SUITE_P(Friction, ContactSpaceForwardInverse, ::testing::Bool()
                          [](const auto& test) { return test.param ? "coulomb" : "convex"; });
 
 }  // namespace
-}  // namespace counterpoint::contact
+}  // namespace counterpoint::contact::forward_inverse_test

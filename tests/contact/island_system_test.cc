@@ -12,7 +12,7 @@
 #include "counterpoint/contact/linear/limbs.h"
 #include "support/allocation_guard.h"
 
-namespace counterpoint::contact {
+namespace counterpoint::contact::island_system_test {
 namespace {
 
 using testing::backward_error;
@@ -251,4 +251,4 @@ TEST(IslandSystem, LoadingAndFactoringAgainAllocatesNothing) {
 }
 
 }  // namespace
-}  // namespace counterpoint::contact
+}  // namespace counterpoint::contact::island_system_test

@@ -7,7 +7,7 @@
 #include "contact/trials.h"
 #include "counterpoint/contact/laws/scalar_law.h"
 
-namespace counterpoint::contact {
+namespace counterpoint::contact::law_test {
 namespace {
 
 using testing::for_trials;
@@ -238,4 +238,4 @@ TEST(Law, ExtremeVelocitiesGiveFiniteNumbers) {
 }
 
 }  // namespace
-}  // namespace counterpoint::contact
+}  // namespace counterpoint::contact::law_test

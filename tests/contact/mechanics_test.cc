@@ -5,7 +5,7 @@
 #include "counterpoint/contact/inverse.h"
 #include "counterpoint/contact/solver.h"
 
-namespace counterpoint::contact {
+namespace counterpoint::contact::mechanics_test {
 namespace {
 
 using testing::add_body;
@@ -296,4 +296,4 @@ TEST(Mechanics, SmoothingVanishesAtTheExpectedRate) {
 }
 
 }  // namespace
-}  // namespace counterpoint::contact
+}  // namespace counterpoint::contact::mechanics_test

@@ -8,7 +8,7 @@
 
 #include "contact/trials.h"
 
-namespace counterpoint::contact {
+namespace counterpoint::contact::mixed_system_test {
 namespace {
 
 using testing::for_trials;
@@ -79,4 +79,4 @@ TEST(MixedSystem, GuessesAreTheImpulsesGiven) {
 }
 
 }  // namespace
-}  // namespace counterpoint::contact
+}  // namespace counterpoint::contact::mixed_system_test

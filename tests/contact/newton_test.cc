@@ -8,7 +8,7 @@
 #include "contact/rounding.h"
 #include "contact/trials.h"
 
-namespace counterpoint::contact {
+namespace counterpoint::contact::newton_test {
 namespace {
 
 using testing::Cost;
@@ -75,4 +75,4 @@ TEST(LineSearch, FindsTheZeroOfEverySumOfSmoothedSteps) {
 }
 
 }  // namespace
-}  // namespace counterpoint::contact
+}  // namespace counterpoint::contact::newton_test

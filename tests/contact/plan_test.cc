@@ -12,7 +12,7 @@
 #include "counterpoint/contact/inverse.h"
 #include "counterpoint/contact/solver.h"
 
-namespace counterpoint::contact {
+namespace counterpoint::contact::plan_test {
 namespace {
 
 using testing::exact_settings;
@@ -119,4 +119,4 @@ TEST(Painleve, ContactsAreSolved) {
 }
 
 }  // namespace
-}  // namespace counterpoint::contact
+}  // namespace counterpoint::contact::plan_test

@@ -5,7 +5,7 @@
 #include "contact/random_contact_space.h"
 #include "contact/trials.h"
 
-namespace counterpoint::contact {
+namespace counterpoint::contact::semidefinite_factor_test {
 namespace {
 
 using testing::for_trials;
@@ -49,4 +49,4 @@ TEST(SemidefiniteFactor, FindsTheRank) {
 }
 
 }  // namespace
-}  // namespace counterpoint::contact
+}  // namespace counterpoint::contact::semidefinite_factor_test

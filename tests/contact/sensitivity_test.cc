@@ -7,7 +7,7 @@
 
 #include "contact/trials.h"
 
-namespace counterpoint::contact {
+namespace counterpoint::contact::sensitivity_test {
 namespace {
 
 using testing::for_trials;
@@ -121,4 +121,4 @@ INSTANTIATE_TEST_SUITE_P(Friction, SensitivityTest, ::testing::Bool(),
                          [](const auto& test) { return test.param ? "coulomb" : "convex"; });
 
 }  // namespace
-}  // namespace counterpoint::contact
+}  // namespace counterpoint::contact::sensitivity_test

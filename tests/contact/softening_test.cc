@@ -8,7 +8,7 @@
 #include "counterpoint/contact/solve/islands.h"
 #include "counterpoint/contact/solver.h"
 
-namespace counterpoint::contact {
+namespace counterpoint::contact::softening_test {
 namespace {
 
 using testing::exact_settings;
@@ -132,4 +132,4 @@ TEST(Soften, ChangesRegularizerAndFrictionModelOnly) {
 }
 
 }  // namespace
-}  // namespace counterpoint::contact
+}  // namespace counterpoint::contact::softening_test

@@ -10,7 +10,7 @@
 #include "counterpoint/contact/inverse.h"
 #include "counterpoint/contact/law.h"
 
-namespace counterpoint::contact {
+namespace counterpoint::contact::solver_test {
 namespace {
 
 using testing::exact_settings;
@@ -215,4 +215,4 @@ TEST(Solver, SaysHowItFailed) {
 }
 
 }  // namespace
-}  // namespace counterpoint::contact
+}  // namespace counterpoint::contact::solver_test

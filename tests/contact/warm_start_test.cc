@@ -9,7 +9,7 @@
 #include "contact/trials.h"
 #include "counterpoint/contact/solver.h"
 
-namespace counterpoint::contact {
+namespace counterpoint::contact::warm_start_test {
 namespace {
 
 using testing::exact_settings;
@@ -147,4 +147,4 @@ TEST(ColdStart, HundredLevelsTakeFarFewerStepsThanLevels) {
 }
 
 }  // namespace
-}  // namespace counterpoint::contact
+}  // namespace counterpoint::contact::warm_start_test

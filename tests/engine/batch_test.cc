@@ -14,7 +14,7 @@
 #include "support/random_model.h"
 #include "support/small_scenes.h"
 
-namespace counterpoint::test {
+namespace counterpoint::test::batch_test {
 namespace {
 
 constexpr int kRollouts = 7;  // no multiple of the threads
@@ -186,4 +186,4 @@ TEST(Batch, DerivativesHaveTheBitsOfOneAfterTheOther) {
 }
 
 }  // namespace
-}  // namespace counterpoint::test
+}  // namespace counterpoint::test::batch_test

@@ -10,7 +10,7 @@
 
 #include "counterpoint/engine/batch.h"
 
-namespace counterpoint {
+namespace counterpoint::cores_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -70,4 +70,4 @@ TEST(Cores, FollowTheAffinity) {
 }
 
 }  // namespace
-}  // namespace counterpoint
+}  // namespace counterpoint::cores_test

@@ -9,7 +9,7 @@
 #include "support/recover.h"
 #include "support/temp_folder.h"
 
-namespace counterpoint {
+namespace counterpoint::effects_test {
 namespace {
 
 constexpr const char* kRobot = R"(<robot name="robot">
@@ -291,4 +291,4 @@ TEST(Effects, UnknownNameIsAnErrorThatListsTheKnown) {
 }
 
 }  // namespace
-}  // namespace counterpoint
+}  // namespace counterpoint::effects_test

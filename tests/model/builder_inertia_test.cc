@@ -10,7 +10,7 @@
 #include "support/arm_spec.h"
 #include "support/random_model.h"
 
-namespace counterpoint {
+namespace counterpoint::builder_inertia_test {
 namespace {
 
 using test::build;
@@ -113,4 +113,4 @@ TEST(Inertia, RandomModelsHaveDefiniteMassMatrices) {
 }
 
 }  // namespace
-}  // namespace counterpoint
+}  // namespace counterpoint::builder_inertia_test

@@ -7,7 +7,7 @@
 #include "support/arm_spec.h"
 #include "support/random_model.h"
 
-namespace counterpoint {
+namespace counterpoint::builder_test {
 namespace {
 
 using test::build;
@@ -288,4 +288,4 @@ TEST(Builder, RefusesSpringsServosAndDragThatCannotBe) {
 }
 
 }  // namespace
-}  // namespace counterpoint
+}  // namespace counterpoint::builder_test

@@ -5,7 +5,7 @@
 #include "counterpoint/model/scene.h"
 #include "support/temp_folder.h"
 
-namespace counterpoint {
+namespace counterpoint::closures_test {
 namespace {
 
 constexpr double kRoundoff = 1e-14;
@@ -112,4 +112,4 @@ TEST_F(ClosureScene, MistakesAreRefusedWhereTheyStand) {
 }
 
 }  // namespace
-}  // namespace counterpoint
+}  // namespace counterpoint::closures_test

@@ -10,7 +10,7 @@
 #include "support/paths.h"
 #include "support/temp_folder.h"
 
-namespace counterpoint {
+namespace counterpoint::export_test {
 namespace {
 
 using test::mass_matrix;
@@ -121,4 +121,4 @@ TEST_F(ExportTest, SeveralFloatingRobotsAreNoUrdf) {
 }
 
 }  // namespace
-}  // namespace counterpoint
+}  // namespace counterpoint::export_test

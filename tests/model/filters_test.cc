@@ -5,7 +5,7 @@
 #include "counterpoint/model/urdf/srdf.h"
 #include "support/temp_folder.h"
 
-namespace counterpoint {
+namespace counterpoint::filters_test {
 namespace {
 
 using Pairs = std::vector<std::pair<std::string, std::string>>;
@@ -125,4 +125,4 @@ TEST_F(Filters, SrdfIsChecked) {
 }
 
 }  // namespace
-}  // namespace counterpoint
+}  // namespace counterpoint::filters_test

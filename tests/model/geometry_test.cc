@@ -10,7 +10,7 @@
 #include "counterpoint/model/mesh/mesh.h"
 #include "support/random_model.h"
 
-namespace counterpoint {
+namespace counterpoint::geometry_test {
 namespace {
 
 constexpr double kRoundoff = 1e-13;
@@ -98,4 +98,4 @@ TEST(SolidInertia, AgreesWithMonteCarlo) {
 }
 
 }  // namespace
-}  // namespace counterpoint
+}  // namespace counterpoint::geometry_test

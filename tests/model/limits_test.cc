@@ -12,7 +12,7 @@
 #include "counterpoint/model/urdf/urdf.h"
 #include "support/temp_folder.h"
 
-namespace counterpoint {
+namespace counterpoint::limits_test {
 namespace {
 
 const char* const kTetrahedron =
@@ -284,4 +284,4 @@ TEST_F(LimitsTest, MeshesOpenNoOtherFile) {
 }
 
 }  // namespace
-}  // namespace counterpoint
+}  // namespace counterpoint::limits_test

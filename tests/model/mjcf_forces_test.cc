@@ -8,7 +8,7 @@
 #include "counterpoint/model/scene.h"
 #include "support/temp_folder.h"
 
-namespace counterpoint {
+namespace counterpoint::mjcf_forces_test {
 namespace {
 
 constexpr double kRoundOff = 1e-14;
@@ -260,4 +260,4 @@ TEST_F(MjcfForcesTest, AnXmlFileMayBeAUrdf) {
 }
 
 }  // namespace
-}  // namespace counterpoint
+}  // namespace counterpoint::mjcf_forces_test

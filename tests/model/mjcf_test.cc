@@ -13,7 +13,7 @@
 #include "support/mass_matrix.h"
 #include "support/temp_folder.h"
 
-namespace counterpoint {
+namespace counterpoint::mjcf_test {
 namespace {
 
 using test::mass_matrix;
@@ -318,4 +318,4 @@ TEST_F(MjcfTest, ScenesPlaceThem) {
 }
 
 }  // namespace
-}  // namespace counterpoint
+}  // namespace counterpoint::mjcf_test

@@ -9,7 +9,7 @@
 #include "counterpoint/model/scene.h"
 #include "support/paths.h"
 
-namespace counterpoint {
+namespace counterpoint::model_editor_test {
 namespace {
 
 const std::string kData = test::source_dir() + "/data/scenes/";
@@ -73,4 +73,4 @@ TEST(ModelEditor, RefusesWhatNoModelMayHave) {
 }
 
 }  // namespace
-}  // namespace counterpoint
+}  // namespace counterpoint::model_editor_test

@@ -5,7 +5,7 @@
 #include "counterpoint/model/urdf/urdf.h"
 #include "support/temp_folder.h"
 
-namespace counterpoint {
+namespace counterpoint::remedies_test {
 namespace {
 
 const std::string kInertial =
@@ -157,4 +157,4 @@ TEST(SceneInCode, IsTheWorldAloneOrWhatWasBuilt) {
 }
 
 }  // namespace
-}  // namespace counterpoint
+}  // namespace counterpoint::remedies_test

@@ -13,7 +13,7 @@
 #include "counterpoint/model/urdf/urdf.h"
 #include "support/paths.h"
 
-namespace counterpoint {
+namespace counterpoint::robots_test {
 namespace {
 
 struct IndexRow {
@@ -142,4 +142,4 @@ TEST(Robots, LoadOrAreRefusedWithAReason) {
 }
 
 }  // namespace
-}  // namespace counterpoint
+}  // namespace counterpoint::robots_test

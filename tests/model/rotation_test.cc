@@ -6,7 +6,7 @@
 
 #include "support/random_model.h"
 
-namespace counterpoint {
+namespace counterpoint::rotation_test {
 namespace {
 
 constexpr double kRoundoff = 1e-14;
@@ -94,4 +94,4 @@ TEST(Rotation, SkewIsTheCrossProduct) {
 }
 
 }  // namespace
-}  // namespace counterpoint
+}  // namespace counterpoint::rotation_test

@@ -6,7 +6,7 @@
 
 #include "support/paths.h"
 
-namespace counterpoint {
+namespace counterpoint::scene_archive_test {
 namespace {
 
 const std::filesystem::path kScenes = test::source_dir() + "/data/scenes";
@@ -51,4 +51,4 @@ TEST(SceneArchive, RefusesWhatIsDamaged) {
 }
 
 }  // namespace
-}  // namespace counterpoint
+}  // namespace counterpoint::scene_archive_test

@@ -4,7 +4,7 @@
 #include "counterpoint/model/scene.h"
 #include "support/temp_folder.h"
 
-namespace counterpoint {
+namespace counterpoint::scene_joints_test {
 namespace {
 
 /// A slide, a hinge with limits that follows nothing, a follower, a fixed sensor, a ball.
@@ -252,4 +252,4 @@ TEST_F(SceneJoints, ErrorsNameLineAndWhatIsKnown) {
 }
 
 }  // namespace
-}  // namespace counterpoint
+}  // namespace counterpoint::scene_joints_test

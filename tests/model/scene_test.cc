@@ -4,7 +4,7 @@
 
 #include "support/temp_folder.h"
 
-namespace counterpoint {
+namespace counterpoint::scene_test {
 namespace {
 
 constexpr double kRoundoff = 1e-13;
@@ -215,4 +215,4 @@ TEST_F(SceneTest, LoneFixedUrdfBelowTheGroundIsNoted) {
 }
 
 }  // namespace
-}  // namespace counterpoint
+}  // namespace counterpoint::scene_test

@@ -11,7 +11,7 @@
 #include "support/mass_matrix.h"
 #include "support/temp_folder.h"
 
-namespace counterpoint {
+namespace counterpoint::sdf_test {
 namespace {
 
 using test::mass_matrix;
@@ -383,4 +383,4 @@ TEST_F(SdfTest, ScenesPlaceThem) {
 }
 
 }  // namespace
-}  // namespace counterpoint
+}  // namespace counterpoint::sdf_test

@@ -11,7 +11,7 @@
 #include "support/paths.h"
 #include "support/temp_folder.h"
 
-namespace counterpoint {
+namespace counterpoint::sdf_urdf_test {
 namespace {
 
 using test::mass_matrix;
@@ -79,4 +79,4 @@ INSTANTIATE_TEST_SUITE_P(Robots, SdfOfUrdf,
                          testing::Values("quadruped", "humanoid", "arm7", "arm_hand", "cube"));
 
 }  // namespace
-}  // namespace counterpoint
+}  // namespace counterpoint::sdf_urdf_test

@@ -4,7 +4,7 @@
 
 #include "support/random_model.h"
 
-namespace counterpoint {
+namespace counterpoint::spatial_test {
 namespace {
 
 constexpr double kRoundoff = 1e-13;  // of chains of products of numbers of order one
@@ -102,4 +102,4 @@ TEST(Spatial, KnownValues) {
 }
 
 }  // namespace
-}  // namespace counterpoint
+}  // namespace counterpoint::spatial_test

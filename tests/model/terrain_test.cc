@@ -10,7 +10,7 @@
 #include "support/random_model.h"
 #include "support/temp_folder.h"
 
-namespace counterpoint {
+namespace counterpoint::terrain_test {
 namespace {
 
 using Edge = Terrain::Edge;
@@ -233,4 +233,4 @@ TEST(HeightField, StandsInAScene) {
 }
 
 }  // namespace
-}  // namespace counterpoint
+}  // namespace counterpoint::terrain_test

@@ -7,7 +7,7 @@
 
 #include "support/temp_folder.h"
 
-namespace counterpoint {
+namespace counterpoint::urdf_test {
 namespace {
 
 constexpr double kRoundoff = 1e-13;
@@ -284,4 +284,4 @@ TEST_F(UrdfTest, LeavesTheConsoleAsItWas) {
 }
 
 }  // namespace
-}  // namespace counterpoint
+}  // namespace counterpoint::urdf_test

@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-namespace counterpoint::optimization {
+namespace counterpoint::optimization::block_cholesky_test {
 namespace {
 
 constexpr int kSize = 5;
@@ -67,4 +67,4 @@ TEST(BlockCholesky, SaysWhatIsNotPositiveDefinite) {
 }
 
 }  // namespace
-}  // namespace counterpoint::optimization
+}  // namespace counterpoint::optimization::block_cholesky_test

@@ -7,7 +7,7 @@
 #include "counterpoint/engine/step_derivatives.h"
 #include "support/small_scenes.h"
 
-namespace counterpoint {
+namespace counterpoint::faded_smoothing_test {
 namespace {
 
 constexpr double kSmooth = 0.05;  ///< [m]: a weight is carried from this far
@@ -109,4 +109,4 @@ TEST(FadedSmoothing, DerivativesOfForcesAtADistance) {
 }
 
 }  // namespace
-}  // namespace counterpoint
+}  // namespace counterpoint::faded_smoothing_test

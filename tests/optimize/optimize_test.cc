@@ -11,7 +11,7 @@
 #include "support/paths.h"
 #include "support/small_scenes.h"
 
-namespace counterpoint::optimization {
+namespace counterpoint::optimization::optimize_test {
 namespace {
 
 const std::filesystem::path kProblems =
@@ -122,4 +122,4 @@ TEST(Optimize, StopsWhenToldTo) {
 }
 
 }  // namespace
-}  // namespace counterpoint::optimization
+}  // namespace counterpoint::optimization::optimize_test

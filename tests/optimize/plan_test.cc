@@ -15,7 +15,7 @@
 #include "support/random_model.h"
 #include "support/small_scenes.h"
 
-namespace counterpoint::optimization {
+namespace counterpoint::optimization::plan_test {
 namespace {
 
 const std::filesystem::path kProblems =
@@ -187,4 +187,4 @@ TEST(Feedback, BringsTheAcrobotBackToItsMotion) {
 }
 
 }  // namespace
-}  // namespace counterpoint::optimization
+}  // namespace counterpoint::optimization::plan_test

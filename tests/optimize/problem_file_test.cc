@@ -6,7 +6,7 @@
 #include "support/paths.h"
 #include "support/temp_folder.h"
 
-namespace counterpoint::optimization {
+namespace counterpoint::optimization::problem_file_test {
 namespace {
 
 const char* const kScene =
@@ -84,4 +84,4 @@ TEST(ProblemFile, TheSameSeedGivesTheSameBits) {
 }
 
 }  // namespace
-}  // namespace counterpoint::optimization
+}  // namespace counterpoint::optimization::problem_file_test

@@ -6,7 +6,7 @@
 #include "counterpoint/engine/dynamics/integrator.h"
 #include "support/random_model.h"
 
-namespace counterpoint::optimization {
+namespace counterpoint::optimization::tangent_map_test {
 namespace {
 
 /// Central differences of step 1e-6: their error is about 1e-16 / 1e-6, and 1e-12 times third
@@ -62,4 +62,4 @@ TEST(TangentMap, ProductIsThatOfTheDenseMatrix) {
 }
 
 }  // namespace
-}  // namespace counterpoint::optimization
+}  // namespace counterpoint::optimization::tangent_map_test

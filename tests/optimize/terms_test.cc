@@ -11,7 +11,7 @@
 #include "support/paths.h"
 #include "support/random_model.h"
 
-namespace counterpoint::optimization {
+namespace counterpoint::optimization::terms_test {
 namespace {
 
 /// Differences of a cost of order one over 2e-6: 1e-10 of round-off, times the stiffness of what is
@@ -191,4 +191,4 @@ TEST(Terms, ContactForceOfABallOnTheGround) {
 }
 
 }  // namespace
-}  // namespace counterpoint::optimization
+}  // namespace counterpoint::optimization::terms_test

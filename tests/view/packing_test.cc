@@ -9,7 +9,7 @@
 #include "counterpoint/model/types.h"
 #include "view/stream_reader.h"
 
-namespace counterpoint::view {
+namespace counterpoint::view::packing_test {
 namespace {
 
 TEST(Packing, Base64OfTheStandard) {
@@ -57,4 +57,4 @@ TEST(Packing, ASmoothCurveTakesLittle) {
 }
 
 }  // namespace
-}  // namespace counterpoint::view
+}  // namespace counterpoint::view::packing_test

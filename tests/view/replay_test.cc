@@ -12,7 +12,7 @@
 #include "support/temp_folder.h"
 #include "view/stream_reader.h"
 
-namespace counterpoint::view {
+namespace counterpoint::view::replay_test {
 namespace {
 
 using Json = nlohmann::json;
@@ -303,4 +303,4 @@ TEST(Refused, WhatCannotBeShown) {
 }
 
 }  // namespace
-}  // namespace counterpoint::view
+}  // namespace counterpoint::view::replay_test

@@ -7,7 +7,7 @@
 #include "support/paths.h"
 #include "view/replay.h"
 
-namespace counterpoint {
+namespace counterpoint::view_command_test {
 namespace {
 
 using test::CommandFolder;
@@ -231,4 +231,4 @@ TEST_F(View, ReportsOfCompareLinkTheWorst) {
 }
 
 }  // namespace
-}  // namespace counterpoint
+}  // namespace counterpoint::view_command_test

@@ -15,7 +15,7 @@
 #include "counterpoint/model/rotation.h"
 #include "support/small_scenes.h"
 
-namespace counterpoint::apps::accuracy {
+namespace counterpoint::apps::accuracy::accuracy_test {
 namespace {
 
 using test::CommandFolder;
@@ -333,4 +333,4 @@ TEST(Accuracy, LeavesOutWhatSaysNothing) {
 }
 
 }  // namespace
-}  // namespace counterpoint::apps::accuracy
+}  // namespace counterpoint::apps::accuracy::accuracy_test

@@ -13,7 +13,7 @@
 #include "contact/trials.h"
 #include "counterpoint/contact/law.h"
 
-namespace counterpoint::contact {
+namespace counterpoint::contact::kinetic_energy_test {
 namespace {
 
 using testing::for_trials;
@@ -265,4 +265,4 @@ INSTANTIATE_TEST_SUITE_P(Range, KineticEnergyForwardInverse,
                          [](const auto& test) { return test.param.name; });
 
 }  // namespace
-}  // namespace counterpoint::contact
+}  // namespace counterpoint::contact::kinetic_energy_test

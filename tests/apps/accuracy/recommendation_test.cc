@@ -12,7 +12,7 @@
 #include "accuracy/measure.h"
 #include "support/small_scenes.h"
 
-namespace counterpoint::apps::accuracy {
+namespace counterpoint::apps::accuracy::recommendation_test {
 namespace {
 
 constexpr double kGravity = 9.81;  // [m/s^2]
@@ -142,4 +142,4 @@ TEST(Accuracy, PiecesFitTheMotionAndItsSteps) {
 }
 
 }  // namespace
-}  // namespace counterpoint::apps::accuracy
+}  // namespace counterpoint::apps::accuracy::recommendation_test

@@ -8,7 +8,7 @@
 #include "counterpoint/engine/simulator.h"
 #include "support/small_scenes.h"
 
-namespace counterpoint {
+namespace counterpoint::ball_test {
 namespace {
 
 constexpr double kGravity = 9.81, kRadius = 0.1, kMass = 2.0;
@@ -120,4 +120,4 @@ TEST(Ball, BouncesAndComesToRestInTheTimeItShould) {
 }
 
 }  // namespace
-}  // namespace counterpoint
+}  // namespace counterpoint::ball_test

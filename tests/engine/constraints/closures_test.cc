@@ -11,7 +11,7 @@
 #include "support/recover.h"
 #include "support/small_scenes.h"
 
-namespace counterpoint {
+namespace counterpoint::closures_test {
 namespace {
 
 using test::kRecovered;
@@ -292,4 +292,4 @@ TEST(Closures, StepAndInverseDoNotAllocate) {
 }
 
 }  // namespace
-}  // namespace counterpoint
+}  // namespace counterpoint::closures_test

@@ -9,7 +9,7 @@
 #include "counterpoint/engine/simulator.h"
 #include "support/small_scenes.h"
 
-namespace counterpoint {
+namespace counterpoint::constraints_test {
 namespace {
 
 TEST(RestingReach, IsWhatTheAccelerationClosesWithinMarginAndSmoothing) {
@@ -83,4 +83,4 @@ TEST(ConstraintFinder, AContactMissedIsMetOneStepLater) {
 }
 
 }  // namespace
-}  // namespace counterpoint
+}  // namespace counterpoint::constraints_test

@@ -8,7 +8,7 @@
 #include "support/paths.h"
 #include "support/small_scenes.h"
 
-namespace counterpoint {
+namespace counterpoint::contact_memory_test {
 namespace {
 
 Scene bundled(const std::string& name) {
@@ -74,4 +74,4 @@ TEST(ContactMemory, SavesAQuarterOnTheFallingHumanoid) {
 }
 
 }  // namespace
-}  // namespace counterpoint
+}  // namespace counterpoint::contact_memory_test

@@ -7,7 +7,7 @@
 #include "support/random_model.h"
 #include "support/small_scenes.h"
 
-namespace counterpoint {
+namespace counterpoint::dry_friction_test {
 namespace {
 
 /// Speed [m/s] at which friction gives a share of its bound F: from f = -2 F v / (s1 + s2), s =
@@ -138,4 +138,4 @@ TEST(DryFriction, IsRecoveredByTheInverse) {
 }
 
 }  // namespace
-}  // namespace counterpoint
+}  // namespace counterpoint::dry_friction_test

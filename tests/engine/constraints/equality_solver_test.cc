@@ -6,7 +6,7 @@
 #include "counterpoint/contact/solver.h"
 #include "support/random_model.h"
 
-namespace counterpoint {
+namespace counterpoint::equality_solver_test {
 namespace {
 
 contact::Law equality(int rows, int seed) {
@@ -87,4 +87,4 @@ TEST(EqualitySolver, LeavesManyRowsAndSingularMassToOthers) {
 }
 
 }  // namespace
-}  // namespace counterpoint
+}  // namespace counterpoint::equality_solver_test

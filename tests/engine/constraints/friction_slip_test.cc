@@ -7,7 +7,7 @@
 #include "counterpoint/engine/simulator.h"
 #include "support/temp_folder.h"
 
-namespace counterpoint {
+namespace counterpoint::friction_slip_test {
 namespace {
 
 constexpr double kStep = 0.002, kSlider = 1.0;  // [s], speed on the plank [m/s]
@@ -86,4 +86,4 @@ TEST(FrictionSlip, FadesWithTheMotion) {
 }
 
 }  // namespace
-}  // namespace counterpoint
+}  // namespace counterpoint::friction_slip_test

@@ -10,7 +10,7 @@
 #include "counterpoint/model/model_builder.h"
 #include "support/random_model.h"
 
-namespace counterpoint {
+namespace counterpoint::inverse_weights_test {
 namespace {
 
 constexpr double kRoundoff = 1e-12;
@@ -175,4 +175,4 @@ TEST(VelocityAcceleration, IsTheDerivativeOfVelocityAtConstantJointVelocities) {
 }
 
 }  // namespace
-}  // namespace counterpoint
+}  // namespace counterpoint::inverse_weights_test

@@ -8,7 +8,7 @@
 #include "counterpoint/engine/simulator.h"
 #include "support/small_scenes.h"
 
-namespace counterpoint {
+namespace counterpoint::joint_limits_test {
 namespace {
 
 /// A limit yields by h times compliance times the speed it stops; a quarter more for the bias of
@@ -84,4 +84,4 @@ TEST(JointLimits, TheMidpointsInverseAsksForTheEnd) {
 }
 
 }  // namespace
-}  // namespace counterpoint
+}  // namespace counterpoint::joint_limits_test

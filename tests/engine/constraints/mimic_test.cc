@@ -8,7 +8,7 @@
 #include "support/paths.h"
 #include "support/recover.h"
 
-namespace counterpoint {
+namespace counterpoint::mimic_test {
 namespace {
 
 using test::kRecovered;
@@ -73,4 +73,4 @@ TEST(Mimic, PandasFingersKeepTogether) {
 }
 
 }  // namespace
-}  // namespace counterpoint
+}  // namespace counterpoint::mimic_test

@@ -15,7 +15,7 @@
 #include "support/paths.h"
 #include "support/small_scenes.h"
 
-namespace counterpoint {
+namespace counterpoint::parked_contacts_test {
 namespace {
 
 /// The solver's relative residual (1e-10), as in inverse_test.cc.
@@ -203,4 +203,4 @@ TEST(ParkedContacts, StepsThatAreSolvedAgainDoNotAllocate) {
 }
 
 }  // namespace
-}  // namespace counterpoint
+}  // namespace counterpoint::parked_contacts_test

@@ -14,7 +14,7 @@
 #include "support/record_largest.h"
 #include "support/shape_reference.h"
 
-namespace counterpoint::test {
+namespace counterpoint::test::terrain_test {
 namespace {
 
 // x from -1 to 13 m, y from -2 to 2 m in cells of 0.23 m, corners moved about; z = height(x, y).
@@ -226,4 +226,4 @@ TEST(Terrain, TheInverseRecoversTheForceOnHills) {
 }
 
 }  // namespace
-}  // namespace counterpoint::test
+}  // namespace counterpoint::test::terrain_test

@@ -9,7 +9,7 @@
 #include "support/random_model.h"
 #include "support/shape_reference.h"
 
-namespace counterpoint::test {
+namespace counterpoint::test::tunnelling_test {
 namespace {
 
 // A wall of 1 mm; h = 2 ms, so that 300 m/s are 600 walls a step.
@@ -297,4 +297,4 @@ TEST(Tunnelling, TheInverseSeesTheSameContacts) {
 }
 
 }  // namespace
-}  // namespace counterpoint::test
+}  // namespace counterpoint::test::tunnelling_test

@@ -4,7 +4,7 @@
 
 #include "support/two_shapes.h"
 
-namespace counterpoint {
+namespace counterpoint::contact_derivatives_test {
 namespace {
 
 using test::expect_exact;
@@ -144,4 +144,4 @@ INSTANTIATE_TEST_SUITE_P(Shapes, FastPair,
                                            std::pair(kConvexMesh, kConvexMesh)));
 
 }  // namespace
-}  // namespace counterpoint
+}  // namespace counterpoint::contact_derivatives_test

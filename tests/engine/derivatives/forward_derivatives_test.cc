@@ -9,7 +9,7 @@
 #include "support/temp_folder.h"
 #include "support/two_shapes.h"
 
-namespace counterpoint {
+namespace counterpoint::forward_derivatives_test {
 namespace {
 
 using test::largest;
@@ -281,4 +281,4 @@ INSTANTIATE_TEST_SUITE_P(Integrators, InvertedIntegrator,
                                            Integrator::kImplicitMidpoint));
 
 }  // namespace
-}  // namespace counterpoint
+}  // namespace counterpoint::forward_derivatives_test

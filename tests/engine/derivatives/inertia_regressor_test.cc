@@ -8,7 +8,7 @@
 #include "support/allocation_guard.h"
 #include "support/random_model.h"
 
-namespace counterpoint {
+namespace counterpoint::inertia_regressor_test {
 namespace {
 
 /// Of the largest force: a few hundred roundings.
@@ -82,4 +82,4 @@ TEST(InertialParameters, AndInertiaAreOneAnothersReverse) {
 }
 
 }  // namespace
-}  // namespace counterpoint
+}  // namespace counterpoint::inertia_regressor_test

@@ -9,7 +9,7 @@
 #include "support/small_scenes.h"
 #include "support/step_derivatives.h"
 
-namespace counterpoint {
+namespace counterpoint::parameter_derivatives_test {
 namespace {
 
 using K = StepParameterKind;
@@ -244,4 +244,4 @@ TEST(ParameterDerivatives, WantsTargetsThatAreThere) {
 }
 
 }  // namespace
-}  // namespace counterpoint
+}  // namespace counterpoint::parameter_derivatives_test

@@ -12,7 +12,7 @@
 #include "support/allocation_guard.h"
 #include "support/random_model.h"
 
-namespace counterpoint {
+namespace counterpoint::rnea_derivatives_test {
 namespace {
 
 /// Central differences extrapolated (Richardson): error about step^4 and 1e-16 / step.
@@ -136,4 +136,4 @@ TEST_P(RneaDerivativesOfRandomTree, OnesOfAbaAreThoseOfAba) {
 INSTANTIATE_TEST_SUITE_P(Seeds, RneaDerivativesOfRandomTree, ::testing::Range(0, 40));
 
 }  // namespace
-}  // namespace counterpoint
+}  // namespace counterpoint::rnea_derivatives_test

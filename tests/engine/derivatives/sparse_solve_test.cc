@@ -8,7 +8,7 @@
 #include "support/allocation_guard.h"
 #include "support/random_model.h"
 
-namespace counterpoint {
+namespace counterpoint::sparse_solve_test {
 namespace {
 
 /// Of random well-conditioned systems; the residual is rounding times their condition.
@@ -98,4 +98,4 @@ TEST(SparseSolver, AllocatesNothingOnceSizesHaveBeenSeen) {
 }
 
 }  // namespace
-}  // namespace counterpoint
+}  // namespace counterpoint::sparse_solve_test

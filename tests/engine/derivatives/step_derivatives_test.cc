@@ -11,7 +11,7 @@
 #include "support/step_derivatives.h"
 #include "support/two_shapes.h"
 
-namespace counterpoint {
+namespace counterpoint::step_derivatives_test {
 namespace {
 
 using test::expect_exact;
@@ -194,4 +194,4 @@ TEST(InverseDerivatives, ScaleWithMass) {
 }
 
 }  // namespace
-}  // namespace counterpoint
+}  // namespace counterpoint::step_derivatives_test

@@ -7,7 +7,7 @@
 #include "support/paths.h"
 #include "support/step_derivatives.h"
 
-namespace counterpoint {
+namespace counterpoint::tied_derivatives_test {
 namespace {
 
 using test::expect_exact;
@@ -189,4 +189,4 @@ TEST(TiedDerivatives, ByTheVelocityAtTheEndAreSymmetric) {
 }
 
 }  // namespace
-}  // namespace counterpoint
+}  // namespace counterpoint::tied_derivatives_test

@@ -4,7 +4,7 @@
 
 #include "support/two_shapes.h"
 
-namespace counterpoint {
+namespace counterpoint::tree_contact_derivatives_test {
 namespace {
 
 using test::expect_exact;
@@ -91,4 +91,4 @@ TEST(TreeContactDerivatives, OfEveryJointTypeWithEveryEffect) {
 }
 
 }  // namespace
-}  // namespace counterpoint
+}  // namespace counterpoint::tree_contact_derivatives_test

@@ -12,7 +12,7 @@
 #include "support/small_scenes.h"
 #include "support/temp_folder.h"
 
-namespace counterpoint {
+namespace counterpoint::fault_test {
 namespace {
 
 using contact::Status;
@@ -329,4 +329,4 @@ TEST(Fault, TheInverseNamesWhatItWasGiven) {
 }
 
 }  // namespace
-}  // namespace counterpoint
+}  // namespace counterpoint::fault_test

@@ -8,7 +8,7 @@
 #include "support/small_scenes.h"
 #include "support/temp_folder.h"
 
-namespace counterpoint {
+namespace counterpoint::speed_bound_test {
 namespace {
 
 using contact::Status;
@@ -99,4 +99,4 @@ TEST(Fault, ABoundOfTheSceneIsKept) {
 }
 
 }  // namespace
-}  // namespace counterpoint
+}  // namespace counterpoint::speed_bound_test

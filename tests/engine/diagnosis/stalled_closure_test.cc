@@ -8,7 +8,7 @@
 #include "support/linkages.h"
 #include "support/temp_folder.h"
 
-namespace counterpoint {
+namespace counterpoint::stalled_closure_test {
 namespace {
 
 using contact::Status;
@@ -148,4 +148,4 @@ TEST(StalledClosureDetector, ControlledStepsAreWatchedToo) {
 }
 
 }  // namespace
-}  // namespace counterpoint
+}  // namespace counterpoint::stalled_closure_test

@@ -5,7 +5,7 @@
 #include "support/allocation_guard.h"
 #include "support/random_model.h"
 
-namespace counterpoint {
+namespace counterpoint::dynamics_class_test {
 namespace {
 
 /// Two algorithms, about 1e2 operations deep on well-conditioned random trees: round-off only.
@@ -179,4 +179,4 @@ TEST(Dynamics, RefusesStatesOfOtherSizes) {
 }
 
 }  // namespace
-}  // namespace counterpoint
+}  // namespace counterpoint::dynamics_class_test

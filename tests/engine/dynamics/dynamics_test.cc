@@ -10,7 +10,7 @@
 #include "counterpoint/engine/dynamics/rnea.h"
 #include "support/random_model.h"
 
-namespace counterpoint {
+namespace counterpoint::dynamics_test {
 namespace {
 
 using RowMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
@@ -204,4 +204,4 @@ TEST(FreeTree, MomentumChangesByGravityAlone) {
 }
 
 }  // namespace
-}  // namespace counterpoint
+}  // namespace counterpoint::dynamics_test

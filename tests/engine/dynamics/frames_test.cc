@@ -10,7 +10,7 @@
 #include "support/random_model.h"
 #include "support/small_scenes.h"
 
-namespace counterpoint {
+namespace counterpoint::frames_test {
 namespace {
 
 /// Two ways to the same pose, some ten products of rotations each: round-off only.
@@ -129,4 +129,4 @@ TEST(FrameMotion, AnUnknownNameNamesTheNearest) {
 }
 
 }  // namespace
-}  // namespace counterpoint
+}  // namespace counterpoint::frames_test

@@ -14,7 +14,7 @@
 #include "support/random_model.h"
 #include "support/small_scenes.h"
 
-namespace counterpoint {
+namespace counterpoint::gravity_compensation_test {
 namespace {
 
 constexpr double kG = 9.81;
@@ -161,4 +161,4 @@ TEST(GravityCompensation, AnotherShareIsAnotherModel) {
 }
 
 }  // namespace
-}  // namespace counterpoint
+}  // namespace counterpoint::gravity_compensation_test

@@ -10,7 +10,7 @@
 
 #include "support/random_model.h"
 
-namespace counterpoint {
+namespace counterpoint::sin_cos_test {
 namespace {
 
 /// In units of the last place of the exact value.
@@ -53,4 +53,4 @@ TEST(SinCos, TakesTheLibrarysBeyondItsReach) {
 }
 
 }  // namespace
-}  // namespace counterpoint
+}  // namespace counterpoint::sin_cos_test

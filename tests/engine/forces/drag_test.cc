@@ -11,7 +11,7 @@
 #include "support/random_model.h"
 #include "support/small_scenes.h"
 
-namespace counterpoint {
+namespace counterpoint::drag_test {
 namespace {
 
 constexpr double kRoundoff = 1e-12;
@@ -116,4 +116,4 @@ TEST(Drag, SwitchedOffOrAbsentItIsNotThere) {
 }
 
 }  // namespace
-}  // namespace counterpoint
+}  // namespace counterpoint::drag_test

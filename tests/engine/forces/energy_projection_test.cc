@@ -14,7 +14,7 @@
 #include "support/linkages.h"
 #include "support/random_model.h"
 
-namespace counterpoint {
+namespace counterpoint::energy_projection_test {
 namespace {
 
 struct Conserved {
@@ -160,4 +160,4 @@ TEST_P(FastTree, NothingIsDoneToSlowTrees) {
 }
 
 }  // namespace
-}  // namespace counterpoint
+}  // namespace counterpoint::energy_projection_test

@@ -12,7 +12,7 @@
 #include "support/linkages.h"
 #include "support/random_model.h"
 
-namespace counterpoint {
+namespace counterpoint::free_flight_test {
 namespace {
 
 Vector3 runge_kutta(const Matrix3& inertia, Vector3 w, double duration, int steps) {
@@ -170,4 +170,4 @@ TEST(FreeFlight, TheInverseFindsNothingApplied) {
 }
 
 }  // namespace
-}  // namespace counterpoint
+}  // namespace counterpoint::free_flight_test

@@ -8,7 +8,7 @@
 #include "counterpoint/engine/simulator.h"
 #include "support/small_scenes.h"
 
-namespace counterpoint {
+namespace counterpoint::loads_test {
 namespace {
 
 /// Cubes of 0.2 m on one another on a plane, of these masses [kg] from below.
@@ -124,4 +124,4 @@ TEST(PlainPendulum, IsSymplecticEulerToRounding) {
 }
 
 }  // namespace
-}  // namespace counterpoint
+}  // namespace counterpoint::loads_test

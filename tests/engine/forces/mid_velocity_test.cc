@@ -9,7 +9,7 @@
 #include "support/linkages.h"
 #include "support/random_model.h"
 
-namespace counterpoint {
+namespace counterpoint::mid_velocity_test {
 namespace {
 
 using test::simulate;
@@ -139,4 +139,4 @@ TEST(MidVelocity, AHungChainKeepsItsEnergyAndItsEnd) {
 }
 
 }  // namespace
-}  // namespace counterpoint
+}  // namespace counterpoint::mid_velocity_test

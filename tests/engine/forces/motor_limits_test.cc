@@ -6,7 +6,7 @@
 #include "counterpoint/engine/simulator.h"
 #include "support/small_scenes.h"
 
-namespace counterpoint {
+namespace counterpoint::motor_limits_test {
 namespace {
 
 constexpr double kRoundoff = 1e-12;
@@ -79,4 +79,4 @@ TEST(VelocityLimits, AreOffUnlessAskedFor) {
 }
 
 }  // namespace
-}  // namespace counterpoint
+}  // namespace counterpoint::motor_limits_test

@@ -12,7 +12,7 @@
 #include "support/paths.h"
 #include "support/small_scenes.h"
 
-namespace counterpoint {
+namespace counterpoint::servos_test {
 namespace {
 
 constexpr double kRoundoff = 1e-12;
@@ -240,4 +240,4 @@ TEST(Servos, SwitchedOffTheyLeaveTheAppliedForceToTheEffortLimit) {
 }
 
 }  // namespace
-}  // namespace counterpoint
+}  // namespace counterpoint::servos_test

@@ -9,7 +9,7 @@
 #include "counterpoint/engine/simulator.h"
 #include "support/small_scenes.h"
 
-namespace counterpoint {
+namespace counterpoint::springs_test {
 namespace {
 
 /// A few hundred roundings of numbers of order one.
@@ -75,4 +75,4 @@ TEST(Springs, SwitchedOffTheyAreNotThere) {
 }
 
 }  // namespace
-}  // namespace counterpoint
+}  // namespace counterpoint::springs_test

@@ -13,7 +13,7 @@
 #include "counterpoint/model/types.h"
 #include "support/temp_folder.h"
 
-namespace counterpoint {
+namespace counterpoint::table_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -222,4 +222,4 @@ TEST(TableNames, SayTheFormat) {
 }
 
 }  // namespace
-}  // namespace counterpoint
+}  // namespace counterpoint::table_test

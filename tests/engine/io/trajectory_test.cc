@@ -11,7 +11,7 @@
 #include "counterpoint/model/model_builder.h"
 #include "support/random_model.h"
 
-namespace counterpoint {
+namespace counterpoint::trajectory_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -294,4 +294,4 @@ TEST_F(TrajectoryFile, QuotesNamesThatNeedIt) {
 }
 
 }  // namespace
-}  // namespace counterpoint
+}  // namespace counterpoint::trajectory_test

@@ -18,7 +18,7 @@
 #include "support/small_scenes.h"
 #include "support/temp_folder.h"
 
-namespace counterpoint {
+namespace counterpoint::determinism_test {
 namespace {
 
 /// Impacts, rest and sleep, servos at their limits, closures, terrain.
@@ -232,4 +232,4 @@ TEST(StateFile, NumbersThatWereChangedAreNoticed) {
 }
 
 }  // namespace
-}  // namespace counterpoint
+}  // namespace counterpoint::determinism_test

@@ -10,7 +10,7 @@
 #include "support/random_model.h"
 #include "support/small_scenes.h"
 
-namespace counterpoint {
+namespace counterpoint::integrators_test {
 namespace {
 
 /// Spherical, revolute and prismatic joints, springs, damping, rotors; gravity. No constraints.
@@ -261,4 +261,4 @@ TEST(HigherOrder, StepsDoNotAllocate) {
 }
 
 }  // namespace
-}  // namespace counterpoint
+}  // namespace counterpoint::integrators_test

@@ -10,7 +10,7 @@
 #include "support/random_model.h"
 #include "support/small_scenes.h"
 
-namespace counterpoint {
+namespace counterpoint::inverse_test {
 namespace {
 
 /// Of the largest force of the run: the contact solver's relative residual, 1e-12, and the rounding
@@ -251,4 +251,4 @@ TEST(RandomTrees, HaveEveryJointTypeInTheirMiddle) {
 }
 
 }  // namespace
-}  // namespace counterpoint
+}  // namespace counterpoint::inverse_test

@@ -10,7 +10,7 @@
 #include "support/paths.h"
 #include "support/small_scenes.h"
 
-namespace counterpoint {
+namespace counterpoint::known_answers_test {
 namespace {
 
 constexpr double kGravity = 9.81;
@@ -353,4 +353,4 @@ TEST(SlidingRamp, IsTooFarByHalfAStepOfItsSpeed) {
 }
 
 }  // namespace
-}  // namespace counterpoint
+}  // namespace counterpoint::known_answers_test

@@ -8,7 +8,7 @@
 #include "counterpoint/engine/constraints/contact_law.h"
 #include "support/recover.h"
 
-namespace counterpoint {
+namespace counterpoint::linkages_test {
 namespace {
 
 using test::add_rod;
@@ -172,4 +172,4 @@ TEST(ClosureInverse, RecoversForcesOnFourBars) {
 }
 
 }  // namespace
-}  // namespace counterpoint
+}  // namespace counterpoint::linkages_test

@@ -8,7 +8,7 @@
 #include "support/paths.h"
 #include "support/random_model.h"
 
-namespace counterpoint {
+namespace counterpoint::midpoint_inverse_test {
 namespace {
 
 struct Error {
@@ -86,4 +86,4 @@ TEST(MidpointInverse, PosesThatVelocitiesDoNotExplainCount) {
 }
 
 }  // namespace
-}  // namespace counterpoint
+}  // namespace counterpoint::midpoint_inverse_test

@@ -13,7 +13,7 @@
 #include "support/recover.h"
 #include "support/small_scenes.h"
 
-namespace counterpoint::test {
+namespace counterpoint::test::overlap_correction_test {
 namespace {
 
 constexpr double kDeep = 0.01;  // [m]
@@ -161,4 +161,4 @@ TEST(OverlapCorrection, DoesNotAllocateOnceSeen) {
 }
 
 }  // namespace
-}  // namespace counterpoint::test
+}  // namespace counterpoint::test::overlap_correction_test

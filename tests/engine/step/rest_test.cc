@@ -12,7 +12,7 @@
 #include "support/shape_reference.h"
 #include "support/sphere_points.h"
 
-namespace counterpoint {
+namespace counterpoint::rest_test {
 namespace {
 
 // A body of uniform density (1 kg, inertia of its bounding box or, for a coin, of the cylinder)
@@ -187,4 +187,4 @@ TEST_P(Coin, LeaningItRunsInACircleWithoutAKick) {
 }
 
 }  // namespace
-}  // namespace counterpoint
+}  // namespace counterpoint::rest_test

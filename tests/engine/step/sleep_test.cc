@@ -7,7 +7,7 @@
 #include "support/paths.h"
 #include "support/temp_folder.h"
 
-namespace counterpoint {
+namespace counterpoint::sleep_test {
 namespace {
 
 Scene read(const std::string& yaml, bool sleeping = true) {
@@ -152,4 +152,4 @@ environment:
 }
 
 }  // namespace
-}  // namespace counterpoint
+}  // namespace counterpoint::sleep_test

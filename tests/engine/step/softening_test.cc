@@ -9,7 +9,7 @@
 #include "counterpoint/engine/simulator.h"
 #include "support/temp_folder.h"
 
-namespace counterpoint {
+namespace counterpoint::softening_test {
 namespace {
 
 /// The inverse's own rounding: that of the velocity, 1.1e-16 |v|, over mu^2 eps alpha h, over the
@@ -113,4 +113,4 @@ TEST(Softening, AStepGivenASofteningIsTheOneThatReportedIt) {
 }
 
 }  // namespace
-}  // namespace counterpoint
+}  // namespace counterpoint::softening_test

@@ -13,7 +13,7 @@
 #include "support/linkages.h"
 #include "support/small_scenes.h"
 
-namespace counterpoint {
+namespace counterpoint::step_control_test {
 namespace {
 
 // A ball at rest sinks by eps g h^2 / beta: compliance, steps of half of max_step, stabilization.
@@ -252,4 +252,4 @@ TEST(StepControl, DoesNotAllocate) {
 }
 
 }  // namespace
-}  // namespace counterpoint
+}  // namespace counterpoint::step_control_test

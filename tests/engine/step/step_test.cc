@@ -10,7 +10,7 @@
 #include "support/allocation_guard.h"
 #include "support/small_scenes.h"
 
-namespace counterpoint {
+namespace counterpoint::step_test {
 namespace {
 
 using test::BoxOnPlane;
@@ -236,4 +236,4 @@ TEST(Step, NotANumberIsAStatusAndLeavesTheStateAlone) {
 }
 
 }  // namespace
-}  // namespace counterpoint
+}  // namespace counterpoint::step_test

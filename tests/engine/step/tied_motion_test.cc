@@ -9,7 +9,7 @@
 #include "support/allocation_guard.h"
 #include "support/linkages.h"
 
-namespace counterpoint {
+namespace counterpoint::tied_motion_test {
 namespace {
 
 /// A parallelogram of rods of 1 m and 1 kg, its cranks upright; `speed` [rad/s] of the cranks. It
@@ -122,4 +122,4 @@ TEST(TiedRungeKutta, StepsDoNotAllocate) {
 }
 
 }  // namespace
-}  // namespace counterpoint
+}  // namespace counterpoint::tied_motion_test

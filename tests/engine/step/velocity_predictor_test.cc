@@ -10,7 +10,7 @@
 #include "support/linkages.h"
 #include "support/random_model.h"
 
-namespace counterpoint {
+namespace counterpoint::velocity_predictor_test {
 namespace {
 
 /// Rounding of two articulated-body passes through the same tree, relative to the velocity.
@@ -129,4 +129,4 @@ TEST(VelocityPredictor, CoversNoTreeAtRestThoughItKnowsAllThatActs) {
 }
 
 }  // namespace
-}  // namespace counterpoint
+}  // namespace counterpoint::velocity_predictor_test

@@ -7,7 +7,7 @@
 #include "support/hull_check.h"
 #include "support/random_model.h"
 
-namespace counterpoint {
+namespace counterpoint::convex_hull_test {
 namespace {
 
 using test::expect_valid;
@@ -92,4 +92,4 @@ TEST(ConvexHull, RefusesFlatInput) {
 }
 
 }  // namespace
-}  // namespace counterpoint
+}  // namespace counterpoint::convex_hull_test

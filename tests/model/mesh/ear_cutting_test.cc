@@ -9,7 +9,7 @@
 #include "counterpoint/model/mesh/mesh.h"
 #include "support/temp_folder.h"
 
-namespace counterpoint {
+namespace counterpoint::ear_cutting_test {
 namespace {
 
 using Triangles = std::vector<std::array<int, 3>>;
@@ -96,4 +96,4 @@ TEST(EarCutting, BentFacesOfObjFilesAreCutFromTheirFirstCorner) {
 }
 
 }  // namespace
-}  // namespace counterpoint
+}  // namespace counterpoint::ear_cutting_test

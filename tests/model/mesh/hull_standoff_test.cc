@@ -6,7 +6,7 @@
 #include "support/sphere_points.h"
 #include "support/temp_folder.h"
 
-namespace counterpoint {
+namespace counterpoint::hull_standoff_test {
 namespace {
 
 // Of the hull's diameter, as promised.
@@ -119,4 +119,4 @@ TEST(HullStandoff, FilesAreMeasuredWhenRead) {
 }
 
 }  // namespace
-}  // namespace counterpoint
+}  // namespace counterpoint::hull_standoff_test

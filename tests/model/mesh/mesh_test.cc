@@ -12,7 +12,7 @@
 #include "support/random_model.h"
 #include "support/temp_folder.h"
 
-namespace counterpoint {
+namespace counterpoint::mesh_test {
 namespace {
 
 using test::expect_valid;
@@ -326,4 +326,4 @@ TEST(Mesh, OpenMeshHasNoSourceVolume) {
 }
 
 }  // namespace
-}  // namespace counterpoint
+}  // namespace counterpoint::mesh_test

@@ -8,7 +8,7 @@
 #include "support/random_model.h"
 #include "support/temp_folder.h"
 
-namespace counterpoint {
+namespace counterpoint::reduced_hull_test {
 namespace {
 
 std::vector<Vector3> ball(int points) {
@@ -115,4 +115,4 @@ TEST(HullCache, ALoneRobotTakesTheLimitFromTheOptions) {
 }
 
 }  // namespace
-}  // namespace counterpoint
+}  // namespace counterpoint::reduced_hull_test
