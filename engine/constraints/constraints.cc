@@ -69,6 +69,7 @@ ConstraintFinder::ConstraintFinder(const Model& model, InverseWeights weights)
       travel_(model.num_bodies(), 0.0),
       slack_(model.num_bodies(), 0.0),
       margin_(model.num_bodies(), 0.0),
+      turn_share_(model.num_bodies(), 0.0),
       heavy_on_light_(differ_much(weights_.contact)),
       fall_(free_fall(model)),
       friction_slip_(model),
@@ -141,13 +142,11 @@ void ConstraintFinder::stiffen_under_load(const Model& model, ConstraintSet& out
   }
 }
 
-Vector3 velocity_at_place(const PairConstraint& pair, const Data& data,
-                          const std::vector<Motion>& V) {
+Vector3 relative_velocity_at(const Vector3& position, int body_a, int body_b, const Data& data,
+                             const std::vector<Motion>& V) {
   Vector3 linear = Vector3::Zero();
-  if (pair.body_a != 0)
-    linear -= V[pair.body_a].at(pair.position - data.X_WB[pair.body_a].translation);
-  if (pair.body_b != 0)
-    linear += V[pair.body_b].at(pair.position - data.X_WB[pair.body_b].translation);
+  if (body_a != 0) linear -= V[body_a].at(position - data.X_WB[body_a].translation);
+  if (body_b != 0) linear += V[body_b].at(position - data.X_WB[body_b].translation);
   return linear;
 }
 
@@ -158,7 +157,8 @@ contact::Rows relative_velocity(const PairConstraint& pair, const Data& data,
     if (pair.body_a != 0) angular -= V[pair.body_a].angular;
     if (pair.body_b != 0) angular += V[pair.body_b].angular;
   }
-  const Vector3 v = pair.frame.transpose() * velocity_at_place(pair, data, V);
+  const Vector3 v = pair.frame.transpose() *
+                    relative_velocity_at(pair.position, pair.body_a, pair.body_b, data, V);
   const Vector3 w = pair.frame.transpose() * angular;
   contact::Rows rows(pair.law.rows);
   for (int i = 0; i < pair.law.rows; ++i) {

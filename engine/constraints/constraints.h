@@ -48,10 +48,15 @@ struct JointConstraint {
   double gap_bias = std::numeric_limits<double>::quiet_NaN();
 };
 
-/// A contact candidate without rows (parked_contacts.h).
+/// A contact candidate without rows, and what tells from velocities alone whether it may get them
+/// (parked_contacts.h).
 struct ParkedContact {
-  collision::Candidate candidate;
-  PairConstraint pair;
+  collision::Candidate candidate;  ///< moved to where the bodies meet
+  int body_a = 0, body_b = 0;
+  Vector3 velocity = Vector3::Zero();  ///< of B relative to A there at the start, in W [m/s]
+  double gap = 0.0;   ///< at least so much is left where the bodies turn within the step [m]
+  double slip = 0.0;  ///< closing speed: this times the tangential speed [-]
+  double spin = 0.0;  ///< and this [m] times the relative angular speed
 };
 
 /// Two geometries so far from each other that all contacts they may have are parked: what is needed
@@ -179,10 +184,16 @@ class ConstraintFinder {
                    const Data& data, Idle idle);
   void find_candidates(const Model& model, const SimulationOptions& options, EffectSet effects,
                        const Data& data, ConstraintSet& out, Idle idle);
-  FarPair locate(const Model& model, const std::pair<int, int>& pair, EffectSet effects, double h,
+  FarPair locate(const Model& model, const std::pair<int, int>& pair, EffectSet effects,
                  const Data& data) const;
+  const Material& material_of(const Model& model, EffectSet effects,
+                              const collision::Candidate& candidate);
+  ParkedContact describe(const Model& model, const SimulationOptions& options, EffectSet effects,
+                         const Data& data, const collision::Candidate& candidate);
   Vector3 make_contact(const Model& model, const SimulationOptions& options, EffectSet effects,
-                       const Data& data, collision::Candidate& candidate, PairConstraint& contact);
+                       const Data& data, const ParkedContact& found, PairConstraint& contact);
+  void give_rows(const ParkedContact& parked, const Model& model, const SimulationOptions& options,
+                 EffectSet effects, const Data& data, ConstraintSet& out);
   void park_contacts_of(const FarPair& far, const Model& model, const SimulationOptions& options,
                         EffectSet effects, const Data& data, ConstraintSet& out);
   bool spread_travel(const Model& model, std::span<const std::pair<int, int>> close,
@@ -200,6 +211,9 @@ class ConstraintFinder {
   std::vector<double> travel_;  ///< of each body's surface within the step [m]
   std::vector<double> slack_;   ///< what impacts and applied forces may add to that [m]
   std::vector<double> margin_;  ///< both
+  /// By body, h^2 |w|^2 / 2: of a place at an arm no more than this share of the arm's length is
+  /// between turning and h w x arm, since |(exp(a) - 1 - a x) arm| <= |a|^2 |arm| / 2.
+  std::vector<double> turn_share_;
   std::vector<collision::Candidate> candidates_;
   bool heavy_on_light_;  ///< some bodies are more than kHeaviest times as heavy as others
   contact::DisjointSets islands_;
@@ -218,9 +232,9 @@ class ConstraintFinder {
   std::vector<char> turn_known_;
 };
 
-/// Of B relative to A at the place of a constraint, in W [m/s], from the bodies' V_WB.
-Vector3 velocity_at_place(const PairConstraint& pair, const Data& data,
-                          const std::vector<Motion>& V);
+/// Of body B relative to A at a position in W [m/s], from the bodies' V_WB.
+Vector3 relative_velocity_at(const Vector3& position, int body_a, int body_b, const Data& data,
+                             const std::vector<Motion>& V);
 
 /// Velocity of B relative to A in the rows of a constraint [m/s, rad/s], from the bodies' V_WB
 /// (data.h).

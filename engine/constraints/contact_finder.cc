@@ -66,6 +66,7 @@ void ConstraintFinder::set_margins(const Model& model, const SimulationOptions& 
       const double speed = data.V[b].linear.norm() + data.V[b].angular.norm() * radius_[b];
       fastest = std::max(fastest, speed);
       travel_[b] = kImpactSpeedUp * h * speed;
+      turn_share_[b] = 0.5 * h * h * data.V[b].angular.squaredNorm();
     }
     // What is at rest may be kicked by an impact elsewhere in its tree.
     for (int b = tree.body_begin; b < tree.body_end; ++b) {
@@ -121,7 +122,7 @@ bool ConstraintFinder::spread_travel(const Model& model, std::span<const std::pa
 }
 
 FarPair ConstraintFinder::locate(const Model& model, const std::pair<int, int>& pair,
-                                 EffectSet effects, double h, const Data& data) const {
+                                 EffectSet effects, const Data& data) const {
   const collision::Collider::Whereabouts where = collider_.whereabouts(pair.first, pair.second);
   FarPair far;
   far.geometries = pair;
@@ -133,10 +134,10 @@ FarPair ConstraintFinder::locate(const Model& model, const std::pair<int, int>& 
   const Material material = surfaces(model.pair_material(pair.first, pair.second), effects);
   far.slip = std::sqrt(1.0 + material.friction * material.friction);
   far.spin = std::max(material.torsional_friction, material.rolling_friction);
-  // |(exp(a) - 1 - a x) arm| <= |a|^2 |arm| / 2; places are within radius + gap of the middle.
+  // Places are within radius + gap of the middle.
   for (const int body : {far.body_a, far.body_b}) {
     if (body == 0) continue;
-    const double share = 0.5 * h * h * data.V[body].angular.squaredNorm();
+    const double share = turn_share_[body];
     far.turn += share * ((far.middle - data.X_WB[body].translation).norm() + far.radius);
     far.turn_slope += share;
   }
@@ -157,7 +158,7 @@ void ConstraintFinder::find_candidates(const Model& model, const SimulationOptio
     // Can either side move, in any way?
     if (!(weights_.contact[a.body] + weights_.contact[b.body] > 0.0)) continue;
     if (!is_cheap(a, b)) {
-      const FarPair far = locate(model, pair, effects, h, data);
+      const FarPair far = locate(model, pair, effects, data);
       if (far.gap >= margin_[a.body] + margin_[b.body]) continue;
       if (parks && !idle(a.body) && !idle(b.body) && is_far(far, near, h, data)) {
         out.far.push_back(far);
@@ -180,14 +181,20 @@ bool ConstraintFinder::find_reached_contacts(const Model& model, const Simulatio
     park_contacts_of(far, model, options, effects, data, out);
     return true;
   });
-  return find_overrun_contacts(options.contact, h, data, V_, out);
+  return std::erase_if(out.parked, [&](const ParkedContact& parked) {
+    if (!is_reached(parked, options.contact, h, V_, data)) return false;
+    give_rows(parked, model, options, effects, data, out);
+    return true;
+  }) > 0;
 }
 
 void ConstraintFinder::unpark_all(const Model& model, const SimulationOptions& options,
                                   EffectSet effects, const Data& data, ConstraintSet& out) {
   for (const FarPair& far : out.far) park_contacts_of(far, model, options, effects, data, out);
   out.far.clear();
-  give_all_rows(out);
+  for (const ParkedContact& parked : out.parked)
+    give_rows(parked, model, options, effects, data, out);
+  out.parked.clear();
 }
 
 /// Among those parked, where they would be had they never been far.
@@ -202,12 +209,20 @@ void ConstraintFinder::park_contacts_of(const FarPair& far, const Model& model,
     return std::pair(c.geometry_a, c.geometry_b) > far.geometries;
   };
   auto place = std::find_if(out.parked.begin(), out.parked.end(), behind) - out.parked.begin();
-  for (collision::Candidate& candidate : candidates_) {
-    ParkedContact parked{candidate, {}};
-    make_contact(model, options, effects, data, parked.candidate, parked.pair);
-    friction_slip_.apply(model, options, speed_, parked.pair);
-    out.parked.insert(out.parked.begin() + place++, parked);
-  }
+  for (const collision::Candidate& candidate : candidates_)
+    out.parked.insert(out.parked.begin() + place++,
+                      describe(model, options, effects, data, candidate));
+}
+
+/// Before the closures, which come behind the contacts.
+void ConstraintFinder::give_rows(const ParkedContact& parked, const Model& model,
+                                 const SimulationOptions& options, EffectSet effects,
+                                 const Data& data, ConstraintSet& out) {
+  PairConstraint contact;
+  make_contact(model, options, effects, data, parked, contact);
+  friction_slip_.apply(model, options, speed_, contact);
+  out.pairs.insert(out.pairs.begin() + static_cast<std::ptrdiff_t>(out.contacts.size()), contact);
+  out.contacts.push_back(parked.candidate);
 }
 
 Vector3 ConstraintFinder::relative_fall(EffectSet effects, const PairConstraint& contact) const {
@@ -252,35 +267,63 @@ double ConstraintFinder::gap_less_turning(const PairConstraint& contact, double 
   return std::max(gap - std::max(closer, 0.0), 0.0);
 }
 
-/// Makes of `contact`, a constraint at its defaults, that of a candidate, which is moved to where
-/// the bodies meet; returns its velocity now.
-Vector3 ConstraintFinder::make_contact(const Model& model, const SimulationOptions& options,
-                                       EffectSet effects, const Data& data,
-                                       collision::Candidate& candidate, PairConstraint& contact) {
-  const double h = options.time_step;
-  const Geometry& a = model.geometries()[candidate.geometry_a];
-  const Geometry& b = model.geometries()[candidate.geometry_b];
-  const double alpha = weights_.contact[a.body] + weights_.contact[b.body];
+const Material& ConstraintFinder::material_of(const Model& model, EffectSet effects,
+                                              const collision::Candidate& candidate) {
   // Candidates come pair by pair.
   if (const std::pair pair(candidate.geometry_a, candidate.geometry_b); pair != material_of_) {
     material_ = surfaces(model.pair_material(pair.first, pair.second), effects);
     material_of_ = pair;
   }
-  contact.body_a = a.body;
-  contact.body_b = b.body;
+  return material_;
+}
+
+/// A candidate, moved to where the bodies meet, as one that may be parked.
+ParkedContact ConstraintFinder::describe(const Model& model, const SimulationOptions& options,
+                                         EffectSet effects, const Data& data,
+                                         const collision::Candidate& candidate) {
+  const double h = options.time_step;
+  const int a = model.geometries()[candidate.geometry_a].body;
+  const int b = model.geometries()[candidate.geometry_b].body;
+  ParkedContact out{candidate, a, b};
   // The bodies meet where the lighter one's surface is now, or nearly: halfway across a gap of
   // decimetres friction would turn a small body by an arm that it does not have.
-  const double towards_b = weights_.contact[b.body] / alpha - 0.5;
-  candidate.position += towards_b * std::max(candidate.gap, 0.0) * candidate.normal;
+  const double alpha = weights_.contact[a] + weights_.contact[b];
+  const double towards_b = weights_.contact[b] / alpha - 0.5;
+  out.candidate.position += towards_b * std::max(candidate.gap, 0.0) * candidate.normal;
+  out.velocity = relative_velocity_at(out.candidate.position, a, b, data, data.V);
+  out.gap = candidate.gap;
+  for (const int body : {a, b})
+    if (body != 0)
+      out.gap -= turn_share_[body] * (out.candidate.position - data.X_WB[body].translation).norm();
+  const bool meets = out.gap + h * candidate.normal.dot(out.velocity) <= 0.0;
+  if (!rubs(options.contact, out.gap, meets)) return out;
+  const Material& material = material_of(model, effects, candidate);
+  out.slip = material.friction;
+  out.spin = std::max(material.torsional_friction, material.rolling_friction);
+  return out;
+}
+
+/// Makes of `contact`, a constraint at its defaults, that of a candidate; returns its velocity now.
+Vector3 ConstraintFinder::make_contact(const Model& model, const SimulationOptions& options,
+                                       EffectSet effects, const Data& data,
+                                       const ParkedContact& found, PairConstraint& contact) {
+  const double h = options.time_step;
+  const collision::Candidate& candidate = found.candidate;
+  const Geometry& a = model.geometries()[candidate.geometry_a];
+  const Geometry& b = model.geometries()[candidate.geometry_b];
+  const double alpha = weights_.contact[a.body] + weights_.contact[b.body];
+  const Material& material = material_of(model, effects, candidate);
+  contact.body_a = a.body;
+  contact.body_b = b.body;
   contact.position = candidate.position;
   const Matrix3 t1_t2_n = frame_from_normal(candidate.normal);
   contact.frame << t1_t2_n.col(2), t1_t2_n.col(0), t1_t2_n.col(1);
-  const Vector3 v = contact.frame.transpose() * velocity_at_place(contact, data, data.V);
+  const Vector3 v = contact.frame.transpose() * found.velocity;
   const double gap = gap_less_turning(contact, candidate.gap, h, data);
   contact.gap_bias = gap_bias(options.contact, h, gap);
-  const Bounce bounce = find_contact_bounce(options, effects, material_, contact, gap, v[0]);
+  const Bounce bounce = find_contact_bounce(options, effects, material, contact, gap, v[0]);
   if (bounce.happens && gap > 0.0) contact.impact_time = bounce.time;
-  set_contact_law(law_options(options, alpha, weights_.total_mass), h, material_, alpha, gap, v,
+  set_contact_law(law_options(options, alpha, weights_.total_mass), h, material, alpha, gap, v,
                   bounce, is_round(model, a, b), contact.law);
   return v;
 }
@@ -294,21 +337,17 @@ void ConstraintFinder::find_contacts(const Model& model, const SimulationOptions
   std::fill(turn_known_.begin(), turn_known_.end(), 0);
   material_of_ = {-1, -1};
   const double near = parking_gap(options.contact, h);
-  for (collision::Candidate& candidate : candidates_) {
-    const int body_a = model.geometries()[candidate.geometry_a].body;
-    const int body_b = model.geometries()[candidate.geometry_b].body;
-    PairConstraint& contact = out.pairs.emplace_back();
-    const Vector3 v = make_contact(model, options, effects, data, candidate, contact);
-    count_contact(material_, counts);
-    if (parks && !is_near(contact, v, near, h) && !idle(body_a) && !idle(body_b)) {
-      ParkedContact& parked = out.parked.emplace_back();
-      parked.candidate = candidate;
-      parked.pair = contact;
-      out.pairs.pop_back();
+  for (const collision::Candidate& candidate : candidates_) {
+    const ParkedContact found = describe(model, options, effects, data, candidate);
+    count_contact(material_of(model, effects, candidate), counts);
+    if (parks && !is_near(found, near, h) && !idle(found.body_a) && !idle(found.body_b)) {
+      out.parked.push_back(found);
       continue;
     }
+    PairConstraint& contact = out.pairs.emplace_back();
+    const Vector3 v = make_contact(model, options, effects, data, found, contact);
     out.max_penetration = std::max(out.max_penetration, -candidate.gap);
-    out.contacts.push_back(candidate);
+    out.contacts.push_back(found.candidate);
     speed_.push_back(std::sqrt(v[1] * v[1] + v[2] * v[2]));
   }
   // Room for those that will get rows, so that it is the candidates' number that has to be seen.

@@ -74,6 +74,10 @@ bool is_round(const Model& model, const Geometry& a, const Geometry& b) {
   return (a.body == 0 || round(a)) && (b.body == 0 || round(b));
 }
 
+bool rubs(const ContactOptions& options, double gap, bool meets) {
+  return options.friction_model != FrictionModel::kCoulomb || gap <= options.margin || meets;
+}
+
 void set_contact_law(const ContactOptions& options, double h, const Material& pair, double alpha,
                      double gap, const Vector3& v, const Bounce& bounce, bool round,
                      contact::Law& law) {
@@ -88,10 +92,8 @@ void set_contact_law(const ContactOptions& options, double h, const Material& pa
   // within the step, the convex law keeps them h mu |v_T| apart for this step; otherwise there is
   // nothing to rub yet, and that law would push apart by as much what only passes by. Of balls it
   // is known: friction turns them, and that changes no gap.
-  const bool coulomb = options.friction_model == FrictionModel::kCoulomb;
   const bool near = gap <= options.margin, meets = gap + h * v[0] <= 0.0;
-  const bool exact = coulomb && (near || (round && meets));
-  if (coulomb && !near && !meets) return;
+  if (!rubs(options, gap, meets)) return;
 
   law.type = contact::LawType::kFrictionCone;
   law.rows = pair.rolling_friction > 0.0 ? 6 : pair.torsional_friction > 0.0 ? 4 : 3;
@@ -103,7 +105,7 @@ void set_contact_law(const ContactOptions& options, double h, const Material& pa
       law.bias[0] += mu * std::hypot(v[1], v[2]);
       break;
     case FrictionModel::kCoulomb:
-      law.coulomb = exact;
+      law.coulomb = near || (round && meets);
       break;
   }
 }

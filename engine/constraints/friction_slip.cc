@@ -39,7 +39,6 @@ void FrictionSlip::set(const Model& model, const SimulationOptions& options,
     if (so_far < 0 || speed[i] > speed[so_far]) so_far = static_cast<int>(i);
   }
   for (size_t i = 0; i < out.contacts.size(); ++i) apply(model, options, speed, out.pairs[i]);
-  for (ParkedContact& parked : out.parked) apply(model, options, speed, parked.pair);
 }
 
 }  // namespace counterpoint

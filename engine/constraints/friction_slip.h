@@ -24,11 +24,11 @@ class FrictionSlip {
  public:
   explicit FrictionSlip(const Model& model) : fastest_(model.num_trees(), -1) {}
 
-  /// Sets law.slip_speed and `fastest` of all contacts, parked ones included. speed: how fast each
+  /// Sets law.slip_speed and `fastest` of all contacts with rows. speed: how fast each
   /// of out.contacts slides [m/s].
   void set(const Model& model, const SimulationOptions& options, const std::vector<double>& speed,
            ConstraintSet& out);
-  /// The same of one contact parked later, with the arguments of the last set().
+  /// The same of one that gets rows later, with the arguments of the last set().
   void apply(const Model& model, const SimulationOptions& options, const std::vector<double>& speed,
              PairConstraint& pair);
 

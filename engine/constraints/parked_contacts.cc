@@ -21,15 +21,14 @@ double end_gap(const ContactOptions& options) {
   return std::max(kLeastEndGap, smoothing / kNoWeight);
 }
 
-/// How fast a contact comes closer to giving force [m/s]: as in the convex law, which is that of
-/// exact friction too where it is softened. Of y so many rows are known.
-double closing_speed(const PairConstraint& contact, const double* y, int rows) {
-  double square = 0.0;
-  for (int i = 1; i < std::min(contact.law.rows, rows); ++i) {
-    const double z = contact.law.friction[i - 1] * y[i];
-    square += z * z;
-  }
-  return std::sqrt(square) - y[0];
+/// How fast a contact of relative velocity v and angular velocity w comes closer to giving force
+/// [m/s]: as in the convex law, which is that of exact friction too where it is softened.
+double closing_speed(const ParkedContact& contact, const Vector3& v, const Vector3& w) {
+  const double normal = contact.candidate.normal.dot(v);
+  const double tangential = std::max(v.squaredNorm() - normal * normal, 0.0);
+  return std::sqrt(contact.slip * contact.slip * tangential +
+                   contact.spin * contact.spin * w.squaredNorm()) -
+         normal;
 }
 
 /// Whether gap - turning > reach + time (closing speed) of every contact of a pair, whatever its
@@ -50,13 +49,6 @@ bool exceeds(const FarPair& pair, double reach, double time, const std::vector<M
   return slope > 0.0 && pair.gap * slope > reach + pair.turn + time * closing;
 }
 
-/// Before the closures, which come behind the contacts.
-void give_rows(const ParkedContact& parked, ConstraintSet& out) {
-  out.pairs.insert(out.pairs.begin() + static_cast<std::ptrdiff_t>(out.contacts.size()),
-                   parked.pair);
-  out.contacts.push_back(parked.candidate);
-}
-
 }  // namespace
 
 double parking_gap(const ContactOptions& options, double h) {
@@ -65,29 +57,20 @@ double parking_gap(const ContactOptions& options, double h) {
   return std::max(2.0 * end_gap(options), reach);
 }
 
-bool is_near(const PairConstraint& contact, const Vector3& v, double parking_gap, double h) {
-  const double gap = h * contact.gap_bias;
-  return gap < parking_gap ||
-         gap < parking_gap + kSpeedUp * h * std::max(0.0, closing_speed(contact, v.data(), 3));
+bool is_near(const ParkedContact& contact, double parking_gap, double h) {
+  if (contact.gap < parking_gap) return true;
+  const double closing = closing_speed(contact, contact.velocity, Vector3::Zero());
+  return contact.gap < parking_gap + kSpeedUp * h * std::max(0.0, closing);
 }
 
-bool find_overrun_contacts(const ContactOptions& options, double h, const Data& data,
-                           const std::vector<Motion>& V, ConstraintSet& out) {
-  const double end = end_gap(options) / h;
-  auto kept = out.parked.begin();
-  for (ParkedContact& parked : out.parked) {
-    const contact::Rows y = relative_velocity(parked.pair, data, V);
-    const int rows = static_cast<int>(y.size());
-    if (parked.pair.gap_bias - closing_speed(parked.pair, y.data(), rows) < end) {
-      give_rows(parked, out);
-    } else {
-      if (&*kept != &parked) *kept = parked;
-      ++kept;
-    }
-  }
-  const bool found = kept != out.parked.end();
-  out.parked.erase(kept, out.parked.end());
-  return found;
+bool is_reached(const ParkedContact& contact, const ContactOptions& options, double h,
+                const std::vector<Motion>& V, const Data& data) {
+  const int a = contact.body_a, b = contact.body_b;
+  Vector3 w = Vector3::Zero();
+  if (contact.spin > 0.0 && a != 0) w -= V[a].angular;
+  if (contact.spin > 0.0 && b != 0) w += V[b].angular;
+  const Vector3 v = relative_velocity_at(contact.candidate.position, a, b, data, V);
+  return contact.gap - h * closing_speed(contact, v, w) < end_gap(options);
 }
 
 bool is_far(const FarPair& pair, double parking_gap, double h, const Data& data) {
@@ -97,11 +80,6 @@ bool is_far(const FarPair& pair, double parking_gap, double h, const Data& data)
 bool stays_far(const FarPair& pair, const ContactOptions& options, double h,
                const std::vector<Motion>& V, const Data& data) {
   return exceeds(pair, end_gap(options), h, V, data.X_WB);
-}
-
-void give_all_rows(ConstraintSet& out) {
-  for (const ParkedContact& parked : out.parked) give_rows(parked, out);
-  out.parked.clear();
 }
 
 }  // namespace counterpoint

@@ -30,21 +30,17 @@ namespace counterpoint {
 /// Gap [m] within which a contact at rest has rows, for a step of h.
 double parking_gap(const ContactOptions& options, double h);
 
-/// Whether a contact, at relative velocity v along its frame's columns [m/s], may act in a step of h.
-bool is_near(const PairConstraint& contact, const Vector3& v, double parking_gap, double h);
+/// Whether a contact may act in a step of h, as judged from its velocity at the start.
+bool is_near(const ParkedContact& contact, double parking_gap, double h);
 
-/// Gives rows to the parked contacts that the body velocities V (data.h) lead to. False if there
-/// are none.
-bool find_overrun_contacts(const ContactOptions& options, double h, const Data& data,
-                           const std::vector<Motion>& V, ConstraintSet& out);
-
-/// Gives rows to all that are parked, but for those of far pairs (ConstraintFinder::unpark_all).
-void give_all_rows(ConstraintSet& out);
+/// Whether the body velocities V (data.h) at the end of the step lead to it, so that it gets rows.
+bool is_reached(const ParkedContact& contact, const ContactOptions& options, double h,
+                const std::vector<Motion>& V, const Data& data);
 
 /// Whether every contact that a pair may have is parked, at the poses and velocities of data.
 bool is_far(const FarPair& pair, double parking_gap, double h, const Data& data);
 
-/// Whether find_overrun_contacts would give rows to none of them.
+/// Whether none of them is_reached.
 bool stays_far(const FarPair& pair, const ContactOptions& options, double h,
                const std::vector<Motion>& V, const Data& data);
 

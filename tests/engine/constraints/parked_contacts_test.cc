@@ -100,16 +100,25 @@ struct Crowd {
     compute_velocities(model(), v, data);
     finder.find(model(), scene.options, effects, scene.q, v, data, found, counts);
   }
-  /// The contacts of pairs that `pairs` holds, as parked ones.
-  ConstraintSet contacts_of(const std::vector<FarPair>& pairs) {
-    ConstraintSet all = found, out;
+  /// The contacts of pairs that `pairs` holds, as parked ones with the gaps and friction of their laws.
+  std::vector<ParkedContact> contacts_of(const std::vector<FarPair>& pairs) {
+    ConstraintSet all = found;
+    std::vector<ParkedContact> out;
     finder.unpark_all(model(), scene.options, effects, data, all);
     for (size_t i = 0; i < all.contacts.size(); ++i) {
       const std::pair pair(all.contacts[i].geometry_a, all.contacts[i].geometry_b);
       if (std::any_of(pairs.begin(), pairs.end(),
                       [&](const FarPair& far) { return far.geometries == pair; }))
-        out.parked.push_back({all.contacts[i], all.pairs[i]});
+        out.push_back(parked(all.contacts[i], all.pairs[i]));
     }
+    return out;
+  }
+  ParkedContact parked(const collision::Candidate& candidate, const PairConstraint& pair) const {
+    ParkedContact out{candidate, pair.body_a, pair.body_b};
+    out.velocity = relative_velocity_at(pair.position, pair.body_a, pair.body_b, data, data.V);
+    out.gap = scene.options.time_step * pair.gap_bias;
+    out.slip = pair.law.rows > 1 ? pair.law.friction[0] : 0.0;
+    for (int i = 3; i < pair.law.rows; ++i) out.spin = std::max(out.spin, pair.law.friction[i - 1]);
     return out;
   }
 
@@ -146,11 +155,9 @@ TEST_P(FarPairs, HaveNoContactThatWouldHaveRows) {
   size_t seen = 0;
   for (int i = 0; i < 60; ++i) {
     c.find(random_velocity(generator, c.model().nv(), 1.0 + i));
-    for (const ParkedContact& parked : c.contacts_of(c.found.far).parked) {
+    for (const ParkedContact& parked : c.contacts_of(c.found.far)) {
       ++seen;
-      const Vector3 v =
-          parked.pair.frame.transpose() * velocity_at_place(parked.pair, c.data, c.data.V);
-      EXPECT_FALSE(is_near(parked.pair, v, near, h));
+      EXPECT_FALSE(is_near(parked, near, h));
     }
   }
   EXPECT_GT(seen, 100u);
@@ -171,13 +178,39 @@ TEST_P(FarPairs, ThatStayFarHaveNoContactThatIsRunInto) {
     ConstraintSet after = c.found;
     c.finder.find_overrun(c.model(), options, c.effects, c.scene.q, v, w, c.data, after);
     left += c.found.far.size() - after.far.size();
-    ConstraintSet stay = c.contacts_of(after.far);
-    seen += stay.parked.size();
     compute_body_velocities(c.model(), w, c.data, V);
-    EXPECT_FALSE(find_overrun_contacts(options.contact, h, c.data, V, stay));
+    for (const ParkedContact& parked : c.contacts_of(after.far)) {
+      ++seen;
+      EXPECT_FALSE(is_reached(parked, options.contact, h, V, c.data));
+    }
   }
   EXPECT_GT(seen, 50u);
   EXPECT_GT(left, 10u);
+}
+
+// A parked contact knows at most the gap that its law sees, so that it gets rows no later.
+TEST_P(FarPairs, ParkedContactsKnowNoMoreThanTheirGap) {
+  Crowd c = crowd();
+  std::mt19937_64 generator(3);
+  size_t seen = 0;
+  for (int i = 0; i < 60; ++i) {
+    c.find(random_velocity(generator, c.model().nv(), 1.0 + i));
+    const std::vector<ParkedContact> parked = c.found.parked;
+    const size_t with_rows = c.found.contacts.size();
+    c.found.far.clear();
+    c.finder.unpark_all(c.model(), c.scene.options, c.effects, c.data, c.found);
+    ASSERT_EQ(c.found.contacts.size(), with_rows + parked.size());
+    for (size_t k = 0; k < parked.size(); ++k) {
+      const ParkedContact exact =
+          c.parked(c.found.contacts[with_rows + k], c.found.pairs[with_rows + k]);
+      ++seen;
+      EXPECT_LE(parked[k].gap, exact.gap + 1e-15);  // rounding
+      EXPECT_GE(parked[k].slip, exact.slip);
+      EXPECT_GE(parked[k].spin, exact.spin);
+      EXPECT_EQ(parked[k].velocity, exact.velocity);
+    }
+  }
+  EXPECT_GT(seen, 100u);
 }
 
 INSTANTIATE_TEST_SUITE_P(Scenes, FarPairs,
