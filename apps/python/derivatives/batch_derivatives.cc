@@ -55,7 +55,7 @@ InverseDerivativeBlocks pointers(InverseBlocks& d) {
           d.dv_next.mutable_data(), reinterpret_cast<char*>(d.by_differences.mutable_data())};
 }
 
-InverseBlocks inverse(BatchHandle& b, const py::object& states, const Array& v_next,
+InverseBlocks inverse_of_steps(BatchHandle& b, const py::object& states, const Array& v_next,
                       const std::vector<InputPtr>& known, const std::string& method) {
   const DerivativeMethod how = method_from(method);
   const Guard::Lock lock(b.guard, kBatch);
@@ -68,7 +68,7 @@ InverseBlocks inverse(BatchHandle& b, const py::object& states, const Array& v_n
   return out;
 }
 
-py::tuple forward(BatchHandle& b, const py::object& states, const Array& v_next,
+py::tuple forward_of_steps(BatchHandle& b, const py::object& states, const Array& v_next,
                   const std::vector<InputPtr>& known, const std::string& method) {
   const DerivativeMethod how = method_from(method);
   const Guard::Lock lock(b.guard, kBatch);
@@ -93,7 +93,7 @@ py::tuple forward(BatchHandle& b, const py::object& states, const Array& v_next,
   return py::make_tuple(of_inverse, out);
 }
 
-constexpr const char* kInverseDoc = R"(
+constexpr const char* kBatchInverseDoc = R"(
 step_inverse_derivatives of many steps at once, over all cores, to the same bits.
 
 Parameters
@@ -112,7 +112,7 @@ InverseDerivativesBatch
     NaN where forces are not known.
 )";
 
-constexpr const char* kForwardDoc = R"(
+constexpr const char* kBatchForwardDoc = R"(
 step_forward_derivatives of many steps at once, over all cores, to the same bits.
 
 Parameters
@@ -173,10 +173,10 @@ void bind_batch_derivatives(py::module_& m,
             .format(d.dv_dq.shape(0), d.dv_dq.shape(1));
       });
   batch
-      .def("inverse_derivatives", &inverse, py::arg("states"), py::arg("v_next"), py::kw_only(),
-           py::arg("known") = std::vector<InputPtr>(), py::arg("method") = "analytic", kInverseDoc)
-      .def("forward_derivatives", &forward, py::arg("states"), py::arg("v_next"), py::kw_only(),
-           py::arg("known") = std::vector<InputPtr>(), py::arg("method") = "analytic", kForwardDoc);
+      .def("inverse_derivatives", &inverse_of_steps, py::arg("states"), py::arg("v_next"), py::kw_only(),
+           py::arg("known") = std::vector<InputPtr>(), py::arg("method") = "analytic", kBatchInverseDoc)
+      .def("forward_derivatives", &forward_of_steps, py::arg("states"), py::arg("v_next"), py::kw_only(),
+           py::arg("known") = std::vector<InputPtr>(), py::arg("method") = "analytic", kBatchForwardDoc);
 }
 
 }  // namespace counterpoint::python

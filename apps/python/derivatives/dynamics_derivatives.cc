@@ -60,7 +60,7 @@ py::array inertia_regressor(const ModelPtr& model, const Array& q, const Array& 
   return Y;
 }
 
-constexpr const char* kRneaDoc = R"(
+constexpr const char* kRneaDerivativesDoc = R"(
 Derivatives of rnea: of tau = M(q) a - n(q, v), in closed form by one backward pass.
 
 A displacement dq of a configuration means q (+) dq, as integrate_configuration with h = 1 moves it.
@@ -81,7 +81,7 @@ Returns
 RneaDerivatives
 )";
 
-constexpr const char* kAbaDoc = R"(
+constexpr const char* kAbaDerivativesDoc = R"(
 Derivatives of aba: of a = inv(M(q) + diag(diagonal)) (n(q, v) + tau).
 
 Those of rnea at that acceleration, times -inv(M + diag(diagonal)).
@@ -154,10 +154,10 @@ void bind_dynamics_derivatives(py::module_& m) {
       .def("__repr__",
            [](const A& d) { return py::str("<AbaDerivatives: nv {}>").format(d.dq.rows()); });
   m.def("rnea_derivatives", &rnea_derivatives, py::arg("model"), py::arg("q"), py::arg("v"),
-        py::arg("a"), py::arg("data").none(true) = py::none(), kRneaDoc);
+        py::arg("a"), py::arg("data").none(true) = py::none(), kRneaDerivativesDoc);
   m.def("aba_derivatives", &aba_derivatives, py::arg("model"), py::arg("q"), py::arg("v"),
         py::arg("tau"), py::kw_only(), py::arg("diagonal") = py::none(),
-        py::arg("data").none(true) = py::none(), kAbaDoc);
+        py::arg("data").none(true) = py::none(), kAbaDerivativesDoc);
   m.def(
       "inertial_parameters",
       [](const ModelHandle& model) { return copy(inertial_parameters(model.model)); },

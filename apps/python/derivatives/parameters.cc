@@ -98,7 +98,7 @@ std::shared_ptr<DerivatorHandle> make_derivator(const ModelPtr& model,
       new DerivatorHandle{model, ParameterDerivator(model->model, std::move(list)), {}});
 }
 
-py::tuple inverse(DerivatorHandle& d, const SimulationOptions& options, const Array& q,
+py::tuple inverse_by_parameters(DerivatorHandle& d, const SimulationOptions& options, const Array& q,
                   const Array& v, const Array& v_next, const InputPtr& known,
                   const WorkspacePtr& given, const std::string& method) {  // Parameters: arguments of Python, by name
   const DerivativeMethod how = method_from(method);
@@ -119,7 +119,7 @@ py::tuple inverse(DerivatorHandle& d, const SimulationOptions& options, const Ar
   return py::make_tuple(out, found);
 }
 
-py::tuple forward(const ForwardDerivatives& d, const Array& du) {
+py::tuple forward_by_parameters(const ForwardDerivatives& d, const Array& du) {
   const MatrixX by = matrix(du, d.dv_du.rows(), -1, "du");
   MatrixX dv_dp, dq_dp;
   forward_parameter_derivatives(d, by, dv_dp, dq_dp);
@@ -151,7 +151,7 @@ model : Model
 parameters : sequence of StepParameter
 )";
 
-constexpr const char* kInverseDoc = R"(
+constexpr const char* kInverseByParametersDoc = R"(
 What a step recovers, as step_inverse, and its derivatives by the parameters.
 
 Parameters
@@ -170,7 +170,7 @@ inverse : Inverse
 derivatives : InverseParameterDerivatives
 )";
 
-constexpr const char* kForwardDoc = R"(
+constexpr const char* kForwardByParametersDoc = R"(
 Derivatives of a step's end by parameters.
 
 Parameters
@@ -224,10 +224,10 @@ void bind_parameters(py::module_& m) {
   using D = DerivatorHandle;
   py::class_<D, std::shared_ptr<D>>(m, "ParameterDerivator", kDerivatorDoc)
       .def(py::init(&make_derivator), py::arg("model"), py::arg("parameters"))
-      .def("inverse", &inverse, py::arg("options"), py::arg("q"), py::arg("v"), py::arg("v_next"),
+      .def("inverse", &inverse_by_parameters, py::arg("options"), py::arg("q"), py::arg("v"), py::arg("v_next"),
            py::kw_only(), py::arg("known").none(true) = py::none(),
            py::arg("workspace").none(true) = py::none(), py::arg("method") = "analytic",
-           kInverseDoc)
+           kInverseByParametersDoc)
       .def("__repr__", [](const D& d) {
         return py::str("<ParameterDerivator of {} parameters>")
             .format(d.derivator.parameters().size());
@@ -256,8 +256,8 @@ void bind_parameters(py::module_& m) {
       },
       py::arg("model"),
       "List of StepParameter: all of inertial_parameters(model), in their order.");
-  m.def("forward_parameter_derivatives", &forward, py::arg("derivatives"), py::arg("du"),
-        kForwardDoc);
+  m.def("forward_parameter_derivatives", &forward_by_parameters, py::arg("derivatives"), py::arg("du"),
+        kForwardByParametersDoc);
 }
 
 }  // namespace counterpoint::python

@@ -7,11 +7,11 @@
 namespace counterpoint::python {
 namespace {
 
-py::object step(SimulatorHandle& s, bool must_succeed) {
+py::object take_step(SimulatorHandle& s, bool must_succeed) {
   if (!s.report_object || Py_REFCNT(s.report_object.ptr()) > 1)
     s.report_object = py::cast(ReportHandle{s.model, {}});
   const py::object object = s.report_object;
-  ReportHandle& report = object_of<ReportHandle>(object.ptr());
+  ReportHandle& report = held_by<ReportHandle>(object.ptr());
   {
     const Guard::Lock lock(s.guard, kSimulator);
     s.simulator.input() = s.input->value();
@@ -34,7 +34,7 @@ PyObject* fast_step(PyObject* self, PyObject* const* values, Py_ssize_t count, P
       throw py::type_error("step: expected no argument but `check`");
     const int must_succeed = count + named == 1 ? PyObject_IsTrue(values[0]) : 1;
     if (must_succeed < 0) throw py::error_already_set();
-    return step(object_of<SimulatorHandle>(self), must_succeed == 1).release().ptr();
+    return take_step(held_by<SimulatorHandle>(self), must_succeed == 1).release().ptr();
   });
 }
 
@@ -69,7 +69,7 @@ void set_state(SimulatorHandle& s, const StateHandle& state) {
   s.simulator.set_state(state.value());
 }
 
-std::shared_ptr<InverseHandle> inverse(SimulatorHandle& s, const Array& q, const Array& v,
+std::shared_ptr<InverseHandle> inverse_of(SimulatorHandle& s, const Array& q, const Array& v,
                                        const Array& v_next, const py::object& q_next) {
   const Model& m = s.model->model;
   const Guard::Lock lock(s.guard, kSimulator);
@@ -130,7 +130,7 @@ ControlledReport
 )";
 
 void bind_steps(py::class_<SimulatorHandle, SimulatorPtr>& simulator) {
-  simulator.def("step", &step, py::arg("check") = true, kStepDoc)
+  simulator.def("step", &take_step, py::arg("check") = true, kStepDoc)
       .def("step_controlled", &step_controlled, py::arg("until"), py::arg("check") = true,
            kStepControlledDoc);
 }
@@ -188,7 +188,7 @@ void bind_calls(py::class_<SimulatorHandle, SimulatorPtr>& simulator) {
             s.state->assign(s.simulator.state());
           },
           "Back to the scene's start; the input stays.")
-      .def("inverse", &inverse, py::arg("q"), py::arg("v"), py::arg("v_next"),
+      .def("inverse", &inverse_of, py::arg("q"), py::arg("v"), py::arg("v_next"),
            py::arg("q_next") = py::none(), kInverseDoc)
       .def("last_forces", &last_forces, kLastForcesDoc)
       .def(

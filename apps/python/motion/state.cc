@@ -82,7 +82,7 @@ bool equal(const StateHandle& a, const StateHandle& b) {
          a.value().memory == b.value().memory;
 }
 
-std::string repr(const StateHandle& s) {
+std::string state_repr(const StateHandle& s) {
   const State& x = s.value();
   std::string text = py::str("State(time={:.6g}").format(x.time).cast<std::string>();
   constexpr size_t kMost = 12;
@@ -137,7 +137,7 @@ void bind_state_access(Class& state) {
       .def_property_readonly(
           "hash", [](const StateHandle& s) { return state_hash(s.value()); },
           "64-bit hash of the bits of time, q and v, as in trajectories.")
-      .def("__repr__", &repr)
+      .def("__repr__", &state_repr)
       .def("__reduce__", [](const py::object& self) {
         const auto& s = self.cast<const StateHandle&>();
         return py::make_tuple(self.get_type(),

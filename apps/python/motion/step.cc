@@ -13,7 +13,7 @@ void check_state(const ModelPtr& model, const StateHandle& state, const char* na
     throw py::value_error(std::string(name) + ": it is of another model");
 }
 
-py::tuple forward(const ModelPtr& model, const SimulationOptions& options, const StateHandle& state,
+py::tuple step_forward_of(const ModelPtr& model, const SimulationOptions& options, const StateHandle& state,
                   const InputPtr& input, const contact::Settings& settings,
                   const WorkspacePtr& given, const StatePtr& next) {  // Parameters: arguments of Python, by name
   check_state(model, state, "state");
@@ -40,7 +40,7 @@ py::tuple forward(const ModelPtr& model, const SimulationOptions& options, const
   return py::make_tuple(out, std::move(report));
 }
 
-std::shared_ptr<InverseHandle> inverse(const ModelPtr& model, const SimulationOptions& options,
+std::shared_ptr<InverseHandle> step_inverse_of(const ModelPtr& model, const SimulationOptions& options,
                                        const Array& q, const Array& v, const Array& v_next,
                                        const py::object& q_next, const InputPtr& known,
                                        const WorkspacePtr& given) {  // Parameters: arguments of Python, by name
@@ -130,11 +130,11 @@ void bind_step(py::module_& m) {
   py::class_<WorkspaceHandle, WorkspacePtr>(m, "Workspace", kWorkspaceDoc)
       .def(py::init<ModelPtr>(), py::arg("model"))
       .def("__repr__", [](const WorkspaceHandle&) { return "<Workspace>"; });
-  m.def("step_forward", &forward, py::arg("model"), py::arg("options"), py::arg("state"),
+  m.def("step_forward", &step_forward_of, py::arg("model"), py::arg("options"), py::arg("state"),
         py::arg("input").none(true) = py::none(), py::kw_only(),
         py::arg("settings") = contact::Settings(), py::arg("workspace").none(true) = py::none(),
         py::arg("next").none(true) = py::none(), kStepForwardDoc);
-  m.def("step_inverse", &inverse, py::arg("model"), py::arg("options"), py::arg("q"), py::arg("v"),
+  m.def("step_inverse", &step_inverse_of, py::arg("model"), py::arg("options"), py::arg("q"), py::arg("v"),
         py::arg("v_next"), py::kw_only(), py::arg("q_next") = py::none(),
         py::arg("known").none(true) = py::none(), py::arg("workspace").none(true) = py::none(),
         kStepInverseDoc);

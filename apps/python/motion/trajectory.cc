@@ -18,7 +18,7 @@ py::array times(const std::vector<double>& x, py::handle owner) {
   return view(x.data(), {static_cast<py::ssize_t>(x.size())}, {1}, owner);
 }
 
-TrajectoryPtr read(const std::filesystem::path& file, const py::object& of) {
+TrajectoryPtr read_trajectory_of(const std::filesystem::path& file, const py::object& of) {
   auto out = std::make_shared<TrajectoryHandle>();
   if (py::isinstance<SceneHandle>(of)) {
     out->scene = of.cast<ScenePtr>();
@@ -321,7 +321,7 @@ void bind_trajectory(py::module_& m) {
           "num_steps", [](const TrajectoryHandle& t) { return t.trajectory.num_steps(); },
           "One fewer than rows.");
   bind_rows(trajectory);
-  m.def("read_trajectory", &read, py::arg("file"), py::arg("of"), kReadTrajectoryDoc);
+  m.def("read_trajectory", &read_trajectory_of, py::arg("file"), py::arg("of"), kReadTrajectoryDoc);
   bind_writer(m);
   bind_state_files(m);
 }

@@ -10,7 +10,7 @@ namespace counterpoint::python {
 
 /// The C++ object of an instance of a class of pybind11. @throws py::type_error where it has none.
 template <class T>
-T& object_of(PyObject* self) {
+T& held_by(PyObject* self) {
   auto* instance = reinterpret_cast<py::detail::instance*>(self);
   if (!instance->simple_layout) return py::handle(self).cast<T&>();
   void* const object = instance->simple_value_holder[0];
@@ -40,7 +40,7 @@ void make_fast(const py::handle& type, const char* name, Get) {
   definition->name = name;
   definition->doc = text->c_str();
   definition->get = [](PyObject* self, void*) -> PyObject* {
-    return translated([&] { return Get{}(object_of<T>(self)); });
+    return translated([&] { return Get{}(held_by<T>(self)); });
   };
   if (!set.is_none()) {
     definition->closure = set.inc_ref().ptr();

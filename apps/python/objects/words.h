@@ -5,6 +5,7 @@
 #include <string>
 
 #include "bindings.h"
+#include "counterpoint/model/model_builder.h"
 
 namespace counterpoint::python {
 
@@ -28,6 +29,15 @@ std::optional<Enum> find_word(const std::string& word, ToName to_name, int count
   for (int i = 0; i < count; ++i)
     if (word == to_name(static_cast<Enum>(i))) return static_cast<Enum>(i);
   return std::nullopt;
+}
+
+/// How a robot's base is held: 'fixed', 'floating' or 'spherical'.
+inline Base base_from(const std::string& word) {
+  const auto name = [](Base base) {
+    return base == Base::kFixed ? "fixed" : base == Base::kFloating ? "floating" : "spherical";
+  };
+  return from_word<Base>(
+      word, "base", [&](const std::string& w) { return find_word<Base>(w, name, 3); }, name, 3);
 }
 
 }  // namespace counterpoint::python

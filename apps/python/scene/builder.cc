@@ -10,16 +10,6 @@
 namespace counterpoint::python {
 namespace {
 
-const char* base_name(Base base) {
-  return base == Base::kFixed ? "fixed" : base == Base::kFloating ? "floating" : "spherical";
-}
-
-Base base_from(const std::string& word) {
-  return from_word<Base>(
-      word, "base", [](const std::string& w) { return find_word<Base>(w, base_name, 3); },
-      base_name, 3);
-}
-
 void set_pair_surface(ModelBuilder& b, const std::string& geometry_or_link_a,
                       const std::string& geometry_or_link_b, std::optional<double> friction,
                       std::optional<double> restitution, std::optional<double> torsional_friction,

@@ -15,7 +15,7 @@ py::array matrix_of(const Pose& X) {
   return out;
 }
 
-std::string repr(const Pose& X) {
+std::string pose_repr(const Pose& X) {
   const Vector3& p = X.translation;
   const Quaternion q(X.rotation);
   return py::str(
@@ -147,7 +147,7 @@ void bind_pose(py::module_& m) {
           },
           py::arg("other"),
           "X_AB @ X_BC is X_AC; X_AB @ points, shape (3,) or (n, 3), are those points in A.")
-      .def("__repr__", &repr)
+      .def("__repr__", &pose_repr)
       .def(py::pickle([](const Pose& X) { return py::make_tuple(matrix_of(X)); },
                       [](const py::tuple& t) {
                         const auto given = t[0].cast<Array>();

@@ -18,10 +18,6 @@ ScenePtr make_scene(Scene&& scene) {
                   std::move(scene.q), std::move(scene.v), scene.options});
 }
 
-const char* base_name(Base base) {
-  return base == Base::kFixed ? "fixed" : base == Base::kFloating ? "floating" : "spherical";
-}
-
 ScenePtr load(const std::filesystem::path& file,
               const std::map<std::string, std::filesystem::path>& packages,
               const std::optional<std::string>& base, bool ground,
@@ -31,9 +27,7 @@ ScenePtr load(const std::filesystem::path& file,
   SceneOverrides overrides;
   overrides.packages = packages;
   if (base)
-    overrides.base = from_word<Base>(
-        *base, "base", [](const std::string& w) { return find_word<Base>(w, base_name, 3); },
-        base_name, 3);
+    overrides.base = base_from(*base);
   overrides.ground = ground;
   overrides.ground_friction = ground_friction;
   overrides.repair_inertias = repair_inertias;

@@ -33,7 +33,7 @@ py::array gains_of(const std::vector<MatrixX>& gains, Eigen::Index nv) {
   return out;
 }
 
-FeedbackPtr compute(const ResultHandle& r, const opt::FeedbackSettings& settings) {
+FeedbackPtr compute_feedback_of(const ResultHandle& r, const opt::FeedbackSettings& settings) {
   auto out = std::make_shared<FeedbackHandle>();
   out->model = r.problem->scene->model;
   const opt::ProblemFile& file = r.problem->file;
@@ -104,7 +104,7 @@ ndarray, shape (nv,)
     [N, N m]
 )";
 
-void bind_settings(py::module_& o) {
+void bind_feedback_settings(py::module_& o) {
   using S = opt::FeedbackSettings;
   py::class_<S>(o, "FeedbackSettings", "What feedback weighs.")
       .def(py::init<>())
@@ -119,7 +119,7 @@ void bind_settings(py::module_& o) {
 }  // namespace
 
 void bind_feedback(py::module_& o) {
-  bind_settings(o);
+  bind_feedback_settings(o);
   using F = FeedbackHandle;
   py::class_<F, FeedbackPtr>(o, "Feedback", "Gains along a motion.")
       .def_property_readonly(
@@ -155,7 +155,7 @@ void bind_feedback(py::module_& o) {
       .def("__repr__", [](const R& r) {
         return py::str("<RepeatedMotion of {} frames>").format(r.motion.q.size());
       });
-  o.def("compute_feedback", &compute, py::arg("result"),
+  o.def("compute_feedback", &compute_feedback_of, py::arg("result"),
         py::arg("settings") = opt::FeedbackSettings(), kComputeDoc);
   o.def("repeated", &repeat, py::arg("result"), py::arg("cycles"),
         py::arg("feedback").none(true) = py::none(), kRepeatedDoc);

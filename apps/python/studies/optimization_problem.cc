@@ -155,7 +155,7 @@ void add_term(ProblemHandle& p, const std::string& word, const py::object& weigh
   problem = std::move(changed);
 }
 
-void bind_settings(py::module_& o) {
+void bind_optimization_settings(py::module_& o) {
   using C = opt::Continuation;
   py::class_<C>(o, "Continuation",
                 "How smoothing falls, from far-reaching soft contacts to those of the problem.")
@@ -361,7 +361,7 @@ std::vector<VectorX> frames_from(const Array& array, Eigen::Index width, const c
 }
 
 void bind_optimization_problem(py::module_& o) {
-  bind_settings(o);
+  bind_optimization_settings(o);
   bind_problem(o);
   o.def("load_problem", &load_problem, py::arg("file"), py::arg("steps") = py::none(), kLoadDoc);
 }

@@ -19,7 +19,7 @@ using MapPtr = std::shared_ptr<ColumnMap>;
 using RecordingPtr = std::shared_ptr<Recording>;
 using PredictionPtr = std::shared_ptr<Prediction>;
 
-py::array rows(const MatrixX& m, py::handle owner) {
+py::array rows_of(const MatrixX& m, py::handle owner) {
   return view(m.data(), {m.cols(), m.rows()}, {m.rows(), 1}, owner);
 }
 py::array numbers(const std::vector<double>& x, py::handle owner) {
@@ -32,7 +32,7 @@ py::dict dict_of(const std::vector<std::pair<const char*, double>>& figures) {
   return out;
 }
 
-std::vector<RecordingPtr> read(const std::vector<std::filesystem::path>& files,
+std::vector<RecordingPtr> read_recordings_of(const std::vector<std::filesystem::path>& files,
                                const ColumnMap& map, const SceneHandle& scene) {
   std::vector<RecordingPtr> out;
   for (const std::filesystem::path& file : files)
@@ -115,14 +115,14 @@ void bind_map_and_recording(py::module_& r) {
           "time", [](const RecordingPtr& x) { return numbers(x->time, py::cast(x)); },
           "[s], shape (rows,).")
       .def_property_readonly(
-          "q", [](const RecordingPtr& x) { return rows(x->q, py::cast(x)); },
+          "q", [](const RecordingPtr& x) { return rows_of(x->q, py::cast(x)); },
           "Shape (rows, nq); what the map does not name is the scene's start.")
       .def_property_readonly(
-          "v", [](const RecordingPtr& x) { return rows(x->v, py::cast(x)); },
+          "v", [](const RecordingPtr& x) { return rows_of(x->v, py::cast(x)); },
           "[m/s, rad/s], shape (rows, nv).")
       .def_property_readonly(
           "applied_force",
-          [](const RecordingPtr& x) { return rows(x->applied_force, py::cast(x)); },
+          [](const RecordingPtr& x) { return rows_of(x->applied_force, py::cast(x)); },
           "[N, N m], shape (rows, nv).")
       .def("__len__", [](const Recording& x) { return x.num_rows(); })
       .def("__repr__", [](const Recording& x) {
@@ -136,7 +136,7 @@ void bind_prediction(py::module_& r) {
       "A recording predicted by simulation, and how far off; arrays are views, read-only.")
       .def_readonly("file", &Prediction::file, "Of the recording.")
       .def_property_readonly(
-          "q", [](const PredictionPtr& p) { return rows(p->q, py::cast(p)); },
+          "q", [](const PredictionPtr& p) { return rows_of(p->q, py::cast(p)); },
           "Shape (rows, nq); as recorded where a piece starts.")
       .def_property_readonly(
           "time", [](const PredictionPtr& p) { return numbers(p->time, py::cast(p)); },
@@ -246,7 +246,7 @@ void bind_recordings(py::module_& m) {
             reading(file, [&] { return apps::load_column_map(file, model.model); }));
       },
       py::arg("file"), py::arg("model"), kLoadColumnMapDoc);
-  r.def("read_recordings", &read, py::arg("files"), py::arg("columns"), py::arg("scene"),
+  r.def("read_recordings", &read_recordings_of, py::arg("files"), py::arg("columns"), py::arg("scene"),
         kReadRecordingsDoc);
   r.def("predict", &predict, py::arg("scene"), py::arg("columns"), py::arg("recordings"),
         py::kw_only(), py::arg("substeps") = py::none(), py::arg("horizon") = 0, kPredictDoc);
