@@ -70,7 +70,7 @@ class Dynamics {
   // Mass, energy and momentum.
 
   double total_mass() const;        ///< of all bodies that can move [kg]
-  Vector3 center_of_mass() const;   ///< of all bodies that can move, in W [m]
+  Vector3 center_of_mass() const;   ///< of these, in W [m]; NaN where there are none
   double kinetic_energy() const;    ///< [J], rotor inertia (armature) included
   /// [J], zero where a body's centre of mass is in the plane through the world's origin across gravity; of
   /// what is left of the weight where some is carried. Springs by themselves: springs.h.

@@ -193,7 +193,7 @@ class ConstraintFinder {
   Vector3 make_contact(const Model& model, const SimulationOptions& options, EffectSet effects,
                        const Data& data, const ParkedContact& found, PairConstraint& contact);
   void give_rows(const ParkedContact& parked, const Model& model, const SimulationOptions& options,
-                 EffectSet effects, const Data& data, ConstraintSet& out);
+                 PairConstraint& contact, ConstraintSet& out);
   void park_contacts_of(const FarPair& far, const Model& model, const SimulationOptions& options,
                         EffectSet effects, const Data& data, ConstraintSet& out);
   bool spread_travel(const Model& model, std::span<const std::pair<int, int>> close,

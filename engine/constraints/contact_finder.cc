@@ -183,7 +183,10 @@ bool ConstraintFinder::find_reached_contacts(const Model& model, const Simulatio
   });
   return std::erase_if(out.parked, [&](const ParkedContact& parked) {
     if (!is_reached(parked, options.contact, h, V_, data)) return false;
-    give_rows(parked, model, options, effects, data, out);
+    PairConstraint contact;
+    make_contact(model, options, effects, data, parked, contact);
+    if (!is_reached(by_law(parked, contact, h), options.contact, h, V_, data)) return false;
+    give_rows(parked, model, options, contact, out);
     return true;
   }) > 0;
 }
@@ -192,8 +195,11 @@ void ConstraintFinder::unpark_all(const Model& model, const SimulationOptions& o
                                   EffectSet effects, const Data& data, ConstraintSet& out) {
   for (const FarPair& far : out.far) park_contacts_of(far, model, options, effects, data, out);
   out.far.clear();
-  for (const ParkedContact& parked : out.parked)
-    give_rows(parked, model, options, effects, data, out);
+  for (const ParkedContact& parked : out.parked) {
+    PairConstraint contact;
+    make_contact(model, options, effects, data, parked, contact);
+    give_rows(parked, model, options, contact, out);
+  }
   out.parked.clear();
 }
 
@@ -216,10 +222,8 @@ void ConstraintFinder::park_contacts_of(const FarPair& far, const Model& model,
 
 /// Before the closures, which come behind the contacts.
 void ConstraintFinder::give_rows(const ParkedContact& parked, const Model& model,
-                                 const SimulationOptions& options, EffectSet effects,
-                                 const Data& data, ConstraintSet& out) {
-  PairConstraint contact;
-  make_contact(model, options, effects, data, parked, contact);
+                                 const SimulationOptions& options, PairConstraint& contact,
+                                 ConstraintSet& out) {
   friction_slip_.apply(model, options, speed_, contact);
   out.pairs.insert(out.pairs.begin() + static_cast<std::ptrdiff_t>(out.contacts.size()), contact);
   out.contacts.push_back(parked.candidate);
@@ -340,12 +344,18 @@ void ConstraintFinder::find_contacts(const Model& model, const SimulationOptions
   for (const collision::Candidate& candidate : candidates_) {
     const ParkedContact found = describe(model, options, effects, data, candidate);
     count_contact(material_of(model, effects, candidate), counts);
-    if (parks && !is_near(found, near, h) && !idle(found.body_a) && !idle(found.body_b)) {
+    const bool may_park = parks && !idle(found.body_a) && !idle(found.body_b);
+    if (may_park && !is_near(found, near, h)) {
       out.parked.push_back(found);
       continue;
     }
     PairConstraint& contact = out.pairs.emplace_back();
     const Vector3 v = make_contact(model, options, effects, data, found, contact);
+    if (may_park && !is_near(by_law(found, contact, h), near, h)) {
+      out.parked.push_back(found);
+      out.pairs.pop_back();
+      continue;
+    }
     out.max_penetration = std::max(out.max_penetration, -candidate.gap);
     out.contacts.push_back(found.candidate);
     speed_.push_back(std::sqrt(v[1] * v[1] + v[2] * v[2]));

@@ -57,6 +57,15 @@ double parking_gap(const ContactOptions& options, double h) {
   return std::max(2.0 * end_gap(options), reach);
 }
 
+ParkedContact by_law(ParkedContact contact, const PairConstraint& pair, double h) {
+  contact.gap = h * pair.gap_bias;
+  contact.slip = pair.law.rows > 1 ? pair.law.friction[0] : 0.0;
+  contact.spin = 0.0;
+  for (int i = 3; i < pair.law.rows; ++i)
+    contact.spin = std::max(contact.spin, pair.law.friction[i - 1]);
+  return contact;
+}
+
 bool is_near(const ParkedContact& contact, double parking_gap, double h) {
   if (contact.gap < parking_gap) return true;
   const double closing = closing_speed(contact, contact.velocity, Vector3::Zero());

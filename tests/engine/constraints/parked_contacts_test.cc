@@ -116,10 +116,7 @@ struct Crowd {
   ParkedContact parked(const collision::Candidate& candidate, const PairConstraint& pair) const {
     ParkedContact out{candidate, pair.body_a, pair.body_b};
     out.velocity = relative_velocity_at(pair.position, pair.body_a, pair.body_b, data, data.V);
-    out.gap = scene.options.time_step * pair.gap_bias;
-    out.slip = pair.law.rows > 1 ? pair.law.friction[0] : 0.0;
-    for (int i = 3; i < pair.law.rows; ++i) out.spin = std::max(out.spin, pair.law.friction[i - 1]);
-    return out;
+    return by_law(out, pair, scene.options.time_step);
   }
 
   Scene scene;
