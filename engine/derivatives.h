@@ -1,5 +1,5 @@
-// Derivatives of steps and their inverse by state and input, and by figures of the model. Those of inverse and
-// forward dynamics without contacts: dynamics.h.
+// Derivatives of steps and their inverse by state and input, and by figures of the model. Those of
+// inverse and forward dynamics without contacts: dynamics.h.
 #pragma once
 
 #include "counterpoint/engine/parameter_derivatives.h"

@@ -59,9 +59,10 @@ struct Dynamics::Impl {
 
   void set(const VectorRef& q, const VectorRef* velocity) {
     if (q.size() != model->nq() || (velocity && velocity->size() != model->nv()))
-      throw InputError(fmt::format("state of {} coordinates{} for a model of {} and {}", q.size(),
-                                   velocity ? fmt::format(" and {} velocities", velocity->size()) : "",
-                                   model->nq(), model->nv()));
+      throw InputError(
+          fmt::format("state of {} coordinates{} for a model of {} and {}", q.size(),
+                      velocity ? fmt::format(" and {} velocities", velocity->size()) : "",
+                      model->nq(), model->nv()));
     if (velocity) {
       v = *velocity;
     } else {
@@ -117,7 +118,9 @@ FrameMotion Dynamics::frame(int index) const {
   return {X_WB * frame.X_BF, V.at(X_WB.rotation * frame.X_BF.translation), V.angular};
 }
 
-FrameMotion Dynamics::frame(const std::string& name) const { return frame(frame_index(model(), name)); }
+FrameMotion Dynamics::frame(const std::string& name) const {
+  return frame(frame_index(model(), name));
+}
 
 Pose Dynamics::frame_pose(int index) const {
   const Frame& frame = model().frames()[index];
@@ -170,8 +173,8 @@ void Dynamics::inverse_dynamics(const VectorRef& a, VectorOut tau) {
 
 bool Dynamics::forward_dynamics(const VectorRef& tau, const VectorRef& diagonal, VectorOut a,
                                 int* singular_body) {
-  return aba(model(), tau, diagonal, model().gravity(), moving_bodies(model()), impl_->with_both(), a,
-             singular_body);
+  return aba(model(), tau, diagonal, model().gravity(), moving_bodies(model()), impl_->with_both(),
+             a, singular_body);
 }
 
 void Dynamics::mass_matrix(Eigen::Ref<MatrixX> M) {

@@ -1,5 +1,5 @@
-// Derivatives of a step by parameters of the model and of the laws: of its inverse, and of the forward
-// step by one product with those of step_derivatives.h.
+// Derivatives of a step by parameters of the model and of the laws: of its inverse, and of the
+// forward step by one product with those of step_derivatives.h.
 //
 //   inverse   u = u(q, v, v+, p)            du/dp
 //   forward   v+ = v+(q, v, u, p)           dv+/dp = -dv+/du du/dp,   dq+/dp = -dq+/du du/dp
@@ -77,7 +77,8 @@ class ParameterDerivator {
   void inverse(const Model& model, const SimulationOptions& options, VectorRef q, VectorRef v,
                VectorRef v_next, const Input& known, Workspace& workspace, Inverse& out,
                InverseParameterDerivatives& d,
-               DerivativeMethod method = DerivativeMethod::kAnalytic);  // Parameters: what it depends on, one by one
+               DerivativeMethod method =
+                   DerivativeMethod::kAnalytic);  // Parameters: what it depends on, one by one
 
  private:
   struct Impl;

@@ -104,7 +104,7 @@ double difference(const Model& model, PinocchioAlgorithm algorithm, const States
 }
 
 void compare_algorithms(const Model& model, const LoadPinocchio& load, const std::string& label,
-                   const PeerOptions& options, PeerTable& table) {
+                        const PeerOptions& options, PeerTable& table) {
   const States states = random_states(model);
   OurAlgorithms ours(model);
   const auto world = load(PinocchioConvention::kWorld), local = load(PinocchioConvention::kLocal);

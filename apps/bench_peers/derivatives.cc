@@ -22,8 +22,7 @@ struct Matrices {
 class OurDerivatives {
  public:
   explicit OurDerivatives(const Model& model)
-      : dynamics_(model),
-        zero_(VectorX::Zero(model.nv())) {}
+      : dynamics_(model), zero_(VectorX::Zero(model.nv())) {}
 
   void run(PinocchioAlgorithm algorithm, const States& states, int evaluations) {
     std::size_t i = 0;
@@ -133,7 +132,7 @@ double difference(PinocchioAlgorithm algorithm, const States& states, OurDerivat
 }
 
 void compare_derivatives_of(const Model& model, const LoadPinocchio& load, const std::string& label,
-                   const PeerOptions& options, PeerTable& table) {
+                            const PeerOptions& options, PeerTable& table) {
   const States states = random_states(model);
   OurDerivatives ours(model);
   const auto peer = load(PinocchioConvention::kLocal);

@@ -112,7 +112,9 @@ double Run::iterations_mean() const {
 }
 
 View::View(const Runner& sim)
-    : sim_(sim), dynamics_(sim.model()), frame_of_(static_cast<std::size_t>(sim.model().num_bodies())) {
+    : sim_(sim),
+      dynamics_(sim.model()),
+      frame_of_(static_cast<std::size_t>(sim.model().num_bodies())) {
   const std::vector<Frame>& frames = sim.model().frames();
   for (std::size_t i = 0; i < frames.size(); ++i)
     frame_of_[static_cast<std::size_t>(frames[i].body)] = static_cast<int>(i);

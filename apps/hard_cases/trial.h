@@ -182,7 +182,9 @@ class View {
 
  private:
   /// Of a frame that is fixed to the body.
-  FrameMotion motion(int body) const { return dynamics_.frame(frame_of_[static_cast<std::size_t>(body)]); }
+  FrameMotion motion(int body) const {
+    return dynamics_.frame(frame_of_[static_cast<std::size_t>(body)]);
+  }
   /// Of its centre of mass, seen from that frame's origin, in W [m].
   Vector3 center_arm(int body) const;
 

@@ -35,8 +35,8 @@ double RunWatch::energy(const State& state) {
          spring_energy(simulator_.model(), state.q);
 }
 
-// Semi-implicit Euler: the kinetic energy of a linkage that floats is that where the step's forces acted, at the
-// pose before. There it changes by their work alone (energy_projection.h).
+// Semi-implicit Euler: the kinetic energy of a linkage that floats is that where the step's forces
+// acted, at the pose before. There it changes by their work alone (energy_projection.h).
 double RunWatch::energy_left(const State& state) {
   if (simulator_.options().integrator != Integrator::kSemiImplicitEuler) return energy(state);
   const Model& model = simulator_.model();

@@ -26,7 +26,9 @@ file(COPY ${files} DESTINATION ${WORK})
 file(SHA256 ${WORK}/package-lock.json lock)
 set(stamp ${WORK}/node_modules/.lock-${lock})
 if(NOT EXISTS ${stamp})
+  # Where there is no registry npm's own patience would take more than a minute.
   execute_process(COMMAND ${NPM} ci --ignore-scripts --no-audit --no-fund --loglevel=error
+                          --fetch-retries=2 --fetch-retry-mintimeout=1000 --fetch-retry-maxtimeout=5000
     WORKING_DIRECTORY ${WORK} RESULT_VARIABLE failed OUTPUT_QUIET ERROR_VARIABLE words)
   if(failed)
     message("${words}")

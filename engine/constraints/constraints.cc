@@ -117,7 +117,7 @@ bool ConstraintFinder::find_overrun(const Model& model, const SimulationOptions&
   return find_reached_contacts(model, options, effects, w, data, out) || limits;
 }
 
-/// Of contacts with rows, tied by these and by closures: a function of (q, w), like the rows.
+/// Of contacts with rows, joined by these and by closures: a function of (q, w), like the rows.
 void ConstraintFinder::stiffen_under_load(const Model& model, ConstraintSet& out) {
   const auto tree_of = [&](int body) { return model.body(body).tree; };
   islands_.reset(model.num_trees());

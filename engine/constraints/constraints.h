@@ -106,7 +106,7 @@ void for_each_constraint(const Model& model, const ConstraintSet& constraints, V
   }
 }
 
-/// Makes sets of the trees that constraints tie together.
+/// Makes sets of the trees that constraints join.
 inline void join_constrained_trees(const Model& model, const ConstraintSet& constraints,
                                    contact::DisjointSets& trees) {
   trees.reset(model.num_trees());
@@ -155,7 +155,8 @@ class ConstraintFinder {
   /// nothing was added. Where contacts are parked it needs the poses of find().
   bool find_overrun(const Model& model, const SimulationOptions& options, EffectSet effects,
                     const VectorRef& q, const VectorRef& v, const VectorRef& w, const Data& data,
-                    ConstraintSet& out, Idle idle = {});  // Parameters: what it depends on, one by one
+                    ConstraintSet& out,
+                    Idle idle = {});  // Parameters: what it depends on, one by one
 
   /// The part of find_overrun that is about contacts.
   bool find_reached_contacts(const Model& model, const SimulationOptions& options,
@@ -199,7 +200,8 @@ class ConstraintFinder {
   bool spread_travel(const Model& model, std::span<const std::pair<int, int>> close,
                      double threshold, double own_threshold);
   void find_contacts(const Model& model, const SimulationOptions& options, EffectSet effects,
-                     const Data& data, ConstraintSet& out, EffectCounts& counts, Idle idle);  // Parameters: all inputs
+                     const Data& data, ConstraintSet& out, EffectCounts& counts,
+                     Idle idle);  // Parameters: all inputs
   void stiffen_under_load(const Model& model, ConstraintSet& out);
   double turning_advance(const Vector3& n, const Vector3& arm, double h, int body,
                          const Data& data);

@@ -182,13 +182,13 @@ bool ConstraintFinder::find_reached_contacts(const Model& model, const Simulatio
     return true;
   });
   return std::erase_if(out.parked, [&](const ParkedContact& parked) {
-    if (!is_reached(parked, options.contact, h, V_, data)) return false;
-    PairConstraint contact;
-    make_contact(model, options, effects, data, parked, contact);
-    if (!is_reached(by_law(parked, contact, h), options.contact, h, V_, data)) return false;
-    give_rows(parked, model, options, contact, out);
-    return true;
-  }) > 0;
+           if (!is_reached(parked, options.contact, h, V_, data)) return false;
+           PairConstraint contact;
+           make_contact(model, options, effects, data, parked, contact);
+           if (!is_reached(by_law(parked, contact, h), options.contact, h, V_, data)) return false;
+           give_rows(parked, model, options, contact, out);
+           return true;
+         }) > 0;
 }
 
 void ConstraintFinder::unpark_all(const Model& model, const SimulationOptions& options,

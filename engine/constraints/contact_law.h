@@ -53,8 +53,8 @@ ContactOptions law_options(const SimulationOptions& options, double alpha, doubl
 /// one of these with the world.
 bool is_round(const Model& model, const Geometry& a, const Geometry& b);
 
-/// Whether a contact at this gap [m] has friction in the step; meets: as judged from (q, w) the bodies
-/// meet within it.
+/// Whether a contact at this gap [m] has friction in the step; meets: as judged from (q, w) the
+/// bodies meet within it.
 bool rubs(const ContactOptions& options, double gap, bool meets);
 
 /// Law of a contact.

@@ -10,8 +10,8 @@
 // At the end gap E a contact would give k h / E, the force of the smoothing length times the weight
 // of what it moves over E: E is so large that this is 1e-9 of that weight. So it is nothing to the
 // step whether a contact that ends farther off has rows or not. Smoothing that is not hard fades up
-// to the margin (contact_law.h): within it all contacts have rows, and beyond it k is hard. A convex
-// cone gives force at a distance, mu |v_T| h, which therefore counts as closing.
+// to the margin (contact_law.h): within it all contacts have rows, and beyond it k is hard. A
+// convex cone gives force at a distance, mu |v_T| h, which therefore counts as closing.
 //
 // Pairs of geometries that what encloses them parts by more than any of their contacts could need
 // to have rows are not even looked at: they are far, at first, and again by the velocity after the
@@ -30,7 +30,8 @@ namespace counterpoint {
 /// Gap [m] within which a contact at rest has rows, for a step of h.
 double parking_gap(const ContactOptions& options, double h);
 
-/// The same with the gap and the friction that the law of its constraint has: what was a bound is exact.
+/// The same with the gap and the friction that the law of its constraint has: what was a bound is
+/// exact.
 ParkedContact by_law(ParkedContact contact, const PairConstraint& pair, double h);
 
 /// Whether a contact may act in a step of h, as judged from its velocity at the start.

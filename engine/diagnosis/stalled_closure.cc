@@ -22,7 +22,8 @@ StalledClosureDetector::StalledClosureDetector(const Model& model)
 
 StalledClosureDetector::~StalledClosureDetector() = default;
 StalledClosureDetector::StalledClosureDetector(StalledClosureDetector&&) noexcept = default;
-StalledClosureDetector& StalledClosureDetector::operator=(StalledClosureDetector&&) noexcept = default;
+StalledClosureDetector& StalledClosureDetector::operator=(StalledClosureDetector&&) noexcept =
+    default;
 
 void StalledClosureDetector::restart() {
   next_look_ = std::numeric_limits<double>::quiet_NaN();

@@ -66,7 +66,7 @@ void solve_middle(const StepArguments& step, Workspace::Impl& ws, VectorX& middl
 Vector3 set_middle(const Model& model, EffectSet effects, double h, const VectorRef& q,
                    const VectorRef& middle, const std::vector<ExternalWrench>& wrenches,
                    Workspace::Impl& ws) {
-  ws.other = middle + ws.start.predictor().change_by_ties();
+  ws.other = middle + ws.start.predictor().change_by_equalities();
   integrate_configuration(model, q, ws.other, 0.5 * h, ws.q_middle);
   return set_forces_at(model, effects, ws.q_middle, ws.other, wrenches, ws);
 }
@@ -85,7 +85,8 @@ void step_midpoint(const StepArguments& step, Workspace::Impl& ws, State& next,
   next.time = state.time + h;
   if (!report.succeeded()) return;
   ws.middle = next.v;
-  // Of limits only: no contacts are parked under this rule, so ws.data, which holds the middle, is not read.
+  // Of limits only: no contacts are parked under this rule, so ws.data, which holds the middle, is
+  // not read.
   if (!ws.constraints.empty() || ws.finder.find_overrun(model, options, effects, state.q, state.v,
                                                         next.v, ws.data, ws.constraints)) {
     const BodyRange all = moving_bodies(model);

@@ -4,8 +4,8 @@
 
 #include "counterpoint/engine/dynamics/integrator.h"
 #include "counterpoint/engine/forces/joint_forces.h"
+#include "counterpoint/engine/step/equality_motion.h"
 #include "counterpoint/engine/step/step_forces.h"
-#include "counterpoint/engine/step/tied_motion.h"
 
 namespace counterpoint {
 
@@ -52,7 +52,7 @@ void step_runge_kutta(const StepArguments& step, Workspace::Impl& ws, State& nex
   refuse_constraints(effects);
   RungeKuttaStages& stages = ws.stages;
   const double h = step.h();
-  const bool tied = has_ties(model, effects);
+  const bool constrained = has_equalities(model, effects);
   stages.theta.setZero(model.nv());
   stages.at = state;
   stages.theta_sum.setZero(model.nv());
@@ -66,9 +66,9 @@ void step_runge_kutta(const StepArguments& step, Workspace::Impl& ws, State& nex
     }
     exponent_rate(model, stages.theta, stages.at.v, stages.theta_rate);
     compute_acceleration(model, effects, stages.at, input, ws, stages.acceleration, report);
-    if (report.succeeded() && tied)
-      tie_acceleration(model, options, effects, stages.at.q, stages.at.v, ws, stages.acceleration,
-                       report);
+    if (report.succeeded() && constrained)
+      constrain_acceleration(model, options, effects, stages.at.q, stages.at.v, ws,
+                             stages.acceleration, report);
     if (!report.succeeded()) break;
     stages.theta_sum += h / 6.0 * weight * stages.theta_rate;
     stages.v_sum += h / 6.0 * weight * stages.acceleration;
@@ -77,8 +77,9 @@ void step_runge_kutta(const StepArguments& step, Workspace::Impl& ws, State& nex
   next.v = state.v + stages.v_sum;
   next.q = state.q;
   integrate_configuration(model, state.q, stages.theta_sum, 1.0, next.q);
-  if (tied && report.succeeded()) project_on_ties(model, options, effects, ws, next, report);
-  ws.constraints.clear();  // what is tied has no forces that a later step would start from
+  if (constrained && report.succeeded())
+    project_on_equalities(model, options, effects, ws, next, report);
+  ws.constraints.clear();  // equalities have no forces that a later step would start from
 }
 
 }  // namespace counterpoint

@@ -1,5 +1,5 @@
 // The classical Runge-Kutta method on the configuration manifold, for smooth scenes; closures and
-// mimic joints by accelerations and projection (tied_motion.h).
+// mimic joints by accelerations and projection (equality_motion.h).
 //
 // Coordinates of the step are the exponents theta of q (+) theta, so that orientations, too, are of
 // order four: theta' = w + theta x w / 2 + theta x (theta x w) / 12 for rotations, with w in body

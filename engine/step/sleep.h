@@ -26,7 +26,7 @@ class Sleepers {
   /// as it was, if state, input and options are what they were then.
   void begin(const Model& model, const SimulationOptions& options,
              const contact::Settings& settings, const State& state, const Input& input);
-  /// Wakes the islands that a constraint ties to a body that is awake; woken() lists their bodies.
+  /// Wakes the islands that a constraint joins to a body that is awake; woken() lists their bodies.
   /// False if there are none.
   bool wake_touched(const Model& model, const ConstraintSet& constraints);
   /// Finds the islands of what is awake. Always called, whether anything may sleep or not.
@@ -36,7 +36,8 @@ class Sleepers {
   /// happens to be zero. radii: by body [m]; displacement: the velocities they were moved with.
   /// Needs compute_poses and find_islands.
   void hold_still(const Model& model, double h, const std::vector<double>& radii, const Data& data,
-                  const State& state, const VectorX& displacement, State& next);  // Parameters: all it depends on
+                  const State& state, const VectorX& displacement,
+                  State& next);  // Parameters: all it depends on
   /// Remembers what this step did to the trees that were awake.
   void end(const Model& model, const State& state, const Input& input,
            const ConstraintSet& constraints, const State& next);

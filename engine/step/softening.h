@@ -21,7 +21,7 @@ contact::Softness softness_of(const Softening& softening);
 /// Which trees a Softening is about. Scratch memory inside: one per thread.
 class SoftenedTrees {
  public:
-  /// Finds the trees that constraints tie to softening.tree; all of them if that is -1.
+  /// Finds the trees that constraints join to softening.tree; all of them if that is -1.
   void find(const Model& model, const ConstraintSet& constraints, const Softening& softening);
   /// All trees whose velocities a step changed from v to v_next; in place of find where
   /// softening.tree is -1 and all constraints are listed, those of bodies at rest too.

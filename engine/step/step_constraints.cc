@@ -124,9 +124,10 @@ constexpr int kMostOverruns = 2;
 /// Replaces the velocities of the touched trees in w (nv) by the solution of the contact problem of
 /// free velocities `free` (nv), which may be w. found: as in pose_and_solve. extended: there are
 /// constraints that the inverse, which knows but the last velocity, may not find: they are without
-/// force, but tie islands together, so that softer laws are then those of all that moves.
+/// force, but join islands, so that softer laws are then those of all that moves.
 void solve_found(const StepArguments& step, const VectorX& free, const VectorX* found,
-                 bool extended, Workspace::Impl& ws, VectorX& w, StepReport& report) {  // Parameters: all it depends on
+                 bool extended, Workspace::Impl& ws, VectorX& w,
+                 StepReport& report) {  // Parameters: all it depends on
   const Model& model = step.model;
   for (int i = 0;; ++i) {
     if (extended) report.softening.tree = -1;

@@ -78,11 +78,11 @@ void StepStart::set_mean_forces(const Model& model, const SimulationOptions& opt
 }
 
 /// What closures and mimic joints will make of w_m of the midpoint rule (midpoint.h).
-void StepStart::predict_ties(const Model& model, EffectSet effects, double h, const VectorRef& q,
-                             const VectorRef& v, Workspace::Impl& ws) {
+void StepStart::predict_equalities(const Model& model, EffectSet effects, double h,
+                                   const VectorRef& q, const VectorRef& v, Workspace::Impl& ws) {
   if (!ws.data.has_coriolis || constraints_.empty()) return;
   std::fill(ws.data.has_mean_force.begin(), ws.data.has_mean_force.end(), 0);
-  predictor_.find(model, effects, VelocityPredictor::Of::kTied, 0.5 * h, q, v, gravity_,
+  predictor_.find(model, effects, VelocityPredictor::Of::kUnderEqualities, 0.5 * h, q, v, gravity_,
                   constraints_, ws.sleepers.awake(), ws.data);
 }
 
@@ -102,7 +102,7 @@ const StepStart& prepare_step(const Model& model, const SimulationOptions& optio
     case Integrator::kImplicitMidpoint:
       start.find_constraints(model, options, effects, q, v, ws);
       start.gravity_ = set_body_forces(model, effects, ws);
-      start.predict_ties(model, effects, options.time_step, q, v, ws);
+      start.predict_equalities(model, effects, options.time_step, q, v, ws);
       break;
     case Integrator::kRungeKutta4:
       start.constraints_.clear();

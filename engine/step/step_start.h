@@ -32,8 +32,8 @@ struct InverseArguments {
   const VectorRef& q_next;  ///< nq, or empty where the integrator does not need it
   const VectorRef& v_next;  ///< nv
   const Input& known;
-  EffectSet effects;           ///< those that act in the step
-  bool exact_q_next = false;   ///< q_next is no rounded one: differences vary it apart from v_next
+  EffectSet effects;          ///< those that act in the step
+  bool exact_q_next = false;  ///< q_next is no rounded one: differences vary it apart from v_next
 
   double h() const { return options.time_step; }  ///< [s]
 };
@@ -64,8 +64,8 @@ class StepStart {
                         const VectorRef& q, const VectorRef& v, Workspace::Impl& ws);
   void set_mean_forces(const Model& model, const SimulationOptions& options, EffectSet effects,
                        const VectorRef& q, const VectorRef& v, Workspace::Impl& ws);
-  void predict_ties(const Model& model, EffectSet effects, double h, const VectorRef& q,
-                    const VectorRef& v, Workspace::Impl& ws);
+  void predict_equalities(const Model& model, EffectSet effects, double h, const VectorRef& q,
+                          const VectorRef& v, Workspace::Impl& ws);
   void add_rest(const Model& model, const VectorRef& v, int t, double share, Workspace::Impl& ws);
 
   ConstraintSet constraints_;
@@ -78,8 +78,8 @@ class StepStart {
 };
 
 /// Fills ws.start for a step from (q, v) of all that is awake (ws.sleepers), after waking what that
-/// touches. Leaves kinematics, gravity and velocity-dependent forces at (q, v) in ws.data, as far as
-/// the integrator takes them there; no applied forces. Of runge_kutta_4 nothing is known ahead.
+/// touches. Leaves kinematics, gravity and velocity-dependent forces at (q, v) in ws.data, as far
+/// as the integrator takes them there; no applied forces. Of runge_kutta_4 nothing is known ahead.
 const StepStart& prepare_step(const Model& model, const SimulationOptions& options,
                               EffectSet effects, const VectorRef& q, const VectorRef& v,
                               Workspace::Impl& ws);

@@ -13,17 +13,17 @@
 namespace counterpoint {
 namespace {
 
-/// Calls visit(tree_a, tree_b, tie) for every constraint, as for_each_constraint; tie: a closure
-/// or a mimic joint.
+/// Calls visit(tree_a, tree_b, equality) for every constraint, as for_each_constraint; equality: a
+/// closure or a mimic joint.
 template <class Visit>
-void for_each_tie(const Model& model, const ConstraintSet& constraints, Visit visit) {
+void for_each_marked(const Model& model, const ConstraintSet& constraints, Visit visit) {
   size_t i = 0;
   const size_t contacts = constraints.contacts.size(), pairs = constraints.pairs.size();
   for_each_constraint(model, constraints, [&](int tree_a, int tree_b) {
-    const bool tie = i < pairs
-                         ? i >= contacts
-                         : constraints.joints[i - pairs].law.type == contact::LawType::kEquality;
-    visit(tree_a, tree_b, tie);
+    const bool equality =
+        i < pairs ? i >= contacts
+                  : constraints.joints[i - pairs].law.type == contact::LawType::kEquality;
+    visit(tree_a, tree_b, equality);
     ++i;
   });
 }
@@ -53,7 +53,7 @@ VelocityPredictor::VelocityPredictor(const Model& model)
       diagonal_(VectorX::Zero(model.nv())),
       acceleration_(VectorX::Zero(model.nv())),
       velocity_(VectorX::Zero(model.nv())),
-      tied_(VectorX::Zero(model.nv())),
+      equality_change_(VectorX::Zero(model.nv())),
       mid_velocity_(model),
       first_(VectorX::Zero(model.nv())),
       q_reached_(model.default_q()),
@@ -64,7 +64,7 @@ VelocityPredictor::VelocityPredictor(const Model& model)
 
 void VelocityPredictor::forget() {
   std::fill(covered_.begin(), covered_.end(), 0);
-  tied_.setZero();
+  equality_change_.setZero();
   any_ = refined_ = false;
 }
 
@@ -76,62 +76,63 @@ bool VelocityPredictor::aims(const Model& model, const PairConstraint& pair) con
   return true;
 }
 
-/// The trees to cover: those asked for that turn, without servos, untouched by what is no tie.
+/// The trees to cover: those asked for that turn, without servos, untouched by other constraints.
 void VelocityPredictor::choose(const Model& model, EffectSet effects, Of of,
                                const ConstraintSet& constraints, std::span<const BodyRange> ranges,
                                const Data& data) {
   const bool servos = effects.has(Effect::kServos);
   for (size_t t = 0; t < known_.size(); ++t) known_[t] = !(servos && with_servo_[t]);
-  for_each_tie(model, constraints, [&](int a, int b, bool tie) {
+  for_each_marked(model, constraints, [&](int a, int b, bool equality) {
     for (const int t : {a, b})
-      if (t >= 0 && !tie) known_[t] = 0;
+      if (t >= 0 && !equality) known_[t] = 0;
   });
   for (const BodyRange& bodies : ranges) {
     for (int i = bodies.begin; i < bodies.end;) {
       const int t = model.body(i).tree;
       const Tree& tree = model.trees()[t];
       i = tree.body_end;
-      const bool asked = of == Of::kTied || tree.body_end - tree.body_begin > 1;
+      const bool asked = of == Of::kUnderEqualities || tree.body_end - tree.body_begin > 1;
       covered_[t] = asked && known_[t] && (of == Of::kAllLinkages || turns(tree, data));
     }
   }
   needed_.assign(needed_.size(), 0);
-  for_each_tie(model, constraints, [&](int a, int b, bool tie) {
+  for_each_marked(model, constraints, [&](int a, int b, bool equality) {
     for (const int t : {a, b})
-      if (t >= 0 && tie) needed_[t] = 1;
+      if (t >= 0 && equality) needed_[t] = 1;
   });
-  if (of != Of::kTied) return;
+  if (of != Of::kUnderEqualities) return;
   for (size_t t = 0; t < covered_.size(); ++t) covered_[t] = covered_[t] && needed_[t];
 }
 
-/// Marks what covered trees are tied to, through any number of others, and lists these ties.
-void VelocityPredictor::gather_ties(const Model& model, const ConstraintSet& constraints) {
+/// Marks what covered trees are coupled to, through any number of others, and lists these
+/// equalities.
+void VelocityPredictor::gather_equalities(const Model& model, const ConstraintSet& constraints) {
   needed_ = covered_;
   for (bool more = true; more;) {
     more = false;
-    for_each_tie(model, constraints, [&](int a, int b, bool tie) {
-      if (!tie || a < 0 || b < 0 || needed_[a] == needed_[b]) return;
+    for_each_marked(model, constraints, [&](int a, int b, bool equality) {
+      if (!equality || a < 0 || b < 0 || needed_[a] == needed_[b]) return;
       needed_[a] = needed_[b] = 1;
       more = true;
     });
   }
-  ties_.clear();
-  tie_closures_.clear();
+  equalities_.clear();
+  equality_closures_.clear();
   size_t i = 0;
   const size_t pairs = constraints.pairs.size();
-  for_each_tie(model, constraints, [&](int a, int b, bool tie) {
-    if (tie && needed_[std::max(a, b)]) {
+  for_each_marked(model, constraints, [&](int a, int b, bool equality) {
+    if (equality && needed_[std::max(a, b)]) {
       if (i < pairs) {
-        ties_.pairs.push_back(constraints.pairs[i]);
-        tie_closures_.push_back(static_cast<int>(i - constraints.contacts.size()));
+        equalities_.pairs.push_back(constraints.pairs[i]);
+        equality_closures_.push_back(static_cast<int>(i - constraints.contacts.size()));
       }
-      if (i >= pairs) ties_.joints.push_back(constraints.joints[i - pairs]);
+      if (i >= pairs) equalities_.joints.push_back(constraints.joints[i - pairs]);
     }
     ++i;
   });
 }
 
-/// velocity_ of a tree without its ties. False if its inertia is singular.
+/// velocity_ of a tree without its equalities. False if its inertia is singular.
 bool VelocityPredictor::accelerate(const Model& model, const Tree& tree, double span,
                                    const VectorRef& v, const Vector3& gravity, Data& data) {
   const BodyRange bodies = {tree.body_begin, tree.body_end};
@@ -141,9 +142,9 @@ bool VelocityPredictor::accelerate(const Model& model, const Tree& tree, double 
   return true;
 }
 
-/// Takes velocity_ to what ties make of it: problem_, with its velocities and biases. False where
-/// they have no solution.
-bool VelocityPredictor::solve_ties(const Model& model) {
+/// Takes velocity_ to what equalities make of it: problem_, with its velocities and biases. False
+/// where they have no solution.
+bool VelocityPredictor::solve_equalities(const Model& model) {
   if (w_.size() < problem_.num_velocities()) w_.resize(problem_.num_velocities());
   if (impulse_.size() < problem_.num_rows()) impulse_.resize(problem_.num_rows());
   Eigen::Ref<VectorX> w = w_.head(problem_.num_velocities());
@@ -163,7 +164,8 @@ bool VelocityPredictor::solve_ties(const Model& model) {
     const int size = tree.v_end - tree.v_begin;
     auto velocity = velocity_.segment(tree.v_begin, size);
     if (covered_[t])
-      tied_.segment(tree.v_begin, size) = w.segment(problem_.block_start(block), size) - velocity;
+      equality_change_.segment(tree.v_begin, size) =
+          w.segment(problem_.block_start(block), size) - velocity;
     velocity = w.segment(problem_.block_start(block), size);
   }
   return true;
@@ -177,7 +179,7 @@ void VelocityPredictor::find(const Model& model, EffectSet effects, Of of, doubl
   choose(model, effects, of, constraints, ranges, data);
   any_ = std::find(covered_.begin(), covered_.end(), 1) != covered_.end();
   if (!any_) return;
-  gather_ties(model, constraints);
+  gather_equalities(model, constraints);
   tau_.setZero();
   diagonal_.setZero();
   EffectCounts not_counted;
@@ -190,10 +192,10 @@ void VelocityPredictor::find(const Model& model, EffectSet effects, Of of, doubl
     compute_inertias(model, {tree.body_begin, tree.body_end}, data);
     found = accelerate(model, tree, span, v, gravity, data);
   }
-  if (found && !ties_.empty()) {
-    assemble_problem(model, ties_, velocity_, diagonal_, data, block_of_tree_, problem_);
+  if (found && !equalities_.empty()) {
+    assemble_problem(model, equalities_, velocity_, diagonal_, data, block_of_tree_, problem_);
     factored_ = equality_solver_.factor(problem_);
-    found = solve_ties(model);
+    found = solve_equalities(model);
   }
   // What has no prediction makes the step itself fail, which says why.
   if (!found) forget();
@@ -202,7 +204,7 @@ void VelocityPredictor::find(const Model& model, EffectSet effects, Of of, doubl
 /// Closures between trees of which all is known, towards the pose that velocity_ leads to.
 void VelocityPredictor::aim(const Model& model, const ContactOptions& options, double h,
                             const VectorRef& q, ConstraintSet& constraints, const Data& data) {
-  if (ties_.pairs.empty()) return;
+  if (equalities_.pairs.empty()) return;
   for (int t = 0; t < model.num_trees(); ++t) {
     if (!needed_[t] || block_of_tree_[t] < 0) continue;
     const Tree& tree = model.trees()[t];
@@ -211,15 +213,15 @@ void VelocityPredictor::aim(const Model& model, const ContactOptions& options, d
     compute_poses(model, q_reached_, bodies, *reached_);
   }
   compute_body_velocities(model, velocity_, data, V_);
-  for (size_t i = 0; i < ties_.pairs.size(); ++i) {
-    const size_t index = static_cast<size_t>(tie_closures_[i]);
+  for (size_t i = 0; i < equalities_.pairs.size(); ++i) {
+    const size_t index = static_cast<size_t>(equality_closures_[i]);
     PairConstraint& pair = constraints.pairs[constraints.contacts.size() + index];
     if (!aims(model, pair)) continue;
     const double share = share_aimed(
         h * std::max(fastest_turn(model, pair.body_a, V_), fastest_turn(model, pair.body_b, V_)));
     aim_closure(model.closures()[constraints.closures[index]], options, h, data, *reached_, V_,
                 pair);
-    const contact::Law& by_curvature = ties_.pairs[i].law;
+    const contact::Law& by_curvature = equalities_.pairs[i].law;
     for (size_t k = 0; k < static_cast<size_t>(pair.law.rows); ++k)
       pair.law.bias[k] = share * pair.law.bias[k] + (1.0 - share) * by_curvature.bias[k];
     problem_.law(static_cast<int>(i)).bias = pair.law.bias;
@@ -229,7 +231,7 @@ void VelocityPredictor::aim(const Model& model, const ContactOptions& options, d
 void VelocityPredictor::refine(const Model& model, const ContactOptions& options, double h,
                                const VectorRef& q, const VectorRef& v, const Vector3& gravity,
                                ConstraintSet& constraints, Data& data) {
-  if (!any_ || ties_.empty()) return;
+  if (!any_ || equalities_.empty()) return;
   aim(model, options, h, q, constraints, data);
   first_ = velocity_;
   bool found = true;
@@ -250,7 +252,7 @@ void VelocityPredictor::refine(const Model& model, const ContactOptions& options
     problem_.free_velocity().segment(problem_.block_start(block), size) =
         velocity_.segment(tree.v_begin, size);
   }
-  refined_ = found && solve_ties(model);
+  refined_ = found && solve_equalities(model);
   if (!refined_) velocity_ = first_;
   aim(model, options, h, q, constraints, data);
 }

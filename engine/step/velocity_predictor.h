@@ -27,9 +27,9 @@ class VelocityPredictor {
 
   /// Which trees a prediction is asked for.
   enum class Of {
-    kLinkages,     ///< of several bodies
-    kTied,         ///< under closures or mimic joints
-    kAllLinkages,  ///< turning or not: what a prediction tends to where a tree comes to rest
+    kLinkages,         ///< of several bodies
+    kUnderEqualities,  ///< under closures or mimic joints
+    kAllLinkages,      ///< turning or not: what a prediction tends to where a tree comes to rest
   };
 
   /// For a step of h [s] from (q, v), gravity [m/s^2], constraints as found there, smooth forces
@@ -39,7 +39,8 @@ class VelocityPredictor {
   /// overwritten.
   void find(const Model& model, EffectSet effects, Of of, double span, const VectorRef& q,
             const VectorRef& v, const Vector3& gravity, const ConstraintSet& constraints,
-            std::span<const BodyRange> ranges, Data& data);  // Parameters: what it depends on, one by one
+            std::span<const BodyRange> ranges,
+            Data& data);  // Parameters: what it depends on, one by one
 
   /// A second pass, for trees with closures and mimic joints, which `find` (kLinkages) came first
   /// for: velocity-dependent forces at the velocity in the middle of the step that the first pass
@@ -58,18 +59,18 @@ class VelocityPredictor {
   /// nv: at the end of the step [m/s, rad/s]; of covered trees.
   const VectorX& velocity() const { return velocity_; }
   /// nv: what closures and mimic joints change of it [m/s, rad/s]; zero of trees not covered.
-  const VectorX& change_by_ties() const { return tied_; }
+  const VectorX& change_by_equalities() const { return equality_change_; }
 
   // How it came to that, for its derivatives.
 
   /// A tree is covered.
   bool any() const { return any_; }
-  /// The tree has a velocity here: it is covered, or tied to one that is.
+  /// The tree has a velocity here: it is covered, or coupled to one that is.
   bool has(int tree) const { return any_ && needed_[tree]; }
   /// Closures and mimic joints of these trees, with the biases that the first pass went by, and of
   /// each pair which of the constraints' closures it is.
-  const ConstraintSet& ties() const { return ties_; }
-  const std::vector<int>& tie_closures() const { return tie_closures_; }
+  const ConstraintSet& equalities() const { return equalities_; }
+  const std::vector<int>& equality_closures() const { return equality_closures_; }
   /// The bias of a closure's rows is aimed.
   bool aims(const Model& model, const PairConstraint& pair) const;
   /// nv: at the end of the first pass.
@@ -80,27 +81,27 @@ class VelocityPredictor {
  private:
   void choose(const Model& model, EffectSet effects, Of of, const ConstraintSet& constraints,
               std::span<const BodyRange> ranges, const Data& data);
-  void gather_ties(const Model& model, const ConstraintSet& constraints);
+  void gather_equalities(const Model& model, const ConstraintSet& constraints);
   bool accelerate(const Model& model, const Tree& tree, double span, const VectorRef& v,
                   const Vector3& gravity, Data& data);
-  bool solve_ties(const Model& model);
+  bool solve_equalities(const Model& model);
   void aim(const Model& model, const ContactOptions& options, double h, const VectorRef& q,
            ConstraintSet& constraints, const Data& data);
 
-  std::vector<char> with_servo_;     ///< by tree
-  std::vector<char> known_;          ///< by tree: nothing acts on it that (q, w) does not tell
-  std::vector<char> covered_;        ///< by tree
-  std::vector<char> needed_;         ///< by tree: covered, or tied to one that is
-  ConstraintSet ties_;               ///< closures and mimic joints of what is needed
-  std::vector<int>
-      tie_closures_;  ///< of each pair in ties_ its index among the constraints' closures
-  VectorX tau_, diagonal_, acceleration_, velocity_, tied_;
+  std::vector<char> with_servo_;        ///< by tree
+  std::vector<char> known_;             ///< by tree: nothing acts on it that (q, w) does not tell
+  std::vector<char> covered_;           ///< by tree
+  std::vector<char> needed_;            ///< by tree: covered, or coupled to one that is
+  ConstraintSet equalities_;            ///< closures and mimic joints of what is needed
+  std::vector<int> equality_closures_;  ///< of each pair in equalities_ its index among the
+                                        ///< constraints' closures
+  VectorX tau_, diagonal_, acceleration_, velocity_, equality_change_;
   std::vector<int> block_of_tree_;
   contact::Problem problem_;
   EqualitySolver equality_solver_;
   bool any_ = false, refined_ = false;
   bool factored_ = false;   ///< problem_, by equality_solver_
-  contact::Solver solver_;  ///< where there are too many ties
+  contact::Solver solver_;  ///< where there are too many equalities
   VectorX w_, impulse_;     ///< grown only, see Workspace::Impl
 
   // the second pass

@@ -14,12 +14,11 @@
 namespace counterpoint {
 namespace {
 
-constexpr std::pair<LeaveOut, const char*> kLeaveOut[] = {
-    {LeaveOut::kFluid, "fluid"},
-    {LeaveOut::kTendons, "tendons"},
-    {LeaveOut::kActuators, "actuators"},
-    {LeaveOut::kJointForces, "joint_forces"},
-    {LeaveOut::kEqualities, "equalities"}};
+constexpr std::pair<LeaveOut, const char*> kLeaveOut[] = {{LeaveOut::kFluid, "fluid"},
+                                                          {LeaveOut::kTendons, "tendons"},
+                                                          {LeaveOut::kActuators, "actuators"},
+                                                          {LeaveOut::kJointForces, "joint_forces"},
+                                                          {LeaveOut::kEqualities, "equalities"}};
 
 }  // namespace
 
@@ -51,10 +50,10 @@ MjcfModel load_mjcf(const std::filesystem::path& file, const MjcfOptions& option
   mjcf::read_inertias(document, compiler, assets, bodies, model);
   mjcf::read_air(document, bodies, model);
   const mjcf::Tendons tendons = mjcf::read_tendons(document, bodies);
-  mjcf::Ties ties(model.robot);
-  mjcf::read_equalities(document, defaults, bodies, tendons, ties, model);
-  mjcf::apply_tendon_forces(document, defaults, compiler, tendons, ties, model);
-  mjcf::read_actuators(document, defaults, compiler, bodies, tendons, ties, model);
+  mjcf::Couplings couplings(model.robot);
+  mjcf::read_equalities(document, defaults, bodies, tendons, couplings, model);
+  mjcf::apply_tendon_forces(document, defaults, compiler, tendons, couplings, model);
+  mjcf::read_actuators(document, defaults, compiler, bodies, tendons, couplings, model);
   mjcf::read_keyframes(document, model);
   mjcf::read_contacts(document, defaults, assets, bodies, model);
   model.robot.notes = document.notes;

@@ -56,7 +56,7 @@ InverseDerivativeBlocks pointers(InverseBlocks& d) {
 }
 
 InverseBlocks inverse_of_steps(BatchHandle& b, const py::object& states, const Array& v_next,
-                      const std::vector<InputPtr>& known, const std::string& method) {
+                               const std::vector<InputPtr>& known, const std::string& method) {
   const DerivativeMethod how = method_from(method);
   const Guard::Lock lock(b.guard, kBatch);
   const Steps steps = steps_from(b, states, v_next, known);
@@ -69,7 +69,7 @@ InverseBlocks inverse_of_steps(BatchHandle& b, const py::object& states, const A
 }
 
 py::tuple forward_of_steps(BatchHandle& b, const py::object& states, const Array& v_next,
-                  const std::vector<InputPtr>& known, const std::string& method) {
+                           const std::vector<InputPtr>& known, const std::string& method) {
   const DerivativeMethod how = method_from(method);
   const Guard::Lock lock(b.guard, kBatch);
   const Steps steps = steps_from(b, states, v_next, known);
@@ -173,10 +173,12 @@ void bind_batch_derivatives(py::module_& m,
             .format(d.dv_dq.shape(0), d.dv_dq.shape(1));
       });
   batch
-      .def("inverse_derivatives", &inverse_of_steps, py::arg("states"), py::arg("v_next"), py::kw_only(),
-           py::arg("known") = std::vector<InputPtr>(), py::arg("method") = "analytic", kBatchInverseDoc)
-      .def("forward_derivatives", &forward_of_steps, py::arg("states"), py::arg("v_next"), py::kw_only(),
-           py::arg("known") = std::vector<InputPtr>(), py::arg("method") = "analytic", kBatchForwardDoc);
+      .def("inverse_derivatives", &inverse_of_steps, py::arg("states"), py::arg("v_next"),
+           py::kw_only(), py::arg("known") = std::vector<InputPtr>(),
+           py::arg("method") = "analytic", kBatchInverseDoc)
+      .def("forward_derivatives", &forward_of_steps, py::arg("states"), py::arg("v_next"),
+           py::kw_only(), py::arg("known") = std::vector<InputPtr>(),
+           py::arg("method") = "analytic", kBatchForwardDoc);
 }
 
 }  // namespace counterpoint::python

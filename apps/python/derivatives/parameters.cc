@@ -98,9 +98,10 @@ std::shared_ptr<DerivatorHandle> make_derivator(const ModelPtr& model,
       new DerivatorHandle{model, ParameterDerivator(model->model, std::move(list)), {}});
 }
 
-py::tuple inverse_by_parameters(DerivatorHandle& d, const SimulationOptions& options, const Array& q,
-                  const Array& v, const Array& v_next, const InputPtr& known,
-                  const WorkspacePtr& given, const std::string& method) {  // Parameters: arguments of Python, by name
+py::tuple inverse_by_parameters(
+    DerivatorHandle& d, const SimulationOptions& options, const Array& q, const Array& v,
+    const Array& v_next, const InputPtr& known, const WorkspacePtr& given,
+    const std::string& method) {  // Parameters: arguments of Python, by name
   const DerivativeMethod how = method_from(method);
   const WorkspacePtr w = workspace_for(d.model, given);
   const Guard::Lock own_lock(d.guard, "ParameterDerivator");
@@ -224,8 +225,8 @@ void bind_parameters(py::module_& m) {
   using D = DerivatorHandle;
   py::class_<D, std::shared_ptr<D>>(m, "ParameterDerivator", kDerivatorDoc)
       .def(py::init(&make_derivator), py::arg("model"), py::arg("parameters"))
-      .def("inverse", &inverse_by_parameters, py::arg("options"), py::arg("q"), py::arg("v"), py::arg("v_next"),
-           py::kw_only(), py::arg("known").none(true) = py::none(),
+      .def("inverse", &inverse_by_parameters, py::arg("options"), py::arg("q"), py::arg("v"),
+           py::arg("v_next"), py::kw_only(), py::arg("known").none(true) = py::none(),
            py::arg("workspace").none(true) = py::none(), py::arg("method") = "analytic",
            kInverseByParametersDoc)
       .def("__repr__", [](const D& d) {
@@ -256,8 +257,8 @@ void bind_parameters(py::module_& m) {
       },
       py::arg("model"),
       "List of StepParameter: all of inertial_parameters(model), in their order.");
-  m.def("forward_parameter_derivatives", &forward_by_parameters, py::arg("derivatives"), py::arg("du"),
-        kForwardByParametersDoc);
+  m.def("forward_parameter_derivatives", &forward_by_parameters, py::arg("derivatives"),
+        py::arg("du"), kForwardByParametersDoc);
 }
 
 }  // namespace counterpoint::python

@@ -70,7 +70,7 @@ void set_state(SimulatorHandle& s, const StateHandle& state) {
 }
 
 std::shared_ptr<InverseHandle> inverse_of(SimulatorHandle& s, const Array& q, const Array& v,
-                                       const Array& v_next, const py::object& q_next) {
+                                          const Array& v_next, const py::object& q_next) {
   const Model& m = s.model->model;
   const Guard::Lock lock(s.guard, kSimulator);
   const VectorX q0 = vector(q, m.nq(), "q"), v0 = vector(v, m.nv(), "v"),

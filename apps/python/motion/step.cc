@@ -13,9 +13,10 @@ void check_state(const ModelPtr& model, const StateHandle& state, const char* na
     throw py::value_error(std::string(name) + ": it is of another model");
 }
 
-py::tuple step_forward_of(const ModelPtr& model, const SimulationOptions& options, const StateHandle& state,
-                  const InputPtr& input, const contact::Settings& settings,
-                  const WorkspacePtr& given, const StatePtr& next) {  // Parameters: arguments of Python, by name
+py::tuple step_forward_of(const ModelPtr& model, const SimulationOptions& options,
+                          const StateHandle& state, const InputPtr& input,
+                          const contact::Settings& settings, const WorkspacePtr& given,
+                          const StatePtr& next) {  // Parameters: arguments of Python, by name
   check_state(model, state, "state");
   const WorkspacePtr w = workspace_for(model, given);
   const Guard::Lock lock(w->guard, "Workspace");
@@ -40,10 +41,10 @@ py::tuple step_forward_of(const ModelPtr& model, const SimulationOptions& option
   return py::make_tuple(out, std::move(report));
 }
 
-std::shared_ptr<InverseHandle> step_inverse_of(const ModelPtr& model, const SimulationOptions& options,
-                                       const Array& q, const Array& v, const Array& v_next,
-                                       const py::object& q_next, const InputPtr& known,
-                                       const WorkspacePtr& given) {  // Parameters: arguments of Python, by name
+std::shared_ptr<InverseHandle> step_inverse_of(
+    const ModelPtr& model, const SimulationOptions& options, const Array& q, const Array& v,
+    const Array& v_next, const py::object& q_next, const InputPtr& known,
+    const WorkspacePtr& given) {  // Parameters: arguments of Python, by name
   const Model& m = model->model;
   const WorkspacePtr w = workspace_for(model, given);
   const Guard::Lock lock(w->guard, "Workspace");
@@ -134,8 +135,8 @@ void bind_step(py::module_& m) {
         py::arg("input").none(true) = py::none(), py::kw_only(),
         py::arg("settings") = contact::Settings(), py::arg("workspace").none(true) = py::none(),
         py::arg("next").none(true) = py::none(), kStepForwardDoc);
-  m.def("step_inverse", &step_inverse_of, py::arg("model"), py::arg("options"), py::arg("q"), py::arg("v"),
-        py::arg("v_next"), py::kw_only(), py::arg("q_next") = py::none(),
+  m.def("step_inverse", &step_inverse_of, py::arg("model"), py::arg("options"), py::arg("q"),
+        py::arg("v"), py::arg("v_next"), py::kw_only(), py::arg("q_next") = py::none(),
         py::arg("known").none(true) = py::none(), py::arg("workspace").none(true) = py::none(),
         kStepInverseDoc);
 }

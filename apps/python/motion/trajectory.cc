@@ -279,7 +279,8 @@ void bind_rows(py::class_<TrajectoryHandle, TrajectoryPtr>& trajectory) {
             return input;
           },
           py::arg("step"), "The Input of a step, as far as it is known.")
-      .def("write", &write, py::arg("file"), "Writes the trajectory (docs/reference/trajectory-format.md).")
+      .def("write", &write, py::arg("file"),
+           "Writes the trajectory (docs/reference/trajectory-format.md).")
       .def("to_dict", &to_dict, "Columns by name, for pandas.DataFrame.")
       .def("__repr__", [](const TrajectoryHandle& t) {
         const auto& time = t.trajectory.time;

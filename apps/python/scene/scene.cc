@@ -26,8 +26,7 @@ ScenePtr load(const std::filesystem::path& file,
               const std::optional<std::filesystem::path>& srdf, int hull_vertices) {
   SceneOverrides overrides;
   overrides.packages = packages;
-  if (base)
-    overrides.base = base_from(*base);
+  if (base) overrides.base = base_from(*base);
   overrides.ground = ground;
   overrides.ground_friction = ground_friction;
   overrides.repair_inertias = repair_inertias;

@@ -50,12 +50,11 @@ void set_passive(const std::vector<std::string>& joints, const Model& model,
   }
 }
 
-ProblemPtr make_problem(const SceneHandle& scene, int steps, const py::object& start_q,
-                        const py::object& start_v, const py::object& goal_q,
-                        const py::object& goal_v, bool settle, bool periodic,
-                        const Array& displacement,
-                        const std::optional<std::pair<std::string, std::string>>& mirror,
-                        const std::vector<std::string>& passive) {  // Parameters: arguments of Python, by name
+ProblemPtr make_problem(
+    const SceneHandle& scene, int steps, const py::object& start_q, const py::object& start_v,
+    const py::object& goal_q, const py::object& goal_v, bool settle, bool periodic,
+    const Array& displacement, const std::optional<std::pair<std::string, std::string>>& mirror,
+    const std::vector<std::string>& passive) {  // Parameters: arguments of Python, by name
   auto out = std::make_shared<ProblemHandle>();
   out->scene = std::make_shared<SceneHandle>(scene);
   out->file.name = scene.name;

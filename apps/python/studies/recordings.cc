@@ -33,7 +33,7 @@ py::dict dict_of(const std::vector<std::pair<const char*, double>>& figures) {
 }
 
 std::vector<RecordingPtr> read_recordings_of(const std::vector<std::filesystem::path>& files,
-                               const ColumnMap& map, const SceneHandle& scene) {
+                                             const ColumnMap& map, const SceneHandle& scene) {
   std::vector<RecordingPtr> out;
   for (const std::filesystem::path& file : files)
     for (Recording& one : reading(file, [&] {
@@ -246,8 +246,8 @@ void bind_recordings(py::module_& m) {
             reading(file, [&] { return apps::load_column_map(file, model.model); }));
       },
       py::arg("file"), py::arg("model"), kLoadColumnMapDoc);
-  r.def("read_recordings", &read_recordings_of, py::arg("files"), py::arg("columns"), py::arg("scene"),
-        kReadRecordingsDoc);
+  r.def("read_recordings", &read_recordings_of, py::arg("files"), py::arg("columns"),
+        py::arg("scene"), kReadRecordingsDoc);
   r.def("predict", &predict, py::arg("scene"), py::arg("columns"), py::arg("recordings"),
         py::kw_only(), py::arg("substeps") = py::none(), py::arg("horizon") = 0, kPredictDoc);
   r.def("explain", &explain, py::arg("scene"), py::arg("columns"), py::arg("recordings"),

@@ -34,7 +34,7 @@ bool is_linkage(const Tree& tree) { return tree.body_end - tree.body_begin > 1; 
 VelocityTerms::VelocityTerms(const Model& model)
     : sweep_(model),
       parents_(coordinate_parents(model)),
-      tied_(model),
+      equality_prediction_(model),
       kind_(model.num_trees(), Kind::kPlain),
       predictor_(model.num_trees(), nullptr),
       has_ties_(model.num_trees(), 0),
@@ -74,7 +74,7 @@ void VelocityTerms::begin(const InverseArguments& of, Workspace::Impl& ws) {
   if (!ranges_.empty()) predict_resting(of, ws);
   for (const VelocityPredictor* predictor : {&ws.start.predictor(), &std::as_const(resting_)}) {
     if (!predictor->any()) continue;
-    for_each_constraint(model, predictor->ties(), [&](int a, int b) {
+    for_each_constraint(model, predictor->equalities(), [&](int a, int b) {
       for (const int t : {a, b})
         if (t >= 0) has_ties_[t] = 1;
     });
@@ -110,7 +110,8 @@ void VelocityTerms::prepare(const InverseArguments& of, int t, const Workspace::
     a_at(part) -= ws.start.energy_projection().change()(part) / of.h();
     if (covered) {
       kind_[t] = Kind::kBoth;
-      other_(part) = f_(part) - share * (v(part) + ws.start.energy_projection().plain_change()(part));
+      other_(part) =
+          f_(part) - share * (v(part) + ws.start.energy_projection().plain_change()(part));
       v_at(part) = 0.5 * (v(part) + other_(part));
       return;
     }
@@ -125,14 +126,14 @@ void VelocityTerms::prepare(const InverseArguments& of, int t, const Workspace::
   v_at(part) = 0.5 * (v(part) + f_(part));
 }
 
-bool VelocityTerms::add_ties(const InverseArguments& of, Workspace::Impl& ws,
-                             ClosureDerivator& closures, InverseDerivatives& d) {
+bool VelocityTerms::add_equalities(const InverseArguments& of, Workspace::Impl& ws,
+                                   ClosureDerivator& closures, InverseDerivatives& d) {
   if (!mean_) return true;
   bool known = true;
   for (const VelocityPredictor* predictor : {&ws.start.predictor(), &std::as_const(resting_)}) {
     for (size_t t = 0; t < predicted_.size(); ++t) predicted_[t] = predictor_[t] == predictor;
-    const TiedPrediction::Given given{*predictor, predicted_, other_, predictor == &resting_};
-    known = tied_.add(of, given, ws, closures, d) && known;
+    const EqualityPrediction::Given given{*predictor, predicted_, other_, predictor == &resting_};
+    known = equality_prediction_.add(of, given, ws, closures, d) && known;
   }
   return known;
 }

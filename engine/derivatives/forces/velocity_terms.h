@@ -1,22 +1,23 @@
-// Derivatives of the mean velocity-dependent forces of linkages: predicted (velocity_predictor.h) or with
-// their energy kept (energy_projection.h).
+// Derivatives of the mean velocity-dependent forces of linkages: predicted (velocity_predictor.h)
+// or with their energy kept (energy_projection.h).
 //
 // With n = B(v, v) the forces at one velocity, f the predicted one, a_f its acceleration:
 //
 //   B(v, f) = n((v + f) / 2) - n((v - f) / 2),     (M + D) da_f = -d(inverse dynamics at a_f)
 //
 // A sweep each gives n at (v + f) / 2 and (v - f) / 2 and the dynamics at a_f; one solve the rest.
-// Where energy is kept: projection_terms.h. Trees under closures and mimic joints: tied_prediction.h.
-// Of trees at rest, for which the engine makes no prediction because the forces vanish, the limit of
-// the prediction is taken: the derivatives of these forces do not vanish.
+// Where energy is kept: projection_terms.h. Trees under closures and mimic joints:
+// equality_prediction.h. Of trees at rest, for which the engine makes no prediction because the
+// forces vanish, the limit of the prediction is taken: the derivatives of these forces do not
+// vanish.
 #pragma once
 
 #include <vector>
 
 #include "counterpoint/engine/derivatives/dynamics/sparse_solve.h"
 #include "counterpoint/engine/derivatives/dynamics/sweep.h"
+#include "counterpoint/engine/derivatives/forces/equality_prediction.h"
 #include "counterpoint/engine/derivatives/forces/projection_terms.h"
-#include "counterpoint/engine/derivatives/forces/tied_prediction.h"
 #include "counterpoint/engine/step/step_start.h"
 #include "counterpoint/engine/step/step_workspace.h"
 #include "counterpoint/engine/step_derivatives.h"
@@ -37,10 +38,10 @@ class VelocityTerms {
   /// Adds what is left, after that sweep.
   void add(const InverseArguments& of, int t, Workspace::Impl& ws, InverseDerivatives& d);
 
-  /// Adds what is left of tied trees, after all sweeps; of closures' rows where their bias is
-  /// aimed. False if it is not known.
-  bool add_ties(const InverseArguments& of, Workspace::Impl& ws, ClosureDerivator& closures,
-                InverseDerivatives& d);
+  /// Adds what is left of trees under equalities, after all sweeps; of closures' rows where their
+  /// bias is aimed. False if it is not known.
+  bool add_equalities(const InverseArguments& of, Workspace::Impl& ws, ClosureDerivator& closures,
+                      InverseDerivatives& d);
   /// The bias of a closure's rows is aimed; or would be, were it not at rest.
   bool aims(const Model& model, const PairConstraint& pair, const Workspace::Impl& ws) const {
     return mean_ && ws.start.predictor().aims(model, pair);
@@ -59,15 +60,15 @@ class VelocityTerms {
   TreeSweep sweep_;
   SparseSolver solver_;
   std::vector<int> parents_;  ///< by coordinate
-  TiedPrediction tied_;
-  std::vector<Kind> kind_;                 ///< by tree
-  bool mean_ = false;                      ///< forces are taken at more than v
+  EqualityPrediction equality_prediction_;
+  std::vector<Kind> kind_;                           ///< by tree
+  bool mean_ = false;                                ///< forces are taken at more than v
   std::vector<const VelocityPredictor*> predictor_;  ///< by tree; null: none
   std::vector<char> has_ties_;                       ///< by tree: in that prediction
-  std::vector<char> predicted_;             ///< by tree, scratch
-  VelocityPredictor resting_;              ///< of trees that do not turn
-  std::vector<BodyRange> ranges_;          ///< theirs
-  ConstraintSet constraints_;              ///< and what holds them
+  std::vector<char> predicted_;                      ///< by tree, scratch
+  VelocityPredictor resting_;                        ///< of trees that do not turn
+  std::vector<BodyRange> ranges_;                    ///< theirs
+  ConstraintSet constraints_;                        ///< and what holds them
   ProjectionTerms projection_;
   VectorX zero_;             ///< nv
   VectorX other_;            ///< nv: what B(v, .) is taken with

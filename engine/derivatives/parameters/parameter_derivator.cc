@@ -11,7 +11,6 @@ namespace {
 
 using K = StepParameterKind;
 
-
 /// The whole step with one figure changed, and its own workspace.
 struct ChangedStep {
   explicit ChangedStep(Model changed) : model(std::move(changed)), workspace(model) {}
@@ -30,7 +29,7 @@ bool is_of_options(const StepParameter& parameter) {
   return parameter.targets.empty() && parameter.kind != K::kGravity;
 }
 
-bool ties(const ConstraintSet& constraints) {
+bool has_equalities(const ConstraintSet& constraints) {
   const auto equality = [](const JointConstraint& row) {
     return row.law.type == contact::LawType::kEquality;
   };
@@ -44,10 +43,10 @@ bool is_closed(K kind, const Model& model, const SimulationOptions& options, con
   if (options.integrator != Integrator::kSemiImplicitEuler) return false;
   if (known.softening.any() && !ws.constraints.empty()) return false;
   const bool of_motion = changes_mass_matrix(kind) || kind == K::kGravity || kind == K::kDamping;
-  const bool of_ties = of_motion || kind == K::kCompliance || kind == K::kStabilization ||
-                       kind == K::kMaxRecoverySpeed;
+  const bool of_equalities = of_motion || kind == K::kCompliance || kind == K::kStabilization ||
+                             kind == K::kMaxRecoverySpeed;
   // Predictions go through them.
-  if (of_ties && ties(ws.constraints)) return false;
+  if (of_equalities && has_equalities(ws.constraints)) return false;
   // How fast a body falls whose weight is carried in part goes with its mass.
   if (changes_mass_matrix(kind) && !model.gravity_compensations().empty() &&
       ws.called.has(Effect::kRestitution))
@@ -113,10 +112,11 @@ const std::vector<StepParameter>& ParameterDerivator::parameters() const {
   return impl_->parameters;
 }
 
-void ParameterDerivator::inverse(const Model& model, const SimulationOptions& options, VectorRef q,
-                                 VectorRef v, VectorRef v_next, const Input& known,
-                                 Workspace& workspace, Inverse& out, InverseParameterDerivatives& d,
-                                 DerivativeMethod method) {  // Parameters: what it depends on, one by one
+void ParameterDerivator::inverse(
+    const Model& model, const SimulationOptions& options, VectorRef q, VectorRef v,
+    VectorRef v_next, const Input& known, Workspace& workspace, Inverse& out,
+    InverseParameterDerivatives& d,
+    DerivativeMethod method) {  // Parameters: what it depends on, one by one
   step_inverse(model, options, q, v, v_next, known, workspace, out);
   const size_t count = impl_->parameters.size();
   const auto columns = static_cast<Eigen::Index>(count);

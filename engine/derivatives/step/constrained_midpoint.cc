@@ -13,7 +13,7 @@ namespace counterpoint {
 namespace {
 
 /// Closures or mimic joints, which a prediction may look ahead of.
-bool has_ties(const ConstraintSet& constraints) {
+bool has_equalities(const ConstraintSet& constraints) {
   if (!constraints.closures.empty()) return true;
   return std::any_of(
       constraints.joints.begin(), constraints.joints.end(),
@@ -41,7 +41,7 @@ ConstrainedMidpoint::ConstrainedMidpoint(const Model& model)
 bool ConstrainedMidpoint::compute(const InverseArguments& of, Workspace::Impl& ws,
                                   SmoothDerivator& smooth, InverseDerivator& impulses,
                                   InverseDerivatives& d) {
-  if (ws.data.has_coriolis && has_ties(ws.constraints)) return false;
+  if (ws.data.has_coriolis && has_equalities(ws.constraints)) return false;
   const Model& model = of.model;
   const double h = of.h();
   const int nv = model.nv();
@@ -98,8 +98,8 @@ bool ConstrainedMidpoint::difference(const InverseArguments& of, double step, bo
   at_v_next_ = v_next;
   const auto evaluate = [&](Sample& out) {
     integrate_configuration(model, at_q_, at_w_, h, q_next_);
-    invert_step({model, of.options, at_q_, at_v_, q_next_, at_v_next_, of.known, of.effects, true}, ws,
-                inverse_);
+    invert_step({model, of.options, at_q_, at_v_, q_next_, at_v_next_, of.known, of.effects, true},
+                ws, inverse_);
     out.u = inverse_.applied_force;
     out.rest = at_v_ + at_v_next_ - at_w_ - ws.middle;
   };

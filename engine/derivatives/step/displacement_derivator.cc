@@ -84,7 +84,8 @@ bool DisplacementDerivator::find(const InverseArguments& of, Workspace::Impl& ws
   const double h = of.h();
   diagonal_.setZero();
   forces_.setZero();  // not wanted
-  if (effects.has(Effect::kServos)) add_servos(model, effects, h, q, v, of.known, diagonal_, forces_);
+  if (effects.has(Effect::kServos))
+    add_servos(model, effects, h, q, v, of.known, diagonal_, forces_);
   add_joint_forces(model, effects, h, q, v, diagonal_, forces_, ws.counts);
   set_drag(model, effects, h, ws);
   w_ = v_next;
@@ -100,8 +101,8 @@ bool DisplacementDerivator::find(const InverseArguments& of, Workspace::Impl& ws
       p(in_tree) = ws.overlap_correction.velocity()(in_block);
     });
     forces_ = v_next + p;
-    again =
-        ws.finder.find_reached_contacts(model, of.options, effects, forces_, ws.data, ws.constraints);
+    again = ws.finder.find_reached_contacts(model, of.options, effects, forces_, ws.data,
+                                            ws.constraints);
   }
   w_ += p;
   return true;
@@ -152,7 +153,8 @@ bool DisplacementDerivator::compute(const InverseArguments& of, Workspace::Impl&
   using enum InverseDerivator::Displacing;
   const Model& model = of.model;
   const VectorRef& v_next = of.v_next;
-  if (of.options.integrator != Integrator::kSemiImplicitEuler || ws.constraints.empty()) return false;
+  if (of.options.integrator != Integrator::kSemiImplicitEuler || ws.constraints.empty())
+    return false;
   compute_body_velocities(model, v_next, ws.data, ws.velocity);
   if (!may_displace(ws.constraints, v_next, ws.data, ws.velocity)) return false;
   const bool found = find(of, ws);
@@ -178,11 +180,11 @@ bool DisplacementDerivator::compute(const InverseArguments& of, Workspace::Impl&
   A_.diagonal() += diagonal_ / of.h();
   if (keep_ties(ws, of.effects.has(Effect::kDrag) && !model.drags().empty())) {
     std::swap(ws.constraints, kept_);
-    differentiate(kTies, p, ties_);
+    differentiate(kTies, p, equalities_);
     std::swap(ws.constraints, kept_);
-    A_ += ties_.dv_next;
-    by_q += ties_.dq;
-    by_v += ties_.dv;
+    A_ += equalities_.dv_next;
+    by_q += equalities_.dq;
+    by_v += equalities_.dv;
   }
   const int nv = model.nv();
   solver_.begin(A_, 3 * nv);

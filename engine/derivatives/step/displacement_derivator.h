@@ -35,7 +35,7 @@ class DisplacementDerivator {
   bool keep_ties(const Workspace::Impl& ws, bool drag);
 
   ConstraintSet kept_;
-  InverseDerivatives late_, recovery_, ties_;
+  InverseDerivatives late_, recovery_, equalities_;
   Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> M_;
   MatrixX A_;
   VectorX w_, diagonal_, forces_;

@@ -208,7 +208,7 @@ bool InverseDerivator::sweep_trees(const InverseArguments& of, Workspace::Impl& 
   if (ws.data.has_coriolis)
     add_flight_derivatives(model, h, v, in.gravity, ws.start.free_flight(), ws.data, d);
   if (!ws.constraints.closures.empty()) closures_.begin(model, ws.data, v);
-  const bool known = velocity_terms_.add_ties(of, ws, closures_, d);
+  const bool known = velocity_terms_.add_equalities(of, ws, closures_, d);
   add_closure_rows(model, options, ws, d);
   return known;
 }

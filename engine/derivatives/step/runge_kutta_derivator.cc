@@ -2,8 +2,8 @@
 
 #include "counterpoint/engine/derivatives/dynamics/rotation_maps.h"
 #include "counterpoint/engine/dynamics/integrator.h"
+#include "counterpoint/engine/step/equality_motion.h"
 #include "counterpoint/engine/step/runge_kutta.h"
-#include "counterpoint/engine/step/tied_motion.h"
 
 namespace counterpoint {
 namespace {
@@ -56,7 +56,7 @@ bool RungeKuttaDerivator::compute(const Model& model, double h, EffectSet effect
                                   Workspace::Impl& ws, SmoothDerivator& smooth,
                                   ForwardDerivatives& d) {
   refuse_constraints(effects);
-  if (has_ties(model, effects))
+  if (has_equalities(model, effects))
     throw InputError(
         "derivatives of runge_kutta_4 with closures or mimic joints are not given: use "
         "implicit_midpoint or semi_implicit_euler");

@@ -109,14 +109,16 @@ void apply(const Document& document, const Element& element, Law& law) {
 
 class ActuatorReader {
  public:
-  ActuatorReader(Document& document, const Defaults& defaults, const Compiler& compiler,  // Parameters: all it reads
-                 const Bodies& bodies, const Tendons& tendons, const Ties& ties, MjcfModel& model)
+  ActuatorReader(Document& document, const Defaults& defaults,
+                 const Compiler& compiler,  // Parameters: all it reads
+                 const Bodies& bodies, const Tendons& tendons, const Couplings& couplings,
+                 MjcfModel& model)
       : document_(document),
         defaults_(defaults),
         compiler_(compiler),
         bodies_(bodies),
         tendons_(tendons),
-        ties_(ties),
+        couplings_(couplings),
         model_(model) {}
 
   void read(const Element& e) {
@@ -134,7 +136,7 @@ class ActuatorReader {
     MjcfModel::Actuator actuator;
     actuator.name = name_of(e);
     actuator.where = document_.where(e);
-    Ties::Reduced length;
+    Couplings::Reduced length;
     const std::string lacks = what_lacks(e, law, length);
     bound_control(e, law, actuator);
     if (!lacks.empty()) {
@@ -156,7 +158,7 @@ class ActuatorReader {
 
  private:
   /// Why the engine cannot pull like this, or "" with the length that it pulls at, in joints.
-  std::string what_lacks(const Element& e, const Law& law, Ties::Reduced& length) const {
+  std::string what_lacks(const Element& e, const Law& law, Couplings::Reduced& length) const {
     const Values v(document_, e);
     if (!law.unsupported.empty()) return law.unsupported;
     if (e.Attribute("plugin")) return "a plugin";
@@ -169,7 +171,7 @@ class ActuatorReader {
       if (tendon == tendons_.end())
         document_.fail(e, fmt::format("there is no tendon '{}'", v.text("tendon")));
       if (!tendon->second.fixed) return "a tendon through space";
-      length = ties_.reduce(tendon->second.sum);
+      length = couplings_.reduce(tendon->second.sum);
     } else if (const char* joint = e.Attribute("joint"); joint || e.Attribute("jointinparent")) {
       const std::string name = joint ? joint : e.Attribute("jointinparent");
       const auto found = bodies_.joint_names.find(name);
@@ -177,7 +179,7 @@ class ActuatorReader {
         document_.fail(e, fmt::format("there is no joint '{}'", name));
       const int spec = bodies_.joints[found->second].spec;
       if (joint_nv(model_.robot.joints[spec].type) != 1) return "a joint of several coordinates";
-      length = ties_.reduce({{spec, 1.0}});
+      length = couplings_.reduce({{spec, 1.0}});
     } else {
       return "a force at a site or body";
     }
@@ -219,7 +221,7 @@ class ActuatorReader {
     actuator.most = range->second;
   }
 
-  void place(const Element& e, const Law& law, const Ties::Reduced& length,
+  void place(const Element& e, const Law& law, const Couplings::Reduced& length,
              MjcfModel::Actuator& actuator) {
     // length = c q + constant; its force pulls at the joint c times as hard.
     const double c = law.gear * length.sum[0].second, constant = law.gear * length.constant;
@@ -279,7 +281,7 @@ class ActuatorReader {
   const Compiler& compiler_;
   const Bodies& bodies_;
   const Tendons& tendons_;
-  const Ties& ties_;
+  const Couplings& couplings_;
   MjcfModel& model_;
   std::map<int, double> effort_;  // by joint
   std::vector<DampingRatio> ratios_;
@@ -288,9 +290,9 @@ class ActuatorReader {
 }  // namespace
 
 void read_actuators(Document& document, const Defaults& defaults, const Compiler& compiler,
-                    const Bodies& bodies, const Tendons& tendons, const Ties& ties,
+                    const Bodies& bodies, const Tendons& tendons, const Couplings& couplings,
                     MjcfModel& model) {
-  ActuatorReader reader(document, defaults, compiler, bodies, tendons, ties, model);
+  ActuatorReader reader(document, defaults, compiler, bodies, tendons, couplings, model);
   for (const Element* e : document.section_children("actuator")) reader.read(*e);
   reader.finish();
 }

@@ -7,7 +7,7 @@ namespace counterpoint::mjcf {
 
 /// Fills model.actuators, the servos and effort limits of the robot's joints. After the equalities.
 void read_actuators(Document& document, const Defaults& defaults, const Compiler& compiler,
-                    const Bodies& bodies, const Tendons& tendons, const Ties& ties,
+                    const Bodies& bodies, const Tendons& tendons, const Couplings& couplings,
                     MjcfModel& model);  // Parameters: what it depends on, one by one
 
 }  // namespace counterpoint::mjcf

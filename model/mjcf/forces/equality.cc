@@ -8,9 +8,13 @@ namespace {
 
 class EqualityReader {
  public:
-  EqualityReader(Document& document, const Bodies& bodies, const Tendons& tendons, Ties& ties,
-                 MjcfModel& model)
-      : document_(document), bodies_(bodies), tendons_(tendons), ties_(ties), model_(model) {}
+  EqualityReader(Document& document, const Bodies& bodies, const Tendons& tendons,
+                 Couplings& couplings, MjcfModel& model)
+      : document_(document),
+        bodies_(bodies),
+        tendons_(tendons),
+        couplings_(couplings),
+        model_(model) {}
 
   void read(const Values& v) {
     const Element& e = v.element();
@@ -79,16 +83,16 @@ class EqualityReader {
     model_.closures.push_back(spec);
   }
 
-  void tie(const Element& e, const Ties::Sum& sum, double value) {
-    switch (ties_.tie(sum, value)) {
-      case Ties::Outcome::kTied:
+  void couple(const Element& e, const Couplings::Sum& sum, double value) {
+    switch (couplings_.couple(sum, value)) {
+      case Couplings::Outcome::kCoupled:
         return;
-      case Ties::Outcome::kHeldAlready:
+      case Couplings::Outcome::kHeldAlready:
         return document_.note(e, "other equalities hold this already: left out");
-      case Ties::Outcome::kLocks:
+      case Couplings::Outcome::kLocks:
         return document_.refuse(e, LeaveOut::kEqualities,
                                 "it holds a joint where it is; take the joint away");
-      case Ties::Outcome::kTooMany:
+      case Couplings::Outcome::kTooMany:
         return document_.refuse(e, LeaveOut::kEqualities,
                                 "it couples more than two joints, which is not supported");
     }
@@ -106,7 +110,7 @@ class EqualityReader {
           "polycoef: joints follow others linearly only; two numbers are expected");
     const Joint& first =
         bodies_.joints[find_scalar_joint(document_, bodies_, model_, e, v.text("joint1"))];
-    Ties::Sum sum{{first.spec, 1.0}};
+    Couplings::Sum sum{{first.spec, 1.0}};
     double value = first.reference + p[0];
     if (v.has("joint2")) {
       const Joint& second =
@@ -114,7 +118,7 @@ class EqualityReader {
       sum.emplace_back(second.spec, -p[1]);
       value -= p[1] * second.reference;
     }
-    tie(e, sum, value);
+    couple(e, sum, value);
   }
 
   void tendons(const Values& v) {
@@ -132,20 +136,20 @@ class EqualityReader {
     if (!first.fixed || (second && !second->fixed) || p[2] != 0.0 || p[3] != 0.0 || p[4] != 0.0)
       return document_.refuse(e, LeaveOut::kEqualities,
                               "only sums of joints (<fixed>) can be coupled, and linearly");
-    Ties::Sum sum = first.sum;
+    Couplings::Sum sum = first.sum;
     double value = first.reference + p[0];
     if (second) {
       for (const auto& [joint, coefficient] : second->sum)
         sum.emplace_back(joint, -p[1] * coefficient);
       value -= p[1] * second->reference;
     }
-    tie(e, sum, value);
+    couple(e, sum, value);
   }
 
   Document& document_;
   const Bodies& bodies_;
   const Tendons& tendons_;
-  Ties& ties_;
+  Couplings& couplings_;
   MjcfModel& model_;
   int number_ = 0;
 };
@@ -164,8 +168,8 @@ int find_scalar_joint(const Document& document, const Bodies& bodies, const Mjcf
 }
 
 void read_equalities(Document& document, const Defaults& defaults, const Bodies& bodies,
-                     const Tendons& tendons, Ties& ties, MjcfModel& model) {
-  EqualityReader reader(document, bodies, tendons, ties, model);
+                     const Tendons& tendons, Couplings& couplings, MjcfModel& model) {
+  EqualityReader reader(document, bodies, tendons, couplings, model);
   for (const Element* e : document.section_children("equality"))
     reader.read(defaults.values(*e, "", "equality"));
 }

@@ -85,12 +85,12 @@ Tendons read_tendons(Document& document, const Bodies& bodies) {
 }
 
 void apply_tendon_forces(Document& document, const Defaults& defaults, const Compiler& compiler,
-                         const Tendons& tendons, const Ties& ties, MjcfModel& model) {
+                         const Tendons& tendons, const Couplings& couplings, MjcfModel& model) {
   for (const auto& [name, tendon] : tendons) {
     const Forces forces =
         read_forces(document, defaults.values(*tendon.element, "", "tendon"), compiler, tendon);
     if (!forces.any()) continue;
-    const Ties::Reduced length = ties.reduce(tendon.sum);
+    const Couplings::Reduced length = couplings.reduce(tendon.sum);
     if (tendon.fixed && length.sum.size() == 1) {
       const auto& [joint, c] = length.sum[0];
       apply(forces, c, length.constant, model.robot.joints[joint]);

@@ -1,4 +1,4 @@
-// Ties solved directly and by the contact solver are the same.
+// Equalities solved directly and by the contact solver are the same.
 #include "counterpoint/engine/constraints/equality_solver.h"
 
 #include <gtest/gtest.h>
@@ -34,7 +34,7 @@ void fill_jacobian(int constraint, int side, int seed, contact::Problem& problem
     J.row(i) = test::random_vector(static_cast<int>(J.cols()), 100 * seed + i, 1.0).transpose();
 }
 
-/// Three blocks; ties between two, within one, and one row between the others.
+/// Three blocks; equalities between two, within one, and one row between the others.
 contact::Problem make_problem() {
   contact::Problem problem;
   add_block(5, 1, problem);

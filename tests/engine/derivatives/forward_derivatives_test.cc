@@ -225,7 +225,7 @@ TEST(ForwardDerivatives, AcrossABounceAreThoseOfTheForwardStep) {
 }
 
 /// What is displaced is held by rods and brakes in air; one body bounces as another lies 1 mm deep.
-TEST(ForwardDerivatives, AcrossABounceOfTiedBodiesAreThoseOfTheForwardStep) {
+TEST(ForwardDerivatives, AcrossABounceOfLinkedBodiesAreThoseOfTheForwardStep) {
   const test::TempFolder folder;
   const auto file = folder.write("tied.yaml", R"(
 time_step: 0.002

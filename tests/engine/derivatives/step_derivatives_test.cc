@@ -105,7 +105,7 @@ TEST(InverseDerivatives, OfProjectedTreesWithAPrediction) {
 }
 
 /// Scenes of data/scenes, softened, after so many steps. Boxes flush on each other stand apart;
-/// closures: tied_derivatives_test.cc.
+/// closures: equality_derivatives_test.cc.
 TEST(InverseDerivatives, OfBundledScenes) {
   struct Case {
     const char* name;

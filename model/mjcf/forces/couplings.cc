@@ -1,4 +1,4 @@
-#include "counterpoint/model/mjcf/forces/ties.h"
+#include "counterpoint/model/mjcf/forces/couplings.h"
 
 #include <cmath>
 
@@ -10,12 +10,12 @@ constexpr double kCancelled = 1e-12;
 
 }  // namespace
 
-Ties::Ties(RobotSpec& robot) : robot_(robot) {
+Couplings::Couplings(RobotSpec& robot) : robot_(robot) {
   for (std::size_t i = 0; i < robot.joints.size(); ++i)
     index_[robot.joints[i].name] = static_cast<int>(i);
 }
 
-Ties::Reduced Ties::reduce(const Sum& sum) const {
+Couplings::Reduced Couplings::reduce(const Sum& sum) const {
   Reduced out;
   std::map<int, double> by_joint;
   double largest = 0.0;
@@ -34,7 +34,7 @@ Ties::Reduced Ties::reduce(const Sum& sum) const {
   return out;
 }
 
-Ties::Outcome Ties::tie(const Sum& sum, double value) {
+Couplings::Outcome Couplings::couple(const Sum& sum, double value) {
   const Reduced reduced = reduce(sum);
   if (reduced.sum.empty()) return Outcome::kHeldAlready;
   if (reduced.sum.size() == 1) return Outcome::kLocks;
@@ -51,7 +51,7 @@ Ties::Outcome Ties::tie(const Sum& sum, double value) {
   follower.mimic_master = robot_.joints[second].name;
   follower.mimic_multiplier = -b / a;
   follower.mimic_offset = (value - reduced.constant) / a;
-  return Outcome::kTied;
+  return Outcome::kCoupled;
 }
 
 }  // namespace counterpoint::mjcf

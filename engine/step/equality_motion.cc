@@ -1,4 +1,4 @@
-#include "counterpoint/engine/step/tied_motion.h"
+#include "counterpoint/engine/step/equality_motion.h"
 
 #include <algorithm>
 #include <cmath>
@@ -11,15 +11,16 @@
 namespace counterpoint {
 namespace {
 
-/// Regularizer over alpha of a tie's row, times kClosureSoftness: enough for closures that are
-/// redundant, or lie in a singular pose, too little for an error that a step would show.
+/// Regularizer over alpha of an equality's row, times kClosureSoftness: enough for closures that
+/// are redundant, or lie in a singular pose, too little for an error that a step would show.
 constexpr double kCompliance = 1e-14;
 /// Newton's method on the error of q: steps, and the error [m, rad] that is as good as none.
 constexpr int kMostSteps = 10;
 constexpr double kClosed = 1e-14;
 
-/// A step in which the bias of a tie is its curvature (stabilization 0) or its error (1, at rest).
-SimulationOptions tie_options(const SimulationOptions& options, bool error) {
+/// A step in which the bias of an equality is its curvature (stabilization 0) or its error (1, at
+/// rest).
+SimulationOptions equality_options(const SimulationOptions& options, bool error) {
   SimulationOptions out = options;
   out.contact.compliance = kCompliance;
   out.contact.stabilization = error ? 1.0 : 0.0;
@@ -28,16 +29,16 @@ SimulationOptions tie_options(const SimulationOptions& options, bool error) {
   return out;
 }
 
-EffectSet ties_of(EffectSet effects) {
-  EffectSet ties;
+EffectSet equalities_of(EffectSet effects) {
+  EffectSet equalities;
   for (const Effect effect : {Effect::kClosures, Effect::kMimics})
-    ties.set(effect, effects.has(effect));
-  return ties;
+    equalities.set(effect, effects.has(effect));
+  return equalities;
 }
 
-/// x (nv) = x - inv(M) J' f with J x + bias = 0 for the ties in ws.constraints at the poses in
-/// ws.data. False if that cannot be solved.
-bool solve_ties(const Model& model, EffectSet effects, Workspace::Impl& ws, VectorX& x) {
+/// x (nv) = x - inv(M) J' f with J x + bias = 0 for the equalities in ws.constraints at the poses
+/// in ws.data. False if that cannot be solved.
+bool solve_equalities(const Model& model, EffectSet effects, Workspace::Impl& ws, VectorX& x) {
   assemble_problem(model, ws.constraints, x, rotor_inertia(model, effects, ws), ws.data,
                    ws.block_of_tree, ws.problem);
   const int size = ws.problem.num_velocities();
@@ -63,9 +64,9 @@ bool solve_ties(const Model& model, EffectSet effects, Workspace::Impl& ws, Vect
   return true;
 }
 
-void find_ties(const Model& model, const SimulationOptions& options, EffectSet effects,
-               const VectorRef& q, const VectorRef& w, Workspace::Impl& ws) {
-  ws.finder.find(model, options, ties_of(effects), q, w, ws.data, ws.constraints, ws.counts);
+void find_equalities(const Model& model, const SimulationOptions& options, EffectSet effects,
+                     const VectorRef& q, const VectorRef& w, Workspace::Impl& ws) {
+  ws.finder.find(model, options, equalities_of(effects), q, w, ws.data, ws.constraints, ws.counts);
 }
 
 /// The bias is to be none.
@@ -86,21 +87,23 @@ double largest_bias(const ConstraintSet& constraints) {
 
 }  // namespace
 
-bool has_ties(const Model& model, EffectSet effects) {
+bool has_equalities(const Model& model, EffectSet effects) {
   return (effects.has(Effect::kClosures) && !model.closures().empty()) ||
          (effects.has(Effect::kMimics) && !model.mimics().empty());
 }
 
-void tie_acceleration(const Model& model, const SimulationOptions& options, EffectSet effects,
-                      const VectorRef& q, const VectorRef& w, Workspace::Impl& ws,
-                      VectorX& acceleration, StepReport& report) {
-  find_ties(model, tie_options(options, false), effects, q, w, ws);
-  if (!solve_ties(model, effects, ws, acceleration)) report.status = contact::Status::kNoProgress;
+void constrain_acceleration(const Model& model, const SimulationOptions& options, EffectSet effects,
+                            const VectorRef& q, const VectorRef& w, Workspace::Impl& ws,
+                            VectorX& acceleration, StepReport& report) {
+  find_equalities(model, equality_options(options, false), effects, q, w, ws);
+  if (!solve_equalities(model, effects, ws, acceleration))
+    report.status = contact::Status::kNoProgress;
 }
 
-double project_on_ties(const Model& model, const SimulationOptions& options, EffectSet effects,
-                       Workspace::Impl& ws, State& state, StepReport& report) {
-  const SimulationOptions of_error = tie_options(options, true);
+double project_on_equalities(const Model& model, const SimulationOptions& options,
+                             EffectSet effects, Workspace::Impl& ws, State& state,
+                             StepReport& report) {
+  const SimulationOptions of_error = equality_options(options, true);
   const BodyRange all = moving_bodies(model);
   const double most = options.time_step * options.contact.max_recovery_speed;
   VectorX& change = ws.displacement;
@@ -108,7 +111,7 @@ double project_on_ties(const Model& model, const SimulationOptions& options, Eff
   for (int i = 0; i < kMostSteps; ++i) {
     change.setZero(model.nv());
     compute_kinematics(model, state.q, change, {&all, 1}, ws.data);
-    find_ties(model, of_error, effects, state.q, change, ws);
+    find_equalities(model, of_error, effects, state.q, change, ws);
     const double error = largest_bias(ws.constraints);
     if (i == 0) first = error;
     // Rounding ends it where the error is small; where nothing can close, so does this.
@@ -118,7 +121,7 @@ double project_on_ties(const Model& model, const SimulationOptions& options, Eff
     for (PairConstraint& pair : ws.constraints.pairs)
       for (double& b : pair.law.bias) b *= share;
     for (JointConstraint& row : ws.constraints.joints) row.law.bias[0] *= share;
-    if (!solve_ties(model, effects, ws, change)) {
+    if (!solve_equalities(model, effects, ws, change)) {
       report.status = contact::Status::kNoProgress;
       return first;
     }
@@ -126,9 +129,9 @@ double project_on_ties(const Model& model, const SimulationOptions& options, Eff
     if (share < 1.0) break;
   }
   compute_kinematics(model, state.q, state.v, {&all, 1}, ws.data);
-  find_ties(model, of_error, effects, state.q, state.v, ws);
+  find_equalities(model, of_error, effects, state.q, state.v, ws);
   drop_biases(ws.constraints);
-  if (!solve_ties(model, effects, ws, state.v)) report.status = contact::Status::kNoProgress;
+  if (!solve_equalities(model, effects, ws, state.v)) report.status = contact::Status::kNoProgress;
   return first;
 }
 

@@ -1,4 +1,4 @@
-#include "counterpoint/engine/derivatives/forces/tied_prediction.h"
+#include "counterpoint/engine/derivatives/forces/equality_prediction.h"
 
 #include "counterpoint/engine/derivatives/forces/flight_terms.h"
 #include "counterpoint/engine/derivatives/forces/joint_derivatives.h"
@@ -14,7 +14,7 @@ auto block(const Tree& tree, MatrixX& m) {
 
 }  // namespace
 
-TiedPrediction::TiedPrediction(const Model& model)
+EqualityPrediction::EqualityPrediction(const Model& model)
     : sweep_(model),
       forces_(model),
       group_(static_cast<size_t>(model.num_trees()), -1),
@@ -24,15 +24,15 @@ TiedPrediction::TiedPrediction(const Model& model)
   coordinates_.reserve(static_cast<size_t>(model.nv()));
 }
 
-int TiedPrediction::root(int tree) {
+int EqualityPrediction::root(int tree) {
   while (group_[tree] != tree) tree = group_[tree] = group_[group_[tree]];
   return tree;
 }
 
-/// Trees that ties of the prediction hold together.
-void TiedPrediction::group(const Step& step) {
+/// Trees that equalities of the prediction couple.
+void EqualityPrediction::group(const Step& step) {
   std::fill(group_.begin(), group_.end(), -1);
-  for_each_constraint(step.model, step.predictor.ties(), [&](int a, int b) {
+  for_each_constraint(step.model, step.predictor.equalities(), [&](int a, int b) {
     for (const int t : {a, b})
       if (t >= 0 && group_[t] < 0) group_[t] = t;
     if (a >= 0 && b >= 0) group_[root(a)] = root(b);
@@ -40,14 +40,15 @@ void TiedPrediction::group(const Step& step) {
 }
 
 /// Their impulses into forces_, what biases make of them into rows_q_, rows_v_, in_second_.
-void TiedPrediction::add_ties(const Step& step, const Stage& stage) {
-  const ConstraintSet& ties = step.predictor.ties();
+void EqualityPrediction::add_equalities(const Step& step, const Stage& stage) {
+  const ConstraintSet& equalities = step.predictor.equalities();
   const ConstraintSet& all = step.ws.constraints;
   const Data& data = step.ws.data;
   PairResponse response;
-  for (size_t i = 0; i < ties.pairs.size(); ++i) {
-    PairConstraint pair = ties.pairs[i];
-    const Closure& closure = step.model.closures()[all.closures[step.predictor.tie_closures()[i]]];
+  for (size_t i = 0; i < equalities.pairs.size(); ++i) {
+    PairConstraint pair = equalities.pairs[i];
+    const Closure& closure =
+        step.model.closures()[all.closures[step.predictor.equality_closures()[i]]];
     const bool aimed = stage.in != nullptr && step.predictor.aims(step.model, pair);
     step.closures.compute(step.model, step.options.contact, step.h, closure, pair, data, aimed);
     for (int row = 0; row < pair.law.rows; ++row)
@@ -63,7 +64,7 @@ void TiedPrediction::add_ties(const Step& step, const Stage& stage) {
   }
 }
 
-void TiedPrediction::sweep(const Step& step, const Stage& stage, InverseDerivatives& out) {
+void EqualityPrediction::sweep(const Step& step, const Stage& stage, InverseDerivatives& out) {
   const Model& model = step.model;
   SweepInput in;
   at_ = step.v;
@@ -98,7 +99,8 @@ void TiedPrediction::sweep(const Step& step, const Stage& stage, InverseDerivati
 
 /// r_k by q, v, w_out, the mass left out of dv; of velocity-dependent forces n((v + w_in) / 2) by
 /// q.
-void TiedPrediction::differentiate(const Step& step, const Stage& stage, InverseDerivatives& out) {
+void EqualityPrediction::differentiate(const Step& step, const Stage& stage,
+                                       InverseDerivatives& out) {
   const int nv = step.model.nv();
   for (MatrixX* m : {&out.dq, &out.dv, &out.dv_next, &rows_q_, &rows_v_}) m->setZero(nv, nv);
   compute_body_velocities(step.model, *stage.out, step.ws.data, V_);
@@ -107,20 +109,20 @@ void TiedPrediction::differentiate(const Step& step, const Stage& stage, Inverse
     const int i = step.ws.start.free_flight().body(n);
     forces_.add_load(i, step.ws.data.mean_force[i] * -1.0);
   }
-  add_ties(step, stage);
+  add_equalities(step, stage);
   sweep(step, stage, out);
   out.dq += rows_q_;
   out.dv += rows_v_;
   add_flight_derivatives(step.model, step.h, step.v, step.gravity, step.ws.start.free_flight(),
                          step.ws.data, out);
   add_joint_force_derivatives(step.model, step.effects.without({Effect::kServos}), step.h, out);
-  add_joint_row_derivatives(step.model, step.options, step.predictor.ties().joints, step.q,
+  add_joint_row_derivatives(step.model, step.options, step.predictor.equalities().joints, step.q,
                             *stage.out, step.ws.finder.weights(), out);
 }
 
 /// What is left of B(v, w) = n((v + w) / 2) - n((v - w) / 2) where w is w1, and what goes with the
 /// mass.
-void TiedPrediction::add_between(const Step& step) {
+void EqualityPrediction::add_between(const Step& step) {
   SweepInput in;
   in.v = at_.data();
   in.a = zero_.data();
@@ -137,8 +139,8 @@ void TiedPrediction::add_between(const Step& step) {
 }
 
 /// The same of the step itself, in d already for the rest; biases of closures by v and w2.
-void TiedPrediction::add_last(const Step& step, const VectorX& other, bool at_rest,
-                              InverseDerivatives& d) {
+void EqualityPrediction::add_last(const Step& step, const VectorX& other, bool at_rest,
+                                  InverseDerivatives& d) {
   SweepInput in;
   in.v = at_.data();
   in.a = zero_.data();
@@ -151,10 +153,10 @@ void TiedPrediction::add_last(const Step& step, const VectorX& other, bool at_re
     block(tree, d.dq) -= block(tree, between_.dq);
     block(tree, d.dv) -= block(tree, in_last_);
   }
-  if (step.predictor.ties().pairs.empty()) return;
+  if (step.predictor.equalities().pairs.empty()) return;
   step.closures.aim(step.model, step.h, step.q, step.predictor.velocity());
   const ConstraintSet& all = step.ws.constraints;
-  for (const int index : step.predictor.tie_closures()) {
+  for (const int index : step.predictor.equality_closures()) {
     const PairConstraint& pair = all.pairs[all.contacts.size() + static_cast<size_t>(index)];
     if (!step.predictor.aims(step.model, pair)) continue;
     const Closure& closure = step.model.closures()[all.closures[index]];
@@ -168,7 +170,7 @@ void TiedPrediction::add_last(const Step& step, const VectorX& other, bool at_re
 }
 
 /// The adjoints of the group of a tree, and what they add.
-bool TiedPrediction::close(const Step& step, int first, bool at_rest, InverseDerivatives& d) {
+bool EqualityPrediction::close(const Step& step, int first, bool at_rest, InverseDerivatives& d) {
   coordinates_.clear();
   for (int t = first; t < step.model.num_trees(); ++t) {
     if (group_[t] < 0 || root(t) != root(first)) continue;
@@ -209,11 +211,11 @@ bool TiedPrediction::close(const Step& step, int first, bool at_rest, InverseDer
   return true;
 }
 
-bool TiedPrediction::add(const InverseArguments& of, const Given& given, Workspace::Impl& ws,
-                         ClosureDerivator& closures, InverseDerivatives& d) {
+bool EqualityPrediction::add(const InverseArguments& of, const Given& given, Workspace::Impl& ws,
+                             ClosureDerivator& closures, InverseDerivatives& d) {
   const auto& [predictor, predicted, other, at_rest] = given;
   const Model& model = of.model;
-  if (!predictor.any() || predictor.ties().empty()) return true;
+  if (!predictor.any() || predictor.equalities().empty()) return true;
   if (!predictor.refined()) return false;
   const Vector3 gravity =
       of.effects.has(Effect::kGravity) ? model.gravity() : Vector3(Vector3::Zero());
@@ -226,7 +228,8 @@ bool TiedPrediction::add(const InverseArguments& of, const Given& given, Workspa
   group(step);
   differentiate(step, {nullptr, &predictor.first_velocity()}, first_);
   in_second_ = in_last_;
-  if (!predictor.ties().pairs.empty()) closures.aim(model, step.h, of.q, predictor.first_velocity());
+  if (!predictor.equalities().pairs.empty())
+    closures.aim(model, step.h, of.q, predictor.first_velocity());
   differentiate(step, {&predictor.first_velocity(), &predictor.velocity()}, second_);
   add_between(step);
   add_last(step, other, at_rest, d);

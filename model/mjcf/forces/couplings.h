@@ -1,4 +1,4 @@
-// Joints tied to one another, linearly: what equalities, tendons and actuators make of it.
+// Joints coupled linearly: what equalities, tendons and actuators make of it.
 #pragma once
 
 #include <map>
@@ -10,9 +10,9 @@
 
 namespace counterpoint::mjcf {
 
-class Ties {
+class Couplings {
  public:
-  explicit Ties(RobotSpec& robot);
+  explicit Couplings(RobotSpec& robot);
 
   /// Sum of coefficient times coordinate; joints by index into RobotSpec::joints.
   using Sum = std::vector<std::pair<int, double>>;
@@ -23,9 +23,9 @@ class Ties {
   };
   Reduced reduce(const Sum& sum) const;
 
-  enum class Outcome { kTied, kHeldAlready, kLocks, kTooMany };
+  enum class Outcome { kCoupled, kHeldAlready, kLocks, kTooMany };
   /// Makes one joint follow another so that the sum is `value`, if two joints are in it.
-  Outcome tie(const Sum& sum, double value);
+  Outcome couple(const Sum& sum, double value);
 
  private:
   RobotSpec& robot_;

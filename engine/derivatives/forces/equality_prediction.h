@@ -1,8 +1,8 @@
-// Derivatives of a step through the predicted velocity (velocity_predictor.h) of tied trees:
-// linkages under closures and mimic joints.
+// Derivatives of a step through the predicted velocity (velocity_predictor.h) of trees under
+// equality constraints (closures, mimic joints): linkages under closures and mimic joints.
 //
-// Their prediction w2 comes in two passes, and so the inverse step is the third of three equations of
-// one kind, with B the velocity-dependent forces at two velocities and b the biases of the ties:
+// Their prediction w2 comes in two passes, and so the inverse step is the third of three equations
+// of one kind, with B the velocity-dependent forces at two velocities and b their biases:
 //
 //   r_k(q, v, w_in, w_out) = M (w_out - v) / h + B(v, w_in) + gravity + joint forces
 //                            + J' inv(R) (J w_out + b_k(q, v, w_in)) / h
@@ -16,7 +16,7 @@
 //
 //   - X2' (dr_2/dq dq + dr_2/dv dv) + X1' (dr_1/dq dq + dr_1/dv dv)
 //
-// of each group of trees that ties hold together.
+// of each group of trees that equalities couple.
 #pragma once
 
 #include <vector>
@@ -30,9 +30,9 @@
 
 namespace counterpoint {
 
-class TiedPrediction {
+class EqualityPrediction {
  public:
-  explicit TiedPrediction(const Model& model);
+  explicit EqualityPrediction(const Model& model);
 
   struct Given {
     const VelocityPredictor& predictor;
@@ -42,7 +42,7 @@ class TiedPrediction {
   };
   /// Adds to d what is missing of it. d has what the sweeps gave where those over trees with a
   /// prediction were taken at (v + other) / 2, velocity-dependent forces being B(v, other), and the
-  /// ties' responses at the biases that they have. False if it is not known.
+  /// equalities' responses at the biases that they have. False if it is not known.
   bool add(const InverseArguments& of, const Given& given, Workspace::Impl& ws,
            ClosureDerivator& closures, InverseDerivatives& d);
 
@@ -67,7 +67,7 @@ class TiedPrediction {
   void group(const Step& step);
   int root(int tree);
   void differentiate(const Step& step, const Stage& stage, InverseDerivatives& out);
-  void add_ties(const Step& step, const Stage& stage);
+  void add_equalities(const Step& step, const Stage& stage);
   void sweep(const Step& step, const Stage& stage, InverseDerivatives& out);
   void add_between(const Step& step);
   void add_last(const Step& step, const VectorX& other, bool at_rest, InverseDerivatives& d);
@@ -76,7 +76,7 @@ class TiedPrediction {
   TreeSweep sweep_;
   ForceResponses forces_;
   SparseSolver solver_;
-  std::vector<int> group_;  ///< by tree: a tree of the same group; -1: not tied
+  std::vector<int> group_;  ///< by tree: a tree of the same group; -1: not under equalities
   std::vector<Motion> V_;   ///< by body
   VectorX at_, a_, zero_;   ///< nv
   InverseDerivatives first_, second_, between_;

@@ -1,5 +1,5 @@
 // Closures under runge_kutta_4: through singular poses, order four, energy.
-#include "counterpoint/engine/step/tied_motion.h"
+#include "counterpoint/engine/step/equality_motion.h"
 
 #include <gtest/gtest.h>
 
@@ -9,7 +9,7 @@
 #include "support/allocation_guard.h"
 #include "support/linkages.h"
 
-namespace counterpoint::tied_motion_test {
+namespace counterpoint::equality_motion_test {
 namespace {
 
 /// A parallelogram of rods of 1 m and 1 kg, its cranks upright; `speed` [rad/s] of the cranks. It
@@ -59,7 +59,7 @@ Worst run(Simulator& sim, double duration) {
   return worst;
 }
 
-TEST(TiedRungeKutta, KeepsEnergyThroughFlatPoses) {
+TEST(RungeKuttaUnderEqualities, KeepsEnergyThroughFlatPoses) {
   // Five turns in 10 s, 20.5 J.
   struct Case {
     double h, energy;  // [s], [J]
@@ -73,7 +73,7 @@ TEST(TiedRungeKutta, KeepsEnergyThroughFlatPoses) {
   }
 }
 
-TEST(TiedRungeKutta, KeepsEnergyBesideAStiffSpring) {
+TEST(RungeKuttaUnderEqualities, KeepsEnergyBesideAStiffSpring) {
   // omega = sqrt(k / (5/3 kg m^2)) = 134/s: an explicit method of order four loses a share of
   // (omega h)^6 / 72 a step, 1.6e-4 of 0.8 J in 2 s.
   Simulator sim = window(1.0, 1e-3, Integrator::kRungeKutta4, 3e4);
@@ -82,7 +82,7 @@ TEST(TiedRungeKutta, KeepsEnergyBesideAStiffSpring) {
   EXPECT_LT(worst.open, 1e-12);
 }
 
-TEST(TiedRungeKutta, IsOfOrderFour) {
+TEST(RungeKuttaUnderEqualities, IsOfOrderFour) {
   const auto end = [](double h) {
     Simulator sim = window(3.0, h, Integrator::kRungeKutta4);
     run(sim, 0.48);
@@ -95,7 +95,7 @@ TEST(TiedRungeKutta, IsOfOrderFour) {
   EXPECT_LT(std::log2(of_coarse / of_fine), 5.0);
 }
 
-TEST(TiedRungeKutta, ClosesWhatStartsOpenNoFasterThanItMay) {
+TEST(RungeKuttaUnderEqualities, ClosesWhatStartsOpenNoFasterThanItMay) {
   Simulator sim = window(0.0, 2e-3, Integrator::kRungeKutta4);
   State state = sim.state();
   state.q[2] += 0.02;  // 20 mm
@@ -112,7 +112,7 @@ TEST(TiedRungeKutta, ClosesWhatStartsOpenNoFasterThanItMay) {
   EXPECT_LT(last, 1e-12);
 }
 
-TEST(TiedRungeKutta, StepsDoNotAllocate) {
+TEST(RungeKuttaUnderEqualities, StepsDoNotAllocate) {
   if (!test::counts_allocations()) GTEST_SKIP() << "AddressSanitizer owns malloc";
   Simulator sim = window(1.0, 2e-3, Integrator::kRungeKutta4);
   for (int i = 0; i < 10; ++i) sim.step();
@@ -122,4 +122,4 @@ TEST(TiedRungeKutta, StepsDoNotAllocate) {
 }
 
 }  // namespace
-}  // namespace counterpoint::tied_motion_test
+}  // namespace counterpoint::equality_motion_test

@@ -14,18 +14,20 @@
 namespace counterpoint {
 
 /// Any closures or mimic joints?
-bool has_ties(const Model& model, EffectSet effects);
+bool has_equalities(const Model& model, EffectSet effects);
 
 /// Makes the accelerations (nv) of the smooth motion at (q, w), whose kinematics are in ws.data,
 /// those under its closures and mimic joints.
-void tie_acceleration(const Model& model, const SimulationOptions& options, EffectSet effects,
-                      const VectorRef& q, const VectorRef& w, Workspace::Impl& ws,
-                      VectorX& acceleration, StepReport& report);  // Parameters: what it depends on, one by one
+void constrain_acceleration(const Model& model, const SimulationOptions& options, EffectSet effects,
+                            const VectorRef& q, const VectorRef& w, Workspace::Impl& ws,
+                            VectorX& acceleration,
+                            StepReport& report);  // Parameters: what it depends on, one by one
 
 /// Puts (q, w) of a state on its closures and mimic joints: no farther than a step of h [s] at
 /// max_recovery_speed, so that what starts open closes by and by. The worst error met on the way
 /// there [m or rad] is returned.
-double project_on_ties(const Model& model, const SimulationOptions& options, EffectSet effects,
-                       Workspace::Impl& ws, State& state, StepReport& report);
+double project_on_equalities(const Model& model, const SimulationOptions& options,
+                             EffectSet effects, Workspace::Impl& ws, State& state,
+                             StepReport& report);
 
 }  // namespace counterpoint

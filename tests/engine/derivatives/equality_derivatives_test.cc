@@ -1,4 +1,4 @@
-// Derivatives of the inverse step of what closures and mimic joints tie, against differences.
+// Derivatives of the inverse step under closures and mimic joints, against differences.
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -7,7 +7,7 @@
 #include "support/paths.h"
 #include "support/step_derivatives.h"
 
-namespace counterpoint::tied_derivatives_test {
+namespace counterpoint::equality_derivatives_test {
 namespace {
 
 using test::expect_exact;
@@ -50,7 +50,7 @@ Scene random_scene(int seed, const test::RandomModelOptions& o, double away, tes
   return scene;
 }
 
-TEST(TiedDerivatives, OfRandomTreesWithMimics) {
+TEST(EqualityDerivatives, OfRandomTreesWithMimics) {
   int mimics = 0;
   for (int seed = 0; seed < 30; ++seed) {
     test::RandomModelOptions o = random_options(seed);
@@ -65,7 +65,7 @@ TEST(TiedDerivatives, OfRandomTreesWithMimics) {
   EXPECT_GT(mimics, 20);
 }
 
-TEST(TiedDerivatives, OfRandomTreesWithClosures) {
+TEST(EqualityDerivatives, OfRandomTreesWithClosures) {
   for (int seed = 0; seed < 60; ++seed) {
     test::RandomModelOptions o = random_options(seed);
     o.closures = 1 + seed % 4;
@@ -84,7 +84,7 @@ TEST(TiedDerivatives, OfRandomTreesWithClosures) {
 /// With the laws as they are by default, where no kink lies within the difference. One robot, at
 /// the origin: 20 m off, places are rounded to 4e-15 m, over a time step, times 5e6 N s/m, and over
 /// 1e-4 m/s, the longest step of velocities, 1e-7 of du/dv+.
-TEST(TiedDerivatives, OfHardClosures) {
+TEST(EqualityDerivatives, OfHardClosures) {
   int checked = 0;
   for (int seed = 0; seed < 40; ++seed) {
     test::RandomModelOptions o = random_options(seed);
@@ -116,7 +116,7 @@ bool turns(const Model& model, int coordinate) {
 /// Where the engine makes no prediction, since there is nothing to predict, du/dv is what it tends
 /// to as bodies begin to turn. Of motions by which none turns there never is one: they are left
 /// out.
-TEST(TiedDerivatives, AtRest) {
+TEST(EqualityDerivatives, AtRest) {
   for (int seed = 0; seed < 12; ++seed) {
     test::RandomModelOptions o = random_options(seed);
     o.closures = seed % 3;
@@ -154,7 +154,7 @@ struct BundledCase {
   int steps;
 };
 
-TEST(TiedDerivatives, OfBundledScenes) {
+TEST(EqualityDerivatives, OfBundledScenes) {
   const BundledCase cases[] = {
       {"closures", 0},     {"closures", 20},        {"closures", 600},         {"everything", 0},
       {"everything", 150}, {"hard/four_bar", 100},  {"hard/slider_crank", 50}, {"hard/bricard", 40},
@@ -169,7 +169,7 @@ TEST(TiedDerivatives, OfBundledScenes) {
   }
 }
 
-TEST(TiedDerivatives, ByTheVelocityAtTheEndAreSymmetric) {
+TEST(EqualityDerivatives, ByTheVelocityAtTheEndAreSymmetric) {
   test::RandomModelOptions o;
   o.links = 6;
   o.robots = 2;
@@ -189,4 +189,4 @@ TEST(TiedDerivatives, ByTheVelocityAtTheEndAreSymmetric) {
 }
 
 }  // namespace
-}  // namespace counterpoint::tied_derivatives_test
+}  // namespace counterpoint::equality_derivatives_test
