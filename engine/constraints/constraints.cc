@@ -62,6 +62,14 @@ void find_mimics(const Model& model, const SimulationOptions& options, const Vec
 
 }  // namespace
 
+bool has_equalities(const ConstraintSet& constraints) {
+  return !constraints.closures.empty() ||
+         std::any_of(constraints.joints.begin(), constraints.joints.end(),
+                     [](const JointConstraint& row) {
+                       return row.law.type == contact::LawType::kEquality;
+                     });
+}
+
 ConstraintFinder::ConstraintFinder(const Model& model, InverseWeights weights)
     : weights_(std::move(weights)),
       collider_(model),

@@ -95,6 +95,9 @@ struct ConstraintSet {
   }
 };
 
+/// Are there closures or mimic joints?
+bool has_equalities(const ConstraintSet& constraints);
+
 /// Calls visit(tree_a, tree_b) for every constraint; -1 for the world, or if there is no second.
 template <class Visit>
 void for_each_constraint(const Model& model, const ConstraintSet& constraints, Visit visit) {

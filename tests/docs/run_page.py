@@ -2,7 +2,8 @@
 """run_page.py PAGE.md COMMAND: runs the shell blocks of a page as a reader would, in order, in a folder of its own.
 
 A block is ```sh ... ```; `counterpoint` in it is COMMAND. Files that the page shows first (```yaml file.yaml) are
-written there. A block that fails ends the run with its output and exit code 1."""
+written there. A block that fails ends the run with its output and exit code 1. Where COMMAND was built without the page
+of replays (no npm registry) they are left out, aloud."""
 
 import pathlib
 import re
@@ -14,15 +15,26 @@ BLOCK = re.compile(r"^```(\w+)(?: ([\w./-]+))?\n(.*?)^```", re.M | re.S)
 PAGE_SECONDS = 600  # a page is to be done while its reader waits
 
 
+def without_replays(text):
+    lines = [line for line in text.splitlines() if not line.startswith("counterpoint view ")]
+    return re.sub(r" --view \S+", "", "\n".join(lines))
+
+
 def main():
     page, command = pathlib.Path(sys.argv[1]), pathlib.Path(sys.argv[2]).resolve()
     blocks = BLOCK.findall(page.read_text(encoding="utf-8"))
+    version = subprocess.run([command, "--version"], capture_output=True, text=True, check=True).stdout
+    no_replays = re.search(r"^replay pages: (no .*)$", version, re.M)
+    if no_replays:
+        print(f"without replays: {no_replays[1]}")
     ran = 0
     with tempfile.TemporaryDirectory() as folder:
         for language, file, text in blocks:
             if file:
                 (pathlib.Path(folder) / file).write_text(text, encoding="utf-8")
             elif language == "sh":
+                if no_replays:
+                    text = without_replays(text)
                 script = f'counterpoint() {{ "{command}" "$@"; }}\nset -e\n{text}'
                 done = subprocess.run(["bash", "-c", script], cwd=folder, capture_output=True, text=True,
                                       timeout=PAGE_SECONDS)

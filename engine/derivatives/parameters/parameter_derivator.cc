@@ -29,14 +29,6 @@ bool is_of_options(const StepParameter& parameter) {
   return parameter.targets.empty() && parameter.kind != K::kGravity;
 }
 
-bool has_equalities(const ConstraintSet& constraints) {
-  const auto equality = [](const JointConstraint& row) {
-    return row.law.type == contact::LawType::kEquality;
-  };
-  return !constraints.closures.empty() ||
-         std::any_of(constraints.joints.begin(), constraints.joints.end(), equality);
-}
-
 /// Whether all that acts has a closed form by this parameter.
 bool is_closed(K kind, const Model& model, const SimulationOptions& options, const Input& known,
                const Workspace::Impl& ws) {

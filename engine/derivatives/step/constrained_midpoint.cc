@@ -10,18 +10,6 @@
 #include "counterpoint/engine/step/step_forces.h"
 
 namespace counterpoint {
-namespace {
-
-/// Closures or mimic joints, which a prediction may look ahead of.
-bool has_equalities(const ConstraintSet& constraints) {
-  if (!constraints.closures.empty()) return true;
-  return std::any_of(
-      constraints.joints.begin(), constraints.joints.end(),
-      [](const JointConstraint& row) { return row.law.type == contact::LawType::kEquality; });
-}
-
-}  // namespace
-
 ConstrainedMidpoint::ConstrainedMidpoint(const Model& model)
     : w(VectorX::Zero(model.nv())),
       M_(model.nv(), model.nv()),
