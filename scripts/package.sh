@@ -3,7 +3,9 @@
 # what the release preset builds.
 set -eu
 cd "$(dirname "$0")/.."
-command -v dpkg-shlibdeps >/dev/null || { echo "error: dpkg-shlibdeps is missing (Debian: dpkg-dev)" >&2; exit 2; }
+for tool in dpkg-shlibdeps file; do
+  command -v $tool >/dev/null || { echo "error: $tool is missing (apt-get install dpkg-dev file)" >&2; exit 2; }
+done
 # Without MPI, which would have to be installed with them; the build has it again afterwards, where it is found.
 trap 'cmake --preset release -DCOUNTERPOINT_MPI=AUTO >/dev/null' EXIT
 cmake --preset release -DCMAKE_INSTALL_PREFIX=/usr -DCMAKE_INSTALL_LIBDIR=lib -DCOUNTERPOINT_MPI=OFF >/dev/null
