@@ -46,6 +46,7 @@ class Dynamics {
  public:
   /// At the model's default configuration, at rest. The model must outlive this.
   explicit Dynamics(const Model& model);
+  explicit Dynamics(Model&&) = delete;  ///< which would not
   ~Dynamics();
   Dynamics(Dynamics&&) noexcept;
   Dynamics& operator=(Dynamics&&) noexcept;

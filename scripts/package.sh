@@ -6,8 +6,10 @@ cd "$(dirname "$0")/.."
 for tool in dpkg-shlibdeps file; do
   command -v $tool >/dev/null || { echo "error: $tool is missing (apt-get install dpkg-dev file)" >&2; exit 2; }
 done
-# Without MPI, which would have to be installed with them; the build has it again afterwards, where it is found.
-trap 'cmake --preset release -DCOUNTERPOINT_MPI=AUTO >/dev/null' EXIT
+# Without MPI, which would have to be installed with them. Afterwards the build has it again, where it is found, and
+# the prefix that it had.
+prefix=$(sed -n 's/^CMAKE_INSTALL_PREFIX:PATH=//p' build/release/CMakeCache.txt 2>/dev/null || true)
+trap 'cmake --preset release -DCOUNTERPOINT_MPI=AUTO "-DCMAKE_INSTALL_PREFIX=${prefix:-/usr/local}" >/dev/null' EXIT
 cmake --preset release -DCMAKE_INSTALL_PREFIX=/usr -DCMAKE_INSTALL_LIBDIR=lib -DCOUNTERPOINT_MPI=OFF >/dev/null
 cmake --build --preset release --target counterpoint
 if cmake --build --preset release --target help | grep -q "^counterpoint_python:"; then

@@ -9,6 +9,7 @@
 #include "command.h"
 #include "counterpoint/engine/io/trajectory.h"
 #include "counterpoint/engine/step_derivatives.h"
+#include "input/motion.h"
 #include "input/scene_arguments.h"
 #include "interrupt.h"
 #include "measure/median.h"
@@ -197,7 +198,7 @@ int derivatives(DerivativesArguments& arguments) {
   if (arguments.compliance) scene.options.contact.compliance = *arguments.compliance;
   const bool given = !arguments.trajectory.empty();
   const Trajectory trajectory =
-      given ? read_trajectory(arguments.trajectory, scene.model) : first_step(scene);
+      given ? read_motion(arguments.trajectory, scene.model) : first_step(scene);
   const std::vector<double> steps =
       step_lengths(trajectory, arguments.time_step, scene.options.time_step);
   DerivativesRun run(arguments, scene);

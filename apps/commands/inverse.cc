@@ -9,6 +9,7 @@
 #include "counterpoint/engine/dynamics/integrator.h"
 #include "counterpoint/engine/io/trajectory.h"
 #include "counterpoint/engine/step.h"
+#include "input/motion.h"
 #include "input/scene_arguments.h"
 #include "interrupt.h"
 #include "report/contact_table.h"
@@ -178,7 +179,7 @@ void report_forces(const Trajectory& trajectory, const Recovered& recovered, Rep
 int inverse(InverseArguments& arguments) {
   arguments.view.check();
   const Scene scene = arguments.scene.load();
-  const Trajectory trajectory = read_trajectory(arguments.trajectory, scene.model);
+  const Trajectory trajectory = read_motion(arguments.trajectory, scene.model);
   const std::vector<double> steps =
       step_lengths(trajectory, arguments.time_step, scene.options.time_step);
   const Recovered recovered = recover(arguments, scene, trajectory, steps);

@@ -7,6 +7,7 @@
 
 #include "command.h"
 #include "counterpoint/engine/io/trajectory.h"
+#include "input/motion.h"
 #include "input/scene_arguments.h"
 #include "interrupt.h"
 #include "report/progress.h"
@@ -78,7 +79,7 @@ view::Clip recorded(const ViewArguments& arguments, const Scene& scene, const Tr
 }
 
 view::Replay make_replay(const ViewArguments& arguments, const Scene& scene) {
-  const Trajectory trajectory = read_trajectory(arguments.motion, scene.model);
+  const Trajectory trajectory = read_motion(arguments.motion, scene.model);
   std::vector<double> steps;
   if (arguments.forces)
     steps = step_lengths(trajectory, arguments.time_step, scene.options.time_step);
@@ -90,7 +91,7 @@ view::Replay make_replay(const ViewArguments& arguments, const Scene& scene) {
   if (!arguments.contacts.empty())
     view::read_contacts(arguments.contacts, scene.model, replay.clip);
   for (size_t i = 0; i < arguments.ghosts.size(); ++i) {
-    const Trajectory other = read_trajectory(arguments.ghosts[i], scene.model);
+    const Trajectory other = read_motion(arguments.ghosts[i], scene.model);
     replay.ghosts.push_back(recorded(arguments, scene, other, {}, false));
     const bool named = i < arguments.ghost_names.size();
     replay.ghosts.back().name = named                          ? arguments.ghost_names[i]

@@ -9,6 +9,7 @@
 #include "command_line/command_line.h"
 #include "counterpoint/engine/dynamics/integrator.h"
 #include "counterpoint/engine/optimize/feedback.h"
+#include "input/motion.h"
 
 namespace counterpoint::apps {
 
@@ -33,7 +34,7 @@ void add_follow(Command& command, FollowArguments& arguments) {
 }
 
 Follower::Follower(const FollowArguments& arguments, const Model& model)
-    : arguments_(arguments), motion_(read_trajectory(arguments.motion, model)) {
+    : arguments_(arguments), motion_(read_motion(arguments.motion, model)) {
   if (motion_.applied_force.size() == 0)
     throw InputError(arguments.motion +
                      ": a motion to follow needs its applied forces: columns as "

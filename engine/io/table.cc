@@ -165,7 +165,8 @@ std::string TableReader::where() const {
   return fmt::format("{}: row {}", file_, rows_before_ + row_ + 1);
 }
 
-Table::Table(const std::filesystem::path& file) : file_(file.string()) {
+Table::Table(const std::filesystem::path& file, const RowsRead& on_rows) : file_(file.string()) {
+  constexpr int kRows = 1024;  // between calls of on_rows
   TableReader reader(file);
   has_lines_ = format_of(file).magic.empty();
   for (const Column& column : reader.columns()) columns_.push_back(column.name);
@@ -175,7 +176,7 @@ Table::Table(const std::filesystem::path& file) : file_(file.string()) {
                                    limits::kMaxTableCells));
     for (int i = 0; i < reader.num_columns(); ++i) cells_.push_back(reader.cell(i));
     if (has_lines_) lines_.push_back(reader.line());
-    ++num_rows_;
+    if (++num_rows_ % kRows == 0 && on_rows) on_rows(num_rows_);
   }
 }
 

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -73,11 +74,14 @@ class TableReader {
   long rows_before_ = 0;      ///< the block
 };
 
+/// Is told now and then how many rows have been read.
+using RowsRead = std::function<void(int rows)>;
+
 /// A whole table in memory. Empty cells are NaN; "nan" and "inf" are refused.
 class Table {
  public:
   /// @throws InputError as TableReader, and for more cells than limits::kMaxTableCells.
-  explicit Table(const std::filesystem::path& file);
+  explicit Table(const std::filesystem::path& file, const RowsRead& on_rows = {});
 
   const std::string& file() const { return file_; }
   const std::vector<std::string>& columns() const { return columns_; }

@@ -222,8 +222,9 @@ void Trajectory::set_known(const Model& model, int step, Input& input) const {
   input.softening = softening.empty() ? Softening() : softening[static_cast<size_t>(step)];
 }
 
-Trajectory read_trajectory(const std::filesystem::path& file, const Model& model) {
-  const Table table(file);
+Trajectory read_trajectory(const std::filesystem::path& file, const Model& model,
+                           const RowsRead& on_rows) {
+  const Table table(file, on_rows);
   const CoordinateNames names = coordinate_names(model);
   refuse_unknown_columns(table, model, names);
   const int rows = table.num_rows();

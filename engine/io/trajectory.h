@@ -83,7 +83,8 @@ struct Trajectory {
 /// of all kinds and time_step may be missing. @throws InputError naming file, line and column when
 /// a coordinate is missing, a column unknown, a quaternion not of unit length (1e-6), time not
 /// rising.
-Trajectory read_trajectory(const std::filesystem::path& file, const Model& model);
+Trajectory read_trajectory(const std::filesystem::path& file, const Model& model,
+                           const RowsRead& on_rows = {});
 
 /// The length of every step [s]: the trajectory's own time_step column if it has one, else `given`
 /// (if set) or `scene_step`, checked against the times. @throws InputError when these disagree.
