@@ -192,10 +192,12 @@ class ConstraintFinder {
                  const Data& data) const;
   const Material& material_of(const Model& model, EffectSet effects,
                               const collision::Candidate& candidate);
+  void move_to_meeting(const Model& model, collision::Candidate& candidate) const;
   ParkedContact describe(const Model& model, const SimulationOptions& options, EffectSet effects,
                          const Data& data, const collision::Candidate& candidate);
   Vector3 make_contact(const Model& model, const SimulationOptions& options, EffectSet effects,
-                       const Data& data, const ParkedContact& found, PairConstraint& contact);
+                       const Data& data, const collision::Candidate& candidate,
+                       PairConstraint& contact);
   void give_rows(const ParkedContact& parked, const Model& model, const SimulationOptions& options,
                  PairConstraint& contact, ConstraintSet& out);
   void park_contacts_of(const FarPair& far, const Model& model, const SimulationOptions& options,

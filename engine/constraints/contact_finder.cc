@@ -184,7 +184,7 @@ bool ConstraintFinder::find_reached_contacts(const Model& model, const Simulatio
   return std::erase_if(out.parked, [&](const ParkedContact& parked) {
            if (!is_reached(parked, options.contact, h, V_, data)) return false;
            PairConstraint contact;
-           make_contact(model, options, effects, data, parked, contact);
+           make_contact(model, options, effects, data, parked.candidate, contact);
            if (!is_reached(by_law(parked, contact, h), options.contact, h, V_, data)) return false;
            give_rows(parked, model, options, contact, out);
            return true;
@@ -197,7 +197,7 @@ void ConstraintFinder::unpark_all(const Model& model, const SimulationOptions& o
   out.far.clear();
   for (const ParkedContact& parked : out.parked) {
     PairConstraint contact;
-    make_contact(model, options, effects, data, parked, contact);
+    make_contact(model, options, effects, data, parked.candidate, contact);
     give_rows(parked, model, options, contact, out);
   }
   out.parked.clear();
@@ -215,9 +215,11 @@ void ConstraintFinder::park_contacts_of(const FarPair& far, const Model& model,
     return std::pair(c.geometry_a, c.geometry_b) > far.geometries;
   };
   auto place = std::find_if(out.parked.begin(), out.parked.end(), behind) - out.parked.begin();
-  for (const collision::Candidate& candidate : candidates_)
+  for (collision::Candidate& candidate : candidates_) {
+    move_to_meeting(model, candidate);
     out.parked.insert(out.parked.begin() + place++,
                       describe(model, options, effects, data, candidate));
+  }
 }
 
 /// Before the closures, which come behind the contacts.
@@ -281,7 +283,16 @@ const Material& ConstraintFinder::material_of(const Model& model, EffectSet effe
   return material_;
 }
 
-/// A candidate, moved to where the bodies meet, as one that may be parked.
+/// The bodies meet where the lighter one's surface is now, or nearly: halfway across a gap of
+/// decimetres friction would turn a small body by an arm that it does not have.
+void ConstraintFinder::move_to_meeting(const Model& model, collision::Candidate& candidate) const {
+  const double a = weights_.contact[model.geometries()[candidate.geometry_a].body];
+  const double b = weights_.contact[model.geometries()[candidate.geometry_b].body];
+  const double towards_b = b / (a + b) - 0.5;
+  candidate.position += towards_b * std::max(candidate.gap, 0.0) * candidate.normal;
+}
+
+/// A candidate, where the bodies meet, as one that may be parked.
 ParkedContact ConstraintFinder::describe(const Model& model, const SimulationOptions& options,
                                          EffectSet effects, const Data& data,
                                          const collision::Candidate& candidate) {
@@ -289,16 +300,11 @@ ParkedContact ConstraintFinder::describe(const Model& model, const SimulationOpt
   const int a = model.geometries()[candidate.geometry_a].body;
   const int b = model.geometries()[candidate.geometry_b].body;
   ParkedContact out{candidate, a, b};
-  // The bodies meet where the lighter one's surface is now, or nearly: halfway across a gap of
-  // decimetres friction would turn a small body by an arm that it does not have.
-  const double alpha = weights_.contact[a] + weights_.contact[b];
-  const double towards_b = weights_.contact[b] / alpha - 0.5;
-  out.candidate.position += towards_b * std::max(candidate.gap, 0.0) * candidate.normal;
-  out.velocity = relative_velocity_at(out.candidate.position, a, b, data, data.V);
+  out.velocity = relative_velocity_at(candidate.position, a, b, data, data.V);
+  // Both surfaces are within the gap of the place.
   out.gap = candidate.gap;
   for (const int body : {a, b})
-    if (body != 0)
-      out.gap -= turn_share_[body] * (out.candidate.position - data.X_WB[body].translation).norm();
+    if (body != 0) out.gap -= turn_share_[body] * (radius_[body] + std::max(candidate.gap, 0.0));
   const bool meets = out.gap + h * candidate.normal.dot(out.velocity) <= 0.0;
   if (!rubs(options.contact, out.gap, meets)) return out;
   const Material& material = material_of(model, effects, candidate);
@@ -310,9 +316,9 @@ ParkedContact ConstraintFinder::describe(const Model& model, const SimulationOpt
 /// Makes of `contact`, a constraint at its defaults, that of a candidate; returns its velocity now.
 Vector3 ConstraintFinder::make_contact(const Model& model, const SimulationOptions& options,
                                        EffectSet effects, const Data& data,
-                                       const ParkedContact& found, PairConstraint& contact) {
+                                       const collision::Candidate& candidate,
+                                       PairConstraint& contact) {
   const double h = options.time_step;
-  const collision::Candidate& candidate = found.candidate;
   const Geometry& a = model.geometries()[candidate.geometry_a];
   const Geometry& b = model.geometries()[candidate.geometry_b];
   const double alpha = weights_.contact[a.body] + weights_.contact[b.body];
@@ -322,7 +328,8 @@ Vector3 ConstraintFinder::make_contact(const Model& model, const SimulationOptio
   contact.position = candidate.position;
   const Matrix3 t1_t2_n = frame_from_normal(candidate.normal);
   contact.frame << t1_t2_n.col(2), t1_t2_n.col(0), t1_t2_n.col(1);
-  const Vector3 v = contact.frame.transpose() * found.velocity;
+  const Vector3 v = contact.frame.transpose() *
+                    relative_velocity_at(contact.position, a.body, b.body, data, data.V);
   const double gap = gap_less_turning(contact, candidate.gap, h, data);
   contact.gap_bias = gap_bias(options.contact, h, gap);
   const Bounce bounce = find_contact_bounce(options, effects, material, contact, gap, v[0]);
@@ -341,23 +348,29 @@ void ConstraintFinder::find_contacts(const Model& model, const SimulationOptions
   std::fill(turn_known_.begin(), turn_known_.end(), 0);
   material_of_ = {-1, -1};
   const double near = parking_gap(options.contact, h);
-  for (const collision::Candidate& candidate : candidates_) {
-    const ParkedContact found = describe(model, options, effects, data, candidate);
+  for (collision::Candidate& candidate : candidates_) {
+    move_to_meeting(model, candidate);
     count_contact(material_of(model, effects, candidate), counts);
-    const bool may_park = parks && !idle(found.body_a) && !idle(found.body_b);
-    if (may_park && !is_near(found, near, h)) {
-      out.parked.push_back(found);
-      continue;
+    const bool may_park = parks && candidate.gap >= near &&
+                          !idle(model.geometries()[candidate.geometry_a].body) &&
+                          !idle(model.geometries()[candidate.geometry_b].body);
+    ParkedContact open;
+    if (may_park) {
+      open = describe(model, options, effects, data, candidate);
+      if (!is_near(open, near, h)) {
+        out.parked.push_back(open);
+        continue;
+      }
     }
     PairConstraint& contact = out.pairs.emplace_back();
-    const Vector3 v = make_contact(model, options, effects, data, found, contact);
-    if (may_park && !is_near(by_law(found, contact, h), near, h)) {
-      out.parked.push_back(found);
+    const Vector3 v = make_contact(model, options, effects, data, candidate, contact);
+    if (may_park && !is_near(by_law(open, contact, h), near, h)) {
+      out.parked.push_back(open);
       out.pairs.pop_back();
       continue;
     }
     out.max_penetration = std::max(out.max_penetration, -candidate.gap);
-    out.contacts.push_back(found.candidate);
+    out.contacts.push_back(candidate);
     speed_.push_back(std::sqrt(v[1] * v[1] + v[2] * v[2]));
   }
   // Room for those that will get rows, so that it is the candidates' number that has to be seen.
