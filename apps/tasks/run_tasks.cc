@@ -140,15 +140,17 @@ class TaskRun {
 
   void follow(Workers& workers) {
     bool asked = false, failed = false;
+    const auto tell_of_failure = [&] {
+      if (failed || !workers.error()) return;
+      failed = true;
+      bool bad_input = false;
+      const std::string text = words_of(workers.error(), bad_input);
+      tell(Word::kFailed, 0, text, bad_input);
+    };
     while (!workers.ended()) {
       workers.wait(kTick);
       if (journal_) journal_->sync();
-      if (!failed && workers.error()) {
-        failed = true;
-        bool bad_input = false;
-        const std::string text = words_of(workers.error(), bad_input);
-        tell(Word::kFailed, 0, text, bad_input);
-      }
+      tell_of_failure();
       if (settings_.stop && settings_.stop()) workers.close(true);
       if (const std::int64_t wanted = workers.wanted(); !asked && wanted > 0) {
         tell(Word::kWant, wanted);
@@ -157,6 +159,7 @@ class TaskRun {
       asked = !listen(workers) && asked;
       if (asked && workers.wanted() > 0) std::this_thread::sleep_for(std::chrono::microseconds(50));
     }
+    tell_of_failure();  // it may have ended the last thread since the last look
     if (asked) await_answer(workers);
     tell(Word::kEnded, 0);
   }
@@ -207,6 +210,7 @@ class TaskRun {
       done_elsewhere_ += unsent_.exchange(0);
       progress.update(static_cast<double>(done_elsewhere_) + under_way(workers));
     }
+    notice_error(workers);  // it may have ended the last thread since the last look
     done_elsewhere_ += unsent_.exchange(0);
     results_.computed = done_elsewhere_;
     results_.finished =
@@ -222,13 +226,17 @@ class TaskRun {
     return stopping_ ? Chunk() : chunks_->next(wanted, world_.size());
   }
 
-  /// What went wrong here, and whether the user wants an end.
-  void notice(Workers& workers) {
-    if (failure_.empty() && workers.error()) {
-      first_error_ = workers.error();
-      failure_ = words_of(first_error_, bad_input_);
-      stopping_ = true;
-    }
+  /// What went wrong here.
+  void notice_error(const Workers& workers) {
+    if (!failure_.empty() || !workers.error()) return;
+    first_error_ = workers.error();
+    failure_ = words_of(first_error_, bad_input_);
+    stopping_ = true;
+  }
+
+  /// That, and whether the user wants an end.
+  void notice(const Workers& workers) {
+    notice_error(workers);
     if (settings_.stop && settings_.stop()) {
       results_.stopped = true;
       stopping_ = true;
