@@ -10,7 +10,11 @@ cd "$(dirname "$0")/.."
 # FCL, assimp and qhull come from the system; what they hold until the end is not ours to free.
 export ASAN_OPTIONS=detect_leaks=0:strict_string_checks=1
 export UBSAN_OPTIONS=print_stacktrace=1
-cmake --preset asan
+# As scripts/setup.sh: a build from nothing compiles many files at a time.
+unity=""
+[ -e build/asan/CMakeCache.txt ] || unity=-DCOUNTERPOINT_UNITY=ON
+# shellcheck disable=SC2086  # one word or none
+cmake --preset asan $unity
 case "${1:-}" in
   "")
     cmake --build --preset asan

@@ -18,7 +18,7 @@ def reason(output):
 def main():
     text = open(sys.argv[1], encoding="utf-8", errors="replace").read()
     skipped = collections.defaultdict(list)
-    for block in re.split(r"^-{58}\n(?=\d+/\d+ Testing: )", text, flags=re.M):
+    for block in re.split(r"^(?=\d+/\d+ Testing: )", text, flags=re.M):
         name = re.search(r"Testing: (\S+)", block)
         if name is None or not re.search(r"^Test Skipped|^\[  SKIPPED \]|return code 77", block, flags=re.M):
             continue

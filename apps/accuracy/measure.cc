@@ -216,6 +216,7 @@ struct DistinctSettings {
       for (size_t p = 0; p < families[f].settings.size(); ++p) {
         const std::string& key = families[f].settings[p].key;
         const auto found = known.find(key);
+        // cppcheck-suppress invalidContainerReference
         mine.push_back(found != known.end() ? found->second : places.size());
         if (found != known.end()) continue;
         if (!key.empty()) known[key] = places.size();

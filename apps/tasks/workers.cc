@@ -16,8 +16,7 @@ constexpr double kChunkSeconds = 1.0;
 
 Workers::Workers(int threads, const TaskList& list,
                  std::function<void(std::int64_t, Outcome&&)> deliver)
-    : list_(list), deliver_(std::move(deliver)) {
-  running_ = threads;
+    : list_(list), deliver_(std::move(deliver)), running_(threads) {
   for (int i = 0; i < threads; ++i) threads_.emplace_back([this] { work(); });
 }
 

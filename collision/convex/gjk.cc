@@ -221,6 +221,7 @@ Outcome iterate(const MinkowskiDifference& difference, double margin, const Accu
 }
 
 void fill_witness(const Simplex& simplex, const Vector3& v, Witness& out) {
+  // cppcheck-suppress ctuuninitvar
   out.point_a.setZero();
   out.point_b.setZero();
   for (int i = 0; i < simplex.size; ++i) {

@@ -115,7 +115,7 @@ class FileEntry final : public ZipEntry {
   std::uint32_t crc_ = 0, checksum_ = 0;
   bool deflated_, ended_ = false, checked_ = false;
   z_stream inflater_{};
-  char buffer_[1 << 14];
+  char buffer_[1 << 14] = {};
 };
 
 }  // namespace

@@ -276,7 +276,7 @@ class PlainCollada : private ColladaReader {
         if (indices[i] < 0 || indices[i] >= points) {
           fail(p, fmt::format("holds index {}, beyond the {} there are", indices[i], points));
         }
-        run.push_back(indices[i]);
+        run.push_back(indices[i]);  // cppcheck-suppress invalidContainerReference
       }
     });
     return runs;

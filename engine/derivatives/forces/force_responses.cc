@@ -149,7 +149,7 @@ void ForceResponses::put_into(SweepInput& in) const {
 }
 
 void ForceResponses::add_couplings(const Model& model, const SweepInput& in, TreeSweep& sweep,
-                                   SweepOutput out) const {
+                                   const SweepOutput& out) const {
   if (couplings_.empty() && inner_.empty() && speeds_.empty()) return;
   for (const Tree& tree : model.trees()) sweep.find_response_columns(model, tree, in);
   for (const InnerPair& pair : inner_) sweep.add_inner_pair(model, pair, out);

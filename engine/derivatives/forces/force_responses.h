@@ -41,7 +41,7 @@ class ForceResponses {
   /// After sweeps by `sweep` with that input over the trees of these bodies: what couples two
   /// bodies by their paths.
   void add_couplings(const Model& model, const SweepInput& in, TreeSweep& sweep,
-                     SweepOutput out) const;
+                     const SweepOutput& out) const;
 
  private:
   /// A force of one body that changes with another's motion.
