@@ -2,6 +2,7 @@
 // acts on single coordinates.
 #pragma once
 
+#include "counterpoint/engine/derivatives/dynamics/inertia_regressor.h"
 #include "counterpoint/engine/derivatives/dynamics/sparse_solve.h"
 #include "counterpoint/engine/derivatives/dynamics/sweep.h"
 #include "counterpoint/engine/derivatives/parameters/prepared_parameter.h"
@@ -44,9 +45,9 @@ class ParameterDynamics {
   TreeSweep sweep_;
   InertiaRegressor regressor_;
   SparseSolver solver_;
-  VectorX zero_, at_;    ///< nv
+  VectorX zero_, at_;      ///< nv
   MatrixX by_prediction_;  ///< nv x parameters: of the prediction's equation
-  MatrixX dq_, dv_, M_;  ///< nv x nv
+  MatrixX dq_, dv_, M_;    ///< nv x nv
 };
 
 }  // namespace counterpoint
