@@ -328,7 +328,7 @@ Vector3 ConstraintFinder::make_contact(const Model& model, const SimulationOptio
   contact.position = candidate.position;
   const Matrix3 t1_t2_n = frame_from_normal(candidate.normal);
   contact.frame << t1_t2_n.col(2), t1_t2_n.col(0), t1_t2_n.col(1);
-  const Vector3 v = contact.frame.transpose() *
+  Vector3 v = contact.frame.transpose() *
                     relative_velocity_at(contact.position, a.body, b.body, data, data.V);
   const double gap = gap_less_turning(contact, candidate.gap, h, data);
   contact.gap_bias = gap_bias(options.contact, h, gap);

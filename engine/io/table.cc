@@ -58,6 +58,7 @@ void check_content(const std::filesystem::path& file, const TableFormat& format)
 void check_names(const std::vector<Column>& columns, const std::string& file) {
   if (columns.empty()) throw InputError(fmt::format("{}: no columns", file));
   std::vector<std::string> sorted;
+  sorted.reserve(columns.size());
   for (const Column& column : columns) sorted.push_back(column.name);
   std::sort(sorted.begin(), sorted.end());
   const auto repeated = std::adjacent_find(sorted.begin(), sorted.end());
