@@ -329,7 +329,7 @@ Vector3 ConstraintFinder::make_contact(const Model& model, const SimulationOptio
   const Matrix3 t1_t2_n = frame_from_normal(candidate.normal);
   contact.frame << t1_t2_n.col(2), t1_t2_n.col(0), t1_t2_n.col(1);
   Vector3 v = contact.frame.transpose() *
-                    relative_velocity_at(contact.position, a.body, b.body, data, data.V);
+              relative_velocity_at(contact.position, a.body, b.body, data, data.V);
   const double gap = gap_less_turning(contact, candidate.gap, h, data);
   contact.gap_bias = gap_bias(options.contact, h, gap);
   const Bounce bounce = find_contact_bounce(options, effects, material, contact, gap, v[0]);

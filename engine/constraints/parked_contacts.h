@@ -30,8 +30,8 @@ namespace counterpoint {
 /// Gap [m] within which a contact at rest has rows, for a step of h.
 double parking_gap(const ContactOptions& options, double h);
 
-/// The same with the gap and the friction that the law of its constraint has: what was a bound is
-/// exact.
+/// The same with the gap and the friction that the law of its constraint has, which are no bounds;
+/// of spin the largest still counts for all axes.
 ParkedContact by_law(ParkedContact contact, const PairConstraint& pair, double h);
 
 /// Whether a contact may act in a step of h, as judged from its velocity at the start.

@@ -42,6 +42,15 @@ struct RandomModelOptions {
   int closures = 0;  ///< of every type, between any links or the world; closed in the default pose
 };
 
+/// Up to 13 links on up to three robots, with bases that are fixed and that float in turn.
+inline RandomModelOptions varied_options(int seed) {
+  RandomModelOptions o;
+  o.links = 1 + seed % 13;
+  o.robots = 1 + seed % 3;
+  o.base = seed % 2 == 0 ? Base::kFloating : Base::kFixed;
+  return o;
+}
+
 /// Every joint type, branches, turned axes, offset and tilted inertias of real boxes.
 RobotSpec make_random_robot(std::uint64_t seed, const RandomModelOptions& options = {});
 /// Robots "0/", "1/", ... (no prefix if there is one only), apart from each other.

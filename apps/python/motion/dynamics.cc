@@ -135,10 +135,7 @@ model : Model
           [](const DataPtr& d, const std::string& frame) {
             MatrixX J;
             d->dynamics.frame_jacobian(check_frame(*d->model, frame), J);
-            py::array_t<double> out({J.rows(), J.cols()});
-            for (Eigen::Index i = 0; i < J.rows(); ++i)
-              for (Eigen::Index j = 0; j < J.cols(); ++j) out.mutable_at(i, j) = J(i, j);
-            return out;
+            return copy_matrix(J);
           },
           py::arg("frame"),
           "J of the frame of a link, after compute_kinematics, shape (6, nv): angular velocity and "

@@ -9,15 +9,6 @@
 namespace counterpoint::python {
 namespace {
 
-/// The columns of a matrix of C++ as the rows of an array: a view.
-py::array rows(const MatrixX& m, py::handle owner) {
-  return view(m.data(), {m.cols(), m.rows()}, {m.rows(), 1}, owner);
-}
-
-py::array times(const std::vector<double>& x, py::handle owner) {
-  return view(x.data(), {static_cast<py::ssize_t>(x.size())}, {1}, owner);
-}
-
 TrajectoryPtr read_trajectory_of(const std::filesystem::path& file, const py::object& of) {
   auto out = std::make_shared<TrajectoryHandle>();
   if (py::isinstance<SceneHandle>(of)) {
@@ -67,7 +58,7 @@ py::dict to_dict(const TrajectoryPtr& t) {
   const CoordinateNames& names = t->model->coordinates->names;
   const py::object self = py::cast(t);
   py::dict out;
-  out["time"] = times(x.time, self);
+  out["time"] = view(x.time, self);
   const auto add = [&](const std::vector<std::string>& list, const MatrixX& m) {
     for (size_t i = 0; i < list.size(); ++i) {
       py::array_t<double> column(x.num_rows());
@@ -300,20 +291,20 @@ void bind_trajectory(py::module_& m) {
           "scene", [](const TrajectoryHandle& t) { return t.scene; },
           "Scene it was made from, or None.")
       .def_property_readonly(
-          "time", [](const Self& t) { return times(t->trajectory.time, py::cast(t)); },
+          "time", [](const Self& t) { return view(t->trajectory.time, py::cast(t)); },
           "[s], shape (rows,).")
       .def_property_readonly(
-          "time_step", [](const Self& t) { return times(t->trajectory.time_step, py::cast(t)); },
+          "time_step", [](const Self& t) { return view(t->trajectory.time_step, py::cast(t)); },
           "Lengths of the steps [s], shape (rows - 1,); empty where unknown.")
       .def_property_readonly(
-          "q", [](const Self& t) { return rows(t->trajectory.q, py::cast(t)); },
+          "q", [](const Self& t) { return view_columns(t->trajectory.q, py::cast(t)); },
           "Shape (rows, nq).")
       .def_property_readonly(
-          "v", [](const Self& t) { return rows(t->trajectory.v, py::cast(t)); },
+          "v", [](const Self& t) { return view_columns(t->trajectory.v, py::cast(t)); },
           "[m/s, rad/s], shape (rows, nv).")
       .def_property_readonly(
           "applied_force",
-          [](const Self& t) { return rows(t->trajectory.applied_force, py::cast(t)); },
+          [](const Self& t) { return view_columns(t->trajectory.applied_force, py::cast(t)); },
           "[N, N m], shape (rows - 1, nv); (0, 0) where unknown.")
       .def_property_readonly(
           "altered_rows", [](const TrajectoryHandle& t) { return t.trajectory.altered_rows; },

@@ -67,6 +67,14 @@ py::array view(const MatrixX& m, py::handle owner, bool writable) {
   return view(m.data(), {m.rows(), m.cols()}, {1, m.rows()}, owner, writable);
 }
 
+py::array view_columns(const MatrixX& m, py::handle owner) {
+  return view(m.data(), {m.cols(), m.rows()}, {m.rows(), 1}, owner);
+}
+
+py::array view(const std::vector<double>& x, py::handle owner) {
+  return view(x.data(), {static_cast<py::ssize_t>(x.size())}, {1}, owner);
+}
+
 py::array copy(const VectorX& x) { return py::array_t<double>(x.size(), x.data()); }
 
 py::array copy(const Matrix3& m) {

@@ -38,6 +38,10 @@ py::array view(const double* data, const Shape1& shape, const Shape1& strides, p
 py::array view(const VectorX& x, py::handle owner, bool writable = false);
 /// The same of a matrix of Eigen (column by column), rows and columns as they are.
 py::array view(const MatrixX& m, py::handle owner, bool writable = false);
+/// The same with its columns as rows.
+py::array view_columns(const MatrixX& m, py::handle owner);
+/// The same of all of a list.
+py::array view(const std::vector<double>& x, py::handle owner);
 /// A capsule that holds a shared pointer: the owner of arrays whose memory is not a Python
 /// object's.
 template <class T>

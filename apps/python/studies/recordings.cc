@@ -19,13 +19,6 @@ using MapPtr = std::shared_ptr<ColumnMap>;
 using RecordingPtr = std::shared_ptr<Recording>;
 using PredictionPtr = std::shared_ptr<Prediction>;
 
-py::array rows_of(const MatrixX& m, py::handle owner) {
-  return view(m.data(), {m.cols(), m.rows()}, {m.rows(), 1}, owner);
-}
-py::array numbers(const std::vector<double>& x, py::handle owner) {
-  return view(x.data(), {static_cast<py::ssize_t>(x.size())}, {1}, owner);
-}
-
 py::dict dict_of(const std::vector<std::pair<const char*, double>>& figures) {
   py::dict out;
   for (const auto& [name, value] : figures) out[name] = value;
@@ -112,17 +105,17 @@ void bind_map_and_recording(py::module_& r) {
       r, "Recording", "A recorded motion as coordinates of a scene; arrays are views, read-only.")
       .def_readonly("file", &Recording::file, "File it came from, and which part of it.")
       .def_property_readonly(
-          "time", [](const RecordingPtr& x) { return numbers(x->time, py::cast(x)); },
+          "time", [](const RecordingPtr& x) { return view(x->time, py::cast(x)); },
           "[s], shape (rows,).")
       .def_property_readonly(
-          "q", [](const RecordingPtr& x) { return rows_of(x->q, py::cast(x)); },
+          "q", [](const RecordingPtr& x) { return view_columns(x->q, py::cast(x)); },
           "Shape (rows, nq); what the map does not name is the scene's start.")
       .def_property_readonly(
-          "v", [](const RecordingPtr& x) { return rows_of(x->v, py::cast(x)); },
+          "v", [](const RecordingPtr& x) { return view_columns(x->v, py::cast(x)); },
           "[m/s, rad/s], shape (rows, nv).")
       .def_property_readonly(
           "applied_force",
-          [](const RecordingPtr& x) { return rows_of(x->applied_force, py::cast(x)); },
+          [](const RecordingPtr& x) { return view_columns(x->applied_force, py::cast(x)); },
           "[N, N m], shape (rows, nv).")
       .def("__len__", [](const Recording& x) { return x.num_rows(); })
       .def("__repr__", [](const Recording& x) {
@@ -136,10 +129,10 @@ void bind_prediction(py::module_& r) {
       "A recording predicted by simulation, and how far off; arrays are views, read-only.")
       .def_readonly("file", &Prediction::file, "Of the recording.")
       .def_property_readonly(
-          "q", [](const PredictionPtr& p) { return rows_of(p->q, py::cast(p)); },
+          "q", [](const PredictionPtr& p) { return view_columns(p->q, py::cast(p)); },
           "Shape (rows, nq); as recorded where a piece starts.")
       .def_property_readonly(
-          "time", [](const PredictionPtr& p) { return numbers(p->time, py::cast(p)); },
+          "time", [](const PredictionPtr& p) { return view(p->time, py::cast(p)); },
           "Of the rows predicted [s].")
       .def_property_readonly(
           "deviations",

@@ -180,7 +180,7 @@ bool DisplacementDerivator::compute(const InverseArguments& of, Workspace::Impl&
   A_.diagonal() += diagonal_ / of.h();
   if (keep_ties(ws, of.effects.has(Effect::kDrag) && !model.drags().empty())) {
     std::swap(ws.constraints, kept_);
-    differentiate(kTies, p, equalities_);
+    differentiate(kEqualities, p, equalities_);
     std::swap(ws.constraints, kept_);
     A_ += equalities_.dv_next;
     by_q += equalities_.dq;

@@ -128,7 +128,7 @@ bool InverseDerivator::add_contacts(const InverseArguments& of, Workspace::Impl&
       if (is_nothing(pair, bodies, h, ws.finder.weights())) continue;
       known = contact_response(of, i, bodies, ws, response) && known;
       slips_.add(model, pair, ws.velocity, h, ws.data, late ? pair.impact_time / h : 1.0);
-    } else if (displacing_ && displacing_ != Displacing::kTies) {
+    } else if (displacing_ && displacing_ != Displacing::kEqualities) {
       break;
     } else {
       const size_t index = i - ws.constraints.contacts.size();
@@ -269,7 +269,7 @@ bool InverseDerivator::compute_displacing(Displacing part, const InverseArgument
   ws.data.has_coriolis = false;
   v_.setZero();
   acceleration_ = p * (moves ? 1.0 / h : 0.0);
-  if (part == Displacing::kTies && of.effects.has(Effect::kDrag))
+  if (part == Displacing::kEqualities && of.effects.has(Effect::kDrag))
     add_drag_responses(model, ws.velocity, ws.data, forces_);
   const bool known = add_contacts(of, ws);
   SweepInput in;

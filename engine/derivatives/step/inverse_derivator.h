@@ -33,7 +33,7 @@ class InverseDerivator {
   enum class Displacing {
     kLateImpulses,  ///< -(t / h) J' f / h of contacts that bounce, their t as it goes with (q, v)
     kRecovery,      ///< M(q) p / h - J' f(J w + b(q)) / h, w = w+ + p: of gaps that p may close
-    kTies,          ///< C p - J' f(J p) / h: drag, and equalities without bias
+    kEqualities,    ///< C p - J' f(J p) / h: drag, and equalities without bias
   };
   /// These by q, by v, by w (at `w`), p held. Needs ws.constraints with the laws that `part` has,
   /// kinematics at (q, v) without forces and velocities at w in ws.velocity. False as compute.

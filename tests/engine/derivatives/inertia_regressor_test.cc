@@ -18,11 +18,7 @@ class RegressorOfRandomTree : public ::testing::TestWithParam<int> {};
 
 TEST_P(RegressorOfRandomTree, TimesParametersIsTheForce) {
   const int seed = GetParam();
-  test::RandomModelOptions o;
-  o.links = 1 + seed % 13;
-  o.robots = 1 + seed % 3;
-  o.base = seed % 2 == 0 ? Base::kFloating : Base::kFixed;
-  const Model model = test::make_random_model(seed, o);
+  const Model model = test::make_random_model(seed, test::varied_options(seed));
   const int nv = model.nv();
   test::Random random(7000 + seed);
   const VectorX q = test::random_configuration(model, random.bits());

@@ -35,10 +35,7 @@ MatrixX extrapolated(int n, double step, F f) {
 }
 
 test::RandomModelOptions options(int seed) {
-  test::RandomModelOptions o;
-  o.links = 1 + seed % 13;
-  o.robots = 1 + seed % 3;
-  o.base = seed % 2 == 0 ? Base::kFloating : Base::kFixed;
+  test::RandomModelOptions o = test::varied_options(seed);
   o.compensations = seed % 4 >= 2;
   return o;
 }

@@ -19,10 +19,7 @@ constexpr double kStep = 1e-5;
 constexpr double kDifference = 1e-7;
 
 test::RandomModelOptions options(int seed) {
-  test::RandomModelOptions o;
-  o.links = 1 + seed % 13;
-  o.robots = 1 + seed % 3;
-  o.base = seed % 2 == 0 ? Base::kFloating : Base::kFixed;
+  test::RandomModelOptions o = test::varied_options(seed);
   o.fixed_share = 0.2;  // merged links have frames too
   o.armature = seed % 4 >= 2;
   return o;

@@ -22,10 +22,7 @@ constexpr double kDifferenceStep = 1e-5;
 constexpr double kDifference = 2e-8;
 
 test::RandomModelOptions options(int seed) {
-  test::RandomModelOptions o;
-  o.links = 1 + seed % 13;
-  o.robots = 1 + seed % 3;
-  o.base = seed % 2 == 0 ? Base::kFloating : Base::kFixed;
+  test::RandomModelOptions o = test::varied_options(seed);
   o.damping = o.armature = seed % 4 >= 2;
   return o;
 }
