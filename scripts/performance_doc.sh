@@ -1,6 +1,6 @@
 #!/bin/sh
 # Counterpoint beside Pinocchio and MuJoCo (docs/measurements/performance.md): builds the benchmark with Clang for this
-# processor, runs it, writes its figures and picture.
+# processor, optimized when it is linked as MuJoCo is by default, runs it, writes its figures and picture.
 #   scripts/performance_doc.sh ROBOTS [PREFIX]
 # TABLES in the environment: algorithms, steps (default both), derivatives, scale, piles, robots, softness, with commas. ROBOTS: folder below which the URDFs of robots are looked for. PREFIX: where peers are installed.
 set -eu
@@ -9,7 +9,7 @@ robots=$(realpath "$1")
 prefix=${2:+$(realpath "$2")}
 cd "$(dirname "$0")/.."
 cmake -G Ninja -B build/peers -S . -DCMAKE_BUILD_TYPE=Release -DCMAKE_C_COMPILER=clang \
-  -DCMAKE_CXX_COMPILER=clang++ -DCOUNTERPOINT_NATIVE=ON -DCOUNTERPOINT_BUILD_BENCHMARKS=ON \
+  -DCMAKE_CXX_COMPILER=clang++ -DCOUNTERPOINT_NATIVE=ON -DCMAKE_INTERPROCEDURAL_OPTIMIZATION=ON -DCOUNTERPOINT_BUILD_BENCHMARKS=ON \
   -DCOUNTERPOINT_BUILD_TESTS=OFF ${prefix:+-DCMAKE_PREFIX_PATH="$prefix"}
 cmake --build build/peers --target counterpoint_bench_peers
 mkdir -p out

@@ -65,13 +65,17 @@ class OurRunner final : public Runner {
   int record(int count, bool inverse, double limit) override {
     forget();
     states_.assign(1, state_);
+    softenings_.clear();
     const double start = thread_seconds();
     int done = 0;
     while (done < count && try_step()) {
       ++done;
       if (memory_ == 0 && done > count / 2)
         memory_ = allocated() - before_ - (inverse ? recorded(done) : 0);
-      if (inverse) states_.push_back(state_);
+      if (inverse) {
+        states_.push_back(state_);
+        softenings_.push_back(softening_);
+      }
       if (thread_seconds() - start > limit && done < count) {
         failure = fmt::format("{:g} s were over at {:g} s", limit, state_.time);
         break;
@@ -86,8 +90,9 @@ class OurRunner final : public Runner {
   void inverses(int begin, int count) override {
     for (int i = begin; i < begin + count; ++i) {
       const auto k = static_cast<std::size_t>(i);
+      known_.softening = softenings_[k];
       step_inverse(scene_.model, scene_.options, states_[k].q, states_[k].v, states_[k + 1].q,
-                   states_[k + 1].v, Input(), workspace_, inverse_);
+                   states_[k + 1].v, known_, workspace_, inverse_);
     }
   }
   double inverse_error() const override { return unexplained_.share(); }
@@ -97,7 +102,7 @@ class OurRunner final : public Runner {
   std::size_t recorded(int count) const {
     return static_cast<std::size_t>(count) *
            (static_cast<std::size_t>(scene_.model.nq() + scene_.model.nv()) * sizeof(double) +
-            sizeof(State));
+            sizeof(State) + sizeof(Softening));
   }
   bool try_step() {
     const StepReport report =
@@ -108,6 +113,7 @@ class OurRunner final : public Runner {
       return false;
     }
     penetration = std::max(penetration, report.max_penetration);
+    softening_ = report.softening;
     std::swap(state_, next_);
     return true;
   }
@@ -118,7 +124,10 @@ class OurRunner final : public Runner {
   Workspace workspace_;
   Input input_;
   State state_, next_;
+  Softening softening_;  ///< of the last step
   std::vector<State> states_;
+  std::vector<Softening> softenings_;  ///< of the step from each state
+  Input known_;
   Inverse inverse_;
   Unexplained unexplained_;
 };

@@ -91,7 +91,8 @@ struct Heights {
   Vector3 up;  // in the frame of the mesh
   double center;
 
-  double at(int i) const { return center + up.dot(mesh.vertices[i]); }
+  double of(const Vector3& place) const { return center + up.dot(place); }
+  double at(int i) const { return of(mesh.vertices[i]); }
 };
 
 constexpr int kMost = Manifold::kCapacity;
@@ -103,13 +104,13 @@ int list_below(const Heights& heights, double limit, int lowest, VertexList& lis
   int size = 0;
   list[size++] = lowest;
   for (int k = 0; k < size; ++k) {
-    for (const int i : heights.mesh.vertex_neighbors[list[k]]) {
-      if (!(heights.at(i) < limit) ||
-          std::find(list.begin(), list.begin() + size, i) != list.begin() + size) {
+    for (const auto& next : heights.mesh.vertex_neighbors[list[k]]) {
+      if (!(heights.of(next.place) < limit) ||
+          std::find(list.begin(), list.begin() + size, next.vertex) != list.begin() + size) {
         continue;
       }
       if (size == kMost) return kMost + 1;
-      list[size++] = i;
+      list[size++] = next.vertex;
     }
   }
   std::sort(list.begin(), list.begin() + size);
@@ -170,15 +171,25 @@ void add_farthest(const Heights& heights, int lowest, double margin, const Direc
 void add_tipped(const Heights& heights, int lowest, double angle, const Directions& directions,
                 Choice& choice) {
   constexpr double kLittle = 1.0 / 16.0;  // of the angle
-  std::array<int, kDirections> tipped;
-  tipped.fill(lowest);
-  for (const double share : {kLittle, 1.0}) {
-    for (int k = 0; k < kDirections && choice.size < kDirections; ++k) {
-      const Vector3 down = (share * angle) * directions[k] - heights.up;
-      tipped[k] = support_vertex(heights.mesh, down, tipped[k]);
-      choice.add(tipped[k], kDirections);
-    }
+  const auto down = [&](double share, int k) -> Vector3 {
+    return (share * angle) * directions[k] - heights.up;
+  };
+  // All start from the lowest.
+  DirectionLanes lanes;
+  for (int k = 0; k < kDirections; ++k) {
+    const Vector3 d = down(kLittle, k);
+    lanes.x[k] = d.x();
+    lanes.y[k] = d.y();
+    lanes.z[k] = d.z();
   }
+  auto tipped = climb_once(heights.mesh, lanes, lowest);
+  for (int k = 0; k < kDirections; ++k) {
+    if (tipped[k] != lowest || !is_climbed(heights.mesh))
+      tipped[k] = support_vertex(heights.mesh, down(kLittle, k), tipped[k]);
+    choice.add(tipped[k], kDirections);
+  }
+  for (int k = 0; k < kDirections && choice.size < kDirections; ++k)
+    choice.add(support_vertex(heights.mesh, down(1.0, k), tipped[k]), kDirections);
 }
 
 // The vertices below the margin. If these are too many the lowest, and those on which the mesh

@@ -192,13 +192,57 @@ int support_vertex(const ConvexMesh& mesh, const Vector3& direction, int start) 
   double height = mesh.vertices[best].dot(direction);
   for (int from = -1; from != best;) {
     from = best;
-    for (const int i : mesh.vertex_neighbors[from]) {  // which one is higher costs no branch
-      const double h = mesh.vertices[i].dot(direction);
-      best = h > height ? i : best;
+    for (const auto& next : mesh.vertex_neighbors[from]) {  // which one is higher costs no branch
+      const double h = next.place.dot(direction);
+      best = h > height ? next.vertex : best;
       height = h > height ? h : height;
     }
   }
   return best;
+}
+
+bool is_climbed(const ConvexMesh& mesh) { return !is_scanned(mesh); }
+
+namespace {
+
+/// Four directions, and what they lead to.
+struct ClimbLanes {
+  Four x, y, z, height;
+  FourBits best;
+
+  // Summed as a dot product of Eigen's, so that the two agree to the bit.
+  COUNTERPOINT_INTO_EACH void look_at(const Vector3& v, std::int64_t index) {
+    const Four h = v.x() * x + (v.y() * y + v.z() * z);
+    best = h > height ? FourBits{} + index : best;
+    height = h > height ? h : height;
+  }
+};
+
+COUNTERPOINT_WIDE void climb_lanes(const ConvexMesh& mesh, const DirectionLanes& directions,
+                                   int vertex, std::int64_t* best) {
+  ClimbLanes lanes[2];
+  for (int k = 0; k < 2; ++k) {
+    std::memcpy(&lanes[k].x, &directions.x[4 * k], sizeof(Four));
+    std::memcpy(&lanes[k].y, &directions.y[4 * k], sizeof(Four));
+    std::memcpy(&lanes[k].z, &directions.z[4 * k], sizeof(Four));
+    lanes[k].height = Four{} + std::numeric_limits<double>::lowest();
+    lanes[k].best = FourBits{} + vertex;
+    lanes[k].look_at(mesh.vertices[vertex], vertex);
+  }
+  for (const auto& next : mesh.vertex_neighbors[vertex])
+    for (ClimbLanes& four : lanes) four.look_at(next.place, next.vertex);
+  for (int k = 0; k < 2; ++k) std::memcpy(best + 4 * k, &lanes[k].best, sizeof(FourBits));
+}
+
+}  // namespace
+
+std::array<int, DirectionLanes::kCount> climb_once(const ConvexMesh& mesh,
+                                                   const DirectionLanes& directions, int vertex) {
+  std::array<std::int64_t, DirectionLanes::kCount> best;
+  climb_lanes(mesh, directions, vertex, best.data());
+  std::array<int, DirectionLanes::kCount> out;
+  std::copy(best.begin(), best.end(), out.begin());
+  return out;
 }
 
 int support_face(const ConvexMesh& mesh, const Vector3& direction, int vertex) {

@@ -81,7 +81,7 @@ ConstraintFinder::ConstraintFinder(const Model& model, InverseWeights weights)
       heavy_on_light_(differ_much(weights_.contact)),
       fall_(free_fall(model)),
       friction_slip_(model),
-      limited_(list_limited_bodies(model)),
+      limited_(list_limited_coordinates(model)),
       speed_limits_(list_speed_limits(model)),
       acceleration_(model.closures().empty() ? 0 : model.num_bodies()),
       V_(model.num_bodies()),
@@ -108,7 +108,7 @@ void ConstraintFinder::find(const Model& model, const SimulationOptions& options
   if (runs(Effect::kClosures))
     find_closures(model, options, data, weights_, idle, acceleration_, out);
   if (heavy_on_light_) stiffen_under_load(model, out);
-  if (runs(Effect::kLimits)) find_joint_limits(model, options, limited_, q, v, weights_, idle, out);
+  if (runs(Effect::kLimits)) find_joint_limits(options, limited_, q, v, weights_, idle, out);
   if (runs(Effect::kVelocityLimits))
     find_velocity_limits(options, speed_limits_, v, weights_, idle, out);
   if (runs(Effect::kDryFriction)) find_dry_friction(model, options, dry_, weights_, idle, out);
@@ -118,10 +118,10 @@ void ConstraintFinder::find(const Model& model, const SimulationOptions& options
 
 bool ConstraintFinder::find_overrun(const Model& model, const SimulationOptions& options,
                                     EffectSet effects, const VectorRef& q, const VectorRef& v,
-                                    const VectorRef& w, const Data& data, ConstraintSet& out,
+                                    const Reached& w, const Data& data, ConstraintSet& out,
                                     Idle idle) {
   const bool limits = effects.has(Effect::kLimits) &&
-                      find_overrun_limits(model, options, limited_, q, v, w, weights_, idle, out);
+                      find_overrun_limits(options, limited_, q, v, w.velocity, weights_, idle, out);
   return find_reached_contacts(model, options, effects, w, data, out) || limits;
 }
 

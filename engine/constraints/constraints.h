@@ -123,6 +123,12 @@ struct DryCoordinate {
   int v_index = 0, body = 0;
 };
 
+/// A coordinate of a limited joint, and the body it moves.
+struct LimitedCoordinate {
+  int q_index = 0, v_index = 0, body = 0;
+  double lower = 0.0, upper = 0.0;  ///< [m, rad]
+};
+
 /// A velocity coordinate with a speed limit [m/s, rad/s], and the body it moves.
 struct SpeedLimit {
   int v_index = 0, body = 0;
@@ -139,6 +145,12 @@ struct Idle {
 /// its island, which it may carry; beyond, that of a body of this share of the heaviest one's mass,
 /// so that no load sinks by more than eps kHeaviest h^2 g / beta.
 inline constexpr double kHeaviest = 1e5;
+
+/// A velocity that a step comes to: nv, and of the bodies, in W, where the caller knows these.
+struct Reached {
+  VectorRef velocity;
+  const std::vector<Motion>* of_bodies = nullptr;
+};
 
 /// Finds the constraints of a model. Scratch memory inside: one per thread.
 class ConstraintFinder {
@@ -157,13 +169,13 @@ class ConstraintFinder {
   /// (joint_limits.h, parked_contacts.h); for w that are a solution with it, nothing. False if
   /// nothing was added. Where contacts are parked it needs the poses of find().
   bool find_overrun(const Model& model, const SimulationOptions& options, EffectSet effects,
-                    const VectorRef& q, const VectorRef& v, const VectorRef& w, const Data& data,
+                    const VectorRef& q, const VectorRef& v, const Reached& w, const Data& data,
                     ConstraintSet& out,
                     Idle idle = {});  // Parameters: what it depends on, one by one
 
   /// The part of find_overrun that is about contacts.
   bool find_reached_contacts(const Model& model, const SimulationOptions& options,
-                             EffectSet effects, const VectorRef& w, const Data& data,
+                             EffectSet effects, const Reached& w, const Data& data,
                              ConstraintSet& out);
 
   /// Gives rows to all contacts that are parked, those of far pairs too. Needs what find() needed.
@@ -196,8 +208,7 @@ class ConstraintFinder {
   ParkedContact describe(const Model& model, const SimulationOptions& options, EffectSet effects,
                          const Data& data, const collision::Candidate& candidate);
   Vector3 make_contact(const Model& model, const SimulationOptions& options, EffectSet effects,
-                       const Data& data, const collision::Candidate& candidate,
-                       PairConstraint& contact);
+                       const Data& data, const ParkedContact& open, PairConstraint& contact);
   void give_rows(const ParkedContact& parked, const Model& model, const SimulationOptions& options,
                  PairConstraint& contact, ConstraintSet& out);
   void park_contacts_of(const FarPair& far, const Model& model, const SimulationOptions& options,
@@ -229,7 +240,7 @@ class ConstraintFinder {
   std::vector<double> speed_;         ///< at which each contact with rows slides at the start [m/s]
   FrictionSlip friction_slip_;
   std::vector<DryCoordinate> dry_;  ///< with dry friction
-  std::vector<int> limited_;        ///< bodies whose joint has a limit
+  std::vector<LimitedCoordinate> limited_;
   std::vector<SpeedLimit> speed_limits_;
   std::vector<Motion> acceleration_;         ///< scratch of closures
   std::vector<Motion> V_;                    ///< bodies' velocities at the end of a step

@@ -171,21 +171,22 @@ void ConstraintFinder::find_candidates(const Model& model, const SimulationOptio
 }
 
 bool ConstraintFinder::find_reached_contacts(const Model& model, const SimulationOptions& options,
-                                             EffectSet effects, const VectorRef& w,
-                                             const Data& data, ConstraintSet& out) {
+                                             EffectSet effects, const Reached& w, const Data& data,
+                                             ConstraintSet& out) {
   if (out.parked.empty() && out.far.empty()) return false;
   const double h = options.time_step;
-  compute_body_velocities(model, w, data, V_);
+  if (w.of_bodies == nullptr) compute_body_velocities(model, w.velocity, data, V_);
+  const std::vector<Motion>& V = w.of_bodies != nullptr ? *w.of_bodies : V_;
   std::erase_if(out.far, [&](const FarPair& far) {
-    if (stays_far(far, options.contact, h, V_, data)) return false;
+    if (stays_far(far, options.contact, h, V, data)) return false;
     park_contacts_of(far, model, options, effects, data, out);
     return true;
   });
   return std::erase_if(out.parked, [&](const ParkedContact& parked) {
-           if (!is_reached(parked, options.contact, h, V_, data)) return false;
+           if (!is_reached(parked, options.contact, h, V, data)) return false;
            PairConstraint contact;
-           make_contact(model, options, effects, data, parked.candidate, contact);
-           if (!is_reached(by_law(parked, contact, h), options.contact, h, V_, data)) return false;
+           make_contact(model, options, effects, data, parked, contact);
+           if (!is_reached(by_law(parked, contact, h), options.contact, h, V, data)) return false;
            give_rows(parked, model, options, contact, out);
            return true;
          }) > 0;
@@ -197,7 +198,7 @@ void ConstraintFinder::unpark_all(const Model& model, const SimulationOptions& o
   out.far.clear();
   for (const ParkedContact& parked : out.parked) {
     PairConstraint contact;
-    make_contact(model, options, effects, data, parked.candidate, contact);
+    make_contact(model, options, effects, data, parked, contact);
     give_rows(parked, model, options, contact, out);
   }
   out.parked.clear();
@@ -313,12 +314,13 @@ ParkedContact ConstraintFinder::describe(const Model& model, const SimulationOpt
   return out;
 }
 
-/// Makes of `contact`, a constraint at its defaults, that of a candidate; returns its velocity now.
+/// Makes of `contact`, a constraint at its defaults, that of a candidate; returns its velocity now
+/// in the rows.
 Vector3 ConstraintFinder::make_contact(const Model& model, const SimulationOptions& options,
                                        EffectSet effects, const Data& data,
-                                       const collision::Candidate& candidate,
-                                       PairConstraint& contact) {
+                                       const ParkedContact& open, PairConstraint& contact) {
   const double h = options.time_step;
+  const collision::Candidate& candidate = open.candidate;
   const Geometry& a = model.geometries()[candidate.geometry_a];
   const Geometry& b = model.geometries()[candidate.geometry_b];
   const double alpha = weights_.contact[a.body] + weights_.contact[b.body];
@@ -328,8 +330,7 @@ Vector3 ConstraintFinder::make_contact(const Model& model, const SimulationOptio
   contact.position = candidate.position;
   const Matrix3 t1_t2_n = frame_from_normal(candidate.normal);
   contact.frame << t1_t2_n.col(2), t1_t2_n.col(0), t1_t2_n.col(1);
-  Vector3 v = contact.frame.transpose() *
-              relative_velocity_at(contact.position, a.body, b.body, data, data.V);
+  const Vector3 v = contact.frame.transpose() * open.velocity;
   const double gap = gap_less_turning(contact, candidate.gap, h, data);
   contact.gap_bias = gap_bias(options.contact, h, gap);
   const Bounce bounce = find_contact_bounce(options, effects, material, contact, gap, v[0]);
@@ -351,19 +352,15 @@ void ConstraintFinder::find_contacts(const Model& model, const SimulationOptions
   for (collision::Candidate& candidate : candidates_) {
     move_to_meeting(model, candidate);
     count_contact(material_of(model, effects, candidate), counts);
-    const bool may_park = parks && candidate.gap >= near &&
-                          !idle(model.geometries()[candidate.geometry_a].body) &&
-                          !idle(model.geometries()[candidate.geometry_b].body);
-    ParkedContact open;
-    if (may_park) {
-      open = describe(model, options, effects, data, candidate);
-      if (!is_near(open, near, h)) {
-        out.parked.push_back(open);
-        continue;
-      }
+    const ParkedContact open = describe(model, options, effects, data, candidate);
+    const bool may_park =
+        parks && candidate.gap >= near && !idle(open.body_a) && !idle(open.body_b);
+    if (may_park && !is_near(open, near, h)) {
+      out.parked.push_back(open);
+      continue;
     }
     PairConstraint& contact = out.pairs.emplace_back();
-    const Vector3 v = make_contact(model, options, effects, data, candidate, contact);
+    const Vector3 v = make_contact(model, options, effects, data, open, contact);
     if (may_park && !is_near(by_law(open, contact, h), near, h)) {
       out.parked.push_back(open);
       out.pairs.pop_back();

@@ -23,14 +23,12 @@ struct Side {
 
 /// Calls visit(side) for both sides of every limited coordinate that is not idle.
 template <class Visit>
-void for_each_side(const Model& model, const std::vector<int>& limited, const VectorRef& q,
-                   Idle idle, Visit visit) {
-  for (const int i : limited) {
-    if (idle(i)) continue;
-    const Body& body = model.body(i);
-    const JointInfo& joint = model.joint(i - 1);
-    visit(Side{body.v_index, q[body.q_index] - joint.lower, 1.0});
-    visit(Side{body.v_index, joint.upper - q[body.q_index], -1.0});
+void for_each_side(const std::vector<LimitedCoordinate>& limited, const VectorRef& q, Idle idle,
+                   Visit visit) {
+  for (const LimitedCoordinate& at : limited) {
+    if (idle(at.body)) continue;
+    visit(Side{at.v_index, q[at.q_index] - at.lower, 1.0});
+    visit(Side{at.v_index, at.upper - q[at.q_index], -1.0});
   }
 }
 
@@ -53,30 +51,33 @@ void add_row(const Side& side, const SimulationOptions& options, const InverseWe
 
 }  // namespace
 
-std::vector<int> list_limited_bodies(const Model& model) {
-  std::vector<int> limited;
+std::vector<LimitedCoordinate> list_limited_coordinates(const Model& model) {
+  std::vector<LimitedCoordinate> limited;
   for (int i = 1; i < model.num_bodies(); ++i) {
+    const Body& body = model.body(i);
     const JointInfo& joint = model.joint(i - 1);
-    if (std::isfinite(joint.lower) || std::isfinite(joint.upper)) limited.push_back(i);
+    if (std::isfinite(joint.lower) || std::isfinite(joint.upper))
+      limited.push_back({body.q_index, body.v_index, i, joint.lower, joint.upper});
   }
   return limited;
 }
 
-void find_joint_limits(const Model& model, const SimulationOptions& options,
-                       const std::vector<int>& limited, const VectorRef& q, const VectorRef& v,
-                       const InverseWeights& weights, Idle idle, ConstraintSet& out) {
-  for_each_side(model, limited, q, idle, [&](const Side& side) {
+void find_joint_limits(const SimulationOptions& options,
+                       const std::vector<LimitedCoordinate>& limited, const VectorRef& q,
+                       const VectorRef& v, const InverseWeights& weights, Idle idle,
+                       ConstraintSet& out) {
+  for_each_side(limited, q, idle, [&](const Side& side) {
     if (is_near(side, v, options.time_step)) add_row(side, options, weights, out);
   });
 }
 
-bool find_overrun_limits(const Model& model, const SimulationOptions& options,
-                         const std::vector<int>& limited, const VectorRef& q, const VectorRef& v,
-                         const VectorRef& w, const InverseWeights& weights, Idle idle,
-                         ConstraintSet& out) {
+bool find_overrun_limits(const SimulationOptions& options,
+                         const std::vector<LimitedCoordinate>& limited, const VectorRef& q,
+                         const VectorRef& v, const VectorRef& w, const InverseWeights& weights,
+                         Idle idle, ConstraintSet& out) {
   const double h = options.time_step;
   bool found = false;
-  for_each_side(model, limited, q, idle, [&](const Side& side) {
+  for_each_side(limited, q, idle, [&](const Side& side) {
     if (!(side.gap + h * side.sign * w[side.v_index] < kEndMargin)) return;
     if (is_near(side, v, h)) return;
     // Rows of an earlier call are among the last; those of limits have a bias, and no second sign.

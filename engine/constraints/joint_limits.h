@@ -14,20 +14,21 @@
 
 namespace counterpoint {
 
-/// Bodies whose joint has a limit.
-std::vector<int> list_limited_bodies(const Model& model);
+std::vector<LimitedCoordinate> list_limited_coordinates(const Model& model);
 
-/// Adds a row for every limit of the bodies `limited` that is near at q, v; of bodies that are idle
-/// (sleep.h) none.
-void find_joint_limits(const Model& model, const SimulationOptions& options,
-                       const std::vector<int>& limited, const VectorRef& q, const VectorRef& v,
-                       const InverseWeights& weights, Idle idle, ConstraintSet& out);  // Parameters: all it depends on
+/// Adds a row for every limit of the coordinates `limited` that is near at q, v; of bodies that are
+/// idle (sleep.h) none.
+void find_joint_limits(const SimulationOptions& options,
+                       const std::vector<LimitedCoordinate>& limited, const VectorRef& q,
+                       const VectorRef& v, const InverseWeights& weights, Idle idle,
+                       ConstraintSet& out);  // Parameters: all it depends on
 
 /// Adds a row for every limit that has none yet though the velocity w (nv) for one time step leads
 /// to it or past it from q, v. False if there was none to add.
-bool find_overrun_limits(const Model& model, const SimulationOptions& options,
-                         const std::vector<int>& limited, const VectorRef& q, const VectorRef& v,
-                         const VectorRef& w, const InverseWeights& weights, Idle idle,
+bool find_overrun_limits(const SimulationOptions& options,
+                         const std::vector<LimitedCoordinate>& limited, const VectorRef& q,
+                         const VectorRef& v, const VectorRef& w, const InverseWeights& weights,
+                         Idle idle,
                          ConstraintSet& out);  // Parameters: what it depends on, one by one
 
 }  // namespace counterpoint

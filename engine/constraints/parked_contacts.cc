@@ -21,14 +21,18 @@ double end_gap(const ContactOptions& options) {
   return std::max(kLeastEndGap, smoothing / kNoWeight);
 }
 
-/// How fast a contact of relative velocity v and angular velocity w comes closer to giving force
-/// [m/s]: as in the convex law, which is that of exact friction too where it is softened.
-double closing_speed(const ParkedContact& contact, const Vector3& v, const Vector3& w) {
+/// Whether a contact of relative velocity v, the square of whose angular velocity is `turning`
+/// [(rad/s)^2], comes closer to giving force faster than `rate` [m/s]: at the speed
+///   sqrt((slip |v_T|)^2 + (spin |w|)^2) - v_N,
+/// as in the convex law, which is that of exact friction too where it is softened. Without the
+/// root, which would be waited for.
+bool closes_faster(const ParkedContact& contact, const Vector3& v, double turning, double rate) {
   const double normal = contact.candidate.normal.dot(v);
   const double tangential = std::max(v.squaredNorm() - normal * normal, 0.0);
-  return std::sqrt(contact.slip * contact.slip * tangential +
-                   contact.spin * contact.spin * w.squaredNorm()) -
-         normal;
+  const double square =
+      contact.slip * contact.slip * tangential + contact.spin * contact.spin * turning;
+  const double root = rate + normal;
+  return root < 0.0 || square > root * root;
 }
 
 /// Whether gap - turning > reach + time (closing speed) of every contact of a pair, whatever its
@@ -68,8 +72,8 @@ ParkedContact by_law(ParkedContact contact, const PairConstraint& pair, double h
 
 bool is_near(const ParkedContact& contact, double parking_gap, double h) {
   if (contact.gap < parking_gap) return true;
-  const double closing = closing_speed(contact, contact.velocity, Vector3::Zero());
-  return contact.gap < parking_gap + kSpeedUp * h * std::max(0.0, closing);
+  return closes_faster(contact, contact.velocity, 0.0,
+                       (contact.gap - parking_gap) / (kSpeedUp * h));
 }
 
 bool is_reached(const ParkedContact& contact, const ContactOptions& options, double h,
@@ -79,7 +83,7 @@ bool is_reached(const ParkedContact& contact, const ContactOptions& options, dou
   if (contact.spin > 0.0 && a != 0) w -= V[a].angular;
   if (contact.spin > 0.0 && b != 0) w += V[b].angular;
   const Vector3 v = relative_velocity_at(contact.candidate.position, a, b, data, V);
-  return contact.gap - h * closing_speed(contact, v, w) < end_gap(options);
+  return closes_faster(contact, v, w.squaredNorm(), (contact.gap - end_gap(options)) / h);
 }
 
 bool is_far(const FarPair& pair, double parking_gap, double h, const Data& data) {

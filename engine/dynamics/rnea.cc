@@ -7,7 +7,6 @@
 namespace counterpoint {
 void rnea(const Model& model, const VectorRef& a, const Vector3& gravity, Data& data,
           VectorOut tau) {
-  const Motion still;
   // Gravity enters as an acceleration of the world upwards.
   data.A[0] = {Vector3::Zero(), -gravity};
   for (int i = 1; i < model.num_bodies(); ++i) {
@@ -15,8 +14,10 @@ void rnea(const Model& model, const VectorRef& a, const Vector3& gravity, Data& 
     data.A[i] = shift(data.A[body.parent], data.arm[i]) + data.c[i] +
                 joint_motion(body.joint_type, &data.axis[body.v_index], a.data() + body.v_index);
     const bool flies = data.has_coriolis && data.has_mean_force[i];
-    data.F[i] = rigid_body_force(body.inertia, data.X_WB[i].rotation,
-                                 data.has_coriolis && !flies ? data.V[i] : still, data.A[i]);
+    const Matrix3& R_WB = data.X_WB[i].rotation;
+    data.F[i] = data.has_coriolis && !flies
+                    ? rigid_body_force(body.inertia, R_WB, data.V[i], data.A[i])
+                    : rigid_body_force(body.inertia, R_WB, data.A[i]);
     if (flies) data.F[i] += data.mean_force[i];
     if (data.has_external) data.F[i] -= data.external[i];
   }

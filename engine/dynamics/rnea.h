@@ -19,6 +19,14 @@ inline Force rigid_body_force(const SpatialInertia& inertia, const Matrix3& R_WB
   return {R_WB * torque_B + center.cross(force), force};
 }
 
+/// The same of a body that does not turn: I A.
+inline Force rigid_body_force(const SpatialInertia& inertia, const Matrix3& R_WB, const Motion& A) {
+  const Vector3 center = R_WB * inertia.center;
+  const Vector3 torque_B = inertia.rotational * (R_WB.transpose() * A.angular);
+  const Vector3 force = inertia.mass * A.at(center);
+  return {R_WB * torque_B + center.cross(force), force};
+}
+
 /// tau = M(q) a - n(q, v) - J' f_external: the joint forces (nv) that give acceleration a (nv)
 /// [rad/s^2, m/s^2] to the bodies; what acts on single coordinates (rotor inertia, damping) is the
 /// caller's. gravity [m/s^2]. Needs compute_poses and compute_velocities; external wrenches from

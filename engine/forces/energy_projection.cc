@@ -134,8 +134,8 @@ bool EnergyProjection::find_change(const Model& model, double h, const VectorRef
   return true;
 }
 
-/// At q (+) (from - lag) h x: where the energy of velocities x [m/s, rad/s] is taken that reach a pose
-/// q (+) from h x.
+/// At q (+) (from - lag) h x: where the energy of velocities x [m/s, rad/s] is taken that reach a
+/// pose q (+) from h x.
 TreeMotion EnergyProjection::motion_at(const Model& model, int t, double h, double from,
                                        const VectorRef& q, const VectorRef& x, bool predicted,
                                        const VectorX& rotors) {
@@ -192,7 +192,7 @@ void EnergyProjection::set_force(const Model& model, double h, const VectorX& ro
     if (body.parent != 0) A += shift(data.A[body.parent], data.arm[i]);
     data.A[i] = A;
     data.has_mean_force[i] = 1;
-    data.mean_force[i] = rigid_body_force(body.inertia, data.X_WB[i].rotation, Motion(), data.A[i]);
+    data.mean_force[i] = rigid_body_force(body.inertia, data.X_WB[i].rotation, data.A[i]);
     data.c[i] = Motion();
   }
   data.mean_rotor_force.segment(begin, size) =

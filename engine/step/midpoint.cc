@@ -88,7 +88,7 @@ void step_midpoint(const StepArguments& step, Workspace::Impl& ws, State& next,
   // Of limits only: no contacts are parked under this rule, so ws.data, which holds the middle, is
   // not read.
   if (!ws.constraints.empty() || ws.finder.find_overrun(model, options, effects, state.q, state.v,
-                                                        next.v, ws.data, ws.constraints)) {
+                                                        {next.v}, ws.data, ws.constraints)) {
     const BodyRange all = moving_bodies(model);
     compute_kinematics(model, state.q, state.v, {&all, 1}, ws.data);
     widen_diagonal(model, effects, ws);

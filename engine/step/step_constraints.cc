@@ -193,8 +193,8 @@ void solve_constraints(const StepArguments& step, Workspace::Impl& ws, VectorX& 
   // passed on from body to body is not followed through their contacts one by one.
   for (int round = 0;
        report.succeeded() &&
-       ws.finder.find_overrun(step.model, step.options, step.effects, state.q, state.v, w, ws.data,
-                              ws.constraints, ws.sleepers.idle_bodies());
+       ws.finder.find_overrun(step.model, step.options, step.effects, state.q, state.v, {w},
+                              ws.data, ws.constraints, ws.sleepers.idle_bodies());
        ++round) {
     if (round >= kMostOverruns)
       ws.finder.unpark_all(step.model, step.options, step.effects, ws.data, ws.constraints);
@@ -214,7 +214,7 @@ const VectorX& correct_overlaps(const StepArguments& step, Workspace::Impl& ws, 
     // What the displacement runs into gets rows as well. The velocity does not lead there, so that
     // they are without force: w stays as it is but for that (parked_contacts.h), and the inverse
     // need not know.
-    if (!ws.finder.find_reached_contacts(step.model, step.options, step.effects, ws.displacement,
+    if (!ws.finder.find_reached_contacts(step.model, step.options, step.effects, {ws.displacement},
                                          ws.data, ws.constraints))
       return ws.displacement;
     solve_again(step, ws, w, report);

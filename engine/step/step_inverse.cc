@@ -51,11 +51,10 @@ void evaluate_pairs(const Model& model, const VectorRef& v_next, Workspace::Impl
   ws.coulomb.impulses(y, f);
 }
 
-/// J' f of all constraints at the velocity v_next, into ws.tau [N s]; contacts and closures listed
-/// in `out`.
+/// J' f of all constraints at the velocity v_next, of the bodies in ws.velocity, into ws.tau [N s];
+/// contacts and closures listed in `out`.
 void recover_impulses(const Model& model, const VectorRef& v_next, double h, Workspace::Impl& ws,
                       Inverse& out) {
-  compute_body_velocities(model, v_next, ws.data, ws.velocity);
   ws.tau.setZero();
   out.contacts.clear();
   out.joints.clear();
@@ -178,7 +177,7 @@ void invert_midpoint(const InverseArguments& step, bool refined, Workspace::Impl
 
 /// The velocity that the impulses of a step are functions of, w+, or w_c of the midpoint rule, into
 /// ws.contact_velocity; the constraints of the step, those found by this velocity too, with the
-/// laws that were solved, into ws.constraints.
+/// laws that were solved, into ws.constraints; the bodies' velocities at it into ws.velocity.
 void find_constraints(const InverseArguments& step, Workspace::Impl& ws) {
   const auto& [model, options, q, v, q_next, v_next, known, effects, exact_q_next] = step;
   const bool midpoint = options.integrator == Integrator::kImplicitMidpoint;
@@ -191,8 +190,9 @@ void find_constraints(const InverseArguments& step, Workspace::Impl& ws) {
     ws.contact_velocity = 0.5 * (v + v_next);  // which it is without constraints
   }
   ws.constraints = ws.start.constraints();
-  ws.finder.find_overrun(model, options, effects, q, v, ws.contact_velocity, ws.data,
-                         ws.constraints);
+  compute_body_velocities(model, ws.contact_velocity, ws.data, ws.velocity);
+  ws.finder.find_overrun(model, options, effects, q, v, {ws.contact_velocity, &ws.velocity},
+                         ws.data, ws.constraints);
   if (!found && !ws.constraints.empty())
     throw InputError(
         "the inverse of implicit_midpoint needs q at the end of the step where there are "
@@ -229,6 +229,7 @@ void invert_step(const InverseArguments& step, Workspace::Impl& ws, Inverse& out
   prepare_step(model, options, effects, q, v, ws);
   find_constraints(step, ws);
   const bool refined = refine(step, ws);
+  if (refined) compute_body_velocities(model, ws.contact_velocity, ws.data, ws.velocity);
   recover_impulses(model, ws.contact_velocity, step.h(), ws, out);
   out.contact_force = ws.tau / step.h();
   if (options.integrator == Integrator::kSemiImplicitEuler) {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
+#include <numeric>
 #include <optional>
 
 #include "counterpoint/model/limits.h"
@@ -82,7 +83,8 @@ std::array<std::vector<double>, 3> columns(const std::vector<Vector3>& points,
   return out;
 }
 
-/// Normals, offsets and the volume, from vertices and faces. False if a face is not flat or looks inwards.
+/// Normals, offsets and the volume, from vertices and faces. False if a face is not flat or looks
+/// inwards.
 bool add_planes(ConvexMesh& hull, double size) {
   hull.vertex_faces.resize(hull.vertices.size());
   for (const auto& face : hull.faces) {
@@ -145,11 +147,14 @@ std::optional<ConvexMesh> assemble(const std::vector<Vector3>& points, const Fac
   // Closed: every directed edge once, and so its reverse.
   std::sort(edges.begin(), edges.end());
   if (std::adjacent_find(edges.begin(), edges.end()) != edges.end()) return std::nullopt;
-  hull.vertex_neighbors.resize(hull.vertices.size());
+  VertexNeighbors& neighbors = hull.vertex_neighbors;
+  neighbors.begin.assign(hull.vertices.size() + 1, 0);
   for (const auto& [a, b] : edges) {
     if (!std::binary_search(edges.begin(), edges.end(), std::pair(b, a))) return std::nullopt;
-    hull.vertex_neighbors[a].push_back(b);
+    neighbors.all.push_back({hull.vertices[b], b});
+    ++neighbors.begin[a + 1];
   }
+  std::partial_sum(neighbors.begin.begin(), neighbors.begin.end(), neighbors.begin.begin());
   if (!add_planes(hull, size)) return std::nullopt;
   hull.vertex_columns = columns(hull.vertices, hull.interior_point);
   hull.normal_columns = columns(hull.face_normals, Vector3::Zero());

@@ -198,6 +198,16 @@ void visit(A& a, Material& x) {
   a(friction, restitution, torsional, rolling);
 }
 template <class A>
+void visit(A& a, VertexNeighbors::Neighbor& x) {
+  auto& [place, vertex] = x;
+  a(place, vertex);
+}
+template <class A>
+void visit(A& a, VertexNeighbors& x) {
+  auto& [begin, all] = x;
+  a(begin, all);
+}
+template <class A>
 void visit(A& a, ConvexMesh& x) {
   auto& [vertices, faces, normals, offsets, neighbors, vertex_faces, vertex_columns, normal_columns,
          interior, radius, volume, source_volume, standoff, deviation, source] = x;

@@ -16,8 +16,8 @@ constexpr double kMerged = 2e-6;  // planes of merged faces, relative to the siz
 
 /// What holds for every convex polyhedron.
 inline void expect_valid(const ConvexMesh& hull, double tolerance) {
-  size_t edges = 0;
-  for (const auto& neighbors : hull.vertex_neighbors) edges += neighbors.size();
+  const size_t edges = hull.vertex_neighbors.all.size();
+  EXPECT_EQ(hull.vertex_neighbors.size(), hull.vertices.size());
   EXPECT_EQ(hull.vertices.size() + hull.faces.size(), edges / 2 + 2) << "Euler's formula";
   for (size_t f = 0; f < hull.faces.size(); ++f) {
     EXPECT_NEAR(hull.face_normals[f].norm(), 1.0, kUnitRoundoff);
@@ -37,6 +37,8 @@ inline void expect_valid(const ConvexMesh& hull, double tolerance) {
   double radius = 0.0;
   for (size_t v = 0; v < hull.vertices.size(); ++v) {
     EXPECT_EQ(hull.vertex_faces[v].size(), hull.vertex_neighbors[v].size());
+    for (const auto& next : hull.vertex_neighbors[v])
+      EXPECT_EQ(next.place, hull.vertices[next.vertex]);
     radius = std::max(radius, (hull.vertices[v] - hull.interior_point).norm());
   }
   EXPECT_EQ(hull.radius, radius);

@@ -101,7 +101,7 @@ bool DisplacementDerivator::find(const InverseArguments& of, Workspace::Impl& ws
       p(in_tree) = ws.overlap_correction.velocity()(in_block);
     });
     forces_ = v_next + p;
-    again = ws.finder.find_reached_contacts(model, of.options, effects, forces_, ws.data,
+    again = ws.finder.find_reached_contacts(model, of.options, effects, {forces_}, ws.data,
                                             ws.constraints);
   }
   w_ += p;

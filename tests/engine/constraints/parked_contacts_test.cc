@@ -100,7 +100,8 @@ struct Crowd {
     compute_velocities(model(), v, data);
     finder.find(model(), scene.options, effects, scene.q, v, data, found, counts);
   }
-  /// The contacts of pairs that `pairs` holds, as parked ones with the gaps and friction of their laws.
+  /// The contacts of pairs that `pairs` holds, as parked ones with the gaps and friction of their
+  /// laws.
   std::vector<ParkedContact> contacts_of(const std::vector<FarPair>& pairs) {
     ConstraintSet all = found;
     std::vector<ParkedContact> out;
@@ -173,7 +174,7 @@ TEST_P(FarPairs, ThatStayFarHaveNoContactThatIsRunInto) {
     const VectorX w = v + random_velocity(generator, c.model().nv(), 1.0 + i);
     c.find(v);
     ConstraintSet after = c.found;
-    c.finder.find_overrun(c.model(), options, c.effects, c.scene.q, v, w, c.data, after);
+    c.finder.find_overrun(c.model(), options, c.effects, c.scene.q, v, {w}, c.data, after);
     left += c.found.far.size() - after.far.size();
     compute_body_velocities(c.model(), w, c.data, V);
     for (const ParkedContact& parked : c.contacts_of(after.far)) {

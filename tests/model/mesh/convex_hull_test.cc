@@ -36,7 +36,7 @@ TEST(ConvexHull, CubeWithDuplicateCoplanarAndInnerPoints) {
   EXPECT_EQ(hull->faces.size(), 6u);
   EXPECT_NEAR(hull->volume, 1.0, kRoundoff);
   for (const auto& face : hull->faces) EXPECT_EQ(face.size(), 4u);
-  for (const auto& neighbors : hull->vertex_neighbors) EXPECT_EQ(neighbors.size(), 3u);
+  for (size_t v = 0; v < 8; ++v) EXPECT_EQ(hull->vertex_neighbors[v].size(), 3u);
   expect_valid(*hull, kRoundoff);
 }
 
