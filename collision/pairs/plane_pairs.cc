@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 #include <numbers>
 
@@ -102,15 +103,22 @@ using VertexList = std::array<int, kMost>;
 // of a convex mesh hang together. Returns their number, or kMost + 1 if they are more.
 int list_below(const Heights& heights, double limit, int lowest, VertexList& list) {
   int size = 0;
-  list[size++] = lowest;
+  std::uint64_t marks = 0;  // of those listed, by the last bits of their index
+  const auto mark = [](int i) { return std::uint64_t{1} << (i & 63); };
+  const auto is_listed = [&](int i) {
+    return (marks & mark(i)) != 0 &&
+           std::find(list.begin(), list.begin() + size, i) != list.begin() + size;
+  };
+  const auto add = [&](int i) {
+    list[size++] = i;
+    marks |= mark(i);
+  };
+  add(lowest);
   for (int k = 0; k < size; ++k) {
     for (const auto& next : heights.mesh.vertex_neighbors[list[k]]) {
-      if (!(heights.of(next.place) < limit) ||
-          std::find(list.begin(), list.begin() + size, next.vertex) != list.begin() + size) {
-        continue;
-      }
+      if (!(heights.of(next.place) < limit) || is_listed(next.vertex)) continue;
       if (size == kMost) return kMost + 1;
-      list[size++] = next.vertex;
+      add(next.vertex);
     }
   }
   std::sort(list.begin(), list.begin() + size);

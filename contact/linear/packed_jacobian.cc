@@ -18,50 +18,87 @@ constexpr int lanes(int rows) { return rows == 3 ? 4 : rows; }
 // A contact takes all six columns of a free body if it has so many.
 constexpr int kFreeBody = 6, kMostOfSix = 4;
 
+// What is taken of the numbers of J and x.
+struct AsTheyAre {
+  static constexpr bool kAdds = false;  // to what is there
+  template <class Real>
+  COUNTERPOINT_INTO_EACH static void take(Real&) {}
+};
+struct Sizes {
+  static constexpr bool kAdds = true;
+  template <class Real>
+  COUNTERPOINT_INTO_EACH static void take(Real& x) {
+    x = x < 0.0 ? -x : x;
+  }
+};
+
 // y = J x of a constraint. Sums run over the columns one after the other, row by row apart.
-template <int N>
+template <class Of, int N>
 COUNTERPOINT_INTO_EACH void multiply_one(const Constraint& c, const Strip* strips,
                                          const double* columns, const double* x, double* out) {
   constexpr int kLanes = lanes(N);
   double y[kLanes] = {};
+  if constexpr (Of::kAdds) std::copy(out, out + N, y);
   for (const Strip* s = strips + c.first_strip; s != strips + c.end_strip; ++s) {
-    const double* value = x + s->velocity;
     for (int k = 0; k < s->size; ++k, columns += kLanes) {
-      for (int r = 0; r < N; ++r) y[r] += columns[r] * value[k];
+      double value = x[s->velocity + k];
+      Of::take(value);
+      for (int r = 0; r < N; ++r) {
+        double entry = columns[r];
+        Of::take(entry);
+        y[r] += entry * value;
+      }
     }
   }
   std::copy(y, y + N, out);
 }
 
-template <int N>
+template <class Of, int N>
 COUNTERPOINT_INTO_EACH void multiply_four(const Constraint& c, const Strip* strips,
                                           const double* columns, const double* x, double* out) {
   Four y{};
+  if constexpr (Of::kAdds)
+    for (int r = 0; r < N; ++r) y[r] = out[r];
   for (const Strip* s = strips + c.first_strip; s != strips + c.end_strip; ++s) {
-    const double* value = x + s->velocity;
     for (int k = 0; k < s->size; ++k, columns += 4) {
+      double value = x[s->velocity + k];
       Four column;
       load(columns, column);
-      y += column * value[k];
+      Of::take(value);
+      Of::take(column);
+      y += column * value;
     }
   }
   for (int r = 0; r < N; ++r) out[r] = y[r];
 }
 
-COUNTERPOINT_WIDE void multiply_all(const Constraint* first, const Constraint* last,
-                                    const Strip* strips, const double* by_column, const double* x,
-                                    double* out) {
+template <class Of>
+COUNTERPOINT_INTO_EACH void multiply_each(const Constraint* first, const Constraint* last,
+                                          const Strip* strips, const double* by_column,
+                                          const double* x, double* out) {
   for (const Constraint* c = first; c != last; ++c) {
     const double* columns = by_column + c->by_column;
     with_rows(
         c->rows, [&]<int N>(RowCount<N>) __attribute__((always_inline)) {
           if constexpr (lanes(N) == 4) {
-            multiply_four<N>(*c, strips, columns, x, out + c->row);
+            multiply_four<Of, N>(*c, strips, columns, x, out + c->row);
           } else {
-            multiply_one<N>(*c, strips, columns, x, out + c->row);
+            multiply_one<Of, N>(*c, strips, columns, x, out + c->row);
           }
         });
   }
+}
+
+COUNTERPOINT_WIDE void multiply_all(const Constraint* first, const Constraint* last,
+                                    const Strip* strips, const double* by_column, const double* x,
+                                    double* out) {
+  multiply_each<AsTheyAre>(first, last, strips, by_column, x, out);
+}
+
+COUNTERPOINT_WIDE void add_sizes(const Constraint* first, const Constraint* last,
+                                 const Strip* strips, const double* by_column, const double* x,
+                                 double* out) {
+  multiply_each<Sizes>(first, last, strips, by_column, x, out);
 }
 
 // out += J' f for a few columns: as many as there are in Lanes. square += its weighted square.
@@ -90,10 +127,10 @@ struct Squares {
 };
 
 template <int N>
-COUNTERPOINT_INTO_EACH void add_transposed_one(const Constraint& c, const Strip* strips,
-                                               const double* rows, const double* f,
-                                               const double* weight, double* out,
-                                               Squares& squares) {  // Parameters: matrices and their places
+COUNTERPOINT_INTO_EACH void add_transposed_one(
+    const Constraint& c, const Strip* strips, const double* rows, const double* f,
+    const double* weight, double* out,
+    Squares& squares) {  // Parameters: matrices and their places
   const int leading = c.leading;
   for (const Strip* s = strips + c.first_strip; s != strips + c.end_strip; rows += s->size, ++s) {
     double* to = out + s->velocity;
@@ -130,6 +167,43 @@ COUNTERPOINT_WIDE double add_transposed_all(const Constraint* first, const Const
          ((squares.two[0] + squares.two[1]) + squares.one);
 }
 
+// out += |J|' e for a few columns, row after row.
+template <int N, class Lanes>
+COUNTERPOINT_INTO_EACH void add_size_lanes(const double* rows, int leading, const double* e,
+                                           double* out) {
+  Lanes row, o;
+  load(out, o);
+  COUNTERPOINT_UNROLL
+  for (int r = 0; r < N; ++r) {
+    load(rows + static_cast<std::ptrdiff_t>(r) * leading, row);
+    Sizes::take(row);
+    o += row * e[r];
+  }
+  store(o, out);
+}
+
+// Parameters: matrices and their places.
+COUNTERPOINT_WIDE void add_sizes_transposed(const Constraint* first, const Constraint* last,
+                                            const Strip* strips, const double* by_row,
+                                            const double* e, double* out) {
+  for (const Constraint* c = first; c != last; ++c) {
+    const double* rows = by_row + c->by_row;
+    with_rows(
+        c->rows, [&]<int N>(RowCount<N>) __attribute__((always_inline)) {
+          const double* at = rows;
+          for (const Strip* s = strips + c->first_strip; s != strips + c->end_strip;
+               at += s->size, ++s) {
+            double* to = out + s->velocity;
+            int k = 0;
+            for (; k + 4 <= s->size; k += 4)
+              add_size_lanes<N, Four>(at + k, c->leading, e + c->row, to + k);
+            for (; k < s->size; ++k)
+              add_size_lanes<N, double>(at + k, c->leading, e + c->row, to + k);
+          }
+        });
+  }
+}
+
 // Columns first ... last - 1 of N rows of `width`, one after the other.
 template <int N>
 void pack_columns(const double* __restrict jacobian, int width, int first, int last,
@@ -140,26 +214,19 @@ void pack_columns(const double* __restrict jacobian, int width, int first, int l
   }
 }
 
-// The same columns as N rows of `leading`.
+// The same columns as N rows of `leading`, zeros at their ends.
 template <int N>
 void pack_rows(const double* __restrict by_column, int num_columns, int leading,
                double* __restrict out) {
   for (int k = 0; k < num_columns; ++k, by_column += lanes(N))
     for (int r = 0; r < N; ++r) out[static_cast<std::ptrdiff_t>(r) * leading + k] = by_column[r];
+  for (int k = num_columns; k < leading; ++k)
+    for (int r = 0; r < N; ++r) out[static_cast<std::ptrdiff_t>(r) * leading + k] = 0.0;
 }
 
-// Calls visit(row, velocity, |J|) for every number: for bounds, which no Newton step needs.
-template <class Visit>
-void for_each_size(const std::vector<Constraint>& constraints, const std::vector<Strip>& strips,
-                   const std::vector<double>& by_row, const Visit& visit) {
-  for (const Constraint& c : constraints) {
-    for (int r = 0; r < c.rows; ++r) {
-      const double* row = by_row.data() + c.by_row + static_cast<std::ptrdiff_t>(r) * c.leading;
-      for (int s = c.first_strip; s < c.end_strip; ++s)
-        for (int k = 0; k < strips[s].size; ++k)
-          visit(c.row + r, strips[s].velocity + k, std::abs(*row++));
-    }
-  }
+void grow(std::vector<double>& values, int size) {
+  const auto needed = static_cast<size_t>(size);
+  if (values.size() < needed) values.resize(std::max(needed, 2 * values.size()));
 }
 
 bool is_zero(const double* column, int rows, int width) {
@@ -174,8 +241,7 @@ void PackedJacobian::clear() {
   num_rows_ = 0;
   constraints_.clear();
   strips_.clear();
-  by_column_.clear();
-  by_row_.clear();
+  column_end_ = row_end_ = 0;
 }
 
 void PackedJacobian::begin_constraint(int rows) {
@@ -183,8 +249,8 @@ void PackedJacobian::begin_constraint(int rows) {
   c.rows = rows;
   c.row = num_rows_;
   c.first_strip = static_cast<int>(strips_.size());
-  c.by_column = static_cast<int>(by_column_.size());
-  c.by_row = static_cast<int>(by_row_.size());
+  c.by_column = column_end_;
+  c.by_row = row_end_;
   constraints_.push_back(c);
   num_rows_ += rows;
 }
@@ -209,9 +275,9 @@ void PackedJacobian::add_side(const double* jacobian, const double* other, int w
     }
     strips_.push_back({groups[0].velocity + first, last - first, first_group + g});
     c.num_columns += last - first;
-    const int room = lanes(c.rows);
-    const size_t place = by_column_.size();
-    by_column_.resize(place + static_cast<size_t>(room) * (last - first));
+    const int place = column_end_;
+    column_end_ += lanes(c.rows) * (last - first);
+    grow(by_column_, column_end_);
     with_rows(c.rows, [&]<int N>(RowCount<N>) {
       pack_columns<N>(jacobian, width, first, last, by_column_.data() + place);
     });
@@ -222,7 +288,8 @@ void PackedJacobian::end_constraint() {
   Constraint& c = constraints_.back();
   c.end_strip = static_cast<int>(strips_.size());
   c.leading = (c.num_columns + 3) & ~3;
-  by_row_.resize(by_row_.size() + static_cast<size_t>(c.rows) * c.leading, 0.0);
+  row_end_ += c.rows * c.leading;
+  grow(by_row_, row_end_);
   const double* from = by_column_.data() + c.by_column;
   with_rows(c.rows, [&]<int N>(RowCount<N>) {
     pack_rows<N>(from, c.num_columns, c.leading, by_row_.data() + c.by_row);
@@ -250,14 +317,13 @@ double PackedJacobian::add_transposed(const double* f, const double* weight, dou
 }
 
 void PackedJacobian::add_absolute(const double* x, double* out) const {
-  for_each_size(constraints_, strips_, by_row_, [&](int row, int velocity, double size) {
-    out[row] += size * std::abs(x[velocity]);
-  });
+  add_sizes(constraints_.data(), constraints_.data() + constraints_.size(), strips_.data(),
+            by_column_.data(), x, out);
 }
 
 void PackedJacobian::add_absolute_transposed(const double* e, double* out) const {
-  for_each_size(constraints_, strips_, by_row_,
-                [&](int row, int velocity, double size) { out[velocity] += size * e[row]; });
+  add_sizes_transposed(constraints_.data(), constraints_.data() + constraints_.size(),
+                       strips_.data(), by_row_.data(), e, out);
 }
 
 }  // namespace counterpoint::contact

@@ -57,7 +57,9 @@ class PackedJacobian {
   int num_rows_ = 0;
   std::vector<Constraint> constraints_;
   std::vector<Strip> strips_;
+  // Grown only, and filled as far as the last constraint ends: nothing is cleared to be written.
   std::vector<double> by_column_, by_row_;
+  int column_end_ = 0, row_end_ = 0;
   std::vector<double> side_;  // the sum of both Jacobians of a side
 };
 
