@@ -182,17 +182,22 @@ void add_tipped(const Heights& heights, int lowest, double angle, const Directio
   const auto down = [&](double share, int k) -> Vector3 {
     return (share * angle) * directions[k] - heights.up;
   };
-  // All start from the lowest.
-  DirectionLanes lanes;
-  for (int k = 0; k < kDirections; ++k) {
-    const Vector3 d = down(kLittle, k);
-    lanes.x[k] = d.x();
-    lanes.y[k] = d.y();
-    lanes.z[k] = d.z();
+  std::array<int, kDirections> tipped;
+  tipped.fill(lowest);
+  const bool climbs = is_climbed(heights.mesh);
+  if (climbs) {  // all start from the lowest
+    DirectionLanes lanes;
+    for (int k = 0; k < kDirections; ++k) {
+      const Vector3 d = down(kLittle, k);
+      lanes.x[k] = d.x();
+      lanes.y[k] = d.y();
+      lanes.z[k] = d.z();
+    }
+    const auto next = climb_once(heights.mesh, lanes, lowest);
+    std::copy_n(next.begin(), kDirections, tipped.begin());
   }
-  auto tipped = climb_once(heights.mesh, lanes, lowest);
   for (int k = 0; k < kDirections; ++k) {
-    if (tipped[k] != lowest || !is_climbed(heights.mesh))
+    if (!climbs || tipped[k] != lowest)
       tipped[k] = support_vertex(heights.mesh, down(kLittle, k), tipped[k]);
     choice.add(tipped[k], kDirections);
   }
