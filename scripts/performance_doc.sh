@@ -9,8 +9,8 @@ robots=$(realpath "$1")
 prefix=${2:+$(realpath "$2")}
 cd "$(dirname "$0")/.."
 cmake -G Ninja -B build/peers -S . -DCMAKE_BUILD_TYPE=Release -DCMAKE_C_COMPILER=clang \
-  -DCMAKE_CXX_COMPILER=clang++ -DCOUNTERPOINT_NATIVE=ON -DCMAKE_INTERPROCEDURAL_OPTIMIZATION=ON -DCOUNTERPOINT_BUILD_BENCHMARKS=ON \
-  -DCOUNTERPOINT_BUILD_TESTS=OFF ${prefix:+-DCMAKE_PREFIX_PATH="$prefix"}
+  -DCMAKE_CXX_COMPILER=clang++ -DCOUNTERPOINT_NATIVE=ON -DCMAKE_INTERPROCEDURAL_OPTIMIZATION=ON \
+  -DCOUNTERPOINT_BUILD_BENCHMARKS=ON -DCOUNTERPOINT_BUILD_TESTS=OFF ${prefix:+-DCMAKE_PREFIX_PATH="$prefix"}
 cmake --build build/peers --target counterpoint_bench_peers
 mkdir -p out
 build/peers/bin/counterpoint_bench_peers --robots "$robots" --tables "${TABLES:-algorithms,steps}" --csv out/performance.csv \

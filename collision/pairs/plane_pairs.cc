@@ -127,6 +127,7 @@ int list_below(const Heights& heights, double limit, int lowest, VertexList& lis
 
 // Seven directions in the plane that turn with the mesh.
 constexpr int kDirections = kMost - 1;
+static_assert(kDirections <= kSupportsAtOnce);
 using Directions = std::array<Vector3, kDirections>;
 
 Directions spread_directions(const Vector3& up) {
@@ -182,25 +183,11 @@ void add_tipped(const Heights& heights, int lowest, double angle, const Directio
   const auto down = [&](double share, int k) -> Vector3 {
     return (share * angle) * directions[k] - heights.up;
   };
+  Directions little;
+  for (int k = 0; k < kDirections; ++k) little[k] = down(kLittle, k);
   std::array<int, kDirections> tipped;
-  tipped.fill(lowest);
-  const bool climbs = is_climbed(heights.mesh);
-  if (climbs) {  // all start from the lowest
-    DirectionLanes lanes;
-    for (int k = 0; k < kDirections; ++k) {
-      const Vector3 d = down(kLittle, k);
-      lanes.x[k] = d.x();
-      lanes.y[k] = d.y();
-      lanes.z[k] = d.z();
-    }
-    const auto next = climb_once(heights.mesh, lanes, lowest);
-    std::copy_n(next.begin(), kDirections, tipped.begin());
-  }
-  for (int k = 0; k < kDirections; ++k) {
-    if (!climbs || tipped[k] != lowest)
-      tipped[k] = support_vertex(heights.mesh, down(kLittle, k), tipped[k]);
-    choice.add(tipped[k], kDirections);
-  }
+  support_vertices(heights.mesh, little, lowest, tipped);
+  for (const int i : tipped) choice.add(i, kDirections);
   for (int k = 0; k < kDirections && choice.size < kDirections; ++k)
     choice.add(support_vertex(heights.mesh, down(1.0, k), tipped[k]), kDirections);
 }

@@ -201,14 +201,12 @@ int support_vertex(const ConvexMesh& mesh, const Vector3& direction, int start) 
   return best;
 }
 
-bool is_climbed(const ConvexMesh& mesh) { return !is_scanned(mesh); }
-
 namespace {
 
 /// Four directions, and what they lead to.
 struct ClimbLanes {
-  Four x, y, z, height;
-  FourBits best;
+  Four x{}, y{}, z{}, height{};
+  FourBits best{};
 
   // Summed as a dot product of Eigen's, so that the two agree to the bit.
   COUNTERPOINT_INTO_EACH void look_at(const Vector3& v, std::int64_t index) {
@@ -218,31 +216,36 @@ struct ClimbLanes {
   }
 };
 
-COUNTERPOINT_WIDE void climb_lanes(const ConvexMesh& mesh, const DirectionLanes& directions,
-                                   int vertex, std::int64_t* best) {
-  ClimbLanes lanes[2];
-  for (int k = 0; k < 2; ++k) {
-    std::memcpy(&lanes[k].x, &directions.x[4 * k], sizeof(Four));
-    std::memcpy(&lanes[k].y, &directions.y[4 * k], sizeof(Four));
-    std::memcpy(&lanes[k].z, &directions.z[4 * k], sizeof(Four));
-    lanes[k].height = Four{} + std::numeric_limits<double>::lowest();
-    lanes[k].best = FourBits{} + vertex;
-    lanes[k].look_at(mesh.vertices[vertex], vertex);
+/// For each direction the highest of a vertex and its neighbors.
+COUNTERPOINT_WIDE void climb_once(const ConvexMesh& mesh, std::span<const Vector3> directions,
+                                  int vertex, std::span<int> best) {
+  ClimbLanes lanes[kSupportsAtOnce / 4];
+  for (std::size_t k = 0; k < directions.size(); ++k) {
+    lanes[k / 4].x[k % 4] = directions[k].x();
+    lanes[k / 4].y[k % 4] = directions[k].y();
+    lanes[k / 4].z[k % 4] = directions[k].z();
+  }
+  for (ClimbLanes& four : lanes) {
+    four.height += std::numeric_limits<double>::lowest();
+    four.best += vertex;
+    four.look_at(mesh.vertices[vertex], vertex);
   }
   for (const auto& next : mesh.vertex_neighbors[vertex])
     for (ClimbLanes& four : lanes) four.look_at(next.place, next.vertex);
-  for (int k = 0; k < 2; ++k) std::memcpy(best + 4 * k, &lanes[k].best, sizeof(FourBits));
+  for (std::size_t k = 0; k < directions.size(); ++k)
+    best[k] = static_cast<int>(lanes[k / 4].best[k % 4]);
 }
 
 }  // namespace
 
-std::array<int, DirectionLanes::kCount> climb_once(const ConvexMesh& mesh,
-                                                   const DirectionLanes& directions, int vertex) {
-  std::array<std::int64_t, DirectionLanes::kCount> best;
-  climb_lanes(mesh, directions, vertex, best.data());
-  std::array<int, DirectionLanes::kCount> out;
-  std::copy(best.begin(), best.end(), out.begin());
-  return out;
+void support_vertices(const ConvexMesh& mesh, std::span<const Vector3> directions, int start,
+                      std::span<int> vertices) {
+  const bool climbs = !is_scanned(mesh);
+  std::fill(vertices.begin(), vertices.end(), start);
+  if (climbs) climb_once(mesh, directions, start, vertices);
+  for (std::size_t k = 0; k < directions.size(); ++k)
+    if (!climbs || vertices[k] != start)
+      vertices[k] = support_vertex(mesh, directions[k], vertices[k]);
 }
 
 int support_face(const ConvexMesh& mesh, const Vector3& direction, int vertex) {

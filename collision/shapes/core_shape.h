@@ -1,7 +1,7 @@
 // A shape as its support function: the convex core and the radius of the ball swept over it.
 #pragma once
 
-#include <array>
+#include <span>
 
 #include "counterpoint/model/geometry.h"
 
@@ -35,21 +35,14 @@ struct CoreShape {
 /// Index of the mesh vertex farthest along `direction` (mesh frame); the search climbs from
 /// `start`.
 int support_vertex(const ConvexMesh& mesh, const Vector3& direction, int start);
-/// Directions side by side.
-struct DirectionLanes {
-  static constexpr int kCount = 8;
-  std::array<double, kCount> x{}, y{}, z{};
-};
-/// For each direction the highest of a vertex and its neighbors: the first step of all searches
-/// that start there, at once.
-std::array<int, DirectionLanes::kCount> climb_once(const ConvexMesh& mesh,
-                                                   const DirectionLanes& directions, int vertex);
+/// Most directions of support_vertices.
+inline constexpr int kSupportsAtOnce = 8;
+/// The same of several directions, from one start: their first steps at once.
+void support_vertices(const ConvexMesh& mesh, std::span<const Vector3> directions, int start,
+                      std::span<int> vertices);
 /// As support_vertex, by looking at every vertex. Of up to 128 one that is farthest to 1e-13 of the
 /// radius, of more the lowest of equals.
 int scan_vertices(const ConvexMesh& mesh, const Vector3& direction);
-
-/// True if support_vertex climbs, and does not look at every vertex.
-bool is_climbed(const ConvexMesh& mesh);
 
 /// A vertex for support_vertex to start from: the farthest of a few that are spread over the mesh.
 int likely_vertex(const ConvexMesh& mesh, const Vector3& direction);

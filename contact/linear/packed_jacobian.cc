@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <span>
 
 #include "counterpoint/contact/linear/row_count.h"
 #include "counterpoint/contact/linear/vector_lanes.h"
@@ -12,6 +13,12 @@ namespace {
 
 using Constraint = PackedJacobian::Constraint;
 using Strip = PackedJacobian::Strip;
+
+// Where the numbers of J belong.
+struct Layout {
+  std::span<const Constraint> constraints;
+  const Strip* strips;
+};
 
 // A column's room: three rows are four lanes of which one is zero.
 constexpr int lanes(int rows) { return rows == 3 ? 4 : rows; }
@@ -72,33 +79,36 @@ COUNTERPOINT_INTO_EACH void multiply_four(const Constraint& c, const Strip* stri
   for (int r = 0; r < N; ++r) out[r] = y[r];
 }
 
-template <class Of>
-COUNTERPOINT_INTO_EACH void multiply_each(const Constraint* first, const Constraint* last,
-                                          const Strip* strips, const double* by_column,
-                                          const double* x, double* out) {
-  for (const Constraint* c = first; c != last; ++c) {
-    const double* columns = by_column + c->by_column;
+// Calls visit(constraint, RowCount<rows>()) for each.
+template <class Visit>
+COUNTERPOINT_INTO_EACH void visit_each(const Layout& layout, Visit visit) {
+  for (const Constraint& c : layout.constraints)
     with_rows(
-        c->rows, [&]<int N>(RowCount<N>) __attribute__((always_inline)) {
-          if constexpr (lanes(N) == 4) {
-            multiply_four<Of, N>(*c, strips, columns, x, out + c->row);
-          } else {
-            multiply_one<Of, N>(*c, strips, columns, x, out + c->row);
-          }
-        });
-  }
+        c.rows, [&](auto rows) __attribute__((always_inline)) { visit(c, rows); });
 }
 
-COUNTERPOINT_WIDE void multiply_all(const Constraint* first, const Constraint* last,
-                                    const Strip* strips, const double* by_column, const double* x,
+template <class Of>
+COUNTERPOINT_INTO_EACH void multiply_each(const Layout& layout, const double* by_column,
+                                          const double* x, double* out) {
+  visit_each(
+      layout, [&]<int N>(const Constraint& c, RowCount<N>) __attribute__((always_inline)) {
+        const double* columns = by_column + c.by_column;
+        if constexpr (lanes(N) == 4) {
+          multiply_four<Of, N>(c, layout.strips, columns, x, out + c.row);
+        } else {
+          multiply_one<Of, N>(c, layout.strips, columns, x, out + c.row);
+        }
+      });
+}
+
+COUNTERPOINT_WIDE void multiply_all(const Layout& layout, const double* by_column, const double* x,
                                     double* out) {
-  multiply_each<AsTheyAre>(first, last, strips, by_column, x, out);
+  multiply_each<AsTheyAre>(layout, by_column, x, out);
 }
 
-COUNTERPOINT_WIDE void add_sizes(const Constraint* first, const Constraint* last,
-                                 const Strip* strips, const double* by_column, const double* x,
+COUNTERPOINT_WIDE void add_sizes(const Layout& layout, const double* by_column, const double* x,
                                  double* out) {
-  multiply_each<Sizes>(first, last, strips, by_column, x, out);
+  multiply_each<Sizes>(layout, by_column, x, out);
 }
 
 // out += J' f for a few columns: as many as there are in Lanes. square += its weighted square.
@@ -151,17 +161,13 @@ COUNTERPOINT_INTO_EACH void add_transposed_one(
   }
 }
 
-// Parameters: matrices and their places.
-COUNTERPOINT_WIDE double add_transposed_all(const Constraint* first, const Constraint* last,
-                                            const Strip* strips, const double* by_row,
+COUNTERPOINT_WIDE double add_transposed_all(const Layout& layout, const double* by_row,
                                             const double* f, const double* weight, double* out) {
   Squares squares;
-  for (const Constraint* c = first; c != last; ++c) {
-    with_rows(
-        c->rows, [&]<int N>(RowCount<N>) __attribute__((always_inline)) {
-          add_transposed_one<N>(*c, strips, by_row + c->by_row, f + c->row, weight, out, squares);
-        });
-  }
+  visit_each(
+      layout, [&]<int N>(const Constraint& c, RowCount<N>) __attribute__((always_inline)) {
+        add_transposed_one<N>(c, layout.strips, by_row + c.by_row, f + c.row, weight, out, squares);
+      });
   const Four& four = squares.four;
   return ((four[0] + four[1]) + (four[2] + four[3])) +
          ((squares.two[0] + squares.two[1]) + squares.one);
@@ -182,26 +188,20 @@ COUNTERPOINT_INTO_EACH void add_size_lanes(const double* rows, int leading, cons
   store(o, out);
 }
 
-// Parameters: matrices and their places.
-COUNTERPOINT_WIDE void add_sizes_transposed(const Constraint* first, const Constraint* last,
-                                            const Strip* strips, const double* by_row,
+COUNTERPOINT_WIDE void add_sizes_transposed(const Layout& layout, const double* by_row,
                                             const double* e, double* out) {
-  for (const Constraint* c = first; c != last; ++c) {
-    const double* rows = by_row + c->by_row;
-    with_rows(
-        c->rows, [&]<int N>(RowCount<N>) __attribute__((always_inline)) {
-          const double* at = rows;
-          for (const Strip* s = strips + c->first_strip; s != strips + c->end_strip;
-               at += s->size, ++s) {
-            double* to = out + s->velocity;
-            int k = 0;
-            for (; k + 4 <= s->size; k += 4)
-              add_size_lanes<N, Four>(at + k, c->leading, e + c->row, to + k);
-            for (; k < s->size; ++k)
-              add_size_lanes<N, double>(at + k, c->leading, e + c->row, to + k);
-          }
-        });
-  }
+  visit_each(
+      layout, [&]<int N>(const Constraint& c, RowCount<N>) __attribute__((always_inline)) {
+        const double* at = by_row + c.by_row;
+        for (const Strip* s = layout.strips + c.first_strip; s != layout.strips + c.end_strip;
+             at += s->size, ++s) {
+          double* to = out + s->velocity;
+          int k = 0;
+          for (; k + 4 <= s->size; k += 4)
+            add_size_lanes<N, Four>(at + k, c.leading, e + c.row, to + k);
+          for (; k < s->size; ++k) add_size_lanes<N, double>(at + k, c.leading, e + c.row, to + k);
+        }
+      });
 }
 
 // Columns first ... last - 1 of N rows of `width`, one after the other.
@@ -307,23 +307,19 @@ double PackedJacobian::first_row_square(const Constraint& c, const double* weigh
 }
 
 void PackedJacobian::multiply(const double* x, double* out) const {
-  multiply_all(constraints_.data(), constraints_.data() + constraints_.size(), strips_.data(),
-               by_column_.data(), x, out);
+  multiply_all({constraints_, strips_.data()}, by_column_.data(), x, out);
 }
 
 double PackedJacobian::add_transposed(const double* f, const double* weight, double* out) const {
-  return add_transposed_all(constraints_.data(), constraints_.data() + constraints_.size(),
-                            strips_.data(), by_row_.data(), f, weight, out);
+  return add_transposed_all({constraints_, strips_.data()}, by_row_.data(), f, weight, out);
 }
 
 void PackedJacobian::add_absolute(const double* x, double* out) const {
-  add_sizes(constraints_.data(), constraints_.data() + constraints_.size(), strips_.data(),
-            by_column_.data(), x, out);
+  add_sizes({constraints_, strips_.data()}, by_column_.data(), x, out);
 }
 
 void PackedJacobian::add_absolute_transposed(const double* e, double* out) const {
-  add_sizes_transposed(constraints_.data(), constraints_.data() + constraints_.size(),
-                       strips_.data(), by_row_.data(), e, out);
+  add_sizes_transposed({constraints_, strips_.data()}, by_row_.data(), e, out);
 }
 
 }  // namespace counterpoint::contact

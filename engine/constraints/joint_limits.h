@@ -14,6 +14,7 @@
 
 namespace counterpoint {
 
+/// Those with a bound on one side at least.
 std::vector<LimitedCoordinate> list_limited_coordinates(const Model& model);
 
 /// Adds a row for every limit of the coordinates `limited` that is near at q, v; of bodies that are
