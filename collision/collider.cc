@@ -206,6 +206,8 @@ const std::vector<std::pair<int, int>>& Collider::overlapping_pairs() const {
   return impl_->overlapping;
 }
 
+bool Collider::may_touch(int a, int b) const { return impl_->filter.enabled(a, b); }
+
 int Collider::num_enabled_pairs() const { return impl_->filter.num_enabled_pairs(); }
 
 int Collider::num_joined_pairs() const { return impl_->filter.num_joined_pairs(); }

@@ -7,11 +7,25 @@
 #include <utility>
 #include <vector>
 
-#include "counterpoint/collision/candidate.h"
-#include "counterpoint/collision/pairs/pair_motion.h"
 #include "counterpoint/model/model.h"
 
 namespace counterpoint::collision {
+
+struct PairMotion;  // pairs/pair_motion.h
+
+/// Where two geometries touch, overlap, or come close. All in the world frame W. Geometry A has the lower index.
+struct Candidate {
+  int geometry_a = 0, geometry_b = 0;
+  Vector3 position = Vector3::Zero();  ///< halfway between the two surface points [m]
+  Vector3 normal = Vector3::UnitZ();   ///< unit, from A to B
+  double gap = 0.0;                    ///< signed distance along the normal [m]; negative: overlap
+};
+
+/// Of the smallest ball about the shape's origin that holds it [m]; 0 of planes and terrain.
+double bounding_radius(const Shape& shape);
+
+/// By body, the world first: of a ball about the body's origin that holds all its shapes [m]; 0 without shapes.
+std::vector<double> body_radii(const Model& model);
 
 /// How the bodies move within the step; one entry a body, the world first. Empty: not at all.
 struct BodyMotions {
@@ -76,7 +90,9 @@ class Collider {
 
   /// Geometry pairs left out because they overlap in the default pose.
   const std::vector<std::pair<int, int>>& overlapping_pairs() const;
-  /// Number of geometry pairs that may ever touch.
+  /// May geometries a and b ever touch?
+  bool may_touch(int a, int b) const;
+  /// Number of geometry pairs that may.
   int num_enabled_pairs() const;
   /// Number of geometry pairs left out because a joint joins their bodies.
   int num_joined_pairs() const;

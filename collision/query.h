@@ -20,7 +20,6 @@
 #include <vector>
 
 #include "counterpoint/collision/collider.h"
-#include "counterpoint/collision/pairs/pair_contacts.h"
 #include "counterpoint/model/model.h"
 
 namespace counterpoint::collision {

@@ -1,11 +1,11 @@
-#include "counterpoint/contact/contact_space.h"
+#include "counterpoint/contact/solver.h"
 
 #include <algorithm>
 #include <cmath>
 
 #include "counterpoint/contact/inverse.h"
-#include "counterpoint/contact/law.h"
 #include "counterpoint/contact/linear/semidefinite_factor.h"
+#include "counterpoint/contact/problem.h"
 
 namespace counterpoint::contact {
 namespace {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "counterpoint/contact/law.h"
+#include "counterpoint/contact/problem.h"
 
 namespace counterpoint::contact {
 namespace {

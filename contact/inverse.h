@@ -1,4 +1,4 @@
-// The inverse of a whole Problem, and the check of any answer against the hard laws.
+// The inverse of a whole Problem, the check of any answer against the hard laws, and the laws' derivatives.
 #pragma once
 
 #include "counterpoint/contact/problem.h"
@@ -33,5 +33,25 @@ struct Residuals {
 };
 Residuals compute_residuals(const Problem& problem, const Eigen::Ref<const VectorX>& w,
                             const VectorX& impulse);
+
+// ---- Derivatives of the law in closed form, for optimization through contact.
+
+/// How f(y) changes with everything it depends on. A gap enters through the bias, d bias / d gap =
+/// 1 / h (or beta / h), so that `velocity` column 0 serves for it.
+struct Sensitivity {
+  RowsSquare velocity;  ///< df/dy = df/db = -G [kg]
+  RowsSquare friction;  ///< df/d friction[j], column j of rows - 1; for mu below
+                        ///< kMinRegularizingFriction with rho fixed
+  Rows smoothing;       ///< df/dk
+  Rows regularizer;     ///< df/dr
+  Rows slip_speed;      ///< df/dv of a Coulomb cone, zero of others [kg]
+  Rows bound;           ///< df/dF of dry friction, else zero
+};
+
+/// Needs k > 0 for `smoothing` and `regularizer` to be finite at the corners of the hard law.
+Sensitivity compute_sensitivity(const Law& law, const Rows& y);
+
+/// df/d slip_speed alone.
+Rows slip_speed_derivative(const Law& law, const Rows& y);
 
 }  // namespace counterpoint::contact

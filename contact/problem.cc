@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cstddef>
 
-#include "counterpoint/contact/law.h"
 #include "counterpoint/contact/linear/vector_lanes.h"
 
 namespace counterpoint::contact {

@@ -1,4 +1,4 @@
-#include "counterpoint/contact/sensitivity.h"
+#include "counterpoint/contact/inverse.h"
 
 #include <cmath>
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "counterpoint/contact/law.h"
+#include "counterpoint/contact/problem.h"
 #include "counterpoint/contact/solve/island_solver.h"
 #include "counterpoint/contact/solve/island_system.h"
 #include "counterpoint/contact/solve/islands.h"

@@ -1,12 +1,10 @@
-#include "counterpoint/engine/batch.h"
+#include "counterpoint/engine/simulator.h"
 
 #include <algorithm>
 #include <atomic>
 #include <exception>
 #include <string>
 #include <thread>
-
-#include "counterpoint/engine/cores.h"
 
 namespace counterpoint {
 namespace {

@@ -1,4 +1,4 @@
-#include "counterpoint/engine/cores.h"
+#include "counterpoint/engine/simulator.h"
 
 #include <sched.h>
 

@@ -11,7 +11,7 @@
 #include "counterpoint/engine/dynamics/energy.h"
 #include "counterpoint/engine/dynamics/kinematics.h"
 #include "counterpoint/engine/dynamics/rnea.h"
-#include "counterpoint/model/files/edit_distance.h"
+#include "counterpoint/model/text_files.h"
 
 namespace counterpoint {
 namespace {

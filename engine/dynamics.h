@@ -7,14 +7,86 @@
 #include <string>
 #include <vector>
 
-#include "counterpoint/engine/derivatives/dynamics/dynamics_derivatives.h"
-#include "counterpoint/engine/dynamics/inertial_parameters.h"
-#include "counterpoint/engine/dynamics/integrator.h"
-#include "counterpoint/engine/forces/effort_limits.h"
-#include "counterpoint/engine/forces/springs.h"
 #include "counterpoint/engine/state.h"
+#include "counterpoint/model/model.h"
+#include "counterpoint/model/scene.h"
+#include "counterpoint/model/spatial.h"
 
 namespace counterpoint {
+
+// ---- Motion on the configuration manifold.
+
+/// q_next = q (+) h v: translations along v, rotations by the exponential map, quaternions kept at
+/// unit length. q, q_next: nq (may be the same memory); v: nv.
+void integrate_configuration(const Model& model, const VectorRef& q, const VectorRef& v, double h,
+                             BodyRange bodies, VectorOut q_next);
+inline void integrate_configuration(const Model& model, const VectorRef& q, const VectorRef& v,
+                                    double h, VectorOut q_next) {
+  integrate_configuration(model, q, v, h, moving_bodies(model), q_next);
+}
+
+/// v (nv) such that q_to = q_from (+) v: the inverse, rotation angles in [0, pi].
+void configuration_difference(const Model& model, const VectorRef& q_from, const VectorRef& q_to,
+                              VectorOut v);
+
+// ---- The figures of a body that inverse dynamics is linear in (inertia_regressor.h).
+
+/// The ten inertial parameters of a body, in its frame and about its origin: mass m [kg], first
+/// moments m c (x, y, z) [kg m], second moments Ixx, Ixy, Iyy, Ixz, Iyz, Izz of the inertia tensor
+/// about the origin [kg m^2].
+using InertialParameters = Eigen::Matrix<double, 10, 1>;
+
+InertialParameters inertial_parameters(const SpatialInertia& inertia);
+/// Of these the inertia tensor about the body's origin [kg m^2].
+Matrix3 inertia_tensor(const InertialParameters& parameters);
+/// The reverse. @throws InputError unless the mass is positive.
+SpatialInertia spatial_inertia(const InertialParameters& parameters);
+
+/// Of all bodies of a model but the world, one below the other: 10 (num_bodies - 1).
+VectorX inertial_parameters(const Model& model);
+
+// ---- What motors can give: the applied force of a joint is clamped to +-E in each coordinate.
+//
+// Of actuated joints without a servo; the row of a servo includes the limit (servos.h). The inverse
+// recovers the clamped force.
+
+/// Clamps the applied forces `tau` (nv) [N, N m]. `effects` says whether servos are on.
+void limit_applied_forces(const Model& model, EffectSet effects, VectorOut tau);
+
+// ---- Springs in joints, implicit: the force at the coordinate with which the step ends.
+//
+//   f = -k (q + h w+ - q_ref)
+//
+// Stable at any stiffness. Forward, with w+ = w + h a: k (q + h w - q_ref) is known, h^2 k stands
+// on the diagonal of M. Inverse: w+ is known, so f is. Of a lone spring implicit Euler takes energy
+// in every step, never gives any.
+
+/// What the springs add to M, onto `diagonal` [kg, kg m^2], and to the force at the start of the
+/// step, onto `tau` [N, N m]; both nv. h [s].
+void add_springs(const Model& model, double h, const VectorRef& q, const VectorRef& w,
+                 VectorOut diagonal, VectorOut tau);
+
+/// The force that the springs took up in a step that ends with w_next, onto tau (nv) [N, N m].
+void add_springs_inverse(const Model& model, double h, const VectorRef& q, const VectorRef& w_next,
+                         VectorOut tau);
+
+/// Energy in the springs [J].
+double spring_energy(const Model& model, const VectorRef& q);
+
+// ---- Derivatives of inverse dynamics (RNEA) and forward dynamics (ABA): what is computed of them.
+
+/// Of tau = M(q) a - n(q, v), nv x nv each: by a displacement at q, by v, by a.
+struct RneaDerivatives {
+  MatrixX dq;  ///< [N, N m a m, rad]
+  MatrixX dv;  ///< [N s/m, ...]
+  MatrixX da;  ///< M(q), symmetric [kg, kg m, kg m^2]
+};
+
+/// Of a = inv(M(q) + D) (n(q, v) + tau), nv x nv each: by a displacement at q, by v, by tau.
+struct AbaDerivatives {
+  MatrixX dq, dv;
+  MatrixX dtau;  ///< inv(M + D), symmetric
+};
 
 /// Pose and velocity of a frame F (a link as its file has it, a named body of a scene) in the world
 /// W.
@@ -80,7 +152,7 @@ class Dynamics {
   double kinetic_energy() const;   ///< [J], rotor inertia (armature) included
   /// [J], zero where a body's centre of mass is in the plane through the world's origin across
   /// gravity; of what is left of the weight where some is carried. Springs by themselves:
-  /// springs.h.
+  /// spring_energy.
   double potential_energy() const;
   /// Of all bodies: linear [kg m/s], angular about the world's origin [kg m^2/s]. Without rotor
   /// inertia.

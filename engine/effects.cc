@@ -1,4 +1,4 @@
-#include "counterpoint/engine/effects.h"
+#include "counterpoint/engine/step.h"
 
 #include <fmt/format.h>
 

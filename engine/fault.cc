@@ -1,8 +1,8 @@
-#include "counterpoint/engine/fault.h"
+#include "counterpoint/engine/step.h"
 
 #include <fmt/format.h>
 
-#include "counterpoint/engine/io/trajectory.h"
+#include "counterpoint/engine/motion_files.h"
 
 namespace counterpoint {
 namespace {

@@ -1,13 +1,101 @@
-// For most users: a scene with its state, steps and their inverse.
+// For most users: a scene with its state, steps and their inverse; steps of controlled error; many scenes over all cores.
 #pragma once
 
+#include <filesystem>
+#include <functional>
+#include <limits>
+#include <memory>
 #include <optional>
+#include <span>
+#include <string>
+#include <vector>
 
-#include "counterpoint/engine/diagnosis/stalled_closure.h"
+#include "counterpoint/engine/derivatives.h"
 #include "counterpoint/engine/dynamics.h"
-#include "counterpoint/engine/step/step_control.h"
+#include "counterpoint/engine/state.h"
+#include "counterpoint/engine/step.h"
+#include "counterpoint/model/scene.h"
 
 namespace counterpoint {
+
+// ---- Steps as long as their error allows: step doubling, and impacts landed on.
+//
+// A controlled step of length h is two steps of h / 2 by the integrator chosen; one step of h from
+// the same state says how far they are off. The halves stand: each is a step of known length, so
+// every inverse is that of the integrator. With p the integrator's order, and d the difference of
+// the two ends on the configuration manifold, q (-) q in position and T d in velocity, T = 1 s,
+//
+//   error = max over coordinates |d_i| / ((2^p - 1) h (tolerance + relative_tolerance |v_i|))
+//
+// so the tolerance is what a second of motion may add, and the error of a run is in proportion to
+// it. A step is accepted at error <= 1. It fails to fall as h does where a velocity jumps: such a
+// step is shortened until the jump lies within event_tolerance, and then accepted.
+//
+// Shampine 1985, "Local error estimation by doubling"; Hairer, Norsett, Wanner 1993, II.4.
+
+/// What a controlled step came to.
+struct ControlledReport {
+  StepReport first, second;  ///< of the halves; the second says whether the step succeeded
+  double step = 0.0;         ///< h [s], both halves
+  double error = 0.0;        ///< over what is allowed [-]; above 1 where `impact` or `missed`
+  int rejected = 0;          ///< lengths that were tried before this one
+  int evaluations = 0;       ///< steps computed, by step_forward
+  bool impact = false;       ///< a force of contact or limit was switched on within event_tolerance
+  bool missed = false;       ///< above the tolerance at min_step
+  bool succeeded() const { return second.succeeded(); }
+};
+
+/// Advances `state` to `next` over `middle`, by no more than `until` [s], which it lands on.
+/// `proposal` [s]: the length to try first; on return that of the next step. A pure function of its
+/// arguments. Lengths at which the integrator fails are tried again shorter; at min_step, or where
+/// what was given is at fault, the failure is the step's, and `next` must not be trusted.
+/// @throws InputError as step_forward, and where options.step_control is not set or `until` is not
+/// later than the state.
+ControlledReport step_controlled(const Model& model, const SimulationOptions& options,
+                                 const contact::Settings& settings, const State& state,
+                                 const Input& input, double until, Workspace& workspace,
+                                 double& proposal, State& middle, State& next);  // Parameters: all it depends on
+
+/// The first time [s] after `time` that steps have to end at: `end`, or a multiple of the interval.
+double next_landing(const StepControlOptions& control, double time, double end);
+
+// ---- Constraints that nothing can meet: closures and mimic joints that stay open. Each step of such a
+// one is a valid solution (what holds the bodies apart yields as much as compliance lets it), so
+// only a run shows it. A closure that is far open is to close at contact.max_recovery_speed;
+// one that has closed by less than a tenth of that over closing_time, which is long enough to
+// leave a singular pose (links in one line), is named.
+
+struct Data;
+
+/// Looks at the states of one run. Its memory is no part of the motion: a run that is resumed from
+/// a state is watched anew.
+class StalledClosureDetector {
+ public:
+  explicit StalledClosureDetector(const Model& model);
+  ~StalledClosureDetector();
+  StalledClosureDetector(StalledClosureDetector&&) noexcept;
+  StalledClosureDetector& operator=(StalledClosureDetector&&) noexcept;
+
+  /// The next state will not be the last one's continuation.
+  void restart();
+  /// After a step; looks some twenty times in closing_time. The closure or mimic joint that stays
+  /// open, or no fault.
+  Fault look(const Model& model, const SimulationOptions& options, const State& state);
+
+ private:
+  /// Since when and from where the error [m or rad] has not come down as it is asked to.
+  struct Stall {
+    double since = std::numeric_limits<double>::quiet_NaN();  ///< [s]; NaN: it is not far open
+    double error = 0.0;
+  };
+  static bool stalls(const SimulationOptions& options, double time, double error, Stall& stall);
+
+  std::vector<Stall> closures_, mimics_;
+  std::unique_ptr<Data> data_;  ///< for poses, where there are closures
+  double next_look_ = std::numeric_limits<double>::quiet_NaN();  ///< [s]; NaN: not yet set
+};
+
+// ---- A scene with its state.
 
 class Simulator {
  public:
@@ -33,11 +121,11 @@ class Simulator {
   Input& input() { return input_; }
 
   /// One step. If it fails (see the report) the state is left as it was. Unlike step_forward it
-  /// also sees where a closure or mimic joint stays open (stalled_closure.h): the report's fault
+  /// also sees where a closure or mimic joint stays open (StalledClosureDetector): the report's fault
   /// names it, once in closing_time; with settings().soften_after = 0 (strict) the step fails.
   StepReport step();
 
-  /// Two steps, as long as options().step_control allows, not beyond `until` [s] (step_control.h).
+  /// Two steps, as long as options().step_control allows, not beyond `until` [s] (step_controlled).
   /// If it fails the state is left as it was.
   ControlledReport step_controlled(double until);
   /// The state between these two steps; after step() the state before it.
@@ -76,6 +164,89 @@ class Simulator {
   Workspace workspace_;
   StalledClosureDetector watch_;
   Inverse inverse_;
+};
+
+// ---- How many threads this process may keep busy.
+
+/// The processors, by number, that the affinity of this process lets its threads run on (taskset,
+/// mpirun --bind-to, Slurm); those of the machine where the system does not say.
+std::vector<int> affinity_cores();
+
+/// Processors' worth of time that control groups (containers, Slurm, systemd) grant this process;
+/// infinity where there is no limit. `root`: where their files are; `membership`: the text of
+/// /proc/self/cgroup. Every group from that of the process up to the root may limit it, in version
+/// 2 by cpu.max, in version 1 by cpu.cfs_quota_us and cpu.cfs_period_us.
+double cgroup_cores(const std::filesystem::path& root, const std::string& membership);
+double cgroup_cores();  ///< of this process
+
+/// Threads that neither wait for one another's processor nor are throttled: the processors of the
+/// affinity, at most the whole ones that control groups grant; 1 at least.
+int available_cores();
+
+// ---- Many independent problems of one scene, over all cores: states stepped, trajectories run or
+// inverted.
+
+/// Where derivatives of many steps go: block i of each, nv x nv column by column, begins i nv nv
+/// numbers on, force i (nv) i nv on. Null: not wanted.
+struct InverseDerivativeBlocks {
+  double* applied_force = nullptr;  ///< u [N, N m]
+  double *dq = nullptr, *dv = nullptr, *dv_next = nullptr;
+  char* by_differences = nullptr;  ///< one a step (InverseDerivatives)
+};
+struct ForwardDerivativeBlocks {
+  double *dv_dq = nullptr, *dv_dv = nullptr, *dv_du = nullptr;
+  double *dq_dq = nullptr, *dq_dv = nullptr, *dq_du = nullptr;
+};
+
+/// Threads that share a scene's definition, each with a simulator of its own. A step is a pure
+/// function of its arguments, so the results are those of one thread, to the bit, whatever the
+/// number of threads.
+class Batch {
+ public:
+  /// @param num_threads  0: one for every core that this process may use (available_cores)
+  explicit Batch(const Scene& scene, int num_threads = 0);
+
+  int num_threads() const { return static_cast<int>(simulators_.size()); }
+  const Model& model() const { return simulators_.front().model(); }
+  /// Of every simulator; a setting changed here holds for all tasks that follow.
+  void set_options(const SimulationOptions& options);
+  void set_settings(const contact::Settings& settings);
+
+  /// Calls task(i, simulator) once for every i = 0 ... count - 1, in no particular order. The
+  /// simulator is as the last task left it: a task sets state and input before it steps. What it
+  /// writes must be its own (results[i]).
+  /// @throws what the task of lowest i threw, after all threads have ended; tasks not yet begun
+  /// when one throws are left out.
+  void run(int count, const std::function<void(int, Simulator&)>& task);
+
+  /// One step of every state, in place, under its input. A state whose step fails stays as it was.
+  /// @throws InputError unless all three are of one length.
+  void step(std::span<State> states, std::span<const Input> inputs, std::span<StepReport> reports);
+
+  /// step_inverse_derivatives of every step from starts[i] to ends[i] (whose v is looked at, and q
+  /// where step_inverse_derivatives does), under known[i];
+  /// `known` may be empty: nothing is known of any. NaN where forces are not known.
+  /// @throws InputError unless all are of one length, and where step_inverse does.
+  void inverse_derivatives(std::span<const State> starts, std::span<const State> ends,
+                           std::span<const Input> known, const InverseDerivativeBlocks& out,
+                           DerivativeMethod method = DerivativeMethod::kAnalytic);
+  /// step_forward_derivatives alike, with those of the inverse that they come from. NaN where
+  /// du/dv+ is singular.
+  void forward_derivatives(std::span<const State> starts, std::span<const State> ends,
+                           std::span<const Input> known, const InverseDerivativeBlocks& inverse,
+                           const ForwardDerivativeBlocks& out,
+                           DerivativeMethod method = DerivativeMethod::kAnalytic);
+
+ private:
+  /// What a thread finds derivatives with.
+  struct Derivation;
+  void run_threads(int count, const std::function<void(int, size_t)>& task);
+  void derive(std::span<const State> starts, std::span<const State> ends,
+              std::span<const Input> known, const InverseDerivativeBlocks& inverse,
+              const ForwardDerivativeBlocks* forward, DerivativeMethod method);
+
+  std::vector<Simulator> simulators_;
+  std::vector<std::shared_ptr<Derivation>> derivations_;  ///< by thread, once asked for
 };
 
 }  // namespace counterpoint

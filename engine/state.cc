@@ -1,7 +1,5 @@
 #include "counterpoint/engine/state.h"
 
-#include "counterpoint/engine/io/hash.h"
-
 namespace counterpoint {
 
 std::uint64_t state_hash(const State& state) {

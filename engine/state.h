@@ -1,10 +1,13 @@
-// State and Input: all that a step depends on beside the model and its options.
+// State and Input: all that a step depends on beside the model and its options. Hash: of their bits.
 #pragma once
 
+#include <bit>
 #include <cstdint>
+#include <string_view>
 #include <vector>
 
 #include "counterpoint/model/model.h"
+#include "counterpoint/model/spatial.h"
 
 namespace counterpoint {
 
@@ -23,7 +26,7 @@ struct RememberedForce {
 /// The whole truth about a moment. Copyable; two equal states step to equal bits.
 struct State {
   double time = 0.0;  ///< [s]
-  VectorX q;          ///< nq, joint.h says what each joint's coordinates mean
+  VectorX q;          ///< nq, model/model.h says what each joint's coordinates mean
   VectorX v;          ///< nv [m/s, rad/s]
   /// Forces of the last step, which the next one starts from; may be empty.
   std::vector<RememberedForce> memory = {};
@@ -58,6 +61,35 @@ struct Input {
   VectorX servo_velocity = {};  ///< targets [rad/s or m/s]; or empty: the model's
   /// Known of a step that is inverted, or to be repeated: the softening that it reported.
   Softening softening = {};
+};
+
+// ---- 64-bit FNV-1a over numbers, byte by byte from the lowest: the same on every machine.
+
+class Hash {
+ public:
+  void add_byte(unsigned char byte) { value_ = (value_ ^ byte) * 1099511628211u; }
+  void add(std::uint64_t word) {
+    for (int i = 0; i < 8; ++i) add_byte(static_cast<unsigned char>(word >> (8 * i)));
+  }
+  void add(int number) { add(static_cast<std::uint64_t>(static_cast<std::int64_t>(number))); }
+  /// The bits: 0 and -0 differ.
+  void add(double number) { add(std::bit_cast<std::uint64_t>(number)); }
+  void add(bool) = delete;
+  /// All numbers of a vector or matrix of Eigen, column by column.
+  template <class Derived>
+  void add(const Eigen::DenseBase<Derived>& numbers) {
+    for (Eigen::Index j = 0; j < numbers.cols(); ++j)
+      for (Eigen::Index i = 0; i < numbers.rows(); ++i) add(numbers(i, j));
+  }
+  /// The characters, and how many.
+  void add(std::string_view text) {
+    add(static_cast<std::uint64_t>(text.size()));
+    for (const char c : text) add_byte(static_cast<unsigned char>(c));
+  }
+  std::uint64_t value() const { return value_; }
+
+ private:
+  std::uint64_t value_ = 14695981039346656037u;
 };
 
 }  // namespace counterpoint

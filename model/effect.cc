@@ -1,4 +1,4 @@
-#include "counterpoint/model/effect.h"
+#include "counterpoint/model/scene.h"
 
 namespace counterpoint {
 

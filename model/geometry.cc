@@ -4,8 +4,6 @@
 #include <cmath>
 #include <limits>
 
-#include "counterpoint/model/terrain/terrain.h"
-
 namespace counterpoint {
 
 Material combine_materials(const Material& a, const Material& b) {

@@ -1,16 +1,22 @@
-// Collision geometry: shapes, convex meshes, surface materials.
+// Collision geometry: shapes, convex meshes, terrain, surface materials; meshes and height fields in files.
 #pragma once
 
 #include <array>
 #include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <map>
 #include <memory>
 #include <span>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include "counterpoint/model/spatial.h"
 
 namespace counterpoint {
+
+// ---- Shapes and materials.
 
 /// Which vertices of a mesh an edge joins, and where they are: list after list, for searches that
 /// climb from vertex to vertex and would wait for memory wherever the next list lies.
@@ -28,7 +34,7 @@ struct VertexNeighbors {
   }
 };
 
-/// A closed convex polyhedron. Made by make_convex_hull (mesh.h); shared between instances.
+/// A closed convex polyhedron. Made by make_convex_hull; shared between instances.
 struct ConvexMesh {
   std::vector<Vector3> vertices;  ///< [m], in the geometry frame
   std::vector<std::vector<int>>
@@ -70,7 +76,7 @@ enum class ShapeType : unsigned char {
 ///   kCapsule     (radius, half length of the segment along z, -)
 ///   kCylinder    (radius, half length along z, -)
 ///   kConvexMesh  nothing: see mesh
-///   kTerrain     nothing: see terrain (terrain.h); fixed to the world only
+///   kTerrain     nothing: see Terrain; fixed to the world only
 struct Shape {
   ShapeType type = ShapeType::kSphere;
   Vector3 size = Vector3::Zero();
@@ -105,5 +111,170 @@ Material combine_materials(const Material& a, const Material& b);
 
 /// The smallest z [m] that a shape reaches when its frame G is at X_WG; -infinity for a plane.
 double lowest_point(const Shape& shape, const Pose& X_WG);
+
+/// "plane", "sphere" ...; `convex_mesh`: what a convex mesh is called where the name goes.
+inline const char* shape_type_name(ShapeType type, const char* convex_mesh) {
+  switch (type) {
+    case ShapeType::kPlane:
+      return "plane";
+    case ShapeType::kSphere:
+      return "sphere";
+    case ShapeType::kBox:
+      return "box";
+    case ShapeType::kCapsule:
+      return "capsule";
+    case ShapeType::kCylinder:
+      return "cylinder";
+    case ShapeType::kConvexMesh:
+      return convex_mesh;
+    case ShapeType::kTerrain:
+      return "terrain";
+  }
+  return "?";
+}
+
+// ---- Meshes: files through assimp, convex hulls through qhull.
+
+struct TriangleMesh {
+  std::vector<Vector3> vertices;              ///< [m]
+  std::vector<std::array<int, 3>> triangles;  ///< counter-clockwise seen from outside
+};
+
+/// How polygons of more than three corners become triangles, which matters where they are bent.
+enum class PolygonSplit {
+  kInside,  ///< within the polygon, as assimp does it
+  kEars,    ///< as MuJoCo reads OBJ files (model/mesh/ear_cutting.h)
+};
+
+/// Reads STL (ascii, binary), OBJ or DAE (its unit is applied, and its up axis becomes z), all
+/// submeshes welded into one, scaled per axis (a mirroring scale keeps the outside outside).
+/// Coordinates pass through single precision. @throws InputError naming the file when it is
+/// missing, unreadable, empty, beyond the limits of model/limits.h, or has coordinates that are not
+/// finite. No other file is opened, whatever the mesh names.
+TriangleMesh load_mesh(const std::filesystem::path& file, const Vector3& scale = Vector3::Ones(),
+                       PolygonSplit split = PolygonSplit::kInside);
+
+/// Convex hull, triangles that are coplanar to about one millionth of the size merged into
+/// polygons.
+/// @throws InputError (with `source`) when the points span no volume.
+std::shared_ptr<const ConvexMesh> make_convex_hull(const std::vector<Vector3>& points,
+                                                   const std::string& source = "");
+
+/// The convex hull of a mesh file, with its standoff, and with source_volume set if the mesh is closed.
+/// Errors as above.
+std::shared_ptr<const ConvexMesh> load_convex_mesh(const std::filesystem::path& file,
+                                                   const Vector3& scale = Vector3::Ones());
+
+/// A hull of at most `max_vertices` of the hull's vertices, each chosen as the one farthest outside those
+/// before; it lies within the hull, `deviation` says how deep. The hull itself if it has no more.
+/// @throws InputError for fewer than 4 vertices.
+std::shared_ptr<const ConvexMesh> reduce_hull(const std::shared_ptr<const ConvexMesh>& hull,
+                                              int max_vertices);
+
+/// True if the hull has 5 % more volume than a closed mesh, or stands off any mesh by more than 5 % of
+/// its diameter (twice its radius).
+bool is_visibly_concave(const ConvexMesh& hull);
+
+/// What a reader must know about a visibly concave mesh that became its hull; "" for others.
+std::string hull_note(const ConvexMesh& hull);
+
+/// Loads each mesh file once a scale, so that all instances share one hull.
+class HullCache {
+ public:
+  /// max_vertices: of every hull; 0: no limit.
+  explicit HullCache(int max_vertices = 0) : max_vertices_(max_vertices) {}
+  /// As load_convex_mesh.
+  std::shared_ptr<const ConvexMesh> load(const std::filesystem::path& file,
+                                         const Vector3& scale = Vector3::Ones());
+
+ private:
+  int max_vertices_;
+  std::map<std::tuple<std::filesystem::path, double, double, double>,
+           std::shared_ptr<const ConvexMesh>>
+      hulls_;
+};
+
+/// True if every edge is shared by two triangles that run along it in opposite directions.
+bool is_closed(const TriangleMesh& mesh);
+
+/// Volume [m^3] enclosed by a closed mesh (divergence theorem); meaningless for an open one.
+double enclosed_volume(const TriangleMesh& mesh);
+
+// ---- A tree of boxes over triangles (bounding volume hierarchy).
+
+struct TriangleTree {
+  /// Triangles order[first ... first + count), or two children, the left one next in the array.
+  struct Node {
+    Vector3 low, high;
+    int first = 0, count = 0;  ///< count 0: an inner node
+    int right = 0;
+  };
+  std::vector<Node> nodes;  ///< the first holds all; at most 32 levels for any number of triangles
+  std::vector<int> order;
+
+  TriangleTree() = default;
+  /// Of triangles (at least one) by their vertices [m].
+  TriangleTree(const std::vector<Vector3>& vertices,
+               const std::vector<std::array<int, 3>>& triangles);
+};
+
+// ---- Static triangle meshes: ground that is not convex. From mesh files and height fields.
+
+/// Triangles that push bodies off the side from which they run counter-clockwise. Made by
+/// make_terrain; shared between instances. Everything in the geometry frame.
+struct Terrain {
+  /// How a triangle's edge is shared. At flat and concave edges bodies touch the faces only; contact
+  /// with the edge itself is possible where the surface bends away from them, and at its rim.
+  enum class Edge : unsigned char { kFlat, kConcave, kConvex, kRim };
+
+  struct Triangle {
+    std::array<int, 3> vertices;
+    Vector3 normal;                  ///< unit, outward
+    std::array<int, 3> neighbors;    ///< across the edge from vertex i to i + 1; -1 at a rim
+    std::array<Edge, 3> edges;
+  };
+
+  std::vector<Vector3> vertices;  ///< [m]
+  std::vector<Triangle> triangles;
+  Vector3 low, high;   ///< the box around all [m]
+  int dropped = 0;     ///< triangles left out: without area, or given twice
+  int misfits = 0;     ///< edges where orientation changes or more than two triangles meet
+  std::string source;  ///< file it came from
+
+  /// Appends the triangles whose boxes meet the box low ... high [m], in ascending order.
+  void find(const Vector3& box_low, const Vector3& box_high, std::vector<int>& out) const;
+
+  TriangleTree tree;
+  std::vector<std::vector<int>> vertex_neighbors;  ///< vertices joined by an edge
+};
+
+/// Takes the triangles as they are but for those without area and duplicates; every other edge is
+/// classified by the angle between its two faces. @throws InputError (with `source`) when a
+/// coordinate is not finite, an index is out of range, or no triangle is left.
+std::shared_ptr<const Terrain> make_terrain(const TriangleMesh& mesh,
+                                            const std::string& source = "");
+
+// ---- Height fields: a grid of heights from an image or a table, as triangles.
+
+/// A grid of heights; row 0 lies at the largest y, columns run along +x, as an image is looked at.
+struct HeightGrid {
+  int rows = 0, columns = 0;
+  std::vector<double> heights;  ///< row by row [m, or 0 ... 1 for an image]
+};
+
+/// A grayscale PNG of 1 to 16 bits a pixel, black 0, white 1, no gamma applied. @throws InputError
+/// naming the file when it is missing, no PNG, in colour or with an alpha channel, damaged, or larger
+/// than limits::kMaxHeights.
+HeightGrid load_height_image(const std::filesystem::path& file);
+
+/// Comma-separated heights [m], one row a line, no header; blank lines and lines that begin with #
+/// are skipped. @throws InputError naming file and line when a row has another length than the first, a
+/// cell is no finite number, or there are more than limits::kMaxHeights.
+HeightGrid load_height_table(const std::filesystem::path& file);
+
+/// Two triangles a cell, over size_x by size_y [m] around the origin, heights times `scale`.
+/// @throws InputError (with `where`) for fewer than two rows or columns.
+TriangleMesh height_field_mesh(const HeightGrid& grid, double size_x, double size_y, double scale,
+                               const std::string& where);
 
 }  // namespace counterpoint

@@ -1,4 +1,4 @@
-#include "counterpoint/model/inertia.h"
+#include "counterpoint/model/model.h"
 
 #include <fmt/format.h>
 

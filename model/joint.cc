@@ -1,4 +1,4 @@
-#include "counterpoint/model/joint.h"
+#include "counterpoint/model/model.h"
 
 namespace counterpoint {
 

@@ -56,7 +56,4 @@ inline constexpr double kMinLength = 1e-15;
 inline constexpr double kMaxMass = 1e30;
 inline constexpr double kMinMass = 1e-30;
 
-// Contact problems as matrices, which are dense: 6000 x 6000 take 288 MB.
-inline constexpr int kMaxProblemContacts = 2'000;
-
 }  // namespace counterpoint::limits

@@ -9,10 +9,95 @@
 #include <vector>
 
 #include "counterpoint/model/geometry.h"
-#include "counterpoint/model/joint.h"
 #include "counterpoint/model/spatial.h"
 
 namespace counterpoint {
+
+// ---- Joint types and how each turns (q, v) into a relative pose and velocity.
+//
+// Every joint's axis is the z axis of its joint frame J: the builder turns body frames so that this
+// holds, and hot loops then know one revolute and one prismatic joint only.
+//
+//   type        nq nv  q                       v
+//   kRevolute    1  1  angle [rad]             rate [rad/s], about z
+//   kPrismatic   1  1  displacement [m]        rate [m/s], along z
+//   kPlanar      3  3  x, y [m], angle [rad]   rates, x and y in the axes of J (not turning with the body)
+//   kSpherical   4  3  qw qx qy qz             angular velocity [rad/s], in the axes of the body
+//   kFloating    7  6  x y z [m] qw qx qy qz   linear [m/s] in the axes of J, angular [rad/s] in the axes of the body
+//
+// Velocities of planar and floating joints are kept in the parent's axes so that a free body's centre
+// flies straight in discrete time as well.
+
+enum class JointType : unsigned char { kRevolute, kPrismatic, kPlanar, kSpherical, kFloating };
+
+constexpr int joint_nq(JointType type) {
+  switch (type) {
+    case JointType::kRevolute:
+    case JointType::kPrismatic: return 1;
+    case JointType::kPlanar: return 3;
+    case JointType::kSpherical: return 4;
+    case JointType::kFloating: return 7;
+  }
+  return 0;
+}
+
+constexpr int joint_nv(JointType type) {
+  switch (type) {
+    case JointType::kRevolute:
+    case JointType::kPrismatic: return 1;
+    case JointType::kPlanar:
+    case JointType::kSpherical: return 3;
+    case JointType::kFloating: return 6;
+  }
+  return 0;
+}
+
+/// How many of a joint's velocities are along axes; they come first, then those about axes.
+constexpr int joint_num_linear(JointType type) {
+  switch (type) {
+    case JointType::kRevolute:
+    case JointType::kSpherical: return 0;
+    case JointType::kPrismatic: return 1;
+    case JointType::kPlanar: return 2;
+    case JointType::kFloating: return 3;
+  }
+  return 0;
+}
+
+/// Turns frame J about its z axis.
+inline Matrix3 turned_about_z(const Matrix3& R, double angle) {
+  const double s = std::sin(angle), c = std::cos(angle);
+  Matrix3 out;
+  out.col(0) = c * R.col(0) + s * R.col(1);
+  out.col(1) = c * R.col(1) - s * R.col(0);
+  out.col(2) = R.col(2);
+  return out;
+}
+
+/// Pose X_WB of a body from that of its joint frame, X_WJ, and the joint's coordinates q [rad, m,
+/// quaternion of unit length] as above, joint_nq long.
+inline Pose joint_pose(const Pose& X_WJ, JointType type, const double* q) {
+  const Matrix3& R = X_WJ.rotation;
+  switch (type) {
+    case JointType::kRevolute:
+      return {turned_about_z(R, q[0]), X_WJ.translation};
+    case JointType::kPrismatic:
+      return {R, X_WJ.translation + q[0] * R.col(2)};
+    case JointType::kPlanar:
+      return {turned_about_z(R, q[2]), X_WJ.translation + q[0] * R.col(0) + q[1] * R.col(1)};
+    case JointType::kSpherical:
+      return {R * Quaternion(q[0], q[1], q[2], q[3]).toRotationMatrix(), X_WJ.translation};
+    case JointType::kFloating:
+      return {R * Quaternion(q[3], q[4], q[5], q[6]).toRotationMatrix(),
+              X_WJ * Vector3(q[0], q[1], q[2])};
+  }
+  return X_WJ;
+}
+
+/// "revolute", "prismatic", "planar", "spherical", "floating".
+const char* joint_type_name(JointType type);
+
+// ---- The model.
 
 /// What the algorithms read of a body, in one place. Body 0 is the world; every other body hangs by
 /// exactly one joint on a body of lower index (links held by fixed joints are merged). Bodies of a
@@ -241,5 +326,39 @@ ClosureGap closure_gap(const Closure& closure, const std::vector<Pose>& X_WB);
 
 /// q[joint] - multiplier q[master] - offset, at q (nq) [m or rad].
 double mimic_error(const Model& model, const Mimic& mimic, const VectorRef& q);
+
+// ---- Checks of inertia: is it that of a real body, and does every joint of a tree move some?
+
+/// Why no rigid body can have this inertia, or "" if one can: principal moments must be positive
+/// and none larger than the sum of the other two (relative tolerance 1e-6, for files printed to few
+/// digits). A point mass (all moments zero) and a massless link (all zero) are let pass.
+std::string inertia_defect(const SpatialInertia& inertia);
+
+/// Principal moments of an inertia, ascending [kg m^2], and axes, in columns, right-handed.
+struct PrincipalAxes {
+  Vector3 moments;
+  Matrix3 axes;
+};
+PrincipalAxes principal_axes(const Matrix3& inertia);
+
+/// A near inertia with the same mass, centre and principal axes whose principal moments are
+/// those of a body: negative moments are raised to 1/1000 of the largest, then the triangle
+/// inequality is met by the least change (Frobenius norm) of the moments.
+SpatialInertia nearest_physical(const SpatialInertia& inertia);
+
+/// Inertia of a solid of uniform density about its centre: sphere, box, cylinder or capsule of the
+/// given mass [kg].
+SpatialInertia solid_inertia(const Shape& shape, double mass);
+
+/// Joint-space inertia matrix M [kg, kg m, kg m^2] of one tree at q (nq, all trees), with armature.
+/// A plain reference: composite inertias in one common frame, dense. `scale`, if given, receives
+/// for each coordinate the size of the terms that its diagonal entry was summed from.
+MatrixX reference_mass_matrix(const Model& model, int tree, const VectorX& q,
+                              VectorX* scale = nullptr);
+
+/// The coordinate (0 ... nv of the tree - 1) at which elimination of M from the leaves meets a
+/// pivot that is not positive, or -1 if M is positive definite at q. The pivot is the inertia felt
+/// at that joint with all later joints free.
+int find_coordinate_without_inertia(const Model& model, int tree, const VectorX& q);
 
 }  // namespace counterpoint

@@ -7,8 +7,8 @@
 
 #include "counterpoint/model/builder/builder_names.h"
 #include "counterpoint/model/builder/robot_tree.h"
-#include "counterpoint/model/inertia.h"
 #include "counterpoint/model/limits.h"
+#include "counterpoint/model/model.h"
 
 namespace counterpoint {
 

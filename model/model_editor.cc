@@ -1,10 +1,10 @@
-#include "counterpoint/model/model_editor.h"
+#include "counterpoint/model/model_builder.h"
 
 #include <fmt/format.h>
 
 #include <cmath>
 
-#include "counterpoint/model/mesh/mesh.h"
+#include "counterpoint/model/geometry.h"
 
 namespace counterpoint {
 namespace {

@@ -5,12 +5,10 @@
 #include <algorithm>
 #include <cctype>
 
-#include "counterpoint/model/mjcf/mjcf.h"
+#include "counterpoint/model/robot_files.h"
 #include "counterpoint/model/scene/scene_yaml.h"
-#include "counterpoint/model/sdf/sdf.h"
 #include "counterpoint/model/special_values.h"
 #include "counterpoint/model/urdf/srdf.h"
-#include "counterpoint/model/urdf/urdf.h"
 
 namespace counterpoint {
 namespace {

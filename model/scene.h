@@ -2,16 +2,110 @@
 // URDF.
 #pragma once
 
+#include <array>
+#include <cstdint>
 #include <filesystem>
+#include <initializer_list>
 #include <map>
 #include <optional>
 #include <string>
+#include <string_view>
 
-#include "counterpoint/model/effect.h"
 #include "counterpoint/model/model.h"
 #include "counterpoint/model/model_builder.h"
 
 namespace counterpoint {
+
+// ---- Effects: forces and constraints by name. A scene calls for some of them; a step runs those and no
+// others; a scene file's `effects:` section switches any of them off. Equations:
+// docs/explanation/effects.md.
+
+enum class Effect : unsigned char {
+  // of all bodies
+  kGravity,
+  kCoriolis,  ///< all forces quadratic in velocity: Coriolis, centrifugal, gyroscopic
+  kDrag,      ///< of bodies in still air
+  // of joints, smooth
+  kArmature,
+  kDamping,
+  kSprings,
+  kServos,
+  // of joints, rows of the contact problem
+  kDryFriction,
+  kLimits,
+  kEffortLimits,
+  kVelocityLimits,
+  kMimics,
+  // between bodies
+  kClosures,
+  kContacts,
+  kFriction,
+  kTorsionalFriction,
+  kRollingFriction,
+  kRestitution,
+  // from outside, called for by the input of a step
+  kAppliedForces,
+  kExternalWrenches,
+  // of none: resting bodies are left out of the step, to the same bits
+  kSleeping,
+};
+
+inline constexpr int kNumEffects = static_cast<int>(Effect::kSleeping) + 1;
+
+/// As in scene files: "gravity", "dry_friction", ...
+const char* effect_name(Effect effect);
+/// The reverse; nothing for an unknown name.
+std::optional<Effect> effect_from_name(const std::string& name);
+/// All names, in the order of the enumeration, separated by ", ".
+std::string effect_names();
+
+class EffectSet {
+ public:
+  constexpr EffectSet() = default;
+  constexpr EffectSet(std::initializer_list<Effect> effects) {
+    for (const Effect effect : effects) set(effect, true);
+  }
+  static constexpr EffectSet all() {
+    EffectSet set;
+    set.bits_ = (std::uint32_t{1} << kNumEffects) - 1;
+    return set;
+  }
+
+  constexpr bool has(Effect effect) const { return (bits_ & bit(effect)) != 0; }
+  constexpr void set(Effect effect, bool on) {
+    bits_ = on ? bits_ | bit(effect) : bits_ & ~bit(effect);
+  }
+  constexpr EffectSet without(std::initializer_list<Effect> effects) const {
+    EffectSet set = *this;
+    for (const Effect effect : effects) set.set(effect, false);
+    return set;
+  }
+  friend constexpr EffectSet operator&(EffectSet a, EffectSet b) {
+    a.bits_ &= b.bits_;
+    return a;
+  }
+  constexpr bool operator==(const EffectSet&) const = default;
+
+ private:
+  static constexpr std::uint32_t bit(Effect effect) {
+    return std::uint32_t{1} << static_cast<int>(effect);
+  }
+  std::uint32_t bits_ = 0;
+};
+
+/// What is on unless a scene says otherwise. A velocity limit is the motor's, not the mechanism's:
+/// it is enforced only where that is asked for.
+inline constexpr EffectSet kDefaultEffects = EffectSet::all().without({Effect::kVelocityLimits});
+
+/// How often the code of each effect ran.
+struct EffectCounts {
+  std::array<long, kNumEffects> of{};
+
+  void add(Effect effect) { ++of[static_cast<std::size_t>(effect)]; }
+  long operator[](Effect effect) const { return of[static_cast<std::size_t>(effect)]; }
+};
+
+// ---- The scene and its options.
 
 /// How friction and normal motion are coupled: docs/explanation/concepts.md, contact/README.md.
 ///   kConvex   relaxed complementarity: a sliding contact hovers at h mu |v_T|
@@ -75,7 +169,7 @@ void apply_contact_preset(ContactPreset preset, ContactOptions& options);
 /// No mechanism on Earth moves at 100 km/s; a flywheel of 1 m at 10 000 rad/s does 10 km/s.
 inline constexpr double kDefaultMaxSpeed = 1e5;
 
-/// Steps as long as their error allows, in place of time_step (engine/step/step_control.h).
+/// Steps as long as their error allows, in place of time_step (engine/simulator.h).
 struct StepControlOptions {
   /// Error that a second of motion may add, of any coordinate [m/s, rad/s].
   double tolerance = 1e-3;
@@ -102,7 +196,7 @@ struct SimulationOptions {
   /// counts at the far end of what it moves (engine/diagnosis/state_check.h). Infinity: no bound.
   double max_speed = kDefaultMaxSpeed;
   /// A run fails (no progress) in which a closure or mimic joint is far open and comes no closer
-  /// for this time [s] (engine/diagnosis/stalled_closure.h). Infinity: it may.
+  /// for this time [s] (engine/simulator.h). Infinity: it may.
   double closing_time = 1.0;
   ContactOptions contact;
   /// Effects that are on where the scene calls for them.
@@ -148,5 +242,15 @@ struct SceneOverrides {
 /// Reads a scene (.yaml, .yml) or a lone robot (.urdf). @throws InputError naming file, line,
 /// element, what was expected and what to do.
 Scene load_scene(const std::filesystem::path& file, const SceneOverrides& overrides = {});
+
+// ---- A scene as bytes, all of it, to be read by the same version of this library: for copies in other
+// processes. To keep a scene, use scene files.
+
+/// Model, start and options, meshes and terrains included (each once).
+std::string archive_scene(const Scene& scene);
+
+/// The same scene: equal bits in every figure. @throws InputError for bytes that archive_scene of
+/// this version has not written, or that are cut short.
+Scene restore_scene(std::string_view bytes);
 
 }  // namespace counterpoint

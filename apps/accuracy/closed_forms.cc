@@ -8,8 +8,8 @@
 #include <optional>
 
 #include "counterpoint/collision/collider.h"
-#include "counterpoint/engine/effects.h"
 #include "counterpoint/engine/forces/euler_top.h"
+#include "counterpoint/engine/step.h"
 #include "families.h"
 
 namespace counterpoint::apps::accuracy {

@@ -7,8 +7,8 @@
 
 #include "counterpoint/engine/constraints/contact_law.h"
 #include "counterpoint/engine/constraints/inverse_weights.h"
+#include "counterpoint/engine/dynamics.h"
 #include "counterpoint/engine/dynamics/energy.h"
-#include "counterpoint/engine/dynamics/integrator.h"
 #include "counterpoint/engine/dynamics/kinematics.h"
 #include "measure/total_energy.h"
 

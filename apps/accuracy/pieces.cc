@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "counterpoint/engine/dynamics/integrator.h"
+#include "counterpoint/engine/dynamics.h"
 
 namespace counterpoint::apps::accuracy {
 namespace {

@@ -8,7 +8,7 @@
 
 #include "counterpoint/collision/collider.h"
 #include "counterpoint/collision/pairs/pair_contacts.h"
-#include "counterpoint/model/mesh/mesh.h"
+#include "counterpoint/model/geometry.h"
 #include "counterpoint/model/model_builder.h"
 #include "support/fcl_shapes.h"
 #include "support/sphere_points.h"

@@ -10,9 +10,9 @@
 #include <string>
 #include <vector>
 
-#include "counterpoint/engine/dynamics/integrator.h"
+#include "counterpoint/engine/dynamics.h"
 #include "counterpoint/engine/optimize/newton/newton.h"
-#include "counterpoint/engine/optimize/problem_file.h"
+#include "counterpoint/engine/optimize/optimize.h"
 
 namespace counterpoint::apps {
 namespace {

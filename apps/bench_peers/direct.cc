@@ -10,8 +10,7 @@
 #include <vector>
 
 #include "counterpoint/engine/optimize/newton/newton.h"
-#include "counterpoint/engine/optimize/problem_file.h"
-#include "counterpoint/engine/optimize/verify.h"
+#include "counterpoint/engine/optimize/optimize.h"
 #include "peers/mujoco_direct.h"
 
 namespace counterpoint::apps {

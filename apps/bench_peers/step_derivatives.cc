@@ -1,6 +1,6 @@
 // Derivatives of steps, inverse and forward: closed forms, central differences of our own inverse,
 // and MuJoCo's mjd_inverseFD and mjd_transitionFD, each engine along its own trajectory.
-#include "counterpoint/engine/step_derivatives.h"
+#include "counterpoint/engine/derivatives.h"
 
 #include <fmt/format.h>
 

@@ -9,7 +9,7 @@
 #include <optional>
 #include <type_traits>
 
-#include "counterpoint/model/files/edit_distance.h"
+#include "counterpoint/model/text_files.h"
 
 namespace counterpoint::apps {
 namespace {

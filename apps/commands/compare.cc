@@ -6,7 +6,7 @@
 #include <optional>
 
 #include "command.h"
-#include "counterpoint/engine/io/trajectory.h"
+#include "counterpoint/engine/motion_files.h"
 #include "input/scene_arguments.h"
 #include "interrupt.h"
 #include "measure/median.h"

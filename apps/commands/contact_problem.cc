@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "command.h"
-#include "counterpoint/contact/contact_space.h"
-#include "counterpoint/model/types.h"
+#include "counterpoint/contact/solver.h"
+#include "counterpoint/model/spatial.h"
 #include "input/problem_file.h"
 #include "report/report.h"
 

@@ -7,8 +7,8 @@
 #include <optional>
 
 #include "command.h"
-#include "counterpoint/engine/io/trajectory.h"
-#include "counterpoint/engine/step_derivatives.h"
+#include "counterpoint/engine/derivatives.h"
+#include "counterpoint/engine/motion_files.h"
 #include "input/motion.h"
 #include "input/scene_arguments.h"
 #include "interrupt.h"

@@ -1,5 +1,5 @@
 // counterpoint export: a scene for other programs, as MJCF or URDF.
-#include "counterpoint/model/export/export.h"
+#include "counterpoint/model/robot_files.h"
 
 #include <fmt/format.h>
 

@@ -6,10 +6,8 @@
 
 #include "command.h"
 #include "counterpoint/collision/collider.h"
-#include "counterpoint/engine/io/trajectory.h"
-#include "counterpoint/model/mesh/mesh.h"
-#include "counterpoint/model/shape_name.h"
-#include "counterpoint/model/terrain/terrain.h"
+#include "counterpoint/engine/motion_files.h"
+#include "counterpoint/model/geometry.h"
 #include "input/scene_arguments.h"
 #include "report/effect_table.h"
 #include "report/report.h"

@@ -6,8 +6,8 @@
 #include <optional>
 
 #include "command.h"
-#include "counterpoint/engine/dynamics/integrator.h"
-#include "counterpoint/engine/io/trajectory.h"
+#include "counterpoint/engine/dynamics.h"
+#include "counterpoint/engine/motion_files.h"
 #include "counterpoint/engine/step.h"
 #include "input/motion.h"
 #include "input/scene_arguments.h"

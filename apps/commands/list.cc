@@ -5,7 +5,7 @@
 #include <memory>
 
 #include "command.h"
-#include "counterpoint/model/types.h"
+#include "counterpoint/model/spatial.h"
 #include "input/data_folder.h"
 
 namespace counterpoint::apps {

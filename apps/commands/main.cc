@@ -7,7 +7,7 @@
 #include "command.h"
 #include "command_line/help_topics.h"
 #include "command_line/version.h"
-#include "counterpoint/model/types.h"
+#include "counterpoint/model/spatial.h"
 
 namespace counterpoint::apps {
 namespace {

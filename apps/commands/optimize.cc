@@ -7,7 +7,7 @@
 #include <optional>
 
 #include "command.h"
-#include "counterpoint/engine/optimize/feedback.h"
+#include "counterpoint/engine/optimize/optimize.h"
 #include "input/data_folder.h"
 #include "interrupt.h"
 #include "optimize/page.h"

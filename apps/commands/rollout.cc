@@ -7,8 +7,7 @@
 #include <optional>
 
 #include "command.h"
-#include "counterpoint/engine/io/table.h"
-#include "counterpoint/engine/io/trajectory.h"
+#include "counterpoint/engine/motion_files.h"
 #include "input/applied_inputs.h"
 #include "input/scene_arguments.h"
 #include "interrupt.h"

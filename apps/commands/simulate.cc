@@ -7,9 +7,8 @@
 #include <optional>
 
 #include "command.h"
-#include "counterpoint/engine/forces/effort_limits.h"
-#include "counterpoint/engine/io/state_file.h"
-#include "counterpoint/engine/io/trajectory.h"
+#include "counterpoint/engine/dynamics.h"
+#include "counterpoint/engine/motion_files.h"
 #include "counterpoint/engine/simulator.h"
 #include "input/applied_inputs.h"
 #include "input/scene_arguments.h"

@@ -4,8 +4,8 @@
 
 #include <algorithm>
 
-#include "counterpoint/engine/forces/springs.h"
-#include "counterpoint/engine/io/state_file.h"
+#include "counterpoint/engine/dynamics.h"
+#include "counterpoint/engine/motion_files.h"
 #include "view/view_option.h"
 
 namespace counterpoint::apps {

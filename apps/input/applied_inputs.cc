@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "command_line/command_line.h"
-#include "counterpoint/engine/forces/effort_limits.h"
+#include "counterpoint/engine/dynamics.h"
 
 namespace counterpoint::apps {
 

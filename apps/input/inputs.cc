@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-#include "counterpoint/engine/io/trajectory.h"
+#include "counterpoint/engine/motion_files.h"
 
 namespace counterpoint::apps {
 

@@ -6,7 +6,7 @@
 #include <random>
 #include <vector>
 
-#include "counterpoint/engine/io/input_columns.h"
+#include "counterpoint/engine/motion_files.h"
 
 namespace counterpoint::apps {
 

@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "counterpoint/engine/io/trajectory.h"
+#include "counterpoint/engine/motion_files.h"
 
 namespace counterpoint::apps {
 

@@ -5,14 +5,16 @@
 #include <cmath>
 #include <vector>
 
-#include "counterpoint/engine/io/table.h"
-#include "counterpoint/model/limits.h"
-#include "counterpoint/model/types.h"
+#include "counterpoint/engine/motion_files.h"
+#include "counterpoint/model/spatial.h"
 
 namespace counterpoint::apps {
 namespace {
 
 namespace fs = std::filesystem;
+
+/// Matrices are dense: 6000 x 6000 take 288 MB.
+constexpr int kMaxContacts = 2000;
 
 /// c and mu, a row per contact. @throws InputError naming file and line.
 void read_contacts(const fs::path& file, contact::ContactSpaceProblem& problem) {
@@ -23,11 +25,11 @@ void read_contacts(const fs::path& file, contact::ContactSpaceProblem& problem) 
     throw InputError(
         fmt::format("{}: holds no contact; expected one row per contact", table.file()));
   }
-  if (table.num_rows() > limits::kMaxProblemContacts) {
+  if (table.num_rows() > kMaxContacts) {
     throw InputError(
         fmt::format("{}: more than {} contacts, whose matrix would not fit; cut the "
                     "problem into its islands",
-                    table.where(limits::kMaxProblemContacts), limits::kMaxProblemContacts));
+                    table.where(kMaxContacts), kMaxContacts));
   }
   problem.c.resize(3 * table.num_rows());
   for (int i = 0; i < table.num_rows(); ++i) {

@@ -3,7 +3,7 @@
 
 #include <filesystem>
 
-#include "counterpoint/contact/contact_space.h"
+#include "counterpoint/contact/solver.h"
 
 namespace counterpoint::apps {
 

@@ -6,9 +6,8 @@
 #include <cmath>
 #include <fstream>
 
-#include "counterpoint/engine/dynamics/integrator.h"
-#include "counterpoint/engine/io/table.h"
-#include "counterpoint/engine/io/trajectory.h"
+#include "counterpoint/engine/dynamics.h"
+#include "counterpoint/engine/motion_files.h"
 #include "measure/median.h"
 #include "tasks/bytes.h"
 

@@ -5,8 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "counterpoint/engine/optimize/feedback.h"
-#include "counterpoint/engine/optimize/problem_file.h"
+#include "counterpoint/engine/optimize/optimize.h"
 #include "report/report.h"
 
 namespace counterpoint::apps {

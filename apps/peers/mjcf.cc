@@ -8,8 +8,7 @@
 #include <map>
 #include <set>
 
-#include "counterpoint/collision/broadphase/pair_filter.h"
-#include "counterpoint/model/inertia.h"
+#include "counterpoint/model/model.h"
 #include "mjcf_words.h"
 
 namespace counterpoint::peers {
@@ -24,13 +23,10 @@ class Writer {
         collider_(scene.model),
         called_(called_for(model_, collider_)),
         on_(active_effects(called_, scene.options.effects)),
-        filter_(scene.model),
         best_(settings == MujocoSettings::kBest),
         rk4_(settings == MujocoSettings::kRungeKutta4),
         elliptic_(settings == MujocoSettings::kElliptic),
-        integrator_(integrator) {
-    filter_.exclude(collider_.overlapping_pairs());
-  }
+        integrator_(integrator) {}
 
   std::string write() {
     refuse();
@@ -243,7 +239,7 @@ class Writer {
   }
 
   bool enabled(std::size_t a, std::size_t b) const {
-    return filter_.enabled(static_cast<int>(a), static_cast<int>(b));
+    return collider_.may_touch(static_cast<int>(a), static_cast<int>(b));
   }
 
   /// Would MuJoCo's own friction of pairs be ours? It joins two surfaces by the larger friction.
@@ -350,7 +346,6 @@ class Writer {
   const Model& model_;
   collision::Collider collider_;
   EffectSet called_, on_;
-  collision::PairFilter filter_;
   bool best_ = false, rk4_ = false, elliptic_ = false;
   bool by_surface_ = false;  ///< MuJoCo chooses pairs and friction itself
   std::string integrator_, out_;

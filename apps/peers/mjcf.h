@@ -4,7 +4,7 @@
 
 #include <string>
 
-#include "counterpoint/engine/effects.h"
+#include "counterpoint/engine/step.h"
 #include "counterpoint/model/scene.h"
 #include "mujoco.h"
 

@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <string>
 
-#include "counterpoint/model/mjcf/mjcf.h"
+#include "counterpoint/model/robot_files.h"
 
 namespace counterpoint::apps {
 

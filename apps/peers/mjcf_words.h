@@ -6,7 +6,7 @@
 #include <initializer_list>
 #include <string>
 
-#include "counterpoint/engine/effects.h"
+#include "counterpoint/engine/step.h"
 #include "counterpoint/model/model.h"
 #include "not_expressible.h"
 

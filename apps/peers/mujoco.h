@@ -52,7 +52,7 @@ class Mujoco {
 
   void set_time_step(double h);  ///< [s]
 
-  /// In our coordinates (joint.h). Setting it forgets what MuJoCo's solver remembers.
+  /// In our coordinates (model/model.h). Setting it forgets what MuJoCo's solver remembers.
   void set_state(const State& state);
   const State& state() const;
 

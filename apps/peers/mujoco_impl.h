@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "counterpoint/engine/effects.h"
+#include "counterpoint/engine/step.h"
 #include "mujoco.h"
 
 namespace counterpoint::peers {

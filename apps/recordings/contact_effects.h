@@ -1,7 +1,7 @@
 // A scene reduced to its contacts and closures.
 #pragma once
 
-#include "counterpoint/engine/effects.h"
+#include "counterpoint/engine/step.h"
 
 namespace counterpoint::apps {
 

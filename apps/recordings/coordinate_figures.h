@@ -4,7 +4,7 @@
 #include <optional>
 #include <string>
 
-#include "counterpoint/model/types.h"
+#include "counterpoint/model/spatial.h"
 
 namespace counterpoint::apps {
 

@@ -5,8 +5,8 @@
 
 #include "counterpoint/engine/constraints/bounce.h"
 #include "counterpoint/engine/derivatives/dynamics/right_jacobian.h"
-#include "counterpoint/engine/dynamics/integrator.h"
-#include "counterpoint/model/rotation.h"
+#include "counterpoint/engine/dynamics.h"
+#include "counterpoint/model/spatial.h"
 
 namespace counterpoint::apps {
 namespace {

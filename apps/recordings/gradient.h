@@ -1,5 +1,5 @@
 // Exact derivatives of the residuals that identification minimizes, by the parameters that steps
-// have closed forms for (parameter_derivatives.h).
+// have closed forms for (engine/derivatives.h).
 #pragma once
 
 #include "objective.h"

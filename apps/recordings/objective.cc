@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "counterpoint/engine/dynamics/integrator.h"
+#include "counterpoint/engine/dynamics.h"
 #include "gradient.h"
 
 namespace counterpoint::apps {

@@ -9,8 +9,8 @@
 #include <optional>
 #include <utility>
 
-#include "counterpoint/model/files/number.h"
-#include "counterpoint/model/model_editor.h"
+#include "counterpoint/model/model_builder.h"
+#include "counterpoint/model/text_files.h"
 
 namespace counterpoint::apps {
 namespace {

@@ -4,7 +4,7 @@
 #include <memory>
 #include <string>
 
-#include "counterpoint/engine/io/table.h"
+#include "counterpoint/engine/motion_files.h"
 #include "prediction.h"
 
 namespace counterpoint::apps {

@@ -8,7 +8,7 @@
 #include <cmath>
 #include <set>
 
-#include "counterpoint/engine/io/trajectory.h"
+#include "counterpoint/engine/motion_files.h"
 #include "counterpoint/model/files/yaml_reader.h"
 
 namespace counterpoint::apps {

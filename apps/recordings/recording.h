@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "counterpoint/engine/io/table.h"
+#include "counterpoint/engine/motion_files.h"
 #include "counterpoint/model/scene.h"
 
 namespace counterpoint::apps {

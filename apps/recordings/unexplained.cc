@@ -12,7 +12,7 @@
 #include "counterpoint/engine/dynamics/crba.h"
 #include "counterpoint/engine/dynamics/energy.h"
 #include "counterpoint/engine/dynamics/kinematics.h"
-#include "counterpoint/engine/io/trajectory.h"
+#include "counterpoint/engine/motion_files.h"
 #include "counterpoint/engine/step.h"
 #include "measure/median.h"
 #include "prediction.h"

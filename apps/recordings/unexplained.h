@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "coordinate_figures.h"
-#include "counterpoint/engine/parameter_derivatives.h"
+#include "counterpoint/engine/derivatives.h"
 #include "counterpoint/model/scene.h"
 #include "recording.h"
 

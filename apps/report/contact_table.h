@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "counterpoint/engine/io/table.h"
+#include "counterpoint/engine/motion_files.h"
 #include "counterpoint/engine/step.h"
 
 namespace counterpoint::apps {

@@ -8,8 +8,8 @@
 #include <optional>
 #include <vector>
 
-#include "counterpoint/engine/phase_times.h"
 #include "counterpoint/engine/simulator.h"
+#include "counterpoint/engine/step.h"
 #include "progress.h"
 
 namespace counterpoint::apps {

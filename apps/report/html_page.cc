@@ -2,7 +2,7 @@
 
 #include "chart.h"
 #include "chart_script.h"
-#include "counterpoint/model/files/number.h"
+#include "counterpoint/model/text_files.h"
 
 namespace counterpoint::apps {
 namespace {

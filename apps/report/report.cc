@@ -5,7 +5,7 @@
 #include <fstream>
 
 #include "command_line/command_line.h"
-#include "counterpoint/model/types.h"
+#include "counterpoint/model/spatial.h"
 
 namespace counterpoint::apps {
 

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <optional>
 
-#include "counterpoint/model/files/number.h"
+#include "counterpoint/model/text_files.h"
 
 namespace counterpoint::apps {
 

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "counterpoint/engine/io/trajectory.h"
+#include "counterpoint/engine/motion_files.h"
 #include "counterpoint/model/scene.h"
 #include "recordings/parameters.h"
 

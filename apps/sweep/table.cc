@@ -7,7 +7,7 @@
 #include <map>
 #include <optional>
 
-#include "counterpoint/engine/io/table.h"
+#include "counterpoint/engine/motion_files.h"
 #include "variation.h"
 
 namespace counterpoint::apps::sweep {

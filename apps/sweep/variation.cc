@@ -5,8 +5,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "counterpoint/engine/io/hash.h"
-#include "counterpoint/model/rotation.h"
+#include "counterpoint/engine/state.h"
+#include "counterpoint/model/spatial.h"
 
 namespace counterpoint::apps::sweep {
 namespace {

@@ -4,7 +4,7 @@
 #include <iterator>
 #include <string>
 
-#include "counterpoint/engine/io/state_file.h"
+#include "counterpoint/engine/motion_files.h"
 
 namespace counterpoint::apps::tasks {
 

@@ -3,7 +3,7 @@
 
 #include <filesystem>
 
-#include "counterpoint/engine/io/hash.h"
+#include "counterpoint/engine/state.h"
 #include "counterpoint/model/scene.h"
 
 namespace counterpoint::apps::tasks {

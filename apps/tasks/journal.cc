@@ -14,7 +14,7 @@
 #include <fstream>
 #include <memory>
 
-#include "counterpoint/model/types.h"
+#include "counterpoint/model/spatial.h"
 
 namespace counterpoint::apps::tasks {
 namespace {

@@ -2,7 +2,7 @@
 #include <cstdlib>
 #include <string>
 
-#include "counterpoint/model/types.h"
+#include "counterpoint/model/spatial.h"
 #include "world.h"
 
 namespace counterpoint::apps::tasks {

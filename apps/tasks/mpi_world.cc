@@ -8,8 +8,8 @@
 #include <cstdlib>
 #include <list>
 
-#include "counterpoint/engine/cores.h"
-#include "counterpoint/model/types.h"
+#include "counterpoint/engine/simulator.h"
+#include "counterpoint/model/spatial.h"
 #include "world.h"
 
 namespace counterpoint::apps::tasks {

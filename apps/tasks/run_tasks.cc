@@ -9,7 +9,7 @@
 
 #include "bytes.h"
 #include "chunks.h"
-#include "counterpoint/model/types.h"
+#include "counterpoint/model/spatial.h"
 #include "journal.h"
 #include "report/progress.h"
 #include "workers.h"

@@ -9,7 +9,7 @@
 #include <fstream>
 
 #include "command_line/command_line.h"
-#include "counterpoint/model/types.h"
+#include "counterpoint/model/spatial.h"
 #include "report/report.h"
 
 namespace counterpoint::apps::tasks {

@@ -8,7 +8,7 @@
 #include <thread>
 
 #include "bytes.h"
-#include "counterpoint/engine/cores.h"
+#include "counterpoint/engine/simulator.h"
 
 namespace counterpoint::apps::tasks {
 namespace {

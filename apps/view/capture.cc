@@ -11,7 +11,7 @@
 #include <cstdlib>
 #include <stdexcept>
 
-#include "counterpoint/model/types.h"
+#include "counterpoint/model/spatial.h"
 #include "view/packing.h"
 
 namespace counterpoint::view {

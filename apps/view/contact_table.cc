@@ -6,8 +6,8 @@
 #include <cmath>
 #include <map>
 
-#include "counterpoint/engine/io/table.h"
-#include "counterpoint/model/types.h"
+#include "counterpoint/engine/motion_files.h"
+#include "counterpoint/model/spatial.h"
 #include "view/clip.h"
 
 namespace counterpoint::view {

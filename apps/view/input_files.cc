@@ -7,8 +7,8 @@
 #include <fstream>
 #include <iterator>
 
-#include "counterpoint/engine/io/state_file.h"
-#include "counterpoint/model/terrain/terrain.h"
+#include "counterpoint/engine/motion_files.h"
+#include "counterpoint/model/geometry.h"
 #include "view/packing.h"
 
 namespace counterpoint::view {

@@ -7,12 +7,14 @@
 #include <map>
 #include <tuple>
 
-#include "counterpoint/model/limits.h"
 #include "view/packed_scene.h"
 #include "view/packing.h"
 
 namespace counterpoint::view {
 namespace {
+
+/// What a replay shows [m], either way from the origin: as far as a scene may reach.
+constexpr double kFarthest = 1e9;
 
 std::int64_t whole(double value, double unit) {
   return static_cast<std::int64_t>(std::llround(value / unit));
@@ -20,12 +22,12 @@ std::int64_t whole(double value, double unit) {
 
 void check_pose(const Model& model, int body, const Pose& X, double time) {
   if (X.translation.allFinite() && X.rotation.allFinite() &&
-      X.translation.cwiseAbs().maxCoeff() <= limits::kMaxLength)
+      X.translation.cwiseAbs().maxCoeff() <= kFarthest)
     return;
   throw InputError(fmt::format(
       "'{}' is at [{:.6g}, {:.6g}, {:.6g}] m at {:.6g} s; a replay shows up to {:.0e} m",
       model.joint(body - 1).link, X.translation.x(), X.translation.y(), X.translation.z(), time,
-      limits::kMaxLength));
+      kFarthest));
 }
 
 /// By body, coordinate (x y z qw qx qy qz) and frame.

@@ -6,10 +6,8 @@
 #include <map>
 #include <set>
 
-#include "counterpoint/collision/body_radii.h"
-#include "counterpoint/model/mesh/mesh.h"
-#include "counterpoint/model/shape_name.h"
-#include "counterpoint/model/terrain/terrain.h"
+#include "counterpoint/collision/collider.h"
+#include "counterpoint/model/geometry.h"
 #include "view/packing.h"
 
 namespace counterpoint::view {

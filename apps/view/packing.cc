@@ -6,7 +6,7 @@
 #include <bit>
 #include <stdexcept>
 
-#include "counterpoint/model/types.h"
+#include "counterpoint/model/spatial.h"
 
 namespace counterpoint::view {
 namespace {

@@ -8,7 +8,7 @@
 #include <fstream>
 #include <limits>
 
-#include "counterpoint/model/types.h"
+#include "counterpoint/model/spatial.h"
 #include "report/chart.h"
 #include "view/packed_scene.h"
 #include "view/packing.h"

@@ -36,8 +36,7 @@ struct Resolution {
 Resolution resolution_of(const Replay& replay);
 
 /// What the page shows, as JSON (docs/reference/replay.md, Format), in which no '<' occurs. @throws
-/// InputError where a body is farther than limits::kMaxLength from the origin, or its pose is not
-/// finite.
+/// InputError where a body is farther than 1e9 m from the origin, or its pose is not finite.
 std::string replay_data(const Replay& replay);
 
 /// Is the page's program part of this build? If not, why, and what to do.

@@ -9,12 +9,9 @@
 #include <sstream>
 #include <unordered_map>
 
-#include "counterpoint/model/files/number.h"
-#include "counterpoint/model/files/text_file.h"
-#include "counterpoint/model/mjcf/mjcf.h"
-#include "counterpoint/model/sdf/sdf.h"
-#include "counterpoint/model/rotation.h"
-#include "counterpoint/model/urdf/mesh_path.h"
+#include "counterpoint/model/robot_files.h"
+#include "counterpoint/model/spatial.h"
+#include "counterpoint/model/text_files.h"
 
 namespace counterpoint::view {
 namespace {

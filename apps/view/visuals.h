@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "counterpoint/model/mesh/mesh.h"
+#include "counterpoint/model/geometry.h"
 #include "counterpoint/model/scene.h"
 
 namespace counterpoint::view {
@@ -38,7 +38,7 @@ inline constexpr std::size_t kMaxAllVisualTriangles = 120'000;
 
 /// The visuals of every robot of a scene (.yaml) or of a lone robot (.urdf), which was read into
 /// `model`. Empty where they show the same as its collision shapes. Mesh files are looked for, and
-/// allowed, as those of collision shapes (model/urdf/mesh_path.h); one that is missing or unreadable is
+/// allowed, as those of collision shapes (find_mesh); one that is missing or unreadable is
 /// a note. packages: as SceneOverrides has them. @throws InputError where the scene's file is gone.
 Visuals read_visuals(const std::filesystem::path& scene_file, const Model& model,
                      const std::map<std::string, std::filesystem::path>& packages);

@@ -4,7 +4,7 @@
 
 #include "counterpoint/collision/convex/feature_pairs.h"
 #include "counterpoint/collision/convex/minkowski.h"
-#include "counterpoint/model/rotation.h"
+#include "counterpoint/model/spatial.h"
 
 namespace counterpoint::collision {
 namespace {

@@ -4,7 +4,7 @@
 #include <limits>
 
 #include "counterpoint/collision/shapes/segment.h"
-#include "counterpoint/model/rotation.h"
+#include "counterpoint/model/spatial.h"
 
 namespace counterpoint::collision {
 namespace {

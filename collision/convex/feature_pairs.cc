@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "counterpoint/collision/shapes/segment.h"
-#include "counterpoint/model/rotation.h"
+#include "counterpoint/model/spatial.h"
 
 namespace counterpoint::collision {
 namespace {

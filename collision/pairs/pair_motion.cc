@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <limits>
 
-#include "counterpoint/model/rotation.h"
+#include "counterpoint/model/spatial.h"
 
 namespace counterpoint::collision {
 namespace {

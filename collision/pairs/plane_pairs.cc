@@ -8,7 +8,7 @@
 
 #include "counterpoint/collision/pairs/pair_functions.h"
 #include "counterpoint/collision/shapes/core_shape.h"
-#include "counterpoint/model/rotation.h"
+#include "counterpoint/model/spatial.h"
 
 namespace counterpoint::collision {
 namespace {

@@ -4,7 +4,7 @@
 #include "counterpoint/collision/broadphase/wide.h"
 #include "counterpoint/collision/pairs/pair_functions.h"
 #include "counterpoint/collision/shapes/segment.h"
-#include "counterpoint/model/rotation.h"
+#include "counterpoint/model/spatial.h"
 
 namespace counterpoint::collision {
 namespace {

@@ -5,7 +5,7 @@
 #include <limits>
 
 #include "counterpoint/collision/pairs/pair_contacts.h"
-#include "counterpoint/model/rotation.h"
+#include "counterpoint/model/spatial.h"
 
 namespace counterpoint::collision {
 namespace {

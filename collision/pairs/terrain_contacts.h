@@ -11,7 +11,6 @@
 #include "counterpoint/collision/manifold.h"
 #include "counterpoint/collision/shapes/enclosure.h"
 #include "counterpoint/model/geometry.h"
-#include "counterpoint/model/terrain/terrain.h"
 
 namespace counterpoint::collision {
 

@@ -5,8 +5,8 @@
 
 #include "counterpoint/collision/query.h"
 #include "counterpoint/collision/rays/ray.h"
+#include "counterpoint/model/geometry.h"
 #include "counterpoint/model/special_values.h"
-#include "counterpoint/model/terrain/terrain.h"
 
 namespace counterpoint::collision {
 namespace {
@@ -51,7 +51,7 @@ std::optional<RayHit> cast_terrain_ray(const Terrain& terrain, const Vector3& or
                                        const Vector3& direction, double max_distance) {
   double nearest = kInfinity;
   int found = -1;
-  std::array<int, 64> stack;  // deeper than any tree (triangle_tree.h)
+  std::array<int, 64> stack;  // deeper than any tree (TriangleTree)
   int size = 0;
   stack[size++] = 0;
   while (size > 0) {

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "counterpoint/model/terrain/terrain.h"
+#include "counterpoint/model/geometry.h"
 
 namespace counterpoint::collision {
 namespace {

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "counterpoint/model/types.h"
+#include "counterpoint/model/spatial.h"
 
 namespace counterpoint::collision {
 

@@ -15,7 +15,6 @@
 
 #include <cmath>
 
-#include "counterpoint/contact/law.h"
 #include "counterpoint/contact/laws/scalar_law.h"
 #include "counterpoint/contact/problem.h"
 

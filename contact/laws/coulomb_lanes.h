@@ -4,8 +4,8 @@
 
 #include <vector>
 
-#include "counterpoint/contact/law.h"
 #include "counterpoint/contact/linear/vector_lanes.h"
+#include "counterpoint/contact/problem.h"
 
 namespace counterpoint::contact {
 
@@ -36,7 +36,7 @@ class CoulombLanes {
   void impulses(const double* y, double* f) const;
   /// G at y.
   void hessians(const double* y, double* hessian) const;
-  /// Sum of the slopes (law.h) at y along dy.
+  /// Sum of the slopes (problem.h) at y along dy.
   Slope slope(const double* y, const double* dy) const;
 
  private:

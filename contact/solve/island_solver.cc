@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "counterpoint/contact/law.h"
+#include "counterpoint/contact/problem.h"
 
 namespace counterpoint::contact {
 namespace {

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "counterpoint/contact/law.h"
 #include "counterpoint/contact/laws/coulomb.h"
 #include "counterpoint/contact/laws/scalar_law.h"
+#include "counterpoint/contact/problem.h"
 
 namespace counterpoint::contact {
 

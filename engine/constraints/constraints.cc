@@ -3,14 +3,14 @@
 #include <algorithm>
 #include <cmath>
 
-#include "counterpoint/collision/body_radii.h"
+#include "counterpoint/collision/collider.h"
 #include "counterpoint/engine/constraints/closures.h"
 #include "counterpoint/engine/constraints/contact_law.h"
 #include "counterpoint/engine/constraints/joint_limits.h"
 #include "counterpoint/engine/constraints/parked_contacts.h"
 #include "counterpoint/engine/constraints/velocity_limits.h"
 #include "counterpoint/engine/dynamics/kinematics.h"
-#include "counterpoint/model/rotation.h"
+#include "counterpoint/model/spatial.h"
 
 namespace counterpoint {
 namespace {

@@ -14,7 +14,6 @@
 #include "counterpoint/engine/constraints/friction_slip.h"
 #include "counterpoint/engine/constraints/inverse_weights.h"
 #include "counterpoint/engine/dynamics/data.h"
-#include "counterpoint/model/effect.h"
 #include "counterpoint/model/scene.h"
 
 namespace counterpoint {

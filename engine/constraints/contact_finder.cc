@@ -7,7 +7,7 @@
 #include "counterpoint/engine/constraints/contact_law.h"
 #include "counterpoint/engine/constraints/parked_contacts.h"
 #include "counterpoint/engine/dynamics/kinematics.h"
-#include "counterpoint/model/rotation.h"
+#include "counterpoint/model/spatial.h"
 
 namespace counterpoint {
 namespace {

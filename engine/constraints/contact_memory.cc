@@ -5,7 +5,7 @@
 #include <limits>
 #include <tuple>
 
-#include "counterpoint/engine/fault.h"
+#include "counterpoint/engine/step.h"
 
 namespace counterpoint {
 namespace {

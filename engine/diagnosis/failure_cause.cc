@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "counterpoint/contact/law.h"
+#include "counterpoint/contact/problem.h"
 #include "counterpoint/engine/dynamics/gravity_compensation.h"
 #include "counterpoint/engine/dynamics/kinematics.h"
 #include "counterpoint/engine/forces/servos.h"

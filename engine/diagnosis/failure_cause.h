@@ -4,8 +4,8 @@
 
 #include "counterpoint/contact/solver.h"
 #include "counterpoint/engine/constraints/constraints.h"
-#include "counterpoint/engine/fault.h"
 #include "counterpoint/engine/state.h"
+#include "counterpoint/engine/step.h"
 
 namespace counterpoint {
 

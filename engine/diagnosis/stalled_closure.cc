@@ -1,4 +1,4 @@
-#include "counterpoint/engine/diagnosis/stalled_closure.h"
+#include "counterpoint/engine/simulator.h"
 
 #include <algorithm>
 #include <cmath>

@@ -9,8 +9,8 @@
 
 #include <vector>
 
-#include "counterpoint/engine/fault.h"
 #include "counterpoint/engine/state.h"
+#include "counterpoint/engine/step.h"
 
 namespace counterpoint {
 

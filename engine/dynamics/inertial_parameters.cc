@@ -1,4 +1,4 @@
-#include "counterpoint/engine/dynamics/inertial_parameters.h"
+#include "counterpoint/engine/dynamics.h"
 
 namespace counterpoint {
 namespace {

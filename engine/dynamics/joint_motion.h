@@ -1,7 +1,7 @@
-// What each joint type does, by switch: motion subspace and products with it. Conventions of q and v: model/joint.h.
+// What each joint type does, by switch: motion subspace and products with it. Conventions of q and v: model/model.h.
 #pragma once
 
-#include "counterpoint/model/joint.h"
+#include "counterpoint/model/model.h"
 
 namespace counterpoint {
 

@@ -1,4 +1,4 @@
-#include "counterpoint/engine/forces/effort_limits.h"
+#include "counterpoint/engine/dynamics.h"
 
 #include <algorithm>
 #include <cmath>

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "counterpoint/engine/dynamics.h"
 #include "counterpoint/engine/dynamics/aba.h"
-#include "counterpoint/engine/dynamics/integrator.h"
 #include "counterpoint/engine/dynamics/joint_motion.h"
 #include "counterpoint/engine/dynamics/kinematics.h"
 #include "counterpoint/engine/dynamics/rnea.h"

@@ -1,7 +1,7 @@
 // Torque-free rotation of a rigid body, exactly (Euler's top).
 #pragma once
 
-#include "counterpoint/model/inertia.h"
+#include "counterpoint/model/model.h"
 
 namespace counterpoint {
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "counterpoint/engine/dynamics/gravity_compensation.h"
-#include "counterpoint/model/rotation.h"
+#include "counterpoint/model/spatial.h"
 
 namespace counterpoint {
 namespace {

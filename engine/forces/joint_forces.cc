@@ -1,6 +1,6 @@
 #include "counterpoint/engine/forces/joint_forces.h"
 
-#include "counterpoint/engine/forces/springs.h"
+#include "counterpoint/engine/dynamics.h"
 
 namespace counterpoint {
 

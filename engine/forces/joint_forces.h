@@ -1,4 +1,4 @@
-// Smooth forces of single joint coordinates: rotor inertia, viscous damping, springs (springs.h).
+// Smooth forces of single joint coordinates: rotor inertia, viscous damping, springs (add_springs).
 //
 //   armature I    I (w+ - w) / h
 //   damping D     D w+                 implicit: stable at any D
@@ -7,8 +7,8 @@
 // D w+.
 #pragma once
 
-#include "counterpoint/model/effect.h"
 #include "counterpoint/model/model.h"
+#include "counterpoint/model/scene.h"
 
 namespace counterpoint {
 

@@ -1,4 +1,4 @@
-#include "counterpoint/engine/forces/springs.h"
+#include "counterpoint/engine/dynamics.h"
 
 namespace counterpoint {
 

@@ -10,9 +10,9 @@
 #include <stdexcept>
 
 #include "counterpoint/engine/io/table_format.h"
-#include "counterpoint/model/files/text_file.h"
 #include "counterpoint/model/limits.h"
-#include "counterpoint/model/types.h"
+#include "counterpoint/model/spatial.h"
+#include "counterpoint/model/text_files.h"
 
 namespace counterpoint {
 namespace {

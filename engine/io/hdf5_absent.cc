@@ -2,7 +2,7 @@
 #include <fmt/format.h>
 
 #include "counterpoint/engine/io/table_format.h"
-#include "counterpoint/model/types.h"
+#include "counterpoint/model/spatial.h"
 
 namespace counterpoint {
 namespace {

@@ -1,4 +1,4 @@
-#include "counterpoint/engine/io/input_columns.h"
+#include "counterpoint/engine/motion_files.h"
 
 #include <algorithm>
 #include <cmath>

@@ -8,7 +8,7 @@
 #include "counterpoint/engine/io/bytes.h"
 #include "counterpoint/engine/io/table_format.h"
 #include "counterpoint/model/limits.h"
-#include "counterpoint/model/types.h"
+#include "counterpoint/model/spatial.h"
 
 namespace counterpoint {
 namespace {

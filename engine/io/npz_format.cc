@@ -14,7 +14,7 @@
 #include "counterpoint/engine/io/table_format.h"
 #include "counterpoint/engine/io/zip_archive.h"
 #include "counterpoint/model/limits.h"
-#include "counterpoint/model/types.h"
+#include "counterpoint/model/spatial.h"
 
 namespace counterpoint {
 namespace {

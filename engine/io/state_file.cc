@@ -1,13 +1,12 @@
-#include "counterpoint/engine/io/state_file.h"
+#include "counterpoint/engine/motion_files.h"
 
 #include <fmt/format.h>
 
 #include <array>
 #include <cmath>
 
-#include "counterpoint/engine/io/hash.h"
-#include "counterpoint/engine/io/trajectory.h"
-#include "counterpoint/model/terrain/terrain.h"
+#include "counterpoint/engine/state.h"
+#include "counterpoint/model/geometry.h"
 
 namespace counterpoint {
 namespace {

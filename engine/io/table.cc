@@ -1,4 +1,4 @@
-#include "counterpoint/engine/io/table.h"
+#include "counterpoint/engine/motion_files.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -11,7 +11,7 @@
 
 #include "counterpoint/engine/io/table_format.h"
 #include "counterpoint/model/limits.h"
-#include "counterpoint/model/types.h"
+#include "counterpoint/model/spatial.h"
 
 namespace counterpoint {
 namespace {

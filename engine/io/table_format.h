@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "counterpoint/engine/io/table.h"
+#include "counterpoint/engine/motion_files.h"
 
 namespace counterpoint {
 

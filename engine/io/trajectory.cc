@@ -1,4 +1,4 @@
-#include "counterpoint/engine/io/trajectory.h"
+#include "counterpoint/engine/motion_files.h"
 
 #include <fmt/format.h>
 
@@ -8,7 +8,7 @@
 #include <limits>
 #include <span>
 
-#include "counterpoint/engine/fault.h"
+#include "counterpoint/engine/step.h"
 
 namespace counterpoint {
 namespace {

@@ -7,7 +7,7 @@
 #include <stdexcept>
 
 #include "counterpoint/engine/io/bytes.h"
-#include "counterpoint/model/types.h"
+#include "counterpoint/model/spatial.h"
 
 namespace counterpoint {
 namespace {

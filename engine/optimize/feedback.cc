@@ -1,4 +1,4 @@
-#include "counterpoint/engine/optimize/feedback.h"
+#include "counterpoint/engine/optimize/optimize.h"
 
 #include <fmt/format.h>
 
@@ -6,11 +6,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "counterpoint/engine/dynamics/integrator.h"
-#include "counterpoint/engine/io/table.h"
-#include "counterpoint/engine/io/trajectory.h"
+#include "counterpoint/engine/derivatives.h"
+#include "counterpoint/engine/dynamics.h"
+#include "counterpoint/engine/motion_files.h"
 #include "counterpoint/engine/optimize/terms/evaluator.h"
-#include "counterpoint/engine/step_derivatives.h"
 
 namespace counterpoint::optimization {
 namespace {

@@ -4,16 +4,35 @@
 //   Result result = optimize(problem, frames, settings);
 #pragma once
 
+#include <cstdint>
+#include <filesystem>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
-#include "counterpoint/engine/optimize/progress.h"
-#include "counterpoint/engine/optimize/verify.h"
-#include "counterpoint/engine/step_derivatives.h"
+#include "counterpoint/engine/derivatives.h"
+#include "counterpoint/engine/optimize/problem.h"
+#include "counterpoint/engine/step.h"
 
 namespace counterpoint::optimization {
+
+/// The largest of a quantity over a motion, and its mean over the frames.
+struct Spread {
+  double max = 0.0, mean = 0.0;
+};
+
+/// How one iteration went.
+struct Iteration {
+  bool accepted = false;
+  double cost = 0.0, decrease = 0.0;
+  double step = 0.0;  ///< largest change of a coordinate [m, rad]
+  double damping = 0.0;
+  int trials = 0;
+  double linearize_seconds = 0.0, factor_seconds = 0.0, trial_seconds = 0.0;
+};
 
 struct Stage;  // terms/evaluator.h
 
@@ -102,5 +121,136 @@ Result optimize(const Problem& problem, const std::vector<VectorX>& start,
 
 /// The stage of the continuation at a smoothing [m].
 Stage stage_at(const Problem& problem, const Settings& settings, double smoothing);
+
+// ---- Problem files: what is wanted of a motion, in YAML (docs/reference/optimization-format.md).
+
+/// A problem as read from a file, with what it stands on.
+struct ProblemFile {
+  std::filesystem::path file, scene_file;
+  std::string name;
+  std::shared_ptr<const Scene> scene;  ///< whose model the problem points to
+  Problem problem;
+  Settings settings;           ///< `continuation`, iterations, tolerances as the file has them
+  std::vector<VectorX> guess;  ///< frames 0 ... N to start from, noise left out
+  double noise = 0.0;  ///< standard deviation of what seeds add to joint coordinates [rad, m]
+};
+
+/// steps: in place of the file's. @throws InputError naming file, line, element, what was expected
+/// and what to do.
+ProblemFile load_problem(const std::filesystem::path& file, std::optional<int> steps = {});
+
+/// The guess with the noise of a seed, on all coordinates of joints that are no free bases; seed 0:
+/// as it is. The same seed gives the same bits.
+std::vector<VectorX> seeded_guess(const ProblemFile& file, std::uint64_t seed);
+
+/// Is `name` matched by a pattern with '*' for any letters?
+bool matches(const std::string& pattern, const std::string& name);
+
+// ---- Verification of a motion: does a forward step from each frame reach the next?
+
+/// What was found over all steps of a motion.
+struct Verification {
+  /// Largest difference of any coordinate [m, rad] between frame t + 1 and where step_forward leads
+  /// from frame t under the force that the inverse recovered.
+  double forward_check_max = 0.0;
+  int forward_failures = 0;         ///< steps that could not be done, or were softened
+  double unactuated_max = 0.0;      ///< forces where no motor is, as of unactuated_weights
+  double unactuated_mean = 0.0;     ///< over the steps, of the largest in each
+  double overlap_max = 0.0;         ///< [m]
+  double cone_violation_max = 0.0;  ///< friction beyond mu times the normal force, over the weight
+  /// How far a contact that carries more than kLoaded of the weight slides in a step [m]; of a pair
+  /// that carried in the step before as well, it stands, and of one that did not, it lands.
+  double stance_slip_max = 0.0, landing_slip_max = 0.0;
+  double effort_max = 0.0;         ///< largest applied force over its effort limit
+  double contact_force_max = 0.0;  ///< normal, over the weight
+};
+
+/// A contact is loaded that carries this share of the scene's weight.
+inline constexpr double kLoaded = 0.05;
+
+/// Needs q_{-1} for the velocity of frame 0: v_0 (nv). Frames are options.time_step apart.
+Verification verify(const Model& model, const SimulationOptions& options,
+                    const std::vector<char>& motors, const std::vector<VectorX>& q,
+                    const VectorX& v_0);
+
+/// The same of one step after the other, with what the inverse recovered there; in `out` worse
+/// figures go before better ones.
+class Verifier {
+ public:
+  Verifier(const Model& model, const SimulationOptions& options, const std::vector<char>& motors);
+  /// A step from (q, v) to (q_next, v_next). Returns the recovered force's Inverse.
+  const Inverse& add_step(const VectorX& q, const VectorX& v, const VectorX& q_next,
+                          const VectorX& v_next, Verification& out);
+
+ private:
+  void check_forward(const VectorX& q, const VectorX& v, const VectorX& q_next, Verification& out);
+  void check_contacts(const VectorX& q, const VectorX& v_next, Verification& out);
+  void check_forces(Verification& out);
+
+  const Model* model_;
+  SimulationOptions options_;
+  Workspace workspace_;
+  Inverse inverse_;
+  VectorX unactuated_;                                       ///< nv: weights
+  double weight_;                                            ///< [N]
+  std::vector<std::pair<int, int>> loaded_, loaded_before_;  ///< pairs of geometries
+  int steps_ = 0;
+};
+
+/// Forces of an inverse as a state's memory, which step_forward starts from: where a step has
+/// several solutions it then finds that of the plan. h [s]; needs the workspace of that inverse.
+std::vector<RememberedForce> memory_of(const Model& model, const VectorX& q,
+                                       const Inverse& inverse);
+
+// ---- Feedback along a motion: what to add to its forces where the robot is not where the plan says.
+//
+//   u = u_t - K_t x,    x = (q (-) q_t, v - v_t)
+//
+// K_t of the finite-horizon linear-quadratic regulator (Kwakernaak and Sivan, Linear Optimal
+// Control Systems, 1972, section 6.4) for x_{t+1} = A_t x_t + B_t du, A and B from the derivatives
+// of the step (engine/derivatives.h).
+
+struct FeedbackSettings {
+  double position_weight = 1.0;  ///< of x [1/rad, 1/m], squared in the cost
+  double velocity_weight = 0.1;  ///< [s/rad, s/m]
+  double effort_weight = 1.0;    ///< of forces over their effort limit, or over 100 N, N m
+  /// Contacts as soft as at this smoothing [m]: at hard ones the linear model holds for no more
+  /// than their gaps.
+  double smoothing = 1e-4;
+  int cycles = 8;  ///< of a periodic motion, until gains repeat
+};
+
+/// Gains of a motion: by step, nv x 2 nv; rows without a motor are zero.
+struct Feedback {
+  std::vector<MatrixX> gains;
+  /// Steps whose derivatives could not be had: their gain is that of the step behind.
+  int missing = 0;
+};
+
+/// @throws InputError as check_problem.
+Feedback compute_feedback(const Problem& problem, const Settings& settings, const Result& result,
+                          const FeedbackSettings& feedback);
+
+/// A motion repeated: frames, velocities, forces and gains of so many cycles, mirrored and
+/// displaced as the problem says. Of motions that are not periodic: as they are.
+struct RepeatedMotion {
+  std::vector<VectorX> q, v, applied_force;
+  std::vector<MatrixX> gains;
+};
+RepeatedMotion repeated(const Problem& problem, const Result& result, const Feedback* feedback,
+                        int cycles);
+
+/// Gains as CSV: a row for each step and coordinate with a motor: step, v_index, then the columns
+/// of dq and dv.
+void write_feedback(const std::filesystem::path& file, const Model& model,
+                    const std::vector<MatrixX>& gains);
+/// @throws InputError naming file, line and column.
+std::vector<MatrixX> read_feedback(const std::filesystem::path& file, const Model& model);
+
+/// u at a state: from the plan's frame, velocity, force and gain (which may be empty), within
+/// effort limits.
+VectorX following_force(const Model& model, const VectorX& q_plan, const VectorX& v_plan,
+                        const VectorX& u_plan, const MatrixX& gain, const VectorX& q,
+                        const VectorX& v);  // Parameters: what it depends on, one by one
 
 }  // namespace counterpoint::optimization

@@ -1,4 +1,4 @@
-#include "counterpoint/engine/optimize/problem_file.h"
+#include "counterpoint/engine/optimize/optimize.h"
 
 #include <fmt/format.h>
 
@@ -6,7 +6,7 @@
 #include <numbers>
 #include <random>
 
-#include "counterpoint/engine/dynamics/integrator.h"
+#include "counterpoint/engine/dynamics.h"
 #include "counterpoint/engine/optimize/files/pose_reader.h"
 #include "counterpoint/engine/optimize/files/term_reader.h"
 #include "counterpoint/engine/optimize/settle.h"

@@ -1,10 +1,10 @@
-#include "counterpoint/engine/optimize/verify.h"
+#include "counterpoint/engine/optimize/optimize.h"
 
 #include <algorithm>
 #include <cmath>
 #include <tuple>
 
-#include "counterpoint/engine/dynamics/integrator.h"
+#include "counterpoint/engine/dynamics.h"
 #include "counterpoint/engine/dynamics/kinematics.h"
 
 namespace counterpoint::optimization {

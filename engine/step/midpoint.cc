@@ -4,8 +4,8 @@
 #include <limits>
 
 #include "counterpoint/engine/constraints/assemble.h"
+#include "counterpoint/engine/dynamics.h"
 #include "counterpoint/engine/dynamics/aba.h"
-#include "counterpoint/engine/dynamics/integrator.h"
 #include "counterpoint/engine/dynamics/kinematics.h"
 #include "counterpoint/engine/forces/joint_forces.h"
 #include "counterpoint/engine/forces/servos.h"

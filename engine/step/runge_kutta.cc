@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "counterpoint/engine/dynamics/integrator.h"
+#include "counterpoint/engine/dynamics.h"
 #include "counterpoint/engine/forces/joint_forces.h"
 #include "counterpoint/engine/step/equality_motion.h"
 #include "counterpoint/engine/step/step_forces.h"

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "counterpoint/contact/disjoint_sets.h"
-#include "counterpoint/contact/law.h"
+#include "counterpoint/contact/problem.h"
 #include "counterpoint/contact/solver.h"
 #include "counterpoint/engine/constraints/constraints.h"
 #include "counterpoint/engine/state.h"

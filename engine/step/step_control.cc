@@ -1,11 +1,11 @@
-#include "counterpoint/engine/step/step_control.h"
+#include "counterpoint/engine/simulator.h"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
 #include "counterpoint/engine/constraints/contact_law.h"
-#include "counterpoint/engine/dynamics/integrator.h"
+#include "counterpoint/engine/dynamics.h"
 #include "counterpoint/engine/step/step_workspace.h"
 #include "counterpoint/model/special_values.h"
 
@@ -193,6 +193,7 @@ void fail_missed(const Trial& trial, const Model& model, double min_step,
 
 }  // namespace
 
+/// Parameters: all it depends on.
 ControlledReport step_controlled(const Model& model, const SimulationOptions& options,
                                  const contact::Settings& settings, const State& state,
                                  const Input& input, double until, Workspace& workspace,

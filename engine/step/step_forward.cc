@@ -4,7 +4,7 @@
 
 #include "counterpoint/engine/constraints/contact_memory.h"
 #include "counterpoint/engine/diagnosis/failure_cause.h"
-#include "counterpoint/engine/dynamics/integrator.h"
+#include "counterpoint/engine/dynamics.h"
 #include "counterpoint/engine/step.h"
 #include "counterpoint/engine/step/midpoint.h"
 #include "counterpoint/engine/step/runge_kutta.h"

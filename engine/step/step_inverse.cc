@@ -1,10 +1,10 @@
 #include <algorithm>
 #include <limits>
 
-#include "counterpoint/contact/law.h"
 #include "counterpoint/contact/laws/coulomb_lanes.h"
+#include "counterpoint/contact/problem.h"
 #include "counterpoint/engine/constraints/assemble.h"
-#include "counterpoint/engine/dynamics/integrator.h"
+#include "counterpoint/engine/dynamics.h"
 #include "counterpoint/engine/dynamics/kinematics.h"
 #include "counterpoint/engine/dynamics/rnea.h"
 #include "counterpoint/engine/forces/drag.h"

@@ -5,7 +5,6 @@
 #include "counterpoint/engine/constraints/assemble.h"
 #include "counterpoint/engine/constraints/constraints.h"
 #include "counterpoint/engine/diagnosis/state_check.h"
-#include "counterpoint/engine/phase_times.h"
 #include "counterpoint/engine/step.h"
 #include "counterpoint/engine/step/overlap_correction.h"
 #include "counterpoint/engine/step/sleep.h"

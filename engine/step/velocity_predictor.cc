@@ -5,8 +5,8 @@
 
 #include "counterpoint/engine/constraints/assemble.h"
 #include "counterpoint/engine/constraints/closures.h"
+#include "counterpoint/engine/dynamics.h"
 #include "counterpoint/engine/dynamics/aba.h"
-#include "counterpoint/engine/dynamics/integrator.h"
 #include "counterpoint/engine/dynamics/kinematics.h"
 #include "counterpoint/engine/forces/joint_forces.h"
 

@@ -17,7 +17,7 @@
 #include "counterpoint/engine/constraints/equality_solver.h"
 #include "counterpoint/engine/dynamics/data.h"
 #include "counterpoint/engine/forces/mid_velocity.h"
-#include "counterpoint/model/effect.h"
+#include "counterpoint/model/scene.h"
 
 namespace counterpoint {
 

@@ -1,4 +1,4 @@
-#include "counterpoint/model/builder/model_parts.h"
+#include "counterpoint/model/robot_files.h"
 
 namespace counterpoint {
 

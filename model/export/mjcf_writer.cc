@@ -5,10 +5,10 @@
 #include <map>
 #include <set>
 
-#include "counterpoint/model/export/export.h"
 #include "counterpoint/model/export/mjcf_shape.h"
 #include "counterpoint/model/export/numbers.h"
-#include "counterpoint/model/inertia.h"
+#include "counterpoint/model/model.h"
+#include "counterpoint/model/robot_files.h"
 
 namespace counterpoint {
 namespace {

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <map>
 
-#include "counterpoint/model/export/export.h"
 #include "counterpoint/model/export/numbers.h"
+#include "counterpoint/model/robot_files.h"
 
 namespace counterpoint {
 namespace {

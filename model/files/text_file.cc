@@ -1,4 +1,4 @@
-#include "counterpoint/model/files/text_file.h"
+#include "counterpoint/model/text_files.h"
 
 #include <fmt/format.h>
 #include <tinyxml2.h>
@@ -10,7 +10,7 @@
 #include <system_error>
 
 #include "counterpoint/model/limits.h"
-#include "counterpoint/model/types.h"
+#include "counterpoint/model/spatial.h"
 
 namespace counterpoint {
 namespace {

@@ -1,4 +1,5 @@
 #include "counterpoint/model/files/yaml_reader.h"
+#include "counterpoint/model/text_files.h"
 
 #include <fmt/format.h>
 #include <yaml-cpp/eventhandler.h>
@@ -9,8 +10,6 @@
 #include <set>
 #include <sstream>
 
-#include "counterpoint/model/files/number.h"
-#include "counterpoint/model/files/text_file.h"
 #include "counterpoint/model/limits.h"
 
 namespace counterpoint {

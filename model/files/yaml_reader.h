@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "counterpoint/model/types.h"
+#include "counterpoint/model/spatial.h"
 
 namespace counterpoint {
 

@@ -4,7 +4,7 @@
 
 #include <cstdlib>
 
-#include "counterpoint/model/types.h"
+#include "counterpoint/model/spatial.h"
 
 namespace counterpoint {
 namespace {

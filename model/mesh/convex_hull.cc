@@ -7,8 +7,8 @@
 #include <numeric>
 #include <optional>
 
+#include "counterpoint/model/geometry.h"
 #include "counterpoint/model/limits.h"
-#include "counterpoint/model/mesh/mesh.h"
 
 extern "C" {
 #include <libqhull_r/qhull_ra.h>

@@ -4,7 +4,7 @@
 #include <array>
 #include <vector>
 
-#include "counterpoint/model/types.h"
+#include "counterpoint/model/spatial.h"
 
 namespace counterpoint {
 

@@ -5,8 +5,8 @@
 #include <limits>
 #include <queue>
 
+#include "counterpoint/model/geometry.h"
 #include "counterpoint/model/mesh/triangle_distance.h"
-#include "counterpoint/model/mesh/triangle_tree.h"
 
 namespace counterpoint {
 namespace {

@@ -1,7 +1,7 @@
 // How concave a mesh is, closed or not.
 #pragma once
 
-#include "counterpoint/model/mesh/mesh.h"
+#include "counterpoint/model/geometry.h"
 
 namespace counterpoint {
 

@@ -1,4 +1,4 @@
-#include "counterpoint/model/mesh/mesh.h"
+#include "counterpoint/model/geometry.h"
 
 #include <assimp/DefaultIOSystem.h>
 #include <assimp/postprocess.h>

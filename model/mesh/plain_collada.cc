@@ -11,11 +11,11 @@
 #include <utility>
 #include <vector>
 
-#include "counterpoint/model/files/text_file.h"
 #include "counterpoint/model/limits.h"
 #include "counterpoint/model/mesh/collada_nodes.h"
 #include "counterpoint/model/mesh/collada_reader.h"
-#include "counterpoint/model/types.h"
+#include "counterpoint/model/spatial.h"
+#include "counterpoint/model/text_files.h"
 
 namespace counterpoint {
 namespace {

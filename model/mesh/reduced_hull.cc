@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <limits>
 
-#include "counterpoint/model/mesh/mesh.h"
+#include "counterpoint/model/geometry.h"
 #include "counterpoint/model/mesh/triangle_distance.h"
 
 namespace counterpoint {

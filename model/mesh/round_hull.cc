@@ -5,7 +5,7 @@
 #include <array>
 #include <map>
 
-#include "counterpoint/model/mesh/mesh.h"
+#include "counterpoint/model/geometry.h"
 
 namespace counterpoint {
 namespace {

@@ -1,4 +1,4 @@
-#include "counterpoint/model/mesh/triangle_tree.h"
+#include "counterpoint/model/geometry.h"
 
 #include <algorithm>
 #include <limits>

@@ -1,4 +1,4 @@
-#include "counterpoint/model/mjcf/mjcf.h"
+#include "counterpoint/model/robot_files.h"
 
 #include <fmt/format.h>
 #include <tinyxml2.h>
@@ -6,10 +6,10 @@
 #include <algorithm>
 #include <cstring>
 
-#include "counterpoint/model/files/text_file.h"
 #include "counterpoint/model/mjcf/bodies/contacts.h"
 #include "counterpoint/model/mjcf/forces/actuators.h"
 #include "counterpoint/model/mjcf/options.h"
+#include "counterpoint/model/text_files.h"
 
 namespace counterpoint {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "counterpoint/model/mjcf/mjcf.h"
+#include "counterpoint/model/robot_files.h"
 
 namespace counterpoint {
 namespace {

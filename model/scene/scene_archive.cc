@@ -1,4 +1,4 @@
-#include "counterpoint/model/scene/scene_archive.h"
+#include "counterpoint/model/scene.h"
 
 #include <algorithm>
 #include <array>
@@ -6,8 +6,8 @@
 #include <cstring>
 #include <type_traits>
 
-#include "counterpoint/model/model_editor.h"
-#include "counterpoint/model/terrain/terrain.h"
+#include "counterpoint/model/geometry.h"
+#include "counterpoint/model/model_builder.h"
 
 namespace counterpoint {
 namespace {

@@ -2,8 +2,8 @@
 // what acts in joints, drag. Private to scene_yaml.
 #pragma once
 
-#include "counterpoint/model/files/yaml_reader.h"
 #include "counterpoint/model/model_builder.h"
+#include "counterpoint/model/files/yaml_reader.h"
 
 namespace counterpoint {
 

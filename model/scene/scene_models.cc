@@ -4,11 +4,10 @@
 
 #include <algorithm>
 
-#include "counterpoint/model/inertia.h"
-#include "counterpoint/model/mjcf/mjcf.h"
+#include "counterpoint/model/model.h"
+#include "counterpoint/model/robot_files.h"
 #include "counterpoint/model/scene/scene_joints.h"
 #include "counterpoint/model/scene/scene_shapes.h"
-#include "counterpoint/model/sdf/sdf.h"
 
 namespace counterpoint {
 namespace {

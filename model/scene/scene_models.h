@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
+#include "counterpoint/model/robot_files.h"
 #include "counterpoint/model/files/yaml_reader.h"
 #include "counterpoint/model/urdf/srdf.h"
-#include "counterpoint/model/urdf/urdf.h"
 
 namespace counterpoint {
 

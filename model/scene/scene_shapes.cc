@@ -4,9 +4,8 @@
 
 #include <cctype>
 
+#include "counterpoint/model/geometry.h"
 #include "counterpoint/model/special_values.h"
-#include "counterpoint/model/terrain/height_field.h"
-#include "counterpoint/model/terrain/terrain.h"
 
 namespace counterpoint {
 namespace {

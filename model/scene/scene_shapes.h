@@ -5,9 +5,8 @@
 #include <filesystem>
 #include <string>
 
-#include "counterpoint/model/files/yaml_reader.h"
 #include "counterpoint/model/geometry.h"
-#include "counterpoint/model/mesh/mesh.h"
+#include "counterpoint/model/files/yaml_reader.h"
 
 namespace counterpoint {
 

@@ -4,10 +4,10 @@
 
 #include <algorithm>
 
+#include "counterpoint/model/geometry.h"
 #include "counterpoint/model/scene/scene_models.h"
 #include "counterpoint/model/scene/scene_shapes.h"
 #include "counterpoint/model/special_values.h"
-#include "counterpoint/model/terrain/terrain.h"
 
 namespace counterpoint {
 namespace {

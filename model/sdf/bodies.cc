@@ -2,8 +2,8 @@
 
 #include <fmt/format.h>
 
-#include "counterpoint/model/inertia.h"
 #include "counterpoint/model/limits.h"
+#include "counterpoint/model/model.h"
 #include "counterpoint/model/sdf/joints.h"
 
 namespace counterpoint::sdf_file {

@@ -8,8 +8,8 @@
 #include <sdf/Console.hh>
 #include <sdf/ParserConfig.hh>
 
-#include "counterpoint/model/files/text_file.h"
 #include "counterpoint/model/sdf/includes.h"
+#include "counterpoint/model/text_files.h"
 #include "counterpoint/model/urdf/captured_messages.h"
 
 namespace counterpoint::sdf_file {

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "counterpoint/model/sdf/sdf.h"
+#include "counterpoint/model/robot_files.h"
 
 namespace counterpoint::sdf_file {
 

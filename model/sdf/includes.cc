@@ -8,8 +8,8 @@
 #include <sdf/SDFImpl.hh>
 #include <sdf/parser.hh>
 
-#include "counterpoint/model/files/text_file.h"
-#include "counterpoint/model/urdf/mesh_path.h"
+#include "counterpoint/model/robot_files.h"
+#include "counterpoint/model/text_files.h"
 
 namespace counterpoint::sdf_file {
 namespace {

@@ -1,5 +1,5 @@
-#include "counterpoint/model/files/text_file.h"
-#include "counterpoint/model/sdf/sdf.h"
+#include "counterpoint/model/robot_files.h"
+#include "counterpoint/model/text_files.h"
 
 namespace counterpoint {
 

@@ -1,4 +1,4 @@
-#include "counterpoint/model/sdf/sdf.h"
+#include "counterpoint/model/robot_files.h"
 
 #include <fmt/format.h>
 

@@ -1,7 +1,7 @@
 // In place of the reader where libsdformat was not found.
 #include <fmt/format.h>
 
-#include "counterpoint/model/sdf/sdf.h"
+#include "counterpoint/model/robot_files.h"
 
 namespace counterpoint {
 

@@ -9,11 +9,10 @@
 #include <sdf/Plane.hh>
 #include <sdf/Sphere.hh>
 
+#include "counterpoint/model/geometry.h"
 #include "counterpoint/model/mesh/round_hull.h"
-#include "counterpoint/model/rotation.h"
-#include "counterpoint/model/terrain/height_field.h"
-#include "counterpoint/model/terrain/terrain.h"
-#include "counterpoint/model/urdf/mesh_path.h"
+#include "counterpoint/model/robot_files.h"
+#include "counterpoint/model/spatial.h"
 
 namespace counterpoint::sdf_file {
 namespace {

@@ -1,4 +1,4 @@
-#include "counterpoint/model/terrain/height_field.h"
+#include "counterpoint/model/geometry.h"
 
 #include <fmt/format.h>
 
@@ -7,9 +7,8 @@
 #include <sstream>
 #include <string>
 
-#include "counterpoint/model/files/number.h"
-#include "counterpoint/model/files/text_file.h"
 #include "counterpoint/model/limits.h"
+#include "counterpoint/model/text_files.h"
 
 namespace counterpoint {
 namespace {

@@ -5,8 +5,8 @@
 #include <cstdio>
 #include <memory>
 
+#include "counterpoint/model/geometry.h"
 #include "counterpoint/model/limits.h"
-#include "counterpoint/model/terrain/height_field.h"
 
 namespace counterpoint {
 namespace {

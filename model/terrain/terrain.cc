@@ -1,4 +1,4 @@
-#include "counterpoint/model/terrain/terrain.h"
+#include "counterpoint/model/geometry.h"
 
 #include <fmt/format.h>
 

@@ -3,8 +3,8 @@
 #include <fmt/format.h>
 #include <tinyxml2.h>
 
-#include "counterpoint/model/files/text_file.h"
-#include "counterpoint/model/types.h"
+#include "counterpoint/model/spatial.h"
+#include "counterpoint/model/text_files.h"
 
 namespace counterpoint {
 

@@ -1,4 +1,4 @@
-#include "counterpoint/model/urdf/urdf.h"
+#include "counterpoint/model/robot_files.h"
 
 #include <fmt/format.h>
 #include <urdf_parser/urdf_parser.h>
@@ -9,10 +9,9 @@
 #include <mutex>
 #include <tuple>
 
-#include "counterpoint/model/inertia.h"
-#include "counterpoint/model/mesh/mesh.h"
+#include "counterpoint/model/geometry.h"
+#include "counterpoint/model/model.h"
 #include "counterpoint/model/urdf/captured_messages.h"
-#include "counterpoint/model/urdf/mesh_path.h"
 #include "counterpoint/model/urdf/urdf_xml.h"
 
 namespace counterpoint {

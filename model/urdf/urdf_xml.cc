@@ -10,10 +10,9 @@
 #include <sstream>
 #include <string_view>
 
-#include "counterpoint/model/files/number.h"
-#include "counterpoint/model/files/text_file.h"
 #include "counterpoint/model/limits.h"
-#include "counterpoint/model/types.h"
+#include "counterpoint/model/spatial.h"
+#include "counterpoint/model/text_files.h"
 #include "counterpoint/model/urdf/optenv.h"
 
 namespace counterpoint {

@@ -7,7 +7,7 @@
 #include "counterpoint/collision/collider.h"
 #include "counterpoint/engine/dynamics/kinematics.h"
 #include "counterpoint/engine/simulator.h"
-#include "counterpoint/model/export/export.h"
+#include "counterpoint/model/robot_files.h"
 #include "peers/mujoco.h"
 #include "peers/mujoco_file.h"
 #include "support/paths.h"

@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include "counterpoint/model/model_editor.h"
+#include "counterpoint/model/model_builder.h"
 
 #include "counterpoint/engine/simulator.h"
 #include "support/paths.h"

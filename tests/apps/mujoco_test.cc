@@ -7,11 +7,11 @@
 #include <numbers>
 
 #include "apps/command.h"
+#include "counterpoint/engine/dynamics.h"
 #include "counterpoint/engine/dynamics/energy.h"
-#include "counterpoint/engine/dynamics/integrator.h"
 #include "counterpoint/engine/dynamics/kinematics.h"
 #include "counterpoint/engine/simulator.h"
-#include "counterpoint/model/inertia.h"
+#include "counterpoint/model/model.h"
 #include "support/paths.h"
 #include "support/random_model.h"
 #include "support/small_scenes.h"

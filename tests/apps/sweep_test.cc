@@ -10,7 +10,7 @@
 
 #include "apps/command.h"
 #include "apps/ranks.h"
-#include "counterpoint/engine/io/table.h"
+#include "counterpoint/engine/motion_files.h"
 
 namespace counterpoint::test::sweep_test {
 namespace {

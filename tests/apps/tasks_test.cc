@@ -7,7 +7,7 @@
 #include <fstream>
 #include <set>
 
-#include "counterpoint/model/types.h"
+#include "counterpoint/model/spatial.h"
 #include "tasks/bytes.h"
 #include "tasks/chunks.h"
 #include "tasks/journal.h"

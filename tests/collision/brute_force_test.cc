@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "counterpoint/collision/pairs/pair_contacts.h"
-#include "counterpoint/model/types.h"
+#include "counterpoint/model/spatial.h"
 #include "support/random_poses.h"
 #include "support/record_largest.h"
 

@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "counterpoint/collision/pairs/pair_contacts.h"
-#include "counterpoint/model/rotation.h"
+#include "counterpoint/model/spatial.h"
 #include "support/random_poses.h"
 #include "support/shape_reference.h"
 

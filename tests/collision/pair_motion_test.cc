@@ -5,7 +5,7 @@
 
 #include <numbers>
 
-#include "counterpoint/model/rotation.h"
+#include "counterpoint/model/spatial.h"
 #include "support/random_poses.h"
 #include "support/shape_reference.h"
 

@@ -1,6 +1,6 @@
 // Triangle meshes: flat ones against the plane, closed convex ones against the hull, seams, thin
 // walls.
-#include "counterpoint/model/terrain/terrain.h"
+#include "counterpoint/model/geometry.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "counterpoint/contact/contact_space.h"
+#include "counterpoint/contact/solver.h"
 
 #include <gtest/gtest.h>
 

@@ -7,7 +7,7 @@
 #include <random>
 #include <vector>
 
-#include "counterpoint/contact/law.h"
+#include "counterpoint/contact/problem.h"
 
 namespace counterpoint::contact::coulomb_lanes_test {
 namespace {

@@ -3,8 +3,8 @@
 
 #include "contact/rounding.h"
 #include "contact/trials.h"
-#include "counterpoint/contact/law.h"
 #include "counterpoint/contact/laws/coulomb.h"
+#include "counterpoint/contact/problem.h"
 
 namespace counterpoint::contact::coulomb_law_test {
 namespace {

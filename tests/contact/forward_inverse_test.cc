@@ -19,7 +19,6 @@
 #include "contact/random_contact_space.h"
 #include "contact/rounding.h"
 #include "contact/trials.h"
-#include "counterpoint/contact/contact_space.h"
 #include "counterpoint/contact/inverse.h"
 #include "counterpoint/contact/solver.h"
 

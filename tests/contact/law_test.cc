@@ -1,4 +1,4 @@
-#include "counterpoint/contact/law.h"
+#include "counterpoint/contact/problem.h"
 
 #include <gtest/gtest.h>
 

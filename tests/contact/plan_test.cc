@@ -8,7 +8,6 @@
 
 #include "contact/rounding.h"
 #include "contact/trials.h"
-#include "counterpoint/contact/contact_space.h"
 #include "counterpoint/contact/inverse.h"
 #include "counterpoint/contact/solver.h"
 

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "contact/random_problem.h"
-#include "counterpoint/contact/contact_space.h"
+#include "counterpoint/contact/solver.h"
 
 namespace counterpoint::contact::testing {
 

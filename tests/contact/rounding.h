@@ -6,7 +6,7 @@
 
 #include "contact/random_problem.h"
 #include "counterpoint/contact/inverse.h"
-#include "counterpoint/contact/law.h"
+#include "counterpoint/contact/problem.h"
 
 namespace counterpoint::contact::testing {
 

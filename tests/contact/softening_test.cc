@@ -4,7 +4,7 @@
 
 #include "contact/trials.h"
 #include "counterpoint/contact/inverse.h"
-#include "counterpoint/contact/law.h"
+#include "counterpoint/contact/problem.h"
 #include "counterpoint/contact/solve/islands.h"
 #include "counterpoint/contact/solver.h"
 

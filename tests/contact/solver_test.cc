@@ -8,7 +8,7 @@
 #include "contact/rounding.h"
 #include "contact/trials.h"
 #include "counterpoint/contact/inverse.h"
-#include "counterpoint/contact/law.h"
+#include "counterpoint/contact/problem.h"
 
 namespace counterpoint::contact::solver_test {
 namespace {

@@ -1,5 +1,5 @@
 // How many threads a process may keep busy: what affinity and control groups grant.
-#include "counterpoint/engine/cores.h"
+#include "counterpoint/engine/simulator.h"
 
 #include <gtest/gtest.h>
 #include <sched.h>
@@ -7,8 +7,6 @@
 
 #include <cmath>
 #include <fstream>
-
-#include "counterpoint/engine/batch.h"
 
 namespace counterpoint::cores_test {
 namespace {

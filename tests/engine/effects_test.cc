@@ -1,5 +1,5 @@
 // A scene runs the effects it calls for, and no instruction of any other.
-#include "counterpoint/engine/effects.h"
+#include "counterpoint/engine/step.h"
 
 #include <gtest/gtest.h>
 

@@ -4,7 +4,7 @@
 #include <cstdio>
 #include <cstdlib>
 
-#include "counterpoint/model/terrain/terrain.h"
+#include "counterpoint/model/geometry.h"
 #include "support/temp_folder.h"
 
 namespace counterpoint::fuzz {

@@ -1,6 +1,5 @@
 // Height fields from PNG files, up to terrain.
-#include "counterpoint/model/terrain/height_field.h"
-#include "counterpoint/model/terrain/terrain.h"
+#include "counterpoint/model/geometry.h"
 #include "fuzz/fuzz.h"
 
 namespace counterpoint::fuzz {

@@ -1,8 +1,7 @@
 // A mesh file by both ways that a scene has: as the hull of its points, and as terrain.
 #pragma once
 
-#include "counterpoint/model/mesh/mesh.h"
-#include "counterpoint/model/terrain/terrain.h"
+#include "counterpoint/model/geometry.h"
 #include "fuzz/fuzz.h"
 
 namespace counterpoint::fuzz {

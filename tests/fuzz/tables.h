@@ -4,8 +4,7 @@
 #include <cstdlib>
 #include <filesystem>
 
-#include "counterpoint/engine/io/table.h"
-#include "counterpoint/engine/io/trajectory.h"
+#include "counterpoint/engine/motion_files.h"
 #include "fuzz/fuzz.h"
 #include "fuzz/small_model.h"
 

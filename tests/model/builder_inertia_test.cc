@@ -5,7 +5,7 @@
 #include <Eigen/Eigenvalues>
 #include <cmath>
 
-#include "counterpoint/model/inertia.h"
+#include "counterpoint/model/model.h"
 #include "counterpoint/model/model_builder.h"
 #include "support/arm_spec.h"
 #include "support/random_model.h"

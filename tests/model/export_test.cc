@@ -1,6 +1,6 @@
 // Exported models are the models that they were made from: read back, they have the same names,
 // mass matrices, poses and start.
-#include "counterpoint/model/export/export.h"
+#include "counterpoint/model/robot_files.h"
 
 #include <gtest/gtest.h>
 

@@ -6,8 +6,7 @@
 #include <limits>
 #include <numbers>
 
-#include "counterpoint/model/inertia.h"
-#include "counterpoint/model/mesh/mesh.h"
+#include "counterpoint/model/model.h"
 #include "support/random_model.h"
 
 namespace counterpoint::geometry_test {

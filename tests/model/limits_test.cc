@@ -6,10 +6,10 @@
 
 #include <string>
 
+#include "counterpoint/model/geometry.h"
+#include "counterpoint/model/robot_files.h"
 #include "counterpoint/model/scene.h"
-#include "counterpoint/model/terrain/height_field.h"
 #include "counterpoint/model/urdf/srdf.h"
-#include "counterpoint/model/urdf/urdf.h"
 #include "support/temp_folder.h"
 
 namespace counterpoint::limits_test {

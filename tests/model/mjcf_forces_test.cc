@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "counterpoint/model/mjcf/mjcf.h"
+#include "counterpoint/model/robot_files.h"
 #include "counterpoint/model/scene.h"
 #include "support/temp_folder.h"
 

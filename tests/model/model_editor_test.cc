@@ -1,5 +1,5 @@
 // Models with other figures: what was changed is changed, and nothing else.
-#include "counterpoint/model/model_editor.h"
+#include "counterpoint/model/model_builder.h"
 
 #include <gtest/gtest.h>
 

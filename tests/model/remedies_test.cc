@@ -1,8 +1,8 @@
 // What a user may do about files that would be refused, and scenes built in code.
 #include <gtest/gtest.h>
 
+#include "counterpoint/model/robot_files.h"
 #include "counterpoint/model/scene.h"
-#include "counterpoint/model/urdf/urdf.h"
 #include "support/temp_folder.h"
 
 namespace counterpoint::remedies_test {

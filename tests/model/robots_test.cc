@@ -10,7 +10,7 @@
 #include <sstream>
 
 #include "counterpoint/model/model_builder.h"
-#include "counterpoint/model/urdf/urdf.h"
+#include "counterpoint/model/robot_files.h"
 #include "support/paths.h"
 
 namespace counterpoint::robots_test {

@@ -1,4 +1,4 @@
-#include "counterpoint/model/scene/scene_archive.h"
+#include "counterpoint/model/scene.h"
 
 #include <gtest/gtest.h>
 

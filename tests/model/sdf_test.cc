@@ -1,6 +1,6 @@
 // SDF files: poses in other frames, joints of every kind, static models, includes
 // and what they may open.
-#include "counterpoint/model/sdf/sdf.h"
+#include "counterpoint/model/robot_files.h"
 
 #include <gtest/gtest.h>
 

@@ -5,8 +5,8 @@
 #include <sdf/Console.hh>
 #include <sdf/Root.hh>
 
-#include "counterpoint/model/files/text_file.h"
 #include "counterpoint/model/scene.h"
+#include "counterpoint/model/text_files.h"
 #include "support/mass_matrix.h"
 #include "support/paths.h"
 #include "support/temp_folder.h"

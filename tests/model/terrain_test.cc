@@ -1,12 +1,11 @@
 // Triangle meshes and height fields: edges, files, and what is refused.
-#include "counterpoint/model/terrain/terrain.h"
+#include "counterpoint/model/geometry.h"
 
 #include <gtest/gtest.h>
 
 #include <limits>
 
 #include "counterpoint/model/scene.h"
-#include "counterpoint/model/terrain/height_field.h"
 #include "support/random_model.h"
 #include "support/temp_folder.h"
 

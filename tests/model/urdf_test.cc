@@ -1,4 +1,4 @@
-#include "counterpoint/model/urdf/urdf.h"
+#include "counterpoint/model/robot_files.h"
 
 #include <console_bridge/console.h>
 #include <gtest/gtest.h>

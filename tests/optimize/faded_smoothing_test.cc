@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "counterpoint/engine/constraints/contact_law.h"
-#include "counterpoint/engine/step_derivatives.h"
+#include "counterpoint/engine/derivatives.h"
 #include "support/small_scenes.h"
 
 namespace counterpoint::faded_smoothing_test {

@@ -6,8 +6,7 @@
 
 #include <filesystem>
 
-#include "counterpoint/engine/dynamics/integrator.h"
-#include "counterpoint/engine/optimize/problem_file.h"
+#include "counterpoint/engine/dynamics.h"
 #include "support/paths.h"
 #include "support/small_scenes.h"
 

@@ -4,12 +4,10 @@
 
 #include <filesystem>
 
-#include "counterpoint/engine/dynamics/integrator.h"
-#include "counterpoint/engine/optimize/feedback.h"
-#include "counterpoint/engine/optimize/problem_file.h"
+#include "counterpoint/engine/dynamics.h"
+#include "counterpoint/engine/optimize/optimize.h"
 #include "counterpoint/engine/optimize/settle.h"
 #include "counterpoint/engine/optimize/terms/evaluator.h"
-#include "counterpoint/engine/optimize/verify.h"
 #include "counterpoint/engine/simulator.h"
 #include "support/paths.h"
 #include "support/random_model.h"

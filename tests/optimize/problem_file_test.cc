@@ -1,5 +1,5 @@
 // Problem files: what is refused, where, and with what advice.
-#include "counterpoint/engine/optimize/problem_file.h"
+#include "counterpoint/engine/optimize/optimize.h"
 
 #include <gtest/gtest.h>
 

@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include "counterpoint/engine/dynamics/integrator.h"
+#include "counterpoint/engine/dynamics.h"
 #include "support/random_model.h"
 
 namespace counterpoint::optimization::tangent_map_test {

@@ -3,7 +3,7 @@
 
 #include <filesystem>
 
-#include "counterpoint/engine/dynamics/integrator.h"
+#include "counterpoint/engine/dynamics.h"
 #include "counterpoint/engine/dynamics/kinematics.h"
 #include "counterpoint/engine/optimize/newton/newton.h"
 #include "counterpoint/engine/optimize/optimize.h"

@@ -3,7 +3,6 @@
 
 #include <random>
 
-#include "counterpoint/model/inertia.h"
 #include "counterpoint/model/model.h"
 
 namespace counterpoint::test {

@@ -2,8 +2,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "counterpoint/model/mesh/mesh.h"
-#include "counterpoint/model/rotation.h"
+#include "counterpoint/model/geometry.h"
+#include "counterpoint/model/spatial.h"
 #include "support/shape_reference.h"
 #include "support/sphere_points.h"
 

@@ -5,7 +5,7 @@
 #include <numbers>
 #include <vector>
 
-#include "counterpoint/model/types.h"
+#include "counterpoint/model/spatial.h"
 
 namespace counterpoint::test {
 

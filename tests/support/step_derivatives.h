@@ -6,9 +6,9 @@
 
 #include <string>
 
+#include "counterpoint/engine/derivatives.h"
 #include "counterpoint/engine/simulator.h"
 #include "counterpoint/engine/step/step_workspace.h"
-#include "counterpoint/engine/step_derivatives.h"
 #include "support/allocation_guard.h"
 #include "support/random_model.h"
 

@@ -4,9 +4,8 @@
 #include <algorithm>
 
 #include "counterpoint/collision/pairs/pair_contacts.h"
-#include "counterpoint/model/mesh/mesh.h"
+#include "counterpoint/model/geometry.h"
 #include "counterpoint/model/scene.h"
-#include "counterpoint/model/terrain/terrain.h"
 #include "support/random_model.h"
 #include "support/step_derivatives.h"
 

@@ -6,7 +6,7 @@
 #include <limits>
 #include <random>
 
-#include "counterpoint/model/types.h"
+#include "counterpoint/model/spatial.h"
 #include "view/stream_reader.h"
 
 namespace counterpoint::view::packing_test {

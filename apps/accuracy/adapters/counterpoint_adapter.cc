@@ -3,7 +3,7 @@
 #include <cmath>
 #include <utility>
 
-#include "counterpoint/engine/step/step_control.h"
+#include "counterpoint/engine/simulator.h"
 #include "measure/thread_clock.h"
 #include "stepping_adapter.h"
 
@@ -22,7 +22,7 @@ class CounterpointAdapter : public SteppingAdapter {
   Input input_;
 };
 
-/// The same by controlled steps (engine/step/step_control.h): the first one tried is of the time step.
+/// The same by controlled steps (engine/simulator.h): the first one tried is of the time step.
 class ControlledAdapter : public EngineAdapter {
  public:
   ControlledAdapter(const Scene& scene, const EngineSetting& setting)

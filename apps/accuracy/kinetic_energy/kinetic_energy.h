@@ -7,7 +7,7 @@
 //   q(s) = -k_q log s  for s >= s0, continued quadratically below (value, slope, curvature match)
 //
 // R grows with the gap: that is its force at a distance. Its stationarity says that f is the law of
-// law.h at
+// contact/problem.h at
 //   y = v + A grad q(v_N - v_min) + b,
 // so that the inverse is closed form where A is known, on penetrating trajectories too. Differences
 // from the spectral law: the velocity bound costs a second barrier, which couples contacts through

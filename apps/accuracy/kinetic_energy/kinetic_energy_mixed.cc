@@ -10,7 +10,7 @@
 #include <cmath>
 
 #include "accuracy/kinetic_energy/kinetic_energy_newton.h"
-#include "counterpoint/contact/law.h"
+#include "counterpoint/contact/problem.h"
 
 namespace counterpoint::contact {
 namespace {

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <limits>
 
-#include "counterpoint/contact/law.h"
 #include "counterpoint/contact/linear/semidefinite_factor.h"
+#include "counterpoint/contact/problem.h"
 #include "counterpoint/contact/solve/line_search.h"
 
 namespace counterpoint::contact {

@@ -1,7 +1,7 @@
 // Derivatives of steps by figures of the model and of the laws.
 #include <pybind11/stl.h>
 
-#include "counterpoint/engine/parameter_derivatives.h"
+#include "counterpoint/engine/derivatives.h"
 #include "motion/reports.h"
 #include "objects/derivative_method.h"
 #include "objects/workspace.h"

@@ -1,7 +1,7 @@
 // counterpoint.contact: contact problems without bodies, and how they are solved.
 #include <pybind11/stl.h>
 
-#include "counterpoint/contact/contact_space.h"
+#include "counterpoint/contact/solver.h"
 #include "objects/arrays.h"
 
 namespace counterpoint::python {

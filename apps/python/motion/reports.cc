@@ -3,8 +3,8 @@
 
 #include <pybind11/stl.h>
 
-#include "counterpoint/model/effect.h"
-#include "counterpoint/model/rotation.h"
+#include "counterpoint/model/scene.h"
+#include "counterpoint/model/spatial.h"
 #include "objects/exceptions.h"
 #include "report/failure.h"
 

@@ -1,8 +1,8 @@
 // Reports of steps and inverses, with the model that their indices refer to.
 #pragma once
 
+#include "counterpoint/engine/simulator.h"
 #include "counterpoint/engine/step.h"
-#include "counterpoint/engine/step/step_control.h"
 #include "objects/handles.h"
 
 namespace counterpoint::python {

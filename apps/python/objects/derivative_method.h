@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "counterpoint/engine/step_derivatives.h"
+#include "counterpoint/engine/derivatives.h"
 #include "words.h"
 
 namespace counterpoint::python {

@@ -3,7 +3,7 @@
 
 #include <filesystem>
 
-#include "counterpoint/model/types.h"
+#include "counterpoint/model/spatial.h"
 
 namespace counterpoint::python {
 namespace {

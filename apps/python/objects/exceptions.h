@@ -5,7 +5,7 @@
 #include <string>
 
 #include "bindings.h"
-#include "counterpoint/model/types.h"
+#include "counterpoint/model/spatial.h"
 
 namespace counterpoint::python {
 

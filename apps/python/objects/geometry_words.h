@@ -1,7 +1,7 @@
 // What the words of geometry are in Python.
 #pragma once
 
-#include "counterpoint/model/shape_name.h"
+#include "counterpoint/model/geometry.h"
 
 namespace counterpoint::python {
 

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "counterpoint/model/files/edit_distance.h"
+#include "counterpoint/model/text_files.h"
 
 namespace counterpoint::python {
 

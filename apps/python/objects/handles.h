@@ -7,7 +7,7 @@
 #include <string>
 
 #include "arrays.h"
-#include "counterpoint/engine/io/trajectory.h"
+#include "counterpoint/engine/motion_files.h"
 #include "counterpoint/model/scene.h"
 
 namespace counterpoint::python {

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "counterpoint/engine/io/input_columns.h"
+#include "counterpoint/engine/motion_files.h"
 #include "handles.h"
 
 namespace counterpoint::python {

@@ -1,7 +1,7 @@
 // Motions in memory.
 #pragma once
 
-#include "counterpoint/engine/io/trajectory.h"
+#include "counterpoint/engine/motion_files.h"
 #include "handles.h"
 
 namespace counterpoint::python {

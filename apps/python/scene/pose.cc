@@ -1,6 +1,6 @@
 // Poses and inertias.
-#include "counterpoint/model/inertia.h"
-#include "counterpoint/model/rotation.h"
+#include "counterpoint/model/model.h"
+#include "counterpoint/model/spatial.h"
 #include "objects/arrays.h"
 
 namespace counterpoint::python {

@@ -4,7 +4,6 @@
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
-#include "counterpoint/model/scene/scene_archive.h"
 #include "objects/exceptions.h"
 #include "objects/handles.h"
 #include "objects/words.h"

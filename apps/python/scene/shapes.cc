@@ -4,10 +4,8 @@
 
 #include <cctype>
 
-#include "counterpoint/model/inertia.h"
-#include "counterpoint/model/mesh/mesh.h"
-#include "counterpoint/model/terrain/height_field.h"
-#include "counterpoint/model/terrain/terrain.h"
+#include "counterpoint/model/geometry.h"
+#include "counterpoint/model/model.h"
 #include "objects/arrays.h"
 #include "objects/exceptions.h"
 #include "objects/geometry_words.h"

@@ -3,7 +3,7 @@
 #include <pybind11/stl/filesystem.h>
 
 #include "counterpoint/model/model_builder.h"
-#include "counterpoint/model/urdf/urdf.h"
+#include "counterpoint/model/robot_files.h"
 #include "objects/exceptions.h"
 #include "objects/handles.h"
 #include "objects/words.h"

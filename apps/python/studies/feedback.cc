@@ -1,5 +1,5 @@
 // counterpoint.optimization: feedback along a motion, and motions repeated.
-#include "counterpoint/engine/optimize/feedback.h"
+#include "counterpoint/engine/optimize/optimize.h"
 
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>

@@ -1,7 +1,7 @@
 // Motions found by optimization, as Python has them.
 #pragma once
 
-#include "counterpoint/engine/optimize/problem_file.h"
+#include "counterpoint/engine/optimize/optimize.h"
 #include "objects/handles.h"
 
 namespace counterpoint::python {

@@ -1,7 +1,7 @@
 // counterpoint.optimization: motions found, and whether they are what the engine does.
 #include <pybind11/stl.h>
 
-#include "counterpoint/engine/optimize/verify.h"
+#include "counterpoint/engine/optimize/optimize.h"
 #include "objects/interrupts.h"
 #include "objects/trajectories.h"
 #include "optimization.h"

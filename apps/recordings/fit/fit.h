@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "counterpoint/model/types.h"
+#include "counterpoint/model/spatial.h"
 #include "tasks/task_list.h"
 
 namespace counterpoint::apps {

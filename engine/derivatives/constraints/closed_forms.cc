@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "counterpoint/model/rotation.h"
+#include "counterpoint/model/spatial.h"
 
 namespace counterpoint {
 namespace {

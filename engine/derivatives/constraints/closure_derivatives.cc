@@ -6,7 +6,7 @@
 #include "counterpoint/engine/constraints/closures.h"
 #include "counterpoint/engine/derivatives/dynamics/right_jacobian.h"
 #include "counterpoint/engine/derivatives/dynamics/sweep.h"
-#include "counterpoint/engine/dynamics/integrator.h"
+#include "counterpoint/engine/dynamics.h"
 #include "counterpoint/engine/dynamics/kinematics.h"
 
 namespace counterpoint {

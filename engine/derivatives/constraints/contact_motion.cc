@@ -5,10 +5,11 @@
 #include <limits>
 
 #include "counterpoint/collision/pairs/corner_contacts.h"
+#include "counterpoint/collision/pairs/pair_motion.h"
 #include "counterpoint/engine/derivatives/constraints/closed_forms.h"
 #include "counterpoint/engine/derivatives/constraints/pair_response.h"
 #include "counterpoint/engine/derivatives/dynamics/right_jacobian.h"
-#include "counterpoint/model/rotation.h"
+#include "counterpoint/model/spatial.h"
 
 namespace counterpoint {
 namespace {

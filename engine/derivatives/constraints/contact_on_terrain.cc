@@ -5,8 +5,8 @@
 
 #include "counterpoint/collision/shapes/enclosure.h"
 #include "counterpoint/engine/derivatives/constraints/closed_forms.h"
-#include "counterpoint/model/rotation.h"
-#include "counterpoint/model/terrain/terrain.h"
+#include "counterpoint/model/geometry.h"
+#include "counterpoint/model/spatial.h"
 
 namespace counterpoint {
 namespace {

@@ -1,9 +1,9 @@
 #include "counterpoint/engine/derivatives/constraints/pair_response.h"
 
-#include "counterpoint/contact/sensitivity.h"
+#include "counterpoint/contact/inverse.h"
 #include "counterpoint/engine/derivatives/dynamics/right_jacobian.h"
 #include "counterpoint/engine/dynamics/kinematics.h"
-#include "counterpoint/model/rotation.h"
+#include "counterpoint/model/spatial.h"
 
 namespace counterpoint {
 namespace {

@@ -1,6 +1,6 @@
 #include "counterpoint/engine/derivatives/constraints/slip_response.h"
 
-#include "counterpoint/contact/sensitivity.h"
+#include "counterpoint/contact/inverse.h"
 #include "counterpoint/engine/constraints/assemble.h"
 #include "counterpoint/engine/dynamics/kinematics.h"
 

@@ -10,7 +10,7 @@
 
 #include "counterpoint/engine/derivatives/constraints/pair_response.h"
 #include "counterpoint/engine/derivatives/dynamics/sweep.h"
-#include "counterpoint/model/rotation.h"
+#include "counterpoint/model/spatial.h"
 
 namespace counterpoint {
 

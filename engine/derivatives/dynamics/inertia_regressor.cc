@@ -2,7 +2,7 @@
 
 #include "counterpoint/engine/dynamics/joint_motion.h"
 #include "counterpoint/engine/dynamics/kinematics.h"
-#include "counterpoint/model/rotation.h"
+#include "counterpoint/model/spatial.h"
 
 namespace counterpoint {
 namespace {

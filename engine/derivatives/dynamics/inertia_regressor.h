@@ -3,8 +3,8 @@
 // IJRR 1986).
 #pragma once
 
+#include "counterpoint/engine/dynamics.h"
 #include "counterpoint/engine/dynamics/data.h"
-#include "counterpoint/engine/dynamics/inertial_parameters.h"
 
 namespace counterpoint {
 

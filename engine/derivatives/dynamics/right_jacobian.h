@@ -1,7 +1,7 @@
 // Derivatives of the exponential map of rotations.
 #pragma once
 
-#include "counterpoint/model/rotation.h"
+#include "counterpoint/model/spatial.h"
 
 namespace counterpoint {
 

@@ -1,8 +1,8 @@
 // Derivatives of inverse dynamics, by one backward pass (sweep.h).
 #pragma once
 
-#include "counterpoint/engine/derivatives/dynamics/dynamics_derivatives.h"
 #include "counterpoint/engine/derivatives/dynamics/sweep.h"
+#include "counterpoint/engine/dynamics.h"
 
 namespace counterpoint {
 

@@ -21,12 +21,12 @@
 
 #include <vector>
 
+#include "counterpoint/engine/derivatives.h"
 #include "counterpoint/engine/derivatives/constraints/closure_derivatives.h"
 #include "counterpoint/engine/derivatives/dynamics/sparse_solve.h"
 #include "counterpoint/engine/derivatives/forces/force_responses.h"
 #include "counterpoint/engine/step/step_start.h"
 #include "counterpoint/engine/step/step_workspace.h"
-#include "counterpoint/engine/step_derivatives.h"
 
 namespace counterpoint {
 

@@ -1,8 +1,8 @@
 // Derivatives of the mean forces of single bodies (free_flight.h).
 #pragma once
 
+#include "counterpoint/engine/derivatives.h"
 #include "counterpoint/engine/forces/free_flight.h"
-#include "counterpoint/engine/step_derivatives.h"
 
 namespace counterpoint {
 

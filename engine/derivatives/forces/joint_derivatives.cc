@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "counterpoint/contact/sensitivity.h"
+#include "counterpoint/contact/inverse.h"
 #include "counterpoint/engine/constraints/contact_law.h"
 
 namespace counterpoint {

@@ -2,8 +2,8 @@
 // limits, dry friction, mimics.
 #pragma once
 
+#include "counterpoint/engine/derivatives.h"
 #include "counterpoint/engine/step/step_workspace.h"
-#include "counterpoint/engine/step_derivatives.h"
 
 namespace counterpoint {
 

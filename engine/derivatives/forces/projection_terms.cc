@@ -1,7 +1,7 @@
 #include "counterpoint/engine/derivatives/forces/projection_terms.h"
 
 #include "counterpoint/engine/derivatives/dynamics/right_jacobian.h"
-#include "counterpoint/engine/dynamics/integrator.h"
+#include "counterpoint/engine/dynamics.h"
 #include "counterpoint/engine/dynamics/kinematics.h"
 #include "counterpoint/engine/step/step_forces.h"
 

@@ -10,12 +10,12 @@
 
 #include <optional>
 
+#include "counterpoint/engine/derivatives.h"
 #include "counterpoint/engine/derivatives/dynamics/kinetic_gradient.h"
 #include "counterpoint/engine/derivatives/dynamics/sparse_solve.h"
 #include "counterpoint/engine/derivatives/dynamics/sweep.h"
 #include "counterpoint/engine/step/step_start.h"
 #include "counterpoint/engine/step/step_workspace.h"
-#include "counterpoint/engine/step_derivatives.h"
 
 namespace counterpoint {
 

@@ -14,13 +14,13 @@
 
 #include <vector>
 
+#include "counterpoint/engine/derivatives.h"
 #include "counterpoint/engine/derivatives/dynamics/sparse_solve.h"
 #include "counterpoint/engine/derivatives/dynamics/sweep.h"
 #include "counterpoint/engine/derivatives/forces/equality_prediction.h"
 #include "counterpoint/engine/derivatives/forces/projection_terms.h"
 #include "counterpoint/engine/step/step_start.h"
 #include "counterpoint/engine/step/step_workspace.h"
-#include "counterpoint/engine/step_derivatives.h"
 
 namespace counterpoint {
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "counterpoint/contact/sensitivity.h"
+#include "counterpoint/contact/inverse.h"
 #include "counterpoint/engine/constraints/contact_law.h"
 
 namespace counterpoint {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "counterpoint/contact/law.h"
+#include "counterpoint/contact/problem.h"
 #include "counterpoint/engine/constraints/assemble.h"
 #include "counterpoint/engine/constraints/contact_law.h"
 #include "counterpoint/engine/derivatives/constraints/pair_response.h"

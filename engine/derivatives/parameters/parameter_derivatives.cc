@@ -1,10 +1,10 @@
-#include "counterpoint/engine/parameter_derivatives.h"
+#include "counterpoint/engine/derivatives.h"
 
 #include <algorithm>
 #include <cmath>
 
 #include "counterpoint/engine/derivatives/parameters/perturbed.h"
-#include "counterpoint/model/model_editor.h"
+#include "counterpoint/model/model_builder.h"
 
 namespace counterpoint {
 namespace {

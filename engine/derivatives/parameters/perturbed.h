@@ -3,7 +3,7 @@
 
 #include <array>
 
-#include "counterpoint/engine/parameter_derivatives.h"
+#include "counterpoint/engine/derivatives.h"
 
 namespace counterpoint {
 

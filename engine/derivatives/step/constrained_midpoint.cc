@@ -4,8 +4,8 @@
 
 #include "counterpoint/engine/derivatives/dynamics/rotation_maps.h"
 #include "counterpoint/engine/derivatives/step/step_differences.h"
+#include "counterpoint/engine/dynamics.h"
 #include "counterpoint/engine/dynamics/crba.h"
-#include "counterpoint/engine/dynamics/integrator.h"
 #include "counterpoint/engine/dynamics/kinematics.h"
 #include "counterpoint/engine/step/step_forces.h"
 

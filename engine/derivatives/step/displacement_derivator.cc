@@ -4,7 +4,7 @@
 #include <cmath>
 #include <utility>
 
-#include "counterpoint/contact/law.h"
+#include "counterpoint/contact/problem.h"
 #include "counterpoint/engine/constraints/assemble.h"
 #include "counterpoint/engine/dynamics/crba.h"
 #include "counterpoint/engine/dynamics/kinematics.h"

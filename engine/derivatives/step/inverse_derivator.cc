@@ -9,7 +9,7 @@
 #include "counterpoint/engine/derivatives/forces/flight_terms.h"
 #include "counterpoint/engine/derivatives/forces/joint_derivatives.h"
 #include "counterpoint/engine/dynamics/kinematics.h"
-#include "counterpoint/model/rotation.h"
+#include "counterpoint/model/spatial.h"
 
 namespace counterpoint {
 namespace {

@@ -11,13 +11,13 @@
 
 #include <optional>
 
+#include "counterpoint/engine/derivatives.h"
 #include "counterpoint/engine/derivatives/constraints/slip_response.h"
 #include "counterpoint/engine/derivatives/dynamics/sweep.h"
 #include "counterpoint/engine/derivatives/forces/force_responses.h"
 #include "counterpoint/engine/derivatives/forces/velocity_terms.h"
 #include "counterpoint/engine/step/step_start.h"
 #include "counterpoint/engine/step/step_workspace.h"
-#include "counterpoint/engine/step_derivatives.h"
 
 namespace counterpoint {
 

@@ -8,9 +8,9 @@
 //   du/dq = T_q P + K,    du/dv = W / 2 - M / h,    du/dv+ = W / 2 + M / h
 #pragma once
 
+#include "counterpoint/engine/derivatives.h"
 #include "counterpoint/engine/derivatives/step/smooth_derivator.h"
 #include "counterpoint/engine/step/step_start.h"
-#include "counterpoint/engine/step_derivatives.h"
 
 namespace counterpoint {
 

@@ -1,7 +1,7 @@
 #include "counterpoint/engine/derivatives/step/runge_kutta_derivator.h"
 
 #include "counterpoint/engine/derivatives/dynamics/rotation_maps.h"
-#include "counterpoint/engine/dynamics/integrator.h"
+#include "counterpoint/engine/dynamics.h"
 #include "counterpoint/engine/step/equality_motion.h"
 #include "counterpoint/engine/step/runge_kutta.h"
 

@@ -9,9 +9,9 @@
 // the last of rotations t, of angular velocity w; of other coordinates dtheta' = dw.
 #pragma once
 
+#include "counterpoint/engine/derivatives.h"
 #include "counterpoint/engine/derivatives/dynamics/sparse_solve.h"
 #include "counterpoint/engine/derivatives/step/smooth_derivator.h"
-#include "counterpoint/engine/step_derivatives.h"
 
 namespace counterpoint {
 

@@ -1,4 +1,4 @@
-#include "counterpoint/engine/step_derivatives.h"
+#include "counterpoint/engine/derivatives.h"
 
 #include <optional>
 

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "counterpoint/engine/dynamics/integrator.h"
+#include "counterpoint/engine/dynamics.h"
 
 namespace counterpoint {
 namespace {

@@ -2,8 +2,8 @@
 // closed form.
 #pragma once
 
+#include "counterpoint/engine/derivatives.h"
 #include "counterpoint/engine/step/step_start.h"
-#include "counterpoint/engine/step_derivatives.h"
 
 namespace counterpoint {
 

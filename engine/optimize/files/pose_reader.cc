@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "counterpoint/engine/optimize/problem_file.h"
+#include "counterpoint/engine/optimize/optimize.h"
 
 namespace counterpoint::optimization {
 namespace {

@@ -1,7 +1,7 @@
 // Coordinates by name in problem files. Not for users.
 #pragma once
 
-#include "counterpoint/engine/io/trajectory.h"
+#include "counterpoint/engine/motion_files.h"
 #include "counterpoint/model/files/yaml_reader.h"
 
 namespace counterpoint::optimization {

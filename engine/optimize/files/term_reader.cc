@@ -3,8 +3,8 @@
 #include <fmt/format.h>
 
 #include "counterpoint/engine/optimize/files/pose_reader.h"
-#include "counterpoint/engine/optimize/problem_file.h"
-#include "counterpoint/model/rotation.h"
+#include "counterpoint/engine/optimize/optimize.h"
+#include "counterpoint/model/spatial.h"
 
 namespace counterpoint::optimization {
 namespace {

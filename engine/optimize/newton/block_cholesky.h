@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "counterpoint/engine/optimize/newton/thread_pool.h"
-#include "counterpoint/model/types.h"
+#include "counterpoint/model/spatial.h"
 
 namespace counterpoint::optimization {
 

@@ -13,7 +13,7 @@
 
 #include "counterpoint/engine/optimize/newton/block_cholesky.h"
 #include "counterpoint/engine/optimize/newton/thread_pool.h"
-#include "counterpoint/engine/optimize/progress.h"
+#include "counterpoint/engine/optimize/optimize.h"
 #include "counterpoint/engine/optimize/terms/evaluator.h"
 
 namespace counterpoint::optimization {

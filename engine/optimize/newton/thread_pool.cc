@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "counterpoint/engine/cores.h"
+#include "counterpoint/engine/simulator.h"
 
 namespace counterpoint::optimization {
 

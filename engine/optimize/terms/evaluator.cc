@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "counterpoint/engine/dynamics/integrator.h"
+#include "counterpoint/engine/dynamics.h"
 #include "counterpoint/engine/dynamics/kinematics.h"
 
 namespace counterpoint::optimization {

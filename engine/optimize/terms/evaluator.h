@@ -3,10 +3,10 @@
 
 #include <vector>
 
+#include "counterpoint/engine/derivatives.h"
 #include "counterpoint/engine/optimize/terms/frames.h"
 #include "counterpoint/engine/optimize/terms/kinematic_terms.h"
 #include "counterpoint/engine/optimize/terms/tangent_map.h"
-#include "counterpoint/engine/step_derivatives.h"
 
 namespace counterpoint::optimization {
 

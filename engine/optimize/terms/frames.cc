@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "counterpoint/engine/dynamics/integrator.h"
+#include "counterpoint/engine/dynamics.h"
 
 namespace counterpoint::optimization {
 

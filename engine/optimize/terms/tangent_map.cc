@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "counterpoint/model/rotation.h"
+#include "counterpoint/model/spatial.h"
 
 namespace counterpoint::optimization {
 namespace {

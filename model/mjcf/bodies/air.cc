@@ -4,8 +4,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "counterpoint/model/inertia.h"
 #include "counterpoint/model/mjcf/bodies/bodies.h"
+#include "counterpoint/model/model.h"
 
 namespace counterpoint::mjcf {
 namespace {

@@ -6,11 +6,11 @@
 #include <algorithm>
 #include <cstring>
 
-#include "counterpoint/model/files/text_file.h"
+#include "counterpoint/model/geometry.h"
 #include "counterpoint/model/limits.h"
 #include "counterpoint/model/mesh/hull_standoff.h"
-#include "counterpoint/model/terrain/height_field.h"
-#include "counterpoint/model/urdf/mesh_path.h"
+#include "counterpoint/model/robot_files.h"
+#include "counterpoint/model/text_files.h"
 
 namespace counterpoint::mjcf {
 namespace {

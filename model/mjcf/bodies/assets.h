@@ -5,10 +5,9 @@
 #include <memory>
 #include <string>
 
-#include "counterpoint/model/mesh/mesh.h"
+#include "counterpoint/model/geometry.h"
 #include "counterpoint/model/mjcf/document/compiler.h"
 #include "counterpoint/model/mjcf/document/defaults.h"
-#include "counterpoint/model/terrain/terrain.h"
 
 namespace counterpoint::mjcf {
 

@@ -3,8 +3,8 @@
 #include <fmt/format.h>
 #include <tinyxml2.h>
 
-#include "counterpoint/model/inertia.h"
 #include "counterpoint/model/mesh/round_hull.h"
+#include "counterpoint/model/model.h"
 
 namespace counterpoint::mjcf {
 namespace {

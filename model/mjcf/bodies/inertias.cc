@@ -1,8 +1,8 @@
 #include <fmt/format.h>
 #include <tinyxml2.h>
 
-#include "counterpoint/model/inertia.h"
 #include "counterpoint/model/mjcf/bodies/bodies.h"
+#include "counterpoint/model/model.h"
 
 namespace counterpoint::mjcf {
 namespace {

@@ -7,8 +7,8 @@
 #include <charconv>
 #include <cstring>
 
-#include "counterpoint/model/files/text_file.h"
-#include "counterpoint/model/urdf/mesh_path.h"
+#include "counterpoint/model/robot_files.h"
+#include "counterpoint/model/text_files.h"
 
 namespace counterpoint::mjcf {
 namespace {

@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "counterpoint/model/mjcf/mjcf.h"
+#include "counterpoint/model/robot_files.h"
 
 namespace tinyxml2 {
 class XMLDocument;
@@ -29,7 +29,7 @@ inline constexpr std::size_t kMaxNumbers = 1000;
 class Document {
  public:
   /// @throws InputError with file and line for what is no XML, no <mujoco>, or includes a file that
-  /// is missing, twice included, or outside the folders that the file may reach (mesh_path.h).
+  /// is missing, twice included, or outside the folders that the file may reach (find_mesh).
   Document(const std::filesystem::path& file, const MjcfOptions& options);
   ~Document();
   Document(const Document&) = delete;

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "counterpoint/model/inertia.h"
+#include "counterpoint/model/model.h"
 
 namespace counterpoint::mjcf {
 

@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "counterpoint/model/mjcf/mjcf.h"
+#include "counterpoint/model/robot_files.h"
 
 namespace counterpoint::mjcf {
 

@@ -12,7 +12,7 @@
 #include "accuracy/recommendation.h"
 #include "accuracy/measure.h"
 #include "apps/command.h"
-#include "counterpoint/model/rotation.h"
+#include "counterpoint/model/spatial.h"
 #include "support/small_scenes.h"
 
 namespace counterpoint::apps::accuracy::accuracy_test {

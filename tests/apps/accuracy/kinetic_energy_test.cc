@@ -11,7 +11,7 @@
 #include "apps/accuracy/random_kinetic_energy.h"
 #include "contact/rounding.h"
 #include "contact/trials.h"
-#include "counterpoint/contact/law.h"
+#include "counterpoint/contact/problem.h"
 
 namespace counterpoint::contact::kinetic_energy_test {
 namespace {

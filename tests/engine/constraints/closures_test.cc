@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "counterpoint/engine/constraints/contact_law.h"
-#include "counterpoint/model/inertia.h"
+#include "counterpoint/model/model.h"
 #include "support/allocation_guard.h"
 #include "support/linkages.h"
 #include "support/recover.h"

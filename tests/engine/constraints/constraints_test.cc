@@ -5,8 +5,8 @@
 
 #include "counterpoint/engine/constraints/contact_law.h"
 #include "counterpoint/engine/dynamics/kinematics.h"
-#include "counterpoint/engine/effects.h"
 #include "counterpoint/engine/simulator.h"
+#include "counterpoint/engine/step.h"
 #include "support/small_scenes.h"
 
 namespace counterpoint::constraints_test {

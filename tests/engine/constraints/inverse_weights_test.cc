@@ -4,9 +4,9 @@
 
 #include <gtest/gtest.h>
 
-#include "counterpoint/engine/dynamics/integrator.h"
+#include "counterpoint/engine/dynamics.h"
 #include "counterpoint/engine/dynamics/kinematics.h"
-#include "counterpoint/model/inertia.h"
+#include "counterpoint/model/model.h"
 #include "counterpoint/model/model_builder.h"
 #include "support/random_model.h"
 

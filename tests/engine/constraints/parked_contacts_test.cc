@@ -9,8 +9,8 @@
 #include <random>
 
 #include "counterpoint/engine/dynamics/kinematics.h"
-#include "counterpoint/engine/effects.h"
 #include "counterpoint/engine/simulator.h"
+#include "counterpoint/engine/step.h"
 #include "support/allocation_guard.h"
 #include "support/paths.h"
 #include "support/small_scenes.h"

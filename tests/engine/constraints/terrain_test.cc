@@ -1,5 +1,5 @@
 // Bodies on ground made of triangles move as on the plane, and do not fall through hills.
-#include "counterpoint/model/terrain/terrain.h"
+#include "counterpoint/model/geometry.h"
 
 #include <gtest/gtest.h>
 
@@ -7,8 +7,7 @@
 
 #include "counterpoint/collision/query.h"
 #include "counterpoint/engine/simulator.h"
-#include "counterpoint/model/inertia.h"
-#include "counterpoint/model/terrain/height_field.h"
+#include "counterpoint/model/model.h"
 #include "support/allocation_guard.h"
 #include "support/random_model.h"
 #include "support/record_largest.h"

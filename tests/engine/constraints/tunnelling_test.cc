@@ -5,7 +5,7 @@
 #include <string>
 
 #include "counterpoint/engine/simulator.h"
-#include "counterpoint/model/inertia.h"
+#include "counterpoint/model/model.h"
 #include "support/random_model.h"
 #include "support/shape_reference.h"
 

@@ -3,7 +3,7 @@
 
 #include <filesystem>
 
-#include "counterpoint/engine/dynamics/integrator.h"
+#include "counterpoint/engine/dynamics.h"
 #include "support/paths.h"
 #include "support/step_derivatives.h"
 

@@ -1,6 +1,6 @@
 // Derivatives of steps by figures of the model and of the laws: against differences of whole steps
 // of changed models, and what they must be whatever the scene.
-#include "counterpoint/engine/parameter_derivatives.h"
+#include "counterpoint/engine/derivatives.h"
 
 #include <gtest/gtest.h>
 

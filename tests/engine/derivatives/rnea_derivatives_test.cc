@@ -5,8 +5,8 @@
 #include <gtest/gtest.h>
 
 #include "counterpoint/engine/derivatives/dynamics/aba_derivatives.h"
+#include "counterpoint/engine/dynamics.h"
 #include "counterpoint/engine/dynamics/aba.h"
-#include "counterpoint/engine/dynamics/integrator.h"
 #include "counterpoint/engine/dynamics/kinematics.h"
 #include "counterpoint/engine/dynamics/rnea.h"
 #include "support/allocation_guard.h"

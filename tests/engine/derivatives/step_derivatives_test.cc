@@ -1,6 +1,6 @@
 // Derivatives of the inverse step: against differences of the whole step, and what they must be
 // whatever the scene.
-#include "counterpoint/engine/step_derivatives.h"
+#include "counterpoint/engine/derivatives.h"
 
 #include <gtest/gtest.h>
 

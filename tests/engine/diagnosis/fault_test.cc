@@ -1,13 +1,13 @@
 // What a step says when it cannot be done: every kind of fault made to happen, and the right thing
 // named.
-#include "counterpoint/engine/fault.h"
+#include "counterpoint/engine/step.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <limits>
 
-#include "counterpoint/engine/io/trajectory.h"
+#include "counterpoint/engine/motion_files.h"
 #include "counterpoint/engine/simulator.h"
 #include "support/small_scenes.h"
 #include "support/temp_folder.h"

@@ -3,8 +3,8 @@
 
 #include <limits>
 
-#include "counterpoint/engine/fault.h"
 #include "counterpoint/engine/simulator.h"
+#include "counterpoint/engine/step.h"
 #include "support/small_scenes.h"
 #include "support/temp_folder.h"
 

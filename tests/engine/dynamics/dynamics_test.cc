@@ -2,10 +2,10 @@
 // type.
 #include <gtest/gtest.h>
 
+#include "counterpoint/engine/dynamics.h"
 #include "counterpoint/engine/dynamics/aba.h"
 #include "counterpoint/engine/dynamics/crba.h"
 #include "counterpoint/engine/dynamics/energy.h"
-#include "counterpoint/engine/dynamics/integrator.h"
 #include "counterpoint/engine/dynamics/kinematics.h"
 #include "counterpoint/engine/dynamics/rnea.h"
 #include "support/random_model.h"

@@ -4,7 +4,6 @@
 
 #include <gtest/gtest.h>
 
-#include "counterpoint/engine/dynamics/integrator.h"
 #include "counterpoint/engine/simulator.h"
 #include "support/paths.h"
 #include "support/random_model.h"

@@ -8,9 +8,9 @@
 
 #include "counterpoint/engine/dynamics/energy.h"
 #include "counterpoint/engine/dynamics/kinematics.h"
-#include "counterpoint/engine/io/state_file.h"
+#include "counterpoint/engine/motion_files.h"
 #include "counterpoint/engine/simulator.h"
-#include "counterpoint/model/model_editor.h"
+#include "counterpoint/model/model_builder.h"
 #include "support/random_model.h"
 #include "support/small_scenes.h"
 

@@ -7,8 +7,8 @@
 #include <cmath>
 #include <utility>
 
+#include "counterpoint/engine/dynamics.h"
 #include "counterpoint/engine/dynamics/energy.h"
-#include "counterpoint/engine/dynamics/integrator.h"
 #include "counterpoint/engine/dynamics/kinematics.h"
 #include "counterpoint/engine/simulator.h"
 #include "support/linkages.h"

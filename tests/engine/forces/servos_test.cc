@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "counterpoint/engine/simulator.h"
-#include "counterpoint/model/urdf/urdf.h"
+#include "counterpoint/model/robot_files.h"
 #include "support/allocation_guard.h"
 #include "support/paths.h"
 #include "support/small_scenes.h"

@@ -1,5 +1,5 @@
 // Springs in joints against implicit Euler worked out by hand.
-#include "counterpoint/engine/forces/springs.h"
+#include "counterpoint/engine/dynamics.h"
 
 #include <gtest/gtest.h>
 

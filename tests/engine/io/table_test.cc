@@ -1,5 +1,5 @@
 // Tables in every format: the same cells, bit for bit; files of runs that died; files that are none.
-#include "counterpoint/engine/io/table.h"
+#include "counterpoint/engine/motion_files.h"
 
 #include <gtest/gtest.h>
 
@@ -10,7 +10,7 @@
 #include <iterator>
 #include <limits>
 
-#include "counterpoint/model/types.h"
+#include "counterpoint/model/spatial.h"
 #include "support/temp_folder.h"
 
 namespace counterpoint::table_test {

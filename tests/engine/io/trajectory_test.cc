@@ -1,5 +1,5 @@
 // Trajectory and CSV files: what is written is read back bit for bit; what is wrong is said where.
-#include "counterpoint/engine/io/trajectory.h"
+#include "counterpoint/engine/motion_files.h"
 
 #include <gtest/gtest.h>
 

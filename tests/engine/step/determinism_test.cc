@@ -10,9 +10,9 @@
 #include <thread>
 #include <vector>
 
-#include "counterpoint/engine/io/hash.h"
-#include "counterpoint/engine/io/state_file.h"
+#include "counterpoint/engine/motion_files.h"
 #include "counterpoint/engine/simulator.h"
+#include "counterpoint/engine/state.h"
 #include "support/paths.h"
 #include "support/random_model.h"
 #include "support/small_scenes.h"

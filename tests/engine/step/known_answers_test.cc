@@ -5,8 +5,8 @@
 #include <cmath>
 
 #include "counterpoint/engine/simulator.h"
-#include "counterpoint/model/inertia.h"
-#include "counterpoint/model/mesh/mesh.h"
+#include "counterpoint/model/geometry.h"
+#include "counterpoint/model/model.h"
 #include "support/paths.h"
 #include "support/small_scenes.h"
 

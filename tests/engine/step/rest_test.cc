@@ -7,7 +7,7 @@
 #include "counterpoint/engine/dynamics/energy.h"
 #include "counterpoint/engine/dynamics/kinematics.h"
 #include "counterpoint/engine/simulator.h"
-#include "counterpoint/model/rotation.h"
+#include "counterpoint/model/spatial.h"
 #include "support/record_largest.h"
 #include "support/shape_reference.h"
 #include "support/sphere_points.h"

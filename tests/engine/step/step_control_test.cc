@@ -7,7 +7,7 @@
 #include <cmath>
 #include <limits>
 
-#include "counterpoint/engine/dynamics/integrator.h"
+#include "counterpoint/engine/dynamics.h"
 #include "counterpoint/engine/simulator.h"
 #include "support/allocation_guard.h"
 #include "support/linkages.h"

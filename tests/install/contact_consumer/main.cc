@@ -1,5 +1,5 @@
 // One kilogram falls on the ground at g times one second: forward, and back by the inverse.
-#include <counterpoint/contact/contact_space.h>
+#include <counterpoint/contact/solver.h>
 
 #include <cstdio>
 

@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "counterpoint/model/mesh/mesh.h"
+#include "counterpoint/model/geometry.h"
 #include "support/hull_check.h"
 #include "support/random_model.h"
 

@@ -6,7 +6,7 @@
 #include <numbers>
 #include <random>
 
-#include "counterpoint/model/mesh/mesh.h"
+#include "counterpoint/model/geometry.h"
 #include "support/temp_folder.h"
 
 namespace counterpoint::ear_cutting_test {

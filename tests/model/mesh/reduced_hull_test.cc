@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "counterpoint/model/mesh/mesh.h"
+#include "counterpoint/model/geometry.h"
 #include "counterpoint/model/scene.h"
 #include "support/random_model.h"
 #include "support/temp_folder.h"
