@@ -61,8 +61,9 @@ void ImpactSolver::Impl::find(const VectorX& q, const VectorX& v) {
   compute_poses(model, q, data);
   compute_velocities(model, v, data);
   compute_inertias(model, data);
-  finder.find(model, options, effects, q, v, data, constraints, counts);
-  finder.unpark_all(model, options, effects, data, constraints);
+  const StepContext at{model, options, effects, q, v};
+  finder.find(at, data, constraints, counts);
+  finder.unpark_all(at, data, constraints);
   touch();
 }
 
@@ -98,7 +99,7 @@ void ImpactSolver::Impl::touch() {
     const Bounce bounce = find_bounce(Integrator::kSemiImplicitEuler, kInstant, surface.restitution,
                                       0.0, v[0], 0.0);
     pair.law =
-        make_contact_law(options.contact, kInstant, surface, alpha, 0.0, v.head<3>(), bounce);
+        make_contact_law(options.contact, kInstant, {surface, alpha, 0.0, v.head<3>(), bounce});
     contacts.push_back(c);
     pairs.push_back(pair);
   }

@@ -99,8 +99,9 @@ void Explainer::Impl::find_contacts(const VectorX& q, const VectorX& v, double i
   compute_poses(model, q, data);
   compute_velocities(model, v, data);
   compute_inertias(model, data);
-  finder.find(model, contact, effects, q, v, data, constraints, effect_counts);
-  finder.unpark_all(model, contact, effects, data, constraints);
+  const StepContext at{model, contact, effects, q, v};
+  finder.find(at, data, constraints, effect_counts);
+  finder.unpark_all(at, data, constraints);
   const size_t contacts = constraints.contacts.size();
   std::vector<PairConstraint> pairs;
   std::vector<collision::Candidate> candidates;

@@ -94,21 +94,21 @@ ConstraintFinder::ConstraintFinder(const Model& model, InverseWeights weights)
   }
 }
 
-void ConstraintFinder::find(const Model& model, const SimulationOptions& options, EffectSet effects,
-                            const VectorRef& q, const VectorRef& v, const Data& data,
-                            ConstraintSet& out, EffectCounts& counts, Idle idle) {
+void ConstraintFinder::find(const StepContext& at, const Data& data, ConstraintSet& out,
+                            EffectCounts& counts, Idle idle) {
+  const auto& [model, options, effects, q, v] = at;
   out.clear();
   speed_.clear();
   const auto runs = [&](Effect effect) {
-    if (!effects.has(effect)) return false;
+    if (!at.effects.has(effect)) return false;
     counts.add(effect);
     return true;
   };
-  if (runs(Effect::kContacts)) find_contacts(model, options, effects, data, out, counts, idle);
+  if (runs(Effect::kContacts)) find_contacts(at, data, out, counts, idle);
   if (runs(Effect::kClosures))
     find_closures(model, options, data, weights_, idle, acceleration_, out);
   if (heavy_on_light_) stiffen_under_load(model, out);
-  if (runs(Effect::kLimits)) find_joint_limits(options, limited_, q, v, weights_, idle, out);
+  if (runs(Effect::kLimits)) find_joint_limits(at, limited_, weights_, idle, out);
   if (runs(Effect::kVelocityLimits))
     find_velocity_limits(options, speed_limits_, v, weights_, idle, out);
   if (runs(Effect::kDryFriction)) find_dry_friction(model, options, dry_, weights_, idle, out);
@@ -116,13 +116,11 @@ void ConstraintFinder::find(const Model& model, const SimulationOptions& options
   friction_slip_.set(model, options, speed_, out);
 }
 
-bool ConstraintFinder::find_overrun(const Model& model, const SimulationOptions& options,
-                                    EffectSet effects, const VectorRef& q, const VectorRef& v,
-                                    const Reached& w, const Data& data, ConstraintSet& out,
-                                    Idle idle) {
-  const bool limits = effects.has(Effect::kLimits) &&
-                      find_overrun_limits(options, limited_, q, v, w.velocity, weights_, idle, out);
-  return find_reached_contacts(model, options, effects, w, data, out) || limits;
+bool ConstraintFinder::find_overrun(const StepContext& at, const Reached& w, const Data& data,
+                                    ConstraintSet& out, Idle idle) {
+  const bool limits = at.effects.has(Effect::kLimits) &&
+                      find_overrun_limits(at, limited_, w.velocity, weights_, idle, out);
+  return find_reached_contacts(at, w, data, out) || limits;
 }
 
 /// Of contacts with rows, joined by these and by closures: a function of (q, w), like the rows.

@@ -14,7 +14,7 @@
 #include "counterpoint/engine/constraints/friction_slip.h"
 #include "counterpoint/engine/constraints/inverse_weights.h"
 #include "counterpoint/engine/dynamics/data.h"
-#include "counterpoint/model/scene.h"
+#include "counterpoint/engine/step_context.h"
 
 namespace counterpoint {
 
@@ -160,26 +160,21 @@ class ConstraintFinder {
   /// the same set. Needs compute_poses and compute_velocities.
   /// Only the effects given are looked at; constraints between none but idle bodies are left out
   /// (Collider::compute_candidates).
-  void find(const Model& model, const SimulationOptions& options, EffectSet effects,
-            const VectorRef& q, const VectorRef& v, const Data& data, ConstraintSet& out,
-            EffectCounts& counts, Idle idle = {});  // Parameters: what it depends on, one by one
+  void find(const StepContext& at, const Data& data, ConstraintSet& out, EffectCounts& counts,
+            Idle idle = {});
 
   /// Adds to what find() found what the velocity w (nv) that a step came to runs into from afar
   /// (joint_limits.h, parked_contacts.h); for w that are a solution with it, nothing. False if
   /// nothing was added. Where contacts are parked it needs the poses of find().
-  bool find_overrun(const Model& model, const SimulationOptions& options, EffectSet effects,
-                    const VectorRef& q, const VectorRef& v, const Reached& w, const Data& data,
-                    ConstraintSet& out,
-                    Idle idle = {});  // Parameters: what it depends on, one by one
+  bool find_overrun(const StepContext& at, const Reached& w, const Data& data, ConstraintSet& out,
+                    Idle idle = {});
 
   /// The part of find_overrun that is about contacts.
-  bool find_reached_contacts(const Model& model, const SimulationOptions& options,
-                             EffectSet effects, const Reached& w, const Data& data,
+  bool find_reached_contacts(const StepContext& at, const Reached& w, const Data& data,
                              ConstraintSet& out);
 
   /// Gives rows to all contacts that are parked, those of far pairs too. Needs what find() needed.
-  void unpark_all(const Model& model, const SimulationOptions& options, EffectSet effects,
-                  const Data& data, ConstraintSet& out);
+  void unpark_all(const StepContext& at, const Data& data, ConstraintSet& out);
 
   /// What restitution makes of a contact in the step: of this surface, at a gap [m], its normal
   /// velocity [m/s].
@@ -195,28 +190,25 @@ class ConstraintFinder {
   const collision::Collider& collider() const { return collider_; }
 
  private:
-  void set_margins(const Model& model, const SimulationOptions& options, EffectSet effects,
-                   const Data& data, Idle idle);
-  void find_candidates(const Model& model, const SimulationOptions& options, EffectSet effects,
-                       const Data& data, ConstraintSet& out, Idle idle);
+  void set_margins(const StepContext& at, const Data& data, Idle idle);
+  void find_candidates(const StepContext& at, const Data& data, ConstraintSet& out, Idle idle);
   FarPair locate(const Model& model, const std::pair<int, int>& pair, EffectSet effects,
                  const Data& data) const;
   const Material& material_of(const Model& model, EffectSet effects,
                               const collision::Candidate& candidate);
   void move_to_meeting(const Model& model, collision::Candidate& candidate) const;
-  ParkedContact describe(const Model& model, const SimulationOptions& options, EffectSet effects,
-                         const Data& data, const collision::Candidate& candidate);
-  Vector3 make_contact(const Model& model, const SimulationOptions& options, EffectSet effects,
-                       const Data& data, const ParkedContact& open, PairConstraint& contact);
-  void give_rows(const ParkedContact& parked, const Model& model, const SimulationOptions& options,
-                 PairConstraint& contact, ConstraintSet& out);
-  void park_contacts_of(const FarPair& far, const Model& model, const SimulationOptions& options,
-                        EffectSet effects, const Data& data, ConstraintSet& out);
+  ParkedContact describe(const StepContext& at, const Data& data,
+                         const collision::Candidate& candidate);
+  Vector3 make_contact(const StepContext& at, const Data& data, const ParkedContact& open,
+                       PairConstraint& contact);
+  void give_rows(const StepContext& at, const ParkedContact& parked, PairConstraint& contact,
+                 ConstraintSet& out);
+  void park_contacts_of(const StepContext& at, const FarPair& far, const Data& data,
+                        ConstraintSet& out);
   bool spread_travel(const Model& model, std::span<const std::pair<int, int>> close,
                      double threshold, double own_threshold);
-  void find_contacts(const Model& model, const SimulationOptions& options, EffectSet effects,
-                     const Data& data, ConstraintSet& out, EffectCounts& counts,
-                     Idle idle);  // Parameters: all inputs
+  void find_contacts(const StepContext& at, const Data& data, ConstraintSet& out,
+                     EffectCounts& counts, Idle idle);
   void stiffen_under_load(const Model& model, ConstraintSet& out);
   double turning_advance(const Vector3& n, const Vector3& arm, double h, int body,
                          const Data& data);

@@ -54,11 +54,12 @@ bool is_cheap(const Geometry& a, const Geometry& b) {
 }  // namespace
 
 /// Margins within which bodies may touch in a step.
-void ConstraintFinder::set_margins(const Model& model, const SimulationOptions& options,
-                                   EffectSet effects, const Data& data, Idle idle) {
-  const double h = options.time_step;
-  const double fall = effects.has(Effect::kGravity) ? h * h * model.gravity().norm() : 0.0;
-  const double reach = resting_reach(options.contact, h);
+void ConstraintFinder::set_margins(const StepContext& at, const Data& data, Idle idle) {
+  const Model& model = at.model;
+  const ContactOptions& contact = at.options.contact;
+  const double h = at.h();
+  const double fall = at.effects.has(Effect::kGravity) ? h * h * model.gravity().norm() : 0.0;
+  const double reach = resting_reach(contact, h);
   slack_[0] = 0.5 * reach;
   for (const Tree& tree : model.trees()) {
     double fastest = 0.0;
@@ -71,14 +72,14 @@ void ConstraintFinder::set_margins(const Model& model, const SimulationOptions& 
     // What is at rest may be kicked by an impact elsewhere in its tree.
     for (int b = tree.body_begin; b < tree.body_end; ++b) {
       const double kick = std::max(0.0, h * fastest - travel_[b]);
-      slack_[b] = 0.5 * std::min(options.contact.margin, reach + 2.0 * kick);
+      slack_[b] = 0.5 * std::min(contact.margin, reach + 2.0 * kick);
       travel_[b] += fall;
     }
   }
   const auto add_up = [&] {
     for (int b = 0; b < model.num_bodies(); ++b) margin_[b] = slack_[b] + travel_[b];
   };
-  const double fast = kFastTravel * reach, own_fast = kFastTravel * options.contact.margin;
+  const double fast = kFastTravel * reach, own_fast = kFastTravel * contact.margin;
   const double least = model.num_trees() == 1 ? own_fast : fast;
   const bool any_fast =
       std::any_of(travel_.begin(), travel_.end(), [&](double travel) { return !(travel < least); });
@@ -144,13 +145,13 @@ FarPair ConstraintFinder::locate(const Model& model, const std::pair<int, int>& 
   return far;
 }
 
-void ConstraintFinder::find_candidates(const Model& model, const SimulationOptions& options,
-                                       EffectSet effects, const Data& data, ConstraintSet& out,
+void ConstraintFinder::find_candidates(const StepContext& at, const Data& data, ConstraintSet& out,
                                        Idle idle) {
-  const double h = options.time_step;
-  set_margins(model, options, effects, data, idle);
-  const bool parks = parks_contacts(options);
-  const double near = parking_gap(options.contact, h);
+  const Model& model = at.model;
+  const double h = at.h();
+  set_margins(at, data, idle);
+  const bool parks = parks_contacts(at.options);
+  const double near = parking_gap(at.options.contact, h);
   candidates_.clear();
   for (const auto& pair : collider_.find_close_pairs(data.X_WB, margin_, idle.bodies)) {
     const Geometry& a = model.geometries()[pair.first];
@@ -158,7 +159,7 @@ void ConstraintFinder::find_candidates(const Model& model, const SimulationOptio
     // Can either side move, in any way?
     if (!(weights_.contact[a.body] + weights_.contact[b.body] > 0.0)) continue;
     if (!is_cheap(a, b)) {
-      const FarPair far = locate(model, pair, effects, data);
+      const FarPair far = locate(model, pair, at.effects, data);
       if (far.gap >= margin_[a.body] + margin_[b.body]) continue;
       if (parks && !idle(a.body) && !idle(b.body) && is_far(far, near, h, data)) {
         out.far.push_back(far);
@@ -170,64 +171,60 @@ void ConstraintFinder::find_candidates(const Model& model, const SimulationOptio
   }
 }
 
-bool ConstraintFinder::find_reached_contacts(const Model& model, const SimulationOptions& options,
-                                             EffectSet effects, const Reached& w, const Data& data,
-                                             ConstraintSet& out) {
+bool ConstraintFinder::find_reached_contacts(const StepContext& at, const Reached& w,
+                                             const Data& data, ConstraintSet& out) {
   if (out.parked.empty() && out.far.empty()) return false;
-  const double h = options.time_step;
-  if (w.of_bodies == nullptr) compute_body_velocities(model, w.velocity, data, V_);
+  const ContactOptions& options = at.options.contact;
+  const double h = at.h();
+  if (w.of_bodies == nullptr) compute_body_velocities(at.model, w.velocity, data, V_);
   const std::vector<Motion>& V = w.of_bodies != nullptr ? *w.of_bodies : V_;
   std::erase_if(out.far, [&](const FarPair& far) {
-    if (stays_far(far, options.contact, h, V, data)) return false;
-    park_contacts_of(far, model, options, effects, data, out);
+    if (stays_far(far, options, h, V, data)) return false;
+    park_contacts_of(at, far, data, out);
     return true;
   });
   return std::erase_if(out.parked, [&](const ParkedContact& parked) {
-           if (!is_reached(parked, options.contact, h, V, data)) return false;
+           if (!is_reached(parked, options, h, V, data)) return false;
            PairConstraint contact;
-           make_contact(model, options, effects, data, parked, contact);
-           if (!is_reached(by_law(parked, contact, h), options.contact, h, V, data)) return false;
-           give_rows(parked, model, options, contact, out);
+           make_contact(at, data, parked, contact);
+           if (!is_reached(by_law(parked, contact, h), options, h, V, data)) return false;
+           give_rows(at, parked, contact, out);
            return true;
          }) > 0;
 }
 
-void ConstraintFinder::unpark_all(const Model& model, const SimulationOptions& options,
-                                  EffectSet effects, const Data& data, ConstraintSet& out) {
-  for (const FarPair& far : out.far) park_contacts_of(far, model, options, effects, data, out);
+void ConstraintFinder::unpark_all(const StepContext& at, const Data& data, ConstraintSet& out) {
+  for (const FarPair& far : out.far) park_contacts_of(at, far, data, out);
   out.far.clear();
   for (const ParkedContact& parked : out.parked) {
     PairConstraint contact;
-    make_contact(model, options, effects, data, parked, contact);
-    give_rows(parked, model, options, contact, out);
+    make_contact(at, data, parked, contact);
+    give_rows(at, parked, contact, out);
   }
   out.parked.clear();
 }
 
 /// Among those parked, where they would be had they never been far.
-void ConstraintFinder::park_contacts_of(const FarPair& far, const Model& model,
-                                        const SimulationOptions& options, EffectSet effects,
-                                        const Data& data, ConstraintSet& out) {
+void ConstraintFinder::park_contacts_of(const StepContext& at, const FarPair& far, const Data& data,
+                                        ConstraintSet& out) {
   candidates_.clear();
   collider_.add_candidates(data.X_WB, margin_, far.geometries, travel_,
-                           {data.V, weights_.contact, options.time_step}, candidates_);
+                           {data.V, weights_.contact, at.h()}, candidates_);
   const auto behind = [&](const ParkedContact& parked) {
     const collision::Candidate& c = parked.candidate;
     return std::pair(c.geometry_a, c.geometry_b) > far.geometries;
   };
   auto place = std::find_if(out.parked.begin(), out.parked.end(), behind) - out.parked.begin();
   for (collision::Candidate& candidate : candidates_) {
-    move_to_meeting(model, candidate);
-    out.parked.insert(out.parked.begin() + place++,
-                      describe(model, options, effects, data, candidate));
+    move_to_meeting(at.model, candidate);
+    out.parked.insert(out.parked.begin() + place++, describe(at, data, candidate));
   }
 }
 
 /// Before the closures, which come behind the contacts.
-void ConstraintFinder::give_rows(const ParkedContact& parked, const Model& model,
-                                 const SimulationOptions& options, PairConstraint& contact,
-                                 ConstraintSet& out) {
-  friction_slip_.apply(model, options, speed_, contact);
+void ConstraintFinder::give_rows(const StepContext& at, const ParkedContact& parked,
+                                 PairConstraint& contact, ConstraintSet& out) {
+  friction_slip_.apply(at.model, at.options, speed_, contact);
   out.pairs.insert(out.pairs.begin() + static_cast<std::ptrdiff_t>(out.contacts.size()), contact);
   out.contacts.push_back(parked.candidate);
 }
@@ -294,10 +291,10 @@ void ConstraintFinder::move_to_meeting(const Model& model, collision::Candidate&
 }
 
 /// A candidate, where the bodies meet, as one that may be parked.
-ParkedContact ConstraintFinder::describe(const Model& model, const SimulationOptions& options,
-                                         EffectSet effects, const Data& data,
+ParkedContact ConstraintFinder::describe(const StepContext& at, const Data& data,
                                          const collision::Candidate& candidate) {
-  const double h = options.time_step;
+  const Model& model = at.model;
+  const double h = at.h();
   const int a = model.geometries()[candidate.geometry_a].body;
   const int b = model.geometries()[candidate.geometry_b].body;
   ParkedContact out{candidate, a, b};
@@ -307,8 +304,8 @@ ParkedContact ConstraintFinder::describe(const Model& model, const SimulationOpt
   for (const int body : {a, b})
     if (body != 0) out.gap -= turn_share_[body] * (radius_[body] + std::max(candidate.gap, 0.0));
   const bool meets = out.gap + h * candidate.normal.dot(out.velocity) <= 0.0;
-  if (!rubs(options.contact, out.gap, meets)) return out;
-  const Material& material = material_of(model, effects, candidate);
+  if (!rubs(at.options.contact, out.gap, meets)) return out;
+  const Material& material = material_of(model, at.effects, candidate);
   out.slip = material.friction;
   out.spin = std::max(material.torsional_friction, material.rolling_friction);
   return out;
@@ -316,15 +313,16 @@ ParkedContact ConstraintFinder::describe(const Model& model, const SimulationOpt
 
 /// Makes of `contact`, a constraint at its defaults, that of a candidate; returns its velocity now
 /// in the rows.
-Vector3 ConstraintFinder::make_contact(const Model& model, const SimulationOptions& options,
-                                       EffectSet effects, const Data& data,
+Vector3 ConstraintFinder::make_contact(const StepContext& at, const Data& data,
                                        const ParkedContact& open, PairConstraint& contact) {
-  const double h = options.time_step;
+  const Model& model = at.model;
+  const SimulationOptions& options = at.options;
+  const double h = at.h();
   const collision::Candidate& candidate = open.candidate;
   const Geometry& a = model.geometries()[candidate.geometry_a];
   const Geometry& b = model.geometries()[candidate.geometry_b];
   const double alpha = weights_.contact[a.body] + weights_.contact[b.body];
-  const Material& material = material_of(model, effects, candidate);
+  const Material& material = material_of(model, at.effects, candidate);
   contact.body_a = a.body;
   contact.body_b = b.body;
   contact.position = candidate.position;
@@ -333,26 +331,26 @@ Vector3 ConstraintFinder::make_contact(const Model& model, const SimulationOptio
   const Vector3 v = contact.frame.transpose() * open.velocity;
   const double gap = gap_less_turning(contact, candidate.gap, h, data);
   contact.gap_bias = gap_bias(options.contact, h, gap);
-  const Bounce bounce = find_contact_bounce(options, effects, material, contact, gap, v[0]);
+  const Bounce bounce = find_contact_bounce(options, at.effects, material, contact, gap, v[0]);
   if (bounce.happens && gap > 0.0) contact.impact_time = bounce.time;
-  set_contact_law(law_options(options, alpha, weights_.total_mass), h, material, alpha, gap, v,
-                  bounce, is_round(model, a, b), contact.law);
+  set_contact_law(law_options(options, alpha, weights_.total_mass), h,
+                  {material, alpha, gap, v, bounce, is_round(model, a, b)}, contact.law);
   return v;
 }
 
-void ConstraintFinder::find_contacts(const Model& model, const SimulationOptions& options,
-                                     EffectSet effects, const Data& data, ConstraintSet& out,
+void ConstraintFinder::find_contacts(const StepContext& at, const Data& data, ConstraintSet& out,
                                      EffectCounts& counts, Idle idle) {
-  const double h = options.time_step;
-  find_candidates(model, options, effects, data, out, idle);
-  const bool parks = parks_contacts(options);
+  const Model& model = at.model;
+  const double h = at.h();
+  find_candidates(at, data, out, idle);
+  const bool parks = parks_contacts(at.options);
   std::fill(turn_known_.begin(), turn_known_.end(), 0);
   material_of_ = {-1, -1};
-  const double near = parking_gap(options.contact, h);
+  const double near = parking_gap(at.options.contact, h);
   for (collision::Candidate& candidate : candidates_) {
     move_to_meeting(model, candidate);
-    count_contact(material_of(model, effects, candidate), counts);
-    const ParkedContact open = describe(model, options, effects, data, candidate);
+    count_contact(material_of(model, at.effects, candidate), counts);
+    const ParkedContact open = describe(at, data, candidate);
     const bool may_park =
         parks && candidate.gap >= near && !idle(open.body_a) && !idle(open.body_b);
     if (may_park && !is_near(open, near, h)) {
@@ -360,7 +358,7 @@ void ConstraintFinder::find_contacts(const Model& model, const SimulationOptions
       continue;
     }
     PairConstraint& contact = out.pairs.emplace_back();
-    const Vector3 v = make_contact(model, options, effects, data, open, contact);
+    const Vector3 v = make_contact(at, data, open, contact);
     if (may_park && !is_near(by_law(open, contact, h), near, h)) {
       out.parked.push_back(open);
       out.pairs.pop_back();

@@ -78,9 +78,9 @@ bool rubs(const ContactOptions& options, double gap, bool meets) {
   return options.friction_model != FrictionModel::kCoulomb || gap <= options.margin || meets;
 }
 
-void set_contact_law(const ContactOptions& options, double h, const Material& pair, double alpha,
-                     double gap, const Vector3& v, const Bounce& bounce, bool round,
+void set_contact_law(const ContactOptions& options, double h, const ContactStart& start,
                      contact::Law& law) {
+  const auto& [pair, alpha, gap, v, bounce, round] = start;
   const double mu = pair.friction;
   law.regularizer = options.compliance * alpha;
   law.smoothing = smoothing(faded_smoothing(options.smoothing, gap, options.margin), alpha);
@@ -116,8 +116,8 @@ double gap_bias_slope(const ContactOptions& options, double h, double gap) {
   return capped ? 0.0 : options.stabilization / h;
 }
 
-LawSlopes contact_law_slopes(const ContactOptions& options, double h, const Material& pair,
-                             double alpha, double gap, const Vector3& v, const Bounce& bounce) {
+LawSlopes contact_law_slopes(const ContactOptions& options, double h, const ContactStart& start) {
+  const auto& [pair, alpha, gap, v, bounce, round] = start;
   LawSlopes slopes;
   slopes.gap = gap_bias_slope(options, h, gap);
   slopes.smoothing =

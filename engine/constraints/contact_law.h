@@ -57,25 +57,25 @@ bool is_round(const Model& model, const Geometry& a, const Geometry& b);
 /// bodies meet within it.
 bool rubs(const ContactOptions& options, double gap, bool meets);
 
-/// Law of a contact.
-/// @param pair   combined materials of the two surfaces
-/// @param alpha  sum of the two bodies' inverse weights [1/kg]
-/// @param gap    signed distance [m]
-/// @param v      velocity of B relative to A at the contact now, in the contact frame (n, t1, t2)
-/// [m/s]
-/// @param bounce  what restitution makes of it
-/// @param round  the gap does not go by how the bodies turn: friction is exact beyond the margin
-/// too
-/// @param law    where it is made: that of a constraint just begun, all at its defaults
-void set_contact_law(const ContactOptions& options, double h, const Material& pair, double alpha,
-                     double gap, const Vector3& v, const Bounce& bounce, bool round,
-                     contact::Law& law);  // Parameters: what it depends on, one by one
-inline contact::Law make_contact_law(const ContactOptions& options, double h, const Material& pair,
-                                     double alpha, double gap, const Vector3& v,
-                                     const Bounce& bounce,
-                                     bool round = false) {  // Parameters: as above
+/// What the law of a contact is made from, beside options.
+struct ContactStart {
+  const Material& pair;  ///< combined materials of the two surfaces
+  double alpha;          ///< sum of the two bodies' inverse weights [1/kg]
+  double gap;            ///< signed distance [m]
+  Vector3 v;             ///< of B relative to A at the contact now, in its frame (n, t1, t2) [m/s]
+  const Bounce& bounce;  ///< what restitution makes of it
+  /// The gap does not go by how the bodies turn: friction is exact beyond the margin too.
+  bool round = false;
+};
+
+/// Law of a contact in a step of h [s], where it is made: into that of a constraint just begun, all
+/// at its defaults.
+void set_contact_law(const ContactOptions& options, double h, const ContactStart& start,
+                     contact::Law& law);
+inline contact::Law make_contact_law(const ContactOptions& options, double h,
+                                     const ContactStart& start) {
   contact::Law law;
-  set_contact_law(options, h, pair, alpha, gap, v, bounce, round, law);
+  set_contact_law(options, h, start, law);
   return law;
 }
 
@@ -91,9 +91,7 @@ struct LawSlopes {
 /// Of gap_bias [1/s].
 double gap_bias_slope(const ContactOptions& options, double h, double gap);
 /// Of make_contact_law with these arguments.
-/// Parameters: what it depends on, one by one.
-LawSlopes contact_law_slopes(const ContactOptions& options, double h, const Material& pair,
-                             double alpha, double gap, const Vector3& v, const Bounce& bounce);
+LawSlopes contact_law_slopes(const ContactOptions& options, double h, const ContactStart& start);
 
 /// Law of a joint limit: gap [rad or m] to the limit, alpha the joint's inverse weight. The
 /// smoothing length counts as an angle [rad] for revolute joints.

@@ -75,12 +75,14 @@ bool is_idle(const Model& model, const RememberedForce& r, Idle idle) {
 
 }  // namespace
 
-void recall_impulses(const ConstraintSet& constraints, const Data& data, double h,
-                     const std::vector<RememberedForce>& memory, const contact::Problem& problem,
+void recall_impulses(const PosedConstraints& posed, const std::vector<RememberedForce>& memory,
                      Eigen::Ref<VectorX> impulse) {
+  const ConstraintSet& constraints = posed.constraints;
+  const contact::Problem& problem = posed.problem;
+  const double h = posed.h;
   // Contacts of one pair follow each other.
   auto first = memory.begin(), last = first;
-  for_each_identity(constraints, data, [&](int c, const RememberedForce& own) {
+  for_each_identity(constraints, posed.data, [&](int c, const RememberedForce& own) {
     double* f = impulse.data() + problem.first_row(c);
     const int rows = problem.law(c).rows;
     f[0] = std::numeric_limits<double>::quiet_NaN();
@@ -103,12 +105,14 @@ void recall_impulses(const ConstraintSet& constraints, const Data& data, double 
   });
 }
 
-void remember_impulses(const Model& model, const ConstraintSet& constraints, const Data& data,
-                       double h, const contact::Problem& problem, const VectorRef& impulse,
+void remember_impulses(const Model& model, const PosedConstraints& posed, const VectorRef& impulse,
                        Idle idle, const std::vector<RememberedForce>& before,
                        std::vector<RememberedForce>& memory) {
+  const ConstraintSet& constraints = posed.constraints;
+  const contact::Problem& problem = posed.problem;
+  const double h = posed.h;
   memory.clear();
-  for_each_identity(constraints, data, [&](int c, RememberedForce own) {
+  for_each_identity(constraints, posed.data, [&](int c, RememberedForce own) {
     const double* f = impulse.data() + problem.first_row(c);
     if (own.kind == RememberedForce::Kind::kJoint) {
       own.force[0] = f[0] / h;

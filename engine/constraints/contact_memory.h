@@ -11,19 +11,25 @@
 
 namespace counterpoint {
 
-/// Impulses [N s] for the rows of `problem`, which holds these constraints: those remembered of the
-/// same constraint, for a step of h [s]; NaN in the first row of one that is new. A contact is the
+/// The constraints of a step of h [s], at the poses in `data`, and the problem that holds them.
+struct PosedConstraints {
+  const ConstraintSet& constraints;
+  const Data& data;
+  const contact::Problem& problem;
+  double h;
+};
+
+/// Impulses [N s] for the rows of the problem: those remembered of the same constraint; NaN in the
+/// first row of one that is new. A contact is the
 /// same where its geometries are and its point, as seen from the body that moves, is the nearest.
 /// Needs compute_poses.
-void recall_impulses(const ConstraintSet& constraints, const Data& data, double h,
-                     const std::vector<RememberedForce>& memory, const contact::Problem& problem,
+void recall_impulses(const PosedConstraints& posed, const std::vector<RememberedForce>& memory,
                      Eigen::Ref<VectorX> impulse);
 
-/// The forces of a step of h [s], of constraints with impulses `impulse`; of idle bodies (sleep.h)
-/// those of `before`. Ordered by constraint.
-void remember_impulses(const Model& model, const ConstraintSet& constraints, const Data& data,
-                       double h, const contact::Problem& problem, const VectorRef& impulse,
+/// The forces of constraints with impulses `impulse`; of idle bodies (sleep.h) those of `before`.
+/// Ordered by constraint.
+void remember_impulses(const Model& model, const PosedConstraints& posed, const VectorRef& impulse,
                        Idle idle, const std::vector<RememberedForce>& before,
-                       std::vector<RememberedForce>& memory);  // Parameters: what it depends on, one by one
+                       std::vector<RememberedForce>& memory);
 
 }  // namespace counterpoint

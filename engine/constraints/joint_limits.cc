@@ -62,31 +62,28 @@ std::vector<LimitedCoordinate> list_limited_coordinates(const Model& model) {
   return limited;
 }
 
-void find_joint_limits(const SimulationOptions& options,
-                       const std::vector<LimitedCoordinate>& limited, const VectorRef& q,
-                       const VectorRef& v, const InverseWeights& weights, Idle idle,
-                       ConstraintSet& out) {
-  for_each_side(limited, q, idle, [&](const Side& side) {
-    if (is_near(side, v, options.time_step)) add_row(side, options, weights, out);
+void find_joint_limits(const StepContext& at, const std::vector<LimitedCoordinate>& limited,
+                       const InverseWeights& weights, Idle idle, ConstraintSet& out) {
+  for_each_side(limited, at.q, idle, [&](const Side& side) {
+    if (is_near(side, at.v, at.h())) add_row(side, at.options, weights, out);
   });
 }
 
-bool find_overrun_limits(const SimulationOptions& options,
-                         const std::vector<LimitedCoordinate>& limited, const VectorRef& q,
-                         const VectorRef& v, const VectorRef& w, const InverseWeights& weights,
-                         Idle idle, ConstraintSet& out) {
-  const double h = options.time_step;
+bool find_overrun_limits(const StepContext& at, const std::vector<LimitedCoordinate>& limited,
+                         const VectorRef& w, const InverseWeights& weights, Idle idle,
+                         ConstraintSet& out) {
+  const double h = at.h();
   bool found = false;
-  for_each_side(limited, q, idle, [&](const Side& side) {
+  for_each_side(limited, at.q, idle, [&](const Side& side) {
     if (!(side.gap + h * side.sign * w[side.v_index] < kEndMargin)) return;
-    if (is_near(side, v, h)) return;
+    if (is_near(side, at.v, h)) return;
     // Rows of an earlier call are among the last; those of limits have a bias, and no second sign.
     const auto same = [&](const JointConstraint& row) {
       return row.v_index[0] == side.v_index && row.coefficient[0] == side.sign &&
              !std::isnan(row.gap_bias);
     };
     if (std::any_of(out.joints.rbegin(), out.joints.rend(), same)) return;
-    add_row(side, options, weights, out);
+    add_row(side, at.options, weights, out);
     found = true;
   });
   return found;

@@ -19,17 +19,13 @@ std::vector<LimitedCoordinate> list_limited_coordinates(const Model& model);
 
 /// Adds a row for every limit of the coordinates `limited` that is near at q, v; of bodies that are
 /// idle (sleep.h) none.
-void find_joint_limits(const SimulationOptions& options,
-                       const std::vector<LimitedCoordinate>& limited, const VectorRef& q,
-                       const VectorRef& v, const InverseWeights& weights, Idle idle,
-                       ConstraintSet& out);  // Parameters: all it depends on
+void find_joint_limits(const StepContext& at, const std::vector<LimitedCoordinate>& limited,
+                       const InverseWeights& weights, Idle idle, ConstraintSet& out);
 
 /// Adds a row for every limit that has none yet though the velocity w (nv) for one time step leads
 /// to it or past it from q, v. False if there was none to add.
-bool find_overrun_limits(const SimulationOptions& options,
-                         const std::vector<LimitedCoordinate>& limited, const VectorRef& q,
-                         const VectorRef& v, const VectorRef& w, const InverseWeights& weights,
-                         Idle idle,
-                         ConstraintSet& out);  // Parameters: what it depends on, one by one
+bool find_overrun_limits(const StepContext& at, const std::vector<LimitedCoordinate>& limited,
+                         const VectorRef& w, const InverseWeights& weights, Idle idle,
+                         ConstraintSet& out);
 
 }  // namespace counterpoint

@@ -95,8 +95,10 @@ EnergyProjection::EnergyProjection(const Model& model)
     scratch_.emplace(model);
 }
 
-double EnergyProjection::apply(const Model& model, double h, const VectorRef& q, const VectorRef& v,
-                               bool predicted, const VectorX& rotors, int t, Data& data) {
+double EnergyProjection::apply(const StepContext& at, bool predicted, const VectorX& rotors, int t,
+                               Data& data) {
+  const Model& model = at.model;
+  const double h = at.h();
   share_[t] = 0.0;
   if (!corrected_[t]) return 0.0;
   const Tree& tree = model.trees()[t];
@@ -104,27 +106,27 @@ double EnergyProjection::apply(const Model& model, double h, const VectorRef& q,
   for (int k = tree.body_begin; k < tree.body_end; ++k)
     fastest = std::max(fastest, data.V[k].angular.squaredNorm());
   const double share = share_of(h * fastest / (predicted ? kPredictedFactor : 1.0));
-  if (!(share > 0.0) || !find_change(model, h, q, v, predicted, rotors, t, share, data)) return 0.0;
+  if (!(share > 0.0) || !find_change(at, predicted, rotors, t, share, data)) return 0.0;
   share_[t] = share;
   set_force(model, h, rotors, tree, data);
   return share;
 }
 
-bool EnergyProjection::find_change(const Model& model, double h, const VectorRef& q,
-                                   const VectorRef& v, bool predicted, const VectorX& rotors, int t,
-                                   double share, Data& data) {
+bool EnergyProjection::find_change(const StepContext& at, bool predicted, const VectorX& rotors,
+                                   int t, double share, Data& data) {
+  const Model& model = at.model;
   const Tree& tree = model.trees()[t];
   const BodyRange bodies = {tree.body_begin, tree.body_end};
   const int begin = tree.v_begin, size = tree.v_end - tree.v_begin;
   compute_inertias(model, bodies, data);
-  const TreeMotion start = motion_at(model, t, h, 0.0, q, v, predicted, rotors);
+  const TreeMotion start = motion_at(at, t, 0.0, at.v, predicted, rotors);
   if (!aba(model, zero_, rotors, Vector3::Zero(), bodies, data, plain_)) return false;
 
   auto plain = plain_.segment(begin, size);
-  plain *= h;
-  const auto w = v.segment(begin, size);
+  plain *= at.h();
+  const auto w = at.v.segment(begin, size);
   reached_.segment(begin, size) = w + plain;
-  const TreeMotion end = keep_energy(model, t, h, q, predicted, rotors, start.energy);
+  const TreeMotion end = keep_energy(at, t, predicted, rotors, start.energy);
   auto reached = reached_.segment(begin, size);
   if (start.floats) {  // the joint's axes are those of its frame
     const Matrix3& R_WJ = model.body(bodies.begin).X_PJ.rotation;
@@ -136,14 +138,15 @@ bool EnergyProjection::find_change(const Model& model, double h, const VectorRef
 
 /// At q (+) (from - lag) h x: where the energy of velocities x [m/s, rad/s] is taken that reach a
 /// pose q (+) from h x.
-TreeMotion EnergyProjection::motion_at(const Model& model, int t, double h, double from,
-                                       const VectorRef& q, const VectorRef& x, bool predicted,
-                                       const VectorX& rotors) {
+TreeMotion EnergyProjection::motion_at(const StepContext& at, int t, double from,
+                                       const VectorRef& x, bool predicted, const VectorX& rotors) {
+  const Model& model = at.model;
+  const double h = at.h();
   const Tree& tree = model.trees()[t];
   const BodyRange bodies = {tree.body_begin, tree.body_end};
   const bool floats = model.body(tree.body_begin).joint_type == JointType::kFloating;
   const double back = lag(joint_turn(model, tree, h, x).angle, predicted, floats);
-  integrate_configuration(model, q, x, (from - back) * h, bodies, q_);
+  integrate_configuration(model, at.q, x, (from - back) * h, bodies, q_);
   compute_poses(model, q_, bodies, *scratch_);
   compute_velocities(model, x, bodies, *scratch_);
   compute_inertias(model, bodies, *scratch_);
@@ -153,15 +156,15 @@ TreeMotion EnergyProjection::motion_at(const Model& model, int t, double h, doub
 // Scales reached_ so that the kinetic energy, as kept, is `energy`.
 // A root in one variable that exists, since the energy goes from 0 to infinity with the scale: by
 // secants from 1, kept in a bracket.
-TreeMotion EnergyProjection::keep_energy(const Model& model, int t, double h, const VectorRef& q,
-                                         bool predicted, const VectorX& rotors, double energy) {
-  const Tree& tree = model.trees()[t];
+TreeMotion EnergyProjection::keep_energy(const StepContext& at, int t, bool predicted,
+                                         const VectorX& rotors, double energy) {
+  const Tree& tree = at.model.trees()[t];
   constexpr int kMaxTrials = 60;
   auto reached = reached_.segment(tree.v_begin, tree.v_end - tree.v_begin);
   TreeMotion motion;
   // Speed over that wanted, less one; it is about the scale over that wanted, less one.
   const auto excess_at_scale = [&] {
-    motion = motion_at(model, t, h, 1.0, q, reached_, predicted, rotors);
+    motion = motion_at(at, t, 1.0, reached_, predicted, rotors);
     return energy > 0.0 ? std::sqrt(std::max(0.0, motion.energy) / energy) - 1.0 : 0.0;
   };
   double low = 0.0, high = std::numeric_limits<double>::infinity();

@@ -26,6 +26,7 @@
 #include <vector>
 
 #include "counterpoint/engine/dynamics/data.h"
+#include "counterpoint/engine/step_context.h"
 
 namespace counterpoint {
 
@@ -53,12 +54,11 @@ class EnergyProjection {
   explicit EnergyProjection(const Model& model);
 
   /// The share that this correction has of a tree's velocity-dependent forces, 0 ... 1, for a step
-  /// of h [s] from (q, v); that share of the mean forces into data.has_mean_force, mean_force and
+  /// from (q, v); that share of the mean forces into data.has_mean_force, mean_force and
   /// mean_rotor_force, and c zero, where it is not 0. predicted: the tree has a prediction. rotors
   /// (nv): what is added to the diagonal of M. Needs compute_poses and compute_velocities;
   /// no applied forces in data (has_external, added).
-  double apply(const Model& model, double h, const VectorRef& q, const VectorRef& v, bool predicted,
-               const VectorX& rotors, int t, Data& data);  // Parameters: what it depends on
+  double apply(const StepContext& at, bool predicted, const VectorX& rotors, int t, Data& data);
 
   /// nv: what the forces at the start of the step alone would change of the velocity [m/s, rad/s],
   /// of the trees whose share is not 0.
@@ -85,13 +85,13 @@ class EnergyProjection {
   void set_tolerance(double tolerance) { tolerance_ = tolerance; }
 
  private:
-  /// False if M is singular. Parameters: what it depends on, one by one.
-  bool find_change(const Model& model, double h, const VectorRef& q, const VectorRef& v,
-                   bool predicted, const VectorX& rotors, int t, double share, Data& data);
-  TreeMotion motion_at(const Model& model, int t, double h, double from, const VectorRef& q,
-                       const VectorRef& x, bool predicted, const VectorX& rotors);  // Parameters: what it depends on
-  TreeMotion keep_energy(const Model& model, int t, double h, const VectorRef& q, bool predicted,
-                         const VectorX& rotors, double energy);  // Parameters: what it depends on, one by one
+  /// False if M is singular.
+  bool find_change(const StepContext& at, bool predicted, const VectorX& rotors, int t,
+                   double share, Data& data);
+  TreeMotion motion_at(const StepContext& at, int t, double from, const VectorRef& x,
+                       bool predicted, const VectorX& rotors);
+  TreeMotion keep_energy(const StepContext& at, int t, bool predicted, const VectorX& rotors,
+                         double energy);
   void set_force(const Model& model, double h, const VectorX& rotors, const Tree& tree, Data& data);
 
   std::optional<Data> scratch_;  ///< if a tree can be corrected

@@ -4,8 +4,10 @@
 
 namespace counterpoint {
 
-void add_joint_forces(const Model& model, EffectSet effects, double h, const VectorRef& q,
-                      const VectorRef& w, VectorOut diagonal, VectorOut tau, EffectCounts& counts) {
+void add_joint_forces(const StepContext& at, double h, VectorOut diagonal, VectorOut tau,
+                      EffectCounts& counts) {
+  const Model& model = at.model;
+  const EffectSet effects = at.effects;
   if (effects.has(Effect::kArmature)) {
     counts.add(Effect::kArmature);
     diagonal += model.armature();
@@ -13,20 +15,21 @@ void add_joint_forces(const Model& model, EffectSet effects, double h, const Vec
   if (effects.has(Effect::kDamping)) {
     counts.add(Effect::kDamping);
     diagonal += h * model.damping();
-    tau -= model.damping().cwiseProduct(w);
+    tau -= model.damping().cwiseProduct(at.v);
   }
   if (effects.has(Effect::kSprings)) {
     counts.add(Effect::kSprings);
-    add_springs(model, h, q, w, diagonal, tau);
+    add_springs(model, h, at.q, at.v, diagonal, tau);
   }
 }
 
-void add_joint_forces_inverse(const Model& model, EffectSet effects, double h, const VectorRef& q,
-                              const VectorRef& w, const VectorRef& w_next, VectorOut tau,
-                              EffectCounts& counts) {
+void add_joint_forces_inverse(const StepContext& at, double h, const VectorRef& w_next,
+                              VectorOut tau, EffectCounts& counts) {
+  const Model& model = at.model;
+  const EffectSet effects = at.effects;
   if (effects.has(Effect::kArmature)) {
     counts.add(Effect::kArmature);
-    tau += model.armature().cwiseProduct(w_next - w) / h;
+    tau += model.armature().cwiseProduct(w_next - at.v) / h;
   }
   if (effects.has(Effect::kDamping)) {
     counts.add(Effect::kDamping);
@@ -34,7 +37,7 @@ void add_joint_forces_inverse(const Model& model, EffectSet effects, double h, c
   }
   if (effects.has(Effect::kSprings)) {
     counts.add(Effect::kSprings);
-    add_springs_inverse(model, h, q, w_next, tau);
+    add_springs_inverse(model, h, at.q, w_next, tau);
   }
 }
 

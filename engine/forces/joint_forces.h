@@ -7,20 +7,17 @@
 // D w+.
 #pragma once
 
-#include "counterpoint/model/model.h"
-#include "counterpoint/model/scene.h"
+#include "counterpoint/engine/step_context.h"
 
 namespace counterpoint {
 
 /// What the joint forces add to M, into `diagonal` [kg, kg m^2], and to the force at the start of
-/// the step, onto `tau` [N, N m]; both nv. h [s].
-/// Parameters: what it depends on, one by one.
-void add_joint_forces(const Model& model, EffectSet effects, double h, const VectorRef& q,
-                      const VectorRef& w, VectorOut diagonal, VectorOut tau, EffectCounts& counts);
+/// the step, onto `tau` [N, N m]; both nv. h [s]: over which they act.
+void add_joint_forces(const StepContext& at, double h, VectorOut diagonal, VectorOut tau,
+                      EffectCounts& counts);
 
-/// The force that the joints took up between w and w_next, onto tau (nv) [N, N m].
-void add_joint_forces_inverse(const Model& model, EffectSet effects, double h, const VectorRef& q,
-                              const VectorRef& w, const VectorRef& w_next, VectorOut tau,
-                              EffectCounts& counts);  // Parameters: what it depends on, one by one
+/// The force that the joints took up on the way to w_next, onto tau (nv) [N, N m].
+void add_joint_forces_inverse(const StepContext& at, double h, const VectorRef& w_next,
+                              VectorOut tau, EffectCounts& counts);
 
 }  // namespace counterpoint

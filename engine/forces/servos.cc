@@ -36,22 +36,23 @@ bool is_limited(const Model& model, EffectSet effects, const JointServo& servo) 
   return effects.has(Effect::kEffortLimits) && std::isfinite(model.joint(servo.joint).effort_limit);
 }
 
-void add_servos(const Model& model, EffectSet effects, double h, const VectorRef& q,
-                const VectorRef& w, const Input& input, VectorOut diagonal, VectorOut tau) {
+void add_servos(const StepContext& at, double h, const Input& input, VectorOut diagonal,
+                VectorOut tau) {
+  const Model& model = at.model;
   for (int i = 0; i < num_servos(model); ++i) {
-    if (is_limited(model, effects, model.servos()[i])) continue;
+    if (is_limited(model, at.effects, model.servos()[i])) continue;
     const Demand servo(model, input, i);
     diagonal[servo.v_index] += h * (servo.kd + h * servo.kp);
-    tau[servo.v_index] += servo.force(h, q, w);
+    tau[servo.v_index] += servo.force(h, at.q, at.v);
   }
 }
 
-void add_servo_rows(const Model& model, EffectSet effects, double h, const VectorRef& q,
-                    const Input& input, Idle idle, VectorOut tau,
+void add_servo_rows(const StepContext& at, double h, const Input& input, Idle idle, VectorOut tau,
                     std::vector<JointConstraint>& rows) {
+  const Model& model = at.model;
   for (int i = 0; i < num_servos(model); ++i) {
     const JointServo& servo = model.servos()[i];
-    if (!is_limited(model, effects, servo)) continue;
+    if (!is_limited(model, at.effects, servo)) continue;
     if (idle(servo.joint + 1)) continue;
     const Demand demand(model, input, i);
     const double gain = demand.kd + h * demand.kp;  // [N s/m, N m s/rad]
@@ -60,7 +61,7 @@ void add_servo_rows(const Model& model, EffectSet effects, double h, const Vecto
     row.law.type = contact::LawType::kDryFriction;
     row.law.regularizer = 1.0 / (h * gain);
     row.law.bound = h * model.joint(servo.joint).effort_limit;
-    row.law.bias[0] = (demand.kp * (q[demand.q_index] - demand.q_target) -
+    row.law.bias[0] = (demand.kp * (at.q[demand.q_index] - demand.q_target) -
                        demand.kd * demand.w_target - applied) /
                       gain;
     row.v_index[0] = demand.v_index;

@@ -20,6 +20,7 @@
 
 #include "counterpoint/engine/constraints/constraints.h"
 #include "counterpoint/engine/state.h"
+#include "counterpoint/engine/step_context.h"
 
 namespace counterpoint {
 
@@ -28,14 +29,13 @@ bool is_limited(const Model& model, EffectSet effects, const JointServo& servo);
 
 /// Servos without limit: what they add to M, onto `diagonal`, and to the force at the start of the
 /// step, onto `tau` (nv both). Targets from `input`, else the model's.
-void add_servos(const Model& model, EffectSet effects, double h, const VectorRef& q,  // Parameters: all it depends on
-                const VectorRef& w, const Input& input, VectorOut diagonal, VectorOut tau);
+void add_servos(const StepContext& at, double h, const Input& input, VectorOut diagonal,
+                VectorOut tau);
 
 /// Servos with limit: a row each. Takes the applied forces of their joints out of `tau` (nv), which
 /// holds nothing else yet: they are in the rows. Of bodies that are idle there is none.
-void add_servo_rows(const Model& model, EffectSet effects, double h, const VectorRef& q,
-                    const Input& input, Idle idle, VectorOut tau,
-                    std::vector<JointConstraint>& rows);  // Parameters: what it depends on, one by one
+void add_servo_rows(const StepContext& at, double h, const Input& input, Idle idle, VectorOut tau,
+                    std::vector<JointConstraint>& rows);
 
 /// s(w_next) of every servo, into `force` (as many as servos) [N, N m].
 void compute_servo_forces(const Model& model, double h, const VectorRef& q, const VectorRef& w_next,

@@ -64,9 +64,9 @@ bool solve_equalities(const Model& model, EffectSet effects, Workspace::Impl& ws
   return true;
 }
 
-void find_equalities(const Model& model, const SimulationOptions& options, EffectSet effects,
-                     const VectorRef& q, const VectorRef& w, Workspace::Impl& ws) {
-  ws.finder.find(model, options, equalities_of(effects), q, w, ws.data, ws.constraints, ws.counts);
+void find_equalities(const StepContext& at, Workspace::Impl& ws) {
+  ws.finder.find({at.model, at.options, equalities_of(at.effects), at.q, at.v}, ws.data,
+                 ws.constraints, ws.counts);
 }
 
 /// The bias is to be none.
@@ -92,11 +92,11 @@ bool has_equalities(const Model& model, EffectSet effects) {
          (effects.has(Effect::kMimics) && !model.mimics().empty());
 }
 
-void constrain_acceleration(const Model& model, const SimulationOptions& options, EffectSet effects,
-                            const VectorRef& q, const VectorRef& w, Workspace::Impl& ws,
-                            VectorX& acceleration, StepReport& report) {
-  find_equalities(model, equality_options(options, false), effects, q, w, ws);
-  if (!solve_equalities(model, effects, ws, acceleration))
+void constrain_acceleration(const StepContext& at, Workspace::Impl& ws, VectorX& acceleration,
+                            StepReport& report) {
+  const SimulationOptions of_curvature = equality_options(at.options, false);
+  find_equalities({at.model, of_curvature, at.effects, at.q, at.v}, ws);
+  if (!solve_equalities(at.model, at.effects, ws, acceleration))
     report.status = contact::Status::kNoProgress;
 }
 
@@ -111,7 +111,7 @@ double project_on_equalities(const Model& model, const SimulationOptions& option
   for (int i = 0; i < kMostSteps; ++i) {
     change.setZero(model.nv());
     compute_kinematics(model, state.q, change, {&all, 1}, ws.data);
-    find_equalities(model, of_error, effects, state.q, change, ws);
+    find_equalities({model, of_error, effects, state.q, change}, ws);
     const double error = largest_bias(ws.constraints);
     if (i == 0) first = error;
     // Rounding ends it where the error is small; where nothing can close, so does this.
@@ -129,7 +129,7 @@ double project_on_equalities(const Model& model, const SimulationOptions& option
     if (share < 1.0) break;
   }
   compute_kinematics(model, state.q, state.v, {&all, 1}, ws.data);
-  find_equalities(model, of_error, effects, state.q, state.v, ws);
+  find_equalities({model, of_error, effects, state.q, state.v}, ws);
   drop_biases(ws.constraints);
   if (!solve_equalities(model, effects, ws, state.v)) report.status = contact::Status::kNoProgress;
   return first;

@@ -16,12 +16,10 @@ namespace counterpoint {
 /// Any closures or mimic joints?
 bool has_equalities(const Model& model, EffectSet effects);
 
-/// Makes the accelerations (nv) of the smooth motion at (q, w), whose kinematics are in ws.data,
+/// Makes the accelerations (nv) of the smooth motion at (q, v), whose kinematics are in ws.data,
 /// those under its closures and mimic joints.
-void constrain_acceleration(const Model& model, const SimulationOptions& options, EffectSet effects,
-                            const VectorRef& q, const VectorRef& w, Workspace::Impl& ws,
-                            VectorX& acceleration,
-                            StepReport& report);  // Parameters: what it depends on, one by one
+void constrain_acceleration(const StepContext& at, Workspace::Impl& ws, VectorX& acceleration,
+                            StepReport& report);
 
 /// Puts (q, w) of a state on its closures and mimic joints: no farther than a step of h [s] at
 /// max_recovery_speed, so that what starts open closes by and by. The worst error met on the way

@@ -41,13 +41,14 @@ void widen_diagonal(const Model& model, EffectSet effects, Workspace::Impl& ws) 
 void solve_middle(const StepArguments& step, Workspace::Impl& ws, VectorX& middle,
                   StepReport& report) {
   const auto& [model, options, settings, state, input, effects] = step;
-  const double h = step.h();
-  set_motor_forces(model, effects, 0.5 * h, state, input, ws);
-  add_joint_forces(model, effects, 0.5 * h, state.q, state.v, ws.diagonal, ws.tau, ws.counts);
+  const StepContext at = step.context();
+  const double half = 0.5 * step.h();
+  set_motor_forces(at, half, input, ws);
+  add_joint_forces(at, half, ws.diagonal, ws.tau, ws.counts);
   double last = std::numeric_limits<double>::infinity();
   for (int i = 0; i < kMaxIterations; ++i) {
-    const Vector3 gravity = set_middle(model, effects, h, state.q, middle, input.wrenches, ws);
-    accelerate(model, 0.5 * h, gravity, state.v, ws, ws.next_middle, report);
+    const Vector3 gravity = set_middle(at, middle, input.wrenches, ws);
+    accelerate(model, half, gravity, state.v, ws, ws.next_middle, report);
     if (!report.succeeded()) return;
     const double size = ws.next_middle.cwiseAbs().maxCoeff();
     const double change = (ws.next_middle - middle).cwiseAbs().maxCoeff();
@@ -63,12 +64,11 @@ void solve_middle(const StepArguments& step, Workspace::Impl& ws, VectorX& middl
 
 }  // namespace
 
-Vector3 set_middle(const Model& model, EffectSet effects, double h, const VectorRef& q,
-                   const VectorRef& middle, const std::vector<ExternalWrench>& wrenches,
-                   Workspace::Impl& ws) {
+Vector3 set_middle(const StepContext& at, const VectorRef& middle,
+                   const std::vector<ExternalWrench>& wrenches, Workspace::Impl& ws) {
   ws.other = middle + ws.start.predictor().change_by_equalities();
-  integrate_configuration(model, q, ws.other, 0.5 * h, ws.q_middle);
-  return set_forces_at(model, effects, ws.q_middle, ws.other, wrenches, ws);
+  integrate_configuration(at.model, at.q, ws.other, 0.5 * at.h(), ws.q_middle);
+  return set_forces_at(at.model, at.effects, ws.q_middle, ws.other, wrenches, ws);
 }
 
 void step_midpoint(const StepArguments& step, Workspace::Impl& ws, State& next,
@@ -87,8 +87,8 @@ void step_midpoint(const StepArguments& step, Workspace::Impl& ws, State& next,
   ws.middle = next.v;
   // Of limits only: no contacts are parked under this rule, so ws.data, which holds the middle, is
   // not read.
-  if (!ws.constraints.empty() || ws.finder.find_overrun(model, options, effects, state.q, state.v,
-                                                        {next.v}, ws.data, ws.constraints)) {
+  if (!ws.constraints.empty() ||
+      ws.finder.find_overrun(step.context(), {next.v}, ws.data, ws.constraints)) {
     const BodyRange all = moving_bodies(model);
     compute_kinematics(model, state.q, state.v, {&all, 1}, ws.data);
     widen_diagonal(model, effects, ws);
@@ -103,13 +103,14 @@ namespace {
 /// I + h D less I of the whole step into ws.diagonal, inertias into ws.data.
 void prepare_mass(const InverseArguments& step, Workspace::Impl& ws) {
   const Model& model = step.model;
-  const double h = step.h();
+  const StepContext at = step.context();
+  const double half = 0.5 * step.h();
   ws.diagonal.setZero();
   VectorX& forces = ws.not_wanted;
   forces.setZero(model.nv());
   if (step.effects.has(Effect::kServos))
-    add_servos(model, step.effects, 0.5 * h, step.q, step.v, step.known, ws.diagonal, forces);
-  add_joint_forces(model, step.effects, 0.5 * h, step.q, step.v, ws.diagonal, forces, ws.counts);
+    add_servos(at, half, step.known, ws.diagonal, forces);
+  add_joint_forces(at, half, ws.diagonal, forces, ws.counts);
   widen_diagonal(model, step.effects, ws);
   compute_inertias(model, ws.data);
 }

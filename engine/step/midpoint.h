@@ -50,8 +50,7 @@ bool refine_contact_velocity(const InverseArguments& step, double pose_rounding,
 void find_middle(const InverseArguments& step, Workspace::Impl& ws, VectorX& middle);
 
 /// Puts q_m and w_m into ws.data, and what acts on bodies there; returns gravity [m/s^2].
-Vector3 set_middle(const Model& model, EffectSet effects, double h, const VectorRef& q,
-                   const VectorRef& middle, const std::vector<ExternalWrench>& wrenches,
-                   Workspace::Impl& ws);  // Parameters: what it depends on, one by one
+Vector3 set_middle(const StepContext& at, const VectorRef& middle,
+                   const std::vector<ExternalWrench>& wrenches, Workspace::Impl& ws);
 
 }  // namespace counterpoint

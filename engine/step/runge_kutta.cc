@@ -36,14 +36,14 @@ void exponent_rate(const Model& model, const VectorX& theta, const VectorX& w, V
   }
 }
 
-void compute_acceleration(const Model& model, EffectSet effects, const State& at,
-                          const Input& input, Workspace::Impl& ws, VectorX& acceleration,
-                          StepReport& report) {
+void compute_acceleration(const StepContext& at, const Input& input, Workspace::Impl& ws,
+                          VectorX& acceleration, StepReport& report) {
   // Over no time: implicit terms vanish.
-  set_motor_forces(model, effects, 0.0, at, input, ws);
-  add_joint_forces(model, effects, 0.0, at.q, at.v, ws.diagonal, ws.tau, ws.counts);
-  const Vector3 gravity = set_forces_at(model, effects, at.q, at.v, input.wrenches, ws);
-  accelerate(model, 1.0, gravity, ws.no_rotors, ws, acceleration, report);
+  set_motor_forces(at, 0.0, input, ws);
+  add_joint_forces(at, 0.0, ws.diagonal, ws.tau, ws.counts);
+  const Vector3 gravity =
+      set_forces_at(at.model, at.effects, at.q, at.v, input.wrenches, ws);
+  accelerate(at.model, 1.0, gravity, ws.no_rotors, ws, acceleration, report);
 }
 
 void step_runge_kutta(const StepArguments& step, Workspace::Impl& ws, State& next,
@@ -65,10 +65,10 @@ void step_runge_kutta(const StepArguments& step, Workspace::Impl& ws, State& nex
       stages.at.v = state.v + node * h * stages.acceleration;
     }
     exponent_rate(model, stages.theta, stages.at.v, stages.theta_rate);
-    compute_acceleration(model, effects, stages.at, input, ws, stages.acceleration, report);
+    const StepContext at{model, options, effects, stages.at.q, stages.at.v};
+    compute_acceleration(at, input, ws, stages.acceleration, report);
     if (report.succeeded() && constrained)
-      constrain_acceleration(model, options, effects, stages.at.q, stages.at.v, ws,
-                             stages.acceleration, report);
+      constrain_acceleration(at, ws, stages.acceleration, report);
     if (!report.succeeded()) break;
     stages.theta_sum += h / 6.0 * weight * stages.theta_rate;
     stages.v_sum += h / 6.0 * weight * stages.acceleration;

@@ -26,11 +26,10 @@ inline constexpr RungeKuttaStage kRungeKuttaStages[4] = {
 /// theta' (nv) at theta, for velocities w.
 void exponent_rate(const Model& model, const VectorX& theta, const VectorX& w, VectorX& rate);
 
-/// The acceleration (nv) of the smooth motion at a state; leaves ws.data at its kinematics. All
+/// The acceleration (nv) of the smooth motion there; leaves ws.data at its kinematics. All
 /// bodies must be awake.
-void compute_acceleration(const Model& model, EffectSet effects, const State& at,
-                          const Input& input, Workspace::Impl& ws, VectorX& acceleration,
-                          StepReport& report);  // Parameters: what it depends on, one by one
+void compute_acceleration(const StepContext& at, const Input& input, Workspace::Impl& ws,
+                          VectorX& acceleration, StepReport& report);
 
 /// @throws InputError as refuse_constraints.
 void step_runge_kutta(const StepArguments& step, Workspace::Impl& ws, State& next,

@@ -93,7 +93,6 @@ const contact::Report& pose_and_solve(const StepArguments& step, const VectorX& 
                                       Workspace::Impl& ws) {
   const Model& model = step.model;
   const State& state = step.state;
-  const double h = step.h();
   contact::Settings settings = as_exact_as_hard(step);
   const RowRange before = row_range(ws);
   assemble_problem(model, ws.constraints, free, ws.diagonal, ws.data, ws.block_of_tree, ws.problem);
@@ -109,7 +108,7 @@ const contact::Report& pose_and_solve(const StepArguments& step, const VectorX& 
   if (found != nullptr) {
     move_impulses(before, row_range(ws), ws.impulse);
   } else {
-    recall_impulses(ws.constraints, ws.data, h, state.memory, ws.problem, impulse);
+    recall_impulses({ws.constraints, ws.data, ws.problem, step.h()}, state.memory, impulse);
   }
   settings.warm = true;
   return ws.solver.solve(ws.problem, settings, solution, impulse);
@@ -186,18 +185,17 @@ bool find_displacement(const StepArguments& step, const VectorX& w, Workspace::I
 void solve_constraints(const StepArguments& step, Workspace::Impl& ws, VectorX& w,
                        StepReport& report) {
   const PhaseTimer timer(ws.times, &PhaseTimes::constraints);
-  const State& state = step.state;
+  const StepContext at = step.context();
   bool solved = !ws.constraints.empty();
   if (solved) solve_found(step, w, nullptr, false, ws, w, report);
   // Each time a row more, and there are as many as limits and parked contacts. An impact that is
   // passed on from body to body is not followed through their contacts one by one.
   for (int round = 0;
        report.succeeded() &&
-       ws.finder.find_overrun(step.model, step.options, step.effects, state.q, state.v, {w},
-                              ws.data, ws.constraints, ws.sleepers.idle_bodies());
+       ws.finder.find_overrun(at, {w}, ws.data, ws.constraints, ws.sleepers.idle_bodies());
        ++round) {
     if (round >= kMostOverruns)
-      ws.finder.unpark_all(step.model, step.options, step.effects, ws.data, ws.constraints);
+      ws.finder.unpark_all(at, ws.data, ws.constraints);
     if (solved) {
       solve_again(step, ws, w, report);
     } else {
@@ -214,8 +212,8 @@ const VectorX& correct_overlaps(const StepArguments& step, Workspace::Impl& ws, 
     // What the displacement runs into gets rows as well. The velocity does not lead there, so that
     // they are without force: w stays as it is but for that (parked_contacts.h), and the inverse
     // need not know.
-    if (!ws.finder.find_reached_contacts(step.model, step.options, step.effects, {ws.displacement},
-                                         ws.data, ws.constraints))
+    if (!ws.finder.find_reached_contacts(step.context(), {ws.displacement}, ws.data,
+                                         ws.constraints))
       return ws.displacement;
     solve_again(step, ws, w, report);
     if (!report.succeeded()) break;

@@ -93,8 +93,8 @@ void compute_kinematics(const Model& model, const VectorRef& q, const VectorRef&
   }
 }
 
-void set_motor_forces(const Model& model, EffectSet effects, double h, const State& state,
-                      const Input& input, Workspace::Impl& ws) {
+void set_motor_forces(const StepContext& at, double h, const Input& input, Workspace::Impl& ws) {
+  const EffectSet effects = at.effects;
   ws.tau.setZero();
   ws.diagonal.setZero();
   if (effects.has(Effect::kAppliedForces) && input.applied_force.size() > 0) {
@@ -103,15 +103,13 @@ void set_motor_forces(const Model& model, EffectSet effects, double h, const Sta
   }
   if (effects.has(Effect::kServos)) {
     ws.counts.add(Effect::kServos);
-    add_servo_rows(model, effects, h, state.q, input, ws.sleepers.idle_bodies(), ws.tau,
-                   ws.constraints.joints);
+    add_servo_rows(at, h, input, ws.sleepers.idle_bodies(), ws.tau, ws.constraints.joints);
   }
   if (effects.has(Effect::kEffortLimits)) {
     ws.counts.add(Effect::kEffortLimits);
-    limit_applied_forces(model, effects, ws.tau);
+    limit_applied_forces(at.model, effects, ws.tau);
   }
-  if (effects.has(Effect::kServos))
-    add_servos(model, effects, h, state.q, state.v, input, ws.diagonal, ws.tau);
+  if (effects.has(Effect::kServos)) add_servos(at, h, input, ws.diagonal, ws.tau);
 }
 
 void accelerate(const Model& model, double h, const Vector3& gravity, const VectorRef& w,
@@ -133,11 +131,12 @@ void compute_free_velocity(const StepArguments& step, Workspace::Impl& ws, Vecto
                            StepReport& report) {
   const PhaseTimer timer(ws.times, &PhaseTimes::dynamics);
   const auto& [model, options, settings, state, input, effects] = step;
+  const StepContext at = step.context();
   const double h = step.h();
   const Vector3& gravity = ws.start.gravity();
   for (const BodyRange& bodies : ws.sleepers.awake()) compute_inertias(model, bodies, ws.data);
-  set_motor_forces(model, effects, h, state, input, ws);
-  add_joint_forces(model, effects, h, state.q, state.v, ws.diagonal, ws.tau, ws.counts);
+  set_motor_forces(at, h, input, ws);
+  add_joint_forces(at, h, ws.diagonal, ws.tau, ws.counts);
   set_external(input.wrenches, effects, ws);
   if (ws.data.has_coriolis) ws.tau += ws.data.mean_rotor_force;
   if (set_drag(model, effects, h, ws))

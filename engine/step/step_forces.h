@@ -34,9 +34,8 @@ void compute_kinematics(const Model& model, const VectorRef& q, const VectorRef&
                         std::span<const BodyRange> ranges, Data& data);
 
 /// Applied forces, as far as motors can give them, and servos: into tau and diagonal; servos that
-/// can be at their limit become rows.
-void set_motor_forces(const Model& model, EffectSet effects, double h, const State& state,
-                      const Input& input, Workspace::Impl& ws);
+/// can be at their limit become rows. h [s]: over which they act.
+void set_motor_forces(const StepContext& at, double h, const Input& input, Workspace::Impl& ws);
 
 /// w* = w + h inv(M + diagonal) (n + u - ...): the velocity if there were no constraint. Needs
 /// prepare_step; makes rows of servos that can be at their limit, in ws.constraints. Where M is

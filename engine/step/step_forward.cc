@@ -54,7 +54,7 @@ void remember(const StepArguments& step, Workspace::Impl& ws, State& next) {
     next.memory.clear();
     return;
   }
-  remember_impulses(step.model, ws.constraints, ws.data, step.h(), ws.problem, ws.impulse,
+  remember_impulses(step.model, {ws.constraints, ws.data, ws.problem, step.h()}, ws.impulse,
                     ws.sleepers.idle_bodies(), step.state.memory, next.memory);
 }
 
@@ -123,7 +123,7 @@ StepReport step_forward(const Model& model, const SimulationOptions& options,
     return report;
   }
   choose_awake(step, ws);
-  const StepStart& start = prepare_step(model, options, effects, state.q, state.v, ws);
+  const StepStart& start = prepare_step(step.context(), ws);
   ws.constraints = start.constraints();
   switch (options.integrator) {
     case Integrator::kSemiImplicitEuler:

@@ -144,7 +144,7 @@ void invert_euler(const InverseArguments& step, Workspace::Impl& ws, Inverse& ou
   if (set_drag(model, effects, h, ws)) add_drag_inverse(h, ws.velocity, ws.data);
   rnea(model, ws.acceleration, ws.start.gravity(), ws.data, ws.tau);
   if (ws.data.has_coriolis) ws.tau -= ws.data.mean_rotor_force;
-  add_joint_forces_inverse(model, effects, h, q, v, v_next, ws.tau, ws.counts);
+  add_joint_forces_inverse(step.context(), h, v_next, ws.tau, ws.counts);
   out.applied_force = ws.tau - out.contact_force;
   subtract_servos(step, h, v_next, ws, out);
 }
@@ -164,10 +164,10 @@ void invert_midpoint(const InverseArguments& step, bool refined, Workspace::Impl
   } else {
     find_middle(step, ws, ws.middle);
   }
-  const Vector3 gravity = set_middle(model, effects, h, q, ws.middle, known.wrenches, ws);
+  const Vector3 gravity = set_middle(step.context(), ws.middle, known.wrenches, ws);
   ws.acceleration = (ws.middle - v) / (0.5 * h);
   rnea(model, ws.acceleration, gravity, ws.data, ws.tau);
-  add_joint_forces_inverse(model, effects, 0.5 * h, q, v, ws.middle, ws.tau, ws.counts);
+  add_joint_forces_inverse(step.context(), 0.5 * h, ws.middle, ws.tau, ws.counts);
   out.applied_force = ws.tau;
   subtract_servos(step, 0.5 * h, ws.middle, ws, out);
   // What they gave in the step is that at w_c.
@@ -191,8 +191,8 @@ void find_constraints(const InverseArguments& step, Workspace::Impl& ws) {
   }
   ws.constraints = ws.start.constraints();
   compute_body_velocities(model, ws.contact_velocity, ws.data, ws.velocity);
-  ws.finder.find_overrun(model, options, effects, q, v, {ws.contact_velocity, &ws.velocity},
-                         ws.data, ws.constraints);
+  ws.finder.find_overrun(step.context(), {ws.contact_velocity, &ws.velocity}, ws.data,
+                         ws.constraints);
   if (!found && !ws.constraints.empty())
     throw InputError(
         "the inverse of implicit_midpoint needs q at the end of the step where there are "
@@ -226,7 +226,7 @@ void invert_step(const InverseArguments& step, Workspace::Impl& ws, Inverse& out
   if (out.fault.any()) return void_inverse(model, out);
   ws.sleepers.forget();  // what follows overwrites what is known of them
   ws.sleepers.wake_all(model);
-  prepare_step(model, options, effects, q, v, ws);
+  prepare_step(step.context(), ws);
   find_constraints(step, ws);
   const bool refined = refine(step, ws);
   if (refined) compute_body_velocities(model, ws.contact_velocity, ws.data, ws.velocity);

@@ -15,21 +15,18 @@ StepStart::StepStart(const Model& model)
       other_(VectorX::Zero(model.nv())) {}
 
 /// Of all that is awake, after all are awake that these touch.
-void StepStart::find_constraints(const Model& model, const SimulationOptions& options,
-                                 EffectSet effects, const VectorRef& q, const VectorRef& v,
-                                 Workspace::Impl& ws) {
+void StepStart::find_constraints(const StepContext& at, Workspace::Impl& ws) {
   if (ws.sleepers.awake().empty()) return constraints_.clear();
   const PhaseTimer timer(ws.times, &PhaseTimes::contacts);
   const auto find = [&](std::span<const BodyRange> ranges) {
     for (const BodyRange& bodies : ranges) {
-      compute_poses(model, q, bodies, ws.data);
-      compute_velocities(model, v, bodies, ws.data);
+      compute_poses(at.model, at.q, bodies, ws.data);
+      compute_velocities(at.model, at.v, bodies, ws.data);
     }
-    ws.finder.find(model, options, effects, q, v, ws.data, constraints_, ws.counts,
-                   ws.sleepers.idle_bodies());
+    ws.finder.find(at, ws.data, constraints_, ws.counts, ws.sleepers.idle_bodies());
   };
   find(ws.sleepers.awake());
-  while (ws.sleepers.wake_touched(model, constraints_)) find(ws.sleepers.woken());
+  while (ws.sleepers.wake_touched(at.model, constraints_)) find(ws.sleepers.woken());
 }
 
 /// The share of a tree's velocity-dependent forces that energy_projection leaves, and what the rest
@@ -49,60 +46,55 @@ void StepStart::add_rest(const Model& model, const VectorRef& v, int t, double s
 
 /// Velocity-dependent forces of a semi-implicit step: their mean over it where that is known
 /// (free_flight.h, energy_projection.h). Predictions know of the constraints, and aim closures.
-void StepStart::set_mean_forces(const Model& model, const SimulationOptions& options,
-                                EffectSet effects, const VectorRef& q, const VectorRef& v,
-                                Workspace::Impl& ws) {
+void StepStart::set_mean_forces(const StepContext& at, Workspace::Impl& ws) {
   if (!ws.data.has_coriolis) return;
-  const double h = options.time_step;
+  const Model& model = at.model;
   const std::span<const BodyRange> ranges = ws.sleepers.awake();
   Data& data = ws.data;
   data.mean_rotor_force.setZero();
   for (const BodyRange& bodies : ranges) {
     for (int i = bodies.begin; i < bodies.end; ++i) data.has_mean_force[i] = 0;
-    free_flight_.apply(model, h, v, gravity_, bodies, data);
+    free_flight_.apply(model, at.h(), at.v, gravity_, bodies, data);
   }
-  if (!options.mean_velocity_forces) return;
-  predictor_.find(model, effects, VelocityPredictor::Of::kLinkages, h, q, v, gravity_, constraints_,
-                  ranges, data);
-  predictor_.refine(model, options.contact, h, q, v, gravity_, constraints_, data);
-  const VectorX& rotors = rotor_inertia(model, effects, ws);
+  if (!at.options.mean_velocity_forces) return;
+  predictor_.find(at, VelocityPredictor::Of::kLinkages, at.h(), gravity_, constraints_, ranges,
+                  data);
+  predictor_.refine(at, gravity_, constraints_, data);
+  const VectorX& rotors = rotor_inertia(model, at.effects, ws);
   for (const BodyRange& bodies : ranges) {
     for (int i = bodies.begin; i < bodies.end;) {
       const int t = model.body(i).tree;
       i = model.trees()[t].body_end;
       const bool predicted = predictor_.covers(t);
-      const double share = energy_projection_.apply(model, h, q, v, predicted, rotors, t, data);
-      if (predicted || share > 0.0) add_rest(model, v, t, share, ws);
+      const double share = energy_projection_.apply(at, predicted, rotors, t, data);
+      if (predicted || share > 0.0) add_rest(model, at.v, t, share, ws);
     }
   }
 }
 
 /// What closures and mimic joints will make of w_m of the midpoint rule (midpoint.h).
-void StepStart::predict_equalities(const Model& model, EffectSet effects, double h,
-                                   const VectorRef& q, const VectorRef& v, Workspace::Impl& ws) {
+void StepStart::predict_equalities(const StepContext& at, Workspace::Impl& ws) {
   if (!ws.data.has_coriolis || constraints_.empty()) return;
   std::fill(ws.data.has_mean_force.begin(), ws.data.has_mean_force.end(), 0);
-  predictor_.find(model, effects, VelocityPredictor::Of::kUnderEqualities, 0.5 * h, q, v, gravity_,
-                  constraints_, ws.sleepers.awake(), ws.data);
+  predictor_.find(at, VelocityPredictor::Of::kUnderEqualities, 0.5 * at.h(), gravity_, constraints_,
+                  ws.sleepers.awake(), ws.data);
 }
 
-const StepStart& prepare_step(const Model& model, const SimulationOptions& options,
-                              EffectSet effects, const VectorRef& q, const VectorRef& v,
-                              Workspace::Impl& ws) {
+const StepStart& prepare_step(const StepContext& at, Workspace::Impl& ws) {
   StepStart& start = ws.start;
   start.predictor_.forget();
   ws.data.has_external = false;
   ws.data.added.clear();
-  switch (options.integrator) {
+  switch (at.options.integrator) {
     case Integrator::kSemiImplicitEuler:
-      start.find_constraints(model, options, effects, q, v, ws);
-      start.gravity_ = set_body_forces(model, effects, ws);
-      start.set_mean_forces(model, options, effects, q, v, ws);
+      start.find_constraints(at, ws);
+      start.gravity_ = set_body_forces(at.model, at.effects, ws);
+      start.set_mean_forces(at, ws);
       break;
     case Integrator::kImplicitMidpoint:
-      start.find_constraints(model, options, effects, q, v, ws);
-      start.gravity_ = set_body_forces(model, effects, ws);
-      start.predict_equalities(model, effects, options.time_step, q, v, ws);
+      start.find_constraints(at, ws);
+      start.gravity_ = set_body_forces(at.model, at.effects, ws);
+      start.predict_equalities(at, ws);
       break;
     case Integrator::kRungeKutta4:
       start.constraints_.clear();

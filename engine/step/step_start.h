@@ -8,6 +8,7 @@
 #include "counterpoint/engine/forces/mid_velocity.h"
 #include "counterpoint/engine/step.h"
 #include "counterpoint/engine/step/velocity_predictor.h"
+#include "counterpoint/engine/step_context.h"
 
 namespace counterpoint {
 
@@ -21,6 +22,7 @@ struct StepArguments {
   EffectSet effects;  ///< those that act in the step
 
   double h() const { return options.time_step; }  ///< [s]
+  StepContext context() const { return {model, options, effects, state.q, state.v}; }
 };
 
 /// Of step_inverse: from (q, v) to (q_next, v_next), with what is known of the input.
@@ -36,6 +38,7 @@ struct InverseArguments {
   bool exact_q_next = false;  ///< q_next is no rounded one: differences vary it apart from v_next
 
   double h() const { return options.time_step; }  ///< [s]
+  StepContext context() const { return {model, options, effects, q, v}; }
 };
 
 /// Everything of a step that follows from (q, v) alone, so that the inverse, which knows no more,
@@ -58,14 +61,10 @@ class StepStart {
   void set_projection_tolerance(double tolerance) { energy_projection_.set_tolerance(tolerance); }
 
  private:
-  friend const StepStart& prepare_step(const Model&, const SimulationOptions&, EffectSet,
-                                       const VectorRef&, const VectorRef&, Workspace::Impl&);
-  void find_constraints(const Model& model, const SimulationOptions& options, EffectSet effects,
-                        const VectorRef& q, const VectorRef& v, Workspace::Impl& ws);
-  void set_mean_forces(const Model& model, const SimulationOptions& options, EffectSet effects,
-                       const VectorRef& q, const VectorRef& v, Workspace::Impl& ws);
-  void predict_equalities(const Model& model, EffectSet effects, double h, const VectorRef& q,
-                          const VectorRef& v, Workspace::Impl& ws);
+  friend const StepStart& prepare_step(const StepContext&, Workspace::Impl&);
+  void find_constraints(const StepContext& at, Workspace::Impl& ws);
+  void set_mean_forces(const StepContext& at, Workspace::Impl& ws);
+  void predict_equalities(const StepContext& at, Workspace::Impl& ws);
   void add_rest(const Model& model, const VectorRef& v, int t, double share, Workspace::Impl& ws);
 
   ConstraintSet constraints_;
@@ -80,9 +79,7 @@ class StepStart {
 /// Fills ws.start for a step from (q, v) of all that is awake (ws.sleepers), after waking what that
 /// touches. Leaves kinematics, gravity and velocity-dependent forces at (q, v) in ws.data, as far
 /// as the integrator takes them there; no applied forces. Of runge_kutta_4 nothing is known ahead.
-const StepStart& prepare_step(const Model& model, const SimulationOptions& options,
-                              EffectSet effects, const VectorRef& q, const VectorRef& v,
-                              Workspace::Impl& ws);
+const StepStart& prepare_step(const StepContext& at, Workspace::Impl& ws);
 
 /// step_inverse (step.h), by its arguments.
 void invert_step(const InverseArguments& step, Workspace::Impl& ws, Inverse& out);

@@ -171,26 +171,26 @@ bool VelocityPredictor::solve_equalities(const Model& model) {
   return true;
 }
 
-void VelocityPredictor::find(const Model& model, EffectSet effects, Of of, double span,
-                             const VectorRef& q, const VectorRef& v, const Vector3& gravity,
+void VelocityPredictor::find(const StepContext& at, Of of, double span, const Vector3& gravity,
                              const ConstraintSet& constraints, std::span<const BodyRange> ranges,
                              Data& data) {
+  const Model& model = at.model;
   forget();
-  choose(model, effects, of, constraints, ranges, data);
+  choose(model, at.effects, of, constraints, ranges, data);
   any_ = std::find(covered_.begin(), covered_.end(), 1) != covered_.end();
   if (!any_) return;
   gather_equalities(model, constraints);
   tau_.setZero();
   diagonal_.setZero();
   EffectCounts not_counted;
-  add_joint_forces(model, effects, span, q, v, diagonal_, tau_, not_counted);
-  velocity_ = v;
+  add_joint_forces(at, span, diagonal_, tau_, not_counted);
+  velocity_ = at.v;
   bool found = true;
   for (int t = 0; t < model.num_trees() && found; ++t) {
     if (!needed_[t]) continue;
     const Tree& tree = model.trees()[t];
     compute_inertias(model, {tree.body_begin, tree.body_end}, data);
-    found = accelerate(model, tree, span, v, gravity, data);
+    found = accelerate(model, tree, span, at.v, gravity, data);
   }
   if (found && !equalities_.empty()) {
     assemble_problem(model, equalities_, velocity_, diagonal_, data, block_of_tree_, problem_);
@@ -202,14 +202,15 @@ void VelocityPredictor::find(const Model& model, EffectSet effects, Of of, doubl
 }
 
 /// Closures between trees of which all is known, towards the pose that velocity_ leads to.
-void VelocityPredictor::aim(const Model& model, const ContactOptions& options, double h,
-                            const VectorRef& q, ConstraintSet& constraints, const Data& data) {
+void VelocityPredictor::aim(const StepContext& at, ConstraintSet& constraints, const Data& data) {
+  const Model& model = at.model;
+  const double h = at.h();
   if (equalities_.pairs.empty()) return;
   for (int t = 0; t < model.num_trees(); ++t) {
     if (!needed_[t] || block_of_tree_[t] < 0) continue;
     const Tree& tree = model.trees()[t];
     const BodyRange bodies = {tree.body_begin, tree.body_end};
-    integrate_configuration(model, q, velocity_, h, bodies, q_reached_);
+    integrate_configuration(model, at.q, velocity_, h, bodies, q_reached_);
     compute_poses(model, q_reached_, bodies, *reached_);
   }
   compute_body_velocities(model, velocity_, data, V_);
@@ -219,8 +220,8 @@ void VelocityPredictor::aim(const Model& model, const ContactOptions& options, d
     if (!aims(model, pair)) continue;
     const double share = share_aimed(
         h * std::max(fastest_turn(model, pair.body_a, V_), fastest_turn(model, pair.body_b, V_)));
-    aim_closure(model.closures()[constraints.closures[index]], options, h, data, *reached_, V_,
-                pair);
+    aim_closure(model.closures()[constraints.closures[index]], at.options.contact, h, data, *reached_,
+                V_, pair);
     const contact::Law& by_curvature = equalities_.pairs[i].law;
     for (size_t k = 0; k < static_cast<size_t>(pair.law.rows); ++k)
       pair.law.bias[k] = share * pair.law.bias[k] + (1.0 - share) * by_curvature.bias[k];
@@ -228,11 +229,13 @@ void VelocityPredictor::aim(const Model& model, const ContactOptions& options, d
   }
 }
 
-void VelocityPredictor::refine(const Model& model, const ContactOptions& options, double h,
-                               const VectorRef& q, const VectorRef& v, const Vector3& gravity,
+void VelocityPredictor::refine(const StepContext& at, const Vector3& gravity,
                                ConstraintSet& constraints, Data& data) {
+  const Model& model = at.model;
+  const VectorRef& v = at.v;
+  const double h = at.h();
   if (!any_ || equalities_.empty()) return;
-  aim(model, options, h, q, constraints, data);
+  aim(at, constraints, data);
   first_ = velocity_;
   bool found = true;
   for (int t = 0; t < model.num_trees() && found; ++t) {
@@ -254,7 +257,7 @@ void VelocityPredictor::refine(const Model& model, const ContactOptions& options
   }
   refined_ = found && solve_equalities(model);
   if (!refined_) velocity_ = first_;
-  aim(model, options, h, q, constraints, data);
+  aim(at, constraints, data);
 }
 
 }  // namespace counterpoint

@@ -17,7 +17,7 @@
 #include "counterpoint/engine/constraints/equality_solver.h"
 #include "counterpoint/engine/dynamics/data.h"
 #include "counterpoint/engine/forces/mid_velocity.h"
-#include "counterpoint/model/scene.h"
+#include "counterpoint/engine/step_context.h"
 
 namespace counterpoint {
 
@@ -32,23 +32,21 @@ class VelocityPredictor {
     kAllLinkages,      ///< turning or not: what a prediction tends to where a tree comes to rest
   };
 
-  /// For a step of h [s] from (q, v), gravity [m/s^2], constraints as found there, smooth forces
+  /// For a step from (q, v), gravity [m/s^2], constraints as found there, smooth forces
   /// over `span` [s] of it before the impulses; for those trees in `ranges` that turn. Needs
   /// compute_poses, compute_velocities and free_flight.h's mean forces; compute_inertias of what
   /// is asked for is done here. No applied forces in data (has_external, added); aba's scratch is
   /// overwritten.
-  void find(const Model& model, EffectSet effects, Of of, double span, const VectorRef& q,
-            const VectorRef& v, const Vector3& gravity, const ConstraintSet& constraints,
-            std::span<const BodyRange> ranges,
-            Data& data);  // Parameters: what it depends on, one by one
+  /// Parameters: what it depends on.
+  void find(const StepContext& at, Of of, double span, const Vector3& gravity,
+            const ConstraintSet& constraints, std::span<const BodyRange> ranges, Data& data);
 
   /// A second pass, for trees with closures and mimic joints, which `find` (kLinkages) came first
   /// for: velocity-dependent forces at the velocity in the middle of the step that the first pass
   /// found, and closures aimed at the pose that it leads to (closures.h), in `constraints` too. Of
   /// these trees mean forces are to be set again.
-  /// Parameters: what it depends on, one by one.
-  void refine(const Model& model, const ContactOptions& options, double h, const VectorRef& q,
-              const VectorRef& v, const Vector3& gravity, ConstraintSet& constraints, Data& data);
+  void refine(const StepContext& at, const Vector3& gravity, ConstraintSet& constraints,
+              Data& data);
 
   /// Covers nothing.
   void forget();
@@ -85,8 +83,7 @@ class VelocityPredictor {
   bool accelerate(const Model& model, const Tree& tree, double span, const VectorRef& v,
                   const Vector3& gravity, Data& data);
   bool solve_equalities(const Model& model);
-  void aim(const Model& model, const ContactOptions& options, double h, const VectorRef& q,
-           ConstraintSet& constraints, const Data& data);
+  void aim(const StepContext& at, ConstraintSet& constraints, const Data& data);
 
   std::vector<char> with_servo_;        ///< by tree
   std::vector<char> known_;             ///< by tree: nothing acts on it that (q, w) does not tell

@@ -167,7 +167,7 @@ TEST(Terms, RollingIsNoSliding) {
     if (rolls) change[first + 4] = way / term.radius;
     integrate_configuration(model, scene.q, change, 1.0, q);
     compute_poses(model, q, at);
-    evaluate_kinematic(model, term, h, before, at, scratch, value, nullptr, nullptr);
+    evaluate_kinematic({model, h, before, at}, term, scratch, {value});
     // A turn by 0.01 rad leaves a sixth of its cube; heights of 0 fade by 0.12 of 10 m at most.
     EXPECT_NEAR(value[0], rolls ? 0.0 : way / h, rolls ? 1e-5 : 0.13 * way / h) << rolls;
   }

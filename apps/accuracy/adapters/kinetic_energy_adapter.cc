@@ -37,7 +37,7 @@ class KineticEnergyAdapter : public SteppingAdapter {
     StepReport report;
     ws.sleepers.wake_all(model_);
     ws.constraints =
-        prepare_step(model_, setting_.options, effects, state.q, state.v, ws).constraints();
+        prepare_step({model_, setting_.options, effects, state.q, state.v}, ws).constraints();
     const Input none;
     compute_free_velocity({model_, setting_.options, setting_.solver, state, none, effects}, ws,
                           next.v, report);

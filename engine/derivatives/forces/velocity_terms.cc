@@ -86,9 +86,10 @@ void VelocityTerms::predict_resting(const InverseArguments& of, Workspace::Impl&
   constraints_ = ws.start.constraints();
   const Vector3& gravity = ws.start.gravity();
   const WithoutApplied without(ws.data);
-  resting_.find(model, of.effects, VelocityPredictor::Of::kAllLinkages, of.h(), of.q, of.v, gravity,
-                constraints_, ranges_, ws.data);
-  resting_.refine(model, of.options.contact, of.h(), of.q, of.v, gravity, constraints_, ws.data);
+  const StepContext at = of.context();
+  resting_.find(at, VelocityPredictor::Of::kAllLinkages, of.h(), gravity, constraints_, ranges_,
+                ws.data);
+  resting_.refine(at, gravity, constraints_, ws.data);
   for (const BodyRange& bodies : ranges_) {
     const int t = model.body(bodies.begin).tree;
     if (resting_.covers(t)) predictor_[t] = &resting_;

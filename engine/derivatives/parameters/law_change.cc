@@ -45,9 +45,9 @@ LawChange strength_change(const ContactOptions& contact, double alpha, double ga
 
 }  // namespace
 
-LawChange contact_law_change(const SimulationOptions& options, const Material& pair, double alpha,
-                             double total_mass, double gap, const Vector3& v, const Bounce& bounce,
-                             const LawSource& source) {
+LawChange contact_law_change(const SimulationOptions& options, double total_mass,
+                             const ContactStart& start, const LawSource& source) {
+  const auto& [pair, alpha, gap, v, bounce, round] = start;
   const double h = options.time_step;
   const ContactOptions law = law_options(options, alpha, total_mass);
   LawChange out = strength_change(options.contact, alpha, gap, options.contact.margin, source);

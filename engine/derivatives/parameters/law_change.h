@@ -2,7 +2,7 @@
 #pragma once
 
 #include "counterpoint/contact/problem.h"
-#include "counterpoint/engine/constraints/bounce.h"
+#include "counterpoint/engine/constraints/contact_law.h"
 #include "counterpoint/model/scene.h"
 
 namespace counterpoint {
@@ -24,11 +24,9 @@ struct LawChange {
   std::array<double, contact::kMaxRows - 1> friction{};
 };
 
-/// Of make_contact_law with law_options, the constraint's alpha, at this gap [m], velocity [m/s]
-/// and bounce.
-LawChange contact_law_change(const SimulationOptions& options, const Material& pair, double alpha,
-                             double total_mass, double gap, const Vector3& v, const Bounce& bounce,
-                             const LawSource& source);  // Parameters: what it depends on, one by one
+/// Of make_contact_law with law_options.
+LawChange contact_law_change(const SimulationOptions& options, double total_mass,
+                             const ContactStart& start, const LawSource& source);
 /// Of make_limit_law with law_options; `bias` is the law's.
 LawChange limit_law_change(const SimulationOptions& options, double alpha, double total_mass,
                            double bias, const LawSource& source);

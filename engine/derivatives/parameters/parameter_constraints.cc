@@ -218,15 +218,15 @@ void ParameterConstraints::add_contact(const Model& model, const SimulationOptio
   const Vector3 v = pair.frame.transpose() * start.linear;
   const Bounce bounce =
       ws.finder.find_contact_bounce(options, effects, source.surface, pair, gap, v[0]);
-  LawSlopes slopes = contact_law_slopes(law_options(options, source.alpha, source.total_mass), h,
-                                        source.surface, source.alpha, gap, v, bounce);
+  const ContactStart from{source.surface, source.alpha, gap, v, bounce};
+  LawSlopes slopes =
+      contact_law_slopes(law_options(options, source.alpha, source.total_mass), h, from);
   if (pair.law.type != contact::LawType::kFrictionCone) slopes.v[1] = slopes.v[2] = 0.0;
   if (!closed) dy[0] += slopes.gap * by_gap;
   dy[0] += slopes.v.dot(moved(start).head<3>());
   dy[0] += slopes.fall * place.turn.cross(pair.frame.col(0))
                              .dot(ws.finder.relative_fall(effects, pair));
-  LawChange law = contact_law_change(options, source.surface, source.alpha, source.total_mass, gap,
-                                     v, bounce, change);
+  LawChange law = contact_law_change(options, source.total_mass, from, change);
   law.regularizer *= pair.stiffer;
   if (!closed) law.smoothing += slopes.smoothing * by_gap;
   const contact::Rows f = contact::impulse(pair.law, y);

@@ -79,14 +79,14 @@ DisplacementDerivator::DisplacementDerivator(const Model& model)
 /// p, as the step found it.
 bool DisplacementDerivator::find(const InverseArguments& of, Workspace::Impl& ws) {
   const Model& model = of.model;
-  const VectorRef &q = of.q, &v = of.v, &v_next = of.v_next;
+  const VectorRef& v_next = of.v_next;
   const EffectSet effects = of.effects;
   const double h = of.h();
   diagonal_.setZero();
   forces_.setZero();  // not wanted
-  if (effects.has(Effect::kServos))
-    add_servos(model, effects, h, q, v, of.known, diagonal_, forces_);
-  add_joint_forces(model, effects, h, q, v, diagonal_, forces_, ws.counts);
+  const StepContext at = of.context();
+  if (effects.has(Effect::kServos)) add_servos(at, h, of.known, diagonal_, forces_);
+  add_joint_forces(at, h, diagonal_, forces_, ws.counts);
   set_drag(model, effects, h, ws);
   w_ = v_next;
   for (bool again = true; again;) {
@@ -101,8 +101,7 @@ bool DisplacementDerivator::find(const InverseArguments& of, Workspace::Impl& ws
       p(in_tree) = ws.overlap_correction.velocity()(in_block);
     });
     forces_ = v_next + p;
-    again = ws.finder.find_reached_contacts(model, of.options, effects, {forces_}, ws.data,
-                                            ws.constraints);
+    again = ws.finder.find_reached_contacts(at, {forces_}, ws.data, ws.constraints);
   }
   w_ += p;
   return true;

@@ -51,10 +51,11 @@ bool RungeKuttaDerivator::accelerate(const Model& model, const SmoothDerivator& 
   return true;
 }
 
-bool RungeKuttaDerivator::compute(const Model& model, double h, EffectSet effects,
-                                  const VectorRef& q, const VectorRef& v, const Input& input,
+bool RungeKuttaDerivator::compute(const StepContext& start, const Input& input,
                                   Workspace::Impl& ws, SmoothDerivator& smooth,
                                   ForwardDerivatives& d) {
+  const auto& [model, options, effects, q, v] = start;
+  const double h = start.h();
   refuse_constraints(effects);
   if (has_equalities(model, effects))
     throw InputError(
@@ -82,7 +83,7 @@ bool RungeKuttaDerivator::compute(const Model& model, double h, EffectSet effect
       dw_.middleCols(nv, nv).diagonal().array() += 1.0;
     }
     exponent_rate(model, theta_, at_.v, rate_);
-    compute_acceleration(model, effects, at_, input, ws, acceleration_, report);
+    compute_acceleration({model, options, effects, at_.q, at_.v}, input, ws, acceleration_, report);
     if (!report.succeeded()) return false;
     smooth.compute(model, effects, at_.v, acceleration_, input.wrenches, ws);
     // dq_s = P dq + Q dtheta, P that of q (+) theta.

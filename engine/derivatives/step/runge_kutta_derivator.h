@@ -19,11 +19,10 @@ class RungeKuttaDerivator {
  public:
   explicit RungeKuttaDerivator(const Model& model);
 
-  /// Of the step from (q, v) under `input`. False if M is singular. @throws InputError where
+  /// Of the step from `start` under `input`. False if M is singular. @throws InputError where
   /// step_forward does.
-  bool compute(const Model& model, double h, EffectSet effects, const VectorRef& q,
-               const VectorRef& v, const Input& input, Workspace::Impl& ws, SmoothDerivator& smooth,
-               ForwardDerivatives& d);  // Parameters: what it depends on, one by one
+  bool compute(const StepContext& start, const Input& input, Workspace::Impl& ws,
+               SmoothDerivator& smooth, ForwardDerivatives& d);
 
  private:
   bool accelerate(const Model& model, const SmoothDerivator& smooth);

@@ -77,19 +77,16 @@ void chain_configuration(const InverseArguments& of, const ConstrainedMidpoint* 
   add_map(model, RotationMap::kP, r, d.dq_dq);
 }
 
-bool differentiate_runge_kutta(const Model& model, const SimulationOptions& options,
-                               const VectorRef& q, const VectorRef& v, const Input& input,
-                               Workspace::Impl& ws, DerivativeScratch& scratch,
-                               ForwardDerivatives& d) {  // Parameters: what it depends on, one by one
-  check_time_step(options.time_step);
-  scratch.start.q = q;
-  scratch.start.v = v;
+bool differentiate_runge_kutta(const StepContext& start, const Input& input, Workspace::Impl& ws,
+                               DerivativeScratch& scratch, ForwardDerivatives& d) {
+  const Model& model = start.model;
+  check_time_step(start.h());
+  scratch.start.q = start.q;
+  scratch.start.v = start.v;
   if (!ws.check.accepts(model, scratch.start, input)) return false;
   if (!scratch.smooth) scratch.smooth.emplace(model);
   if (!scratch.runge_kutta) scratch.runge_kutta.emplace(model);
-  return scratch.runge_kutta->compute(model, options.time_step,
-                                      active_effects(ws.called, options.effects), q, v, input, ws,
-                                      *scratch.smooth, d);
+  return scratch.runge_kutta->compute(start, input, ws, *scratch.smooth, d);
 }
 
 /// In closed form. False if something acts that has none.
@@ -148,8 +145,9 @@ bool step_forward_derivatives(const Model& model, const SimulationOptions& optio
   DerivativeScratch& scratch = scratch_of(model, workspace.impl());
   d.displaces = false;
   if (options.integrator == Integrator::kRungeKutta4) {
-    const bool found =
-        differentiate_runge_kutta(model, options, q, v, known, workspace.impl(), scratch, d);
+    Workspace::Impl& ws = workspace.impl();
+    const StepContext start{model, options, active_effects(ws.called, options.effects), q, v};
+    const bool found = differentiate_runge_kutta(start, known, ws, scratch, d);
     for (MatrixX* m : all)
       if (!found) m->setConstant(kNaN);
     inverse.applied_force.setConstant(nv, kNaN);

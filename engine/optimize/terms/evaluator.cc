@@ -297,8 +297,9 @@ void Evaluator::evaluate_dense(const Term& term, const Span& span, const Stage& 
     if (derivatives) differentiate_angular_momentum();
     chained = true;
   } else {
-    evaluate_kinematic(*model_, term, problem_->h(), before_, at_, scratch_, value_,
-                       derivatives ? &by_before_ : nullptr, derivatives ? &by_at_ : nullptr);
+    evaluate_kinematic(
+        {*model_, problem_->h(), before_, at_}, term, scratch_,
+        {value_, derivatives ? &by_before_ : nullptr, derivatives ? &by_at_ : nullptr});
   }
   set_rows(term, span, factor, multiplier, out);
   if (!derivatives) return;

@@ -77,106 +77,107 @@ void angular_jacobian(const Model& model, const Data& data, int body, const Vect
 /// Slip over h of the material point that is lowest at the start of the step, as contacts of a step
 /// have it: the centre of a sphere that rolls moves, and does not slide. x, last: of the centre at
 /// the end and at the start; s.a, s.b: their Jacobians, if derivatives are wanted.
-void evaluate_sliding(const Model& model, const Term& term, double h, const Data& before,
-                      const Data& at, const Vector3& x, const Vector3& last, KinematicScratch& s,
-                      VectorOut value, MatrixX* by_before, MatrixX* by_at) {  // Parameters: all it depends on
+void evaluate_sliding(const FramePoses& frames, const Term& term, const Vector3& x,
+                      const Vector3& last, KinematicScratch& s, TermValue& out) {
+  const auto& [model, h, before, at] = frames;
   const Vector3 z = Vector3::UnitZ();
   const Matrix3 turn = at.X_WB[term.body].rotation * before.X_WB[term.body].rotation.transpose();
   const Vector3 up = turn * z, slip = x - last - term.radius * (up - z);
   // A contact gives force in a step that ends with it closed: the height at the end tells.
   const Fading f = fading(x.z() - term.radius, term.length);
-  value = f.value / h * slip.head<2>();
-  if (by_at == nullptr) return;
-  *by_at = f.value / h * s.a.topRows(2) + f.slope * value * s.a.row(2);
-  *by_before = -f.value / h * s.b.topRows(2);
+  out.value = f.value / h * slip.head<2>();
+  if (!out.derivatives()) return;
+  *out.by_at = f.value / h * s.a.topRows(2) + f.slope * out.value * s.a.row(2);
+  *out.by_before = -f.value / h * s.b.topRows(2);
   if (term.radius == 0.0) return;
   const double lever = term.radius * f.value / h;
   angular_jacobian(model, at, term.body, nullptr, s.a);
-  *by_at += lever * (skew(up) * s.a).topRows(2);
+  *out.by_at += lever * (skew(up) * s.a).topRows(2);
   angular_jacobian(model, before, term.body, nullptr, s.b);
-  *by_before -= lever * (turn * skew(z) * s.b).topRows(2);
+  *out.by_before -= lever * (turn * skew(z) * s.b).topRows(2);
 }
 
-void evaluate_point(const Model& model, const Term& term, double h, const Data& before,
-                    const Data& at, KinematicScratch& s, VectorOut value, MatrixX* by_before,
-                    MatrixX* by_at) {  // Parameters: what it depends on, one by one
+void evaluate_point(const FramePoses& frames, const Term& term, KinematicScratch& s,
+                    TermValue& out) {
+  const auto& [model, h, before, at] = frames;
   const Vector3 x = point_position(at, term.body, term.point);
   const bool differs =
       term.quantity == Quantity::kPointVelocity || term.quantity == Quantity::kSliding;
   const Vector3 last = differs ? point_position(before, term.body, term.point) : x;
-  const bool derivatives = by_at != nullptr;
+  const bool derivatives = out.derivatives();
   if (derivatives) point_jacobian(model, at, term.body, x, s.a);
   if (derivatives && differs) point_jacobian(model, before, term.body, last, s.b);
   switch (term.quantity) {
     case Quantity::kPosition:
-      value = x;
-      if (derivatives) *by_at = s.a;
+      out.value = x;
+      if (derivatives) *out.by_at = s.a;
       break;
     case Quantity::kPointVelocity:
-      value = (x - last) / h;
+      out.value = (x - last) / h;
       if (!derivatives) break;
-      *by_at = s.a / h;
-      *by_before = -s.b / h;
+      *out.by_at = s.a / h;
+      *out.by_before = -s.b / h;
       break;
     case Quantity::kClearance: {
       const double height = x.z() - term.radius, short_of = term.target[0] - height;
-      value[0] = std::max(0.0, short_of);
+      out.value[0] = std::max(0.0, short_of);
       if (!derivatives) break;
-      by_at->setZero(1, model.nv());
-      if (short_of > 0.0) *by_at = -s.a.row(2);
+      out.by_at->setZero(1, model.nv());
+      if (short_of > 0.0) *out.by_at = -s.a.row(2);
       break;
     }
     default:
-      evaluate_sliding(model, term, h, before, at, x, last, s, value, by_before, by_at);
+      evaluate_sliding(frames, term, x, last, s, out);
   }
 }
 
-void evaluate_turn(const Model& model, const Term& term, const Data& at, KinematicScratch& s,
-                   VectorOut value, MatrixX* by_at) {
+void evaluate_turn(const FramePoses& frames, const Term& term, KinematicScratch& s,
+                   TermValue& out) {
+  const auto& [model, h, before, at] = frames;
   const Matrix3& R = at.X_WB[term.body].rotation;
   if (term.quantity == Quantity::kOrientation) {
     const Matrix3 off = term.orientation.transpose() * R;
     const Vector3 r = quaternion_log(Quaternion(off));
-    value = r;
-    if (by_at == nullptr) return;
+    out.value = r;
+    if (!out.derivatives()) return;
     // An angular velocity in W is R' times that in the body: the right Jacobian's axes.
     const double angle2 = r.squaredNorm(), angle = std::sqrt(angle2);
     const double c = angle2 < 1e-4 ? 1.0 / 12.0 + angle2 / 720.0
                                    : (1.0 - 0.5 * angle / std::tan(0.5 * angle)) / angle2;
     const Matrix3 K = skew(r);
     angular_jacobian(model, at, term.body, nullptr, s.a);
-    *by_at = (Matrix3::Identity() + 0.5 * K + c * K * K) * R.transpose() * s.a;
+    *out.by_at = (Matrix3::Identity() + 0.5 * K + c * K * K) * R.transpose() * s.a;
     return;
   }
   const Vector3 n = R * term.axis, x = point_position(at, term.body, term.point);
   const Fading f = fading(x.z() - term.radius, term.length);
-  value = f.value * n.head<2>();
-  if (by_at == nullptr) return;
+  out.value = f.value * n.head<2>();
+  if (!out.derivatives()) return;
   angular_jacobian(model, at, term.body, &n, s.a);
   point_jacobian(model, at, term.body, x, s.b);
-  *by_at = f.value * s.a.topRows(2) + f.slope * value * s.b.row(2);
+  *out.by_at = f.value * s.a.topRows(2) + f.slope * out.value * s.b.row(2);
 }
 
-void evaluate_center(const Model& model, const Term& term, double h, const Data& before,
-                     const Data& at, KinematicScratch& s, VectorOut value, MatrixX* by_before,
-                     MatrixX* by_at) {  // Parameters: what it depends on, one by one
+void evaluate_center(const FramePoses& frames, const Term& term, KinematicScratch& s,
+                     TermValue& out) {
+  const auto& [model, h, before, at] = frames;
   const BodyRange bodies = bodies_of(model, term.body);
   const CenterOfMass now = center_of_mass(model, bodies, at);
   if (term.quantity == Quantity::kCenterOfMass) {
-    value = now.position;
-    if (by_at == nullptr) return;
+    out.value = now.position;
+    if (!out.derivatives()) return;
     center_jacobian(model, bodies, at, now.mass, s, s.a);
-    *by_at = s.a;
+    *out.by_at = s.a;
     return;
   }
   const CenterOfMass last = center_of_mass(model, bodies, before);
   const double factor = now.mass / h;
-  value = factor * (now.position - last.position);
-  if (by_at == nullptr) return;
+  out.value = factor * (now.position - last.position);
+  if (!out.derivatives()) return;
   center_jacobian(model, bodies, at, now.mass, s, s.a);
-  *by_at = factor * s.a;
+  *out.by_at = factor * s.a;
   center_jacobian(model, bodies, before, now.mass, s, s.b);
-  *by_before = -factor * s.b;
+  *out.by_before = -factor * s.b;
 }
 
 }  // namespace
@@ -202,19 +203,18 @@ void point_jacobian(const Model& model, const Data& data, int body, const Vector
   }
 }
 
-void evaluate_kinematic(const Model& model, const Term& term, double h, const Data& before,
-                        const Data& at, KinematicScratch& scratch, VectorOut value,
-                        MatrixX* by_before, MatrixX* by_at) {
-  if (by_before != nullptr) by_before->setZero(value.size(), model.nv());
+void evaluate_kinematic(const FramePoses& frames, const Term& term, KinematicScratch& scratch,
+                        TermValue out) {
+  if (out.by_before != nullptr) out.by_before->setZero(out.value.size(), frames.model.nv());
   switch (term.quantity) {
     case Quantity::kOrientation:
     case Quantity::kTilt:
-      return evaluate_turn(model, term, at, scratch, value, by_at);
+      return evaluate_turn(frames, term, scratch, out);
     case Quantity::kCenterOfMass:
     case Quantity::kMomentum:
-      return evaluate_center(model, term, h, before, at, scratch, value, by_before, by_at);
+      return evaluate_center(frames, term, scratch, out);
     default:
-      return evaluate_point(model, term, h, before, at, scratch, value, by_before, by_at);
+      return evaluate_point(frames, term, scratch, out);
   }
 }
 

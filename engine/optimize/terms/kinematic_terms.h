@@ -20,12 +20,25 @@ struct KinematicScratch {
   std::vector<double> mass;
 };
 
-/// The value of a term of a frame that is no row of coordinates (rows), from the poses of the frame
-/// before and its own, h [s] apart; and, unless null, its derivatives (rows x nv each) by both in
-/// their tangent spaces. Not kAngularMomentum.
-void evaluate_kinematic(const Model& model, const Term& term, double h, const Data& before,
-                        const Data& at, KinematicScratch& scratch, VectorOut value,
-                        MatrixX* by_before, MatrixX* by_at);  // Parameters: what it depends on, one by one
+/// The poses of a frame and of the one before, h [s] apart.
+struct FramePoses {
+  const Model& model;
+  double h;
+  const Data &before, &at;
+};
+
+/// A term's value (rows) and, unless null, its derivatives (rows x nv each) by both frames in their
+/// tangent spaces.
+struct TermValue {
+  VectorOut value;
+  MatrixX *by_before = nullptr, *by_at = nullptr;
+
+  bool derivatives() const { return by_at != nullptr; }
+};
+
+/// A term of a frame that is no row of coordinates. Not kAngularMomentum.
+void evaluate_kinematic(const FramePoses& frames, const Term& term, KinematicScratch& scratch,
+                        TermValue out);
 
 /// Angular momentum [kg m^2/s] about the centre of mass of all that moves at the velocities in
 /// data.V. Needs compute_velocities.

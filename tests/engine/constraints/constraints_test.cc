@@ -39,9 +39,10 @@ size_t contacts_at(double height, double v_z, double acceleration) {
   EffectCounts counts;
   const EffectSet effects =
       active_effects(called_for(scene.model, finder.collider()), scene.options.effects);
-  finder.find(scene.model, scene.options, effects, scene.q, scene.v, data, found, counts);
+  const StepContext at{scene.model, scene.options, effects, scene.q, scene.v};
+  finder.find(at, data, found, counts);
   EXPECT_EQ(found.contacts.size(), found.pairs.size());
-  finder.unpark_all(scene.model, scene.options, effects, data, found);
+  finder.unpark_all(at, data, found);
   return found.contacts.size();
 }
 

@@ -95,17 +95,18 @@ struct Crowd {
         effects(active_effects(called_for(scene.model, finder.collider()), scene.options.effects)) {
   }
   const Model& model() const { return scene.model; }
+  StepContext at(const VectorX& v) const { return {model(), scene.options, effects, scene.q, v}; }
   void find(const VectorX& v) {
     compute_poses(model(), scene.q, data);
     compute_velocities(model(), v, data);
-    finder.find(model(), scene.options, effects, scene.q, v, data, found, counts);
+    finder.find(at(v), data, found, counts);
   }
   /// The contacts of pairs that `pairs` holds, as parked ones with the gaps and friction of their
   /// laws.
   std::vector<ParkedContact> contacts_of(const std::vector<FarPair>& pairs) {
     ConstraintSet all = found;
     std::vector<ParkedContact> out;
-    finder.unpark_all(model(), scene.options, effects, data, all);
+    finder.unpark_all(at(scene.v), data, all);
     for (size_t i = 0; i < all.contacts.size(); ++i) {
       const std::pair pair(all.contacts[i].geometry_a, all.contacts[i].geometry_b);
       if (std::any_of(pairs.begin(), pairs.end(),
@@ -174,7 +175,7 @@ TEST_P(FarPairs, ThatStayFarHaveNoContactThatIsRunInto) {
     const VectorX w = v + random_velocity(generator, c.model().nv(), 1.0 + i);
     c.find(v);
     ConstraintSet after = c.found;
-    c.finder.find_overrun(c.model(), options, c.effects, c.scene.q, v, {w}, c.data, after);
+    c.finder.find_overrun(c.at(v), {w}, c.data, after);
     left += c.found.far.size() - after.far.size();
     compute_body_velocities(c.model(), w, c.data, V);
     for (const ParkedContact& parked : c.contacts_of(after.far)) {
@@ -196,7 +197,7 @@ TEST_P(FarPairs, ParkedContactsKnowNoMoreThanTheirGap) {
     const std::vector<ParkedContact> parked = c.found.parked;
     const size_t with_rows = c.found.contacts.size();
     c.found.far.clear();
-    c.finder.unpark_all(c.model(), c.scene.options, c.effects, c.data, c.found);
+    c.finder.unpark_all(c.at(c.scene.v), c.data, c.found);
     ASSERT_EQ(c.found.contacts.size(), with_rows + parked.size());
     for (size_t k = 0; k < parked.size(); ++k) {
       const ParkedContact exact =
