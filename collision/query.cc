@@ -1,4 +1,4 @@
-#include "counterpoint/collision/query.h"
+#include "counterpoint/collision/collider.h"
 
 #include <algorithm>
 #include <cmath>

@@ -28,8 +28,8 @@ struct Residuals {
   double motion = 0.0;           ///< |M(w - w*) - J'f| in the norm of inv(diag M) [sqrt(J)]
   double force_scale = 0.0;      ///< largest |f_i| [N s]
   double velocity_scale = 0.0;   ///< largest |y_i| of w and of w* [m/s]
-  double momentum_scale =
-      0.0;  ///< (|M(w - w*)|^2 + sum_c |J_c'f_c|^2)^1/2, norm and sum as in Report
+  /// (|M(w - w*)|^2 + sum_c |J_c'f_c|^2)^1/2, norm and sum as in Report.
+  double momentum_scale = 0.0;
 };
 Residuals compute_residuals(const Problem& problem, const Eigen::Ref<const VectorX>& w,
                             const VectorX& impulse);

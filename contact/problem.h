@@ -42,8 +42,7 @@ struct Law {
   LawType type = LawType::kUnilateral;
   int rows = 1;
   bool coulomb = false;  ///< kFrictionCone: exact Coulomb friction bounded by mu f_N
-  double regularizer =
-      0.0;  ///< r [1/kg]; friction cone: R_T = r, R_N = mu^2 r with mu the first of `friction`
+  double regularizer = 0.0;  ///< r [1/kg]; cone: R_T = r, R_N = friction[0]^2 r
   double smoothing = 0.0;  ///< k [N m]: k -> 0 is the hard law
   /// coulomb: friction reaches its bound at so much more slip [m/s], whatever the load.
   double slip_speed = 0.0;

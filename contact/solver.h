@@ -42,8 +42,7 @@ struct Settings {
 
 enum class Status {
   kConverged,
-  kRoundoffFloor,  ///< as accurate as doubles allow at this compliance, above the tolerance asked
-                   ///< for
+  kRoundoffFloor,  ///< as accurate as doubles allow at this compliance, above the tolerance
   kSoftened,       ///< solved with softer laws, see Report::softened
   kMaxIterations,
   kNoProgress,  ///< no method came further, above the round-off floor
@@ -79,9 +78,9 @@ struct Report {
   };
   std::vector<Softened> softened;
   double residual = 0.0;  ///< relative, at the end, the largest over the islands
-  std::vector<double>
-      residual_history;  ///< relative, where Newton's method on velocities was; steps of other
-                         ///< methods are counted, not listed; island with most steps
+  /// Relative, where Newton's method on velocities was; steps of other methods are counted, not
+  /// listed; of the island with most steps.
+  std::vector<double> residual_history;
 };
 
 /// Scratch memory inside: one per thread. The result is a pure function of the arguments.
@@ -122,9 +121,8 @@ struct ContactSpaceProblem {
 
 struct ContactSpaceOptions {
   bool coulomb = false;  ///< exact Coulomb friction; else the convex law
-  double compliance =
-      1e-8;                ///< eps: r of a contact is eps times the mean diagonal of its block of A
-  double smoothing = 0.0;  ///< k of every contact [N m]
+  double compliance = 1e-8;  ///< eps: r of a contact is eps times the mean diagonal of its block of A
+  double smoothing = 0.0;    ///< k of every contact [N m]
   /// Pivots of A below this share of their own diagonal entry count as zero.
   double rank_tolerance = 1e-14;
 };

@@ -1,4 +1,4 @@
-#include "counterpoint/engine/simulator.h"
+#include "counterpoint/engine/batch.h"
 
 #include <algorithm>
 #include <atomic>

@@ -1,16 +1,12 @@
-// For most users: a scene with its state, steps and their inverse; steps of controlled error; many scenes over all cores.
+// For most users: a scene with its state, steps and their inverse; steps of controlled error.
 #pragma once
 
-#include <filesystem>
-#include <functional>
 #include <limits>
 #include <memory>
 #include <optional>
-#include <span>
 #include <string>
 #include <vector>
 
-#include "counterpoint/engine/derivatives.h"
 #include "counterpoint/engine/dynamics.h"
 #include "counterpoint/engine/state.h"
 #include "counterpoint/engine/step.h"
@@ -164,89 +160,6 @@ class Simulator {
   Workspace workspace_;
   StalledClosureDetector watch_;
   Inverse inverse_;
-};
-
-// ---- How many threads this process may keep busy.
-
-/// The processors, by number, that the affinity of this process lets its threads run on (taskset,
-/// mpirun --bind-to, Slurm); those of the machine where the system does not say.
-std::vector<int> affinity_cores();
-
-/// Processors' worth of time that control groups (containers, Slurm, systemd) grant this process;
-/// infinity where there is no limit. `root`: where their files are; `membership`: the text of
-/// /proc/self/cgroup. Every group from that of the process up to the root may limit it, in version
-/// 2 by cpu.max, in version 1 by cpu.cfs_quota_us and cpu.cfs_period_us.
-double cgroup_cores(const std::filesystem::path& root, const std::string& membership);
-double cgroup_cores();  ///< of this process
-
-/// Threads that neither wait for one another's processor nor are throttled: the processors of the
-/// affinity, at most the whole ones that control groups grant; 1 at least.
-int available_cores();
-
-// ---- Many independent problems of one scene, over all cores: states stepped, trajectories run or
-// inverted.
-
-/// Where derivatives of many steps go: block i of each, nv x nv column by column, begins i nv nv
-/// numbers on, force i (nv) i nv on. Null: not wanted.
-struct InverseDerivativeBlocks {
-  double* applied_force = nullptr;  ///< u [N, N m]
-  double *dq = nullptr, *dv = nullptr, *dv_next = nullptr;
-  char* by_differences = nullptr;  ///< one a step (InverseDerivatives)
-};
-struct ForwardDerivativeBlocks {
-  double *dv_dq = nullptr, *dv_dv = nullptr, *dv_du = nullptr;
-  double *dq_dq = nullptr, *dq_dv = nullptr, *dq_du = nullptr;
-};
-
-/// Threads that share a scene's definition, each with a simulator of its own. A step is a pure
-/// function of its arguments, so the results are those of one thread, to the bit, whatever the
-/// number of threads.
-class Batch {
- public:
-  /// @param num_threads  0: one for every core that this process may use (available_cores)
-  explicit Batch(const Scene& scene, int num_threads = 0);
-
-  int num_threads() const { return static_cast<int>(simulators_.size()); }
-  const Model& model() const { return simulators_.front().model(); }
-  /// Of every simulator; a setting changed here holds for all tasks that follow.
-  void set_options(const SimulationOptions& options);
-  void set_settings(const contact::Settings& settings);
-
-  /// Calls task(i, simulator) once for every i = 0 ... count - 1, in no particular order. The
-  /// simulator is as the last task left it: a task sets state and input before it steps. What it
-  /// writes must be its own (results[i]).
-  /// @throws what the task of lowest i threw, after all threads have ended; tasks not yet begun
-  /// when one throws are left out.
-  void run(int count, const std::function<void(int, Simulator&)>& task);
-
-  /// One step of every state, in place, under its input. A state whose step fails stays as it was.
-  /// @throws InputError unless all three are of one length.
-  void step(std::span<State> states, std::span<const Input> inputs, std::span<StepReport> reports);
-
-  /// step_inverse_derivatives of every step from starts[i] to ends[i] (whose v is looked at, and q
-  /// where step_inverse_derivatives does), under known[i];
-  /// `known` may be empty: nothing is known of any. NaN where forces are not known.
-  /// @throws InputError unless all are of one length, and where step_inverse does.
-  void inverse_derivatives(std::span<const State> starts, std::span<const State> ends,
-                           std::span<const Input> known, const InverseDerivativeBlocks& out,
-                           DerivativeMethod method = DerivativeMethod::kAnalytic);
-  /// step_forward_derivatives alike, with those of the inverse that they come from. NaN where
-  /// du/dv+ is singular.
-  void forward_derivatives(std::span<const State> starts, std::span<const State> ends,
-                           std::span<const Input> known, const InverseDerivativeBlocks& inverse,
-                           const ForwardDerivativeBlocks& out,
-                           DerivativeMethod method = DerivativeMethod::kAnalytic);
-
- private:
-  /// What a thread finds derivatives with.
-  struct Derivation;
-  void run_threads(int count, const std::function<void(int, size_t)>& task);
-  void derive(std::span<const State> starts, std::span<const State> ends,
-              std::span<const Input> known, const InverseDerivativeBlocks& inverse,
-              const ForwardDerivativeBlocks* forward, DerivativeMethod method);
-
-  std::vector<Simulator> simulators_;
-  std::vector<std::shared_ptr<Derivation>> derivations_;  ///< by thread, once asked for
 };
 
 }  // namespace counterpoint

@@ -198,6 +198,13 @@ struct StepReport {
   bool succeeded() const { return contact::succeeded(status); }
 };
 
+/// A step that failed; steps are counted from 0, the time [s] is that of its start.
+struct FailedStep {
+  long step = 0;
+  double time = 0.0;
+  StepReport report;
+};
+
 /// Advances `state` by options.time_step [s] under `input`. On failure (report.succeeded() is
 /// false) report.fault says what is wrong, and `next` must not be trusted. @throws InputError where
 /// the sizes are not the model's, or the time step is not positive.

@@ -37,8 +37,8 @@ struct VertexNeighbors {
 /// A closed convex polyhedron. Made by make_convex_hull; shared between instances.
 struct ConvexMesh {
   std::vector<Vector3> vertices;  ///< [m], in the geometry frame
-  std::vector<std::vector<int>>
-      faces;  ///< polygons (coplanar triangles merged), counter-clockwise seen from outside
+  /// Polygons (coplanar triangles merged), counter-clockwise seen from outside.
+  std::vector<std::vector<int>> faces;
   std::vector<Vector3> face_normals;  ///< unit, outward
   std::vector<double> face_offsets;   ///< [m]: normal . x = offset on the face
   VertexNeighbors vertex_neighbors;
@@ -50,10 +50,9 @@ struct ConvexMesh {
   double radius = 0.0;         ///< largest distance of a vertex from interior_point [m]
   double volume = 0.0;         ///< of the hull [m^3]
   double source_volume = 0.0;  ///< of the mesh it was made from [m^3]; 0 if that was not closed
-  double standoff = 0.0;  ///< farthest that the surface of the full hull stands off its mesh [m]
-                          ///< (hull_standoff.h)
-  double deviation =
-      0.0;  ///< how far the full hull reaches out of this one [m]; 0: it is the full hull
+  /// Farthest that the surface of the full hull stands off its mesh [m] (hull_standoff.h).
+  double standoff = 0.0;
+  double deviation = 0.0;  ///< how far the full hull reaches out of this one [m]; 0: this is it
   std::string source;  ///< file it came from, empty if built in memory
 };
 
@@ -96,8 +95,7 @@ struct Material {
 struct Geometry {
   std::string name;  ///< "<link>/<collision name or index>", unique in a model
   int body = 0;      ///< index of the body it moves with; 0 is the world
-  int frame =
-      -1;  ///< index of the link frame it came from; -1 for environment geometry such as the ground
+  int frame = -1;     ///< of the link that it came from; -1 for environment geometry, as the ground
   int instance = -1;  ///< model instance it belongs to; -1 for environment geometry
   Pose X_BG;          ///< pose in the body frame
   Shape shape;

@@ -9,7 +9,7 @@
 
 #include "measure/median.h"
 #include "report/progress.h"
-#include "tasks/bytes.h"
+#include "tasks/task_list.h"
 
 namespace counterpoint::apps::accuracy {
 namespace {

@@ -13,7 +13,7 @@
 #include "counterpoint/engine/dynamics/crba.h"
 #include "counterpoint/engine/dynamics/kinematics.h"
 #include "counterpoint/engine/dynamics/rnea.h"
-#include "counterpoint/engine/simulator.h"
+#include "counterpoint/engine/batch.h"
 #include "counterpoint/engine/step/step_workspace.h"
 
 namespace counterpoint::apps {

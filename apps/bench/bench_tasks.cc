@@ -10,7 +10,7 @@
 #include <cmath>
 #include <filesystem>
 
-#include "tasks/bytes.h"
+#include "tasks/task_list.h"
 #include "tasks/run_tasks.h"
 
 namespace {

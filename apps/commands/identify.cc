@@ -9,7 +9,7 @@
 #include "command.h"
 #include "input/scene_arguments.h"
 #include "interrupt.h"
-#include "recordings/objective.h"
+#include "recordings/estimation.h"
 #include "recordings/page.h"
 #include "report/report.h"
 #include "tasks/fingerprint.h"

@@ -13,7 +13,7 @@
 #include "interrupt.h"
 #include "report/failure.h"
 #include "report/report.h"
-#include "tasks/bytes.h"
+#include "tasks/task_list.h"
 #include "tasks/fingerprint.h"
 #include "tasks/task_arguments.h"
 

@@ -8,7 +8,7 @@
 
 #include "peers/mujoco.h"
 #include "peers/not_expressible.h"
-#include "tasks/bytes.h"
+#include "tasks/task_list.h"
 #include "tasks/fingerprint.h"
 
 namespace counterpoint::apps {

@@ -9,7 +9,7 @@
 #include "counterpoint/engine/dynamics.h"
 #include "counterpoint/engine/motion_files.h"
 #include "measure/median.h"
-#include "tasks/bytes.h"
+#include "tasks/task_list.h"
 
 namespace counterpoint::apps {
 

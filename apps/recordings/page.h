@@ -5,11 +5,10 @@
 #include <string>
 #include <vector>
 
-#include "prediction.h"
+#include "recordings/estimation.h"
 #include "report/chart.h"
 #include "report/html_page.h"
 #include "report/report.h"
-#include "unexplained.h"
 
 namespace counterpoint::apps {
 

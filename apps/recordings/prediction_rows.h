@@ -5,7 +5,7 @@
 #include <string>
 
 #include "counterpoint/engine/motion_files.h"
-#include "prediction.h"
+#include "recordings/estimation.h"
 
 namespace counterpoint::apps {
 

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "prediction.h"
+#include "recordings/estimation.h"
 #include "view/clip.h"
 
 namespace counterpoint::apps {

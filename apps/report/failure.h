@@ -8,13 +8,6 @@
 
 namespace counterpoint::apps {
 
-/// A step that failed; steps are counted from 0, the time [s] is that of its start.
-struct FailedStep {
-  long step = 0;
-  double time = 0.0;
-  StepReport report;
-};
-
 /// Why: "diverged: 'cube.vx' moves mass at ... m/s; max_speed is ... m/s; forces given drive it
 /// ...".
 std::string why_failed(const Model& model, const StepReport& report);

@@ -1,7 +1,7 @@
 // What varies, as a study file says it.
 #pragma once
 
-#include "counterpoint/model/files/yaml_reader.h"
+#include "counterpoint/model/text_files.h"
 #include "study.h"
 
 namespace counterpoint::apps::sweep {

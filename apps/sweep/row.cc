@@ -10,7 +10,7 @@
 
 #include "measure/run.h"
 #include "measure/total_energy.h"
-#include "tasks/bytes.h"
+#include "tasks/task_list.h"
 #include "variation.h"
 
 namespace counterpoint::apps::sweep {

@@ -9,7 +9,7 @@
 
 #include "counterpoint/engine/motion_files.h"
 #include "counterpoint/model/scene.h"
-#include "recordings/parameters.h"
+#include "recordings/estimation.h"
 
 namespace counterpoint::apps::sweep {
 

@@ -8,7 +8,7 @@
 #include <cstdlib>
 #include <list>
 
-#include "counterpoint/engine/simulator.h"
+#include "counterpoint/engine/batch.h"
 #include "counterpoint/model/spatial.h"
 #include "world.h"
 

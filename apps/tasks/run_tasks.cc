@@ -7,7 +7,7 @@
 #include <memory>
 #include <mutex>
 
-#include "bytes.h"
+#include "task_list.h"
 #include "chunks.h"
 #include "counterpoint/model/spatial.h"
 #include "journal.h"

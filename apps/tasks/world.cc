@@ -7,8 +7,8 @@
 #include <cstdlib>
 #include <thread>
 
-#include "bytes.h"
-#include "counterpoint/engine/simulator.h"
+#include "task_list.h"
+#include "counterpoint/engine/batch.h"
 
 namespace counterpoint::apps::tasks {
 namespace {

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "counterpoint/collision/query.h"
+#include "counterpoint/collision/collider.h"
 #include "counterpoint/model/special_values.h"
 
 namespace counterpoint::collision {

@@ -1,4 +1,4 @@
-// A ray against one shape, in closed form. Private: callers use query.h.
+// A ray against one shape, in closed form. Private: callers use collider.h.
 #pragma once
 
 #include <optional>
@@ -9,7 +9,7 @@ namespace counterpoint::collision {
 
 struct RayHit;
 
-/// cast_ray of query.h, for a direction of unit length and finite input.
+/// cast_ray of collider.h, for a direction of unit length and finite input.
 std::optional<RayHit> cast_unit_ray(const Shape& shape, const Pose& X_WS, const Vector3& origin,
                                     const Vector3& direction, double max_distance);
 

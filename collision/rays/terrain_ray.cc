@@ -3,7 +3,7 @@
 #include <array>
 #include <cmath>
 
-#include "counterpoint/collision/query.h"
+#include "counterpoint/collision/collider.h"
 #include "counterpoint/collision/rays/ray.h"
 #include "counterpoint/model/geometry.h"
 #include "counterpoint/model/special_values.h"

@@ -2,20 +2,11 @@
 
 #include <algorithm>
 
+#include "counterpoint/engine/dynamics.h"
 #include "counterpoint/engine/dynamics/gravity_compensation.h"
 #include "counterpoint/model/spatial.h"
 
 namespace counterpoint {
-namespace {
-
-/// About the body's origin.
-Matrix3 rotational_at_origin(const SpatialInertia& inertia) {
-  const Vector3& c = inertia.center;
-  return inertia.rotational +
-         inertia.mass * (c.squaredNorm() * Matrix3::Identity() - c * c.transpose());
-}
-
-}  // namespace
 
 FreeFlight::FreeFlight(const Model& model) {
   for (int i = 1; i < model.num_bodies(); ++i) {
@@ -25,7 +16,7 @@ FreeFlight::FreeFlight(const Model& model) {
       flyers_.push_back({i, EulerTop(body.inertia.rotational), Vector3::Zero()});
     } else if (body.joint_type == JointType::kSpherical) {
       flyers_.push_back(
-          {i, EulerTop(rotational_at_origin(body.inertia)), carried_moment(model, i)});
+          {i, EulerTop(inertia_tensor(inertial_parameters(body.inertia))), carried_moment(model, i)});
     }
   }
 }

@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "counterpoint/engine/dynamics/kinematics.h"
-#include "counterpoint/engine/optimize/problem.h"
+#include "counterpoint/engine/optimize/optimize.h"
 
 namespace counterpoint::optimization {
 namespace {

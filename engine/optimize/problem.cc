@@ -1,4 +1,4 @@
-#include "counterpoint/engine/optimize/problem.h"
+#include "counterpoint/engine/optimize/optimize.h"
 
 #include <fmt/format.h>
 

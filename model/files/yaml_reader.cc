@@ -1,4 +1,3 @@
-#include "counterpoint/model/files/yaml_reader.h"
 #include "counterpoint/model/text_files.h"
 
 #include <fmt/format.h>

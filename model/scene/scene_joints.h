@@ -3,7 +3,7 @@
 #pragma once
 
 #include "counterpoint/model/model_builder.h"
-#include "counterpoint/model/files/yaml_reader.h"
+#include "counterpoint/model/text_files.h"
 
 namespace counterpoint {
 

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "counterpoint/model/robot_files.h"
-#include "counterpoint/model/files/yaml_reader.h"
+#include "counterpoint/model/text_files.h"
 #include "counterpoint/model/urdf/srdf.h"
 
 namespace counterpoint {

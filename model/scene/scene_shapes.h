@@ -6,7 +6,7 @@
 #include <string>
 
 #include "counterpoint/model/geometry.h"
-#include "counterpoint/model/files/yaml_reader.h"
+#include "counterpoint/model/text_files.h"
 
 namespace counterpoint {
 

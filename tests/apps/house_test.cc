@@ -77,7 +77,7 @@ using Rooms = std::map<std::string, std::set<std::string>>;
 
 Rooms rooms_of_libraries() {
   const std::set<std::string> tops = {"model", "model/mjcf", "collision",
-                                      "contact", "engine", "engine/optimize"};
+                                      "contact", "engine", "engine/optimize", "engine/estimate"};
   Rooms rooms;
   for (const char* library : {"model", "collision", "contact", "engine"}) {
     for (const fs::path& file : files_below(kRoot / library, {".h", ".cc"})) {

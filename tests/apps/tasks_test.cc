@@ -8,7 +8,7 @@
 #include <set>
 
 #include "counterpoint/model/spatial.h"
-#include "tasks/bytes.h"
+#include "tasks/task_list.h"
 #include "tasks/chunks.h"
 #include "tasks/journal.h"
 #include "tasks/run_tasks.h"

@@ -1,5 +1,5 @@
 // Distance, rays, overlaps, contacts of a pose: known answers, and rays against plain membership.
-#include "counterpoint/collision/query.h"
+#include "counterpoint/collision/collider.h"
 
 #include <gtest/gtest.h>
 

@@ -7,9 +7,9 @@
 #include <cmath>
 #include <numbers>
 
+#include "counterpoint/collision/collider.h"
 #include "counterpoint/collision/pairs/pair_contacts.h"
 #include "counterpoint/collision/pairs/terrain_contacts.h"
-#include "counterpoint/collision/query.h"
 #include "support/random_poses.h"
 #include "support/shape_reference.h"
 

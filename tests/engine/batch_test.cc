@@ -1,5 +1,5 @@
 // A batch gives the bits of one simulator after the other, on any number of threads.
-#include "counterpoint/engine/simulator.h"
+#include "counterpoint/engine/batch.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // How many threads a process may keep busy: what affinity and control groups grant.
-#include "counterpoint/engine/simulator.h"
+#include "counterpoint/engine/batch.h"
 
 #include <gtest/gtest.h>
 #include <sched.h>

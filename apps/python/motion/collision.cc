@@ -1,7 +1,7 @@
 // counterpoint.collision: questions about shapes and scenes.
 #include <pybind11/stl.h>
 
-#include "counterpoint/collision/query.h"
+#include "counterpoint/collision/collider.h"
 #include "objects/handles.h"
 
 namespace counterpoint::python {

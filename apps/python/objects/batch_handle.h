@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "counterpoint/engine/simulator.h"
+#include "counterpoint/engine/batch.h"
 #include "handles.h"
 
 namespace counterpoint::python {

@@ -5,7 +5,7 @@
 #include <numeric>
 
 #include "objects/handles.h"
-#include "recordings/objective.h"
+#include "recordings/estimation.h"
 
 namespace counterpoint::python {
 namespace {

@@ -4,10 +4,7 @@
 
 #include "objects/exceptions.h"
 #include "objects/handles.h"
-#include "recordings/parameters.h"
-#include "recordings/prediction.h"
-#include "recordings/recording.h"
-#include "recordings/unexplained.h"
+#include "recordings/estimation.h"
 
 namespace counterpoint::python {
 namespace {

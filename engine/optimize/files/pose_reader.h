@@ -2,7 +2,7 @@
 #pragma once
 
 #include "counterpoint/engine/motion_files.h"
-#include "counterpoint/model/files/yaml_reader.h"
+#include "counterpoint/model/text_files.h"
 
 namespace counterpoint::optimization {
 

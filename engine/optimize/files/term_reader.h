@@ -3,8 +3,8 @@
 
 #include <vector>
 
-#include "counterpoint/engine/optimize/problem.h"
-#include "counterpoint/model/files/yaml_reader.h"
+#include "counterpoint/engine/optimize/optimize.h"
+#include "counterpoint/model/text_files.h"
 
 namespace counterpoint::optimization {
 

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "counterpoint/engine/simulator.h"
+#include "counterpoint/engine/batch.h"
 
 namespace counterpoint::optimization {
 

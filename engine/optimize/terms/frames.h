@@ -4,7 +4,7 @@
 
 #include <vector>
 
-#include "counterpoint/engine/optimize/problem.h"
+#include "counterpoint/engine/optimize/optimize.h"
 
 namespace counterpoint::optimization {
 

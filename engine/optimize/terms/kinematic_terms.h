@@ -2,7 +2,7 @@
 #pragma once
 
 #include "counterpoint/engine/dynamics/data.h"
-#include "counterpoint/engine/optimize/problem.h"
+#include "counterpoint/engine/optimize/optimize.h"
 
 namespace counterpoint::optimization {
 

@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-#include "counterpoint/collision/query.h"
+#include "counterpoint/collision/collider.h"
 #include "counterpoint/engine/simulator.h"
 #include "counterpoint/model/model.h"
 #include "support/allocation_guard.h"

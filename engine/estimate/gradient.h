@@ -2,9 +2,9 @@
 // have closed forms for (engine/derivatives.h).
 #pragma once
 
-#include "objective.h"
+#include "counterpoint/engine/estimate/estimate.h"
 
-namespace counterpoint::apps {
+namespace counterpoint::estimation {
 
 /// Predictions of what bounces leave out what the parameters make of an impact's displacement within
 /// its step (bounce.h).
@@ -21,4 +21,4 @@ std::optional<LinearizedResiduals> linearize(const Experiment& experiment,
                                              const VectorX& values, const std::vector<int>& which,
                                              bool by_force);
 
-}  // namespace counterpoint::apps
+}  // namespace counterpoint::estimation

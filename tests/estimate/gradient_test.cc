@@ -1,14 +1,13 @@
 // Exact derivatives of what identification makes small, against differences of the residuals.
-#include "recordings/gradient.h"
+#include "counterpoint/engine/estimate/gradient.h"
 
 #include <gtest/gtest.h>
 
-#include "counterpoint/model/model_builder.h"
-
 #include "counterpoint/engine/simulator.h"
+#include "counterpoint/model/model_builder.h"
 #include "support/paths.h"
 
-namespace counterpoint::apps::gradient_test {
+namespace counterpoint::estimation::gradient_test {
 namespace {
 
 /// Extrapolated differences of a whole motion: some hundred steps.
@@ -132,4 +131,4 @@ TEST(Gradient, IsNotKnownOfSizes) {
 }
 
 }  // namespace
-}  // namespace counterpoint::apps::gradient_test
+}  // namespace counterpoint::estimation::gradient_test

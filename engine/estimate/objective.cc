@@ -1,13 +1,13 @@
-#include "objective.h"
+#include "counterpoint/engine/estimate/estimate.h"
 
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
 #include "counterpoint/engine/dynamics.h"
-#include "gradient.h"
+#include "counterpoint/engine/estimate/gradient.h"
 
-namespace counterpoint::apps {
+namespace counterpoint::estimation {
 namespace {
 
 /// Distance of the farthest point of a body's geometry from its origin [m], at most.
@@ -196,4 +196,4 @@ std::vector<CoordinateFigures> unexplained_figures(const Experiment& experiment,
   return force_figures(explainer, scene.model, recordings, explained);
 }
 
-}  // namespace counterpoint::apps
+}  // namespace counterpoint::estimation

@@ -1,4 +1,4 @@
-#include "fit.h"
+#include "counterpoint/engine/estimate/estimate.h"
 
 #include <fmt/format.h>
 
@@ -7,11 +7,11 @@
 #include <cmath>
 #include <random>
 
-#include "fit_spread.h"
-#include "fit_system.h"
-#include "tasks/bytes.h"
+#include "counterpoint/engine/estimate/fit/fit_spread.h"
+#include "counterpoint/engine/estimate/fit/fit_system.h"
+#include "counterpoint/engine/batch.h"
 
-namespace counterpoint::apps {
+namespace counterpoint::estimation {
 namespace {
 
 using fitting::Counts;
@@ -350,4 +350,4 @@ Fit fit(const FitProblem& problem, const FitOptions& options) {
   return out;
 }
 
-}  // namespace counterpoint::apps
+}  // namespace counterpoint::estimation

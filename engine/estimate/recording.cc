@@ -1,4 +1,4 @@
-#include "recording.h"
+#include "counterpoint/engine/estimate/recording.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -9,9 +9,9 @@
 #include <set>
 
 #include "counterpoint/engine/motion_files.h"
-#include "counterpoint/model/files/yaml_reader.h"
+#include "counterpoint/model/text_files.h"
 
-namespace counterpoint::apps {
+namespace counterpoint::estimation {
 namespace {
 
 /// Recordings carry few digits: a quaternion this far from unit length is still one.
@@ -374,4 +374,4 @@ std::vector<Recording> read_all(const std::vector<std::string>& files, const Col
   return out;
 }
 
-}  // namespace counterpoint::apps
+}  // namespace counterpoint::estimation

@@ -1,9 +1,9 @@
-#include "fit_spread.h"
+#include "counterpoint/engine/estimate/fit/fit_spread.h"
 
 #include <algorithm>
 #include <cmath>
 
-namespace counterpoint::apps::fitting {
+namespace counterpoint::estimation::fitting {
 namespace {
 
 /// The median of |t| with so many degrees of freedom that 95 % do not exceed: Cornish and Fisher's
@@ -55,4 +55,4 @@ Spread spread(const System& system, const VectorX& at) {
   return out;
 }
 
-}  // namespace counterpoint::apps::fitting
+}  // namespace counterpoint::estimation::fitting

@@ -1,8 +1,8 @@
-#include "coordinate_figures.h"
+#include "counterpoint/engine/estimate/recording.h"
 
 #include <cmath>
 
-namespace counterpoint::apps {
+namespace counterpoint::estimation {
 
 CoordinateFigures coordinate_figures(const std::string& name, const VectorX& difference,
                                      const VectorX& recorded) {
@@ -19,4 +19,4 @@ CoordinateFigures coordinate_figures(const std::string& name, const VectorX& dif
   return out;
 }
 
-}  // namespace counterpoint::apps
+}  // namespace counterpoint::estimation

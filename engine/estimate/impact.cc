@@ -1,4 +1,4 @@
-#include "impact.h"
+#include "counterpoint/engine/estimate/recording.h"
 
 #include <fmt/format.h>
 
@@ -8,7 +8,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "contact_effects.h"
+#include "counterpoint/engine/estimate/contact_effects.h"
 #include "counterpoint/contact/solver.h"
 #include "counterpoint/engine/constraints/assemble.h"
 #include "counterpoint/engine/constraints/contact_law.h"
@@ -16,7 +16,7 @@
 #include "counterpoint/engine/dynamics/energy.h"
 #include "counterpoint/engine/dynamics/kinematics.h"
 
-namespace counterpoint::apps {
+namespace counterpoint::estimation {
 namespace {
 
 /// Points this little farther than the nearest of a pair are as near [m].
@@ -145,4 +145,4 @@ VectorX ImpactSolver::weighted(const VectorX& difference) const {
   return impl_->inertia.llt().matrixU() * difference / std::sqrt(impl_->mass);
 }
 
-}  // namespace counterpoint::apps
+}  // namespace counterpoint::estimation

@@ -1,4 +1,4 @@
-#include "parameters.h"
+#include "counterpoint/engine/estimate/estimate.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -12,7 +12,7 @@
 #include "counterpoint/model/model_builder.h"
 #include "counterpoint/model/text_files.h"
 
-namespace counterpoint::apps {
+namespace counterpoint::estimation {
 namespace {
 
 enum class Target { kGeometries, kBody, kCoordinates, kGround, kNone };
@@ -377,4 +377,4 @@ Scene with_settings(Scene scene, const std::string& text) {
   return scene;
 }
 
-}  // namespace counterpoint::apps
+}  // namespace counterpoint::estimation

@@ -1,4 +1,4 @@
-#include "gradient.h"
+#include "counterpoint/engine/estimate/gradient.h"
 
 #include <algorithm>
 #include <cmath>
@@ -8,7 +8,7 @@
 #include "counterpoint/engine/dynamics.h"
 #include "counterpoint/model/spatial.h"
 
-namespace counterpoint::apps {
+namespace counterpoint::estimation {
 namespace {
 
 using K = ParameterKind;
@@ -281,4 +281,4 @@ std::optional<LinearizedResiduals> linearize(const Experiment& experiment,
   return of_predictions(experiment, parameters, values, which);
 }
 
-}  // namespace counterpoint::apps
+}  // namespace counterpoint::estimation

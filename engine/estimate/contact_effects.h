@@ -3,7 +3,7 @@
 
 #include "counterpoint/engine/step.h"
 
-namespace counterpoint::apps {
+namespace counterpoint::estimation {
 
 /// Of the effects that the model calls for: contacts with all their friction, and closures.
 inline EffectSet contact_effects(const Model& model, const collision::Collider& collider) {
@@ -14,4 +14,4 @@ inline EffectSet contact_effects(const Model& model, const collision::Collider& 
   return active_effects(called_for(model, collider), wanted);
 }
 
-}  // namespace counterpoint::apps
+}  // namespace counterpoint::estimation

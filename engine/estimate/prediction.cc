@@ -1,13 +1,12 @@
-#include "prediction.h"
+#include "counterpoint/engine/estimate/recording.h"
 
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
 #include "counterpoint/engine/constraints/bounce.h"
-#include "measure/median.h"
 
-namespace counterpoint::apps {
+namespace counterpoint::estimation {
 namespace {
 
 /// From one row to the next. False if a step failed.
@@ -203,4 +202,4 @@ std::vector<CoordinateFigures> velocity_figures(const ColumnMap& map,
   return out;
 }
 
-}  // namespace counterpoint::apps
+}  // namespace counterpoint::estimation

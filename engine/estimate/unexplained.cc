@@ -1,4 +1,4 @@
-#include "unexplained.h"
+#include "counterpoint/engine/estimate/estimate.h"
 
 #include <fmt/format.h>
 
@@ -7,17 +7,16 @@
 #include <limits>
 #include <stdexcept>
 
-#include "contact_effects.h"
+#include "counterpoint/engine/estimate/contact_effects.h"
 #include "counterpoint/engine/constraints/assemble.h"
 #include "counterpoint/engine/dynamics/crba.h"
 #include "counterpoint/engine/dynamics/energy.h"
 #include "counterpoint/engine/dynamics/kinematics.h"
 #include "counterpoint/engine/motion_files.h"
 #include "counterpoint/engine/step.h"
-#include "measure/median.h"
-#include "prediction.h"
+#include "counterpoint/engine/estimate/recording.h"
 
-namespace counterpoint::apps {
+namespace counterpoint::estimation {
 namespace {
 
 /// Compliance of the contacts, and with it the share of a force that is left unexplained although
@@ -288,4 +287,4 @@ std::vector<CoordinateFigures> force_figures(const Explainer& explainer, const M
   return out;
 }
 
-}  // namespace counterpoint::apps
+}  // namespace counterpoint::estimation

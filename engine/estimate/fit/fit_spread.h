@@ -3,9 +3,9 @@
 
 #include <vector>
 
-#include "fit_system.h"
+#include "counterpoint/engine/estimate/fit/fit_system.h"
 
-namespace counterpoint::apps::fitting {
+namespace counterpoint::estimation::fitting {
 
 /// Covariance of the shares, and for which parameters it means anything.
 struct Spread {
@@ -19,4 +19,4 @@ struct Spread {
 /// single one: the variance of the residuals times inv(H), as if they were independent.
 Spread spread(const System& system, const VectorX& at);
 
-}  // namespace counterpoint::apps::fitting
+}  // namespace counterpoint::estimation::fitting

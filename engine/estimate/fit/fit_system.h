@@ -10,9 +10,9 @@
 #include <unsupported/Eigen/LevenbergMarquardt>
 #include <vector>
 
-#include "fit.h"
+#include "counterpoint/engine/estimate/estimate.h"
 
-namespace counterpoint::apps::fitting {
+namespace counterpoint::estimation::fitting {
 
 /// Residuals depend on a parameter if their derivative is more than this share of the largest.
 /// Rounding over the width of a difference leaves up to 1.4e-7 (mass of a cube that is thrown).
@@ -242,4 +242,4 @@ inline double total(const GroupedResiduals& r) {
   return sum;
 }
 
-}  // namespace counterpoint::apps::fitting
+}  // namespace counterpoint::estimation::fitting

@@ -1,0 +1,11 @@
+// The library of estimation under the names that apps use.
+#pragma once
+
+#include "counterpoint/engine/estimate/estimate.h"
+#include "counterpoint/engine/estimate/recording.h"
+
+namespace counterpoint::apps {
+
+using namespace estimation;
+
+}  // namespace counterpoint::apps
