@@ -114,7 +114,7 @@ struct Outcome {
 };
 
 /// A pure function of the number of a task: the same number gives the same bits in every thread,
-/// process and machine. It may keep a workspace. What it throws ends the run (run_tasks.h).
+/// process and machine. It may keep a workspace. What it throws ends the run.
 using Task = std::function<Outcome(std::int64_t number)>;
 
 /// Tasks 0 ... count - 1. A number is all that is known of a task until it is begun: there is no
@@ -127,13 +127,13 @@ struct TaskList {
   /// What this process has done, in tasks, those under way in part; for progress bars. Empty: whole
   /// tasks are counted.
   std::function<double()> work = {};
-  /// Of all that results depend on. Results of another one are refused (journal.h).
+  /// Of all that results depend on: who keeps results refuses those of another one.
   std::uint64_t fingerprint = 0;
 };
 
 /// Results by number; none of a task that was not done, what it had by then of one that was stopped
-/// on its way. Code that is made of lists of tasks takes a
-/// function that runs them, and need not know where: RunSeries (task_arguments.h), or run_here.
+/// on its way. Code that is made of lists of tasks takes a function that runs them, and need not
+/// know where: in this thread (run_here), over cores, or over machines.
 using ListResults = std::vector<std::optional<std::string>>;
 using ListRunner = std::function<ListResults(const TaskList&)>;
 

@@ -232,7 +232,7 @@ GroupedResiduals prediction_residuals(const Experiment& experiment,
                                       const VectorX& values, const std::vector<int>& which);
 
 /// Residuals of each recording at given values: at every step the force that is unexplained
-/// (unexplained.h), of free links over weight (and reach), of others in N or N m, over the root of
+/// (Explanation), of free links over weight (and reach), of others in N or N m, over the root of
 /// the number of steps.
 GroupedResiduals force_residuals(const Experiment& experiment,
                                  const std::vector<Parameter>& parameters, const VectorX& values,

@@ -6,14 +6,13 @@
 
 namespace counterpoint::estimation {
 
-/// Predictions of what bounces leave out what the parameters make of an impact's displacement within
-/// its step (bounce.h).
 /// By parameter: its derivative comes from `linearize`. Not of sizes, nor where an impact law
-/// predicts.
+/// predicts. Predictions of what bounces leave out what the parameters make of an impact's
+/// displacement within its step (engine/constraints/bounce.h).
 std::vector<char> exact_parameters(const Experiment& experiment,
                                    const std::vector<Parameter>& parameters, bool by_force);
 
-/// Residuals as objective.h has them, and their derivatives by these parameters; columns of the
+/// Residuals as force_residuals and prediction_residuals give them, and their derivatives by these parameters; columns of the
 /// others are zero. By forward sensitivities of the predictions, or of the inverse. None where
 /// contacts take a part of the forces.
 std::optional<LinearizedResiduals> linearize(const Experiment& experiment,

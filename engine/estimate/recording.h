@@ -161,7 +161,7 @@ struct PredictionOptions {
 
 /// An impact as predicted, against the one recorded.
 struct ImpactDeviation {
-  /// nv: velocity after, predicted less recorded, in the norm of M (impact.h) [m/s].
+  /// nv: velocity after, predicted less recorded, in the norm of M (ImpactSolver::weighted) [m/s].
   VectorX weighted;
   double speed = 0.0;         ///< its length [m/s]
   double energy_ratio = 0.0;  ///< kinetic energy after over before, predicted
