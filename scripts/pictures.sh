@@ -29,6 +29,8 @@ draw() {
 draw humanoid data/scenes/humanoid_drop.yaml 1.5 0.9 'cam=-50,14,2.6,0.1,0,0.35'
 draw quadruped data/scenes/quadruped_drop.yaml 1.2 1 'cam=-50,16,1.35,0,0,0.1'
 draw stack data/scenes/hard/tower_10.yaml 0.5 0.4 'cam=-60,10,3.9,0,0,1'
+draw pile data/scenes/piles/pile_64.yaml 1.6 1.5 'cam=-50,26,3,0,0,0.1'
+draw bin data/scenes/piles/bin_64.yaml 1.6 1.5 'cam=-50,72,2.6,0,0,0.2'
 chromium=${COUNTERPOINT_CHROMIUM:-$(command -v chromium || command -v chromium-browser || command -v google-chrome)}
 # whole NAME PAGE FRAGMENT: docs/images/replay_NAME.png, with the legend and all else that a reader sees
 whole() {
