@@ -138,6 +138,7 @@ struct SpeedLimit {
 struct Idle {
   std::span<const char> bodies = {};
   bool operator()(int body) const { return !bodies.empty() && bodies[body]; }
+  bool sleeps(int body) const { return body != 0 && (*this)(body); }
 };
 
 /// A contact has the compliance of its own inverse mass up to a body of so many times its mass in

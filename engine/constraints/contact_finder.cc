@@ -161,7 +161,7 @@ void ConstraintFinder::find_candidates(const StepContext& at, const Data& data, 
     if (!is_cheap(a, b)) {
       const FarPair far = locate(model, pair, at.effects, data);
       if (far.gap >= margin_[a.body] + margin_[b.body]) continue;
-      if (parks && !idle(a.body) && !idle(b.body) && is_far(far, near, h, data)) {
+      if (parks && !idle.sleeps(a.body) && !idle.sleeps(b.body) && is_far(far, near, h, data)) {
         out.far.push_back(far);
         continue;
       }
@@ -351,8 +351,9 @@ void ConstraintFinder::find_contacts(const StepContext& at, const Data& data, Co
     move_to_meeting(model, candidate);
     count_contact(material_of(model, at.effects, candidate), counts);
     const ParkedContact open = describe(at, data, candidate);
+    // A contact with rows wakes who sleeps.
     const bool may_park =
-        parks && candidate.gap >= near && !idle(open.body_a) && !idle(open.body_b);
+        parks && candidate.gap >= near && !idle.sleeps(open.body_a) && !idle.sleeps(open.body_b);
     if (may_park && !is_near(open, near, h)) {
       out.parked.push_back(open);
       continue;

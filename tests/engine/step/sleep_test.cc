@@ -59,6 +59,48 @@ TEST(Sleep, EqualsTheRunThatNeverSleptToTheBit) {
   EXPECT_EQ(last, 10);
 }
 
+/// Bodies that lie at rest beside others which still fall, roll and come near them.
+Scene pile(const std::string& name, bool sleeping) {
+  Scene scene = load_scene(test::source_dir() + "/data/scenes/piles/" + name + ".yaml");
+  scene.options.effects.set(Effect::kSleeping, sleeping);
+  return scene;
+}
+
+TEST(Sleep, PilesMoveToTheBitAsIfNoneSlept) {
+  for (const std::string name : {"pile_16", "pile_16_masses", "chain_into_pile"}) {
+    Simulator sleeper(pile(name, true)), waker(pile(name, false));
+    int most = 0;
+    for (int k = 0; k < 1000; ++k) {
+      most = std::max(most, sleeper.step().sleeping_bodies);
+      waker.step();
+      EXPECT_SAME_STATE(sleeper.state(), waker.state(), k) << name;
+      if (testing::Test::HasFailure()) return;
+    }
+    EXPECT_GT(most, 0) << name;
+  }
+}
+
+TEST(Sleep, TheInverseOfAPileFindsNothingApplied) {
+  Simulator sim(pile("pile_16", true));
+  const Scene scene = pile("pile_16", true);
+  Workspace ws(scene.model);
+  Inverse inverse;
+  double largest = 0.0, scale = 0.0;
+  int most = 0;
+  for (int k = 0; k < 1000; ++k) {
+    const State before = sim.state();
+    const StepReport report = sim.step();
+    ASSERT_FALSE(report.softening.any()) << k;
+    most = std::max(most, report.sleeping_bodies);
+    step_inverse(scene.model, scene.options, before.q, before.v, sim.state().v, ws, inverse);
+    largest = std::max(largest, inverse.applied_force.cwiseAbs().maxCoeff());
+    scale = std::max(scale, inverse.force_scale);
+  }
+  EXPECT_GT(most, 0);
+  // The accuracy that is promised of an inverse.
+  EXPECT_LT(largest, 1e-8 * scale);
+}
+
 TEST(Sleep, ColumnsSleepWithinASecondAndAStepThenRunsNothing) {
   Simulator sim(read(kColumns));
   EXPECT_LT(run_until_asleep(sim, 9, 500), 500);
