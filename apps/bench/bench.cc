@@ -8,12 +8,12 @@
 #include <string>
 #include <vector>
 
+#include "counterpoint/engine/batch.h"
 #include "counterpoint/engine/dynamics.h"
 #include "counterpoint/engine/dynamics/aba.h"
 #include "counterpoint/engine/dynamics/crba.h"
 #include "counterpoint/engine/dynamics/kinematics.h"
 #include "counterpoint/engine/dynamics/rnea.h"
-#include "counterpoint/engine/batch.h"
 #include "counterpoint/engine/step/step_workspace.h"
 
 namespace counterpoint::apps {

@@ -10,8 +10,8 @@
 #include <cmath>
 #include <filesystem>
 
-#include "tasks/task_list.h"
 #include "tasks/run_tasks.h"
+#include "tasks/task_list.h"
 
 namespace {
 

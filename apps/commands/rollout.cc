@@ -13,9 +13,9 @@
 #include "interrupt.h"
 #include "report/failure.h"
 #include "report/report.h"
-#include "tasks/task_list.h"
 #include "tasks/fingerprint.h"
 #include "tasks/task_arguments.h"
+#include "tasks/task_list.h"
 
 namespace counterpoint::apps {
 namespace {

@@ -8,8 +8,8 @@
 
 #include "peers/mujoco.h"
 #include "peers/not_expressible.h"
-#include "tasks/task_list.h"
 #include "tasks/fingerprint.h"
+#include "tasks/task_list.h"
 
 namespace counterpoint::apps {
 namespace {

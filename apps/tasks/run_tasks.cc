@@ -7,11 +7,11 @@
 #include <memory>
 #include <mutex>
 
-#include "task_list.h"
 #include "chunks.h"
 #include "counterpoint/model/spatial.h"
 #include "journal.h"
 #include "report/progress.h"
+#include "task_list.h"
 #include "workers.h"
 
 namespace counterpoint::apps::tasks {

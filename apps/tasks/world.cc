@@ -7,8 +7,8 @@
 #include <cstdlib>
 #include <thread>
 
-#include "task_list.h"
 #include "counterpoint/engine/batch.h"
+#include "task_list.h"
 
 namespace counterpoint::apps::tasks {
 namespace {

@@ -8,13 +8,13 @@
 #include <stdexcept>
 #include <utility>
 
-#include "counterpoint/engine/estimate/contact_effects.h"
 #include "counterpoint/contact/solver.h"
 #include "counterpoint/engine/constraints/assemble.h"
 #include "counterpoint/engine/constraints/contact_law.h"
 #include "counterpoint/engine/dynamics/crba.h"
 #include "counterpoint/engine/dynamics/energy.h"
 #include "counterpoint/engine/dynamics/kinematics.h"
+#include "counterpoint/engine/estimate/contact_effects.h"
 
 namespace counterpoint::estimation {
 namespace {

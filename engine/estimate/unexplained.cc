@@ -7,14 +7,14 @@
 #include <limits>
 #include <stdexcept>
 
-#include "counterpoint/engine/estimate/contact_effects.h"
 #include "counterpoint/engine/constraints/assemble.h"
 #include "counterpoint/engine/dynamics/crba.h"
 #include "counterpoint/engine/dynamics/energy.h"
 #include "counterpoint/engine/dynamics/kinematics.h"
+#include "counterpoint/engine/estimate/contact_effects.h"
+#include "counterpoint/engine/estimate/recording.h"
 #include "counterpoint/engine/motion_files.h"
 #include "counterpoint/engine/step.h"
-#include "counterpoint/engine/estimate/recording.h"
 
 namespace counterpoint::estimation {
 namespace {

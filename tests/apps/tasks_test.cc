@@ -8,10 +8,10 @@
 #include <set>
 
 #include "counterpoint/model/spatial.h"
-#include "tasks/task_list.h"
 #include "tasks/chunks.h"
 #include "tasks/journal.h"
 #include "tasks/run_tasks.h"
+#include "tasks/task_list.h"
 
 namespace counterpoint::apps::tasks::tasks_test {
 namespace {

@@ -123,7 +123,6 @@ TEST(Gradient, OfPredictionsOfACubeThatIsTossed) {
   }
 }
 
-
 TEST(Gradient, IsNotKnownOfSizes) {
   const Experiment e = experiment_of(scene_of("cube_toss.yaml"), 3, 1);
   const std::vector<Parameter> parameters = parse_parameters("friction,size", e.scene);

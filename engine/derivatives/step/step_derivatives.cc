@@ -38,7 +38,6 @@ DerivativeScratch& scratch_of(const Model& model, Workspace::Impl& ws) {
   return *ws.derivatives;
 }
 
-
 /// What w+ and the displacement velocity p of a step make of q_next = q (+) h (w+ + p).
 void chain_displacement(const Model& model, double h, const VectorRef& v_next,
                         const DisplacementDerivator& by, VectorX& r, ForwardDerivatives& d) {

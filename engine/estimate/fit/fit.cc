@@ -7,9 +7,9 @@
 #include <cmath>
 #include <random>
 
+#include "counterpoint/engine/batch.h"
 #include "counterpoint/engine/estimate/fit/fit_spread.h"
 #include "counterpoint/engine/estimate/fit/fit_system.h"
-#include "counterpoint/engine/batch.h"
 
 namespace counterpoint::estimation {
 namespace {

@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "accuracy/closed_forms.h"
-#include "accuracy/recommendation.h"
 #include "accuracy/measure.h"
+#include "accuracy/recommendation.h"
 #include "apps/command.h"
 #include "counterpoint/model/spatial.h"
 #include "support/small_scenes.h"
