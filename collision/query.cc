@@ -5,6 +5,7 @@
 #include <string>
 
 #include "counterpoint/collision/broadphase/default_poses.h"
+#include "counterpoint/collision/pairs/pair_contacts.h"
 #include "counterpoint/collision/rays/ray.h"
 
 namespace counterpoint::collision {
