@@ -234,6 +234,9 @@ A cell gives the value tried, then what it did:
 
 Scenes, at time steps of 2 ms:
 {scenes}.
+
+Measured on 2026-11-26, before what sleep did to piles was corrected
+([decision](../decisions/effects.md#sleep-is-a-memory-of-the-step-not-a-threshold)).
 """
 
 
