@@ -3,7 +3,7 @@
 
     scripts/constants.py measure RESULTS.json    an hour: each constant a tenth and ten times as large
     scripts/constants.py table RESULTS.json      writes the table from that
-    scripts/constants.py check                   is every constant in the table, with its value? (`ctest -R house.constants`)
+    scripts/constants.py check                   is every constant in the table, with its value? (house.constants)
 
 `measure` builds a copy of the sources in which a constant can be set from outside. Numbers that sizes of arrays
 depend on, and those that only name something (nothing, no block), are left out.
@@ -124,8 +124,8 @@ def run_all(bin_folder, constant, time_step=0.002):
     results = {}
     for test in TESTS:
         try:
-            out = subprocess.run([bin_folder / test, "--gtest_brief=1"], env=environment, capture_output=True, text=True,
-                                 timeout=120, cwd=ROOT, check=False).stdout
+            out = subprocess.run([bin_folder / test, "--gtest_brief=1"], env=environment, capture_output=True,
+                                 text=True, timeout=120, cwd=ROOT, check=False).stdout
             results[test] = sorted(set(re.findall(r"\[  FAILED  \] (\S+?)[,\s]", out)))
         except subprocess.TimeoutExpired:
             results[test] = ["TIMEOUT"]
@@ -136,8 +136,9 @@ def run_all(bin_folder, constant, time_step=0.002):
                                 str(duration), "--timestep", repr(time_step), "--json", report.name],
                                env=environment, capture_output=True, timeout=300, cwd=ROOT, check=False)
                 r = json.load(open(report.name))
-                results[scene] = [r[key] for key in ("newton_iterations_mean", "newton_iterations_p99", "softened_steps",
-                                                     "max_penetration_m", "energy_excess_J", "state_hash")]
+                results[scene] = [r[key] for key in ("newton_iterations_mean", "newton_iterations_p99",
+                                                     "softened_steps", "max_penetration_m", "energy_excess_J",
+                                                     "state_hash")]
             except (subprocess.TimeoutExpired, json.JSONDecodeError, KeyError) as error:
                 results[scene] = [type(error).__name__]
     return results
@@ -148,7 +149,8 @@ def measure(results_file):
     with tempfile.TemporaryDirectory() as scratch:
         root = pathlib.Path(scratch) / "sources"
         for name in subprocess.check_output(["git", "ls-files"], cwd=ROOT, text=True).split("\n"):
-            if name and not name.startswith(("data/", "docs/images/", "tests/fuzz/corpus/")) and (ROOT / name).is_file():
+            left_out = name.startswith(("data/", "docs/images/", "tests/fuzz/corpus/"))
+            if (ROOT / name).is_file() and not left_out:
                 (root / name).parent.mkdir(parents=True, exist_ok=True)
                 shutil.copy2(ROOT / name, root / name, follow_symlinks=False)
         (root / "data").symlink_to(ROOT / "data")
@@ -209,7 +211,8 @@ def write_table(results_file):
         cells = {}
         for factor, tried, _ in settings(kind, value):
             run = results.get(f"{name}|{factor}")
-            cells["less" if factor < 1 else "more"] = f"{shown(tried)}: {effect(base, run[1])}" if run else "not measured"
+            cell = f"{shown(tried)}: {effect(base, run[1])}" if run else "not measured"
+            cells["less" if factor < 1 else "more"] = cell
         written = value.replace("std::numeric_limits<double>::epsilon()", "epsilon")
         lines.append(f"| {constant} | {written} | {cells.get('less', '')} | {cells.get('more', '')} |")
     TABLE.write_text("\n".join(lines) + "\n")

@@ -1,6 +1,8 @@
-// A scene reduced to its contacts and closures.
+// A scene reduced to its contacts and closures, of which all have rows.
 #pragma once
 
+#include "counterpoint/engine/constraints/constraints.h"
+#include "counterpoint/engine/dynamics/kinematics.h"
 #include "counterpoint/engine/step.h"
 
 namespace counterpoint::estimation {
@@ -12,6 +14,18 @@ inline EffectSet contact_effects(const Model& model, const collision::Collider& 
                               Effect::kRollingFriction, Effect::kClosures})
     wanted.set(effect, true);
   return active_effects(called_for(model, collider), wanted);
+}
+
+/// The constraints at (q, v), none of them parked; leaves poses, velocities and inertias there in
+/// `data`.
+inline void find_all_constraints(const StepContext& at, ConstraintFinder& finder, Data& data,
+                                 ConstraintSet& out) {
+  compute_poses(at.model, at.q, data);
+  compute_velocities(at.model, at.v, data);
+  compute_inertias(at.model, data);
+  EffectCounts not_counted;
+  finder.find(at, data, out, not_counted);
+  finder.unpark_all(at, data, out);
 }
 
 }  // namespace counterpoint::estimation

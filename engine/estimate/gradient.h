@@ -12,9 +12,9 @@ namespace counterpoint::estimation {
 std::vector<char> exact_parameters(const Experiment& experiment,
                                    const std::vector<Parameter>& parameters, bool by_force);
 
-/// Residuals as force_residuals and prediction_residuals give them, and their derivatives by these parameters; columns of the
-/// others are zero. By forward sensitivities of the predictions, or of the inverse. None where
-/// contacts take a part of the forces.
+/// Residuals as force_residuals and prediction_residuals give them, and their derivatives by these
+/// parameters; columns of the others are zero. By forward sensitivities of the predictions, or of
+/// the inverse. None where contacts take a part of the forces.
 std::optional<LinearizedResiduals> linearize(const Experiment& experiment,
                                              const std::vector<Parameter>& parameters,
                                              const VectorX& values, const std::vector<int>& which,

@@ -48,7 +48,6 @@ struct ImpactSolver::Impl {
   ConstraintFinder finder;
   EffectSet effects;
   double mass;
-  EffectCounts counts;
   ConstraintSet constraints;
   std::vector<int> block_of_tree;
   contact::Problem problem;
@@ -58,12 +57,7 @@ struct ImpactSolver::Impl {
 };
 
 void ImpactSolver::Impl::find(const VectorX& q, const VectorX& v) {
-  compute_poses(model, q, data);
-  compute_velocities(model, v, data);
-  compute_inertias(model, data);
-  const StepContext at{model, options, effects, q, v};
-  finder.find(at, data, constraints, counts);
-  finder.unpark_all(at, data, constraints);
+  find_all_constraints({model, options, effects, q, v}, finder, data, constraints);
   touch();
 }
 

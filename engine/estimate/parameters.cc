@@ -68,6 +68,13 @@ std::vector<std::string> links(const Model& model) {
   return names;
 }
 
+/// kinds: "joint; joints", as a sentence has them.
+[[noreturn]] void refuse(const std::string& element, const char* kinds,
+                         const std::vector<std::string>& names) {
+  throw InputError(fmt::format("'{}' is no {} are {}", element, kinds,
+                               names.empty() ? "none" : fmt::format("{}", fmt::join(names, ", "))));
+}
+
 std::vector<int> geometries_named(const Model& model, const std::string& element) {
   std::vector<int> found;
   std::vector<std::string> names;
@@ -78,10 +85,7 @@ std::vector<int> geometries_named(const Model& model, const std::string& element
     if (element.empty() || g.name == element || (frame >= 0 && g.frame == frame))
       found.push_back(i);
   }
-  if (found.empty())
-    throw InputError(
-        fmt::format("'{}' is no geometry and no link with one; geometries are {}", element,
-                    names.empty() ? "none" : fmt::format("{}", fmt::join(names, ", "))));
+  if (found.empty()) refuse(element, "geometry and no link with one; geometries", names);
   return found;
 }
 
@@ -104,10 +108,7 @@ std::vector<int> coordinates_named(const Model& model, const std::string& elemen
     if (!element.empty() && element != names.back()) continue;
     for (int k = 0; k < joint_nv(body.joint_type); ++k) found.push_back(body.v_index + k);
   }
-  if (found.empty())
-    throw InputError(
-        fmt::format("'{}' is no joint; joints are {}", element,
-                    names.empty() ? "none" : fmt::format("{}", fmt::join(names, ", "))));
+  if (found.empty()) refuse(element, "joint; joints", names);
   return found;
 }
 

@@ -84,7 +84,6 @@ struct Explainer::Impl {
     VectorX q, v, v_next;
   } last;  ///< the step explained last
   ConstraintSet constraints;
-  EffectCounts effect_counts;
   std::vector<int> block_of_tree;
   contact::Problem assembled, problem;
   contact::Solver solver;
@@ -95,12 +94,7 @@ struct Explainer::Impl {
 
 void Explainer::Impl::find_contacts(const VectorX& q, const VectorX& v, double interval) {
   contact.time_step = interval;
-  compute_poses(model, q, data);
-  compute_velocities(model, v, data);
-  compute_inertias(model, data);
-  const StepContext at{model, contact, effects, q, v};
-  finder.find(at, data, constraints, effect_counts);
-  finder.unpark_all(at, data, constraints);
+  find_all_constraints({model, contact, effects, q, v}, finder, data, constraints);
   const size_t contacts = constraints.contacts.size();
   std::vector<PairConstraint> pairs;
   std::vector<collision::Candidate> candidates;
