@@ -17,9 +17,11 @@ can be run in shares (--budget). Every row is judged:
                   pose semi-implicit Euler never is: a step changes kinetic energy by h u'v+, by f'J v+ <= 0 of contacts
                   and by -|v+ - v|^2_M / 2. Trees are left this 1 %, and the 1 mm/s at which overlaps part by velocity
     ground        no point is more than 1 cm below the ground at the end
+    inverse       `counterpoint inverse` over the motion finds the forces that were applied to 1e-8 of the largest force
+                  at work: what was applied and what came from contact are told apart
     newton        no step takes more than 200 Newton steps, and 99 of 100 at most 30
 
-Exit code 1 if a run failed, crashed or was killed, or has an energy or a depth that it should not have. A URDF that is
+Exit code 1 if a run failed, crashed or was killed, or has an energy, a depth or an inverse that it should not have. A URDF that is
 refused as bad input, and a run that had not the wall time to end (--limit), do not count. Standard library only.
 """
 import argparse
@@ -48,8 +50,9 @@ FIGURES = {"simulated_s": "simulated_seconds", "steps": "steps", "newton_mean": 
            "overlap_work_J": "overlap_work_J", "energy_gain_J": "energy_gain_max_J",
            "energy_excess_J": "energy_excess_J", "state_hash": "state_hash"}
 COLUMNS = ["kind", "scene", "base", "inputs", "bodies", "friction", "mass_range", "overlap", "seed", "time_step_s",
-           "duration_s", "exit", "status", "short_of", *FIGURES, "message", "command"]
-ENERGY_SHARE, DEPTH, NEWTON_P99, NEWTON_MAX = 0.01, 0.01, 30, 200  # bounds, see above
+           "duration_s", "exit", "status", "short_of", *FIGURES, "inverse_error", "message",
+           "command"]
+ENERGY_SHARE, DEPTH, INVERSE_ERROR, NEWTON_P99, NEWTON_MAX = 0.01, 0.01, 1e-8, 30, 200  # bounds, see above
 BAD = {"failed", "crashed", "killed"}
 QUICK_LIMIT, FULL_LIMIT = 10.0, 120.0  # s of steps a run
 SLACK = 30.0                           # s beyond that for reading, and for one step that takes long: then it is killed
@@ -67,9 +70,27 @@ def judge(row):
         short.append("energy")
     if row["status"] == "ok" and row["end_below_ground_m"] > DEPTH and row["base"] != "fixed":
         short.append("ground")
+    if row["inverse_error"] == "failed" or (row["inverse_error"] != "" and row["inverse_error"] > INVERSE_ERROR):
+        short.append("inverse")
     if row["newton_p99"] > NEWTON_P99 or row["newton_max"] > NEWTON_MAX:
         short.append("newton")
     return short
+
+
+def inverse_error(command, options, motion, limit):
+    """Largest force found where none was applied, as a share of the largest force at work; "failed"; or "": no time."""
+    words = [command, "inverse", options[0], str(motion)]
+    rest = iter(options[1:])
+    for option in rest:
+        value = [] if option == "--ground" else [next(rest)]
+        words += [] if option in ("--duration", "--random-inputs", "--seed") else [option, *value]
+    try:
+        done = subprocess.run([*words, "--json", "-"], capture_output=True, text=True, errors="replace", timeout=limit)
+        return json.loads(done.stdout)["applied_force_relative_error_max"]
+    except subprocess.TimeoutExpired:
+        return ""
+    except (ValueError, KeyError):
+        return "failed"
 
 
 def run(command, row, options, prepare, limit):
@@ -80,21 +101,22 @@ def run(command, row, options, prepare, limit):
     words = [command, "simulate", *options]
     row["command"] = shlex.join(words)
     with tempfile.TemporaryDirectory() as temporary:
-        report = pathlib.Path(temporary) / "report.json"
+        report, motion = pathlib.Path(temporary) / "report.json", pathlib.Path(temporary) / "motion.h5"
         try:
-            done = subprocess.run([*words, "--wall-limit", f"{limit:g}", "--json", str(report)], capture_output=True,
-                                  text=True, errors="replace", timeout=limit + SLACK)
+            done = subprocess.run([*words, "--wall-limit", f"{limit:g}", "--json", str(report), "--output", str(motion)],
+                                  capture_output=True, text=True, errors="replace", timeout=limit + SLACK)
         except subprocess.TimeoutExpired:
             row.update(exit="", status="killed", short_of="killed",
                        message=f"not done {limit + SLACK:g} s after its start")
             return row
         row["exit"] = done.returncode
         figures = json.loads(report.read_text()) if report.exists() else {}
+        row["inverse_error"] = inverse_error(command, options, motion, limit + SLACK) if figures.get("steps") else ""
     last = done.stderr.strip().splitlines()[-1] if done.stderr.strip() else ""
     row["status"] = figures.get("status", "refused" if done.returncode == 2 else "crashed")
     row["message"] = figures.get("message", last if row["status"] != "ok" else "")
     row.update({column: figures.get(key, "") for column, key in FIGURES.items()})
-    row.setdefault("base", "")
+    row = {"base": "", "inputs": "", **row}
     row["short_of"] = " ".join(judge(row))
     return row
 
@@ -157,7 +179,7 @@ def summary(rows):
         for status in ("ok", "failed", "stopped", "killed", "crashed", "refused"):
             out[kind][status] = sum(row["status"] == status for row in mine)
         for column in ("newton_mean", "newton_p99", "newton_max", "max_penetration_m", "end_penetration_m",
-                       "end_below_ground_m", "energy_excess_J"):
+                       "end_below_ground_m", "energy_excess_J", "inverse_error"):
             values = sorted(row[column] for row in stepped if isinstance(row[column], (int, float)))
             if values:
                 out[kind][column] = {"median": values[len(values) // 2], "largest": values[-1]}
@@ -202,7 +224,7 @@ def table_line(group, rows):
     ended, counted = (sum(row["status"] in which for row in rows) for which in (("ok",), ("ok", "stopped", *BAD)))
     cells = [*group, f"{ended} of {counted}"]
     if not steps:
-        return "| " + " | ".join(cells + ["-"] * 6) + " |"
+        return "| " + " | ".join(cells + ["-"] * 7) + " |"
     mean = sum(row["newton_mean"] * row["steps"] for row in stepped) / steps
     soft = 100 * sum(row["softened_steps"] for row in stepped) / steps
     gain = max((row["energy_excess_J"] / abs(row["energy_max_J"]) for row in stepped
@@ -210,6 +232,7 @@ def table_line(group, rows):
     middle = sorted(row["step_median_us"] for row in stepped)[len(stepped) // 2]
     cells += [str(steps), f"{mean:.1f} / {largest(stepped, 'newton_p99')} / {largest(stepped, 'newton_max')}",
               f"{soft:.2f} %", f"{max(gain, 0.0):.1g}", f"{1000 * largest(stepped, 'end_below_ground_m'):.2g} mm",
+              f"{largest(stepped, 'inverse_error'):.1g}",
               " / ".join(f"{us / 1000:.3g}" for us in (middle, largest(stepped, "step_p99_us"),
                                                        largest(stepped, "step_max_us")))]
     return "| " + " | ".join(cells) + " |"
@@ -237,9 +260,10 @@ def page(rows, matrix):
         f"* Softened steps of robots and of piles of equal masses that start apart, at 2 ms: {soft} of {steps}",
         f"  ({100 * soft / max(steps, 1):.3f} %).", "",
         "Newton steps a step: mean, 99 % and most of the worst run. Energy: what no input and no correction of overlaps gave,",
-        "as a share of the highest energy. Ground: deepest point below it at the end. Time of a step: median, 99 %, largest.",
-        "", "| what | | time step | ended | steps | Newton steps | softened | energy | ground | time of a step [ms] |",
-        "|---|---|---|---|---|---|---|---|---|---|"]
+        "as a share of the highest energy. Ground: deepest point below it at the end. Inverse: largest force found where none",
+        "was applied, as a share of the largest force at work. Time of a step: median, 99 %, largest.", "",
+        "| what | | time step | ended | steps | Newton steps | softened | energy | ground | inverse | time of a step [ms] |",
+        "|---|---|---|---|---|---|---|---|---|---|---|"]
     groups = {}
     for row in rows:
         groups.setdefault(group_of(row), []).append(row)
@@ -247,7 +271,8 @@ def page(rows, matrix):
     short = [row for row in rows if row["short_of"]]
     if short:
         lines += ["", "## What falls short", "",
-                  "| what | of | Newton steps | energy excess J, highest | ground m | message |", "|---|---|---|---|---|---|"]
+                  "| what | of | Newton steps | energy excess J, highest | ground m | inverse | message |",
+                  "|---|---|---|---|---|---|---|"]
     for row in short:
         words = (pathlib.PurePath(row["scene"]).name, row["base"], "torques" if row["inputs"] == "1" else "",
                  f"{1000 * row['time_step_s']:g} ms")
@@ -255,7 +280,9 @@ def page(rows, matrix):
         figures = [f"{row['newton_mean']:.3g} / {row['newton_p99']} / {row['newton_max']}",
                    f"{row['energy_excess_J']:.3g}, {row['energy_max_J']:.3g}"
                    if isinstance(row["energy_excess_J"], float) else "-",
-                   f"{row['end_below_ground_m']:.2g}"] if row.get("steps") else ["-"] * 3
+                   f"{row['end_below_ground_m']:.2g}",
+                   f"{row['inverse_error']:.2g}" if isinstance(row["inverse_error"], (int, float)) else
+                   row["inverse_error"] or "-"] if row.get("steps") else ["-"] * 4
         message = row["message"].replace("|", "/")[:110]
         lines.append("| " + " | ".join([name, row["short_of"], *figures, message]) + " |")
     return "\n".join(lines) + "\n"
@@ -314,7 +341,7 @@ def main():
         arguments.page.write_text(page(rows, len(runs)), encoding="utf-8")
     if arguments.json:
         arguments.json.write_text(json.dumps(found, indent=2) + "\n", encoding="utf-8")
-    return int(any(row["status"] in BAD or {"energy", "ground"} & set(row["short_of"].split()) for row in rows))
+    return int(any(row["status"] in BAD or {"energy", "ground", "inverse"} & set(row["short_of"].split()) for row in rows))
 
 
 if __name__ == "__main__":

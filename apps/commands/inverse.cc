@@ -44,22 +44,22 @@ void add_extremes(const Model& model, const Trajectory& trajectory, int step, do
                   const Inverse& inverse, Extremes& extremes) {
   VectorX velocity(model.nv());
   configuration_difference(model, trajectory.q.col(step), trajectory.q.col(step + 1), velocity);
-  extremes.mismatch = std::max(
-      extremes.mismatch, (velocity / time_step - trajectory.v.col(step + 1)).cwiseAbs().maxCoeff());
+  velocity = velocity / time_step - trajectory.v.col(step + 1);
+  extremes.mismatch = std::max(extremes.mismatch, velocity.lpNorm<Eigen::Infinity>());
   extremes.scale = std::max(extremes.scale, inverse.force_scale);
   extremes.contacts += static_cast<long>(inverse.contacts.size());
   if (trajectory.applied_force.size() > 0) {
     const auto recorded = trajectory.applied_force.col(step);
-    const double error = (inverse.applied_force - recorded).cwiseAbs().maxCoeff();
+    const double error = (inverse.applied_force - recorded).lpNorm<Eigen::Infinity>();
     // Written so that a NaN is kept, not lost in a comparison.
     if (!(error <= extremes.error)) extremes.error = error;
-    extremes.recorded = std::max(extremes.recorded, recorded.cwiseAbs().maxCoeff());
+    extremes.recorded = std::max(extremes.recorded, recorded.lpNorm<Eigen::Infinity>());
   }
   for (int i = 1; i < model.num_bodies(); ++i) {
     if (model.joint(i - 1).actuated) continue;
     const Body& body = model.body(i);
     const auto force = inverse.applied_force.segment(body.v_index, joint_nv(body.joint_type));
-    extremes.unactuated = std::max(extremes.unactuated, force.cwiseAbs().maxCoeff());
+    extremes.unactuated = std::max(extremes.unactuated, force.lpNorm<Eigen::Infinity>());
   }
 }
 

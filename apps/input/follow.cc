@@ -96,7 +96,7 @@ void Follower::set(Simulator& simulator) {
     const Body& body = model.body(i);
     if (!model.joint(i - 1).actuated) continue;
     error_max_ = std::max(
-        error_max_, off.segment(body.v_index, joint_nv(body.joint_type)).cwiseAbs().maxCoeff());
+        error_max_, off.segment(body.v_index, joint_nv(body.joint_type)).lpNorm<Eigen::Infinity>());
   }
 }
 

@@ -59,7 +59,7 @@ void RunWatch::add_overlap_work(double h, const State& state) {
   if (simulator_.options().integrator != Integrator::kSemiImplicitEuler) return;
   if (q_moved_.size() != q_.size()) q_moved_.resize(q_.size());
   integrate_configuration(simulator_.model(), q_, state.v, h, q_moved_);
-  if ((q_moved_ - state.q).cwiseAbs().maxCoeff() < kMoved) return;
+  if ((q_moved_ - state.q).lpNorm<Eigen::Infinity>() < kMoved) return;
   overlap_work_ += potential(state.q) - potential(q_moved_);
 }
 

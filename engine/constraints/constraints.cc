@@ -77,6 +77,7 @@ ConstraintFinder::ConstraintFinder(const Model& model, InverseWeights weights)
       travel_(model.num_bodies(), 0.0),
       slack_(model.num_bodies(), 0.0),
       margin_(model.num_bodies(), 0.0),
+      in_reach_(model.num_trees(), 0),
       turn_share_(model.num_bodies(), 0.0),
       heavy_on_light_(differ_much(weights_.contact)),
       fall_(free_fall(model)),
@@ -99,6 +100,7 @@ void ConstraintFinder::find(const StepContext& at, const Data& data, ConstraintS
   const auto& [model, options, effects, q, v] = at;
   out.clear();
   speed_.clear();
+  std::fill(in_reach_.begin(), in_reach_.end(), 0);
   const auto runs = [&](Effect effect) {
     if (!at.effects.has(effect)) return false;
     counts.add(effect);
@@ -107,7 +109,7 @@ void ConstraintFinder::find(const StepContext& at, const Data& data, ConstraintS
   if (runs(Effect::kContacts)) find_contacts(at, data, out, counts, idle);
   if (runs(Effect::kClosures))
     find_closures(model, options, data, weights_, idle, acceleration_, out);
-  if (heavy_on_light_) stiffen_under_load(model, out);
+  if (heavy_on_light_) stiffen_under_load(at, out);
   if (runs(Effect::kLimits)) find_joint_limits(at, limited_, weights_, idle, out);
   if (runs(Effect::kVelocityLimits))
     find_velocity_limits(options, speed_limits_, v, weights_, idle, out);
@@ -124,7 +126,8 @@ bool ConstraintFinder::find_overrun(const StepContext& at, const Reached& w, con
 }
 
 /// Of contacts with rows, joined by these and by closures: a function of (q, w), like the rows.
-void ConstraintFinder::stiffen_under_load(const Model& model, ConstraintSet& out) {
+void ConstraintFinder::stiffen_under_load(const StepContext& at, ConstraintSet& out) {
+  const Model& model = at.model;
   const auto tree_of = [&](int body) { return model.body(body).tree; };
   islands_.reset(model.num_trees());
   for (const PairConstraint& pair : out.pairs)
@@ -139,12 +142,19 @@ void ConstraintFinder::stiffen_under_load(const Model& model, ConstraintSet& out
   }
   for (size_t i = 0; i < out.contacts.size(); ++i) {
     PairConstraint& pair = out.pairs[i];
+    const double gap = out.contacts[i].gap;
     const int body = pair.body_b != 0 ? pair.body_b : pair.body_a;
     const double least = least_weight_[static_cast<size_t>(islands_.root(tree_of(body)))];
     const double alpha = weights_.contact[pair.body_a] + weights_.contact[pair.body_b];
     if (!(alpha > kHeaviest * least)) continue;
     pair.stiffer = kHeaviest * least / alpha;
     pair.law.regularizer *= pair.stiffer;
+    if (!(pair.gap_bias < 0.0)) continue;
+    // What it yields under a weight, and so the speed that it may part by, is less.
+    const auto bias = [&](double inverse_mass) {
+      return law_bias(law_options(at.options, inverse_mass, weights_.total_mass), at.h(), gap);
+    };
+    if (pair.law.bias[0] == bias(alpha)) pair.law.bias[0] = bias(alpha * pair.stiffer);
   }
 }
 

@@ -185,6 +185,10 @@ class ConstraintFinder {
   /// The relative acceleration that this reckons with, in W [m/s^2].
   Vector3 relative_fall(EffectSet effects, const PairConstraint& contact) const;
 
+  /// By tree: a fast body may strike it within the step, and what may touch it was looked for as
+  /// far as that one goes. Of the last find().
+  std::span<const char> in_reach_of_fast() const { return in_reach_; }
+
   /// Radius [m] of each body's geometry about the body origin.
   const std::vector<double>& radii() const { return radius_; }
   const InverseWeights& weights() const { return weights_; }
@@ -210,7 +214,7 @@ class ConstraintFinder {
                      double threshold, double own_threshold);
   void find_contacts(const StepContext& at, const Data& data, ConstraintSet& out,
                      EffectCounts& counts, Idle idle);
-  void stiffen_under_load(const Model& model, ConstraintSet& out);
+  void stiffen_under_load(const StepContext& at, ConstraintSet& out);
   double turning_advance(const Vector3& n, const Vector3& arm, double h, int body,
                          const Data& data);
   double gap_less_turning(const PairConstraint& contact, double gap, double h, const Data& data);
@@ -221,6 +225,7 @@ class ConstraintFinder {
   std::vector<double> travel_;  ///< of each body's surface within the step [m]
   std::vector<double> slack_;   ///< what impacts and applied forces may add to that [m]
   std::vector<double> margin_;  ///< both
+  std::vector<char> in_reach_;  ///< by tree, see in_reach_of_fast
   /// By body, h^2 |w|^2 / 2: of a place at an arm no more than this share of the arm's length is
   /// between turning and h w x arm, since |(exp(a) - 1 - a x) arm| <= |a|^2 |arm| / 2.
   std::vector<double> turn_share_;

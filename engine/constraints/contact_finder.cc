@@ -114,6 +114,7 @@ bool ConstraintFinder::spread_travel(const Model& model, std::span<const std::pa
         for (int k = tree.body_begin; k < tree.body_end; ++k) {
           if (travel_[k] >= travel) continue;
           travel_[k] = travel;
+          in_reach_[index] = 1;
           again = changed = true;
         }
       }

@@ -10,8 +10,8 @@ namespace {
 double smoothing(double length, double alpha) { return length * kStandardGravity / alpha; }
 
 /// Whether a bounce is what the bias comes from: an overlap may have to be recovered faster.
-bool rules(const Bounce& bounce, const ContactOptions& options, double h, double gap) {
-  return bounce.happens && (gap > 0.0 || -bounce.speed < gap_bias(options, h, gap));
+bool rules(const Bounce& bounce, const LawOptions& options, double h, double gap) {
+  return bounce.happens && (gap > 0.0 || -bounce.speed < law_bias(options, h, gap));
 }
 
 /// 1 - gap^2 / reach^2 of a positive gap, none beyond the reach.
@@ -51,15 +51,35 @@ double gap_bias(const ContactOptions& options, double h, double gap) {
   return std::max(options.stabilization * gap / h, -options.max_recovery_speed);
 }
 
-ContactOptions law_options(const SimulationOptions& options, double alpha, double total_mass) {
-  ContactOptions law = options.contact;
+LawOptions law_options(const SimulationOptions& options, double alpha, double total_mass) {
+  LawOptions law{options.contact};
+  law.kept_recovery = law.max_recovery_speed;
   if (options.integrator == Integrator::kImplicitMidpoint) return law;
   // At rest y = b = -r f: a bias that may not reach r f lets a heavy load sink.
   const double weight = total_mass * kStandardGravity;
   const double yields = law.compliance * alpha * options.time_step * weight;
-  law.max_recovery_speed = std::min(law.max_recovery_speed,
-                                    kKeptRecovery * law.max_recovery_speed + kKeptWeights * yields);
+  law.kept_recovery = std::min(law.max_recovery_speed,
+                               kKeptRecovery * law.max_recovery_speed + kKeptWeights * yields);
   return law;
+}
+
+double pushed_share(const LawOptions& options, double h, double gap) {
+  if (!(options.kept_recovery < options.max_recovery_speed)) return 1.0;
+  const double all = -options.stabilization * gap / h;
+  return std::clamp(2.0 - all / (kPushed * options.kept_recovery), 0.0, 1.0);
+}
+
+double law_bias(const LawOptions& options, double h, double gap) {
+  const double share = pushed_share(options, h, gap);
+  if (share < 1.0) return -share * options.kept_recovery;
+  return std::max(gap_bias(options, h, gap), -options.kept_recovery);
+}
+
+double law_bias_slope(const LawOptions& options, double h, double gap) {
+  const double share = pushed_share(options, h, gap);
+  if (share < 1.0) return share > 0.0 ? -options.stabilization / (kPushed * h) : 0.0;
+  const bool capped = gap_bias(options, h, gap) < -options.kept_recovery;
+  return capped ? 0.0 : gap_bias_slope(options, h, gap);
 }
 
 bool is_round(const Model& model, const Geometry& a, const Geometry& b) {
@@ -78,13 +98,13 @@ bool rubs(const ContactOptions& options, double gap, bool meets) {
   return options.friction_model != FrictionModel::kCoulomb || gap <= options.margin || meets;
 }
 
-void set_contact_law(const ContactOptions& options, double h, const ContactStart& start,
+void set_contact_law(const LawOptions& options, double h, const ContactStart& start,
                      contact::Law& law) {
   const auto& [pair, alpha, gap, v, bounce, round] = start;
   const double mu = pair.friction;
   law.regularizer = options.compliance * alpha;
   law.smoothing = smoothing(faded_smoothing(options.smoothing, gap, options.margin), alpha);
-  law.bias[0] = gap_bias(options, h, gap);
+  law.bias[0] = law_bias(options, h, gap);
   if (rules(bounce, options, h, gap)) law.bias[0] = -bounce.speed;
   if (mu <= 0.0) return;
   // Beyond the margin only speed brought it in: where and how the bodies will meet is known
@@ -116,10 +136,10 @@ double gap_bias_slope(const ContactOptions& options, double h, double gap) {
   return capped ? 0.0 : options.stabilization / h;
 }
 
-LawSlopes contact_law_slopes(const ContactOptions& options, double h, const ContactStart& start) {
+LawSlopes contact_law_slopes(const LawOptions& options, double h, const ContactStart& start) {
   const auto& [pair, alpha, gap, v, bounce, round] = start;
   LawSlopes slopes;
-  slopes.gap = gap_bias_slope(options, h, gap);
+  slopes.gap = law_bias_slope(options, h, gap);
   slopes.smoothing =
       smoothing(faded_smoothing_slope(options.smoothing, gap, options.margin), alpha);
   if (rules(bounce, options, h, gap)) {
@@ -137,11 +157,11 @@ LawSlopes contact_law_slopes(const ContactOptions& options, double h, const Cont
   return slopes;
 }
 
-contact::Law make_limit_law(const ContactOptions& options, double h, double alpha, double gap) {
+contact::Law make_limit_law(const LawOptions& options, double h, double alpha, double gap) {
   contact::Law law;
   law.regularizer = options.compliance * alpha;
   law.smoothing = smoothing(faded_smoothing(options.smoothing, gap, kLimitReach), alpha);
-  law.bias[0] = gap_bias(options, h, gap);
+  law.bias[0] = law_bias(options, h, gap);
   return law;
 }
 

@@ -42,12 +42,30 @@ double gap_bias(const ContactOptions& options, double h, double gap);
 inline constexpr double kKeptRecovery = 1e-3;
 inline constexpr double kKeptWeights = 2.0;
 
-/// The options that the law of a contact or a joint limit (lever 1 m) is made with in a step by
-/// `integrator`: max_recovery_speed is the speed that may be kept. The implicit midpoint rule,
-/// which reads velocities off positions, keeps all of it.
-/// @param alpha       inverse mass of the constraint [1/kg, 1/(kg m^2)]
+/// The options that the law of a contact or a joint limit (lever 1 m) is made with.
+struct LawOptions : ContactOptions {
+  /// Of the recovery of an overlap, what may be kept [m/s]: max_recovery_speed under the implicit
+  /// midpoint rule, which reads velocities off positions and displaces nothing.
+  double kept_recovery = max_recovery_speed;
+};
+/// In a step by `integrator`.
+/// @param alpha       inverse mass of the constraint [1/kg, 1/(kg m^2)], less where it is stiffer
+///                    (PairConstraint::stiffer) by that share
 /// @param total_mass  of all that can move [kg]
-ContactOptions law_options(const SimulationOptions& options, double alpha, double total_mass);
+LawOptions law_options(const SimulationOptions& options, double alpha, double total_mass);
+
+/// Bias [m/s] of a law's unilateral row: gap_bias, no faster than pushed_share of kept_recovery.
+/// What is held deep inside another, as a robot fixed in the ground, is pushed out by displacement:
+/// by velocities its contacts would push each other with kept_recovery over compliance, 1e8 N, for
+/// ever. Continuous.
+double law_bias(const LawOptions& options, double h, double gap);
+/// By the gap [1/s].
+double law_bias_slope(const LawOptions& options, double h, double gap);
+/// 1 up to an overlap whose recovery takes kPushed times kept_recovery, 0 from twice that.
+double pushed_share(const LawOptions& options, double h, double gap);
+/// Less, and what rolls, whose rim is in the ground after each step by the height of its arc, loses
+/// more energy; more, and what is held nearly free of the ground pushes on.
+inline constexpr double kPushed = 5.0;
 
 /// Whether no turning changes the gap of two geometries: free balls about their centre of mass, and
 /// one of these with the world.
@@ -70,9 +88,9 @@ struct ContactStart {
 
 /// Law of a contact in a step of h [s], where it is made: into that of a constraint just begun, all
 /// at its defaults.
-void set_contact_law(const ContactOptions& options, double h, const ContactStart& start,
+void set_contact_law(const LawOptions& options, double h, const ContactStart& start,
                      contact::Law& law);
-inline contact::Law make_contact_law(const ContactOptions& options, double h,
+inline contact::Law make_contact_law(const LawOptions& options, double h,
                                      const ContactStart& start) {
   contact::Law law;
   set_contact_law(options, h, start, law);
@@ -91,11 +109,11 @@ struct LawSlopes {
 /// Of gap_bias [1/s].
 double gap_bias_slope(const ContactOptions& options, double h, double gap);
 /// Of make_contact_law with these arguments.
-LawSlopes contact_law_slopes(const ContactOptions& options, double h, const ContactStart& start);
+LawSlopes contact_law_slopes(const LawOptions& options, double h, const ContactStart& start);
 
 /// Law of a joint limit: gap [rad or m] to the limit, alpha the joint's inverse weight. The
 /// smoothing length counts as an angle [rad] for revolute joints.
-contact::Law make_limit_law(const ContactOptions& options, double h, double alpha, double gap);
+contact::Law make_limit_law(const LawOptions& options, double h, double alpha, double gap);
 /// Of its Law::smoothing by the gap [N or N m].
 double limit_smoothing_slope(const ContactOptions& options, double alpha, double gap);
 

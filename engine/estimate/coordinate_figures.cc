@@ -13,7 +13,7 @@ CoordinateFigures coordinate_figures(const std::string& name, const VectorX& dif
   out.mean = difference.mean();
   const double deviation = (recorded.array() - recorded.mean()).matrix().norm() / std::sqrt(count);
   // Of a constant rounding is left.
-  if (!(deviation > 1e-12 * recorded.cwiseAbs().maxCoeff())) return out;
+  if (!(deviation > 1e-12 * recorded.lpNorm<Eigen::Infinity>())) return out;
   out.recorded_deviation = deviation;
   out.r2 = 1.0 - out.rms * out.rms / (deviation * deviation);
   return out;

@@ -92,8 +92,8 @@ void ImpactSolver::Impl::touch() {
     const Material surface = model.pair_material(c.geometry_a, c.geometry_b);
     const Bounce bounce = find_bounce(Integrator::kSemiImplicitEuler, kInstant, surface.restitution,
                                       0.0, v[0], 0.0);
-    pair.law =
-        make_contact_law(options.contact, kInstant, {surface, alpha, 0.0, v.head<3>(), bounce});
+    pair.law = make_contact_law(LawOptions{options.contact}, kInstant,
+                                {surface, alpha, 0.0, v.head<3>(), bounce});
     contacts.push_back(c);
     pairs.push_back(pair);
   }

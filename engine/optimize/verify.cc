@@ -50,8 +50,9 @@ const Inverse& Verifier::add_step(const VectorX& q, const VectorX& v, const Vect
 
 void Verifier::check_forces(Verification& out) {
   const double largest =
-      unactuated_.size() ? inverse_.applied_force.cwiseProduct(unactuated_).cwiseAbs().maxCoeff()
-                         : 0.0;
+      unactuated_.size() > 0
+          ? inverse_.applied_force.cwiseProduct(unactuated_).lpNorm<Eigen::Infinity>()
+          : 0.0;
   out.unactuated_max = std::max(out.unactuated_max, largest);
   out.unactuated_mean += (largest - out.unactuated_mean) / steps_;
   for (int i = 1; i < model_->num_bodies(); ++i) {
@@ -110,7 +111,7 @@ void Verifier::check_forward(const VectorX& q, const VectorX& v, const VectorX& 
   }
   VectorX off(model_->nv());
   configuration_difference(*model_, q_next, next.q, off);
-  out.forward_check_max = std::max(out.forward_check_max, off.cwiseAbs().maxCoeff());
+  out.forward_check_max = std::max(out.forward_check_max, off.lpNorm<Eigen::Infinity>());
 }
 
 Verification verify(const Model& model, const SimulationOptions& options,

@@ -50,8 +50,8 @@ void solve_middle(const StepArguments& step, Workspace::Impl& ws, VectorX& middl
     const Vector3 gravity = set_middle(at, middle, input.wrenches, ws);
     accelerate(model, half, gravity, state.v, ws, ws.next_middle, report);
     if (!report.succeeded()) return;
-    const double size = ws.next_middle.cwiseAbs().maxCoeff();
-    const double change = (ws.next_middle - middle).cwiseAbs().maxCoeff();
+    const double size = ws.next_middle.lpNorm<Eigen::Infinity>();
+    const double change = (ws.next_middle - middle).lpNorm<Eigen::Infinity>();
     middle.swap(ws.next_middle);
     // Rounding keeps it from falling further.
     if (change <= kSettled * size || (change <= kArrived * size && change >= last)) return;
@@ -149,7 +149,7 @@ bool refine_contact_velocity(const InverseArguments& step, double pose_rounding,
                       Eigen::Ref<VectorX>(ws.impulse.head(problem.num_rows())));
   if (!contact::succeeded(report.status)) return false;
   for_each_block([&](int, auto in_tree, auto in_block) { ws.middle(in_tree) = ws.w(in_block); });
-  if (!((ws.middle - w_c).cwiseAbs().maxCoeff() * step.h() <= pose_rounding)) return false;
+  if (!((ws.middle - w_c).lpNorm<Eigen::Infinity>() * step.h() <= pose_rounding)) return false;
   w_c.swap(ws.middle);
   return true;
 }

@@ -115,7 +115,8 @@ void Sleepers::list_awake(const Model& model) {
   }
 }
 
-bool Sleepers::wake_touched(const Model& model, const ConstraintSet& constraints) {
+bool Sleepers::wake_touched(const Model& model, const ConstraintSet& constraints,
+                            std::span<const char> in_reach) {
   woken_.clear();
   if (num_sleeping_bodies_ == 0) return false;
   std::fill(island_awake_.begin(), island_awake_.end(), 0);
@@ -125,6 +126,11 @@ bool Sleepers::wake_touched(const Model& model, const ConstraintSet& constraints
     island_awake_[islands_.root(asleep_[a] ? a : b)] = 1;
     any = true;
   });
+  for (int t = 0; t < model.num_trees(); ++t) {
+    if (!asleep_[t] || !in_reach[t]) continue;
+    island_awake_[islands_.root(t)] = 1;
+    any = true;
+  }
   if (!any) return false;
   for (int t = 0; t < model.num_trees(); ++t) {
     if (!asleep_[t] || !island_awake_[islands_.root(t)]) continue;

@@ -26,9 +26,11 @@ class Sleepers {
   /// as it was, if state, input and options are what they were then.
   void begin(const Model& model, const SimulationOptions& options,
              const contact::Settings& settings, const State& state, const Input& input);
-  /// Wakes the islands that a constraint joins to a body that is awake; woken() lists their bodies.
-  /// False if there are none.
-  bool wake_touched(const Model& model, const ConstraintSet& constraints);
+  /// Wakes the islands that a constraint joins to a body that is awake, and those in reach of a
+  /// fast one (by tree), which have contacts looked for in a wider space; woken() lists their
+  /// bodies. False if there are none.
+  bool wake_touched(const Model& model, const ConstraintSet& constraints,
+                    std::span<const char> in_reach);
   /// Finds the islands of what is awake. Always called, whether anything may sleep or not.
   void find_islands(const Model& model, const ConstraintSet& constraints);
   /// Leaves the poses of islands whose motion within the step is lost in rounding as they are in
@@ -41,6 +43,8 @@ class Sleepers {
   /// Remembers what this step did to the trees that were awake.
   void end(const Model& model, const State& state, const Input& input,
            const ConstraintSet& constraints, const State& next);
+  /// After end: what this step did to a tree another one of the same state need not do.
+  void keep_awake(int tree) { resting_[tree] = 0; }
   /// In place of begin: nothing sleeps through this step.
   void wake_all(const Model& model);
   /// The next step computes everything.

@@ -90,6 +90,15 @@ void choose_awake(const StepArguments& step, Workspace::Impl& ws) {
   ws.sleepers.begin(step.model, step.options, step.settings, step.state, step.input);
 }
 
+/// Trees at rest but for this step: what a fast body may strike had its contacts looked for in a
+/// wider space, and softer laws are of one step.
+void keep_awake(const Model& model, const StepReport& report, Workspace::Impl& ws) {
+  for (int t = 0; t < model.num_trees(); ++t) {
+    const bool softened = report.softening.any() && ws.softened_trees.holds(t, -1);
+    if (softened || ws.finder.in_reach_of_fast()[t]) ws.sleepers.keep_awake(t);
+  }
+}
+
 /// Checks what came of it, and keeps what the next step starts from.
 void conclude(const StepArguments& step, Workspace::Impl& ws, State& next, StepReport& report) {
   if (report.succeeded()) check_result(step, next, ws, report);
@@ -101,6 +110,7 @@ void conclude(const StepArguments& step, Workspace::Impl& ws, State& next, StepR
   if (report.succeeded()) remember(step, ws, next);
   if (may_sleep(step) && report.succeeded()) {
     ws.sleepers.end(step.model, step.state, step.input, ws.constraints, next);
+    keep_awake(step.model, report, ws);
   } else {
     ws.sleepers.forget();
   }
@@ -110,7 +120,8 @@ void conclude(const StepArguments& step, Workspace::Impl& ws, State& next, StepR
 
 StepReport step_forward(const Model& model, const SimulationOptions& options,
                         const contact::Settings& settings, const State& state, const Input& input,
-                        Workspace& workspace, State& next) {  // Parameters: what it depends on, one by one
+                        Workspace& workspace,
+                        State& next) {  // Parameters: what it depends on, one by one
   Workspace::Impl& ws = workspace.impl();
   const PhaseTimer timer(ws.times, &PhaseTimes::step);
   const EffectSet effects = active_effects(ws.called, options.effects);

@@ -26,7 +26,8 @@ void StepStart::find_constraints(const StepContext& at, Workspace::Impl& ws) {
     ws.finder.find(at, ws.data, constraints_, ws.counts, ws.sleepers.idle_bodies());
   };
   find(ws.sleepers.awake());
-  while (ws.sleepers.wake_touched(at.model, constraints_)) find(ws.sleepers.woken());
+  while (ws.sleepers.wake_touched(at.model, constraints_, ws.finder.in_reach_of_fast()))
+    find(ws.sleepers.woken());
 }
 
 /// The share of a tree's velocity-dependent forces that energy_projection leaves, and what the rest

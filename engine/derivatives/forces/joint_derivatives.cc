@@ -30,7 +30,8 @@ struct RowSlopes {
 
 RowSlopes row_slopes(const Model& model, const SimulationOptions& options,
                      const JointConstraint& row, int side, const VectorRef& q,
-                     const InverseWeights& weights, bool displacing) {  // Parameters: what it depends on, one by one
+                     const InverseWeights& weights,
+                     bool displacing) {  // Parameters: what it depends on, one by one
   const double h = options.time_step;
   if (row.law.type == contact::LawType::kEquality) {
     if (displacing) return {};
@@ -43,9 +44,10 @@ RowSlopes row_slopes(const Model& model, const SimulationOptions& options,
   const double at = q[model.body(joint + 1).q_index], sign = row.coefficient[0];
   const double gap = sign > 0.0 ? at - model.joint(joint).lower : model.joint(joint).upper - at;
   const double alpha = weights.dof[row.v_index[0]];
-  const ContactOptions law =
-      displacing ? options.contact : law_options(options, alpha, weights.total_mass);
-  return {sign * gap_bias_slope(law, h, gap), sign * limit_smoothing_slope(law, alpha, gap)};
+  const double bias = displacing
+                          ? gap_bias_slope(options.contact, h, gap)
+                          : law_bias_slope(law_options(options, alpha, weights.total_mass), h, gap);
+  return {sign * bias, sign * limit_smoothing_slope(options.contact, alpha, gap)};
 }
 
 }  // namespace

@@ -9,12 +9,12 @@
 namespace counterpoint {
 namespace {
 
-/// Of law_options' max_recovery_speed.
-double recovery_speed_change(const SimulationOptions& options, double alpha, double total_mass,
-                             const LawSource& source) {
+/// Of law_options' kept_recovery.
+double kept_recovery_change(const SimulationOptions& options, double alpha, double total_mass,
+                            const LawSource& source) {
   const ContactOptions& contact = options.contact;
   if (options.integrator == Integrator::kImplicitMidpoint ||
-      !(law_options(options, alpha, total_mass).max_recovery_speed < contact.max_recovery_speed))
+      !(law_options(options, alpha, total_mass).kept_recovery < contact.max_recovery_speed))
     return source.max_recovery_speed;
   const double yields = source.compliance * alpha * total_mass +
                         contact.compliance * source.alpha * total_mass +
@@ -23,12 +23,15 @@ double recovery_speed_change(const SimulationOptions& options, double alpha, dou
          kKeptWeights * options.time_step * kStandardGravity * yields;
 }
 
-/// Of gap_bias with these options, the gap held.
-double gap_bias_change(const ContactOptions& law, double h, double gap, double recovery_speed,
+/// Of law_bias with these options, the gap held; kept: of kept_recovery.
+double law_bias_change(const LawOptions& law, double h, double gap, double kept,
                        const LawSource& source) {
   if (gap > 0.0) return 0.0;
-  const double recovery = law.stabilization * gap / h;
-  return recovery < -law.max_recovery_speed ? -recovery_speed : source.stabilization * gap / h;
+  const double recovery = law.stabilization * gap / h, change = source.stabilization * gap / h;
+  const double share = pushed_share(law, h, gap);
+  // The bias is there -kept share = -2 kept - recovery / kPushed.
+  if (share < 1.0) return share > 0.0 ? -2.0 * kept - change / kPushed : 0.0;
+  return recovery < -law.kept_recovery ? -kept : change;
 }
 
 /// Of a constraint at a gap, whose smoothing fades up to `reach`.
@@ -46,16 +49,16 @@ LawChange strength_change(const ContactOptions& contact, double alpha, double ga
 }  // namespace
 
 LawChange contact_law_change(const SimulationOptions& options, double total_mass,
-                             const ContactStart& start, const LawSource& source) {
+                             const ContactStart& start, double stiffer, const LawSource& source) {
   const auto& [pair, alpha, gap, v, bounce, round] = start;
   const double h = options.time_step;
-  const ContactOptions law = law_options(options, alpha, total_mass);
+  const LawOptions law = law_options(options, alpha * stiffer, total_mass);
   LawChange out = strength_change(options.contact, alpha, gap, options.contact.margin, source);
-  const double speed = recovery_speed_change(options, alpha, total_mass, source);
-  out.bias = gap_bias_change(law, h, gap, speed, source);
-  if (bounce.happens && (gap > 0.0 || -bounce.speed < gap_bias(law, h, gap)))
-    out.bias =
-        -bounce.by_restitution * source.material.restitution - bounce.by_fall * source.fall;
+  out.regularizer *= stiffer;
+  const double kept = kept_recovery_change(options, alpha * stiffer, total_mass, source);
+  out.bias = law_bias_change(law, h, gap, kept, source);
+  if (bounce.happens && (gap > 0.0 || -bounce.speed < law_bias(law, h, gap)))
+    out.bias = -bounce.by_restitution * source.material.restitution - bounce.by_fall * source.fall;
   out.slip_speed = source.slip_speed;
   const Material& m = source.material;
   if (pair.friction > 0.0 && law.friction_model == FrictionModel::kLagged)
@@ -66,15 +69,18 @@ LawChange contact_law_change(const SimulationOptions& options, double total_mass
 }
 
 LawChange limit_law_change(const SimulationOptions& options, double alpha, double total_mass,
-                           double bias, const LawSource& source) {
+                           const JointConstraint& row, const LawSource& source) {
   const double h = options.time_step;
-  const ContactOptions law = law_options(options, alpha, total_mass);
+  const LawOptions law = law_options(options, alpha, total_mass);
   LawChange out =
-      strength_change(options.contact, alpha, std::max(bias, 0.0) * h, kLimitReach, source);
-  if (!(bias < 0.0)) return out;
-  // The gap that this bias stands for.
-  const double gap = -bias < law.max_recovery_speed ? bias * h / law.stabilization : -HUGE_VAL;
-  out.bias = gap_bias_change(law, h, gap, recovery_speed_change(options, alpha, total_mass, source),
+      strength_change(options.contact, alpha, std::max(row.gap_bias, 0.0) * h, kLimitReach, source);
+  if (!(row.gap_bias < 0.0)) return out;
+  // The gap that these biases stand for.
+  const double share = -row.law.bias[0] / law.kept_recovery;
+  const bool deep = row.gap_bias < -law.kept_recovery && share < 1.0;
+  const double recovery = deep ? (share - 2.0) * kPushed * law.kept_recovery : row.gap_bias;
+  const double gap = recovery * h / law.stabilization;
+  out.bias = law_bias_change(law, h, gap, kept_recovery_change(options, alpha, total_mass, source),
                              source);
   return out;
 }

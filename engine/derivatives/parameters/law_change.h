@@ -2,6 +2,7 @@
 #pragma once
 
 #include "counterpoint/contact/problem.h"
+#include "counterpoint/engine/constraints/constraints.h"
 #include "counterpoint/engine/constraints/contact_law.h"
 #include "counterpoint/model/scene.h"
 
@@ -24,12 +25,12 @@ struct LawChange {
   std::array<double, contact::kMaxRows - 1> friction{};
 };
 
-/// Of make_contact_law with law_options.
+/// Of make_contact_law with law_options; stiffer: PairConstraint::stiffer.
 LawChange contact_law_change(const SimulationOptions& options, double total_mass,
-                             const ContactStart& start, const LawSource& source);
-/// Of make_limit_law with law_options; `bias` is the law's.
+                             const ContactStart& start, double stiffer, const LawSource& source);
+/// Of make_limit_law with law_options, the law of `row`.
 LawChange limit_law_change(const SimulationOptions& options, double alpha, double total_mass,
-                           double bias, const LawSource& source);
+                           const JointConstraint& row, const LawSource& source);
 /// Of laws whose bias does not go with the options: speed limits, dry friction, equalities. law:
 /// as it is.
 LawChange plain_law_change(const SimulationOptions& options, const contact::Law& law, double alpha,

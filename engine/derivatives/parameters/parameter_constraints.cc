@@ -163,8 +163,8 @@ bool ParameterConstraints::add_contacts(const PreparedParameter& p, const Model&
       change.material =
           only(effects, material_change(p, a, contact.geometry_a, b, contact.geometry_b));
     if (p.kind() == K::kGravity && !model.gravity().isZero(0.0))
-      change.fall = pair.frame.col(0).dot(ws.finder.relative_fall(effects, pair)) /
-                    model.gravity().norm();
+      change.fall =
+          pair.frame.col(0).dot(ws.finder.relative_fall(effects, pair)) / model.gravity().norm();
     if (p.weights) change.alpha = p.weights->contact[pair.body_a] + p.weights->contact[pair.body_b];
     PlaceChange place;
     if (!find_place(p, model, contact, options.time_step, ws, place)) return false;
@@ -219,15 +219,14 @@ void ParameterConstraints::add_contact(const Model& model, const SimulationOptio
   const Bounce bounce =
       ws.finder.find_contact_bounce(options, effects, source.surface, pair, gap, v[0]);
   const ContactStart from{source.surface, source.alpha, gap, v, bounce};
-  LawSlopes slopes =
-      contact_law_slopes(law_options(options, source.alpha, source.total_mass), h, from);
+  LawSlopes slopes = contact_law_slopes(
+      law_options(options, source.alpha * pair.stiffer, source.total_mass), h, from);
   if (pair.law.type != contact::LawType::kFrictionCone) slopes.v[1] = slopes.v[2] = 0.0;
   if (!closed) dy[0] += slopes.gap * by_gap;
   dy[0] += slopes.v.dot(moved(start).head<3>());
-  dy[0] += slopes.fall * place.turn.cross(pair.frame.col(0))
-                             .dot(ws.finder.relative_fall(effects, pair));
-  LawChange law = contact_law_change(options, source.total_mass, from, change);
-  law.regularizer *= pair.stiffer;
+  dy[0] +=
+      slopes.fall * place.turn.cross(pair.frame.col(0)).dot(ws.finder.relative_fall(effects, pair));
+  LawChange law = contact_law_change(options, source.total_mass, from, pair.stiffer, change);
   if (!closed) law.smoothing += slopes.smoothing * by_gap;
   const contact::Rows f = contact::impulse(pair.law, y);
   const Force W = pair_impulse(pair, f);
@@ -273,7 +272,7 @@ void ParameterConstraints::add_joint_rows(const PreparedParameter& p,
     }
     const bool limit = row.law.type == contact::LawType::kUnilateral && !std::isnan(row.gap_bias);
     LawChange change =
-        limit ? limit_law_change(options, alpha, weights.total_mass, row.law.bias[0], source)
+        limit ? limit_law_change(options, alpha, weights.total_mass, row, source)
               : plain_law_change(options, row.law, alpha, source);
     if (row.law.type == contact::LawType::kDryFriction && p.kind() == K::kDryFriction &&
         p.has(row.v_index[0]))

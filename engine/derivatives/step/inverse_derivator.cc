@@ -97,8 +97,9 @@ bool InverseDerivator::contact_response(const InverseArguments& of, size_t conta
   }
   const Vector3 v = pair.frame.transpose() * (bodies.start_b.linear - bodies.start_a.linear);
   const Bounce bounce = ws.finder.find_contact_bounce(options, effects, surface, pair, gap, v[0]);
-  LawSlopes slopes = contact_law_slopes(law_options(options, alpha, weights.total_mass), h,
-                                        {surface, alpha, gap, v, bounce});
+  LawSlopes slopes =
+      contact_law_slopes(law_options(options, alpha * pair.stiffer, weights.total_mass), h,
+                         {surface, alpha, gap, v, bounce});
   const Vector3 fall = ws.finder.relative_fall(effects, pair);
   slopes.normal = slopes.fall * fall;
   if (displacing_ == Displacing::kRecovery)

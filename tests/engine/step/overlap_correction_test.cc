@@ -12,6 +12,7 @@
 #include "support/paths.h"
 #include "support/recover.h"
 #include "support/small_scenes.h"
+#include "support/temp_folder.h"
 
 namespace counterpoint::test::overlap_correction_test {
 namespace {
@@ -93,6 +94,83 @@ TEST(OverlapCorrection, AJointBeyondItsLimitComesBackWithoutSwinging) {
     EXPECT_LE(std::abs(sim.state().v[0]), kKept);
   }
   EXPECT_NEAR(sim.state().q[0], 0.1, 1e-6);  // gravity holds it at the limit
+}
+
+TEST(OverlapCorrection, LawsPushWhatIsHeldDeepNoMore) {
+  SimulationOptions options;
+  const double h = options.time_step, alpha = 1.0, mass = 1.0;
+  const LawOptions law = law_options(options, alpha, mass);
+  const double deep = kPushed * law.kept_recovery * h / law.stabilization;  // [m]
+  EXPECT_EQ(law_bias(law, h, -deep), -law.kept_recovery);
+  EXPECT_NEAR(law_bias(law, h, -1.5 * deep), -0.5 * law.kept_recovery, 1e-15);
+  EXPECT_EQ(law_bias(law, h, -2.0 * deep), 0.0);
+  EXPECT_EQ(law_bias(law, h, -100.0 * deep), 0.0);
+  const double dx = 1e-6 * deep;  // a polynomial of degree 1 between the kinks: rounding alone
+  for (const double share : {-1.0, 0.1, 0.5, 1.2, 1.8, 3.0}) {
+    const double gap = -share * deep;
+    const double change = (law_bias(law, h, gap + dx) - law_bias(law, h, gap - dx)) / (2.0 * dx);
+    EXPECT_NEAR(law_bias_slope(law, h, gap), change, 1e-8 / h) << share;
+  }
+  options.integrator = Integrator::kImplicitMidpoint;  // displaces nothing
+  const LawOptions all = law_options(options, alpha, mass);
+  EXPECT_EQ(law_bias(all, h, -100.0 * deep), -all.max_recovery_speed);
+}
+
+// A bar on a hinge at the height of the ground, with either half of it 10 cm deep: nothing can lift
+// it. Its contacts carry what gravity puts on them, and do not push each other.
+TEST(OverlapCorrection, WhatIsHeldInTheGroundTakesNoForceButItsLoad) {
+  const TempFolder folder;
+  folder.write("bar.urdf", R"(<robot name="bar"><link name="base"/>
+<link name="bar"><inertial><mass value="1"/>
+  <inertia ixx="0.01" iyy="0.03" izz="0.03" ixy="0" ixz="0" iyz="0"/></inertial>
+  <collision><geometry><box size="0.6 0.1 0.2"/></geometry></collision></link>
+<joint name="hinge" type="continuous"><parent link="base"/><child link="bar"/><axis xyz="0 1 0"/></joint>
+<link name="tip"><inertial><origin xyz="0.1 0 0"/><mass value="0.1"/>
+  <inertia ixx="0.0001" iyy="0.0005" izz="0.0005" ixy="0" ixz="0" iyz="0"/></inertial>
+  <collision><origin xyz="0.1 0 0"/><geometry><box size="0.2 0.05 0.05"/></geometry></collision></link>
+<joint name="wrist" type="continuous"><parent link="bar"/><child link="tip"/><origin xyz="0.3 0 0"/>
+  <axis xyz="0 1 0"/></joint></robot>)");
+  Simulator sim(load_scene(folder.write("bar.yaml", R"(
+ground: {friction: 0.8}
+models:
+  - {name: bar, urdf: bar.urdf, base: fixed}
+)")));
+  const double weight = 1.1 * kStandardGravity;
+  double pushed = 0.0, found = 0.0, scale = 0.0;
+  for (int i = 0; i < 1000; ++i) {
+    const State before = sim.state();
+    ASSERT_TRUE(sim.step().succeeded()) << i;
+    const Inverse& inverse = sim.inverse(before.q, before.v, sim.state().v);
+    found = std::max(found, inverse.applied_force.lpNorm<Eigen::Infinity>());
+    scale = std::max(scale, inverse.force_scale);
+    if (i < 500) continue;  // the tip has come down and lies
+    for (const ContactForce& contact : inverse.contacts)
+      pushed = std::max(pushed, contact.force.norm());
+  }
+  EXPECT_LT(pushed, weight);
+  EXPECT_LT(found, 1e-8 * scale);  // the accuracy that is promised of an inverse
+}
+
+// Contacts of what is 1e7 times lighter than its surroundings are stiffer than their compliance
+// (kHeaviest), and give less under a weight: what they may part by is less too.
+TEST(OverlapCorrection, ALightBodyInAHeavyOneKeepsNoMoreSpeedThanOthers) {
+  const TempFolder folder;
+  Simulator sim(load_scene(folder.write("light.yaml", R"(
+gravity: [0, 0, 0]
+models:
+  - {name: heavy, box: [1, 1, 1], mass: 1000, position: [0, 0, 0]}
+  - {name: light, box: [0.1, 0.1, 0.1], mass: 0.0001, position: [0, 0, 1.09]}
+)")));
+  double fastest = 0.0;
+  for (int i = 0; i < 200; ++i) {
+    ASSERT_TRUE(sim.step().succeeded()) << i;
+    fastest = std::max(fastest, sim.state().v.norm());
+  }
+  EXPECT_GE(sim.state().q[9], 1.1);  // out
+  // As of a body of 1000 kg / kHeaviest; by its own 0.1 g it would be 0.4 m/s.
+  const SimulationOptions& options = sim.options();
+  const double inverse_mass = kHeaviest / 1000.0;
+  EXPECT_LE(fastest, 1.1 * law_options(options, inverse_mass, 1000.0).kept_recovery);
 }
 
 // The midpoint rule reads velocities off positions: it keeps what it recovers with, as documented.

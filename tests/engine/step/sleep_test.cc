@@ -139,6 +139,30 @@ TEST(Sleep, APushWakesTheIslandPushedAndNoOther) {
   }
 }
 
+// What a fast body may strike within the step has its contacts looked for as far as that one goes:
+// more of them than at rest, so that its step is another one, even if nothing strikes it.
+TEST(Sleep, AFastBodyThatPassesNearWakesAndLeavesTheMotionAsItIs) {
+  // After a second the ball passes the cylinder 5 cm away at 60 m/s, 12 cm a step.
+  const std::string scene = R"(
+ground: {friction: 0.6}
+models:
+  - {name: lies, cylinder: [0.1, 0.4], mass: 1, position: [0, 0, 0.1001], rpy: [1.5707963, 0, 0]}
+  - {name: far, box: [0.1, 0.1, 0.1], mass: 1, position: [0, 5, 0.101]}
+  - {name: fast, sphere: 0.05, mass: 1, position: [-60, 0, 5.2], velocity: {linear: [60, 0, 0]}}
+)";
+  Simulator sim(read(scene)), never(read(scene, false));
+  int least = 3;
+  for (int k = 0; k < 600; ++k) {
+    const int asleep = sim.step().sleeping_bodies;
+    if (k > 400 && k < 550) least = std::min(least, asleep);
+    EXPECT_EQ(asleep, k < 400 || asleep == least ? asleep : 2) << k;
+    never.step();
+    EXPECT_SAME_STATE(sim.state(), never.state(), k);
+    if (testing::Test::HasFailure()) return;
+  }
+  EXPECT_EQ(least, 1);  // the box at 5 m sleeps on
+}
+
 TEST(Sleep, MovingABodyByHandWakesIt) {
   Simulator sim(read(kColumns));
   ASSERT_LT(run_until_asleep(sim, 9, 500), 500);
