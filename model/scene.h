@@ -205,6 +205,9 @@ struct SimulationOptions {
   /// keep its energy (engine/forces/mid_velocity.h, energy_projection.h). False: those at its start; cheaper, and
   /// with derivatives in closed form. Of semi_implicit_euler.
   bool mean_velocity_forces = true;
+  /// Velocities push apart what overlaps, however deep, as `optimize` needs to find its way out of
+  /// the ground. False: what is deep is parted by displacement (engine/constraints/contact_law.h).
+  bool push_deep = false;
   /// If set, controlled steps (Simulator::step_controlled) are of the length that it asks for, the
   /// first one tried being time_step. step_forward does not look at it.
   std::optional<StepControlOptions> step_control = std::nullopt;

@@ -60,24 +60,25 @@ LawOptions law_options(const SimulationOptions& options, double alpha, double to
   const double yields = law.compliance * alpha * options.time_step * weight;
   law.kept_recovery = std::min(law.max_recovery_speed,
                                kKeptRecovery * law.max_recovery_speed + kKeptWeights * yields);
+  if (law.kept_recovery < law.max_recovery_speed && !options.push_deep)
+    law.full_push = kPushed * law.kept_recovery;
   return law;
 }
 
 double pushed_share(const LawOptions& options, double h, double gap) {
-  if (!(options.kept_recovery < options.max_recovery_speed)) return 1.0;
   const double all = -options.stabilization * gap / h;
-  return std::clamp(2.0 - all / (kPushed * options.kept_recovery), 0.0, 1.0);
+  return all > options.full_push ? options.full_push / all : 1.0;
 }
 
 double law_bias(const LawOptions& options, double h, double gap) {
   const double share = pushed_share(options, h, gap);
-  if (share < 1.0) return -share * options.kept_recovery;
+  if (share < 1.0) return -share * share * options.kept_recovery;
   return std::max(gap_bias(options, h, gap), -options.kept_recovery);
 }
 
 double law_bias_slope(const LawOptions& options, double h, double gap) {
   const double share = pushed_share(options, h, gap);
-  if (share < 1.0) return share > 0.0 ? -options.stabilization / (kPushed * h) : 0.0;
+  if (share < 1.0) return 2.0 * share * share * options.kept_recovery / gap;
   const bool capped = gap_bias(options, h, gap) < -options.kept_recovery;
   return capped ? 0.0 : gap_bias_slope(options, h, gap);
 }

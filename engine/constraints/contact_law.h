@@ -2,6 +2,8 @@
 // options become regularizer, smoothing and bias. Forward and inverse both call it.
 #pragma once
 
+#include <limits>
+
 #include "counterpoint/contact/problem.h"
 #include "counterpoint/engine/constraints/bounce.h"
 #include "counterpoint/model/scene.h"
@@ -47,6 +49,8 @@ struct LawOptions : ContactOptions {
   /// Of the recovery of an overlap, what may be kept [m/s]: max_recovery_speed under the implicit
   /// midpoint rule, which reads velocities off positions and displaces nothing.
   double kept_recovery = max_recovery_speed;
+  /// Overlaps whose recovery in a step takes more than this [m/s] are pushed apart by less.
+  double full_push = std::numeric_limits<double>::infinity();
 };
 /// In a step by `integrator`.
 /// @param alpha       inverse mass of the constraint [1/kg, 1/(kg m^2)], less where it is stiffer
@@ -54,18 +58,20 @@ struct LawOptions : ContactOptions {
 /// @param total_mass  of all that can move [kg]
 LawOptions law_options(const SimulationOptions& options, double alpha, double total_mass);
 
-/// Bias [m/s] of a law's unilateral row: gap_bias, no faster than pushed_share of kept_recovery.
+/// full_push is so many times kept_recovery. Less, and what rolls, whose rim is in the ground after
+/// each step by the height of its arc, loses more energy; more, and what is held nearly free of the
+/// ground pushes on.
+inline constexpr double kPushed = 5.0;
+
+/// Bias [m/s] of a law's unilateral row: gap_bias, no faster than kept_recovery pushed_share^2.
 /// What is held deep inside another, as a robot fixed in the ground, is pushed out by displacement:
 /// by velocities its contacts would push each other with kept_recovery over compliance, 1e8 N, for
 /// ever. Continuous.
 double law_bias(const LawOptions& options, double h, double gap);
 /// By the gap [1/s].
 double law_bias_slope(const LawOptions& options, double h, double gap);
-/// 1 up to an overlap whose recovery takes kPushed times kept_recovery, 0 from twice that.
+/// full_push over the recovery of an overlap, at most 1.
 double pushed_share(const LawOptions& options, double h, double gap);
-/// Less, and what rolls, whose rim is in the ground after each step by the height of its arc, loses
-/// more energy; more, and what is held nearly free of the ground pushes on.
-inline constexpr double kPushed = 5.0;
 
 /// Whether no turning changes the gap of two geometries: free balls about their centre of mass, and
 /// one of these with the world.

@@ -211,6 +211,7 @@ std::uint64_t options_hash(const SimulationOptions& options) {
     hash.add(effect != Effect::kSleeping && options.effects.has(effect) ? 1 : 0);
   }
   if (!options.mean_velocity_forces) hash.add(0);  // as before there was a choice, where it is on
+  if (options.push_deep) hash.add(1);
   return hash.value();
 }
 

@@ -258,9 +258,10 @@ void visit(A& a, StepControlOptions& x) {
 }
 template <class A>
 void visit(A& a, SimulationOptions& x) {
-  auto& [h, integrator, duration, max_speed, closing_time, contact, effects, mean_forces, control] =
-      x;
-  a(h, integrator, duration, max_speed, closing_time, contact, effects, mean_forces, control);
+  auto& [h, integrator, duration, max_speed, closing_time, contact, effects, mean_forces, push_deep,
+         control] = x;
+  a(h, integrator, duration, max_speed, closing_time, contact, effects, mean_forces, push_deep,
+    control);
 }
 
 template <class... T>

@@ -29,8 +29,9 @@ double law_bias_change(const LawOptions& law, double h, double gap, double kept,
   if (gap > 0.0) return 0.0;
   const double recovery = law.stabilization * gap / h, change = source.stabilization * gap / h;
   const double share = pushed_share(law, h, gap);
-  // The bias is there -kept share = -2 kept - recovery / kPushed.
-  if (share < 1.0) return share > 0.0 ? -2.0 * kept - change / kPushed : 0.0;
+  // The bias is there -kept share^2 = -kept^3 (kPushed / recovery)^2.
+  if (share < 1.0)
+    return share * share * (2.0 * law.kept_recovery * change / recovery - 3.0 * kept);
   return recovery < -law.kept_recovery ? -kept : change;
 }
 
@@ -75,10 +76,14 @@ LawChange limit_law_change(const SimulationOptions& options, double alpha, doubl
   LawChange out =
       strength_change(options.contact, alpha, std::max(row.gap_bias, 0.0) * h, kLimitReach, source);
   if (!(row.gap_bias < 0.0)) return out;
-  // The gap that these biases stand for.
-  const double share = -row.law.bias[0] / law.kept_recovery;
+  // The gap that these biases stand for; capped: one that is deeper.
+  constexpr double kBeyond = 1.0 + 1e-12;
+  const double share = std::sqrt(-row.law.bias[0] / law.kept_recovery);
   const bool deep = row.gap_bias < -law.kept_recovery && share < 1.0;
-  const double recovery = deep ? (share - 2.0) * kPushed * law.kept_recovery : row.gap_bias;
+  const bool capped = row.gap_bias <= -law.max_recovery_speed;
+  const double recovery = deep     ? -law.full_push / share
+                          : capped ? row.gap_bias * kBeyond
+                                   : row.gap_bias;
   const double gap = recovery * h / law.stabilization;
   out.bias = law_bias_change(law, h, gap, kept_recovery_change(options, alpha, total_mass, source),
                              source);

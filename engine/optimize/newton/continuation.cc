@@ -52,6 +52,7 @@ Stage stage_at(const Problem& problem, const Settings& settings, double smoothin
   Stage stage;
   stage.derivatives = settings.derivatives;
   stage.options = problem.options;
+  stage.options.push_deep = true;
   ContactOptions& contact = stage.options.contact;
   contact.smoothing = smoothing;
   contact.compliance =
@@ -298,6 +299,7 @@ Result Continuing::result(Outcome outcome) const {
   out.violation = newton_.violation();
   out.smoothing = smoothing_;
   out.options = stage_.options;
+  out.options.push_deep = problem_->options.push_deep;
   out.iterations = static_cast<int>(history_.size());
   out.stages = stages_;
   out.refused_stages = refused_;
