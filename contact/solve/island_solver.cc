@@ -14,7 +14,7 @@ namespace {
 constexpr double kSigma = 1.0, kPathSigmas[] = {0.2, 1.0, 3.0, 0.05, 10.0};
 
 // Most steps of each method.
-constexpr int kWarmSteps = 6, kSmoothingSteps = 20, kPathSteps = 60;
+constexpr int kWarmSteps = 8, kSmoothingSteps = 20, kPathSteps = 60;
 // Where softer laws are no answer, paths of several sigma may take so many.
 constexpr int kLongPathSteps = 400;
 // Newton's method on velocities goes on while a stage of so many steps brings the residual, small

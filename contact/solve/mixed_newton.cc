@@ -10,9 +10,9 @@ namespace {
 constexpr double kTolerance = 1e-9;
 // Halvings of a step that does not bring the residual down; the last one is taken all the same.
 constexpr double kResidualDecrease = 1e-3;
-constexpr int kNearHalvings = 2, kFollowHalvings = 4, kPathHalvings = 5;
+constexpr int kNearHalvings = 4, kFollowHalvings = 4, kPathHalvings = 5;
 // A near start is given up where so many steps leave the residual above this share of its terms.
-constexpr int kGateSteps = 2;
+constexpr int kGateSteps = 4;
 constexpr double kGate = 0.3;
 // Smoothing of all laws together as a share of the square of their residual.
 constexpr double kFollow = 0.3, kPathStart = 0.1;
@@ -66,13 +66,14 @@ MixedNewton::Result MixedNewton::run_smoothed(MixedSystem& system, Schedule sche
 }
 
 // A smoothing Newton method: the smoothing is a share of the residual of the laws, and never grows.
+// At the start it is one of all residuals: impulses that are guessed from the laws satisfy them.
 MixedNewton::Result MixedNewton::run_following(MixedSystem& system, int max_iterations,
                                                MixedSystem::Point& point) {
   Result result;
   const double share = kFollow / std::max(1, system.num_laws());
   system.center = 0.0;
-  system.residual(point);
-  double norm = system.recenter(point, share * system.law_square());
+  double norm = system.residual(point);
+  norm = system.recenter(point, share * norm * norm);
   for (;; ++result.iterations) {
     if (norm <= kTolerance * system.scale() && system.center > 0.0)
       norm = system.recenter(point, 0.0);
