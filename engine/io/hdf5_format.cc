@@ -82,9 +82,10 @@ class Hdf5Sink final : public TableSink {
  public:
   Hdf5Sink(const std::filesystem::path& file, const std::vector<Column>& columns) : name_(file.string()) {
     const Library library;
-    const Handle access = property_list(H5P_FILE_ACCESS);
+    const Handle access = property_list(H5P_FILE_ACCESS), root = property_list(H5P_FILE_CREATE);
     H5Pset_libver_bounds(access.id(), H5F_LIBVER_V110, H5F_LIBVER_V110);
-    file_ = {H5Fcreate(name_.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access.id()), H5Fclose};
+    H5Pset_obj_track_times(root.id(), false);  // the same content, the same bytes
+    file_ = {H5Fcreate(name_.c_str(), H5F_ACC_TRUNC, root.id(), access.id()), H5Fclose};
     if (!file_.valid())
       throw InputError(fmt::format("{}: cannot be created; expected a path in an existing, writable folder", name_));
     const std::vector<std::string> numbers = names_of(columns, false), integers = names_of(columns, true);
@@ -137,7 +138,7 @@ class Hdf5Sink final : public TableSink {
     const Handle type = string_type(length);
     const Handle space(H5Screate_simple(width == 1 ? 1 : 2, dims, nullptr), H5Sclose);
     const Handle layout = property_list(H5P_DATASET_CREATE);
-    H5Pset_obj_track_times(layout.id(), false);  // the same content, the same bytes
+    H5Pset_obj_track_times(layout.id(), false);
     const Handle set(H5Dcreate2(file_.id(), name, type.id(), space.id(), H5P_DEFAULT, layout.id(), H5P_DEFAULT),
                      H5Dclose);
     check(H5Dwrite(set.id(), type.id(), H5S_ALL, H5S_ALL, H5P_DEFAULT, bytes.data()) >= 0);

@@ -124,6 +124,23 @@ TEST(InverseFiles, ContactsCarryTheWeightOfACubeAtRest) {
   EXPECT_NEAR(weight, 9.80665, 1e-6);
 }
 
+TEST(InverseFiles, WhereNothingMovesNothingIsFound) {
+  const CommandFolder folder("inverse_still");
+  folder.write("still.urdf", R"(<robot name="still"><link name="base"><inertial><mass value="1"/>
+<inertia ixx="0.1" iyy="0.1" izz="0.1" ixy="0" ixz="0" iyz="0"/></inertial>
+<collision><geometry><box size="0.2 0.2 0.2"/></geometry></collision></link></robot>)");
+  for (const std::string integrator : {"semi_implicit_euler", "implicit_midpoint"}) {
+    const std::string scene = "{}/still.urdf --ground --integrator " + integrator;
+    const CommandResult forward =
+        folder.run("simulate " + scene + " --duration 0.05 --output {}/t.csv");
+    ASSERT_EQ(forward.exit_code, 0) << forward.errors;
+    const CommandResult backward = folder.run("inverse " + scene + " {}/t.csv --json {}/i.json");
+    ASSERT_EQ(backward.exit_code, 0) << backward.errors;
+    EXPECT_EQ(folder.json("i.json")["steps"], 25);
+    EXPECT_EQ(folder.json("i.json")["force_scale_max"], 0.0);
+  }
+}
+
 TEST(InverseFiles, ServoTargetsAndWrenchesAreKnownFromTheTrajectory) {
   const CommandFolder folder("inverse_known");
   // Only some of the columns: the other servos keep the scene's targets. elbow_link is pushed.

@@ -4,11 +4,13 @@
 #include <gtest/gtest.h>
 
 #include <bit>
+#include <chrono>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <limits>
+#include <thread>
 
 #include "counterpoint/model/spatial.h"
 #include "support/temp_folder.h"
@@ -107,6 +109,15 @@ TEST_P(Tables, AreCopiedToCsvAndBackWithoutLoss) {
   EXPECT_EQ(copy_table(csv, back), kRows);
   expect_rows(back, kRows);
   EXPECT_TRUE(content(back) == content(file())) << "the same content, other bytes";
+}
+
+// At any time of day: no format may write down when.
+TEST_P(Tables, HaveTheSameBytesASecondLater) {
+  write_all();
+  const std::string before = content(file());
+  std::this_thread::sleep_for(std::chrono::milliseconds(1100));
+  write_all();
+  EXPECT_TRUE(content(file()) == before);
 }
 
 TEST_P(Tables, KeepAllRowsWhenAWriterIsLeftByAnException) {
