@@ -23,18 +23,6 @@ void SoftenedTrees::find(const Model& model, const ConstraintSet& constraints,
     softened_[t] = softening.any() && (!known || islands_.root(t) == island);
 }
 
-void SoftenedTrees::find_moved(const Model& model, const ConstraintSet& constraints,
-                               const VectorRef& v, const VectorRef& v_next) {
-  find_islands(model, constraints);
-  std::fill(softened_.begin(), softened_.end(), 0);
-  for (int t = 0; t < model.num_trees(); ++t) {
-    const Tree& tree = model.trees()[t];
-    const auto part = Eigen::seq(tree.v_begin, tree.v_end - 1);
-    if (v(part) != v_next(part)) softened_[islands_.root(t)] = 1;
-  }
-  for (int t = 0; t < model.num_trees(); ++t) softened_[t] = softened_[islands_.root(t)];
-}
-
 Softening combine(const Softening& before, const std::vector<contact::Report::Softened>& softened,
                   const std::vector<int>& block_of_tree) {
   Softening out;

@@ -23,10 +23,6 @@ class SoftenedTrees {
  public:
   /// Finds the trees that constraints join to softening.tree; all of them if that is -1.
   void find(const Model& model, const ConstraintSet& constraints, const Softening& softening);
-  /// All trees whose velocities a step changed from v to v_next; in place of find where
-  /// softening.tree is -1 and all constraints are listed, those of bodies at rest too.
-  void find_moved(const Model& model, const ConstraintSet& constraints, const VectorRef& v,
-                  const VectorRef& v_next);
   /// Of a constraint between trees, -1 for the world.
   bool holds(int tree_a, int tree_b) const {
     return (tree_a >= 0 && softened_[tree_a]) || (tree_b >= 0 && softened_[tree_b]);

@@ -123,7 +123,7 @@ constexpr int kMostOverruns = 2;
 /// Replaces the velocities of the touched trees in w (nv) by the solution of the contact problem of
 /// free velocities `free` (nv), which may be w. found: as in pose_and_solve. extended: there are
 /// constraints that the inverse, which knows but the last velocity, may not find: they are without
-/// force, but join islands, so that softer laws are then those of all that moves.
+/// force, but join islands, so that softer laws are then those of all trees.
 void solve_found(const StepArguments& step, const VectorX& free, const VectorX* found,
                  bool extended, Workspace::Impl& ws, VectorX& w,
                  StepReport& report) {  // Parameters: all it depends on

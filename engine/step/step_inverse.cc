@@ -94,14 +94,9 @@ void recover_impulses(const Model& model, const VectorRef& v_next, double h, Wor
 }
 
 /// The laws of a step that was softened, as they were solved.
-void soften_constraints(const Model& model, const Softening& softening, const VectorRef& v,
-                        const VectorRef& v_next, Workspace::Impl& ws) {
+void soften_constraints(const Model& model, const Softening& softening, Workspace::Impl& ws) {
   if (!softening.any()) return;
-  if (softening.tree >= 0) {
-    ws.softened_trees.find(model, ws.constraints, softening);
-  } else {
-    ws.softened_trees.find_moved(model, ws.constraints, v, v_next);
-  }
+  ws.softened_trees.find(model, ws.constraints, softening);
   const contact::Softness softness = softness_of(softening);
   for (PairConstraint& pair : ws.constraints.pairs)
     if (ws.softened_trees.holds(model.body(pair.body_a).tree, model.body(pair.body_b).tree))
@@ -197,7 +192,7 @@ void find_constraints(const InverseArguments& step, Workspace::Impl& ws) {
     throw InputError(
         "the inverse of implicit_midpoint needs q at the end of the step where there are "
         "constraints");
-  soften_constraints(model, known.softening, v, v_next, ws);
+  soften_constraints(model, known.softening, ws);
 }
 
 /// w_c from velocities instead of rounded poses, where that is possible.
