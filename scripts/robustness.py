@@ -87,7 +87,7 @@ def inverse_error(command, options, motion, limit):
     try:
         done = subprocess.run([*words, "--json", "-"], capture_output=True, text=True, errors="replace", timeout=limit)
         found = json.loads(done.stdout)
-        return found["applied_force_error_max"] / max(found["force_scale_max"], 1.0)
+        return found.get("applied_force_error_max", 0.0) / max(found["force_scale_max"], 1.0)
     except subprocess.TimeoutExpired:
         return ""
     except (ValueError, KeyError):
