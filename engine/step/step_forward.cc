@@ -149,7 +149,7 @@ StepReport step_forward(const Model& model, const SimulationOptions& options,
   }
   choose_awake(step, ws);
   advance(step, ws, next, report);
-  // Softer laws of all trees are of those that sleep too: what they came to rest with is none.
+  // Softer laws of all trees are also of those that sleep, which came to rest with their own.
   const bool all_softened = report.softening.any() && report.softening.tree < 0;
   if (all_softened && ws.sleepers.num_sleeping_bodies() > 0) {
     ws.sleepers.wake_all(model);
