@@ -21,8 +21,9 @@ can be run in shares (--budget). Every row is judged:
                   at work, or of 1 N: what was applied and what came from contact are told apart
     newton        no step takes more than 200 Newton steps, and 99 of 100 at most 30
 
-Exit code 1 if a run failed, crashed or was killed, or has an energy, a depth or an inverse that it should not have. A URDF that is
-refused as bad input, and a run that had not the wall time to end (--limit), do not count. Standard library only.
+Exit code 1 if a run failed, crashed or was killed, or has an energy, a depth or an inverse that it should not have. A
+URDF that is refused as bad input, and a run that had not the wall time to end (--limit), do not count. Standard library
+only.
 """
 import argparse
 import concurrent.futures
@@ -104,8 +105,8 @@ def run(command, row, options, prepare, limit):
     with tempfile.TemporaryDirectory() as temporary:
         report, motion = pathlib.Path(temporary) / "report.json", pathlib.Path(temporary) / "motion.h5"
         try:
-            done = subprocess.run([*words, "--wall-limit", f"{limit:g}", "--json", str(report), "--output", str(motion)],
-                                  capture_output=True, text=True, errors="replace", timeout=limit + SLACK)
+            words += ["--wall-limit", f"{limit:g}", "--json", str(report), "--output", str(motion)]
+            done = subprocess.run(words, capture_output=True, text=True, errors="replace", timeout=limit + SLACK)
         except subprocess.TimeoutExpired:
             row.update(exit="", status="killed", short_of="killed",
                        message=f"not done {limit + SLACK:g} s after its start")
@@ -345,7 +346,8 @@ def main():
         arguments.page.write_text(page(rows, len(runs)), encoding="utf-8")
     if arguments.json:
         arguments.json.write_text(json.dumps(found, indent=2) + "\n", encoding="utf-8")
-    return int(any(row["status"] in BAD or {"energy", "ground", "inverse"} & set(row["short_of"].split()) for row in rows))
+    wrong = BAD | {"energy", "ground", "inverse"}
+    return int(any(wrong & {row["status"], *row["short_of"].split()} for row in rows))
 
 
 if __name__ == "__main__":

@@ -73,8 +73,7 @@ class Examiner {
     if (inverse_.fault.any()) return;
     scale_ = std::max(scale_, inverse_.force_scale);
     leave_out_motors_at_their_limit();
-    if (inverse_.applied_force.size() > 0)
-      found_ = std::max(found_, inverse_.applied_force.lpNorm<Eigen::Infinity>());
+    found_ = std::max(found_, inverse_.applied_force.lpNorm<Eigen::Infinity>());
     if (!inverse_.contacts.empty()) look_at_contacts(now, next);
   }
 

@@ -142,7 +142,6 @@ void ConstraintFinder::stiffen_under_load(const StepContext& at, ConstraintSet& 
   }
   for (size_t i = 0; i < out.contacts.size(); ++i) {
     PairConstraint& pair = out.pairs[i];
-    const double gap = out.contacts[i].gap;
     const int body = pair.body_b != 0 ? pair.body_b : pair.body_a;
     const double least = least_weight_[static_cast<size_t>(islands_.root(tree_of(body)))];
     const double alpha = weights_.contact[pair.body_a] + weights_.contact[pair.body_b];
@@ -152,7 +151,8 @@ void ConstraintFinder::stiffen_under_load(const StepContext& at, ConstraintSet& 
     if (!(pair.gap_bias < 0.0)) continue;
     // What it yields under a weight, and so the speed that it may part by, is less.
     const auto bias = [&](double inverse_mass) {
-      return law_bias(law_options(at.options, inverse_mass, weights_.total_mass), at.h(), gap);
+      return law_bias(law_options(at.options, inverse_mass, weights_.total_mass), at.h(),
+                      out.contacts[i].gap);
     };
     if (pair.law.bias[0] == bias(alpha)) pair.law.bias[0] = bias(alpha * pair.stiffer);
   }

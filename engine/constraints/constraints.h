@@ -43,7 +43,8 @@ struct JointConstraint {
   contact::Law law;
   int v_index[2] = {-1, -1};  ///< the second is -1 for limits and dry friction
   double coefficient[2] = {1.0, 0.0};
-  /// Of a joint limit, as in PairConstraint; NaN where there is no gap.
+  /// Of a joint limit [rad or m] and as in PairConstraint; NaN where there is no gap.
+  double gap = std::numeric_limits<double>::quiet_NaN();
   double gap_bias = std::numeric_limits<double>::quiet_NaN();
 };
 

@@ -9,14 +9,10 @@ contact::Softness softness_of(const Softening& softening) {
   return {std::abs(softening.factor), softening.factor < 0.0};
 }
 
-void SoftenedTrees::find_islands(const Model& model, const ConstraintSet& constraints) {
-  softened_.resize(model.num_trees());
-  join_constrained_trees(model, constraints, islands_);
-}
-
 void SoftenedTrees::find(const Model& model, const ConstraintSet& constraints,
                          const Softening& softening) {
-  find_islands(model, constraints);
+  softened_.resize(model.num_trees());
+  join_constrained_trees(model, constraints, islands_);
   const bool known = softening.tree >= 0 && softening.tree < model.num_trees();
   const int island = known ? islands_.root(softening.tree) : -1;
   for (int t = 0; t < model.num_trees(); ++t)

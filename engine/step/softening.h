@@ -29,8 +29,6 @@ class SoftenedTrees {
   }
 
  private:
-  void find_islands(const Model& model, const ConstraintSet& constraints);
-
   contact::DisjointSets islands_;
   std::vector<char> softened_;  ///< by tree
 };

@@ -206,7 +206,7 @@ bool refine(const InverseArguments& step, Workspace::Impl& ws) {
 double largest_force(const Workspace::Impl& ws, const Inverse& out) {
   double largest = 0.0;
   for (const VectorX* force : {&ws.tau, &out.contact_force, &out.applied_force})
-    largest = std::max(largest, force->size() ? force->cwiseAbs().maxCoeff() : 0.0);
+    largest = std::max(largest, force->lpNorm<Eigen::Infinity>());
   return largest;
 }
 

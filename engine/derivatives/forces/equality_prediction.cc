@@ -116,8 +116,8 @@ void EqualityPrediction::differentiate(const Step& step, const Stage& stage,
   add_flight_derivatives(step.model, step.h, step.v, step.gravity, step.ws.start.free_flight(),
                          step.ws.data, out);
   add_joint_force_derivatives(step.model, step.effects.without({Effect::kServos}), step.h, out);
-  add_joint_row_derivatives(step.model, step.options, step.predictor.equalities().joints, step.q,
-                            *stage.out, step.ws.finder.weights(), out);
+  add_joint_row_derivatives(step.options, step.predictor.equalities().joints, *stage.out,
+                            step.ws.finder.weights(), out);
 }
 
 /// What is left of B(v, w) = n((v + w) / 2) - n((v - w) / 2) where w is w1, and what goes with the

@@ -8,30 +8,14 @@
 namespace counterpoint {
 namespace {
 
-/// The joint of a coordinate that is its joint's only one.
-int joint_of(const Model& model, int v_index) {
-  int low = 1, high = model.num_bodies() - 1;
-  while (low < high) {
-    const int middle = (low + high + 1) / 2;
-    if (model.body(middle).v_index <= v_index) {
-      low = middle;
-    } else {
-      high = middle - 1;
-    }
-  }
-  return low - 1;
-}
-
 /// How a row's law changes with q[coordinate of its first or second entry].
 struct RowSlopes {
   double bias = 0.0;       ///< [1/s]
   double smoothing = 0.0;  ///< of joint limits [N or N m]
 };
 
-RowSlopes row_slopes(const Model& model, const SimulationOptions& options,
-                     const JointConstraint& row, int side, const VectorRef& q,
-                     const InverseWeights& weights,
-                     bool displacing) {  // Parameters: what it depends on, one by one
+RowSlopes row_slopes(const SimulationOptions& options, const JointConstraint& row, int side,
+                     const InverseWeights& weights, bool displacing) {
   const double h = options.time_step;
   if (row.law.type == contact::LawType::kEquality) {
     if (displacing) return {};
@@ -40,9 +24,7 @@ RowSlopes row_slopes(const Model& model, const SimulationOptions& options,
     return {capped ? 0.0 : row.coefficient[side] * contact.stabilization / h, 0.0};
   }
   if (std::isnan(row.gap_bias) || row.law.type != contact::LawType::kUnilateral) return {};
-  const int joint = joint_of(model, row.v_index[0]);
-  const double at = q[model.body(joint + 1).q_index], sign = row.coefficient[0];
-  const double gap = sign > 0.0 ? at - model.joint(joint).lower : model.joint(joint).upper - at;
+  const double gap = row.gap, sign = row.coefficient[0];
   const double alpha = weights.dof[row.v_index[0]];
   const double bias = displacing
                           ? gap_bias_slope(options.contact, h, gap)
@@ -74,10 +56,10 @@ void add_joint_force_derivatives(const Model& model, EffectSet effects, double h
   }
 }
 
-void add_joint_row_derivatives(const Model& model, const SimulationOptions& options,
-                               const std::vector<JointConstraint>& joints, const VectorRef& q,
-                               const VectorRef& v_next, const InverseWeights& weights,
-                               InverseDerivatives& d, bool displacing) {
+void add_joint_row_derivatives(const SimulationOptions& options,
+                               const std::vector<JointConstraint>& joints, const VectorRef& v_next,
+                               const InverseWeights& weights, InverseDerivatives& d,
+                               bool displacing) {
   for (const JointConstraint& row : joints) {
     double y = row.law.bias[0], f = 0.0, G = 0.0;
     const int sides = row.v_index[1] >= 0 ? 2 : 1;
@@ -85,7 +67,7 @@ void add_joint_row_derivatives(const Model& model, const SimulationOptions& opti
     contact::evaluate(row.law, &y, &f, &G);
     G /= options.time_step;
     for (int j = 0; j < sides; ++j) {
-      const RowSlopes slopes = row_slopes(model, options, row, j, q, weights, displacing);
+      const RowSlopes slopes = row_slopes(options, row, j, weights, displacing);
       double by_q = G * slopes.bias;
       if (slopes.smoothing != 0.0)
         by_q -= contact::compute_sensitivity(row.law, contact::Rows::Constant(1, y)).smoothing[0] *

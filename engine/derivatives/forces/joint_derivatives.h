@@ -13,9 +13,9 @@ void add_joint_force_derivatives(const Model& model, EffectSet effects, double h
 
 /// Adds those of the rows `joints` at v_next, of a step from q. displacing: they only displace
 /// (overlap_correction.h).
-void add_joint_row_derivatives(const Model& model, const SimulationOptions& options,
-                               const std::vector<JointConstraint>& joints, const VectorRef& q,
-                               const VectorRef& v_next, const InverseWeights& weights,
-                               InverseDerivatives& d, bool displacing = false);  // Parameters: all it depends on
+void add_joint_row_derivatives(const SimulationOptions& options,
+                               const std::vector<JointConstraint>& joints, const VectorRef& v_next,
+                               const InverseWeights& weights, InverseDerivatives& d,
+                               bool displacing = false);
 
 }  // namespace counterpoint

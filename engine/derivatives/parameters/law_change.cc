@@ -73,20 +73,9 @@ LawChange limit_law_change(const SimulationOptions& options, double alpha, doubl
                            const JointConstraint& row, const LawSource& source) {
   const double h = options.time_step;
   const LawOptions law = law_options(options, alpha, total_mass);
-  LawChange out =
-      strength_change(options.contact, alpha, std::max(row.gap_bias, 0.0) * h, kLimitReach, source);
-  if (!(row.gap_bias < 0.0)) return out;
-  // The gap that these biases stand for; capped: one that is deeper.
-  constexpr double kBeyond = 1.0 + 1e-12;
-  const double share = std::sqrt(-row.law.bias[0] / law.kept_recovery);
-  const bool deep = row.gap_bias < -law.kept_recovery && share < 1.0;
-  const bool capped = row.gap_bias <= -law.max_recovery_speed;
-  const double recovery = deep     ? -law.full_push / share
-                          : capped ? row.gap_bias * kBeyond
-                                   : row.gap_bias;
-  const double gap = recovery * h / law.stabilization;
-  out.bias = law_bias_change(law, h, gap, kept_recovery_change(options, alpha, total_mass, source),
-                             source);
+  LawChange out = strength_change(options.contact, alpha, row.gap, kLimitReach, source);
+  out.bias = law_bias_change(law, h, row.gap,
+                             kept_recovery_change(options, alpha, total_mass, source), source);
   return out;
 }
 

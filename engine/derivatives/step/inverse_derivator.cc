@@ -254,8 +254,7 @@ bool InverseDerivator::compute_impulses(const InverseArguments& of, const Vector
   acceleration_ = (w - m) / of.h();
   bool closed = add_contacts(at_w, ws);
   closed = sweep_trees(at_w, ws, d) && closed;
-  add_joint_row_derivatives(of.model, of.options, ws.constraints.joints, of.q, w,
-                            ws.finder.weights(), d);
+  add_joint_row_derivatives(of.options, ws.constraints.joints, w, ws.finder.weights(), d);
   return closed;
 }
 
@@ -284,8 +283,7 @@ bool InverseDerivator::compute_displacing(Displacing part, const InverseArgument
   for (const Tree& tree : model.trees()) sweep_.run(model, tree, ws.data, in, out);
   forces_.add_couplings(model, in, sweep_, out);
   if (part != Displacing::kLateImpulses)
-    add_joint_row_derivatives(model, of.options, ws.constraints.joints, of.q, w,
-                              ws.finder.weights(), d, true);
+    add_joint_row_derivatives(of.options, ws.constraints.joints, w, ws.finder.weights(), d, true);
   displacing_.reset();
   return known;
 }
@@ -301,8 +299,7 @@ bool InverseDerivator::compute(const InverseArguments& of, Workspace::Impl& ws,
   bool closed = add_contacts(of, ws);
   closed = sweep_trees(of, ws, d) && closed;
   add_joint_force_derivatives(model, of.effects, of.h(), d);
-  add_joint_row_derivatives(model, of.options, ws.constraints.joints, of.q, of.v_next,
-                            ws.finder.weights(), d);
+  add_joint_row_derivatives(of.options, ws.constraints.joints, of.v_next, ws.finder.weights(), d);
   return closed;
 }
 

@@ -96,7 +96,7 @@ TEST(OverlapCorrection, AJointBeyondItsLimitComesBackWithoutSwinging) {
   EXPECT_NEAR(sim.state().q[0], 0.1, 1e-6);  // gravity holds it at the limit
 }
 
-TEST(OverlapCorrection, LawsPushWhatIsHeldDeepNoMore) {
+TEST(OverlapCorrection, LawsPushWhatIsHeldDeepLess) {
   SimulationOptions options;
   const double h = options.time_step, alpha = 1.0, mass = 1.0;
   const LawOptions law = law_options(options, alpha, mass);
