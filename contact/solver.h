@@ -17,7 +17,7 @@ enum class Factorization { kAutomatic, kDense, kSparse };
 enum class Method {
   kVelocity,   ///< Newton's method on velocities, from the start
   kWarm,       ///< mixed Newton from the impulses that were given
-  kSmoothing,  ///< mixed Newton, smoothed on the way
+  kSweeps,     ///< mixed Newton after sweeps of Gauss and Seidel
   kPath,       ///< mixed Newton along the path of falling smoothing
   kSofter,     ///< with softer laws
 };

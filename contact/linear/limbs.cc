@@ -2,6 +2,7 @@
 
 #include <bit>
 #include <cstddef>
+#include <numeric>
 
 namespace counterpoint::contact {
 namespace {
@@ -16,6 +17,8 @@ void Limbs::find(const double* mass, int n) {
     sizes_.assign(n > 0 ? 1 : 0, n);
     couples_.clear();
     entries_.clear();
+    parent_.resize(n);
+    std::iota(parent_.begin(), parent_.end(), -1);
     return;
   }
   words_ = (n + 63) / 64;

@@ -19,6 +19,8 @@ class Limbs {
   const std::vector<int>& sizes() const { return sizes_; }
   /// Pairs (i, j), i > j, whose block of M is not zero.
   const std::vector<std::pair<int, int>>& couples() const { return couples_; }
+  /// The velocity next to each on its way to the root; -1: none.
+  const std::vector<int>& parents() const { return parent_; }
 
  private:
   void find_branchings(int n);

@@ -79,6 +79,16 @@ COUNTERPOINT_INTO_EACH void multiply_four(const Constraint& c, const Strip* stri
   for (int r = 0; r < N; ++r) out[r] = y[r];
 }
 
+template <class Of, int N>
+COUNTERPOINT_INTO_EACH void multiply_rows(const Constraint& c, const Strip* strips,
+                                          const double* columns, const double* x, double* out) {
+  if constexpr (lanes(N) == 4) {
+    multiply_four<Of, N>(c, strips, columns, x, out);
+  } else {
+    multiply_one<Of, N>(c, strips, columns, x, out);
+  }
+}
+
 // Calls visit(constraint, RowCount<rows>()) for each.
 template <class Visit>
 COUNTERPOINT_INTO_EACH void visit_each(const Layout& layout, Visit visit) {
@@ -92,18 +102,21 @@ COUNTERPOINT_INTO_EACH void multiply_each(const Layout& layout, const double* by
                                           const double* x, double* out) {
   visit_each(
       layout, [&]<int N>(const Constraint& c, RowCount<N>) __attribute__((always_inline)) {
-        const double* columns = by_column + c.by_column;
-        if constexpr (lanes(N) == 4) {
-          multiply_four<Of, N>(c, layout.strips, columns, x, out + c.row);
-        } else {
-          multiply_one<Of, N>(c, layout.strips, columns, x, out + c.row);
-        }
+        multiply_rows<Of, N>(c, layout.strips, by_column + c.by_column, x, out + c.row);
       });
 }
 
 COUNTERPOINT_WIDE void multiply_all(const Layout& layout, const double* by_column, const double* x,
                                     double* out) {
   multiply_each<AsTheyAre>(layout, by_column, x, out);
+}
+
+COUNTERPOINT_WIDE void multiply_constraint(const Constraint& c, const Strip* strips,
+                                           const double* columns, const double* x, double* out) {
+  with_rows(
+      c.rows, [&]<int N>(RowCount<N>) __attribute__((always_inline)) {
+        multiply_rows<AsTheyAre, N>(c, strips, columns, x, out);
+      });
 }
 
 COUNTERPOINT_WIDE void add_sizes(const Layout& layout, const double* by_column, const double* x,
@@ -308,6 +321,10 @@ double PackedJacobian::first_row_square(const Constraint& c, const double* weigh
 
 void PackedJacobian::multiply(const double* x, double* out) const {
   multiply_all({constraints_, strips_.data()}, by_column_.data(), x, out);
+}
+
+void PackedJacobian::multiply(const Constraint& c, const double* x, double* out) const {
+  multiply_constraint(c, strips_.data(), by_column_.data() + c.by_column, x, out);
 }
 
 double PackedJacobian::add_transposed(const double* f, const double* weight, double* out) const {

@@ -46,6 +46,8 @@ class PackedJacobian {
 
   /// out = J x, column by column as the inverse does it.
   void multiply(const double* x, double* out) const;
+  /// out = J_c x of one constraint, to the same bits.
+  void multiply(const Constraint& c, const double* x, double* out) const;
   /// out += J' f; returns the sum over constraints of |J_c' f_c|^2 weighted by velocity.
   double add_transposed(const double* f, const double* weight, double* out) const;
   /// out += |J| |x|.

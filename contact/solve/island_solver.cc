@@ -17,6 +17,13 @@ constexpr double kSigma = 1.0, kPathSigmas[] = {0.2, 1.0, 3.0, 0.05, 10.0};
 constexpr int kWarmSteps = 8, kSmoothingSteps = 20, kPathSteps = 60;
 // Where softer laws are no answer, paths of several sigma may take so many.
 constexpr int kLongPathSteps = 400;
+// What sweeps of Gauss and Seidel leave unchanged, as a share of the scale of the residual.
+constexpr double kNegligible = 1e-7;
+// Islands of free bodies begin with sweeps from so many rows on, unless the residual is below this.
+constexpr int kManyRows = 60, kFreeBodySize = 6, kFirstSweeps = 10;
+constexpr double kNearShare = 1e-2;
+// Where the warm method fails: so many sweeps, each time with so many Newton steps after them.
+constexpr int kSweeps[] = {30, 90}, kStepsAfterSweeps = 4;
 // Newton's method on velocities goes on while a stage of so many steps brings the residual, small
 // enough at the start, to that share.
 constexpr double kNearly = 0.3, kContraction = 0.1;
@@ -26,12 +33,13 @@ constexpr int kStageSteps = 3, kFinishSteps = 20;
 // loaded corners slips.
 constexpr double kUseful = 3e-2;
 
-// Softer laws are convex, and their cones of this compliance: hard enough that what stands for
-// some steps does not sink (by 4e-3 g h^2), soft enough that Newton's method takes some ten steps;
-// where masses differ by 1e8 some hundred. At most so many times softer than the own.
-// Laws that are convex already need but little.
-constexpr double kSoftCompliance = 4e-3, kSoftest = 32768.0, kLittleSofter = 32.0;
-constexpr int kConvexSteps = 500;
+// Softer laws are convex. First by a little, so that what stands on light bodies does not sink into
+// them and jam: Newton's method then has so many steps. Then their cones get this compliance: hard
+// enough that what stands for some steps does not sink (by 4e-3 g h^2), soft enough that Newton's
+// method takes some ten steps; where masses differ by 1e8 some hundred. At most so many times softer
+// than the own.
+constexpr double kLittleSofter = 32.0, kSoftCompliance = 4e-3, kSoftest = 32768.0;
+constexpr int kLittleSteps = 80, kConvexSteps = 500;
 
 // Where softer laws are no answer they are the start of a way back to the own: in at most so many
 // stages, at first all of it at once; shorter by this share of the logarithm where a stage fails.
@@ -50,11 +58,13 @@ void IslandSolver::begin(IslandSystem& system, const Settings& settings,
   softness_ = {};
   mixed_system_.reserve(system);
   mixed_newton_.reserve(system);
+  sweeps_.reserve(system);
   for (auto* point : {&point_, &here_}) point->reserve(system);
   for (auto* v : {&start_, &w_, &best_w_, &own_best_w_}) v->reserve(system.size());
   for (auto* v : {&guess_, &f_, &best_f_}) v->reserve(system.num_rows());
   own_.reserve(system.constraints().size());
   best_w_.clear();
+  point_.w.clear();
   guess_ = guess;
   f_.resize(guess.size());
   newton_.begin(system);
@@ -106,6 +116,7 @@ bool IslandSolver::run_velocity() {
 
 void IslandSolver::start_mixed(double sigma) {
   mixed_system_.begin(*system_, sigma);
+  sweeps_.begin(*system_);
   point_.w = start_;
   mixed_system_.guess(guess_, point_.phi);
 }
@@ -118,23 +129,56 @@ bool IslandSolver::finish_mixed(const MixedNewton::Result& result) {
   return finish(kFinishSteps);
 }
 
+// Many free bodies: their sweeps are cheap beside Newton's steps, not so those of a tree, all of
+// which answers to each impulse.
+bool IslandSolver::sweeps_pay() const {
+  const auto& blocks = system_->blocks();
+  return system_->num_rows() >= kManyRows &&
+         std::all_of(blocks.begin(), blocks.end(),
+                     [](const auto& b) { return b.size <= kFreeBodySize; });
+}
+
+// The residual, relative to its scale.
+double IslandSolver::residual() {
+  const double norm = mixed_system_.residual(point_);
+  return norm / mixed_system_.scale();
+}
+
+void IslandSolver::sweep(int count, double enough) {
+  if (residual() < enough) return;
+  sweeps_.start(point_);
+  if (residual() < enough) return;
+  sweeps_.run(count, kNegligible * mixed_system_.scale(), point_);
+}
+
 bool IslandSolver::run_warm() {
   start_mixed(kSigma);
+  if (sweeps_pay()) sweep(kFirstSweeps, kNearShare);
   return finish_mixed(mixed_newton_.run_near(mixed_system_, allowed(kWarmSteps), point_));
 }
 
-// From the impulses that would stop each constraint by itself: those of the last step have failed.
-bool IslandSolver::run_smoothing(double sigma, MixedNewton::Schedule schedule, int max_iterations) {
-  std::fill(guess_.begin(), guess_.end(), std::numeric_limits<double>::quiet_NaN());
-  start_mixed(sigma);
-  return finish_mixed(
-      mixed_newton_.run_smoothed(mixed_system_, schedule, allowed(max_iterations), point_));
+// From where the warm method ended, if that is anywhere.
+bool IslandSolver::run_sweeps() {
+  if (point_.w.empty() || !std::isfinite(residual())) start_mixed(kSigma);
+  for (const int count : kSweeps) {
+    sweep(count, 0.0);
+    if (finish_mixed(mixed_newton_.run_near(mixed_system_, allowed(kStepsAfterSweeps), point_)))
+      return true;
+  }
+  return false;
 }
 
+// From the impulses that would stop each constraint by itself: those of the last step have failed.
 bool IslandSolver::run_path() {
-  if (!exact_) return run_smoothing(kPathSigmas[0], MixedNewton::Schedule::kPath, kPathSteps);
-  for (const double sigma : kPathSigmas)
-    if (run_smoothing(sigma, MixedNewton::Schedule::kPath, kLongPathSteps)) return true;
+  std::fill(guess_.begin(), guess_.end(), std::numeric_limits<double>::quiet_NaN());
+  for (const double sigma : kPathSigmas) {
+    start_mixed(sigma);
+    if (finish_mixed(mixed_newton_.run_smoothed(mixed_system_, MixedNewton::Schedule::kPath,
+                                                allowed(exact_ ? kLongPathSteps : kPathSteps),
+                                                point_)))
+      return true;
+    if (!exact_) break;
+  }
   return false;
 }
 
@@ -154,12 +198,12 @@ double IslandSolver::softer_factor() const {
   return softest > 0.0 ? std::clamp(kSoftCompliance / softest, 1.0, kSoftest) : kSoftest;
 }
 
-bool IslandSolver::solve_softer(double factor) {
-  budget_ = std::min(max_iterations_, budget_ + kConvexSteps);
+bool IslandSolver::solve_softer(double factor, int max_iterations) {
+  budget_ = std::min(max_iterations_, budget_ + max_iterations);
   set_softness({factor, true});
   w_ = start_;
   best_w_.clear();
-  return finish(kConvexSteps);
+  return finish(max_iterations);
 }
 
 // Softer laws, whose cost has a minimum that a line search finds from anywhere.
@@ -167,10 +211,9 @@ bool IslandSolver::run_softer() {
   own_.clear();
   for (const auto& c : system_->constraints()) own_.push_back(c.law);
   own_best_w_ = best_w_;
-  const bool convex = !system_->unsymmetric();
   const double most = exact_ ? kSoftest : softer_factor();
-  bool arrived = convex && !exact_ && solve_softer(std::min(kLittleSofter, most));
-  if (!arrived) arrived = solve_softer(most);
+  bool arrived = !exact_ && most > kLittleSofter && solve_softer(kLittleSofter, kLittleSteps);
+  if (!arrived) arrived = solve_softer(most, kConvexSteps);
   if (!exact_) return arrived;
   if (arrived) walk_back();
   if (!softness_.any()) return true;
@@ -216,8 +259,8 @@ bool IslandSolver::run(Method method) {
       return run_velocity();
     case Method::kWarm:
       return run_warm();
-    case Method::kSmoothing:
-      return run_smoothing(kSigma, MixedNewton::Schedule::kFollow, kSmoothingSteps);
+    case Method::kSweeps:
+      return run_sweeps();
     case Method::kPath:
       return run_path();
     case Method::kSofter:
@@ -228,7 +271,7 @@ bool IslandSolver::run(Method method) {
 
 IslandSolver::Result IslandSolver::solve(IslandSystem& system, const Settings& settings,
                                          std::vector<double>& w, std::vector<double>& f) {
-  constexpr Method kPlan[] = {Method::kVelocity, Method::kWarm, Method::kSmoothing, Method::kPath,
+  constexpr Method kPlan[] = {Method::kVelocity, Method::kWarm, Method::kSweeps, Method::kPath,
                               Method::kSofter};
   begin(system, settings, w, f);
   Result result;

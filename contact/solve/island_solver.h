@@ -8,6 +8,7 @@
 #include "counterpoint/contact/solve/mixed_newton.h"
 #include "counterpoint/contact/solve/mixed_system.h"
 #include "counterpoint/contact/solve/newton.h"
+#include "counterpoint/contact/solve/sweeps.h"
 #include "counterpoint/contact/solver.h"
 
 namespace counterpoint::contact {
@@ -35,23 +36,27 @@ class IslandSolver {
   bool run(Method method);
   bool run_velocity();
   bool run_warm();
-  bool run_smoothing(double sigma, MixedNewton::Schedule schedule, int max_iterations);
+  bool sweeps_pay() const;
+  bool run_sweeps();
   bool run_path();
   bool run_softer();
   void walk_back();
   double softer_factor() const;
-  bool solve_softer(double factor);
+  bool solve_softer(double factor, int max_iterations);
   bool finish(int max_iterations);
   bool resume(int max_iterations);
   bool keep_best();
   bool finish_mixed(const MixedNewton::Result& result);
   void start_mixed(double sigma);
+  double residual();
+  void sweep(int count, double enough);
   int allowed(int steps) const;
   void set_softness(Softness softness);
 
   Newton newton_;
   MixedSystem mixed_system_;
   MixedNewton mixed_newton_;
+  Sweeps sweeps_;
 
   IslandSystem* system_ = nullptr;
   double tolerance_ = 0.0;

@@ -69,12 +69,15 @@ void IslandSystem::find_groups(bool dense) {
   dense_ = dense;
   groups_.clear();
   group_sizes_.clear();
+  group_blocks_.clear();
+  parents_.clear();
   mass_couples_.clear();
   for (Block& b : blocks_) {
     b.first_group = static_cast<int>(groups_.size());
     int velocity = b.start;
     if (dense) {
       if (b.size > 0) groups_.push_back({b.start, b.size});
+      for (int i = 0; i < b.size; ++i) parents_.push_back(i - 1);
     } else {
       limbs_.find(b.mass, b.size);
       for (const int size : limbs_.sizes()) {
@@ -83,8 +86,10 @@ void IslandSystem::find_groups(bool dense) {
       }
       for (const auto& [i, j] : limbs_.couples())
         mass_couples_.emplace_back(b.first_group + i, b.first_group + j);
+      parents_.insert(parents_.end(), limbs_.parents().begin(), limbs_.parents().end());
     }
     b.num_groups = static_cast<int>(groups_.size()) - b.first_group;
+    group_blocks_.resize(groups_.size(), static_cast<int>(&b - blocks_.data()));
   }
   for (const auto& group : groups_) group_sizes_.push_back(group.size);
 }
@@ -254,6 +259,12 @@ void IslandSystem::multiply_jacobian(const double* x, double* out) const {
 void IslandSystem::constraint_velocity(const double* x, double* out) const {
   multiply_jacobian(x, out);
   for (size_t i = 0; i < bias_.size(); ++i) out[i] += bias_[i];
+}
+
+void IslandSystem::constraint_velocity(int constraint, const double* x, double* out) const {
+  const PackedJacobian::Constraint& c = jacobian_.constraints()[constraint];
+  jacobian_.multiply(c, x, out);
+  for (int r = 0; r < c.rows; ++r) out[r] += bias_[c.row + r];
 }
 
 double IslandSystem::add_impulse(const double* f, double* out) const {

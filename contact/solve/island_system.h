@@ -49,6 +49,21 @@ class IslandSystem {
   /// All M_ii are positive.
   bool diagonal_positive() const { return diagonal_positive_; }
 
+  /// A velocity block: its place here and in the Problem, M, and its groups.
+  struct Block {
+    int start;
+    int size;
+    int global_start;
+    const double* mass;
+    int first_group, num_groups;
+  };
+  const std::vector<Block>& blocks() const { return blocks_; }
+  int block_of(int group) const { return group_blocks_[group]; }
+  /// The velocity of its block next to each on its way to the root, counted from the block's first;
+  /// -1: none.
+  const int* parents() const { return parents_.data(); }
+  const PackedJacobian& jacobian() const { return jacobian_; }
+
   void gather(const double* global, double* local) const;
   void scatter(const double* local, double* global) const;
 
@@ -58,6 +73,8 @@ class IslandSystem {
   void multiply_jacobian(const double* x, double* out) const;
   /// out = J x + b, in one fixed order of summation.
   void constraint_velocity(const double* x, double* out) const;
+  /// The same of one constraint.
+  void constraint_velocity(int constraint, const double* x, double* out) const;
   /// out += J' f; returns the sum over constraints of |J_c' f_c|^2 in the norm of inv(diag M).
   double add_impulse(const double* f, double* out) const;
   /// A bound on the round-off of y = J x + b, row by row.
@@ -73,13 +90,6 @@ class IslandSystem {
   void solve(double* x) const { factorization_.solve(x); }
 
  private:
-  struct Block {
-    int start;  ///< local
-    int size;
-    int global_start;
-    const double* mass;
-    int first_group, num_groups;
-  };
   /// A part of M that is not zero, and where it goes.
   struct MassPart {
     DenseBlock mass;
@@ -112,7 +122,7 @@ class IslandSystem {
   // Groups: what the factorization has as blocks. Limbs of trees, or all in one.
   Limbs limbs_;
   std::vector<PackedJacobian::Group> groups_;
-  std::vector<int> group_sizes_;
+  std::vector<int> group_sizes_, group_blocks_, parents_;
   std::vector<std::pair<int, int>> mass_couples_;
   std::vector<MassPart> mass_parts_;
   std::vector<CongruencePlace> places_;

@@ -14,6 +14,8 @@ constexpr int kNearHalvings = 4, kFollowHalvings = 4, kPathHalvings = 5;
 // A near start is given up where so many steps leave the residual above this share of its terms.
 constexpr int kGateSteps = 4;
 constexpr double kGate = 0.3;
+// Below this residual loads that are too small are raised, at most so much in a step.
+constexpr double kRaiseBelow = 1e-5, kMostRaise = 100.0;
 // Smoothing of all laws together as a share of the square of their residual.
 constexpr double kFollow = 0.3, kPathStart = 0.1;
 // A point is near enough to the path where the square of its residual is below this share of the
@@ -55,6 +57,8 @@ MixedNewton::Result MixedNewton::run_near(MixedSystem& system, int max_iteration
     result.solved = result.residual <= kTolerance;
     if (result.solved || !std::isfinite(norm) || result.iterations == max_iterations) return result;
     if (result.iterations == kGateSteps && result.residual > kGate) return result;
+    if (result.residual < kRaiseBelow && system.raise_loads(kMostRaise, point))
+      norm = system.residual(point);
     if (!advance(system, kNearHalvings, point, norm)) return result;
   }
 }

@@ -3,9 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "counterpoint/contact/laws/coulomb.h"
-#include "counterpoint/contact/laws/scalar_law.h"
 #include "counterpoint/contact/problem.h"
+#include "counterpoint/contact/laws/scalar_law.h"
 
 namespace counterpoint::contact {
 
@@ -44,19 +43,7 @@ void MixedSystem::begin(IslandSystem& system, double sigma_share) {
   laws_.clear();
   for (const int i : system.others()) {
     const auto& c = system.constraints()[i];
-    WideLaw law;
-    law.law = &c.law;
-    law.row = c.row;
-    law.rows = c.law.rows;
-    law.hessian = c.hessian;
-    const bool friction = c.law.type == LawType::kFrictionCone;
-    law.rho = friction ? normal_regularizer(c.law) : c.law.regularizer;
-    law.sigma = std::max(law.rho, sigma_share * c.inverse_mass);
-    // Friction knows nothing of the normal velocity in exact Coulomb laws: it may be widened by
-    // itself. z_T = mu y_T moves with mu^2 of what the normal does; half of that way serves best.
-    law.sigma_T = c.law.coulomb ? std::max(law.rho, law.sigma * c.law.friction[0]) : law.sigma;
-    std::copy_n(scales_.data() + c.row, law.rows, law.scale);
-    laws_.push_back(law);
+    laws_.emplace_back(c, sigma_share * c.inverse_mass);
   }
 }
 
@@ -71,7 +58,7 @@ void MixedSystem::guess(const std::vector<double>& f, std::vector<double>& phi) 
     for (WideLaw& law : laws_) {
       double* x = phi.data() + law.row;
       for (int r = 0; r < law.rows; ++r) x[r] = law.scale[r] * y_[law.row + r];
-      evaluate(law, x);
+      law.evaluate(center, x);
     }
   }
   for (const auto& c : constraints) {
@@ -79,63 +66,6 @@ void MixedSystem::guess(const std::vector<double>& f, std::vector<double>& phi) 
     for (int r = c.row; r < c.row + c.law.rows; ++r)
       phi[r] = scales_[r] > 0.0 ? f[r] / scales_[r] : 0.0;
   }
-}
-
-// x becomes F_sigma(x); A and t of the law are those at x.
-void MixedSystem::evaluate(WideLaw& law, double* x) const {
-  const int n = law.rows;
-  const double k = law.law->smoothing + center;
-  switch (law.law->type) {
-    case LawType::kEquality:
-      for (int i = 0; i < n; ++i) x[i] /= -law.sigma;
-      law.A = {1.0 / law.sigma, 1.0 / law.sigma, 1.0 / law.sigma};
-      return;
-    case LawType::kDryFriction: {
-      Law wide;
-      wide.type = law.law->type;
-      wide.regularizer = law.sigma;
-      wide.smoothing = k;
-      wide.bound = law.law->bound;
-      double f, a;
-      contact::evaluate(wide, x, &f, &a);
-      x[0] = f;
-      law.A = {a};
-      return;
-    }
-    case LawType::kUnilateral: {
-      const ScalarLaw scalar(x[0], law.sigma, k);
-      x[0] = scalar.g;
-      law.A = {scalar.a};
-      return;
-    }
-    case LawType::kFrictionCone:
-      return evaluate_cone(law, k, x);
-  }
-}
-
-void MixedSystem::evaluate_cone(WideLaw& law, double k, double* x) const {
-  const int n = law.rows;
-  if (law.law->coulomb) {
-    const CoulombCone cone(x, n, law.sigma, law.sigma_T, scaled_slip_speed(*law.law), k);
-    std::copy(cone.e + 1, cone.e + n, law.t + 1);
-    x[0] = cone.n;
-    for (int i = 1; i < n; ++i) x[i] *= -cone.b;
-    law.A = {cone.n_slope, cone.p_slope, cone.b, -cone.p_by_n * cone.n_slope, 0.0};
-    return;
-  }
-  double tau = 0.0;
-  for (int i = 1; i < n; ++i) tau += x[i] * x[i];
-  tau = std::sqrt(tau);
-  const ScalarLaw plus(x[0] + tau, law.sigma, k), minus(x[0] - tau, law.sigma, k);
-  const double sum = plus.s + minus.s;
-  const double across = sum > 0.0 ? (plus.g + minus.g) / sum : 0.5 / law.sigma;
-  x[0] = 0.5 * (plus.g + minus.g);
-  for (int i = 1; i < n; ++i) {
-    law.t[i] = tau > 0.0 ? x[i] / tau : 0.0;
-    x[i] *= -across;
-  }
-  const double mean = 0.5 * (plus.a + minus.a), half = 0.5 * (plus.a - minus.a);
-  law.A = {mean, mean, across, half, half};
 }
 
 // Errors of all laws, their A and the sum of their squares; returns that sum.
@@ -146,7 +76,7 @@ double MixedSystem::evaluate_laws(const double* y, const double* phi_all) {
     double* e = error_.data() + law.row;
     for (int r = 0; r < law.rows; ++r)
       e[r] = law.scale[r] * y[law.row + r] - (law.wide(r) - law.rho) * phi[r];
-    evaluate(law, e);
+    law.evaluate(center, e);
     for (int r = 0; r < law.rows; ++r) {
       e[r] -= phi[r];
       law_square_ += law.wide(r) * e[r] * e[r];
@@ -182,6 +112,24 @@ double MixedSystem::residual(const Point& point) {
   return momentum_residual(point);
 }
 
+bool MixedSystem::raise_loads(double most, Point& point) const {
+  bool raised = false;
+  for (const auto& c : system_->constraints()) {
+    if (c.law.type != LawType::kFrictionCone && c.law.type != LawType::kUnilateral) continue;
+    const bool friction = c.law.type == LawType::kFrictionCone;
+    const double rho = friction ? normal_regularizer(c.law) : c.law.regularizer;
+    const double k = c.law.smoothing + center, z = y_[c.row];
+    double* phi = point.phi.data() + c.row;
+    // Beyond the law's kink, and Newton's step would double it.
+    if (!(c.inverse_mass * phi[0] * phi[0] > k) || (z + rho * phi[0]) * phi[0] > 0.5 * k) continue;
+    const double factor = std::min(most, ScalarLaw(z, rho, k).g / phi[0]);
+    if (factor < 2.0) continue;
+    for (int r = 0; r < c.law.rows; ++r) phi[r] *= factor;
+    raised = true;
+  }
+  return raised;
+}
+
 double MixedSystem::recenter(const Point& point, double other_center) {
   center = other_center;
   return std::sqrt(evaluate_laws(y_.data(), point.phi.data()) + dual_square_);
@@ -203,24 +151,6 @@ double MixedSystem::accept(const Point& d, Point& point) {
   // Not y + step J d, whose rounding would add up over the steps.
   system_->constraint_velocity(point.w.data(), y_.data());
   return momentum_residual(point);
-}
-
-void MixedSystem::WideLaw::apply(const Operator& op, const double* x, double* out) const {
-  double along = 0.0;
-  for (int i = 1; i < rows; ++i) along += t[i] * x[i];
-  out[0] = op.normal * x[0] + op.normal_radial * along;
-  const double radial = op.radial_normal * x[0] + (op.radial - op.across) * along;
-  for (int i = 1; i < rows; ++i) out[i] = op.across * x[i] + radial * t[i];
-}
-
-// inv(1 - (sigma - rho) A).
-MixedSystem::Operator MixedSystem::WideLaw::widening() const {
-  const double d = sigma - rho, d_T = sigma_T - rho;
-  const double nn = 1.0 - d * A.normal, rr = 1.0 - d_T * A.radial;
-  const double nr = -d_T * A.normal_radial, rn = -d * A.radial_normal;
-  const double determinant = nn * rr - nr * rn;
-  return {rr / determinant, nn / determinant, 1.0 / (1.0 - d_T * A.across), -rn / determinant,
-          -nr / determinant};
 }
 
 bool MixedSystem::factor() {

@@ -24,6 +24,7 @@
 
 #include "counterpoint/contact/solve/island_system.h"
 #include "counterpoint/contact/solve/mixed_lanes.h"
+#include "counterpoint/contact/solve/wide_law.h"
 
 namespace counterpoint::contact {
 
@@ -52,6 +53,10 @@ class MixedSystem {
   void guess(const std::vector<double>& f, std::vector<double>& phi);
   /// Residuals of both equations, kept inside; returns their norm [sqrt J].
   double residual(const Point& point);
+  /// Newton's method on k / phi no more than doubles phi in a step. Where a contact carries too
+  /// little for the velocity of the last residual(), phi becomes what its law says, `most` times as
+  /// much at most. True if any does.
+  bool raise_loads(double most, Point& point) const;
   /// The same at the point of the last residual() or accept() with another center: only the laws
   /// are evaluated.
   double recenter(const Point& point, double other_center);
@@ -72,33 +77,12 @@ class MixedSystem {
   double accept(const Point& d, Point& point);
 
  private:
-  /// -F' or inv(1 - (sigma - rho) A) in the directions of normal and friction: lower triangular in
-  /// (normal, radial), a multiple of one across the radial direction.
-  struct Operator {
-    double normal = 0.0, radial = 0.0, across = 0.0;
-    double radial_normal = 0.0, normal_radial = 0.0;
-  };
-  /// Every law but those that MixedLanes has.
-  struct WideLaw {
-    const Law* law = nullptr;
-    int row = 0, rows = 1, hessian = 0;
-    double rho = 0.0, sigma = 0.0, sigma_T = 0.0;
-    double scale[kMaxRows] = {};  ///< D
-    double t[kMaxRows] = {};      ///< unit, friction part of x; t[0] unused
-    Operator A, B;
-
-    double wide(int r) const { return r > 0 ? sigma_T : sigma; }
-    void apply(const Operator& op, const double* x, double* out) const;
-    Operator widening() const;
-  };
-  void evaluate(WideLaw& law, double* x) const;
-  void evaluate_cone(WideLaw& law, double k, double* x) const;
   double evaluate_laws(const double* y, const double* phi);
   double momentum_residual(const Point& point);
 
   IslandSystem* system_ = nullptr;
   MixedLanes lanes_;
-  std::vector<WideLaw> laws_;
+  std::vector<WideLaw> laws_;  ///< every law but those that lanes_ has
   double law_square_ = 0.0, dual_square_ = 0.0, scale_ = 0.0, step_ = 0.0;
   // Residuals, negated: of momentum, and of the laws in phi.
   std::vector<double> dual_, error_;

@@ -146,7 +146,7 @@ void solve_found(const StepArguments& step, const VectorX& free, const VectorX* 
       break;
     }
   }
-  if (report.softening.any() && report.status == contact::Status::kConverged)
+  if (report.softening.any() && contact::succeeded(report.status))
     report.status = contact::Status::kSoftened;
   if (extended) report.softening.tree = -1;
   report_failure(model, ws.problem, ws.w.head(ws.problem.num_velocities()),

@@ -54,7 +54,7 @@ TEST(Allocation, NoneForMethodsThatAreSeldomTried) {
       beyond_warm += report.method > Method::kWarm;
       softened += report.status == Status::kSoftened;
     }
-    for (const Method method : {Method::kSmoothing, Method::kPath, Method::kSofter}) {
+    for (const Method method : {Method::kSweeps, Method::kPath, Method::kSofter}) {
       settings.only = method;
       w.setZero();
       solver.solve(problem, settings, w, f);

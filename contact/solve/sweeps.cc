@@ -1,0 +1,101 @@
+#include "counterpoint/contact/solve/sweeps.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "counterpoint/contact/laws/coulomb.h"
+
+namespace counterpoint::contact {
+
+void Sweeps::reserve(const IslandSystem& system) {
+  responses_.reserve(system);
+  laws_.reserve(system.constraints().size());
+  has_widths_.reserve(system.constraints().size());
+  f_.reserve(system.num_rows());
+}
+
+void Sweeps::begin(const IslandSystem& system) {
+  system_ = &system;
+  ready_ = false;
+}
+
+// How far a constraint moves by its own impulses: the sums of the rows of A_c bound its eigenvalues.
+void Sweeps::find_widths(int constraint) {
+  WideLaw& law = laws_[constraint];
+  const double* own = responses_.own(constraint);
+  double friction = 0.0;
+  for (int r = 1; r < law.rows; ++r) {
+    double sum = 0.0;
+    for (int q = 1; q < law.rows; ++q) sum += std::abs(law.scale[q] * own[r * law.rows + q]);
+    friction = std::max(friction, law.scale[r] * sum);
+  }
+  if (law.law->coulomb) {
+    law.widen(own[0], friction);
+  } else {
+    law.widen(std::max(own[0], friction), std::max(own[0], friction));
+  }
+  has_widths_[constraint] = 1;
+}
+
+// True if its impulse changes.
+bool Sweeps::visit(int constraint, double negligible, MixedSystem::Point& point) {
+  WideLaw& law = laws_[constraint];
+  double x[kMaxRows], df[kMaxRows];
+  system_->constraint_velocity(constraint, point.w.data(), x);
+  double* phi = point.phi.data() + law.row;
+  const bool one_sided =
+      law.law->type == LawType::kFrictionCone || law.law->type == LawType::kUnilateral;
+  if (one_sided && x[0] > 0.0) {  // open, and loaded by nothing
+    const double root = std::sqrt(system_->constraints()[constraint].inverse_mass);
+    if (root * phi[0] <= negligible && root * law.law->smoothing <= negligible * x[0]) return false;
+  }
+  if (has_widths_[constraint] == 0) find_widths(constraint);
+  for (int r = 0; r < law.rows; ++r)
+    x[r] = law.scale[r] * x[r] - (law.wide(r) - law.rho) * phi[r];
+  if (law.law->coulomb) {
+    const CoulombCone cone(x, law.rows, law.sigma, law.sigma_T, scaled_slip_speed(*law.law),
+                           law.law->smoothing);
+    x[0] = cone.n;
+    for (int r = 1; r < law.rows; ++r) x[r] *= -cone.b;
+  } else {
+    law.evaluate(0.0, x);
+  }
+  double square = 0.0;
+  for (int r = 0; r < law.rows; ++r) {
+    const double change = x[r] - phi[r];
+    square += law.wide(r) * change * change;
+    df[r] = law.scale[r] * change;
+  }
+  if (!(square > negligible * negligible)) return false;
+  std::copy_n(x, law.rows, phi);
+  responses_.add(constraint, df, point.w.data());
+  return true;
+}
+
+void Sweeps::start(MixedSystem::Point& point) {
+  if (!ready_) {
+    ready_ = true;
+    possible_ = responses_.begin(*system_);
+    laws_.clear();
+    for (const auto& c : system_->constraints()) laws_.emplace_back(c, c.inverse_mass);
+    has_widths_.assign(laws_.size(), 0);
+  }
+  if (!possible_) return;
+  f_.resize(system_->num_rows());
+  for (const WideLaw& law : laws_)
+    for (int r = 0; r < law.rows; ++r) f_[law.row + r] = law.scale[r] * point.phi[law.row + r];
+  responses_.velocity(f_.data(), point.w.data());
+}
+
+void Sweeps::run(int count, double negligible, MixedSystem::Point& point) {
+  if (!possible_) return;
+  const int n = static_cast<int>(laws_.size());
+  for (int sweep = 0; sweep < count; ++sweep) {
+    bool changes = false;
+    for (int i = 0; i < n; ++i) changes |= visit(i, negligible, point);
+    for (int i = n - 1; i >= 0; --i) changes |= visit(i, negligible, point);
+    if (!changes) break;
+  }
+}
+
+}  // namespace counterpoint::contact

@@ -1,0 +1,101 @@
+#include "counterpoint/contact/solve/wide_law.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "counterpoint/contact/laws/coulomb.h"
+#include "counterpoint/contact/laws/scalar_law.h"
+
+namespace counterpoint::contact {
+
+WideLaw::WideLaw(const IslandSystem::Constraint& c, double sigma_of_normal)
+    : law(&c.law), row(c.row), rows(c.law.rows), hessian(c.hessian) {
+  const bool friction = c.law.type == LawType::kFrictionCone;
+  rho = friction ? normal_regularizer(c.law) : c.law.regularizer;
+  std::fill_n(scale, rows, 1.0);
+  for (int r = 1; friction && r < rows; ++r) scale[r] = c.law.friction[r - 1];
+  // Friction knows nothing of the normal velocity in exact Coulomb laws: it may be widened by
+  // itself. z_T = mu y_T moves with mu^2 of what the normal does; half of that way serves best.
+  widen(sigma_of_normal, c.law.coulomb ? std::max(rho, sigma_of_normal) * c.law.friction[0]
+                                       : sigma_of_normal);
+}
+
+void WideLaw::widen(double normal, double friction) {
+  sigma = std::max(rho, normal);
+  sigma_T = std::max(rho, friction);
+}
+
+// x becomes F_sigma(x); A and t of the law are those at x.
+void WideLaw::evaluate(double center, double* x) {
+  const double k = law->smoothing + center;
+  switch (law->type) {
+    case LawType::kEquality:
+      for (int i = 0; i < rows; ++i) x[i] /= -sigma;
+      A = {1.0 / sigma, 1.0 / sigma, 1.0 / sigma};
+      return;
+    case LawType::kDryFriction: {
+      Law wide;
+      wide.type = law->type;
+      wide.regularizer = sigma;
+      wide.smoothing = k;
+      wide.bound = law->bound;
+      double f, a;
+      contact::evaluate(wide, x, &f, &a);
+      x[0] = f;
+      A = {a};
+      return;
+    }
+    case LawType::kUnilateral: {
+      const ScalarLaw scalar(x[0], sigma, k);
+      x[0] = scalar.g;
+      A = {scalar.a};
+      return;
+    }
+    case LawType::kFrictionCone:
+      return evaluate_cone(k, x);
+  }
+}
+
+void WideLaw::evaluate_cone(double k, double* x) {
+  if (law->coulomb) {
+    const CoulombCone cone(x, rows, sigma, sigma_T, scaled_slip_speed(*law), k);
+    std::copy(cone.e + 1, cone.e + rows, t + 1);
+    x[0] = cone.n;
+    for (int i = 1; i < rows; ++i) x[i] *= -cone.b;
+    A = {cone.n_slope, cone.p_slope, cone.b, -cone.p_by_n * cone.n_slope, 0.0};
+    return;
+  }
+  double tau = 0.0;
+  for (int i = 1; i < rows; ++i) tau += x[i] * x[i];
+  tau = std::sqrt(tau);
+  const ScalarLaw plus(x[0] + tau, sigma, k), minus(x[0] - tau, sigma, k);
+  const double sum = plus.s + minus.s;
+  const double across = sum > 0.0 ? (plus.g + minus.g) / sum : 0.5 / sigma;
+  x[0] = 0.5 * (plus.g + minus.g);
+  for (int i = 1; i < rows; ++i) {
+    t[i] = tau > 0.0 ? x[i] / tau : 0.0;
+    x[i] *= -across;
+  }
+  const double mean = 0.5 * (plus.a + minus.a), half = 0.5 * (plus.a - minus.a);
+  A = {mean, mean, across, half, half};
+}
+
+void WideLaw::apply(const Operator& op, const double* x, double* out) const {
+  double along = 0.0;
+  for (int i = 1; i < rows; ++i) along += t[i] * x[i];
+  out[0] = op.normal * x[0] + op.normal_radial * along;
+  const double radial = op.radial_normal * x[0] + (op.radial - op.across) * along;
+  for (int i = 1; i < rows; ++i) out[i] = op.across * x[i] + radial * t[i];
+}
+
+// inv(1 - (sigma - rho) A).
+WideLaw::Operator WideLaw::widening() const {
+  const double d = sigma - rho, d_T = sigma_T - rho;
+  const double nn = 1.0 - d * A.normal, rr = 1.0 - d_T * A.radial;
+  const double nr = -d_T * A.normal_radial, rn = -d * A.radial_normal;
+  const double determinant = nn * rr - nr * rn;
+  return {rr / determinant, nn / determinant, 1.0 / (1.0 - d_T * A.across), -rn / determinant,
+          -nr / determinant};
+}
+
+}  // namespace counterpoint::contact

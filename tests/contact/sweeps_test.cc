@@ -1,0 +1,207 @@
+// Sweeps of Gauss and Seidel, and what they stand on: factors along trees, responses to impulses.
+#include "counterpoint/contact/solve/sweeps.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "contact/linear_solution.h"
+#include "contact/random_tree.h"
+#include "contact/trials.h"
+#include "counterpoint/contact/linear/limbs.h"
+#include "counterpoint/contact/linear/tree_factor.h"
+
+namespace counterpoint::contact::sweeps_test {
+namespace {
+
+using testing::backward_error;
+using testing::dense_jacobian;
+using testing::dense_mass;
+using testing::for_trials;
+using testing::load_whole;
+using testing::Random;
+using testing::random_problem;
+using testing::random_vector;
+using testing::RandomOptions;
+using testing::Tree;
+
+constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
+
+// Solved along the tree that Limbs finds in M, single and four at a time, with the same bits.
+TEST(TreeFactor, SolvesAsDenseFactorsDo) {
+  Random random(91);
+  Limbs limbs;
+  for (int trial = 0; trial < 200; ++trial) {
+    const Tree tree = Tree::random(random, random.integer(1, 6), random.integer(0, 12));
+    const int n = static_cast<int>(tree.parent.size());
+    const RowMatrix mass = tree.mass(random);
+    limbs.find(mass.data(), n);
+    ASSERT_EQ(static_cast<int>(limbs.parents().size()), n);
+    RowMatrix factors = mass;
+    ASSERT_TRUE(factor_tree(limbs.parents().data(), n, factors.data()));
+    const VectorX b = random_vector(random, n);
+    VectorX x = b;
+    solve_tree(limbs.parents().data(), n, factors.data(), x.data());
+    // Backward error of Cholesky's method: a small multiple of n roundings.
+    EXPECT_LT(backward_error(mass, x, b), 4.0 * n * kEpsilon);
+    RowMatrix four = RowMatrix::Zero(n, 4);
+    four.col(trial % 4) = b;
+    solve_tree_four(limbs.parents().data(), n, factors.data(), four.data());
+    for (int i = 0; i < n; ++i) EXPECT_EQ(four(i, trial % 4), x[i]);
+  }
+}
+
+TEST(TreeFactor, RefusesWhatIsNotPositiveDefinite) {
+  const int parent[] = {-1, 0};
+  double singular[] = {1.0, 1.0, 1.0, 1.0};
+  EXPECT_FALSE(factor_tree(parent, 2, singular));
+  double unknown[] = {1.0, std::nan(""), std::nan(""), 1.0};
+  EXPECT_FALSE(factor_tree(parent, 2, unknown));
+}
+
+// J_c inv(M) J_c' and inv(M) J_c' f against dense matrices.
+TEST(Responses, AreThoseOfDenseMatrices) {
+  for_trials(92, 200, [&](Random& random, int) {
+    const Problem problem = random_problem(random, RandomOptions{});
+    if (problem.num_constraints() == 0) return;
+    IslandSystem island;
+    load_whole(problem, island);
+    Responses responses;
+    responses.reserve(island);
+    ASSERT_TRUE(responses.begin(island));
+    const MatrixX inverse = dense_mass(problem).inverse(), J = dense_jacobian(problem);
+    // Conditions of blocks are up to 1e4 (random_problem.h); entries are about one.
+    constexpr double kTolerance = 1e-10;
+    for (size_t i = 0; i < island.constraints().size(); ++i) {
+      const auto& c = island.constraints()[i];
+      const MatrixX Jc = J.middleRows(c.global_row, c.law.rows);
+      const MatrixX own = Jc * inverse * Jc.transpose();
+      const ConstMatrixMap found(responses.own(static_cast<int>(i)), c.law.rows, c.law.rows);
+      EXPECT_LE((found - own).norm(), kTolerance * own.norm());
+      const VectorX f = random_vector(random, c.law.rows);
+      VectorX w = VectorX::Zero(island.size());
+      responses.add(static_cast<int>(i), f.data(), w.data());
+      VectorX global = VectorX::Zero(island.size());
+      island.scatter(w.data(), global.data());
+      const VectorX expected = inverse * Jc.transpose() * f;
+      EXPECT_LE((global - expected).norm(), kTolerance * expected.norm());
+    }
+  });
+}
+
+// Whatever the laws, the velocity after sweeps is that of the impulses: momentum is kept.
+TEST(Sweeps, KeepMomentum) {
+  for_trials(93, 300, [&](Random& random, int) {
+    RandomOptions options;
+    options.coulomb = random.coin();
+    const Problem problem = random_problem(random, options);
+    if (problem.num_constraints() == 0) return;
+    IslandSystem island;
+    load_whole(problem, island);
+    MixedSystem system;
+    system.reserve(island);
+    system.begin(island, 1.0);
+    MixedSystem::Point point;
+    point.w.assign(island.size(), 0.0);
+    const double unknown = std::numeric_limits<double>::quiet_NaN();
+    system.guess(std::vector<double>(island.num_rows(), unknown), point.phi);
+    Sweeps sweeps;
+    sweeps.reserve(island);
+    sweeps.begin(island);
+    sweeps.start(point);
+    sweeps.run(5, 0.0, point);
+    const double norm = system.residual(point), laws = std::sqrt(system.law_square());
+    // What is not in the laws is rounding of some ten sums, amplified by the masses' 1e4.
+    EXPECT_LT(std::sqrt(std::max(0.0, norm * norm - laws * laws)), 1e-7 * norm + 1e-10 * system.scale());
+  });
+}
+
+// Without friction and smoothing f >= 0 minimizes 1/2 f'(A + R)f + f'(J w* + b). Each visit goes to
+// the least of it along its own impulse, nearly (sigma is no less than A_cc): it never rises, and
+// many sweeps arrive.
+TEST(Sweeps, DescendToTheSolutionWithoutFriction) {
+  for_trials(94, 200, [&](Random& random, int) {
+    RandomOptions options;
+    options.only_type = LawType::kUnilateral;
+    options.hard = true;
+    options.mass_ratio = 10.0;
+    // Redundant constraints of less take thousands of sweeps.
+    options.compliance_low = options.compliance_high = 0.1;
+    const Problem problem = random_problem(random, options);
+    if (problem.num_constraints() == 0) return;
+    IslandSystem island;
+    load_whole(problem, island);
+    const MatrixX inverse = dense_mass(problem).inverse(), J = dense_jacobian(problem);
+    VectorX y = J * problem.free_velocity();
+    MatrixX A = J * inverse * J.transpose();
+    for (int c = 0; c < problem.num_constraints(); ++c) {
+      const int row = problem.first_row(c);
+      y[row] += problem.law(c).bias[0];
+      A(row, row) += problem.law(c).regularizer;
+    }
+    MixedSystem system;
+    system.reserve(island);
+    system.begin(island, 1.0);
+    MixedSystem::Point point;
+    point.w.assign(island.size(), 0.0);
+    point.phi.assign(island.num_rows(), 0.0);
+    Sweeps sweeps;
+    sweeps.reserve(island);
+    sweeps.begin(island);
+    sweeps.start(point);
+    double before = 0.0;
+    for (int sweep = 0; sweep < 2000; ++sweep) {
+      sweeps.run(1, 0.0, point);
+      VectorX f(island.num_rows());
+      for (const auto& c : island.constraints()) f[c.global_row] = point.phi[c.row];
+      const double energy = f.dot(0.5 * (A * f) + y);
+      ASSERT_LE(energy, before + 1e-12 * std::abs(before));  // rounding of the sums
+      before = energy;
+    }
+    const double residual = system.residual(point);
+    EXPECT_LT(residual, 1e-6 * system.scale());
+  });
+}
+
+// Changes that are negligible are not made: a solution stays as it is, to the bit.
+TEST(Sweeps, LeaveASolutionAsItIs) {
+  int tried = 0;
+  for_trials(95, 400, [&](Random& random, int) {
+    RandomOptions options;
+    options.coulomb = random.coin();
+    const Problem problem = random_problem(random, options);
+    if (problem.num_constraints() == 0) return;
+    IslandSystem island;
+    load_whole(problem, island);
+    // Smoothed, the widened law of dry friction is another one (README.md, Laws).
+    for (int c = 0; c < problem.num_constraints(); ++c)
+      if (problem.law(c).type == LawType::kDryFriction && problem.law(c).smoothing > 0.0) return;
+    ++tried;
+    VectorX w = VectorX::Zero(problem.num_velocities()), f;
+    Solver solver;
+    if (!succeeded(solver.solve(problem, testing::exact_settings(), w, f).status)) return;
+    std::vector<double> local(island.num_rows());
+    for (const auto& c : island.constraints())
+      std::copy_n(f.data() + c.global_row, c.law.rows, local.data() + c.row);
+    MixedSystem system;
+    system.reserve(island);
+    system.begin(island, 1.0);
+    MixedSystem::Point point;
+    point.w.resize(island.size());
+    island.gather(w.data(), point.w.data());
+    system.guess(local, point.phi);
+    system.residual(point);
+    Sweeps sweeps;
+    sweeps.reserve(island);
+    sweeps.begin(island);
+    sweeps.start(point);
+    const auto phi = point.phi;
+    sweeps.run(3, 1e-4 * system.scale(), point);
+    EXPECT_EQ(point.phi, phi);
+  });
+  EXPECT_GT(tried, 100);
+}
+
+}  // namespace
+}  // namespace counterpoint::contact::sweeps_test
