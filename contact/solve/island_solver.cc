@@ -130,12 +130,17 @@ bool IslandSolver::finish_mixed(const MixedNewton::Result& result) {
 }
 
 // Many free bodies: their sweeps are cheap beside Newton's steps, not so those of a tree, all of
-// which answers to each impulse.
+// which answers to each impulse. And from nothing sweeps take the loads of a tower from level to
+// level, with friction by more than Newton's method can mend.
 bool IslandSolver::sweeps_pay() const {
   const auto& blocks = system_->blocks();
+  const auto& constraints = system_->constraints();
+  const auto is_known = [this](const auto& c) { return !std::isnan(guess_[c.row]); };
   return system_->num_rows() >= kManyRows &&
          std::all_of(blocks.begin(), blocks.end(),
-                     [](const auto& b) { return b.size <= kFreeBodySize; });
+                     [](const auto& b) { return b.size <= kFreeBodySize; }) &&
+         (!system_->unsymmetric() ||
+          std::any_of(constraints.begin(), constraints.end(), is_known));
 }
 
 // The residual, relative to its scale.

@@ -47,7 +47,9 @@ bool Sweeps::visit(int constraint, double negligible, MixedSystem::Point& point)
       law.law->type == LawType::kFrictionCone || law.law->type == LawType::kUnilateral;
   if (one_sided && x[0] > 0.0) {  // open, and loaded by nothing
     const double root = std::sqrt(system_->constraints()[constraint].inverse_mass);
-    if (root * phi[0] <= negligible && root * law.law->smoothing <= negligible * x[0]) return false;
+    double load = 0.0;
+    for (int r = 0; r < law.rows; ++r) load = std::max(load, std::abs(phi[r]));
+    if (root * load <= negligible && root * law.law->smoothing <= negligible * x[0]) return false;
   }
   if (has_widths_[constraint] == 0) find_widths(constraint);
   for (int r = 0; r < law.rows; ++r)
