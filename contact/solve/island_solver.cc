@@ -14,7 +14,7 @@ namespace {
 constexpr double kSigma = 1.0, kPathSigmas[] = {0.2, 1.0, 3.0, 0.05, 10.0};
 
 // Most steps of each method.
-constexpr int kWarmSteps = 8, kSmoothingSteps = 20, kPathSteps = 60;
+constexpr int kWarmSteps = 8, kPathSteps = 60;
 // Where softer laws are no answer, paths of several sigma may take so many.
 constexpr int kLongPathSteps = 400;
 // What sweeps of Gauss and Seidel leave unchanged, as a share of the scale of the residual.
@@ -178,10 +178,8 @@ bool IslandSolver::run_path() {
   std::fill(guess_.begin(), guess_.end(), std::numeric_limits<double>::quiet_NaN());
   for (const double sigma : kPathSigmas) {
     start_mixed(sigma);
-    if (finish_mixed(mixed_newton_.run_smoothed(mixed_system_, MixedNewton::Schedule::kPath,
-                                                allowed(exact_ ? kLongPathSteps : kPathSteps),
-                                                point_)))
-      return true;
+    const int steps = allowed(exact_ ? kLongPathSteps : kPathSteps);
+    if (finish_mixed(mixed_newton_.run_path(mixed_system_, steps, point_))) return true;
     if (!exact_) break;
   }
   return false;
@@ -243,8 +241,7 @@ void IslandSolver::walk_back() {
     const double next = left > stage ? left - stage : 0.0;
     set_softness({next > 0.0 ? std::exp(next) : 1.0, false});
     mixed_system_.begin(*system_, kSigma);
-    const auto result = mixed_newton_.run_smoothed(mixed_system_, MixedNewton::Schedule::kFollow,
-                                                   allowed(kSmoothingSteps), point_);
+    const auto result = mixed_newton_.run_path(mixed_system_, allowed(kPathSteps), point_);
     newton_.count(result.iterations);
     w_ = point_.w;
     if (result.solved && finish(kFinishSteps)) {

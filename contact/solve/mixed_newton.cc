@@ -10,14 +10,14 @@ namespace {
 constexpr double kTolerance = 1e-9;
 // Halvings of a step that does not bring the residual down; the last one is taken all the same.
 constexpr double kResidualDecrease = 1e-3;
-constexpr int kNearHalvings = 4, kFollowHalvings = 4, kPathHalvings = 5;
+constexpr int kNearHalvings = 4, kPathHalvings = 5;
 // A near start is given up where so many steps leave the residual above this share of its terms.
 constexpr int kGateSteps = 4;
 constexpr double kGate = 0.3;
 // Below this residual loads that are too small are raised, at most so much in a step.
 constexpr double kRaiseBelow = 1e-5, kMostRaise = 100.0;
-// Smoothing of all laws together as a share of the square of their residual.
-constexpr double kFollow = 0.3, kPathStart = 0.1;
+// First smoothing of all laws together, as a share of the square of the residual.
+constexpr double kPathStart = 0.1;
 // A point is near enough to the path where the square of its residual is below this share of the
 // smoothing. Then that falls by a factor: by less of it where a step was enough, by more where it
 // took many.
@@ -60,33 +60,6 @@ MixedNewton::Result MixedNewton::run_near(MixedSystem& system, int max_iteration
     if (result.residual < kRaiseBelow && system.raise_loads(kMostRaise, point))
       norm = system.residual(point);
     if (!advance(system, kNearHalvings, point, norm)) return result;
-  }
-}
-
-MixedNewton::Result MixedNewton::run_smoothed(MixedSystem& system, Schedule schedule,
-                                              int max_iterations, MixedSystem::Point& point) {
-  return schedule == Schedule::kFollow ? run_following(system, max_iterations, point)
-                                       : run_path(system, max_iterations, point);
-}
-
-// A smoothing Newton method: the smoothing is a share of the residual of the laws, and never grows.
-// At the start it is one of all residuals: impulses that are guessed from the laws satisfy them.
-MixedNewton::Result MixedNewton::run_following(MixedSystem& system, int max_iterations,
-                                               MixedSystem::Point& point) {
-  Result result;
-  const double share = kFollow / std::max(1, system.num_laws());
-  system.center = 0.0;
-  double norm = system.residual(point);
-  norm = system.recenter(point, share * norm * norm);
-  for (;; ++result.iterations) {
-    if (norm <= kTolerance * system.scale() && system.center > 0.0)
-      norm = system.recenter(point, 0.0);
-    result.residual = norm / system.scale();
-    result.solved = result.residual <= kTolerance;
-    if (result.solved || !std::isfinite(norm) || result.iterations == max_iterations) return result;
-    if (!advance(system, kFollowHalvings, point, norm)) return result;
-    const double goal = share * system.law_square();
-    if (goal < system.center) norm = system.recenter(point, goal);
   }
 }
 

@@ -18,19 +18,14 @@ class MixedNewton {
   /// first steps do not bring the residual down.
   Result run_near(MixedSystem& system, int max_iterations, MixedSystem::Point& point);
 
-  /// How smoothing falls: with the residual of the laws, which is quick, or one solution after the
-  /// other along the path, which is careful.
-  enum class Schedule { kFollow, kPath };
-  /// From anywhere to the solution at the smoothing of the laws.
-  Result run_smoothed(MixedSystem& system, Schedule schedule, int max_iterations,
-                      MixedSystem::Point& point);
+  /// From anywhere to the solution at the smoothing of the laws, from one with more smoothing to one
+  /// with less.
+  Result run_path(MixedSystem& system, int max_iterations, MixedSystem::Point& point);
 
   /// As MixedSystem::reserve.
   void reserve(const IslandSystem& system);
 
  private:
-  Result run_following(MixedSystem& system, int max_iterations, MixedSystem::Point& point);
-  Result run_path(MixedSystem& system, int max_iterations, MixedSystem::Point& point);
   bool advance(MixedSystem& system, int max_halvings, MixedSystem::Point& point, double& norm);
 
   MixedSystem::Point step_;
