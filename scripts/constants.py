@@ -239,8 +239,10 @@ Scenes, at time steps of 2 ms:
 {scenes}.
 
 Measured on 2026-11-26, before what sleep did to piles was corrected
-([decision](../decisions/effects.md#sleep-is-a-memory-of-the-step-not-a-threshold)); kWarmSteps, kNearHalvings,
-kGateSteps and kFollow after it, where chance gives 1.02 to 1.04 and +7 to +18.
+([decision](../decisions/effects.md#sleep-is-a-memory-of-the-step-not-a-threshold)); kNearHalvings and kGateSteps after
+it, where chance gives 1.02 to 1.04 and +7 to +18. With the solver's sweeps of Gauss and Seidel, where chance gives 0.90
+to 0.96 and -10 to -26: kWarmSteps, kNegligible, kManyRows, kFreeBodySize, kFirstSweeps, kNearShare, kLittleSofter,
+kLittleSteps, kRaiseBelow, kMostRaise.
 """
 
 
