@@ -22,8 +22,9 @@ constexpr double kNegligible = 1e-7;
 // Islands of free bodies begin with sweeps from so many rows on, unless the residual is below this.
 constexpr int kManyRows = 60, kFreeBodySize = 6, kFirstSweeps = 10;
 constexpr double kNearShare = 1e-2;
-// Where the warm method fails: so many sweeps, each time with so many Newton steps after them.
-constexpr int kSweeps[] = {30, 90}, kStepsAfterSweeps = 4;
+// Where the warm method fails: so many sweeps, each time with so many Newton steps after them; twice
+// as many where softer laws are no answer.
+constexpr int kSweeps[] = {15, 45}, kStepsAfterSweeps = 4;
 // Newton's method on velocities goes on while a stage of so many steps brings the residual, small
 // enough at the start, to that share.
 constexpr double kNearly = 0.3, kContraction = 0.1;
@@ -166,7 +167,7 @@ bool IslandSolver::run_warm() {
 bool IslandSolver::run_sweeps() {
   if (point_.w.empty() || !std::isfinite(residual())) start_mixed(kSigma);
   for (const int count : kSweeps) {
-    sweep(count, 0.0);
+    sweep(exact_ ? 2 * count : count, 0.0);
     if (finish_mixed(mixed_newton_.run_near(mixed_system_, allowed(kStepsAfterSweeps), point_)))
       return true;
   }
