@@ -180,14 +180,10 @@ bool find_displacement(const StepArguments& step, const VectorX& w, Workspace::I
   return true;
 }
 
-}  // namespace
-
-void solve_constraints(const StepArguments& step, Workspace::Impl& ws, VectorX& w,
-                       StepReport& report) {
-  const PhaseTimer timer(ws.times, &PhaseTimes::constraints);
+/// Adds what w runs into, and solves again, until it runs into nothing. solved: w is a solution.
+void solve_overruns(const StepArguments& step, bool solved, Workspace::Impl& ws, VectorX& w,
+                    StepReport& report) {
   const StepContext at = step.context();
-  bool solved = !ws.constraints.empty();
-  if (solved) solve_found(step, w, nullptr, false, ws, w, report);
   // Each time a row more, and there are as many as limits and parked contacts. An impact that is
   // passed on from body to body is not followed through their contacts one by one.
   for (int round = 0;
@@ -205,17 +201,29 @@ void solve_constraints(const StepArguments& step, Workspace::Impl& ws, VectorX& 
   }
 }
 
+}  // namespace
+
+void solve_constraints(const StepArguments& step, Workspace::Impl& ws, VectorX& w,
+                       StepReport& report) {
+  const PhaseTimer timer(ws.times, &PhaseTimes::constraints);
+  const bool any = !ws.constraints.empty();
+  if (any) solve_found(step, w, nullptr, false, ws, w, report);
+  solve_overruns(step, any, ws, w, report);
+}
+
 const VectorX& correct_overlaps(const StepArguments& step, Workspace::Impl& ws, VectorX& w,
                                 StepReport& report) {
   const PhaseTimer timer(ws.times, &PhaseTimes::overlaps);
   while (find_displacement(step, w, ws, report)) {
     // What the displacement runs into gets rows as well. The velocity does not lead there, so that
     // they are without force: w stays as it is but for that (parked_contacts.h), and the inverse
-    // need not know.
-    if (!ws.finder.find_reached_contacts(step.context(), {ws.displacement}, ws.data,
+    // need not know. Not so with softer laws, which act at a distance: then it gets none.
+    if (report.softening.any() ||
+        !ws.finder.find_reached_contacts(step.context(), {ws.displacement}, ws.data,
                                          ws.constraints))
       return ws.displacement;
     solve_again(step, ws, w, report);
+    solve_overruns(step, true, ws, w, report);
     if (!report.succeeded()) break;
   }
   return w;
