@@ -99,7 +99,7 @@ void pile(Trial& trial, const std::string& scene, const Bounds& bounds) {
 
 HardCase pile_case(const std::string& name, const std::string& hard, const Bounds& bounds) {
   const std::string scene = "../piles/" + name;
-  return {name, hard, scene, [=](Trial& trial) { pile(trial, scene, bounds); }, false, nullptr};
+  return {name, hard, scene, [=](Trial& trial) { pile(trial, scene, bounds); }};
 }
 
 }  // namespace

@@ -151,7 +151,6 @@ double IslandSolver::residual() {
 }
 
 void IslandSolver::sweep(int count, double enough) {
-  if (residual() < enough) return;
   sweeps_.start(point_);
   if (residual() < enough) return;
   sweeps_.run(count, kNegligible * mixed_system_.scale(), point_);
@@ -159,7 +158,7 @@ void IslandSolver::sweep(int count, double enough) {
 
 bool IslandSolver::run_warm() {
   start_mixed(kSigma);
-  if (sweeps_pay()) sweep(kFirstSweeps, kNearShare);
+  if (sweeps_pay() && !(residual() < kNearShare)) sweep(kFirstSweeps, kNearShare);
   return finish_mixed(mixed_newton_.run_near(mixed_system_, allowed(kWarmSteps), point_));
 }
 

@@ -116,8 +116,7 @@ bool MixedSystem::raise_loads(double most, Point& point) const {
   bool raised = false;
   for (const auto& c : system_->constraints()) {
     if (c.law.type != LawType::kFrictionCone && c.law.type != LawType::kUnilateral) continue;
-    const bool friction = c.law.type == LawType::kFrictionCone;
-    const double rho = friction ? normal_regularizer(c.law) : c.law.regularizer;
+    const double rho = own_regularizer(c.law);
     const double k = c.law.smoothing + center, z = y_[c.row];
     double* phi = point.phi.data() + c.row;
     // Beyond the law's kink, and Newton's step would double it.

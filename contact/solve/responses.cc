@@ -35,28 +35,17 @@ constexpr int kLanes = 4;
 }  // namespace
 
 void Responses::reserve(const IslandSystem& system) {
-  size_t factors = 0, values = 0, largest = 0, parts = 0;
+  size_t factors = 0, largest = 0;
   for (const auto& b : system.blocks()) {
     factors += static_cast<size_t>(b.size) * b.size;
     largest = std::max(largest, static_cast<size_t>(b.size));
   }
-  const auto& jacobian = system.jacobian();
-  for (const auto& c : jacobian.constraints()) {
-    int block = -1;
-    values += static_cast<size_t>(c.rows) * c.rows;
-    for (int s = c.first_strip; s < c.end_strip; ++s) {
-      const int other = system.block_of(jacobian.strips()[s].group);
-      if (other == block) continue;
-      block = other;
-      values += static_cast<size_t>(c.rows) * system.blocks()[block].size;
-      ++parts;
-    }
-  }
+  const size_t constraints = system.constraints().size();
   first_factor_.reserve(system.blocks().size());
-  known_.reserve(system.constraints().size());
-  parts_.reserve(parts);
+  known_.reserve(constraints);
+  parts_.reserve(2 * constraints);
   factors_.reserve(factors);
-  values_.reserve(values);
+  values_.reserve(system.num_rows() * (2 * largest + kMaxRows));
   scratch_.reserve(std::max<size_t>(kLanes * largest, system.size()));
 }
 
@@ -94,69 +83,65 @@ void Responses::find(int constraint) {
   const auto& c = jacobian.constraints()[constraint];
   Known& known = known_[constraint];
   known.first_part = static_cast<int>(parts_.size());
+  known.own = static_cast<int>(values_.size());
+  values_.resize(values_.size() + static_cast<size_t>(c.rows) * c.rows, 0.0);
   const auto block = [&](int s) { return system_->block_of(jacobian.strips()[s].group); };
+  int column = 0;
   for (int s = c.first_strip; s < c.end_strip;) {
     int end = s + 1;
     while (end < c.end_strip && block(end) == block(s)) ++end;
-    find_part(constraint, s, end);
+    column = find_part(constraint, s, end, column);
     s = end;
   }
   known.num_parts = static_cast<int>(parts_.size()) - known.first_part;
-  known.own = static_cast<int>(values_.size());
-  values_.resize(values_.size() + static_cast<size_t>(c.rows) * c.rows, 0.0);
-  double* own = values_.data() + known.own;
-  int column = 0, part = known.first_part;
-  for (int s = c.first_strip; s < c.end_strip; ++s) {
-    const auto& strip = jacobian.strips()[s];
-    while (strip.velocity >= parts_[part].velocity + parts_[part].size ||
-           strip.velocity < parts_[part].velocity)
-      ++part;
-    const Part& p = parts_[part];
-    for (int k = 0; k < strip.size; ++k, ++column) {
-      const double* response = values_.data() + p.first_value + (strip.velocity + k - p.velocity);
-      for (int r = 0; r < c.rows; ++r) {
-        const double entry = jacobian.by_row(c)[r * c.leading + column];
-        for (int q = 0; q < c.rows; ++q) own[r * c.rows + q] += entry * response[q * p.size];
-      }
-    }
-  }
 }
 
-void Responses::find_part(int constraint, int first_strip, int end_strip) {
+// Of the block that strips first ... end - 1 are of, whose first column that is; its share of what
+// the constraint feels of itself, too. Returns the column after the last.
+int Responses::find_part(int constraint, int first, int end, int column) {
   const auto& jacobian = system_->jacobian();
   const auto& c = jacobian.constraints()[constraint];
-  const int b = system_->block_of(jacobian.strips()[first_strip].group);
+  const int b = system_->block_of(jacobian.strips()[first].group);
   const auto& block = system_->blocks()[b];
-  int column = 0;
-  for (int s = c.first_strip; s < first_strip; ++s) column += jacobian.strips()[s].size;
   const int first_value = static_cast<int>(values_.size()), n = block.size;
   values_.resize(values_.size() + static_cast<size_t>(c.rows) * n);
+  // Calls visit(velocity in the block, column of J).
+  const auto for_columns = [&](auto visit) {
+    int at = column;
+    for (int s = first; s < end; ++s) {
+      const auto& strip = jacobian.strips()[s];
+      for (int k = 0; k < strip.size; ++k, ++at) visit(strip.velocity - block.start + k, at);
+    }
+    return at;
+  };
+  const auto entry = [&](int row, int at) { return jacobian.by_row(c)[row * c.leading + at]; };
+  double* values = values_.data() + first_value;
   for (int first_row = 0; first_row < c.rows; first_row += kLanes) {
     const int rows = std::min(c.rows - first_row, kLanes);
-    const double* entries = jacobian.by_row(c) + first_row * c.leading + column;
     scratch_.assign(static_cast<size_t>(kLanes) * n, 0.0);
-    for (int s = first_strip; s < end_strip; ++s) {
-      const auto& strip = jacobian.strips()[s];
-      double* x = scratch_.data() + kLanes * (strip.velocity - block.start);
-      for (int k = 0; k < strip.size; ++k, ++entries)
-        for (int r = 0; r < rows; ++r) x[kLanes * k + r] = entries[r * c.leading];
-    }
+    for_columns([&](int v, int at) {
+      for (int r = 0; r < rows; ++r) scratch_[kLanes * v + r] = entry(first_row + r, at);
+    });
     solve_tree_four(system_->parents() + block.start, n, factors_.data() + first_factor_[b],
                     scratch_.data());
-    double* to = values_.data() + first_value + first_row * n;
     for (int r = 0; r < rows; ++r)
-      for (int v = 0; v < n; ++v) to[r * n + v] = scratch_[kLanes * v + r];
+      for (int v = 0; v < n; ++v) values[(first_row + r) * n + v] = scratch_[kLanes * v + r];
   }
+  double* own = values_.data() + known_[constraint].own;
   parts_.push_back({block.start, n, first_value});
+  return for_columns([&](int v, int at) {
+    for (int r = 0; r < c.rows; ++r)
+      for (int q = 0; q < c.rows; ++q) own[r * c.rows + q] += entry(r, at) * values[q * n + v];
+  });
 }
 
 const double* Responses::own(int constraint) {
-  if (known_[constraint].num_parts < 0) find(constraint);
+  if (!knows(constraint)) find(constraint);
   return values_.data() + known_[constraint].own;
 }
 
 void Responses::add(int constraint, const double* f, double* w) {
-  if (known_[constraint].num_parts < 0) find(constraint);
+  if (!knows(constraint)) find(constraint);
   const Known& known = known_[constraint];
   const int rows = system_->jacobian().constraints()[constraint].rows;
   for (int i = known.first_part; i < known.first_part + known.num_parts; ++i) {

@@ -16,6 +16,8 @@ class Responses {
   bool begin(const IslandSystem& system);
   /// w = w* + inv(M) J' f.
   void velocity(const double* f, double* w);
+  /// Whether own() or add() have asked for this constraint's before.
+  bool knows(int constraint) const { return known_[constraint].num_parts >= 0; }
   /// J_c inv(M) J_c', rows x rows [1/kg].
   const double* own(int constraint);
   /// w += inv(M) J_c' f_c.
@@ -31,7 +33,7 @@ class Responses {
     int first_part = 0, num_parts = -1, own = 0;
   };
   void find(int constraint);
-  void find_part(int constraint, int first_strip, int end_strip);
+  int find_part(int constraint, int first, int end, int column);
 
   const IslandSystem* system_ = nullptr;
   std::vector<int> first_factor_;  ///< by block

@@ -3,14 +3,11 @@
 #include <algorithm>
 #include <cmath>
 
-#include "counterpoint/contact/laws/coulomb.h"
-
 namespace counterpoint::contact {
 
 void Sweeps::reserve(const IslandSystem& system) {
   responses_.reserve(system);
   laws_.reserve(system.constraints().size());
-  has_widths_.reserve(system.constraints().size());
   f_.reserve(system.num_rows());
 }
 
@@ -34,7 +31,6 @@ void Sweeps::find_widths(int constraint) {
   } else {
     law.widen(std::max(own[0], friction), std::max(own[0], friction));
   }
-  has_widths_[constraint] = 1;
 }
 
 // True if its impulse changes.
@@ -51,17 +47,10 @@ bool Sweeps::visit(int constraint, double negligible, MixedSystem::Point& point)
     for (int r = 0; r < law.rows; ++r) load = std::max(load, std::abs(phi[r]));
     if (root * load <= negligible && root * law.law->smoothing <= negligible * x[0]) return false;
   }
-  if (has_widths_[constraint] == 0) find_widths(constraint);
+  if (!responses_.knows(constraint)) find_widths(constraint);
   for (int r = 0; r < law.rows; ++r)
     x[r] = law.scale[r] * x[r] - (law.wide(r) - law.rho) * phi[r];
-  if (law.law->coulomb) {
-    const CoulombCone cone(x, law.rows, law.sigma, law.sigma_T, scaled_slip_speed(*law.law),
-                           law.law->smoothing);
-    x[0] = cone.n;
-    for (int r = 1; r < law.rows; ++r) x[r] *= -cone.b;
-  } else {
-    law.evaluate(0.0, x);
-  }
+  law.evaluate(0.0, x);
   double square = 0.0;
   for (int r = 0; r < law.rows; ++r) {
     const double change = x[r] - phi[r];
@@ -80,7 +69,6 @@ void Sweeps::start(MixedSystem::Point& point) {
     possible_ = responses_.begin(*system_);
     laws_.clear();
     for (const auto& c : system_->constraints()) laws_.emplace_back(c, c.inverse_mass);
-    has_widths_.assign(laws_.size(), 0);
   }
   if (!possible_) return;
   f_.resize(system_->num_rows());

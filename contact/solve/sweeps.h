@@ -35,7 +35,6 @@ class Sweeps {
   bool ready_ = false, possible_ = false;
   Responses responses_;
   std::vector<WideLaw> laws_;
-  std::vector<char> has_widths_;
   std::vector<double> f_;
 };
 

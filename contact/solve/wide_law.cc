@@ -8,10 +8,17 @@
 
 namespace counterpoint::contact {
 
+double own_regularizer(const Law& law) {
+  return law.type == LawType::kFrictionCone ? normal_regularizer(law) : law.regularizer;
+}
+
 WideLaw::WideLaw(const IslandSystem::Constraint& c, double sigma_of_normal)
-    : law(&c.law), row(c.row), rows(c.law.rows), hessian(c.hessian) {
+    : law(&c.law),
+      row(c.row),
+      rows(c.law.rows),
+      hessian(c.hessian),
+      rho(own_regularizer(c.law)) {
   const bool friction = c.law.type == LawType::kFrictionCone;
-  rho = friction ? normal_regularizer(c.law) : c.law.regularizer;
   std::fill_n(scale, rows, 1.0);
   for (int r = 1; friction && r < rows; ++r) scale[r] = c.law.friction[r - 1];
   // Friction knows nothing of the normal velocity in exact Coulomb laws: it may be widened by

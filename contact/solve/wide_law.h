@@ -6,6 +6,9 @@
 
 namespace counterpoint::contact {
 
+/// rho of a law: the regularizer of its first row, before it is widened [1/kg].
+double own_regularizer(const Law& law);
+
 struct WideLaw {
   /// -F' or inv(1 - (sigma - rho) A) in the directions of normal and friction: lower triangular in
   /// (normal, radial), a multiple of one across the radial direction.

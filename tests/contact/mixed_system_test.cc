@@ -11,22 +11,14 @@
 namespace counterpoint::contact::mixed_system_test {
 namespace {
 
-using testing::for_trials;
-using testing::load_whole;
+using testing::any_friction;
+using testing::for_islands;
 using testing::Random;
-using testing::random_problem;
-using testing::RandomOptions;
 
 // Along Newton's direction d the residual F(x + t d) is (1 - t) F(x) + O(t^2).
 TEST(MixedSystem, DirectionZeroesTheLinearizedResidual) {
   int tried = 0;
-  for_trials(31, 300, [&](Random& random, int) {
-    RandomOptions options;
-    options.coulomb = random.coin();
-    const Problem problem = random_problem(random, options);
-    if (problem.num_constraints() == 0) return;
-    IslandSystem island;
-    load_whole(problem, island);
+  for_islands(31, 300, any_friction, [&](Random& random, const Problem&, IslandSystem& island) {
     MixedSystem system;
     system.begin(island, random.log_uniform(0.1, 3.0));
     system.center = 1.0;  // smooth on the scale of the velocities, so that O(t^2) is small
@@ -53,12 +45,7 @@ TEST(MixedSystem, DirectionZeroesTheLinearizedResidual) {
 
 // Impulses that are given come back as phi = inv(D) f, unknown ones stop the constraint by itself.
 TEST(MixedSystem, GuessesAreTheImpulsesGiven) {
-  for_trials(32, 200, [&](Random& random, int) {
-    RandomOptions options;
-    options.coulomb = random.coin();
-    const Problem problem = random_problem(random, options);
-    IslandSystem island;
-    load_whole(problem, island);
+  for_islands(32, 200, any_friction, [&](Random& random, const Problem&, IslandSystem& island) {
     MixedSystem system;
     system.begin(island, 1.0);
     std::vector<double> f(island.num_rows()), phi;

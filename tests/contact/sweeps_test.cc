@@ -15,13 +15,12 @@
 namespace counterpoint::contact::sweeps_test {
 namespace {
 
+using testing::any_friction;
 using testing::backward_error;
 using testing::dense_jacobian;
 using testing::dense_mass;
-using testing::for_trials;
-using testing::load_whole;
+using testing::for_islands;
 using testing::Random;
-using testing::random_problem;
 using testing::random_vector;
 using testing::RandomOptions;
 using testing::Tree;
@@ -62,11 +61,8 @@ TEST(TreeFactor, RefusesWhatIsNotPositiveDefinite) {
 
 // J_c inv(M) J_c' and inv(M) J_c' f against dense matrices.
 TEST(Responses, AreThoseOfDenseMatrices) {
-  for_trials(92, 200, [&](Random& random, int) {
-    const Problem problem = random_problem(random, RandomOptions{});
-    if (problem.num_constraints() == 0) return;
-    IslandSystem island;
-    load_whole(problem, island);
+  const auto usual = [](Random&) { return RandomOptions{}; };
+  for_islands(92, 200, usual, [](Random& random, const Problem& problem, IslandSystem& island) {
     Responses responses;
     responses.reserve(island);
     ASSERT_TRUE(responses.begin(island));
@@ -90,26 +86,30 @@ TEST(Responses, AreThoseOfDenseMatrices) {
   });
 }
 
+MixedSystem mixed_system(IslandSystem& island) {
+  MixedSystem system;
+  system.reserve(island);
+  system.begin(island, 1.0);
+  return system;
+}
+
+Sweeps started(const IslandSystem& island, MixedSystem::Point& point) {
+  Sweeps sweeps;
+  sweeps.reserve(island);
+  sweeps.begin(island);
+  sweeps.start(point);
+  return sweeps;
+}
+
 // Whatever the laws, the velocity after sweeps is that of the impulses: momentum is kept.
 TEST(Sweeps, KeepMomentum) {
-  for_trials(93, 300, [&](Random& random, int) {
-    RandomOptions options;
-    options.coulomb = random.coin();
-    const Problem problem = random_problem(random, options);
-    if (problem.num_constraints() == 0) return;
-    IslandSystem island;
-    load_whole(problem, island);
-    MixedSystem system;
-    system.reserve(island);
-    system.begin(island, 1.0);
+  for_islands(93, 300, any_friction, [](Random&, const Problem&, IslandSystem& island) {
+    MixedSystem system = mixed_system(island);
     MixedSystem::Point point;
     point.w.assign(island.size(), 0.0);
     const double unknown = std::numeric_limits<double>::quiet_NaN();
     system.guess(std::vector<double>(island.num_rows(), unknown), point.phi);
-    Sweeps sweeps;
-    sweeps.reserve(island);
-    sweeps.begin(island);
-    sweeps.start(point);
+    Sweeps sweeps = started(island, point);
     sweeps.run(5, 0.0, point);
     const double norm = system.residual(point), laws = std::sqrt(system.law_square());
     // What is not in the laws is rounding of some ten sums, amplified by the masses' 1e4.
@@ -121,17 +121,16 @@ TEST(Sweeps, KeepMomentum) {
 // the least of it along its own impulse, nearly (sigma is no less than A_cc): it never rises, and
 // many sweeps arrive.
 TEST(Sweeps, DescendToTheSolutionWithoutFriction) {
-  for_trials(94, 200, [&](Random& random, int) {
+  const auto choose = [](Random&) {
     RandomOptions options;
     options.only_type = LawType::kUnilateral;
     options.hard = true;
     options.mass_ratio = 10.0;
     // Redundant constraints of less take thousands of sweeps.
     options.compliance_low = options.compliance_high = 0.1;
-    const Problem problem = random_problem(random, options);
-    if (problem.num_constraints() == 0) return;
-    IslandSystem island;
-    load_whole(problem, island);
+    return options;
+  };
+  for_islands(94, 200, choose, [](Random&, const Problem& problem, IslandSystem& island) {
     const MatrixX inverse = dense_mass(problem).inverse(), J = dense_jacobian(problem);
     VectorX y = J * problem.free_velocity();
     MatrixX A = J * inverse * J.transpose();
@@ -140,16 +139,11 @@ TEST(Sweeps, DescendToTheSolutionWithoutFriction) {
       y[row] += problem.law(c).bias[0];
       A(row, row) += problem.law(c).regularizer;
     }
-    MixedSystem system;
-    system.reserve(island);
-    system.begin(island, 1.0);
+    MixedSystem system = mixed_system(island);
     MixedSystem::Point point;
     point.w.assign(island.size(), 0.0);
     point.phi.assign(island.num_rows(), 0.0);
-    Sweeps sweeps;
-    sweeps.reserve(island);
-    sweeps.begin(island);
-    sweeps.start(point);
+    Sweeps sweeps = started(island, point);
     double before = 0.0;
     for (int sweep = 0; sweep < 2000; ++sweep) {
       sweeps.run(1, 0.0, point);
@@ -167,13 +161,7 @@ TEST(Sweeps, DescendToTheSolutionWithoutFriction) {
 // Changes that are negligible are not made: a solution stays as it is, to the bit.
 TEST(Sweeps, LeaveASolutionAsItIs) {
   int tried = 0;
-  for_trials(95, 400, [&](Random& random, int) {
-    RandomOptions options;
-    options.coulomb = random.coin();
-    const Problem problem = random_problem(random, options);
-    if (problem.num_constraints() == 0) return;
-    IslandSystem island;
-    load_whole(problem, island);
+  for_islands(95, 400, any_friction, [&](Random&, const Problem& problem, IslandSystem& island) {
     // Smoothed, the widened law of dry friction is another one (README.md, Laws).
     for (int c = 0; c < problem.num_constraints(); ++c)
       if (problem.law(c).type == LawType::kDryFriction && problem.law(c).smoothing > 0.0) return;
@@ -184,18 +172,13 @@ TEST(Sweeps, LeaveASolutionAsItIs) {
     std::vector<double> local(island.num_rows());
     for (const auto& c : island.constraints())
       std::copy_n(f.data() + c.global_row, c.law.rows, local.data() + c.row);
-    MixedSystem system;
-    system.reserve(island);
-    system.begin(island, 1.0);
+    MixedSystem system = mixed_system(island);
     MixedSystem::Point point;
     point.w.resize(island.size());
     island.gather(w.data(), point.w.data());
     system.guess(local, point.phi);
     system.residual(point);
-    Sweeps sweeps;
-    sweeps.reserve(island);
-    sweeps.begin(island);
-    sweeps.start(point);
+    Sweeps sweeps = started(island, point);
     const auto phi = point.phi;
     sweeps.run(3, 1e-4 * system.scale(), point);
     EXPECT_EQ(point.phi, phi);

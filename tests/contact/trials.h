@@ -46,4 +46,25 @@ void for_trials(unsigned seed, int trials, const Body& body) {
   }
 }
 
+/// The same with random problems that have constraints, loaded as a whole:
+/// body(random, problem, island). choose(random): their options.
+template <class Choose, class Body>
+void for_islands(unsigned seed, int trials, const Choose& choose, const Body& body) {
+  for_trials(seed, trials, [&](Random& random, int) {
+    const RandomOptions options = choose(random);
+    const Problem problem = random_problem(random, options);
+    if (problem.num_constraints() == 0) return;
+    IslandSystem island;
+    load_whole(problem, island);
+    body(random, problem, island);
+  });
+}
+
+/// Options of for_islands: friction is exact Coulomb or convex.
+inline RandomOptions any_friction(Random& random) {
+  RandomOptions options;
+  options.coulomb = random.coin();
+  return options;
+}
+
 }  // namespace counterpoint::contact::testing
