@@ -192,11 +192,14 @@ void IslandSolver::set_softness(Softness softness) {
   system_->laws_changed();
 }
 
-// How much softer: as soft as kSoftCompliance, whatever the cones' own is.
+// How much softer: as soft as kSoftCompliance, whatever the own is of contacts and limits.
 double IslandSolver::softer_factor() const {
+  const auto pushes = [](LawType type) {
+    return type == LawType::kFrictionCone || type == LawType::kUnilateral;
+  };
   double softest = 0.0;
   for (const auto& c : system_->constraints())
-    if (c.law.type == LawType::kFrictionCone && c.inverse_mass > 0.0)
+    if (pushes(c.law.type) && c.inverse_mass > 0.0)
       softest = std::max(softest, c.law.regularizer / c.inverse_mass);
   return softest > 0.0 ? std::clamp(kSoftCompliance / softest, 1.0, kSoftest) : kSoftest;
 }

@@ -87,13 +87,14 @@ contact::Settings as_exact_as_hard(const StepArguments& step) {
 
 /// Poses the problem of the constraints found, of free velocities (nv), and solves it: into ws.w,
 /// ws.impulse. The guess is what was found with fewer constraints, velocities `found` (nv) and
-/// ws.impulse, or if that is null what the last step knows.
+/// ws.impulse, or if that is null what the last step knows. as_posed: with these laws, not softer.
 const contact::Report& pose_and_solve(const StepArguments& step, const VectorX& free,
                                       const VectorX* found, const Softening& softening,
-                                      Workspace::Impl& ws) {
+                                      bool as_posed, Workspace::Impl& ws) {
   const Model& model = step.model;
   const State& state = step.state;
   contact::Settings settings = as_exact_as_hard(step);
+  if (as_posed) settings.soften_after = 0;
   const RowRange before = row_range(ws);
   assemble_problem(model, ws.constraints, free, ws.diagonal, ws.data, ws.block_of_tree, ws.problem);
   ws.posed_contacts = ws.constraints.contacts.size();
@@ -114,7 +115,8 @@ const contact::Report& pose_and_solve(const StepArguments& step, const VectorX& 
   return ws.solver.solve(ws.problem, settings, solution, impulse);
 }
 
-/// Several islands that need softer laws get them together, and then may need still softer ones.
+/// Several islands that need softer laws get them together, and then may need still softer ones. All
+/// have the factor that is reported, or the inverse would be wrong: the last solve softens nothing.
 constexpr int kMostSoftenings = 4;
 
 /// So many times only the contacts run into get rows, then all that are parked.
@@ -130,17 +132,15 @@ void solve_found(const StepArguments& step, const VectorX& free, const VectorX* 
   const Model& model = step.model;
   for (int i = 0;; ++i) {
     if (extended) report.softening.tree = -1;
-    const contact::Report& solved =
-        pose_and_solve(step, free, i == 0 ? found : nullptr, report.softening, ws);
+    const contact::Report& solved = pose_and_solve(step, free, i == 0 ? found : nullptr,
+                                                   report.softening, i == kMostSoftenings, ws);
     report.status = solved.status;
     report.newton_iterations += solved.iterations;
     report.residual = solved.residual;
     if (solved.softened.empty()) break;
     const bool first = !report.softening.any();
     report.softening = combine(report.softening, solved.softened, ws.block_of_tree);
-    if (i + 1 == kMostSoftenings) report.softening.factor = -std::abs(report.softening.factor);
     // One island was solved with what the report says; several are solved once more together.
-    if (i == kMostSoftenings) break;
     if (first && !extended && solved.softened.size() == 1) {
       soften_problem(model, report.softening, ws);
       break;

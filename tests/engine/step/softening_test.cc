@@ -7,6 +7,7 @@
 #include <sstream>
 
 #include "counterpoint/engine/simulator.h"
+#include "support/paths.h"
 #include "support/temp_folder.h"
 
 namespace counterpoint::softening_test {
@@ -36,8 +37,8 @@ struct Outcome {
   double error_unknown = 0.0;  ///< the same where the inverse is not told of the softening
 };
 
-Outcome throw_heaps(const contact::Settings& settings, int steps) {
-  Simulator sim(two_heaps());
+Outcome step_and_invert(const Scene& scene, const contact::Settings& settings, int steps) {
+  Simulator sim(scene);
   sim.settings() = settings;
   Outcome out;
   for (int k = 0; k < steps; ++k) {
@@ -63,7 +64,7 @@ Outcome throw_heaps(const contact::Settings& settings, int steps) {
 }
 
 TEST(Softening, IsNotNeededHere) {
-  const Outcome out = throw_heaps({}, 300);
+  const Outcome out = step_and_invert(two_heaps(), {}, 300);
   EXPECT_EQ(out.softened, 0);
   EXPECT_LT(out.error, kRecovered);
 }
@@ -71,12 +72,25 @@ TEST(Softening, IsNotNeededHere) {
 TEST(Softening, NeverStopsAndTheInverseStaysExact) {
   contact::Settings hasty;
   hasty.soften_after = 1;
-  const Outcome out = throw_heaps(hasty, 300);
+  const Outcome out = step_and_invert(two_heaps(), hasty, 300);
   EXPECT_GT(out.of_one_island, 10);
   EXPECT_GT(out.of_all, 10);
   EXPECT_LT(out.error, kRecovered);
   // The record is what makes it so.
   EXPECT_GT(out.error_unknown, 1e-3);
+}
+
+// Where one island fails after the other, all end with the factor that is reported.
+TEST(Softening, IslandsThatFailInTurnAreInvertedExactly) {
+  contact::Settings hasty;
+  hasty.soften_after = 1;
+  for (const char* name : {"pile_16_masses", "chain_into_pile"}) {
+    Scene scene = load_scene(test::source_dir() + "/data/scenes/piles/" + name + ".yaml");
+    scene.options.time_step = 0.01;
+    const Outcome out = step_and_invert(scene, hasty, 100);
+    EXPECT_GT(out.of_all, 50) << name;
+    EXPECT_LT(out.error, kRecovered) << name;
+  }
 }
 
 TEST(Softening, IsAnErrorWhereItIsNotAllowed) {
