@@ -16,8 +16,7 @@ enum class Factorization { kAutomatic, kDense, kSparse };
 /// How an island was solved; each is tried where those before it did not do.
 enum class Method {
   kVelocity,   ///< Newton's method on velocities, from the start
-  kWarm,       ///< mixed Newton from the impulses that were given
-  kSweeps,     ///< mixed Newton after sweeps of Gauss and Seidel
+  kMixed,      ///< mixed Newton from the impulses given, in turn with sweeps of Gauss and Seidel
   kPath,       ///< mixed Newton along the path of falling smoothing
   kSofter,     ///< with softer laws
 };

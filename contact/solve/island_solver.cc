@@ -13,8 +13,13 @@ namespace {
 // path, which comes after, differs on purpose.
 constexpr double kSigma = 1.0, kPathSigmas[] = {0.2, 1.0, 3.0, 0.05, 10.0};
 
-// Most steps of each method.
-constexpr int kWarmSteps = 8, kPathSteps = 60;
+// Most steps of the mixed method: at first, and each time after so many sweeps of Gauss and Seidel.
+constexpr int kWarmSteps = 8;
+constexpr struct {
+  int sweeps, steps;
+} kTurns[] = {{15, 4}, {60, 8}, {240, 12}};
+// Most steps of the path.
+constexpr int kPathSteps = 60;
 // Where softer laws are no answer, paths of several sigma may take so many.
 constexpr int kLongPathSteps = 400;
 // What sweeps of Gauss and Seidel leave unchanged, as a share of the scale of the residual.
@@ -22,9 +27,6 @@ constexpr double kNegligible = 1e-7;
 // Islands of free bodies begin with sweeps from so many rows on, unless the residual is below this.
 constexpr int kManyRows = 60, kFreeBodySize = 6, kFirstSweeps = 10;
 constexpr double kNearShare = 1e-2;
-// Where the warm method fails: so many sweeps, each time with so many Newton steps after them; twice
-// as many where softer laws are no answer.
-constexpr int kSweeps[] = {15, 45}, kStepsAfterSweeps = 4;
 // Newton's method on velocities goes on while a stage of so many steps brings the residual, small
 // enough at the start, to that share.
 constexpr double kNearly = 0.3, kContraction = 0.1;
@@ -130,6 +132,10 @@ bool IslandSolver::finish_mixed(const MixedNewton::Result& result) {
   return finish(kFinishSteps);
 }
 
+bool IslandSolver::run_near(int max_iterations) {
+  return finish_mixed(mixed_newton_.run_near(mixed_system_, allowed(max_iterations), point_));
+}
+
 // Many free bodies: their sweeps are cheap beside Newton's steps, not so those of a tree, all of
 // which answers to each impulse. And from nothing sweeps take the loads of a tower from level to
 // level, with friction by more than Newton's method can mend.
@@ -156,19 +162,16 @@ void IslandSolver::sweep(int count, double enough) {
   sweeps_.run(count, kNegligible * mixed_system_.scale(), point_);
 }
 
-bool IslandSolver::run_warm() {
+// From the impulses of the last step. Newton's method converges fast where it knows which contacts
+// carry and slide; sweeps find that from almost anywhere.
+bool IslandSolver::run_mixed() {
   start_mixed(kSigma);
   if (sweeps_pay() && !(residual() < kNearShare)) sweep(kFirstSweeps, kNearShare);
-  return finish_mixed(mixed_newton_.run_near(mixed_system_, allowed(kWarmSteps), point_));
-}
-
-// From where the warm method ended, if that is anywhere.
-bool IslandSolver::run_sweeps() {
-  if (point_.w.empty() || !std::isfinite(residual())) start_mixed(kSigma);
-  for (const int count : kSweeps) {
-    sweep(exact_ ? 2 * count : count, 0.0);
-    if (finish_mixed(mixed_newton_.run_near(mixed_system_, allowed(kStepsAfterSweeps), point_)))
-      return true;
+  if (run_near(kWarmSteps)) return true;
+  for (const auto& turn : kTurns) {
+    if (!std::isfinite(residual())) start_mixed(kSigma);
+    sweep(turn.sweeps, 0.0);
+    if (run_near(turn.steps)) return true;
   }
   return false;
 }
@@ -262,10 +265,8 @@ bool IslandSolver::run(Method method) {
   switch (method) {
     case Method::kVelocity:
       return run_velocity();
-    case Method::kWarm:
-      return run_warm();
-    case Method::kSweeps:
-      return run_sweeps();
+    case Method::kMixed:
+      return run_mixed();
     case Method::kPath:
       return run_path();
     case Method::kSofter:
@@ -276,8 +277,7 @@ bool IslandSolver::run(Method method) {
 
 IslandSolver::Result IslandSolver::solve(IslandSystem& system, const Settings& settings,
                                          std::vector<double>& w, std::vector<double>& f) {
-  constexpr Method kPlan[] = {Method::kVelocity, Method::kWarm, Method::kSweeps, Method::kPath,
-                              Method::kSofter};
+  constexpr Method kPlan[] = {Method::kVelocity, Method::kMixed, Method::kPath, Method::kSofter};
   begin(system, settings, w, f);
   Result result;
   bool arrived = false;

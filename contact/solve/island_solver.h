@@ -35,9 +35,9 @@ class IslandSolver {
              const std::vector<double>& guess);
   bool run(Method method);
   bool run_velocity();
-  bool run_warm();
+  bool run_mixed();
+  bool run_near(int max_iterations);
   bool sweeps_pay() const;
-  bool run_sweeps();
   bool run_path();
   bool run_softer();
   void walk_back();

@@ -154,7 +154,10 @@ void ConstraintFinder::find_candidates(const StepContext& at, const Data& data, 
   const bool parks = parks_contacts(at.options);
   const double near = parking_gap(at.options.contact, h);
   candidates_.clear();
-  for (const auto& pair : collider_.find_close_pairs(data.X_WB, margin_, idle.bodies)) {
+  const std::span<const Pose> X_WB = data.X_WB;
+  const std::span<const double> margin = margin_, travel = travel_;
+  const collision::BodyMotions motions{data.V, weights_.contact, h};
+  for (const auto& pair : collider_.find_close_pairs(X_WB, margin, idle.bodies)) {
     const Geometry& a = model.geometries()[pair.first];
     const Geometry& b = model.geometries()[pair.second];
     // Can either side move, in any way?
@@ -167,8 +170,7 @@ void ConstraintFinder::find_candidates(const StepContext& at, const Data& data, 
         continue;
       }
     }
-    collider_.add_candidates(data.X_WB, margin_, pair, travel_, {data.V, weights_.contact, h},
-                             candidates_);
+    collider_.add_candidates(X_WB, margin, pair, travel, motions, candidates_);
   }
 }
 

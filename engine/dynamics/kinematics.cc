@@ -94,14 +94,15 @@ void compute_velocities(const Model& model, const VectorRef& v, BodyRange bodies
     const Body& body = model.body(i);
     const Motion V_J =
         joint_motion(body.joint_type, &data.axis[body.v_index], v.data() + body.v_index);
-    if (body.parent == 0) {
-      data.V[i] = V_J;
-      data.c[i] = Motion();
-    } else {
-      data.V[i] = shift(data.V[body.parent], data.arm[i]) + V_J;
-      data.c[i] = cross(data.V[i], V_J);
+    // Here, not in data: what was just stored would be waited for.
+    Motion V = V_J, c;
+    if (body.parent != 0) {
+      V += shift(data.V[body.parent], data.arm[i]);
+      c = cross(V, V_J);
     }
-    if (joint_axes_turn(body.joint_type)) data.c[i].linear -= V_J.angular.cross(V_J.linear);
+    if (joint_axes_turn(body.joint_type)) c.linear -= V_J.angular.cross(V_J.linear);
+    data.V[i] = V;
+    data.c[i] = c;
   }
 }
 

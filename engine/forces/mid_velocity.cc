@@ -14,15 +14,14 @@ void MidVelocity::add_force(const Model& model, const VectorRef& w, const Vector
     const Motion V_J = joint_motion(body.joint_type, axis, w.data() + body.v_index);
     const Motion other_J = joint_motion(body.joint_type, axis, other.data() + body.v_index);
     const Motion& V = data.V[i];
-    Motion& V_other = V_[i];
-    V_other = other_J;
-    Motion A;
+    Motion V_other = other_J, A;
     if (body.parent != 0) {
       V_other += shift(V_[body.parent], data.arm[i]);
       A = shift(data.A[body.parent], data.arm[i]) + (cross(V, other_J) + cross(V_other, V_J)) * 0.5;
     }
     if (joint_axes_turn(body.joint_type))
       A.linear -= 0.5 * (V_J.angular.cross(other_J.linear) + other_J.angular.cross(V_J.linear));
+    V_[i] = V_other;
     data.A[i] = A;
     const SpatialInertia& I = data.inertia[i];
     const Force force = I * A + (cross(V, I * V_other) + cross(V_other, I * V)) * 0.5;

@@ -34,7 +34,7 @@ TEST(Allocation, NoneAfterWarmUp) {
 // never need more than the first two.
 TEST(Allocation, NoneForMethodsThatAreSeldomTried) {
   if (!test::counts_allocations()) GTEST_SKIP() << "allocations cannot be counted in this build";
-  int beyond_warm = 0, softened = 0;
+  int beyond_mixed = 0, softened = 0;
   testing::for_trials(1, 200, [&](testing::Random& random, int) {
     testing::RandomOptions options;
     options.mass_ratio = 1e8;
@@ -51,17 +51,17 @@ TEST(Allocation, NoneForMethodsThatAreSeldomTried) {
       settings.soften_after = soften_after;
       w.setZero();
       const Report& report = solver.solve(problem, settings, w, f);
-      beyond_warm += report.method > Method::kWarm;
+      beyond_mixed += report.method > Method::kMixed;
       softened += report.status == Status::kSoftened;
     }
-    for (const Method method : {Method::kSweeps, Method::kPath, Method::kSofter}) {
+    for (const Method method : {Method::kMixed, Method::kPath, Method::kSofter}) {
       settings.only = method;
       w.setZero();
       solver.solve(problem, settings, w, f);
     }
     EXPECT_EQ(test::allocation_count(), before);
   });
-  EXPECT_GT(beyond_warm, 100);
+  EXPECT_GT(beyond_mixed, 100);
   EXPECT_GT(softened, 0);
 }
 
