@@ -140,14 +140,14 @@ void Collider::compute_candidates(std::span<const Pose> X_WB, std::span<const do
                                   std::vector<Candidate>& out, std::span<const double> travel,
                                   std::span<const char> idle, const BodyMotions& motions) {
   out.clear();
-  for (const auto& pair : find_close_pairs(X_WB, margin, idle))
-    add_candidates(X_WB, margin, pair, travel, motions, out);
+  const BodyPlaces at{X_WB, margin, travel, motions};
+  for (const auto& pair : find_close_pairs(X_WB, margin, idle)) add_candidates(at, pair, out);
 }
 
-void Collider::add_candidates(std::span<const Pose> X_WB, std::span<const double> margin,
-                              const std::pair<int, int>& pair, std::span<const double> travel,
-                              const BodyMotions& motions, std::vector<Candidate>& out) {
+void Collider::add_candidates(const BodyPlaces& at, const std::pair<int, int>& pair,
+                              std::vector<Candidate>& out) {
   Impl& impl = *impl_;
+  const auto& [X_WB, margin, travel, motions] = at;
   const auto [a, b] = pair;
   const Geometry& ga = impl.geometries[a];
   const Geometry& gb = impl.geometries[b];

@@ -35,6 +35,14 @@ struct BodyMotions {
   double time_step = 0.0;            ///< [s]
 };
 
+/// Where the bodies are, and how far they may go: see Collider::compute_candidates.
+struct BodyPlaces {
+  std::span<const Pose> X_WB;
+  std::span<const double> margin;       ///< [m]
+  std::span<const double> travel = {};  ///< [m]
+  BodyMotions motions = {};
+};
+
 /// Finds the contact candidates of a model. Scratch memory inside: one per thread. The result is a
 /// pure function of (model, poses, margins): nothing is remembered from call to call, and the order
 /// is by geometry pair, then by the manifold's own fixed order.
@@ -70,11 +78,10 @@ class Collider {
                                                         std::span<const double> margin,
                                                         std::span<const char> idle = {});
 
-  /// What compute_candidates finds of one of the pairs that find_close_pairs has just found, added
-  /// to `out`; the other arguments as there.
-  void add_candidates(std::span<const Pose> X_WB, std::span<const double> margin,
-                      const std::pair<int, int>& pair, std::span<const double> travel,
-                      const BodyMotions& motions, std::vector<Candidate>& out);
+  /// What compute_candidates finds of one of the pairs that find_close_pairs has just found, with the
+  /// poses and margins given there, added to `out`.
+  void add_candidates(const BodyPlaces& at, const std::pair<int, int>& pair,
+                      std::vector<Candidate>& out);
 
   /// Where a pair is that find_close_pairs has just found, from what encloses its geometries.
   struct Whereabouts {

@@ -154,10 +154,8 @@ void ConstraintFinder::find_candidates(const StepContext& at, const Data& data, 
   const bool parks = parks_contacts(at.options);
   const double near = parking_gap(at.options.contact, h);
   candidates_.clear();
-  const std::span<const Pose> X_WB = data.X_WB;
-  const std::span<const double> margin = margin_, travel = travel_;
-  const collision::BodyMotions motions{data.V, weights_.contact, h};
-  for (const auto& pair : collider_.find_close_pairs(X_WB, margin, idle.bodies)) {
+  const collision::BodyPlaces places{data.X_WB, margin_, travel_, {data.V, weights_.contact, h}};
+  for (const auto& pair : collider_.find_close_pairs(data.X_WB, margin_, idle.bodies)) {
     const Geometry& a = model.geometries()[pair.first];
     const Geometry& b = model.geometries()[pair.second];
     // Can either side move, in any way?
@@ -170,7 +168,7 @@ void ConstraintFinder::find_candidates(const StepContext& at, const Data& data, 
         continue;
       }
     }
-    collider_.add_candidates(X_WB, margin, pair, travel, motions, candidates_);
+    collider_.add_candidates(places, pair, candidates_);
   }
 }
 
@@ -211,8 +209,8 @@ void ConstraintFinder::unpark_all(const StepContext& at, const Data& data, Const
 void ConstraintFinder::park_contacts_of(const StepContext& at, const FarPair& far, const Data& data,
                                         ConstraintSet& out) {
   candidates_.clear();
-  collider_.add_candidates(data.X_WB, margin_, far.geometries, travel_,
-                           {data.V, weights_.contact, at.h()}, candidates_);
+  collider_.add_candidates({data.X_WB, margin_, travel_, {data.V, weights_.contact, at.h()}},
+                           far.geometries, candidates_);
   const auto behind = [&](const ParkedContact& parked) {
     const collision::Candidate& c = parked.candidate;
     return std::pair(c.geometry_a, c.geometry_b) > far.geometries;

@@ -180,7 +180,7 @@ TEST_F(Heap, FindsWhatAllPairsFindInOrder) {
 TEST_F(Heap, WhereaboutsBoundGapsAndPlaces) {
   constexpr double kPlace = 1e-7;  // of the narrow phase, of a metre
   Collider collider(model);
-  const std::vector<double> margin = margins(model, 0.3), none;
+  const std::vector<double> margin = margins(model, 0.3);
   int apart = 0;
   for (int k = 0; k < 5; ++k) {
     const std::vector<Pose> X_WB = poses();
@@ -189,7 +189,7 @@ TEST_F(Heap, WhereaboutsBoundGapsAndPlaces) {
     for (const auto& pair : pairs) {
       const auto [gap, middle, radius] = collider.whereabouts(pair.first, pair.second);
       out.clear();
-      collider.add_candidates(X_WB, margin, pair, none, {}, out);
+      collider.add_candidates({X_WB, margin}, pair, out);
       for (const Candidate& c : out) {
         EXPECT_GE(c.gap, gap);
         if (!(gap > 0.0)) continue;  // what overlaps touches halfway into the overlap
