@@ -11,7 +11,7 @@ namespace {
 
 // sigma of the mixed method as a share of the inverse mass at a constraint; that of the careful
 // path, which comes after, differs on purpose.
-constexpr double kSigma = 1.0, kPathSigmas[] = {0.2, 1.0, 3.0, 0.05, 10.0};
+constexpr double kSigma = 1.0, kPathSigmas[] = {0.2, 3.0, 0.05};
 
 // Most steps of the mixed method: at first, and each time after so many sweeps of Gauss and Seidel.
 constexpr int kWarmSteps = 8;
