@@ -30,10 +30,12 @@ void IslandSystem::load(const Problem& problem, std::span<const int> blocks,
 
 void IslandSystem::laws_changed() {
   lanes_.clear();
+  bias_.clear();
   others_.clear();
   others_.reserve(constraints_.size());
   for (size_t i = 0; i < constraints_.size(); ++i) {
     const Constraint& c = constraints_[i];
+    bias_.insert(bias_.end(), c.law.bias.begin(), c.law.bias.begin() + c.law.rows);
     if (CoulombLanes::takes(c.law)) {
       lanes_.add(c.law, c.inverse_mass, c.row, c.hessian);
     } else {
@@ -109,7 +111,6 @@ void IslandSystem::pack_side(const Problem& problem, int constraint, int side) {
 void IslandSystem::load_constraints(const Problem& problem, std::span<const int> constraints) {
   constraints_.clear();
   jacobian_.clear();
-  bias_.clear();
   hessian_size_ = 0;
   for (const int i : constraints) {
     Constraint c{};
@@ -120,7 +121,6 @@ void IslandSystem::load_constraints(const Problem& problem, std::span<const int>
     c.hessian = hessian_size_;
     hessian_size_ += c.law.rows * c.law.rows;
     constraints_.push_back(c);
-    for (int r = 0; r < c.law.rows; ++r) bias_.push_back(c.law.bias[r]);
     jacobian_.begin_constraint(c.law.rows);
     for (const int side : {0, 1}) pack_side(problem, i, side);
     jacobian_.end_constraint();

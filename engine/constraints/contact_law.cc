@@ -106,13 +106,16 @@ void set_contact_law(const LawOptions& options, double h, const ContactStart& st
   law.regularizer = options.compliance * alpha;
   law.smoothing = smoothing(faded_smoothing(options.smoothing, gap, options.margin), alpha);
   law.bias[0] = law_bias(options, h, gap);
-  if (rules(bounce, options, h, gap)) law.bias[0] = -bounce.speed;
+  const bool bounces = rules(bounce, options, h, gap);
+  if (bounces) law.bias[0] = -bounce.speed;
   if (mu <= 0.0) return;
   // Beyond the margin only speed brought it in: where and how the bodies will meet is known
   // roughly, and exact friction there lets fast bodies through. If as judged from (q, w) they meet
   // within the step, the convex law keeps them h mu |v_T| apart for this step; otherwise there is
   // nothing to rub yet, and that law would push apart by as much what only passes by. Of balls it
-  // is known: friction turns them, and that changes no gap.
+  // is known: friction turns them, and that changes no gap. What bounces leaves at a speed e v, which
+  // keeps it out, and which the convex law would ask of the normal less mu |v_T|: of a link that turns
+  // about a joint close by that may be almost nothing of its speed, which then is hundreds of times e v.
   const bool near = gap <= options.margin, meets = gap + h * v[0] <= 0.0;
   if (!rubs(options, gap, meets)) return;
 
@@ -126,7 +129,7 @@ void set_contact_law(const LawOptions& options, double h, const ContactStart& st
       law.bias[0] += mu * std::hypot(v[1], v[2]);
       break;
     case FrictionModel::kCoulomb:
-      law.coulomb = near || (round && meets);
+      law.coulomb = near || bounces || (round && meets);
       break;
   }
 }

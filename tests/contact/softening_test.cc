@@ -17,6 +17,9 @@ using testing::Random;
 using testing::random_problem;
 using testing::RandomOptions;
 
+/// Solved to 1e-12 of the impulses, at masses that differ by 1e6.
+constexpr double kEnergyRounding = 1e-9;
+
 // Masses 1e-4 ... 1e4, friction up to 2.
 Problem wild_problem(Random& random) {
   RandomOptions options;
@@ -113,7 +116,38 @@ TEST(NoSoftening, NeverSoftens) {
   });
 }
 
-TEST(Soften, ChangesRegularizerAndFrictionModelOnly) {
+// The convex law f = -grad s(y) of a cone has f'y <= 0, so that with biases b >= 0 of the normals and none
+// of the tangents w'M (w - w*) = f'(y - b) <= 0: no energy but what the free velocity has. The own
+// laws push apart at up to 1 m/s.
+TEST(Soften, GainsNoEnergy) {
+  Solver solver;
+  Settings settings;
+  settings.soften_after = 1;
+  int softened = 0, pushing = 0;
+  for_trials(24, 500, [&](Random& random, int) {
+    RandomOptions options;
+    options.coulomb = options.hard = options.only_cones = true;
+    options.mass_ratio = 1e6;
+    Problem problem = random_problem(random, options);
+    for (int c = 0; c < problem.num_constraints(); ++c) {
+      Law& law = problem.law(c);
+      std::fill(law.bias.begin() + 1, law.bias.end(), 0.0);
+      pushing += law.bias[0] < 0.0;
+    }
+    VectorX w = VectorX::Zero(problem.num_velocities()), f;
+    const Report& report = solver.solve(problem, settings, w, f);
+    // Of one island: others keep their own laws.
+    if (report.status != Status::kSoftened || report.islands != 1) return;
+    ++softened;
+    const MatrixX M = testing::dense_mass(problem);
+    const VectorX free = problem.free_velocity();
+    EXPECT_LE(w.dot(M * w), free.dot(M * free) * (1.0 + kEnergyRounding));
+  });
+  EXPECT_GT(softened, 50);
+  EXPECT_GT(pushing, 500);
+}
+
+TEST(Soften, ChangesRegularizerFrictionModelAndPushOnly) {
   for_trials(23, 200, [&](Random& random, int trial) {
     RandomOptions options;
     options.coulomb = true;
@@ -125,7 +159,11 @@ TEST(Soften, ChangesRegularizerAndFrictionModelOnly) {
     EXPECT_FALSE(soft.coulomb);
     EXPECT_EQ(soft.smoothing, law.smoothing);
     EXPECT_EQ(soft.friction, law.friction);
-    EXPECT_EQ(soft.bias, law.bias);
+    const bool pushes =
+        law.type == LawType::kFrictionCone || law.type == LawType::kUnilateral;
+    EXPECT_EQ(soft.bias[0], pushes ? std::max(law.bias[0], 0.0) : law.bias[0]);
+    EXPECT_TRUE(std::equal(soft.bias.begin() + 1, soft.bias.end(), law.bias.begin() + 1));
+    EXPECT_EQ(soften(law, {8.0, false}).bias, law.bias);
     EXPECT_EQ(soften(law, {}).regularizer, law.regularizer);
     EXPECT_EQ(soften(law, {}).coulomb, law.coulomb);
   });

@@ -5,10 +5,12 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <sstream>
 
 #include "counterpoint/engine/simulator.h"
 #include "support/allocation_guard.h"
 #include "support/small_scenes.h"
+#include "support/temp_folder.h"
 
 namespace counterpoint::step_test {
 namespace {
@@ -157,6 +159,37 @@ TEST(Restitution, AnImpactWithinAStepIsTheExactBounce) {
       // What the four contacts' compliance gives: eps of the velocity.
       EXPECT_NEAR(energy(), e * e * start, 1e-5 * start) << e << ' ' << height;
     }
+  }
+}
+
+// A rod hinged to the world comes down onto its tip, which slides as fast as it falls where the rod stands at 45
+// degrees: a law that asks of the normal velocity mu |v_T| more than e v would make it leave at e v
+// / (sin q - mu cos q). It strikes from farther than the margin of contacts.
+TEST(Restitution, ARodThatStrikesAslantGainsNoEnergy) {
+  constexpr double kSpeed = 10.0, kAbove = 0.012;  // rad/s, m
+  constexpr double kCompliance = 1e-5;             // as in the bounce above
+  const test::TempFolder folder;
+  folder.write("rod.urdf", R"(<robot name="rod"><link name="base"/>
+    <link name="rod">
+      <inertial><mass value="1"/><inertia ixx="0.1" iyy="0.1" izz="0.1" ixy="0" ixz="0" iyz="0"/></inertial>
+      <collision><origin xyz="0 0 -1"/><geometry><sphere radius="0.02"/></geometry></collision>
+    </link>
+    <joint name="hinge" type="continuous"><parent link="base"/><child link="rod"/><axis xyz="0 1 0"/></joint>
+  </robot>)");
+  for (double q = 0.7; q < 0.9; q += 0.01) {
+    std::ostringstream text;
+    text << "time_step: 0.002\ngravity: [0, 0, 0]\nground: {friction: 1, restitution: 0.5}\nmodels:\n"
+         << "  - {urdf: rod.urdf, base: fixed, friction: 1, restitution: 0.5, position: [0, 0, "
+         << std::cos(q) + 0.02 + kAbove << "], joints: {hinge: " << q << "}, joint_velocities: {hinge: "
+         << -kSpeed << "}}\n";
+    Simulator sim(load_scene(folder.write("rod.yaml", text.str())));
+    double speed = kSpeed;
+    for (int k = 0; k < 20; ++k) {
+      ASSERT_TRUE(sim.step().succeeded());
+      EXPECT_LE(std::abs(sim.state().v[0]), speed * (1.0 + kCompliance)) << q;
+      speed = std::abs(sim.state().v[0]);
+    }
+    EXPECT_LT(speed, 0.6 * kSpeed) << q;  // it did strike
   }
 }
 
