@@ -157,8 +157,7 @@ Law soften(const Law& law, const Softness& softness) {
   Law out = law;
   out.regularizer *= softness.factor;
   out.coulomb = law.coulomb && !softness.convex;
-  const bool pushes = law.type == LawType::kFrictionCone || law.type == LawType::kUnilateral;
-  if (softness.convex && pushes) out.bias[0] = std::max(law.bias[0], 0.0);
+  if (softness.convex && is_one_sided(law.type)) out.bias[0] = std::max(law.bias[0], 0.0);
   return out;
 }
 

@@ -153,6 +153,11 @@ Slope slope(const Law& law, const double* y, const double* d);
 /// to the normal velocity, and what a lagged bias takes from the last velocity.
 double de_saxce_shift(const Law& law, const double* y);
 
+/// Contacts and limits: their first row pushes, and never pulls.
+inline bool is_one_sided(LawType type) {
+  return type == LawType::kFrictionCone || type == LawType::kUnilateral;
+}
+
 /// Rows, regularizer, smoothing, friction and bound make sense for the type: a law one can solve.
 bool is_valid(const Law& law);
 /// No NaN and no infinity in it.

@@ -67,7 +67,6 @@ void IslandSolver::begin(IslandSystem& system, const Settings& settings,
   for (auto* v : {&guess_, &f_, &best_f_}) v->reserve(system.num_rows());
   own_.reserve(system.constraints().size());
   best_w_.clear();
-  point_.w.clear();
   guess_ = guess;
   f_.resize(guess.size());
   newton_.begin(system);
@@ -197,12 +196,9 @@ void IslandSolver::set_softness(Softness softness) {
 
 // How much softer: as soft as kSoftCompliance, whatever the own is of contacts and limits.
 double IslandSolver::softer_factor() const {
-  const auto pushes = [](LawType type) {
-    return type == LawType::kFrictionCone || type == LawType::kUnilateral;
-  };
   double softest = 0.0;
   for (const auto& c : system_->constraints())
-    if (pushes(c.law.type) && c.inverse_mass > 0.0)
+    if (is_one_sided(c.law.type) && c.inverse_mass > 0.0)
       softest = std::max(softest, c.law.regularizer / c.inverse_mass);
   return softest > 0.0 ? std::clamp(kSoftCompliance / softest, 1.0, kSoftest) : kSoftest;
 }

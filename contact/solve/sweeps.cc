@@ -39,9 +39,7 @@ bool Sweeps::visit(int constraint, double negligible, MixedSystem::Point& point)
   double x[kMaxRows], df[kMaxRows];
   system_->constraint_velocity(constraint, point.w.data(), x);
   double* phi = point.phi.data() + law.row;
-  const bool one_sided =
-      law.law->type == LawType::kFrictionCone || law.law->type == LawType::kUnilateral;
-  if (one_sided && x[0] > 0.0) {  // open, and loaded by nothing
+  if (is_one_sided(law.law->type) && x[0] > 0.0) {  // open, and loaded by nothing
     const double root = std::sqrt(system_->constraints()[constraint].inverse_mass);
     double load = 0.0;
     for (int r = 0; r < law.rows; ++r) load = std::max(load, std::abs(phi[r]));

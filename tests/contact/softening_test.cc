@@ -159,9 +159,7 @@ TEST(Soften, ChangesRegularizerFrictionModelAndPushOnly) {
     EXPECT_FALSE(soft.coulomb);
     EXPECT_EQ(soft.smoothing, law.smoothing);
     EXPECT_EQ(soft.friction, law.friction);
-    const bool pushes =
-        law.type == LawType::kFrictionCone || law.type == LawType::kUnilateral;
-    EXPECT_EQ(soft.bias[0], pushes ? std::max(law.bias[0], 0.0) : law.bias[0]);
+    EXPECT_EQ(soft.bias[0], is_one_sided(law.type) ? std::max(law.bias[0], 0.0) : law.bias[0]);
     EXPECT_TRUE(std::equal(soft.bias.begin() + 1, soft.bias.end(), law.bias.begin() + 1));
     EXPECT_EQ(soften(law, {8.0, false}).bias, law.bias);
     EXPECT_EQ(soften(law, {}).regularizer, law.regularizer);
