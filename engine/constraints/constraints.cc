@@ -79,6 +79,7 @@ ConstraintFinder::ConstraintFinder(const Model& model, InverseWeights weights)
       margin_(model.num_bodies(), 0.0),
       in_reach_(model.num_trees(), 0),
       turn_share_(model.num_bodies(), 0.0),
+      wedged_(model.num_bodies(), 0),
       heavy_on_light_(differ_much(weights_.contact)),
       fall_(free_fall(model)),
       friction_slip_(model),

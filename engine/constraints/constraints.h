@@ -179,7 +179,8 @@ class ConstraintFinder {
   void unpark_all(const StepContext& at, const Data& data, ConstraintSet& out);
 
   /// What restitution makes of a contact in the step: of this surface, at a gap [m], its normal
-  /// velocity [m/s].
+  /// velocity [m/s]. Nothing of trees that are wedged: what is held from several sides would gain
+  /// energy by Newton's law of impact. Of the last find().
   Bounce find_contact_bounce(const SimulationOptions& options, EffectSet effects,
                              const Material& surface, const PairConstraint& contact, double gap,
                              double velocity) const;
@@ -215,6 +216,7 @@ class ConstraintFinder {
                      double threshold, double own_threshold);
   void find_contacts(const StepContext& at, const Data& data, ConstraintSet& out,
                      EffectCounts& counts, Idle idle);
+  void find_wedged(const StepContext& at);
   void stiffen_under_load(const StepContext& at, ConstraintSet& out);
   double turning_advance(const Vector3& n, const Vector3& arm, double h, int body,
                          const Data& data);
@@ -231,6 +233,8 @@ class ConstraintFinder {
   /// between turning and h w x arm, since |(exp(a) - 1 - a x) arm| <= |a|^2 |arm| / 2.
   std::vector<double> turn_share_;
   std::vector<collision::Candidate> candidates_;
+  /// By body: some body of its tree is farther inside another one than the margin of contacts.
+  std::vector<char> wedged_;
   bool heavy_on_light_;  ///< some bodies are more than kHeaviest times as heavy as others
   contact::DisjointSets islands_;
   std::vector<double> least_weight_;  ///< by tree, of the island that has it as root [1/kg]

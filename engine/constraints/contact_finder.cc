@@ -239,6 +239,7 @@ Bounce ConstraintFinder::find_contact_bounce(const SimulationOptions& options, E
                                              const Material& surface, const PairConstraint& contact,
                                              double gap, double velocity) const {
   if (!(surface.restitution > 0.0)) return {};
+  if (wedged_[contact.body_a] || wedged_[contact.body_b]) return {};
   // What rests shows half a step of falling in the midpoint rule; that is no approach.
   if (options.integrator == Integrator::kImplicitMidpoint && gap <= touching_gap(options.contact))
     return {};
@@ -339,11 +340,25 @@ Vector3 ConstraintFinder::make_contact(const StepContext& at, const Data& data,
   return v;
 }
 
+void ConstraintFinder::find_wedged(const StepContext& at) {
+  std::fill(wedged_.begin(), wedged_.end(), 0);
+  for (const collision::Candidate& candidate : candidates_) {
+    if (!(candidate.gap < -at.options.contact.margin)) continue;
+    for (const int geometry : {candidate.geometry_a, candidate.geometry_b}) {
+      const int body = at.model.geometries()[geometry].body;
+      if (body == 0) continue;
+      const Tree& tree = at.model.trees()[at.model.body(body).tree];
+      std::fill(wedged_.begin() + tree.body_begin, wedged_.begin() + tree.body_end, 1);
+    }
+  }
+}
+
 void ConstraintFinder::find_contacts(const StepContext& at, const Data& data, ConstraintSet& out,
                                      EffectCounts& counts, Idle idle) {
   const Model& model = at.model;
   const double h = at.h();
   find_candidates(at, data, out, idle);
+  find_wedged(at);
   const bool parks = parks_contacts(at.options);
   std::fill(turn_known_.begin(), turn_known_.end(), 0);
   material_of_ = {-1, -1};
