@@ -115,7 +115,7 @@ double MixedSystem::residual(const Point& point) {
 bool MixedSystem::raise_loads(double most, Point& point) const {
   bool raised = false;
   for (const auto& c : system_->constraints()) {
-    if (c.law.type != LawType::kFrictionCone && c.law.type != LawType::kUnilateral) continue;
+    if (!is_one_sided(c.law.type)) continue;
     const double rho = own_regularizer(c.law);
     const double k = c.law.smoothing + center, z = y_[c.row];
     double* phi = point.phi.data() + c.row;

@@ -113,9 +113,9 @@ void set_contact_law(const LawOptions& options, double h, const ContactStart& st
   // roughly, and exact friction there lets fast bodies through. If as judged from (q, w) they meet
   // within the step, the convex law keeps them h mu |v_T| apart for this step; otherwise there is
   // nothing to rub yet, and that law would push apart by as much what only passes by. Of balls it
-  // is known: friction turns them, and that changes no gap. What bounces leaves at a speed e v, which
-  // keeps it out, and which the convex law would ask of the normal less mu |v_T|: of a link that turns
-  // about a joint close by that may be almost nothing of its speed, which then is hundreds of times e v.
+  // is known: friction turns them, and that changes no gap. What bounces leaves at e v, which keeps
+  // it out. The convex law would ask e v of v_N - mu |v_T|: of a link that turns about a joint close
+  // by that may be almost nothing of its speed, which then is hundreds of times e v.
   const bool near = gap <= options.margin, meets = gap + h * v[0] <= 0.0;
   if (!rubs(options, gap, meets)) return;
 

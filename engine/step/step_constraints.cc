@@ -115,8 +115,9 @@ const contact::Report& pose_and_solve(const StepArguments& step, const VectorX& 
   return ws.solver.solve(ws.problem, settings, solution, impulse);
 }
 
-/// Several islands that need softer laws get them together, and then may need still softer ones. All
-/// have the factor that is reported, or the inverse would be wrong: the last solve softens nothing.
+/// Several islands that need softer laws get them together, and then may need still softer ones.
+/// All have the factor that is reported, or the inverse would be wrong: the last solve softens
+/// nothing.
 constexpr int kMostSoftenings = 4;
 
 /// So many times only the contacts run into get rows, then all that are parked.

@@ -44,7 +44,7 @@ Push find_push(const SimulationOptions& options, const Workspace::Impl& ws) {
   const bool limits_have_gaps = !options.effects.has(Effect::kVelocityLimits);
   for (int c = 0; c < ws.problem.num_constraints(); ++c) {
     const contact::Law& law = ws.problem.law(c);
-    if (law.type != contact::LawType::kUnilateral && law.type != contact::LawType::kFrictionCone)
+    if (!contact::is_one_sided(law.type))
       continue;
     const double speed = std::abs(ws.impulse[ws.problem.first_row(c)]) * law.regularizer /
                          options.contact.compliance;

@@ -162,9 +162,9 @@ TEST(Restitution, AnImpactWithinAStepIsTheExactBounce) {
   }
 }
 
-/// A rod of 1 m hinged to the world that comes down at 10 rad/s, without gravity, from 12 mm above where its tip strikes,
-/// beyond the margin of contacts, at an angle q from the vertical. A ball about its hinge overlaps a
-/// box by `inside` [m], if that is above 0, and turns in it freely.
+/// A rod of 1 m, hinged to the world, that comes down at 10 rad/s without gravity, at an angle q from
+/// the vertical, its tip 12 mm above the ground, which is beyond the margin of contacts. A ball about
+/// its hinge overlaps a box by `inside` [m], if that is above 0, and turns in it freely.
 Simulator striking_rod(double q, double friction, double inside = 0.0) {
   constexpr double kAbove = 0.012, kTip = 0.02, kBall = 0.1, kHalf = 0.1;  // m
   const double height = std::cos(q) + kTip + kAbove;
