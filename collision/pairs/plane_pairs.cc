@@ -175,6 +175,19 @@ void add_farthest(const Heights& heights, int lowest, double margin, const Direc
   for (const int i : best) choice.add(i, kDirections);
 }
 
+// True if a vertex stays the lowest however the mesh tips by up to an angle: each edge from it rises
+// by more. So it is where a foot of many vertices stands.
+bool stays_lowest(const Heights& heights, int lowest, double angle) {
+  const Vector3& from = heights.mesh.vertices[lowest];
+  bool stays = true;
+  for (const auto& next : heights.mesh.vertex_neighbors[lowest]) {
+    const Vector3 edge = next.place - from;
+    const double rise = heights.up.dot(edge);
+    stays &= rise > 0.0 && rise * rise > angle * angle * edge.squaredNorm();
+  }
+  return stays;
+}
+
 // The vertices that would be the lowest if the mesh tipped along each direction, by a small share
 // of the angle and by all of it, until the choice is full.
 void add_tipped(const Heights& heights, int lowest, double angle, const Directions& directions,
@@ -200,6 +213,10 @@ Choice choose_vertices(const Heights& heights, int lowest, double margin, double
   choice.size = list_below(heights, margin, lowest, choice.vertices);
   if (choice.size <= kMost) return choice;
   choice.size = 0;
+  if (stays_lowest(heights, lowest, turn)) {
+    choice.add(lowest, kMost);
+    return choice;
+  }
   const Directions directions = spread_directions(heights.up);
   if (turn < std::numeric_limits<double>::infinity()) {
     add_tipped(heights, lowest, turn, directions, choice);
