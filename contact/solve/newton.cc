@@ -20,9 +20,8 @@ constexpr double kFloorFactor = 4.0;
 // Those below this share of it are round-off for sure: no step is spent to see that they fall no
 // more. The estimate is a bound; what rounding leaves is about a tenth of it.
 constexpr double kSureFloor = 0.25;
-// Round-off is not looked for in relative residuals above these: where nothing has been tried yet,
-// and where the last step went well.
-constexpr double kLargestFloor = 1e-3, kLargestSureFloor = 1e-7;
+// Round-off is not looked for in relative residuals above this, unless a step did not go well.
+constexpr double kLargestSureFloor = 1e-7;
 // A given start of a smaller relative residual is not compared with the free velocity.
 constexpr double kGoodStart = 1e-3;
 // Steps on a residual that is no gradient: how often to halve, and the share of the predicted
@@ -211,10 +210,9 @@ void Newton::record() {
 // A step that did not reduce the residual, or a line search lost in noise: round-off, or failure?
 // A start that no step has followed yet must be round-off for sure, and is asked only where the
 // answer may be yes.
-bool Newton::at_floor(bool moved, int max_iterations, double best, const std::vector<double>& w) {
+bool Newton::at_floor(bool moved, double best, const std::vector<double>& w) {
   const bool in_doubt = !moved || gradient_norm_ > 0.5 * best;
-  const double largest = max_iterations == 0 ? kLargestFloor : kLargestSureFloor;
-  if (!in_doubt && residual_ > largest) return false;
+  if (!in_doubt && residual_ > kLargestSureFloor) return false;
   return gradient_norm_ <= (in_doubt ? kFloorFactor : kSureFloor) * roundoff_floor(w);
 }
 
@@ -248,7 +246,7 @@ Newton::Result Newton::resume(double tolerance, int max_iterations, std::vector<
     } else if (unsymmetric_ && ++since_milestone >= kMilestonePatience) {
       moved = false;  // creeping towards a local minimum of the residual's norm
     }
-    if (at_floor(moved, max_iterations, best, w)) return stop(Status::kRoundoffFloor);
+    if (at_floor(moved, best, w)) return stop(Status::kRoundoffFloor);
     best = std::min(best, gradient_norm_);
     if (!moved) return stop(Status::kNoProgress);
     if (result.iterations == max_iterations) return stop(Status::kMaxIterations);

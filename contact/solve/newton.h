@@ -53,7 +53,7 @@ class Newton {
   bool compute_direction();
   void record();
   void linearize();
-  bool at_floor(bool moved, int max_iterations, double best, const std::vector<double>& w);
+  bool at_floor(bool moved, double best, const std::vector<double>& w);
   bool advance(std::vector<double>& w, std::vector<double>& f);
   LineSearchResult search_step();
   bool advance_cost(std::vector<double>& w);
