@@ -32,7 +32,7 @@ const char* status_name(Status status) {
 }
 
 const char* method_name(Method method) {
-  constexpr const char* kNames[] = {"velocity", "mixed", "path", "softer"};
+  constexpr const char* kNames[] = {"velocity", "mixed", "softer"};
   return kNames[static_cast<int>(method)];
 }
 

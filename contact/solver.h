@@ -16,8 +16,7 @@ enum class Factorization { kAutomatic, kDense, kSparse };
 /// How an island was solved; each is tried where those before it did not do.
 enum class Method {
   kVelocity,   ///< Newton's method on velocities, from the start
-  kMixed,      ///< mixed Newton from the impulses given, in turn with sweeps of Gauss and Seidel
-  kPath,       ///< mixed Newton along the path of falling smoothing
+  kMixed,  ///< mixed Newton from the impulses given, in turn with sweeps of Gauss and Seidel
   kSofter,     ///< with softer laws
 };
 const char* method_name(Method method);

@@ -9,21 +9,27 @@
 namespace counterpoint::contact {
 namespace {
 
-// sigma of the mixed method as a share of the inverse mass at a constraint; that of the careful
-// path, which comes after, differs on purpose.
-constexpr double kSigma = 1.0, kPathSigmas[] = {0.2, 3.0, 0.05};
+// sigma of the mixed method as a share of the inverse mass at a constraint, without smoothing and
+// along a path of it.
+constexpr double kSigma = 1.0, kPathSigma = 0.2;
 
 // Most steps of the mixed method: at first, and each time after so many sweeps of Gauss and Seidel.
+// Where these tell well enough which contacts carry and slide it needs no smoothing; else so many
+// sweeps more, with smoothing, and a path from there. Its first smoothing is the square of this
+// share of the scale of the residual; a larger one forgets what the sweeps found.
 constexpr int kWarmSteps = 8;
-constexpr struct {
-  int sweeps, steps;
-} kTurns[] = {{15, 4}, {60, 8}, {240, 12}};
-// Most steps of the path.
-constexpr int kPathSteps = 60;
-// Where softer laws are no answer, paths of several sigma may take so many.
+constexpr int kNearSweeps = 15, kNearSteps = 4;
+constexpr int kTurns[] = {60, 240};
+constexpr int kSmoothSweeps = 10, kPathSteps = 40;
+constexpr double kSmooth = 0.01;
+// Where softer laws are no answer paths may take so many, also from nothing with several sigma and
+// a first smoothing of this share of the residual.
 constexpr int kLongPathSteps = 400;
-// What sweeps of Gauss and Seidel leave unchanged, as a share of the scale of the residual.
-constexpr double kNegligible = 1e-7;
+constexpr double kSigmasFromNothing[] = {0.2, 3.0, 0.05};
+constexpr double kMuchSmooth = 0.316;
+// What sweeps of Gauss and Seidel leave unchanged, as a share of the scale of the residual, or of
+// what they smooth.
+constexpr double kNegligible = 1e-7, kNegligibleSmooth = 1e-3;
 // Islands of free bodies begin with sweeps from so many rows on, unless the residual is below this.
 constexpr int kManyRows = 60, kFreeBodySize = 6, kFirstSweeps = 10;
 constexpr double kNearShare = 1e-2;
@@ -48,6 +54,7 @@ constexpr int kLittleSteps = 80, kConvexSteps = 500;
 // stages, at first all of it at once; shorter by this share of the logarithm where a stage fails.
 constexpr int kMostStages = 40;
 constexpr double kStageShrink = 0.4;
+constexpr int kBackSteps = 60;
 
 }  // namespace
 
@@ -149,6 +156,22 @@ bool IslandSolver::sweeps_pay() const {
           std::any_of(constraints.begin(), constraints.end(), is_known));
 }
 
+// Along a path of smoothing that begins near the point.
+bool IslandSolver::run_path(int max_iterations) {
+  residual();  // for the scale
+  const double start = smoothing(kSmooth);
+  mixed_system_.begin(*system_, kPathSigma);
+  sweeps_.run(kSmoothSweeps, start, kNegligibleSmooth * std::sqrt(start), point_);
+  const int steps = allowed(max_iterations);
+  return finish_mixed(mixed_newton_.run_path(mixed_system_, steps, start, point_));
+}
+
+// Of each law [J], if the square root of all together is a share of the scale of the residual.
+double IslandSolver::smoothing(double share) {
+  const double size = share * mixed_system_.scale();
+  return size * size / std::max(1, mixed_system_.num_laws());
+}
+
 // The residual, relative to its scale.
 double IslandSolver::residual() {
   const double norm = mixed_system_.residual(point_);
@@ -156,9 +179,10 @@ double IslandSolver::residual() {
 }
 
 void IslandSolver::sweep(int count, double enough) {
+  if (!std::isfinite(residual())) start_mixed(kSigma);
   sweeps_.start(point_);
   if (residual() < enough) return;
-  sweeps_.run(count, kNegligible * mixed_system_.scale(), point_);
+  sweeps_.run(count, 0.0, kNegligible * mixed_system_.scale(), point_);
 }
 
 // From the impulses of the last step. Newton's method converges fast where it knows which contacts
@@ -167,22 +191,23 @@ bool IslandSolver::run_mixed() {
   start_mixed(kSigma);
   if (sweeps_pay() && !(residual() < kNearShare)) sweep(kFirstSweeps, kNearShare);
   if (run_near(kWarmSteps)) return true;
-  for (const auto& turn : kTurns) {
-    if (!std::isfinite(residual())) start_mixed(kSigma);
-    sweep(turn.sweeps, 0.0);
-    if (run_near(turn.steps)) return true;
+  sweep(kNearSweeps, 0.0);
+  if (run_near(kNearSteps)) return true;
+  for (const int sweeps : kTurns) {
+    sweep(sweeps, 0.0);
+    if (run_path(exact_ ? kLongPathSteps : kPathSteps)) return true;
   }
-  return false;
+  return exact_ && run_from_nothing();
 }
 
-// From the impulses that would stop each constraint by itself: those of the last step have failed.
-bool IslandSolver::run_path() {
+// From the impulses that would stop each constraint by itself, with more smoothing.
+bool IslandSolver::run_from_nothing() {
   std::fill(guess_.begin(), guess_.end(), std::numeric_limits<double>::quiet_NaN());
-  for (const double sigma : kPathSigmas) {
+  for (const double sigma : kSigmasFromNothing) {
     start_mixed(sigma);
-    const int steps = allowed(exact_ ? kLongPathSteps : kPathSteps);
-    if (finish_mixed(mixed_newton_.run_path(mixed_system_, steps, point_))) return true;
-    if (!exact_) break;
+    const double start = smoothing(kMuchSmooth * residual());
+    const int steps = allowed(kLongPathSteps);
+    if (finish_mixed(mixed_newton_.run_path(mixed_system_, steps, start, point_))) return true;
   }
   return false;
 }
@@ -243,7 +268,8 @@ void IslandSolver::walk_back() {
     const double next = left > stage ? left - stage : 0.0;
     set_softness({next > 0.0 ? std::exp(next) : 1.0, false});
     mixed_system_.begin(*system_, kSigma);
-    const auto result = mixed_newton_.run_path(mixed_system_, allowed(kPathSteps), point_);
+    const double start = smoothing(kMuchSmooth * residual());
+    const auto result = mixed_newton_.run_path(mixed_system_, allowed(kBackSteps), start, point_);
     newton_.count(result.iterations);
     w_ = point_.w;
     if (result.solved && finish(kFinishSteps)) {
@@ -263,8 +289,6 @@ bool IslandSolver::run(Method method) {
       return run_velocity();
     case Method::kMixed:
       return run_mixed();
-    case Method::kPath:
-      return run_path();
     case Method::kSofter:
       return run_softer();
   }
@@ -273,7 +297,7 @@ bool IslandSolver::run(Method method) {
 
 IslandSolver::Result IslandSolver::solve(IslandSystem& system, const Settings& settings,
                                          std::vector<double>& w, std::vector<double>& f) {
-  constexpr Method kPlan[] = {Method::kVelocity, Method::kMixed, Method::kPath, Method::kSofter};
+  constexpr Method kPlan[] = {Method::kVelocity, Method::kMixed, Method::kSofter};
   begin(system, settings, w, f);
   Result result;
   bool arrived = false;

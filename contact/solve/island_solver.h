@@ -37,8 +37,9 @@ class IslandSolver {
   bool run_velocity();
   bool run_mixed();
   bool run_near(int max_iterations);
+  bool run_path(int max_iterations);
+  bool run_from_nothing();
   bool sweeps_pay() const;
-  bool run_path();
   bool run_softer();
   void walk_back();
   double softer_factor() const;
@@ -49,6 +50,7 @@ class IslandSolver {
   bool finish_mixed(const MixedNewton::Result& result);
   void start_mixed(double sigma);
   double residual();
+  double smoothing(double share);
   void sweep(int count, double enough);
   int allowed(int steps) const;
   void set_softness(Softness softness);

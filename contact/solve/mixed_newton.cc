@@ -16,8 +16,6 @@ constexpr int kGateSteps = 4;
 constexpr double kGate = 0.3;
 // Below this residual loads that are too small are raised, at most so much in a step.
 constexpr double kRaiseBelow = 1e-5, kMostRaise = 100.0;
-// First smoothing of all laws together, as a share of the square of the residual.
-constexpr double kPathStart = 0.1;
 // A point is near enough to the path where the square of its residual is below this share of the
 // smoothing. Then that falls by a factor: by less of it where a step was enough, by more where it
 // took many.
@@ -64,12 +62,11 @@ MixedNewton::Result MixedNewton::run_near(MixedSystem& system, int max_iteration
 }
 
 MixedNewton::Result MixedNewton::run_path(MixedSystem& system, int max_iterations,
-                                          MixedSystem::Point& point) {
+                                          double smoothing, MixedSystem::Point& point) {
   Result result;
   const double laws = std::max(1, system.num_laws());
-  system.center = 0.0;
+  system.center = smoothing;
   double norm = system.residual(point);
-  norm = system.recenter(point, kPathStart * norm * norm / laws);
   double factor = kFirstFactor;
   int since = 0, raises = 0;
   for (;; ++result.iterations, ++since) {

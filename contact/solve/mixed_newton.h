@@ -18,9 +18,10 @@ class MixedNewton {
   /// first steps do not bring the residual down.
   Result run_near(MixedSystem& system, int max_iterations, MixedSystem::Point& point);
 
-  /// From anywhere to the solution at the smoothing of the laws, from one with more smoothing to one
-  /// with less.
-  Result run_path(MixedSystem& system, int max_iterations, MixedSystem::Point& point);
+  /// From anywhere to the solution at the smoothing of the laws, from so much more smoothing [J] to
+  /// less and less.
+  Result run_path(MixedSystem& system, int max_iterations, double smoothing,
+                  MixedSystem::Point& point);
 
   /// As MixedSystem::reserve.
   void reserve(const IslandSystem& system);

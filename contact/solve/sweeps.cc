@@ -34,7 +34,8 @@ void Sweeps::find_widths(int constraint) {
 }
 
 // True if its impulse changes.
-bool Sweeps::visit(int constraint, double negligible, MixedSystem::Point& point) {
+bool Sweeps::visit(int constraint, double smoothing, double negligible,
+                   MixedSystem::Point& point) {
   WideLaw& law = laws_[constraint];
   double x[kMaxRows], df[kMaxRows];
   system_->constraint_velocity(constraint, point.w.data(), x);
@@ -43,12 +44,15 @@ bool Sweeps::visit(int constraint, double negligible, MixedSystem::Point& point)
     const double root = std::sqrt(system_->constraints()[constraint].inverse_mass);
     double load = 0.0;
     for (int r = 0; r < law.rows; ++r) load = std::max(load, std::abs(phi[r]));
-    if (root * load <= negligible && root * law.law->smoothing <= negligible * x[0]) return false;
+    if (root * load <= negligible &&
+        root * (law.law->smoothing + smoothing) <= negligible * x[0]) {
+      return false;
+    }
   }
   if (!responses_.knows(constraint)) find_widths(constraint);
   for (int r = 0; r < law.rows; ++r)
     x[r] = law.scale[r] * x[r] - (law.wide(r) - law.rho) * phi[r];
-  law.evaluate(0.0, x);
+  law.evaluate(smoothing, x);
   double square = 0.0;
   for (int r = 0; r < law.rows; ++r) {
     const double change = x[r] - phi[r];
@@ -75,13 +79,13 @@ void Sweeps::start(MixedSystem::Point& point) {
   responses_.velocity(f_.data(), point.w.data());
 }
 
-void Sweeps::run(int count, double negligible, MixedSystem::Point& point) {
+void Sweeps::run(int count, double smoothing, double negligible, MixedSystem::Point& point) {
   if (!possible_) return;
   const int n = static_cast<int>(laws_.size());
   for (int sweep = 0; sweep < count; ++sweep) {
     bool changes = false;
-    for (int i = 0; i < n; ++i) changes |= visit(i, negligible, point);
-    for (int i = n - 1; i >= 0; --i) changes |= visit(i, negligible, point);
+    for (int i = 0; i < n; ++i) changes |= visit(i, smoothing, negligible, point);
+    for (int i = n - 1; i >= 0; --i) changes |= visit(i, smoothing, negligible, point);
     if (!changes) break;
   }
 }

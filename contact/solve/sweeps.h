@@ -24,11 +24,12 @@ class Sweeps {
   void begin(const IslandSystem& system);
   /// The velocity becomes that of the impulses: w = w* + inv(M) J'f. To be called before run().
   void start(MixedSystem::Point& point);
-  /// `count` sweeps, there and back. Changes of an impulse below `negligible` [sqrt J] are not made.
-  void run(int count, double negligible, MixedSystem::Point& point);
+  /// `count` sweeps, there and back, with laws of so much more smoothing [J]. Changes of an impulse
+  /// below `negligible` [sqrt J] are not made.
+  void run(int count, double smoothing, double negligible, MixedSystem::Point& point);
 
  private:
-  bool visit(int constraint, double negligible, MixedSystem::Point& point);
+  bool visit(int constraint, double smoothing, double negligible, MixedSystem::Point& point);
   void find_widths(int constraint);
 
   const IslandSystem* system_ = nullptr;

@@ -54,7 +54,7 @@ TEST(Allocation, NoneForMethodsThatAreSeldomTried) {
       beyond_mixed += report.method > Method::kMixed;
       softened += report.status == Status::kSoftened;
     }
-    for (const Method method : {Method::kMixed, Method::kPath, Method::kSofter}) {
+    for (const Method method : {Method::kMixed, Method::kSofter}) {
       settings.only = method;
       w.setZero();
       solver.solve(problem, settings, w, f);

@@ -110,7 +110,7 @@ TEST(Sweeps, KeepMomentum) {
     const double unknown = std::numeric_limits<double>::quiet_NaN();
     system.guess(std::vector<double>(island.num_rows(), unknown), point.phi);
     Sweeps sweeps = started(island, point);
-    sweeps.run(5, 0.0, point);
+    sweeps.run(5, 0.0, 0.0, point);
     const double norm = system.residual(point), laws = std::sqrt(system.law_square());
     // What is not in the laws is rounding of some ten sums, amplified by the masses' 1e4.
     EXPECT_LT(std::sqrt(std::max(0.0, norm * norm - laws * laws)), 1e-7 * norm + 1e-10 * system.scale());
@@ -146,7 +146,7 @@ TEST(Sweeps, DescendToTheSolutionWithoutFriction) {
     Sweeps sweeps = started(island, point);
     double before = 0.0;
     for (int sweep = 0; sweep < 2000; ++sweep) {
-      sweeps.run(1, 0.0, point);
+      sweeps.run(1, 0.0, 0.0, point);
       VectorX f(island.num_rows());
       for (const auto& c : island.constraints()) f[c.global_row] = point.phi[c.row];
       const double energy = f.dot(0.5 * (A * f) + y);
@@ -180,7 +180,7 @@ TEST(Sweeps, LeaveASolutionAsItIs) {
     system.residual(point);
     Sweeps sweeps = started(island, point);
     const auto phi = point.phi;
-    sweeps.run(3, 1e-4 * system.scale(), point);
+    sweeps.run(3, 0.0, 1e-4 * system.scale(), point);
     EXPECT_EQ(point.phi, phi);
   });
   EXPECT_GT(tried, 100);
