@@ -13,14 +13,15 @@ namespace {
 // along a path of it.
 constexpr double kSigma = 1.0, kPathSigma = 0.2;
 
-// Most steps of the mixed method: at first, and each time after so many sweeps of Gauss and Seidel.
-// Where these tell well enough which contacts carry and slide it needs no smoothing; else so many
-// sweeps more, with smoothing, and a path from there. Its first smoothing is the square of this
-// share of the scale of the residual; a larger one forgets what the sweeps found.
+// Most steps of the mixed method: at first, and each time after so many sweeps of Gauss and Seidel,
+// without smoothing and along a path of it.
 constexpr int kWarmSteps = 8;
-constexpr int kNearSweeps = 15, kNearSteps = 4;
-constexpr int kTurns[] = {60, 240};
-constexpr int kSmoothSweeps = 10, kPathSteps = 40;
+constexpr struct {
+  int sweeps, near_steps, path_steps;
+} kTurns[] = {{15, 4, 0}, {60, 0, 40}, {240, 12, 40}};
+// Before a path so many sweeps with its first smoothing, which is the square of this share of the
+// scale of the residual: with more of it what the sweeps have found is lost.
+constexpr int kSmoothSweeps = 10;
 constexpr double kSmooth = 0.01;
 // Where softer laws are no answer paths may take so many, also from nothing with several sigma and
 // a first smoothing of this share of the residual.
@@ -191,11 +192,10 @@ bool IslandSolver::run_mixed() {
   start_mixed(kSigma);
   if (sweeps_pay() && !(residual() < kNearShare)) sweep(kFirstSweeps, kNearShare);
   if (run_near(kWarmSteps)) return true;
-  sweep(kNearSweeps, 0.0);
-  if (run_near(kNearSteps)) return true;
-  for (const int sweeps : kTurns) {
-    sweep(sweeps, 0.0);
-    if (run_path(exact_ ? kLongPathSteps : kPathSteps)) return true;
+  for (const auto& turn : kTurns) {
+    sweep(turn.sweeps, 0.0);
+    if (turn.near_steps > 0 && run_near(turn.near_steps)) return true;
+    if (turn.path_steps > 0 && run_path(exact_ ? kLongPathSteps : turn.path_steps)) return true;
   }
   return exact_ && run_from_nothing();
 }
