@@ -9,7 +9,7 @@
 namespace counterpoint::contact {
 namespace {
 
-// sigma of the mixed method as a share of the inverse mass at a constraint, without smoothing and
+// sigma of the mixed method as a share of the inverse mass at a constraint, without smoothing, and
 // along a path of it.
 constexpr double kSigma = 1.0, kPathSigma = 0.2;
 
@@ -180,6 +180,7 @@ double IslandSolver::residual() {
 }
 
 void IslandSolver::sweep(int count, double enough) {
+  mixed_system_.begin(*system_, kSigma);
   if (!std::isfinite(residual())) start_mixed(kSigma);
   sweeps_.start(point_);
   if (residual() < enough) return;
