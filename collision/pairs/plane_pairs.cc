@@ -210,13 +210,13 @@ void add_tipped(const Heights& heights, int lowest, double angle, const Directio
 // corners that span it, on a dense round mesh one or two.
 Choice choose_vertices(const Heights& heights, int lowest, double margin, double turn) {
   Choice choice;
-  choice.size = list_below(heights, margin, lowest, choice.vertices);
-  if (choice.size <= kMost) return choice;
-  choice.size = 0;
   if (stays_lowest(heights, lowest, turn)) {
     choice.add(lowest, kMost);
     return choice;
   }
+  choice.size = list_below(heights, margin, lowest, choice.vertices);
+  if (choice.size <= kMost) return choice;
+  choice.size = 0;
   const Directions directions = spread_directions(heights.up);
   if (turn < std::numeric_limits<double>::infinity()) {
     add_tipped(heights, lowest, turn, directions, choice);
