@@ -1,5 +1,3 @@
-#include "counterpoint/contact/problem.h"
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -7,55 +5,42 @@
 #include "counterpoint/contact/laws/cone.h"
 #include "counterpoint/contact/laws/coulomb.h"
 #include "counterpoint/contact/laws/scalar_law.h"
+#include "counterpoint/contact/problem.h"
 
 namespace counterpoint::contact {
 namespace {
 
 void cone_impulse(const Law& law, const Cone& cone, double* f) {
-  f[0] = cone.normal();
-  const double b = cone.transverse();
-  for (int i = 1; i < law.rows; ++i) f[i] = -law.friction[i - 1] * b * cone.z[i];
+  f[0] = cone.n;
+  for (int i = 1; i < law.rows; ++i) f[i] = -law.friction[i - 1] * cone.b * cone.z[i];
 }
 
 // G = D Gz D, D = diag(1, mu_1, mu_2, ...), Gz the Hessian in z.
 void cone_hessian(const Law& law, const Cone& cone, double* hessian) {
   const int n = law.rows;
-  const double mean = 0.5 * (cone.plus.a + cone.minus.a);
-  const double difference = 0.5 * (cone.plus.a - cone.minus.a);
-  const double b = cone.transverse();
-  double t[kMaxRows] = {};
-  if (cone.tau > 0.0) {
-    for (int i = 1; i < n; ++i) t[i] = cone.z[i] / cone.tau;
-  }
-  hessian[0] = mean;
+  hessian[0] = cone.mean;
   for (int i = 1; i < n; ++i) {
-    const double mu_i = law.friction[i - 1];
-    const double normal_radial = mu_i * difference * t[i];
-    hessian[i] = normal_radial;
-    hessian[i * n] = normal_radial;
+    const double mu = law.friction[i - 1];
+    hessian[i] = hessian[i * n] = mu * (cone.difference * cone.e[i]);
     for (int j = 1; j < n; ++j) {
-      const double identity = i == j ? b : 0.0;
-      hessian[i * n + j] = (mu_i * law.friction[j - 1]) * (identity + (mean - b) * (t[i] * t[j]));
+      double g = (cone.mean - cone.b) * (cone.e[i] * cone.e[j]);
+      if (i == j) g += cone.b;
+      hessian[i * n + j] = (mu * law.friction[j - 1]) * g;
     }
   }
 }
 
 Slope cone_slope(const Law& law, const Cone& cone, const double* d) {
-  double dot = 0.0, square = 0.0;  // z_T . dz_T and |dz_T|^2
+  double dot = 0.0, square = 0.0, radial = 0.0;  // z_T . dz_T, |dz_T|^2, and dz_T along z_T
   for (int i = 1; i < law.rows; ++i) {
     const double dz = law.friction[i - 1] * d[i];
     dot += cone.z[i] * dz;
     square += dz * dz;
+    radial += cone.e[i] * dz;
   }
-  const double b = cone.transverse();
-  const double mean = 0.5 * (cone.plus.a + cone.minus.a);
-  const double difference = 0.5 * (cone.plus.a - cone.minus.a);
-  const double radial = cone.tau > 0.0 ? dot / cone.tau : 0.0;
-  Slope out;
-  out.first = b * dot - cone.normal() * d[0];
-  out.second = mean * (d[0] * d[0] + radial * radial) + 2.0 * difference * radial * d[0] +
-               b * (square - radial * radial);
-  return out;
+  return {cone.b * dot - cone.n * d[0], cone.mean * (d[0] * d[0] + radial * radial) +
+                                            2.0 * cone.difference * radial * d[0] +
+                                            cone.b * (square - radial * radial)};
 }
 
 void coulomb_impulse(const Law& law, const CoulombAt<double>& at, const double* y, double* f) {

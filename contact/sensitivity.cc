@@ -38,15 +38,12 @@ Rows normal_and_radial(const Law& law, const double* t, double normal, double ra
 
 void convex_sensitivity(const Law& law, const Rows& y, Sensitivity& out, Rows& by_rho) {
   const Cone cone(law, y.data());
-  double t[kMaxRows] = {};
-  for (int i = 1; i < law.rows; ++i) t[i] = cone.tau > 0.0 ? cone.z[i] / cone.tau : 0.0;
   const auto spectral = [&](double plus, double minus) {
-    return normal_and_radial(law, t, 0.5 * (plus + minus), 0.5 * (plus - minus));
+    return normal_and_radial(law, cone.e, 0.5 * (plus + minus), 0.5 * (plus - minus));
   };
   out.smoothing = spectral(by_smoothing(cone.plus), by_smoothing(cone.minus));
   by_rho = spectral(by_regularizer(cone.plus), by_regularizer(cone.minus));
-  friction_columns(law, y, t, cone.transverse(), 0.5 * (cone.plus.a + cone.minus.a),
-                   0.5 * (cone.plus.a - cone.minus.a), out.friction);
+  friction_columns(law, y, cone.e, cone.b, cone.mean, cone.difference, out.friction);
 }
 
 Rows scaled_slip_speed_derivative(const Law& law, const CoulombCone& cone) {

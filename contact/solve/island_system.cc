@@ -29,17 +29,28 @@ void IslandSystem::load(const Problem& problem, std::span<const int> blocks,
 }
 
 void IslandSystem::laws_changed() {
-  lanes_.clear();
+  for (ConeLanes* lanes : {&coulomb_, &convex_}) {
+    lanes->clear();
+    lanes->reserve(constraints_.size());  // laws may change from one to the other
+  }
   bias_.clear();
   others_.clear();
+  single_.clear();
   others_.reserve(constraints_.size());
+  single_.reserve(constraints_.size());
   for (size_t i = 0; i < constraints_.size(); ++i) {
     const Constraint& c = constraints_[i];
     bias_.insert(bias_.end(), c.law.bias.begin(), c.law.bias.begin() + c.law.rows);
-    if (CoulombLanes::takes(c.law)) {
-      lanes_.add(c.law, c.inverse_mass, c.row, c.hessian);
+    const int index = static_cast<int>(i);
+    if (coulomb_.takes(c.law)) {
+      coulomb_.add(c.law, c.inverse_mass, c.row, c.hessian);
+      continue;
+    }
+    others_.push_back(index);
+    if (convex_.takes(c.law)) {
+      convex_.add(c.law, c.inverse_mass, c.row, c.hessian);
     } else {
-      others_.push_back(static_cast<int>(i));
+      single_.push_back(index);
     }
   }
 }
@@ -217,7 +228,7 @@ void IslandSystem::place_constraints() {
 }
 
 bool IslandSystem::unsymmetric() const {
-  return lanes_.count() > 0 || std::any_of(others_.begin(), others_.end(),
+  return coulomb_.count() > 0 || std::any_of(others_.begin(), others_.end(),
                                            [this](int i) { return constraints_[i].law.coulomb; });
 }
 

@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "counterpoint/contact/laws/coulomb_lanes.h"
+#include "counterpoint/contact/laws/cone_lanes.h"
 #include "counterpoint/contact/linear/block_factorization.h"
 #include "counterpoint/contact/linear/limbs.h"
 #include "counterpoint/contact/linear/packed_jacobian.h"
@@ -39,8 +39,12 @@ class IslandSystem {
   const std::vector<Constraint>& constraints() const { return constraints_; }
   std::vector<Constraint>& constraints() { return constraints_; }
   const double* free_velocity() const { return free_velocity_.data(); }
-  /// The constraints that are Coulomb contacts of three rows, four by four, and the others.
-  const CoulombLanes& lanes() const { return lanes_; }
+  /// Contacts of three rows, four by four: those with Coulomb and those with convex friction.
+  const ConeLanes& coulomb() const { return coulomb_; }
+  const ConeLanes& convex() const { return convex_; }
+  /// The constraints in neither of them; and all that are not in coulomb(), since the mixed method
+  /// takes convex contacts one by one.
+  const std::vector<int>& single() const { return single_; }
   const std::vector<int>& others() const { return others_; }
   /// 1 / M_ii.
   const double* inverse_diagonal() const { return inverse_diagonal_.data(); }
@@ -115,8 +119,8 @@ class IslandSystem {
   std::vector<Block> blocks_;
   std::vector<Constraint> constraints_;
   std::vector<int> local_block_;  ///< by block of the Problem
-  CoulombLanes lanes_;
-  std::vector<int> others_;
+  ConeLanes coulomb_{true}, convex_{false};
+  std::vector<int> others_, single_;
   PackedJacobian jacobian_;
   std::vector<double> free_velocity_, inverse_diagonal_, bias_;
   // Groups: what the factorization has as blocks. Limbs of trees, or all in one.

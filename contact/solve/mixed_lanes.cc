@@ -28,7 +28,7 @@ COUNTERPOINT_INTO_EACH void apply(const SlopeFour& op, const Four* t, const Thre
   for (int i = 0; i < 2; ++i) out.row[i + 1] = op.across * x.row[i + 1] + radial * t[i];
 }
 
-COUNTERPOINT_INTO_EACH void scale_friction(const CoulombFour& c, ThreeRows& x) {
+COUNTERPOINT_INTO_EACH void scale_friction(const ConeFour& c, ThreeRows& x) {
   for (int i = 0; i < 2; ++i) {
     Four mu;
     load(c.mu[i], mu);
@@ -36,10 +36,10 @@ COUNTERPOINT_INTO_EACH void scale_friction(const CoulombFour& c, ThreeRows& x) {
   }
 }
 
-COUNTERPOINT_WIDE void impulses_of(const CoulombFour* first, const CoulombFour* last,
+COUNTERPOINT_WIDE void impulses_of(const ConeFour* first, const ConeFour* last,
                                    const MixedFour* mixed, const double* y, double center,
                                    double* phi) {
-  for (const CoulombFour* c = first; c != last; ++c, ++mixed) {
+  for (const ConeFour* c = first; c != last; ++c, ++mixed) {
     ThreeRows z;
     Four t, k, slip, sigma, sigma_T;
     load(c->k, k);
@@ -55,11 +55,11 @@ COUNTERPOINT_WIDE void impulses_of(const CoulombFour* first, const CoulombFour* 
   }
 }
 
-COUNTERPOINT_WIDE void evaluate_all(const CoulombFour* first, const CoulombFour* last,
-                                    MixedFour* mixed, const double* y, const double* phi_all,
-                                    double center, Four& square_out) {  // Parameters: matrices and their places
+COUNTERPOINT_WIDE void evaluate_all(const ConeFour* first, const ConeFour* last, MixedFour* mixed,
+                                    const double* y, const double* phi_all, double center,
+                                    Four& square_out) {  // Parameters: matrices and their places
   Four square{};
-  for (const CoulombFour* c = first; c != last; ++c, ++mixed) {
+  for (const ConeFour* c = first; c != last; ++c, ++mixed) {
     ThreeRows x, phi, e;
     Four t, k, slip, rho, sigma, sigma_T, live;
     load(c->k, k);
@@ -89,9 +89,9 @@ COUNTERPOINT_WIDE void evaluate_all(const CoulombFour* first, const CoulombFour*
   square_out = square;
 }
 
-COUNTERPOINT_WIDE void hessians_of(const CoulombFour* first, const CoulombFour* last,
-                                   MixedFour* mixed, double* hessian) {
-  for (const CoulombFour* c = first; c != last; ++c, ++mixed) {
+COUNTERPOINT_WIDE void hessians_of(const ConeFour* first, const ConeFour* last, MixedFour* mixed,
+                                   double* hessian) {
+  for (const ConeFour* c = first; c != last; ++c, ++mixed) {
     Four rho, sigma, sigma_T, t[2];
     SlopeFour A, B;
     load(c->rho, rho);
@@ -112,9 +112,9 @@ COUNTERPOINT_WIDE void hessians_of(const CoulombFour* first, const CoulombFour* 
   }
 }
 
-COUNTERPOINT_WIDE void right_side_of(const CoulombFour* first, const CoulombFour* last,
+COUNTERPOINT_WIDE void right_side_of(const ConeFour* first, const ConeFour* last,
                                      const MixedFour* mixed, double* rhs) {
-  for (const CoulombFour* c = first; c != last; ++c, ++mixed) {
+  for (const ConeFour* c = first; c != last; ++c, ++mixed) {
     Four t[2];
     SlopeFour B;
     ThreeRows e, out;
@@ -127,9 +127,9 @@ COUNTERPOINT_WIDE void right_side_of(const CoulombFour* first, const CoulombFour
   }
 }
 
-COUNTERPOINT_WIDE void step_of(const CoulombFour* first, const CoulombFour* last,
-                               const MixedFour* mixed, const double* dy, double* dphi) {
-  for (const CoulombFour* c = first; c != last; ++c, ++mixed) {
+COUNTERPOINT_WIDE void step_of(const ConeFour* first, const ConeFour* last, const MixedFour* mixed,
+                               const double* dy, double* dphi) {
+  for (const ConeFour* c = first; c != last; ++c, ++mixed) {
     Four t[2];
     SlopeFour A, B;
     ThreeRows dz, x, out;
@@ -153,11 +153,11 @@ COUNTERPOINT_WIDE void step_of(const CoulombFour* first, const CoulombFour* last
 
 void MixedLanes::reserve(int num_constraints) { fours_.reserve((num_constraints + 3) / 4); }
 
-void MixedLanes::begin(const CoulombLanes& lanes, double sigma_share) {
+void MixedLanes::begin(const ConeLanes& lanes, double sigma_share) {
   lanes_ = &lanes;
   fours_.resize(lanes.fours().size());
   for (size_t i = 0; i < fours_.size(); ++i) {
-    const CoulombFour& c = lanes.fours()[i];
+    const ConeFour& c = lanes.fours()[i];
     for (int l = 0; l < 4; ++l) {
       const double sigma = std::max(c.rho[l], sigma_share * c.inverse_mass[l]);
       fours_[i].sigma[l] = sigma;

@@ -4,7 +4,7 @@
 
 #include <vector>
 
-#include "counterpoint/contact/laws/coulomb_lanes.h"
+#include "counterpoint/contact/laws/cone_lanes.h"
 
 namespace counterpoint::contact {
 
@@ -25,7 +25,7 @@ class MixedLanes {
  public:
   void reserve(int num_constraints);
   /// The contacts as they are now; sigma_share as in MixedSystem::begin.
-  void begin(const CoulombLanes& lanes, double sigma_share);
+  void begin(const ConeLanes& lanes, double sigma_share);
   int count() const { return lanes_ != nullptr ? lanes_->count() : 0; }
 
   /// F(D y), by rows.
@@ -40,7 +40,7 @@ class MixedLanes {
   void step(const double* dy, double* dphi) const;
 
  private:
-  const CoulombLanes* lanes_ = nullptr;
+  const ConeLanes* lanes_ = nullptr;
   std::vector<MixedFour> fours_;
 };
 

@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <limits>
 
-#include "counterpoint/contact/laws/coulomb_lanes.h"
+#include "counterpoint/contact/laws/cone_lanes.h"
 #include "counterpoint/contact/problem.h"
 #include "counterpoint/engine/constraints/assemble.h"
 #include "counterpoint/engine/dynamics.h"
@@ -27,8 +27,8 @@ Vector3 slip(const PairConstraint& pair, const Workspace::Impl& ws) {
   return v - v.dot(n) * n;
 }
 
-/// Impulses of the pairs at the velocity v_next into ws.pair_impulses, row by row; those of Coulomb
-/// friction four at a time.
+/// Impulses of the pairs at the velocity v_next into ws.pair_impulses, row by row; those of contacts
+/// with friction four at a time.
 void evaluate_pairs(const Model& model, const VectorRef& v_next, Workspace::Impl& ws) {
   size_t rows = 0;
   for (const PairConstraint& pair : ws.constraints.pairs)
@@ -37,18 +37,20 @@ void evaluate_pairs(const Model& model, const VectorRef& v_next, Workspace::Impl
   if (ws.pair_impulses.size() < rows) ws.pair_impulses.resize(rows);
   double* y = ws.pair_velocities.data();
   double* f = ws.pair_impulses.data();
-  ws.coulomb.clear();
+  for (contact::ConeLanes* lanes : {&ws.coulomb, &ws.convex}) lanes->clear();
   int row = 0;
   for (const PairConstraint& pair : ws.constraints.pairs) {
     pair_velocity(model, pair, ws.data, v_next, y + row);
-    if (contact::CoulombLanes::takes(pair.law)) {
+    if (ws.coulomb.takes(pair.law)) {
       ws.coulomb.add(pair.law, 0.0, row, 0);
+    } else if (ws.convex.takes(pair.law)) {
+      ws.convex.add(pair.law, 0.0, row, 0);
     } else {
       contact::impulse(pair.law, y + row, f + row);
     }
     row += pair.law.rows;
   }
-  ws.coulomb.impulses(y, f);
+  for (const contact::ConeLanes* lanes : {&ws.coulomb, &ws.convex}) lanes->impulses(y, f);
 }
 
 /// J' f of all constraints at the velocity v_next, of the bodies in ws.velocity, into ws.tau [N s];

@@ -1,7 +1,7 @@
 // What a step works with, behind Workspace. Not for users.
 #pragma once
 
-#include "counterpoint/contact/laws/coulomb_lanes.h"
+#include "counterpoint/contact/laws/cone_lanes.h"
 #include "counterpoint/engine/constraints/assemble.h"
 #include "counterpoint/engine/constraints/constraints.h"
 #include "counterpoint/engine/diagnosis/state_check.h"
@@ -79,7 +79,7 @@ struct Workspace::Impl {
   std::vector<Motion> velocity;  ///< V at v_next
   std::vector<Force> body_impulse;
   std::vector<double> pair_velocities, pair_impulses;  ///< y and f of the pairs, row by row
-  contact::CoulombLanes coulomb;                       ///< laws of pairs, four at a time
+  contact::ConeLanes coulomb{true}, convex{false};     ///< laws of pairs, four at a time
 
   std::vector<Motion> velocity_acceleration;  ///< scratch of drag
   VectorX tau, diagonal, acceleration, no_rotors;
@@ -90,7 +90,7 @@ struct Workspace::Impl {
   RungeKuttaStages stages;
   StepControlScratch control;
   std::shared_ptr<DerivativeScratch> derivatives;  ///< from the first time they are asked for
-  EffectSet called;  ///< what the model calls for
+  EffectSet called;                                ///< what the model calls for
   EffectCounts counts;
 };
 

@@ -1,32 +1,36 @@
-// Coulomb contacts four at a time are the law of each by itself.
-#include "counterpoint/contact/laws/coulomb_lanes.h"
+// Contacts with friction four at a time are the law of each by itself.
+#include "counterpoint/contact/laws/cone_lanes.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <random>
+#include <string>
 #include <vector>
 
 #include "counterpoint/contact/problem.h"
 
-namespace counterpoint::contact::coulomb_lanes_test {
+namespace counterpoint::contact::cone_lanes_test {
 namespace {
 
 // Every number of contacts over, and velocities at which a branch is taken: at rest, without load,
 // without smoothing.
-TEST(CoulombLanes, AreTheLawsOfEachContact) {
+class Friction : public ::testing::TestWithParam<bool> {};
+
+TEST_P(Friction, OfFourIsTheLawOfEach) {
   std::mt19937 random(5);
   std::uniform_real_distribution<double> unit(-1.0, 1.0);
   for (int trial = 0; trial < 300; ++trial) {
     const int count = trial % 11;
-    CoulombLanes lanes;
+    ConeLanes lanes(GetParam());
     std::vector<Law> laws;
     std::vector<double> y(3 * count), d(3 * count), f(3 * count), hessian(9 * count);
     for (int i = 0; i < count; ++i) {
       Law law;
       law.type = LawType::kFrictionCone;
       law.rows = 3;
-      law.coulomb = true;
+      law.coulomb = GetParam();
+      ASSERT_TRUE(lanes.takes(law));
       law.regularizer = std::pow(10.0, 4.0 * unit(random) - 4.0);
       law.smoothing = random() % 2 == 0 ? 0.0 : std::pow(10.0, 6.0 * unit(random) - 8.0);
       law.slip_speed = random() % 2 == 0 ? 0.0 : std::pow(10.0, 4.0 * unit(random) - 4.0);
@@ -63,5 +67,9 @@ TEST(CoulombLanes, AreTheLawsOfEachContact) {
   }
 }
 
+INSTANTIATE_TEST_SUITE_P(ConeLanes, Friction, ::testing::Bool(), [](const auto& test) {
+  return std::string(test.param ? "coulomb" : "convex");
+});
+
 }  // namespace
-}  // namespace counterpoint::contact::coulomb_lanes_test
+}  // namespace counterpoint::contact::cone_lanes_test

@@ -1,5 +1,5 @@
-// Coulomb contacts of three rows, the common law, four at a time. The same functions as of one
-// contact (coulomb.h), so that the bits are the same, which the inverse relies on.
+// Contacts with friction of three rows, the common law, four at a time. The same functions as of
+// one contact (coulomb.h, cone.h), so that the bits are the same, which the inverse relies on.
 #pragma once
 
 #include <vector>
@@ -11,7 +11,7 @@ namespace counterpoint::contact {
 
 /// Four contacts, number by number. Where fewer are left the others are copies of the first one:
 /// they may be computed and stored like it, and only do not count in sums.
-struct CoulombFour {
+struct ConeFour {
   int row[4] = {};      ///< first local row
   int hessian[4] = {};  ///< start of G
   double live[4] = {};  ///< 1, or 0 for a copy
@@ -20,17 +20,19 @@ struct CoulombFour {
   double inverse_mass[4] = {};
 };
 
-/// An island's contacts of this kind.
-class CoulombLanes {
+/// An island's contacts of one kind: with exact Coulomb friction, or with convex friction.
+class ConeLanes {
  public:
+  explicit ConeLanes(bool coulomb) : coulomb_(coulomb) {}
   void clear();
+  void reserve(size_t count) { fours_.reserve((count + 3) / 4); }
   /// Does this law belong here?
-  static bool takes(const Law& law) {
-    return law.type == LawType::kFrictionCone && law.coulomb && law.rows == 3;
+  bool takes(const Law& law) const {
+    return law.type == LawType::kFrictionCone && law.coulomb == coulomb_ && law.rows == 3;
   }
   void add(const Law& law, double inverse_mass, int row, int hessian);
   int count() const { return count_; }
-  const std::vector<CoulombFour>& fours() const { return fours_; }
+  const std::vector<ConeFour>& fours() const { return fours_; }
 
   /// Impulses f at the velocities y, both by rows of the island.
   void impulses(const double* y, double* f) const;
@@ -40,8 +42,9 @@ class CoulombLanes {
   Slope slope(const double* y, const double* dy) const;
 
  private:
+  bool coulomb_;
   int count_ = 0;
-  std::vector<CoulombFour> fours_;
+  std::vector<ConeFour> fours_;
 };
 
 /// Of three rows each, scattered among the rows of an island.
@@ -60,20 +63,19 @@ COUNTERPOINT_INTO_EACH void scatter(const Four& from, const int* first, double* 
   for (int i = 0; i < 4; ++i) to[first[i]] = values[i];
 }
 
-/// G = D H D at its place in `hessian`, where H is lower triangular in (normal, along t) with the
-/// given slopes and a multiple of one across t.
+/// G = D H D at its place in `hessian`, where H has the given slopes in (normal, along t) and is a
+/// multiple of one across t.
 struct SlopeFour {
-  Four normal, radial, across, radial_normal;
+  Four normal, radial, across, radial_normal, normal_radial{};
 };
-COUNTERPOINT_INTO_EACH void scatter_hessian(const CoulombFour& c, const SlopeFour& slope,
+COUNTERPOINT_INTO_EACH void scatter_hessian(const ConeFour& c, const SlopeFour& slope,
                                             const Four* t, double* hessian) {
   Four mu[2];
   for (int i = 0; i < 2; ++i) load(c.mu[i], mu[i]);
   scatter(slope.normal, c.hessian, hessian);
-  scatter(Four{}, c.hessian, hessian + 1);
-  scatter(Four{}, c.hessian, hessian + 2);
   const Four more = slope.radial - slope.across;
   for (int i = 0; i < 2; ++i) {
+    scatter(mu[i] * (slope.normal_radial * t[i]), c.hessian, hessian + i + 1);
     scatter(mu[i] * (slope.radial_normal * t[i]), c.hessian, hessian + 3 * (i + 1));
     for (int j = 0; j < 2; ++j) {
       Four g = more * (t[i] * t[j]);

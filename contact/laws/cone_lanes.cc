@@ -1,0 +1,156 @@
+#include "counterpoint/contact/laws/cone_lanes.h"
+
+#include <span>
+
+#include "counterpoint/contact/laws/cone.h"
+#include "counterpoint/contact/laws/coulomb.h"
+
+namespace counterpoint::contact {
+namespace {
+
+struct Parameters {
+  Four rho, slip, k, mu[2];
+};
+COUNTERPOINT_INTO_EACH void load_law(const ConeFour& c, Parameters& to) {
+  load(c.rho, to.rho);
+  load(c.k, to.k);
+  load(c.slip, to.slip);
+  for (int i = 0; i < 2; ++i) load(c.mu[i], to.mu[i]);
+}
+
+// z = D y and |z_T|.
+COUNTERPOINT_INTO_EACH void scale(const Parameters& law, const ThreeRows& y, ThreeRows& z,
+                                  Four& t) {
+  z.row[0] = y.row[0];
+  for (int i = 0; i < 2; ++i) z.row[i + 1] = law.mu[i] * y.row[i + 1];
+  square_root(z.row[1] * z.row[1] + z.row[2] * z.row[2], t);
+}
+
+struct Coulomb : CoulombAt<Four> {
+  COUNTERPOINT_INTO_EACH Coulomb(const Parameters& law, const Four& z_N, const Four& t)
+      : CoulombAt(z_N, t, law.rho, law.rho, law.slip, law.k) {}
+  COUNTERPOINT_INTO_EACH void slopes(SlopeFour& to) const {
+    to = {n_slope, p_slope, b, -p_by_n * n_slope, Four{}};
+  }
+};
+struct Convex : ConvexAt<Four> {
+  COUNTERPOINT_INTO_EACH Convex(const Parameters& law, const Four& z_N, const Four& t)
+      : ConvexAt(z_N, t, law.rho, law.k) {}
+  COUNTERPOINT_INTO_EACH void slopes(SlopeFour& to) const {
+    to = {mean, mean, b, difference, difference};
+  }
+};
+
+using Fours = std::span<const ConeFour>;
+
+template <class Friction>
+COUNTERPOINT_INTO_EACH void impulses_of(Fours fours, const double* y_all, double* f) {
+  for (const ConeFour& c : fours) {
+    Parameters law;
+    ThreeRows y, z;
+    Four t;
+    load_law(c, law);
+    gather(y_all, c.row, y);
+    scale(law, y, z, t);
+    const Friction cone(law, z.row[0], t);
+    scatter(cone.n, c.row, f);
+    for (int i = 0; i < 2; ++i) scatter(-law.mu[i] * cone.b * z.row[i + 1], c.row, f + i + 1);
+  }
+}
+
+template <class Friction>
+COUNTERPOINT_INTO_EACH void hessians_of(Fours fours, const double* y_all, double* hessian) {
+  for (const ConeFour& c : fours) {
+    Parameters law;
+    ThreeRows y, z;
+    Four t;
+    SlopeFour slopes;
+    load_law(c, law);
+    gather(y_all, c.row, y);
+    scale(law, y, z, t);
+    Friction(law, z.row[0], t).slopes(slopes);
+    const Four inverse = t > 0.0 ? 1.0 / t : Four{};
+    const Four e[2] = {z.row[1] * inverse, z.row[2] * inverse};
+    scatter_hessian(c, slopes, e, hessian);
+  }
+}
+
+template <class Friction>
+COUNTERPOINT_INTO_EACH void slope_of(Fours fours, const double* y_all, const double* dy_all,
+                                     Four& out_first, Four& out_second) {
+  Four sum_first{}, sum_second{};
+  for (const ConeFour& c : fours) {
+    Parameters law;
+    ThreeRows y, z, dy, d;
+    Four t, live;
+    SlopeFour slopes;
+    load_law(c, law);
+    load(c.live, live);
+    gather(y_all, c.row, y);
+    gather(dy_all, c.row, dy);
+    scale(law, y, z, t);
+    d.row[0] = dy.row[0];
+    for (int i = 0; i < 2; ++i) d.row[i + 1] = law.mu[i] * dy.row[i + 1];
+    const Friction cone(law, z.row[0], t);
+    cone.slopes(slopes);
+    const Four dot = z.row[1] * d.row[1] + z.row[2] * d.row[2];
+    const Four radial = t > 0.0 ? dot / t : Four{};
+    const Four square = d.row[1] * d.row[1] + d.row[2] * d.row[2];
+    const Four along = (slopes.radial - cone.b) * radial +
+                       (slopes.radial_normal + slopes.normal_radial) * d.row[0];
+    sum_first += live * (cone.b * dot - cone.n * d.row[0]);
+    sum_second += live * (slopes.normal * d.row[0] * d.row[0] + cone.b * square + along * radial);
+  }
+  out_first = sum_first;
+  out_second = sum_second;
+}
+
+COUNTERPOINT_WIDE void impulses_of(bool coulomb, Fours fours, const double* y, double* f) {
+  coulomb ? impulses_of<Coulomb>(fours, y, f) : impulses_of<Convex>(fours, y, f);
+}
+COUNTERPOINT_WIDE void hessians_of(bool coulomb, Fours fours, const double* y, double* hessian) {
+  coulomb ? hessians_of<Coulomb>(fours, y, hessian) : hessians_of<Convex>(fours, y, hessian);
+}
+COUNTERPOINT_WIDE void slope_of(bool coulomb, Fours fours, const double* y, const double* dy,
+                                Four& first, Four& second) {
+  coulomb ? slope_of<Coulomb>(fours, y, dy, first, second)
+          : slope_of<Convex>(fours, y, dy, first, second);
+}
+
+}  // namespace
+
+void ConeLanes::clear() {
+  fours_.clear();
+  count_ = 0;
+}
+
+void ConeLanes::add(const Law& law, double inverse_mass, int row, int hessian) {
+  const int lane = count_++ % 4;
+  if (lane == 0) fours_.emplace_back();
+  ConeFour& c = fours_.back();
+  c.live[lane] = 1.0;
+  for (int i = lane; i < (lane == 0 ? 4 : lane + 1); ++i) {
+    c.row[i] = row;
+    c.hessian[i] = hessian;
+    c.rho[i] = normal_regularizer(law);
+    c.k[i] = law.smoothing;
+    c.slip[i] = scaled_slip_speed(law);
+    for (int j = 0; j < 2; ++j) c.mu[j][i] = law.friction[j];
+    c.inverse_mass[i] = inverse_mass;
+  }
+}
+
+void ConeLanes::impulses(const double* y, double* f) const { impulses_of(coulomb_, fours_, y, f); }
+
+void ConeLanes::hessians(const double* y, double* hessian) const {
+  hessians_of(coulomb_, fours_, y, hessian);
+}
+
+Slope ConeLanes::slope(const double* y, const double* dy) const {
+  Four first, second;
+  slope_of(coulomb_, fours_, y, dy, first, second);
+  return {(first[0] + first[1]) + (first[2] + first[3]),
+          (second[0] + second[1]) + (second[2] + second[3])};
+}
+
+}  // namespace counterpoint::contact
