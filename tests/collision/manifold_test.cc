@@ -164,6 +164,36 @@ TEST(Plane, AHullTipsOntoItsManifold) {
   }
 }
 
+// Where a manifold has one vertex of a hull it stays the lowest however the hull turns by the angle
+// asked for, though others are within the margin.
+TEST(Plane, AHullThatCannotTipHasOneContact) {
+  std::mt19937 rng(12);
+  constexpr double kTurn = 0.05, kMargin = 0.05;
+  int single = 0;
+  for (int trial = 0; trial < 200; ++trial) {
+    std::vector<Vector3> points;
+    for (int i = 0; i < 12; ++i) points.push_back(0.1 * random_pose(rng).rotation.col(0));
+    const Shape hull = test::hull_shape(points);
+    Pose X = random_pose(rng);
+    X.translation = -support_height(hull, Pose{X.rotation, Vector3::Zero()}, -Vector3::UnitZ()) *
+                    -Vector3::UnitZ();
+    Manifold m;
+    pair_contacts(plane_shape(), Pose{}, hull, X, {kMargin, kTurn}, m);
+    ASSERT_GT(m.size, 0);
+    if (m.size > 1) continue;
+    ++single;
+    const Vector3 vertex = m.points[0].position + 0.5 * m.points[0].gap * Vector3::UnitZ();
+    for (int i = 0; i < 64; ++i) {
+      const Vector3 axis(std::cos(i * 0.1), std::sin(i * 0.1), 0);
+      const Matrix3 R = Eigen::AngleAxisd(kTurn, axis).toRotationMatrix();
+      const Pose tipped{R * X.rotation, vertex + R * (X.translation - vertex)};
+      EXPECT_NEAR(-support_height(hull, tipped, -Vector3::UnitZ()), vertex.z(), kRoundOff);
+    }
+  }
+  EXPECT_GT(single, 100);
+  EXPECT_LT(single, 200);
+}
+
 // The rectangle of overlap, for overlap, touching and separation, with any slight tilt.
 TEST(BoxBox, StackGivesTheOverlapRectangle) {
   std::mt19937 rng(3);
