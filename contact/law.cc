@@ -1,3 +1,5 @@
+#include "counterpoint/contact/problem.h"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -5,26 +7,36 @@
 #include "counterpoint/contact/laws/cone.h"
 #include "counterpoint/contact/laws/coulomb.h"
 #include "counterpoint/contact/laws/scalar_law.h"
-#include "counterpoint/contact/problem.h"
 
 namespace counterpoint::contact {
 namespace {
 
-void cone_impulse(const Law& law, const Cone& cone, double* f) {
-  f[0] = cone.n;
-  for (int i = 1; i < law.rows; ++i) f[i] = -law.friction[i - 1] * cone.b * cone.z[i];
+// phi_N = n, phi_T = -b z_T.
+void friction_impulse(const Law& law, double n, double b, const double* y, double* f) {
+  f[0] = n;
+  for (int i = 1; i < law.rows; ++i) {
+    const double mu = law.friction[i - 1];
+    f[i] = -mu * b * (mu * y[i]);
+  }
 }
 
-// G = D Gz D, D = diag(1, mu_1, mu_2, ...), Gz the Hessian in z.
-void cone_hessian(const Law& law, const Cone& cone, double* hessian) {
+// Of -phi in (normal, along z_T) and across z_T.
+struct FrictionSlopes {
+  double normal, radial, across, radial_normal, normal_radial;
+};
+
+// G = D Gz D, D = diag(1, mu_1, mu_2, ...), Gz the slope in z; e: direction of z_T.
+void friction_hessian(const Law& law, const FrictionSlopes& slope, const double* e,
+                      double* hessian) {
   const int n = law.rows;
-  hessian[0] = cone.mean;
+  hessian[0] = slope.normal;
   for (int i = 1; i < n; ++i) {
     const double mu = law.friction[i - 1];
-    hessian[i] = hessian[i * n] = mu * (cone.difference * cone.e[i]);
+    hessian[i] = mu * (slope.normal_radial * e[i]);
+    hessian[i * n] = mu * (slope.radial_normal * e[i]);
     for (int j = 1; j < n; ++j) {
-      double g = (cone.mean - cone.b) * (cone.e[i] * cone.e[j]);
-      if (i == j) g += cone.b;
+      double g = (slope.radial - slope.across) * (e[i] * e[j]);
+      if (i == j) g += slope.across;
       hessian[i * n + j] = (mu * law.friction[j - 1]) * g;
     }
   }
@@ -43,35 +55,12 @@ Slope cone_slope(const Law& law, const Cone& cone, const double* d) {
                                             cone.b * (square - radial * radial)};
 }
 
-void coulomb_impulse(const Law& law, const CoulombAt<double>& at, const double* y, double* f) {
-  f[0] = at.n;
-  for (int i = 1; i < law.rows; ++i) {
-    const double mu = law.friction[i - 1];
-    f[i] = -mu * at.b * (mu * y[i]);
-  }
-}
-
 /// Without slopes, which are most of the divisions: what is not used the compiler leaves out.
 void coulomb_impulse(const Law& law, const double* y, double* f) {
   const double rho = normal_regularizer(law);
   const CoulombAt<double> at(y[0], de_saxce_shift(law, y), rho, rho, scaled_slip_speed(law),
                              law.smoothing);
-  coulomb_impulse(law, at, y, f);
-}
-
-void coulomb_hessian(const Law& law, const CoulombCone& cone, double* hessian) {
-  const int n = law.rows;
-  hessian[0] = cone.n_slope;
-  std::fill(hessian + 1, hessian + n, 0.0);
-  for (int i = 1; i < n; ++i) {
-    const double mu = law.friction[i - 1];
-    hessian[i * n] = mu * (-cone.p_by_n * cone.n_slope * cone.e[i]);
-    for (int j = 1; j < n; ++j) {
-      double g = (cone.p_slope - cone.b) * (cone.e[i] * cone.e[j]);
-      if (i == j) g += cone.b;
-      hessian[i * n + j] = (mu * law.friction[j - 1]) * g;
-    }
-  }
+  friction_impulse(law, at.n, at.b, y, f);
 }
 
 // f = -2 F y / (s1 + s2): the clamp of -y / r to [-F, F], written as a difference of two scalar
@@ -167,9 +156,11 @@ void impulse(const Law& law, const double* y, double* f) {
     case LawType::kUnilateral:
       f[0] = ScalarLaw(y[0], law.regularizer, law.smoothing).g;
       return;
-    case LawType::kFrictionCone:
+    case LawType::kFrictionCone: {
       if (law.coulomb) return coulomb_impulse(law, y, f);
-      return cone_impulse(law, Cone(law, y), f);
+      const Cone cone(law, y);
+      return friction_impulse(law, cone.n, cone.b, y, f);
+    }
     case LawType::kEquality:
       for (int i = 0; i < law.rows; ++i) f[i] = -y[i] / law.regularizer;
       return;
@@ -190,12 +181,15 @@ void evaluate(const Law& law, const double* y, double* f, double* hessian) {
     case LawType::kFrictionCone: {
       if (law.coulomb) {
         const CoulombCone cone = coulomb_cone(law, y);
-        coulomb_impulse(law, cone, y, f);
-        return coulomb_hessian(law, cone, hessian);
+        friction_impulse(law, cone.n, cone.b, y, f);
+        return friction_hessian(
+            law, {cone.n_slope, cone.p_slope, cone.b, -cone.p_by_n * cone.n_slope, 0.0}, cone.e,
+            hessian);
       }
       const Cone cone(law, y);
-      cone_impulse(law, cone, f);
-      return cone_hessian(law, cone, hessian);
+      friction_impulse(law, cone.n, cone.b, y, f);
+      return friction_hessian(
+          law, {cone.mean, cone.mean, cone.b, cone.difference, cone.difference}, cone.e, hessian);
     }
     case LawType::kEquality:
       std::fill(hessian, hessian + law.rows * law.rows, 0.0);

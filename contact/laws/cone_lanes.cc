@@ -8,34 +8,38 @@
 namespace counterpoint::contact {
 namespace {
 
-struct Parameters {
-  Four rho, slip, k, mu[2];
-};
-COUNTERPOINT_INTO_EACH void load_law(const ConeFour& c, Parameters& to) {
-  load(c.rho, to.rho);
-  load(c.k, to.k);
-  load(c.slip, to.slip);
-  for (int i = 0; i < 2; ++i) load(c.mu[i], to.mu[i]);
+// z = D y.
+COUNTERPOINT_INTO_EACH void gather_scaled(const ConeFour& c, const Four* mu, const double* y_all,
+                                          ThreeRows& z) {
+  gather(y_all, c.row, z);
+  for (int i = 0; i < 2; ++i) z.row[i + 1] = mu[i] * z.row[i + 1];
 }
 
-// z = D y and |z_T|.
-COUNTERPOINT_INTO_EACH void scale(const Parameters& law, const ThreeRows& y, ThreeRows& z,
-                                  Four& t) {
-  z.row[0] = y.row[0];
-  for (int i = 0; i < 2; ++i) z.row[i + 1] = law.mu[i] * y.row[i + 1];
-  square_root(z.row[1] * z.row[1] + z.row[2] * z.row[2], t);
-}
+// Four laws, the scaled velocities, and t = |z_T|.
+struct Scaled {
+  Four rho, slip, k, mu[2], t;
+  ThreeRows z;
+
+  COUNTERPOINT_INTO_EACH Scaled(const ConeFour& c, const double* y_all) {
+    load(c.rho, rho);
+    load(c.k, k);
+    load(c.slip, slip);
+    for (int i = 0; i < 2; ++i) load(c.mu[i], mu[i]);
+    gather_scaled(c, mu, y_all, z);
+    square_root(z.row[1] * z.row[1] + z.row[2] * z.row[2], t);
+  }
+};
 
 struct Coulomb : CoulombAt<Four> {
-  COUNTERPOINT_INTO_EACH Coulomb(const Parameters& law, const Four& z_N, const Four& t)
-      : CoulombAt(z_N, t, law.rho, law.rho, law.slip, law.k) {}
+  COUNTERPOINT_INTO_EACH explicit Coulomb(const Scaled& at)
+      : CoulombAt(at.z.row[0], at.t, at.rho, at.rho, at.slip, at.k) {}
   COUNTERPOINT_INTO_EACH void slopes(SlopeFour& to) const {
     to = {n_slope, p_slope, b, -p_by_n * n_slope, Four{}};
   }
 };
 struct Convex : ConvexAt<Four> {
-  COUNTERPOINT_INTO_EACH Convex(const Parameters& law, const Four& z_N, const Four& t)
-      : ConvexAt(z_N, t, law.rho, law.k) {}
+  COUNTERPOINT_INTO_EACH explicit Convex(const Scaled& at)
+      : ConvexAt(at.z.row[0], at.t, at.rho, at.k) {}
   COUNTERPOINT_INTO_EACH void slopes(SlopeFour& to) const {
     to = {mean, mean, b, difference, difference};
   }
@@ -46,31 +50,21 @@ using Fours = std::span<const ConeFour>;
 template <class Friction>
 COUNTERPOINT_INTO_EACH void impulses_of(Fours fours, const double* y_all, double* f) {
   for (const ConeFour& c : fours) {
-    Parameters law;
-    ThreeRows y, z;
-    Four t;
-    load_law(c, law);
-    gather(y_all, c.row, y);
-    scale(law, y, z, t);
-    const Friction cone(law, z.row[0], t);
+    const Scaled at(c, y_all);
+    const Friction cone(at);
     scatter(cone.n, c.row, f);
-    for (int i = 0; i < 2; ++i) scatter(-law.mu[i] * cone.b * z.row[i + 1], c.row, f + i + 1);
+    for (int i = 0; i < 2; ++i) scatter(-at.mu[i] * cone.b * at.z.row[i + 1], c.row, f + i + 1);
   }
 }
 
 template <class Friction>
 COUNTERPOINT_INTO_EACH void hessians_of(Fours fours, const double* y_all, double* hessian) {
   for (const ConeFour& c : fours) {
-    Parameters law;
-    ThreeRows y, z;
-    Four t;
+    const Scaled at(c, y_all);
     SlopeFour slopes;
-    load_law(c, law);
-    gather(y_all, c.row, y);
-    scale(law, y, z, t);
-    Friction(law, z.row[0], t).slopes(slopes);
-    const Four inverse = t > 0.0 ? 1.0 / t : Four{};
-    const Four e[2] = {z.row[1] * inverse, z.row[2] * inverse};
+    Friction(at).slopes(slopes);
+    const Four inverse = at.t > 0.0 ? 1.0 / at.t : Four{};
+    const Four e[2] = {at.z.row[1] * inverse, at.z.row[2] * inverse};
     scatter_hessian(c, slopes, e, hessian);
   }
 }
@@ -80,21 +74,16 @@ COUNTERPOINT_INTO_EACH void slope_of(Fours fours, const double* y_all, const dou
                                      Four& out_first, Four& out_second) {
   Four sum_first{}, sum_second{};
   for (const ConeFour& c : fours) {
-    Parameters law;
-    ThreeRows y, z, dy, d;
-    Four t, live;
+    const Scaled at(c, y_all);
+    ThreeRows d;
+    Four live;
     SlopeFour slopes;
-    load_law(c, law);
     load(c.live, live);
-    gather(y_all, c.row, y);
-    gather(dy_all, c.row, dy);
-    scale(law, y, z, t);
-    d.row[0] = dy.row[0];
-    for (int i = 0; i < 2; ++i) d.row[i + 1] = law.mu[i] * dy.row[i + 1];
-    const Friction cone(law, z.row[0], t);
+    gather_scaled(c, at.mu, dy_all, d);
+    const Friction cone(at);
     cone.slopes(slopes);
-    const Four dot = z.row[1] * d.row[1] + z.row[2] * d.row[2];
-    const Four radial = t > 0.0 ? dot / t : Four{};
+    const Four dot = at.z.row[1] * d.row[1] + at.z.row[2] * d.row[2];
+    const Four radial = at.t > 0.0 ? dot / at.t : Four{};
     const Four square = d.row[1] * d.row[1] + d.row[2] * d.row[2];
     const Four along = (slopes.radial - cone.b) * radial +
                        (slopes.radial_normal + slopes.normal_radial) * d.row[0];
@@ -151,6 +140,23 @@ Slope ConeLanes::slope(const double* y, const double* dy) const {
   slope_of(coulomb_, fours_, y, dy, first, second);
   return {(first[0] + first[1]) + (first[2] + first[3]),
           (second[0] + second[1]) + (second[2] + second[3])};
+}
+
+bool FrictionLanes::add(const Law& law, double inverse_mass, int row, int hessian) {
+  for (ConeLanes* lanes : {&coulomb_, &convex_}) {
+    if (!lanes->takes(law)) continue;
+    lanes->add(law, inverse_mass, row, hessian);
+    return true;
+  }
+  return false;
+}
+
+void FrictionLanes::add_slope(const double* y, const double* dy, Slope& sum) const {
+  for (const ConeLanes* lanes : {&coulomb_, &convex_}) {
+    const Slope slope = lanes->slope(y, dy);
+    sum.first += slope.first;
+    sum.second += slope.second;
+  }
 }
 
 }  // namespace counterpoint::contact

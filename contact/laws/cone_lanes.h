@@ -47,6 +47,37 @@ class ConeLanes {
   std::vector<ConeFour> fours_;
 };
 
+/// An island's contacts of both kinds.
+class FrictionLanes {
+ public:
+  void clear() {
+    coulomb_.clear();
+    convex_.clear();
+  }
+  /// Room for so many contacts of either kind: softer laws change from one to the other.
+  void reserve(size_t count) {
+    coulomb_.reserve(count);
+    convex_.reserve(count);
+  }
+  /// False if the law is of neither kind.
+  bool add(const Law& law, double inverse_mass, int row, int hessian);
+  const ConeLanes& coulomb() const { return coulomb_; }
+
+  /// As of ConeLanes.
+  void impulses(const double* y, double* f) const {
+    coulomb_.impulses(y, f);
+    convex_.impulses(y, f);
+  }
+  void hessians(const double* y, double* hessian) const {
+    coulomb_.hessians(y, hessian);
+    convex_.hessians(y, hessian);
+  }
+  void add_slope(const double* y, const double* dy, Slope& sum) const;
+
+ private:
+  ConeLanes coulomb_{true}, convex_{false};
+};
+
 /// Of three rows each, scattered among the rows of an island.
 struct ThreeRows {
   Four row[3];

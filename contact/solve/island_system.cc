@@ -29,10 +29,8 @@ void IslandSystem::load(const Problem& problem, std::span<const int> blocks,
 }
 
 void IslandSystem::laws_changed() {
-  for (ConeLanes* lanes : {&coulomb_, &convex_}) {
-    lanes->clear();
-    lanes->reserve(constraints_.size());  // laws may change from one to the other
-  }
+  lanes_.clear();
+  lanes_.reserve(constraints_.size());
   bias_.clear();
   others_.clear();
   single_.clear();
@@ -42,16 +40,8 @@ void IslandSystem::laws_changed() {
     const Constraint& c = constraints_[i];
     bias_.insert(bias_.end(), c.law.bias.begin(), c.law.bias.begin() + c.law.rows);
     const int index = static_cast<int>(i);
-    if (coulomb_.takes(c.law)) {
-      coulomb_.add(c.law, c.inverse_mass, c.row, c.hessian);
-      continue;
-    }
-    others_.push_back(index);
-    if (convex_.takes(c.law)) {
-      convex_.add(c.law, c.inverse_mass, c.row, c.hessian);
-    } else {
-      single_.push_back(index);
-    }
+    if (!lanes_.coulomb().takes(c.law)) others_.push_back(index);
+    if (!lanes_.add(c.law, c.inverse_mass, c.row, c.hessian)) single_.push_back(index);
   }
 }
 
@@ -228,8 +218,9 @@ void IslandSystem::place_constraints() {
 }
 
 bool IslandSystem::unsymmetric() const {
-  return coulomb_.count() > 0 || std::any_of(others_.begin(), others_.end(),
-                                           [this](int i) { return constraints_[i].law.coulomb; });
+  return lanes_.coulomb().count() > 0 ||
+         std::any_of(others_.begin(), others_.end(),
+                     [this](int i) { return constraints_[i].law.coulomb; });
 }
 
 void IslandSystem::estimate_inverse_masses() {

@@ -39,11 +39,10 @@ class IslandSystem {
   const std::vector<Constraint>& constraints() const { return constraints_; }
   std::vector<Constraint>& constraints() { return constraints_; }
   const double* free_velocity() const { return free_velocity_.data(); }
-  /// Contacts of three rows, four by four: those with Coulomb and those with convex friction.
-  const ConeLanes& coulomb() const { return coulomb_; }
-  const ConeLanes& convex() const { return convex_; }
-  /// The constraints in neither of them; and all that are not in coulomb(), since the mixed method
-  /// takes convex contacts one by one.
+  /// Contacts of three rows, four by four.
+  const FrictionLanes& lanes() const { return lanes_; }
+  /// The constraints not in lanes(); and all not in lanes().coulomb(), since the mixed method takes
+  /// convex contacts one by one.
   const std::vector<int>& single() const { return single_; }
   const std::vector<int>& others() const { return others_; }
   /// 1 / M_ii.
@@ -119,7 +118,7 @@ class IslandSystem {
   std::vector<Block> blocks_;
   std::vector<Constraint> constraints_;
   std::vector<int> local_block_;  ///< by block of the Problem
-  ConeLanes coulomb_{true}, convex_{false};
+  FrictionLanes lanes_;
   std::vector<int> others_, single_;
   PackedJacobian jacobian_;
   std::vector<double> free_velocity_, inverse_diagonal_, bias_;

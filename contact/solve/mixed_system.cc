@@ -39,7 +39,7 @@ void MixedSystem::begin(IslandSystem& system, double sigma_share) {
     if (c.law.type != LawType::kFrictionCone) continue;
     for (int r = 1; r < c.law.rows; ++r) scales_[c.row + r] = c.law.friction[r - 1];
   }
-  lanes_.begin(system.coulomb(), sigma_share);
+  lanes_.begin(system.lanes().coulomb(), sigma_share);
   laws_.clear();
   for (const int i : system.others()) {
     const auto& c = system.constraints()[i];

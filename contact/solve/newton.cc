@@ -72,8 +72,7 @@ void Newton::evaluate_residual(const std::vector<double>& w, std::vector<double>
   const double* free = system_->free_velocity();
   const double* inverse = system_->inverse_diagonal();
   system_->constraint_velocity(w.data(), y_.data());
-  for (const ConeLanes* lanes : {&system_->coulomb(), &system_->convex()})
-    lanes->impulses(y_.data(), f.data());
+  system_->lanes().impulses(y_.data(), f.data());
   for (const int i : system_->single()) {
     const auto& c = system_->constraints()[i];
     impulse(c.law, y_.data() + c.row, f.data() + c.row);
@@ -126,8 +125,7 @@ double Newton::roundoff_floor(const std::vector<double>& w) {
 void Newton::linearize() {
   if (linearized_) return;
   linearized_ = true;
-  for (const ConeLanes* lanes : {&system_->coulomb(), &system_->convex()})
-    lanes->hessians(y_.data(), hessian_.data());
+  system_->lanes().hessians(y_.data(), hessian_.data());
   double f[kMaxRows];
   for (const int i : system_->single()) {
     const auto& c = system_->constraints()[i];
@@ -158,11 +156,7 @@ LineSearchResult Newton::search_step() {
   const auto derivative = [&](double alpha) {
     Slope sum{linear + alpha * quadratic, quadratic};
     for (size_t i = 0; i < y_.size(); ++i) y_trial_[i] = y_[i] + alpha * y_step_[i];
-    for (const ConeLanes* lanes : {&system_->coulomb(), &system_->convex()}) {
-      const Slope contacts = lanes->slope(y_trial_.data(), y_step_.data());
-      sum.first += contacts.first;
-      sum.second += contacts.second;
-    }
+    system_->lanes().add_slope(y_trial_.data(), y_step_.data(), sum);
     for (const int i : system_->single()) {
       const auto& c = system_->constraints()[i];
       const Slope s = slope(c.law, y_trial_.data() + c.row, y_step_.data() + c.row);

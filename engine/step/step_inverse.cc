@@ -37,20 +37,14 @@ void evaluate_pairs(const Model& model, const VectorRef& v_next, Workspace::Impl
   if (ws.pair_impulses.size() < rows) ws.pair_impulses.resize(rows);
   double* y = ws.pair_velocities.data();
   double* f = ws.pair_impulses.data();
-  for (contact::ConeLanes* lanes : {&ws.coulomb, &ws.convex}) lanes->clear();
+  ws.lanes.clear();
   int row = 0;
   for (const PairConstraint& pair : ws.constraints.pairs) {
     pair_velocity(model, pair, ws.data, v_next, y + row);
-    if (ws.coulomb.takes(pair.law)) {
-      ws.coulomb.add(pair.law, 0.0, row, 0);
-    } else if (ws.convex.takes(pair.law)) {
-      ws.convex.add(pair.law, 0.0, row, 0);
-    } else {
-      contact::impulse(pair.law, y + row, f + row);
-    }
+    if (!ws.lanes.add(pair.law, 0.0, row, 0)) contact::impulse(pair.law, y + row, f + row);
     row += pair.law.rows;
   }
-  for (const contact::ConeLanes* lanes : {&ws.coulomb, &ws.convex}) lanes->impulses(y, f);
+  ws.lanes.impulses(y, f);
 }
 
 /// J' f of all constraints at the velocity v_next, of the bodies in ws.velocity, into ws.tau [N s];

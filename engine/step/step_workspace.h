@@ -79,7 +79,7 @@ struct Workspace::Impl {
   std::vector<Motion> velocity;  ///< V at v_next
   std::vector<Force> body_impulse;
   std::vector<double> pair_velocities, pair_impulses;  ///< y and f of the pairs, row by row
-  contact::ConeLanes coulomb{true}, convex{false};     ///< laws of pairs, four at a time
+  contact::FrictionLanes lanes;  ///< laws of pairs, four at a time
 
   std::vector<Motion> velocity_acceleration;  ///< scratch of drag
   VectorX tau, diagonal, acceleration, no_rotors;
