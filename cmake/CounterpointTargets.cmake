@@ -25,8 +25,9 @@ add_library(counterpoint_flags INTERFACE)
 target_compile_options(counterpoint_flags INTERFACE
   -Wall -Wextra -Wpedantic -Wshadow $<$<CXX_COMPILER_ID:GNU>:-Wno-maybe-uninitialized>
   # Contraction would let the compiler choose between a*b+c and fma(a,b,c) per call site, and with it
-  # the bits of a result; NaN and signed zero keep their meaning.
-  -ffp-contract=off)
+  # the bits of a result (native builds: counterpoint_fused); NaN and signed zero keep their meaning. Nobody
+  # reads errno after a square root.
+  -ffp-contract=off -fno-math-errno)
 if(COUNTERPOINT_UNITY)
   # A class of a .cc file with members of types of its anonymous namespace looks to GCC as if it were in a header.
   target_compile_options(counterpoint_flags INTERFACE $<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>)
@@ -43,6 +44,17 @@ endif()
 # Files of tests have names in common (kRoundoff): each keeps them in a namespace of its own, called as the file.
 function(counterpoint_unity target)
   set_target_properties(${target} PROPERTIES UNITY_BUILD ${COUNTERPOINT_UNITY} UNITY_BUILD_BATCH_SIZE 24)
+endfunction()
+
+# Lets native builds contract products and sums in the sources of a library, but for those that match `except`
+# (docs/decisions/build.md). Of the directory that calls it.
+function(counterpoint_fused target except)
+  if(NOT COUNTERPOINT_NATIVE)
+    return()
+  endif()
+  get_target_property(sources ${target} SOURCES)
+  list(FILTER sources EXCLUDE REGEX "${except}")
+  set_source_files_properties(${sources} PROPERTIES COMPILE_OPTIONS "-ffp-contract=fast")
 endfunction()
 
 # counterpoint_library(NAME SOURCES ... [PUBLIC libs] [PRIVATE libs])

@@ -55,13 +55,15 @@ struct Collider::Impl {
   std::vector<int> planes, terrains, solids;  // geometry indices
   std::vector<std::pair<int, int>> overlapping;
   // Of few bodies with several solids each: the indices of the solids body by body, where each
-  // body's begin (and the end), and the pairs of bodies that hold enabled pairs.
+  // body's begin (and the end), and the pairs of bodies that hold enabled pairs; of any two solids
+  // whether the filter enables them.
   std::vector<int> by_body, begin_of_body;
+  std::vector<char> enabled_solids;
   std::vector<std::pair<int, int>> body_pairs;
   // Scratch.
   std::span<const char> idle;  // by body; empty: none
   std::vector<Pose> X_WG;
-  std::vector<Bounds> boxes;  // of solids
+  std::vector<Bounds> boxes;  // of solids; kNowhere of those that are not sound
   std::vector<Bounds> body_boxes;
   std::vector<std::pair<int, int>> pairs;
   std::vector<int> awake;                                      // indices of solids

@@ -22,7 +22,9 @@ void Collider::Impl::place(std::span<const Pose> X_WB, std::span<const double> m
   for (std::size_t k = 0; k < solids.size(); ++k) {
     const int i = solids[k];
     if (is_idle(i)) continue;
-    boxes[k] = bounds(placements[i].type, enclosures[i], X_WG[i], margin[placements[i].body]);
+    const Bounds box =
+        bounds(placements[i].type, enclosures[i], X_WG[i], margin[placements[i].body]);
+    boxes[k] = is_sound(box) ? box : kNowhere;
   }
 }
 
@@ -42,9 +44,8 @@ void Collider::Impl::add_plane_pairs(int plane, std::span<const double> margin) 
         std::min(enclosures[i].radius,
                  (X_WG[i].rotation.transpose() * normal).cwiseAbs().dot(enclosures[i].half));
     if (height - reach >= plane_margin + margin[placements[i].body]) continue;
-    if (is_sound(boxes[k]) && filter.enabled(plane, i)) {
+    if (filter.enabled(plane, i))
       ground_pairs.emplace_back(std::min(plane, i), std::max(plane, i));
-    }
   }
 }
 
@@ -60,9 +61,8 @@ void Collider::Impl::add_terrain_pairs(int terrain, std::span<const double> marg
         (boxes[k].high.array() < all.low.array()).any()) {
       continue;
     }
-    if (is_sound(boxes[k]) && filter.enabled(terrain, i)) {
+    if (filter.enabled(terrain, i))
       ground_pairs.emplace_back(std::min(terrain, i), std::max(terrain, i));
-    }
   }
 }
 
@@ -80,7 +80,12 @@ void Collider::Impl::group_by_body(const Model& model) {
     by_body.insert(by_body.end(), list.begin(), list.end());
     begin_of_body.push_back(static_cast<int>(by_body.size()));
   }
-  const auto enabled = [&](int k, int l) { return filter.enabled(solids[k], solids[l]); };
+  const auto num_solids = static_cast<int>(solids.size());
+  enabled_solids.resize(solids.size() * solids.size());
+  for (int k = 0; k < num_solids; ++k)
+    for (int l = 0; l < num_solids; ++l)
+      enabled_solids[k * num_solids + l] = filter.enabled(solids[k], solids[l]);
+  const auto enabled = [&](int k, int l) { return enabled_solids[k * num_solids + l] != 0; };
   for (std::size_t i = 0; i < of_body.size(); ++i) {
     for (std::size_t j = i + 1; j < of_body.size(); ++j) {
       const bool any = std::any_of(of_body[i].begin(), of_body[i].end(), [&](int k) {
@@ -95,24 +100,24 @@ void Collider::Impl::group_by_body(const Model& model) {
 
 void Collider::Impl::find_pairs_by_body() {
   for (std::size_t i = 0; i < body_boxes.size(); ++i) {
-    Bounds all{Vector3::Constant(kFarthest), Vector3::Constant(-kFarthest)};
+    Bounds all = kNowhere;
     for (int at = begin_of_body[i]; at < begin_of_body[i + 1]; ++at) {
       const Bounds& box = boxes[by_body[at]];
-      if (!is_sound(box)) continue;
       all.low = all.low.cwiseMin(box.low);
       all.high = all.high.cwiseMax(box.high);
     }
     body_boxes[i] = all;
   }
   solid_pairs.clear();
+  const auto num_solids = static_cast<int>(solids.size());
   for (const auto& [i, j] : body_pairs) {
     if (!meet(body_boxes[i], body_boxes[j])) continue;
     for (int at = begin_of_body[i]; at < begin_of_body[i + 1]; ++at) {
       const int k = by_body[at];
-      if (!is_sound(boxes[k]) || !meet(boxes[k], body_boxes[j])) continue;
+      if (!meet(boxes[k], body_boxes[j])) continue;
       for (int to = begin_of_body[j]; to < begin_of_body[j + 1]; ++to) {
         const int l = by_body[to];
-        if (is_sound(boxes[l]) && meet(boxes[k], boxes[l]))
+        if (enabled_solids[k * num_solids + l] && meet(boxes[k], boxes[l]))
           solid_pairs.emplace_back(std::min(k, l), std::max(k, l));
       }
     }
@@ -138,9 +143,8 @@ void Collider::Impl::find_awake_pairs() {
   solid_pairs.clear();
   for (const int k : awake) {
     const Bounds& box = boxes[k];
-    if (!is_sound(box)) continue;
     for (int l = 0; l < static_cast<int>(solids.size()); ++l) {
-      if (!meet(box, boxes[l]) || !is_sound(boxes[l])) continue;
+      if (!meet(box, boxes[l])) continue;
       // Of two that are awake the one of the lower index has found the other.
       if (l != k && (l > k || is_idle(solids[l])))
         solid_pairs.emplace_back(std::min(k, l), std::max(k, l));
@@ -151,17 +155,20 @@ void Collider::Impl::find_awake_pairs() {
 
 // Enabled pairs whose enclosures come close, in ascending order.
 void Collider::Impl::find_pairs(std::span<const double> margin) {
+  bool all_enabled = false;
   if (list_awake()) {
     find_awake_pairs();
   } else if (!body_boxes.empty()) {
     find_pairs_by_body();
+    all_enabled = true;
   } else {
     broadphase.find_pairs(boxes, solid_pairs);
   }
   pairs.clear();
   for (const auto& [k, l] : solid_pairs) {
     if (both_idle(solids[k], solids[l])) continue;
-    if (filter.enabled(solids[k], solids[l])) pairs.emplace_back(solids[k], solids[l]);
+    if (all_enabled || filter.enabled(solids[k], solids[l]))
+      pairs.emplace_back(solids[k], solids[l]);
   }
   for (const int plane : planes) {
     add_plane_pairs(plane, margin);

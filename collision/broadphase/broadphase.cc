@@ -12,9 +12,6 @@ namespace {
 constexpr std::size_t kFewestForGrid = 32;
 constexpr std::size_t kFewestForTree = 500;
 
-// What overlaps nothing, not even itself, and widens nothing it is merged with.
-const Bounds kNowhere{Vector3::Constant(kFarthest), Vector3::Constant(-kFarthest)};
-
 }  // namespace
 
 Broadphase::Broadphase(Method method)

@@ -20,6 +20,9 @@ struct Bounds {
 /// No sum or difference of coordinates up to this many metres overflows.
 constexpr double kFarthest = 1e100;
 
+/// What overlaps nothing, not even itself, and widens nothing it is merged with. Not sound.
+inline const Bounds kNowhere{Vector3::Constant(kFarthest), Vector3::Constant(-kFarthest)};
+
 /// False if a coordinate is not finite, or all together are beyond kFarthest.
 inline bool is_sound(const Bounds& box) {
   // One comparison, which is false for what is not a number.

@@ -55,7 +55,10 @@ COUNTERPOINT_INTO_EACH void visit_columns(const PairRows& rows, int b, const Fra
                                           bool turning, const Visit& visit) {
   const Body& body = rows.model.body(b);
   const Motion* axis = &rows.data.axis[body.v_index];
-  const int num_linear = joint_num_linear(body.joint_type), nv = joint_nv(body.joint_type);
+  // Nearly all joints are, and a branch takes less than a table.
+  const bool revolute = body.joint_type == JointType::kRevolute;
+  const int num_linear = revolute ? 0 : joint_num_linear(body.joint_type);
+  const int nv = revolute ? 1 : joint_nv(body.joint_type);
   RowLanes column;
   for (int j = 0; j < num_linear; ++j) {
     frame.dot(axis[j].linear, column.linear);
@@ -90,40 +93,38 @@ COUNTERPOINT_WIDE void fill_pair_jacobian(const PairRows& of, int leaf, double s
   for (int b = leaf; b != 0; b = model.body(b).parent) visit_columns(of, b, frame, turning, add);
 }
 
-/// A body of a chain, and of which side of a pair.
-struct Link {
-  int body;
-  bool of_b;
-};
-
-/// y += J v of the joints listed, from the last on.
-COUNTERPOINT_WIDE void add_joints(const PairRows& of, const double* v, const Link* links, int count,
-                                  RowLanes& y) {
-  const FrameLanes plus(of.pair.frame, 1.0), minus(of.pair.frame, -1.0);
+/// J v of the joints listed, from the last on: of each body by rising index.
+COUNTERPOINT_WIDE void sum_columns(const PairRows& of, const double* v,
+                                   const std::vector<PairChain::Link>& links, RowLanes& y) {
+  const FrameLanes frame(of.pair.frame, 1.0);
   const bool turning = of.turning();
-  RowLanes sum = y;
+  RowLanes sum;
+  double sign = 1.0;  // of the rows of A, in the rates: that is exact
   const auto add = [&](int index, const RowLanes& column) {
-    sum.linear += column.linear * v[index];
-    if (turning) sum.angular += column.angular * v[index];
+    sum.linear += column.linear * (sign * v[index]);
+    if (turning) sum.angular += column.angular * (sign * v[index]);
   };
-  for (int k = count - 1; k >= 0; --k)
-    visit_columns(of, links[k].body, links[k].of_b ? plus : minus, turning, add);
+  for (auto link = links.rbegin(); link != links.rend(); ++link) {
+    sign = link->of_b ? 1.0 : -1.0;
+    visit_columns(of, link->body, frame, turning, add);
+  }
   y = sum;
 }
 
-/// y += J v of the joints to bodies a and b from where their chains part, by rising index; a
-/// parent's is below its child's. Before that J is zero: -c + c.
-void add_chain(const PairRows& of, const VectorRef& v, int a, int b, RowLanes& y) {
-  constexpr int kMost = 32;  // at a time
-  Link links[kMost];
-  int count = 0;
-  while (a != b && count < kMost) {
-    int& side = a > b ? a : b;
-    links[count++] = {side, b > a};
-    side = of.model.body(side).parent;
+/// A parent's index is below its child's. Where chains have joined J is zero: -c + c.
+void find_chain(const Model& model, int a, int b, PairChain& chain) {
+  chain.body_a = a;
+  chain.body_b = b;
+  chain.links.clear();
+  const auto follow = [&](int& from, bool of_b) {
+    chain.links.push_back({from, of_b});
+    from = model.body(from).parent;
+  };
+  if (model.body(a).tree != model.body(b).tree) {
+    while (b != 0) follow(b, true);
+    while (a != 0) follow(a, false);
   }
-  if (a != b) add_chain(of, v, a, b, y);
-  add_joints(of, v.data(), links, count, y);
+  while (a != b) a > b ? follow(a, false) : follow(b, true);
 }
 
 void add_pair(const Model& model, const PairConstraint& pair, const Data& data,
@@ -189,15 +190,11 @@ void assemble_problem(const Model& model, const ConstraintSet& constraints, cons
 }
 
 void pair_velocity(const Model& model, const PairConstraint& pair, const Data& data,
-                   const VectorRef& v, double* y) {
-  const PairRows of{model, pair, data};
+                   const VectorRef& v, PairChain& chain, double* y) {
+  if (pair.body_a != chain.body_a || pair.body_b != chain.body_b)
+    find_chain(model, pair.body_a, pair.body_b, chain);
   RowLanes sum;
-  if (model.body(pair.body_a).tree == model.body(pair.body_b).tree) {
-    add_chain(of, v, pair.body_a, pair.body_b, sum);
-  } else {
-    add_chain(of, v, pair.body_a, 0, sum);
-    add_chain(of, v, 0, pair.body_b, sum);
-  }
+  sum_columns({model, pair, data}, v.data(), chain.links, sum);
   double rows[8];
   contact::store(sum.linear, rows);
   contact::store(sum.angular, rows + 4);
@@ -240,6 +237,7 @@ void add_pair_impulse(const PairConstraint& pair, const Force& impulse, const Da
 void project_on_joints(const Model& model, const Data& data, std::vector<Force>& body_force,
                        VectorOut tau) {
   for (int i = model.num_bodies() - 1; i > 0; --i) {
+    if (body_force[i].force.isZero(0.0) && body_force[i].torque.isZero(0.0)) continue;
     const Body& body = model.body(i);
     add_joint_force(body.joint_type, &data.axis[body.v_index], body_force[i],
                     tau.data() + body.v_index);

@@ -14,10 +14,22 @@ void assemble_problem(const Model& model, const ConstraintSet& constraints, cons
                       const VectorRef& mass_diagonal, Data& data, std::vector<int>& block_of_tree,
                       contact::Problem& problem);  // Parameters: what it depends on, one by one
 
+/// The bodies whose joints move two bodies apart, kept for the next pair of these: from the ends to
+/// where their chains part, those of A behind those of B where they are of different trees.
+struct PairChain {
+  struct Link {
+    int body;
+    bool of_b;
+  };
+  int body_a = -1, body_b = -1;
+  std::vector<Link> links;
+};
+
 /// y = J v + b of a pair at velocities v (nv) [m/s, rad/s], law.rows numbers, by the columns of
 /// assemble_problem and summed as the contact solver sums them: the same bits. Needs compute_poses.
+/// chain: of any pair of this model, becomes that of this one.
 void pair_velocity(const Model& model, const PairConstraint& pair, const Data& data,
-                   const VectorRef& v, double* y);
+                   const VectorRef& v, PairChain& chain, double* y);
 /// The same of a joint row.
 double joint_row_velocity(const JointConstraint& row, const VectorRef& v);
 

@@ -231,7 +231,8 @@ class ConstraintFinder {
   std::vector<char> in_reach_;  ///< by tree, see in_reach_of_fast
   /// By body, h^2 |w|^2 / 2: of a place at an arm no more than this share of the arm's length is
   /// between turning and h w x arm, since |(exp(a) - 1 - a x) arm| <= |a|^2 |arm| / 2.
-  std::vector<double> turn_share_;
+  Eigen::ArrayXd turn_share_;
+  Eigen::ArrayXd fastest_point_;  ///< by body: speed of its geometry, at most [m/s]
   std::vector<collision::Candidate> candidates_;
   /// By body: some body of its tree is farther inside another one than the margin of contacts.
   std::vector<char> wedged_;

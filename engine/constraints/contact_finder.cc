@@ -61,16 +61,19 @@ void ConstraintFinder::set_margins(const StepContext& at, const Data& data, Idle
   const double fall = at.effects.has(Effect::kGravity) ? h * h * model.gravity().norm() : 0.0;
   const double reach = resting_reach(contact, h);
   slack_[0] = 0.5 * reach;
+  for (int b = 1; b < model.num_bodies(); ++b) {
+    fastest_point_[b] = data.V[b].linear.squaredNorm();
+    turn_share_[b] = data.V[b].angular.squaredNorm();
+  }
+  fastest_point_ = fastest_point_.sqrt() +  // roots of all at once
+                   turn_share_.sqrt() * Eigen::ArrayXd::Map(radius_.data(), model.num_bodies());
+  turn_share_ *= 0.5 * h * h;
   for (const Tree& tree : model.trees()) {
-    double fastest = 0.0;
+    const int count = tree.body_end - tree.body_begin;
+    const double fastest = fastest_point_.segment(tree.body_begin, count).maxCoeff();
     for (int b = tree.body_begin; b < tree.body_end; ++b) {
-      const double speed = data.V[b].linear.norm() + data.V[b].angular.norm() * radius_[b];
-      fastest = std::max(fastest, speed);
-      travel_[b] = kImpactSpeedUp * h * speed;
-      turn_share_[b] = 0.5 * h * h * data.V[b].angular.squaredNorm();
-    }
-    // What is at rest may be kicked by an impact elsewhere in its tree.
-    for (int b = tree.body_begin; b < tree.body_end; ++b) {
+      travel_[b] = kImpactSpeedUp * h * fastest_point_[b];
+      // What is at rest may be kicked by an impact elsewhere in its tree.
       const double kick = std::max(0.0, h * fastest - travel_[b]);
       slack_[b] = 0.5 * std::min(contact.margin, reach + 2.0 * kick);
       travel_[b] += fall;

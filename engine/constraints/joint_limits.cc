@@ -21,20 +21,21 @@ struct Side {
   double sign = 1.0;
 };
 
-/// Calls visit(side) for both sides of every limited coordinate that is not idle.
-template <class Visit>
+/// Calls visit(side) for the sides of limited coordinates that are not idle and whose gaps are
+/// below reach(v_index, sign).
+template <class Reach, class Visit>
 void for_each_side(const std::vector<LimitedCoordinate>& limited, const VectorRef& q, Idle idle,
-                   Visit visit) {
+                   Reach reach, Visit visit) {
   for (const LimitedCoordinate& at : limited) {
-    if (idle(at.body)) continue;
-    visit(Side{at.v_index, q[at.q_index] - at.lower, 1.0});
-    visit(Side{at.v_index, at.upper - q[at.q_index], -1.0});
+    const double above = q[at.q_index] - at.lower, below = at.upper - q[at.q_index];
+    const bool low = above < reach(at.v_index, 1.0), high = below < reach(at.v_index, -1.0);
+    if (!(low | high) || idle(at.body)) continue;  // of nearly all
+    if (low) visit(Side{at.v_index, above, 1.0});
+    if (high) visit(Side{at.v_index, below, -1.0});
   }
 }
 
-bool is_near(const Side& side, const VectorRef& v, double h) {
-  return side.gap < kMargin + 2.0 * h * std::abs(v[side.v_index]);
-}
+double near_gap(double v, double h) { return kMargin + 2.0 * h * std::abs(v); }
 
 void add_row(const Side& side, const SimulationOptions& options, const InverseWeights& weights,
              ConstraintSet& out) {
@@ -65,9 +66,9 @@ std::vector<LimitedCoordinate> list_limited_coordinates(const Model& model) {
 
 void find_joint_limits(const StepContext& at, const std::vector<LimitedCoordinate>& limited,
                        const InverseWeights& weights, Idle idle, ConstraintSet& out) {
-  for_each_side(limited, at.q, idle, [&](const Side& side) {
-    if (is_near(side, at.v, at.h())) add_row(side, at.options, weights, out);
-  });
+  const auto near = [&](int i, double) { return near_gap(at.v[i], at.h()); };
+  for_each_side(limited, at.q, idle, near,
+                [&](const Side& side) { add_row(side, at.options, weights, out); });
 }
 
 bool find_overrun_limits(const StepContext& at, const std::vector<LimitedCoordinate>& limited,
@@ -75,9 +76,9 @@ bool find_overrun_limits(const StepContext& at, const std::vector<LimitedCoordin
                          ConstraintSet& out) {
   const double h = at.h();
   bool found = false;
-  for_each_side(limited, at.q, idle, [&](const Side& side) {
-    if (!(side.gap + h * side.sign * w[side.v_index] < kEndMargin)) return;
-    if (is_near(side, at.v, h)) return;
+  const auto overrun = [&](int i, double sign) { return kEndMargin - h * sign * w[i]; };
+  for_each_side(limited, at.q, idle, overrun, [&](const Side& side) {
+    if (side.gap < near_gap(at.v[side.v_index], h)) return;
     // Rows of an earlier call are among the last; those of limits have a bias, and no second sign.
     const auto same = [&](const JointConstraint& row) {
       return row.v_index[0] == side.v_index && row.coefficient[0] == side.sign &&

@@ -106,13 +106,20 @@ void compute_velocities(const Model& model, const VectorRef& v, BodyRange bodies
   }
 }
 
+void compute_body_velocities(const Model& model, const VectorRef& v, BodyRange bodies,
+                             const Data& data, std::vector<Motion>& V) {
+  for (int i = bodies.begin; i < bodies.end; ++i) {
+    const Body& body = model.body(i);
+    Motion of_body =
+        joint_motion(body.joint_type, &data.axis[body.v_index], v.data() + body.v_index);
+    if (body.parent != 0) of_body += shift(V[body.parent], data.arm[i]);
+    V[i] = of_body;
+  }
+}
+
 void compute_body_velocities(const Model& model, const VectorRef& v, const Data& data,
                              std::vector<Motion>& V) {
-  for (int i = 1; i < model.num_bodies(); ++i) {
-    const Body& body = model.body(i);
-    V[i] = joint_motion(body.joint_type, &data.axis[body.v_index], v.data() + body.v_index);
-    if (body.parent != 0) V[i] += shift(V[body.parent], data.arm[i]);
-  }
+  compute_body_velocities(model, v, moving_bodies(model), data, V);
 }
 
 void compute_velocity_accelerations(const Model& model, const Data& data, std::vector<Motion>& A) {

@@ -25,7 +25,10 @@ inline void compute_velocities(const Model& model, const VectorRef& v, Data& dat
   compute_velocities(model, v, moving_bodies(model), data);
 }
 
-/// V_WB of all bodies at another v (nv) into V (num_bodies). Needs compute_poses.
+/// V_WB of all bodies, or of a range of whole trees, at another v (nv) into V (num_bodies). Needs
+/// compute_poses.
+void compute_body_velocities(const Model& model, const VectorRef& v, BodyRange bodies,
+                             const Data& data, std::vector<Motion>& V);
 void compute_body_velocities(const Model& model, const VectorRef& v, const Data& data,
                              std::vector<Motion>& V);
 

@@ -16,21 +16,28 @@ namespace {
 /// From this angle a step [rad] to twice of it the pose where energy is kept moves back.
 constexpr double kSmallTurn = 0.5 * EnergyProjection::kFarTurn;
 
+/// Of trees without a prediction, and of those that turn far.
+double far_lag(bool floats) { return floats ? 1.0 : 0.0; }
+
 double smooth_step(double x) {
   x = std::clamp(x, 0.0, 1.0);
   return x * x * (3.0 - 2.0 * x);
 }
 
+/// Of the velocities V [rad/s, m/s] of bodies and v of coordinates, in the poses of `data`.
 TreeMotion motion_of(const Model& model, const Tree& tree, const VectorX& rotors,
-                     const VectorRef& v, const Data& data) {
+                     const VectorRef& v, const Data& data, const std::vector<Motion>& V) {
   TreeMotion motion;
   motion.floats = model.body(tree.body_begin).joint_type == JointType::kFloating;
   for (int i = tree.body_begin; i < tree.body_end; ++i) {
-    const Motion& V = data.V[i];
-    const Force momentum = data.inertia[i] * V;
-    motion.momentum += momentum.force;
-    motion.mass += model.body(i).inertia.mass;
-    motion.energy += 0.5 * dot(V, momentum);
+    const SpatialInertia& inertia = model.body(i).inertia;
+    const Matrix3& R_WB = data.X_WB[i].rotation;
+    const Vector3 velocity = V[i].at(R_WB * inertia.center);
+    const Vector3 omega_B = R_WB.transpose() * V[i].angular;
+    motion.momentum += inertia.mass * velocity;
+    motion.mass += inertia.mass;
+    motion.energy += 0.5 * (inertia.mass * velocity.squaredNorm() +
+                            omega_B.dot(inertia.rotational * omega_B));
   }
   const auto part = Eigen::seqN(tree.v_begin, tree.v_end - tree.v_begin);
   motion.energy += 0.5 * v(part).cwiseAbs2().dot(rotors(part));
@@ -58,7 +65,7 @@ JointTurn joint_turn(const Model& model, const Tree& tree, double h, const Vecto
 }
 
 double EnergyProjection::lag(double turn, bool predicted, bool floats) {
-  const double far = floats ? 1.0 : 0.0;
+  const double far = far_lag(floats);
   return predicted ? 0.5 + (far - 0.5) * smooth_step((turn - kSmallTurn) / kSmallTurn) : far;
 }
 
@@ -78,9 +85,11 @@ double EnergyProjection::share_slope(double rate) {
 }
 
 EnergyProjection::EnergyProjection(const Model& model)
-    : q_(VectorX::Zero(model.nq())),
+    : V_(model.num_bodies()),
+      q_(VectorX::Zero(model.nq())),
       plain_(VectorX::Zero(model.nv())),
       change_(VectorX::Zero(model.nv())),
+      taken_(VectorX::Zero(model.nv())),
       reached_(VectorX::Zero(model.nv())),
       zero_(VectorX::Zero(model.nv())),
       corrected_(model.num_trees()),
@@ -108,6 +117,10 @@ double EnergyProjection::apply(const StepContext& at, bool predicted, const Vect
   const double share = share_of(h * fastest / (predicted ? kPredictedFactor : 1.0));
   if (!(share > 0.0) || !find_change(at, predicted, rotors, t, share, data)) return 0.0;
   share_[t] = share;
+  const auto part = Eigen::seqN(tree.v_begin, tree.v_end - tree.v_begin);
+  taken_(part) = change_(part);
+  // What the forces at the start change, times M, is these forces.
+  if (!predicted) taken_(part) += (1.0 - share) * plain_(part);
   set_force(model, h, rotors, tree, data);
   return share;
 }
@@ -119,14 +132,14 @@ bool EnergyProjection::find_change(const StepContext& at, bool predicted, const 
   const BodyRange bodies = {tree.body_begin, tree.body_end};
   const int begin = tree.v_begin, size = tree.v_end - tree.v_begin;
   compute_inertias(model, bodies, data);
-  const TreeMotion start = motion_at(at, t, 0.0, at.v, predicted, rotors);
+  const TreeMotion start = motion_at(at, t, 0.0, at.v, predicted, rotors, data);
   if (!aba(model, zero_, rotors, Vector3::Zero(), bodies, data, plain_)) return false;
 
   auto plain = plain_.segment(begin, size);
   plain *= at.h();
   const auto w = at.v.segment(begin, size);
   reached_.segment(begin, size) = w + plain;
-  const TreeMotion end = keep_energy(at, t, predicted, rotors, start.energy);
+  const TreeMotion end = keep_energy(at, t, predicted, rotors, start.energy, data);
   auto reached = reached_.segment(begin, size);
   if (start.floats) {  // the joint's axes are those of its frame
     const Matrix3& R_WJ = model.body(bodies.begin).X_PJ.rotation;
@@ -136,41 +149,54 @@ bool EnergyProjection::find_change(const StepContext& at, bool predicted, const 
   return true;
 }
 
+// Parameters: a state, a tree of it and where to look.
 /// At q (+) (from - lag) h x: where the energy of velocities x [m/s, rad/s] is taken that reach a
-/// pose q (+) from h x.
+/// pose q (+) from h x. data: of q.
 TreeMotion EnergyProjection::motion_at(const StepContext& at, int t, double from,
-                                       const VectorRef& x, bool predicted, const VectorX& rotors) {
+                                       const VectorRef& x, bool predicted, const VectorX& rotors,
+                                       const Data& data) {
   const Model& model = at.model;
   const double h = at.h();
   const Tree& tree = model.trees()[t];
   const BodyRange bodies = {tree.body_begin, tree.body_end};
   const bool floats = model.body(tree.body_begin).joint_type == JointType::kFloating;
-  const double back = lag(joint_turn(model, tree, h, x).angle, predicted, floats);
-  integrate_configuration(model, at.q, x, (from - back) * h, bodies, q_);
-  compute_poses(model, q_, bodies, *scratch_);
-  compute_velocities(model, x, bodies, *scratch_);
-  compute_inertias(model, bodies, *scratch_);
-  return motion_of(model, tree, rotors, x, *scratch_);
+  const double back =
+      predicted ? lag(joint_turn(model, tree, h, x).angle, predicted, floats) : far_lag(floats);
+  const bool elsewhere = from != back;
+  if (elsewhere) {
+    integrate_configuration(model, at.q, x, (from - back) * h, bodies, q_);
+    compute_poses(model, q_, bodies, *scratch_);
+  }
+  const Data& there = elsewhere ? *scratch_ : data;
+  compute_body_velocities(model, x, bodies, there, V_);
+  return motion_of(model, tree, rotors, x, there, V_);
 }
 
-// Scales reached_ so that the kinetic energy, as kept, is `energy`.
-// A root in one variable that exists, since the energy goes from 0 to infinity with the scale: by
-// secants from 1, kept in a bracket.
+// Scales reached_ so that the kinetic energy, as kept, is `energy`. Where that is the one at q, it goes
+// with the square of the scale. Else a root in one variable that exists, since the energy goes from 0
+// to infinity with the scale: by secants from 1, kept in a bracket.
 TreeMotion EnergyProjection::keep_energy(const StepContext& at, int t, bool predicted,
-                                         const VectorX& rotors, double energy) {
+                                         const VectorX& rotors, double energy,
+                                         const Data& data) {
   const Tree& tree = at.model.trees()[t];
   constexpr int kMaxTrials = 60;
   auto reached = reached_.segment(tree.v_begin, tree.v_end - tree.v_begin);
-  TreeMotion motion;
-  // Speed over that wanted, less one; it is about the scale over that wanted, less one.
-  const auto excess_at_scale = [&] {
-    motion = motion_at(at, t, 1.0, reached_, predicted, rotors);
-    return energy > 0.0 ? std::sqrt(std::max(0.0, motion.energy) / energy) - 1.0 : 0.0;
-  };
+  TreeMotion motion = motion_at(at, t, 1.0, reached_, predicted, rotors, data);
+  if (!predicted && motion.floats) {
+    const double factor =
+        energy > 0.0 && motion.energy > 0.0 ? std::sqrt(energy / motion.energy) : 1.0;
+    reached *= factor;
+    motion.momentum *= factor;
+    scale_[t] = factor;
+    return motion;
+  }
   double low = 0.0, high = std::numeric_limits<double>::infinity();
   double before = 0.0, excess_before = -1.0, scale = 1.0;
   for (int trial = 0; trial < kMaxTrials; ++trial) {
-    const double excess = excess_at_scale();
+    if (trial > 0) motion = motion_at(at, t, 1.0, reached_, predicted, rotors, data);
+    // Speed over that wanted, less one; it is about the scale over that wanted, less one.
+    const double excess =
+        energy > 0.0 ? std::sqrt(std::max(0.0, motion.energy) / energy) - 1.0 : 0.0;
     if (!(std::abs(excess) > tolerance_)) break;
     (excess < 0.0 ? low : high) = scale;
     double next = scale - excess * (scale - before) / (excess - excess_before);
@@ -190,7 +216,7 @@ void EnergyProjection::set_force(const Model& model, double h, const VectorX& ro
   for (int i = tree.body_begin; i < tree.body_end; ++i) {
     const Body& body = model.body(i);
     Motion A =
-        joint_motion(body.joint_type, &data.axis[body.v_index], change_.data() + body.v_index) *
+        joint_motion(body.joint_type, &data.axis[body.v_index], taken_.data() + body.v_index) *
         (-1.0 / h);
     if (body.parent != 0) A += shift(data.A[body.parent], data.arm[i]);
     data.A[i] = A;
@@ -199,7 +225,7 @@ void EnergyProjection::set_force(const Model& model, double h, const VectorX& ro
     data.c[i] = Motion();
   }
   data.mean_rotor_force.segment(begin, size) =
-      rotors.segment(begin, size).cwiseProduct(change_.segment(begin, size)) / h;
+      rotors.segment(begin, size).cwiseProduct(taken_.segment(begin, size)) / h;
 }
 
 }  // namespace counterpoint

@@ -55,7 +55,8 @@ class EnergyProjection {
 
   /// The share that this correction has of a tree's velocity-dependent forces, 0 ... 1, for a step
   /// from (q, v); that share of the mean forces into data.has_mean_force, mean_force and
-  /// mean_rotor_force, and c zero, where it is not 0. predicted: the tree has a prediction. rotors
+  /// mean_rotor_force, and c zero, where it is not 0; with the rest of them, as they are at the start,
+  /// unless predicted: the tree has a prediction, at which the caller adds the rest. rotors
   /// (nv): what is added to the diagonal of M. Needs compute_poses and compute_velocities;
   /// no applied forces in data (has_external, added).
   double apply(const StepContext& at, bool predicted, const VectorX& rotors, int t, Data& data);
@@ -88,16 +89,19 @@ class EnergyProjection {
   /// False if M is singular.
   bool find_change(const StepContext& at, bool predicted, const VectorX& rotors, int t,
                    double share, Data& data);
+  // Parameters: a state, a tree of it and where to look.
   TreeMotion motion_at(const StepContext& at, int t, double from, const VectorRef& x,
-                       bool predicted, const VectorX& rotors);
+                       bool predicted, const VectorX& rotors, const Data& data);
   TreeMotion keep_energy(const StepContext& at, int t, bool predicted, const VectorX& rotors,
-                         double energy);
+                         double energy, const Data& data);
   void set_force(const Model& model, double h, const VectorX& rotors, const Tree& tree, Data& data);
 
   std::optional<Data> scratch_;  ///< if a tree can be corrected
+  std::vector<Motion> V_;           ///< velocities of bodies, as scratch_'s poses
   VectorX q_;
   VectorX plain_;    ///< change of velocity by these forces, as they are at the start
   VectorX change_;   ///< the share of that which keeps the energy
+  VectorX taken_;    ///< change of velocity whose forces are given
   VectorX reached_;  ///< velocity
   VectorX zero_;
   std::vector<char> corrected_;        ///< by tree: can be

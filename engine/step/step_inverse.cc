@@ -17,14 +17,15 @@
 namespace counterpoint {
 namespace {
 
-/// Of the two bodies at a contact at the end of the step, across the normal.
-Vector3 slip(const PairConstraint& pair, const Workspace::Impl& ws) {
-  const auto velocity = [&](int body) -> Vector3 {
-    if (body == 0) return Vector3::Zero();
-    return ws.velocity[body].at(pair.position - ws.data.X_WB[body].translation);
-  };
-  const Vector3 v = velocity(pair.body_b) - velocity(pair.body_a), n = pair.frame.col(0);
-  return v - v.dot(n) * n;
+/// Of the two bodies at a contact at the end of the step, across the normal; y: in its rows.
+Vector3 slip(const PairConstraint& pair, const double* y, const Workspace::Impl& ws) {
+  const Matrix3& frame = pair.frame;
+  const contact::Law& law = pair.law;
+  if (law.rows >= 3)
+    return (y[1] - law.bias[1]) * frame.col(1) + (y[2] - law.bias[2]) * frame.col(2);
+  const Vector3 v =
+      relative_velocity_at(pair.position, pair.body_a, pair.body_b, ws.data, ws.velocity);
+  return v - v.dot(frame.col(0)) * frame.col(0);
 }
 
 /// Impulses of the pairs at the velocity v_next into ws.pair_impulses, row by row; those of contacts
@@ -40,7 +41,7 @@ void evaluate_pairs(const Model& model, const VectorRef& v_next, Workspace::Impl
   ws.lanes.clear();
   int row = 0;
   for (const PairConstraint& pair : ws.constraints.pairs) {
-    pair_velocity(model, pair, ws.data, v_next, y + row);
+    pair_velocity(model, pair, ws.data, v_next, ws.chain, y + row);
     if (!ws.lanes.add(pair.law, 0.0, row, 0)) contact::impulse(pair.law, y + row, f + row);
     row += pair.law.rows;
   }
@@ -62,27 +63,29 @@ void recover_impulses(const Model& model, const VectorRef& v_next, double h, Wor
   const ConstraintSet& constraints = ws.constraints;
   evaluate_pairs(model, v_next, ws);
   const double* next = ws.pair_impulses.data();
+  const double* y = ws.pair_velocities.data();
   for (size_t i = 0; i < constraints.pairs.size(); ++i) {
     const PairConstraint& pair = constraints.pairs[i];
     const Force impulse = pair_impulse(pair, next);
-    next += pair.law.rows;
     add_pair_impulse(pair, impulse, ws.data, ws.body_impulse);
     if (i < constraints.contacts.size()) {
       ContactForce& contact = out.contacts.emplace_back();
       contact.contact = constraints.contacts[i];
-      contact.force = impulse.force / h;
-      contact.slip = slip(pair, ws);
+      contact.force = impulse.force / h;  // to the bit as the forward step
+      contact.slip = slip(pair, y, ws);
     } else {
       ClosureForce& closure = out.closures[constraints.closures[i - constraints.contacts.size()]];
       closure.position = pair.position;
       closure.force += impulse * (1.0 / h);
     }
+    next += pair.law.rows;
+    y += pair.law.rows;
   }
   project_on_joints(model, ws.data, ws.body_impulse, ws.tau);
   for (const JointConstraint& j : ws.constraints.joints) {
-    contact::Rows y(1);
-    y[0] = joint_row_velocity(j, v_next);
-    const double f = contact::impulse(j.law, y)[0];
+    contact::Rows velocity(1);
+    velocity[0] = joint_row_velocity(j, v_next);
+    const double f = contact::impulse(j.law, velocity)[0];
     out.joints.push_back({j.effect, j.v_index[0], j.coefficient[0] * f / h});
     for (int k = 0; k < 2; ++k)
       if (j.v_index[k] >= 0) ws.tau[j.v_index[k]] += j.coefficient[k] * f;

@@ -30,18 +30,15 @@ void StepStart::find_constraints(const StepContext& at, Workspace::Impl& ws) {
     find(ws.sleepers.woken());
 }
 
-/// The share of a tree's velocity-dependent forces that energy_projection leaves, and what the rest
-/// of its acceleration makes of them, at the velocity in the middle of the step where it has a
-/// prediction.
+/// The share of a predicted tree's velocity-dependent forces that energy_projection leaves, and what
+/// the rest of its acceleration makes of them, at the velocity in the middle of the step.
 void StepStart::add_rest(const Model& model, const VectorRef& v, int t, double share,
                          Workspace::Impl& ws) {
   const Tree& tree = model.trees()[t];
   const auto part = Eigen::seqN(tree.v_begin, tree.v_end - tree.v_begin);
-  const bool covered = predictor_.covers(t);
   auto other = other_(part);
-  other = v(part) * (1.0 - share);
-  if (covered) other += predictor_.velocity()(part) - v(part);
-  if (covered && share > 0.0) other -= share * energy_projection_.plain_change()(part);
+  other = v(part) * (1.0 - share) + (predictor_.velocity()(part) - v(part));
+  if (share > 0.0) other -= share * energy_projection_.plain_change()(part);
   mid_velocity_.add_force(model, v, other_, tree, ws.data);
 }
 
@@ -54,7 +51,7 @@ void StepStart::set_mean_forces(const StepContext& at, Workspace::Impl& ws) {
   Data& data = ws.data;
   data.mean_rotor_force.setZero();
   for (const BodyRange& bodies : ranges) {
-    for (int i = bodies.begin; i < bodies.end; ++i) data.has_mean_force[i] = 0;
+    std::fill(data.has_mean_force.begin() + bodies.begin, data.has_mean_force.begin() + bodies.end, 0);
     free_flight_.apply(model, at.h(), at.v, gravity_, bodies, data);
   }
   if (!at.options.mean_velocity_forces) return;
@@ -68,7 +65,7 @@ void StepStart::set_mean_forces(const StepContext& at, Workspace::Impl& ws) {
       i = model.trees()[t].body_end;
       const bool predicted = predictor_.covers(t);
       const double share = energy_projection_.apply(at, predicted, rotors, t, data);
-      if (predicted || share > 0.0) add_rest(model, at.v, t, share, ws);
+      if (predicted) add_rest(model, at.v, t, share, ws);
     }
   }
 }

@@ -80,6 +80,7 @@ struct Workspace::Impl {
   std::vector<Force> body_impulse;
   std::vector<double> pair_velocities, pair_impulses;  ///< y and f of the pairs, row by row
   contact::FrictionLanes lanes;  ///< laws of pairs, four at a time
+  PairChain chain;
 
   std::vector<Motion> velocity_acceleration;  ///< scratch of drag
   VectorX tau, diagonal, acceleration, no_rotors;

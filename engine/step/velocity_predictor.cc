@@ -63,6 +63,7 @@ VelocityPredictor::VelocityPredictor(const Model& model)
 }
 
 void VelocityPredictor::forget() {
+  if (!any_) return;
   std::fill(covered_.begin(), covered_.end(), 0);
   equality_change_.setZero();
   any_ = refined_ = false;
@@ -77,7 +78,8 @@ bool VelocityPredictor::aims(const Model& model, const PairConstraint& pair) con
 }
 
 /// The trees to cover: those asked for that turn, without servos, untouched by other constraints.
-void VelocityPredictor::choose(const Model& model, EffectSet effects, Of of,
+/// False if there are none.
+bool VelocityPredictor::choose(const Model& model, EffectSet effects, Of of,
                                const ConstraintSet& constraints, std::span<const BodyRange> ranges,
                                const Data& data) {
   const bool servos = effects.has(Effect::kServos);
@@ -95,13 +97,15 @@ void VelocityPredictor::choose(const Model& model, EffectSet effects, Of of,
       covered_[t] = asked && known_[t] && (of == Of::kAllLinkages || turns(tree, data));
     }
   }
+  const auto any = [&] { return std::find(covered_.begin(), covered_.end(), 1) != covered_.end(); };
+  if (of != Of::kUnderEqualities) return any();
   needed_.assign(needed_.size(), 0);
   for_each_marked(model, constraints, [&](int a, int b, bool equality) {
     for (const int t : {a, b})
       if (t >= 0 && equality) needed_[t] = 1;
   });
-  if (of != Of::kUnderEqualities) return;
   for (size_t t = 0; t < covered_.size(); ++t) covered_[t] = covered_[t] && needed_[t];
+  return any();
 }
 
 /// Marks what covered trees are coupled to, through any number of others, and lists these
@@ -176,8 +180,7 @@ void VelocityPredictor::find(const StepContext& at, Of of, double span, const Ve
                              Data& data) {
   const Model& model = at.model;
   forget();
-  choose(model, at.effects, of, constraints, ranges, data);
-  any_ = std::find(covered_.begin(), covered_.end(), 1) != covered_.end();
+  any_ = choose(model, at.effects, of, constraints, ranges, data);
   if (!any_) return;
   gather_equalities(model, constraints);
   tau_.setZero();

@@ -77,7 +77,7 @@ class VelocityPredictor {
   bool refined() const { return refined_; }
 
  private:
-  void choose(const Model& model, EffectSet effects, Of of, const ConstraintSet& constraints,
+  bool choose(const Model& model, EffectSet effects, Of of, const ConstraintSet& constraints,
               std::span<const BodyRange> ranges, const Data& data);
   void gather_equalities(const Model& model, const ConstraintSet& constraints);
   bool accelerate(const Model& model, const Tree& tree, double span, const VectorRef& v,

