@@ -69,8 +69,9 @@ void ConstraintFinder::set_margins(const StepContext& at, const Data& data, Idle
                    turn_share_.sqrt() * Eigen::ArrayXd::Map(radius_.data(), model.num_bodies());
   turn_share_ *= 0.5 * h * h;
   for (const Tree& tree : model.trees()) {
-    const int count = tree.body_end - tree.body_begin;
-    const double fastest = fastest_point_.segment(tree.body_begin, count).maxCoeff();
+    double fastest = 0.0;
+    for (int b = tree.body_begin; b < tree.body_end; ++b)
+      fastest = std::max(fastest, fastest_point_[b]);
     for (int b = tree.body_begin; b < tree.body_end; ++b) {
       travel_[b] = kImpactSpeedUp * h * fastest_point_[b];
       // What is at rest may be kicked by an impact elsewhere in its tree.
