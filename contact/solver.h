@@ -28,7 +28,7 @@ struct Settings {
   int max_iterations = 10000;  ///< Newton steps, per island, softer laws included
   /// Newton steps after which an island is solved with softer laws (Status::kSoftened); 0: never,
   /// what cannot be solved then fails.
-  int soften_after = 120;
+  int soften_after = 160;
   bool warm = false;  ///< the impulses given to solve() are a guess
   /// For tests and measurements: one method, all islands as one, how M + J'GJ is stored.
   std::optional<Method> only;  ///< this method alone, finished by Newton's

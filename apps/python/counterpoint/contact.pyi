@@ -12,7 +12,7 @@ class Settings:
         self,
         tolerance: float = 1e-12,
         max_iterations: int = 10000,
-        soften_after: int = 120,
+        soften_after: int = 160,
     ) -> None: ...
 
 @final
