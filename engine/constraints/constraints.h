@@ -113,6 +113,7 @@ void for_each_constraint(const Model& model, const ConstraintSet& constraints, V
 inline void join_constrained_trees(const Model& model, const ConstraintSet& constraints,
                                    contact::DisjointSets& trees) {
   trees.reset(model.num_trees());
+  if (model.num_trees() < 2) return;
   for_each_constraint(model, constraints, [&](int a, int b) {
     if (a >= 0 && b >= 0) trees.join(a, b);
   });

@@ -32,11 +32,7 @@ void FrictionSlip::apply(const Model& model, const SimulationOptions& options,
 void FrictionSlip::set(const Model& model, const SimulationOptions& options,
                        const std::vector<double>& speed, ConstraintSet& out) {
   if (!(slip_share(options) > 0.0)) return;
-  if (model.num_trees() > 1) {
-    join_constrained_trees(model, out, islands_);
-  } else {
-    islands_.reset(model.num_trees());
-  }
+  join_constrained_trees(model, out, islands_);
   std::fill(fastest_.begin(), fastest_.end(), -1);
   for (size_t i = 0; i < out.contacts.size(); ++i) {
     int& so_far = fastest_in_island(model, out.pairs[i]);

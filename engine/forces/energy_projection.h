@@ -97,7 +97,7 @@ class EnergyProjection {
   void set_force(const Model& model, double h, const VectorX& rotors, const Tree& tree, Data& data);
 
   std::optional<Data> scratch_;  ///< if a tree can be corrected
-  std::vector<Motion> V_;           ///< velocities of bodies, as scratch_'s poses
+  std::vector<Motion> V_;        ///< velocities of bodies where motion_at looks
   VectorX q_;
   VectorX plain_;    ///< change of velocity by these forces, as they are at the start
   VectorX change_;   ///< the share of that which keeps the energy
