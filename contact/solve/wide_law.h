@@ -25,6 +25,8 @@ struct WideLaw {
 
   /// x becomes F_sigma(x) at a smoothing larger by `center` [J]; A and t are those at x.
   void evaluate(double center, double* x);
+  /// The same, but A and t may stay what they were.
+  void impulse(double center, double* x);
   void apply(const Operator& op, const double* x, double* out) const;
   /// inv(1 - (sigma - rho) A).
   Operator widening() const;
