@@ -7,6 +7,17 @@
 #include "counterpoint/contact/laws/scalar_law.h"
 
 namespace counterpoint::contact {
+namespace {
+
+// x becomes the impulse of exact friction at the smoothing k [J].
+inline CoulombCone take_coulomb(const WideLaw& law, double k, double* x) {
+  const CoulombCone cone(x, law.rows, law.sigma, law.sigma_T, scaled_slip_speed(*law.law), k);
+  x[0] = cone.n;
+  for (int i = 1; i < law.rows; ++i) x[i] *= -cone.b;
+  return cone;
+}
+
+}  // namespace
 
 double own_regularizer(const Law& law) {
   return law.type == LawType::kFrictionCone ? normal_regularizer(law) : law.regularizer;
@@ -63,23 +74,17 @@ void WideLaw::evaluate(double center, double* x) {
   }
 }
 
-// Sweeps visit contacts often and need no derivatives, which cost four divisions.
+// Sweeps visit contacts often and need no derivatives, which cost four divisions: the compiler
+// leaves out what is not asked for.
 void WideLaw::impulse(double center, double* x) {
   if (law->type != LawType::kFrictionCone || !law->coulomb) return evaluate(center, x);
-  double square = 0.0;
-  for (int i = 1; i < rows; ++i) square += x[i] * x[i];
-  const CoulombAt cone(x[0], std::sqrt(square), sigma, sigma_T, scaled_slip_speed(*law),
-                       law->smoothing + center);
-  x[0] = cone.n;
-  for (int i = 1; i < rows; ++i) x[i] *= -cone.b;
+  take_coulomb(*this, law->smoothing + center, x);
 }
 
 void WideLaw::evaluate_cone(double k, double* x) {
   if (law->coulomb) {
-    const CoulombCone cone(x, rows, sigma, sigma_T, scaled_slip_speed(*law), k);
+    const CoulombCone cone = take_coulomb(*this, k, x);
     std::copy(cone.e + 1, cone.e + rows, t + 1);
-    x[0] = cone.n;
-    for (int i = 1; i < rows; ++i) x[i] *= -cone.b;
     A = {cone.n_slope, cone.p_slope, cone.b, -cone.p_by_n * cone.n_slope, 0.0};
     return;
   }
