@@ -168,11 +168,9 @@ COUNTERPOINT_INTO_EACH void add_outer(const CongruencePlace& place, const double
   if (n == 6) return add_outer_lanes<N, Six>(a, h, leading, columns, block, ld);
   int i = 0;
   for (; i + 4 <= n; i += 4) add_outer_lanes<N, Four>(a + i, h, leading, columns, block + i, ld);
-  if (i + 2 <= n) {
-    add_outer_lanes<N, Two>(a + i, h, leading, columns, block + i, ld);
-    i += 2;
-  }
-  if (i < n) add_outer_lanes<N, double>(a + i, h, leading, columns, block + i, ld);
+  if (n - i == 3) return add_outer_lanes<N, Three>(a + i, h, leading, columns, block + i, ld);
+  if (n - i == 2) return add_outer_lanes<N, Two>(a + i, h, leading, columns, block + i, ld);
+  if (n - i == 1) add_outer_lanes<N, double>(a + i, h, leading, columns, block + i, ld);
 }
 
 // out = G J, or G' J.

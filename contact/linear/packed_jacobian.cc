@@ -242,10 +242,13 @@ void grow(std::vector<double>& values, int size) {
   if (values.size() < needed) values.resize(std::max(needed, 2 * values.size()));
 }
 
-bool is_zero(const double* column, int rows, int width) {
-  for (int r = 0; r < rows; ++r)
-    if (column[static_cast<std::ptrdiff_t>(r) * width] != 0.0) return false;
-  return true;
+// Sums of the sizes in each column: zero where all are. Rows one after the other, `width` long.
+void add_column_sizes(const double* __restrict rows, int num_rows, int width,
+                      double* __restrict sums) {
+  for (int j = 0; j < width; ++j) sums[j] = std::abs(rows[j]);
+  for (int r = 1; r < num_rows; ++r)
+    for (int j = 0; j < width; ++j)
+      sums[j] += std::abs(rows[static_cast<std::ptrdiff_t>(r) * width + j]);
 }
 
 }  // namespace
@@ -277,10 +280,12 @@ void PackedJacobian::add_side(const double* jacobian, const double* other, int w
     for (size_t i = 0; i < count; ++i) side_[i] = jacobian[i] + other[i];
     jacobian = side_.data();
   }
+  sizes_.resize(width);
+  add_column_sizes(jacobian, c.rows, width, sizes_.data());
   for (int g = 0; g < num_groups; ++g) {
     int first = groups[g].velocity - groups[0].velocity, last = first + groups[g].size;
-    while (first < last && is_zero(jacobian + first, c.rows, width)) ++first;
-    while (first < last && is_zero(jacobian + last - 1, c.rows, width)) --last;
+    while (first < last && sizes_[first] == 0.0) ++first;
+    while (first < last && sizes_[last - 1] == 0.0) --last;
     if (first == last) continue;
     if (groups[g].size == kFreeBody && c.rows >= 3 && last - first >= kMostOfSix) {
       first = groups[g].velocity - groups[0].velocity;

@@ -62,7 +62,8 @@ class PackedJacobian {
   // Grown only, and filled as far as the last constraint ends: nothing is cleared to be written.
   std::vector<double> by_column_, by_row_;
   int column_end_ = 0, row_end_ = 0;
-  std::vector<double> side_;  // the sum of both Jacobians of a side
+  std::vector<double> side_;   // the sum of both Jacobians of a side
+  std::vector<double> sizes_;  // of its columns
 };
 
 }  // namespace counterpoint::contact

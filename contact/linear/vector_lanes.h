@@ -29,18 +29,24 @@ COUNTERPOINT_INTO_EACH void store(const Two& from, double* to) {
 COUNTERPOINT_INTO_EACH void load(const double* from, double& to) { to = *from; }
 COUNTERPOINT_INTO_EACH void store(const double& from, double* to) { *to = from; }
 
-/// A column of six.
-struct Six {
-  Four top;
-  Two bottom;
+/// A column of as many as both parts have.
+template <class Top, class Bottom>
+struct Parts {
+  Top top;
+  Bottom bottom;
+  static constexpr int kTop = sizeof(Top) / sizeof(double);
 };
-COUNTERPOINT_INTO_EACH void load(const double* from, Six& to) {
+using Six = Parts<Four, Two>;
+using Three = Parts<Two, double>;
+template <class Top, class Bottom>
+COUNTERPOINT_INTO_EACH void load(const double* from, Parts<Top, Bottom>& to) {
   load(from, to.top);
-  load(from + 4, to.bottom);
+  load(from + to.kTop, to.bottom);
 }
-COUNTERPOINT_INTO_EACH void store(const Six& from, double* to) {
+template <class Top, class Bottom>
+COUNTERPOINT_INTO_EACH void store(const Parts<Top, Bottom>& from, double* to) {
   store(from.top, to);
-  store(from.bottom, to + 4);
+  store(from.bottom, to + from.kTop);
 }
 
 /// Square roots. In halves, which take no longer together than a whole, because the wide
@@ -77,7 +83,9 @@ template <class Lanes>
 COUNTERPOINT_INTO_EACH void add_product(const Lanes& a, double b, Lanes& sum) {
   sum += a * b;
 }
-COUNTERPOINT_INTO_EACH void add_product(const Six& a, double b, Six& sum) {
+template <class Top, class Bottom>
+COUNTERPOINT_INTO_EACH void add_product(const Parts<Top, Bottom>& a, double b,
+                                        Parts<Top, Bottom>& sum) {
   sum.top += a.top * b;
   sum.bottom += a.bottom * b;
 }

@@ -55,16 +55,26 @@ void Newton::begin(IslandSystem& system) {
 void Newton::choose_start(std::vector<double>& w, std::vector<double>& f) {
   unsymmetric_ = system_->unsymmetric();
   evaluate_residual(w, f);
-  const double given = gradient_norm_;
-  if (given < kGoodStart * scale_) return;
+  const double given = gradient_norm_, scale = scale_;
+  if (given < kGoodStart * scale) return;
   const double* free = system_->free_velocity();
   trial_.assign(free, free + w.size());
+  // What is known of the given start is put aside.
+  const auto exchange = [&] {
+    y_.swap(y_trial_);
+    f.swap(y_step_);
+    momentum_.swap(mass_step_);
+    gradient_.swap(step_);
+  };
+  exchange();
   evaluate_residual(trial_, f);
   if (gradient_norm_ < given) {
     w = trial_;
-  } else {
-    evaluated_ = false;
+    return;
   }
+  exchange();
+  gradient_norm_ = given;
+  scale_ = scale;
 }
 
 // y, f, gradient (or, with Coulomb laws, residual), its norm and the scale of its terms, all at w.

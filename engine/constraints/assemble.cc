@@ -81,16 +81,28 @@ COUNTERPOINT_WIDE void fill_pair_jacobian(const PairRows& of, int leaf, double s
   const bool turning = of.turning();
   const std::ptrdiff_t width = J.cols();
   const int v_begin = model.trees()[model.body(leaf).tree].v_begin;
-  const auto add = [&](int index, const RowLanes& column) {
+  const int num_rows = pair.law.rows;
+  const auto visit_all = [&](const auto& add) __attribute__((always_inline)) {
+    for (int b = leaf; b != 0; b = model.body(b).parent) visit_columns(of, b, frame, turning, add);
+  };
+  if (pair.first == 0 && num_rows == 3) {  // nearly all
+    visit_all([&](int index, const RowLanes& column) __attribute__((always_inline)) {
+      double* const to = J.data() + (index - v_begin);
+      to[0] += column.linear[0];
+      to[width] += column.linear[1];
+      to[2 * width] += column.linear[2];
+    });
+    return;
+  }
+  visit_all([&](int index, const RowLanes& column) __attribute__((always_inline)) {
     double rows[8];
     contact::store(column.linear, rows);
     contact::store(column.angular, rows + 4);
-    for (int r = 0; r < pair.law.rows; ++r) {
+    for (int r = 0; r < num_rows; ++r) {
       const int row = pair.first + r;
       J.data()[index - v_begin + r * width] += rows[row < 3 ? row : row + 1];
     }
-  };
-  for (int b = leaf; b != 0; b = model.body(b).parent) visit_columns(of, b, frame, turning, add);
+  });
 }
 
 /// J v of the joints listed, from the last on: of each body by rising index.
