@@ -314,6 +314,12 @@ void PackedJacobian::end_constraint() {
   });
 }
 
+bool PackedJacobian::touch_the_same(const Constraint& a, const Constraint& b) const {
+  const Strip* const first = strips_.data();
+  return std::equal(first + a.first_strip, first + a.end_strip, first + b.first_strip,
+                    first + b.end_strip);
+}
+
 double PackedJacobian::first_row_square(const Constraint& c, const double* weight) const {
   double sum = 0.0;
   const double* row = by_row(c);

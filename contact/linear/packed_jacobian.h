@@ -13,6 +13,8 @@ class PackedJacobian {
     int velocity;  ///< first, in the island
     int size;
     int group;
+
+    bool operator==(const Strip&) const = default;
   };
   struct Constraint {
     int rows, row;  ///< number of rows, first row
@@ -39,6 +41,8 @@ class PackedJacobian {
   int num_rows() const { return num_rows_; }
   const std::vector<Constraint>& constraints() const { return constraints_; }
   const std::vector<Strip>& strips() const { return strips_; }
+  /// True if two constraints have columns of the same velocities.
+  bool touch_the_same(const Constraint& a, const Constraint& b) const;
   /// J of a constraint row by row.
   const double* by_row(const Constraint& c) const { return by_row_.data() + c.by_row; }
   /// Sum of squares of the first row, weighted by velocity.

@@ -193,6 +193,11 @@ void IslandSystem::place_constraints() {
   places_.clear();
   for (size_t i = 0; i < constraints_.size(); ++i) {
     const PackedJacobian::Constraint& c = jacobian_.constraints()[i];
+    if (i > 0 && jacobian_.touch_the_same(jacobian_.constraints()[i - 1], c)) {
+      constraints_[i].first_place = constraints_[i - 1].first_place;
+      constraints_[i].end_place = constraints_[i - 1].end_place;
+      continue;
+    }
     constraints_[i].first_place = static_cast<int>(places_.size());
     int column_s = 0;
     for (int s = c.first_strip; s < c.end_strip; ++s) {

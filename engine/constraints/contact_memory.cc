@@ -80,18 +80,31 @@ void recall_impulses(const PosedConstraints& posed, const std::vector<Remembered
   const ConstraintSet& constraints = posed.constraints;
   const contact::Problem& problem = posed.problem;
   const double h = posed.h;
-  // Contacts of one pair follow each other.
+  // Contacts of one pair follow each other, and pairs mostly come in the order of the memory.
   auto first = memory.begin(), last = first;
+  const auto find = [&](const RememberedForce& own) {
+    const Key key = key_of(own);
+    if (last == memory.end() || key_of(*last) != key) {
+      std::tie(first, last) = std::equal_range(memory.begin(), memory.end(), own, by_key);
+      return;
+    }
+    first = last;
+    while (last != memory.end() && key_of(*last) == key) ++last;
+  };
   for_each_identity(constraints, posed.data, [&](int c, const RememberedForce& own) {
     double* f = impulse.data() + problem.first_row(c);
     const int rows = problem.law(c).rows;
     f[0] = std::numeric_limits<double>::quiet_NaN();
-    if (first == last || key_of(*first) != key_of(own))
-      std::tie(first, last) = std::equal_range(memory.begin(), memory.end(), own, by_key);
+    if (first == last || key_of(*first) != key_of(own)) find(own);
     if (first == last) return;
-    const auto nearest = std::min_element(first, last, [&](const auto& x, const auto& y) {
-      return (x.at - own.at).squaredNorm() < (y.at - own.at).squaredNorm();
-    });
+    auto nearest = first;
+    double least = (first->at - own.at).squaredNorm();
+    for (auto other = first + 1; other != last; ++other) {
+      const double distance = (other->at - own.at).squaredNorm();
+      if (!(distance < least)) continue;
+      least = distance;
+      nearest = other;
+    }
     if (own.kind == RememberedForce::Kind::kJoint) {
       f[0] = h * nearest->force[0];
       return;
