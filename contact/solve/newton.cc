@@ -22,8 +22,9 @@ constexpr double kFloorFactor = 4.0;
 constexpr double kSureFloor = 0.25;
 // Round-off is not looked for in relative residuals above this, unless a step did not go well.
 constexpr double kLargestSureFloor = 1e-7;
-// A given start of a smaller relative residual is not compared with the free velocity.
-constexpr double kGoodStart = 1e-3;
+// A given start of a smaller relative residual is not compared with the free velocity, which
+// has not been found to have less (docs/measurements/constants.md).
+constexpr double kGoodStart = 0.1;
 // Steps on a residual that is no gradient: how often to halve, and the share of the predicted
 // decrease that must come.
 constexpr int kMaxHalvings = 10;
