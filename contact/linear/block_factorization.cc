@@ -43,8 +43,8 @@ void BlockFactorization::lay_out() {
   lay_out_rests();
   runs_.clear();
   for (Front& front : fronts_) lay_out_runs(front);
-  for (auto* v : {&inverse_, &diagonal_, &growth_of_, &front_growth_, &x_, &below_})
-    v->resize(size_);
+  for (auto* v : {&inverse_, &diagonal_, &growth_of_, &x_, &below_}) v->resize(size_);
+  front_growth_.resize(in_fours(static_cast<int>(size_)));
   pivot_.reserve(size_);
   if (can_pivot()) dense_.reserve(static_cast<size_t>(size_) * size_);
 }

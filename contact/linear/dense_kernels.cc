@@ -5,7 +5,6 @@
 #include <cstddef>
 #include <utility>
 
-#include "counterpoint/contact/linear/row_count.h"
 #include "counterpoint/contact/linear/vector_lanes.h"
 
 namespace counterpoint::contact {
@@ -41,6 +40,49 @@ COUNTERPOINT_INTO_EACH void subtract_tile(const double* a, int lda, const double
   for (int j = 0; j < kCount; ++j) {
     for (int v = 0; v < kLanes; ++v)
       store(sum[j][v], c + static_cast<std::ptrdiff_t>(j) * ldc + 4 * v);
+  }
+}
+
+// Calls visit(i) for every fourth row from `first`, a multiple of four, to `rows` or up to three more.
+template <class Visit>
+COUNTERPOINT_INTO_EACH void for_fours(int first, int rows, const Visit& visit) {
+  for (int i = first; i < rows; i += 4) visit(i);
+}
+
+// column -= sum over kCount columns before it, of theirs times factors[p * ld].
+template <int kCount>
+COUNTERPOINT_INTO_EACH void subtract_columns_before(const double* columns, const double* factors,
+                                                    int ld, int rows,
+                                                    double* column) {  // Parameters: matrices and their places
+  for_fours(0, rows, [&](int i) __attribute__((always_inline)) {
+    Four sum, before;
+    load(column + i, sum);
+    for (std::ptrdiff_t p = 0; p < kCount * static_cast<std::ptrdiff_t>(ld); p += ld) {
+      load(columns + p + i, before);
+      sum -= before * factors[p];
+    }
+    store(sum, column + i);
+  });
+}
+
+// Column j -= sum over the columns p from `first` to j of theirs times other[j, p]; also in its
+// rows from `first` to j, which are of no matter.
+COUNTERPOINT_INTO_EACH void subtract_earlier(const double* columns, const double* other, int ld,
+                                             int first, int j, int rows,
+                                             double* column) {  // Parameters: matrices and their places
+  const std::ptrdiff_t begin = static_cast<std::ptrdiff_t>(first) * ld;
+  const double* from = columns + begin + first;
+  const double* factors = other + begin + j;
+  const int height = rows - first;
+  switch (j - first) {
+    case 1:
+      return subtract_columns_before<1>(from, factors, ld, height, column + first);
+    case 2:
+      return subtract_columns_before<2>(from, factors, ld, height, column + first);
+    case 3:
+      return subtract_columns_before<3>(from, factors, ld, height, column + first);
+    default:
+      return;
   }
 }
 
@@ -82,28 +124,42 @@ COUNTERPOINT_INTO_EACH void subtract_lower(const double* a, const double* b, int
   }
 }
 
-// column[0..m) += or -= sum over k of a[:, k] * b[k].
-template <bool kPlus>
-COUNTERPOINT_INTO_EACH void add_columns(double* __restrict column, const double* __restrict a,
-                                        int lda, const double* __restrict b, int m, int k) {
-  const auto add = [](double& to, double value) __attribute__((always_inline)) {
-    to = kPlus ? to + value : to - value;
-  };
+// As many rows of a column as there are Lanes += those of kCount columns, times b each.
+template <int kCount, class Lanes>
+COUNTERPOINT_INTO_EACH void add_lanes(double* column, const double* a, int lda, const double* b) {
+  Lanes to, part[kCount];
+  COUNTERPOINT_UNROLL
+  for (int p = 0; p < kCount; ++p) {
+    load(a + static_cast<std::ptrdiff_t>(p) * lda, part[p]);
+    part[p] *= b[p];
+  }
+  Lanes sum = part[0];
+  if constexpr (kCount == 4) sum = (part[0] + part[1]) + (part[2] + part[3]);
+  load(column, to);
+  to += sum;
+  store(to, column);
+}
+
+template <int kCount>
+COUNTERPOINT_INTO_EACH void add_columns_of(double* column, const double* a, int lda,
+                                           const double* b, int m) {
+  int i = 0;
+  for (; i + 4 <= m; i += 4) add_lanes<kCount, Four>(column + i, a + i, lda, b);
+  if (i + 2 <= m) {
+    add_lanes<kCount, Two>(column + i, a + i, lda, b);
+    i += 2;
+  }
+  if (i < m) add_lanes<kCount, double>(column + i, a + i, lda, b);
+}
+
+// column[0..m) += sum over k of a[:, k] * b[k].
+COUNTERPOINT_INTO_EACH void add_columns(double* column, const double* a, int lda, const double* b,
+                                        int m, int k) {
   int p = 0;
-  for (; p + 4 <= k; p += 4) {
-    const double b0 = b[p], b1 = b[p + 1], b2 = b[p + 2], b3 = b[p + 3];
-    const double* a0 = a + static_cast<std::ptrdiff_t>(p) * lda;
-    const double* a1 = a0 + lda;
-    const double* a2 = a1 + lda;
-    const double* a3 = a2 + lda;
-    for (int i = 0; i < m; ++i)
-      add(column[i], (a0[i] * b0 + a1[i] * b1) + (a2[i] * b2 + a3[i] * b3));
-  }
-  for (; p < k; ++p) {
-    const double b0 = b[p];
-    const double* a0 = a + static_cast<std::ptrdiff_t>(p) * lda;
-    for (int i = 0; i < m; ++i) add(column[i], a0[i] * b0);
-  }
+  for (; p + 4 <= k; p += 4)
+    add_columns_of<4>(column, a + static_cast<std::ptrdiff_t>(p) * lda, lda, b + p, m);
+  for (; p < k; ++p)
+    add_columns_of<1>(column, a + static_cast<std::ptrdiff_t>(p) * lda, lda, b + p, m);
 }
 
 // The dot products of kCount columns with x, four lanes each and what is over.
@@ -142,70 +198,6 @@ COUNTERPOINT_INTO_EACH void subtract_products(const double* a, int lda, const do
   for (int j = 0; j < count; ++j) own[j] -= sum[j];
 }
 
-// As many rows of a block as there are Lanes: block += A' H, A and H of N rows.
-template <int N, class Lanes>
-COUNTERPOINT_INTO_EACH void add_outer_lanes(const double* a, const double* h, int leading,
-                                            int num_columns, double* block, int block_leading) {
-  Lanes row[N];
-  COUNTERPOINT_UNROLL
-  for (int r = 0; r < N; ++r) load(a + r * leading, row[r]);
-  for (int j = 0; j < num_columns; ++j, block += block_leading) {
-    Lanes sum;
-    load(block, sum);
-    COUNTERPOINT_UNROLL
-    for (int r = 0; r < N; ++r) add_product(row[r], h[r * leading + j], sum);
-    store(sum, block);
-  }
-}
-
-template <int N>
-COUNTERPOINT_INTO_EACH void add_outer(const CongruencePlace& place, const double* jacobian,
-                                      const double* h, int leading, double* block) {
-  const double* a = jacobian + place.row;
-  const int n = place.num_rows, columns = place.num_columns, ld = place.leading;
-  h += place.column;
-  block += place.offset;
-  if (n == 6) return add_outer_lanes<N, Six>(a, h, leading, columns, block, ld);
-  int i = 0;
-  for (; i + 4 <= n; i += 4) add_outer_lanes<N, Four>(a + i, h, leading, columns, block + i, ld);
-  if (n - i == 3) return add_outer_lanes<N, Three>(a + i, h, leading, columns, block + i, ld);
-  if (n - i == 2) return add_outer_lanes<N, Two>(a + i, h, leading, columns, block + i, ld);
-  if (n - i == 1) add_outer_lanes<N, double>(a + i, h, leading, columns, block + i, ld);
-}
-
-// out = G J, or G' J.
-template <int N, bool kTransposed>
-COUNTERPOINT_INTO_EACH void multiply_rows(const double* g, const double* jacobian, int leading,
-                                          double* out) {
-  for (int k = 0; k < leading; k += 4) {
-    Four row[N];
-    COUNTERPOINT_UNROLL
-    for (int s = 0; s < N; ++s) load(jacobian + s * leading + k, row[s]);
-    COUNTERPOINT_UNROLL
-    for (int r = 0; r < N; ++r) {
-      Four sum = row[0] * (kTransposed ? g[r] : g[r * N]);
-      COUNTERPOINT_UNROLL
-      for (int s = 1; s < N; ++s) sum += row[s] * (kTransposed ? g[s * N + r] : g[r * N + s]);
-      store(sum, out + r * leading + k);
-    }
-  }
-}
-
-template <int N>  // Parameters: matrices and their places
-COUNTERPOINT_INTO_EACH void add_congruence_of(int leading, const double* jacobian, const double* g,
-                                              std::span<const CongruencePlace> places,
-                                              double* scratch, double* lower, double* upper) {
-  multiply_rows<N, false>(g, jacobian, leading, scratch);
-  for (const CongruencePlace& place : places)
-    add_outer<N>(place, jacobian, scratch, leading, lower);
-  if (upper == nullptr || places.size() == 1) return;
-  double* transposed = scratch + N * leading;
-  multiply_rows<N, true>(g, jacobian, leading, transposed);
-  for (const CongruencePlace& place : places) {
-    if (!place.diagonal) add_outer<N>(place, jacobian, transposed, leading, upper);
-  }
-}
-
 }  // namespace
 
 COUNTERPOINT_WIDE bool factor_front_cholesky(const FrontShape& shape, double* panel,
@@ -223,16 +215,17 @@ COUNTERPOINT_WIDE bool factor_front_cholesky(const FrontShape& shape, double* pa
     subtract_some(last - first, before, shape.leading, before, shape.leading, here, shape.leading,
                   rows - first, first - part, false);
     for (int j = first; j < last; ++j) {
-      double* __restrict column = panel + j * ld;
-      for (int p = first; p < j; ++p) {
-        const double* __restrict other = panel + p * ld;
-        const double factor = other[j];
-        for (int i = j; i < rows; ++i) column[i] -= other[i] * factor;
-      }
+      double* const column = panel + j * ld;
+      subtract_earlier(panel, panel, shape.leading, first, j, rows, column);
       if (!(column[j] > 0.0)) return false;
-      column[j] = std::sqrt(column[j]);
-      const double scale = inverse[j] = 1.0 / column[j];
-      for (int i = j + 1; i < rows; ++i) column[i] *= scale;
+      const double diagonal = std::sqrt(column[j]);
+      const double scale = inverse[j] = 1.0 / diagonal;
+      for_fours(first, rows, [&](int i) __attribute__((always_inline)) {
+        Four below;
+        load(column + i, below);
+        store(below * scale, column + i);
+      });
+      column[j] = diagonal;
     }
   }
   subtract_lower(panel + cols, panel + cols, shape.leading, rest, shape.leading_rest, shape.below,
@@ -246,23 +239,29 @@ namespace {
 COUNTERPOINT_INTO_EACH bool finish_lu_column(const FrontShape& shape, int first, int j, double* l,  // Parameters: rows
                                              double* u, double* inverse, double* growth) {
   const int rows = shape.cols + shape.below, ld = shape.leading;
-  double* __restrict below = l + static_cast<std::ptrdiff_t>(j) * ld;
-  double* __restrict right = u + static_cast<std::ptrdiff_t>(j) * ld;
-  for (int p = first; p < j; ++p) {
-    const double* __restrict lp = l + static_cast<std::ptrdiff_t>(p) * ld;
-    const double* __restrict up = u + static_cast<std::ptrdiff_t>(p) * ld;
-    const double from_l = up[j], from_u = lp[j];
-    for (int i = j; i < rows; ++i) {
-      below[i] -= lp[i] * from_l;
-      right[i] -= up[i] * from_u;
-    }
-  }
-  if (!(std::abs(below[j]) > 0.0)) return false;
-  const double scale = inverse[j] = 1.0 / below[j];
-  for (int i = j + 1; i < rows; ++i) {
-    below[i] *= scale;
-    growth[i] += std::abs(below[i] * right[i]);
-  }
+  double* const below = l + static_cast<std::ptrdiff_t>(j) * ld;
+  double* const right = u + static_cast<std::ptrdiff_t>(j) * ld;
+  subtract_earlier(l, u, ld, first, j, rows, below);
+  subtract_earlier(u, l, ld, first, j, rows, right);
+  const double pivot = below[j];
+  if (!(std::abs(pivot) > 0.0)) return false;
+  const double scale = inverse[j] = 1.0 / pivot;
+  Four above, after;  // rows of the pivot and before it do not grow
+  load(growth + first, above);
+  for_fours(first, rows, [&](int i) __attribute__((always_inline)) {
+    Four b, r, g;
+    load(below + i, b);
+    load(right + i, r);
+    load(growth + i, g);
+    b *= scale;
+    store(b, below + i);
+    const Four product = b * r;
+    store(g + (product < 0.0 ? -product : product), growth + i);
+  });
+  below[j] = pivot;
+  load(growth + first, after);
+  const Four row = {0.0, 1.0, 2.0, 3.0};
+  store(row > static_cast<double>(j - first) ? after : above, growth + first);
   return true;
 }
 
@@ -273,7 +272,7 @@ COUNTERPOINT_WIDE bool factor_front_lu(const FrontShape& shape, double* l, doubl
                                        double* growth) {
   const int cols = shape.cols, rows = cols + shape.below, leading = shape.leading;
   const std::ptrdiff_t ld = leading;
-  std::fill(growth, growth + rows, 0.0);
+  std::fill(growth, growth + (rows + 3) / 4 * 4, 0.0);
   for (int first = 0; first < cols; first += kColumns) {
     const int part = first / kPart * kPart, last = std::min(first + kColumns, cols);
     const int height = rows - first, count = last - first, width = std::min(kPart, cols - first);
@@ -312,7 +311,7 @@ COUNTERPOINT_WIDE void solve_front_forward(const FrontShape& shape, const double
     for (int i = j + 1; i < cols; ++i) own[i] -= column[i] * value;
   }
   std::fill(out, out + shape.below, 0.0);
-  add_columns<true>(out, panel + cols, ld, own, shape.below, cols);
+  add_columns(out, panel + cols, ld, own, shape.below, cols);
 }
 
 COUNTERPOINT_WIDE void solve_front_backward(const FrontShape& shape, const double* panel,
@@ -356,15 +355,6 @@ COUNTERPOINT_WIDE bool factor_pivoted(double* a, int n, int* pivot) {
   return true;
 }
 
-COUNTERPOINT_WIDE void add_congruence(int rows, int leading, const double* jacobian,
-                                      const double* g, std::span<const CongruencePlace> places,
-                                      double* scratch, double* lower, double* upper) {
-  with_rows(
-      rows, [&]<int N>(RowCount<N>) __attribute__((always_inline)) {
-        add_congruence_of<N>(leading, jacobian, g, places, scratch, lower, upper);
-      });
-}
-
 void copy_block(const DenseBlock& from, double* out, int leading) {
   const double* column = from.values;
   for (int j = 0; j < from.cols; ++j, column += from.leading) {
@@ -392,7 +382,7 @@ COUNTERPOINT_WIDE void multiply_symmetric(const double* __restrict a, int n,
                                           const double* __restrict x, double* __restrict out) {
   if (n == 6) return multiply_six(a, x, out);  // a free body
   std::fill(out, out + n, 0.0);
-  add_columns<true>(out, a, n, x, n, n);
+  add_columns(out, a, n, x, n, n);
 }
 
 }  // namespace counterpoint::contact

@@ -3,7 +3,6 @@
 #pragma once
 
 #include <cstddef>
-#include <span>
 
 namespace counterpoint::contact {
 
@@ -26,7 +25,7 @@ bool factor_front_cholesky(const FrontShape& shape, double* panel, double* inver
 /// LU of a front without pivoting, A = L U, L of unit diagonal. `l`: columns of A from the diagonal
 /// down become those of L under the diagonal, which holds the pivots; `u`: the columns of A' under
 /// the diagonal become those of U'. The rest likewise, in two lower triangles. inverse: 1 / U_jj.
-/// growth, by rows of the panel: sum over its columns of |L_ij U_ji|. False if a pivot is zero (or
+/// growth, by rows of the panel in whole fours: sum over its columns of |L_ij U_ji|. False if a pivot is zero (or
 /// not a number).
 bool factor_front_lu(const FrontShape& shape, double* l, double* u, double* inverse, double* rest_l,
                      double* rest_u, bool fresh, double* growth);  // Parameters: matrices and their places
@@ -42,22 +41,6 @@ void solve_front_backward(const FrontShape& shape, const double* panel, const do
 /// LU of a square matrix with partial pivoting, n x n without gaps. pivot[j]: row swapped with j.
 /// False if a pivot is zero (or not a number).
 bool factor_pivoted(double* a, int n, int* pivot);
-
-/// Where a part of J'GJ goes: two ranges of columns of J, and a column-major block.
-struct CongruencePlace {
-  std::ptrdiff_t offset;
-  int leading;
-  int row, num_rows;
-  int column, num_columns;
-  bool diagonal;  ///< both ranges are the same
-};
-
-/// For every place, block[i, j] += (J' G J)[i, j]. J: rows x columns, row-major, and G: rows x
-/// rows. `upper`: also J' G' J into the blocks there, but the diagonal ones, where lower has it
-/// all. leading: of J, in whole fours, zero after the last column. scratch: 2 rows leading.
-void add_congruence(int rows, int leading, const double* jacobian, const double* g,
-                    std::span<const CongruencePlace> places, double* scratch, double* lower,
-                    double* upper);  // Parameters: matrices and their places
 
 /// A block of numbers, column-major.
 struct DenseBlock {

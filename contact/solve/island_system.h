@@ -7,6 +7,7 @@
 
 #include "counterpoint/contact/laws/cone_lanes.h"
 #include "counterpoint/contact/linear/block_factorization.h"
+#include "counterpoint/contact/linear/congruence.h"
 #include "counterpoint/contact/linear/limbs.h"
 #include "counterpoint/contact/linear/packed_jacobian.h"
 #include "counterpoint/contact/problem.h"
