@@ -32,6 +32,7 @@ class ConeLanes {
   }
   void add(const Law& law, double inverse_mass, int row, int hessian);
   int count() const { return count_; }
+  bool coulomb() const { return coulomb_; }
   const std::vector<ConeFour>& fours() const { return fours_; }
 
   /// Impulses f at the velocities y, both by rows of the island.
@@ -62,6 +63,7 @@ class FrictionLanes {
   /// False if the law is of neither kind.
   bool add(const Law& law, double inverse_mass, int row, int hessian);
   const ConeLanes& coulomb() const { return coulomb_; }
+  const ConeLanes& convex() const { return convex_; }
 
   /// As of ConeLanes.
   void impulses(const double* y, double* f) const {

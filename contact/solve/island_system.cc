@@ -32,15 +32,12 @@ void IslandSystem::laws_changed() {
   lanes_.clear();
   lanes_.reserve(constraints_.size());
   bias_.clear();
-  others_.clear();
   single_.clear();
-  others_.reserve(constraints_.size());
   single_.reserve(constraints_.size());
   for (size_t i = 0; i < constraints_.size(); ++i) {
     const Constraint& c = constraints_[i];
     bias_.insert(bias_.end(), c.law.bias.begin(), c.law.bias.begin() + c.law.rows);
     const int index = static_cast<int>(i);
-    if (!lanes_.coulomb().takes(c.law)) others_.push_back(index);
     if (!lanes_.add(c.law, c.inverse_mass, c.row, c.hessian)) single_.push_back(index);
   }
 }
@@ -224,7 +221,7 @@ void IslandSystem::place_constraints() {
 
 bool IslandSystem::unsymmetric() const {
   return lanes_.coulomb().count() > 0 ||
-         std::any_of(others_.begin(), others_.end(),
+         std::any_of(single_.begin(), single_.end(),
                      [this](int i) { return constraints_[i].law.coulomb; });
 }
 

@@ -42,10 +42,8 @@ class IslandSystem {
   const double* free_velocity() const { return free_velocity_.data(); }
   /// Contacts of three rows, four by four.
   const FrictionLanes& lanes() const { return lanes_; }
-  /// The constraints not in lanes(); and all not in lanes().coulomb(), since the mixed method takes
-  /// convex contacts one by one.
+  /// The constraints not in lanes().
   const std::vector<int>& single() const { return single_; }
-  const std::vector<int>& others() const { return others_; }
   /// 1 / M_ii.
   const double* inverse_diagonal() const { return inverse_diagonal_.data(); }
   /// Some law is `coulomb` now.
@@ -120,7 +118,7 @@ class IslandSystem {
   std::vector<Constraint> constraints_;
   std::vector<int> local_block_;  ///< by block of the Problem
   FrictionLanes lanes_;
-  std::vector<int> others_, single_;
+  std::vector<int> single_;
   PackedJacobian jacobian_;
   std::vector<double> free_velocity_, inverse_diagonal_, bias_;
   // Groups: what the factorization has as blocks. Limbs of trees, or all in one.

@@ -24,7 +24,7 @@ void MixedSystem::reserve(const IslandSystem& system) {
     v->reserve(system.num_rows());
   hessian_.reserve(system.hessian_size());
   laws_.reserve(system.constraints().size());
-  lanes_.reserve(static_cast<int>(system.constraints().size()));
+  for (MixedLanes& lanes : lanes_) lanes.reserve(static_cast<int>(system.constraints().size()));
 }
 
 void MixedSystem::begin(IslandSystem& system, double sigma_share) {
@@ -39,9 +39,10 @@ void MixedSystem::begin(IslandSystem& system, double sigma_share) {
     if (c.law.type != LawType::kFrictionCone) continue;
     for (int r = 1; r < c.law.rows; ++r) scales_[c.row + r] = c.law.friction[r - 1];
   }
-  lanes_.begin(system.lanes().coulomb(), sigma_share);
+  lanes_[0].begin(system.lanes().coulomb(), sigma_share);
+  lanes_[1].begin(system.lanes().convex(), sigma_share);
   laws_.clear();
-  for (const int i : system.others()) {
+  for (const int i : system.single()) {
     const auto& c = system.constraints()[i];
     laws_.emplace_back(c, sigma_share * c.inverse_mass);
   }
@@ -54,7 +55,7 @@ void MixedSystem::guess(const std::vector<double>& f, std::vector<double>& phi) 
                                       [&](const auto& c) { return std::isnan(f[c.row]); });
   if (!all_given) {
     system_->constraint_velocity(system_->free_velocity(), y_.data());
-    lanes_.impulses(y_.data(), center, phi.data());
+    for (MixedLanes& lanes : lanes_) lanes.impulses(y_.data(), center, phi.data());
     for (WideLaw& law : laws_) {
       double* x = phi.data() + law.row;
       for (int r = 0; r < law.rows; ++r) x[r] = law.scale[r] * y_[law.row + r];
@@ -70,7 +71,8 @@ void MixedSystem::guess(const std::vector<double>& f, std::vector<double>& phi) 
 
 // Errors of all laws, their A and the sum of their squares; returns that sum.
 double MixedSystem::evaluate_laws(const double* y, const double* phi_all) {
-  law_square_ = lanes_.evaluate(y, phi_all, center);
+  law_square_ = 0.0;
+  for (MixedLanes& lanes : lanes_) law_square_ += lanes.evaluate(y, phi_all, center);
   for (WideLaw& law : laws_) {
     const double* phi = phi_all + law.row;
     double* e = error_.data() + law.row;
@@ -153,7 +155,7 @@ double MixedSystem::accept(const Point& d, Point& point) {
 }
 
 bool MixedSystem::factor() {
-  lanes_.hessians(hessian_.data());
+  for (MixedLanes& lanes : lanes_) lanes.hessians(hessian_.data());
   for (WideLaw& law : laws_) {
     const int n = law.rows;
     law.B = law.widening();
@@ -171,7 +173,7 @@ bool MixedSystem::factor() {
 
 // M dw - J'D dphi = dual,  dphi + A (D J dw - (sigma - rho) dphi) = error.
 void MixedSystem::direction(Point& out) {
-  lanes_.right_side(rhs_.data());
+  for (MixedLanes& lanes : lanes_) lanes.right_side(rhs_.data());
   for (const WideLaw& law : laws_) {
     double x[kMaxRows];
     law.apply(law.B, error_.data() + law.row, x);
@@ -182,7 +184,7 @@ void MixedSystem::direction(Point& out) {
   system_->solve(out.w.data());
   system_->multiply_jacobian(out.w.data(), dy_.data());
   out.phi.resize(error_.size());
-  lanes_.step(dy_.data(), out.phi.data());
+  for (MixedLanes& lanes : lanes_) lanes.step(dy_.data(), out.phi.data());
   for (const WideLaw& law : laws_) {
     const int n = law.rows;
     double dz[kMaxRows], x[kMaxRows];

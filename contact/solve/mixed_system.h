@@ -65,7 +65,7 @@ class MixedSystem {
   /// Scale of the terms of the last residual [sqrt J], as Report has it.
   double scale() const { return scale_; }
   /// Number of constraints.
-  int num_laws() const { return lanes_.count() + static_cast<int>(laws_.size()); }
+  int num_laws() const { return lanes_[0].count() + lanes_[1].count() + static_cast<int>(laws_.size()); }
 
   /// Factors the derivative at the last residual's point. False if singular.
   bool factor();
@@ -81,8 +81,8 @@ class MixedSystem {
   double momentum_residual(const Point& point);
 
   IslandSystem* system_ = nullptr;
-  MixedLanes lanes_;
-  std::vector<WideLaw> laws_;  ///< every law but those that lanes_ has
+  MixedLanes lanes_[2];        ///< of contacts with exact and with convex friction
+  std::vector<WideLaw> laws_;  ///< every law but those that lanes_ have
   double law_square_ = 0.0, dual_square_ = 0.0, scale_ = 0.0, step_ = 0.0;
   // Residuals, negated: of momentum, and of the laws in phi.
   std::vector<double> dual_, error_;
