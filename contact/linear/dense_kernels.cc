@@ -43,7 +43,8 @@ COUNTERPOINT_INTO_EACH void subtract_tile(const double* a, int lda, const double
   }
 }
 
-// Calls visit(i) for every fourth row from `first`, a multiple of four, to `rows` or up to three more.
+// Calls visit(i) for runs of four rows from `first` on, the last of which may end up to three rows
+// after `rows`.
 template <class Visit>
 COUNTERPOINT_INTO_EACH void for_fours(int first, int rows, const Visit& visit) {
   for (int i = first; i < rows; i += 4) visit(i);

@@ -25,8 +25,8 @@ bool factor_front_cholesky(const FrontShape& shape, double* panel, double* inver
 /// LU of a front without pivoting, A = L U, L of unit diagonal. `l`: columns of A from the diagonal
 /// down become those of L under the diagonal, which holds the pivots; `u`: the columns of A' under
 /// the diagonal become those of U'. The rest likewise, in two lower triangles. inverse: 1 / U_jj.
-/// growth, by rows of the panel in whole fours: sum over its columns of |L_ij U_ji|. False if a pivot is zero (or
-/// not a number).
+/// growth, by rows of the panel in whole fours: sum over its columns of |L_ij U_ji|. False if a
+/// pivot is zero (or not a number).
 bool factor_front_lu(const FrontShape& shape, double* l, double* u, double* inverse, double* rest_l,
                      double* rest_u, bool fresh, double* growth);  // Parameters: matrices and their places
 
