@@ -2,9 +2,6 @@
 
 #include <span>
 
-#include "counterpoint/contact/laws/cone.h"
-#include "counterpoint/contact/laws/coulomb.h"
-
 namespace counterpoint::contact {
 namespace {
 
@@ -33,16 +30,10 @@ struct Scaled {
 struct Coulomb : CoulombAt<Four> {
   COUNTERPOINT_INTO_EACH explicit Coulomb(const Scaled& at)
       : CoulombAt(at.z.row[0], at.t, at.rho, at.rho, at.slip, at.k) {}
-  COUNTERPOINT_INTO_EACH void slopes(SlopeFour& to) const {
-    to = {n_slope, p_slope, b, -p_by_n * n_slope, Four{}};
-  }
 };
 struct Convex : ConvexAt<Four> {
   COUNTERPOINT_INTO_EACH explicit Convex(const Scaled& at)
       : ConvexAt(at.z.row[0], at.t, at.rho, at.k) {}
-  COUNTERPOINT_INTO_EACH void slopes(SlopeFour& to) const {
-    to = {mean, mean, b, difference, difference};
-  }
 };
 
 using Fours = std::span<const ConeFour>;
@@ -62,7 +53,7 @@ COUNTERPOINT_INTO_EACH void hessians_of(Fours fours, const double* y_all, double
   for (const ConeFour& c : fours) {
     const Scaled at(c, y_all);
     SlopeFour slopes;
-    Friction(at).slopes(slopes);
+    slopes_of(Friction(at), slopes);
     const Four inverse = at.t > 0.0 ? 1.0 / at.t : Four{};
     const Four e[2] = {at.z.row[1] * inverse, at.z.row[2] * inverse};
     scatter_hessian(c, slopes, e, hessian);
@@ -81,7 +72,7 @@ COUNTERPOINT_INTO_EACH void slope_of(Fours fours, const double* y_all, const dou
     load(c.live, live);
     gather_scaled(c, at.mu, dy_all, d);
     const Friction cone(at);
-    cone.slopes(slopes);
+    slopes_of(cone, slopes);
     const Four dot = at.z.row[1] * d.row[1] + at.z.row[2] * d.row[2];
     const Four radial = at.t > 0.0 ? dot / at.t : Four{};
     const Four square = d.row[1] * d.row[1] + d.row[2] * d.row[2];

@@ -4,6 +4,8 @@
 
 #include <vector>
 
+#include "counterpoint/contact/laws/cone.h"
+#include "counterpoint/contact/laws/coulomb.h"
 #include "counterpoint/contact/linear/vector_lanes.h"
 #include "counterpoint/contact/problem.h"
 
@@ -96,11 +98,17 @@ COUNTERPOINT_INTO_EACH void scatter(const Four& from, const int* first, double* 
   for (int i = 0; i < 4; ++i) to[first[i]] = values[i];
 }
 
-/// G = D H D at its place in `hessian`, where H has the given slopes in (normal, along t) and is a
-/// multiple of one across t.
+/// Slopes in (normal, along t), and the multiple of one across t.
 struct SlopeFour {
   Four normal, radial, across, radial_normal, normal_radial{};
 };
+COUNTERPOINT_INTO_EACH void slopes_of(const CoulombAt<Four>& cone, SlopeFour& to) {
+  to = {cone.n_slope, cone.p_slope, cone.b, -cone.p_by_n * cone.n_slope, Four{}};
+}
+COUNTERPOINT_INTO_EACH void slopes_of(const ConvexAt<Four>& cone, SlopeFour& to) {
+  to = {cone.mean, cone.mean, cone.b, cone.difference, cone.difference};
+}
+/// G = D H D at its place in `hessian`, where H has these slopes.
 COUNTERPOINT_INTO_EACH void scatter_hessian(const ConeFour& c, const SlopeFour& slope,
                                             const Four* t, double* hessian) {
   Four mu[2];

@@ -3,12 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "counterpoint/contact/linear/vector_lanes.h"
+
 namespace counterpoint::contact {
-namespace {
-
-int in_fours(int count) { return (count + 3) & ~3; }
-
-}  // namespace
 
 void BlockFactorization::begin_structure(const std::vector<int>& sizes) {
   sizes_.assign(sizes.begin(), sizes.end());

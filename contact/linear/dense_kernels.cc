@@ -43,50 +43,6 @@ COUNTERPOINT_INTO_EACH void subtract_tile(const double* a, int lda, const double
   }
 }
 
-// Calls visit(i) for runs of four rows from `first` on, the last of which may end up to three rows
-// after `rows`.
-template <class Visit>
-COUNTERPOINT_INTO_EACH void for_fours(int first, int rows, const Visit& visit) {
-  for (int i = first; i < rows; i += 4) visit(i);
-}
-
-// column -= sum over kCount columns before it, of theirs times factors[p * ld].
-template <int kCount>
-COUNTERPOINT_INTO_EACH void subtract_columns_before(const double* columns, const double* factors,
-                                                    int ld, int rows,
-                                                    double* column) {  // Parameters: matrices and their places
-  for_fours(0, rows, [&](int i) __attribute__((always_inline)) {
-    Four sum, before;
-    load(column + i, sum);
-    for (std::ptrdiff_t p = 0; p < kCount * static_cast<std::ptrdiff_t>(ld); p += ld) {
-      load(columns + p + i, before);
-      sum -= before * factors[p];
-    }
-    store(sum, column + i);
-  });
-}
-
-// Column j -= sum over the columns p from `first` to j of theirs times other[j, p]; also in its
-// rows from `first` to j, which are of no matter.
-COUNTERPOINT_INTO_EACH void subtract_earlier(const double* columns, const double* other, int ld,
-                                             int first, int j, int rows,
-                                             double* column) {  // Parameters: matrices and their places
-  const std::ptrdiff_t begin = static_cast<std::ptrdiff_t>(first) * ld;
-  const double* from = columns + begin + first;
-  const double* factors = other + begin + j;
-  const int height = rows - first;
-  switch (j - first) {
-    case 1:
-      return subtract_columns_before<1>(from, factors, ld, height, column + first);
-    case 2:
-      return subtract_columns_before<2>(from, factors, ld, height, column + first);
-    case 3:
-      return subtract_columns_before<3>(from, factors, ld, height, column + first);
-    default:
-      return;
-  }
-}
-
 // kCount columns of m rows, up to three rows more.
 template <int kCount>  // Parameters: matrices and their places
 COUNTERPOINT_INTO_EACH void subtract_columns(const double* a, int lda, const double* b, int ldb,
@@ -109,6 +65,17 @@ COUNTERPOINT_INTO_EACH void subtract_some(int count, const double* a, int lda, c
     default:
       return subtract_columns<4>(a, lda, b, ldb, c, ldc, m, k, fresh);
   }
+}
+
+// Column j -= the columns p from `first` to j times other[j, p] each; also in its rows from `first`
+// to j, which are of no matter.
+COUNTERPOINT_INTO_EACH void subtract_earlier(const double* columns, const double* other, int ld,
+                                             int first, int j, int rows,
+                                             double* column) {  // Parameters: matrices and their places
+  if (j == first) return;
+  const std::ptrdiff_t begin = static_cast<std::ptrdiff_t>(first) * ld;
+  subtract_columns<1>(columns + begin + first, ld, other + begin + j, ld, column + first, ld,
+                      rows - first, j - first, false);
 }
 
 // The lower trapezoid of c -= a b', `columns` of m rows from the diagonal down.
@@ -221,11 +188,11 @@ COUNTERPOINT_WIDE bool factor_front_cholesky(const FrontShape& shape, double* pa
       if (!(column[j] > 0.0)) return false;
       const double diagonal = std::sqrt(column[j]);
       const double scale = inverse[j] = 1.0 / diagonal;
-      for_fours(first, rows, [&](int i) __attribute__((always_inline)) {
+      for (int i = first; i < rows; i += 4) {  // up to three rows more, which are padding
         Four below;
         load(column + i, below);
         store(below * scale, column + i);
-      });
+      }
       column[j] = diagonal;
     }
   }
@@ -249,7 +216,7 @@ COUNTERPOINT_INTO_EACH bool finish_lu_column(const FrontShape& shape, int first,
   const double scale = inverse[j] = 1.0 / pivot;
   Four above, after;  // rows of the pivot and before it do not grow
   load(growth + first, above);
-  for_fours(first, rows, [&](int i) __attribute__((always_inline)) {
+  for (int i = first; i < rows; i += 4) {
     Four b, r, g;
     load(below + i, b);
     load(right + i, r);
@@ -258,7 +225,7 @@ COUNTERPOINT_INTO_EACH bool finish_lu_column(const FrontShape& shape, int first,
     store(b, below + i);
     const Four product = b * r;
     store(g + (product < 0.0 ? -product : product), growth + i);
-  });
+  }
   below[j] = pivot;
   load(growth + first, after);
   const Four row = {0.0, 1.0, 2.0, 3.0};
@@ -273,7 +240,7 @@ COUNTERPOINT_WIDE bool factor_front_lu(const FrontShape& shape, double* l, doubl
                                        double* growth) {
   const int cols = shape.cols, rows = cols + shape.below, leading = shape.leading;
   const std::ptrdiff_t ld = leading;
-  std::fill(growth, growth + (rows + 3) / 4 * 4, 0.0);
+  std::fill(growth, growth + in_fours(rows), 0.0);
   for (int first = 0; first < cols; first += kColumns) {
     const int part = first / kPart * kPart, last = std::min(first + kColumns, cols);
     const int height = rows - first, count = last - first, width = std::min(kPart, cols - first);

@@ -305,7 +305,7 @@ void PackedJacobian::add_side(const double* jacobian, const double* other, int w
 void PackedJacobian::end_constraint() {
   Constraint& c = constraints_.back();
   c.end_strip = static_cast<int>(strips_.size());
-  c.leading = (c.num_columns + 3) & ~3;
+  c.leading = in_fours(c.num_columns);
   row_end_ += c.rows * c.leading;
   grow(by_row_, row_end_);
   const double* from = by_column_.data() + c.by_column;

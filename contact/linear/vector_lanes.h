@@ -15,6 +15,9 @@ namespace counterpoint::contact {
 using Four = double __attribute__((vector_size(32)));
 using Two = double __attribute__((vector_size(16)));
 
+/// As many in whole fours.
+constexpr int in_fours(int count) { return (count + 3) & ~3; }
+
 // By copies: they are at any address.
 COUNTERPOINT_INTO_EACH void load(const double* from, Four& to) {
   std::memcpy(&to, from, sizeof to);

@@ -3,9 +3,6 @@
 #include <algorithm>
 #include <span>
 
-#include "counterpoint/contact/laws/cone.h"
-#include "counterpoint/contact/laws/coulomb.h"
-
 namespace counterpoint::contact {
 namespace {
 
@@ -42,17 +39,11 @@ struct MixedCoulomb : CoulombAt<Four> {
   static constexpr bool kTriangular = true;  // the normal impulse does not depend on friction
   COUNTERPOINT_INTO_EACH MixedCoulomb(const Widened& law, const Four& normal, const Four& t)
       : CoulombAt(normal, t, law.sigma, law.sigma_T, law.slip, law.k) {}
-  COUNTERPOINT_INTO_EACH void slopes(SlopeFour& to) const {
-    to = {n_slope, p_slope, b, -p_by_n * n_slope, Four{}};
-  }
 };
 struct MixedConvex : ConvexAt<Four> {
   static constexpr bool kTriangular = false;
   COUNTERPOINT_INTO_EACH MixedConvex(const Widened& law, const Four& normal, const Four& t)
       : ConvexAt(normal, t, law.sigma, law.k) {}
-  COUNTERPOINT_INTO_EACH void slopes(SlopeFour& to) const {
-    to = {mean, mean, b, difference, difference};
-  }
 };
 
 template <class Friction>
@@ -121,7 +112,7 @@ COUNTERPOINT_INTO_EACH void find_errors(const Lanes& lanes, const double* y, con
       store(x.row[i] * inverse, mixed->t[i - 1]);
     }
     for (int i = 0; i < 3; ++i) store(e.row[i], mixed->error[i]);
-    cone.slopes(slopes);
+    slopes_of(cone, slopes);
     store_operator(slopes, mixed++->A);
     square += live * (law.sigma * (e.row[0] * e.row[0]) +
                       law.sigma_T * (e.row[1] * e.row[1] + e.row[2] * e.row[2]));

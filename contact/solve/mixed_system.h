@@ -65,7 +65,9 @@ class MixedSystem {
   /// Scale of the terms of the last residual [sqrt J], as Report has it.
   double scale() const { return scale_; }
   /// Number of constraints.
-  int num_laws() const { return lanes_[0].count() + lanes_[1].count() + static_cast<int>(laws_.size()); }
+  int num_laws() const {
+    return lanes_[0].count() + lanes_[1].count() + static_cast<int>(laws_.size());
+  }
 
   /// Factors the derivative at the last residual's point. False if singular.
   bool factor();

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "counterpoint/contact/laws/cone.h"
 #include "counterpoint/contact/laws/coulomb.h"
 #include "counterpoint/contact/laws/scalar_law.h"
 
@@ -91,16 +92,13 @@ void WideLaw::evaluate_cone(double k, double* x) {
   double tau = 0.0;
   for (int i = 1; i < rows; ++i) tau += x[i] * x[i];
   tau = std::sqrt(tau);
-  const ScalarLaw plus(x[0] + tau, sigma, k), minus(x[0] - tau, sigma, k);
-  const double sum = plus.s + minus.s;
-  const double across = sum > 0.0 ? (plus.g + minus.g) / sum : 0.5 / sigma;
-  x[0] = 0.5 * (plus.g + minus.g);
+  const ConvexAt<double> cone(x[0], tau, sigma, k);
+  x[0] = cone.n;
   for (int i = 1; i < rows; ++i) {
     t[i] = tau > 0.0 ? x[i] / tau : 0.0;
-    x[i] *= -across;
+    x[i] *= -cone.b;
   }
-  const double mean = 0.5 * (plus.a + minus.a), half = 0.5 * (plus.a - minus.a);
-  A = {mean, mean, across, half, half};
+  A = {cone.mean, cone.mean, cone.b, cone.difference, cone.difference};
 }
 
 void WideLaw::apply(const Operator& op, const double* x, double* out) const {
