@@ -64,9 +64,10 @@ inline constexpr double kMomentumShare = 1e-2;
 /// term says that no impulse is resolved better than 1e-14 of the momentum. Each island by itself.
 struct Report {
   Status status = Status::kConverged;
-  int iterations = 0;        ///< Newton steps, the largest over the islands
-  int total_iterations = 0;  ///< Newton steps, summed over the islands
-  int islands = 0;           ///< islands with constraints
+  /// Newton steps, the largest over the islands, and summed over them. Counted are factorizations:
+  /// steps with the factors of an earlier one are among the evaluations.
+  int iterations = 0, total_iterations = 0;
+  int islands = 0;  ///< islands with constraints
   int line_search_evaluations = 0;
   Method method = Method::kVelocity;  ///< the last one tried, the hardest over the islands
   /// Islands solved with softer laws: a block of each, and how much softer.

@@ -38,6 +38,8 @@ constexpr double kNearShare = 1e-2;
 // enough at the start, to that share.
 constexpr double kNearly = 0.3, kContraction = 0.1;
 constexpr int kStageSteps = 3, kFinishSteps = 20;
+// What a step with the last factors of the mixed method leaves of the residual where that arrived.
+constexpr double kMixedContraction = 1e-3;
 // It also goes on from where a mixed method ended unsolved, if the residual there is below this:
 // kinks as narrow as the regularizers see what the widened ones do not, which of several lightly
 // loaded corners slips.
@@ -87,8 +89,8 @@ int IslandSolver::allowed(int steps) const {
 }
 
 // Newton's method on velocities from w_; keeps the best point. True if it arrives.
-bool IslandSolver::finish(int max_iterations) {
-  last_ = newton_.run(tolerance_, allowed(max_iterations), w_, f_);
+bool IslandSolver::finish(int max_iterations, double contraction) {
+  last_ = newton_.run(tolerance_, allowed(max_iterations), w_, f_, contraction);
   return keep_best();
 }
 
@@ -136,7 +138,7 @@ bool IslandSolver::finish_mixed(const MixedNewton::Result& result) {
   newton_.count(result.iterations);
   if (!result.solved && !(result.residual < kUseful)) return false;
   w_ = point_.w;
-  return finish(kFinishSteps);
+  return finish(kFinishSteps, result.solved && result.iterations > 0 ? kMixedContraction : 1.0);
 }
 
 bool IslandSolver::run_near(int max_iterations) {

@@ -44,7 +44,7 @@ class IslandSolver {
   void walk_back();
   double softer_factor() const;
   bool solve_softer(double factor, int max_iterations);
-  bool finish(int max_iterations);
+  bool finish(int max_iterations, double contraction = 1.0);
   bool resume(int max_iterations);
   bool keep_best();
   bool finish_mixed(const MixedNewton::Result& result);

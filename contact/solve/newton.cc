@@ -18,13 +18,18 @@ constexpr double kNothing = 1e-140;
 // Residuals this many times the round-off estimate cannot be told from zero.
 constexpr double kFloorFactor = 4.0;
 // Those below this share of it are round-off for sure: no step is spent to see that they fall no
-// more. The estimate is a bound; what rounding leaves is about a tenth of it.
-constexpr double kSureFloor = 0.25;
+// more. The estimate is a bound; what rounding leaves is about a tenth of it. Steps with old factors
+// that still bring the residual down are cheap: they go on to a smaller share.
+constexpr double kSureFloor = 0.25, kSureFloorReused = 0.15;
 // Round-off is not looked for in relative residuals above this, unless a step did not go well.
 constexpr double kLargestSureFloor = 1e-7;
 // A given start of a smaller relative residual is not compared with the free velocity, which
 // has not been found to have less (docs/measurements/constants.md).
 constexpr double kGoodStart = 0.1;
+// A step goes on without new factors, and whole without a search, where the last one left at most
+// this share of the residual; without new factors only if so many like it would end the solve.
+constexpr double kFast = 0.2;
+constexpr int kMostReused = 4;
 // Steps on a residual that is no gradient: how often to halve, and the share of the predicted
 // decrease that must come.
 constexpr int kMaxHalvings = 10;
@@ -49,6 +54,7 @@ void Newton::begin(IslandSystem& system) {
   hessian_.resize(system.hessian_size());
   totals_.iterations = totals_.line_search_evaluations = 0;
   evaluated_ = false;
+  contraction_ = 1.0;
   totals_.residual_history.reserve(kUsualHistory);
   totals_.residual_history.clear();
 }
@@ -144,16 +150,45 @@ void Newton::linearize() {
   }
 }
 
-bool Newton::compute_direction() {
-  linearize();
-  if (!system_->factor(hessian_.data(), unsymmetric_)) return false;
-  for (size_t i = 0; i < step_.size(); ++i) step_[i] = -gradient_[i];
-  system_->solve(step_.data());
-  return true;
+bool Newton::factors_suffice(double tolerance) const {
+  return contraction_ <= kFast &&
+         residual_ * std::pow(contraction_, kMostReused) <= tolerance;
 }
 
-bool Newton::advance(std::vector<double>& w, std::vector<double>& f) {
-  return unsymmetric_ ? advance_residual(w, f) : advance_cost(w);
+bool Newton::factor() {
+  linearize();
+  return system_->factor(hessian_.data(), unsymmetric_);
+}
+
+void Newton::solve_direction() {
+  for (size_t i = 0; i < step_.size(); ++i) step_[i] = -gradient_[i];
+  system_->solve(step_.data());
+}
+
+// False where no step brings the residual down: a step with the last factors may fail.
+bool Newton::advance(std::vector<double>& w, std::vector<double>& f, bool reused) {
+  const double before = gradient_norm_;
+  bool moved = contraction_ <= kFast && take_step(1.0, before, w, f);
+  if (!moved && !reused) {
+    if (!evaluated_) evaluate_residual(w, f);
+    moved = unsymmetric_ ? advance_residual(w, f) : advance_cost(w);
+  }
+  if (!evaluated_) evaluate_residual(w, f);
+  contraction_ = moved ? gradient_norm_ / before : 1.0;
+  return moved || reused;
+}
+
+// Goes alpha of the step, and stays where it was if the residual is not below the one there.
+bool Newton::take_step(double alpha, double before, std::vector<double>& w,
+                       std::vector<double>& f) {
+  trial_ = w;
+  for (size_t i = 0; i < w.size(); ++i) w[i] += alpha * step_[i];
+  evaluate_residual(w, f);
+  ++totals_.line_search_evaluations;
+  if (gradient_norm_ < (1.0 - kSufficientDecrease * std::min(alpha, 1.0)) * before) return true;
+  w = trial_;
+  evaluated_ = false;
+  return false;
 }
 
 // The zero of the residual's component along step_: with a cost, where that is least.
@@ -184,6 +219,7 @@ LineSearchResult Newton::search_step() {
 bool Newton::advance_cost(std::vector<double>& w) {
   const LineSearchResult found = search_step();
   for (size_t i = 0; i < w.size(); ++i) w[i] += found.step * step_[i];
+  evaluated_ = false;
   return found.found;
 }
 
@@ -191,22 +227,13 @@ bool Newton::advance_cost(std::vector<double>& w) {
 // leaves w where it was if it never is.
 bool Newton::advance_residual(std::vector<double>& w, std::vector<double>& f) {
   const double before = gradient_norm_;
-  trial_ = w;
-  const auto improves = [&](double alpha) {
-    for (size_t j = 0; j < w.size(); ++j) w[j] = trial_[j] + alpha * step_[j];
-    evaluate_residual(w, f);
-    ++totals_.line_search_evaluations;
-    return gradient_norm_ < (1.0 - kSufficientDecrease * std::min(alpha, 1.0)) * before;
-  };
   // The zero of the residual along the step is usually far better than the full step.
   const LineSearchResult found = search_step();
-  if (found.found && found.step != 1.0 && improves(found.step)) return true;
+  if (found.found && found.step != 1.0 && take_step(found.step, before, w, f)) return true;
   double alpha = 1.0;
   for (int i = 0; i < kMaxHalvings; ++i, alpha *= 0.5) {
-    if (improves(alpha)) return true;
+    if (take_step(alpha, before, w, f)) return true;
   }
-  w = trial_;
-  evaluated_ = false;
   return false;
 }
 
@@ -216,18 +243,20 @@ void Newton::record() {
   totals_.residual_history.push_back(residual_);
 }
 
-// A step that did not reduce the residual, or a line search lost in noise: round-off, or failure?
-// A start that no step has followed yet must be round-off for sure, and is asked only where the
-// answer may be yes.
-bool Newton::at_floor(bool moved, double best, const std::vector<double>& w) {
-  const bool in_doubt = !moved || gradient_norm_ > 0.5 * best;
+// A step with new factors that did not reduce the residual, or a line search lost in noise:
+// round-off, or failure? A start that no such step has followed yet must be round-off for sure, and
+// is asked only where the answer may be yes.
+bool Newton::at_floor(bool moved, bool reused, double best, const std::vector<double>& w) {
+  const bool in_doubt = !moved || (!reused && gradient_norm_ > 0.5 * best);
   if (!in_doubt && residual_ > kLargestSureFloor) return false;
-  return gradient_norm_ <= (in_doubt ? kFloorFactor : kSureFloor) * roundoff_floor(w);
+  const double sure = reused && contraction_ <= kFast ? kSureFloorReused : kSureFloor;
+  return gradient_norm_ <= (in_doubt ? kFloorFactor : sure) * roundoff_floor(w);
 }
 
 Newton::Result Newton::run(double tolerance, int max_iterations, std::vector<double>& w,
-                           std::vector<double>& f) {
+                           std::vector<double>& f, double contraction) {
   unsymmetric_ = system_->unsymmetric();
+  contraction_ = contraction;
   evaluated_ = false;
   return resume(tolerance, max_iterations, w, f);
 }
@@ -242,7 +271,7 @@ Newton::Result Newton::resume(double tolerance, int max_iterations, std::vector<
   double best = std::numeric_limits<double>::infinity();
   double milestone = best;
   int since_milestone = 0;
-  bool moved = true;
+  bool moved = true, reused = false;
   for (;;) {
     if (!evaluated_) evaluate_residual(w, f);
     if (!recorded_) record();
@@ -255,15 +284,18 @@ Newton::Result Newton::resume(double tolerance, int max_iterations, std::vector<
     } else if (unsymmetric_ && ++since_milestone >= kMilestonePatience) {
       moved = false;  // creeping towards a local minimum of the residual's norm
     }
-    if (at_floor(moved, best, w)) return stop(Status::kRoundoffFloor);
+    if (at_floor(moved, reused, best, w)) return stop(Status::kRoundoffFloor);
     best = std::min(best, gradient_norm_);
     if (!moved) return stop(Status::kNoProgress);
-    if (result.iterations == max_iterations) return stop(Status::kMaxIterations);
-    if (!compute_direction()) return stop(Status::kSingular);
-    evaluated_ = false;
-    moved = advance(w, f);
-    ++result.iterations;
-    ++totals_.iterations;
+    reused = factors_suffice(tolerance);
+    if (!reused) {
+      if (result.iterations == max_iterations) return stop(Status::kMaxIterations);
+      if (!factor()) return stop(Status::kSingular);
+      ++result.iterations;
+      ++totals_.iterations;
+    }
+    solve_direction();
+    moved = advance(w, f, reused);
   }
 }
 

@@ -35,9 +35,11 @@ class Newton {
   /// well from the last velocity, a flight from the free one.
   /// f: room for impulses. resume() then starts there.
   void choose_start(std::vector<double>& w, std::vector<double>& f);
-  /// At most `max_iterations` steps towards a relative residual of `tolerance`. w: start on entry,
-  /// answer on return; f: impulses at w.
-  Result run(double tolerance, int max_iterations, std::vector<double>& w, std::vector<double>& f);
+  /// At most `max_iterations` factorizations towards a relative residual of `tolerance`. w: start on
+  /// entry, answer on return; f: impulses at w. contraction: share of the residual that a step with
+  /// the system's present factors is expected to leave; 1 where they are of no use.
+  Result run(double tolerance, int max_iterations, std::vector<double>& w, std::vector<double>& f,
+             double contraction = 1.0);
   /// Goes on where the last run or choose_start() ended, with its w, f and laws: nothing is
   /// computed anew.
   Result resume(double tolerance, int max_iterations, std::vector<double>& w,
@@ -50,11 +52,14 @@ class Newton {
  private:
   void evaluate_residual(const std::vector<double>& w, std::vector<double>& f);
   double roundoff_floor(const std::vector<double>& w);
-  bool compute_direction();
+  bool factors_suffice(double tolerance) const;
+  bool factor();
+  void solve_direction();
   void record();
   void linearize();
-  bool at_floor(bool moved, double best, const std::vector<double>& w);
-  bool advance(std::vector<double>& w, std::vector<double>& f);
+  bool at_floor(bool moved, bool reused, double best, const std::vector<double>& w);
+  bool advance(std::vector<double>& w, std::vector<double>& f, bool reused);
+  bool take_step(double alpha, double before, std::vector<double>& w, std::vector<double>& f);
   LineSearchResult search_step();
   bool advance_cost(std::vector<double>& w);
   bool advance_residual(std::vector<double>& w, std::vector<double>& f);
@@ -67,6 +72,7 @@ class Newton {
   std::vector<double> difference_, momentum_, gradient_, step_, mass_step_, trial_;
   std::vector<double> y_, y_step_, y_trial_, hessian_;
   double gradient_norm_ = 0.0, scale_ = 0.0, residual_ = 0.0;
+  double contraction_ = 1.0;  ///< residual after over that before the last step
   Totals totals_;
 };
 
