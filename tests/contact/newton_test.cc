@@ -3,7 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <vector>
 
 #include "contact/rounding.h"
 #include "contact/trials.h"
@@ -45,6 +47,48 @@ TEST(Newton, CostOfConvexProblemsFallsMonotonically) {
   });
   EXPECT_GT(steps, 1000);
   EXPECT_GT(resolved, steps / 2);  // else the bound would hide what is tested
+}
+
+// A solution that is moved by a little is found again with the factors that led there; factors that
+// have nothing to do with the problem cost a step, no more: those of M alone lead to the same end.
+TEST(Newton, OldFactorsAreUsedWhereTheyServe) {
+  Newton newton;
+  int solved = 0, without_new = 0, misled = 0;
+  for_trials(6, 500, [&](Random& random, int) {
+    RandomOptions options;
+    options.hard = random.coin();
+    const Problem problem = random_problem(random, options);
+    IslandSystem island;
+    load_whole(problem, island);
+    std::vector<double> w(island.size(), 0.0), f(island.num_rows());
+    const double tolerance = Settings{}.tolerance;
+    constexpr int kMostSteps = 100;
+    newton.begin(island);
+    if (newton.run(tolerance, kMostSteps, w, f).iterations < 2) return;
+    ++solved;
+    constexpr double kMoved = 1e-9, kExpected = 1e-3, kBlindly = 0.0;
+    std::vector<double> again = w;
+    for (double& x : again) x += kMoved * random.signed_unit();
+    const Newton::Result near = newton.run(tolerance, kMostSteps, again, f, kExpected);
+    EXPECT_TRUE(succeeded(near.status));
+    if (near.iterations == 0) ++without_new;
+
+    ASSERT_TRUE(island.factor(std::vector<double>(island.hessian_size(), 0.0).data(), false));
+    std::vector<double> other(island.size(), 0.0);
+    const Newton::Result far = newton.run(tolerance, kMostSteps, other, f, kBlindly);
+    EXPECT_TRUE(succeeded(far.status));
+    if (far.iterations > 0) ++misled;
+    double error = 0.0, size = 0.0;
+    for (size_t i = 0; i < w.size(); ++i) {
+      error = std::max(error, std::abs(other[i] - w[i]));
+      size = std::max(size, std::abs(w[i]));
+    }
+    constexpr double kSame = 1e-10;  // what rounding leaves of 1e-12 of the impulses
+    EXPECT_LE(error, kSame * (1.0 + size));
+  });
+  EXPECT_GT(solved, 200);
+  EXPECT_GT(without_new, solved / 2);
+  EXPECT_GT(misled, solved / 2);
 }
 
 // Sums of smoothed steps, some of them as narrow as the softest and the hardest laws together make
