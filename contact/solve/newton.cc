@@ -151,8 +151,7 @@ void Newton::linearize() {
 }
 
 bool Newton::factors_suffice(double tolerance) const {
-  return contraction_ <= kFast &&
-         residual_ * std::pow(contraction_, kMostReused) <= tolerance;
+  return contraction_ <= kFast && residual_ * std::pow(contraction_, kMostReused) <= tolerance;
 }
 
 bool Newton::factor() {

@@ -3,7 +3,6 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <cmath>
 #include <vector>
 
@@ -15,22 +14,22 @@ namespace {
 
 using testing::Cost;
 using testing::cost_of;
+using testing::for_islands;
 using testing::for_trials;
-using testing::load_whole;
 using testing::Random;
-using testing::random_problem;
 using testing::RandomOptions;
+
+RandomOptions convex(Random& random) {
+  RandomOptions options;
+  options.hard = random.coin();
+  return options;
+}
 
 // The cost is recomputed at every iterate, from the problem.
 TEST(Newton, CostOfConvexProblemsFallsMonotonically) {
   Newton newton;
   int steps = 0, resolved = 0;
-  for_trials(4, 500, [&](Random& random, int) {
-    RandomOptions options;
-    options.hard = random.coin();
-    const Problem problem = random_problem(random, options);
-    IslandSystem island;
-    load_whole(problem, island);
+  for_islands(4, 500, convex, [&](Random&, const Problem& problem, IslandSystem& island) {
     std::vector<double> w(island.size(), 0.0), f(island.num_rows());
     newton.begin(island);
     Cost last = cost_of(problem, VectorX::Zero(island.size()));
@@ -50,16 +49,11 @@ TEST(Newton, CostOfConvexProblemsFallsMonotonically) {
 }
 
 // A solution that is moved by a little is found again with the factors that led there; factors that
-// have nothing to do with the problem cost a step, no more: those of M alone lead to the same end.
+// have little to do with the problem, those of M alone, lead to the same end.
 TEST(Newton, OldFactorsAreUsedWhereTheyServe) {
   Newton newton;
   int solved = 0, without_new = 0, misled = 0;
-  for_trials(6, 500, [&](Random& random, int) {
-    RandomOptions options;
-    options.hard = random.coin();
-    const Problem problem = random_problem(random, options);
-    IslandSystem island;
-    load_whole(problem, island);
+  for_islands(6, 500, convex, [&](Random& random, const Problem&, IslandSystem& island) {
     std::vector<double> w(island.size(), 0.0), f(island.num_rows());
     const double tolerance = Settings{}.tolerance;
     constexpr int kMostSteps = 100;
@@ -78,11 +72,9 @@ TEST(Newton, OldFactorsAreUsedWhereTheyServe) {
     const Newton::Result far = newton.run(tolerance, kMostSteps, other, f, kBlindly);
     EXPECT_TRUE(succeeded(far.status));
     if (far.iterations > 0) ++misled;
-    double error = 0.0, size = 0.0;
-    for (size_t i = 0; i < w.size(); ++i) {
-      error = std::max(error, std::abs(other[i] - w[i]));
-      size = std::max(size, std::abs(w[i]));
-    }
+    const Eigen::Map<const VectorX> one(w.data(), island.size()), two(other.data(), island.size());
+    const double error = (two - one).lpNorm<Eigen::Infinity>();
+    const double size = one.lpNorm<Eigen::Infinity>();
     constexpr double kSame = 1e-10;  // what rounding leaves of 1e-12 of the impulses
     EXPECT_LE(error, kSame * (1.0 + size));
   });
