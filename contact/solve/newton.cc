@@ -18,8 +18,8 @@ constexpr double kNothing = 1e-140;
 // Residuals this many times the round-off estimate cannot be told from zero.
 constexpr double kFloorFactor = 4.0;
 // Those below this share of it are round-off for sure: no step is spent to see that they fall no
-// more. The estimate is a bound; what rounding leaves is about a tenth of it. Steps with old factors
-// that still bring the residual down are cheap: they go on to a smaller share.
+// more. The estimate is a bound; what rounding leaves is about a tenth of it. Steps with old
+// factors that still bring the residual down are cheap: they go on to a smaller share.
 constexpr double kSureFloor = 0.25, kSureFloorReused = 0.15;
 // Round-off is not looked for in relative residuals above this, unless a step did not go well.
 constexpr double kLargestSureFloor = 1e-7;

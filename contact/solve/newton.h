@@ -35,9 +35,9 @@ class Newton {
   /// well from the last velocity, a flight from the free one.
   /// f: room for impulses. resume() then starts there.
   void choose_start(std::vector<double>& w, std::vector<double>& f);
-  /// At most `max_iterations` factorizations towards a relative residual of `tolerance`. w: start on
-  /// entry, answer on return; f: impulses at w. contraction: share of the residual that a step with
-  /// the system's present factors is expected to leave; 1 where they are of no use.
+  /// At most `max_iterations` factorizations towards a relative residual of `tolerance`. w: start
+  /// on entry, answer on return; f: impulses at w. contraction: share of the residual that a step
+  /// with the system's present factors is expected to leave; 1 where they are of no use.
   Result run(double tolerance, int max_iterations, std::vector<double>& w, std::vector<double>& f,
              double contraction = 1.0);
   /// Goes on where the last run or choose_start() ended, with its w, f and laws: nothing is
