@@ -138,6 +138,8 @@ class Simulator {
 
   /// How often the code of each effect has run.
   const EffectCounts& effect_counts() const { return workspace_.effect_counts(); }
+  /// Trees that nothing outside touched in the last step (Workspace::free_trees).
+  std::span<const int> free_trees() const { return workspace_.free_trees(); }
 
   /// The forces between (q, v) and v_next, beside the wrenches and servo targets of input(); valid
   /// until the next call.

@@ -8,6 +8,7 @@
 
 #include <chrono>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -174,6 +175,10 @@ class Workspace {
 
   /// How often the code of each effect has run, in steps and inverses with this workspace.
   const EffectCounts& effect_counts() const;
+  /// The trees that nothing outside touched in the last step or inverse. Their centre of mass moves
+  /// by outer forces alone, and their base's translation is not q (+) h v+
+  /// (docs/explanation/integrators.md#momentum).
+  std::span<const int> free_trees() const;
 
   struct Impl;
   Impl& impl() { return *impl_; }

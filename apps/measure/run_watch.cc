@@ -19,7 +19,8 @@ RunWatch::RunWatch(Simulator& simulator)
     : simulator_(simulator),
       dynamics_(simulator.model()),
       q_(simulator.state().q),
-      v_(simulator.state().v) {
+      v_(simulator.state().v),
+      momentum_(VectorX::Zero(simulator.model().nv())) {
   highest_ = start_ = energy(simulator_.state());
   below_ = below_ground();
 }
@@ -33,6 +34,31 @@ double RunWatch::energy(const State& state) {
   dynamics_.set_state(state.q, state.v);
   return dynamics_.kinetic_energy() + dynamics_.potential_energy() +
          spring_energy(simulator_.model(), state.q);
+}
+
+Vector3 RunWatch::momentum_rows(const VectorX& q, const VectorX& v, int first) {
+  dynamics_.set_configuration(q);
+  dynamics_.inverse_dynamics(v, momentum_);
+  const Vector3 with_weight = momentum_.segment<3>(first);
+  rest_.setZero(v.size());
+  dynamics_.inverse_dynamics(rest_, momentum_);
+  return with_weight - momentum_.segment<3>(first);
+}
+
+/// The momentum of a tree that nothing outside touches belongs to the pose reached.
+double RunWatch::center_energy(const State& state) {
+  const Model& model = simulator_.model();
+  double energy = 0.0;
+  for (const int t : simulator_.free_trees()) {
+    const Tree& tree = model.trees()[static_cast<std::size_t>(t)];
+    if (!is_floating_linkage(model, tree)) continue;
+    double mass = 0.0;
+    for (int i = tree.body_begin; i < tree.body_end; ++i) mass += model.body(i).inertia.mass;
+    energy += 0.5 / mass *
+              (momentum_rows(state.q, state.v, tree.v_begin).squaredNorm() -
+               momentum_rows(q_moved_, state.v, tree.v_begin).squaredNorm());
+  }
+  return energy;
 }
 
 // Semi-implicit Euler: the kinetic energy of a linkage that floats is that where the step's forces
@@ -50,7 +76,7 @@ double RunWatch::energy_left(const State& state) {
   }
   dynamics_.set_state(q_moved_, state.v);
   const double kinetic = dynamics_.kinetic_energy();
-  return kinetic + potential(state.q);
+  return kinetic + center_energy(state) + potential(state.q);
 }
 
 // Semi-implicit Euler moves positions by h (v+ + d), d being the correction of overlaps. What the
@@ -58,7 +84,12 @@ double RunWatch::energy_left(const State& state) {
 void RunWatch::add_overlap_work(double h, const State& state) {
   if (simulator_.options().integrator != Integrator::kSemiImplicitEuler) return;
   if (q_moved_.size() != q_.size()) q_moved_.resize(q_.size());
-  integrate_configuration(simulator_.model(), q_, state.v, h, q_moved_);
+  const Model& model = simulator_.model();
+  integrate_configuration(model, q_, state.v, h, q_moved_);
+  for (const int t : simulator_.free_trees()) {
+    const int base = model.body(model.trees()[static_cast<std::size_t>(t)].body_begin).q_index;
+    q_moved_.segment<3>(base) = state.q.segment<3>(base);
+  }
   if ((q_moved_ - state.q).lpNorm<Eigen::Infinity>() < kMoved) return;
   overlap_work_ += potential(state.q) - potential(q_moved_);
 }

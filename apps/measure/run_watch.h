@@ -25,11 +25,15 @@ class RunWatch {
   /// Of weights and springs [J]; leaves dynamics_ at q (nq).
   double potential(const VectorX& q);
   void add_overlap_work(double h, const State& state);
+  /// Rows of M(q) v from `first` on: the linear momentum of a tree that floats [kg m/s].
+  Vector3 momentum_rows(const VectorX& q, const VectorX& v, int first);
+  /// What the kinetic energy of centres of mass is beyond that at q_moved_ [J].
+  double center_energy(const State& state);
   double below_ground() const;
 
   Simulator& simulator_;  ///< read only; its input() is there for writers alone
   Dynamics dynamics_;
-  VectorX q_, v_, q_moved_;
+  VectorX q_, v_, q_moved_, momentum_, rest_;
   double start_ = 0.0, work_ = 0.0, path_work_ = 0.0, overlap_work_ = 0.0;  ///< [J]
   double gain_ = 0.0, excess_ = 0.0, highest_ = 0.0;                        ///< [J]
   double below_ = 0.0;                                                      ///< deepest so far [m]

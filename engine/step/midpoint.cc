@@ -96,6 +96,7 @@ void step_midpoint(const StepArguments& step, Workspace::Impl& ws, State& next,
   }
   integrate_configuration(model, state.q, next.v, h, next.q);
   next.v += ws.middle - state.v;
+  if (report.succeeded()) ws.free_groups.correct(step.context(), input, next.q, next);
 }
 
 namespace {
@@ -149,6 +150,12 @@ bool refine_contact_velocity(const InverseArguments& step, double pose_rounding,
                       Eigen::Ref<VectorX>(ws.impulse.head(problem.num_rows())));
   if (!contact::succeeded(report.status)) return false;
   for_each_block([&](int, auto in_tree, auto in_block) { ws.middle(in_tree) = ws.w(in_block); });
+  // The poses of free groups hold a displacement of all of a group beside w_c.
+  for (const FreeGroups::Group& group : ws.free_groups.groups())
+    for (const int t : group.trees) {
+      const int v_begin = model.trees()[static_cast<size_t>(t)].v_begin;
+      w_c.segment<3>(v_begin) = ws.middle.segment<3>(v_begin);
+    }
   if (!((ws.middle - w_c).lpNorm<Eigen::Infinity>() * step.h() <= pose_rounding)) return false;
   w_c.swap(ws.middle);
   return true;

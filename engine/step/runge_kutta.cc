@@ -79,6 +79,7 @@ void step_runge_kutta(const StepArguments& step, Workspace::Impl& ws, State& nex
   integrate_configuration(model, state.q, stages.theta_sum, 1.0, next.q);
   if (constrained && report.succeeded())
     project_on_equalities(model, options, effects, ws, next, report);
+  if (report.succeeded()) ws.free_groups.correct(step.context(), input, next.q, next);
   ws.constraints.clear();  // equalities have no forces that a later step would start from
 }
 

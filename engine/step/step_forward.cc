@@ -20,6 +20,8 @@ Workspace& Workspace::operator=(Workspace&&) noexcept = default;
 
 const EffectCounts& Workspace::effect_counts() const { return impl_->counts; }
 
+std::span<const int> Workspace::free_trees() const { return impl_->free_groups.trees(); }
+
 void measure_phases(Workspace& workspace, PhaseTimes* times) { workspace.impl().times = times; }
 
 void check_time_step(double h) {
@@ -46,6 +48,10 @@ void step_euler(const StepArguments& step, Workspace::Impl& ws, State& next, Ste
     integrate_configuration(model, state.q, displacement, h, bodies, next.q);
   if (constrained)
     ws.sleepers.hold_still(model, h, ws.finder.radii(), ws.data, state, displacement, next);
+  if (!report.succeeded() || ws.free_groups.groups().empty()) return;
+  const bool displaced = &displacement != &next.v;
+  if (displaced) integrate_configuration(model, state.q, next.v, h, ws.q_reached);
+  ws.free_groups.correct(step.context(), step.input, displaced ? ws.q_reached : next.q, next);
 }
 
 /// The forces of the constraints of a step go with the state that it led to.

@@ -231,6 +231,11 @@ void invert_step(const InverseArguments& step, Workspace::Impl& ws, Inverse& out
   } else {
     invert_midpoint(step, refined, ws, out);
   }
+  if (!ws.free_groups.groups().empty()) {
+    integrate_configuration(model, q, ws.contact_velocity, step.h(), ws.q_reached);
+    ws.free_groups.restore(step.context(), known, ws.q_reached, v_next, ws.data, ws.body_impulse,
+                           out.applied_force);
+  }
   out.fault = ws.check.of_recovered(model, out.applied_force);
   out.force_scale = largest_force(ws, out);
 }

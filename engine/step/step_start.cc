@@ -88,14 +88,20 @@ const StepStart& prepare_step(const StepContext& at, Workspace::Impl& ws) {
       start.find_constraints(at, ws);
       start.gravity_ = set_body_forces(at.model, at.effects, ws);
       start.set_mean_forces(at, ws);
+      ws.free_groups.find(at, start.constraints_, ws.sleepers.idle_bodies(), ws.data);
       break;
     case Integrator::kImplicitMidpoint:
       start.find_constraints(at, ws);
       start.gravity_ = set_body_forces(at.model, at.effects, ws);
       start.predict_equalities(at, ws);
+      ws.free_groups.find(at, start.constraints_, {}, ws.data);
       break;
     case Integrator::kRungeKutta4:
       start.constraints_.clear();
+      if (!ws.free_groups.any()) break;
+      compute_poses(at.model, at.q, ws.data);
+      compute_velocities(at.model, at.v, ws.data);
+      ws.free_groups.find(at, start.constraints_, {}, ws.data);
       break;
   }
   return start;

@@ -6,6 +6,7 @@
 #include "counterpoint/engine/constraints/constraints.h"
 #include "counterpoint/engine/diagnosis/state_check.h"
 #include "counterpoint/engine/step.h"
+#include "counterpoint/engine/step/free_groups.h"
 #include "counterpoint/engine/step/overlap_correction.h"
 #include "counterpoint/engine/step/sleep.h"
 #include "counterpoint/engine/step/softening.h"
@@ -38,6 +39,7 @@ struct Workspace::Impl {
         finder(model, compute_inverse_weights(model, data)),
         sleepers(model),
         start(model),
+        free_groups(model),
         other(VectorX::Zero(model.nv())),
         displacement(VectorX::Zero(model.nv())),
         velocity(model.num_bodies()),
@@ -49,6 +51,7 @@ struct Workspace::Impl {
         no_rotors(VectorX::Zero(model.nv())),
         q_middle(model.default_q()),
         middle(VectorX::Zero(model.nv())),
+        q_reached(model.default_q()),
         called(called_for(model, finder.collider())) {}
 
   PhaseTimes* times = nullptr;  ///< added to by forward steps; none, none is read
@@ -57,6 +60,7 @@ struct Workspace::Impl {
   ConstraintFinder finder;
   Sleepers sleepers;
   StepStart start;  ///< what follows from (q, v) alone: only prepare_step changes it
+  FreeGroups free_groups;  ///< found by prepare_step
   /// start.constraints(), and what input and solution add to them: limited servos, limits and
   /// contacts that w+ runs into, softer laws.
   ConstraintSet constraints;
@@ -85,6 +89,7 @@ struct Workspace::Impl {
   std::vector<Motion> velocity_acceleration;  ///< scratch of drag
   VectorX tau, diagonal, acceleration, no_rotors;
   VectorX q_middle, middle, next_middle;  ///< scratch of the midpoint rule
+  VectorX q_reached;  ///< nq: the poses at which the velocity after a step is taken (FreeGroups)
   /// nv: that the impulses of a step are functions of: w+, or w_c of the midpoint rule.
   VectorX contact_velocity;
   VectorX not_wanted;  ///< nv: what functions add to that is asked for something else

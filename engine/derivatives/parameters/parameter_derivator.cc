@@ -4,6 +4,7 @@
 
 #include "counterpoint/engine/derivatives/parameters/parameter_constraints.h"
 #include "counterpoint/engine/derivatives/parameters/parameter_dynamics.h"
+#include "counterpoint/engine/derivatives/step/center_terms.h"
 #include "counterpoint/model/special_values.h"
 
 namespace counterpoint {
@@ -92,6 +93,7 @@ struct ParameterDerivator::Impl {
   ParameterDynamics dynamics;
   ParameterConstraints constraints;
   std::vector<ChangedSteps> changed;
+  std::optional<CenterTerms> center;  ///< where there were free groups
 };
 
 ParameterDerivator::ParameterDerivator(const Model& model, std::vector<StepParameter> parameters)
@@ -127,7 +129,11 @@ void ParameterDerivator::inverse(
   const VectorX none;
   const VectorRef no_pose(none);
   const InverseArguments of{model, options, q, v, no_pose, v_next, known, effects};
-  if (analytic) impl_->dynamics.add(impl_->prepared, of, ws, d.du);
+  const bool free = analytic && !ws.free_groups.groups().empty();
+  if (free && !impl_->center) impl_->center.emplace(model);
+  const VectorRef w = free ? VectorRef(impl_->center->find_step_velocity(of, ws)) : v_next;
+  const InverseArguments alone{model, options, q, v, no_pose, w, known, effects};
+  if (analytic) impl_->dynamics.add(impl_->prepared, alone, ws, d.du);
   for (size_t k = 0; k < count; ++k) {
     const PreparedParameter& p = impl_->prepared[k];
     auto column = d.du.col(static_cast<Eigen::Index>(k));
@@ -140,6 +146,7 @@ void ParameterDerivator::inverse(
       d.by_differences[k] = 1;
     }
   }
+  if (free) impl_->center->correct_parameters(impl_->parameters, of, ws, d.by_differences, d.du);
 }
 
 }  // namespace counterpoint

@@ -31,7 +31,7 @@ void add_exponent_rate(const Model& model, const VectorX& theta, const VectorX& 
 
 RungeKuttaDerivator::RungeKuttaDerivator(const Model& model) {
   const int nv = model.nv();
-  theta_ = rate_ = acceleration_ = theta_sum_ = VectorX::Zero(nv);
+  theta_ = rate_ = acceleration_ = theta_sum_ = v_sum_ = VectorX::Zero(nv);
   for (MatrixX* m : {&dtheta_, &dq_, &dw_, &drate_, &da_, &dtheta_sum_, &dv_sum_})
     m->setZero(nv, 3 * nv);
 }
@@ -63,11 +63,13 @@ bool RungeKuttaDerivator::compute(const StepContext& start, const Input& input,
         "implicit_midpoint or semi_implicit_euler");
   ws.constraints.clear();
   ws.sleepers.wake_all(model);
+  prepare_step(start, ws);
   const int nv = model.nv();
   at_.q = q;
   at_.v = v;
   theta_.setZero();
   theta_sum_.setZero();
+  v_sum_ = v;
   for (MatrixX* m : {&dtheta_, &dtheta_sum_, &dv_sum_}) m->setZero();
   dw_.setZero();
   dw_.middleCols(nv, nv).diagonal().setOnes();
@@ -94,9 +96,12 @@ bool RungeKuttaDerivator::compute(const StepContext& start, const Input& input,
     add_exponent_rate(model, theta_, at_.v, dtheta_, drate_);
     if (!accelerate(model, smooth)) return false;
     theta_sum_ += h / 6.0 * weight * rate_;
+    v_sum_ += h / 6.0 * weight * acceleration_;
     dtheta_sum_ += h / 6.0 * weight * drate_;
     dv_sum_ += h / 6.0 * weight * da_;
   }
+  integrate_configuration(model, q, theta_sum_, 1.0, at_.q);
+  at_.v = v_sum_;
   dv_sum_.middleCols(nv, nv).diagonal().array() += 1.0;
   multiply_rows(model, RotationMap::kQ, theta_sum_, dtheta_sum_);
   add_map(model, RotationMap::kP, theta_sum_, dtheta_sum_.leftCols(nv));

@@ -24,12 +24,15 @@ class RungeKuttaDerivator {
   bool compute(const StepContext& start, const Input& input, Workspace::Impl& ws,
                SmoothDerivator& smooth, ForwardDerivatives& d);
 
+  /// The state that the stages led to.
+  const State& reached() const { return at_; }
+
  private:
   bool accelerate(const Model& model, const SmoothDerivator& smooth);
 
   SparseSolver solver_;
   State at_;
-  VectorX theta_, rate_, acceleration_, theta_sum_;
+  VectorX theta_, rate_, acceleration_, theta_sum_, v_sum_;
   // nv x 3 nv: by q, v and u.
   MatrixX dtheta_, dq_, dw_, drate_, da_, dtheta_sum_, dv_sum_;
 };

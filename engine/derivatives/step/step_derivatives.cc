@@ -1,9 +1,11 @@
 #include "counterpoint/engine/derivatives.h"
 
+#include <algorithm>
 #include <optional>
 
 #include "counterpoint/engine/derivatives/dynamics/rotation_maps.h"
 #include "counterpoint/engine/derivatives/dynamics/sparse_solve.h"
+#include "counterpoint/engine/derivatives/step/center_terms.h"
 #include "counterpoint/engine/derivatives/step/constrained_midpoint.h"
 #include "counterpoint/engine/derivatives/step/displacement_derivator.h"
 #include "counterpoint/engine/derivatives/step/inverse_derivator.h"
@@ -24,6 +26,7 @@ struct DerivativeScratch {
   std::optional<SmoothDerivator> smooth;
   std::optional<RungeKuttaDerivator> runge_kutta;
   std::optional<ConstrainedMidpoint> midpoint;
+  std::optional<CenterTerms> center;  ///< where there are free groups
   // Of steps that displace.
   std::optional<DisplacementDerivator> displacement;
   bool impulses = false;  ///< the last step was one of the midpoint rule with constraints
@@ -36,6 +39,14 @@ namespace {
 DerivativeScratch& scratch_of(const Model& model, Workspace::Impl& ws) {
   if (!ws.derivatives) ws.derivatives = std::make_shared<DerivativeScratch>(model);
   return *ws.derivatives;
+}
+
+/// Null where the step has no free groups.
+CenterTerms* center_terms(const Model& model, const Workspace::Impl& ws,
+                          DerivativeScratch& scratch) {
+  if (ws.free_groups.groups().empty()) return nullptr;
+  if (!scratch.center) scratch.center.emplace(model);
+  return &*scratch.center;
 }
 
 /// What w+ and the displacement velocity p of a step make of q_next = q (+) h (w+ + p).
@@ -85,7 +96,12 @@ bool differentiate_runge_kutta(const StepContext& start, const Input& input, Wor
   if (!ws.check.accepts(model, scratch.start, input)) return false;
   if (!scratch.smooth) scratch.smooth.emplace(model);
   if (!scratch.runge_kutta) scratch.runge_kutta.emplace(model);
-  return scratch.runge_kutta->compute(start, input, ws, *scratch.smooth, d);
+  if (!scratch.runge_kutta->compute(start, input, ws, *scratch.smooth, d)) return false;
+  if (CenterTerms* center = center_terms(model, ws, scratch)) {
+    const State& reached = scratch.runge_kutta->reached();
+    center->correct_forward(start, reached.q, reached.v, ws, d);
+  }
+  return true;
 }
 
 /// In closed form. False if something acts that has none.
@@ -98,6 +114,13 @@ bool differentiate(const InverseArguments& of, Workspace::Impl& ws, DerivativeSc
     return scratch.midpoint->compute(of, ws, *scratch.smooth, scratch.inverse, d);
   compute_midpoint_derivatives(of, ws, *scratch.smooth, scratch.r, d);
   return true;
+}
+
+/// Whether laws change within a smoothing length: all but those of equalities.
+bool has_kinks(const ConstraintSet& constraints) {
+  const auto kinked = [](const auto& row) { return row.law.type != contact::LawType::kEquality; };
+  return std::any_of(constraints.pairs.begin(), constraints.pairs.end(), kinked) ||
+         std::any_of(constraints.joints.begin(), constraints.joints.end(), kinked);
 }
 
 void fill_with_nan(int nv, InverseDerivatives& d) {
@@ -120,11 +143,18 @@ void step_inverse_derivatives(const Model& model, const SimulationOptions& optio
   if (scratch.impulses && !scratch.midpoint) scratch.midpoint.emplace(model);
   const EffectSet effects = active_effects(ws.called, options.effects);
   const InverseArguments of{model, options, q, v, q_next, v_next, known, effects};
-  const bool closed = analytic && differentiate(of, ws, scratch, d);
+  CenterTerms* const center = analytic ? center_terms(model, ws, scratch) : nullptr;
+  const VectorRef w = center != nullptr ? VectorRef(center->find_step_velocity(of, ws)) : v_next;
+  const InverseArguments alone{model, options, q, v, q_next, w, known, effects};
+  const bool closed = analytic && differentiate(alone, ws, scratch, d);
   d.by_differences = analytic && !closed;
+  // Differences of a midpoint step with constraints know of the correction.
+  if (center != nullptr && (closed || !scratch.impulses))
+    center->correct_inverse(of, scratch.impulses ? &*scratch.midpoint : nullptr, ws, d);
   if (closed) return;
-  const double step =
-      difference_step > 0.0 ? difference_step : suitable_difference_step(options, constrained);
+  const double step = difference_step > 0.0
+                          ? difference_step
+                          : suitable_difference_step(options, has_kinks(ws.constraints));
   const bool extrapolated = method != DerivativeMethod::kCentralDifferences;
   if (!scratch.impulses)
     return difference_step_inverse(of, workspace, {step, extrapolated, !analytic},
@@ -180,6 +210,11 @@ bool step_forward_derivatives(const Model& model, const SimulationOptions& optio
     chain_displacement(model, options.time_step, v_next, *scratch.displacement, scratch.r, d);
   } else {
     chain_configuration(of, scratch.impulses ? &*scratch.midpoint : nullptr, scratch.r, d);
+  }
+  if (CenterTerms* center = center_terms(model, ws, scratch)) {
+    scratch.start.q = q;
+    integrate_configuration(model, q, scratch.r, 1.0, scratch.start.q);
+    center->correct_forward(of.context(), scratch.start.q, v_next, ws, d);
   }
   return true;
 }

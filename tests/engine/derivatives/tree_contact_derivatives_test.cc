@@ -56,7 +56,7 @@ Scene make_scene(int seed, const test::RandomModelOptions& o, test::Random& rand
 
 TEST(TreeContactDerivatives, OfEveryJointTypeWithEveryEffect) {
   int contacts = 0, checked = 0;
-  for (int seed = 0; seed < 42; ++seed) {
+  for (int seed = 0; seed < 44; ++seed) {
     test::RandomModelOptions o;
     o.links = 2 + seed % 6;
     o.base = seed % 3 == 0 ? Base::kFixed : Base::kFloating;

@@ -22,21 +22,43 @@ struct Conserved {
   Vector3 momentum;
 };
 
-/// What the last step left: of linkages that float where its forces acted, at q (-) h w.
+/// Momentum of a tree, where the kinematics are those of `data`.
+Vector3 momentum_of(const Tree& tree, const Data& data) {
+  Vector3 sum = Vector3::Zero();
+  for (int i = tree.body_begin; i < tree.body_end; ++i)
+    sum += data.inertia[i].mass * data.V[i].at(data.inertia[i].center);
+  return sum;
+}
+
+/// What the last step left: momentum, and energy, of linkages that float that of the motion about
+/// their centre of mass where its forces acted, at q (-) h w.
 Conserved conserved(const Simulator& sim) {
   const Model& model = sim.model();
   const State& state = sim.state();
+  const Data now = test::kinematics_of(sim);
   VectorX q = state.q;
+  const auto moved = [&](const Tree& tree) {
+    return model.body(tree.body_begin).joint_type == JointType::kFloating &&
+           tree.body_end - tree.body_begin > 1;
+  };
   for (const Tree& tree : model.trees())
-    if (model.body(tree.body_begin).joint_type == JointType::kFloating &&
-        tree.body_end - tree.body_begin > 1)
+    if (moved(tree))
       integrate_configuration(model, state.q, state.v, -sim.options().time_step,
                               {tree.body_begin, tree.body_end}, q);
   Data data(model);
   compute_poses(model, q, data);
   compute_velocities(model, state.v, data);
   compute_inertias(model, data);
-  return {kinetic_energy(model, state.v, data), total_momentum(model, data).force};
+  double energy = kinetic_energy(model, state.v, data);
+  for (const Tree& tree : model.trees()) {
+    if (!moved(tree)) continue;
+    double mass = 0.0;
+    for (int i = tree.body_begin; i < tree.body_end; ++i) mass += data.inertia[i].mass;
+    energy += 0.5 / mass *
+              (momentum_of(tree, now).squaredNorm() -
+               momentum_of(tree, data).squaredNorm());
+  }
+  return {energy, total_momentum(model, now).force};
 }
 
 /// Six links on revolute and ball joints without gravity; nothing else drives or brakes them. False

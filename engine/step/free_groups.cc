@@ -1,0 +1,221 @@
+#include "counterpoint/engine/step/free_groups.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "counterpoint/engine/constraints/assemble.h"
+#include "counterpoint/engine/dynamics/kinematics.h"
+
+namespace counterpoint {
+namespace {
+
+const Body& base(const Model& model, int tree) {
+  return model.body(model.trees()[static_cast<size_t>(tree)].body_begin);
+}
+
+BodyRange bodies_of(const Tree& tree) { return {tree.body_begin, tree.body_end}; }
+
+/// Only its own bodies and what the step is given act on the base of a tree.
+bool floats(const Model& model, int t) {
+  const Body& root = base(model, t);
+  if (root.joint_type != JointType::kFloating) return false;
+  for (const VectorX* v : {&model.armature(), &model.damping(), &model.dry_friction()})
+    if (!v->segment<6>(root.v_index).isZero(0.0)) return false;
+  return true;
+}
+
+/// What generalized forces u (nv) apply to the bases of trees, in W [N].
+Vector3 force_on_bases(const Model& model, std::span<const int> trees, const VectorRef& u) {
+  Vector3 force = Vector3::Zero();
+  for (const int t : trees) {
+    const Body& root = base(model, t);
+    force += root.X_PJ.rotation * u.segment<3>(root.v_index);
+  }
+  return force;
+}
+
+}  // namespace
+
+FreeGroups::FreeGroups(const Model& model) {
+  const auto count = model.trees().size();
+  floats_.resize(count);
+  off_center_.resize(count);
+  held_.resize(count);
+  carried_.assign(count, 0.0);
+  mass_.assign(count, 0.0);
+  for (size_t t = 0; t < count; ++t) {
+    const Tree& tree = model.trees()[t];
+    floats_[t] = floats(model, static_cast<int>(t));
+    off_center_[t] = tree.body_end - tree.body_begin > 1 ||
+                     !model.body(tree.body_begin).inertia.center.isZero(0.0);
+    any_ = any_ || (floats_[t] && off_center_[t]);
+    for (int i = tree.body_begin; i < tree.body_end; ++i) mass_[t] += model.body(i).inertia.mass;
+  }
+  for (const GravityCompensation& carried : model.gravity_compensations())
+    if (carried.body != 0)
+      carried_[static_cast<size_t>(model.body(carried.body).tree)] += carried.mass;
+  if (!any_) return;
+  groups_.resize(count);
+  trees_.reserve(count);
+  scratch_.emplace(model);
+  V_.resize(static_cast<size_t>(model.num_bodies()));
+  tau_ = VectorX::Zero(model.nv());
+}
+
+/// Joins the trees that touch, or may within the step, and marks those that touch the world.
+void FreeGroups::join_touched(const StepContext& at, const ConstraintSet& constraints) {
+  const Model& model = at.model;
+  const auto touch = [&](int a, int b) {
+    if (a == b) return;
+    if (a >= 0 && b >= 0) return sets_.join(a, b);
+    held_[static_cast<size_t>(std::max(a, b))] = 1;
+  };
+  const auto touch_bodies = [&](int a, int b) { touch(model.body(a).tree, model.body(b).tree); };
+  for (const PairConstraint& pair : constraints.pairs) touch_bodies(pair.body_a, pair.body_b);
+  for (const ParkedContact& parked : constraints.parked) touch_bodies(parked.body_a, parked.body_b);
+  for (const FarPair& far : constraints.far) touch_bodies(far.body_a, far.body_b);
+  // Runge-Kutta steps list no constraints.
+  if (at.effects.has(Effect::kClosures))
+    for (const Closure& closure : model.closures()) touch_bodies(closure.body_a, closure.body_b);
+  if (at.effects.has(Effect::kMimics))
+    for (const Mimic& mimic : model.mimics()) touch_bodies(mimic.joint + 1, mimic.master + 1);
+  if (at.effects.has(Effect::kDrag))
+    for (const BodyDrag& drag : model.drags()) touch(model.body(drag.body).tree, -1);
+}
+
+/// Lists the trees of groups without a held tree, by group.
+void FreeGroups::list_free_trees(const Model& model) {
+  for (int t = 0; t < model.num_trees(); ++t)
+    if (held_[static_cast<size_t>(t)]) held_[static_cast<size_t>(sets_.root(t))] = 1;
+  for (int t = 0; t < model.num_trees(); ++t)
+    if (!held_[static_cast<size_t>(sets_.root(t))]) trees_.push_back(t);
+  std::sort(trees_.begin(), trees_.end(), [&](int a, int b) {
+    return std::pair(sets_.root(a), a) < std::pair(sets_.root(b), b);
+  });
+}
+
+void FreeGroups::add_group(const Model& model, std::span<const int> trees, const Data& data) {
+  const auto off_center = [&](int t) { return off_center_[static_cast<size_t>(t)] != 0; };
+  if (std::none_of(trees.begin(), trees.end(), off_center)) return;
+  Group& group = groups_[count_++];
+  group = {};
+  group.trees = trees;
+  for (const int t : trees) {
+    group.mass += mass_[static_cast<size_t>(t)];
+    group.heavy_mass += mass_[static_cast<size_t>(t)] - carried_[static_cast<size_t>(t)];
+  }
+  group.origin = data.X_WB[model.trees()[static_cast<size_t>(trees[0])].body_begin].translation;
+  group.start = motion_of(model, group, data, data.V);
+}
+
+void FreeGroups::find(const StepContext& at, const ConstraintSet& constraints, Idle idle,
+                      const Data& data) {
+  count_ = 0;
+  trees_.clear();
+  if (!any_) return;
+  const Model& model = at.model;
+  sets_.reset(model.num_trees());
+  for (int t = 0; t < model.num_trees(); ++t) {
+    const auto i = static_cast<size_t>(t);
+    held_[i] = !floats_[i] || idle(model.trees()[i].body_begin);
+  }
+  join_touched(at, constraints);
+  list_free_trees(model);
+  for (size_t first = 0, last = 0; first < trees_.size(); first = last) {
+    while (last < trees_.size() && sets_.root(trees_[last]) == sets_.root(trees_[first])) ++last;
+    add_group(model, {&trees_[first], last - first}, data);
+  }
+}
+
+CenterMotion FreeGroups::motion_of(const Model& model, const Group& group, const Data& data,
+                                   const std::vector<Motion>& V) const {
+  CenterMotion sum;
+  for (const int t : group.trees) {
+    const Tree& tree = model.trees()[static_cast<size_t>(t)];
+    for (int i = tree.body_begin; i < tree.body_end; ++i) {
+      const SpatialInertia& inertia = model.body(i).inertia;
+      const Vector3 arm = data.X_WB[i].rotation * inertia.center;
+      sum.position += inertia.mass * (data.X_WB[i].translation - group.origin + arm);
+      sum.velocity += inertia.mass * V[i].at(arm);
+    }
+  }
+  return {sum.position / group.mass, sum.velocity / group.mass};
+}
+
+/// At the poses q, with velocities v.
+CenterMotion FreeGroups::motion_at(const Model& model, const Group& group, const VectorRef& q,
+                                   const VectorRef& v) {
+  for (const int t : group.trees) {
+    const BodyRange bodies = bodies_of(model.trees()[static_cast<size_t>(t)]);
+    compute_poses(model, q, bodies, *scratch_);
+    compute_body_velocities(model, v, bodies, *scratch_, V_);
+  }
+  return motion_of(model, group, *scratch_, V_);
+}
+
+/// [N]
+Vector3 FreeGroups::weight_and_wrenches(const StepContext& at, const Group& group,
+                                        const Input& input) const {
+  Vector3 force = Vector3::Zero();
+  if (at.effects.has(Effect::kGravity)) force = group.heavy_mass * at.model.gravity();
+  if (!at.effects.has(Effect::kExternalWrenches)) return force;
+  for (const ExternalWrench& w : input.wrenches)
+    if (group.holds(at.model.body(w.body).tree)) force += w.wrench.force;
+  return force;
+}
+
+void FreeGroups::correct(const StepContext& at, const Input& input, const VectorRef& q_reached,
+                         State& next) {
+  const Model& model = at.model;
+  const double h = at.h();
+  const bool euler = at.options.integrator == Integrator::kSemiImplicitEuler;
+  const bool applied = at.effects.has(Effect::kAppliedForces) && input.applied_force.size() > 0;
+  for (const Group& group : groups()) {
+    Vector3 force = weight_and_wrenches(at, group, input);
+    if (applied) force += force_on_bases(model, group.trees, input.applied_force);
+    const Vector3 velocity = group.start.velocity + h / group.mass * force;
+    CenterMotion reached = motion_at(model, group, q_reached, next.v);
+    const Vector3 faster = velocity - reached.velocity;
+    Vector3 farther = h * faster;
+    if (!euler || at.options.mean_velocity_forces) {
+      if (q_reached.data() != next.q.data()) reached = motion_at(model, group, next.q, next.v);
+      const Vector3 mean = euler ? velocity : Vector3(0.5 * (velocity + group.start.velocity));
+      farther = group.start.position + h * mean - reached.position;
+    }
+    for (const int t : group.trees) {
+      const Body& root = base(model, t);
+      const Matrix3& R_WJ = root.X_PJ.rotation;
+      next.v.segment<3>(root.v_index) += R_WJ.transpose() * faster;
+      next.q.segment<3>(root.q_index) += R_WJ.transpose() * farther;
+    }
+  }
+}
+
+void FreeGroups::restore(const StepContext& at, const Input& known, const VectorRef& q_reached,
+                         const VectorRef& v_next, const Data& data, std::vector<Force>& forces,
+                         VectorOut u) {  // Parameters: see the header
+  const Model& model = at.model;
+  for (size_t i = 0; i < count_; ++i) {
+    Group& group = groups_[i];
+    const Vector3 gained =
+        group.mass * (motion_at(model, group, q_reached, v_next).velocity - group.start.velocity);
+    group.shift = (gained / at.h() - weight_and_wrenches(at, group, known) -
+                   force_on_bases(model, group.trees, u)) /
+                  group.mass;
+    std::fill(forces.begin(), forces.end(), Force());
+    for (const int t : group.trees) {
+      const Tree& tree = model.trees()[static_cast<size_t>(t)];
+      for (int b = tree.body_begin; b < tree.body_end; ++b) {
+        const SpatialInertia& inertia = model.body(b).inertia;
+        const Vector3 force = inertia.mass * group.shift;
+        forces[static_cast<size_t>(b)] = {(data.X_WB[b].rotation * inertia.center).cross(force),
+                                          force};
+      }
+    }
+    tau_.setZero();
+    project_on_joints(model, data, forces, tau_);
+    u += tau_;
+  }
+}
+
+}  // namespace counterpoint
