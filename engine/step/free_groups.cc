@@ -59,7 +59,7 @@ FreeGroups::FreeGroups(const Model& model) {
   trees_.reserve(count);
   scratch_.emplace(model);
   V_.resize(static_cast<size_t>(model.num_bodies()));
-  tau_ = VectorX::Zero(model.nv());
+  v_ = tau_ = VectorX::Zero(model.nv());
 }
 
 /// Joins the trees that touch, or may within the step, and marks those that touch the world.
@@ -94,7 +94,8 @@ void FreeGroups::list_free_trees(const Model& model) {
   });
 }
 
-void FreeGroups::add_group(const Model& model, std::span<const int> trees, const Data& data) {
+void FreeGroups::add_group(const StepContext& at, std::span<const int> trees, const Data& data) {
+  const Model& model = at.model;
   const auto off_center = [&](int t) { return off_center_[static_cast<size_t>(t)] != 0; };
   if (std::none_of(trees.begin(), trees.end(), off_center)) return;
   Group& group = groups_[count_++];
@@ -105,7 +106,7 @@ void FreeGroups::add_group(const Model& model, std::span<const int> trees, const
     group.heavy_mass += mass_[static_cast<size_t>(t)] - carried_[static_cast<size_t>(t)];
   }
   group.origin = data.X_WB[model.trees()[static_cast<size_t>(trees[0])].body_begin].translation;
-  group.start = motion_of(model, group, data, data.V);
+  group.start = motion_of(model, group, at.v, data);
 }
 
 void FreeGroups::find(const StepContext& at, const ConstraintSet& constraints, Idle idle,
@@ -123,34 +124,38 @@ void FreeGroups::find(const StepContext& at, const ConstraintSet& constraints, I
   list_free_trees(model);
   for (size_t first = 0, last = 0; first < trees_.size(); first = last) {
     while (last < trees_.size() && sets_.root(trees_[last]) == sets_.root(trees_[first])) ++last;
-    add_group(model, {&trees_[first], last - first}, data);
+    add_group(at, {&trees_[first], last - first}, data);
   }
 }
 
-CenterMotion FreeGroups::motion_of(const Model& model, const Group& group, const Data& data,
-                                   const std::vector<Motion>& V) const {
+/// At the poses in `data`, with velocities v.
+CenterMotion FreeGroups::motion_of(const Model& model, const Group& group, const VectorRef& v,
+                                   const Data& data) {
   CenterMotion sum;
   for (const int t : group.trees) {
     const Tree& tree = model.trees()[static_cast<size_t>(t)];
+    const Body& root = base(model, t);
+    const auto part = Eigen::seqN(tree.v_begin, tree.v_end - tree.v_begin);
+    v_(part) = v(part);
+    v_.segment<3>(root.v_index).setZero();
+    compute_body_velocities(model, v_, bodies_of(tree), data, V_);
+    sum.bases += mass_[static_cast<size_t>(t)] * (root.X_PJ.rotation * v.segment<3>(root.v_index));
     for (int i = tree.body_begin; i < tree.body_end; ++i) {
       const SpatialInertia& inertia = model.body(i).inertia;
       const Vector3 arm = data.X_WB[i].rotation * inertia.center;
       sum.position += inertia.mass * (data.X_WB[i].translation - group.origin + arm);
-      sum.velocity += inertia.mass * V[i].at(arm);
+      sum.turning += inertia.mass * V_[i].at(arm);
     }
   }
-  return {sum.position / group.mass, sum.velocity / group.mass};
+  return {sum.position / group.mass, sum.bases / group.mass, sum.turning / group.mass};
 }
 
 /// At the poses q, with velocities v.
 CenterMotion FreeGroups::motion_at(const Model& model, const Group& group, const VectorRef& q,
                                    const VectorRef& v) {
-  for (const int t : group.trees) {
-    const BodyRange bodies = bodies_of(model.trees()[static_cast<size_t>(t)]);
-    compute_poses(model, q, bodies, *scratch_);
-    compute_body_velocities(model, v, bodies, *scratch_, V_);
-  }
-  return motion_of(model, group, *scratch_, V_);
+  for (const int t : group.trees)
+    compute_poses(model, q, bodies_of(model.trees()[static_cast<size_t>(t)]), *scratch_);
+  return motion_of(model, group, v, *scratch_);
 }
 
 /// [N]
@@ -173,13 +178,14 @@ void FreeGroups::correct(const StepContext& at, const Input& input, const Vector
   for (const Group& group : groups()) {
     Vector3 force = weight_and_wrenches(at, group, input);
     if (applied) force += force_on_bases(model, group.trees, input.applied_force);
-    const Vector3 velocity = group.start.velocity + h / group.mass * force;
+    const Vector3 gain = h / group.mass * force;
     CenterMotion reached = motion_at(model, group, q_reached, next.v);
-    const Vector3 faster = velocity - reached.velocity;
+    const Vector3 faster = gain - velocity_between(group.start, reached);
     Vector3 farther = h * faster;
     if (!euler || at.options.mean_velocity_forces) {
       if (q_reached.data() != next.q.data()) reached = motion_at(model, group, next.q, next.v);
-      const Vector3 mean = euler ? velocity : Vector3(0.5 * (velocity + group.start.velocity));
+      const Vector3 mean =
+          group.start.bases + group.start.turning + (euler ? 1.0 : 0.5) * gain;
       farther = group.start.position + h * mean - reached.position;
     }
     for (const int t : group.trees) {
@@ -198,7 +204,7 @@ void FreeGroups::restore(const StepContext& at, const Input& known, const Vector
   for (size_t i = 0; i < count_; ++i) {
     Group& group = groups_[i];
     const Vector3 gained =
-        group.mass * (motion_at(model, group, q_reached, v_next).velocity - group.start.velocity);
+        group.mass * velocity_between(group.start, motion_at(model, group, q_reached, v_next));
     group.shift = (gained / at.h() - weight_and_wrenches(at, group, known) -
                    force_on_bases(model, group.trees, u)) /
                   group.mass;

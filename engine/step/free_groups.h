@@ -25,11 +25,17 @@
 
 namespace counterpoint {
 
-/// The centre of mass of a group.
+/// The centre of mass of a group. Its velocity is the sum of two, so that the difference of two
+/// nearly equal ones is not lost in rounding.
 struct CenterMotion {
   Vector3 position = Vector3::Zero();  ///< from the origin of the group's first body at q, in W [m]
-  Vector3 velocity = Vector3::Zero();  ///< in W [m/s]
+  Vector3 bases = Vector3::Zero();     ///< mean linear velocity of the bases by mass, in W [m/s]
+  Vector3 turning = Vector3::Zero();   ///< velocity if the bases only turned, in W [m/s]
 };
+/// v_C of b less that of a [m/s].
+inline Vector3 velocity_between(const CenterMotion& a, const CenterMotion& b) {
+  return (b.bases - a.bases) + (b.turning - a.turning);
+}
 
 class FreeGroups {
  public:
@@ -71,9 +77,9 @@ class FreeGroups {
  private:
   void join_touched(const StepContext& at, const ConstraintSet& constraints);
   void list_free_trees(const Model& model);
-  void add_group(const Model& model, std::span<const int> trees, const Data& data);
-  CenterMotion motion_of(const Model& model, const Group& group, const Data& data,
-                         const std::vector<Motion>& V) const;
+  void add_group(const StepContext& at, std::span<const int> trees, const Data& data);
+  CenterMotion motion_of(const Model& model, const Group& group, const VectorRef& v,
+                         const Data& data);
   CenterMotion motion_at(const Model& model, const Group& group, const VectorRef& q,
                          const VectorRef& v);
   Vector3 weight_and_wrenches(const StepContext& at, const Group& group, const Input& input) const;
@@ -89,7 +95,7 @@ class FreeGroups {
   size_t count_ = 0;
   std::optional<Data> scratch_;  ///< poses elsewhere
   std::vector<Motion> V_;        ///< velocities there
-  VectorX tau_;
+  VectorX v_, tau_;
 };
 
 }  // namespace counterpoint

@@ -48,13 +48,20 @@ std::vector<StepParameter> all_kinds(const Model& model) {
     if (kind != K::kRestitution) all.push_back({kind, {0}, {}});
   }
   for (int g = 0; g < geometries; ++g) all.push_back({K::kHeight, {g}, {}});
+  // A floating base that something brakes is not free (free_groups.h).
+  std::vector<int> joints;
+  for (int i = 1; i < model.num_bodies(); ++i)
+    if (model.body(i).joint_type != JointType::kFloating)
+      for (int k = 0; k < joint_nv(model.body(i).joint_type); ++k)
+        joints.push_back(model.body(i).v_index + k);
   for (const K kind : {K::kDamping, K::kDryFriction, K::kArmature}) {
     // The first dry friction of a linkage takes its prediction away.
     if (kind == K::kDryFriction && model.num_joints() > model.num_trees() &&
         !(model.dry_friction().maxCoeff() > 0.0))
       continue;
-    all.push_back({kind, range(0, model.nv()), {}});
-    all.push_back({kind, {model.nv() - 1}, {}});
+    if (joints.empty()) continue;
+    all.push_back({kind, joints, {}});
+    all.push_back({kind, {joints.back()}, {}});
   }
   for (const K kind :
        {K::kGravity, K::kCompliance, K::kSmoothing, K::kStabilization, K::kMaxRecoverySpeed})
