@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -40,6 +41,17 @@ struct TableBlock;
 class TableSource;
 class TableSink;
 
+/// How the tables of other programs are read.
+struct TableOptions {
+  /// Cells that hold no finite number are errors only where one is asked for, and so are names of
+  /// several columns: all columns are numbers.
+  bool any_cells = false;
+  std::vector<std::string> names;  ///< of the columns of a CSV file without a header
+  std::string topic;               ///< of an MCAP file of several ROS topics
+  std::map<std::string, std::string>
+      rows;  ///< only rows with this text in this column; CSV and ROS messages
+};
+
 /// Reads a table row by row, of any length: it keeps one block of rows in memory.
 class TableReader {
  public:
@@ -48,7 +60,8 @@ class TableReader {
   /// is missing where the format was not built in. `label_columns`: those that hold names in CSV,
   /// where nothing says so; their labels are what was met so far.
   explicit TableReader(const std::filesystem::path& file,
-                       const std::vector<std::string>& label_columns = {});
+                       const std::vector<std::string>& label_columns = {},
+                       const TableOptions& options = {});
   ~TableReader();
   TableReader(const TableReader&) = delete;
   TableReader& operator=(const TableReader&) = delete;
@@ -59,8 +72,11 @@ class TableReader {
   /// Goes to the next row, at first to the first; false: there is none. @throws InputError naming
   /// file, row and column when the row is damaged or a cell is no finite number.
   bool next();
-  /// Of the present row: NaN where the cell is empty; of integers the nearest double.
+  /// Of the present row: NaN where the cell is empty or refused; of integers the nearest double.
   double cell(int column) const;
+  /// With TableOptions::any_cells, the message of the first cell of each column that is no finite
+  /// number.
+  const std::map<int, std::string>& refused() const;
   /// Of the present row, of a column of integers.
   std::uint64_t integer(int column) const;
   /// The present row, for messages: "file:line" of CSV, "file: row 3" of others, counted from 1.
@@ -69,9 +85,10 @@ class TableReader {
   int line() const;
 
  private:
-  void check_row() const;
+  void check_row();
 
   std::string file_;
+  bool any_cells_;
   std::unique_ptr<TableSource> source_;
   std::unique_ptr<TableBlock> block_;
   std::vector<int> slots_;  ///< of each column, among those of its kind
@@ -83,24 +100,29 @@ class TableReader {
 /// Is told now and then how many rows have been read.
 using RowsRead = std::function<void(int rows)>;
 
-/// A whole table in memory. Empty cells are NaN; "nan" and "inf" are refused.
+/// A whole table in memory. Empty cells are NaN. Text, "nan" and "inf" may stand where nobody
+/// looks: whoever asks for such a cell is told that it is no number.
 class Table {
  public:
   /// @throws InputError as TableReader, and for more cells than limits::kMaxTableCells.
-  explicit Table(const std::filesystem::path& file, const RowsRead& on_rows = {});
+  explicit Table(const std::filesystem::path& file, const RowsRead& on_rows = {},
+                 TableOptions options = {});
 
   const std::string& file() const { return file_; }
   const std::vector<std::string>& columns() const { return columns_; }
   int num_rows() const { return num_rows_; }
   int num_columns() const { return static_cast<int>(columns_.size()); }
-  /// Index of the named column; -1 if there is none.
+  /// Index of the named column; -1 if there is none. @throws InputError where there are several.
   int find_column(std::string_view name) const;
   /// As find_column. @throws InputError listing the columns there are.
   int column(std::string_view name) const;
-  /// NaN where the cell is empty; of integers the nearest double.
+  /// NaN where the cell is empty; of integers the nearest double. @throws InputError naming file,
+  /// row, column and cell where a cell of this column is neither.
   double cell(int row, int column) const {
-    return cells_[static_cast<std::size_t>(row) * columns_.size() +
-                  static_cast<std::size_t>(column)];
+    const double number =
+        cells_[static_cast<std::size_t>(row) * columns_.size() + static_cast<std::size_t>(column)];
+    if (number != number && !refused_.empty()) check_refused(column);
+    return number;
   }
   /// As cell. @throws InputError naming file, row and column where the cell is empty.
   double value(int row, int column) const;
@@ -110,9 +132,12 @@ class Table {
   std::string where_columns() const;
 
  private:
+  void check_refused(int column) const;
+
   std::string file_;
   std::vector<std::string> columns_;
-  std::vector<double> cells_;  // row by row
+  std::map<int, std::string> refused_;  // TableReader::refused
+  std::vector<double> cells_;           // row by row
   std::vector<int> lines_;     // of each row, counted from 1; empty where there are none
   int num_rows_ = 0;
   bool has_lines_ = false;
@@ -248,6 +273,9 @@ struct Trajectory {
   /// Rows whose numbers are not those that were written, by their state_hash; 0 without that
   /// column.
   int altered_rows = 0;
+  bool has_hashes = false;  ///< it has a state_hash column
+  /// Every row is as it was written, after a step of known length.
+  bool is_as_written() const { return has_hashes && altered_rows == 0 && !time_step.empty(); }
 
   /// What is known of what acted in a step, for its inverse; into `input`, all of it.
   void set_known(const Model& model, int step, Input& input) const;

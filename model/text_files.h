@@ -24,8 +24,12 @@ namespace counterpoint {
 
 // ---- Whole text files in memory, up to a limit of size.
 
+/// Why a file cannot be opened: "there is no such file", "a folder; a file is expected", or what
+/// the system says.
+std::string why_unreadable(const std::filesystem::path& file);
+
 /// The bytes of a file. Pipes are read to their end. @throws InputError: "FILE: `missing`" where it
-/// cannot be opened or is a folder, and when it is longer than `max_bytes`.
+/// is not there, why_unreadable where it cannot be opened, and when it is longer than `max_bytes`.
 std::string read_text_file(const std::filesystem::path& file, std::uintmax_t max_bytes,
                            const char* missing);
 

@@ -7,6 +7,7 @@
 
 #include "command.h"
 #include "counterpoint/engine/motion_files.h"
+#include "input/motion.h"
 #include "input/scene_arguments.h"
 #include "interrupt.h"
 #include "measure/median.h"
@@ -85,8 +86,8 @@ int end_early(size_t done, size_t given, const CompareArguments& arguments, Repo
   report["status"] = "stopped";
   report["message"] = message;
   std::string files;
-  for (const std::string& file : {arguments.output, arguments.page})
-    if (done > 0 && !file.empty()) files += (files.empty() ? "; they are in " : " and ") + file;
+  if (!arguments.output.empty()) files = "; the rows so far are in " + arguments.output;
+  if (done > 0 && !arguments.page.empty()) files += "; the page is in " + arguments.page;
   fmt::print(stderr, "error: {}{}\n", message, files);
   return kFailed;
 }
@@ -173,7 +174,7 @@ int compare_inverse(CompareArguments& arguments) {
   report.begin("compare", arguments.scene.file);
   report["mode"] = arguments.mode;
   report["status"] = "ok";
-  std::vector<Recording> recordings = read_all(arguments.recordings, map, scene);
+  std::vector<Recording> recordings = read_with_notes(arguments.recordings, map, scene);
   const size_t given = recordings.size();
   const std::vector<ExplainedRecording> all = explain_all(explainer, map, recordings, rows);
   recordings.resize(all.size());
@@ -294,7 +295,7 @@ int compare(CompareArguments& arguments) {
 
   PredictionRows writer(arguments.output, map);
   std::vector<Prediction> predictions;
-  std::vector<Recording> recordings = read_all(arguments.recordings, map, scene);
+  std::vector<Recording> recordings = read_with_notes(arguments.recordings, map, scene);
   const size_t given = recordings.size();
   const Interrupt interrupt;
   options.stop = Interrupt::wanted;
@@ -302,11 +303,15 @@ int compare(CompareArguments& arguments) {
   Progress progress("comparing", static_cast<int>(given));
   for (const Recording& recording : recordings) {
     Prediction prediction = predictor.predict(recording);
-    if (prediction.stopped) break;
+    if (prediction.stopped) {
+      writer.write(recording, prediction);
+      break;
+    }
     predictions.push_back(std::move(prediction));
     writer.write(recording, predictions.back());
     progress.update(static_cast<int>(predictions.size()));
   }
+  Interrupt::end();
   progress.wipe();
   recordings.resize(predictions.size());
   writer.finish();

@@ -38,6 +38,8 @@ std::vector<fs::path> find_problems(const fs::path& folder) {
       if (fs::exists(entry.path() / "q_mu.csv")) found.push_back(entry.path());
     }
   }
+  if (!fs::exists(folder))
+    throw InputError(fmt::format("{}: there is no such folder", folder.string()));
   if (found.empty()) {
     throw InputError(
         fmt::format("{}: expected a folder with W.csv (row,col,value) and q_mu.csv "

@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "command.h"
+#include "input/motion.h"
 #include "input/scene_arguments.h"
 #include "interrupt.h"
 #include "recordings/estimation.h"
@@ -36,15 +37,15 @@ Experiment make_experiment(const IdentifyArguments& arguments) {
   Experiment e{with_settings(arguments.scene.load(), arguments.set), {}, {}, 0, {}};
   e.map = load_column_map(arguments.map, e.scene.model);
   e.prediction = {arguments.substeps ? arguments.substeps : e.map.substeps,
-                  e.scene.options.time_step, arguments.horizon};
+                  e.scene.options.time_step, arguments.horizon, Interrupt::wanted};
   if (compared(e.map) == Compared::kImpacts && arguments.objective == "force")
     throw InputError("--objective force: an impact takes no time, forces are not to be had");
   e.by_score = arguments.objective == "score";
   if (arguments.objective == "one-step") e.prediction.horizon = 1;
   e.reach = e.scene.options.contact.margin;
-  e.recordings = read_all(arguments.recordings, e.map, e.scene);
+  e.recordings = read_with_notes(arguments.recordings, e.map, e.scene);
   e.num_given = static_cast<int>(e.recordings.size());
-  for (Recording& one : read_all(arguments.test, e.map, e.scene))
+  for (Recording& one : read_with_notes(arguments.test, e.map, e.scene))
     e.recordings.push_back(std::move(one));
   return e;
 }
@@ -235,6 +236,14 @@ std::uint64_t fingerprint(const IdentifyArguments& a, const Experiment& e) {
   return hash.value();
 }
 
+/// Ctrl-C ended the search or the scores. Exit code.
+int end_early(const char* figures, Report& report) {
+  report["status"] = "stopped";
+  report.write();
+  fmt::print(stderr, "error: stopped by Ctrl-C or SIGTERM: the figures are {}\n", figures);
+  return kFailed;
+}
+
 int identify(IdentifyArguments& arguments, tasks::World& world) {
   arguments.report.begin("identify", arguments.scene.file);
   arguments.fit.exact = arguments.derivatives == "exact";
@@ -257,14 +266,7 @@ int identify(IdentifyArguments& arguments, tasks::World& world) {
   report["ranks"] = series.last().ranks;
   report["threads"] = series.last().threads;
   fill_report(parameters, problem, found, report);
-  if (found.stopped) {
-    report["status"] = "stopped";
-    report.write();
-    fmt::print(stderr,
-               "error: stopped by Ctrl-C or SIGTERM: the figures are the best found so far, "
-               "without intervals or scores\n");
-    return kFailed;
-  }
+  if (found.stopped) return end_early("the best found so far, without intervals or scores", report);
   const Scene after = with_parameters(e.scene, parameters, found.values());
   const Compared by = compared(e.map);
   Rollouts shown;  // of the recordings that were not fitted; of all if all were
@@ -272,6 +274,7 @@ int identify(IdentifyArguments& arguments, tasks::World& world) {
        {std::pair{"train", &parts.train}, std::pair{"test", &parts.test}}) {
     if (which->empty()) continue;
     shown = roll_out(e, after, *which);
+    if (Interrupt::wanted()) break;
     report[name] = score(shown, by);
     print_score(report.text(), name, report[name]);
     Json& coordinates = report[name]["coordinates"];
@@ -285,6 +288,8 @@ int identify(IdentifyArguments& arguments, tasks::World& world) {
     }
     print_coordinates(report.text(), coordinates);
   }
+  if (Interrupt::wanted()) return end_early("those found, without all scores", report);
+  Interrupt::end();
   report.write();
   if (!arguments.page.empty()) write_page_of(arguments, shown, by, report.json());
   return kSuccess;

@@ -39,6 +39,7 @@ InputSchedule::InputSchedule(const std::filesystem::path& file, const Model& mod
                       table.file(), name));
     }
     ++found;
+    table.column(name);  // refuses a name of several columns
     for (int row = 0; row < table.num_rows(); ++row) {
       // The last row of a trajectory has empty force cells: no step starts from it.
       const double cell = table.cell(row, column);

@@ -4,10 +4,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <fstream>
 
 #include "counterpoint/engine/dynamics.h"
 #include "counterpoint/engine/motion_files.h"
+#include "counterpoint/model/text_files.h"
 #include "measure/median.h"
 #include "tasks/task_list.h"
 
@@ -105,6 +107,8 @@ void write_motion(const std::string& file, const opt::ProblemFile& problem,
 
 Json read_json(const std::string& file) {
   std::ifstream stream(file);
+  if (!stream || std::filesystem::is_directory(file))
+    throw InputError(fmt::format("{}: {}", file, why_unreadable(file)));
   Json json = Json::parse(stream, nullptr, false);
   if (json.is_discarded()) throw InputError(file + ": is no JSON");
   return json;

@@ -132,7 +132,7 @@ class Sensitivity final : public PredictionWatch {
 
   void row(const Recording& recording, int row, const State& state) override {
     VectorX difference(model_.nv());
-    configuration_difference(model_, recording.q.col(row), state.q, difference);
+    recorded_difference(model_, recording.q.col(row), state.q, difference);
     turned_ = dq_;
     for (int i = 1; i < model_.num_bodies(); ++i) {
       const Body& body = model_.body(i);
@@ -230,6 +230,7 @@ std::optional<LinearizedResiduals> of_forces(const Experiment& experiment,
   ParameterDerivator derivator(scene.model, known.parameters);
   InverseParameterDerivatives d;
   LinearizedResiduals out;
+  const auto& stop = experiment.prediction.stop;
   for (const int i : which) {
     const Recording& recording = experiment.recordings[static_cast<size_t>(i)];
     const int steps = recording.num_rows() - 1;
@@ -238,6 +239,7 @@ std::optional<LinearizedResiduals> of_forces(const Experiment& experiment,
     MatrixX& J = out.jacobians.emplace_back(
         MatrixX::Zero(r.size(), static_cast<Eigen::Index>(parameters.size())));
     for (int row = 0; row < steps; ++row) {
+      if (stop && stop()) return std::nullopt;
       const Explanation step =
           explainer.explain(recording, row, row_interval(experiment.map, recording, row));
       if (!explainer.derive(derivator, d)) return std::nullopt;

@@ -113,7 +113,7 @@ VectorX prediction_residual(const Experiment& experiment, const Model& model,
   VectorX difference(model.nv()), r(rows * used);
   for (int row = 0; row < rows; ++row) {
     if (row < predicted)
-      configuration_difference(model, recording.q.col(row + 1), p.q.col(row + 1), difference);
+      recorded_difference(model, recording.q.col(row + 1), p.q.col(row + 1), difference);
     for (Eigen::Index i = 0; i < used; ++i) {
       const Eigen::Index k = by_row.used[static_cast<size_t>(i)];
       r[row * used + i] = share * (row < predicted ? by_row.by_coordinate[k] * difference[k] : 1.0);
@@ -144,11 +144,12 @@ GroupedResiduals force_residuals(const Experiment& experiment,
                       experiment.reach);
   const VectorX scales = explainer.scales();
   GroupedResiduals out;
+  const auto& stop = experiment.prediction.stop;
   for (const int i : which) {
     const Recording& recording = experiment.recordings[i];
     const int steps = recording.num_rows() - 1;
-    VectorX& r = out.emplace_back(steps * scales.size());
-    for (int row = 0; row < steps; ++row) {
+    VectorX& r = out.emplace_back(VectorX::Zero(steps * scales.size()));
+    for (int row = 0; row < steps && !(stop && stop()); ++row) {
       const Explanation step =
           explainer.explain(recording, row, row_interval(experiment.map, recording, row));
       r.segment(row * scales.size(), scales.size()) =
@@ -191,7 +192,8 @@ std::vector<CoordinateFigures> unexplained_figures(const Experiment& experiment,
   std::vector<ExplainedRecording> explained;
   for (const int i : which) {
     recordings.push_back(&experiment.recordings[i]);
-    explained.push_back(explain_recording(explainer, experiment.map, *recordings.back()));
+    explained.push_back(explain_recording(explainer, experiment.map, *recordings.back(),
+                                          experiment.prediction.stop));
   }
   return force_figures(explainer, scene.model, recordings, explained);
 }

@@ -1,24 +1,46 @@
-#include "counterpoint/engine/estimate/recording.h"
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
 #include "counterpoint/engine/constraints/bounce.h"
+#include "counterpoint/engine/dynamics.h"
+#include "counterpoint/engine/estimate/recording.h"
 
 namespace counterpoint::estimation {
 namespace {
 
-/// From one row to the next. False if a step failed.
+/// Beyond as many steps from one row to the next the time is not in seconds, or the recording
+/// pauses.
+constexpr double kMaxRowSteps = 1e5;
+
+int steps_of_row(const Recording& recording, int row, double interval,
+                 const PredictionOptions& options) {
+  if (options.substeps) return *options.substeps;
+  const double steps = interval / options.scene_step;
+  if (steps > kMaxRowSteps)
+    throw InputError(
+        fmt::format("{}: rows {} and {} are {:.6g} s apart, {:.3g} time steps of the scene; where "
+                    "the time is not in seconds the "
+                    "column map says time: {{column: C, scale: S}}, where the recording pauses it "
+                    "is to be cut, and substeps sets "
+                    "the number of steps",
+                    recording.file, row + 1, row + 2, interval, steps));
+  return std::max(1, static_cast<int>(std::lround(steps)));
+}
+
+/// From one row to the next. False if a step failed, or where the prediction is to stop.
 // Parameters: what it depends on, one by one.
 bool predict_row(Simulator& simulator, const ColumnMap& map, const Recording& recording, int row,
                  const PredictionOptions& options, PredictionWatch* watch, Prediction& out) {
   const double interval = row_interval(map, recording, row);
-  const int substeps = options.substeps.value_or(
-      std::max(1, static_cast<int>(std::lround(interval / options.scene_step))));
+  const int substeps = steps_of_row(recording, row, interval, options);
   simulator.options().time_step = interval / substeps;
   simulator.input().applied_force = recording.applied_force.col(row);
   for (int k = 0; k < substeps; ++k) {
+    out.stopped = options.stop && options.stop();
+    if (out.stopped) return false;
     State before;
     if (watch) before = simulator.state();
     const StepReport step = simulator.step();
@@ -34,6 +56,9 @@ bool predict_row(Simulator& simulator, const ColumnMap& map, const Recording& re
   }
   return true;
 }
+
+/// The same angle from -pi to pi.
+double on_circle(double angle) { return std::remainder(angle, 2.0 * std::numbers::pi); }
 
 }  // namespace
 
@@ -57,13 +82,29 @@ Deviation deviation(const Model& model, const ColumnMap& map, const VectorX& q,
     return result;
   }
   int joints = 0;
+  const std::vector<int> circular = circular_positions(model);
   for (const ColumnMap::Entry& entry : map.entries) {
     if (entry.kind != ColumnMap::Entry::Kind::kPosition) continue;
-    result.joints += std::abs(q[entry.index] - recorded[entry.index]);
+    const double difference = q[entry.index] - recorded[entry.index];
+    result.joints += std::abs(std::binary_search(circular.begin(), circular.end(), entry.index)
+                                  ? on_circle(difference)
+                                  : difference);
     ++joints;
   }
   result.joints /= std::max(joints, 1);
   return result;
+}
+
+void recorded_difference(const Model& model, const VectorX& recorded, const VectorX& q,
+                         VectorX& out) {
+  configuration_difference(model, recorded, q, out);
+  const std::vector<int> circular = circular_positions(model);
+  for (int i = 1; i < model.num_bodies(); ++i) {
+    const Body& body = model.body(i);
+    const int angle = joint_nv(body.joint_type) - 1;
+    if (std::binary_search(circular.begin(), circular.end(), body.q_index + angle))
+      out[body.v_index + angle] = on_circle(out[body.v_index + angle]);
+  }
 }
 
 double row_interval(const ColumnMap& map, const Recording& recording, int row) {
@@ -132,8 +173,6 @@ Prediction Predictor::roll_out(const Recording& recording, PredictionWatch* watc
     if (watch) watch->start(recording, start);
     const int last = std::min(start + horizon, rows - 1);
     for (int row = start; row < last; ++row) {
-      out.stopped = options_.stop && options_.stop();
-      if (out.stopped) return out;
       if (!predict_row(simulator_, map_, recording, row, options_, watch, out)) return out;
       if (watch) watch->row(recording, row + 1, simulator_.state());
       out.q.col(row + 1) = simulator_.state().q;

@@ -1,15 +1,12 @@
 #include "counterpoint/engine/estimate/recording.h"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
-#include <yaml-cpp/yaml.h>
 
 #include <algorithm>
 #include <cmath>
-#include <set>
+#include <numbers>
 
 #include "counterpoint/engine/motion_files.h"
-#include "counterpoint/model/text_files.h"
 
 namespace counterpoint::estimation {
 namespace {
@@ -18,202 +15,6 @@ namespace {
 constexpr double kQuaternionTolerance = 1e-3;
 /// The mean of quaternions this much shorter is one of turns by some 40 degrees.
 constexpr double kAverageTolerance = 0.02;
-constexpr int kMaxSubsteps = 1'000'000;  // between two rows
-
-class MapReader {
- public:
-  MapReader(const std::filesystem::path& file, const Model& model)
-      : file_(file.string()), model_(model), names_(coordinate_names(model)) {}
-
-  ColumnMap read() const {
-    const YAML::Node root = load_yaml_file(file_, "cannot be read; expected a YAML column map");
-    if (root.IsMap() && root["after"]) return read_impacts(root);
-    check_keys(root, {"columns", "free", "rate", "time", "substeps", "velocities", "average",
-                      "pieces", "angular_velocity", "after", "skip"});
-    if (root["skip"]) fail(root["skip"], "skip: is of impacts; expected 'after' beside it");
-    ColumnMap map;
-    read_time(root, map);
-    if (const YAML::Node node = root["substeps"]) {
-      map.substeps = count(node, "substeps");
-    }
-    if (const YAML::Node node = root["angular_velocity"]) {
-      const std::string text = scalar(node, "angular_velocity");
-      if (text != "body" && text != "world")
-        fail(node, fmt::format("angular_velocity: '{}'; expected body or world", text));
-      map.world_angular = text == "world";
-    }
-    if (const YAML::Node node = root["average"]) {
-      map.average = count(node, "average");
-      if (map.average % 2 == 0)
-        fail(node, fmt::format("average: {} is even; expected an odd number of rows", map.average));
-    }
-    if (const YAML::Node node = root["pieces"]) map.pieces = count(node, "pieces");
-    if (const YAML::Node node = root["velocities"]) {
-      const std::string text = scalar(node, "velocities");
-      if (text != "instantaneous" && text != "backward_difference") {
-        fail(node,
-             fmt::format("velocities: '{}'; expected instantaneous or backward_difference", text));
-      }
-      map.backward_difference = text == "backward_difference";
-    }
-    map.entries = entries(root, "columns");
-    if (const YAML::Node node = root["free"]) map.free_body = free_body(node, map);
-    return map;
-  }
-
- private:
-  /// Rows of states before and velocities after.
-  ColumnMap read_impacts(const YAML::Node& root) const {
-    check_keys(root, {"columns", "after", "skip"});
-    ColumnMap map;
-    map.rate = 1.0;
-    map.entries = entries(root, "columns");
-    map.after = entries(root, "after");
-    for (const std::vector<ColumnMap::Entry>* list : {&map.entries, &map.after})
-      for (const ColumnMap::Entry& e : *list)
-        if (e.kind == ColumnMap::Entry::Kind::kForce ||
-            (list == &map.after && e.kind == ColumnMap::Entry::Kind::kPosition))
-          fail(root["after"],
-               fmt::format("'{}': of impacts, 'columns' are positions and velocities "
-                           "before, 'after' velocities",
-                           e.name));
-    if (const YAML::Node node = root["skip"]) {
-      if (!node.IsSequence()) fail(node, "skip: expected a list of columns");
-      for (const auto& column : node) map.skip.push_back(scalar(column, "skip"));
-    }
-    return map;
-  }
-
-  std::vector<ColumnMap::Entry> entries(const YAML::Node& root, const char* key) const {
-    const YAML::Node columns = root[key];
-    if (!columns || !columns.IsMap() || columns.size() == 0) {
-      fail(root,
-           fmt::format("expected '{}': a map from trajectory columns to columns of the recording",
-                       key));
-    }
-    refuse_repeated_keys(columns);
-    std::vector<ColumnMap::Entry> out;
-    for (const auto& pair : columns) out.push_back(entry(pair.first, pair.second));
-    return out;
-  }
-
-  [[noreturn]] void fail(const YAML::Node& node, const std::string& message) const {
-    throw InputError(fmt::format("{}:{}: {}", file_, node.Mark().line + 1, message));
-  }
-
-  void check_keys(const YAML::Node& node, const std::set<std::string>& known) const {
-    if (!node.IsMap()) fail(node, "expected a map");
-    refuse_repeated_keys(node);
-    for (const auto& pair : node) {
-      const std::string key = scalar(pair.first, "key");
-      if (known.count(key) == 0) {
-        fail(pair.first,
-             fmt::format("unknown key '{}'; expected one of {}", key, fmt::join(known, ", ")));
-      }
-    }
-  }
-
-  void refuse_repeated_keys(const YAML::Node& map) const {
-    std::set<std::string> seen;
-    for (const auto& pair : map) {
-      const std::string key = scalar(pair.first, "key");
-      if (!seen.insert(key).second) fail(pair.first, fmt::format("'{}' is given twice", key));
-    }
-  }
-
-  std::string scalar(const YAML::Node& node, const std::string& what) const {
-    if (!node.IsScalar()) fail(node, fmt::format("{}: expected a single value", what));
-    return node.Scalar();
-  }
-
-  double number(const YAML::Node& node, const std::string& what) const {
-    const std::string text = scalar(node, what);
-    double value = 0.0;
-    if (!YAML::convert<double>::decode(node, value) || !std::isfinite(value)) {
-      fail(node, fmt::format("{}: '{}' is no finite number", what, text));
-    }
-    return value;
-  }
-
-  double positive(const YAML::Node& node, const std::string& what) const {
-    const double value = number(node, what);
-    if (!(value > 0.0)) fail(node, fmt::format("{}: {} is not positive", what, value));
-    return value;
-  }
-
-  int count(const YAML::Node& node, const std::string& what) const {
-    const double value = positive(node, what);
-    if (value != std::floor(value) || value > kMaxSubsteps) {
-      fail(node, fmt::format("{}: {} is no whole number from 1 to {}", what, value, kMaxSubsteps));
-    }
-    return static_cast<int>(value);
-  }
-
-  /// A column name, a number (constant), or {column, scale, offset}.
-  ColumnSource source(const YAML::Node& node, const std::string& what) const {
-    ColumnSource result;
-    if (node.IsMap()) {
-      check_keys(node, {"column", "scale", "offset"});
-      if (!node["column"]) fail(node, fmt::format("{}: expected 'column'", what));
-      result.column = scalar(node["column"], what);
-      if (node["scale"]) result.scale = number(node["scale"], what + ".scale");
-      if (node["offset"]) result.offset = number(node["offset"], what + ".offset");
-      return result;
-    }
-    double constant = 0.0;
-    result.column = scalar(node, what);
-    if (node.Tag() != "!" && YAML::convert<double>::decode(node, constant)) {  // "!": quoted
-      result.column.clear();
-      result.offset = number(node, what);
-    }
-    return result;
-  }
-
-  void read_time(const YAML::Node& root, ColumnMap& map) const {
-    if (static_cast<bool>(root["rate"]) == static_cast<bool>(root["time"])) {
-      fail(root, "expected either 'rate' (rows per second) or 'time' (the column of the time)");
-    }
-    if (root["rate"]) map.rate = positive(root["rate"], "rate");
-    if (root["time"]) map.time = source(root["time"], "time");
-    if (root["time"] && map.time.column.empty()) fail(root["time"], "time: expected a column");
-  }
-
-  ColumnMap::Entry entry(const YAML::Node& key, const YAML::Node& value) const {
-    using Kind = ColumnMap::Entry::Kind;
-    const std::string name = scalar(key, "columns");
-    for (const auto& [kind, list] :
-         {std::pair{Kind::kPosition, &names_.q}, std::pair{Kind::kVelocity, &names_.v},
-          std::pair{Kind::kForce, &names_.force}}) {
-      const auto it = std::find(list->begin(), list->end(), name);
-      if (it != list->end()) {
-        return {kind, static_cast<int>(it - list->begin()), name, source(value, name)};
-      }
-    }
-    fail(key, fmt::format("'{}' is no coordinate of this scene; there are: {}", name,
-                          fmt::join(names_.q, ", ")));
-  }
-
-  int free_body(const YAML::Node& node, const ColumnMap& map) const {
-    const std::string link = scalar(node, "free");
-    for (int i = 1; i < model_.num_bodies(); ++i) {
-      if (model_.joint(i - 1).link != link) continue;
-      const Body& body = model_.body(i);
-      if (body.joint_type != JointType::kFloating) break;
-      for (int k = body.q_index; k < body.q_index + 7; ++k) {
-        const bool mapped = std::any_of(map.entries.begin(), map.entries.end(), [&](const auto& e) {
-          return e.kind == ColumnMap::Entry::Kind::kPosition && e.index == k;
-        });
-        if (!mapped) fail(node, fmt::format("free: 'columns' says nothing about {}", names_.q[k]));
-      }
-      return i;
-    }
-    fail(node, fmt::format("free: '{}' is no floating link of this scene", link));
-  }
-
-  std::string file_;
-  const Model& model_;
-  CoordinateNames names_;
-};
 
 double evaluate(const ColumnSource& source, const Table& table, int row) {
   if (source.column.empty()) return source.offset;
@@ -249,10 +50,79 @@ void normalize_quaternions(const Model& model, double tolerance, const std::stri
   });
 }
 
-void turn_into_body_axes(const Model& model, const VectorX& q, Eigen::Ref<VectorX> v) {
+/// Velocities as the scene has them: angular ones in the axes of the body, linear ones of floating
+/// links in those of the world.
+void turn_velocities(const Model& model, const ColumnMap& map, const VectorX& q,
+                     Eigen::Ref<VectorX> v) {
   for_each_quaternion(model, [&](int at, int v_at) {
     const Quaternion orientation(q[at], q[at + 1], q[at + 2], q[at + 3]);
-    v.segment<3>(v_at) = orientation.conjugate() * Vector3(v.segment<3>(v_at));
+    if (map.world_angular)
+      v.segment<3>(v_at) = orientation.conjugate() * Vector3(v.segment<3>(v_at));
+  });
+  for (const Body& body : model.bodies()) {
+    if (!map.body_linear || body.tree < 0 || body.joint_type != JointType::kFloating) continue;
+    const int at = body.q_index + 3;
+    const Quaternion orientation(q[at], q[at + 1], q[at + 2], q[at + 3]);
+    v.segment<3>(body.v_index) = orientation * Vector3(v.segment<3>(body.v_index));
+  }
+}
+
+double recorded_time(const Table& table, const ColumnMap& map, int row) {
+  if (map.rate) return row / *map.rate;
+  double time = 0.0;
+  for (const ColumnSource& source : map.time) time += evaluate(source, table, row);
+  return time;
+}
+
+/// Is this the time since 1970, in this unit, of a year from 2000 to 2100?
+bool since_1970(double time, double unit) { return time * unit > 9.4e8 && time * unit < 4.1e9; }
+
+/// Programs count time since 1970 in whole nano-, micro- or milliseconds as often as in seconds; a
+/// recording of motions has rows less than a second apart. Such a column is read in its unit, which
+/// the recording's note says; any other that cannot be seconds is refused. The columns are as the
+/// map scales them.
+void settle_time_unit(const Table& table, const ColumnMap& map, Recording& recording) {
+  constexpr double kLargest = 1e12,
+                   kLongest = 1e5;  // [s]: no recording of a motion is 30 000 years or rests a day
+  std::vector<double>& time = recording.time;
+  if (map.rate || time.size() < 2) return;
+  std::vector<double> steps;
+  for (std::size_t row = 1; row < time.size(); ++row) steps.push_back(time[row] - time[row - 1]);
+  const double step = median(steps);
+  if (std::abs(time[0]) <= kLargest && step <= kLongest) return;
+  const std::string& column = map.time[0].column;
+  for (const auto& [unit, name] :
+       {std::pair{1e-9, "nanoseconds"}, {1e-6, "microseconds"}, {1e-3, "milliseconds"}}) {
+    if (map.time_unit_given || !since_1970(time[0], unit) || step * unit >= 1.0) continue;
+    for (double& t : time) t *= unit;
+    recording.note = fmt::format(
+        "{}: time '{}' is read as {} since 1970; the column map says so with time: {{column: {}, "
+        "scale: {:g}}}",
+        table.file(), column, name, column, unit);
+    return;
+  }
+  throw InputError(
+      fmt::format("{}: time '{}' starts at {:.9g} with steps of {:.6g}, which cannot be seconds; "
+                  "say its unit in the column "
+                  "map: time: {{column: {}, scale: 1e-9}} for nanoseconds, 1e-6 for microseconds",
+                  table.where(0), column, time[0], step, column));
+}
+
+/// Recorded angles of joints without limits may jump by a turn, and quaternions change their sign,
+/// from one row to the next: neither is a motion. Means and curves are of what is continuous.
+/// Angles that were counted on, beyond one turn, stay as they are.
+void join_turns(const Model& model, MatrixX& q) {
+  constexpr double kTurn = 2.0 * std::numbers::pi;
+  const Eigen::Index rows = q.cols();
+  for (const int i : circular_positions(model)) {
+    if (rows == 0 || q.row(i).maxCoeff() - q.row(i).minCoeff() > 1.001 * kTurn) continue;
+    for (Eigen::Index row = 1; row < rows; ++row)
+      q(i, row) -= kTurn * std::round((q(i, row) - q(i, row - 1)) / kTurn);
+  }
+  for_each_quaternion(model, [&](int at, int) {
+    for (Eigen::Index row = 1; row < rows; ++row)
+      if (q.block<4, 1>(at, row).dot(q.block<4, 1>(at, row - 1)) < 0.0)
+        q.block<4, 1>(at, row) *= -1.0;
   });
 }
 
@@ -266,7 +136,7 @@ Recording read_rows(const Table& table, const ColumnMap& map, const Model& model
   recording.v = start_v.replicate(1, rows);
   recording.applied_force = MatrixX::Zero(model.nv(), rows);
   for (int row = 0; row < rows; ++row) {
-    recording.time.push_back(map.rate ? row / *map.rate : evaluate(map.time, table, row));
+    recording.time.push_back(recorded_time(table, map, row));
     if (row > 0 && !(recording.time[row] > recording.time[row - 1])) {
       throw InputError(
           fmt::format("{}: time {} does not rise", table.where(row), recording.time[row]));
@@ -278,8 +148,10 @@ Recording read_rows(const Table& table, const ColumnMap& map, const Model& model
       block(entry.index, row) = evaluate(entry.source, table, row);
     }
     normalize_quaternions(model, kQuaternionTolerance, table.where(row), recording.q.col(row));
-    if (map.world_angular) turn_into_body_axes(model, recording.q.col(row), recording.v.col(row));
+    turn_velocities(model, map, recording.q.col(row), recording.v.col(row));
   }
+  settle_time_unit(table, map, recording);
+  if (map.after.empty()) join_turns(model, recording.q);
   return recording;
 }
 
@@ -326,6 +198,7 @@ Recording averaged(const Recording& recording, int count, const Model& model) {
     throw InputError(fmt::format("{}: {} rows; expected {} or more, to average over {}",
                                  recording.file, recording.num_rows(), count + 1, count));
   Recording out = part(recording, count / 2, rows);
+  out.note = recording.note;
   for (int row = 0; row < rows; ++row) {
     out.q.col(row) = recording.q.middleCols(row, count).rowwise().mean();
     out.v.col(row) = recording.v.middleCols(row, count).rowwise().mean();
@@ -339,14 +212,23 @@ Recording averaged(const Recording& recording, int count, const Model& model) {
 
 }  // namespace
 
-ColumnMap load_column_map(const std::filesystem::path& file, const Model& model) {
-  return MapReader(file, model).read();
+std::vector<int> circular_positions(const Model& model) {
+  std::vector<int> out;
+  for (int i = 1; i < model.num_bodies(); ++i) {
+    const Body& body = model.body(i);
+    const JointInfo& joint = model.joint(i - 1);
+    if (body.joint_type == JointType::kPlanar) out.push_back(body.q_index + 2);
+    if (body.joint_type == JointType::kRevolute && std::isinf(joint.lower) &&
+        std::isinf(joint.upper))
+      out.push_back(body.q_index);
+  }
+  return out;
 }
 
 std::vector<Recording> read_recordings(const std::filesystem::path& file, const ColumnMap& map,
                                        const Model& model, const VectorX& start_q,
                                        const VectorX& start_v) {
-  const Table table(file);
+  const Table table(file, {}, map.table);
   if (!map.after.empty()) return read_impacts(table, map, model, start_q, start_v);
   Recording whole = read_rows(table, map, model, start_q, start_v);
   if (map.average > 1) whole = averaged(whole, map.average, model);
@@ -360,6 +242,7 @@ std::vector<Recording> read_recordings(const std::filesystem::path& file, const 
     const int first = static_cast<int>(static_cast<long>(rows) * k / map.pieces);
     const int last = static_cast<int>(static_cast<long>(rows) * (k + 1) / map.pieces);
     out.push_back(part(whole, first, last - first));
+    if (k == 0) out.back().note = whole.note;
     out.back().file += fmt::format(" from {:.6g} s", out.back().time[0]);
   }
   return out;

@@ -40,7 +40,9 @@ struct ColumnMap {
   std::vector<std::string> skip;  ///< rows of impacts with anything but 0 there are left out
   int free_body = -1;          ///< body whose pose is compared; -1: the mapped joint positions are
   std::optional<double> rate;  ///< [1/s]; else `time` holds
-  ColumnSource time;
+  std::vector<ColumnSource> time;  ///< their sum [s]
+  bool time_unit_given = false;    ///< the map scales `time`: its unit is not guessed
+  TableOptions table;              ///< how the file is read
   std::optional<int> substeps;  ///< time steps between two rows
   /// Recorded velocities are backward differences of the positions: v(t) is the mean over the
   /// interval before t. A body under gravity g is by then g interval / 2 faster.
@@ -48,6 +50,8 @@ struct ColumnMap {
   /// Recorded angular velocities of floating and spherical joints are in world axes, not in the
   /// body's; turned by the recorded orientation.
   bool world_angular = false;
+  bool body_linear =
+      false;        ///< recorded linear velocities of floating links are in the axes of the body
   int average = 1;  ///< rows, centred and odd, of which a value is the mean
   int pieces = 1;   ///< as many recordings of equal length one file gives
 };
@@ -58,11 +62,16 @@ ColumnMap load_column_map(const std::filesystem::path& file, const Model& model)
 /// A recording as coordinates of the scene. Column k is row k.
 struct Recording {
   std::string file;
+  std::string note;          ///< for the user: what was taken for granted; most often empty
   std::vector<double> time;  ///< [s]
   MatrixX q, v;              ///< coordinates the map does not name are the scene's start
   MatrixX applied_force;     ///< zero where the map names none
   int num_rows() const { return static_cast<int>(time.size()); }
 };
+
+/// Indices into q of angles that come round: revolute joints without limits, and the angle of
+/// planar joints.
+std::vector<int> circular_positions(const Model& model);
 
 /// The recordings of a file: one, as many as the map cuts it into, or one for each impact; then
 /// their names say which part it is. Of an impact both rows are at the pose and the time before.
@@ -147,6 +156,11 @@ struct Deviation {
 Deviation deviation(const Model& model, const ColumnMap& map, const VectorX& q,
                     const VectorX& recorded);
 
+/// configuration_difference from `recorded` to `q` [rad, m], on the circle where positions are
+/// circular.
+void recorded_difference(const Model& model, const VectorX& recorded, const VectorX& q,
+                         VectorX& out);
+
 /// What predictions and recordings are compared by.
 enum class Compared { kJoints, kPose, kImpacts };
 Compared compared(const ColumnMap& map);
@@ -156,7 +170,7 @@ struct PredictionOptions {
   double scene_step = 0.002;    ///< [s]
   /// Every so many rows the recording is taken anew as the start; 0: its first row only.
   int horizon = 0;
-  std::function<bool()> stop = {};  ///< asked at every row: true ends the prediction there
+  std::function<bool()> stop = {};  ///< asked before every step: true ends the prediction there
 };
 
 /// An impact as predicted, against the one recorded.

@@ -47,7 +47,7 @@ class LineReader {
   explicit LineReader(const std::filesystem::path& file)
       : name_(file.string()), stream_(file, std::ios::binary) {
     if (!stream_ || std::filesystem::is_directory(file))
-      throw InputError(fmt::format("{}: cannot be read; expected a CSV file", name_));
+      throw InputError(fmt::format("{}: {}", name_, why_unreadable(file)));
   }
 
   /// The next line without its end (LF); false: there is none. Valid until the next call.
@@ -94,91 +94,163 @@ class LineReader {
 /// Is a quoted name still open at the end of this text?
 bool quotes_open(std::string_view text) { return std::count(text.begin(), text.end(), '"') % 2 != 0; }
 
+/// The cell that begins there, quoted or not, without its quotes; then goes to the next cell.
+/// `buffer` holds it where it is quoted. False: its quotes are not closed.
+bool next_cell(std::string_view line, std::size_t& begin, std::string& buffer,
+               std::string_view& cell) {
+  const std::size_t first = std::min(line.find_first_not_of(kBlank, begin), line.size());
+  if (first == line.size() || line[first] != '"') {
+    const std::size_t end = std::min(line.find(',', begin), line.size());
+    cell = line.substr(begin, end - begin);
+    begin = end + 1;
+    return true;
+  }
+  buffer.clear();
+  for (std::size_t i = first + 1; i < line.size(); ++i) {
+    if (line[i] == '"' && (i + 1 == line.size() || line[++i] != '"')) {
+      cell = buffer;
+      begin = std::min(line.find(',', i), line.size()) + 1;
+      return true;
+    }
+    buffer += line[i];
+  }
+  return false;
+}
+
 class CsvSource final : public TableSource {
  public:
-  CsvSource(const std::filesystem::path& file, const std::vector<std::string>& label_columns)
-      : file_(file.string()), lines_(file) {
-    std::string header;
-    std::string_view line;
-    bool first = true;
-    while ((first || quotes_open(header)) && lines_.next(line)) {
-      if (first && line.starts_with("\xEF\xBB\xBF")) line.remove_prefix(3);  // byte order mark
-      if (!first) header += '\n';
-      header += line;
-      first = false;
-      if (header.size() > limits::kMaxTableLine)
-        throw InputError(fmt::format("{}:1: a header of more than {} MB; is it a CSV file?", file_,
-                                     limits::kMaxTableLine / 1'000'000));
-    }
-    for (std::string& name : parse_csv_header(header, file_ + ":1")) {
+  CsvSource(const std::filesystem::path& file, const std::vector<std::string>& label_columns,
+            const TableOptions& options)
+      : file_(file.string()), lines_(file), options_(options) {
+    std::vector<std::string> names = options.names;
+    if (names.empty()) names = parse_csv_header(header(), file_ + ":1");
+    for (std::string& name : names) {
       const bool label = std::count(label_columns.begin(), label_columns.end(), name) > 0;
-      const CellType type = label ? CellType::kLabel : type_of(name);
+      const CellType type = label               ? CellType::kLabel
+                            : options.any_cells ? CellType::kNumber
+                                                : type_of(name);
       columns_.emplace_back(std::move(name), type);
+    }
+    for (const auto& [name, text] : options.rows) {
+      const auto column = std::find_if(columns_.begin(), columns_.end(),
+                                       [&](const Column& c) { return c.name == name; });
+      if (column == columns_.end())
+        throw InputError(
+            fmt::format("{}:1: no column '{}', whose text is to choose rows", file_, name));
+      chosen_[static_cast<std::size_t>(column - columns_.begin())] = text;
     }
   }
 
   bool read(TableBlock& block) override {
     std::string_view line;
     const int rows = rows_of_block(columns_.size());
-    while (block.rows < rows && lines_.next(line)) {
-      if (line.ends_with('\r')) line.remove_suffix(1);
+    while (block.rows < rows && next_row(line)) {
       if (trimmed(line, kBlank).empty()) continue;
-      read_row(line, block);
-      block.lines.push_back(lines_.number());
+      const std::size_t numbers = block.numbers.size(), integers = block.integers.size();
+      if (!read_row(line, block)) {
+        block.numbers.resize(numbers);
+        block.integers.resize(integers);
+        continue;
+      }
+      block.lines.push_back(line_);
       ++block.rows;
     }
     return block.rows > 0;
   }
 
  private:
-  [[noreturn]] void fail(const std::string& what) const {
-    throw InputError(fmt::format("{}:{}: {}", file_, lines_.number(), what));
+  /// The first line, and as many more as its quoted names have.
+  std::string header() {
+    std::string text;
+    std::string_view line;
+    bool first = true;
+    while ((first || quotes_open(text)) && lines_.next(line)) {
+      if (first && line.starts_with("\xEF\xBB\xBF")) line.remove_prefix(3);  // byte order mark
+      if (!first) text += '\n';
+      text += line;
+      first = false;
+      if (text.size() > limits::kMaxTableLine)
+        throw InputError(fmt::format("{}:1: a header of more than {} MB; is it a CSV file?", file_,
+                                     limits::kMaxTableLine / 1'000'000));
+    }
+    return text;
   }
 
-  void read_row(std::string_view line, TableBlock& block) {
+  /// The next line, and as many more as its quoted cells have.
+  bool next_row(std::string_view& line) {
+    if (!lines_.next(line)) return false;
+    line_ = lines_.number();
+    if (line.find('"') != std::string_view::npos) {
+      std::size_t begin = 0;
+      std::string_view cell;
+      bool closed = true;
+      while (closed && begin < line.size()) closed = next_cell(line, begin, buffer_, cell);
+      if (!closed) {
+        row_ = line;
+        for (bool open = true; open && lines_.next(line); open = open != quotes_open(line)) {
+          if (row_.size() + line.size() > limits::kMaxTableLine)
+            fail("a quoted cell is not closed");
+          row_.append("\n").append(line);
+        }
+        line = row_;
+      }
+    }
+    if (line.ends_with('\r')) line.remove_suffix(1);
+    return true;
+  }
+
+  [[noreturn]] void fail(const std::string& what) const {
+    throw InputError(fmt::format("{}:{}: {}", file_, line_, what));
+  }
+
+  /// False: a row that is not among those chosen.
+  bool read_row(std::string_view line, TableBlock& block) {
     std::size_t begin = 0;
+    std::string_view cell;
     for (std::size_t i = 0; i < columns_.size(); ++i) {
       if (begin > line.size())
         fail(fmt::format("{} cells; the header names {} columns", i, columns_.size()));
-      if (columns_[i].type == CellType::kLabel) {
-        block.numbers.push_back(label(columns_[i], line, begin));
-        continue;
-      }
-      const std::size_t end = std::min(line.find(',', begin), line.size());
-      const std::string_view cell = trimmed(line.substr(begin, end - begin), kBlank);
-      begin = end + 1;
-      if (columns_[i].type == CellType::kInteger)
+      if (!next_cell(line, begin, buffer_, cell)) fail("a quoted cell is not closed");
+      const bool label = columns_[i].type == CellType::kLabel;
+      if (!label) cell = trimmed(cell, kBlank);
+      if (const auto wanted = chosen_.find(i); wanted != chosen_.end() && cell != wanted->second)
+        return false;
+      if (label)
+        block.numbers.push_back(label_number(columns_[i], cell));
+      else if (columns_[i].type == CellType::kInteger)
         block.integers.push_back(integer(columns_[i], cell));
       else
         block.numbers.push_back(cell.empty() ? std::numeric_limits<double>::quiet_NaN()
-                                             : number(columns_[i], cell));
+                                             : number(i, cell, block));
     }
-    if (begin <= line.size())
+    if (begin <= line.size() && options_.names.empty())
       fail(fmt::format("more cells than the {} columns of the header", columns_.size()));
+    return true;
   }
 
-  /// The number of the name that begins there, quoted or not; then goes to the next cell.
-  double label(Column& column, std::string_view line, std::size_t& begin) {
-    std::string name;
-    const bool quoted = begin < line.size() && line[begin] == '"';
-    for (begin += quoted ? 1 : 0; begin < line.size() && (quoted || line[begin] != ','); ++begin) {
-      if (quoted && line[begin] == '"' && !(begin + 1 < line.size() && line[++begin] == '"')) break;
-      name += line[begin];
-    }
-    begin = std::max(begin, std::min(line.find(',', begin), line.size())) + 1;
-    const auto [found, added] =
-        labels_[column.name].try_emplace(name, static_cast<double>(column.labels.size()));
-    if (added) column.labels.push_back(name);
+  double label_number(Column& column, std::string_view cell) {
+    const auto [found, added] = labels_[column.name].try_emplace(
+        std::string(cell), static_cast<double>(column.labels.size()));
+    if (added) column.labels.emplace_back(cell);
     return found->second;
   }
 
-  double number(const Column& column, std::string_view cell) const {
-    double value = 0.0;
+  static bool parse(std::string_view cell, double& value) {
     const char* const first = cell.data() + (cell.front() == '+' ? 1 : 0);
     const auto [stop, error] = std::from_chars(first, cell.data() + cell.size(), value);
-    if (error != std::errc() || stop != cell.data() + cell.size() || !std::isfinite(value))
-      fail(fmt::format("column '{}': '{}' is no finite number", column.name, cell));
-    return value;
+    return error == std::errc() && stop == cell.data() + cell.size() && std::isfinite(value);
+  }
+
+  /// NaN for a cell that is none, where any cells are accepted.
+  double number(std::size_t i, std::string_view cell, TableBlock& block) const {
+    double value = 0.0;
+    if (parse(cell, value)) return value;
+    if (!options_.any_cells)
+      fail(fmt::format("column '{}': '{}' is no finite number", columns_[i].name, cell));
+    if (block.refused.try_emplace(static_cast<int>(i)).second)
+      block.refused[static_cast<int>(i)] = fmt::format(
+          "{}:{}: column '{}': '{}' is no finite number", file_, line_, columns_[i].name, cell);
+    return std::numeric_limits<double>::quiet_NaN();
   }
 
   /// Also as a program writes it that keeps doubles.
@@ -187,7 +259,9 @@ class CsvSource final : public TableSource {
     std::uint64_t value = 0;
     const auto [stop, error] = std::from_chars(cell.data(), cell.data() + cell.size(), value);
     if (error == std::errc() && stop == cell.data() + cell.size()) return value;
-    const double rounded = number(column, cell);
+    double rounded = 0.0;
+    if (!parse(cell, rounded))
+      fail(fmt::format("column '{}': '{}' is no finite number", column.name, cell));
     if (!(rounded >= 0.0 && rounded < 0x1p64 && rounded == std::floor(rounded)))
       fail(fmt::format("column '{}': '{}' is no whole number from 0 to 2^64 - 1", column.name, cell));
     return static_cast<std::uint64_t>(rounded);
@@ -195,6 +269,10 @@ class CsvSource final : public TableSource {
 
   std::string file_;
   LineReader lines_;
+  TableOptions options_;
+  std::map<std::size_t, std::string> chosen_;  ///< column: the text of rows that are read
+  std::string buffer_, row_;                   ///< of quoted cells; of a row of several lines
+  int line_ = 0;                               ///< where the present row begins
   std::map<std::string, std::map<std::string, double>> labels_;  ///< their numbers, by column
 };
 
@@ -296,8 +374,9 @@ std::vector<std::string> parse_csv_header(const std::string& text, const std::st
 }
 
 std::unique_ptr<TableSource> open_csv(const std::filesystem::path& file,
-                                      const std::vector<std::string>& label_columns) {
-  return std::make_unique<CsvSource>(file, label_columns);
+                                      const std::vector<std::string>& label_columns,
+                                      const TableOptions& options) {
+  return std::make_unique<CsvSource>(file, label_columns, options);
 }
 
 std::unique_ptr<TableSink> create_csv(const std::filesystem::path& file,

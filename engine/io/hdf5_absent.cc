@@ -15,7 +15,9 @@ namespace {
 
 }  // namespace
 
-std::unique_ptr<TableSource> open_hdf5(const std::filesystem::path& file) { refuse(file); }
+std::unique_ptr<TableSource> open_hdf5(const std::filesystem::path& file, const TableOptions&) {
+  refuse(file);
+}
 
 std::unique_ptr<TableSink> create_hdf5(const std::filesystem::path& file, const std::vector<Column>&) {
   refuse(file);

@@ -332,7 +332,7 @@ class Hdf5Source final : public TableSource {
 
 }  // namespace
 
-std::unique_ptr<TableSource> open_hdf5(const std::filesystem::path& file) {
+std::unique_ptr<TableSource> open_hdf5(const std::filesystem::path& file, const TableOptions&) {
   return std::make_unique<Hdf5Source>(file);
 }
 

@@ -1,5 +1,7 @@
-// Tables as MCAP (mcap.dev/spec): one channel, a message a row, without chunks, compression and index. A message is
-// CDR, its schema ros2msg: a field a column. The exact names of the columns are in the channel's metadata.
+// Tables as MCAP (mcap.dev/spec): one channel, a message a row, without chunks, compression and
+// index. A message is CDR, its schema ros2msg: a field a column. The exact names of the columns are
+// in the channel's metadata. Files without such a channel are read as recordings of ROS
+// (ros_rows.h).
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -10,8 +12,10 @@
 #include <optional>
 #include <set>
 #include <stdexcept>
+#include <utility>
 
 #include "counterpoint/engine/io/bytes.h"
+#include "counterpoint/engine/io/ros_rows.h"
 #include "counterpoint/engine/io/table_format.h"
 #include "counterpoint/model/spatial.h"
 
@@ -203,15 +207,18 @@ class Fields {
 
 class McapSource final : public TableSource {
  public:
-  explicit McapSource(const std::filesystem::path& file)
-      : file_(file.string()), stream_(file, std::ios::binary) {
+  McapSource(const std::filesystem::path& file, const TableOptions& options)
+      : file_(file.string()), stream_(file, std::ios::binary), ros_(file_, options) {
     stream_.ignore(static_cast<std::streamsize>(kMcapMagic.size()));
     while (columns_.empty() && read_record()) {
     }
     if (columns_.empty())
-      throw InputError(fmt::format("{}: no channel with the columns of a table; expected an MCAP file as counterpoint "
-                                   "writes it (channel metadata 'columns', encoding cdr)",
-                                   file_));
+      throw InputError(fmt::format(
+          "{}: no channel with the columns of a table; expected an MCAP file as counterpoint "
+          "writes it (channel metadata 'columns', encoding cdr) or as rosbag2 does (schemas "
+          "ros2msg){}",
+          file_,
+          ros_.topics().empty() ? "" : "; no row is chosen from its topics " + ros_.topics()));
   }
 
   bool read(TableBlock& block) override {
@@ -277,14 +284,21 @@ class McapSource final : public TableSource {
   }
 
   void handle(unsigned char kind, std::string_view content) {
+    if (kind == kSchema) read_schema(Fields(content, file_));
     if (kind == kChannel) read_channel(Fields(content, file_));
     if (kind == kMessage) read_message(content);
   }
 
+  void read_schema(Fields fields) {
+    const auto id = fields.number<std::uint16_t>();
+    const std::string_view name = fields.string(), encoding = fields.string();
+    ros_.add_schema(id, name, encoding, fields.string());
+  }
+
   void read_channel(Fields fields) {
     const auto id = fields.number<std::uint16_t>();
-    fields.number<std::uint16_t>();
-    fields.string();
+    const auto schema = fields.number<std::uint16_t>();
+    const std::string_view topic = fields.string();
     const std::string_view encoding = fields.string();
     Map metadata;
     Fields pairs(fields.string(), file_);
@@ -292,7 +306,9 @@ class McapSource final : public TableSource {
       std::string key(pairs.string());
       metadata[std::move(key)] = pairs.string();
     }
+    if (metadata.count("columns") == 0) ros_.add_channel(id, schema, topic, encoding);
     if (!columns_.empty() || encoding != "cdr" || metadata.count("columns") == 0) return;
+    own_ = true;
     channel_ = id;
     std::set<std::string> integers;
     if (metadata.count("integer_columns") > 0)
@@ -310,26 +326,40 @@ class McapSource final : public TableSource {
   }
 
   void read_message(std::string_view content) {
-    if (columns_.empty()) return;
     Fields fields(content, file_);
-    if (fields.number<std::uint16_t>() != channel_) return;
+    const auto id = fields.number<std::uint16_t>();
+    if (own_) {
+      if (id == channel_) read_own(content);
+      return;
+    }
+    fields.number<std::uint32_t>();
+    const auto log_time = fields.number<std::uint64_t>();
+    fields.number<std::uint64_t>();
+    if (!ros_.read(id, log_time, fields.rest())) return;
+    if (columns_.empty()) columns_ = ros_.columns();
+    if (block_)
+      ros_.append_to(*block_);
+    else
+      waiting_.emplace_back(content);
+  }
+
+  void read_own(std::string_view content) {
     const std::size_t head = kMessageHead + kCdrLittleEndian.size();
     if (content.size() != head + 8 * columns_.size() ||
         content.substr(kMessageHead, kCdrLittleEndian.size()) != kCdrLittleEndian)
-      throw InputError(fmt::format("{}: damaged: message {} does not hold the {} columns of its channel", file_,
-                                   messages_ + 1, columns_.size()));
-    ++messages_;
+      throw InputError(
+          fmt::format("{}: damaged: message {} does not hold the {} columns of its channel", file_,
+                      messages_ + 1, columns_.size()));
     if (!block_) {  // a chunk that holds the channel and the first rows
       waiting_.emplace_back(content);
       return;
     }
+    ++messages_;
     append(content.substr(head));
   }
 
   void flush_waiting() {
-    for (const std::string& content : waiting_)
-      append(std::string_view(content).substr(kMessageHead + kCdrLittleEndian.size()));
-    waiting_.clear();
+    for (const std::string& content : std::exchange(waiting_, {})) read_message(content);
   }
 
   void append(std::string_view row) {
@@ -344,16 +374,18 @@ class McapSource final : public TableSource {
   std::ifstream stream_;
   std::string record_;
   std::vector<std::string> waiting_;
+  RosRows ros_;
   TableBlock* block_ = nullptr;
   std::uint16_t channel_ = 0;
   long messages_ = 0;
-  bool ended_ = false;
+  bool ended_ = false, own_ = false;  ///< own_: the table is ours, not of ROS
 };
 
 }  // namespace
 
-std::unique_ptr<TableSource> open_mcap(const std::filesystem::path& file) {
-  return std::make_unique<McapSource>(file);
+std::unique_ptr<TableSource> open_mcap(const std::filesystem::path& file,
+                                       const TableOptions& options) {
+  return std::make_unique<McapSource>(file, options);
 }
 
 std::unique_ptr<TableSink> create_mcap(const std::filesystem::path& file,

@@ -150,7 +150,7 @@ class NpzSource final : public TableSource {
 
 }  // namespace
 
-std::unique_ptr<TableSource> open_npz(const std::filesystem::path& file) {
+std::unique_ptr<TableSource> open_npz(const std::filesystem::path& file, const TableOptions&) {
   return std::make_unique<NpzSource>(file);
 }
 

@@ -1,5 +1,3 @@
-#include "counterpoint/engine/motion_files.h"
-
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -10,8 +8,10 @@
 #include <stdexcept>
 
 #include "counterpoint/engine/io/table_format.h"
+#include "counterpoint/engine/motion_files.h"
 #include "counterpoint/model/limits.h"
 #include "counterpoint/model/spatial.h"
+#include "counterpoint/model/text_files.h"
 
 namespace counterpoint {
 namespace {
@@ -40,8 +40,11 @@ void check_content(const std::filesystem::path& file, const TableFormat& format)
   std::error_code error;
   const bool regular = std::filesystem::is_regular_file(file, error);
   if (!regular && format.magic.empty()) return;  // the CSV reader says what is wrong, or reads the pipe
-  if (!regular)
-    throw InputError(fmt::format("{}: cannot be read; expected a {} file", file.string(), format.name));
+  if (!regular && !std::filesystem::is_directory(file, error) &&
+      std::filesystem::exists(file, error))
+    throw InputError(fmt::format("{}: no file that can be read twice; expected a {} file",
+                                 file.string(), format.name));
+  if (!regular) throw InputError(fmt::format("{}: {}", file.string(), why_unreadable(file)));
   std::string start(8, '\0');
   std::ifstream stream(file, std::ios::binary);
   stream.read(start.data(), static_cast<std::streamsize>(start.size()));
@@ -49,6 +52,13 @@ void check_content(const std::filesystem::path& file, const TableFormat& format)
   if (!format.magic.empty() && !start.starts_with(format.magic))
     throw InputError(fmt::format("{}: no {} file, though its name ends like that of one; a CSV file ends in .csv",
                                  file.string(), format.name));
+  for (const auto& [magic, what] :
+       {std::pair{"#ROSBAG V",
+                  "a bag of ROS 1; rostopic echo -b FILE -p TOPIC > FILE.csv makes a table of it"},
+        std::pair{"SQLite f",
+                  "an SQLite file (of rosbag2?); ros2 bag convert makes an .mcap file of it"}})
+    if (start.starts_with(std::string_view(magic).substr(0, 8)))
+      throw InputError(fmt::format("{}: {}", file.string(), what));
   for (const TableFormat& other : formats())
     if (format.magic.empty() && !other.magic.empty() && start.starts_with(other.magic))
       throw InputError(fmt::format("{}: a {} file; rename it to end in {}", file.string(), other.name,
@@ -104,12 +114,15 @@ std::vector<Column> columns_of(const std::vector<std::string>& numbers,
 }
 
 TableReader::TableReader(const std::filesystem::path& file,
-                         const std::vector<std::string>& label_columns)
-    : file_(file.string()), block_(std::make_unique<TableBlock>()) {
+                         const std::vector<std::string>& label_columns, const TableOptions& options)
+    : file_(file.string()), any_cells_(options.any_cells), block_(std::make_unique<TableBlock>()) {
   const TableFormat& format = format_of(file);
   check_content(file, format);
-  source_ = format.open ? format.open(file) : open_csv(file, label_columns);
-  check_names(columns(), file_);
+  if (!options.rows.empty() && format.open && format.open != open_mcap)
+    throw InputError(fmt::format(
+        "{}: rows cannot be chosen by their text: {} files hold numbers only", file_, format.name));
+  source_ = format.open ? format.open(file, options) : open_csv(file, label_columns, options);
+  if (!any_cells_) check_names(columns(), file_);
   for (const Column& column : columns())
     slots_.push_back(column.type == CellType::kInteger ? num_integers_++ : num_numbers_++);
 }
@@ -132,13 +145,23 @@ bool TableReader::next() {
   return true;
 }
 
-void TableReader::check_row() const {
+const std::map<int, std::string>& TableReader::refused() const { return block_->refused; }
+
+void TableReader::check_row() {
   for (int i = 0; i < num_columns(); ++i) {
     const Column& column = columns()[static_cast<std::size_t>(i)];
     if (column.type == CellType::kInteger) continue;
     const double x = cell(i);
-    if (std::isinf(x))
-      throw InputError(fmt::format("{}: column '{}': {} is no finite number", where(), column.name, x));
+    if (std::isinf(x)) {
+      const std::string message =
+          fmt::format("{}: column '{}': {} is no finite number", where(), column.name, x);
+      if (!any_cells_) throw InputError(message);
+      block_->refused.try_emplace(i, message);
+      block_->numbers[static_cast<std::size_t>(row_) * static_cast<std::size_t>(num_numbers_) +
+                      static_cast<std::size_t>(slots_[static_cast<std::size_t>(i)])] =
+          std::numeric_limits<double>::quiet_NaN();
+      continue;
+    }
     if (column.type == CellType::kLabel &&
         !(x >= 0.0 && x < static_cast<double>(column.labels.size()) && x == std::floor(x)))
       throw InputError(fmt::format("{}: column '{}': {} is the number of no label", where(), column.name, x));
@@ -166,9 +189,12 @@ std::string TableReader::where() const {
   return fmt::format("{}: row {}", file_, rows_before_ + row_ + 1);
 }
 
-Table::Table(const std::filesystem::path& file, const RowsRead& on_rows) : file_(file.string()) {
+Table::Table(const std::filesystem::path& file, const RowsRead& on_rows, TableOptions options)
+    : file_(file.string()) {
   constexpr int kRows = 1024;  // between calls of on_rows
-  TableReader reader(file);
+  options.any_cells = true;
+  TableReader reader(file, {}, options);
+  if (reader.num_columns() == 0) throw InputError(fmt::format("{}: no columns", file_));
   has_lines_ = format_of(file).magic.empty();
   for (const Column& column : reader.columns()) columns_.push_back(column.name);
   while (reader.next()) {
@@ -179,18 +205,31 @@ Table::Table(const std::filesystem::path& file, const RowsRead& on_rows) : file_
     if (has_lines_) lines_.push_back(reader.line());
     if (++num_rows_ % kRows == 0 && on_rows) on_rows(num_rows_);
   }
+  refused_ = reader.refused();
+}
+
+void Table::check_refused(int column) const {
+  if (const auto found = refused_.find(column); found != refused_.end())
+    throw InputError(found->second);
 }
 
 int Table::find_column(std::string_view name) const {
   const auto it = std::find(columns_.begin(), columns_.end(), name);
-  return it == columns_.end() ? -1 : static_cast<int>(it - columns_.begin());
+  if (it == columns_.end()) return -1;
+  if (std::find(it + 1, columns_.end(), name) != columns_.end())
+    throw InputError(fmt::format("{}: column '{}' occurs more than once", where_columns(), name));
+  return static_cast<int>(it - columns_.begin());
 }
 
 int Table::column(std::string_view name) const {
   const int index = find_column(name);
   if (index < 0) {
-    throw InputError(fmt::format("{}: no column '{}'; there are: {}", where_columns(), name,
-                                 fmt::join(columns_, ", ")));
+    const std::string cure = parse_number(columns_[0])
+                                 ? "; the first line is no header: names, in a column map, "
+                                   "are those of a file without one"
+                                 : "";
+    throw InputError(fmt::format("{}: no column '{}'; there are: {}{}", where_columns(), name,
+                                 fmt::join(columns_, ", "), cure));
   }
   return index;
 }

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -18,6 +19,9 @@ struct TableBlock {
   std::vector<std::uint64_t> integers;  ///< row by row
   std::vector<std::string> texts;       ///< what cells of text columns are indices of
   std::vector<int> lines;               ///< of each row in the file; none: it has no lines
+  /// By column, the message of the first cell that is no number; its value is NaN
+  /// (TableOptions::any_cells).
+  std::map<int, std::string> refused;
 
   void clear();
   std::size_t num_bytes() const { return 8 * (numbers.size() + integers.size()); }
@@ -50,7 +54,8 @@ class TableSink {
   virtual void finish() = 0;
 };
 
-using OpenTable = std::unique_ptr<TableSource> (*)(const std::filesystem::path& file);
+using OpenTable = std::unique_ptr<TableSource> (*)(const std::filesystem::path& file,
+                                                   const TableOptions& options);
 using CreateTable = std::unique_ptr<TableSink> (*)(const std::filesystem::path& file,
                                                    const std::vector<Column>& columns);
 
@@ -63,16 +68,20 @@ struct TableFormat {
 };
 
 std::unique_ptr<TableSource> open_csv(const std::filesystem::path& file,
-                                      const std::vector<std::string>& label_columns);
+                                      const std::vector<std::string>& label_columns,
+                                      const TableOptions& options);
 std::unique_ptr<TableSink> create_csv(const std::filesystem::path& file,
                                       const std::vector<Column>& columns);
-std::unique_ptr<TableSource> open_hdf5(const std::filesystem::path& file);
+std::unique_ptr<TableSource> open_hdf5(const std::filesystem::path& file,
+                                       const TableOptions& options);
 std::unique_ptr<TableSink> create_hdf5(const std::filesystem::path& file,
                                        const std::vector<Column>& columns);
-std::unique_ptr<TableSource> open_npz(const std::filesystem::path& file);
+std::unique_ptr<TableSource> open_npz(const std::filesystem::path& file,
+                                      const TableOptions& options);
 std::unique_ptr<TableSink> create_npz(const std::filesystem::path& file,
                                       const std::vector<Column>& columns);
-std::unique_ptr<TableSource> open_mcap(const std::filesystem::path& file);
+std::unique_ptr<TableSource> open_mcap(const std::filesystem::path& file,
+                                       const TableOptions& options);
 std::unique_ptr<TableSink> create_mcap(const std::filesystem::path& file,
                                        const std::vector<Column>& columns);
 

@@ -257,6 +257,7 @@ Trajectory read_trajectory(const std::filesystem::path& file, const Model& model
   trajectory.known = read_input_columns(trajectory.columns, table, model, rows - 1);
   check_quaternions(table, model, trajectory.q);
   trajectory.altered_rows = count_altered_rows(table, trajectory);
+  trajectory.has_hashes = table.find_column(kStateHashColumn) >= 0;
   return trajectory;
 }
 
@@ -278,8 +279,11 @@ std::vector<double> step_lengths(const Trajectory& trajectory, std::optional<dou
       throw InputError(
           fmt::format("{}: rows {} and {} are {:.9g} s apart, but the time step is {:.9g} s; {}",
                       trajectory.file, k + 1, k + 2, interval, steps[k],
-                      recorded ? "a row seems to be missing"
-                               : "give the step the motion was computed with (--timestep)"));
+                      recorded ? "a row seems to be missing: compare --mode inverse takes rows "
+                                 "further apart than steps"
+                               : "give the step the motion was computed with (--timestep); a "
+                                 "thinned or measured motion "
+                                 "is for compare --mode inverse"));
     }
   }
   return steps;

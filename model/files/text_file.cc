@@ -1,16 +1,16 @@
-#include "counterpoint/model/text_files.h"
-
 #include <fmt/format.h>
 #include <tinyxml2.h>
 
 #include <algorithm>
 #include <array>
+#include <cerrno>
 #include <cstdio>
 #include <memory>
 #include <system_error>
 
 #include "counterpoint/model/limits.h"
 #include "counterpoint/model/spatial.h"
+#include "counterpoint/model/text_files.h"
 
 namespace counterpoint {
 namespace {
@@ -26,6 +26,17 @@ auto line_of(const std::string& text, size_t position) {
 
 }  // namespace
 
+std::string why_unreadable(const std::filesystem::path& file) {
+  std::error_code error;
+  const std::filesystem::file_status status = std::filesystem::status(file, error);
+  if (status.type() == std::filesystem::file_type::not_found) return "there is no such file";
+  if (std::filesystem::is_directory(status)) return "a folder; a file is expected";
+  if (error) return fmt::format("cannot be opened: {}", error.message());
+  errno = 0;
+  const std::unique_ptr<std::FILE, CloseFile> stream(std::fopen(file.c_str(), "rb"));
+  return fmt::format("cannot be opened: {}", std::generic_category().message(errno));
+}
+
 std::string read_text_file(const std::filesystem::path& file, std::uintmax_t max_bytes,
                            const char* missing) {
   std::error_code error;
@@ -33,9 +44,10 @@ std::string read_text_file(const std::filesystem::path& file, std::uintmax_t max
     throw InputError(fmt::format("{}: {}", file.string(), why));
   };
   const std::filesystem::file_status status = std::filesystem::status(file, error);
-  if (!std::filesystem::exists(status) || std::filesystem::is_directory(status)) refuse(missing);
-  const std::unique_ptr<std::FILE, CloseFile> stream(std::fopen(file.c_str(), "rb"));
-  if (!stream) refuse(missing);
+  if (status.type() == std::filesystem::file_type::not_found) refuse(missing);
+  const std::unique_ptr<std::FILE, CloseFile> stream(
+      std::filesystem::is_directory(status) ? nullptr : std::fopen(file.c_str(), "rb"));
+  if (!stream) refuse(why_unreadable(file));
   std::string text;
   if (std::filesystem::is_regular_file(status)) {
     const std::uintmax_t size = std::filesystem::file_size(file, error);

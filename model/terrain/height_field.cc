@@ -29,7 +29,7 @@ double parse_height(std::string_view cell, const std::string& where) {
 }  // namespace
 
 HeightGrid load_height_table(const std::filesystem::path& file) {
-  std::istringstream stream(read_text_file(file, limits::kMaxMeshBytes, "cannot be read"));
+  std::istringstream stream(read_text_file(file, limits::kMaxMeshBytes, "there is no such file"));
   HeightGrid grid;
   std::string line;
   for (int number = 1; std::getline(stream, line); ++number) {

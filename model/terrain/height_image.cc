@@ -7,6 +7,7 @@
 
 #include "counterpoint/model/geometry.h"
 #include "counterpoint/model/limits.h"
+#include "counterpoint/model/text_files.h"
 
 namespace counterpoint {
 namespace {
@@ -63,7 +64,7 @@ HeightGrid load_height_image(const std::filesystem::path& file) {
   const bool regular = std::filesystem::is_regular_file(file, error);
   const std::unique_ptr<std::FILE, ClosePng> stream(regular ? std::fopen(file.c_str(), "rb")
                                                              : nullptr);
-  if (!stream) throw InputError(fmt::format("{}: cannot be read", file.string()));
+  if (!stream) throw InputError(fmt::format("{}: {}", file.string(), why_unreadable(file)));
   PngReader reader;
   const auto refuse = [&](const std::string& why) {
     throw InputError(fmt::format("{}: {}; a grayscale PNG of at most {} x {} pixels is expected",

@@ -141,7 +141,7 @@ TEST_F(ContactProblem, SaysWhatIsWrongWithTheMatrix) {
   write("W.csv", "a,b,c\n0,0,1\n");
   expect_bad_input("{}/p", "'row'");
   fs::remove(folder_.path("p/W.csv"));
-  expect_bad_input("{}/p", "W.csv: cannot be read");
+  expect_bad_input("{}/p", "W.csv: there is no such file");
 }
 
 TEST_F(ContactProblem, SolvesTheRecordedProblems) {

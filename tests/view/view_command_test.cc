@@ -87,7 +87,7 @@ TEST_F(View, TheSameRunGivesTheSamePage) {
 
 TEST_F(View, RefusesWhatIsNoMotionOfTheScene) {
   expect_refused("data/scenes/pendulum.yaml {}/cube.csv", "cube.csv");
-  expect_refused(kCube + " {}/missing.csv", "cannot be read");
+  expect_refused(kCube + " {}/missing.csv", "there is no such file");
   folder_.write("empty.csv", "");
   expect_refused(kCube + " {}/empty.csv", "empty");
   const std::string table = folder_.read("cube.csv");
@@ -149,7 +149,7 @@ TEST_F(View, RefusesWrongOptions) {
   expect_refused(kCube + " {}/cube.csv --webm 1,0,10", "--webm");
   expect_refused(kCube + " {}/cube.csv --webm 0,1,10 --size 101x100", "even");
   expect_refused(kCube + " {}/cube.csv --ghost-name a", "more names than ghosts");
-  expect_refused(kCube + " {}/cube.csv --ghost {}/missing.csv", "cannot be read");
+  expect_refused(kCube + " {}/cube.csv --ghost {}/missing.csv", "there is no such file");
   expect_refused(kCube + " {}/cube.csv --forces --contacts {}/c.csv", "give one of them");
   expect_refused(kCube + " {}/cube.csv --size 10", "--size 10");
   expect_refused(kCube + " {}/cube.csv --gif 1,0,10", "--gif");

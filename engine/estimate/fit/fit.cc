@@ -1,13 +1,14 @@
-#include "counterpoint/engine/estimate/estimate.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <random>
+#include <tuple>
 
 #include "counterpoint/engine/batch.h"
+#include "counterpoint/engine/estimate/estimate.h"
 #include "counterpoint/engine/estimate/fit/fit_spread.h"
 #include "counterpoint/engine/estimate/fit/fit_system.h"
 
@@ -43,6 +44,9 @@ VectorX halton(int k, Eigen::Index dimensions) {
   return point;
 }
 
+/// A point and its cost.
+using Tried = std::pair<double, VectorX>;
+
 bool is_under_way(Eigen::LevenbergMarquardtSpace::Status status) {
   return status == Eigen::LevenbergMarquardtSpace::NotStarted ||
          status == Eigen::LevenbergMarquardtSpace::Running;
@@ -52,15 +56,19 @@ bool is_under_way(Eigen::LevenbergMarquardtSpace::Status status) {
 int evaluations_of_derivatives(const VectorX& at) { return 2 * static_cast<int>(at.size()); }
 
 /// Levenberg-Marquardt with differences over ever smaller steps: predictions with contacts are
-/// rough functions of their parameters, and small steps would follow the roughness.
-VectorX refine(System& system, const VectorX& from, const FitOptions& options, int rounds,
-               const std::function<void(int evaluations)>& tell = {}) {
+/// rough functions of their parameters, and small steps would follow the roughness. Where it is
+/// stopped the best point that it came to, which may be `from` without a cost.
+Tried refine(System& system, const VectorX& from, const FitOptions& options, int rounds,
+             const std::function<void(int evaluations)>& tell = {}) {
   VectorX best = from;
-  double cost = total(system.groups(best));
+  double cost = std::numeric_limits<double>::infinity();
+  if (!system.unless_stopped([&] { cost = total(system.groups(best)); })) return {cost, best};
   for (const double coarser : kCoarser) {
     system.difference = coarser * options.difference;
     system.use_exact(options, coarser == 1.0);
+    system.seen.reset();
     VectorX at = best;
+    double found = 0.0;
     Eigen::LevenbergMarquardt<System> solver(system);
     solver.setFactor(0.3);  // first steps of a third of the ranges at most
     solver.setFtol(coarser > 1.0 ? 1e-3 : 1e-9);
@@ -72,16 +80,17 @@ VectorX refine(System& system, const VectorX& from, const FitOptions& options, i
         status = solver.minimizeOneStep(at);
         if (tell) tell(1 + evaluations_of_derivatives(at));
       }
+      at = at.cwiseMax(0.0).cwiseMin(1.0);
+      found = total(system.groups(at));
     });
-    at = at.cwiseMax(0.0).cwiseMin(1.0);
-    const double found = total(system.groups(at));
-    if (found < cost) {
+    if (!ended && system.seen) std::tie(found, at) = *system.seen;
+    if ((ended || system.seen) && found < cost) {
       cost = found;
       best = at;
     }
     if (!ended) break;
   }
-  return best;
+  return {cost, best};
 }
 
 void check(const FitProblem& problem, int residuals) {
@@ -103,9 +112,6 @@ int refinement_evaluations(const FitOptions& options, const VectorX& at) {
 /// does.
 double bound_weight(double cost) { return 10.0 * std::sqrt(std::max(cost, 1e-300)); }
 
-/// A point and its cost.
-using Tried = std::pair<double, VectorX>;
-
 void sort_by_cost(std::vector<Tried>& points) {
   std::stable_sort(points.begin(), points.end(),
                    [](const Tried& a, const Tried& b) { return a.first < b.first; });
@@ -122,8 +128,8 @@ class FitTasks {
   /// Something was stopped: the lists that follow are left out, on every process.
   bool stopped() const { return stopped_; }
 
-  /// The start and the samples, best first; the start alone where there is none.
-  std::vector<Tried> explore(const VectorX& start) {
+  /// The start and the samples, best first; the start alone, at its cost, where there is none.
+  std::vector<Tried> explore(const VectorX& start, double start_cost) {
     const auto point = [&](int k) { return k == 0 ? start : halton(k, start.size()); };
     std::vector<Tried> tried;
     run(
@@ -133,7 +139,7 @@ class FitTasks {
           if (k > 0) work_.tell(1);
         },
         [&](int k, tasks::BytesReader& in) { tried.emplace_back(in.get<double>(), point(k)); });
-    if (tried.empty()) tried.emplace_back(0.0, start);
+    if (tried.empty()) tried.emplace_back(start_cost, start);
     sort_by_cost(tried);
     return tried;
   }
@@ -154,8 +160,7 @@ class FitTasks {
           refined.emplace_back(cost, in.vector());
         },
         [&] { return static_cast<double>(work_.done() - before) / each; });
-    if (refined.empty())
-      refined.emplace_back(total(system_.groups(points[0].second)), points[0].second);
+    if (refined.empty()) refined.push_back(points[0]);
     points = std::move(refined);
     sort_by_cost(points);
   }
@@ -168,7 +173,7 @@ class FitTasks {
         kRefits, options_.bootstrap,
         [&](System& mine, int k, tasks::BytesWriter& out) {
           draw_weights(k, mine.weights);
-          const VectorX refitted = refine(mine, at, options_, 8);
+          const VectorX refitted = refine(mine, at, options_, 8).second;
           if (mine.counts.stopped) return;
           out.numbers(refitted);
           work.tell(1);
@@ -218,7 +223,8 @@ class FitTasks {
 
   /// `each`: what its progress counts for.
   void refine_point(System& mine, const VectorX& at, int each, tasks::BytesWriter& out) {
-    const double cost = total(mine.groups(at));
+    double cost = 0.0;
+    if (!mine.unless_stopped([&] { cost = total(mine.groups(at)); })) return;
     mine.bound_weight = bound_weight(cost);
     int told = 0;
     const auto tell = [&](int evaluations) {
@@ -226,9 +232,8 @@ class FitTasks {
       told += more;
       work_.tell(more);
     };
-    const VectorX better = refine(mine, at, options_, options_.max_rounds, tell);
+    const auto [found, better] = refine(mine, at, options_, options_.max_rounds, tell);
     tell(each);
-    const double found = total(mine.groups(better));
     out.put(std::min(found, cost)).numbers(found < cost ? better : at);
   }
 
@@ -256,11 +261,23 @@ double median_square(const GroupedResiduals& r) {
   return squares[squares.size() / 2];
 }
 
-/// The median over groups at a point says how far off is far.
-void set_loss(System& system, const VectorX& at, const FitOptions& options) {
+/// The median over groups of residuals without a loss says how far off is far.
+void set_loss(System& system, const GroupedResiduals& r, const FitOptions& options) {
   system.loss = Loss();
-  const GroupedResiduals r = system.groups(at);
   if (options.robust && r.size() > 2) system.loss = Loss(median_square(r));
+}
+
+/// The loss is set anew at the best point tried: its cost, if this is not stopped.
+void set_loss_at_best(System& system, const FitOptions& options, std::vector<Tried>& tried) {
+  const Loss before = system.loss;
+  system.loss = Loss();
+  GroupedResiduals r;
+  if (!system.unless_stopped([&] { r = system.groups(tried[0].second); })) {
+    system.loss = before;
+    return;
+  }
+  set_loss(system, r, options);
+  tried[0].first = total(system.weighted(r));
 }
 
 void fill(const Shares& shares, const VectorX& at, const Spread& s,
@@ -315,14 +332,16 @@ Fit fit(const FitProblem& problem, const FitOptions& options) {
 
   const int refined = std::clamp(options.refined, 1, options.samples + 1);
   FitTasks lists(system, options, start, refined);
-  system.unless_stopped([&] { set_loss(system, start, options); });
-  std::vector<Tried> tried = lists.explore(start);
-  set_loss(system, tried[0].second, options);
+  set_loss(system, first, options);
+  const bool known = !(options.stop && options.stop());  // else `first` was stopped on its way
+  const auto start_cost = [&] { return known ? total(system.weighted(first)) : std::nan(""); };
+  std::vector<Tried> tried = lists.explore(start, start_cost());
+  set_loss_at_best(system, options, tried);
   out.loss_scale = std::sqrt(system.loss.scale2());
-  out.start_cost = total(system.groups(start));
+  out.start_cost = start_cost();
   tried.resize(std::min(tried.size(), static_cast<size_t>(refined)));
-  if (lists.stopped())
-    tried = {{total(system.groups(tried[0].second)), tried[0].second}};
+  if (lists.stopped() || system.counts.stopped)
+    tried.resize(1);
   else
     lists.refine_all(tried);
   for (const auto& [cost, at] : tried) out.refined_costs.push_back(cost);

@@ -8,6 +8,7 @@
 #include <mutex>
 #include <optional>
 #include <unsupported/Eigen/LevenbergMarquardt>
+#include <utility>
 #include <vector>
 
 #include "counterpoint/engine/estimate/estimate.h"
@@ -109,6 +110,13 @@ class Work {
   std::mutex mutex_;
 };
 
+/// Sum of squares.
+inline double total(const GroupedResiduals& r) {
+  double sum = 0.0;
+  for (const VectorX& g : r) sum += g.squaredNorm();
+  return sum;
+}
+
 /// Weighted residuals of all groups over shares, with rows that hold the shares within 0 ... 1. One
 /// thread uses it; copies are for others.
 struct System : Eigen::DenseFunctor<double> {
@@ -121,6 +129,9 @@ struct System : Eigen::DenseFunctor<double> {
   std::function<bool()> stop;
   bool may_stop = false;  // in unless_stopped
   mutable Counts counts;
+  /// The best point that was evaluated since `seen` was emptied, and its cost: what is left of work
+  /// that is stopped.
+  mutable std::optional<std::pair<double, VectorX>> seen;
 
   System(const FitProblem& p, const Shares& s, const FitOptions& options, int groups, int size)
       : DenseFunctor(static_cast<int>(p.start.size()), size + static_cast<int>(p.start.size())),
@@ -151,12 +162,23 @@ struct System : Eigen::DenseFunctor<double> {
     exact = options.exact && problem.linearize && (last || !problem.rough);
   }
 
-  GroupedResiduals groups(const VectorX& at) const {
+  void check_stop() const {
     if (may_stop && stop && stop()) throw StopWanted();
-    ++counts.evaluations;
-    GroupedResiduals r = problem.residuals(shares.values(at));
+  }
+
+  /// Under the loss.
+  GroupedResiduals weighted(GroupedResiduals r) const {
     for (size_t g = 0; g < r.size(); ++g)
       r[g] *= loss.factor(r[g].squaredNorm()) * std::sqrt(weights[g]);
+    return r;
+  }
+
+  GroupedResiduals groups(const VectorX& at) const {
+    check_stop();
+    ++counts.evaluations;
+    GroupedResiduals r = weighted(problem.residuals(shares.values(at)));
+    check_stop();  // residuals that were stopped on their way are none
+    if (const double cost = total(r); !seen || cost < seen->first) seen.emplace(cost, at);
     return r;
   }
 
@@ -188,6 +210,7 @@ struct System : Eigen::DenseFunctor<double> {
     if (exact) {
       ++counts.linearizations;
       known = problem.linearize(shares.values(at));
+      check_stop();
     }
     std::vector<MatrixX> out;
     if (known) {
@@ -234,12 +257,5 @@ struct System : Eigen::DenseFunctor<double> {
     return 0;
   }
 };
-
-/// Sum of squares.
-inline double total(const GroupedResiduals& r) {
-  double sum = 0.0;
-  for (const VectorX& g : r) sum += g.squaredNorm();
-  return sum;
-}
 
 }  // namespace counterpoint::estimation::fitting

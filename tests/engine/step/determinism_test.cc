@@ -228,7 +228,8 @@ TEST(StateFile, NumbersThatWereChangedAreNoticed) {
   folder.write("short.csv", "time,box.x\n0,1\n");
   expect_part(message_of(folder.path() / "short.csv", scene.model, scene.options),
               "no column 'box.y'");
-  expect_part(message_of(folder.path() / "none.csv", scene.model, scene.options), "cannot be read");
+  expect_part(message_of(folder.path() / "none.csv", scene.model, scene.options),
+              "there is no such file");
 }
 
 }  // namespace
