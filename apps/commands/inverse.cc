@@ -145,16 +145,41 @@ Recovered recover(const InverseArguments& arguments, const Scene& scene, const T
   return out;
 }
 
-void report_forces(const Trajectory& trajectory, const Recovered& recovered, Report& report) {
+/// Why the forces found may not be those that acted; empty: nothing speaks for it. What simulate
+/// wrote is exact to the bit; of other rows a force where nothing is actuated, or velocities that
+/// do not lead from row to row, tell.
+std::string doubt(const Scene& scene, const Trajectory& trajectory, const Extremes& extremes) {
+  constexpr double kForce = 1e-6;      // of the largest force at work; our own motions leave 1e-8
+  constexpr double kVelocity = 1e-10;  // [m/s, rad/s]; our own leave 1e-13 m over a step
+  if (trajectory.is_as_written()) return {};
+  std::string why;
+  if (trajectory.altered_rows > 0)
+    why =
+        fmt::format("{} of {} rows are not as simulate wrote them (state_hash): edited or rounded",
+                    trajectory.altered_rows, trajectory.num_rows());
+  else if (extremes.unactuated > kForce * extremes.scale)
+    why = fmt::format("a force of {:.3g} N or N m is found where nothing is actuated",
+                      extremes.unactuated);
+  else if (scene.options.integrator == Integrator::kSemiImplicitEuler &&
+           extremes.mismatch > kVelocity)
+    why = fmt::format("velocities are up to {:.3g} m/s or rad/s off what leads from row to row",
+                      extremes.mismatch);
+  if (why.empty()) return {};
+  return why +
+         ". Of rounded, thinned or measured rows this command takes what contacts carry for "
+         "applied forces, since "
+         "contacts are too stiff for such velocities: use compare --mode inverse "
+         "(docs/guide/recordings.md)";
+}
+
+void report_forces(const Scene& scene, const Trajectory& trajectory, const Recovered& recovered,
+                   Report& report) {
   const Extremes& extremes = recovered.extremes;
   report["steps"] = recovered.steps;
   report["altered_rows"] = trajectory.altered_rows;
-  if (trajectory.altered_rows > 0) {
-    fmt::print(stderr,
-               "note: {}: {} of {} rows are not as simulate wrote them (state_hash): edited or "
-               "rounded\n",
-               trajectory.file, trajectory.altered_rows, trajectory.num_rows());
-  }
+  const std::string doubted = doubt(scene, trajectory, extremes);
+  report["doubt"] = doubted;
+  if (!doubted.empty()) fmt::print(stderr, "note: {}: {}\n", trajectory.file, doubted);
   report["contacts_mean"] = static_cast<double>(extremes.contacts) / std::max(recovered.steps, 1);
   report["force_scale_max"] = extremes.scale;
   report["unactuated_force_max"] = extremes.unactuated;
@@ -197,7 +222,7 @@ int inverse(InverseArguments& arguments) {
     report_failure(scene.model, *failed, report);
     return kFailed;
   }
-  report_forces(trajectory, recovered, report);
+  report_forces(scene, trajectory, recovered, report);
   report.write();
   if (!stopped) return kSuccess;
   fmt::print(stderr, "error: stopped by Ctrl-C or SIGTERM after {} of {} steps{}\n", done,
