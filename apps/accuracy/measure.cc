@@ -71,10 +71,11 @@ struct OwnReference {
 };
 
 OwnReference own_reference(const Scene& scene, const Plan& plan, const Reference& reference,
-                           const Family& family) {
+                           const Family& family, const MeasureOptions& options) {
   OwnReference own{reference};
   const auto fine = family.own(reference.time_step);
   const auto coarse = family.own(2.0 * reference.time_step);
+  for (const auto& adapter : {fine.get(), coarse.get()}) adapter->stop_when(options.stop);
   for (Piece& piece : own.reference.pieces) {
     const Passage end = fine->advance(piece.start, plan.length);
     const Passage twice = coarse->advance(piece.start, plan.length);
@@ -152,7 +153,9 @@ class ErrorWorker {
  private:
   void measure(const Setting& setting, const Reference& reference, Point& point) {
     point.setting = setting;
-    if (!run_for_error(*setting.make(), scene_.model, plan_, reference, point)) {
+    const auto adapter = setting.make();
+    adapter->stop_when(options_.stop);
+    if (!run_for_error(*adapter, scene_.model, plan_, reference, point)) {
       point.error = {kNaN, kNaN, kNaN};
       point.worst = point.cost = point.cost_low = point.cost_high = kNaN;
       return;
@@ -166,7 +169,8 @@ class ErrorWorker {
   const OwnReference& own_of(size_t family) {
     const auto known = own_.find(family);
     if (known != own_.end()) return known->second;
-    return own_.emplace(family, own_reference(scene_, plan_, reference_, families_[family]))
+    return own_
+        .emplace(family, own_reference(scene_, plan_, reference_, families_[family], options_))
         .first->second;
   }
 
@@ -185,21 +189,22 @@ bool same_settings(const Family& a, const Family& b) {
              [](const Setting& x, const Setting& y) { return !x.key.empty() && x.key == y.key; });
 }
 
-bool stopped(const MeasureOptions& options) { return options.stop && options.stop(); }
-
 /// Round after round over all of them, so that what else the machine does meets all alike.
 void run_rounds(const Plan& plan, const Reference& reference, const MeasureOptions& options,
                 std::vector<Timing>& timings) {
   Progress progress("timing", options.repeats * static_cast<int>(timings.size()));
   int done = 0;
-  for (Timing& timing : timings)  // to warm up
-    if (!stopped(options)) timing.adapter->advance(reference.pieces.front().start, plan.length);
-  for (int round = 0; round < options.repeats; ++round) {
-    for (Timing& timing : timings) {
-      if (stopped(options)) return;
-      run_for_time(plan, reference, timing);
-      progress.update(++done);
+  for (Timing& timing : timings) timing.adapter->stop_when(options.stop);
+  try {
+    for (Timing& timing : timings)  // to warm up
+      timing.adapter->advance(reference.pieces.front().start, plan.length);
+    for (int round = 0; round < options.repeats; ++round) {
+      for (Timing& timing : timings) {
+        run_for_time(plan, reference, timing);
+        progress.update(++done);
+      }
     }
+  } catch (const Stopped&) {  // the rounds so far stand
   }
 }
 
@@ -263,9 +268,12 @@ std::vector<MeasuredFamily> measure_errors(const Scene& scene, const Plan& plan,
     const auto worker =
         std::make_shared<ErrorWorker>(scene, plan, reference, families, options);
     return [&, worker](std::int64_t i) {
-      if (stopped(options)) return tasks::Outcome{{}, false};
-      const Place& place = settings.places[static_cast<size_t>(i)];
-      return tasks::Outcome{worker->measure(place).bytes(), true};
+      try {
+        const Place& place = settings.places[static_cast<size_t>(i)];
+        return tasks::Outcome{worker->measure(place).bytes(), true};
+      } catch (const Stopped&) {
+        return tasks::Outcome{{}, false};
+      }
     };
   };
   std::vector<std::optional<Measurement>> measurements;
@@ -321,8 +329,8 @@ std::vector<MeasuredFamily> measure(const Scene& scene, const Plan& plan,
 void add_physics(const Scene& scene, const Plan& plan, const Reference& reference,
                  const MeasureOptions& options, Point& point) {
   if (!options.physics || !point.setting.engine || !point.measured() || point.physics) return;
-  point.physics =
-      measure_physics(scene, *point.setting.engine, plan, reference.pieces, options.contacts);
+  point.physics = measure_physics(scene, *point.setting.engine, plan, reference.pieces,
+                                  options.contacts, options.stop);
 }
 
 }  // namespace counterpoint::apps::accuracy

@@ -36,9 +36,10 @@ class Examiner {
     physics_.inverse_error = std::numeric_limits<double>::quiet_NaN();
   }
 
-  void examine(const Piece& piece, long steps) {
+  void examine(const Piece& piece, long steps, const std::function<bool()>& stop) {
     State now = piece.start, next;
     for (long k = 0; k < steps; ++k) {
+      if (stop && stop()) throw Stopped();
       const StepReport report =
           step_forward(model_, setting_.options, setting_.solver, now, Input(), forward_, next);
       if (!report.succeeded()) return;
@@ -159,10 +160,11 @@ class Examiner {
 }  // namespace
 
 Physics measure_physics(const Scene& scene, const EngineSetting& setting, const Plan& plan,
-                        const std::vector<Piece>& pieces, bool contacts) {
+                        const std::vector<Piece>& pieces, bool contacts,
+                        const std::function<bool()>& stop) {
   Examiner examiner(scene, setting);
   const long steps = whole_steps(plan.length, setting.options.time_step);
-  for (const Piece& piece : pieces) examiner.examine(piece, steps);
+  for (const Piece& piece : pieces) examiner.examine(piece, steps, stop);
   Physics out = examiner.finish(contacts);
   if (contacts) out.block = measure_block(setting);
   return out;

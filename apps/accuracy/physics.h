@@ -38,9 +38,11 @@ struct Physics {
 };
 
 /// All pieces once more, with the forces of every step. `contacts`: the scene has some; then the
-/// figures of the block too.
+/// figures of the block too. Throws Stopped where `stop`, asked before every step, says so.
+// Parameters: what it depends on, and when to end.
 Physics measure_physics(const Scene& scene, const EngineSetting& setting, const Plan& plan,
-                        const std::vector<Piece>& pieces, bool contacts);
+                        const std::vector<Piece>& pieces, bool contacts,
+                        const std::function<bool()>& stop = {});
 
 /// The block alone; nothing if a step fails.
 std::optional<BlockFigures> measure_block(const EngineSetting& setting);

@@ -165,9 +165,14 @@ int run(AccuracyArguments& arguments, tasks::World& world) {
   for (accuracy::Recommendation& r : findings.recommendations) {
     if (!r.place || Interrupt::wanted()) continue;
     accuracy::Point& point = findings.measured[r.place->family].points[r.place->point];
-    accuracy::add_physics(scene, plan, reference, options, point);
+    try {
+      accuracy::add_physics(scene, plan, reference, options, point);
+    } catch (const accuracy::Stopped&) {
+      break;
+    }
     r.words += accuracy::block_words(point);
   }
+  Interrupt::end();
   return finish(arguments, findings);
 }
 

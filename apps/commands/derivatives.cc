@@ -217,6 +217,7 @@ int derivatives(DerivativesArguments& arguments) {
     }
     progress.update(k + 1);
   }
+  Interrupt::end();
   run.finish();
   Report& report = arguments.report;
   report.begin("derivatives", arguments.scene.file);

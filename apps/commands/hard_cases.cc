@@ -150,6 +150,7 @@ int hard_cases(HardCasesArguments& arguments, tasks::World& world) {
   const Interrupt interrupt;
   const tasks::Results results =
       arguments.tasks.run_last(world, case_tasks(cases, settings), Interrupt::wanted, true);
+  Interrupt::end();
   if (!world.is_root()) return kSuccess;
   return finish(case_results(cases, settings, results), results, cases.size(), arguments);
 }

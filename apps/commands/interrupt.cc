@@ -1,28 +1,54 @@
 #include "interrupt.h"
 
-#include <csignal>
+#include <signal.h>
+#include <sys/time.h>
+#include <unistd.h>
 
 namespace counterpoint::apps {
 namespace {
 
-volatile std::sig_atomic_t noted = 0;
+/// A command that has not ended its computation by then is in the middle of something that nothing
+/// else ends.
+constexpr suseconds_t kPatience = 900'000;  // microseconds
+
+volatile sig_atomic_t noted = 0;
+
+void set_timer(suseconds_t microseconds) {
+  const itimerval value{{0, 0}, {0, microseconds}};
+  setitimer(ITIMER_REAL, &value, nullptr);
+}
 
 void note(int signal) {
   noted = 1;
-  std::signal(signal, SIG_DFL);
+  ::signal(signal, SIG_DFL);
+  set_timer(kPatience);
+}
+
+/// Only what is safe in a signal handler. Tables are on disk as far as their last full block.
+void end_now(int) {
+  const char text[] =
+      "\nerror: stopped by Ctrl-C or SIGTERM in the middle of a long computation: tables hold what "
+      "was written so far, "
+      "there is no report\n";
+  [[maybe_unused]] const auto written = ::write(STDERR_FILENO, text, sizeof text - 1);
+  ::_exit(1);
 }
 
 }  // namespace
 
 Interrupt::Interrupt() {
   noted = 0;
-  std::signal(SIGINT, note);
-  std::signal(SIGTERM, note);
+  ::signal(SIGALRM, end_now);
+  ::signal(SIGINT, note);
+  ::signal(SIGTERM, note);
 }
 
-Interrupt::~Interrupt() {
-  std::signal(SIGINT, SIG_DFL);
-  std::signal(SIGTERM, SIG_DFL);
+Interrupt::~Interrupt() { end(); }
+
+void Interrupt::end() {
+  ::signal(SIGINT, SIG_DFL);
+  ::signal(SIGTERM, SIG_DFL);
+  set_timer(0);
 }
 
 bool Interrupt::wanted() { return noted != 0; }

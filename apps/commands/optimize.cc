@@ -127,6 +127,7 @@ OptimizedStart run_start(const OptimizeArguments& arguments, const opt::ProblemF
       from.empty() ? opt::seeded_guess(file, seed) : frames_from(from, file.problem);
   start.seed = seed;
   start.result = opt::optimize(file.problem, guess, settings);
+  if (Interrupt::wanted()) Interrupt::end();  // what there is, is verified and kept
   start.verification = opt::verify(*file.problem.model, start.result.options, file.problem.motors,
                                    start.result.q, start.result.v.front());
   return start;
@@ -273,6 +274,7 @@ int optimize(OptimizeArguments& arguments, tasks::World& world) {
   report["problem"] = arguments.problem;
   const Interrupt interrupt;
   const std::vector<OptimizedStart> starts = run_starts(arguments, world, file);
+  Interrupt::end();
   if (!world.is_root()) return kSuccess;
   if (starts.empty()) {
     report["status"] = "stopped";

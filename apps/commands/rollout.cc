@@ -272,6 +272,7 @@ int rollout(RolloutArguments& arguments, tasks::World& world) {
   arguments.report.begin("rollout", arguments.scene.file);
   const tasks::Results results =
       arguments.tasks.run_last(world, task_list(arguments, scene), Interrupt::wanted, true);
+  Interrupt::end();
   if (!world.is_root()) return kSuccess;
   Tally tally;
   const std::vector<Rollout> rollouts = collect(arguments, results, tally);

@@ -181,6 +181,7 @@ int simulate(SimulateArguments& arguments) {
   if (arguments.report.wanted()) tally.watch = std::make_unique<RunWatch>(simulator);
   const auto& control = simulator.options().step_control;
   const std::optional<FailedStep> failed = run(simulator, inputs, outputs, tally);
+  Interrupt::end();
   if (!arguments.save_state.empty()) {
     write_state(arguments.save_state, model, simulator.options(), simulator.state(),
                 control ? std::optional(simulator.next_step()) : std::nullopt);

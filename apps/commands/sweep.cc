@@ -76,6 +76,7 @@ int run_sweep(SweepArguments& arguments, tasks::World& world) {
   const tasks::Results results = arguments.tasks.run_last(
       world, sweep::task_list(study, arguments.output + ".trajectories", Interrupt::wanted),
       Interrupt::wanted, false);
+  Interrupt::end();
   return world.is_root() ? finish(study, results, arguments) : kSuccess;
 }
 

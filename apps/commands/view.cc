@@ -149,6 +149,7 @@ int view_motion(ViewArguments& arguments) {
   const Scene scene = arguments.scene.load();
   const Interrupt interrupt;
   const view::Replay replay = make_replay(arguments, scene);
+  if (Interrupt::wanted()) Interrupt::end();
   const std::string page = view::replay_page(replay);
   view::write_whole(arguments.output, page);
   const std::vector<std::string> pictures =

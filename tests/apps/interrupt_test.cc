@@ -15,16 +15,25 @@ using test::CommandFolder;
 using test::CommandResult;
 using test::test_name;
 
-/// Runs a command that would take minutes, and sends SIGINT a moment after it has begun to listen
+/// A second, and what a machine at work on other things adds [s].
+constexpr double kMostSeconds = 1.0 + 2.0;
+
+/// Runs a command that would take minutes, and sends a signal a moment after it has begun to listen
 /// to it (bit 2 of the signals caught).
-CommandResult interrupted(const CommandFolder& folder, const std::string& arguments) {
+CommandResult interrupted(const CommandFolder& folder, const std::string& arguments,
+                          const std::string& signal = "INT") {
   CommandResult result =
       folder.run(arguments +
                  " --json {}/r.json 2>{}/errors & run=$!; "
                  "until grep -qs 'SigCgt:.*[2367abef]$' /proc/$run/status || ! kill -0 $run; "
                  "do sleep 0.02; done; "
-                 "sleep 0.5; kill -INT $run; wait $run");
+                 "sleep 0.5; date +%s.%N >{}/sent; kill -" +
+                 signal +
+                 " $run; wait $run; code=$?; "
+                 "date +%s.%N >{}/ended; exit $code");
   result.errors = folder.read("errors");
+  EXPECT_LT(std::stod(folder.read("ended")) - std::stod(folder.read("sent")), kMostSeconds)
+      << arguments;
   EXPECT_EQ(result.exit_code, 1) << result.errors;
   EXPECT_NE(result.errors.find("stopped by Ctrl-C"), std::string::npos) << result.errors;
   EXPECT_EQ(folder.json("r.json")["status"], "stopped");
@@ -119,6 +128,23 @@ TEST(Interrupt, OptimizeHasTheMotionSoFar) {
   const CommandFolder folder(test_name());
   interrupted(folder, "optimize humanoid_walk --threads 1 --output {}/walk.csv");
   EXPECT_GT(lines(folder.read("walk.csv")), 10);
+}
+
+// Where a single row, recording, point or piece takes minutes: nothing waits for its end.
+TEST(Interrupt, EndsWhateverTakesMinutesWithinASecond) {
+  const CommandFolder folder(test_name());
+  record_tosses(folder);
+  const std::string recorded =
+      "data/scenes/cube_drop.yaml {}/toss.csv --columns {}/map.yaml --substeps 1000000";
+  interrupted(folder, "compare " + recorded);
+  interrupted(folder, "compare " + recorded, "TERM");
+  interrupted(folder, "identify " + recorded + " --parameters friction=0.1..0.9");
+  const auto found = folder.json("r.json");
+  EXPECT_EQ(found["parameters"].size(), 1u) << "what there was: the scene's own";
+  interrupted(folder,
+              "accuracy data/scenes/pendulum.yaml --vary integrator --duration 50 --pieces 1 "
+              "--finer 2 --repeats 1");
+  interrupted(folder, "simulate data/scenes/piles/pile_200.yaml --duration 1000");
 }
 
 }  // namespace

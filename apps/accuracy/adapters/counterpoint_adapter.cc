@@ -35,6 +35,7 @@ class ControlledAdapter : public EngineAdapter {
     out.end = start;
     const double from = thread_seconds();
     while (out.end.time < end) {
+      check_stop();
       const ControlledReport report =
           step_controlled(model_, setting_.options, setting_.solver, out.end, input_, end,
                           workspace_, proposal, middle_, next_);

@@ -2,14 +2,19 @@
 // or by another engine.
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <string>
+#include <utility>
 
 #include "counterpoint/engine/state.h"
 #include "counterpoint/engine/step.h"
 #include "counterpoint/model/scene.h"
 
 namespace counterpoint::apps::accuracy {
+
+/// Thrown where measuring is to end on its way.
+struct Stopped {};
 
 /// How it went from one state to another.
 struct Passage {
@@ -28,6 +33,16 @@ class EngineAdapter {
   /// whatever was asked before. @throws InputError, peers::NotExpressible where it cannot move this
   /// scene at all; a step that fails is a Passage with `failure`.
   virtual Passage advance(const State& start, double duration) = 0;
+  /// Asked before every step: where it is true, advance throws Stopped.
+  void stop_when(std::function<bool()> stop) { stop_ = std::move(stop); }
+
+ protected:
+  void check_stop() const {
+    if (stop_ && stop_()) throw Stopped();
+  }
+
+ private:
+  std::function<bool()> stop_;
 };
 
 /// What this engine is told: how to step, and how exactly to solve.

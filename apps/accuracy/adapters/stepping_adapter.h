@@ -20,6 +20,7 @@ class SteppingAdapter : public EngineAdapter {
     out.end = start;
     const double from = thread_seconds();
     for (; out.steps < steps; ++out.steps) {
+      check_stop();
       const StepReport report = step(out.end, next_);
       if (!report.succeeded()) {
         out.failure = failure_message(model_, {out.steps, out.end.time, report});
