@@ -1,6 +1,6 @@
 #!/bin/sh
 # Installs what Counterpoint needs on Debian 12, builds it, and runs it once. Safe to repeat.
-#   scripts/setup.sh               packages, the command, main job
+#   scripts/setup.sh               packages, the command, main job, the Python module
 #   scripts/setup.sh --build-only  packages, and all that can be built: tests, benchmarks
 #   scripts/setup.sh --for-tests   the same, and Chromium, in which the tests look at replays
 set -eu
@@ -98,6 +98,12 @@ if $counterpoint view humanoid_drop out/fall.csv --contacts out/contacts.csv --o
 else
   replay="  (no replay of it: see above)"
 fi
+# The Python module, where there is what it is made of.
+python=""
+if ninja -C build/release -t query counterpoint_python >/dev/null 2>&1; then
+  build counterpoint_python
+  python="  export PYTHONPATH=$PWD/build/release/python; python3   docs/guide/python.md"
+fi
 cat <<END
 
 Written: out/fall.csv (the motion), out/forces.csv and out/contacts.csv (the forces behind it)
@@ -105,5 +111,6 @@ Next
 $replay
   $counterpoint list scenes                       what else there is to try
   docs/guide/first-simulation.md                               the same step by step
+${python:-  (no Python module: python3-dev, python3-numpy or pybind11-dev is missing)}
   scripts/test.sh                                              builds the rest and tests it
 END

@@ -10,14 +10,17 @@ void add_topics(CommandLine& line) {
   humanoid_drop   the name of a bundled scene or robot ('counterpoint list scenes')
 
 A small scene file:
-  name: two_cubes
+  name: box and ball
   time_step: 0.002            # s
   duration: 2                 # s
-  ground: true
+  ground: {friction: 0.8}
   models:
-    - urdf: cube.urdf
-      base: floating
+    - name: box
+      box: [0.1, 0.1, 0.1]    # m, half lengths
+      mass: 1                 # kg
       position: [0, 0, 0.5]   # m
+    - {name: ball, sphere: 0.1, mass: 1, position: [1, 0, 0.5]}
+A robot is 'urdf: robot.urdf' (or mjcf, sdf) in place of a shape, its path relative to the scene file.
 
 Every key: docs/reference/scene-format.md.
 )");

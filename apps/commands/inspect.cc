@@ -234,9 +234,11 @@ void list_pair(const Model& model, const std::pair<int, int>& pair, const std::s
 }
 
 void inspect_pairs(const Model& model, const collision::Collider& collider, Report& report) {
+  const bool listed =
+      !model.excluded_geometry_pairs().empty() || !collider.overlapping_pairs().empty();
   fmt::print(report.text(),
-             "\n{} geometry pairs may touch; left out: {} of links joined by a joint, and\n",
-             collider.num_enabled_pairs(), collider.num_joined_pairs());
+             "\n{} geometry pairs may touch; left out: {} of links joined by a joint{}\n",
+             collider.num_enabled_pairs(), collider.num_joined_pairs(), listed ? ", and:" : "");
   report["enabled_pairs"] = collider.num_enabled_pairs();
   report["joined_pairs"] = collider.num_joined_pairs();
   Json excluded = Json::array(), overlapping = Json::array();
@@ -260,7 +262,7 @@ void inspect_coordinates(const Model& model, Report& report) {
   fmt::print(report.text(), "\napplied forces and servo targets (columns of --inputs):\n ");
   for (const std::string& name : names.force) fmt::print(report.text(), " {}", name);
   for (const std::string& name : targets) fmt::print(report.text(), " {}", name);
-  fmt::print(report.text(), "\n");
+  fmt::print(report.text(), "{}\n", names.force.empty() ? " none" : "");
 }
 
 void inspect_notes(const Model& model, Report& report) {

@@ -105,8 +105,13 @@ std::string hull_note(const ConvexMesh& hull) {
       hull.source_volume > 0.0
           ? fmt::format("has {:.3g} times the volume and ", hull.volume / hull.source_volume)
           : "";
-  return fmt::format("is concave: its convex hull, which is used, {}stands up to {:.2g} m off it",
-                     volume, hull.standoff);
+  return fmt::format(
+      "is concave: its convex hull, which is used, {}stands up to {:.2g} m off it; where that "
+      "matters, "
+      "split it into convex parts (CoACD, V-HACD), each a collision mesh of the same link; what "
+      "never moves "
+      "keeps its triangles as triangle_mesh under environment of a scene file",
+      volume, hull.standoff);
 }
 
 }  // namespace counterpoint

@@ -1,9 +1,12 @@
 #!/usr/bin/env python3
 """help_test.py COMMAND: the help of every command fits one screen; what is mistyped is answered by the nearest name."""
 
+import pathlib
 import re
 import subprocess
 import sys
+import tempfile
+import textwrap
 
 LINES, COLUMNS = 50, 100  # a terminal that fills a laptop's screen
 
@@ -16,6 +19,18 @@ def run(*words):
 def expect(holds, message):
     if not holds:
         sys.exit(message)
+
+
+def scene_of_the_topic_runs():
+    """The sample that `help scenes` prints, as it stands there without its indentation."""
+    _, text, _ = run("help", "scenes")
+    sample = re.search(r"scene file:\n((?:  .*\n)+)", text)
+    expect(sample, f"no sample in help scenes: {text}")
+    with tempfile.TemporaryDirectory() as folder:
+        file = pathlib.Path(folder) / "scene.yaml"
+        file.write_text(textwrap.dedent(sample.group(1)))
+        code, _, errors = run("simulate", str(file), "--duration", "0.1")
+        expect(code == 0, f"the sample of help scenes fails: {errors}")
 
 
 def main():
@@ -35,6 +50,7 @@ def main():
                         (["simulate", "arm7", "--integrator", "midpoint"], "implicit_midpoint")):
         code, _, errors = run(*words)
         expect(code == 2 and errors.startswith("error: ") and near in errors, f"{words}: {code}, {errors}")
+    scene_of_the_topic_runs()
     for topic in ("scenes", "columns", "integrators", "exit-codes", "simulate"):
         expect(run("help", topic)[0] == 0, f"help {topic} fails")
     code, text, _ = run("--version")

@@ -8,10 +8,43 @@
     print(sim.state["cube.z"])
 """
 
-from . import _core
+
+
+def _why_not(error: ImportError) -> str:
+    """Words for an import of the compiled part that failed."""
+    import importlib.machinery
+    import importlib.util
+    import pathlib
+    import sys
+
+    folder = pathlib.Path(__file__).parent
+    built = sorted(file.name for file in folder.glob("_core*.so"))
+    if not built:
+        return (
+            f"counterpoint: its compiled part is not in {folder}: `ninja -C build/release counterpoint_python` builds it "
+            "(Debian: python3-dev python3-numpy pybind11-dev; then configure again), and "
+            "PYTHONPATH=build/release/python finds it"
+        )
+    if not any((folder / f"_core{suffix}").exists() for suffix in importlib.machinery.EXTENSION_SUFFIXES):
+        return (
+            f"counterpoint: {built[0]} in {folder} was built for another Python than this "
+            f"{sys.version_info.major}.{sys.version_info.minor} ({sys.executable}); run that one, or configure with "
+            f"-DPython_EXECUTABLE={sys.executable}"
+        )
+    if importlib.util.find_spec("numpy") is None:
+        return f"counterpoint: NumPy is missing in {sys.executable} (Debian: python3-numpy; pip install numpy)"
+    return f"counterpoint: {built[0]} in {folder} cannot be loaded: {error}"
+
+
+try:
+    from . import _core
+except ImportError as _error:
+    raise ImportError(_why_not(_error)) from _error
 from ._core import *  # noqa: F401,F403
 from ._core import __version__
 from . import collision, contact, optimization, recordings, view
+
+del _why_not
 
 __all__ = sorted(
     [name for name in vars(_core) if not name.startswith("_")] + ["__version__"]

@@ -155,7 +155,9 @@ void bind_body(py::module_& m) {
           "mass", [](const BodyPart& b) { return value(b).inertia.mass; }, "[kg]")
       .def_property_readonly(
           "inertia", [](const BodyPart& b) { return value(b).inertia; },
-          "SpatialInertia in the body frame.")
+          "SpatialInertia in the body frame, which is turned from that of its first link so that "
+          "the joint's axis is z; "
+          "`model.frame(link).pose` is X_BF, from the link's axes to these.")
       .def("__repr__", [](const BodyPart& b) {
         return py::str("<Body '{}' {:.6g} kg>")
             .format(body_name(b.model->model, b.index), value(b).inertia.mass);
