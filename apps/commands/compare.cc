@@ -302,17 +302,14 @@ int compare(CompareArguments& arguments) {
   Predictor predictor(scene, map, options);
   Progress progress("comparing", static_cast<int>(given));
   for (const Recording& recording : recordings) {
-    Prediction prediction = predictor.predict(recording);
-    if (prediction.stopped) {
-      writer.write(recording, prediction);
-      break;
-    }
-    predictions.push_back(std::move(prediction));
+    predictions.push_back(predictor.predict(recording));
     writer.write(recording, predictions.back());
+    if (predictions.back().stopped) break;
     progress.update(static_cast<int>(predictions.size()));
   }
   Interrupt::end();
   progress.wipe();
+  if (!predictions.empty() && predictions.back().stopped) predictions.pop_back();
   recordings.resize(predictions.size());
   writer.finish();
 

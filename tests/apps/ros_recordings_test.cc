@@ -10,7 +10,7 @@
 
 #include "apps/command.h"
 #include "counterpoint/engine/motion_files.h"
-#include "support/mcap_bag.h"
+#include "apps/mcap_bag.h"
 
 namespace counterpoint::ros_recordings_test {
 namespace {
