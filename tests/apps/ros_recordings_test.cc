@@ -237,7 +237,6 @@ TEST_F(PendulumRecording, BagsWhoseJointsChangePlacesAreRefused) {
 TEST_F(PendulumRecording, AnglesThatComeRoundCompareOnTheCircle) {
   constexpr double kTurn = 2.0 * std::numbers::pi;
   ASSERT_GT(rows_.back().q[0], std::numbers::pi) << "it does not go over the top";
-  folder_.write("map.yaml", "time: t\naverage: AVERAGE\ncolumns: {axis.q: q, axis.v: v}\n");
   const auto recording = [&](auto wrap) {
     std::string csv = "t,q,v\n";
     for (std::size_t k = 0; k < rows_.size(); ++k)
