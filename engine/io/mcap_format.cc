@@ -359,6 +359,7 @@ class McapSource final : public TableSource {
   }
 
   void flush_waiting() {
+    if (!waiting_.empty()) ros_.start_over();
     for (const std::string& content : std::exchange(waiting_, {})) read_message(content);
   }
 

@@ -267,7 +267,7 @@ bool RosRows::read(std::uint16_t id, std::uint64_t log_time, std::string_view me
     throw InputError(
         fmt::format("{}: messages of several topics: {}; the column map says which: topic: {}",
                     file_, topics(), topic_));
-  const std::string where = fmt::format("{}: row {}", file_, rows_ + 1);
+  const std::string where = fmt::format("{}: row {}", file_, met_ + 1);
   row_.clear();
   row_.push_back({"%time", static_cast<double>(log_time), {}, false, false});
   MessageReader(*channel.type, message, where, row_).read();
@@ -286,6 +286,7 @@ bool RosRows::read(std::uint16_t id, std::uint64_t log_time, std::string_view me
                     "the column map chooses by a text: rows: {{COLUMN: TEXT}}",
                     where, is, topic_, was));
   }
+  ++met_;
   return true;
 }
 

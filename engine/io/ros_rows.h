@@ -54,6 +54,8 @@ class RosRows {
   const std::vector<Column>& columns() const { return columns_; }
   /// The message read last.
   void append_to(TableBlock& block);
+  /// Messages are read once more, from the first.
+  void start_over() { met_ = 0; }
   /// The topics met so far: "/tf, /joint_states".
   std::string topics() const;
 
@@ -72,7 +74,7 @@ class RosRows {
   std::string topic_;  ///< that is read
   std::vector<Column> columns_;
   std::vector<RosValue> first_, row_;
-  long rows_ = 0;
+  long met_ = 0, rows_ = 0;  ///< read so far, appended so far
 };
 
 }  // namespace counterpoint
