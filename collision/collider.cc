@@ -111,9 +111,8 @@ Collider::Collider(const Model& model) : impl_(std::make_unique<Impl>(model)) {
   impl.place(X_WB, margin);
   impl.find_pairs(margin);
   for (const auto& [a, b] : impl.pairs) {
-    const Geometry& ga = geometries[a];
-    const Geometry& gb = geometries[b];
-    if (ga.instance < 0 || ga.instance != gb.instance) continue;
+    const int assembly = geometries[a].assembly;
+    if (assembly < 0 || assembly != geometries[b].assembly || impl.filter.included(a, b)) continue;
     impl.find_contacts(a, b, {0.0, 0.0});
     if (impl.manifold.size > 0) impl.overlapping.emplace_back(a, b);
   }

@@ -48,8 +48,9 @@ struct BodyPlaces {
 /// is by geometry pair, then by the manifold's own fixed order.
 class Collider {
  public:
-  /// Pairs never tested: same body, both static, links of one robot joined by a joint, excluded by
-  /// the model, and pairs of one robot overlapping in its default pose (see overlapping_pairs).
+  /// Pairs never tested: same body, both static, excluded by the model, and, unless it includes
+  /// them, links of one assembly (Geometry::assembly) that are joined by a joint or overlap in the
+  /// default pose (see overlapping_pairs).
   explicit Collider(const Model& model);
   ~Collider();
   Collider(Collider&&) noexcept;
@@ -96,7 +97,7 @@ class Collider {
   std::optional<PairMotion> pair_motion(std::span<const Pose> X_WB, int geometry_a, int geometry_b,
                                         const BodyMotions& motions) const;
 
-  /// Geometry pairs left out because they overlap in the default pose.
+  /// Geometry pairs of one assembly left out because they overlap in the default pose, ascending.
   const std::vector<std::pair<int, int>>& overlapping_pairs() const;
   /// May geometries a and b ever touch?
   bool may_touch(int a, int b) const;
@@ -109,6 +110,11 @@ class Collider {
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };
+
+/// All that a reader must know: the model's notes, then which pairs of one assembly overlap in the
+/// default pose and are left out, and which pairs that may touch start deep inside each other (by
+/// more than a tenth of what is between the surface and the middle of the thinner one).
+std::vector<Note> all_notes(const Model& model);
 
 // ---- Queries of shapes and scenes: distance, rays, overlaps, contacts of a pose.
 //

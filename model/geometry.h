@@ -97,6 +97,10 @@ struct Geometry {
   int body = 0;      ///< index of the body it moves with; 0 is the world
   int frame = -1;     ///< of the link that it came from; -1 for environment geometry, as the ground
   int instance = -1;  ///< model instance it belongs to; -1 for environment geometry
+  /// Number of the links that joints hold together, other than through the world and by floating
+  /// joints: the links of a robot, one free object; -1 for environment geometry and shapes of a
+  /// link that is the world.
+  int assembly = -1;
   Pose X_BG;          ///< pose in the body frame
   Shape shape;
   Material material;

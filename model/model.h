@@ -270,6 +270,12 @@ class Model {
   const std::vector<std::pair<int, int>>& excluded_geometry_pairs() const { return excluded_pairs_; }
   /// Why, one for each of these pairs; may be empty.
   const std::vector<std::string>& exclusion_reasons() const { return exclusion_reasons_; }
+  /// Pairs of geometries (first < second), ascending, that touch even if a joint joins their links
+  /// or they overlap in the default pose: <pair> of MJCF, `collide: true` in `pairs` of a scene
+  /// file.
+  const std::vector<std::pair<int, int>>& included_geometry_pairs() const {
+    return included_pairs_;
+  }
 
  private:
   friend class ModelBuilder;
@@ -290,7 +296,7 @@ class Model {
   std::vector<GravityCompensation> gravity_compensations_;
   std::vector<Closure> closures_;
   std::vector<Note> notes_;
-  std::vector<std::pair<int, int>> excluded_pairs_;
+  std::vector<std::pair<int, int>> excluded_pairs_, included_pairs_;
   std::vector<std::string> exclusion_reasons_;
   Vector3 gravity_ = Vector3(0, 0, -kStandardGravity);
   VectorX default_q_, damping_, armature_, dry_friction_;

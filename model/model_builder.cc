@@ -11,6 +11,16 @@
 #include "counterpoint/model/model.h"
 
 namespace counterpoint {
+namespace {
+
+/// True of a link fixed to the world that stands for it, so that what hangs on it does not hang
+/// together: the root "world", as in ROS and Gazebo, and a link that is a mere frame.
+bool stands_for_world(const LinkSpec& link, bool is_root) {
+  const bool named = link.name.substr(link.name.rfind('/') + 1) == "world";
+  return (is_root && named) || (link.collisions.empty() && link.inertia.mass == 0.0);
+}
+
+}  // namespace
 
 RobotSpec object_of(const std::string& name, const Shape& shape, double mass,
                     const Material& material) {
@@ -40,21 +50,22 @@ int ModelBuilder::add_robot(const RobotSpec& robot, Base base, const Pose& X_WL,
                             const std::string& prefix) {
   check_pose(X_WL, located_at(robot.where, "robot '" + robot.name + "', pose of the base"));
   const RobotTree tree = check_robot(robot);
-  const Placement placement{num_instances_++, prefix};
+  Placement placement{num_instances_++, prefix};
   for (const Note& note : robot.notes) model_.notes_.push_back(note);
 
   struct Pending {
     int link, body;
     Pose X_BL;
-    int joint;  // still to be made into a body, or -1
+    int joint;     // still to be made into a body, or -1
+    int assembly;  // of the link it hangs on; -1: the world, so that it begins one
   };
   const LinkSpec& root = robot.links[tree.root];
   std::vector<Pending> open;
   if (base == Base::kFixed) {
-    open.push_back({tree.root, 0, X_WL, -1});
+    open.push_back({tree.root, 0, X_WL, -1, -1});
   } else {
     const int body = add_base(robot, root, base, placement, X_WL);
-    open.push_back({tree.root, body, Pose(), -1});
+    open.push_back({tree.root, body, Pose(), -1, -1});
   }
   // Depth first, children in file order: bodies of every subtree come out contiguous.
   while (!open.empty()) {
@@ -69,12 +80,19 @@ int ModelBuilder::add_robot(const RobotSpec& robot, Base base, const Pose& X_WL,
       next.body = add_body(joint, placement, next.body, next.X_BL * Pose{turn, Vector3::Zero()});
       next.X_BL = Pose{turn.transpose(), Vector3::Zero()};
     }
-    add_link(robot.links[next.link], placement, next.body, next.X_BL);
+    const LinkSpec& link = robot.links[next.link];
+    placement.assembly = next.assembly;
+    if (next.assembly < 0 && next.body == 0 && stands_for_world(link, next.link == tree.root))
+      placement.assembly = -1;
+    else if (next.assembly < 0)
+      placement.assembly = num_assemblies_++;
+    add_link(link, placement, next.body, next.X_BL);
     const std::vector<int>& children = tree.children[next.link];
     for (auto it = children.rbegin(); it != children.rend(); ++it) {
       const JointSpec& joint = robot.joints[*it];
-      open.push_back(
-          {tree.joint_child[*it], next.body, next.X_BL * joint.X_PJ, joint.fixed ? -1 : *it});
+      const bool flies = !joint.fixed && joint.type == JointType::kFloating;
+      open.push_back({tree.joint_child[*it], next.body, next.X_BL * joint.X_PJ,
+                      joint.fixed ? -1 : *it, flies ? -1 : placement.assembly});
     }
   }
   for (const JointSpec& joint : robot.joints) {
@@ -129,6 +147,7 @@ void ModelBuilder::add_collisions(const LinkSpec& link, const Placement& placeme
     geometry.body = body;
     geometry.frame = frame;
     geometry.instance = placement.instance;
+    geometry.assembly = placement.assembly;
     geometry.X_BG = X_BL * collision.X_LG;
     geometry.shape = collision.shape;
     geometry.material = collision.material;
@@ -161,95 +180,6 @@ int ModelBuilder::add_environment(const std::string& name, const Shape& shape, c
   geometry.material = material;
   model_.geometries_.push_back(geometry);
   return index;
-}
-
-std::vector<int> ModelBuilder::geometries_named(const std::string& name) const {
-  std::vector<int> found;
-  const auto geometry = geometry_names_.find(name);
-  if (geometry != geometry_names_.end()) found.push_back(geometry->second);
-  const auto frame = frame_names_.find(name);
-  if (frame != frame_names_.end()) {
-    // Those of a link were added together.
-    const auto& all = model_.geometries_;
-    for (int i = frame_geometries_[frame->second];
-         i < static_cast<int>(all.size()) && all[i].frame == frame->second; ++i) {
-      found.push_back(i);
-    }
-  }
-  if (geometry == geometry_names_.end() && frame == frame_names_.end()) {
-    throw InputError(fmt::format("there is no geometry or link '{}'; links: {}; geometries: {}",
-                                 name, listed(frame_names_), listed(geometry_names_)));
-  }
-  return found;
-}
-
-void ModelBuilder::exclude_pair(const std::string& geometry_or_link_a,
-                                const std::string& geometry_or_link_b,
-                                const std::string& reason) {
-  const std::vector<int> side_b = geometries_named(geometry_or_link_b);
-  for (const int a : geometries_named(geometry_or_link_a)) {
-    for (const int b : side_b) {
-      if (a != b) add_exclusion(a, b, reason);
-    }
-  }
-}
-
-void ModelBuilder::add_exclusion(int a, int b, const std::string& reason) {
-  if (model_.excluded_pairs_.size() == limits::kMaxExclusions) {
-    throw InputError(fmt::format("more than {} pairs of geometries are excluded; use fewer geometries "
-                                 "or smaller groups",
-                                 limits::kMaxExclusions));
-  }
-  model_.excluded_pairs_.push_back(std::minmax(a, b));
-  model_.exclusion_reasons_.push_back(reason);
-}
-
-/// Ascending, each pair once, with the reason that was given first.
-void ModelBuilder::sort_exclusions() {
-  std::map<std::pair<int, int>, std::string> sorted;
-  for (size_t i = 0; i < model_.excluded_pairs_.size(); ++i) {
-    sorted.emplace(model_.excluded_pairs_[i], model_.exclusion_reasons_[i]);
-  }
-  model_.excluded_pairs_.clear();
-  model_.exclusion_reasons_.clear();
-  for (auto& [pair, reason] : sorted) {
-    model_.excluded_pairs_.push_back(pair);
-    model_.exclusion_reasons_.push_back(std::move(reason));
-  }
-}
-
-void ModelBuilder::set_pair_surface(const std::string& geometry_or_link_a,
-                                    const std::string& geometry_or_link_b,
-                                    const PairSurface& surface) {
-  const std::vector<int> side_b = geometries_named(geometry_or_link_b);
-  for (const int a : geometries_named(geometry_or_link_a)) {
-    for (const int b : side_b) {
-      if (a == b) continue;
-      const auto& all = model_.geometries_;
-      Material m = combine_materials(all[a].material, all[b].material);
-      m.friction = surface.friction.value_or(m.friction);
-      m.restitution = surface.restitution.value_or(m.restitution);
-      m.torsional_friction = surface.torsional_friction.value_or(m.torsional_friction);
-      m.rolling_friction = surface.rolling_friction.value_or(m.rolling_friction);
-      check_material(m, fmt::format("pair '{}', '{}'", all[a].name, all[b].name));
-      if (model_.pair_materials_.size() == limits::kMaxExclusions) {
-        throw InputError(fmt::format("more than {} pairs of geometries have surface values of their "
-                                     "own; use fewer geometries or smaller groups",
-                                     limits::kMaxExclusions));
-      }
-      model_.pair_materials_.push_back({std::min(a, b), std::max(a, b), m});
-    }
-  }
-}
-
-/// Ascending, each pair once, as it was given last.
-void ModelBuilder::sort_pair_materials() {
-  std::map<std::pair<int, int>, Material> sorted;
-  for (const PairMaterial& p : model_.pair_materials_)
-    sorted.insert_or_assign({p.geometry_a, p.geometry_b}, p.material);
-  model_.pair_materials_.clear();
-  for (const auto& [pair, material] : sorted)
-    model_.pair_materials_.push_back({pair.first, pair.second, material});
 }
 
 void ModelBuilder::fill_inertia(double mass) {
@@ -342,10 +272,10 @@ Model ModelBuilder::build() {
   std::stable_sort(
       model_.gravity_compensations_.begin(), model_.gravity_compensations_.end(),
       [](const GravityCompensation& a, const GravityCompensation& b) { return a.body < b.body; });
-  sort_exclusions();
-  sort_pair_materials();
+  sort_pairs();
   check_inertias();
   place_closures();
+  orient_terrains();
   Model model = std::move(model_);
   *this = ModelBuilder(model.gravity_);
   return model;

@@ -127,6 +127,11 @@ class ModelBuilder {
   void exclude_pair(const std::string& geometry_or_link_a, const std::string& geometry_or_link_b,
                     const std::string& reason = "");
 
+  /// Contact between two geometries, or all geometries of links, even if a joint joins the links,
+  /// they overlap in the default pose, or exclude_pair names them. @throws InputError when a name
+  /// is neither.
+  void include_pair(const std::string& geometry_or_link_a, const std::string& geometry_or_link_b);
+
   /// Surface values of a pair of geometries, or of all geometries of links, in place of what their
   /// materials combine to (combine_materials); of several for one pair the last counts. @throws
   /// InputError when a name is neither, or a value makes no sense.
@@ -175,16 +180,16 @@ class ModelBuilder {
   void place_closures();
   void add_joint_forces(const JointSpec& joint, int index);
   void add_exclusion(int a, int b, const std::string& reason);
-  void sort_exclusions();
-  void sort_pair_materials();
+  void sort_pairs();
   void apply_mimics();
   void set_servo_targets();
   void check_inertias();
   bool fill_body(int body);
+  void orient_terrains();
 
   using NameIndex = std::map<std::string, int>;
   Model model_;
-  int num_instances_ = 0;
+  int num_instances_ = 0, num_assemblies_ = 0;
   double filled_mass_ = 0.0;  // [kg]; 0: refuse
   NameIndex joint_names_, frame_names_, geometry_names_;
   std::vector<int> frame_geometries_;  // where those of each frame begin
@@ -238,8 +243,8 @@ class ModelEditor {
     return std::tie(m.nq_, m.nv_, m.bodies_, m.trees_, m.joints_, m.frames_, m.geometries_,
                     m.pair_materials_, m.mimics_, m.springs_, m.servos_, m.drags_,
                     m.gravity_compensations_, m.closures_, m.notes_, m.excluded_pairs_,
-                    m.exclusion_reasons_, m.gravity_, m.default_q_, m.damping_, m.armature_,
-                    m.dry_friction_);
+                    m.exclusion_reasons_, m.included_pairs_, m.gravity_, m.default_q_, m.damping_,
+                    m.armature_, m.dry_friction_);
   }
 
   Model model_;

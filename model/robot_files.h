@@ -49,6 +49,7 @@ struct ModelParts {
   std::vector<Environment> environment;
   std::vector<ClosureSpec> closures;
   std::vector<Exclusion> exclusions;
+  std::vector<std::pair<std::string, std::string>> inclusions;  ///< ModelBuilder::include_pair
   std::vector<Surface> surfaces;
 };
 

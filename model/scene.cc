@@ -17,16 +17,13 @@ namespace fs = std::filesystem;
 
 constexpr double kStartGap = 1e-3;  // [m] between the ground and a floating robot at the start
 
-/// The geometry that reaches lowest in the default configuration and its height; the moving ones
-/// only.
-std::pair<std::string, double> lowest_geometry(const Model& model) {
+/// How low what moves reaches in the default configuration [m]; infinity if nothing does.
+double lowest_point(const Model& model) {
   const std::vector<Pose> X_WB = body_poses(model, model.default_q());
-  std::pair<std::string, double> lowest{"", kInfinity};
-  for (const Geometry& geometry : model.geometries()) {
-    if (geometry.body == 0) continue;
-    const double z = lowest_point(geometry.shape, X_WB[geometry.body] * geometry.X_BG);
-    if (z < lowest.second) lowest = {geometry.name, z};
-  }
+  double lowest = kInfinity;
+  for (const Geometry& geometry : model.geometries())
+    if (geometry.body != 0)
+      lowest = std::min(lowest, lowest_point(geometry.shape, X_WB[geometry.body] * geometry.X_BG));
   return lowest;
 }
 
@@ -44,15 +41,12 @@ Scene load_lone_urdf(const fs::path& file, const SceneOverrides& overrides) {
   ModelBuilder builder;
   if (overrides.fill_inertia > 0.0) builder.fill_inertia(overrides.fill_inertia);
   if (overrides.ground) {
-    ModelBuilder trial;
-    if (overrides.fill_inertia > 0.0) trial.fill_inertia(overrides.fill_inertia);
-    trial.add_robot(robot, base, X_WL);
-    const auto [name, z] = lowest_geometry(trial.build());
-    if (base == Base::kFloating && z < kInfinity) X_WL.translation.z() = kStartGap - z;
-    if (base == Base::kFixed && z < 0.0) {
-      builder.add_note({"ground", fmt::format("'{}' starts {:.3g} m below the ground; set the "
-                                              "robot higher in a scene file if it should not",
-                                              name, -z)});
+    if (base == Base::kFloating) {
+      ModelBuilder trial;
+      if (overrides.fill_inertia > 0.0) trial.fill_inertia(overrides.fill_inertia);
+      trial.add_robot(robot, base, X_WL);
+      if (const double z = lowest_point(trial.build()); z < kInfinity)
+        X_WL.translation.z() = kStartGap - z;
     }
     Material material;
     if (overrides.ground_friction) material.friction = *overrides.ground_friction;

@@ -267,8 +267,9 @@ void inspect_coordinates(const Model& model, Report& report) {
 
 void inspect_notes(const Model& model, Report& report) {
   Json notes = Json::array();
-  if (!model.notes().empty()) fmt::print(report.text(), "\nnotes:\n");
-  for (const Note& note : model.notes()) {
+  const std::vector<Note> all = collision::all_notes(model);
+  if (!all.empty()) fmt::print(report.text(), "\nnotes:\n");
+  for (const Note& note : all) {
     fmt::print(report.text(), "  {}: {}\n", note.where, note.message);
     notes.push_back({{"where", note.where}, {"message", note.message}});
   }

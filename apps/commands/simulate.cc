@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "command.h"
+#include "counterpoint/collision/collider.h"
 #include "counterpoint/engine/dynamics.h"
 #include "counterpoint/engine/motion_files.h"
 #include "counterpoint/engine/simulator.h"
@@ -160,7 +161,7 @@ int simulate(SimulateArguments& arguments) {
   arguments.view.check();
   Scene scene = arguments.scene.load();
   apply_overrides(arguments, scene.options);
-  for (const Note& note : scene.model.notes()) {
+  for (const Note& note : collision::all_notes(scene.model)) {
     fmt::print(stderr, "note: {}: {}\n", note.where, note.message);
   }
   Simulator simulator(std::move(scene));

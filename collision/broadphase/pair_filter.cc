@@ -5,23 +5,33 @@
 
 namespace counterpoint::collision {
 
-PairFilter::PairFilter(const Model& model) {
+PairFilter::PairFilter(const Model& model) : included_(model.included_geometry_pairs()) {
   items_.reserve(model.geometries().size());
   for (const Geometry& g : model.geometries()) {
     // The world has no parent: -1 is nobody's index.
     const int parent = g.body == 0 ? -1 : model.body(g.body).parent;
-    items_.push_back({g.body, parent, g.instance, g.shape.type == ShapeType::kPlane});
+    items_.push_back({g.body, parent, g.assembly, g.shape.type == ShapeType::kPlane});
   }
   excluded_begin_.assign(items_.size() + 1, 0);
   exclude(model.excluded_geometry_pairs());
+}
+
+bool PairFilter::joined(int a, int b) const {
+  const Item& i = items_[a];
+  const Item& j = items_[b];
+  return i.assembly >= 0 && i.assembly == j.assembly && (i.parent == j.body || j.parent == i.body);
+}
+
+bool PairFilter::included(int a, int b) const {
+  return !included_.empty() && std::binary_search(included_.begin(), included_.end(),
+                                                  std::pair(std::min(a, b), std::max(a, b)));
 }
 
 bool PairFilter::enabled_by_structure(int a, int b) const {
   const Item& i = items_[a];
   const Item& j = items_[b];
   if (i.body == j.body || (i.plane && j.plane)) return false;
-  const bool joined = i.parent == j.body || j.parent == i.body;
-  return !(joined && i.instance >= 0 && i.instance == j.instance);
+  return !joined(a, b) || included(a, b);
 }
 
 bool PairFilter::enabled(int a, int b) const {
@@ -49,21 +59,23 @@ int PairFilter::num_joined_pairs() const {
     int parent = -1;
     long count = 0, planes = 0;
   };
-  std::map<std::pair<int, int>, Group> groups;  // by body and instance
+  std::map<std::pair<int, int>, Group> groups;  // by body and assembly
   for (const Item& item : items_) {
-    if (item.instance < 0) continue;
-    Group& group = groups[{item.body, item.instance}];
+    if (item.assembly < 0) continue;
+    Group& group = groups[{item.body, item.assembly}];
     group.parent = item.parent;
     ++group.count;
     group.planes += item.plane;
   }
-  long joined = 0;
+  long count = 0;
   for (const auto& [key, group] : groups) {
     const auto parent = groups.find({group.parent, key.second});
     if (parent == groups.end()) continue;
-    joined += group.count * parent->second.count - group.planes * parent->second.planes;
+    count += group.count * parent->second.count - group.planes * parent->second.planes;
   }
-  return static_cast<int>(joined);
+  for (const auto& [a, b] : included_)
+    count -= joined(a, b) && !(items_[a].plane && items_[b].plane);
+  return static_cast<int>(count);
 }
 
 int PairFilter::num_enabled_pairs() const {

@@ -14,6 +14,7 @@ namespace counterpoint {
 struct ModelBuilder::Placement {
   int instance = 0;
   std::string prefix;
+  int assembly = -1;  ///< of the link being added: Geometry::assembly
 };
 
 inline std::string located_at(const std::string& where, const std::string& what) {

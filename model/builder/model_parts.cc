@@ -8,6 +8,7 @@ void add_parts(const ModelParts& parts, const Pose& X_WL, const std::string& pre
     builder.add_environment(prefix + e.name, e.shape, X_WL * e.X_WG, e.material);
   for (const ModelParts::Exclusion& e : parts.exclusions)
     builder.exclude_pair(prefix + e.a, prefix + e.b, e.reason);
+  for (const auto& [a, b] : parts.inclusions) builder.include_pair(prefix + a, prefix + b);
   for (const ModelParts::Surface& s : parts.surfaces)
     builder.set_pair_surface(prefix + s.a, prefix + s.b, s.surface);
   for (ClosureSpec closure : parts.closures) {

@@ -267,6 +267,12 @@ class MjcfWriter {
       set("body2", body_name(j));
       xml_.CloseElement();
     }
+    for (const auto& [a, b] : model_.included_geometry_pairs()) {
+      xml_.OpenElement("pair");
+      set("geom1", model_.geometries()[a].name);
+      set("geom2", model_.geometries()[b].name);
+      xml_.CloseElement();
+    }
     xml_.CloseElement();
     if (!model_.pair_materials().empty()) lose("scene", "surface values of pairs of geometries");
     if (differs_)

@@ -238,8 +238,8 @@ void visit(A& a, Shape& x) {
 }
 template <class A>
 void visit(A& a, Geometry& x) {
-  auto& [name, body, frame, instance, X_BG, shape, material] = x;
-  a(name, body, frame, instance, X_BG, shape, material);
+  auto& [name, body, frame, instance, assembly, X_BG, shape, material] = x;
+  a(name, body, frame, instance, assembly, X_BG, shape, material);
 }
 template <class A>
 void visit(A& a, PairMaterial& x) {

@@ -259,10 +259,10 @@ class SceneReader {
     }
   }
 
-  /// `{between: [a, b], friction: ...}`: links, geometries or groups.
+  /// `{between: [a, b], friction: ..., collide: true}`: links, geometries or groups.
   void read_pair(const YamlValue& in) {
-    in.expect_map(
-        {"between", "friction", "restitution", "torsional_friction", "rolling_friction"});
+    in.expect_map({"between", "friction", "restitution", "torsional_friction", "rolling_friction",
+                   "collide"});
     const std::vector<YamlValue> between = in.at("between").list();
     if (between.size() != 2) in.at("between").fail("two names [a, b] are expected");
     PairSurface surface;
@@ -273,9 +273,17 @@ class SceneReader {
     read("restitution", 1.0, surface.restitution);
     read("torsional_friction", kInfinity, surface.torsional_friction);
     read("rolling_friction", kInfinity, surface.rolling_friction);
-    for (const std::string& a : members(between[0].text()))
-      for (const std::string& b : members(between[1].text()))
-        located(in, [&] { builder_.set_pair_surface(a, b, surface); });
+    const bool collide = in.has("collide") && in.at("collide").boolean();
+    if (in.has("collide") && !collide)
+      in.at("collide").fail("true is expected; pairs that never collide go under `exclude`");
+    for (const std::string& a : members(between[0].text())) {
+      for (const std::string& b : members(between[1].text())) {
+        located(in, [&] {
+          if (collide) builder_.include_pair(a, b);
+          builder_.set_pair_surface(a, b, surface);
+        });
+      }
+    }
   }
 
   void read_closure(const YamlValue& in) {

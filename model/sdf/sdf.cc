@@ -1,10 +1,11 @@
-#include "counterpoint/model/robot_files.h"
-
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <numeric>
 #include <sdf/Physics.hh>
 #include <sdf/World.hh>
 
+#include "counterpoint/model/robot_files.h"
 #include "counterpoint/model/sdf/trees.h"
 
 namespace counterpoint {
@@ -86,7 +87,7 @@ class Reader {
     for (const LinkNode& link : bodies.links) add_surfaces(link, false);
     if (bodies.links.empty()) return;
     add_trees(document_, bodies, prefix, X_WT, model_);
-    exclude_within(bodies);
+    exclude_within(bodies, model.Element());
   }
 
   void add_surfaces(const LinkNode& link, bool is_static) {
@@ -97,8 +98,22 @@ class Reader {
     }
   }
 
+  /// Of every link the first one that joints connect it to.
+  static std::vector<int> connected(const Bodies& bodies) {
+    std::vector<int> first(bodies.links.size());
+    std::iota(first.begin(), first.end(), 0);
+    for (const JointNode& joint : bodies.joints) {
+      if (joint.parent < 0 || joint.child < 0) continue;
+      const auto [low, high] = std::minmax(first[joint.parent], first[joint.child]);
+      std::replace(first.begin(), first.end(), int(high), int(low));
+    }
+    return first;
+  }
+
   /// Links of one model touch where one of both says self_collide, and never across a joint.
-  void exclude_within(const Bodies& bodies) {
+  void exclude_within(const Bodies& bodies, const sdf::ElementPtr& model) {
+    const std::vector<int> first_of = connected(bodies);
+    bool noted = false;
     const auto touches = [&](int i) { return i >= 0 && !bodies.links[i].spec.collisions.empty(); };
     for (const JointNode& joint : bodies.joints)
       if (touches(joint.parent) && touches(joint.child))
@@ -112,6 +127,13 @@ class Reader {
             !touches(static_cast<int>(b)))
           continue;
         model_.exclusions.push_back({first.spec.name, second.spec.name, "self_collide is off"});
+        if (noted || first_of[a] == first_of[b]) continue;
+        noted = true;
+        document_.note(
+            model, fmt::format(
+                       "links that no joints connect, as '{}' and '{}', never touch, as in Gazebo: "
+                       "<self_collide> is off",
+                       first.spec.name, second.spec.name));
       }
     }
   }

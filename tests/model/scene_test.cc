@@ -205,14 +205,5 @@ TEST_F(SceneTest, LoneFloatingUrdfStartsJustAboveTheGround) {
   EXPECT_EQ(scene.model.geometries()[0].material.friction, 0.3);
 }
 
-TEST_F(SceneTest, LoneFixedUrdfBelowTheGroundIsNoted) {
-  SceneOverrides overrides;
-  overrides.ground = true;
-  const Scene scene = load_scene(folder_.path() / "arm.urdf", overrides);
-  ASSERT_EQ(scene.model.notes().size(), 1u);
-  EXPECT_NE(scene.model.notes()[0].message.find("0.3 m below"), std::string::npos)
-      << scene.model.notes()[0].message;
-}
-
 }  // namespace
 }  // namespace counterpoint::scene_test

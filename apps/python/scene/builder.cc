@@ -102,6 +102,11 @@ void bind_builder(py::module_& m) {
       .def("exclude_pair", &B::exclude_pair, py::arg("geometry_or_link_a"),
            py::arg("geometry_or_link_b"), py::arg("reason") = "",
            "No contact between two geometries, or all geometries of links.")
+      .def("include_pair", &B::include_pair, py::arg("geometry_or_link_a"),
+           py::arg("geometry_or_link_b"),
+           "Contact between two geometries, or all geometries of links, even if a joint joins the "
+           "links, they overlap "
+           "in the default pose, or exclude_pair names them.")
       .def("set_pair_surface", &set_pair_surface, py::arg("geometry_or_link_a"),
            py::arg("geometry_or_link_b"), py::kw_only(), py::arg("friction") = py::none(),
            py::arg("restitution") = py::none(), py::arg("torsional_friction") = py::none(),

@@ -1,6 +1,7 @@
 // Models and what is in them. A part is its model and an index: cheap, and safe to keep.
 #include <pybind11/stl.h>
 
+#include "counterpoint/collision/collider.h"
 #include "objects/geometry_words.h"
 #include "objects/handles.h"
 
@@ -254,7 +255,8 @@ void bind_access(py::class_<ModelHandle, ModelPtr>& model) {
 
 py::list notes(const ModelPtr& m) {
   py::list out;
-  for (const Note& note : m->model.notes()) out.append(py::make_tuple(note.where, note.message));
+  for (const Note& note : collision::all_notes(m->model))
+    out.append(py::make_tuple(note.where, note.message));
   return out;
 }
 

@@ -71,8 +71,6 @@ class ContactReader {
       if (dimensions >= 4 && f.size() > 2) surface.torsional_friction = f[2];
       if (dimensions >= 6 && f.size() > 3) surface.rolling_friction = f[3];
     }
-    if (are_joined(a, b))
-      document_.note(e, "its bodies are joined by a joint: they never touch here");
     in_pair_.insert(a);
     in_pair_.insert(b);
     paired_[ordered(a, b)] = surface;
@@ -143,6 +141,7 @@ class ContactReader {
       model_.exclusions.push_back({first.collision, second.collision, reason});
       return;
     }
+    if (pair != paired_.end()) model_.inclusions.emplace_back(first.collision, second.collision);
     const Material surface = pair == paired_.end() ? combined(a, b, 0) : pair->second;
     const Material usual =
         combine_materials(first.material(first.condim), second.material(second.condim));

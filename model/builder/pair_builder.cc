@@ -1,0 +1,117 @@
+// Pairs of geometries of a ModelBuilder: what never touches, what does, and with what surface.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+
+#include "counterpoint/model/builder/builder_names.h"
+#include "counterpoint/model/builder/robot_tree.h"
+#include "counterpoint/model/limits.h"
+
+namespace counterpoint {
+namespace {
+
+void check_number(size_t pairs, const char* what) {
+  if (pairs < limits::kMaxExclusions) return;
+  throw InputError(
+      fmt::format("more than {} pairs of geometries {}; use fewer geometries or smaller groups",
+                  limits::kMaxExclusions, what));
+}
+
+}  // namespace
+
+std::vector<int> ModelBuilder::geometries_named(const std::string& name) const {
+  std::vector<int> found;
+  const auto geometry = geometry_names_.find(name);
+  if (geometry != geometry_names_.end()) found.push_back(geometry->second);
+  const auto frame = frame_names_.find(name);
+  if (frame != frame_names_.end()) {
+    // Those of a link were added together.
+    const auto& all = model_.geometries_;
+    for (int i = frame_geometries_[frame->second];
+         i < static_cast<int>(all.size()) && all[i].frame == frame->second; ++i) {
+      found.push_back(i);
+    }
+  }
+  if (geometry == geometry_names_.end() && frame == frame_names_.end()) {
+    throw InputError(fmt::format("there is no geometry or link '{}'; links: {}; geometries: {}",
+                                 name, listed(frame_names_), listed(geometry_names_)));
+  }
+  return found;
+}
+
+void ModelBuilder::exclude_pair(const std::string& geometry_or_link_a,
+                                const std::string& geometry_or_link_b, const std::string& reason) {
+  const std::vector<int> side_b = geometries_named(geometry_or_link_b);
+  for (const int a : geometries_named(geometry_or_link_a)) {
+    for (const int b : side_b) {
+      if (a != b) add_exclusion(a, b, reason);
+    }
+  }
+}
+
+void ModelBuilder::add_exclusion(int a, int b, const std::string& reason) {
+  check_number(model_.excluded_pairs_.size(), "are excluded");
+  model_.excluded_pairs_.push_back(std::minmax(a, b));
+  model_.exclusion_reasons_.push_back(reason);
+}
+
+void ModelBuilder::include_pair(const std::string& geometry_or_link_a,
+                                const std::string& geometry_or_link_b) {
+  const std::vector<int> side_b = geometries_named(geometry_or_link_b);
+  for (const int a : geometries_named(geometry_or_link_a)) {
+    for (const int b : side_b) {
+      if (a == b) continue;
+      check_number(model_.included_pairs_.size(), "are named to touch");
+      model_.included_pairs_.push_back(std::minmax(a, b));
+    }
+  }
+}
+
+void ModelBuilder::set_pair_surface(const std::string& geometry_or_link_a,
+                                    const std::string& geometry_or_link_b,
+                                    const PairSurface& surface) {
+  const std::vector<int> side_b = geometries_named(geometry_or_link_b);
+  for (const int a : geometries_named(geometry_or_link_a)) {
+    for (const int b : side_b) {
+      if (a == b) continue;
+      const auto& all = model_.geometries_;
+      Material m = combine_materials(all[a].material, all[b].material);
+      m.friction = surface.friction.value_or(m.friction);
+      m.restitution = surface.restitution.value_or(m.restitution);
+      m.torsional_friction = surface.torsional_friction.value_or(m.torsional_friction);
+      m.rolling_friction = surface.rolling_friction.value_or(m.rolling_friction);
+      check_material(m, fmt::format("pair '{}', '{}'", all[a].name, all[b].name));
+      check_number(model_.pair_materials_.size(), "have surface values of their own");
+      model_.pair_materials_.push_back({std::min(a, b), std::max(a, b), m});
+    }
+  }
+}
+
+/// Ascending, each pair once: with the reason that was given first, with the surface given last.
+/// What is to touch is not excluded.
+void ModelBuilder::sort_pairs() {
+  std::vector<std::pair<int, int>>& included = model_.included_pairs_;
+  std::sort(included.begin(), included.end());
+  included.erase(std::unique(included.begin(), included.end()), included.end());
+
+  std::map<std::pair<int, int>, std::string> reasons;
+  for (size_t i = 0; i < model_.excluded_pairs_.size(); ++i)
+    if (!std::binary_search(included.begin(), included.end(), model_.excluded_pairs_[i]))
+      reasons.emplace(model_.excluded_pairs_[i], std::move(model_.exclusion_reasons_[i]));
+  model_.excluded_pairs_.clear();
+  model_.exclusion_reasons_.clear();
+  for (auto& [pair, reason] : reasons) {
+    model_.excluded_pairs_.push_back(pair);
+    model_.exclusion_reasons_.push_back(std::move(reason));
+  }
+
+  std::map<std::pair<int, int>, Material> surfaces;
+  for (const PairMaterial& p : model_.pair_materials_)
+    surfaces.insert_or_assign({p.geometry_a, p.geometry_b}, p.material);
+  model_.pair_materials_.clear();
+  for (const auto& [pair, material] : surfaces)
+    model_.pair_materials_.push_back({pair.first, pair.second, material});
+}
+
+}  // namespace counterpoint
