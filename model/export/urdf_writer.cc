@@ -257,6 +257,8 @@ class UrdfWriter {
     for (const Closure& c : model_.closures()) lose("closure '" + c.name + "'", "a closed loop");
     if (!model_.excluded_geometry_pairs().empty())
       lose("scene", "pairs of geometries that do not collide (an SRDF holds these)");
+    if (!model_.included_geometry_pairs().empty())
+      lose("scene", "pairs of geometries that collide though a joint joins them or they overlap");
     lose("scene", "the start, gravity and options (a scene file holds these)");
   }
 

@@ -116,6 +116,17 @@ TEST_F(ExportTest, FormatsFollowOneAnother) {
   expect_same_motion(first.model, third.model);
 }
 
+TEST_F(ExportTest, PairsThatTouchInAnyCaseAreWritten) {
+  const Scene scene = load_scene(folder_.write("a.xml", R"(<mujoco><worldbody><body name="a"><joint/>
+    <geom name="a" size="0.1"/><body name="b" pos="0.3 0 0"><joint/><geom name="b" size="0.05"/></body></body></worldbody>
+    <contact><pair geom1="a" geom2="b"/></contact></mujoco>)"));
+  const std::vector<std::pair<int, int>> pair = {{0, 1}};
+  EXPECT_EQ(scene.model.included_geometry_pairs(), pair);
+  const Scene back = load_scene(folder_.write("b.xml", export_mjcf(scene).text));
+  EXPECT_EQ(back.model.included_geometry_pairs(), pair);
+  EXPECT_TRUE(back.model.excluded_geometry_pairs().empty());
+}
+
 TEST_F(ExportTest, SeveralFloatingRobotsAreNoUrdf) {
   EXPECT_THROW(export_urdf(bundled("scenes/box_stack.yaml")), InputError);
 }
