@@ -99,6 +99,11 @@ struct DryFriction {
   }
 };
 
+// Without smoothing: what a servo with a bound gives, whose regularizer is one over its gains.
+bool is_motor(const Law& law) {
+  return law.type == LawType::kDryFriction && !(law.smoothing > 0.0);
+}
+
 }  // namespace
 
 bool is_valid(const Law& law) {
@@ -129,6 +134,7 @@ bool is_finite(const Law& law) {
 
 Law soften(const Law& law, const Softness& softness) {
   Law out = law;
+  if (is_motor(law)) return out;
   out.regularizer *= softness.factor;
   out.coulomb = law.coulomb && !softness.convex;
   if (softness.convex && is_one_sided(law.type)) out.bias[0] = std::max(law.bias[0], 0.0);

@@ -170,10 +170,10 @@ struct Softness {
   bool any() const { return factor != 1.0 || convex; }
   bool operator==(const Softness&) const = default;
 };
-/// The law, softer. A convex one does not push apart either, neither what bounces nor what overlaps:
-/// its f'(y - b) is then at most the smoothing's, so that a step gains no energy, whereas mu |v_T| <=
-/// y_N, asked of what turns about a point close by, would make any speed of parting as large as one
-/// likes.
+/// The law, softer; that of a motor, which is dry friction without smoothing, stays as it is. A
+/// convex one does not push apart either, neither what bounces nor what overlaps: its f'(y - b) is
+/// then at most the smoothing's, so that a step gains no energy, whereas mu |v_T| <= y_N, asked of
+/// what turns about a point close by, would make any speed of parting as large as one likes.
 Law soften(const Law& law, const Softness& softness);
 
 /// Friction coefficients below this no longer harden the normal row.

@@ -52,6 +52,9 @@ constexpr double kUseful = 3e-2;
 // than the own.
 constexpr double kLittleSofter = 32.0, kSoftCompliance = 4e-3, kSoftest = 32768.0;
 constexpr int kLittleSteps = 80, kConvexSteps = 500;
+// Where rounding hides the minimum, so many times softer again, until next to nothing but inertia is
+// left, whose minimum is found in a step.
+constexpr double kSofterAgain = 1024.0, kNothingLeft = 1e30;
 
 // Where softer laws are no answer they are the start of a way back to the own: in at most so many
 // stages, at first all of it at once; shorter by this share of the logarithm where a stage fails.
@@ -247,6 +250,9 @@ bool IslandSolver::run_softer() {
   const double most = exact_ ? kSoftest : softer_factor();
   bool arrived = !exact_ && most > kLittleSofter && solve_softer(kLittleSofter, kLittleSteps);
   if (!arrived) arrived = solve_softer(most, kConvexSteps);
+  for (double factor = kSofterAgain * most; !exact_ && !arrived && factor < kNothingLeft;
+       factor *= kSofterAgain)
+    arrived = solve_softer(factor, kLittleSteps);
   if (!exact_) return arrived;
   if (arrived) walk_back();
   if (!softness_.any()) return true;

@@ -119,9 +119,16 @@ const contact::Report& pose_and_solve(const StepArguments& step, const VectorX& 
 /// All have the factor that is reported, or the inverse would be wrong: the last solve softens
 /// nothing.
 constexpr int kMostSoftenings = 4;
+/// What that does not solve gets this many times softer laws, as often as this.
+constexpr double kSofterAgain = 1024.0;
+constexpr int kLastSoftenings = 8;
 
 /// So many times only the contacts run into get rows, then all that are parked.
 constexpr int kMostOverruns = 2;
+
+bool is_unsolved(contact::Status status) {
+  return status == contact::Status::kMaxIterations || status == contact::Status::kNoProgress;
+}
 
 /// Replaces the velocities of the touched trees in w (nv) by the solution of the contact problem of
 /// free velocities `free` (nv), which may be w. found: as in pose_and_solve. extended: there are
@@ -133,11 +140,16 @@ void solve_found(const StepArguments& step, const VectorX& free, const VectorX* 
   const Model& model = step.model;
   for (int i = 0;; ++i) {
     if (extended) report.softening.tree = -1;
-    const contact::Report& solved = pose_and_solve(step, free, i == 0 ? found : nullptr,
-                                                   report.softening, i == kMostSoftenings, ws);
+    const bool as_posed = i >= kMostSoftenings;
+    const contact::Report& solved =
+        pose_and_solve(step, free, i == 0 ? found : nullptr, report.softening, as_posed, ws);
     report.status = solved.status;
     report.newton_iterations += solved.iterations;
     report.residual = solved.residual;
+    if (as_posed && is_unsolved(solved.status) && i < kMostSoftenings + kLastSoftenings) {
+      report.softening.factor *= kSofterAgain;
+      continue;
+    }
     if (solved.softened.empty()) break;
     const bool first = !report.softening.any();
     report.softening = combine(report.softening, solved.softened, ws.block_of_tree);

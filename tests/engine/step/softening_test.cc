@@ -93,6 +93,34 @@ TEST(Softening, IslandsThatFailInTurnAreInvertedExactly) {
   }
 }
 
+// A crane whose motors press its tip on the ground with all they have: effort limits are rows of the
+// problem, and forces all the same.
+TEST(Softening, MotorsStayAsTheyAre) {
+  const test::TempFolder folder;
+  folder.write("crane.urdf", R"(<robot name="crane"><link name="base"/>
+<link name="arm"><inertial><origin xyz="0.3 0 0"/><mass value="2"/>
+  <inertia ixx="0.01" iyy="0.06" izz="0.06" ixy="0" ixz="0" iyz="0"/></inertial></link>
+<link name="tip"><inertial><origin xyz="0.2 0 0"/><mass value="1"/>
+  <inertia ixx="0.01" iyy="0.02" izz="0.02" ixy="0" ixz="0" iyz="0"/></inertial>
+  <collision><origin xyz="0.2 0 0"/><geometry><box size="0.4 0.1 0.1"/></geometry></collision></link>
+<joint name="shoulder" type="revolute"><parent link="base"/><child link="arm"/><axis xyz="0 1 0"/>
+  <limit lower="-3" upper="3" effort="30" velocity="10"/></joint>
+<joint name="elbow" type="revolute"><parent link="arm"/><child link="tip"/><origin xyz="0.6 0 0"/>
+  <axis xyz="0 1 0"/><limit lower="-3" upper="3" effort="10" velocity="10"/></joint></robot>)");
+  const Scene scene = load_scene(folder.write("crane.yaml", R"(
+ground: {friction: 0.5}
+models:
+  - {urdf: crane.urdf, name: crane, position: [0, 0, 0.3], dynamics: {
+     shoulder: {servo: {stiffness: 2000, damping: 20, position: 0.9}},
+     elbow: {servo: {stiffness: 500, damping: 5, position: -0.9}}}}
+)"));
+  contact::Settings hasty;
+  hasty.soften_after = 1;
+  const Outcome out = step_and_invert(scene, hasty, 300);
+  EXPECT_GT(out.softened, 10);
+  EXPECT_LT(out.error, kRecovered);
+}
+
 TEST(Softening, IsAnErrorWhereItIsNotAllowed) {
   Simulator sim(two_heaps());
   sim.settings().soften_after = 0;
