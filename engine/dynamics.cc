@@ -147,6 +147,10 @@ Pose Dynamics::geometry_pose(int index) const {
   return impl_->data.X_WB[geometry.body] * geometry.X_BG;
 }
 
+ClosureGap Dynamics::closure_opening(int index) const {
+  return closure_gap(model().closures()[static_cast<std::size_t>(index)], impl_->data.X_WB);
+}
+
 double Dynamics::total_mass() const { return counterpoint::total_mass(model()); }
 
 Vector3 Dynamics::center_of_mass() const {

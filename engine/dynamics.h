@@ -144,6 +144,8 @@ class Dynamics {
   void frame_jacobian(int index, MatrixX& jacobian) const;
   /// X_WG of a geometry, by its index into Model::geometries().
   Pose geometry_pose(int index) const;
+  /// How far a closure of Model::closures() is open.
+  ClosureGap closure_opening(int index) const;
 
   // Mass, energy and momentum.
 

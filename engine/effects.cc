@@ -146,6 +146,11 @@ Call call_of(Effect effect, const Model& model, const collision::Collider& colli
     case Effect::kRestitution:
       return call(geometries_that(model, [](const Material& m) { return m.restitution > 0.0; }),
                   "geometries");
+    case Effect::kTautLinks: {
+      Found found;
+      for (const int body : list_pulled_links(model)) found.add(model.joint(body - 1).link);
+      return call(found, "light links that may be pulled");
+    }
     case Effect::kAppliedForces:
     case Effect::kExternalWrenches:
       return {true, "the input of a step, where it has some", 0};

@@ -235,6 +235,11 @@ struct CoordinateNames {
 };
 CoordinateNames coordinate_names(const Model& model);
 
+/// What the columns of a trajectory begin with that have, by link, the factors of a TautLink
+/// (state.h) of the step that starts from each row: "taut.<link>", "taut_kept.<link>".
+inline constexpr const char* kTautPrefix = "taut.";
+inline constexpr const char* kTautKeptPrefix = "taut_kept.";
+
 /// Writes a trajectory to a file as it is computed; its ending says the format (Table).
 class TrajectoryWriter {
  public:
@@ -242,10 +247,10 @@ class TrajectoryWriter {
   TrajectoryWriter(const std::filesystem::path& file, const Model& model,
                    const InputColumns& columns = {});
 
-  /// A state, what is applied during the step that starts from it, its length [s], and the
-  /// softening that it reported.
+  /// A state, what is applied during the step that starts from it, its length [s], the softening
+  /// that it reported, and its taut links.
   void write_step(const State& state, const Input& input, double time_step,
-                  const Softening& softening = {});
+                  const Softening& softening = {}, const std::vector<TautLink>& taut_links = {});
   /// The last state: no step starts from it, its force and time_step cells are empty. Ends the file.
   void write_end(const State& state);
 
@@ -255,6 +260,7 @@ class TrajectoryWriter {
   TableWriter table_;
   const Model& model_;
   InputColumns columns_;
+  std::vector<int> pulled_links_;  ///< bodies
   int num_inputs_;
 };
 
@@ -268,6 +274,7 @@ struct Trajectory {
   MatrixX v;              ///< nv x rows
   MatrixX applied_force;  ///< nv x (rows - 1) [N, N m]; 0 x 0 if the file has no such columns
   std::vector<Softening> softening;  ///< by step; empty if the file has no such columns
+  std::vector<std::vector<TautLink>> taut_links;  ///< the same
   InputColumns columns;              ///< of servo targets and wrenches
   MatrixX known;                     ///< their values x (rows - 1)
   /// Rows whose numbers are not those that were written, by their state_hash; 0 without that

@@ -62,6 +62,7 @@ void Simulator::keep_last(double length, const StepReport& report) {
   last_length_ = length;
   last_input_ = input_;
   last_input_.softening = report.softening;
+  find_taut_links(next_, last_input_.taut_links);
 }
 
 const Inverse& Simulator::last_forces() {

@@ -13,11 +13,13 @@ namespace counterpoint {
 
 /// The force of one constraint in the last step, and which constraint that was (contact_memory.h).
 struct RememberedForce {
-  enum class Kind : unsigned char { kContact, kClosure, kJoint };
+  enum class Kind : unsigned char { kContact, kClosure, kJoint, kTautLink };
   Kind kind = Kind::kContact;
-  int a = 0, b = 0;                  ///< geometries; closure and first row; velocity and its row
+  int a = 0, b = 0;                  ///< geometries; closure and first row; velocity and its row; body
   Vector3 at = Vector3::Zero();      ///< of a contact: in the frame of the body that moves [m]
-  Vector3 force = Vector3::Zero();   ///< in W [N]; of a joint row its only entry is the first
+  /// In W [N]; of a joint row its only entry is the first. A taut link has the factor and the kept
+  /// factor of TautLink here, and the square of the rate at which its forces would turn it [1/s^2].
+  Vector3 force = Vector3::Zero();
   Vector3 torque = Vector3::Zero();  ///< of torsional and rolling friction, of welds, in W [N m]
 
   bool operator==(const RememberedForce&) const = default;
@@ -53,6 +55,18 @@ struct Softening {
   bool operator==(const Softening&) const = default;
 };
 
+/// A light link that a step turned as if it had more rotational inertia (taut_links.h).
+struct TautLink {
+  int body = 0;
+  double factor = 1.0;  ///< inertia about its centre of mass, times its own
+  double kept = 1.0;    ///< the part of that, times its own, which has the velocity at the start
+
+  bool operator==(const TautLink&) const = default;
+};
+
+/// The taut links of the step that led to a state, as its memory has them, by body.
+void find_taut_links(const State& state, std::vector<TautLink>& links);
+
 /// What is applied from outside during one step.
 struct Input {
   VectorX applied_force;                 ///< nv, or empty: none [N, N m]; conjugate to v
@@ -61,6 +75,9 @@ struct Input {
   VectorX servo_velocity = {};  ///< targets [rad/s or m/s]; or empty: the model's
   /// Known of a step that is inverted, or to be repeated: the softening that it reported.
   Softening softening = {};
+  /// The same of the links that were taut, by body (find_taut_links). A step that is given some
+  /// takes these and no others.
+  std::vector<TautLink> taut_links = {};
 };
 
 // ---- 64-bit FNV-1a over numbers, byte by byte from the lowest: the same on every machine.

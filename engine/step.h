@@ -29,6 +29,10 @@ EffectSet called_for(const Model& model, const collision::Collider& collider);
 /// Those of `called` that `switches` leaves on. Without contacts there is no friction, and so on.
 EffectSet active_effects(EffectSet called, EffectSet switches);
 
+/// Links that closures and joints may pull from two sides at least, and light enough for it to matter
+/// (taut_links.h): the bodies, ascending.
+std::vector<int> list_pulled_links(const Model& model);
+
 /// One line of the table of effects.
 struct EffectUse {
   Effect effect = Effect::kGravity;
@@ -197,6 +201,8 @@ struct StepReport {
   int sleeping_bodies = 0;     ///< left out: nothing moves there (sleep.h)
   /// Laws softer than their own, where the step could not be solved otherwise (softening.h).
   Softening softening;
+  int taut_links = 0;            ///< that turned more slowly than they would (taut_links.h)
+  double largest_inertia = 1.0;  ///< of these, times their own
   /// What is wrong, if the step did not succeed; if it did, the closure or mimic joint of which
   /// Simulator sees that it stays open.
   Fault fault;

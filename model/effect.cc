@@ -40,6 +40,8 @@ const char* effect_name(Effect effect) {
       return "rolling_friction";
     case Effect::kRestitution:
       return "restitution";
+    case Effect::kTautLinks:
+      return "taut_links";
     case Effect::kAppliedForces:
       return "applied_forces";
     case Effect::kExternalWrenches:

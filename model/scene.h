@@ -43,6 +43,7 @@ enum class Effect : unsigned char {
   kTorsionalFriction,
   kRollingFriction,
   kRestitution,
+  kTautLinks,  ///< light links under tension turn no faster than steps follow
   // from outside, called for by the input of a step
   kAppliedForces,
   kExternalWrenches,

@@ -45,6 +45,7 @@ class Examiner {
       if (!report.succeeded()) return;
       physics_.penetration = std::max(physics_.penetration, report.max_penetration);
       known_.softening = report.softening;
+      find_taut_links(next, known_.taut_links);
       if (has_inverse()) look_back(now, next);
       std::swap(now, next);
     }

@@ -91,6 +91,7 @@ class OurRunner final : public Runner {
     for (int i = begin; i < begin + count; ++i) {
       const auto k = static_cast<std::size_t>(i);
       known_.softening = softenings_[k];
+      find_taut_links(states_[k + 1], known_.taut_links);
       step_inverse(scene_.model, scene_.options, states_[k].q, states_[k].v, states_[k + 1].q,
                    states_[k + 1].v, known_, workspace_, inverse_);
     }

@@ -114,9 +114,11 @@ Rollout roll_out(const RolloutArguments& arguments, int index, Simulator& simula
     result.softened += step.softening.any() ? 1 : 0;
     if (!arguments.invert) continue;
     simulator.input().softening = step.softening;  // the laws that were solved
+    find_taut_links(simulator.state(), simulator.input().taut_links);
     const Inverse& inverse =
         simulator.inverse(before.q, before.v, simulator.state().q, simulator.state().v);
     simulator.input().softening = {};
+    simulator.input().taut_links.clear();
     result.force_error = std::max(
         result.force_error,
         (inverse.applied_force - simulator.input().applied_force).lpNorm<Eigen::Infinity>());

@@ -48,13 +48,17 @@ struct Outputs {
   std::unique_ptr<TrajectoryWriter> writer;
   std::unique_ptr<view::ClipRecorder> recorder;
   std::unique_ptr<ContactTable> contacts;
+  Input known;  ///< of the step
   bool any() const { return writer || recorder; }
 
   void step(const State& before, const Input& input, double h, const State& after,
             const StepReport& report) {
-    if (writer) writer->write_step(before, input, h, report.softening);
+    find_taut_links(after, known.taut_links);
+    if (writer) writer->write_step(before, input, h, report.softening, known.taut_links);
     if (!recorder) return;
-    Input known = input;
+    std::vector<TautLink> links = std::move(known.taut_links);
+    known = input;
+    known.taut_links = std::move(links);
     known.softening = report.softening;
     recorder->add_step(before, known, h, after, report.newton_iterations);
   }
@@ -85,6 +89,13 @@ std::string stopped(const RunTally& tally, const Simulator& simulator) {
   if (!(tally.wall_seconds > tally.wall_limit)) return {};
   return fmt::format("stopped at {:.6g} s after {:g} s of wall time, as --wall-limit asks",
                      simulator.state().time, tally.wall_limit);
+}
+
+/// Where no report is asked for, so many looks at energy and closures are enough for a word about them.
+long looks_every(const Simulator& simulator) {
+  constexpr double kLooks = 500.0;
+  const SimulationOptions& options = simulator.options();
+  return std::lround(options.duration / options.time_step / kLooks);
 }
 
 void write_report(SimulateArguments& arguments, const Simulator& simulator, const State& start,
@@ -126,6 +137,8 @@ void print_figures(const Report& report, const Simulator& simulator, double simu
     const FaultText text = describe(simulator.model(), tally.stays_open_first);
     fmt::print(report.text(), "seen at {:.6g} s: {}\n", tally.stays_open_time, text.reason);
   }
+  const std::string warning = tally.watch->warning();
+  if (!warning.empty()) fmt::print(report.text(), "warning: {}\n", warning);
   if (simulator.options().step_control)
     fmt::print(report.text(), "{}\n", step_control_text(tally.control));
 }
@@ -179,7 +192,7 @@ int simulate(SimulateArguments& arguments) {
   const Interrupt interrupt;
   RunTally tally;
   tally.wall_limit = arguments.wall_limit.value_or(tally.wall_limit);
-  if (arguments.report.wanted()) tally.watch = std::make_unique<RunWatch>(simulator);
+  tally.watch = std::make_unique<RunWatch>(simulator, arguments.report.wanted() ? 1 : looks_every(simulator));
   const auto& control = simulator.options().step_control;
   const std::optional<FailedStep> failed = run(simulator, inputs, outputs, tally);
   Interrupt::end();

@@ -30,7 +30,8 @@ InputSchedule::InputSchedule(const std::filesystem::path& file, const Model& mod
     const auto it = std::find(names.force.begin(), names.force.end(), name);
     if (it == names.force.end()) {
       if (name == "time" || name == "time_step" || name == kStateHashColumn ||
-          name == kSofteningColumn || name == kSoftenedTreeColumn || holds(names.q, name) ||
+          name == kSofteningColumn || name == kSoftenedTreeColumn ||
+          name.starts_with(kTautPrefix) || name.starts_with(kTautKeptPrefix) || holds(names.q, name) ||
           holds(names.v, name) || is_input_column(model, name))
         continue;
       throw InputError(

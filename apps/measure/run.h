@@ -29,7 +29,7 @@ struct RunTally {
        failures = 0;
   double max_penetration = 0.0, end_penetration = 0.0, wall_seconds = 0.0;
   double wall_limit = std::numeric_limits<double>::infinity();
-  std::unique_ptr<RunWatch> watch;  ///< only where a report is wanted: it costs some time a step
+  std::unique_ptr<RunWatch> watch;  ///< may be none: it costs some time a step it looks at
   bool interrupted = false;         ///< RunHooks::stop said so
 
   /// `seconds`: processor time of the step.

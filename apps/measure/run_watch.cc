@@ -1,4 +1,6 @@
-#include "run_watch.h"
+#include "measure/run_watch.h"
+
+#include <fmt/format.h>
 
 #include <algorithm>
 
@@ -7,6 +9,9 @@ namespace {
 
 /// Positions less apart are the same but for rounding [m, rad].
 constexpr double kMoved = 1e-13;
+/// What is said of a run: energy gained, as a share of what was moved, and closures that come open
+/// [m or rad].
+constexpr double kGained = 0.02, kOpened = 1e-3;
 
 bool is_floating_linkage(const Model& model, const Tree& tree) {
   return model.body(tree.body_begin).joint_type == JointType::kFloating &&
@@ -15,14 +20,40 @@ bool is_floating_linkage(const Model& model, const Tree& tree) {
 
 }  // namespace
 
-RunWatch::RunWatch(Simulator& simulator)
+RunWatch::RunWatch(Simulator& simulator, long every)
     : simulator_(simulator),
       dynamics_(simulator.model()),
       q_(simulator.state().q),
       v_(simulator.state().v),
-      momentum_(VectorX::Zero(simulator.model().nv())) {
+      momentum_(VectorX::Zero(simulator.model().nv())),
+      every_(std::max(1L, every)) {
   highest_ = start_ = energy(simulator_.state());
   below_ = below_ground();
+  lowest_ = highest_potential_ = potential(q_);
+  fastest_ = start_ - lowest_;
+  look_at_closures(q_);
+}
+
+/// Servos and wrenches on links do work that is not counted.
+bool RunWatch::knows_work() const {
+  return simulator_.model().servos().empty() && simulator_.input().wrenches.empty();
+}
+
+/// The first time what they start from.
+void RunWatch::look_at_closures(const VectorX& q) {
+  const std::vector<Closure>& closures = simulator_.model().closures();
+  if (closures.empty() || !simulator_.options().effects.has(Effect::kClosures)) return;
+  const bool first = gap_at_start_.empty();
+  dynamics_.set_configuration(q);
+  for (std::size_t i = 0; i < closures.size(); ++i) {
+    const double gap = dynamics_.closure_opening(static_cast<int>(i)).largest();
+    if (first) {
+      gap_at_start_.push_back(gap);
+    } else if (gap - gap_at_start_[i] > opened_) {
+      opened_ = gap - gap_at_start_[i];
+      opened_most_ = static_cast<int>(i);
+    }
+  }
 }
 
 double RunWatch::potential(const VectorX& q) {
@@ -100,13 +131,23 @@ void RunWatch::after_step(double h, const State& state) {
   work_ += 0.5 * h * force.dot(v_ + state.v);
   path_work_ += h * force.dot(state.v);
   if (q_.size() > 0) add_overlap_work(h, state);
+  if (++steps_ % every_ != 0) {
+    v_ = state.v;
+    q_ = state.q;
+    return;
+  }
   const double left = energy_left(state);
   v_ = state.v;
   q_ = state.q;
+  const double potential_now = potential(q_);
+  lowest_ = std::min(lowest_, potential_now);
+  highest_potential_ = std::max(highest_potential_, potential_now);
+  fastest_ = std::max(fastest_, left - potential_now);
   gain_ = std::max(gain_, left - start_ - work_ - overlap_work_);
   excess_ = std::max(excess_, left - start_ - path_work_ - overlap_work_);
   highest_ = std::max(highest_, left);
   below_ = std::max(below_, below_ground());
+  look_at_closures(q_);
 }
 
 double RunWatch::below_ground() const {
@@ -126,15 +167,32 @@ double RunWatch::below_ground() const {
 }
 
 void RunWatch::fill(Json& out) const {
-  // Servos and wrenches on links do work that is not counted.
-  const bool known = simulator_.model().servos().empty() && simulator_.input().wrenches.empty();
+  const bool known = knows_work();
   out["input_work_J"] = known ? Json(work_) : Json(nullptr);
   out["energy_gain_max_J"] = known ? Json(gain_) : Json(nullptr);
   out["energy_excess_J"] = known ? Json(excess_) : Json(nullptr);
   out["overlap_work_J"] = overlap_work_;
   out["energy_max_J"] = highest_;
+  out["closure_opened_max_m"] = opened_;
   out["end_below_ground_m"] = below_ground();
   out["below_ground_max_m"] = std::max(below_, below_ground());
+}
+
+std::string RunWatch::warning() const {
+  std::string text;
+  const double moved = fastest_ + highest_potential_ - lowest_;
+  const double gain = std::min(gain_, excess_);
+  if (knows_work() && gain > kGained * moved)
+    text = fmt::format(
+        "the energy rose by {:.3g} J more than anything gave, of {:.3g} J that were moved: a shorter "
+        "time step (--timestep) makes less",
+        gain, moved);
+  if (opened_ > kOpened) {
+    const Closure& closure = simulator_.model().closures()[static_cast<std::size_t>(opened_most_)];
+    text += fmt::format("{}closure '{}' came open by {:.3g} m", text.empty() ? "" : "; ", closure.name,
+                        opened_);
+  }
+  return text;
 }
 
 }  // namespace counterpoint::apps

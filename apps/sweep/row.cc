@@ -123,13 +123,16 @@ std::optional<Row> run(const Study& study, const Trial& trial, Simulator& simula
   watch.add(start);
   std::optional<TrajectoryFile> trajectory;
   if (!file.empty()) trajectory.emplace(file, simulator.model(), inputs.columns(simulator.model()));
+  std::vector<TautLink> taut_links;
   RunHooks hooks;
   hooks.stop = stop;
   if (trajectory || !study.record.columns.empty())
     hooks.step = [&](const State& before, const Input& input, double h, const State& after,
                      const StepReport& report) {
       watch.add(after);
-      if (trajectory) trajectory->writer().write_step(before, input, h, report.softening);
+      if (!trajectory) return;
+      find_taut_links(after, taut_links);
+      trajectory->writer().write_step(before, input, h, report.softening, taut_links);
     };
   const std::optional<FailedStep> failed = run_simulation(simulator, inputs, hooks, tally);
   if (tally.interrupted) return {};

@@ -15,6 +15,15 @@
 namespace counterpoint {
 namespace {
 
+/// Whether a closure moves bodies so light that heavier ones may hang on it.
+bool holds_much(const InverseWeights& weights) {
+  double least = std::numeric_limits<double>::infinity(), loosest = 0.0;
+  for (const double w : weights.contact)
+    if (w > 0.0) least = std::min(least, w);
+  for (const ClosureWeight& w : weights.closure) loosest = std::max(loosest, w.linear);
+  return loosest > kHeaviestHeld * least;
+}
+
 /// One row a coordinate: it takes up to the bound and yields beyond.
 void find_dry_friction(const Model& model, const SimulationOptions& options,
                        const std::vector<DryCoordinate>& coordinates, const InverseWeights& weights,
@@ -70,6 +79,7 @@ ConstraintFinder::ConstraintFinder(const Model& model, InverseWeights weights)
       turn_share_(Eigen::ArrayXd::Zero(model.num_bodies())),
       fastest_point_(turn_share_),
       wedged_(model.num_bodies(), 0),
+      holds_much_(holds_much(weights_)),
       fall_(free_fall(model)),
       limited_(list_limited_coordinates(model)),
       speed_limits_(list_speed_limits(model)),
@@ -102,6 +112,7 @@ void ConstraintFinder::find(const StepContext& at, const Data& data, ConstraintS
     find_velocity_limits(options, speed_limits_, v, weights_, idle, out);
   if (runs(Effect::kDryFriction)) find_dry_friction(model, options, dry_, weights_, idle, out);
   if (runs(Effect::kMimics)) find_mimics(model, options, q, weights_, idle, out);
+  if (holds_much_) stiffen_closures(model, out);
 }
 
 bool ConstraintFinder::find_overrun(const StepContext& at, const Reached& w, const Data& data,
@@ -109,6 +120,30 @@ bool ConstraintFinder::find_overrun(const StepContext& at, const Reached& w, con
   const bool limits = at.effects.has(Effect::kLimits) &&
                       find_overrun_limits(at, limited_, w.velocity, weights_, idle, out);
   return find_reached_contacts(at, w, data, out) || limits;
+}
+
+/// Closures may carry what they are joined to by closures and contacts with rows: a function of
+/// (q, w), like the rows.
+void ConstraintFinder::stiffen_closures(const Model& model, ConstraintSet& out) {
+  const auto tree_of = [&](int body) { return model.body(body).tree; };
+  islands_.reset(model.num_trees());
+  for (const PairConstraint& pair : out.pairs)
+    if (pair.body_a != 0 && pair.body_b != 0)
+      islands_.join(tree_of(pair.body_a), tree_of(pair.body_b));
+  least_weight_.assign(static_cast<size_t>(model.num_trees()),
+                       std::numeric_limits<double>::infinity());
+  for (int b = 1; b < model.num_bodies(); ++b) {
+    if (!(weights_.contact[b] > 0.0)) continue;
+    double& least = least_weight_[static_cast<size_t>(islands_.root(tree_of(b)))];
+    least = std::min(least, weights_.contact[b]);
+  }
+  for (size_t i = 0; i < out.closures.size(); ++i) {
+    PairConstraint& pair = out.pairs[out.contacts.size() + i];
+    const int body = pair.body_b != 0 ? pair.body_b : pair.body_a;
+    const double least = least_weight_[static_cast<size_t>(islands_.root(tree_of(body)))];
+    const double alpha = weights_.closure[static_cast<size_t>(out.closures[i])].linear;
+    if (alpha > kHeaviestHeld * least) pair.law.regularizer *= kHeaviestHeld * least / alpha;
+  }
 }
 
 Vector3 relative_velocity_at(const Vector3& position, int body_a, int body_b, const Data& data,

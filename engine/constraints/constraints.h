@@ -137,6 +137,11 @@ struct Idle {
   bool sleeps(int body) const { return body != 0 && (*this)(body); }
 };
 
+/// A closure has the compliance of its own inverse mass up to a body of so many times the mass that it
+/// moves, which may hang on it; beyond, that of a body of this share of the heaviest one's mass: no
+/// load opens it by more than 100 eps kHeaviestHeld h^2 g / beta, 0.01 mm at 5 ms.
+inline constexpr double kHeaviestHeld = 100.0;
+
 /// A velocity that a step comes to: nv, and of the bodies, in W, where the caller knows these.
 struct Reached {
   VectorRef velocity;
@@ -211,6 +216,7 @@ class ConstraintFinder {
   void find_contacts(const StepContext& at, const Data& data, ConstraintSet& out,
                      EffectCounts& counts, Idle idle);
   void find_wedged(const StepContext& at);
+  void stiffen_closures(const Model& model, ConstraintSet& out);
   double turning_advance(const Vector3& n, const Vector3& arm, double h, int body,
                          const Data& data);
   double gap_less_turning(const PairConstraint& contact, double gap, double h, const Data& data);
@@ -229,6 +235,9 @@ class ConstraintFinder {
   std::vector<collision::Candidate> candidates_;
   /// By body: some body of its tree is farther inside another one than the margin of contacts.
   std::vector<char> wedged_;
+  bool holds_much_;  ///< some body may hang on closures of bodies more than kHeaviestHeld times lighter
+  contact::DisjointSets islands_;
+  std::vector<double> least_weight_;  ///< by tree, of the island that has it as root [1/kg]
   std::vector<Vector3> fall_;  ///< free_fall
   std::vector<DryCoordinate> dry_;  ///< with dry friction
   std::vector<LimitedCoordinate> limited_;

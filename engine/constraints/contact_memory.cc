@@ -69,6 +69,8 @@ bool is_idle(const Model& model, const RememberedForce& r, Idle idle) {
       return rests(model.closures()[r.a].body_a) && rests(model.closures()[r.a].body_b);
     case RememberedForce::Kind::kJoint:
       return rests(body_of_velocity(model, r.a));
+    case RememberedForce::Kind::kTautLink:  // keeps its tree awake
+      return false;
   }
   return false;
 }

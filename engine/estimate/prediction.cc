@@ -47,6 +47,7 @@ bool predict_row(Simulator& simulator, const ColumnMap& map, const Recording& re
     if (watch && step.succeeded()) {
       Input input = simulator.input();
       input.softening = step.softening;
+      find_taut_links(simulator.state(), input.taut_links);
       watch->step(simulator.options(), before, input, simulator.state());
     }
     out.newton_iterations += step.newton_iterations;

@@ -7,16 +7,23 @@
 #include "counterpoint/model/spatial.h"
 
 namespace counterpoint {
+namespace {
+
+EulerTop top_on_joint(const Body& body) {
+  return EulerTop(inertia_tensor(inertial_parameters(body.inertia)));
+}
+
+}  // namespace
 
 FreeFlight::FreeFlight(const Model& model) {
   for (int i = 1; i < model.num_bodies(); ++i) {
     const Body& body = model.body(i);
     if (body.parent != 0 || body.subtree_end != i + 1) continue;
     if (body.joint_type == JointType::kFloating) {
-      flyers_.push_back({i, EulerTop(body.inertia.rotational), Vector3::Zero()});
+      flyers_.push_back({i, EulerTop(body.inertia.rotational), Vector3::Zero(),
+                         body.inertia.rotational});
     } else if (body.joint_type == JointType::kSpherical) {
-      flyers_.push_back(
-          {i, EulerTop(inertia_tensor(inertial_parameters(body.inertia))), carried_moment(model, i)});
+      flyers_.push_back({i, top_on_joint(body), carried_moment(model, i), body.inertia.rotational});
     }
   }
 }
@@ -29,12 +36,15 @@ Force FreeFlight::mean_force(const Model& model, int index, double h, const Vect
   const Vector3& center = body.inertia.center;
   Vector3 turned;
   if (floating || (center.isZero(0.0) && flyer.carried.isZero(0.0))) {
-    turned = flyer.top.advance(omega, h);
+    turned = flyer.top.advance(omega, h);  // the same for all multiples of its inertia
   } else {
+    // A taut link has another one (taut_links.h).
+    const bool own = body.inertia.rotational == flyer.rotational;
+    const EulerTop top = own ? flyer.top : top_on_joint(body);
     const Vector3 weight = body.inertia.mass * gravity;
     const Vector3 moment = center.cross(weight) - flyer.carried.cross(gravity);
-    const Vector3 kick = flyer.top.response(h * moment);
-    turned = flyer.top.advance(flyer.top.advance(omega, 0.5 * h) + kick, 0.5 * h) - kick;
+    const Vector3 kick = top.response(h * moment);
+    turned = top.advance(top.advance(omega, 0.5 * h) + kick, 0.5 * h) - kick;
   }
   const Vector3 acceleration = (turned - omega) / h;
   Vector3 of_center = acceleration.cross(center);  // if the origin does not move

@@ -42,6 +42,7 @@ class FreeFlight {
     int body;
     EulerTop top;
     Vector3 carried;  ///< sum m c of its carried weight that turns it, in its axes [kg m]
+    Matrix3 rotational;  ///< inertia about the centre of mass that `top` is of [kg m^2]
   };
   std::vector<Flyer> flyers_;  ///< by body
 };

@@ -145,10 +145,14 @@ void check_memory(const Model& model, const RememberedForce& r, const std::strin
     case RememberedForce::Kind::kJoint:
       valid = inside(r.a, static_cast<size_t>(model.nv()));
       break;
+    case RememberedForce::Kind::kTautLink:
+      valid = r.a > 0 && inside(r.a, static_cast<size_t>(model.num_bodies())) && r.force[0] >= 1.0 &&
+              r.force[1] >= 1.0 && r.force[1] <= r.force[0] && r.force[2] >= 0.0;
+      break;
   }
   if (!valid)
     throw InputError(
-        fmt::format("{}: a remembered force is of no contact, closure or joint of this "
+        fmt::format("{}: a remembered force is of no contact, closure, joint or taut link of this "
                     "scene; remove the columns '{}...'",
                     where, kMemoryPrefix));
 }
@@ -162,7 +166,7 @@ std::vector<RememberedForce> read_memory(const Table& table, const Model& model)
     for (size_t i = 0; i < x.size(); ++i)
       x[i] = table.value(row, table.column(memory_column(memory.size(), kMemoryFields[i])));
     RememberedForce r;
-    if (!(x[0] == 0.0 || x[0] == 1.0 || x[0] == 2.0) || std::abs(x[1]) > 1e9 ||
+    if (!(x[0] >= 0.0 && x[0] <= 3.0 && x[0] == std::floor(x[0])) || std::abs(x[1]) > 1e9 ||
         std::abs(x[2]) > 1e9)
       throw InputError(fmt::format("{}: columns '{}{}...' name no constraint", table.where(row),
                                    kMemoryPrefix, memory.size()));
@@ -208,8 +212,11 @@ std::uint64_t options_hash(const SimulationOptions& options) {
   }
   for (int i = 0; i < kNumEffects; ++i) {
     const auto effect = static_cast<Effect>(i);
+    if (effect == Effect::kTautLinks) continue;
     hash.add(effect != Effect::kSleeping && options.effects.has(effect) ? 1 : 0);
   }
+  // As before there was this effect, where it is on.
+  if (!options.effects.has(Effect::kTautLinks)) hash.add(2);
   if (!options.mean_velocity_forces) hash.add(0);  // as before there was a choice, where it is on
   if (options.push_deep) hash.add(1);
   return hash.value();

@@ -77,7 +77,8 @@ void refuse_unknown_columns(const Table& table, const Model& model,
     const bool other = column == "time" || column == "time_step" || column == kStateHashColumn ||
                        column == kModelHashColumn || column == kOptionsHashColumn ||
                        column == kNextStepColumn || column == kSofteningColumn ||
-                       column == kSoftenedTreeColumn || column.starts_with(kMemoryPrefix);
+                       column == kSoftenedTreeColumn || column.starts_with(kMemoryPrefix) ||
+                       column.starts_with(kTautPrefix) || column.starts_with(kTautKeptPrefix);
     if (!other && !holds(names.q, column) && !holds(names.v, column) &&
         !holds(names.force, column) && !is_input_column(model, column)) {
       throw InputError(
@@ -148,8 +149,11 @@ std::vector<Column> trajectory_columns(const Model& model, const InputColumns& i
   for (const auto* list : {&names.q, &names.v, &names.force, &input_names}) {
     columns.insert(columns.end(), list->begin(), list->end());
   }
-  columns.insert(columns.end(), {kSofteningColumn, kSoftenedTreeColumn,
-                                 Column(kStateHashColumn, CellType::kInteger)});
+  columns.insert(columns.end(), {kSofteningColumn, kSoftenedTreeColumn});
+  for (const int body : list_pulled_links(model))
+    for (const char* prefix : {kTautPrefix, kTautKeptPrefix})
+      columns.push_back(prefix + model.joint(body - 1).link);
+  columns.emplace_back(kStateHashColumn, CellType::kInteger);
   return columns;
 }
 
@@ -160,6 +164,7 @@ TrajectoryWriter::TrajectoryWriter(const std::filesystem::path& file, const Mode
     : table_(file, trajectory_columns(model, columns)),
       model_(model),
       columns_(columns),
+      pulled_links_(list_pulled_links(model)),
       num_inputs_(model.nv() + static_cast<int>(columns.names(model).size())) {}
 
 void TrajectoryWriter::write_state(const State& state, std::optional<double> time_step) {
@@ -170,7 +175,8 @@ void TrajectoryWriter::write_state(const State& state, std::optional<double> tim
 }
 
 void TrajectoryWriter::write_step(const State& state, const Input& input, double time_step,
-                                  const Softening& softening) {
+                                  const Softening& softening,
+                                  const std::vector<TautLink>& taut_links) {
   write_state(state, time_step);
   for (const double x : input.applied_force) table_.number(x);
   if (input.applied_force.size() == 0)
@@ -178,13 +184,20 @@ void TrajectoryWriter::write_step(const State& state, const Input& input, double
   for (const double x : columns_.values(model_, input)) table_.number(x);
   table_.number(softening.factor);
   table_.number(softening.tree);
+  auto link = taut_links.begin();
+  for (const int body : pulled_links_) {
+    while (link != taut_links.end() && link->body < body) ++link;
+    const bool taut = link != taut_links.end() && link->body == body;
+    table_.number(taut ? link->factor : 1.0);
+    table_.number(taut ? link->kept : 1.0);
+  }
   table_.integer(state_hash(state));
   table_.end_row();
 }
 
 void TrajectoryWriter::write_end(const State& state) {
   write_state(state, std::nullopt);
-  for (int i = 0; i < num_inputs_ + kSofteningColumns; ++i) table_.empty();
+  for (int i = 0; i < num_inputs_ + kSofteningColumns + 2 * static_cast<int>(pulled_links_.size()); ++i) table_.empty();
   table_.integer(state_hash(state));
   table_.end_row();
   table_.finish();
@@ -215,11 +228,36 @@ std::vector<Softening> read_softening(const Table& table, const Model& model, in
   return out;
 }
 
+/// The taut links of each step, where the table says them.
+std::vector<std::vector<TautLink>> read_taut_links(const Table& table, const Model& model,
+                                                   int steps) {
+  std::vector<std::vector<TautLink>> out;
+  for (int body = 1; body < model.num_bodies(); ++body) {
+    const std::string& link = model.joint(body - 1).link;
+    const int factor = table.find_column(kTautPrefix + link);
+    if (factor < 0) continue;
+    const int kept = table.column(kTautKeptPrefix + link);
+    out.resize(static_cast<size_t>(steps));
+    for (int row = 0; row < steps; ++row) {
+      const TautLink taut{body, table.value(row, factor), table.value(row, kept)};
+      if (!(taut.kept >= 1.0 && taut.kept <= taut.factor && std::isfinite(taut.factor)))
+        throw InputError(fmt::format(
+            "{}: columns '{}{}' and '{}{}' are {} and {}; numbers from 1 on are expected, the "
+            "second no larger than the first",
+            table.where(row), kTautPrefix, link, kTautKeptPrefix, link, taut.factor, taut.kept));
+      if (taut.factor > 1.0) out[static_cast<size_t>(row)].push_back(taut);
+    }
+  }
+  return out;
+}
+
 }  // namespace
 
 void Trajectory::set_known(const Model& model, int step, Input& input) const {
   columns.set(model, known.col(step), input);
   input.softening = softening.empty() ? Softening() : softening[static_cast<size_t>(step)];
+  input.taut_links.clear();
+  if (!taut_links.empty()) input.taut_links = taut_links[static_cast<size_t>(step)];
 }
 
 Trajectory read_trajectory(const std::filesystem::path& file, const Model& model,
@@ -253,6 +291,7 @@ Trajectory read_trajectory(const std::filesystem::path& file, const Model& model
     trajectory.applied_force = read_block(table, find_columns(table, names.force), rows - 1);
   }
   trajectory.softening = read_softening(table, model, rows - 1);
+  trajectory.taut_links = read_taut_links(table, model, rows - 1);
   trajectory.columns = find_input_columns(table, model);
   trajectory.known = read_input_columns(trajectory.columns, table, model, rows - 1);
   check_quaternions(table, model, trajectory.q);

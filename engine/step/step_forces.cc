@@ -6,9 +6,11 @@
 #include "counterpoint/engine/dynamics.h"
 #include "counterpoint/engine/dynamics/aba.h"
 #include "counterpoint/engine/dynamics/kinematics.h"
+#include "counterpoint/engine/dynamics/rnea.h"
 #include "counterpoint/engine/forces/drag.h"
 #include "counterpoint/engine/forces/joint_forces.h"
 #include "counterpoint/engine/forces/servos.h"
+#include "counterpoint/engine/step/midpoint.h"
 
 namespace counterpoint {
 namespace {
@@ -28,15 +30,68 @@ VelocityRange velocities(const Model& model, BodyRange bodies) {
   return {begin, last.v_index + joint_nv(last.joint_type) - begin};
 }
 
+/// rnea's joint forces for accelerations a (nv) under what acts on bodies in ws.data and the impulses
+/// of pairs over h [s], where they act.
+void add_joint_forces_of(const StepArguments& step, const VectorX& a, const Vector3& gravity,
+                         bool impulses, Workspace::Impl& ws) {
+  Data& data = ws.data;
+  if (impulses && !ws.constraints.pairs.empty()) {
+    if (!data.has_external) clear_external(data);
+    for (size_t i = 0; i < ws.constraints.pairs.size(); ++i) {
+      const PairConstraint& pair = ws.constraints.pairs[i];
+      const double* f = ws.impulse.data() + ws.problem.first_row(static_cast<int>(i));
+      add_pair_impulse(pair, pair_impulse(pair, f) * (1.0 / step.h()), data, data.external);
+    }
+  }
+  ws.not_wanted.resize(step.model.nv());
+  rnea(step.model, a, gravity, data, ws.not_wanted);
+  for (size_t i = 0; i < ws.joint_force.size(); ++i) ws.joint_force[i] += data.F[i];
+}
+
+/// Of a step to `next`, by joint, into ws.joint_force: the mean over the step.
+void find_joint_forces(const StepArguments& step, const State& next, Workspace::Impl& ws) {
+  const Model& model = step.model;
+  ws.joint_force.assign(static_cast<size_t>(model.num_bodies()), Force());
+  if (step.options.integrator == Integrator::kSemiImplicitEuler) {
+    ws.acceleration = (next.v - step.state.v) / step.h();
+    set_external(step.input.wrenches, step.effects, ws);
+    if (set_drag(model, step.effects, step.h(), ws)) {
+      compute_body_velocities(model, next.v, ws.data, ws.velocity);
+      add_drag_inverse(step.h(), ws.velocity, ws.data);
+    }
+    return add_joint_forces_of(step, ws.acceleration, ws.start.gravity(), true, ws);
+  }
+  // next.v = w_c + h a / 2, w_m = w + h a / 2 (midpoint.h).
+  ws.acceleration = (ws.middle - step.state.v) / (0.5 * step.h());
+  const Vector3 gravity = set_middle(step.context(), ws.middle, step.input.wrenches, ws);
+  add_joint_forces_of(step, ws.acceleration, gravity, false, ws);
+  const BodyRange all = moving_bodies(model);
+  compute_kinematics(model, step.state.q, step.state.v, {&all, 1}, ws.data);
+  if (ws.constraints.empty()) return;
+  ws.data.has_coriolis = ws.data.has_external = false;
+  for (Motion& c : ws.data.c) c = Motion();
+  ws.acceleration = (next.v - 2.0 * ws.middle + step.state.v) / step.h();  // (w_c - w_m) / h
+  add_joint_forces_of(step, ws.acceleration, Vector3::Zero(), true, ws);
+}
+
 }  // namespace
+
+void find_taut_rates(const StepArguments& step, const State& next, Workspace::Impl& ws) {
+  if (ws.taut_links.needs_joint_forces()) find_joint_forces(step, next, ws);
+  ws.taut_links.find_rates(ws.constraints, ws.problem, ws.impulse, step.h(), ws.joint_force,
+                           ws.data);
+}
 
 void set_external(const std::vector<ExternalWrench>& wrenches, EffectSet effects,
                   Workspace::Impl& ws) {
   Data& data = ws.data;
-  data.has_external = effects.has(Effect::kExternalWrenches) && !wrenches.empty();
+  const bool pushed = effects.has(Effect::kExternalWrenches) && !wrenches.empty();
+  data.has_external = pushed || ws.taut_links.loses();
   if (!data.has_external) return;
-  ws.counts.add(Effect::kExternalWrenches);
   clear_external(data);
+  if (ws.taut_links.loses()) ws.taut_links.add_losses(data);
+  if (!pushed) return;
+  ws.counts.add(Effect::kExternalWrenches);
   for (const ExternalWrench& w : wrenches) {
     const Vector3 arm = data.X_WB[w.body].rotation * w.point;
     data.external[w.body] += Force{w.wrench.torque + arm.cross(w.wrench.force), w.wrench.force};

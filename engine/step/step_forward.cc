@@ -58,10 +58,11 @@ void step_euler(const StepArguments& step, Workspace::Impl& ws, State& next, Ste
 void remember(const StepArguments& step, Workspace::Impl& ws, State& next) {
   if (ws.constraints.empty() && ws.sleepers.num_sleeping_bodies() == 0) {
     next.memory.clear();
-    return;
+  } else {
+    remember_impulses(step.model, {ws.constraints, ws.data, ws.problem, step.h()}, ws.impulse,
+                      ws.sleepers.idle_bodies(), step.state.memory, next.memory);
   }
-  remember_impulses(step.model, {ws.constraints, ws.data, ws.problem, step.h()}, ws.impulse,
-                    ws.sleepers.idle_bodies(), step.state.memory, next.memory);
+  if (step.effects.has(Effect::kTautLinks)) ws.taut_links.remember(step.h(), next.memory);
 }
 
 /// What a step was given goes before what came of it.
@@ -103,6 +104,8 @@ void keep_awake(const Model& model, const StepReport& report, Workspace::Impl& w
     const bool softened = report.softening.any() && ws.softened_trees.holds(t, -1);
     if (softened || ws.finder.in_reach_of_fast()[t]) ws.sleepers.keep_awake(t);
   }
+  for (const TautLink& link : ws.taut_links.links())
+    ws.sleepers.keep_awake(model.body(link.body).tree);
 }
 
 /// Checks what came of it, and keeps what the next step starts from.
@@ -136,6 +139,61 @@ void advance(const StepArguments& step, Workspace::Impl& ws, State& next, StepRe
   }
 }
 
+/// The same with what a report of it needs, and all awake if softer laws are of all.
+void advance_awake(const StepArguments& step, Workspace::Impl& ws, State& next,
+                   StepReport& report) {
+  report = {};
+  report.softening = step.input.softening;
+  advance(step, ws, next, report);
+  // Softer laws of all trees are also of those that sleep, which came to rest with their own.
+  const bool all_softened = report.softening.any() && report.softening.tree < 0;
+  if (!all_softened || ws.sleepers.num_sleeping_bodies() == 0) return;
+  ws.sleepers.wake_all(step.model);
+  report = {};
+  report.softening = step.input.softening;
+  advance(step, ws, next, report);
+}
+
+/// How often a step is made again with more inertia of taut links: forces hardly depend on it.
+constexpr int kMostTautened = 4;
+
+/// From the state to `next`, with as much inertia of taut links as its forces ask for.
+void advance_with_taut_links(const StepArguments& step, Workspace::Impl& ws, State& next,
+                             StepReport& report) {
+  const auto& [model, options, settings, state, input, effects] = step;
+  TautLinks& taut = ws.taut_links;
+  const bool on = effects.has(Effect::kTautLinks) && options.integrator != Integrator::kRungeKutta4;
+  if (!input.taut_links.empty() || !on) {
+    taut.set(input.taut_links);
+  } else {
+    ws.counts.add(Effect::kTautLinks);
+    taut.recall(step.h(), state.memory);
+  }
+  const auto try_step = [&](const SimulationOptions& how) {
+    const StepArguments slowed{taut.slowed(model), how, settings, state, input, effects};
+    advance_awake(slowed, ws, next, report);
+    if (report.succeeded() && on) find_taut_rates(slowed, next, ws);
+  };
+  try_step(options);
+  const bool free = on && input.taut_links.empty();
+  if (free && !report.succeeded() && options.integrator == Integrator::kImplicitMidpoint) {
+    // Too fast for its iteration, nothing is known of forces.
+    SimulationOptions euler = options;
+    euler.integrator = Integrator::kSemiImplicitEuler;
+    const StepReport failed = report;
+    try_step(euler);
+    const bool more = report.succeeded() && taut.raise(step.h());
+    report = failed;
+    if (more) try_step(options);
+  }
+  for (int i = 0; free && i < kMostTautened && report.succeeded() && taut.raise(step.h()); ++i)
+    try_step(options);
+  for (const TautLink& link : taut.links()) {
+    report.taut_links += link.factor > 1.0 ? 1 : 0;
+    report.largest_inertia = std::max(report.largest_inertia, link.factor);
+  }
+}
+
 }  // namespace
 
 StepReport step_forward(const Model& model, const SimulationOptions& options,
@@ -147,22 +205,14 @@ StepReport step_forward(const Model& model, const SimulationOptions& options,
   const EffectSet effects = active_effects(ws.called, options.effects);
   const StepArguments step{model, options, settings, state, input, effects};
   StepReport report;
-  report.softening = input.softening;
   check_time_step(options.time_step);
   if (!ws.check.accepts(model, state, input)) {
+    report.softening = input.softening;
     blame_given(step, ws, report);
     return report;
   }
   choose_awake(step, ws);
-  advance(step, ws, next, report);
-  // Softer laws of all trees are also of those that sleep, which came to rest with their own.
-  const bool all_softened = report.softening.any() && report.softening.tree < 0;
-  if (all_softened && ws.sleepers.num_sleeping_bodies() > 0) {
-    ws.sleepers.wake_all(model);
-    report = {};
-    report.softening = input.softening;
-    advance(step, ws, next, report);
-  }
+  advance_with_taut_links(step, ws, next, report);
   conclude(step, ws, next, report);
   return report;
 }

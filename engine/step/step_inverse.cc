@@ -245,7 +245,8 @@ void step_inverse(const Model& model, const SimulationOptions& options, VectorRe
                   Inverse& out) {  // Parameters: what it depends on, one by one
   Workspace::Impl& ws = workspace.impl();
   const EffectSet effects = active_effects(ws.called, options.effects);
-  invert_step({model, options, q, v, q_next, v_next, known, effects}, ws, out);
+  ws.taut_links.set(known.taut_links);
+  invert_step({ws.taut_links.slowed(model), options, q, v, q_next, v_next, known, effects}, ws, out);
 }
 
 }  // namespace counterpoint

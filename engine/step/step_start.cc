@@ -104,6 +104,7 @@ const StepStart& prepare_step(const StepContext& at, Workspace::Impl& ws) {
       ws.free_groups.find(at, start.constraints_, {}, ws.data);
       break;
   }
+  ws.taut_links.find_losses(at.model, at.h(), ws.data);
   return start;
 }
 

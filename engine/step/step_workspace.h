@@ -5,6 +5,7 @@
 #include "counterpoint/engine/constraints/assemble.h"
 #include "counterpoint/engine/constraints/constraints.h"
 #include "counterpoint/engine/diagnosis/state_check.h"
+#include "counterpoint/engine/forces/taut_links.h"
 #include "counterpoint/engine/step.h"
 #include "counterpoint/engine/step/free_groups.h"
 #include "counterpoint/engine/step/overlap_correction.h"
@@ -52,7 +53,8 @@ struct Workspace::Impl {
         q_middle(model.default_q()),
         middle(VectorX::Zero(model.nv())),
         q_reached(model.default_q()),
-        called(called_for(model, finder.collider())) {}
+        called(called_for(model, finder.collider())),
+        taut_links(model, called.has(Effect::kTautLinks)) {}
 
   PhaseTimes* times = nullptr;  ///< added to by forward steps; none, none is read
   StateCheck check;
@@ -98,6 +100,8 @@ struct Workspace::Impl {
   std::shared_ptr<DerivativeScratch> derivatives;  ///< from the first time they are asked for
   EffectSet called;                                ///< what the model calls for
   EffectCounts counts;
+  TautLinks taut_links;
+  std::vector<Force> joint_force;  ///< by body, scratch of the rates of taut links
 };
 
 }  // namespace counterpoint

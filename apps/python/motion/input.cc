@@ -40,6 +40,7 @@ void InputHandle::assign(const Input& other) {
     input_->servo_velocity = other.servo_velocity;
   input_->wrenches = other.wrenches;
   input_->softening = other.softening;
+  input_->taut_links = other.taut_links;
 }
 
 constexpr const char* kInputDoc = R"(
@@ -118,6 +119,14 @@ void bind_inputs(py::module_& m) {
             i.value().softening = {s.first, s.second};
           },
           "Known of a step that is inverted or repeated: (factor, tree) as it reported.")
+      .def_property(
+          "taut_links",
+          [](const InputHandle& i) { return tuples_of(i.value().taut_links); },
+          [](InputHandle& i, const std::vector<std::tuple<int, double, double>>& links) {
+            i.value().taut_links = taut_links_of(i.model->model, links);
+          },
+          "The same of links that were taut, as State.taut_links of the state it led to: (body, "
+          "factor, kept) each. A step that is given some takes these and no others.")
       .def("__repr__", [](const InputHandle& i) {
         return py::str("<Input: applied_force {}, {} wrenches>")
             .format(i.applied_force, i.value().wrenches.size());

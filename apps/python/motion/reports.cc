@@ -88,6 +88,12 @@ void bind_step_report(py::module_& m) {
           "softening", [](const R& r) { return softening_of(r.report.softening); },
           "(factor, tree) of laws softer than their own; factor 1: none.")
       .def_property_readonly(
+          "taut_links", [](const R& r) { return r.report.taut_links; },
+          "How many light links under tension turned more slowly than they would.")
+      .def_property_readonly(
+          "largest_inertia", [](const R& r) { return r.report.largest_inertia; },
+          "Of these, times their own.")
+      .def_property_readonly(
           "fault", [](const R& r) { return fault_of(r.model, r.report.fault); }, "Fault, or None.")
       .def_property_readonly("message", &message_of,
                              "What a command would say of it; empty if it succeeded.")

@@ -53,7 +53,8 @@ Recorded run_fixed(SimulatorHandle& s, const InputTable& table, const InputMap& 
     before = simulator.state();
     report = simulator.step();
     if (report.succeeded())
-      recorder.step(before, simulator.input(), simulator.options().time_step, report.softening);
+      recorder.step(before, simulator.input(), simulator.options().time_step, report.softening,
+                    simulator.state());
   }
   return {recorder.finish(simulator.state()), report};
 }
@@ -70,8 +71,10 @@ Recorded run_controlled(SimulatorHandle& s, double duration, const InputMap& map
     step = simulator.step_controlled(
         next_landing(*simulator.options().step_control, before.time, end));
     if (!step.succeeded()) break;
-    recorder.step(before, simulator.input(), 0.5 * step.step, step.first.softening);
-    recorder.step(simulator.middle(), simulator.input(), 0.5 * step.step, step.second.softening);
+    recorder.step(before, simulator.input(), 0.5 * step.step, step.first.softening,
+                  simulator.middle());
+    recorder.step(simulator.middle(), simulator.input(), 0.5 * step.step, step.second.softening,
+                  simulator.state());
   }
   return {recorder.finish(simulator.state()), step.second};
 }

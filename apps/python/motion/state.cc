@@ -29,7 +29,8 @@ std::vector<RememberedForce> memory_from(const Array& array) {
   std::vector<RememberedForce> memory;
   for (Eigen::Index i = 0; i < rows.rows(); ++i) {
     const auto row = rows.row(i);
-    if (!(row[0] == 0.0 || row[0] == 1.0 || row[0] == 2.0) || !(row[1] >= 0.0 && row[1] < 1e9) ||
+    if (!(row[0] >= 0.0 && row[0] <= 3.0 && row[0] == std::floor(row[0])) ||
+        !(row[1] >= 0.0 && row[1] < 1e9) ||
         !(row[2] >= 0.0 && row[2] < 1e9))
       throw py::value_error("memory: row " + std::to_string(i) + " names no constraint");
     memory.push_back({static_cast<RememberedForce::Kind>(static_cast<int>(row[0])),
@@ -134,6 +135,15 @@ void bind_state_access(Class& state) {
           },
           py::arg("other"), "Takes all values of another state of the same model.")
       .def("__eq__", &equal, "Equal to the last bit, memory included.")
+      .def_property_readonly(
+          "taut_links",
+          [](const StateHandle& s) {
+            std::vector<TautLink> links;
+            find_taut_links(s.value(), links);
+            return tuples_of(links);
+          },
+          "Light links under tension that the step to this state turned more slowly: (body, factor, "
+          "kept) each; Input.taut_links of its inverse.")
       .def_property_readonly(
           "hash", [](const StateHandle& s) { return state_hash(s.value()); },
           "64-bit hash of the bits of time, q and v, as in trajectories.")

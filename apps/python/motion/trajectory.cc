@@ -48,7 +48,9 @@ void write(const TrajectoryHandle& t, const std::filesystem::path& file) {
   };
   for (int k = 0; k < x.num_steps(); ++k)
     writer.write_step(state(k), input_of_step(t, k), x.time_step[static_cast<size_t>(k)],
-                      x.softening.empty() ? Softening() : x.softening[static_cast<size_t>(k)]);
+                      x.softening.empty() ? Softening() : x.softening[static_cast<size_t>(k)],
+                      x.taut_links.empty() ? std::vector<TautLink>()
+                                           : x.taut_links[static_cast<size_t>(k)]);
   writer.write_end(state(x.num_steps()));
 }
 
@@ -108,14 +110,17 @@ links : sequence of str
       .def(
           "write_step",
           [](const Writer& w, const StateHandle& state, const InputHandle& input, double time_step,
-             std::pair<double, int> softening) {
+             std::pair<double, int> softening,
+             const std::vector<std::tuple<int, double, double>>& taut_links) {
             w.open().write_step(state.value(), input.value(), time_step,
-                                {softening.first, softening.second});
+                                {softening.first, softening.second},
+                                taut_links_of(w.model->model, taut_links));
           },
           py::arg("state"), py::arg("input"), py::arg("time_step"),
           py::arg("softening") = std::pair<double, int>(1.0, -1),
-          "A state, what is applied during the step from it, its length [s], and its report's "
-          "softening.")
+          py::arg("taut_links") = std::vector<std::tuple<int, double, double>>(),
+          "A state, what is applied during the step from it, its length [s], its report's "
+          "softening, and the taut_links of the state that it led to.")
       .def(
           "write_end",
           [](Writer& w, const StateHandle& state) {
@@ -194,7 +199,7 @@ void MotionRecorder::add(const State& state) {
 }
 
 void MotionRecorder::step(const State& before, const Input& input, double h,
-                          const Softening& softening) {
+                          const Softening& softening, const State& after) {
   add(before);
   h_.push_back(h);
   force_.insert(force_.end(), input.applied_force.begin(), input.applied_force.end());
@@ -203,6 +208,7 @@ void MotionRecorder::step(const State& before, const Input& input, double h,
     known_.insert(known_.end(), known.begin(), known.end());
   }
   softening_.push_back(softening);
+  find_taut_links(after, taut_links_.emplace_back());
 }
 
 Trajectory MotionRecorder::finish(const State& last) {
@@ -220,6 +226,7 @@ Trajectory MotionRecorder::finish(const State& last) {
                                           static_cast<Eigen::Index>(known_.size()) / steps, steps);
   out.columns = columns_;
   out.softening = std::move(softening_);
+  out.taut_links = std::move(taut_links_);
   return out;
 }
 

@@ -121,4 +121,21 @@ const Input& input_of(const InputPtr& input, const Input& none) {
   return input ? input->value() : none;
 }
 
+std::vector<std::tuple<int, double, double>> tuples_of(const std::vector<TautLink>& links) {
+  std::vector<std::tuple<int, double, double>> tuples;
+  for (const TautLink& link : links) tuples.emplace_back(link.body, link.factor, link.kept);
+  return tuples;
+}
+
+std::vector<TautLink> taut_links_of(const Model& model,
+                                    const std::vector<std::tuple<int, double, double>>& tuples) {
+  std::vector<TautLink> links;
+  for (const auto& [body, factor, kept] : tuples) {
+    if (body < 1 || body >= model.num_bodies())
+      throw py::value_error("taut_links: the model has no body " + std::to_string(body));
+    links.push_back({body, factor, kept});
+  }
+  return links;
+}
+
 }  // namespace counterpoint::python

@@ -43,6 +43,12 @@ struct ModelHandle {
 };
 using ModelPtr = std::shared_ptr<ModelHandle>;
 
+/// Taut links (body, factor, kept), as Python has them. @throws py::value_error where the model has no
+/// such body.
+std::vector<std::tuple<int, double, double>> tuples_of(const std::vector<TautLink>& links);
+std::vector<TautLink> taut_links_of(const Model& model,
+                                    const std::vector<std::tuple<int, double, double>>& tuples);
+
 /// Index of the frame of this name. @throws py::key_error naming what is like it.
 int check_frame(const ModelHandle& model, const std::string& name);
 

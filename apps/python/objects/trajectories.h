@@ -18,7 +18,8 @@ using TrajectoryPtr = std::shared_ptr<TrajectoryHandle>;
 class MotionRecorder {
  public:
   MotionRecorder(const Model& model, InputColumns columns, size_t steps);
-  void step(const State& before, const Input& input, double h, const Softening& softening);
+  void step(const State& before, const Input& input, double h, const Softening& softening,
+            const State& after);
   /// The last state. Row k of the trajectory is where step k starts.
   Trajectory finish(const State& last);
 
@@ -28,6 +29,7 @@ class MotionRecorder {
   InputColumns columns_;
   std::vector<double> time_, h_, q_, v_, force_, known_;
   std::vector<Softening> softening_;
+  std::vector<std::vector<TautLink>> taut_links_;
 };
 
 }  // namespace counterpoint::python

@@ -63,4 +63,20 @@ void add_drag_responses(const Model& model, const Data& data, ForceResponses& ou
     add_link(model, link, data.V[link.body], true, data, out);
 }
 
+void add_loss_responses(const Model& model, double h, std::span<const TautLink> links,
+                        const Data& data, ForceResponses& out) {
+  for (const TautLink& link : links) {
+    if (link.kept == link.factor) continue;
+    const Matrix3& R_WB = data.X_WB[link.body].rotation;
+    const Matrix3 lost = ((1.0 - link.kept / link.factor) / h) *
+                         (R_WB * model.body(link.body).inertia.rotational * R_WB.transpose());
+    const Motion& V = data.V[link.body];
+    PairResponse loss = body_force({-lost * V.angular, Vector3::Zero()});
+    loss.v_b.topLeftCorner<3, 3>() = -lost;
+    loss.still.topLeftCorner<3, 3>() = skew(lost * V.angular) - lost * skew(V.angular);
+    loss.by_v = true;
+    out.add_body_force(model, link.body, data.X_WB[link.body].translation, loss, V, V, data);
+  }
+}
+
 }  // namespace counterpoint

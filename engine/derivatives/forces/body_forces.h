@@ -1,6 +1,7 @@
 // Wrenches and drag with what they change by.
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include "counterpoint/engine/derivatives/forces/force_responses.h"
@@ -17,5 +18,9 @@ void add_drag_responses(const Model& model, const std::vector<Motion>& V_next, c
                         ForceResponses& out);
 /// The same at one velocity, data.V: all of it by the velocity at the start.
 void add_drag_responses(const Model& model, const Data& data, ForceResponses& out);
+
+/// What taut links lose (taut_links.h) in a step of h [s]; `model` has their inertias.
+void add_loss_responses(const Model& model, double h, std::span<const TautLink> links,
+                        const Data& data, ForceResponses& out);
 
 }  // namespace counterpoint

@@ -35,6 +35,7 @@ bool is_closed(K kind, const Model& model, const SimulationOptions& options, con
                const Workspace::Impl& ws) {
   if (options.integrator != Integrator::kSemiImplicitEuler) return false;
   if (known.softening.any() && !ws.constraints.empty()) return false;
+  if (!known.taut_links.empty()) return false;
   const bool of_motion = changes_mass_matrix(kind) || kind == K::kGravity || kind == K::kDamping;
   const bool of_equalities = of_motion || kind == K::kCompliance || kind == K::kStabilization ||
                              kind == K::kMaxRecoverySpeed;

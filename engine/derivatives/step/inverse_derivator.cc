@@ -268,6 +268,7 @@ bool InverseDerivator::compute(const InverseArguments& of, Workspace::Impl& ws,
   if (of.effects.has(Effect::kExternalWrenches))
     add_wrench_responses(model, of.known.wrenches, ws.data, forces_);
   if (of.effects.has(Effect::kDrag)) add_drag_responses(model, ws.velocity, ws.data, forces_);
+  add_loss_responses(model, of.h(), ws.taut_links.links(), ws.data, forces_);
   bool closed = add_contacts(of, ws);
   closed = sweep_trees(of, ws, d) && closed;
   add_joint_force_derivatives(model, of.effects, of.h(), d);

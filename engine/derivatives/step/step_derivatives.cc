@@ -109,6 +109,7 @@ bool differentiate(const InverseArguments& of, Workspace::Impl& ws, DerivativeSc
                    InverseDerivatives& d) {
   if (of.options.integrator == Integrator::kSemiImplicitEuler)
     return scratch.inverse.compute(of, ws, d);
+  if (ws.taut_links.loses()) return false;
   if (!scratch.smooth) scratch.smooth.emplace(of.model);
   if (scratch.impulses)
     return scratch.midpoint->compute(of, ws, *scratch.smooth, scratch.inverse, d);
@@ -142,10 +143,11 @@ void step_inverse_derivatives(const Model& model, const SimulationOptions& optio
   scratch.impulses = constrained && options.integrator == Integrator::kImplicitMidpoint;
   if (scratch.impulses && !scratch.midpoint) scratch.midpoint.emplace(model);
   const EffectSet effects = active_effects(ws.called, options.effects);
-  const InverseArguments of{model, options, q, v, q_next, v_next, known, effects};
+  const Model& slowed = ws.taut_links.slowed(model);
+  const InverseArguments of{slowed, options, q, v, q_next, v_next, known, effects};
   CenterTerms* const center = analytic ? center_terms(model, ws, scratch) : nullptr;
   const VectorRef w = center != nullptr ? VectorRef(center->find_step_velocity(of, ws)) : v_next;
-  const InverseArguments alone{model, options, q, v, q_next, w, known, effects};
+  const InverseArguments alone{slowed, options, q, v, q_next, w, known, effects};
   const bool closed = analytic && differentiate(alone, ws, scratch, d);
   d.by_differences = analytic && !closed;
   // Differences of a midpoint step with constraints know of the correction.
@@ -204,7 +206,7 @@ bool step_forward_derivatives(const Model& model, const SimulationOptions& optio
   Workspace::Impl& ws = workspace.impl();
   if (!scratch.displacement) scratch.displacement.emplace(model);
   const EffectSet effects = active_effects(ws.called, options.effects);
-  const InverseArguments of{model, options, q, v, q_next, v_next, known, effects};
+  const InverseArguments of{ws.taut_links.slowed(model), options, q, v, q_next, v_next, known, effects};
   d.displaces = scratch.displacement->compute(of, ws, scratch.inverse);
   if (d.displaces) {
     chain_displacement(model, options.time_step, v_next, *scratch.displacement, scratch.r, d);

@@ -1,0 +1,301 @@
+#include "counterpoint/engine/forces/taut_links.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+
+#include "counterpoint/contact/disjoint_sets.h"
+#include "counterpoint/engine/constraints/assemble.h"
+#include "counterpoint/engine/step.h"
+#include "counterpoint/model/model_builder.h"
+
+namespace counterpoint {
+namespace {
+
+/// h times the rate of a taut link: what steps follow to a few percent in energy.
+constexpr double kTurn = 1.0;
+/// A step is made again with more where its own forces ask for so many times what it took: then h
+/// times the rate is 1.4, the limit is 2.
+constexpr double kTooFast = 2.0;
+/// Links whose loads turn them more slowly than this, if they weigh kPull times as much, are left
+/// out [1/s]: steps of 5 ms follow that.
+constexpr double kSlowest = 200.0, kPull = 30.0;
+constexpr double kGravity = 9.81;  // [m/s^2], also where there is none
+
+/// Where a link can be pulled, as the model says.
+struct Pulled {
+  int places = 0;
+  double arm = 0.0;   ///< of the farthest one from the centre of mass [m]
+  double load = 0.0;  ///< what may hang on it [kg]
+
+  void add(const Vector3& place, const Vector3& center) {
+    ++places;
+    arm = std::max(arm, (place - center).norm());
+  }
+};
+
+double subtree_mass(const Model& model, int body) {
+  double mass = 0.0;
+  for (int i = body; i < model.body(body).subtree_end; ++i) mass += model.body(i).inertia.mass;
+  return mass;
+}
+
+double tree_mass(const Model& model, const Tree& tree) {
+  double mass = 0.0;
+  for (int i = tree.body_begin; i < tree.body_end; ++i) mass += model.body(i).inertia.mass;
+  return mass;
+}
+
+/// Bodies between a closure's anchors, along their trees, may carry all that is joined there.
+void load_by_closures(const Model& model, std::vector<Pulled>& pulled) {
+  contact::DisjointSets joined;
+  joined.reset(model.num_trees());
+  for (const Closure& closure : model.closures()) {
+    const int a = model.body(closure.body_a).tree, b = model.body(closure.body_b).tree;
+    if (a >= 0 && b >= 0) joined.join(a, b);
+  }
+  std::vector<double> mass(static_cast<size_t>(model.num_trees()), 0.0);
+  for (int t = 0; t < model.num_trees(); ++t)
+    mass[static_cast<size_t>(joined.root(t))] += tree_mass(model, model.trees()[t]);
+  for (const Closure& closure : model.closures()) {
+    int a = closure.body_a, b = closure.body_b;
+    for (const auto& [body, X] : {std::pair{a, closure.X_AC}, std::pair{b, closure.X_BC}})
+      if (body != 0)
+        pulled[static_cast<size_t>(body)].add(X.translation, model.body(body).inertia.center);
+    while (a != b) {  // up to where their chains join
+      int& lower = a > b ? a : b;
+      double& load = pulled[static_cast<size_t>(lower)].load;
+      load = std::max(load, mass[static_cast<size_t>(joined.root(model.body(lower).tree))]);
+      lower = model.body(lower).parent;
+    }
+  }
+}
+
+/// Links of trees carry what is outside of them, or what rests on that.
+void load_by_joints(const Model& model, std::vector<Pulled>& pulled) {
+  double heaviest = 0.0;
+  for (const Tree& tree : model.trees()) heaviest = std::max(heaviest, tree_mass(model, tree));
+  for (int i = 1; i < model.num_bodies(); ++i) {
+    const Body& body = model.body(i);
+    Pulled& link = pulled[static_cast<size_t>(i)];
+    const bool floats = body.joint_type == JointType::kFloating;
+    if (!floats) link.add(Vector3::Zero(), body.inertia.center);
+    if (body.parent != 0)
+      pulled[static_cast<size_t>(body.parent)].add(body.X_PJ.translation,
+                                                   model.body(body.parent).inertia.center);
+    const Tree& tree = model.trees()[body.tree];
+    const double all = tree_mass(model, tree), outer = subtree_mass(model, i);
+    double load = outer - body.inertia.mass;
+    if (model.body(tree.body_begin).joint_type == JointType::kFloating)
+      load = std::min(load, all - outer);
+    if (heaviest > kPull * all) load = std::max(load, heaviest);
+    link.load = std::max(link.load, load);
+  }
+}
+
+/// Square of the fastest rate at which forces turn a link back [1/s^2]; moments: sum r F', inertia about
+/// the centre of mass, both in W.
+double fastest_rate(const Matrix3& moments, const Matrix3& inertia) {
+  Matrix3 stiffness = -0.5 * (moments + moments.transpose());
+  stiffness.diagonal().array() += moments.trace();
+  const Eigen::LLT<Matrix3> llt(inertia);
+  if (llt.info() != Eigen::Success) return 0.0;
+  Matrix3 reduced = llt.matrixL().solve(stiffness);
+  reduced = llt.matrixL().solve(Matrix3(reduced.transpose()));
+  Eigen::SelfAdjointEigenSolver<Matrix3> eigen;
+  eigen.computeDirect(Matrix3(0.5 * (reduced + reduced.transpose())), Eigen::EigenvaluesOnly);
+  return std::max(0.0, eigen.eigenvalues()[2]);
+}
+
+double wanted_factor(double h, double rate) { return std::max(1.0, h * h * rate / (kTurn * kTurn)); }
+
+}  // namespace
+
+std::vector<int> list_pulled_links(const Model& model) {
+  std::vector<Pulled> pulled(static_cast<size_t>(model.num_bodies()));
+  load_by_joints(model, pulled);
+  load_by_closures(model, pulled);
+  std::vector<int> links;
+  for (int i = 1; i < model.num_bodies(); ++i) {
+    const Pulled& link = pulled[static_cast<size_t>(i)];
+    if (link.places < 2) continue;
+    const Matrix3& inertia = model.body(i).inertia.rotational;
+    const double across = Eigen::SelfAdjointEigenSolver<Matrix3>(inertia).eigenvalues()[1];
+    if (kPull * link.load * kGravity * link.arm > kSlowest * kSlowest * across) links.push_back(i);
+  }
+  return links;
+}
+
+TautLinks::TautLinks(const Model& model, bool called) {
+  const auto bodies = static_cast<size_t>(model.num_bodies());
+  factor_.assign(bodies, 1.0);
+  before_ = factor_;
+  if (!called) return;
+  model_ = model;
+  slowed_ = model;
+  pulled_ = list_pulled_links(model);
+  is_pulled_.assign(bodies, 0);
+  for (const int i : pulled_) is_pulled_[static_cast<size_t>(i)] = 1;
+  for (const int i : pulled_) {
+    const Body& body = model.body(i);
+    if (body.joint_type != JointType::kFloating || body.subtree_end > i + 1)
+      tree_links_.push_back(i);
+  }
+  rate_.assign(bodies, 0.0);
+  moments_.assign(bodies, Matrix3::Zero());
+  links_.reserve(bodies);
+  loss_.reserve(bodies);
+  changed_.reserve(bodies);
+}
+
+void TautLinks::clear() {
+  for (const TautLink& link : links_) {
+    const auto i = static_cast<size_t>(link.body);
+    before_[i] = factor_[i] = 1.0;
+  }
+  links_.clear();
+}
+
+void TautLinks::recall(double h, const std::vector<RememberedForce>& memory) {
+  clear();
+  for (const RememberedForce& r : memory) {
+    const auto i = static_cast<size_t>(r.a);
+    if (r.kind != RememberedForce::Kind::kTautLink || i >= is_pulled_.size() || !is_pulled_[i]) continue;
+    if (!(r.force[0] >= 1.0 && r.force[2] >= 0.0)) continue;
+    before_[i] = r.force[0];
+    factor_[i] = wanted_factor(h, r.force[2]);
+  }
+  list();
+}
+
+void TautLinks::set(std::span<const TautLink> links) {
+  clear();
+  for (const TautLink& link : links) {
+    const auto i = static_cast<size_t>(link.body);
+    if (i == 0 || i >= factor_.size() || !(link.kept >= 1.0 && link.kept <= link.factor) ||
+        !std::isfinite(link.factor))
+      throw InputError(fmt::format(
+          "taut link: body {} with factors {} and {}; a moving body, and numbers from 1 on are "
+          "expected, the second no larger than the first",
+          link.body, link.factor, link.kept));
+  }
+  links_.assign(links.begin(), links.end());
+  for (const TautLink& link : links_) {
+    factor_[static_cast<size_t>(link.body)] = link.factor;
+    before_[static_cast<size_t>(link.body)] = link.kept;
+  }
+}
+
+void TautLinks::list() {
+  links_.clear();
+  for (const int body : pulled_) {
+    const auto i = static_cast<size_t>(body);
+    if (factor_[i] > 1.0 || before_[i] > 1.0)
+      links_.push_back({body, factor_[i], std::min(before_[i], factor_[i])});
+  }
+}
+
+const Model& TautLinks::slowed(const Model& model) {
+  if (links_.empty()) return model;
+  if (!model_) slowed_ = model_ = model;
+  ModelEditor editor(std::move(*slowed_));
+  for (const int body : changed_) editor.set_inertia(body, model_->body(body).inertia);
+  changed_.clear();
+  for (const TautLink& link : links_) {
+    SpatialInertia inertia = model_->body(link.body).inertia;
+    inertia.rotational *= link.factor;
+    editor.set_inertia(link.body, inertia);
+    changed_.push_back(link.body);
+  }
+  *slowed_ = editor.take();
+  return *slowed_;
+}
+
+void TautLinks::find_losses(const Model& slowed, double h, const Data& data) {
+  loses_ = false;
+  loss_.clear();
+  for (const TautLink& link : links_) {
+    const Matrix3& R_WB = data.X_WB[link.body].rotation;
+    const Matrix3& inertia = slowed.body(link.body).inertia.rotational;
+    const Vector3 omega_B = R_WB.transpose() * data.V[link.body].angular;
+    const double share = (1.0 - link.kept / link.factor) / h;
+    loss_.push_back(R_WB * (inertia * omega_B) * -share);
+    loses_ = loses_ || share > 0.0;
+  }
+}
+
+void TautLinks::add_losses(Data& data) const {
+  for (size_t i = 0; i < loss_.size(); ++i) data.external[links_[i].body].torque += loss_[i];
+}
+
+void TautLinks::add_force(int body, const Vector3& point, const Vector3& force, const Data& data) {
+  if (!is_pulled_[static_cast<size_t>(body)]) return;
+  const Pose& X_WB = data.X_WB[body];
+  const Vector3 arm = point - X_WB * model_->body(body).inertia.center;
+  moments_[static_cast<size_t>(body)] += arm * force.transpose();
+}
+
+void TautLinks::find_rates(const ConstraintSet& constraints, const contact::Problem& problem,
+                           const VectorX& impulse, double h,
+                           const std::vector<Force>& joint_force, const Data& data) {
+  for (const int body : pulled_) moments_[static_cast<size_t>(body)].setZero();
+  for (size_t i = constraints.contacts.size(); i < constraints.pairs.size(); ++i) {
+    const PairConstraint& pair = constraints.pairs[i];
+    const Force force =
+        pair_impulse(pair, impulse.data() + problem.first_row(static_cast<int>(i))) * (1.0 / h);
+    add_force(pair.body_a, pair.position, -force.force, data);
+    add_force(pair.body_b, pair.position, force.force, data);
+  }
+  if (needs_joint_forces()) {
+    for (int i = 1; i < model_->num_bodies(); ++i) {
+      const Body& body = model_->body(i);
+      if (body.joint_type == JointType::kFloating) continue;
+      const Vector3& force = joint_force[static_cast<size_t>(i)].force;
+      add_force(i, data.X_WB[i].translation, force, data);
+      add_force(body.parent, data.X_WB[i].translation, -force, data);
+    }
+  }
+  for (const int body : pulled_) {
+    const auto i = static_cast<size_t>(body);
+    const Matrix3& R_WB = data.X_WB[body].rotation;
+    const Matrix3 turned = R_WB.transpose() * moments_[i] * R_WB;
+    rate_[i] = fastest_rate(turned, model_->body(body).inertia.rotational);
+  }
+}
+
+bool TautLinks::raise(double h) {
+  bool more = false;
+  for (const int body : pulled_) {
+    const auto i = static_cast<size_t>(body);
+    const double wanted = wanted_factor(h, rate_[i]);
+    if (!(wanted > kTooFast * factor_[i])) continue;
+    factor_[i] = wanted;
+    more = true;
+  }
+  if (more) list();
+  return more;
+}
+
+void TautLinks::remember(double h, std::vector<RememberedForce>& memory) const {
+  for (const int body : pulled_) {
+    const auto i = static_cast<size_t>(body);
+    if (!(factor_[i] > 1.0 || wanted_factor(h, rate_[i]) > 1.0)) continue;
+    RememberedForce r;
+    r.kind = RememberedForce::Kind::kTautLink;
+    r.a = body;
+    r.force = {factor_[i], std::min(before_[i], factor_[i]), rate_[i]};
+    memory.push_back(r);
+  }
+}
+
+void find_taut_links(const State& state, std::vector<TautLink>& links) {
+  links.clear();
+  for (const RememberedForce& r : state.memory)
+    if (r.kind == RememberedForce::Kind::kTautLink && r.force[0] > 1.0)
+      links.push_back({r.a, r.force[0], r.force[1]});
+}
+
+}  // namespace counterpoint
