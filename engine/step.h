@@ -29,8 +29,8 @@ EffectSet called_for(const Model& model, const collision::Collider& collider);
 /// Those of `called` that `switches` leaves on. Without contacts there is no friction, and so on.
 EffectSet active_effects(EffectSet called, EffectSet switches);
 
-/// Links that closures and joints may pull from two sides at least, and light enough for it to matter
-/// (taut_links.h): the bodies, ascending.
+/// Links that closures and joints may pull, and light enough for what may hang there to turn them
+/// fast (taut_links.h): the bodies, ascending.
 std::vector<int> list_pulled_links(const Model& model);
 
 /// One line of the table of effects.

@@ -98,6 +98,7 @@ Trajectory first_step(const Scene& scene) {
     throw InputError(
         "the scene's first step fails: give a trajectory, or see `counterpoint simulate`");
   Trajectory out;
+  find_taut_links(next, out.taut_links.emplace_back());
   out.time = {0.0, scene.options.time_step};
   out.q.resize(scene.model.nq(), 2);
   out.v.resize(scene.model.nv(), 2);

@@ -24,15 +24,15 @@ constexpr double kTooFast = 2.0;
 /// out [1/s]: steps of 5 ms follow that.
 constexpr double kSlowest = 200.0, kPull = 30.0;
 constexpr double kGravity = 9.81;  // [m/s^2], also where there is none
+constexpr double kLeastMass = 1e-9;  // [kg]; links without are frames
+constexpr double kMostFactor = 1e9;
 
 /// Where a link can be pulled, as the model says.
 struct Pulled {
-  int places = 0;
-  double arm = 0.0;   ///< of the farthest one from the centre of mass [m]
+  double arm = 0.0;   ///< of the farthest place from the centre of mass [m]
   double load = 0.0;  ///< what may hang on it [kg]
 
   void add(const Vector3& place, const Vector3& center) {
-    ++places;
     arm = std::max(arm, (place - center).norm());
   }
 };
@@ -110,7 +110,9 @@ double fastest_rate(const Matrix3& moments, const Matrix3& inertia) {
   return std::max(0.0, eigen.eigenvalues()[2]);
 }
 
-double wanted_factor(double h, double rate) { return std::max(1.0, h * h * rate / (kTurn * kTurn)); }
+double wanted_factor(double h, double rate) {
+  return std::clamp(h * h * rate / (kTurn * kTurn), 1.0, kMostFactor);
+}
 
 }  // namespace
 
@@ -121,7 +123,7 @@ std::vector<int> list_pulled_links(const Model& model) {
   std::vector<int> links;
   for (int i = 1; i < model.num_bodies(); ++i) {
     const Pulled& link = pulled[static_cast<size_t>(i)];
-    if (link.places < 2) continue;
+    if (!(model.body(i).inertia.mass > kLeastMass)) continue;
     const Matrix3& inertia = model.body(i).inertia.rotational;
     const double across = Eigen::SelfAdjointEigenSolver<Matrix3>(inertia).eigenvalues()[1];
     if (kPull * link.load * kGravity * link.arm > kSlowest * kSlowest * across) links.push_back(i);
@@ -240,8 +242,11 @@ void TautLinks::add_force(int body, const Vector3& point, const Vector3& force, 
 
 void TautLinks::find_rates(const ConstraintSet& constraints, const contact::Problem& problem,
                            const VectorX& impulse, double h,
-                           const std::vector<Force>& joint_force, const Data& data) {
+                           const std::vector<Force>& joint_force,
+                           std::span<const ExternalWrench> wrenches, const Data& data) {
   for (const int body : pulled_) moments_[static_cast<size_t>(body)].setZero();
+  for (const ExternalWrench& w : wrenches)
+    add_force(w.body, data.X_WB[w.body] * w.point, w.wrench.force, data);
   for (size_t i = constraints.contacts.size(); i < constraints.pairs.size(); ++i) {
     const PairConstraint& pair = constraints.pairs[i];
     const Force force =

@@ -60,11 +60,11 @@ class TautLinks {
   bool needs_joint_forces() const { return !tree_links_.empty(); }
   bool any() const { return !pulled_.empty(); }
   /// Rates of the links from the forces of a step: of closures by their impulses over h [s], of
-  /// joints as in data.F (rnea), if needed. Poses of the step in `data`.
+  /// joints as in data.F (rnea), if needed, and wrenches. Poses of the step in `data`.
   /// Parameters: what it depends on.
   void find_rates(const ConstraintSet& constraints, const contact::Problem& problem,
                   const VectorX& impulse, double h, const std::vector<Force>& joint_force,
-                  const Data& data);
+                  std::span<const ExternalWrench> wrenches, const Data& data);
   /// Takes more where these rates ask for it. False if they do not.
   bool raise(double h);
   /// Adds what the next step is to know, behind what is in `memory`.

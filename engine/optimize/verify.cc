@@ -105,7 +105,7 @@ void Verifier::check_forward(const VectorX& q, const VectorX& v, const VectorX& 
   input.applied_force = inverse_.applied_force;
   const StepReport report =
       step_forward(*model_, options_, contact::Settings(), state, input, workspace_, next);
-  if (!report.succeeded() || report.softening.any()) {
+  if (!report.succeeded() || report.softening.any() || report.taut_links > 0) {
     ++out.forward_failures;
     return;
   }

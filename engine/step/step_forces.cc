@@ -78,7 +78,10 @@ void find_joint_forces(const StepArguments& step, const State& next, Workspace::
 
 void find_taut_rates(const StepArguments& step, const State& next, Workspace::Impl& ws) {
   if (ws.taut_links.needs_joint_forces()) find_joint_forces(step, next, ws);
-  ws.taut_links.find_rates(ws.constraints, ws.problem, ws.impulse, step.h(), ws.joint_force,
+  const bool pushed = step.effects.has(Effect::kExternalWrenches);
+  const std::span<const ExternalWrench> wrenches =
+      pushed ? std::span(step.input.wrenches) : std::span<const ExternalWrench>();
+  ws.taut_links.find_rates(ws.constraints, ws.problem, ws.impulse, step.h(), ws.joint_force, wrenches,
                            ws.data);
 }
 
