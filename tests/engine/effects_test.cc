@@ -96,6 +96,9 @@ EffectSet with_effect(Effect effect) {
       set.set(Effect::kEffortLimits, true);
       set.set(Effect::kVelocityLimits, true);
       break;
+    case Effect::kClosures:  // the links that it may pull
+      set.set(Effect::kTautLinks, true);
+      break;
     case Effect::kTorsionalFriction:
     case Effect::kRollingFriction:
       set.set(Effect::kFriction, true);

@@ -23,7 +23,9 @@ double recover(Simulator& sim, int steps, double force, Random& random, Look aft
     const StepReport report = sim.step();
     EXPECT_TRUE(report.succeeded()) << "step " << i << ": " << contact::status_name(report.status);
     if (!report.succeeded()) break;
+    find_taut_links(sim.state(), sim.input().taut_links);
     const Inverse& inverse = sim.inverse(before.q, before.v, sim.state().v);
+    sim.input().taut_links.clear();
     error =
         std::max(error, (inverse.applied_force - sim.input().applied_force).cwiseAbs().maxCoeff());
     scale = std::max(scale, inverse.force_scale);

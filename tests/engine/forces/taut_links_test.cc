@@ -96,7 +96,7 @@ std::vector<Point> slack(double span) {
 Scene tree(double load, double angle) {
   RobotSpec robot;
   robot.name = "chain";
-  robot.links.push_back({.name = "top", .inertia = {}});
+  robot.links.emplace_back().name = "top";
   const auto add = [&](const std::string& name, const SpatialInertia& inertia, double below) {
     LinkSpec link;
     link.name = name;
@@ -117,7 +117,7 @@ Scene tree(double load, double angle) {
   box.center = Vector3(0, 0, -0.4);
   add("load", box, kLink);
   ModelBuilder builder(Vector3(0, 0, -kG));
-  builder.add_robot(robot, Base::kFixed);
+  builder.add_robot(robot, Base::kFixed, Pose(), "");
   Scene scene{"chain", builder.build(), {}, {}, {}};
   scene.q = scene.model.default_q();
   scene.q[0] = angle;
