@@ -91,7 +91,8 @@ std::string stopped(const RunTally& tally, const Simulator& simulator) {
                      simulator.state().time, tally.wall_limit);
 }
 
-/// Where no report is asked for, so many looks at energy and closures are enough for a word about them.
+/// Where no report is asked for, so many looks at energy and closures are enough for a word about
+/// them.
 long looks_every(const Simulator& simulator) {
   constexpr double kLooks = 500.0;
   const SimulationOptions& options = simulator.options();
@@ -192,7 +193,8 @@ int simulate(SimulateArguments& arguments) {
   const Interrupt interrupt;
   RunTally tally;
   tally.wall_limit = arguments.wall_limit.value_or(tally.wall_limit);
-  tally.watch = std::make_unique<RunWatch>(simulator, arguments.report.wanted() ? 1 : looks_every(simulator));
+  tally.watch =
+      std::make_unique<RunWatch>(simulator, arguments.report.wanted() ? 1 : looks_every(simulator));
   const auto& control = simulator.options().step_control;
   const std::optional<FailedStep> failed = run(simulator, inputs, outputs, tally);
   Interrupt::end();

@@ -31,8 +31,8 @@ InputSchedule::InputSchedule(const std::filesystem::path& file, const Model& mod
     if (it == names.force.end()) {
       if (name == "time" || name == "time_step" || name == kStateHashColumn ||
           name == kSofteningColumn || name == kSoftenedTreeColumn ||
-          name.starts_with(kTautPrefix) || name.starts_with(kTautKeptPrefix) || holds(names.q, name) ||
-          holds(names.v, name) || is_input_column(model, name))
+          name.starts_with(kTautPrefix) || name.starts_with(kTautKeptPrefix) ||
+          holds(names.q, name) || holds(names.v, name) || is_input_column(model, name))
         continue;
       throw InputError(
           fmt::format("{}:1: column '{}' is no applied force, servo target or wrench of this "

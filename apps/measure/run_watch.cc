@@ -184,13 +184,13 @@ std::string RunWatch::warning() const {
   const double gain = std::min(gain_, excess_);
   if (knows_work() && gain > kGained * moved)
     text = fmt::format(
-        "the energy rose by {:.3g} J more than anything gave, of {:.3g} J that were moved: a shorter "
-        "time step (--timestep) makes less",
+        "the energy rose by {:.3g} J more than anything gave, of {:.3g} J that were moved: a "
+        "shorter time step (--timestep) makes less",
         gain, moved);
   if (opened_ > kOpened) {
     const Closure& closure = simulator_.model().closures()[static_cast<std::size_t>(opened_most_)];
-    text += fmt::format("{}closure '{}' came open by {:.3g} m", text.empty() ? "" : "; ", closure.name,
-                        opened_);
+    text += fmt::format("{}closure '{}' came open by {:.3g} m", text.empty() ? "" : "; ",
+                        closure.name, opened_);
   }
   return text;
 }

@@ -20,8 +20,8 @@ class RunWatch {
   void after_step(double h, const State& state);
   /// docs/reference/json-reports.md.
   void fill(Json& out) const;
-  /// Energy that came from nowhere, and the closure that came open most, in words; empty if there is
-  /// nothing to say.
+  /// Energy that came from nowhere, and the closure that came open most, in words; empty if there
+  /// is nothing to say.
   std::string warning() const;
 
  private:
@@ -45,7 +45,7 @@ class RunWatch {
   double start_ = 0.0, work_ = 0.0, path_work_ = 0.0, overlap_work_ = 0.0;  ///< [J]
   double gain_ = 0.0, excess_ = 0.0, highest_ = 0.0;                        ///< [J]
   double below_ = 0.0;                                                      ///< deepest so far [m]
-  double fastest_ = 0.0;                ///< the highest kinetic energy [J]
+  double fastest_ = 0.0;                           ///< the highest kinetic energy [J]
   double lowest_ = 0.0, highest_potential_ = 0.0;  ///< potential energy [J]
   long every_, steps_ = 0;
   // Closures: how far open at the start, and since [m or rad].

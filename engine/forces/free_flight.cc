@@ -20,8 +20,8 @@ FreeFlight::FreeFlight(const Model& model) {
     const Body& body = model.body(i);
     if (body.parent != 0 || body.subtree_end != i + 1) continue;
     if (body.joint_type == JointType::kFloating) {
-      flyers_.push_back({i, EulerTop(body.inertia.rotational), Vector3::Zero(),
-                         body.inertia.rotational});
+      flyers_.push_back(
+          {i, EulerTop(body.inertia.rotational), Vector3::Zero(), body.inertia.rotational});
     } else if (body.joint_type == JointType::kSpherical) {
       flyers_.push_back({i, top_on_joint(body), carried_moment(model, i), body.inertia.rotational});
     }

@@ -23,7 +23,7 @@ constexpr double kTooFast = 2.0;
 /// Links whose loads turn them more slowly than this, if they weigh kPull times as much, are left
 /// out [1/s]: steps of 5 ms follow that.
 constexpr double kSlowest = 200.0, kPull = 30.0;
-constexpr double kGravity = 9.81;  // [m/s^2], also where there is none
+constexpr double kGravity = 9.81;    // [m/s^2], also where there is none
 constexpr double kLeastMass = 1e-9;  // [kg]; links without are frames
 constexpr double kMostFactor = 1e9;
 
@@ -96,8 +96,8 @@ void load_by_joints(const Model& model, std::vector<Pulled>& pulled) {
   }
 }
 
-/// Square of the fastest rate at which forces turn a link back [1/s^2]; moments: sum r F', inertia about
-/// the centre of mass, both in W.
+/// Square of the fastest rate at which forces turn a link back [1/s^2]; moments: sum r F', inertia
+/// about the centre of mass, both in W.
 double fastest_rate(const Matrix3& moments, const Matrix3& inertia) {
   Matrix3 stiffness = -0.5 * (moments + moments.transpose());
   stiffness.diagonal().array() += moments.trace();
@@ -165,7 +165,8 @@ void TautLinks::recall(double h, const std::vector<RememberedForce>& memory) {
   clear();
   for (const RememberedForce& r : memory) {
     const auto i = static_cast<size_t>(r.a);
-    if (r.kind != RememberedForce::Kind::kTautLink || i >= is_pulled_.size() || !is_pulled_[i]) continue;
+    if (r.kind != RememberedForce::Kind::kTautLink || i >= is_pulled_.size() || !is_pulled_[i])
+      continue;
     if (!(r.force[0] >= 1.0 && r.force[2] >= 0.0)) continue;
     before_[i] = r.force[0];
     factor_[i] = wanted_factor(h, r.force[2]);
@@ -241,8 +242,7 @@ void TautLinks::add_force(int body, const Vector3& point, const Vector3& force, 
 }
 
 void TautLinks::find_rates(const ConstraintSet& constraints, const contact::Problem& problem,
-                           const VectorX& impulse, double h,
-                           const std::vector<Force>& joint_force,
+                           const VectorX& impulse, double h, const std::vector<Force>& joint_force,
                            std::span<const ExternalWrench> wrenches, const Data& data) {
   for (const int body : pulled_) moments_[static_cast<size_t>(body)].setZero();
   for (const ExternalWrench& w : wrenches)

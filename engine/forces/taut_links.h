@@ -45,14 +45,14 @@ class TautLinks {
   void recall(double h, const std::vector<RememberedForce>& memory);
   /// In place of that: these.
   void set(std::span<const TautLink> links);
-  /// The model with the inertias that were set: `model` itself if there are none. It may be one that
-  /// this returned.
+  /// The model with the inertias that were set: `model` itself if there are none. It may be one
+  /// that this returned.
   const Model& slowed(const Model& model);
   std::span<const TautLink> links() const { return links_; }
   bool loses() const { return loses_; }
 
-  /// What the links lose where factors rise, as torques in W at the velocities in `data`, of a step of
-  /// h [s]; add_losses adds them to data.external. Needs compute_poses and compute_velocities.
+  /// What the links lose where factors rise, as torques in W at the velocities in `data`, of a step
+  /// of h [s]; add_losses adds them to data.external. Needs compute_poses and compute_velocities.
   void find_losses(const Model& slowed, double h, const Data& data);
   void add_losses(Data& data) const;
 
@@ -78,11 +78,11 @@ class TautLinks {
   std::optional<Model> model_, slowed_;  ///< as it is, and with the inertias of links_
   std::vector<int> changed_;             ///< bodies whose inertias differ between these
 
-  std::vector<int> pulled_;        ///< bodies that may be taut
-  std::vector<int> tree_links_;    ///< of these, those with joints that may pull
-  std::vector<char> is_pulled_;    ///< by body
+  std::vector<int> pulled_;                     ///< bodies that may be taut
+  std::vector<int> tree_links_;                 ///< of these, those with joints that may pull
+  std::vector<char> is_pulled_;                 ///< by body
   std::vector<double> before_, factor_, rate_;  ///< by body: rate: square of it [1/s^2]
-  std::vector<Matrix3> moments_;  ///< by body: sum r F', in W [N m]
+  std::vector<Matrix3> moments_;                ///< by body: sum r F', in W [N m]
   std::vector<TautLink> links_;
   std::vector<Vector3> loss_;  ///< by links_ [N m]
   bool loses_ = false;

@@ -146,8 +146,9 @@ void check_memory(const Model& model, const RememberedForce& r, const std::strin
       valid = inside(r.a, static_cast<size_t>(model.nv()));
       break;
     case RememberedForce::Kind::kTautLink:
-      valid = r.a > 0 && inside(r.a, static_cast<size_t>(model.num_bodies())) && r.force[0] >= 1.0 &&
-              r.force[1] >= 1.0 && r.force[1] <= r.force[0] && r.force[2] >= 0.0;
+      valid = r.a > 0 && inside(r.a, static_cast<size_t>(model.num_bodies())) &&
+              r.force[0] >= 1.0 && r.force[1] >= 1.0 && r.force[1] <= r.force[0] &&
+              r.force[2] >= 0.0;
       break;
   }
   if (!valid)

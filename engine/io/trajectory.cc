@@ -197,7 +197,9 @@ void TrajectoryWriter::write_step(const State& state, const Input& input, double
 
 void TrajectoryWriter::write_end(const State& state) {
   write_state(state, std::nullopt);
-  for (int i = 0; i < num_inputs_ + kSofteningColumns + 2 * static_cast<int>(pulled_links_.size()); ++i) table_.empty();
+  for (int i = 0; i < num_inputs_ + kSofteningColumns + 2 * static_cast<int>(pulled_links_.size());
+       ++i)
+    table_.empty();
   table_.integer(state_hash(state));
   table_.end_row();
   table_.finish();

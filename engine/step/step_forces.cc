@@ -30,8 +30,8 @@ VelocityRange velocities(const Model& model, BodyRange bodies) {
   return {begin, last.v_index + joint_nv(last.joint_type) - begin};
 }
 
-/// rnea's joint forces for accelerations a (nv) under what acts on bodies in ws.data and the impulses
-/// of pairs over h [s], where they act.
+/// rnea's joint forces for accelerations a (nv) under what acts on bodies in ws.data and the
+/// impulses of pairs over h [s], where they act.
 void add_joint_forces_of(const StepArguments& step, const VectorX& a, const Vector3& gravity,
                          bool impulses, Workspace::Impl& ws) {
   Data& data = ws.data;
@@ -81,8 +81,8 @@ void find_taut_rates(const StepArguments& step, const State& next, Workspace::Im
   const bool pushed = step.effects.has(Effect::kExternalWrenches);
   const std::span<const ExternalWrench> wrenches =
       pushed ? std::span(step.input.wrenches) : std::span<const ExternalWrench>();
-  ws.taut_links.find_rates(ws.constraints, ws.problem, ws.impulse, step.h(), ws.joint_force, wrenches,
-                           ws.data);
+  ws.taut_links.find_rates(ws.constraints, ws.problem, ws.impulse, step.h(), ws.joint_force,
+                           wrenches, ws.data);
 }
 
 void set_external(const std::vector<ExternalWrench>& wrenches, EffectSet effects,

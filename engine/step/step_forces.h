@@ -13,8 +13,8 @@ namespace counterpoint {
 void set_external(const std::vector<ExternalWrench>& wrenches, EffectSet effects,
                   Workspace::Impl& ws);
 
-/// How fast the forces of the step to `next` turn its taut links (taut_links.h). After the step; uses up
-/// ws.data but for the poses at its start.
+/// How fast the forces of the step to `next` turn its taut links (taut_links.h). After the step;
+/// uses up ws.data but for the poses at its start.
 void find_taut_rates(const StepArguments& step, const State& next, Workspace::Impl& ws);
 
 /// h C of all drag (drag.h), with data.external ready for its forces. False if there is none.

@@ -246,7 +246,8 @@ void step_inverse(const Model& model, const SimulationOptions& options, VectorRe
   Workspace::Impl& ws = workspace.impl();
   const EffectSet effects = active_effects(ws.called, options.effects);
   ws.taut_links.set(known.taut_links);
-  invert_step({ws.taut_links.slowed(model), options, q, v, q_next, v_next, known, effects}, ws, out);
+  invert_step({ws.taut_links.slowed(model), options, q, v, q_next, v_next, known, effects}, ws,
+              out);
 }
 
 }  // namespace counterpoint

@@ -70,7 +70,8 @@ TEST(RunFigures, PartingOverlapsIsNoGain) {
   EXPECT_LT(report["end_below_ground_m"], 1e-6);
 }
 
-/// 40 links of 0.1 kg in a V that carry 100 kg: without taut_links a step of 2 ms makes energy of it.
+/// 40 links of 0.1 kg in a V that carry 100 kg: without taut_links a step of 2 ms makes energy of
+/// it.
 std::string taut_chain(const std::string& effects) {
   constexpr int kLinks = 40;
   const double c = 0.1 * std::cos(0.349), s = 0.1 * std::sin(0.349);
@@ -79,21 +80,25 @@ std::string taut_chain(const std::string& effects) {
   for (int i = 0; i < kLinks; ++i) {
     const double down = i < kLinks / 2 ? 1.0 : -1.0;
     models += fmt::format(
-        "  - {{name: l{}, capsule: [0.015, 0.035], mass: 0.1, position: [{}, 0, {}], rpy: [0, {}, 0]}}\n", i,
-        x + 0.5 * c, z - 0.5 * down * s, M_PI / 2 + down * 0.349);
+        "  - {{name: l{}, capsule: [0.015, 0.035], mass: 0.1, position: [{}, 0, {}], rpy: [0, {}, "
+        "0]}}\n",
+        i, x + 0.5 * c, z - 0.5 * down * s, M_PI / 2 + down * 0.349);
     x += c;
     z -= down * s;
     if (i + 1 < kLinks)
       closures += fmt::format(
-          "  - {{type: ball, between: [l{}/body, l{}/body], anchor_a: [0, 0, 0.05], anchor_b: [0, 0, -0.05]}}\n",
+          "  - {{type: ball, between: [l{}/body, l{}/body], anchor_a: [0, 0, 0.05], anchor_b: [0, "
+          "0, -0.05]}}\n",
           i, i + 1);
   }
-  models += fmt::format("  - {{name: load, box: [0.2, 0.2, 0.2], mass: 100, position: [0, 0, {}]}}\n",
-                        6.0 - 0.5 * kLinks * s - 0.4);
+  models +=
+      fmt::format("  - {{name: load, box: [0.2, 0.2, 0.2], mass: 100, position: [0, 0, {}]}}\n",
+                  6.0 - 0.5 * kLinks * s - 0.4);
   closures +=
       "  - {type: ball, between: [l0/body, world], anchor_a: [0, 0, -0.05]}\n"
       "  - {type: ball, between: [l39/body, world], anchor_a: [0, 0, 0.05]}\n"
-      "  - {type: ball, between: [l19/body, load/body], anchor_a: [0, 0, 0.05], anchor_b: [0, 0, 0.4]}\n";
+      "  - {type: ball, between: [l19/body, load/body], anchor_a: [0, 0, 0.05], anchor_b: [0, 0, "
+      "0.4]}\n";
   return models + closures + effects;
 }
 
@@ -101,7 +106,8 @@ TEST(RunFigures, EnergyFromNowhereAndOpenClosuresAreNamed) {
   const CommandFolder folder(test_name());
   folder.write("on.yaml", taut_chain(""));
   folder.write("off.yaml", taut_chain("effects: {taut_links: off}\n"));
-  const auto on = folder.run("simulate {}/on.yaml"), off = folder.run("simulate {}/off.yaml --json {}/r.json");
+  const auto on = folder.run("simulate {}/on.yaml"),
+             off = folder.run("simulate {}/off.yaml --json {}/r.json");
   EXPECT_EQ(on.exit_code, 0);
   EXPECT_EQ(on.output.find("warning"), std::string::npos) << on.output;
   EXPECT_EQ(off.exit_code, 0);

@@ -68,6 +68,7 @@ point : array_like, shape (3,)
     In the frame of the link [m].
 )";
 
+// Long: one member of the class after the other.
 void bind_inputs(py::module_& m) {
   py::class_<InputHandle, InputPtr>(m, "Input", kInputDoc)
       .def(py::init([](const ModelPtr& model, const py::object& force) {
@@ -120,8 +121,7 @@ void bind_inputs(py::module_& m) {
           },
           "Known of a step that is inverted or repeated: (factor, tree) as it reported.")
       .def_property(
-          "taut_links",
-          [](const InputHandle& i) { return tuples_of(i.value().taut_links); },
+          "taut_links", [](const InputHandle& i) { return tuples_of(i.value().taut_links); },
           [](InputHandle& i, const std::vector<std::tuple<int, double, double>>& links) {
             i.value().taut_links = taut_links_of(i.model->model, links);
           },

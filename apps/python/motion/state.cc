@@ -30,8 +30,7 @@ std::vector<RememberedForce> memory_from(const Array& array) {
   for (Eigen::Index i = 0; i < rows.rows(); ++i) {
     const auto row = rows.row(i);
     if (!(row[0] >= 0.0 && row[0] <= 3.0 && row[0] == std::floor(row[0])) ||
-        !(row[1] >= 0.0 && row[1] < 1e9) ||
-        !(row[2] >= 0.0 && row[2] < 1e9))
+        !(row[1] >= 0.0 && row[1] < 1e9) || !(row[2] >= 0.0 && row[2] < 1e9))
       throw py::value_error("memory: row " + std::to_string(i) + " names no constraint");
     memory.push_back({static_cast<RememberedForce::Kind>(static_cast<int>(row[0])),
                       static_cast<int>(row[1]), static_cast<int>(row[2]), row.segment<3>(3),
@@ -142,8 +141,8 @@ void bind_state_access(Class& state) {
             find_taut_links(s.value(), links);
             return tuples_of(links);
           },
-          "Light links under tension that the step to this state turned more slowly: (body, factor, "
-          "kept) each; Input.taut_links of its inverse.")
+          "Light links under tension that the step to this state turned more slowly: (body, "
+          "factor, kept) each; Input.taut_links of its inverse.")
       .def_property_readonly(
           "hash", [](const StateHandle& s) { return state_hash(s.value()); },
           "64-bit hash of the bits of time, q and v, as in trajectories.")

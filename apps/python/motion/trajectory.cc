@@ -47,10 +47,10 @@ void write(const TrajectoryHandle& t, const std::filesystem::path& file) {
     return State{x.time[static_cast<size_t>(k)], x.q.col(k), x.v.col(k)};
   };
   for (int k = 0; k < x.num_steps(); ++k)
-    writer.write_step(state(k), input_of_step(t, k), x.time_step[static_cast<size_t>(k)],
-                      x.softening.empty() ? Softening() : x.softening[static_cast<size_t>(k)],
-                      x.taut_links.empty() ? std::vector<TautLink>()
-                                           : x.taut_links[static_cast<size_t>(k)]);
+    writer.write_step(
+        state(k), input_of_step(t, k), x.time_step[static_cast<size_t>(k)],
+        x.softening.empty() ? Softening() : x.softening[static_cast<size_t>(k)],
+        x.taut_links.empty() ? std::vector<TautLink>() : x.taut_links[static_cast<size_t>(k)]);
   writer.write_end(state(x.num_steps()));
 }
 

@@ -43,8 +43,8 @@ struct ModelHandle {
 };
 using ModelPtr = std::shared_ptr<ModelHandle>;
 
-/// Taut links (body, factor, kept), as Python has them. @throws py::value_error where the model has no
-/// such body.
+/// Taut links (body, factor, kept), as Python has them. @throws py::value_error where the model has
+/// no such body.
 std::vector<std::tuple<int, double, double>> tuples_of(const std::vector<TautLink>& links);
 std::vector<TautLink> taut_links_of(const Model& model,
                                     const std::vector<std::tuple<int, double, double>>& tuples);

@@ -206,7 +206,8 @@ bool step_forward_derivatives(const Model& model, const SimulationOptions& optio
   Workspace::Impl& ws = workspace.impl();
   if (!scratch.displacement) scratch.displacement.emplace(model);
   const EffectSet effects = active_effects(ws.called, options.effects);
-  const InverseArguments of{ws.taut_links.slowed(model), options, q, v, q_next, v_next, known, effects};
+  const InverseArguments of{
+      ws.taut_links.slowed(model), options, q, v, q_next, v_next, known, effects};
   d.displaces = scratch.displacement->compute(of, ws, scratch.inverse);
   if (d.displaces) {
     chain_displacement(model, options.time_step, v_next, *scratch.displacement, scratch.r, d);

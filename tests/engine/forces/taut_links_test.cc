@@ -20,15 +20,16 @@ constexpr double kG = 9.81, kLink = 0.1, kLinkMass = 0.1, kTop = 6.0;
 constexpr int kLinks = 40;
 using Point = std::array<double, 2>;  // x, z
 
-/// Links of kLinkMass along these points, the first and, if `held`, the last held by the world; a box of
-/// `load` [kg] hangs by `below` [m] under the point between link `at` and the next. Stands on
-/// top of it where `below` is negative.
+/// Links of kLinkMass along these points, the first and, if `held`, the last held by the world; a
+/// box of `load` [kg] hangs by `below` [m] under the point between link `at` and the next. Stands
+/// on top of it where `below` is negative.
 Scene rope(const std::vector<Point>& points, double load, size_t at, double below, bool held) {
   std::string models = fmt::format("gravity: [0, 0, {}]\nmodels:\n", -kG), closures = "closures:\n";
   const auto ball = [&](const std::string& a, const std::string& b, double z_a, double z_b) {
     closures += fmt::format(
-        "  - {{type: ball, between: [{}, {}], anchor_a: [0, 0, {:.17g}], anchor_b: [0, 0, {:.17g}]}}\n", a,
-        b, z_a, z_b);
+        "  - {{type: ball, between: [{}, {}], anchor_a: [0, 0, {:.17g}], anchor_b: [0, 0, "
+        "{:.17g}]}}\n",
+        a, b, z_a, z_b);
   };
   const size_t links = points.size() - 1;
   for (size_t i = 0; i < links; ++i) {
@@ -38,22 +39,26 @@ Scene rope(const std::vector<Point>& points, double load, size_t at, double belo
         "  - {{name: l{}, capsule: [0.015, 0.035], mass: {}, position: [{:.17g}, 0, {:.17g}], "
         "rpy: [0, {:.17g}, 0]}}\n",
         i, kLinkMass, 0.5 * (x0 + x1), 0.5 * (z0 + z1), M_PI / 2 - std::atan2(z1 - z0, x1 - x0));
-    if (i > 0) ball(fmt::format("l{}/body", i - 1), fmt::format("l{}/body", i), kLink / 2, -kLink / 2);
+    if (i > 0)
+      ball(fmt::format("l{}/body", i - 1), fmt::format("l{}/body", i), kLink / 2, -kLink / 2);
   }
-  closures += fmt::format(
-      "  - {{type: ball, between: [l0/body, world], anchor_a: [0, 0, {}]}}\n", -kLink / 2);
+  closures += fmt::format("  - {{type: ball, between: [l0/body, world], anchor_a: [0, 0, {}]}}\n",
+                          -kLink / 2);
   if (held)
-    closures += fmt::format(
-        "  - {{type: ball, between: [l{}/body, world], anchor_a: [0, 0, {}]}}\n", links - 1, kLink / 2);
-  models += fmt::format("  - {{name: load, box: [0.2, 0.2, 0.2], mass: {}, position: [{:.17g}, 0, {:.17g}]}}\n",
-                        load, points[at + 1][0], points[at + 1][1] - below);
+    closures +=
+        fmt::format("  - {{type: ball, between: [l{}/body, world], anchor_a: [0, 0, {}]}}\n",
+                    links - 1, kLink / 2);
+  models += fmt::format(
+      "  - {{name: load, box: [0.2, 0.2, 0.2], mass: {}, position: [{:.17g}, 0, {:.17g}]}}\n", load,
+      points[at + 1][0], points[at + 1][1] - below);
   ball(fmt::format("l{}/body", at), "load/body", kLink / 2, below);
   const test::TempFolder folder;
   return load_scene(folder.write("rope.yaml", models + closures + "effects: {contacts: off}\n"));
 }
 
-/// The points of a chain between two walls with a load in its middle, at rest: links so many steps from
-/// the load pull with its half weight and that of the links below, and all with the same H across.
+/// The points of a chain between two walls with a load in its middle, at rest: links so many steps
+/// from the load pull with its half weight and that of the links below, and all with the same H
+/// across.
 std::vector<Point> hanging(double load, double span) {
   constexpr int kHalf = kLinks / 2;
   const auto slope = [&](double H, int i) { return kG * (0.5 * load + (i + 0.5) * kLinkMass) / H; };
@@ -63,7 +68,8 @@ std::vector<Point> hanging(double load, double span) {
     return sum;
   };
   double low = 1e-3, high = 1e9;
-  for (int i = 0; i < 200; ++i) (width(0.5 * (low + high)) < 0.5 * span ? low : high) = 0.5 * (low + high);
+  for (int i = 0; i < 200; ++i)
+    (width(0.5 * (low + high)) < 0.5 * span ? low : high) = 0.5 * (low + high);
   std::vector<Point> points{{-0.5 * span, kTop}};
   for (int k = 0; k < kLinks; ++k) {
     const int i = k < kHalf ? kHalf - 1 - k : k - kHalf;
@@ -110,7 +116,8 @@ Scene tree(double load, double angle) {
     robot.links.push_back(link);
     robot.joints.push_back(joint);
   };
-  SpatialInertia rod = solid_inertia({ShapeType::kCapsule, Vector3(0.015, 0.035, 0), nullptr}, kLinkMass);
+  SpatialInertia rod =
+      solid_inertia({ShapeType::kCapsule, Vector3(0.015, 0.035, 0), nullptr}, kLinkMass);
   rod.center = Vector3(0, 0, -kLink / 2);
   for (int i = 0; i < kLinks; ++i) add("l" + std::to_string(i), rod, i == 0 ? 0.0 : kLink);
   SpatialInertia box = solid_inertia({ShapeType::kBox, Vector3::Constant(0.2), nullptr}, load);
@@ -159,8 +166,8 @@ Range run(Simulator& sim, double seconds) {
   return range;
 }
 
-/// What velocities at the ends of steps, half a step of falling, differ by from those of rest: a share
-/// of the energy m (g h)^2 of that.
+/// What velocities at the ends of steps, half a step of falling, differ by from those of rest: a
+/// share of the energy m (g h)^2 of that.
 double half_step_of_falling(const Setting& s) { return s.load * kG * kG * s.h * s.h; }
 
 TEST(TautLinks, HoldALoadWhereItHangs) {
@@ -176,14 +183,16 @@ TEST(TautLinks, HoldALoadWhereItHangs) {
   }
 }
 
-/// The energy of first order that a step of Euler's takes for a while, and what a swing of 4 s may lose.
+/// The energy of first order that a step of Euler's takes for a while, and what a swing of 4 s may
+/// lose.
 constexpr double kSwing = 0.01;
 
 TEST(TautLinks, SwingingLoadsGainNothingAndLoseLittle) {
   for (const Setting& s : kSettings) {
     const double angle = 0.5, height = s.load * kG * 4.4 * (1.0 - std::cos(angle));
     for (const bool closures : {true, false}) {
-      Scene scene = closures ? rope(straight(angle), s.load, kLinks - 1, 0.4, false) : tree(s.load, angle);
+      Scene scene =
+          closures ? rope(straight(angle), s.load, kLinks - 1, 0.4, false) : tree(s.load, angle);
       Simulator sim = start(std::move(scene), s);
       const Range range = run(sim, 4.0);
       EXPECT_LT(range.most, kSwing * height) << closures << ' ' << s.load << ' ' << s.h;
@@ -197,41 +206,48 @@ TEST(TautLinks, ALoadDroppedIntoSlackRopesGainsNothing) {
     Simulator sim = start(rope(slack(3.0), s.load, kLinks / 2 - 1, -0.3, true), s);
     const Range range = run(sim, 2.0);
     EXPECT_LT(range.most, half_step_of_falling(s)) << s.load << ' ' << s.h;
-    EXPECT_LT(range.open, 0.01) << s.load << ' ' << s.h;  // while it is caught
+    EXPECT_LT(range.open, 0.01) << s.load << ' ' << s.h;                 // while it is caught
     EXPECT_LT(range.least, -0.2 * s.load * kG) << s.load << ' ' << s.h;  // it was caught
   }
 }
 
-/// Planks of 0.5 kg and 0.2 m between two pairs of ropes' ends, and a box that falls on their middle.
+/// Planks of 0.5 kg and 0.2 m between two pairs of ropes' ends, and a box that falls on their
+/// middle.
 Scene bridge(double load) {
   constexpr int kPlanks = 20;
   constexpr double kLong = 0.2, kDrop = 0.02;
   std::string models =
-      fmt::format("gravity: [0, 0, {}]\ndefaults: {{friction: 0.6}}\nmodels:\n", -kG), closures = "closures:\n";
+                  fmt::format("gravity: [0, 0, {}]\ndefaults: {{friction: 0.6}}\nmodels:\n", -kG),
+              closures = "closures:\n";
   std::vector<Point> points{{0.0, 3.0}};
   for (int i = 0; i < kPlanks; ++i) {
     const double a = 0.14 * ((2 * i + 1.0) / kPlanks - 1.0);
-    points.push_back({points.back()[0] + kLong * std::cos(a), points.back()[1] + kLong * std::sin(a)});
+    points.push_back(
+        {points.back()[0] + kLong * std::cos(a), points.back()[1] + kLong * std::sin(a)});
   }
   for (size_t i = 0; i < kPlanks; ++i) {
     const auto [x0, z0] = points[i];
     const auto [x1, z1] = points[i + 1];
     models += fmt::format(
-        "  - {{name: p{}, box: [0.095, 0.3, 0.02], mass: 0.5, position: [{:.17g}, 0, {:.17g}], rpy: [0, "
+        "  - {{name: p{}, box: [0.095, 0.3, 0.02], mass: 0.5, position: [{:.17g}, 0, {:.17g}], "
+        "rpy: [0, "
         "{:.17g}, 0]}}\n",
         i, 0.5 * (x0 + x1), 0.5 * (z0 + z1), -std::atan2(z1 - z0, x1 - x0));
   }
   const Point middle = points[kPlanks / 2];
-  models += fmt::format("  - {{name: load, box: [0.2, 0.2, 0.2], mass: {}, position: [{:.17g}, 0, {:.17g}]}}\n",
-                        load, middle[0], middle[1] + 0.22 + kDrop);
+  models += fmt::format(
+      "  - {{name: load, box: [0.2, 0.2, 0.2], mass: {}, position: [{:.17g}, 0, {:.17g}]}}\n", load,
+      middle[0], middle[1] + 0.22 + kDrop);
   for (const double y : {-0.3, 0.3}) {
     for (int i = 1; i < kPlanks; ++i)
       closures += fmt::format(
-          "  - {{type: ball, between: [p{}/body, p{}/body], anchor_a: [0.1, {}, 0], anchor_b: [-0.1, {}, 0]}}\n",
+          "  - {{type: ball, between: [p{}/body, p{}/body], anchor_a: [0.1, {}, 0], anchor_b: "
+          "[-0.1, {}, 0]}}\n",
           i - 1, i, y, y);
-    closures += fmt::format("  - {{type: ball, between: [p0/body, world], anchor_a: [-0.1, {}, 0]}}\n", y);
-    closures += fmt::format("  - {{type: ball, between: [p{}/body, world], anchor_a: [0.1, {}, 0]}}\n",
-                            kPlanks - 1, y);
+    closures +=
+        fmt::format("  - {{type: ball, between: [p0/body, world], anchor_a: [-0.1, {}, 0]}}\n", y);
+    closures += fmt::format(
+        "  - {{type: ball, between: [p{}/body, world], anchor_a: [0.1, {}, 0]}}\n", kPlanks - 1, y);
   }
   const test::TempFolder folder;
   return load_scene(folder.write("bridge.yaml", models + closures));
@@ -248,8 +264,8 @@ TEST(TautLinks, ABridgeCarriesALoadThroughItsContacts) {
   }
 }
 
-/// Of the forces at the closures. A velocity is rounded to 1e-16 of |J| |w|, over r h a force, and r is
-/// 1e-4 kHeaviestHeld over the load.
+/// Of the forces at the closures. A velocity is rounded to 1e-16 of |J| |w|, over r h a force, and
+/// r is 1e-4 kHeaviestHeld over the load.
 constexpr double kRecovered = 1e-9;
 
 TEST(TautLinks, TheInverseRecoversWhatWasAppliedToThem) {
@@ -267,7 +283,8 @@ TEST(TautLinks, TheInverseRecoversWhatWasAppliedToThem) {
       find_taut_links(sim.state(), sim.input().taut_links);
       const Inverse& inverse = sim.inverse(before.q, before.v, sim.state().q, sim.state().v);
       sim.input().taut_links.clear();
-      off = std::max(off, (inverse.applied_force - sim.input().applied_force).lpNorm<Eigen::Infinity>());
+      off = std::max(off,
+                     (inverse.applied_force - sim.input().applied_force).lpNorm<Eigen::Infinity>());
       scale = std::max(scale, inverse.force_scale);
     }
     EXPECT_GT(slowed, 0);
@@ -295,8 +312,8 @@ TEST(TautLinks, TheInverseHasExactDerivatives) {
             link.kept = 0.5 * (1.0 + link.factor);
           lost = lost || link.kept < link.factor;
         }
-        test::expect_exact(sim.scene(), at, fmt::format("closures {}, {} kg, step {}", closures, s.load, k),
-                           true);
+        test::expect_exact(sim.scene(), at,
+                           fmt::format("closures {}, {} kg, step {}", closures, s.load, k), true);
       }
       EXPECT_TRUE(lost || s.integrator != Integrator::kSemiImplicitEuler);
     }
@@ -333,7 +350,8 @@ TEST(TautLinks, AreRecordedWithStatesAndTrajectories) {
   }
 }
 
-/// Links of 1 m that carry twice what they weigh are looked at, but at 2 ms nothing turns them too fast.
+/// Links of 1 m that carry twice what they weigh are looked at, but at 2 ms nothing turns them too
+/// fast.
 TEST(TautLinks, WhatStepsFollowAnywayMovesAsWithoutThemToTheBit) {
   Scene scene = rope(straight(0.5), 0.2, kLinks - 1, 0.4, false);
   Scene without = scene;
@@ -359,10 +377,12 @@ TEST(TautLinks, GivenFactorsAreChecked) {
   const Scene scene = tree(100.0, 0.5);
   Workspace workspace(scene.model);
   State next;
-  for (const TautLink& wrong : {TautLink{0, 2.0, 1.0}, {1, 2.0, 3.0}, {99, 2.0, 1.0}, {1, 2.0, 0.5}}) {
+  for (const TautLink& wrong :
+       {TautLink{0, 2.0, 1.0}, {1, 2.0, 3.0}, {99, 2.0, 1.0}, {1, 2.0, 0.5}}) {
     Input input;
     input.taut_links = {wrong};
-    EXPECT_THROW(step_forward(scene.model, scene.options, {}, {0.0, scene.q, scene.v}, input, workspace, next),
+    EXPECT_THROW(step_forward(scene.model, scene.options, {}, {0.0, scene.q, scene.v}, input,
+                              workspace, next),
                  InputError);
   }
 }
