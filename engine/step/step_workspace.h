@@ -7,7 +7,7 @@
 #include "counterpoint/engine/diagnosis/state_check.h"
 #include "counterpoint/engine/forces/taut_links.h"
 #include "counterpoint/engine/step.h"
-#include "counterpoint/engine/step/free_groups.h"
+#include "counterpoint/engine/forces/free_groups.h"
 #include "counterpoint/engine/step/overlap_correction.h"
 #include "counterpoint/engine/step/sleep.h"
 #include "counterpoint/engine/step/softening.h"

@@ -69,8 +69,7 @@ void CenterTerms::write_columns(const Model& model, const FreeGroups::Group& gro
   if (linear > 0) before.linear = V_[static_cast<size_t>(i)].linear;
   const Vector3 arm = data_.X_WB[static_cast<size_t>(i)].translation - group.origin;
   const Vector3 moment = all.moment - all.mass * arm;
-  const Vector3 relative =
-      all.momentum - all.mass * before.linear - before.angular.cross(moment);
+  const Vector3 relative = all.momentum - all.mass * before.linear - before.angular.cross(moment);
   for (int j = linear; j < nv; ++j) {
     const Vector3& e = axis[j].angular;
     const Vector3 moved = e.cross(moment);
@@ -92,9 +91,9 @@ void CenterTerms::find(const Model& model, const FreeGroups::Group& group, const
       const SpatialInertia& inertia = model.body(i).inertia;
       const Pose& X = data_.X_WB[static_cast<size_t>(i)];
       const Vector3 center = X.rotation * inertia.center;
-      subtrees_[static_cast<size_t>(i)] = {
-          inertia.mass, inertia.mass * (X.translation - group.origin + center),
-          inertia.mass * V_[static_cast<size_t>(i)].at(center)};
+      subtrees_[static_cast<size_t>(i)] = {inertia.mass,
+                                           inertia.mass * (X.translation - group.origin + center),
+                                           inertia.mass * V_[static_cast<size_t>(i)].at(center)};
     }
     for (int i = bodies.end - 1; i >= bodies.begin; --i) {
       write_columns(model, group, i, out);
@@ -211,7 +210,8 @@ void CenterTerms::correct_parameters(std::span<const StepParameter> parameters,
       const auto column = static_cast<Eigen::Index>(k);
       Vector3 row = parameter_rows_.col(column);
       // The weight that u does not have to carry.
-      for (size_t i = 0; heavy && p.kind == StepParameterKind::kInertia && i < p.targets.size(); ++i)
+      for (size_t i = 0; heavy && p.kind == StepParameterKind::kInertia && i < p.targets.size();
+           ++i)
         if (group.holds(model.body(p.targets[i]).tree)) row -= p.changes[i][0] * model.gravity();
       if (heavy && p.kind == StepParameterKind::kGravity)
         row -= group.heavy_mass * model.gravity().normalized();

@@ -1,5 +1,6 @@
-// What derivatives of a step gain from the correction of free groups (free_groups.h), which sets the
-// momentum of a group, m v_C(q+, v+) = m v_C(q, v) + h F, in place of what the step alone gives it.
+// What derivatives of a step gain from the correction of free groups (free_groups.h), which sets
+// the momentum of a group, m v_C(q+, v+) = m v_C(q, v) + h F, in place of what the step alone gives
+// it.
 //
 // With J and H the derivatives of a group's momentum by velocities and by a displacement of q, u
 // changes by J' a with a linear acceleration a of the whole group. So
@@ -7,8 +8,8 @@
 //   inverse   du = U + J' (dF - sum U_b) / m
 //             h dF = J(q+) dv+ + H(q+, v+) dq+ - J(q) dv - H(q, v) dq
 //
-// with U the derivatives of the step alone and U_b their rows of the forces on the bases. Poses: J is
-// the derivative of m c too, so that
+// with U the derivatives of the step alone and U_b their rows of the forces on the bases. Poses: J
+// is the derivative of m c too, so that
 //
 //   forward   J(q+) dq+ = J(q) dq + h m dv,   v: the velocity that c moves by (free_groups.h)
 #pragma once
@@ -24,8 +25,8 @@ class CenterTerms {
  public:
   explicit CenterTerms(const Model& model);
 
-  /// After step_inverse: the velocity (nv) that the step alone led to, before groups were corrected.
-  /// Of a midpoint step also the velocities in `ws` are made those.
+  /// After step_inverse: the velocity (nv) that the step alone led to, before groups were
+  /// corrected. Of a midpoint step also the velocities in `ws` are made those.
   const VectorX& find_step_velocity(const InverseArguments& of, Workspace::Impl& ws);
 
   /// Corrects the derivatives of the inverse, after step_inverse with these arguments; only
@@ -34,8 +35,8 @@ class CenterTerms {
   void correct_inverse(const InverseArguments& of, const ConstrainedMidpoint* impulses,
                        const Workspace::Impl& ws, InverseDerivatives& d);
 
-  /// Corrects the columns of derivatives du (nv x parameters) of the inverse of a semi-implicit step
-  /// that were not found by differences of it.
+  /// Corrects the columns of derivatives du (nv x parameters) of the inverse of a semi-implicit
+  /// step that were not found by differences of it.
   void correct_parameters(std::span<const StepParameter> parameters, const InverseArguments& of,
                           const Workspace::Impl& ws, const std::vector<char>& by_differences,
                           MatrixX& du);

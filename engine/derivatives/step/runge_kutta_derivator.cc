@@ -27,6 +27,13 @@ void add_exponent_rate(const Model& model, const VectorX& theta, const VectorX& 
   }
 }
 
+void refuse_equalities(const Model& model, EffectSet effects) {
+  if (!has_equalities(model, effects)) return;
+  throw InputError(
+      "derivatives of runge_kutta_4 with closures or mimic joints are not given: use "
+      "implicit_midpoint or semi_implicit_euler");
+}
+
 }  // namespace
 
 RungeKuttaDerivator::RungeKuttaDerivator(const Model& model) {
@@ -57,10 +64,7 @@ bool RungeKuttaDerivator::compute(const StepContext& start, const Input& input,
   const auto& [model, options, effects, q, v] = start;
   const double h = start.h();
   refuse_constraints(effects);
-  if (has_equalities(model, effects))
-    throw InputError(
-        "derivatives of runge_kutta_4 with closures or mimic joints are not given: use "
-        "implicit_midpoint or semi_implicit_euler");
+  refuse_equalities(model, effects);
   ws.constraints.clear();
   ws.sleepers.wake_all(model);
   prepare_step(start, ws);

@@ -1,5 +1,5 @@
 // Linear momentum of floating trees changes by outer forces alone, whatever acts within.
-#include "counterpoint/engine/step/free_groups.h"
+#include "counterpoint/engine/forces/free_groups.h"
 
 #include <gtest/gtest.h>
 
@@ -23,13 +23,13 @@ struct Way {
 };
 
 class Momentum : public ::testing::TestWithParam<Way> {};
-INSTANTIATE_TEST_SUITE_P(
-    Ways, Momentum,
-    ::testing::Values(Way{Integrator::kSemiImplicitEuler, true, "euler"},
-                      Way{Integrator::kSemiImplicitEuler, false, "euler_start"},
-                      Way{Integrator::kImplicitMidpoint, true, "midpoint"},
-                      Way{Integrator::kRungeKutta4, true, "runge_kutta"}),
-    [](const auto& way) { return way.param.name; });
+INSTANTIATE_TEST_SUITE_P(Ways, Momentum,
+                         ::testing::Values(Way{Integrator::kSemiImplicitEuler, true, "euler"},
+                                           Way{Integrator::kSemiImplicitEuler, false,
+                                               "euler_start"},
+                                           Way{Integrator::kImplicitMidpoint, true, "midpoint"},
+                                           Way{Integrator::kRungeKutta4, true, "runge_kutta"}),
+                         [](const auto& way) { return way.param.name; });
 
 Simulator simulate(Model model, const Way& way) {
   Simulator sim = test::simulate(std::move(model));
@@ -204,7 +204,8 @@ TEST_P(Momentum, TheInverseFindsWhatWasApplied) {
       ASSERT_TRUE(sim.step().succeeded()) << i;
       const Inverse& inverse = sim.inverse(before.q, before.v, sim.state().q, sim.state().v);
       if (!sim.model().servos().empty() || !sim.model().dry_friction().isZero(0.0)) continue;
-      const double error = (inverse.applied_force - sim.input().applied_force).cwiseAbs().maxCoeff();
+      const double error =
+          (inverse.applied_force - sim.input().applied_force).cwiseAbs().maxCoeff();
       ASSERT_LE(error, 1e-9 * std::max(inverse.force_scale, 1.0)) << i;
     }
   }
@@ -214,14 +215,17 @@ TEST_P(Momentum, DerivativesAreThoseOfTheStep) {
   if (GetParam().integrator == Integrator::kRungeKutta4) GTEST_SKIP() << "it has no inverse";
   for (int seed = 1; seed <= 8; ++seed) {
     SCOPED_TRACE(seed);
-    Scene scene{"tree", test::make_random_model(static_cast<std::uint64_t>(seed), {.links = 5}),
-                {}, {}, {}};
+    Scene scene{"tree",
+                test::make_random_model(static_cast<std::uint64_t>(seed), {.links = 5}),
+                {},
+                {},
+                {}};
     scene.q = test::random_configuration(scene.model, 7);
     scene.v = test::random_vector(scene.model.nv(), 8, 1.0);
     scene.options.integrator = GetParam().integrator;
     scene.options.mean_velocity_forces = GetParam().mean;
-    test::Moment moment{scene.q, scene.v,
-                        scene.v + 0.01 * test::random_vector(scene.model.nv(), 9, 1.0), {}, {}};
+    test::Moment moment{
+        scene.q, scene.v, scene.v + 0.01 * test::random_vector(scene.model.nv(), 9, 1.0), {}, {}};
     test::expect_exact(scene, moment, GetParam().name);
   }
 }

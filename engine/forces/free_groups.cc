@@ -1,4 +1,4 @@
-#include "counterpoint/engine/step/free_groups.h"
+#include "counterpoint/engine/forces/free_groups.h"
 
 #include <algorithm>
 #include <utility>
@@ -184,8 +184,7 @@ void FreeGroups::correct(const StepContext& at, const Input& input, const Vector
     Vector3 farther = h * faster;
     if (!euler || at.options.mean_velocity_forces) {
       if (q_reached.data() != next.q.data()) reached = motion_at(model, group, next.q, next.v);
-      const Vector3 mean =
-          group.start.bases + group.start.turning + (euler ? 1.0 : 0.5) * gain;
+      const Vector3 mean = group.start.bases + group.start.turning + (euler ? 1.0 : 0.5) * gain;
       farther = group.start.position + h * mean - reached.position;
     }
     for (const int t : group.trees) {

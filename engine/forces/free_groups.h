@@ -1,16 +1,17 @@
 // Linear momentum of floating trees that nothing outside touches.
 //
 // Forces between the bodies of a group cannot move its centre of mass C. In joint coordinates they
-// do, by the error of a step: the linear velocity of a floating base is that of another point a step
-// later. So C moves by the sum F of the outer forces alone, weight, wrenches and what is applied to
-// the bases, with m the mass of the group:
+// do, by the error of a step: the linear velocity of a floating base is that of another point a
+// step later. So C moves by the sum F of the outer forces alone, weight, wrenches and what is
+// applied to the bases, with m the mass of the group:
 //
 //   v_C(q+, v+) = v_C(q, v) + h F / m        c(q+) = c(q) + h v,   v = v_C(q+, v+), or with
 //                                            implicit_midpoint and runge_kutta_4 the mean of both
 //
 // All bodies of a group get one more velocity and one more displacement, so that their motion
 // relative to each other, and with it closures and inner contacts, are those of the step. With
-// `velocity_forces: start` positions go by v+ alone, q+ = q (+) h v+, as an optimization reads them.
+// `velocity_forces: start` positions go by v+ alone, q+ = q (+) h v+, as an optimization reads
+// them.
 #pragma once
 
 #include <algorithm>
@@ -53,9 +54,9 @@ class FreeGroups {
   explicit FreeGroups(const Model& model);
 
   /// Finds the groups of a step: floating trees that contacts, closures and mimic joints join with
-  /// each other, none of which drag, another tree or the world touches or is close to. Those of which
-  /// all trees are single bodies about their centre of mass need no correction and are left out.
-  /// Needs compute_poses and compute_velocities.
+  /// each other, none of which drag, another tree or the world touches or is close to. Those of
+  /// which all trees are single bodies about their centre of mass need no correction and are left
+  /// out. Needs compute_poses and compute_velocities.
   void find(const StepContext& at, const ConstraintSet& constraints, Idle idle, const Data& data);
   std::span<const Group> groups() const { return {groups_.data(), count_}; }
   /// The trees of all groups, those about their centre of mass too.
@@ -65,8 +66,8 @@ class FreeGroups {
   /// next.q itself where no overlap displaced bodies beside their velocity.
   void correct(const StepContext& at, const Input& input, const VectorRef& q_reached, State& next);
 
-  /// Corrects the forces u (nv) that were recovered from v_next (nv) as if that were the solution of
-  /// the step, at the poses in `data`. forces: scratch by body.
+  /// Corrects the forces u (nv) that were recovered from v_next (nv) as if that were the solution
+  /// of the step, at the poses in `data`. forces: scratch by body.
   void restore(const StepContext& at, const Input& known, const VectorRef& q_reached,
                const VectorRef& v_next, const Data& data, std::vector<Force>& forces,
                VectorOut u);  // Parameters: what it depends on
@@ -84,8 +85,8 @@ class FreeGroups {
                          const VectorRef& v);
   Vector3 weight_and_wrenches(const StepContext& at, const Group& group, const Input& input) const;
 
-  bool any_ = false;                    ///< some tree may need a correction
-  std::vector<char> floats_;            ///< by tree: nothing but its joints and the world acts on its base
+  bool any_ = false;          ///< some tree may need a correction
+  std::vector<char> floats_;  ///< by tree: nothing but its joints and the world acts on its base
   std::vector<char> off_center_;        ///< by tree: more than a body about its centre of mass
   std::vector<char> held_;              ///< by tree
   std::vector<double> carried_, mass_;  ///< by tree [kg]
