@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "apps/command.h"
-#include "counterpoint/engine/motion_files.h"
 #include "apps/mcap_bag.h"
+#include "counterpoint/engine/motion_files.h"
 
 namespace counterpoint::ros_recordings_test {
 namespace {
@@ -144,7 +144,7 @@ TEST_F(PendulumRecording, ColumnsThatAreNotMappedHoldWhatTheyLike) {
   folder_.write("map.yaml", "time: t\ncolumns: {axis.q: q, axis.v: v}\n");
   // Text with commas, quotes and line breaks, words, dates, nan, nothing; a name of two columns.
   for (const char* other : {"False", "2026-01-01T00:00:00", "nan", "inf", "", "\"a, b\"",
-                                   "\"he said \"\"no\"\"\"", "\"two\nlines\"", "[1 2]"}) {
+                            "\"he said \"\"no\"\"\"", "\"two\nlines\"", "[1 2]"}) {
     std::string csv = "t,q,\"v\",x,x\n";
     for (const Row& row : rows_)
       csv += fmt::format("{:.9f},{:.12f},\"{:.12f}\",{},{}\n",
