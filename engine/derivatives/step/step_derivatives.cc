@@ -158,8 +158,10 @@ void step_inverse_derivatives(const Model& model, const SimulationOptions& optio
                           ? difference_step
                           : suitable_difference_step(options, has_kinks(ws.constraints));
   const bool extrapolated = method != DerivativeMethod::kCentralDifferences;
+  // Of Euler's steps by v+ it is found all the same.
+  const bool by_v_next = !analytic || options.integrator != Integrator::kSemiImplicitEuler;
   if (!scratch.impulses)
-    return difference_step_inverse(of, workspace, {step, extrapolated, !analytic},
+    return difference_step_inverse(of, workspace, {step, extrapolated, by_v_next},
                                    scratch.differences, d);
   if (!scratch.midpoint->difference(of, step, extrapolated, workspace, d))
     fill_with_nan(model.nv(), d);

@@ -292,6 +292,9 @@ TEST(TautLinks, TheInverseRecoversWhatWasAppliedToThem) {
   }
 }
 
+/// Nothing here has a kink, and closures as stiff as these make more of rounding than of this.
+constexpr double kDifferenceStep = 1e-6;
+
 TEST(TautLinks, TheInverseHasExactDerivatives) {
   for (const Setting& s : kSettings) {
     for (const bool closures : {true, false}) {
@@ -313,7 +316,8 @@ TEST(TautLinks, TheInverseHasExactDerivatives) {
           lost = lost || link.kept < link.factor;
         }
         test::expect_exact(sim.scene(), at,
-                           fmt::format("closures {}, {} kg, step {}", closures, s.load, k), true);
+                           fmt::format("closures {}, {} kg, step {}", closures, s.load, k), true,
+                           kDifferenceStep);
       }
       EXPECT_TRUE(lost || s.integrator != Integrator::kSemiImplicitEuler);
     }
