@@ -11,6 +11,7 @@
 #include "counterpoint/contact/disjoint_sets.h"
 #include "counterpoint/contact/problem.h"
 #include "counterpoint/engine/constraints/bounce.h"
+#include "counterpoint/engine/constraints/friction_slip.h"
 #include "counterpoint/engine/constraints/inverse_weights.h"
 #include "counterpoint/engine/dynamics/data.h"
 #include "counterpoint/engine/step_context.h"
@@ -28,6 +29,11 @@ struct PairConstraint {
   double gap_bias = 0.0;  ///< of a contact: the bias that recovers all that is to be [m/s]
   /// Of a contact that bounces in this step: when after its start (bounce.h) [s]; else 0.
   double impact_time = 0.0;
+  /// Of a contact: its regularizer is this share of eps alpha, less where it may carry a body that
+  /// is very much heavier (kHeaviest).
+  double stiffer = 1.0;
+  /// The contact whose sliding speed law.slip_speed is a share of (friction_slip.h), or -1.
+  int fastest = -1;
 };
 
 /// One row on joint coordinates: y = coefficient[0] w[v_index[0]] + coefficient[1] w[v_index[1]] +
@@ -137,9 +143,14 @@ struct Idle {
   bool sleeps(int body) const { return body != 0 && (*this)(body); }
 };
 
-/// A closure has the compliance of its own inverse mass up to a body of so many times the mass that it
-/// moves, which may hang on it; beyond, that of a body of this share of the heaviest one's mass: no
-/// load opens it by more than 100 eps kHeaviestHeld h^2 g / beta, 0.01 mm at 5 ms.
+/// A contact has the compliance of its own inverse mass up to a body of so many times its mass in
+/// its island, which it may carry; beyond, that of a body of this share of the heaviest one's mass,
+/// so that no load sinks by more than eps kHeaviest h^2 g / beta.
+inline constexpr double kHeaviest = 1e5;
+
+/// A closure has the compliance of its own inverse mass up to a body of so many times the mass that
+/// it moves, which may hang on it; beyond, that of a body of this share of the heaviest one's mass:
+/// no load opens it by more than 100 eps kHeaviestHeld h^2 g / beta, 0.01 mm at 5 ms.
 inline constexpr double kHeaviestHeld = 100.0;
 
 /// A velocity that a step comes to: nv, and of the bodies, in W, where the caller knows these.
@@ -179,11 +190,6 @@ class ConstraintFinder {
   Bounce find_contact_bounce(const SimulationOptions& options, EffectSet effects,
                              const Material& surface, const PairConstraint& contact, double gap,
                              double velocity) const;
-  /// Whether some body of a contact's trees is farther inside another one than the margin. Of the
-  /// last find().
-  bool is_wedged(const PairConstraint& contact) const {
-    return wedged_[contact.body_a] || wedged_[contact.body_b];
-  }
   /// The relative acceleration that this reckons with, in W [m/s^2].
   Vector3 relative_fall(EffectSet effects, const PairConstraint& contact) const;
 
@@ -206,9 +212,10 @@ class ConstraintFinder {
   void move_to_meeting(const Model& model, collision::Candidate& candidate) const;
   ParkedContact describe(const StepContext& at, const Data& data,
                          const collision::Candidate& candidate);
-  void make_contact(const StepContext& at, const Data& data, const ParkedContact& open,
+  Vector3 make_contact(const StepContext& at, const Data& data, const ParkedContact& open,
                        PairConstraint& contact);
-  void give_rows(const ParkedContact& parked, PairConstraint& contact, ConstraintSet& out);
+  void give_rows(const StepContext& at, const ParkedContact& parked, PairConstraint& contact,
+                 ConstraintSet& out);
   void park_contacts_of(const StepContext& at, const FarPair& far, const Data& data,
                         ConstraintSet& out);
   bool spread_travel(const Model& model, std::span<const std::pair<int, int>> close,
@@ -216,7 +223,7 @@ class ConstraintFinder {
   void find_contacts(const StepContext& at, const Data& data, ConstraintSet& out,
                      EffectCounts& counts, Idle idle);
   void find_wedged(const StepContext& at);
-  void stiffen_closures(const Model& model, ConstraintSet& out);
+  void stiffen_under_load(const StepContext& at, ConstraintSet& out);
   double turning_advance(const Vector3& n, const Vector3& arm, double h, int body,
                          const Data& data);
   double gap_less_turning(const PairConstraint& contact, double gap, double h, const Data& data);
@@ -235,10 +242,12 @@ class ConstraintFinder {
   std::vector<collision::Candidate> candidates_;
   /// By body: some body of its tree is farther inside another one than the margin of contacts.
   std::vector<char> wedged_;
-  bool holds_much_;  ///< some body may hang on closures of bodies more than kHeaviestHeld times lighter
+  bool heavy_on_light_;  ///< some bodies are more than kHeaviest times as heavy as others
   contact::DisjointSets islands_;
   std::vector<double> least_weight_;  ///< by tree, of the island that has it as root [1/kg]
-  std::vector<Vector3> fall_;  ///< free_fall
+  std::vector<Vector3> fall_;         ///< free_fall
+  std::vector<double> speed_;         ///< at which each contact with rows slides at the start [m/s]
+  FrictionSlip friction_slip_;
   std::vector<DryCoordinate> dry_;  ///< with dry friction
   std::vector<LimitedCoordinate> limited_;
   std::vector<SpeedLimit> speed_limits_;

@@ -193,7 +193,7 @@ bool ConstraintFinder::find_reached_contacts(const StepContext& at, const Reache
            PairConstraint contact;
            make_contact(at, data, parked, contact);
            if (!is_reached(by_law(parked, contact, h), options, h, V, data)) return false;
-           give_rows(parked, contact, out);
+           give_rows(at, parked, contact, out);
            return true;
          }) > 0;
 }
@@ -204,7 +204,7 @@ void ConstraintFinder::unpark_all(const StepContext& at, const Data& data, Const
   for (const ParkedContact& parked : out.parked) {
     PairConstraint contact;
     make_contact(at, data, parked, contact);
-    give_rows(parked, contact, out);
+    give_rows(at, parked, contact, out);
   }
   out.parked.clear();
 }
@@ -227,8 +227,9 @@ void ConstraintFinder::park_contacts_of(const StepContext& at, const FarPair& fa
 }
 
 /// Before the closures, which come behind the contacts.
-void ConstraintFinder::give_rows(const ParkedContact& parked, PairConstraint& contact,
-                                 ConstraintSet& out) {
+void ConstraintFinder::give_rows(const StepContext& at, const ParkedContact& parked,
+                                 PairConstraint& contact, ConstraintSet& out) {
+  friction_slip_.apply(at.model, at.options, speed_, contact);
   out.pairs.insert(out.pairs.begin() + static_cast<std::ptrdiff_t>(out.contacts.size()), contact);
   out.contacts.push_back(parked.candidate);
 }
@@ -242,7 +243,7 @@ Bounce ConstraintFinder::find_contact_bounce(const SimulationOptions& options, E
                                              const Material& surface, const PairConstraint& contact,
                                              double gap, double velocity) const {
   if (!(surface.restitution > 0.0)) return {};
-  if (is_wedged(contact)) return {};
+  if (wedged_[contact.body_a] || wedged_[contact.body_b]) return {};
   // What rests shows half a step of falling in the midpoint rule; that is no approach.
   if (options.integrator == Integrator::kImplicitMidpoint && gap <= touching_gap(options.contact))
     return {};
@@ -316,8 +317,9 @@ ParkedContact ConstraintFinder::describe(const StepContext& at, const Data& data
   return out;
 }
 
-/// Makes of `contact`, a constraint at its defaults, that of a candidate.
-void ConstraintFinder::make_contact(const StepContext& at, const Data& data,
+/// Makes of `contact`, a constraint at its defaults, that of a candidate; returns its velocity now
+/// in the rows.
+Vector3 ConstraintFinder::make_contact(const StepContext& at, const Data& data,
                                        const ParkedContact& open, PairConstraint& contact) {
   const Model& model = at.model;
   const SimulationOptions& options = at.options;
@@ -337,8 +339,9 @@ void ConstraintFinder::make_contact(const StepContext& at, const Data& data,
   contact.gap_bias = gap_bias(options.contact, h, gap);
   const Bounce bounce = find_contact_bounce(options, at.effects, material, contact, gap, v[0]);
   if (bounce.happens && gap > 0.0) contact.impact_time = bounce.time;
-  set_contact_law(law_options(options, is_wedged(contact)), h,
+  set_contact_law(law_options(options, alpha, weights_.total_mass), h,
                   {material, alpha, gap, v, bounce, is_round(model, a, b)}, contact.law);
+  return v;
 }
 
 void ConstraintFinder::find_wedged(const StepContext& at) {
@@ -376,7 +379,7 @@ void ConstraintFinder::find_contacts(const StepContext& at, const Data& data, Co
       continue;
     }
     PairConstraint& contact = out.pairs.emplace_back();
-    make_contact(at, data, open, contact);
+    const Vector3 v = make_contact(at, data, open, contact);
     if (may_park && !is_near(by_law(open, contact, h), near, h)) {
       out.parked.push_back(open);
       out.pairs.pop_back();
@@ -384,11 +387,13 @@ void ConstraintFinder::find_contacts(const StepContext& at, const Data& data, Co
     }
     out.max_penetration = std::max(out.max_penetration, -candidate.gap);
     out.contacts.push_back(candidate);
+    speed_.push_back(std::sqrt(v[1] * v[1] + v[2] * v[2]));
   }
   // Room for those that will get rows, so that it is the candidates' number that has to be seen.
   const size_t later = out.parked.size() + out.far.size();
   out.parked.reserve(later);
   out.contacts.reserve(out.contacts.size() + later);
+  speed_.reserve(candidates_.size());
   out.pairs.reserve(out.pairs.size() + later + model.closures().size());
 }
 

@@ -51,15 +51,15 @@ double gap_bias(const ContactOptions& options, double h, double gap) {
   return std::max(options.stabilization * gap / h, -options.max_recovery_speed);
 }
 
-LawOptions law_options(const SimulationOptions& options, bool wedged) {
+LawOptions law_options(const SimulationOptions& options, double alpha, double total_mass) {
   LawOptions law{options.contact};
   law.kept_recovery = law.max_recovery_speed;
-  if (wedged && !options.push_deep) law.kept_share = 0.0;
   if (options.integrator == Integrator::kImplicitMidpoint) return law;
   // At rest y = b = -r f: a bias that may not reach r f lets a heavy load sink.
-  const double yields = law.compliance * options.time_step * kStandardGravity;
+  const double weight = total_mass * kStandardGravity;
+  const double yields = law.compliance * alpha * options.time_step * weight;
   law.kept_recovery = std::min(law.max_recovery_speed,
-                               law.kept_share * law.max_recovery_speed + kKeptWeights * yields);
+                               kKeptRecovery * law.max_recovery_speed + kKeptWeights * yields);
   if (law.kept_recovery < law.max_recovery_speed && !options.push_deep)
     law.full_push = kPushed * law.kept_recovery;
   return law;
@@ -99,10 +99,6 @@ bool rubs(const ContactOptions& options, double gap, bool meets) {
   return options.friction_model != FrictionModel::kCoulomb || gap <= options.margin || meets;
 }
 
-double slip_speed(const ContactOptions& options, double h, const Vector3& v) {
-  return h / options.slip_time * std::hypot(v[1], v[2]);
-}
-
 void set_contact_law(const LawOptions& options, double h, const ContactStart& start,
                      contact::Law& law) {
   const auto& [pair, alpha, gap, v, bounce, round] = start;
@@ -134,7 +130,6 @@ void set_contact_law(const LawOptions& options, double h, const ContactStart& st
       break;
     case FrictionModel::kCoulomb:
       law.coulomb = near || bounces || (round && meets);
-      if (law.coulomb) law.slip_speed = slip_speed(options, h, v);
       break;
   }
 }
@@ -156,11 +151,13 @@ LawSlopes contact_law_slopes(const LawOptions& options, double h, const ContactS
     slopes.v[0] = -bounce.by_velocity;
     slopes.fall = -bounce.by_fall;
   }
-  const double speed = std::hypot(v[1], v[2]);
-  if (!(speed > 0.0 && pair.friction > 0.0)) return slopes;  // one side of a kink
-  const Vector3 along(0.0, v[1] / speed, v[2] / speed);
-  if (options.friction_model == FrictionModel::kLagged) slopes.v += pair.friction * along;
-  if (options.friction_model == FrictionModel::kCoulomb) slopes.slip = h / options.slip_time * along;
+  if (options.friction_model == FrictionModel::kLagged && pair.friction > 0.0) {
+    const double speed = std::hypot(v[1], v[2]);
+    if (speed > 0.0) {
+      slopes.v[1] = pair.friction * v[1] / speed;
+      slopes.v[2] = pair.friction * v[2] / speed;
+    }
+  }
   return slopes;
 }
 

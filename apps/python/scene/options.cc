@@ -74,7 +74,7 @@ Parameters
       .def_readwrite("reach_acceleration", &C::reach_acceleration,
                      "What applied forces may add to velocities within a step [m/s^2].")
       .def_readwrite("slip_time", &C::slip_time,
-                     "Coulomb friction slips by time_step / slip_time of a sliding contact's speed [s].")
+                     "Coulomb friction slips by time_step / slip_time of what moves [s].")
       .def(
           "apply_preset",
           [](C& c, const std::string& word) {

@@ -53,12 +53,6 @@ Vector6 by_smoothing(const PairConstraint& pair, const PairBodies& bodies) {
   return R * contact::compute_sensitivity(pair.law, law_velocity(pair, bodies, R)).smoothing;
 }
 
-/// R df/d(slip speed).
-Vector6 by_slip(const PairConstraint& pair, const PairBodies& bodies) {
-  const RowColumns R = row_columns(pair);
-  return R * contact::slip_speed_derivative(pair.law, law_velocity(pair, bodies, R));
-}
-
 /// How far a point at `arm` from its body's origin goes beyond omega x arm h within the step, if
 /// the body keeps turning: u = (exp(h omega) - 1 - [h omega]) arm.
 struct Turning {
@@ -158,15 +152,12 @@ void find_contact_response(const PairConstraint& pair, const PairBodies& bodies,
   const Motion next = bodies.next_b - bodies.next_a, start = bodies.start_b - bodies.start_a;
   const Vector3 n = pair.frame.col(0);
   const Matrix3 f = skew(out.wrench.force);
-  // By the velocity at the start and by the normal: of the bias, of the share, and of friction.
-  Matrix63 by_speed =
+  // By the velocity at the start and by the normal: of the bias, and of the share.
+  const Matrix63 by_speed =
       out.by_bias * (pair.frame * law.v).transpose() + whole * (pair.frame * share.v).transpose();
-  const bool slips = !law.slip.isZero(0.0);
-  if (slips)
-    by_speed += share.value * by_slip(pair, bodies) * (pair.frame * law.slip).transpose();
   const Matrix63 by_normal =
       out.by_bias * law.normal.transpose() + whole * share.normal.transpose();
-  const bool rebounds = slips || !law.v.isZero(0.0) || !share.v.isZero(0.0);
+  const bool rebounds = !law.v.isZero(0.0) || !share.v.isZero(0.0);
   const Turning a(bodies.start_a.angular, bodies.arm_a, turning ? h : 0.0);
   const Turning o(bodies.start_b.angular, bodies.arm_b, turning ? h : 0.0);
   const Eigen::RowVector3d along = -n.transpose();  // the gap is less by n (u_A - u_B)

@@ -128,6 +128,9 @@ TreeSweep::TreeSweep(const Model& model)
   path_column_.assign(static_cast<size_t>(stride_), 0);
   path_body_.assign(static_cast<size_t>(stride_), 0);
   own_.assign(static_cast<size_t>(2 * stride_), 0);
+  rows_.reserve(static_cast<size_t>(model.nv()));
+  carries_.assign(static_cast<size_t>(model.nv()), 0);
+  along_.assign(static_cast<size_t>(model.nv()), 0.0);
   products_.assign(static_cast<size_t>(kProducts * stride_), 0.0);
 }
 

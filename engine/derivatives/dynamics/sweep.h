@@ -73,6 +73,17 @@ struct InnerPair {
   }
 };
 
+/// Forces on bodies that change with one speed, and that with the motion of bodies: each at the
+/// reference of its body's tree.
+struct ForceBySpeed {
+  int body;
+  Vector6 force;  ///< of minus the force
+};
+struct SpeedByMotion {
+  int body;
+  Vector6 q, v;  ///< by a displacement, by the velocity at the start
+};
+
 /// What a sweep differentiates: tau = M a + n(q, v) - loads, of the weight what is not carried.
 struct SweepInput {
   const double* v = nullptr;  ///< nv
@@ -110,6 +121,11 @@ class TreeSweep {
   /// responses: rows at the reference of body's tree, columns at that of by's.
   void add_coupling(const Model& model, int body, int by, const BodyResponse& response,
                     SweepOutput out) const;
+
+  /// Adds what forces change by with a speed: an outer product over the coordinates that carry
+  /// either.
+  void add_by_speed(const Model& model, std::span<const ForceBySpeed> forces,
+                    std::span<const SpeedByMotion> motions, SweepOutput out);
 
   /// Fills the columns P of velocities at the end and the start of the step (nv) of a tree, which
   /// add_coupling and add_inner_pair need; `run` does for trees with responses.
@@ -169,6 +185,9 @@ class TreeSweep {
   std::vector<int> path_body_;    ///< whose column is in the slot
   std::vector<double> products_;
   std::vector<int> own_;       ///< coordinates of two paths
+  std::vector<int> rows_;      ///< coordinates that carry any of some bodies
+  std::vector<char> carries_;  ///< by coordinate: is one of them
+  std::vector<double> along_;  ///< by coordinate: the force along it
 };
 
 }  // namespace counterpoint

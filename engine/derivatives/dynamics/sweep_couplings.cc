@@ -46,6 +46,39 @@ void TreeSweep::add_coupling(const Model& model, int body, int by, const BodyRes
   }
 }
 
+void TreeSweep::add_by_speed(const Model& model, std::span<const ForceBySpeed> forces,
+                             std::span<const SpeedByMotion> motions, SweepOutput out) {
+  const auto for_each_coordinate = [&](int body, const auto& act) {
+    for (int b = body; b != 0; b = model.body(b).parent) {
+      const int first = model.body(b).v_index;
+      for (int k = first; k < first + joint_nv(model.body(b).joint_type); ++k) act(k);
+    }
+  };
+  rows_.clear();
+  for (const ForceBySpeed& f : forces) {
+    for_each_coordinate(f.body, [&](int j) {
+      double& along = along_[static_cast<size_t>(j)];
+      if (!carries_[static_cast<size_t>(j)]) {
+        carries_[static_cast<size_t>(j)] = 1;
+        rows_.push_back(j);
+        along = 0.0;
+      }
+      along += f.force.dot(stacked(columns_[j].S));
+    });
+  }
+  for (const SpeedByMotion& m : motions) {
+    for_each_coordinate(m.body, [&](int k) {
+      const Vector6 S = stacked(columns_[k].S);
+      const double q = m.q.dot(S) + m.v.dot(stacked(columns_[k].P_start)), v = m.v.dot(S);
+      for (const int j : rows_) {
+        out.dq(j, k) += along_[static_cast<size_t>(j)] * q;
+        out.dv(j, k) += along_[static_cast<size_t>(j)] * v;
+      }
+    });
+  }
+  for (const int j : rows_) carries_[static_cast<size_t>(j)] = 0;
+}
+
 void TreeSweep::find_response_columns(const Model& model, const Tree& tree, const SweepInput& in) {
   find_columns(model, tree, in.v_next, &Column::P_next);
   if (in.responds_to_v) find_columns(model, tree, in.v_start, &Column::P_start);

@@ -35,6 +35,8 @@ void ForceResponses::begin() {
   }
   couplings_.clear();
   inner_.clear();
+  speed_forces_.clear();
+  speeds_.clear();
   by_v_ = false;
 }
 
@@ -129,6 +131,16 @@ void ForceResponses::add_pair(const Model& model, const PairConstraint& pair,
   couple(model, pair, pair.body_a, pair.body_b, scaled(response.of_a_by_b(next, start)), data);
 }
 
+void ForceResponses::add_by_speed(std::span<const ForceBySpeed> forces, const SpeedByMotion& a,
+                                  const SpeedByMotion& b) {
+  Speed speed{speed_forces_.size(), speed_forces_.size() + forces.size(), {}, 0};
+  speed_forces_.insert(speed_forces_.end(), forces.begin(), forces.end());
+  for (const SpeedByMotion& motion : {a, b})
+    if (motion.body != 0) speed.motions[speed.count++] = motion;
+  speeds_.push_back(speed);
+  by_v_ = true;
+}
+
 void ForceResponses::put_into(SweepInput& in) const {
   in.load = load_.data();
   in.response = response_.data();
@@ -138,10 +150,13 @@ void ForceResponses::put_into(SweepInput& in) const {
 
 void ForceResponses::add_couplings(const Model& model, const SweepInput& in, TreeSweep& sweep,
                                    const SweepOutput& out) const {
-  if (couplings_.empty() && inner_.empty()) return;
+  if (couplings_.empty() && inner_.empty() && speeds_.empty()) return;
   for (const Tree& tree : model.trees()) sweep.find_response_columns(model, tree, in);
   for (const InnerPair& pair : inner_) sweep.add_inner_pair(model, pair, out);
   for (const Coupling& c : couplings_) sweep.add_coupling(model, c.body, c.by, c.response, out);
+  for (const Speed& s : speeds_)
+    sweep.add_by_speed(model, std::span(speed_forces_).subspan(s.begin, s.end - s.begin),
+                       std::span(s.motions, static_cast<size_t>(s.count)), out);
 }
 
 }  // namespace counterpoint

@@ -31,6 +31,10 @@ class ForceResponses {
   /// The impulse of a constraint over h [s].
   void add_pair(const Model& model, const PairConstraint& pair, const PairBodies& bodies,
                 const PairResponse& response, double h, const Data& data);
+  /// What minus the forces on some bodies change by, as a speed that two bodies have does. A body
+  /// may be the world.
+  void add_by_speed(std::span<const ForceBySpeed> forces, const SpeedByMotion& a,
+                    const SpeedByMotion& b);
 
   /// Lets sweeps take these forces. `in` needs v_start, v_next besides.
   void put_into(SweepInput& in) const;
@@ -46,6 +50,12 @@ class ForceResponses {
     BodyResponse response;  ///< rows at the reference of `body`'s tree, columns at that of `by`'s
   };
 
+  struct Speed {
+    size_t begin, end;  ///< of its forces
+    SpeedByMotion motions[2];
+    int count;
+  };
+
   void add_inner(const Model& model, const PairConstraint& pair, const PairBodies& bodies,
                  const PairResponse& response, double h, const Data& data);
   void couple(const Model& model, const PairConstraint& pair, int body, int by,
@@ -56,6 +66,8 @@ class ForceResponses {
   std::vector<char> responds_;
   std::vector<Coupling> couplings_;
   std::vector<InnerPair> inner_;
+  std::vector<ForceBySpeed> speed_forces_;
+  std::vector<Speed> speeds_;
   bool by_v_ = false;
 };
 

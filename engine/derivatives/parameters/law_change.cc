@@ -10,10 +10,17 @@ namespace counterpoint {
 namespace {
 
 /// Of law_options' kept_recovery.
-double kept_recovery_change(const LawOptions& law, double h, const LawSource& source) {
-  if (!(law.kept_recovery < law.max_recovery_speed)) return source.max_recovery_speed;
-  return law.kept_share * source.max_recovery_speed +
-         kKeptWeights * h * kStandardGravity * source.compliance;
+double kept_recovery_change(const SimulationOptions& options, double alpha, double total_mass,
+                            const LawSource& source) {
+  const ContactOptions& contact = options.contact;
+  if (options.integrator == Integrator::kImplicitMidpoint ||
+      !(law_options(options, alpha, total_mass).kept_recovery < contact.max_recovery_speed))
+    return source.max_recovery_speed;
+  const double yields = source.compliance * alpha * total_mass +
+                        contact.compliance * source.alpha * total_mass +
+                        contact.compliance * alpha * source.total_mass;
+  return kKeptRecovery * source.max_recovery_speed +
+         kKeptWeights * options.time_step * kStandardGravity * yields;
 }
 
 /// Of law_bias with these options, the gap held; kept: of kept_recovery.
@@ -42,11 +49,15 @@ LawChange strength_change(const ContactOptions& contact, double alpha, double ga
 
 }  // namespace
 
-LawChange contact_law_change(const LawOptions& law, double h, const ContactStart& start,
-                             const LawSource& source) {
+LawChange contact_law_change(const SimulationOptions& options, double total_mass,
+                             const ContactStart& start, double stiffer, const LawSource& source) {
   const auto& [pair, alpha, gap, v, bounce, round] = start;
-  LawChange out = strength_change(law, alpha, gap, law.margin, source);
-  out.bias = law_bias_change(law, h, gap, kept_recovery_change(law, h, source), source);
+  const double h = options.time_step;
+  const LawOptions law = law_options(options, alpha * stiffer, total_mass);
+  LawChange out = strength_change(options.contact, alpha, gap, options.contact.margin, source);
+  out.regularizer *= stiffer;
+  const double kept = kept_recovery_change(options, alpha * stiffer, total_mass, source);
+  out.bias = law_bias_change(law, h, gap, kept, source);
   if (bounce.happens && (gap > 0.0 || -bounce.speed < law_bias(law, h, gap)))
     out.bias = -bounce.by_restitution * source.material.restitution - bounce.by_fall * source.fall;
   out.slip_speed = source.slip_speed;
@@ -58,13 +69,13 @@ LawChange contact_law_change(const LawOptions& law, double h, const ContactStart
   return out;
 }
 
-LawChange limit_law_change(const SimulationOptions& options, double alpha,
+LawChange limit_law_change(const SimulationOptions& options, double alpha, double total_mass,
                            const JointConstraint& row, const LawSource& source) {
   const double h = options.time_step;
-  const LawOptions law = law_options(options);
+  const LawOptions law = law_options(options, alpha, total_mass);
   LawChange out = strength_change(options.contact, alpha, row.gap, kLimitReach, source);
   out.bias = law_bias_change(law, h, row.gap,
-                             kept_recovery_change(law, h, source), source);
+                             kept_recovery_change(options, alpha, total_mass, source), source);
   return out;
 }
 

@@ -7,6 +7,7 @@
 #include "counterpoint/engine/constraints/assemble.h"
 #include "counterpoint/engine/constraints/contact_law.h"
 #include "counterpoint/engine/derivatives/constraints/pair_response.h"
+#include "counterpoint/engine/derivatives/constraints/slip_response.h"
 #include "counterpoint/engine/dynamics/kinematics.h"
 
 namespace counterpoint {
@@ -32,6 +33,7 @@ LawSource source_of(const PreparedParameter& p) {
     default:
       break;
   }
+  if (p.weights) source.total_mass = p.weights->total_mass;
   return source;
 }
 
@@ -127,6 +129,24 @@ bool ParameterConstraints::find_place(const PreparedParameter& p, const Model& m
   return true;
 }
 
+/// Of the slip speed that friction is allowed: the fastest contact of the island slides otherwise
+/// where its place is another.
+bool ParameterConstraints::find_slip(const PreparedParameter& p, const Model& model,
+                                     const SimulationOptions& options, const PairConstraint& pair,
+                                     const Workspace::Impl& ws, double& out) {
+  out = 0.0;
+  if (pair.fastest < 0) return true;
+  const auto fastest = static_cast<size_t>(pair.fastest);
+  const PairConstraint& source = ws.constraints.pairs[fastest];
+  PlaceChange place;
+  if (!find_place(p, model, ws.constraints.contacts[fastest], options.time_step, ws, place))
+    return false;
+  const Sliding sliding(source, pair_bodies(source, ws.data, ws.velocity));
+  out = options.time_step / options.contact.slip_time *
+        sliding.by_place(place.place, place.turn).value();
+  return true;
+}
+
 bool ParameterConstraints::add_contacts(const PreparedParameter& p, const Model& model,
                                         const SimulationOptions& options, EffectSet effects,
                                         Workspace::Impl& ws, VectorOut du) {
@@ -148,8 +168,12 @@ bool ParameterConstraints::add_contacts(const PreparedParameter& p, const Model&
     if (p.weights) change.alpha = p.weights->contact[pair.body_a] + p.weights->contact[pair.body_b];
     PlaceChange place;
     if (!find_place(p, model, contact, options.time_step, ws, place)) return false;
+    if (!find_slip(p, model, options, pair, ws, change.slip_speed)) return false;
+    // How the compliance under a heavy load goes with masses is left to differences.
+    if (pair.stiffer != 1.0 && p.weights) return false;
     const Source source{only(effects, model.pair_material(contact.geometry_a, contact.geometry_b)),
-                        weights.contact[pair.body_a] + weights.contact[pair.body_b], contact.gap};
+                        weights.contact[pair.body_a] + weights.contact[pair.body_b],
+                        weights.total_mass, contact.gap};
     add_contact(model, options, effects, pair, source, change, place, ws, du);
   }
   return true;
@@ -195,16 +219,14 @@ void ParameterConstraints::add_contact(const Model& model, const SimulationOptio
   const Bounce bounce =
       ws.finder.find_contact_bounce(options, effects, source.surface, pair, gap, v[0]);
   const ContactStart from{source.surface, source.alpha, gap, v, bounce};
-  const LawOptions made_with = law_options(options, ws.finder.is_wedged(pair));
-  LawSlopes slopes = contact_law_slopes(made_with, h, from);
+  LawSlopes slopes = contact_law_slopes(
+      law_options(options, source.alpha * pair.stiffer, source.total_mass), h, from);
   if (pair.law.type != contact::LawType::kFrictionCone) slopes.v[1] = slopes.v[2] = 0.0;
   if (!closed) dy[0] += slopes.gap * by_gap;
-  const Vector3 dv = moved(start).head<3>();
-  dy[0] += slopes.v.dot(dv);
+  dy[0] += slopes.v.dot(moved(start).head<3>());
   dy[0] +=
       slopes.fall * place.turn.cross(pair.frame.col(0)).dot(ws.finder.relative_fall(effects, pair));
-  LawChange law = contact_law_change(made_with, h, from, change);
-  if (pair.law.coulomb) law.slip_speed += slopes.slip.dot(dv);
+  LawChange law = contact_law_change(options, source.total_mass, from, pair.stiffer, change);
   if (!closed) law.smoothing += slopes.smoothing * by_gap;
   const contact::Rows f = contact::impulse(pair.law, y);
   const Force W = pair_impulse(pair, f);
@@ -250,7 +272,7 @@ void ParameterConstraints::add_joint_rows(const PreparedParameter& p,
     }
     const bool limit = row.law.type == contact::LawType::kUnilateral && !std::isnan(row.gap_bias);
     LawChange change =
-        limit ? limit_law_change(options, alpha, row, source)
+        limit ? limit_law_change(options, alpha, weights.total_mass, row, source)
               : plain_law_change(options, row.law, alpha, source);
     if (row.law.type == contact::LawType::kDryFriction && p.kind() == K::kDryFriction &&
         p.has(row.v_index[0]))

@@ -31,11 +31,13 @@ class ParameterConstraints {
   /// What a contact is made from.
   struct Source {
     Material surface;
-    double alpha = 0.0, gap = 0.0;
+    double alpha = 0.0, total_mass = 0.0, gap = 0.0;
   };
   bool find_place(const PreparedParameter& p, const Model& model,
                   const collision::Candidate& contact, double h, const Workspace::Impl& ws,
                   PlaceChange& out);
+  bool find_slip(const PreparedParameter& p, const Model& model, const SimulationOptions& options,
+                 const PairConstraint& pair, const Workspace::Impl& ws, double& out);
   static void add_contact(const Model& model, const SimulationOptions& options,  // Parameters: all it depends on
                           EffectSet effects, const PairConstraint& pair, const Source& source, const LawSource& change,
                           const PlaceChange& place, Workspace::Impl& ws, VectorOut du);

@@ -13,6 +13,7 @@ namespace counterpoint {
 /// Change of the inverse weights, a unit of a parameter.
 struct WeightChange {
   VectorX contact, dof;
+  double total_mass = 0.0;
 };
 
 /// Bodies that fly (free_flight.h), with one figure changed.

@@ -40,6 +40,7 @@ InverseDerivator::InverseDerivator(const Model& model)
     : sweep_(model),
       velocity_terms_(model),
       closures_(model),
+      slips_(model),
       forces_(model),
       v_(VectorX::Zero(model.nv())),
       acceleration_(VectorX::Zero(model.nv())) {}
@@ -97,7 +98,8 @@ bool InverseDerivator::contact_response(const InverseArguments& of, size_t conta
   const Vector3 v = pair.frame.transpose() * (bodies.start_b.linear - bodies.start_a.linear);
   const Bounce bounce = ws.finder.find_contact_bounce(options, effects, surface, pair, gap, v[0]);
   LawSlopes slopes =
-      contact_law_slopes(law_options(options, ws.finder.is_wedged(pair)), h, {surface, alpha, gap, v, bounce});
+      contact_law_slopes(law_options(options, alpha * pair.stiffer, weights.total_mass), h,
+                         {surface, alpha, gap, v, bounce});
   const Vector3 fall = ws.finder.relative_fall(effects, pair);
   slopes.normal = slopes.fall * fall;
   if (displacing_ == Displacing::kRecovery)
@@ -108,7 +110,6 @@ bool InverseDerivator::contact_response(const InverseArguments& of, size_t conta
     return false;
   }
   if (pair.law.type != contact::LawType::kFrictionCone) slopes.v[1] = slopes.v[2] = 0.0;
-  if (!pair.law.coulomb) slopes.slip.setZero();
   if (closed) slopes.gap = slopes.smoothing = share.gap = 0.0;
   find_contact_response(pair, bodies, motion, slopes, turning && !closed, h, out, share);
   return true;
@@ -127,6 +128,7 @@ bool InverseDerivator::add_contacts(const InverseArguments& of, Workspace::Impl&
       if (late && !(pair.impact_time > 0.0)) continue;
       if (is_nothing(pair, bodies, h, ws.finder.weights())) continue;
       known = contact_response(of, i, bodies, ws, response) && known;
+      slips_.add(model, pair, ws.velocity, h, ws.data, late ? pair.impact_time / h : 1.0);
     } else if (displacing_ && displacing_ != Displacing::kEqualities) {
       break;
     } else {
@@ -137,7 +139,32 @@ bool InverseDerivator::add_contacts(const InverseArguments& of, Workspace::Impl&
     }
     forces_.add_pair(model, pair, bodies, response, h, ws.data);
   }
-  return known;
+  return add_slip(model, of.options, ws) && known;
+}
+
+/// What friction changes by as the fastest contact of its island slides otherwise.
+bool InverseDerivator::add_slip(const Model& model, const SimulationOptions& options,
+                                Workspace::Impl& ws) {
+  const double h = options.time_step, share = h / options.contact.slip_time;
+  const auto of_body = [&](const PairConstraint& pair, int body, const SpeedSlope::Row& q,
+                           const SpeedSlope::Row& v) {
+    SpeedByMotion out{body, share * q.transpose(), share * v.transpose()};
+    if (body == 0) return out;
+    const Vector3 arm =
+        pair.position - TreeSweep::reference(model.trees()[model.body(body).tree], ws.data);
+    for (Vector6* row : {&out.q, &out.v}) row->head<3>() += arm.cross(row->tail<3>());
+    return out;
+  };
+  for (size_t i = 0; i < slips_.sources().size(); ++i) {
+    const int source = slips_.sources()[i].contact;
+    const PairConstraint& pair = ws.constraints.pairs[source];
+    ContactMotion motion;
+    if (!find_motion(model, h, source, ws, motion)) return false;
+    const SpeedSlope slope = speed_slope(pair, pair_bodies(pair, ws.data, ws.velocity), motion);
+    forces_.add_by_speed(slips_.forces(i), of_body(pair, pair.body_a, -slope.q, slope.v_a),
+                         of_body(pair, pair.body_b, slope.q, slope.v_b));
+  }
+  return true;
 }
 
 /// The motion that inertial and velocity-dependent forces are taken at, but for what
@@ -210,6 +237,7 @@ void InverseDerivator::begin(const Model& model, Workspace::Impl& ws, InverseDer
     if (model.num_trees() != 1) m->setZero();
   }
   compute_inertias(model, ws.data);
+  slips_.begin();
   forces_.begin();
   motions_.begin();
 }

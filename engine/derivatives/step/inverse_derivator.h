@@ -12,6 +12,7 @@
 #include <optional>
 
 #include "counterpoint/engine/derivatives.h"
+#include "counterpoint/engine/derivatives/constraints/slip_response.h"
 #include "counterpoint/engine/derivatives/dynamics/sweep.h"
 #include "counterpoint/engine/derivatives/forces/force_responses.h"
 #include "counterpoint/engine/derivatives/forces/velocity_terms.h"
@@ -53,6 +54,7 @@ class InverseDerivator {
   ImpulseShare find_share(const Bounce& bounce, double h, const Vector3& fall) const;
   bool find_motion(const Model& model, double h, size_t contact, Workspace::Impl& ws,
                    ContactMotion& out);
+  bool add_slip(const Model& model, const SimulationOptions& options, Workspace::Impl& ws);
   void set_velocities(const Model& model, const VectorRef& v, const VectorRef& v_next, double h,
                       const Workspace::Impl& ws);
   bool sweep_trees(const InverseArguments& of, Workspace::Impl& ws, InverseDerivatives& d);
@@ -64,6 +66,7 @@ class InverseDerivator {
   VelocityTerms velocity_terms_;
   ClosureDerivator closures_;
   ContactMotionFinder motions_;
+  SlipResponse slips_;
   ForceResponses forces_;
   VectorX v_;             ///< nv: what velocity-dependent forces are taken at
   VectorX acceleration_;  ///< nv
