@@ -75,7 +75,7 @@ TrajectoryPtr trajectory(const ResultPtr& r) {
   };
   for (size_t t = 0; t < result.applied_force.size(); ++t) {
     input.applied_force = result.applied_force[t];
-    recorder.step(state(t), input, h, {});
+    recorder.step(state(t), input, h, {}, state(t + 1));
   }
   out->trajectory = recorder.finish(state(result.q.size() - 1));
   return out;
