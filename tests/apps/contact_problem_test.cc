@@ -101,7 +101,7 @@ TEST_F(ContactProblem, FailureHasItsExitCode) {
 }
 
 TEST_F(ContactProblem, SaysWhatIsWrongWithTheContacts) {
-  expect_bad_input("{}/none", "expected a folder with W.csv");
+  expect_bad_input("{}/none", "there is no such folder");
   expect_bad_input("", "folder");
   write("q_mu.csv", "q_n,q_t1,q_t2,mu\n-2,1,0,-0.5\n");
   expect_bad_input("{}/p", "q_mu.csv:2: mu = -0.5");

@@ -117,7 +117,7 @@ models:
   contact::Settings hasty;
   hasty.soften_after = 1;
   const Outcome out = step_and_invert(scene, hasty, 300);
-  EXPECT_GT(out.softened, 10);
+  EXPECT_GT(out.softened, 2);
   EXPECT_LT(out.error, kRecovered);
 }
 
