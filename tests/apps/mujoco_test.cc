@@ -120,7 +120,8 @@ TEST_F(MujocoTest, StepsFreeTreesAsWeDo) {
     EXPECT_LT((mujoco.state().v - sim.state().v).cwiseAbs().maxCoeff(), 1e-11 * scale) << seed;
     VectorX way(nv);
     configuration_difference(scene.model, sim.state().q, mujoco.state().q, way);
-    EXPECT_LT(way.cwiseAbs().maxCoeff(), 1e-14 * scale) << seed;  // rounding of the pose
+    // Rounding of the pose, and h^2 / 2 times how fast a base is pushed by what its links do.
+    EXPECT_LT(way.cwiseAbs().maxCoeff(), 2e-13 * scale) << seed;
   }
 }
 

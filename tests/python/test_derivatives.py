@@ -48,7 +48,8 @@ def test_inverse_derivatives_agree_with_differences(load):
     assert inverse.fault is None
     for name in ("dq", "dv", "dv_next"):
         a, b = getattr(exact, name), getattr(near, name)
-        assert a.base is not None and np.abs(a - b).max() < 1e-5 * np.abs(b).max()  # of the differences
+        # Of the differences; in flight forces do not depend on q but for rounding.
+        assert a.base is not None and np.abs(a - b).max() < 1e-5 * np.abs(b).max() + 1e-9
     with pytest.raises(ValueError, match="'analytic'"):
         cp.step_inverse_derivatives(*given, method="guess")
 
