@@ -16,6 +16,10 @@ constexpr double kMomentTolerance = 1e-6;     // relative to the largest princip
 constexpr double kDiagonalTolerance = 1e-14;  // round-off of the sums in one common frame
 constexpr double kPivotTolerance = 1e-12;     // round-off of the elimination, with room
 
+constexpr double kEigenvalueTolerance = 1e-15;     // round-off of a sum, times the coordinates
+constexpr double kTakesPart = 1e-2;                // of a motion: share of the largest coordinate
+constexpr Eigen::Index kMostForEigenvalues = 300;  // 0.1 s; longer chains are legitimately near it
+
 // A repaired moment is at least this share of the largest: that of a rod 25 times as long as wide.
 constexpr double kLeastMomentRatio = 1e-3;
 
@@ -45,6 +49,21 @@ Matrix6X motion_subspace(JointType type, const Matrix3& R_JB) {
       break;
   }
   return s;
+}
+
+/// Elimination magnifies round-off where axes of joints nearly coincide; the least eigenvalue of M,
+/// scaled to a diagonal of ones, does not. The coordinate nearest to the root that takes part in
+/// the motion without inertia, or -1.
+int find_idle_motion(const MatrixX& mass) {
+  const auto n = static_cast<double>(mass.rows());
+  if (mass.rows() == 0 || mass.rows() > kMostForEigenvalues) return -1;
+  const VectorX root = mass.diagonal().cwiseSqrt().cwiseInverse();
+  const Eigen::SelfAdjointEigenSolver<MatrixX> eigen(root.asDiagonal() * mass * root.asDiagonal());
+  if (eigen.eigenvalues()[0] > kEigenvalueTolerance * n) return -1;
+  const VectorX share = eigen.eigenvectors().col(0).cwiseAbs();
+  int k = 0;
+  while (share[k] < kTakesPart * share.maxCoeff()) ++k;
+  return k;
 }
 
 }  // namespace
@@ -188,7 +207,7 @@ int find_coordinate_without_inertia(const Model& model, int tree, const VectorX&
     const VectorX column = mass.col(k).head(k);
     mass.topLeftCorner(k, k) -= column * column.transpose() / pivot;
   }
-  return -1;
+  return find_idle_motion(reference_mass_matrix(model, tree, q));
 }
 
 }  // namespace counterpoint

@@ -28,6 +28,33 @@ struct ModelFileOptions {
   std::shared_ptr<HullCache> hulls;
 };
 
+/// What an MJCF or SDF file may ask for that the engine does not have; refused, unless the user
+/// leaves it out.
+enum class LeaveOut {
+  kFluid,        ///< drag of the air and wind: <option density viscosity wind>, <enable_wind>,
+                 ///< <velocity_decay>
+  kTendons,      ///< forces and limits of tendons that are no coupling of two joints
+  kActuators,    ///< actuators that pull by themselves and are no servo of one joint; motors of an
+                 ///< SDF file
+  kJointForces,  ///< springs and limits of ball joints and the like
+  kEqualities,   ///< equality constraints that are no closure and no coupling
+  kFrictionDirections,  ///< friction that differs with the direction: the smaller counts
+  kSlip,                ///< creep that grows with the force: <slip1>, <slip2>
+};
+/// "fluid", "tendons", "actuators", "joint_forces", "equalities", "friction_directions", "slip".
+const char* leave_out_name(LeaveOut what);
+/// The reverse; nothing for an unknown name.
+std::optional<LeaveOut> leave_out_from_name(const std::string& name);
+/// All names, for messages: "fluid, tendons, ... or slip".
+std::string leave_out_names();
+/// What a message says of a word: ". To go on without it name the file in a scene: models:
+/// [{FORMAT: FILE, leave_out: [WORD]}]".
+std::string how_to_leave_out(const char* format, const std::filesystem::path& file, LeaveOut word);
+
+struct LeavingOptions : ModelFileOptions {
+  std::set<LeaveOut> leave_out;
+};
+
 struct ModelParts {
   /// Fixed to the world.
   struct Environment {
@@ -67,15 +94,16 @@ struct MeshPath {
   std::filesystem::path root = {};  ///< of a search upwards: the folder that stands for the package
 };
 
+/// `kind`: what messages call it, "mesh", "included file" ...
 /// package://NAME/..., model://NAME/..., file://..., absolute, or relative to the URDF. A package
 /// that is not listed is looked for upwards from the URDF: a folder NAME first, then folders that
-/// hold the end of the path. The file, symlinks followed, must lie in the URDF's folder, in the package
-/// that this is part of (the nearest folder upwards with package.xml or model.config; without one, the
-/// folder above), in a listed package, or in the folder NAME found upwards.
+/// hold the end of the path. The file, symlinks followed, must lie in the URDF's folder, in the
+/// package that this is part of (the nearest folder upwards with package.xml or model.config;
+/// without one, the folder above), in a listed package, or in the folder NAME found upwards.
 /// @throws InputError (with `where`) telling where was looked, or how to allow what lies elsewhere.
 MeshPath find_mesh(const std::string& name, const std::filesystem::path& urdf_folder,
                    const std::map<std::string, std::filesystem::path>& packages,
-                   const std::string& where);
+                   const std::string& where, const char* kind = "mesh");
 
 // ---- URDF files through urdfdom, with a second pass over the XML for what urdfdom drops.
 
@@ -96,22 +124,7 @@ RobotSpec load_urdf(const std::filesystem::path& file, const UrdfOptions& option
 
 // ---- MJCF, MuJoCo's model files: what is read of them, and how it goes into a scene.
 
-/// What a file may ask for that the engine does not have; refused, unless the user leaves it out.
-enum class LeaveOut {
-  kFluid,                ///< drag of the air: <option density viscosity wind>
-  kTendons,              ///< forces and limits of tendons that are no coupling of two joints
-  kActuators,            ///< actuators that pull by themselves and are no servo of one joint
-  kJointForces,          ///< springs and limits of ball joints and the like
-  kEqualities,           ///< equality constraints that are no closure and no coupling
-};
-/// "fluid", "tendons", "actuators", "joint_forces", "equalities".
-const char* leave_out_name(LeaveOut what);
-/// The reverse; nothing for an unknown name.
-std::optional<LeaveOut> leave_out_from_name(const std::string& name);
-
-struct MjcfOptions : ModelFileOptions {
-  std::set<LeaveOut> leave_out;
-};
+using MjcfOptions = LeavingOptions;
 
 /// A model as an MJCF file describes it. The root link of `robot` is the world ("world"); what is
 /// fixed to it stands in `environment`, so that it touches what hangs on it, as in MuJoCo.
@@ -170,7 +183,7 @@ std::vector<StartVelocity> add_mjcf(const MjcfModel& model, const std::string& k
 
 // ---- SDF, Gazebo's format of models and worlds: what is read of it, and how it goes into a scene.
 
-using SdfOptions = ModelFileOptions;
+using SdfOptions = LeavingOptions;
 
 /// The models of an SDF file. Static ones stand in `environment`. Names: link "arm" of a lone
 /// model; "robot/arm" in a world; "robot/gripper/arm" in a model within it.

@@ -85,7 +85,7 @@ Scene load_lone_mjcf(const fs::path& file, const SceneOverrides& overrides) {
 
 Scene load_lone_sdf(const fs::path& file, const SceneOverrides& overrides) {
   expect_no_base(file, overrides, "SDF");
-  const SdfModel model = load_sdf(file, file_options(overrides));
+  const SdfModel model = load_sdf(file, {file_options(overrides), {}});
   ModelBuilder builder(model.gravity.value_or(Vector3(0, 0, -kStandardGravity)));
   if (overrides.fill_inertia > 0.0) builder.fill_inertia(overrides.fill_inertia);
   add_sdf(model, Pose(), "", builder);

@@ -33,6 +33,31 @@ std::string why_unreadable(const std::filesystem::path& file);
 std::string read_text_file(const std::filesystem::path& file, std::uintmax_t max_bytes,
                            const char* missing);
 
+/// The faults of a file, said together: what one part of the reading throws is kept, and reading
+/// goes on with the next.
+class Faults {
+ public:
+  template <class Part>
+  void collect(Part&& part) {
+    try {
+      part();
+    } catch (const InputError& error) {
+      add(error.what());
+      broken_ = true;
+    }
+  }
+  void add(const std::string& fault);
+  bool any() const { return !faults_.empty(); }
+  /// Was a part not read to its end? Names that it gives may then be missing.
+  bool broken() const { return broken_; }
+  /// @throws InputError with all of them, one a line, the first 20 in full.
+  void throw_if_any() const;
+
+ private:
+  std::vector<std::string> faults_;
+  bool broken_ = false;
+};
+
 /// Without the characters of `blank` at its ends.
 inline std::string_view trimmed(std::string_view text, std::string_view blank) {
   const auto begin = text.find_first_not_of(blank);
@@ -48,6 +73,11 @@ std::string read_xml_file(const std::filesystem::path& file, const char* missing
 /// not well-formed.
 void parse_xml_file(const std::filesystem::path& file, const char* missing,
                     tinyxml2::XMLDocument& document);
+
+/// The text of an XML file, parsed. @throws InputError with file, line and what is wrong in plain
+/// words.
+void parse_xml(const std::filesystem::path& file, const std::string& text,
+               tinyxml2::XMLDocument& document);
 
 /// The name of the root element of an XML file, or "". @throws InputError as parse_xml_file.
 std::string root_element_name(const std::filesystem::path& file);

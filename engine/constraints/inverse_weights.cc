@@ -40,10 +40,13 @@ class Response {
     if (aba(model_, tau, model_.armature(), Vector3::Zero(), {t.body_begin, t.body_end}, data_,
             acceleration, &singular))
       return;
-    throw InputError(fmt::format(
-        "joint '{}': the inertia it moves is not positive in the default pose; give its "
-        "link '{}' an inertial element (or the joint an armature)",
-        model_.joint(singular - 1).name, model_.joint(singular - 1).link));
+    throw InputError(
+        fmt::format("joint '{}': the inertia it moves is not positive in the default pose; give "
+                    "its link '{}' an inertial element "
+                    "(or the joint an armature), or go on with more of it: fill_inertia "
+                    "(--fill-inertia 1e-3kg), repair_inertias "
+                    "(--repair-inertias)",
+                    model_.joint(singular - 1).name, model_.joint(singular - 1).link));
   }
 
  private:

@@ -1,6 +1,45 @@
+#include <fmt/format.h>
+
 #include "counterpoint/model/robot_files.h"
 
 namespace counterpoint {
+namespace {
+
+constexpr std::pair<LeaveOut, const char*> kLeaveOut[] = {
+    {LeaveOut::kFluid, "fluid"},
+    {LeaveOut::kTendons, "tendons"},
+    {LeaveOut::kActuators, "actuators"},
+    {LeaveOut::kJointForces, "joint_forces"},
+    {LeaveOut::kEqualities, "equalities"},
+    {LeaveOut::kFrictionDirections, "friction_directions"},
+    {LeaveOut::kSlip, "slip"}};
+
+}  // namespace
+
+const char* leave_out_name(LeaveOut what) {
+  for (const auto& [one, name] : kLeaveOut)
+    if (one == what) return name;
+  return "?";
+}
+
+std::optional<LeaveOut> leave_out_from_name(const std::string& name) {
+  for (const auto& [one, known] : kLeaveOut)
+    if (name == known) return one;
+  return std::nullopt;
+}
+
+std::string leave_out_names() {
+  std::string list;
+  for (const auto& [one, name] : kLeaveOut)
+    list += (list.empty() ? "" : one == LeaveOut::kSlip ? " or " : ", ") + std::string(name);
+  return list;
+}
+
+std::string how_to_leave_out(const char* format, const std::filesystem::path& file, LeaveOut word) {
+  return fmt::format(
+      ". To go on without it name the file in a scene: models: [{{{}: {}, leave_out: [{}]}}]",
+      format, file.filename().string(), leave_out_name(word));
+}
 
 void add_parts(const ModelParts& parts, const Pose& X_WL, const std::string& prefix,
                ModelBuilder& builder) {

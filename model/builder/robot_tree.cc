@@ -6,6 +6,7 @@
 #include <map>
 
 #include "counterpoint/model/limits.h"
+#include "counterpoint/model/text_files.h"
 
 namespace counterpoint {
 namespace {
@@ -166,12 +167,6 @@ RobotTree connect(const RobotSpec& robot, const NameIndex& link_of) {
     const JointSpec& joint = robot.joints[j];
     const auto parent = link_of.find(joint.parent);
     const auto child = link_of.find(joint.child);
-    for (const auto& [end, name] :
-         {std::pair(parent, joint.parent), std::pair(child, joint.child)}) {
-      if (end == link_of.end()) {
-        throw InputError(fmt::format("{}: link '{}' does not exist", joint_at(joint), name));
-      }
-    }
     int& above = parent_joint[child->second];
     if (above >= 0) {
       throw InputError(fmt::format(
@@ -291,19 +286,24 @@ RobotTree check_robot(const RobotSpec& robot) {
   if (robot.links.empty()) throw InputError(at + ": there is no link; a robot needs at least one");
   NameIndex link_of;
   NameIndex joint_of;
+  Faults faults;
   for (size_t i = 0; i < robot.links.size(); ++i) {
-    check_link(robot.links[i]);
-    if (!link_of.emplace(robot.links[i].name, static_cast<int>(i)).second) {
-      throw InputError(link_at(robot.links[i]) + ": the name is given to two links; rename one");
-    }
+    faults.collect([&] { check_link(robot.links[i]); });
+    if (!link_of.emplace(robot.links[i].name, static_cast<int>(i)).second)
+      faults.add(link_at(robot.links[i]) + ": the name is given to two links; rename one");
   }
   for (size_t i = 0; i < robot.joints.size(); ++i) {
-    check_joint(robot.joints[i]);
-    if (!joint_of.emplace(robot.joints[i].name, static_cast<int>(i)).second) {
-      throw InputError(joint_at(robot.joints[i]) + ": the name is given to two joints; rename one");
-    }
+    faults.collect([&] { check_joint(robot.joints[i]); });
+    if (!joint_of.emplace(robot.joints[i].name, static_cast<int>(i)).second)
+      faults.add(joint_at(robot.joints[i]) + ": the name is given to two joints; rename one");
   }
-  for (const JointSpec& joint : robot.joints) check_mimic(robot, joint_of, joint);
+  for (const JointSpec& joint : robot.joints) {
+    faults.collect([&] { check_mimic(robot, joint_of, joint); });
+    for (const std::string& end : {joint.parent, joint.child})
+      if (link_of.count(end) == 0)
+        faults.add(fmt::format("{}: link '{}' does not exist", joint_at(joint), end));
+  }
+  faults.throw_if_any();
   RobotTree tree = connect(robot, link_of);
   check_reachable(robot, tree);
   return tree;

@@ -24,6 +24,45 @@ auto line_of(const std::string& text, size_t position) {
   return 1 + std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(position), '\n');
 }
 
+/// The element that tinyxml2 names in its message, as "<NAME>: ", or "".
+std::string faulty_element(const tinyxml2::XMLDocument& document) {
+  constexpr std::string_view kNamed = "XMLElement name=";
+  const std::string_view message = document.ErrorStr() == nullptr ? "" : document.ErrorStr();
+  const size_t at = message.find(kNamed);
+  return at == std::string_view::npos ? ""
+                                      : fmt::format("<{}>: ", message.substr(at + kNamed.size()));
+}
+
+/// Plain words for an error of tinyxml2.
+const char* xml_fault(const tinyxml2::XMLDocument& document) {
+  switch (document.ErrorID()) {
+    case tinyxml2::XML_ERROR_EMPTY_DOCUMENT:
+      return "the file holds no element";
+    case tinyxml2::XML_ERROR_MISMATCHED_ELEMENT:
+      return "the element that begins here is closed under another name, or not at all: </NAME> is "
+             "expected";
+    case tinyxml2::XML_ERROR_PARSING_ELEMENT:
+      return "an element that is not written to its end: > or /> is missing";
+    case tinyxml2::XML_ERROR_PARSING_ATTRIBUTE:
+      return "an attribute is not written NAME=\"VALUE\" (a quotation mark or = is missing), or "
+             "stands twice";
+    case tinyxml2::XML_ERROR_PARSING_TEXT:
+      return "text outside of all elements, or the file ends before </NAME>";
+    case tinyxml2::XML_ERROR_PARSING_CDATA:
+      return "<![CDATA[ without ]]>";
+    case tinyxml2::XML_ERROR_PARSING_COMMENT:
+      return "a comment <!-- without -->";
+    case tinyxml2::XML_ERROR_PARSING_DECLARATION:
+      return "<? without ?>, or a declaration that does not stand at the start of the file";
+    case tinyxml2::XML_ERROR_PARSING_UNKNOWN:
+      return "<! without >";
+    case tinyxml2::XML_ELEMENT_DEPTH_EXCEEDED:
+      return "elements within elements more than 100 deep";
+    default:
+      return "< that begins no element (write &lt; for the sign), or the file ends before </NAME>";
+  }
+}
+
 }  // namespace
 
 std::string why_unreadable(const std::filesystem::path& file) {
@@ -35,6 +74,20 @@ std::string why_unreadable(const std::filesystem::path& file) {
   errno = 0;
   const std::unique_ptr<std::FILE, CloseFile> stream(std::fopen(file.c_str(), "rb"));
   return fmt::format("cannot be opened: {}", std::generic_category().message(errno));
+}
+
+void Faults::add(const std::string& fault) {
+  if (std::find(faults_.begin(), faults_.end(), fault) == faults_.end()) faults_.push_back(fault);
+}
+
+void Faults::throw_if_any() const {
+  constexpr std::size_t kMost = 20;
+  if (faults_.empty()) return;
+  std::string all;
+  for (std::size_t i = 0; i < std::min(kMost, faults_.size()); ++i)
+    all += (i == 0 ? "" : "\n") + faults_[i];
+  if (faults_.size() > kMost) all += fmt::format("\nand {} more faults", faults_.size() - kMost);
+  throw InputError(all);
 }
 
 std::string read_text_file(const std::filesystem::path& file, std::uintmax_t max_bytes,
@@ -92,13 +145,25 @@ std::string read_xml_file(const std::filesystem::path& file, const char* missing
   return text;
 }
 
+void parse_xml(const std::filesystem::path& file, const std::string& text,
+               tinyxml2::XMLDocument& document) {
+  const size_t declaration = text.find("<?xml");
+  if (declaration != std::string::npos && declaration > 0 &&
+      text.find_first_not_of(" \t\r\n") == declaration) {
+    throw InputError(
+        fmt::format("{}:1: not well-formed XML: the declaration <?xml ...?> must be the very first "
+                    "characters of the file; delete the blank before it",
+                    file.string()));
+  }
+  if (document.Parse(text.data(), text.size()) == tinyxml2::XML_SUCCESS) return;
+  throw InputError(fmt::format("{}:{}: not well-formed XML: {}{}", file.string(),
+                               std::max(1, document.ErrorLineNum()), faulty_element(document),
+                               xml_fault(document)));
+}
+
 void parse_xml_file(const std::filesystem::path& file, const char* missing,
                     tinyxml2::XMLDocument& document) {
-  const std::string text = read_xml_file(file, missing);
-  if (document.Parse(text.data(), text.size()) != tinyxml2::XML_SUCCESS) {
-    throw InputError(fmt::format("{}:{}: not well-formed XML: {}", file.string(),
-                                 std::max(1, document.ErrorLineNum()), document.ErrorName()));
-  }
+  parse_xml(file, read_xml_file(file, missing), document);
 }
 
 std::string root_element_name(const std::filesystem::path& file) {

@@ -110,11 +110,16 @@ YamlValue YamlValue::at(const char* key) const {
 void YamlValue::expect_map(std::initializer_list<const char*> known) const {
   const auto list = [&] { return fmt::format("{}", fmt::join(known, ", ")); };
   if (!node_.IsMap()) fail("a map is expected, with keys out of: " + list());
+  Faults faults;
   for (const auto& [key, value] : entries()) {
     const bool is_known = std::any_of(known.begin(), known.end(),
                                       [&, &k = key](const char* name) { return k == name; });
-    if (!is_known) value.fail(fmt::format("'{}' is not known here; known: {}", key, list()));
+    if (!is_known)
+      faults.collect([&, &k = key, &v = value] {
+        v.fail(fmt::format("'{}' is not known here; known: {}", k, list()));
+      });
   }
+  faults.throw_if_any();
 }
 
 std::vector<YamlValue> YamlValue::list() const {

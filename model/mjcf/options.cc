@@ -6,29 +6,37 @@
 #include <algorithm>
 #include <cstring>
 
+#include "counterpoint/model/special_values.h"
+
 namespace counterpoint::mjcf {
 namespace {
 
-void read_flags(Document& document, const Element& e, MjcfModel& model) {
+void read_flags(Document& document, const Element& e, MjcfModel& model, Switches& switches) {
   // What changes how MuJoCo computes, but not what.
   static const std::set<std::string> kHarmless = {
-      "eulerdamp", "warmstart", "refsafe",   "sensor", "midphase",    "nativeccd",
-      "multiccd",  "island",    "energy",    "fwdinv", "invdiscrete", "override",
-      "autoreset", "sleep",     "clampctrl", "spring", "damper",      "adaptivegap"};
+      "eulerdamp",   "warmstart", "refsafe",   "sensor", "midphase",
+      "nativeccd",   "multiccd",  "island",    "energy", "fwdinv",
+      "invdiscrete", "override",  "autoreset", "sleep",  "adaptivegap"};
+  static const std::set<std::string> kObeyed = {"constraint", "equality",  "frictionloss", "limit",
+                                                "contact",    "passive",   "spring",       "damper",
+                                                "gravity",    "clampctrl", "actuation"};
   const Values v(document, e);
+  std::string obeyed;
   for (const auto* a = e.FirstAttribute(); a; a = a->Next()) {
-    const std::string name = a->Name(), value = a->Value();
-    if (name == "gravity") {
-      if (value == "disable") model.gravity.setZero();
-      continue;
-    }
-    const bool passive = name == "spring" || name == "damper" || name == "clampctrl";
-    if (kHarmless.count(name) > 0 && !(passive && value == "disable")) continue;
-    if (value == "disable")
+    const std::string name = a->Name();
+    const bool off = v.word(a->Name(), {"enable", "disable"}, "enable") == "disable";
+    if (!off || kHarmless.count(name) > 0) continue;
+    if (name == "filterparent")
       document.fail(
-          e,
-          fmt::format("{}=\"disable\" is not supported; a scene may switch it off: effects", name));
+          e, "filterparent=\"disable\": bodies joined by a joint never touch here; remove it");
+    if (kObeyed.count(name) == 0)
+      document.fail(e, fmt::format("{}=\"disable\" is not supported; remove it", name));
+    obeyed += (obeyed.empty() ? "" : ", ") + name;
+    switches.off.insert(name);
   }
+  if (switches.off.count("passive") > 0) switches.off.insert({"spring", "damper"});
+  if (switches.off.count("gravity") > 0) model.gravity.setZero();
+  if (!obeyed.empty()) document.note(e, fmt::format("switched off: {}", obeyed));
 }
 
 void read_air_options(Document& document, const Values& v, MjcfModel& model) {
@@ -57,13 +65,50 @@ std::string counted(const std::map<std::string, int>& counts) {
 
 }  // namespace
 
-void read_options(Document& document, MjcfModel& model) {
-  for (const Element* e : document.sections("option")) {
-    const Values v(document, *e);
+Switches read_options(Document& document, MjcfModel& model) {
+  Switches switches;
+  document.each(document.sections("option"), [&](const Element& e) {
+    document.expect(e, {"timestep",
+                        "apirate",
+                        "impratio",
+                        "gravity",
+                        "wind",
+                        "magnetic",
+                        "density",
+                        "viscosity",
+                        "o_margin",
+                        "o_solref",
+                        "o_solimp",
+                        "o_friction",
+                        "integrator",
+                        "collision",
+                        "cone",
+                        "jacobian",
+                        "solver",
+                        "iterations",
+                        "tolerance",
+                        "ls_iterations",
+                        "ls_tolerance",
+                        "noslip_iterations",
+                        "noslip_tolerance",
+                        "mpr_iterations",
+                        "mpr_tolerance",
+                        "ccd_iterations",
+                        "ccd_tolerance",
+                        "sdf_iterations",
+                        "sdf_initpoints",
+                        "sleep_tolerance",
+                        "actuatorgroupdisable"});
+    const Values v(document, e);
     model.gravity = v.vector("gravity", model.gravity);
     model.time_step = v.number("timestep", model.time_step);
-    if (!(model.time_step > 0.0)) document.fail(*e, "timestep: a positive number is expected");
+    if (!(model.time_step > 0.0)) document.fail(e, "timestep: a positive number is expected");
     read_air_options(document, v, model);
+    const std::string collision = v.word("collision", {"all", "predefined", "dynamic"}, "all");
+    switches.pairs_only = collision == "predefined";
+    switches.no_pairs = collision == "dynamic";
+    for (const double group : v.numbers("actuatorgroupdisable", 0, 31))
+      switches.groups_off.insert(static_cast<int>(group));
     std::string others;
     for (const char* name :
          {"integrator", "cone", "impratio", "solver", "jacobian", "iterations", "tolerance",
@@ -71,35 +116,102 @@ void read_options(Document& document, MjcfModel& model) {
       if (v.has(name)) others += (others.empty() ? "" : ", ") + std::string(name);
     if (!others.empty())
       document.note(
-          *e, fmt::format("{}: of MuJoCo's own method; here steps are as the scene says", others));
-    for (const Element* flag : document.children(*e))
-      if (std::strcmp(flag->Name(), "flag") == 0) read_flags(document, *flag, model);
+          e, fmt::format("{}: of MuJoCo's own method; here steps are as the scene says", others));
+    for (const Element* flag : document.children(e))
+      if (std::strcmp(flag->Name(), "flag") == 0) read_flags(document, *flag, model, switches);
+  });
+  return switches;
+}
+
+void switch_off(const Switches& switches, MjcfModel& model) {
+  const auto off = [&](const char* word) { return switches.off.count(word) > 0; };
+  for (JointSpec& joint : model.robot.joints) {
+    if (switches.constraint_off("limit")) {
+      joint.lower = -kInfinity;
+      joint.upper = kInfinity;
+    }
+    if (switches.constraint_off("frictionloss")) joint.dry_friction = 0.0;
+    if (off("spring")) joint.stiffness = 0.0;
+    if (off("damper")) joint.damping = 0.0;
+  }
+  for (MjcfModel::Actuator& a : model.actuators)
+    if (off("clampctrl")) a.least = a.most = std::nullopt;
+  if (!off("spring") || !off("damper")) return;
+  // Then all passive forces are off (MuJoCo, XML Reference, "flag/spring").
+  for (LinkSpec& link : model.robot.links) {
+    link.gravity_compensation = 0.0;
+    link.drag = {};
   }
 }
 
-void read_keyframes(Document& document, MjcfModel& model) {
-  std::size_t nq = 0, nv = 0;
-  for (const MjcfModel::Coordinate& c : model.coordinates) {
-    nq += joint_nq(c.type);
-    nv += joint_nv(c.type);
+namespace {
+
+/// Numbers of a keyframe at their places among those of all models.
+struct KeyReader {
+  Document& document;
+  const Element& element;
+  const int model = document.model_of(element);
+
+  bool owns(const Element& other) const {
+    return document.is_within(document.model_of(other), model);
   }
-  const std::size_t nu = model.actuators.size();
-  for (const Element* e : document.section_children("keyframe")) {
-    document.expect(*e, {"name", "time", "qpos", "qvel", "act", "ctrl", "mpos", "mquat"});
-    const Values v(document, *e);
+
+  /// Does it have as many numbers as its model? Of a model that was attached in part it has more.
+  bool fits(const char* name, const std::vector<std::pair<std::size_t, bool>>& sizes) const {
+    const std::size_t given = Values(document, element).numbers(name, 0, 1'000'000).size();
+    std::size_t count = 0;
+    for (const auto& [size, mine] : sizes) count += mine ? size : 0;
+    if (given == 0 || given == count) return true;
+    if (model == 0)
+      document.fail(element, fmt::format("{}: {} numbers; the model has {}", name, given, count));
+    document.note(element, fmt::format("{}: {} numbers; what is attached has {}: left out", name,
+                                       given, count));
+    return false;
+  }
+
+  /// `sizes`: how many numbers each part takes, and whether it is of this model; `otherwise`: all
+  /// of them.
+  std::vector<double> read(const char* name, const std::vector<std::pair<std::size_t, bool>>& sizes,
+                           std::vector<double> otherwise) const {
+    const std::vector<double> given = Values(document, element).numbers(name, 0, 1'000'000);
+    if (given.empty()) return given;
+    std::size_t at = 0, to = 0;
+    for (const auto& [size, mine] : sizes) {
+      for (std::size_t i = 0; mine && i < size; ++i) otherwise[to + i] = given[at++];
+      to += size;
+    }
+    return otherwise;
+  }
+};
+
+}  // namespace
+
+void read_keyframes(Document& document, const Bodies& bodies, MjcfModel& model) {
+  const std::vector<const Element*> actuators = document.section_children("actuator");
+  document.each(document.section_children("keyframe"), [&](const Element& e) {
+    document.expect(e, {"name", "time", "qpos", "qvel", "act", "ctrl", "mpos", "mquat"});
+    const KeyReader reader{document, e};
+    std::vector<std::pair<std::size_t, bool>> q, v, u;
+    std::vector<double> reference;
+    std::size_t nv = 0;
+    for (std::size_t i = 0; i < model.coordinates.size(); ++i) {
+      const MjcfModel::Coordinate& c = model.coordinates[i];
+      const bool mine = reader.owns(*bodies.joints[i].element);
+      q.emplace_back(joint_nq(c.type), mine);
+      v.emplace_back(joint_nv(c.type), mine);
+      nv += v.back().first;
+      reference.insert(reference.end(), c.reference.begin(), c.reference.end());
+    }
+    for (const Element* actuator : actuators) u.emplace_back(1, reader.owns(*actuator));
+    if (!reader.fits("qpos", q) || !reader.fits("qvel", v) || !reader.fits("ctrl", u)) return;
     MjcfModel::Keyframe key;
-    key.name = v.text("name", fmt::format("key{}", model.keyframes.size()));
-    key.where = document.where(*e);
-    const auto read = [&](const char* name, std::size_t count) {
-      const std::vector<double> given = v.numbers(name, 0, 1'000'000);
-      if (given.empty() || given.size() == count) return given;
-      document.fail(*e, fmt::format("{}: {} numbers; the model has {}", name, given.size(), count));
-    };
-    key.q = read("qpos", nq);
-    key.v = read("qvel", nv);
-    key.control = read("ctrl", nu);
+    key.name = Values(document, e).text("name", fmt::format("key{}", model.keyframes.size()));
+    key.where = document.where(e);
+    key.q = reader.read("qpos", q, reference);
+    key.v = reader.read("qvel", v, std::vector<double>(nv));
+    key.control = reader.read("ctrl", u, std::vector<double>(u.size()));
     model.keyframes.push_back(key);
-  }
+  });
 }
 
 void check_sections(Document& document) {
@@ -116,7 +228,7 @@ void check_sections(Document& document) {
       continue;
     }
     if (std::strcmp(e->Name(), "deformable") == 0 && document.children(*e).empty()) continue;
-    document.fail(*e, "this section is not supported; remove it");
+    document.faults.collect([&] { document.fail(*e, "this section is not supported; remove it"); });
   }
   if (!passed.empty())
     document.notes.push_back(

@@ -103,18 +103,21 @@ void ModelReader::expect_no_robot_keys(const YamlValue& in, const char* format) 
       in.at(key).fail(fmt::format("not for a model with an {}: its file says this", format));
 }
 
+LeavingOptions ModelReader::leaving_options(const YamlValue& in) const {
+  LeavingOptions options{urdf_options_, {}};
+  if (!in.has("leave_out")) return options;
+  for (const YamlValue& word : in.at("leave_out").list()) {
+    const auto what = leave_out_from_name(word.text());
+    if (!what) word.fail(leave_out_names() + " is expected");
+    options.leave_out.insert(*what);
+  }
+  return options;
+}
+
 /// A model in MuJoCo's format says how it starts; joints and speeds given here go before.
 void ModelReader::read_mjcf(const YamlValue& in, bool only_one) {
   expect_no_robot_keys(in, "mjcf");
-  MjcfOptions options{urdf_options_, {}};
-  if (in.has("leave_out")) {
-    for (const YamlValue& word : in.at("leave_out").list()) {
-      const auto what = leave_out_from_name(word.text());
-      if (!what)
-        word.fail("fluid, tendons, actuators, joint_forces or equalities is expected");
-      options.leave_out.insert(*what);
-    }
-  }
+  const MjcfOptions options = leaving_options(in);
   const YamlValue file = in.at("mjcf");
   const MjcfModel model =
       located(file, [&] { return load_mjcf(robot_file(file, folder_, urdf_options_), options); });
@@ -132,8 +135,9 @@ void ModelReader::read_mjcf(const YamlValue& in, bool only_one) {
 void ModelReader::read_sdf(const YamlValue& in, bool only_one) {
   expect_no_robot_keys(in, "sdf");
   const YamlValue file = in.at("sdf");
-  const SdfModel model = located(
-      file, [&] { return load_sdf(robot_file(file, folder_, urdf_options_), urdf_options_); });
+  const SdfOptions options = leaving_options(in);
+  const SdfModel model =
+      located(file, [&] { return load_sdf(robot_file(file, folder_, urdf_options_), options); });
   place(in, only_one, model.name, read_pose(in), [&](const Pose& placed, const std::string& prefix) {
     located(in, [&] { add_sdf(model, placed, prefix, builder_); });
     read_start(in, Base::kFixed, 0, prefix);
@@ -174,9 +178,9 @@ void ModelReader::read(const YamlValue& in, bool only_one) {
                  "spacing"});
   if (in.has("mjcf") && in.has("sdf")) in.at("sdf").fail("a model has one file: mjcf or sdf");
   if (in.has("mjcf")) return read_mjcf(in, only_one);
-  for (const char* key : {"keyframe", "leave_out"})
-    if (in.has(key)) in.at(key).fail("this is for a model with an mjcf");
+  if (in.has("keyframe")) in.at("keyframe").fail("this is for a model with an mjcf");
   if (in.has("sdf")) return read_sdf(in, only_one);
+  if (in.has("leave_out")) in.at("leave_out").fail("this is for a model with an mjcf or sdf");
   const RobotSpec robot = read_robot(in);
   const Srdf srdf = read_srdf(in);
   const Base base = read_base(in);

@@ -32,6 +32,7 @@ class ModelReader {
     std::vector<double> numbers;
   };
 
+  LeavingOptions leaving_options(const YamlValue& in) const;
   static void expect_no_robot_keys(const YamlValue& in, const char* format);
   void read_mjcf(const YamlValue& in, bool only_one);
   void read_sdf(const YamlValue& in, bool only_one);

@@ -51,24 +51,18 @@ class SceneReader {
 
   Scene read() {
     const SimulationOptions options = read_options();
-    if (root_.has("models")) {
-      const std::vector<YamlValue> models = root_.at("models").list();
-      for (const YamlValue& model : models) models_.read(model, models.size() == 1);
-    }
-    if (root_.has("ground")) read_ground(root_.at("ground"));
-    if (root_.has("environment")) {
-      for (const YamlValue& item : root_.at("environment").list()) read_environment(item);
-    }
-    if (root_.has("groups")) read_groups(root_.at("groups"));
-    if (root_.has("exclude")) {
-      for (const YamlValue& pair : root_.at("exclude").list()) read_exclusion(pair);
-    }
-    if (root_.has("pairs")) {
-      for (const YamlValue& item : root_.at("pairs").list()) read_pair(item);
-    }
-    if (root_.has("closures")) {
-      for (const YamlValue& item : root_.at("closures").list()) read_closure(item);
-    }
+    take_each("models",
+              [&](const YamlValue& in, std::size_t count) { models_.read(in, count == 1); });
+    take("ground", [&](const YamlValue& in) { read_ground(in); });
+    take_each("environment", [&](const YamlValue& in, std::size_t) { read_environment(in); });
+    // What follows names what came before.
+    faults_.throw_if_any();
+    take("groups", [&](const YamlValue& in) { read_groups(in); });
+    faults_.throw_if_any();
+    take_each("exclude", [&](const YamlValue& in, std::size_t) { read_exclusion(in); });
+    take_each("pairs", [&](const YamlValue& in, std::size_t) { read_pair(in); });
+    take_each("closures", [&](const YamlValue& in, std::size_t) { read_closure(in); });
+    faults_.throw_if_any();
     Model model = build();
     VectorX q = model.default_q();
     VectorX v = models_.start_velocities(model);
@@ -76,6 +70,20 @@ class SceneReader {
   }
 
  private:
+  /// Reads what stands under a key of the scene, if it is there; a fault is kept.
+  template <class Read>
+  void take(const char* key, Read&& read) {
+    if (root_.has(key)) faults_.collect([&] { read(root_.at(key)); });
+  }
+  /// Every item of a list, with the number of items.
+  template <class Read>
+  void take_each(const char* key, Read&& read) {
+    take(key, [&](const YamlValue& in) {
+      const std::vector<YamlValue> items = in.list();
+      for (const YamlValue& item : items) faults_.collect([&] { read(item, items.size()); });
+    });
+  }
+
   static Vector3 read_gravity(const YamlValue& root) {
     root.expect_map({"name",           "gravity",       "time_step",       "duration",
                      "contact",        "packages",      "repair_inertias", "defaults",
@@ -87,20 +95,19 @@ class SceneReader {
     return {0, 0, -kStandardGravity};
   }
 
-  SimulationOptions read_options() const {
-    SimulationOptions options;
-    if (root_.has("time_step")) options.time_step = root_.at("time_step").positive();
-    if (root_.has("integrator")) options.integrator = read_integrator(root_.at("integrator"));
-    if (root_.has("duration")) options.duration = root_.at("duration").number(0.0, kInfinity);
-    if (root_.has("max_speed")) options.max_speed = read_bound(root_.at("max_speed"));
-    if (root_.has("closing_time")) options.closing_time = read_bound(root_.at("closing_time"));
-    if (root_.has("velocity_forces"))
-      options.mean_velocity_forces = read_velocity_forces(root_.at("velocity_forces"));
-    if (root_.has("effects")) read_effects(root_.at("effects"), options.effects);
-    if (root_.has("step_control"))
-      options.step_control = read_step_control(root_.at("step_control"));
-    if (root_.has("contact")) read_contact(root_.at("contact"), options.contact);
-    return options;
+  SimulationOptions read_options() {
+    SimulationOptions o;
+    take("time_step", [&](const YamlValue& in) { o.time_step = in.positive(); });
+    take("integrator", [&](const YamlValue& in) { o.integrator = read_integrator(in); });
+    take("duration", [&](const YamlValue& in) { o.duration = in.number(0.0, kInfinity); });
+    take("max_speed", [&](const YamlValue& in) { o.max_speed = read_bound(in); });
+    take("closing_time", [&](const YamlValue& in) { o.closing_time = read_bound(in); });
+    take("velocity_forces",
+         [&](const YamlValue& in) { o.mean_velocity_forces = read_velocity_forces(in); });
+    take("effects", [&](const YamlValue& in) { read_effects(in, o.effects); });
+    take("step_control", [&](const YamlValue& in) { o.step_control = read_step_control(in); });
+    take("contact", [&](const YamlValue& in) { read_contact(in, o.contact); });
+    return o;
   }
 
   static Integrator read_integrator(const YamlValue& in) {
@@ -323,6 +330,7 @@ class SceneReader {
   ModelBuilder builder_;
   ModelReader models_;
   std::map<std::string, std::vector<std::string>> groups_;
+  Faults faults_;
 };
 
 }  // namespace

@@ -30,7 +30,7 @@ class BodyReader {
       read(inner, scope + inner.Name() + "::", X_TM * X_MI, is_static);
     }
     for (std::uint64_t i = 0; !is_static && i < model.JointCount(); ++i)
-      read_joint(*model.JointByIndex(i), scope, X_TM);
+      document_.faults.collect([&] { read_joint(*model.JointByIndex(i), scope, X_TM); });
   }
 
   Bodies bodies;
@@ -62,24 +62,25 @@ class BodyReader {
     node.spec.name = name_of(scope, in.Name());
     node.spec.where = document_.where(element);
     if (!is_static) {
-      check_motion(element);
-      node.spec.inertia = inertia_of(element);
+      document_.faults.collect([&] { check_motion(element); });
+      document_.faults.collect([&] { node.spec.inertia = inertia_of(element); });
       if (!Document::flag(element, "gravity", true)) node.spec.gravity_compensation = 1.0;
     }
-    for (std::uint64_t i = 0; i < in.CollisionCount(); ++i) {
-      const CollisionRead read = shapes_.read(*in.CollisionByIndex(i), is_static);
-      if (!read.touches) {
-        document_.note(in.CollisionByIndex(i)->Element(), "touches nothing, as its <contact> says");
-        continue;
-      }
-      node.spec.collisions.push_back(read.collision);
-      node.bitmasks.push_back(read.bitmask);
-    }
+    for (std::uint64_t i = 0; i < in.CollisionCount(); ++i)
+      document_.faults.collect([&] { read_collision(*in.CollisionByIndex(i), is_static, node); });
     indices_[scope + in.Name()] = is_static ? -1 : static_cast<int>(bodies.links.size());
     (is_static ? bodies.fixed : bodies.links).push_back(node);
   }
 
-  void check_motion(const sdf::ElementPtr& element) const {
+  void read_collision(const sdf::Collision& in, bool is_static, LinkNode& node) {
+    const CollisionRead read = shapes_.read(in, is_static);
+    if (!read.touches)
+      return document_.note(in.Element(), "touches nothing, as its <contact> says");
+    node.spec.collisions.push_back(read.collision);
+    node.collisions.push_back(read);
+  }
+
+  void check_motion(const sdf::ElementPtr& element) {
     if (Document::flag(element, "kinematic", false))
       document_.fail(
           element,
@@ -87,12 +88,10 @@ class BodyReader {
     const sdf::ElementPtr decay = Document::child(element, "velocity_decay");
     for (const char* part : {"linear", "angular"})
       if (Document::number(decay, part, 0.0) != 0.0)
-        document_.fail(
-            decay,
-            fmt::format(
-                "<{}> is not 0: a share of the speed lost each step is not supported; remove "
-                "it, and give a scene's drag instead",
-                part));
+        document_.refuse(
+            decay, LeaveOut::kFluid,
+            fmt::format("<{}> is not 0: a share of the speed lost each step is not supported",
+                        part));
   }
 
   SpatialInertia inertia_of(const sdf::ElementPtr& element) {

@@ -17,7 +17,7 @@ struct LinkNode {
   sdf::ElementPtr element;
   Pose X_TL;  ///< in the frame of the outermost model
   bool self_collide = false;
-  std::vector<unsigned> bitmasks;  ///< of spec.collisions
+  std::vector<CollisionRead> collisions;  ///< those of spec
 };
 
 struct JointNode {

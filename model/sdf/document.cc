@@ -66,20 +66,24 @@ Document::Document(const std::filesystem::path& file, const SdfOptions& options)
   sdf::ParserConfig config;
   config.SetWarningsPolicy(sdf::EnforcementPolicy::LOG);
   config.SetUnrecognizedElementsPolicy(sdf::EnforcementPolicy::LOG);
-  resolve_includes(file, text, options, config, notes);
+  const std::string resolved = resolve_includes(file, text, options, config, notes);
   sdf::Errors errors;
   const CapturedMessages urdf_messages;  // what is no SDF is tried as URDF
   try {
-    errors = root_.LoadSdfString(text, config);
+    errors = root_.LoadSdfString(resolved, config);
   } catch (const std::exception& error) {
     throw InputError(fmt::format("{}: {}", file.string(), error.what()));
   }
   for (const sdf::Error& error : errors) {
     // The builder says what is wrong with an inertia, or takes it.
     if (error.Code() == sdf::ErrorCode::LINK_INERTIA_INVALID) continue;
-    if (!is_about_appearance(error)) throw InputError(located(error, file));
-    notes.push_back({file.string(), "not read, without effect on the motion: " + error.Message()});
+    if (is_about_appearance(error))
+      notes.push_back(
+          {file.string(), "not read, without effect on the motion: " + error.Message()});
+    else
+      faults.add(located(error, file));
   }
+  faults.throw_if_any();
 }
 
 std::filesystem::path Document::folder_of(const sdf::ElementPtr& element) const {
@@ -96,6 +100,11 @@ std::string Document::where(const sdf::ElementPtr& element) const {
 
 void Document::fail(const sdf::ElementPtr& element, const std::string& what) const {
   throw InputError(fmt::format("{}: {}", where(element), what));
+}
+
+void Document::refuse(const sdf::ElementPtr& element, LeaveOut word, const std::string& what) {
+  if (options_.leave_out.count(word) > 0) return note(element, what + "; left out");
+  faults.add(fmt::format("{}: {}{}", where(element), what, how_to_leave_out("sdf", file_, word)));
 }
 
 void Document::note(const sdf::ElementPtr& element, const std::string& what) {

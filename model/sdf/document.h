@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "counterpoint/model/robot_files.h"
+#include "counterpoint/model/text_files.h"
 
 namespace counterpoint::sdf_file {
 
@@ -31,6 +32,8 @@ class Document {
   /// "FILE:LINE: <joint> 'elbow'".
   std::string where(const sdf::ElementPtr& element) const;
   [[noreturn]] void fail(const sdf::ElementPtr& element, const std::string& what) const;
+  /// A fault, unless the caller left out what `word` names; then a note.
+  void refuse(const sdf::ElementPtr& element, LeaveOut word, const std::string& what);
   void note(const sdf::ElementPtr& element, const std::string& what);
 
   /// The elements within one, in order.
@@ -52,6 +55,7 @@ class Document {
   void check(const sdf::Errors& errors, const sdf::ElementPtr& element) const;
 
   std::vector<Note> notes;
+  Faults faults;  ///< of what was read so far; the reader goes on behind each
 
  private:
   std::filesystem::path file_;

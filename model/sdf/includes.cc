@@ -30,14 +30,19 @@ class Walk {
   Walk(const SdfOptions& options, sdf::ParserConfig& config, std::vector<Note>& notes)
       : options_(options), config_(config), notes_(notes) {}
 
+  /// Includes of the outermost file, by their number, and what stands in their place.
+  std::map<std::size_t, std::string> replaced;
+
   void read(const fs::path& file, const XMLElement& root) {
+    const std::vector<fs::path> around = open_;
     open_.push_back(file);
     read_elements(root, file);
-    open_.pop_back();
+    open_ = around;
   }
 
   /// libsdformat is to find what was found here.
   void check() const {
+    faults_.throw_if_any();
     for (const auto& [uri, target] : targets_) {
       std::error_code error;
       if (fs::equivalent(sdf::findFile(uri, true, true, config_), target.path, error)) continue;
@@ -56,9 +61,9 @@ class Walk {
 
   void read_elements(const XMLElement& element, const fs::path& file) {
     for (const XMLElement* e = element.FirstChildElement(); e; e = e->NextSiblingElement()) {
-      check_known(*e, element, file);
+      faults_.collect([&] { check_known(*e, element, file); });
       if (std::strcmp(e->Name(), "include") == 0)
-        read_include(*e, file);
+        faults_.collect([&] { read_include(*e, file); });
       else
         read_elements(*e, file);
     }
@@ -80,7 +85,24 @@ class Walk {
                                    e.GetLineNum(), name, what));
   }
 
+  /// Of the outermost file: one of the library, if no folder holds it.
+  bool take_from_library(const std::string& uri, const XMLElement& element,
+                         const std::string& where, std::size_t number) {
+    if (open_.size() != 1) return false;
+    const auto model = library_model(uri, element);
+    if (!model) return false;
+    replaced[number] = *model;
+    notes_.push_back(
+        {where, model->empty()
+                    ? fmt::format("'{}': a light, without effect on the motion", uri)
+                    : fmt::format(
+                          "'{}' is not among the files: the plane z = 0 of its frame, friction 100",
+                          uri)});
+    return true;
+  }
+
   void read_include(const XMLElement& element, const fs::path& file) {
+    const std::size_t number = open_.size() == 1 ? outermost_++ : 0;
     const std::string where = fmt::format("{}:{}: <include>", file.string(), element.GetLineNum());
     const XMLElement* child = element.FirstChildElement("uri");
     const char* text = child ? child->GetText() : nullptr;
@@ -88,12 +110,20 @@ class Walk {
     if (uri.empty()) throw InputError(where + ": <uri> with the name of a model is expected");
     if (++number_ > kMaxIncludes)
       throw InputError(fmt::format("{}: more than {} includes", where, kMaxIncludes));
-    if (uri.rfind("http://", 0) == 0 || uri.rfind("https://", 0) == 0)
+    if (uri.rfind("http://", 0) == 0 || uri.rfind("https://", 0) == 0) {
+      if (take_from_library(uri, element, where, number)) return;
       throw InputError(
           fmt::format("{}: '{}' is not fetched; download the model and include it as "
                       "model://NAME, with --package NAME=FOLDER",
                       where, uri));
-    const fs::path target = find(uri, file.parent_path(), where);
+    }
+    fs::path target;
+    try {
+      target = find(uri, file.parent_path(), where);
+    } catch (const InputError&) {
+      if (take_from_library(uri, element, where, number)) return;
+      throw;
+    }
     const auto [known, is_new] = targets_.emplace(uri, Target{target, where});
     std::error_code error;
     if (!is_new && !fs::equivalent(known->second.path, target, error))
@@ -123,10 +153,10 @@ class Walk {
     MeshPath found;
     bool is_folder = true;
     try {
-      found = find_mesh(stem + "/model.config", folder, options_.packages, where);
+      found = find_mesh(stem + "/model.config", folder, options_.packages, where, "model");
     } catch (const InputError&) {
       is_folder = false;
-      found = find_mesh(stem, folder, options_.packages, where);
+      found = find_mesh(stem, folder, options_.packages, where, "model");
     }
     if (found.guessed)
       notes_.push_back({where, fmt::format("'{}' is taken to be {}", uri, found.file.string())});
@@ -145,7 +175,7 @@ class Walk {
           fmt::format("{}: {} names no <sdf> file", where, (target / "model.config").string()));
     const std::string name = fs::path(chosen).lexically_relative(target).generic_string();
     const fs::path model =
-        find_mesh(uri + "/" + name, file.parent_path(), options_.packages, where).file;
+        find_mesh(uri + "/" + name, file.parent_path(), options_.packages, where, "model").file;
     std::error_code error;
     if (fs::equivalent(model, chosen, error)) return model;
     throw InputError(fmt::format("{}: there is no file {}", where, chosen));
@@ -166,17 +196,17 @@ class Walk {
   std::vector<Note>& notes_;
   std::vector<fs::path> open_;
   std::map<std::string, Target> targets_;
-  std::size_t number_ = 0;
+  std::size_t number_ = 0, outermost_ = 0;
+  Faults faults_;
 };
 
 }  // namespace
 
-void resolve_includes(const fs::path& file, const std::string& text, const SdfOptions& options,
-                      sdf::ParserConfig& config, std::vector<Note>& notes) {
+std::string resolve_includes(const fs::path& file, const std::string& text,
+                             const SdfOptions& options, sdf::ParserConfig& config,
+                             std::vector<Note>& notes) {
   tinyxml2::XMLDocument document;
-  if (document.Parse(text.data(), text.size()) != tinyxml2::XML_SUCCESS)
-    throw InputError(fmt::format("{}:{}: not well-formed XML: {}", file.string(),
-                                 std::max(1, document.ErrorLineNum()), document.ErrorName()));
+  parse_xml(file, text, document);
   const XMLElement* root = document.RootElement();
   if (!is_sdf_root(root))
     throw InputError(fmt::format("{}: the root element is <{}>; an SDF file has <sdf>",
@@ -191,6 +221,7 @@ void resolve_includes(const fs::path& file, const std::string& text, const SdfOp
   Walk walk(options, config, notes);
   walk.read(file, *root);
   walk.check();
+  return with_includes_replaced(text, walk.replaced);
 }
 
 }  // namespace counterpoint::sdf_file

@@ -49,9 +49,9 @@ void check_physics(Document& document, const sdf::ElementPtr& element) {
   const sdf::ElementPtr ode = Document::child(Document::child(element, "physics"), "ode");
   if (Document::number(ode, "velocity", 0.0) != 0.0 &&
       Document::number(ode, "max_force", 0.0) > 0.0)
-    document.fail(
-        ode,
-        "<velocity>, a motor in the file, is not supported; give the joint a servo in a scene");
+    document.refuse(
+        ode, LeaveOut::kActuators,
+        "<velocity>, a motor in the file, is not supported; a scene may give the joint a servo");
   if (Document::number(ode, "bounce", 0.0) > 0.0)
     document.fail(ode, "<bounce>: limits do not bounce here");
 }

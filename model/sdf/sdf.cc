@@ -12,6 +12,10 @@ namespace counterpoint {
 namespace sdf_file {
 namespace {
 
+/// Friction of a slope of 84 degrees: where it is higher, no matter in which direction, nothing
+/// slides.
+constexpr double kNeverSlides = 10.0;
+
 class Reader {
  public:
   Reader(const std::filesystem::path& file, const SdfOptions& options)
@@ -20,14 +24,10 @@ class Reader {
   }
 
   SdfModel read() {
-    const sdf::Root& root = document_.root();
-    if (root.WorldCount() > 0)
-      read_world(*root.WorldByIndex(0));
-    else if (root.Model() != nullptr)
-      read_lone_model(*root.Model());
-    else
-      throw InputError(fmt::format("{}: there is no <world> and no <model>", model_.where));
-    join();
+    document_.faults.collect([&] { read_root(document_.root()); });
+    if (!document_.faults.any()) join();
+    judge_directions();
+    document_.faults.throw_if_any();
     document_.note_passed();
     if (model_.trees.empty() && model_.environment.empty())
       model_.notes.push_back({model_.where, "there is nothing to move and nothing to touch"});
@@ -40,10 +40,22 @@ class Reader {
   struct Surface {
     std::string name;
     std::string link;
+    int model;  ///< the number of the outermost model
     bool is_static;
-    Material material;
-    unsigned bitmask;
+    CollisionRead read;
+    bool matters = false;  ///< what it touches feels that it differs with the direction
+    const Material& material() const { return read.collision.material; }
+    bool differs() const { return read.along != read.across; }
   };
+
+  void read_root(const sdf::Root& root) {
+    if (root.WorldCount() > 0) return read_world(*root.WorldByIndex(0));
+    if (root.Model() != nullptr) {
+      model_.name = root.Model()->Name();
+      return read_model(*root.Model(), "");
+    }
+    throw InputError(fmt::format("{}: there is no <world> and no <model>", model_.where));
+  }
 
   void read_world(const sdf::World& world) {
     const sdf::ElementPtr element = world.Element();
@@ -64,18 +76,14 @@ class Reader {
     windy_ = world.WindLinearVelocity() != ignition::math::Vector3d::Zero;
     for (std::uint64_t i = 0; i < world.ModelCount(); ++i) {
       const sdf::Model& model = *world.ModelByIndex(i);
-      read_model(model, model.Name() + "/");
+      document_.faults.collect([&] { read_model(model, model.Name() + "/"); });
     }
   }
 
-  void read_lone_model(const sdf::Model& model) {
-    model_.name = model.Name();
-    read_model(model, "");
-  }
-
   void read_model(const sdf::Model& model, const std::string& prefix) {
+    ++models_;
     if (windy_ && model.EnableWind())
-      document_.fail(model.Element(), "<enable_wind>: wind is not supported");
+      document_.refuse(model.Element(), LeaveOut::kFluid, "<enable_wind>: wind is not supported");
     const Pose X_WT = document_.resolve(model.SemanticPose(), "", model.Element());
     const Bodies bodies = read_bodies(document_, shapes_, model, prefix);
     for (const LinkNode& link : bodies.fixed) {
@@ -85,7 +93,7 @@ class Reader {
             {link.spec.name + "/" + c.name, c.shape, X_WT * link.X_TL * c.X_LG, c.material});
     }
     for (const LinkNode& link : bodies.links) add_surfaces(link, false);
-    if (bodies.links.empty()) return;
+    if (bodies.links.empty() || document_.faults.any()) return;
     add_trees(document_, bodies, prefix, X_WT, model_);
     exclude_within(bodies, model.Element());
   }
@@ -94,7 +102,7 @@ class Reader {
     for (std::size_t i = 0; i < link.spec.collisions.size(); ++i) {
       const LinkSpec::Collision& c = link.spec.collisions[i];
       surfaces_.push_back(
-          {link.spec.name + "/" + c.name, link.spec.name, is_static, c.material, link.bitmasks[i]});
+          {link.spec.name + "/" + c.name, link.spec.name, models_, is_static, link.collisions[i]});
     }
   }
 
@@ -143,18 +151,40 @@ class Reader {
   void join() {
     for (std::size_t i = 0; i < surfaces_.size(); ++i) {
       for (std::size_t j = i + 1; j < surfaces_.size(); ++j) {
-        const Surface &a = surfaces_[i], &b = surfaces_[j];
+        Surface &a = surfaces_[i], &b = surfaces_[j];
         if ((a.is_static && b.is_static) || a.link == b.link) continue;
-        if ((a.bitmask & b.bitmask) == 0) {
+        if ((a.read.bitmask & b.read.bitmask) == 0) {
           model_.exclusions.push_back({a.name, b.name, "collide_bitmask"});
           continue;
         }
-        if (same(a.material, b.material)) continue;
+        const double along = std::min(a.read.along, b.read.along),
+                     across = std::min(a.read.across, b.read.across);
+        if (a.model != b.model && along != across && std::min(along, across) < kNeverSlides)
+          (a.differs() ? a : b).matters = true;
+        if (same(a.material(), b.material())) continue;
         PairSurface values;
-        values.friction = std::min(a.material.friction, b.material.friction);
-        values.restitution = std::min(a.material.restitution, b.material.restitution);
+        values.friction = std::min(along, across);
+        values.restitution = std::min(a.material().restitution, b.material().restitution);
         model_.surfaces.push_back({a.name, b.name, values});
       }
+    }
+  }
+
+  /// Friction that differs with the direction is refused where it would be felt: against what the
+  /// file holds, or on what moves, which a scene may put anywhere.
+  void judge_directions() {
+    for (const Surface& s : surfaces_) {
+      if (!s.differs()) continue;
+      const double less = s.material().friction;
+      const std::string what =
+          fmt::format("mu = {} and mu2 = {}: friction is the same in all directions here",
+                      s.read.along, s.read.across);
+      if (s.matters || (!s.is_static && models_ == 1 && less < kNeverSlides))
+        document_.refuse(
+            s.read.element, LeaveOut::kFrictionDirections,
+            fmt::format("{}; give one value, or leave the difference out: {} counts", what, less));
+      else
+        document_.note(s.read.element, fmt::format("{}; {} counts", what, less));
     }
   }
 
@@ -167,6 +197,7 @@ class Reader {
   SdfModel model_;
   std::vector<Surface> surfaces_;
   bool windy_ = false;
+  int models_ = 0;
 };
 
 }  // namespace

@@ -34,6 +34,7 @@ CollisionRead ShapeReader::read(const sdf::Collision& in, bool is_static) {
   document_.pass_over_all_but(element,
                               {"pose", "geometry", "surface", "max_contacts", "laser_retro"});
   CollisionRead out;
+  out.element = element;
   const sdf::ElementPtr contact = Document::child(Document::child(element, "surface"), "contact");
   if (Document::child(contact, "collide_bitmask"))
     out.bitmask = contact->GetElement("collide_bitmask")->Get<unsigned>() & 0xffffU;
@@ -45,7 +46,7 @@ CollisionRead ShapeReader::read(const sdf::Collision& in, bool is_static) {
   out.collision.name = in.Name();
   out.collision.shape = shape;
   out.collision.X_LG = document_.resolve(in.SemanticPose(), "", element) * X_CS;
-  out.collision.material = surface(element);
+  read_surface(element, out);
   return out;
 }
 
@@ -99,10 +100,11 @@ std::pair<Shape, Pose> ShapeReader::shape_of(const sdf::Geometry& in,
                   shape ? shape->GetName() : "geometry"));
 }
 
-std::filesystem::path ShapeReader::find(const std::string& uri, const sdf::ElementPtr& element) {
+std::filesystem::path ShapeReader::find(const std::string& uri, const sdf::ElementPtr& element,
+                                        const char* kind) {
   const std::string where = document_.where(element);
   const MeshPath path =
-      find_mesh(uri, document_.folder_of(element), document_.options().packages, where);
+      find_mesh(uri, document_.folder_of(element), document_.options().packages, where, kind);
   if (path.guessed)
     document_.notes.push_back(
         {where, fmt::format("'{}' is taken to be {}", uri, path.file.string())});
@@ -114,7 +116,7 @@ Shape ShapeReader::mesh(const sdf::Mesh& in, const sdf::ElementPtr& element, boo
     document_.fail(element,
                    fmt::format("<submesh> '{}' is not supported; put it into a file of its own",
                                in.Submesh()));
-  const std::filesystem::path file = find(in.Uri(), element);
+  const std::filesystem::path file = find(in.Uri(), element, "mesh");
   const Vector3 scale = to_vector(in.Scale());
   try {
     std::shared_ptr<const ConvexMesh> hull;
@@ -141,7 +143,7 @@ Shape ShapeReader::mesh(const sdf::Mesh& in, const sdf::ElementPtr& element, boo
 }
 
 Shape ShapeReader::height_map(const sdf::Heightmap& in, const sdf::ElementPtr& element) {
-  const std::filesystem::path file = find(in.Uri(), element);
+  const std::filesystem::path file = find(in.Uri(), element, "heightmap");
   if (file.extension() != ".png" && file.extension() != ".PNG")
     document_.fail(element, fmt::format("heightmap '{}': only PNG is read", in.Uri()));
   const Vector3 size = to_vector(in.Size());
@@ -156,15 +158,15 @@ Shape ShapeReader::height_map(const sdf::Heightmap& in, const sdf::ElementPtr& e
   }
 }
 
-Material ShapeReader::surface(const sdf::ElementPtr& collision) {
-  Material material;
+void ShapeReader::read_surface(const sdf::ElementPtr& collision, CollisionRead& out) {
+  Material& material = out.collision.material;
   material.friction = 1.0;  // as the format says
   const sdf::ElementPtr surface = Document::child(collision, "surface");
-  if (!surface) return material;
+  if (!surface) return;
   if (Document::child(surface, "soft_contact"))
     document_.fail(surface, "<soft_contact>: bodies are rigid here");
   if (const sdf::ElementPtr friction = Document::child(surface, "friction"))
-    read_friction(friction, material);
+    read_friction(friction, out);
   const sdf::ElementPtr bounce = Document::child(surface, "bounce");
   const double restitution = Document::number(bounce, "restitution_coefficient", 0.0);
   const double threshold = Document::number(bounce, "threshold", kNeverBounces);
@@ -183,10 +185,10 @@ Material ShapeReader::surface(const sdf::ElementPtr& collision) {
         fmt::format("<threshold> {} m/s: slower impacts bounce too, by the engine's own rule of "
                     "what comes to rest",
                     threshold));
-  return material;
 }
 
-void ShapeReader::read_friction(const sdf::ElementPtr& friction, Material& material) {
+void ShapeReader::read_friction(const sdf::ElementPtr& friction, CollisionRead& out) {
+  Material& material = out.collision.material;
   const sdf::ElementPtr ode = Document::child(friction, "ode"),
                         bullet = Document::child(friction, "bullet");
   // Of both libraries' values ODE's count, as its own are the usual ones.
@@ -194,20 +196,14 @@ void ShapeReader::read_friction(const sdf::ElementPtr& friction, Material& mater
   const char* first = ode ? "mu" : "friction";
   const char* second = ode ? "mu2" : "friction2";
   if (used) {
-    material.friction = Document::number(used, first, 1.0);
-    const double across = Document::number(used, second, material.friction);
-    if (across != material.friction)
-      document_.fail(
-          used,
-          fmt::format(
-              "{} = {} and {} = {}: friction is the same in all directions here; give one value",
-              first, material.friction, second, across));
+    out.along = Document::number(used, first, 1.0);
+    out.across = Document::number(used, second, out.along);
+    material.friction = std::min(out.along, out.across);
   }
   for (const char* slip : {"slip1", "slip2"})
     if (Document::number(ode, slip, 0.0) != 0.0)
-      document_.fail(
-          ode,
-          fmt::format("<{}>: creep that grows with the force is not supported; remove it", slip));
+      document_.refuse(ode, LeaveOut::kSlip,
+                       fmt::format("<{}>: creep that grows with the force is not supported", slip));
   if (bullet) material.rolling_friction = Document::number(bullet, "rolling_friction", 0.0);
   const sdf::ElementPtr torsional = Document::child(friction, "torsional");
   if (!torsional) return;

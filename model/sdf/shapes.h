@@ -13,6 +13,8 @@ namespace counterpoint::sdf_file {
 struct CollisionRead {
   LinkSpec::Collision collision;  ///< placed in the link
   unsigned bitmask = 0xffff;      ///< touches those with which it shares a bit
+  double along = 1.0, across = 1.0;  ///< friction in two directions; the material has the smaller
+  sdf::ElementPtr element;
   bool touches = true;            ///< collide_without_contact
 };
 
@@ -30,9 +32,10 @@ class ShapeReader {
                                   bool is_static);
   Shape mesh(const sdf::Mesh& mesh, const sdf::ElementPtr& element, bool is_static);
   Shape height_map(const sdf::Heightmap& map, const sdf::ElementPtr& element);
-  Material surface(const sdf::ElementPtr& collision);
-  void read_friction(const sdf::ElementPtr& friction, Material& material);
-  std::filesystem::path find(const std::string& uri, const sdf::ElementPtr& element);
+  void read_surface(const sdf::ElementPtr& collision, CollisionRead& out);
+  void read_friction(const sdf::ElementPtr& friction, CollisionRead& out);
+  std::filesystem::path find(const std::string& uri, const sdf::ElementPtr& element,
+                             const char* kind);
 
   Document& document_;
   std::shared_ptr<HullCache> hulls_;

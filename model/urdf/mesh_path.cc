@@ -1,10 +1,10 @@
-#include "counterpoint/model/robot_files.h"
-
 #include <fmt/format.h>
+#include <strings.h>
 
 #include <algorithm>
 #include <vector>
 
+#include "counterpoint/model/robot_files.h"
 #include "counterpoint/model/spatial.h"
 
 namespace counterpoint {
@@ -13,6 +13,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr size_t kMaxPathLength = 4096;  // as Linux has it
+constexpr const char* kMeshExtensions[] = {".stl", ".obj", ".dae", ".msh"};
 
 bool is_file(const fs::path& path) {
   std::error_code error;
@@ -81,79 +82,110 @@ fs::path package_root(const fs::path& urdf_folder) {
   return folders.size() > 1 ? folders[1] : folders.empty() ? urdf_folder : folders[0];
 }
 
-/// A robot's file is not to reach into the rest of the machine.
-void check_allowed(const fs::path& file, const std::vector<fs::path>& roots,
-                   const std::string& name, const std::string& where) {
-  const fs::path real = real_path(file);
-  for (const fs::path& root : roots) {
-    if (lies_in(real, root)) return;
-  }
-  throw InputError(fmt::format(
-      "{}: mesh '{}' is {}, outside the robot's own folder, its package and the packages that are "
-      "listed; if that is meant, allow the folder: --package NAME={}, or packages: {{NAME: "
-      "FOLDER}} "
-      "in a scene",
-      where, name, real.string(), real.parent_path().string()));
+/// How many ".." a name begins with.
+long ways_up(const fs::path& name) {
+  return std::distance(
+      name.begin(),
+      std::find_if(name.begin(), name.end(), [](const fs::path& part) { return part != ".."; }));
 }
+
+/// The folder that the leading ".." of a name lead to; of other names the folder of the file.
+fs::path reached(const fs::path& name, const fs::path& urdf_folder, const fs::path& file) {
+  const long up = ways_up(name);
+  if (up == 0) return real_path(file).parent_path();
+  fs::path folder = urdf_folder;
+  for (long i = 0; i < up; ++i) folder /= "..";
+  return real_path(folder);
+}
+
+/// Collections of robots keep parts that several use in folders beside one another, so that
+/// robots/assembly/x/x.urdf names ../../arms/y/y.obj: a mesh, by its extension, in a folder of the
+/// folder two above.
+bool is_of_collection(const fs::path& name) {
+  const std::string extension = name.extension().string();
+  const bool mesh =
+      std::any_of(std::begin(kMeshExtensions), std::end(kMeshExtensions),
+                  [&](const char* known) { return strcasecmp(known, extension.c_str()) == 0; });
+  return mesh && ways_up(name) == 2 && std::count(name.begin(), name.end(), "..") == 2 &&
+         std::distance(name.begin(), name.end()) >= 4;
+}
+
+/// What looks for one file: where it may lie, and how messages call it.
+struct Search {
+  const std::string& name;
+  const std::string& where;
+  const char* kind;
+  fs::path folder;
+  std::vector<fs::path> roots;
+
+  [[noreturn]] void fail(const std::string& what) const {
+    throw InputError(fmt::format("{}: {} '{}': {}", where, kind, name, what));
+  }
+
+  /// A robot's file is not to reach into the rest of the machine.
+  const fs::path& allowed(const fs::path& file) const {
+    const fs::path real = real_path(file);
+    for (const fs::path& root : roots)
+      if (lies_in(real, root)) return file;
+    fail(fmt::format(
+        "it is {}, outside the robot's own folder, its package and the packages that are listed; "
+        "if that "
+        "is meant, allow the folder: --package NAME={}, or packages: {{NAME: FOLDER}} in a scene",
+        real.string(), reached(name, folder, file).string()));
+  }
+};
 
 }  // namespace
 
 MeshPath find_mesh(const std::string& name, const fs::path& folder_of_urdf,
-                   const std::map<std::string, fs::path>& packages, const std::string& where) {
+                   const std::map<std::string, fs::path>& packages, const std::string& where,
+                   const char* kind) {
   const fs::path urdf_folder = folder_of_urdf.empty() ? fs::path(".") : folder_of_urdf;
+  Search search{name, where, kind, urdf_folder, {urdf_folder, package_root(urdf_folder)}};
   std::string rest = name;
   const bool package = take_scheme(rest, "package://") || take_scheme(rest, "model://");
   // file://localhost/path is the long form of file:///path
   if (!package && take_scheme(rest, "file://")) take_scheme(rest, "localhost");
   if (rest.find('\0') != std::string::npos || rest.size() > kMaxPathLength) {
     throw InputError(
-        fmt::format("{}: the name of a mesh is longer than {} characters, or holds a "
-                    "zero byte",
-                    where, kMaxPathLength));
+        fmt::format("{}: the name of a {} is longer than {} characters, or holds a zero byte",
+                    where, kind, kMaxPathLength));
   }
   const fs::path wanted(rest);
-  std::vector<fs::path> roots{urdf_folder, package_root(urdf_folder)};
-  for (const auto& [package_name, folder] : packages) roots.push_back(folder);
+  for (const auto& [package_name, folder] : packages) search.roots.push_back(folder);
   MeshPath found;
   if (package) {
     const std::string package_name = wanted.begin() == wanted.end() ? "" : wanted.begin()->string();
     const auto listed = packages.find(package_name);
     if (listed != packages.end()) {
       const fs::path file = listed->second / wanted.lexically_relative(package_name);
-      if (!is_file(file)) {
-        throw InputError(
-            fmt::format("{}: mesh '{}': there is no file {}", where, name, file.string()));
-      }
-      check_allowed(file, roots, name, where);
-      return {file, false};
+      if (!is_file(file)) search.fail(fmt::format("there is no file {}", file.string()));
+      return {search.allowed(file), false};
     }
     if (search_upwards(wanted, upwards(urdf_folder), 2, found)) {
-      roots.push_back(found.root);
-      check_allowed(found.file, roots, name, where);
+      search.roots.push_back(found.root);
+      search.allowed(found.file);
       return found;
     }
-    throw InputError(fmt::format(
-        "{}: mesh '{}': package '{}' is not listed, and no folder from {} upwards holds the file; "
-        "tell where the package is (packages: {{{}: FOLDER}})",
-        where, name, package_name, urdf_folder.string(), package_name));
+    search.fail(fmt::format(
+        "package '{}' is not listed, and no folder from {} upwards holds the file; tell where the "
+        "package is: --package {}=FOLDER, or packages: {{{}: FOLDER}} in a scene",
+        package_name, urdf_folder.string(), package_name, package_name));
   }
   if (wanted.is_absolute()) {
-    check_allowed(wanted, roots, name, where);
+    search.allowed(wanted);
     if (is_file(wanted)) return {wanted, false};
-    throw InputError(fmt::format("{}: mesh '{}': there is no such file", where, name));
+    search.fail("there is no such file");
   }
-  if (is_file(urdf_folder / wanted)) {
-    check_allowed(urdf_folder / wanted, roots, name, where);
-    return {urdf_folder / wanted, false};
-  }
+  if (is_of_collection(wanted)) search.roots.push_back(urdf_folder / ".." / "..");
+  if (is_file(urdf_folder / wanted)) return {search.allowed(urdf_folder / wanted), false};
   if (search_upwards(wanted, upwards(urdf_folder), 2, found)) {
-    roots.push_back(found.root);
-    check_allowed(found.file, roots, name, where);
+    search.roots.push_back(found.root);
+    search.allowed(found.file);
     found.guessed = true;
     return found;
   }
-  throw InputError(fmt::format("{}: mesh '{}': not found in {}, nor in the folders above it", where,
-                               name, urdf_folder.string()));
+  search.fail(fmt::format("not found in {}, nor in the folders above it", urdf_folder.string()));
 }
 
 }  // namespace counterpoint

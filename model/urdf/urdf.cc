@@ -1,5 +1,3 @@
-#include "counterpoint/model/robot_files.h"
-
 #include <fmt/format.h>
 #include <urdf_parser/urdf_parser.h>
 
@@ -11,6 +9,8 @@
 
 #include "counterpoint/model/geometry.h"
 #include "counterpoint/model/model.h"
+#include "counterpoint/model/robot_files.h"
+#include "counterpoint/model/text_files.h"
 #include "counterpoint/model/urdf/captured_messages.h"
 #include "counterpoint/model/urdf/urdf_xml.h"
 
@@ -93,14 +93,22 @@ class Converter {
     notes_ = xml_.notes;
     for (const std::string& name : xml_.link_names) {
       const UrdfXml::Link& link = xml_.links.at(name);
-      robot.links.push_back(make_link(same(model.getLink(name), "link", name, link.line), link));
+      faults_.collect([&] {
+        robot.links.push_back(make_link(same(model.getLink(name), "link", name, link.line), link));
+      });
     }
     for (const std::string& name : xml_.joint_names) {
       const UrdfXml::Joint& joint = xml_.joints.at(name);
-      robot.joints.push_back(
-          make_joint(same(model.getJoint(name), "joint", name, joint.line), joint));
+      faults_.collect([&] {
+        robot.joints.push_back(
+            make_joint(same(model.getJoint(name), "joint", name, joint.line), joint));
+      });
     }
     if (options_.repair_joints) repair_joints(robot);
+    // With them what the builder would say next.
+    if (faults_.any())
+      faults_.collect([&] { ModelBuilder().add_robot(robot, Base::kFixed, Pose()); });
+    faults_.throw_if_any();
     note_dropped("effort", no_effort_);
     note_dropped("velocity", no_velocity_);
     robot.notes = std::move(notes_);
@@ -135,17 +143,23 @@ class Converter {
                         defect + "; replaced by the nearest possible"});
     }
     for (size_t i = 0; i < in.collision_array.size(); ++i) {
-      const urdf::Collision& collision = *in.collision_array[i];
-      const UrdfXml::Collision& surface = extra.collisions.at(i);
       const std::string where = fmt::format("{}: link '{}', collision {}", link.where, in.name, i);
-      LinkSpec::Collision out;
-      out.name = collision.name;
-      out.X_LG = to_pose(collision.origin);
-      out.shape = make_shape(collision, surface.capsule, where);
-      out.material = surface.surface.over(extra.surface.over(options_.default_material));
-      link.collisions.push_back(out);
+      faults_.collect([&] {
+        link.collisions.push_back(
+            make_collision(*in.collision_array[i], extra.collisions.at(i), extra, where));
+      });
     }
     return link;
+  }
+
+  LinkSpec::Collision make_collision(const urdf::Collision& in, const UrdfXml::Collision& surface,
+                                     const UrdfXml::Link& link, const std::string& where) {
+    LinkSpec::Collision out;
+    out.name = in.name;
+    out.X_LG = to_pose(in.origin);
+    out.shape = make_shape(in, surface.capsule, where);
+    out.material = surface.surface.over(link.surface.over(options_.default_material));
+    return out;
   }
 
   Shape make_shape(const urdf::Collision& collision, bool capsule, const std::string& where) {
@@ -286,6 +300,7 @@ class Converter {
   const std::shared_ptr<HullCache> cache_ =
       options_.hulls ? options_.hulls : std::make_shared<HullCache>();
   std::vector<Note> notes_;
+  Faults faults_;
   std::string no_effort_, no_velocity_;  // joints whose limit is not positive
   std::map<std::tuple<std::string, double, double, double>, std::shared_ptr<const ConvexMesh>>
       hulls_;

@@ -50,21 +50,22 @@ class Pass {
     }
     for (XMLElement* e : elements) {
       const std::string name = e->Name();
-      if (name == "link") read_link(e);
-      if (name == "joint") read_joint(e);
+      if (name == "link") faults_.collect([&] { read_link(e); });
+      if (name == "joint") faults_.collect([&] { read_joint(e); });
     }
     add_world_link(robot);
     for (XMLElement* e : elements) {
       const std::string name = e->Name();
       if (name == "link" || name == "joint") continue;
       if (name == "gazebo")
-        read_gazebo(e);
+        faults_.collect([&] { read_gazebo(e); });
       else if (name == "transmission")
-        read_transmission(e);
+        faults_.collect([&] { read_transmission(e); });
       else if (name != "material" && name != "sensor" && name != "frame")
         note_unused(e, "");
       robot->DeleteChild(e);
     }
+    faults_.throw_if_any();
   }
 
  private:
@@ -320,8 +321,15 @@ class Pass {
     if (reference == nullptr) return;
     const auto link = out_.links.find(reference);
     if (link == out_.links.end()) return;  // a joint, or nothing of this file
-    const auto mu = text_number(e->FirstChildElement("mu1"));
+    const auto mu = text_number(e->FirstChildElement("mu1")),
+               across = text_number(e->FirstChildElement("mu2"));
     if (mu) link->second.surface.friction = mu;
+    if (mu && across && *mu != *across)
+      out_.notes.push_back(
+          {at(e) + fmt::format(": link '{}'", reference),
+           fmt::format(
+               "mu1 = {} and mu2 = {}: friction is the same in all directions here; mu1 counts",
+               *mu, *across)});
     const XMLElement* weightless = e->FirstChildElement("turnGravityOff");
     if (weightless == nullptr || weightless->GetText() == nullptr) return;
     if (std::strcmp(weightless->GetText(), "true") == 0) {
@@ -344,26 +352,17 @@ class Pass {
 
   std::string file_;
   UrdfXml& out_;
+  Faults faults_;
 };
 
 }  // namespace
 
 UrdfXml read_urdf_xml(const std::filesystem::path& file) {
   UrdfXml out;
-  const std::string text = expand_optenv(read_xml_file(file, "there is no such file"), file.string(), out.notes);
-  const size_t declaration = text.find("<?xml");
-  if (declaration != std::string::npos && declaration > 0 &&
-      text.compare(0, 3, "\xEF\xBB\xBF") != 0 && text.find_first_not_of(" \t\r\n") == declaration) {
-    throw InputError(fmt::format(
-        "{}:1: malformed XML: the declaration <?xml ...?> must be the very first characters of the "
-        "file; delete the blank before it",
-        file.string()));
-  }
+  const std::string text =
+      expand_optenv(read_xml_file(file, "there is no such file"), file.string(), out.notes);
   tinyxml2::XMLDocument document;
-  if (document.Parse(text.data(), text.size()) != tinyxml2::XML_SUCCESS) {
-    throw InputError(fmt::format("{}:{}: malformed XML: {}", file.string(),
-                                 std::max(1, document.ErrorLineNum()), document.ErrorStr()));
-  }
+  parse_xml(file, text, document);
   Pass(file, out).read(document);
   tinyxml2::XMLPrinter printer(nullptr, true);
   document.Print(&printer);

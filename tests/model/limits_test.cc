@@ -92,7 +92,7 @@ TEST_F(LimitsTest, XmlWithEntities) {
 TEST_F(LimitsTest, XmlTooDeepOrTooLarge) {
   std::string deep = "<robot name='r'>";
   for (int i = 0; i < 100'000; ++i) deep += "<a>";
-  expect_urdf_refused(deep, {"r.urdf:1", "malformed"});
+  expect_urdf_refused(deep, {"r.urdf:1", "100 deep"});
   std::string many = "<robot name='r'>\n";
   while (many.size() < 4 * limits::kMaxXmlMarks + 100) many += "<a/>";
   expect_urdf_refused(many + "</robot>", {"r.urdf:2", "more than", "elements"});
@@ -233,7 +233,6 @@ TEST_F(LimitsTest, MimicsThatOverflow) {
 
 TEST_F(LimitsTest, RobotsStayInTheirFolders) {
   folder_.write("robots/here.obj", kTetrahedron);
-  folder_.write("ws/pkg/robots/nested/r.urdf", with_mesh("../../meshes/m.obj"));
   folder_.write("ws/pkg/meshes/m.obj", kTetrahedron);
   folder_.write("ws/secret.obj", kTetrahedron);
   const std::filesystem::path secret = folder_.path() / "ws/secret.obj";
@@ -261,11 +260,34 @@ TEST_F(LimitsTest, RobotsStayInTheirFolders) {
   expect_refused([&] { load("package://p/../../secret.obj", options); }, {"outside"});
   EXPECT_NO_THROW(load("../meshes/m.obj"));
   EXPECT_NO_THROW(load("package://pkg/meshes/m.obj"));
-  // Two folders down: only the mark says where the package begins.
-  const auto nested = folder_.path() / "ws/pkg/robots/nested/r.urdf";
-  expect_refused([&] { load_urdf(nested); }, {"outside"});
+  // Three folders down: only the mark says where the package begins. What the message proposes
+  // helps all meshes there.
+  folder_.write("ws/pkg/meshes/other/n.obj", kTetrahedron);
+  const auto nested =
+      folder_.write("ws/pkg/robots/arms/nested/r.urdf", with_mesh("../../../meshes/m.obj"));
+  const std::string package = std::filesystem::canonical(folder_.path() / "ws/pkg").string();
+  expect_refused([&] { load_urdf(nested); }, {"outside", "--package NAME=" + package + ","});
+  options.packages["p"] = package;
+  EXPECT_NO_THROW(load_urdf(nested, options));
+  folder_.write("ws/pkg/robots/arms/nested/r.urdf", with_mesh("../../../meshes/other/n.obj"));
+  EXPECT_NO_THROW(load_urdf(nested, options));
   folder_.write("ws/pkg/package.xml", "<package/>");
   EXPECT_NO_THROW(load_urdf(nested));
+}
+
+TEST_F(LimitsTest, CollectionsOfRobotsShareFolders) {
+  // As robots/assembly/x/x.urdf of dex-urdf names robots/arms/y/meshes/m.obj.
+  folder_.write("c/robots/arms/y/meshes/m.obj", kTetrahedron);
+  folder_.write("c/robots/m.obj", kTetrahedron);
+  folder_.write("c/robots/arms/y/meshes/m.txt", kTetrahedron);
+  const auto load = [&](const std::string& name) {
+    load_urdf(folder_.write("c/robots/assembly/x/x.urdf", with_mesh(name)));
+  };
+  EXPECT_NO_THROW(load("../../arms/y/meshes/m.obj"));
+  expect_refused([&] { load("../../m.obj"); }, {"outside"});                    // in no folder
+  expect_refused([&] { load("../../arms/y/meshes/m.txt"); }, {"outside"});      // no mesh
+  expect_refused([&] { load("../../../robots/m.obj"); }, {"outside"});          // three up
+  expect_refused([&] { load("../../arms/../../robots/m.obj"); }, {"outside"});  // and out again
 }
 
 TEST_F(LimitsTest, RobotsInTheCurrentFolder) {

@@ -211,7 +211,7 @@ TEST_F(MjcfForcesTest, WhatIsMissingIsRefusedByElementAndLine) {
                  {"m.xml:3", "linearly"});
   expect_refused(with("") + "\n<keyframe><key qpos='1 2'/></keyframe>",
                  {"m.xml:3: <key>", "qpos: 2 numbers; the model has 1"});
-  expect_refused("\n<worldbody><replicate count='3'/></worldbody>", {"m.xml:2: <replicate>"});
+  expect_refused("\n<worldbody><flexcomp name='f'/></worldbody>", {"m.xml:2: <flexcomp>"});
   expect_refused("<compiler coordinate='global'/>", {"coordinate"});
 }
 

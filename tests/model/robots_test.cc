@@ -42,7 +42,7 @@ double total_mass(const RobotSpec& robot) {
 
 // What the message must name.
 const std::map<std::string, std::string> kUnreadable = {
-    {"malformed_wheel", "wheel.urdf:1: malformed XML"},
+    {"malformed_wheel", "wheel.urdf:1: not well-formed XML"},
     {"drake_iiwa_inertial_only", "joint 'iiwa_joint_1': a revolute joint needs <limit"},
 };
 // Fine on a fixed base; floating, nothing would have inertia in some direction.

@@ -257,8 +257,8 @@ TEST_F(UrdfTest, TakesOptenvAtItsDefaultAndSaysSo) {
 TEST_F(UrdfTest, RefusesBrokenFiles) {
   expect_refused("", 1, {});
   expect_refused("\n<?xml version=\"1.0\"?><robot name='r'><link name='a'/></robot>", 1,
-                 {"malformed XML"});
-  expect_refused("<robot name='r'>\n<link name='a'>\n</robot>", 2, {"malformed XML"});
+                 {"not well-formed XML"});
+  expect_refused("<robot name='r'>\n<link name='a'>\n</robot>", 2, {"not well-formed XML"});
   expect_refused("<sdf/>", 1, {"<sdf>", "<robot>"});
   expect_refused(robot("<link/>"), 3, {"name"});
   expect_refused(robot(link("a") + link("a")), 4, {"'a'", "twice"});
@@ -270,7 +270,7 @@ TEST_F(UrdfTest, RefusesBrokenFiles) {
   expect_refused(pair_with("continuous", "<origin xyz='0 0 ${x}'/>"), 5, {"xacro"});
   std::string deep = "<robot name='r'>";
   for (int i = 0; i < 10000; ++i) deep += "<a>";
-  expect_refused(deep, 1, {"malformed XML"});
+  expect_refused(deep, 1, {"not well-formed XML"});
   EXPECT_THROW(load_urdf(folder_.path() / "none.urdf"), InputError);
   EXPECT_THROW(load_urdf(folder_.path()), InputError);
 }

@@ -84,18 +84,17 @@ TriangleMesh triangles_of(const ConvexMesh& hull) {
 
 }  // namespace
 
-Assets::Assets(Document& document, const Compiler& compiler, const Defaults& defaults)
+Assets::Assets(Document& document, const Defaults& defaults)
     : document_(document),
-      compiler_(compiler),
       cache_(document.options().hulls ? document.options().hulls : std::make_shared<HullCache>()) {
-  for (const Element* e : document.section_children("asset")) {
-    const std::string kind = e->Name();
-    if (kind == "mesh") read_mesh(*e, defaults.values(*e, ""));
+  document.each(document.section_children("asset"), [&](const Element& e) {
+    const std::string kind = e.Name();
+    if (kind == "mesh") read_mesh(e, defaults.values(e, ""));
     if (kind == "hfield") {
-      const Values v(document, *e);
-      fields_[v.text("name", stem_of(v.text("file")))] = e;
+      const Values v(document, e);
+      fields_[v.text("name", stem_of(v.text("file")))] = &e;
     }
-  }
+  });
 }
 
 void Assets::read_mesh(const Element& element, const Values& v) {
@@ -131,12 +130,14 @@ Assets::Mesh& Assets::find(const std::string& name, const Element& user) {
   document_.fail(user, fmt::format("there is no mesh '{}' among the assets", name));
 }
 
-fs::path Assets::path(const std::string& file, const Element& element) const {
+fs::path Assets::path(const std::string& file, const Element& element, const char* kind) const {
+  const Compiler& compiler = document_.compiler(element);
   std::string name = file;
   std::replace(name.begin(), name.end(), '\\', '/');
-  if (compiler_.strip_path) name = fs::path(name).filename().string();
-  if (!fs::path(name).is_absolute()) name = compiler_.mesh_folder + name;
-  return find_mesh(name, document_.folder(), document_.options().packages, document_.where(element))
+  if (compiler.strip_path) name = fs::path(name).filename().string();
+  if (!fs::path(name).is_absolute()) name = compiler.mesh_folder + name;
+  return find_mesh(name, document_.folder(element), document_.options().packages,
+                   document_.where(element), kind)
       .file;
 }
 
@@ -159,7 +160,7 @@ TriangleMesh Assets::triangles(const Mesh& mesh) const {
       out.triangles.push_back({index(faces[i]), index(faces[i + 1]), index(faces[i + 2])});
     if (out.triangles.empty()) out = triangles_of(*make_convex_hull(out.vertices));
   } else {
-    const fs::path file = path(mesh.file, *mesh.element);
+    const fs::path file = path(mesh.file, *mesh.element, "mesh");
     out = lower_extension(file) == ".msh" ? load_msh(file)
                                           : load_mesh(file, Vector3::Ones(), PolygonSplit::kEars);
   }
@@ -175,7 +176,7 @@ std::shared_ptr<const ConvexMesh> Assets::hull(const std::string& name, const El
   if (mesh.hull) return mesh.hull;
   try {
     const bool plain = mesh.reference.isZero(0.0) && mesh.turned.isIdentity(0.0);
-    const fs::path file = mesh.file.empty() ? fs::path() : path(mesh.file, *mesh.element);
+    const fs::path file = mesh.file.empty() ? fs::path() : path(mesh.file, *mesh.element, "mesh");
     if (plain && !mesh.file.empty() && lower_extension(file) != ".msh") {
       mesh.hull = cache_->load(file, mesh.scale);
     } else {
@@ -225,7 +226,7 @@ std::shared_ptr<const Terrain> Assets::height_field(const std::string& name, con
   HeightGrid grid;
   std::string source;
   if (v.has("file")) {
-    const fs::path file = path(v.text("file"), element);
+    const fs::path file = path(v.text("file"), element, "hfield");
     if (lower_extension(file) != ".png")
       document_.fail(element, "only PNG is read; or give the heights as elevation");
     grid = load_height_image(file);

@@ -6,7 +6,6 @@
 #include <string>
 
 #include "counterpoint/model/geometry.h"
-#include "counterpoint/model/mjcf/document/compiler.h"
 #include "counterpoint/model/mjcf/document/defaults.h"
 
 namespace counterpoint::mjcf {
@@ -27,7 +26,7 @@ MassProperties mass_properties(const TriangleMesh& mesh, MeshInertia kind);
 /// Files are read when they are asked for: what is only looked at is never opened.
 class Assets {
  public:
-  Assets(Document& document, const Compiler& compiler, const Defaults& defaults);
+  Assets(Document& document, const Defaults& defaults);
 
   bool has_mesh(const std::string& name) const { return meshes_.count(name) > 0; }
   /// The following @throw InputError naming `user` for unknown names and files that cannot be read.
@@ -49,11 +48,12 @@ class Assets {
   };
   void read_mesh(const Element& element, const Values& values);
   Mesh& find(const std::string& name, const Element& user);
-  std::filesystem::path path(const std::string& file, const Element& element) const;
+  /// `kind`: what messages call the file.
+  std::filesystem::path path(const std::string& file, const Element& element,
+                             const char* kind) const;
   TriangleMesh triangles(const Mesh& mesh) const;
 
   Document& document_;
-  const Compiler& compiler_;
   std::map<std::string, Mesh> meshes_;
   std::map<std::string, const Element*> fields_;
   std::shared_ptr<HullCache> cache_;

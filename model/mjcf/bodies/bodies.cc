@@ -13,9 +13,8 @@ namespace {
 
 class TreeReader {
  public:
-  TreeReader(Document& document, const Defaults& defaults, const Compiler& compiler,
-             MjcfModel& model)
-      : document_(document), defaults_(defaults), compiler_(compiler), model_(model) {}
+  TreeReader(Document& document, const Defaults& defaults, MjcfModel& model)
+      : document_(document), defaults_(defaults), model_(model) {}
 
   Bodies read() {
     add_link("world", document_.file().string());
@@ -36,37 +35,42 @@ class TreeReader {
   /// `X_BF`: of the frames between the body and these elements.
   void read_contents(const Element& element, int body, const Pose& X_BF,
                      const std::string& childclass) {
-    for (const Element* e : document_.children(element)) {
-      const std::string kind = e->Name();
-      if (kind == "body") {
-        read_body(*e, body, X_BF, childclass);
-      } else if (kind == "geom") {
-        read_one_geom(*e, body, X_BF, childclass);
-      } else if (kind == "site") {
-        const Values v = defaults_.values(*e, childclass);
-        Pose X_BS = pose_of(v, compiler_);
-        if (const auto f = v.numbers("fromto", 6, 6); !f.empty())
-          X_BS.translation = 0.5 * Vector3(f[0] + f[3], f[1] + f[4], f[2] + f[5]);
-        if (const std::string name = name_of(*e); !name.empty())
-          out_.sites[name] = {body, X_BF * X_BS};
-      } else if (kind == "frame") {
-        document_.expect(
-            *e, {"name", "childclass", "pos", "quat", "axisangle", "xyaxes", "zaxis", "euler"});
-        const char* own = e->Attribute("childclass");
-        read_contents(*e, body, X_BF * pose_of(Values(document_, *e), compiler_),
-                      own ? own : childclass);
-      } else if (kind == "joint" || kind == "freejoint" || kind == "inertial") {
-        if (body == 0) document_.fail(*e, "the world cannot move; put it into a <body>");
-        // They are read before all else, in read_body.
-        if (!X_BF.rotation.isIdentity(0.0) || !X_BF.translation.isZero(0.0))
-          document_.fail(*e, "within a displaced <frame> it is not supported; move it out");
-      } else if (kind != "camera" && kind != "light") {
-        document_.fail(*e,
-                       fmt::format("<{}> is not supported; save the model with MuJoCo as one plain "
-                                   "file (mj_saveLastXML), or write the bodies out",
-                                   kind));
-      }
+    document_.each(document_.children(element),
+                   [&](const Element& e) { read_content(e, body, X_BF, childclass); });
+  }
+
+  void read_content(const Element& e, int body, const Pose& X_BF, const std::string& childclass) {
+    const std::string kind = e.Name();
+    if (kind == "body") {
+      read_body(e, body, X_BF, childclass);
+    } else if (kind == "geom") {
+      read_one_geom(e, body, X_BF, childclass);
+    } else if (kind == "site") {
+      read_site(e, body, X_BF, childclass);
+    } else if (kind == "frame") {
+      document_.expect(
+          e, {"name", "childclass", "pos", "quat", "axisangle", "xyaxes", "zaxis", "euler"});
+      const char* own = e.Attribute("childclass");
+      read_contents(e, body, X_BF * pose_of(Values(document_, e)), own ? own : childclass);
+    } else if (kind == "joint" || kind == "freejoint" || kind == "inertial") {
+      if (body == 0) document_.fail(e, "the world cannot move; put it into a <body>");
+      // They are read before all else, in read_body.
+      if (!X_BF.rotation.isIdentity(0.0) || !X_BF.translation.isZero(0.0))
+        document_.fail(e, "within a displaced <frame> it is not supported; move it out");
+    } else if (kind != "camera" && kind != "light") {
+      document_.fail(
+          e, fmt::format("<{}> is not supported; save the model with MuJoCo as one plain file "
+                         "(mj_saveLastXML), or write the bodies out",
+                         kind));
     }
+  }
+
+  void read_site(const Element& e, int body, const Pose& X_BF, const std::string& childclass) {
+    const Values v = defaults_.values(e, childclass);
+    Pose X_BS = pose_of(v);
+    if (const auto f = v.numbers("fromto", 6, 6); !f.empty())
+      X_BS.translation = 0.5 * Vector3(f[0] + f[3], f[1] + f[4], f[2] + f[5]);
+    if (const std::string name = name_of(e); !name.empty()) out_.sites[name] = {body, X_BF * X_BS};
   }
 
   void read_body(const Element& element, int parent, const Pose& X_PF, const std::string& above) {
@@ -81,7 +85,7 @@ class TreeReader {
     BodyNode node;
     node.element = &element;
     node.parent = parent;
-    const Pose X_PB = X_PF * pose_of(v, compiler_);
+    const Pose X_PB = X_PF * pose_of(v);
     node.X_WB = out_.bodies[parent].X_WB * X_PB;
     node.link =
         free_name(name_of(element).empty() ? fmt::format("body{}", index) : name_of(element));
@@ -104,7 +108,9 @@ class TreeReader {
     std::string hangs_on = out_.bodies[parent].link;
     Pose at = X_PB;
     for (std::size_t i = 0; i < joints.size(); ++i)
-      add_joint(*joints[i], index, i, i + 1 == joints.size(), childclass, hangs_on, at);
+      document_.faults.collect([&] {
+        add_joint(*joints[i], index, i, i + 1 == joints.size(), childclass, hangs_on, at);
+      });
     if (hangs_on != node.link) {
       JointSpec fixed;
       fixed.name = node.link + ".fixed";
@@ -139,7 +145,7 @@ class TreeReader {
   /// far.
   void add_joint(const Element& element, int body, std::size_t number, bool last,
                  const std::string& childclass, std::string& hangs_on, Pose& at) {  // Parameters: all it depends on
-    JointRead read = read_joint(document_, defaults_, compiler_, element, childclass);
+    JointRead read = read_joint(document_, defaults_, element, childclass);
     const BodyNode& node = out_.bodies[body];
     const bool is_free = read.spec.type == JointType::kFloating;
     if (is_free && (node.parent != 0 || number > 0 || !last))
@@ -178,7 +184,7 @@ class TreeReader {
 
   void read_one_geom(const Element& element, int body, const Pose& X_BF,
                      const std::string& childclass) {
-    Geom geom = read_geom(defaults_.values(element, childclass), compiler_, X_BF, body);
+    Geom geom = read_geom(defaults_.values(element, childclass), X_BF, body);
     const int index = static_cast<int>(out_.geoms.size());
     if (!geom.name.empty() && !out_.geom_names.emplace(geom.name, index).second)
       document_.fail(element, "there is already a geom of this name");
@@ -204,7 +210,6 @@ class TreeReader {
 
   Document& document_;
   const Defaults& defaults_;
-  const Compiler& compiler_;
   MjcfModel& model_;
   Bodies out_;
   std::set<std::string> used_, joint_names_;
@@ -218,9 +223,8 @@ int Bodies::body(const Document& document, const Element& user, const std::strin
   document.fail(user, fmt::format("there is no body '{}'", name));
 }
 
-Bodies read_bodies(Document& document, const Defaults& defaults, const Compiler& compiler,
-                   MjcfModel& model) {
-  return TreeReader(document, defaults, compiler, model).read();
+Bodies read_bodies(Document& document, const Defaults& defaults, MjcfModel& model) {
+  return TreeReader(document, defaults, model).read();
 }
 
 }  // namespace counterpoint::mjcf

@@ -44,12 +44,10 @@ struct Bodies {
 
 /// Reads all <worldbody> sections; fills links (without inertia) and joints of the robot, and the
 /// coordinates of the model.
-Bodies read_bodies(Document& document, const Defaults& defaults, const Compiler& compiler,
-                   MjcfModel& model);
+Bodies read_bodies(Document& document, const Defaults& defaults, MjcfModel& model);
 
 /// Gives the links their inertia: from <inertial>, or from geoms.
-void read_inertias(Document& document, const Compiler& compiler, Assets& assets,
-                   const Bodies& bodies, MjcfModel& model);
+void read_inertias(Document& document, Assets& assets, const Bodies& bodies, MjcfModel& model);
 
 /// Gives the links the drag of the air of <option>. Needs their inertia.
 void read_air(Document& document, const Bodies& bodies, MjcfModel& model);

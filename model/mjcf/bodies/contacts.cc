@@ -14,26 +14,32 @@ Pair ordered(int a, int b) { return std::minmax(a, b); }
 
 class ContactReader {
  public:
-  ContactReader(Document& document, const Defaults& defaults, Assets& assets, const Bodies& bodies,
-                MjcfModel& model)
-      : document_(document), defaults_(defaults), assets_(assets), bodies_(bodies), model_(model) {}
+  ContactReader(Document& document, const Defaults& defaults,
+                Assets& assets,  // Parameters: all it reads
+                const Bodies& bodies, const Switches& switches, MjcfModel& model)
+      : document_(document),
+        defaults_(defaults),
+        assets_(assets),
+        bodies_(bodies),
+        switches_(switches),
+        model_(model) {}
 
   void read() {
-    for (const Element* e : document_.section_children("contact")) {
-      const std::string kind = e->Name();
+    document_.each(document_.section_children("contact"), [&](const Element& e) {
+      const std::string kind = e.Name();
       if (kind == "exclude")
-        read_exclusion(*e);
+        read_exclusion(e);
       else if (kind == "pair")
-        read_pair(defaults_.values(*e, ""));
+        read_pair(defaults_.values(e, ""));
       else
-        document_.fail(*e, "<pair> or <exclude> is expected");
-    }
+        document_.fail(e, "<pair> or <exclude> is expected");
+    });
     std::vector<int> active;
     for (int i = 0; i < static_cast<int>(bodies_.geoms.size()); ++i) {
       const Geom& geom = bodies_.geoms[i];
       if (geom.contype == 0 && geom.conaffinity == 0 && in_pair_.count(i) == 0) continue;
       active.push_back(i);
-      add_shape(geom);
+      document_.faults.collect([&] { add_shape(geom); });
     }
     for (std::size_t a = 0; a < active.size(); ++a)
       for (std::size_t b = a + 1; b < active.size(); ++b) join(active[a], active[b]);
@@ -63,14 +69,18 @@ class ContactReader {
     Material surface = combined(a, b, v.integer("condim", 0));
     if (const auto f = v.numbers("friction", 1, 5); !f.empty()) {
       const int dimensions = v.integer("condim", common_dimensions(a, b));
-      if (f.size() > 1 && f[0] != f[1])
-        document_.fail(e,
-                       "friction: the first two numbers differ, but friction is the same in all "
-                       "directions here");
-      if (dimensions >= 3) surface.friction = f[0];
+      const double across = f.size() > 1 ? f[1] : f[0];
+      if (f[0] != across)
+        document_.refuse(
+            e, LeaveOut::kFrictionDirections,
+            fmt::format("friction: the first two numbers differ, but friction is the same in all "
+                        "directions here; give one value, or leave the difference out: {} counts",
+                        std::min(f[0], across)));
+      if (dimensions >= 3) surface.friction = std::min(f[0], across);
       if (dimensions >= 4 && f.size() > 2) surface.torsional_friction = f[2];
       if (dimensions >= 6 && f.size() > 3) surface.rolling_friction = f[3];
     }
+    if (switches_.no_pairs) return;
     in_pair_.insert(a);
     in_pair_.insert(b);
     paired_[ordered(a, b)] = surface;
@@ -132,10 +142,14 @@ class ContactReader {
     const auto pair = paired_.find(ordered(a, b));
     const bool match =
         (first.contype & second.conaffinity) != 0 || (second.contype & first.conaffinity) != 0;
-    const bool touch =
-        match && !are_joined(a, b) && excluded_.count(ordered(first.body, second.body)) == 0;
-    if (pair == paired_.end() && !touch) {
-      const char* reason = !match             ? "contype and conaffinity"
+    const bool off = switches_.constraint_off("contact");
+    const bool touch = match && !switches_.pairs_only && !are_joined(a, b) &&
+                       excluded_.count(ordered(first.body, second.body)) == 0;
+    if (off || (pair == paired_.end() && !touch)) {
+      const char* reason = off      ? "<flag> of the MJCF file: contact=\"disable\""
+                           : !match ? "contype and conaffinity"
+                           : switches_.pairs_only
+                               ? "collision=\"predefined\": no <pair> of the MJCF file"
                            : are_joined(a, b) ? "of bodies joined by a joint"
                                               : "excluded by the MJCF file";
       model_.exclusions.push_back({first.collision, second.collision, reason});
@@ -164,6 +178,7 @@ class ContactReader {
   const Defaults& defaults_;
   Assets& assets_;
   const Bodies& bodies_;
+  const Switches& switches_;
   MjcfModel& model_;
   std::set<Pair> excluded_;  // by body
   std::set<int> in_pair_;
@@ -173,8 +188,8 @@ class ContactReader {
 }  // namespace
 
 void read_contacts(Document& document, const Defaults& defaults, Assets& assets,
-                   const Bodies& bodies, MjcfModel& model) {
-  ContactReader(document, defaults, assets, bodies, model).read();
+                   const Bodies& bodies, const Switches& switches, MjcfModel& model) {
+  ContactReader(document, defaults, assets, bodies, switches, model).read();
 }
 
 }  // namespace counterpoint::mjcf

@@ -95,7 +95,7 @@ Material Geom::material(int dimensions) const {
   return m;
 }
 
-Geom read_geom(const Values& v, const Compiler& compiler, const Pose& X_BF, int body) {
+Geom read_geom(const Values& v, const Pose& X_BF, int body) {
   const Document& document = v.document();
   document.expect(
       v.element(),
@@ -114,14 +114,14 @@ Geom read_geom(const Values& v, const Compiler& compiler, const Pose& X_BF, int 
       "sphere");
   const std::vector<double> size = v.numbers("size", 1, 3);
   std::copy(size.begin(), size.end(), geom.size.data());
-  geom.X_BG = pose_of(v, compiler);
+  geom.X_BG = pose_of(v);
   if (const auto ends = v.numbers("fromto", 6, 6); !ends.empty()) place_along(v, ends, geom);
   geom.X_BG = X_BF * geom.X_BG;
   geom.mesh = v.text("mesh");
   geom.field = v.text("hfield");
   geom.fitted = !geom.mesh.empty() && geom.type != "mesh" && geom.type != "sdf";
   geom.fit_scale = v.number("fitscale", 1.0);
-  geom.fit_box = compiler.fit_aabb;
+  geom.fit_box = document.compiler(v.element()).fit_aabb;
   geom.shell = v.boolean("shellinertia", false);
   geom.ellipsoid_in_fluid = v.text("fluidshape", "none") != "none";
   geom.contype = v.integer("contype", 1);

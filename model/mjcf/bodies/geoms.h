@@ -32,7 +32,7 @@ struct Geom {
 };
 
 /// `X_BF`: of <frame> elements around it.
-Geom read_geom(const Values& values, const Compiler& compiler, const Pose& X_BF, int body);
+Geom read_geom(const Values& values, const Pose& X_BF, int body);
 
 /// With the size and place of what it is fitted to; itself if it is fitted to nothing.
 Geom resolved(const Geom& geom, Assets& assets, Document& document);

@@ -7,13 +7,12 @@
 namespace counterpoint::mjcf {
 namespace {
 
-SpatialInertia read_inertial(const Document& document, const Compiler& compiler,
-                             const Element& element) {
+SpatialInertia read_inertial(const Document& document, const Element& element) {
   document.expect(element, {"pos", "quat", "axisangle", "xyaxes", "zaxis", "euler", "mass",
                             "diaginertia", "fullinertia"});
   const Values v(document, element);
   if (!v.has("mass") || !v.has("pos")) document.fail(element, "mass and pos are expected");
-  const Pose X_BI = pose_of(v, compiler);
+  const Pose X_BI = pose_of(v);
   SpatialInertia inertia;
   inertia.mass = v.number("mass", 0.0);
   if (const auto f = v.numbers("fullinertia", 6, 6); !f.empty()) {
@@ -25,8 +24,8 @@ SpatialInertia read_inertial(const Document& document, const Compiler& compiler,
 }
 
 /// Parts of one body; their products about the common centre.
-SpatialInertia from_geoms(Document& document, const Compiler& compiler, Assets& assets,
-                          const Bodies& bodies, int body) {
+SpatialInertia from_geoms(Document& document, Assets& assets, const Bodies& bodies, int body) {
+  const Compiler& compiler = document.compiler(*bodies.bodies[body].element);
   SpatialInertia sum;
   for (const Geom& geom : bodies.geoms) {
     if (geom.body != body || geom.group < compiler.first_inertia_group ||
@@ -38,8 +37,8 @@ SpatialInertia from_geoms(Document& document, const Compiler& compiler, Assets& 
 }
 
 /// All three moments become their mean where no body has them (balanceinertia); then the bounds.
-void adjust(Document& document, const Compiler& compiler, const Element& element,
-            SpatialInertia& inertia) {
+void adjust(Document& document, const Element& element, SpatialInertia& inertia) {
+  const Compiler& compiler = document.compiler(element);
   inertia.mass = std::max(inertia.mass, compiler.least_mass);
   if (!compiler.balance_inertia && compiler.least_inertia <= 0.0) return;
   const PrincipalAxes principal = principal_axes(inertia.rotational);
@@ -56,37 +55,42 @@ void adjust(Document& document, const Compiler& compiler, const Element& element
   inertia.rotational = principal.axes * m.asDiagonal() * principal.axes.transpose();
 }
 
+SpatialInertia inertia_of_body(Document& document, Assets& assets, const Bodies& bodies, int body,
+                               bool total_counts) {
+  using Rule = Compiler::InertiaFromGeom;
+  const BodyNode& node = bodies.bodies[body];
+  const Rule rule = document.compiler(*node.element).inertia_from_geom;
+  const bool by_geoms = rule == Rule::kAlways || (rule == Rule::kAuto && !node.inertial);
+  // What is fixed to the world weighs nothing there, and its shapes need not be looked at.
+  const bool counts = node.weld != 0 || total_counts;
+  SpatialInertia inertia;
+  if (node.inertial && !by_geoms)
+    inertia = read_inertial(document, *node.inertial);
+  else if (by_geoms && counts)
+    inertia = from_geoms(document, assets, bodies, body);
+  if (counts) adjust(document, *node.element, inertia);
+  if (!document.options().repair_inertias) return inertia;
+  const std::string defect = inertia_defect(inertia);
+  if (defect.empty()) return inertia;
+  document.note(*node.element, defect + "; replaced by the nearest possible");
+  return nearest_physical(inertia);
+}
+
 }  // namespace
 
-void read_inertias(Document& document, const Compiler& compiler, Assets& assets,
-                   const Bodies& bodies, MjcfModel& model) {
-  using Rule = Compiler::InertiaFromGeom;
+void read_inertias(Document& document, Assets& assets, const Bodies& bodies, MjcfModel& model) {
+  const double total_mass = document.compiler(document.root()).total_mass;
   double total = 0.0;
-  for (std::size_t i = 1; i < bodies.bodies.size(); ++i) {
-    const BodyNode& node = bodies.bodies[i];
-    SpatialInertia& inertia = model.robot.links[node.link_index].inertia;
-    const bool by_geoms = compiler.inertia_from_geom == Rule::kAlways ||
-                          (compiler.inertia_from_geom == Rule::kAuto && !node.inertial);
-    // What is fixed to the world weighs nothing there, and its shapes need not be looked at.
-    const bool counts = node.weld != 0 || compiler.total_mass > 0.0;
-    if (node.inertial && !by_geoms)
-      inertia = read_inertial(document, compiler, *node.inertial);
-    else if (by_geoms && counts)
-      inertia = from_geoms(document, compiler, assets, bodies, static_cast<int>(i));
-    if (counts) adjust(document, compiler, *node.element, inertia);
-    if (document.options().repair_inertias) {
-      const std::string defect = inertia_defect(inertia);
-      if (!defect.empty()) {
-        inertia = nearest_physical(inertia);
-        document.note(*node.element, defect + "; replaced by the nearest possible");
-      }
-    }
+  for (int i = 1; i < static_cast<int>(bodies.bodies.size()); ++i) {
+    SpatialInertia& inertia = model.robot.links[bodies.bodies[i].link_index].inertia;
+    document.faults.collect(
+        [&] { inertia = inertia_of_body(document, assets, bodies, i, total_mass > 0.0); });
     total += inertia.mass;
   }
-  if (!(compiler.total_mass > 0.0) || !(total > 0.0)) return;
+  if (!(total_mass > 0.0) || !(total > 0.0)) return;
   for (LinkSpec& link : model.robot.links) {
-    link.inertia.mass *= compiler.total_mass / total;
-    link.inertia.rotational *= compiler.total_mass / total;
+    link.inertia.mass *= total_mass / total;
+    link.inertia.rotational *= total_mass / total;
   }
 }
 

@@ -48,8 +48,9 @@ void expect_joint_words(Document& document, const Element& element) {
 
 }  // namespace
 
-JointRead read_joint(Document& document, const Defaults& defaults, const Compiler& compiler,
-                     const Element& element, const std::string& childclass) {
+JointRead read_joint(Document& document, const Defaults& defaults, const Element& element,
+                     const std::string& childclass) {
+  const Compiler& compiler = document.compiler(element);
   JointRead out;
   JointSpec& spec = out.spec;
   spec.where = document.where(element);

@@ -15,7 +15,7 @@ struct JointRead {
   double reference = 0.0;
 };
 
-JointRead read_joint(Document& document, const Defaults& defaults, const Compiler& compiler,
-                     const Element& element, const std::string& childclass);
+JointRead read_joint(Document& document, const Defaults& defaults, const Element& element,
+                     const std::string& childclass);
 
 }  // namespace counterpoint::mjcf

@@ -2,6 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <cstring>
+
+#include "counterpoint/model/mjcf/document/document.h"
+
 namespace counterpoint::mjcf {
 namespace {
 
@@ -18,6 +22,14 @@ Matrix3 about(char axis, double angle) {
   return Eigen::AngleAxisd(angle, direction).toRotationMatrix();
 }
 
+Vector3 direction(const Values& values, const Element& level, const Vector3& v, const char* name) {
+  const double length = v.norm();
+  if (length > 1e-10) return v / length;
+  values.document().fail(level, fmt::format("{}: a direction cannot be zero", name));
+}
+
+}  // namespace
+
 /// Lower case: about the axes as they have been turned; upper case: about those of the parent.
 Matrix3 from_euler(const std::vector<double>& angles, const Compiler& compiler) {
   Matrix3 R = Matrix3::Identity();
@@ -32,14 +44,6 @@ Matrix3 from_euler(const std::vector<double>& angles, const Compiler& compiler) 
   return R;
 }
 
-Vector3 direction(const Values& values, const Element& level, const Vector3& v, const char* name) {
-  const double length = v.norm();
-  if (length > 1e-10) return v / length;
-  values.document().fail(level, fmt::format("{}: a direction cannot be zero", name));
-}
-
-}  // namespace
-
 Matrix3 shortest_from_z(const Vector3& v) {
   const Vector3 axis = Vector3::UnitZ().cross(v);
   const double sine = axis.norm();
@@ -47,11 +51,12 @@ Matrix3 shortest_from_z(const Vector3& v) {
   return Eigen::AngleAxisd(std::atan2(sine, v.z()), about).toRotationMatrix();
 }
 
-Compiler read_compiler(Document& document) {
+Compiler read_compiler(Document& document, const Element& root) {
   Compiler out;
   bool in_degrees = true;
   std::string asset_folder, mesh_folder;
-  for (const Element* e : document.sections("compiler")) {
+  for (const Element* e : document.children(root)) {
+    if (std::strcmp(e->Name(), "compiler") != 0) continue;
     document.expect(
         *e,
         {"angle",         "eulerseq",     "autolimits",      "meshdir",           "assetdir",
@@ -103,7 +108,8 @@ Matrix3 rotation_of(const double* q) {
   return Quaternion(q[0], q[1], q[2], q[3]).normalized().toRotationMatrix();
 }
 
-std::optional<Matrix3> orientation_of(const Values& values, const Compiler& compiler) {
+std::optional<Matrix3> orientation_of(const Values& values) {
+  const Compiler& compiler = values.document().compiler(values.element());
   const Element* level = values.level_of_any({"quat", "axisangle", "xyaxes", "zaxis", "euler"});
   if (level == nullptr) return std::nullopt;
   const Values own(values.document(), *level);
@@ -129,8 +135,8 @@ std::optional<Matrix3> orientation_of(const Values& values, const Compiler& comp
   return rotation_of(q.data());
 }
 
-Pose pose_of(const Values& values, const Compiler& compiler) {
-  return {orientation_of(values, compiler).value_or(Matrix3::Identity()),
+Pose pose_of(const Values& values) {
+  return {orientation_of(values).value_or(Matrix3::Identity()),
           values.vector("pos", Vector3::Zero())};
 }
 

@@ -4,9 +4,16 @@
 #include <optional>
 #include <string>
 
-#include "counterpoint/model/mjcf/document/document.h"
+#include "counterpoint/model/spatial.h"
+
+namespace tinyxml2 {
+class XMLElement;
+}
 
 namespace counterpoint::mjcf {
+
+class Document;
+class Values;
 
 struct Compiler {
   enum class InertiaFromGeom { kNever, kAlways, kAuto };
@@ -25,14 +32,17 @@ struct Compiler {
   bool align_free = false;
 };
 
-/// @throws InputError for conventions that no longer exist (coordinate="global").
-Compiler read_compiler(Document& document);
+/// What the <compiler> sections below the root of one model say. @throws InputError for conventions
+/// that no longer exist (coordinate="global").
+Compiler read_compiler(Document& document, const tinyxml2::XMLElement& root);
 
-/// The orientation that an element gives by quat, axisangle, xyaxes, zaxis or euler; nothing if it
-/// gives none.
-std::optional<Matrix3> orientation_of(const Values& values, const Compiler& compiler);
+/// Angles of an Euler sequence, in the unit of the file.
+Matrix3 from_euler(const std::vector<double>& angles, const Compiler& compiler);
+/// The orientation that an element gives by quat, axisangle, xyaxes, zaxis or euler, in the
+/// conventions of its model; nothing if it gives none.
+std::optional<Matrix3> orientation_of(const Values& values);
 /// With pos.
-Pose pose_of(const Values& values, const Compiler& compiler);
+Pose pose_of(const Values& values);
 
 /// The rotation by the least angle that takes z to a unit vector; to -z: about x.
 Matrix3 shortest_from_z(const Vector3& v);

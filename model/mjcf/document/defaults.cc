@@ -10,14 +10,14 @@ namespace counterpoint::mjcf {
 
 Defaults::Defaults(const Document& document) : document_(document) {
   const std::vector<const Element*> sections = document.sections("default");
-  if (!sections.empty() && sections[0]->Attribute("class")) top_ = sections[0]->Attribute("class");
-  classes_[top_];
   for (const Element* section : sections) {
     const char* name = section->Attribute("class");
-    if (name != nullptr && name != top_)
-      document.fail(*section, fmt::format("class '{}': the top class is '{}'", name, top_));
-    read(*section, top_, "");
+    const auto [top, is_first] = top_.emplace(document.model_of(*section), name ? name : "main");
+    if (name != nullptr && name != top->second)
+      document.fail(*section, fmt::format("class '{}': the top class is '{}'", name, top->second));
+    read(*section, top->second, "");
   }
+  classes_[top_.emplace(0, "main").first->second];
 }
 
 void Defaults::read(const Element& element, const std::string& name, const std::string& parent) {
@@ -40,7 +40,9 @@ void Defaults::read(const Element& element, const std::string& name, const std::
 const Defaults::Class& Defaults::class_of(const Element& element,
                                           const std::string& childclass) const {
   const char* own = element.Attribute("class");
-  const std::string name = own ? own : childclass.empty() ? top_ : childclass;
+  const std::string name = own                  ? own
+                           : childclass.empty() ? top_.at(document_.model_of(element))
+                                                : childclass;
   const auto found = classes_.find(name);
   if (found != classes_.end()) return found->second;
   document_.fail(element, fmt::format("there is no default class '{}'", name));

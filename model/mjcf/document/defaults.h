@@ -11,8 +11,8 @@ namespace counterpoint::mjcf {
 
 class Defaults {
  public:
-  /// Reads all <default> sections. @throws InputError for a class without a name, given twice with
-  /// different parents.
+  /// Reads all <default> sections; each model has a top class of its own. @throws InputError for a
+  /// class without a name, given twice with different parents.
   explicit Defaults(const Document& document);
 
   /// The values of an element: its own class, else `childclass` (of the nearest body that gives
@@ -34,7 +34,7 @@ class Defaults {
   const Class& class_of(const Element& element, const std::string& childclass) const;
 
   const Document& document_;
-  std::string top_ = "main";
+  std::map<int, std::string> top_;  ///< by the model that elements were written in
   std::map<std::string, Class> classes_;
 };
 

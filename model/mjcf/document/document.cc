@@ -7,16 +7,10 @@
 #include <charconv>
 #include <cstring>
 
-#include "counterpoint/model/robot_files.h"
-#include "counterpoint/model/text_files.h"
+#include "counterpoint/model/mjcf/document/expansion.h"
 
 namespace counterpoint::mjcf {
 namespace {
-
-namespace fs = std::filesystem;
-
-constexpr int kMaxDepth = 100;          // of elements
-constexpr std::size_t kMaxFiles = 200;  // included
 
 bool is_space(char c) { return c == ' ' || c == '\t' || c == '\n' || c == '\r'; }
 
@@ -39,62 +33,22 @@ bool parse_numbers(const char* text, std::vector<double>& out) {
 
 }  // namespace
 
-std::string name_of(const Element& element) {
-  const char* name = element.Attribute("name");
-  return name ? name : "";
+Document::Document(const std::filesystem::path& file, const MjcfOptions& options)
+    : file_(file), options_(options), sources_(options) {
+  models_.push_back({file, -1, {}});
+  root_ = &sources_.load(file, 0);
+  expand(*this);
 }
 
-Document::Document(const fs::path& file, const MjcfOptions& options)
-    : file_(file), options_(options) {
-  files_.push_back({file, std::make_unique<tinyxml2::XMLDocument>()});
-  parse_xml_file(file, "there is no such file", *files_.back().xml);
-  root_ = files_.back().xml->RootElement();
-  if (root_ == nullptr || std::strcmp(root_->Name(), "mujoco") != 0) {
-    throw InputError(
-        fmt::format("{}: the root element is <{}>; <mujoco> is expected of an MJCF file",
-                    file.string(), root_ ? root_->Name() : ""));
-  }
-  load_includes(*root_, 0);
-}
-
-Document::~Document() = default;
-
-void Document::load_includes(const Element& element, int depth) {
-  if (depth > kMaxDepth) fail(element, fmt::format("nested deeper than {} elements", kMaxDepth));
-  for (const Element* e = element.FirstChildElement(); e; e = e->NextSiblingElement()) {
-    if (std::strcmp(e->Name(), "include") != 0) {
-      load_includes(*e, depth + 1);
-      continue;
-    }
-    const char* name = e->Attribute("file");
-    if (name == nullptr || *name == '\0') fail(*e, "file: the name of a file is expected");
-    const fs::path path = find_mesh(name, folder(), options_.packages, where(*e)).file;
-    std::error_code error;
-    for (const File& other : files_) {
-      if (fs::equivalent(other.path, path, error))
-        fail(*e, fmt::format("file '{}' is included a second time", name));
-    }
-    if (files_.size() == kMaxFiles)
-      fail(*e, fmt::format("more than {} files are included", kMaxFiles));
-    files_.push_back({path, std::make_unique<tinyxml2::XMLDocument>()});
-    parse_xml_file(path, "there is no such file", *files_.back().xml);
-    const Element* root = files_.back().xml->RootElement();
-    if (root == nullptr) fail(*e, fmt::format("file '{}' holds no element", name));
-    included_[e] = root;
-    load_includes(*root, depth + 1);
-  }
+bool Document::is_within(int model, int outer) const {
+  while (model != outer && model >= 0) model = models_[model].outer;
+  return model == outer;
 }
 
 std::vector<const Element*> Document::children(const Element& element) const {
   std::vector<const Element*> out;
-  for (const Element* e = element.FirstChildElement(); e; e = e->NextSiblingElement()) {
-    const auto included = included_.find(e);
-    if (included == included_.end()) {
-      out.push_back(e);
-      continue;
-    }
-    for (const Element* inner : children(*included->second)) out.push_back(inner);
-  }
+  for (const Element* e = element.FirstChildElement(); e; e = e->NextSiblingElement())
+    out.push_back(e);
   return out;
 }
 
@@ -112,25 +66,9 @@ std::vector<const Element*> Document::section_children(const char* name) const {
   return out;
 }
 
-std::string Document::where(const Element& element) const {
-  fs::path path = file_;
-  for (const File& file : files_)
-    if (file.xml.get() == element.GetDocument()) path = file.path;
-  const std::string name = name_of(element);
-  return fmt::format("{}:{}: <{}>{}", path.string(), element.GetLineNum(), element.Name(),
-                     name.empty() ? "" : " '" + name + "'");
-}
-
-void Document::fail(const Element& element, const std::string& what) const {
-  throw InputError(where(element) + ": " + what);
-}
-
 void Document::refuse(const Element& element, LeaveOut word, const std::string& what) {
   if (options_.leave_out.count(word) > 0) return note(element, what + "; left out");
-  fail(element,
-       fmt::format("{}. To go on without it name the file in a scene: models: [{{mjcf: {}, "
-                   "leave_out: [{}]}}]",
-                   what, file_.filename().string(), leave_out_name(word)));
+  faults.add(fmt::format("{}: {}{}", where(element), what, how_to_leave_out("mjcf", file_, word)));
 }
 
 void Document::note(const Element& element, const std::string& what) {

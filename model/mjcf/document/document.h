@@ -1,5 +1,5 @@
-// An MJCF file with what it includes, and its values with their defaults. Format: "XML Reference"
-// of MuJoCo's documentation.
+// An MJCF file with what it includes, replicates and attaches, and its values with their defaults.
+// Format: "XML Reference" of MuJoCo's documentation.
 #pragma once
 
 #include <filesystem>
@@ -11,34 +11,40 @@
 #include <string>
 #include <vector>
 
+#include "counterpoint/model/mjcf/document/compiler.h"
+#include "counterpoint/model/mjcf/document/sources.h"
 #include "counterpoint/model/robot_files.h"
-
-namespace tinyxml2 {
-class XMLDocument;
-class XMLElement;
-}  // namespace tinyxml2
+#include "counterpoint/model/text_files.h"
 
 namespace counterpoint::mjcf {
-
-using Element = tinyxml2::XMLElement;
 
 /// More numbers than any list of fixed length has.
 inline constexpr std::size_t kMaxNumbers = 1000;
 
-/// The elements of a file, those of included files in their places.
+/// The elements of a file: those of included files in their places, replicas and attached models
+/// written out.
 class Document {
  public:
-  /// @throws InputError with file and line for what is no XML, no <mujoco>, or includes a file that
-  /// is missing, twice included, or outside the folders that the file may reach (find_mesh).
+  /// @throws InputError as Sources::load, and for replicas and attachments that cannot be.
   Document(const std::filesystem::path& file, const MjcfOptions& options);
-  ~Document();
   Document(const Document&) = delete;
   Document& operator=(const Document&) = delete;
 
   const Element& root() const { return *root_; }
   const std::filesystem::path& file() const { return file_; }
-  std::filesystem::path folder() const { return file_.parent_path(); }
   const MjcfOptions& options() const { return options_; }
+
+  /// The model that an element was written in: 0 is the outermost file's, others are attached.
+  int model_of(const Element& element) const { return sources_.model_of(element); }
+  /// Is a model another one, or attached within it?
+  bool is_within(int model, int outer) const;
+  /// What the <compiler> of its model says, and the folder of that model's file.
+  const Compiler& compiler(const Element& element) const {
+    return models_[model_of(element)].compiler;
+  }
+  std::filesystem::path folder(const Element& element) const {
+    return models_[model_of(element)].file.parent_path();
+  }
 
   /// The elements within one, in order.
   std::vector<const Element*> children(const Element& element) const;
@@ -47,28 +53,38 @@ class Document {
   std::vector<const Element*> section_children(const char* name) const;
 
   /// "FILE:LINE: <joint> 'elbow'".
-  std::string where(const Element& element) const;
-  [[noreturn]] void fail(const Element& element, const std::string& what) const;
-  /// Throws unless the caller left out what `word` names; then it is noted.
+  std::string where(const Element& element) const { return sources_.where(element); }
+  [[noreturn]] void fail(const Element& element, const std::string& what) const {
+    sources_.fail(element, what);
+  }
+  /// A fault, unless the caller left out what `word` names; then a note.
   void refuse(const Element& element, LeaveOut word, const std::string& what);
   void note(const Element& element, const std::string& what);
   /// Attributes beyond these are refused: they could change the motion.
   void expect(const Element& element, std::initializer_list<const char*> known) const;
 
+  /// Reads one element after the other; what is wrong with one does not keep the others from being
+  /// read.
+  template <class Read>
+  void each(const std::vector<const Element*>& elements, Read&& read) {
+    for (const Element* e : elements) faults.collect([&] { read(*e); });
+  }
+
   std::vector<Note> notes;
+  Faults faults;  ///< of what was read so far
 
  private:
-  void load_includes(const Element& element, int depth);
-
-  struct File {
-    std::filesystem::path path;
-    std::unique_ptr<tinyxml2::XMLDocument> xml;
+  friend class Expansion;
+  struct ModelFile {
+    std::filesystem::path file;
+    int outer = -1;  ///< the model that it is attached to
+    Compiler compiler;
   };
   std::filesystem::path file_;
   const MjcfOptions& options_;
-  const Element* root_ = nullptr;
-  std::vector<File> files_;
-  std::map<const Element*, const Element*> included_;  ///< <include> to the root of what it names
+  Sources sources_;
+  std::vector<ModelFile> models_;
+  Element* root_ = nullptr;
 };
 
 /// The values of one element: its own, else those of its class, else of the class above.
@@ -101,8 +117,5 @@ class Values {
   const Document* document_;
   std::vector<const Element*> levels_;
 };
-
-/// The name of an element, or "".
-std::string name_of(const Element& element);
 
 }  // namespace counterpoint::mjcf

@@ -110,12 +110,12 @@ void apply(const Document& document, const Element& element, Law& law) {
 class ActuatorReader {
  public:
   ActuatorReader(Document& document, const Defaults& defaults,
-                 const Compiler& compiler,  // Parameters: all it reads
+                 const Switches& switches,  // Parameters: all it reads
                  const Bodies& bodies, const Tendons& tendons, const Couplings& couplings,
                  MjcfModel& model)
       : document_(document),
         defaults_(defaults),
-        compiler_(compiler),
+        switches_(switches),
         bodies_(bodies),
         tendons_(tendons),
         couplings_(couplings),
@@ -136,6 +136,11 @@ class ActuatorReader {
     MjcfModel::Actuator actuator;
     actuator.name = name_of(e);
     actuator.where = document_.where(e);
+    if (is_off(e)) {
+      document_.note(e, "switched off by <option>: it pulls at nothing");
+      model_.actuators.push_back(actuator);
+      return;
+    }
     Couplings::Reduced length;
     const std::string lacks = what_lacks(e, law, length);
     bound_control(e, law, actuator);
@@ -157,6 +162,14 @@ class ActuatorReader {
   }
 
  private:
+  bool is_off(const Element& e) const {
+    int group = 0;
+    for (const Element* level : defaults_.chain(e, "", kTags))
+      group = Values(document_, *level).integer("group", group);
+    return switches_.off.count("actuation") > 0 ||
+           switches_.groups_off.count(Values(document_, e).integer("group", group)) > 0;
+  }
+
   /// Why the engine cannot pull like this, or "" with the length that it pulls at, in joints.
   std::string what_lacks(const Element& e, const Law& law, Couplings::Reduced& length) const {
     const Values v(document_, e);
@@ -212,8 +225,8 @@ class ActuatorReader {
         }
       }
     }
-    const bool limited =
-        law.control_limited == "true" || (law.control_limited == "auto" && compiler_.auto_limits);
+    const bool limited = law.control_limited == "true" ||
+                         (law.control_limited == "auto" && document_.compiler(e).auto_limits);
     if (!range || !limited) return;
     if (!(range->first <= range->second))
       document_.fail(e, "ctrlrange: the first number must be less");
@@ -258,8 +271,8 @@ class ActuatorReader {
   void bound_effort(const Element& e, const Law& law, double c, int joint,
                     const MjcfModel::Actuator& actuator, bool servo) {
     double limit = kInfinity;
-    const bool limited =
-        law.force_limited == "true" || (law.force_limited == "auto" && compiler_.auto_limits);
+    const bool limited = law.force_limited == "true" ||
+                         (law.force_limited == "auto" && document_.compiler(e).auto_limits);
     if (law.force_range && limited) {
       const auto [low, high] = *law.force_range;
       const double most = std::max(std::abs(low), std::abs(high));
@@ -278,7 +291,7 @@ class ActuatorReader {
 
   Document& document_;
   const Defaults& defaults_;
-  const Compiler& compiler_;
+  const Switches& switches_;
   const Bodies& bodies_;
   const Tendons& tendons_;
   const Couplings& couplings_;
@@ -289,11 +302,11 @@ class ActuatorReader {
 
 }  // namespace
 
-void read_actuators(Document& document, const Defaults& defaults, const Compiler& compiler,
+void read_actuators(Document& document, const Defaults& defaults, const Switches& switches,
                     const Bodies& bodies, const Tendons& tendons, const Couplings& couplings,
                     MjcfModel& model) {
-  ActuatorReader reader(document, defaults, compiler, bodies, tendons, couplings, model);
-  for (const Element* e : document.section_children("actuator")) reader.read(*e);
+  ActuatorReader reader(document, defaults, switches, bodies, tendons, couplings, model);
+  document.each(document.section_children("actuator"), [&](const Element& e) { reader.read(e); });
   reader.finish();
 }
 

@@ -170,8 +170,8 @@ int find_scalar_joint(const Document& document, const Bodies& bodies, const Mjcf
 void read_equalities(Document& document, const Defaults& defaults, const Bodies& bodies,
                      const Tendons& tendons, Couplings& couplings, MjcfModel& model) {
   EqualityReader reader(document, bodies, tendons, couplings, model);
-  for (const Element* e : document.section_children("equality"))
-    reader.read(defaults.values(*e, "", "equality"));
+  document.each(document.section_children("equality"),
+                [&](const Element& e) { reader.read(defaults.values(e, "", "equality")); });
 }
 
 }  // namespace counterpoint::mjcf

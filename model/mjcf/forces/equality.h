@@ -26,8 +26,8 @@ void read_equalities(Document& document, const Defaults& defaults, const Bodies&
 
 /// Springs, dampers, friction and limits of tendons go to the one joint that they pull at; others
 /// are refused. After the equalities.
-void apply_tendon_forces(Document& document, const Defaults& defaults, const Compiler& compiler,
-                         const Tendons& tendons, const Couplings& couplings, MjcfModel& model);
+void apply_tendon_forces(Document& document, const Defaults& defaults, const Tendons& tendons,
+                         const Couplings& couplings, MjcfModel& model);
 
 /// The index into Bodies::joints of a joint of one coordinate. @throws InputError naming `user`.
 int find_scalar_joint(const Document& document, const Bodies& bodies, const MjcfModel& model,

@@ -16,8 +16,7 @@ struct Forces {
   bool any() const { return stiffness > 0.0 || damping > 0.0 || friction > 0.0 || limited; }
 };
 
-Forces read_forces(Document& document, const Values& v, const Compiler& compiler,
-                   const Tendon& tendon) {
+Forces read_forces(Document& document, const Values& v, const Tendon& tendon) {
   Forces f;
   f.stiffness = v.number("stiffness", 0.0);
   f.damping = v.number("damping", 0.0);
@@ -30,7 +29,8 @@ Forces read_forces(Document& document, const Values& v, const Compiler& compiler
   if (v.number("armature", 0.0) > 0.0)
     document.refuse(v.element(), LeaveOut::kTendons, "armature of a tendon is not supported");
   const std::string limited = v.word("limited", {"true", "false", "auto"}, "auto");
-  f.limited = limited == "auto" ? compiler.auto_limits && v.has("range") : limited == "true";
+  f.limited = limited == "auto" ? document.compiler(v.element()).auto_limits && v.has("range")
+                                : limited == "true";
   if (!f.limited) return f;
   const std::vector<double> range = v.numbers("range", 2, 2);
   if (range.empty() || !(range[0] < range[1]))
@@ -57,18 +57,36 @@ void apply(const Forces& f, double c, double constant, JointSpec& joint) {
   joint.upper = std::min(joint.upper, upper);
 }
 
+void apply_one(Document& document, const Defaults& defaults, const Tendon& tendon,
+               const Couplings& couplings, MjcfModel& model) {
+  const Forces forces =
+      read_forces(document, defaults.values(*tendon.element, "", "tendon"), tendon);
+  if (!forces.any()) return;
+  const Couplings::Reduced length = couplings.reduce(tendon.sum);
+  if (tendon.fixed && length.sum.size() == 1) {
+    const auto& [joint, c] = length.sum[0];
+    return apply(forces, c, length.constant, model.robot.joints[joint]);
+  }
+  document.refuse(
+      *tendon.element, LeaveOut::kTendons,
+      tendon.fixed
+          ? "a spring, damper, friction or limit of a tendon over several joints that are not "
+            "coupled is not supported"
+          : "a spring, damper, friction or limit of a tendon through space is not supported");
+}
+
 }  // namespace
 
 Tendons read_tendons(Document& document, const Bodies& bodies) {
   Tendons out;
-  for (const Element* e : document.section_children("tendon")) {
+  document.each(document.section_children("tendon"), [&](const Element& e) {
     Tendon tendon;
-    tendon.element = e;
-    const std::string kind = e->Name(), name = name_of(*e);
+    tendon.element = &e;
+    const std::string kind = e.Name(), name = name_of(e);
     if (kind != "fixed" && kind != "spatial")
-      document.fail(*e, "a <fixed> or <spatial> tendon is expected");
+      document.fail(e, "a <fixed> or <spatial> tendon is expected");
     tendon.fixed = kind == "fixed";
-    for (const Element* part : document.children(*e)) {
+    for (const Element* part : document.children(e)) {
       if (!tendon.fixed) break;
       const auto joint = bodies.joint_names.find(Values(document, *part).text("joint"));
       if (joint == bodies.joint_names.end()) document.fail(*part, "there is no such joint");
@@ -79,30 +97,16 @@ Tendons read_tendons(Document& document, const Bodies& bodies) {
     }
     const std::string key = name.empty() ? fmt::format("tendon {}", out.size()) : name;
     if (!out.emplace(key, tendon).second)
-      document.fail(*e, "there is already a tendon of this name");
-  }
+      document.fail(e, "there is already a tendon of this name");
+  });
   return out;
 }
 
-void apply_tendon_forces(Document& document, const Defaults& defaults, const Compiler& compiler,
-                         const Tendons& tendons, const Couplings& couplings, MjcfModel& model) {
-  for (const auto& [name, tendon] : tendons) {
-    const Forces forces =
-        read_forces(document, defaults.values(*tendon.element, "", "tendon"), compiler, tendon);
-    if (!forces.any()) continue;
-    const Couplings::Reduced length = couplings.reduce(tendon.sum);
-    if (tendon.fixed && length.sum.size() == 1) {
-      const auto& [joint, c] = length.sum[0];
-      apply(forces, c, length.constant, model.robot.joints[joint]);
-      continue;
-    }
-    document.refuse(*tendon.element, LeaveOut::kTendons,
-                    tendon.fixed
-                        ? "a spring, damper, friction or limit of a tendon over several joints "
-                          "that are not coupled is not supported"
-                        : "a spring, damper, friction or limit of a tendon through space is not "
-                          "supported");
-  }
+void apply_tendon_forces(Document& document, const Defaults& defaults, const Tendons& tendons,
+                         const Couplings& couplings, MjcfModel& model) {
+  for (const auto& [name, tendon] : tendons)
+    document.faults.collect(
+        [&, &one = tendon] { apply_one(document, defaults, one, couplings, model); });
 }
 
 }  // namespace counterpoint::mjcf
