@@ -182,6 +182,21 @@ TEST_F(Expansion, PartsOfTheSameModelAreAttachedAgain) {
   EXPECT_EQ(m.actuators[2].joint, "two_hip");
 }
 
+TEST_F(Expansion, CopiesHaveOneMessage) {
+  const std::string contents =
+      "<worldbody><replicate count='3'><body name='b'><joint name='j'/><geom size='0.1' "
+      "unheard='1'/>"
+      "</body></replicate></worldbody>";
+  try {
+    scene(contents);
+    ADD_FAILURE();
+  } catch (const InputError& error) {
+    const std::string what = error.what();
+    EXPECT_NE(what.find("unheard"), std::string::npos);
+    EXPECT_EQ(what.find('\n'), std::string::npos) << what;
+  }
+}
+
 TEST_F(Expansion, WhatCannotBeAttachedIsRefused) {
   folder_.write(
       "p/m/self.xml",

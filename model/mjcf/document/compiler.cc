@@ -63,7 +63,7 @@ Compiler read_compiler(Document& document, const Element& root) {
          "texturedir",    "strippath",    "inertiafromgeom", "inertiagrouprange", "balanceinertia",
          "boundmass",     "boundinertia", "settotalmass",    "coordinate",        "fusestatic",
          "discardvisual", "usethread",    "fitaabb",         "exactmeshinertia",  "convexhull",
-         "alignfree",     "saveinertial"});
+         "alignfree",     "saveinertial", "conflict"});
     const Values v(document, *e);
     in_degrees =
         v.word("angle", {"radian", "degree"}, in_degrees ? "degree" : "radian") == "degree";
@@ -91,6 +91,7 @@ Compiler read_compiler(Document& document, const Element& root) {
     out.total_mass = v.number("settotalmass", out.total_mass);
     out.fit_aabb = v.boolean("fitaabb", out.fit_aabb);
     out.align_free = v.boolean("alignfree", out.align_free);
+    out.merge_options = v.word("conflict", {"warning", "merge", "error"}, "warning") == "merge";
     if (v.text("coordinate", "local") != "local")
       document.fail(
           *e,

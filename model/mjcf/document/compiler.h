@@ -30,6 +30,7 @@ struct Compiler {
   double total_mass = -1.0;                      ///< [kg]; not positive: as it is
   bool fit_aabb = false;
   bool align_free = false;
+  bool merge_options = false;  ///< of attached models, conflict="merge"
 };
 
 /// What the <compiler> sections below the root of one model say. @throws InputError for conventions

@@ -72,7 +72,8 @@ void Document::refuse(const Element& element, LeaveOut word, const std::string& 
 }
 
 void Document::note(const Element& element, const std::string& what) {
-  notes.push_back({where(element), what});
+  const std::string at = where(element);
+  if (noted_.insert(at + what).second) notes.push_back({at, what});
 }
 
 void Document::expect(const Element& element, std::initializer_list<const char*> known) const {

@@ -84,6 +84,7 @@ class Document {
   const MjcfOptions& options_;
   Sources sources_;
   std::vector<ModelFile> models_;
+  std::set<std::string> noted_;  ///< copies of an element have one note
   Element* root_ = nullptr;
 };
 

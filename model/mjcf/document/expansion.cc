@@ -171,6 +171,10 @@ class Expansion {
     insert_behind(e, frame);
     if (kind != nullptr) remove_dangling(other, names_within(frame));
     for (Element* section : children_of(other)) {
+      if (is(*section, "option") && document_.compiler(root_).merge_options)
+        document_.fail(*section,
+                       "conflict=\"merge\": options of attached models are not merged; "
+                       "write them into the model that attaches");
       if (is(*section, "option"))
         document_.note(*section,
                        "of an attached model: the options of the model that attaches it count");

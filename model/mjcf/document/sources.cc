@@ -46,7 +46,7 @@ Element& Sources::load(const fs::path& file, int model) {
         fmt::format("{}: the root element is <{}>; <mujoco> is expected of an MJCF file",
                     file.string(), root ? root->Name() : ""));
   Loading loading{file.parent_path(), model, {index}};
-  Element& out = shallow(*root, {index, root->GetLineNum(), model});
+  Element& out = shallow(*root, {index, model, root});
   copy_contents(*root, index, 0, loading, out);
   return out;
 }
@@ -54,7 +54,7 @@ Element& Sources::load(const fs::path& file, int model) {
 void Sources::copy_contents(const Element& from, int file, int depth, Loading& loading,
                             Element& into) {
   if (depth > kMaxDepth)
-    throw InputError(place(from, file, from.GetLineNum()) +
+    throw InputError(place(from, file) +
                      fmt::format(": nested deeper than {} elements", kMaxDepth));
   for (const Element* e = from.FirstChildElement(); e; e = e->NextSiblingElement()) {
     if (std::strcmp(e->Name(), "include") == 0) {
@@ -63,14 +63,14 @@ void Sources::copy_contents(const Element& from, int file, int depth, Loading& l
       copy_contents(root, index, depth + 1, loading, into);
       continue;
     }
-    Element& made = shallow(*e, {file, e->GetLineNum(), loading.model});
+    Element& made = shallow(*e, {file, loading.model, e});
     into.InsertEndChild(&made);
     copy_contents(*e, file, depth + 1, loading, made);
   }
 }
 
 const Element& Sources::included(const Element& include, int file, Loading& loading, int& index) {
-  const std::string where = place(include, file, include.GetLineNum());
+  const std::string where = place(include, file);
   const char* name = include.Attribute("file");
   if (name == nullptr || *name == '\0')
     throw InputError(where + ": file: the name of a file is expected");
@@ -123,15 +123,15 @@ Element& Sources::copy(const Element& element) {
   return made;
 }
 
-std::string Sources::place(const Element& element, int file, int line) const {
-  const std::string name = name_of(element);
-  return fmt::format("{}:{}: <{}>{}", files_[file].path.string(), line, element.Name(),
-                     name.empty() ? "" : " '" + name + "'");
+std::string Sources::place(const Element& written, int file) const {
+  const std::string name = name_of(written);
+  return fmt::format("{}:{}: <{}>{}", files_[file].path.string(), written.GetLineNum(),
+                     written.Name(), name.empty() ? "" : " '" + name + "'");
 }
 
 std::string Sources::where(const Element& element) const {
   const Origin& origin = origin_.at(&element);
-  return place(element, origin.file, origin.line);
+  return place(*origin.written, origin.file);
 }
 
 void Sources::fail(const Element& element, const std::string& what) const {

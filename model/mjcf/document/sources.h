@@ -32,13 +32,14 @@ class Sources {
 
   /// The number that its file was loaded with.
   int model_of(const Element& element) const { return origin_.at(&element).model; }
-  /// "FILE:LINE: <joint> 'elbow'".
+  /// "FILE:LINE: <joint> 'elbow'", the name as the file has it: the same of all copies.
   std::string where(const Element& element) const;
   [[noreturn]] void fail(const Element& element, const std::string& what) const;
 
  private:
   struct Origin {
-    int file = 0, line = 0, model = 0;
+    int file = 0, model = 0;
+    const Element* written = nullptr;  ///< as the file has it
   };
   struct File {
     std::filesystem::path path;
@@ -54,7 +55,7 @@ class Sources {
   void copy_contents(const Element& from, int file, int depth, Loading& loading, Element& into);
   const Element& included(const Element& include, int file, Loading& loading, int& index);
   void check_size(const Element& made) const;
-  std::string place(const Element& element, int file, int line) const;
+  std::string place(const Element& written, int file) const;
 
   const MjcfOptions& options_;
   std::vector<File> files_;
