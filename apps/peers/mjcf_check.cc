@@ -74,7 +74,7 @@ std::string simulate(const std::string& command, const fs::path& file, double du
 
 constexpr LeaveOut kEverything[] = {
     LeaveOut::kFluid, LeaveOut::kTendons, LeaveOut::kActuators, LeaveOut::kJointForces,
-    LeaveOut::kEqualities};
+    LeaveOut::kEqualities, LeaveOut::kFrictionDirections};
 
 MjcfOptions everything_left_out() {
   MjcfOptions options;
