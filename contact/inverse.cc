@@ -29,9 +29,10 @@ void check_cone(const Law& law, const double* y, const double* f, Residuals& out
   double phi = 0.0, z = 0.0, power = f[0] * y[0];
   for (int i = 1; i < law.rows; ++i) {
     const double mu = law.friction[i - 1];
-    phi += f[i] == 0.0 ? 0.0 : (f[i] / mu) * (f[i] / mu);
+    const double upright = f[i] + (i < 3 ? law.lean[static_cast<size_t>(i - 1)] * f[0] : 0.0);
+    phi += upright == 0.0 ? 0.0 : (upright / mu) * (upright / mu);
     z += (mu * y[i]) * (mu * y[i]);
-    power += f[i] * y[i];
+    power += upright * y[i];
   }
   phi = std::sqrt(phi);
   z = std::sqrt(z);

@@ -42,6 +42,12 @@ void friction_hessian(const Law& law, const FrictionSlopes& slope, const double*
   }
 }
 
+void lean_hessian(const Law& law, double* hessian) {
+  const int n = law.rows;
+  for (int i = 0; leans(law) && i < 2; ++i)
+    for (int j = 0; j < n; ++j) hessian[(i + 1) * n + j] -= law.lean[i] * hessian[j];
+}
+
 Slope cone_slope(const Law& law, const Cone& cone, const double* d) {
   double dot = 0.0, square = 0.0, radial = 0.0;  // z_T . dz_T, |dz_T|^2, and dz_T along z_T
   for (int i = 1; i < law.rows; ++i) {
@@ -61,6 +67,7 @@ void coulomb_impulse(const Law& law, const double* y, double* f) {
   const CoulombAt<double> at(y[0], de_saxce_shift(law, y), rho, rho, scaled_slip_speed(law),
                              law.smoothing);
   friction_impulse(law, at.n, at.b, y, f);
+  lean_impulse(law, f);
 }
 
 // f = -2 F y / (s1 + s2): the clamp of -y / r to [-F, F], written as a difference of two scalar
@@ -117,6 +124,7 @@ bool is_valid(const Law& law) {
     case LawType::kEquality:
       return true;
     case LawType::kFrictionCone:
+      if (leans(law) && (!law.coulomb || law.rows < 3)) return false;
       return law.rows >= 2 && std::all_of(law.friction.begin(), law.friction.begin() + law.rows - 1,
                                           [](double mu) { return mu >= 0.0; });
   }
@@ -129,6 +137,7 @@ bool is_finite(const Law& law) {
                (law.bound - law.bound);
   for (const double mu : law.friction) sum += mu - mu;
   for (const double b : law.bias) sum += b - b;
+  for (const double share : law.lean) sum += share - share;
   return sum == 0.0;
 }
 
@@ -138,6 +147,7 @@ Law soften(const Law& law, const Softness& softness) {
   out.regularizer *= softness.factor;
   out.coulomb = law.coulomb && !softness.convex;
   if (softness.convex && is_one_sided(law.type)) out.bias[0] = std::max(law.bias[0], 0.0);
+  if (softness.convex) out.lean = {};
   return out;
 }
 
@@ -188,9 +198,11 @@ void evaluate(const Law& law, const double* y, double* f, double* hessian) {
       if (law.coulomb) {
         const CoulombCone cone = coulomb_cone(law, y);
         friction_impulse(law, cone.n, cone.b, y, f);
-        return friction_hessian(
-            law, {cone.n_slope, cone.p_slope, cone.b, -cone.p_by_n * cone.n_slope, 0.0}, cone.e,
-            hessian);
+        friction_hessian(law,
+                         {cone.n_slope, cone.p_slope, cone.b, -cone.p_by_n * cone.n_slope, 0.0},
+                         cone.e, hessian);
+        lean_impulse(law, f);
+        return lean_hessian(law, hessian);
       }
       const Cone cone(law, y);
       friction_impulse(law, cone.n, cone.b, y, f);

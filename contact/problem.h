@@ -49,6 +49,8 @@ struct Law {
   double bound = 0.0;  ///< kDryFriction: largest impulse [N s]
   /// kFrictionCone: coefficient of friction row i + 1; sliding [-], torsional and rolling [m].
   std::array<double, kMaxRows - 1> friction{};
+  /// coulomb: sliding friction is this share of f_N less, f_T = -lean f_N + what the cone gives [-].
+  std::array<double, 2> lean{};
   /// b [m/s]: y = J w+ + b.
   std::array<double, kMaxRows> bias{};
 };
@@ -120,6 +122,9 @@ class Problem {
 // alone, f_N = g(y_N), and friction the clamp of -z_T / rho to it, smoothed. It has no potential:
 // G has a column of f_T by y_N and no row of f_N by y_T.
 
+/// With `lean` the cone stands on an inclined base: f_T lies within mu f_N of -lean f_N. All of the
+/// solver works with the upright cone; only what it gives to the bodies leans (lean_impulse).
+
 /// f(y) [N s], `law.rows` long. y [m/s] includes the bias. Works for every law and friction model;
 /// This is the whole inverse of one constraint.
 Rows impulse(const Law& law, const Rows& y);
@@ -162,6 +167,11 @@ inline bool is_one_sided(LawType type) {
 bool is_valid(const Law& law);
 /// No NaN and no infinity in it.
 bool is_finite(const Law& law);
+inline bool leans(const Law& law) { return law.lean[0] != 0.0 || law.lean[1] != 0.0; }
+/// Of f, law.rows numbers, the impulse of the upright cone; or of any other impulse, linearly.
+inline void lean_impulse(const Law& law, double* f) {
+  for (int i = 0; leans(law) && i < 2; ++i) f[i + 1] -= law.lean[i] * f[0];
+}
 
 /// How much softer than its own a law is.
 struct Softness {

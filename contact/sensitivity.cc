@@ -78,6 +78,8 @@ void cone_sensitivity(const Law& law, const Rows& y, Sensitivity& out) {
     convex_sensitivity(law, y, out, by_rho);
   }
   const double mu = std::max(law.friction[0], kMinRegularizingFriction);
+  lean_impulse(law, by_rho.data());
+  lean_impulse(law, out.smoothing.data());
   out.regularizer = mu * mu * by_rho;
   if (law.friction[0] >= kMinRegularizingFriction)
     out.friction.col(0) += 2.0 * mu * law.regularizer * by_rho;

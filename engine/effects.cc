@@ -131,18 +131,19 @@ Call call_of(Effect effect, const Model& model, const collision::Collider& colli
     case Effect::kContacts:
       return {collider.num_enabled_pairs() > 0,
               fmt::format("{} pairs of geometries may touch", collider.num_enabled_pairs()), 1};
-    // The friction of a pair is the geometric mean, its restitution the larger of the two.
     case Effect::kFriction:
       return call(geometries_that(model, [](const Material& m) { return m.friction > 0.0; }),
                   "geometries", 2);
     case Effect::kTorsionalFriction:
       return call(
-          geometries_that(model, [](const Material& m) { return m.torsional_friction > 0.0; }),
-          "geometries", 1);
+          geometries_that(model,
+                          [](const Material& m) { return m.torsional_friction > 0.0 && m.friction > 0.0; }),
+          "geometries with friction", 1);
     case Effect::kRollingFriction:
       return call(
-          geometries_that(model, [](const Material& m) { return m.rolling_friction > 0.0; }),
-          "geometries", 3);
+          geometries_that(model,
+                          [](const Material& m) { return m.rolling_friction > 0.0 && m.friction > 0.0; }),
+          "geometries with friction", 3);
     case Effect::kRestitution:
       return call(geometries_that(model, [](const Material& m) { return m.restitution > 0.0; }),
                   "geometries");

@@ -10,8 +10,8 @@ Material combine_materials(const Material& a, const Material& b) {
   Material m;
   m.friction = std::sqrt(a.friction * b.friction);
   m.restitution = std::max(a.restitution, b.restitution);
-  m.torsional_friction = std::sqrt(a.torsional_friction * b.torsional_friction);
-  m.rolling_friction = std::sqrt(a.rolling_friction * b.rolling_friction);
+  m.torsional_friction = std::max(a.torsional_friction, b.torsional_friction);
+  m.rolling_friction = std::max(a.rolling_friction, b.rolling_friction);
   return m;
 }
 

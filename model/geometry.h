@@ -106,9 +106,9 @@ struct Geometry {
   Material material;
 };
 
-/// Friction and restitution of a pair: geometric mean of the frictions (MuJoCo takes the maximum,
-/// Bullet the product, ODE one value a pair), larger restitution. A pair with a frictionless side
-/// is frictionless.
+/// Material of a pair: geometric mean of the sliding frictions (MuJoCo takes the maximum, Bullet the product, ODE
+/// one value a pair); the larger restitution, torsional and rolling friction (the last two as MuJoCo). Torsional and
+/// rolling friction do nothing without sliding friction, and a pair with a side without that has none.
 Material combine_materials(const Material& a, const Material& b);
 
 /// The smallest z [m] that a shape reaches when its frame G is at X_WG; -infinity for a plane.

@@ -8,7 +8,7 @@
 #include <optional>
 
 #include "counterpoint/collision/collider.h"
-#include "counterpoint/engine/forces/euler_top.h"
+#include "counterpoint/engine/dynamics/euler_top.h"
 #include "counterpoint/engine/step.h"
 #include "families.h"
 

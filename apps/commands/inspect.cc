@@ -1,7 +1,9 @@
 // counterpoint inspect: what is in a scene.
 #include <fmt/format.h>
 
+#include <array>
 #include <cmath>
+#include <map>
 #include <memory>
 
 #include "command.h"
@@ -254,6 +256,42 @@ void inspect_pairs(const Model& model, const collision::Collider& collider, Repo
   report["overlapping_pairs"] = overlapping;
 }
 
+/// Pairs of geometries that may touch, by the material they end up with.
+void inspect_surfaces(const Model& model, const collision::Collider& collider, Report& report) {
+  struct Surface {
+    Material material;
+    int pairs, a, b;  // how many, and the first
+  };
+  std::map<std::array<double, 4>, Surface> surfaces;
+  const int count = static_cast<int>(model.geometries().size());
+  for (int a = 0; a < count; ++a) {
+    for (int b = a + 1; b < count; ++b) {
+      if (!collider.may_touch(a, b)) continue;
+      const Material m = model.pair_material(a, b);
+      const std::array key{m.friction, m.restitution, m.torsional_friction, m.rolling_friction};
+      ++surfaces.try_emplace(key, Surface{m, 0, a, b}).first->second.pairs;
+    }
+  }
+  if (!surfaces.empty())
+    fmt::print(report.text(), "\n{:<52} {:>6} {:>8} {:>11} {:>11} {:>11}\n", "surfaces of pairs",
+               "pairs", "friction", "restitution", "torsion [m]", "rolling [m]");
+  Json list = Json::array();
+  for (const auto& [key, surface] : surfaces) {
+    const auto& [m, pairs, a, b] = surface;
+    const std::string &name_a = model.geometries()[a].name, &name_b = model.geometries()[b].name;
+    fmt::print(report.text(), "{:<52} {:>6} {:>8.4g} {:>11.4g} {:>11.4g} {:>11.4g}\n",
+               name_a + " - " + name_b + (pairs > 1 ? ", ..." : ""), pairs, m.friction,
+               m.restitution, m.torsional_friction, m.rolling_friction);
+    list.push_back({{"pairs", pairs},
+                    {"between", {name_a, name_b}},
+                    {"friction", m.friction},
+                    {"restitution", m.restitution},
+                    {"torsional_friction_m", m.torsional_friction},
+                    {"rolling_friction_m", m.rolling_friction}});
+  }
+  report["surfaces"] = list;
+}
+
 void inspect_coordinates(const Model& model, Report& report) {
   const CoordinateNames names = coordinate_names(model);
   const std::vector<std::string> targets = InputColumns{true, {}}.names(model);
@@ -299,6 +337,7 @@ int inspect(InspectArguments& arguments) {
   inspect_closures(model, scene.q, report);
   const collision::Collider collider(model);
   inspect_pairs(model, collider, report);
+  inspect_surfaces(model, collider, report);
   inspect_coordinates(model, report);
   const std::vector<EffectUse> uses = list_effects(model, collider, scene.options);
   report_effects(uses, report);

@@ -30,7 +30,8 @@ class ConeLanes {
   void reserve(size_t count) { fours_.reserve((count + 3) / 4); }
   /// Does this law belong here?
   bool takes(const Law& law) const {
-    return law.type == LawType::kFrictionCone && law.coulomb == coulomb_ && law.rows == 3;
+    return law.type == LawType::kFrictionCone && law.coulomb == coulomb_ && law.rows == 3 &&
+           !leans(law);
   }
   void add(const Law& law, double inverse_mass, int row, int hessian);
   int count() const { return count_; }

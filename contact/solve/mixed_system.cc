@@ -64,8 +64,12 @@ void MixedSystem::guess(const std::vector<double>& f, std::vector<double>& phi) 
   }
   for (const auto& c : constraints) {
     if (std::isnan(f[c.row])) continue;
-    for (int r = c.row; r < c.row + c.law.rows; ++r)
-      phi[r] = scales_[r] > 0.0 ? f[r] / scales_[r] : 0.0;
+    for (int r = 0; r < c.law.rows; ++r) {
+      const double scale = scales_[c.row + r];
+      double upright = f[c.row + r];
+      if (r == 1 || r == 2) upright += c.law.lean[static_cast<size_t>(r - 1)] * f[c.row];
+      phi[c.row + r] = scale > 0.0 ? upright / scale : 0.0;
+    }
   }
 }
 
@@ -90,6 +94,7 @@ double MixedSystem::evaluate_laws(const double* y, const double* phi_all) {
 // The other residual, and the scale; returns the norm of both.
 double MixedSystem::momentum_residual(const Point& point) {
   for (size_t i = 0; i < f_.size(); ++i) f_[i] = scales_[i] * point.phi[i];
+  for (const WideLaw& law : laws_) lean_impulse(*law.law, f_.data() + law.row);
   const double* free = system_->free_velocity();
   const double* inverse = system_->inverse_diagonal();
   for (size_t i = 0; i < dual_.size(); ++i) dual_[i] = point.w[i] - free[i];
@@ -165,7 +170,9 @@ bool MixedSystem::factor() {
       column[j] = law.scale[j];
       law.apply(law.A, column, product);
       law.apply(law.B, product, out);
-      for (int i = 0; i < n; ++i) G[i * n + j] = law.scale[i] * out[i];
+      for (int i = 0; i < n; ++i) out[i] *= law.scale[i];
+      lean_impulse(*law.law, out);
+      for (int i = 0; i < n; ++i) G[i * n + j] = out[i];
     }
   }
   return system_->factor(hessian_.data(), system_->unsymmetric());
@@ -178,6 +185,7 @@ void MixedSystem::direction(Point& out) {
     double x[kMaxRows];
     law.apply(law.B, error_.data() + law.row, x);
     for (int r = 0; r < law.rows; ++r) rhs_[law.row + r] = law.scale[r] * x[r];
+    lean_impulse(*law.law, rhs_.data() + law.row);
   }
   out.w = dual_;
   system_->add_impulse(rhs_.data(), out.w.data());

@@ -61,6 +61,7 @@ bool Sweeps::visit(int constraint, double smoothing, double negligible,
   }
   if (!(square > negligible * negligible)) return false;
   std::copy_n(x, law.rows, phi);
+  lean_impulse(*law.law, df);
   responses_.add(constraint, df, point.w.data());
   return true;
 }
@@ -74,8 +75,10 @@ void Sweeps::start(MixedSystem::Point& point) {
   }
   if (!possible_) return;
   f_.resize(system_->num_rows());
-  for (const WideLaw& law : laws_)
+  for (const WideLaw& law : laws_) {
     for (int r = 0; r < law.rows; ++r) f_[law.row + r] = law.scale[r] * point.phi[law.row + r];
+    lean_impulse(*law.law, f_.data() + law.row);
+  }
   responses_.velocity(f_.data(), point.w.data());
 }
 

@@ -22,11 +22,16 @@ struct FrameLanes {
       : x{sign * frame(0, 0), sign * frame(0, 1), sign * frame(0, 2), 0.0},
         y{sign * frame(1, 0), sign * frame(1, 1), sign * frame(1, 2), 0.0},
         z{sign * frame(2, 0), sign * frame(2, 1), sign * frame(2, 2), 0.0} {}
-  /// arm x axis of each: times an angular velocity, what that gives at `arm`.
-  COUNTERPOINT_INTO_EACH FrameLanes(const Vector3& arm, const FrameLanes& axes)
-      : x(arm[1] * axes.z - arm[2] * axes.y),
-        y(arm[2] * axes.x - arm[0] * axes.z),
-        z(arm[0] * axes.y - arm[1] * axes.x) {}
+  /// arm x axis of each: times an angular velocity, what that gives at `arm`; those of friction
+  /// have an arm longer by `rub`.
+  COUNTERPOINT_INTO_EACH FrameLanes(const Vector3& arm, const Vector3& rub, const FrameLanes& axes) {
+    const Four a[3] = {Four{arm[0], arm[0] + rub[0], arm[0] + rub[0], 0.0},
+                       Four{arm[1], arm[1] + rub[1], arm[1] + rub[1], 0.0},
+                       Four{arm[2], arm[2] + rub[2], arm[2] + rub[2], 0.0}};
+    x = a[1] * axes.z - a[2] * axes.y;
+    y = a[2] * axes.x - a[0] * axes.z;
+    z = a[0] * axes.y - a[1] * axes.x;
+  }
 
   COUNTERPOINT_INTO_EACH void dot(const Vector3& v, Four& out) const {
     out = (x * v[0] + y * v[1]) + z * v[2];
@@ -64,7 +69,7 @@ COUNTERPOINT_INTO_EACH void visit_columns(const PairRows& rows, int b, const Fra
     frame.dot(axis[j].linear, column.linear);
     visit(body.v_index + j, column);
   }
-  const FrameLanes moment(rows.pair.position - rows.data.X_WB[b].translation, frame);
+  const FrameLanes moment(rows.pair.position - rows.data.X_WB[b].translation, rows.pair.rub, frame);
   for (int j = num_linear; j < nv; ++j) {
     moment.dot(axis[j].angular, column.linear);
     if (turning) frame.dot(axis[j].angular, column.angular);
@@ -232,6 +237,8 @@ Force pair_impulse(const PairConstraint& pair, const double* impulse) {
       out.torque += impulse[i] * pair.frame.col(row - 3);
     }
   }
+  if (!pair.rub.isZero(0.0))
+    out.torque += pair.rub.cross(out.force - impulse[0] * pair.frame.col(0));
   return out;
 }
 

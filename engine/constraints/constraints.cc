@@ -6,6 +6,7 @@
 #include "counterpoint/collision/collider.h"
 #include "counterpoint/engine/constraints/closures.h"
 #include "counterpoint/engine/constraints/contact_law.h"
+#include "counterpoint/engine/constraints/contact_patch.h"
 #include "counterpoint/engine/constraints/joint_limits.h"
 #include "counterpoint/engine/constraints/parked_contacts.h"
 #include "counterpoint/engine/constraints/velocity_limits.h"
@@ -83,6 +84,7 @@ ConstraintFinder::ConstraintFinder(const Model& model, InverseWeights weights)
       turn_share_(Eigen::ArrayXd::Zero(model.num_bodies())),
       fastest_point_(turn_share_),
       wedged_(model.num_bodies(), 0),
+      crowd_(model.num_bodies(), 0),
       heavy_on_light_(differ_much(weights_)),
       fall_(free_fall(model)),
       friction_slip_(model),
@@ -110,7 +112,10 @@ void ConstraintFinder::find(const StepContext& at, const Data& data, ConstraintS
     counts.add(effect);
     return true;
   };
-  if (runs(Effect::kContacts)) find_contacts(at, data, out, counts, idle);
+  if (runs(Effect::kContacts)) {
+    find_contacts(at, data, out, counts, idle);
+    spread_friction(at, data, out);
+  }
   if (runs(Effect::kClosures))
     find_closures(model, options, data, weights_, idle, acceleration_, out);
   if (heavy_on_light_) stiffen_under_load(at, out);
@@ -184,8 +189,11 @@ contact::Rows relative_velocity(const PairConstraint& pair, const Data& data,
     if (pair.body_a != 0) angular -= V[pair.body_a].angular;
     if (pair.body_b != 0) angular += V[pair.body_b].angular;
   }
-  const Vector3 v = pair.frame.transpose() *
-                    relative_velocity_at(pair.position, pair.body_a, pair.body_b, data, V);
+  Vector3 v = pair.frame.transpose() *
+              relative_velocity_at(pair.position, pair.body_a, pair.body_b, data, V);
+  if (!pair.rub.isZero(0.0))
+    v.tail<2>() = pair.frame.rightCols<2>().transpose() *
+                  relative_velocity_at(pair.position + pair.rub, pair.body_a, pair.body_b, data, V);
   const Vector3 w = pair.frame.transpose() * angular;
   contact::Rows rows(pair.law.rows);
   for (int i = 0; i < pair.law.rows; ++i) {

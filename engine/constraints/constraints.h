@@ -24,6 +24,8 @@ struct PairConstraint {
   int body_a = 0, body_b = 0;
   Vector3 position = Vector3::Zero();  ///< in W [m]; one for both bodies, so that momentum is kept
   Matrix3 frame = Matrix3::Identity();
+  /// Of a contact: where its friction acts, across the normal from `position` [m] (contact_patch.h).
+  Vector3 rub = Vector3::Zero();
   int first = 0;  ///< of the six rows (3 linear, 3 angular) the law has rows first, first + 1, ...
   contact::Law law;
   double gap_bias = 0.0;  ///< of a contact: the bias that recovers all that is to be [m/s]
@@ -32,6 +34,8 @@ struct PairConstraint {
   /// Of a contact: its regularizer is this share of eps alpha, less where it may carry a body that
   /// is very much heavier (kHeaviest).
   double stiffer = 1.0;
+  /// Its friction is that of a patch that spins (contact_patch.h).
+  bool spins = false;
   /// The contact whose sliding speed law.slip_speed is a share of (friction_slip.h), or -1.
   int fastest = -1;
 };
@@ -184,12 +188,17 @@ class ConstraintFinder {
   /// Gives rows to all contacts that are parked, those of far pairs too. Needs what find() needed.
   void unpark_all(const StepContext& at, const Data& data, ConstraintSet& out);
 
-  /// What restitution makes of a contact in the step: of this surface, at a gap [m], its normal
-  /// velocity [m/s]. Nothing of trees that are wedged: what is held from several sides would gain
-  /// energy by Newton's law of impact. Of the last find().
-  Bounce find_contact_bounce(const SimulationOptions& options, EffectSet effects,
-                             const Material& surface, const PairConstraint& contact, double gap,
-                             double velocity) const;
+  /// A contact that may bounce: its gap [m], and its velocity now in its rows [m/s].
+  struct Bouncing {
+    const Material& surface;
+    const PairConstraint& contact;
+    double gap;
+    const Vector3& v;
+  };
+  /// What restitution makes of it in the step; V_WB in data. Nothing of trees that are wedged: what
+  /// is held from several sides would gain energy by Newton's law of impact. Of the last find().
+  Bounce find_contact_bounce(const Model& model, const SimulationOptions& options,
+                             EffectSet effects, const Data& data, const Bouncing& what) const;
   /// The relative acceleration that this reckons with, in W [m/s^2].
   Vector3 relative_fall(EffectSet effects, const PairConstraint& contact) const;
 
@@ -222,7 +231,7 @@ class ConstraintFinder {
                      double threshold, double own_threshold);
   void find_contacts(const StepContext& at, const Data& data, ConstraintSet& out,
                      EffectCounts& counts, Idle idle);
-  void find_wedged(const StepContext& at);
+  void find_crowds(const StepContext& at);
   void stiffen_under_load(const StepContext& at, ConstraintSet& out);
   double turning_advance(const Vector3& n, const Vector3& arm, double h, int body,
                          const Data& data);
@@ -242,6 +251,7 @@ class ConstraintFinder {
   std::vector<collision::Candidate> candidates_;
   /// By body: some body of its tree is farther inside another one than the margin of contacts.
   std::vector<char> wedged_;
+  std::vector<int> crowd_;  ///< by body: candidates of its tree
   bool heavy_on_light_;  ///< some bodies are more than kHeaviest times as heavy as others
   contact::DisjointSets islands_;
   std::vector<double> least_weight_;  ///< by tree, of the island that has it as root [1/kg]

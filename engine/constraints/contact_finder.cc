@@ -239,16 +239,40 @@ Vector3 ConstraintFinder::relative_fall(EffectSet effects, const PairConstraint&
   return fall_[contact.body_b] - fall_[contact.body_a];
 }
 
-Bounce ConstraintFinder::find_contact_bounce(const SimulationOptions& options, EffectSet effects,
-                                             const Material& surface, const PairConstraint& contact,
-                                             double gap, double velocity) const {
+Bounce ConstraintFinder::find_contact_bounce(const Model& model, const SimulationOptions& options,
+                                             EffectSet effects, const Data& data,
+                                             const Bouncing& what) const {
+  const auto& [surface, contact, gap, v] = what;
   if (!(surface.restitution > 0.0)) return {};
   if (wedged_[contact.body_a] || wedged_[contact.body_b]) return {};
-  // What rests shows half a step of falling in the midpoint rule; that is no approach.
-  if (options.integrator == Integrator::kImplicitMidpoint && gap <= touching_gap(options.contact))
+  const double h = options.time_step;
+  const bool midpoint = options.integrator == Integrator::kImplicitMidpoint;
+  // What rests shows half a step of falling, or of what presses it, in the midpoint rule; up to a
+  // reach that has rows in any case that is no approach.
+  if (midpoint && gap <= touching_gap(options.contact) &&
+      -v[0] <= 0.5 * h * options.contact.reach_acceleration)
     return {};
-  return find_bounce(options.integrator, options.time_step, surface.restitution, gap, velocity,
-                     contact.frame.col(0).dot(relative_fall(effects, contact)));
+  const Vector3 a = contact.frame.transpose() * relative_fall(effects, contact);
+  Vector3 spin = Vector3::Zero();
+  for (const int body : {contact.body_a, contact.body_b}) {
+    if (body == 0 || !effects.has(Effect::kCoriolis)) continue;
+    const Pose& X = data.X_WB[body];
+    const Vector3 turned =
+        spin_change(model, options.integrator, h, body, X.rotation, data.V[body].angular);
+    const Vector3 at = turned.cross(contact.position - X * model.body(body).inertia.center);
+    spin += body == contact.body_a ? -at : at;
+  }
+  const Vector3 seen = v + contact.frame.transpose() * spin;
+  const bool alone = crowd_[contact.body_a] <= 1 && crowd_[contact.body_b] <= 1;
+  Bounce out =
+      find_bounce(options.integrator, alone, h, surface.restitution, gap, seen[0], a[0]);
+  const double falls = midpoint ? -0.5 * h : 2.0 * out.time;
+  // Stopped at its gap it would take from those more than it gives back: by what its body's turning
+  // takes of the gap. As far as it has come, it keeps out of the other body.
+  out.parting = std::max(0.0, surface.restitution * (seen[0] + falls * a[0]));
+  for (int i = 0; i < 2; ++i) out.slide[i] = seen[i + 1] + falls * a[i + 1];
+  out.spins = !spin.isZero(0.0);
+  return out;
 }
 
 /// How much farther along n the point of a body at `arm` from its origin goes within the step than
@@ -337,22 +361,27 @@ Vector3 ConstraintFinder::make_contact(const StepContext& at, const Data& data,
   const Vector3 v = contact.frame.transpose() * open.velocity;
   const double gap = gap_less_turning(contact, candidate.gap, h, data);
   contact.gap_bias = gap_bias(options.contact, h, gap);
-  const Bounce bounce = find_contact_bounce(options, at.effects, material, contact, gap, v[0]);
+  const Bounce bounce = find_contact_bounce(model, options, at.effects, data, {material, contact, gap, v});
   if (bounce.happens && gap > 0.0) contact.impact_time = bounce.time;
   set_contact_law(law_options(options, alpha, weights_.total_mass), h,
                   {material, alpha, gap, v, bounce, is_round(model, a, b)}, contact.law);
   return v;
 }
 
-void ConstraintFinder::find_wedged(const StepContext& at) {
+/// Trees that are wedged, and how many candidates the others have.
+void ConstraintFinder::find_crowds(const StepContext& at) {
   std::fill(wedged_.begin(), wedged_.end(), 0);
+  std::fill(crowd_.begin(), crowd_.end(), 0);
   for (const collision::Candidate& candidate : candidates_) {
-    if (!(candidate.gap < -at.options.contact.margin)) continue;
+    const bool wedged = candidate.gap < -at.options.contact.margin;
     for (const int geometry : {candidate.geometry_a, candidate.geometry_b}) {
       const int body = at.model.geometries()[geometry].body;
       if (body == 0) continue;
       const Tree& tree = at.model.trees()[at.model.body(body).tree];
-      std::fill(wedged_.begin() + tree.body_begin, wedged_.begin() + tree.body_end, 1);
+      for (int b = tree.body_begin; b < tree.body_end; ++b) {
+        if (wedged) wedged_[b] = 1;
+        ++crowd_[b];
+      }
     }
   }
 }
@@ -362,7 +391,7 @@ void ConstraintFinder::find_contacts(const StepContext& at, const Data& data, Co
   const Model& model = at.model;
   const double h = at.h();
   find_candidates(at, data, out, idle);
-  find_wedged(at);
+  find_crowds(at);
   const bool parks = parks_contacts(at.options);
   std::fill(turn_known_.begin(), turn_known_.end(), 0);
   material_of_ = {-1, -1};

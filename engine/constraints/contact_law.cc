@@ -95,6 +95,26 @@ bool is_round(const Model& model, const Geometry& a, const Geometry& b) {
   return (a.body == 0 || round(a)) && (b.body == 0 || round(b));
 }
 
+namespace {
+
+/// The friction of a bounce only brakes. Energy changes by f_T (u + u+) / 2, where u is its sliding
+/// velocity before the impact: friction of full strength against u+ turns a body's own spin back
+/// (Kane and Levinson 1985) and gives more than restitution leaves. So f_T lies in the disc of half
+/// the radius about -mu f_N u / (2 |u|): against what slides it is mu f_N, and no f_T along u.
+void brake_only(const Bounce& bounce, double approach, contact::Law& law) {
+  constexpr double kNothing = 1e-9;  // of the approach: what slides slower, as rounding does, has no direction
+  const double square = bounce.slide[0] * bounce.slide[0] + bounce.slide[1] * bounce.slide[1];
+  const double share = square / (square + kNothing * kNothing * approach * approach);
+  if (!(share > 0.0)) return;
+  const double half = 0.5 * share * law.friction[0], speed = std::sqrt(square);
+  for (size_t i = 0; i < 2; ++i) {
+    law.lean[i] = half * bounce.slide[i] / speed;
+    law.friction[i] -= half;
+  }
+}
+
+}  // namespace
+
 bool rubs(const ContactOptions& options, double gap, bool meets) {
   return options.friction_model != FrictionModel::kCoulomb || gap <= options.margin || meets;
 }
@@ -108,6 +128,7 @@ void set_contact_law(const LawOptions& options, double h, const ContactStart& st
   law.bias[0] = law_bias(options, h, gap);
   const bool bounces = rules(bounce, options, h, gap);
   if (bounces) law.bias[0] = -bounce.speed;
+  if (!bounces && gap > 0.0) law.bias[0] = std::max(law.bias[0], bounce.parting);
   if (mu <= 0.0) return;
   // Beyond the margin only speed brought it in: where and how the bodies will meet is known
   // roughly, and exact friction there lets fast bodies through. If as judged from (q, w) they meet
@@ -130,6 +151,7 @@ void set_contact_law(const LawOptions& options, double h, const ContactStart& st
       break;
     case FrictionModel::kCoulomb:
       law.coulomb = near || bounces || (round && meets);
+      if (bounces && !round) brake_only(bounce, v[0], law);
       break;
   }
 }

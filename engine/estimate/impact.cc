@@ -90,8 +90,9 @@ void ImpactSolver::Impl::touch() {
     pair.law.rows = 3;
     const contact::Rows v = relative_velocity(pair, data, data.V);
     const Material surface = model.pair_material(c.geometry_a, c.geometry_b);
-    const Bounce bounce = find_bounce(Integrator::kSemiImplicitEuler, kInstant, surface.restitution,
-                                      0.0, v[0], 0.0);
+    Bounce bounce = find_bounce(Integrator::kSemiImplicitEuler, true, kInstant, surface.restitution,
+                                0.0, v[0], 0.0);
+    for (int k = 0; k < 2; ++k) bounce.slide[k] = v[k + 1];
     pair.law = make_contact_law(LawOptions{options.contact}, kInstant,
                                 {surface, alpha, 0.0, v.head<3>(), bounce});
     contacts.push_back(c);

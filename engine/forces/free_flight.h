@@ -15,7 +15,7 @@
 #include <vector>
 
 #include "counterpoint/engine/dynamics/data.h"
-#include "counterpoint/engine/forces/euler_top.h"
+#include "counterpoint/engine/dynamics/euler_top.h"
 
 namespace counterpoint {
 

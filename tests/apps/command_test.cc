@@ -173,6 +173,28 @@ TEST_F(Command, InspectCountsTheHumanoid) {
   EXPECT_EQ(report["coordinates"]["force"].size(), 31u);
 }
 
+TEST_F(Command, InspectListsTheSurfacesThatPairsEndUpWith) {
+  folder_.write("s.yaml",
+                "ground: {friction: 0.5, torsional_friction: 0.01}\n"
+                "models:\n"
+                "  - {name: a, sphere: 0.1, mass: 1, position: [0, 0, 1], rolling_friction: 0.002}\n"
+                "  - {name: b, sphere: 0.1, mass: 1, position: [1, 0, 1]}\n"
+                "pairs: [{between: [ground, b/body], friction: 0.3}]\n");
+  expect_success("inspect {}/s.yaml --json {}/r.json");
+  const nlohmann::json report = folder_.json("r.json");
+  const auto surfaces = report["surfaces"];
+  ASSERT_EQ(surfaces.size(), 3u);  // ordered by friction
+  const auto between = [](const char* a, const char* b) { return nlohmann::json{a, b}; };
+  EXPECT_EQ(surfaces[0]["between"], between("ground", "b/body"));
+  EXPECT_EQ(surfaces[0]["friction"], 0.3);
+  EXPECT_EQ(surfaces[0]["torsional_friction_m"], 0.01);  // the larger of both
+  EXPECT_EQ(surfaces[0]["rolling_friction_m"], 0.0);
+  EXPECT_EQ(surfaces[1]["between"], between("ground", "a/body"));
+  EXPECT_EQ(surfaces[1]["rolling_friction_m"], 0.002);
+  EXPECT_EQ(surfaces[2]["between"], between("a/body", "b/body"));
+  EXPECT_EQ(surfaces[2]["pairs"], 1);
+}
+
 TEST_F(Command, InspectSaysWhyPairsAreLeftOutAndWhatIsConcave) {
   const std::string link = R"(<inertial><mass value="1"/>
 <inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>

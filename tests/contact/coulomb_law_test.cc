@@ -109,6 +109,34 @@ TEST(CoulombLaw, FrictionIsBoundedByTheNormalImpulseAndOpposesMotion) {
 
 // Without smoothing, at v = z + rho phi, which is z but for the compliance: Signorini's conditions,
 // the cone, and maximum dissipation -phi_T . v_T = phi_N |v_T|.
+// Half the cone about lean = mu / 2 along a direction e: friction of full strength against what slides
+// along e, none along it, so that with any velocity L e before its power in the mean is a loss.
+TEST(CoulombLaw, LeaningByHalfItOnlyBrakes) {
+  for_trials(7, 20000, [&](Random& random, int) {
+    Law law;
+    law.type = LawType::kFrictionCone;
+    law.rows = 3;
+    law.coulomb = true;
+    const double mu = random.uniform(0.1, 2.0), angle = random.uniform(0.0, 6.3);
+    const double e[2] = {std::cos(angle), std::sin(angle)};
+    law.friction = {0.5 * mu, 0.5 * mu};
+    law.lean = {0.5 * mu * e[0], 0.5 * mu * e[1]};
+    law.regularizer = random.log_uniform(1e-8, 1e-2);
+    ASSERT_TRUE(is_valid(law));
+    Rows y(3);
+    for (int i = 0; i < 3; ++i) y[i] = random.signed_unit();
+    y[0] = -std::abs(y[0]);
+    const double before = random.log_uniform(1e-3, 1e3);
+    const Rows f = impulse(law, y);
+    const double power = f[1] * (y[1] + before * e[0]) + f[2] * (y[2] + before * e[1]);
+    // f_T is within mu f_N, each term rounded.
+    EXPECT_LE(power, kRounding * mu * f[0] * (before + 2.0));
+    EXPECT_LE(std::hypot(f[1], f[2]), mu * f[0] * (1.0 + kRounding));
+    const Rows against = impulse(law, Rows(Eigen::Vector3d(-1.0, 1e3 * e[0], 1e3 * e[1])));
+    EXPECT_NEAR(against[1], -mu * against[0] * e[0], kRounding * mu * against[0]);
+  });
+}
+
 TEST(CoulombLaw, WithoutSmoothingItIsTheHardLawUpToTheCompliance) {
   for_trials(4, 40000, [&](Random& random, int) {
     const Sample at = random_velocity(random);

@@ -40,6 +40,8 @@ TEST_P(SensitivityTest, AgreesWithDifferences) {
     law.smoothing = random.log_uniform(0.05, 2.0);
     law.bound = random.log_uniform(0.1, 2.0);
     if (law.coulomb && random.coin()) law.slip_speed = random.log_uniform(0.05, 2.0);
+    if (law.coulomb && law.type == LawType::kFrictionCone && law.rows >= 3 && random.coin())
+      law.lean = {random.signed_unit(), random.signed_unit()};
     for (double& mu : law.friction) {
       // Off the corner of rho(mu) at 0.1, where there is no derivative.
       if (std::abs(mu - kMinRegularizingFriction) < 0.01 || mu < 2 * kDifferenceStep) mu = 0.5;

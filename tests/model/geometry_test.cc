@@ -50,8 +50,8 @@ TEST(Materials, Combine) {
   const Material m = combine_materials(a, b);
   EXPECT_NEAR(m.friction, 0.6, kRoundoff);
   EXPECT_EQ(m.restitution, 0.5);
-  EXPECT_NEAR(m.torsional_friction, 0.02, kRoundoff);
-  EXPECT_EQ(m.rolling_friction, 0.0);
+  EXPECT_EQ(m.torsional_friction, 0.04);
+  EXPECT_EQ(m.rolling_friction, 0.02);  // one surface has it: the pair has
   EXPECT_EQ(combine_materials(b, a).friction, m.friction);
 }
 

@@ -90,7 +90,7 @@ py::array vertices(const Shape& shape) {
 void bind_material(py::module_& m) {
   py::class_<Material>(m, "Material", R"(
 Surface material. Two surfaces combine to the geometric mean of their frictions and the larger
-restitution.
+restitution, torsional and rolling friction.
 
 Parameters
 ----------

@@ -16,6 +16,7 @@ RowColumns row_columns(const PairConstraint& pair) {
   for (int i = 0; i < pair.law.rows; ++i) {
     const int row = pair.first + i;
     columns.col(i).segment<3>(row < 3 ? 3 : 0) = pair.frame.col(row % 3);
+    if (row == 1 || row == 2) columns.col(i).head<3>() = pair.rub.cross(pair.frame.col(row));
   }
   return columns;
 }

@@ -46,19 +46,20 @@ Material material_change(const PreparedParameter& p, const Geometry& a, int inde
     const double both = std::sqrt(x * y);
     return both > 0.0 ? (of_a ? 0.5 * y / both : 0.0) + (of_b ? 0.5 * x / both : 0.0) : 0.0;
   };
+  const auto larger = [&](double x, double y) -> double { return x >= y ? of_a : of_b; };
   const Material &x = a.material, &y = b.material;
   switch (p.kind()) {
     case K::kFriction:
       out.friction = root(x.friction, y.friction);
       break;
     case K::kRestitution:
-      out.restitution = x.restitution >= y.restitution ? of_a : of_b;
+      out.restitution = larger(x.restitution, y.restitution);
       break;
     case K::kTorsionalFriction:
-      out.torsional_friction = root(x.torsional_friction, y.torsional_friction);
+      out.torsional_friction = larger(x.torsional_friction, y.torsional_friction);
       break;
     case K::kRollingFriction:
-      out.rolling_friction = root(x.rolling_friction, y.rolling_friction);
+      out.rolling_friction = larger(x.rolling_friction, y.rolling_friction);
       break;
     default:
       break;
@@ -169,8 +170,10 @@ bool ParameterConstraints::add_contacts(const PreparedParameter& p, const Model&
     PlaceChange place;
     if (!find_place(p, model, contact, options.time_step, ws, place)) return false;
     if (!find_slip(p, model, options, pair, ws, change.slip_speed)) return false;
-    // How the compliance under a heavy load goes with masses is left to differences.
+    // How the compliance under a heavy load goes with masses is left to differences, and how the
+    // friction of a bounce and of what spins goes with anything.
     if (pair.stiffer != 1.0 && p.weights) return false;
+    if (contact::leans(pair.law) || pair.spins) return false;
     const Source source{only(effects, model.pair_material(contact.geometry_a, contact.geometry_b)),
                         weights.contact[pair.body_a] + weights.contact[pair.body_b],
                         weights.total_mass, contact.gap};
@@ -217,7 +220,7 @@ void ParameterConstraints::add_contact(const Model& model, const SimulationOptio
   }
   const Vector3 v = pair.frame.transpose() * start.linear;
   const Bounce bounce =
-      ws.finder.find_contact_bounce(options, effects, source.surface, pair, gap, v[0]);
+      ws.finder.find_contact_bounce(model, options, effects, ws.data, {source.surface, pair, gap, v});
   const ContactStart from{source.surface, source.alpha, gap, v, bounce};
   LawSlopes slopes = contact_law_slopes(
       law_options(options, source.alpha * pair.stiffer, source.total_mass), h, from);

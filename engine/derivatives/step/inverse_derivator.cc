@@ -96,7 +96,13 @@ bool InverseDerivator::contact_response(const InverseArguments& of, size_t conta
     closed = !(gap > 0.0);
   }
   const Vector3 v = pair.frame.transpose() * (bodies.start_b.linear - bodies.start_a.linear);
-  const Bounce bounce = ws.finder.find_contact_bounce(options, effects, surface, pair, gap, v[0]);
+  const Bounce bounce = ws.finder.find_contact_bounce(model, options, effects, ws.data,
+                                                      {surface, pair, gap, v});
+  if (contact::leans(pair.law) || (bounce.happens && bounce.spins) || pair.spins ||
+      bounce.parting * h > gap) {
+    find_velocity_response(pair, bodies, out);  // how directions and shares go with the motion
+    return false;
+  }
   LawSlopes slopes =
       contact_law_slopes(law_options(options, alpha * pair.stiffer, weights.total_mass), h,
                          {surface, alpha, gap, v, bounce});

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "counterpoint/engine/simulator.h"
+#include "counterpoint/model/model_builder.h"
 #include "support/small_scenes.h"
 
 namespace counterpoint::ball_test {
@@ -90,6 +91,32 @@ TEST(Ball, TorsionalFrictionStopsItsSpin) {
                 model == FrictionModel::kConvex ? 1.1 * hover : 1e-7);
     run(sim, w0 / deceleration);
     EXPECT_LT(sim.state().v.norm(), 1e-7);
+  }
+}
+
+TEST(Ball, FrictionOfOneSurfaceActsWhateverTheOtherHas) {
+  // As RollingFrictionSlowsIt, and the torque t m g stops a spin; both from either side.
+  const double t = 0.002, v0 = 0.5, slows = 5.0 / 7.0 * kGravity * t / kRadius;
+  const double brakes = t * kGravity / (0.4 * kRadius * kRadius);
+  for (const bool of_ball : {true, false}) {
+    for (const bool rolls : {true, false}) {
+      Scene scene = test::ball_on_plane({.radius = kRadius, .mass = kMass});
+      ModelEditor editor(scene.model);
+      for (int g = 0; g < 2; ++g) {
+        Material m = scene.model.geometries()[static_cast<size_t>(g)].material;
+        if ((scene.model.geometries()[static_cast<size_t>(g)].body != 0) == of_ball)
+          (rolls ? m.rolling_friction : m.torsional_friction) = t;
+        editor.set_material(g, m);
+      }
+      scene.model = editor.take();
+      Simulator sim(std::move(scene));
+      rolls ? start(sim, Vector3(v0, 0, 0), Vector3(0, v0 / kRadius, 0))
+            : start(sim, Vector3::Zero(), Vector3(0, 0, 10.0));
+      run(sim, 1.0);
+      // The slip of the common cone, as above.
+      if (rolls) EXPECT_NEAR(sim.state().v[0], v0 - slows, 1e-4);
+      if (!rolls) EXPECT_NEAR(sim.state().v[5], 10.0 - brakes, 1e-7);
+    }
   }
 }
 

@@ -7,7 +7,7 @@
 
 #include "counterpoint/engine/dynamics/energy.h"
 #include "counterpoint/engine/dynamics/kinematics.h"
-#include "counterpoint/engine/forces/euler_top.h"
+#include "counterpoint/engine/dynamics/euler_top.h"
 #include "counterpoint/engine/simulator.h"
 #include "support/linkages.h"
 #include "support/random_model.h"

@@ -1,4 +1,4 @@
-#include "counterpoint/engine/forces/euler_top.h"
+#include "counterpoint/engine/dynamics/euler_top.h"
 
 #include <algorithm>
 #include <cmath>
