@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "counterpoint/engine/constraints/constraints.h"
+#include "counterpoint/engine/constraints/contact_law.h"
 #include "counterpoint/engine/dynamics/euler_top.h"
 #include "counterpoint/engine/dynamics/gravity_compensation.h"
 
@@ -22,7 +24,8 @@ Bounce bounce_at_start(double h, double e, double d, double u, double a) {
   if (!(d + h * (u + 0.5 * h * a) <= 0.0)) return {};
   const double x = share_of_way(e, d, u, a);
   const bool right = x <= kMostOfWay;
-  const double left = right ? 1.0 - x : kMostOfWay * kMostOfWay / x, slope = right ? -1.0 : -left / x;
+  const double left = right ? 1.0 - x : kMostOfWay * kMostOfWay / x,
+               slope = right ? -1.0 : -left / x;
   const double parts = -e * u * std::sqrt(left);
   if (!(d + h * (parts + 0.5 * h * a) > 0.0)) return {};
   Bounce out;
@@ -74,8 +77,8 @@ Bounce find_bounce(Integrator integrator, bool alone, double h, double restituti
   return out;
 }
 
-Vector3 spin_change(const Model& model, Integrator integrator, double h, int body, const Matrix3& R_WB,
-                    const Vector3& omega) {
+Vector3 spin_change(const Model& model, Integrator integrator, double h, int body,
+                    const Matrix3& R_WB, const Vector3& omega) {
   if (body == 0) return Vector3::Zero();
   const Body& b = model.body(body);
   if (b.joint_type != JointType::kFloating || b.subtree_end != body + 1) return Vector3::Zero();
@@ -136,6 +139,64 @@ std::vector<Vector3> free_fall(const Model& model) {
     std::fill(fall.begin() + tree.body_begin, fall.begin() + tree.body_end, free);
   }
   return fall;
+}
+
+Vector3 ConstraintFinder::relative_fall(EffectSet effects, const PairConstraint& contact) const {
+  if (!effects.has(Effect::kGravity)) return Vector3::Zero();
+  return fall_[contact.body_b] - fall_[contact.body_a];
+}
+
+Bounce ConstraintFinder::find_contact_bounce(const Model& model, const SimulationOptions& options,
+                                             EffectSet effects, const Data& data,
+                                             const Bouncing& what) const {
+  const auto& [surface, contact, gap, v] = what;
+  if (!(surface.restitution > 0.0)) return {};
+  if (wedged_[contact.body_a] || wedged_[contact.body_b]) return {};
+  const double h = options.time_step;
+  const bool midpoint = options.integrator == Integrator::kImplicitMidpoint;
+  // What rests shows half a step of falling, or of what presses it, in the midpoint rule; up to a
+  // reach that has rows in any case that is no approach.
+  if (midpoint && gap <= touching_gap(options.contact) &&
+      -v[0] <= 0.5 * h * options.contact.reach_acceleration)
+    return {};
+  const Vector3 a = contact.frame.transpose() * relative_fall(effects, contact);
+  Vector3 spin = Vector3::Zero();
+  for (const int body : {contact.body_a, contact.body_b}) {
+    if (body == 0 || !effects.has(Effect::kCoriolis)) continue;
+    const Pose& X = data.X_WB[body];
+    const Vector3 turned =
+        spin_change(model, options.integrator, h, body, X.rotation, data.V[body].angular);
+    const Vector3 at = turned.cross(contact.position - X * model.body(body).inertia.center);
+    spin += body == contact.body_a ? -at : at;
+  }
+  const Vector3 seen = v + contact.frame.transpose() * spin;
+  const bool alone = crowd_[contact.body_a] <= 1 && crowd_[contact.body_b] <= 1;
+  Bounce out = find_bounce(options.integrator, alone, h, surface.restitution, gap, seen[0], a[0]);
+  const double falls = midpoint ? -0.5 * h : 2.0 * out.time;
+  // Stopped at its gap it would take from those more than it gives back: by what its body's turning
+  // takes of the gap. As far as it has come, it keeps out of the other body.
+  out.parting = std::max(0.0, surface.restitution * (seen[0] + falls * a[0]));
+  for (int i = 0; i < 2; ++i) out.slide[i] = seen[i + 1] + falls * a[i + 1];
+  out.spins = !spin.isZero(0.0);
+  return out;
+}
+
+/// Trees that are wedged, and how many candidates the others have.
+void ConstraintFinder::find_crowds(const StepContext& at) {
+  std::fill(wedged_.begin(), wedged_.end(), 0);
+  std::fill(crowd_.begin(), crowd_.end(), 0);
+  for (const collision::Candidate& candidate : candidates_) {
+    const bool wedged = candidate.gap < -at.options.contact.margin;
+    for (const int geometry : {candidate.geometry_a, candidate.geometry_b}) {
+      const int body = at.model.geometries()[geometry].body;
+      if (body == 0) continue;
+      const Tree& tree = at.model.trees()[at.model.body(body).tree];
+      for (int b = tree.body_begin; b < tree.body_end; ++b) {
+        if (wedged) wedged_[b] = 1;
+        ++crowd_[b];
+      }
+    }
+  }
 }
 
 }  // namespace counterpoint

@@ -234,47 +234,6 @@ void ConstraintFinder::give_rows(const StepContext& at, const ParkedContact& par
   out.contacts.push_back(parked.candidate);
 }
 
-Vector3 ConstraintFinder::relative_fall(EffectSet effects, const PairConstraint& contact) const {
-  if (!effects.has(Effect::kGravity)) return Vector3::Zero();
-  return fall_[contact.body_b] - fall_[contact.body_a];
-}
-
-Bounce ConstraintFinder::find_contact_bounce(const Model& model, const SimulationOptions& options,
-                                             EffectSet effects, const Data& data,
-                                             const Bouncing& what) const {
-  const auto& [surface, contact, gap, v] = what;
-  if (!(surface.restitution > 0.0)) return {};
-  if (wedged_[contact.body_a] || wedged_[contact.body_b]) return {};
-  const double h = options.time_step;
-  const bool midpoint = options.integrator == Integrator::kImplicitMidpoint;
-  // What rests shows half a step of falling, or of what presses it, in the midpoint rule; up to a
-  // reach that has rows in any case that is no approach.
-  if (midpoint && gap <= touching_gap(options.contact) &&
-      -v[0] <= 0.5 * h * options.contact.reach_acceleration)
-    return {};
-  const Vector3 a = contact.frame.transpose() * relative_fall(effects, contact);
-  Vector3 spin = Vector3::Zero();
-  for (const int body : {contact.body_a, contact.body_b}) {
-    if (body == 0 || !effects.has(Effect::kCoriolis)) continue;
-    const Pose& X = data.X_WB[body];
-    const Vector3 turned =
-        spin_change(model, options.integrator, h, body, X.rotation, data.V[body].angular);
-    const Vector3 at = turned.cross(contact.position - X * model.body(body).inertia.center);
-    spin += body == contact.body_a ? -at : at;
-  }
-  const Vector3 seen = v + contact.frame.transpose() * spin;
-  const bool alone = crowd_[contact.body_a] <= 1 && crowd_[contact.body_b] <= 1;
-  Bounce out =
-      find_bounce(options.integrator, alone, h, surface.restitution, gap, seen[0], a[0]);
-  const double falls = midpoint ? -0.5 * h : 2.0 * out.time;
-  // Stopped at its gap it would take from those more than it gives back: by what its body's turning
-  // takes of the gap. As far as it has come, it keeps out of the other body.
-  out.parting = std::max(0.0, surface.restitution * (seen[0] + falls * a[0]));
-  for (int i = 0; i < 2; ++i) out.slide[i] = seen[i + 1] + falls * a[i + 1];
-  out.spins = !spin.isZero(0.0);
-  return out;
-}
-
 /// How much farther along n the point of a body at `arm` from its origin goes within the step than
 /// its velocity times h says, if the body keeps turning as it does.
 double ConstraintFinder::turning_advance(const Vector3& n, const Vector3& arm, double h, int body,
@@ -366,24 +325,6 @@ Vector3 ConstraintFinder::make_contact(const StepContext& at, const Data& data,
   set_contact_law(law_options(options, alpha, weights_.total_mass), h,
                   {material, alpha, gap, v, bounce, is_round(model, a, b)}, contact.law);
   return v;
-}
-
-/// Trees that are wedged, and how many candidates the others have.
-void ConstraintFinder::find_crowds(const StepContext& at) {
-  std::fill(wedged_.begin(), wedged_.end(), 0);
-  std::fill(crowd_.begin(), crowd_.end(), 0);
-  for (const collision::Candidate& candidate : candidates_) {
-    const bool wedged = candidate.gap < -at.options.contact.margin;
-    for (const int geometry : {candidate.geometry_a, candidate.geometry_b}) {
-      const int body = at.model.geometries()[geometry].body;
-      if (body == 0) continue;
-      const Tree& tree = at.model.trees()[at.model.body(body).tree];
-      for (int b = tree.body_begin; b < tree.body_end; ++b) {
-        if (wedged) wedged_[b] = 1;
-        ++crowd_[b];
-      }
-    }
-  }
 }
 
 void ConstraintFinder::find_contacts(const StepContext& at, const Data& data, ConstraintSet& out,

@@ -71,7 +71,8 @@ bool find_patch(const ContactOptions& options, double h, const ConstraintSet& se
     moments += out.weight[k] * out.place[k] * out.place[k].transpose();
     out.radius += out.weight[k] / sum * out.place[k].norm();
   }
-  const double trace = moments.trace(), apart = std::hypot(moments(0, 0) - moments(1, 1), 2.0 * moments(0, 1));
+  const double trace = moments.trace(),
+               apart = std::hypot(moments(0, 0) - moments(1, 1), 2.0 * moments(0, 1));
   if (!(trace > 0.0)) return false;
   out.slender = std::pow(apart / trace, kSlender);
   return true;
@@ -112,7 +113,8 @@ double spin_share(const PairConstraint& one, const Patch& patch, const Data& dat
   return s / (1.0 + s);
 }
 
-void spread(const StepContext& at, const Data& data, size_t first, size_t last, ConstraintSet& set) {
+void spread(const StepContext& at, const Data& data, size_t first, size_t last,
+            ConstraintSet& set) {
   Patch patch;
   if (!find_patch(at.options.contact, at.h(), set, first, last, patch)) return;
   const PairConstraint& one = set.pairs[first];

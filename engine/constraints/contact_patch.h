@@ -1,19 +1,21 @@
 // Friction of faces and lines that spin: that of an even pressure.
 //
-// Faces and lines have contacts at their ends, where they tip. There the friction of a spin about the
-// normal has too long an arm: a disc on four points of its rim is braked by mu N R, under an even
-// pressure by 2/3 mu N R, a line of length 2 l by mu N l and mu N l / 2. And two points let the
-// velocity along a line's friction be anything between theirs without a force: a wheel that turns
-// rolls on one of its edges. So of a pair's contacts in one plane, as far as they spin, sigma:
+// Faces and lines have contacts at their ends, where they tip. There the friction of a spin about
+// the normal has too long an arm: a disc on four points of its rim is braked by mu N R, under an
+// even pressure by 2/3 mu N R, a line of length 2 l by mu N l and mu N l / 2. And two points let
+// the velocity along a line's friction be anything between theirs without a force: a wheel that
+// turns rolls on one of its edges. So of a pair's contacts in one plane, as far as they spin,
+// sigma:
 //
 //   faces   mu is less by (1 - lambda) sigma, lambda the mean distance of the face from its middle
 //           over that of the contacts
-//   lines   friction acts across the line, at c + n x (x - c) / 2, sigma of the way there: it resists
+//   lines   friction acts across the line, at c + n x (x - c) / 2, sigma of the way there: it
+//   resists
 //           a spin by mu N l / 2, and has no force where the line's middle rolls
 //
-// with sigma = s / (1 + s), s = (w r)^2 / (v^2 + v0^2), w the spin, r the contacts' mean distance from
-// their middle c, v the velocity there, all at the start of the step. What slides without a spin has
-// its friction where its load is, and what rests holds as its contacts hold.
+// with sigma = s / (1 + s), s = (w r)^2 / (v^2 + v0^2), w the spin, r the contacts' mean distance
+// from their middle c, v the velocity there, all at the start of the step. What slides without a
+// spin has its friction where its load is, and what rests holds as its contacts hold.
 #pragma once
 
 #include "counterpoint/engine/constraints/constraints.h"
@@ -24,8 +26,8 @@ namespace counterpoint {
 void spread_friction(const StepContext& at, const Data& data, ConstraintSet& out);
 
 /// Mean distance [m] from the origin of points spread evenly over a polygon around it, given by its
-/// corners in any order (up to 8) in the plane, or over a segment through it. round: all corners are
-/// on a circle about the origin, and so is the rim between them.
+/// corners in any order (up to 8) in the plane, or over a segment through it. round: all corners
+/// are on a circle about the origin, and so is the rim between them.
 double mean_distance(std::span<const Eigen::Vector2d> corners, bool round);
 
 }  // namespace counterpoint

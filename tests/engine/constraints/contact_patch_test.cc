@@ -21,22 +21,25 @@ constexpr double kRule = 1e-4;
 
 TEST(ContactPatch, KnowsTheMeanDistanceOfItsPoints) {
   const std::vector<Vector2> square{{1, 1}, {-1, -1}, {1, -1}, {-1, 1}}, line{{2, 0}, {-2, 0}};
-  // (sqrt 2 + asinh 1) / 3, and of a rectangle of 2 : 1 by the same integral over its four triangles.
+  // (sqrt 2 + asinh 1) / 3, and of a rectangle of 2 : 1 by the same integral over its four
+  // triangles.
   EXPECT_NEAR(mean_distance(square, false), (std::sqrt(2.0) + std::asinh(1.0)) / 3.0, kRule);
   const auto mean_to_edge = [](double far, double half) {  // of a triangle of this height and base
     const double t = half / far;
     return 2.0 / 3.0 * far * 0.5 * (std::hypot(1.0, t) + std::asinh(t) / t);
   };
   const std::vector<Vector2> brick{{2, 1}, {-2, 1}, {-2, -1}, {2, -1}};
-  EXPECT_NEAR(mean_distance(brick, false), 0.5 * (mean_to_edge(1, 2) + mean_to_edge(2, 1)), 2 * kRule);
+  EXPECT_NEAR(mean_distance(brick, false), 0.5 * (mean_to_edge(1, 2) + mean_to_edge(2, 1)),
+              2 * kRule);
   EXPECT_NEAR(mean_distance(line, false), 1.0, kRule);
   EXPECT_NEAR(mean_distance(square, true), 2.0 / 3.0 * std::sqrt(2.0), kRule);
 }
 
 Simulator scene(const std::string& models, double friction) {
   const test::TempFolder folder;
-  folder.write("s.yaml", "ground: {friction: " + std::to_string(friction) + "}\ndefaults: {friction: " +
-                             std::to_string(friction) + "}\nmodels:\n" + models);
+  folder.write("s.yaml", "ground: {friction: " + std::to_string(friction) +
+                             "}\ndefaults: {friction: " + std::to_string(friction) +
+                             "}\nmodels:\n" + models);
   return Simulator(load_scene(folder.path() / "s.yaml"));
 }
 
@@ -56,13 +59,16 @@ TEST(ContactPatch, SpinsStopInTheTimeOfAnEvenPressure) {
   const Spinning all[] = {
       {"disc", "cylinder: [0.1, 0.02]", upright, 0.01, 0.5 * a * a, 2.0 / 3.0 * a},
       {"box", "box: [0.1, 0.1, 0.01]", upright, 0.01, 2.0 / 3.0 * a * a, square * a},
-      {"cylinder on its side", "cylinder: [0.02, 0.2]", down, r, r * r / 4.0 + l * l / 3.0, 0.5 * l},
+      {"cylinder on its side", "cylinder: [0.02, 0.2]", down, r, r * r / 4.0 + l * l / 3.0,
+       0.5 * l},
   };
   for (const Spinning& body : all) {
     Simulator sim = scene(" - {name: b, " + body.shape + ", mass: 1, rpy: " + body.rpy +
-                              ", position: [0, 0, " + std::to_string(body.height) + "]}\n", mu);
+                              ", position: [0, 0, " + std::to_string(body.height) + "]}\n",
+                          mu);
     State state = sim.state();
-    const Pose turned{Quaternion(state.q[3], state.q[4], state.q[5], state.q[6]).toRotationMatrix(), {}};
+    const Pose turned{Quaternion(state.q[3], state.q[4], state.q[5], state.q[6]).toRotationMatrix(),
+                      {}};
     state.v.tail<3>() = turned.rotation.transpose() * Vector3(0, 0, omega);
     sim.set_state(state);
     const double expected = body.inertia * omega / (mu * kGravity * body.arm);
