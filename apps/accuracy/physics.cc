@@ -122,8 +122,9 @@ class Examiner {
     const double alpha = weights_.contact[static_cast<size_t>(a.body)] +
                          weights_.contact[static_cast<size_t>(b.body)];
     const Vector3 fall = fall_[static_cast<size_t>(b.body)] - fall_[static_cast<size_t>(a.body)];
-    const Bounce bounce =
-        find_bounce(options_.integrator, h, pair.restitution, c.gap, v_before, fall.dot(c.normal));
+    const bool alone = inverse_.contacts.size() == 1;
+    const Bounce bounce = find_bounce(options_.integrator, alone, h, pair.restitution, c.gap,
+                                      v_before, fall.dot(c.normal));
     const contact::Law law =
         make_contact_law(law_options(options_, alpha, weights_.total_mass), h,
                          {pair, alpha, c.gap, Vector3(v_before, 0.0, 0.0), bounce});
