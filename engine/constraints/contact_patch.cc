@@ -145,9 +145,9 @@ double mean_distance(std::span<const Eigen::Vector2d> corners, bool round) {
   std::array<Vector2, kMost> p;
   const size_t count = corners.size();
   std::copy(corners.begin(), corners.end(), p.begin());
-  std::sort(p.begin(), p.begin() + count, [](const Vector2& a, const Vector2& b) {
-    return std::atan2(a.y(), a.x()) < std::atan2(b.y(), b.x());
-  });
+  const auto angle = [](const Vector2& corner) { return std::atan2(corner.y(), corner.x()); };
+  for (size_t i = 1; i < count; ++i)
+    for (size_t j = i; j > 0 && angle(p[j]) < angle(p[j - 1]); --j) std::swap(p[j], p[j - 1]);
   double area = 0.0, moment = 0.0, longest = 0.0;
   for (size_t k = 0; k < count; ++k) longest = std::max(longest, p[k].norm());
   if (round) return 2.0 / 3.0 * longest;
