@@ -43,7 +43,7 @@ Scene slider(const Slider& parameters);
 /// this material.
 struct BallOnPlane {
   double radius = 0.1, mass = 1.0, height = 0.0;
-  Material material;
+  Material material = {};
   double gravity_compensation = 0.0;
 };
 Scene ball_on_plane(const BallOnPlane& parameters);

@@ -114,8 +114,8 @@ TEST(Ball, FrictionOfOneSurfaceActsWhateverTheOtherHas) {
             : start(sim, Vector3::Zero(), Vector3(0, 0, 10.0));
       run(sim, 1.0);
       // The slip of the common cone, as above.
-      if (rolls) EXPECT_NEAR(sim.state().v[0], v0 - slows, 1e-4);
-      if (!rolls) EXPECT_NEAR(sim.state().v[5], 10.0 - brakes, 1e-7);
+      const double left = rolls ? v0 - slows : 10.0 - brakes, error = rolls ? 1e-4 : 1e-7;
+      EXPECT_NEAR(sim.state().v[rolls ? 0 : 5], left, error);
     }
   }
 }
