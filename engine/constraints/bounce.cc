@@ -181,19 +181,24 @@ Bounce ConstraintFinder::find_contact_bounce(const Model& model, const Simulatio
   return out;
 }
 
-/// Trees that are wedged, and how many candidates the others have.
+/// Trees that are wedged, and how many contacts the others may come to within the step, as judged
+/// from how fast their bodies' surfaces are: the same however far contacts are looked for.
 void ConstraintFinder::find_crowds(const StepContext& at) {
   std::fill(wedged_.begin(), wedged_.end(), 0);
   std::fill(crowd_.begin(), crowd_.end(), 0);
+  const double h = at.h(), falls = h * h * at.model.gravity().norm();
   for (const collision::Candidate& candidate : candidates_) {
+    const int bodies[2] = {at.model.geometries()[candidate.geometry_a].body,
+                           at.model.geometries()[candidate.geometry_b].body};
+    const double fastest = fastest_point_[bodies[0]] + fastest_point_[bodies[1]];
     const bool wedged = candidate.gap < -at.options.contact.margin;
-    for (const int geometry : {candidate.geometry_a, candidate.geometry_b}) {
-      const int body = at.model.geometries()[geometry].body;
+    const bool near = candidate.gap <= kImpactSpeedUp * h * fastest + falls;
+    for (const int body : bodies) {
       if (body == 0) continue;
       const Tree& tree = at.model.trees()[at.model.body(body).tree];
       for (int b = tree.body_begin; b < tree.body_end; ++b) {
         if (wedged) wedged_[b] = 1;
-        ++crowd_[b];
+        if (near) ++crowd_[b];
       }
     }
   }

@@ -34,8 +34,9 @@ struct PairConstraint {
   /// Of a contact: its regularizer is this share of eps alpha, less where it may carry a body that
   /// is very much heavier (kHeaviest).
   double stiffer = 1.0;
-  /// Its friction is that of a patch that spins (contact_patch.h).
+  /// Its friction is that of a patch that spins (contact_patch.h): so much of it is left.
   bool spins = false;
+  double strength = 1.0;
   /// The contact whose sliding speed law.slip_speed is a share of (friction_slip.h), or -1.
   int fastest = -1;
 };
@@ -157,6 +158,10 @@ inline constexpr double kHeaviest = 1e5;
 /// no load opens it by more than 100 eps kHeaviestHeld h^2 g / beta, 0.01 mm at 5 ms.
 inline constexpr double kHeaviestHeld = 100.0;
 
+/// A rod hit at one end: the far end may be twice as fast as any point was before. The kinetic
+/// energy bounds it, and the end of a rod carries a quarter of the mass.
+inline constexpr double kImpactSpeedUp = 2.0;
+
 /// A velocity that a step comes to: nv, and of the bodies, in W, where the caller knows these.
 struct Reached {
   VectorRef velocity;
@@ -251,7 +256,7 @@ class ConstraintFinder {
   std::vector<collision::Candidate> candidates_;
   /// By body: some body of its tree is farther inside another one than the margin of contacts.
   std::vector<char> wedged_;
-  std::vector<int> crowd_;  ///< by body: candidates of its tree
+  std::vector<int> crowd_;  ///< by body: contacts that its tree may come to in the step
   bool heavy_on_light_;  ///< some bodies are more than kHeaviest times as heavy as others
   contact::DisjointSets islands_;
   std::vector<double> least_weight_;  ///< by tree, of the island that has it as root [1/kg]

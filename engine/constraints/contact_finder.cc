@@ -12,9 +12,6 @@
 namespace counterpoint {
 namespace {
 
-/// A rod hit at one end: the far end may be twice as fast as any point was before. The kinetic
-/// energy bounds it, and the end of a rod carries a quarter of the mass.
-constexpr double kImpactSpeedUp = 2.0;
 /// Bodies that travel farther than this many times the reach of what rests pass their speed on to
 /// what they strike in the very step, as far as this many rounds of collision reach.
 constexpr double kFastTravel = 4.0;

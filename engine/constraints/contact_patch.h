@@ -18,11 +18,43 @@
 // spin has its friction where its load is, and what rests holds as its contacts hold.
 #pragma once
 
+#include <array>
+#include <span>
+
 #include "counterpoint/engine/constraints/constraints.h"
 
 namespace counterpoint {
 
-/// Sets `rub`, `spins` and friction of all contacts in `out`. Needs compute_velocities.
+/// Contacts of two geometries in one plane, and how these move against each other.
+struct ContactPatch {
+  static constexpr int kMost = 8;
+  int size = 0;
+  std::array<Vector3, kMost> place;  ///< in W [m]
+  std::array<double, kMost> gap;     ///< [m]
+  Vector3 normal = Vector3::Zero();
+  Motion motion;               ///< of B against A at the start of the step, about the origin, in W
+  double resting_reach = 0.0;  ///< (contact_law.h) [m]
+  bool round = false;          ///< the end of a cylinder
+};
+
+/// What its contacts become.
+struct PatchFriction {
+  std::array<double, ContactPatch::kMost> strength;  ///< share of sliding friction that is left
+  std::array<Vector3, ContactPatch::kMost> rub;      ///< PairConstraint::rub [m]
+};
+
+/// The contacts of the pair of geometries that contact `first` is of, up to this one: those before
+/// or after spread_friction.
+size_t end_of_pair(const ConstraintSet& set, size_t first);
+
+/// Contacts first ... last - 1 as a patch; false where they are none. Needs compute_velocities.
+bool find_patch(const StepContext& at, const Data& data, const ConstraintSet& set, size_t first,
+                size_t last, ContactPatch& out);
+/// False where it does not spin, and friction stays as it is.
+bool find_friction(const ContactPatch& patch, PatchFriction& out);
+
+/// Sets `rub`, `strength`, `spins` and friction of all contacts in `out`. Needs
+/// compute_velocities.
 void spread_friction(const StepContext& at, const Data& data, ConstraintSet& out);
 
 /// Mean distance [m] from the origin of points spread evenly over a polygon around it, given by its

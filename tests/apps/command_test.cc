@@ -185,13 +185,13 @@ TEST_F(Command, InspectListsTheSurfacesThatPairsEndUpWith) {
   const auto surfaces = report["surfaces"];
   ASSERT_EQ(surfaces.size(), 3u);  // ordered by friction
   const auto between = [](const char* a, const char* b) { return nlohmann::json{a, b}; };
-  EXPECT_EQ(surfaces[0]["between"], between("ground", "b/body"));
+  EXPECT_EQ(surfaces[0]["between"], between("b/body/shape", "ground"));
   EXPECT_EQ(surfaces[0]["friction"], 0.3);
   EXPECT_EQ(surfaces[0]["torsional_friction_m"], 0.01);  // the larger of both
   EXPECT_EQ(surfaces[0]["rolling_friction_m"], 0.0);
-  EXPECT_EQ(surfaces[1]["between"], between("ground", "a/body"));
+  EXPECT_EQ(surfaces[1]["between"], between("a/body/shape", "ground"));
   EXPECT_EQ(surfaces[1]["rolling_friction_m"], 0.002);
-  EXPECT_EQ(surfaces[2]["between"], between("a/body", "b/body"));
+  EXPECT_EQ(surfaces[2]["between"], between("a/body/shape", "b/body/shape"));
   EXPECT_EQ(surfaces[2]["pairs"], 1);
 }
 

@@ -8,50 +8,25 @@
 namespace counterpoint {
 namespace {
 
-/// The columns (angular, linear) of a constraint's rows, up to six.
-using RowColumns = Eigen::Matrix<double, 6, Eigen::Dynamic, 0, 6, contact::kMaxRows>;
-
-RowColumns row_columns(const PairConstraint& pair) {
-  RowColumns columns = RowColumns::Zero(6, pair.law.rows);
-  for (int i = 0; i < pair.law.rows; ++i) {
-    const int row = pair.first + i;
-    columns.col(i).segment<3>(row < 3 ? 3 : 0) = pair.frame.col(row % 3);
-    if (row == 1 || row == 2) columns.col(i).head<3>() = pair.rub.cross(pair.frame.col(row));
-  }
-  return columns;
-}
-
-/// What the law is taken at.
-contact::Rows law_velocity(const PairConstraint& pair, const PairBodies& bodies,
-                           const RowColumns& R) {
-  Vector6 relative;
-  relative << bodies.next_b.angular - bodies.next_a.angular,
-      bodies.next_b.linear - bodies.next_a.linear;
-  contact::Rows y = R.transpose() * relative;
-  for (int i = 0; i < pair.law.rows; ++i) y[i] += pair.law.bias[static_cast<size_t>(i)];
-  return y;
-}
-
 /// -R G R' and -R G e_0, and the wrench.
 void find_slopes(const PairConstraint& pair, const PairBodies& bodies, PairResponse& out) {
-  const RowColumns R = row_columns(pair);
+  const auto [R, y] = ContactRows(pair, bodies);
   const int rows = pair.law.rows;
-  const contact::Rows y = law_velocity(pair, bodies, R);
   double f[contact::kMaxRows], hessian[contact::kMaxRows * contact::kMaxRows];
   contact::evaluate(pair.law, y.data(), f, hessian);
   const Eigen::Map<const Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>> G(
       hessian, rows, rows);
   const Vector6 w = R * Eigen::Map<const VectorX>(f, rows);
   out.wrench = {w.head<3>(), w.tail<3>()};
-  const RowColumns RG = R.lazyProduct(G);
+  const ContactRows::Columns RG = R.lazyProduct(G);
   out.next = -RG.lazyProduct(R.transpose());
   out.by_bias = -RG.col(0);
 }
 
 /// R df/dk.
 Vector6 by_smoothing(const PairConstraint& pair, const PairBodies& bodies) {
-  const RowColumns R = row_columns(pair);
-  return R * contact::compute_sensitivity(pair.law, law_velocity(pair, bodies, R)).smoothing;
+  const auto [R, y] = ContactRows(pair, bodies);
+  return R * contact::compute_sensitivity(pair.law, y).smoothing;
 }
 
 /// How far a point at `arm` from its body's origin goes beyond omega x arm h within the step, if
@@ -70,6 +45,20 @@ struct Turning {
 };
 
 }  // namespace
+
+ContactRows::ContactRows(const PairConstraint& pair, const PairBodies& bodies)
+    : R(Columns::Zero(6, pair.law.rows)) {
+  for (int i = 0; i < pair.law.rows; ++i) {
+    const int row = pair.first + i;
+    R.col(i).segment<3>(row < 3 ? 3 : 0) = pair.frame.col(row % 3);
+    if (row == 1 || row == 2) R.col(i).head<3>() = pair.rub.cross(pair.frame.col(row));
+  }
+  Vector6 relative;
+  relative << bodies.next_b.angular - bodies.next_a.angular,
+      bodies.next_b.linear - bodies.next_a.linear;
+  y = R.transpose() * relative;
+  for (int i = 0; i < pair.law.rows; ++i) y[i] += pair.law.bias[static_cast<size_t>(i)];
+}
 
 Matrix6 motion_cross(const Motion& V) {
   Matrix6 m;

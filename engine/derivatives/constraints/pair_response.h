@@ -46,6 +46,14 @@ struct PairBodies {
 PairBodies pair_bodies(const PairConstraint& pair, const Data& data,
                        const std::vector<Motion>& V_next);
 
+/// The columns (angular, linear) of a constraint's rows, up to six, and what its law is taken at.
+struct ContactRows {
+  using Columns = Eigen::Matrix<double, 6, Eigen::Dynamic, 0, 6, contact::kMaxRows>;
+  Columns R;
+  contact::Rows y;
+  ContactRows(const PairConstraint& pair, const PairBodies& bodies);
+};
+
 /// The share of an impulse that counts, and how it goes with the gap, the velocity at the start of
 /// the step in the contact's frame, and the normal.
 struct ImpulseShare {

@@ -98,8 +98,8 @@ bool InverseDerivator::contact_response(const InverseArguments& of, size_t conta
   const Vector3 v = pair.frame.transpose() * (bodies.start_b.linear - bodies.start_a.linear);
   const Bounce bounce = ws.finder.find_contact_bounce(model, options, effects, ws.data,
                                                       {surface, pair, gap, v});
-  if (contact::leans(pair.law) || (bounce.happens && bounce.spins) || pair.spins ||
-      bounce.parting * h > gap) {
+  if (contact::leans(pair.law) || (bounce.happens && bounce.spins) ||
+      (gap > 0.0 && bounce.parting * h > gap)) {
     find_velocity_response(pair, bodies, out);  // how directions and shares go with the motion
     return false;
   }
@@ -118,6 +118,23 @@ bool InverseDerivator::contact_response(const InverseArguments& of, size_t conta
   if (pair.law.type != contact::LawType::kFrictionCone) slopes.v[1] = slopes.v[2] = 0.0;
   if (closed) slopes.gap = slopes.smoothing = share.gap = 0.0;
   find_contact_response(pair, bodies, motion, slopes, turning && !closed, h, out, share);
+  if (!pair.spins || pair.law.rows < 3) return true;
+  return !displacing_ && add_patch(of, contact, bodies, ws, out);
+}
+
+/// What the friction of a contact of a patch that spins changes by with that.
+bool InverseDerivator::add_patch(const InverseArguments& of, size_t contact,
+                                 const PairBodies& bodies, Workspace::Impl& ws,
+                                 PairResponse& out) {
+  const ConstraintSet& set = ws.constraints;
+  size_t first = contact;
+  while (first > 0 && end_of_pair(set, first - 1) > contact) --first;
+  const size_t last = end_of_pair(set, contact);
+  const StepContext at{of.model, of.options, of.effects, of.q, of.v};
+  if (!find_patch(at, ws.data, set, first, last, patch_.patch)) return false;
+  for (size_t i = first; i < last; ++i)
+    if (!find_motion(of.model, of.h(), i, ws, patch_.motions[i - first])) return false;
+  add_patch_response(patch_, static_cast<int>(contact - first), set.pairs[contact], bodies, out);
   return true;
 }
 

@@ -12,6 +12,7 @@
 #include <optional>
 
 #include "counterpoint/engine/derivatives.h"
+#include "counterpoint/engine/derivatives/constraints/patch_response.h"
 #include "counterpoint/engine/derivatives/constraints/slip_response.h"
 #include "counterpoint/engine/derivatives/dynamics/sweep.h"
 #include "counterpoint/engine/derivatives/forces/force_responses.h"
@@ -52,6 +53,8 @@ class InverseDerivator {
   bool contact_response(const InverseArguments& of, size_t contact, const PairBodies& bodies,
                         Workspace::Impl& ws, PairResponse& out);
   ImpulseShare find_share(const Bounce& bounce, double h, const Vector3& fall) const;
+  bool add_patch(const InverseArguments& of, size_t contact, const PairBodies& bodies,
+                 Workspace::Impl& ws, PairResponse& out);
   bool find_motion(const Model& model, double h, size_t contact, Workspace::Impl& ws,
                    ContactMotion& out);
   bool add_slip(const Model& model, const SimulationOptions& options, Workspace::Impl& ws);
@@ -68,6 +71,7 @@ class InverseDerivator {
   ContactMotionFinder motions_;
   SlipResponse slips_;
   ForceResponses forces_;
+  MovingPatch patch_;
   VectorX v_;             ///< nv: what velocity-dependent forces are taken at
   VectorX acceleration_;  ///< nv
 };
