@@ -84,7 +84,7 @@ TEST(TreeContactDerivatives, OfEveryJointTypeWithEveryEffect) {
     step_inverse(scene.model, scene.options, at.q, at.v, at.v_next, at.known, ws, out);
     contacts += static_cast<int>(out.contacts.size());
     ++checked;
-    expect_exact(scene, at, "seed " + std::to_string(seed), false, kStep);
+    expect_exact(scene, at, "seed " + std::to_string(seed), seed % 3 == 0, kStep);  // 0: bounces
   }
   EXPECT_GT(contacts, 60);
   EXPECT_GT(checked, 30);
