@@ -148,7 +148,7 @@ struct ContactOptions {
   /// and up to the gap that bodies close within a step h under this acceleration [m/s^2], h^2 a:
   /// what applied forces may add to the velocities of (q, w), which say nothing of them.
   double reach_acceleration = 500.0;
-  /// [s]: exact Coulomb friction of an island whose fastest contact slides at s [m/s] reaches its
+  /// [s]: exact Coulomb friction of bodies whose fastest contact slides at s [m/s] reaches its
   /// bound at a slip of s h / slip_time more (engine/constraints/friction_slip.h); infinite: no more.
   double slip_time = 2.0;
 

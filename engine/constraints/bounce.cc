@@ -151,7 +151,7 @@ Bounce ConstraintFinder::find_contact_bounce(const Model& model, const Simulatio
                                              const Bouncing& what) const {
   const auto& [surface, contact, gap, v] = what;
   if (!(surface.restitution > 0.0)) return {};
-  if (wedged_[contact.body_a] || wedged_[contact.body_b]) return {};
+  if (is_wedged(contact)) return {};
   const double h = options.time_step;
   const bool midpoint = options.integrator == Integrator::kImplicitMidpoint;
   // What rests shows half a step of falling, or of what presses it, in the midpoint rule; up to a

@@ -16,17 +16,13 @@
 namespace counterpoint {
 namespace {
 
-/// Whether bodies differ so much in mass that contacts, and closures, look at what they may carry.
-bool differ_much(const InverseWeights& weights) {
-  double least = std::numeric_limits<double>::infinity(), most = 0.0;
-  for (const double w : weights.contact) {
-    if (!(w > 0.0)) continue;
-    least = std::min(least, w);
-    most = std::max(most, w);
-  }
-  double loosest = 0.0;
+/// Whether a closure moves bodies so light that heavier ones may hang on it.
+bool holds_much(const InverseWeights& weights) {
+  double least = std::numeric_limits<double>::infinity(), loosest = 0.0;
+  for (const double w : weights.contact)
+    if (w > 0.0) least = std::min(least, w);
   for (const ClosureWeight& w : weights.closure) loosest = std::max(loosest, w.linear);
-  return most > kHeaviest * least || loosest > kHeaviestHeld * least;
+  return loosest > kHeaviestHeld * least;
 }
 
 /// One row a coordinate: it takes up to the bound and yields beyond.
@@ -85,7 +81,7 @@ ConstraintFinder::ConstraintFinder(const Model& model, InverseWeights weights)
       fastest_point_(turn_share_),
       wedged_(model.num_bodies(), 0),
       crowd_(model.num_bodies(), 0),
-      heavy_on_light_(differ_much(weights_)),
+      holds_much_(holds_much(weights_)),
       fall_(free_fall(model)),
       friction_slip_(model),
       limited_(list_limited_coordinates(model)),
@@ -118,12 +114,12 @@ void ConstraintFinder::find(const StepContext& at, const Data& data, ConstraintS
   }
   if (runs(Effect::kClosures))
     find_closures(model, options, data, weights_, idle, acceleration_, out);
-  if (heavy_on_light_) stiffen_under_load(at, out);
   if (runs(Effect::kLimits)) find_joint_limits(at, limited_, weights_, idle, out);
   if (runs(Effect::kVelocityLimits))
     find_velocity_limits(options, speed_limits_, v, weights_, idle, out);
   if (runs(Effect::kDryFriction)) find_dry_friction(model, options, dry_, weights_, idle, out);
   if (runs(Effect::kMimics)) find_mimics(model, options, q, weights_, idle, out);
+  if (holds_much_) stiffen_closures(model, out);
   friction_slip_.set(model, options, speed_, out);
 }
 
@@ -134,9 +130,9 @@ bool ConstraintFinder::find_overrun(const StepContext& at, const Reached& w, con
   return find_reached_contacts(at, w, data, out) || limits;
 }
 
-/// Of contacts with rows, and of closures, joined by both: a function of (q, w), like the rows.
-void ConstraintFinder::stiffen_under_load(const StepContext& at, ConstraintSet& out) {
-  const Model& model = at.model;
+/// Closures may carry what they are joined to by closures and contacts with rows: a function of
+/// (q, w), like the rows.
+void ConstraintFinder::stiffen_closures(const Model& model, ConstraintSet& out) {
   const auto tree_of = [&](int body) { return model.body(body).tree; };
   islands_.reset(model.num_trees());
   for (const PairConstraint& pair : out.pairs)
@@ -148,22 +144,6 @@ void ConstraintFinder::stiffen_under_load(const StepContext& at, ConstraintSet& 
     if (!(weights_.contact[b] > 0.0)) continue;
     double& least = least_weight_[static_cast<size_t>(islands_.root(tree_of(b)))];
     least = std::min(least, weights_.contact[b]);
-  }
-  for (size_t i = 0; i < out.contacts.size(); ++i) {
-    PairConstraint& pair = out.pairs[i];
-    const int body = pair.body_b != 0 ? pair.body_b : pair.body_a;
-    const double least = least_weight_[static_cast<size_t>(islands_.root(tree_of(body)))];
-    const double alpha = weights_.contact[pair.body_a] + weights_.contact[pair.body_b];
-    if (!(alpha > kHeaviest * least)) continue;
-    pair.stiffer = kHeaviest * least / alpha;
-    pair.law.regularizer *= pair.stiffer;
-    if (!(pair.gap_bias < 0.0)) continue;
-    // What it yields under a weight, and so the speed that it may part by, is less.
-    const auto bias = [&](double inverse_mass) {
-      return law_bias(law_options(at.options, inverse_mass, weights_.total_mass), at.h(),
-                      out.contacts[i].gap);
-    };
-    if (pair.law.bias[0] == bias(alpha)) pair.law.bias[0] = bias(alpha * pair.stiffer);
   }
   for (size_t i = 0; i < out.closures.size(); ++i) {
     PairConstraint& pair = out.pairs[out.contacts.size() + i];

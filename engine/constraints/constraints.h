@@ -31,9 +31,6 @@ struct PairConstraint {
   double gap_bias = 0.0;  ///< of a contact: the bias that recovers all that is to be [m/s]
   /// Of a contact that bounces in this step: when after its start (bounce.h) [s]; else 0.
   double impact_time = 0.0;
-  /// Of a contact: its regularizer is this share of eps alpha, less where it may carry a body that
-  /// is very much heavier (kHeaviest).
-  double stiffer = 1.0;
   /// Its friction is that of a patch that spins (contact_patch.h): so much of it is left.
   bool spins = false;
   double strength = 1.0;
@@ -148,14 +145,9 @@ struct Idle {
   bool sleeps(int body) const { return body != 0 && (*this)(body); }
 };
 
-/// A contact has the compliance of its own inverse mass up to a body of so many times its mass in
-/// its island, which it may carry; beyond, that of a body of this share of the heaviest one's mass,
-/// so that no load sinks by more than eps kHeaviest h^2 g / beta.
-inline constexpr double kHeaviest = 1e5;
-
-/// A closure has the compliance of its own inverse mass up to a body of so many times the mass that
-/// it moves, which may hang on it; beyond, that of a body of this share of the heaviest one's mass:
-/// no load opens it by more than 100 eps kHeaviestHeld h^2 g / beta, 0.01 mm at 5 ms.
+/// A closure has the compliance of its own inverse mass up to a body of so many times the mass that it
+/// moves, which may hang on it; beyond, that of a body of this share of the heaviest one's mass: no
+/// load opens it by more than 100 eps kHeaviestHeld h^2 g / beta, 0.01 mm at 5 ms.
 inline constexpr double kHeaviestHeld = 100.0;
 
 /// A rod hit at one end: the far end may be twice as fast as any point was before. The kinetic
@@ -204,6 +196,11 @@ class ConstraintFinder {
   /// is held from several sides would gain energy by Newton's law of impact. Of the last find().
   Bounce find_contact_bounce(const Model& model, const SimulationOptions& options,
                              EffectSet effects, const Data& data, const Bouncing& what) const;
+  /// Whether some body of a contact's trees is farther inside another one than the margin. Of the
+  /// last find().
+  bool is_wedged(const PairConstraint& contact) const {
+    return wedged_[contact.body_a] || wedged_[contact.body_b];
+  }
   /// The relative acceleration that this reckons with, in W [m/s^2].
   Vector3 relative_fall(EffectSet effects, const PairConstraint& contact) const;
 
@@ -237,7 +234,7 @@ class ConstraintFinder {
   void find_contacts(const StepContext& at, const Data& data, ConstraintSet& out,
                      EffectCounts& counts, Idle idle);
   void find_crowds(const StepContext& at);
-  void stiffen_under_load(const StepContext& at, ConstraintSet& out);
+  void stiffen_closures(const Model& model, ConstraintSet& out);
   double turning_advance(const Vector3& n, const Vector3& arm, double h, int body,
                          const Data& data);
   double gap_less_turning(const PairConstraint& contact, double gap, double h, const Data& data);
@@ -257,7 +254,8 @@ class ConstraintFinder {
   /// By body: some body of its tree is farther inside another one than the margin of contacts.
   std::vector<char> wedged_;
   std::vector<int> crowd_;  ///< by body: contacts that its tree may come to in the step
-  bool heavy_on_light_;  ///< some bodies are more than kHeaviest times as heavy as others
+  /// Some body may hang on closures of bodies more than kHeaviestHeld times lighter.
+  bool holds_much_;
   contact::DisjointSets islands_;
   std::vector<double> least_weight_;  ///< by tree, of the island that has it as root [1/kg]
   std::vector<Vector3> fall_;         ///< free_fall

@@ -226,7 +226,7 @@ void ConstraintFinder::park_contacts_of(const StepContext& at, const FarPair& fa
 /// Before the closures, which come behind the contacts.
 void ConstraintFinder::give_rows(const StepContext& at, const ParkedContact& parked,
                                  PairConstraint& contact, ConstraintSet& out) {
-  friction_slip_.apply(at.model, at.options, speed_, contact);
+  friction_slip_.apply(at.options, speed_, contact);
   out.pairs.insert(out.pairs.begin() + static_cast<std::ptrdiff_t>(out.contacts.size()), contact);
   out.contacts.push_back(parked.candidate);
 }
@@ -319,7 +319,7 @@ Vector3 ConstraintFinder::make_contact(const StepContext& at, const Data& data,
   contact.gap_bias = gap_bias(options.contact, h, gap);
   const Bounce bounce = find_contact_bounce(model, options, at.effects, data, {material, contact, gap, v});
   if (bounce.happens && gap > 0.0) contact.impact_time = bounce.time;
-  set_contact_law(law_options(options, alpha, weights_.total_mass), h,
+  set_contact_law(law_options(options, is_wedged(contact)), h,
                   {material, alpha, gap, v, bounce, is_round(model, a, b)}, contact.law);
   return v;
 }

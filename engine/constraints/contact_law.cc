@@ -51,15 +51,15 @@ double gap_bias(const ContactOptions& options, double h, double gap) {
   return std::max(options.stabilization * gap / h, -options.max_recovery_speed);
 }
 
-LawOptions law_options(const SimulationOptions& options, double alpha, double total_mass) {
+LawOptions law_options(const SimulationOptions& options, bool wedged) {
   LawOptions law{options.contact};
   law.kept_recovery = law.max_recovery_speed;
+  if (wedged && !options.push_deep) law.kept_share = 0.0;
   if (options.integrator == Integrator::kImplicitMidpoint) return law;
   // At rest y = b = -r f: a bias that may not reach r f lets a heavy load sink.
-  const double weight = total_mass * kStandardGravity;
-  const double yields = law.compliance * alpha * options.time_step * weight;
+  const double yields = law.compliance * options.time_step * kStandardGravity;
   law.kept_recovery = std::min(law.max_recovery_speed,
-                               kKeptRecovery * law.max_recovery_speed + kKeptWeights * yields);
+                               law.kept_share * law.max_recovery_speed + kKeptWeights * yields);
   if (law.kept_recovery < law.max_recovery_speed && !options.push_deep)
     law.full_push = kPushed * law.kept_recovery;
   return law;

@@ -39,24 +39,26 @@ inline constexpr double kLimitReach = 0.1;
 double gap_bias(const ContactOptions& options, double h, double gap);
 
 /// An overlap is recovered by velocities, which bodies keep, up to this share of max_recovery_speed
-/// and by what constraints give under this many times the scene's weight. What is faster only
-/// displaces the bodies (overlap_correction.h).
-inline constexpr double kKeptRecovery = 1e-3;
-inline constexpr double kKeptWeights = 2.0;
+/// and by what a constraint gives under this many times the weight that it was made for,
+/// standard gravity on 1 / alpha. What is faster only displaces the bodies (overlap_correction.h).
+/// The share lets the four corners of a cube of friction 0.5 carry 1e6 times its weight at the
+/// defaults; softer contacts need the weights. Contacts of what is wedged have these alone: they
+/// would push each other with kept_recovery over compliance for as long as it is.
+inline constexpr double kKeptRecovery = 2e-3;
+inline constexpr double kKeptWeights = 100.0;
 
 /// The options that the law of a contact or a joint limit (lever 1 m) is made with.
 struct LawOptions : ContactOptions {
   /// Of the recovery of an overlap, what may be kept [m/s]: max_recovery_speed under the implicit
   /// midpoint rule, which reads velocities off positions and displaces nothing.
   double kept_recovery = max_recovery_speed;
+  double kept_share = kKeptRecovery;  ///< of max_recovery_speed, in it
   /// Overlaps whose recovery in a step takes more than this [m/s] are pushed apart by less.
   double full_push = std::numeric_limits<double>::infinity();
 };
-/// In a step by `integrator`.
-/// @param alpha       inverse mass of the constraint [1/kg, 1/(kg m^2)], less where it is stiffer
-///                    (PairConstraint::stiffer) by that share
-/// @param total_mass  of all that can move [kg]
-LawOptions law_options(const SimulationOptions& options, double alpha, double total_mass);
+/// In a step by `integrator`: the same whatever a constraint carries. wedged: of a contact of trees
+/// that are (ConstraintFinder::is_wedged).
+LawOptions law_options(const SimulationOptions& options, bool wedged = false);
 
 /// full_push is so many times kept_recovery. Less, and what rolls, whose rim is in the ground after
 /// each step by the height of its arc, loses more energy; more, and what is held nearly free of the

@@ -1,6 +1,7 @@
 #include "counterpoint/engine/constraints/friction_slip.h"
 
 #include <algorithm>
+#include <span>
 
 #include "counterpoint/engine/constraints/constraints.h"
 
@@ -16,29 +17,31 @@ double slip_share(const SimulationOptions& options) {
 
 }  // namespace
 
-int& FrictionSlip::fastest_in_island(const Model& model, const PairConstraint& pair) {
-  const int tree = model.body(pair.body_a).tree;
-  return fastest_[islands_.root(tree >= 0 ? tree : model.body(pair.body_b).tree)];
+int& FrictionSlip::fastest_near(const PairConstraint& pair) {
+  return fastest_[touching_.root(pair.body_a != 0 ? pair.body_a : pair.body_b)];
 }
 
-void FrictionSlip::apply(const Model& model, const SimulationOptions& options,
-                         const std::vector<double>& speed, PairConstraint& pair) {
+void FrictionSlip::apply(const SimulationOptions& options, const std::vector<double>& speed,
+                         PairConstraint& pair) {
   const double share = slip_share(options);
   if (!(share > 0.0)) return;
-  pair.fastest = pair.law.coulomb ? fastest_in_island(model, pair) : -1;
+  pair.fastest = pair.law.coulomb ? fastest_near(pair) : -1;
   if (pair.fastest >= 0) pair.law.slip_speed = share * speed[pair.fastest];
 }
 
 void FrictionSlip::set(const Model& model, const SimulationOptions& options,
                        const std::vector<double>& speed, ConstraintSet& out) {
   if (!(slip_share(options) > 0.0)) return;
-  join_constrained_trees(model, out, islands_);
+  touching_.reset(model.num_bodies());
+  const std::span contacts(out.pairs.data(), out.contacts.size());
+  for (const PairConstraint& pair : contacts)
+    if (pair.body_a != 0 && pair.body_b != 0) touching_.join(pair.body_a, pair.body_b);
   std::fill(fastest_.begin(), fastest_.end(), -1);
-  for (size_t i = 0; i < out.contacts.size(); ++i) {
-    int& so_far = fastest_in_island(model, out.pairs[i]);
+  for (size_t i = 0; i < contacts.size(); ++i) {
+    int& so_far = fastest_near(contacts[i]);
     if (so_far < 0 || speed[i] > speed[so_far]) so_far = static_cast<int>(i);
   }
-  for (size_t i = 0; i < out.contacts.size(); ++i) apply(model, options, speed, out.pairs[i]);
+  for (PairConstraint& pair : contacts) apply(options, speed, pair);
 }
 
 }  // namespace counterpoint

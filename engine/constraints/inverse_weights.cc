@@ -203,7 +203,6 @@ InverseWeights compute_inverse_weights(const Model& model, Data& data) {
   weights.contact = contact_weights(model, response, data);
   for (const Closure& closure : model.closures())
     weights.closure.push_back(closure_weight(model, closure, response, data));
-  weights.total_mass = total_mass(model);
   weights.dof = VectorX::Zero(model.nv());
   for (int t = 0; t < model.num_trees(); ++t) {
     for (int j = model.trees()[t].v_begin; j < model.trees()[t].v_end; ++j) {

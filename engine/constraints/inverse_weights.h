@@ -22,7 +22,6 @@ struct InverseWeights {
   std::vector<double> contact;
   std::vector<ClosureWeight> closure;  ///< of Model::closures
   VectorX dof;                         ///< diagonal of inv(M) [1/kg or 1/(kg m^2)]
-  double total_mass = 0.0;             ///< of all bodies that can move [kg]
 };
 
 /// O(bodies in a tree squared). @throws InputError naming the joint where inertia is not positive.

@@ -43,7 +43,7 @@ void add_row(const Side& side, const SimulationOptions& options, const InverseWe
   const double alpha = weights.dof[side.v_index];
   JointConstraint row;
   row.effect = Effect::kLimits;
-  row.law = make_limit_law(law_options(options, alpha, weights.total_mass), h, alpha, side.gap);
+  row.law = make_limit_law(law_options(options), h, alpha, side.gap);
   row.gap = side.gap;
   row.gap_bias = gap_bias(options.contact, h, side.gap);
   row.v_index[0] = side.v_index;

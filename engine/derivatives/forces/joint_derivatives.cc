@@ -28,7 +28,7 @@ RowSlopes row_slopes(const SimulationOptions& options, const JointConstraint& ro
   const double alpha = weights.dof[row.v_index[0]];
   const double bias = displacing
                           ? gap_bias_slope(options.contact, h, gap)
-                          : law_bias_slope(law_options(options, alpha, weights.total_mass), h, gap);
+                          : law_bias_slope(law_options(options), h, gap);
   return {sign * bias, sign * limit_smoothing_slope(options.contact, alpha, gap)};
 }
 

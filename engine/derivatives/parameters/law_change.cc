@@ -10,17 +10,10 @@ namespace counterpoint {
 namespace {
 
 /// Of law_options' kept_recovery.
-double kept_recovery_change(const SimulationOptions& options, double alpha, double total_mass,
-                            const LawSource& source) {
-  const ContactOptions& contact = options.contact;
-  if (options.integrator == Integrator::kImplicitMidpoint ||
-      !(law_options(options, alpha, total_mass).kept_recovery < contact.max_recovery_speed))
-    return source.max_recovery_speed;
-  const double yields = source.compliance * alpha * total_mass +
-                        contact.compliance * source.alpha * total_mass +
-                        contact.compliance * alpha * source.total_mass;
-  return kKeptRecovery * source.max_recovery_speed +
-         kKeptWeights * options.time_step * kStandardGravity * yields;
+double kept_recovery_change(const LawOptions& law, double h, const LawSource& source) {
+  if (!(law.kept_recovery < law.max_recovery_speed)) return source.max_recovery_speed;
+  return law.kept_share * source.max_recovery_speed +
+         kKeptWeights * h * kStandardGravity * source.compliance;
 }
 
 /// Of law_bias with these options, the gap held; kept: of kept_recovery.
@@ -49,15 +42,11 @@ LawChange strength_change(const ContactOptions& contact, double alpha, double ga
 
 }  // namespace
 
-LawChange contact_law_change(const SimulationOptions& options, double total_mass,
-                             const ContactStart& start, double stiffer, const LawSource& source) {
+LawChange contact_law_change(const LawOptions& law, double h, const ContactStart& start,
+                             const LawSource& source) {
   const auto& [pair, alpha, gap, v, bounce, round] = start;
-  const double h = options.time_step;
-  const LawOptions law = law_options(options, alpha * stiffer, total_mass);
-  LawChange out = strength_change(options.contact, alpha, gap, options.contact.margin, source);
-  out.regularizer *= stiffer;
-  const double kept = kept_recovery_change(options, alpha * stiffer, total_mass, source);
-  out.bias = law_bias_change(law, h, gap, kept, source);
+  LawChange out = strength_change(law, alpha, gap, law.margin, source);
+  out.bias = law_bias_change(law, h, gap, kept_recovery_change(law, h, source), source);
   if (bounce.happens && (gap > 0.0 || -bounce.speed < law_bias(law, h, gap)))
     out.bias = -bounce.by_restitution * source.material.restitution - bounce.by_fall * source.fall;
   out.slip_speed = source.slip_speed;
@@ -69,13 +58,13 @@ LawChange contact_law_change(const SimulationOptions& options, double total_mass
   return out;
 }
 
-LawChange limit_law_change(const SimulationOptions& options, double alpha, double total_mass,
+LawChange limit_law_change(const SimulationOptions& options, double alpha,
                            const JointConstraint& row, const LawSource& source) {
   const double h = options.time_step;
-  const LawOptions law = law_options(options, alpha, total_mass);
+  const LawOptions law = law_options(options);
   LawChange out = strength_change(options.contact, alpha, row.gap, kLimitReach, source);
   out.bias = law_bias_change(law, h, row.gap,
-                             kept_recovery_change(options, alpha, total_mass, source), source);
+                             kept_recovery_change(law, h, source), source);
   return out;
 }
 

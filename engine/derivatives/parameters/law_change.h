@@ -12,7 +12,6 @@ namespace counterpoint {
 struct LawSource {
   double compliance = 0.0, smoothing = 0.0, stabilization = 0.0, max_recovery_speed = 0.0;
   double alpha = 0.0;                     ///< of the constraint's inverse weight
-  double total_mass = 0.0;                ///< of all that can move
   double slip_speed = 0.0;                ///< of exact friction (friction_slip.h)
   double fall = 0.0;                      ///< of the acceleration that find_bounce is given
   Material material{0.0, 0.0, 0.0, 0.0};  ///< of the pair
@@ -25,11 +24,11 @@ struct LawChange {
   std::array<double, contact::kMaxRows - 1> friction{};
 };
 
-/// Of make_contact_law with law_options; stiffer: PairConstraint::stiffer.
-LawChange contact_law_change(const SimulationOptions& options, double total_mass,
-                             const ContactStart& start, double stiffer, const LawSource& source);
+/// Of make_contact_law with these arguments.
+LawChange contact_law_change(const LawOptions& law, double h, const ContactStart& start,
+                             const LawSource& source);
 /// Of make_limit_law with law_options, the law of `row`.
-LawChange limit_law_change(const SimulationOptions& options, double alpha, double total_mass,
+LawChange limit_law_change(const SimulationOptions& options, double alpha,
                            const JointConstraint& row, const LawSource& source);
 /// Of laws whose bias does not go with the options: speed limits, dry friction, equalities. law:
 /// as it is.

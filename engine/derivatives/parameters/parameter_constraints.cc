@@ -33,7 +33,6 @@ LawSource source_of(const PreparedParameter& p) {
     default:
       break;
   }
-  if (p.weights) source.total_mass = p.weights->total_mass;
   return source;
 }
 
@@ -170,13 +169,10 @@ bool ParameterConstraints::add_contacts(const PreparedParameter& p, const Model&
     PlaceChange place;
     if (!find_place(p, model, contact, options.time_step, ws, place)) return false;
     if (!find_slip(p, model, options, pair, ws, change.slip_speed)) return false;
-    // How the compliance under a heavy load goes with masses is left to differences, and how the
-    // friction of a bounce and of what spins goes with anything.
-    if (pair.stiffer != 1.0 && p.weights) return false;
+    // How friction of a bounce and of what spins goes with anything is left to differences.
     if (contact::leans(pair.law) || pair.spins) return false;
     const Source source{only(effects, model.pair_material(contact.geometry_a, contact.geometry_b)),
-                        weights.contact[pair.body_a] + weights.contact[pair.body_b],
-                        weights.total_mass, contact.gap};
+                        weights.contact[pair.body_a] + weights.contact[pair.body_b], contact.gap};
     add_contact(model, options, effects, pair, source, change, place, ws, du);
   }
   return true;
@@ -222,14 +218,14 @@ void ParameterConstraints::add_contact(const Model& model, const SimulationOptio
   const Bounce bounce =
       ws.finder.find_contact_bounce(model, options, effects, ws.data, {source.surface, pair, gap, v});
   const ContactStart from{source.surface, source.alpha, gap, v, bounce};
-  LawSlopes slopes = contact_law_slopes(
-      law_options(options, source.alpha * pair.stiffer, source.total_mass), h, from);
+  const LawOptions made_with = law_options(options, ws.finder.is_wedged(pair));
+  LawSlopes slopes = contact_law_slopes(made_with, h, from);
   if (pair.law.type != contact::LawType::kFrictionCone) slopes.v[1] = slopes.v[2] = 0.0;
   if (!closed) dy[0] += slopes.gap * by_gap;
   dy[0] += slopes.v.dot(moved(start).head<3>());
   dy[0] +=
       slopes.fall * place.turn.cross(pair.frame.col(0)).dot(ws.finder.relative_fall(effects, pair));
-  LawChange law = contact_law_change(options, source.total_mass, from, pair.stiffer, change);
+  LawChange law = contact_law_change(made_with, h, from, change);
   if (!closed) law.smoothing += slopes.smoothing * by_gap;
   const contact::Rows f = contact::impulse(pair.law, y);
   const Force W = pair_impulse(pair, f);
@@ -275,7 +271,7 @@ void ParameterConstraints::add_joint_rows(const PreparedParameter& p,
     }
     const bool limit = row.law.type == contact::LawType::kUnilateral && !std::isnan(row.gap_bias);
     LawChange change =
-        limit ? limit_law_change(options, alpha, weights.total_mass, row, source)
+        limit ? limit_law_change(options, alpha, row, source)
               : plain_law_change(options, row.law, alpha, source);
     if (row.law.type == contact::LawType::kDryFriction && p.kind() == K::kDryFriction &&
         p.has(row.v_index[0]))

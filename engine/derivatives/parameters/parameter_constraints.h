@@ -31,7 +31,7 @@ class ParameterConstraints {
   /// What a contact is made from.
   struct Source {
     Material surface;
-    double alpha = 0.0, total_mass = 0.0, gap = 0.0;
+    double alpha = 0.0, gap = 0.0;
   };
   bool find_place(const PreparedParameter& p, const Model& model,
                   const collision::Candidate& contact, double h, const Workspace::Impl& ws,

@@ -24,7 +24,6 @@ WeightChange weight_change(const StepParameter& parameter, const Model& model) {
     return VectorX(Eigen::Map<const VectorX>(w.contact.data(), count));
   });
   out.dof = by([](const InverseWeights& w) { return VectorX(w.dof); });
-  out.total_mass = by([](const InverseWeights& w) { return w.total_mass; });
   return out;
 }
 

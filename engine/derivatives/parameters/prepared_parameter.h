@@ -13,7 +13,6 @@ namespace counterpoint {
 /// Change of the inverse weights, a unit of a parameter.
 struct WeightChange {
   VectorX contact, dof;
-  double total_mass = 0.0;
 };
 
 /// Bodies that fly (free_flight.h), with one figure changed.

@@ -104,7 +104,7 @@ bool InverseDerivator::contact_response(const InverseArguments& of, size_t conta
     return false;
   }
   LawSlopes slopes =
-      contact_law_slopes(law_options(options, alpha * pair.stiffer, weights.total_mass), h,
+      contact_law_slopes(law_options(options, ws.finder.is_wedged(pair)), h,
                          {surface, alpha, gap, v, bounce});
   const Vector3 fall = ws.finder.relative_fall(effects, pair);
   slopes.normal = slopes.fall * fall;
