@@ -126,7 +126,7 @@ class Examiner {
     const Bounce bounce = find_bounce(options_.integrator, alone, h, pair.restitution, c.gap,
                                       v_before, fall.dot(c.normal));
     const contact::Law law =
-        make_contact_law(law_options(options_, alpha, weights_.total_mass), h,
+        make_contact_law(law_options(options_), h,
                          {pair, alpha, c.gap, Vector3(v_before, 0.0, 0.0), bounce});
     // An overlap may be recovered by displacement alone.
     const double parting = relative(displacement_, a.body, b.body, c.position).dot(c.normal) +
