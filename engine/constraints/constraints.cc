@@ -110,7 +110,7 @@ void ConstraintFinder::find(const StepContext& at, const Data& data, ConstraintS
   };
   if (runs(Effect::kContacts)) {
     find_contacts(at, data, out, counts, idle);
-    spread_friction(at, data, out);
+    spread_friction(at, data, radius_, out);
   }
   if (runs(Effect::kClosures))
     find_closures(model, options, data, weights_, idle, acceleration_, out);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 #include "counterpoint/engine/constraints/contact_law.h"
 #include "counterpoint/model/spatial.h"
@@ -16,8 +17,9 @@ using Vector2 = Eigen::Vector2d;
 constexpr double kAtRest = 1e-4;
 /// Below this s there is no spin.
 constexpr double kNoSpin = 1e-6;
-/// Contacts open by this share of the patch's size and more are none of it.
-constexpr double kOpen = 1e-3;
+/// Contacts open by this share of the smaller body's size and more are none of a patch, and what this
+/// acceleration [m/s^2] opens in a step.
+constexpr double kOpen = 1e-3, kReach = 500.0;
 /// Normals of one plane differ by less (1 - cosine).
 constexpr double kOnePlane = 1e-9;
 /// A line is where the second moments differ by nearly their sum: to this power.
@@ -36,7 +38,6 @@ bool is_round_face(const Model& model, const Data& data, const collision::Candid
     bool on_rim = true;
     Vector3 sum = Vector3::Zero();
     for (int k = 0; k < patch.size; ++k) {
-      if (patch.gap[k] > kOpen * radius) continue;
       const Vector3 arm = patch.place[k] - X.translation, from_axis = arm - axis.dot(arm) * axis;
       on_rim = on_rim && std::abs(from_axis.norm() - radius) < kOpen * radius;
       sum += from_axis;
@@ -57,48 +58,51 @@ double spin_share(const ContactPatch& patch, const Vector3& middle, double radiu
   return s / (1.0 + s);
 }
 
-double patch_size(const ContactPatch& patch) {
-  double size = 0.0;
-  for (int k = 1; k < patch.size; ++k)
-    size = std::max(size, (patch.place[k] - patch.place[0]).norm());
-  return size;
-}
-
 }  // namespace
 
-bool find_patch(const StepContext& at, const Data& data, const ConstraintSet& set, size_t first,
-                size_t last, ContactPatch& out) {
-  out.size = static_cast<int>(last - first);
-  if (out.size < 2 || out.size > ContactPatch::kMost) return false;
+size_t find_patch(const StepContext& at, const Data& data, const ConstraintSet& set,
+                  std::span<const double> radii, size_t first, ContactPatch& out) {
   const PairConstraint& one = set.pairs[first];
+  const collision::Candidate& pair_of = set.contacts[first];
+  out.size = 0;
   out.normal = one.frame.col(0);
-  for (size_t i = first; i < last; ++i) {
-    const PairConstraint& pair = set.pairs[i];
-    if (pair.law.rows < 3 || contact::leans(pair.law)) return false;
-    if (pair.frame.col(0).dot(out.normal) < 1.0 - kOnePlane) return false;
-    out.place[i - first] = pair.position;
-    out.gap[i - first] = set.contacts[i].gap;
+  double size = std::numeric_limits<double>::infinity();
+  for (const int body : {one.body_a, one.body_b})
+    if (body != 0) size = std::min(size, 2.0 * radii[static_cast<size_t>(body)]);
+  // The same however far contacts are looked for (ContactOptions::reach_acceleration).
+  out.reach = std::min(kOpen * size, kReach * at.h() * at.h());
+  bool is_one = true;
+  size_t last = first;
+  for (; last < set.contacts.size(); ++last) {
+    const collision::Candidate& c = set.contacts[last];
+    if (c.geometry_a != pair_of.geometry_a || c.geometry_b != pair_of.geometry_b) break;
+    if (!(c.gap < out.reach)) continue;
+    const PairConstraint& pair = set.pairs[last];
+    is_one = is_one && out.size < ContactPatch::kMost && pair.law.rows >= 3 &&
+             !contact::leans(pair.law) && pair.frame.col(0).dot(out.normal) > 1.0 - kOnePlane;
+    if (!is_one) continue;
+    out.contact[out.size] = last;
+    out.place[out.size] = pair.position;
+    out.gap[out.size++] = c.gap;
   }
-  out.resting_reach = resting_reach(at.options.contact, at.h());
+  if (!is_one || out.size < 2) out.size = 0;
   const auto of_body = [&](int body) {
     if (body == 0) return Motion{};
     const Motion& V = data.V[body];
     return Motion{V.angular, V.at(-data.X_WB[body].translation)};
   };
   out.motion = of_body(one.body_b) - of_body(one.body_a);
-  out.round = is_round_face(at.model, data, set.contacts[first], out);
-  return true;
+  out.round = out.size > 0 && is_round_face(at.model, data, pair_of, out);
+  return last;
 }
 
 bool find_friction(const ContactPatch& patch, PatchFriction& out) {
-  const double reach = std::min(kOpen * patch_size(patch), patch.resting_reach);
-  if (!(reach > 0.0)) return false;
   std::array<double, ContactPatch::kMost> weight;
   double sum = 0.0;
   int touching = 0;
   Vector3 middle = Vector3::Zero();
   for (int k = 0; k < patch.size; ++k) {
-    const double share = std::max(patch.gap[k], 0.0) / reach;
+    const double share = std::max(patch.gap[k], 0.0) / patch.reach;
     const double left = share < 1.0 ? 1.0 - share * share : 0.0;
     weight[k] = left * left;
     touching += weight[k] > 0.0;
@@ -163,28 +167,18 @@ double mean_distance(std::span<const Eigen::Vector2d> corners, bool round) {
   return area > 1e-12 * longest * longest ? moment / area : 0.5 * longest;
 }
 
-size_t end_of_pair(const ConstraintSet& set, size_t first) {
-  const auto same = [&](size_t i) {
-    const collision::Candidate &a = set.contacts[first], &b = set.contacts[i];
-    return a.geometry_a == b.geometry_a && a.geometry_b == b.geometry_b &&
-           set.pairs[i].spins == set.pairs[first].spins;
-  };
-  size_t last = first + 1;
-  while (last < set.contacts.size() && same(last)) ++last;
-  return last;
-}
-
-void spread_friction(const StepContext& at, const Data& data, ConstraintSet& out) {
+void spread_friction(const StepContext& at, const Data& data, std::span<const double> radii,
+                     ConstraintSet& out) {
   ContactPatch patch;
   PatchFriction friction;
-  for (size_t first = 0, last; first < out.contacts.size(); first = last) {
-    last = end_of_pair(out, first);
-    if (!find_patch(at, data, out, first, last, patch) || !find_friction(patch, friction)) continue;
-    for (size_t i = first; i < last; ++i) {
-      PairConstraint& pair = out.pairs[i];
-      pair.rub = friction.rub[i - first];
-      pair.strength = friction.strength[i - first];
-      for (size_t k = 0; k < 2; ++k) pair.law.friction[k] *= pair.strength;
+  for (size_t first = 0; first < out.contacts.size();) {
+    first = find_patch(at, data, out, radii, first, patch);
+    if (patch.size == 0 || !find_friction(patch, friction)) continue;
+    for (int k = 0; k < patch.size; ++k) {
+      PairConstraint& pair = out.pairs[patch.contact[k]];
+      pair.rub = friction.rub[k];
+      pair.strength = friction.strength[k];
+      for (size_t i = 0; i < 2; ++i) pair.law.friction[i] *= pair.strength;
       pair.spins = true;
     }
   }

@@ -25,15 +25,17 @@
 
 namespace counterpoint {
 
-/// Contacts of two geometries in one plane, and how these move against each other.
+/// Contacts of two geometries in one plane that touch or nearly do, and how these move against each
+/// other.
 struct ContactPatch {
   static constexpr int kMost = 8;
   int size = 0;
+  std::array<size_t, kMost> contact;  ///< index into ConstraintSet::contacts
   std::array<Vector3, kMost> place;  ///< in W [m]
   std::array<double, kMost> gap;     ///< [m]
   Vector3 normal = Vector3::Zero();
   Motion motion;               ///< of B against A at the start of the step, about the origin, in W
-  double resting_reach = 0.0;  ///< (contact_law.h) [m]
+  double reach = 0.0;          ///< contacts open by so much and more are none of it [m]
   bool round = false;          ///< the end of a cylinder
 };
 
@@ -43,19 +45,18 @@ struct PatchFriction {
   std::array<Vector3, ContactPatch::kMost> rub;      ///< PairConstraint::rub [m]
 };
 
-/// The contacts of the pair of geometries that contact `first` is of, up to this one: those before
-/// or after spread_friction.
-size_t end_of_pair(const ConstraintSet& set, size_t first);
-
-/// Contacts first ... last - 1 as a patch; false where they are none. Needs compute_velocities.
-bool find_patch(const StepContext& at, const Data& data, const ConstraintSet& set, size_t first,
-                size_t last, ContactPatch& out);
+/// Contacts first, first + 1, ... of one pair of geometries as a patch, up to the one returned, which
+/// is of another. out.size is 0 where they are none. Needs compute_velocities.
+/// @param radii  of bodies [m] (collision::body_radii)
+size_t find_patch(const StepContext& at, const Data& data, const ConstraintSet& set,
+                  std::span<const double> radii, size_t first, ContactPatch& out);
 /// False where it does not spin, and friction stays as it is.
 bool find_friction(const ContactPatch& patch, PatchFriction& out);
 
-/// Sets `rub`, `strength`, `spins` and friction of all contacts in `out`. Needs
-/// compute_velocities.
-void spread_friction(const StepContext& at, const Data& data, ConstraintSet& out);
+/// Sets `rub`, `strength`, `spins` and friction of all contacts in `out`. The other arguments are those
+/// of find_patch.
+void spread_friction(const StepContext& at, const Data& data, std::span<const double> radii,
+                     ConstraintSet& out);
 
 /// Mean distance [m] from the origin of points spread evenly over a polygon around it, given by its
 /// corners in any order (up to 8) in the plane, or over a segment through it. round: all corners

@@ -83,8 +83,10 @@ bool reduce_floating(const Motion* axis, const double* tau, const double* diagon
   Matrix6 with_diagonal = inertia;
   for (int j = 0; j < 3; ++j) {
     const Vector3 &l = axis[j].linear, &w = axis[3 + j].angular;
-    if (diagonal[j] != 0.0) with_diagonal.bottomRightCorner<3, 3>() += diagonal[j] * l * l.transpose();
-    if (diagonal[3 + j] != 0.0) with_diagonal.topLeftCorner<3, 3>() += diagonal[3 + j] * w * w.transpose();
+    if (diagonal[j] != 0.0)
+      with_diagonal.bottomRightCorner<3, 3>() += diagonal[j] * l * l.transpose();
+    if (diagonal[3 + j] != 0.0)
+      with_diagonal.topLeftCorner<3, 3>() += diagonal[3 + j] * w * w.transpose();
   }
   const Eigen::LLT<Matrix6> llt(with_diagonal);
   if (llt.info() != Eigen::Success) return false;

@@ -102,7 +102,10 @@ void Explainer::Impl::find_contacts(const VectorX& q, const VectorX& v, double i
     if (i < contacts && !(constraints.contacts[i].gap <= reach)) continue;
     if (i < contacts) candidates.push_back(constraints.contacts[i]);
     pairs.push_back(constraints.pairs[i]);
-    pairs.back().law.bias.fill(0.0);
+    contact::Law& law = pairs.back().law;
+    law.bias.fill(0.0);
+    // A bounce, which this does not ask for, has all of its friction where a patch that spins has not.
+    for (size_t k = 0; k < 2; ++k) law.friction[k] /= pairs.back().strength;
   }
   constraints.contacts = candidates;
   constraints.pairs = pairs;

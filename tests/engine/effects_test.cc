@@ -203,10 +203,23 @@ TEST(Effects, SurfacesOfPairsCallForTheirEffects) {
   for (const auto& [effect, key] : pairs) {
     const Scene scene =
         make(smooth_ball("pairs:\n  - {between: [ground, ball/body], " + key + ": 0.5}"));
+    // Without sliding friction these do nothing.
+    if (effect == Effect::kTorsionalFriction || effect == Effect::kRollingFriction) {
+      EXPECT_FALSE(called_for(scene.model, collision::Collider(scene.model)).has(effect)) << key;
+      continue;
+    }
     const EffectSet called = called_for(scene.model, collision::Collider(scene.model));
     EXPECT_FALSE(nothing.has(effect)) << key;
     EXPECT_TRUE(called.has(effect)) << key;
     EXPECT_EQ(called.without({effect}), nothing) << key;
+  }
+  for (const auto& [effect, key] : pairs) {
+    if (effect == Effect::kFriction) continue;
+    const Scene scene = make(
+        smooth_ball("pairs:\n  - {between: [ground, ball/body], friction: 0.5, " + key + ": 0.5}"));
+    const EffectSet called = called_for(scene.model, collision::Collider(scene.model));
+    EXPECT_TRUE(called.has(effect)) << key;
+    EXPECT_EQ(called.without({effect, Effect::kFriction}), nothing) << key;
   }
 }
 

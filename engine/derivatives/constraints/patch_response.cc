@@ -46,7 +46,7 @@ class PatchSlopes {
     }
     return out;
   }
-  double place_step() const { return kStep * std::min(1e-3 * size_, moving_.patch.resting_reach); }
+  double place_step() const { return kStep * moving_.patch.reach; }
   double speed_step() const { return kStep * speed_; }
 
  private:

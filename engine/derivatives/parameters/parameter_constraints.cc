@@ -171,6 +171,10 @@ bool ParameterConstraints::add_contacts(const PreparedParameter& p, const Model&
     if (!find_slip(p, model, options, pair, ws, change.slip_speed)) return false;
     // How friction of a bounce and of what spins goes with anything is left to differences.
     if (contact::leans(pair.law) || pair.spins) return false;
+    // So is how that of a ball that bounces goes with its place in the body: off the centre it leans.
+    if (p.kind() == K::kHeight && pair.law.coulomb &&
+        only(effects, model.pair_material(contact.geometry_a, contact.geometry_b)).restitution > 0.0)
+      return false;
     const Source source{only(effects, model.pair_material(contact.geometry_a, contact.geometry_b)),
                         weights.contact[pair.body_a] + weights.contact[pair.body_b], contact.gap};
     add_contact(model, options, effects, pair, source, change, place, ws, du);

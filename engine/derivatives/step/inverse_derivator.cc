@@ -127,14 +127,23 @@ bool InverseDerivator::add_patch(const InverseArguments& of, size_t contact,
                                  const PairBodies& bodies, Workspace::Impl& ws,
                                  PairResponse& out) {
   const ConstraintSet& set = ws.constraints;
+  const auto same_pair = [&](size_t i) {
+    const collision::Candidate &a = set.contacts[i], &b = set.contacts[contact];
+    return a.geometry_a == b.geometry_a && a.geometry_b == b.geometry_b;
+  };
   size_t first = contact;
-  while (first > 0 && end_of_pair(set, first - 1) > contact) --first;
-  const size_t last = end_of_pair(set, contact);
-  const StepContext at{of.model, of.options, of.effects, of.q, of.v};
-  if (!find_patch(at, ws.data, set, first, last, patch_.patch)) return false;
-  for (size_t i = first; i < last; ++i)
-    if (!find_motion(of.model, of.h(), i, ws, patch_.motions[i - first])) return false;
-  add_patch_response(patch_, static_cast<int>(contact - first), set.pairs[contact], bodies, out);
+  while (first > 0 && same_pair(first - 1)) --first;
+  const ContactPatch& patch = patch_.patch;
+  find_patch(of.context(), ws.data, set, ws.finder.radii(), first, patch_.patch);
+  int index = -1;
+  for (int k = 0; k < patch.size; ++k) {
+    const size_t i = patch.contact[k];
+    if (i == contact) index = k;
+    if (!set.pairs[i].spins || !find_motion(of.model, of.h(), i, ws, patch_.motions[k]))
+      return false;
+  }
+  if (index < 0) return false;
+  add_patch_response(patch_, index, set.pairs[contact], bodies, out);
   return true;
 }
 

@@ -3,6 +3,7 @@
 // goes by what moves on bodies that touch them, and on bodies that touch those.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 
@@ -45,7 +46,8 @@ std::vector<contact::Law> laws_between_first_two(const std::string& text) {
   finder.find({scene.model, scene.options, effects, scene.q, scene.v}, data, found, counts);
   std::vector<contact::Law> laws;
   for (size_t i = 0; i < found.contacts.size(); ++i)
-    if (found.pairs[i].body_a == 1 && found.pairs[i].body_b == 2) laws.push_back(found.pairs[i].law);
+    if (found.pairs[i].body_a == 1 && found.pairs[i].body_b == 2)
+      laws.push_back(found.pairs[i].law);
   return laws;
 }
 
@@ -54,20 +56,19 @@ bool same_bits(const Number& a, const Number& b) {
   return std::memcmp(&a, &b, sizeof(Number)) == 0;
 }
 
-void expect_equal(const std::vector<contact::Law>& a, const std::vector<contact::Law>& b,
+bool is_same(const contact::Law& a, const contact::Law& b, bool slip) {
+  return a.type == b.type && a.rows == b.rows && a.coulomb == b.coulomb &&
+         same_bits(a.regularizer, b.regularizer) && same_bits(a.smoothing, b.smoothing) &&
+         (!slip || same_bits(a.slip_speed, b.slip_speed)) && same_bits(a.bound, b.bound) &&
+         same_bits(a.friction, b.friction) && same_bits(a.lean, b.lean) && same_bits(a.bias, b.bias);
+}
+
+/// All of a are among b: beside a fast body contacts are looked for farther off.
+void expect_among(const std::vector<contact::Law>& a, const std::vector<contact::Law>& b,
                   bool slip) {
-  ASSERT_EQ(a.size(), b.size());
-  for (size_t i = 0; i < a.size(); ++i) {
-    EXPECT_EQ(a[i].type, b[i].type);
-    EXPECT_EQ(a[i].rows, b[i].rows);
-    EXPECT_EQ(a[i].coulomb, b[i].coulomb);
-    EXPECT_TRUE(same_bits(a[i].regularizer, b[i].regularizer));
-    EXPECT_TRUE(same_bits(a[i].smoothing, b[i].smoothing));
-    EXPECT_TRUE(!slip || same_bits(a[i].slip_speed, b[i].slip_speed));
-    EXPECT_TRUE(same_bits(a[i].bound, b[i].bound));
-    EXPECT_TRUE(same_bits(a[i].friction, b[i].friction));
-    EXPECT_TRUE(same_bits(a[i].bias, b[i].bias));
-  }
+  for (const contact::Law& law : a)
+    EXPECT_TRUE(std::any_of(b.begin(), b.end(),
+                            [&](const contact::Law& other) { return is_same(law, other, slip); }));
 }
 
 TEST(LocalLaws, WhatDoesNotTouchTheTwoBodiesChangesNoLaw) {
@@ -87,7 +88,7 @@ TEST(LocalLaws, WhatDoesNotTouchTheTwoBodiesChangesNoLaw) {
                 << ", friction: 0.5, position: [" << place << "], velocity: {linear: ["
                 << random.uniform(-20.0, 20.0) << ", 0, 0], angular: [0, 0, 9]}}\n";
           SCOPED_TRACE(other.str());
-          expect_equal(laws, laws_between_first_two(other.str()), apart);
+          expect_among(laws, laws_between_first_two(other.str()), apart);
         }
       }
     }

