@@ -1,4 +1,4 @@
-#include "counterpoint/engine/constraints/contact_patch.h"
+#include "counterpoint/engine/constraints/friction/contact_patch.h"
 
 #include <algorithm>
 #include <array>
