@@ -149,7 +149,7 @@ struct ContactOptions {
   /// what applied forces may add to the velocities of (q, w), which say nothing of them.
   double reach_acceleration = 500.0;
   /// [s]: exact Coulomb friction of bodies whose fastest contact slides at s [m/s] reaches its
-  /// bound at a slip of s h / slip_time more (engine/constraints/friction/friction_slip.h); infinite: no more.
+  /// bound at a slip of s h / slip_time more (engine/constraints/friction_slip.h); infinite: no more.
   double slip_time = 2.0;
 
   bool operator==(const ContactOptions&) const = default;

@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "counterpoint/engine/constraints/contact_law.h"
-#include "counterpoint/engine/constraints/inverse_weights.h"
+#include "counterpoint/engine/dynamics/inverse_weights.h"
 #include "counterpoint/engine/dynamics.h"
 #include "counterpoint/engine/dynamics/energy.h"
 #include "counterpoint/engine/dynamics/kinematics.h"

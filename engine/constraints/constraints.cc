@@ -6,7 +6,7 @@
 #include "counterpoint/collision/collider.h"
 #include "counterpoint/engine/constraints/closures.h"
 #include "counterpoint/engine/constraints/contact_law.h"
-#include "counterpoint/engine/constraints/friction/contact_patch.h"
+#include "counterpoint/engine/constraints/contact_patch.h"
 #include "counterpoint/engine/constraints/joint_limits.h"
 #include "counterpoint/engine/constraints/parked_contacts.h"
 #include "counterpoint/engine/constraints/velocity_limits.h"

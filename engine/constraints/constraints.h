@@ -11,8 +11,8 @@
 #include "counterpoint/contact/disjoint_sets.h"
 #include "counterpoint/contact/problem.h"
 #include "counterpoint/engine/constraints/bounce.h"
-#include "counterpoint/engine/constraints/friction/friction_slip.h"
-#include "counterpoint/engine/constraints/inverse_weights.h"
+#include "counterpoint/engine/constraints/friction_slip.h"
+#include "counterpoint/engine/dynamics/inverse_weights.h"
 #include "counterpoint/engine/dynamics/data.h"
 #include "counterpoint/engine/step_context.h"
 

@@ -10,7 +10,7 @@ namespace {
 
 /// Steps of the differences: shares of the gap that takes a contact out of the patch, and of the
 /// speed at which the motion is one of rest or of sliding and spinning.
-constexpr double kStep = 3e-4, kRest = 1e-4;
+constexpr double kStep = 3e-4;
 
 /// Strength and rub of a contact, four numbers.
 using Figures = Eigen::Vector4d;
@@ -31,7 +31,7 @@ class PatchSlopes {
     for (int k = 0; k < patch.size; ++k)
       size_ = std::max(size_, (patch.place[k] - place).norm());
     const Vector3 across = patch.motion.at(place);
-    speed_ = std::max(kRest, std::max(across.norm(), size_ * patch.motion.angular.norm()));
+    speed_ = std::max(patch.at_rest, std::max(across.norm(), size_ * patch.motion.angular.norm()));
   }
 
   /// By the six motions of `direction`, whose kind `make` gives.

@@ -5,7 +5,7 @@
 
 #include <array>
 
-#include "counterpoint/engine/constraints/friction/contact_patch.h"
+#include "counterpoint/engine/constraints/contact_patch.h"
 #include "counterpoint/engine/derivatives/constraints/contact_motion.h"
 #include "counterpoint/engine/derivatives/constraints/pair_response.h"
 

@@ -1,5 +1,5 @@
 // Faces and lines that spin are braked as an even pressure brakes them, and roll on their middles.
-#include "counterpoint/engine/constraints/friction/contact_patch.h"
+#include "counterpoint/engine/constraints/contact_patch.h"
 
 #include <gtest/gtest.h>
 

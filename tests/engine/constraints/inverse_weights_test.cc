@@ -1,6 +1,6 @@
 // The constant inverse masses that scale regularizers, against bodies whose inverse inertia is
 // known.
-#include "counterpoint/engine/constraints/inverse_weights.h"
+#include "counterpoint/engine/dynamics/inverse_weights.h"
 
 #include <gtest/gtest.h>
 

@@ -190,21 +190,22 @@ TEST_P(InvertedIntegrator, WithContactAreThoseOfTheForwardStep) {
 /// default.
 Scene bouncing(ShapeType a, ShapeType b, bool hard, int seed) {
   test::Random random(70 + seed);
-  Scene scene = two_shapes(a, b, surface(seed % 3 == 0 ? 0.0 : 0.4, 0.6, 0.0, 0.0), random, false);
+  Scene scene = two_shapes(a, b, surface(0.0, 0.6, 0.0, 0.0), random, false);
   if (hard) scene.options.contact = ContactOptions();
   scene.options.time_step = 2e-3;
   Workspace ws(scene.model);
   Inverse out;
   // Towards what is nearest, at 2 m/s: 0.3 mm in 0.15 ms.
   step_inverse(scene.model, scene.options, scene.q, scene.v, scene.v, ws, out);
-  scene.v *= 0.1;
+  scene.v.setZero();
   const collision::Candidate& contact = out.contacts.front().contact;
   const int first = scene.model.geometries()[static_cast<size_t>(contact.geometry_a)].body;
   scene.v.head<3>() = (first == 1 ? 2.0 : -2.0) * contact.normal;
   return scene;
 }
 
-/// An impact falls into the step: poses know when (bounce.h). Balls, whose friction has a closed form.
+/// An impact falls into the step: poses know when (bounce.h). Without friction
+/// and spins, whose impulses have no closed form (derivatives.md).
 TEST(ForwardDerivatives, AcrossABounceAreThoseOfTheForwardStep) {
   const std::pair<ShapeType, ShapeType> pairs[] = {
       {kPlane, kSphere}, {kSphere, kSphere}};

@@ -1,4 +1,4 @@
-#include "counterpoint/engine/constraints/friction/contact_patch.h"
+#include "counterpoint/engine/constraints/contact_patch.h"
 
 #include <algorithm>
 #include <array>
@@ -13,7 +13,7 @@ namespace {
 
 using Vector2 = Eigen::Vector2d;
 
-/// Slower [m/s] than this, sliding and spinning are one: rest.
+/// What is at rest, as a share of max_recovery_speed.
 constexpr double kAtRest = 1e-4;
 /// Below this s there is no spin.
 constexpr double kNoSpin = 1e-6;
@@ -51,11 +51,11 @@ bool is_round_face(const Model& model, const Data& data, const collision::Candid
 double spin_share(const ContactPatch& patch, const Vector3& middle, double radius) {
   const Vector3& n = patch.normal;
   const double rim = n.dot(patch.motion.angular) * radius;
-  if (!(rim * rim > kNoSpin * kAtRest * kAtRest)) return 0.0;
   Vector3 v = patch.motion.at(middle);
   v -= n.dot(v) * n;
-  const double s = std::max(0.0, rim * rim / (v.squaredNorm() + kAtRest * kAtRest) - kNoSpin);
-  return s / (1.0 + s);
+  const double slides = v.squaredNorm() + patch.at_rest * patch.at_rest;
+  const double spins = rim * rim - kNoSpin * slides;
+  return spins > 0.0 ? spins / (spins + slides) : 0.0;
 }
 
 }  // namespace
@@ -71,6 +71,7 @@ size_t find_patch(const StepContext& at, const Data& data, const ConstraintSet& 
     if (body != 0) size = std::min(size, 2.0 * radii[static_cast<size_t>(body)]);
   // The same however far contacts are looked for (ContactOptions::reach_acceleration).
   out.reach = std::min(kOpen * size, kReach * at.h() * at.h());
+  out.at_rest = kAtRest * at.options.contact.max_recovery_speed;
   bool is_one = true;
   size_t last = first;
   for (; last < set.contacts.size(); ++last) {

@@ -1,4 +1,4 @@
-#include "counterpoint/engine/constraints/friction/friction_slip.h"
+#include "counterpoint/engine/constraints/friction_slip.h"
 
 #include <algorithm>
 #include <span>

@@ -1,4 +1,4 @@
-#include "counterpoint/engine/constraints/inverse_weights.h"
+#include "counterpoint/engine/dynamics/inverse_weights.h"
 
 #include <fmt/format.h>
 

@@ -36,6 +36,7 @@ struct ContactPatch {
   Vector3 normal = Vector3::Zero();
   Motion motion;               ///< of B against A at the start of the step, about the origin, in W
   double reach = 0.0;          ///< contacts open by so much and more are none of it [m]
+  double at_rest = 0.0;        ///< slower [m/s] than this, sliding and spinning are one: rest
   bool round = false;          ///< the end of a cylinder
 };
 
