@@ -44,7 +44,7 @@ double gap_bias(const ContactOptions& options, double h, double gap);
 /// The share lets the four corners of a cube of friction 0.5 carry 1e6 times its weight at the
 /// defaults; softer contacts need the weights. Contacts of what is wedged have these alone: they
 /// would push each other with kept_recovery over compliance for as long as it is.
-inline constexpr double kKeptRecovery = 1.5e-3;
+inline constexpr double kKeptRecovery = 1.8e-3;
 inline constexpr double kKeptWeights = 100.0;
 
 /// The options that the law of a contact or a joint limit (lever 1 m) is made with.
