@@ -41,10 +41,10 @@ double gap_bias(const ContactOptions& options, double h, double gap);
 /// An overlap is recovered by velocities, which bodies keep, up to this share of max_recovery_speed
 /// and by what a constraint gives under this many times the weight that it was made for,
 /// standard gravity on 1 / alpha. What is faster only displaces the bodies (overlap_correction.h).
-/// The share lets the four corners of a cube of friction 0.5 carry 1e6 times its weight at the
+/// The share lets the four corners of a cube of friction 0.5 carry 1.5e6 times its weight at the
 /// defaults; softer contacts need the weights. Contacts of what is wedged have these alone: they
 /// would push each other with kept_recovery over compliance for as long as it is.
-inline constexpr double kKeptRecovery = 1.8e-3;
+inline constexpr double kKeptRecovery = 1.95e-3;
 inline constexpr double kKeptWeights = 100.0;
 
 /// The options that the law of a contact or a joint limit (lever 1 m) is made with.
