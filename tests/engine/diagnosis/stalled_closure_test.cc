@@ -85,8 +85,9 @@ TEST(StalledClosureDetector, ARunGoesOn) {
   const StepReport report = run_for(sim, 5.0);
   EXPECT_TRUE(report.succeeded());
   EXPECT_EQ(report.fault.kind, FaultKind::kStaysOpen);
-  // A few looks, twenty of which there are in closing_time, until it is watched again.
-  EXPECT_NEAR(sim.state().time - first, sim.options().closing_time, 0.2);
+  // The looks, twenty of which there are in closing_time, until it is watched again: up to seven as
+  // it swings.
+  EXPECT_NEAR(sim.state().time - first, sim.options().closing_time, 0.35);
 }
 
 TEST(StalledClosureDetector, ASceneMayLetItBe) {
