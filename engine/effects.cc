@@ -51,6 +51,12 @@ Found geometries_that(const Model& model, Property has) {
   return found;
 }
 
+/// Those with a friction beside the sliding one, which does nothing without that.
+Found rubbing_geometries_that(const Model& model, double Material::* have) {
+  return geometries_that(model,
+                         [=](const Material& m) { return m.*have > 0.0 && m.friction > 0.0; });
+}
+
 /// Bodies whose forces have a part quadratic in velocity.
 Found turning_bodies(const Model& model) {
   Found found;
@@ -135,15 +141,11 @@ Call call_of(Effect effect, const Model& model, const collision::Collider& colli
       return call(geometries_that(model, [](const Material& m) { return m.friction > 0.0; }),
                   "geometries", 2);
     case Effect::kTorsionalFriction:
-      return call(
-          geometries_that(model,
-                          [](const Material& m) { return m.torsional_friction > 0.0 && m.friction > 0.0; }),
-          "geometries with friction", 1);
+      return call(rubbing_geometries_that(model, &Material::torsional_friction),
+                  "geometries with friction", 1);
     case Effect::kRollingFriction:
-      return call(
-          geometries_that(model,
-                          [](const Material& m) { return m.rolling_friction > 0.0 && m.friction > 0.0; }),
-          "geometries with friction", 3);
+      return call(rubbing_geometries_that(model, &Material::rolling_friction),
+                  "geometries with friction", 3);
     case Effect::kRestitution:
       return call(geometries_that(model, [](const Material& m) { return m.restitution > 0.0; }),
                   "geometries");

@@ -170,8 +170,7 @@ bool MixedSystem::factor() {
       column[j] = law.scale[j];
       law.apply(law.A, column, product);
       law.apply(law.B, product, out);
-      for (int i = 0; i < n; ++i) out[i] *= law.scale[i];
-      lean_impulse(*law.law, out);
+      law.unscale(out, out);
       for (int i = 0; i < n; ++i) G[i * n + j] = out[i];
     }
   }
@@ -184,8 +183,7 @@ void MixedSystem::direction(Point& out) {
   for (const WideLaw& law : laws_) {
     double x[kMaxRows];
     law.apply(law.B, error_.data() + law.row, x);
-    for (int r = 0; r < law.rows; ++r) rhs_[law.row + r] = law.scale[r] * x[r];
-    lean_impulse(*law.law, rhs_.data() + law.row);
+    law.unscale(x, rhs_.data() + law.row);
   }
   out.w = dual_;
   system_->add_impulse(rhs_.data(), out.w.data());

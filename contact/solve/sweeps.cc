@@ -75,10 +75,7 @@ void Sweeps::start(MixedSystem::Point& point) {
   }
   if (!possible_) return;
   f_.resize(system_->num_rows());
-  for (const WideLaw& law : laws_) {
-    for (int r = 0; r < law.rows; ++r) f_[law.row + r] = law.scale[r] * point.phi[law.row + r];
-    lean_impulse(*law.law, f_.data() + law.row);
-  }
+  for (const WideLaw& law : laws_) law.unscale(point.phi.data() + law.row, f_.data() + law.row);
   responses_.velocity(f_.data(), point.w.data());
 }
 

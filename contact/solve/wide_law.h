@@ -28,6 +28,11 @@ struct WideLaw {
   /// The same, but A and t may stay what they were.
   void impulse(double center, double* x);
   void apply(const Operator& op, const double* x, double* out) const;
+  /// The impulse f [N s] of scaled impulses phi, linearly; both `rows` numbers, and may be the same.
+  void unscale(const double* phi, double* f) const {
+    for (int r = 0; r < rows; ++r) f[r] = scale[r] * phi[r];
+    lean_impulse(*law, f);
+  }
   /// inv(1 - (sigma - rho) A).
   Operator widening() const;
 

@@ -11,7 +11,7 @@
 namespace counterpoint {
 namespace {
 
-/// What the way to the gap takes of the energy after a bounce, as a share of it: u as in bounce.h.
+/// The share of the energy after a bounce that the way to the gap takes: u as in bounce.h.
 /// Above this share a bounce at the start cannot have the right energy.
 constexpr double kMostOfWay = 0.5;
 double share_of_way(double e, double d, double u, double a) {
@@ -31,7 +31,7 @@ Bounce bounce_at_start(double h, double e, double d, double u, double a) {
   Bounce out;
   out.happens = true;
   out.speed = parts + 0.5 * h * a;
-  // Of parts^2 / 2 by the gap, u, a and e.
+  // Derivatives of parts^2 / 2 by the gap, u, a and e.
   const double by_x = 0.5 * e * e * u * u * slope, by_way = -2.0 * (1.0 - e * e) / (e * e * u * u);
   out.by_gap = by_x * by_way * a / parts;
   out.by_velocity = (e * e * u * left - 2.0 * by_x * x / u) / parts;
@@ -63,7 +63,7 @@ Bounce bounce_at_impact(double h, double e, double d, double u, double a) {
 
 Bounce find_bounce(Integrator integrator, bool alone, double h, double restitution, double gap,
                    double velocity, double fall) {  // Parameters: what it depends on, one by one
-  // By the acceleration, what u is from there.
+  // The derivative of u by the acceleration.
   const bool euler = integrator == Integrator::kSemiImplicitEuler;
   const double by_fall = euler ? 0.5 * h : 0.0, u = velocity + by_fall * fall;
   if (!(velocity < 0.0 && u < 0.0 && restitution > 0.0)) return {};

@@ -13,7 +13,7 @@ namespace {
 
 using Vector2 = Eigen::Vector2d;
 
-/// What is at rest, as a share of max_recovery_speed.
+/// The speed that counts as rest, as a share of max_recovery_speed.
 constexpr double kAtRest = 1e-4;
 /// Below this s there is no spin.
 constexpr double kNoSpin = 1e-6;
@@ -86,14 +86,17 @@ size_t find_patch(const StepContext& at, const Data& data, const ConstraintSet& 
     out.place[out.size] = pair.position;
     out.gap[out.size++] = c.gap;
   }
-  if (!is_one || out.size < 2) out.size = 0;
+  if (!is_one || out.size < 2) {
+    out.size = 0;
+    return last;
+  }
   const auto of_body = [&](int body) {
     if (body == 0) return Motion{};
     const Motion& V = data.V[body];
     return Motion{V.angular, V.at(-data.X_WB[body].translation)};
   };
   out.motion = of_body(one.body_b) - of_body(one.body_a);
-  out.round = out.size > 0 && is_round_face(at.model, data, pair_of, out);
+  out.round = is_round_face(at.model, data, pair_of, out);
   return last;
 }
 
@@ -116,7 +119,7 @@ bool find_friction(const ContactPatch& patch, PatchFriction& out) {
       frame_from_normal(patch.normal).leftCols<2>().transpose();
   Eigen::Matrix2d moments = Eigen::Matrix2d::Zero();
   double radius = 0.0;
-  // What fades goes to the middle, where it is nothing to the face.
+  // A contact that fades moves to the middle, where it adds nothing to the face.
   std::array<Vector2, ContactPatch::kMost> corners;
   for (int k = 0; k < patch.size; ++k) {
     const Vector2 place = plane * (patch.place[k] - middle);
@@ -142,7 +145,7 @@ bool find_friction(const ContactPatch& patch, PatchFriction& out) {
 }
 
 double mean_distance(std::span<const Eigen::Vector2d> corners, bool round) {
-  // Of the triangle from the origin to an edge two thirds of the edge's mean distance, which
+  // The mean distance within the triangle of the origin and an edge is two thirds of the edge's, which
   // Simpson's rule on four parts gives to 1e-4.
   std::array<Vector2, ContactPatch::kMost> p;
   const size_t count = corners.size();

@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "counterpoint/engine/constraints/contact_law.h"
-#include "counterpoint/engine/dynamics/kinematics.h"
+#include "counterpoint/engine/estimate/contact_effects.h"
 #include "counterpoint/engine/simulator.h"
 #include "counterpoint/engine/step.h"
 #include "support/small_scenes.h"
@@ -33,16 +33,12 @@ size_t contacts_at(double height, double v_z, double acceleration) {
   scene.v[2] = v_z;
   Data data(scene.model);
   ConstraintFinder finder(scene.model, compute_inverse_weights(scene.model, data));
-  compute_poses(scene.model, scene.q, data);
-  compute_velocities(scene.model, scene.v, data);
   ConstraintSet found;
-  EffectCounts counts;
   const EffectSet effects =
       active_effects(called_for(scene.model, finder.collider()), scene.options.effects);
-  const StepContext at{scene.model, scene.options, effects, scene.q, scene.v};
-  finder.find(at, data, found, counts);
+  estimation::find_all_constraints({scene.model, scene.options, effects, scene.q, scene.v}, finder,
+                                   data, found);
   EXPECT_EQ(found.contacts.size(), found.pairs.size());
-  finder.unpark_all(at, data, found);
   return found.contacts.size();
 }
 

@@ -8,7 +8,7 @@
 #include <cstring>
 
 #include "counterpoint/engine/constraints/constraints.h"
-#include "counterpoint/engine/dynamics/kinematics.h"
+#include "counterpoint/engine/estimate/contact_effects.h"
 #include "counterpoint/engine/simulator.h"
 #include "counterpoint/engine/step.h"
 #include "support/random_model.h"
@@ -37,13 +37,11 @@ std::vector<contact::Law> laws_between_first_two(const std::string& text) {
   const Scene scene = load_scene(folder.write("scene.yaml", text));
   Data data(scene.model);
   ConstraintFinder finder(scene.model, compute_inverse_weights(scene.model, data));
-  compute_poses(scene.model, scene.q, data);
-  compute_velocities(scene.model, scene.v, data);
   ConstraintSet found;
-  EffectCounts counts;
   const EffectSet effects =
       active_effects(called_for(scene.model, finder.collider()), scene.options.effects);
-  finder.find({scene.model, scene.options, effects, scene.q, scene.v}, data, found, counts);
+  estimation::find_all_constraints({scene.model, scene.options, effects, scene.q, scene.v}, finder,
+                                   data, found);
   std::vector<contact::Law> laws;
   for (size_t i = 0; i < found.contacts.size(); ++i)
     if (found.pairs[i].body_a == 1 && found.pairs[i].body_b == 2)
