@@ -105,7 +105,7 @@ enum class StepParameterKind {
   kRestitution,        ///< of geometries [-]
   kTorsionalFriction,  ///< of geometries [m]
   kRollingFriction,    ///< of geometries [m]
-  kHeight,             ///< of geometries: along their own z axis, against their bodies [m]
+  kHeight,             ///< of geometries: along `directions`, against their bodies [m]
   kDamping,            ///< of coordinates of v [N s/m, N m s]
   kDryFriction,        ///< of coordinates of v [N, N m]
   kArmature,           ///< of coordinates of v [kg, kg m^2]
@@ -121,6 +121,14 @@ struct StepParameter {
   StepParameterKind kind = StepParameterKind::kInertia;
   std::vector<int> targets;                 ///< bodies, geometries, coordinates, or none
   std::vector<InertialParameters> changes;  ///< kInertia: of each target, a unit of the parameter
+  /// kHeight: of each target the direction of its shift, of unit length, in the geometry's axes;
+  /// none: its z axis.
+  std::vector<Vector3> directions = {};
+
+  /// kHeight: the direction of target `index`.
+  Vector3 direction(std::size_t index) const {
+    return directions.empty() ? Vector3(Vector3::UnitZ()) : directions[index];
+  }
 };
 
 /// The mass of a body, its centre and its radii of gyration held [kg].

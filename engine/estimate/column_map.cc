@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <set>
 
 #include "counterpoint/engine/estimate/recording.h"
@@ -27,7 +28,8 @@ class MapReader {
     if (root.IsMap() && root["after"]) return read_impacts(root);
     check_keys(root,
                {"columns", "free", "rate", "time", "substeps", "velocities", "average", "pieces",
-                "angular_velocity", "linear_velocity", "names", "topic", "rows", "after", "skip"});
+                "angular_velocity", "linear_velocity", "names", "topic", "rows", "after", "skip",
+                "contact_forces", "deviations"});
     if (root["skip"]) fail(root["skip"], "skip: is of impacts; expected 'after' beside it");
     ColumnMap map;
     read_time(root, map);
@@ -48,6 +50,8 @@ class MapReader {
         "backward_difference";
     map.entries = entries(root, "columns");
     if (const YAML::Node node = root["free"]) map.free_body = free_body(node, map);
+    if (const YAML::Node node = root["contact_forces"]) read_contact_forces(node, map);
+    read_deviations(root["deviations"], map);
     return map;
   }
 
@@ -223,6 +227,69 @@ class MapReader {
     }
     fail(key, fmt::format("'{}' is no coordinate of this scene; there are: {}", name,
                           fmt::join(names_.q, ", ")));
+  }
+
+  /// NAME: {links: [LINK, ...], x: COLUMN, y: COLUMN, z: COLUMN}.
+  void read_contact_forces(const YAML::Node& node, ColumnMap& map) const {
+    if (!node.IsMap()) fail(node, "contact_forces: expected a map from names to links and columns");
+    refuse_repeated_keys(node);
+    for (const auto& pair : node) {
+      ColumnMap::ContactForce& force = map.contact_forces.emplace_back();
+      force.name = scalar(pair.first, "contact_forces");
+      const YAML::Node value = pair.second;
+      check_keys(value, {"links", "x", "y", "z"});
+      if (!value["links"] || !value["links"].IsSequence() || value["links"].size() == 0)
+        fail(value, force.name + ": expected 'links', a list of the links that the force acts on");
+      for (const auto& link : value["links"]) force.bodies.push_back(body_of(link));
+      for (const char* axis : {"x", "y", "z"})
+        force.components.push_back(value[axis] ? source(value[axis], force.name)
+                                               : ColumnSource{});
+    }
+  }
+
+  int body_of(const YAML::Node& node) const {
+    const std::string link = scalar(node, "links");
+    const int frame = model_.find_frame(link);
+    if (frame < 0) {
+      std::vector<std::string> links;
+      for (const Frame& one : model_.frames()) links.push_back(one.name);
+      fail(node, fmt::format("'{}' is no link of this scene; there are: {}", link,
+                             fmt::join(links, ", ")));
+    }
+    return model_.frames()[static_cast<std::size_t>(frame)].body;
+  }
+
+  /// Position or force: standard deviation. Of an orientation any component stands for its three
+  /// angles.
+  void read_deviations(const YAML::Node& node, ColumnMap& map) const {
+    using Kind = ColumnMap::Entry::Kind;
+    constexpr double kUnknown = std::numeric_limits<double>::infinity();
+    map.position_deviation = VectorX::Constant(model_.nv(), kUnknown);
+    map.force_deviation = map.position_deviation;
+    if (!node) return;
+    if (!node.IsMap()) fail(node, "deviations: expected a map from columns to standard deviations");
+    refuse_repeated_keys(node);
+    for (const auto& pair : node) {
+      const ColumnMap::Entry named = entry(pair.first, pair.second);
+      const double deviation = positive(pair.second, named.name);
+      if (named.kind == Kind::kVelocity)
+        fail(pair.first, fmt::format("deviations: '{}' is a velocity; positions and applied forces "
+                                     "have deviations", named.name));
+      if (named.kind == Kind::kForce) {
+        map.force_deviation[named.index] = deviation;
+        continue;
+      }
+      for (int b = 1; b < model_.num_bodies(); ++b) {
+        const Body& body = model_.body(b);
+        const int k = named.index - body.q_index, nv = joint_nv(body.joint_type);
+        if (k < 0 || k >= joint_nq(body.joint_type)) continue;
+        const int linear = joint_num_linear(body.joint_type);
+        if (joint_nq(body.joint_type) == nv || k < linear)
+          map.position_deviation[body.v_index + k] = deviation;
+        else
+          map.position_deviation.segment(body.v_index + linear, nv - linear).setConstant(deviation);
+      }
+    }
   }
 
   int free_body(const YAML::Node& node, const ColumnMap& map) const {

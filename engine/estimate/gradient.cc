@@ -22,7 +22,7 @@ bool any_floating(const Model& model) {
 
 /// As a step knows it, or none. `value` is the parameter's in `model`.
 std::optional<StepParameter> step_parameter(const Parameter& p, double value, const Model& model) {
-  const auto all = [&](S kind) { return StepParameter{kind, p.targets, {}}; };
+  const auto all = [&](S kind) { return StepParameter{kind, p.targets, {}, {}}; };
   switch (p.kind) {
     case K::kFriction:
       return all(S::kFriction);

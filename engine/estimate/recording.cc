@@ -135,6 +135,8 @@ Recording read_rows(const Table& table, const ColumnMap& map, const Model& model
   recording.q = start_q.replicate(1, rows);
   recording.v = start_v.replicate(1, rows);
   recording.applied_force = MatrixX::Zero(model.nv(), rows);
+  recording.contact_force = MatrixX::Constant(3 * static_cast<Eigen::Index>(map.contact_forces.size()),
+                                              rows, std::numeric_limits<double>::quiet_NaN());
   for (int row = 0; row < rows; ++row) {
     recording.time.push_back(recorded_time(table, map, row));
     if (row > 0 && !(recording.time[row] > recording.time[row - 1])) {
@@ -147,6 +149,12 @@ Recording read_rows(const Table& table, const ColumnMap& map, const Model& model
                                                        : recording.applied_force;
       block(entry.index, row) = evaluate(entry.source, table, row);
     }
+    for (std::size_t k = 0; k < map.contact_forces.size(); ++k)
+      for (std::size_t axis = 0; axis < 3; ++axis)
+        if (const ColumnSource& source = map.contact_forces[k].components[axis];
+            !source.column.empty())
+          recording.contact_force(static_cast<Eigen::Index>(3 * k + axis), row) =
+              evaluate(source, table, row);
     normalize_quaternions(model, kQuaternionTolerance, table.where(row), recording.q.col(row));
     turn_velocities(model, map, recording.q.col(row), recording.v.col(row));
   }
@@ -188,6 +196,7 @@ Recording part(const Recording& whole, int first, int rows) {
   out.q = whole.q.middleCols(first, rows);
   out.v = whole.v.middleCols(first, rows);
   out.applied_force = whole.applied_force.middleCols(first, rows);
+  out.contact_force = whole.contact_force.middleCols(first, rows);
   return out;
 }
 
@@ -203,6 +212,7 @@ Recording averaged(const Recording& recording, int count, const Model& model) {
     out.q.col(row) = recording.q.middleCols(row, count).rowwise().mean();
     out.v.col(row) = recording.v.middleCols(row, count).rowwise().mean();
     out.applied_force.col(row) = recording.applied_force.middleCols(row, count).rowwise().mean();
+    out.contact_force.col(row) = recording.contact_force.middleCols(row, count).rowwise().mean();
     normalize_quaternions(model, kAverageTolerance,
                           fmt::format("{}: mean over {} rows", recording.file, count),
                           out.q.col(row));

@@ -52,6 +52,16 @@ struct ColumnMap {
   bool world_angular = false;
   bool body_linear =
       false;        ///< recorded linear velocities of floating links are in the axes of the body
+  /// A recorded force that contacts exert on some links together, in W.
+  struct ContactForce {
+    std::string name;
+    std::vector<int> bodies;
+    std::vector<ColumnSource> components;  ///< x, y, z; without a column where it is not recorded
+  };
+  std::vector<ContactForce> contact_forces;
+  /// Standard deviations that are given, by coordinate: of positions (nv) [m, rad], of applied
+  /// forces (nv) [N, N m]; infinity where none is given.
+  VectorX position_deviation, force_deviation;
   int average = 1;  ///< rows, centred and odd, of which a value is the mean
   int pieces = 1;   ///< as many recordings of equal length one file gives
 };
@@ -66,6 +76,7 @@ struct Recording {
   std::vector<double> time;  ///< [s]
   MatrixX q, v;              ///< coordinates the map does not name are the scene's start
   MatrixX applied_force;     ///< zero where the map names none
+  MatrixX contact_force;     ///< 3 ColumnMap::contact_forces [N]; NaN where the map names no column
   int num_rows() const { return static_cast<int>(time.size()); }
 };
 

@@ -8,14 +8,14 @@ namespace {
 
 constexpr int kSize = 5;
 
-/// Fills a pattern from J'J of random rows that each see three neighbours, and returns it dense.
+/// Fills a pattern from J'J of random rows that each see `width` + 1 neighbours, and returns it dense.
 MatrixX fill(BlockCholesky& system, bool periodic) {
-  const int n = system.num_blocks();
+  const int n = system.num_blocks(), last = system.width() - 1;
   MatrixX dense = MatrixX::Zero(n * kSize, n * kSize);
   std::srand(1);  // Eigen's Random
-  for (int t = periodic ? 0 : 1; t < (periodic ? n : n - 1); ++t) {
+  for (int t = periodic ? 0 : 1; t < (periodic ? n : n - last); ++t) {
     MatrixX J = MatrixX::Zero(4, n * kSize);
-    for (int k = -1; k <= 1; ++k)
+    for (int k = -1; k <= last; ++k)
       J.middleCols((t + k + n) % n * kSize, kSize) = MatrixX::Random(4, kSize);
     dense += J.transpose() * J;
   }
@@ -31,9 +31,9 @@ MatrixX fill(BlockCholesky& system, bool periodic) {
   return dense;
 }
 
-void compare(int n, bool periodic) {
+void compare(int n, bool periodic, int width = 2) {
   ThreadPool one(1), two(2);
-  BlockCholesky system(n, kSize, periodic);
+  BlockCholesky system(n, kSize, periodic, width);
   MatrixX dense = fill(system, periodic);
   const MatrixX shift = MatrixX::Ones(kSize, n), b = MatrixX::Random(kSize, n);
   dense.diagonal().array() += 0.5;
@@ -55,6 +55,13 @@ TEST(BlockCholesky, SolvesWhatTheDenseFactorizationDoes) {
 
 TEST(BlockCholesky, SolvesPeriodicSystems) {
   for (const int n : {4, 5, 6, 7, 9, 40}) compare(n, true);
+}
+
+TEST(BlockCholesky, SolvesWiderBands) {
+  for (const int width : {1, 3, 4}) {
+    for (const int n : {1, 3, 5, 8, 9, 40}) compare(n, false, width);
+    for (const int n : {8, 9, 10, 13, 40}) compare(n, true, width);
+  }
 }
 
 TEST(BlockCholesky, SaysWhatIsNotPositiveDefinite) {

@@ -113,15 +113,15 @@ bool ParameterConstraints::find_place(const PreparedParameter& p, const Model& m
   const collision::BodyMotions motions{data.V, weights.contact, h};
   if (!motions_.find(model, data, ws.finder.collider(), motions, contact, share_b - 0.5, motion))
     return false;
-  const auto up = [&](const Geometry& g) -> Vector3 {
-    return data.X_WB[g.body].rotation * g.X_BG.rotation.col(2);
+  const auto up = [&](const Geometry& g, int geometry) -> Vector3 {
+    return data.X_WB[g.body].rotation * (g.X_BG.rotation * p.direction(geometry));
   };
   Vector6 relative = Vector6::Zero();
   if (of_a) {
-    out.place += up(a);
-    relative.tail<3>() -= up(a);
+    out.place += up(a, contact.geometry_a);
+    relative.tail<3>() -= up(a, contact.geometry_a);
   }
-  if (of_b) relative.tail<3>() += up(b);
+  if (of_b) relative.tail<3>() += up(b, contact.geometry_b);
   out.place += motion.point * relative;
   const Vector3 turned = motion.normal * relative;
   out.turn = contact.normal.cross(turned);

@@ -27,7 +27,7 @@ void change_target(const StepParameter& parameter, size_t i, double by, const Mo
   const Geometry& g = model.geometries()[static_cast<size_t>(target)];
   if (parameter.kind == K::kHeight) {
     Pose pose = g.X_BG;
-    pose.translation += by * pose.rotation.col(2);
+    pose.translation += by * (pose.rotation * parameter.direction(i));
     return editor.set_pose(target, pose);
   }
   Material m = g.material;

@@ -36,6 +36,12 @@ struct PreparedParameter {
     const auto& t = parameter.targets;
     return std::find(t.begin(), t.end(), target) != t.end();
   }
+  /// kHeight: the direction in which it shifts a geometry that it has, in the geometry's axes.
+  Vector3 direction(int geometry) const {
+    const auto& t = parameter.targets;
+    const auto at = std::find(t.begin(), t.end(), geometry) - t.begin();
+    return parameter.direction(static_cast<std::size_t>(at));
+  }
 };
 
 inline bool changes_mass_matrix(StepParameterKind kind) {

@@ -1,13 +1,17 @@
 #include "counterpoint/engine/optimize/newton/block_cholesky.h"
 
 #include <algorithm>
+#include <numeric>
 #include <utility>
 
 namespace counterpoint::optimization {
 namespace {
 
-constexpr int kBand = 3;  ///< blocks of a row, its own included
-constexpr int kSeam = 3;  ///< pairs of blocks that see each other around the seam
+std::vector<int> consecutive(int first, int count) {
+  std::vector<int> out(static_cast<std::size_t>(count));
+  std::iota(out.begin(), out.end(), first);
+  return out;
+}
 
 bool factor_in_place(Eigen::Ref<MatrixX> A) {
   return Eigen::LLT<Eigen::Ref<MatrixX>, Eigen::Lower>(A).info() == Eigen::Success;
@@ -15,27 +19,30 @@ bool factor_in_place(Eigen::Ref<MatrixX> A) {
 
 }  // namespace
 
-BlockCholesky::BlockCholesky(int num_blocks, int block_size, bool bordered)
+BlockCholesky::BlockCholesky(int num_blocks, int block_size, bool bordered, int width)
     : num_blocks_(num_blocks),
       block_size_(block_size),
       bordered_(bordered),
-      blocks_(size(kBand * num_blocks + kSeam), MatrixX::Zero(block_size, block_size)),
+      width_(width),
+      // Rows of the band, and the pairs of blocks that see each other around the seam.
+      blocks_(size((width + 1) * num_blocks + width * (width + 1) / 2),
+              MatrixX::Zero(block_size, block_size)),
       separator_of_(size(num_blocks), -1) {
-  // The seam lies between the last two blocks and the first; two more part the rest.
-  const int end = bordered ? std::max(0, num_blocks - 2) : num_blocks;
-  const int middle = std::max(0, (end - 2) / 2);
-  for (int i = middle; i < std::min(middle + 2, end); ++i) separators_.push_back(i);
+  // The seam lies between the last blocks and the first; as many more part the rest.
+  const int end = bordered ? std::max(0, num_blocks - width) : num_blocks;
+  const int middle = std::max(0, (end - width) / 2);
+  for (int i = middle; i < std::min(middle + width, end); ++i) separators_.push_back(i);
   for (int i = end; i < num_blocks; ++i) separators_.push_back(i);
   for (std::size_t s = 0; s < separators_.size(); ++s)
     separator_of_[size(separators_[s])] = static_cast<int>(s);
-  if (end >= 2) {
-    const std::vector<int> parting = {middle, middle + 1}, seam = {end, end + 1};
+  if (end >= width) {
+    const std::vector<int> parting = consecutive(middle, width), seam = consecutive(end, width);
     if (bordered) {
       add_chain(0, middle, 1, parting, seam);
-      add_chain(middle + 2, end, 1, seam, parting);
+      add_chain(middle + width, end, 1, seam, parting);
     } else {
       add_chain(0, middle, 1, parting, {});
-      add_chain(num_blocks - 1, middle + 1, -1, {middle + 1, middle}, {});
+      add_chain(num_blocks - 1, middle + width - 1, -1, {parting.rbegin(), parting.rend()}, {});
     }
   }
   const Eigen::Index rows = block_size * static_cast<Eigen::Index>(separators_.size());
@@ -46,6 +53,7 @@ BlockCholesky::BlockCholesky(int num_blocks, int block_size, bool bordered)
 void BlockCholesky::add_chain(int first, int last, int step, std::vector<int> ends,
                               std::vector<int> seam) {
   Chain& chain = chains_.emplace_back();
+  chain.width = width_;
   for (int i = first; i != last; i += step) chain.blocks.push_back(i);
   chain.seam = std::move(seam);
   chain.panels.assign(chain.blocks.size(),
@@ -56,17 +64,19 @@ void BlockCholesky::add_chain(int first, int last, int step, std::vector<int> en
 }
 
 int BlockCholesky::Chain::at(int slot, int eliminated) const {
-  if (slot >= 2) return seam[BlockCholesky::size(slot - 2)];
-  return blocks[BlockCholesky::size(eliminated + (slot == eliminated % 2 ? 0 : 1))];
+  if (slot >= width) return seam[BlockCholesky::size(slot - width)];
+  const int ahead = (slot - eliminated % width + width) % width;
+  return blocks[BlockCholesky::size(eliminated + ahead)];
 }
 
 bool BlockCholesky::in_pattern(int i, int j) const {
-  return j <= i && (i - j <= 2 || (bordered_ && j + num_blocks_ - i <= 2));
+  return j <= i && (i - j <= width_ || (bordered_ && j + num_blocks_ - i <= width_));
 }
 
 std::size_t BlockCholesky::index(int i, int j) const {
-  if (i - j <= 2) return size(kBand * i + i - j);
-  return size(kBand * num_blocks_ + (i == num_blocks_ - 1 ? j : 2));
+  if (i - j <= width_) return size((width_ + 1) * i + i - j);
+  const int row = num_blocks_ - 1 - i;  // from the seam: its blocks have width - row places
+  return size((width_ + 1) * num_blocks_ + row * width_ - row * (row - 1) / 2 + j);
 }
 
 void BlockCholesky::set_zero() {
@@ -88,7 +98,7 @@ void BlockCholesky::eliminate(Chain& chain, double scale, const MatrixX& shift) 
   U.setZero();
   chain.failed = false;
   for (int k = 0; k < chain.size() && !chain.failed; ++k) {
-    const int pivot = k % 2, i = chain.blocks[size(k)];
+    const int pivot = k % chain.width, i = chain.blocks[size(k)];
     MatrixX& panel = chain.panels[size(k)];
     auto own = panel.topRows(m);
     auto others = panel.bottomRows(slots * m);
@@ -153,7 +163,7 @@ void BlockCholesky::reduce(Chain& chain, MatrixX& x) const {
   chain.carried.setZero();
   for (int k = 0; k < chain.size(); ++k) {
     const MatrixX& panel = chain.panels[size(k)];
-    auto slot = chain.carried.segment(k % 2 * m, m);
+    auto slot = chain.carried.segment(k % chain.width * m, m);
     auto y = x.col(chain.blocks[size(k)]);
     y += slot;
     slot.setZero();
@@ -171,7 +181,7 @@ void BlockCholesky::substitute(Chain& chain, MatrixX& x) const {
     auto y = x.col(chain.blocks[size(k)]);
     y.noalias() -= panel.bottomRows(chain.slots() * m).transpose() * chain.carried;
     panel.topRows(m).triangularView<Eigen::Lower>().transpose().solveInPlace(y);
-    chain.carried.segment(k % 2 * m, m) = y;
+    chain.carried.segment(k % chain.width * m, m) = y;
   }
 }
 

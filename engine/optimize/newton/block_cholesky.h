@@ -1,9 +1,9 @@
 // Cholesky factorization of matrices in square blocks, of which each row knows those beside it: the
-// normal equations of a motion, whose instants see three frames.
+// normal equations of a motion, whose instants see three frames, or four.
 //
-// Two neighbouring blocks in the middle separate the motion, and two more at the seam where it is
-// periodic: two independent chains are left, which are eliminated in parallel, block after block.
-// A front contains the next two blocks and the seam (multifrontal:
+// As many neighbouring blocks in the middle as the band is wide separate the motion, and as many more
+// at the seam where it is periodic: two independent chains are left, which are eliminated in
+// parallel, block after block. A front contains the next blocks of the band and the seam (multifrontal:
 // Duff and Reid, "The multifrontal solution of indefinite sparse symmetric linear equations",
 // 1983); the separators come last, as one dense matrix.
 #pragma once
@@ -17,17 +17,19 @@
 namespace counterpoint::optimization {
 
 /// A symmetric matrix of n x n blocks, each m x m: block (i, j) may differ from zero where
-/// |i - j| <= 2, and, if it is bordered, where that holds around the seam between the last and the
-/// first (a periodic motion). Its factorization takes O(n m^3) either way.
+/// |i - j| <= width, and, if it is bordered, where that holds around the seam between the last and
+/// the first (a periodic motion). Its factorization takes O(n width^2 m^3) either way.
 class BlockCholesky {
  public:
-  BlockCholesky(int num_blocks, int block_size, bool bordered);
+  BlockCholesky(int num_blocks, int block_size, bool bordered, int width = 2);
 
   /// The lower triangle: j <= i, in the pattern; m x m.
   MatrixX& block(int i, int j) { return blocks_[index(i, j)]; }
   const MatrixX& block(int i, int j) const { return blocks_[index(i, j)]; }
   bool in_pattern(int i, int j) const;
   int num_blocks() const { return num_blocks_; }
+  int block_size() const { return block_size_; }
+  int width() const { return width_; }
   void set_zero();
 
   /// Factors this + scale diag(shift); shift: m x n. False if that is not positive definite. The
@@ -37,18 +39,19 @@ class BlockCholesky {
   void solve(MatrixX& x, ThreadPool& pool);
 
  private:
-  /// Blocks eliminated one after the other. Two slots hold the two that come next, block k in slot
-  /// k modulo 2; others those separators that all of the chain may see.
+  /// Blocks eliminated one after the other. `width` slots hold those that come next, block k in slot
+  /// k modulo `width`; others those separators that all of the chain may see.
   struct Chain {
-    std::vector<int> blocks;      ///< in order, and behind them the two separators at its end
-    std::vector<int> seam;        ///< separators in slots 2, 3, ...
+    int width = 2;
+    std::vector<int> blocks;      ///< in order, and behind them the separators at its end
+    std::vector<int> seam;        ///< separators in slots width, width + 1, ...
     MatrixX update;               ///< slots x slots: what was eliminated takes from them
     std::vector<MatrixX> panels;  ///< by block: its own factor, below it the slots' rows
     VectorX carried;              ///< slots
     bool failed = false;
 
     int size() const { return static_cast<int>(panels.size()); }
-    int slots() const { return 2 + static_cast<int>(seam.size()); }
+    int slots() const { return width + static_cast<int>(seam.size()); }
     /// The block in a slot once `eliminated` blocks are gone.
     int at(int slot, int eliminated) const;
   };
@@ -64,6 +67,7 @@ class BlockCholesky {
 
   int num_blocks_, block_size_;
   bool bordered_;
+  int width_;
   std::vector<MatrixX> blocks_;
   std::vector<int> separators_;    ///< in ascending order
   std::vector<int> separator_of_;  ///< by block: index into separators_, or -1

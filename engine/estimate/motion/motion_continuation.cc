@@ -1,0 +1,99 @@
+#include "counterpoint/engine/estimate/motion/motion_continuation.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "counterpoint/engine/optimize/terms/evaluator.h"
+#include "counterpoint/model/special_values.h"
+
+namespace counterpoint::estimation {
+namespace {
+
+constexpr double kFactor = 2.0;       ///< between the smoothings of two stages, at first
+constexpr double kLeastFactor = 1.1;  ///< a shorter way is not tried
+constexpr double kDearer = 1.2;       ///< a stage that costs more than this is refused
+/// Above this smoothing [m] contacts are still forming, and costs may rise.
+constexpr double kFormed = 1e-3;
+
+/// A stage that was accepted.
+struct Accepted {
+  MotionPoint point;
+  double smoothing = 0.0, cost = kInfinity;
+};
+
+/// Along the line through the ends of the last two stages: gaps that carry are in proportion to
+/// smoothing.
+MotionPoint extrapolated(const Model& model, const Accepted& before, const Accepted& last,
+                         double smoothing) {
+  const double share = (smoothing - last.smoothing) / (last.smoothing - before.smoothing);
+  MotionPoint out = last.point;
+  VectorX difference(model.nv());
+  for (std::size_t t = 0; t < out.q.size(); ++t) {
+    configuration_difference(model, before.point.q[t], last.point.q[t], difference);
+    integrate_configuration(model, last.point.q[t], difference, share, out.q[t]);
+  }
+  return out;
+}
+
+}  // namespace
+
+SimulationOptions stage_options(const MotionProblem& problem, double smoothing) {
+  optimization::Problem steps;
+  steps.model = &problem.model;
+  steps.options = problem.options;
+  optimization::Settings settings;
+  settings.continuation.end = smoothing;
+  settings.continuation.limits_below = 1.0;  // else a joint on its stop needs a motor's force
+  return optimization::stage_at(steps, settings, smoothing).options;
+}
+
+ContinuationResult continue_motion(const MotionProblem& problem,
+                                   const MotionContinuation& continuation, MotionFit& fit) {
+  ContinuationResult result;
+  std::optional<Accepted> before, last;
+  MotionPoint start = fit.point();
+  double smoothing = continuation.start, factor = kFactor;
+  for (;;) {
+    const SimulationOptions options = stage_options(problem, smoothing);
+    fit.begin(options, start);
+    if (before) {
+      const double cost = fit.cost();
+      fit.begin(options, extrapolated(problem.model, *before, *last, smoothing));
+      if (!(fit.cost() < cost)) fit.begin(options, start);
+    }
+    result.steps += fit.minimize(continuation.most_steps, continuation.tolerance,
+                                 continuation.stop);
+    ++result.stages;
+    if (getenv("VERB")) {
+      double sum = 0; long n = 0; VectorX d(problem.nv());
+      for (int t = 0; t < problem.frames(); ++t) { configuration_difference(problem.model, fit.point().q[t], problem.measured[t], d); for (int k = 0; k < problem.nv(); ++k) if (problem.position_weight(k,t) > 0) { sum += std::pow(d[k]*problem.position_weight(k,t),2); ++n; } }
+      fprintf(stderr, "stage %.3g steps %d cost %.5g ratio %.3f\n", smoothing, result.steps, fit.cost(), sum / n);
+    }
+    if (last && fit.cost() > kDearer * last->cost && smoothing <= kFormed) {
+      ++result.refused;
+      factor = std::sqrt(factor);
+      if (factor < kLeastFactor) {
+        fit.begin(stage_options(problem, last->smoothing), last->point);
+        break;
+      }
+      start = last->point;
+      smoothing = std::max(continuation.end, last->smoothing / factor);
+      continue;
+    }
+    before = std::move(last);
+    last = Accepted{fit.point(), smoothing, fit.cost()};
+    if (smoothing <= continuation.end || (continuation.stop && continuation.stop())) break;
+    start = last->point;
+    smoothing = std::max(continuation.end, smoothing / factor);
+  }
+  result.smoothing = last->smoothing;
+  if (!problem.parameters.empty()) {  // their places mean nothing while contacts reach far
+    fit.free_parameters(true);
+    result.steps += fit.minimize(continuation.most_steps, continuation.tolerance,
+                                 continuation.stop);
+  }
+  return result;
+}
+
+}  // namespace counterpoint::estimation

@@ -1,0 +1,30 @@
+// How a motion estimate is found: contacts begin soft and far-reaching, and harden stage by stage.
+#pragma once
+
+#include <functional>
+
+#include "counterpoint/engine/estimate/motion/motion_fit.h"
+
+namespace counterpoint::estimation {
+
+struct MotionContinuation {
+  double start = 1e-2, end = 1e-3;  ///< smoothing of the contact law [m]
+  int most_steps = 40;              ///< Newton steps of a stage
+  double tolerance = 1e-3;          ///< of the cost, see MotionFit::minimize
+  std::function<bool()> stop;       ///< asked before every step
+};
+
+/// The laws of a stage: those of the problem, at this smoothing [m].
+SimulationOptions stage_options(const MotionProblem& problem, double smoothing);
+
+struct ContinuationResult {
+  double smoothing = 0.0;  ///< of the last stage accepted [m]
+  int steps = 0, stages = 0, refused = 0;
+};
+
+/// Carries `fit` from its point through the stages. A stage whose cost rises by more than a fifth has
+/// lost the motion: it is refused, and a shorter one tried from the stage before.
+ContinuationResult continue_motion(const MotionProblem& problem,
+                                   const MotionContinuation& continuation, MotionFit& fit);
+
+}  // namespace counterpoint::estimation

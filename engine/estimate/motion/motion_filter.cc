@@ -1,0 +1,112 @@
+#include "counterpoint/engine/estimate/motion/motion_filter.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "counterpoint/engine/dynamics.h"
+#include "counterpoint/engine/estimate/recording.h"
+
+namespace counterpoint::estimation {
+namespace {
+
+/// A Gaussian of this standard deviation over the frequency [Hz] has half the power there:
+/// sqrt(ln 2) / (2 pi).
+constexpr double kHalfPower = 0.13251;
+/// It is cut off at so many standard deviations.
+constexpr double kCutOff = 4.0;
+/// Frames on either side of the one that a median is of.
+constexpr int kMedianReach = 2;
+/// A normal distribution's standard deviation over its median absolute value.
+constexpr double kMedianScale = 1.4826;
+
+VectorX difference(const Model& model, const VectorX& from, const VectorX& to) {
+  VectorX out(model.nv());
+  configuration_difference(model, from, to, out);
+  return out;
+}
+
+VectorX moved(const Model& model, const VectorX& q, const VectorX& by) {
+  VectorX out(q.size());
+  integrate_configuration(model, q, by, 1.0, out);
+  return out;
+}
+
+}  // namespace
+
+std::vector<VectorX> low_pass(const Model& model, const std::vector<VectorX>& frames, double h,
+                              double frequency) {
+  const double deviation = kHalfPower / frequency / h;
+  const int reach = static_cast<int>(kCutOff * deviation) + 1;
+  const int last = static_cast<int>(frames.size()) - 1;
+  std::vector<VectorX> out;
+  for (int t = 0; t <= last; ++t) {
+    const VectorX& own = frames[static_cast<std::size_t>(t)];
+    VectorX sum = VectorX::Zero(model.nv());
+    double weights = 0.0;
+    for (int k = -reach; k <= reach; ++k) {
+      const double weight = std::exp(-0.5 * std::pow(k / deviation, 2));
+      const int end = t + k < 0 ? 0 : last, at = t + k;
+      weights += weight;
+      if (at >= 0 && at <= last) {
+        sum += weight * difference(model, own, frames[static_cast<std::size_t>(at)]);
+        continue;
+      }
+      const int mirrored = std::clamp(2 * end - at, 0, last);
+      sum += weight * (2.0 * difference(model, own, frames[static_cast<std::size_t>(end)]) -
+                       difference(model, own, frames[static_cast<std::size_t>(mirrored)]));
+    }
+    out.push_back(moved(model, own, sum / weights));
+  }
+  return out;
+}
+
+std::vector<VectorX> without_spikes(const Model& model, const std::vector<VectorX>& frames,
+                                    const VectorX& distance) {
+  const int last = static_cast<int>(frames.size()) - 1;
+  std::vector<VectorX> out;
+  for (int t = 0; t <= last; ++t) {
+    const VectorX& own = frames[static_cast<std::size_t>(t)];
+    std::vector<VectorX> around;
+    for (int k = std::max(0, t - kMedianReach); k <= std::min(last, t + kMedianReach); ++k)
+      around.push_back(difference(model, own, frames[static_cast<std::size_t>(k)]));
+    VectorX by = VectorX::Zero(model.nv());
+    for (int i = 0; i < model.nv(); ++i) {
+      std::vector<double> values;
+      for (const VectorX& d : around) values.push_back(d[i]);
+      const double middle = median(values);
+      if (std::abs(middle) > distance[i]) by[i] = middle;
+    }
+    out.push_back(moved(model, own, by));
+  }
+  return out;
+}
+
+VectorX white_noise(const Model& model, const std::vector<VectorX>& frames) {
+  const std::size_t count = frames.size();
+  std::vector<VectorX> first;
+  for (std::size_t t = 0; t + 1 < count; ++t)
+    first.push_back(difference(model, frames[t], frames[t + 1]));
+  VectorX out = VectorX::Zero(model.nv());
+  for (int i = 0; i < model.nv(); ++i) {
+    std::vector<double> third;
+    for (std::size_t t = 0; t + 2 < first.size(); ++t)
+      third.push_back(std::abs(first[t + 2][i] - 2.0 * first[t + 1][i] + first[t][i]));
+    // Weights 1, -3, 3, -1: the variance of white noise grows 20 times.
+    if (!third.empty()) out[i] = kMedianScale * median(third) / std::sqrt(20.0);
+  }
+  return out;
+}
+
+MatrixX accelerations(const Model& model, const std::vector<VectorX>& frames, double h) {
+  const auto count = static_cast<Eigen::Index>(frames.size());
+  MatrixX out = MatrixX::Zero(model.nv(), count);
+  for (Eigen::Index t = 1; t + 1 < count; ++t) {
+    const auto i = static_cast<std::size_t>(t);
+    out.col(t) = (difference(model, frames[i], frames[i + 1]) -
+                  difference(model, frames[i - 1], frames[i])) /
+                 (h * h);
+  }
+  return out;
+}
+
+}  // namespace counterpoint::estimation

@@ -1,0 +1,153 @@
+#include "counterpoint/engine/estimate/motion/motion_fit.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "counterpoint/model/special_values.h"
+
+namespace counterpoint::estimation {
+namespace {
+
+/// No coordinate goes farther in a step [m, rad]: beyond, the linearization says nothing.
+constexpr double kMaxStep = 0.3;
+constexpr double kLeastDamping = 1e-15, kMostDamping = 1e8;
+/// A stage begins with no more than this.
+constexpr double kFirstDamping = 1e-3;
+constexpr int kMaxTrials = 12;
+/// A minimization ends after so many small decreases in a row; one of several may be a pause.
+constexpr int kSmallDecreases = 3;
+/// One decrease this many times smaller ends it at once.
+constexpr double kTiny = 0.01;
+/// Instants whose normal equations are held in memory at a time.
+constexpr int kBatch = 32;
+
+std::size_t size(int i) { return static_cast<std::size_t>(i); }
+
+}  // namespace
+
+MotionFit::MotionFit(const MotionProblem& problem, MotionPoint start, int threads)
+    : problem_(&problem),
+      pool_(threads),
+      options_(problem.options),
+      model_(problem.model),
+      point_(std::move(start)),
+      instants_(size(problem.frames())),
+      equations_(size(kBatch)),
+      system_(problem.frames(), problem.nv(), static_cast<int>(problem.parameters.size())) {
+  apply_parameters();
+}
+
+/// Brings the model to the parameters of the point.
+void MotionFit::apply_parameters() {
+  models_.clear();
+  model_ = problem_->model;
+  for (std::size_t k = 0; k < problem_->parameters.size(); ++k)
+    change_parameter(problem_->parameters[k], point_.parameters[static_cast<int>(k)], model_,
+                     options_);
+  for (int i = 0; i < pool_.size(); ++i)
+    models_.push_back(std::make_unique<InstantModel>(*problem_, model_));
+}
+
+void MotionFit::begin(const SimulationOptions& options, const MotionPoint& point) {
+  options_ = options;
+  point_ = point;
+  damping_ = std::min(damping_, kFirstDamping);
+  growth_ = 2.0;
+  apply_parameters();
+  cost_ = evaluate();
+}
+
+// Sums go in the order of the instants: the same bits whatever the threads.
+double MotionFit::evaluate() {
+  pool_.run(problem_->frames(), [&](int t, int thread) {
+    models_[size(thread)]->evaluate(point_, options_, t, instants_[size(t)]);
+  });
+  double sum = 0.0;
+  for (int t = 0; t < problem_->frames(); ++t)
+    sum += instants_[size(t)].cost + change_cost(*problem_, instants_, t);
+  sum += 0.5 * point_.parameters.cwiseProduct(problem_->parameter_weight).squaredNorm();
+  return std::isfinite(sum) ? sum : kInfinity;
+}
+
+void MotionFit::linearize() {
+  pool_.run(problem_->frames(), [&](int t, int thread) {
+    models_[size(thread)]->differentiate(point_, options_, t, parameters_free_, instants_[size(t)]);
+  });
+  system_.set_zero();
+  for (int first = 0; first < problem_->frames(); first += kBatch) {
+    const int count = std::min(kBatch, problem_->frames() - first);
+    pool_.run(count, [&](int i, int thread) {
+      models_[size(thread)]->assemble(point_, instants_, first + i, equations_[size(i)]);
+    });
+    for (int i = 0; i < count; ++i) system_.add(first + i, equations_[size(i)]);
+  }
+  for (int k = 0; k < point_.parameters.size(); ++k)
+    system_.add_prior(k, std::pow(problem_->parameter_weight[k], 2), point_.parameters[k]);
+}
+
+MotionSystem& MotionFit::linearized() {
+  linearize();
+  for (double mu = 0.0; !system_.factor(mu, pool_); mu = std::max(10.0 * mu, kLeastDamping)) {
+  }
+  return system_;
+}
+
+/// Goes there if that is better, and adapts the damping (Nielsen, "Damping parameter in
+/// Marquardt's method", 1999).
+bool MotionFit::try_step(const MatrixX& frames, const VectorX& parameters) {
+  const double expected = system_.expected_decrease(damping_, frames, parameters);
+  const double longest = frames.cwiseAbs().maxCoeff();
+  const double share = longest > kMaxStep ? kMaxStep / longest : 1.0;
+  const MotionPoint before = point_;
+  for (int t = 0; t < problem_->frames(); ++t) {
+    VectorX& q = point_.q[size(t)];
+    integrate_configuration(model_, before.q[size(t)], frames.col(t), share, q);
+  }
+  point_.parameters += share * parameters;
+  if (parameters_free_) apply_parameters();
+  const double cost = evaluate(), decrease = cost_ - cost;
+  if (!(decrease > 0.0)) {
+    point_ = before;
+    if (parameters_free_) apply_parameters();
+    damping_ *= 2.0 * growth_;
+    growth_ *= 1.5;
+    return false;
+  }
+  const double gain = decrease / std::max(expected, 1e-300);
+  const double factor = std::clamp(1.0 - std::pow(2.0 * gain - 1.0, 3), 0.1, 2.0);
+  damping_ = std::max(kLeastDamping, damping_ * factor);
+  growth_ = 2.0;
+  cost_ = cost;
+  return true;
+}
+
+int MotionFit::minimize(int most, double tolerance, const std::function<bool()>& stop) {
+  MatrixX frames;
+  VectorX parameters;
+  int small = 0;
+  for (int steps = 0; steps < most; ++steps) {
+    if (stop && stop()) return steps;
+    const double before = cost_;
+    linearize();
+    bool accepted = false;
+    for (int trial = 0; trial < kMaxTrials && !accepted && damping_ <= kMostDamping; ++trial) {
+      if (system_.factor(damping_, pool_)) {
+        system_.solve(pool_, frames, parameters);
+        if (frames.allFinite() && parameters.allFinite()) {
+          if (!parameters_free_) parameters.setZero();
+          accepted = try_step(frames, parameters);
+          continue;
+        }
+      }
+      damping_ = std::max(10.0 * damping_, kLeastDamping);
+    }
+    const double decrease = before - cost_;
+    if (getenv("VERB2")) fprintf(stderr, "  %d cost %.6g decrease %.3g mu %.2g longest %.3g par %.3g\n", steps, cost_, decrease, damping_, frames.cwiseAbs().maxCoeff(), parameters.size() ? parameters.cwiseAbs().maxCoeff() : 0.0);
+    small = decrease < tolerance * cost_ ? small + 1 : 0;
+    if (!accepted || small >= kSmallDecreases || decrease < kTiny * tolerance * cost_)
+      return steps + 1;
+  }
+  return most;
+}
+
+}  // namespace counterpoint::estimation

@@ -1,0 +1,57 @@
+// Gauss-Newton on a motion estimate at one stage of its continuation, with steps limited by
+// Levenberg-Marquardt damping.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <vector>
+
+#include "counterpoint/engine/estimate/motion/instant_model.h"
+#include "counterpoint/engine/estimate/motion/motion_system.h"
+
+namespace counterpoint::estimation {
+
+class MotionFit {
+ public:
+  /// threads: 0 for one a core. The result does not depend on it. The problem must outlive this.
+  MotionFit(const MotionProblem& problem, MotionPoint start, int threads);
+
+  /// Goes on with these laws, from `point`.
+  void begin(const SimulationOptions& options, const MotionPoint& point);
+  /// Parameters stay as they are, or move as the frames do (at first they stay).
+  void free_parameters(bool free) { parameters_free_ = free; }
+  /// Minimizes until three steps in a row lower the cost by less than `tolerance` of it. Number of
+  /// steps. `stop` is asked before each.
+  int minimize(int most, double tolerance, const std::function<bool()>& stop = {});
+
+  const MotionPoint& point() const { return point_; }
+  /// Infinite where an inverse has no answer.
+  double cost() const { return cost_; }
+  const std::vector<Instant>& instants() const { return instants_; }
+  const SimulationOptions& options() const { return options_; }
+  /// The model with the parameters as they are.
+  const Model& model() const { return model_; }
+  optimization::ThreadPool& pool() { return pool_; }
+  /// Normal equations at the point, undamped: factored, with the least damping that allows it.
+  MotionSystem& linearized();
+
+ private:
+  double evaluate();
+  void linearize();
+  void apply_parameters();
+  bool try_step(const MatrixX& frames, const VectorX& parameters);
+
+  const MotionProblem* problem_;
+  optimization::ThreadPool pool_;
+  SimulationOptions options_;
+  Model model_;
+  MotionPoint point_;
+  std::vector<std::unique_ptr<InstantModel>> models_;  ///< by thread
+  std::vector<Instant> instants_;
+  std::vector<InstantEquations> equations_;  ///< of a batch of instants
+  MotionSystem system_;
+  bool parameters_free_ = false;
+  double cost_ = 0.0, damping_ = 1e-3, growth_ = 2.0;
+};
+
+}  // namespace counterpoint::estimation
