@@ -1,224 +1,151 @@
 #include "counterpoint/engine/estimate/motion_estimate.h"
 
-#include <fmt/format.h>
-
+#include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <limits>
-#include <set>
+#include <memory>
 
-#include "counterpoint/engine/estimate/motion/frame_covariance.h"
+#include "counterpoint/engine/estimate/motion/motion_continuation.h"
 #include "counterpoint/engine/estimate/motion/motion_filter.h"
 #include "counterpoint/engine/estimate/motion/motion_priors.h"
-#include "counterpoint/engine/estimate/motion/pair_forces.h"
+#include "counterpoint/engine/estimate/motion/motion_result.h"
+#include "counterpoint/engine/estimate/motion/recorded_motion.h"
 #include "counterpoint/engine/optimize/optimize.h"
-#include "counterpoint/model/special_values.h"
 
 namespace counterpoint::estimation {
 namespace {
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-/// Rows are evenly spaced whose intervals differ by less than this share.
-constexpr double kUneven = 0.02;
-/// A recorded value farther off than this is an outlier [standard deviations].
-constexpr double kOutlier = 6.0;
+/// Half-power frequency of the low-pass through which a search begins [Hz].
+constexpr double kStartCutoff = 10.0;
+/// White errors that leave more than this ratio are none (MotionEstimate::mean_cost_ratio); those
+/// that leave more than the second one after the first stage are none already then.
+constexpr double kWhite = 3.0, kNotWhite = 8.0;
+/// A first start that leaves no more than this ratio needs no second one.
+constexpr double kGood = 1.35;
+/// The errors of a recording are judged by so many rows, those that move most.
+constexpr int kJudged = 150;
+/// Rows that are explained at a time, and rows on either side that are explained with them.
+constexpr int kRows = 1000, kOverlap = 40;
+/// A motion of this engine leaves no more than this unexplained [weights of the tree].
+constexpr double kOwn = 1e-7;
 
 double now() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch())
       .count();
 }
 
-void check(const Recording& recording, const std::vector<char>& recorded) {
-  const int rows = recording.num_rows();
-  if (rows < kLeastRows)
-    throw InputError(fmt::format("{}: {} rows; {} or more are expected to explain a motion",
-                                 recording.file, rows, kLeastRows));
-  if (std::find(recorded.begin(), recorded.end(), 1) == recorded.end())
-    throw InputError(recording.file +
-                     ": the column map names no position; a motion is explained from positions");
-  const double h = (recording.time.back() - recording.time.front()) / (rows - 1);
-  for (int row = 0; row + 1 < rows; ++row) {
-    const double interval = recording.time[static_cast<std::size_t>(row) + 1] -
-                            recording.time[static_cast<std::size_t>(row)];
-    if (std::abs(interval - h) > kUneven * h)
-      throw InputError(fmt::format(
-          "{}: rows {} and {} are {:.6g} s apart, the mean is {:.6g} s; evenly spaced rows are "
-          "expected (resample the recording, or cut it at the gap)",
-          recording.file, row + 1, row + 2, interval, h));
-  }
-}
-
-/// Rows of a result; forces are not known at the first and the last.
-MotionEstimate empty_estimate(const Model& model, const Recording& recording) {
-  MotionEstimate out;
-  const int rows = recording.num_rows();
-  out.file = recording.file;
-  out.time = recording.time;
-  out.q.resize(model.nq(), rows);
-  out.v.resize(model.nv(), rows);
-  out.force = MatrixX::Constant(model.nv(), rows, kNaN);
-  out.force_deviation = out.force;
-  out.contacts.resize(static_cast<std::size_t>(rows));
-  out.cost_ratio = VectorX::Zero(rows);
-  return out;
-}
-
-void set_motion(const Model& model, const std::vector<VectorX>& frames, double h,
-                MotionEstimate& out) {
-  VectorX before(model.nv()), behind(model.nv());
-  const int last = static_cast<int>(frames.size()) - 1;
-  for (int t = 0; t <= last; ++t) {
-    const auto i = static_cast<std::size_t>(t);
-    out.q.col(t) = frames[i];
-    if (t > 0) configuration_difference(model, frames[i - 1], frames[i], before);
-    if (t < last) configuration_difference(model, frames[i], frames[i + 1], behind);
-    if (t == 0) before = behind;
-    if (t == last) behind = before;
-    out.v.col(t) = (before + behind) / (2.0 * h);
-  }
-}
-
-/// The sums that are asked for, and one for each link that touches something.
-std::vector<ContactSum> contact_sums(const Model& model, const MotionEstimateOptions& options,
-                                     const MotionEstimate& estimate) {
-  std::set<int> bodies;
-  for (const auto& frame : estimate.contacts)
-    for (const ContactEstimate& one : frame)
-      for (const int geometry : {one.geometry_a, one.geometry_b})
-        bodies.insert(model.geometries()[static_cast<std::size_t>(geometry)].body);
-  std::vector<ContactSum> out = options.sums;
-  for (const int body : bodies)
-    if (body > 0) out.push_back({model.joint(body - 1).link, {body}});
-  return out;
-}
-
-/// The share of a pair's force, on geometry B, that acts on some bodies: 1, -1, or 0.
-double sign_of(const Model& model, const ContactEstimate& pair, const std::vector<int>& bodies) {
-  const auto has = [&](int geometry) {
-    const int body = model.geometries()[static_cast<std::size_t>(geometry)].body;
-    return std::find(bodies.begin(), bodies.end(), body) != bodies.end();
-  };
-  return (has(pair.geometry_b) ? 1.0 : 0.0) - (has(pair.geometry_a) ? 1.0 : 0.0);
-}
-
-/// Covariance of some forces that depend on three frames (J) and on parameters (P): `neighbours` is
-/// that of the frames with parameters held, and parameters move the frames by -gain.
-struct Covariance {
-  const MatrixX& neighbours;
-  MatrixX gain;  ///< 3 nv x parameters
-  const MatrixX& parameters;
-
-  MatrixX of(const MatrixX& J, const MatrixX& P) const {
-    MatrixX out = J * neighbours * J.transpose();
-    if (parameters.rows() == 0) return out;
-    const MatrixX total = P - J * gain;
-    return out + total * parameters * total.transpose();
-  }
+/// What stays the same over all parts of a recording.
+struct Task {
+  const Scene& scene;
+  const ColumnMap& map;
+  const MotionEstimateOptions& options;
+  std::vector<ContactSum> sums;
 };
 
-VectorX deviations(const MatrixX& covariance) {
-  return covariance.diagonal().cwiseMax(0.0).cwiseSqrt();
-}
+/// A problem, and the motion found.
+struct Solved {
+  std::unique_ptr<MotionProblem> problem;
+  std::unique_ptr<MotionFit> fit;
+  ContinuationResult result;
+};
 
-/// Contact forces on links: sums over the pairs of row t, their deviations and centres.
-void set_sums(const Model& model, int t, const MatrixX* covariance, MotionEstimate& out) {
-  const std::vector<ContactEstimate>& pairs = out.contacts[static_cast<std::size_t>(t)];
-  for (std::size_t s = 0; s < out.sums.size(); ++s) {
-    const auto row = 3 * static_cast<Eigen::Index>(s);
-    MatrixX pick = MatrixX::Zero(3, 3 * static_cast<Eigen::Index>(pairs.size()));
-    Vector3 force = Vector3::Zero(), centre = Vector3::Zero();
-    double pressure = 0.0;
-    for (std::size_t k = 0; k < pairs.size(); ++k) {
-      const double sign = sign_of(model, pairs[k], out.sums[s].bodies);
-      pick.block<3, 3>(0, 3 * static_cast<Eigen::Index>(k)) = sign * Matrix3::Identity();
-      if (sign == 0.0) continue;
-      force += sign * pairs[k].force;
-      centre += pairs[k].normal_force * pairs[k].centre;
-      pressure += pairs[k].normal_force;
+/// Finds the motion of some rows from each start of the priors until one is good.
+Solved solve(const Task& task, const RecordedMotion& recorded, const MotionPriors& priors,
+             double hopeless) {
+  Solved best;
+  best.problem = std::make_unique<MotionProblem>(motion_problem(task.scene, recorded, priors));
+  const MotionProblem& problem = *best.problem;
+  const double cutoff = priors.cutoff > 0.0 ? priors.cutoff : kStartCutoff;
+  const MotionPoint start{low_pass(problem.model, recorded.frames, recorded.h(), cutoff),
+                          VectorX::Zero(static_cast<Eigen::Index>(problem.parameters.size()))};
+  int steps = 0;
+  for (const double smoothing : priors.smoothing_starts) {
+    auto fit = std::make_unique<MotionFit>(problem, start, task.options.threads);
+    const MotionContinuation continuation{.start = std::max(smoothing, priors.smoothing_end),
+                                          .end = priors.smoothing_end,
+                                          .hopeless = hopeless,
+                                          .stop = task.options.stop};
+    const ContinuationResult result = continue_motion(problem, continuation, *fit);
+    steps += result.steps;
+    const double ratio = fit->measurement_ratio();
+    if (!best.fit || result.cost < best.result.cost) {
+      best.fit = std::move(fit);
+      best.result = result;
     }
-    out.sum_force.block<3, 1>(row, t) = force;
-    if (pressure > 0.0) out.sum_centre.block<3, 1>(row, t) = centre / pressure;
-    out.sum_deviation.block<3, 1>(row, t).setZero();
-    if (covariance != nullptr && !pairs.empty())
-      out.sum_deviation.block<3, 1>(row, t) =
-          deviations(pick * *covariance * pick.transpose());
+    if (ratio <= kGood || ratio > hopeless || (task.options.stop && task.options.stop())) break;
   }
+  best.result.steps = steps;
+  return best;
 }
 
-void size_sums(const Model& model, const MotionEstimateOptions& options, MotionEstimate& out) {
-  out.sums = contact_sums(model, options, out);
-  const auto rows = 3 * static_cast<Eigen::Index>(out.sums.size());
-  const auto columns = static_cast<Eigen::Index>(out.time.size());
-  out.sum_force = out.sum_deviation = out.sum_centre = MatrixX::Constant(rows, columns, kNaN);
+MotionEstimate told(const Task& task, const RecordedMotion& recorded, Solved& solved) {
+  MotionEstimate out = empty_estimate(task.scene.model, recorded.time, task.sums);
+  set_motion(task.scene.model, solved.fit->point().q, recorded.h(), out);
+  set_forces(*solved.problem, *solved.fit, out);
+  out.smoothing = solved.result.smoothing;
+  out.newton_steps = solved.result.steps;
+  return out;
 }
 
-/// Forces and contacts of a fit, with their standard deviations.
-void set_forces(const Model& model, const MotionProblem& problem,
-                const MotionEstimateOptions& options, MotionFit& fit, MotionEstimate& out) {
-  MotionSystem& system = fit.linearized();
-  const FrameCovariance frames(system.band());
-  const std::vector<PairForces> pairs = differentiate_pair_forces(problem, fit);
-  const MatrixX parameters = system.parameter_covariance();
-  const int nv = model.nv();
-  for (std::size_t t = 0; t < pairs.size(); ++t) out.contacts[t] = pairs[t].pairs;
-  size_sums(model, options, out);
-  for (int t = 1; t + 1 < problem.frames(); ++t) {
-    const auto i = static_cast<std::size_t>(t);
-    MatrixX gain(3 * nv, parameters.rows());
-    for (Eigen::Index k = 0; k < parameters.rows(); ++k)
-      gain.col(k) = Eigen::Map<const VectorX>(
-          system.gain()[static_cast<std::size_t>(k)].col(t - 1).data(), 3 * nv);
-    const MatrixX neighbours = frames.of(t - 1, 3);
-    const Covariance covariance{neighbours, std::move(gain), parameters};
-    const Instant& instant = fit.instants()[i];
-    out.force.col(t) = instant.force;
-    out.force_deviation.col(t) =
-        deviations(covariance.of(instant.by_frames, instant.by_parameters));
-    const MatrixX of_pairs = covariance.of(pairs[i].by_frames, pairs[i].by_parameters);
-    const VectorX by_pair = deviations(of_pairs);
-    for (std::size_t k = 0; k < out.contacts[i].size(); ++k)
-      out.contacts[i][k].deviation = by_pair.segment<3>(3 * static_cast<Eigen::Index>(k));
-    set_sums(model, t, &of_pairs, out);
+/// The rows, one after the other, that move most.
+RecordedMotion busiest(const Model& model, const RecordedMotion& recorded) {
+  if (recorded.rows() <= kJudged) return recorded;
+  VectorX moved(recorded.rows() - 1), difference(model.nv());
+  for (int row = 0; row + 1 < recorded.rows(); ++row) {
+    const auto i = static_cast<std::size_t>(row);
+    configuration_difference(model, recorded.frames[i], recorded.frames[i + 1], difference);
+    moved[row] = difference.cwiseProduct(recorded.measured.col(row)).norm();
   }
-  for (std::size_t k = 0; k < problem.parameters.size(); ++k) {
-    const auto index = static_cast<Eigen::Index>(k);
-    const int geometry = problem.parameters[k].targets.front();
-    out.parameters.push_back(
-        {"place:" + model.geometries()[static_cast<std::size_t>(geometry)].name, "m",
-         fit.point().parameters[index], std::sqrt(std::max(0.0, parameters(index, index)))});
+  int first = 0;
+  double most = -1.0;
+  for (int row = 0; row + kJudged <= recorded.rows(); row += kJudged / 3) {
+    const double sum = moved.segment(row, kJudged - 1).sum();
+    if (sum > most) first = row;
+    most = std::max(most, sum);
   }
+  return part(recorded, first, kJudged);
 }
 
-/// How well the measurements fit, row by row, and which do not.
-void set_residuals(const Model& model, const MotionProblem& problem,
-                   const std::vector<VectorX>& frames, MotionEstimate& out) {
-  VectorX difference(model.nv());
-  for (int t = 0; t < problem.frames(); ++t) {
-    const auto i = static_cast<std::size_t>(t);
-    configuration_difference(model, frames[i], problem.measured[i], difference);
-    double sum = 0.0;
-    int count = 0;
-    for (int k = 0; k < model.nv(); ++k) {
-      const double weight = problem.position_weight(k, t), ratio = difference[k] * weight;
-      if (weight <= 0.0) continue;
-      ++count;
-      sum += ratio * ratio;
-      if (std::abs(ratio) > kOutlier) out.outliers.push_back({t, k, difference[k], std::abs(ratio)});
-    }
-    out.cost_ratio[t] = count > 0 ? sum / count : 0.0;
+/// The recording as this engine's own motion: its inverse at every row. False if it is none.
+bool explain_own(const Task& task, const Recording& recording, const RecordedMotion& recorded,
+                 MotionEstimate& out) {
+  const Model& model = task.scene.model;
+  const VectorX weights = optimization::unactuated_weights(model, optimization::motors_of(model));
+  if (recorded.resampled || weights.isZero(0.0) || recording.v.isZero(0.0)) return false;
+  SimulationOptions options = task.scene.options;
+  options.time_step = recorded.h();
+  if (options.integrator == Integrator::kRungeKutta4) return false;
+  Workspace workspace(model);
+  Inverse inverse;
+  for (int row = 0; row + 1 < recorded.rows(); ++row) {
+    step_inverse(model, options, recording.q.col(row), recording.v.col(row),
+                 recording.q.col(row + 1), recording.v.col(row + 1), Input(), workspace, inverse);
+    if (inverse.fault.any() ||
+        !(inverse.applied_force.cwiseProduct(weights).cwiseAbs().maxCoeff() <= kOwn))
+      return false;
+    set_inverse(model, inverse, row, out);
+    set_sums(model, row, nullptr, out);
   }
+  out.q = recording.q;
+  out.v = recording.v;
+  return true;
 }
 
-void set_unexplained(const Model& model, MotionEstimate& out) {
-  const VectorX weights =
-      optimization::unactuated_weights(model, optimization::motors_of(model));
-  int rows = 0;
-  for (Eigen::Index t = 1; t + 1 < out.force.cols(); ++t, ++rows) {
-    const double largest = out.force.col(t).cwiseProduct(weights).cwiseAbs().maxCoeff();
-    out.unexplained_mean += largest;
-    out.unexplained_max = std::max(out.unexplained_max, largest);
+/// All rows, a part after the other.
+void explain_parts(const Task& task, const RecordedMotion& recorded, RecordingErrors errors,
+                   MotionEstimate& out) {
+  const auto priors_of = errors == RecordingErrors::kSlow ? slow_priors : white_priors;
+  for (int first = 0; first < recorded.rows(); first += kRows) {
+    const int begin = std::max(0, first - kOverlap);
+    int end = std::min(recorded.rows(), first + kRows + kOverlap);
+    if (recorded.rows() - end < kRows / 2) end = recorded.rows();
+    const RecordedMotion rows = part(recorded, begin, end - begin);
+    const MotionPriors priors = priors_of(task.scene, task.map, rows);
+    Solved solved = solve(task, rows, priors, kInfinity);
+    append(told(task, rows, solved), begin, first - begin, out);
+    out.position_deviation = priors.position;
+    if (end == recorded.rows() || (task.options.stop && task.options.stop())) break;
   }
-  if (rows > 0) out.unexplained_mean /= rows;
 }
 
 }  // namespace
@@ -226,38 +153,39 @@ void set_unexplained(const Model& model, MotionEstimate& out) {
 MotionEstimate estimate_motion(const Scene& scene, const ColumnMap& map,
                                const Recording& recording, const MotionEstimateOptions& options) {
   const double start = now();
-  const Model& model = scene.model;
-  const std::vector<char> recorded = recorded_coordinates(model, map);
-  check(recording, recorded);
-  MotionEstimate out = empty_estimate(model, recording);
-  MotionPriors priors = choose_priors(scene, recording, recorded);
-  MotionProblem problem = motion_problem(scene, recording, priors);
-  const auto parameters = static_cast<Eigen::Index>(problem.parameters.size());
-  MotionFit fit(problem, {start_frames(problem, priors), VectorX::Zero(parameters)},
-                options.threads);
-  MotionContinuation continuation;
-  continuation.start = priors.smoothing_start;
-  continuation.end = priors.smoothing_end;
-  continuation.stop = options.stop;
-  ContinuationResult result = continue_motion(problem, continuation, fit);
-  for (int round = 0; round < (getenv("ROUNDS") ? atoi(getenv("ROUNDS")) : 0); ++round) {
-    update_priors(model, problem, fit, priors);
-    MotionProblem next = motion_problem(scene, recording, priors);
-    problem.position_weight = next.position_weight;
-    problem.acceleration_weight = next.acceleration_weight;
-    problem.size_weight = next.size_weight;
-    problem.change_weight = next.change_weight;
-    const MotionPoint at = fit.point();
-    fit.begin(stage_options(problem, result.smoothing), at);
-    result.steps += fit.minimize(40, 1e-3, options.stop);
+  const RecordedMotion recorded = prepare(scene.model, map, recording);
+  const Task task{scene, map, options, with_links(scene.model, options.sums)};
+  MotionEstimate out = empty_estimate(scene.model, recorded.time, task.sums);
+  out.file = recording.file;
+  if (!options.errors && explain_own(task, recording, recorded, out)) {
+    out.errors = RecordingErrors::kNone;
+    out.position_deviation = VectorX::Zero(scene.model.nv());
+  } else {
+    out = empty_estimate(scene.model, recorded.time, task.sums);
+    out.file = recording.file;
+    out.errors = options.errors.value_or(RecordingErrors::kWhite);
+    int steps = 0;
+    bool done = false;
+    if (!options.errors) {
+      const RecordedMotion judged = busiest(scene.model, recorded);
+      const MotionPriors priors = white_priors(scene, map, judged);
+      Solved solved = solve(task, judged, priors, kNotWhite);
+      steps = solved.result.steps;
+      if (solved.fit->measurement_ratio() > kWhite) {
+        out.errors = RecordingErrors::kSlow;
+      } else if (judged.rows() == recorded.rows()) {
+        append(told(task, judged, solved), 0, 0, out);
+        out.position_deviation = priors.position;
+        done = true;
+      }
+    }
+    if (!done) {
+      explain_parts(task, recorded, out.errors, out);
+      out.newton_steps += steps;
+    }
   }
-  out.smoothing = result.smoothing;
-  out.newton_steps = result.steps;
-  out.position_deviation = priors.position;
-  set_motion(model, fit.point().q, problem.h(), out);
-  set_forces(model, problem, options, fit, out);
-  set_residuals(model, problem, fit.point().q, out);
-  set_unexplained(model, out);
+  leave_out_untouched(options.sums.size(), out);
+  summarize(scene.model, recorded, out);
   out.stopped = options.stop && options.stop();
   out.seconds = now() - start;
   return out;

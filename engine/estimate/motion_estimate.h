@@ -56,12 +56,14 @@ struct EstimatedParameter {
   double deviation = 0.0;
 };
 
-/// A recorded value that the estimate does not believe.
+/// Where the recording is not believed: a value (a spike, a jump from the row before, or simply far
+/// from the estimate), or an acceleration that nothing here can have given.
 struct Outlier {
   int row = 0;
-  int coordinate = 0;  ///< of v
-  double difference = 0.0;  ///< recorded less estimated [m, rad]
-  double deviations = 0.0;  ///< over its standard deviation
+  int coordinate = 0;         ///< of v
+  double difference = 0.0;    ///< recorded less estimated [m, rad; m/s^2, rad/s^2]
+  double deviations = 0.0;    ///< over its standard deviation
+  bool acceleration = false;  ///< of a few rows the largest is told
 };
 
 /// Columns are rows of the recording. Forces of a row are the mean over the intervals before and

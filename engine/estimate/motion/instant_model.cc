@@ -1,7 +1,6 @@
 #include "counterpoint/engine/estimate/motion/instant_model.h"
 
 #include <array>
-#include <cmath>
 #include <optional>
 
 #include "counterpoint/model/special_values.h"
@@ -11,12 +10,14 @@ namespace {
 
 using optimization::TangentMap;
 
-/// Cauchy's loss of a residual in standard deviations, and the weight that it gives the square.
-double loss(double residual, double scale) {
-  return 0.5 * scale * scale * std::log1p(residual * residual / (scale * scale));
+/// rho of residuals r over their deviations, and the weights that it gives their squares.
+double loss(const VectorX& r, double scale) {
+  if (scale <= 0.0) return 0.5 * r.squaredNorm();
+  return 0.5 * scale * scale * (r.array() / scale).square().log1p().sum();
 }
-double loss_weight(double residual, double scale) {
-  return 1.0 / (1.0 + residual * residual / (scale * scale));
+VectorX loss_weight(const VectorX& r, double scale) {
+  if (scale <= 0.0) return VectorX::Ones(r.size());
+  return (1.0 + (r.array() / scale).square()).inverse();
 }
 
 /// out += a' diag(weight) b.
@@ -101,18 +102,16 @@ struct InstantModel::Impl {
   double measurement_cost(const MotionPoint& point, int t) {
     const auto i = static_cast<std::size_t>(t);
     configuration_difference(model, problem.measured[i], point.q[i], difference);
-    double sum = 0.0;
-    for (int k = 0; k < model.nv(); ++k)
-      sum += loss(difference[k] * problem.position_weight(k, t), problem.outlier);
-    return sum;
+    return loss(difference.cwiseProduct(problem.position_weight.col(t)), problem.loss_scale);
   }
 
   double step_cost(int t, const VectorX& u) const {
-    double sum = size_weight2.dot(u.cwiseAbs2());
-    if (any(force_weight2)) sum += force_weight2.dot((u - problem.force.col(t)).cwiseAbs2());
+    double sum = 0.5 * size_weight2.dot(u.cwiseAbs2());
+    if (any(force_weight2)) sum += 0.5 * force_weight2.dot((u - problem.force.col(t)).cwiseAbs2());
     if (any(problem.acceleration_weight))
-      sum += acceleration_residual(t).cwiseProduct(problem.acceleration_weight).squaredNorm();
-    return 0.5 * sum;
+      sum += loss(acceleration_residual(t).cwiseProduct(problem.acceleration_weight),
+                  problem.loss_scale);
+    return sum;
   }
 
   void add_measurement(const MotionPoint& point, int t, InstantEquations& out) {
@@ -120,11 +119,9 @@ struct InstantModel::Impl {
     const auto i = static_cast<std::size_t>(t);
     configuration_difference(model, problem.measured[i], point.q[i], difference);
     optimization::differentiate_difference(difference, rotations, v_by[0], v_by[1]);
-    VectorX weight(nv);
-    for (int k = 0; k < nv; ++k) {
-      const double own = problem.position_weight(k, t);
-      weight[k] = own * own * loss_weight(difference[k] * own, problem.outlier);
-    }
+    const VectorX own = problem.position_weight.col(t);
+    const VectorX weight = own.cwiseAbs2().cwiseProduct(
+        loss_weight(difference.cwiseProduct(own), problem.loss_scale));
     add_map_product(v_by[1], weight, v_by[1], rotations,
                     out.gram.block(2 * nv, 2 * nv, nv, nv));
     add_transposed(v_by[1], weight.cwiseProduct(difference), rotations,
@@ -134,8 +131,10 @@ struct InstantModel::Impl {
   void add_acceleration(int t, InstantEquations& out) {
     const int nv = model.nv();
     set_acceleration_maps();
-    const VectorX weight2 = problem.acceleration_weight.cwiseAbs2();
-    const VectorX pull = weight2.cwiseProduct(acceleration_residual(t));
+    const VectorX residual = acceleration_residual(t), own = problem.acceleration_weight;
+    const VectorX weight2 = own.cwiseAbs2().cwiseProduct(
+        loss_weight(residual.cwiseProduct(own), problem.loss_scale));
+    const VectorX pull = weight2.cwiseProduct(residual);
     for (int a = 0; a < 3; ++a) {
       add_transposed(a_by[static_cast<std::size_t>(a)], pull, rotations,
                      out.gradient.segment((1 + a) * nv, nv));

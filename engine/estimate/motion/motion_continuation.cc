@@ -65,11 +65,6 @@ ContinuationResult continue_motion(const MotionProblem& problem,
     result.steps += fit.minimize(continuation.most_steps, continuation.tolerance,
                                  continuation.stop);
     ++result.stages;
-    if (getenv("VERB")) {
-      double sum = 0; long n = 0; VectorX d(problem.nv());
-      for (int t = 0; t < problem.frames(); ++t) { configuration_difference(problem.model, fit.point().q[t], problem.measured[t], d); for (int k = 0; k < problem.nv(); ++k) if (problem.position_weight(k,t) > 0) { sum += std::pow(d[k]*problem.position_weight(k,t),2); ++n; } }
-      fprintf(stderr, "stage %.3g steps %d cost %.5g ratio %.3f\n", smoothing, result.steps, fit.cost(), sum / n);
-    }
     if (last && fit.cost() > kDearer * last->cost && smoothing <= kFormed) {
       ++result.refused;
       factor = std::sqrt(factor);
@@ -84,6 +79,7 @@ ContinuationResult continue_motion(const MotionProblem& problem,
     before = std::move(last);
     last = Accepted{fit.point(), smoothing, fit.cost()};
     if (smoothing <= continuation.end || (continuation.stop && continuation.stop())) break;
+    if (!before && fit.measurement_ratio() > continuation.hopeless) break;
     start = last->point;
     smoothing = std::max(continuation.end, smoothing / factor);
   }
@@ -93,6 +89,7 @@ ContinuationResult continue_motion(const MotionProblem& problem,
     result.steps += fit.minimize(continuation.most_steps, continuation.tolerance,
                                  continuation.stop);
   }
+  result.cost = fit.cost();
   return result;
 }
 

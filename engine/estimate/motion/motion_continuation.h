@@ -4,6 +4,7 @@
 #include <functional>
 
 #include "counterpoint/engine/estimate/motion/motion_fit.h"
+#include "counterpoint/model/special_values.h"
 
 namespace counterpoint::estimation {
 
@@ -11,6 +12,9 @@ struct MotionContinuation {
   double start = 1e-2, end = 1e-3;  ///< smoothing of the contact law [m]
   int most_steps = 40;              ///< Newton steps of a stage
   double tolerance = 1e-3;          ///< of the cost, see MotionFit::minimize
+  /// The search ends after the first stage where the measurements' mean square is this many times
+  /// their variance: nothing that follows would explain them.
+  double hopeless = kInfinity;
   std::function<bool()> stop;       ///< asked before every step
 };
 
@@ -20,6 +24,7 @@ SimulationOptions stage_options(const MotionProblem& problem, double smoothing);
 struct ContinuationResult {
   double smoothing = 0.0;  ///< of the last stage accepted [m]
   int steps = 0, stages = 0, refused = 0;
+  double cost = 0.0;
 };
 
 /// Carries `fit` from its point through the stages. A stage whose cost rises by more than a fifth has

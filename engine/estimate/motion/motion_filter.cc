@@ -14,10 +14,10 @@ namespace {
 constexpr double kHalfPower = 0.13251;
 /// It is cut off at so many standard deviations.
 constexpr double kCutOff = 4.0;
-/// Frames on either side of the one that a median is of.
-constexpr int kMedianReach = 2;
-/// A normal distribution's standard deviation over its median absolute value.
-constexpr double kMedianScale = 1.4826;
+/// Of absolute values this share is below the one that a deviation is judged by, and so much of the
+/// standard deviation of a normal distribution that one is. The median would be zero where an
+/// encoder repeats itself.
+constexpr double kShare = 0.75, kAtShare = 1.1503;
 
 VectorX difference(const Model& model, const VectorX& from, const VectorX& to) {
   VectorX out(model.nv());
@@ -60,27 +60,6 @@ std::vector<VectorX> low_pass(const Model& model, const std::vector<VectorX>& fr
   return out;
 }
 
-std::vector<VectorX> without_spikes(const Model& model, const std::vector<VectorX>& frames,
-                                    const VectorX& distance) {
-  const int last = static_cast<int>(frames.size()) - 1;
-  std::vector<VectorX> out;
-  for (int t = 0; t <= last; ++t) {
-    const VectorX& own = frames[static_cast<std::size_t>(t)];
-    std::vector<VectorX> around;
-    for (int k = std::max(0, t - kMedianReach); k <= std::min(last, t + kMedianReach); ++k)
-      around.push_back(difference(model, own, frames[static_cast<std::size_t>(k)]));
-    VectorX by = VectorX::Zero(model.nv());
-    for (int i = 0; i < model.nv(); ++i) {
-      std::vector<double> values;
-      for (const VectorX& d : around) values.push_back(d[i]);
-      const double middle = median(values);
-      if (std::abs(middle) > distance[i]) by[i] = middle;
-    }
-    out.push_back(moved(model, own, by));
-  }
-  return out;
-}
-
 VectorX white_noise(const Model& model, const std::vector<VectorX>& frames) {
   const std::size_t count = frames.size();
   std::vector<VectorX> first;
@@ -91,8 +70,11 @@ VectorX white_noise(const Model& model, const std::vector<VectorX>& frames) {
     std::vector<double> third;
     for (std::size_t t = 0; t + 2 < first.size(); ++t)
       third.push_back(std::abs(first[t + 2][i] - 2.0 * first[t + 1][i] + first[t][i]));
+    if (third.empty()) continue;
+    const auto at = third.begin() + static_cast<std::ptrdiff_t>(kShare * (third.size() - 1));
+    std::nth_element(third.begin(), at, third.end());
     // Weights 1, -3, 3, -1: the variance of white noise grows 20 times.
-    if (!third.empty()) out[i] = kMedianScale * median(third) / std::sqrt(20.0);
+    out[i] = *at / kAtShare / std::sqrt(20.0);
   }
   return out;
 }

@@ -12,13 +12,8 @@ namespace counterpoint::estimation {
 std::vector<VectorX> low_pass(const Model& model, const std::vector<VectorX>& frames, double h,
                               double frequency);
 
-/// Frames in which coordinates that are farther than `distance` (nv) [m, rad] from the median of the
-/// five frames around them are set to it.
-std::vector<VectorX> without_spikes(const Model& model, const std::vector<VectorX>& frames,
-                                    const VectorX& distance);
-
-/// Standard deviation of white noise in each coordinate (nv) [m, rad]: from the median of third
-/// differences, in which a motion of 100 Hz leaves little and an impact leaves a few outliers.
+/// Standard deviation of white noise in each coordinate (nv) [m, rad]: from a quantile of third
+/// differences, in which a smooth motion leaves little and an impact leaves a few outliers.
 VectorX white_noise(const Model& model, const std::vector<VectorX>& frames);
 
 /// nv x frames: second differences over h squared [m/s^2, rad/s^2]; zero at both ends.

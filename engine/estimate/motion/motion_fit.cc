@@ -121,6 +121,18 @@ bool MotionFit::try_step(const MatrixX& frames, const VectorX& parameters) {
   return true;
 }
 
+double MotionFit::measurement_ratio() const {
+  VectorX difference(model_.nv());
+  double sum = 0.0, count = 0.0;
+  for (int t = 0; t < problem_->frames(); ++t) {
+    configuration_difference(model_, point_.q[size(t)], problem_->measured[size(t)], difference);
+    const auto weight = problem_->position_weight.col(t);
+    sum += difference.cwiseProduct(weight).squaredNorm();
+    count += static_cast<double>((weight.array() > 0.0).count());
+  }
+  return count > 0.0 ? sum / count : 0.0;
+}
+
 int MotionFit::minimize(int most, double tolerance, const std::function<bool()>& stop) {
   MatrixX frames;
   VectorX parameters;
@@ -142,7 +154,6 @@ int MotionFit::minimize(int most, double tolerance, const std::function<bool()>&
       damping_ = std::max(10.0 * damping_, kLeastDamping);
     }
     const double decrease = before - cost_;
-    if (getenv("VERB2")) fprintf(stderr, "  %d cost %.6g decrease %.3g mu %.2g longest %.3g par %.3g\n", steps, cost_, decrease, damping_, frames.cwiseAbs().maxCoeff(), parameters.size() ? parameters.cwiseAbs().maxCoeff() : 0.0);
     small = decrease < tolerance * cost_ ? small + 1 : 0;
     if (!accepted || small >= kSmallDecreases || decrease < kTiny * tolerance * cost_)
       return steps + 1;

@@ -27,6 +27,8 @@ class MotionFit {
   const MotionPoint& point() const { return point_; }
   /// Infinite where an inverse has no answer.
   double cost() const { return cost_; }
+  /// Mean square of the measurements' residuals over their variance.
+  double measurement_ratio() const;
   const std::vector<Instant>& instants() const { return instants_; }
   const SimulationOptions& options() const { return options_; }
   /// The model with the parameters as they are.

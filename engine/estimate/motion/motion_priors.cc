@@ -1,14 +1,10 @@
 #include "counterpoint/engine/estimate/motion/motion_priors.h"
 
 #include <cmath>
-#include <cstdlib>
-#include <cstdio>
-#include <map>
 
-#include "counterpoint/collision/collider.h"
 #include "counterpoint/engine/dynamics/kinematics.h"
+#include "counterpoint/engine/estimate/motion/motion_continuation.h"
 #include "counterpoint/engine/estimate/motion/motion_filter.h"
-#include "counterpoint/engine/estimate/motion/variance_components.h"
 #include "counterpoint/engine/optimize/optimize.h"
 #include "counterpoint/model/special_values.h"
 
@@ -17,10 +13,26 @@ namespace {
 
 /// Contacts are looked for up to this gap [m], if the scene's margin is not larger.
 constexpr double kMargin = 0.05;
-/// A geometry is unsure that is near the world in more than this share of the frames.
-constexpr double kOften = 0.1;
-
-VectorX inverse(const VectorX& deviation) { return deviation.cwiseInverse(); }
+/// Forces of motors, as a share of the weight times its radius of gyration; their change in 10 ms,
+/// as a share of that.
+constexpr double kForce = 0.12, kChange = 0.15;
+/// Unexplained forces [weights of the tree].
+constexpr double kUnexplainedWhite = 0.03, kUnexplainedSlow = 0.02;
+/// Smoothing of the contact law for white errors, in standard deviations of the positions: at the
+/// end, and two starts, of which the one that ends cheaper is taken.
+constexpr double kSmoothingEnd = 0.1, kNearStart = 3.0, kFarStart = 10.0;
+/// Slow errors, as of markers on skin: positions [m, rad], the half-power frequency of the low-pass
+/// [Hz], and the accelerations it gives: of free links [m/s^2], [rad/s^2], and of joints [rad/s^2].
+constexpr double kSlowPosition = 0.02, kCutoff = 6.0;
+constexpr double kSlowLinear = 0.1, kSlowAngular = 3.0, kSlowJoint = 10.0;
+/// Accelerations and positions that are farther off than this hardly count [standard deviations]:
+/// slow errors jump now and then.
+constexpr double kLossScale = 3.0;
+/// Smoothing for slow errors [m]: soles and their places are no surer than its end.
+constexpr double kSlowStart = 0.03, kSlowEnd = 0.01;
+/// The places of what touches the world [m]; a geometry is unsure that is nearer than `kNear` [m] in
+/// more than this share of the rows.
+constexpr double kPlace = 0.01, kNear = 0.03, kOften = 0.1;
 
 /// Steps as an estimate does them: all forces of a step at one instant, contacts looked for as far
 /// as they may be wrong, and laws that depend on nothing but the step.
@@ -36,123 +48,56 @@ SimulationOptions estimate_options(const Scene& scene, double h) {
   return options;
 }
 
-double env(const char* name, double otherwise) {
-  const char* text = std::getenv(name);
-  return text != nullptr ? std::atof(text) : otherwise;
+/// Weight of all that moves times its radius of gyration at a pose [N m].
+double weight_times_gyration(const Model& model, const VectorX& q) {
+  Data data(model);
+  compute_poses(model, q, data);
+  double mass = 0.0, second = 0.0;
+  Vector3 first = Vector3::Zero();
+  for (int i = 1; i < model.num_bodies(); ++i) {
+    const SpatialInertia& inertia = model.body(i).inertia;
+    const Vector3 center = data.X_WB[static_cast<std::size_t>(i)] * inertia.center;
+    mass += inertia.mass;
+    first += inertia.mass * center;
+    second += inertia.mass * center.squaredNorm();
+    second += 0.5 * inertia.rotational.trace();
+  }
+  if (mass <= 0.0) return 0.0;
+  const double variance = second / mass - (first / mass).squaredNorm();
+  return optimization::scene_weight(model) * std::sqrt(std::max(variance, 0.0));
 }
 
-}  // namespace
-
-MotionPriors choose_priors(const Scene& scene, const Recording& recording,
-                           const std::vector<char>& recorded) {
-  const Model& model = scene.model;
-  const int nv = model.nv();
-  std::vector<VectorX> frames;
-  for (int t = 0; t < recording.num_rows(); ++t) frames.push_back(recording.q.col(t));
-  MotionPriors priors;
-  const VectorX white = white_noise(model, frames);
-  priors.position = VectorX::Constant(nv, env("SP", 0.02));
-  if (env("SP", 0.02) <= 0) priors.position = white;
-  for (int i = 0; i < nv; ++i)
-    if (!recorded[static_cast<std::size_t>(i)]) priors.position[i] = kInfinity;
-  priors.cutoff = env("ACCT", 6.0);
-  priors.acceleration = VectorX::Constant(nv, env("SAJ", 10.0));
-  for (int b = 1; b < model.num_bodies(); ++b) {
-    if (model.body(b).joint_type != JointType::kFloating) continue;
-    priors.acceleration.segment<3>(model.body(b).v_index).setConstant(env("SAL", 0.1));
-    priors.acceleration.segment<3>(model.body(b).v_index + 3).setConstant(env("SAR", 3.0));
-  }
-  priors.force = VectorX::Constant(nv, kInfinity);
-  priors.unexplained = env("US", 0.02);
-  priors.size = VectorX::Constant(nv, env("TQ", 0) > 0 ? env("TQ", 0) : kInfinity);
-  priors.change = VectorX::Constant(nv, env("DU", 10.0));
-  priors.place = env("PLACE", 0.02);
-  priors.smoothing_start = env("S0", 3e-2);
-  priors.smoothing_end = env("S1", 1e-2);
-  if (priors.place > 0) {
-    MotionProblem problem = motion_problem(scene, recording, priors);
-    priors.geometries = unsure_geometries(problem, low_pass(model, frames, problem.h(), 6.0), 0.03);
-  }
-  return priors;
-}
-
-void update_priors(const Model& model, const MotionProblem& problem, MotionFit& fit,
-                   MotionPriors& priors) {
-  const VarianceComponents found = variance_components(problem, fit);
-  const int what = static_cast<int>(env("WHAT", 15));
-  std::map<int, std::vector<int>> groups;
-  for (int b = 1; b < model.num_bodies(); ++b) {
-    const Body& body = model.body(b);
-    for (int k = 0; k < joint_nv(body.joint_type); ++k) {
-      const bool linear = k < joint_num_linear(body.joint_type);
-      const int key = joint_nv(body.joint_type) > 1 ? 2 * b + linear : linear ? 1 : 0;
-      groups[key].push_back(body.v_index + k);
-    }
-  }
-  const bool verbose = std::getenv("VERB") != nullptr;
-  for (const auto& [key, members] : groups) {
-    double position = 0.0, acceleration = 0.0;
-    int count = 0;
-    for (const int i : members)
-      if (problem.position_weight(i, 0) > 0.0) {
-        position += found.position[i];
-        acceleration += found.acceleration[i];
-        ++count;
-      }
-    if (count == 0) continue;
-    for (const int i : members) {
-      if (problem.position_weight(i, 0) <= 0.0) continue;
-      if (what & 1) priors.position[i] = std::sqrt(position / count);
-      if (what & 2) priors.acceleration[i] = std::sqrt(acceleration / count);
-    }
-    if (verbose)
-      std::fprintf(stderr, "group %d n %d position %.3g acceleration %.3g\n", key, count,
-                   std::sqrt(position / count), std::sqrt(acceleration / count));
-  }
-  const std::vector<char> motors = optimization::motors_of(model);
-  for (int i = 0; i < model.nv(); ++i) {
-    if (!motors[static_cast<std::size_t>(i)]) continue;
-    if (what & 4) priors.size[i] = std::sqrt(found.size[i]);
-    if (what & 8) priors.change[i] = std::sqrt(found.change[i]);
-    if (verbose) std::fprintf(stderr, "  %d size %.3g change %.3g\n", i, std::sqrt(found.size[i]), std::sqrt(found.change[i]));
-  }
-}
-
-std::vector<VectorX> start_frames(const MotionProblem& problem, const MotionPriors& priors) {
-  const Model& model = problem.model;
-  const std::vector<VectorX> clean =
-      without_spikes(model, problem.measured, 5.0 * priors.position);
-  return low_pass(model, clean, problem.h(), priors.cutoff > 0.0 ? priors.cutoff : 10.0);
-}
-
-std::vector<char> recorded_coordinates(const Model& model, const ColumnMap& map) {
-  std::vector<char> q(static_cast<std::size_t>(model.nq()), 0);
-  std::vector<char> out(static_cast<std::size_t>(model.nv()), 0);
-  for (const ColumnMap::Entry& entry : map.entries)
-    if (entry.kind == ColumnMap::Entry::Kind::kPosition && !entry.source.column.empty())
-      q[static_cast<std::size_t>(entry.index)] = 1;
-  for (int b = 1; b < model.num_bodies(); ++b) {
-    const Body& body = model.body(b);
-    const int positions = joint_nq(body.joint_type), velocities = joint_nv(body.joint_type);
-    for (int k = 0; k < velocities; ++k) {
-      // Of a quaternion, the last four of its joint's positions, any part stands for all.
-      const int at = body.q_index + std::min(k, positions - 1);
-      out[static_cast<std::size_t>(body.v_index + k)] = q[static_cast<std::size_t>(at)];
-    }
-  }
+VectorX where_recorded(const VectorX& deviation, const RecordedMotion& recorded) {
+  VectorX out = deviation;
+  for (int i = 0; i < out.size(); ++i)
+    if (recorded.measured.row(i).maxCoeff() == 0.0) out[i] = kInfinity;
   return out;
 }
 
+/// What both kinds of errors have in common.
+MotionPriors common_priors(const Scene& scene, const ColumnMap& map,
+                           const RecordedMotion& recorded) {
+  const int nv = scene.model.nv();
+  MotionPriors priors;
+  priors.acceleration = VectorX::Constant(nv, kInfinity);
+  priors.force = map.force_deviation;
+  const double force = kForce * weight_times_gyration(scene.model, recorded.frames.front());
+  priors.size = VectorX::Constant(nv, force);
+  priors.change = VectorX::Constant(nv, kChange * force * std::sqrt(recorded.h() / 0.01));
+  return priors;
+}
+
+/// Geometries that are often near the world.
 std::vector<UnsureGeometry> unsure_geometries(const MotionProblem& problem,
-                                              const std::vector<VectorX>& frames, double reach) {
+                                              const std::vector<VectorX>& frames) {
   const Model& model = problem.model;
   const std::size_t count = model.geometries().size();
   std::vector<int> near(count, 0);
   std::vector<Vector3> direction(count, Vector3::Zero());
-  MotionPoint point{frames, VectorX::Zero(static_cast<Eigen::Index>(problem.parameters.size()))};
+  const MotionPoint point{frames, VectorX()};
   InstantModel instant(problem, model);
   Data data(model);
-  const SimulationOptions options = stage_options(problem, reach);
+  const SimulationOptions options = stage_options(problem, kNear);
   for (int t = 1; t + 1 < problem.frames(); ++t) {
     compute_poses(model, frames[static_cast<std::size_t>(t)], data);
     std::vector<char> seen(count, 0);
@@ -160,12 +105,12 @@ std::vector<UnsureGeometry> unsure_geometries(const MotionProblem& problem,
       const auto a = static_cast<std::size_t>(one.contact.geometry_a);
       const auto b = static_cast<std::size_t>(one.contact.geometry_b);
       const bool world_a = model.geometries()[a].body == 0;
-      if (one.contact.gap > reach || world_a == (model.geometries()[b].body == 0)) continue;
+      if (one.contact.gap > kNear || world_a == (model.geometries()[b].body == 0)) continue;
       const std::size_t moving = world_a ? b : a;
       const Geometry& g = model.geometries()[moving];
       const Matrix3 R = data.X_WB[static_cast<std::size_t>(g.body)].rotation * g.X_BG.rotation;
-      direction[moving] += R.transpose() * (world_a ? -one.contact.normal : one.contact.normal);
-      near[moving] += seen[moving] ? 0 : 1;
+      direction[moving] += R.transpose() * (world_a ? one.contact.normal : -one.contact.normal);
+      near[moving] += seen[moving] != 0 ? 0 : 1;
       seen[moving] = 1;
     }
   }
@@ -176,23 +121,68 @@ std::vector<UnsureGeometry> unsure_geometries(const MotionProblem& problem,
   return out;
 }
 
-MotionProblem motion_problem(const Scene& scene, const Recording& recording,
+/// The median of the recorded coordinates' deviations.
+double typical(const VectorX& deviation) {
+  std::vector<double> finite;
+  for (const double d : deviation)
+    if (std::isfinite(d)) finite.push_back(d);
+  return median(finite);
+}
+
+}  // namespace
+
+MotionPriors white_priors(const Scene& scene, const ColumnMap& map,
+                          const RecordedMotion& recorded) {
+  MotionPriors priors = common_priors(scene, map, recorded);
+  priors.position = where_recorded(recorded.noise, recorded);
+  priors.unexplained = kUnexplainedWhite;
+  const double noise = typical(priors.position);
+  priors.smoothing_starts = {kNearStart * noise, kFarStart * noise};
+  priors.smoothing_end = kSmoothingEnd * noise;
+  return priors;
+}
+
+MotionPriors slow_priors(const Scene& scene, const ColumnMap& map, const RecordedMotion& recorded) {
+  const Model& model = scene.model;
+  MotionPriors priors = common_priors(scene, map, recorded);
+  priors.position = where_recorded(VectorX::Constant(model.nv(), kSlowPosition), recorded);
+  for (int i = 0; i < model.nv(); ++i)
+    if (std::isfinite(map.position_deviation[i])) priors.position[i] = map.position_deviation[i];
+  priors.cutoff = kCutoff;
+  priors.loss_scale = kLossScale;
+  priors.acceleration.setConstant(kSlowJoint);
+  for (int b = 1; b < model.num_bodies(); ++b) {
+    const Body& body = model.body(b);
+    if (body.joint_type != JointType::kFloating) continue;
+    priors.acceleration.segment<3>(body.v_index).setConstant(kSlowLinear);
+    priors.acceleration.segment<3>(body.v_index + 3).setConstant(kSlowAngular);
+  }
+  priors.acceleration = where_recorded(priors.acceleration, recorded);
+  priors.unexplained = kUnexplainedSlow;
+  priors.smoothing_starts = {kSlowStart};
+  priors.smoothing_end = kSlowEnd;
+  priors.place = kPlace;
+  const MotionProblem problem = motion_problem(scene, recorded, priors);
+  priors.geometries = unsure_geometries(
+      problem, low_pass(model, recorded.frames, recorded.h(), priors.cutoff));
+  return priors;
+}
+
+MotionProblem motion_problem(const Scene& scene, const RecordedMotion& recorded,
                              const MotionPriors& priors) {
   const Model& model = scene.model;
-  const int nv = model.nv(), rows = recording.num_rows();
-  const double h = (recording.time.back() - recording.time.front()) / (rows - 1);
-  MotionProblem problem{model, estimate_options(scene, h), {}, {}, env("OUTL", 3.0), {}, {}, {}, {}, {}, {}, {}, {}};
-  for (int t = 0; t < rows; ++t) problem.measured.push_back(recording.q.col(t));
-  problem.position_weight = inverse(priors.position).replicate(1, rows);
+  const int nv = model.nv(), rows = recorded.rows();
+  const double h = recorded.h();
+  MotionProblem problem{.model = model, .options = estimate_options(scene, h)};
+  problem.measured = recorded.frames;
+  problem.position_weight = priors.position.cwiseInverse().asDiagonal() * recorded.measured;
   problem.acceleration = MatrixX::Zero(nv, rows);
-  problem.acceleration_weight = VectorX::Zero(nv);
-  if (priors.cutoff > 0.0) {
-    problem.acceleration =
-        accelerations(model, low_pass(model, problem.measured, h, priors.cutoff), h);
-    problem.acceleration_weight = inverse(priors.acceleration);
-  }
-  problem.force = recording.applied_force;
-  problem.force_weight = inverse(priors.force);
+  problem.acceleration_weight = priors.acceleration.cwiseInverse();
+  if (priors.cutoff > 0.0)
+    problem.acceleration = accelerations(model, low_pass(model, recorded.frames, h, priors.cutoff), h);
+  problem.loss_scale = priors.loss_scale;
+  problem.force = recorded.force;
+  problem.force_weight = priors.force.cwiseInverse();
   const std::vector<char> motors = optimization::motors_of(model);
   problem.size_weight = optimization::unactuated_weights(model, motors) / priors.unexplained;
   problem.change_weight = VectorX::Zero(nv);

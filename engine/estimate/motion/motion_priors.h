@@ -3,52 +3,40 @@
 
 #include <vector>
 
-#include "counterpoint/engine/estimate/motion/motion_continuation.h"
 #include "counterpoint/engine/estimate/motion/motion_problem.h"
-#include "counterpoint/engine/estimate/recording.h"
+#include "counterpoint/engine/estimate/motion/recorded_motion.h"
 
 namespace counterpoint::estimation {
 
 /// A geometry whose place in its link is not known exactly.
 struct UnsureGeometry {
   int geometry = 0;
-  Vector3 direction;  ///< towards what it touches, of unit length, in its own axes
+  Vector3 direction;  ///< along which it may lie elsewhere, of unit length, in its own axes
 };
 
-/// All standard deviations; infinity where nothing is known.
+/// Standard deviations; infinity where nothing is known.
 struct MotionPriors {
   VectorX position;            ///< nv: of the recorded positions [m, rad]
   double cutoff = 0.0;         ///< of the low-pass behind measured accelerations [Hz]; 0: none
   VectorX acceleration;        ///< nv: of measured accelerations [m/s^2, rad/s^2]
+  double loss_scale = 0.0;     ///< MotionProblem::loss_scale
   VectorX force;               ///< nv: of measured joint forces [N, N m]
-  double unexplained = 0.02;   ///< forces where no motor is [weights of the tree]
+  double unexplained = 0.0;    ///< forces where no motor is [weights of the tree]
   VectorX size;                ///< nv: forces of motors [N, N m]
   VectorX change;              ///< nv: their change in an interval [N, N m]
   std::vector<UnsureGeometry> geometries;
-  double place = 0.02;         ///< of those, along their direction [m]
-  double smoothing_start = 1e-2, smoothing_end = 1e-3;  ///< of the contact law [m]
+  double place = 0.0;          ///< of those, along their direction [m]
+  std::vector<double> smoothing_starts;  ///< of the contact law [m]: the best of several is taken
+  double smoothing_end = 0.0;            ///< [m]
 };
 
-/// nv: are positions recorded? Of a rotation all of it.
-std::vector<char> recorded_coordinates(const Model& model, const ColumnMap& map);
+/// For recordings whose errors are white: positions are as sure as their noise says.
+MotionPriors white_priors(const Scene& scene, const ColumnMap& map, const RecordedMotion& recorded);
+/// For recordings whose errors are slow: their low-passed accelerations are trusted more than their
+/// positions, and the places of what touches the ground in its link are unsure.
+MotionPriors slow_priors(const Scene& scene, const ColumnMap& map, const RecordedMotion& recorded);
 
-/// Geometries that come within `reach` [m] of the world in more than a tenth of the frames.
-std::vector<UnsureGeometry> unsure_geometries(const MotionProblem& problem,
-                                              const std::vector<VectorX>& frames, double reach);
-
-/// What the recording itself and the scene say of all deviations.
-MotionPriors choose_priors(const Scene& scene, const Recording& recording,
-                           const std::vector<char>& recorded);
-
-/// Priors as the estimate found them.
-void update_priors(const Model& model, const MotionProblem& problem, MotionFit& fit,
-                   MotionPriors& priors);
-
-/// Frames to begin with: the recording without spikes, through a low-pass.
-std::vector<VectorX> start_frames(const MotionProblem& problem, const MotionPriors& priors);
-
-/// The problem of a recording of evenly spaced rows, with `priors`.
-MotionProblem motion_problem(const Scene& scene, const Recording& recording,
+MotionProblem motion_problem(const Scene& scene, const RecordedMotion& recorded,
                              const MotionPriors& priors);
 
 }  // namespace counterpoint::estimation

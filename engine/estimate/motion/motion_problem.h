@@ -1,12 +1,13 @@
 // What a motion estimate minimizes: which configurations were measured, and how sure everything is.
 //
-//   1/2 sum  rho(weight (q_t (-) measured_t))              measurements, Cauchy's loss
-//          + | weight (a_t - measured acceleration) |^2    where slow errors make positions loose
-//          + | weight u_t |^2                              unexplained forces, sizes of joint forces
-//          + | weight (u_t - measured u_t) |^2             joint forces that were measured
-//          + | weight (u_t - u_{t-1}) |^2                  joint forces change little in a row
-//          + | weight (p - prior p) |^2                    parameters
+//   sum  rho(weight (q_t (-) measured_t))                      measurements
+//      + rho(weight (a_t - measured acceleration))             where slow errors make positions loose
+//      + 1/2 | weight u_t |^2                                  unexplained forces, sizes of others
+//      + 1/2 | weight (u_t - measured u_t) |^2                 joint forces that were measured
+//      + 1/2 | weight (u_t - u_{t-1}) |^2                      joint forces change little in a row
+//      + 1/2 | weight (p - prior p) |^2                        parameters
 //
+// rho(r) = 1/2 r^2, or with a scale c Cauchy's loss c^2 / 2 log(1 + r^2 / c^2) by coordinate.
 // u_t is the applied force that step_inverse recovers from (q_t, v_t, v_{t+1}), the velocities being
 // differences of frames: the motion is a variable, and the contact law is a part of u.
 #pragma once
@@ -21,18 +22,18 @@ struct MotionProblem {
   Model model;                ///< parameters at their prior values
   SimulationOptions options;  ///< of the last stage; time_step is the interval between frames [s]
 
-  std::vector<VectorX> measured;  ///< by frame: nq
-  MatrixX position_weight;        ///< nv x frames [1/m, 1/rad]; 0: not measured
-  double outlier = 3.0;           ///< scale of Cauchy's loss [standard deviations]
-  MatrixX acceleration;           ///< nv x frames [m/s^2, rad/s^2]
-  VectorX acceleration_weight;    ///< nv [s^2/m, s^2/rad]; 0: not compared
-  MatrixX force;                  ///< nv x frames: measured joint forces [N, N m]
-  VectorX force_weight;           ///< nv [1/N, 1/(N m)]; 0: not measured
-  VectorX size_weight;    ///< nv [1/N, 1/(N m)]: of forces without a motor, and sizes of others
-  VectorX change_weight;  ///< nv [1/N, 1/(N m)]: of the change of a joint's force in a row
+  std::vector<VectorX> measured = {};  ///< by frame: nq
+  MatrixX position_weight = {};        ///< nv x frames [1/m, 1/rad]; 0: not measured
+  double loss_scale = 0.0;  ///< c [standard deviations]; 0: squares
+  MatrixX acceleration = {};           ///< nv x frames [m/s^2, rad/s^2]
+  VectorX acceleration_weight = {};    ///< nv [s^2/m, s^2/rad]; 0: not compared
+  MatrixX force = {};                  ///< nv x frames: measured joint forces [N, N m]
+  VectorX force_weight = {};           ///< nv [1/N, 1/(N m)]; 0: not measured
+  VectorX size_weight = {};     ///< nv [1/N, 1/(N m)]: of forces without a motor, and sizes of others
+  VectorX change_weight = {};   ///< nv [1/N, 1/(N m)]: of the change of a joint's force in a row
 
-  std::vector<StepParameter> parameters;
-  VectorX parameter_weight;  ///< inverse standard deviations of their priors
+  std::vector<StepParameter> parameters = {};
+  VectorX parameter_weight = {};  ///< inverse standard deviations of their priors
 
   int frames() const { return static_cast<int>(measured.size()); }
   int nv() const { return model.nv(); }

@@ -1,0 +1,274 @@
+#include "counterpoint/engine/estimate/motion/motion_result.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <set>
+
+#include "counterpoint/engine/dynamics.h"
+#include "counterpoint/engine/estimate/motion/frame_covariance.h"
+#include "counterpoint/engine/estimate/motion/motion_filter.h"
+#include "counterpoint/engine/estimate/motion/pair_forces.h"
+#include "counterpoint/engine/optimize/optimize.h"
+
+namespace counterpoint::estimation {
+namespace {
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+/// A recorded position farther off than this is an outlier [standard deviations].
+constexpr double kOutlier = 6.0;
+/// So is an acceleration: of rows that are no farther apart than `kSameRows` the largest.
+constexpr double kPush = 30.0;
+constexpr int kSameRows = 10;
+
+/// The share of a pair's force, on geometry B, that acts on some bodies: 1, -1, or 0.
+double sign_of(const Model& model, const ContactEstimate& pair, const std::vector<int>& bodies) {
+  const auto has = [&](int geometry) {
+    const int body = model.geometries()[static_cast<std::size_t>(geometry)].body;
+    return std::find(bodies.begin(), bodies.end(), body) != bodies.end();
+  };
+  return (has(pair.geometry_b) ? 1.0 : 0.0) - (has(pair.geometry_a) ? 1.0 : 0.0);
+}
+
+/// Covariance of forces that depend on three frames (J) and on parameters (P).
+struct Covariance {
+  MatrixX frames;             ///< 3 nv x 3 nv, parameters held
+  MatrixX gain;               ///< 3 nv x parameters: these move the frames by -gain
+  const MatrixX& parameters;
+
+  MatrixX of(const MatrixX& J, const MatrixX& P) const {
+    MatrixX out = J * frames * J.transpose();
+    if (parameters.rows() == 0) return out;
+    const MatrixX total = P - J * gain;
+    return out + total * parameters * total.transpose();
+  }
+};
+
+VectorX deviations(const MatrixX& covariance) {
+  return covariance.diagonal().cwiseMax(0.0).cwiseSqrt();
+}
+
+void set_parameters(const MotionProblem& problem, const VectorX& values, const MatrixX& covariance,
+                    MotionEstimate& out) {
+  for (std::size_t k = 0; k < problem.parameters.size(); ++k) {
+    const auto i = static_cast<Eigen::Index>(k);
+    const auto geometry = static_cast<std::size_t>(problem.parameters[k].targets.front());
+    out.parameters.push_back({"place:" + problem.model.geometries()[geometry].name, "m", values[i],
+                              std::sqrt(std::max(0.0, covariance(i, i)))});
+  }
+}
+
+/// Mean squares of a row's residuals, by coordinate, over their deviations.
+void set_cost_ratios(const MotionProblem& problem, const std::vector<VectorX>& frames,
+                     MotionEstimate& out) {
+  VectorX difference(problem.nv());
+  for (int t = 0; t < problem.frames(); ++t) {
+    const auto i = static_cast<std::size_t>(t);
+    configuration_difference(problem.model, problem.measured[i], frames[i], difference);
+    const VectorX ratio = difference.cwiseProduct(problem.position_weight.col(t));
+    const auto count = (problem.position_weight.col(t).array() > 0.0).count();
+    out.cost_ratio[t] = count > 0 ? ratio.squaredNorm() / static_cast<double>(count) : 0.0;
+    for (int k = 0; k < problem.nv(); ++k)
+      if (std::abs(ratio[k]) > kOutlier)
+        out.outliers.push_back({t, k, -difference[k], std::abs(ratio[k])});
+  }
+}
+
+/// Accelerations of the recording that the estimate does not follow.
+void add_pushes(const MotionProblem& problem, const std::vector<VectorX>& frames,
+                MotionEstimate& out) {
+  if (problem.acceleration_weight.isZero(0.0)) return;
+  const MatrixX found = accelerations(problem.model, frames, problem.h());
+  std::optional<Outlier> worst;
+  for (int t = 1; t + 1 < problem.frames(); ++t) {
+    const VectorX off = problem.acceleration.col(t) - found.col(t);
+    Eigen::Index k = 0;
+    const double most = off.cwiseProduct(problem.acceleration_weight).cwiseAbs().maxCoeff(&k);
+    if (worst && t > worst->row + kSameRows) {
+      out.outliers.push_back(*worst);
+      worst.reset();
+    }
+    if (most > kPush && (!worst || most > worst->deviations))
+      worst = Outlier{t, static_cast<int>(k), off[k], most, true};
+  }
+  if (worst) out.outliers.push_back(*worst);
+}
+
+}  // namespace
+
+const char* recording_errors_name(RecordingErrors errors) {
+  return errors == RecordingErrors::kNone    ? "none"
+         : errors == RecordingErrors::kWhite ? "white"
+                                             : "slow";
+}
+
+MotionEstimate empty_estimate(const Model& model, const std::vector<double>& time,
+                              std::vector<ContactSum> sums) {
+  MotionEstimate out;
+  const auto rows = static_cast<Eigen::Index>(time.size());
+  out.time = time;
+  out.q.resize(model.nq(), rows);
+  out.v.resize(model.nv(), rows);
+  out.force = MatrixX::Constant(model.nv(), rows, kNaN);
+  out.force_deviation = out.force;
+  out.contacts.resize(time.size());
+  out.cost_ratio = VectorX::Zero(rows);
+  out.sums = std::move(sums);
+  const auto components = 3 * static_cast<Eigen::Index>(out.sums.size());
+  out.sum_force = out.sum_deviation = out.sum_centre = MatrixX::Constant(components, rows, kNaN);
+  return out;
+}
+
+void set_motion(const Model& model, const std::vector<VectorX>& frames, double h,
+                MotionEstimate& out) {
+  VectorX before(model.nv()), behind(model.nv());
+  const int last = static_cast<int>(frames.size()) - 1;
+  for (int t = 0; t <= last; ++t) {
+    const auto i = static_cast<std::size_t>(t);
+    out.q.col(t) = frames[i];
+    if (t > 0) configuration_difference(model, frames[i - 1], frames[i], before);
+    if (t < last) configuration_difference(model, frames[i], frames[i + 1], behind);
+    if (t == 0) before = behind;
+    if (t == last) behind = before;
+    out.v.col(t) = (before + behind) / (2.0 * h);
+  }
+}
+
+void set_forces(const MotionProblem& problem, MotionFit& fit, MotionEstimate& out) {
+  MotionSystem& system = fit.linearized();
+  const FrameCovariance covariances(system.band());
+  const std::vector<PairForces> pairs = differentiate_pair_forces(problem, fit);
+  const MatrixX parameters = system.parameter_covariance();
+  const int nv = problem.nv();
+  for (std::size_t t = 0; t < pairs.size(); ++t) out.contacts[t] = pairs[t].pairs;
+  fit.pool().run(problem.frames(), [&](int t, int) {
+    if (t == 0 || t + 1 == problem.frames()) return;
+    const auto i = static_cast<std::size_t>(t);
+    Covariance covariance{covariances.of(t - 1, 3), MatrixX(3 * nv, parameters.rows()), parameters};
+    for (Eigen::Index k = 0; k < parameters.rows(); ++k)
+      covariance.gain.col(k) = Eigen::Map<const VectorX>(
+          system.gain()[static_cast<std::size_t>(k)].col(t - 1).data(), 3 * nv);
+    const Instant& instant = fit.instants()[i];
+    out.force.col(t) = instant.force;
+    out.force_deviation.col(t) =
+        deviations(covariance.of(instant.by_frames, instant.by_parameters));
+    const MatrixX of_pairs = covariance.of(pairs[i].by_frames, pairs[i].by_parameters);
+    const VectorX by_pair = deviations(of_pairs);
+    for (std::size_t k = 0; k < out.contacts[i].size(); ++k)
+      out.contacts[i][k].deviation = by_pair.segment<3>(3 * static_cast<Eigen::Index>(k));
+    set_sums(problem.model, t, &of_pairs, out);
+  });
+  set_parameters(problem, fit.point().parameters, parameters, out);
+  set_cost_ratios(problem, fit.point().q, out);
+  add_pushes(problem, fit.point().q, out);
+}
+
+void set_inverse(const Model& model, const Inverse& inverse, int row, MotionEstimate& out) {
+  out.force.col(row) = inverse.applied_force;
+  out.force_deviation.col(row).setZero();
+  out.contacts[static_cast<std::size_t>(row)] = pair_forces(model, inverse);
+}
+
+std::vector<ContactSum> with_links(const Model& model, std::vector<ContactSum> sums) {
+  std::set<int> bodies;
+  for (const Geometry& geometry : model.geometries()) bodies.insert(geometry.body);
+  for (const int body : bodies)
+    if (body > 0) sums.push_back({model.joint(body - 1).link, {body}});
+  return sums;
+}
+
+void leave_out_untouched(std::size_t wanted, MotionEstimate& out) {
+  std::vector<Eigen::Index> kept;
+  std::vector<ContactSum> sums;
+  for (std::size_t s = 0; s < out.sums.size(); ++s) {
+    const auto at = 3 * static_cast<Eigen::Index>(s);
+    const auto rows = out.sum_centre.middleRows<3>(at);
+    if (s >= wanted && !(rows.array() == rows.array()).any()) continue;  // NaN: never in contact
+    sums.push_back(out.sums[s]);
+    for (Eigen::Index k = 0; k < 3; ++k) kept.push_back(at + k);
+  }
+  out.sums = std::move(sums);
+  for (MatrixX* rows : {&out.sum_force, &out.sum_deviation, &out.sum_centre})
+    *rows = MatrixX((*rows)(kept, Eigen::all));
+}
+
+void set_sums(const Model& model, int row, const MatrixX* covariance, MotionEstimate& out) {
+  const std::vector<ContactEstimate>& pairs = out.contacts[static_cast<std::size_t>(row)];
+  for (std::size_t s = 0; s < out.sums.size(); ++s) {
+    const auto at = 3 * static_cast<Eigen::Index>(s);
+    MatrixX pick = MatrixX::Zero(3, 3 * static_cast<Eigen::Index>(pairs.size()));
+    Vector3 force = Vector3::Zero(), centre = Vector3::Zero();
+    double pressure = 0.0;
+    for (std::size_t k = 0; k < pairs.size(); ++k) {
+      const double sign = sign_of(model, pairs[k], out.sums[s].bodies);
+      pick.block<3, 3>(0, 3 * static_cast<Eigen::Index>(k)) = sign * Matrix3::Identity();
+      if (sign == 0.0) continue;
+      force += sign * pairs[k].force;
+      centre += pairs[k].normal_force * pairs[k].centre;
+      pressure += pairs[k].normal_force;
+    }
+    out.sum_force.block<3, 1>(at, row) = force;
+    if (pressure > 0.0) out.sum_centre.block<3, 1>(at, row) = centre / pressure;
+    out.sum_deviation.block<3, 1>(at, row).setZero();
+    if (covariance != nullptr && !pairs.empty())
+      out.sum_deviation.block<3, 1>(at, row) =
+          deviations(pick * *covariance * pick.transpose());
+  }
+}
+
+void summarize(const Model& model, const RecordedMotion& recorded, MotionEstimate& out) {
+  for (const std::vector<Outlier>* damage : {&recorded.spikes, &recorded.jumps})
+    out.outliers.insert(out.outliers.end(), damage->begin(), damage->end());
+  std::stable_sort(out.outliers.begin(), out.outliers.end(),
+                   [](const Outlier& a, const Outlier& b) { return a.row < b.row; });
+  out.mean_cost_ratio = out.cost_ratio.mean();
+  const VectorX weights =
+      optimization::unactuated_weights(model, optimization::motors_of(model));
+  int rows = 0;
+  for (Eigen::Index t = 0; t < out.force.cols(); ++t) {
+    if (!out.force.col(t).allFinite()) continue;
+    const double largest = out.force.col(t).cwiseProduct(weights).cwiseAbs().maxCoeff();
+    out.unexplained_mean += largest;
+    out.unexplained_max = std::max(out.unexplained_max, largest);
+    ++rows;
+  }
+  if (rows > 0) out.unexplained_mean /= rows;
+}
+
+void append(const MotionEstimate& part, int first, int skip, MotionEstimate& out) {
+  const auto rows = static_cast<Eigen::Index>(part.time.size()) - skip;
+  const auto put = [&](const MatrixX& from, MatrixX& to) {
+    to.middleCols(first + skip, rows) = from.middleCols(skip, rows);
+  };
+  put(part.q, out.q);
+  put(part.v, out.v);
+  put(part.force, out.force);
+  put(part.force_deviation, out.force_deviation);
+  put(part.sum_force, out.sum_force);
+  put(part.sum_deviation, out.sum_deviation);
+  put(part.sum_centre, out.sum_centre);
+  out.cost_ratio.segment(first + skip, rows) = part.cost_ratio.segment(skip, rows);
+  std::copy(part.contacts.begin() + skip, part.contacts.end(),
+            out.contacts.begin() + first + skip);
+  for (Outlier one : part.outliers) {
+    if (one.row < skip) continue;
+    one.row += first;
+    out.outliers.push_back(one);
+  }
+  for (const EstimatedParameter& one : part.parameters) {
+    const auto same = std::find_if(out.parameters.begin(), out.parameters.end(),
+                                   [&](const auto& other) { return other.name == one.name; });
+    if (same == out.parameters.end()) {
+      out.parameters.push_back(one);
+      continue;
+    }
+    const double a = std::pow(same->deviation, -2), b = std::pow(one.deviation, -2);
+    same->value = (a * same->value + b * one.value) / (a + b);
+    same->deviation = 1.0 / std::sqrt(a + b);
+  }
+  out.smoothing = std::max(out.smoothing, part.smoothing);
+  out.newton_steps += part.newton_steps;
+}
+
+}  // namespace counterpoint::estimation

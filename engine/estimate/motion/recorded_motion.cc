@@ -1,0 +1,199 @@
+#include "counterpoint/engine/estimate/motion/recorded_motion.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "counterpoint/engine/dynamics.h"
+#include "counterpoint/engine/estimate/motion/motion_filter.h"
+
+namespace counterpoint::estimation {
+namespace {
+
+/// Rows are evenly spaced whose intervals differ by less than this share.
+constexpr double kUneven = 0.02;
+/// A row of the even grid was measured that has recorded rows on both sides within so many
+/// intervals.
+constexpr double kGap = 1.5;
+/// No recording is surer than this [m, rad].
+constexpr double kLeastNoise = 1e-5;
+/// Nor are spikes and jumps told from steps of an encoder that this is not the deviation of.
+constexpr double kLeastDamage = 1e-4;
+/// Spikes and jumps are larger than this many standard deviations of noise.
+constexpr double kDamage = 12.0;
+/// They are larger, too, than so many steps of the motion beside them, which may be an impact.
+constexpr double kFast = 3.0;
+
+VectorX difference(const Model& model, const VectorX& from, const VectorX& to) {
+  VectorX out(model.nv());
+  configuration_difference(model, from, to, out);
+  return out;
+}
+
+VectorX moved(const Model& model, const VectorX& q, const VectorX& by) {
+  VectorX out(q.size());
+  integrate_configuration(model, q, by, 1.0, out);
+  return out;
+}
+
+/// Median interval of a recording's rows [s], and whether all are near it.
+std::pair<double, bool> spacing(const Recording& recording) {
+  std::vector<double> intervals;
+  for (std::size_t row = 1; row < recording.time.size(); ++row)
+    intervals.push_back(recording.time[row] - recording.time[row - 1]);
+  const double h = median(intervals);
+  const bool even = std::all_of(intervals.begin(), intervals.end(), [&](double interval) {
+    return std::abs(interval - h) <= kUneven * h;
+  });
+  return {h, even};
+}
+
+/// Rows at `h` from one to the next, each interpolated between the two recorded rows around it.
+void resample(const Model& model, const Recording& recording, double h,
+              const VectorX& recorded, RecordedMotion& out) {
+  const std::vector<double>& time = recording.time;
+  const int rows = 1 + static_cast<int>(std::floor((time.back() - time.front()) / h + 1e-9));
+  out.measured.resize(model.nv(), rows);
+  out.force.resize(model.nv(), rows);
+  std::size_t before = 0;
+  for (int row = 0; row < rows; ++row) {
+    const double t = time.front() + h * row;
+    while (before + 2 < time.size() && time[before + 1] <= t) ++before;
+    const double share = std::clamp((t - time[before]) / (time[before + 1] - time[before]), 0.0, 1.0);
+    const auto column = static_cast<Eigen::Index>(before);
+    out.time.push_back(t);
+    out.frames.push_back(moved(
+        model, recording.q.col(column),
+        share * difference(model, recording.q.col(column), recording.q.col(column + 1))));
+    out.force.col(row) = (1.0 - share) * recording.applied_force.col(column) +
+                         share * recording.applied_force.col(column + 1);
+    const bool gap = time[before + 1] - time[before] > kGap * h && share > 0.0 && share < 1.0;
+    out.measured.col(row) = gap ? VectorX(VectorX::Zero(model.nv())) : recorded;
+  }
+}
+
+/// Differences between neighbouring rows (nv x rows - 1).
+MatrixX steps_of(const Model& model, const std::vector<VectorX>& frames) {
+  MatrixX out(model.nv(), static_cast<Eigen::Index>(frames.size()) - 1);
+  for (Eigen::Index k = 0; k < out.cols(); ++k)
+    out.col(k) = difference(model, frames[static_cast<std::size_t>(k)],
+                            frames[static_cast<std::size_t>(k) + 1]);
+  return out;
+}
+
+/// A value is a spike that neither the two rows before nor the two behind lead to, both by as much:
+/// what moves, and what bounces, is on the line through one of these pairs.
+void leave_out_spikes(const Model& model, RecordedMotion& motion) {
+  const MatrixX d = steps_of(model, motion.frames);
+  for (int row = 2; row + 2 < motion.rows(); ++row) {
+    VectorX by = VectorX::Zero(model.nv());
+    for (int i = 0; i < model.nv(); ++i) {
+      const double left = d(i, row - 1) - d(i, row - 2), right = d(i, row + 1) - d(i, row);
+      const double least = std::min(std::abs(left), std::abs(right));
+      const double speed = std::max(std::abs(d(i, row - 2)), std::abs(d(i, row + 1)));
+      if (motion.measured(i, row) == 0.0 || left * right <= 0.0 ||
+          least <= kDamage * std::sqrt(6.0) * std::max(motion.noise[i], kLeastDamage) + kFast * speed)
+        continue;
+      // Both lines miss by the spike, the neighbours' own by half as much the other way.
+      const double bend = d(i, row) - d(i, row - 1);
+      if (bend * left >= 0.0 || std::abs(bend) < 1.5 * least) continue;
+      by[i] = -0.5 * (left + right);
+      motion.spikes.push_back({row, i, -by[i], std::abs(by[i]) / motion.noise[i]});
+      motion.measured(i, row) = 0.0;
+    }
+    if (!by.isZero(0.0)) {
+      VectorX& q = motion.frames[static_cast<std::size_t>(row)];
+      q = moved(model, q, by);
+    }
+  }
+}
+
+/// A coordinate jumps whose step from one row to the next lies far outside the steps before and
+/// behind it, which agree. All later rows are moved back.
+void take_out_jumps(const Model& model, RecordedMotion& motion) {
+  const MatrixX d = steps_of(model, motion.frames);
+  VectorX sum = VectorX::Zero(model.nv());
+  for (int row = 1; row < motion.rows(); ++row) {
+    for (int i = 0; row >= 2 && row + 1 < motion.rows() && i < model.nv(); ++i) {
+      const double before = d(i, row - 2), behind = d(i, row);
+      const double limit = kDamage * 2.0 * std::max(motion.noise[i], kLeastDamage) +
+                           kFast * std::max(std::abs(before), std::abs(behind));
+      const double beyond = d(i, row - 1) - std::clamp(d(i, row - 1), std::min(before, behind),
+                                                       std::max(before, behind));
+      if (motion.measured(i, row) == 0.0 || std::abs(beyond) <= limit ||
+          std::abs(beyond) < 4.0 * std::abs(behind - before))
+        continue;
+      sum[i] -= beyond;
+      motion.jumps.push_back({row, i, beyond, std::abs(beyond) / motion.noise[i]});
+    }
+    VectorX& q = motion.frames[static_cast<std::size_t>(row)];
+    if (!sum.isZero(0.0)) q = moved(model, q, sum);
+  }
+}
+
+}  // namespace
+
+std::vector<char> recorded_coordinates(const Model& model, const ColumnMap& map) {
+  std::vector<char> q(static_cast<std::size_t>(model.nq()), 0);
+  std::vector<char> out(static_cast<std::size_t>(model.nv()), 0);
+  for (const ColumnMap::Entry& entry : map.entries)
+    if (entry.kind == ColumnMap::Entry::Kind::kPosition && !entry.source.column.empty())
+      q[static_cast<std::size_t>(entry.index)] = 1;
+  for (int b = 1; b < model.num_bodies(); ++b) {
+    const Body& body = model.body(b);
+    const int positions = joint_nq(body.joint_type), velocities = joint_nv(body.joint_type);
+    const int linear = joint_num_linear(body.joint_type);
+    for (int k = 0; k < velocities; ++k) {
+      bool any = false;
+      const bool own = positions == velocities || k < linear;
+      for (int j = own ? k : linear; j < (own ? k + 1 : positions); ++j)
+        any = any || q[static_cast<std::size_t>(body.q_index + j)] != 0;
+      out[static_cast<std::size_t>(body.v_index + k)] = any ? 1 : 0;
+    }
+  }
+  return out;
+}
+
+RecordedMotion prepare(const Model& model, const ColumnMap& map, const Recording& recording) {
+  if (recording.num_rows() < kLeastRows)
+    throw InputError(fmt::format("{}: {} rows; {} or more are expected to explain a motion",
+                                 recording.file, recording.num_rows(), kLeastRows));
+  const std::vector<char> coordinates = recorded_coordinates(model, map);
+  VectorX recorded(model.nv());
+  for (int i = 0; i < model.nv(); ++i)
+    recorded[i] = coordinates[static_cast<std::size_t>(i)] != 0 ? 1.0 : 0.0;
+  if (recorded.isZero(0.0))
+    throw InputError(recording.file +
+                     ": the column map names no position; a motion is explained from positions");
+  RecordedMotion out;
+  const auto [h, even] = spacing(recording);
+  out.resampled = !even;
+  if (even) {
+    out.time = recording.time;
+    for (int row = 0; row < recording.num_rows(); ++row)
+      out.frames.push_back(recording.q.col(row));
+    out.measured = recorded.replicate(1, recording.num_rows());
+    out.force = recording.applied_force;
+  } else {
+    resample(model, recording, h, recorded, out);
+  }
+  out.noise = white_noise(model, out.frames).cwiseMax(kLeastNoise);
+  for (int i = 0; i < model.nv(); ++i)
+    if (std::isfinite(map.position_deviation[i])) out.noise[i] = map.position_deviation[i];
+  leave_out_spikes(model, out);
+  take_out_jumps(model, out);
+  return out;
+}
+
+RecordedMotion part(const RecordedMotion& whole, int first, int count) {
+  RecordedMotion out;
+  out.time.assign(whole.time.begin() + first, whole.time.begin() + first + count);
+  out.frames.assign(whole.frames.begin() + first, whole.frames.begin() + first + count);
+  out.measured = whole.measured.middleCols(first, count);
+  out.force = whole.force.middleCols(first, count);
+  out.noise = whole.noise;
+  return out;
+}
+
+}  // namespace counterpoint::estimation

@@ -1,0 +1,34 @@
+// A recording made ready to be explained: evenly spaced frames, which values were measured, and
+// what is damaged.
+#pragma once
+
+#include <vector>
+
+#include "counterpoint/engine/estimate/motion_estimate.h"
+
+namespace counterpoint::estimation {
+
+struct RecordedMotion {
+  std::vector<double> time;     ///< evenly spaced [s]
+  std::vector<VectorX> frames;  ///< by row: nq; interpolated where nothing was measured
+  MatrixX measured;             ///< nv x rows: 1 where a position was measured, else 0
+  MatrixX force;                ///< nv x rows: recorded forces of joints [N, N m]
+  VectorX noise;                ///< nv: standard deviation of white noise [m, rad]
+  std::vector<Outlier> spikes;  ///< values that were left out
+  std::vector<Outlier> jumps;   ///< steps between a row and the one before, which were taken out
+  bool resampled = false;       ///< the recording's rows are not evenly spaced
+
+  int rows() const { return static_cast<int>(frames.size()); }
+  double h() const { return (time.back() - time.front()) / (rows() - 1); }
+};
+
+/// nv: are positions recorded? An orientation is if any of its components is.
+std::vector<char> recorded_coordinates(const Model& model, const ColumnMap& map);
+
+/// @throws InputError where a recording has fewer than kLeastRows rows, or no position.
+RecordedMotion prepare(const Model& model, const ColumnMap& map, const Recording& recording);
+
+/// Rows `first` ... `first` + `count` - 1.
+RecordedMotion part(const RecordedMotion& whole, int first, int count);
+
+}  // namespace counterpoint::estimation
