@@ -93,11 +93,17 @@ class Axis {
   double high_ = -std::numeric_limits<double>::infinity();
 };
 
-/// Indices of the points to draw.
-std::vector<std::size_t> thinned(const Curve& curve) {
+/// So many points, one after the other, are drawn as two.
+std::size_t points_drawn_as_two(const Curve& curve) {
   constexpr std::size_t kParts = 300;
   const std::size_t n = std::min(curve.x.size(), curve.y.size());
-  const std::size_t part = n <= 2 * kParts || curve.marks ? 1 : (n + kParts - 1) / kParts;
+  return n <= 2 * kParts || curve.marks ? 1 : (n + kParts - 1) / kParts;
+}
+
+/// Indices of the points to draw.
+std::vector<std::size_t> thinned(const Curve& curve) {
+  const std::size_t n = std::min(curve.x.size(), curve.y.size());
+  const std::size_t part = points_drawn_as_two(curve);
   std::vector<std::size_t> out;
   for (std::size_t begin = 0; begin < n; begin += part) {
     const std::size_t end = std::min(begin + part, n);
@@ -156,6 +162,31 @@ void draw_marks(const Curve& curve, const char* color, const Axis& x, const Axis
       out += fmt::format("<circle {}{}/>\n", shape, rim);
     }
   }
+}
+
+/// The upper edge of the band from left to right, then the lower one back.
+void draw_band(const Curve& curve, const char* color, const Axis& x, const Axis& y,
+               std::string& out) {
+  const std::size_t n = std::min({curve.x.size(), curve.y.size(), curve.band.size()});
+  const std::size_t part = points_drawn_as_two(curve);
+  std::string upper, lower;
+  for (std::size_t begin = 0; begin < n; begin += part) {
+    double low = std::numeric_limits<double>::infinity(), high = -low;
+    for (std::size_t i = begin; i < std::min(begin + part, n); ++i) {
+      if (!std::isfinite(curve.y[i]) || !std::isfinite(curve.band[i])) continue;
+      low = std::min(low, curve.y[i] - curve.band[i]);
+      high = std::max(high, curve.y[i] + curve.band[i]);
+    }
+    if (!(low <= high)) continue;
+    const double at = x.pixel(curve.x[begin]);
+    upper += fmt::format("{:.2f},{:.2f} ", at, y.pixel(high));
+    lower = fmt::format("{:.2f},{:.2f} ", at, y.pixel(low)) + lower;
+  }
+  if (upper.empty()) return;
+  lower.pop_back();
+  out += fmt::format(
+      "<polyline class='band' points='{}' fill='{}' fill-opacity='0.18' stroke='none'/>\n",
+      upper + lower, color);
 }
 
 void draw_curve(const Curve& curve, const Look& look, const Axis& x, const Axis& y,
@@ -248,6 +279,10 @@ std::string svg(const Chart& chart) {
   for (const Curve& curve : chart.curves) {
     for (const double value : curve.x) x.include(value);
     for (const double value : curve.y) y.include(value);
+    for (std::size_t i = 0; i < std::min(curve.y.size(), curve.band.size()); ++i) {
+      y.include(curve.y[i] - curve.band[i]);
+      y.include(curve.y[i] + curve.band[i]);
+    }
   }
   for (const Level& level : chart.levels) y.include(level.y);
   x.finish();
@@ -261,6 +296,8 @@ std::string svg(const Chart& chart) {
       kHeight - kBottom, x.words(), y.words(), escape_markup(chart.x_label));
   draw_axes(chart, x, y, out);
   out += "<g class='plot'>\n";
+  for (std::size_t i = 0; i < chart.curves.size(); ++i)
+    draw_band(chart.curves[i], look(i).color, x, y, out);
   for (std::size_t i = 0; i < chart.curves.size(); ++i)
     draw_curve(chart.curves[i], look(i), x, y, out);
   for (const Level& level : chart.levels) draw_level(level, y, out);

@@ -15,6 +15,8 @@ struct Curve {
   bool line = true;
   /// What a reader who points at a dot is told, by point; or empty.
   std::vector<std::string> remarks = {};
+  /// Half the height of a band around the curve, by point; or empty.
+  std::vector<double> band = {};
   void add(double at, double value) {
     x.push_back(at);
     y.push_back(value);
@@ -44,7 +46,7 @@ std::string escape_markup(const std::string& text);
 
 /// The picture, 720 x 360, wider by the legend where that stands beside. Values that are not finite
 /// are left out; of many points of a curve without marks the lowest and the highest in each of 300
-/// parts of the axis are drawn.
+/// parts of the axis are drawn, of its band the widest extent there.
 std::string svg(const Chart& chart);
 
 }  // namespace counterpoint::apps

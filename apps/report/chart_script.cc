@@ -172,6 +172,7 @@ class Chart {
     };
     add(`${this.svg.dataset.xLabel}: ${short(this.x.value(at))}`, '#444');
     for (const {node, name, points} of this.lines) {
+      if (node.classList.contains('band')) continue;
       const y = valueAt(points, at);
       if (y !== null) add(`${name ? `${name}: ` : ''}${short(this.y.value(y))}`, node.getAttribute('stroke'));
     }

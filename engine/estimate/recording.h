@@ -60,7 +60,7 @@ struct ColumnMap {
   };
   std::vector<ContactForce> contact_forces;
   /// Standard deviations that are given, by coordinate: of positions (nv) [m, rad], of applied
-  /// forces (nv) [N, N m]; infinity where none is given.
+  /// forces (nv) [N, N m]; infinity where none is given, empty where none is given at all.
   VectorX position_deviation, force_deviation;
   int average = 1;  ///< rows, centred and odd, of which a value is the mean
   int pieces = 1;   ///< as many recordings of equal length one file gives

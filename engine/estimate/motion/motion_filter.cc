@@ -19,6 +19,8 @@ constexpr double kCutOff = 4.0;
 /// encoder repeats itself.
 constexpr double kShare = 0.75, kAtShare = 1.1503;
 
+}  // namespace
+
 VectorX difference(const Model& model, const VectorX& from, const VectorX& to) {
   VectorX out(model.nv());
   configuration_difference(model, from, to, out);
@@ -30,8 +32,6 @@ VectorX moved(const Model& model, const VectorX& q, const VectorX& by) {
   integrate_configuration(model, q, by, 1.0, out);
   return out;
 }
-
-}  // namespace
 
 std::vector<VectorX> low_pass(const Model& model, const std::vector<VectorX>& frames, double h,
                               double frequency) {

@@ -7,6 +7,10 @@
 
 namespace counterpoint::estimation {
 
+/// configuration_difference (nv), and q (+) by (nq).
+VectorX difference(const Model& model, const VectorX& from, const VectorX& to);
+VectorX moved(const Model& model, const VectorX& q, const VectorX& by);
+
 /// Frames through a Gaussian low-pass of this half-power frequency [Hz]; beyond its ends a motion
 /// goes on as its point reflection. h: interval between frames [s].
 std::vector<VectorX> low_pass(const Model& model, const std::vector<VectorX>& frames, double h,

@@ -80,7 +80,7 @@ MotionPriors common_priors(const Scene& scene, const ColumnMap& map,
   const int nv = scene.model.nv();
   MotionPriors priors;
   priors.acceleration = VectorX::Constant(nv, kInfinity);
-  priors.force = map.force_deviation;
+  priors.force = given(map.force_deviation, nv);
   const double force = kForce * weight_times_gyration(scene.model, recorded.frames.front());
   priors.size = VectorX::Constant(nv, force);
   priors.change = VectorX::Constant(nv, kChange * force * std::sqrt(recorded.h() / 0.01));
@@ -146,8 +146,9 @@ MotionPriors slow_priors(const Scene& scene, const ColumnMap& map, const Recorde
   const Model& model = scene.model;
   MotionPriors priors = common_priors(scene, map, recorded);
   priors.position = where_recorded(VectorX::Constant(model.nv(), kSlowPosition), recorded);
+  const VectorX known = given(map.position_deviation, model.nv());
   for (int i = 0; i < model.nv(); ++i)
-    if (std::isfinite(map.position_deviation[i])) priors.position[i] = map.position_deviation[i];
+    if (std::isfinite(known[i])) priors.position[i] = known[i];
   priors.cutoff = kCutoff;
   priors.loss_scale = kLossScale;
   priors.acceleration.setConstant(kSlowJoint);

@@ -7,6 +7,7 @@
 
 #include "counterpoint/engine/dynamics.h"
 #include "counterpoint/engine/estimate/motion/motion_filter.h"
+#include "counterpoint/model/special_values.h"
 
 namespace counterpoint::estimation {
 namespace {
@@ -24,18 +25,6 @@ constexpr double kLeastDamage = 1e-4;
 constexpr double kDamage = 12.0;
 /// They are larger, too, than so many steps of the motion beside them, which may be an impact.
 constexpr double kFast = 3.0;
-
-VectorX difference(const Model& model, const VectorX& from, const VectorX& to) {
-  VectorX out(model.nv());
-  configuration_difference(model, from, to, out);
-  return out;
-}
-
-VectorX moved(const Model& model, const VectorX& q, const VectorX& by) {
-  VectorX out(q.size());
-  integrate_configuration(model, q, by, 1.0, out);
-  return out;
-}
 
 /// Median interval of a recording's rows [s], and whether all are near it.
 std::pair<double, bool> spacing(const Recording& recording) {
@@ -155,6 +144,10 @@ std::vector<char> recorded_coordinates(const Model& model, const ColumnMap& map)
   return out;
 }
 
+VectorX given(const VectorX& deviation, int nv) {
+  return deviation.size() == nv ? deviation : VectorX(VectorX::Constant(nv, kInfinity));
+}
+
 RecordedMotion prepare(const Model& model, const ColumnMap& map, const Recording& recording) {
   if (recording.num_rows() < kLeastRows)
     throw InputError(fmt::format("{}: {} rows; {} or more are expected to explain a motion",
@@ -179,8 +172,9 @@ RecordedMotion prepare(const Model& model, const ColumnMap& map, const Recording
     resample(model, recording, h, recorded, out);
   }
   out.noise = white_noise(model, out.frames).cwiseMax(kLeastNoise);
+  const VectorX known = given(map.position_deviation, model.nv());
   for (int i = 0; i < model.nv(); ++i)
-    if (std::isfinite(map.position_deviation[i])) out.noise[i] = map.position_deviation[i];
+    if (std::isfinite(known[i])) out.noise[i] = known[i];
   leave_out_spikes(model, out);
   take_out_jumps(model, out);
   return out;

@@ -25,6 +25,9 @@ struct RecordedMotion {
 /// nv: are positions recorded? An orientation is if any of its components is.
 std::vector<char> recorded_coordinates(const Model& model, const ColumnMap& map);
 
+/// Standard deviations that a map gives: nv, infinity where it gives none.
+VectorX given(const VectorX& deviation, int nv);
+
 /// @throws InputError where a recording has fewer than kLeastRows rows, or no position.
 RecordedMotion prepare(const Model& model, const ColumnMap& map, const Recording& recording);
 

@@ -1,0 +1,230 @@
+// counterpoint explain: noisy recordings in, the motions behind them and their forces out.
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <memory>
+#include <optional>
+
+#include "command.h"
+#include "input/motion.h"
+#include "input/scene_arguments.h"
+#include "interrupt.h"
+#include "recordings/estimation.h"
+#include "recordings/motion_figures.h"
+#include "recordings/motion_page.h"
+#include "recordings/motion_tables.h"
+#include "report/progress.h"
+#include "report/report.h"
+
+namespace counterpoint::apps {
+namespace {
+
+struct ExplainArguments {
+  SceneArguments scene;
+  std::vector<std::string> recordings;
+  std::string map, output, contacts, forces, set, page, errors;
+  std::optional<double> from, to;
+  int threads = 0;
+  Report report;
+};
+
+/// Rows `first` ... `end` - 1 of a matrix with a column a row.
+MatrixX columns_of(const MatrixX& all, Eigen::Index first, Eigen::Index end) {
+  return all.cols() == 0 ? all : MatrixX(all.middleCols(first, end - first));
+}
+
+/// The rows between the times asked for.
+Recording between(const Recording& whole, const ExplainArguments& arguments) {
+  const std::vector<double>& time = whole.time;
+  const auto begin =
+      arguments.from ? std::lower_bound(time.begin(), time.end(), *arguments.from) : time.begin();
+  const auto end =
+      arguments.to ? std::upper_bound(time.begin(), time.end(), *arguments.to) : time.end();
+  if (begin >= end)
+    throw InputError(
+        fmt::format("--from, --to: no row of {} is left, which goes from {:.6g} to "
+                    "{:.6g} s",
+                    whole.file, time.front(), time.back()));
+  const auto first = begin - time.begin(), last = end - time.begin();
+  Recording out;
+  out.file = whole.file;
+  out.note = whole.note;
+  out.time.assign(begin, end);
+  out.q = columns_of(whole.q, first, last);
+  out.v = columns_of(whole.v, first, last);
+  out.applied_force = columns_of(whole.applied_force, first, last);
+  out.contact_force = columns_of(whole.contact_force, first, last);
+  return out;
+}
+
+MotionEstimateOptions estimate_options(const ExplainArguments& arguments, const ColumnMap& map) {
+  MotionEstimateOptions options;
+  options.threads = arguments.threads;
+  for (const ColumnMap::ContactForce& force : map.contact_forces)
+    options.sums.push_back({force.name, force.bodies});
+  if (arguments.errors == "white") options.errors = RecordingErrors::kWhite;
+  if (arguments.errors == "slow") options.errors = RecordingErrors::kSlow;
+  return options;
+}
+
+/// Until Ctrl-C; the last one may then be stopped, with the best that was found.
+std::vector<MotionEstimate> estimate_all(const ExplainArguments& arguments, const Scene& scene,
+                                         const ColumnMap& map,
+                                         const std::vector<Recording>& recordings) {
+  std::vector<MotionEstimate> all;
+  const Interrupt interrupt;
+  Progress progress(
+      "explaining " + (recordings.size() == 1 ? recordings[0].file
+                                              : fmt::format("{} recordings", recordings.size())),
+      1);
+  MotionEstimateOptions options = estimate_options(arguments, map);
+  options.stop = [&] {
+    progress.show_time();
+    if (!Interrupt::wanted()) return false;
+    Interrupt::end();  // forces and deviations of what was found take their time
+    return true;
+  };
+  for (const Recording& recording : recordings) {
+    all.push_back(estimate_motion(scene, map, recording, options));
+    if (all.back().stopped || Interrupt::wanted()) break;
+  }
+  progress.wipe();
+  return all;
+}
+
+/// Writes the tables asked for, and returns the names of their files.
+std::vector<std::string> write_tables(const ExplainArguments& arguments,
+                                      const ExplainedMotions& motions, std::size_t given) {
+  std::vector<std::string> files;
+  for (std::size_t i = 0; !arguments.output.empty() && i < motions.estimates.size(); ++i) {
+    files.push_back(numbered_file(arguments.output, i, given));
+    write_motion_table(files.back(), motions.scene.model, motions.estimates[i]);
+  }
+  if (!arguments.contacts.empty()) {
+    write_contact_table(arguments.contacts, motions);
+    files.push_back(arguments.contacts);
+  }
+  if (!arguments.forces.empty()) {
+    write_force_table(arguments.forces, motions);
+    files.push_back(arguments.forces);
+  }
+  return files;
+}
+
+/// The report, and what people are told. Exit code: is every estimate to be trusted?
+int tell(const ExplainedMotions& motions, const std::vector<ExplainedFigures>& figures,
+         Report& report) {
+  const Model& model = motions.scene.model;
+  int exit_code = kSuccess;
+  Json list = Json::array();
+  for (std::size_t i = 0; i < motions.estimates.size(); ++i) {
+    const MotionEstimate& estimate = motions.estimates[i];
+    list.push_back(motion_entry(model, estimate, figures[i]));
+    fmt::print(report.text(), "{}", motion_text(model, estimate, figures[i]));
+    const std::string complaint = motion_complaint(estimate, figures[i]);
+    if (complaint.empty()) continue;
+    std::fflush(report.text());
+    fmt::print(stderr, "error: {}: {}\n", estimate.file, complaint);
+    exit_code = kFailed;
+  }
+  report["status"] = exit_code == kSuccess ? "ok" : "doubtful";
+  report["recordings"] = list;
+  return exit_code;
+}
+
+/// Ctrl-C: what is there, in the report and to the user. Exit code.
+int end_stopped(const ExplainedMotions& motions, std::size_t given,
+                const std::vector<std::string>& files, Report& report) {
+  const MotionEstimate& last = motions.estimates.back();
+  std::size_t done = motions.estimates.size();
+  std::string message = "stopped by Ctrl-C or SIGTERM: ";
+  if (last.stopped) --done;
+  message += fmt::format("{} of {} recordings were explained", done, given);
+  if (last.stopped)
+    message += fmt::format(
+        "; of {} the best motion found so far is told (contacts smoothed over "
+        "{:.2g} m)",
+        last.file, last.smoothing);
+  report["status"] = "stopped";
+  report["message"] = message;
+  fmt::print(stderr, "error: {}{}\n", message,
+             files.empty() ? "" : fmt::format("; tables: {}", fmt::join(files, ", ")));
+  return kFailed;
+}
+
+int explain(ExplainArguments& arguments) {
+  const Scene scene = with_settings(arguments.scene.load(), arguments.set);
+  const ColumnMap map = load_column_map(arguments.map, scene.model);
+  if (!map.after.empty())
+    throw InputError(
+        "explain: an impact takes no time, forces are not to be had; the column map "
+        "has 'after'");
+  std::vector<Recording> recordings = read_with_notes(arguments.recordings, map, scene);
+  for (Recording& recording : recordings) recording = between(recording, arguments);
+  const std::size_t given = recordings.size();
+  const std::vector<MotionEstimate> estimates = estimate_all(arguments, scene, map, recordings);
+  recordings.resize(estimates.size());
+  const ExplainedMotions motions{scene, map, recordings, estimates};
+  std::vector<ExplainedFigures> figures;
+  for (std::size_t i = 0; i < estimates.size(); ++i)
+    figures.push_back(explained_figures(scene, map, recordings[i], estimates[i]));
+
+  Report& report = arguments.report;
+  report.begin("explain", arguments.scene.file);
+  const std::vector<std::string> files = write_tables(arguments, motions, given);
+  if (!arguments.page.empty())
+    write_motion_page(arguments.page,
+                      {arguments.scene.file, arguments.map, arguments.scene.package_folders()},
+                      motions, figures);
+  int exit_code = tell(motions, figures, report);
+  if (estimates.size() < given || estimates.back().stopped)
+    exit_code = end_stopped(motions, given, files, report);
+  report.write();
+  return exit_code;
+}
+
+}  // namespace
+
+// Long: a list of options.
+void add_explain(CommandLine& line) {
+  auto arguments = std::make_shared<ExplainArguments>();
+  Command& command =
+      line.add("explain", "Estimate the motion behind a noisy recording and all its forces");
+  arguments->scene.add_to(command);
+  command.add_option("RECORDING", arguments->recordings, "Recordings (.csv, .h5, .npz, .mcap)")
+      .required();
+  command
+      .add_option("--columns", arguments->map,
+                  "Column map (YAML, docs/guide/recordings.md): which column is which coordinate")
+      .required();
+  command.add_option("--output", arguments->output,
+                     "Table to write: the motion, a trajectory; of several recordings one each, "
+                     "numbered");
+  command.add_option("--contacts", arguments->contacts,
+                     "Table to write: force, centre of pressure and slip of each pair of shapes");
+  command.add_option(
+      "--forces", arguments->forces,
+      "Table to write: forces of joints, sums of contact forces, standard deviations");
+  command.add_option("--report", arguments->page, "Folder for a page with charts and a replay")
+      .type_name("DIR");
+  command.add_option("--from", arguments->from, "Time of the first row used [s]");
+  command.add_option("--to", arguments->to, "Time of the last row used [s]");
+  command
+      .add_option("--errors", arguments->errors,
+                  "Errors of recorded positions: white (new in every row: encoders), slow (markers "
+                  "on skin, a model that does not fit); default: found from the recording")
+      .one_of({"white", "slow"});
+  command.add_option("--threads", arguments->threads, "Threads; default: one a core")
+      .not_negative();
+  command.add_option("--set", arguments->set,
+                     "Figures of the scene to change first: KIND[:ELEMENT]=VALUE,... "
+                     "(docs/guide/recordings.md)");
+  arguments->report.add_to(command);
+  command.footer(
+      "Example:\n  counterpoint explain humanoid.yaml walk.csv --columns walk_map.yaml --from 1 "
+      "--to 4 --forces forces.csv --report walk");
+  command.action([arguments] { return explain(*arguments); });
+}
+
+}  // namespace counterpoint::apps

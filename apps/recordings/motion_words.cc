@@ -1,0 +1,184 @@
+// Figures of an estimated motion as a report and in words.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "recordings/motion_figures.h"
+
+namespace counterpoint::apps {
+namespace {
+
+/// White errors leave no more than this (MotionEstimate::mean_cost_ratio), and a scene that is
+/// right leaves no more unexplained than that [weights].
+constexpr double kMostCost = 4.0, kMostUnexplained = 0.1;
+/// So many outliers are told one by one, and so many carriers.
+constexpr std::size_t kOutliersTold = 5, kCarriersTold = 4;
+/// A carrier of less than this is not told [weights].
+constexpr double kLeastShare = 5e-3;
+
+std::string percent(double share) { return fmt::format("{:.2g} %", 100.0 * share); }
+
+/// Whole percents from 1 on.
+std::string rounded_percent(double share) {
+  return std::abs(share) < 0.095 ? percent(share) : fmt::format("{:.0f} %", 100.0 * share);
+}
+
+/// Outliers, those farthest off first.
+std::vector<Outlier> worst_outliers(const MotionEstimate& estimate) {
+  std::vector<Outlier> worst = estimate.outliers;
+  std::stable_sort(worst.begin(), worst.end(),
+                   [](const Outlier& a, const Outlier& b) { return a.deviations > b.deviations; });
+  worst.resize(std::min(worst.size(), kOutliersTold));
+  return worst;
+}
+
+Json agreement_list(const std::vector<ForceAgreement>& agreements, double weight) {
+  Json list = Json::array();
+  for (const ForceAgreement& one : agreements) {
+    Json& entry = list.emplace_back();
+    entry["name"] = one.name;
+    entry["unit"] = one.unit;
+    entry["rows"] = one.rows;
+    entry["rms"] = one.rms;
+    if (one.unit == "N") entry["rms_weights"] = one.rms / weight;
+    entry["inside_95"] = one.inside_95;
+  }
+  return list;
+}
+
+Json worst_row(const WorstRow& worst) {
+  return {{"value", worst.value}, {"time_s", worst.time}, {"coordinate", worst.coordinate}};
+}
+
+std::string agreement_lines(const std::vector<ForceAgreement>& agreements, double weight) {
+  std::string out;
+  for (const ForceAgreement& one : agreements) {
+    out += fmt::format("  {}: {:.4g} {} rms from the recorded force", one.name, one.rms, one.unit);
+    if (one.unit == "N") out += ", " + percent(one.rms / weight) + " of the weight";
+    out += "; 95 % interval holds in " + rounded_percent(one.inside_95) + " of the rows\n";
+  }
+  return out;
+}
+
+std::string outlier_lines(const Model& model, const MotionEstimate& estimate) {
+  if (estimate.outliers.empty()) return {};
+  const std::vector<std::string> names = position_names(model);
+  std::string out =
+      fmt::format("  {} recorded value{} not believed, the worst:", estimate.outliers.size(),
+                  estimate.outliers.size() == 1 ? " is" : "s are");
+  for (const Outlier& one : worst_outliers(estimate))
+    out += fmt::format(
+        " {}{} at {:.4g} s by {:.3g} ({:.0f} deviations);",
+        one.acceleration ? "acceleration of " : "", names[static_cast<std::size_t>(one.coordinate)],
+        estimate.time[static_cast<std::size_t>(one.row)], one.difference, one.deviations);
+  out.back() = '\n';
+  return out;
+}
+
+}  // namespace
+
+Json motion_entry(const Model& model, const MotionEstimate& estimate,
+                  const ExplainedFigures& figures) {
+  const std::string complaint = motion_complaint(estimate, figures);
+  const std::vector<std::string> names = position_names(model);
+  Json entry;
+  entry["file"] = estimate.file;
+  entry["status"] = estimate.stopped ? "stopped" : complaint.empty() ? "ok" : "doubtful";
+  entry["complaint"] = complaint;
+  entry["errors"] = recording_errors_name(estimate.errors);
+  entry["rows"] = estimate.time.size();
+  entry["newton_steps"] = estimate.newton_steps;
+  entry["seconds"] = estimate.seconds;
+  entry["smoothing_m"] = estimate.smoothing;
+  entry["cost_ratio"] = estimate.mean_cost_ratio;
+  entry["cost_ratio_worst"] = worst_row(figures.worst_cost);
+  entry["unexplained_mean"] = estimate.unexplained_mean;
+  entry["unexplained_max"] = estimate.unexplained_max;
+  entry["unexplained_worst"] = worst_row(figures.worst_unexplained);
+  entry["weight_N"] = figures.weight;
+  entry["support"] = figures.support;
+  entry["carried"] = figures.carried;
+  Json& carriers = entry["carriers"] = Json::array();
+  for (const Carrier& one : figures.carriers)
+    carriers.push_back({{"name", one.name}, {"share", one.share}});
+  entry["contact_forces"] = agreement_list(figures.contact_forces, figures.weight);
+  entry["applied_forces"] = agreement_list(figures.applied_forces, figures.weight);
+  Json& parameters = entry["parameters"] = Json::array();
+  for (const EstimatedParameter& one : estimate.parameters)
+    parameters.push_back({{"name", one.name},
+                          {"unit", one.unit},
+                          {"difference", one.value},
+                          {"deviation", one.deviation}});
+  Json& deviations = entry["position_deviations"] = Json::array();
+  for (Eigen::Index i = 0; i < estimate.position_deviation.size(); ++i)
+    if (const double d = estimate.position_deviation[i]; std::isfinite(d))
+      deviations.push_back({{"name", names[static_cast<std::size_t>(i)]}, {"deviation", d}});
+  entry["outliers"] = estimate.outliers.size();
+  Json& worst = entry["outliers_worst"] = Json::array();
+  for (const Outlier& one : worst_outliers(estimate))
+    worst.push_back({{"name", names[static_cast<std::size_t>(one.coordinate)]},
+                     {"of", one.acceleration ? "acceleration" : "position"},
+                     {"time_s", estimate.time[static_cast<std::size_t>(one.row)]},
+                     {"difference", one.difference},
+                     {"deviations", one.deviations}});
+  return entry;
+}
+
+std::string motion_text(const Model& model, const MotionEstimate& estimate,
+                        const ExplainedFigures& figures) {
+  std::string out = fmt::format(
+      "{}: {} rows, errors {}, {} Newton steps, {:.3g} s\n", estimate.file, estimate.time.size(),
+      recording_errors_name(estimate.errors), estimate.newton_steps, estimate.seconds);
+  out += agreement_lines(figures.contact_forces, figures.weight);
+  out += agreement_lines(figures.applied_forces, figures.weight);
+  for (const EstimatedParameter& one : estimate.parameters)
+    out += fmt::format("  {}: {:.4g} +- {:.2g} {}\n", one.name, one.value, one.deviation, one.unit);
+  out += outlier_lines(model, estimate);
+  return out + weight_in_words(estimate, figures) + "\n";
+}
+
+std::string weight_in_words(const MotionEstimate& estimate, const ExplainedFigures& figures) {
+  std::string out = fmt::format("the {} carries ", figures.support);
+  if (figures.carriers.empty()) {
+    out += "nothing";
+  } else {
+    out += rounded_percent(figures.carried) + " of the weight";
+    std::string separator = ": ";
+    double rest = 0.0;
+    for (std::size_t k = 0; k < figures.carriers.size(); ++k) {
+      const Carrier& one = figures.carriers[k];
+      if (k >= kCarriersTold || std::abs(one.share) < kLeastShare) {
+        rest += one.share;
+        continue;
+      }
+      out += separator + one.name + " " + rounded_percent(one.share);
+      separator = ", ";
+    }
+    if (std::abs(rest) >= kLeastShare) out += separator + "others " + rounded_percent(rest);
+  }
+  if (!figures.has_unactuated)
+    return out + "; every coordinate has a motor, which explains the rest";
+  return out + fmt::format("; {} of the weight is not explained (at most {} at {:.4g} s)",
+                           rounded_percent(estimate.unexplained_mean),
+                           rounded_percent(estimate.unexplained_max),
+                           figures.worst_unexplained.time);
+}
+
+std::string motion_complaint(const MotionEstimate& estimate, const ExplainedFigures& figures) {
+  if (estimate.errors == RecordingErrors::kWhite && estimate.mean_cost_ratio > kMostCost)
+    return fmt::format(
+        "the motion found is farther from the recording than its errors allow ({:.3g} times their "
+        "square in the mean), most at {:.4g} s in {}: the scene, a standard deviation of the "
+        "column map, or --errors white is wrong",
+        estimate.mean_cost_ratio, figures.worst_cost.time, figures.worst_cost.coordinate);
+  if (estimate.unexplained_mean > kMostUnexplained)
+    return fmt::format(
+        "{} of the weight is not explained in the mean, most at {:.4g} s in {}: something pushes "
+        "there that the scene does not have, or its masses are wrong",
+        rounded_percent(estimate.unexplained_mean), figures.worst_unexplained.time,
+        figures.worst_unexplained.coordinate);
+  return {};
+}
+
+}  // namespace counterpoint::apps
