@@ -12,8 +12,8 @@ namespace {
 /// White errors leave no more than this (MotionEstimate::mean_cost_ratio), and a scene that is
 /// right leaves no more unexplained than that [weights].
 constexpr double kMostCost = 4.0, kMostUnexplained = 0.1;
-/// So many outliers are told one by one, and so many carriers.
-constexpr std::size_t kOutliersTold = 5, kCarriersTold = 4;
+/// So many outliers are told one by one, so many carriers, and so many parameters in words.
+constexpr std::size_t kOutliersTold = 5, kCarriersTold = 4, kParametersTold = 4;
 /// A carrier of less than this is not told [weights].
 constexpr double kLeastShare = 5e-3;
 
@@ -61,12 +61,27 @@ std::string agreement_lines(const std::vector<ForceAgreement>& agreements, doubl
   return out;
 }
 
+std::string parameter_lines(const MotionEstimate& estimate) {
+  std::vector<EstimatedParameter> largest = estimate.parameters;
+  std::stable_sort(largest.begin(), largest.end(),
+                   [](const EstimatedParameter& a, const EstimatedParameter& b) {
+                     return std::abs(a.value) > std::abs(b.value);
+                   });
+  largest.resize(std::min(largest.size(), kParametersTold));
+  std::string out;
+  for (const EstimatedParameter& one : largest)
+    out += fmt::format("  {}: {:.2g} +- {:.2g} {} from the scene's\n", one.name, one.value,
+                       one.deviation, one.unit);
+  if (const std::size_t more = estimate.parameters.size() - largest.size(); more > 0)
+    out += fmt::format("  {} more parameters differ by less (--json)\n", more);
+  return out;
+}
+
 std::string outlier_lines(const Model& model, const MotionEstimate& estimate) {
   if (estimate.outliers.empty()) return {};
   const std::vector<std::string> names = position_names(model);
-  std::string out =
-      fmt::format("  {} recorded value{} not believed, the worst:", estimate.outliers.size(),
-                  estimate.outliers.size() == 1 ? " is" : "s are");
+  std::string out = fmt::format("  {} place{} of the recording not believed, the worst:",
+                                estimate.outliers.size(), estimate.outliers.size() == 1 ? "" : "s");
   for (const Outlier& one : worst_outliers(estimate))
     out += fmt::format(
         " {}{} at {:.4g} s by {:.3g} ({:.0f} deviations);",
@@ -132,8 +147,7 @@ std::string motion_text(const Model& model, const MotionEstimate& estimate,
       recording_errors_name(estimate.errors), estimate.newton_steps, estimate.seconds);
   out += agreement_lines(figures.contact_forces, figures.weight);
   out += agreement_lines(figures.applied_forces, figures.weight);
-  for (const EstimatedParameter& one : estimate.parameters)
-    out += fmt::format("  {}: {:.4g} +- {:.2g} {}\n", one.name, one.value, one.deviation, one.unit);
+  out += parameter_lines(estimate);
   out += outlier_lines(model, estimate);
   return out + weight_in_words(estimate, figures) + "\n";
 }

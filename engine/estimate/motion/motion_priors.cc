@@ -30,9 +30,9 @@ constexpr double kSlowLinear = 0.1, kSlowAngular = 3.0, kSlowJoint = 10.0;
 constexpr double kLossScale = 3.0;
 /// Smoothing for slow errors [m]: soles and their places are no surer than its end.
 constexpr double kSlowStart = 0.03, kSlowEnd = 0.01;
-/// The places of what touches the world [m]; a geometry is unsure that is nearer than `kNear` [m] in
+/// The places of what touches the world, and what they change by as soles give way [m]; a geometry is unsure that is nearer than `kNear` [m] in
 /// more than this share of the rows.
-constexpr double kPlace = 0.01, kNear = 0.03, kOften = 0.1;
+constexpr double kPlace = 0.01, kPlaceDrift = 0.008, kNear = 0.03, kOften = 0.1;
 
 /// Steps as an estimate does them: all forces of a step at one instant, contacts looked for as far
 /// as they may be wrong, and laws that depend on nothing but the step.
@@ -163,6 +163,7 @@ MotionPriors slow_priors(const Scene& scene, const ColumnMap& map, const Recorde
   priors.smoothing_starts = {kSlowStart};
   priors.smoothing_end = kSlowEnd;
   priors.place = kPlace;
+  priors.place_drift = kPlaceDrift;
   const MotionProblem problem = motion_problem(scene, recorded, priors);
   priors.geometries = unsure_geometries(
       problem, low_pass(model, recorded.frames, recorded.h(), priors.cutoff));
@@ -198,6 +199,7 @@ MotionProblem motion_problem(const Scene& scene, const RecordedMotion& recorded,
     parameter.targets = {unsure.geometry};
     parameter.directions = {unsure.direction};
   }
+  problem.parameter_drift = priors.place_drift;
   problem.parameter_weight =
       VectorX::Constant(static_cast<Eigen::Index>(problem.parameters.size()), 1.0 / priors.place);
   return problem;

@@ -26,6 +26,7 @@ struct MotionPriors {
   VectorX change;              ///< nv: their change in an interval [N, N m]
   std::vector<UnsureGeometry> geometries;
   double place = 0.0;          ///< of those, along their direction [m]
+  double place_drift = 0.0;    ///< of their changes in a recording [m]
   std::vector<double> smoothing_starts;  ///< of the contact law [m]: the best of several is taken
   double smoothing_end = 0.0;            ///< [m]
 };

@@ -34,6 +34,9 @@ struct MotionProblem {
 
   std::vector<StepParameter> parameters = {};
   VectorX parameter_weight = {};  ///< inverse standard deviations of their priors
+  /// Parameters are not quite constant: standard deviation of what they drift by. It widens
+  /// intervals, and nothing else.
+  double parameter_drift = 0.0;
 
   int frames() const { return static_cast<int>(measured.size()); }
   int nv() const { return model.nv(); }

@@ -139,7 +139,9 @@ void set_forces(const MotionProblem& problem, MotionFit& fit, MotionEstimate& ou
   MotionSystem& system = fit.linearized();
   const FrameCovariance covariances(system.band());
   const std::vector<PairForces> pairs = differentiate_pair_forces(problem, fit);
-  const MatrixX parameters = system.parameter_covariance();
+  MatrixX parameters = system.parameter_covariance();
+  set_parameters(problem, fit.point().parameters, parameters, out);
+  parameters.diagonal().array() += std::pow(problem.parameter_drift, 2);
   const int nv = problem.nv();
   for (std::size_t t = 0; t < pairs.size(); ++t) out.contacts[t] = pairs[t].pairs;
   fit.pool().run(problem.frames(), [&](int t, int) {
@@ -159,7 +161,6 @@ void set_forces(const MotionProblem& problem, MotionFit& fit, MotionEstimate& ou
       out.contacts[i][k].deviation = by_pair.segment<3>(3 * static_cast<Eigen::Index>(k));
     set_sums(problem.model, t, &of_pairs, out);
   });
-  set_parameters(problem, fit.point().parameters, parameters, out);
   set_cost_ratios(problem, fit.point().q, out);
   add_pushes(problem, fit.point().q, out);
 }

@@ -1,0 +1,136 @@
+// People and robots that walked over force plates: what is found from their motion alone, against what
+// was measured beside it. The recordings are no part of the project.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+
+#include "counterpoint/engine/estimate/motion_estimate.h"
+#include "counterpoint/engine/motion_files.h"
+#include "support/paths.h"
+
+namespace counterpoint::estimation::recorded_walks_test {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Walk {
+  const char* folder;
+  const char* recording;
+  double from, to;                            ///< [s]
+  std::vector<std::vector<const char*>> feet;  ///< their links
+  std::vector<std::string> columns;            ///< of the measured forces, three a foot; "" for none
+};
+
+/// Rows between two times [s].
+Recording cut(const Recording& whole, double from, double to) {
+  Recording out;
+  out.file = whole.file;
+  int first = 0, last = whole.num_rows();
+  while (first < last && whole.time[static_cast<std::size_t>(first)] < from - 1e-6) ++first;
+  while (last > first && whole.time[static_cast<std::size_t>(last) - 1] > to + 1e-6) --last;
+  out.time.assign(whole.time.begin() + first, whole.time.begin() + last);
+  out.q = whole.q.middleCols(first, last - first);
+  out.v = whole.v.middleCols(first, last - first);
+  out.applied_force = whole.applied_force.middleCols(first, last - first);
+  out.contact_force = whole.contact_force.middleCols(first, last - first);
+  return out;
+}
+
+/// Root mean square of found less measured, % of the weight of all that moves: by foot and axis, and
+/// of the sum of the feet by axis. Measured forces are averaged as those of a row are.
+struct Errors {
+  MatrixX foot;  ///< feet x 3; NaN where nothing was measured
+  Vector3 total = Vector3::Zero();
+  double inside = 0.0;  ///< share of vertical forces of a foot within their 95 % intervals
+  MotionEstimate estimate;
+};
+
+Errors errors_of(const Walk& walk) {
+  const fs::path folder = fs::path(test::shared_data()) / walk.folder;
+  const Scene scene = load_scene(folder / "scene.yaml");
+  ColumnMap map = load_column_map(folder / "map.yaml", scene.model);
+  MotionEstimateOptions options;
+  for (std::size_t f = 0; f < walk.feet.size(); ++f) {
+    ColumnMap::ContactForce& force = map.contact_forces.emplace_back();
+    force.name = walk.feet[f].front();
+    for (const char* link : walk.feet[f])
+      force.bodies.push_back(
+          scene.model.frames()[static_cast<std::size_t>(scene.model.find_frame(link))].body);
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      force.components.push_back({walk.columns[3 * f + axis], 1.0, 0.0});
+    options.sums.push_back({force.name, force.bodies});
+  }
+  const Recording recording =
+      cut(read_all({folder / walk.recording}, map, scene).front(), walk.from, walk.to);
+  Errors out;
+  out.estimate = estimate_motion(scene, map, recording, options);
+  double weight = 0.0;
+  for (const Body& body : scene.model.bodies()) weight += 9.80665 * body.inertia.mass;
+  const auto feet = static_cast<Eigen::Index>(walk.feet.size());
+  const Eigen::Index rows = recording.contact_force.cols();
+  const MatrixX& m = recording.contact_force;
+  MatrixX error(3 * feet, rows - 2);
+  for (Eigen::Index t = 1; t + 1 < rows; ++t)
+    error.col(t - 1) = out.estimate.sum_force.col(t).head(3 * feet) -
+                       (0.125 * m.col(t - 1) + 0.75 * m.col(t) + 0.125 * m.col(t + 1));
+  const auto rms = [&](const VectorX& e) {
+    return 100.0 * std::sqrt(e.squaredNorm() / static_cast<double>(e.size())) / weight;
+  };
+  out.foot.resize(feet, 3);
+  MatrixX total = MatrixX::Zero(3, rows - 2);
+  for (Eigen::Index f = 0; f < feet; ++f) {
+    for (Eigen::Index axis = 0; axis < 3; ++axis)
+      out.foot(f, axis) = rms(error.row(3 * f + axis));
+    total += error.middleRows(3 * f, 3);
+    for (Eigen::Index t = 1; t + 1 < rows; ++t)
+      if (std::abs(error(3 * f + 2, t - 1)) <= 1.96 * out.estimate.sum_deviation(3 * f + 2, t))
+        out.inside += 1.0 / static_cast<double>(feet * (rows - 2));
+  }
+  for (Eigen::Index axis = 0; axis < 3; ++axis) out.total[axis] = rms(total.row(axis));
+  return out;
+}
+
+bool missing(const char* folder) {
+  return !fs::exists(fs::path(test::shared_data()) / folder / "scene.yaml");
+}
+
+// Bounds: what is accepted at least (in [ ] the aims), % of the weight. Nobody chose a weight for
+// this recording.
+TEST(RecordedWalks, AManOverForcePlates) {
+  if (missing("human_walk")) GTEST_SKIP() << "no human_walk; set COUNTERPOINT_SHARED_DATA";
+  const Errors errors = errors_of({"human_walk",
+                                   "recording_raw.csv",
+                                   0.45,
+                                   1.98,
+                                   {{"talus_r", "toes_r"}, {"talus_l", "toes_l"}},
+                                   {"R.fx", "R.fy", "R.fz", "L.fx", "L.fy", "L.fz"}});
+  EXPECT_EQ(errors.estimate.errors, RecordingErrors::kSlow);
+  EXPECT_LT(errors.total.x(), 4.5);  // [2.9]
+  EXPECT_LT(errors.total.y(), 2.2);  // [1.2]
+  EXPECT_LT(errors.total.z(), 3.6);  // [2.6]
+  EXPECT_LT(errors.foot.col(2).maxCoeff(), 4.5);  // [3.6]
+  EXPECT_LT(errors.foot.col(0).maxCoeff(), 2.7);  // [1.8]
+  for (const char* name : {"x", "y", "z"})
+    RecordProperty(std::string("total_") + name, std::to_string(errors.total[*name - 'x']));
+}
+
+TEST(RecordedWalks, ARobotThatWalksAndItsJump) {
+  if (missing("icub_walk")) GTEST_SKIP() << "no icub_walk; set COUNTERPOINT_SHARED_DATA";
+  const Errors errors = errors_of({"icub_walk",
+                                   "recording_raw.csv",
+                                   4.5,
+                                   8.8,
+                                   {{"r_sole"}, {"l_sole"}},
+                                   {"", "", "R.fz", "", "", "L.fz"}});
+  EXPECT_EQ(errors.estimate.errors, RecordingErrors::kSlow);
+  EXPECT_LT(errors.foot.col(2).maxCoeff(), 14.0);  // [12]
+  // The base's pose jumps at 8.35 s, within 40 ms.
+  bool named = false;
+  for (const Outlier& one : errors.estimate.outliers)
+    named = named || std::abs(errors.estimate.time[static_cast<std::size_t>(one.row)] - 8.37) < 0.06;
+  EXPECT_TRUE(named);
+}
+
+}  // namespace
+}  // namespace counterpoint::estimation::recorded_walks_test
