@@ -3,6 +3,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cmath>
 #include <memory>
 #include <optional>
 
@@ -34,13 +35,15 @@ MatrixX columns_of(const MatrixX& all, Eigen::Index first, Eigen::Index end) {
   return all.cols() == 0 ? all : MatrixX(all.middleCols(first, end - first));
 }
 
-/// The rows between the times asked for.
+/// The rows between the times asked for; times are sums of steps, and rounded.
 Recording between(const Recording& whole, const ExplainArguments& arguments) {
   const std::vector<double>& time = whole.time;
-  const auto begin =
-      arguments.from ? std::lower_bound(time.begin(), time.end(), *arguments.from) : time.begin();
-  const auto end =
-      arguments.to ? std::upper_bound(time.begin(), time.end(), *arguments.to) : time.end();
+  const auto slack = [](double t) { return 1e-9 * (1.0 + std::abs(t)); };
+  auto begin = time.begin(), end = time.end();
+  if (const auto& from = arguments.from)
+    begin = std::lower_bound(time.begin(), time.end(), *from - slack(*from));
+  if (const auto& to = arguments.to)
+    end = std::upper_bound(time.begin(), time.end(), *to + slack(*to));
   if (begin >= end)
     throw InputError(
         fmt::format("--from, --to: no row of {} is left, which goes from {:.6g} to "

@@ -19,11 +19,12 @@ namespace {
 constexpr double kStartCutoff = 10.0;
 /// White errors that leave more than this ratio are none (MotionEstimate::mean_cost_ratio); those
 /// that leave more than the second one after the first stage are none already then.
-constexpr double kWhite = 3.0, kNotWhite = 8.0;
-/// A first start that leaves no more than this ratio needs no second one.
-constexpr double kGood = 1.35;
+constexpr double kWhite = 4.0, kNotWhite = 30.0;
+/// A first start that leaves no more than this ratio needs no second one, nor does one that leaves more
+/// than the second of these.
+constexpr double kGood = 1.35, kBad = 6.0;
 /// The errors of a recording are judged by so many rows, those that move most.
-constexpr int kJudged = 150;
+constexpr int kJudged = 80;
 /// Rows that are explained at a time, and rows on either side that are explained with them.
 constexpr int kRows = 1000, kOverlap = 40;
 /// A motion of this engine leaves no more than this unexplained [weights of the tree].
@@ -72,7 +73,7 @@ Solved solve(const Task& task, const RecordedMotion& recorded, const MotionPrior
       best.fit = std::move(fit);
       best.result = result;
     }
-    if (ratio <= kGood || ratio > hopeless || (task.options.stop && task.options.stop())) break;
+    if (ratio <= kGood || ratio > kBad || (task.options.stop && task.options.stop())) break;
   }
   best.result.steps = steps;
   return best;

@@ -56,8 +56,8 @@ struct EstimatedParameter {
   double deviation = 0.0;
 };
 
-/// Where the recording is not believed: a value (a spike, a jump from the row before, or simply far
-/// from the estimate), or an acceleration that nothing here can have given.
+/// Where the recording is not believed: a value far from the estimate, or an acceleration that nothing
+/// here can have given (a jump of the recording).
 struct Outlier {
   int row = 0;
   int coordinate = 0;         ///< of v

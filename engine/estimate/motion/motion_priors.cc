@@ -45,6 +45,8 @@ SimulationOptions estimate_options(const Scene& scene, double h) {
   options.contact.reach_acceleration = 1e9;
   options.contact.slip_time = 1e9;
   options.effects.set(Effect::kSleeping, false);
+  // A row that a bounce lies within has mean velocities that no restitution allows.
+  options.effects.set(Effect::kRestitution, false);
   return options;
 }
 

@@ -219,8 +219,7 @@ void set_sums(const Model& model, int row, const MatrixX* covariance, MotionEsti
 }
 
 void summarize(const Model& model, const RecordedMotion& recorded, MotionEstimate& out) {
-  for (const std::vector<Outlier>* damage : {&recorded.spikes, &recorded.jumps})
-    out.outliers.insert(out.outliers.end(), damage->begin(), damage->end());
+  out.outliers.insert(out.outliers.end(), recorded.spikes.begin(), recorded.spikes.end());
   std::stable_sort(out.outliers.begin(), out.outliers.end(),
                    [](const Outlier& a, const Outlier& b) { return a.row < b.row; });
   out.mean_cost_ratio = out.cost_ratio.mean();

@@ -19,9 +19,9 @@ constexpr double kUneven = 0.02;
 constexpr double kGap = 1.5;
 /// No recording is surer than this [m, rad].
 constexpr double kLeastNoise = 1e-5;
-/// Nor are spikes and jumps told from steps of an encoder that this is not the deviation of.
+/// Spikes are not looked for below the steps of an encoder, whose deviation is about this [m, rad].
 constexpr double kLeastDamage = 1e-4;
-/// Spikes and jumps are larger than this many standard deviations of noise.
+/// Spikes are larger than this many standard deviations of noise.
 constexpr double kDamage = 12.0;
 /// They are larger, too, than so many steps of the motion beside them, which may be an impact.
 constexpr double kFast = 3.0;
@@ -98,29 +98,6 @@ void leave_out_spikes(const Model& model, RecordedMotion& motion) {
   }
 }
 
-/// A coordinate jumps whose step from one row to the next lies far outside the steps before and
-/// behind it, which agree. All later rows are moved back.
-void take_out_jumps(const Model& model, RecordedMotion& motion) {
-  const MatrixX d = steps_of(model, motion.frames);
-  VectorX sum = VectorX::Zero(model.nv());
-  for (int row = 1; row < motion.rows(); ++row) {
-    for (int i = 0; row >= 2 && row + 1 < motion.rows() && i < model.nv(); ++i) {
-      const double before = d(i, row - 2), behind = d(i, row);
-      const double limit = kDamage * 2.0 * std::max(motion.noise[i], kLeastDamage) +
-                           kFast * std::max(std::abs(before), std::abs(behind));
-      const double beyond = d(i, row - 1) - std::clamp(d(i, row - 1), std::min(before, behind),
-                                                       std::max(before, behind));
-      if (motion.measured(i, row) == 0.0 || std::abs(beyond) <= limit ||
-          std::abs(beyond) < 4.0 * std::abs(behind - before))
-        continue;
-      sum[i] -= beyond;
-      motion.jumps.push_back({row, i, beyond, std::abs(beyond) / motion.noise[i]});
-    }
-    VectorX& q = motion.frames[static_cast<std::size_t>(row)];
-    if (!sum.isZero(0.0)) q = moved(model, q, sum);
-  }
-}
-
 }  // namespace
 
 std::vector<char> recorded_coordinates(const Model& model, const ColumnMap& map) {
@@ -176,7 +153,6 @@ RecordedMotion prepare(const Model& model, const ColumnMap& map, const Recording
   for (int i = 0; i < model.nv(); ++i)
     if (std::isfinite(known[i])) out.noise[i] = known[i];
   leave_out_spikes(model, out);
-  take_out_jumps(model, out);
   return out;
 }
 

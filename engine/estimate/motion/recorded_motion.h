@@ -15,7 +15,6 @@ struct RecordedMotion {
   MatrixX force;                ///< nv x rows: recorded forces of joints [N, N m]
   VectorX noise;                ///< nv: standard deviation of white noise [m, rad]
   std::vector<Outlier> spikes;  ///< values that were left out
-  std::vector<Outlier> jumps;   ///< steps between a row and the one before, which were taken out
   bool resampled = false;       ///< the recording's rows are not evenly spaced
 
   int rows() const { return static_cast<int>(frames.size()); }
