@@ -180,6 +180,7 @@ std::string weight_in_words(const MotionEstimate& estimate, const ExplainedFigur
 }
 
 std::string motion_complaint(const MotionEstimate& estimate, const ExplainedFigures& figures) {
+  if (estimate.stopped) return {};  // this is not the motion that would have been found
   if (estimate.errors == RecordingErrors::kWhite && estimate.mean_cost_ratio > kMostCost)
     return fmt::format(
         "the motion found is farther from the recording than its errors allow ({:.3g} times their "
