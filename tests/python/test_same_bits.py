@@ -135,3 +135,36 @@ def test_predictions_are_those_of_compare(command, load, scenes, tmp_path):
     for their, our in zip(theirs["recordings"], found):
         for name, value in our.figures(columns).items():
             assert their[name] == value
+
+
+def test_motion_estimates_are_those_of_explain(command, load, scenes, tmp_path):
+    scene = load("cube_drop")
+    motion = tmp_path / "motion.csv"
+    report(command, tmp_path, "simulate", scenes / "cube_drop.yaml", "--duration", "0.4", "--timestep", "0.01",
+           "--output", motion)
+    rows = motion.read_text().splitlines()
+    names = rows[0].split(",")
+    height = names.index("cube.z")
+    noisy = [rows[0]]
+    for k, row in enumerate(rows[1:]):  # a millimetre to and fro
+        cells = row.split(",")
+        cells[height] = repr(float(cells[height]) + (1e-3 if k * 7 % 3 == 0 else -5e-4))
+        noisy.append(",".join(cells))
+    recording = tmp_path / "noisy.csv"
+    recording.write_text("\n".join(noisy) + "\n")
+    columns = tmp_path / "map.yaml"
+    columns.write_text("time: time\ncolumns:\n" + "".join(
+        f"  cube.{c}: cube.{c}\n" for c in ("x", "y", "z", "qw", "qx", "qy", "qz")))
+    theirs = report(command, tmp_path, "explain", scenes / "cube_drop.yaml", recording, "--columns", columns,
+                    "--errors", "white")["recordings"][0]
+    read = cp.recordings.load_column_map(columns, scene.model)
+    ours = cp.recordings.estimate_motion(scene, read, cp.recordings.read_recordings([recording], read, scene)[0],
+                                         errors="white")
+    assert ours["errors"] == theirs["errors"] == "white"
+    assert ours["cost_ratio"] == theirs["cost_ratio"]
+    assert ours["unexplained_mean"] == theirs["unexplained_mean"]
+    assert ours["force"].shape == (len(rows) - 1, scene.model.nv)
+    assert np.isnan(ours["force"][0]).all() and np.isfinite(ours["force"][1:-1]).all()
+    with pytest.raises(ValueError, match="white"):
+        cp.recordings.estimate_motion(scene, read, cp.recordings.read_recordings([recording], read, scene)[0],
+                                      errors="pink")

@@ -13,6 +13,25 @@ class _Explanation(TypedDict):
     force: NDArray[np.float64]
     figures: dict[str, float]
 
+class _ContactForces(TypedDict):
+    force: NDArray[np.float64]
+    deviation: NDArray[np.float64]
+    centre: NDArray[np.float64]
+
+class _MotionEstimate(TypedDict):
+    file: str
+    time: NDArray[np.float64]
+    q: NDArray[np.float64]
+    v: NDArray[np.float64]
+    force: NDArray[np.float64]
+    force_deviation: NDArray[np.float64]
+    contact_forces: dict[str, _ContactForces]
+    errors: Literal["none", "white", "slow"]
+    cost_ratio: float
+    unexplained_mean: float
+    unexplained_max: float
+    parameters: dict[str, tuple[float, float]]
+
 @final
 class ColumnMap:
     @property
@@ -100,6 +119,14 @@ def explain(
     *,
     reach: float | None = None,
 ) -> list[_Explanation]: ...
+def estimate_motion(
+    scene: Scene,
+    columns: ColumnMap,
+    recording: Recording,
+    *,
+    errors: Literal["white", "slow"] | None = None,
+    threads: int = 0,
+) -> _MotionEstimate: ...
 def with_settings(scene: Scene, settings: str) -> Scene: ...
 def parameter_values(scene: Scene, parameters: str) -> dict[str, float]: ...
 def identify(

@@ -159,7 +159,8 @@ void bind_prediction(py::module_& r) {
 
 }  // namespace
 
-void bind_identification(py::module_& r);  // identification.cc
+void bind_identification(py::module_& r);   // identification.cc
+void bind_motion_estimate(py::module_& r);  // motion_estimate.cc
 
 constexpr const char* kLoadColumnMapDoc = R"(
 Reads a column map (YAML, docs/guide/recordings.md).
@@ -242,6 +243,7 @@ void bind_recordings(py::module_& m) {
         py::kw_only(), py::arg("substeps") = py::none(), py::arg("horizon") = 0, kPredictDoc);
   r.def("explain", &explain, py::arg("scene"), py::arg("columns"), py::arg("recordings"),
         py::kw_only(), py::arg("reach") = py::none(), kExplainDoc);
+  bind_motion_estimate(r);
   bind_identification(r);
 }
 

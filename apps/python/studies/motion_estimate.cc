@@ -1,0 +1,108 @@
+// counterpoint.recordings.estimate_motion: the motion behind a noisy recording, and its forces.
+#include <pybind11/stl.h>
+
+#include "objects/arrays.h"
+#include "objects/handles.h"
+#include "recordings/estimation.h"
+
+namespace counterpoint::python {
+namespace {
+
+using apps::ColumnMap;
+using apps::MotionEstimate;
+using apps::MotionEstimateOptions;
+using apps::Recording;
+using apps::RecordingErrors;
+
+std::optional<RecordingErrors> errors_of(const std::optional<std::string>& errors) {
+  if (!errors) return std::nullopt;
+  if (*errors == "white") return RecordingErrors::kWhite;
+  if (*errors == "slow") return RecordingErrors::kSlow;
+  throw py::value_error("errors: expected 'white', 'slow' or None, not '" + *errors + "'");
+}
+
+/// Contact forces on links, by the name of the sum.
+py::dict contact_forces_of(const MotionEstimate& estimate) {
+  py::dict out;
+  for (std::size_t s = 0; s < estimate.sums.size(); ++s) {
+    const auto at = 3 * static_cast<Eigen::Index>(s);
+    py::dict one;
+    one["force"] = copy_matrix(estimate.sum_force.middleRows(at, 3), true);
+    one["deviation"] = copy_matrix(estimate.sum_deviation.middleRows(at, 3), true);
+    one["centre"] = copy_matrix(estimate.sum_centre.middleRows(at, 3), true);
+    const py::str name(estimate.sums[s].name);
+    if (!out.contains(name)) out[name] = one;
+  }
+  return out;
+}
+
+py::dict estimate(const SceneHandle& handle, const ColumnMap& map, const Recording& recording,
+                  const std::optional<std::string>& errors, int threads) {
+  MotionEstimateOptions options;
+  options.threads = threads;
+  options.errors = errors_of(errors);
+  for (const ColumnMap::ContactForce& force : map.contact_forces)
+    options.sums.push_back({force.name, force.bodies});
+  const Scene scene = handle.scene();
+  MotionEstimate found;
+  {
+    const py::gil_scoped_release release;
+    found = apps::estimate_motion(scene, map, recording, options);
+  }
+  py::dict out;
+  out["file"] = found.file;
+  out["time"] = py::array_t<double>(static_cast<py::ssize_t>(found.time.size()), found.time.data());
+  out["q"] = copy_matrix(found.q, true);
+  out["v"] = copy_matrix(found.v, true);
+  out["force"] = copy_matrix(found.force, true);
+  out["force_deviation"] = copy_matrix(found.force_deviation, true);
+  out["contact_forces"] = contact_forces_of(found);
+  out["errors"] = apps::recording_errors_name(found.errors);
+  out["cost_ratio"] = found.mean_cost_ratio;
+  out["unexplained_mean"] = found.unexplained_mean;
+  out["unexplained_max"] = found.unexplained_max;
+  py::dict parameters;
+  for (const apps::EstimatedParameter& one : found.parameters)
+    parameters[py::str(one.name)] = py::make_tuple(one.value, one.deviation);
+  out["parameters"] = parameters;
+  return out;
+}
+
+constexpr const char* kEstimateDoc = R"(
+The motion behind a noisy recording, and its forces with standard deviations, as `counterpoint explain`
+finds them (docs/explanation/explaining.md).
+
+Parameters
+----------
+scene : Scene
+columns : ColumnMap
+recording : Recording
+errors : str, optional
+    Errors of recorded positions, 'white' or 'slow'; default: found from the recording.
+threads : int
+    0: one a core; the result does not depend on it.
+
+Returns
+-------
+dict
+    'file'; 'time' (rows,) [s]; 'q' (rows, nq); 'v' (rows, nv); 'force' and 'force_deviation' (rows, nv)
+    [N, N m]: of joints, and what is unexplained of free links, NaN in the first and the last row;
+    'contact_forces': by the names of the map's `contact_forces` and of links that touch something, dicts
+    of 'force', 'deviation' [N] and 'centre' (of pressure) [m], (rows, 3) in world axes; 'errors': 'none',
+    'white' or 'slow'; 'cost_ratio' [-]; 'unexplained_mean', 'unexplained_max' [weights]; 'parameters':
+    difference from the scene's and standard deviation by name.
+
+Raises
+------
+InputError
+    Where the recording has too few rows, or no position.
+)";
+
+}  // namespace
+
+void bind_motion_estimate(py::module_& r) {
+  r.def("estimate_motion", &estimate, py::arg("scene"), py::arg("columns"), py::arg("recording"),
+        py::kw_only(), py::arg("errors") = py::none(), py::arg("threads") = 0, kEstimateDoc);
+}
+
+}  // namespace counterpoint::python
