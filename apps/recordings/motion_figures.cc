@@ -56,10 +56,20 @@ class Agreement {
   int inside_ = 0;
 };
 
+/// The mean of a recorded force about a time with the weights of a triangle over `h` [s] on either
+/// side, as forces of a row are; recorded values count as joined by straight lines.
+double mean_about(const Recording& recording, Eigen::Index row, double t, double h) {
+  const auto at = [&](double time) {
+    return recorded_at(recording, recording.contact_force, row, time);
+  };
+  return (at(t - h) + 4.0 * at(t) + at(t + h)) / 6.0;
+}
+
 /// Those of recorded contact forces, component by component. They are the first of the sums.
 std::vector<ForceAgreement> contact_agreements(const ColumnMap& map, const Recording& recording,
                                                const MotionEstimate& estimate) {
   std::vector<ForceAgreement> out;
+  const double h = estimate.time[1] - estimate.time[0];
   for (std::size_t k = 0; k < map.contact_forces.size() && k < estimate.sums.size(); ++k) {
     const ColumnMap::ContactForce& force = map.contact_forces[k];
     for (std::size_t axis = 0; axis < force.components.size(); ++axis) {
@@ -69,7 +79,7 @@ std::vector<ForceAgreement> contact_agreements(const ColumnMap& map, const Recor
       for (std::size_t row = 0; row < estimate.time.size(); ++row) {
         const auto column = static_cast<Eigen::Index>(row);
         agreement.add(estimate.sum_force(at, column), estimate.sum_deviation(at, column),
-                      recorded_at(recording, recording.contact_force, at, estimate.time[row]));
+                      mean_about(recording, at, estimate.time[row], h));
       }
       out.push_back(agreement.finish());
     }

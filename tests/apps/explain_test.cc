@@ -160,7 +160,7 @@ TEST(Explain, TablesHoldMotionContactsAndForces) {
 
   const Cells motion(folder.read("motion.csv"));
   ASSERT_EQ(motion.rows.size(), 21u);
-  EXPECT_DOUBLE_EQ(motion.number(0, "time"), 0.1);
+  EXPECT_NEAR(motion.number(0, "time"), 0.1, 1e-12);
   EXPECT_NEAR(motion.number(0, "time_step"), 0.01, 1e-12);
   EXPECT_EQ(motion.rows.back().at("time_step"), "");
   // A trajectory, but one that the engine did not make: it has no hash, and inverse has doubts.
@@ -172,11 +172,15 @@ TEST(Explain, TablesHoldMotionContactsAndForces) {
   const Cells contacts(folder.read("contacts.csv"));
   ASSERT_GT(contacts.rows.size(), 10u);
   for (std::size_t row = 0; row < contacts.rows.size(); ++row) {
-    EXPECT_EQ(contacts.rows[row].at("geometry_a") + contacts.rows[row].at("geometry_b"),
-              "groundbox/body/shape");
+    EXPECT_EQ(contacts.rows[row].at("geometry_b"), "ground");
     EXPECT_GT(contacts.number(row, "normal"), 0.0);
-    // The box slides at 0.5 m/s or faster, within 0.1 m/s of noise, and friction is at its limit.
-    EXPECT_EQ(contacts.number(row, "sliding"), 1.0) << row;
+    // The box drags the ground along, and slows down by half of g. Friction of a smoothed law stays
+    // a little below its limit.
+    const double normal = contacts.number(row, "normal");
+    EXPECT_NEAR(contacts.number(row, "fx"), 0.5 * normal, 0.1 * normal);
+    EXPECT_NEAR(contacts.number(row, "fz"), -normal, 0.02 * normal);
+    EXPECT_NEAR(contacts.number(row, "slip"), 3.0 - 4.903 * contacts.number(row, "time"), 0.3);
+    EXPECT_TRUE(contacts.has("sliding"));
     EXPECT_NEAR(contacts.number(row, "z"), 0.0, 0.01);
   }
 

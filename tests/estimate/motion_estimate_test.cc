@@ -121,7 +121,7 @@ TEST(MotionEstimate, OwnMotionsComeBackAsTheInverseGivesThem) {
 // times what an estimate with weights chosen by hand reached (rms 0.14, median 0.015 weights).
 TEST(MotionEstimate, ForcesOfANoisyDropAreFound) {
   const Scene scene = quadruped();
-  const Recording recorded = simulate(scene, 70, 5, 0.3);
+  const Recording recorded = simulate(scene, 100, 5, 0.3);
   const Recording noise = noisy(scene.model, recorded, 1e-3, 3);
   const MotionEstimate estimate =
       estimate_motion(scene, map_of(scene), noise, all_bodies(scene.model));
@@ -140,7 +140,7 @@ TEST(MotionEstimate, ForcesOfANoisyDropAreFound) {
   }
   EXPECT_LT(std::sqrt(squares / static_cast<double>(errors.size())), 0.28);
   EXPECT_LT(median(errors), 0.03);
-  // Two thirds at least: half of these rows are impacts, biased by what a row cannot resolve.
+  // Two thirds at least: a third of these rows are impacts, biased by what a row cannot resolve.
   EXPECT_GT(3 * inside, 2 * static_cast<int>(errors.size()));
   EXPECT_GT(estimate.mean_cost_ratio, 0.5);
   EXPECT_LT(estimate.mean_cost_ratio, 2.0);

@@ -74,7 +74,7 @@ Errors errors_of(const Walk& walk) {
   MatrixX error(3 * feet, rows - 2);
   for (Eigen::Index t = 1; t + 1 < rows; ++t)
     error.col(t - 1) = out.estimate.sum_force.col(t).head(3 * feet) -
-                       (0.125 * m.col(t - 1) + 0.75 * m.col(t) + 0.125 * m.col(t + 1));
+                       (m.col(t - 1) + 4.0 * m.col(t) + m.col(t + 1)) / 6.0;
   const auto rms = [&](const VectorX& e) {
     return 100.0 * std::sqrt(e.squaredNorm() / static_cast<double>(e.size())) / weight;
   };

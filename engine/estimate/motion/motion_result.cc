@@ -108,8 +108,8 @@ MotionEstimate empty_estimate(const Model& model, const std::vector<double>& tim
   MotionEstimate out;
   const auto rows = static_cast<Eigen::Index>(time.size());
   out.time = time;
-  out.q.resize(model.nq(), rows);
-  out.v.resize(model.nv(), rows);
+  out.q = MatrixX::Constant(model.nq(), rows, kNaN);
+  out.v = MatrixX::Constant(model.nv(), rows, kNaN);
   out.force = MatrixX::Constant(model.nv(), rows, kNaN);
   out.force_deviation = out.force;
   out.contacts.resize(time.size());

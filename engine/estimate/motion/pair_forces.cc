@@ -9,7 +9,7 @@ namespace counterpoint::estimation {
 namespace {
 
 /// A contact slides whose friction is this share of its limit.
-constexpr double kSliding = 0.95;
+constexpr double kSliding = 0.9;
 /// Step of the differences: this share of the smoothing length, within bounds [m, rad].
 constexpr double kStepShare = 1e-3, kLeastStep = 1e-10, kMostStep = 1e-6;
 
