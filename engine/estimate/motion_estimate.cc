@@ -18,8 +18,8 @@ namespace {
 /// Half-power frequency of the low-pass through which a search begins [Hz].
 constexpr double kStartCutoff = 10.0;
 /// White errors that leave more than this ratio are none (MotionEstimate::mean_cost_ratio); those
-/// that leave more than the second one after the first stage are none already then.
-constexpr double kWhite = 4.0, kNotWhite = 30.0;
+/// that leave more than the second one after three stages are none already then.
+constexpr double kWhite = 4.0, kNotWhite = 8.0;
 /// A first start that leaves no more than this ratio needs no second one, nor does one that leaves more
 /// than the second of these.
 constexpr double kGood = 1.35, kBad = 6.0;

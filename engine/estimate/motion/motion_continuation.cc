@@ -16,6 +16,11 @@ constexpr double kDearer = 1.2;       ///< a stage that costs more than this is 
 /// Above this smoothing [m] contacts are still forming, and costs may rise.
 constexpr double kFormed = 1e-3;
 
+/// Parameters move slowly: their stage goes on for this share of the usual decrease of the cost.
+constexpr double kParameterTolerance = 0.3;
+/// Stages after which a search may be given up.
+constexpr int kStagesJudged = 3;
+
 /// A stage that was accepted.
 struct Accepted {
   MotionPoint point;
@@ -54,6 +59,7 @@ ContinuationResult continue_motion(const MotionProblem& problem,
   std::optional<Accepted> before, last;
   MotionPoint start = fit.point();
   double smoothing = continuation.start, factor = kFactor;
+  int accepted = 0;
   for (;;) {
     const SimulationOptions options = stage_options(problem, smoothing);
     fit.begin(options, start);
@@ -79,14 +85,14 @@ ContinuationResult continue_motion(const MotionProblem& problem,
     before = std::move(last);
     last = Accepted{fit.point(), smoothing, fit.cost()};
     if (smoothing <= continuation.end || (continuation.stop && continuation.stop())) break;
-    if (!before && fit.measurement_ratio() > continuation.hopeless) break;
+    if (++accepted == kStagesJudged && fit.measurement_ratio() > continuation.hopeless) break;
     start = last->point;
     smoothing = std::max(continuation.end, smoothing / factor);
   }
   result.smoothing = last->smoothing;
   if (!problem.parameters.empty()) {  // their places mean nothing while contacts reach far
     fit.free_parameters(true);
-    result.steps += fit.minimize(continuation.most_steps, continuation.tolerance,
+    result.steps += fit.minimize(continuation.most_steps, kParameterTolerance * continuation.tolerance,
                                  continuation.stop);
   }
   result.cost = fit.cost();

@@ -11,8 +11,8 @@ namespace counterpoint::estimation {
 struct MotionContinuation {
   double start = 1e-2, end = 1e-3;  ///< smoothing of the contact law [m]
   int most_steps = 40;              ///< Newton steps of a stage
-  double tolerance = 1e-3;          ///< of the cost, see MotionFit::minimize
-  /// The search ends after the first stage where the measurements' mean square is this many times
+  double tolerance = 3e-3;          ///< of the cost, see MotionFit::minimize
+  /// The search ends after the third stage where the measurements' mean square is this many times
   /// their variance: nothing that follows would explain them.
   double hopeless = kInfinity;
   std::function<bool()> stop;       ///< asked before every step
