@@ -199,7 +199,7 @@ def walk(options, folder, feet, pieces):
     """`counterpoint explain` on a recording beside which the feet's forces were measured."""
     measured = "".join(f"  {name}: {{links: [{', '.join(links)}], {', '.join(f'{a}: {c}' for a, c in columns.items())}}}\n"
                        for name, (links, columns) in feet.items())
-    text = ("Found from the positions alone, with the command's defaults: root mean square of found less measured, % of the "
+    text = ("Found from the positions alone, with the command's defaults: root mean square of found less measured, % of\nthe "
             "weight; in brackets the share of rows inside the 95 % interval.\n\n| rows | " +
             " | ".join(f"{name}, {a}" for name, (_, columns) in feet.items() for a in columns) +
             " | unexplained, mean | Newton steps |\n|" + "---|" * (3 + sum(len(c) for _, c in feet.values())) + "\n")

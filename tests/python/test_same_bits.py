@@ -154,7 +154,8 @@ def test_motion_estimates_are_those_of_explain(command, load, scenes, tmp_path):
     recording.write_text("\n".join(noisy) + "\n")
     columns = tmp_path / "map.yaml"
     columns.write_text("time: time\ncolumns:\n" + "".join(
-        f"  cube.{c}: cube.{c}\n" for c in ("x", "y", "z", "qw", "qx", "qy", "qz")))
+        f"  cube.{c}: cube.{c}\n" for c in ("x", "y", "z", "qw", "qx", "qy", "qz"))
+        + "deviations: {cube.x: 0.02, cube.y: 0.02, cube.z: 0.02, cube.qw: 0.1}\n")
     theirs = report(command, tmp_path, "explain", scenes / "cube_drop.yaml", recording, "--columns", columns,
                     "--errors", "white")["recordings"][0]
     read = cp.recordings.load_column_map(columns, scene.model)
