@@ -65,7 +65,7 @@ double mean_about(const Recording& recording, Eigen::Index row, double t, double
   return (at(t - h) + 4.0 * at(t) + at(t + h)) / 6.0;
 }
 
-/// Those of recorded contact forces, component by component. They are the first of the sums.
+/// Agreements of recorded contact forces, component by component. They are the first of the sums.
 std::vector<ForceAgreement> contact_agreements(const ColumnMap& map, const Recording& recording,
                                                const MotionEstimate& estimate) {
   std::vector<ForceAgreement> out;
@@ -87,7 +87,7 @@ std::vector<ForceAgreement> contact_agreements(const ColumnMap& map, const Recor
   return out;
 }
 
-/// Those of applied forces that the estimate was not told to use.
+/// Agreements of applied forces that the estimate was not told to use.
 std::vector<ForceAgreement> applied_agreements(const Model& model, const ColumnMap& map,
                                                const Recording& recording,
                                                const MotionEstimate& estimate) {

@@ -1,4 +1,4 @@
-// What an estimated motion says of the forces behind a recording: how far they are from those that
+// Figures of an estimated motion and the forces behind a recording: how far they are from those that
 // were recorded, who carries the weight, and what nothing explains.
 #pragma once
 
@@ -15,13 +15,13 @@ struct ForceAgreement {
   std::string name;        ///< as in the table of forces: "plate.contact.fz", "knee.u"
   std::string unit;        ///< "N" or "N m"
   int rows = 0;            ///< in which both are known
-  double rms = 0.0;        ///< of the difference
+  double rms = 0.0;        ///< root mean square of the difference
   double inside_95 = 0.0;  ///< share of the rows in which it lies within 1.96 standard deviations
 };
 
 /// A share of the weight that the world carries through some links.
 struct Carrier {
-  std::string name;    ///< of a recorded contact force, or of a link
+  std::string name;    ///< the recorded contact force's, or the link's
   double share = 0.0;  ///< mean over the rows [weights of all that moves]
 };
 
@@ -34,13 +34,13 @@ struct WorstRow {
 
 /// Figures of one recording.
 struct ExplainedFigures {
-  double weight = 0.0;                         ///< of all that moves [N]
-  std::vector<ForceAgreement> contact_forces;  ///< by recorded component
+  double weight = 0.0;                         ///< weight of all that moves [N]
+  std::vector<ForceAgreement> contact_forces;  ///< a recorded component each
   std::vector<ForceAgreement> applied_forces;  ///< mapped without a deviation, so not used
   std::string support;            ///< the one shape of the world that carries, or "world"
-  std::vector<Carrier> carriers;  ///< by falling share
+  std::vector<Carrier> carriers;  ///< in falling order of share
   double carried = 0.0;           ///< their sum
-  VectorX unexplained;            ///< by row [weights]; NaN where no force is known
+  VectorX unexplained;            ///< a row each [weights]; NaN where no force is known
   bool has_unactuated = false;    ///< some coordinate has no motor
   WorstRow worst_unexplained, worst_cost;
 };

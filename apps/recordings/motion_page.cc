@@ -18,7 +18,7 @@ namespace {
 
 /// Half the height of bands [standard deviations].
 constexpr double kBand = 2.0;
-/// So many links and so many joints have charts.
+/// Numbers of links and of joints that have charts.
 constexpr std::size_t kLinksShown = 12, kJointsShown = 40;
 
 Curve estimated_curve(const std::string& name, const MotionEstimate& estimate,
@@ -185,7 +185,7 @@ PageTable summary_table(const ExplainedMotions& motions) {
   return table;
 }
 
-/// What is told of one recording.
+/// The part of the page about one recording.
 void add_recording(const ExplainedMotions& motions, std::size_t index,
                    const ExplainedFigures& figures, const std::vector<Chart>& charts,
                    HtmlPage& page) {

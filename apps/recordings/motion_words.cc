@@ -12,7 +12,7 @@ namespace {
 /// White errors leave no more than this (MotionEstimate::mean_cost_ratio), and a scene that is
 /// right leaves no more unexplained than that [weights].
 constexpr double kMostCost = 4.0, kMostUnexplained = 0.1;
-/// So many outliers are told one by one, so many carriers, and so many parameters in words.
+/// Numbers of outliers, carriers and parameters that are told one by one.
 constexpr std::size_t kOutliersTold = 5, kCarriersTold = 4, kParametersTold = 4;
 /// A carrier of less than this is not told [weights].
 constexpr double kLeastShare = 5e-3;

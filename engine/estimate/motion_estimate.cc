@@ -20,8 +20,8 @@ constexpr double kStartCutoff = 10.0;
 /// White errors that leave more than this ratio are none (MotionEstimate::mean_cost_ratio); those
 /// that leave more than the second one after three stages are none already then.
 constexpr double kWhite = 4.0, kNotWhite = 8.0;
-/// A first start that leaves no more than this ratio needs no second one, nor does one that leaves more
-/// than the second of these.
+/// A first start that leaves no more than this ratio needs no second one, nor does one that leaves
+/// more than the second of these.
 constexpr double kGood = 1.35, kBad = 6.0;
 /// The errors of a recording are judged by so many rows, those that move most.
 constexpr int kJudged = 80;
@@ -35,7 +35,7 @@ double now() {
       .count();
 }
 
-/// What stays the same over all parts of a recording.
+/// Arguments that stay the same over all parts of a recording.
 struct Task {
   const Scene& scene;
   const ColumnMap& map;

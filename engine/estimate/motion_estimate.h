@@ -18,7 +18,7 @@ struct ContactSum {
   std::vector<int> bodies;
 };
 
-/// What the errors of the recorded positions are like.
+/// Kinds of errors of the recorded positions.
 enum class RecordingErrors {
   kNone,   ///< the recording is a motion of this engine: nothing is estimated
   kWhite,  ///< independent from row to row: encoders, good simulations of noise
@@ -44,7 +44,7 @@ struct ContactEstimate {
   Vector3 deviation = Vector3::Zero();  ///< its standard deviation [N]
   Vector3 centre = Vector3::Zero();     ///< centre of pressure, in W [m]
   double normal_force = 0.0;            ///< [N]
-  double slip = 0.0;                    ///< of B over A, tangential [m/s]
+  double slip = 0.0;                    ///< tangential velocity of B over A [m/s]
   bool sliding = false;                 ///< friction is at its limit
 };
 
@@ -56,14 +56,14 @@ struct EstimatedParameter {
   double deviation = 0.0;
 };
 
-/// Where the recording is not believed: a value far from the estimate, or an acceleration that nothing
-/// here can have given (a jump of the recording).
+/// A place where the recording is not believed: a value far from the estimate, or an acceleration
+/// that nothing here can have given (a jump of the recording).
 struct Outlier {
   int row = 0;
-  int coordinate = 0;         ///< of v
+  int coordinate = 0;         ///< index into v
   double difference = 0.0;    ///< recorded less estimated [m, rad; m/s^2, rad/s^2]
   double deviations = 0.0;    ///< over its standard deviation
-  bool acceleration = false;  ///< of a few rows the largest is told
+  bool acceleration = false;  ///< the largest of a few rows is told
 };
 
 /// Columns are rows of the recording. Forces of a row are the mean over the intervals before and
@@ -75,27 +75,28 @@ struct MotionEstimate {
   MatrixX v;                 ///< nv: mean of the velocities before and behind the row
   MatrixX force;             ///< nv: forces of joints; of links without a motor unexplained [N, N m]
   MatrixX force_deviation;   ///< nv
-  std::vector<std::vector<ContactEstimate>> contacts;  ///< by row
+  std::vector<std::vector<ContactEstimate>> contacts;  ///< one list a row
   std::vector<ContactSum> sums;
   MatrixX sum_force, sum_deviation;  ///< 3 sums: contact forces on the links, in W [N]
   MatrixX sum_centre;                ///< 3 sums: centre of pressure [m]; NaN without a force
   std::vector<EstimatedParameter> parameters;
   VectorX position_deviation;  ///< nv: standard deviations of the recorded positions [m, rad]
-  VectorX cost_ratio;          ///< by row: squares of the measurements over what noise explains
+  VectorX cost_ratio;          ///< a row each: mean square of residuals over their variance
   std::vector<Outlier> outliers;
   double unexplained_mean = 0.0, unexplained_max = 0.0;  ///< weights of the trees
-  double smoothing = 0.0;                                ///< of the contact law, at the end [m]
+  double smoothing = 0.0;                                ///< contact law at the end [m]
   int newton_steps = 0;
   double seconds = 0.0;
   RecordingErrors errors = RecordingErrors::kWhite;
   /// Mean square of the measurements' residuals over their deviations. White errors: 0.8 to 1.3 is
   /// right; far above, the model or a deviation is wrong.
   double mean_cost_ratio = 0.0;
-  bool stopped = false;  ///< by MotionEstimateOptions::stop
+  bool stopped = false;  ///< MotionEstimateOptions::stop said so
 };
 
 /// The most probable motion of a recording, whose rows are evenly spaced. @throws InputError where it
-/// has fewer than `kLeastRows` rows, or no position is mapped.
+/// has fewer than `kLeastRows` rows, or no position is mapped; std::runtime_error where its motion
+/// has no finite forces.
 MotionEstimate estimate_motion(const Scene& scene, const ColumnMap& map,
                                const Recording& recording,
                                const MotionEstimateOptions& options = {});

@@ -152,7 +152,8 @@ TEST(MotionEstimate, SlowErrorsAreToldFromWhiteOnes) {
   const Scene scene = test::box_on_plane({});
   Recording recording = noisy(scene.model, simulate(scene, 100, 5), 1e-4, 5);
   for (int row = 0; row < recording.num_rows(); ++row)
-    recording.q(2, row) += 0.01 * std::sin(2.0 * M_PI * 1.5 * recording.time[static_cast<std::size_t>(row)]);
+    recording.q(2, row) +=
+        0.01 * std::sin(9.42 * recording.time[static_cast<std::size_t>(row)]);
   const MotionEstimate estimate =
       estimate_motion(scene, map_of(scene), recording, all_bodies(scene.model));
   EXPECT_EQ(estimate.errors, RecordingErrors::kSlow);

@@ -1,5 +1,5 @@
-// People and robots that walked over force plates: what is found from their motion alone, against what
-// was measured beside it. The recordings are no part of the project.
+// People and robots that walked over force plates: forces found from their motion alone, against
+// those that were measured beside it. The recordings are no part of the project.
 #include <gtest/gtest.h>
 
 #include <cmath>

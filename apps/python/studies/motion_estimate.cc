@@ -69,8 +69,8 @@ py::dict estimate(const SceneHandle& handle, const ColumnMap& map, const Recordi
 }
 
 constexpr const char* kEstimateDoc = R"(
-The motion behind a noisy recording, and its forces with standard deviations, as `counterpoint explain`
-finds them (docs/explanation/explaining.md).
+The motion behind a noisy recording, and its forces with standard deviations, as
+`counterpoint explain` finds them (docs/explanation/explaining.md).
 
 Parameters
 ----------
@@ -85,12 +85,13 @@ threads : int
 Returns
 -------
 dict
-    'file'; 'time' (rows,) [s]; 'q' (rows, nq); 'v' (rows, nv); 'force' and 'force_deviation' (rows, nv)
-    [N, N m]: of joints, and what is unexplained of free links, NaN in the first and the last row;
-    'contact_forces': by the names of the map's `contact_forces` and of links that touch something, dicts
-    of 'force', 'deviation' [N] and 'centre' (of pressure) [m], (rows, 3) in world axes; 'errors': 'none',
-    'white' or 'slow'; 'cost_ratio' [-]; 'unexplained_mean', 'unexplained_max' [weights]; 'parameters':
-    difference from the scene's and standard deviation by name.
+    'file'; 'time' (rows,) [s]; 'q' (rows, nq); 'v' (rows, nv); 'force' and 'force_deviation'
+    (rows, nv) [N, N m]: forces of joints, and unexplained ones of free links, NaN in the first and
+    the last row; 'contact_forces': by the names of the map's `contact_forces` and of links that
+    touch something, dicts of 'force', 'deviation' [N] and 'centre' (of pressure) [m], (rows, 3) in
+    world axes; 'errors': 'none', 'white' or 'slow'; 'cost_ratio' [-]; 'unexplained_mean',
+    'unexplained_max' [weights]; 'parameters': difference from the scene's and standard deviation
+    by name.
 
 Raises
 ------

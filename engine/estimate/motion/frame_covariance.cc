@@ -8,14 +8,14 @@ namespace {
 
 constexpr int kWidth = 3;  ///< frames that a frame sees on either side
 
-/// What is left of a frame's rows once it is eliminated. Frames are counted from one end: frame k is
-/// block k, or with `reversed` block n - 1 - k.
+/// Frames eliminated one after the other from one end: frame k is block k, or with `reversed` block
+/// n - 1 - k.
 class Elimination {
  public:
   Elimination(const optimization::BlockCholesky& band, bool reversed)
       : band_(band), m_(band.block_size()), n_(band.num_blocks()), reversed_(reversed) {}
 
-  /// By frame k: what frames 0 ... k - 1 take from frames k, k + 1, k + 2 (3 m x 3 m).
+  /// For each frame k, what frames 0 ... k - 1 take from frames k, k + 1, k + 2 (3 m x 3 m).
   std::vector<MatrixX> run() const {
     std::vector<MatrixX> taken(static_cast<std::size_t>(n_));
     MatrixX now = MatrixX::Zero(kWidth * m_, kWidth * m_);
@@ -81,7 +81,8 @@ MatrixX FrameCovariance::of(int first, int count) const {
       if (count - 1 - b < kWidth)
         block += back.block((count - 1 - a) * m, (count - 1 - b) * m, m, m);
     }
-  return Eigen::LLT<MatrixX>(Elimination::regular(A)).solve(MatrixX::Identity(count * m, count * m));
+  const MatrixX identity = MatrixX::Identity(count * m, count * m);
+  return Eigen::LLT<MatrixX>(Elimination::regular(A)).solve(identity);
 }
 
 }  // namespace counterpoint::estimation

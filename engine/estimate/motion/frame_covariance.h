@@ -7,9 +7,9 @@
 
 namespace counterpoint::estimation {
 
-/// Covariances of the frames of a band of width 3, its inverse at these places. All other frames are
-/// eliminated, those before in ascending order and those behind in descending order: every matrix
-/// on the way is a Schur complement of a positive definite one. (The recursion of Takahashi and
+/// Covariances of the frames of a band of width 3: its inverse at these places. All other frames are
+/// eliminated, those before in ascending and those behind in descending order: every matrix on
+/// the way is a Schur complement of a positive definite one. (The recursion of Takahashi and
 /// others, 1973, needs one factorization, but its gains grow through stiff contacts until no digit
 /// is left.)
 class FrameCovariance {
@@ -17,13 +17,13 @@ class FrameCovariance {
   /// The band must outlive this.
   explicit FrameCovariance(const optimization::BlockCholesky& band);
 
-  /// Of frames `first` ... `first` + `count` - 1, three or four (count m x count m).
+  /// The covariance of frames `first` ... `first` + `count` - 1, three or four (count m x count m).
   MatrixX of(int first, int count) const;
 
  private:
   const optimization::BlockCholesky* band_;
-  /// By frame k: what all frames before it take from frames k, k + 1, k + 2, and what all frames
-  /// behind it take from k, k - 1, k - 2 (3 m x 3 m).
+  /// For each frame k, what all frames before it take from frames k, k + 1, k + 2, and all frames
+  /// behind it from k, k - 1, k - 2 (3 m x 3 m).
   std::vector<MatrixX> before_, behind_;
 };
 

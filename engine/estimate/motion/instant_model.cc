@@ -167,7 +167,8 @@ struct InstantModel::Impl {
     if (any(force_weight2))
       residual += force_weight2.cwiseProduct(instant.force - problem.force.col(t));
     weight = weight.cwiseSqrt();
-    for (int i = 0; i < weight.size(); ++i) residual[i] = weight[i] > 0 ? residual[i] / weight[i] : 0;
+    for (int i = 0; i < weight.size(); ++i)
+      residual[i] = weight[i] > 0.0 ? residual[i] / weight[i] : 0.0;
     rows.noalias() = weight.asDiagonal() * instant.by_frames;
     by_parameters.noalias() = weight.asDiagonal() * instant.by_parameters;
     add_rows(1, rows, residual, by_parameters, out);

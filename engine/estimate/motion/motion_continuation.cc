@@ -92,8 +92,9 @@ ContinuationResult continue_motion(const MotionProblem& problem,
   result.smoothing = last->smoothing;
   if (!problem.parameters.empty()) {  // their places mean nothing while contacts reach far
     fit.free_parameters(true);
-    result.steps += fit.minimize(continuation.most_steps, kParameterTolerance * continuation.tolerance,
-                                 continuation.stop);
+    result.steps +=
+        fit.minimize(continuation.most_steps, kParameterTolerance * continuation.tolerance,
+                     continuation.stop);
   }
   result.cost = fit.cost();
   return result;

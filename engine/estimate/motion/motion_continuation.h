@@ -11,7 +11,7 @@ namespace counterpoint::estimation {
 struct MotionContinuation {
   double start = 1e-2, end = 1e-3;  ///< smoothing of the contact law [m]
   int most_steps = 40;              ///< Newton steps of a stage
-  double tolerance = 3e-3;          ///< of the cost, see MotionFit::minimize
+  double tolerance = 3e-3;          ///< share of the cost, see MotionFit::minimize
   /// The search ends after the third stage where the measurements' mean square is this many times
   /// their variance: nothing that follows would explain them.
   double hopeless = kInfinity;
@@ -22,13 +22,13 @@ struct MotionContinuation {
 SimulationOptions stage_options(const MotionProblem& problem, double smoothing);
 
 struct ContinuationResult {
-  double smoothing = 0.0;  ///< of the last stage accepted [m]
+  double smoothing = 0.0;  ///< the last accepted stage's [m]
   int steps = 0, stages = 0, refused = 0;
   double cost = 0.0;
 };
 
-/// Carries `fit` from its point through the stages. A stage whose cost rises by more than a fifth has
-/// lost the motion: it is refused, and a shorter one tried from the stage before.
+/// Carries `fit` from its point through the stages. A stage whose cost rises by more than a fifth
+/// has lost the motion: it is refused, and a shorter one tried from the stage before.
 ContinuationResult continue_motion(const MotionProblem& problem,
                                    const MotionContinuation& continuation, MotionFit& fit);
 

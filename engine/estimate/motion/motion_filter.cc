@@ -14,9 +14,8 @@ namespace {
 constexpr double kHalfPower = 0.13251;
 /// It is cut off at so many standard deviations.
 constexpr double kCutOff = 4.0;
-/// Of absolute values this share is below the one that a deviation is judged by, and so much of the
-/// standard deviation of a normal distribution that one is. The median would be zero where an
-/// encoder repeats itself.
+/// The quantile of absolute values that a deviation is judged by, and its place in a normal
+/// distribution [standard deviations]. The median would be zero where an encoder repeats itself.
 constexpr double kShare = 0.75, kAtShare = 1.1503;
 
 }  // namespace

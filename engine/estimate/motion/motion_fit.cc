@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
 
 #include "counterpoint/model/special_values.h"
 
@@ -87,8 +88,9 @@ void MotionFit::linearize() {
 
 MotionSystem& MotionFit::linearized() {
   linearize();
-  for (double mu = 0.0; !system_.factor(mu, pool_); mu = std::max(10.0 * mu, kLeastDamping)) {
-  }
+  for (double mu = 0.0; !system_.factor(mu, pool_); mu = std::max(10.0 * mu, kLeastDamping))
+    if (mu > kMostDamping)
+      throw std::runtime_error("the recorded motion has no finite forces in this scene");
   return system_;
 }
 

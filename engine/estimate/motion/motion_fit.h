@@ -34,7 +34,8 @@ class MotionFit {
   /// The model with the parameters as they are.
   const Model& model() const { return model_; }
   optimization::ThreadPool& pool() { return pool_; }
-  /// Normal equations at the point, undamped: factored, with the least damping that allows it.
+  /// Normal equations at the point, factored with the least damping that allows it.
+  /// @throws std::runtime_error where forces at the point are not finite.
   MotionSystem& linearized();
 
  private:
@@ -48,9 +49,9 @@ class MotionFit {
   SimulationOptions options_;
   Model model_;
   MotionPoint point_;
-  std::vector<std::unique_ptr<InstantModel>> models_;  ///< by thread
+  std::vector<std::unique_ptr<InstantModel>> models_;  ///< one a thread
   std::vector<Instant> instants_;
-  std::vector<InstantEquations> equations_;  ///< of a batch of instants
+  std::vector<InstantEquations> equations_;  ///< a batch of instants
   MotionSystem system_;
   bool parameters_free_ = false;
   double cost_ = 0.0, damping_ = 1e-3, growth_ = 2.0;

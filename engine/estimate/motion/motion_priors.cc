@@ -30,8 +30,8 @@ constexpr double kSlowLinear = 0.1, kSlowAngular = 3.0, kSlowJoint = 10.0;
 constexpr double kLossScale = 3.0;
 /// Smoothing for slow errors [m]: soles and their places are no surer than its end.
 constexpr double kSlowStart = 0.03, kSlowEnd = 0.01;
-/// The places of what touches the world, and what they change by as soles give way [m]; a geometry is unsure that is nearer than `kNear` [m] in
-/// more than this share of the rows.
+/// Places of what touches the world, and their changes as soles give way [m]. A geometry is unsure
+/// that is nearer than `kNear` [m] in more than a share `kOften` of the rows.
 constexpr double kPlace = 0.01, kPlaceDrift = 0.008, kNear = 0.03, kOften = 0.1;
 
 /// Steps as an estimate does them: all forces of a step at one instant, contacts looked for as far
@@ -76,7 +76,7 @@ VectorX where_recorded(const VectorX& deviation, const RecordedMotion& recorded)
   return out;
 }
 
-/// What both kinds of errors have in common.
+/// Deviations that both kinds of errors have in common.
 MotionPriors common_priors(const Scene& scene, const ColumnMap& map,
                            const RecordedMotion& recorded) {
   const int nv = scene.model.nv();
@@ -183,7 +183,8 @@ MotionProblem motion_problem(const Scene& scene, const RecordedMotion& recorded,
   problem.acceleration = MatrixX::Zero(nv, rows);
   problem.acceleration_weight = priors.acceleration.cwiseInverse();
   if (priors.cutoff > 0.0)
-    problem.acceleration = accelerations(model, low_pass(model, recorded.frames, h, priors.cutoff), h);
+    problem.acceleration =
+        accelerations(model, low_pass(model, recorded.frames, h, priors.cutoff), h);
   problem.loss_scale = priors.loss_scale;
   problem.force = recorded.force;
   problem.force_weight = priors.force.cwiseInverse();

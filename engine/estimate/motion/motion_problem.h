@@ -1,7 +1,7 @@
-// What a motion estimate minimizes: which configurations were measured, and how sure everything is.
+// The sum that a motion estimate minimizes: what was measured, and how sure everything is.
 //
 //   sum  rho(weight (q_t (-) measured_t))                      measurements
-//      + rho(weight (a_t - measured acceleration))             where slow errors make positions loose
+//      + rho(weight (a_t - measured acceleration))             where positions are loose
 //      + 1/2 | weight u_t |^2                                  unexplained forces, sizes of others
 //      + 1/2 | weight (u_t - measured u_t) |^2                 joint forces that were measured
 //      + 1/2 | weight (u_t - u_{t-1}) |^2                      joint forces change little in a row
@@ -20,17 +20,17 @@ namespace counterpoint::estimation {
 
 struct MotionProblem {
   Model model;                ///< parameters at their prior values
-  SimulationOptions options;  ///< of the last stage; time_step is the interval between frames [s]
+  SimulationOptions options;  ///< the last stage's; time_step is the interval of frames [s]
 
-  std::vector<VectorX> measured = {};  ///< by frame: nq
+  std::vector<VectorX> measured = {};  ///< one a frame: nq
   MatrixX position_weight = {};        ///< nv x frames [1/m, 1/rad]; 0: not measured
   double loss_scale = 0.0;  ///< c [standard deviations]; 0: squares
   MatrixX acceleration = {};           ///< nv x frames [m/s^2, rad/s^2]
   VectorX acceleration_weight = {};    ///< nv [s^2/m, s^2/rad]; 0: not compared
   MatrixX force = {};                  ///< nv x frames: measured joint forces [N, N m]
   VectorX force_weight = {};           ///< nv [1/N, 1/(N m)]; 0: not measured
-  VectorX size_weight = {};     ///< nv [1/N, 1/(N m)]: of forces without a motor, and sizes of others
-  VectorX change_weight = {};   ///< nv [1/N, 1/(N m)]: of the change of a joint's force in a row
+  VectorX size_weight = {};     ///< nv [1/N, 1/(N m)]: unexplained forces, sizes of others
+  VectorX change_weight = {};   ///< nv [1/N, 1/(N m)]: change of a joint's force in a row
 
   std::vector<StepParameter> parameters = {};
   VectorX parameter_weight = {};  ///< inverse standard deviations of their priors

@@ -18,7 +18,7 @@ namespace {
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 /// A recorded position farther off than this is an outlier [standard deviations].
 constexpr double kOutlier = 6.0;
-/// So is an acceleration: of rows that are no farther apart than `kSameRows` the largest.
+/// An acceleration farther off is one, too: the largest among rows within `kSameRows`.
 constexpr double kPush = 30.0;
 constexpr int kSameRows = 10;
 

@@ -1,4 +1,4 @@
-// What a motion estimate tells: motion, forces, contacts and their standard deviations.
+// Results of a motion estimate: motion, forces, contacts and their standard deviations.
 #pragma once
 
 #include "counterpoint/engine/estimate/motion/motion_fit.h"

@@ -51,8 +51,8 @@ class MotionSystem {
   int nv_, parameters_;
   optimization::BlockCholesky band_;
   MatrixX gradient_, shift_;     ///< nv x frames
-  std::vector<MatrixX> border_;  ///< by parameter: nv x frames
-  std::vector<MatrixX> gain_;    ///< by parameter: the band's inverse times border_
+  std::vector<MatrixX> border_;  ///< one a parameter: nv x frames
+  std::vector<MatrixX> gain_;    ///< one a parameter: the band's inverse times border_
   MatrixX corner_, inverse_schur_;
   VectorX parameter_gradient_;
 };

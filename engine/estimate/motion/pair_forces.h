@@ -11,14 +11,14 @@ namespace counterpoint::estimation {
 /// Contacts of a step by pairs, in the order of their geometries; without deviations.
 std::vector<ContactEstimate> pair_forces(const Model& model, const Inverse& inverse);
 
-/// Of one frame.
+/// Forces of one frame.
 struct PairForces {
   std::vector<ContactEstimate> pairs;
   MatrixX by_frames;      ///< 3 pairs x 3 nv: derivatives by q_{t-1}, q_t, q_{t+1}
   MatrixX by_parameters;  ///< 3 pairs x parameters
 };
 
-/// Of all frames, at the point of a fit; derivatives are central differences.
+/// Forces of all frames, at the point of a fit; derivatives are central differences.
 std::vector<PairForces> differentiate_pair_forces(const MotionProblem& problem, MotionFit& fit);
 
 }  // namespace counterpoint::estimation

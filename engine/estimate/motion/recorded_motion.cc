@@ -49,7 +49,8 @@ void resample(const Model& model, const Recording& recording, double h,
   for (int row = 0; row < rows; ++row) {
     const double t = time.front() + h * row;
     while (before + 2 < time.size() && time[before + 1] <= t) ++before;
-    const double share = std::clamp((t - time[before]) / (time[before + 1] - time[before]), 0.0, 1.0);
+    const double interval = time[before + 1] - time[before];
+    const double share = std::clamp((t - time[before]) / interval, 0.0, 1.0);
     const auto column = static_cast<Eigen::Index>(before);
     out.time.push_back(t);
     out.frames.push_back(moved(
@@ -57,7 +58,7 @@ void resample(const Model& model, const Recording& recording, double h,
         share * difference(model, recording.q.col(column), recording.q.col(column + 1))));
     out.force.col(row) = (1.0 - share) * recording.applied_force.col(column) +
                          share * recording.applied_force.col(column + 1);
-    const bool gap = time[before + 1] - time[before] > kGap * h && share > 0.0 && share < 1.0;
+    const bool gap = interval > kGap * h && share > 0.0 && share < 1.0;
     out.measured.col(row) = gap ? VectorX(VectorX::Zero(model.nv())) : recorded;
   }
 }
@@ -82,7 +83,8 @@ void leave_out_spikes(const Model& model, RecordedMotion& motion) {
       const double least = std::min(std::abs(left), std::abs(right));
       const double speed = std::max(std::abs(d(i, row - 2)), std::abs(d(i, row + 1)));
       if (motion.measured(i, row) == 0.0 || left * right <= 0.0 ||
-          least <= kDamage * std::sqrt(6.0) * std::max(motion.noise[i], kLeastDamage) + kFast * speed)
+          least <= kDamage * std::sqrt(6.0) * std::max(motion.noise[i], kLeastDamage) +
+                       kFast * speed)
         continue;
       // Both lines miss by the spike, the neighbours' own by half as much the other way.
       const double bend = d(i, row) - d(i, row - 1);

@@ -1,5 +1,5 @@
 // A recording made ready to be explained: evenly spaced frames, which values were measured, and
-// what is damaged.
+// which are damaged.
 #pragma once
 
 #include <vector>
@@ -10,7 +10,7 @@ namespace counterpoint::estimation {
 
 struct RecordedMotion {
   std::vector<double> time;     ///< evenly spaced [s]
-  std::vector<VectorX> frames;  ///< by row: nq; interpolated where nothing was measured
+  std::vector<VectorX> frames;  ///< one a row: nq; interpolated where nothing was measured
   MatrixX measured;             ///< nv x rows: 1 where a position was measured, else 0
   MatrixX force;                ///< nv x rows: recorded forces of joints [N, N m]
   VectorX noise;                ///< nv: standard deviation of white noise [m, rad]

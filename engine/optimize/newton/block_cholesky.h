@@ -1,8 +1,8 @@
 // Cholesky factorization of matrices in square blocks, of which each row knows those beside it: the
 // normal equations of a motion, whose instants see three frames, or four.
 //
-// As many neighbouring blocks in the middle as the band is wide separate the motion, and as many more
-// at the seam where it is periodic: two independent chains are left, which are eliminated in
+// Neighbouring blocks in the middle, as many as the band is wide, separate the motion, and as many
+// more at the seam where it is periodic: two independent chains are left, which are eliminated in
 // parallel, block after block. A front contains the next blocks of the band and the seam (multifrontal:
 // Duff and Reid, "The multifrontal solution of indefinite sparse symmetric linear equations",
 // 1983); the separators come last, as one dense matrix.
