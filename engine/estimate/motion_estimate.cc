@@ -91,12 +91,11 @@ MotionEstimate told(const Task& task, const RecordedMotion& recorded, Solved& so
 /// The rows, one after the other, that move most.
 RecordedMotion busiest(const Model& model, const RecordedMotion& recorded) {
   if (recorded.rows() <= kJudged) return recorded;
-  VectorX moved(recorded.rows() - 1), difference(model.nv());
-  for (int row = 0; row + 1 < recorded.rows(); ++row) {
-    const auto i = static_cast<std::size_t>(row);
-    configuration_difference(model, recorded.frames[i], recorded.frames[i + 1], difference);
-    moved[row] = difference.cwiseProduct(recorded.measured.col(row)).norm();
-  }
+  const VectorX moved = steps_of(model, recorded.frames)
+                            .cwiseProduct(recorded.measured.leftCols(recorded.rows() - 1))
+                            .colwise()
+                            .norm()
+                            .transpose();
   int first = 0;
   double most = -1.0;
   for (int row = 0; row + kJudged <= recorded.rows(); row += kJudged / 3) {

@@ -20,7 +20,7 @@ struct Walk {
   const char* recording;
   double from, to;                            ///< [s]
   std::vector<std::vector<const char*>> feet;  ///< their links
-  std::vector<std::string> columns;            ///< of the measured forces, three a foot; "" for none
+  std::vector<std::string> columns;            ///< names, three a foot; "": not measured
 };
 
 /// Rows between two times [s].

@@ -70,9 +70,7 @@ ContinuationResult continue_motion(const MotionProblem& problem,
     }
     result.steps += fit.minimize(continuation.most_steps, continuation.tolerance,
                                  continuation.stop);
-    ++result.stages;
     if (last && fit.cost() > kDearer * last->cost && smoothing <= kFormed) {
-      ++result.refused;
       factor = std::sqrt(factor);
       if (factor < kLeastFactor) {
         fit.begin(stage_options(problem, last->smoothing), last->point);

@@ -23,7 +23,7 @@ SimulationOptions stage_options(const MotionProblem& problem, double smoothing);
 
 struct ContinuationResult {
   double smoothing = 0.0;  ///< the last accepted stage's [m]
-  int steps = 0, stages = 0, refused = 0;
+  int steps = 0;
   double cost = 0.0;
 };
 

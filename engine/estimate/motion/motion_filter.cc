@@ -32,6 +32,14 @@ VectorX moved(const Model& model, const VectorX& q, const VectorX& by) {
   return out;
 }
 
+MatrixX steps_of(const Model& model, const std::vector<VectorX>& frames) {
+  MatrixX out(model.nv(), static_cast<Eigen::Index>(frames.size()) - 1);
+  for (Eigen::Index k = 0; k < out.cols(); ++k)
+    out.col(k) = difference(model, frames[static_cast<std::size_t>(k)],
+                            frames[static_cast<std::size_t>(k) + 1]);
+  return out;
+}
+
 std::vector<VectorX> low_pass(const Model& model, const std::vector<VectorX>& frames, double h,
                               double frequency) {
   const double deviation = kHalfPower / frequency / h;
@@ -60,16 +68,13 @@ std::vector<VectorX> low_pass(const Model& model, const std::vector<VectorX>& fr
 }
 
 VectorX white_noise(const Model& model, const std::vector<VectorX>& frames) {
-  const std::size_t count = frames.size();
-  std::vector<VectorX> first;
-  for (std::size_t t = 0; t + 1 < count; ++t)
-    first.push_back(difference(model, frames[t], frames[t + 1]));
   VectorX out = VectorX::Zero(model.nv());
+  if (frames.size() < 4) return out;
+  const MatrixX d = steps_of(model, frames);
   for (int i = 0; i < model.nv(); ++i) {
     std::vector<double> third;
-    for (std::size_t t = 0; t + 2 < first.size(); ++t)
-      third.push_back(std::abs(first[t + 2][i] - 2.0 * first[t + 1][i] + first[t][i]));
-    if (third.empty()) continue;
+    for (Eigen::Index t = 0; t + 2 < d.cols(); ++t)
+      third.push_back(std::abs(d(i, t + 2) - 2.0 * d(i, t + 1) + d(i, t)));
     const auto at = third.begin() + static_cast<std::ptrdiff_t>(kShare * (third.size() - 1));
     std::nth_element(third.begin(), at, third.end());
     // Weights 1, -3, 3, -1: the variance of white noise grows 20 times.
@@ -81,12 +86,8 @@ VectorX white_noise(const Model& model, const std::vector<VectorX>& frames) {
 MatrixX accelerations(const Model& model, const std::vector<VectorX>& frames, double h) {
   const auto count = static_cast<Eigen::Index>(frames.size());
   MatrixX out = MatrixX::Zero(model.nv(), count);
-  for (Eigen::Index t = 1; t + 1 < count; ++t) {
-    const auto i = static_cast<std::size_t>(t);
-    out.col(t) = (difference(model, frames[i], frames[i + 1]) -
-                  difference(model, frames[i - 1], frames[i])) /
-                 (h * h);
-  }
+  const MatrixX d = steps_of(model, frames);
+  for (Eigen::Index t = 1; t + 1 < count; ++t) out.col(t) = (d.col(t) - d.col(t - 1)) / (h * h);
   return out;
 }
 

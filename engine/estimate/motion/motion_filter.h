@@ -11,6 +11,9 @@ namespace counterpoint::estimation {
 VectorX difference(const Model& model, const VectorX& from, const VectorX& to);
 VectorX moved(const Model& model, const VectorX& q, const VectorX& by);
 
+/// Differences of neighbouring frames (nv x frames - 1).
+MatrixX steps_of(const Model& model, const std::vector<VectorX>& frames);
+
 /// Frames through a Gaussian low-pass of this half-power frequency [Hz]; beyond its ends a motion
 /// goes on as its point reflection. h: interval between frames [s].
 std::vector<VectorX> low_pass(const Model& model, const std::vector<VectorX>& frames, double h,

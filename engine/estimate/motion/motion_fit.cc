@@ -40,6 +40,7 @@ MotionFit::MotionFit(const MotionProblem& problem, MotionPoint start, int thread
 
 /// Brings the model to the parameters of the point.
 void MotionFit::apply_parameters() {
+  if (!models_.empty() && problem_->parameters.empty()) return;
   models_.clear();
   model_ = problem_->model;
   for (std::size_t k = 0; k < problem_->parameters.size(); ++k)

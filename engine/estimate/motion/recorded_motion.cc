@@ -63,15 +63,6 @@ void resample(const Model& model, const Recording& recording, double h,
   }
 }
 
-/// Differences between neighbouring rows (nv x rows - 1).
-MatrixX steps_of(const Model& model, const std::vector<VectorX>& frames) {
-  MatrixX out(model.nv(), static_cast<Eigen::Index>(frames.size()) - 1);
-  for (Eigen::Index k = 0; k < out.cols(); ++k)
-    out.col(k) = difference(model, frames[static_cast<std::size_t>(k)],
-                            frames[static_cast<std::size_t>(k) + 1]);
-  return out;
-}
-
 /// A value is a spike that neither the two rows before nor the two behind lead to, both by as much:
 /// what moves, and what bounces, is on the line through one of these pairs.
 void leave_out_spikes(const Model& model, RecordedMotion& motion) {
