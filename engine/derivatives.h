@@ -105,7 +105,7 @@ enum class StepParameterKind {
   kRestitution,        ///< of geometries [-]
   kTorsionalFriction,  ///< of geometries [m]
   kRollingFriction,    ///< of geometries [m]
-  kHeight,             ///< of geometries: along `directions`, against their bodies [m]
+  kHeight,             ///< shift of geometries along `directions`, against their bodies [m]
   kDamping,            ///< of coordinates of v [N s/m, N m s]
   kDryFriction,        ///< of coordinates of v [N, N m]
   kArmature,           ///< of coordinates of v [kg, kg m^2]

@@ -93,7 +93,7 @@ class Axis {
   double high_ = -std::numeric_limits<double>::infinity();
 };
 
-/// So many points, one after the other, are drawn as two.
+/// The number of neighbouring points of a long curve that are drawn as two, its range there.
 std::size_t points_drawn_as_two(const Curve& curve) {
   constexpr std::size_t kParts = 300;
   const std::size_t n = std::min(curve.x.size(), curve.y.size());
