@@ -9,27 +9,26 @@
 #include <set>
 
 #include "counterpoint/engine/estimate/recording.h"
+#include "counterpoint/engine/estimate/sensors/map_nodes.h"
+#include "counterpoint/engine/estimate/sensors/sensor_map.h"
 #include "counterpoint/engine/motion_files.h"
 #include "counterpoint/model/text_files.h"
 
 namespace counterpoint::estimation {
 namespace {
 
-constexpr int kMaxSubsteps = 1'000'000;  // between two rows
-
-class MapReader {
+class MapReader : public MapNodes {
  public:
-  MapReader(const std::filesystem::path& file, const Model& model)
-      : file_(file.string()), model_(model), names_(coordinate_names(model)) {}
+  using MapNodes::MapNodes;
 
   ColumnMap read() const {
     const YAML::Node root =
-        load_yaml_file(file_, "there is no such file; expected a YAML column map");
+        load_yaml_file(file(), "there is no such file; expected a YAML column map");
     if (root.IsMap() && root["after"]) return read_impacts(root);
     check_keys(root,
                {"columns", "free", "rate", "time", "substeps", "velocities", "average", "pieces",
                 "angular_velocity", "linear_velocity", "names", "topic", "rows", "after", "skip",
-                "contact_forces", "deviations"});
+                "contact_forces", "deviations", "sensors", "markers", "sources", "treadmill"});
     if (root["skip"]) fail(root["skip"], "skip: is of impacts; expected 'after' beside it");
     ColumnMap map;
     read_time(root, map);
@@ -48,7 +47,9 @@ class MapReader {
     map.backward_difference =
         one_of(root, "velocities", {"instantaneous", "backward_difference"}) ==
         "backward_difference";
-    map.entries = entries(root, "columns");
+    read_sensors(*this, root, map);
+    if (root["columns"] || map.sensors.empty()) map.entries = entries(root, "columns");
+    if (const YAML::Node node = root["treadmill"]) map.treadmill = vector(node, "treadmill");
     if (const YAML::Node node = root["free"]) map.free_body = free_body(node, map);
     if (const YAML::Node node = root["contact_forces"]) read_contact_forces(node, map);
     read_deviations(root["deviations"], map);
@@ -123,110 +124,30 @@ class MapReader {
     return out;
   }
 
-  [[noreturn]] void fail(const YAML::Node& node, const std::string& message) const {
-    throw InputError(fmt::format("{}:{}: {}", file_, node.Mark().line + 1, message));
-  }
-
-  void check_keys(const YAML::Node& node, const std::set<std::string>& known) const {
-    if (!node.IsMap()) fail(node, "expected a map");
-    refuse_repeated_keys(node);
-    for (const auto& pair : node) {
-      const std::string key = scalar(pair.first, "key");
-      if (known.count(key) == 0) {
-        fail(pair.first,
-             fmt::format("unknown key '{}'; expected one of {}", key, fmt::join(known, ", ")));
-      }
-    }
-  }
-
-  void refuse_repeated_keys(const YAML::Node& map) const {
-    std::set<std::string> seen;
-    for (const auto& pair : map) {
-      const std::string key = scalar(pair.first, "key");
-      if (!seen.insert(key).second) fail(pair.first, fmt::format("'{}' is given twice", key));
-    }
-  }
-
-  std::string scalar(const YAML::Node& node, const std::string& what) const {
-    if (!node.IsScalar()) fail(node, fmt::format("{}: expected a single value", what));
-    return node.Scalar();
-  }
-
-  double number(const YAML::Node& node, const std::string& what) const {
-    const std::string text = scalar(node, what);
-    double value = 0.0;
-    if (!YAML::convert<double>::decode(node, value) || !std::isfinite(value)) {
-      fail(node, fmt::format("{}: '{}' is no finite number", what, text));
-    }
-    return value;
-  }
-
-  double positive(const YAML::Node& node, const std::string& what) const {
-    const double value = number(node, what);
-    if (!(value > 0.0)) fail(node, fmt::format("{}: {} is not positive", what, value));
-    return value;
-  }
-
-  int count(const YAML::Node& node, const std::string& what) const {
-    const double value = positive(node, what);
-    if (value != std::floor(value) || value > kMaxSubsteps) {
-      fail(node, fmt::format("{}: {} is no whole number from 1 to {}", what, value, kMaxSubsteps));
-    }
-    return static_cast<int>(value);
-  }
-
-  /// A column name, a number (constant), or {column, scale, offset}.
-  ColumnSource source(const YAML::Node& node, const std::string& what) const {
-    ColumnSource result;
-    if (node.IsMap()) {
-      check_keys(node, {"column", "scale", "offset"});
-      if (!node["column"]) fail(node, fmt::format("{}: expected 'column'", what));
-      result.column = scalar(node["column"], what);
-      if (node["scale"]) result.scale = number(node["scale"], what + ".scale");
-      if (node["offset"]) result.offset = number(node["offset"], what + ".offset");
-      return result;
-    }
-    double constant = 0.0;
-    result.column = scalar(node, what);
-    if (node.Tag() != "!" && YAML::convert<double>::decode(node, constant)) {  // "!": quoted
-      result.column.clear();
-      result.offset = number(node, what);
-    }
-    return result;
-  }
-
-  /// A column, {column, scale, offset}, or a list of these, to be added: seconds and nanoseconds in
-  /// two columns.
   void read_time(const YAML::Node& root, ColumnMap& map) const {
-    const YAML::Node time = root["time"];
-    if (static_cast<bool>(root["rate"]) == static_cast<bool>(time)) {
+    const YAML::Node node = root["time"];
+    if (static_cast<bool>(root["rate"]) == static_cast<bool>(node)) {
       fail(root, "expected either 'rate' (rows per second) or 'time' (the column of the time)");
     }
     if (root["rate"]) map.rate = positive(root["rate"], "rate");
-    if (!time) return;
-    if (time.IsSequence())
-      for (const auto& part : time) map.time.push_back(source(part, "time"));
-    else
-      map.time.push_back(source(time, "time"));
-    if (map.time.empty() || std::any_of(map.time.begin(), map.time.end(),
-                                        [](const auto& s) { return s.column.empty(); }))
-      fail(time, "time: expected a column, {column: C, scale: S}, or a list of these, to be added");
-    map.time_unit_given = !time.IsScalar();
+    if (!node) return;
+    map.time = time(node);
+    map.time_unit_given = !node.IsScalar();
   }
 
   ColumnMap::Entry entry(const YAML::Node& key, const YAML::Node& value) const {
     using Kind = ColumnMap::Entry::Kind;
     const std::string name = scalar(key, "columns");
     for (const auto& [kind, list] :
-         {std::pair{Kind::kPosition, &names_.q}, std::pair{Kind::kVelocity, &names_.v},
-          std::pair{Kind::kForce, &names_.force}}) {
+         {std::pair{Kind::kPosition, &names().q}, std::pair{Kind::kVelocity, &names().v},
+          std::pair{Kind::kForce, &names().force}}) {
       const auto it = std::find(list->begin(), list->end(), name);
       if (it != list->end()) {
         return {kind, static_cast<int>(it - list->begin()), name, source(value, name)};
       }
     }
     fail(key, fmt::format("'{}' is no coordinate of this scene; there are: {}", name,
-                          fmt::join(names_.q, ", ")));
+                          fmt::join(names().q, ", ")));
   }
 
   /// NAME: {links: [LINK, ...], x: COLUMN, y: COLUMN, z: COLUMN}.
@@ -240,23 +161,11 @@ class MapReader {
       check_keys(value, {"links", "x", "y", "z"});
       if (!value["links"] || !value["links"].IsSequence() || value["links"].size() == 0)
         fail(value, force.name + ": expected 'links', a list of the links that the force acts on");
-      for (const auto& link : value["links"]) force.bodies.push_back(body_of(link));
+      for (const auto& one : value["links"]) force.bodies.push_back(link(one).body);
       for (const char* axis : {"x", "y", "z"})
         force.components.push_back(value[axis] ? source(value[axis], force.name)
                                                : ColumnSource{});
     }
-  }
-
-  int body_of(const YAML::Node& node) const {
-    const std::string link = scalar(node, "links");
-    const int frame = model_.find_frame(link);
-    if (frame < 0) {
-      std::vector<std::string> links;
-      for (const Frame& one : model_.frames()) links.push_back(one.name);
-      fail(node, fmt::format("'{}' is no link of this scene; there are: {}", link,
-                             fmt::join(links, ", ")));
-    }
-    return model_.frames()[static_cast<std::size_t>(frame)].body;
   }
 
   /// Position or force: standard deviation. Of an orientation any component stands for its three
@@ -264,7 +173,7 @@ class MapReader {
   void read_deviations(const YAML::Node& node, ColumnMap& map) const {
     using Kind = ColumnMap::Entry::Kind;
     constexpr double kUnknown = std::numeric_limits<double>::infinity();
-    map.position_deviation = VectorX::Constant(model_.nv(), kUnknown);
+    map.position_deviation = VectorX::Constant(model().nv(), kUnknown);
     map.force_deviation = map.position_deviation;
     if (!node) return;
     if (!node.IsMap()) fail(node, "deviations: expected a map from columns to standard deviations");
@@ -279,8 +188,8 @@ class MapReader {
         map.force_deviation[named.index] = deviation;
         continue;
       }
-      for (int b = 1; b < model_.num_bodies(); ++b) {
-        const Body& body = model_.body(b);
+      for (int b = 1; b < model().num_bodies(); ++b) {
+        const Body& body = model().body(b);
         const int k = named.index - body.q_index, nv = joint_nv(body.joint_type);
         if (k < 0 || k >= joint_nq(body.joint_type)) continue;
         const int linear = joint_num_linear(body.joint_type);
@@ -293,25 +202,21 @@ class MapReader {
   }
 
   int free_body(const YAML::Node& node, const ColumnMap& map) const {
-    const std::string link = scalar(node, "free");
-    for (int i = 1; i < model_.num_bodies(); ++i) {
-      if (model_.joint(i - 1).link != link) continue;
-      const Body& body = model_.body(i);
+    const std::string name = scalar(node, "free");
+    for (int i = 1; i < model().num_bodies(); ++i) {
+      if (model().joint(i - 1).link != name) continue;
+      const Body& body = model().body(i);
       if (body.joint_type != JointType::kFloating) break;
       for (int k = body.q_index; k < body.q_index + 7; ++k) {
         const bool mapped = std::any_of(map.entries.begin(), map.entries.end(), [&](const auto& e) {
           return e.kind == ColumnMap::Entry::Kind::kPosition && e.index == k;
         });
-        if (!mapped) fail(node, fmt::format("free: 'columns' says nothing about {}", names_.q[k]));
+        if (!mapped) fail(node, fmt::format("free: 'columns' says nothing about {}", names().q[k]));
       }
       return i;
     }
-    fail(node, fmt::format("free: '{}' is no floating link of this scene", link));
+    fail(node, fmt::format("free: '{}' is no floating link of this scene", name));
   }
-
-  std::string file_;
-  const Model& model_;
-  CoordinateNames names_;
 };
 
 }  // namespace

@@ -58,7 +58,7 @@ Solved solve(const Task& task, const RecordedMotion& recorded, const MotionPrior
   const MotionProblem& problem = *best.problem;
   const double cutoff = priors.cutoff > 0.0 ? priors.cutoff : kStartCutoff;
   const MotionPoint start{low_pass(problem.model, recorded.frames, recorded.h(), cutoff),
-                          VectorX::Zero(static_cast<Eigen::Index>(problem.parameters.size()))};
+                          VectorX::Zero(problem.num_parameters())};
   int steps = 0;
   for (const double smoothing : priors.smoothing_starts) {
     auto fit = std::make_unique<MotionFit>(problem, start, task.options.threads);
@@ -111,7 +111,7 @@ bool explain_own(const Task& task, const Recording& recording, const RecordedMot
                  MotionEstimate& out) {
   const Model& model = task.scene.model;
   const VectorX weights = optimization::unactuated_weights(model, optimization::motors_of(model));
-  if (recorded.resampled || weights.isZero(0.0) || recording.v.isZero(0.0)) return false;
+  if (recorded.resampled || !task.map.sensors.empty() || weights.isZero(0.0) || recording.v.isZero(0.0)) return false;
   SimulationOptions options = task.scene.options;
   options.time_step = recorded.h();
   if (options.integrator == Integrator::kRungeKutta4) return false;

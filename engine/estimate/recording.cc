@@ -4,7 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
+#include <set>
 
 #include "counterpoint/engine/motion_files.h"
 
@@ -15,6 +17,12 @@ namespace {
 constexpr double kQuaternionTolerance = 1e-3;
 /// The mean of quaternions this much shorter is one of turns by some 40 degrees.
 constexpr double kAverageTolerance = 0.02;
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+bool is_missing(const ColumnSource& source, const Table& table, int row) {
+  return !source.column.empty() && std::isnan(table.cell(row, table.column(source.column)));
+}
 
 double evaluate(const ColumnSource& source, const Table& table, int row) {
   if (source.column.empty()) return source.offset;
@@ -67,11 +75,18 @@ void turn_velocities(const Model& model, const ColumnMap& map, const VectorX& q,
   }
 }
 
-double recorded_time(const Table& table, const ColumnMap& map, int row) {
-  if (map.rate) return row / *map.rate;
-  double time = 0.0;
-  for (const ColumnSource& source : map.time) time += evaluate(source, table, row);
-  return time;
+/// Times that rise [s]: rows at a rate (0: none), or the sum of some columns.
+std::vector<double> recorded_times(const Table& table, double rate,
+                                   const std::vector<ColumnSource>& columns) {
+  std::vector<double> out;
+  for (int row = 0; row < table.num_rows(); ++row) {
+    double time = rate > 0.0 ? row / rate : 0.0;
+    for (const ColumnSource& source : columns) time += evaluate(source, table, row);
+    if (row > 0 && !(time > out.back()))
+      throw InputError(fmt::format("{}: time {} does not rise", table.where(row), time));
+    out.push_back(time);
+  }
+  return out;
 }
 
 /// Is this the time since 1970, in this unit, of a year from 2000 to 2100?
@@ -79,27 +94,25 @@ bool since_1970(double time, double unit) { return time * unit > 9.4e8 && time *
 
 /// Programs count time since 1970 in whole nano-, micro- or milliseconds as often as in seconds; a
 /// recording of motions has rows less than a second apart. Such a column is read in its unit, which
-/// the recording's note says; any other that cannot be seconds is refused. The columns are as the
+/// the note that is returned says; any other that cannot be seconds is refused. The columns are as the
 /// map scales them.
-void settle_time_unit(const Table& table, const ColumnMap& map, Recording& recording) {
+std::string settle_time_unit(const Table& table, const std::string& column, bool unit_given,
+                             std::vector<double>& time) {
   constexpr double kLargest = 1e12,
                    kLongest = 1e5;  // [s]: no recording of a motion is 30 000 years or rests a day
-  std::vector<double>& time = recording.time;
-  if (map.rate || time.size() < 2) return;
+  if (time.size() < 2) return {};
   std::vector<double> steps;
   for (std::size_t row = 1; row < time.size(); ++row) steps.push_back(time[row] - time[row - 1]);
   const double step = median(steps);
-  if (std::abs(time[0]) <= kLargest && step <= kLongest) return;
-  const std::string& column = map.time[0].column;
+  if (std::abs(time[0]) <= kLargest && step <= kLongest) return {};
   for (const auto& [unit, name] :
        {std::pair{1e-9, "nanoseconds"}, {1e-6, "microseconds"}, {1e-3, "milliseconds"}}) {
-    if (map.time_unit_given || !since_1970(time[0], unit) || step * unit >= 1.0) continue;
+    if (unit_given || !since_1970(time[0], unit) || step * unit >= 1.0) continue;
     for (double& t : time) t *= unit;
-    recording.note = fmt::format(
+    return fmt::format(
         "{}: time '{}' is read as {} since 1970; the column map says so with time: {{column: {}, "
         "scale: {:g}}}",
         table.file(), column, name, column, unit);
-    return;
   }
   throw InputError(
       fmt::format("{}: time '{}' starts at {:.9g} with steps of {:.6g}, which cannot be seconds; "
@@ -126,6 +139,64 @@ void join_turns(const Model& model, MatrixX& q) {
   });
 }
 
+/// Positions that are missing are interpolated between the rows around them.
+void fill_missing(const ColumnMap& map, Recording& recording) {
+  MatrixX& q = recording.q;
+  if (q.allFinite()) return;
+  recording.missing = q.array().isNaN().cast<double>();
+  const auto rows = q.cols();
+  for (const ColumnMap::Entry& entry : map.entries) {
+    if (entry.kind != ColumnMap::Entry::Kind::kPosition) continue;
+    Eigen::Index last = -1;  // row with a value
+    for (Eigen::Index row = 0; row < rows; ++row) {
+      if (recording.missing(entry.index, row) != 0.0) continue;
+      const double value = q(entry.index, row);
+      const double before = last < 0 ? value : q(entry.index, last);
+      for (Eigen::Index k = last + 1; k < row; ++k)
+        q(entry.index, k) = before + (value - before) * static_cast<double>(k - last) /
+                                         static_cast<double>(row - last);
+      last = row;
+    }
+    if (last < 0)
+      throw InputError(fmt::format("{}: column '{}' holds no number", recording.file,
+                                   entry.source.column));
+    for (Eigen::Index k = last + 1; k < rows; ++k) q(entry.index, k) = q(entry.index, last);
+  }
+}
+
+/// As on ground at rest, of what was recorded on a belt.
+void leave_treadmill(const Model& model, const ColumnMap& map, Recording& recording) {
+  if (map.treadmill.isZero(0.0)) return;
+  for (int row = 0; row < recording.num_rows(); ++row) {
+    const double t = recording.time[static_cast<std::size_t>(row)];
+    for (const Body& body : model.bodies()) {
+      if (body.tree < 0 || body.joint_type != JointType::kFloating) continue;
+      recording.q.col(row).segment<3>(body.q_index) -= t * map.treadmill;
+      recording.v.col(row).segment<3>(body.v_index) -= map.treadmill;
+    }
+  }
+}
+
+/// The readings of the sensors whose source has this name; others stay empty.
+void read_readings(const Table& table, const ColumnMap& map, const std::string& source,
+                   const std::vector<double>& time, std::vector<SensorReadings>& out) {
+  out.resize(map.sensors.size());
+  for (std::size_t i = 0; i < map.sensors.size(); ++i) {
+    const Sensor& sensor = map.sensors[i];
+    if (sensor.source != source) continue;
+    out[i].time = time;
+    out[i].values.setConstant(reading_size(sensor.kind), table.num_rows(), kNaN);
+    for (int row = 0; row < table.num_rows(); ++row) {
+      for (std::size_t k = 0; k < sensor.columns.size(); ++k)
+        if (!is_missing(sensor.columns[k], table, row))
+          out[i].values(static_cast<Eigen::Index>(k), row) =
+              evaluate(sensor.columns[k], table, row);
+      if (sensor.kind == SensorKind::kPoint)
+        out[i].values.col(row) -= time[static_cast<std::size_t>(row)] * map.treadmill;
+    }
+  }
+}
+
 Recording read_rows(const Table& table, const ColumnMap& map, const Model& model,
                     const VectorX& start_q, const VectorX& start_v) {
   using Kind = ColumnMap::Entry::Kind;
@@ -135,19 +206,17 @@ Recording read_rows(const Table& table, const ColumnMap& map, const Model& model
   recording.q = start_q.replicate(1, rows);
   recording.v = start_v.replicate(1, rows);
   recording.applied_force = MatrixX::Zero(model.nv(), rows);
-  recording.contact_force = MatrixX::Constant(3 * static_cast<Eigen::Index>(map.contact_forces.size()),
-                                              rows, std::numeric_limits<double>::quiet_NaN());
+  recording.contact_force =
+      MatrixX::Constant(3 * static_cast<Eigen::Index>(map.contact_forces.size()), rows, kNaN);
+  recording.time = recorded_times(table, map.rate.value_or(0.0), map.time);
   for (int row = 0; row < rows; ++row) {
-    recording.time.push_back(recorded_time(table, map, row));
-    if (row > 0 && !(recording.time[row] > recording.time[row - 1])) {
-      throw InputError(
-          fmt::format("{}: time {} does not rise", table.where(row), recording.time[row]));
-    }
     for (const ColumnMap::Entry& entry : map.entries) {
       MatrixX& block = entry.kind == Kind::kPosition   ? recording.q
                        : entry.kind == Kind::kVelocity ? recording.v
                                                        : recording.applied_force;
-      block(entry.index, row) = evaluate(entry.source, table, row);
+      const bool missing = map.missing_cells && entry.kind == Kind::kPosition &&
+                           is_missing(entry.source, table, row);
+      block(entry.index, row) = missing ? kNaN : evaluate(entry.source, table, row);
     }
     for (std::size_t k = 0; k < map.contact_forces.size(); ++k)
       for (std::size_t axis = 0; axis < 3; ++axis)
@@ -155,10 +224,20 @@ Recording read_rows(const Table& table, const ColumnMap& map, const Model& model
             !source.column.empty())
           recording.contact_force(static_cast<Eigen::Index>(3 * k + axis), row) =
               evaluate(source, table, row);
-    normalize_quaternions(model, kQuaternionTolerance, table.where(row), recording.q.col(row));
+  }
+  fill_missing(map, recording);
+  for (int row = 0; row < rows; ++row) {
+    const double tolerance = recording.missing.size() > 0 && recording.missing.col(row).any()
+                                 ? kAverageTolerance
+                                 : kQuaternionTolerance;
+    normalize_quaternions(model, tolerance, table.where(row), recording.q.col(row));
     turn_velocities(model, map, recording.q.col(row), recording.v.col(row));
   }
-  settle_time_unit(table, map, recording);
+  if (!map.rate && map.after.empty())
+    recording.note =
+        settle_time_unit(table, map.time[0].column, map.time_unit_given, recording.time);
+  leave_treadmill(model, map, recording);
+  read_readings(table, map, "", recording.time, recording.sensors);
   if (map.after.empty()) join_turns(model, recording.q);
   return recording;
 }
@@ -188,26 +267,13 @@ std::vector<Recording> read_impacts(const Table& table, const ColumnMap& map, co
   return out;
 }
 
-/// Rows from `first` on.
-Recording part(const Recording& whole, int first, int rows) {
-  Recording out;
-  out.file = whole.file;
-  out.time.assign(whole.time.begin() + first, whole.time.begin() + first + rows);
-  out.q = whole.q.middleCols(first, rows);
-  out.v = whole.v.middleCols(first, rows);
-  out.applied_force = whole.applied_force.middleCols(first, rows);
-  out.contact_force = whole.contact_force.middleCols(first, rows);
-  return out;
-}
-
 /// Every row the mean of `count` rows around it; rows without so many around them are left out.
 Recording averaged(const Recording& recording, int count, const Model& model) {
   const int rows = recording.num_rows() - count + 1;
   if (rows < 2)
     throw InputError(fmt::format("{}: {} rows; expected {} or more, to average over {}",
                                  recording.file, recording.num_rows(), count + 1, count));
-  Recording out = part(recording, count / 2, rows);
-  out.note = recording.note;
+  Recording out = rows_of(recording, count / 2, rows);
   for (int row = 0; row < rows; ++row) {
     out.q.col(row) = recording.q.middleCols(row, count).rowwise().mean();
     out.v.col(row) = recording.v.middleCols(row, count).rowwise().mean();
@@ -221,6 +287,54 @@ Recording averaged(const Recording& recording, int count, const Model& model) {
 }
 
 }  // namespace
+
+Recording rows_of(const Recording& whole, int first, int count) {
+  const auto columns = [&](const MatrixX& all) {
+    return all.cols() == 0 ? all : MatrixX(all.middleCols(first, count));
+  };
+  Recording out;
+  out.file = whole.file;
+  out.note = whole.note;
+  out.time.assign(whole.time.begin() + first, whole.time.begin() + first + count);
+  out.q = columns(whole.q);
+  out.v = columns(whole.v);
+  out.applied_force = columns(whole.applied_force);
+  out.contact_force = columns(whole.contact_force);
+  out.missing = columns(whole.missing);
+  out.sensors = whole.sensors;
+  return out;
+}
+
+void read_sources(const std::map<std::string, std::string>& files, const ColumnMap& map,
+                  Recording& recording) {
+  std::set<std::string> known;
+  for (const SensorSource& source : map.sources) {
+    known.insert(source.name);
+    const auto file = files.find(source.name);
+    if (file == files.end())
+      throw InputError(fmt::format("the column map has a source '{}'; say which file it is: "
+                                   "--source {}=FILE",
+                                   source.name, source.name));
+    TableOptions options;
+    options.any_cells = true;
+    const Table table(file->second, {}, options);
+    std::vector<double> time = recorded_times(table, source.rate, source.time);
+    if (!source.time.empty())
+      settle_time_unit(table, source.time[0].column, source.time_unit_given, time);
+    read_readings(table, map, source.name, time, recording.sensors);
+  }
+  for (const auto& [name, file] : files)
+    if (known.count(name) == 0)
+      throw InputError(fmt::format("--source {}={}: the column map has no source '{}' (key "
+                                   "'sources')",
+                                   name, file, name));
+}
+
+void refuse_sensors(const ColumnMap& map, const std::string& command) {
+  if (map.sensors.empty() && map.sources.empty() && map.treadmill.isZero(0.0)) return;
+  throw InputError(command + ": the column map has 'sensors', 'markers', 'sources' or 'treadmill', "
+                             "which only `explain` reads");
+}
 
 std::vector<int> circular_positions(const Model& model) {
   std::vector<int> out;
@@ -251,8 +365,8 @@ std::vector<Recording> read_recordings(const std::filesystem::path& file, const 
   for (int k = 0; k < map.pieces; ++k) {
     const int first = static_cast<int>(static_cast<long>(rows) * k / map.pieces);
     const int last = static_cast<int>(static_cast<long>(rows) * (k + 1) / map.pieces);
-    out.push_back(part(whole, first, last - first));
-    if (k == 0) out.back().note = whole.note;
+    out.push_back(rows_of(whole, first, last - first));
+    if (k > 0) out.back().note.clear();
     out.back().file += fmt::format(" from {:.6g} s", out.back().time[0]);
   }
   return out;

@@ -6,23 +6,18 @@
 #include <filesystem>
 #include <functional>
 #include <limits>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "counterpoint/engine/estimate/sensors/sensor.h"
 #include "counterpoint/engine/motion_files.h"
 #include "counterpoint/engine/simulator.h"
 
 namespace counterpoint::estimation {
-
-/// Value of one coordinate: scale * column + offset, or a constant where `column` is empty.
-struct ColumnSource {
-  std::string column;
-  double scale = 1.0;
-  double offset = 0.0;
-};
 
 struct ColumnMap {
   /// One coordinate of the scene fed by the recording.
@@ -62,6 +57,12 @@ struct ColumnMap {
   /// Standard deviations that are given, by coordinate: of positions (nv) [m, rad], of applied
   /// forces (nv) [N, N m]; infinity where none is given, empty where none is given at all.
   VectorX position_deviation, force_deviation;
+  std::vector<Sensor> sensors;        ///< read by explain alone, as all that follows
+  std::vector<SensorSource> sources;  ///< other files with readings of sensors
+  /// Velocity of the belt that the motion is on, in W [m/s]: what is read is told as on ground at
+  /// rest, so that floating links and points move by -velocity t.
+  Vector3 treadmill = Vector3::Zero();
+  bool missing_cells = false;  ///< empty cells of positions are no errors, but not measured
   int average = 1;  ///< rows, centred and odd, of which a value is the mean
   int pieces = 1;   ///< as many recordings of equal length one file gives
 };
@@ -77,8 +78,22 @@ struct Recording {
   MatrixX q, v;              ///< coordinates the map does not name are the scene's start
   MatrixX applied_force;     ///< zero where the map names none
   MatrixX contact_force;     ///< 3 ColumnMap::contact_forces [N]; NaN where the map names no column
+  /// nq x rows: 1 where a position was missing, and is interpolated; empty where none was.
+  MatrixX missing;
+  std::vector<SensorReadings> sensors;  ///< of ColumnMap::sensors; those of other files are empty
   int num_rows() const { return static_cast<int>(time.size()); }
 };
+
+/// Rows `first` ... `first` + `count` - 1; readings of sensors stay whole.
+Recording rows_of(const Recording& whole, int first, int count);
+
+/// Reads the sensors of ColumnMap::sources, each from the file under its name.
+/// @throws InputError where a source has no file or a file no source; as read_recordings.
+void read_sources(const std::map<std::string, std::string>& files, const ColumnMap& map,
+                  Recording& recording);
+
+/// @throws InputError where the map has what only `explain` reads: sensors, sources, a treadmill.
+void refuse_sensors(const ColumnMap& map, const std::string& command);
 
 /// Indices into q of angles that come round: revolute joints without limits, and the angle of
 /// planar joints.

@@ -1,5 +1,6 @@
 #include "counterpoint/engine/estimate/motion/instant_model.h"
 
+#include <algorithm>
 #include <array>
 #include <optional>
 
@@ -9,6 +10,9 @@ namespace counterpoint::estimation {
 namespace {
 
 using optimization::TangentMap;
+
+/// Step of differences: this share of the smoothing length, within bounds [m, rad].
+constexpr double kStepShare = 1e-3, kLeastStep = 1e-10, kMostStep = 1e-6;
 
 /// rho of residuals r over their deviations, and the weights that it gives their squares.
 double loss(const VectorX& r, double scale) {
@@ -62,7 +66,9 @@ struct InstantModel::Impl {
       : problem(of),
         model(changed),
         rotations(optimization::rotation_starts(changed)),
-        workspace(changed) {
+        workspace(changed),
+        sensors(changed, of.sensors, static_cast<int>(of.constants.size())),
+        contact_sensors(of.sensors) {
     for (VectorX* x : {&v, &w, &difference}) x->resize(model.nv());
     if (!problem.parameters.empty()) derivator.emplace(model, problem.parameters);
     size_weight2 = problem.size_weight.cwiseAbs2();
@@ -103,6 +109,44 @@ struct InstantModel::Impl {
     const auto i = static_cast<std::size_t>(t);
     configuration_difference(model, problem.measured[i], point.q[i], difference);
     return loss(difference.cwiseProduct(problem.position_weight.col(t)), problem.loss_scale);
+  }
+
+  double sensor_cost(const MotionPoint& point, int t) {
+    if (problem.sensors.empty()) return 0.0;
+    sensors.evaluate(model, problem.sensor_frames(point.q, point.parameters), t, false);
+    double sum = 0.0;
+    for (const WeightedRows* one : {&sensors.of_frame(), &sensors.of_motion()})
+      sum += loss(one->residual.head(one->size), problem.sensor_loss_scale);
+    return sum;
+  }
+
+  void add_sensors(const MotionPoint& point, int t, InstantEquations& out) {
+    if (problem.sensors.empty()) return;
+    sensors.evaluate(model, problem.sensor_frames(point.q, point.parameters), t, true);
+    const auto first_constant = static_cast<Eigen::Index>(problem.parameters.size());
+    for (const WeightedRows* one : {&sensors.of_frame(), &sensors.of_motion()}) {
+      if (one->size == 0) continue;
+      const VectorX residual = one->residual.head(one->size);
+      const VectorX weight = loss_weight(residual, problem.sensor_loss_scale).cwiseSqrt();
+      rows.noalias() = weight.asDiagonal() * one->by_frames.topRows(one->size);
+      by_parameters.setZero(one->size, problem.num_parameters());
+      by_parameters.rightCols(by_parameters.cols() - first_constant) =
+          weight.asDiagonal() * one->by_constants.topRows(one->size);
+      add_rows(one == &sensors.of_frame() ? 2 : 1, rows, weight.cwiseProduct(residual),
+               by_parameters, out);
+    }
+  }
+
+  void add_contact_sensors(const Instant& at, InstantEquations& out) {
+    if (!contact_sensors.any()) return;
+    const VectorX weight = loss_weight(at.contact, problem.sensor_loss_scale).cwiseSqrt();
+    rows.noalias() = weight.asDiagonal() * at.contact_by_frames;
+    MatrixX by_constants =
+        MatrixX::Zero(weight.size(), static_cast<Eigen::Index>(problem.constants.size()));
+    contact_sensors.differentiate(by_constants);
+    by_parameters.setZero(weight.size(), problem.num_parameters());
+    by_parameters.rightCols(by_constants.cols()) = weight.asDiagonal() * by_constants;
+    add_rows(1, rows, weight.cwiseProduct(at.contact), by_parameters, out);
   }
 
   double step_cost(int t, const VectorX& u) const {
@@ -190,6 +234,9 @@ struct InstantModel::Impl {
   const Model& model;
   std::vector<int> rotations;
   Workspace workspace;
+  SensorRows sensors;
+  ContactSensors contact_sensors;
+  MotionPoint scratch;  ///< frames of contact_sensors' differences
   std::optional<ParameterDerivator> derivator;
   Inverse inverse;
   InverseDerivatives d;
@@ -216,11 +263,47 @@ const Inverse& InstantModel::invert(const MotionPoint& point, const SimulationOp
 void InstantModel::evaluate(const MotionPoint& point, const SimulationOptions& options, int t,
                             Instant& out) {
   Impl& p = *impl_;
-  out.cost = p.measurement_cost(point, t);
+  out.cost = p.measurement_cost(point, t) + p.sensor_cost(point, t);
   if (t == 0 || t == p.last()) return;
   const Inverse& inverse = invert(point, options, t);
   out.force = inverse.applied_force;
   out.cost = inverse.fault.any() ? kInfinity : out.cost + p.step_cost(t, out.force);
+  if (!p.contact_sensors.any()) return;
+  p.contact_sensors.evaluate(p.model, p.problem.sensor_frames(point.q, point.parameters), t,
+                             inverse, out.contact);
+  out.cost += loss(out.contact, p.problem.sensor_loss_scale);
+}
+
+/// Contact forces have no closed form of their own here: central differences.
+void InstantModel::differentiate_contacts(const MotionPoint& point,
+                                          const SimulationOptions& options, int t, Instant& out) {
+  Impl& p = *impl_;
+  if (!p.contact_sensors.any()) return;
+  const int nv = p.model.nv();
+  const double step = difference_step(options);
+  const SensorFrames frames = p.problem.sensor_frames(point.q, point.parameters);
+  p.scratch.q.resize(point.q.size());
+  p.scratch.parameters = point.parameters;
+  for (int i = t - 1; i <= t + 1; ++i)
+    p.scratch.q[static_cast<std::size_t>(i)] = point.q[static_cast<std::size_t>(i)];
+  p.contact_sensors.evaluate(p.model, frames, t, invert(p.scratch, options, t), out.contact);
+  out.contact_by_frames.resize(out.contact.size(), 3 * nv);
+  VectorX ahead, back, unit = VectorX::Zero(nv);
+  for (int column = 0; column < 3 * nv; ++column) {
+    const auto frame = static_cast<std::size_t>(t - 1 + column / nv);
+    unit[column % nv] = 1.0;
+    integrate_configuration(p.model, point.q[frame], unit, step, p.scratch.q[frame]);
+    p.contact_sensors.evaluate(p.model, frames, t, invert(p.scratch, options, t), ahead);
+    integrate_configuration(p.model, point.q[frame], unit, -step, p.scratch.q[frame]);
+    p.contact_sensors.evaluate(p.model, frames, t, invert(p.scratch, options, t), back);
+    out.contact_by_frames.col(column) = (ahead - back) / (2.0 * step);
+    p.scratch.q[frame] = point.q[frame];
+    unit[column % nv] = 0.0;
+  }
+}
+
+double difference_step(const SimulationOptions& options) {
+  return std::clamp(kStepShare * options.contact.smoothing, kLeastStep, kMostStep);
 }
 
 void InstantModel::differentiate(const MotionPoint& point, const SimulationOptions& options, int t,
@@ -229,13 +312,13 @@ void InstantModel::differentiate(const MotionPoint& point, const SimulationOptio
   if (t == 0 || t == p.last()) return;
   const int nv = p.model.nv();
   const VectorX& q = point.q[static_cast<std::size_t>(t)];
+  differentiate_contacts(point, options, t, out);
   p.set_velocities(point, t, true);
+  out.by_parameters.setZero(nv, p.problem.num_parameters());
   if (parameters && p.derivator) {
     p.derivator->inverse(p.model, options, q, p.v, p.w, Input(), p.workspace, p.inverse,
                          p.d_parameters);
-    out.by_parameters = p.d_parameters.du;
-  } else {
-    out.by_parameters.setZero(nv, static_cast<Eigen::Index>(p.problem.parameters.size()));
+    out.by_parameters.leftCols(p.d_parameters.du.cols()) = p.d_parameters.du;
   }
   step_inverse_derivatives(p.model, options, q, p.v, p.w, Input(), p.workspace, p.inverse, p.d);
   out.force = p.inverse.applied_force;
@@ -252,13 +335,15 @@ void InstantModel::assemble(const MotionPoint& point, const std::vector<Instant>
                             InstantEquations& out) {
   Impl& p = *impl_;
   const Instant& at = instants[static_cast<std::size_t>(t)];
-  out.set_zero(p.model.nv(), static_cast<int>(p.problem.parameters.size()));
+  out.set_zero(p.model.nv(), p.problem.num_parameters());
   p.add_measurement(point, t, out);
+  p.add_sensors(point, t, out);
   if (t == 0 || t == p.last()) return;
   if (any(p.problem.acceleration_weight)) {
     p.set_velocities(point, t, true);
     p.add_acceleration(t, out);
   }
+  p.add_contact_sensors(at, out);
   p.add_force(at, t, out);
   if (t > 1 && any(p.problem.change_weight))
     p.add_change(instants[static_cast<std::size_t>(t - 1)], at, out);

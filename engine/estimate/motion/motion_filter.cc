@@ -67,19 +67,33 @@ std::vector<VectorX> low_pass(const Model& model, const std::vector<VectorX>& fr
   return out;
 }
 
+namespace {
+
+/// From second differences of a series' steps.
+double white_deviation(const VectorX& steps) {
+  std::vector<double> third;
+  for (Eigen::Index t = 0; t + 2 < steps.size(); ++t)
+    if (const double d = std::abs(steps[t + 2] - 2.0 * steps[t + 1] + steps[t]); std::isfinite(d))
+      third.push_back(d);
+  if (third.empty()) return 0.0;
+  const auto at = third.begin() + static_cast<std::ptrdiff_t>(kShare * (third.size() - 1));
+  std::nth_element(third.begin(), at, third.end());
+  // Weights 1, -3, 3, -1: the variance of white noise grows 20 times.
+  return *at / kAtShare / std::sqrt(20.0);
+}
+
+}  // namespace
+
+double white_noise(const VectorX& series) {
+  const Eigen::Index n = series.size();
+  return n < 4 ? 0.0 : white_deviation(series.tail(n - 1) - series.head(n - 1));
+}
+
 VectorX white_noise(const Model& model, const std::vector<VectorX>& frames) {
   VectorX out = VectorX::Zero(model.nv());
   if (frames.size() < 4) return out;
   const MatrixX d = steps_of(model, frames);
-  for (int i = 0; i < model.nv(); ++i) {
-    std::vector<double> third;
-    for (Eigen::Index t = 0; t + 2 < d.cols(); ++t)
-      third.push_back(std::abs(d(i, t + 2) - 2.0 * d(i, t + 1) + d(i, t)));
-    const auto at = third.begin() + static_cast<std::ptrdiff_t>(kShare * (third.size() - 1));
-    std::nth_element(third.begin(), at, third.end());
-    // Weights 1, -3, 3, -1: the variance of white noise grows 20 times.
-    out[i] = *at / kAtShare / std::sqrt(20.0);
-  }
+  for (int i = 0; i < model.nv(); ++i) out[i] = white_deviation(d.row(i));
   return out;
 }
 

@@ -22,6 +22,8 @@ std::vector<VectorX> low_pass(const Model& model, const std::vector<VectorX>& fr
 /// Standard deviation of white noise in each coordinate (nv) [m, rad]: from a quantile of third
 /// differences, in which a smooth motion leaves little and an impact leaves a few outliers.
 VectorX white_noise(const Model& model, const std::vector<VectorX>& frames);
+/// The same of one series; values that are NaN are missing.
+double white_noise(const VectorX& series);
 
 /// nv x frames: second differences over h squared [m/s^2, rad/s^2]; zero at both ends.
 MatrixX accelerations(const Model& model, const std::vector<VectorX>& frames, double h);

@@ -34,7 +34,7 @@ MotionFit::MotionFit(const MotionProblem& problem, MotionPoint start, int thread
       point_(std::move(start)),
       instants_(size(problem.frames())),
       equations_(size(kBatch)),
-      system_(problem.frames(), problem.nv(), static_cast<int>(problem.parameters.size())) {
+      system_(problem.frames(), problem.nv(), problem.num_parameters()) {
   apply_parameters();
 }
 
@@ -126,12 +126,19 @@ bool MotionFit::try_step(const MatrixX& frames, const VectorX& parameters) {
 
 double MotionFit::measurement_ratio() const {
   VectorX difference(model_.nv());
+  SensorRows sensors(model_, problem_->sensors, static_cast<int>(problem_->constants.size()));
   double sum = 0.0, count = 0.0;
   for (int t = 0; t < problem_->frames(); ++t) {
     configuration_difference(model_, point_.q[size(t)], problem_->measured[size(t)], difference);
     const auto weight = problem_->position_weight.col(t);
     sum += difference.cwiseProduct(weight).squaredNorm();
     count += static_cast<double>((weight.array() > 0.0).count());
+    if (problem_->sensors.empty()) continue;
+    sensors.evaluate(model_, problem_->sensor_frames(point_.q, point_.parameters), t, false);
+    for (const WeightedRows* rows : {&sensors.of_frame(), &sensors.of_motion()}) {
+      sum += rows->residual.head(rows->size).squaredNorm();
+      count += rows->size;
+    }
   }
   return count > 0.0 ? sum / count : 0.0;
 }
@@ -149,7 +156,8 @@ int MotionFit::minimize(int most, double tolerance, const std::function<bool()>&
       if (system_.factor(damping_, pool_)) {
         system_.solve(pool_, frames, parameters);
         if (frames.allFinite() && parameters.allFinite()) {
-          if (!parameters_free_) parameters.setZero();
+          if (!parameters_free_)
+            parameters.head(static_cast<Eigen::Index>(problem_->parameters.size())).setZero();
           accepted = try_step(frames, parameters);
           continue;
         }

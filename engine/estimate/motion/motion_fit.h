@@ -18,7 +18,8 @@ class MotionFit {
 
   /// Goes on with these laws, from `point`.
   void begin(const SimulationOptions& options, const MotionPoint& point);
-  /// Parameters stay as they are, or move as the frames do (at first they stay).
+  /// Parameters stay as they are, or move as the frames do (at first they stay); constants of
+  /// sensors always move.
   void free_parameters(bool free) { parameters_free_ = free; }
   /// Minimizes until three steps in a row lower the cost by less than `tolerance` of it. Number of
   /// steps. `stop` is asked before each.

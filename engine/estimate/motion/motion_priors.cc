@@ -139,6 +139,8 @@ MotionPriors white_priors(const Scene& scene, const ColumnMap& map,
   priors.position = where_recorded(recorded.noise, recorded);
   priors.unexplained = kUnexplainedWhite;
   const double noise = typical(priors.position);
+  for (int i = 0; i < recorded.by_sensors.size(); ++i)  // the sensors themselves count
+    if (recorded.by_sensors[i] != 0.0) priors.position[i] = kInfinity;
   priors.smoothing_starts = {kNearStart * noise, kFarStart * noise};
   priors.smoothing_end = kSmoothingEnd * noise;
   return priors;
@@ -203,8 +205,16 @@ MotionProblem motion_problem(const Scene& scene, const RecordedMotion& recorded,
     parameter.directions = {unsure.direction};
   }
   problem.parameter_drift = priors.place_drift;
-  problem.parameter_weight =
-      VectorX::Constant(static_cast<Eigen::Index>(problem.parameters.size()), 1.0 / priors.place);
+  const SensorTerms sensors =
+      priors.cutoff > 0.0 ? without_positions(recorded.sensors) : recorded.sensors;
+  problem.start = recorded.time.front();
+  problem.sensors = sensors.terms;
+  problem.sensor_loss_scale = kLossScale;
+  problem.constants = sensors.constants;
+  problem.parameter_weight = VectorX::Constant(problem.num_parameters(), 1.0 / priors.place);
+  for (std::size_t k = 0; k < problem.constants.size(); ++k)
+    problem.parameter_weight[static_cast<Eigen::Index>(problem.parameters.size() + k)] =
+        1.0 / problem.constants[k].deviation;
   return problem;
 }
 

@@ -5,7 +5,8 @@
 //      + 1/2 | weight u_t |^2                                  unexplained forces, sizes of others
 //      + 1/2 | weight (u_t - measured u_t) |^2                 joint forces that were measured
 //      + 1/2 | weight (u_t - u_{t-1}) |^2                      joint forces change little in a row
-//      + 1/2 | weight (p - prior p) |^2                        parameters
+//      + rho(weight (sensor - reading))                        sensors (sensor_rows.h)
+//      + 1/2 | weight (p - prior p) |^2                        parameters, constants of sensors
 //
 // rho(r) = 1/2 r^2, or with a scale c Cauchy's loss c^2 / 2 log(1 + r^2 / c^2) by coordinate.
 // u_t is the applied force that step_inverse recovers from (q_t, v_t, v_{t+1}), the velocities being
@@ -15,6 +16,7 @@
 #include <vector>
 
 #include "counterpoint/engine/derivatives.h"
+#include "counterpoint/engine/estimate/sensors/sensor_rows.h"
 
 namespace counterpoint::estimation {
 
@@ -32,18 +34,28 @@ struct MotionProblem {
   VectorX size_weight = {};     ///< nv [1/N, 1/(N m)]: unexplained forces, sizes of others
   VectorX change_weight = {};   ///< nv [1/N, 1/(N m)]: change of a joint's force in a row
 
+  double start = 0.0;  ///< time of frame 0 [s]
+  std::vector<SensorTerm> sensors = {};
+  double sensor_loss_scale = 0.0;  ///< as loss_scale, by component of a reading
+
   std::vector<StepParameter> parameters = {};
-  VectorX parameter_weight = {};  ///< inverse standard deviations of their priors
+  std::vector<SensorConstant> constants = {};  ///< offsets and delays, told behind parameters
+  VectorX parameter_weight = {};  ///< inverse standard deviations of the priors of both
   /// Parameters are not quite constant: standard deviation of what they drift by. It widens
   /// intervals, and nothing else.
   double parameter_drift = 0.0;
 
   int frames() const { return static_cast<int>(measured.size()); }
   int nv() const { return model.nv(); }
+  int num_parameters() const { return static_cast<int>(parameters.size() + constants.size()); }
+  SensorFrames sensor_frames(const std::vector<VectorX>& q, const VectorX& values) const {
+    return {q, values.tail(static_cast<Eigen::Index>(constants.size())), start, h()};
+  }
   double h() const { return options.time_step; }
 };
 
-/// Configurations of all frames, and the parameters' differences from their prior values.
+/// Configurations of all frames, and differences from their prior values of parameters and of
+/// sensors' constants, which come last.
 struct MotionPoint {
   std::vector<VectorX> q;
   VectorX parameters;

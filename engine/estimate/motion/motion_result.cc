@@ -57,6 +57,12 @@ void set_parameters(const MotionProblem& problem, const VectorX& values, const M
     out.parameters.push_back({"place:" + problem.model.geometries()[geometry].name, "m", values[i],
                               std::sqrt(std::max(0.0, covariance(i, i)))});
   }
+  for (std::size_t k = 0; k < problem.constants.size(); ++k) {
+    const auto i = static_cast<Eigen::Index>(problem.parameters.size() + k);
+    const SensorConstant& constant = problem.constants[k];
+    out.parameters.push_back({constant.name, constant.unit, values[i],
+                              std::sqrt(std::max(0.0, covariance(i, i)))});
+  }
 }
 
 /// Mean squares of a row's residuals, by coordinate, over their deviations.
@@ -141,7 +147,8 @@ void set_forces(const MotionProblem& problem, MotionFit& fit, MotionEstimate& ou
   const std::vector<PairForces> pairs = differentiate_pair_forces(problem, fit);
   MatrixX parameters = system.parameter_covariance();
   set_parameters(problem, fit.point().parameters, parameters, out);
-  parameters.diagonal().array() += std::pow(problem.parameter_drift, 2);
+  parameters.diagonal().head(static_cast<Eigen::Index>(problem.parameters.size())).array() +=
+      std::pow(problem.parameter_drift, 2);
   const int nv = problem.nv();
   for (std::size_t t = 0; t < pairs.size(); ++t) out.contacts[t] = pairs[t].pairs;
   fit.pool().run(problem.frames(), [&](int t, int) {

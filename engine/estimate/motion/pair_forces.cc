@@ -10,8 +10,6 @@ namespace {
 
 /// A contact slides whose friction is this share of its limit.
 constexpr double kSliding = 0.9;
-/// Step of the differences: this share of the smoothing length, within bounds [m, rad].
-constexpr double kStepShare = 1e-3, kLeastStep = 1e-10, kMostStep = 1e-6;
 
 using Pair = std::pair<int, int>;
 
@@ -37,10 +35,6 @@ void set_forces(const Inverse& inverse, const std::vector<ContactEstimate>& pair
     if (it == pairs.end() || Pair(it->geometry_a, it->geometry_b) != key) continue;
     out.segment<3>(3 * (it - pairs.begin())) += one.force;
   }
-}
-
-double difference_step(const SimulationOptions& options) {
-  return std::clamp(kStepShare * options.contact.smoothing, kLeastStep, kMostStep);
 }
 
 /// Derivatives by the three frames of step t.
@@ -130,7 +124,8 @@ std::vector<PairForces> differentiate_pair_forces(const MotionProblem& problem, 
     InstantModel& model = *models[static_cast<std::size_t>(thread)];
     PairForces& at = out[static_cast<std::size_t>(t)];
     at.pairs = pair_forces(fit.model(), model.invert(fit.point(), fit.options(), t));
-    at.by_parameters.setZero(3 * static_cast<Eigen::Index>(at.pairs.size()), parameters);
+    at.by_parameters.setZero(3 * static_cast<Eigen::Index>(at.pairs.size()),
+                             problem.num_parameters());
     differentiate_by_frames(fit.point(), fit.options(), t, model,
                             scratch[static_cast<std::size_t>(thread)], fit.model(), at);
   });

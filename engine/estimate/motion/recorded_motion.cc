@@ -7,6 +7,7 @@
 
 #include "counterpoint/engine/dynamics.h"
 #include "counterpoint/engine/estimate/motion/motion_filter.h"
+#include "counterpoint/engine/estimate/sensors/pose_fit.h"
 #include "counterpoint/model/special_values.h"
 
 namespace counterpoint::estimation {
@@ -38,6 +39,24 @@ std::pair<double, bool> spacing(const Recording& recording) {
   return {h, even};
 }
 
+/// Sets `measured` (nv) to 0 where a cell of this row was missing; of an orientation, any.
+void leave_out_missing(const Model& model, const Recording& recording, Eigen::Index row,
+                       Eigen::Ref<VectorX> measured) {
+  if (recording.missing.size() == 0) return;
+  for (int b = 1; b < model.num_bodies(); ++b) {
+    const Body& body = model.body(b);
+    const int positions = joint_nq(body.joint_type), velocities = joint_nv(body.joint_type);
+    const int linear = positions == velocities ? velocities : joint_num_linear(body.joint_type);
+    for (int k = 0; k < positions; ++k) {
+      if (recording.missing(body.q_index + k, row) == 0.0) continue;
+      if (k < linear)
+        measured[body.v_index + k] = 0.0;
+      else
+        measured.segment(body.v_index + linear, velocities - linear).setZero();
+    }
+  }
+}
+
 /// Rows at `h` from one to the next, each interpolated between the two recorded rows around it.
 void resample(const Model& model, const Recording& recording, double h,
               const VectorX& recorded, RecordedMotion& out) {
@@ -60,6 +79,10 @@ void resample(const Model& model, const Recording& recording, double h,
                          share * recording.applied_force.col(column + 1);
     const bool gap = interval > kGap * h && share > 0.0 && share < 1.0;
     out.measured.col(row) = gap ? VectorX(VectorX::Zero(model.nv())) : recorded;
+    if (recording.missing.size() == 0) continue;
+    for (const Eigen::Index at : {column, column + 1})
+      if (at == column ? share < 1.0 : share > 0.0)
+        leave_out_missing(model, recording, at, out.measured.col(row));
   }
 }
 
@@ -89,6 +112,23 @@ void leave_out_spikes(const Model& model, RecordedMotion& motion) {
       q = moved(model, q, by);
     }
   }
+}
+
+/// Terms of sensors, and the coordinates that only they tell.
+void add_sensors(const Model& model, const ColumnMap& map, const Recording& recording,
+                 const VectorX& recorded, RecordedMotion& out) {
+  out.by_sensors = VectorX::Zero(model.nv());
+  if (map.sensors.empty()) return;
+  out.sensors = sensor_terms(model, map, recording, out.h());
+  const std::vector<SensorTerm>& terms = out.sensors.terms;
+  if (std::none_of(terms.begin(), terms.end(),
+                   [](const SensorTerm& term) { return is_position(term.sensor.kind); }))
+    return;
+  FittedPoses poses = fit_poses(model, terms, out.time.front(), out.h(), out.frames, recorded);
+  out.frames = std::move(poses.frames);
+  out.measured = out.measured.cwiseMax(poses.seen);
+  for (int i = 0; i < model.nv(); ++i)
+    out.by_sensors[i] = recorded[i] == 0.0 && poses.seen.row(i).any() ? 1.0 : 0.0;
 }
 
 }  // namespace
@@ -126,9 +166,6 @@ RecordedMotion prepare(const Model& model, const ColumnMap& map, const Recording
   VectorX recorded(model.nv());
   for (int i = 0; i < model.nv(); ++i)
     recorded[i] = coordinates[static_cast<std::size_t>(i)] != 0 ? 1.0 : 0.0;
-  if (recorded.isZero(0.0))
-    throw InputError(recording.file +
-                     ": the column map names no position; a motion is explained from positions");
   RecordedMotion out;
   const auto [h, even] = spacing(recording);
   out.resampled = !even;
@@ -137,10 +174,16 @@ RecordedMotion prepare(const Model& model, const ColumnMap& map, const Recording
     for (int row = 0; row < recording.num_rows(); ++row)
       out.frames.push_back(recording.q.col(row));
     out.measured = recorded.replicate(1, recording.num_rows());
+    for (int row = 0; row < recording.num_rows(); ++row)
+      leave_out_missing(model, recording, row, out.measured.col(row));
     out.force = recording.applied_force;
   } else {
     resample(model, recording, h, recorded, out);
   }
+  add_sensors(model, map, recording, recorded, out);
+  if (out.measured.isZero(0.0))
+    throw InputError(recording.file +
+                     ": the column map names no position; a motion is explained from positions");
   out.noise = white_noise(model, out.frames).cwiseMax(kLeastNoise);
   const VectorX known = given(map.position_deviation, model.nv());
   for (int i = 0; i < model.nv(); ++i)
@@ -156,6 +199,8 @@ RecordedMotion part(const RecordedMotion& whole, int first, int count) {
   out.measured = whole.measured.middleCols(first, count);
   out.force = whole.force.middleCols(first, count);
   out.noise = whole.noise;
+  out.by_sensors = whole.by_sensors;
+  out.sensors = whole.sensors;
   return out;
 }
 

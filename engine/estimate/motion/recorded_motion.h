@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "counterpoint/engine/estimate/motion_estimate.h"
+#include "counterpoint/engine/estimate/sensors/sensor_terms.h"
 
 namespace counterpoint::estimation {
 
@@ -12,6 +13,8 @@ struct RecordedMotion {
   std::vector<double> time;     ///< evenly spaced [s]
   std::vector<VectorX> frames;  ///< one a row: nq; interpolated where nothing was measured
   MatrixX measured;             ///< nv x rows: 1 where a position was measured, else 0
+  VectorX by_sensors;           ///< nv: 1 where sensors tell it, 0 where columns do
+  SensorTerms sensors;
   MatrixX force;                ///< nv x rows: recorded forces of joints [N, N m]
   VectorX noise;                ///< nv: standard deviation of white noise [m, rad]
   std::vector<Outlier> spikes;  ///< values that were left out

@@ -63,17 +63,6 @@ void center_jacobian(const Model& model, BodyRange bodies, const Data& data, dou
   }
 }
 
-/// 3 x nv: angular velocity of a body by v, crossed with `with`; or plain if that is null.
-void angular_jacobian(const Model& model, const Data& data, int body, const Vector3* with,
-                      MatrixX& out) {
-  out.setZero();
-  for (int i = body; i > 0; i = model.body(i).parent) {
-    const Body& b = model.body(i);
-    for (int k = b.v_index; k < b.v_index + joint_nv(b.joint_type); ++k)
-      out.col(k) = with ? data.axis[k].angular.cross(*with) : data.axis[k].angular;
-  }
-}
-
 /// Slip over h of the material point that is lowest at the start of the step, as contacts of a step
 /// have it: the centre of a sphere that rolls moves, and does not slide. x, last: of the centre at
 /// the end and at the start; s.a, s.b: their Jacobians, if derivatives are wanted.
@@ -91,9 +80,9 @@ void evaluate_sliding(const FramePoses& frames, const Term& term, const Vector3&
   *out.by_before = -f.value / h * s.b.topRows(2);
   if (term.radius == 0.0) return;
   const double lever = term.radius * f.value / h;
-  angular_jacobian(model, at, term.body, nullptr, s.a);
+  angular_jacobian(model, at, term.body, s.a);
   *out.by_at += lever * (skew(up) * s.a).topRows(2);
-  angular_jacobian(model, before, term.body, nullptr, s.b);
+  angular_jacobian(model, before, term.body, s.b);
   *out.by_before -= lever * (turn * skew(z) * s.b).topRows(2);
 }
 
@@ -145,7 +134,7 @@ void evaluate_turn(const FramePoses& frames, const Term& term, KinematicScratch&
     const double c = angle2 < 1e-4 ? 1.0 / 12.0 + angle2 / 720.0
                                    : (1.0 - 0.5 * angle / std::tan(0.5 * angle)) / angle2;
     const Matrix3 K = skew(r);
-    angular_jacobian(model, at, term.body, nullptr, s.a);
+    angular_jacobian(model, at, term.body, s.a);
     *out.by_at = (Matrix3::Identity() + 0.5 * K + c * K * K) * R.transpose() * s.a;
     return;
   }
@@ -153,7 +142,8 @@ void evaluate_turn(const FramePoses& frames, const Term& term, KinematicScratch&
   const Fading f = fading(x.z() - term.radius, term.length);
   out.value = f.value * n.head<2>();
   if (!out.derivatives()) return;
-  angular_jacobian(model, at, term.body, &n, s.a);
+  angular_jacobian(model, at, term.body, s.a);
+  s.a = -skew(n) * s.a;
   point_jacobian(model, at, term.body, x, s.b);
   *out.by_at = f.value * s.a.topRows(2) + f.slope * out.value * s.b.row(2);
 }
@@ -200,6 +190,15 @@ void point_jacobian(const Model& model, const Data& data, int body, const Vector
     const Vector3 arm = position - data.X_WB[i].translation;
     for (int k = b.v_index; k < b.v_index + joint_nv(b.joint_type); ++k)
       out.col(k) = data.axis[k].at(arm);
+  }
+}
+
+void angular_jacobian(const Model& model, const Data& data, int body, MatrixX& out) {
+  out.setZero();
+  for (int i = body; i > 0; i = model.body(i).parent) {
+    const Body& b = model.body(i);
+    for (int k = b.v_index; k < b.v_index + joint_nv(b.joint_type); ++k)
+      out.col(k) = data.axis[k].angular;
   }
 }
 

@@ -12,6 +12,9 @@ Vector3 point_position(const Data& data, int body, const Vector3& point);
 void point_jacobian(const Model& model, const Data& data, int body, const Vector3& position,
                     Eigen::Ref<MatrixX> out);
 
+/// 3 x nv: angular velocity of a body in W by v. Needs compute_poses.
+void angular_jacobian(const Model& model, const Data& data, int body, MatrixX& out);
+
 /// Scratch of one thread.
 struct KinematicScratch {
   explicit KinematicScratch(const Model& model);

@@ -1,0 +1,296 @@
+#include "counterpoint/engine/estimate/sensors/sensor_map.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <array>
+
+namespace counterpoint::estimation {
+namespace {
+
+/// An unknown delay is expected to be no more than about this [s].
+constexpr double kDelayDeviation = 0.05;
+
+/// What users call a sensor, and the sensors of this program that it consists of.
+struct NamedKind {
+  const char* name;
+  std::vector<SensorKind> parts;
+};
+
+const std::array<NamedKind, 8>& named_kinds() {
+  using Kind = SensorKind;
+  static const std::array<NamedKind, 8> kinds = {{
+      {"point", {Kind::kPoint}},
+      {"orientation", {Kind::kOrientation}},
+      {"pose", {Kind::kPoint, Kind::kOrientation}},
+      {"angular_velocity", {Kind::kAngularVelocity}},
+      {"specific_force", {Kind::kSpecificForce}},
+      {"imu", {Kind::kAngularVelocity, Kind::kSpecificForce}},
+      {"coordinate", {Kind::kCoordinate}},
+      {"contact_force", {Kind::kContactForce}},
+  }};
+  return kinds;
+}
+
+class SensorReader {
+ public:
+  SensorReader(const MapNodes& nodes, ColumnMap& map) : nodes_(nodes), map_(map) {}
+
+  void read_sources(const YAML::Node& node) {
+    expect_map(node, "sources");
+    for (const auto& pair : node) {
+      SensorSource& source = map_.sources.emplace_back();
+      source.name = nodes_.scalar(pair.first, "sources");
+      const YAML::Node value = pair.second;
+      nodes_.check_keys(value, {"time", "rate", "delay"});
+      if (static_cast<bool>(value["rate"]) == static_cast<bool>(value["time"]))
+        nodes_.fail(value, source.name + ": expected either 'rate' (rows per second) or 'time' (the "
+                                         "column of the time)");
+      if (value["rate"]) source.rate = nodes_.positive(value["rate"], "rate");
+      if (value["time"]) source.time = nodes_.time(value["time"]);
+      source.time_unit_given = value["time"] && !value["time"].IsScalar();
+      const YAML::Node delay = value["delay"];
+      if (!delay) continue;
+      if (delay.IsScalar() && delay.Scalar() == "unknown")
+        source.delay_deviation = kDelayDeviation;
+      else
+        source.delay = nodes_.number(delay, source.name + ".delay");
+    }
+  }
+
+  void read_sensors(const YAML::Node& node) {
+    expect_map(node, "sensors");
+    for (const auto& pair : node) read_sensor(nodes_.scalar(pair.first, "sensors"), pair.second);
+  }
+
+  /// Points on links, one a row of a table with the columns marker, link, x, y, z.
+  void read_markers(const YAML::Node& node) {
+    nodes_.check_keys(node, {"table", "axes", "scale", "deviation", "source"});
+    if (!node["table"])
+      nodes_.fail(node, "markers: expected 'table', a file with the columns marker, link, x, y, z");
+    const std::array<std::pair<char, double>, 3> axes = world_axes(node["axes"]);
+    const double scale = node["scale"] ? nodes_.positive(node["scale"], "scale") : 1.0;
+    Sensor shared;
+    read_shared(node, shared);
+    if (node["deviation"]) shared.deviation = nodes_.positive(node["deviation"], "deviation");
+    const std::filesystem::path file =
+        std::filesystem::path(nodes_.file()).parent_path() /
+        nodes_.scalar(node["table"], "markers.table");
+    TableReader table(file, {"marker", "link"});
+    const std::array<int, 5> columns = marker_columns(table);
+    while (table.next()) {
+      Sensor& marker = map_.sensors.emplace_back(shared);
+      marker.name = label(table, columns[0]);
+      const std::string link = label(table, columns[1]);
+      const int frame = nodes_.model().find_frame(link);
+      if (frame < 0)
+        throw InputError(fmt::format("{}: '{}' is no link of this scene; expected one of those that "
+                                     "`inspect` lists",
+                                     table.where(), link));
+      attach(nodes_.model().frames()[static_cast<std::size_t>(frame)],
+             Vector3(table.cell(columns[2]), table.cell(columns[3]), table.cell(columns[4])),
+             marker);
+      if (!marker.point.allFinite())
+        throw InputError(table.where() + ": expected x, y, z of the marker in its link [m]");
+      for (const auto& [axis, sign] : axes)
+        marker.columns.push_back({fmt::format("{}.{}", marker.name, axis), sign * scale, 0.0});
+    }
+  }
+
+ private:
+  void expect_map(const YAML::Node& node, const char* key) const {
+    if (!node.IsMap() || node.size() == 0)
+      nodes_.fail(node, fmt::format("{}: expected a map from names to what they are", key));
+    nodes_.refuse_repeated_keys(node);
+  }
+
+  static void attach(const Frame& frame, const Vector3& point, Sensor& sensor) {
+    sensor.body = frame.body;
+    sensor.point = frame.X_BF * point;
+    sensor.axes = frame.X_BF.rotation;
+  }
+
+  void read_shared(const YAML::Node& node, Sensor& sensor) const {
+    const YAML::Node source = node["source"];
+    if (!source) return;
+    sensor.source = nodes_.scalar(source, "source");
+    const auto& all = map_.sources;
+    if (std::none_of(all.begin(), all.end(), [&](const auto& s) { return s.name == sensor.source; }))
+      nodes_.fail(source, fmt::format("source: '{}' is not among 'sources'", sensor.source));
+  }
+
+  /// Axes of the world in terms of the file's: [x, -z, y] where its y axis points up.
+  std::array<std::pair<char, double>, 3> world_axes(const YAML::Node& node) const {
+    std::array<std::pair<char, double>, 3> out = {{{'x', 1.0}, {'y', 1.0}, {'z', 1.0}}};
+    if (!node) return out;
+    std::string used;
+    if (node.IsSequence() && node.size() == 3) {
+      for (std::size_t i = 0; i < 3; ++i) {
+        const std::string text = nodes_.scalar(node[i], "axes");
+        const bool negative = text.size() == 2 && text[0] == '-';
+        out[i] = {text.empty() ? '?' : text.back(), negative ? -1.0 : 1.0};
+        if (text.size() == (negative ? 2u : 1u)) used += text.back();
+      }
+      std::sort(used.begin(), used.end());
+    }
+    if (used != "xyz")
+      nodes_.fail(node, "axes: expected the axes of the file along x, y, z of the world, as in "
+                        "[x, -z, y] where y points up");
+    return out;
+  }
+
+  static std::array<int, 5> marker_columns(const TableReader& table) {
+    std::array<int, 5> out{};
+    const std::array<const char*, 5> names = {"marker", "link", "x", "y", "z"};
+    for (std::size_t i = 0; i < names.size(); ++i) {
+      const auto& all = table.columns();
+      const auto it = std::find_if(all.begin(), all.end(),
+                                   [&](const Column& c) { return c.name == names[i]; });
+      if (it == all.end())
+        throw InputError(fmt::format("{}: there is no column '{}'; expected marker, link, x, y, z",
+                                     table.file(), names[i]));
+      out[i] = static_cast<int>(it - all.begin());
+    }
+    return out;
+  }
+
+  static std::string label(const TableReader& table, int column) {
+    const double index = table.cell(column);
+    const auto& labels = table.columns()[static_cast<std::size_t>(column)].labels;
+    if (!(index >= 0.0) || index >= static_cast<double>(labels.size()))
+      throw InputError(table.where() + ": expected names of a marker and of its link");
+    return labels[static_cast<std::size_t>(index)];
+  }
+
+  const NamedKind& kind_of(const std::string& name, const YAML::Node& node) const {
+    std::vector<std::string> known;
+    const std::string kind = node["kind"] ? nodes_.scalar(node["kind"], "kind") : "";
+    for (const NamedKind& one : named_kinds()) {
+      if (kind == one.name) return one;
+      known.push_back(one.name);
+    }
+    nodes_.fail(node, fmt::format("{}: kind '{}'; expected one of {}", name, kind,
+                                  fmt::join(known, ", ")));
+  }
+
+  void read_sensor(const std::string& name, const YAML::Node& node) {
+    if (!node.IsMap()) nodes_.fail(node, name + ": expected {kind: ..., link: ..., columns: ...}");
+    nodes_.check_keys(node, {"kind", "link", "links", "coordinate", "position", "rotation",
+                             "columns", "source", "deviation", "offset"});
+    const NamedKind& kind = kind_of(name, node);
+    Sensor shared;
+    shared.name = name;
+    read_shared(node, shared);
+    read_offset(node["offset"], kind, shared);
+    read_place(node, kind, shared);
+    std::size_t next = 0;
+    const std::vector<double> deviations = read_deviations(node["deviation"], kind);
+    const std::vector<ColumnSource> columns = read_columns(node, name, kind);
+    for (std::size_t i = 0; i < kind.parts.size(); ++i) {
+      Sensor& sensor = map_.sensors.emplace_back(shared);
+      sensor.kind = kind.parts[i];
+      if (!deviations.empty()) sensor.deviation = deviations[i];
+      for (int k = 0; k < reading_size(sensor.kind); ++k) sensor.columns.push_back(columns[next++]);
+    }
+  }
+
+  void read_offset(const YAML::Node& node, const NamedKind& kind, Sensor& sensor) const {
+    if (!node) return;
+    const std::string text = nodes_.scalar(node, "offset");
+    sensor.has_offset = text == "unknown";
+    if (!sensor.has_offset && text != "none")
+      nodes_.fail(node, fmt::format("offset: '{}'; expected unknown or none", text));
+    if (sensor.has_offset && kind.parts.back() == SensorKind::kOrientation)
+      nodes_.fail(node, "offset: an orientation has none; give the 'rotation' of its axes");
+  }
+
+  void read_place(const YAML::Node& node, const NamedKind& kind, Sensor& sensor) const {
+    const SensorKind first = kind.parts.front();
+    const auto need = [&](const char* key, const char* what) {
+      if (!node[key])
+        nodes_.fail(node, fmt::format("{}: expected '{}', {}", sensor.name, key, what));
+      return node[key];
+    };
+    if (first == SensorKind::kCoordinate) {
+      set_coordinate(need("coordinate", "as JOINT.q"), sensor);
+      return;
+    }
+    if (first == SensorKind::kContactForce) {
+      const YAML::Node links = need("links", "a list of the links that the force acts on");
+      if (!links.IsSequence() || links.size() == 0)
+        nodes_.fail(links, "links: expected a list of links");
+      for (const auto& one : links) sensor.bodies.push_back(nodes_.link(one).body);
+      return;
+    }
+    const Vector3 position =
+        node["position"] ? nodes_.vector(node["position"], "position") : Vector3(Vector3::Zero());
+    attach(nodes_.link(need("link", "the link that it is on")), position, sensor);
+    if (!node["rotation"]) return;
+    const Vector3 rpy = nodes_.vector(node["rotation"], "rotation");
+    sensor.axes = sensor.axes * rotation_from_rpy(rpy.x(), rpy.y(), rpy.z());
+  }
+
+  void set_coordinate(const YAML::Node& node, Sensor& sensor) const {
+    const std::string name = nodes_.scalar(node, "coordinate");
+    const auto& all = nodes_.names().q;
+    const auto at = static_cast<int>(std::find(all.begin(), all.end(), name) - all.begin());
+    for (const Body& body : nodes_.model().bodies())
+      if (joint_nv(body.joint_type) == 1 && joint_nq(body.joint_type) == 1 && body.q_index == at) {
+        sensor.coordinate = body.v_index;
+        sensor.position = body.q_index;
+        return;
+      }
+    nodes_.fail(node, fmt::format("coordinate: '{}' is no joint of one coordinate; expected JOINT.q",
+                                  name));
+  }
+
+  /// One of the kind, or one of each part.
+  std::vector<double> read_deviations(const YAML::Node& node, const NamedKind& kind) const {
+    std::vector<double> out;
+    if (!node) return out;
+    if (node.IsSequence())
+      for (const auto& one : node) out.push_back(nodes_.positive(one, "deviation"));
+    else
+      out.push_back(nodes_.positive(node, "deviation"));
+    if (out.size() != kind.parts.size())
+      nodes_.fail(node, fmt::format("deviation: expected {}", kind.parts.size() == 1
+                                                                  ? "one number"
+                                                                  : "a list of two numbers"));
+    return out;
+  }
+
+  std::vector<ColumnSource> read_columns(const YAML::Node& node, const std::string& name,
+                                         const NamedKind& kind) const {
+    std::size_t size = 0;
+    for (const SensorKind part : kind.parts) size += static_cast<std::size_t>(reading_size(part));
+    const YAML::Node columns = node["columns"];
+    if (!columns || !columns.IsSequence() || columns.size() != size)
+      nodes_.fail(node, fmt::format("{}: expected 'columns', a list of {}", name, size));
+    std::vector<ColumnSource> out;
+    for (const auto& one : columns) {
+      out.push_back(nodes_.source(one, name));
+      if (out.back().column.empty()) nodes_.fail(one, name + ": expected the name of a column");
+    }
+    return out;
+  }
+
+  const MapNodes& nodes_;
+  ColumnMap& map_;
+};
+
+}  // namespace
+
+int reading_size(SensorKind kind) {
+  return kind == SensorKind::kOrientation ? 4 : error_size(kind);
+}
+int error_size(SensorKind kind) { return kind == SensorKind::kCoordinate ? 1 : 3; }
+
+void read_sensors(const MapNodes& nodes, const YAML::Node& root, ColumnMap& map) {
+  SensorReader reader(nodes, map);
+  if (root["sources"]) reader.read_sources(root["sources"]);
+  if (root["sensors"]) reader.read_sensors(root["sensors"]);
+  if (root["markers"]) reader.read_markers(root["markers"]);
+}
+
+}  // namespace counterpoint::estimation
