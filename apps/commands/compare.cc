@@ -166,6 +166,7 @@ void report_explained(const std::vector<ExplainedRecording>& all, Report& report
 int compare_inverse(CompareArguments& arguments) {
   const Scene scene = with_settings(arguments.scene.load(), arguments.set);
   const ColumnMap map = load_column_map(arguments.map, scene.model);
+  refuse_sensors(map, "compare");
   if (compared(map) == Compared::kImpacts)
     throw InputError("--mode inverse: an impact takes no time, forces are not to be had");
   Explainer explainer(scene, map, arguments.reach.value_or(scene.options.contact.margin));
@@ -290,6 +291,7 @@ int compare(CompareArguments& arguments) {
   options.scene_step = scene.options.time_step;
   options.horizon = arguments.mode == "one-step" ? 1 : arguments.horizon;
   const ColumnMap map = load_column_map(arguments.map, scene.model);
+  refuse_sensors(map, "compare");
   options.substeps = arguments.substeps ? arguments.substeps : map.substeps;
   if (options.substeps && *options.substeps < 1) throw InputError("--substeps: expected 1 or more");
 

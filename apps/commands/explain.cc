@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <memory>
 #include <optional>
 
@@ -23,17 +24,12 @@ namespace {
 
 struct ExplainArguments {
   SceneArguments scene;
-  std::vector<std::string> recordings;
+  std::vector<std::string> recordings, sources;
   std::string map, output, contacts, forces, set, page, errors;
   std::optional<double> from, to;
   int threads = 0;
   Report report;
 };
-
-/// Rows `first` ... `end` - 1 of a matrix with a column a row.
-MatrixX columns_of(const MatrixX& all, Eigen::Index first, Eigen::Index end) {
-  return all.cols() == 0 ? all : MatrixX(all.middleCols(first, end - first));
-}
 
 /// The rows between the times asked for; times are sums of steps, and rounded.
 Recording between(const Recording& whole, const ExplainArguments& arguments) {
@@ -49,15 +45,34 @@ Recording between(const Recording& whole, const ExplainArguments& arguments) {
         fmt::format("--from, --to: no row of {} is left, which goes from {:.6g} to "
                     "{:.6g} s",
                     whole.file, time.front(), time.back()));
-  const auto first = begin - time.begin(), last = end - time.begin();
-  Recording out;
-  out.file = whole.file;
-  out.note = whole.note;
-  out.time.assign(begin, end);
-  out.q = columns_of(whole.q, first, last);
-  out.v = columns_of(whole.v, first, last);
-  out.applied_force = columns_of(whole.applied_force, first, last);
-  out.contact_force = columns_of(whole.contact_force, first, last);
+  return rows_of(whole, static_cast<int>(begin - time.begin()), static_cast<int>(end - begin));
+}
+
+/// Files of the map's sources by name, from NAME=FILE.
+std::map<std::string, std::string> source_files(const std::vector<std::string>& arguments) {
+  std::map<std::string, std::string> out;
+  for (const std::string& one : arguments) {
+    const std::size_t at = one.find('=');
+    if (at == std::string::npos || at == 0 || at + 1 == one.size())
+      throw InputError(fmt::format("--source {}: expected NAME=FILE", one));
+    if (!out.emplace(one.substr(0, at), one.substr(at + 1)).second)
+      throw InputError(fmt::format("--source: '{}' is given twice", one.substr(0, at)));
+  }
+  return out;
+}
+
+/// The recordings, with the readings of other files, between the times asked for.
+std::vector<Recording> read_recorded(const ExplainArguments& arguments, const ColumnMap& map,
+                                     const Scene& scene) {
+  std::vector<Recording> out = read_with_notes(arguments.recordings, map, scene);
+  if (out.size() > 1 && !map.sources.empty())
+    throw InputError("explain: the column map has 'sources', whose files go with one recording; "
+                     "explain the recordings one by one");
+  const std::map<std::string, std::string> files = source_files(arguments.sources);
+  for (Recording& recording : out) {
+    read_sources(files, map, recording);
+    recording = between(recording, arguments);
+  }
   return out;
 }
 
@@ -158,13 +173,13 @@ int end_stopped(const ExplainedMotions& motions, std::size_t given,
 
 int explain(ExplainArguments& arguments) {
   const Scene scene = with_settings(arguments.scene.load(), arguments.set);
-  const ColumnMap map = load_column_map(arguments.map, scene.model);
+  ColumnMap map = load_column_map(arguments.map, scene.model);
+  map.missing_cells = true;
   if (!map.after.empty())
     throw InputError(
         "explain: an impact takes no time, forces are not to be had; the column map "
         "has 'after'");
-  std::vector<Recording> recordings = read_with_notes(arguments.recordings, map, scene);
-  for (Recording& recording : recordings) recording = between(recording, arguments);
+  std::vector<Recording> recordings = read_recorded(arguments, map, scene);
   const std::size_t given = recordings.size();
   const std::vector<MotionEstimate> estimates = estimate_all(arguments, scene, map, recordings);
   recordings.resize(estimates.size());
@@ -195,12 +210,14 @@ void add_explain(CommandLine& line) {
   Command& command =
       line.add("explain", "Estimate the motion behind a noisy recording and all its forces");
   arguments->scene.add_to(command);
-  command.add_option("RECORDING", arguments->recordings, "Recordings (.csv, .h5, .npz, .mcap)")
+  command.add_option("RECORDING", arguments->recordings, "Recordings (.csv, .trc, .c3d, .h5, .npz, .mcap)")
       .required();
   command
       .add_option("--columns", arguments->map,
                   "Column map (YAML, docs/guide/recordings.md): which column is which coordinate")
       .required();
+  command.add_option("--source", arguments->sources,
+                     "NAME=FILE: file of one of the column map's 'sources'; may be given again");
   command.add_option("--output", arguments->output,
                      "Table to write: the motion, a trajectory; of several recordings one each, "
                      "numbered");

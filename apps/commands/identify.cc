@@ -36,6 +36,7 @@ struct IdentifyArguments {
 Experiment make_experiment(const IdentifyArguments& arguments) {
   Experiment e{with_settings(arguments.scene.load(), arguments.set), {}, {}, 0, {}};
   e.map = load_column_map(arguments.map, e.scene.model);
+  refuse_sensors(e.map, "identify");
   e.prediction = {arguments.substeps ? arguments.substeps : e.map.substeps,
                   e.scene.options.time_step, arguments.horizon, Interrupt::wanted};
   if (compared(e.map) == Compared::kImpacts && arguments.objective == "force")

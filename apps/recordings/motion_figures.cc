@@ -170,18 +170,13 @@ void set_unexplained(const Model& model, const MotionEstimate& estimate, Explain
 }
 
 /// The row that measurements and motion disagree about most, and the coordinate behind it.
-void set_worst_cost(const Model& model, const Recording& recording, const MotionEstimate& estimate,
-                    ExplainedFigures& out) {
+void set_worst_cost(const Model& model, const MotionEstimate& estimate, ExplainedFigures& out) {
   if (estimate.cost_ratio.size() == 0) return;
   Eigen::Index row = 0;
   out.worst_cost.value = estimate.cost_ratio.maxCoeff(&row);
   out.worst_cost.time = estimate.time[static_cast<std::size_t>(row)];
-  const auto after =
-      std::lower_bound(recording.time.begin(), recording.time.end(), out.worst_cost.time);
-  const auto nearest =
-      std::min<Eigen::Index>(after - recording.time.begin(), recording.num_rows() - 1);
   VectorX difference(model.nv());
-  configuration_difference(model, estimate.q.col(row), recording.q.col(nearest), difference);
+  configuration_difference(model, estimate.q.col(row), estimate.recorded.col(row), difference);
   double most = 0.0;
   const std::vector<std::string> names = position_names(model);
   for (int i = 0; i < model.nv() && i < estimate.position_deviation.size(); ++i) {
@@ -189,6 +184,11 @@ void set_worst_cost(const Model& model, const Recording& recording, const Motion
     if (!(deviation > 0.0) || std::abs(difference[i]) / deviation <= most) continue;
     most = std::abs(difference[i]) / deviation;
     out.worst_cost.coordinate = names[static_cast<std::size_t>(i)];
+  }
+  for (const SensorFigures& one : estimate.sensors) {
+    if (one.rms / one.deviation <= most) continue;
+    most = one.rms / one.deviation;
+    out.worst_cost.coordinate = one.name;
   }
 }
 
@@ -202,7 +202,7 @@ ExplainedFigures explained_figures(const Scene& scene, const ColumnMap& map,
   out.applied_forces = applied_agreements(scene.model, map, recording, estimate);
   set_carriers(scene.model, map, estimate, out);
   set_unexplained(scene.model, estimate, out);
-  set_worst_cost(scene.model, recording, estimate, out);
+  set_worst_cost(scene.model, estimate, out);
   return out;
 }
 

@@ -147,13 +147,13 @@ view::Clip estimated_clip(const MotionEstimate& estimate) {
   return clip;
 }
 
-view::Clip recorded_clip(const Recording& recording) {
+view::Clip recorded_clip(const MotionEstimate& estimate) {
   view::Clip clip;
   clip.name = "recorded";
-  clip.rows = recording.num_rows();
-  for (const std::size_t k : played_rows(recording.time))
+  clip.rows = static_cast<int>(estimate.time.size());
+  for (const std::size_t k : played_rows(estimate.time))
     clip.states.push_back(
-        {recording.time[k], recording.q.col(static_cast<Eigen::Index>(k)), VectorX()});
+        {estimate.time[k], estimate.recorded.col(static_cast<Eigen::Index>(k)), VectorX()});
   return clip;
 }
 
@@ -236,7 +236,7 @@ void write_motion_page(const std::filesystem::path& folder, const MotionOrigin& 
       const std::string replay = fmt::format("replay{}.html", i);
       view::write_replay(
           folder / replay, motions.scene, {origin.scene_file, {origin.map, file}, origin.packages},
-          estimated_clip(motions.estimates[i]), {recorded_clip(motions.recordings[i])});
+          estimated_clip(motions.estimates[i]), {recorded_clip(motions.estimates[i])});
       page.links(
           {{"the motion with its contact forces, to play; the recording is its ghost", replay}});
     }

@@ -13,7 +13,8 @@ namespace {
 /// right leaves no more unexplained than that [weights].
 constexpr double kMostCost = 4.0, kMostUnexplained = 0.1;
 /// Numbers of outliers, carriers and parameters that are told one by one.
-constexpr std::size_t kOutliersTold = 5, kCarriersTold = 4, kParametersTold = 4;
+constexpr std::size_t kOutliersTold = 5, kCarriersTold = 4, kParametersTold = 4,
+                      kSensorsTold = 4;
 /// A carrier of less than this is not told [weights].
 constexpr double kLeastShare = 5e-3;
 
@@ -77,6 +78,23 @@ std::string parameter_lines(const MotionEstimate& estimate) {
   return out;
 }
 
+/// Sensors whose readings are farthest from the motion in units of their deviations.
+std::string sensor_lines(const MotionEstimate& estimate) {
+  std::vector<SensorFigures> worst = estimate.sensors;
+  const auto ratio = [](const SensorFigures& s) { return s.rms / s.deviation; };
+  std::stable_sort(worst.begin(), worst.end(), [&](const SensorFigures& a, const SensorFigures& b) {
+    return ratio(a) > ratio(b);
+  });
+  worst.resize(std::min(worst.size(), kSensorsTold));
+  std::string out;
+  for (const SensorFigures& one : worst)
+    out += fmt::format("  {} ({}): {:.2g} {} rms from the motion, {:.2g} of its deviations\n", one.name,
+                       sensor_kind_name(one.kind), one.rms, sensor_unit(one.kind), ratio(one));
+  if (const std::size_t more = estimate.sensors.size() - worst.size(); more > 0)
+    out += fmt::format("  {} more sensors are nearer (--json)\n", more);
+  return out;
+}
+
 std::string outlier_lines(const Model& model, const MotionEstimate& estimate) {
   if (estimate.outliers.empty()) return {};
   const std::vector<std::string> names = position_names(model);
@@ -129,6 +147,15 @@ Json motion_entry(const Model& model, const MotionEstimate& estimate,
   for (Eigen::Index i = 0; i < estimate.position_deviation.size(); ++i)
     if (const double d = estimate.position_deviation[i]; std::isfinite(d))
       deviations.push_back({{"name", names[static_cast<std::size_t>(i)]}, {"deviation", d}});
+  Json& sensors = entry["sensors"] = Json::array();
+  for (const SensorFigures& one : estimate.sensors)
+    sensors.push_back({{"name", one.name},
+                       {"kind", sensor_kind_name(one.kind)},
+                       {"unit", sensor_unit(one.kind)},
+                       {"rows", one.rows},
+                       {"deviation", one.deviation},
+                       {"rms", one.rms},
+                       {"outliers", one.outliers}});
   entry["outliers"] = estimate.outliers.size();
   Json& worst = entry["outliers_worst"] = Json::array();
   for (const Outlier& one : worst_outliers(estimate))
@@ -148,6 +175,7 @@ std::string motion_text(const Model& model, const MotionEstimate& estimate,
   out += agreement_lines(figures.contact_forces, figures.weight);
   out += agreement_lines(figures.applied_forces, figures.weight);
   out += parameter_lines(estimate);
+  out += sensor_lines(estimate);
   out += outlier_lines(model, estimate);
   return out + weight_in_words(estimate, figures) + "\n";
 }

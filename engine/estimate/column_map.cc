@@ -158,10 +158,11 @@ class MapReader : public MapNodes {
       ColumnMap::ContactForce& force = map.contact_forces.emplace_back();
       force.name = scalar(pair.first, "contact_forces");
       const YAML::Node value = pair.second;
-      check_keys(value, {"links", "x", "y", "z"});
+      check_keys(value, {"links", "x", "y", "z", "source"});
       if (!value["links"] || !value["links"].IsSequence() || value["links"].size() == 0)
         fail(value, force.name + ": expected 'links', a list of the links that the force acts on");
       for (const auto& one : value["links"]) force.bodies.push_back(link(one).body);
+      force.source = source_name(*this, value["source"], map);
       for (const char* axis : {"x", "y", "z"})
         force.components.push_back(value[axis] ? source(value[axis], force.name)
                                                : ColumnSource{});

@@ -184,6 +184,9 @@ MotionEstimate estimate_motion(const Scene& scene, const ColumnMap& map,
       out.newton_steps += steps;
     }
   }
+  out.recorded.resize(scene.model.nq(), recorded.rows());
+  for (int row = 0; row < recorded.rows(); ++row)
+    out.recorded.col(row) = recorded.frames[static_cast<std::size_t>(row)];
   leave_out_untouched(options.sums.size(), out);
   summarize(scene.model, recorded, out);
   out.stopped = options.stop && options.stop();

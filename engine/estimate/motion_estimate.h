@@ -66,11 +66,22 @@ struct Outlier {
   bool acceleration = false;  ///< the largest of a few rows is told
 };
 
+/// How well the readings of a sensor go with the motion.
+struct SensorFigures {
+  std::string name;
+  SensorKind kind = SensorKind::kPoint;
+  int rows = 0;            ///< in which it was read
+  double deviation = 0.0;  ///< of a component in a row (SensorSignal::deviation)
+  double rms = 0.0;        ///< of a component's residual, in the same unit
+  int outliers = 0;        ///< components farther off than 6 deviations
+};
+
 /// Columns are rows of the recording. Forces of a row are the mean over the intervals before and
 /// behind it, with the weights of a triangle; the first and the last row have none (NaN).
 struct MotionEstimate {
   std::string file;
   std::vector<double> time;  ///< [s]
+  MatrixX recorded;          ///< nq: what columns say, or else sensors of positions
   MatrixX q;                 ///< nq
   MatrixX v;                 ///< nv: mean of the velocities before and behind the row
   MatrixX force;             ///< nv: forces of joints; of links without a motor unexplained [N, N m]
@@ -80,6 +91,7 @@ struct MotionEstimate {
   MatrixX sum_force, sum_deviation;  ///< 3 sums: contact forces on the links, in W [N]
   MatrixX sum_centre;                ///< 3 sums: centre of pressure [m]; NaN without a force
   std::vector<EstimatedParameter> parameters;
+  std::vector<SensorFigures> sensors;
   VectorX position_deviation;  ///< nv: standard deviations of the recorded positions [m, rad]
   VectorX cost_ratio;          ///< a row each: mean square of residuals over their variance
   std::vector<Outlier> outliers;

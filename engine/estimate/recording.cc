@@ -6,33 +6,19 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
-#include <set>
 
+#include "counterpoint/engine/estimate/sensors/read_sources.h"
+#include "counterpoint/engine/estimate/sensors/table_columns.h"
 #include "counterpoint/engine/motion_files.h"
 
 namespace counterpoint::estimation {
 namespace {
 
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 /// Recordings carry few digits: a quaternion this far from unit length is still one.
 constexpr double kQuaternionTolerance = 1e-3;
 /// The mean of quaternions this much shorter is one of turns by some 40 degrees.
 constexpr double kAverageTolerance = 0.02;
-
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-
-bool is_missing(const ColumnSource& source, const Table& table, int row) {
-  return !source.column.empty() && std::isnan(table.cell(row, table.column(source.column)));
-}
-
-double evaluate(const ColumnSource& source, const Table& table, int row) {
-  if (source.column.empty()) return source.offset;
-  const double value = source.scale * table.value(row, table.column(source.column)) + source.offset;
-  if (std::isfinite(value)) return value;
-  throw InputError(
-      fmt::format("{}: column '{}': scale and offset of the column map make {} of it; a "
-                  "finite number is expected",
-                  table.where(row), source.column, value));
-}
 
 /// visit(where in q its quaternion starts, where in v its angular velocity does) for every free
 /// orientation.
@@ -73,52 +59,6 @@ void turn_velocities(const Model& model, const ColumnMap& map, const VectorX& q,
     const Quaternion orientation(q[at], q[at + 1], q[at + 2], q[at + 3]);
     v.segment<3>(body.v_index) = orientation * Vector3(v.segment<3>(body.v_index));
   }
-}
-
-/// Times that rise [s]: rows at a rate (0: none), or the sum of some columns.
-std::vector<double> recorded_times(const Table& table, double rate,
-                                   const std::vector<ColumnSource>& columns) {
-  std::vector<double> out;
-  for (int row = 0; row < table.num_rows(); ++row) {
-    double time = rate > 0.0 ? row / rate : 0.0;
-    for (const ColumnSource& source : columns) time += evaluate(source, table, row);
-    if (row > 0 && !(time > out.back()))
-      throw InputError(fmt::format("{}: time {} does not rise", table.where(row), time));
-    out.push_back(time);
-  }
-  return out;
-}
-
-/// Is this the time since 1970, in this unit, of a year from 2000 to 2100?
-bool since_1970(double time, double unit) { return time * unit > 9.4e8 && time * unit < 4.1e9; }
-
-/// Programs count time since 1970 in whole nano-, micro- or milliseconds as often as in seconds; a
-/// recording of motions has rows less than a second apart. Such a column is read in its unit, which
-/// the note that is returned says; any other that cannot be seconds is refused. The columns are as the
-/// map scales them.
-std::string settle_time_unit(const Table& table, const std::string& column, bool unit_given,
-                             std::vector<double>& time) {
-  constexpr double kLargest = 1e12,
-                   kLongest = 1e5;  // [s]: no recording of a motion is 30 000 years or rests a day
-  if (time.size() < 2) return {};
-  std::vector<double> steps;
-  for (std::size_t row = 1; row < time.size(); ++row) steps.push_back(time[row] - time[row - 1]);
-  const double step = median(steps);
-  if (std::abs(time[0]) <= kLargest && step <= kLongest) return {};
-  for (const auto& [unit, name] :
-       {std::pair{1e-9, "nanoseconds"}, {1e-6, "microseconds"}, {1e-3, "milliseconds"}}) {
-    if (unit_given || !since_1970(time[0], unit) || step * unit >= 1.0) continue;
-    for (double& t : time) t *= unit;
-    return fmt::format(
-        "{}: time '{}' is read as {} since 1970; the column map says so with time: {{column: {}, "
-        "scale: {:g}}}",
-        table.file(), column, name, column, unit);
-  }
-  throw InputError(
-      fmt::format("{}: time '{}' starts at {:.9g} with steps of {:.6g}, which cannot be seconds; "
-                  "say its unit in the column "
-                  "map: time: {{column: {}, scale: 1e-9}} for nanoseconds, 1e-6 for microseconds",
-                  table.where(0), column, time[0], step, column));
 }
 
 /// Recorded angles of joints without limits may jump by a turn, and quaternions change their sign,
@@ -177,26 +117,6 @@ void leave_treadmill(const Model& model, const ColumnMap& map, Recording& record
   }
 }
 
-/// The readings of the sensors whose source has this name; others stay empty.
-void read_readings(const Table& table, const ColumnMap& map, const std::string& source,
-                   const std::vector<double>& time, std::vector<SensorReadings>& out) {
-  out.resize(map.sensors.size());
-  for (std::size_t i = 0; i < map.sensors.size(); ++i) {
-    const Sensor& sensor = map.sensors[i];
-    if (sensor.source != source) continue;
-    out[i].time = time;
-    out[i].values.setConstant(reading_size(sensor.kind), table.num_rows(), kNaN);
-    for (int row = 0; row < table.num_rows(); ++row) {
-      for (std::size_t k = 0; k < sensor.columns.size(); ++k)
-        if (!is_missing(sensor.columns[k], table, row))
-          out[i].values(static_cast<Eigen::Index>(k), row) =
-              evaluate(sensor.columns[k], table, row);
-      if (sensor.kind == SensorKind::kPoint)
-        out[i].values.col(row) -= time[static_cast<std::size_t>(row)] * map.treadmill;
-    }
-  }
-}
-
 Recording read_rows(const Table& table, const ColumnMap& map, const Model& model,
                     const VectorX& start_q, const VectorX& start_v) {
   using Kind = ColumnMap::Entry::Kind;
@@ -221,7 +141,7 @@ Recording read_rows(const Table& table, const ColumnMap& map, const Model& model
     for (std::size_t k = 0; k < map.contact_forces.size(); ++k)
       for (std::size_t axis = 0; axis < 3; ++axis)
         if (const ColumnSource& source = map.contact_forces[k].components[axis];
-            !source.column.empty())
+            !source.column.empty() && map.contact_forces[k].source.empty())
           recording.contact_force(static_cast<Eigen::Index>(3 * k + axis), row) =
               evaluate(source, table, row);
   }
@@ -303,37 +223,6 @@ Recording rows_of(const Recording& whole, int first, int count) {
   out.missing = columns(whole.missing);
   out.sensors = whole.sensors;
   return out;
-}
-
-void read_sources(const std::map<std::string, std::string>& files, const ColumnMap& map,
-                  Recording& recording) {
-  std::set<std::string> known;
-  for (const SensorSource& source : map.sources) {
-    known.insert(source.name);
-    const auto file = files.find(source.name);
-    if (file == files.end())
-      throw InputError(fmt::format("the column map has a source '{}'; say which file it is: "
-                                   "--source {}=FILE",
-                                   source.name, source.name));
-    TableOptions options;
-    options.any_cells = true;
-    const Table table(file->second, {}, options);
-    std::vector<double> time = recorded_times(table, source.rate, source.time);
-    if (!source.time.empty())
-      settle_time_unit(table, source.time[0].column, source.time_unit_given, time);
-    read_readings(table, map, source.name, time, recording.sensors);
-  }
-  for (const auto& [name, file] : files)
-    if (known.count(name) == 0)
-      throw InputError(fmt::format("--source {}={}: the column map has no source '{}' (key "
-                                   "'sources')",
-                                   name, file, name));
-}
-
-void refuse_sensors(const ColumnMap& map, const std::string& command) {
-  if (map.sensors.empty() && map.sources.empty() && map.treadmill.isZero(0.0)) return;
-  throw InputError(command + ": the column map has 'sensors', 'markers', 'sources' or 'treadmill', "
-                             "which only `explain` reads");
 }
 
 std::vector<int> circular_positions(const Model& model) {

@@ -52,6 +52,7 @@ struct ColumnMap {
     std::string name;
     std::vector<int> bodies;
     std::vector<ColumnSource> components;  ///< x, y, z; without a column where it is not recorded
+    std::string source;  ///< the file, one of `sources`; empty: the recording itself
   };
   std::vector<ContactForce> contact_forces;
   /// Standard deviations that are given, by coordinate: of positions (nv) [m, rad], of applied

@@ -1,4 +1,4 @@
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from os import PathLike
 from typing import Literal, TypedDict, final
 
@@ -31,6 +31,7 @@ class _MotionEstimate(TypedDict):
     unexplained_mean: float
     unexplained_max: float
     parameters: dict[str, tuple[float, float]]
+    sensors: dict[str, tuple[float, float]]
 
 @final
 class ColumnMap:
@@ -108,6 +109,9 @@ def read_recordings(
     files: Sequence[str | PathLike[str]],
     columns: ColumnMap,
     scene: Scene,
+    *,
+    sources: Mapping[str, str] = ...,
+    missing_cells: bool = False,
 ) -> list[Recording]: ...
 def predict(
     scene: Scene, columns: ColumnMap, recordings: Sequence[Recording], *, substeps: int | None = None, horizon: int = 0

@@ -65,6 +65,11 @@ py::dict estimate(const SceneHandle& handle, const ColumnMap& map, const Recordi
   for (const apps::EstimatedParameter& one : found.parameters)
     parameters[py::str(one.name)] = py::make_tuple(one.value, one.deviation);
   out["parameters"] = parameters;
+  py::dict sensors;
+  for (const apps::SensorFigures& one : found.sensors)
+    sensors[py::str("{} ({})").format(one.name, apps::sensor_kind_name(one.kind))] =
+        py::make_tuple(one.rms, one.deviation);
+  out["sensors"] = sensors;
   return out;
 }
 
@@ -91,7 +96,8 @@ dict
     touch something, dicts of 'force', 'deviation' [N] and 'centre' (of pressure) [m], (rows, 3) in
     world axes; 'errors': 'none', 'white' or 'slow'; 'cost_ratio' [-]; 'unexplained_mean',
     'unexplained_max' [weights]; 'parameters': difference from the scene's and standard deviation
-    by name.
+    by name; 'sensors': root mean square of the residuals and standard deviation, of a component
+    in a row, by "NAME (KIND)".
 
 Raises
 ------

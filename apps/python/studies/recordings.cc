@@ -23,13 +23,21 @@ py::dict dict_of(const std::vector<std::pair<const char*, double>>& figures) {
 }
 
 std::vector<RecordingPtr> read_recordings_of(const std::vector<std::filesystem::path>& files,
-                                             const ColumnMap& map, const SceneHandle& scene) {
+                                             const ColumnMap& columns, const SceneHandle& scene,
+                                             const std::map<std::string, std::string>& sources,
+                                             bool missing_cells) {
+  ColumnMap map = columns;
+  map.missing_cells = missing_cells;
   std::vector<RecordingPtr> out;
   for (const std::filesystem::path& file : files)
     for (Recording& one : reading(file, [&] {
            return read_recordings(file, map, scene.model->model, scene.q, scene.v);
          }))
       out.push_back(std::make_shared<Recording>(std::move(one)));
+  if (out.size() > 1 && !sources.empty())
+    throw py::value_error("sources: their files go with one recording");
+  for (const RecordingPtr& one : out)
+    if (!sources.empty()) apps::read_sources(sources, map, *one);
   return out;
 }
 
@@ -37,6 +45,7 @@ std::vector<PredictionPtr> predict(const SceneHandle& handle, const ColumnMap& m
                                    const std::vector<RecordingPtr>& recordings,
                                    std::optional<int> substeps, int horizon) {
   if (substeps && *substeps < 1) throw py::value_error("substeps: expected 1 or more");
+  apps::refuse_sensors(map, "predict");
   const apps::PredictionOptions options{substeps ? substeps : map.substeps,
                                         handle.options.time_step, horizon};
   const Scene scene = handle.scene();
@@ -53,6 +62,7 @@ py::list explain(const SceneHandle& handle, const ColumnMap& map,
                  const std::vector<RecordingPtr>& recordings, std::optional<double> reach) {
   if (compared(map) == apps::Compared::kImpacts)
     throw py::value_error("an impact takes no time, forces are not to be had");
+  apps::refuse_sensors(map, "explain");
   const Scene scene = handle.scene();
   std::vector<apps::ExplainedRecording> found;
   {
@@ -184,6 +194,10 @@ files : sequence of path
 columns : ColumnMap
 scene : Scene
     Its start is taken where the map names nothing.
+sources : dict of str to path, optional
+    Files of the map's `sources`, by name (`estimate_motion`); they go with one recording.
+missing_cells : bool
+    Empty cells of positions are interpolated, and not measured (`estimate_motion`), else errors.
 
 Returns
 -------
@@ -238,7 +252,9 @@ void bind_recordings(py::module_& m) {
       },
       py::arg("file"), py::arg("model"), kLoadColumnMapDoc);
   r.def("read_recordings", &read_recordings_of, py::arg("files"), py::arg("columns"),
-        py::arg("scene"), kReadRecordingsDoc);
+        py::arg("scene"), py::kw_only(),
+        py::arg("sources") = std::map<std::string, std::string>(), py::arg("missing_cells") = false,
+        kReadRecordingsDoc);
   r.def("predict", &predict, py::arg("scene"), py::arg("columns"), py::arg("recordings"),
         py::kw_only(), py::arg("substeps") = py::none(), py::arg("horizon") = 0, kPredictDoc);
   r.def("explain", &explain, py::arg("scene"), py::arg("columns"), py::arg("recordings"),

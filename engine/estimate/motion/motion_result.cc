@@ -65,16 +65,57 @@ void set_parameters(const MotionProblem& problem, const VectorX& values, const M
   }
 }
 
-/// Mean squares of a row's residuals, by coordinate, over their deviations.
-void set_cost_ratios(const MotionProblem& problem, const std::vector<VectorX>& frames,
-                     MotionEstimate& out) {
+/// Adds a row's residuals over their deviations to the figures of their sensors.
+void add_readings(const VectorX& residual, const std::vector<int>& term, MotionEstimate& out) {
+  int last = -1;
+  for (Eigen::Index k = 0; k < residual.size(); ++k) {
+    SensorFigures& figures = out.sensors[static_cast<std::size_t>(term[static_cast<std::size_t>(k)])];
+    figures.rms += residual[k] * residual[k];  // a sum until the end
+    figures.outliers += std::abs(residual[k]) > kOutlier ? 1 : 0;
+    figures.rows += term[static_cast<std::size_t>(k)] != last ? 1 : 0;
+    last = term[static_cast<std::size_t>(k)];
+  }
+}
+
+/// How each sensor's readings go with the motion; their share of the rows' cost ratios.
+void set_sensors(const MotionProblem& problem, const MotionFit& fit, VectorX& squares,
+                 VectorX& counts, MotionEstimate& out) {
+  for (const SensorTerm& term : problem.sensors)
+    out.sensors.push_back({term.sensor.name, term.sensor.kind, 0, 1.0 / term.weight, 0.0, 0});
+  SensorRows rows(problem.model, problem.sensors, static_cast<int>(problem.constants.size()));
+  std::vector<int> contact_terms;
+  for (std::size_t k = 0; k < problem.sensors.size(); ++k)
+    if (problem.sensors[k].sensor.kind == SensorKind::kContactForce)
+      contact_terms.insert(contact_terms.end(), 3, static_cast<int>(k));
+  for (int t = 0; t < problem.frames() && !problem.sensors.empty(); ++t) {
+    rows.evaluate(problem.model, problem.sensor_frames(fit.point().q, fit.point().parameters), t,
+                  false);
+    for (const WeightedRows* one : {&rows.of_frame(), &rows.of_motion()}) {
+      add_readings(one->residual.head(one->size), one->term, out);
+      squares[t] += one->residual.head(one->size).squaredNorm();
+      counts[t] += one->size;
+    }
+    add_readings(fit.instants()[static_cast<std::size_t>(t)].contact, contact_terms, out);
+  }
+  for (SensorFigures& one : out.sensors)
+    if (one.rows > 0)
+      one.rms = one.deviation * std::sqrt(one.rms / (one.rows * error_size(one.kind)));
+}
+
+/// Mean squares of a row's residuals, by coordinate and by component of a sensor, over their
+/// deviations.
+void set_cost_ratios(const MotionProblem& problem, const MotionFit& fit, MotionEstimate& out) {
+  const std::vector<VectorX>& frames = fit.point().q;
+  VectorX squares = VectorX::Zero(problem.frames()), counts = squares;
+  set_sensors(problem, fit, squares, counts, out);
   VectorX difference(problem.nv());
   for (int t = 0; t < problem.frames(); ++t) {
     const auto i = static_cast<std::size_t>(t);
     configuration_difference(problem.model, problem.measured[i], frames[i], difference);
     const VectorX ratio = difference.cwiseProduct(problem.position_weight.col(t));
-    const auto count = (problem.position_weight.col(t).array() > 0.0).count();
-    out.cost_ratio[t] = count > 0 ? ratio.squaredNorm() / static_cast<double>(count) : 0.0;
+    squares[t] += ratio.squaredNorm();
+    counts[t] += static_cast<double>((problem.position_weight.col(t).array() > 0.0).count());
+    out.cost_ratio[t] = counts[t] > 0.0 ? squares[t] / counts[t] : 0.0;
     for (int k = 0; k < problem.nv(); ++k)
       if (std::abs(ratio[k]) > kOutlier)
         out.outliers.push_back({t, k, -difference[k], std::abs(ratio[k])});
@@ -168,7 +209,7 @@ void set_forces(const MotionProblem& problem, MotionFit& fit, MotionEstimate& ou
       out.contacts[i][k].deviation = by_pair.segment<3>(3 * static_cast<Eigen::Index>(k));
     set_sums(problem.model, t, &of_pairs, out);
   });
-  set_cost_ratios(problem, fit.point().q, out);
+  set_cost_ratios(problem, fit, out);
   add_pushes(problem, fit.point().q, out);
 }
 
@@ -273,6 +314,19 @@ void append(const MotionEstimate& part, int first, int skip, MotionEstimate& out
     const double a = std::pow(same->deviation, -2), b = std::pow(one.deviation, -2);
     same->value = (a * same->value + b * one.value) / (a + b);
     same->deviation = 1.0 / std::sqrt(a + b);
+  }
+  for (const SensorFigures& one : part.sensors) {
+    const auto same = std::find_if(
+        out.sensors.begin(), out.sensors.end(),
+        [&](const auto& other) { return other.name == one.name && other.kind == one.kind; });
+    if (same == out.sensors.end()) {
+      out.sensors.push_back(one);
+      continue;
+    }
+    const double rows = std::max(1, same->rows + one.rows);
+    same->rms = std::sqrt((same->rows * same->rms * same->rms + one.rows * one.rms * one.rms) / rows);
+    same->rows += one.rows;
+    same->outliers += one.outliers;
   }
   out.smoothing = std::max(out.smoothing, part.smoothing);
   out.newton_steps += part.newton_steps;

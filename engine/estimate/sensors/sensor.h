@@ -28,6 +28,9 @@ enum class SensorKind {
 /// Numbers that a reading has, and components of its error.
 int reading_size(SensorKind kind);
 int error_size(SensorKind kind);
+/// As column maps have it, and the unit of a component of its error.
+const char* sensor_kind_name(SensorKind kind);
+const char* sensor_unit(SensorKind kind);
 
 struct Sensor {
   std::string name;

@@ -72,7 +72,7 @@ class SensorReader {
     const std::array<std::pair<char, double>, 3> axes = world_axes(node["axes"]);
     const double scale = node["scale"] ? nodes_.positive(node["scale"], "scale") : 1.0;
     Sensor shared;
-    read_shared(node, shared);
+    shared.source = source_name(nodes_, node["source"], map_);
     if (node["deviation"]) shared.deviation = nodes_.positive(node["deviation"], "deviation");
     const std::filesystem::path file =
         std::filesystem::path(nodes_.file()).parent_path() /
@@ -109,15 +109,6 @@ class SensorReader {
     sensor.body = frame.body;
     sensor.point = frame.X_BF * point;
     sensor.axes = frame.X_BF.rotation;
-  }
-
-  void read_shared(const YAML::Node& node, Sensor& sensor) const {
-    const YAML::Node source = node["source"];
-    if (!source) return;
-    sensor.source = nodes_.scalar(source, "source");
-    const auto& all = map_.sources;
-    if (std::none_of(all.begin(), all.end(), [&](const auto& s) { return s.name == sensor.source; }))
-      nodes_.fail(source, fmt::format("source: '{}' is not among 'sources'", sensor.source));
   }
 
   /// Axes of the world in terms of the file's: [x, -z, y] where its y axis points up.
@@ -181,7 +172,7 @@ class SensorReader {
     const NamedKind& kind = kind_of(name, node);
     Sensor shared;
     shared.name = name;
-    read_shared(node, shared);
+    shared.source = source_name(nodes_, node["source"], map_);
     read_offset(node["offset"], kind, shared);
     read_place(node, kind, shared);
     std::size_t next = 0;
@@ -281,10 +272,14 @@ class SensorReader {
 
 }  // namespace
 
-int reading_size(SensorKind kind) {
-  return kind == SensorKind::kOrientation ? 4 : error_size(kind);
+std::string source_name(const MapNodes& nodes, const YAML::Node& node, const ColumnMap& map) {
+  if (!node) return {};
+  const std::string name = nodes.scalar(node, "source");
+  if (std::none_of(map.sources.begin(), map.sources.end(),
+                   [&](const SensorSource& one) { return one.name == name; }))
+    nodes.fail(node, fmt::format("source: '{}' is not among 'sources'", name));
+  return name;
 }
-int error_size(SensorKind kind) { return kind == SensorKind::kCoordinate ? 1 : 3; }
 
 void read_sensors(const MapNodes& nodes, const YAML::Node& root, ColumnMap& map) {
   SensorReader reader(nodes, map);

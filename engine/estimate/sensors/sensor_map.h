@@ -10,4 +10,7 @@ namespace counterpoint::estimation {
 /// `root`. @throws InputError naming file, line, key, what was expected.
 void read_sensors(const MapNodes& nodes, const YAML::Node& root, ColumnMap& map);
 
+/// The name of a source that `map` has; empty where there is no node.
+std::string source_name(const MapNodes& nodes, const YAML::Node& node, const ColumnMap& map);
+
 }  // namespace counterpoint::estimation

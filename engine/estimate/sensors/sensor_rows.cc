@@ -16,6 +16,7 @@ Quaternion quaternion_of(const Reading& reading) {
 
 void reserve(Eigen::Index rows, Eigen::Index columns, Eigen::Index constants, WeightedRows& out) {
   out.residual.setZero(rows);
+  out.term.assign(static_cast<std::size_t>(rows), 0);
   out.by_frames.setZero(rows, columns);
   out.by_constants.setZero(rows, constants);
 }
@@ -57,14 +58,16 @@ void SensorRows::evaluate(const Model& model, const SensorFrames& frames, int t,
   if (terms_->empty()) return;
   set_poses(model, frames, t);
   const bool inner = t > 0 && t + 1 < static_cast<int>(frames.q.size());
-  for (const SensorTerm& term : *terms_)
-    if (term.weight > 0.0 && term.sensor.kind != SensorKind::kContactForce &&
-        (inner || is_position(term.sensor.kind)))
-      add(model, frames, t, term, derivatives);
+  for (std::size_t k = 0; k < terms_->size(); ++k) {
+    const SensorKind kind = (*terms_)[k].sensor.kind;
+    if (kind != SensorKind::kContactForce && (inner || is_position(kind)))
+      add(model, frames, t, static_cast<int>(k), derivatives);
+  }
 }
 
-void SensorRows::add(const Model& model, const SensorFrames& frames, int t, const SensorTerm& term,
+void SensorRows::add(const Model& model, const SensorFrames& frames, int t, int index,
                      bool derivatives) {
+  const SensorTerm& term = (*terms_)[static_cast<std::size_t>(index)];
   const double delay =
       term.delay + (term.delay_constant >= 0 ? frames.constants[term.delay_constant] : 0.0);
   const double time = frames.start + t * frames.h + delay;
@@ -75,6 +78,7 @@ void SensorRows::add(const Model& model, const SensorFrames& frames, int t, cons
   const int size = error_size(term.sensor.kind), at = out.size;
   const Vector3 error = residual(frames, t, term, reading);
   out.residual.segment(at, size) = term.weight * error.head(size);
+  std::fill_n(out.term.begin() + at, size, index);
   out.size += size;
   if (!derivatives) return;
   auto J = out.by_frames.middleRows(at, size);

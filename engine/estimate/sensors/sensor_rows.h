@@ -40,6 +40,7 @@ struct WeightedRows {
   VectorX residual;
   MatrixX by_frames;     ///< rows x nv of frame t alone, or x 3 nv of t - 1, t, t + 1
   MatrixX by_constants;  ///< rows x constants
+  std::vector<int> term;  ///< index of each row's sensor
   int size = 0;          ///< rows in use
 };
 
@@ -54,8 +55,7 @@ class SensorRows {
 
  private:
   void set_poses(const Model& model, const SensorFrames& frames, int t);
-  void add(const Model& model, const SensorFrames& frames, int t, const SensorTerm& term,
-           bool derivatives);
+  void add(const Model& model, const SensorFrames& frames, int t, int term, bool derivatives);
   Vector3 residual(const SensorFrames& frames, int t, const SensorTerm& term,
                    const Reading& reading) const;
   Vector3 acceleration(double h, const Sensor& sensor) const;

@@ -20,16 +20,6 @@ double offset_deviation(SensorKind kind, const Model& model) {
   }
 }
 
-const char* unit_of(SensorKind kind) {
-  switch (kind) {
-    case SensorKind::kPoint: return "m";
-    case SensorKind::kAngularVelocity: return "rad/s";
-    case SensorKind::kSpecificForce: return "m/s^2";
-    case SensorKind::kContactForce: return "N";
-    default: return "m|rad";
-  }
-}
-
 const char* short_name(SensorKind kind) {
   return kind == SensorKind::kAngularVelocity ? ".angular" : "";
 }
@@ -56,7 +46,7 @@ SensorTerms sensor_terms(const Model& model, const ColumnMap& map, const Recordi
       for (int k = 0; k < size; ++k)
         out.constants.push_back({fmt::format("offset:{}{}{}", sensor.name, short_name(sensor.kind),
                                              size > 1 ? std::string(".") + "xyz"[k] : ""),
-                                 unit_of(sensor.kind), offset_deviation(sensor.kind, model)});
+                                 sensor_unit(sensor.kind), offset_deviation(sensor.kind, model)});
     }
     for (std::size_t s = 0; s < map.sources.size(); ++s) {
       const SensorSource& source = map.sources[s];

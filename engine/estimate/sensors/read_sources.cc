@@ -1,0 +1,97 @@
+// Readings of sensors, from the recording itself and from other files.
+#include <fmt/format.h>
+
+#include <cmath>
+#include <limits>
+#include <set>
+
+#include "counterpoint/engine/estimate/sensors/read_sources.h"
+#include "counterpoint/engine/estimate/sensors/sensor_signal.h"
+#include "counterpoint/engine/estimate/sensors/table_columns.h"
+
+namespace counterpoint::estimation {
+namespace {
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+/// Recorded contact forces of a source, at the rows of the recording, averaged over their
+/// intervals.
+void read_contact_forces(const Table& table, const ColumnMap& map, const SensorSource& source,
+                         const std::vector<double>& time, Recording& recording) {
+  const int rows = recording.num_rows();
+  const double h = (recording.time.back() - recording.time.front()) / std::max(1, rows - 1);
+  for (std::size_t k = 0; k < map.contact_forces.size(); ++k) {
+    const ColumnMap::ContactForce& force = map.contact_forces[k];
+    for (std::size_t axis = 0; axis < 3 && force.source == source.name; ++axis) {
+      const ColumnSource& column = force.components[axis];
+      if (column.column.empty()) continue;
+      SensorReadings readings{time, MatrixX::Constant(1, table.num_rows(), kNaN)};
+      for (int row = 0; row < table.num_rows(); ++row)
+        if (!is_missing(column, table, row)) readings.values(0, row) = evaluate(column, table, row);
+      Sensor plain;
+      plain.kind = SensorKind::kCoordinate;
+      const SensorSignal signal(plain, readings, h);
+      for (int row = 0; row < rows; ++row) {
+        Reading value;
+        const double at = recording.time[static_cast<std::size_t>(row)] + source.delay;
+        recording.contact_force(static_cast<Eigen::Index>(3 * k + axis), row) =
+            signal.read(at, value) ? value[0] : kNaN;
+      }
+    }
+  }
+}
+
+}  // namespace
+
+void read_readings(const Table& table, const ColumnMap& map, const std::string& source,
+                   const std::vector<double>& time, std::vector<SensorReadings>& out) {
+  out.resize(map.sensors.size());
+  for (std::size_t i = 0; i < map.sensors.size(); ++i) {
+    const Sensor& sensor = map.sensors[i];
+    if (sensor.source != source) continue;
+    out[i].time = time;
+    out[i].values.setConstant(reading_size(sensor.kind), table.num_rows(), kNaN);
+    for (int row = 0; row < table.num_rows(); ++row) {
+      for (std::size_t k = 0; k < sensor.columns.size(); ++k)
+        if (!is_missing(sensor.columns[k], table, row))
+          out[i].values(static_cast<Eigen::Index>(k), row) =
+              evaluate(sensor.columns[k], table, row);
+      if (sensor.kind == SensorKind::kPoint)
+        out[i].values.col(row) -= time[static_cast<std::size_t>(row)] * map.treadmill;
+    }
+  }
+}
+
+void read_sources(const std::map<std::string, std::string>& files, const ColumnMap& map,
+                  Recording& recording) {
+  std::set<std::string> known;
+  for (const SensorSource& source : map.sources) {
+    known.insert(source.name);
+    const auto file = files.find(source.name);
+    if (file == files.end())
+      throw InputError(fmt::format("the column map has a source '{}'; say which file it is: "
+                                   "--source {}=FILE",
+                                   source.name, source.name));
+    TableOptions options;
+    options.any_cells = true;
+    const Table table(file->second, {}, options);
+    std::vector<double> time = recorded_times(table, source.rate, source.time);
+    if (!source.time.empty())
+      settle_time_unit(table, source.time[0].column, source.time_unit_given, time);
+    read_readings(table, map, source.name, time, recording.sensors);
+    read_contact_forces(table, map, source, time, recording);
+  }
+  for (const auto& [name, file] : files)
+    if (known.count(name) == 0)
+      throw InputError(fmt::format("--source {}={}: the column map has no source '{}' (key "
+                                   "'sources')",
+                                   name, file, name));
+}
+
+void refuse_sensors(const ColumnMap& map, const std::string& command) {
+  if (map.sensors.empty() && map.sources.empty() && map.treadmill.isZero(0.0)) return;
+  throw InputError(command + ": the column map has 'sensors', 'markers', 'sources' or 'treadmill', "
+                             "which only `explain` reads");
+}
+
+}  // namespace counterpoint::estimation

@@ -1,0 +1,32 @@
+#include "counterpoint/engine/estimate/sensors/sensor.h"
+
+namespace counterpoint::estimation {
+
+int reading_size(SensorKind kind) {
+  return kind == SensorKind::kOrientation ? 4 : error_size(kind);
+}
+int error_size(SensorKind kind) { return kind == SensorKind::kCoordinate ? 1 : 3; }
+
+const char* sensor_kind_name(SensorKind kind) {
+  switch (kind) {
+    case SensorKind::kPoint: return "point";
+    case SensorKind::kOrientation: return "orientation";
+    case SensorKind::kAngularVelocity: return "angular_velocity";
+    case SensorKind::kSpecificForce: return "specific_force";
+    case SensorKind::kContactForce: return "contact_force";
+    default: return "coordinate";
+  }
+}
+
+const char* sensor_unit(SensorKind kind) {
+  switch (kind) {
+    case SensorKind::kPoint: return "m";
+    case SensorKind::kOrientation: return "rad";
+    case SensorKind::kAngularVelocity: return "rad/s";
+    case SensorKind::kSpecificForce: return "m/s^2";
+    case SensorKind::kContactForce: return "N";
+    default: return "m|rad";
+  }
+}
+
+}  // namespace counterpoint::estimation
