@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numbers>
 
 #include "counterpoint/engine/estimate/sensors/read_sources.h"
@@ -14,7 +13,6 @@
 namespace counterpoint::estimation {
 namespace {
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 /// Recordings carry few digits: a quaternion this far from unit length is still one.
 constexpr double kQuaternionTolerance = 1e-3;
 /// The mean of quaternions this much shorter is one of turns by some 40 degrees.
@@ -127,7 +125,7 @@ Recording read_rows(const Table& table, const ColumnMap& map, const Model& model
   recording.v = start_v.replicate(1, rows);
   recording.applied_force = MatrixX::Zero(model.nv(), rows);
   recording.contact_force =
-      MatrixX::Constant(3 * static_cast<Eigen::Index>(map.contact_forces.size()), rows, kNaN);
+      MatrixX::Constant(3 * static_cast<Eigen::Index>(map.contact_forces.size()), rows, kMissing);
   recording.time = recorded_times(table, map.rate.value_or(0.0), map.time);
   for (int row = 0; row < rows; ++row) {
     for (const ColumnMap::Entry& entry : map.entries) {
@@ -136,7 +134,7 @@ Recording read_rows(const Table& table, const ColumnMap& map, const Model& model
                                                        : recording.applied_force;
       const bool missing = map.missing_cells && entry.kind == Kind::kPosition &&
                            is_missing(entry.source, table, row);
-      block(entry.index, row) = missing ? kNaN : evaluate(entry.source, table, row);
+      block(entry.index, row) = missing ? kMissing : evaluate(entry.source, table, row);
     }
     for (std::size_t k = 0; k < map.contact_forces.size(); ++k)
       for (std::size_t axis = 0; axis < 3; ++axis)

@@ -259,6 +259,72 @@ struct SmallProblem {
   MotionPoint point;
 };
 
+/// The same with sensors on the box: a point, an inertial unit, a force plate; two have offsets.
+struct SmallProblemWithSensors : SmallProblem {
+  SmallProblemWithSensors() {
+    int constants = 0;
+    for (const SensorKind kind : {SensorKind::kPoint, SensorKind::kAngularVelocity,
+                                  SensorKind::kSpecificForce, SensorKind::kContactForce}) {
+      Sensor sensor;
+      sensor.kind = kind;
+      sensor.body = 1;
+      sensor.bodies = {1};
+      sensor.point = Vector3(0.05, 0.02, 0.1);
+      sensor.deviation = kind == SensorKind::kPoint ? 2e-3 : 5.0;
+      SensorReadings readings;
+      readings.values = MatrixX::Constant(3, 20, 0.1);
+      for (int row = 0; row < 20; ++row) readings.time.push_back(0.01 * (row - 5));
+      SensorTerm& term = problem.sensors.emplace_back(
+          SensorTerm{.sensor = sensor, .signal = SensorSignal(sensor, readings, 0.01)});
+      term.weight = 1.0 / sensor.deviation;
+      if (kind == SensorKind::kPoint || kind == SensorKind::kContactForce) {
+        term.offset_constant = constants;
+        constants += 3;
+      }
+    }
+    problem.sensor_loss_scale = 2.0;
+    problem.constants.resize(static_cast<std::size_t>(constants));
+    problem.parameter_weight = VectorX::Constant(1 + constants, 50.0);
+    point.parameters = VectorX::Constant(1 + constants, 2e-4);
+  }
+};
+
+TEST(MotionFit, TheGradientWithSensorsIsThatOfTheCost) {
+  SmallProblemWithSensors small;
+  MotionFit fit(small.problem, small.point, 1);
+  fit.begin(small.problem.options, small.point);
+  const MotionSystem& system = fit.linearized();
+  const MatrixX gradient = system.gradient();
+  const VectorX by_constants = system.parameter_gradient();
+  constexpr double kStep = 1e-6;
+  // As below; the contact forces' own differences add 1e-6 of their part.
+  const double tolerance = 1e-5 * gradient.cwiseAbs().maxCoeff();
+  const auto cost = [&](const MotionPoint& point) {
+    fit.begin(small.problem.options, point);
+    return fit.cost();
+  };
+  for (const int t : {0, 1, 4, 8})
+    for (int i = 0; i < small.problem.nv(); ++i) {
+      MotionPoint ahead = small.point, back = small.point;
+      const VectorX unit = VectorX::Unit(small.problem.nv(), i);
+      const auto frame = static_cast<std::size_t>(t);
+      integrate_configuration(small.problem.model, small.point.q[frame], unit, kStep,
+                              ahead.q[frame]);
+      integrate_configuration(small.problem.model, small.point.q[frame], unit, -kStep,
+                              back.q[frame]);
+      EXPECT_NEAR((cost(ahead) - cost(back)) / (2.0 * kStep), gradient(i, t), tolerance)
+          << "frame " << t << ", coordinate " << i;
+    }
+  for (int k = 1; k < by_constants.size(); ++k) {
+    MotionPoint ahead = small.point, back = small.point;
+    ahead.parameters[k] += kStep;
+    back.parameters[k] -= kStep;
+    EXPECT_NEAR((cost(ahead) - cost(back)) / (2.0 * kStep), by_constants[k],
+                1e-5 * by_constants.cwiseAbs().maxCoeff())
+        << "constant " << k;
+  }
+}
+
 TEST(MotionFit, TheGradientIsThatOfTheCost) {
   SmallProblem small;
   MotionFit fit(small.problem, small.point, 1);

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
+#include <fstream>
 
 #include "counterpoint/engine/estimate/motion_estimate.h"
 #include "counterpoint/engine/motion_files.h"
@@ -25,17 +26,10 @@ struct Walk {
 
 /// Rows between two times [s].
 Recording cut(const Recording& whole, double from, double to) {
-  Recording out;
-  out.file = whole.file;
   int first = 0, last = whole.num_rows();
   while (first < last && whole.time[static_cast<std::size_t>(first)] < from - 1e-6) ++first;
   while (last > first && whole.time[static_cast<std::size_t>(last) - 1] > to + 1e-6) --last;
-  out.time.assign(whole.time.begin() + first, whole.time.begin() + last);
-  out.q = whole.q.middleCols(first, last - first);
-  out.v = whole.v.middleCols(first, last - first);
-  out.applied_force = whole.applied_force.middleCols(first, last - first);
-  out.contact_force = whole.contact_force.middleCols(first, last - first);
-  return out;
+  return rows_of(whole, first, last - first);
 }
 
 /// Root mean square of found less measured, % of the weight of all that moves: by foot and axis, and
@@ -47,14 +41,18 @@ struct Errors {
   MotionEstimate estimate;
 };
 
-Errors errors_of(const Walk& walk) {
+/// @param map_file  column map instead of the folder's own
+/// @param plates    file of the map's source "plates"; empty: there is none
+Errors errors_of(const Walk& walk, fs::path map_file = {}, const std::string& plates = {}) {
   const fs::path folder = fs::path(test::shared_data()) / walk.folder;
   const Scene scene = load_scene(folder / "scene.yaml");
-  ColumnMap map = load_column_map(folder / "map.yaml", scene.model);
+  if (map_file.empty()) map_file = folder / "map.yaml";
+  ColumnMap map = load_column_map(map_file, scene.model);
   MotionEstimateOptions options;
   for (std::size_t f = 0; f < walk.feet.size(); ++f) {
     ColumnMap::ContactForce& force = map.contact_forces.emplace_back();
     force.name = walk.feet[f].front();
+    force.source = plates.empty() ? "" : "plates";
     for (const char* link : walk.feet[f])
       force.bodies.push_back(
           scene.model.frames()[static_cast<std::size_t>(scene.model.find_frame(link))].body);
@@ -62,8 +60,9 @@ Errors errors_of(const Walk& walk) {
       force.components.push_back({walk.columns[3 * f + axis], 1.0, 0.0});
     options.sums.push_back({force.name, force.bodies});
   }
-  const Recording recording =
-      cut(read_all({folder / walk.recording}, map, scene).front(), walk.from, walk.to);
+  Recording recording = read_all({folder / walk.recording}, map, scene).front();
+  if (!plates.empty()) read_sources({{"plates", folder / plates}}, map, recording);
+  recording = cut(recording, walk.from, walk.to);
   Errors out;
   out.estimate = estimate_motion(scene, map, recording, options);
   double weight = 0.0;
@@ -125,6 +124,31 @@ TEST(RecordedWalks, AManOverForcePlates) {
   EXPECT_LT(errors.foot.col(0).maxCoeff(), 2.7);  // [1.8]
   EXPECT_GT(errors.inside, 0.8);
   print("human_walk", errors);
+}
+
+// The same from the markers themselves: the command's own inverse kinematics, plates from a file of
+// their own clock and rate.
+TEST(RecordedWalks, AManOverForcePlatesFromHisMarkers) {
+  if (missing("human_walk")) GTEST_SKIP() << "no human_walk; set COUNTERPOINT_SHARED_DATA";
+  const fs::path table = fs::path(test::shared_data()) / "human_walk/markers_on_links.csv";
+  const fs::path map = fs::path(::testing::TempDir()) / "marker_map.yaml";
+  std::ofstream(map) << "time: time\nmarkers: {table: " << table.string()
+                     << "}\nsources: {plates: {time: time}}\n";
+  const Errors errors = errors_of({"human_walk",
+                                   "markers.csv",
+                                   0.45,
+                                   1.98,
+                                   {{"talus_r", "toes_r"}, {"talus_l", "toes_l"}},
+                                   {"R.fx", "R.fy", "R.fz", "L.fx", "L.fy", "L.fz"}},
+                                  map, "forces.csv");
+  EXPECT_EQ(errors.estimate.errors, RecordingErrors::kSlow);
+  EXPECT_LT(errors.total.x(), 4.5);
+  EXPECT_LT(errors.total.y(), 2.2);
+  EXPECT_LT(errors.total.z(), 3.6);
+  EXPECT_LT(errors.foot.col(2).maxCoeff(), 4.5);
+  EXPECT_LT(errors.foot.col(0).maxCoeff(), 2.7);
+  EXPECT_GT(errors.inside, 0.8);
+  print("human_walk, markers", errors);
 }
 
 /// The robot's recording between two times [s].

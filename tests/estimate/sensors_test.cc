@@ -8,6 +8,7 @@
 #include <random>
 
 #include "counterpoint/engine/dynamics.h"
+#include "counterpoint/engine/dynamics/kinematics.h"
 #include "counterpoint/engine/estimate/motion_estimate.h"
 #include "counterpoint/engine/estimate/sensors/pose_fit.h"
 #include "counterpoint/engine/estimate/sensors/sensor_terms.h"
@@ -282,7 +283,9 @@ struct Drop {
 /// An inertial unit at the trunk's origin: with noise, a clock that is late, and an offset.
 void add_inertial_unit(const Drop& drop, double late, const Vector3& offset, ColumnMap& map,
                        Recording& recording) {
-  map.sources.push_back({.name = "imu", .delay_deviation = 0.05});
+  SensorSource& source = map.sources.emplace_back();
+  source.name = "imu";
+  source.delay_deviation = 0.05;
   Sensor gyro = sensor_on(SensorKind::kAngularVelocity, 1);
   gyro.name = "gyro";
   gyro.deviation = 0.01;

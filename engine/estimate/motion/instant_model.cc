@@ -68,7 +68,7 @@ struct InstantModel::Impl {
         rotations(optimization::rotation_starts(changed)),
         workspace(changed),
         sensors(changed, of.sensors, static_cast<int>(of.constants.size())),
-        contact_sensors(of.sensors) {
+        force_sensors(of.sensors) {
     for (VectorX* x : {&v, &w, &difference}) x->resize(model.nv());
     if (!problem.parameters.empty()) derivator.emplace(model, problem.parameters);
     size_weight2 = problem.size_weight.cwiseAbs2();
@@ -137,16 +137,18 @@ struct InstantModel::Impl {
     }
   }
 
-  void add_contact_sensors(const Instant& at, InstantEquations& out) {
-    if (!contact_sensors.any()) return;
-    const VectorX weight = loss_weight(at.contact, problem.sensor_loss_scale).cwiseSqrt();
-    rows.noalias() = weight.asDiagonal() * at.contact_by_frames;
+  void add_force_sensors(const MotionPoint& point, const Instant& at, int t,
+                         InstantEquations& out) {
+    if (!force_sensors.any()) return;
+    const VectorX weight = loss_weight(at.sensed, problem.sensor_loss_scale).cwiseSqrt();
+    rows.noalias() = weight.asDiagonal() * at.sensed_by_frames;
     MatrixX by_constants =
         MatrixX::Zero(weight.size(), static_cast<Eigen::Index>(problem.constants.size()));
-    contact_sensors.differentiate(by_constants);
+    force_sensors.differentiate_constants(problem.sensor_frames(point.q, point.parameters), t,
+                                          by_constants);
     by_parameters.setZero(weight.size(), problem.num_parameters());
     by_parameters.rightCols(by_constants.cols()) = weight.asDiagonal() * by_constants;
-    add_rows(1, rows, weight.cwiseProduct(at.contact), by_parameters, out);
+    add_rows(1, rows, weight.cwiseProduct(at.sensed), by_parameters, out);
   }
 
   double step_cost(int t, const VectorX& u) const {
@@ -235,8 +237,8 @@ struct InstantModel::Impl {
   std::vector<int> rotations;
   Workspace workspace;
   SensorRows sensors;
-  ContactSensors contact_sensors;
-  MotionPoint scratch;  ///< frames of contact_sensors' differences
+  ForceSensors force_sensors;
+  MotionPoint scratch;  ///< frames of force_sensors' differences
   std::optional<ParameterDerivator> derivator;
   Inverse inverse;
   InverseDerivatives d;
@@ -268,35 +270,44 @@ void InstantModel::evaluate(const MotionPoint& point, const SimulationOptions& o
   const Inverse& inverse = invert(point, options, t);
   out.force = inverse.applied_force;
   out.cost = inverse.fault.any() ? kInfinity : out.cost + p.step_cost(t, out.force);
-  if (!p.contact_sensors.any()) return;
-  p.contact_sensors.evaluate(p.model, p.problem.sensor_frames(point.q, point.parameters), t,
-                             inverse, out.contact);
-  out.cost += loss(out.contact, p.problem.sensor_loss_scale);
+  if (!p.force_sensors.any()) return;
+  p.force_sensors.evaluate(p.model, p.problem.sensor_frames(point.q, point.parameters), t,
+                             inverse, out.sensed);
+  out.cost += loss(out.sensed, p.problem.sensor_loss_scale);
 }
 
-/// Contact forces have no closed form of their own here: central differences.
-void InstantModel::differentiate_contacts(const MotionPoint& point,
+/// Contact forces have no closed form of their own here: central differences. Needs the
+/// derivatives of the applied force.
+void InstantModel::differentiate_sensed(const MotionPoint& point,
                                           const SimulationOptions& options, int t, Instant& out) {
   Impl& p = *impl_;
-  if (!p.contact_sensors.any()) return;
+  if (!p.force_sensors.any()) return;
+  const int nv = p.model.nv();
+  const SensorFrames frames = p.problem.sensor_frames(point.q, point.parameters);
+  p.force_sensors.evaluate(p.model, frames, t, p.inverse, out.sensed);
+  out.sensed_by_frames.setZero(out.sensed.size(), 3 * nv);
+  if (p.force_sensors.any_contacts()) difference_sensed(point, options, t, out);
+  p.force_sensors.differentiate_joints(out.by_frames, out.sensed_by_frames);
+}
+
+void InstantModel::difference_sensed(const MotionPoint& point, const SimulationOptions& options,
+                                     int t, Instant& out) {
+  Impl& p = *impl_;
   const int nv = p.model.nv();
   const double step = difference_step(options);
   const SensorFrames frames = p.problem.sensor_frames(point.q, point.parameters);
   p.scratch.q.resize(point.q.size());
-  p.scratch.parameters = point.parameters;
   for (int i = t - 1; i <= t + 1; ++i)
     p.scratch.q[static_cast<std::size_t>(i)] = point.q[static_cast<std::size_t>(i)];
-  p.contact_sensors.evaluate(p.model, frames, t, invert(p.scratch, options, t), out.contact);
-  out.contact_by_frames.resize(out.contact.size(), 3 * nv);
   VectorX ahead, back, unit = VectorX::Zero(nv);
   for (int column = 0; column < 3 * nv; ++column) {
     const auto frame = static_cast<std::size_t>(t - 1 + column / nv);
     unit[column % nv] = 1.0;
     integrate_configuration(p.model, point.q[frame], unit, step, p.scratch.q[frame]);
-    p.contact_sensors.evaluate(p.model, frames, t, invert(p.scratch, options, t), ahead);
+    p.force_sensors.evaluate(p.model, frames, t, invert(p.scratch, options, t), ahead);
     integrate_configuration(p.model, point.q[frame], unit, -step, p.scratch.q[frame]);
-    p.contact_sensors.evaluate(p.model, frames, t, invert(p.scratch, options, t), back);
-    out.contact_by_frames.col(column) = (ahead - back) / (2.0 * step);
+    p.force_sensors.evaluate(p.model, frames, t, invert(p.scratch, options, t), back);
+    out.sensed_by_frames.col(column) = (ahead - back) / (2.0 * step);
     p.scratch.q[frame] = point.q[frame];
     unit[column % nv] = 0.0;
   }
@@ -312,7 +323,6 @@ void InstantModel::differentiate(const MotionPoint& point, const SimulationOptio
   if (t == 0 || t == p.last()) return;
   const int nv = p.model.nv();
   const VectorX& q = point.q[static_cast<std::size_t>(t)];
-  differentiate_contacts(point, options, t, out);
   p.set_velocities(point, t, true);
   out.by_parameters.setZero(nv, p.problem.num_parameters());
   if (parameters && p.derivator) {
@@ -329,6 +339,7 @@ void InstantModel::differentiate(const MotionPoint& point, const SimulationOptio
   optimization::add_product(p.d.dv, p.v_by[1], p.rotations, J.middleCols(nv, nv));
   optimization::add_product(p.d.dv_next, p.w_by[0], p.rotations, J.middleCols(nv, nv));
   optimization::add_product(p.d.dv_next, p.w_by[1], p.rotations, J.rightCols(nv));
+  differentiate_sensed(point, options, t, out);
 }
 
 void InstantModel::assemble(const MotionPoint& point, const std::vector<Instant>& instants, int t,
@@ -343,7 +354,7 @@ void InstantModel::assemble(const MotionPoint& point, const std::vector<Instant>
     p.set_velocities(point, t, true);
     p.add_acceleration(t, out);
   }
-  p.add_contact_sensors(at, out);
+  p.add_force_sensors(point, at, t, out);
   p.add_force(at, t, out);
   if (t > 1 && any(p.problem.change_weight))
     p.add_change(instants[static_cast<std::size_t>(t - 1)], at, out);

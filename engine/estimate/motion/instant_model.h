@@ -6,7 +6,7 @@
 
 #include "counterpoint/engine/estimate/motion/motion_problem.h"
 #include "counterpoint/engine/estimate/motion/motion_system.h"
-#include "counterpoint/engine/estimate/sensors/contact_sensors.h"
+#include "counterpoint/engine/estimate/sensors/force_sensors.h"
 #include "counterpoint/engine/optimize/terms/tangent_map.h"
 
 namespace counterpoint::estimation {
@@ -17,8 +17,8 @@ struct Instant {
   VectorX force;          ///< nv: u_t [N, N m]; empty at frames 0 and N
   MatrixX by_frames;      ///< nv x 3 nv: derivatives of u_t by q_{t-1}, q_t, q_{t+1}
   MatrixX by_parameters;  ///< nv x parameters
-  VectorX contact;             ///< residuals of measured contact forces (contact_sensors.h)
-  MatrixX contact_by_frames;   ///< their derivatives by the three frames
+  VectorX sensed;              ///< residuals of measured forces (force_sensors.h)
+  MatrixX sensed_by_frames;    ///< their derivatives by the three frames
 };
 
 class InstantModel {
@@ -38,8 +38,10 @@ class InstantModel {
   const Inverse& invert(const MotionPoint& point, const SimulationOptions& options, int t);
 
  private:
-  void differentiate_contacts(const MotionPoint& point, const SimulationOptions& options, int t,
-                              Instant& out);
+  void differentiate_sensed(const MotionPoint& point, const SimulationOptions& options, int t,
+                            Instant& out);
+  void difference_sensed(const MotionPoint& point, const SimulationOptions& options, int t,
+                         Instant& out);
 
   struct Impl;
   std::unique_ptr<Impl> impl_;

@@ -83,10 +83,7 @@ void set_sensors(const MotionProblem& problem, const MotionFit& fit, VectorX& sq
   for (const SensorTerm& term : problem.sensors)
     out.sensors.push_back({term.sensor.name, term.sensor.kind, 0, 1.0 / term.weight, 0.0, 0});
   SensorRows rows(problem.model, problem.sensors, static_cast<int>(problem.constants.size()));
-  std::vector<int> contact_terms;
-  for (std::size_t k = 0; k < problem.sensors.size(); ++k)
-    if (problem.sensors[k].sensor.kind == SensorKind::kContactForce)
-      contact_terms.insert(contact_terms.end(), 3, static_cast<int>(k));
+  const std::vector<int> force_terms = ForceSensors(problem.sensors).term_of_row();
   for (int t = 0; t < problem.frames() && !problem.sensors.empty(); ++t) {
     rows.evaluate(problem.model, problem.sensor_frames(fit.point().q, fit.point().parameters), t,
                   false);
@@ -95,7 +92,7 @@ void set_sensors(const MotionProblem& problem, const MotionFit& fit, VectorX& sq
       squares[t] += one->residual.head(one->size).squaredNorm();
       counts[t] += one->size;
     }
-    add_readings(fit.instants()[static_cast<std::size_t>(t)].contact, contact_terms, out);
+    add_readings(fit.instants()[static_cast<std::size_t>(t)].sensed, force_terms, out);
   }
   for (SensorFigures& one : out.sensors)
     if (one.rows > 0)
@@ -323,8 +320,8 @@ void append(const MotionEstimate& part, int first, int skip, MotionEstimate& out
       out.sensors.push_back(one);
       continue;
     }
-    const double rows = std::max(1, same->rows + one.rows);
-    same->rms = std::sqrt((same->rows * same->rms * same->rms + one.rows * one.rms * one.rms) / rows);
+    const double read = std::max(1, same->rows + one.rows);
+    same->rms = std::sqrt((same->rows * same->rms * same->rms + one.rows * one.rms * one.rms) / read);
     same->rows += one.rows;
     same->outliers += one.outliers;
   }

@@ -2,7 +2,6 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <limits>
 #include <set>
 
 #include "counterpoint/engine/estimate/sensors/read_sources.h"
@@ -11,8 +10,6 @@
 
 namespace counterpoint::estimation {
 namespace {
-
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 /// Recorded contact forces of a source, at the rows of the recording, averaged over their
 /// intervals.
@@ -25,7 +22,7 @@ void read_contact_forces(const Table& table, const ColumnMap& map, const SensorS
     for (std::size_t axis = 0; axis < 3 && force.source == source.name; ++axis) {
       const ColumnSource& column = force.components[axis];
       if (column.column.empty()) continue;
-      SensorReadings readings{time, MatrixX::Constant(1, table.num_rows(), kNaN)};
+      SensorReadings readings{time, MatrixX::Constant(1, table.num_rows(), kMissing)};
       for (int row = 0; row < table.num_rows(); ++row)
         if (!is_missing(column, table, row)) readings.values(0, row) = evaluate(column, table, row);
       Sensor plain;
@@ -35,7 +32,7 @@ void read_contact_forces(const Table& table, const ColumnMap& map, const SensorS
         Reading value;
         const double at = recording.time[static_cast<std::size_t>(row)] + source.delay;
         recording.contact_force(static_cast<Eigen::Index>(3 * k + axis), row) =
-            signal.read(at, value) ? value[0] : kNaN;
+            signal.read(at, value) ? value[0] : kMissing;
       }
     }
   }
@@ -50,7 +47,7 @@ void read_readings(const Table& table, const ColumnMap& map, const std::string& 
     const Sensor& sensor = map.sensors[i];
     if (sensor.source != source) continue;
     out[i].time = time;
-    out[i].values.setConstant(reading_size(sensor.kind), table.num_rows(), kNaN);
+    out[i].values.setConstant(reading_size(sensor.kind), table.num_rows(), kMissing);
     for (int row = 0; row < table.num_rows(); ++row) {
       for (std::size_t k = 0; k < sensor.columns.size(); ++k)
         if (!is_missing(sensor.columns[k], table, row))

@@ -5,7 +5,9 @@ namespace counterpoint::estimation {
 int reading_size(SensorKind kind) {
   return kind == SensorKind::kOrientation ? 4 : error_size(kind);
 }
-int error_size(SensorKind kind) { return kind == SensorKind::kCoordinate ? 1 : 3; }
+int error_size(SensorKind kind) {
+  return kind == SensorKind::kCoordinate || kind == SensorKind::kJointForce ? 1 : 3;
+}
 
 const char* sensor_kind_name(SensorKind kind) {
   switch (kind) {
@@ -14,6 +16,7 @@ const char* sensor_kind_name(SensorKind kind) {
     case SensorKind::kAngularVelocity: return "angular_velocity";
     case SensorKind::kSpecificForce: return "specific_force";
     case SensorKind::kContactForce: return "contact_force";
+    case SensorKind::kJointForce: return "joint_force";
     default: return "coordinate";
   }
 }
@@ -25,6 +28,7 @@ const char* sensor_unit(SensorKind kind) {
     case SensorKind::kAngularVelocity: return "rad/s";
     case SensorKind::kSpecificForce: return "m/s^2";
     case SensorKind::kContactForce: return "N";
+    case SensorKind::kJointForce: return "N|N m";
     default: return "m|rad";
   }
 }

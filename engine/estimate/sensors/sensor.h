@@ -24,6 +24,7 @@ enum class SensorKind {
                      ///< [m/s^2]
   kCoordinate,       ///< position of a joint of one coordinate [m, rad]
   kContactForce,     ///< sum of the contact forces on some links, in W [N]
+  kJointForce,       ///< applied force of a joint of one coordinate [N, N m]
 };
 /// Numbers that a reading has, and components of its error.
 int reading_size(SensorKind kind);
@@ -38,7 +39,7 @@ struct Sensor {
   int body = 0;                          ///< 0: world
   Vector3 point = Vector3::Zero();       ///< in the body's axes [m]
   Matrix3 axes = Matrix3::Identity();    ///< R_BS: from the sensor's axes to the body's
-  int coordinate = -1, position = -1;    ///< indices into v and q; kCoordinate only
+  int coordinate = -1, position = -1;    ///< indices into v and q, of a joint
   std::vector<int> bodies;               ///< kContactForce only
   std::vector<ColumnSource> columns;     ///< reading_size
   std::string source;                    ///< ColumnMap::sources; empty: the recording itself

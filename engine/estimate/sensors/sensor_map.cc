@@ -18,9 +18,9 @@ struct NamedKind {
   std::vector<SensorKind> parts;
 };
 
-const std::array<NamedKind, 8>& named_kinds() {
+const std::array<NamedKind, 9>& named_kinds() {
   using Kind = SensorKind;
-  static const std::array<NamedKind, 8> kinds = {{
+  static const std::array<NamedKind, 9> kinds = {{
       {"point", {Kind::kPoint}},
       {"orientation", {Kind::kOrientation}},
       {"pose", {Kind::kPoint, Kind::kOrientation}},
@@ -29,6 +29,7 @@ const std::array<NamedKind, 8>& named_kinds() {
       {"imu", {Kind::kAngularVelocity, Kind::kSpecificForce}},
       {"coordinate", {Kind::kCoordinate}},
       {"contact_force", {Kind::kContactForce}},
+      {"joint_force", {Kind::kJointForce}},
   }};
   return kinds;
 }
@@ -203,8 +204,9 @@ class SensorReader {
         nodes_.fail(node, fmt::format("{}: expected '{}', {}", sensor.name, key, what));
       return node[key];
     };
-    if (first == SensorKind::kCoordinate) {
-      set_coordinate(need("coordinate", "as JOINT.q"), sensor);
+    if (first == SensorKind::kCoordinate || first == SensorKind::kJointForce) {
+      const bool force = first == SensorKind::kJointForce;
+      set_coordinate(need("coordinate", force ? "as JOINT.u" : "as JOINT.q"), force, sensor);
       return;
     }
     if (first == SensorKind::kContactForce) {
@@ -222,18 +224,19 @@ class SensorReader {
     sensor.axes = sensor.axes * rotation_from_rpy(rpy.x(), rpy.y(), rpy.z());
   }
 
-  void set_coordinate(const YAML::Node& node, Sensor& sensor) const {
+  void set_coordinate(const YAML::Node& node, bool force, Sensor& sensor) const {
     const std::string name = nodes_.scalar(node, "coordinate");
-    const auto& all = nodes_.names().q;
+    const auto& all = force ? nodes_.names().force : nodes_.names().q;
     const auto at = static_cast<int>(std::find(all.begin(), all.end(), name) - all.begin());
     for (const Body& body : nodes_.model().bodies())
-      if (joint_nv(body.joint_type) == 1 && joint_nq(body.joint_type) == 1 && body.q_index == at) {
+      if (joint_nv(body.joint_type) == 1 && joint_nq(body.joint_type) == 1 &&
+          (force ? body.v_index : body.q_index) == at) {
         sensor.coordinate = body.v_index;
         sensor.position = body.q_index;
         return;
       }
-    nodes_.fail(node, fmt::format("coordinate: '{}' is no joint of one coordinate; expected JOINT.q",
-                                  name));
+    nodes_.fail(node, fmt::format("coordinate: '{}' is no joint of one coordinate; expected JOINT.{}",
+                                  name, force ? "u" : "q"));
   }
 
   /// One of the kind, or one of each part.

@@ -28,13 +28,22 @@ bool is_position(SensorKind kind) {
          kind == SensorKind::kCoordinate;
 }
 
+bool is_force(SensorKind kind) {
+  return kind == SensorKind::kContactForce || kind == SensorKind::kJointForce;
+}
+
+double read_time(const SensorFrames& frames, int t, const SensorTerm& term) {
+  const double unknown = term.delay_constant >= 0 ? frames.constants[term.delay_constant] : 0.0;
+  return frames.start + t * frames.h + term.delay + unknown;
+}
+
 SensorRows::SensorRows(const Model& model, const std::vector<SensorTerm>& terms, int constants)
     : terms_(&terms), gravity_(model.gravity()) {
   Eigen::Index frame = 0, motion = 0;
   for (const SensorTerm& term : terms) {
     if (is_position(term.sensor.kind))
       frame += error_size(term.sensor.kind);
-    else if (term.sensor.kind != SensorKind::kContactForce)
+    else if (!is_force(term.sensor.kind))
       motion += error_size(term.sensor.kind);
   }
   moving_ = motion > 0;
@@ -60,7 +69,7 @@ void SensorRows::evaluate(const Model& model, const SensorFrames& frames, int t,
   const bool inner = t > 0 && t + 1 < static_cast<int>(frames.q.size());
   for (std::size_t k = 0; k < terms_->size(); ++k) {
     const SensorKind kind = (*terms_)[k].sensor.kind;
-    if (kind != SensorKind::kContactForce && (inner || is_position(kind)))
+    if (!is_force(kind) && (inner || is_position(kind)))
       add(model, frames, t, static_cast<int>(k), derivatives);
   }
 }
@@ -68,9 +77,7 @@ void SensorRows::evaluate(const Model& model, const SensorFrames& frames, int t,
 void SensorRows::add(const Model& model, const SensorFrames& frames, int t, int index,
                      bool derivatives) {
   const SensorTerm& term = (*terms_)[static_cast<std::size_t>(index)];
-  const double delay =
-      term.delay + (term.delay_constant >= 0 ? frames.constants[term.delay_constant] : 0.0);
-  const double time = frames.start + t * frames.h + delay;
+  const double time = read_time(frames, t, term);
   Reading reading;
   if (!term.signal.read_frame(time, frames.h, reading)) return;
   const bool alone = is_position(term.sensor.kind);

@@ -35,6 +35,9 @@ struct SensorFrames {
   double h = 0.0;       ///< [s]
 };
 
+/// When the source of a sensor tells of frame t [s].
+double read_time(const SensorFrames& frames, int t, const SensorTerm& term);
+
 /// Rows divided by their standard deviations.
 struct WeightedRows {
   VectorX residual;
@@ -48,7 +51,7 @@ class SensorRows {
  public:
   SensorRows(const Model& model, const std::vector<SensorTerm>& terms, int constants);
 
-  /// All rows of frame t. Contact forces have none here.
+  /// All rows of frame t. Forces have none here (force_sensors.h).
   void evaluate(const Model& model, const SensorFrames& frames, int t, bool derivatives);
   const WeightedRows& of_frame() const { return of_frame_; }    ///< those of frame t alone
   const WeightedRows& of_motion() const { return of_motion_; }  ///< those of three frames
@@ -72,5 +75,7 @@ class SensorRows {
 
 /// Can the kind be told from one frame?
 bool is_position(SensorKind kind);
+/// Is it of forces, which need the inverse of a step?
+bool is_force(SensorKind kind);
 
 }  // namespace counterpoint::estimation

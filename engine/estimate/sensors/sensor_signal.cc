@@ -13,12 +13,13 @@ namespace {
 constexpr double kGapIntervals = 1.5;
 /// A reading counts as one of the time asked for that is within this share of an interval.
 constexpr double kSameTime = 1e-3;
-/// No sensor is surer than this, by kind [m, rad, rad/s, m/s^2, m or rad, N].
+/// No sensor is surer than this, by kind [m, rad, rad/s, m/s^2, N, N m].
 double least_deviation(SensorKind kind) {
   switch (kind) {
     case SensorKind::kAngularVelocity: return 1e-3;
     case SensorKind::kSpecificForce: return 1e-2;
     case SensorKind::kContactForce: return 0.1;
+    case SensorKind::kJointForce: return 1e-3;
     default: return 1e-5;
   }
 }
@@ -28,6 +29,7 @@ double noise_share(SensorKind kind) {
   switch (kind) {
     case SensorKind::kAngularVelocity: return 0.5;           // 1/2, 1/2
     case SensorKind::kSpecificForce:
+    case SensorKind::kJointForce:
     case SensorKind::kContactForce: return 18.0 / 36.0;      // 1/6, 4/6, 1/6
     default: return 1.0;
   }
@@ -122,6 +124,7 @@ bool SensorSignal::read_frame(double time, double h, Reading& out) const {
       return true;
     case SensorKind::kSpecificForce:
     case SensorKind::kContactForce:
+    case SensorKind::kJointForce:
       if (!read(time, out) || !read(time - h, before) || !read(time + h, behind)) return false;
       out = (before + 4.0 * out + behind) / 6.0;
       return true;

@@ -15,6 +15,7 @@ double offset_deviation(SensorKind kind, const Model& model) {
     case SensorKind::kPoint: return 0.05;                                       // [m]
     case SensorKind::kAngularVelocity: return 0.1;                              // [rad/s]
     case SensorKind::kSpecificForce: return 1.0;                                // [m/s^2]
+    case SensorKind::kJointForce: return 10.0;                                  // [N, N m]
     case SensorKind::kContactForce: return 0.1 * optimization::scene_weight(model);  // [N]
     default: return 0.1;                                                        // [m, rad]
   }

@@ -1,6 +1,7 @@
 // Columns of a table as a column map reads them.
 #pragma once
 
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -8,6 +9,9 @@
 #include "counterpoint/engine/motion_files.h"
 
 namespace counterpoint::estimation {
+
+/// A value that was not recorded.
+inline constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();
 
 /// Is the cell of this source empty?
 bool is_missing(const ColumnSource& source, const Table& table, int row);

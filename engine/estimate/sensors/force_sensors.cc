@@ -1,0 +1,82 @@
+#include "counterpoint/engine/estimate/sensors/force_sensors.h"
+
+#include <algorithm>
+
+namespace counterpoint::estimation {
+namespace {
+
+/// Sum of the contact forces on some bodies [N].
+Vector3 force_on(const Model& model, const std::vector<int>& bodies, const Inverse& inverse) {
+  const auto has = [&](int geometry) {
+    const int body = model.geometries()[static_cast<std::size_t>(geometry)].body;
+    return std::find(bodies.begin(), bodies.end(), body) != bodies.end();
+  };
+  Vector3 sum = Vector3::Zero();
+  for (const ContactForce& one : inverse.contacts)
+    sum += ((has(one.contact.geometry_b) ? 1.0 : 0.0) - (has(one.contact.geometry_a) ? 1.0 : 0.0)) *
+           one.force;
+  return sum;
+}
+
+}  // namespace
+
+ForceSensors::ForceSensors(const std::vector<SensorTerm>& terms) : terms_(&terms) {
+  for (std::size_t k = 0; k < terms.size(); ++k) {
+    const SensorKind kind = terms[k].sensor.kind;
+    if (!is_force(kind)) continue;
+    any_contacts_ = any_contacts_ || kind == SensorKind::kContactForce;
+    term_of_row_.insert(term_of_row_.end(), static_cast<std::size_t>(error_size(kind)),
+                        static_cast<int>(k));
+  }
+}
+
+void ForceSensors::evaluate(const Model& model, const SensorFrames& frames, int t,
+                            const Inverse& inverse, VectorX& out) const {
+  out.setZero(static_cast<Eigen::Index>(term_of_row_.size()));
+  Eigen::Index at = 0;
+  for (const SensorTerm& term : *terms_) {
+    if (!is_force(term.sensor.kind)) continue;
+    const int size = error_size(term.sensor.kind);
+    Reading reading;
+    if (term.signal.read_frame(read_time(frames, t, term), frames.h, reading)) {
+      Vector3 error = Vector3::Zero();
+      if (term.sensor.kind == SensorKind::kContactForce)
+        error = force_on(model, term.sensor.bodies, inverse);
+      else
+        error[0] = inverse.applied_force[term.sensor.coordinate];
+      error -= reading.head<3>();
+      if (term.offset_constant >= 0)
+        error.head(size) += frames.constants.segment(term.offset_constant, size);
+      out.segment(at, size) = term.weight * error.head(size);
+    }
+    at += size;
+  }
+}
+
+void ForceSensors::differentiate_joints(const MatrixX& force, MatrixX& out) const {
+  for (std::size_t row = 0; row < term_of_row_.size(); ++row) {
+    const SensorTerm& term = (*terms_)[static_cast<std::size_t>(term_of_row_[row])];
+    if (term.sensor.kind == SensorKind::kJointForce)
+      out.row(static_cast<Eigen::Index>(row)) = term.weight * force.row(term.sensor.coordinate);
+  }
+}
+
+void ForceSensors::differentiate_constants(const SensorFrames& frames, int t,
+                                           MatrixX& out) const {
+  Eigen::Index at = 0;
+  for (const SensorTerm& term : *terms_) {
+    if (!is_force(term.sensor.kind)) continue;
+    const int size = error_size(term.sensor.kind);
+    if (term.offset_constant >= 0)
+      out.block(at, term.offset_constant, size, size).diagonal().setConstant(term.weight);
+    const double time = read_time(frames, t, term), reach = 0.5 * frames.h;
+    Reading early, late;
+    if (term.delay_constant >= 0 && term.signal.read_frame(time - reach, frames.h, early) &&
+        term.signal.read_frame(time + reach, frames.h, late))
+      out.col(term.delay_constant).segment(at, size) =
+          term.weight / frames.h * (early - late).head(size);
+    at += size;
+  }
+}
+
+}  // namespace counterpoint::estimation
