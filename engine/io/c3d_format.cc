@@ -17,12 +17,13 @@ namespace {
 
 constexpr std::size_t kC3dBlock = 512;  // bytes; the header is one, other parts begin at one
 constexpr double kEmpty = std::numeric_limits<double>::quiet_NaN();
-/// Parameters that name points which are no positions but results of a model, in units of their own.
+/// Parameters that name points which are no positions but results of a model, in units of their
+/// own.
 constexpr const char* kModelOutputs[] = {"POINT:ANGLES", "POINT:FORCES",  "POINT:MOMENTS",
                                          "POINT:POWERS", "POINT:SCALARS", "POINT:REACTIONS"};
 
 /// Numbered from `first` on; a count of frames may be of no file.
-struct FrameRange {
+struct C3dFrames {
   double first = 0.0, count = 0.0;
 };
 
@@ -41,7 +42,8 @@ class C3dSource final : public TableSource {
     const std::string header = bytes(0, kC3dBlock, "the header");
     const auto parameter_block = static_cast<unsigned char>(header[0]);
     if (header[1] != 0x50 || parameter_block == 0)
-      throw InputError(fmt::format("{}: no C3D file, though its name ends like that of one", file_));
+      throw InputError(
+          fmt::format("{}: no C3D file, though its name ends like that of one", file_));
     const std::size_t start = (parameter_block - 1u) * kC3dBlock;
     read_processor(bytes(start, 4, "the parameters")[3], start + 3);
     data_ = word(header, 16) * kC3dBlock - kC3dBlock;
@@ -69,7 +71,8 @@ class C3dSource final : public TableSource {
     for (std::size_t row = 0; row < rows; ++row, read_ += 1.0) {
       block.numbers.push_back(frames_.first + read_);
       block.numbers.push_back(read_ / rate_);
-      const std::string_view frame = std::string_view(frames).substr(row * frame_bytes_, frame_bytes_);
+      const std::string_view frame =
+          std::string_view(frames).substr(row * frame_bytes_, frame_bytes_);
       for (std::size_t i = 0; i < units_.size(); ++i) append_point(frame, i, block);
       for (std::size_t i = 0; i < channels_.size(); ++i) append_channel(frame, i, block);
     }
@@ -84,7 +87,8 @@ class C3dSource final : public TableSource {
 
   std::string bytes(std::uint64_t begin, std::size_t count, const char* what) {
     if (begin + count > size_)
-      fail(begin, fmt::format("expected {} of {} bytes; the file ends at byte {}", what, count, size_));
+      fail(begin,
+           fmt::format("expected {} of {} bytes; the file ends at byte {}", what, count, size_));
     std::string all(count, '\0');
     stream_.seekg(static_cast<std::streamoff>(begin));
     stream_.read(all.data(), static_cast<std::streamsize>(count));
@@ -119,9 +123,11 @@ class C3dSource final : public TableSource {
     if (frame_bytes_ == 0) fail(2, "neither points nor analog samples (rotations are not read)");
     check_count(parameters, "POINT:USED", units_.size(), 2);
     if (samples == 0) return;
-    const double used = unsigned_number(parameters, "ANALOG:USED")
-                            .value_or(static_cast<double>(samples) / std::max<double>(1.0, word(header, 18)));
-    if (used < 1.0 || std::fmod(static_cast<double>(samples), used) != 0.0)
+    const double used =
+        unsigned_number(parameters, "ANALOG:USED")
+            .value_or(static_cast<double>(samples) / std::max<double>(1.0, word(header, 18)));
+    if (used < 1.0 || used != std::floor(used) ||
+        std::fmod(static_cast<double>(samples), used) != 0.0)
       fail(4, fmt::format("{} analog samples a frame; expected as many of each of the {} channels "
                           "(ANALOG:USED)",
                           samples, used));
@@ -153,18 +159,18 @@ class C3dSource final : public TableSource {
 
   /// The header counts to 65535 only; several parameters go on. The most frames that any of them
   /// says and the file holds.
-  FrameRange find_frames(const std::string& header, const C3dParameters& parameters) const {
+  C3dFrames find_frames(const std::string& header, const C3dParameters& parameters) const {
     const auto held = static_cast<double>((size_ - data_) / frame_bytes_);
     const double first = word(header, 6), last = word(header, 8);
-    std::vector<FrameRange> said{{first, last - first + 1.0}};
+    std::vector<C3dFrames> said{{first, last - first + 1.0}};
     const std::optional<double> begin = trial_field(parameters, "TRIAL:ACTUAL_START_FIELD");
     const std::optional<double> end = trial_field(parameters, "TRIAL:ACTUAL_END_FIELD");
     if (begin && end) said.push_back({*begin, *end - *begin + 1.0});
     for (const char* name : {"POINT:LONG_FRAMES", "POINT:FRAMES"})
       said.push_back({first, std::floor(parameters.number(name).value_or(0.0))});
     if (last == 65535.0) extend(said, held);
-    FrameRange best;
-    for (const FrameRange& frames : said)
+    C3dFrames best;
+    for (const C3dFrames& frames : said)
       if (frames.count <= held && frames.count > best.count) best = frames;
     if (best.count >= 1.0) return best;
     if (!(said[0].count >= 1.0)) fail(6, fmt::format("frames {} to {}", first, last));
@@ -174,7 +180,7 @@ class C3dSource final : public TableSource {
   }
 
   /// Of a header that says the last frame it can: others say more, or the end of the file does.
-  void extend(std::vector<FrameRange>& said, double held) const {
+  void extend(std::vector<C3dFrames>& said, double held) const {
     const double count = said[0].count;
     if (std::any_of(said.begin(), said.end(), [&](const auto& s) { return s.count > count; }))
       said[0].count = 0.0;
@@ -212,9 +218,10 @@ class C3dSource final : public TableSource {
   double per_metre(const std::vector<std::string>& units, std::size_t point) const {
     const std::string unit = units.empty() ? "" : point < units.size() ? units[point] : units[0];
     if (const std::optional<double> number = units_per_metre(unit)) return *number;
-    throw InputError(fmt::format("{}: POINT:UNITS '{}' of point {}; expected mm, cm or m: correct it "
-                                 "with the program that made the file",
-                                 file_, unit, point + 1));
+    throw InputError(
+        fmt::format("{}: POINT:UNITS '{}' of point {}; expected mm, cm or m: correct it "
+                    "with the program that made the file",
+                    file_, unit, point + 1));
   }
 
   void name_channels(const C3dParameters& parameters) {
@@ -255,8 +262,7 @@ class C3dSource final : public TableSource {
       seen = seen && std::isfinite(x[i]);
       zero = zero && x[i] == 0.0;
     }
-    for (const double coordinate : x)
-      block.numbers.push_back(seen && !zero ? coordinate : kEmpty);
+    for (const double coordinate : x) block.numbers.push_back(seen && !zero ? coordinate : kEmpty);
   }
 
   /// The mean over the frame's samples.
@@ -277,9 +283,10 @@ class C3dSource final : public TableSource {
   std::uint64_t size_ = 0, data_ = 0;  ///< of the file; where the frames begin [bytes]
   C3dProcessor processor_ = C3dProcessor::kIntel;
   double scale_ = 0.0, rate_ = 0.0;  ///< of points; frames a second
-  std::size_t value_bytes_ = 0, frame_bytes_ = 0, samples_ = 0;  ///< samples of a channel in a frame
-  bool unsigned_ = false;                                        ///< samples that are integers
-  FrameRange frames_;
+  std::size_t value_bytes_ = 0, frame_bytes_ = 0,
+              samples_ = 0;  ///< samples of a channel in a frame
+  bool unsigned_ = false;    ///< samples that are integers
+  C3dFrames frames_;
   double read_ = 0.0;          ///< frames
   std::vector<double> units_;  ///< of each point in a metre; 0: it is no position
   std::vector<AnalogChannel> channels_;

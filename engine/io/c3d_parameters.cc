@@ -95,7 +95,8 @@ void C3dParameters::read(std::size_t position) {
 C3dParameters::Record C3dParameters::record(std::size_t position) const {
   const auto byte = [&](std::size_t at) {
     if (at >= bytes_.size())
-      fail(position, fmt::format("a parameter goes beyond the data's begin, byte {}", bytes_.size()));
+      fail(position,
+           fmt::format("a parameter goes beyond the data's begin, byte {}", bytes_.size()));
     return static_cast<unsigned char>(bytes_[at]);
   };
   Record record;
@@ -114,8 +115,8 @@ C3dParameters::Record C3dParameters::record(std::size_t position) const {
   }
   const std::size_t size = static_cast<std::size_t>(std::abs(record.type)) * record.count;
   if (size > 0 && record.position + size > bytes_.size())
-    fail(position, fmt::format("a parameter of {} bytes goes beyond the data's begin, byte {}", size,
-                               bytes_.size()));
+    fail(position, fmt::format("a parameter of {} bytes goes beyond the data's begin, byte {}",
+                               size, bytes_.size()));
   return record;
 }
 

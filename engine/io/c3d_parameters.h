@@ -39,7 +39,7 @@ class C3dParameters {
 
  private:
   struct Record {
-    int type = 0;  ///< -1: text, else the bytes of a number
+    int type = 0;           ///< -1: text, else the bytes of a number
     std::size_t width = 0;  ///< the first dimension: letters of a text
     std::size_t count = 0;  ///< letters or numbers altogether
     std::size_t position = 0;

@@ -1,9 +1,10 @@
-// Markers of motion capture as TRC (Motion Analysis, OpenSim): tab-separated text with five lines of
-// header, then a frame a line. NumFrames is not looked at: files that were cut keep the old one.
+// Markers of motion capture as TRC (Motion Analysis, OpenSim): tab-separated text with five lines
+// of header, then a frame a line. NumFrames is not looked at: files that were cut keep the old one.
 #include <fmt/format.h>
 
 #include <cmath>
 #include <limits>
+#include <map>
 
 #include "counterpoint/engine/io/line_reader.h"
 #include "counterpoint/engine/io/marker_columns.h"
@@ -11,8 +12,6 @@
 
 namespace counterpoint {
 namespace {
-
-using Cells = std::vector<std::string_view>;
 
 class TrcSource final : public TableSource {
  public:
@@ -22,8 +21,9 @@ class TrcSource final : public TableSource {
     need_line("what line 3 holds: DataRate, NumMarkers, Units ...");
     const std::vector<std::string> keys(cells_.begin(), cells_.end());
     need_line("the values of line 2");
-    read_units(value(keys, "Units"));
-    const std::string num_markers(value(keys, "NumMarkers"));
+    const std::map<std::string, std::string> values = values_of(keys);
+    read_units(value(values, "Units"));
+    const std::string num_markers = value(values, "NumMarkers");
     need_line("Frame#, Time and the names of the markers");
     name_columns(num_markers);
     need_line("the names of the coordinates: X1 Y1 Z1 ...");
@@ -61,25 +61,41 @@ class TrcSource final : public TableSource {
 
   void need_line(const char* what) {
     if (!next_line())
-      throw InputError(fmt::format("{}:{}: the file ends; expected {}", file_,
-                                   lines_.number() + 1, what));
+      throw InputError(
+          fmt::format("{}:{}: the file ends; expected {}", file_, lines_.number() + 1, what));
   }
 
-  /// The cell of line 3 below this name of line 2.
-  std::string_view value(const std::vector<std::string>& keys, std::string_view name) const {
-    for (std::size_t i = 0; i < keys.size() && i < cells_.size(); ++i)
-      if (keys[i] == name) return cells_[i];
-    fail(fmt::format("no value of {}; expected names in line 2 and, separated by tabs as they are, "
-                     "their values in line 3",
-                     name));
+  /// The cells of line 3 by those of line 2; where both have as many that are not empty, in the
+  /// order of these: some programs write two tabs between values.
+  std::map<std::string, std::string> values_of(std::vector<std::string> keys) const {
+    std::vector<std::string> values(cells_.begin(), cells_.end()), full = values, full_keys = keys;
+    std::erase(full, "");
+    std::erase(full_keys, "");
+    if (full.size() == full_keys.size()) {
+      keys.swap(full_keys);
+      values.swap(full);
+    }
+    std::map<std::string, std::string> by_key;
+    for (std::size_t i = 0; i < keys.size() && i < values.size(); ++i) by_key[keys[i]] = values[i];
+    return by_key;
+  }
+
+  const std::string& value(const std::map<std::string, std::string>& values,
+                           const std::string& key) const {
+    if (const auto found = values.find(key); found != values.end()) return found->second;
+    fail(
+        fmt::format("no value of {}; expected names in line 2 and, separated by tabs as they are, "
+                    "their values in line 3",
+                    key));
   }
 
   void read_units(std::string_view unit) {
     const std::optional<double> per_metre = units_per_metre(unit);
     if (!per_metre)
-      fail(fmt::format("Units '{}'; expected mm, cm or m: write the unit that the coordinates have "
-                       "there, or convert them",
-                       unit));
+      fail(
+          fmt::format("Units '{}'; expected mm, cm or m: write the unit that the coordinates have "
+                      "there, or convert them",
+                      unit));
     per_metre_ = *per_metre;
   }
 
@@ -136,8 +152,8 @@ class TrcSource final : public TableSource {
 
   std::string file_;
   LineReader lines_;
-  Cells cells_;             ///< of the present line, valid until the next
-  double per_metre_ = 1.0;  ///< of the file's unit of length
+  std::vector<std::string_view> cells_;  ///< of the present line, valid until the next
+  double per_metre_ = 1.0;               ///< of the file's unit of length
 };
 
 }  // namespace
