@@ -11,6 +11,7 @@
 #include "counterpoint/engine/io/marker_columns.h"
 #include "counterpoint/engine/io/table_format.h"
 #include "counterpoint/model/spatial.h"
+#include "counterpoint/model/text_files.h"
 
 namespace counterpoint {
 namespace {
@@ -38,7 +39,7 @@ class C3dSource final : public TableSource {
       : file_(file.string()), stream_(file, std::ios::binary) {
     std::error_code error;
     size_ = std::filesystem::file_size(file, error);
-    if (error || !stream_) throw InputError(fmt::format("{}: cannot be read", file_));
+    if (error || !stream_) throw InputError(fmt::format("{}: {}", file_, why_unreadable(file)));
     const std::string header = bytes(0, kC3dBlock, "the header");
     const auto parameter_block = static_cast<unsigned char>(header[0]);
     if (header[1] != 0x50 || parameter_block == 0)
@@ -57,7 +58,6 @@ class C3dSource final : public TableSource {
     read_rate(header, parameters);
     frames_ = find_frames(header, parameters);
     columns_ = {"frame", "time"};
-    taken_ = {"frame", "time"};
     name_points(parameters);
     name_channels(parameters);
   }
@@ -197,7 +197,8 @@ class C3dSource final : public TableSource {
   }
 
   void name_points(const C3dParameters& parameters) {
-    std::set<std::string> outputs, names;
+    UniqueNames names;
+    std::set<std::string> outputs;
     for (const char* kind : kModelOutputs)
       for (std::string& label : parameters.texts(kind)) outputs.insert(std::move(label));
     const std::vector<std::string> labels = parameters.texts("POINT:LABELS");
@@ -205,12 +206,8 @@ class C3dSource final : public TableSource {
     for (std::size_t i = 0; i < units_.size(); ++i) {
       const std::string label = i < labels.size() ? labels[i] : "";
       units_[i] = outputs.count(label) > 0 ? 0.0 : per_metre(units, i);
-      const std::string name =
-          unique_name(label.empty() ? fmt::format("marker{}", i + 1) : label, names);
-      for (const char* axis : {".x", ".y", ".z"}) {
-        columns_.emplace_back(name + axis);
-        taken_.insert(name + axis);
-      }
+      const std::string name = names.take(label.empty() ? fmt::format("marker{}", i + 1) : label);
+      for (const char* axis : {".x", ".y", ".z"}) columns_.emplace_back(name + axis);
     }
   }
 
@@ -231,12 +228,14 @@ class C3dSource final : public TableSource {
     const std::vector<std::string> format = parameters.texts("ANALOG:FORMAT");
     unsigned_ = !format.empty() && format[0] == "UNSIGNED";
     const double all = parameters.number("ANALOG:GEN_SCALE").value_or(1.0);
-    const std::set<std::string> others = taken_;
+    UniqueNames names;
+    for (const Column& column : columns_) names.take(column.name);
+    const UniqueNames others = names;
     for (std::size_t i = 0; i < channels_.size(); ++i) {
       std::string name = i < labels.size() ? labels[i] : "";
       if (name.empty()) name = fmt::format("channel{}", i + 1);
-      if (others.count(name) > 0) name = "analog." + name;
-      columns_.emplace_back(unique_name(name, taken_));
+      if (others.has(name)) name = "analog." + name;
+      columns_.emplace_back(names.take(name));
       channels_[i].scale = all * (i < scales.size() ? scales[i] : 1.0);
       if (i < offsets.size()) channels_[i].offset = offsets[i];
       if (unsigned_ && channels_[i].offset < 0.0) channels_[i].offset += 65536.0;
@@ -290,7 +289,6 @@ class C3dSource final : public TableSource {
   double read_ = 0.0;          ///< frames
   std::vector<double> units_;  ///< of each point in a metre; 0: it is no position
   std::vector<AnalogChannel> channels_;
-  std::set<std::string> taken_;  ///< names of columns
 };
 
 }  // namespace

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <map>
 #include <optional>
 #include <set>
 #include <string>
@@ -23,11 +24,22 @@ inline std::optional<double> units_per_metre(std::string_view unit) {
   return std::nullopt;
 }
 
-/// The name, with _2, _3 ... after it where it is taken; takes it.
-inline std::string unique_name(const std::string& name, std::set<std::string>& taken) {
-  std::string unique = name;
-  for (int i = 2; !taken.insert(unique).second; ++i) unique = fmt::format("{}_{}", name, i);
-  return unique;
-}
+/// Names of columns that shall occur once.
+class UniqueNames {
+ public:
+  /// Takes the name, with _2, _3 ... after it where it is taken.
+  std::string take(const std::string& name) {
+    std::string unique = name;
+    for (int& last = last_.try_emplace(name, 1).first->second; !taken_.insert(unique).second;)
+      unique = fmt::format("{}_{}", name, ++last);
+    return unique;
+  }
+  bool has(const std::string& name) const { return taken_.count(name) > 0; }
+  std::size_t size() const { return taken_.size(); }
+
+ private:
+  std::set<std::string> taken_;
+  std::map<std::string, int> last_;  ///< the last number after a name
+};
 
 }  // namespace counterpoint

@@ -103,12 +103,12 @@ class TrcSource final : public TableSource {
     if (cells_.size() < 2 || cells_[0].empty() || cells_[1].empty())
       fail("expected Frame#, Time and the names of the markers, separated by tabs");
     columns_ = {"frame", "time"};
-    std::set<std::string> taken;
+    UniqueNames taken;
     for (std::size_t i = 2; i < cells_.size(); ++i) {
       if (cells_[i].empty()) continue;
       if (taken.size() == kMaxColumns / 3)
         fail(fmt::format("more than {} markers", kMaxColumns / 3));
-      const std::string name = unique_name(std::string(cells_[i]), taken);
+      const std::string name = taken.take(std::string(cells_[i]));
       for (const char* axis : {".x", ".y", ".z"}) columns_.emplace_back(name + axis);
     }
     const std::optional<double> expected = parse_number(num_markers);
