@@ -18,7 +18,8 @@
 namespace counterpoint {
 
 // ---- Tables of numbers in files: rows under named columns. The file's ending says the format, in reading as in writing:
-// .h5 or .hdf5 (HDF5), .npz (NumPy), .mcap (MCAP); all others are CSV (docs/reference/trajectory-format.md).
+// .h5 or .hdf5 (HDF5), .npz (NumPy), .mcap (MCAP), read only .trc (TRC) and .c3d (C3D) of motion capture; all others are
+// CSV (docs/reference/trajectory-format.md).
 
 enum class CellType : unsigned char {
   kNumber,   ///< a double, may be empty
@@ -128,7 +129,7 @@ class Table {
   double value(int row, int column) const;
   /// A row for messages: TableReader::where.
   std::string where(int row) const;
-  /// The names of the columns for messages: "file:1" of CSV.
+  /// The names of the columns for messages: "file:1" of CSV, "file:4" of TRC.
   std::string where_columns() const;
 
  private:
@@ -140,15 +141,15 @@ class Table {
   std::vector<double> cells_;           // row by row
   std::vector<int> lines_;     // of each row, counted from 1; empty where there are none
   int num_rows_ = 0;
-  bool has_lines_ = false;
+  int names_line_ = 0;  // the line that names the columns; 0: the file has no lines
 };
 
 /// Writes a table row by row, cell by cell in the order of its columns. Reading it gives the same
 /// bits. What was written stays readable if the process dies, but for the last rows (64 kB).
 class TableWriter {
  public:
-  /// @throws InputError when the file cannot be created, when a column holds text and the format
-  /// cannot, and naming the package that is missing where the format was not built in.
+  /// @throws InputError when the file cannot be created, when the format is only read, when a column
+  /// holds text and the format cannot, and naming the package that is missing where the format was not built in.
   TableWriter(const std::filesystem::path& file, std::vector<Column> columns);
   /// As finish, without errors.
   ~TableWriter();

@@ -9,6 +9,7 @@
 #include <map>
 #include <stdexcept>
 
+#include "counterpoint/engine/io/line_reader.h"
 #include "counterpoint/engine/io/table_format.h"
 #include "counterpoint/model/limits.h"
 #include "counterpoint/model/spatial.h"
@@ -41,56 +42,6 @@ CellType type_of(const std::string& name) {
   return name.ends_with("_hash") ? CellType::kInteger : CellType::kNumber;
 }
 
-/// Lines of a file of any length.
-class LineReader {
- public:
-  explicit LineReader(const std::filesystem::path& file)
-      : name_(file.string()), stream_(file, std::ios::binary) {
-    if (!stream_ || std::filesystem::is_directory(file))
-      throw InputError(fmt::format("{}: {}", name_, why_unreadable(file)));
-  }
-
-  /// The next line without its end (LF); false: there is none. Valid until the next call.
-  bool next(std::string_view& line) {
-    for (std::size_t searched = begin_;;) {
-      const std::size_t end = buffer_.find('\n', searched);
-      if (end != std::string::npos || (ended_ && begin_ < buffer_.size())) {
-        const std::size_t stop = std::min(end, buffer_.size());
-        line = std::string_view(buffer_).substr(begin_, stop - begin_);
-        begin_ = std::min(stop + 1, buffer_.size());
-        ++number_;
-        return true;
-      }
-      if (ended_) return false;
-      buffer_.erase(0, begin_);
-      begin_ = 0;
-      searched = buffer_.size();
-      if (searched > limits::kMaxTableLine)
-        throw InputError(fmt::format("{}:{}: a line of more than {} MB; is it a CSV file?", name_, number_ + 1,
-                                     limits::kMaxTableLine / 1'000'000));
-      fill();
-    }
-  }
-  int number() const { return number_; }
-
- private:
-  void fill() {
-    const std::size_t old = buffer_.size();
-    buffer_.resize(old + (1 << 18));
-    stream_.read(buffer_.data() + old, 1 << 18);
-    buffer_.resize(old + static_cast<std::size_t>(stream_.gcount()));
-    ended_ = !stream_;
-    if (stream_.bad()) throw InputError(fmt::format("{}: the file cannot be read", name_));
-  }
-
-  std::string name_;
-  std::ifstream stream_;
-  std::string buffer_;
-  std::size_t begin_ = 0;
-  int number_ = 0;  ///< of the line last read
-  bool ended_ = false;
-};
-
 /// Is a quoted name still open at the end of this text?
 bool quotes_open(std::string_view text) { return std::count(text.begin(), text.end(), '"') % 2 != 0; }
 
@@ -121,7 +72,7 @@ class CsvSource final : public TableSource {
  public:
   CsvSource(const std::filesystem::path& file, const std::vector<std::string>& label_columns,
             const TableOptions& options)
-      : file_(file.string()), lines_(file), options_(options) {
+      : file_(file.string()), lines_(file, "CSV"), options_(options) {
     std::vector<std::string> names = options.names;
     if (names.empty()) names = parse_csv_header(header(), file_ + ":1");
     for (std::string& name : names) {

@@ -18,10 +18,12 @@ namespace {
 
 const std::vector<TableFormat>& formats() {
   static const std::vector<TableFormat> all{
-      {"CSV", {".csv"}, "", nullptr, create_csv},
-      {"HDF5", {".h5", ".hdf5"}, "\x89HDF\r\n\x1a\n", open_hdf5, create_hdf5},
-      {"NumPy", {".npz"}, "PK\x03\x04", open_npz, create_npz},
-      {"MCAP", {".mcap"}, "\x89MCAP0\r\n", open_mcap, create_mcap}};
+      {"CSV", {".csv"}, "", nullptr, create_csv, 1},
+      {"HDF5", {".h5", ".hdf5"}, "\x89HDF\r\n\x1a\n", open_hdf5, create_hdf5, 0},
+      {"NumPy", {".npz"}, "PK\x03\x04", open_npz, create_npz, 0},
+      {"MCAP", {".mcap"}, "\x89MCAP0\r\n", open_mcap, create_mcap, 0},
+      {"TRC", {".trc"}, "PathFile", open_trc, nullptr, 4},
+      {"C3D", {".c3d"}, "", open_c3d, nullptr, 0}};
   return all;
 }
 
@@ -39,7 +41,7 @@ const TableFormat& format_of(const std::filesystem::path& file) {
 void check_content(const std::filesystem::path& file, const TableFormat& format) {
   std::error_code error;
   const bool regular = std::filesystem::is_regular_file(file, error);
-  if (!regular && format.magic.empty()) return;  // the CSV reader says what is wrong, or reads the pipe
+  if (!regular && format.names_line > 0) return;  // a reader of lines says what is wrong, or reads the pipe
   if (!regular && !std::filesystem::is_directory(file, error) &&
       std::filesystem::exists(file, error))
     throw InputError(fmt::format("{}: no file that can be read twice; expected a {} file",
@@ -195,14 +197,14 @@ Table::Table(const std::filesystem::path& file, const RowsRead& on_rows, TableOp
   options.any_cells = true;
   TableReader reader(file, {}, options);
   if (reader.num_columns() == 0) throw InputError(fmt::format("{}: no columns", file_));
-  has_lines_ = format_of(file).magic.empty();
+  names_line_ = format_of(file).names_line;
   for (const Column& column : reader.columns()) columns_.push_back(column.name);
   while (reader.next()) {
     if (cells_.size() + columns_.size() > limits::kMaxTableCells)
       throw InputError(fmt::format("{}: more than {} cells; cut the table into several", reader.where(),
                                    limits::kMaxTableCells));
     for (int i = 0; i < reader.num_columns(); ++i) cells_.push_back(reader.cell(i));
-    if (has_lines_) lines_.push_back(reader.line());
+    if (names_line_ > 0) lines_.push_back(reader.line());
     if (++num_rows_ % kRows == 0 && on_rows) on_rows(num_rows_);
   }
   refused_ = reader.refused();
@@ -244,17 +246,23 @@ double Table::value(int row, int column) const {
 }
 
 std::string Table::where(int row) const {
-  if (has_lines_) return fmt::format("{}:{}", file_, lines_[static_cast<std::size_t>(row)]);
+  if (names_line_ > 0) return fmt::format("{}:{}", file_, lines_[static_cast<std::size_t>(row)]);
   return fmt::format("{}: row {}", file_, row + 1);
 }
 
-std::string Table::where_columns() const { return has_lines_ ? file_ + ":1" : file_; }
+std::string Table::where_columns() const {
+  return names_line_ > 0 ? fmt::format("{}:{}", file_, names_line_) : file_;
+}
 
 TableWriter::TableWriter(const std::filesystem::path& file, std::vector<Column> columns)
     : file_(file.string()), columns_(std::move(columns)), block_(std::make_unique<TableBlock>()) {
   const TableFormat& format = format_of(file);
+  if (!format.create)
+    throw InputError(fmt::format("{}: {} files are read, not written; let the name end in .csv, .h5, "
+                                 ".npz or .mcap",
+                                 file_, format.name));
   for (const Column& column : columns_)
-    if (column.type == CellType::kText && !format.magic.empty())
+    if (column.type == CellType::kText && format.open)
       throw InputError(fmt::format("{}: column '{}' holds text, which only CSV has here; let the name end in .csv",
                                    file_, column.name));
   sink_ = format.create(file, columns_);

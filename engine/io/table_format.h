@@ -64,7 +64,8 @@ struct TableFormat {
   std::vector<std::string> endings;  ///< of files; the first is what messages recommend
   std::string magic;                 ///< what each such file begins with; "": nothing certain
   OpenTable open;                    ///< null: open_csv
-  CreateTable create;
+  CreateTable create;                ///< null: such files are only read
+  int names_line;                    ///< the line that names the columns; 0: it has no lines
 };
 
 std::unique_ptr<TableSource> open_csv(const std::filesystem::path& file,
@@ -84,6 +85,10 @@ std::unique_ptr<TableSource> open_mcap(const std::filesystem::path& file,
                                        const TableOptions& options);
 std::unique_ptr<TableSink> create_mcap(const std::filesystem::path& file,
                                        const std::vector<Column>& columns);
+std::unique_ptr<TableSource> open_trc(const std::filesystem::path& file,
+                                      const TableOptions& options);
+std::unique_ptr<TableSource> open_c3d(const std::filesystem::path& file,
+                                      const TableOptions& options);
 
 /// Names as the first line of a CSV file, without its end; and the reverse. `where` is for messages.
 std::string csv_header(const std::vector<std::string>& names);

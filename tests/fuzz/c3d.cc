@@ -1,0 +1,8 @@
+// Motion capture as C3D.
+#include "fuzz/tables.h"
+
+namespace counterpoint::fuzz {
+
+void read(std::string_view input) { read_table("table.c3d", input); }
+
+}  // namespace counterpoint::fuzz

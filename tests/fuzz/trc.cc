@@ -1,0 +1,8 @@
+// Markers as TRC.
+#include "fuzz/tables.h"
+
+namespace counterpoint::fuzz {
+
+void read(std::string_view input) { read_table("table.trc", input); }
+
+}  // namespace counterpoint::fuzz
