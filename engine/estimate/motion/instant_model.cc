@@ -114,10 +114,9 @@ struct InstantModel::Impl {
   double sensor_cost(const MotionPoint& point, int t) {
     if (problem.sensors.empty()) return 0.0;
     sensors.evaluate(model, problem.sensor_frames(point.q, point.parameters), t, false);
-    double sum = 0.0;
-    for (const WeightedRows* one : {&sensors.of_frame(), &sensors.of_motion()})
-      sum += loss(one->residual.head(one->size), problem.sensor_loss_scale);
-    return sum;
+    const WeightedRows &frame = sensors.of_frame(), &motion = sensors.of_motion();
+    return loss(frame.residual.head(frame.size), problem.loss_scale) +
+           loss(motion.residual.head(motion.size), problem.sensor_loss_scale);
   }
 
   void add_sensors(const MotionPoint& point, int t, InstantEquations& out) {
@@ -127,12 +126,14 @@ struct InstantModel::Impl {
     for (const WeightedRows* one : {&sensors.of_frame(), &sensors.of_motion()}) {
       if (one->size == 0) continue;
       const VectorX residual = one->residual.head(one->size);
-      const VectorX weight = loss_weight(residual, problem.sensor_loss_scale).cwiseSqrt();
+      const bool alone = one == &sensors.of_frame();
+      const VectorX weight =
+          loss_weight(residual, alone ? problem.loss_scale : problem.sensor_loss_scale).cwiseSqrt();
       rows.noalias() = weight.asDiagonal() * one->by_frames.topRows(one->size);
       by_parameters.setZero(one->size, problem.num_parameters());
       by_parameters.rightCols(by_parameters.cols() - first_constant) =
           weight.asDiagonal() * one->by_constants.topRows(one->size);
-      add_rows(one == &sensors.of_frame() ? 2 : 1, rows, weight.cwiseProduct(residual),
+      add_rows(alone ? 2 : 1, rows, weight.cwiseProduct(residual),
                by_parameters, out);
     }
   }

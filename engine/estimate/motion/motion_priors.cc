@@ -1,5 +1,6 @@
 #include "counterpoint/engine/estimate/motion/motion_priors.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "counterpoint/engine/dynamics/kinematics.h"
@@ -138,7 +139,9 @@ MotionPriors white_priors(const Scene& scene, const ColumnMap& map,
   MotionPriors priors = common_priors(scene, map, recorded);
   priors.position = where_recorded(recorded.noise, recorded);
   priors.unexplained = kUnexplainedWhite;
-  const double noise = typical(priors.position);
+  double noise = typical(priors.position);
+  for (const SensorTerm& term : recorded.sensors.terms)  // points tell where contacts are
+    if (term.sensor.kind == SensorKind::kPoint) noise = std::min(noise, 1.0 / term.weight);
   for (int i = 0; i < recorded.by_sensors.size(); ++i)  // the sensors themselves count
     if (recorded.by_sensors[i] != 0.0) priors.position[i] = kInfinity;
   priors.smoothing_starts = {kNearStart * noise, kFarStart * noise};

@@ -36,7 +36,9 @@ struct MotionProblem {
 
   double start = 0.0;  ///< time of frame 0 [s]
   std::vector<SensorTerm> sensors = {};
-  double sensor_loss_scale = 0.0;  ///< as loss_scale, by component of a reading
+  /// As loss_scale, by component of a reading, of all sensors but those of positions, which have
+  /// loss_scale itself.
+  double sensor_loss_scale = 0.0;
 
   std::vector<StepParameter> parameters = {};
   std::vector<SensorConstant> constants = {};  ///< offsets and delays, told behind parameters

@@ -11,6 +11,8 @@ namespace {
 
 /// Readings farther apart than so many intervals have a gap between them.
 constexpr double kGapIntervals = 1.5;
+/// Positions are averaged that are read at intervals below this share of the frames'.
+constexpr double kFaster = 0.6;
 /// A reading counts as one of the time asked for that is within this share of an interval.
 constexpr double kSameTime = 1e-3;
 /// No sensor is surer than this, by kind [m, rad, rad/s, m/s^2, N, N m].
@@ -24,17 +26,6 @@ double least_deviation(SensorKind kind) {
   }
 }
 
-/// The square sum of the weights with which read_frame takes readings at the rate of frames.
-double noise_share(SensorKind kind) {
-  switch (kind) {
-    case SensorKind::kAngularVelocity: return 0.5;           // 1/2, 1/2
-    case SensorKind::kSpecificForce:
-    case SensorKind::kJointForce:
-    case SensorKind::kContactForce: return 18.0 / 36.0;      // 1/6, 4/6, 1/6
-    default: return 1.0;
-  }
-}
-
 double median_interval(const std::vector<double>& time) {
   std::vector<double> intervals;
   for (std::size_t i = 1; i < time.size(); ++i) intervals.push_back(time[i] - time[i - 1]);
@@ -45,17 +36,10 @@ double median_interval(const std::vector<double>& time) {
 
 SensorSignal::SensorSignal(const Sensor& sensor, const SensorReadings& readings, double interval)
     : kind_(sensor.kind) {
-  const double spacing = median_interval(readings.time);
-  const int bin = spacing > 0.0 ? std::max(1, static_cast<int>(interval / spacing + 0.1)) : 1;
-  double time = 0.0;
-  Reading sum = Reading::Zero();
-  int count = 0;
+  if (!readings.time.empty()) start_ = readings.time.front();
   for (Eigen::Index row = 0; row < readings.values.cols(); ++row) {
     const auto column = readings.values.col(row);
-    if (!column.allFinite()) {
-      count = 0;
-      continue;
-    }
+    if (!column.allFinite()) continue;
     Reading value = Reading::Zero();
     value.head(column.size()) = column;
     if (kind_ == SensorKind::kOrientation) {
@@ -63,22 +47,35 @@ SensorSignal::SensorSignal(const Sensor& sensor, const SensorReadings& readings,
       value.normalize();
       if (!values_.empty() && value.dot(values_.back()) < 0.0) value = -value;
     }
-    const double at = readings.time[static_cast<std::size_t>(row)];
-    if (count == 0) {
-      sum.setZero();
-      time = 0.0;
-    }
-    sum += value;
-    time += at;
-    if (++count < bin) continue;
-    time_.push_back(time / bin);
-    values_.push_back(sum / bin);
-    count = 0;
+    time_.push_back(readings.time[static_cast<std::size_t>(row)] - start_);
+    values_.push_back(value);
   }
+  if (time_.size() < 2) return;
   spacing_ = median_interval(time_);
-  deviation_ = std::isfinite(sensor.deviation) ? sensor.deviation / std::sqrt(bin)
-                                               : std::max(found_deviation(), least_deviation(kind_));
-  deviation_ *= std::sqrt(noise_share(kind_));
+  gaps_.assign(time_.size(), 0);
+  integral_.assign(time_.size(), Reading::Zero());
+  second_integral_ = integral_;
+  for (std::size_t k = 1; k < time_.size(); ++k) {
+    gaps_[k] = gaps_[k - 1] + (time_[k] - time_[k - 1] > kGapIntervals * spacing_ ? 1 : 0);
+    integral_[k] = integral(k - 1, time_[k]);
+    second_integral_[k] = second_integral(k - 1, time_[k]);
+  }
+  const double one = std::isfinite(sensor.deviation)
+                         ? sensor.deviation
+                         : std::max(found_deviation(), least_deviation(kind_));
+  deviation_ = one * std::sqrt(noise_share(interval));
+}
+
+/// The square sum of the weights with which read_frame takes readings.
+double SensorSignal::noise_share(double interval) const {
+  const double readings = std::max(1.0, interval / spacing_);
+  switch (kind_) {
+    case SensorKind::kAngularVelocity: return (readings - 0.5) / (readings * readings);
+    case SensorKind::kSpecificForce:
+    case SensorKind::kJointForce:
+    case SensorKind::kContactForce: return std::min(0.5, 2.0 / (3.0 * readings));
+    default: return spacing_ < kFaster * interval ? 1.0 / readings : 1.0;
+  }
 }
 
 double SensorSignal::found_deviation() const {
@@ -96,39 +93,61 @@ double SensorSignal::found_deviation() const {
   return std::sqrt(scale * sum / error_size(kind_));
 }
 
-bool SensorSignal::read(double time, Reading& out) const {
-  if (time_.size() < 2) return false;
+/// The interval between readings that a time is in: the index of its first one.
+std::size_t SensorSignal::segment(double time) const {
+  const auto it = std::upper_bound(time_.begin() + 1, time_.end() - 1, time);
+  return static_cast<std::size_t>(it - time_.begin()) - 1;
+}
+
+/// Are there readings without a gap from one time to the other?
+bool SensorSignal::within(double first, double last) const {
   const double slack = kSameTime * spacing_;
-  const auto it = std::lower_bound(time_.begin(), time_.end(), time - slack);
-  if (it == time_.end()) return false;
-  const auto after = static_cast<std::size_t>(it - time_.begin());
-  if (time_[after] <= time + slack) {
-    out = values_[after];
-    return true;
-  }
-  if (after == 0) return false;
-  const double interval = time_[after] - time_[after - 1];
-  if (interval > kGapIntervals * spacing_) return false;
-  const double share = (time - time_[after - 1]) / interval;
-  out = (1.0 - share) * values_[after - 1] + share * values_[after];
+  if (time_.size() < 2 || first < time_.front() - slack || last > time_.back() + slack) return false;
+  const std::size_t k = segment(std::max(first, time_.front()) + slack);
+  const std::size_t l = segment(std::min(last, time_.back()) - slack);
+  return k > l || gaps_[l + 1] == gaps_[k];  // k > l: at one reading
+}
+
+/// At a time in the interval after reading k.
+Reading SensorSignal::integral(std::size_t k, double time) const {
+  const double s = time - time_[k], h = time_[k + 1] - time_[k];
+  return integral_[k] + s * values_[k] + 0.5 * s * s / h * (values_[k + 1] - values_[k]);
+}
+
+Reading SensorSignal::second_integral(std::size_t k, double time) const {
+  const double s = time - time_[k], h = time_[k + 1] - time_[k];
+  return second_integral_[k] + s * integral_[k] + 0.5 * s * s * values_[k] +
+         s * s * s / (6.0 * h) * (values_[k + 1] - values_[k]);
+}
+
+bool SensorSignal::read(double time, Reading& out) const {
+  const double at = time - start_;
+  if (!within(at, at)) return false;
+  const std::size_t k = segment(at);
+  const double share = std::clamp((at - time_[k]) / (time_[k + 1] - time_[k]), 0.0, 1.0);
+  out = (1.0 - share) * values_[k] + share * values_[k + 1];
   if (kind_ == SensorKind::kOrientation) out.normalize();
   return true;
 }
 
 bool SensorSignal::read_frame(double time, double h, Reading& out) const {
-  Reading before, behind;
+  const double at = time - start_;
   switch (kind_) {
     case SensorKind::kAngularVelocity:
-      if (!read(time, out) || !read(time - h, before)) return false;
-      out = 0.5 * (out + before);
+      if (!within(at - h, at)) return false;
+      out = (integral(at) - integral(at - h)) / h;
       return true;
     case SensorKind::kSpecificForce:
     case SensorKind::kContactForce:
     case SensorKind::kJointForce:
-      if (!read(time, out) || !read(time - h, before) || !read(time + h, behind)) return false;
-      out = (before + 4.0 * out + behind) / 6.0;
+      if (!within(at - h, at + h)) return false;
+      out = (second_integral(at + h) - 2.0 * second_integral(at) + second_integral(at - h)) / (h * h);
       return true;
-    default: return read(time, out);
+    default:
+      if (!(spacing_ < kFaster * h) || !within(at - 0.5 * h, at + 0.5 * h)) return read(time, out);
+      out = (integral(at + 0.5 * h) - integral(at - 0.5 * h)) / h;
+      if (kind_ == SensorKind::kOrientation) out.normalize();
+      return true;
   }
 }
 
