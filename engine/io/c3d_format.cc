@@ -179,7 +179,7 @@ class C3dSource final : public TableSource {
                             first, last, frame_bytes_, size_, held));
   }
 
-  /// Of a header that says the last frame it can: others say more, or the end of the file does.
+  /// Replaces the count of a header at its limit by that of the others, or of the whole file.
   void extend(std::vector<C3dFrames>& said, double held) const {
     const double count = said[0].count;
     if (std::any_of(said.begin(), said.end(), [&](const auto& s) { return s.count > count; }))

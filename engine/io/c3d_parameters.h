@@ -34,7 +34,7 @@ class C3dParameters {
   std::vector<double> numbers(const std::string& name) const;
   /// The first; nothing where it is missing or not finite.
   std::optional<double> number(const std::string& name) const;
-  /// As numbers, of texts, without blanks at their ends.
+  /// All its texts, without blanks at their ends; lists go on as those of numbers do.
   std::vector<std::string> texts(const std::string& name) const;
 
  private:

@@ -1,4 +1,4 @@
-// What the formats of motion capture share: lengths in metres, names that occur once.
+// Helpers for the formats of motion capture: units of length, names that occur once.
 #pragma once
 
 #include <fmt/format.h>

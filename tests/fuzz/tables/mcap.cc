@@ -1,5 +1,5 @@
 // Tables as MCAP.
-#include "fuzz/tables.h"
+#include "fuzz/tables/read_table.h"
 
 namespace counterpoint::fuzz {
 

@@ -1,5 +1,5 @@
 // Tables as NumPy's .npz.
-#include "fuzz/tables.h"
+#include "fuzz/tables/read_table.h"
 
 namespace counterpoint::fuzz {
 

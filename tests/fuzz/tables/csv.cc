@@ -2,7 +2,7 @@
 #include "apps/input/inputs.h"
 #include "fuzz/fuzz.h"
 #include "fuzz/small_model.h"
-#include "fuzz/tables.h"
+#include "fuzz/tables/read_table.h"
 
 namespace counterpoint::fuzz {
 

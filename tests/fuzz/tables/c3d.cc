@@ -1,5 +1,5 @@
 // Motion capture as C3D.
-#include "fuzz/tables.h"
+#include "fuzz/tables/read_table.h"
 
 namespace counterpoint::fuzz {
 

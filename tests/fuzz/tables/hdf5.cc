@@ -1,5 +1,5 @@
 // Tables as HDF5.
-#include "fuzz/tables.h"
+#include "fuzz/tables/read_table.h"
 
 namespace counterpoint::fuzz {
 

@@ -1,5 +1,5 @@
 // Markers as TRC.
-#include "fuzz/tables.h"
+#include "fuzz/tables/read_table.h"
 
 namespace counterpoint::fuzz {
 
