@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "counterpoint/engine/estimate/motion/motion_continuation.h"
+#include "counterpoint/engine/estimate/motion/motion_deviations.h"
 #include "counterpoint/engine/estimate/motion/motion_filter.h"
 #include "counterpoint/engine/estimate/motion/motion_priors.h"
 #include "counterpoint/engine/estimate/motion/motion_result.h"
@@ -48,7 +49,19 @@ struct Solved {
   std::unique_ptr<MotionProblem> problem;
   std::unique_ptr<MotionFit> fit;
   ContinuationResult result;
+  bool learned = false;  ///< the problem's deviations are the recording's own
 };
+
+VectorX position_deviation(const MotionProblem& problem) {
+  return problem.position_weight.rowwise().maxCoeff().cwiseInverse();
+}
+
+/// Coordinates whose noise no one has given.
+std::vector<char> unknown_noise(const ColumnMap& map, int nv) {
+  std::vector<char> out;
+  for (const double known : given(map.position_deviation, nv)) out.push_back(!std::isfinite(known));
+  return out;
+}
 
 /// Finds the motion of some rows from each start of the priors until one is good.
 Solved solve(const Task& task, const RecordedMotion& recorded, const MotionPriors& priors,
@@ -68,6 +81,14 @@ Solved solve(const Task& task, const RecordedMotion& recorded, const MotionPrior
                                           .stop = task.options.stop};
     const ContinuationResult result = continue_motion(problem, continuation, *fit);
     steps += result.steps;
+    if (result.untouched && only_smoothness_tells(problem)) {
+      steps += learn_deviations(unknown_noise(task.map, problem.nv()), task.options.stop,
+                                *best.problem, *fit);
+      best.fit = std::move(fit);
+      best.result = result;
+      best.learned = true;
+      break;
+    }
     const double ratio = fit->measurement_ratio();
     if (!best.fit || result.cost < best.result.cost) {
       best.fit = std::move(fit);
@@ -134,16 +155,22 @@ bool explain_own(const Task& task, const Recording& recording, const RecordedMot
 /// All rows, a part after the other.
 void explain_parts(const Task& task, const RecordedMotion& recorded, RecordingErrors errors,
                    MotionEstimate& out) {
+  VectorX change;  // as the part before has learned it
   const auto priors_of = errors == RecordingErrors::kSlow ? slow_priors : white_priors;
   for (int first = 0; first < recorded.rows(); first += kRows) {
     const int begin = std::max(0, first - kOverlap);
     int end = std::min(recorded.rows(), first + kRows + kOverlap);
     if (recorded.rows() - end < kRows / 2) end = recorded.rows();
     const RecordedMotion rows = part(recorded, begin, end - begin);
-    const MotionPriors priors = priors_of(task.scene, task.map, rows);
+    MotionPriors priors = priors_of(task.scene, task.map, rows);
+    if (change.size() > 0) {
+      priors.change = change;
+      priors.position = out.position_deviation;
+    }
     Solved solved = solve(task, rows, priors, kInfinity);
     append(told(task, rows, solved), begin, first - begin, out);
-    out.position_deviation = priors.position;
+    out.position_deviation = position_deviation(*solved.problem);
+    if (solved.learned) change = solved.problem->change_weight.cwiseInverse();
     if (end == recorded.rows() || (task.options.stop && task.options.stop())) break;
   }
 }
@@ -154,6 +181,8 @@ MotionEstimate estimate_motion(const Scene& scene, const ColumnMap& map,
                                const Recording& recording, const MotionEstimateOptions& options) {
   const double start = now();
   const RecordedMotion recorded = prepare(scene.model, map, recording);
+  const VectorX weights = // where no motor is: only there a force can be too much for white errors
+      optimization::unactuated_weights(scene.model, optimization::motors_of(scene.model));
   const Task task{scene, map, options, with_links(scene.model, options.sums)};
   MotionEstimate out = empty_estimate(scene.model, recorded.time, task.sums);
   out.file = recording.file;
@@ -166,7 +195,7 @@ MotionEstimate estimate_motion(const Scene& scene, const ColumnMap& map,
     out.errors = options.errors.value_or(RecordingErrors::kWhite);
     int steps = 0;
     bool done = false;
-    if (!options.errors) {
+    if (!options.errors && !weights.isZero(0.0)) {
       const RecordedMotion judged = busiest(scene.model, recorded);
       const MotionPriors priors = white_priors(scene, map, judged);
       Solved solved = solve(task, judged, priors, kNotWhite);
@@ -175,7 +204,7 @@ MotionEstimate estimate_motion(const Scene& scene, const ColumnMap& map,
         out.errors = RecordingErrors::kSlow;
       } else if (judged.rows() == recorded.rows()) {
         append(told(task, judged, solved), 0, 0, out);
-        out.position_deviation = priors.position;
+        out.position_deviation = position_deviation(*solved.problem);
         done = true;
       }
     }

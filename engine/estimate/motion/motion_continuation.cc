@@ -18,6 +18,9 @@ constexpr double kFormed = 1e-3;
 
 /// Parameters move slowly: their stage goes on for this share of the usual decrease of the cost.
 constexpr double kParameterTolerance = 0.3;
+/// Laws do nothing whose last stage changes the cost of the first stage's motion by less than this
+/// share.
+constexpr double kUntouched = 1e-6;
 /// Stages after which a search may be given up.
 constexpr int kStagesJudged = 3;
 
@@ -82,6 +85,16 @@ ContinuationResult continue_motion(const MotionProblem& problem,
     }
     before = std::move(last);
     last = Accepted{fit.point(), smoothing, fit.cost()};
+    if (!before && smoothing > continuation.end) {
+      const SimulationOptions end = stage_options(problem, continuation.end);
+      fit.begin(end, last->point);
+      result.untouched = std::abs(fit.cost() - last->cost) <= kUntouched * last->cost;
+      if (result.untouched) {
+        last->smoothing = continuation.end;
+        break;
+      }
+      fit.begin(options, last->point);
+    }
     if (smoothing <= continuation.end || (continuation.stop && continuation.stop())) break;
     if (++accepted == kStagesJudged && fit.measurement_ratio() > continuation.hopeless) break;
     start = last->point;

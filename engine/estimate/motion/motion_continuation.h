@@ -25,10 +25,12 @@ struct ContinuationResult {
   double smoothing = 0.0;  ///< the last accepted stage's [m]
   int steps = 0;
   double cost = 0.0;
+  bool untouched = false;  ///< contacts and limits do nothing: one stage was enough
 };
 
 /// Carries `fit` from its point through the stages. A stage whose cost rises by more than a fifth
-/// has lost the motion: it is refused, and a shorter one tried from the stage before.
+/// has lost the motion: it is refused, and a shorter one tried from the stage before. Where the last
+/// stage's laws would change nothing after the first stage, it is the only one.
 ContinuationResult continue_motion(const MotionProblem& problem,
                                    const MotionContinuation& continuation, MotionFit& fit);
 

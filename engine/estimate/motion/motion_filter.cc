@@ -67,18 +67,21 @@ std::vector<VectorX> low_pass(const Model& model, const std::vector<VectorX>& fr
   return out;
 }
 
-VectorX white_noise(const Model& model, const std::vector<VectorX>& frames) {
+VectorX white_noise(const Model& model, const std::vector<VectorX>& frames, int order) {
   VectorX out = VectorX::Zero(model.nv());
-  if (frames.size() < 4) return out;
-  const MatrixX d = steps_of(model, frames);
-  for (int i = 0; i < model.nv(); ++i) {
-    std::vector<double> third;
-    for (Eigen::Index t = 0; t + 2 < d.cols(); ++t)
-      third.push_back(std::abs(d(i, t + 2) - 2.0 * d(i, t + 1) + d(i, t)));
-    const auto at = third.begin() + static_cast<std::ptrdiff_t>(kShare * (third.size() - 1));
-    std::nth_element(third.begin(), at, third.end());
-    // Weights 1, -3, 3, -1: the variance of white noise grows 20 times.
-    out[i] = *at / kAtShare / std::sqrt(20.0);
+  MatrixX d = steps_of(model, frames);
+  double growth = 2.0;  // of the variance of white noise: (2 n)! / n!^2 for differences of order n
+  for (int n = 2; n <= order && d.cols() > 1; ++n) {
+    d = (d.rightCols(d.cols() - 1) - d.leftCols(d.cols() - 1)).eval();
+    growth *= 4.0 - 2.0 / n;
+    if (n < 3) continue;
+    for (int i = 0; i < model.nv(); ++i) {
+      VectorX size = d.row(i).transpose().cwiseAbs();
+      const auto at = size.begin() + static_cast<std::ptrdiff_t>(kShare * (size.size() - 1));
+      std::nth_element(size.begin(), at, size.end());
+      const double noise = *at / kAtShare / std::sqrt(growth);
+      out[i] = n == 3 ? noise : std::min(out[i], noise);
+    }
   }
   return out;
 }

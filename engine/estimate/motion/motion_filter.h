@@ -20,8 +20,10 @@ std::vector<VectorX> low_pass(const Model& model, const std::vector<VectorX>& fr
                               double frequency);
 
 /// Standard deviation of white noise in each coordinate (nv) [m, rad]: from a quantile of third
-/// differences, in which a smooth motion leaves little and an impact leaves a few outliers.
-VectorX white_noise(const Model& model, const std::vector<VectorX>& frames);
+/// differences, in which a smooth motion leaves little and an impact leaves a few outliers; or the
+/// least that differences of the orders from three to `order` tell, where rows are so far apart that
+/// the motion itself bends between them.
+VectorX white_noise(const Model& model, const std::vector<VectorX>& frames, int order = 3);
 
 /// nv x frames: second differences over h squared [m/s^2, rad/s^2]; zero at both ends.
 MatrixX accelerations(const Model& model, const std::vector<VectorX>& frames, double h);
