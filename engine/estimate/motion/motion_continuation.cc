@@ -21,8 +21,6 @@ constexpr double kParameterTolerance = 0.3;
 /// Laws do nothing whose last stage changes the cost of the first stage's motion by less than this
 /// share.
 constexpr double kUntouched = 1e-6;
-/// Stages after which a search may be given up.
-constexpr int kStagesJudged = 3;
 
 /// A stage that was accepted.
 struct Accepted {
@@ -62,7 +60,6 @@ ContinuationResult continue_motion(const MotionProblem& problem,
   std::optional<Accepted> before, last;
   MotionPoint start = fit.point();
   double smoothing = continuation.start, factor = kFactor;
-  int accepted = 0;
   for (;;) {
     const SimulationOptions options = stage_options(problem, smoothing);
     fit.begin(options, start);
@@ -96,7 +93,6 @@ ContinuationResult continue_motion(const MotionProblem& problem,
       fit.begin(options, last->point);
     }
     if (smoothing <= continuation.end || (continuation.stop && continuation.stop())) break;
-    if (++accepted == kStagesJudged && fit.measurement_ratio() > continuation.hopeless) break;
     start = last->point;
     smoothing = std::max(continuation.end, smoothing / factor);
   }

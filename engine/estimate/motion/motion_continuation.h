@@ -4,7 +4,6 @@
 #include <functional>
 
 #include "counterpoint/engine/estimate/motion/motion_fit.h"
-#include "counterpoint/model/special_values.h"
 
 namespace counterpoint::estimation {
 
@@ -12,9 +11,6 @@ struct MotionContinuation {
   double start = 1e-2, end = 1e-3;  ///< smoothing of the contact law [m]
   int most_steps = 40;              ///< Newton steps of a stage
   double tolerance = 3e-3;          ///< share of the cost, see MotionFit::minimize
-  /// The search ends after the third stage where the measurements' mean square is this many times
-  /// their variance: nothing that follows would explain them.
-  double hopeless = kInfinity;
   std::function<bool()> stop;       ///< asked before every step
 };
 

@@ -124,16 +124,22 @@ bool MotionFit::try_step(const MatrixX& frames, const VectorX& parameters) {
   return true;
 }
 
-double MotionFit::measurement_ratio() const {
+double MotionFit::measurement_ratio(int t) const {
   VectorX difference(model_.nv());
-  double sum = 0.0, count = 0.0;
+  configuration_difference(model_, point_.q[size(t)], problem_->measured[size(t)], difference);
+  const auto weight = problem_->position_weight.col(t);
+  const auto count = static_cast<double>((weight.array() > 0.0).count());
+  return count > 0.0 ? difference.cwiseProduct(weight).squaredNorm() / count : 0.0;
+}
+
+double MotionFit::measurement_ratio() const {
+  double sum = 0.0;
+  int measured = 0;
   for (int t = 0; t < problem_->frames(); ++t) {
-    configuration_difference(model_, point_.q[size(t)], problem_->measured[size(t)], difference);
-    const auto weight = problem_->position_weight.col(t);
-    sum += difference.cwiseProduct(weight).squaredNorm();
-    count += static_cast<double>((weight.array() > 0.0).count());
+    sum += measurement_ratio(t);
+    measured += problem_->position_weight.col(t).maxCoeff() > 0.0 ? 1 : 0;
   }
-  return count > 0.0 ? sum / count : 0.0;
+  return measured > 0 ? sum / measured : 0.0;
 }
 
 int MotionFit::minimize(int most, double tolerance, const std::function<bool()>& stop) {

@@ -27,7 +27,8 @@ class MotionFit {
   const MotionPoint& point() const { return point_; }
   /// Infinite where an inverse has no answer.
   double cost() const { return cost_; }
-  /// Mean square of the measurements' residuals over their variance.
+  /// Mean square of the measurements' residuals over their variance: at frame t, and of all frames.
+  double measurement_ratio(int t) const;
   double measurement_ratio() const;
   const std::vector<Instant>& instants() const { return instants_; }
   const SimulationOptions& options() const { return options_; }
