@@ -115,6 +115,7 @@ MotionEstimate told(const Task& task, const RecordedMotion& recorded, Solved& so
   MotionEstimate out = empty_estimate(task.scene.model, recorded.time, task.sums);
   set_motion(task.scene.model, solved.fit->point().q, recorded.h(), out);
   set_forces(*solved.problem, *solved.fit, out);
+  widen_by_smoothing(*solved.problem, solved.result, out);
   out.smoothing = solved.result.smoothing;
   return out;
 }

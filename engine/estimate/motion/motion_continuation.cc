@@ -12,6 +12,7 @@ namespace {
 
 constexpr double kFactor = 2.0;       ///< between the smoothings of two stages, at first
 constexpr double kLeastFactor = 1.1;  ///< a shorter way is not tried
+constexpr double kSofter = 1.8;       ///< ContinuationResult::softer is so much softer, or more
 constexpr double kDearer = 1.2;       ///< a stage that costs more than this is refused
 /// Above this smoothing [m] contacts are still forming, and costs may rise.
 constexpr double kFormed = 1e-3;
@@ -58,6 +59,7 @@ ContinuationResult continue_motion(const MotionProblem& problem,
                                    const MotionContinuation& continuation, MotionFit& fit) {
   ContinuationResult result;
   std::optional<Accepted> before, last;
+  std::vector<Accepted> stages;  // all before the last
   MotionPoint start = fit.point();
   double smoothing = continuation.start, factor = kFactor;
   for (;;) {
@@ -81,6 +83,7 @@ ContinuationResult continue_motion(const MotionProblem& problem,
       continue;
     }
     before = std::move(last);
+    if (before) stages.push_back(*before);
     last = Accepted{fit.point(), smoothing, fit.cost()};
     if (!before && smoothing > continuation.end) {
       const SimulationOptions end = stage_options(problem, continuation.end);
@@ -97,6 +100,12 @@ ContinuationResult continue_motion(const MotionProblem& problem,
     smoothing = std::max(continuation.end, smoothing / factor);
   }
   result.smoothing = last->smoothing;
+  result.hardest = last->point;
+  while (!stages.empty() && stages.back().smoothing < kSofter * last->smoothing) stages.pop_back();
+  if (!stages.empty()) {
+    result.softer = stages.back().point;
+    result.softer_smoothing = stages.back().smoothing;
+  }
   if (!problem.parameters.empty()) {  // their places mean nothing while contacts reach far
     fit.free_parameters(true);
     result.steps +=
