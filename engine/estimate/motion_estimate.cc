@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "counterpoint/engine/estimate/motion/motion_continuation.h"
+#include "counterpoint/engine/estimate/motion/motion_deviations.h"
 #include "counterpoint/engine/estimate/motion/motion_filter.h"
 #include "counterpoint/engine/estimate/motion/motion_priors.h"
 #include "counterpoint/engine/estimate/motion/motion_result.h"
@@ -17,14 +18,21 @@ namespace {
 
 /// Half-power frequency of the low-pass through which a search begins [Hz].
 constexpr double kStartCutoff = 10.0;
-/// White errors that leave more than this ratio are none (MotionEstimate::mean_cost_ratio); those
-/// that leave more than the second one after three stages are none already then.
-constexpr double kWhite = 4.0, kNotWhite = 8.0;
+/// Errors are slow where, after one soft stage for white ones, a quarter of the rows has a product of
+/// cost ratio and unexplained force [weights of the tree] above this: an impact, which a soft
+/// contact does not explain either, is a matter of fewer rows. (White errors left 0.12 to 0.33, slow
+/// ones 0.95 and more: docs/decisions/identification.md.)
+constexpr double kSlow = 0.6;
+constexpr double kQuarter = 0.75;
+/// They are slow, too, where white ones leave more than this cost ratio in the end.
+constexpr double kWhite = 4.0;
 /// A first start that leaves no more than this ratio needs no second one, nor does one that leaves
 /// more than the second of these.
 constexpr double kGood = 1.35, kBad = 6.0;
 /// The errors of a recording are judged by so many rows, those that move most.
 constexpr int kJudged = 80;
+constexpr int kJudgingSteps = 40;
+constexpr double kJudgingTolerance = 3e-3;
 /// Rows that are explained at a time, and rows on either side that are explained with them.
 constexpr int kRows = 1000, kOverlap = 40;
 /// A motion of this engine leaves no more than this unexplained [weights of the tree].
@@ -48,26 +56,50 @@ struct Solved {
   std::unique_ptr<MotionProblem> problem;
   std::unique_ptr<MotionFit> fit;
   ContinuationResult result;
+  bool learned = false;  ///< the problem's deviations are the recording's own
 };
 
+VectorX position_deviation(const MotionProblem& problem) {
+  return problem.position_weight.rowwise().maxCoeff().cwiseInverse();
+}
+
+/// Coordinates whose noise no one has given.
+std::vector<char> unknown_noise(const ColumnMap& map, int nv) {
+  std::vector<char> out;
+  for (const double known : given(map.position_deviation, nv)) out.push_back(!std::isfinite(known));
+  return out;
+}
+
+/// The recording through a low-pass, where a search begins.
+MotionPoint start_of(const MotionProblem& problem, const RecordedMotion& recorded,
+                     const MotionPriors& priors) {
+  const double cutoff = priors.cutoff > 0.0 ? priors.cutoff : kStartCutoff;
+  return {low_pass(problem.model, recorded.frames, recorded.h(), cutoff),
+          VectorX::Zero(problem.num_parameters())};
+}
+
 /// Finds the motion of some rows from each start of the priors until one is good.
-Solved solve(const Task& task, const RecordedMotion& recorded, const MotionPriors& priors,
-             double hopeless) {
+Solved solve(const Task& task, const RecordedMotion& recorded, const MotionPriors& priors) {
   Solved best;
   best.problem = std::make_unique<MotionProblem>(motion_problem(task.scene, recorded, priors));
   const MotionProblem& problem = *best.problem;
-  const double cutoff = priors.cutoff > 0.0 ? priors.cutoff : kStartCutoff;
-  const MotionPoint start{low_pass(problem.model, recorded.frames, recorded.h(), cutoff),
-                          VectorX::Zero(problem.num_parameters())};
+  const MotionPoint start = start_of(problem, recorded, priors);
   int steps = 0;
   for (const double smoothing : priors.smoothing_starts) {
     auto fit = std::make_unique<MotionFit>(problem, start, task.options.threads);
     const MotionContinuation continuation{.start = std::max(smoothing, priors.smoothing_end),
                                           .end = priors.smoothing_end,
-                                          .hopeless = hopeless,
                                           .stop = task.options.stop};
     const ContinuationResult result = continue_motion(problem, continuation, *fit);
     steps += result.steps;
+    if (result.untouched && only_smoothness_tells(problem)) {
+      steps += learn_deviations(unknown_noise(task.map, problem.nv()), task.options.stop,
+                                *best.problem, *fit);
+      best.fit = std::move(fit);
+      best.result = result;
+      best.learned = true;
+      break;
+    }
     const double ratio = fit->measurement_ratio();
     if (!best.fit || result.cost < best.result.cost) {
       best.fit = std::move(fit);
@@ -83,8 +115,8 @@ MotionEstimate told(const Task& task, const RecordedMotion& recorded, Solved& so
   MotionEstimate out = empty_estimate(task.scene.model, recorded.time, task.sums);
   set_motion(task.scene.model, solved.fit->point().q, recorded.h(), out);
   set_forces(*solved.problem, *solved.fit, out);
+  widen_by_smoothing(*solved.problem, solved.result, out);
   out.smoothing = solved.result.smoothing;
-  out.newton_steps = solved.result.steps;
   return out;
 }
 
@@ -131,21 +163,56 @@ bool explain_own(const Task& task, const Recording& recording, const RecordedMot
   return true;
 }
 
-/// All rows, a part after the other.
-void explain_parts(const Task& task, const RecordedMotion& recorded, RecordingErrors errors,
-                   MotionEstimate& out) {
+/// Whether the errors of a recording are slow, from the rows that move most. `steps`: Newton steps
+/// that took. False where there is no motor: a lone body is found as fast.
+bool far_from_white(const Task& task, const RecordedMotion& recorded, int& steps) {
+  const Model& model = task.scene.model;
+  const std::vector<char> motors = optimization::motors_of(model);
+  const VectorX weights = optimization::unactuated_weights(model, motors);
+  const auto count = std::count(motors.begin(), motors.end(), 0);
+  if (weights.isZero(0.0) || count == model.nv()) return false;
+  const RecordedMotion rows = busiest(model, recorded);
+  const MotionPriors priors = white_priors(task.scene, task.map, rows);
+  const MotionProblem problem = motion_problem(task.scene, rows, priors);
+  const MotionPoint start = start_of(problem, rows, priors);
+  MotionFit fit(problem, start, task.options.threads);
+  fit.begin(stage_options(problem, priors.smoothing_starts.front()), start);
+  steps = fit.minimize(kJudgingSteps, kJudgingTolerance, task.options.stop);
+  std::vector<double> products;
+  for (int t = 1; t + 1 < rows.rows(); ++t) {
+    const VectorX& force = fit.instants()[static_cast<std::size_t>(t)].force;
+    products.push_back(fit.measurement_ratio(t) * force.cwiseProduct(weights).cwiseAbs().maxCoeff());
+  }
+  const auto at = products.begin() + static_cast<std::ptrdiff_t>(kQuarter * products.size());
+  std::nth_element(products.begin(), at, products.end());
+  return *at > kSlow;
+}
+
+/// All rows, a part after the other. False, and incomplete, if errors are to be `judged` and the
+/// first part shows that they are not white.
+bool explain_parts(const Task& task, const RecordedMotion& recorded, RecordingErrors errors,
+                   bool judged, MotionEstimate& out) {
+  VectorX change;  // as the part before has learned it
   const auto priors_of = errors == RecordingErrors::kSlow ? slow_priors : white_priors;
   for (int first = 0; first < recorded.rows(); first += kRows) {
     const int begin = std::max(0, first - kOverlap);
     int end = std::min(recorded.rows(), first + kRows + kOverlap);
     if (recorded.rows() - end < kRows / 2) end = recorded.rows();
     const RecordedMotion rows = part(recorded, begin, end - begin);
-    const MotionPriors priors = priors_of(task.scene, task.map, rows);
-    Solved solved = solve(task, rows, priors, kInfinity);
+    MotionPriors priors = priors_of(task.scene, task.map, rows);
+    if (change.size() > 0) {
+      priors.change = change;
+      priors.position = out.position_deviation;
+    }
+    Solved solved = solve(task, rows, priors);
+    out.newton_steps += solved.result.steps;
+    if (judged && first == 0 && solved.fit->measurement_ratio() > kWhite) return false;
     append(told(task, rows, solved), begin, first - begin, out);
-    out.position_deviation = priors.position;
+    out.position_deviation = position_deviation(*solved.problem);
+    if (solved.learned) change = solved.problem->change_weight.cwiseInverse();
     if (end == recorded.rows() || (task.options.stop && task.options.stop())) break;
   }
+  return true;
 }
 
 }  // namespace
@@ -163,25 +230,15 @@ MotionEstimate estimate_motion(const Scene& scene, const ColumnMap& map,
   } else {
     out = empty_estimate(scene.model, recorded.time, task.sums);
     out.file = recording.file;
-    out.errors = options.errors.value_or(RecordingErrors::kWhite);
-    int steps = 0;
-    bool done = false;
-    if (!options.errors) {
-      const RecordedMotion judged = busiest(scene.model, recorded);
-      const MotionPriors priors = white_priors(scene, map, judged);
-      Solved solved = solve(task, judged, priors, kNotWhite);
-      steps = solved.result.steps;
-      if (solved.fit->measurement_ratio() > kWhite) {
-        out.errors = RecordingErrors::kSlow;
-      } else if (judged.rows() == recorded.rows()) {
-        append(told(task, judged, solved), 0, 0, out);
-        out.position_deviation = priors.position;
-        done = true;
-      }
-    }
-    if (!done) {
-      explain_parts(task, recorded, out.errors, out);
-      out.newton_steps += steps;
+    const bool judged = !options.errors;
+    if (judged && far_from_white(task, recorded, out.newton_steps))
+      out.errors = RecordingErrors::kSlow;
+    else
+      out.errors = options.errors.value_or(RecordingErrors::kWhite);
+    const bool white = out.errors == RecordingErrors::kWhite;
+    if (!explain_parts(task, recorded, out.errors, judged && white, out)) {
+      out.errors = RecordingErrors::kSlow;
+      explain_parts(task, recorded, out.errors, false, out);
     }
   }
   out.recorded.resize(scene.model.nq(), recorded.rows());

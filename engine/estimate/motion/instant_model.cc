@@ -71,8 +71,6 @@ struct InstantModel::Impl {
         force_sensors(of.sensors) {
     for (VectorX* x : {&v, &w, &difference}) x->resize(model.nv());
     if (!problem.parameters.empty()) derivator.emplace(model, problem.parameters);
-    size_weight2 = problem.size_weight.cwiseAbs2();
-    force_weight2 = problem.force_weight.cwiseAbs2();
   }
 
   int last() const { return problem.frames() - 1; }
@@ -153,8 +151,9 @@ struct InstantModel::Impl {
   }
 
   double step_cost(int t, const VectorX& u) const {
-    double sum = 0.5 * size_weight2.dot(u.cwiseAbs2());
-    if (any(force_weight2)) sum += 0.5 * force_weight2.dot((u - problem.force.col(t)).cwiseAbs2());
+    double sum = 0.5 * problem.size_weight.cwiseProduct(u).squaredNorm();
+    if (any(problem.force_weight))
+      sum += 0.5 * problem.force_weight.cwiseProduct(u - problem.force.col(t)).squaredNorm();
     if (any(problem.acceleration_weight))
       sum += loss(acceleration_residual(t).cwiseProduct(problem.acceleration_weight),
                   problem.loss_scale);
@@ -209,6 +208,8 @@ struct InstantModel::Impl {
 
   /// Sizes of the force, and how far it is from a measured one: one row a coordinate for both.
   void add_force(const Instant& instant, int t, InstantEquations& out) {
+    const VectorX size_weight2 = problem.size_weight.cwiseAbs2();
+    const VectorX force_weight2 = problem.force_weight.cwiseAbs2();
     VectorX weight = size_weight2 + force_weight2;
     VectorX residual = size_weight2.cwiseProduct(instant.force);
     if (any(force_weight2))
@@ -244,7 +245,7 @@ struct InstantModel::Impl {
   Inverse inverse;
   InverseDerivatives d;
   InverseParameterDerivatives d_parameters;
-  VectorX v, w, difference, size_weight2, force_weight2;
+  VectorX v, w, difference;
   std::array<TangentMap, 2> v_by, w_by;  ///< velocities by the frames before and behind them
   std::array<TangentMap, 3> a_by;        ///< acceleration by its three frames
   MatrixX rows, change, by_parameters;

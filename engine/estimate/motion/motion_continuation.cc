@@ -12,14 +12,16 @@ namespace {
 
 constexpr double kFactor = 2.0;       ///< between the smoothings of two stages, at first
 constexpr double kLeastFactor = 1.1;  ///< a shorter way is not tried
+constexpr double kSofter = 1.8;       ///< ContinuationResult::softer is so much softer, or more
 constexpr double kDearer = 1.2;       ///< a stage that costs more than this is refused
 /// Above this smoothing [m] contacts are still forming, and costs may rise.
 constexpr double kFormed = 1e-3;
 
 /// Parameters move slowly: their stage goes on for this share of the usual decrease of the cost.
 constexpr double kParameterTolerance = 0.3;
-/// Stages after which a search may be given up.
-constexpr int kStagesJudged = 3;
+/// Laws do nothing whose last stage changes the cost of the first stage's motion by less than this
+/// share.
+constexpr double kUntouched = 1e-6;
 
 /// A stage that was accepted.
 struct Accepted {
@@ -57,9 +59,9 @@ ContinuationResult continue_motion(const MotionProblem& problem,
                                    const MotionContinuation& continuation, MotionFit& fit) {
   ContinuationResult result;
   std::optional<Accepted> before, last;
+  std::vector<Accepted> stages;  // all before the last
   MotionPoint start = fit.point();
   double smoothing = continuation.start, factor = kFactor;
-  int accepted = 0;
   for (;;) {
     const SimulationOptions options = stage_options(problem, smoothing);
     fit.begin(options, start);
@@ -81,13 +83,29 @@ ContinuationResult continue_motion(const MotionProblem& problem,
       continue;
     }
     before = std::move(last);
+    if (before) stages.push_back(*before);
     last = Accepted{fit.point(), smoothing, fit.cost()};
+    if (!before && smoothing > continuation.end) {
+      const SimulationOptions end = stage_options(problem, continuation.end);
+      fit.begin(end, last->point);
+      result.untouched = std::abs(fit.cost() - last->cost) <= kUntouched * last->cost;
+      if (result.untouched) {
+        last->smoothing = continuation.end;
+        break;
+      }
+      fit.begin(options, last->point);
+    }
     if (smoothing <= continuation.end || (continuation.stop && continuation.stop())) break;
-    if (++accepted == kStagesJudged && fit.measurement_ratio() > continuation.hopeless) break;
     start = last->point;
     smoothing = std::max(continuation.end, smoothing / factor);
   }
   result.smoothing = last->smoothing;
+  result.hardest = last->point;
+  while (!stages.empty() && stages.back().smoothing < kSofter * last->smoothing) stages.pop_back();
+  if (!stages.empty()) {
+    result.softer = stages.back().point;
+    result.softer_smoothing = stages.back().smoothing;
+  }
   if (!problem.parameters.empty()) {  // their places mean nothing while contacts reach far
     fit.free_parameters(true);
     result.steps +=

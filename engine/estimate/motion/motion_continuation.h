@@ -4,7 +4,6 @@
 #include <functional>
 
 #include "counterpoint/engine/estimate/motion/motion_fit.h"
-#include "counterpoint/model/special_values.h"
 
 namespace counterpoint::estimation {
 
@@ -12,9 +11,6 @@ struct MotionContinuation {
   double start = 1e-2, end = 1e-3;  ///< smoothing of the contact law [m]
   int most_steps = 40;              ///< Newton steps of a stage
   double tolerance = 3e-3;          ///< share of the cost, see MotionFit::minimize
-  /// The search ends after the third stage where the measurements' mean square is this many times
-  /// their variance: nothing that follows would explain them.
-  double hopeless = kInfinity;
   std::function<bool()> stop;       ///< asked before every step
 };
 
@@ -25,10 +21,16 @@ struct ContinuationResult {
   double smoothing = 0.0;  ///< the last accepted stage's [m]
   int steps = 0;
   double cost = 0.0;
+  /// Of the last stage, and of the last one before it that was at least nearly twice as soft (none
+  /// where there was a single stage): what the smoothing does to the forces.
+  MotionPoint hardest, softer;
+  double softer_smoothing = 0.0;
+  bool untouched = false;  ///< contacts and limits do nothing: one stage was enough
 };
 
 /// Carries `fit` from its point through the stages. A stage whose cost rises by more than a fifth
-/// has lost the motion: it is refused, and a shorter one tried from the stage before.
+/// has lost the motion: it is refused, and a shorter one tried from the stage before. Where the last
+/// stage's laws would change nothing after the first stage, it is the only one.
 ContinuationResult continue_motion(const MotionProblem& problem,
                                    const MotionContinuation& continuation, MotionFit& fit);
 

@@ -69,31 +69,37 @@ std::vector<VectorX> low_pass(const Model& model, const std::vector<VectorX>& fr
 
 namespace {
 
-/// From second differences of a series' steps.
-double white_deviation(const VectorX& steps) {
-  std::vector<double> third;
-  for (Eigen::Index t = 0; t + 2 < steps.size(); ++t)
-    if (const double d = std::abs(steps[t + 2] - 2.0 * steps[t + 1] + steps[t]); std::isfinite(d))
-      third.push_back(d);
-  if (third.empty()) return 0.0;
-  const auto at = third.begin() + static_cast<std::ptrdiff_t>(kShare * (third.size() - 1));
-  std::nth_element(third.begin(), at, third.end());
-  // Weights 1, -3, 3, -1: the variance of white noise grows 20 times.
-  return *at / kAtShare / std::sqrt(20.0);
+/// Of a series' steps; values that are NaN are missing.
+double white_deviation(VectorX steps, int order) {
+  double out = 0.0;
+  double growth = 2.0;  // of the variance of white noise: (2 n)! / n!^2 for differences of order n
+  for (int n = 2; n <= order && steps.size() > 1; ++n) {
+    steps = (steps.tail(steps.size() - 1) - steps.head(steps.size() - 1)).eval();
+    growth *= 4.0 - 2.0 / n;
+    if (n < 3) continue;
+    std::vector<double> size;
+    for (const double d : steps)
+      if (std::isfinite(d)) size.push_back(std::abs(d));
+    if (size.empty()) break;
+    const auto at = size.begin() + static_cast<std::ptrdiff_t>(kShare * (size.size() - 1));
+    std::nth_element(size.begin(), at, size.end());
+    const double noise = *at / kAtShare / std::sqrt(growth);
+    out = n == 3 ? noise : std::min(out, noise);
+  }
+  return out;
 }
 
 }  // namespace
 
 double white_noise(const VectorX& series) {
   const Eigen::Index n = series.size();
-  return n < 4 ? 0.0 : white_deviation(series.tail(n - 1) - series.head(n - 1));
+  return n < 4 ? 0.0 : white_deviation(series.tail(n - 1) - series.head(n - 1), 3);
 }
 
-VectorX white_noise(const Model& model, const std::vector<VectorX>& frames) {
+VectorX white_noise(const Model& model, const std::vector<VectorX>& frames, int order) {
   VectorX out = VectorX::Zero(model.nv());
-  if (frames.size() < 4) return out;
   const MatrixX d = steps_of(model, frames);
-  for (int i = 0; i < model.nv(); ++i) out[i] = white_deviation(d.row(i));
+  for (int i = 0; i < model.nv(); ++i) out[i] = white_deviation(d.row(i).transpose(), order);
   return out;
 }
 

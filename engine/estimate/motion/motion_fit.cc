@@ -124,23 +124,36 @@ bool MotionFit::try_step(const MatrixX& frames, const VectorX& parameters) {
   return true;
 }
 
-double MotionFit::measurement_ratio() const {
+double MotionFit::measurement_ratio(int t, SensorRows& sensors) const {
   VectorX difference(model_.nv());
-  SensorRows sensors(model_, problem_->sensors, static_cast<int>(problem_->constants.size()));
-  double sum = 0.0, count = 0.0;
-  for (int t = 0; t < problem_->frames(); ++t) {
-    configuration_difference(model_, point_.q[size(t)], problem_->measured[size(t)], difference);
-    const auto weight = problem_->position_weight.col(t);
-    sum += difference.cwiseProduct(weight).squaredNorm();
-    count += static_cast<double>((weight.array() > 0.0).count());
-    if (problem_->sensors.empty()) continue;
-    sensors.evaluate(model_, problem_->sensor_frames(point_.q, point_.parameters), t, false);
-    for (const WeightedRows* rows : {&sensors.of_frame(), &sensors.of_motion()}) {
-      sum += rows->residual.head(rows->size).squaredNorm();
-      count += rows->size;
-    }
+  configuration_difference(model_, point_.q[size(t)], problem_->measured[size(t)], difference);
+  const auto weight = problem_->position_weight.col(t);
+  auto count = static_cast<double>((weight.array() > 0.0).count());
+  double sum = difference.cwiseProduct(weight).squaredNorm();
+  sensors.evaluate(model_, problem_->sensor_frames(point_.q, point_.parameters), t, false);
+  for (const WeightedRows* rows : {&sensors.of_frame(), &sensors.of_motion()}) {
+    sum += rows->residual.head(rows->size).squaredNorm();
+    count += rows->size;
   }
-  return count > 0.0 ? sum / count : 0.0;
+  return count > 0.0 ? sum / count : -1.0;
+}
+
+double MotionFit::measurement_ratio(int t) const {
+  SensorRows sensors(model_, problem_->sensors, static_cast<int>(problem_->constants.size()));
+  return std::max(0.0, measurement_ratio(t, sensors));
+}
+
+double MotionFit::measurement_ratio() const {
+  SensorRows sensors(model_, problem_->sensors, static_cast<int>(problem_->constants.size()));
+  double sum = 0.0;
+  int measured = 0;
+  for (int t = 0; t < problem_->frames(); ++t) {
+    const double ratio = measurement_ratio(t, sensors);
+    if (ratio < 0.0) continue;
+    sum += ratio;
+    ++measured;
+  }
+  return measured > 0 ? sum / measured : 0.0;
 }
 
 int MotionFit::minimize(int most, double tolerance, const std::function<bool()>& stop) {

@@ -28,7 +28,8 @@ class MotionFit {
   const MotionPoint& point() const { return point_; }
   /// Infinite where an inverse has no answer.
   double cost() const { return cost_; }
-  /// Mean square of the measurements' residuals over their variance.
+  /// Mean square of the measurements' residuals over their variance: at frame t, and of all frames.
+  double measurement_ratio(int t) const;
   double measurement_ratio() const;
   const std::vector<Instant>& instants() const { return instants_; }
   const SimulationOptions& options() const { return options_; }
@@ -40,6 +41,8 @@ class MotionFit {
   MotionSystem& linearized();
 
  private:
+  /// Of frame t; -1 where nothing was measured.
+  double measurement_ratio(int t, SensorRows& sensors) const;
   double evaluate();
   void linearize();
   void apply_parameters();

@@ -14,8 +14,8 @@ namespace {
 
 /// Contacts are looked for up to this gap [m], if the scene's margin is not larger.
 constexpr double kMargin = 0.05;
-/// Forces of motors, as a share of the weight times its radius of gyration; their change in 10 ms,
-/// as a share of that.
+/// Forces of motors, as a share of the weight times its radius of gyration, at rows 10 ms apart;
+/// their change in 10 ms, as a share of that.
 constexpr double kForce = 0.12, kChange = 0.15;
 /// Unexplained forces [weights of the tree].
 constexpr double kUnexplainedWhite = 0.03, kUnexplainedSlow = 0.02;
@@ -85,7 +85,7 @@ MotionPriors common_priors(const Scene& scene, const ColumnMap& map,
   priors.acceleration = VectorX::Constant(nv, kInfinity);
   priors.force = given(map.force_deviation, nv);
   const double force = kForce * weight_times_gyration(scene.model, recorded.frames.front());
-  priors.size = VectorX::Constant(nv, force);
+  priors.size = VectorX::Constant(nv, force * std::sqrt(0.01 / recorded.h()));
   priors.change = VectorX::Constant(nv, kChange * force * std::sqrt(recorded.h() / 0.01));
   return priors;
 }

@@ -1,6 +1,7 @@
 // Results of a motion estimate: motion, forces, contacts and their standard deviations.
 #pragma once
 
+#include "counterpoint/engine/estimate/motion/motion_continuation.h"
 #include "counterpoint/engine/estimate/motion/motion_fit.h"
 #include "counterpoint/engine/estimate/motion/recorded_motion.h"
 #include "counterpoint/engine/estimate/motion_estimate.h"
@@ -21,6 +22,12 @@ void set_motion(const Model& model, const std::vector<VectorX>& frames, double h
 /// Forces and contacts of a fit, with their standard deviations; parameters; and the cost ratio of
 /// each row.
 void set_forces(const MotionProblem& problem, MotionFit& fit, MotionEstimate& out);
+
+/// Adds to the standard deviations of forces what the smoothing of the contact law still does to
+/// them: the law differs from the hard one by the root of the smoothing, so what is left at the last
+/// stage is the change since `softer` over (root of the smoothings' ratio - 1).
+void widen_by_smoothing(const MotionProblem& problem, const ContinuationResult& found,
+                        MotionEstimate& out);
 
 /// Forces and contacts of one row as an inverse gives them, without deviations.
 void set_inverse(const Model& model, const Inverse& inverse, int row, MotionEstimate& out);

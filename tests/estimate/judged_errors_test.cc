@@ -1,0 +1,100 @@
+// Which errors a recording has, and what the smoothing of contacts adds to intervals.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <random>
+
+#include "counterpoint/engine/estimate/motion/motion_priors.h"
+#include "counterpoint/engine/estimate/motion/motion_result.h"
+#include "counterpoint/engine/simulator.h"
+#include "support/paths.h"
+
+namespace counterpoint::estimation::judged_errors_test {
+namespace {
+
+/// A cube that lands flat and slides to a stop.
+Scene sliding_cube() {
+  Scene scene = load_scene(test::source_dir() + "/data/scenes/cube_toss.yaml");
+  scene.options.effects.set(Effect::kSleeping, false);
+  scene.options.effects.set(Effect::kRestitution, false);
+  scene.q << 0.0, 0.0, 0.06, 1.0, 0.0, 0.0, 0.0;
+  scene.v << 1.0, 0.3, 0.0, 0.0, 0.0, 0.0;
+  return scene;
+}
+
+/// 50 rows at 100 Hz with white noise of this deviation [m, rad].
+Recording noisy_slide(const Scene& scene, double noise) {
+  Simulator simulator(scene);
+  std::mt19937 random(1);
+  std::normal_distribution<double> normal;
+  Recording out;
+  out.file = "slide";
+  out.q.resize(7, 50);
+  out.v = out.applied_force = MatrixX::Zero(6, 50);
+  for (int row = 0; row < 50; ++row) {
+    VectorX by(6), q(7);
+    for (double& x : by) x = noise * normal(random);
+    integrate_configuration(scene.model, simulator.state().q, by, 1.0, q);
+    out.q.col(row) = q;
+    out.time.push_back(simulator.state().time);
+    for (int k = 0; k < 5; ++k) EXPECT_TRUE(simulator.step().succeeded());
+  }
+  return out;
+}
+
+ColumnMap all_positions(const Scene& scene) {
+  ColumnMap map;
+  for (int i = 0; i < scene.model.nq(); ++i)
+    map.entries.push_back({ColumnMap::Entry::Kind::kPosition, i, "q", {"q", 1.0, 0.0}});
+  return map;
+}
+
+// A lone body has no motor that could hide what soft friction does not explain: only the hard end of
+// the search can judge it.
+TEST(JudgedErrors, WhiteNoiseOfASlidingBodyIsSeenAsSuch) {
+  const Scene scene = sliding_cube();
+  const MotionEstimate estimate =
+      estimate_motion(scene, all_positions(scene), noisy_slide(scene, 1e-3));
+  EXPECT_EQ(estimate.errors, RecordingErrors::kWhite);
+}
+
+// At rest, four times the smoothing changes a force by f(4 s) - f(s); a law that differs from the
+// hard one by the root of s has as much left to go: the widening is this change.
+TEST(JudgedErrors, IntervalsHoldWhatIsLeftOfTheSmoothing) {
+  const Scene scene = sliding_cube();
+  const Recording recording = noisy_slide(scene, 0.0);
+  const RecordedMotion recorded = prepare(scene.model, all_positions(scene), recording);
+  const MotionProblem problem =
+      motion_problem(scene, recorded, white_priors(scene, all_positions(scene), recorded));
+  ContinuationResult found;
+  found.smoothing = 1e-4;
+  found.softer_smoothing = 4e-4;
+  found.hardest.q = found.softer.q = recorded.frames;
+  MotionEstimate out =
+      empty_estimate(scene.model, recorded.time, with_links(scene.model, {}));
+  out.force_deviation.setZero();
+  widen_by_smoothing(problem, found, out);
+  InstantModel instant(problem, scene.model);
+  double most = 0.0;
+  for (int t = 1; t + 1 < problem.frames(); ++t) {
+    const VectorX soft =
+        instant.invert(found.softer, stage_options(problem, 4e-4), t).applied_force;
+    const VectorX hard =
+        instant.invert(found.hardest, stage_options(problem, 1e-4), t).applied_force;
+    const VectorX change = (soft - hard).cwiseAbs();
+    EXPECT_LE((out.force_deviation.col(t) - change).cwiseAbs().maxCoeff(),
+              1e-12 * (1.0 + change.maxCoeff()));
+    most = std::max(most, change.maxCoeff());
+  }
+  EXPECT_GT(most, 0.01);  // it touches the ground [N]
+
+  // A single stage tells nothing of its smoothing.
+  found.softer.q.clear();
+  out.force_deviation.setConstant(2.0);
+  widen_by_smoothing(problem, found, out);
+  EXPECT_EQ(out.force_deviation.minCoeff(), 2.0);
+  EXPECT_EQ(out.force_deviation.maxCoeff(), 2.0);
+}
+
+}  // namespace
+}  // namespace counterpoint::estimation::judged_errors_test
