@@ -106,7 +106,7 @@ struct InstantModel::Impl {
   }
 
   double step_cost(int t, const VectorX& u) const {
-    double sum = 0.5 * size_weight2.dot(u.cwiseAbs2());
+    double sum = loss(u.cwiseProduct(problem.size_weight), problem.force_loss_scale);
     if (any(force_weight2)) sum += 0.5 * force_weight2.dot((u - problem.force.col(t)).cwiseAbs2());
     if (any(problem.acceleration_weight))
       sum += loss(acceleration_residual(t).cwiseProduct(problem.acceleration_weight),
@@ -162,8 +162,10 @@ struct InstantModel::Impl {
 
   /// Sizes of the force, and how far it is from a measured one: one row a coordinate for both.
   void add_force(const Instant& instant, int t, InstantEquations& out) {
-    VectorX weight = size_weight2 + force_weight2;
-    VectorX residual = size_weight2.cwiseProduct(instant.force);
+    const VectorX size = size_weight2.cwiseProduct(loss_weight(
+        instant.force.cwiseProduct(problem.size_weight), problem.force_loss_scale));
+    VectorX weight = size + force_weight2;
+    VectorX residual = size.cwiseProduct(instant.force);
     if (any(force_weight2))
       residual += force_weight2.cwiseProduct(instant.force - problem.force.col(t));
     weight = weight.cwiseSqrt();
