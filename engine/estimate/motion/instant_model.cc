@@ -53,6 +53,40 @@ void add_transposed(const TangentMap& map, const VectorX& x, const std::vector<i
   }
 }
 
+/// What unexplained forces of free links are in proportion to, by coordinate: mass of the tree, and
+/// its bodies' rotational inertia; 1 for all others. Else a lighter body would explain everything.
+VectorX force_scales(const Model& model) {
+  VectorX out = VectorX::Ones(model.nv());
+  for (int i = 1; i < model.num_bodies(); ++i) {
+    const Body& body = model.body(i);
+    if (body.joint_type != JointType::kFloating) continue;
+    const Tree& tree = model.trees()[static_cast<std::size_t>(body.tree)];
+    double mass = 0.0, trace = 0.0;
+    for (int b = tree.body_begin; b < tree.body_end; ++b) {
+      mass += model.body(b).inertia.mass;
+      trace += model.body(b).inertia.rotational.trace();
+    }
+    out.segment<3>(body.v_index).setConstant(mass);
+    out.segment<3>(body.v_index + 3).setConstant(trace);
+  }
+  return out;
+}
+
+/// nv x parameters: derivatives of their logarithms. Scales are linear in inertias.
+MatrixX scale_slopes(const MotionProblem& problem, const Model& model, const VectorX& scales) {
+  constexpr double kStep = 1e-4;
+  MatrixX out = MatrixX::Zero(model.nv(), static_cast<Eigen::Index>(problem.parameters.size()));
+  for (std::size_t k = 0; k < problem.parameters.size(); ++k) {
+    if (problem.parameters[k].kind != StepParameterKind::kInertia) continue;
+    Model moved = model;
+    SimulationOptions unused = problem.options;
+    change_parameter(problem.parameters[k], kStep, moved, unused);
+    out.col(static_cast<Eigen::Index>(k)) =
+        (force_scales(moved) - scales).cwiseQuotient(scales) / kStep;
+  }
+  return out;
+}
+
 bool any(const VectorX& weight) { return weight.size() > 0 && weight.maxCoeff() > 0.0; }
 
 }  // namespace
@@ -65,7 +99,12 @@ struct InstantModel::Impl {
         workspace(changed) {
     for (VectorX* x : {&v, &w, &difference}) x->resize(model.nv());
     if (!problem.parameters.empty()) derivator.emplace(model, problem.parameters);
-    size_weight2 = problem.size_weight.cwiseAbs2();
+    size_weight = problem.size_weight;
+    if (!problem.parameters.empty()) {
+      const VectorX scales = force_scales(model);
+      size_weight = size_weight.cwiseProduct(force_scales(problem.model)).cwiseQuotient(scales);
+      slopes = scale_slopes(problem, model, scales);
+    }
     force_weight2 = problem.force_weight.cwiseAbs2();
   }
 
@@ -106,7 +145,7 @@ struct InstantModel::Impl {
   }
 
   double step_cost(int t, const VectorX& u) const {
-    double sum = loss(u.cwiseProduct(problem.size_weight), problem.force_loss_scale);
+    double sum = loss(u.cwiseProduct(size_weight), problem.force_loss_scale);
     if (any(force_weight2)) sum += 0.5 * force_weight2.dot((u - problem.force.col(t)).cwiseAbs2());
     if (any(problem.acceleration_weight))
       sum += loss(acceleration_residual(t).cwiseProduct(problem.acceleration_weight),
@@ -160,20 +199,23 @@ struct InstantModel::Impl {
     out.corner_gradient.noalias() += P.transpose() * residual;
   }
 
-  /// Sizes of the force, and how far it is from a measured one: one row a coordinate for both.
-  void add_force(const Instant& instant, int t, InstantEquations& out) {
-    const VectorX size = size_weight2.cwiseProduct(loss_weight(
-        instant.force.cwiseProduct(problem.size_weight), problem.force_loss_scale));
-    VectorX weight = size + force_weight2;
-    VectorX residual = size.cwiseProduct(instant.force);
-    if (any(force_weight2))
-      residual += force_weight2.cwiseProduct(instant.force - problem.force.col(t));
-    weight = weight.cwiseSqrt();
-    for (int i = 0; i < weight.size(); ++i)
-      residual[i] = weight[i] > 0.0 ? residual[i] / weight[i] : 0.0;
+  /// Sizes of the force.
+  void add_size(const Instant& instant, InstantEquations& out) {
+    const VectorX size = instant.force.cwiseProduct(size_weight);
+    const VectorX share = loss_weight(size, problem.force_loss_scale).cwiseSqrt();
+    const VectorX weight = size_weight.cwiseProduct(share), residual = size.cwiseProduct(share);
     rows.noalias() = weight.asDiagonal() * instant.by_frames;
     by_parameters.noalias() = weight.asDiagonal() * instant.by_parameters;
+    if (slopes.size() > 0) by_parameters -= residual.asDiagonal() * slopes;
     add_rows(1, rows, residual, by_parameters, out);
+  }
+
+  /// How far the force is from a measured one.
+  void add_measured_force(const Instant& instant, int t, InstantEquations& out) {
+    rows.noalias() = problem.force_weight.asDiagonal() * instant.by_frames;
+    by_parameters.noalias() = problem.force_weight.asDiagonal() * instant.by_parameters;
+    add_rows(1, rows, problem.force_weight.cwiseProduct(instant.force - problem.force.col(t)),
+             by_parameters, out);
   }
 
   void add_change(const Instant& before, const Instant& at, InstantEquations& out) {
@@ -196,7 +238,8 @@ struct InstantModel::Impl {
   Inverse inverse;
   InverseDerivatives d;
   InverseParameterDerivatives d_parameters;
-  VectorX v, w, difference, size_weight2, force_weight2;
+  VectorX v, w, difference, size_weight, force_weight2;
+  MatrixX slopes;  ///< nv x parameters: of the logarithms of what size_weight goes with
   std::array<TangentMap, 2> v_by, w_by;  ///< velocities by the frames before and behind them
   std::array<TangentMap, 3> a_by;        ///< acceleration by its three frames
   MatrixX rows, change, by_parameters;
@@ -261,7 +304,8 @@ void InstantModel::assemble(const MotionPoint& point, const std::vector<Instant>
     p.set_velocities(point, t, true);
     p.add_acceleration(t, out);
   }
-  p.add_force(at, t, out);
+  p.add_size(at, out);
+  if (any(p.force_weight2)) p.add_measured_force(at, t, out);
   if (t > 1 && any(p.problem.change_weight))
     p.add_change(instants[static_cast<std::size_t>(t - 1)], at, out);
 }
