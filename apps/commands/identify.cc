@@ -39,8 +39,10 @@ Experiment make_experiment(const IdentifyArguments& arguments) {
   refuse_sensors(e.map, "identify");
   e.prediction = {arguments.substeps ? arguments.substeps : e.map.substeps,
                   e.scene.options.time_step, arguments.horizon, Interrupt::wanted};
-  if (compared(e.map) == Compared::kImpacts && arguments.objective == "force")
-    throw InputError("--objective force: an impact takes no time, forces are not to be had");
+  if (compared(e.map) == Compared::kImpacts &&
+      (arguments.objective == "force" || arguments.objective == "explain"))
+    throw InputError("--objective " + arguments.objective +
+                     ": an impact takes no time, forces are not to be had");
   e.by_score = arguments.objective == "score";
   if (arguments.objective == "one-step") e.prediction.horizon = 1;
   e.reach = e.scene.options.contact.margin;
@@ -163,13 +165,13 @@ void print_parameter(std::FILE* text, const Json& p) {
              p["at_bound"] ? ", at its bound" : "", p["scene"].get<double>());
 }
 
-void fill_report(const std::vector<Parameter>& parameters, const FitProblem& problem,
-                 const Fit& found, Report& report) {
+void fill_report(const std::vector<Parameter>& parameters, const VectorX& start, const Fit& found,
+                 Report& report) {
   report["status"] = "ok";
   Json list = Json::array();
   std::string set;
   for (size_t i = 0; i < parameters.size(); ++i) {
-    list.push_back(json_parameter(parameters[i], problem.start[static_cast<Eigen::Index>(i)],
+    list.push_back(json_parameter(parameters[i], start[static_cast<Eigen::Index>(i)],
                                   found.parameters[i]));
     print_parameter(report.text(), list.back());
     set += fmt::format("{}{}={:.8g}", i == 0 ? "" : ",", parameters[i].name,
@@ -245,28 +247,59 @@ int end_early(const char* figures, Report& report) {
   return kFailed;
 }
 
+/// Figures with which predictions are best. Every rank has a part in it.
+Fit predicted_best(IdentifyArguments& arguments, const Experiment& e,
+                   const std::vector<Parameter>& parameters, const std::vector<int>& which,
+                   tasks::World& world) {
+  const FitProblem problem = fit_problem(e, parameters, which, arguments.objective == "force");
+  arguments.fit.robust = arguments.loss == "cauchy";
+  arguments.fit.stop = Interrupt::wanted;
+  tasks::RunSeries series(arguments.tasks, world, Interrupt::wanted, last_fit_list(arguments.fit));
+  arguments.fit.run = series.runner();
+  arguments.fit.fingerprint = fingerprint(arguments, e);
+  Fit found = fit(problem, arguments.fit);
+  series.finish();
+  arguments.report["ranks"] = series.last().ranks;
+  arguments.report["threads"] = series.last().threads;
+  return found;
+}
+
+/// Figures and motions that explain the recordings: one problem, which rank 0 solves alone.
+Fit explained_best(IdentifyArguments& arguments, const Experiment& e,
+                   const std::vector<Parameter>& parameters, const std::vector<int>& which,
+                   tasks::World& world) {
+  if (arguments.tasks.is_share())
+    throw InputError("--tasks: with --objective explain all recordings are one task");
+  if (!world.is_root()) return {};
+  std::vector<const Recording*> recordings;
+  for (const int i : which) recordings.push_back(&e.recordings[static_cast<std::size_t>(i)]);
+  MotionEstimateOptions options;
+  options.threads = arguments.tasks.threads(world);
+  options.stop = Interrupt::wanted;
+  const FigureEstimate found = estimate_figures(e.scene, e.map, recordings, parameters, options);
+  Report& report = arguments.report;
+  report["ranks"] = 1;
+  report["threads"] = options.threads;
+  report["smoothing_m"] = found.smoothing;
+  report["cost_ratio"] = std::vector<double>(found.cost_ratio.begin(), found.cost_ratio.end());
+  fmt::print(report.text(), "{} motions explained, {} Newton steps\n", recordings.size(),
+             found.figures.evaluations);
+  return found.figures;
+}
+
 int identify(IdentifyArguments& arguments, tasks::World& world) {
   arguments.report.begin("identify", arguments.scene.file);
   arguments.fit.exact = arguments.derivatives == "exact";
   const Experiment e = make_experiment(arguments);
   const std::vector<Parameter> parameters = parse_parameters(arguments.parameters, e.scene);
   const Split parts = split(arguments, e);
-  const FitProblem problem =
-      fit_problem(e, parameters, parts.train, arguments.objective == "force");
-  arguments.fit.robust = arguments.loss == "cauchy";
-  arguments.fit.stop = Interrupt::wanted;
   const Interrupt interrupt;
-  tasks::RunSeries series(arguments.tasks, world, Interrupt::wanted, last_fit_list(arguments.fit));
-  arguments.fit.run = series.runner();
-  arguments.fit.fingerprint = fingerprint(arguments, e);
-  const Fit found = fit(problem, arguments.fit);
-  series.finish();
+  const auto search = arguments.objective == "explain" ? explained_best : predicted_best;
+  const Fit found = search(arguments, e, parameters, parts.train, world);
   if (!world.is_root()) return kSuccess;
 
   Report& report = arguments.report;
-  report["ranks"] = series.last().ranks;
-  report["threads"] = series.last().threads;
-  fill_report(parameters, problem, found, report);
+  fill_report(parameters, parameter_values(parameters, e.scene), found, report);
   if (found.stopped) return end_early("the best found so far, without intervals or scores", report);
   const Scene after = with_parameters(e.scene, parameters, found.values());
   const Compared by = compared(e.map);
@@ -323,8 +356,9 @@ void add_identify(CommandLine& line) {
           "--objective", arguments->objective,
           "What is made small: score (default; mean deviations of each recording), rows "
           "(deviations at every row, squared), one-step (rows, from every row to the next), "
-          "force (what compare --mode inverse leaves unexplained)")
-      .one_of({"score", "rows", "one-step", "force"});
+          "force (what compare --mode inverse leaves unexplained), explain (what no motion near "
+          "the noisy recordings explains)")
+      .one_of({"score", "rows", "one-step", "force", "explain"});
   command.add_flag("--swap", arguments->swap, "Exchange the recordings fitted and scored");
   command
       .add_option("--horizon", arguments->horizon,

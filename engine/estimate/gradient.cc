@@ -20,49 +20,6 @@ bool any_floating(const Model& model) {
   });
 }
 
-/// As a step knows it, or none. `value` is the parameter's in `model`.
-std::optional<StepParameter> step_parameter(const Parameter& p, double value, const Model& model) {
-  const auto all = [&](S kind) { return StepParameter{kind, p.targets, {}, {}}; };
-  switch (p.kind) {
-    case K::kFriction:
-      return all(S::kFriction);
-    case K::kRestitution:
-      return all(S::kRestitution);
-    case K::kTorsionalFriction:
-      return all(S::kTorsionalFriction);
-    case K::kRollingFriction:
-      return all(S::kRollingFriction);
-    case K::kHeight:
-      return all(S::kHeight);
-    case K::kDamping:
-      return all(S::kDamping);
-    case K::kDryFriction:
-      return all(S::kDryFriction);
-    case K::kArmature:
-      return all(S::kArmature);
-    case K::kMass:
-      return mass_parameter(model, p.targets.front());
-    case K::kInertia: {
-      StepParameter out = inertia_scale_parameter(model, p.targets.front());
-      out.changes.front() /= value;  // of the scene's, not of what it is here
-      return out;
-    }
-    case K::kGravity:
-      return all(S::kGravity);
-    case K::kCompliance:
-      return all(S::kCompliance);
-    case K::kSmoothing:
-      return all(S::kSmoothing);
-    case K::kStabilization:
-      return all(S::kStabilization);
-    case K::kMaxRecoverySpeed:
-      return all(S::kMaxRecoverySpeed);
-    case K::kSize:
-      return std::nullopt;
-  }
-  return std::nullopt;
-}
-
 /// Those that steps know, and which column of the whole each is.
 struct Known {
   std::vector<StepParameter> parameters;
@@ -255,6 +212,48 @@ std::optional<LinearizedResiduals> of_forces(const Experiment& experiment,
 }
 
 }  // namespace
+
+std::optional<StepParameter> step_parameter(const Parameter& p, double value, const Model& model) {
+  const auto all = [&](S kind) { return StepParameter{kind, p.targets, {}, {}}; };
+  switch (p.kind) {
+    case K::kFriction:
+      return all(S::kFriction);
+    case K::kRestitution:
+      return all(S::kRestitution);
+    case K::kTorsionalFriction:
+      return all(S::kTorsionalFriction);
+    case K::kRollingFriction:
+      return all(S::kRollingFriction);
+    case K::kHeight:
+      return all(S::kHeight);
+    case K::kDamping:
+      return all(S::kDamping);
+    case K::kDryFriction:
+      return all(S::kDryFriction);
+    case K::kArmature:
+      return all(S::kArmature);
+    case K::kMass:
+      return mass_parameter(model, p.targets.front());
+    case K::kInertia: {
+      StepParameter out = inertia_scale_parameter(model, p.targets.front());
+      out.changes.front() /= value;  // of the scene's, not of what it is here
+      return out;
+    }
+    case K::kGravity:
+      return all(S::kGravity);
+    case K::kCompliance:
+      return all(S::kCompliance);
+    case K::kSmoothing:
+      return all(S::kSmoothing);
+    case K::kStabilization:
+      return all(S::kStabilization);
+    case K::kMaxRecoverySpeed:
+      return all(S::kMaxRecoverySpeed);
+    case K::kSize:
+      return std::nullopt;
+  }
+  return std::nullopt;
+}
 
 std::vector<char> exact_parameters(const Experiment& experiment,
                                    const std::vector<Parameter>& parameters, bool by_force) {

@@ -6,6 +6,10 @@
 
 namespace counterpoint::estimation {
 
+/// A parameter as a step knows it; none of sizes. value: the parameter's in `model`.
+std::optional<StepParameter> step_parameter(const Parameter& parameter, double value,
+                                            const Model& model);
+
 /// By parameter: its derivative comes from `linearize`. Not of sizes, nor where an impact law
 /// predicts. Predictions of what bounces leave out what the parameters make of an impact's
 /// displacement within its step (engine/constraints/bounce.h).

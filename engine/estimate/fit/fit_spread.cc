@@ -4,18 +4,13 @@
 #include <cmath>
 
 namespace counterpoint::estimation::fitting {
-namespace {
-
-/// The median of |t| with so many degrees of freedom that 95 % do not exceed: Cornish and Fisher's
-/// expansion about the normal quantile, within 1 % from 4 degrees on.
+// Cornish and Fisher's expansion about the normal quantile, within 1 % from 4 degrees on.
 double student_95(double degrees) {
   constexpr double z = 1.959963984540054;
   const double n = std::max(degrees, 1.0), z2 = z * z;
   return z + z * (z2 + 1.0) / (4.0 * n) + z * (5.0 * z2 * z2 + 16.0 * z2 + 3.0) / (96.0 * n * n) +
          z * (3.0 * z2 * z2 * z2 + 19.0 * z2 * z2 + 17.0 * z2 - 15.0) / (384.0 * n * n * n);
 }
-
-}  // namespace
 
 Spread spread(const System& system, const VectorX& at) {
   const Eigen::Index p = at.size();

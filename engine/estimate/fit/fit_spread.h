@@ -7,6 +7,9 @@
 
 namespace counterpoint::estimation::fitting {
 
+/// The median of |t| with so many degrees of freedom that 95 % do not exceed.
+double student_95(double degrees);
+
 /// Covariance of the shares, and for which parameters it means anything.
 struct Spread {
   MatrixX covariance;

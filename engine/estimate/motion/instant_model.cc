@@ -4,6 +4,7 @@
 #include <array>
 #include <optional>
 
+#include "counterpoint/engine/estimate/motion/force_scales.h"
 #include "counterpoint/model/special_values.h"
 
 namespace counterpoint::estimation {
@@ -70,7 +71,12 @@ struct InstantModel::Impl {
         sensors(changed, of.sensors, static_cast<int>(of.constants.size())),
         force_sensors(of.sensors) {
     for (VectorX* x : {&v, &w, &difference}) x->resize(model.nv());
-    if (!problem.parameters.empty()) derivator.emplace(model, problem.parameters);
+    if (!problem.parameters.empty()) {
+      derivator.emplace(model, problem.parameters);
+      const VectorX scales = force_scales(model);
+      scale_ratio = force_scales(problem.model).cwiseQuotient(scales);
+      slopes = force_scale_slopes(problem.parameters, model, scales);
+    }
   }
 
   int last() const { return problem.frames() - 1; }
@@ -151,7 +157,7 @@ struct InstantModel::Impl {
   }
 
   double step_cost(int t, const VectorX& u) const {
-    double sum = 0.5 * problem.size_weight.cwiseProduct(u).squaredNorm();
+    double sum = loss(u.cwiseProduct(size_weight()), problem.force_loss_scale);
     if (any(problem.force_weight))
       sum += 0.5 * problem.force_weight.cwiseProduct(u - problem.force.col(t)).squaredNorm();
     if (any(problem.acceleration_weight))
@@ -206,20 +212,30 @@ struct InstantModel::Impl {
     out.corner_gradient.noalias() += P.transpose() * residual;
   }
 
-  /// Sizes of the force, and how far it is from a measured one: one row a coordinate for both.
-  void add_force(const Instant& instant, int t, InstantEquations& out) {
-    const VectorX size_weight2 = problem.size_weight.cwiseAbs2();
-    const VectorX force_weight2 = problem.force_weight.cwiseAbs2();
-    VectorX weight = size_weight2 + force_weight2;
-    VectorX residual = size_weight2.cwiseProduct(instant.force);
-    if (any(force_weight2))
-      residual += force_weight2.cwiseProduct(instant.force - problem.force.col(t));
-    weight = weight.cwiseSqrt();
-    for (int i = 0; i < weight.size(); ++i)
-      residual[i] = weight[i] > 0.0 ? residual[i] / weight[i] : 0.0;
+  /// Weights of the force's size, which go with the parameters.
+  VectorX size_weight() const {
+    return scale_ratio.size() > 0 ? VectorX(problem.size_weight.cwiseProduct(scale_ratio))
+                                  : problem.size_weight;
+  }
+
+  /// Sizes of the force.
+  void add_size(const Instant& instant, InstantEquations& out) {
+    const VectorX size = instant.force.cwiseProduct(size_weight());
+    const VectorX share = loss_weight(size, problem.force_loss_scale).cwiseSqrt();
+    const VectorX weight = size_weight().cwiseProduct(share), residual = size.cwiseProduct(share);
     rows.noalias() = weight.asDiagonal() * instant.by_frames;
     by_parameters.noalias() = weight.asDiagonal() * instant.by_parameters;
+    if (slopes.size() > 0)
+      by_parameters.leftCols(slopes.cols()) -= residual.asDiagonal() * slopes;
     add_rows(1, rows, residual, by_parameters, out);
+  }
+
+  /// How far the force is from a measured one.
+  void add_measured_force(const Instant& instant, int t, InstantEquations& out) {
+    rows.noalias() = problem.force_weight.asDiagonal() * instant.by_frames;
+    by_parameters.noalias() = problem.force_weight.asDiagonal() * instant.by_parameters;
+    add_rows(1, rows, problem.force_weight.cwiseProduct(instant.force - problem.force.col(t)),
+             by_parameters, out);
   }
 
   void add_change(const Instant& before, const Instant& at, InstantEquations& out) {
@@ -246,6 +262,8 @@ struct InstantModel::Impl {
   InverseDerivatives d;
   InverseParameterDerivatives d_parameters;
   VectorX v, w, difference;
+  VectorX scale_ratio;  ///< nv: size_weight over that of the problem; empty: 1
+  MatrixX slopes;  ///< nv x parameters: of the logarithms of what size_weight goes with
   std::array<TangentMap, 2> v_by, w_by;  ///< velocities by the frames before and behind them
   std::array<TangentMap, 3> a_by;        ///< acceleration by its three frames
   MatrixX rows, change, by_parameters;
@@ -357,7 +375,8 @@ void InstantModel::assemble(const MotionPoint& point, const std::vector<Instant>
     p.add_acceleration(t, out);
   }
   p.add_force_sensors(point, at, t, out);
-  p.add_force(at, t, out);
+  p.add_size(at, out);
+  if (any(p.problem.force_weight)) p.add_measured_force(at, t, out);
   if (t > 1 && any(p.problem.change_weight))
     p.add_change(instants[static_cast<std::size_t>(t - 1)], at, out);
 }

@@ -101,17 +101,9 @@ bool MotionFit::try_step(const MatrixX& frames, const VectorX& parameters) {
   const double expected = system_.expected_decrease(damping_, frames, parameters);
   const double longest = frames.cwiseAbs().maxCoeff();
   const double share = longest > kMaxStep ? kMaxStep / longest : 1.0;
-  const MotionPoint before = point_;
-  for (int t = 0; t < problem_->frames(); ++t) {
-    VectorX& q = point_.q[size(t)];
-    integrate_configuration(model_, before.q[size(t)], frames.col(t), share, q);
-  }
-  point_.parameters += share * parameters;
-  if (parameters_free_) apply_parameters();
-  const double cost = evaluate(), decrease = cost_ - cost;
+  const double before = cost_, decrease = before - move(frames, parameters, share);
   if (!(decrease > 0.0)) {
-    point_ = before;
-    if (parameters_free_) apply_parameters();
+    withdraw();
     damping_ *= 2.0 * growth_;
     growth_ *= 1.5;
     return false;
@@ -120,8 +112,25 @@ bool MotionFit::try_step(const MatrixX& frames, const VectorX& parameters) {
   const double factor = std::clamp(1.0 - std::pow(2.0 * gain - 1.0, 3), 0.1, 2.0);
   damping_ = std::max(kLeastDamping, damping_ * factor);
   growth_ = 2.0;
-  cost_ = cost;
   return true;
+}
+
+double MotionFit::move(const MatrixX& frames, const VectorX& parameters, double share) {
+  before_ = point_;
+  cost_before_ = cost_;
+  for (int t = 0; t < problem_->frames(); ++t) {
+    VectorX& q = point_.q[size(t)];
+    integrate_configuration(model_, before_.q[size(t)], frames.col(t), share, q);
+  }
+  point_.parameters += share * parameters;
+  if (parameters_free_) apply_parameters();
+  return cost_ = evaluate();
+}
+
+void MotionFit::withdraw() {
+  point_ = before_;
+  cost_ = cost_before_;
+  if (parameters_free_) apply_parameters();
 }
 
 double MotionFit::measurement_ratio(int t, SensorRows& sensors) const {
@@ -167,7 +176,7 @@ int MotionFit::minimize(int most, double tolerance, const std::function<bool()>&
     bool accepted = false;
     for (int trial = 0; trial < kMaxTrials && !accepted && damping_ <= kMostDamping; ++trial) {
       if (system_.factor(damping_, pool_)) {
-        system_.solve(pool_, frames, parameters);
+        system_.solve(frames, parameters);
         if (frames.allFinite() && parameters.allFinite()) {
           if (!parameters_free_)
             parameters.head(static_cast<Eigen::Index>(problem_->parameters.size())).setZero();

@@ -40,11 +40,19 @@ class MotionFit {
   /// @throws std::runtime_error where forces at the point are not finite.
   MotionSystem& linearized();
 
+  // ---- For fits that share their parameters (joint_fit.h).
+
+  /// Normal equations at the point, into system(): not factored.
+  void linearize();
+  MotionSystem& system() { return system_; }
+  /// Goes this share of a step; the cost there. withdraw() goes back.
+  double move(const MatrixX& frames, const VectorX& parameters, double share);
+  void withdraw();
+
  private:
   /// Of frame t; -1 where nothing was measured.
   double measurement_ratio(int t, SensorRows& sensors) const;
   double evaluate();
-  void linearize();
   void apply_parameters();
   bool try_step(const MatrixX& frames, const VectorX& parameters);
 
@@ -52,7 +60,8 @@ class MotionFit {
   optimization::ThreadPool pool_;
   SimulationOptions options_;
   Model model_;
-  MotionPoint point_;
+  MotionPoint point_, before_;
+  double cost_before_ = 0.0;
   std::vector<std::unique_ptr<InstantModel>> models_;  ///< one a thread
   std::vector<Instant> instants_;
   std::vector<InstantEquations> equations_;  ///< a batch of instants

@@ -2,7 +2,7 @@
 //
 //   sum  rho(weight (q_t (-) measured_t))                      measurements
 //      + rho(weight (a_t - measured acceleration))             where positions are loose
-//      + 1/2 | weight u_t |^2                                  unexplained forces, sizes of others
+//      + rho(weight u_t)                                       unexplained forces, sizes of others
 //      + 1/2 | weight (u_t - measured u_t) |^2                 joint forces that were measured
 //      + 1/2 | weight (u_t - u_{t-1}) |^2                      joint forces change little in a row
 //      + rho(weight (sensor - reading))                        sensors (sensor_rows.h)
@@ -32,6 +32,7 @@ struct MotionProblem {
   MatrixX force = {};                  ///< nv x frames: measured joint forces [N, N m]
   VectorX force_weight = {};           ///< nv [1/N, 1/(N m)]; 0: not measured
   VectorX size_weight = {};     ///< nv [1/N, 1/(N m)]: unexplained forces, sizes of others
+  double force_loss_scale = 0.0;  ///< c of `size_weight`'s residuals; 0: squares
   VectorX change_weight = {};   ///< nv [1/N, 1/(N m)]: change of a joint's force in a row
 
   double start = 0.0;  ///< time of frame 0 [s]

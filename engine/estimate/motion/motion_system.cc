@@ -63,35 +63,48 @@ void MotionSystem::add_prior(int index, double weight2, double deviation) {
   parameter_gradient_[index] += weight2 * deviation;
 }
 
-bool MotionSystem::factor(double mu, optimization::ThreadPool& pool) {
+bool MotionSystem::reduce(double mu, optimization::ThreadPool& pool) {
   for (int i = 0; i < band_.num_blocks(); ++i)
     shift_.col(i) = band_.block(i, i).diagonal().cwiseMax(kLeastDiagonal);
   if (!band_.factor(mu, shift_, pool)) return false;
-  if (parameters_ == 0) return true;
-  MatrixX schur = corner_;
-  schur.diagonal() += mu * corner_.diagonal();
+  own_step_ = -gradient_;
+  band_.solve(own_step_, pool);
+  schur_ = corner_;
+  schur_.diagonal() += mu * corner_.diagonal();
+  reduced_gradient_ = parameter_gradient_;
   for (int k = 0; k < parameters_; ++k) {
+    const MatrixX& border = border_[static_cast<std::size_t>(k)];
     MatrixX& column = gain_[static_cast<std::size_t>(k)];
-    column = border_[static_cast<std::size_t>(k)];
+    column = border;
     band_.solve(column, pool);
     for (int j = 0; j < parameters_; ++j)
-      schur(j, k) -= dot(border_[static_cast<std::size_t>(j)], column);
+      schur_(j, k) -= dot(border_[static_cast<std::size_t>(j)], column);
+    reduced_gradient_[k] += dot(border, own_step_);
   }
-  const Eigen::LLT<MatrixX> factor(0.5 * (schur + schur.transpose()));
+  schur_ = (0.5 * (schur_ + schur_.transpose())).eval();
+  return true;
+}
+
+bool MotionSystem::factor(double mu, optimization::ThreadPool& pool) {
+  if (!reduce(mu, pool)) return false;
+  if (parameters_ == 0) return true;
+  const Eigen::LLT<MatrixX> factor(schur_);
   if (factor.info() != Eigen::Success) return false;
   inverse_schur_ = factor.solve(MatrixX::Identity(parameters_, parameters_));
   return true;
 }
 
-void MotionSystem::solve(optimization::ThreadPool& pool, MatrixX& frames, VectorX& parameters) {
-  frames = -gradient_;
-  band_.solve(frames, pool);
-  parameters = -parameter_gradient_;
-  for (int k = 0; k < parameters_; ++k)
-    parameters[k] -= dot(border_[static_cast<std::size_t>(k)], frames);
-  if (parameters_ > 0) parameters = inverse_schur_ * parameters;
+MatrixX MotionSystem::frames_step(const VectorX& parameters) const {
+  MatrixX frames = own_step_;
   for (int k = 0; k < parameters_; ++k)
     frames -= parameters[k] * gain_[static_cast<std::size_t>(k)];
+  return frames;
+}
+
+void MotionSystem::solve(MatrixX& frames, VectorX& parameters) const {
+  parameters = VectorX::Zero(parameters_);
+  if (parameters_ > 0) parameters = -inverse_schur_ * reduced_gradient_;
+  frames = frames_step(parameters);
 }
 
 double MotionSystem::expected_decrease(double mu, const MatrixX& frames,

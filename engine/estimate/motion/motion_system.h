@@ -34,7 +34,15 @@ class MotionSystem {
   /// Factors J'J + mu diag(J'J). False if that is not positive definite.
   bool factor(double mu, optimization::ThreadPool& pool);
   /// The step -(J'J + mu diag) \ J'r of frames (nv x frames) and of parameters. Needs factor().
-  void solve(optimization::ThreadPool& pool, MatrixX& frames, VectorX& parameters);
+  void solve(MatrixX& frames, VectorX& parameters) const;
+
+  /// The same in two halves, for systems that share their parameters: factors the frames alone and
+  /// eliminates them, which leaves schur() and reduced_gradient() of the parameters.
+  bool reduce(double mu, optimization::ThreadPool& pool);
+  const MatrixX& schur() const { return schur_; }
+  const VectorX& reduced_gradient() const { return reduced_gradient_; }
+  /// The step of the frames (nv x frames) where the parameters make this one. Needs reduce().
+  MatrixX frames_step(const VectorX& parameters) const;
 
   const MatrixX& gradient() const { return gradient_; }
   const VectorX& parameter_gradient() const { return parameter_gradient_; }
@@ -51,10 +59,11 @@ class MotionSystem {
   int nv_, parameters_;
   optimization::BlockCholesky band_;
   MatrixX gradient_, shift_;     ///< nv x frames
+  MatrixX own_step_;             ///< nv x frames: the step where parameters stay
   std::vector<MatrixX> border_;  ///< one a parameter: nv x frames
   std::vector<MatrixX> gain_;    ///< one a parameter: the band's inverse times border_
-  MatrixX corner_, inverse_schur_;
-  VectorX parameter_gradient_;
+  MatrixX corner_, schur_, inverse_schur_;
+  VectorX parameter_gradient_, reduced_gradient_;
 };
 
 }  // namespace counterpoint::estimation

@@ -1,0 +1,233 @@
+#include "counterpoint/engine/estimate/figure_estimate.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "counterpoint/engine/estimate/fit/fit_spread.h"
+#include "counterpoint/engine/estimate/gradient.h"
+#include "counterpoint/engine/estimate/motion/joint_fit.h"
+#include "counterpoint/engine/estimate/motion/motion_continuation.h"
+#include "counterpoint/engine/estimate/motion/motion_filter.h"
+#include "counterpoint/engine/estimate/motion/motion_priors.h"
+#include "counterpoint/engine/estimate/motion/recorded_motion.h"
+
+namespace counterpoint::estimation {
+namespace {
+
+/// Half-power frequency of the low-pass through which a motion is begun [Hz].
+constexpr double kBeginCutoff = 10.0;
+/// Smoothing [m]: motions are found alone from these two down to where they are joined, and the
+/// better one is taken; then all together to the end, which is hard, since friction and inertia are
+/// off by a third where contacts are soft.
+constexpr double kNearBegin = 3e-3, kFarBegin = 1e-2, kJoined = 1e-3, kHardEnd = 5e-7;
+constexpr double kStageFactor = 2.0;
+/// From this smoothing [m] on values that are far off count less: rows of impacts that the scene
+/// cannot repeat [standard deviations].
+constexpr double kLossBelow = 3e-4, kLoss = 3.0;
+constexpr int kStageSteps = 40;
+constexpr double kStageTolerance = 1e-3;
+/// Where measurements leave a larger ratio than this, they are not as sure as their noise says, and
+/// the search begins anew with deviations that say so. At most so many times.
+constexpr double kSure = 3.0;
+constexpr int kMostRounds = 3;
+/// A figure is shown by the motions that leave less than this share of its prior's deviation.
+constexpr double kShown = 0.3;
+
+/// Figures as the fit has them.
+struct Figures {
+  std::vector<StepParameter> steps;
+  std::vector<SharedParameter> shared;
+};
+
+bool is_of_search(ParameterKind kind) {
+  switch (kind) {
+    case ParameterKind::kRestitution:
+    case ParameterKind::kSize:
+    case ParameterKind::kCompliance:
+    case ParameterKind::kSmoothing:
+    case ParameterKind::kStabilization:
+    case ParameterKind::kMaxRecoverySpeed:
+      return true;
+    default:
+      return false;
+  }
+}
+
+Figures figures_of(const std::vector<Parameter>& parameters, const VectorX& start,
+                   const Model& model) {
+  Figures out;
+  for (std::size_t i = 0; i < parameters.size(); ++i) {
+    const Parameter& p = parameters[i];
+    if (is_of_search(p.kind))
+      throw InputError(fmt::format(
+          "parameter '{}': not found together with the motion; expected friction, "
+          "torsional_friction, rolling_friction, mass, inertia, damping, dry_friction, armature, "
+          "gravity or height, or another objective",
+          p.name));
+    const double value = start[static_cast<Eigen::Index>(i)];
+    if (value < p.lower || value > p.upper)
+      throw InputError(fmt::format(
+          "parameter '{}': the scene has {:g}; expected a value between the bounds {:g} and {:g}",
+          p.name, value, p.lower, p.upper));
+    out.steps.push_back(*step_parameter(p, value, model));
+    // A friction is a factor of forces, too.
+    const bool factor = p.kind == ParameterKind::kFriction && p.lower > 0.0;
+    out.shared.push_back({value, p.lower, p.upper, p.logarithmic || factor});
+  }
+  return out;
+}
+
+/// A motion alone, figures as the scene has them, at the smoothing where motions are joined.
+MotionPoint found_alone(const MotionProblem& joint, const std::vector<VectorX>& frames,
+                        const MotionEstimateOptions& options) {
+  MotionProblem problem = joint;
+  problem.parameters.clear();
+  problem.parameter_weight.resize(0);
+  const MotionPoint start{low_pass(problem.model, frames, problem.h(), kBeginCutoff), VectorX()};
+  MotionPoint best;
+  double cost = kInfinity;
+  for (const double smoothing : {kNearBegin, kFarBegin}) {
+    MotionFit fit(problem, start, options.threads);
+    MotionContinuation continuation;
+    continuation.start = smoothing;
+    continuation.end = kJoined;
+    continuation.stop = options.stop;
+    const ContinuationResult result = continue_motion(problem, continuation, fit);
+    if (best.q.empty() || result.cost < cost) {
+      best = fit.point();
+      cost = result.cost;
+    }
+  }
+  best.parameters = VectorX::Zero(static_cast<Eigen::Index>(joint.parameters.size()));
+  return best;
+}
+
+/// On the line through the ends of the last two stages; figures stay.
+std::vector<MotionPoint> farther(const Model& model, const std::vector<MotionPoint>& before,
+                                 const std::vector<MotionPoint>& last, double share) {
+  std::vector<MotionPoint> out = last;
+  VectorX difference(model.nv());
+  for (std::size_t i = 0; i < out.size(); ++i)
+    for (std::size_t t = 0; t < out[i].q.size(); ++t) {
+      configuration_difference(model, before[i].q[t], last[i].q[t], difference);
+      integrate_configuration(model, last[i].q[t], difference, share, out[i].q[t]);
+    }
+  return out;
+}
+
+/// From the end of the motions alone down to `end` [m]. Newton steps.
+int harden(const Model& model, double end, const std::function<bool()>& stop, JointFit& fit) {
+  std::vector<MotionPoint> before, last = fit.points();
+  double smoothing_before = 0.0, smoothing_last = 0.0;
+  int steps = 0;
+  for (double smoothing = std::max(kJoined, end);;
+       smoothing = std::max(end, smoothing / kStageFactor)) {
+    const double loss = smoothing <= kLossBelow ? kLoss : 0.0;
+    fit.begin(smoothing, loss, last);
+    if (!before.empty()) {
+      const double cost = fit.cost();
+      const double share = (smoothing - smoothing_last) / (smoothing_last - smoothing_before);
+      fit.begin(smoothing, loss, farther(model, before, last, share));
+      if (!(fit.cost() < cost)) fit.begin(smoothing, loss, last);
+    }
+    steps += fit.minimize(kStageSteps, kStageTolerance, stop);
+    if (smoothing_last > 0.0) {
+      before = std::move(last);
+      smoothing_before = smoothing_last;
+    }
+    last = fit.points();
+    smoothing_last = smoothing;
+    if (smoothing <= end || (stop && stop())) return steps;
+  }
+}
+
+double median_ratio(const JointFit& fit) {
+  std::vector<double> ratios;
+  for (std::size_t i = 0; i < fit.size(); ++i) ratios.push_back(fit.measurement_ratio(i));
+  return median(ratios);
+}
+
+/// Values, and how sure they are. The scatter of the motions' gradients is what the motions do not
+/// agree in; it is added to what noise alone does.
+void fill_figures(const std::vector<Parameter>& parameters, const Figures& figures, JointFit& fit,
+                  Fit& out) {
+  const JointFit::Information information = fit.information();
+  const MatrixX inverse = information.hessian.inverse();
+  const VectorX values = fit.values();
+  const Eigen::Index p = values.size();
+  const auto n = static_cast<double>(fit.size()), rest = n - static_cast<double>(p);
+  MatrixX covariance = inverse;
+  if (rest >= 1.0) covariance += (n / rest) * (inverse * information.scatter * inverse);
+  const double quantile = fitting::student_95(rest >= 1.0 ? rest : 1e9);
+  out.correlation = MatrixX::Zero(p, p);
+  for (Eigen::Index i = 0; i < p; ++i) {
+    const auto k = static_cast<std::size_t>(i);
+    const SharedParameter& shared = figures.shared[k];
+    FittedParameter& one = out.parameters.emplace_back();
+    one.value = values[i];
+    const double margin = 1e-9 * (parameters[k].upper - parameters[k].lower);
+    one.at_bound = values[i] <= shared.lower + margin || values[i] >= shared.upper - margin;
+    const double half = quantile * std::sqrt(covariance(i, i));
+    if (inverse(i, i) * information.prior[i] < kShown * kShown) {
+      const auto bounded = [&](double by) {
+        const double x = fit.coordinates()[i] + by;
+        return std::clamp(shared.logarithmic ? std::exp(x) : x, shared.lower, shared.upper);
+      };
+      one.interval = {bounded(-half), bounded(half)};
+    }
+    for (Eigen::Index j = 0; j < p; ++j)
+      out.correlation(i, j) = covariance(i, j) / std::sqrt(covariance(i, i) * covariance(j, j));
+  }
+}
+
+}  // namespace
+
+FigureEstimate estimate_figures(const Scene& given_scene, const ColumnMap& map,
+                                const std::vector<const Recording*>& recordings,
+                                const std::vector<Parameter>& parameters,
+                                const MotionEstimateOptions& options) {
+  const VectorX start = parameter_values(parameters, given_scene);
+  const Scene scene = with_parameters(given_scene, parameters, start);
+  const Figures figures = figures_of(parameters, start, scene.model);
+  FigureEstimate out;
+  std::vector<RecordedMotion> recorded;
+  for (const Recording* one : recordings) {
+    recorded.push_back(prepare(scene.model, map, *one));
+    out.times.push_back(recorded.back().time);
+  }
+  out.smoothing = std::max(kHardEnd, scene.options.contact.smoothing);
+  std::optional<JointFit> fit;
+  for (int round = 0; round < kMostRounds; ++round) {
+    std::vector<MotionProblem> problems;
+    std::vector<MotionPoint> points;
+    for (const RecordedMotion& one : recorded) {
+      problems.push_back(motion_problem(scene, one, white_priors(scene, map, one)));
+      problems.back().parameters = figures.steps;
+      problems.back().parameter_weight = VectorX::Zero(start.size());
+      points.push_back(found_alone(problems.back(), one.frames, options));
+    }
+    fit.emplace(std::move(problems), points, figures.shared, options.threads);
+    if (round == 0) {
+      fit->begin(std::max(kJoined, out.smoothing), 0.0, points);
+      out.figures.start_cost = fit->cost();
+    }
+    out.figures.evaluations += harden(scene.model, out.smoothing, options.stop, *fit);
+    const double ratio = median_ratio(*fit);
+    if (!(ratio > kSure) || (options.stop && options.stop())) break;
+    for (RecordedMotion& one : recorded) one.noise *= std::sqrt(ratio);
+  }
+  out.figures.cost = fit->cost();
+  out.figures.loss_scale = kLoss;
+  out.figures.stopped = options.stop && options.stop();
+  fill_figures(parameters, figures, *fit, out.figures);
+  out.cost_ratio.resize(static_cast<Eigen::Index>(fit->size()));
+  for (MotionPoint& point : fit->points()) out.motions.push_back(std::move(point.q));
+  for (std::size_t i = 0; i < fit->size(); ++i)
+    out.cost_ratio[static_cast<Eigen::Index>(i)] = fit->measurement_ratio(i);
+  return out;
+}
+
+}  // namespace counterpoint::estimation

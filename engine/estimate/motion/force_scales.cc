@@ -1,0 +1,37 @@
+#include "counterpoint/engine/estimate/motion/force_scales.h"
+
+namespace counterpoint::estimation {
+
+VectorX force_scales(const Model& model) {
+  VectorX out = VectorX::Ones(model.nv());
+  for (int i = 1; i < model.num_bodies(); ++i) {
+    const Body& body = model.body(i);
+    if (body.joint_type != JointType::kFloating) continue;
+    const Tree& tree = model.trees()[static_cast<std::size_t>(body.tree)];
+    double mass = 0.0, trace = 0.0;
+    for (int b = tree.body_begin; b < tree.body_end; ++b) {
+      mass += model.body(b).inertia.mass;
+      trace += model.body(b).inertia.rotational.trace();
+    }
+    out.segment<3>(body.v_index).setConstant(mass);
+    out.segment<3>(body.v_index + 3).setConstant(trace);
+  }
+  return out;
+}
+
+MatrixX force_scale_slopes(const std::vector<StepParameter>& parameters, const Model& model,
+                           const VectorX& scales) {
+  constexpr double kStep = 1e-4;  // scales are linear in inertias
+  MatrixX out = MatrixX::Zero(model.nv(), static_cast<Eigen::Index>(parameters.size()));
+  for (std::size_t k = 0; k < parameters.size(); ++k) {
+    if (parameters[k].kind != StepParameterKind::kInertia) continue;
+    Model moved = model;
+    SimulationOptions unused;
+    change_parameter(parameters[k], kStep, moved, unused);
+    out.col(static_cast<Eigen::Index>(k)) =
+        (force_scales(moved) - scales).cwiseQuotient(scales) / kStep;
+  }
+  return out;
+}
+
+}  // namespace counterpoint::estimation

@@ -1,0 +1,68 @@
+// Gauss-Newton on several motions that share parameters: the normal equations are an arrow, whose
+// blocks are the motions, and whose tip is the sum of their Schur complements on the parameters.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <vector>
+
+#include "counterpoint/engine/estimate/motion/motion_fit.h"
+
+namespace counterpoint::estimation {
+
+/// A figure that all motions have in common. Its coordinate is its value, or the logarithm of that.
+struct SharedParameter {
+  double scene = 0.0;  ///< value in the scene
+  double lower = 0.0, upper = 0.0;
+  bool logarithmic = false;
+};
+
+class JointFit {
+ public:
+  /// problems: their parameters are the shared ones, in this order, with no weights. The prior of a
+  /// coordinate is the scene's, its standard deviation the width of the range. threads: as of MotionFit.
+  JointFit(std::vector<MotionProblem> problems, const std::vector<MotionPoint>& start,
+           std::vector<SharedParameter> parameters, int threads);
+
+  /// Goes on at this smoothing [m] from `points`, one a motion. loss_scale: of MotionProblem, for
+  /// positions and forces [standard deviations]; 0: squares.
+  void begin(double smoothing, double loss_scale, const std::vector<MotionPoint>& points);
+  /// As MotionFit::minimize.
+  int minimize(int most, double tolerance, const std::function<bool()>& stop = {});
+
+  double cost() const { return cost_; }
+  std::vector<MotionPoint> points() const;
+  VectorX values() const;  ///< of the parameters
+  const VectorX& coordinates() const { return x_; }
+  /// Mean square of a motion's measurements over their variance.
+  double measurement_ratio(std::size_t motion) const { return fits_[motion]->measurement_ratio(); }
+  std::size_t size() const { return fits_.size(); }
+
+  /// What the recordings say of the coordinates at the point.
+  struct Information {
+    MatrixX hessian;    ///< with the priors
+    MatrixX scatter;    ///< sum over motions of g g', g the gradient of one
+    VectorX prior;      ///< the priors' part of the Hessian's diagonal
+  };
+  Information information();
+
+ private:
+  bool reduce();
+  bool solve(VectorX& step);
+  bool try_step(const VectorX& step);
+  double prior_cost() const;
+  VectorX slopes() const;
+  bool is_logarithmic(Eigen::Index i) const {
+    return parameters_[static_cast<std::size_t>(i)].logarithmic;
+  }
+
+  std::vector<std::unique_ptr<MotionProblem>> problems_;
+  std::vector<std::unique_ptr<MotionFit>> fits_;
+  std::vector<SharedParameter> parameters_;
+  VectorX x_, scene_, lower_, upper_, prior_;  ///< coordinates, and the priors' weights squared
+  MatrixX schur_, scatter_;
+  VectorX gradient_;
+  double cost_ = 0.0, damping_ = 1e-3, growth_ = 2.0;
+};
+
+}  // namespace counterpoint::estimation
