@@ -12,9 +12,12 @@ namespace {
 
 /// No coordinate goes farther in a step [m, rad]: beyond, the linearization says nothing.
 constexpr double kMaxStep = 0.3;
-/// Damping of a step that failed without, and how it grows.
-constexpr double kMoreDamping = 10.0;
-constexpr int kTrials = 5;
+/// Damping of a row's first step, as a share of the diagonal; it grows where a step fails, and
+/// falls where one does not, but not below the last of these.
+constexpr double kFirstDamping = 1e-3, kMoreDamping = 10.0, kLessDamping = 0.1, kLeastDamping = 1e-6;
+/// Frames whose laws do not change are not damped in the first of these trials: their fronts stay
+/// of use.
+constexpr int kTrials = 5, kNewTrials = 3;
 /// A new frame is guessed this share of the way from where the motion leads to where it was
 /// measured.
 constexpr double kTowards = 0.5;
@@ -189,7 +192,7 @@ bool MotionWindow::step(int first, int most) {
   double damping = damping_;
   for (int trial = 0; trial < kTrials && !better; ++trial) {
     if (trial > 0) damping *= kMoreDamping;
-    const int undamped = trial < 3 ? std::max(first, most) : first - 1;
+    const int undamped = trial < kNewTrials ? std::max(first, most) : first - 1;
     if (!factor(first, undamped, damping)) continue;
     valid_ = undamped + 1;
     const auto active = steps_.middleCols(first, frames() - first);
@@ -202,9 +205,8 @@ bool MotionWindow::step(int first, int most) {
     point_.parameters = start.parameters + share * parameter_step_;
     if (point_.parameters.size() > 0) apply_parameters();
     better = cost(first) < before;
-    if(getenv("LOG")) fprintf(stderr,"first %d trial %d damping %.1g before %.6g after %.6g longest %.3g\n",first,trial,damping,before,cost(first),longest);
   }
-  damping_ = better ? std::max(1e-6, damping * 0.1) : damping;
+  damping_ = better ? std::max(kLeastDamping, kLessDamping * damping) : damping;
   if (!better) {
     point_ = start;
     if (point_.parameters.size() > 0) apply_parameters();
@@ -214,12 +216,15 @@ bool MotionWindow::step(int first, int most) {
   return better;
 }
 
+void MotionWindow::begin() {
+  for (int age = 1 - frames(); age <= 0; ++age) improve(age);
+}
+
 void MotionWindow::improve(int age) {
   age_ = age;
-  static const double D0 = getenv("DAMP") ? atof(getenv("DAMP")) : 1e-3;
-  damping_ = D0;
+  damping_ = kFirstDamping;
   if (frames() < 4) return;
-  int most = std::max(0, frames() - 1 - options_.hardening - 2);
+  int most = std::max(0, frames() - 1 - options_.changing - 2);
   if (age > 0) most = std::max(0, frames() - 3);
   if (age < 0) most = 0;
   for (int i = 0; i < options_.steps; ++i)

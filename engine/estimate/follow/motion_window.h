@@ -16,6 +16,7 @@ struct WindowOptions {
   double newest = 1e-2;      ///< smoothing of the contact law at the newest frame [m]
   double oldest = 1e-3;      ///< the same at frames of age `hardening` and more [m]
   int hardening = 10;        ///< rows in which a frame's law hardens from one to the other
+  int changing = 10;         ///< rows in which a frame's terms change, `hardening` or more
   double still = 1e-5;       ///< frames that moved less keep their linearization [m, rad]
   int threads = 1;           ///< 0: one a core
 };
@@ -37,6 +38,9 @@ class MotionWindow {
   void push(const WindowRow& row);
   /// Measured accelerations of frame t [m/s^2, rad/s^2].
   void set_acceleration(int t, const VectorX& acceleration);
+  /// Once the first rows are there: finds their motion, from laws that are soft everywhere to those
+  /// of their ages.
+  void begin();
   /// Gauss-Newton steps, as many as the options say. `age`: so much older are frames than they are,
   /// as far as their laws go (the end of a recording).
   void improve(int age = 0);
