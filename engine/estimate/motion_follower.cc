@@ -27,8 +27,6 @@ constexpr double kStill = 0.3;
 constexpr double kEven = 0.02;
 /// Between rows farther apart than so many intervals nothing was measured.
 constexpr double kHole = 1.5;
-/// White errors that leave more than this ratio are none.
-constexpr double kMostWhite = 4.0;
 /// Reach of a Gaussian low-pass: standard deviations, each this over its frequency [Hz].
 constexpr double kReach = 4.0, kDeviation = 0.13251;
 
@@ -72,8 +70,7 @@ struct MotionFollower::Impl {
 
   MotionEstimate none() const { return empty_estimate(scene.model, {}, sums); }
 
-  /// The first rows, evenly spaced, and their noise.
-  RecordedMotion first_rows() const {
+  Recording first_recording() const {
     Recording recording;
     recording.file = "rows";
     const auto count = static_cast<Eigen::Index>(first.size());
@@ -86,9 +83,14 @@ struct MotionFollower::Impl {
       recording.q.col(k) = row.q;
       recording.applied_force.col(k) = row.force;
     }
+    return recording;
+  }
+
+  /// The first rows, evenly spaced, and their noise.
+  RecordedMotion first_rows(const Recording& recording) const {
     RecordedMotion out = prepare(scene.model, map, recording);
-    if (out.rows() == count)
-      for (Eigen::Index k = 0; k < count; ++k)
+    if (out.rows() == recording.num_rows())
+      for (int k = 0; k < out.rows(); ++k)
         out.measured.col(k) =
             out.measured.col(k).cwiseProduct(first[static_cast<std::size_t>(k)].measured);
     return out;
@@ -96,17 +98,14 @@ struct MotionFollower::Impl {
 
   /// Lays the window over the first rows and explains them all.
   MotionEstimate begin() {
-    const RecordedMotion rows = first_rows();
-    const bool judged = errors.has_value();
-    MotionEstimate out = explain(rows, errors.value_or(RecordingErrors::kWhite));
-    if (!judged) {
-      const std::vector<double> ratios(out.cost_ratio.begin(), out.cost_ratio.end());
-      if(getenv("LOG")) fprintf(stderr,"ratio median %g mean %g\n",median(ratios),out.cost_ratio.mean());
-      errors = median(ratios) > kMostWhite
-                   ? RecordingErrors::kSlow
-                   : RecordingErrors::kWhite;
-      if (*errors == RecordingErrors::kSlow) out = explain(rows, *errors);
+    const Recording recording = first_recording();
+    const RecordedMotion rows = first_rows(recording);
+    if (!errors) {
+      MotionEstimateOptions whole;
+      whole.threads = options.threads;
+      errors = estimate_motion(scene, map, recording, whole).errors;
     }
+    MotionEstimate out = explain(rows, *errors);
     first.clear();
     return out;
   }
@@ -114,7 +113,6 @@ struct MotionFollower::Impl {
   MotionEstimate explain(const RecordedMotion& rows, RecordingErrors kind) {
     const bool slow = kind == RecordingErrors::kSlow;
     MotionPriors priors = slow ? slow_priors(scene, map, rows) : white_priors(scene, map, rows);
-    priors.geometries.clear();
     h = rows.h();
     cutoff = priors.cutoff;
     weight = priors.position.cwiseInverse();
