@@ -14,6 +14,7 @@
 #include "interrupt.h"
 #include "recordings/estimation.h"
 #include "recordings/motion_figures.h"
+#include "recordings/motion_follow.h"
 #include "recordings/motion_page.h"
 #include "recordings/motion_tables.h"
 #include "report/progress.h"
@@ -28,6 +29,9 @@ struct ExplainArguments {
   std::string map, output, contacts, forces, set, page, errors;
   std::optional<double> from, to;
   int threads = 0;
+  bool follow = false;
+  int window = 30, lag = 10;
+  double idle = 5.0;
   Report report;
 };
 
@@ -171,6 +175,56 @@ int end_stopped(const ExplainedMotions& motions, std::size_t given,
   return kFailed;
 }
 
+/// What --follow cannot do, in words.
+void check_follow(const ExplainArguments& arguments) {
+  if (arguments.recordings.size() != 1)
+    throw InputError("--follow: one recording is expected");
+  const std::string& file = arguments.recordings.front();
+  if (file != "-" && !file.ends_with(".csv"))
+    throw InputError(file + ": --follow reads a CSV file that grows, or '-', standard input");
+  if (!arguments.page.empty())
+    throw InputError("--follow, --report: a page needs the whole recording; leave one out");
+  if (arguments.from || arguments.to)
+    throw InputError("--follow: --from and --to are for whole recordings");
+  for (const std::string& table : {arguments.output, arguments.contacts, arguments.forces})
+    if (!table.empty() && !table.ends_with(".csv"))
+      throw InputError(table + ": --follow writes CSV tables, row by row");
+}
+
+int follow(ExplainArguments& arguments, const Scene& scene, const ColumnMap& map) {
+  check_follow(arguments);
+  refuse_sensors(map, "explain --follow");
+  if (map.pieces > 1 || map.average > 1)
+    throw InputError(arguments.map + ": 'pieces' and 'average' need the whole recording, not --follow");
+  FollowOptions options;
+  options.window = arguments.window;
+  options.lag = arguments.lag;
+  options.threads = arguments.threads;
+  const MotionEstimateOptions whole = estimate_options(arguments, map);
+  options.sums = whole.sums;
+  options.errors = whole.errors;
+  Report& report = arguments.report;
+  report.begin("explain", arguments.scene.file);
+  const FollowedFigures figures =
+      follow_motion({arguments.recordings.front(), arguments.output, arguments.contacts,
+                     arguments.forces, arguments.idle},
+                    scene, map, options);
+  if (figures.told == 0)
+    throw InputError(fmt::format("{}: {} rows; {} or more are expected to explain a motion",
+                                 arguments.recordings.front(), figures.rows, kLeastRows));
+  report["status"] = figures.stopped ? "stopped" : "ok";
+  report["rows"] = figures.told;
+  report["errors"] = recording_errors_name(figures.errors);
+  report["unexplained"] = {{"mean", figures.unexplained_mean}, {"max", figures.unexplained_max}};
+  fmt::print(report.text(),
+             "{} rows explained as they came ({} errors); {:.2g} of the weight not explained in the "
+             "mean, at most {:.2g}{}\n",
+             figures.told, recording_errors_name(figures.errors), figures.unexplained_mean,
+             figures.unexplained_max, figures.stopped ? "; stopped by Ctrl-C" : "");
+  report.write();
+  return kSuccess;
+}
+
 int explain(ExplainArguments& arguments) {
   const Scene scene = with_settings(arguments.scene.load(), arguments.set);
   ColumnMap map = load_column_map(arguments.map, scene.model);
@@ -179,6 +233,7 @@ int explain(ExplainArguments& arguments) {
     throw InputError(
         "explain: an impact takes no time, forces are not to be had; the column map "
         "has 'after'");
+  if (arguments.follow) return follow(arguments, scene, map);
   std::vector<Recording> recordings = read_recorded(arguments, map, scene);
   const std::size_t given = recordings.size();
   const std::vector<MotionEstimate> estimates = estimate_all(arguments, scene, map, recordings);
@@ -235,6 +290,20 @@ void add_explain(CommandLine& line) {
                   "Errors of recorded positions: white (new in every row: encoders), slow (markers "
                   "on skin, a model that does not fit); default: found from the recording")
       .one_of({"white", "slow"});
+  command.add_flag("--follow", arguments->follow,
+                   "Explain a CSV file that grows, or '-', standard input, row by row; until "
+                   "Ctrl-C or the end of the input");
+  command.add_option("--window", arguments->window, "With --follow: rows explained together")
+      .seldom();
+  command
+      .add_option("--lag", arguments->lag,
+                  "With --follow: a row is told once so many rows have followed it")
+      .seldom();
+  command
+      .add_option("--idle", arguments->idle,
+                  "With --follow: a file that has not grown for so long has ended [s]; default 5")
+      .not_negative()
+      .seldom();
   command.add_option("--threads", arguments->threads, "Threads; default: one a core")
       .not_negative();
   command.add_option("--set", arguments->set,

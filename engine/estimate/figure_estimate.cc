@@ -8,7 +8,7 @@
 
 #include "counterpoint/engine/estimate/fit/fit_spread.h"
 #include "counterpoint/engine/estimate/gradient.h"
-#include "counterpoint/engine/estimate/motion/joint_fit.h"
+#include "counterpoint/engine/estimate/fit/joint_fit.h"
 #include "counterpoint/engine/estimate/motion/motion_continuation.h"
 #include "counterpoint/engine/estimate/motion/motion_filter.h"
 #include "counterpoint/engine/estimate/motion/motion_priors.h"

@@ -88,7 +88,7 @@ void read_sources(const std::map<std::string, std::string>& files, const ColumnM
 void refuse_sensors(const ColumnMap& map, const std::string& command) {
   if (map.sensors.empty() && map.sources.empty() && map.treadmill.isZero(0.0)) return;
   throw InputError(command + ": the column map has 'sensors', 'markers', 'sources' or 'treadmill', "
-                             "which only `explain` reads");
+                             "which only `explain` of whole recordings reads");
 }
 
 }  // namespace counterpoint::estimation

@@ -1,4 +1,4 @@
-#include "counterpoint/engine/estimate/motion/joint_fit.h"
+#include "counterpoint/engine/estimate/fit/joint_fit.h"
 
 #include <Eigen/Cholesky>
 #include <algorithm>
