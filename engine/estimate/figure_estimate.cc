@@ -7,12 +7,13 @@
 #include <optional>
 
 #include "counterpoint/engine/estimate/fit/fit_spread.h"
-#include "counterpoint/engine/estimate/gradient.h"
 #include "counterpoint/engine/estimate/fit/joint_fit.h"
+#include "counterpoint/engine/estimate/gradient.h"
 #include "counterpoint/engine/estimate/motion/motion_continuation.h"
 #include "counterpoint/engine/estimate/motion/motion_filter.h"
 #include "counterpoint/engine/estimate/motion/motion_priors.h"
 #include "counterpoint/engine/estimate/motion/recorded_motion.h"
+#include "counterpoint/model/special_values.h"
 
 namespace counterpoint::estimation {
 namespace {
@@ -32,7 +33,7 @@ constexpr double kStageTolerance = 1e-3;
 /// Where measurements leave a larger ratio than this, they are not as sure as their noise says, and
 /// the search begins anew with deviations that say so. At most so many times.
 constexpr double kSure = 3.0;
-constexpr int kMostRounds = 3;
+constexpr int kFigureRounds = 3;
 /// A figure is shown by the motions that leave less than this share of its prior's deviation.
 constexpr double kShown = 0.3;
 
@@ -200,7 +201,7 @@ FigureEstimate estimate_figures(const Scene& given_scene, const ColumnMap& map,
   }
   out.smoothing = std::max(kHardEnd, scene.options.contact.smoothing);
   std::optional<JointFit> fit;
-  for (int round = 0; round < kMostRounds; ++round) {
+  for (int round = 0; round < kFigureRounds; ++round) {
     std::vector<MotionProblem> problems;
     std::vector<MotionPoint> points;
     for (const RecordedMotion& one : recorded) {

@@ -18,7 +18,7 @@ namespace {
 
 /// The last smoothing of white errors, over that of a whole recording's estimate: two steps a row
 /// do not reach a harder law.
-constexpr double kSofter = 10.0;
+constexpr double kSofterLaws = 10.0;
 /// A law hardens in so many rows.
 constexpr int kHardening = 10;
 /// Frames that move less than this share of the last smoothing keep their linearization.
@@ -121,7 +121,7 @@ struct MotionFollower::Impl {
     w.steps = options.steps;
     w.threads = options.threads;
     w.newest = priors.smoothing_starts.back();
-    w.oldest = slow ? priors.smoothing_end : kSofter * priors.smoothing_end;
+    w.oldest = slow ? priors.smoothing_end : kSofterLaws * priors.smoothing_end;
     w.hardening = std::min(kHardening, options.lag);
     w.changing = std::max(w.hardening, slow ? reach() + 1 : 0);
     w.still = kStill * w.oldest;

@@ -11,10 +11,10 @@ namespace counterpoint::estimation {
 namespace {
 
 /// No coordinate goes farther in a step [m, rad]: beyond, the linearization says nothing.
-constexpr double kMaxStep = 0.3;
+constexpr double kLongestWindowStep = 0.3;
 /// Damping of a row's first step, as a share of the diagonal; it grows where a step fails, and
 /// falls where one does not, but not below the last of these.
-constexpr double kFirstDamping = 1e-3, kMoreDamping = 10.0, kLessDamping = 0.1, kLeastDamping = 1e-6;
+constexpr double kFirstWindowDamping = 1e-3, kMoreDamping = 10.0, kLessDamping = 0.1, kLeastWindowDamping = 1e-6;
 /// Frames whose laws do not change are not damped in the first of these trials: their fronts stay
 /// of use.
 constexpr int kTrials = 5, kNewTrials = 3;
@@ -22,7 +22,6 @@ constexpr int kTrials = 5, kNewTrials = 3;
 /// measured.
 constexpr double kTowards = 0.5;
 
-std::size_t size(int i) { return static_cast<std::size_t>(i); }
 
 }  // namespace
 
@@ -31,10 +30,10 @@ MotionWindow::MotionWindow(MotionProblem problem, const WindowOptions& options)
       problem_(std::move(problem)),
       pool_(options.threads),
       model_(problem_.model),
-      instants_(size(options.frames)),
-      equations_(size(options.frames)),
+      instants_(index_of(options.frames)),
+      equations_(index_of(options.frames)),
       fronts_(model_, options.frames, static_cast<int>(problem_.parameters.size())),
-      moved_(size(options.frames), 0.0) {
+      moved_(index_of(options.frames), 0.0) {
   const int nv = problem_.nv(), frames = options.frames;
   for (int age = 0; age <= options.hardening; ++age) {
     const double share = options.hardening > 0 ? double(age) / options.hardening : 1.0;
@@ -68,7 +67,7 @@ int MotionWindow::age_of(int t) const {
   return std::clamp(frames() - 1 - t + age_, 0, options_.hardening);
 }
 
-const SimulationOptions& MotionWindow::options_of(int t) const { return laws_[size(age_of(t))]; }
+const SimulationOptions& MotionWindow::options_of(int t) const { return laws_[index_of(age_of(t))]; }
 
 const Inverse& MotionWindow::invert(int t) {
   return models_.front()->invert(point_, options_of(t), t);
@@ -92,8 +91,8 @@ void MotionWindow::push(const WindowRow& row) {
   const int t = frames();
   VectorX q = row.q;
   if (t > 1) {
-    q = moved(model_, point_.q[size(t - 1)],
-              difference(model_, point_.q[size(t - 2)], point_.q[size(t - 1)]));
+    q = moved(model_, point_.q[index_of(t - 1)],
+              difference(model_, point_.q[index_of(t - 2)], point_.q[index_of(t - 1)]));
     const VectorX off = difference(model_, q, row.q);
     q = moved(model_, q, kTowards * (row.weight.array() > 0.0).select(off, 0.0));
   }
@@ -102,7 +101,7 @@ void MotionWindow::push(const WindowRow& row) {
   problem_.position_weight.col(t) = row.weight;
   problem_.acceleration.col(t).setZero();
   problem_.force.col(t) = row.force;
-  moved_[size(t)] = kInfinity;
+  moved_[index_of(t)] = kInfinity;
 }
 
 void MotionWindow::set_acceleration(int t, const VectorX& acceleration) {
@@ -113,24 +112,24 @@ void MotionWindow::set_acceleration(int t, const VectorX& acceleration) {
 void MotionWindow::linearize(int first) {
   const int begin = begins_ && first == 0 ? 0 : first + 1, last = frames() - 1;
   pool_.run(frames() - begin, [&](int i, int thread) {
-    models_[size(thread)]->differentiate(point_, options_of(begin + i), begin + i,
-                                         !problem_.parameters.empty(), instants_[size(begin + i)]);
+    models_[index_of(thread)]->differentiate(point_, options_of(begin + i), begin + i,
+                                         !problem_.parameters.empty(), instants_[index_of(begin + i)]);
   });
   differentiated_ += std::max(0, last - begin);
   const int own = begins_ && first == 0 ? 0 : first + 2;
   pool_.run(frames() - own, [&](int i, int thread) {
-    models_[size(thread)]->assemble(point_, instants_, own + i, equations_[size(own + i)]);
+    models_[index_of(thread)]->assemble(point_, instants_, own + i, equations_[index_of(own + i)]);
   });
   if (begins_ && first == 0) {
     fronts_.clear(0);
-    for (int t = 0; t < std::min(2, frames()); ++t) fronts_.add(0, equations_[size(t)], 2 - t);
+    for (int t = 0; t < std::min(2, frames()); ++t) fronts_.add(0, equations_[index_of(t)], 2 - t);
     WindowFront& front = fronts_.front(0);
     const VectorX weight2 = problem_.parameter_weight.cwiseAbs2();
     front.information.bottomRightCorner(weight2.size(), weight2.size()).diagonal() += weight2;
     front.gradient.tail(weight2.size()) += weight2.cwiseProduct(point_.parameters);
     front.at.q.clear();
     front.at.parameters = point_.parameters;
-    for (int a = 0; a < std::min(3, frames()); ++a) front.at.q.push_back(point_.q[size(a)]);
+    for (int a = 0; a < std::min(3, frames()); ++a) front.at.q.push_back(point_.q[index_of(a)]);
   } else {
     fronts_.move(first, point_);
   }
@@ -138,7 +137,7 @@ void MotionWindow::linearize(int first) {
 
 bool MotionWindow::factor(int first, int undamped, double damping) {
   for (int k = first; k < frames(); ++k) {
-    const InstantEquations* own = k + 2 < frames() ? &equations_[size(k + 2)] : nullptr;
+    const InstantEquations* own = k + 2 < frames() ? &equations_[index_of(k + 2)] : nullptr;
     const double own_damping = k > undamped ? damping : 0.0;
     if (!fronts_.eliminate(k, own, own_damping, point_)) return false;
   }
@@ -153,16 +152,16 @@ double MotionWindow::cost(int first) {
   const bool all = begins_ && first == 0;
   const int begin = all ? 0 : first + 1;
   pool_.run(frames() - begin, [&](int i, int thread) {
-    models_[size(thread)]->evaluate(point_, options_of(begin + i), begin + i,
-                                    instants_[size(begin + i)]);
+    models_[index_of(thread)]->evaluate(point_, options_of(begin + i), begin + i,
+                                    instants_[index_of(begin + i)]);
   });
   double sum = all ? 0.5 * point_.parameters.cwiseProduct(problem_.parameter_weight).squaredNorm()
                    : fronts_.cost(first, point_);
   for (int t = all ? 0 : first + 2; t < frames(); ++t) {
-    sum += instants_[size(t)].cost;
+    sum += instants_[index_of(t)].cost;
     if (t >= 2 && t + 1 < frames())
       sum += 0.5 * problem_.change_weight
-                       .cwiseProduct(instants_[size(t)].force - instants_[size(t - 1)].force)
+                       .cwiseProduct(instants_[index_of(t)].force - instants_[index_of(t - 1)].force)
                        .squaredNorm();
   }
   return std::isfinite(sum) ? sum : kInfinity;
@@ -172,15 +171,15 @@ double MotionWindow::cost(int first) {
 void MotionWindow::follow_behind(int first) {
   for (int k = first - 1; k >= 0; --k) {
     const VectorX by = fronts_.substitute(k, point_);
-    moved_[size(k)] = by.cwiseAbs().maxCoeff();
-    point_.q[size(k)] = moved(model_, fronts_.eliminated_at(k), by);
+    moved_[index_of(k)] = by.cwiseAbs().maxCoeff();
+    point_.q[index_of(k)] = moved(model_, fronts_.eliminated_at(k), by);
   }
 }
 
 /// The first frame that has to be linearized anew, `most` at most: three before one that moved.
 int MotionWindow::first_moved(int most) const {
   int first = 0;
-  while (first < most && moved_[size(first)] <= options_.still) ++first;
+  while (first < most && moved_[index_of(first)] <= options_.still) ++first;
   return std::max(0, std::min({most, first - 3, valid_}));
 }
 
@@ -197,16 +196,16 @@ bool MotionWindow::step(int first, int most) {
     valid_ = undamped + 1;
     const auto active = steps_.middleCols(first, frames() - first);
     const double longest = active.cwiseAbs().maxCoeff();
-    const double share = longest > kMaxStep ? kMaxStep / longest : 1.0;
+    const double share = longest > kLongestWindowStep ? kLongestWindowStep / longest : 1.0;
     for (int k = first; k < frames(); ++k) {
-      point_.q[size(k)] = moved(model_, start.q[size(k)], share * steps_.col(k));
-      moved_[size(k)] = share * steps_.col(k).cwiseAbs().maxCoeff();
+      point_.q[index_of(k)] = moved(model_, start.q[index_of(k)], share * steps_.col(k));
+      moved_[index_of(k)] = share * steps_.col(k).cwiseAbs().maxCoeff();
     }
     point_.parameters = start.parameters + share * parameter_step_;
     if (point_.parameters.size() > 0) apply_parameters();
     better = cost(first) < before;
   }
-  damping_ = better ? std::max(kLeastDamping, kLessDamping * damping) : damping;
+  damping_ = better ? std::max(kLeastWindowDamping, kLessDamping * damping) : damping;
   if (!better) {
     point_ = start;
     if (point_.parameters.size() > 0) apply_parameters();
@@ -222,7 +221,7 @@ void MotionWindow::begin() {
 
 void MotionWindow::improve(int age) {
   age_ = age;
-  damping_ = kFirstDamping;
+  damping_ = kFirstWindowDamping;
   if (frames() < 4) return;
   int most = std::max(0, frames() - 1 - options_.changing - 2);
   if (age > 0) most = std::max(0, frames() - 3);

@@ -13,7 +13,6 @@ constexpr int kFrames = WindowFronts::kSeen - 1;  ///< frames of a front
 /// making a matrix indefinite by this share of its diagonal.
 constexpr double kLeastDiagonal = 1e-9, kRegular = 1e-13;
 
-std::size_t size(int i) { return static_cast<std::size_t>(i); }
 
 }  // namespace
 
@@ -21,21 +20,21 @@ WindowFronts::WindowFronts(const Model& model, int window, int parameters)
     : model_(model),
       nv_(model.nv()),
       parameters_(parameters),
-      fronts_(size(window + 1)),
-      panels_(size(window)) {
+      fronts_(index_of(window + 1)),
+      panels_(index_of(window)) {
   for (int k = 0; k <= window; ++k) clear(k);
   for (Panel& panel : panels_) panel.factor.resize(kSeen * nv_ + parameters_, nv_);
 }
 
 void WindowFronts::clear(int frame) {
-  WindowFront& front = fronts_[size(frame)];
+  WindowFront& front = fronts_[index_of(frame)];
   const int rows = kFrames * nv_ + parameters_;
   front.information.setZero(rows, rows);
   front.gradient.setZero(rows);
 }
 
 void WindowFronts::add(int frame, const InstantEquations& equations, int before) {
-  WindowFront& front = fronts_[size(frame)];
+  WindowFront& front = fronts_[index_of(frame)];
   const int skip = before * nv_, rows = std::min(kFrames, kSeen - before) * nv_;
   front.information.topLeftCorner(rows, rows) += equations.gram.block(skip, skip, rows, rows);
   front.information.bottomLeftCorner(parameters_, rows) +=
@@ -47,36 +46,36 @@ void WindowFronts::add(int frame, const InstantEquations& equations, int before)
 
 /// From a front's own point; frames that are not there yet do not count.
 VectorX WindowFronts::difference(int frame, const MotionPoint& point) const {
-  const WindowFront& front = fronts_[size(frame)];
+  const WindowFront& front = fronts_[index_of(frame)];
   VectorX x = VectorX::Zero(front.gradient.size());
-  for (int a = 0; a < kFrames && size(frame + a) < point.q.size(); ++a)
-    if (size(a) < front.at.q.size())
-      configuration_difference(model_, front.at.q[size(a)], point.q[size(frame + a)],
+  for (int a = 0; a < kFrames && index_of(frame + a) < point.q.size(); ++a)
+    if (index_of(a) < front.at.q.size())
+      configuration_difference(model_, front.at.q[index_of(a)], point.q[index_of(frame + a)],
                                x.segment(a * nv_, nv_));
   x.tail(parameters_) = point.parameters - front.at.parameters;
   return x;
 }
 
 void WindowFronts::move(int frame, const MotionPoint& point) {
-  WindowFront& front = fronts_[size(frame)];
+  WindowFront& front = fronts_[index_of(frame)];
   const VectorX x = difference(frame, point);
   front.gradient += front.information.selfadjointView<Eigen::Lower>() * x;
-  if (frame > 0 && panels_[size(frame - 1)].y.size() == nv_) {  // its others are this front's
-    Panel& before = panels_[size(frame - 1)];
+  if (frame > 0 && panels_[index_of(frame - 1)].y.size() == nv_) {  // its others are this front's
+    Panel& before = panels_[index_of(frame - 1)];
     before.y += before.factor.bottomRows(kFrames * nv_ + parameters_).transpose() * x;
   }
-  front.at.q.resize(size(kFrames));
-  for (int a = 0; a < kFrames && size(frame + a) < point.q.size(); ++a)
-    front.at.q[size(a)] = point.q[size(frame + a)];
+  front.at.q.resize(index_of(kFrames));
+  for (int a = 0; a < kFrames && index_of(frame + a) < point.q.size(); ++a)
+    front.at.q[index_of(a)] = point.q[index_of(frame + a)];
   front.at.parameters = point.parameters;
 }
 
 bool WindowFronts::eliminate(int frame, const InstantEquations* added, double damping,
                              const MotionPoint& point) {
   const int m = nv_, old = kFrames * m, all = kSeen * m;
-  const WindowFront& front = fronts_[size(frame)];
-  WindowFront& next = fronts_[size(frame + 1)];
-  Panel& panel = panels_[size(frame)];
+  const WindowFront& front = fronts_[index_of(frame)];
+  WindowFront& next = fronts_[index_of(frame + 1)];
+  Panel& panel = panels_[index_of(frame)];
   work_.setZero(all + parameters_, all + parameters_);
   work_gradient_.setZero(all + parameters_);
   work_.topLeftCorner(old, old) = front.information.topLeftCorner(old, old);
@@ -102,20 +101,20 @@ bool WindowFronts::eliminate(int frame, const InstantEquations* added, double da
   own.triangularView<Eigen::Lower>().transpose().solveInPlace<Eigen::OnTheRight>(others);
   panel.y = work_gradient_.head(m);
   own.triangularView<Eigen::Lower>().solveInPlace(panel.y);
-  panel.at = point.q[size(frame)];
+  panel.at = point.q[index_of(frame)];
   next.information = work_.bottomRightCorner(old + parameters_, old + parameters_);
   next.information.selfadjointView<Eigen::Lower>().rankUpdate(others, -1.0);
   next.gradient = work_gradient_.tail(old + parameters_);
   next.gradient.noalias() -= others * panel.y;
-  next.at.q.resize(size(kFrames));
-  for (int a = 0; a < kFrames && size(frame + 1 + a) < point.q.size(); ++a)
-    next.at.q[size(a)] = point.q[size(frame + 1 + a)];
+  next.at.q.resize(index_of(kFrames));
+  for (int a = 0; a < kFrames && index_of(frame + 1 + a) < point.q.size(); ++a)
+    next.at.q[index_of(a)] = point.q[index_of(frame + 1 + a)];
   next.at.parameters = point.parameters;
   return true;
 }
 
 bool WindowFronts::solve_parameters(int frames, double damping, VectorX& step) const {
-  const WindowFront& last = fronts_[size(frames)];
+  const WindowFront& last = fronts_[index_of(frames)];
   step = -last.gradient.tail(parameters_);
   if (parameters_ == 0) return true;
   MatrixX A = last.information.bottomRightCorner(parameters_, parameters_);
@@ -127,7 +126,7 @@ bool WindowFronts::solve_parameters(int frames, double damping, VectorX& step) c
 }
 
 VectorX WindowFronts::substitute(int frame, const MotionPoint& point) const {
-  const Panel& panel = panels_[size(frame)];
+  const Panel& panel = panels_[index_of(frame)];
   const auto others = panel.factor.bottomRows(kFrames * nv_ + parameters_);
   VectorX out = -panel.y;
   out.noalias() -= others.transpose() * difference(frame + 1, point);
@@ -136,7 +135,7 @@ VectorX WindowFronts::substitute(int frame, const MotionPoint& point) const {
 }
 
 VectorX WindowFronts::substitute(int frame, const MatrixX& steps, const VectorX& parameters) const {
-  const Panel& panel = panels_[size(frame)];
+  const Panel& panel = panels_[index_of(frame)];
   VectorX out = -panel.y;
   for (int a = 1; a < kSeen && frame + a < steps.cols(); ++a)
     out.noalias() -= panel.factor.middleRows(a * nv_, nv_).transpose() * steps.col(frame + a);
@@ -147,7 +146,7 @@ VectorX WindowFronts::substitute(int frame, const MatrixX& steps, const VectorX&
 
 double WindowFronts::cost(int frame, const MotionPoint& point) const {
   const VectorX x = difference(frame, point);
-  const WindowFront& front = fronts_[size(frame)];
+  const WindowFront& front = fronts_[index_of(frame)];
   const VectorX pull = front.information.selfadjointView<Eigen::Lower>() * x;
   return x.dot(0.5 * pull + front.gradient);
 }

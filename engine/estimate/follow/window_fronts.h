@@ -9,6 +9,8 @@
 
 namespace counterpoint::estimation {
 
+inline std::size_t index_of(int i) { return static_cast<std::size_t>(i); }
+
 /// What is known of three frames and of the parameters once all frames before are eliminated:
 /// 1/2 x' information x + gradient' x, x being their difference from `at`.
 struct WindowFront {

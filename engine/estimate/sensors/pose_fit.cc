@@ -19,7 +19,7 @@ constexpr double kLoose = 1.0, kSeen = 0.1;
 constexpr int kFirstSteps = 200, kSteps = 20;
 constexpr double kStill = 1e-9;
 /// No coordinate goes farther in a step [m, rad].
-constexpr double kLongestStep = 0.5;
+constexpr double kLongestPoseStep = 0.5;
 
 class PoseFit {
  public:
@@ -53,7 +53,7 @@ class PoseFit {
         damped.diagonal() *= 1.0 + damping;
         VectorX by = -damped.llt().solve(gradient);
         longest = by.cwiseAbs().maxCoeff();
-        if (longest > kLongestStep) by *= kLongestStep / longest;
+        if (longest > kLongestPoseStep) by *= kLongestPoseStep / longest;
         const VectorX last = q;
         q = moved(model_, last, by);
         const double now = cost_of(frames, t, before);
