@@ -1,4 +1,5 @@
-// Figures of a scene from recordings whose motions are unknown too (docs/explanation/explaining.md).
+// Figures of a scene from recordings whose motions are unknown too: how is in
+// docs/explanation/explaining.md.
 #pragma once
 
 #include <vector>

@@ -74,6 +74,21 @@ TEST(Identify, FindsTheFiguresOfItsOwnTosses) {
   EXPECT_GT(report["test"]["scene"]["position_error_mean_m"], 1e-3);
 }
 
+TEST(Identify, ExplainRefusesWhatItCannotFind) {
+  const CommandFolder folder("identify_explain");
+  toss(folder, 2, "friction: 0.25, restitution: 0.3");
+  for (const auto& [more, expected] :
+       {std::pair{"restitution", "restitution"}, std::pair{"friction=0.5..0.9", "the scene has 0.4"},
+        std::pair{"friction --tasks 1/2 --parts {}/parts", "--tasks"}}) {
+    const CommandResult result = folder.run(
+        std::string("identify {}/scene.yaml {}/toss0.csv {}/toss1.csv --columns {}/map.yaml "
+                    "--objective explain --parameters ") +
+        more);
+    EXPECT_EQ(result.exit_code, 2) << more;
+    EXPECT_NE(result.errors.find(expected), std::string::npos) << result.errors;
+  }
+}
+
 TEST(Identify, FindsJointFiguresFromForces) {
   const CommandFolder folder("identify_forces");
   folder.write("truth.yaml",

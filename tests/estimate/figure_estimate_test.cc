@@ -54,8 +54,8 @@ FigureEstimate estimate(const std::string& parameters, int threads) {
                           parse_parameters(parameters, scene), options);
 }
 
-// Two boxes that slide for 0.41 and 0.31 s. A position is known to 1 mm: the deceleration over 30 to
-// 40 rows to 2 %, and with two boxes to 1.5 %: three times this.
+// Two boxes that slide for 0.41 and 0.31 s. A position is known to 1 mm: the deceleration over 30
+// to 40 rows to 2 %, and with two boxes to 1.5 %: three times this.
 TEST(FigureEstimate, FindsTheFrictionOfSlidingBoxes) {
   const FigureEstimate one = estimate("friction", 1);
   ASSERT_EQ(one.figures.parameters.size(), 1u);

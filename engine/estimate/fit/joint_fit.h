@@ -20,7 +20,8 @@ struct SharedParameter {
 class JointFit {
  public:
   /// problems: their parameters are the shared ones, in this order, with no weights. The prior of a
-  /// coordinate is the scene's, its standard deviation the width of the range. threads: as of MotionFit.
+  /// coordinate is the scene's, its standard deviation the width of the range.
+  /// threads: as of MotionFit.
   JointFit(std::vector<MotionProblem> problems, const std::vector<MotionPoint>& start,
            std::vector<SharedParameter> parameters, int threads);
 
