@@ -12,9 +12,11 @@ namespace {
 /// White errors leave no more than this (MotionEstimate::mean_cost_ratio), and a scene that is
 /// right leaves no more unexplained than that [weights].
 constexpr double kMostCost = 4.0, kMostUnexplained = 0.1;
-/// Numbers of outliers, carriers and parameters that are told one by one.
+/// Numbers of outliers, carriers, parameters, sensors, coloured residuals that are told one by one.
 constexpr std::size_t kOutliersTold = 5, kCarriersTold = 4, kParametersTold = 4,
-                      kSensorsTold = 4;
+                      kSensorsTold = 4, kColouredTold = 4;
+/// Residuals are not white above this autocorrelation, or above this over the root of the rows.
+constexpr double kMostCorrelation = 0.3, kMostByChance = 4.0;
 /// A carrier of less than this is not told [weights].
 constexpr double kLeastShare = 5e-3;
 
@@ -109,6 +111,37 @@ std::string outlier_lines(const Model& model, const MotionEstimate& estimate) {
   return out;
 }
 
+/// Coordinates whose residuals are not white, worst first.
+std::vector<Eigen::Index> coloured(const MotionEstimate& estimate) {
+  const VectorX& correlation = estimate.residual_correlation;
+  const double rows = std::max(1.0, static_cast<double>(estimate.time.size()));
+  const double most = std::max(kMostCorrelation, kMostByChance / std::sqrt(rows));
+  std::vector<Eigen::Index> out;
+  for (Eigen::Index i = 0; i < correlation.size(); ++i)
+    if (correlation[i] > most) out.push_back(i);
+  std::stable_sort(out.begin(), out.end(), [&](Eigen::Index a, Eigen::Index b) {
+    return correlation[a] > correlation[b];
+  });
+  return out;
+}
+
+/// Empty where residuals say nothing.
+std::string whiteness_line(const Model& model, const MotionEstimate& estimate) {
+  const VectorX& correlation = estimate.residual_correlation;
+  if (!(correlation.array() == correlation.array()).any()) return {};  // all are NaN
+  const std::vector<Eigen::Index> worst = coloured(estimate);
+  if (worst.empty()) return "  residuals are white: the scene lacks nothing that positions show\n";
+  const std::vector<std::string> names = position_names(model);
+  std::string out = "  residuals are not white (autocorrelation from row to row):";
+  for (std::size_t k = 0; k < std::min(worst.size(), kColouredTold); ++k)
+    out += fmt::format("{} {} {:.2f}", k > 0 ? "," : "",
+                       names[static_cast<std::size_t>(worst[k])], correlation[worst[k]]);
+  if (worst.size() > kColouredTold)
+    out += fmt::format(", {} more (--json)", worst.size() - kColouredTold);
+  return out + "; the scene may lack a contact, friction, a right mass or length there, or errors "
+               "change slowly (--errors slow)\n";
+}
+
 }  // namespace
 
 Json motion_entry(const Model& model, const MotionEstimate& estimate,
@@ -156,6 +189,12 @@ Json motion_entry(const Model& model, const MotionEstimate& estimate,
                        {"deviation", one.deviation},
                        {"rms", one.rms},
                        {"outliers", one.outliers}});
+  entry["residuals_white"] = coloured(estimate).empty();
+  Json& residuals = entry["residual_correlations"] = Json::array();
+  for (Eigen::Index i = 0; i < estimate.residual_correlation.size(); ++i)
+    if (const double r = estimate.residual_correlation[i]; std::isfinite(r))
+      residuals.push_back({{"name", names[static_cast<std::size_t>(i)]}, {"correlation", r}});
+  if (residuals.empty()) entry["residuals_white"] = nullptr;
   entry["outliers"] = estimate.outliers.size();
   Json& worst = entry["outliers_worst"] = Json::array();
   for (const Outlier& one : worst_outliers(estimate))
@@ -177,6 +216,7 @@ std::string motion_text(const Model& model, const MotionEstimate& estimate,
   out += parameter_lines(estimate);
   out += sensor_lines(estimate);
   out += outlier_lines(model, estimate);
+  out += whiteness_line(model, estimate);
   return out + weight_in_words(estimate, figures) + "\n";
 }
 

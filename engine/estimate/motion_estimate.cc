@@ -181,7 +181,8 @@ bool far_from_white(const Task& task, const RecordedMotion& recorded, int& steps
   std::vector<double> products;
   for (int t = 1; t + 1 < rows.rows(); ++t) {
     const VectorX& force = fit.instants()[static_cast<std::size_t>(t)].force;
-    products.push_back(fit.measurement_ratio(t) * force.cwiseProduct(weights).cwiseAbs().maxCoeff());
+    products.push_back(fit.measurement_ratio(t) *
+                       force.cwiseProduct(weights).cwiseAbs().maxCoeff());
   }
   const auto at = products.begin() + static_cast<std::ptrdiff_t>(kQuarter * products.size());
   std::nth_element(products.begin(), at, products.end());

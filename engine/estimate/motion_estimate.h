@@ -103,6 +103,10 @@ struct MotionEstimate {
   /// Mean square of the measurements' residuals over their deviations. White errors: 0.8 to 1.3 is
   /// right; far above, the model or a deviation is wrong.
   double mean_cost_ratio = 0.0;
+  /// nv: lag-1 autocorrelation of the recorded positions' residuals over their deviations, those
+  /// beyond three counted as three; NaN where errors are not white, or too few are measured. Far
+  /// above 0 the scene lacks something; below 0, as after any smoothing, nothing is wrong.
+  VectorX residual_correlation;
   bool stopped = false;  ///< MotionEstimateOptions::stop said so
 };
 

@@ -1,7 +1,7 @@
 // Which errors a recording has, and what the smoothing of contacts adds to intervals.
 #include <gtest/gtest.h>
 
-#include <algorithm>
+#include <cmath>
 #include <random>
 
 #include "counterpoint/engine/estimate/motion/motion_priors.h"
@@ -56,6 +56,21 @@ TEST(JudgedErrors, WhiteNoiseOfASlidingBodyIsSeenAsSuch) {
   const MotionEstimate estimate =
       estimate_motion(scene, all_positions(scene), noisy_slide(scene, 1e-3));
   EXPECT_EQ(estimate.errors, RecordingErrors::kWhite);
+  // Noise of 50 rows has an autocorrelation of 0.14 by chance: four times that, of six coordinates.
+  EXPECT_LT(estimate.residual_correlation.maxCoeff(), 0.57);
+}
+
+// Positions that a slow wave moves differ from the motion found in the same way for many rows.
+TEST(JudgedErrors, ResidualsOfSlowErrorsAreNotWhite) {
+  const Scene scene = sliding_cube();
+  Recording recording = noisy_slide(scene, 1e-3);
+  for (int row = 0; row < recording.num_rows(); ++row)
+    recording.q(2, row) += 3e-3 * std::sin(0.5 * row);  // 8 Hz, up and down
+  MotionEstimateOptions options;
+  options.errors = RecordingErrors::kWhite;
+  const MotionEstimate estimate =
+      estimate_motion(scene, all_positions(scene), recording, options);
+  EXPECT_GT(estimate.residual_correlation[2], 0.57);
 }
 
 // At rest, four times the smoothing changes a force by f(4 s) - f(s); a law that differs from the

@@ -11,7 +11,7 @@ namespace {
 constexpr int kFrames = WindowFronts::kSeen - 1;  ///< frames of a front
 /// Coordinates that nothing weighs are held so much [1/m^2, 1/rad^2], and round-off is kept from
 /// making a matrix indefinite by this share of its diagonal.
-constexpr double kLeastDiagonal = 1e-9, kRegular = 1e-13;
+constexpr double kLeastWindowDiagonal = 1e-9, kRegular = 1e-13;
 
 
 }  // namespace
@@ -95,7 +95,7 @@ bool WindowFronts::eliminate(int frame, const InstantEquations* added, double da
   auto own = panel.factor.topRows(m);
   auto others = panel.factor.bottomRows(old + parameters_);
   own.diagonal() *= 1.0 + damping + kRegular;
-  own.diagonal().array() += kLeastDiagonal;
+  own.diagonal().array() += kLeastWindowDiagonal;
   Eigen::Ref<MatrixX> in_place = own;
   if (Eigen::LLT<Eigen::Ref<MatrixX>>(in_place).info() != Eigen::Success) return false;
   own.triangularView<Eigen::Lower>().transpose().solveInPlace<Eigen::OnTheRight>(others);

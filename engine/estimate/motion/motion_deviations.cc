@@ -15,7 +15,7 @@ constexpr double kSettled = 0.05;
 /// Order of the differences that noise is told from.
 constexpr int kOrder = 6;
 /// No recording is surer than this [m, rad]: one that was interpolated seems to be.
-constexpr double kLeastNoise = 1e-7;
+constexpr double kLeastOwnNoise = 1e-7;
 /// A round changes no deviation by more than this factor.
 constexpr double kMostFactor = 30.0;
 /// Changes take at least this share of the degrees of freedom that there are.
@@ -59,7 +59,7 @@ double next_weight(double weight, double square, double variance, int count) {
 }
 
 void set_noise(const std::vector<char>& own_noise, MotionProblem& problem) {
-  const VectorX noise = white_noise(problem.model, problem.measured, kOrder).cwiseMax(kLeastNoise);
+  const VectorX noise = white_noise(problem.model, problem.measured, kOrder).cwiseMax(kLeastOwnNoise);
   for (int i = 0; i < problem.nv(); ++i)
     if (own_noise[static_cast<std::size_t>(i)] != 0)
       problem.position_weight.row(i) = problem.position_weight.row(i).cwiseSign() / noise[i];

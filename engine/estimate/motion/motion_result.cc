@@ -21,6 +21,10 @@ constexpr double kOutlier = 6.0;
 /// An acceleration farther off is one, too: the largest among rows within `kSameRows`.
 constexpr double kPush = 30.0;
 constexpr int kSameRows = 10;
+/// Residuals beyond this count as this in autocorrelations [standard deviations]: an impact that
+/// falls between two rows is no matter of the whole recording. So many products are the least.
+constexpr double kMostResidual = 3.0;
+constexpr int kLeastProducts = 20;
 
 /// The share of a pair's force, on geometry B, that acts on some bodies: 1, -1, or 0.
 double sign_of(const Model& model, const ContactEstimate& pair, const std::vector<int>& bodies) {
@@ -145,6 +149,30 @@ Vector3 force_of(const std::vector<ContactEstimate>& pairs, const ContactEstimat
     if (pair.geometry_a == wanted.geometry_a && pair.geometry_b == wanted.geometry_b)
       return pair.force;
   return Vector3::Zero();
+}
+
+/// MotionEstimate::residual_correlation of white errors.
+VectorX residual_correlation(const Model& model, const RecordedMotion& recorded,
+                             const MotionEstimate& estimate) {
+  const int nv = model.nv();
+  VectorX product = VectorX::Zero(nv), square = product, products = product, last = product;
+  for (int t = 0; t < recorded.rows(); ++t) {
+    const VectorX measured = recorded.measured.col(t).cwiseSign();
+    VectorX now = VectorX::Constant(nv, kNaN);
+    const VectorX off =
+        difference(model, estimate.q.col(t), recorded.frames[static_cast<std::size_t>(t)]);
+    for (int i = 0; i < nv; ++i) {
+      if (measured[i] == 0.0 || !std::isfinite(off[i])) continue;
+      now[i] = std::clamp(off[i] / estimate.position_deviation[i], -kMostResidual, kMostResidual);
+      if (t == 0 || !std::isfinite(last[i])) continue;
+      product[i] += now[i] * last[i];
+      square[i] += 0.5 * (now[i] * now[i] + last[i] * last[i]);
+      products[i] += 1.0;
+    }
+    last = now;
+  }
+  return (products.array() >= kLeastProducts && square.array() > 0.0)
+      .select(product.cwiseQuotient(square), kNaN);
 }
 
 }  // namespace
@@ -306,6 +334,9 @@ void summarize(const Model& model, const RecordedMotion& recorded, MotionEstimat
   std::stable_sort(out.outliers.begin(), out.outliers.end(),
                    [](const Outlier& a, const Outlier& b) { return a.row < b.row; });
   out.mean_cost_ratio = out.cost_ratio.mean();
+  out.residual_correlation = VectorX::Constant(model.nv(), kNaN);
+  if (out.errors == RecordingErrors::kWhite)
+    out.residual_correlation = residual_correlation(model, recorded, out);
   const VectorX weights =
       optimization::unactuated_weights(model, optimization::motors_of(model));
   int rows = 0;

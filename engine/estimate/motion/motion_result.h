@@ -35,7 +35,7 @@ void set_inverse(const Model& model, const Inverse& inverse, int row, MotionEsti
 /// Contact forces on links in a row: sums over its pairs. covariance: of all pairs' forces, or null.
 void set_sums(const Model& model, int row, const MatrixX* covariance, MotionEstimate& out);
 
-/// Outliers, means over the rows, and what is not explained.
+/// Outliers, means over the rows, whiteness of residuals, and what is not explained.
 void summarize(const Model& model, const RecordedMotion& recorded, MotionEstimate& out);
 
 /// Leaves out sums behind the first `wanted` whose links never touch anything.

@@ -16,8 +16,8 @@ namespace {
 /// sensors alone tell it better than the second of these.
 constexpr double kLoose = 1.0, kSeen = 0.1;
 /// Steps of the search in the first row and in others; it ends at steps this small [m, rad].
-constexpr int kFirstSteps = 200, kSteps = 20;
-constexpr double kStill = 1e-9;
+constexpr int kFirstSteps = 200, kRowSteps = 20;
+constexpr double kStillPose = 1e-9;
 /// No coordinate goes farther in a step [m, rad].
 constexpr double kLongestPoseStep = 0.5;
 
@@ -64,7 +64,7 @@ class PoseFit {
         else
           q = last;
       }
-      if (!better || longest < kStill) return;
+      if (!better || longest < kStillPose) return;
     }
   }
 
@@ -149,7 +149,7 @@ FittedPoses fit_poses(const Model& model, const std::vector<SensorTerm>& sensors
       out.frames[i] = moved(model, out.frames[i - 1], by);
     }
     seen.setZero();
-    fit.fit(t, t == 0 ? kFirstSteps : kSteps, out.frames, seen);
+    fit.fit(t, t == 0 ? kFirstSteps : kRowSteps, out.frames, seen);
     out.seen.col(t) = seen;
   }
   MatrixX known = out.seen;
