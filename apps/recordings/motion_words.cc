@@ -97,6 +97,19 @@ std::string sensor_lines(const MotionEstimate& estimate) {
   return out;
 }
 
+Json sensor_list(const MotionEstimate& estimate) {
+  Json list = Json::array();
+  for (const SensorFigures& one : estimate.sensors)
+    list.push_back({{"name", one.name},
+                    {"kind", sensor_kind_name(one.kind)},
+                    {"unit", sensor_unit(one.kind)},
+                    {"rows", one.rows},
+                    {"deviation", one.deviation},
+                    {"rms", one.rms},
+                    {"outliers", one.outliers}});
+  return list;
+}
+
 std::string outlier_lines(const Model& model, const MotionEstimate& estimate) {
   if (estimate.outliers.empty()) return {};
   const std::vector<std::string> names = position_names(model);
@@ -180,15 +193,7 @@ Json motion_entry(const Model& model, const MotionEstimate& estimate,
   for (Eigen::Index i = 0; i < estimate.position_deviation.size(); ++i)
     if (const double d = estimate.position_deviation[i]; std::isfinite(d))
       deviations.push_back({{"name", names[static_cast<std::size_t>(i)]}, {"deviation", d}});
-  Json& sensors = entry["sensors"] = Json::array();
-  for (const SensorFigures& one : estimate.sensors)
-    sensors.push_back({{"name", one.name},
-                       {"kind", sensor_kind_name(one.kind)},
-                       {"unit", sensor_unit(one.kind)},
-                       {"rows", one.rows},
-                       {"deviation", one.deviation},
-                       {"rms", one.rms},
-                       {"outliers", one.outliers}});
+  entry["sensors"] = sensor_list(estimate);
   entry["residuals_white"] = coloured(estimate).empty();
   Json& residuals = entry["residual_correlations"] = Json::array();
   for (Eigen::Index i = 0; i < estimate.residual_correlation.size(); ++i)

@@ -5,6 +5,7 @@
 #include <limits>
 #include <optional>
 #include <set>
+#include <utility>
 
 #include "counterpoint/engine/dynamics.h"
 #include "counterpoint/engine/estimate/motion/frame_covariance.h"
@@ -73,11 +74,11 @@ void set_parameters(const MotionProblem& problem, const VectorX& values, const M
 void add_readings(const VectorX& residual, const std::vector<int>& term, MotionEstimate& out) {
   int last = -1;
   for (Eigen::Index k = 0; k < residual.size(); ++k) {
-    SensorFigures& figures = out.sensors[static_cast<std::size_t>(term[static_cast<std::size_t>(k)])];
+    const int own = term[static_cast<std::size_t>(k)];
+    SensorFigures& figures = out.sensors[static_cast<std::size_t>(own)];
     figures.rms += residual[k] * residual[k];  // a sum until the end
     figures.outliers += std::abs(residual[k]) > kOutlier ? 1 : 0;
-    figures.rows += term[static_cast<std::size_t>(k)] != last ? 1 : 0;
-    last = term[static_cast<std::size_t>(k)];
+    figures.rows += own != std::exchange(last, own) ? 1 : 0;
   }
 }
 
@@ -103,16 +104,14 @@ void set_sensors(const MotionProblem& problem, const MotionFit& fit, VectorX& sq
       one.rms = one.deviation * std::sqrt(one.rms / (one.rows * error_size(one.kind)));
 }
 
-/// Mean squares of a row's residuals, by coordinate and by component of a sensor, over their
-/// deviations.
+/// Mean squares of a row's residuals, coordinates' and sensors', over their deviations.
 void set_cost_ratios(const MotionProblem& problem, const MotionFit& fit, MotionEstimate& out) {
-  const std::vector<VectorX>& frames = fit.point().q;
   VectorX squares = VectorX::Zero(problem.frames()), counts = squares;
   set_sensors(problem, fit, squares, counts, out);
   VectorX difference(problem.nv());
   for (int t = 0; t < problem.frames(); ++t) {
     const auto i = static_cast<std::size_t>(t);
-    configuration_difference(problem.model, problem.measured[i], frames[i], difference);
+    configuration_difference(problem.model, problem.measured[i], fit.point().q[i], difference);
     const VectorX ratio = difference.cwiseProduct(problem.position_weight.col(t));
     squares[t] += ratio.squaredNorm();
     counts[t] += static_cast<double>((problem.position_weight.col(t).array() > 0.0).count());

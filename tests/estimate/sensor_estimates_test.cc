@@ -1,0 +1,247 @@
+// What an estimate makes of inertial units and markers on a simulated quadruped.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <random>
+
+#include "counterpoint/engine/dynamics.h"
+#include "counterpoint/engine/dynamics/kinematics.h"
+#include "counterpoint/engine/estimate/motion_estimate.h"
+#include "counterpoint/engine/estimate/sensors/sensor_terms.h"
+#include "counterpoint/engine/simulator.h"
+#include "support/paths.h"
+
+namespace counterpoint::estimation::sensor_estimates_test {
+namespace {
+
+constexpr double kH = 0.01;  // interval of rows [s]
+
+Sensor sensor_on(SensorKind kind, int body, const Vector3& point = Vector3::Zero()) {
+  Sensor sensor;
+  sensor.name = "sensor";
+  sensor.kind = kind;
+  sensor.body = body;
+  sensor.point = point;
+  sensor.deviation = 1.0;
+  return sensor;
+}
+
+/// A quadruped that drops under random torques, with what sensors on it read every 2 ms.
+struct Drop {
+  explicit Drop(double seconds) : scene(load_scene(test::source_dir() + "/data/scenes/quadruped_drop.yaml")) {
+    scene.options.time_step = 0.002;
+    Simulator simulator(scene);
+    std::mt19937 random(1);
+    std::normal_distribution<double> normal;
+    VectorX& force = simulator.input().applied_force;
+    force = VectorX::Zero(scene.model.nv());
+    const int steps = static_cast<int>(seconds / scene.options.time_step);
+    for (int step = 0; step <= steps; ++step) {
+      time.push_back(simulator.state().time);
+      q.push_back(simulator.state().q);
+      v.push_back(simulator.state().v);
+      for (int i = 6; i < scene.model.nv(); ++i) force[i] = 0.3 * normal(random);
+      EXPECT_TRUE(simulator.step().succeeded());
+    }
+  }
+
+  Recording recording(double noise) const {
+    std::mt19937 random(7);
+    std::normal_distribution<double> normal;
+    Recording out;
+    out.file = "simulated";
+    const int rows = static_cast<int>(time.size() - 1) / 5 + 1;
+    out.q.resize(scene.model.nq(), rows);
+    out.v = out.applied_force = MatrixX::Zero(scene.model.nv(), rows);
+    VectorX by(scene.model.nv()), noisy(scene.model.nq());
+    for (int row = 0; row < rows; ++row) {
+      const auto at = static_cast<std::size_t>(5 * row);
+      out.time.push_back(time[at]);
+      for (double& x : by) x = noise * normal(random);
+      integrate_configuration(scene.model, q[at], by, 1.0, noisy);
+      out.q.col(row) = noisy;
+    }
+    return out;
+  }
+
+  ColumnMap map() const {
+    ColumnMap out;
+    for (int i = 0; i < scene.model.nq(); ++i)
+      out.entries.push_back({ColumnMap::Entry::Kind::kPosition, i, "q", {"q", 1.0, 0.0}});
+    return out;
+  }
+
+  /// Median error of the vertical force on all that moves, over its weight, from 0.1 s on.
+  double force_error(const MotionEstimate& estimate) const {
+    Dynamics dynamics(scene.model);
+    std::vector<double> height;
+    for (std::size_t at = 0; at < q.size(); at += 5) {
+      dynamics.set_configuration(q[at]);
+      height.push_back(dynamics.center_of_mass().z());
+    }
+    double weight = 0.0;
+    std::vector<double> errors;
+    for (const Body& body : scene.model.bodies())
+      weight += body.inertia.mass * scene.model.gravity().norm();
+    for (std::size_t t = 10; t + 1 < estimate.time.size(); ++t) {
+      const double truth = 1.0 + (height[t + 1] - 2.0 * height[t] + height[t - 1]) /
+                                     (kH * kH * scene.model.gravity().norm());
+      errors.push_back(
+          std::abs(estimate.sum_force(2, static_cast<Eigen::Index>(t)) / weight - truth));
+    }
+    return median(errors);
+  }
+
+  MotionEstimateOptions options() const {
+    MotionEstimateOptions out;
+    ContactSum all{"all", {}};
+    for (int b = 1; b < scene.model.num_bodies(); ++b) all.bodies.push_back(b);
+    out.sums.push_back(all);
+    out.errors = RecordingErrors::kWhite;
+    return out;
+  }
+
+  Scene scene;
+  std::vector<double> time;
+  std::vector<VectorX> q, v;
+};
+
+/// An inertial unit at the trunk's origin: with noise, a clock that is late, and an offset.
+void add_inertial_unit(const Drop& drop, double late, const Vector3& offset, ColumnMap& map,
+                       Recording& recording) {
+  SensorSource& source = map.sources.emplace_back();
+  source.name = "imu";
+  source.delay_deviation = 0.05;
+  Sensor gyro = sensor_on(SensorKind::kAngularVelocity, 1);
+  gyro.name = "gyro";
+  gyro.deviation = 0.01;
+  gyro.has_offset = true;
+  gyro.source = "imu";
+  Sensor accelerometer = sensor_on(SensorKind::kSpecificForce, 1);
+  accelerometer.name = "accelerometer";
+  accelerometer.deviation = 0.2;
+  accelerometer.source = "imu";
+  map.sensors = {gyro, accelerometer};
+  std::mt19937 random(11);
+  std::normal_distribution<double> normal;
+  const auto n = static_cast<Eigen::Index>(drop.time.size()) - 1;
+  recording.sensors.assign(2, {{}, MatrixX(3, n)});
+  const double h = drop.scene.options.time_step;
+  for (Eigen::Index k = 0; k < n; ++k) {
+    const auto i = static_cast<std::size_t>(k);
+    const VectorX& q = drop.q[i];
+    const Quaternion R(q[3], q[4], q[5], q[6]);
+    const Vector3 a = (drop.v[i + 1] - drop.v[i]).head<3>() / h - drop.scene.model.gravity();
+    for (int axis = 0; axis < 3; ++axis) {
+      recording.sensors[0].values(axis, k) =
+          drop.v[i + 1][3 + axis] + offset[axis] + 0.01 * normal(random);
+      recording.sensors[1].values(axis, k) = (R.conjugate() * a)[axis] + 0.2 * normal(random);
+    }
+    // Both are means over the step that begins at drop.time.
+    for (SensorReadings& one : recording.sensors)
+      one.time.push_back(drop.time[i] + 0.5 * h + late);
+  }
+}
+
+TEST(Sensors, ReadingsOfASimulationAgreeWithItsFrames) {
+  const Drop drop(0.9);
+  ColumnMap map = drop.map();
+  Recording recording = drop.recording(0.0);
+  constexpr double kLate = 0.006;
+  const Vector3 offset(0.03, -0.02, 0.05);
+  add_inertial_unit(drop, kLate, offset, map, recording);
+  const SensorTerms sensors = sensor_terms(drop.scene.model, map, recording, kH);
+  std::vector<VectorX> frames;
+  for (int row = 0; row < recording.num_rows(); ++row) frames.push_back(recording.q.col(row));
+  VectorX constants(4);
+  constants << offset, kLate;
+  SensorRows rows(drop.scene.model, sensors.terms, 4);
+  std::vector<double> sizes;
+  for (int t = 2; t + 3 < recording.num_rows(); ++t) {
+    rows.evaluate(drop.scene.model, {frames, constants, 0.0, kH}, t, false);
+    for (int k = 0; k < rows.of_motion().size; ++k)
+      sizes.push_back(std::abs(rows.of_motion().residual[k]));
+  }
+  // Half of a normal distribution is within 0.67 deviations. Impacts shorter than the 2 ms between
+  // readings miss by far more, which the median does not see.
+  EXPECT_NEAR(median(sizes), 0.67, 0.3);
+}
+
+TEST(Sensors, AnInertialUnitHelpsAndItsClockAndOffsetAreFound) {
+  const Drop drop(0.9);
+  ColumnMap map = drop.map();
+  Recording recording = drop.recording(1e-3);
+  const double alone = drop.force_error(estimate_motion(drop.scene, map, recording, drop.options()));
+  constexpr double kLate = 0.006;
+  const Vector3 offset(0.03, -0.02, 0.05);
+  add_inertial_unit(drop, kLate, offset, map, recording);
+  const MotionEstimate found = estimate_motion(drop.scene, map, recording, drop.options());
+  ASSERT_EQ(found.parameters.size(), 4u);
+  EXPECT_EQ(found.parameters[3].name, "delay:imu");
+  EXPECT_NEAR(found.parameters[3].value, kLate, 1e-3)
+      << "a tenth of an interval: readings do not resolve the impacts that tell it";
+  for (int axis = 0; axis < 3; ++axis)
+    EXPECT_NEAR(found.parameters[static_cast<std::size_t>(axis)].value, offset[axis], 0.01)
+        << "the deviation of one reading, " << axis;
+  EXPECT_LE(drop.force_error(found), alone) << "more is known";
+  ASSERT_EQ(found.sensors.size(), 2u);
+  for (const SensorFigures& one : found.sensors) {
+    EXPECT_GT(one.rows, 80);
+    EXPECT_LE(one.outliers, one.rows / 4) << one.name << ": at impacts, which are shorter than a row";
+  }
+}
+
+TEST(Sensors, MarkersTellTheMotionAlthoughSomeAreMissing) {
+  const Drop drop(0.7);
+  ColumnMap map;
+  Recording recording = drop.recording(0.0);
+  const Recording truth = recording;
+  const int rows = recording.num_rows();
+  std::mt19937 random(5);
+  std::normal_distribution<double> normal;
+  std::uniform_real_distribution<double> uniform;
+  Dynamics dynamics(drop.scene.model);
+  for (int body = 1; body < drop.scene.model.num_bodies(); ++body) {
+    for (const Vector3& point : {Vector3(0.1, 0, 0), Vector3(0, 0.1, 0), Vector3(0, 0, -0.15)}) {
+      Sensor marker = sensor_on(SensorKind::kPoint, body, point);
+      marker.name = "marker" + std::to_string(map.sensors.size());
+      marker.deviation = 1e-3;
+      map.sensors.push_back(marker);
+      SensorReadings& readings = recording.sensors.emplace_back();
+      readings.time = recording.time;
+      readings.values.resize(3, rows);
+    }
+  }
+  Data data(drop.scene.model);
+  for (int row = 0; row < rows; ++row) {
+    compute_poses(drop.scene.model, truth.q.col(row), data);
+    for (std::size_t k = 0; k < map.sensors.size(); ++k) {
+      Vector3 z = data.X_WB[static_cast<std::size_t>(map.sensors[k].body)] * map.sensors[k].point;
+      for (double& x : z) x += 1e-3 * normal(random);
+      if (uniform(random) < 0.15) z.setConstant(std::numeric_limits<double>::quiet_NaN());
+      recording.sensors[k].values.col(row) = z;
+    }
+    recording.q.col(row) = drop.scene.q;  // nothing but markers was recorded
+  }
+  const MotionEstimate found = estimate_motion(drop.scene, map, recording, drop.options());
+  VectorX difference(drop.scene.model.nv());
+  double squares = 0.0;
+  for (int row = 0; row < rows; ++row) {
+    configuration_difference(drop.scene.model, truth.q.col(row), found.q.col(row), difference);
+    squares += difference.squaredNorm();
+  }
+  // Three markers 0.1 m from a joint's axis tell its angle to 1 mm / 0.1 m / sqrt(3) or better.
+  EXPECT_LE(std::sqrt(squares / (rows * drop.scene.model.nv())), 0.006);
+  double kinematic = 0.0;
+  for (int row = 0; row < rows; ++row) {
+    configuration_difference(drop.scene.model, truth.q.col(row), found.recorded.col(row), difference);
+    kinematic += difference.squaredNorm();
+  }
+  EXPECT_LE(std::sqrt(kinematic / (rows * drop.scene.model.nv())), 0.006);
+  EXPECT_LE(drop.force_error(found), 0.05) << "weights";
+  EXPECT_NEAR(found.mean_cost_ratio, 1.0, 0.3);
+}
+
+}  // namespace
+}  // namespace counterpoint::estimation::sensor_estimates_test
