@@ -199,6 +199,8 @@ struct MotionFollower::Impl {
     if (!inner) return;
     set_inverse(scene.model, window->invert(t), row, out);
     out.force_deviation.col(row).setConstant(std::numeric_limits<double>::quiet_NaN());
+    for (ContactEstimate& pair : out.contacts[static_cast<std::size_t>(row)])
+      pair.deviation.setConstant(std::numeric_limits<double>::quiet_NaN());
     set_sums(scene.model, row, nullptr, out);
     out.sum_deviation.col(row).setConstant(std::numeric_limits<double>::quiet_NaN());
   }
