@@ -61,8 +61,8 @@ struct MotionFollower::Impl {
       recorded[i] = coordinates[static_cast<std::size_t>(i)] != 0 ? 1.0 : 0.0;
     if (options.lag < 1 || options.window < options.lag + 4)
       throw InputError(fmt::format(
-          "a window of {} rows with a lag of {}: 1 row or more of lag are expected, and a window of 4 "
-          "rows more than it",
+          "a window of {} rows with a lag of {}: 1 row or more of lag are expected, and a window of "
+          "4 rows more than it",
           options.window, options.lag));
     if (recorded.isZero(0.0))
       throw InputError("the column map names no position; a motion is explained from positions");
