@@ -61,8 +61,8 @@ struct MotionFollower::Impl {
       recorded[i] = coordinates[static_cast<std::size_t>(i)] != 0 ? 1.0 : 0.0;
     if (options.lag < 1 || options.window < options.lag + 4)
       throw InputError(fmt::format(
-          "a window of {} rows with a lag of {}: 1 row or more of lag are expected, and a window of 4 "
-          "rows more than it",
+          "a window of {} rows with a lag of {}: 1 row or more of lag are expected, and a window of "
+          "4 rows more than it",
           options.window, options.lag));
     if (recorded.isZero(0.0))
       throw InputError("the column map names no position; a motion is explained from positions");
@@ -199,6 +199,8 @@ struct MotionFollower::Impl {
     if (!inner) return;
     set_inverse(scene.model, window->invert(t), row, out);
     out.force_deviation.col(row).setConstant(std::numeric_limits<double>::quiet_NaN());
+    for (ContactEstimate& pair : out.contacts[static_cast<std::size_t>(row)])
+      pair.deviation.setConstant(std::numeric_limits<double>::quiet_NaN());
     set_sums(scene.model, row, nullptr, out);
     out.sum_deviation.col(row).setConstant(std::numeric_limits<double>::quiet_NaN());
   }

@@ -3,6 +3,7 @@
 
 #include "objects/arrays.h"
 #include "objects/handles.h"
+#include "counterpoint/engine/estimate/motion_follower.h"
 #include "recordings/estimation.h"
 
 namespace counterpoint::python {
@@ -36,6 +37,8 @@ py::dict contact_forces_of(const MotionEstimate& estimate) {
   return out;
 }
 
+py::dict dict_of(const MotionEstimate& found);
+
 py::dict estimate(const SceneHandle& handle, const ColumnMap& map, const Recording& recording,
                   const std::optional<std::string>& errors, int threads) {
   MotionEstimateOptions options;
@@ -49,6 +52,10 @@ py::dict estimate(const SceneHandle& handle, const ColumnMap& map, const Recordi
     const py::gil_scoped_release release;
     found = apps::estimate_motion(scene, map, recording, options);
   }
+  return dict_of(found);
+}
+
+py::dict dict_of(const MotionEstimate& found) {
   py::dict out;
   out["file"] = found.file;
   out["time"] = py::array_t<double>(static_cast<py::ssize_t>(found.time.size()), found.time.data());
@@ -107,7 +114,49 @@ InputError
 
 }  // namespace
 
+constexpr const char* kFollowerDoc = R"(
+Explains rows as they come (docs/explanation/explaining.md, Row by row): a row is told once `lag` rows
+have followed it, the first 50 late.
+
+Parameters
+----------
+scene : Scene
+columns : ColumnMap
+window, lag : int
+    Rows explained together, and rows that follow before one is told.
+errors : str, optional
+    'white' or 'slow'; default: found from the first rows.
+threads : int
+    0: one a core; the result does not depend on it.
+)";
+
 void bind_motion_estimate(py::module_& r) {
+  using apps::MotionFollower;
+  py::class_<MotionFollower>(r, "MotionFollower", kFollowerDoc)
+      .def(py::init([](const SceneHandle& handle, const ColumnMap& map, int window, int lag,
+                       const std::optional<std::string>& errors, int threads) {
+             apps::FollowOptions options;
+             options.window = window;
+             options.lag = lag;
+             options.threads = threads;
+             options.errors = errors_of(errors);
+             for (const ColumnMap::ContactForce& force : map.contact_forces)
+               options.sums.push_back({force.name, force.bodies});
+             return std::make_unique<MotionFollower>(handle.scene(), map, options);
+           }),
+           py::arg("scene"), py::arg("columns"), py::kw_only(), py::arg("window") = 30,
+           py::arg("lag") = 10, py::arg("errors") = py::none(), py::arg("threads") = 1)
+      .def(
+          "push",
+          [](MotionFollower& follower, double time, const VectorX& q) {
+            return dict_of(follower.push(time, q));
+          },
+          py::arg("time"), py::arg("q"),
+          "A row: time [s] and q (nq,), NaN where nothing was measured. Returns the rows known now, "
+          "as `estimate_motion` does (rows may be none); deviations are NaN.")
+      .def(
+          "finish", [](MotionFollower& follower) { return dict_of(follower.finish()); },
+          "The rows that are left, as `push` returns them.");
   r.def("estimate_motion", &estimate, py::arg("scene"), py::arg("columns"), py::arg("recording"),
         py::kw_only(), py::arg("errors") = py::none(), py::arg("threads") = 0, kEstimateDoc);
 }

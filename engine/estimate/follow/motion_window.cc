@@ -14,7 +14,8 @@ namespace {
 constexpr double kLongestWindowStep = 0.3;
 /// Damping of a row's first step, as a share of the diagonal; it grows where a step fails, and
 /// falls where one does not, but not below the last of these.
-constexpr double kFirstWindowDamping = 1e-3, kMoreDamping = 10.0, kLessDamping = 0.1, kLeastWindowDamping = 1e-6;
+constexpr double kFirstWindowDamping = 1e-3, kMoreDamping = 10.0, kLessDamping = 0.1;
+constexpr double kLeastWindowDamping = 1e-6;
 /// Frames whose laws do not change are not damped in the first of these trials: their fronts stay
 /// of use.
 constexpr int kTrials = 5, kNewTrials = 3;

@@ -49,7 +49,8 @@ class MotionWindow {
   const MotionProblem& problem() const { return problem_; }
   const MotionPoint& point() const { return point_; }
   const Model& model() const { return model_; }
-  /// The inverse at frame t, 1 ... frames() - 2, under the law of its age. Valid until the next call.
+  /// The inverse at frame t, 1 ... frames() - 2, under the law of its age. Valid until the next
+  /// call.
   const Inverse& invert(int t);
   /// Number of instants differentiated so far.
   long differentiated() const { return differentiated_; }
