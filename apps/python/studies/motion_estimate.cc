@@ -104,7 +104,7 @@ dict
     world axes; 'errors': 'none', 'white' or 'slow'; 'cost_ratio' [-]; 'unexplained_mean',
     'unexplained_max' [weights]; 'parameters': difference from the scene's and standard deviation
     by name; 'sensors': root mean square of the residuals and standard deviation, of a component
-    in a row, by "NAME (KIND)".
+    in a row, by the name, a space and the kind in brackets.
 
 Raises
 ------
