@@ -195,7 +195,8 @@ int follow(ExplainArguments& arguments, const Scene& scene, const ColumnMap& map
   check_follow(arguments);
   refuse_sensors(map, "explain --follow");
   if (map.pieces > 1 || map.average > 1)
-    throw InputError(arguments.map + ": 'pieces' and 'average' need the whole recording, not --follow");
+    throw InputError(arguments.map +
+                     ": 'pieces' and 'average' need the whole recording, not --follow");
   FollowOptions options;
   options.window = arguments.window;
   options.lag = arguments.lag;
@@ -217,8 +218,8 @@ int follow(ExplainArguments& arguments, const Scene& scene, const ColumnMap& map
   report["errors"] = recording_errors_name(figures.errors);
   report["unexplained"] = {{"mean", figures.unexplained_mean}, {"max", figures.unexplained_max}};
   fmt::print(report.text(),
-             "{} rows explained as they came ({} errors); {:.2g} of the weight not explained in the "
-             "mean, at most {:.2g}{}\n",
+             "{} rows explained as they came ({} errors); {:.2g} of the weight not explained in "
+             "the mean, at most {:.2g}{}\n",
              figures.told, recording_errors_name(figures.errors), figures.unexplained_mean,
              figures.unexplained_max, figures.stopped ? "; stopped by Ctrl-C" : "");
   report.write();

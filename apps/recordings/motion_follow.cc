@@ -153,8 +153,8 @@ class Tables {
     Recording none;
     none.file = rows.file;
     none.time = rows.time;
-    none.contact_force = MatrixX::Constant(3 * static_cast<Eigen::Index>(map_.contact_forces.size()),
-                                           rows.q.cols(), std::nan(""));
+    const auto components = 3 * static_cast<Eigen::Index>(map_.contact_forces.size());
+    none.contact_force = MatrixX::Constant(components, rows.q.cols(), std::nan(""));
     const std::vector<Recording> recordings{none};
     const std::vector<MotionEstimate> estimates{rows};
     const ExplainedMotions motions{scene_, map_, recordings, estimates};

@@ -61,8 +61,8 @@ struct MotionFollower::Impl {
       recorded[i] = coordinates[static_cast<std::size_t>(i)] != 0 ? 1.0 : 0.0;
     if (options.lag < 1 || options.window < options.lag + 4)
       throw InputError(fmt::format(
-          "a window of {} rows with a lag of {}: 1 row or more of lag are expected, and a window of "
-          "4 rows more than it",
+          "a window of {} rows with a lag of {}: 1 row or more of lag are expected, and a window "
+          "of 4 rows more than it",
           options.window, options.lag));
     if (recorded.isZero(0.0))
       throw InputError("the column map names no position; a motion is explained from positions");
@@ -254,12 +254,13 @@ MotionEstimate MotionFollower::push(double time, const VectorX& q, const VectorX
   Impl& p = *impl_;
   const Model& model = p.scene.model;
   if (q.size() != model.nq() || (force.size() != 0 && force.size() != model.nv()))
-    throw InputError(fmt::format("a row of {} positions and {} forces; {}, and {} or none are expected",
-                                 q.size(), force.size(), model.nq(), model.nv()));
+    throw InputError(fmt::format(
+        "a row of {} positions and {} forces; {}, and {} or none are expected", q.size(),
+        force.size(), model.nq(), model.nv()));
   const bool any = p.window || !p.first.empty();
   if (!std::isfinite(time) || (any && !(time > p.last.time)))
-    throw InputError(fmt::format("a row at {} s behind one at {} s; times are expected to rise", time,
-                                 any ? p.last.time : 0.0));
+    throw InputError(fmt::format("a row at {} s behind one at {} s; times are expected to rise",
+                                 time, any ? p.last.time : 0.0));
   Row row{time, q, p.recorded, force.size() > 0 ? force : VectorX(VectorX::Zero(model.nv()))};
   leave_out_missing(model, any ? p.last.q : p.scene.q, row);
   MotionEstimate out = p.none();

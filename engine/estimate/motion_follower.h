@@ -33,7 +33,8 @@ class MotionFollower {
   /// A recorded row: time [s], q (nq; a joint with a component that is not finite was not
   /// measured), forces of joints (nv, or empty) [N, N m]. Rows that are known now: none, most often
   /// one, many at the start. Their deviations of forces are not computed (NaN). Behind a gap longer
-  /// than the window it begins anew. @throws InputError where time does not rise or a size is wrong.
+  /// than the window it begins anew. @throws InputError where time does not rise or a size is
+  /// wrong.
   MotionEstimate push(double time, const VectorX& q, const VectorX& force = {});
   /// The rows that are left. The next row pushed begins a new motion.
   MotionEstimate finish();

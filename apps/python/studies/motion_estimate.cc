@@ -148,8 +148,9 @@ void bind_motion_estimate(py::module_& r) {
            py::arg("lag") = 10, py::arg("errors") = py::none(), py::arg("threads") = 1)
       .def(
           "push",
-          [](MotionFollower& follower, double time, const VectorX& q) {
-            return dict_of(follower.push(time, q));
+          [](MotionFollower& follower, double time, const std::vector<double>& q) {
+            const auto size = static_cast<Eigen::Index>(q.size());
+            return dict_of(follower.push(time, Eigen::Map<const VectorX>(q.data(), size)));
           },
           py::arg("time"), py::arg("q"),
           "A row: time [s] and q (nq,), NaN where nothing was measured. Returns the rows known now, "
