@@ -5,6 +5,7 @@
 
 #include "counterpoint/engine/dynamics.h"
 #include "counterpoint/engine/estimate/recording.h"
+#include "counterpoint/engine/estimate/sensors/series_noise.h"
 
 namespace counterpoint::estimation {
 namespace {
@@ -14,9 +15,6 @@ namespace {
 constexpr double kHalfPower = 0.13251;
 /// It is cut off at so many standard deviations.
 constexpr double kCutOff = 4.0;
-/// The quantile of absolute values that a deviation is judged by, and its place in a normal
-/// distribution [standard deviations]. The median would be zero where an encoder repeats itself.
-constexpr double kShare = 0.75, kAtShare = 1.1503;
 
 }  // namespace
 
@@ -67,39 +65,10 @@ std::vector<VectorX> low_pass(const Model& model, const std::vector<VectorX>& fr
   return out;
 }
 
-namespace {
-
-/// Of a series' steps; values that are NaN are missing.
-double white_deviation(VectorX steps, int order) {
-  double out = 0.0;
-  double growth = 2.0;  // of the variance of white noise: (2 n)! / n!^2 for differences of order n
-  for (int n = 2; n <= order && steps.size() > 1; ++n) {
-    steps = (steps.tail(steps.size() - 1) - steps.head(steps.size() - 1)).eval();
-    growth *= 4.0 - 2.0 / n;
-    if (n < 3) continue;
-    std::vector<double> size;
-    for (const double d : steps)
-      if (std::isfinite(d)) size.push_back(std::abs(d));
-    if (size.empty()) break;
-    const auto at = size.begin() + static_cast<std::ptrdiff_t>(kShare * (size.size() - 1));
-    std::nth_element(size.begin(), at, size.end());
-    const double noise = *at / kAtShare / std::sqrt(growth);
-    out = n == 3 ? noise : std::min(out, noise);
-  }
-  return out;
-}
-
-}  // namespace
-
-double white_noise(const VectorX& series) {
-  const Eigen::Index n = series.size();
-  return n < 4 ? 0.0 : white_deviation(series.tail(n - 1) - series.head(n - 1), 3);
-}
-
 VectorX white_noise(const Model& model, const std::vector<VectorX>& frames, int order) {
   VectorX out = VectorX::Zero(model.nv());
   const MatrixX d = steps_of(model, frames);
-  for (int i = 0; i < model.nv(); ++i) out[i] = white_deviation(d.row(i).transpose(), order);
+  for (int i = 0; i < model.nv(); ++i) out[i] = series_noise(d.row(i).transpose(), order);
   return out;
 }
 

@@ -24,8 +24,6 @@ std::vector<VectorX> low_pass(const Model& model, const std::vector<VectorX>& fr
 /// least that differences of the orders from three to `order` tell, where rows are so far apart that
 /// the motion itself bends between them.
 VectorX white_noise(const Model& model, const std::vector<VectorX>& frames, int order = 3);
-/// The same of one series, by third differences; values that are NaN are missing.
-double white_noise(const VectorX& series);
 
 /// nv x frames: second differences over h squared [m/s^2, rad/s^2]; zero at both ends.
 MatrixX accelerations(const Model& model, const std::vector<VectorX>& frames, double h);

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "counterpoint/engine/estimate/motion/motion_filter.h"
 #include "counterpoint/engine/estimate/recording.h"
+#include "counterpoint/engine/estimate/sensors/series_noise.h"
 
 namespace counterpoint::estimation {
 namespace {
@@ -85,7 +85,8 @@ double SensorSignal::found_deviation() const {
     VectorX series(static_cast<Eigen::Index>(values_.size()));
     for (std::size_t i = 0; i < values_.size(); ++i)
       series[static_cast<Eigen::Index>(i)] = values_[i][k];
-    const double one = white_noise(series);
+    const Eigen::Index last = series.size() - 1;
+    const double one = series_noise(series.tail(last) - series.head(last));
     sum += one * one;
   }
   // A rotation vector is about twice the vector part of a quaternion's change.
