@@ -47,6 +47,7 @@ struct TableOptions {
   /// Cells that hold no finite number are errors only where one is asked for, and so are names of
   /// several columns: all columns are numbers.
   bool any_cells = false;
+  bool nan_is_empty = false;  ///< cells of CSV files that say nan are empty, with any_cells
   std::vector<std::string> names;  ///< of the columns of a CSV file without a header
   std::string topic;               ///< of an MCAP file of several ROS topics
   std::map<std::string, std::string>

@@ -175,7 +175,7 @@ int end_stopped(const ExplainedMotions& motions, std::size_t given,
   return kFailed;
 }
 
-/// What --follow cannot do, in words.
+/// Refuses, in words, what --follow cannot do.
 void check_follow(const ExplainArguments& arguments) {
   if (arguments.recordings.size() != 1)
     throw InputError("--follow: one recording is expected");
@@ -193,7 +193,6 @@ void check_follow(const ExplainArguments& arguments) {
 
 int follow(ExplainArguments& arguments, const Scene& scene, const ColumnMap& map) {
   check_follow(arguments);
-  refuse_sensors(map, "explain --follow");
   if (map.pieces > 1 || map.average > 1)
     throw InputError(arguments.map +
                      ": 'pieces' and 'average' need the whole recording, not --follow");

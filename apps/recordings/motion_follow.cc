@@ -10,8 +10,8 @@
 #include <iostream>
 #include <thread>
 
-#include "counterpoint/engine/optimize/optimize.h"
 #include "commands/interrupt.h"
+#include "counterpoint/engine/optimize/optimize.h"
 #include "recordings/motion_tables.h"
 
 namespace counterpoint::apps {
@@ -262,8 +262,8 @@ FollowedFigures follow_motion(const FollowedFiles& files, const Scene& scene,
   RowReader reader(files, scene, map);
   Tables tables(files, scene, map);
   estimation::MotionFollower follower(scene, map, options);
-  const VectorX weights = optimization::unactuated_weights(
-      scene.model, optimization::motors_of(scene.model));
+  const VectorX weights =
+      optimization::unactuated_weights(scene.model, optimization::motors_of(scene.model));
   FollowedFigures figures;
   long inner = 0;
   const auto take = [&](const MotionEstimate& rows, bool last) {

@@ -9,9 +9,9 @@
 namespace counterpoint::apps {
 
 struct FollowedFiles {
-  std::string recording;  ///< CSV; "-": standard input
+  std::string recording;                 ///< CSV; "-": standard input
   std::string output, contacts, forces;  ///< CSV tables to write, each row as it is known; or empty
-  double idle = 5.0;      ///< a file that has not grown for so long has ended [s]
+  double idle = 5.0;                     ///< a file that has not grown for so long has ended [s]
 };
 
 struct FollowedFigures {

@@ -13,8 +13,8 @@ namespace {
 /// right leaves no more unexplained than that [weights].
 constexpr double kMostCost = 4.0, kMostUnexplained = 0.1;
 /// Numbers of outliers, carriers, parameters, sensors, coloured residuals that are told one by one.
-constexpr std::size_t kOutliersTold = 5, kCarriersTold = 4, kParametersTold = 4,
-                      kSensorsTold = 4, kColouredTold = 4;
+constexpr std::size_t kOutliersTold = 5, kCarriersTold = 4, kParametersTold = 4, kSensorsTold = 4,
+                      kColouredTold = 4;
 /// Residuals are not white above this autocorrelation, or above this over the root of the rows.
 constexpr double kMostCorrelation = 0.3, kMostByChance = 4.0;
 /// A carrier of less than this is not told [weights].
@@ -90,8 +90,9 @@ std::string sensor_lines(const MotionEstimate& estimate) {
   worst.resize(std::min(worst.size(), kSensorsTold));
   std::string out;
   for (const SensorFigures& one : worst)
-    out += fmt::format("  {} ({}): {:.2g} {} rms from the motion, {:.2g} of its deviations\n", one.name,
-                       sensor_kind_name(one.kind), one.rms, sensor_unit(one.kind), ratio(one));
+    out += fmt::format("  {} ({}): {:.2g} {} rms from the motion, {:.2g} of its deviations\n",
+                       one.name, sensor_kind_name(one.kind), one.rms, sensor_unit(one.kind),
+                       ratio(one));
   if (const std::size_t more = estimate.sensors.size() - worst.size(); more > 0)
     out += fmt::format("  {} more sensors are nearer (--json)\n", more);
   return out;
@@ -132,9 +133,8 @@ std::vector<Eigen::Index> coloured(const MotionEstimate& estimate) {
   std::vector<Eigen::Index> out;
   for (Eigen::Index i = 0; i < correlation.size(); ++i)
     if (correlation[i] > most) out.push_back(i);
-  std::stable_sort(out.begin(), out.end(), [&](Eigen::Index a, Eigen::Index b) {
-    return correlation[a] > correlation[b];
-  });
+  std::stable_sort(out.begin(), out.end(),
+                   [&](Eigen::Index a, Eigen::Index b) { return correlation[a] > correlation[b]; });
   return out;
 }
 
@@ -147,12 +147,13 @@ std::string whiteness_line(const Model& model, const MotionEstimate& estimate) {
   const std::vector<std::string> names = position_names(model);
   std::string out = "  residuals are not white (autocorrelation from row to row):";
   for (std::size_t k = 0; k < std::min(worst.size(), kColouredTold); ++k)
-    out += fmt::format("{} {} {:.2f}", k > 0 ? "," : "",
-                       names[static_cast<std::size_t>(worst[k])], correlation[worst[k]]);
+    out += fmt::format("{} {} {:.2f}", k > 0 ? "," : "", names[static_cast<std::size_t>(worst[k])],
+                       correlation[worst[k]]);
   if (worst.size() > kColouredTold)
     out += fmt::format(", {} more (--json)", worst.size() - kColouredTold);
-  return out + "; the scene may lack a contact, friction, a right mass or length there, or errors "
-               "change slowly (--errors slow)\n";
+  return out +
+         "; the scene may lack a contact, friction, a right mass or length there, or errors "
+         "change slowly (--errors slow)\n";
 }
 
 }  // namespace

@@ -10,9 +10,9 @@
 #include "counterpoint/engine/estimate/fit/joint_fit.h"
 #include "counterpoint/engine/estimate/gradient.h"
 #include "counterpoint/engine/estimate/motion/motion_continuation.h"
-#include "counterpoint/engine/estimate/motion/motion_filter.h"
 #include "counterpoint/engine/estimate/motion/motion_priors.h"
 #include "counterpoint/engine/estimate/motion/recorded_motion.h"
+#include "counterpoint/engine/estimate/sensors/motion_filter.h"
 #include "counterpoint/model/special_values.h"
 
 namespace counterpoint::estimation {

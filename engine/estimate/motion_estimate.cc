@@ -7,10 +7,10 @@
 
 #include "counterpoint/engine/estimate/motion/motion_continuation.h"
 #include "counterpoint/engine/estimate/motion/motion_deviations.h"
-#include "counterpoint/engine/estimate/motion/motion_filter.h"
 #include "counterpoint/engine/estimate/motion/motion_priors.h"
 #include "counterpoint/engine/estimate/motion/motion_result.h"
 #include "counterpoint/engine/estimate/motion/recorded_motion.h"
+#include "counterpoint/engine/estimate/sensors/motion_filter.h"
 #include "counterpoint/engine/optimize/optimize.h"
 
 namespace counterpoint::estimation {
@@ -18,10 +18,10 @@ namespace {
 
 /// Half-power frequency of the low-pass through which a search begins [Hz].
 constexpr double kStartCutoff = 10.0;
-/// Errors are slow where, after one soft stage for white ones, a quarter of the rows has a product of
-/// cost ratio and unexplained force [weights of the tree] above this: an impact, which a soft
-/// contact does not explain either, is a matter of fewer rows. (White errors left 0.12 to 0.33, slow
-/// ones 0.95 and more: docs/decisions/identification.md.)
+/// Errors are slow where, after one soft stage for white ones, a quarter of the rows has a product
+/// of cost ratio and unexplained force [weights of the tree] above this: an impact, which a soft
+/// contact does not explain either, is a matter of fewer rows. (White errors left 0.12 to 0.33,
+/// slow ones 0.95 and more: docs/decisions/identification.md.)
 constexpr double kSlow = 0.6;
 constexpr double kQuarter = 0.75;
 /// They are slow, too, where white ones leave more than this cost ratio in the end.
@@ -39,8 +39,7 @@ constexpr int kRows = 1000, kOverlap = 40;
 constexpr double kOwn = 1e-7;
 
 double now() {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch())
-      .count();
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
 /// Arguments that stay the same over all parts of a recording.
@@ -143,7 +142,9 @@ bool explain_own(const Task& task, const Recording& recording, const RecordedMot
                  MotionEstimate& out) {
   const Model& model = task.scene.model;
   const VectorX weights = optimization::unactuated_weights(model, optimization::motors_of(model));
-  if (recorded.resampled || !task.map.sensors.empty() || weights.isZero(0.0) || recording.v.isZero(0.0)) return false;
+  if (recorded.resampled || !task.map.sensors.empty() || weights.isZero(0.0) ||
+      recording.v.isZero(0.0))
+    return false;
   SimulationOptions options = task.scene.options;
   options.time_step = recorded.h();
   if (options.integrator == Integrator::kRungeKutta4) return false;
@@ -218,8 +219,8 @@ bool explain_parts(const Task& task, const RecordedMotion& recorded, RecordingEr
 
 }  // namespace
 
-MotionEstimate estimate_motion(const Scene& scene, const ColumnMap& map,
-                               const Recording& recording, const MotionEstimateOptions& options) {
+MotionEstimate estimate_motion(const Scene& scene, const ColumnMap& map, const Recording& recording,
+                               const MotionEstimateOptions& options) {
   const double start = now();
   const RecordedMotion recorded = prepare(scene.model, map, recording);
   const Task task{scene, map, options, with_links(scene.model, options.sums)};

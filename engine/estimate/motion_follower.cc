@@ -7,11 +7,11 @@
 #include <limits>
 
 #include "counterpoint/engine/estimate/follow/motion_window.h"
-#include "counterpoint/engine/estimate/motion/motion_filter.h"
 #include "counterpoint/engine/estimate/motion/motion_priors.h"
 #include "counterpoint/engine/estimate/motion/motion_result.h"
 #include "counterpoint/engine/estimate/motion/pair_forces.h"
 #include "counterpoint/engine/estimate/motion/recorded_motion.h"
+#include "counterpoint/engine/estimate/sensors/motion_filter.h"
 
 namespace counterpoint::estimation {
 namespace {
@@ -218,8 +218,8 @@ struct MotionFollower::Impl {
     const VectorX by = difference(scene.model, last.q, row.q);
     while (next <= row.time + kEven * h) {
       const double share = std::min(1.0, (next - last.time) / interval);
-      Row one{next, moved(scene.model, last.q, share * by),
-              last.measured.cwiseMin(row.measured), VectorX()};
+      Row one{next, moved(scene.model, last.q, share * by), last.measured.cwiseMin(row.measured),
+              VectorX()};
       one.force = (1.0 - share) * last.force + share * row.force;
       if (interval > kHole * h && share < 1.0 - kEven) one.measured.setZero();
       step(one);
@@ -242,7 +242,9 @@ struct MotionFollower::Impl {
 
 MotionFollower::MotionFollower(const Scene& scene, const ColumnMap& map,
                                const FollowOptions& options)
-    : impl_(std::make_unique<Impl>(scene, map, options)) {}
+    : impl_(std::make_unique<Impl>(scene, map, options)) {
+  refuse_sensors(map, "rows that are followed");
+}
 MotionFollower::~MotionFollower() = default;
 
 RecordingErrors MotionFollower::errors() const {
@@ -254,9 +256,9 @@ MotionEstimate MotionFollower::push(double time, const VectorX& q, const VectorX
   Impl& p = *impl_;
   const Model& model = p.scene.model;
   if (q.size() != model.nq() || (force.size() != 0 && force.size() != model.nv()))
-    throw InputError(fmt::format(
-        "a row of {} positions and {} forces; {}, and {} or none are expected", q.size(),
-        force.size(), model.nq(), model.nv()));
+    throw InputError(
+        fmt::format("a row of {} positions and {} forces; {}, and {} or none are expected",
+                    q.size(), force.size(), model.nq(), model.nv()));
   const bool any = p.window || !p.first.empty();
   if (!std::isfinite(time) || (any && !(time > p.last.time)))
     throw InputError(fmt::format("a row at {} s behind one at {} s; times are expected to rise",

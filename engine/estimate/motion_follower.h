@@ -26,7 +26,8 @@ struct FollowOptions {
 /// `kFollowedRows` rows, which are told late; memory and time a row do not grow.
 class MotionFollower {
  public:
-  /// @throws InputError where the window is shorter than `lag` + 4, or no position is mapped.
+  /// @throws InputError where the window is shorter than `lag` + 4, no position is mapped, or the
+  /// map has sensors.
   MotionFollower(const Scene& scene, const ColumnMap& map, const FollowOptions& options = {});
   ~MotionFollower();
 

@@ -102,7 +102,7 @@ void fill_missing(const ColumnMap& map, Recording& recording) {
   }
 }
 
-/// As on ground at rest, of what was recorded on a belt.
+/// Tells as on ground at rest what was recorded on a belt.
 void leave_treadmill(const Model& model, const ColumnMap& map, Recording& recording) {
   if (map.treadmill.isZero(0.0)) return;
   for (int row = 0; row < recording.num_rows(); ++row) {
@@ -239,7 +239,9 @@ std::vector<int> circular_positions(const Model& model) {
 std::vector<Recording> read_recordings(const std::filesystem::path& file, const ColumnMap& map,
                                        const Model& model, const VectorX& start_q,
                                        const VectorX& start_v) {
-  const Table table(file, {}, map.table);
+  TableOptions options = map.table;
+  options.nan_is_empty = map.missing_cells;
+  const Table table(file, {}, options);
   if (!map.after.empty()) return read_impacts(table, map, model, start_q, start_v);
   Recording whole = read_rows(table, map, model, start_q, start_v);
   if (map.average > 1) whole = averaged(whole, map.average, model);

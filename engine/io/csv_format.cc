@@ -198,7 +198,7 @@ class CsvSource final : public TableSource {
     if (parse(cell, value)) return value;
     if (!options_.any_cells)
       fail(fmt::format("column '{}': '{}' is no finite number", columns_[i].name, cell));
-    if (cell == "nan" || cell == "NaN" || cell == "NAN")  // many programs' word for nothing
+    if (options_.nan_is_empty && (cell == "nan" || cell == "NaN" || cell == "NAN"))
       return std::numeric_limits<double>::quiet_NaN();
     if (block.refused.try_emplace(static_cast<int>(i)).second)
       block.refused[static_cast<int>(i)] = fmt::format(

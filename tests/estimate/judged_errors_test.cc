@@ -49,8 +49,8 @@ ColumnMap all_positions(const Scene& scene) {
   return map;
 }
 
-// A lone body has no motor that could hide what soft friction does not explain: only the hard end of
-// the search can judge it.
+// A lone body has no motor that could hide what soft friction does not explain: only the hard end
+// of the search can judge it.
 TEST(JudgedErrors, WhiteNoiseOfASlidingBodyIsSeenAsSuch) {
   const Scene scene = sliding_cube();
   const MotionEstimate estimate =
@@ -68,8 +68,7 @@ TEST(JudgedErrors, ResidualsOfSlowErrorsAreNotWhite) {
     recording.q(2, row) += 3e-3 * std::sin(0.5 * row);  // 8 Hz, up and down
   MotionEstimateOptions options;
   options.errors = RecordingErrors::kWhite;
-  const MotionEstimate estimate =
-      estimate_motion(scene, all_positions(scene), recording, options);
+  const MotionEstimate estimate = estimate_motion(scene, all_positions(scene), recording, options);
   EXPECT_GT(estimate.residual_correlation[2], 0.57);
 }
 
@@ -85,8 +84,7 @@ TEST(JudgedErrors, IntervalsHoldWhatIsLeftOfTheSmoothing) {
   found.smoothing = 1e-4;
   found.softer_smoothing = 4e-4;
   found.hardest.q = found.softer.q = recorded.frames;
-  MotionEstimate out =
-      empty_estimate(scene.model, recorded.time, with_links(scene.model, {}));
+  MotionEstimate out = empty_estimate(scene.model, recorded.time, with_links(scene.model, {}));
   out.force_deviation.setZero();
   widen_by_smoothing(problem, found, out);
   InstantModel instant(problem, scene.model);

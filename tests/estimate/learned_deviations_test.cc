@@ -9,8 +9,8 @@
 #include <utility>
 
 #include "counterpoint/engine/dynamics.h"
-#include "counterpoint/engine/estimate/motion/motion_filter.h"
 #include "counterpoint/engine/estimate/motion_estimate.h"
+#include "counterpoint/engine/estimate/sensors/motion_filter.h"
 #include "support/paths.h"
 
 namespace counterpoint::estimation::learned_deviations_test {
@@ -88,10 +88,10 @@ Recorded recorded(const Scene& scene, const std::vector<VectorX>& motion, double
   return out;
 }
 
-// No joint's torque is much worse than what the best of seven low-passes leaves, which a person could
-// choose only with the true torques at hand: from a shoulder that carries 100 N m to a wrist that
-// carries 1e-4 N m, at noises 30 times apart. Two sines are smoother than torques whose changes
-// are random, and the more so the less noise there is: 3.6 and 2.4 times were measured.
+// No joint's torque is much worse than what the best of seven low-passes leaves, which a person
+// could choose only with the true torques at hand: from a shoulder that carries 100 N m to a wrist
+// that carries 1e-4 N m, at noises 30 times apart. Two sines are smoother than torques whose
+// changes are random, and the more so the less noise there is: 3.6 and 2.4 times were measured.
 TEST(LearnedDeviations, TorquesAreAboutThoseOfTheBestLowPass) {
   const Scene scene = arm();
   const std::vector<VectorX> motion = smooth_motion(scene);
@@ -100,8 +100,8 @@ TEST(LearnedDeviations, TorquesAreAboutThoseOfTheBestLowPass) {
     const Recorded data = recorded(scene, motion, noise);
     VectorX best = VectorX::Constant(scene.model.nv(), std::numeric_limits<double>::infinity());
     for (const double hertz : {2.0, 3.0, 4.0, 6.0, 8.0, 12.0, 20.0})
-      best = best.cwiseMin(rms(
-          torques(scene, low_pass(scene.model, data.frames, kInterval, hertz)) - truth));
+      best = best.cwiseMin(
+          rms(torques(scene, low_pass(scene.model, data.frames, kInterval, hertz)) - truth));
     const MotionEstimate estimate = estimate_motion(scene, data.map, data.recording);
     EXPECT_EQ(estimate.errors, RecordingErrors::kWhite);
     const VectorX found = rms(estimate.force - truth);

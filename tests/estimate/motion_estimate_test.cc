@@ -297,7 +297,7 @@ TEST(MotionFit, TheGradientWithSensorsIsThatOfTheCost) {
   const MatrixX gradient = system.gradient();
   const VectorX by_constants = system.parameter_gradient();
   constexpr double kStep = 1e-6;
-  // As below; the contact forces' own differences add 1e-6 of their part.
+  // The tolerance below holds; the contact forces' own differences add 1e-6 of their part.
   const double tolerance = 1e-5 * gradient.cwiseAbs().maxCoeff();
   const auto cost = [&](const MotionPoint& point) {
     fit.begin(small.problem.options, point);

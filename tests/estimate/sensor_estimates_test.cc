@@ -1,4 +1,4 @@
-// What an estimate makes of inertial units and markers on a simulated quadruped.
+// Estimates from inertial units and markers on a simulated quadruped.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -29,7 +29,8 @@ Sensor sensor_on(SensorKind kind, int body, const Vector3& point = Vector3::Zero
 
 /// A quadruped that drops under random torques, with what sensors on it read every 2 ms.
 struct Drop {
-  explicit Drop(double seconds) : scene(load_scene(test::source_dir() + "/data/scenes/quadruped_drop.yaml")) {
+  explicit Drop(double seconds)
+      : scene(load_scene(test::source_dir() + "/data/scenes/quadruped_drop.yaml")) {
     scene.options.time_step = 0.002;
     Simulator simulator(scene);
     std::mt19937 random(1);
@@ -139,8 +140,7 @@ void add_inertial_unit(const Drop& drop, double late, const Vector3& offset, Col
       recording.sensors[1].values(axis, k) = (R.conjugate() * a)[axis] + 0.2 * normal(random);
     }
     // Both are means over the step that begins at drop.time.
-    for (SensorReadings& one : recording.sensors)
-      one.time.push_back(drop.time[i] + 0.5 * h + late);
+    for (SensorReadings& one : recording.sensors) one.time.push_back(drop.time[i] + 0.5 * h + late);
   }
 }
 
@@ -172,7 +172,8 @@ TEST(Sensors, AnInertialUnitHelpsAndItsClockAndOffsetAreFound) {
   const Drop drop(0.9);
   ColumnMap map = drop.map();
   Recording recording = drop.recording(1e-3);
-  const double alone = drop.force_error(estimate_motion(drop.scene, map, recording, drop.options()));
+  const double alone =
+      drop.force_error(estimate_motion(drop.scene, map, recording, drop.options()));
   constexpr double kLate = 0.006;
   const Vector3 offset(0.03, -0.02, 0.05);
   add_inertial_unit(drop, kLate, offset, map, recording);
@@ -188,7 +189,8 @@ TEST(Sensors, AnInertialUnitHelpsAndItsClockAndOffsetAreFound) {
   ASSERT_EQ(found.sensors.size(), 2u);
   for (const SensorFigures& one : found.sensors) {
     EXPECT_GT(one.rows, 80);
-    EXPECT_LE(one.outliers, one.rows / 4) << one.name << ": at impacts, which are shorter than a row";
+    EXPECT_LE(one.outliers, one.rows / 4)
+        << one.name << ": at impacts, which are shorter than a row";
   }
 }
 
@@ -235,7 +237,8 @@ TEST(Sensors, MarkersTellTheMotionAlthoughSomeAreMissing) {
   EXPECT_LE(std::sqrt(squares / (rows * drop.scene.model.nv())), 0.006);
   double kinematic = 0.0;
   for (int row = 0; row < rows; ++row) {
-    configuration_difference(drop.scene.model, truth.q.col(row), found.recorded.col(row), difference);
+    configuration_difference(drop.scene.model, truth.q.col(row), found.recorded.col(row),
+                             difference);
     kinematic += difference.squaredNorm();
   }
   EXPECT_LE(std::sqrt(kinematic / (rows * drop.scene.model.nv())), 0.006);

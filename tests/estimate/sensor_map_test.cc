@@ -29,10 +29,15 @@ TEST(SensorMap, ReadsSensorsMarkersAndSources) {
       "rate: 100\n"
       "sources: {imu: {time: t, delay: unknown}, plate: {rate: 1000, delay: 0.01}}\n"
       "sensors:\n"
-      "  unit: {kind: imu, link: " + link + ", rotation: [0, 0, 1.57], columns: [a, b, c, d, e, f],"
-      " source: imu, deviation: [0.01, 0.1], offset: unknown}\n"
-      "  floor: {kind: contact_force, links: [" + link + "], columns: [fx, fy, fz], source: plate}\n"
-      "markers: {table: sensors_markers.csv, axes: [x, -z, y], scale: 0.001, deviation: 0.002}\n",
+      "  unit: {kind: imu, link: " +
+          link +
+          ", rotation: [0, 0, 1.57], columns: [a, b, c, d, e, f],"
+          " source: imu, deviation: [0.01, 0.1], offset: unknown}\n"
+          "  floor: {kind: contact_force, links: [" +
+          link +
+          "], columns: [fx, fy, fz], source: plate}\n"
+          "markers: {table: sensors_markers.csv, axes: [x, -z, y], scale: 0.001, deviation: "
+          "0.002}\n",
       scene.model);
   ASSERT_EQ(map.sensors.size(), 5u);
   EXPECT_EQ(map.sensors[0].kind, SensorKind::kAngularVelocity);
@@ -88,18 +93,24 @@ TEST(SensorFiles, ReadMissingCellsAndOtherFilesAndTreadmills) {
   std::string rows = "t," + link + ".x," + link + ".z,mx,my,mz\n", plate = "t,f\n";
   for (int row = 0; row < 20; ++row) {
     const double t = 0.01 * row;
-    rows += std::to_string(t) + "," + (row == 5 ? "" : row == 7 ? "nan" : std::to_string(2.0 * t)) +
+    rows += std::to_string(t) + "," +
+            (row == 5   ? ""
+             : row == 7 ? "nan"
+                        : std::to_string(2.0 * t)) +
             ",0.1," + (row == 3 ? "nan,nan,nan" : "1,2,3") + "\n";
   }
   for (int row = 0; row < 400; ++row) plate += std::to_string(0.0005 * row) + ",7\n";
-  ColumnMap map = read_map("time: t\ntreadmill: [-1, 0, 0]\n"
-                           "columns: {" + link + ".x: " + link + ".x, " + link + ".z: " + link +
-                               ".z}\nsources: {plate: {time: t}}\n"
-                               "contact_forces: {floor: {links: [" + link +
-                               "], z: f, source: plate}}\n"
-                               "sensors: {m: {kind: point, link: " + link +
-                               ", columns: [mx, my, mz]}}\n",
-                           scene.model);
+  ColumnMap map = read_map(
+      "time: t\ntreadmill: [-1, 0, 0]\n"
+      "columns: {" +
+          link + ".x: " + link + ".x, " + link + ".z: " + link +
+          ".z}\nsources: {plate: {time: t}}\n"
+          "contact_forces: {floor: {links: [" +
+          link +
+          "], z: f, source: plate}}\n"
+          "sensors: {m: {kind: point, link: " +
+          link + ", columns: [mx, my, mz]}}\n",
+      scene.model);
   const std::string file = written("rows.csv", rows), plate_file = written("plate.csv", plate);
   EXPECT_THROW(read_all({file}, map, scene), InputError) << "an empty cell is asked for";
   map.missing_cells = true;

@@ -74,8 +74,9 @@ TEST(Sensors, ReadWhatAFallingSpinningBoxFeels) {
   const VectorX felt = rows.of_motion().residual;
   ASSERT_EQ(rows.of_motion().size, 9);
   EXPECT_LE((felt.head<3>() - Vector3(0, 0, kSpin)).norm(), 1e-12);
-  EXPECT_LE(felt.segment<3>(3).norm(), 1e-9) << "what falls freely feels nothing; 1e-9 m/s^2 is the "
-                                                "round-off of positions of 5 m over h^2";
+  EXPECT_LE(felt.segment<3>(3).norm(), 1e-9)
+      << "what falls freely feels nothing; 1e-9 m/s^2 is the "
+         "round-off of positions of 5 m over h^2";
   // The second difference of a circle points to its centre: 2 r (1 - cos(spin h)) / h^2; the
   // sensor's y axis is the link's -x.
   const double pull = 2.0 * kReach * (1.0 - std::cos(kSpin * kH)) / (kH * kH);
@@ -110,10 +111,10 @@ std::vector<SensorTerm> all_kinds(const Model& model) {
   Sensor knee = sensor_on(SensorKind::kCoordinate, 0);
   knee.coordinate = model.body(foot).v_index;
   knee.position = model.body(foot).q_index;
-  SensorTerm& last = out.emplace_back(
-      term_of(knee, readings_of(SensorKind::kCoordinate, kRate, 60, [](double t) {
-                return Eigen::Matrix<double, 1, 1>(0.1 * t);
-              })));
+  SensorTerm& last =
+      out.emplace_back(term_of(knee, readings_of(SensorKind::kCoordinate, kRate, 60, [](double t) {
+                                 return Eigen::Matrix<double, 1, 1>(0.1 * t);
+                               })));
   last.delay_constant = 0;
   last.offset_constant = constants;
   return out;
@@ -179,9 +180,8 @@ TEST(Sensors, ResidualsGoWithFramesAndConstantsAsTheirDerivativesSay) {
 
 TEST(Sensors, FastReadingsAreAveragedAndGapsAreGaps) {
   const Sensor plain = sensor_on(SensorKind::kCoordinate, 0);
-  SensorReadings fast = readings_of(SensorKind::kCoordinate, 1000.0, 1000, [](double t) {
-    return Eigen::Matrix<double, 1, 1>(2.0 * t);
-  });
+  SensorReadings fast = readings_of(SensorKind::kCoordinate, 1000.0, 1000,
+                                    [](double t) { return Eigen::Matrix<double, 1, 1>(2.0 * t); });
   for (int row = 400; row < 500; ++row)
     fast.values(0, row) = std::numeric_limits<double>::quiet_NaN();
   const SensorSignal signal(plain, fast, kH);
@@ -204,7 +204,8 @@ TEST(Sensors, ForcesAreReadAsDifferencesOfFramesSeeThem) {
     return value;
   };
   // Lines between readings 1 ms apart are above t^2 by 1e-6 / 6 in the mean.
-  const Reading triangle = read(SensorKind::kSpecificForce), box = read(SensorKind::kAngularVelocity);
+  const Reading triangle = read(SensorKind::kSpecificForce),
+                box = read(SensorKind::kAngularVelocity);
   EXPECT_NEAR(triangle[0], 0.04 + kH * kH / 6.0, 2e-7) << "mean of t^2 about 0.2 s";
   EXPECT_NEAR(triangle[1], 1.0, 1e-9);
   EXPECT_NEAR(box[0], 0.195 * 0.195 + kH * kH / 12.0, 2e-7) << "mean over the interval before";

@@ -131,6 +131,21 @@ def estimate_motion(
     errors: Literal["white", "slow"] | None = None,
     threads: int = 0,
 ) -> _MotionEstimate: ...
+@final
+class MotionFollower:
+    def __init__(
+        self,
+        scene: Scene,
+        columns: ColumnMap,
+        *,
+        window: int = 30,
+        lag: int = 10,
+        errors: Literal["white", "slow"] | None = None,
+        threads: int = 1,
+    ) -> None: ...
+    def push(self, time: float, q: Sequence[float]) -> _MotionEstimate: ...
+    def finish(self) -> _MotionEstimate: ...
+
 def with_settings(scene: Scene, settings: str) -> Scene: ...
 def parameter_values(scene: Scene, parameters: str) -> dict[str, float]: ...
 def identify(

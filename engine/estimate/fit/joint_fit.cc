@@ -42,12 +42,11 @@ JointFit::JointFit(std::vector<MotionProblem> problems, const std::vector<Motion
 
 VectorX JointFit::values() const {
   VectorX out(x_.size());
-  for (Eigen::Index i = 0; i < x_.size(); ++i)
-    out[i] = is_logarithmic(i) ? std::exp(x_[i]) : x_[i];
+  for (Eigen::Index i = 0; i < x_.size(); ++i) out[i] = is_logarithmic(i) ? std::exp(x_[i]) : x_[i];
   return out;
 }
 
-/// Of values by coordinates.
+/// Derivatives of values by coordinates.
 VectorX JointFit::slopes() const {
   VectorX out = values();
   for (Eigen::Index i = 0; i < x_.size(); ++i)
@@ -61,9 +60,7 @@ std::vector<MotionPoint> JointFit::points() const {
   return out;
 }
 
-double JointFit::prior_cost() const {
-  return 0.5 * prior_.dot((x_ - scene_).cwiseAbs2());
-}
+double JointFit::prior_cost() const { return 0.5 * prior_.dot((x_ - scene_).cwiseAbs2()); }
 
 void JointFit::begin(double smoothing, double loss_scale, const std::vector<MotionPoint>& points) {
   for (Eigen::Index i = 0; i < x_.size(); ++i) {
@@ -133,8 +130,8 @@ bool JointFit::try_step(const VectorX& step) {
   const VectorX before = x_, now = values();
   double share = 1.0;
   for (Eigen::Index i = 0; i < x_.size(); ++i)
-    share = std::min(share, kLongestChange * (upper_[i] - lower_[i]) /
-                                std::max(std::abs(step[i]), 1e-300));
+    share = std::min(
+        share, kLongestChange * (upper_[i] - lower_[i]) / std::max(std::abs(step[i]), 1e-300));
   const VectorX linear = slopes().cwiseProduct(step);
   double expected = 0.0;
   std::vector<MatrixX> frames;

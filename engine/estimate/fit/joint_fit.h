@@ -28,7 +28,7 @@ class JointFit {
   /// Goes on at this smoothing [m] from `points`, one a motion. loss_scale: of MotionProblem, for
   /// positions and forces [standard deviations]; 0: squares.
   void begin(double smoothing, double loss_scale, const std::vector<MotionPoint>& points);
-  /// As MotionFit::minimize.
+  /// Minimizes as MotionFit::minimize does.
   int minimize(int most, double tolerance, const std::function<bool()>& stop = {});
 
   double cost() const { return cost_; }
@@ -39,11 +39,11 @@ class JointFit {
   double measurement_ratio(std::size_t motion) const { return fits_[motion]->measurement_ratio(); }
   std::size_t size() const { return fits_.size(); }
 
-  /// What the recordings say of the coordinates at the point.
+  /// Information of the recordings about the coordinates at the point.
   struct Information {
-    MatrixX hessian;    ///< with the priors
-    MatrixX scatter;    ///< sum over motions of g g', g the gradient of one
-    VectorX prior;      ///< the priors' part of the Hessian's diagonal
+    MatrixX hessian;  ///< with the priors
+    MatrixX scatter;  ///< sum over motions of g g', g the gradient of one
+    VectorX prior;    ///< the priors' part of the Hessian's diagonal
   };
   Information information();
 

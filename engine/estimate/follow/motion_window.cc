@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "counterpoint/engine/estimate/motion/motion_continuation.h"
-#include "counterpoint/engine/estimate/motion/motion_filter.h"
+#include "counterpoint/engine/estimate/sensors/motion_filter.h"
 #include "counterpoint/model/special_values.h"
 
 namespace counterpoint::estimation {
@@ -23,7 +23,6 @@ constexpr int kTrials = 5, kNewTrials = 3;
 /// measured.
 constexpr double kTowards = 0.5;
 
-
 }  // namespace
 
 MotionWindow::MotionWindow(MotionProblem problem, const WindowOptions& options)
@@ -38,8 +37,8 @@ MotionWindow::MotionWindow(MotionProblem problem, const WindowOptions& options)
   const int nv = problem_.nv(), frames = options.frames;
   for (int age = 0; age <= options.hardening; ++age) {
     const double share = options.hardening > 0 ? double(age) / options.hardening : 1.0;
-    laws_.push_back(stage_options(
-        problem_, options.newest * std::pow(options.oldest / options.newest, share)));
+    laws_.push_back(
+        stage_options(problem_, options.newest * std::pow(options.oldest / options.newest, share)));
   }
   problem_.measured.clear();
   problem_.position_weight.setZero(nv, frames);
@@ -68,7 +67,9 @@ int MotionWindow::age_of(int t) const {
   return std::clamp(frames() - 1 - t + age_, 0, options_.hardening);
 }
 
-const SimulationOptions& MotionWindow::options_of(int t) const { return laws_[index_of(age_of(t))]; }
+const SimulationOptions& MotionWindow::options_of(int t) const {
+  return laws_[index_of(age_of(t))];
+}
 
 const Inverse& MotionWindow::invert(int t) {
   return models_.front()->invert(point_, options_of(t), t);
@@ -80,8 +81,7 @@ void MotionWindow::drop_first() {
   std::rotate(moved_.begin(), moved_.begin() + 1, moved_.end());
   point_.q.erase(point_.q.begin());
   problem_.measured.erase(problem_.measured.begin());
-  for (MatrixX* columns :
-       {&problem_.position_weight, &problem_.acceleration, &problem_.force})
+  for (MatrixX* columns : {&problem_.position_weight, &problem_.acceleration, &problem_.force})
     for (Eigen::Index t = 1; t < columns->cols(); ++t) columns->col(t - 1) = columns->col(t);
   valid_ = std::max(0, valid_ - 1);
   begins_ = false;
@@ -114,7 +114,8 @@ void MotionWindow::linearize(int first) {
   const int begin = begins_ && first == 0 ? 0 : first + 1, last = frames() - 1;
   pool_.run(frames() - begin, [&](int i, int thread) {
     models_[index_of(thread)]->differentiate(point_, options_of(begin + i), begin + i,
-                                         !problem_.parameters.empty(), instants_[index_of(begin + i)]);
+                                             !problem_.parameters.empty(),
+                                             instants_[index_of(begin + i)]);
   });
   differentiated_ += std::max(0, last - begin);
   const int own = begins_ && first == 0 ? 0 : first + 2;
@@ -148,22 +149,23 @@ bool MotionWindow::factor(int first, int undamped, double damping) {
   return steps_.middleCols(first, frames() - first).allFinite() && parameter_step_.allFinite();
 }
 
-/// What depends on the frames from `first` on, the front there included.
+/// Rows that depend on the frames from `first` on, the front there included.
 double MotionWindow::cost(int first) {
   const bool all = begins_ && first == 0;
   const int begin = all ? 0 : first + 1;
   pool_.run(frames() - begin, [&](int i, int thread) {
     models_[index_of(thread)]->evaluate(point_, options_of(begin + i), begin + i,
-                                    instants_[index_of(begin + i)]);
+                                        instants_[index_of(begin + i)]);
   });
   double sum = all ? 0.5 * point_.parameters.cwiseProduct(problem_.parameter_weight).squaredNorm()
                    : fronts_.cost(first, point_);
   for (int t = all ? 0 : first + 2; t < frames(); ++t) {
     sum += instants_[index_of(t)].cost;
     if (t >= 2 && t + 1 < frames())
-      sum += 0.5 * problem_.change_weight
-                       .cwiseProduct(instants_[index_of(t)].force - instants_[index_of(t - 1)].force)
-                       .squaredNorm();
+      sum +=
+          0.5 * problem_.change_weight
+                    .cwiseProduct(instants_[index_of(t)].force - instants_[index_of(t - 1)].force)
+                    .squaredNorm();
   }
   return std::isfinite(sum) ? sum : kInfinity;
 }

@@ -11,21 +11,21 @@
 namespace counterpoint::estimation {
 
 struct WindowOptions {
-  int frames = 30;           ///< of the window, 6 or more
-  int steps = 2;             ///< Gauss-Newton steps a row
-  double newest = 1e-2;      ///< smoothing of the contact law at the newest frame [m]
-  double oldest = 1e-3;      ///< the same at frames of age `hardening` and more [m]
-  int hardening = 10;        ///< rows in which a frame's law hardens from one to the other
-  int changing = 10;         ///< rows in which a frame's terms change, `hardening` or more
-  double still = 1e-5;       ///< frames that moved less keep their linearization [m, rad]
-  int threads = 1;           ///< 0: one a core
+  int frames = 30;       ///< of the window, 6 or more
+  int steps = 2;         ///< Gauss-Newton steps a row
+  double newest = 1e-2;  ///< smoothing of the contact law at the newest frame [m]
+  double oldest = 1e-3;  ///< the same at frames of age `hardening` and more [m]
+  int hardening = 10;    ///< rows in which a frame's law hardens from one to the other
+  int changing = 10;     ///< rows in which a frame's terms change, `hardening` or more
+  double still = 1e-5;   ///< frames that moved less keep their linearization [m, rad]
+  int threads = 1;       ///< 0: one a core
 };
 
 /// A row as it was recorded.
 struct WindowRow {
-  VectorX q;             ///< nq
-  VectorX weight;        ///< nv: MotionProblem::position_weight
-  VectorX force;         ///< nv: measured joint forces [N, N m]
+  VectorX q;       ///< nq
+  VectorX weight;  ///< nv: MotionProblem::position_weight
+  VectorX force;   ///< nv: measured joint forces [N, N m]
 };
 
 class MotionWindow {
@@ -81,8 +81,8 @@ class MotionWindow {
   std::vector<double> moved_;  ///< by frame: from where it was linearized [m, rad]
   MatrixX steps_;              ///< nv x frames
   VectorX parameter_step_;
-  bool begins_ = true;         ///< no frame has left
-  int valid_ = 0;              ///< fronts up to this one have no damping
+  bool begins_ = true;  ///< no frame has left
+  int valid_ = 0;       ///< fronts up to this one have no damping
   double damping_ = 0.0;
   long differentiated_ = 0;
 };

@@ -3,7 +3,7 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 
-#include "counterpoint/engine/estimate/motion/motion_filter.h"
+#include "counterpoint/engine/estimate/sensors/motion_filter.h"
 
 namespace counterpoint::estimation {
 namespace {
@@ -12,7 +12,6 @@ constexpr int kFrames = WindowFronts::kSeen - 1;  ///< frames of a front
 /// Coordinates that nothing weighs are held so much [1/m^2, 1/rad^2], and round-off is kept from
 /// making a matrix indefinite by this share of its diagonal.
 constexpr double kLeastWindowDiagonal = 1e-9, kRegular = 1e-13;
-
 
 }  // namespace
 

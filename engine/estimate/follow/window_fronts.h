@@ -11,12 +11,12 @@ namespace counterpoint::estimation {
 
 inline std::size_t index_of(int i) { return static_cast<std::size_t>(i); }
 
-/// What is known of three frames and of the parameters once all frames before are eliminated:
+/// Knowledge of three frames and of the parameters once all frames before are eliminated:
 /// 1/2 x' information x + gradient' x, x being their difference from `at`.
 struct WindowFront {
   MatrixX information;  ///< (3 nv + parameters) squared; the lower triangle counts
   VectorX gradient;
-  MotionPoint at;       ///< the three frames, and the parameters
+  MotionPoint at;  ///< the three frames, and the parameters
 };
 
 class WindowFronts {

@@ -1,4 +1,4 @@
-// What unexplained forces are in proportion to, as figures of the model change.
+// Scales of unexplained forces, as figures of the model change.
 #pragma once
 
 #include <vector>

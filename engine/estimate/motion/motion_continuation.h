@@ -29,8 +29,8 @@ struct ContinuationResult {
 };
 
 /// Carries `fit` from its point through the stages. A stage whose cost rises by more than a fifth
-/// has lost the motion: it is refused, and a shorter one tried from the stage before. Where the last
-/// stage's laws would change nothing after the first stage, it is the only one.
+/// has lost the motion: it is refused, and a shorter one tried from the stage before. Where the
+/// last stage's laws would change nothing after the first stage, it is the only one.
 ContinuationResult continue_motion(const MotionProblem& problem,
                                    const MotionContinuation& continuation, MotionFit& fit);
 

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "counterpoint/engine/estimate/motion/frame_covariance.h"
-#include "counterpoint/engine/estimate/motion/motion_filter.h"
+#include "counterpoint/engine/estimate/sensors/motion_filter.h"
 
 namespace counterpoint::estimation {
 namespace {
@@ -59,7 +59,8 @@ double next_weight(double weight, double square, double variance, int count) {
 }
 
 void set_noise(const std::vector<char>& own_noise, MotionProblem& problem) {
-  const VectorX noise = white_noise(problem.model, problem.measured, kOrder).cwiseMax(kLeastOwnNoise);
+  const VectorX noise =
+      white_noise(problem.model, problem.measured, kOrder).cwiseMax(kLeastOwnNoise);
   for (int i = 0; i < problem.nv(); ++i)
     if (own_noise[static_cast<std::size_t>(i)] != 0)
       problem.position_weight.row(i) = problem.position_weight.row(i).cwiseSign() / noise[i];

@@ -50,7 +50,7 @@ class MotionFit {
   void withdraw();
 
  private:
-  /// Of frame t; -1 where nothing was measured.
+  /// The ratio of frame t; -1 where nothing was measured.
   double measurement_ratio(int t, SensorRows& sensors) const;
   double evaluate();
   void apply_parameters();

@@ -5,7 +5,7 @@
 
 #include "counterpoint/engine/dynamics/kinematics.h"
 #include "counterpoint/engine/estimate/motion/motion_continuation.h"
-#include "counterpoint/engine/estimate/motion/motion_filter.h"
+#include "counterpoint/engine/estimate/sensors/motion_filter.h"
 #include "counterpoint/engine/optimize/optimize.h"
 #include "counterpoint/model/special_values.h"
 

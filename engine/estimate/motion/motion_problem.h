@@ -37,8 +37,8 @@ struct MotionProblem {
 
   double start = 0.0;  ///< time of frame 0 [s]
   std::vector<SensorTerm> sensors = {};
-  /// As loss_scale, by component of a reading, of all sensors but those of positions, which have
-  /// loss_scale itself.
+  /// Scale of the loss by component of a reading, of all sensors but those of positions, which
+  /// have loss_scale itself.
   double sensor_loss_scale = 0.0;
 
   std::vector<StepParameter> parameters = {};

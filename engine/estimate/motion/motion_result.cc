@@ -9,8 +9,8 @@
 
 #include "counterpoint/engine/dynamics.h"
 #include "counterpoint/engine/estimate/motion/frame_covariance.h"
-#include "counterpoint/engine/estimate/motion/motion_filter.h"
 #include "counterpoint/engine/estimate/motion/pair_forces.h"
+#include "counterpoint/engine/estimate/sensors/motion_filter.h"
 #include "counterpoint/engine/optimize/optimize.h"
 
 namespace counterpoint::estimation {
@@ -38,8 +38,8 @@ double sign_of(const Model& model, const ContactEstimate& pair, const std::vecto
 
 /// Covariance of forces that depend on three frames (J) and on parameters (P).
 struct Covariance {
-  MatrixX frames;             ///< 3 nv x 3 nv, parameters held
-  MatrixX gain;               ///< 3 nv x parameters: these move the frames by -gain
+  MatrixX frames;  ///< 3 nv x 3 nv, parameters held
+  MatrixX gain;    ///< 3 nv x parameters: these move the frames by -gain
   const MatrixX& parameters;
 
   MatrixX of(const MatrixX& J, const MatrixX& P) const {
@@ -65,8 +65,8 @@ void set_parameters(const MotionProblem& problem, const VectorX& values, const M
   for (std::size_t k = 0; k < problem.constants.size(); ++k) {
     const auto i = static_cast<Eigen::Index>(problem.parameters.size() + k);
     const SensorConstant& constant = problem.constants[k];
-    out.parameters.push_back({constant.name, constant.unit, values[i],
-                              std::sqrt(std::max(0.0, covariance(i, i)))});
+    out.parameters.push_back(
+        {constant.name, constant.unit, values[i], std::sqrt(std::max(0.0, covariance(i, i)))});
   }
 }
 
@@ -269,8 +269,8 @@ void widen_by_smoothing(const MotionProblem& problem, const ContinuationResult& 
   widen(soft.sum_force, hard.sum_force, out.sum_deviation);
   for (std::size_t t = 0; t < out.contacts.size(); ++t)
     for (ContactEstimate& pair : out.contacts[t]) {
-      const Vector3 change = share * (force_of(soft.contacts[t], pair) -
-                                      force_of(hard.contacts[t], pair));
+      const Vector3 change =
+          share * (force_of(soft.contacts[t], pair) - force_of(hard.contacts[t], pair));
       pair.deviation = (pair.deviation.cwiseAbs2() + change.cwiseAbs2()).cwiseSqrt();
     }
 }
@@ -323,8 +323,7 @@ void set_sums(const Model& model, int row, const MatrixX* covariance, MotionEsti
     if (pressure > 0.0) out.sum_centre.block<3, 1>(at, row) = centre / pressure;
     out.sum_deviation.block<3, 1>(at, row).setZero();
     if (covariance != nullptr && !pairs.empty())
-      out.sum_deviation.block<3, 1>(at, row) =
-          deviations(pick * *covariance * pick.transpose());
+      out.sum_deviation.block<3, 1>(at, row) = deviations(pick * *covariance * pick.transpose());
   }
 }
 
@@ -336,8 +335,7 @@ void summarize(const Model& model, const RecordedMotion& recorded, MotionEstimat
   out.residual_correlation = VectorX::Constant(model.nv(), kNaN);
   if (out.errors == RecordingErrors::kWhite)
     out.residual_correlation = residual_correlation(model, recorded, out);
-  const VectorX weights =
-      optimization::unactuated_weights(model, optimization::motors_of(model));
+  const VectorX weights = optimization::unactuated_weights(model, optimization::motors_of(model));
   int rows = 0;
   for (Eigen::Index t = 0; t < out.force.cols(); ++t) {
     if (!out.force.col(t).allFinite()) continue;
@@ -362,8 +360,7 @@ void append(const MotionEstimate& part, int first, int skip, MotionEstimate& out
   put(part.sum_deviation, out.sum_deviation);
   put(part.sum_centre, out.sum_centre);
   out.cost_ratio.segment(first + skip, rows) = part.cost_ratio.segment(skip, rows);
-  std::copy(part.contacts.begin() + skip, part.contacts.end(),
-            out.contacts.begin() + first + skip);
+  std::copy(part.contacts.begin() + skip, part.contacts.end(), out.contacts.begin() + first + skip);
   for (Outlier one : part.outliers) {
     if (one.row < skip) continue;
     one.row += first;
@@ -381,15 +378,16 @@ void append(const MotionEstimate& part, int first, int skip, MotionEstimate& out
     same->deviation = 1.0 / std::sqrt(a + b);
   }
   for (const SensorFigures& one : part.sensors) {
-    const auto same = std::find_if(
-        out.sensors.begin(), out.sensors.end(),
-        [&](const auto& other) { return other.name == one.name && other.kind == one.kind; });
+    const auto same = std::find_if(out.sensors.begin(), out.sensors.end(), [&](const auto& other) {
+      return other.name == one.name && other.kind == one.kind;
+    });
     if (same == out.sensors.end()) {
       out.sensors.push_back(one);
       continue;
     }
     const double read = std::max(1, same->rows + one.rows);
-    same->rms = std::sqrt((same->rows * same->rms * same->rms + one.rows * one.rms * one.rms) / read);
+    same->rms =
+        std::sqrt((same->rows * same->rms * same->rms + one.rows * one.rms * one.rms) / read);
     same->rows += one.rows;
     same->outliers += one.outliers;
   }

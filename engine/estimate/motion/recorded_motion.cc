@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "counterpoint/engine/dynamics.h"
-#include "counterpoint/engine/estimate/motion/motion_filter.h"
+#include "counterpoint/engine/estimate/sensors/motion_filter.h"
 #include "counterpoint/engine/estimate/sensors/pose_fit.h"
 #include "counterpoint/model/special_values.h"
 

@@ -61,8 +61,7 @@ void ForceSensors::differentiate_joints(const MatrixX& force, MatrixX& out) cons
   }
 }
 
-void ForceSensors::differentiate_constants(const SensorFrames& frames, int t,
-                                           MatrixX& out) const {
+void ForceSensors::differentiate_constants(const SensorFrames& frames, int t, MatrixX& out) const {
   Eigen::Index at = 0;
   for (const SensorTerm& term : *terms_) {
     if (!is_force(term.sensor.kind)) continue;

@@ -112,8 +112,8 @@ const Frame& MapNodes::link(const YAML::Node& node) const {
   if (frame < 0) {
     std::vector<std::string> links;
     for (const Frame& one : model_.frames()) links.push_back(one.name);
-    fail(node, fmt::format("'{}' is no link of this scene; there are: {}", name,
-                           fmt::join(links, ", ")));
+    fail(node,
+         fmt::format("'{}' is no link of this scene; there are: {}", name, fmt::join(links, ", ")));
   }
   return model_.frames()[static_cast<std::size_t>(frame)];
 }

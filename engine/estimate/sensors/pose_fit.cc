@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "counterpoint/engine/dynamics/kinematics.h"
-#include "counterpoint/engine/estimate/motion/motion_filter.h"
+#include "counterpoint/engine/estimate/sensors/motion_filter.h"
 #include "counterpoint/engine/optimize/terms/kinematic_terms.h"
 
 namespace counterpoint::estimation {
@@ -144,7 +144,7 @@ FittedPoses fit_poses(const Model& model, const std::vector<SensorTerm>& sensors
   for (int t = 0; t < static_cast<int>(frames.size()); ++t) {
     const auto i = static_cast<std::size_t>(t);
     if (t > 0) {
-      // What is recorded is of this row, all else starts as in the row before.
+      // Recorded coordinates are those of this row, all others start as in the row before.
       const VectorX by = difference(model, out.frames[i - 1], frames[i]).cwiseProduct(recorded);
       out.frames[i] = moved(model, out.frames[i - 1], by);
     }

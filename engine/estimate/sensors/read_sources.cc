@@ -1,10 +1,11 @@
 // Readings of sensors, from the recording itself and from other files.
+#include "counterpoint/engine/estimate/sensors/read_sources.h"
+
 #include <fmt/format.h>
 
 #include <cmath>
 #include <set>
 
-#include "counterpoint/engine/estimate/sensors/read_sources.h"
 #include "counterpoint/engine/estimate/sensors/sensor_signal.h"
 #include "counterpoint/engine/estimate/sensors/table_columns.h"
 
@@ -66,11 +67,12 @@ void read_sources(const std::map<std::string, std::string>& files, const ColumnM
     known.insert(source.name);
     const auto file = files.find(source.name);
     if (file == files.end())
-      throw InputError(fmt::format("the column map has a source '{}'; say which file it is: "
-                                   "--source {}=FILE",
-                                   source.name, source.name));
+      throw InputError(
+          fmt::format("the column map has a source '{}'; say which file it is: "
+                      "--source {}=FILE",
+                      source.name, source.name));
     TableOptions options;
-    options.any_cells = true;
+    options.nan_is_empty = true;
     const Table table(file->second, {}, options);
     std::vector<double> time = recorded_times(table, source.rate, source.time);
     if (!source.time.empty())
@@ -80,15 +82,17 @@ void read_sources(const std::map<std::string, std::string>& files, const ColumnM
   }
   for (const auto& [name, file] : files)
     if (known.count(name) == 0)
-      throw InputError(fmt::format("--source {}={}: the column map has no source '{}' (key "
-                                   "'sources')",
-                                   name, file, name));
+      throw InputError(
+          fmt::format("--source {}={}: the column map has no source '{}' (key "
+                      "'sources')",
+                      name, file, name));
 }
 
 void refuse_sensors(const ColumnMap& map, const std::string& command) {
   if (map.sensors.empty() && map.sources.empty() && map.treadmill.isZero(0.0)) return;
-  throw InputError(command + ": the column map has 'sensors', 'markers', 'sources' or 'treadmill', "
-                             "which only `explain` of whole recordings reads");
+  throw InputError(command +
+                   ": the column map has 'sensors', 'markers', 'sources' or 'treadmill', "
+                   "which only `explain` of whole recordings reads");
 }
 
 }  // namespace counterpoint::estimation

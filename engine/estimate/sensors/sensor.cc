@@ -11,25 +11,39 @@ int error_size(SensorKind kind) {
 
 const char* sensor_kind_name(SensorKind kind) {
   switch (kind) {
-    case SensorKind::kPoint: return "point";
-    case SensorKind::kOrientation: return "orientation";
-    case SensorKind::kAngularVelocity: return "angular_velocity";
-    case SensorKind::kSpecificForce: return "specific_force";
-    case SensorKind::kContactForce: return "contact_force";
-    case SensorKind::kJointForce: return "joint_force";
-    default: return "coordinate";
+    case SensorKind::kPoint:
+      return "point";
+    case SensorKind::kOrientation:
+      return "orientation";
+    case SensorKind::kAngularVelocity:
+      return "angular_velocity";
+    case SensorKind::kSpecificForce:
+      return "specific_force";
+    case SensorKind::kContactForce:
+      return "contact_force";
+    case SensorKind::kJointForce:
+      return "joint_force";
+    default:
+      return "coordinate";
   }
 }
 
 const char* sensor_unit(SensorKind kind) {
   switch (kind) {
-    case SensorKind::kPoint: return "m";
-    case SensorKind::kOrientation: return "rad";
-    case SensorKind::kAngularVelocity: return "rad/s";
-    case SensorKind::kSpecificForce: return "m/s^2";
-    case SensorKind::kContactForce: return "N";
-    case SensorKind::kJointForce: return "N|N m";
-    default: return "m|rad";
+    case SensorKind::kPoint:
+      return "m";
+    case SensorKind::kOrientation:
+      return "rad";
+    case SensorKind::kAngularVelocity:
+      return "rad/s";
+    case SensorKind::kSpecificForce:
+      return "m/s^2";
+    case SensorKind::kContactForce:
+      return "N";
+    case SensorKind::kJointForce:
+      return "N|N m";
+    default:
+      return "m|rad";
   }
 }
 

@@ -29,20 +29,20 @@ enum class SensorKind {
 /// Numbers that a reading has, and components of its error.
 int reading_size(SensorKind kind);
 int error_size(SensorKind kind);
-/// As column maps have it, and the unit of a component of its error.
+/// The kind as column maps name it, and the unit of a component of its error.
 const char* sensor_kind_name(SensorKind kind);
 const char* sensor_unit(SensorKind kind);
 
 struct Sensor {
   std::string name;
   SensorKind kind = SensorKind::kPoint;
-  int body = 0;                          ///< 0: world
-  Vector3 point = Vector3::Zero();       ///< in the body's axes [m]
-  Matrix3 axes = Matrix3::Identity();    ///< R_BS: from the sensor's axes to the body's
-  int coordinate = -1, position = -1;    ///< indices into v and q, of a joint
-  std::vector<int> bodies;               ///< kContactForce only
-  std::vector<ColumnSource> columns;     ///< reading_size
-  std::string source;                    ///< ColumnMap::sources; empty: the recording itself
+  int body = 0;                        ///< 0: world
+  Vector3 point = Vector3::Zero();     ///< in the body's axes [m]
+  Matrix3 axes = Matrix3::Identity();  ///< R_BS: from the sensor's axes to the body's
+  int coordinate = -1, position = -1;  ///< indices into v and q, of a joint
+  std::vector<int> bodies;             ///< kContactForce only
+  std::vector<ColumnSource> columns;   ///< reading_size
+  std::string source;                  ///< ColumnMap::sources; empty: the recording itself
   /// Standard deviation of a component of a reading; NaN: found from the readings.
   double deviation = std::numeric_limits<double>::quiet_NaN();
   /// The readings differ by an unknown constant from what is measured.

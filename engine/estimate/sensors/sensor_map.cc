@@ -12,7 +12,7 @@ namespace {
 /// An unknown delay is expected to be no more than about this [s].
 constexpr double kDelayDeviation = 0.05;
 
-/// What users call a sensor, and the sensors of this program that it consists of.
+/// A name that users give a sensor, and the sensors of this program that it consists of.
 struct NamedKind {
   const char* name;
   std::vector<SensorKind> parts;
@@ -46,8 +46,9 @@ class SensorReader {
       const YAML::Node value = pair.second;
       nodes_.check_keys(value, {"time", "rate", "delay"});
       if (static_cast<bool>(value["rate"]) == static_cast<bool>(value["time"]))
-        nodes_.fail(value, source.name + ": expected either 'rate' (rows per second) or 'time' (the "
-                                         "column of the time)");
+        nodes_.fail(value, source.name +
+                               ": expected either 'rate' (rows per second) or 'time' (the "
+                               "column of the time)");
       if (value["rate"]) source.rate = nodes_.positive(value["rate"], "rate");
       if (value["time"]) source.time = nodes_.time(value["time"]);
       source.time_unit_given = value["time"] && !value["time"].IsScalar();
@@ -75,9 +76,8 @@ class SensorReader {
     Sensor shared;
     shared.source = source_name(nodes_, node["source"], map_);
     if (node["deviation"]) shared.deviation = nodes_.positive(node["deviation"], "deviation");
-    const std::filesystem::path file =
-        std::filesystem::path(nodes_.file()).parent_path() /
-        nodes_.scalar(node["table"], "markers.table");
+    const std::filesystem::path file = std::filesystem::path(nodes_.file()).parent_path() /
+                                       nodes_.scalar(node["table"], "markers.table");
     TableReader table(file, {"marker", "link"});
     const std::array<int, 5> columns = marker_columns(table);
     while (table.next()) {
@@ -86,9 +86,10 @@ class SensorReader {
       const std::string link = label(table, columns[1]);
       const int frame = nodes_.model().find_frame(link);
       if (frame < 0)
-        throw InputError(fmt::format("{}: '{}' is no link of this scene; expected one of those that "
-                                     "`inspect` lists",
-                                     table.where(), link));
+        throw InputError(
+            fmt::format("{}: '{}' is no link of this scene; expected one of those that "
+                        "`inspect` lists",
+                        table.where(), link));
       attach(nodes_.model().frames()[static_cast<std::size_t>(frame)],
              Vector3(table.cell(columns[2]), table.cell(columns[3]), table.cell(columns[4])),
              marker);
@@ -127,8 +128,9 @@ class SensorReader {
       std::sort(used.begin(), used.end());
     }
     if (used != "xyz")
-      nodes_.fail(node, "axes: expected the axes of the file along x, y, z of the world, as in "
-                        "[x, -z, y] where y points up");
+      nodes_.fail(node,
+                  "axes: expected the axes of the file along x, y, z of the world, as in "
+                  "[x, -z, y] where y points up");
     return out;
   }
 
@@ -137,8 +139,8 @@ class SensorReader {
     const std::array<const char*, 5> names = {"marker", "link", "x", "y", "z"};
     for (std::size_t i = 0; i < names.size(); ++i) {
       const auto& all = table.columns();
-      const auto it = std::find_if(all.begin(), all.end(),
-                                   [&](const Column& c) { return c.name == names[i]; });
+      const auto it =
+          std::find_if(all.begin(), all.end(), [&](const Column& c) { return c.name == names[i]; });
       if (it == all.end())
         throw InputError(fmt::format("{}: there is no column '{}'; expected marker, link, x, y, z",
                                      table.file(), names[i]));
@@ -162,8 +164,8 @@ class SensorReader {
       if (kind == one.name) return one;
       known.push_back(one.name);
     }
-    nodes_.fail(node, fmt::format("{}: kind '{}'; expected one of {}", name, kind,
-                                  fmt::join(known, ", ")));
+    nodes_.fail(
+        node, fmt::format("{}: kind '{}'; expected one of {}", name, kind, fmt::join(known, ", ")));
   }
 
   void read_sensor(const std::string& name, const YAML::Node& node) {
@@ -235,8 +237,9 @@ class SensorReader {
         sensor.position = body.q_index;
         return;
       }
-    nodes_.fail(node, fmt::format("coordinate: '{}' is no joint of one coordinate; expected JOINT.{}",
-                                  name, force ? "u" : "q"));
+    nodes_.fail(
+        node, fmt::format("coordinate: '{}' is no joint of one coordinate; expected JOINT.{}", name,
+                          force ? "u" : "q"));
   }
 
   /// One of the kind, or one of each part.
@@ -248,9 +251,9 @@ class SensorReader {
     else
       out.push_back(nodes_.positive(node, "deviation"));
     if (out.size() != kind.parts.size())
-      nodes_.fail(node, fmt::format("deviation: expected {}", kind.parts.size() == 1
-                                                                  ? "one number"
-                                                                  : "a list of two numbers"));
+      nodes_.fail(node,
+                  fmt::format("deviation: expected {}",
+                              kind.parts.size() == 1 ? "one number" : "a list of two numbers"));
     return out;
   }
 

@@ -58,7 +58,8 @@ void SensorRows::set_poses(const Model& model, const SensorFrames& frames, int t
   const int last = static_cast<int>(frames.q.size()) - 1;
   for (int i = moving_ ? 0 : 1; i < (moving_ ? 3 : 2); ++i) {
     const int at = std::clamp(t - 1 + i, 0, last);
-    compute_poses(model, frames.q[static_cast<std::size_t>(at)], poses_[static_cast<std::size_t>(i)]);
+    compute_poses(model, frames.q[static_cast<std::size_t>(at)],
+                  poses_[static_cast<std::size_t>(i)]);
   }
 }
 
@@ -181,8 +182,7 @@ void SensorRows::differentiate(const Model& model, double h, const SensorTerm& t
         const Data& data = poses_[static_cast<std::size_t>(i)];
         optimization::point_jacobian(model, data, s.body,
                                      optimization::point_position(data, s.body, s.point), point_);
-        out.middleCols(i * nv, nv) =
-            (i == 1 ? -2.0 : 1.0) / (h * h) * to_sensor * point_;
+        out.middleCols(i * nv, nv) = (i == 1 ? -2.0 : 1.0) / (h * h) * to_sensor * point_;
       }
       optimization::angular_jacobian(model, poses_[1], s.body, angular_);
       out.middleCols(nv, nv) += to_sensor * skew(acceleration(h, s)) * angular_;

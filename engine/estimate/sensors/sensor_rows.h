@@ -3,8 +3,8 @@
 //   point               p(q_t) - z
 //   orientation         log(R_z' R(q_t))
 //   coordinate          q_t - z
-//   angular velocity    S' log(R_{t-1}' R_t) / h - z                 mean over the interval before t
-//   specific force      S' R_t' ((p_{t+1} - 2 p_t + p_{t-1}) / h^2 - g) - z
+//   angular velocity    S' log(R_{t-1}' R_t) / h - z                 mean over the interval before
+//   t specific force      S' R_t' ((p_{t+1} - 2 p_t + p_{t-1}) / h^2 - g) - z
 //
 // R: axes of the link in W; S: those of the sensor in the link's. z is read at t + the source's
 // delay; an unknown offset of the sensor is added to the left side.
@@ -41,10 +41,10 @@ double read_time(const SensorFrames& frames, int t, const SensorTerm& term);
 /// Rows divided by their standard deviations.
 struct WeightedRows {
   VectorX residual;
-  MatrixX by_frames;     ///< rows x nv of frame t alone, or x 3 nv of t - 1, t, t + 1
-  MatrixX by_constants;  ///< rows x constants
+  MatrixX by_frames;      ///< rows x nv of frame t alone, or x 3 nv of t - 1, t, t + 1
+  MatrixX by_constants;   ///< rows x constants
   std::vector<int> term;  ///< index of each row's sensor
-  int size = 0;          ///< rows in use
+  int size = 0;           ///< rows in use
 };
 
 class SensorRows {

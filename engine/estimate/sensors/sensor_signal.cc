@@ -18,11 +18,16 @@ constexpr double kSameTime = 1e-3;
 /// No sensor is surer than this, by kind [m, rad, rad/s, m/s^2, N, N m].
 double least_deviation(SensorKind kind) {
   switch (kind) {
-    case SensorKind::kAngularVelocity: return 1e-3;
-    case SensorKind::kSpecificForce: return 1e-2;
-    case SensorKind::kContactForce: return 0.1;
-    case SensorKind::kJointForce: return 1e-3;
-    default: return 1e-5;
+    case SensorKind::kAngularVelocity:
+      return 1e-3;
+    case SensorKind::kSpecificForce:
+      return 1e-2;
+    case SensorKind::kContactForce:
+      return 0.1;
+    case SensorKind::kJointForce:
+      return 1e-3;
+    default:
+      return 1e-5;
   }
 }
 
@@ -70,11 +75,14 @@ SensorSignal::SensorSignal(const Sensor& sensor, const SensorReadings& readings,
 double SensorSignal::noise_share(double interval) const {
   const double readings = std::max(1.0, interval / spacing_);
   switch (kind_) {
-    case SensorKind::kAngularVelocity: return (readings - 0.5) / (readings * readings);
+    case SensorKind::kAngularVelocity:
+      return (readings - 0.5) / (readings * readings);
     case SensorKind::kSpecificForce:
     case SensorKind::kJointForce:
-    case SensorKind::kContactForce: return std::min(0.5, 2.0 / (3.0 * readings));
-    default: return spacing_ < kFaster * interval ? 1.0 / readings : 1.0;
+    case SensorKind::kContactForce:
+      return std::min(0.5, 2.0 / (3.0 * readings));
+    default:
+      return spacing_ < kFaster * interval ? 1.0 / readings : 1.0;
   }
 }
 
@@ -103,7 +111,8 @@ std::size_t SensorSignal::segment(double time) const {
 /// Are there readings without a gap from one time to the other?
 bool SensorSignal::within(double first, double last) const {
   const double slack = kSameTime * spacing_;
-  if (time_.size() < 2 || first < time_.front() - slack || last > time_.back() + slack) return false;
+  if (time_.size() < 2 || first < time_.front() - slack || last > time_.back() + slack)
+    return false;
   const std::size_t k = segment(std::max(first, time_.front()) + slack);
   const std::size_t l = segment(std::min(last, time_.back()) - slack);
   return k > l || gaps_[l + 1] == gaps_[k];  // k > l: at one reading
@@ -142,7 +151,8 @@ bool SensorSignal::read_frame(double time, double h, Reading& out) const {
     case SensorKind::kContactForce:
     case SensorKind::kJointForce:
       if (!within(at - h, at + h)) return false;
-      out = (second_integral(at + h) - 2.0 * second_integral(at) + second_integral(at - h)) / (h * h);
+      out =
+          (second_integral(at + h) - 2.0 * second_integral(at) + second_integral(at - h)) / (h * h);
       return true;
     default:
       if (!(spacing_ < kFaster * h) || !within(at - 0.5 * h, at + 0.5 * h)) return read(time, out);

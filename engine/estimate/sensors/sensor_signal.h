@@ -18,7 +18,7 @@ class SensorSignal {
 
   /// Interpolated between the readings around `time` [s]. False where none is near.
   bool read(double time, Reading& out) const;
-  /// What a sensor of this kind says of frame t at `time`, frames being h [s] apart: angular
+  /// The reading that belongs to frame t at `time`, frames being h [s] apart: angular
   /// velocities as the mean over the interval before, forces and accelerations as the mean with the
   /// weights of a triangle over both intervals beside it, all others at the time itself, or as the
   /// mean over h about it where readings come faster than frames.
@@ -41,9 +41,10 @@ class SensorSignal {
   double start_ = 0.0;           ///< of all times below [s]
   std::vector<double> time_;     ///< [s]
   std::vector<Reading> values_;  ///< those that are there
-  std::vector<Reading> integral_, second_integral_;  ///< up to each reading, over time once and twice
-  std::vector<int> gaps_;        ///< gaps before each reading
-  double spacing_ = 0.0;         ///< median interval [s]
+  std::vector<Reading> integral_,
+      second_integral_;    ///< up to each reading, over time once and twice
+  std::vector<int> gaps_;  ///< gaps before each reading
+  double spacing_ = 0.0;   ///< median interval [s]
   double deviation_ = 0.0;
 };
 

@@ -12,12 +12,18 @@ namespace {
 /// Standard deviation of an unknown offset.
 double offset_deviation(SensorKind kind, const Model& model) {
   switch (kind) {
-    case SensorKind::kPoint: return 0.05;                                       // [m]
-    case SensorKind::kAngularVelocity: return 0.1;                              // [rad/s]
-    case SensorKind::kSpecificForce: return 1.0;                                // [m/s^2]
-    case SensorKind::kJointForce: return 10.0;                                  // [N, N m]
-    case SensorKind::kContactForce: return 0.1 * optimization::scene_weight(model);  // [N]
-    default: return 0.1;                                                        // [m, rad]
+    case SensorKind::kPoint:
+      return 0.05;  // [m]
+    case SensorKind::kAngularVelocity:
+      return 0.1;  // [rad/s]
+    case SensorKind::kSpecificForce:
+      return 1.0;  // [m/s^2]
+    case SensorKind::kJointForce:
+      return 10.0;  // [N, N m]
+    case SensorKind::kContactForce:
+      return 0.1 * optimization::scene_weight(model);  // [N]
+    default:
+      return 0.1;  // [m, rad]
   }
 }
 
@@ -38,8 +44,8 @@ SensorTerms sensor_terms(const Model& model, const ColumnMap& map, const Recordi
     SensorTerm& term = out.terms.emplace_back(
         SensorTerm{.sensor = sensor, .signal = SensorSignal(sensor, readings, h)});
     if (!(term.signal.deviation() > 0.0))
-      throw InputError(fmt::format("{}: sensor '{}' has fewer than two readings", recording.file,
-                                   sensor.name));
+      throw InputError(
+          fmt::format("{}: sensor '{}' has fewer than two readings", recording.file, sensor.name));
     term.weight = 1.0 / term.signal.deviation();
     if (sensor.has_offset) {
       term.offset_constant = static_cast<int>(out.constants.size());

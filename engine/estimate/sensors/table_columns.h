@@ -26,8 +26,8 @@ std::vector<double> recorded_times(const Table& table, double rate,
 
 /// Programs count time since 1970 in whole nano-, micro- or milliseconds as often as in seconds; a
 /// recording of motions has rows less than a second apart. Such a column is read in its unit, which
-/// the note that is returned says; any other that cannot be seconds is refused. The columns are as the
-/// map scales them.
+/// the note that is returned says; any other that cannot be seconds is refused. The columns are as
+/// the map scales them.
 std::string settle_time_unit(const Table& table, const std::string& column, bool unit_given,
                              std::vector<double>& time);
 

@@ -21,8 +21,8 @@ std::vector<VectorX> low_pass(const Model& model, const std::vector<VectorX>& fr
 
 /// Standard deviation of white noise in each coordinate (nv) [m, rad]: from a quantile of third
 /// differences, in which a smooth motion leaves little and an impact leaves a few outliers; or the
-/// least that differences of the orders from three to `order` tell, where rows are so far apart that
-/// the motion itself bends between them.
+/// least that differences of the orders from three to `order` tell, where rows are so far apart
+/// that the motion itself bends between them.
 VectorX white_noise(const Model& model, const std::vector<VectorX>& frames, int order = 3);
 
 /// nv x frames: second differences over h squared [m/s^2, rad/s^2]; zero at both ends.

@@ -1,4 +1,4 @@
-#include "counterpoint/engine/estimate/motion/motion_filter.h"
+#include "counterpoint/engine/estimate/sensors/motion_filter.h"
 
 #include <algorithm>
 #include <cmath>
