@@ -125,6 +125,10 @@ TEST(SensorFiles, ReadMissingCellsAndOtherFilesAndTreadmills) {
   EXPECT_THROW(read_sources({}, map, recording), InputError) << "plate has no file";
   EXPECT_THROW(read_sources({{"plate", plate_file}, {"other", plate_file}}, map, recording),
                InputError);
+  map.sources[0].delay_deviation = 0.05;
+  EXPECT_THROW(read_sources({{"plate", plate_file}}, map, recording), InputError)
+      << "no sensor is read from there that could tell the delay";
+  map.sources[0].delay_deviation = 0.0;
   read_sources({{"plate", plate_file}}, map, recording);
   EXPECT_NEAR(recording.contact_force(2, 10), 7.0, 1e-12);
   const Recording part = rows_of(recording, 4, 3);

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <set>
 
@@ -65,6 +66,12 @@ void read_sources(const std::map<std::string, std::string>& files, const ColumnM
   std::set<std::string> known;
   for (const SensorSource& source : map.sources) {
     known.insert(source.name);
+    const auto reads = [&](const Sensor& sensor) { return sensor.source == source.name; };
+    if (source.delay_deviation > 0.0 && std::none_of(map.sensors.begin(), map.sensors.end(), reads))
+      throw InputError(
+          fmt::format("sources: {}: the delay is unknown, but no sensor that could tell "
+                      "it is read from there; give the delay [s]",
+                      source.name));
     const auto file = files.find(source.name);
     if (file == files.end())
       throw InputError(
