@@ -15,9 +15,9 @@ struct FigureEstimate {
   /// prior, the range between its bounds. Costs are half sums of squares over standard deviations
   /// (Cauchy's loss), evaluations are Newton steps.
   Fit figures;
-  std::vector<std::vector<double>> times;     ///< of each recording's rows [s]
-  std::vector<std::vector<VectorX>> motions;  ///< of each recording, one a row: nq
-  VectorX cost_ratio;      ///< of each recording: mean square of measurements over their variance
+  std::vector<std::vector<double>> times;     ///< times of each recording's rows [s]
+  std::vector<std::vector<VectorX>> motions;  ///< configurations of each recording, one a row: nq
+  VectorX cost_ratio;      ///< by recording: mean square of measurements over their variance
   double smoothing = 0.0;  ///< contact law at the end [m]
 };
 

@@ -71,8 +71,8 @@ struct SensorFigures {
   std::string name;
   SensorKind kind = SensorKind::kPoint;
   int rows = 0;            ///< in which it was read
-  double deviation = 0.0;  ///< of a component in a row (SensorSignal::deviation)
-  double rms = 0.0;        ///< of a component's residual, in the same unit
+  double deviation = 0.0;  ///< standard deviation of a component in a row
+  double rms = 0.0;        ///< root mean square of a component's residual
   int outliers = 0;        ///< components farther off than 6 deviations
 };
 

@@ -23,19 +23,13 @@ constexpr double kSofterLaws = 10.0;
 constexpr int kHardening = 10;
 /// Frames that move less than this share of the last smoothing keep their linearization.
 constexpr double kStill = 0.3;
-/// A row within this share of an interval of its time is taken as it is.
-constexpr double kEven = 0.02;
-/// Between rows farther apart than so many intervals nothing was measured.
-constexpr double kHole = 1.5;
-/// Reach of a Gaussian low-pass: standard deviations, each this over its frequency [Hz].
-constexpr double kReach = 4.0, kDeviation = 0.13251;
 
 struct Row {
   double time = 0.0;
   VectorX q, measured, force;
 };
 
-/// Where each joint's coordinates are that has a component which is not finite.
+/// Takes the joints that have a component which is not finite from `last`, as not measured.
 void leave_out_missing(const Model& model, const VectorX& last, Row& row) {
   for (int b = 1; b < model.num_bodies(); ++b) {
     const Body& body = model.body(b);
@@ -143,7 +137,7 @@ struct MotionFollower::Impl {
   }
 
   /// Rows on either side that an acceleration of the low-passed recording sees.
-  int reach() const { return static_cast<int>(kReach * kDeviation / cutoff / h) + 2; }
+  int reach() const { return low_pass_reach(cutoff, h) + 1; }
 
   void add(const Row& row) {
     if (static_cast<int>(times.size()) == options.window) {
@@ -213,15 +207,15 @@ struct MotionFollower::Impl {
       tell(options.lag, out);
       next = one.time + h;
     };
-    if (std::abs(row.time - next) <= kEven * h) return step(row);
+    if (std::abs(row.time - next) <= kUneven * h) return step(row);
     const double interval = row.time - last.time;
     const VectorX by = difference(scene.model, last.q, row.q);
-    while (next <= row.time + kEven * h) {
+    while (next <= row.time + kUneven * h) {
       const double share = std::min(1.0, (next - last.time) / interval);
       Row one{next, moved(scene.model, last.q, share * by), last.measured.cwiseMin(row.measured),
               VectorX()};
       one.force = (1.0 - share) * last.force + share * row.force;
-      if (interval > kHole * h && share < 1.0 - kEven) one.measured.setZero();
+      if (interval > kGap * h && share < 1.0 - kUneven) one.measured.setZero();
       step(one);
     }
   }

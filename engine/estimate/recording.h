@@ -81,7 +81,7 @@ struct Recording {
   MatrixX contact_force;     ///< 3 ColumnMap::contact_forces [N]; NaN where the map names no column
   /// nq x rows: 1 where a position was missing, and is interpolated; empty where none was.
   MatrixX missing;
-  std::vector<SensorReadings> sensors;  ///< of ColumnMap::sensors; those of other files are empty
+  std::vector<SensorReadings> sensors;  ///< by ColumnMap::sensors; empty from other files
   int num_rows() const { return static_cast<int>(time.size()); }
 };
 

@@ -13,9 +13,6 @@ namespace {
 /// No coordinate of a configuration goes farther in a step [m, rad], and no parameter by more than
 /// this share of its range.
 constexpr double kLongestStep = 0.3, kLongestChange = 0.2;
-constexpr double kLeastJointDamping = 1e-15, kMostJointDamping = 1e8, kFirstJointDamping = 1e-3;
-constexpr int kJointTrials = 12, kSmallInARow = 3;
-constexpr double kTinyDecrease = 0.01;
 
 }  // namespace
 
@@ -67,8 +64,7 @@ void JointFit::begin(double smoothing, double loss_scale, const std::vector<Moti
     const double at = parameters_[static_cast<std::size_t>(i)].scene + points[0].parameters[i];
     x_[i] = is_logarithmic(i) ? std::log(at) : at;
   }
-  damping_ = std::min(damping_, kFirstJointDamping);
-  growth_ = 2.0;
+  damping_.begin();
   cost_ = prior_cost();
   for (std::size_t i = 0; i < fits_.size(); ++i) {
     MotionProblem& problem = *problems_[i];
@@ -79,7 +75,7 @@ void JointFit::begin(double smoothing, double loss_scale, const std::vector<Moti
 }
 
 /// Eliminates the motions. False if a motion's equations are not positive definite.
-bool JointFit::reduce() {
+bool JointFit::reduce(double mu) {
   const VectorX slope = slopes();
   const Eigen::Index count = x_.size();
   schur_ = prior_.asDiagonal();
@@ -87,7 +83,7 @@ bool JointFit::reduce() {
   gradient_ = prior_.cwiseProduct(x_ - scene_);
   for (const auto& fit : fits_) {
     MotionSystem& system = fit->system();
-    if (!system.reduce(damping_, fit->pool())) return false;
+    if (!system.reduce(mu, fit->pool())) return false;
     const VectorX own = slope.cwiseProduct(system.reduced_gradient());
     schur_ += slope.asDiagonal() * system.schur() * slope.asDiagonal();
     scatter_ += own * own.transpose();
@@ -98,7 +94,7 @@ bool JointFit::reduce() {
 
 /// The step of the coordinates, which stays within the bounds. False if there is none.
 bool JointFit::solve(VectorX& step) {
-  if (!reduce()) return false;
+  if (!reduce(damping_.value())) return false;
   const Eigen::Index count = x_.size();
   // A parameter that would leave its range stops at the bound, and the others go without it.
   MatrixX A = schur_;
@@ -124,8 +120,7 @@ bool JointFit::solve(VectorX& step) {
   return step.allFinite();
 }
 
-/// Goes there if that is better, and adapts the damping (Nielsen, "Damping parameter in
-/// Marquardt's method", 1999).
+/// Goes there if that is better, and adapts the damping.
 bool JointFit::try_step(const VectorX& step) {
   const VectorX before = x_, now = values();
   double share = 1.0;
@@ -139,7 +134,7 @@ bool JointFit::try_step(const VectorX& step) {
     frames.push_back(fit->system().frames_step(linear));
     const double longest = frames.back().cwiseAbs().maxCoeff();
     share = std::min(share, kLongestStep / std::max(longest, 1e-300));
-    expected += fit->system().expected_decrease(damping_, frames.back(), linear);
+    expected += fit->system().expected_decrease(damping_.value(), frames.back(), linear);
   }
   x_ += share * step;
   const VectorX change = values() - now;
@@ -150,50 +145,38 @@ bool JointFit::try_step(const VectorX& step) {
   if (!(decrease > 0.0)) {
     x_ = before;
     for (const auto& fit : fits_) fit->withdraw();
-    damping_ *= 2.0 * growth_;
-    growth_ *= 1.5;
+    damping_.reject();
     return false;
   }
-  const double gain = decrease / std::max(expected, 1e-300);
-  const double factor = std::clamp(1.0 - std::pow(2.0 * gain - 1.0, 3), 0.1, 2.0);
-  damping_ = std::max(kLeastJointDamping, damping_ * factor);
-  growth_ = 2.0;
+  damping_.accept(decrease, expected);
   cost_ = cost;
   return true;
 }
 
 int JointFit::minimize(int most, double tolerance, const std::function<bool()>& stop) {
   VectorX step;
-  int small = 0;
+  Descent descent(tolerance);
   for (int steps = 0; steps < most; ++steps) {
     if (stop && stop()) return steps;
     const double before = cost_;
     for (const auto& fit : fits_) fit->linearize();
     bool accepted = false;
-    for (int trial = 0; trial < kJointTrials && !accepted && damping_ <= kMostJointDamping;
-         ++trial) {
-      if (solve(step)) {
+    for (int trial = 0; damping_.allows(trial) && !accepted; ++trial) {
+      if (solve(step))
         accepted = try_step(step);
-      } else {
-        damping_ = std::max(10.0 * damping_, kLeastJointDamping);
-      }
+      else
+        damping_.strengthen();
     }
-    const double decrease = before - cost_;
-    small = decrease < tolerance * cost_ ? small + 1 : 0;
-    if (!accepted || small >= kSmallInARow || decrease < kTinyDecrease * tolerance * cost_)
-      return steps + 1;
+    if (!accepted || descent.ends(before, cost_)) return steps + 1;
   }
   return most;
 }
 
 JointFit::Information JointFit::information() {
   for (const auto& fit : fits_) fit->linearize();
-  damping_ = 0.0;
-  while (!reduce()) {
-    damping_ = std::max(10.0 * damping_, kLeastJointDamping);
-    if (damping_ > kMostJointDamping)
+  for (double mu = 0.0; !reduce(mu); mu = optimization::Damping::stronger(mu))
+    if (optimization::Damping::exhausted(mu))
       throw std::runtime_error("the recorded motions have no finite forces in this scene");
-  }
   return {schur_, scatter_, prior_};
 }
 

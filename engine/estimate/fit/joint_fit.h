@@ -33,7 +33,7 @@ class JointFit {
 
   double cost() const { return cost_; }
   std::vector<MotionPoint> points() const;
-  VectorX values() const;  ///< of the parameters
+  VectorX values() const;  ///< values of the parameters
   const VectorX& coordinates() const { return x_; }
   /// Mean square of a motion's measurements over their variance.
   double measurement_ratio(std::size_t motion) const { return fits_[motion]->measurement_ratio(); }
@@ -48,7 +48,7 @@ class JointFit {
   Information information();
 
  private:
-  bool reduce();
+  bool reduce(double mu);
   bool solve(VectorX& step);
   bool try_step(const VectorX& step);
   double prior_cost() const;
@@ -63,7 +63,8 @@ class JointFit {
   VectorX x_, scene_, lower_, upper_, prior_;  ///< coordinates, and the priors' weights squared
   MatrixX schur_, scatter_;
   VectorX gradient_;
-  double cost_ = 0.0, damping_ = 1e-3, growth_ = 2.0;
+  double cost_ = 0.0;
+  optimization::Damping damping_;
 };
 
 }  // namespace counterpoint::estimation

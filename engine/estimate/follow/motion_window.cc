@@ -161,11 +161,7 @@ double MotionWindow::cost(int first) {
                    : fronts_.cost(first, point_);
   for (int t = all ? 0 : first + 2; t < frames(); ++t) {
     sum += instants_[index_of(t)].cost;
-    if (t >= 2 && t + 1 < frames())
-      sum +=
-          0.5 * problem_.change_weight
-                    .cwiseProduct(instants_[index_of(t)].force - instants_[index_of(t - 1)].force)
-                    .squaredNorm();
+    if (t + 1 < frames()) sum += change_cost(problem_, instants_, t);
   }
   return std::isfinite(sum) ? sum : kInfinity;
 }

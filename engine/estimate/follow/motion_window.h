@@ -11,7 +11,7 @@
 namespace counterpoint::estimation {
 
 struct WindowOptions {
-  int frames = 30;       ///< of the window, 6 or more
+  int frames = 30;       ///< frames of the window, 6 or more
   int steps = 2;         ///< Gauss-Newton steps a row
   double newest = 1e-2;  ///< smoothing of the contact law at the newest frame [m]
   double oldest = 1e-3;  ///< the same at frames of age `hardening` and more [m]

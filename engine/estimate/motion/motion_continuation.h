@@ -21,8 +21,8 @@ struct ContinuationResult {
   double smoothing = 0.0;  ///< the last accepted stage's [m]
   int steps = 0;
   double cost = 0.0;
-  /// Of the last stage, and of the last one before it that was at least nearly twice as soft (none
-  /// where there was a single stage): what the smoothing does to the forces.
+  /// The motions of the last stage, and of the last one before it that was at least nearly twice as
+  /// soft (none where there was a single stage): they tell what smoothing does to the forces.
   MotionPoint hardest, softer;
   double softer_smoothing = 0.0;
   bool untouched = false;  ///< contacts and limits do nothing: one stage was enough

@@ -11,14 +11,6 @@ namespace {
 
 /// No coordinate goes farther in a step [m, rad]: beyond, the linearization says nothing.
 constexpr double kMaxStep = 0.3;
-constexpr double kLeastDamping = 1e-15, kMostDamping = 1e8;
-/// A stage begins with no more than this.
-constexpr double kFirstDamping = 1e-3;
-constexpr int kMaxTrials = 12;
-/// A minimization ends after so many small decreases in a row; one of several may be a pause.
-constexpr int kSmallDecreases = 3;
-/// One decrease this many times smaller ends it at once.
-constexpr double kTiny = 0.01;
 /// Instants whose normal equations are held in memory at a time.
 constexpr int kBatch = 32;
 
@@ -53,8 +45,7 @@ void MotionFit::apply_parameters() {
 void MotionFit::begin(const SimulationOptions& options, const MotionPoint& point) {
   options_ = options;
   point_ = point;
-  damping_ = std::min(damping_, kFirstDamping);
-  growth_ = 2.0;
+  damping_.begin();
   apply_parameters();
   cost_ = evaluate();
 }
@@ -89,29 +80,24 @@ void MotionFit::linearize() {
 
 MotionSystem& MotionFit::linearized() {
   linearize();
-  for (double mu = 0.0; !system_.factor(mu, pool_); mu = std::max(10.0 * mu, kLeastDamping))
-    if (mu > kMostDamping)
+  for (double mu = 0.0; !system_.factor(mu, pool_); mu = optimization::Damping::stronger(mu))
+    if (optimization::Damping::exhausted(mu))
       throw std::runtime_error("the recorded motion has no finite forces in this scene");
   return system_;
 }
 
-/// Goes there if that is better, and adapts the damping (Nielsen, "Damping parameter in
-/// Marquardt's method", 1999).
+/// Goes there if that is better, and adapts the damping.
 bool MotionFit::try_step(const MatrixX& frames, const VectorX& parameters) {
-  const double expected = system_.expected_decrease(damping_, frames, parameters);
+  const double expected = system_.expected_decrease(damping_.value(), frames, parameters);
   const double longest = frames.cwiseAbs().maxCoeff();
   const double share = longest > kMaxStep ? kMaxStep / longest : 1.0;
   const double before = cost_, decrease = before - move(frames, parameters, share);
   if (!(decrease > 0.0)) {
     withdraw();
-    damping_ *= 2.0 * growth_;
-    growth_ *= 1.5;
+    damping_.reject();
     return false;
   }
-  const double gain = decrease / std::max(expected, 1e-300);
-  const double factor = std::clamp(1.0 - std::pow(2.0 * gain - 1.0, 3), 0.1, 2.0);
-  damping_ = std::max(kLeastDamping, damping_ * factor);
-  growth_ = 2.0;
+  damping_.accept(decrease, expected);
   return true;
 }
 
@@ -168,14 +154,14 @@ double MotionFit::measurement_ratio() const {
 int MotionFit::minimize(int most, double tolerance, const std::function<bool()>& stop) {
   MatrixX frames;
   VectorX parameters;
-  int small = 0;
+  Descent descent(tolerance);
   for (int steps = 0; steps < most; ++steps) {
     if (stop && stop()) return steps;
     const double before = cost_;
     linearize();
     bool accepted = false;
-    for (int trial = 0; trial < kMaxTrials && !accepted && damping_ <= kMostDamping; ++trial) {
-      if (system_.factor(damping_, pool_)) {
+    for (int trial = 0; damping_.allows(trial) && !accepted; ++trial) {
+      if (system_.factor(damping_.value(), pool_)) {
         system_.solve(frames, parameters);
         if (frames.allFinite() && parameters.allFinite()) {
           if (!parameters_free_)
@@ -184,12 +170,9 @@ int MotionFit::minimize(int most, double tolerance, const std::function<bool()>&
           continue;
         }
       }
-      damping_ = std::max(10.0 * damping_, kLeastDamping);
+      damping_.strengthen();
     }
-    const double decrease = before - cost_;
-    small = decrease < tolerance * cost_ ? small + 1 : 0;
-    if (!accepted || small >= kSmallDecreases || decrease < kTiny * tolerance * cost_)
-      return steps + 1;
+    if (!accepted || descent.ends(before, cost_)) return steps + 1;
   }
   return most;
 }

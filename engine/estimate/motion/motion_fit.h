@@ -8,8 +8,26 @@
 
 #include "counterpoint/engine/estimate/motion/instant_model.h"
 #include "counterpoint/engine/estimate/motion/motion_system.h"
+#include "counterpoint/engine/optimize/newton/damping.h"
 
 namespace counterpoint::estimation {
+
+/// Whether a minimization goes on: until three steps in a row lower the cost by less than
+/// `tolerance` of it, since one of several may be a pause, or one by a hundredth of that.
+class Descent {
+ public:
+  explicit Descent(double tolerance) : tolerance_(tolerance) {}
+
+  bool ends(double before, double cost) {
+    const double decrease = before - cost, small = tolerance_ * cost;
+    in_a_row_ = decrease < small ? in_a_row_ + 1 : 0;
+    return in_a_row_ >= 3 || decrease < 0.01 * tolerance_ * cost;
+  }
+
+ private:
+  double tolerance_;
+  int in_a_row_ = 0;
+};
 
 class MotionFit {
  public:
@@ -67,7 +85,8 @@ class MotionFit {
   std::vector<InstantEquations> equations_;  ///< a batch of instants
   MotionSystem system_;
   bool parameters_free_ = false;
-  double cost_ = 0.0, damping_ = 1e-3, growth_ = 2.0;
+  double cost_ = 0.0;
+  optimization::Damping damping_;
 };
 
 }  // namespace counterpoint::estimation

@@ -13,11 +13,6 @@
 namespace counterpoint::estimation {
 namespace {
 
-/// Rows are evenly spaced whose intervals differ by less than this share.
-constexpr double kUneven = 0.02;
-/// A row of the even grid was measured that has recorded rows on both sides within so many
-/// intervals.
-constexpr double kGap = 1.5;
 /// No recording is surer than this [m, rad].
 constexpr double kLeastNoise = 1e-5;
 /// Spikes are not looked for below the steps of an encoder, whose deviation is about this [m, rad].

@@ -9,6 +9,12 @@
 
 namespace counterpoint::estimation {
 
+/// Rows are evenly spaced whose intervals differ by less than this share.
+inline constexpr double kUneven = 0.02;
+/// A row of the even grid was measured that has recorded rows on both sides within so many
+/// intervals.
+inline constexpr double kGap = 1.5;
+
 struct RecordedMotion {
   std::vector<double> time;     ///< evenly spaced [s]
   std::vector<VectorX> frames;  ///< one a row: nq; interpolated where nothing was measured

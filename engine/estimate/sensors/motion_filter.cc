@@ -38,10 +38,14 @@ MatrixX steps_of(const Model& model, const std::vector<VectorX>& frames) {
   return out;
 }
 
+int low_pass_reach(double frequency, double h) {
+  return static_cast<int>(kCutOff * (kHalfPower / frequency / h)) + 1;
+}
+
 std::vector<VectorX> low_pass(const Model& model, const std::vector<VectorX>& frames, double h,
                               double frequency) {
   const double deviation = kHalfPower / frequency / h;
-  const int reach = static_cast<int>(kCutOff * deviation) + 1;
+  const int reach = low_pass_reach(frequency, h);
   const int last = static_cast<int>(frames.size()) - 1;
   std::vector<VectorX> out;
   for (int t = 0; t <= last; ++t) {

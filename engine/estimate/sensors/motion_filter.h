@@ -19,6 +19,9 @@ MatrixX steps_of(const Model& model, const std::vector<VectorX>& frames);
 std::vector<VectorX> low_pass(const Model& model, const std::vector<VectorX>& frames, double h,
                               double frequency);
 
+/// Frames on either side that the low-pass takes in.
+int low_pass_reach(double frequency, double h);
+
 /// Standard deviation of white noise in each coordinate (nv) [m, rad]: from a quantile of third
 /// differences, in which a smooth motion leaves little and an impact leaves a few outliers; or the
 /// least that differences of the orders from three to `order` tell, where rows are so far apart

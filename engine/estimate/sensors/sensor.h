@@ -18,8 +18,8 @@ struct ColumnSource {
 
 enum class SensorKind {
   kPoint,            ///< position of a point of a link, in W [m]
-  kOrientation,      ///< of axes on a link, as a quaternion w, x, y, z from these to W
-  kAngularVelocity,  ///< of a link, in the axes of the sensor [rad/s]
+  kOrientation,      ///< orientation of axes on a link, as a quaternion w, x, y, z from these to W
+  kAngularVelocity,  ///< angular velocity of a link, in the axes of the sensor [rad/s]
   kSpecificForce,    ///< acceleration of a point of a link less gravity, in the axes of the sensor
                      ///< [m/s^2]
   kCoordinate,       ///< position of a joint of one coordinate [m, rad]

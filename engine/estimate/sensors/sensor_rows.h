@@ -22,7 +22,7 @@ struct SensorTerm {
   Sensor sensor;
   SensorSignal signal;
   double weight = 0.0;  ///< inverse standard deviation of a component of SensorSignal::read_frame
-  double delay = 0.0;   ///< of its source, as known [s]
+  double delay = 0.0;   ///< known part of its source's delay [s]
   int delay_constant = -1;   ///< index of the delay's unknown part; -1: there is none
   int offset_constant = -1;  ///< index of the first component of its offset
 };
@@ -67,7 +67,7 @@ class SensorRows {
 
   const std::vector<SensorTerm>* terms_;
   bool moving_ = false;      ///< some sensor needs three frames
-  std::vector<Data> poses_;  ///< of frames t - 1, t, t + 1
+  std::vector<Data> poses_;  ///< poses of frames t - 1, t, t + 1
   WeightedRows of_frame_, of_motion_;
   MatrixX point_, angular_;  ///< 3 x nv: Jacobians of one sensor
   Vector3 gravity_;

@@ -38,7 +38,7 @@ class SensorSignal {
   Reading second_integral(double time) const { return second_integral(segment(time), time); }
 
   SensorKind kind_;
-  double start_ = 0.0;           ///< of all times below [s]
+  double start_ = 0.0;           ///< origin of all times below [s]
   std::vector<double> time_;     ///< [s]
   std::vector<Reading> values_;  ///< those that are there
   std::vector<Reading> integral_,

@@ -11,10 +11,6 @@ namespace {
 
 /// No coordinate goes farther in a step [m, rad]: beyond, the linearization says nothing.
 constexpr double kMaxStep = 0.5;
-constexpr double kLeastDamping = 1e-15, kMostDamping = 1e8;
-/// A stage begins with no more than this: trials that fail are cheap, short steps are not.
-constexpr double kFirstDamping = 1e-3;
-constexpr int kMaxTrials = 12;
 /// Coordinates that nothing weighs are held by this.
 constexpr double kLeastDiagonal = 1e-4;
 
@@ -59,8 +55,7 @@ void Newton::begin(const Stage& stage, bool scale) {
   const double ratio = scale ? stage_.penalty / stage.penalty : 1.0;
   for (VectorX& multiplier : multipliers_) multiplier *= ratio;
   stage_ = stage;
-  damping_ = std::min(damping_, kFirstDamping);
-  growth_ = 2.0;
+  damping_.begin();
   cost_ = evaluate(values_);
 }
 
@@ -131,7 +126,7 @@ double Newton::try_step(double bound, Iteration& iteration) {
   double expected = 0.0;
   for (Eigen::Index i = 0; i < step_.cols(); ++i)
     expected += -0.5 * step_.col(i).dot(gradient_.col(i)) +
-                0.5 * damping_ * step_.col(i).dot(shift_.col(i).cwiseProduct(step_.col(i)));
+                0.5 * damping_.value() * step_.col(i).dot(shift_.col(i).cwiseProduct(step_.col(i)));
   iteration.step = step_.cwiseAbs().maxCoeff();
   if (iteration.step > bound) {
     step_ *= bound / iteration.step;
@@ -143,14 +138,10 @@ double Newton::try_step(double bound, Iteration& iteration) {
   const double decrease = cost_ - cost;
   if (!(decrease > 0.0)) {
     frames_.set_variables(before);
-    damping_ *= 2.0 * growth_;
-    growth_ *= 1.5;
+    damping_.reject();
     return 0.0;
   }
-  const double gain = decrease / std::max(expected, 1e-300);
-  const double factor = 1.0 - std::pow(2.0 * gain - 1.0, 3);
-  damping_ = std::max(kLeastDamping, damping_ * std::max(0.1, std::min(factor, 2.0)));
-  growth_ = 2.0;
+  damping_.accept(decrease, expected);
   values_.swap(trial_values_);
   cost_ = cost;
   return decrease;
@@ -166,26 +157,26 @@ Iteration Newton::iterate() {
   };
   linearize();
   lap(iteration.linearize_seconds);
-  while (iteration.trials < kMaxTrials && !iteration.accepted) {
+  while (iteration.trials < Damping::kMaxTrials && !iteration.accepted) {
     ++iteration.trials;
-    const bool factored = system_.factor(damping_, shift_, pool_);
+    const bool factored = system_.factor(damping_.value(), shift_, pool_);
     if (factored) {
       step_ = -gradient_;
       system_.solve(step_, pool_);
     }
     lap(iteration.factor_seconds);
     if (!factored || !step_.allFinite()) {
-      damping_ = std::max(10.0 * damping_, kLeastDamping);
+      damping_.strengthen();
       continue;
     }
     iteration.decrease = try_step(kMaxStep, iteration);
     iteration.accepted = iteration.decrease > 0.0;
     lap(iteration.trial_seconds);
-    if (damping_ > kMostDamping) break;
+    if (Damping::exhausted(damping_.value())) break;
   }
-  if (!iteration.accepted) damping_ = std::min(damping_, 1e2);
+  if (!iteration.accepted) damping_.limit(1e2);
   iteration.cost = cost_;
-  iteration.damping = damping_;
+  iteration.damping = damping_.value();
   return iteration;
 }
 

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "counterpoint/engine/optimize/newton/block_cholesky.h"
+#include "counterpoint/engine/optimize/newton/damping.h"
 #include "counterpoint/engine/optimize/newton/thread_pool.h"
 #include "counterpoint/engine/optimize/optimize.h"
 #include "counterpoint/engine/optimize/terms/evaluator.h"
@@ -47,8 +48,7 @@ class Newton {
   void set_multipliers(std::vector<VectorX> multipliers) { multipliers_ = std::move(multipliers); }
   /// The penalty that multipliers belong to, where they are put back.
   void restore_penalty(double penalty) { stage_.penalty = penalty; }
-  void set_damping(double mu) { damping_ = mu; }
-  double damping() const { return damping_; }
+  void set_damping(double mu) { damping_.set(mu); }
   /// J'J + as factored, for tests; linearize() fills it.
   void linearize();
   const BlockCholesky& system() const { return system_; }
@@ -71,7 +71,8 @@ class Newton {
   std::vector<VectorX> multipliers_;                    ///< by instant: rows
   BlockCholesky system_;
   MatrixX gradient_, shift_, step_;  ///< nv x slots
-  double cost_ = 0.0, damping_ = 1e-3, growth_ = 2.0;
+  double cost_ = 0.0;
+  Damping damping_;
 };
 
 }  // namespace counterpoint::optimization

@@ -1,0 +1,49 @@
+// Damping of Gauss-Newton steps (Levenberg-Marquardt), as a share of the diagonal (Nielsen,
+// "Damping parameter in Marquardt's method", 1999).
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+
+namespace counterpoint::optimization {
+
+class Damping {
+ public:
+  /// Trials of one step, at most.
+  static constexpr int kMaxTrials = 12;
+
+  double value() const { return value_; }
+  /// So large that no step is left.
+  static bool exhausted(double value) { return value > kMost; }
+  /// May trial number `trial` of a step, from 0, be made?
+  bool allows(int trial) const { return trial < kMaxTrials && !exhausted(value_); }
+  /// A stage begins with no more than a small one: trials that fail are cheap, short steps are not.
+  void begin() {
+    value_ = std::min(value_, kFirst);
+    growth_ = 2.0;
+  }
+  void set(double value) { value_ = value; }
+  void limit(double most) { value_ = std::min(value_, most); }
+  /// Damping for equations whose matrix was not positive definite with `value`.
+  static double stronger(double value) { return std::max(10.0 * value, kLeast); }
+  void strengthen() { value_ = stronger(value_); }
+  /// A step did not lower the cost.
+  void reject() {
+    value_ *= 2.0 * growth_;
+    growth_ *= 1.5;
+  }
+  /// A step lowered the cost by `decrease`, where the linear model expected `expected`.
+  void accept(double decrease, double expected) {
+    const double gain = decrease / std::max(expected, 1e-300);
+    const double factor = std::clamp(1.0 - std::pow(2.0 * gain - 1.0, 3), 0.1, 2.0);
+    value_ = std::max(kLeast, value_ * factor);
+    growth_ = 2.0;
+  }
+
+ private:
+  static constexpr double kLeast = 1e-15, kMost = 1e8, kFirst = 1e-3;
+
+  double value_ = kFirst, growth_ = 2.0;
+};
+
+}  // namespace counterpoint::optimization
