@@ -49,6 +49,7 @@ class Newton {
   /// The penalty that multipliers belong to, where they are put back.
   void restore_penalty(double penalty) { stage_.penalty = penalty; }
   void set_damping(double mu) { damping_.set(mu); }
+  double damping() const { return damping_.value(); }
   /// J'J + as factored, for tests; linearize() fills it.
   void linearize();
   const BlockCholesky& system() const { return system_; }
