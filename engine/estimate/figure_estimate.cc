@@ -81,13 +81,14 @@ Figures figures_of(const std::vector<Parameter>& parameters, const VectorX& star
   return out;
 }
 
-/// A motion alone, figures as the scene has them, at the smoothing where motions are joined.
+/// A motion alone, figures as the scene has them, at the smoothing where motions are joined: from the
+/// low-passed recording, which blurs impacts, and from its rows as they are; the cheaper is told.
 MotionPoint found_alone(const MotionProblem& joint, const std::vector<VectorX>& frames,
                         const MotionEstimateOptions& options) {
   MotionProblem problem = joint;
   problem.parameters.clear();
   problem.parameter_weight.resize(0);
-  const MotionPoint start{low_pass(problem.model, frames, problem.h(), kBeginCutoff), VectorX()};
+  MotionPoint start{low_pass(problem.model, frames, problem.h(), kBeginCutoff), VectorX()};
   MotionPoint best;
   double cost = kInfinity;
   for (const double smoothing : {kNearBegin, kFarBegin}) {
@@ -101,6 +102,7 @@ MotionPoint found_alone(const MotionProblem& joint, const std::vector<VectorX>& 
       best = fit.point();
       cost = result.cost;
     }
+    start.q = frames;
   }
   best.parameters = VectorX::Zero(static_cast<Eigen::Index>(joint.parameters.size()));
   return best;

@@ -7,6 +7,7 @@
 
 #include "counterpoint/engine/estimate/motion/motion_continuation.h"
 #include "counterpoint/engine/estimate/motion/motion_deviations.h"
+#include "counterpoint/engine/estimate/motion/motion_intervals.h"
 #include "counterpoint/engine/estimate/motion/motion_priors.h"
 #include "counterpoint/engine/estimate/motion/motion_result.h"
 #include "counterpoint/engine/estimate/motion/recorded_motion.h"
@@ -24,11 +25,12 @@ constexpr double kStartCutoff = 10.0;
 /// slow ones 0.95 and more: docs/decisions/identification.md.)
 constexpr double kSlow = 0.6;
 constexpr double kQuarter = 0.75;
-/// They are slow, too, where white ones leave more than this cost ratio in the end.
-constexpr double kWhite = 4.0;
-/// A first start that leaves no more than this ratio needs no second one, nor does one that leaves
-/// more than the second of these.
-constexpr double kGood = 1.35, kBad = 6.0;
+/// They are slow, too, where white ones leave a quarter of the rows more than this cost ratio in
+/// the end: fewer may be impacts that the scene's laws do not hold (restitution). Or a quarter of
+/// the coordinates more than this autocorrelation of their residuals: white errors leave up to 0.4.
+constexpr double kWhite = 4.0, kCorrelated = 0.6;
+/// A first start that leaves no more than this ratio needs no second one.
+constexpr double kGood = 1.35;
 /// The errors of a recording are judged by so many rows, those that move most.
 constexpr int kJudged = 80;
 constexpr int kJudgingSteps = 40;
@@ -69,6 +71,13 @@ std::vector<char> unknown_noise(const ColumnMap& map, int nv) {
   return out;
 }
 
+/// The value that a quarter of the values exceed.
+double upper_quartile(std::vector<double> values) {
+  const auto at = values.begin() + static_cast<std::ptrdiff_t>(kQuarter * values.size());
+  std::nth_element(values.begin(), at, values.end());
+  return *at;
+}
+
 /// The recording through a low-pass, where a search begins.
 MotionPoint start_of(const MotionProblem& problem, const RecordedMotion& recorded,
                      const MotionPriors& priors) {
@@ -77,23 +86,38 @@ MotionPoint start_of(const MotionProblem& problem, const RecordedMotion& recorde
           VectorX::Zero(problem.num_parameters())};
 }
 
-/// Finds the motion of some rows from each start of the priors until one is good.
+/// Hardens contacts stage by stage. While they form, no reading is too far off to count: contact
+/// forces that begin at zero would leave a measured joint force behind as an outlier.
+ContinuationResult harden(const MotionContinuation& continuation, MotionProblem& problem,
+                          MotionFit& fit) {
+  problem.convex_sensor_loss = true;
+  ContinuationResult result = continue_motion(problem, continuation, fit);
+  problem.convex_sensor_loss = false;
+  if (problem.sensors.empty()) return result;
+  fit.begin(fit.options(), fit.point());
+  result.steps += fit.minimize(continuation.most_steps, continuation.tolerance, continuation.stop);
+  result.cost = fit.cost();
+  return result;
+}
+
+/// Finds the motion of some rows from each start of the priors until one is good: the first from
+/// the low-passed recording, which blurs impacts, the next from its rows as they are.
 Solved solve(const Task& task, const RecordedMotion& recorded, const MotionPriors& priors) {
   Solved best;
   best.problem = std::make_unique<MotionProblem>(motion_problem(task.scene, recorded, priors));
-  const MotionProblem& problem = *best.problem;
-  const MotionPoint start = start_of(problem, recorded, priors);
+  MotionProblem& problem = *best.problem;
+  MotionPoint start = start_of(problem, recorded, priors);
   int steps = 0;
   for (const double smoothing : priors.smoothing_starts) {
     auto fit = std::make_unique<MotionFit>(problem, start, task.options.threads);
     const MotionContinuation continuation{.start = std::max(smoothing, priors.smoothing_end),
                                           .end = priors.smoothing_end,
                                           .stop = task.options.stop};
-    const ContinuationResult result = continue_motion(problem, continuation, *fit);
+    const ContinuationResult result = harden(continuation, problem, *fit);
     steps += result.steps;
     if (result.untouched && only_smoothness_tells(problem)) {
-      steps += learn_deviations(unknown_noise(task.map, problem.nv()), task.options.stop,
-                                *best.problem, *fit);
+      steps +=
+          learn_deviations(unknown_noise(task.map, problem.nv()), task.options.stop, problem, *fit);
       best.fit = std::move(fit);
       best.result = result;
       best.learned = true;
@@ -104,7 +128,8 @@ Solved solve(const Task& task, const RecordedMotion& recorded, const MotionPrior
       best.fit = std::move(fit);
       best.result = result;
     }
-    if (ratio <= kGood || ratio > kBad || (task.options.stop && task.options.stop())) break;
+    if (ratio <= kGood || (task.options.stop && task.options.stop())) break;
+    start.q = recorded.frames;
   }
   best.result.steps = steps;
   return best;
@@ -115,6 +140,7 @@ MotionEstimate told(const Task& task, const RecordedMotion& recorded, Solved& so
   set_motion(task.scene.model, solved.fit->point().q, recorded.h(), out);
   set_forces(*solved.problem, *solved.fit, out);
   widen_by_smoothing(*solved.problem, solved.result, out);
+  widen_by_residuals(out);
   out.smoothing = solved.result.smoothing;
   return out;
 }
@@ -185,9 +211,21 @@ bool far_from_white(const Task& task, const RecordedMotion& recorded, int& steps
     products.push_back(fit.measurement_ratio(t) *
                        force.cwiseProduct(weights).cwiseAbs().maxCoeff());
   }
-  const auto at = products.begin() + static_cast<std::ptrdiff_t>(kQuarter * products.size());
-  std::nth_element(products.begin(), at, products.end());
-  return *at > kSlow;
+  return upper_quartile(std::move(products)) > kSlow;
+}
+
+/// Whether the motion found leaves what white errors of these rows would.
+bool leaves_white(const RecordedMotion& rows, const MotionProblem& problem, const MotionFit& fit) {
+  std::vector<double> ratios, correlations;
+  MatrixX q(problem.model.nq(), problem.frames());
+  for (int t = 0; t < problem.frames(); ++t) {
+    ratios.push_back(fit.measurement_ratio(t));
+    q.col(t) = fit.point().q[static_cast<std::size_t>(t)];
+  }
+  if (upper_quartile(std::move(ratios)) > kWhite) return false;
+  for (const double one : residual_correlation(problem.model, rows, q, position_deviation(problem)))
+    if (std::isfinite(one)) correlations.push_back(one);
+  return correlations.empty() || upper_quartile(std::move(correlations)) <= kCorrelated;
 }
 
 /// All rows, a part after the other. False, and incomplete, if errors are to be `judged` and the
@@ -208,7 +246,7 @@ bool explain_parts(const Task& task, const RecordedMotion& recorded, RecordingEr
     }
     Solved solved = solve(task, rows, priors);
     out.newton_steps += solved.result.steps;
-    if (judged && first == 0 && solved.fit->measurement_ratio() > kWhite) return false;
+    if (judged && first == 0 && !leaves_white(rows, *solved.problem, *solved.fit)) return false;
     append(told(task, rows, solved), begin, first - begin, out);
     out.position_deviation = position_deviation(*solved.problem);
     if (solved.learned) change = solved.problem->change_weight.cwiseInverse();

@@ -5,6 +5,7 @@
 #include <random>
 
 #include "counterpoint/engine/estimate/motion/motion_priors.h"
+#include "counterpoint/engine/estimate/motion/motion_intervals.h"
 #include "counterpoint/engine/estimate/motion/motion_result.h"
 #include "counterpoint/engine/simulator.h"
 #include "support/paths.h"

@@ -194,6 +194,11 @@ def test_identification_finds_what_made_a_motion(load, tmp_path):
     assert found.parameters[0].value == pytest.approx(0.3, rel=0.05)  # one bounce, a kinked objective
     assert cp.recordings.parameter_values(found.scene, "friction")["friction"] == pytest.approx(found.parameters[0].value)
 
+    explained = cp.recordings.identify(scene, columns, recorded, "friction=0.1..0.6", objective="explain")
+    assert explained.parameters[0].value == pytest.approx(0.3, rel=0.05)
+    with pytest.raises(ValueError, match="'explain'"):
+        cp.recordings.identify(scene, columns, recorded, "friction", objective="explained")
+
 
 def test_the_fast_calls_are_methods_and_properties_like_others(load):
     class Mine(cp.Simulator):

@@ -154,7 +154,7 @@ def identify(
     recordings: Sequence[Recording],
     parameters: str,
     *,
-    objective: Literal["score", "rows", "one-step", "force"] = "score",
+    objective: Literal["score", "rows", "one-step", "force", "explain"] = "score",
     substeps: int | None = None,
     horizon: int = 0,
     robust: bool = True,

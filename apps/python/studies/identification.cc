@@ -4,6 +4,7 @@
 
 #include <numeric>
 
+#include "counterpoint/engine/estimate/figure_estimate.h"
 #include "objects/handles.h"
 #include "recordings/estimation.h"
 
@@ -55,11 +56,12 @@ apps::Experiment experiment_from(const SceneHandle& scene, const ColumnMap& map,
                                  const std::string& objective, std::optional<int> substeps,
                                  int horizon) {
   if (objective != "score" && objective != "rows" && objective != "one-step" &&
-      objective != "force")
+      objective != "force" && objective != "explain")
     throw py::value_error("objective '" + objective +
-                          "': expected 'score', 'rows', 'one-step' or 'force'");
-  if (compared(map) == apps::Compared::kImpacts && objective == "force")
-    throw py::value_error("objective 'force': an impact takes no time, forces are not to be had");
+                          "': expected 'score', 'rows', 'one-step', 'force' or 'explain'");
+  if (compared(map) == apps::Compared::kImpacts && (objective == "force" || objective == "explain"))
+    throw py::value_error("objective '" + objective +
+                          "': an impact takes no time, forces are not to be had");
   apps::Experiment e{scene.scene(), map, {}, 0, {}};
   e.prediction = {substeps ? substeps : map.substeps, e.scene.options.time_step,
                   objective == "one-step" ? 1 : horizon};
@@ -68,6 +70,21 @@ apps::Experiment experiment_from(const SceneHandle& scene, const ColumnMap& map,
   for (const auto& recording : recordings) e.recordings.push_back(*recording);
   e.num_given = static_cast<int>(e.recordings.size());
   return e;
+}
+
+/// Figures and motions that explain the recordings. `progress` is asked before each Newton step and
+/// may raise; it is told steps, of a number that is not known: 0.
+Fit explained_best(const apps::Experiment& e, const std::vector<Parameter>& parameters,
+                   const std::function<void(int, int)>& progress) {
+  std::vector<const Recording*> recordings;
+  for (const Recording& one : e.recordings) recordings.push_back(&one);
+  estimation::MotionEstimateOptions options;
+  int steps = 0;
+  options.stop = [&] {
+    progress(steps++, 0);
+    return false;
+  };
+  return estimation::estimate_figures(e.scene, e.map, recordings, parameters, options).figures;
 }
 
 std::shared_ptr<IdentificationHandle> identify(
@@ -80,7 +97,6 @@ std::shared_ptr<IdentificationHandle> identify(
   const std::vector<Parameter> parameters = apps::parse_parameters(text, e.scene);
   std::vector<int> all(e.recordings.size());
   std::iota(all.begin(), all.end(), 0);
-  const apps::FitProblem problem = apps::fit_problem(e, parameters, all, objective == "force");
   apps::FitOptions options;
   options.samples = samples;
   options.refined = refined;
@@ -92,12 +108,15 @@ std::shared_ptr<IdentificationHandle> identify(
   auto out = std::make_shared<IdentificationHandle>();
   {
     const py::gil_scoped_release release;
-    out->fit = fit(problem, options);
+    out->fit = objective == "explain"
+                   ? explained_best(e, parameters, options.progress)
+                   : fit(apps::fit_problem(e, parameters, all, objective == "force"), options);
     out->scene = handle_of(with_parameters(e.scene, parameters, out->fit.values()));
   }
+  const VectorX start = apps::parameter_values(parameters, e.scene);
   for (size_t i = 0; i < parameters.size(); ++i)
     out->parameters.push_back({parameters[i].name, parameters[i].unit,
-                               problem.start[static_cast<Eigen::Index>(i)],
+                               start[static_cast<Eigen::Index>(i)],
                                out->fit.parameters[i]});
   return out;
 }
@@ -162,8 +181,9 @@ recordings : sequence of Recording
     All are fitted; score others with predict.
 parameters : str
     What to find: KIND[:ELEMENT][=LOW..HIGH], comma separated (docs/guide/recordings.md).
-objective : {'score', 'rows', 'one-step', 'force'}
-    What is made small.
+objective : {'score', 'rows', 'one-step', 'force', 'explain'}
+    What is made small. 'explain' finds the motions behind noisy recordings with the figures, from
+    the scene's own as start; it takes none of the settings below but progress.
 substeps : int, optional
     Time steps between two rows.
 horizon : int

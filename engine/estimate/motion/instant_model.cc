@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "counterpoint/engine/estimate/motion/force_scales.h"
+#include "counterpoint/engine/estimate/sensors/robust_loss.h"
 #include "counterpoint/model/special_values.h"
 
 namespace counterpoint::estimation {
@@ -14,16 +15,6 @@ using optimization::TangentMap;
 
 /// Step of differences: this share of the smoothing length, within bounds [m, rad].
 constexpr double kStepShare = 1e-3, kLeastStep = 1e-10, kMostStep = 1e-6;
-
-/// rho of residuals r over their deviations, and the weights that it gives their squares.
-double loss(const VectorX& r, double scale) {
-  if (scale <= 0.0) return 0.5 * r.squaredNorm();
-  return 0.5 * scale * scale * (r.array() / scale).square().log1p().sum();
-}
-VectorX loss_weight(const VectorX& r, double scale) {
-  if (scale <= 0.0) return VectorX::Ones(r.size());
-  return (1.0 + (r.array() / scale).square()).inverse();
-}
 
 /// out += a' diag(weight) b.
 void add_map_product(const TangentMap& a, const VectorX& weight, const TangentMap& b,
@@ -112,15 +103,16 @@ struct InstantModel::Impl {
   double measurement_cost(const MotionPoint& point, int t) {
     const auto i = static_cast<std::size_t>(t);
     configuration_difference(model, problem.measured[i], point.q[i], difference);
-    return loss(difference.cwiseProduct(problem.position_weight.col(t)), problem.loss_scale);
+    return RobustLoss{problem.loss_scale}.cost(
+        difference.cwiseProduct(problem.position_weight.col(t)));
   }
 
   double sensor_cost(const MotionPoint& point, int t) {
     if (problem.sensors.empty()) return 0.0;
     sensors.evaluate(model, problem.sensor_frames(point.q, point.parameters), t, false);
     const WeightedRows &frame = sensors.of_frame(), &motion = sensors.of_motion();
-    return loss(frame.residual.head(frame.size), problem.loss_scale) +
-           loss(motion.residual.head(motion.size), problem.sensor_loss_scale);
+    return RobustLoss{problem.loss_scale}.cost(frame.residual.head(frame.size)) +
+           problem.sensor_loss().cost(motion.residual.head(motion.size));
   }
 
   void add_sensors(const MotionPoint& point, int t, InstantEquations& out) {
@@ -131,21 +123,20 @@ struct InstantModel::Impl {
       if (one->size == 0) continue;
       const VectorX residual = one->residual.head(one->size);
       const bool alone = one == &sensors.of_frame();
-      const VectorX weight =
-          loss_weight(residual, alone ? problem.loss_scale : problem.sensor_loss_scale).cwiseSqrt();
+      const RobustLoss robust = alone ? RobustLoss{problem.loss_scale} : problem.sensor_loss();
+      const VectorX weight = robust.weight(residual).cwiseSqrt();
       rows.noalias() = weight.asDiagonal() * one->by_frames.topRows(one->size);
       by_parameters.setZero(one->size, problem.num_parameters());
       by_parameters.rightCols(by_parameters.cols() - first_constant) =
           weight.asDiagonal() * one->by_constants.topRows(one->size);
-      add_rows(alone ? 2 : 1, rows, weight.cwiseProduct(residual),
-               by_parameters, out);
+      add_rows(alone ? 2 : 1, rows, weight.cwiseProduct(residual), by_parameters, out);
     }
   }
 
   void add_force_sensors(const MotionPoint& point, const Instant& at, int t,
                          InstantEquations& out) {
     if (!force_sensors.any()) return;
-    const VectorX weight = loss_weight(at.sensed, problem.sensor_loss_scale).cwiseSqrt();
+    const VectorX weight = problem.sensor_loss().weight(at.sensed).cwiseSqrt();
     rows.noalias() = weight.asDiagonal() * at.sensed_by_frames;
     MatrixX by_constants =
         MatrixX::Zero(weight.size(), static_cast<Eigen::Index>(problem.constants.size()));
@@ -157,12 +148,12 @@ struct InstantModel::Impl {
   }
 
   double step_cost(int t, const VectorX& u) const {
-    double sum = loss(u.cwiseProduct(size_weight()), problem.force_loss_scale);
+    double sum = RobustLoss{problem.force_loss_scale}.cost(u.cwiseProduct(size_weight()));
     if (any(problem.force_weight))
       sum += 0.5 * problem.force_weight.cwiseProduct(u - problem.force.col(t)).squaredNorm();
     if (any(problem.acceleration_weight))
-      sum += loss(acceleration_residual(t).cwiseProduct(problem.acceleration_weight),
-                  problem.loss_scale);
+      sum += RobustLoss{problem.loss_scale}.cost(
+          acceleration_residual(t).cwiseProduct(problem.acceleration_weight));
     return sum;
   }
 
@@ -173,9 +164,8 @@ struct InstantModel::Impl {
     optimization::differentiate_difference(difference, rotations, v_by[0], v_by[1]);
     const VectorX own = problem.position_weight.col(t);
     const VectorX weight = own.cwiseAbs2().cwiseProduct(
-        loss_weight(difference.cwiseProduct(own), problem.loss_scale));
-    add_map_product(v_by[1], weight, v_by[1], rotations,
-                    out.gram.block(2 * nv, 2 * nv, nv, nv));
+        RobustLoss{problem.loss_scale}.weight(difference.cwiseProduct(own)));
+    add_map_product(v_by[1], weight, v_by[1], rotations, out.gram.block(2 * nv, 2 * nv, nv, nv));
     add_transposed(v_by[1], weight.cwiseProduct(difference), rotations,
                    out.gradient.segment(2 * nv, nv));
   }
@@ -185,7 +175,7 @@ struct InstantModel::Impl {
     set_acceleration_maps();
     const VectorX residual = acceleration_residual(t), own = problem.acceleration_weight;
     const VectorX weight2 = own.cwiseAbs2().cwiseProduct(
-        loss_weight(residual.cwiseProduct(own), problem.loss_scale));
+        RobustLoss{problem.loss_scale}.weight(residual.cwiseProduct(own)));
     const VectorX pull = weight2.cwiseProduct(residual);
     for (int a = 0; a < 3; ++a) {
       add_transposed(a_by[static_cast<std::size_t>(a)], pull, rotations,
@@ -202,9 +192,7 @@ struct InstantModel::Impl {
                 InstantEquations& out) const {
     const int at = first * model.nv();
     const Eigen::Index size = J.cols();
-    out.gram.block(at, at, size, size)
-        .selfadjointView<Eigen::Lower>()
-        .rankUpdate(J.transpose());
+    out.gram.block(at, at, size, size).selfadjointView<Eigen::Lower>().rankUpdate(J.transpose());
     out.gradient.segment(at, size).noalias() += J.transpose() * residual;
     if (P.cols() == 0) return;
     out.border.middleRows(at, size).noalias() += J.transpose() * P;
@@ -221,12 +209,11 @@ struct InstantModel::Impl {
   /// Sizes of the force.
   void add_size(const Instant& instant, InstantEquations& out) {
     const VectorX size = instant.force.cwiseProduct(size_weight());
-    const VectorX share = loss_weight(size, problem.force_loss_scale).cwiseSqrt();
+    const VectorX share = RobustLoss{problem.force_loss_scale}.weight(size).cwiseSqrt();
     const VectorX weight = size_weight().cwiseProduct(share), residual = size.cwiseProduct(share);
     rows.noalias() = weight.asDiagonal() * instant.by_frames;
     by_parameters.noalias() = weight.asDiagonal() * instant.by_parameters;
-    if (slopes.size() > 0)
-      by_parameters.leftCols(slopes.cols()) -= residual.asDiagonal() * slopes;
+    if (slopes.size() > 0) by_parameters.leftCols(slopes.cols()) -= residual.asDiagonal() * slopes;
     add_rows(1, rows, residual, by_parameters, out);
   }
 
@@ -246,8 +233,8 @@ struct InstantModel::Impl {
     change = problem.change_weight.asDiagonal() * change;
     by_parameters.noalias() =
         problem.change_weight.asDiagonal() * (at.by_parameters - before.by_parameters);
-    add_rows(0, change, problem.change_weight.cwiseProduct(at.force - before.force),
-             by_parameters, out);
+    add_rows(0, change, problem.change_weight.cwiseProduct(at.force - before.force), by_parameters,
+             out);
   }
 
   const MotionProblem& problem;
@@ -263,7 +250,7 @@ struct InstantModel::Impl {
   InverseParameterDerivatives d_parameters;
   VectorX v, w, difference;
   VectorX scale_ratio;  ///< nv: size_weight over that of the problem; empty: 1
-  MatrixX slopes;  ///< nv x parameters: of the logarithms of what size_weight goes with
+  MatrixX slopes;       ///< nv x parameters: of the logarithms of what size_weight goes with
   std::array<TangentMap, 2> v_by, w_by;  ///< velocities by the frames before and behind them
   std::array<TangentMap, 3> a_by;        ///< acceleration by its three frames
   MatrixX rows, change, by_parameters;
@@ -291,15 +278,15 @@ void InstantModel::evaluate(const MotionPoint& point, const SimulationOptions& o
   out.force = inverse.applied_force;
   out.cost = inverse.fault.any() ? kInfinity : out.cost + p.step_cost(t, out.force);
   if (!p.force_sensors.any()) return;
-  p.force_sensors.evaluate(p.model, p.problem.sensor_frames(point.q, point.parameters), t,
-                             inverse, out.sensed);
-  out.cost += loss(out.sensed, p.problem.sensor_loss_scale);
+  p.force_sensors.evaluate(p.model, p.problem.sensor_frames(point.q, point.parameters), t, inverse,
+                           out.sensed);
+  out.cost += p.problem.sensor_loss().cost(out.sensed);
 }
 
 /// Contact forces have no closed form of their own here: central differences. Needs the
 /// derivatives of the applied force.
-void InstantModel::differentiate_sensed(const MotionPoint& point,
-                                          const SimulationOptions& options, int t, Instant& out) {
+void InstantModel::differentiate_sensed(const MotionPoint& point, const SimulationOptions& options,
+                                        int t, Instant& out) {
   Impl& p = *impl_;
   if (!p.force_sensors.any()) return;
   const int nv = p.model.nv();

@@ -132,6 +132,11 @@ double typical(const VectorX& deviation) {
   return median(finite);
 }
 
+/// A joint whose force is measured needs no prior of its size or change.
+void measured(int coordinate, MotionProblem& problem) {
+  problem.size_weight[coordinate] = problem.change_weight[coordinate] = 0.0;
+}
+
 }  // namespace
 
 MotionPriors white_priors(const Scene& scene, const ColumnMap& map,
@@ -172,8 +177,8 @@ MotionPriors slow_priors(const Scene& scene, const ColumnMap& map, const Recorde
   priors.place = kPlace;
   priors.place_drift = kPlaceDrift;
   const MotionProblem problem = motion_problem(scene, recorded, priors);
-  priors.geometries = unsure_geometries(
-      problem, low_pass(model, recorded.frames, recorded.h(), priors.cutoff));
+  priors.geometries =
+      unsure_geometries(problem, low_pass(model, recorded.frames, recorded.h(), priors.cutoff));
   return priors;
 }
 
@@ -200,6 +205,7 @@ MotionProblem motion_problem(const Scene& scene, const RecordedMotion& recorded,
     if (!motors[static_cast<std::size_t>(i)]) continue;
     problem.size_weight[i] = 1.0 / priors.size[i];
     problem.change_weight[i] = 1.0 / priors.change[i];
+    if (problem.force_weight[i] > 0.0) measured(i, problem);
   }
   for (const UnsureGeometry& unsure : priors.geometries) {
     StepParameter& parameter = problem.parameters.emplace_back();
@@ -214,6 +220,8 @@ MotionProblem motion_problem(const Scene& scene, const RecordedMotion& recorded,
   problem.sensors = sensors.terms;
   problem.sensor_loss_scale = kLossScale;
   problem.constants = sensors.constants;
+  for (const SensorTerm& term : problem.sensors)
+    if (term.sensor.kind == SensorKind::kJointForce) measured(term.sensor.coordinate, problem);
   problem.parameter_weight = VectorX::Constant(problem.num_parameters(), 1.0 / priors.place);
   for (std::size_t k = 0; k < problem.constants.size(); ++k)
     problem.parameter_weight[static_cast<Eigen::Index>(problem.parameters.size() + k)] =

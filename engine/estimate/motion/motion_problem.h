@@ -8,7 +8,7 @@
 //      + rho(weight (sensor - reading))                        sensors (sensor_rows.h)
 //      + 1/2 | weight (p - prior p) |^2                        parameters, constants of sensors
 //
-// rho(r) = 1/2 r^2, or with a scale c Cauchy's loss c^2 / 2 log(1 + r^2 / c^2) by coordinate.
+// rho(r) = 1/2 r^2, or with a scale a robust loss by coordinate (robust_loss.h).
 // u_t is the applied force that step_inverse recovers from (q_t, v_t, v_{t+1}), the velocities being
 // differences of frames: the motion is a variable, and the contact law is a part of u.
 #pragma once
@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "counterpoint/engine/derivatives.h"
+#include "counterpoint/engine/estimate/sensors/robust_loss.h"
 #include "counterpoint/engine/estimate/sensors/sensor_rows.h"
 
 namespace counterpoint::estimation {
@@ -40,6 +41,7 @@ struct MotionProblem {
   /// Scale of the loss by component of a reading, of all sensors but those of positions, which
   /// have loss_scale itself.
   double sensor_loss_scale = 0.0;
+  bool convex_sensor_loss = false;  ///< any reading keeps its pull, however far off it is
 
   std::vector<StepParameter> parameters = {};
   std::vector<SensorConstant> constants = {};  ///< offsets and delays, told behind parameters
@@ -54,6 +56,7 @@ struct MotionProblem {
   SensorFrames sensor_frames(const std::vector<VectorX>& q, const VectorX& values) const {
     return {q, values.tail(static_cast<Eigen::Index>(constants.size())), start, h()};
   }
+  RobustLoss sensor_loss() const { return {sensor_loss_scale, convex_sensor_loss}; }
   double h() const { return options.time_step; }
 };
 

@@ -142,38 +142,6 @@ void add_pushes(const MotionProblem& problem, const std::vector<VectorX>& frames
   if (worst) out.outliers.push_back(*worst);
 }
 
-/// The force of the same pair in a list; zero where it is not there.
-Vector3 force_of(const std::vector<ContactEstimate>& pairs, const ContactEstimate& wanted) {
-  for (const ContactEstimate& pair : pairs)
-    if (pair.geometry_a == wanted.geometry_a && pair.geometry_b == wanted.geometry_b)
-      return pair.force;
-  return Vector3::Zero();
-}
-
-/// MotionEstimate::residual_correlation of white errors.
-VectorX residual_correlation(const Model& model, const RecordedMotion& recorded,
-                             const MotionEstimate& estimate) {
-  const int nv = model.nv();
-  VectorX product = VectorX::Zero(nv), square = product, products = product, last = product;
-  for (int t = 0; t < recorded.rows(); ++t) {
-    const VectorX measured = recorded.measured.col(t).cwiseSign();
-    VectorX now = VectorX::Constant(nv, kNaN);
-    const VectorX off =
-        difference(model, estimate.q.col(t), recorded.frames[static_cast<std::size_t>(t)]);
-    for (int i = 0; i < nv; ++i) {
-      if (measured[i] == 0.0 || !std::isfinite(off[i])) continue;
-      now[i] = std::clamp(off[i] / estimate.position_deviation[i], -kMostResidual, kMostResidual);
-      if (t == 0 || !std::isfinite(last[i])) continue;
-      product[i] += now[i] * last[i];
-      square[i] += 0.5 * (now[i] * now[i] + last[i] * last[i]);
-      products[i] += 1.0;
-    }
-    last = now;
-  }
-  return (products.array() >= kLeastProducts && square.array() > 0.0)
-      .select(product.cwiseQuotient(square), kNaN);
-}
-
 }  // namespace
 
 const char* recording_errors_name(RecordingErrors errors) {
@@ -245,34 +213,26 @@ void set_forces(const MotionProblem& problem, MotionFit& fit, MotionEstimate& ou
   add_pushes(problem, fit.point().q, out);
 }
 
-void widen_by_smoothing(const MotionProblem& problem, const ContinuationResult& found,
-                        MotionEstimate& out) {
-  if (found.softer.q.empty()) return;
-  const Model& model = problem.model;
-  const auto forces_at = [&](const MotionPoint& point, double smoothing) {
-    MotionEstimate forces = empty_estimate(model, out.time, out.sums);
-    const SimulationOptions options = stage_options(problem, smoothing);
-    InstantModel instant(problem, model);
-    for (int t = 1; t + 1 < problem.frames(); ++t) {
-      set_inverse(model, instant.invert(point, options, t), t, forces);
-      set_sums(model, t, nullptr, forces);
+VectorX residual_correlation(const Model& model, const RecordedMotion& recorded, const MatrixX& q,
+                             const VectorX& deviation) {
+  const int nv = model.nv();
+  VectorX product = VectorX::Zero(nv), square = product, products = product, last = product;
+  for (int t = 0; t < recorded.rows(); ++t) {
+    const VectorX measured = recorded.measured.col(t).cwiseSign();
+    VectorX now = VectorX::Constant(nv, kNaN);
+    const VectorX off = difference(model, q.col(t), recorded.frames[static_cast<std::size_t>(t)]);
+    for (int i = 0; i < nv; ++i) {
+      if (measured[i] == 0.0 || !std::isfinite(off[i])) continue;
+      now[i] = std::clamp(off[i] / deviation[i], -kMostResidual, kMostResidual);
+      if (t == 0 || !std::isfinite(last[i])) continue;
+      product[i] += now[i] * last[i];
+      square[i] += 0.5 * (now[i] * now[i] + last[i] * last[i]);
+      products[i] += 1.0;
     }
-    return forces;
-  };
-  const MotionEstimate hard = forces_at(found.hardest, found.smoothing);
-  const MotionEstimate soft = forces_at(found.softer, found.softer_smoothing);
-  const double share = 1.0 / (std::sqrt(found.softer_smoothing / found.smoothing) - 1.0);
-  const auto widen = [&](const MatrixX& a, const MatrixX& b, MatrixX& deviation) {
-    deviation = (deviation.array().square() + (share * (a - b)).array().square()).sqrt();
-  };
-  widen(soft.force, hard.force, out.force_deviation);
-  widen(soft.sum_force, hard.sum_force, out.sum_deviation);
-  for (std::size_t t = 0; t < out.contacts.size(); ++t)
-    for (ContactEstimate& pair : out.contacts[t]) {
-      const Vector3 change =
-          share * (force_of(soft.contacts[t], pair) - force_of(hard.contacts[t], pair));
-      pair.deviation = (pair.deviation.cwiseAbs2() + change.cwiseAbs2()).cwiseSqrt();
-    }
+    last = now;
+  }
+  return (products.array() >= kLeastProducts && square.array() > 0.0)
+      .select(product.cwiseQuotient(square), kNaN);
 }
 
 void set_inverse(const Model& model, const Inverse& inverse, int row, MotionEstimate& out) {
@@ -334,7 +294,7 @@ void summarize(const Model& model, const RecordedMotion& recorded, MotionEstimat
   out.mean_cost_ratio = out.cost_ratio.mean();
   out.residual_correlation = VectorX::Constant(model.nv(), kNaN);
   if (out.errors == RecordingErrors::kWhite)
-    out.residual_correlation = residual_correlation(model, recorded, out);
+    out.residual_correlation = residual_correlation(model, recorded, out.q, out.position_deviation);
   const VectorX weights = optimization::unactuated_weights(model, optimization::motors_of(model));
   int rows = 0;
   for (Eigen::Index t = 0; t < out.force.cols(); ++t) {

@@ -1,7 +1,6 @@
 // Results of a motion estimate: motion, forces, contacts and their standard deviations.
 #pragma once
 
-#include "counterpoint/engine/estimate/motion/motion_continuation.h"
 #include "counterpoint/engine/estimate/motion/motion_fit.h"
 #include "counterpoint/engine/estimate/motion/recorded_motion.h"
 #include "counterpoint/engine/estimate/motion_estimate.h"
@@ -23,18 +22,16 @@ void set_motion(const Model& model, const std::vector<VectorX>& frames, double h
 /// each row.
 void set_forces(const MotionProblem& problem, MotionFit& fit, MotionEstimate& out);
 
-/// Adds to the standard deviations of forces what the smoothing of the contact law still does to
-/// them: the law differs from the hard one by the root of the smoothing, so what is left at the
-/// last stage is the change since `softer` over (root of the smoothings' ratio - 1).
-void widen_by_smoothing(const MotionProblem& problem, const ContinuationResult& found,
-                        MotionEstimate& out);
-
 /// Forces and contacts of one row as an inverse gives them, without deviations.
 void set_inverse(const Model& model, const Inverse& inverse, int row, MotionEstimate& out);
 
 /// Contact forces on links in a row: sums over its pairs. covariance: of all pairs' forces, or
 /// null.
 void set_sums(const Model& model, int row, const MatrixX* covariance, MotionEstimate& out);
+
+/// MotionEstimate::residual_correlation of white errors of these deviations; q: nq x rows.
+VectorX residual_correlation(const Model& model, const RecordedMotion& recorded, const MatrixX& q,
+                             const VectorX& deviation);
 
 /// Outliers, means over the rows, whiteness of residuals, and what is not explained.
 void summarize(const Model& model, const RecordedMotion& recorded, MotionEstimate& out);

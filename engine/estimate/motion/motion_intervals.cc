@@ -1,0 +1,61 @@
+#include "counterpoint/engine/estimate/motion/motion_intervals.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "counterpoint/engine/estimate/motion/motion_result.h"
+
+namespace counterpoint::estimation {
+namespace {
+
+/// The force of the same pair in a list; zero where it is not there.
+Vector3 force_of(const std::vector<ContactEstimate>& pairs, const ContactEstimate& wanted) {
+  for (const ContactEstimate& pair : pairs)
+    if (pair.geometry_a == wanted.geometry_a && pair.geometry_b == wanted.geometry_b)
+      return pair.force;
+  return Vector3::Zero();
+}
+
+}  // namespace
+
+void widen_by_smoothing(const MotionProblem& problem, const ContinuationResult& found,
+                        MotionEstimate& out) {
+  if (found.softer.q.empty()) return;
+  const Model& model = problem.model;
+  const auto forces_at = [&](const MotionPoint& point, double smoothing) {
+    MotionEstimate forces = empty_estimate(model, out.time, out.sums);
+    const SimulationOptions options = stage_options(problem, smoothing);
+    InstantModel instant(problem, model);
+    for (int t = 1; t + 1 < problem.frames(); ++t) {
+      set_inverse(model, instant.invert(point, options, t), t, forces);
+      set_sums(model, t, nullptr, forces);
+    }
+    return forces;
+  };
+  const MotionEstimate hard = forces_at(found.hardest, found.smoothing);
+  const MotionEstimate soft = forces_at(found.softer, found.softer_smoothing);
+  const double share = 1.0 / (std::sqrt(found.softer_smoothing / found.smoothing) - 1.0);
+  const auto widen = [&](const MatrixX& a, const MatrixX& b, MatrixX& deviation) {
+    deviation = (deviation.array().square() + (share * (a - b)).array().square()).sqrt();
+  };
+  widen(soft.force, hard.force, out.force_deviation);
+  widen(soft.sum_force, hard.sum_force, out.sum_deviation);
+  for (std::size_t t = 0; t < out.contacts.size(); ++t)
+    for (ContactEstimate& pair : out.contacts[t]) {
+      const Vector3 change =
+          share * (force_of(soft.contacts[t], pair) - force_of(hard.contacts[t], pair));
+      pair.deviation = (pair.deviation.cwiseAbs2() + change.cwiseAbs2()).cwiseSqrt();
+    }
+}
+
+void widen_by_residuals(MotionEstimate& out) {
+  for (Eigen::Index t = 1; t + 1 < out.cost_ratio.size(); ++t) {
+    const double factor = std::sqrt(std::max(1.0, out.cost_ratio.segment<3>(t - 1).maxCoeff()));
+    out.force_deviation.col(t) *= factor;
+    out.sum_deviation.col(t) *= factor;
+    for (ContactEstimate& pair : out.contacts[static_cast<std::size_t>(t)])
+      pair.deviation *= factor;
+  }
+}
+
+}  // namespace counterpoint::estimation

@@ -1,0 +1,20 @@
+// What standard deviations from a linearization leave out: a contact law that is still smooth, and a
+// scene whose laws do not hold in a row.
+#pragma once
+
+#include "counterpoint/engine/estimate/motion/motion_continuation.h"
+#include "counterpoint/engine/estimate/motion_estimate.h"
+
+namespace counterpoint::estimation {
+
+/// Adds to the standard deviations of forces what the smoothing of the contact law still does to
+/// them: the law differs from the hard one by the root of the smoothing, so what is left at the
+/// last stage is the change since `softer` over (root of the smoothings' ratio - 1).
+void widen_by_smoothing(const MotionProblem& problem, const ContinuationResult& found,
+                        MotionEstimate& out);
+
+/// Widens standard deviations by the square root of the cost ratio, the largest of a row and its
+/// neighbours, where it exceeds 1 (Birge, Phys. Rev. 40, 1932): the scene's laws do not hold there.
+void widen_by_residuals(MotionEstimate& out);
+
+}  // namespace counterpoint::estimation

@@ -1,0 +1,28 @@
+// What a residual costs that may be an outlier.
+#pragma once
+
+#include "counterpoint/model/spatial.h"
+
+namespace counterpoint::estimation {
+
+/// rho of residuals r over their standard deviations, summed: r^2 / 2, or with a scale c Cauchy's
+/// c^2 / 2 log(1 + r^2 / c^2), or pseudo-Huber's c^2 (sqrt(1 + r^2 / c^2) - 1), which is convex.
+struct RobustLoss {
+  double scale = 0.0;  ///< c [standard deviations]; 0: squares
+  bool convex = false;
+
+  double cost(const VectorX& r) const {
+    if (scale <= 0.0) return 0.5 * r.squaredNorm();
+    const auto square = (r.array() / scale).square();
+    if (convex) return scale * scale * ((1.0 + square).sqrt() - 1.0).sum();
+    return 0.5 * scale * scale * square.log1p().sum();
+  }
+  /// Weights that it gives the squares: rho' / r.
+  VectorX weight(const VectorX& r) const {
+    if (scale <= 0.0) return VectorX::Ones(r.size());
+    const VectorX cauchy = (1.0 + (r.array() / scale).square()).inverse();
+    return convex ? VectorX(cauchy.cwiseSqrt()) : cauchy;
+  }
+};
+
+}  // namespace counterpoint::estimation

@@ -1,0 +1,258 @@
+#!/usr/bin/env python3
+"""Writes how well `explain` finds known forces behind noisy rows into docs/measurements/explaining.md.
+
+    scripts/explain_doc.py [--seeds 10] [--case NAME] [--folder FOLDER] [--check]
+
+Motions are simulated here with a small time step; rows with white noise go to the command, forces stay back. A row's
+true force is the mean over the rows' intervals around it with the weights of a triangle. --case prints one case and
+writes nothing; --folder keeps the files.
+"""
+import argparse
+import concurrent.futures
+import json
+import math
+import pathlib
+import subprocess
+import sys
+import tempfile
+
+import numpy as np
+import yaml
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+sys.path.insert(0, str(ROOT / "build/release/python"))
+import counterpoint as cp  # noqa: E402
+from counterpoint import optimization  # noqa: E402
+
+DOCUMENT = ROOT / "docs/measurements/explaining.md"
+COMMAND = pathlib.Path(__import__("os").environ.get("CPX", str(ROOT / "build/release/bin/counterpoint")))
+FIRST = 10  # rows: what stands before is the start, which the estimate leaves free
+
+
+class Motion:
+    """A motion with its forces: q and v by row, force (joints) and contact (sum on the robot, world axes) by row."""
+
+    def __init__(self, scene_file, scene, time, q, force, contact, peak=0.3, sensor=None):
+        self.scene_file, self.scene, self.time, self.q = scene_file, scene, time, q
+        self.force, self.contact, self.peak, self.sensor = force, contact, peak, sensor
+        self.weight = cp.total_mass(scene.model) * 9.80665
+
+
+def triangle(steps, substeps):
+    """Means over the intervals around a row: columns are steps, then rows. Semi-implicit Euler changes the velocity of
+    step k, which goes from row to row k + 1, at its start: one row's step alone is the row's force."""
+    weights = 1 - abs(np.arange(1 - substeps, substeps)) / substeps
+    rows = steps.shape[1] // substeps + 1
+    out = np.full((steps.shape[0], rows), np.nan)
+    for row in range(1, rows - 1):
+        out[:, row] = steps[:, (row - 1) * substeps + 1:(row + 1) * substeps] @ weights / weights.sum()
+    return out
+
+
+def from_ground(contacts):
+    """Force of the ground on the robot [N], world axes."""
+    out = np.zeros(3)
+    for c in contacts:
+        if "ground" in (c.geometry_a, c.geometry_b):
+            out += c.force if c.geometry_a == "ground" else -c.force
+    return out
+
+
+def simulated(scene_file, scene, rate, seconds, step, act, truth_scene=None, **more):
+    """A simulation in steps of about `step`: act(simulator, step) sets forces and returns what joints get."""
+    simulator = cp.Simulator(truth_scene or scene)
+    substeps = max(1, round(1 / rate / step))
+    simulator.options.time_step = 1 / rate / substeps
+    rows = round(seconds * rate)
+    q, force, contact = [], [], []
+    for k in range(rows * substeps):
+        if k % substeps == 0:
+            q.append(simulator.q.copy())
+        act(simulator, k / rate / substeps)
+        simulator.step()
+        last = simulator.last_forces()
+        force.append(last.applied_force + (last.servo_force if len(last.servo_force) else 0))
+        contact.append(from_ground(last.contacts))
+    q.append(simulator.q.copy())
+    return Motion(scene_file, scene, np.arange(rows + 1) / rate, np.array(q), triangle(np.array(force).T, substeps),
+                  triangle(np.array(contact).T, substeps), **more)
+
+
+def quadruped(folder, seed, height=None):
+    file = ROOT / "data/scenes/quadruped_drop.yaml"
+    if height:
+        text = yaml.safe_load(file.read_text())
+        text["models"][0]["urdf"] = str(ROOT / "data/robots/quadruped.urdf")
+        text["models"][0]["position"] = [0, 0, height]
+        file = folder / "high.yaml"
+        file.write_text(yaml.safe_dump(text))
+    scene = cp.load_scene(file)
+    random = np.random.default_rng(1000 + seed)
+
+    def act(simulator, _):
+        force = np.zeros(scene.model.nv)
+        force[6:] = 0.3 * random.standard_normal(scene.model.nv - 6)
+        simulator.input.applied_force = force
+
+    return simulated(file, scene, 100, 1.5, 0.002, act)
+
+
+def cube(folder, seed):
+    random = np.random.default_rng(2000 + seed)
+    text = yaml.safe_load((ROOT / "data/scenes/cube_toss.yaml").read_text())
+    model = text["models"][0]
+    model["urdf"] = str(ROOT / "data/robots/toss_cube.urdf")
+    model["rpy"] = [float(x) for x in random.uniform(-1, 1, 3)]
+    model["velocity"]["angular"] = [float(x) for x in random.uniform(-6, 6, 3)]
+    file = folder / f"cube_{seed}.yaml"
+    file.write_text(yaml.safe_dump(text))
+    return simulated(file, cp.load_scene(file), 148, 1.0, 0.001, lambda simulator, time: None, peak=2.0)
+
+
+def arm(folder, seed):
+    """The arm presses its flange on the ground and slides over it; torques are measured to 1 N m."""
+    random = np.random.default_rng(3000 + seed)
+    file = ROOT / "data/scenes/arm7.yaml"
+    held = cp.load_scene(ROOT / "data/scenes/arm7_servo.yaml")
+    start = held.q.copy()
+    phase = random.uniform(0, 1, 7)
+
+    def act(simulator, time):
+        target = start.copy()
+        target[1] += 0.66 * min(1.0, time / 0.6) + 0.02 * math.sin(4 * time + phase[1])
+        target[0] += 0.1 * math.sin(3 * time + phase[0])
+        simulator.input.servo_position = target
+
+    return simulated(file, cp.load_scene(file), 100, 1.5, 0.002, act, truth_scene=held, sensor=1.0)
+
+
+GAIT = {}
+
+
+def gait(folder, seed):
+    """Half gaits of the bundled problem, replanned with 10 ms a frame; forces by the inverse."""
+    if not GAIT:
+        text = yaml.safe_load((ROOT / "data/scenes/optimize/humanoid_walk.yaml").read_text())
+        text["scene"] = str(ROOT / "data/scenes/optimize" / text["scene"])
+        text["time_step"], text["steps"] = 0.01, 48
+        file = folder / "gait.yaml"
+        file.write_text(yaml.safe_dump(text))
+        result = optimization.optimize(optimization.load_problem(file))
+        GAIT["motion"] = optimization.repeated(result, 4)
+        GAIT["file"] = text["scene"]
+    motion = GAIT["motion"]
+    scene = cp.load_scene(GAIT["file"])
+    scene.options.time_step = 0.01
+    rows = 151
+    q, v = motion.q[:rows], motion.v[:rows]
+    force = np.full((scene.model.nv, rows - 1), np.nan)
+    contact = np.full((3, rows - 1), np.nan)
+    simulator = cp.Simulator(scene)
+    simulator.options.time_step = 0.01
+    for k in range(rows - 1):
+        inverse = simulator.inverse(q[k], v[k], v[k + 1], q_next=q[k + 1])
+        force[:, k] = inverse.applied_force
+        contact[:, k] = from_ground(inverse.contacts)
+    return Motion(GAIT["file"], scene, 0.01 * np.arange(rows), q, triangle(force, 1), triangle(contact, 1))
+
+
+def explained(folder, name, motion, noise, seed):
+    """The command's forces table of the motion with white noise [m, rad], and its report."""
+    model = motion.scene.model
+    random = np.random.default_rng(seed)
+    q = [cp.integrate_configuration(model, row, noise * random.standard_normal(model.nv), 1.0) for row in motion.q]
+    names = model.coordinates
+    stem = folder / f"{name}_{noise:g}_{seed}"
+    columns = {"time": "time", "columns": {n: n for n in names.q}}
+    table = [motion.time, *np.array(q).T]
+    heads = ["time", *names.q]
+    if motion.sensor:
+        columns["sensors"] = {}
+        for i, n in enumerate(names.force):
+            joint = n.removesuffix(".u")
+            heads.append(f"{joint}.torque")
+            table.append(motion.force[i] + motion.sensor * random.standard_normal(len(motion.time)))
+            columns["sensors"][f"{joint} torque"] = {"kind": "joint_force", "coordinate": n,
+                                                     "columns": [f"{joint}.torque"], "deviation": motion.sensor}
+    links = [b.name for b in model.bodies if b.name != "world"]
+    columns["contact_forces"] = {"all": {"links": links, "x": "fx", "y": "fy", "z": "fz"}}
+    heads += ["fx", "fy", "fz"]
+    table += list(motion.contact)
+    np.savetxt(f"{stem}.csv", np.nan_to_num(np.array(table).T), delimiter=",", header=",".join(heads), comments="",
+               fmt="%.12g")
+    pathlib.Path(f"{stem}.yaml").write_text(yaml.safe_dump(columns, sort_keys=False))
+    done = subprocess.run([str(COMMAND), "explain", str(motion.scene_file), f"{stem}.csv", "--columns", f"{stem}.yaml",
+                           "--threads", "1", "--forces", f"{stem}_forces.csv", "--json", f"{stem}.json"],
+                          capture_output=True, text=True)
+    if done.returncode not in (0, 1):
+        sys.exit(f"{stem}: {done.stderr}")
+    found = np.genfromtxt(f"{stem}_forces.csv", delimiter=",", names=True, deletechars="")
+    return found, json.loads(pathlib.Path(f"{stem}.json").read_text())["recordings"][0]
+
+
+def figures(motion, found, report):
+    """Errors of the vertical contact force [weights], of joint forces [N, N m], and how often intervals hold."""
+    rows = slice(FIRST, len(motion.time) - 1)
+    truth = motion.contact[2] / motion.weight
+    error = (found["all.contact.fz"] - motion.contact[2])[rows] / motion.weight
+    inside = abs(error) <= 1.96 * found["all.contact.fz.sd"][rows] / motion.weight + 1e-6
+    jump = np.abs(np.diff(truth, prepend=truth[0])) > 0.3
+    near = np.convolve(np.nan_to_num(jump).astype(float), np.ones(5), "same")[rows] > 0
+    names = motion.scene.model.coordinates.force
+    first = next((i for i, n in enumerate(names) if n.endswith(".u")), len(names))
+    torque = np.array([found[n][rows] - motion.force[i][rows] for i, n in enumerate(names) if i >= first])
+    holds = np.array([abs(t) <= 1.96 * found[f"{n}.sd"][rows] for t, n in zip(torque, names[first:])])
+    out = {"rms": np.sqrt(np.mean(error**2)), "median": np.median(abs(error)), "seconds": report["seconds"],
+           "steps": report["newton_steps"], "errors": report["errors"],
+           "rest": inside[~near].mean() if (~near).any() else np.nan,
+           "impact": inside[near].mean() if near.any() else np.nan}
+    if torque.size:
+        out.update(torque=np.sqrt(np.mean(torque**2)), torque_median=np.median(abs(torque)),
+                   torque_rest=holds[:, ~near].mean(), torque_impact=holds[:, near].mean() if near.any() else np.nan)
+    # Impulses: intervals where the force is above the peak, three rows wider.
+    wide = np.convolve((np.nan_to_num(truth) > motion.peak).astype(float), np.ones(7), "same")[rows] > 0
+    edges = np.flatnonzero(np.diff(np.concatenate(([0], wide, [0]))))
+    impulses = [(error[a:b].sum(), truth[rows][a:b].sum()) for a, b in zip(edges[::2], edges[1::2])]
+    out["impulse"] = np.median([abs(e / t) for e, t in impulses]) if impulses else np.nan
+    return out
+
+
+def high(folder, seed):
+    return quadruped(folder, seed, 1.6)
+
+
+CASES = {"quadruped": (quadruped, (1e-4, 1e-3, 3e-3)), "gait": (gait, (1e-3,)), "cube": (cube, (1e-3,)),
+         "arm": (arm, (1e-3,)), "high": (high, (1e-3,))}
+
+
+def one(arguments):
+    folder, name, noise, seed = arguments
+    motion = CASES[name][0](folder, seed)
+    found, report = explained(folder, name, motion, noise, seed)
+    return figures(motion, found, report)
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--seeds", type=int, default=10)
+    parser.add_argument("--case", choices=CASES)
+    parser.add_argument("--noise", type=float)
+    parser.add_argument("--folder", type=pathlib.Path)
+    parser.add_argument("--workers", type=int, default=2)
+    options = parser.parse_args()
+    with tempfile.TemporaryDirectory() as temporary:
+        folder = options.folder or pathlib.Path(temporary)
+        folder.mkdir(exist_ok=True)
+        for name, (_, noises) in CASES.items():
+            if options.case and name != options.case:
+                continue
+            for noise in [options.noise] if options.noise else noises:
+                jobs = [(folder, name, noise, seed) for seed in range(1, options.seeds + 1)]
+                with concurrent.futures.ProcessPoolExecutor(options.workers) as pool:
+                    done = list(pool.map(one, jobs))
+                for figure in done:
+                    print(name, f"{1e3 * noise:g} mm", " ".join(
+                        f"{k} {v:.3g}" if not isinstance(v, str) else v for k, v in figure.items()), flush=True)
+
+
+main()
