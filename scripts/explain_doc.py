@@ -1,11 +1,12 @@
 #!/usr/bin/env python3
 """Writes how well `explain` finds known forces behind noisy rows into docs/measurements/explaining.md.
 
-    scripts/explain_doc.py [--seeds 10] [--case NAME] [--folder FOLDER] [--check]
+    scripts/explain_doc.py [--seeds 10] [--case NAME] [--folder FOLDER]
+    scripts/explain_doc.py --torques DATA
 
 Motions are simulated here with a small time step; rows with white noise go to the command, forces stay back. A row's
 true force is the mean over the rows' intervals around it with the weights of a triangle. --case prints one case and
-writes nothing; --folder keeps the files.
+writes nothing; --folder keeps the files. DATA is a folder with human_walk: its joint torques instead.
 """
 import argparse
 import concurrent.futures
@@ -25,7 +26,7 @@ import counterpoint as cp  # noqa: E402
 from counterpoint import optimization  # noqa: E402
 
 DOCUMENT = ROOT / "docs/measurements/explaining.md"
-COMMAND = pathlib.Path(__import__("os").environ.get("CPX", str(ROOT / "build/release/bin/counterpoint")))
+COMMAND = ROOT / "build/release/bin/counterpoint"
 FIRST = 10  # rows: what stands before is the start, which the estimate leaves free
 
 
@@ -221,38 +222,131 @@ def high(folder, seed):
     return quadruped(folder, seed, 1.6)
 
 
-CASES = {"quadruped": (quadruped, (1e-4, 1e-3, 3e-3)), "gait": (gait, (1e-3,)), "cube": (cube, (1e-3,)),
-         "arm": (arm, (1e-3,)), "high": (high, (1e-3,))}
+CASES = {
+    "quadruped": (quadruped, (1e-4, 1e-3, 3e-3), "quadruped drops 0.1 m under random torques"),
+    "high": (high, (1e-3,), "the same from 1.3 m"),
+    "gait": (gait, (1e-3,), "humanoid walks"),
+    "arm": (arm, (1e-3,), "arm strikes the ground and slides, torques measured to 1 N m"),
+    "cube": (cube, (1e-3,), "tossed cube, restitution 0.125 in the truth only, 148 Hz"),
+}
 
 
 def one(arguments):
     folder, name, noise, seed = arguments
     motion = CASES[name][0](folder, seed)
-    found, report = explained(folder, name, motion, noise, seed)
-    return figures(motion, found, report)
+    return figures(motion, *explained(folder, name, motion, noise, seed))
+
+
+def row(name, noise, done):
+    """A line of the table: medians over the seeds, the worst behind them, means of shares."""
+    def spread(key, scale=1.0):
+        values = sorted(scale * f[key] for f in done)
+        return f"{np.median(values):.2g} ({values[-1]:.2g})"
+
+    def share(key):
+        values = [100 * f[key] for f in done if key in f and not math.isnan(f[key])]
+        return f"{np.mean(values):.0f}" if values else "-"
+
+    torques = f"{spread('torque_median')} N m" if "torque" in done[0] else "-"
+    white = sum(f["errors"] == "white" for f in done)
+    return (f"| {CASES[name][2]} | {1e3 * noise:g} | {spread('rms')} | {spread('median')} | {spread('impulse', 100)} "
+            f"| {torques} | {share('rest')}, {share('impact')} | {share('torque_rest')}, {share('torque_impact')} "
+            f"| {white} of {len(done)} | {spread('seconds')} |")
+
+
+def plate_wrench(plates, side, time, h):
+    """Force and moment about the world's origin that a foot's plate measured, mean of a triangle of +- h."""
+    weight = np.clip(1 - abs(plates["time"] - time) / h, 0, None)
+    weight /= weight.sum()
+    fx, fy, fz, px, py, tz = (np.nan_to_num(plates[f"{side}.{c}"]) for c in ("fx", "fy", "fz", "px", "py", "tz"))
+    return (np.array([fx @ weight, fy @ weight, fz @ weight]),
+            np.array([(py * fz) @ weight, (-px * fz) @ weight, (px * fy - py * fx + tz) @ weight]))
+
+
+def walking_torques(data, folder):
+    """Joint torques of human_walk, `explain` without plates less inverse dynamics with them: rms [N m/kg]."""
+    walk = data / "human_walk"
+    forces = folder / "walk_forces.csv"
+    subprocess.run([str(COMMAND), "explain", str(walk / "scene.yaml"), str(walk / "recording_raw.csv"), "--columns",
+                    str(walk / "map.yaml"), "--from", "0.45", "--to", "1.98", "--forces", str(forces)],
+                   check=True, capture_output=True)
+    scene = cp.load_scene(walk / "scene_no_ground.yaml")
+    model = scene.model
+    recorded = np.genfromtxt(walk / "recording_raw.csv", delimiter=",", names=True, deletechars="")
+    plates = np.genfromtxt(walk / "forces.csv", delimiter=",", names=True, deletechars="")
+    found = np.genfromtxt(forces, delimiter=",", names=True, deletechars="")
+    time = recorded["time"]
+    h = scene.options.time_step = time[1] - time[0]
+    # A Gaussian low-pass, half the power at 10 Hz; mirrored ends.
+    lags = np.arange(-60, 61)
+    kernel = np.exp(-((lags * h * 2 * math.pi * 10) ** 2) / (2 * math.log(2)))
+    kernel /= kernel.sum()
+    raw = np.array([recorded[n] for n in model.coordinates.q]).T
+    ends = np.concatenate([2 * raw[:1] - raw[60:0:-1], raw, 2 * raw[-1:] - raw[-2:-62:-1]])
+    q = np.apply_along_axis(lambda column: np.convolve(column, kernel, "valid"), 0, ends)
+    turn = [i for i, n in enumerate(model.coordinates.q) if n.endswith((".qw", ".qx", ".qy", ".qz"))]
+    q[:, turn] /= np.linalg.norm(q[:, turn], axis=1)[:, None]
+    v = [cp.configuration_difference(model, a, b) / h for a, b in zip(q, q[1:])]
+    state = cp.Simulator(scene).state.copy()
+    rows = [int(np.argmin(abs(time - t))) for t in found["time"][1:-1]]
+    reference = []
+    for k in rows:
+        state.q = q[k]
+        known = cp.Input(model)
+        for side, link in (("R", "talus_r"), ("L", "talus_l")):
+            force, moment = plate_wrench(plates, side, time[k], h)
+            at = cp.frame_motion(model, state, link).pose.translation
+            known.add_wrench(link, force=force, torque=moment - np.cross(at, force))
+        reference.append(cp.step_inverse(model, scene.options, q[k], v[k - 1], v[k], known=known).applied_force)
+    reference = np.array(reference)
+    text = "| joint | rms [N m/kg] |\n|---|---|\n"
+    for joint in ("hip_flexion", "knee_angle", "ankle_angle"):
+        error = [found[f"{joint}_{s}.u"][1:-1] - reference[:, model.coordinates.force.index(f"{joint}_{s}.u")]
+                 for s in "rl"]
+        text += f"| {joint} | {np.sqrt(np.mean(np.square(error))) / cp.total_mass(model):.3f} |\n"
+    return text
+
+
+def write(name, text):
+    """Puts a table between its marks in the document."""
+    document = DOCUMENT.read_text()
+    before, rest = document.split(f"<!-- {name}: begin -->\n")
+    _, behind = rest.split(f"<!-- {name}: end -->")
+    DOCUMENT.write_text(f"{before}<!-- {name}: begin -->\n{text}<!-- {name}: end -->{behind}")
+
+
+HEAD = """| motion | noise [mm, mrad] | rms [weights] | median error [weights] | impulse [%] | torques, median error | force within 95 %: rest, impacts | torques within 95 % | judged white | seconds of one core |
+|---|---|---|---|---|---|---|---|---|---|
+"""
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--seeds", type=int, default=10)
     parser.add_argument("--case", choices=CASES)
-    parser.add_argument("--noise", type=float)
     parser.add_argument("--folder", type=pathlib.Path)
     parser.add_argument("--workers", type=int, default=2)
+    parser.add_argument("--torques", type=pathlib.Path, metavar="DATA")
     options = parser.parse_args()
+    table = HEAD
     with tempfile.TemporaryDirectory() as temporary:
         folder = options.folder or pathlib.Path(temporary)
         folder.mkdir(exist_ok=True)
-        for name, (_, noises) in CASES.items():
-            if options.case and name != options.case:
+        if options.torques:
+            write("torques", walking_torques(options.torques, folder))
+        for name, (_, noises, _) in CASES.items():
+            if options.torques or (options.case and name != options.case):
                 continue
-            for noise in [options.noise] if options.noise else noises:
+            for noise in noises:
                 jobs = [(folder, name, noise, seed) for seed in range(1, options.seeds + 1)]
                 with concurrent.futures.ProcessPoolExecutor(options.workers) as pool:
                     done = list(pool.map(one, jobs))
-                for figure in done:
-                    print(name, f"{1e3 * noise:g} mm", " ".join(
-                        f"{k} {v:.3g}" if not isinstance(v, str) else v for k, v in figure.items()), flush=True)
+                line = row(name, noise, done)
+                print(line, flush=True)
+                table += line + "\n"
+    if options.case or options.torques:
+        return
+    write("simulated", table)
 
 
 main()

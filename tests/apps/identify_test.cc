@@ -78,8 +78,10 @@ TEST(Identify, ExplainRefusesWhatItCannotFind) {
   const CommandFolder folder("identify_explain");
   toss(folder, 2, "friction: 0.25, restitution: 0.3");
   for (const auto& [more, expected] :
-       {std::pair{"restitution", "restitution"}, std::pair{"friction=0.5..0.9", "the scene has 0.4"},
-        std::pair{"friction --tasks 1/2 --parts {}/parts", "--tasks"}}) {
+       {std::pair{"restitution", "restitution"},
+        std::pair{"friction=0.5..0.9", "the scene has 0.4"},
+        std::pair{"friction --tasks 1/2 --parts {}/parts", "--tasks"},
+        std::pair{"friction --samples 8", "--samples"}}) {
     const CommandResult result = folder.run(
         std::string("identify {}/scene.yaml {}/toss0.csv {}/toss1.csv --columns {}/map.yaml "
                     "--objective explain --parameters ") +

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <sstream>
 #include <string>
 
 #include "apps/command.h"
@@ -122,6 +123,25 @@ TEST(Interrupt, HardCasesHasTheCasesSoFar) {
   EXPECT_NE(result.errors.find(fmt::format("{} of 2000 cases", cases)), std::string::npos)
       << result.errors;
   EXPECT_GT(lines(folder.read("page/hard-cases.md")), 0);
+}
+
+TEST(Interrupt, ExplainHasTheMotionSoFar) {
+  const CommandFolder folder(test_name());
+  ASSERT_EQ(folder.run("simulate data/scenes/quadruped_drop.yaml --duration 1.8 --output {}/m.csv")
+                .exit_code,
+            0);
+  std::string map = "time: time\ncolumns:\n", head = folder.read("m.csv");
+  std::replace(head.begin(), head.begin() + static_cast<std::ptrdiff_t>(head.find('\n')), ',',
+               '\n');
+  std::istringstream names(head);
+  for (std::string name; std::getline(names, name) && name != "trunk.vx";)
+    if (name.ends_with(".q") || name.starts_with("trunk."))
+      map += fmt::format("  {0}: {0}\n", name);
+  folder.write("map.yaml", map);
+  interrupted(folder,
+              "explain data/scenes/quadruped_drop.yaml {}/m.csv --columns {}/map.yaml "
+              "--errors white --threads 1 --output {}/motion.csv");
+  EXPECT_GT(lines(folder.read("motion.csv")), 900);
 }
 
 TEST(Interrupt, OptimizeHasTheMotionSoFar) {

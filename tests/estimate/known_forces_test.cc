@@ -114,13 +114,13 @@ TEST(KnownForces, AnArmStrikesATableWithItsTorquesMeasured) {
   std::vector<double> shares, deviations;
   for (int row = 90; row + 1 < kRows; ++row) {  // the impact, at 0.5 s, is over
     const double force = truth.around(truth.vertical, row, kSubsteps);
-    EXPECT_GT(force, 50.0);  // [N]
+    EXPECT_GT(force, 100.0);  // [N]
     deviations.push_back(estimate.sum_deviation(2, row));
     shares.push_back(std::abs(estimate.sum_force(2, row) - force) / deviations.back());
   }
-  // 1 N m at 0.7 m is 1.4 N, and the errors of several joints add up. Half of a normal distribution
+  // Deviations are less than a tenth of what presses. Half of a normal distribution
   // is within 0.67 deviations; errors of neighbours go together: twice that.
-  EXPECT_LT(median(deviations), 5.0);
+  EXPECT_LT(median(deviations), 10.0);
   EXPECT_LT(median(shares), 1.34);
 }
 
