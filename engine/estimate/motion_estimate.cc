@@ -141,6 +141,7 @@ MotionEstimate told(const Task& task, const RecordedMotion& recorded, Solved& so
   set_forces(*solved.problem, *solved.fit, out);
   widen_by_smoothing(*solved.problem, solved.result, out);
   widen_by_residuals(out);
+  widen_by_timing(out);
   out.smoothing = solved.result.smoothing;
   return out;
 }

@@ -8,12 +8,23 @@
 namespace counterpoint::estimation {
 namespace {
 
+/// Standard deviation of the moment of a blow within its interval [rows]. Simulated impacts of a
+/// quadruped, a humanoid, an arm and a cube are then in 90 to 100 % of the 95 % intervals.
+constexpr double kTiming = 0.15;
+
 /// The force of the same pair in a list; zero where it is not there.
 Vector3 force_of(const std::vector<ContactEstimate>& pairs, const ContactEstimate& wanted) {
   for (const ContactEstimate& pair : pairs)
     if (pair.geometry_a == wanted.geometry_a && pair.geometry_b == wanted.geometry_b)
       return pair.force;
   return Vector3::Zero();
+}
+
+VectorX change(const VectorX& a, const VectorX& b) { return (b - a).cwiseAbs(); }
+
+/// Standard deviations of a sum.
+VectorX added(const VectorX& a, const VectorX& b) {
+  return (a.cwiseAbs2() + b.cwiseAbs2()).cwiseSqrt();
 }
 
 }  // namespace
@@ -42,9 +53,31 @@ void widen_by_smoothing(const MotionProblem& problem, const ContinuationResult& 
   widen(soft.sum_force, hard.sum_force, out.sum_deviation);
   for (std::size_t t = 0; t < out.contacts.size(); ++t)
     for (ContactEstimate& pair : out.contacts[t]) {
-      const Vector3 change =
+      const Vector3 left =
           share * (force_of(soft.contacts[t], pair) - force_of(hard.contacts[t], pair));
-      pair.deviation = (pair.deviation.cwiseAbs2() + change.cwiseAbs2()).cwiseSqrt();
+      pair.deviation = added(pair.deviation, left);
+    }
+}
+
+void widen_by_timing(MotionEstimate& out) {
+  const Eigen::Index last = out.force.cols() - 1;
+  const auto widen = [&](const MatrixX& force, MatrixX& deviation) {
+    for (Eigen::Index t = 1; t < last; ++t) {
+      const VectorX before = t > 1 ? change(force.col(t - 1), force.col(t)) : 0.0 * force.col(t);
+      const VectorX behind =
+          t + 1 < last ? change(force.col(t), force.col(t + 1)) : 0.0 * force.col(t);
+      deviation.col(t) = added(deviation.col(t), kTiming * before.cwiseMax(behind));
+    }
+  };
+  widen(out.force, out.force_deviation);
+  widen(out.sum_force, out.sum_deviation);
+  for (std::size_t t = 1; t + 1 < out.contacts.size(); ++t)
+    for (ContactEstimate& pair : out.contacts[t]) {
+      Vector3 most = Vector3::Zero();
+      if (t > 1) most = change(force_of(out.contacts[t - 1], pair), pair.force);
+      if (t + 2 < out.contacts.size())
+        most = most.cwiseMax(change(force_of(out.contacts[t + 1], pair), pair.force));
+      pair.deviation = added(pair.deviation, kTiming * most);
     }
 }
 

@@ -1,5 +1,5 @@
-// What standard deviations from a linearization leave out: a contact law that is still smooth, and a
-// scene whose laws do not hold in a row.
+// What standard deviations from a linearization leave out: a contact law that is still smooth, the
+// moment of an impact within its interval, and a scene whose laws do not hold in a row.
 #pragma once
 
 #include "counterpoint/engine/estimate/motion/motion_continuation.h"
@@ -12,6 +12,10 @@ namespace counterpoint::estimation {
 /// last stage is the change since `softer` over (root of the smoothings' ratio - 1).
 void widen_by_smoothing(const MotionProblem& problem, const ContinuationResult& found,
                         MotionEstimate& out);
+
+/// Adds to the standard deviations of forces what an impact's moment within its interval, which rows
+/// do not tell, does to them: a share of the change from a row to its neighbours.
+void widen_by_timing(MotionEstimate& out);
 
 /// Widens standard deviations by the square root of the cost ratio, the largest of a row and its
 /// neighbours, where it exceeds 1 (Birge, Phys. Rev. 40, 1932): the scene's laws do not hold there.
