@@ -171,8 +171,8 @@ void fill_report(const std::vector<Parameter>& parameters, const VectorX& start,
   Json list = Json::array();
   std::string set;
   for (size_t i = 0; i < parameters.size(); ++i) {
-    list.push_back(
-        json_parameter(parameters[i], start[static_cast<Eigen::Index>(i)], found.parameters[i]));
+    list.push_back(json_parameter(parameters[i], start[static_cast<Eigen::Index>(i)],
+                                  found.parameters[i]));
     print_parameter(report.text(), list.back());
     set += fmt::format("{}{}={:.8g}", i == 0 ? "" : ",", parameters[i].name,
                        found.parameters[i].value);
@@ -264,31 +264,17 @@ Fit predicted_best(IdentifyArguments& arguments, const Experiment& e,
   return found;
 }
 
-/// @throws InputError for settings of a search that explaining has none of.
-void refuse_search_settings(const IdentifyArguments& arguments) {
-  const FitOptions& given = arguments.fit;
-  const FitOptions usual;
-  const std::pair<const char*, bool> settings[] = {
-      {"--samples", given.samples != usual.samples},
-      {"--refined", given.refined != usual.refined},
-      {"--bootstrap", given.bootstrap != usual.bootstrap},
-      {"--difference", given.difference != usual.difference},
-      {"--derivatives", arguments.derivatives != "exact"},
-      {"--loss", arguments.loss != "cauchy"}};
-  for (const auto& [name, changed] : settings)
-    if (changed)
-      throw InputError(std::string(name) +
-                       ": --objective explain starts from the scene's figures and has no such "
-                       "setting; leave it out, or choose another objective");
-}
-
 /// Figures and motions that explain the recordings: one problem, which rank 0 solves alone.
 Fit explained_best(IdentifyArguments& arguments, const Experiment& e,
                    const std::vector<Parameter>& parameters, const std::vector<int>& which,
                    tasks::World& world) {
   if (arguments.tasks.is_share())
     throw InputError("--tasks: with --objective explain all recordings are one task");
-  refuse_search_settings(arguments);
+  const FitOptions &given = arguments.fit, usual;
+  if (given.samples != usual.samples || given.refined != usual.refined || given.bootstrap > 0 ||
+      given.difference != usual.difference || !given.exact || arguments.loss != "cauchy")
+    throw InputError("--samples, --refined, --bootstrap, --difference, --derivatives, --loss: "
+                     "leave them out, --objective explain has no such settings");
   if (!world.is_root()) return {};
   std::vector<const Recording*> recordings;
   for (const int i : which) recordings.push_back(&e.recordings[static_cast<std::size_t>(i)]);
@@ -355,8 +341,7 @@ void add_identify(CommandLine& line) {
   Command& command =
       line.add("identify", "Find figures of a scene with which it predicts recordings best");
   arguments->scene.add_to(command);
-  command.add_option("RECORDING", arguments->recordings, "Recordings (.csv, .h5, .npz, .mcap)")
-      .required();
+  command.add_option("RECORDING", arguments->recordings, "Recordings (.csv, .h5, .npz, .mcap)").required();
   command.add_option("--columns", arguments->map, "Column map (YAML, docs/guide/recordings.md)")
       .required();
   command

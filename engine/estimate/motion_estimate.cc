@@ -138,11 +138,15 @@ Solved solve(const Task& task, const RecordedMotion& recorded, const MotionPrior
 MotionEstimate told(const Task& task, const RecordedMotion& recorded, Solved& solved) {
   MotionEstimate out = empty_estimate(task.scene.model, recorded.time, task.sums);
   set_motion(task.scene.model, solved.fit->point().q, recorded.h(), out);
+  out.smoothing = solved.result.smoothing;
+  if (task.options.stop && task.options.stop()) {
+    set_forces_alone(*solved.problem, *solved.fit, out);
+    return out;
+  }
   set_forces(*solved.problem, *solved.fit, out);
   widen_by_smoothing(*solved.problem, solved.result, out);
   widen_by_residuals(out);
   widen_by_timing(out);
-  out.smoothing = solved.result.smoothing;
   return out;
 }
 
@@ -247,11 +251,13 @@ bool explain_parts(const Task& task, const RecordedMotion& recorded, RecordingEr
     }
     Solved solved = solve(task, rows, priors);
     out.newton_steps += solved.result.steps;
-    if (judged && first == 0 && !leaves_white(rows, *solved.problem, *solved.fit)) return false;
+    const bool stopped = task.options.stop && task.options.stop();
+    if (judged && first == 0 && !stopped && !leaves_white(rows, *solved.problem, *solved.fit))
+      return false;
     append(told(task, rows, solved), begin, first - begin, out);
     out.position_deviation = position_deviation(*solved.problem);
     if (solved.learned) change = solved.problem->change_weight.cwiseInverse();
-    if (end == recorded.rows() || (task.options.stop && task.options.stop())) break;
+    if (end == recorded.rows() || stopped) break;
   }
   return true;
 }

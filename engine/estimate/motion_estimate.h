@@ -33,7 +33,8 @@ struct MotionEstimateOptions {
   std::vector<ContactSum> sums;
   /// None: found from the recording.
   std::optional<RecordingErrors> errors;
-  /// Asked before every Newton step: true ends the search with the best motion so far.
+  /// Asked before every Newton step: true ends the search with the best motion so far, whose
+  /// standard deviations are not computed (NaN; of parameters infinity).
   std::function<bool()> stop;
 };
 

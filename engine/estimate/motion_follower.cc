@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "counterpoint/engine/estimate/follow/motion_window.h"
 #include "counterpoint/engine/estimate/motion/motion_priors.h"
@@ -191,12 +190,7 @@ struct MotionFollower::Impl {
     const VectorX off = difference(scene.model, problem.measured[i], q[i]).cwiseProduct(own);
     out.cost_ratio[row] = count > 0.0 ? off.squaredNorm() / count : 0.0;
     if (!inner) return;
-    set_inverse(scene.model, window->invert(t), row, out);
-    out.force_deviation.col(row).setConstant(std::numeric_limits<double>::quiet_NaN());
-    for (ContactEstimate& pair : out.contacts[static_cast<std::size_t>(row)])
-      pair.deviation.setConstant(std::numeric_limits<double>::quiet_NaN());
-    set_sums(scene.model, row, nullptr, out);
-    out.sum_deviation.col(row).setConstant(std::numeric_limits<double>::quiet_NaN());
+    set_unsure(scene.model, window->invert(t), row, out);
   }
 
   /// Rows at even times between the last one pushed and this one.

@@ -7,8 +7,8 @@
 
 namespace counterpoint::estimation {
 
-/// Covariances of the frames of a band of width 3: its inverse at these places. All other frames are
-/// eliminated, those before in ascending and those behind in descending order: every matrix on
+/// Covariances of the frames of a band of width 3: its inverse at these places. All other frames
+/// are eliminated, those before in ascending and those behind in descending order: every matrix on
 /// the way is a Schur complement of a positive definite one. (The recursion of Takahashi and
 /// others, 1973, needs one factorization, but its gains grow through stiff contacts until no digit
 /// is left.)

@@ -13,12 +13,12 @@ namespace counterpoint::estimation {
 
 /// The step from frame t to t + 1; frames 0 and N are in none.
 struct Instant {
-  double cost = 0.0;      ///< share of its own rows: all but the change of forces
-  VectorX force;          ///< nv: u_t [N, N m]; empty at frames 0 and N
-  MatrixX by_frames;      ///< nv x 3 nv: derivatives of u_t by q_{t-1}, q_t, q_{t+1}
-  MatrixX by_parameters;  ///< nv x parameters
-  VectorX sensed;              ///< residuals of measured forces (force_sensors.h)
-  MatrixX sensed_by_frames;    ///< their derivatives by the three frames
+  double cost = 0.0;         ///< share of its own rows: all but the change of forces
+  VectorX force;             ///< nv: u_t [N, N m]; empty at frames 0 and N
+  MatrixX by_frames;         ///< nv x 3 nv: derivatives of u_t by q_{t-1}, q_t, q_{t+1}
+  MatrixX by_parameters;     ///< nv x parameters
+  VectorX sensed;            ///< residuals of measured forces (force_sensors.h)
+  MatrixX sensed_by_frames;  ///< their derivatives by the three frames
 };
 
 class InstantModel {

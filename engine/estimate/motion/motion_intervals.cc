@@ -63,10 +63,10 @@ void widen_by_timing(MotionEstimate& out) {
   const Eigen::Index last = out.force.cols() - 1;
   const auto widen = [&](const MatrixX& force, MatrixX& deviation) {
     for (Eigen::Index t = 1; t < last; ++t) {
-      const VectorX before = t > 1 ? change(force.col(t - 1), force.col(t)) : 0.0 * force.col(t);
-      const VectorX behind =
-          t + 1 < last ? change(force.col(t), force.col(t + 1)) : 0.0 * force.col(t);
-      deviation.col(t) = added(deviation.col(t), kTiming * before.cwiseMax(behind));
+      VectorX most = VectorX::Zero(force.rows());
+      if (t > 1) most = change(force.col(t - 1), force.col(t));
+      if (t + 1 < last) most = most.cwiseMax(change(force.col(t), force.col(t + 1)));
+      deviation.col(t) = added(deviation.col(t), kTiming * most);
     }
   };
   widen(out.force, out.force_deviation);

@@ -13,8 +13,8 @@ namespace counterpoint::estimation {
 void widen_by_smoothing(const MotionProblem& problem, const ContinuationResult& found,
                         MotionEstimate& out);
 
-/// Adds to the standard deviations of forces what an impact's moment within its interval, which rows
-/// do not tell, does to them: a share of the change from a row to its neighbours.
+/// Adds to the standard deviations of forces what an impact's moment within its interval, which
+/// rows do not tell, does to them: a share of the change from a row to its neighbours.
 void widen_by_timing(MotionEstimate& out);
 
 /// Widens standard deviations by the square root of the cost ratio, the largest of a row and its

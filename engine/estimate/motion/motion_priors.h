@@ -16,17 +16,17 @@ struct UnsureGeometry {
 
 /// Standard deviations; infinity where nothing is known.
 struct MotionPriors {
-  VectorX position;            ///< nv: of the recorded positions [m, rad]
-  double cutoff = 0.0;         ///< low-pass behind measured accelerations [Hz]; 0: none
-  VectorX acceleration;        ///< nv: of measured accelerations [m/s^2, rad/s^2]
-  double loss_scale = 0.0;     ///< MotionProblem::loss_scale
-  VectorX force;               ///< nv: of measured joint forces [N, N m]
-  double unexplained = 0.0;    ///< forces where no motor is [weights of the tree]
-  VectorX size;                ///< nv: forces of motors [N, N m]
-  VectorX change;              ///< nv: their change in an interval [N, N m]
+  VectorX position;          ///< nv: of the recorded positions [m, rad]
+  double cutoff = 0.0;       ///< low-pass behind measured accelerations [Hz]; 0: none
+  VectorX acceleration;      ///< nv: of measured accelerations [m/s^2, rad/s^2]
+  double loss_scale = 0.0;   ///< MotionProblem::loss_scale
+  VectorX force;             ///< nv: of measured joint forces [N, N m]
+  double unexplained = 0.0;  ///< forces where no motor is [weights of the tree]
+  VectorX size;              ///< nv: forces of motors [N, N m]
+  VectorX change;            ///< nv: their change in an interval [N, N m]
   std::vector<UnsureGeometry> geometries;
-  double place = 0.0;          ///< their places, along `direction` [m]
-  double place_drift = 0.0;    ///< changes of these in a recording [m]
+  double place = 0.0;                    ///< their places, along `direction` [m]
+  double place_drift = 0.0;              ///< changes of these in a recording [m]
   std::vector<double> smoothing_starts;  ///< contact law [m]: the best start is taken
   double smoothing_end = 0.0;            ///< [m]
 };

@@ -9,8 +9,8 @@
 //      + 1/2 | weight (p - prior p) |^2                        parameters, constants of sensors
 //
 // rho(r) = 1/2 r^2, or with a scale a robust loss by coordinate (robust_loss.h).
-// u_t is the applied force that step_inverse recovers from (q_t, v_t, v_{t+1}), the velocities being
-// differences of frames: the motion is a variable, and the contact law is a part of u.
+// u_t is the applied force that step_inverse recovers from (q_t, v_t, v_{t+1}), the velocities
+// being differences of frames: the motion is a variable, and the contact law is a part of u.
 #pragma once
 
 #include <vector>
@@ -27,14 +27,14 @@ struct MotionProblem {
 
   std::vector<VectorX> measured = {};  ///< one a frame: nq
   MatrixX position_weight = {};        ///< nv x frames [1/m, 1/rad]; 0: not measured
-  double loss_scale = 0.0;  ///< c [standard deviations]; 0: squares
+  double loss_scale = 0.0;             ///< c [standard deviations]; 0: squares
   MatrixX acceleration = {};           ///< nv x frames [m/s^2, rad/s^2]
   VectorX acceleration_weight = {};    ///< nv [s^2/m, s^2/rad]; 0: not compared
   MatrixX force = {};                  ///< nv x frames: measured joint forces [N, N m]
   VectorX force_weight = {};           ///< nv [1/N, 1/(N m)]; 0: not measured
-  VectorX size_weight = {};     ///< nv [1/N, 1/(N m)]: unexplained forces, sizes of others
-  double force_loss_scale = 0.0;  ///< c of `size_weight`'s residuals; 0: squares
-  VectorX change_weight = {};   ///< nv [1/N, 1/(N m)]: change of a joint's force in a row
+  VectorX size_weight = {};            ///< nv [1/N, 1/(N m)]: unexplained forces, sizes of others
+  double force_loss_scale = 0.0;       ///< c of `size_weight`'s residuals; 0: squares
+  VectorX change_weight = {};          ///< nv [1/N, 1/(N m)]: change of a joint's force in a row
 
   double start = 0.0;  ///< time of frame 0 [s]
   std::vector<SensorTerm> sensors = {};

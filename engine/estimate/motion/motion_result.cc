@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <optional>
 #include <set>
 #include <utility>
@@ -12,11 +11,11 @@
 #include "counterpoint/engine/estimate/motion/pair_forces.h"
 #include "counterpoint/engine/estimate/sensors/motion_filter.h"
 #include "counterpoint/engine/optimize/optimize.h"
+#include "counterpoint/model/special_values.h"
 
 namespace counterpoint::estimation {
 namespace {
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 /// A recorded position farther off than this is an outlier [standard deviations].
 constexpr double kOutlier = 6.0;
 /// An acceleration farther off is one, too: the largest among rows within `kSameRows`.
@@ -233,6 +232,26 @@ VectorX residual_correlation(const Model& model, const RecordedMotion& recorded,
   }
   return (products.array() >= kLeastProducts && square.array() > 0.0)
       .select(product.cwiseQuotient(square), kNaN);
+}
+
+void set_forces_alone(const MotionProblem& problem, const MotionFit& fit, MotionEstimate& out) {
+  const VectorX& parameters = fit.point().parameters;
+  set_parameters(problem, parameters,
+                 MatrixX::Constant(parameters.size(), parameters.size(), kInfinity), out);
+  InstantModel instant(problem, fit.model());
+  for (int t = 1; t + 1 < problem.frames(); ++t)
+    set_unsure(problem.model, instant.invert(fit.point(), fit.options(), t), t, out);
+  set_cost_ratios(problem, fit, out);
+  add_pushes(problem, fit.point().q, out);
+}
+
+void set_unsure(const Model& model, const Inverse& inverse, int row, MotionEstimate& out) {
+  set_inverse(model, inverse, row, out);
+  set_sums(model, row, nullptr, out);
+  out.force_deviation.col(row).setConstant(kNaN);
+  out.sum_deviation.col(row).setConstant(kNaN);
+  for (ContactEstimate& pair : out.contacts[static_cast<std::size_t>(row)])
+    pair.deviation.setConstant(kNaN);
 }
 
 void set_inverse(const Model& model, const Inverse& inverse, int row, MotionEstimate& out) {

@@ -22,8 +22,15 @@ void set_motion(const Model& model, const std::vector<VectorX>& frames, double h
 /// each row.
 void set_forces(const MotionProblem& problem, MotionFit& fit, MotionEstimate& out);
 
+/// The same without standard deviations (NaN; of parameters infinity), in a tenth of the time: what
+/// a search that was stopped tells.
+void set_forces_alone(const MotionProblem& problem, const MotionFit& fit, MotionEstimate& out);
+
 /// Forces and contacts of one row as an inverse gives them, without deviations.
 void set_inverse(const Model& model, const Inverse& inverse, int row, MotionEstimate& out);
+
+/// The same with sums, and deviations that nobody has computed: NaN.
+void set_unsure(const Model& model, const Inverse& inverse, int row, MotionEstimate& out);
 
 /// Contact forces on links in a row: sums over its pairs. covariance: of all pairs' forces, or
 /// null.
