@@ -264,7 +264,8 @@ struct SmallProblemWithSensors : SmallProblem {
   SmallProblemWithSensors() {
     int constants = 0;
     for (const SensorKind kind : {SensorKind::kPoint, SensorKind::kAngularVelocity,
-                                  SensorKind::kSpecificForce, SensorKind::kContactForce}) {
+                                  SensorKind::kSpecificForce, SensorKind::kContactForce,
+                                  SensorKind::kLinkForce, SensorKind::kLinkTorque}) {
       Sensor sensor;
       sensor.kind = kind;
       sensor.body = 1;

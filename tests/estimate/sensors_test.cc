@@ -5,8 +5,12 @@
 #include <cmath>
 #include <limits>
 #include <random>
+#include <utility>
 
+#include "counterpoint/engine/dynamics/kinematics.h"
+#include "counterpoint/engine/estimate/sensors/force_sensors.h"
 #include "counterpoint/engine/estimate/sensors/sensor_terms.h"
+#include "counterpoint/engine/simulator.h"
 #include "support/paths.h"
 #include "support/small_scenes.h"
 
@@ -175,6 +179,69 @@ TEST(Sensors, ResidualsGoWithFramesAndConstantsAsTheirDerivativesSay) {
     const VectorX slope = (ahead - residual()) / 2e-5;
     constants[k] = at;
     EXPECT_LE((slope - by_constants.col(k)).norm(), 1e-6) << "constant " << k;
+  }
+}
+
+/// Force and moment through the joint of a link at the middle one of three frames, in W.
+std::pair<Vector3, Vector3> wrench(const Scene& scene, int body, const std::vector<VectorX>& frames,
+                                   const Inverse& inverse) {
+  std::vector<SensorTerm> terms;
+  for (const SensorKind kind : {SensorKind::kLinkForce, SensorKind::kLinkTorque}) {
+    terms.push_back(term_of(sensor_on(kind, body), readings_of(kind, kRate, 20, [](double) {
+                              return Vector3::Zero().eval();
+                            })));
+  }
+  VectorX out, constants(0);
+  ForceSensors(terms).evaluate(scene.model, {frames, constants, 0.0, kH}, 1, inverse, out);
+  Data data(scene.model);
+  compute_poses(scene.model, frames[1], data);
+  const Matrix3& R = data.X_WB[static_cast<std::size_t>(body)].rotation;
+  return {R * out.head<3>(), R * out.tail<3>()};
+}
+
+Inverse inverse_of(const Scene& scene, const std::vector<VectorX>& frames) {
+  SimulationOptions options = scene.options;
+  options.time_step = kH;
+  options.mean_velocity_forces = false;
+  VectorX v(scene.model.nv()), w = v;
+  configuration_difference(scene.model, frames[0], frames[1], v);
+  configuration_difference(scene.model, frames[1], frames[2], w);
+  Workspace workspace(scene.model);
+  Inverse out;
+  step_inverse(scene.model, options, frames[1], v / kH, w / kH, Input(), workspace, out);
+  return out;
+}
+
+// What carries a free link besides contacts is the force applied to it: the whole robot hangs on
+// it. A link that rests is held against the weight of all that it carries.
+TEST(Sensors, AWrenchIsWhatAJointPasses) {
+  const Scene robot = load_scene(test::source_dir() + "/data/scenes/quadruped_drop.yaml");
+  Simulator simulator(robot);
+  std::vector<VectorX> frames;
+  while (simulator.state().time < 0.201) {  // it lands at 0.14 s
+    if (simulator.state().time > 0.179 &&
+        simulator.state().time > 0.18 - 1e-6 + kH * static_cast<double>(frames.size()))
+      frames.push_back(simulator.state().q);
+    ASSERT_TRUE(simulator.step().succeeded());
+  }
+  ASSERT_EQ(frames.size(), 3u);
+  const Inverse inverse = inverse_of(robot, frames);
+  EXPECT_GT(inverse.contacts.size(), 0u);
+  const auto [force, moment] = wrench(robot, 1, frames, inverse);
+  EXPECT_LE((force - inverse.applied_force.head<3>()).norm(), 1e-9 * inverse.force_scale);
+  Data data(robot.model);
+  compute_poses(robot.model, frames[1], data);
+  EXPECT_LE(
+      (data.X_WB[1].rotation.transpose() * moment - inverse.applied_force.segment<3>(3)).norm(),
+      1e-9 * inverse.force_scale);
+
+  const Scene arm = load_scene(test::source_dir() + "/data/scenes/arm7.yaml");
+  const std::vector<VectorX> still(3, arm.q);
+  for (const int body : {1, 3, 7}) {
+    double mass = 0.0;
+    for (int i = body; i < arm.model.num_bodies(); ++i) mass += arm.model.body(i).inertia.mass;
+    const Vector3 held = wrench(arm, body, still, inverse_of(arm, still)).first;
+    EXPECT_LE((held + mass * arm.model.gravity()).norm(), 1e-9 * mass * 9.81) << body;
   }
 }
 

@@ -283,7 +283,7 @@ void InstantModel::evaluate(const MotionPoint& point, const SimulationOptions& o
   out.cost += p.problem.sensor_loss().cost(out.sensed);
 }
 
-/// Contact forces have no closed form of their own here: central differences. Needs the
+/// Contact forces and wrenches have no closed form of their own here: central differences. Needs the
 /// derivatives of the applied force.
 void InstantModel::differentiate_sensed(const MotionPoint& point, const SimulationOptions& options,
                                         int t, Instant& out) {
@@ -293,7 +293,7 @@ void InstantModel::differentiate_sensed(const MotionPoint& point, const Simulati
   const SensorFrames frames = p.problem.sensor_frames(point.q, point.parameters);
   p.force_sensors.evaluate(p.model, frames, t, p.inverse, out.sensed);
   out.sensed_by_frames.setZero(out.sensed.size(), 3 * nv);
-  if (p.force_sensors.any_contacts()) difference_sensed(point, options, t, out);
+  if (p.force_sensors.any_differences()) difference_sensed(point, options, t, out);
   p.force_sensors.differentiate_joints(out.by_frames, out.sensed_by_frames);
 }
 
@@ -302,8 +302,8 @@ void InstantModel::difference_sensed(const MotionPoint& point, const SimulationO
   Impl& p = *impl_;
   const int nv = p.model.nv();
   const double step = difference_step(options);
-  const SensorFrames frames = p.problem.sensor_frames(point.q, point.parameters);
   p.scratch.q.resize(point.q.size());
+  const SensorFrames frames = p.problem.sensor_frames(p.scratch.q, point.parameters);
   for (int i = t - 1; i <= t + 1; ++i)
     p.scratch.q[static_cast<std::size_t>(i)] = point.q[static_cast<std::size_t>(i)];
   VectorX ahead, back, unit = VectorX::Zero(nv);

@@ -2,6 +2,9 @@
 
 #include <algorithm>
 
+#include "counterpoint/engine/dynamics/kinematics.h"
+#include "counterpoint/engine/dynamics/rnea.h"
+
 namespace counterpoint::estimation {
 namespace {
 
@@ -18,20 +21,64 @@ Vector3 force_on(const Model& model, const std::vector<int>& bodies, const Inver
   return sum;
 }
 
+bool is_wrench(SensorKind kind) {
+  return kind == SensorKind::kLinkForce || kind == SensorKind::kLinkTorque;
+}
+
+/// Is a geometry on a body, or on one that it carries?
+bool carries(const Model& model, int body, int geometry) {
+  int at = model.geometries()[static_cast<std::size_t>(geometry)].body;
+  while (at > body) at = model.body(at).parent;
+  return at == body;
+}
+
+/// What the parent of a link exerts on it through its joint, less what contacts do to all that the
+/// link carries: force, or moment about the sensor's point, in the sensor's axes [N, N m]. The data
+/// has poses, and forces through the joints without contacts.
+Vector3 wrench_through(const Model& model, const Data& data, const Inverse& inverse,
+                       const Sensor& sensor) {
+  const Pose& link = data.X_WB[static_cast<std::size_t>(sensor.body)];
+  const Vector3 point = link * sensor.point;
+  const Force& joint = data.F[static_cast<std::size_t>(sensor.body)];
+  Vector3 force = joint.force;
+  Vector3 moment = joint.torque + (link.translation - point).cross(joint.force);
+  for (const ContactForce& one : inverse.contacts) {
+    const double sign = (carries(model, sensor.body, one.contact.geometry_b) ? 1.0 : 0.0) -
+                        (carries(model, sensor.body, one.contact.geometry_a) ? 1.0 : 0.0);
+    force -= sign * one.force;
+    moment -= sign * (one.contact.position - point).cross(one.force);
+  }
+  const Matrix3 to_sensor = (link.rotation * sensor.axes).transpose();
+  return to_sensor * (sensor.kind == SensorKind::kLinkForce ? force : moment);
+}
+
 }  // namespace
 
 ForceSensors::ForceSensors(const std::vector<SensorTerm>& terms) : terms_(&terms) {
   for (std::size_t k = 0; k < terms.size(); ++k) {
     const SensorKind kind = terms[k].sensor.kind;
     if (!is_force(kind)) continue;
-    any_contacts_ = any_contacts_ || kind == SensorKind::kContactForce;
+    any_wrenches_ = any_wrenches_ || is_wrench(kind);
+    any_differences_ = any_differences_ || kind != SensorKind::kJointForce;
     term_of_row_.insert(term_of_row_.end(), static_cast<std::size_t>(error_size(kind)),
                         static_cast<int>(k));
   }
 }
 
+void ForceSensors::compute_joint_wrenches(const Model& model, const SensorFrames& frames, int t) {
+  if (!data_) data_.emplace(model);
+  const auto i = static_cast<std::size_t>(t);
+  VectorX v(model.nv()), w(model.nv()), tau(model.nv());
+  configuration_difference(model, frames.q[i - 1], frames.q[i], v);
+  configuration_difference(model, frames.q[i], frames.q[i + 1], w);
+  compute_poses(model, frames.q[i], *data_);
+  compute_velocities(model, v / frames.h, *data_);
+  rnea(model, (w - v) / (frames.h * frames.h), model.gravity(), *data_, tau);
+}
+
 void ForceSensors::evaluate(const Model& model, const SensorFrames& frames, int t,
-                            const Inverse& inverse, VectorX& out) const {
+                            const Inverse& inverse, VectorX& out) {
+  if (any_wrenches_) compute_joint_wrenches(model, frames, t);
   out.setZero(static_cast<Eigen::Index>(term_of_row_.size()));
   Eigen::Index at = 0;
   for (const SensorTerm& term : *terms_) {
@@ -42,6 +89,8 @@ void ForceSensors::evaluate(const Model& model, const SensorFrames& frames, int 
       Vector3 error = Vector3::Zero();
       if (term.sensor.kind == SensorKind::kContactForce)
         error = force_on(model, term.sensor.bodies, inverse);
+      else if (is_wrench(term.sensor.kind))
+        error = wrench_through(model, *data_, inverse, term.sensor);
       else
         error[0] = inverse.applied_force[term.sensor.coordinate];
       error -= reading.head<3>();

@@ -23,6 +23,10 @@ const char* sensor_kind_name(SensorKind kind) {
       return "contact_force";
     case SensorKind::kJointForce:
       return "joint_force";
+    case SensorKind::kLinkForce:
+      return "link_force";
+    case SensorKind::kLinkTorque:
+      return "link_torque";
     default:
       return "coordinate";
   }
@@ -42,6 +46,10 @@ const char* sensor_unit(SensorKind kind) {
       return "N";
     case SensorKind::kJointForce:
       return "N|N m";
+    case SensorKind::kLinkForce:
+      return "N";
+    case SensorKind::kLinkTorque:
+      return "N m";
     default:
       return "m|rad";
   }

@@ -18,9 +18,9 @@ struct NamedKind {
   std::vector<SensorKind> parts;
 };
 
-const std::array<NamedKind, 9>& named_kinds() {
+const std::array<NamedKind, 10>& named_kinds() {
   using Kind = SensorKind;
-  static const std::array<NamedKind, 9> kinds = {{
+  static const std::array<NamedKind, 10> kinds = {{
       {"point", {Kind::kPoint}},
       {"orientation", {Kind::kOrientation}},
       {"pose", {Kind::kPoint, Kind::kOrientation}},
@@ -30,6 +30,7 @@ const std::array<NamedKind, 9>& named_kinds() {
       {"coordinate", {Kind::kCoordinate}},
       {"contact_force", {Kind::kContactForce}},
       {"joint_force", {Kind::kJointForce}},
+      {"wrench", {Kind::kLinkForce, Kind::kLinkTorque}},
   }};
   return kinds;
 }
@@ -221,6 +222,8 @@ class SensorReader {
     const Vector3 position =
         node["position"] ? nodes_.vector(node["position"], "position") : Vector3(Vector3::Zero());
     attach(nodes_.link(need("link", "the link that it is on")), position, sensor);
+    if (first == SensorKind::kLinkForce && sensor.body == 0)
+      nodes_.fail(node["link"], "wrench: no joint moves this link; expected a link behind one");
     if (!node["rotation"]) return;
     const Vector3 rpy = nodes_.vector(node["rotation"], "rotation");
     sensor.axes = sensor.axes * rotation_from_rpy(rpy.x(), rpy.y(), rpy.z());

@@ -29,7 +29,8 @@ bool is_position(SensorKind kind) {
 }
 
 bool is_force(SensorKind kind) {
-  return kind == SensorKind::kContactForce || kind == SensorKind::kJointForce;
+  return kind == SensorKind::kContactForce || kind == SensorKind::kJointForce ||
+         kind == SensorKind::kLinkForce || kind == SensorKind::kLinkTorque;
 }
 
 double read_time(const SensorFrames& frames, int t, const SensorTerm& term) {

@@ -23,7 +23,10 @@ double least_deviation(SensorKind kind) {
     case SensorKind::kSpecificForce:
       return 1e-2;
     case SensorKind::kContactForce:
+    case SensorKind::kLinkForce:
       return 0.1;
+    case SensorKind::kLinkTorque:
+      return 1e-2;
     case SensorKind::kJointForce:
       return 1e-3;
     default:
@@ -80,6 +83,8 @@ double SensorSignal::noise_share(double interval) const {
     case SensorKind::kSpecificForce:
     case SensorKind::kJointForce:
     case SensorKind::kContactForce:
+    case SensorKind::kLinkForce:
+    case SensorKind::kLinkTorque:
       return std::min(0.5, 2.0 / (3.0 * readings));
     default:
       return spacing_ < kFaster * interval ? 1.0 / readings : 1.0;
@@ -150,6 +155,8 @@ bool SensorSignal::read_frame(double time, double h, Reading& out) const {
     case SensorKind::kSpecificForce:
     case SensorKind::kContactForce:
     case SensorKind::kJointForce:
+    case SensorKind::kLinkForce:
+    case SensorKind::kLinkTorque:
       if (!within(at - h, at + h)) return false;
       out =
           (second_integral(at + h) - 2.0 * second_integral(at) + second_integral(at - h)) / (h * h);

@@ -19,7 +19,9 @@ double offset_deviation(SensorKind kind, const Model& model) {
     case SensorKind::kSpecificForce:
       return 1.0;  // [m/s^2]
     case SensorKind::kJointForce:
+    case SensorKind::kLinkTorque:
       return 10.0;  // [N, N m]
+    case SensorKind::kLinkForce:
     case SensorKind::kContactForce:
       return 0.1 * optimization::scene_weight(model);  // [N]
     default:
@@ -28,6 +30,7 @@ double offset_deviation(SensorKind kind, const Model& model) {
 }
 
 const char* short_name(SensorKind kind) {
+  if (kind == SensorKind::kLinkTorque) return ".torque";
   return kind == SensorKind::kAngularVelocity ? ".angular" : "";
 }
 
