@@ -17,6 +17,7 @@ import subprocess
 import sys
 import tempfile
 
+import marked
 import numpy as np
 import yaml
 
@@ -309,10 +310,7 @@ def walking_torques(data, folder):
 
 def write(name, text):
     """Puts a table between its marks in the document."""
-    document = DOCUMENT.read_text()
-    before, rest = document.split(f"<!-- {name}: begin -->\n")
-    _, behind = rest.split(f"<!-- {name}: end -->")
-    DOCUMENT.write_text(f"{before}<!-- {name}: begin -->\n{text}<!-- {name}: end -->{behind}")
+    DOCUMENT.write_text(marked.replaced(DOCUMENT.read_text(), name, text)[0])
 
 
 HEAD = """| motion | noise [mm, mrad] | rms [weights] | median error [weights] | impulse [%] | torques, median error | force within 95 %: rest, impacts | torques within 95 % | judged white | seconds of one core |

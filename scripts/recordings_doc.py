@@ -15,6 +15,8 @@ import subprocess
 import sys
 import tempfile
 
+import marked
+
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 DOCUMENT = ROOT / "docs/measurements/recordings.md"
 
@@ -258,13 +260,10 @@ def main():
         if not (options.data / name).is_dir():
             print(f"{name}: not in {options.data}, left as it is")
             continue
-        begin, end = f"<!-- {name}: begin -->\n", f"<!-- {name}: end -->"
         found, commands = section(options)
-        before, rest = text.split(begin)
-        old, after = rest.split(end)
         new = f"\n{commands}\n{found}\n"
+        text, old = marked.replaced(text, name, new)
         stale |= old != new
-        text = before + begin + new + end + after
         print(f"{name}: {'differs' if old != new else 'as it is'}")
     if not options.check:
         DOCUMENT.write_text(text)

@@ -9,17 +9,11 @@
 #include "counterpoint/engine/dynamics.h"
 #include "counterpoint/engine/estimate/motion/motion_fit.h"
 #include "counterpoint/engine/simulator.h"
+#include "estimate/column_maps.h"
 #include "support/small_scenes.h"
 
 namespace counterpoint::estimation::figure_estimate_test {
 namespace {
-
-ColumnMap map_of(const Scene& scene) {
-  ColumnMap map;
-  for (int i = 0; i < scene.model.nq(); ++i)
-    map.entries.push_back({ColumnMap::Entry::Kind::kPosition, i, "q", {"q", 1.0, 0.0}});
-  return map;
-}
 
 /// A box that slides along x until it rests, 100 rows a second, with white noise [m, rad].
 Recording slide(Scene scene, double speed, double noise, unsigned seed) {
@@ -50,7 +44,7 @@ FigureEstimate estimate(const std::string& parameters, int threads) {
   const Recording first = slide(truth, 1.2, 1e-3, 1), second = slide(truth, 0.9, 1e-3, 2);
   MotionEstimateOptions options;
   options.threads = threads;
-  return estimate_figures(scene, map_of(scene), {&first, &second},
+  return estimate_figures(scene, test::all_positions(scene.model), {&first, &second},
                           parse_parameters(parameters, scene), options);
 }
 

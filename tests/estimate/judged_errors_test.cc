@@ -4,10 +4,11 @@
 #include <cmath>
 #include <random>
 
-#include "counterpoint/engine/estimate/motion/motion_priors.h"
 #include "counterpoint/engine/estimate/motion/motion_intervals.h"
+#include "counterpoint/engine/estimate/motion/motion_priors.h"
 #include "counterpoint/engine/estimate/motion/motion_result.h"
 #include "counterpoint/engine/simulator.h"
+#include "estimate/column_maps.h"
 #include "support/paths.h"
 
 namespace counterpoint::estimation::judged_errors_test {
@@ -43,19 +44,12 @@ Recording noisy_slide(const Scene& scene, double noise) {
   return out;
 }
 
-ColumnMap all_positions(const Scene& scene) {
-  ColumnMap map;
-  for (int i = 0; i < scene.model.nq(); ++i)
-    map.entries.push_back({ColumnMap::Entry::Kind::kPosition, i, "q", {"q", 1.0, 0.0}});
-  return map;
-}
-
 // A lone body has no motor that could hide what soft friction does not explain: only the hard end
 // of the search can judge it.
 TEST(JudgedErrors, WhiteNoiseOfASlidingBodyIsSeenAsSuch) {
   const Scene scene = sliding_cube();
   const MotionEstimate estimate =
-      estimate_motion(scene, all_positions(scene), noisy_slide(scene, 1e-3));
+      estimate_motion(scene, test::all_positions(scene.model), noisy_slide(scene, 1e-3));
   EXPECT_EQ(estimate.errors, RecordingErrors::kWhite);
   // Noise of 50 rows has an autocorrelation of 0.14 by chance: four times that, of six coordinates.
   EXPECT_LT(estimate.residual_correlation.maxCoeff(), 0.57);
@@ -69,7 +63,8 @@ TEST(JudgedErrors, ResidualsOfSlowErrorsAreNotWhite) {
     recording.q(2, row) += 3e-3 * std::sin(0.5 * row);  // 8 Hz, up and down
   MotionEstimateOptions options;
   options.errors = RecordingErrors::kWhite;
-  const MotionEstimate estimate = estimate_motion(scene, all_positions(scene), recording, options);
+  const MotionEstimate estimate =
+      estimate_motion(scene, test::all_positions(scene.model), recording, options);
   EXPECT_GT(estimate.residual_correlation[2], 0.57);
 }
 
@@ -78,9 +73,9 @@ TEST(JudgedErrors, ResidualsOfSlowErrorsAreNotWhite) {
 TEST(JudgedErrors, IntervalsHoldWhatIsLeftOfTheSmoothing) {
   const Scene scene = sliding_cube();
   const Recording recording = noisy_slide(scene, 0.0);
-  const RecordedMotion recorded = prepare(scene.model, all_positions(scene), recording);
-  const MotionProblem problem =
-      motion_problem(scene, recorded, white_priors(scene, all_positions(scene), recorded));
+  const RecordedMotion recorded = prepare(scene.model, test::all_positions(scene.model), recording);
+  const MotionProblem problem = motion_problem(
+      scene, recorded, white_priors(scene, test::all_positions(scene.model), recorded));
   ContinuationResult found;
   found.smoothing = 1e-4;
   found.softer_smoothing = 4e-4;

@@ -11,6 +11,7 @@
 #include "counterpoint/engine/dynamics.h"
 #include "counterpoint/engine/estimate/motion_estimate.h"
 #include "counterpoint/engine/simulator.h"
+#include "estimate/column_maps.h"
 #include "support/paths.h"
 
 namespace counterpoint::estimation::known_forces_test {
@@ -22,13 +23,6 @@ Scene bundled(const std::string& name) {
   Scene scene = load_scene(test::source_dir() + "/data/scenes/" + name + ".yaml");
   scene.options.effects.set(Effect::kSleeping, false);
   return scene;
-}
-
-ColumnMap all_positions(const Scene& scene) {
-  ColumnMap map;
-  for (int i = 0; i < scene.model.nq(); ++i)
-    map.entries.push_back({ColumnMap::Entry::Kind::kPosition, i, "q", {"q", 1.0, 0.0}});
-  return map;
 }
 
 /// Rows of a simulation, 100 a second, and the forces of its steps: row r's is the mean over the
@@ -82,7 +76,7 @@ TEST(KnownForces, AnArmStrikesATableWithItsTorquesMeasured) {
   constexpr int kRows = 130, kSubsteps = 5;
   const Scene scene = bundled("arm7"), held = bundled("arm7_servo");
   Simulated truth(held, kRows);
-  ColumnMap map = all_positions(scene);
+  ColumnMap map = test::all_positions(scene.model);
   const int nv = scene.model.nv();
   for (int row = 0; row < kRows; ++row) {
     truth.record(row);
@@ -139,7 +133,7 @@ TEST(KnownForces, ACubeThatBouncesHasWhiteErrorsAndTheRightImpulse) {
     MotionEstimateOptions options;
     options.sums = {{"cube", {1}}};
     const MotionEstimate estimate =
-        estimate_motion(scene, all_positions(scene), truth.recording, options);
+        estimate_motion(scene, test::all_positions(scene.model), truth.recording, options);
     EXPECT_EQ(estimate.errors, RecordingErrors::kWhite) << spin;
     double found = 0.0, impulse = 0.0;
     for (int row = 2; row + 1 < kRows; ++row) {

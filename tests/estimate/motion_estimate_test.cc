@@ -11,6 +11,7 @@
 #include "counterpoint/engine/estimate/motion/motion_fit.h"
 #include "counterpoint/engine/estimate/motion/recorded_motion.h"
 #include "counterpoint/engine/simulator.h"
+#include "estimate/column_maps.h"
 #include "support/paths.h"
 #include "support/small_scenes.h"
 
@@ -18,14 +19,6 @@ namespace counterpoint::estimation::motion_estimate_test {
 namespace {
 
 constexpr double kGravity = 9.80665;
-
-/// All positions of a scene, with no deviation given.
-ColumnMap map_of(const Scene& scene) {
-  ColumnMap map;
-  for (int i = 0; i < scene.model.nq(); ++i)
-    map.entries.push_back({ColumnMap::Entry::Kind::kPosition, i, "q", {"q", 1.0, 0.0}});
-  return map;
-}
 
 /// Every `substeps`-th state of a simulation under joint torques of a standard deviation [N m].
 Recording simulate(const Scene& scene, int rows, int substeps, double torque = 0.0) {
@@ -99,7 +92,7 @@ MotionEstimateOptions all_bodies(const Model& model) {
 TEST(MotionEstimate, OwnMotionsComeBackAsTheInverseGivesThem) {
   const Scene scene = quadruped();
   const Recording recording = simulate(scene, 200, 1, 0.3);
-  const MotionEstimate estimate = estimate_motion(scene, map_of(scene), recording);
+  const MotionEstimate estimate = estimate_motion(scene, test::all_positions(scene.model), recording);
   ASSERT_EQ(estimate.errors, RecordingErrors::kNone);
   Workspace workspace(scene.model);
   Inverse inverse;
@@ -124,7 +117,7 @@ TEST(MotionEstimate, ForcesOfANoisyDropAreFound) {
   const Recording recorded = simulate(scene, 100, 5, 0.3);
   const Recording noise = noisy(scene.model, recorded, 1e-3, 3);
   const MotionEstimate estimate =
-      estimate_motion(scene, map_of(scene), noise, all_bodies(scene.model));
+      estimate_motion(scene, test::all_positions(scene.model), noise, all_bodies(scene.model));
   EXPECT_EQ(estimate.errors, RecordingErrors::kWhite);
   const std::vector<double> truth = true_support(scene.model, recorded);
   double weight = 0.0, squares = 0.0;
@@ -155,7 +148,7 @@ TEST(MotionEstimate, SlowErrorsAreToldFromWhiteOnes) {
     recording.q(2, row) +=
         0.01 * std::sin(9.42 * recording.time[static_cast<std::size_t>(row)]);
   const MotionEstimate estimate =
-      estimate_motion(scene, map_of(scene), recording, all_bodies(scene.model));
+      estimate_motion(scene, test::all_positions(scene.model), recording, all_bodies(scene.model));
   EXPECT_EQ(estimate.errors, RecordingErrors::kSlow);
   EXPECT_TRUE(estimate.q.allFinite());
 }
@@ -166,9 +159,9 @@ TEST(MotionEstimate, ARestingBoxIsCarriedByTheGround) {
   const Recording recording = noisy(scene.model, simulate(scene, 60, 5), 1e-3, 7);
   MotionEstimateOptions options = all_bodies(scene.model);
   options.threads = 1;
-  const MotionEstimate one = estimate_motion(scene, map_of(scene), recording, options);
+  const MotionEstimate one = estimate_motion(scene, test::all_positions(scene.model), recording, options);
   options.threads = 2;
-  const MotionEstimate two = estimate_motion(scene, map_of(scene), recording, options);
+  const MotionEstimate two = estimate_motion(scene, test::all_positions(scene.model), recording, options);
   EXPECT_EQ(one.q, two.q);
   double sum = 0.0;
   for (int row = 10; row < 50; ++row) sum += one.sum_force(2, row) / 40.0;
@@ -187,7 +180,7 @@ TEST(MotionEstimate, SpikesAreNamedAndImpactsAreNone) {
   recording.q(0, 40) += 0.2;
   for (int row = 70; row < 100; ++row)  // it strikes a stop, and comes back
     recording.q(0, row) = recording.q(0, 70) - 0.05 * (row - 70);
-  const RecordedMotion motion = prepare(scene.model, map_of(scene), recording);
+  const RecordedMotion motion = prepare(scene.model, test::all_positions(scene.model), recording);
   ASSERT_EQ(motion.spikes.size(), 1u);
   EXPECT_EQ(motion.spikes[0].row, 40);
   EXPECT_NEAR(motion.spikes[0].difference, 0.2, 1e-3);
@@ -200,7 +193,7 @@ TEST(MotionEstimate, UnevenRowsAreMadeEven) {
   for (int row = 0; row < 60; ++row)
     recording.time[static_cast<std::size_t>(row)] += row % 3 == 1 ? 0.004 : 0.0;
   recording.time.back() += 0.1;  // a gap
-  const RecordedMotion motion = prepare(scene.model, map_of(scene), recording);
+  const RecordedMotion motion = prepare(scene.model, test::all_positions(scene.model), recording);
   EXPECT_TRUE(motion.resampled);
   const double h = motion.time[1] - motion.time[0];
   for (std::size_t row = 1; row < motion.time.size(); ++row)
@@ -210,7 +203,7 @@ TEST(MotionEstimate, UnevenRowsAreMadeEven) {
 
 TEST(MotionEstimate, RefusesWhatIsTooShortOrWithoutPositions) {
   const Scene scene = test::pendulum({});
-  EXPECT_THROW(estimate_motion(scene, map_of(scene), simulate(scene, kLeastRows - 1, 1)),
+  EXPECT_THROW(estimate_motion(scene, test::all_positions(scene.model), simulate(scene, kLeastRows - 1, 1)),
                InputError);
   EXPECT_THROW(estimate_motion(scene, ColumnMap(), simulate(scene, 30, 1)), InputError);
 }

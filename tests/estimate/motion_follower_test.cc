@@ -10,6 +10,7 @@
 
 #include "counterpoint/engine/dynamics.h"
 #include "counterpoint/engine/simulator.h"
+#include "estimate/column_maps.h"
 #include "support/paths.h"
 
 namespace counterpoint::estimation::motion_follower_test {
@@ -21,13 +22,6 @@ Scene quadruped() {
   Scene scene = load_scene(test::source_dir() + "/data/scenes/quadruped_drop.yaml");
   scene.options.effects.set(Effect::kSleeping, false);
   return scene;
-}
-
-ColumnMap map_of(const Scene& scene) {
-  ColumnMap map;
-  for (int i = 0; i < scene.model.nq(); ++i)
-    map.entries.push_back({ColumnMap::Entry::Kind::kPosition, i, "q", {"q", 1.0, 0.0}});
-  return map;
 }
 
 /// A quadruped dropped under random torques, 100 noisy rows a second.
@@ -82,7 +76,7 @@ void take(const MotionEstimate& rows, Followed& out) {
 }
 
 Followed follow(const Scene& scene, const Recording& recording, const FollowOptions& options) {
-  MotionFollower follower(scene, map_of(scene), options);
+  MotionFollower follower(scene, test::all_positions(scene.model), options);
   Followed out;
   for (int row = 0; row < recording.num_rows(); ++row) {
     const MotionEstimate rows =
@@ -105,14 +99,15 @@ TEST(MotionFollower, ForcesAreNearThoseOfTheWholeRecording) {
   MotionEstimateOptions whole_options;
   whole_options.sums = options.sums;
   whole_options.errors = RecordingErrors::kWhite;
-  const MotionEstimate whole = estimate_motion(scene, map_of(scene), recording, whole_options);
+  const MotionEstimate whole =
+      estimate_motion(scene, test::all_positions(scene.model), recording, whole_options);
   double weight = 0.0, square = 0.0;
   for (const Body& body : scene.model.bodies()) weight += 9.80665 * body.inertia.mass;
   ASSERT_EQ(rows.time, recording.time);  // every row once, in order, none left over
   std::vector<double> off;
   for (std::size_t t = 10; t + 1 < rows.time.size(); ++t) {
-    off.push_back(
-        std::abs(rows.support[t] - whole.sum_force(2, static_cast<Eigen::Index>(t))) / weight);
+    off.push_back(std::abs(rows.support[t] - whole.sum_force(2, static_cast<Eigen::Index>(t))) /
+                  weight);
     square += off.back() * off.back();
   }
   EXPECT_LT(std::sqrt(square / static_cast<double>(off.size())), 1.0);
@@ -126,8 +121,9 @@ TEST(MotionFollower, EachRowIsToldOnceItIsOldEnough) {
   const FollowOptions options = follow_options(scene.model);
   const Followed rows = follow(scene, recording, options);
   for (int row = 0; row < 60; ++row) {
-    const std::size_t expected =
-        row + 1 < kFollowedRows ? 0 : row + 1 == kFollowedRows ? kFollowedRows - options.lag : 1;
+    const std::size_t expected = row + 1 < kFollowedRows    ? 0
+                                 : row + 1 == kFollowedRows ? kFollowedRows - options.lag
+                                                            : 1;
     EXPECT_EQ(rows.told_by_push[static_cast<std::size_t>(row)], expected) << "row " << row;
   }
 }
@@ -147,7 +143,7 @@ TEST(MotionFollower, ThreadsDoNotChangeABit) {
 TEST(MotionFollower, GapsAreFilled) {
   const Scene scene = quadruped();
   const Recording recording = noisy_drop(scene, 70);
-  MotionFollower follower(scene, map_of(scene), follow_options(scene.model));
+  MotionFollower follower(scene, test::all_positions(scene.model), follow_options(scene.model));
   Followed out;
   for (int row = 0; row < 70; ++row) {
     if (row == 55) continue;
@@ -168,7 +164,7 @@ TEST(MotionFollower, GapsAreFilled) {
 TEST(MotionFollower, LongGapsBeginAnew) {
   const Scene scene = quadruped();
   const Recording recording = noisy_drop(scene, 60);
-  MotionFollower follower(scene, map_of(scene), follow_options(scene.model));
+  MotionFollower follower(scene, test::all_positions(scene.model), follow_options(scene.model));
   Followed out;
   for (const double later : {0.0, 100.0})
     for (int row = 0; row < 60; ++row)
@@ -182,7 +178,7 @@ TEST(MotionFollower, LongGapsBeginAnew) {
 
 TEST(MotionFollower, WrongRowsAreRefused) {
   const Scene scene = quadruped();
-  const ColumnMap map = map_of(scene);
+  const ColumnMap map = test::all_positions(scene.model);
   FollowOptions options;
   options.lag = options.window = 10;
   EXPECT_THROW(MotionFollower(scene, map, options), InputError);

@@ -10,6 +10,7 @@
 #include "counterpoint/engine/estimate/motion_estimate.h"
 #include "counterpoint/engine/estimate/sensors/sensor_terms.h"
 #include "counterpoint/engine/simulator.h"
+#include "estimate/column_maps.h"
 #include "support/paths.h"
 
 namespace counterpoint::estimation::sensor_estimates_test {
@@ -63,13 +64,6 @@ struct Drop {
       integrate_configuration(scene.model, q[at], by, 1.0, noisy);
       out.q.col(row) = noisy;
     }
-    return out;
-  }
-
-  ColumnMap map() const {
-    ColumnMap out;
-    for (int i = 0; i < scene.model.nq(); ++i)
-      out.entries.push_back({ColumnMap::Entry::Kind::kPosition, i, "q", {"q", 1.0, 0.0}});
     return out;
   }
 
@@ -146,7 +140,7 @@ void add_inertial_unit(const Drop& drop, double late, const Vector3& offset, Col
 
 TEST(Sensors, ReadingsOfASimulationAgreeWithItsFrames) {
   const Drop drop(0.9);
-  ColumnMap map = drop.map();
+  ColumnMap map = test::all_positions(drop.scene.model);
   Recording recording = drop.recording(0.0);
   constexpr double kLate = 0.006;
   const Vector3 offset(0.03, -0.02, 0.05);
@@ -170,7 +164,7 @@ TEST(Sensors, ReadingsOfASimulationAgreeWithItsFrames) {
 
 TEST(Sensors, AnInertialUnitHelpsAndItsClockAndOffsetAreFound) {
   const Drop drop(0.9);
-  ColumnMap map = drop.map();
+  ColumnMap map = test::all_positions(drop.scene.model);
   Recording recording = drop.recording(1e-3);
   const double alone =
       drop.force_error(estimate_motion(drop.scene, map, recording, drop.options()));

@@ -212,8 +212,8 @@ Inverse inverse_of(const Scene& scene, const std::vector<VectorX>& frames) {
   return out;
 }
 
-// What carries a free link besides contacts is the force applied to it: the whole robot hangs on
-// it. A link that rests is held against the weight of all that it carries.
+// The whole robot hangs on its free link, whose joint passes the force applied to it. A link that
+// rests is held against the weight of all that it carries.
 TEST(Sensors, AWrenchIsWhatAJointPasses) {
   const Scene robot = load_scene(test::source_dir() + "/data/scenes/quadruped_drop.yaml");
   Simulator simulator(robot);

@@ -23,7 +23,7 @@ Vector3 force_of(const std::vector<ContactEstimate>& pairs, const ContactEstimat
 VectorX change(const VectorX& a, const VectorX& b) { return (b - a).cwiseAbs(); }
 
 /// Standard deviations of a sum.
-VectorX added(const VectorX& a, const VectorX& b) {
+MatrixX added(const MatrixX& a, const MatrixX& b) {
   return (a.cwiseAbs2() + b.cwiseAbs2()).cwiseSqrt();
 }
 
@@ -46,11 +46,8 @@ void widen_by_smoothing(const MotionProblem& problem, const ContinuationResult& 
   const MotionEstimate hard = forces_at(found.hardest, found.smoothing);
   const MotionEstimate soft = forces_at(found.softer, found.softer_smoothing);
   const double share = 1.0 / (std::sqrt(found.softer_smoothing / found.smoothing) - 1.0);
-  const auto widen = [&](const MatrixX& a, const MatrixX& b, MatrixX& deviation) {
-    deviation = (deviation.array().square() + (share * (a - b)).array().square()).sqrt();
-  };
-  widen(soft.force, hard.force, out.force_deviation);
-  widen(soft.sum_force, hard.sum_force, out.sum_deviation);
+  out.force_deviation = added(out.force_deviation, share * (soft.force - hard.force));
+  out.sum_deviation = added(out.sum_deviation, share * (soft.sum_force - hard.sum_force));
   for (std::size_t t = 0; t < out.contacts.size(); ++t)
     for (ContactEstimate& pair : out.contacts[t]) {
       const Vector3 left =

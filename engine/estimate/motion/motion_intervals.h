@@ -1,5 +1,6 @@
-// What standard deviations from a linearization leave out: a contact law that is still smooth, the
-// moment of an impact within its interval, and a scene whose laws do not hold in a row.
+// Standard deviations from a linearization are too small in three cases, and are widened here: the
+// contact law is still smooth, rows do not tell the moment of an impact within its interval, or the
+// scene's laws do not hold in a row.
 #pragma once
 
 #include "counterpoint/engine/estimate/motion/motion_continuation.h"

@@ -8,6 +8,13 @@
 namespace counterpoint::estimation {
 namespace {
 
+/// Sign with which a contact's force counts on some geometries: 1, -1, or 0 if it is on neither or
+/// between two of them. `has`: whether a geometry is one of them.
+template <class Has>
+double sign_on(const ContactForce& one, const Has& has) {
+  return (has(one.contact.geometry_b) ? 1.0 : 0.0) - (has(one.contact.geometry_a) ? 1.0 : 0.0);
+}
+
 /// Sum of the contact forces on some bodies [N].
 Vector3 force_on(const Model& model, const std::vector<int>& bodies, const Inverse& inverse) {
   const auto has = [&](int geometry) {
@@ -15,38 +22,29 @@ Vector3 force_on(const Model& model, const std::vector<int>& bodies, const Inver
     return std::find(bodies.begin(), bodies.end(), body) != bodies.end();
   };
   Vector3 sum = Vector3::Zero();
-  for (const ContactForce& one : inverse.contacts)
-    sum += ((has(one.contact.geometry_b) ? 1.0 : 0.0) - (has(one.contact.geometry_a) ? 1.0 : 0.0)) *
-           one.force;
+  for (const ContactForce& one : inverse.contacts) sum += sign_on(one, has) * one.force;
   return sum;
 }
 
-bool is_wrench(SensorKind kind) {
-  return kind == SensorKind::kLinkForce || kind == SensorKind::kLinkTorque;
-}
-
-/// Is a geometry on a body, or on one that it carries?
-bool carries(const Model& model, int body, int geometry) {
-  int at = model.geometries()[static_cast<std::size_t>(geometry)].body;
-  while (at > body) at = model.body(at).parent;
-  return at == body;
-}
-
-/// What the parent of a link exerts on it through its joint, less what contacts do to all that the
-/// link carries: force, or moment about the sensor's point, in the sensor's axes [N, N m]. The data
-/// has poses, and forces through the joints without contacts.
+/// The wrench that a link gets from its parent through its joint: force, or moment about the
+/// sensor's point, in the sensor's axes [N, N m]. The data has poses, and forces through the joints
+/// without contacts; those on all that the link carries are taken off.
 Vector3 wrench_through(const Model& model, const Data& data, const Inverse& inverse,
                        const Sensor& sensor) {
   const Pose& link = data.X_WB[static_cast<std::size_t>(sensor.body)];
   const Vector3 point = link * sensor.point;
   const Force& joint = data.F[static_cast<std::size_t>(sensor.body)];
+  const auto carried = [&](int geometry) {
+    int body = model.geometries()[static_cast<std::size_t>(geometry)].body;
+    while (body > sensor.body) body = model.body(body).parent;
+    return body == sensor.body;
+  };
   Vector3 force = joint.force;
   Vector3 moment = joint.torque + (link.translation - point).cross(joint.force);
   for (const ContactForce& one : inverse.contacts) {
-    const double sign = (carries(model, sensor.body, one.contact.geometry_b) ? 1.0 : 0.0) -
-                        (carries(model, sensor.body, one.contact.geometry_a) ? 1.0 : 0.0);
-    force -= sign * one.force;
-    moment -= sign * (one.contact.position - point).cross(one.force);
+    const Vector3 own = sign_on(one, carried) * one.force;
+    force -= own;
+    moment -= (one.contact.position - point).cross(own);
   }
   const Matrix3 to_sensor = (link.rotation * sensor.axes).transpose();
   return to_sensor * (sensor.kind == SensorKind::kLinkForce ? force : moment);

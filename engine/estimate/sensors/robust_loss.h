@@ -1,4 +1,4 @@
-// What a residual costs that may be an outlier.
+// Losses of residuals that may be outliers.
 #pragma once
 
 #include "counterpoint/model/spatial.h"

@@ -29,8 +29,11 @@ bool is_position(SensorKind kind) {
 }
 
 bool is_force(SensorKind kind) {
-  return kind == SensorKind::kContactForce || kind == SensorKind::kJointForce ||
-         kind == SensorKind::kLinkForce || kind == SensorKind::kLinkTorque;
+  return kind == SensorKind::kContactForce || kind == SensorKind::kJointForce || is_wrench(kind);
+}
+
+bool is_wrench(SensorKind kind) {
+  return kind == SensorKind::kLinkForce || kind == SensorKind::kLinkTorque;
 }
 
 double read_time(const SensorFrames& frames, int t, const SensorTerm& term) {

@@ -77,5 +77,7 @@ class SensorRows {
 bool is_position(SensorKind kind);
 /// Is it of forces, which need the inverse of a step?
 bool is_force(SensorKind kind);
+/// Is it of what a joint passes to its link?
+bool is_wrench(SensorKind kind);
 
 }  // namespace counterpoint::estimation
